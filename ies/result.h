@@ -1,0 +1,49 @@
+// Result<T>: a value or one Error. Everything that comes from outside (file, packet, command) is decoded into one.
+// It does not throw and does not log; the caller decides who hears of the error.
+#pragma once
+
+#include <optional>
+#include <string>
+#include <utility>
+#include <variant>
+
+namespace gonio {
+
+// One refusal. Codes are stable, documented in protocol/PROTOCOL.md and tested one by one.
+struct Error {
+    std::string code;     // snake_case, e.g. "not_a_number"
+    std::string where;    // place: "line 12 column 7", "byte 4096", "lights[2].aim", "/materials/0/name"
+    std::string value;    // the offending value as it was read; may be empty
+    std::string message;  // one sentence in plain words, without place and value
+
+    // "message (where: value)" for people.
+    std::string text() const {
+        std::string result = message;
+        if (where.empty() && value.empty()) return result;
+        result += " (" + where;
+        if (!value.empty()) result += (where.empty() ? "" : ": ") + value;
+        return result + ")";
+    }
+};
+
+template <typename T>
+class Result {
+public:
+    Result(T value) : state_(std::move(value)) {}
+    Result(Error error) : state_(std::move(error)) {}
+
+    explicit operator bool() const { return state_.index() == 0; }
+    bool ok() const { return state_.index() == 0; }
+    T& value() { return std::get<0>(state_); }
+    const T& value() const { return std::get<0>(state_); }
+    T& operator*() { return value(); }
+    const T& operator*() const { return value(); }
+    T* operator->() { return &value(); }
+    const T* operator->() const { return &value(); }
+    const Error& error() const { return std::get<1>(state_); }
+
+private:
+    std::variant<T, Error> state_;
+};
+
+}  // namespace gonio

@@ -1,0 +1,49 @@
+// PhotometricWeb: luminous intensity of one luminaire in candela over the full sphere, on its measured grid.
+// Immutable once built; shared between threads by shared_ptr<const PhotometricWeb>. Knows no file format.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <vector>
+
+#include "ies/units.h"
+
+namespace gonio::ies {
+
+// How (v, h) name a direction of the luminaire frame (LM-63-2019 clause 5.11; EXT_lights_ies): photometric zero
+// (0,0) is -Z, and H = 0 of Type C lies on +X, H = 90 on +Y.
+//   type_c: ( sin v cos h,  sin v sin h, -cos v)   v in 0..pi from the zero direction, h in 0..2 pi
+//   type_b: ( cos h sin v, -sin h,       -cos h cos v)   v, h in -pi..pi and -pi/2..pi/2 (h is the latitude)
+//   type_a: ( sin v,       -cos v sin h, -cos v cos h)   v is the latitude, -pi/2..pi/2; h in -pi..pi
+enum class Goniometer : std::uint8_t { type_c, type_b, type_a };
+
+// A direction in the luminaire frame; unit length unless a function says otherwise.
+using Direction = std::array<double, 3>;
+
+struct PhotometricWeb {
+    Goniometer goniometer = Goniometer::type_c;
+    // Strictly ascending, radians. Type C: symmetry is already unfolded, h runs 0..2 pi inclusive (a lone plane
+    // becomes {0, 2 pi}); v covers what was measured: outside it the intensity is 0 (no extrapolation).
+    std::vector<double> v_rad;  // at least 2 values
+    std::vector<double> h_rad;  // at least 2 values
+    // Candela after multiplier and ballast factor, h-major: candela[h * v_rad.size() + v]. Finite, >= 0, <= 1e12.
+    std::vector<float> candela;
+
+    float at(std::size_t h, std::size_t v) const { return candela[h * v_rad.size() + v]; }
+};
+
+// Result: I(direction), bilinear in (v, h), 0 outside the measured range. direction: luminaire frame, need not be
+// of unit length; a zero vector gives 0. Any thread.
+LuminousIntensity intensity(const PhotometricWeb& web, const Direction& direction);
+
+// Result: the direction named by (v, h) in the web's goniometer, unit length.
+Direction direction_of(Goniometer goniometer, Angle v, Angle h);
+
+// Result: the largest candela of the grid; 0 for a dark web.
+LuminousIntensity peak_intensity(const PhotometricWeb& web);
+
+// Result: total luminous flux in lm, the exact integral of the bilinear web over its own range:
+// Type C dΩ = sin v dv dh, Type B dΩ = cos h dh dv, Type A dΩ = cos v dv dh.
+LuminousFlux total_flux(const PhotometricWeb& web);
+
+}  // namespace gonio::ies

@@ -1,0 +1,26 @@
+// Bytes <-> protocol messages, both encodings. Pure functions, any thread.
+#pragma once
+
+#include <string>
+#include <string_view>
+
+#include "ies/result.h"
+#include "protocol/gonio.pb.h"
+
+namespace gonio {
+
+enum class Encoding : unsigned char { proto, json };
+
+inline constexpr std::string_view kSubprotocolProto = "gonio.v1.proto";
+inline constexpr std::string_view kSubprotocolJson = "gonio.v1.json";
+inline constexpr std::size_t kMaxMessageBytes = 2u << 20;  // a client message beyond this closes the connection (1009)
+
+// bytes: the message body (binary: without the leading kind byte). Errors: "bad_message" with what is known of the
+// place, "unsupported" where no member of the oneof is set.
+Result<v1::ClientMessage> decode_client_message(Encoding encoding, std::string_view bytes);
+Result<v1::ServerMessage> decode_server_message(Encoding encoding, std::string_view bytes);
+
+// Result: the message body; JSON is proto3 JSON with the original field names and defaults printed.
+std::string encode_message(Encoding encoding, const google::protobuf::Message& message);
+
+}  // namespace gonio

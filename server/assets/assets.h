@@ -1,0 +1,55 @@
+// Files and generators -> immutable CPU structs of the scene. No GL. Third-party readers stay in the .cpp files.
+// Every function is pure but for reading the named files, and may run on any thread.
+#pragma once
+
+#include <cstddef>
+#include <functional>
+#include <memory>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "ies/result.h"
+#include "server/scene/scene.h"
+
+namespace gonio {
+
+inline constexpr std::size_t kMaxSceneFileBytes = std::size_t{1} << 30;  // .gltf, .glb and each buffer: "too_large"
+inline constexpr std::size_t kMaxSceneVertices = std::size_t{1} << 26;   // over all meshes: "too_large"
+inline constexpr int kMaxImagePx = 8192;                                 // per side: "too_large"
+
+// name: "cornell" or "atrium" (generated in code), or the path of a .gltf or .glb.
+// Errors: "not_found", "bad_gltf", "out_of_bounds", "missing_file", "bad_image", "bad_profile", "too_large",
+// "unsupported"; `where` is a JSON pointer into the glTF ("/accessors/3/byteOffset") or a file name.
+Result<std::shared_ptr<const SceneAsset>> load_scene(const std::string& name);
+
+// The built-in scenes, metres. cornell: a box with two blocks and a sculpture of about 33,000 triangles in all;
+// atrium: a colonnaded court of at least 262,000 triangles, textured. Both with one luminaire and one camera.
+std::shared_ptr<const SceneAsset> make_cornell();
+std::shared_ptr<const SceneAsset> make_atrium();
+
+// bytes: a photometric file. Result: the profile lights share. Errors of ies::read_photometry.
+Result<std::shared_ptr<const Profile>> make_profile(std::string name, std::string_view bytes);
+// name: of ies::synthetic_luminaires. Errors: "not_found".
+Result<std::shared_ptr<const Profile>> builtin_profile(const std::string& name);
+// The profile of a plain KHR_lights_punctual light of 1 cd on its axis: isotropic, or a spot with its smooth cone edge.
+std::shared_ptr<const Profile> punctual_point_profile();
+std::shared_ptr<const Profile> punctual_spot_profile(double inner_cone_rad, double outer_cone_rad);
+
+// Pixels of one captured picture, row-major from the top.
+struct FloatPicture {
+    int width_px = 0, height_px = 0, channels = 3;  // 3: scene-linear RGB; 1: Y
+    std::vector<float> values;
+};
+struct BytePicture {
+    int width_px = 0, height_px = 0;
+    std::vector<std::uint8_t> rgb;  // 3 bytes per pixel, sRGB-encoded
+};
+// Result: the bytes of the image file. EXR: 32-bit float, unit named in the header attribute "gonio:unit".
+Result<std::vector<std::byte>> encode_exr(const FloatPicture& picture, const std::string& unit);
+Result<std::vector<std::byte>> encode_png(const BytePicture& picture);
+Result<std::vector<std::byte>> encode_jpeg(const BytePicture& picture, int quality_percent);
+// Tests read captures back with these. path: PNG, JPEG or EXR.
+Result<FloatPicture> read_picture(const std::string& path);
+
+}  // namespace gonio

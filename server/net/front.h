@@ -1,0 +1,62 @@
+// The one HTTP port: page, /healthz, stills, MJPEG and the WebSocket. Runs its own thread; knows messages and encoded
+// frames, never the scene. Boost.Beast stays in the .cpp files.
+#pragma once
+
+#include <cstdint>
+#include <functional>
+#include <memory>
+#include <optional>
+#include <span>
+#include <string>
+
+#include "cmake/embedded_file.h"
+#include "ies/result.h"
+#include "protocol/codec.h"
+#include "server/stream/encoder.h"
+
+namespace gonio {
+
+using SessionId = std::uint32_t;  // 0: nobody
+
+// What the viewers want now; changes are told through Callbacks::demand.
+struct Demand {
+    bool h264 = false;   // at least one identified video client that has credit (fewer than 2 frames unacknowledged)
+    bool jpeg = false;   // at least one MJPEG client that took the last part
+    bool key = false;    // an H.264 client waits for a key frame
+    unsigned clients = 0;
+};
+
+struct FrontOptions {
+    std::string host = "127.0.0.1";
+    std::uint16_t port = 8080;  // 0: any free one
+    std::string token;          // empty: none asked for
+    std::string server_name;    // for Hello
+    std::string renderer;
+    std::span<const EmbeddedFile> page;  // "index.html", "main.js", …
+};
+
+class Front {
+public:
+    struct Callbacks {
+        // All called on the net thread; they must not block. `request` returns false when the render queue is full: the
+        // client is then answered "busy".
+        std::function<bool(SessionId, v1::ClientMessage)> request;
+        std::function<void(Demand)> demand;
+    };
+
+    // Binds and starts the thread. Errors: "listen_failed" with the address.
+    static Result<std::unique_ptr<Front>> start(const FrontOptions& options, Callbacks callbacks);
+    virtual ~Front() = default;  // closes all connections and joins
+
+    virtual std::uint16_t port() const = 0;
+    virtual std::uint32_t packets_sent() const = 0;  // video messages and MJPEG parts
+    // Any thread. `state` is the whole state for `Ready` of clients that come later, encoded when one comes.
+    virtual void publish_state(v1::State state) = 0;
+    virtual void broadcast(v1::StateChanged change) = 0;
+    virtual void reply(SessionId session, v1::ServerMessage message) = 0;
+    virtual void publish_video_config(v1::VideoConfig config) = 0;
+    virtual void publish_h264(EncodedFrame frame, bool final) = 0;
+    virtual void publish_jpeg(EncodedFrame frame) = 0;
+};
+
+}  // namespace gonio

@@ -1,0 +1,116 @@
+// Queue<T> and Latest<T>: the only two objects that cross threads. Data moves; nothing else is locked.
+#pragma once
+
+#include <chrono>
+#include <condition_variable>
+#include <cstddef>
+#include <deque>
+#include <mutex>
+#include <optional>
+#include <utility>
+
+namespace gonio {
+
+// Bounded FIFO. At the bound, push returns false and the caller says so to whoever sent the value.
+template <typename T>
+class Queue {
+public:
+    explicit Queue(std::size_t capacity) : capacity_(capacity) {}
+
+    bool push(T value) {
+        {
+            std::lock_guard lock(mutex_);
+            if (closed_ || values_.size() >= capacity_) return false;
+            values_.push_back(std::move(value));
+        }
+        ready_.notify_one();
+        return true;
+    }
+    std::optional<T> try_pop() {
+        std::lock_guard lock(mutex_);
+        return take();
+    }
+    // Waits until a value, close() or wake() comes, or the time is over.
+    std::optional<T> pop_for(std::chrono::nanoseconds time) {
+        std::unique_lock lock(mutex_);
+        ready_.wait_for(lock, time, [&] { return closed_ || woken_ || !values_.empty(); });
+        woken_ = false;
+        return take();
+    }
+    // Waits for a value; empty once closed and drained.
+    std::optional<T> pop() {
+        std::unique_lock lock(mutex_);
+        ready_.wait(lock, [&] { return closed_ || !values_.empty(); });
+        return take();
+    }
+    void wake() {
+        {
+            std::lock_guard lock(mutex_);
+            woken_ = true;
+        }
+        ready_.notify_one();
+    }
+    void close() {
+        {
+            std::lock_guard lock(mutex_);
+            closed_ = true;
+        }
+        ready_.notify_all();
+    }
+    bool closed() const {
+        std::lock_guard lock(mutex_);
+        return closed_;
+    }
+
+private:
+    std::optional<T> take() {
+        if (values_.empty()) return std::nullopt;
+        std::optional<T> value(std::move(values_.front()));
+        values_.pop_front();
+        return value;
+    }
+    mutable std::mutex mutex_;
+    std::condition_variable ready_;
+    std::deque<T> values_;
+    std::size_t capacity_;
+    bool closed_ = false;
+    bool woken_ = false;
+};
+
+// A single slot: a newer value replaces an older one that nobody took.
+template <typename T>
+class Latest {
+public:
+    void put(T value) {
+        {
+            std::lock_guard lock(mutex_);
+            value_ = std::move(value);
+        }
+        ready_.notify_one();
+    }
+    std::optional<T> try_take() {
+        std::lock_guard lock(mutex_);
+        return std::exchange(value_, std::nullopt);
+    }
+    // Waits for a value; empty once closed.
+    std::optional<T> take() {
+        std::unique_lock lock(mutex_);
+        ready_.wait(lock, [&] { return closed_ || value_.has_value(); });
+        return std::exchange(value_, std::nullopt);
+    }
+    void close() {
+        {
+            std::lock_guard lock(mutex_);
+            closed_ = true;
+        }
+        ready_.notify_all();
+    }
+
+private:
+    std::mutex mutex_;
+    std::condition_variable ready_;
+    std::optional<T> value_;
+    bool closed_ = false;
+};
+
+}  // namespace gonio

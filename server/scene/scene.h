@@ -1,0 +1,150 @@
+// The scene: plain data with one owner, the render thread. No GL, no sockets, no file formats.
+// World: metres, right-handed, +Y up (glTF). Positions are double; they are rebased to the camera or the light before
+// single precision sees them. Meshes, images and webs are immutable and shared.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <glm/glm.hpp>
+#include <glm/gtc/quaternion.hpp>
+#include <map>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "ies/lm63.h"
+
+namespace gonio {
+
+struct Bounds {
+    glm::dvec3 min{1e300};
+    glm::dvec3 max{-1e300};
+};
+
+// 32 bytes, uploaded as it is.
+struct Vertex {
+    glm::vec3 position;  // mesh space, m
+    glm::vec3 normal;    // mesh space, unit length
+    glm::vec2 uv;
+};
+
+struct Image {
+    int width_px = 0, height_px = 0;
+    std::vector<std::uint8_t> rgba;  // row-major from the top, sRGB-encoded colour, linear alpha
+};
+
+struct Material {
+    std::string name;
+    glm::vec4 base_color{1.0f};  // linear Rec.709 reflectance 0..1 (glTF baseColorFactor), times the texture
+    int base_color_image = -1;   // index into SceneAsset::images, -1: none
+    bool repeat_s = true, repeat_t = true;  // else clamp to edge
+    glm::vec3 emissive_nit{0.0f};  // cd/m², glTF emissiveFactor × KHR_materials_emissive_strength
+    int emissive_image = -1;
+    bool alpha_mask = false;
+    float alpha_cutoff = 0.5f;
+    bool double_sided = false;
+};
+
+// One glTF primitive: triangles with one material.
+struct Mesh {
+    std::vector<Vertex> vertices;
+    std::vector<std::uint32_t> indices;  // 3 per triangle, counter-clockwise from the front
+    int material = 0;                    // index into SceneAsset::materials
+    Bounds bounds;                       // mesh space
+};
+
+struct Instance {
+    int mesh = 0;
+    glm::dmat4 world_from_mesh{1.0};
+    std::string node;  // glTF node name, for messages
+};
+
+// A profile as lights share it.
+struct Profile {
+    std::string name;
+    ies::Photometry photometry;
+    double max_cd = 0.0;   // peak of the web
+    double flux_lm = 0.0;  // its integral
+};
+
+// A light as a scene file describes it, before it becomes a Light of the running scene.
+struct LightSeed {
+    std::string name;
+    glm::dvec3 position{0.0};
+    glm::dquat world_from_light{1.0, 0.0, 0.0, 0.0};  // node frame: photometric zero on -Z, C0 on +X
+    std::shared_ptr<const Profile> profile;
+    double multiplier = 1.0;
+    glm::dvec3 color{1.0};
+};
+
+struct Camera {
+    glm::dvec3 eye{0.0, 1.0, 5.0};
+    glm::dvec3 target{0.0, 1.0, 0.0};
+    double fov_rad = 0.7;  // vertical
+};
+
+// All that a scene file holds. Immutable.
+struct SceneAsset {
+    std::string name;  // "cornell", or the path it came from
+    std::vector<Mesh> meshes;
+    std::vector<Material> materials;  // at least one
+    std::vector<Image> images;
+    std::vector<Instance> instances;
+    std::vector<LightSeed> lights;
+    std::vector<Camera> cameras;      // may be empty: then one is framed from the bounds
+    double exposure_ev100 = 6.0;      // a start value that suits the scene
+    std::vector<std::string> warnings;  // tolerated deviations and unsupported features, one sentence each
+    Bounds bounds;                    // world space
+    std::size_t triangles() const {   // counted per instance
+        std::size_t count = 0;
+        for (const Instance& instance : instances) count += meshes[instance.mesh].indices.size() / 3;
+        return count;
+    }
+};
+
+using Revision = std::uint32_t;
+
+struct Light {
+    std::uint32_t id = 0;  // never reused within a process
+    std::string name;
+    glm::dvec3 position{0.0};
+    glm::dquat world_from_light{1.0, 0.0, 0.0, 0.0};
+    double pan_rad = 0.0, tilt_rad = 0.0, roll_rad = 0.0;  // as last set, or derived from the orientation
+    std::shared_ptr<const Profile> profile;
+    double multiplier = 1.0;
+    double level_ratio = 1.0;
+    glm::dvec3 color{1.0};
+    Revision position_rev = 0, aim_rev = 0, profile_rev = 0, level_rev = 0;
+};
+
+enum class View : std::uint8_t {
+    beauty, direct, indirect, illuminance, luminance, mask, rsm_depth, rsm_normal, rsm_flux, solid
+};
+enum class Technique : std::uint8_t { standard, seed };
+
+struct Scene {
+    std::shared_ptr<const SceneAsset> asset;
+    std::vector<Light> lights;
+    std::map<std::string, std::vector<std::string>> groups;  // name -> light names
+    Camera camera;
+    View view = View::beauty;
+    double view_gain = 1.0;
+    std::string view_light;  // empty: the first light
+    double exposure_ev100 = 6.0;
+    double master_ratio = 1.0;
+    Technique technique = Technique::standard;
+    std::uint32_t samples = 1024;
+    int width_px = 800, height_px = 800;
+
+    Revision scene_rev = 1;      // bumped by every command that changed anything
+    // Revision of a part: the scene_rev of the command that last changed it.
+    Revision geometry_rev = 1, camera_rev = 1, view_rev = 1, exposure_rev = 1, master_rev = 1, technique_rev = 1,
+             size_rev = 1, lights_rev = 1 /* a light came or went */, groups_rev = 1;
+    std::uint32_t next_light_id = 1;
+};
+
+inline constexpr std::size_t kMaxLights = 64;    // one more is refused: "too_many_lights"
+inline constexpr std::size_t kMaxGroups = 64;    // likewise "too_many_groups"
+inline constexpr std::size_t kMaxNameBytes = 128;
+
+}  // namespace gonio
