@@ -11,7 +11,7 @@
 namespace gonio::ies {
 
 struct SyntheticLuminaire {
-    std::string_view name;         // "downlight", "narrow_spot", "batwing", "wall_washer", "linear", "street", "bulb", "flood"
+    std::string_view name;  // "downlight", "narrow_spot", "batwing", "wall_washer", "linear", "street", "bulb", "flood"
     std::string_view description;  // one sentence with the intensity law
     LuminousFlux flux;             // closed form of the *continuous* law; the file's bilinear web agrees within 0.2 %
 };

@@ -34,8 +34,7 @@ constexpr auto operator*(Quantity<L1, S1, F1> a, Quantity<L2, S2, F2> b) {
     return Quantity<L1 + L2, S1 + S2, F1 + F2>::from_base(a.base() * b.base());
 }
 template <int L1, int S1, int F1, int L2, int S2, int F2>
-    requires(L1 != L2 || S1 != S2 || F1 != F2)
-constexpr auto operator/(Quantity<L1, S1, F1> a, Quantity<L2, S2, F2> b) {
+requires(L1 != L2 || S1 != S2 || F1 != F2) constexpr auto operator/(Quantity<L1, S1, F1> a, Quantity<L2, S2, F2> b) {
     return Quantity<L1 - L2, S1 - S2, F1 - F2>::from_base(a.base() / b.base());
 }
 

@@ -1,6 +1,7 @@
 // Bytes <-> protocol messages, both encodings. Pure functions, any thread.
 #pragma once
 
+#include <cstdint>
 #include <string>
 #include <string_view>
 
@@ -19,6 +20,9 @@ inline constexpr std::size_t kMaxMessageBytes = 2u << 20;  // a client message b
 // place, "unsupported" where no member of the oneof is set.
 Result<v1::ClientMessage> decode_client_message(Encoding encoding, std::string_view bytes);
 Result<v1::ServerMessage> decode_server_message(Encoding encoding, std::string_view bytes);
+
+// Result: the request_id of a message that could not be decoded, as far as it can be read, else 0; for the answer.
+std::uint32_t peek_request_id(Encoding encoding, std::string_view bytes);
 
 // Result: the message body; JSON is proto3 JSON with the original field names and defaults printed.
 std::string encode_message(Encoding encoding, const google::protobuf::Message& message);

@@ -2,6 +2,8 @@
 // frames, never the scene. Boost.Beast stays in the .cpp files.
 #pragma once
 
+#include <chrono>
+#include <cstddef>
 #include <cstdint>
 #include <functional>
 #include <memory>
@@ -26,6 +28,21 @@ struct Demand {
     unsigned clients = 0;
 };
 
+// Every limit of the front with its default; PROTOCOL.md says what happens at each.
+struct FrontLimits {
+    unsigned clients = 64;                         // WebSocket and MJPEG clients; one more is answered 503
+    unsigned connections = 256;                    // of any kind; one more is closed unanswered
+    std::size_t queued_messages = 256;             // control messages waiting for one slow client
+    std::chrono::milliseconds header{5'000};       // from connect (or the last response) to a whole request header
+    std::chrono::milliseconds identify{5'000};     // from the upgrade to Identify
+    std::chrono::milliseconds ping{10'000};        // silence after which the server pings
+    std::chrono::milliseconds dead{30'000};        // silence after which the connection is dropped
+    std::chrono::milliseconds write_stall{5'000};  // a write without progress, then the connection is dropped
+    std::chrono::milliseconds key_interval{1'000};  // least time between two key frames that one client makes the
+                                                    // encoder produce, the first apart
+    std::chrono::milliseconds still{60'000};       // a still picture that is not there by then is answered 504
+};
+
 struct FrontOptions {
     std::string host = "127.0.0.1";
     std::uint16_t port = 8080;  // 0: any free one
@@ -33,6 +50,7 @@ struct FrontOptions {
     std::string server_name;    // for Hello
     std::string renderer;
     std::span<const EmbeddedFile> page;  // "index.html", "main.js", …
+    FrontLimits limits;
 };
 
 class Front {
@@ -50,7 +68,8 @@ public:
 
     virtual std::uint16_t port() const = 0;
     virtual std::uint32_t packets_sent() const = 0;  // video messages and MJPEG parts
-    // Any thread. `state` is the whole state for `Ready` of clients that come later, encoded when one comes.
+    // Any thread. `state` is the whole state for `Ready` of clients that come later, encoded when one comes. Publish it
+    // before the StateChanged that leads to it, so that a client that joins in between misses nothing.
     virtual void publish_state(v1::State state) = 0;
     virtual void broadcast(v1::StateChanged change) = 0;
     virtual void reply(SessionId session, v1::ServerMessage message) = 0;

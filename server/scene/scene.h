@@ -120,7 +120,9 @@ struct Light {
 enum class View : std::uint8_t {
     beauty, direct, indirect, illuminance, luminance, mask, rsm_depth, rsm_normal, rsm_flux, solid
 };
-enum class Technique : std::uint8_t { standard, seed };
+enum class Technique : std::uint8_t { standard, seed, seed_disk };
+inline constexpr std::uint32_t kDefaultVpls = 1024;        // `samples` of the default technique
+inline constexpr std::uint32_t kDefaultSeedSamples = 400;  // `samples` of the seed technique: its paper's better setting
 
 struct Scene {
     std::shared_ptr<const SceneAsset> asset;
@@ -133,7 +135,7 @@ struct Scene {
     double exposure_ev100 = 6.0;
     double master_ratio = 1.0;
     Technique technique = Technique::standard;
-    std::uint32_t samples = 1024;
+    std::uint32_t samples = kDefaultVpls;
     int width_px = 800, height_px = 800;
 
     Revision scene_rev = 1;      // bumped by every command that changed anything

@@ -1,0 +1,131 @@
+// The camera in the hand: drag orbits, shift-drag (or the middle button, or two fingers) pans, wheel and pinch dolly;
+// arrow keys, + and - do the same.
+
+const kOrbitRadPerPx = 0.006;
+const kDollyPerNotch = 1.12;
+const kWheelNotchPx = 100;
+const kMaxPitchRad = 1.55;        // just short of the poles, where "up" would flip
+const kMinDistance_m = 0.02;
+const kWheelRestMs = 250;         // the wheel counts as a hand for this long
+const kKeyStepPx = 24;
+
+const sub = (a, b) => a.map((x, i) => x - b[i]);
+const add = (a, b) => a.map((x, i) => x + b[i]);
+const scale = (a, s) => a.map((x) => x * s);
+const length = (a) => Math.hypot(...a);
+
+// Eye in spherical coordinates around the target; yaw 0 on +Z, pitch up.
+function toSpherical(eye, target) {
+    const d = sub(eye, target);
+    const r = Math.max(length(d), kMinDistance_m);
+    return {r, yaw: Math.atan2(d[0], d[2]), pitch: Math.asin(Math.max(-1, Math.min(1, d[1] / r)))};
+}
+
+function fromSpherical({r, yaw, pitch}, target) {
+    return add(target, scale([Math.sin(yaw) * Math.cos(pitch), Math.sin(pitch), Math.cos(yaw) * Math.cos(pitch)], r));
+}
+
+export function orbit({eye, target}, dx_px, dy_px) {
+    const s = toSpherical(eye, target);
+    s.yaw -= dx_px * kOrbitRadPerPx;
+    s.pitch = Math.max(-kMaxPitchRad, Math.min(kMaxPitchRad, s.pitch + dy_px * kOrbitRadPerPx));
+    return {target, eye: fromSpherical(s, target)};
+}
+
+// The point under the pointer, at the distance of the target, stays under it.
+export function pan({eye, target}, fov_rad, height_px, dx_px, dy_px) {
+    const {r, yaw, pitch} = toSpherical(eye, target);
+    const metresPerPx = (2 * r * Math.tan(fov_rad / 2)) / Math.max(1, height_px);
+    const right = [Math.cos(yaw), 0, -Math.sin(yaw)];
+    const up = [-Math.sin(yaw) * Math.sin(pitch), Math.cos(pitch), -Math.cos(yaw) * Math.sin(pitch)];
+    const shift = add(scale(right, -dx_px * metresPerPx), scale(up, dy_px * metresPerPx));
+    return {eye: add(eye, shift), target: add(target, shift)};
+}
+
+export function dolly({eye, target}, factor) {
+    const d = sub(eye, target);
+    return {target, eye: add(target, scale(d, Math.max(factor, kMinDistance_m / Math.max(length(d), 1e-9))))};
+}
+
+export class CameraHand {
+    #store;
+    #pointers = new Map();    // id -> {x, y}
+    #wheelTimer = 0;
+
+    constructor(store, elements) {
+        this.#store = store;
+        for (const element of elements) this.#listen(element);
+    }
+
+    get pose() {
+        const {eye, target} = this.#store.state.camera;
+        return this.#store.value("camera", {eye, target});
+    }
+
+    set(pose) {
+        this.#store.set("camera", pose, {set_camera: {eye_m: pose.eye, target_m: pose.target}});
+    }
+
+    #hold() { this.#store.hold("camera", this.pose); }
+    #release() { this.#store.release("camera"); }
+
+    #listen(element) {
+        const ready = () => this.#store.state?.camera;
+        element.addEventListener("pointerdown", (event) => {
+            if (!ready() || event.button > 1) return;
+            event.preventDefault();
+            element.focus({preventScroll: true});
+            element.setPointerCapture(event.pointerId);
+            this.#hold();
+            this.#pointers.set(event.pointerId, {x: event.clientX, y: event.clientY});
+            element.classList.add("grabbed");
+        });
+        element.addEventListener("pointermove", (event) => this.#move(element, event));
+        const end = (event) => {
+            if (!this.#pointers.delete(event.pointerId) || this.#pointers.size) return;
+            element.classList.remove("grabbed");
+            this.#release();
+        };
+        element.addEventListener("pointerup", end);
+        element.addEventListener("pointercancel", end);
+        element.addEventListener("wheel", (event) => {
+            if (!ready()) return;
+            event.preventDefault();
+            this.#hold();
+            const notches = (event.deltaMode === 1 ? event.deltaY * 33 : event.deltaY) / kWheelNotchPx;
+            this.set(dolly(this.pose, kDollyPerNotch ** Math.max(-3, Math.min(3, notches))));
+            clearTimeout(this.#wheelTimer);
+            this.#wheelTimer = setTimeout(() => { if (!this.#pointers.size) this.#release(); }, kWheelRestMs);
+        }, {passive: false});
+        element.addEventListener("keydown", (event) => {
+            const [dx, dy] = {ArrowLeft: [-1, 0], ArrowRight: [1, 0], ArrowUp: [0, -1], ArrowDown: [0, 1]}[event.key] ?? [];
+            const zoom = {"+": 1 / kDollyPerNotch, "=": 1 / kDollyPerNotch, "-": kDollyPerNotch}[event.key];
+            if (!ready() || event.ctrlKey || event.metaKey || event.altKey || (dx === undefined && !zoom)) return;
+            event.preventDefault();
+            this.set(zoom ? dolly(this.pose, zoom)
+                : this.#dragged(element, event.shiftKey, dx * kKeyStepPx, dy * kKeyStepPx));
+        });
+    }
+
+    #dragged(element, panning, dx_px, dy_px) {
+        if (!panning) return orbit(this.pose, dx_px, dy_px);
+        return pan(this.pose, this.#store.state.camera.fov_rad, element.clientHeight, dx_px, dy_px);
+    }
+
+    #move(element, event) {
+        const last = this.#pointers.get(event.pointerId);
+        if (!last) return;
+        const dx = event.clientX - last.x, dy = event.clientY - last.y;
+        if (this.#pointers.size === 2) {
+            const other = [...this.#pointers].find(([id]) => id !== event.pointerId)[1];
+            const before = Math.hypot(last.x - other.x, last.y - other.y);
+            const after = Math.hypot(event.clientX - other.x, event.clientY - other.y);
+            const moved = this.#dragged(element, true, dx / 2, dy / 2);
+            this.set(before > 10 && after > 10 ? dolly(moved, before / after) : moved);
+        } else if (this.#pointers.size === 1) {
+            this.set(this.#dragged(element, event.shiftKey || (event.buttons & 4) !== 0, dx, dy));
+        }
+        last.x = event.clientX;
+        last.y = event.clientY;
+    }
+}

@@ -1,0 +1,130 @@
+// The right side: everything about the selected light or group.
+
+import {h, setText, formatLarge} from "./dom.js";
+import {property, component, mapped, slider, scrub} from "./controls.js";
+import {lightLevel, groupLevel, percent} from "./lights.js";
+import {toHex, fromHex, fromTemperature} from "./color.js";
+import {ProfilePanel} from "./profile.js";
+
+const kDegree = Math.PI / 180;
+const kTemperatures = [2700, 3000, 4000, 6500];
+
+// Shown within −180..180, both ends kept; the server keeps whatever turn it was given.
+function toDegrees(rad) {
+    const degrees = rad / kDegree;
+    return Math.abs(degrees) <= 180.0001 ? degrees : degrees - 360 * Math.round(degrees / 360);
+}
+
+function section(title, ...children) {
+    return h("section", {"aria-label": title}, h("h3", {}, title), ...children);
+}
+
+function colorSection(colorOf, name) {
+    const picker = h("input", {type: "color", "aria-label": "Colour"});
+    let held = null;    // the property that the open picker holds
+    picker.addEventListener("click", () => { held = colorOf.key(); colorOf.hold(); });
+    picker.addEventListener("input", () => colorOf.set(fromHex(picker.value)));
+    for (const type of ["change", "blur"]) {
+        picker.addEventListener(type, () => { if (held !== null) colorOf.store.release(held); held = null; });
+    }
+    const fields = ["R", "G", "B"].map((letter, i) => scrub(component(colorOf, i),
+        {letter, label: `${letter} factor${name}`, min: 0, max: 10000, step: 0.01, digits: 3, perPixel: 0.005}));
+    const chip = (text, rgb, title) => h("button", {type: "button", class: "chip", title, onclick: () => colorOf.set(rgb)}, text);
+    const chips = h("div", {class: "chips"}, chip("Neutral", [1, 1, 1], "As measured"),
+        ...kTemperatures.map((kelvin) => chip(`${kelvin} K`, fromTemperature(kelvin), "Lux stay as they are")));
+    return {
+        node: h("div", {class: "color"}, h("div", {class: "row vector"}, picker, ...fields.map((field) => field.node)), chips),
+        update() {
+            const rgb = colorOf.value();
+            if (rgb?.length === 3 && held === null && picker.value !== toHex(rgb)) picker.value = toHex(rgb);
+            fields.forEach((field) => field.update());
+        },
+    };
+}
+
+function vectorSection(title, vector, letters, options) {
+    const fields = letters.map((letter, i) => scrub(component(vector, i),
+        {letter, label: `${title} ${letter}`, ...options}));
+    return {node: h("div", {class: "row vector"}, ...fields.map((field) => field.node)),
+        update: () => fields.forEach((field) => field.update())};
+}
+
+function lightView(store, connection) {
+    const name = () => (store.selected?.kind === "light" ? store.selected.name : "");
+    const light = () => store.light(name());
+    const bound = (key, read, patch) => property(store, () => `${key}:${name()}`, read,
+        (value) => ({set_light: {name: name(), ...patch(value)}}));
+
+    const title = h("h2", {id: "light-name"});
+    const summary = h("p", {class: "faint"});
+    const level = slider(percent(lightLevel(store, name)), {label: "Level", id: "level", min: 0, max: 100, step: 0.1, digits: 1, unit: "%"});
+    const color = colorSection(bound("color", () => light()?.color_rgb, (color_rgb) => ({color_rgb})), "");
+    const position = vectorSection("Position",
+        bound("position", () => light()?.position, (position_m) => ({position_m})), ["x", "y", "z"],
+        {step: 0.05, digits: 3, perPixel: 0.01});
+    const angles = ["pan", "tilt", "roll"].map((angle) => slider(
+        mapped(bound(angle, () => light()?.[`${angle}_rad`], (rad) => ({[`${angle}_rad`]: rad})), toDegrees, (deg) => deg * kDegree),
+        {label: angle[0].toUpperCase() + angle.slice(1), id: angle, min: -180, max: 180, step: 0.5, fieldStep: 1, origin: 0, digits: 1, unit: "°"}));
+    const aim = vectorSection("Aim", bound("aim", () => light()?.aim, (vector) => ({aim: vector})), ["x", "y", "z"],
+        {step: 0.05, digits: 3, perPixel: 0.01});
+    aim.node.title = "Direction of the photometric zero; setting it derives pan, tilt and roll";
+    const profile = new ProfilePanel(store, connection);
+    const parts = [level, color, position, ...angles, aim, profile];
+    const node = h("div", {id: "light-view"}, h("header", {}, title, summary),
+        h("section", {"aria-label": "Level and colour"}, level.node, color.node),
+        section("Position, m", position.node), section("Aim", ...angles.map((angle) => angle.node), aim.node), profile.node);
+    return {node, update() {
+        const shown = light();
+        node.hidden = !shown;
+        if (!shown) return;
+        setText(title, shown.name);
+        const times = shown.multiplier !== undefined && shown.multiplier !== 1 ? ` · ×${shown.multiplier}` : "";
+        setText(summary, `${shown.profile} · ${formatLarge(shown.max_cd)} cd · ${formatLarge(shown.flux_lm)} lm${times}`);
+        parts.forEach((part) => part.update());
+    }};
+}
+
+function groupView(store, connection) {
+    const name = () => (store.selected?.kind === "group" ? store.selected.name : "");
+    const title = h("h2");
+    const level = slider(percent(groupLevel(store, name)), {label: "Level of all", caption: "Level", min: 0, max: 100, step: 0.1, digits: 1, unit: "%"});
+    const color = colorSection(property(store, () => `groupcolor:${name()}`,
+        () => store.light(store.group(name())?.lights[0])?.color_rgb,
+        (color_rgb) => ({set_light: {name: name(), color_rgb}})), " of all");
+    const members = h("ul", {class: "members"});
+    const remove = h("button", {type: "button", class: "quiet", onclick: () => connection.command({set_group: {name: name(), lights: []}})}, "Remove group");
+    const node = h("div", {}, h("header", {}, title, h("p", {class: "faint"}, "Group")), 
+        h("section", {"aria-label": "Level and colour of all"}, level.node, color.node), section("Lights", members, remove));
+    let shown = "";
+    return {node, update() {
+        const group = store.group(name());
+        node.hidden = !group;
+        if (!group) return;
+        setText(title, group.name);
+        level.update();
+        color.update();
+        const all = store.state.lights.map((light) => light.name);
+        const signature = JSON.stringify([group, all]);
+        if (signature === shown) return;
+        shown = signature;
+        members.replaceChildren(...all.map((light) => {
+            const box = h("input", {type: "checkbox"});
+            box.checked = group.lights.includes(light);
+            // The last light stays: a group without lights is a removed one, and that has its own button.
+            box.disabled = box.checked && group.lights.length === 1;
+            box.addEventListener("change", () => connection.command({set_group: {name: group.name,
+                lights: box.checked ? [...group.lights, light] : group.lights.filter((other) => other !== light)}}));
+            return h("li", {}, h("label", {}, box, light));
+        }));
+    }};
+}
+
+export function inspector(store, node, connection) {
+    const views = [lightView(store, connection), groupView(store, connection)];
+    const none = h("p", {class: "hint"}, "Select a light to see and change it.");
+    node.append(...views.map((view) => view.node), none);
+    return {update() {
+        views.forEach((view) => view.update());
+        none.hidden = store.selected !== null;
+    }};
+}

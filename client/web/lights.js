@@ -1,0 +1,112 @@
+// The lists on the left: lights and groups, each row with its fader; and the master.
+
+import {h, setText} from "./dom.js";
+import {property, mapped, range, slider} from "./controls.js";
+
+export function lightLevel(store, name) {
+    return property(store, () => `level:${name()}`, () => store.light(name())?.level_ratio,
+        (value) => ({set_light: {name: name(), level_ratio: value}}));
+}
+
+// A group shows the mean of its lights: faders of its lights may differ.
+export function groupLevel(store, name) {
+    const mean = () => {
+        const levels = (store.group(name())?.lights ?? []).map((light) => store.light(light)?.level_ratio)
+            .filter(Number.isFinite);
+        return levels.length ? levels.reduce((sum, level) => sum + level, 0) / levels.length : undefined;
+    };
+    return property(store, () => `group:${name()}`, mean,
+        (value) => ({set_light: {name: name(), level_ratio: value}}));
+}
+
+export const percent = (prop) => mapped(prop, (ratio) => ratio * 100, (shown) => shown / 100);
+
+const percentText = (value) => `${Math.round(value)} %`;
+
+function row(store, kind, name, level) {
+    const title = h("span", {class: "name"}, name);
+    const detail = h("span", {class: "detail"});
+    const button = h("button", {type: "button", class: "pick", onclick: () => store.select(kind, name)}, title, detail);
+    const shown = percent(level);
+    const fader = range(shown, {label: `Level of ${name}`, min: 0, max: 100, step: 0.1, text: percentText});
+    const figure = h("span", {class: "figure"});
+    const node = h("li", {"data-name": name}, button, fader.node, figure);
+    const update = () => {
+        const on = store.selected?.kind === kind && store.selected.name === name;
+        node.classList.toggle("on", on);
+        button.setAttribute("aria-pressed", String(on));
+        fader.update();
+        setText(figure, Number.isFinite(shown.value()) ? percentText(shown.value()) : "–");
+        setText(detail, kind === "light" ? store.light(name)?.profile ?? ""
+            : `${store.group(name)?.lights?.length ?? 0} lights`);
+    };
+    return {node, update};
+}
+
+// Keeps rows of names that stay, so that a fader in the hand is not rebuilt under it.
+function list(store, kind, names, levelOf) {
+    const node = h("ul", {class: "list"});
+    const rows = new Map();
+    return {
+        node,
+        update() {
+            const current = names();
+            for (const name of [...rows.keys()].filter((known) => !current.includes(known))) {
+                rows.get(name).node.remove();
+                rows.delete(name);
+            }
+            current.forEach((name, i) => {
+                if (!rows.has(name)) rows.set(name, row(store, kind, name, levelOf(store, () => name)));
+                const item = rows.get(name).node;
+                if (node.children[i] !== item) node.insertBefore(item, node.children[i] ?? null);
+            });
+            for (const {update} of rows.values()) update();
+        },
+    };
+}
+
+export function masterPanel(store, node) {
+    const master = percent(property(store, () => "master", () => store.state.master_ratio,
+        (ratio) => ({set_master: {ratio}})));
+    const fader = slider(master, {label: "Master", min: 0, max: 100, step: 0.1, digits: 0, unit: "%"});
+    node.append(fader.node);
+    return fader;
+}
+
+export function lightPanel(store, node) {
+    const count = h("span", {class: "count"});
+    const lights = list(store, "light", () => store.state.lights.map((light) => light.name), lightLevel);
+    const empty = h("p", {class: "hint"}, "This scene has no lights.");
+    node.append(h("h2", {}, "Lights", count), lights.node, empty);
+    return {update() {
+        lights.update();
+        empty.hidden = store.state.lights.length > 0;
+        setText(count, String(store.state.lights.length));
+    }};
+}
+
+export function groupPanel(store, node, connection) {
+    const groups = list(store, "group", () => store.state.groups.map((group) => group.name), groupLevel);
+    const input = h("input", {type: "text", maxlength: 128, placeholder: "Name of the group", "aria-label": "Name of the new group"});
+    const form = h("form", {class: "inline", hidden: true}, input, h("button", {}, "Create"));
+    const open = h("button", {type: "button", class: "quiet", title: "New group of the selected light",
+        "aria-label": "New group", onclick: () => { form.hidden = !form.hidden; if (!form.hidden) input.focus(); }}, "+");
+    form.addEventListener("keydown", (event) => {
+        if (event.key !== "Escape") return;
+        form.hidden = true;
+        open.focus();
+    });
+    form.addEventListener("submit", async (event) => {
+        event.preventDefault();
+        const name = input.value.trim();
+        const first = store.selected?.kind === "light" ? store.selected.name : store.state.lights[0]?.name;
+        if (!name || !first) return;
+        const result = await connection.command({set_group: {name, lights: [first]}});
+        if (result?.code !== "ok") return;
+        input.value = "";
+        form.hidden = true;
+        store.select("group", name);
+    });
+    node.append(h("h2", {}, "Groups", h("span", {class: "grow"}), open), form, groups.node);
+    return groups;
+}

@@ -1,0 +1,75 @@
+// Wires the page: one connection, one store, and the parts that show it.
+
+import {setText} from "./dom.js";
+import {Connection} from "./connection.js";
+import {Store} from "./store.js";
+import {Video} from "./video.js";
+import {CameraHand} from "./camera.js";
+import {masterPanel, lightPanel, groupPanel} from "./lights.js";
+import {viewTabs, followSelection, picturePanel, scenePanel} from "./picture.js";
+import {inspector} from "./inspector.js";
+import {ReportPanel} from "./report.js";
+import {statsStrip} from "./stats.js";
+import {Toasts} from "./toast.js";
+
+const $ = (id) => document.getElementById(id);
+
+const connection = new Connection(`${location.protocol === "https:" ? "wss" : "ws"}://${location.host}/v1/ws`);
+const store = new Store(connection);
+const video = new Video(connection, $("canvas"), $("still"));
+const cameraHand = new CameraHand(store, [$("canvas"), $("still")]);
+const toasts = new Toasts($("toasts"));
+const report = new ReportPanel(connection, $("report"));
+
+const parts = [
+    masterPanel(store, $("master")), lightPanel(store, $("lights")), groupPanel(store, $("groups"), connection),
+    picturePanel(store, $("picture"), cameraHand), viewTabs(store, $("views")), scenePanel(store, $("scene"), connection),
+    inspector(store, $("inspector"), connection),
+];
+followSelection(store, connection);
+statsStrip(store, video, connection, $("stats"), $("format"), report);
+
+store.addEventListener("update", () => parts.forEach((part) => part.update()));
+connection.addEventListener("refused", (event) => toasts.show(event.detail));
+
+// The state of the connection: a pill that is always there, a veil over the picture while there is none.
+let pictureSeen = false;
+function showLink() {
+    const {state, text, retryAt_ms} = connection.status;
+    const left_s = Math.max(0, (retryAt_ms - performance.now()) / 1000);
+    const wait = state === "waiting" ? `Retry in ${left_s.toFixed(0)} s` : text;
+    $("link").dataset.state = state;
+    setText($("link").querySelector("span"), state === "locked" ? "Locked" : wait);
+    const waitingForPicture = state === "live" && !pictureSeen;
+    $("veil").hidden = state === "live" && pictureSeen;
+    $("veil").dataset.state = state;
+    setText($("veil-text"), waitingForPicture ? "Waiting for the first picture…"
+        : state === "waiting" ? `${text}. Trying again in ${left_s.toFixed(0)} s.` : state === "connecting" ? "Connecting…" : text);
+    $("retry").hidden = state !== "waiting";
+    $("token").hidden = state !== "locked";
+    document.body.classList.toggle("offline", state !== "live");
+    if (connection.hello) setText($("server"), [connection.hello.server, connection.hello.renderer].filter(Boolean).join(" · "));
+}
+connection.addEventListener("status", showLink);
+connection.addEventListener("ready", showLink);
+video.addEventListener("shown", () => { pictureSeen = true; if (!$("veil").hidden) showLink(); });
+setInterval(() => { if (connection.status.state === "waiting") showLink(); }, 250);
+for (const id of ["link", "retry"]) $(id).addEventListener("click", () => connection.retry());
+$("token").addEventListener("submit", (event) => {
+    event.preventDefault();
+    connection.unlock($("token").querySelector("input").value);
+});
+
+// Read-only hooks for tests.
+Object.defineProperty(window, "gonio", {value: Object.freeze({
+    get framesDecoded() { return video.framesDecoded; },
+    get shownRev() { return video.shownRev; },
+    get sceneRev() { return store.state?.scene_rev ?? 0; },
+    get connected() { return connection.live; },
+    get mode() { return video.mode; },
+    get gaps() { return video.gaps; },
+    get state() { return structuredClone(store.state); },
+})});
+
+showLink();
+connection.open();

@@ -1,0 +1,144 @@
+// What is shown and how: view tabs, exposure, gain, technique, camera, and the scene itself.
+
+import {h, setText, formatNumber} from "./dom.js";
+import {property, mapped, slider, select, tabs} from "./controls.js";
+
+const kDegree = Math.PI / 180;
+const kViews = [
+    ["beauty", "Beauty", "Direct and indirect light, exposed"], ["direct", "Direct", "Direct light only"],
+    ["indirect", "Indirect", "Indirect light only, times the gain"], ["illuminance", "Illuminance", "Lux on the surfaces"],
+    ["luminance", "Luminance", "cd/m² towards the camera"], ["mask", "Mask", "IES light mask cube"],
+    ["rsm-depth", "RSM depth", "Reflective shadow map: radial depth"], ["rsm-normal", "RSM normal", "Reflective shadow map: normal"],
+    ["rsm-flux", "RSM flux", "Reflective shadow map: derived flux"], ["solid", "Solid", "Photometric solid over the picture"],
+];
+const kLightViews = ["mask", "rsm-depth", "rsm-normal", "rsm-flux", "solid"];    // these show one light
+const kSamples = {default: [64, 256, 1024, 2048, 4096], seed: [100, 400, 1024]};
+
+export function viewTabs(store, node) {
+    const view = property(store, () => "view", () => store.state.view,
+        (name) => ({set_view: {view: name, ...lightOfView(store, name)}}));
+    const control = tabs(view, node, kViews.map(([value, text, title], i) => [value, text, `${title} (key ${(i + 1) % 10})`]));
+    document.addEventListener("keydown", (event) => {
+        if (event.ctrlKey || event.metaKey || event.altKey || event.target.closest("input, select, textarea")) return;
+        const at = "1234567890".indexOf(event.key);
+        if (at >= 0 && event.key.length === 1 && store.state) view.set(kViews[at][0]);
+    });
+    return control;
+}
+
+// A view of one light follows the selection.
+function lightOfView(store, view) {
+    return kLightViews.includes(view) && store.selected?.kind === "light" ? {light: store.selected.name} : {};
+}
+
+export function followSelection(store, connection) {
+    let last = null;
+    store.addEventListener("update", () => {
+        const selected = store.selected?.kind === "light" ? store.selected.name : null;
+        const before = last;
+        last = selected;
+        if (!selected || before === null || before === selected || !kLightViews.includes(store.state.view)) return;
+        if (store.state.view_light !== selected) connection.command({set_view: {view: store.state.view, light: selected}});
+    });
+}
+
+export function picturePanel(store, node, cameraHand) {
+    const exposure = slider(property(store, () => "exposure", () => store.state.exposure_ev100,
+        (ev100) => ({set_exposure: {ev100}})),
+    {label: "Exposure", id: "exposure", min: -10, max: 24, step: 0.05, digits: 2, unit: "EV"});
+    const gain = slider(property(store, () => "gain", () => store.state.view_gain,
+        (value) => ({set_view: {view: store.state.view, gain: value}})),
+    {label: "Indirect gain", caption: "Gain", min: 0.01, max: 1000, step: 0.01, origin: 1, digits: 2, unit: "×",
+        toTrack: Math.log10, fromTrack: (x) => 10 ** x});
+    gain.node.title = "Of the indirect view";
+    const technique = select(property(store, () => "technique", () => store.state.technique,
+        (name) => ({set_technique: {technique: name}})),
+    {label: "Technique", options: () => [["default", "Default"], ["seed", "Seed"]]});
+    const samples = select(property(store, () => "samples", () => store.state.samples?.toString(),
+        (count) => ({set_technique: {technique: store.state.technique, samples: Number(count)}})),
+    {label: "Samples", options: () => {
+        const known = kSamples[store.state.technique] ?? [];
+        return [...new Set([...known, store.state.samples])].sort((a, b) => a - b).map((n) => [String(n), String(n)]);
+    }});
+    const fov = slider(mapped(property(store, () => "fov", () => store.state.camera?.fov_rad,
+        (fov_rad) => ({set_camera: {fov_rad}})), (rad) => rad / kDegree, (deg) => deg * kDegree),
+    {label: "Field of view", caption: "Field", min: 2, max: 170, step: 0.5, digits: 1, unit: "°",
+        toTrack: (deg) => Math.log(Math.tan(deg * kDegree / 4)), fromTrack: (x) => 4 * Math.atan(Math.exp(x)) / kDegree});
+    const pose = h("p", {class: "pose faint"});
+    const home = h("button", {type: "button", class: "quiet", title: "Back to the camera that the scene came with"}, "Reset");
+    let start = null;    // the first camera seen of a scene
+    home.addEventListener("click", () => {
+        if (!start) return;
+        cameraHand.set(start.pose);
+        store.set("fov", start.fov_rad, {set_camera: {fov_rad: start.fov_rad}});
+    });
+    node.append(h("h2", {}, "Picture"), exposure.node, gain.node,
+        h("div", {class: "slider"}, h("span", {class: "label"}, "Technique"),
+            h("span", {class: "row pair"}, technique.node, samples.node)),
+        h("h2", {}, "Camera", h("span", {class: "grow"}), home), fov.node, pose);
+    const parts = [exposure, gain, technique, samples, fov];
+    return {update() {
+        const {camera, scene} = store.state;
+        parts.forEach((part) => part.update());
+        if (!camera) return;
+        if (start?.scene !== scene) {
+            start = {scene, pose: {eye: camera.eye, target: camera.target}, fov_rad: camera.fov_rad};
+        }
+        const {eye, target} = cameraHand.pose;
+        const point = (v) => v.map((x) => formatNumber(x, 2)).join(", ");
+        setText(pose, `${point(eye)} → ${point(target)} m`);
+    }};
+}
+
+export function scenePanel(store, node, connection) {
+    const scene = h("select", {"aria-label": "Scene"});
+    const path = h("input", {type: "text", placeholder: "/path/on/the/server/scene.glb", "aria-label": "Path of a .gltf or .glb on the server", spellcheck: "false"});
+    const load = h("button", {}, "Load");
+    const form = h("form", {class: "inline", hidden: true}, path, load);
+    const busy = h("span", {class: "faint busy", role: "status"});
+    const warnings = h("span", {class: "warn", tabindex: "0", hidden: true});
+    let loading = false;
+    const start = async (file) => {
+        loading = true;
+        setText(busy, "Loading…");
+        const result = await connection.command({load_scene: {file}});
+        loading = false;
+        setText(busy, "");
+        if (result?.code === "ok") form.hidden = true;
+        update();
+    };
+    scene.addEventListener("change", () => {
+        form.hidden = scene.value !== "";
+        if (scene.value) start(scene.value);
+        else path.focus();
+    });
+    form.addEventListener("submit", (event) => {
+        event.preventDefault();
+        if (path.value.trim()) start(path.value.trim());
+    });
+    form.addEventListener("keydown", (event) => {
+        if (event.key !== "Escape") return;
+        form.hidden = true;
+        update();
+        scene.focus();
+    });
+    let shown = "";
+    function update() {
+        const name = store.state?.scene ?? "";
+        const list = [["cornell", "Cornell box"], ["atrium", "Atrium"]];
+        if (name && !list.some(([known]) => known === name)) list.push([name, name.split("/").at(-1)]);
+        list.push(["", "File on the server…"]);
+        if (JSON.stringify(list) !== shown) {
+            shown = JSON.stringify(list);
+            scene.replaceChildren(...list.map(([value, text]) => h("option", {value, title: value}, text)));
+        }
+        if (!loading && form.hidden && scene.value !== name) scene.value = name;
+        scene.title = name;
+        const told = store.state?.scene_warnings ?? [];
+        warnings.hidden = told.length === 0;
+        setText(warnings, `${told.length} ${told.length === 1 ? "warning" : "warnings"}`);
+        warnings.title = told.join("\n");
+    }
+    node.append(scene, form, busy, warnings);
+    return {update};
+}

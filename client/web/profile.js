@@ -1,0 +1,126 @@
+// The profile of the selected light: built-in luminaires, upload of a photometric file, and its polar curve.
+
+import {h, setText, formatLarge} from "./dom.js";
+import {property, select} from "./controls.js";
+import {polarDiagram} from "./polar.js";
+
+const kMaxBytes = 1 << 20;
+
+// Base64 without a call per byte and without a stack of arguments.
+function toBase64(bytes) {
+    let text = "";
+    for (let i = 0; i < bytes.length; i += 0x8000) text += String.fromCharCode(...bytes.subarray(i, i + 0x8000));
+    return btoa(text);
+}
+
+export class ProfilePanel {
+    #store; #connection;
+    #select; #error; #warnings; #diagram; #figures; #input; #zone; #button;
+    #shown = "";        // what the diagram shows
+    #asked = "";        // what was asked for last
+    #uploads = 0;
+
+    constructor(store, connection) {
+        this.#store = store;
+        this.#connection = connection;
+        const light = () => store.light(this.#name);
+        const profile = property(store, () => `profile:${this.#name}`, () => light()?.profile,
+            (name) => ({set_light: {name: this.#name, profile: {name}}}));
+        const choose = {...profile, set: (name) => { this.#clear(); profile.set(name); }};
+        this.#select = select(choose, {label: "Profile", options: () => store.state.profiles.map((name) => [name, name])});
+        this.#input = h("input", {type: "file", id: "profile-file", accept: ".ies,.IES,.ldt,.LDT,text/plain", hidden: true,
+            "aria-label": "Photometric file", onchange: () => this.#take(this.#input.files[0])});
+        this.#button = h("button", {type: "button", onclick: () => this.#input.click()}, "Upload…");
+        this.#error = h("div", {class: "problem", role: "alert", id: "profile-error", hidden: true});
+        this.#warnings = h("ul", {class: "warnings", hidden: true});
+        this.#diagram = h("div", {class: "diagram"});
+        this.#figures = h("p", {class: "figures"});
+        const legend = h("p", {class: "legend"}, h("i", {class: "solid"}), "C0–180", h("i", {class: "dashed"}), "C90–270");
+        this.#zone = h("section", {id: "profile", "aria-label": "Profile"}, h("h3", {}, "Profile"),
+            h("div", {class: "row"}, this.#select.node, this.#button, this.#input),
+            this.#error, this.#warnings, this.#diagram, h("div", {class: "row wrap"}, this.#figures, h("span", {class: "grow"}), legend));
+        this.#acceptDrops();
+        // A restarted server may know another profile by the same name.
+        connection.addEventListener("ready", () => { this.#asked = ""; });
+    }
+
+    get node() { return this.#zone; }
+
+    get #name() { return this.#store.selected?.kind === "light" ? this.#store.selected.name : ""; }
+
+    update() {
+        this.#select.update();
+        const light = this.#store.light(this.#name);
+        if (!light) return;
+        const wanted = JSON.stringify([light.name, light.profile, light.max_cd, light.flux_lm]);
+        if (wanted !== this.#asked) {
+            if (this.#shown && JSON.parse(this.#shown)[0] !== light.name) this.#clear();
+            this.#asked = wanted;
+            this.#draw(light.name, wanted);
+        }
+    }
+
+    async #draw(light, wanted) {
+        let reply;
+        try {
+            reply = await this.#connection.request({profile: {light}});
+        } catch {
+            return;
+        }
+        if (wanted !== this.#asked || !reply.profile) return;
+        this.#shown = wanted;
+        this.#diagram.replaceChildren(polarDiagram(reply.profile));
+        setText(this.#figures, `Peak ${formatLarge(reply.profile.max_cd)} cd · ${formatLarge(reply.profile.flux_lm)} lm`);
+    }
+
+    #clear() {
+        this.#error.hidden = true;
+        this.#warnings.hidden = true;
+    }
+
+    #acceptDrops() {
+        const stop = (event) => {
+            event.preventDefault();
+            this.#zone.classList.toggle("over", event.type === "dragover");
+        };
+        for (const type of ["dragover", "dragleave", "drop"]) this.#zone.addEventListener(type, stop);
+        this.#zone.addEventListener("drop", (event) => this.#take(event.dataTransfer.files[0]));
+    }
+
+    async #take(file) {
+        const name = this.#name;
+        if (!file || !name) return;
+        this.#clear();
+        if (file.size > kMaxBytes) {
+            this.#refuse(file.name, {code: "too_large", message: "A profile may have 1 MiB at most.",
+                field: "profile.photometry", value: `${file.size} bytes`});
+            return;
+        }
+        const upload = ++this.#uploads;
+        this.#button.disabled = true;
+        const photometry = toBase64(new Uint8Array(await file.arrayBuffer()));
+        const result = await this.#connection.command(
+            {set_light: {name, profile: {name: file.name.slice(0, 100), photometry}}}, {quiet: true});
+        this.#button.disabled = false;
+        this.#input.value = "";    // the same file again is a new choice
+        if (upload !== this.#uploads || name !== this.#name) return;
+        if (!result) this.#refuse(file.name, {code: "disconnected", message: "The connection ended before the server answered."});
+        else if (result.code !== "ok") this.#refuse(file.name, result);
+        else {
+            this.#asked = "";    // also where name, peak and flux are those of the old profile
+            this.#warn(result.warnings ?? []);
+            this.update();
+        }
+    }
+
+    #refuse(file, {code, field, value, message}) {
+        this.#error.replaceChildren(h("strong", {}, `${file} was not taken`), h("p", {}, message || code),
+            h("p", {class: "faint"}, [code, field, value].filter(Boolean).join(" · ")));
+        this.#error.hidden = false;
+    }
+
+    #warn(warnings) {
+        this.#warnings.replaceChildren(...warnings.map((text) => h("li", {}, text)));
+        this.#warnings.hidden = warnings.length === 0;
+    }
+}

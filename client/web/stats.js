@@ -1,0 +1,104 @@
+// The strip under the picture: frames shown, response time, sizes, gaps, revision.
+
+import {h, setText, formatNumber} from "./dom.js";
+
+const kWindowMs = 1000;
+const kRefreshMs = 250;
+const kResponseFadeMs = 5000;
+
+// Time from sending a change to the first picture that contains it, seen from here.
+class ResponseMeter {
+    #sent = [];      // {sent_ms, scene_rev}, waiting for their picture
+    #shown = [];     // {time_ms, scene_rev}, the newest pictures
+    last = null;     // {response_ms, time_ms}
+
+    applied({sent_ms, scene_rev}) {
+        // The picture may have come before the answer.
+        const picture = this.#shown.find((shown) => shown.scene_rev >= scene_rev && shown.time_ms >= sent_ms);
+        if (picture) this.last = {response_ms: picture.time_ms - sent_ms, time_ms: picture.time_ms};
+        else if (!this.#shown.length || this.#shown.at(-1).scene_rev < scene_rev) this.#sent.push({sent_ms, scene_rev});
+    }
+
+    shown(scene_rev) {
+        const time_ms = performance.now();
+        this.#shown = [...this.#shown.slice(-15), {time_ms, scene_rev}];
+        const seen = this.#sent.filter((sent) => sent.scene_rev <= scene_rev);
+        if (!seen.length) return;
+        this.#sent = this.#sent.filter((sent) => sent.scene_rev > scene_rev);
+        this.last = {response_ms: time_ms - seen.at(-1).sent_ms, time_ms};
+    }
+
+    reset() {
+        this.#sent = [];
+        this.#shown = [];
+    }
+}
+
+// format: where size and codec are told.
+export function statsStrip(store, video, connection, node, format, report) {
+    const cell = (name, title) => {
+        const value = h("b");
+        node.append(h("span", {class: "stat", title}, value, h("span", {class: "faint"}, name)));
+        return value;
+    };
+    const fps = cell("fps", "Pictures shown in the last second; none while nothing changes");
+    const response = cell("ms response", "From sending a change to the picture that contains it");
+    const render = cell("ms render", "Queue drained to picture in memory, on the server");
+    const encode = cell("ms encode", "On the server");
+    const size = cell("kB", "Size of the last frame");
+    const gaps = cell("gaps", "Frames missing in the sequence; each asks for a key frame");
+    const rev = cell("rev", "Scene revision of the picture shown");
+    const still = h("button", {type: "button", class: "quiet", id: "save", title: "Save the picture as PNG, without video compression",
+        onclick: () => saveStill(store, connection)}, "Save still");
+    const reportButton = h("button", {type: "button", class: "quiet", id: "report-toggle", "aria-controls": "report",
+        "aria-expanded": "false", onclick: () => {
+            report.toggle();
+            reportButton.setAttribute("aria-expanded", String(report.open));
+        }}, "Frame report");
+    node.append(h("span", {class: "grow"}), reportButton, still);
+
+    const meter = new ResponseMeter();
+    let frames = [], last = null;
+    connection.addEventListener("applied", (event) => meter.applied(event.detail));
+    connection.addEventListener("ready", () => meter.reset());
+    video.addEventListener("shown", (event) => {
+        last = event.detail;
+        frames.push(performance.now());
+        meter.shown(last.scene_rev);
+    });
+    setInterval(() => {
+        const now = performance.now();
+        frames = frames.filter((time_ms) => now - time_ms < kWindowMs);
+        setText(fps, frames.length || !last ? String(frames.length) : "idle");
+        setText(gaps, String(video.gaps));
+        gaps.parentNode.classList.toggle("bad", video.gaps > 0);
+        if (!last) return;
+        const recent = meter.last && now - meter.last.time_ms < kResponseFadeMs;
+        setText(response, meter.last ? formatNumber(meter.last.response_ms, 0) : "–");
+        response.classList.toggle("old", !recent);
+        if (video.mode === "h264") {
+            setText(render, formatNumber(last.render_us / 1000, 1));
+            setText(encode, formatNumber(last.encode_us / 1000, 1));
+            setText(size, formatNumber(last.bytes / 1000, 1));
+            setText(rev, String(last.scene_rev));
+        } else {
+            for (const value of [render, encode, size]) setText(value, "–");
+            setText(rev, String(store.state?.scene_rev ?? "–"));
+        }
+        const name = {h264: "H.264", mjpeg: "MJPEG", still: "Stills"}[video.mode];
+        setText(format, `${video.size.join(" × ")} ${name}`);
+    }, kRefreshMs);
+}
+
+async function saveStill(store, connection) {
+    try {
+        const response = await fetch("/v1/frame.png", {cache: "no-store"});
+        if (!response.ok) throw new Error(`the server answered ${response.status}`);
+        const url = URL.createObjectURL(await response.blob());
+        const scene = (store.state?.scene ?? "scene").split("/").at(-1).replace(/\.\w+$/, "");
+        h("a", {href: url, download: `${scene}-${store.state?.view}-${store.state?.scene_rev}.png`}).click();
+        setTimeout(() => URL.revokeObjectURL(url), 10000);
+    } catch (error) {
+        connection.dispatchEvent(new CustomEvent("refused", {detail: {code: "not_saved", message: `The still was not saved: ${error.message}`}}));
+    }
+}

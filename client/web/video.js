@@ -1,0 +1,184 @@
+// The picture: H.264 access units from the WebSocket through WebCodecs onto the canvas; where that is missing, MJPEG in
+// an <img>; where that fails too, PNG stills after each change.
+// Events: "shown" ({scene_rev, final, ...}) for each picture drawn, "mode" when the way of showing changed.
+
+const kHeaderBytes = 32;
+const kMaxDecoderErrors = 3;     // within kErrorWindowMs, then MJPEG
+const kErrorWindowMs = 10000;
+const kStillMinIntervalMs = 250;
+
+// The header of protocol/frame_header.h; null where the message is no video frame of a known version.
+export function parseFrameHeader(buffer) {
+    if (buffer.byteLength <= kHeaderBytes) return null;
+    const view = new DataView(buffer);
+    if (view.getUint8(0) !== 2 || view.getUint8(1) !== 1) return null;
+    const flags = view.getUint8(2);
+    return {
+        key: (flags & 1) !== 0, final: (flags & 2) !== 0, lane: view.getUint8(3),
+        seq: view.getUint32(4, true), scene_rev: view.getUint32(8, true),
+        rendered_us: Number(view.getBigUint64(16, true) / 1000n),
+        render_us: view.getUint32(24, true), encode_us: view.getUint32(28, true),
+        bytes: buffer.byteLength,
+    };
+}
+
+export class Video extends EventTarget {
+    mode = "VideoDecoder" in window ? "h264" : "mjpeg";    // "h264" | "mjpeg" | "still"
+    framesDecoded = 0;
+    gaps = 0;
+    shownRev = 0;
+
+    #connection; #canvas; #image; #context;
+    #decoder = null;
+    #config = null;
+    #headers = new Map();    // chunk timestamp -> header
+    #nextTimestamp = 0;
+    #lastSeq = null;
+    #needKey = true;
+    #errors = [];
+    #stillTimer = 0;
+
+    constructor(connection, canvas, image) {
+        super();
+        this.#connection = connection;
+        this.#canvas = canvas;
+        this.#image = image;
+        this.#context = canvas.getContext("2d", {alpha: false});
+        connection.video = this.mode === "h264";
+        connection.addEventListener("ready", (event) => this.#start(event.detail.video_config));
+        connection.addEventListener("config", (event) => this.#start(event.detail));
+        connection.addEventListener("video", (event) => this.#receive(event.detail));
+        connection.addEventListener("changed", () => { if (this.mode === "still") this.#fetchStill(); });
+        connection.addEventListener("status", (event) => { if (event.detail.state === "waiting") this.#pause(); });
+        image.addEventListener("error", () => { if (this.mode === "mjpeg" && connection.live) this.#setMode("still"); });
+        image.addEventListener("load", () => this.#imageLoaded());
+    }
+
+    get element() { return this.mode === "h264" ? this.#canvas : this.#image; }
+    get size() {
+        return this.mode === "h264" ? [this.#canvas.width, this.#canvas.height]
+            : [this.#image.naturalWidth, this.#image.naturalHeight];
+    }
+
+    async #start(config) {
+        if (config) this.#config = config;
+        this.#canvas.hidden = this.mode !== "h264";
+        this.#image.hidden = this.mode === "h264";
+        if (this.mode === "mjpeg") this.#image.src = `/v1/mjpeg?${Date.now()}`;
+        else if (this.mode === "still") this.#fetchStill();
+        else this.#configure();
+    }
+
+    #configure() {
+        if (!this.#config?.codec) return;
+        if (this.#decoder && this.#decoder.state !== "closed") this.#decoder.close();
+        this.#headers.clear();
+        this.#lastSeq = null;
+        this.#needKey = true;
+        const decoder = new VideoDecoder({
+            output: (frame) => this.#show(frame),
+            error: (error) => { if (this.#decoder === decoder) this.#failed(error); },
+        });
+        this.#decoder = decoder;
+        try {
+            decoder.configure({
+                codec: this.#config.codec, codedWidth: this.#config.width_px, codedHeight: this.#config.height_px,
+                optimizeForLatency: true,
+            });
+        } catch (error) {
+            this.#failed(error);
+        }
+    }
+
+    #receive(buffer) {
+        const header = parseFrameHeader(buffer);
+        if (!header || this.mode !== "h264") return;
+        const gap = this.#lastSeq !== null && header.seq !== ((this.#lastSeq + 1) >>> 0);
+        this.#lastSeq = header.seq;
+        if (gap && !header.key) {
+            // The decoder would go on without a complaint, with a broken picture.
+            this.gaps++;
+            this.#needKey = true;
+            this.#connection.post({request_keyframe: {}});
+        }
+        if ((this.#needKey && !header.key) || this.#decoder?.state !== "configured") {
+            this.#acknowledge(header);    // not shown, but its credit goes back
+            return;
+        }
+        this.#needKey = false;
+        const timestamp = this.#nextTimestamp++;
+        header.received_ms = performance.now();
+        this.#headers.set(timestamp, header);
+        this.#decoder.decode(new EncodedVideoChunk({
+            type: header.key ? "key" : "delta", timestamp, data: new Uint8Array(buffer, kHeaderBytes),
+        }));
+    }
+
+    #show(frame) {
+        const header = this.#headers.get(frame.timestamp);
+        this.#headers.delete(frame.timestamp);
+        if (header) this.#acknowledge(header);
+        if (this.#canvas.width !== frame.displayWidth || this.#canvas.height !== frame.displayHeight) {
+            this.#canvas.width = frame.displayWidth;
+            this.#canvas.height = frame.displayHeight;
+        }
+        this.#context.drawImage(frame, 0, 0);
+        frame.close();
+        this.framesDecoded++;
+        if (!header) return;
+        this.shownRev = header.scene_rev;
+        header.decode_ms = performance.now() - header.received_ms;
+        this.#emit("shown", header);
+    }
+
+    #acknowledge(header) {
+        this.#connection.post({frame_ack: {seq: header.seq}});
+    }
+
+    #failed(error) {
+        const now = performance.now();
+        this.#errors = [...this.#errors.filter((time) => now - time < kErrorWindowMs), now];
+        if (error.name === "NotSupportedError" || this.#errors.length >= kMaxDecoderErrors) {
+            this.#setMode("mjpeg");
+            return;
+        }
+        for (const header of this.#headers.values()) this.#acknowledge(header);
+        this.#configure();
+        this.#connection.post({request_keyframe: {}});
+    }
+
+    #setMode(mode) {
+        this.mode = mode;
+        this.#emit("mode", mode);
+        if (mode === "mjpeg") {
+            this.#connection.video = false;
+            this.#connection.reopen();    // identify again, without video
+        } else {
+            this.#start(null);
+        }
+    }
+
+    // An MJPEG request would go on asking a server that is gone.
+    #pause() {
+        clearTimeout(this.#stillTimer);
+        this.#stillTimer = 0;
+        if (this.mode === "mjpeg") this.#image.removeAttribute("src");
+    }
+
+    #fetchStill() {
+        if (this.#stillTimer) return;
+        this.#stillTimer = setTimeout(() => {
+            this.#stillTimer = 0;
+            this.#image.src = `/v1/frame.png?${Date.now()}`;
+        }, kStillMinIntervalMs);
+    }
+
+    #imageLoaded() {
+        this.framesDecoded++;
+        this.#emit("shown", {scene_rev: 0, final: true, bytes: 0});
+    }
+
+    #emit(type, detail) {
+        this.dispatchEvent(new CustomEvent(type, {detail}));
+    }
+}

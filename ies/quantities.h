@@ -1,0 +1,85 @@
+// Photometric quantities of a web: fluxes, beam angles, spacing, CIE and BUG codes, luminance of the opening.
+// All integrals are exact for the bilinear web of Type C; Types A and B go through as_type_c at half a degree where a
+// quantity is defined on Type C zones, scaled to their own exact total flux.
+#pragma once
+
+#include <array>
+#include <optional>
+#include <vector>
+
+#include "ies/photometry.h"
+#include "ies/units.h"
+#include "ies/web.h"
+
+namespace gonio::ies {
+
+// Result: the same light on a Type C grid of equal steps over the whole sphere, each node exact, linear between.
+// step: 0.25..30 degrees, rounded so that it divides 180 degrees.
+PhotometricWeb as_type_c(const PhotometricWeb& web, Angle step);
+
+// Result: flux within v0..v1 and h0..h1 of a Type C web, exact. Ranges are cut to 0..pi and 0..2 pi.
+// Types A and B: 0 (convert first).
+LuminousFlux flux_between(const PhotometricWeb& web, Angle v0, Angle v1, Angle h0, Angle h1);
+
+// Full angles, in one plane through photometric zero, between directions of a fraction of a reference intensity.
+struct BeamAngles {
+    std::optional<Angle> outermost;  // between the outermost directions of that fraction of the plane's maximum
+    std::optional<Angle> lobe;       // of the contiguous lobe around the plane's maximum
+    std::optional<Angle> centre;     // of the lobe around photometric zero, relative to I(0) (CIE centre beam)
+};
+
+struct PlaneBeams {
+    LuminousIntensity peak;
+    BeamAngles beam;   // 50 %
+    BeamAngles field;  // 10 %
+};
+
+// Result: beam and field angles in the plane through the axis that contains azimuth h and h + pi. Where the maximum
+// lies in the hemisphere of photometric zero only that hemisphere counts; a dark plane has none. Types A and B: h = 0
+// gives the line of V at H = 0, h = 90 degrees the line of H at V = 0.
+PlaneBeams plane_beams(const PhotometricWeb& web, Angle h);
+
+// Fluxes of IES TM-15-11 and the rating from its table A-1 to A-3 (addendum A): each 0..5.
+struct BugRating {
+    LuminousFlux forward_low, forward_medium, forward_high, forward_very_high;  // 0-30, 30-60, 60-80, 80-90 degrees
+    LuminousFlux back_low, back_medium, back_high, back_very_high;
+    LuminousFlux up_low, up_high;  // 90-100, 100-180 degrees
+    bool quadrilateral = false;    // Type V: the glare limits of symmetrical luminaires apply
+    int backlight = 0, uplight = 0, glare = 0;
+};
+
+// Result: the rating for a luminaire hung as measured, street side at azimuth street_side (0, 90, 180 or 270 degrees).
+BugRating bug_rating(const PhotometricWeb& web, Angle street_side);
+
+// Result: area of the opening as seen from direction (luminaire frame, unit length); 0 for a point.
+Area projected_area(const Opening& opening, const Direction& direction);
+
+// Result: I / projected area; none where the area vanishes.
+std::optional<Luminance> opening_luminance(const Photometry& photometry, const Direction& direction);
+
+struct LuminanceRow {
+    Angle v;
+    std::array<std::optional<Luminance>, 3> at_h;  // azimuth 0, 45, 90 degrees
+};
+
+struct Quantities {
+    LuminousFlux total, downward, upward;   // downward: the hemisphere of photometric zero
+    std::array<LuminousFlux, 18> zonal{};   // 0-10, 10-20, … 170-180 degrees from photometric zero
+    LuminousIntensity peak;
+    Angle peak_v, peak_h;                   // where it is first met on the grid, in the web's goniometer
+    std::array<PlaneBeams, 2> planes;       // 0-180, 90-270
+    std::optional<Angle> beam, field;       // outermost, the larger of the two planes
+    std::optional<double> light_output_ratio;  // flux / rated lumens of the lamps; none where absolute
+    std::optional<double> efficacy_lm_per_w;   // none without input watts
+    // Spacing to mounting height at which the midpoint of two (of four) luminaires is as bright as below one:
+    // planes 0-180 and 90-270, diagonal. None where photometric zero is dark.
+    std::array<std::optional<double>, 3> spacing_criterion;
+    std::array<double, 5> cie_flux_code{};  // N1..N5 in percent (CIE 52); N5 = light output ratio, 100 where absolute
+    BugRating bug;
+    std::vector<LuminanceRow> luminance;    // 0, 45, 55, 65, 75, 85 degrees; empty for a point
+};
+
+// Result: everything above for one luminaire. Any thread.
+Quantities quantities(const Photometry& photometry);
+
+}  // namespace gonio::ies

@@ -1,0 +1,15 @@
+// glTF 2.0 files (.gltf, .glb) -> SceneAsset. No GL; the readers behind it stay in the .cpp files.
+#pragma once
+
+#include <memory>
+#include <string>
+
+#include "ies/result.h"
+#include "server/scene/scene.h"
+
+namespace gonio {
+
+// Result and errors as of load_scene. Opens nothing outside the file's own directory.
+Result<std::shared_ptr<const SceneAsset>> load_gltf(const std::string& path);
+
+}  // namespace gonio

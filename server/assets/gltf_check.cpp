@@ -1,0 +1,498 @@
+#include "server/assets/gltf_check.h"
+
+#include <algorithm>
+#include <array>
+#include <nlohmann/json.hpp>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "server/assets/assets.h"
+
+namespace gonio {
+namespace {
+
+using Json = nlohmann::json;
+
+enum class Kind : std::uint8_t { array, object, text, boolean, number, numbers, size, index };
+
+struct Rule {
+    const char* pattern;         // JSON pointer; "*" stands for every element of an array or member of an object
+    Kind kind;
+    bool required = false;       // the last member must be there wherever its parent is
+    const char* target = "";     // index: pointer of the array that it indexes
+    std::size_t length = 0;      // numbers: how many
+};
+
+// glTF 2.0, section 5 ("Properties Reference"), as far as the importer reads it. Parents come before children.
+constexpr auto kRules = std::to_array<Rule>({
+    {"/scene", Kind::index, false, "/scenes"},
+    {"/scenes", Kind::array},
+    {"/scenes/*", Kind::object},
+    {"/scenes/*/nodes", Kind::array},
+    {"/scenes/*/nodes/*", Kind::index, false, "/nodes"},
+    {"/nodes", Kind::array},
+    {"/nodes/*", Kind::object},
+    {"/nodes/*/name", Kind::text},
+    {"/nodes/*/children", Kind::array},
+    {"/nodes/*/children/*", Kind::index, false, "/nodes"},
+    {"/nodes/*/mesh", Kind::index, false, "/meshes"},
+    {"/nodes/*/camera", Kind::index, false, "/cameras"},
+    {"/nodes/*/matrix", Kind::numbers, false, "", 16},
+    {"/nodes/*/translation", Kind::numbers, false, "", 3},
+    {"/nodes/*/rotation", Kind::numbers, false, "", 4},
+    {"/nodes/*/scale", Kind::numbers, false, "", 3},
+    {"/nodes/*/extensions", Kind::object},
+    {"/nodes/*/extensions/KHR_lights_punctual", Kind::object},
+    {"/nodes/*/extensions/KHR_lights_punctual/light", Kind::index, true, "/extensions/KHR_lights_punctual/lights"},
+    {"/nodes/*/extensions/EXT_lights_ies", Kind::object},
+    {"/nodes/*/extensions/EXT_lights_ies/light", Kind::index, true, "/extensions/EXT_lights_ies/lights"},
+    {"/nodes/*/extensions/EXT_lights_ies/multiplier", Kind::number},
+    {"/nodes/*/extensions/EXT_lights_ies/color", Kind::numbers, false, "", 3},
+    {"/extensions", Kind::object},
+    {"/extensions/KHR_lights_punctual", Kind::object},
+    {"/extensions/KHR_lights_punctual/lights", Kind::array, true},
+    {"/extensions/KHR_lights_punctual/lights/*", Kind::object},
+    {"/extensions/KHR_lights_punctual/lights/*/type", Kind::text, true},
+    {"/extensions/KHR_lights_punctual/lights/*/name", Kind::text},
+    {"/extensions/KHR_lights_punctual/lights/*/color", Kind::numbers, false, "", 3},
+    {"/extensions/KHR_lights_punctual/lights/*/intensity", Kind::number},
+    {"/extensions/KHR_lights_punctual/lights/*/range", Kind::number},
+    {"/extensions/KHR_lights_punctual/lights/*/spot", Kind::object},
+    {"/extensions/KHR_lights_punctual/lights/*/spot/innerConeAngle", Kind::number},
+    {"/extensions/KHR_lights_punctual/lights/*/spot/outerConeAngle", Kind::number},
+    {"/extensions/EXT_lights_ies", Kind::object},
+    {"/extensions/EXT_lights_ies/lights", Kind::array, true},
+    {"/extensions/EXT_lights_ies/lights/*", Kind::object},
+    {"/extensions/EXT_lights_ies/lights/*/uri", Kind::text},
+    {"/extensions/EXT_lights_ies/lights/*/name", Kind::text},
+    {"/extensions/EXT_lights_ies/lights/*/mimeType", Kind::text},
+    {"/extensions/EXT_lights_ies/lights/*/bufferView", Kind::index, false, "/bufferViews"},
+    {"/meshes", Kind::array},
+    {"/meshes/*", Kind::object},
+    {"/meshes/*/primitives", Kind::array, true},
+    {"/meshes/*/primitives/*", Kind::object},
+    {"/meshes/*/primitives/*/attributes", Kind::object, true},
+    {"/meshes/*/primitives/*/attributes/*", Kind::index, false, "/accessors"},
+    {"/meshes/*/primitives/*/indices", Kind::index, false, "/accessors"},
+    {"/meshes/*/primitives/*/material", Kind::index, false, "/materials"},
+    {"/meshes/*/primitives/*/mode", Kind::size},
+    {"/meshes/*/primitives/*/targets", Kind::array},
+    {"/meshes/*/primitives/*/targets/*", Kind::object},
+    {"/meshes/*/primitives/*/targets/*/*", Kind::index, false, "/accessors"},
+    {"/accessors", Kind::array},
+    {"/accessors/*", Kind::object},
+    {"/accessors/*/bufferView", Kind::index, false, "/bufferViews"},
+    {"/accessors/*/byteOffset", Kind::size},
+    {"/accessors/*/componentType", Kind::size, true},
+    {"/accessors/*/count", Kind::size, true},
+    {"/accessors/*/type", Kind::text, true},
+    {"/accessors/*/normalized", Kind::boolean},
+    {"/accessors/*/sparse", Kind::object},
+    {"/accessors/*/sparse/count", Kind::size, true},
+    {"/accessors/*/sparse/indices", Kind::object, true},
+    {"/accessors/*/sparse/indices/bufferView", Kind::index, true, "/bufferViews"},
+    {"/accessors/*/sparse/indices/byteOffset", Kind::size},
+    {"/accessors/*/sparse/indices/componentType", Kind::size, true},
+    {"/accessors/*/sparse/values", Kind::object, true},
+    {"/accessors/*/sparse/values/bufferView", Kind::index, true, "/bufferViews"},
+    {"/accessors/*/sparse/values/byteOffset", Kind::size},
+    {"/bufferViews", Kind::array},
+    {"/bufferViews/*", Kind::object},
+    {"/bufferViews/*/buffer", Kind::index, true, "/buffers"},
+    {"/bufferViews/*/byteOffset", Kind::size},
+    {"/bufferViews/*/byteLength", Kind::size, true},
+    {"/bufferViews/*/byteStride", Kind::size},
+    {"/buffers", Kind::array},
+    {"/buffers/*", Kind::object},
+    {"/buffers/*/uri", Kind::text},
+    {"/buffers/*/byteLength", Kind::size, true},
+    {"/images", Kind::array},
+    {"/images/*", Kind::object},
+    {"/images/*/uri", Kind::text},
+    {"/images/*/bufferView", Kind::index, false, "/bufferViews"},
+    {"/samplers", Kind::array},
+    {"/samplers/*", Kind::object},
+    {"/samplers/*/wrapS", Kind::size},
+    {"/samplers/*/wrapT", Kind::size},
+    {"/textures", Kind::array},
+    {"/textures/*", Kind::object},
+    {"/textures/*/source", Kind::index, false, "/images"},
+    {"/textures/*/sampler", Kind::index, false, "/samplers"},
+    {"/materials", Kind::array},
+    {"/materials/*", Kind::object},
+    {"/materials/*/name", Kind::text},
+    {"/materials/*/alphaMode", Kind::text},
+    {"/materials/*/alphaCutoff", Kind::number},
+    {"/materials/*/doubleSided", Kind::boolean},
+    {"/materials/*/emissiveFactor", Kind::numbers, false, "", 3},
+    {"/materials/*/emissiveTexture", Kind::object},
+    {"/materials/*/emissiveTexture/index", Kind::index, true, "/textures"},
+    {"/materials/*/emissiveTexture/texCoord", Kind::size},
+    {"/materials/*/normalTexture", Kind::object},
+    {"/materials/*/normalTexture/index", Kind::index, true, "/textures"},
+    {"/materials/*/occlusionTexture", Kind::object},
+    {"/materials/*/occlusionTexture/index", Kind::index, true, "/textures"},
+    {"/materials/*/pbrMetallicRoughness", Kind::object},
+    {"/materials/*/pbrMetallicRoughness/baseColorFactor", Kind::numbers, false, "", 4},
+    {"/materials/*/pbrMetallicRoughness/metallicRoughnessTexture", Kind::object},
+    {"/materials/*/pbrMetallicRoughness/metallicRoughnessTexture/index", Kind::index, true, "/textures"},
+    {"/materials/*/pbrMetallicRoughness/baseColorTexture", Kind::object},
+    {"/materials/*/pbrMetallicRoughness/baseColorTexture/index", Kind::index, true, "/textures"},
+    {"/materials/*/pbrMetallicRoughness/baseColorTexture/texCoord", Kind::size},
+    {"/materials/*/pbrMetallicRoughness/baseColorTexture/extensions", Kind::object},
+    {"/materials/*/pbrMetallicRoughness/baseColorTexture/extensions/KHR_texture_transform", Kind::object},
+    {"/materials/*/pbrMetallicRoughness/baseColorTexture/extensions/KHR_texture_transform/offset", Kind::numbers, false,
+     "", 2},
+    {"/materials/*/pbrMetallicRoughness/baseColorTexture/extensions/KHR_texture_transform/scale", Kind::numbers, false,
+     "", 2},
+    {"/materials/*/pbrMetallicRoughness/baseColorTexture/extensions/KHR_texture_transform/rotation", Kind::number},
+    {"/materials/*/pbrMetallicRoughness/baseColorTexture/extensions/KHR_texture_transform/texCoord", Kind::size},
+    {"/materials/*/extensions", Kind::object},
+    {"/materials/*/extensions/KHR_materials_emissive_strength", Kind::object},
+    {"/materials/*/extensions/KHR_materials_emissive_strength/emissiveStrength", Kind::number},
+    {"/cameras", Kind::array},
+    {"/cameras/*", Kind::object},
+    {"/cameras/*/type", Kind::text, true},
+    {"/cameras/*/perspective", Kind::object},
+    {"/cameras/*/perspective/yfov", Kind::number, true},
+    {"/cameras/*/orthographic", Kind::object},
+});
+
+std::string shown(const Json& value) {
+    std::string text = value.dump(-1, ' ', false, Json::error_handler_t::replace);
+    if (text.size() > 80) text = text.substr(0, 77) + "...";
+    return text;
+}
+
+Error bad(std::string where, const Json& value, std::string message) {
+    return {"bad_gltf", std::move(where), shown(value), std::move(message)};
+}
+
+Error out_of_bounds(std::string where, std::string value, std::string message) {
+    return {"out_of_bounds", std::move(where), std::move(value), std::move(message)};
+}
+
+// A member name as a JSON pointer spells it (RFC 6901).
+std::string escaped(const std::string& name) {
+    std::string result;
+    for (const char c : name) result += c == '~' ? "~0" : c == '/' ? "~1" : std::string(1, c);
+    return result;
+}
+
+bool all_numbers(const Json& value) {
+    return std::all_of(value.begin(), value.end(), [](const Json& item) { return item.is_number(); });
+}
+
+class Checker {
+public:
+    explicit Checker(const Json& document) : document_(document) {}
+
+    std::optional<Error> check(const Rule& rule) const {
+        return visit(document_, std::string_view(rule.pattern).substr(1), "", rule);
+    }
+
+private:
+    std::optional<Error> visit(const Json& at, std::string_view pattern, const std::string& where,
+                               const Rule& rule) const {
+        const std::size_t slash = pattern.find('/');
+        const std::string_view head = pattern.substr(0, slash);
+        const bool last = slash == std::string_view::npos;
+        const auto descend = [&](const Json& child, const std::string& name) {
+            const std::string place = where + "/" + name;
+            return last ? test(child, place, rule) : visit(child, pattern.substr(slash + 1), place, rule);
+        };
+        if (head == "*") {
+            if (at.is_array()) {
+                for (std::size_t i = 0; i < at.size(); ++i) {
+                    if (auto error = descend(at[i], std::to_string(i))) return error;
+                }
+            } else if (at.is_object()) {
+                for (const auto& [key, child] : at.items()) {
+                    if (auto error = descend(child, escaped(key))) return error;
+                }
+            }
+            return std::nullopt;
+        }
+        if (!at.is_object()) return std::nullopt;  // refused by the parent's own rule
+        const auto child = at.find(head);
+        if (child != at.end()) return descend(*child, std::string(head));
+        if (last && rule.required) return bad(where + "/" + std::string(head), at, "a required member is missing");
+        return std::nullopt;
+    }
+
+    std::optional<Error> test(const Json& value, const std::string& where, const Rule& rule) const {
+        const auto expect = [&](bool good, const char* message) -> std::optional<Error> {
+            if (good) return std::nullopt;
+            return bad(where, value, message);
+        };
+        switch (rule.kind) {
+            case Kind::array: return expect(value.is_array(), "an array is expected here");
+            case Kind::object: return expect(value.is_object(), "an object is expected here");
+            case Kind::text: return expect(value.is_string(), "a string is expected here");
+            case Kind::boolean: return expect(value.is_boolean(), "true or false is expected here");
+            case Kind::number: return expect(value.is_number(), "a number is expected here");
+            case Kind::numbers:
+                if (value.is_array() && value.size() == rule.length && all_numbers(value)) return std::nullopt;
+                return bad(where, value, "an array of " + std::to_string(rule.length) + " numbers is expected here");
+            case Kind::size:
+                if (!value.is_number_unsigned()) return bad(where, value, "a non-negative integer is expected here");
+                if (value.get<std::uint64_t>() > 0x7fffffffu) {
+                    return Error{"out_of_bounds", where, shown(value), "this number is too large"};
+                }
+                return std::nullopt;
+            case Kind::index: {
+                if (!value.is_number_integer()) return bad(where, value, "an index is expected here");
+                const auto target = Json::json_pointer(rule.target);
+                const std::size_t count =
+                    document_.contains(target) && document_.at(target).is_array() ? document_.at(target).size() : 0;
+                if (value.is_number_unsigned() && value.get<std::uint64_t>() < count) return std::nullopt;
+                return out_of_bounds(where, shown(value),
+                                     std::string(rule.target) + " has " + std::to_string(count) + " elements");
+            }
+        }
+        return std::nullopt;
+    }
+
+    const Json& document_;
+};
+
+std::uint64_t size_of(const Json& object, const char* member) {
+    const auto found = object.find(member);
+    return found == object.end() ? 0 : found->get<std::uint64_t>();
+}
+
+std::string at(const char* array, std::size_t index, const char* member) {
+    return std::string("/") + array + "/" + std::to_string(index) + "/" + member;
+}
+
+const Json& list(const Json& document, const char* name) {
+    static const Json empty = Json::array();
+    const auto found = document.find(name);
+    return found == document.end() ? empty : *found;
+}
+
+std::optional<Error> check_buffers(const Json& document, bool has_binary_chunk) {
+    std::uint64_t total = 0;
+    const Json& buffers = list(document, "buffers");
+    for (std::size_t i = 0; i < buffers.size(); ++i) {
+        if (!buffers[i].contains("uri") && !(i == 0 && has_binary_chunk)) {
+            return bad(at("buffers", i, "uri"), buffers[i], "a buffer has neither a uri nor a binary chunk");
+        }
+        total += size_of(buffers[i], "byteLength");
+        if (total > kMaxSceneFileBytes) {
+            return Error{"too_large", at("buffers", i, "byteLength"), shown(buffers[i]["byteLength"]),
+                         "the buffers together are larger than " + std::to_string(kMaxSceneFileBytes) + " bytes"};
+        }
+    }
+    const Json& views = list(document, "bufferViews");
+    for (std::size_t i = 0; i < views.size(); ++i) {
+        const std::uint64_t end = size_of(views[i], "byteOffset") + size_of(views[i], "byteLength");
+        const std::uint64_t held = size_of(buffers[views[i]["buffer"].get<std::size_t>()], "byteLength");
+        if (end > held) {
+            return out_of_bounds(at("bufferViews", i, "byteLength"), shown(views[i]["byteLength"]),
+                                 "the buffer view ends at byte " + std::to_string(end) + " of a buffer of " +
+                                     std::to_string(held));
+        }
+        const std::uint64_t stride = size_of(views[i], "byteStride");
+        if (stride > 252 || stride % 4 != 0) {
+            return bad(at("bufferViews", i, "byteStride"), views[i]["byteStride"],
+                       "the stride must be a multiple of 4 up to 252 bytes");
+        }
+    }
+    return std::nullopt;
+}
+
+// The last byte of `count` elements lies inside the view.
+std::optional<Error> check_range(const Json& view, std::uint64_t offset, std::uint64_t count, std::uint64_t element,
+                                 std::uint64_t stride, const std::string& where, const Json& value) {
+    const std::uint64_t end = count == 0 ? offset : offset + (count - 1) * stride + element;
+    const std::uint64_t held = size_of(view, "byteLength");
+    if (end <= held) return std::nullopt;
+    return out_of_bounds(where, shown(value), "the accessor ends at byte " + std::to_string(end) +
+                                                  " of a buffer view of " + std::to_string(held));
+}
+
+std::optional<Error> check_accessors(const Json& document) {
+    const Json& accessors = list(document, "accessors");
+    const Json& views = list(document, "bufferViews");
+    for (std::size_t i = 0; i < accessors.size(); ++i) {
+        const Json& accessor = accessors[i];
+        const std::size_t bytes = component_bytes(size_of(accessor, "componentType"));
+        const std::size_t components = component_count(accessor["type"].get<std::string>());
+        if (bytes == 0) {
+            return bad(at("accessors", i, "componentType"), accessor["componentType"], "there is no such component type");
+        }
+        if (components == 0) return bad(at("accessors", i, "type"), accessor["type"], "there is no such accessor type");
+        const std::uint64_t count = size_of(accessor, "count"), element = bytes * components;
+        if (accessor.contains("bufferView")) {
+            const Json& view = views[accessor["bufferView"].get<std::size_t>()];
+            const std::uint64_t stride = size_of(view, "byteStride");  // 0 or absent: tightly packed
+            if (auto error = check_range(view, size_of(accessor, "byteOffset"), count, element,
+                                         stride == 0 ? element : stride, at("accessors", i, "count"),
+                                         accessor["count"])) {
+                return error;
+            }
+        }
+        if (!accessor.contains("sparse")) continue;
+        const Json& sparse = accessor["sparse"];
+        const std::uint64_t changed = size_of(sparse, "count");
+        if (changed > count) {
+            return out_of_bounds(at("accessors", i, "sparse/count"), shown(sparse["count"]),
+                                 "more sparse elements than the accessor has");
+        }
+        const std::uint64_t index_type = size_of(sparse["indices"], "componentType");
+        if (index_type != 5121 && index_type != 5123 && index_type != 5125) {
+            return bad(at("accessors", i, "sparse/indices/componentType"), sparse["indices"]["componentType"],
+                       "indices are unsigned bytes, shorts or ints");
+        }
+        const std::size_t index_bytes = component_bytes(index_type);
+        for (const auto& [member, size] : {std::pair<const char*, std::uint64_t>("indices", index_bytes),
+                                           std::pair<const char*, std::uint64_t>("values", element)}) {
+            const Json& view = views[sparse[member]["bufferView"].get<std::size_t>()];
+            if (auto error = check_range(view, size_of(sparse[member], "byteOffset"), changed, size, size,
+                                         at("accessors", i, "sparse/") + member, sparse["count"])) {
+                return error;
+            }
+        }
+    }
+    return std::nullopt;
+}
+
+// A node has at most one parent, a scene's nodes have none, and no node is its own ancestor.
+std::optional<Error> check_node_tree(const Json& document) {
+    const Json& nodes = list(document, "nodes");
+    constexpr std::size_t none = static_cast<std::size_t>(-1);
+    std::vector<std::size_t> parent(nodes.size(), none);
+    for (std::size_t i = 0; i < nodes.size(); ++i) {
+        if (!nodes[i].contains("children")) continue;
+        const Json& children = nodes[i]["children"];
+        for (std::size_t k = 0; k < children.size(); ++k) {
+            const auto child = children[k].get<std::size_t>();
+            if (parent[child] != none) {
+                return bad(at("nodes", i, "children/") + std::to_string(k), children[k], "the node has two parents");
+            }
+            parent[child] = i;
+        }
+    }
+    // Every node of a tree is reached from a node without parent; what is not reached lies on or under a cycle.
+    std::vector<std::size_t> reached;
+    for (std::size_t i = 0; i < nodes.size(); ++i) {
+        if (parent[i] == none) reached.push_back(i);
+    }
+    std::vector<bool> seen(nodes.size());
+    for (std::size_t next = 0; next < reached.size(); ++next) {
+        seen[reached[next]] = true;
+        if (!nodes[reached[next]].contains("children")) continue;
+        for (const Json& child : nodes[reached[next]]["children"]) reached.push_back(child.get<std::size_t>());
+    }
+    for (std::size_t i = 0; i < nodes.size(); ++i) {
+        if (!seen[i]) return bad(at("nodes", i, "children"), nodes[i].value("children", Json()), "a cycle of nodes");
+    }
+    const Json& scenes = list(document, "scenes");
+    for (std::size_t s = 0; s < scenes.size(); ++s) {
+        if (!scenes[s].contains("nodes")) continue;
+        std::vector<bool> listed(nodes.size());
+        for (std::size_t k = 0; k < scenes[s]["nodes"].size(); ++k) {
+            const auto node = scenes[s]["nodes"][k].get<std::size_t>();
+            if (parent[node] != none || listed[node]) {
+                return bad(at("scenes", s, "nodes/") + std::to_string(k), scenes[s]["nodes"][k],
+                           "a scene's nodes are root nodes, each listed once");
+            }
+            listed[node] = true;
+        }
+    }
+    return std::nullopt;
+}
+
+std::optional<Error> check_header(const Json& document) {
+    if (!document.is_object()) return bad("", document, "a glTF file is one JSON object");
+    const auto asset = document.find("asset");
+    if (asset == document.end() || !asset->is_object() || !asset->contains("version")) {
+        return bad("/asset/version", asset == document.end() ? Json() : *asset, "the glTF version is missing");
+    }
+    const Json& version = (*asset)["version"];
+    if (!version.is_string()) return bad("/asset/version", version, "a string is expected here");
+    if (version.get<std::string>().rfind("2.", 0) != 0) {
+        return Error{"unsupported", "/asset/version", shown(version), "only glTF 2 is read"};
+    }
+    for (const char* name : {"extensionsRequired", "extensionsUsed"}) {
+        const Json& extensions = list(document, name);
+        if (!extensions.is_array()) return bad(std::string("/") + name, extensions, "an array is expected here");
+        for (std::size_t i = 0; i < extensions.size(); ++i) {
+            const std::string where = std::string("/") + name + "/" + std::to_string(i);
+            if (!extensions[i].is_string()) return bad(where, extensions[i], "a string is expected here");
+            const std::string extension = extensions[i].get<std::string>();
+            if (name == std::string_view("extensionsRequired") && !is_supported_extension(extension)) {
+                return Error{"unsupported", where, extension, "the file requires an extension that Gonio does not read"};
+            }
+        }
+    }
+    return std::nullopt;
+}
+
+}  // namespace
+
+bool is_supported_extension(std::string_view name) {
+    static constexpr std::array<std::string_view, 5> supported = {
+        "KHR_lights_punctual", "EXT_lights_ies", "KHR_materials_emissive_strength", "KHR_texture_transform",
+        "KHR_mesh_quantization"};
+    return std::find(supported.begin(), supported.end(), name) != supported.end();
+}
+
+std::size_t component_bytes(std::uint64_t component_type) {
+    switch (component_type) {
+        case 5120:  // signed and unsigned byte
+        case 5121: return 1;
+        case 5122:  // signed and unsigned short
+        case 5123: return 2;
+        case 5125:  // unsigned int, float
+        case 5126: return 4;
+        default: return 0;
+    }
+}
+
+std::size_t component_count(std::string_view type) {
+    static constexpr std::array<std::pair<std::string_view, std::size_t>, 7> counts = {
+        {{"SCALAR", 1}, {"VEC2", 2}, {"VEC3", 3}, {"VEC4", 4}, {"MAT2", 4}, {"MAT3", 9}, {"MAT4", 16}}};
+    for (const auto& [name, count] : counts) {
+        if (name == type) return count;
+    }
+    return 0;
+}
+
+std::optional<Error> check_json_size(std::string_view text) {
+    int depth = 0;
+    std::size_t values = 0;
+    bool quoted = false;
+    for (std::size_t i = 0; i < text.size(); ++i) {
+        const char c = text[i];
+        if (quoted) {
+            if (c == '\\') ++i;
+            quoted = c != '"';
+            continue;
+        }
+        quoted = c == '"';
+        if (c == '{' || c == '[') ++depth;
+        if (c == '}' || c == ']') --depth;
+        if (c == ',' || c == '{' || c == '[') ++values;
+        if (depth <= kMaxJsonDepth && values <= kMaxJsonValues) continue;
+        const std::string place = "byte " + std::to_string(i);
+        if (depth > kMaxJsonDepth) return Error{"bad_gltf", place, "", "the JSON is nested too deeply"};
+        return Error{"too_large", place, "", "the JSON has too many values"};
+    }
+    return std::nullopt;
+}
+
+std::optional<Error> check_gltf(const Json& document, bool has_binary_chunk) {
+    if (auto error = check_header(document)) return error;
+    const Checker checker(document);
+    for (const Rule& rule : kRules) {
+        if (auto error = checker.check(rule)) return error;
+    }
+    if (auto error = check_buffers(document, has_binary_chunk)) return error;
+    if (auto error = check_accessors(document)) return error;
+    return check_node_tree(document);
+}
+
+}  // namespace gonio

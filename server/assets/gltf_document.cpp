@@ -1,0 +1,193 @@
+#include "server/assets/gltf_document.h"
+
+#include <tiny_gltf.h>
+
+#include <algorithm>
+#include <cstdint>
+#include <fstream>
+#include <nlohmann/json.hpp>
+#include <optional>
+
+#include "server/assets/assets.h"
+#include "server/assets/gltf_check.h"
+
+namespace gonio {
+namespace {
+
+namespace fs = std::filesystem;
+using Json = nlohmann::json;
+
+struct Container {
+    std::string_view json;
+    std::optional<Bytes> binary;  // BIN chunk of a .glb, may be empty
+};
+
+std::uint32_t little_endian(Bytes bytes, std::size_t at) {
+    std::uint32_t value = 0;
+    for (std::size_t i = 0; i < 4; ++i) value |= std::to_integer<std::uint32_t>(bytes[at + i]) << (8 * i);
+    return value;
+}
+
+std::string_view as_text(Bytes bytes) { return {reinterpret_cast<const char*>(bytes.data()), bytes.size()}; }
+
+// glTF 2.0, 4.4 "Binary glTF Layout". Anything that does not start with "glTF" is taken for JSON.
+Result<Container> open_container(Bytes file) {
+    if (file.size() < 4 || as_text(file.first(4)) != "glTF") return Container{as_text(file), std::nullopt};
+    const auto bad = [](std::size_t at, std::uint64_t value, std::string message) {
+        return Error{"bad_gltf", "byte " + std::to_string(at), std::to_string(value), std::move(message)};
+    };
+    if (file.size() < 20) return bad(4, file.size(), "the binary glTF ends within its header");
+    if (little_endian(file, 4) != 2) {
+        return Error{"unsupported", "byte 4", std::to_string(little_endian(file, 4)), "only binary glTF 2 is read"};
+    }
+    const std::size_t length = little_endian(file, 8);
+    if (length > file.size() || length < 20) return bad(8, length, "the binary glTF is truncated");
+    Container container;
+    std::size_t at = 12;
+    for (int chunk = 0; at + 8 <= length; ++chunk) {
+        const std::size_t size = little_endian(file, at);
+        const std::uint32_t type = little_endian(file, at + 4);
+        if (size > length - at - 8) return bad(at, size, "a chunk reaches beyond the end of the file");
+        const Bytes content = file.subspan(at + 8, size);
+        if (chunk == 0 && type != 0x4E4F534A) return bad(at + 4, type, "the first chunk of a binary glTF is JSON");
+        if (chunk == 0) container.json = as_text(content);
+        if (chunk == 1 && type == 0x004E4942) container.binary = content;
+        at += 8 + (size + 3) / 4 * 4;
+        if (at > length) break;
+    }
+    return container;
+}
+
+// tinygltf copies extras and extensions into trees of its own: keep only what the importer reads.
+void prune(Json& value) {
+    if (value.is_object()) {
+        value.erase("extras");
+        const auto extensions = value.find("extensions");
+        if (extensions != value.end() && extensions->is_object()) {
+            for (auto it = extensions->begin(); it != extensions->end();) {
+                it = is_supported_extension(it.key()) ? std::next(it) : extensions->erase(it);
+            }
+        }
+    }
+    if (value.is_structured()) {
+        for (Json& child : value) prune(child);
+    }
+}
+
+Result<std::shared_ptr<const tinygltf::Model>> build_model(Json document) {
+    for (const char* unread : {"buffers", "images", "skins", "animations"}) document.erase(unread);
+    prune(document);
+    const std::string text = document.dump();
+    auto model = std::make_shared<tinygltf::Model>();
+    tinygltf::TinyGLTF reader;
+    // No file is ever opened by the reader.
+    reader.SetFsCallbacks({[](const std::string&, void*) { return false; },
+                           [](const std::string&, void*) { return std::string(); },
+                           [](std::vector<unsigned char>*, std::string*, const std::string&, void*) { return false; },
+                           [](std::string*, const std::string&, const std::vector<unsigned char>&, void*) {
+                               return false;
+                           },
+                           nullptr});
+    std::string error, warning;
+    bool good = false;
+    try {
+        good = reader.LoadASCIIFromString(model.get(), &error, &warning, text.data(),
+                                          static_cast<unsigned int>(text.size()), "", tinygltf::NO_REQUIRE);
+    } catch (const std::exception& thrown) {
+        error = thrown.what();
+    }
+    if (good) return std::shared_ptr<const tinygltf::Model>(std::move(model));
+    while (!error.empty() && error.back() == '\n') error.pop_back();
+    return Error{"bad_gltf", "", error.substr(0, 200), "the glTF document is malformed"};
+}
+
+Result<std::vector<std::vector<std::byte>>> read_buffers(const Json& document, const fs::path& directory,
+                                                         const std::optional<Bytes>& binary) {
+    std::vector<std::vector<std::byte>> buffers;
+    const Json buffer_list = document.value("buffers", Json::array());
+    for (std::size_t i = 0; i < buffer_list.size(); ++i) {
+        const std::string where = "/buffers/" + std::to_string(i);
+        const auto length = buffer_list[i]["byteLength"].get<std::size_t>();
+        std::vector<std::byte> bytes;
+        if (buffer_list[i].contains("uri")) {
+            auto read = read_uri(directory, buffer_list[i]["uri"].get<std::string>(), where + "/uri", length,
+                                 kMaxSceneFileBytes);
+            if (!read) return read.error();
+            bytes = std::move(*read);
+        } else {
+            const Bytes used = binary->first(std::min(length, binary->size()));
+            bytes.assign(used.begin(), used.end());
+        }
+        if (bytes.size() < length) {
+            return Error{"out_of_bounds", where + "/byteLength", std::to_string(length),
+                         "the buffer holds only " + std::to_string(bytes.size()) + " bytes"};
+        }
+        buffers.push_back(std::move(bytes));
+    }
+    return buffers;
+}
+
+void note_unread(const Json& document, std::vector<std::string>& warnings) {
+    if (document.contains("extensionsUsed")) {
+        for (const Json& name : document["extensionsUsed"]) {
+            const std::string extension = name.get<std::string>();
+            if (!is_supported_extension(extension)) {
+                warnings.push_back("the extension " + extension + " is not supported and was ignored");
+            }
+        }
+    }
+    const auto has = [&](const char* list) { return document.contains(list) && !document[list].empty(); };
+    if (has("animations")) warnings.push_back("animations are not supported: nodes keep their rest pose");
+    if (has("skins")) warnings.push_back("skins are not supported: skinned meshes keep their rest shape");
+}
+
+}  // namespace
+
+Result<GltfDocument> read_gltf_document(const std::string& path) {
+    std::error_code failed;
+    if (!fs::exists(path, failed)) return Error{"not_found", path, "", "there is no such scene file"};
+    if (!fs::is_regular_file(path, failed)) return Error{"not_found", path, "", "this is not a regular file"};
+    GltfDocument result;
+    result.directory = fs::absolute(path, failed).parent_path();
+    std::ifstream stream(path, std::ios::binary);
+    const std::uintmax_t size = fs::file_size(path, failed);
+    if (failed || !stream) return Error{"not_found", path, "", "the scene file cannot be read"};
+    if (size > kMaxSceneFileBytes) return Error{"too_large", path, std::to_string(size), "the scene file is too large"};
+    std::vector<std::byte> file(size);
+    stream.read(reinterpret_cast<char*>(file.data()), static_cast<std::streamsize>(size));
+    if (static_cast<std::uintmax_t>(stream.gcount()) != size) {
+        return Error{"not_found", path, "", "the scene file cannot be read"};
+    }
+
+    auto container = open_container(file);
+    if (!container) return container.error();
+    if (auto error = check_json_size(container->json)) return *error;
+    Json document;
+    try {
+        document = Json::parse(container->json);
+    } catch (const Json::parse_error& error) {
+        return Error{"bad_gltf", "byte " + std::to_string(error.byte), "", "the JSON is malformed"};
+    } catch (const Json::exception& error) {  // a number beyond double
+        return Error{"bad_gltf", "", std::string(error.what()).substr(0, 120), "the JSON is malformed"};
+    }
+    if (auto error = check_gltf(document, container->binary.has_value())) return *error;
+
+    auto buffers = read_buffers(document, result.directory, container->binary);
+    if (!buffers) return buffers.error();
+    result.buffers = std::move(*buffers);
+    for (const Json& image : document.value("images", Json::array())) {
+        result.images.push_back({image.value("uri", ""), image.value("bufferView", -1)});
+    }
+    note_unread(document, result.warnings);
+    auto model = build_model(std::move(document));
+    if (!model) return model.error();
+    result.model = std::move(*model);
+    return result;
+}
+
+Bytes view_bytes(const GltfDocument& document, int buffer_view) {
+    const tinygltf::BufferView& view = document.model->bufferViews[static_cast<std::size_t>(buffer_view)];
+    return Bytes(document.buffers[static_cast<std::size_t>(view.buffer)]).subspan(view.byteOffset, view.byteLength);
+}
+
+}  // namespace gonio

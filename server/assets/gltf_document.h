@@ -1,0 +1,49 @@
+// A glTF file taken apart and checked: the JSON as tinygltf's model, the bytes of its buffers, the sources of its images.
+// Buffers and images never pass through tinygltf; no file outside the glTF's own directory is opened.
+#pragma once
+
+#include <cstddef>
+#include <filesystem>
+#include <memory>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "ies/result.h"
+
+namespace tinygltf {
+class Model;
+}
+
+namespace gonio {
+
+using Bytes = std::span<const std::byte>;
+
+struct GltfDocument {
+    struct ImageSource {
+        std::string uri;        // empty: the bytes are in buffer_view
+        int buffer_view = -1;
+    };
+    std::filesystem::path directory;
+    std::shared_ptr<const tinygltf::Model> model;  // without buffers, images, skins, animations and extras
+    std::vector<std::vector<std::byte>> buffers;   // as long as their byteLength
+    std::vector<ImageSource> images;
+    std::vector<std::string> warnings;
+};
+
+// path: a .gltf or .glb file, told apart by content. Errors as of load_scene.
+Result<GltfDocument> read_gltf_document(const std::string& path);
+
+// Result: the bytes of a buffer view whose index has been checked.
+Bytes view_bytes(const GltfDocument& document, int buffer_view);
+
+// uri: a data: URI or a relative reference, percent-encoded or not. where: JSON pointer of the uri, for errors.
+// Result: at most the first `limit` bytes; a file longer than hard_limit is refused: "too_large".
+// Errors: "missing_file", "bad_gltf" (leaves the directory, malformed), "unsupported" (another scheme), "too_large".
+Result<std::vector<std::byte>> read_uri(const std::filesystem::path& directory, const std::string& uri,
+                                        const std::string& where, std::size_t limit, std::size_t hard_limit);
+
+// A short form of a uri for messages.
+std::string shown_uri(const std::string& uri);
+
+}  // namespace gonio

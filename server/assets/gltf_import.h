@@ -1,0 +1,55 @@
+// The parts of the glTF importer: each turns one kind of object of a checked document into the scene's own structs.
+#pragma once
+
+#include <cstdint>
+#include <vector>
+
+#include "server/assets/gltf_document.h"
+#include "server/scene/scene.h"
+
+namespace gonio {
+
+// Limits on what a small file may grow into; beyond them: "too_large".
+inline constexpr std::size_t kMaxSceneIndices = std::size_t{1} << 28;     // over all meshes
+inline constexpr std::size_t kMaxSceneTriangles = std::size_t{1} << 28;   // counted per instance
+inline constexpr std::size_t kMaxSceneInstances = std::size_t{1} << 20;
+inline constexpr std::size_t kMaxSceneTexels = std::size_t{1} << 28;      // over all images
+
+// How a material places its texture on a mesh: the texture coordinate set, and KHR_texture_transform as
+// uv' = linear * uv + offset. It is baked into the vertices.
+struct UvPlacement {
+    int set = 0;
+    glm::mat2 linear{1.0f};
+    glm::vec2 offset{0.0f};
+};
+
+// What one import has gathered so far.
+struct GltfImport {
+    const GltfDocument& document;
+    SceneAsset& scene;
+    std::vector<UvPlacement> uv_of_material;       // parallel to scene.materials
+    std::vector<std::vector<int>> meshes_of_mesh;  // glTF mesh -> indices into scene.meshes, one per primitive
+    int default_material = 0;                      // of primitives that name none
+
+    // Adds a warning once, at most kMaxWarnings in all.
+    void warn(std::string sentence);
+    static constexpr std::size_t kMaxWarnings = 100;
+};
+
+// Each fills its part of the scene. Result: true, or the error of load_scene.
+Result<bool> import_materials(GltfImport& import);
+Result<bool> import_meshes(GltfImport& import);
+Result<bool> import_nodes(GltfImport& import);
+
+// A node as its light sees it.
+struct LightNode {
+    std::size_t index = 0;
+    glm::dvec3 position{0.0};
+    glm::dquat world_from_light{1.0, 0.0, 0.0, 0.0};
+};
+// Adds the light that the node carries, if any. ies_profiles: one per root light of EXT_lights_ies, read when first used.
+// Errors: "bad_profile", "missing_file", "bad_gltf", "too_large".
+Result<bool> import_node_light(GltfImport& import, const LightNode& node,
+                               std::vector<std::shared_ptr<const Profile>>& ies_profiles);
+
+}  // namespace gonio

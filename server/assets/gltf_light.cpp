@@ -1,0 +1,180 @@
+// KHR_lights_punctual and EXT_lights_ies -> LightSeed.
+#include <tiny_gltf.h>
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+#include <string>
+
+#include "server/assets/assets.h"
+#include "server/assets/gltf_import.h"
+
+namespace gonio {
+namespace {
+
+using tinygltf::Value;
+
+constexpr double kMostCandela = 1e12;  // as in photometric files
+
+// Cuts at a character's boundary: UTF-8 continuation bytes are 10xxxxxx.
+std::string shortened(std::string name) {
+    if (name.size() <= kMaxNameBytes) return name;
+    std::size_t end = kMaxNameBytes;
+    while (end > 0 && (static_cast<unsigned char>(name[end]) & 0xC0u) == 0x80u) --end;
+    name.resize(end);
+    return name;
+}
+
+// Lights are told apart by name: repeats get a number.
+std::string unique_name(const SceneAsset& scene, const std::string& wanted) {
+    const auto taken = [&](const std::string& name) {
+        return std::any_of(scene.lights.begin(), scene.lights.end(),
+                           [&](const LightSeed& light) { return light.name == name; });
+    };
+    std::string name = shortened(wanted.empty() ? "light" : wanted);
+    for (int number = 2; taken(name); ++number) {
+        const std::string suffix = " " + std::to_string(number);
+        name = shortened(wanted.empty() ? "light" : wanted);
+        if (name.size() + suffix.size() > kMaxNameBytes) name.resize(kMaxNameBytes - suffix.size());
+        name += suffix;
+    }
+    return name;
+}
+
+Result<glm::dvec3> colour(const Value& list, const std::string& where) {
+    glm::dvec3 result(1.0);
+    for (int c = 0; c < 3; ++c) {
+        result[c] = list.Get(c).GetNumberAsDouble();
+        if (!(result[c] >= 0.0 && result[c] <= 1e6)) {
+            return Error{"bad_gltf", where, std::to_string(result[c]), "a colour must lie between 0 and 1e6"};
+        }
+    }
+    return result;
+}
+
+bool has_room(GltfImport& import) {
+    if (import.scene.lights.size() < kMaxLights) return true;
+    import.warn("the scene has more than " + std::to_string(kMaxLights) + " lights: the rest was left out");
+    return false;
+}
+
+void add_light(GltfImport& import, const LightNode& node, const std::string& fallback_name, LightSeed light) {
+    const std::string& node_name = import.document.model->nodes[node.index].name;
+    light.name = unique_name(import.scene, node_name.empty() ? fallback_name : node_name);
+    light.position = node.position;
+    light.world_from_light = node.world_from_light;
+    import.scene.lights.push_back(std::move(light));
+}
+
+Result<bool> add_punctual(GltfImport& import, const LightNode& node, int index) {
+    const tinygltf::Light& from = import.document.model->lights[static_cast<std::size_t>(index)];
+    const std::string where = "/extensions/KHR_lights_punctual/lights/" + std::to_string(index);
+    if (from.type == "directional") {
+        import.warn("directional lights are not supported (" + where + ")");
+        return true;
+    }
+    LightSeed light;
+    if (from.type == "point") {
+        light.profile = punctual_point_profile();
+    } else if (from.type == "spot") {
+        const double inner = from.spot.innerConeAngle, outer = from.spot.outerConeAngle;
+        if (!(inner >= 0.0 && inner <= std::numbers::pi) || !(outer > 0.0 && outer <= std::numbers::pi)) {
+            return Error{"bad_gltf", where + "/spot", std::to_string(inner) + ", " + std::to_string(outer),
+                         "cone angles lie between 0 and pi/2"};
+        }
+        if (outer > std::numbers::pi / 2.0 + 1e-6) import.warn("a cone angle beyond pi/2 was limited to it (" + where + ")");
+        light.profile = punctual_spot_profile(inner, outer);
+    } else {
+        return Error{"bad_gltf", where + "/type", from.type, "there is no such type of light"};
+    }
+    if (!(from.intensity >= 0.0 && from.intensity <= kMostCandela)) {
+        return Error{"bad_gltf", where + "/intensity", std::to_string(from.intensity),
+                     "the intensity must lie between 0 and 1e12 cd"};
+    }
+    light.multiplier = from.intensity;
+    for (std::size_t c = 0; c < from.color.size() && c < 3; ++c) {
+        if (!(from.color[c] >= 0.0 && from.color[c] <= 1e6)) {
+            return Error{"bad_gltf", where + "/color", std::to_string(from.color[c]), "a colour must lie between 0 and 1e6"};
+        }
+        light.color[static_cast<glm::length_t>(c)] = from.color[c];
+    }
+    if (from.range > 0.0) import.warn("the range of lights is ignored: light falls off by the inverse square (" + where + ")");
+    if (has_room(import)) add_light(import, node, from.name, std::move(light));
+    return true;
+}
+
+Result<std::shared_ptr<const Profile>> read_ies_profile(GltfImport& import, const Value& root_light,
+                                                        const std::string& where) {
+    std::string place = where, shown, name;
+    std::vector<std::byte> bytes;
+    if (root_light.Has("uri")) {
+        const std::string uri = root_light.Get("uri").Get<std::string>();
+        place += "/uri";
+        shown = shown_uri(uri);
+        name = uri.rfind("data:", 0) == 0 ? "" : uri.substr(uri.rfind('/') + 1);
+        auto read = read_uri(import.document.directory, uri, place, ies::kMaxFileBytes + 1, ies::kMaxFileBytes);
+        if (!read) return read.error();
+        bytes = std::move(*read);
+    } else if (root_light.Has("bufferView")) {
+        const int view = root_light.Get("bufferView").GetNumberAsInt();
+        place += "/bufferView";
+        shown = std::to_string(view);
+        const Bytes held = view_bytes(import.document, view);
+        bytes.assign(held.begin(), held.end());
+    } else {
+        return Error{"bad_gltf", where, "", "a light without uri and bufferView"};
+    }
+    if (root_light.Has("name")) name = root_light.Get("name").Get<std::string>();
+    if (name.empty()) name = "ies";
+    auto profile = make_profile(shortened(name), {reinterpret_cast<const char*>(bytes.data()), bytes.size()});
+    if (profile) return profile;
+    const Error& cause = profile.error();
+    return Error{"bad_profile", place, shown, "the photometric file is refused: " + cause.code + ", " + cause.text()};
+}
+
+Result<bool> add_ies(GltfImport& import, const LightNode& node, const Value& extension,
+                     std::vector<std::shared_ptr<const Profile>>& profiles) {
+    const auto index = static_cast<std::size_t>(extension.Get("light").GetNumberAsInt());
+    const std::string root = "/extensions/EXT_lights_ies/lights/" + std::to_string(index);
+    const std::string where = "/nodes/" + std::to_string(node.index) + "/extensions/EXT_lights_ies";
+    const Value& root_light = import.document.model->extensions.at("EXT_lights_ies").Get("lights").Get(static_cast<int>(index));
+    if (!profiles[index]) {
+        auto profile = read_ies_profile(import, root_light, root);
+        if (!profile) return profile.error();
+        profiles[index] = *profile;
+        for (const auto& diagnostic : profiles[index]->photometry.diagnostics) {
+            if (diagnostic.severity == "warning") import.warn(diagnostic.message + " (" + root + ")");
+        }
+    }
+    LightSeed light;
+    light.profile = profiles[index];
+    if (extension.Has("multiplier")) light.multiplier = extension.Get("multiplier").GetNumberAsDouble();
+    if (!(light.multiplier >= 0.0 && light.multiplier <= 1e9)) {
+        return Error{"bad_gltf", where + "/multiplier", std::to_string(light.multiplier),
+                     "the multiplier must lie between 0 and 1e9"};
+    }
+    if (extension.Has("color")) {
+        const auto read = colour(extension.Get("color"), where + "/color");
+        if (!read) return read.error();
+        light.color = *read;
+    }
+    if (has_room(import)) add_light(import, node, light.profile->name, std::move(light));
+    return true;
+}
+
+}  // namespace
+
+Result<bool> import_node_light(GltfImport& import, const LightNode& node,
+                               std::vector<std::shared_ptr<const Profile>>& ies_profiles) {
+    const auto& extensions = import.document.model->nodes[node.index].extensions;
+    const auto punctual = extensions.find("KHR_lights_punctual");
+    if (punctual != extensions.end()) {
+        const auto done = add_punctual(import, node, punctual->second.Get("light").GetNumberAsInt());
+        if (!done) return done;
+    }
+    const auto ies = extensions.find("EXT_lights_ies");
+    if (ies != extensions.end()) return add_ies(import, node, ies->second, ies_profiles);
+    return true;
+}
+
+}  // namespace gonio

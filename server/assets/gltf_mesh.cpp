@@ -1,0 +1,253 @@
+// glTF meshes -> Mesh, one per primitive of triangles.
+#include <tiny_gltf.h>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <string>
+
+#include "server/assets/assets.h"
+#include "server/assets/gltf_accessor.h"
+#include "server/assets/gltf_import.h"
+#include "server/assets/mesh_builder.h"
+
+namespace gonio {
+namespace {
+
+using Indices = std::vector<std::uint32_t>;
+
+// glTF 2.0, 3.7.2.1 "Overview": strips and fans as lists. Triangles that repeat an index have no area and are left out.
+Indices as_triangles(const Indices& in, int mode) {
+    Indices out;
+    const auto add = [&](std::uint32_t a, std::uint32_t b, std::uint32_t c) {
+        if (a != b && b != c && c != a) out.insert(out.end(), {a, b, c});
+    };
+    const std::size_t n = in.size();
+    if (mode == TINYGLTF_MODE_TRIANGLES) {
+        out.reserve(n);
+        for (std::size_t i = 0; i + 2 < n; i += 3) add(in[i], in[i + 1], in[i + 2]);
+    } else if (mode == TINYGLTF_MODE_TRIANGLE_STRIP) {
+        for (std::size_t i = 0; i + 2 < n; ++i) add(in[i], in[i + 1 + i % 2], in[i + 2 - i % 2]);
+    } else {
+        for (std::size_t i = 0; i + 2 < n; ++i) add(in[i + 1], in[i + 2], in[0]);
+    }
+    return out;
+}
+
+glm::dvec3 area_normal(const Mesh& mesh, std::size_t triangle) {
+    const auto corner = [&](std::size_t k) {
+        return glm::dvec3(mesh.vertices[mesh.indices[3 * triangle + k]].position);
+    };
+    return glm::cross(corner(1) - corner(0), corner(2) - corner(0));
+}
+
+// Flat normals: every triangle gets vertices of its own. Triangles without area have no normal and are left out.
+void make_flat(Mesh& mesh) {
+    Mesh flat;
+    flat.material = mesh.material;
+    flat.vertices.reserve(mesh.indices.size());
+    for (std::size_t t = 0; t < mesh.indices.size() / 3; ++t) {
+        const glm::dvec3 normal = area_normal(mesh, t);
+        const double size = glm::length(normal);
+        if (!(size > 0.0) || !std::isfinite(size)) continue;
+        for (std::size_t k = 0; k < 3; ++k) {
+            Vertex vertex = mesh.vertices[mesh.indices[3 * t + k]];
+            vertex.normal = glm::vec3(normal / size);
+            flat.indices.push_back(static_cast<std::uint32_t>(flat.vertices.size()));
+            flat.vertices.push_back(vertex);
+        }
+    }
+    mesh = std::move(flat);
+}
+
+// Normals of length 0 become the area-weighted mean of the faces around the vertex; all others get unit length.
+// Result: how many were 0.
+std::size_t repair_normals(Mesh& mesh) {
+    std::size_t repaired = 0;
+    std::vector<glm::dvec3> around;
+    for (std::size_t i = 0; i < mesh.vertices.size(); ++i) {
+        glm::dvec3 normal(mesh.vertices[i].normal);
+        if (!(glm::length(normal) > 1e-6)) {
+            if (around.empty()) {
+                around.resize(mesh.vertices.size(), glm::dvec3(0.0));
+                for (std::size_t t = 0; t < mesh.indices.size() / 3; ++t) {
+                    for (std::size_t k = 0; k < 3; ++k) around[mesh.indices[3 * t + k]] += area_normal(mesh, t);
+                }
+            }
+            ++repaired;
+            normal = glm::length(around[i]) > 0.0 ? around[i] : glm::dvec3(0.0, 1.0, 0.0);
+        }
+        mesh.vertices[i].normal = glm::vec3(glm::normalize(normal));
+    }
+    return repaired;
+}
+
+// Leaves only vertices that a triangle uses: primitives often share one large array.
+void compact(Mesh& mesh) {
+    constexpr std::uint32_t unused = std::numeric_limits<std::uint32_t>::max();
+    std::vector<std::uint32_t> place(mesh.vertices.size(), unused);
+    std::vector<Vertex> kept;
+    for (std::uint32_t& index : mesh.indices) {
+        if (place[index] == unused) {
+            place[index] = static_cast<std::uint32_t>(kept.size());
+            kept.push_back(mesh.vertices[index]);
+        }
+        index = place[index];
+    }
+    mesh.vertices = std::move(kept);
+}
+
+class MeshImport {
+public:
+    explicit MeshImport(GltfImport& import) : import_(import), document_(import.document) {}
+
+    Result<bool> run() {
+        const auto& meshes = document_.model->meshes;
+        for (std::size_t m = 0; m < meshes.size(); ++m) {
+            import_.meshes_of_mesh.emplace_back();
+            for (std::size_t p = 0; p < meshes[m].primitives.size(); ++p) {
+                const auto done = add(meshes[m].primitives[p],
+                                      "/meshes/" + std::to_string(m) + "/primitives/" + std::to_string(p));
+                if (!done) return done.error();
+            }
+        }
+        return true;
+    }
+
+private:
+    Result<bool> add(const tinygltf::Primitive& primitive, const std::string& where) {
+        if (primitive.mode < 0 || primitive.mode > TINYGLTF_MODE_TRIANGLE_FAN) {
+            return Error{"bad_gltf", where + "/mode", std::to_string(primitive.mode), "there is no such primitive mode"};
+        }
+        if (primitive.mode < TINYGLTF_MODE_TRIANGLES) {
+            import_.warn("points and lines are not supported and were left out (" + where + ")");
+            return true;
+        }
+        if (!primitive.targets.empty()) {
+            import_.warn("morph targets are not supported: the base shape is used (" + where + ")");
+        }
+        if (primitive.attributes.count("COLOR_0")) {
+            import_.warn("vertex colours are not supported and were ignored (" + where + ")");
+        }
+        if (!primitive.attributes.count("POSITION")) {
+            import_.warn("a primitive without positions was left out (" + where + ")");
+            return true;
+        }
+        Mesh mesh;
+        mesh.material = primitive.material >= 0 ? primitive.material : import_.default_material;
+        const auto vertices = read_vertices(primitive, mesh, where);
+        if (!vertices) return vertices.error();
+        const auto indices = read_triangles(primitive, mesh, where);
+        if (!indices) return indices.error();
+        if (mesh.indices.empty()) {
+            import_.warn("a primitive without triangles was left out (" + where + ")");
+            return true;
+        }
+        if (primitive.attributes.count("NORMAL")) {
+            compact(mesh);
+            if (repair_normals(mesh) > 0) import_.warn("normals of length 0 were rebuilt from the faces (" + where + ")");
+        } else {
+            make_flat(mesh);
+        }
+        vertices_ += mesh.vertices.size();
+        if (vertices_ > kMaxSceneVertices) return too_large(where, vertices_, "the scene has too many vertices");
+        if (mesh.indices.empty()) return true;
+        measure(mesh);
+        import_.meshes_of_mesh.back().push_back(static_cast<int>(import_.scene.meshes.size()));
+        import_.scene.meshes.push_back(std::move(mesh));
+        return true;
+    }
+
+    static Error too_large(const std::string& where, std::size_t value, const char* message) {
+        return Error{"too_large", where, std::to_string(value), message};
+    }
+
+    // Result: values of an attribute with the wanted components and one element per vertex.
+    Result<std::vector<float>> attribute(const tinygltf::Primitive& primitive, const std::string& name,
+                                         std::size_t components, std::size_t count, const std::string& where) const {
+        const int accessor = primitive.attributes.at(name);
+        const std::string place = where + "/attributes/" + name;
+        if (accessor_components(document_, accessor) != components) {
+            return Error{"bad_gltf", place, std::to_string(accessor), "the accessor's type does not suit this attribute"};
+        }
+        if (accessor_count(document_, accessor) != count) {
+            return Error{"bad_gltf", place, std::to_string(accessor_count(document_, accessor)),
+                         "the attribute has not as many elements as there are positions"};
+        }
+        return read_floats(document_, accessor);
+    }
+
+    Result<bool> read_vertices(const tinygltf::Primitive& primitive, Mesh& mesh, const std::string& where) {
+        const std::size_t count = accessor_count(document_, primitive.attributes.at("POSITION"));
+        // Before anything is allocated: a sparse accessor may claim any count. Counts what is decoded, not what is kept.
+        decoded_ += count;
+        if (decoded_ > 4 * kMaxSceneVertices || count > kMaxSceneVertices) {
+            return too_large(where + "/attributes/POSITION", count, "the scene has too many vertices");
+        }
+        const auto positions = attribute(primitive, "POSITION", 3, count, where);
+        if (!positions) return positions.error();
+        mesh.vertices.resize(count);
+        for (std::size_t i = 0; i < count; ++i) {
+            const float* p = &(*positions)[3 * i];
+            mesh.vertices[i] = {{p[0], p[1], p[2]}, {0.0f, 0.0f, 0.0f}, {0.0f, 0.0f}};
+        }
+        if (primitive.attributes.count("NORMAL")) {
+            const auto normals = attribute(primitive, "NORMAL", 3, count, where);
+            if (!normals) return normals.error();
+            for (std::size_t i = 0; i < count; ++i) {
+                const float* n = &(*normals)[3 * i];
+                mesh.vertices[i].normal = {n[0], n[1], n[2]};
+            }
+        }
+        const UvPlacement& placed = import_.uv_of_material[static_cast<std::size_t>(mesh.material)];
+        const std::string set = "TEXCOORD_" + std::to_string(placed.set);
+        if (primitive.attributes.count(set)) {
+            const auto uv = attribute(primitive, set, 2, count, where);
+            if (!uv) return uv.error();
+            for (std::size_t i = 0; i < count; ++i) {
+                mesh.vertices[i].uv = placed.linear * glm::vec2((*uv)[2 * i], (*uv)[2 * i + 1]) + placed.offset;
+            }
+        } else if (import_.scene.materials[static_cast<std::size_t>(mesh.material)].base_color_image >= 0) {
+            import_.warn("a textured primitive has no texture coordinates " + set + " (" + where + ")");
+        }
+        return true;
+    }
+
+    Result<bool> read_triangles(const tinygltf::Primitive& primitive, Mesh& mesh, const std::string& where) {
+        const std::size_t count =
+            primitive.indices >= 0 ? accessor_count(document_, primitive.indices) : mesh.vertices.size();
+        indices_ += 3 * count;  // what a strip may grow into
+        if (indices_ > 3 * kMaxSceneIndices) return too_large(where + "/indices", count, "the scene has too many indices");
+        Indices indices;
+        if (primitive.indices >= 0) {
+            auto read = read_indices(document_, primitive.indices);
+            if (!read) return read.error();
+            indices = std::move(*read);
+            const auto beyond = std::find_if(indices.begin(), indices.end(),
+                                             [&](std::uint32_t index) { return index >= mesh.vertices.size(); });
+            if (beyond != indices.end()) {
+                return Error{"out_of_bounds", where + "/indices", std::to_string(*beyond),
+                             "index " + std::to_string(beyond - indices.begin()) + " is beyond the " +
+                                 std::to_string(mesh.vertices.size()) + " vertices"};
+            }
+        } else {
+            indices.resize(count);
+            for (std::size_t i = 0; i < count; ++i) indices[i] = static_cast<std::uint32_t>(i);
+        }
+        if (primitive.mode == TINYGLTF_MODE_TRIANGLES && count % 3 != 0) {
+            import_.warn("the number of indices is no multiple of 3: the rest was left out (" + where + ")");
+        }
+        mesh.indices = as_triangles(indices, primitive.mode);
+        return true;
+    }
+
+    GltfImport& import_;
+    const GltfDocument& document_;
+    std::size_t vertices_ = 0, decoded_ = 0, indices_ = 0;
+};
+
+}  // namespace
+
+Result<bool> import_meshes(GltfImport& import) { return MeshImport(import).run(); }
+
+}  // namespace gonio

@@ -1,0 +1,201 @@
+// The node tree of a glTF scene -> instances, cameras and the places of lights, in double.
+#include <tiny_gltf.h>
+
+#include <cmath>
+#include <glm/gtc/matrix_transform.hpp>
+#include <map>
+#include <numbers>
+#include <string>
+
+#include "server/assets/assets.h"
+#include "server/assets/gltf_import.h"
+#include "server/assets/mesh_builder.h"
+
+namespace gonio {
+namespace {
+
+bool is_finite(const glm::dmat4& matrix) {
+    for (int c = 0; c < 4; ++c) {
+        for (int r = 0; r < 4; ++r) {
+            // Beyond this, single precision behind the seam overflows.
+            if (!(std::abs(matrix[c][r]) < 1e30)) return false;
+        }
+    }
+    return true;
+}
+
+struct Local {
+    glm::dmat4 matrix{1.0};
+    glm::dmat3 axes{1.0};  // without the node's own scale where it is stated apart
+};
+
+Result<Local> local_transform(const tinygltf::Node& node, const std::string& where) {
+    Local local;
+    if (node.matrix.size() == 16) {
+        for (int i = 0; i < 16; ++i) local.matrix[i / 4][i % 4] = node.matrix[static_cast<std::size_t>(i)];
+        if (local.matrix[0][3] != 0.0 || local.matrix[1][3] != 0.0 || local.matrix[2][3] != 0.0 ||
+            local.matrix[3][3] != 1.0) {
+            return Error{"bad_gltf", where + "/matrix", "", "the last row of a node's matrix must be 0 0 0 1"};
+        }
+        local.axes = glm::dmat3(local.matrix);
+        return local;
+    }
+    const auto vector = [](const std::vector<double>& from, const glm::dvec3& fallback) {
+        return from.size() == 3 ? glm::dvec3(from[0], from[1], from[2]) : fallback;
+    };
+    if (node.rotation.size() == 4) {
+        const glm::dquat turn(node.rotation[3], node.rotation[0], node.rotation[1], node.rotation[2]);
+        if (!(glm::length(turn) > 1e-6)) {
+            return Error{"bad_gltf", where + "/rotation", "0", "the quaternion has no length"};
+        }
+        local.axes = glm::mat3_cast(glm::normalize(turn));
+    }
+    const glm::dvec3 scale = vector(node.scale, glm::dvec3(1.0));
+    local.matrix = glm::dmat4(local.axes);
+    for (int c = 0; c < 3; ++c) local.matrix[c] *= scale[c];
+    local.matrix[3] = glm::dvec4(vector(node.translation, glm::dvec3(0.0)), 1.0);
+    return local;
+}
+
+// The rotation nearest to what the axes do to -Z and +X: -Z is kept exactly, so that a light or camera under a mirrored
+// or skewed parent aims where the parent's geometry does.
+glm::dquat orientation(const glm::dmat3& axes) {
+    const double depth = glm::length(axes[2]);
+    if (!(depth > 1e-12)) return {1.0, 0.0, 0.0, 0.0};
+    const glm::dvec3 z = axes[2] / depth;
+    glm::dvec3 x = axes[0] - z * glm::dot(axes[0], z);
+    if (!(glm::length(x) > 1e-12)) x = glm::cross(std::abs(z.y) < 0.9 ? glm::dvec3(0, 1, 0) : glm::dvec3(1, 0, 0), z);
+    x = glm::normalize(x);
+    return glm::normalize(glm::quat_cast(glm::dmat3(x, glm::cross(z, x), z)));
+}
+
+class NodeImport {
+public:
+    explicit NodeImport(GltfImport& import) : import_(import), model_(*import.document.model) {
+        const auto lights = model_.extensions.find("EXT_lights_ies");
+        if (lights != model_.extensions.end()) ies_profiles_.resize(lights->second.Get("lights").Size());
+    }
+
+    Result<bool> run() {
+        struct Visit {
+            int node;
+            glm::dmat4 world_from_parent;
+        };
+        std::vector<Visit> open;
+        const std::vector<int> first = roots();
+        for (auto it = first.rbegin(); it != first.rend(); ++it) open.push_back({*it, glm::dmat4(1.0)});
+        while (!open.empty()) {
+            const Visit visit = open.back();
+            open.pop_back();
+            const auto& node = model_.nodes[static_cast<std::size_t>(visit.node)];
+            const std::string where = "/nodes/" + std::to_string(visit.node);
+            const auto local = local_transform(node, where);
+            if (!local) return local.error();
+            const glm::dmat4 world = visit.world_from_parent * local->matrix;
+            if (!is_finite(world)) return Error{"bad_gltf", where, node.name, "the node's place is not finite or too far"};
+            if (auto done = add_meshes(node, world, where); !done) return done;
+            const glm::dquat turn = orientation(glm::dmat3(visit.world_from_parent) * local->axes);
+            add_camera(node, glm::dvec3(world[3]), turn, where);
+            const LightNode light{static_cast<std::size_t>(visit.node), glm::dvec3(world[3]), turn};
+            if (auto done = import_node_light(import_, light, ies_profiles_); !done) return done;
+            for (auto it = node.children.rbegin(); it != node.children.rend(); ++it) open.push_back({*it, world});
+        }
+        return check_cameras();
+    }
+
+private:
+    // The default scene, else the first; a file without scenes shows all nodes that have no parent.
+    std::vector<int> roots() {
+        if (!model_.scenes.empty()) {
+            if (model_.defaultScene < 0 && model_.scenes.size() > 1) import_.warn("several scenes: the first is shown");
+            return model_.scenes[static_cast<std::size_t>(std::max(model_.defaultScene, 0))].nodes;
+        }
+        std::vector<bool> child(model_.nodes.size());
+        for (const auto& node : model_.nodes) {
+            for (const int index : node.children) child[static_cast<std::size_t>(index)] = true;
+        }
+        std::vector<int> result;
+        for (std::size_t i = 0; i < child.size(); ++i) {
+            if (!child[i]) result.push_back(static_cast<int>(i));
+        }
+        return result;
+    }
+
+    Result<bool> add_meshes(const tinygltf::Node& node, const glm::dmat4& world, const std::string& where) {
+        if (node.mesh < 0) return true;
+        const glm::dmat3 axes(world);
+        const double volume = glm::dot(axes[0], glm::cross(axes[1], axes[2]));
+        const double size = glm::length(axes[0]) * glm::length(axes[1]) * glm::length(axes[2]);
+        if (!(std::abs(volume) > 1e-12 * size)) {
+            import_.warn("a mesh that its node flattens was left out (" + where + ")");
+            return true;
+        }
+        for (const int mesh : import_.meshes_of_mesh[static_cast<std::size_t>(node.mesh)]) {
+            const int facing = volume > 0.0 ? mesh : mirrored(mesh);
+            auto& scene = import_.scene;
+            triangles_ += scene.meshes[static_cast<std::size_t>(facing)].indices.size() / 3;
+            if (triangles_ > kMaxSceneTriangles || scene.instances.size() >= kMaxSceneInstances) {
+                return Error{"too_large", where + "/mesh", std::to_string(node.mesh),
+                             "the scene has too many instances or triangles"};
+            }
+            add_instance(scene, facing, node.name, world);
+        }
+        return true;
+    }
+
+    // A transform of negative determinant turns counter-clockwise triangles round. The copy has them turned beforehand
+    // and keeps its normals, so that winding and normals agree again in the world.
+    int mirrored(int mesh) {
+        const auto known = mirrored_.find(mesh);
+        if (known != mirrored_.end()) return known->second;
+        Mesh copy = import_.scene.meshes[static_cast<std::size_t>(mesh)];
+        for (std::size_t i = 0; i + 2 < copy.indices.size(); i += 3) std::swap(copy.indices[i + 1], copy.indices[i + 2]);
+        import_.scene.meshes.push_back(std::move(copy));
+        return mirrored_[mesh] = static_cast<int>(import_.scene.meshes.size()) - 1;
+    }
+
+    void add_camera(const tinygltf::Node& node, const glm::dvec3& eye, const glm::dquat& turn, const std::string& where) {
+        if (node.camera < 0) return;
+        const auto& camera = model_.cameras[static_cast<std::size_t>(node.camera)];
+        if (camera.type != "perspective") {
+            import_.warn("orthographic cameras are not supported (" + where + ")");
+            return;
+        }
+        if ((turn * glm::dvec3(0.0, 1.0, 0.0)).y < std::abs((turn * glm::dvec3(1.0, 0.0, 0.0)).y)) {
+            import_.warn("the camera's roll was ignored: +Y is up in every picture (" + where + ")");
+        }
+        import_.scene.cameras.push_back({eye, eye + turn * glm::dvec3(0.0, 0.0, -1.0), camera.perspective.yfov});
+        camera_indices_.push_back(node.camera);
+    }
+
+    // Fields of view; and targets, which move to the depth of the scene's middle so that orbiting feels right.
+    Result<bool> check_cameras() {
+        measure(import_.scene);
+        const Bounds& bounds = import_.scene.bounds;
+        for (std::size_t i = 0; i < import_.scene.cameras.size(); ++i) {
+            Camera& camera = import_.scene.cameras[i];
+            if (!(camera.fov_rad > 1e-4 && camera.fov_rad < std::numbers::pi)) {
+                return Error{"bad_gltf", "/cameras/" + std::to_string(camera_indices_[i]) + "/perspective/yfov",
+                             std::to_string(camera.fov_rad), "the field of view must lie between 0 and pi"};
+            }
+            if (import_.scene.instances.empty()) continue;
+            const glm::dvec3 forward = camera.target - camera.eye;
+            const double depth = glm::dot((bounds.min + bounds.max) * 0.5 - camera.eye, forward);
+            if (depth > 1.0) camera.target = camera.eye + forward * depth;
+        }
+        return true;
+    }
+
+    GltfImport& import_;
+    const tinygltf::Model& model_;
+    std::map<int, int> mirrored_;
+    std::vector<std::shared_ptr<const Profile>> ies_profiles_;
+    std::vector<int> camera_indices_;
+    std::size_t triangles_ = 0;
+};
+
+}  // namespace
+
+Result<bool> import_nodes(GltfImport& import) { return NodeImport(import).run(); }
+
+}  // namespace gonio

@@ -1,0 +1,49 @@
+// Small pieces from which the built-in scenes are generated. Positions in metres, +Y up, counter-clockwise from the
+// front. Nothing here reads files or draws random numbers: the same call gives the same bytes.
+#pragma once
+
+#include <functional>
+#include <glm/glm.hpp>
+#include <string>
+#include <utility>
+
+#include "server/scene/scene.h"
+
+namespace gonio {
+
+// Result: x rounded to single precision, for filling Vertex from double formulas.
+inline glm::vec3 single(const glm::dvec3& x) { return glm::vec3(x); }
+
+// A flat quadrilateral a, b, c, d (counter-clockwise from the front); uv runs 0..uv_size from a to c.
+void add_quad(Mesh& mesh, const glm::dvec3& a, const glm::dvec3& b, const glm::dvec3& c, const glm::dvec3& d,
+              const glm::dvec2& uv_size = glm::dvec2(1.0));
+
+// The outside of an axis-aligned box. Faces are left out by their bit: 1 bottom, 2 top, 4 -X, 8 +X, 16 -Z, 32 +Z.
+inline constexpr unsigned kNoBottom = 1, kNoTop = 2, kNoLeft = 4, kNoRight = 8, kNoBack = 16, kNoFront = 32;
+// uv_per_m: texture repeats per metre.
+void add_box(Mesh& mesh, const glm::dvec3& min, const glm::dvec3& max, unsigned left_out = 0, double uv_per_m = 1.0);
+
+// A point of a parametric surface; du x dv points to the front.
+using Surface = std::function<glm::dvec3(double u, double v)>;
+// (nu x nv) cells over [0, 1]^2 with smooth normals from central differences of the surface itself.
+// closed_u / closed_v: the surface is periodic there, so differences wrap around instead of stopping at the rim.
+// uv_size: texture coordinates at (1, 1). Cells that shrink to a line lose their degenerate triangle.
+void add_surface(Mesh& mesh, const Surface& surface, int nu, int nv, bool closed_u, bool closed_v,
+                 const glm::dvec2& uv_size = glm::dvec2(1.0));
+
+// A solid of revolution about +Y: profile (radius, height) pairs from bottom to top, `slices` around. Profile corners
+// stay sharp (flat normals along the profile, smooth around). uv: around uv_size.x times, uv_size.y per metre upwards.
+void add_lathe(Mesh& mesh, const std::vector<glm::dvec2>& profile, int slices,
+               const glm::dvec2& uv_size = glm::dvec2(1.0));
+
+// Sets mesh.bounds from its vertices.
+void measure(Mesh& mesh);
+// Sets scene.bounds from the vertices of every instance.
+void measure(SceneAsset& scene);
+
+// Appends. Result: the index.
+int add_material(SceneAsset& scene, std::string name, const glm::vec3& reflectance, int image = -1);
+int add_mesh(SceneAsset& scene, Mesh mesh, int material);
+void add_instance(SceneAsset& scene, int mesh, std::string node, const glm::dmat4& world_from_mesh = glm::dmat4(1.0));
+
+}  // namespace gonio

@@ -1,0 +1,23 @@
+// GLSL programs from the embedded shader files. #include "lib/x.glsl" and "shared/x.h" are resolved depth first, once
+// each; features are compiled in by #define, never branched on.
+#pragma once
+
+#include <string>
+#include <string_view>
+#include <utility>
+#include <vector>
+
+#include "server/gl/objects.h"
+
+namespace gonio::gl {
+
+using Defines = std::vector<std::pair<std::string, std::string>>;
+
+// vertex, fragment: file names under shaders/, e.g. "passes/gbuffer.vert"; fragment may be empty (depth only).
+// Throws std::runtime_error with the compiler's message and the file names.
+Program make_program(std::string_view vertex, std::string_view fragment, const Defines& defines = {});
+
+// Result: the text of a shader file with its includes resolved. Throws if a file is missing.
+std::string shader_source(std::string_view name, const Defines& defines);
+
+}  // namespace gonio::gl

@@ -1,0 +1,53 @@
+#include "server/net/hub.h"
+
+namespace gonio {
+
+std::shared_ptr<const std::string> SharedMessage::bytes(Encoding encoding) const {
+    auto& slot = encoding == Encoding::proto ? proto_ : json_;
+    if (!slot) {
+        std::string bytes = encode_message(encoding, message_);
+        if (encoding == Encoding::proto) bytes.insert(bytes.begin(), static_cast<char>(1));
+        slot = std::make_shared<const std::string>(std::move(bytes));
+    }
+    return slot;
+}
+
+SessionId Hub::add(const std::shared_ptr<Peer>& peer) {
+    if (full() || stopping) return 0;
+    while (next_id_ == 0 || peers.contains(next_id_)) ++next_id_;
+    peers[next_id_] = peer;
+    return next_id_++;
+}
+
+void Hub::remove(SessionId id) {
+    if (peers.erase(id) == 0) return;
+    update_demand();
+}
+
+void Hub::update_demand() {
+    if (stopping) return;
+    Demand demand;
+    for (const auto& [id, weak] : peers)
+        if (const auto peer = weak.lock()) peer->add_to(demand);
+    const bool same = told_ && told_->h264 == demand.h264 && told_->jpeg == demand.jpeg && told_->key == demand.key &&
+                      told_->clients == demand.clients;
+    if (same) return;
+    told_ = demand;
+    if (callbacks.demand) callbacks.demand(demand);
+}
+
+bool Hub::request(SessionId id, v1::ClientMessage message) {
+    return !stopping && callbacks.request && callbacks.request(id, std::move(message));
+}
+
+bool equal_in_constant_time(std::string_view given, std::string_view secret) {
+    volatile unsigned difference = given.size() == secret.size() ? 0 : 1;
+    for (std::size_t i = 0; i < given.size(); ++i) {
+        const auto a = static_cast<unsigned char>(given[i]);
+        const auto b = static_cast<unsigned char>(secret.empty() ? 0 : secret[i % secret.size()]);
+        difference = difference | (a ^ b);
+    }
+    return difference == 0;
+}
+
+}  // namespace gonio

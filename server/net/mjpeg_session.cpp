@@ -1,0 +1,108 @@
+// multipart/x-mixed-replace: the picture for browsers without WebCodecs. Browsers show a part only when the header of
+// the next one has arrived, so that header is sent right behind each picture ("advance headers"), without a length.
+#include <array>
+
+#include "server/net/sessions.h"
+
+namespace gonio {
+namespace {
+
+constexpr std::string_view kPreamble =
+    "HTTP/1.1 200 OK\r\n"
+    "Content-Type: multipart/x-mixed-replace;boundary=gonio-frame\r\n"
+    "Cache-Control: no-store\r\n"
+    "X-Content-Type-Options: nosniff\r\n"
+    "Connection: close\r\n"
+    "\r\n"
+    "--gonio-frame\r\n"
+    "Content-Type: image/jpeg\r\n"
+    "\r\n";
+constexpr std::string_view kBetween =
+    "\r\n--gonio-frame\r\n"
+    "Content-Type: image/jpeg\r\n"
+    "\r\n";
+
+class MjpegSession final : public Peer, public std::enable_shared_from_this<MjpegSession> {
+public:
+    MjpegSession(Hub& hub, tcp::socket socket) : hub_(hub), socket_(std::move(socket)), stall_(socket_.get_executor()) {
+        ++hub_.connections;
+        ++hub_.mjpeg_clients;
+    }
+    ~MjpegSession() override {
+        --hub_.connections;
+        if (--hub_.mjpeg_clients == 0) hub_.last_jpeg = nullptr;
+        hub_.remove(id_);
+    }
+    MjpegSession(const MjpegSession&) = delete;
+    MjpegSession& operator=(const MjpegSession&) = delete;
+
+    void start() {
+        id_ = hub_.add(shared_from_this());
+        if (id_ == 0) return end();
+        read();
+        pending_ = hub_.last_jpeg;
+        write({asio::buffer(kPreamble), asio::const_buffer(), asio::const_buffer()});
+        hub_.update_demand();
+    }
+
+    void on_jpeg(const std::shared_ptr<const EncodedFrame>& frame) override {
+        pending_ = frame;
+        if (!writing_) write_pending();
+    }
+    void on_shutdown() override { end(); }
+    void add_to(Demand& demand) const override {
+        ++demand.clients;
+        demand.jpeg |= !writing_ && !pending_;
+    }
+
+private:
+    // Nothing is expected from the client; a completed read means that it is gone.
+    void read() {
+        socket_.async_read_some(asio::buffer(ignored_), [self = shared_from_this()](error_code error, std::size_t) {
+            if (error) return self->end();
+            self->read();
+        });
+    }
+    void write_pending() {
+        sent_ = std::exchange(pending_, nullptr);
+        ++hub_.packets_sent;
+        write({asio::buffer(sent_->data), asio::buffer(kBetween), asio::const_buffer()});
+        hub_.update_demand();
+    }
+    void write(const std::array<asio::const_buffer, 3>& buffers) {
+        writing_ = true;
+        stall_.expires_after(hub_.options.limits.write_stall);
+        stall_.async_wait([self = shared_from_this()](error_code error) {
+            if (!error) self->end();
+        });
+        asio::async_write(socket_, buffers, [self = shared_from_this()](error_code error, std::size_t) {
+            self->writing_ = false;
+            self->stall_.cancel();
+            if (error) return self->end();
+            if (self->pending_) return self->write_pending();
+            self->hub_.update_demand();
+        });
+    }
+    void end() {
+        error_code ignored;
+        stall_.cancel();
+        socket_.close(ignored);
+        hub_.remove(id_);
+    }
+
+    Hub& hub_;
+    tcp::socket socket_;
+    asio::steady_timer stall_;
+    SessionId id_ = 0;
+    std::array<char, 256> ignored_{};
+    std::shared_ptr<const EncodedFrame> pending_, sent_;
+    bool writing_ = false;
+};
+
+}  // namespace
+
+void start_mjpeg_session(Hub& hub, tcp::socket socket) {
+    std::make_shared<MjpegSession>(hub, std::move(socket))->start();
+}
+
+}  // namespace gonio

@@ -1,0 +1,377 @@
+#include <spdlog/spdlog.h>
+
+#include <boost/beast/websocket/stream.hpp>
+#include <deque>
+
+#include "protocol/frame_header.h"
+#include "server/net/sessions.h"
+#include "server/net/video_gate.h"
+
+namespace gonio {
+namespace {
+
+namespace websocket = beast::websocket;
+using Clock = std::chrono::steady_clock;
+
+constexpr std::size_t kMaxBytesBeforeIdentify = 4 << 10;
+constexpr auto kClosing = std::chrono::seconds(2);  // for the closing handshake
+
+// Close codes of PROTOCOL.md.
+constexpr std::uint16_t kNotIdentified = 4002, kWrongToken = 4003, kTooSlow = 4009;
+
+std::uint32_t microseconds(std::int64_t from_ns, std::int64_t to_ns) {
+    return static_cast<std::uint32_t>(std::clamp<std::int64_t>((to_ns - from_ns) / 1000, 0, UINT32_MAX));
+}
+
+class WebSocketSession final : public Peer, public std::enable_shared_from_this<WebSocketSession> {
+public:
+    WebSocketSession(Hub& hub, beast::tcp_stream stream, Encoding encoding)
+        : hub_(hub),
+          socket_(std::move(stream)),
+          encoding_(encoding),
+          gate_(hub.options.limits.key_interval),
+          tick_(socket_.get_executor()),
+          key_timer_(socket_.get_executor()) {
+        ++hub_.connections;
+    }
+    ~WebSocketSession() override {
+        --hub_.connections;
+        hub_.remove(id_);
+    }
+    WebSocketSession(const WebSocketSession&) = delete;
+    WebSocketSession& operator=(const WebSocketSession&) = delete;
+
+    void start(HttpRequest request) {
+        id_ = hub_.add(shared_from_this());
+        if (id_ == 0) return;
+        accepted_ = last_heard_ = Clock::now();
+        schedule_tick();  // bounds the upgrade too
+        request_ = std::move(request);
+        socket_.set_option(websocket::stream_base::decorator([encoding = encoding_](websocket::response_type& response) {
+            const auto name = encoding == Encoding::proto ? kSubprotocolProto : kSubprotocolJson;
+            response.set(http::field::sec_websocket_protocol, beast::string_view(name.data(), name.size()));
+        }));
+        socket_.read_message_max(kMaxBytesBeforeIdentify);
+        socket_.auto_fragment(false);
+        socket_.control_callback([this](websocket::frame_type, beast::string_view) { last_heard_ = Clock::now(); });
+        socket_.async_accept(request_, [self = shared_from_this()](error_code error) {
+            if (error) return self->end();
+            v1::ServerMessage message;
+            v1::Hello& hello = *message.mutable_hello();
+            hello.set_server(self->hub_.options.server_name);
+            hello.set_renderer(self->hub_.options.renderer);
+            for (const char* feature : {"h264", "mjpeg", "still"}) hello.add_features(feature);
+            self->push(SharedMessage(std::move(message)).bytes(self->encoding_));
+            self->read();
+        });
+    }
+
+    void on_reply(v1::ServerMessage message) override { push(SharedMessage(std::move(message)).bytes(encoding_)); }
+    void on_state_published() override {
+        if (identified_ && !ready_) send_ready();
+    }
+    void on_state_changed(const SharedMessage& message) override {
+        if (ready_ && wants_state_) push(message.bytes(encoding_), Kind::state_changed);
+    }
+    void on_video_config(const SharedMessage& message) override {
+        if (!ready_ || !wants_video_) return;
+        push(message.bytes(encoding_));
+        held_ = nullptr;  // of the old size
+        gate_.restart();
+        demand_changed();
+    }
+    void on_h264(const std::shared_ptr<const EncodedFrame>& frame, bool final) override {
+        if (!ready_ || !wants_video_ || closing_) return;
+        switch (gate_.offer(frame->key)) {
+            case VideoGate::Verdict::send: begin_video(frame, final); break;
+            case VideoGate::Verdict::hold:
+                held_ = frame;
+                held_final_ = final;
+                break;
+            case VideoGate::Verdict::skip: held_ = nullptr; break;
+        }
+        schedule_key();
+    }
+    void on_shutdown() override {
+        v1::ServerMessage message;
+        message.mutable_goodbye()->set_reason("The server stops.");
+        push(SharedMessage(std::move(message)).bytes(encoding_));
+        close_when_sent_ = true;
+        write_next();
+    }
+    void add_to(Demand& demand) const override {
+        if (!ready_ || closing_) return;
+        ++demand.clients;
+        const auto now = Clock::now();
+        demand.h264 |= wants_video_ && gate_.wants_frame(now);
+        demand.key |= wants_video_ && gate_.wants_key(now);
+    }
+
+private:
+    enum class Kind : std::uint8_t { answer, state_changed, whole_state, video };
+    // Messages leave in the order in which they were pushed, so that no frame overtakes its VideoConfig.
+    struct Outgoing {
+        std::shared_ptr<const std::string> bytes;  // of answer and state_changed
+        Kind kind;
+        bool is_state() const { return kind == Kind::state_changed || kind == Kind::whole_state; }
+    };
+
+    // ---- reading
+    void read() {
+        socket_.async_read(buffer_, [self = shared_from_this()](error_code error, std::size_t) {
+            if (error) return self->end();
+            self->last_heard_ = Clock::now();
+            const std::string message(static_cast<const char*>(self->buffer_.data().data()), self->buffer_.size());
+            self->buffer_.consume(self->buffer_.size());
+            if (self->closing_) return self->read();
+            self->on_message(message, self->socket_.got_text());
+            self->read();
+        });
+    }
+
+    void on_message(std::string_view bytes, bool is_text) {
+        Result<v1::ClientMessage> message = decode(bytes, is_text);
+        if (!identified_) {
+            if (!message || !message->has_identify()) return close(kNotIdentified, "Identify must be the first message");
+            return on_identify(message->identify());
+        }
+        if (!message) {
+            const bool right_frame = is_text == (encoding_ == Encoding::json);
+            return refuse(right_frame ? peek_request_id(encoding_, body(bytes)) : 0, message.error());
+        }
+        const std::uint32_t request_id = message->request_id();
+        switch (message->message_case()) {
+            case v1::ClientMessage::kFrameAck:
+                gate_.acknowledge(message->frame_ack().seq());
+                send_held();
+                return demand_changed();
+            case v1::ClientMessage::kRequestKeyframe:
+                held_ = nullptr;
+                gate_.need_key();
+                return demand_changed();
+            case v1::ClientMessage::kIdentify:
+                return refuse(request_id, {"unexpected", "identify", "", "This connection is identified already."});
+            default:
+                if (!hub_.request(id_, std::move(*message)))
+                    refuse(request_id, {"busy", "", "", "The renderer has too much to do; try again."});
+        }
+    }
+
+    std::string_view body(std::string_view bytes) const {
+        return encoding_ == Encoding::proto && !bytes.empty() ? bytes.substr(1) : bytes;
+    }
+    Result<v1::ClientMessage> decode(std::string_view bytes, bool is_text) const {
+        if (encoding_ == Encoding::json) {
+            if (!is_text) return Error{"bad_message", "", "", "Messages of gonio.v1.json are text frames."};
+        } else if (is_text || bytes.empty() || static_cast<unsigned char>(bytes[0]) != kBinaryControl) {
+            return Error{"bad_message", "byte 0", "", "Messages of gonio.v1.proto are binary frames that begin with 1."};
+        }
+        return decode_client_message(encoding_, body(bytes));
+    }
+
+    void on_identify(const v1::Identify& identify) {
+        if (!hub_.options.token.empty() && !equal_in_constant_time(identify.token(), hub_.options.token))
+            return close(kWrongToken, "the token is wrong");
+        identified_ = true;
+        wants_video_ = identify.video();
+        wants_state_ = identify.state();
+        socket_.read_message_max(kMaxMessageBytes + 1);  // and the kind byte
+        spdlog::info("net: client {} is {}", id_, identify.client().substr(0, 128));
+        if (hub_.state) send_ready();
+    }
+
+    // ---- writing
+    void send_ready() {
+        ready_ = true;
+        push(nullptr, Kind::whole_state);
+        demand_changed();
+    }
+    std::shared_ptr<const std::string> whole_state() const {
+        v1::ServerMessage message;
+        if (hub_.state) *message.mutable_ready()->mutable_state() = *hub_.state;
+        if (hub_.video_config) *message.mutable_ready()->mutable_video_config() = *hub_.video_config;
+        return SharedMessage(std::move(message)).bytes(encoding_);
+    }
+    void refuse(std::uint32_t request_id, const Error& error) {
+        v1::ServerMessage message;
+        message.set_request_id(request_id);
+        v1::Result& result = *message.mutable_result();
+        result.set_code(error.code);
+        result.set_field(error.where);
+        result.set_value(error.value);
+        result.set_message(error.message);
+        push(SharedMessage(std::move(message)).bytes(encoding_));
+    }
+
+    void push(std::shared_ptr<const std::string> bytes, Kind kind = Kind::answer) {
+        if (closing_ || ended_) return;
+        if (queue_.size() >= hub_.options.limits.queued_messages && !make_room(kind)) return;
+        queue_.push_back({std::move(bytes), kind});
+        write_next();
+    }
+    // At the bound all waiting changes of the state become one message with the whole state, encoded when it is sent. A
+    // client that lets answers pile up is closed. Result: whether the new message is still to be queued.
+    bool make_room(Kind kind) {
+        const std::size_t removed = std::erase_if(queue_, [](const Outgoing& o) { return o.is_state(); });
+        if (removed == 0 && kind == Kind::answer) {
+            close(kTooSlow, "too many messages wait for this client");
+            return false;
+        }
+        queue_.push_back({nullptr, Kind::whole_state});
+        return kind == Kind::answer;
+    }
+
+    void write_next() {
+        if (writing_ || closing_ || ended_ || !socket_.is_open()) return;
+        if (queue_.empty()) {
+            if (close_when_sent_) close(websocket::close_code::going_away, "the server stops");
+            return;
+        }
+        Outgoing next = std::move(queue_.front());
+        queue_.pop_front();
+        writing_ = true;
+        write_began_ = Clock::now();
+        if (next.kind == Kind::video) {
+            ++hub_.packets_sent;
+            socket_.binary(true);
+            const std::array<asio::const_buffer, 2> buffers = {asio::buffer(header_), asio::buffer(video_->data)};
+            return socket_.async_write(buffers, [self = shared_from_this()](error_code error, std::size_t) {
+                self->video_ = nullptr;
+                self->gate_.end_write();
+                self->end_write(error);
+                if (error) return;
+                self->send_held();
+                self->demand_changed();
+            });
+        }
+        outgoing_ = next.kind == Kind::whole_state ? whole_state() : std::move(next.bytes);
+        socket_.text(encoding_ == Encoding::json);
+        socket_.async_write(asio::buffer(*outgoing_), [self = shared_from_this()](error_code error, std::size_t) {
+            self->end_write(error);
+        });
+    }
+    void end_write(error_code error) {
+        writing_ = false;
+        if (error) return end();
+        write_next();
+    }
+
+    // ---- video
+    void begin_video(const std::shared_ptr<const EncodedFrame>& frame, bool final) {
+        FrameHeader header;
+        header.seq = gate_.begin_write(frame->key, Clock::now());
+        header.key = frame->key;
+        header.final = final;
+        header.scene_rev = frame->scene_rev;
+        header.rendered_ns = static_cast<std::uint64_t>(frame->rendered_ns);
+        header.render_us = microseconds(frame->drained_ns, frame->rendered_ns);
+        header.encode_us = microseconds(frame->rendered_ns, frame->encoded_ns);
+        header_ = encode_frame_header(header);
+        video_ = frame;
+        queue_.push_back({nullptr, Kind::video});
+        write_next();
+    }
+    void send_held() {
+        if (held_ && gate_.sends_held()) begin_video(std::exchange(held_, nullptr), held_final_);
+    }
+    void demand_changed() {
+        schedule_key();
+        hub_.update_demand();
+    }
+    // Wakes the demand when the next key frame may be asked for.
+    void schedule_key() {
+        const auto due = gate_.key_due_at(Clock::now());
+        if (!due || key_timer_set_ || ended_) return;
+        key_timer_set_ = true;
+        key_timer_.expires_at(*due);
+        key_timer_.async_wait([self = shared_from_this()](error_code error) {
+            self->key_timer_set_ = false;
+            if (!error && !self->ended_) self->demand_changed();
+        });
+    }
+
+    // ---- time and end
+    void schedule_tick() {
+        const FrontLimits& limits = hub_.options.limits;
+        const auto shortest = std::min({limits.identify, limits.ping, limits.write_stall});
+        tick_.expires_after(std::clamp<std::chrono::milliseconds>(shortest / 5, std::chrono::milliseconds(20),
+                                                                  std::chrono::milliseconds(1000)));
+        tick_.async_wait([self = shared_from_this()](error_code error) {
+            if (error || self->ended_) return;
+            self->check_times();
+            if (!self->ended_) self->schedule_tick();
+        });
+    }
+    void check_times() {
+        const FrontLimits& limits = hub_.options.limits;
+        const auto now = Clock::now();
+        const auto silence = now - last_heard_;
+        if (closing_) {
+            if (now - closing_since_ > kClosing) end();
+        } else if (writing_ && now - write_began_ > limits.write_stall) {
+            spdlog::info("net: client {} does not read; dropped", id_);
+            end();
+        } else if (silence > limits.dead) {
+            spdlog::info("net: client {} is silent; dropped", id_);
+            end();
+        } else if (!identified_ && now - accepted_ > limits.identify) {
+            socket_.is_open() ? close(kNotIdentified, "Identify did not come in time") : end();
+        } else if (silence > limits.ping && now - last_ping_ > limits.ping && !pinging_ && socket_.is_open()) {
+            last_ping_ = now;
+            pinging_ = true;
+            socket_.async_ping({}, [self = shared_from_this()](error_code error) {
+                self->pinging_ = false;
+                if (error) self->end();
+            });
+        }
+    }
+    void close(std::uint16_t code, const char* reason) {
+        if (closing_ || ended_) return;
+        closing_ = true;
+        closing_since_ = Clock::now();
+        queue_.clear();
+        held_ = nullptr;
+        socket_.async_close(websocket::close_reason(static_cast<websocket::close_code>(code), reason),
+                            [self = shared_from_this()](error_code) {
+            self->end();
+        });
+        hub_.update_demand();
+    }
+    void end() {
+        if (std::exchange(ended_, true)) return;
+        tick_.cancel();
+        key_timer_.cancel();
+        beast::get_lowest_layer(socket_).close();
+        hub_.remove(id_);
+    }
+
+    Hub& hub_;
+    websocket::stream<beast::tcp_stream> socket_;
+    Encoding encoding_;
+    SessionId id_ = 0;
+    HttpRequest request_;
+    beast::flat_buffer buffer_;
+
+    bool identified_ = false, ready_ = false, wants_video_ = false, wants_state_ = false;
+    bool writing_ = false, pinging_ = false, closing_ = false, close_when_sent_ = false, ended_ = false;
+    std::deque<Outgoing> queue_;                   // at most FrontLimits::queued_messages, and a whole state
+    std::shared_ptr<const std::string> outgoing_;  // being written
+
+    VideoGate gate_;
+    std::shared_ptr<const EncodedFrame> video_;  // being written or in the queue: one at a time
+    std::array<std::byte, kFrameHeaderBytes> header_{};
+    std::shared_ptr<const EncodedFrame> held_;
+    bool held_final_ = false;
+
+    asio::steady_timer tick_, key_timer_;
+    bool key_timer_set_ = false;
+    Clock::time_point accepted_, last_heard_, last_ping_, write_began_, closing_since_;
+};
+
+}  // namespace
+
+void start_websocket_session(Hub& hub, beast::tcp_stream stream, HttpRequest request, Encoding encoding) {
+    std::make_shared<WebSocketSession>(hub, std::move(stream), encoding)->start(std::move(request));
+}
+
+}  // namespace gonio

@@ -1,0 +1,26 @@
+// Command line of goniod (DESIGN section 8).
+#pragma once
+
+#include <cstdint>
+#include <optional>
+#include <string>
+
+namespace gonio {
+
+struct Options {
+    std::string scene = "cornell";
+    std::string host = "127.0.0.1";
+    std::uint16_t port = 8080;
+    std::string token_file;
+    std::string technique = "default";
+    std::optional<unsigned> samples;
+    int width_px = 800, height_px = 800;
+    double target_fps = 60.0;   // no frame is rendered sooner than 1/target_fps after the last
+    int device = -1;
+    bool gl_debug = false;
+};
+
+// Result: the options; nothing if the program is to end with `exit_code` (help was printed, or an argument is wrong).
+std::optional<Options> parse_options(int argc, char** argv, int& exit_code);
+
+}  // namespace gonio

@@ -1,0 +1,200 @@
+#include "server/render/gpu_scene.h"
+
+#include <algorithm>
+#include <array>
+#include <bit>
+#include <cstddef>
+
+namespace gonio {
+namespace {
+
+Bounds world_bounds(const Mesh& mesh, const glm::dmat4& world_from_mesh) {
+    // Interval arithmetic on the matrix: tight for axis-aligned boxes.
+    const glm::dvec3 centre = (mesh.bounds.min + mesh.bounds.max) * 0.5, half = (mesh.bounds.max - mesh.bounds.min) * 0.5;
+    const glm::dmat3 axes(world_from_mesh);
+    const glm::dvec3 c = glm::dvec3(world_from_mesh * glm::dvec4(centre, 1.0));
+    const glm::dvec3 h = glm::abs(axes[0]) * half.x + glm::abs(axes[1]) * half.y + glm::abs(axes[2]) * half.z;
+    return {c - h, c + h};
+}
+
+// A half space dot(normal, p) + offset >= 0 in eye-relative world axes.
+using Planes = std::vector<glm::dvec4>;
+
+bool meets(const Planes& planes, const glm::dvec3& centre, const glm::dvec3& half) {
+    for (const glm::dvec4& plane : planes) {
+        const glm::dvec3 n(plane);
+        if (glm::dot(n, centre) + plane.w + glm::dot(glm::abs(n), half) < 0.0) return false;
+    }
+    return true;
+}
+
+Planes camera_planes(const glm::mat4& clip_from_local) {
+    const glm::dmat4 rows = glm::transpose(glm::dmat4(clip_from_local));
+    return {rows[3] + rows[0], rows[3] - rows[0], rows[3] + rows[1], rows[3] - rows[1]};
+}
+
+Planes face_planes(int face) {
+    static const glm::dvec3 kS[6] = {{0, 0, -1}, {0, 0, 1}, {1, 0, 0}, {1, 0, 0}, {1, 0, 0}, {-1, 0, 0}};
+    static const glm::dvec3 kT[6] = {{0, -1, 0}, {0, -1, 0}, {0, 0, 1}, {0, 0, -1}, {0, -1, 0}, {0, -1, 0}};
+    static const glm::dvec3 kM[6] = {{1, 0, 0}, {-1, 0, 0}, {0, 1, 0}, {0, -1, 0}, {0, 0, 1}, {0, 0, -1}};
+    const glm::dvec3 s = kS[face], t = kT[face], axis = kM[face];
+    return {glm::dvec4(axis + s, 0), glm::dvec4(axis - s, 0), glm::dvec4(axis + t, 0), glm::dvec4(axis - t, 0)};
+}
+
+gl::Texture upload_image(const Image& image, int index) {
+    const int levels = gl::mip_levels(std::max(image.width_px, image.height_px));
+    gl::Texture texture = gl::make_texture_2d("image " + std::to_string(index), GL_SRGB8_ALPHA8, image.width_px,
+                                              image.height_px, gl::Filter::linear, levels);
+    glPixelStorei(GL_UNPACK_ALIGNMENT, 1);
+    glTextureSubImage2D(texture.id(), 0, 0, 0, image.width_px, image.height_px, GL_RGBA, GL_UNSIGNED_BYTE, image.rgba.data());
+    glGenerateTextureMipmap(texture.id());
+    return texture;
+}
+
+}  // namespace
+
+GpuScene::GpuScene(std::shared_ptr<const SceneAsset> asset) : asset_(std::move(asset)) {
+    std::vector<Vertex> vertices;
+    std::vector<std::uint32_t> indices;
+    groups_.resize(asset_->meshes.size());
+    for (std::size_t i = 0; i < asset_->meshes.size(); ++i) {
+        const Mesh& mesh = asset_->meshes[i];
+        groups_[i].first_index = static_cast<std::uint32_t>(indices.size());
+        groups_[i].index_count = static_cast<std::uint32_t>(mesh.indices.size());
+        groups_[i].base_vertex = static_cast<std::int32_t>(vertices.size());
+        groups_[i].material = mesh.material;
+        vertices.insert(vertices.end(), mesh.vertices.begin(), mesh.vertices.end());
+        indices.insert(indices.end(), mesh.indices.begin(), mesh.indices.end());
+    }
+    for (std::size_t i = 0; i < asset_->instances.size(); ++i) {
+        const Instance& instance = asset_->instances[i];
+        groups_[static_cast<std::size_t>(instance.mesh)].instances.push_back(static_cast<int>(i));
+        bounds_.push_back(world_bounds(asset_->meshes[static_cast<std::size_t>(instance.mesh)], instance.world_from_mesh));
+    }
+    for (const Material& material : asset_->materials) {
+        emissive_ = emissive_ || glm::length(material.emissive_nit) > 0.0f;
+    }
+    near_m_ = static_cast<float>(std::max(glm::length(asset_->bounds.max - asset_->bounds.min) * 1e-5, 1e-12));
+
+    vertices_ = gl::make_buffer("vertices", std::max<std::size_t>(vertices.size(), 1) * sizeof(Vertex), vertices.empty() ? nullptr : vertices.data());
+    indices_ = gl::make_buffer("indices", std::max<std::size_t>(indices.size(), 1) * 4, indices.empty() ? nullptr : indices.data());
+    GLuint id = 0;
+    glCreateVertexArrays(1, &id);
+    vertex_array_ = gl::VertexArray(id);
+    glVertexArrayVertexBuffer(id, 0, vertices_.id(), 0, sizeof(Vertex));
+    glVertexArrayElementBuffer(id, indices_.id());
+    const auto attribute = [&](GLuint index, GLint size, std::size_t offset, GLuint binding) {
+        glEnableVertexArrayAttrib(id, index);
+        glVertexArrayAttribFormat(id, index, size, GL_FLOAT, GL_FALSE, static_cast<GLuint>(offset));
+        glVertexArrayAttribBinding(id, index, binding);
+    };
+    attribute(0, 3, offsetof(Vertex, position), 0);
+    attribute(1, 3, offsetof(Vertex, normal), 0);
+    attribute(2, 2, offsetof(Vertex, uv), 0);
+    attribute(3, 4, offsetof(layouts::DrawInstance, row0), 1);
+    attribute(4, 4, offsetof(layouts::DrawInstance, row1), 1);
+    attribute(5, 4, offsetof(layouts::DrawInstance, row2), 1);
+    glEnableVertexArrayAttrib(id, 6);
+    glVertexArrayAttribIFormat(id, 6, 1, GL_UNSIGNED_INT, offsetof(layouts::DrawInstance, face));
+    glVertexArrayAttribBinding(id, 6, 1);
+    glVertexArrayBindingDivisor(id, 1, 1);
+
+    for (std::size_t i = 0; i < asset_->images.size(); ++i) images_.push_back(upload_image(asset_->images[i], static_cast<int>(i)));
+    for (int i = 0; i < 4; ++i) {
+        GLuint sampler = 0;
+        glCreateSamplers(1, &sampler);
+        samplers_[i] = gl::Sampler(sampler);
+        glSamplerParameteri(sampler, GL_TEXTURE_MIN_FILTER, GL_LINEAR_MIPMAP_LINEAR);
+        glSamplerParameteri(sampler, GL_TEXTURE_MAG_FILTER, GL_LINEAR);
+        glSamplerParameteri(sampler, GL_TEXTURE_WRAP_S, (i & 1) != 0 ? GL_REPEAT : GL_CLAMP_TO_EDGE);
+        glSamplerParameteri(sampler, GL_TEXTURE_WRAP_T, (i & 2) != 0 ? GL_REPEAT : GL_CLAMP_TO_EDGE);
+    }
+}
+
+PassRun GpuScene::draw(Mode mode, Programs& programs, const glm::dvec3& eye, const glm::mat4& clip_from_local, unsigned faces) const {
+    const bool cube = mode != Mode::gbuffer;
+    std::array<Planes, 6> planes;
+    if (cube) {
+        for (int face = 0; face < 6; ++face) planes[static_cast<std::size_t>(face)] = face_planes(face);
+    } else {
+        planes[0] = camera_planes(clip_from_local);
+        faces = 1;
+    }
+
+    // One instance per (mesh, view or face that it meets), grouped by mesh so that each group is one draw.
+    std::vector<layouts::DrawInstance> instances;
+    std::vector<std::pair<std::uint32_t, std::uint32_t>> ranges(groups_.size());  // first, count
+    for (std::size_t g = 0; g < groups_.size(); ++g) {
+        ranges[g].first = static_cast<std::uint32_t>(instances.size());
+        for (int index : groups_[g].instances) {
+            const Bounds& box = bounds_[static_cast<std::size_t>(index)];
+            const glm::dvec3 centre = (box.min + box.max) * 0.5 - eye, half = (box.max - box.min) * 0.5;
+            glm::dmat4 rebased = asset_->instances[static_cast<std::size_t>(index)].world_from_mesh;
+            rebased[3] -= glm::dvec4(eye, 0.0);  // in double
+            const glm::mat4 rows = glm::mat4(glm::transpose(rebased));
+            for (unsigned face = 0; face < 6; ++face) {
+                if ((faces >> face & 1u) == 0 || !meets(planes[face], centre, half)) continue;
+                instances.push_back({rows[0], rows[1], rows[2], face, 0, 0, 0});
+            }
+        }
+        ranges[g].second = static_cast<std::uint32_t>(instances.size()) - ranges[g].first;
+    }
+    PassRun run;
+    run.faces = cube ? static_cast<unsigned>(std::popcount(faces & 63u)) : 0;
+    if (instances.empty()) return run;
+
+    const gl::Buffer instance_buffer = gl::make_buffer("draw instances", instances.size() * sizeof(layouts::DrawInstance), instances.data());
+    glVertexArrayVertexBuffer(vertex_array_.id(), 1, instance_buffer.id(), 0, sizeof(layouts::DrawInstance));
+    glBindVertexArray(vertex_array_.id());
+    for (std::size_t g = 0; g < groups_.size(); ++g) {
+        if (ranges[g].second == 0 || groups_[g].index_count == 0) continue;
+        const Material& material = asset_->materials[static_cast<std::size_t>(groups_[g].material)];
+        gl::Defines defines;
+        if (cube) defines.emplace_back("CUBE", "1");
+        if (material.alpha_mask) defines.emplace_back("MASKED", "1");
+        const bool textured = material.base_color_image >= 0 && (mode != Mode::shadow || material.alpha_mask);
+        if (textured) defines.emplace_back("TEXTURED", "1");
+        std::string_view fragment = "passes/gbuffer.frag";
+        if (mode == Mode::shadow) {
+            fragment = material.alpha_mask ? "passes/shadow.frag" : "";
+        } else if (cube) {
+            fragment = "passes/rsm.frag";
+            if (mode == Mode::rsm_seed) defines.emplace_back("SEED", "1");
+        } else if (emissive_) {
+            defines.emplace_back("EMISSIVE", "1");
+            if (material.emissive_image >= 0) defines.emplace_back("EMISSIVE_TEXTURED", "1");
+        }
+        const GLuint program = programs.get("passes/mesh.vert", fragment, defines);
+        glUseProgram(program);
+        if (cube) glProgramUniform1f(program, 1, near_m_);
+        else glProgramUniformMatrix4fv(program, 0, 1, GL_FALSE, &clip_from_local[0][0]);
+        if (!fragment.empty()) {
+            glProgramUniform4fv(program, 2, 1, &material.base_color[0]);
+            if (material.alpha_mask) glProgramUniform1f(program, 4, material.alpha_cutoff);
+            if (!cube && emissive_) glProgramUniform3fv(program, 3, 1, &material.emissive_nit[0]);
+        }
+        const GLuint sampler = samplers_[(material.repeat_s ? 1 : 0) + (material.repeat_t ? 2 : 0)].id();
+        if (textured) {
+            glBindTextureUnit(0, images_[static_cast<std::size_t>(material.base_color_image)].id());
+            glBindSampler(0, sampler);
+        }
+        if (!cube && material.emissive_image >= 0) {
+            glBindTextureUnit(1, images_[static_cast<std::size_t>(material.emissive_image)].id());
+            glBindSampler(1, sampler);
+        }
+        // glTF culls the back of single-sided faces for the viewer; light is stopped by both sides.
+        if (cube || material.double_sided) glDisable(GL_CULL_FACE);
+        else glEnable(GL_CULL_FACE);
+        glDrawElementsInstancedBaseVertexBaseInstance(
+            GL_TRIANGLES, static_cast<GLsizei>(groups_[g].index_count), GL_UNSIGNED_INT,
+            reinterpret_cast<const void*>(static_cast<std::uintptr_t>(groups_[g].first_index) * 4),
+            static_cast<GLsizei>(ranges[g].second), groups_[g].base_vertex, ranges[g].first);
+        ++run.draws;
+    }
+    glBindSampler(0, 0);
+    glBindSampler(1, 0);
+    glDisable(GL_CULL_FACE);
+    return run;
+}
+
+}  // namespace gonio

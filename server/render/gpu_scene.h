@@ -1,0 +1,51 @@
+// The scene's geometry and images on the GPU, and the draw loop with culling.
+#pragma once
+
+#include <memory>
+#include <span>
+#include <vector>
+
+#include "server/gl/objects.h"
+#include "server/render/graph.h"
+#include "server/render/programs.h"
+#include "server/scene/scene.h"
+#include "shaders/shared/layouts.h"
+
+namespace gonio {
+
+// One mesh and where it stands.
+struct DrawGroup {
+    std::uint32_t first_index = 0, index_count = 0;
+    std::int32_t base_vertex = 0;
+    int material = 0;
+    std::vector<int> instances;  // indices into SceneAsset::instances
+};
+
+class GpuScene {
+public:
+    explicit GpuScene(std::shared_ptr<const SceneAsset> asset);
+
+    const SceneAsset& asset() const { return *asset_; }
+    bool emissive() const { return emissive_; }
+    // Distance that clips nothing that matters: a hundred-thousandth of the scene's diagonal, m. Depth is reversed and
+    // floating, so a small near plane costs no precision.
+    float near_m() const { return near_m_; }
+
+    enum class Mode { gbuffer, shadow, rsm, rsm_seed };
+    // Draws all meshes that meet the view. gbuffer: into the bound framebuffer from `eye`, clip_from_local = projection ×
+    // view without translation. The others: into the cube faces of `faces` (bit f) around `eye`.
+    PassRun draw(Mode mode, Programs& programs, const glm::dvec3& eye, const glm::mat4& clip_from_local, unsigned faces) const;
+
+private:
+    std::shared_ptr<const SceneAsset> asset_;
+    gl::Buffer vertices_, indices_;
+    gl::VertexArray vertex_array_;
+    std::vector<gl::Texture> images_;
+    gl::Sampler samplers_[4];  // repeat_s + 2 · repeat_t
+    std::vector<DrawGroup> groups_;
+    std::vector<Bounds> bounds_;  // per instance, world
+    bool emissive_ = false;
+    float near_m_ = 1e-4f;
+};
+
+}  // namespace gonio

@@ -1,0 +1,68 @@
+// The frame graph without GL: which passes run, and why the others do not. A pass reads slots, writes one slot, and runs
+// only if something it reads moved. Three reasons for skipping, in the report by name: absent (the scene has no such
+// thing; the pipeline lists it as such), culled (nobody wants the output), clean (same inputs as last time).
+#pragma once
+
+#include <compare>
+#include <cstdint>
+#include <functional>
+#include <map>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "protocol/gonio.pb.h"
+
+namespace gonio {
+
+enum class Slot : std::uint8_t { gbuffer, shadow, rsm, mask, vpl, direct, gather, picture, nv12 };
+
+// A slot of the frame: per target (0: shared by all targets) and per light (0: shared by all lights).
+struct SlotRef {
+    Slot slot;
+    std::uint32_t target = 0;
+    std::uint32_t light = 0;
+    auto operator<=>(const SlotRef&) const = default;
+};
+
+struct PassRun {
+    unsigned faces = 0;  // cube faces rasterised
+    unsigned draws = 0;
+};
+
+struct Pass {
+    std::string name;
+    std::string light;                // name; empty for shared passes
+    std::vector<SlotRef> reads;
+    SlotRef writes;
+    std::vector<std::uint64_t> key;   // revisions and options that are read besides the slots
+    bool stale = false;               // runs even if nothing moved: part of its output was never made
+    bool absent = false;              // the scene has nothing for it; run is not called
+    std::function<PassRun()> run;
+};
+
+// What each slot was last made from. Lives as long as the slots do.
+class Ledger {
+public:
+    // Forgets all slots of a target or of a light, whose textures are gone.
+    void forget_target(std::uint32_t target);
+    void forget_light(std::uint32_t light);
+
+private:
+    friend std::vector<v1::PassReport> execute(std::span<Pass>, std::span<const SlotRef>, Ledger&,
+                                               const std::function<void(std::size_t)>&, const std::function<void(std::size_t)>&);
+    struct Entry {
+        std::vector<std::uint64_t> key;
+        std::uint64_t version = 0;
+    };
+    std::map<SlotRef, Entry> entries_;
+};
+
+// Runs the passes in the order given, each at most once. passes: every slot is written by at most one of them and read
+// only by later ones. wanted: slots somebody looks at. before/after(i) surround each run (timers). Result: one row per
+// pass, in order, cpu_ms filled.
+std::vector<v1::PassReport> execute(std::span<Pass> passes, std::span<const SlotRef> wanted, Ledger& ledger,
+                                    const std::function<void(std::size_t)>& before,
+                                    const std::function<void(std::size_t)>& after);
+
+}  // namespace gonio

@@ -1,0 +1,69 @@
+// One luminaire's maps on the GPU. Shadow and RSM belong to a position, the mask to a profile and an orientation.
+#pragma once
+
+#include <memory>
+#include <vector>
+
+#include "server/gl/objects.h"
+#include "server/render/vpl_list.h"
+#include "server/scene/scene.h"
+
+namespace gonio {
+
+inline constexpr int kRsmSize = 128;       // texels per face side
+inline constexpr int kShadowSize = 1024;   // likewise; halved beyond 16 lights, which keeps 64 lights below 0.5 GiB
+
+// The photometric web of a profile, shared by the lights that use it.
+struct WebGpu {
+    gl::Buffer buffer;      // shaders/lib/web_buffer.glsl
+    gl::Buffer solid_vertices, solid_indices;  // photometric solid: position and normal, 6 floats per vertex, cd
+    GLsizei solid_index_count = 0;
+    float peak_cd = 0.0f;
+    int mask_size = 64;
+};
+
+struct LightGpu {
+    std::shared_ptr<const WebGpu> web;
+    std::shared_ptr<const Profile> profile;  // of `web`
+
+    gl::Texture shadow;        // size² × 6 DEPTH32F, near / axis distance, 0: nothing there
+    gl::Framebuffer shadow_fbo;
+    int shadow_size = 0;
+    gl::Texture radial_depth;  // RSM² × 6 R32F, m, 0: nothing there
+    gl::Texture normal;        // RSM² × 6 RG16_SNORM, octahedral, world
+    gl::Texture albedo;        // RSM² × 6 RGBA16F, linear reflectance
+    gl::Texture position;      // RSM² × 6 RGBA32F, light-relative, m; seed technique only
+    gl::Texture rsm_depth;     // RSM² × 6 DEPTH32F
+    gl::Framebuffer rsm_fbo;
+    bool rsm_with_position = false;
+    gl::Texture mask;          // mask² × 6 RGBA32F with mip levels: I in cd, I / I_peak, emits
+    gl::Framebuffer mask_fbo;
+    int mask_size = 0;
+    gl::Texture flux;          // RSM² × 6 RGBA32F: lm per cd of peak, area / pi in m²
+    gl::Framebuffer flux_fbo;
+
+    // Which faces hold the scene as it is seen from this position.
+    struct Faces {
+        Revision position_rev = 0, geometry_rev = 0;
+        unsigned made = 0;
+    };
+    Faces shadow_faces, rsm_faces;
+    unsigned reached = 63;       // faces the profile emits into, for (profile_rev, aim_rev)
+    Revision reached_profile_rev = 0, reached_aim_rev = 0;
+
+    RsmTexels texels;            // read back by the vpl pass
+    std::uint64_t texels_rsm_version = 0;
+    std::uint64_t rsm_version = 0;  // counts runs of the rsm pass
+    VplList vpls;
+    gl::Buffer vpl_block;        // layouts::Vpl in subsets, padded so that any range of a whole block can be bound
+};
+
+std::shared_ptr<const WebGpu> upload_web(const Profile& profile);
+// Makes what is missing for this number of lights; with_position: for the seed technique.
+void prepare_maps(LightGpu& light, std::size_t lights, bool with_position);
+
+// Result: faces of `reached` that are not valid for (position, geometry).
+unsigned missing_faces(const LightGpu::Faces& faces, unsigned reached, Revision position_rev, Revision geometry_rev);
+void note_faces(LightGpu::Faces& faces, unsigned made, Revision position_rev, Revision geometry_rev);
+
+}  // namespace gonio

@@ -1,0 +1,54 @@
+// The passes themselves: each sets all GL state it needs, does one job and says what it drew. Render thread.
+#pragma once
+
+#include "server/gl/objects.h"
+#include "server/render/gpu_scene.h"
+#include "server/render/graph.h"
+#include "server/render/light_gpu.h"
+#include "server/render/programs.h"
+#include "server/render/target.h"
+#include "server/scene/scene.h"
+
+namespace gonio {
+
+// What most passes need. References outlive the pass run only.
+struct PassContext {
+    Programs& programs;
+    const GpuScene& geometry;
+    const Scene& scene;
+    const Target& target;
+    const Eye& eye;
+};
+
+// G-buffer of the target from its eye.
+PassRun run_gbuffer(const PassContext& context);
+// The G-buffer of a meter: one pixel that shows a white point one metre ahead, facing the eye.
+PassRun run_meter_gbuffer(const PassContext& context);
+// Depth of the given cube faces around the light.
+PassRun run_shadow(const PassContext& context, const Light& light, LightGpu& gpu, unsigned faces);
+// Reflective shadow map of the given cube faces around the light.
+PassRun run_rsm(const PassContext& context, const Light& light, LightGpu& gpu, unsigned faces);
+// IES light mask of the light's profile in its orientation; faces it does not reach are dark.
+PassRun run_mask(const PassContext& context, const Light& light, LightGpu& gpu);
+// Flux of every RSM texel, read back; and of it a list of `count` VPLs.
+PassRun run_vpl(const PassContext& context, LightGpu& gpu, unsigned count);
+// Direct illuminance into a layer.
+PassRun run_direct(const PassContext& context, const Light& light, const LightGpu& gpu, int layer);
+// Indirect illuminance from the VPL list into a layer: interleaved grid, or every pixel for precise targets.
+PassRun run_gather(const PassContext& context, const Light& light, const LightGpu& gpu, int layer);
+// The seed paper's indirect pass into a layer.
+PassRun run_gather_seed(const PassContext& context, const Light& light, const LightGpu& gpu, int layer);
+// All layers -> display (raw 0), or values in the view's own unit into raw, an RGBA32F framebuffer of the target's size.
+// shown: the light whose cube the mask and rsm views unfold; may be null.
+PassRun run_composite(const PassContext& context, View view, const LightGpu* shown, std::span<const LightGpu* const> lights, GLuint raw);
+// The photometric solids as wireframe over the display.
+PassRun run_solid(const PassContext& context, std::span<const LightGpu* const> lights);
+// Display -> NV12.
+PassRun run_nv12(const PassContext& context);
+
+// world_from_light's inverse as the shaders take it.
+glm::mat3 light_from_world(const Light& light);
+// Projection × view of an eye without its translation: world axes, eye-relative -> clip (reversed, infinite depth).
+glm::mat4 clip_from_local(const Eye& eye, float near_m);
+
+}  // namespace gonio

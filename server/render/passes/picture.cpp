@@ -1,0 +1,111 @@
+// Passes that turn light into a picture: composite, solid overlay, NV12.
+#include <algorithm>
+#include <glm/gtc/matrix_transform.hpp>
+
+#include "server/render/passes/passes.h"
+#include "server/render/passes/screen.h"
+#include "server/scene/apply.h"
+
+namespace gonio {
+
+PassRun run_composite(const PassContext& context, View view, const LightGpu* shown, std::span<const LightGpu* const> lights, GLuint raw) {
+    const Target& target = context.target;
+    gl::Defines defines = {{"VIEW", std::to_string(static_cast<int>(view))}};
+    if (raw != 0) defines.emplace_back("RAW", "1");
+    if (target.emissive) defines.emplace_back("EMISSIVE", "1");
+    const GLuint program = context.programs.get("passes/screen.vert", "passes/composite.frag", defines);
+    begin_screen(context.programs, raw != 0 ? raw : target.display_fbo.id(), program, target.width_px, target.height_px);
+
+    std::vector<layouts::LightWeight> weights(GONIO_MAX_LIGHTS);
+    for (std::size_t i = 0; i < lights.size(); ++i) {
+        const glm::dvec3 weight = light_weight(context.scene, context.scene.lights[i]) * static_cast<double>(lights[i]->web->peak_cd);
+        weights[i].rgb = glm::vec4(glm::vec3(weight), 0.0f);
+    }
+    const gl::Buffer block = gl::make_buffer("light weights", weights.size() * sizeof(layouts::LightWeight), weights.data());
+    glBindBufferBase(GL_UNIFORM_BUFFER, 0, block.id());
+    glProgramUniform1i(program, 1, static_cast<GLint>(lights.size()));
+    glProgramUniform1f(program, 2, static_cast<float>(context.scene.exposure_ev100));
+    glProgramUniform1f(program, 3, static_cast<float>(context.scene.view_gain));
+    glBindTextureUnit(0, target.direct.id());
+    glBindTextureUnit(1, target.indirect.id());
+    glBindTextureUnit(2, target.albedo.id());
+    if (target.emissive) glBindTextureUnit(3, target.emission.id());
+    glBindTextureUnit(8, target.depth.id());
+    float scale = 1.0f;
+    if (shown != nullptr) {
+        const auto& bounds = context.geometry.asset().bounds;
+        if (view == View::rsm_depth) scale = static_cast<float>(1.0 / std::max(glm::length(bounds.max - bounds.min), 1e-9));
+        if (view == View::rsm_flux && !shown->texels.flux.empty()) {
+            float brightest = 1e-30f;
+            for (const glm::vec4& flux : shown->texels.flux) brightest = std::max({brightest, flux.r, flux.g, flux.b});
+            scale = 1.0f / brightest;
+        }
+        const GLuint cube = view == View::mask ? shown->mask.id() : view == View::rsm_depth ? shown->radial_depth.id()
+                            : view == View::rsm_normal ? shown->normal.id() : shown->flux.id();
+        glBindTextureUnit(4, cube);
+    }
+    glProgramUniform1f(program, 4, scale);
+    draw_screen();
+    return {0, 1};
+}
+
+PassRun run_solid(const PassContext& context, std::span<const LightGpu* const> lights) {
+    gl::VertexArray& vertex_array = context.programs.solid;
+    if (!vertex_array) {
+        GLuint id = 0;
+        glCreateVertexArrays(1, &id);
+        vertex_array = gl::VertexArray(id);
+        for (GLuint i = 0; i < 2; ++i) {
+            glEnableVertexArrayAttrib(id, i);
+            glVertexArrayAttribFormat(id, i, 3, GL_FLOAT, GL_FALSE, i * 12);
+            glVertexArrayAttribBinding(id, i, 0);
+        }
+    }
+    const Target& target = context.target;
+    const GLuint program = context.programs.get("passes/solid.vert", "passes/solid.frag");
+    glBindFramebuffer(GL_FRAMEBUFFER, target.display_fbo.id());
+    glViewport(0, 0, target.width_px, target.height_px);
+    glUseProgram(program);
+    glBindVertexArray(vertex_array.id());
+    glClipControl(GL_LOWER_LEFT, GL_ZERO_TO_ONE);
+    glEnable(GL_DEPTH_TEST);
+    glDepthFunc(GL_GREATER);
+    glDepthMask(GL_FALSE);
+    glDisable(GL_CULL_FACE);
+    glPolygonMode(GL_FRONT_AND_BACK, GL_LINE);
+    const glm::mat4 clip = clip_from_local(context.eye, context.geometry.near_m());
+    const glm::vec3 color(0.35f, 0.75f, 1.0f);
+    glProgramUniformMatrix4fv(program, 0, 1, GL_FALSE, &clip[0][0]);
+    glProgramUniform3fv(program, 2, 1, &color[0]);
+    const auto& bounds = context.geometry.asset().bounds;
+    const double radius_m = 0.12 * glm::length(bounds.max - bounds.min);  // the peak candela is drawn this long
+    PassRun run;
+    for (std::size_t i = 0; i < lights.size(); ++i) {
+        const WebGpu& web = *lights[i]->web;
+        if (web.solid_index_count == 0 || web.peak_cd <= 0.0f) continue;
+        const Light& light = context.scene.lights[i];
+        const glm::dmat4 local = glm::translate(glm::dmat4(1), light.position - context.eye.position) *
+                                 glm::mat4_cast(light.world_from_light) *
+                                 glm::scale(glm::dmat4(1), glm::dvec3(radius_m / static_cast<double>(web.peak_cd)));
+        const glm::mat4 local_from_solid(local);
+        glProgramUniformMatrix4fv(program, 1, 1, GL_FALSE, &local_from_solid[0][0]);
+        glVertexArrayVertexBuffer(vertex_array.id(), 0, web.solid_vertices.id(), 0, 24);
+        glVertexArrayElementBuffer(vertex_array.id(), web.solid_indices.id());
+        glDrawElements(GL_TRIANGLES, web.solid_index_count, GL_UNSIGNED_INT, nullptr);
+        ++run.draws;
+    }
+    glPolygonMode(GL_FRONT_AND_BACK, GL_FILL);
+    glDepthMask(GL_TRUE);
+    return run;
+}
+
+PassRun run_nv12(const PassContext& context) {
+    const Target& target = context.target;
+    const GLuint program = context.programs.get("passes/screen.vert", "passes/nv12.frag");
+    begin_screen(context.programs, target.nv12_fbo.id(), program, target.width_px, target.height_px / 2 * 3);
+    glBindTextureUnit(0, target.display.id());
+    draw_screen();
+    return {0, 1};
+}
+
+}  // namespace gonio

@@ -1,0 +1,138 @@
+// Passes that light the pixels of a target: direct, gather, the seed paper's gather.
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+#include <random>
+
+#include "server/render/passes/passes.h"
+#include "server/render/passes/screen.h"
+
+namespace gonio {
+namespace {
+
+constexpr GLsizeiptr kBlockBytes = GONIO_MAX_VPLS_PER_BLOCK * sizeof(layouts::Vpl);
+
+void bind_vpls(const LightGpu& gpu, unsigned first) {
+    glBindBufferRange(GL_UNIFORM_BUFFER, 0, gpu.vpl_block.id(), static_cast<GLintptr>(first * sizeof(layouts::Vpl)), kBlockBytes);
+}
+
+PassRun gather_precise(const PassContext& context, const Light& light, const LightGpu& gpu, int layer) {
+    const Target& target = context.target;
+    const GLuint program = context.programs.get("passes/screen.vert", "passes/gather.frag");
+    begin_screen(context.programs, layer_framebuffer(target, target.indirect.id(), layer), program, target.width_px, target.height_px);
+    bind_surface(program, context, light.position);
+    glProgramUniform1f(program, 2, 1.0f);
+    glEnable(GL_BLEND);
+    glBlendFunc(GL_ONE, GL_ONE);
+    PassRun run;
+    // The padding entries of the subsets are dark, so the list is summed straight through.
+    for (unsigned first = 0; first < gpu.vpls.vpls.size(); first += GONIO_MAX_VPLS_PER_BLOCK) {
+        const auto left = static_cast<unsigned>(gpu.vpls.vpls.size()) - first;
+        glProgramUniform1i(program, 1, static_cast<GLint>(std::min<unsigned>(left, GONIO_MAX_VPLS_PER_BLOCK)));
+        bind_vpls(gpu, first);
+        draw_screen();
+        ++run.draws;
+    }
+    glDisable(GL_BLEND);
+    return run;
+}
+
+PassRun gather_grid(const PassContext& context, const Light& light, const LightGpu& gpu, int layer) {
+    const Target& target = context.target;
+    const gl::Defines step = {{"GRID", "1"}, {"STEP", std::to_string(kGridStep)}};
+    const glm::ivec2 grid = grid_size(target), tile = tile_size(target);
+    PassRun run;
+
+    const GLuint gather = context.programs.get("passes/screen.vert", "passes/gather.frag", step);
+    begin_screen(context.programs, target.tiles_fbo.id(), gather, tile.x * 4, tile.y * 4);
+    bind_surface(gather, context, light.position);
+    glProgramUniform1i(gather, 1, static_cast<GLint>(gpu.vpls.per_subset));
+    glProgramUniform1f(gather, 2, static_cast<float>(kVplSubsets));
+    for (unsigned subset = 0; subset < kVplSubsets; ++subset) {
+        const glm::ivec2 at(subset % 4, subset / 4);
+        glViewport(at.x * tile.x, at.y * tile.y, tile.x, tile.y);
+        glProgramUniform2i(gather, 3, at.x, at.y);
+        glProgramUniform2i(gather, 4, at.x * tile.x, at.y * tile.y);
+        bind_vpls(gpu, subset * gpu.vpls.stride);
+        draw_screen();
+        ++run.draws;
+    }
+
+    const GLuint filter = context.programs.get("passes/screen.vert", "passes/grid_filter.frag", step);
+    begin_screen(context.programs, target.grid_fbo.id(), filter, grid.x, grid.y);
+    bind_surface(filter, context, light.position);
+    glProgramUniform2i(filter, 3, grid.x, grid.y);
+    glProgramUniform2i(filter, 4, tile.x, tile.y);
+    glBindTextureUnit(0, target.tiles.id());
+    draw_screen();
+
+    const GLuint upsample = context.programs.get("passes/screen.vert", "passes/upsample.frag", step);
+    begin_screen(context.programs, layer_framebuffer(target, target.indirect.id(), layer), upsample, target.width_px, target.height_px);
+    bind_surface(upsample, context, light.position);
+    glProgramUniform2i(upsample, 3, grid.x, grid.y);
+    glBindTextureUnit(0, target.grid.id());
+    draw_screen();
+    run.draws += 2;
+    return run;
+}
+
+// Directions of the seed technique, the same in every frame. sphere: uniform unit vectors; disk: (radius, cos, sin).
+gl::Buffer seed_directions(bool disk) {
+    std::mt19937 random(1);
+    std::uniform_real_distribution<float> uniform(0.0f, 1.0f);
+    std::vector<glm::vec4> directions(GONIO_MAX_SEED_DIRECTIONS);
+    for (glm::vec4& d : directions) {
+        const float a = uniform(random), phi = 2.0f * std::numbers::pi_v<float> * uniform(random);
+        const float z = 1.0f - 2.0f * a, r = std::sqrt(std::max(0.0f, 1.0f - z * z));
+        d = disk ? glm::vec4(a, std::cos(phi), std::sin(phi), 0.0f) : glm::vec4(r * std::cos(phi), r * std::sin(phi), z, 0.0f);
+    }
+    return gl::make_buffer("seed directions", directions.size() * sizeof(glm::vec4), directions.data());
+}
+
+}  // namespace
+
+PassRun run_direct(const PassContext& context, const Light& light, const LightGpu& gpu, int layer) {
+    const Target& target = context.target;
+    const GLuint program = context.programs.get("passes/screen.vert", "passes/direct.frag");
+    begin_screen(context.programs, layer_framebuffer(target, target.direct.id(), layer), program, target.width_px, target.height_px);
+    bind_surface(program, context, light.position);
+    const glm::mat3 turn = light_from_world(light);
+    glProgramUniformMatrix3fv(program, 1, 1, GL_FALSE, &turn[0][0]);
+    glProgramUniform1f(program, 2, context.geometry.near_m());
+    glProgramUniform1f(program, 3, 2.0f / static_cast<float>(gpu.shadow_size));
+    glBindTextureUnit(0, gpu.shadow.id());
+    glBindBufferBase(GL_SHADER_STORAGE_BUFFER, 1, gpu.web->buffer.id());
+    draw_screen();
+    return {0, 1};
+}
+
+PassRun run_gather(const PassContext& context, const Light& light, const LightGpu& gpu, int layer) {
+    const float zero[4] = {0, 0, 0, 0};
+    if (gpu.vpls.vpls.empty() || context.target.precise) {
+        glClearNamedFramebufferfv(layer_framebuffer(context.target, context.target.indirect.id(), layer), GL_COLOR, 0, zero);
+        if (gpu.vpls.vpls.empty()) return {};
+    }
+    return context.target.precise ? gather_precise(context, light, gpu, layer) : gather_grid(context, light, gpu, layer);
+}
+
+PassRun run_gather_seed(const PassContext& context, const Light& light, const LightGpu& gpu, int layer) {
+    const bool disk = context.scene.technique == Technique::seed_disk;
+    gl::Buffer& directions = context.programs.seed_directions[disk ? 1 : 0];
+    if (!directions) directions = seed_directions(disk);
+    const Target& target = context.target;
+    gl::Defines defines;
+    if (disk) defines.emplace_back("DISK", "1");
+    const GLuint program = context.programs.get("passes/screen.vert", "passes/gather_seed.frag", defines);
+    begin_screen(context.programs, layer_framebuffer(target, target.indirect.id(), layer), program, target.width_px, target.height_px);
+    bind_surface(program, context, light.position);
+    glProgramUniform1i(program, 1, static_cast<GLint>(context.scene.samples));
+    glBindBufferBase(GL_UNIFORM_BUFFER, 0, directions.id());
+    glBindTextureUnit(0, gpu.position.id());
+    glBindTextureUnit(1, gpu.normal.id());
+    glBindTextureUnit(2, gpu.albedo.id());
+    glBindTextureUnit(3, gpu.mask.id());
+    draw_screen();
+    return {0, 1};
+}
+
+}  // namespace gonio

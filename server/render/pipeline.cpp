@@ -1,0 +1,139 @@
+#include "server/render/pipeline.h"
+
+#include <bit>
+
+namespace gonio {
+namespace {
+
+bool shows_direct(View view) { return view < View::mask && view != View::indirect; }
+bool shows_indirect(View view) { return view < View::mask && view != View::direct; }
+
+std::size_t shown_light(const Scene& scene) {
+    for (std::size_t i = 0; i < scene.lights.size(); ++i) {
+        if (scene.lights[i].name == scene.view_light) return i;
+    }
+    return 0;
+}
+
+std::uint64_t bits(double value) { return std::bit_cast<std::uint64_t>(value); }
+
+struct Builder {
+    const FrameInputs& in;
+    std::vector<Pass> passes;
+    const Scene& scene = in.scene;
+    const std::uint32_t target = in.target.id;
+    const bool seed = in.scene.technique != Technique::standard;
+    const PassContext context{in.programs, in.geometry, in.scene, in.target, in.eye};
+
+    SlotRef per_target(Slot slot, std::uint32_t light = 0) const { return {slot, target, light}; }
+    static SlotRef per_light(Slot slot, std::uint32_t light) { return {slot, 0, light}; }
+
+    Pass& add(std::string name, SlotRef writes, std::vector<SlotRef> reads, std::vector<std::uint64_t> key, std::function<PassRun()> run) {
+        Pass& pass = passes.emplace_back();
+        pass.name = std::move(name);
+        pass.writes = writes;
+        pass.reads = std::move(reads);
+        pass.key = std::move(key);
+        pass.stale = seed;  // the seed technique recomputes everything in each frame, as its paper does
+        pass.run = std::move(run);
+        return pass;
+    }
+
+    void add_light(std::size_t i) {
+        const Light& light = scene.lights[i];
+        LightGpu& gpu = *in.lights[i];
+        const int layer = static_cast<int>(i);
+        const PassContext context = this->context;  // passes outlive the builder
+        const SlotRef gbuffer = per_target(Slot::gbuffer), shadow = per_light(Slot::shadow, light.id), rsm = per_light(Slot::rsm, light.id),
+                      mask = per_light(Slot::mask, light.id), vpl = per_light(Slot::vpl, light.id);
+        const auto named = [&](Pass& pass) -> Pass& {
+            pass.light = light.name;
+            return pass;
+        };
+        const auto faces = [&](const LightGpu::Faces& made) {
+            return seed ? gpu.reached : missing_faces(made, gpu.reached, light.position_rev, scene.geometry_rev);
+        };
+        const unsigned shadow_faces = faces(gpu.shadow_faces), rsm_faces = faces(gpu.rsm_faces);
+        Pass& shadow_pass = named(add("shadow", shadow, {}, {light.position_rev, scene.geometry_rev, static_cast<std::uint64_t>(gpu.shadow_size)},
+                                      [=, &light, &gpu] { return run_shadow(context, light, gpu, shadow_faces); }));
+        shadow_pass.stale |= shadow_faces != 0;
+        Pass& rsm_pass = named(add("rsm", rsm, {}, {light.position_rev, scene.geometry_rev},
+                                   [=, &light, &gpu] { return run_rsm(context, light, gpu, rsm_faces); }));
+        rsm_pass.stale |= rsm_faces != 0;
+        named(add("mask", mask, {}, {light.profile_rev, light.aim_rev}, [=, &light, &gpu] { return run_mask(context, light, gpu); }));
+        Pass& vpl_pass = named(add("vpl", vpl, {rsm, mask}, {scene.samples}, [=, &gpu, samples = scene.samples] { return run_vpl(context, gpu, samples); }));
+        vpl_pass.absent = seed;
+        named(add("direct", per_target(Slot::direct, light.id), {gbuffer, shadow},
+                  {light.position_rev, light.aim_rev, light.profile_rev, static_cast<std::uint64_t>(layer)},
+                  [=, &light, &gpu] { return run_direct(context, light, gpu, layer); }));
+        if (seed) {
+            named(add("gather", per_target(Slot::gather, light.id), {gbuffer, rsm, mask}, {scene.samples, static_cast<std::uint64_t>(layer)},
+                      [=, &light, &gpu] { return run_gather_seed(context, light, gpu, layer); }));
+        } else {
+            named(add("gather", per_target(Slot::gather, light.id), {gbuffer, vpl}, {light.position_rev, static_cast<std::uint64_t>(layer)},
+                      [=, &light, &gpu] { return run_gather(context, light, gpu, layer); }));
+        }
+    }
+
+    void add_composite() {
+        std::vector<SlotRef> reads;
+        std::vector<std::uint64_t> key = {static_cast<std::uint64_t>(in.view), bits(scene.view_gain), scene.exposure_rev, scene.master_rev,
+                                          scene.lights_rev, scene.geometry_rev};
+        std::vector<const LightGpu*> lights(in.lights.begin(), in.lights.end());
+        const std::size_t shown_index = shown_light(scene);
+        const LightGpu* shown = lights.empty() ? nullptr : lights[shown_index];
+        if (in.view < View::mask || in.view == View::solid) reads.push_back(per_target(Slot::gbuffer));
+        for (std::size_t i = 0; i < scene.lights.size(); ++i) {
+            const Light& light = scene.lights[i];
+            if (shows_direct(in.view) || in.view == View::solid) reads.push_back(per_target(Slot::direct, light.id));
+            if (shows_indirect(in.view) || in.view == View::solid) reads.push_back(per_target(Slot::gather, light.id));
+            key.push_back(light.level_rev);
+            if (in.view == View::solid) key.insert(key.end(), {light.position_rev, light.aim_rev, light.profile_rev});
+        }
+        if (shown != nullptr && in.view >= View::mask && in.view <= View::rsm_flux) {
+            const std::uint32_t id = scene.lights[shown_index].id;
+            key.push_back(id);
+            reads.push_back(per_light(in.view == View::mask ? Slot::mask : in.view == View::rsm_flux && !seed ? Slot::vpl : Slot::rsm, id));
+        }
+        add("composite", per_target(Slot::picture), std::move(reads), std::move(key), [this_in = &in, context = context, lights = std::move(lights), shown] {
+            PassRun run = run_composite(context, this_in->view, shown, lights, this_in->raw);
+            if (this_in->view == View::solid && this_in->raw == 0) run.draws += run_solid(context, lights).draws;
+            return run;
+        });
+    }
+};
+
+}  // namespace
+
+std::vector<Pass> build_pipeline(const FrameInputs& in) {
+    Builder b{in, {}};
+    const Scene& scene = in.scene;
+    b.passes.reserve(3 + 6 * scene.lights.size());
+    b.add("gbuffer", b.per_target(Slot::gbuffer), {}, {scene.geometry_rev, scene.camera_rev},
+          [context = b.context, meter = in.meter] { return meter ? run_meter_gbuffer(context) : run_gbuffer(context); });
+    for (std::size_t i = 0; i < scene.lights.size(); ++i) b.add_light(i);
+    if (scene.lights.empty()) {
+        for (const char* name : {"shadow", "rsm", "mask", "vpl", "direct", "gather"}) {
+            Pass& pass = b.passes.emplace_back();
+            pass.name = name;
+            pass.absent = true;
+        }
+    }
+    if (!in.meter) b.add_composite();
+    if (!in.meter && !in.target.precise) {
+        b.add("nv12", b.per_target(Slot::nv12), {b.per_target(Slot::picture)}, {}, [context = b.context] { return run_nv12(context); });
+    }
+    return std::move(b.passes);
+}
+
+std::vector<SlotRef> wanted_slots(const FrameInputs& in, bool nv12) {
+    if (!in.meter) return {{nv12 ? Slot::nv12 : Slot::picture, in.target.id, 0}};
+    std::vector<SlotRef> wanted;
+    for (const Light& light : in.scene.lights) {
+        wanted.push_back({Slot::direct, in.target.id, light.id});
+        wanted.push_back({Slot::gather, in.target.id, light.id});
+    }
+    return wanted;
+}
+
+}  // namespace gonio

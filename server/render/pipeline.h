@@ -1,0 +1,32 @@
+// The list of passes of one frame, in order: the one page that says what runs when. Keys are the cost table of DESIGN
+// section 4.
+#pragma once
+
+#include <memory>
+#include <vector>
+
+#include "server/render/graph.h"
+#include "server/render/passes/passes.h"
+
+namespace gonio {
+
+// One frame's inputs. lights[i] belongs to scene.lights[i].
+struct FrameInputs {
+    Programs& programs;
+    const GpuScene& geometry;
+    const Scene& scene;
+    const Target& target;
+    const Eye& eye;
+    std::vector<LightGpu*> lights;
+    View view = View::beauty;
+    bool meter = false;  // the G-buffer is a single point, nothing is composited
+    GLuint raw = 0;      // composite values into this framebuffer instead of the display
+};
+
+// inputs outlive the passes.
+std::vector<Pass> build_pipeline(const FrameInputs& inputs);
+
+// The slots a viewer of this view looks at: NV12 for the live picture, the picture for captures, layers for meters.
+std::vector<SlotRef> wanted_slots(const FrameInputs& inputs, bool nv12);
+
+}  // namespace gonio

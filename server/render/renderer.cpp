@@ -1,0 +1,251 @@
+#include "server/render/renderer.h"
+
+#include <algorithm>
+#include <chrono>
+#include <cstring>
+
+#include "server/render/pipeline.h"
+#include "server/render/web_buffer.h"
+#include "server/scene/apply.h"
+
+namespace gonio {
+
+// GPU time of passes by timestamps around each; read when the frame has left the GPU.
+struct Renderer::Timers {
+    std::vector<std::pair<std::size_t, std::pair<gl::Query, gl::Query>>> passes;  // row, (before, after)
+
+    static gl::Query stamp() {
+        GLuint id = 0;
+        glCreateQueries(GL_TIMESTAMP, 1, &id);
+        glQueryCounter(id, GL_TIMESTAMP);
+        return gl::Query(id);
+    }
+    void resolve(v1::FrameReport& report) const {
+        for (const auto& [row, stamps] : passes) {
+            GLuint64 from = 0, to = 0;
+            glGetQueryObjectui64v(stamps.first.id(), GL_QUERY_RESULT, &from);
+            glGetQueryObjectui64v(stamps.second.id(), GL_QUERY_RESULT, &to);
+            report.mutable_passes(static_cast<int>(row))->set_gpu_ms(to > from ? static_cast<double>(to - from) * 1e-6 : 0.0);
+        }
+    }
+};
+
+struct Renderer::InFlight {
+    gl::Fence fence;
+    gl::Buffer readback;
+    int width_px = 0, height_px = 0;
+    v1::FrameReport report;
+    Timers timers;
+    std::int64_t drained_ns = 0;
+    bool picture = false;
+};
+
+std::int64_t monotonic_ns() {
+    return std::chrono::duration_cast<std::chrono::nanoseconds>(std::chrono::steady_clock::now().time_since_epoch()).count();
+}
+
+Renderer::Renderer(const gl::Context&) { glEnable(GL_TEXTURE_CUBE_MAP_SEAMLESS); }
+Renderer::~Renderer() = default;
+
+// Brings GPU objects in line with the scene: geometry, lights' maps, the live target.
+void Renderer::prepare(const Scene& scene) {
+    if (!geometry_ || &geometry_->asset() != scene.asset.get()) geometry_ = std::make_unique<GpuScene>(scene.asset);
+    std::erase_if(lights_, [&](const auto& entry) {
+        const bool gone = std::none_of(scene.lights.begin(), scene.lights.end(), [&](const Light& l) { return l.id == entry.first; });
+        if (gone) ledger_.forget_light(entry.first);
+        return gone;
+    });
+    for (const Light& light : scene.lights) {
+        LightGpu& gpu = lights_[light.id];
+        if (gpu.profile != light.profile) {
+            std::weak_ptr<const WebGpu>& cached = webs_[light.profile.get()];
+            gpu.web = cached.lock();
+            if (!gpu.web) cached = gpu.web = upload_web(*light.profile);
+            gpu.profile = light.profile;
+        }
+        prepare_maps(gpu, scene.lights.size(), scene.technique != Technique::standard);
+        if (gpu.reached_profile_rev != light.profile_rev || gpu.reached_aim_rev != light.aim_rev) {
+            gpu.reached_profile_rev = light.profile_rev;
+            gpu.reached_aim_rev = light.aim_rev;
+            const glm::dmat3 turn = glm::mat3_cast(light.world_from_light);
+            double matrix[9];
+            for (int i = 0; i < 9; ++i) matrix[i] = turn[i / 3][i % 3];
+            gpu.reached = reached_faces(light.profile->photometry.web, matrix);
+        }
+    }
+    std::erase_if(webs_, [](const auto& entry) { return entry.second.expired(); });
+    const int layers = static_cast<int>(std::max<std::size_t>(scene.lights.size(), 1));
+    if (live_.width_px != scene.width_px || live_.height_px != scene.height_px || live_.layer_count < layers ||
+        live_.emissive != geometry_->emissive()) {
+        ledger_.forget_target(live_.id);
+        live_ = make_target(next_target_++, scene.width_px, scene.height_px, scene.lights.size(), false, geometry_->emissive());
+    }
+}
+
+FrameInputs Renderer::inputs_of(const Scene& scene, const Target& target, const Eye& eye) {
+    FrameInputs inputs{programs_, *geometry_, scene, target, eye, {}, scene.view};
+    for (const Light& light : scene.lights) inputs.lights.push_back(&lights_.at(light.id));
+    return inputs;
+}
+
+v1::FrameReport Renderer::run(const FrameInputs& inputs, std::vector<SlotRef> wanted, Timers& timers) {
+    std::vector<Pass> passes = build_pipeline(inputs);
+    gl::Query before;
+    v1::FrameReport report;
+    std::vector<v1::PassReport> rows = execute(
+        passes, wanted, ledger_, [&](std::size_t) { before = Timers::stamp(); },
+        [&](std::size_t row) { timers.passes.emplace_back(row, std::pair(std::move(before), Timers::stamp())); });
+    report.set_scene_rev(inputs.scene.scene_rev);
+    for (v1::PassReport& row : rows) *report.add_passes() = std::move(row);
+    // Every wanted pass has run to its end: asked again, nothing would.
+    report.set_settled(true);
+    return report;
+}
+
+void Renderer::begin_frame(const Scene& scene, std::int64_t drained_ns) {
+    prepare(scene);
+    const Eye eye = eye_of(scene.camera, scene.width_px, scene.height_px);
+    const FrameInputs inputs = inputs_of(scene, live_, eye);
+    auto frame = std::make_unique<InFlight>();
+    frame->drained_ns = drained_ns;
+    frame->width_px = live_.width_px;
+    frame->height_px = live_.height_px;
+    frame->report = run(inputs, wanted_slots(inputs, true), frame->timers);
+    const auto& passes = frame->report.passes();
+    frame->picture = std::any_of(passes.begin(), passes.end(), [](const auto& row) { return row.name() == "nv12" && row.state() == "ran"; });
+    if (frame->picture) {
+        const std::size_t bytes = static_cast<std::size_t>(live_.width_px) * static_cast<std::size_t>(live_.height_px / 2 * 3);
+        if (bytes != readback_bytes_) {
+            free_readbacks_.clear();
+            readback_bytes_ = bytes;
+        }
+        if (free_readbacks_.empty()) {
+            free_readbacks_.push_back(gl::make_buffer("readback", bytes, nullptr, GL_MAP_READ_BIT | GL_CLIENT_STORAGE_BIT));
+        }
+        frame->readback = std::move(free_readbacks_.back());
+        free_readbacks_.pop_back();
+        glBindFramebuffer(GL_READ_FRAMEBUFFER, live_.nv12_fbo.id());
+        glBindBuffer(GL_PIXEL_PACK_BUFFER, frame->readback.id());
+        glPixelStorei(GL_PACK_ALIGNMENT, 1);
+        glReadPixels(0, 0, live_.width_px, live_.height_px / 2 * 3, GL_RED, GL_UNSIGNED_BYTE, nullptr);
+        glBindBuffer(GL_PIXEL_PACK_BUFFER, 0);
+    }
+    frame->fence = gl::Fence::insert();
+    glFlush();
+    in_flight_.push_back(std::move(frame));
+}
+
+std::optional<FinishedFrame> Renderer::finish_frame(bool wait) {
+    if (in_flight_.empty()) return std::nullopt;
+    InFlight& frame = *in_flight_.front();
+    constexpr GLuint64 kStep = 1'000'000'000;
+    while (!frame.fence.wait(wait ? kStep : 0)) {
+        if (!wait) return std::nullopt;
+    }
+    FinishedFrame done;
+    done.width_px = frame.width_px;
+    done.height_px = frame.height_px;
+    done.drained_ns = frame.drained_ns;
+    if (frame.picture) {
+        const std::size_t bytes = static_cast<std::size_t>(frame.width_px) * static_cast<std::size_t>(frame.height_px / 2 * 3);
+        auto pixels = std::make_shared<std::vector<std::uint8_t>>(bytes);
+        glGetNamedBufferSubData(frame.readback.id(), 0, static_cast<GLsizeiptr>(bytes), pixels->data());
+        done.nv12 = std::move(pixels);
+        if (bytes == readback_bytes_) free_readbacks_.push_back(std::move(frame.readback));
+    }
+    done.rendered_ns = monotonic_ns();
+    done.report = std::move(frame.report);
+    frame.timers.resolve(done.report);
+    done.report.set_frame_ms(static_cast<double>(done.rendered_ns - done.drained_ns) * 1e-6);
+    in_flight_.pop_front();
+    return done;
+}
+
+Result<CapturedPicture> Renderer::capture(const Scene& scene, View view, int width_px, int height_px, bool raw) {
+    if (layer_bytes(width_px, height_px, scene.lights.size(), true) > kMaxLayerBytes) {
+        return Error{"too_large", "capture.width_px", std::to_string(width_px) + "x" + std::to_string(height_px),
+                     "the irradiance of " + std::to_string(scene.lights.size()) + " lights at this size exceeds 2 GiB"};
+    }
+    const std::int64_t start = monotonic_ns();
+    prepare(scene);
+    const Target target = make_target(next_target_++, width_px, height_px, scene.lights.size(), true, geometry_->emissive());
+    const Eye eye = eye_of(scene.camera, width_px, height_px);
+    FrameInputs inputs = inputs_of(scene, target, eye);
+    inputs.view = view;
+    gl::Texture values;
+    gl::Framebuffer values_fbo;
+    if (raw) {
+        values = gl::make_texture_2d("capture values", GL_RGBA32F, width_px, height_px, gl::Filter::nearest);
+        values_fbo = gl::make_framebuffer("capture values", {values.id()}, 0);
+        inputs.raw = values_fbo.id();
+    }
+    CapturedPicture picture;
+    picture.width_px = width_px;
+    picture.height_px = height_px;
+    Timers timers;
+    picture.report = run(inputs, wanted_slots(inputs, false), timers);
+    const auto pixels = static_cast<std::size_t>(width_px) * static_cast<std::size_t>(height_px);
+    const auto row = static_cast<std::size_t>(width_px) * 4;
+    glPixelStorei(GL_PACK_ALIGNMENT, 1);
+    const auto turned = [&](auto& out, GLuint texture, GLenum type) {
+        auto bottom_up = out;
+        bottom_up.resize(pixels * 4);
+        out.resize(pixels * 4);
+        glGetTextureImage(texture, 0, GL_RGBA, type, static_cast<GLsizei>(bottom_up.size() * sizeof bottom_up[0]), bottom_up.data());
+        for (std::size_t y = 0; y < static_cast<std::size_t>(height_px); ++y) {
+            std::copy_n(bottom_up.begin() + static_cast<std::ptrdiff_t>((static_cast<std::size_t>(height_px) - 1 - y) * row), row,
+                        out.begin() + static_cast<std::ptrdiff_t>(y * row));
+        }
+    };
+    if (raw) turned(picture.values, values.id(), GL_FLOAT);
+    else turned(picture.rgba8, target.display.id(), GL_UNSIGNED_BYTE);
+    timers.resolve(picture.report);
+    picture.report.set_frame_ms(static_cast<double>(monotonic_ns() - start) * 1e-6);
+    ledger_.forget_target(target.id);
+    return picture;
+}
+
+v1::MeterReading Renderer::meter(const Scene& scene, const glm::dvec3& point, const glm::dvec3& unit_normal, MeterQuality quality) {
+    Scene metered = scene;
+    if (quality == MeterQuality::rsm) metered.technique = Technique::standard;
+    if (metered.technique != scene.technique) metered.samples = kDefaultVpls;
+    prepare(metered);
+    const Target target = make_target(next_target_++, 1, 1, metered.lights.size(), true, false);
+    // The eye stands one metre above the point and looks straight down at it.
+    Eye eye;
+    eye.position = point + unit_normal;
+    eye.forward = -unit_normal;
+    eye.right = glm::normalize(glm::cross(unit_normal, std::abs(unit_normal.y) < 0.9 ? glm::dvec3(0, 1, 0) : glm::dvec3(1, 0, 0)));
+    eye.up = glm::cross(eye.right, eye.forward);
+    FrameInputs inputs = inputs_of(metered, target, eye);
+    inputs.meter = true;
+    Timers timers;
+    run(inputs, wanted_slots(inputs, false), timers);
+    glm::dvec3 direct_lx(0.0), indirect_lx(0.0);
+    for (std::size_t i = 0; i < metered.lights.size(); ++i) {
+        const LightGpu& gpu = *inputs.lights[i];
+        const glm::dvec3 weight = light_weight(metered, metered.lights[i]) * static_cast<double>(gpu.web->peak_cd);
+        float direct = 0.0f;
+        glm::vec4 indirect(0.0f);
+        const auto layer = static_cast<GLint>(i);
+        glGetTextureSubImage(target.direct.id(), 0, 0, 0, layer, 1, 1, 1, GL_RED, GL_FLOAT, sizeof direct, &direct);
+        glGetTextureSubImage(target.indirect.id(), 0, 0, 0, layer, 1, 1, 1, GL_RGBA, GL_FLOAT, sizeof indirect, &indirect[0]);
+        direct_lx += weight * static_cast<double>(direct);
+        const glm::dvec3 bounced = quality == MeterQuality::rsm ? dense_irradiance(gpu.texels, point - metered.lights[i].position, unit_normal)
+                                                                : glm::dvec3(indirect);
+        indirect_lx += weight * bounced;
+    }
+    ledger_.forget_target(target.id);
+    const auto photopic = [](const glm::dvec3& rgb) { return glm::dot(rgb, glm::dvec3(0.2126, 0.7152, 0.0722)); };
+    v1::MeterReading reading;
+    reading.set_direct_lx(photopic(direct_lx));
+    reading.set_indirect_lx(photopic(indirect_lx));
+    reading.set_total_lx(photopic(direct_lx + indirect_lx));
+    for (int k = 0; k < 3; ++k) {
+        reading.add_direct_rgb_lx(direct_lx[k]);
+        reading.add_indirect_rgb_lx(indirect_lx[k]);
+    }
+    return reading;
+}
+
+}  // namespace gonio

@@ -1,0 +1,69 @@
+#include "server/render/target.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace gonio {
+
+Eye eye_of(const Camera& camera, int width_px, int height_px) {
+    Eye eye;
+    eye.position = camera.eye;
+    eye.forward = glm::normalize(camera.target - camera.eye);
+    const glm::dvec3 world_up = std::abs(eye.forward.y) > 0.9999 ? glm::dvec3(0, 0, -1) : glm::dvec3(0, 1, 0);
+    eye.right = glm::normalize(glm::cross(eye.forward, world_up));
+    eye.up = glm::cross(eye.right, eye.forward);
+    eye.tan_half_y = std::tan(camera.fov_rad / 2);
+    eye.tan_half_x = eye.tan_half_y * width_px / height_px;
+    return eye;
+}
+
+std::size_t layer_bytes(int width_px, int height_px, std::size_t lights, bool precise) {
+    return static_cast<std::size_t>(width_px) * static_cast<std::size_t>(height_px) * lights * (precise ? 20 : 10);
+}
+
+glm::ivec2 grid_size(const Target& target) {
+    return {(target.width_px + kGridStep - 1) / kGridStep, (target.height_px + kGridStep - 1) / kGridStep};
+}
+
+glm::ivec2 tile_size(const Target& target) { return (grid_size(target) + 3) / 4; }
+
+Target make_target(std::uint32_t id, int width_px, int height_px, std::size_t lights, bool precise, bool emissive) {
+    using gl::Filter;
+    Target t;
+    t.id = id;
+    t.width_px = width_px;
+    t.height_px = height_px;
+    t.precise = precise;
+    t.emissive = emissive;
+    t.layer_count = static_cast<int>(std::max<std::size_t>(lights, 1));
+    t.depth = gl::make_texture_2d("depth", GL_DEPTH_COMPONENT32F, width_px, height_px, Filter::nearest);
+    t.normal = gl::make_texture_2d("normal", GL_RG16_SNORM, width_px, height_px, Filter::nearest);
+    t.albedo = gl::make_texture_2d("albedo", GL_RGBA16F, width_px, height_px, Filter::nearest);
+    if (emissive) {
+        t.emission = gl::make_texture_2d("emission", GL_RGBA16F, width_px, height_px, Filter::nearest);
+        t.gbuffer = gl::make_framebuffer("gbuffer", {t.normal.id(), t.albedo.id(), t.emission.id()}, t.depth.id());
+    } else {
+        t.gbuffer = gl::make_framebuffer("gbuffer", {t.normal.id(), t.albedo.id()}, t.depth.id());
+    }
+    t.direct = gl::make_texture_array("direct", precise ? GL_R32F : GL_R16F, width_px, height_px, t.layer_count, Filter::nearest);
+    t.indirect = gl::make_texture_array("indirect", precise ? GL_RGBA32F : GL_RGBA16F, width_px, height_px, t.layer_count, Filter::nearest);
+    GLuint layer = 0;
+    glCreateFramebuffers(1, &layer);
+    t.layer = gl::Framebuffer(layer);
+    if (!precise) {
+        const glm::ivec2 tiles = tile_size(t) * 4, grid = grid_size(t);
+        t.tiles = gl::make_texture_2d("tiles", GL_RGBA16F, tiles.x, tiles.y, Filter::nearest);
+        t.grid = gl::make_texture_2d("grid", GL_RGBA16F, grid.x, grid.y, Filter::nearest);
+        t.tiles_fbo = gl::make_framebuffer("tiles", {t.tiles.id()}, 0);
+        t.grid_fbo = gl::make_framebuffer("grid", {t.grid.id()}, 0);
+    }
+    t.display = gl::make_texture_2d("display", GL_RGBA8, width_px, height_px, Filter::nearest);
+    t.display_fbo = gl::make_framebuffer("display", {t.display.id()}, t.depth.id());
+    if (!precise) {
+        t.nv12 = gl::make_texture_2d("nv12", GL_R8, width_px, height_px / 2 * 3, Filter::nearest);
+        t.nv12_fbo = gl::make_framebuffer("nv12", {t.nv12.id()}, 0);
+    }
+    return t;
+}
+
+}  // namespace gonio

@@ -1,0 +1,93 @@
+#include "server/render/web_buffer.h"
+
+#include <algorithm>
+#include <bit>
+#include <cmath>
+#include <numbers>
+
+namespace gonio {
+namespace {
+
+std::uint32_t bits(double value) { return std::bit_cast<std::uint32_t>(static_cast<float>(value)); }
+
+double finest_step(const std::vector<double>& angles) {
+    double step = 1e9;
+    for (std::size_t i = 1; i < angles.size(); ++i) step = std::min(step, angles[i] - angles[i - 1]);
+    return step;
+}
+
+// For equal buckets of the range, the cell that holds the bucket's start.
+void append_first_cells(const std::vector<double>& angles, std::size_t table, std::vector<std::uint32_t>& out) {
+    const double low = angles.front(), range = angles.back() - angles.front();
+    std::size_t cell = 0;
+    for (std::size_t b = 0; b < table; ++b) {
+        const double start = low + range * static_cast<double>(b) / static_cast<double>(table);
+        while (cell + 2 < angles.size() && angles[cell + 1] <= start) ++cell;
+        out.push_back(bits(static_cast<double>(cell)));
+    }
+}
+
+std::size_t table_size(const ies::PhotometricWeb& web) {
+    const auto buckets = [](const std::vector<double>& angles) {
+        return (angles.back() - angles.front()) / finest_step(angles);
+    };
+    // A quarter of the finest step per bucket: the shader's eight steps always reach the cell, except for steps below
+    // 1/16384 of the range, which the cap leaves out.
+    const double wanted = std::max(buckets(web.v_rad), buckets(web.h_rad));
+    return std::bit_ceil(static_cast<std::size_t>(std::clamp(wanted, 16.0, 16384.0)));
+}
+
+}  // namespace
+
+std::vector<std::uint32_t> pack_web(const ies::PhotometricWeb& web) {
+    const std::size_t table = table_size(web);
+    std::vector<std::uint32_t> words = {static_cast<std::uint32_t>(web.goniometer), static_cast<std::uint32_t>(web.v_rad.size()),
+                                        static_cast<std::uint32_t>(web.h_rad.size()), static_cast<std::uint32_t>(table)};
+    words.reserve(4 + web.v_rad.size() + web.h_rad.size() + 2 * table + web.candela.size());
+    for (double v : web.v_rad) words.push_back(bits(v));
+    for (double h : web.h_rad) words.push_back(bits(h));
+    append_first_cells(web.v_rad, table, words);
+    append_first_cells(web.h_rad, table, words);
+    const double peak = ies::peak_intensity(web).in(cd);
+    for (float candela : web.candela) words.push_back(bits(peak > 0.0 ? static_cast<double>(candela) / peak : 0.0));
+    return words;
+}
+
+unsigned reached_faces(const ies::PhotometricWeb& web, const double (&world_from_light)[9]) {
+    const double(&r)[9] = world_from_light;
+    constexpr double kStep = 5.0 * std::numbers::pi / 180.0;
+    unsigned faces = 0;
+    for (std::size_t h = 0; h + 1 < web.h_rad.size(); ++h) {
+        for (std::size_t v = 0; v + 1 < web.v_rad.size(); ++v) {
+            if (web.at(h, v) <= 0.0f && web.at(h, v + 1) <= 0.0f && web.at(h + 1, v) <= 0.0f && web.at(h + 1, v + 1) <= 0.0f) continue;
+            const double dv = web.v_rad[v + 1] - web.v_rad[v], dh = web.h_rad[h + 1] - web.h_rad[h];
+            const int nv = std::max(1, static_cast<int>(std::ceil(dv / kStep)));
+            const int nh = std::max(1, static_cast<int>(std::ceil(dh / kStep)));
+            // Between two samples the direction turns by at most half a step each way: faces within that angle count.
+            const double margin = 0.5 * (dv / nv + dh / nh);
+            for (int i = 0; i <= nv; ++i) {
+                for (int j = 0; j <= nh; ++j) {
+                    const ies::Direction d = ies::direction_of(web.goniometer, Angle::radians(web.v_rad[v] + dv * i / nv),
+                                                               Angle::radians(web.h_rad[h] + dh * j / nh));
+                    double w[3];
+                    for (int k = 0; k < 3; ++k) w[k] = r[k] * d[0] + r[3 + k] * d[1] + r[6 + k] * d[2];
+                    const double largest = std::max({std::abs(w[0]), std::abs(w[1]), std::abs(w[2])});
+                    for (int k = 0; k < 3; ++k) {
+                        if (std::abs(w[k]) >= largest - 1.5 * margin) faces |= 1u << (2 * k + (w[k] >= 0.0 ? 0 : 1));
+                    }
+                }
+            }
+            if (faces == 63u) return faces;
+        }
+    }
+    return faces;
+}
+
+int mask_face_size(const ies::PhotometricWeb& web) {
+    double step = finest_step(web.v_rad);
+    if (web.h_rad.size() > 2) step = std::min(step, finest_step(web.h_rad));
+    const double texels = 4.0 * (std::numbers::pi / 2) / step;
+    return static_cast<int>(std::bit_ceil(static_cast<unsigned>(std::clamp(texels, 64.0, 1024.0))));
+}
+
+}  // namespace gonio

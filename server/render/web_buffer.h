@@ -1,0 +1,22 @@
+// A photometric web as the storage buffer that shaders/lib/web_buffer.glsl reads.
+#pragma once
+
+#include <cstdint>
+#include <vector>
+
+#include "ies/web.h"
+
+namespace gonio {
+
+// Result: the buffer's words: header of four uint32, then floats (v angles, h angles, first-cell tables, I / I_peak).
+// A dark web gives zeros.
+std::vector<std::uint32_t> pack_web(const ies::PhotometricWeb& web);
+
+// Result: bit f set for every cube face (+X -X +Y -Y +Z -Z, world axes) into which the web emits at all when turned by
+// world_from_light (column-major 3×3). Conservative: a face that a lit cell touches is in.
+unsigned reached_faces(const ies::PhotometricWeb& web, const double (&world_from_light)[9]);
+
+// Result: face size of the IES light mask: a power of two in 64..1024 with four texels to the web's finest step.
+int mask_face_size(const ies::PhotometricWeb& web);
+
+}  // namespace gonio

@@ -1,0 +1,41 @@
+// apply: the only writer of the scene. A command changes everything it names or, on an error, nothing.
+#pragma once
+
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "ies/result.h"
+#include "protocol/gonio.pb.h"
+#include "server/scene/scene.h"
+
+namespace gonio {
+
+// What a command's files turned into, read off the render thread before the command is applied.
+struct Loaded {
+    std::shared_ptr<const SceneAsset> asset;    // of load_scene
+    std::shared_ptr<const Profile> profile;     // of set_light or add_light
+};
+
+struct Applied {
+    Revision scene_rev = 0;              // the revision that contains the change; unchanged if nothing differed
+    std::vector<std::string> warnings;   // of the files that came with the command
+};
+
+// Render thread. Errors: "invalid_argument" (out of range, not finite, not three numbers), "not_found" (light, group),
+// "already_exists", "too_many_lights", "too_many_groups", "conflict" (aim beside pan/tilt/roll), "unsupported"; `where`
+// is the field ("set_light.position_m"), `value` what it held.
+Result<Applied> apply(Scene& scene, const v1::Command& command, const Loaded& loaded);
+
+// Result: a scene that shows the asset from its first camera, with its own lights; revisions continue from `revision`.
+Scene scene_of(std::shared_ptr<const SceneAsset> asset, Revision revision = 1);
+
+// Result: level × multiplier × master × colour: what the light's candela are multiplied by, per channel.
+glm::dvec3 light_weight(const Scene& scene, const Light& light);
+
+// Names of View and Technique on the wire; nullptr-free: every enum value has one.
+const char* view_name(View view);
+const char* technique_name(Technique technique);
+bool parse_view(const std::string& name, View& view);
+
+}  // namespace gonio

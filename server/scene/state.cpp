@@ -1,0 +1,98 @@
+#include "server/scene/state.h"
+
+#include <algorithm>
+
+#include "ies/synthetic.h"
+#include "server/scene/apply.h"
+#include "server/scene/orientation.h"
+
+namespace gonio {
+namespace {
+
+template <typename Field>
+void put(Field* field, const glm::dvec3& v) {
+    field->Clear();
+    for (int i = 0; i < 3; ++i) field->Add(v[i]);
+}
+
+void put_light(const Light& light, v1::Light& out) {
+    out.set_name(light.name);
+    put(out.mutable_position(), light.position);
+    put(out.mutable_aim(), aim_of(light.world_from_light));
+    put(out.mutable_c0(), c0_of(light.world_from_light));
+    out.set_pan_rad(light.pan_rad);
+    out.set_tilt_rad(light.tilt_rad);
+    out.set_roll_rad(light.roll_rad);
+    out.set_level_ratio(light.level_ratio);
+    put(out.mutable_color_rgb(), light.color);
+    out.set_multiplier(light.multiplier);
+    out.set_profile(light.profile->name);
+    out.set_max_cd(light.profile->max_cd);
+    out.set_flux_lm(light.profile->flux_lm);
+}
+
+// Writes every part whose revision is newer than `since`; 0 writes all.
+void put_parts(const Scene& scene, Revision since, v1::State& out) {
+    out.set_scene_rev(scene.scene_rev);
+    if (scene.geometry_rev > since) {
+        out.set_scene(scene.asset->name);
+        for (const std::string& warning : scene.asset->warnings) out.add_scene_warnings(warning);
+    }
+    for (const Light& light : scene.lights) {
+        if (std::max({light.position_rev, light.aim_rev, light.profile_rev, light.level_rev}) > since) {
+            put_light(light, *out.add_lights());
+        }
+    }
+    if (scene.camera_rev > since) {
+        put(out.mutable_camera()->mutable_eye(), scene.camera.eye);
+        put(out.mutable_camera()->mutable_target(), scene.camera.target);
+        out.mutable_camera()->set_fov_rad(scene.camera.fov_rad);
+    }
+    if (scene.view_rev > since) {
+        out.set_view(view_name(scene.view));
+        out.set_view_gain(scene.view_gain);
+        out.set_view_light(scene.view_light);
+    }
+    if (scene.exposure_rev > since) out.set_exposure_ev100(scene.exposure_ev100);
+    if (scene.master_rev > since) out.set_master_ratio(scene.master_ratio);
+    if (scene.technique_rev > since) {
+        out.set_technique(technique_name(scene.technique));
+        out.set_samples(scene.samples);
+    }
+    if (scene.size_rev > since) {
+        out.add_size_px(static_cast<std::uint32_t>(scene.width_px));
+        out.add_size_px(static_cast<std::uint32_t>(scene.height_px));
+    }
+    if (scene.groups_rev > since) {
+        for (const auto& [name, lights] : scene.groups) {
+            v1::Group& group = *out.add_groups();
+            group.set_name(name);
+            for (const std::string& light : lights) group.add_lights(light);
+        }
+    }
+}
+
+}  // namespace
+
+v1::State full_state(const Scene& scene) {
+    v1::State state;
+    put_parts(scene, 0, state);
+    for (const ies::SyntheticLuminaire& luminaire : ies::synthetic_luminaires()) state.add_profiles(std::string(luminaire.name));
+    return state;
+}
+
+v1::StateChanged state_change(const Scene& before, const Scene& after) {
+    v1::StateChanged change;
+    change.set_scene_rev(after.scene_rev);
+    put_parts(after, before.scene_rev, *change.mutable_state());
+    for (const Light& light : before.lights) {
+        const bool stays = std::any_of(after.lights.begin(), after.lights.end(), [&](const Light& l) { return l.name == light.name; });
+        if (!stays) change.add_removed_lights(light.name);
+    }
+    for (const auto& [name, lights] : before.groups) {
+        if (!after.groups.contains(name)) change.add_removed_groups(name);
+    }
+    return change;
+}
+
+}  // namespace gonio

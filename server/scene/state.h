@@ -1,0 +1,14 @@
+// Scene -> the State message that clients see.
+#pragma once
+
+#include "protocol/gonio.pb.h"
+#include "server/scene/scene.h"
+
+namespace gonio {
+
+// Result: everything.
+v1::State full_state(const Scene& scene);
+// Result: what `after` has that `before` had otherwise; lights whole, the rest field by field.
+v1::StateChanged state_change(const Scene& before, const Scene& after);
+
+}  // namespace gonio

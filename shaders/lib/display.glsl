@@ -1,0 +1,33 @@
+// Scene-linear light -> what a display shows, once, at the end.
+
+// Result: display-linear value of a luminance in cd/m² at exposure EV100: 1 is the brightest that ISO 12232's saturation
+// sensitivity leaves unclipped (Lmax = 1.2 · 2^EV100).
+vec3 expose(vec3 luminance_nit, float ev100) { return luminance_nit / (1.2f * exp2(ev100)); }
+
+// Result: x below 0.7, then a shoulder that reaches 1 only at infinity, with continuous slope.
+float shoulder(float x) {
+    float knee = 0.7f;
+    return x < knee ? x : 1.0f - (1.0f - knee) * exp(-(x - knee) / (1.0f - knee));
+}
+
+// Result: the sRGB encoding (IEC 61966-2-1) of a linear value in 0..1.
+float srgb_encode(float x) { return x <= 0.0031308f ? 12.92f * x : 1.055f * pow(x, 1.0f / 2.4f) - 0.055f; }
+
+// Result: Y', Cb, Cr in 0..1 (BT.709, limited range: Y' 16..235, C 16..240 of 255) of gamma-encoded R'G'B' in 0..1.
+vec3 ycbcr_709(vec3 rgb) {
+    float y = 0.2126f * rgb.x + 0.7152f * rgb.y + 0.0722f * rgb.z;
+    return vec3((16.0f + 219.0f * y) / 255.0f, (128.0f + 224.0f * (rgb.z - y) / 1.8556f) / 255.0f,
+                (128.0f + 224.0f * (rgb.x - y) / 1.5748f) / 255.0f);
+}
+
+// Result: a colour for t in 0..1, dark blue over green and yellow to white: monotone in luminance.
+vec3 false_color(float t) {
+    t = clamp(t, 0.0f, 1.0f);
+    vec3 c0 = vec3(0.02f, 0.02f, 0.12f), c1 = vec3(0.05f, 0.16f, 0.45f), c2 = vec3(0.05f, 0.42f, 0.35f);
+    vec3 c3 = vec3(0.55f, 0.62f, 0.10f), c4 = vec3(1.0f, 0.95f, 0.8f);
+    float s = t * 4.0f;
+    if (s < 1.0f) return mix(c0, c1, s);
+    if (s < 2.0f) return mix(c1, c2, s - 1.0f);
+    if (s < 3.0f) return mix(c2, c3, s - 2.0f);
+    return mix(c3, c4, s - 3.0f);
+}

@@ -1,0 +1,123 @@
+// All luminaires together: irradiance layers × their weights -> luminance -> the view -> display, or raw values (RAW).
+// VIEW is one of the numbers of server/scene/scene.h's enum View.
+#include "shared/layouts.h"
+#include "lib/cube.glsl"
+#include "lib/octahedral.glsl"
+#include "lib/vpl.glsl"
+#include "lib/display.glsl"
+layout(std140, binding = 0) uniform WeightBlock { LightWeight weights[GONIO_MAX_LIGHTS]; };
+layout(location = 1) uniform int light_count;
+layout(location = 2) uniform float ev100;
+layout(location = 3) uniform float gain;         // of the indirect view
+layout(location = 4) uniform float cube_scale;   // rsm-depth: 1 / greatest depth shown; mask: peak cd of the RAW view
+layout(binding = 0) uniform sampler2DArray direct_layers;    // lux per weight
+layout(binding = 1) uniform sampler2DArray indirect_layers;  // rgb, lux per weight
+layout(binding = 2) uniform sampler2D albedo;
+layout(binding = 3) uniform sampler2D emissive;              // cd/m²
+layout(binding = 4) uniform samplerCube cube;                // mask and rsm views
+layout(binding = 8) uniform sampler2D gbuffer_depth;
+in vec2 ndc;
+layout(location = 0) out vec4 out_color;
+
+#define VIEW_BEAUTY 0
+#define VIEW_DIRECT 1
+#define VIEW_INDIRECT 2
+#define VIEW_ILLUMINANCE 3
+#define VIEW_LUMINANCE 4
+#define VIEW_MASK 5
+#define VIEW_RSM_DEPTH 6
+#define VIEW_RSM_NORMAL 7
+#define VIEW_RSM_FLUX 8
+#define VIEW_SOLID 9
+
+vec3 encode(vec3 display) {
+    // Ordered dither of half a code value hides the bands that 8 bits leave in dark gradients.
+    uvec2 p = uvec2(gl_FragCoord.xy) & 3u;
+    uint bayer = ((p.x ^ p.y) & 1u) * 8u + (p.y & 1u) * 4u + (((p.x ^ p.y) >> 1) & 1u) * 2u + (p.y >> 1);
+    float dither = (float(bayer) + 0.5) / 16.0 - 0.5;
+    vec3 c = vec3(shoulder(display.r), shoulder(display.g), shoulder(display.b));
+    return vec3(srgb_encode(c.r), srgb_encode(c.g), srgb_encode(c.b)) + dither / 255.0;
+}
+
+#if VIEW >= VIEW_MASK && VIEW <= VIEW_RSM_FLUX
+// The six faces unfolded into a 4 × 3 cross, seen from outside: +Y above, -Z -X +Z +X in the middle row.
+vec4 cube_cross() {
+    vec2 cell = vec2(ndc.x * 0.5 + 0.5, 0.5 - ndc.y * 0.5) * vec2(4.0, 3.0);
+    ivec2 c = ivec2(cell);
+    vec2 st = fract(cell) * 2.0 - 1.0;
+    int face = -1;
+    if (c.y == 1) face = c.x == 0 ? 1 : c.x == 1 ? 4 : c.x == 2 ? 0 : 5;
+    if (c.x == 1 && c.y == 0) face = 2;
+    if (c.x == 1 && c.y == 2) face = 3;
+    if (face < 0) return vec4(-1.0);
+    return textureLod(cube, cube_direction(face, st), 0.0);
+}
+#endif
+
+void main() {
+#if VIEW >= VIEW_MASK && VIEW <= VIEW_RSM_FLUX
+    vec4 value = cube_cross();
+    vec3 shown = vec3(0.0);
+    bool inside = value.a >= 0.0;
+#if VIEW == VIEW_MASK
+    vec3 raw = value.rrr;  // cd
+    if (inside) shown = vec3(value.g);
+#elif VIEW == VIEW_RSM_DEPTH
+    vec3 raw = value.rrr;  // m
+    if (inside) shown = vec3(value.r * cube_scale);
+#elif VIEW == VIEW_RSM_NORMAL
+    vec3 raw = octahedral_decode(value.rg);
+    if (inside) shown = raw * 0.5 + 0.5;
+#else
+    vec3 raw = value.rgb;  // lm per cd of peak
+    if (inside) shown = value.rgb * cube_scale;
+#endif
+#ifdef RAW
+    out_color = inside ? vec4(raw, 1.0) : vec4(0.0);
+#else
+    out_color = vec4(inside ? encode(shown) : vec3(0.11), 1.0);
+#endif
+#else
+    ivec2 pixel = ivec2(gl_FragCoord.xy);
+    vec3 direct_lx = vec3(0.0);
+    vec3 indirect_lx = vec3(0.0);
+    for (int k = 0; k < light_count; ++k) {
+#if VIEW != VIEW_INDIRECT
+        direct_lx += weights[k].rgb.rgb * texelFetch(direct_layers, ivec3(pixel, k), 0).r;
+#endif
+#if VIEW != VIEW_DIRECT
+        indirect_lx += weights[k].rgb.rgb * texelFetch(indirect_layers, ivec3(pixel, k), 0).rgb;
+#endif
+    }
+    vec3 rho_over_pi = texelFetch(albedo, pixel, 0).rgb / 3.14159265358979;
+    vec3 emitted = vec3(0.0);
+#ifdef EMISSIVE
+    emitted = texelFetch(emissive, pixel, 0).rgb;
+#endif
+    vec3 total_lx = direct_lx + indirect_lx;
+    bool hit = texelFetch(gbuffer_depth, pixel, 0).r > 0.0;
+#if VIEW == VIEW_ILLUMINANCE
+    float value = luminance(total_lx);  // lux
+    vec3 raw = vec3(value);
+    vec3 shown = false_color(log2(max(value, 1e-6)) / log2(10.0) / 4.0);  // 1 lx .. 10,000 lx
+#elif VIEW == VIEW_LUMINANCE
+    float value = luminance(rho_over_pi * total_lx + emitted);  // cd/m²
+    vec3 raw = vec3(value);
+    vec3 shown = false_color(log2(max(value * 10.0, 1e-6)) / log2(10.0) / 4.0);  // 0.1 .. 1,000 cd/m²
+#elif VIEW == VIEW_DIRECT
+    vec3 raw = rho_over_pi * direct_lx;
+    vec3 shown = expose(raw, ev100);
+#elif VIEW == VIEW_INDIRECT
+    vec3 raw = rho_over_pi * indirect_lx * gain;
+    vec3 shown = expose(raw, ev100);
+#else
+    vec3 raw = rho_over_pi * total_lx + emitted;  // cd/m²
+    vec3 shown = expose(raw, ev100);
+#endif
+#ifdef RAW
+    out_color = hit ? vec4(raw, 1.0) : vec4(0.0);
+#else
+    out_color = vec4(hit ? encode(shown) : vec3(0.02), 1.0);
+#endif
+#endif
+}

@@ -1,0 +1,26 @@
+// G-buffer: normal, albedo and, where the scene has emitters, emitted luminance of the nearest surface.
+#include "lib/octahedral.glsl"
+#include "lib/material.glsl"
+in vec3 position;
+in vec3 normal;
+in vec2 uv;
+layout(location = 0) out vec2 out_normal;  // octahedral, world
+layout(location = 1) out vec4 out_albedo;  // linear reflectance
+#ifdef EMISSIVE
+layout(location = 2) out vec4 out_emissive;  // cd/m²
+#endif
+void main() {
+    vec4 color = material_base_color(uv);
+#ifdef MASKED
+    if (color.a < alpha_cutoff) discard;
+#endif
+    out_normal = octahedral_encode(surface_normal(normal, position, true));
+    out_albedo = vec4(color.rgb, 1.0);
+#ifdef EMISSIVE
+    vec3 emitted = emissive_nit;
+#ifdef EMISSIVE_TEXTURED
+    emitted *= texture(emissive_texture, uv).rgb;
+#endif
+    out_emissive = vec4(emitted, 1.0);
+#endif
+}

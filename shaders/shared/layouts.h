@@ -1,0 +1,42 @@
+// Structs and limits that C++ and GLSL share. Members are vec4 or uint only, so that std140, std430 and C++ agree; the
+// GL test layout_test compares every member with the program's own introspection.
+#ifdef __cplusplus
+#pragma once
+#include <cstdint>
+#include <glm/glm.hpp>
+namespace gonio::layouts {
+using vec4 = glm::vec4;
+using uint = std::uint32_t;
+#endif
+
+// One virtual point light. Positions are relative to the luminaire, world axes.
+struct Vpl {
+    vec4 position_area;  // xyz: m; w: represented area / pi, m²
+    vec4 normal;         // xyz: unit length, world
+    vec4 intensity;      // rgb: flux / pi per candela of the profile's peak, sr^-1 · lm/cd
+};
+
+// One luminaire in the composite: rgb = lux per unit of its irradiance layer (peak cd × multiplier × level × colour).
+struct LightWeight {
+    vec4 rgb;
+};
+
+// One mesh drawn once: into the camera's view, or into one face of a cube map.
+struct DrawInstance {
+    vec4 row0;  // rows of the 3×4 matrix: mesh space -> world axes, rebased to the camera or the light, m
+    vec4 row1;
+    vec4 row2;
+    uint face;  // cube face 0..5 = +X -X +Y -Y +Z -Z; 0 for the camera
+    uint pad0;
+    uint pad1;
+    uint pad2;
+};
+
+#define GONIO_MAX_LIGHTS 64
+#define GONIO_MAX_VPLS_PER_BLOCK 1024  // 48 KiB: within the 64 KiB uniform block that GL drivers offer
+#define GONIO_MAX_SEED_DIRECTIONS 4096
+
+#ifdef __cplusplus
+static_assert(sizeof(Vpl) == 48 && sizeof(LightWeight) == 16 && sizeof(DrawInstance) == 64);
+}  // namespace gonio::layouts
+#endif

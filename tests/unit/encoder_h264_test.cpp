@@ -1,0 +1,254 @@
+// H.264 as browsers need it: in-band headers on every IDR, IDR on demand only, nothing held back, the right picture.
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <cstring>
+#include <string>
+
+#include "server/stream/encoder.h"
+
+extern "C" {
+#include <libavcodec/avcodec.h>
+}
+
+namespace gonio {
+namespace {
+
+// A smooth gradient with a bright disk whose place depends on `step`.
+Picture test_picture(int width, int height, int step) {
+    auto nv12 = std::make_shared<std::vector<std::uint8_t>>(static_cast<std::size_t>(width * height * 3 / 2));
+    for (int y = 0; y < height; ++y)
+        for (int x = 0; x < width; ++x) {
+            const double dx = x - width / 4.0 - 4.0 * step, dy = y - height / 2.0;
+            const double glow = 160.0 * std::exp(-(dx * dx + dy * dy) / (width * height / 40.0));
+            (*nv12)[static_cast<std::size_t>(y * width + x)] = static_cast<std::uint8_t>(24 + 40.0 * x / width + glow);
+        }
+    for (int i = width * height; i < width * height * 3 / 2; i += 2) {
+        (*nv12)[static_cast<std::size_t>(i)] = 110;
+        (*nv12)[static_cast<std::size_t>(i + 1)] = 150;
+    }
+    Picture picture;
+    picture.scene_rev = static_cast<std::uint32_t>(100 + step);
+    picture.width_px = width;
+    picture.height_px = height;
+    picture.nv12 = nv12;
+    picture.drained_ns = 10;
+    picture.rendered_ns = 20;
+    return picture;
+}
+
+// NAL unit types of an Annex B access unit, in order (ITU-T H.264 Table 7-1: 1 slice, 5 IDR, 6 SEI, 7 SPS, 8 PPS).
+std::vector<int> nal_types(const EncodedFrame& frame) {
+    std::vector<int> types;
+    for (std::size_t i = 0; i + 3 < frame.data.size(); ++i)
+        if (frame.data[i] == std::byte{0} && frame.data[i + 1] == std::byte{0} && frame.data[i + 2] == std::byte{1})
+            types.push_back(std::to_integer<int>(frame.data[i + 3]) & 0x1f);
+    return types;
+}
+
+bool contains(const std::vector<int>& types, int type) {
+    return std::find(types.begin(), types.end(), type) != types.end();
+}
+
+// Reads an SPS far enough to reach bitstream_restriction (ITU-T H.264 7.3.2.1.1 and E.1.1).
+class SpsReader {
+public:
+    explicit SpsReader(const EncodedFrame& frame) {
+        std::size_t start = 0;
+        while (start + 3 < frame.data.size() && !(at(frame, start) == 0 && at(frame, start + 1) == 0 &&
+                                                  at(frame, start + 2) == 1 && (at(frame, start + 3) & 0x1f) == 7))
+            ++start;
+        for (std::size_t i = start + 4; i < frame.data.size(); ++i) {
+            if (i + 2 < frame.data.size() && at(frame, i) == 0 && at(frame, i + 1) == 0 && at(frame, i + 2) <= 1) break;
+            if (at(frame, i) == 3 && at(frame, i - 1) == 0 && at(frame, i - 2) == 0) continue;  // emulation prevention
+            bytes_.push_back(at(frame, i));
+        }
+    }
+    unsigned bits(int count) {
+        unsigned value = 0;
+        for (; count > 0; --count, ++position_)
+            value = value << 1 | (bytes_.at(position_ / 8) >> (7 - position_ % 8) & 1u);
+        return value;
+    }
+    unsigned ue() {
+        int zeros = 0;
+        while (bits(1) == 0) ++zeros;
+        return (1u << zeros) - 1 + bits(zeros);
+    }
+
+private:
+    static unsigned at(const EncodedFrame& frame, std::size_t i) { return std::to_integer<unsigned>(frame.data[i]); }
+    std::vector<unsigned> bytes_;
+    std::size_t position_ = 0;
+};
+
+class Decoder {
+public:
+    Decoder() {
+        context_ = avcodec_alloc_context3(avcodec_find_decoder(AV_CODEC_ID_H264));
+        context_->flags |= AV_CODEC_FLAG_LOW_DELAY;
+        context_->thread_count = 1;
+        EXPECT_EQ(avcodec_open2(context_, nullptr, nullptr), 0);
+        packet_ = av_packet_alloc();
+        frame = av_frame_alloc();
+    }
+    ~Decoder() {
+        av_frame_free(&frame);
+        av_packet_free(&packet_);
+        avcodec_free_context(&context_);
+    }
+    Decoder(const Decoder&) = delete;
+    Decoder& operator=(const Decoder&) = delete;
+    // Result: whether the access unit gave its picture at once.
+    bool decode(const EncodedFrame& encoded) {
+        std::vector<std::uint8_t> padded(encoded.data.size() + AV_INPUT_BUFFER_PADDING_SIZE);
+        std::memcpy(padded.data(), encoded.data.data(), encoded.data.size());
+        packet_->data = padded.data();
+        packet_->size = static_cast<int>(encoded.data.size());
+        packet_->pts = next_pts_++;
+        return avcodec_send_packet(context_, packet_) == 0 && avcodec_receive_frame(context_, frame) == 0;
+    }
+    int reorder_delay() const { return context_->has_b_frames; }
+    AVFrame* frame = nullptr;
+
+private:
+    AVCodecContext* context_ = nullptr;
+    AVPacket* packet_ = nullptr;
+    std::int64_t next_pts_ = 0;
+};
+
+double luma_psnr_db(const Picture& picture, const AVFrame& frame) {
+    double sum = 0;
+    for (int y = 0; y < picture.height_px; ++y)
+        for (int x = 0; x < picture.width_px; ++x) {
+            const int difference = (*picture.nv12)[static_cast<std::size_t>(y * picture.width_px + x)] -
+                                   frame.data[0][y * frame.linesize[0] + x];
+            sum += difference * difference;
+        }
+    return 10 * std::log10(255.0 * 255.0 * picture.width_px * picture.height_px / std::max(sum, 1e-9));
+}
+
+TEST(H264Encoder, FirstFrameIsAnIdrWithItsHeaders) {
+    auto encoder = H264Encoder::open(320, 240);
+    ASSERT_TRUE(encoder) << encoder.error().text();
+    auto frame = (*encoder)->encode(test_picture(320, 240, 0), false);
+    ASSERT_TRUE(frame) << frame.error().text();
+    EXPECT_TRUE(frame->key);
+    const auto types = nal_types(*frame);
+    EXPECT_TRUE(contains(types, 7) && contains(types, 8) && contains(types, 5));
+    EXPECT_EQ(frame->scene_rev, 100u);
+    EXPECT_EQ(frame->drained_ns, 10);
+    EXPECT_EQ(frame->rendered_ns, 20);
+    EXPECT_GT(frame->encoded_ns, 20);
+}
+
+TEST(H264Encoder, CodecStringIsConstrainedBaselineAndTheSpsSaysNoReordering) {
+    auto encoder = H264Encoder::open(800, 800);
+    ASSERT_TRUE(encoder) << encoder.error().text();
+    EXPECT_EQ((*encoder)->codec_string(), "avc1.42C020");  // 2500 macroblocks at 60/s need level 3.2
+    auto frame = (*encoder)->encode(test_picture(800, 800, 0), false);
+    ASSERT_TRUE(frame);
+    SpsReader sps(*frame);
+    EXPECT_EQ(sps.bits(8), 66u);                 // profile_idc: Baseline
+    EXPECT_EQ(sps.bits(8) & 0xC0u, 0xC0u);       // constraint_set0 and 1: Constrained Baseline
+    EXPECT_EQ(sps.bits(8), 32u);                 // level_idc
+    sps.ue();                                    // seq_parameter_set_id
+    sps.ue();                                    // log2_max_frame_num
+    EXPECT_EQ(sps.ue(), 2u);                     // pic_order_cnt_type: output order is decoding order
+    EXPECT_EQ(sps.ue(), 1u);                     // max_num_ref_frames
+    sps.bits(1);
+    EXPECT_EQ(sps.ue() + 1, 50u);                // macroblocks across
+    EXPECT_EQ(sps.ue() + 1, 50u);
+    EXPECT_EQ(sps.bits(1), 1u);                  // frame_mbs_only
+    sps.bits(1);
+    EXPECT_EQ(sps.bits(1), 0u);                  // no cropping
+    ASSERT_EQ(sps.bits(1), 1u);                  // vui_parameters_present
+    if (sps.bits(1)) {                           // aspect ratio
+        EXPECT_NE(sps.bits(8), 255u);
+    }
+    if (sps.bits(1)) sps.bits(1);                // overscan
+    ASSERT_EQ(sps.bits(1), 1u);                  // video_signal_type_present
+    sps.bits(3);
+    EXPECT_EQ(sps.bits(1), 0u);                  // limited range
+    ASSERT_EQ(sps.bits(1), 1u);
+    EXPECT_EQ(sps.bits(8), 1u);                  // primaries BT.709
+    EXPECT_EQ(sps.bits(8), 1u);                  // transfer BT.709
+    EXPECT_EQ(sps.bits(8), 1u);                  // matrix BT.709
+    if (sps.bits(1)) sps.ue(), sps.ue();         // chroma location
+    if (sps.bits(1)) sps.bits(32), sps.bits(32), sps.bits(1);  // timing
+    ASSERT_EQ(sps.bits(1), 0u);                  // NAL HRD
+    ASSERT_EQ(sps.bits(1), 0u);                  // VCL HRD
+    sps.bits(1);
+    ASSERT_EQ(sps.bits(1), 1u);                  // bitstream_restriction
+    sps.bits(1);
+    sps.ue(), sps.ue(), sps.ue(), sps.ue();
+    EXPECT_EQ(sps.ue(), 0u);                     // max_num_reorder_frames
+}
+
+TEST(H264Encoder, IdrComesOnDemandAndOnlyThen) {
+    auto encoder = H264Encoder::open(320, 240);
+    ASSERT_TRUE(encoder);
+    for (int step = 0; step < 300; ++step) {
+        auto frame = (*encoder)->encode(test_picture(320, 240, step % 40), step == 120);
+        ASSERT_TRUE(frame) << frame.error().text();
+        const auto types = nal_types(*frame);
+        const bool due = step == 0 || step == 120;
+        ASSERT_EQ(frame->key, due) << "frame " << step;
+        ASSERT_EQ(contains(types, 5), due) << "frame " << step;
+        ASSERT_EQ(contains(types, 7), due) << "frame " << step;
+    }
+}
+
+TEST(H264Encoder, EveryPictureComesBackAtOnceInOrderAndRight) {
+    auto encoder = H264Encoder::open(320, 240);
+    ASSERT_TRUE(encoder);
+    Decoder decoder;
+    double worst_db = 1e9;
+    for (int step = 0; step < 40; ++step) {
+        const Picture picture = test_picture(320, 240, step);
+        auto frame = (*encoder)->encode(picture, false);
+        ASSERT_TRUE(frame);
+        ASSERT_TRUE(decoder.decode(*frame)) << "held back at " << step;
+        ASSERT_EQ(decoder.frame->pts, step);
+        ASSERT_EQ(decoder.frame->width, 320);
+        ASSERT_EQ(decoder.frame->height, 240);
+        worst_db = std::min(worst_db, luma_psnr_db(picture, *decoder.frame));
+    }
+    RecordProperty("worst_psnr_db", std::to_string(worst_db));
+    EXPECT_GT(worst_db, 30.0);
+    EXPECT_EQ(decoder.reorder_delay(), 0);
+    EXPECT_EQ(decoder.frame->colorspace, AVCOL_SPC_BT709);
+    EXPECT_EQ(decoder.frame->color_range, AVCOL_RANGE_MPEG);
+    EXPECT_EQ(decoder.frame->data[1][0], 110);  // flat chroma survives
+    EXPECT_EQ(decoder.frame->data[2][0], 150);
+}
+
+TEST(H264Encoder, ADecoderJoinsAtAnIdr) {
+    auto encoder = H264Encoder::open(64, 64);
+    ASSERT_TRUE(encoder);
+    for (int step = 0; step < 5; ++step) ASSERT_TRUE((*encoder)->encode(test_picture(64, 64, step), false));
+    Decoder decoder;
+    const Picture picture = test_picture(64, 64, 6);
+    auto frame = (*encoder)->encode(picture, true);
+    ASSERT_TRUE(frame);
+    ASSERT_TRUE(decoder.decode(*frame));
+    EXPECT_GT(luma_psnr_db(picture, *decoder.frame), 30.0);
+}
+
+TEST(H264Encoder, WrongSizesAreRefused) {
+    for (const auto& [width, height] : {std::pair{0, 0}, {15, 16}, {17, 16}, {16, 8192}, {-2, 16}}) {
+        auto encoder = H264Encoder::open(width, height);
+        ASSERT_FALSE(encoder);
+        EXPECT_EQ(encoder.error().code, "encoder_unavailable");
+    }
+    auto encoder = H264Encoder::open(64, 64);
+    ASSERT_TRUE(encoder);
+    auto frame = (*encoder)->encode(test_picture(32, 32, 0), false);
+    ASSERT_FALSE(frame);
+    EXPECT_EQ(frame.error().code, "encoder_failed");
+    EXPECT_TRUE((*encoder)->encode(test_picture(64, 64, 0), false));  // and it goes on
+}
+
+}  // namespace
+}  // namespace gonio

@@ -1,0 +1,48 @@
+// Shared by the photometry tests: tiny files and where the shared corpus lies.
+#pragma once
+
+#include <cstdlib>
+#include <filesystem>
+#include <fstream>
+#include <iterator>
+#include <optional>
+#include <string>
+
+namespace gonio::ies::test {
+
+// The parts of an LM-63 file; each test changes the one it is about.
+struct Lm63Text {
+    std::string header = "IES:LM-63-2019\n[TEST] t\n[TESTLAB] l\n[ISSUEDATE] d\n[MANUFAC] m\n";
+    std::string tilt = "TILT=NONE\n";
+    std::string lamps = "1 -1 1";    // lamps, lumens per lamp, multiplier
+    std::string counts = "3 1";      // vertical, horizontal
+    std::string type = "1 2";        // type C, metres
+    std::string size = "0 0 0";      // width, length, height
+    std::string factors = "1 1 40";  // ballast factor, field 12, watts
+    std::string v = "0 45 90";
+    std::string h = "0";
+    std::string candela = "100 50 0";
+    std::string tail;
+
+    std::string text() const {
+        return header + tilt + lamps + " " + counts + " " + type + " " + size + "\n" + factors + "\n" + v + "\n" + h +
+               "\n" + candela + "\n" + tail;
+    }
+};
+
+inline std::string read_file(const std::filesystem::path& path) {
+    std::ifstream stream(path, std::ios::binary);
+    return {std::istreambuf_iterator<char>(stream), {}};
+}
+
+// The corpus of public photometry files, if this machine has it: GONIO_SHARED, else beside the source tree.
+inline std::optional<std::filesystem::path> shared_photometry() {
+    const char* const set = std::getenv("GONIO_SHARED");
+    const std::filesystem::path root =
+        set != nullptr ? std::filesystem::path(set) : std::filesystem::path(GONIO_SOURCE_DIR) / ".." / "shared";
+    const std::filesystem::path folder = root / "data" / "photometry";
+    if (!std::filesystem::is_directory(folder)) return std::nullopt;
+    return folder;
+}
+
+}  // namespace gonio::ies::test
