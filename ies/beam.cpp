@@ -23,7 +23,9 @@ std::pair<std::size_t, double> locate(const std::vector<double>& values, double 
     return {low, std::clamp((x - values[low]) / (values[low + 1] - values[low]), 0.0, 1.0)};
 }
 
-bool covers(const std::vector<double>& values, double x) { return values.front() <= x && x <= values.back(); }
+bool covers(const std::vector<double>& values, double x) {
+    return values.front() <= x && x <= values.back();
+}
 
 // I along one line of the grid, at the grid's own nodes: between them it is linear, so that crossings are exact.
 std::vector<Node> profile(const PhotometricWeb& web, double h) {
@@ -32,8 +34,8 @@ std::vector<Node> profile(const PhotometricWeb& web, double h) {
         const auto [low, fraction] = locate(web.h_rad, azimuth);
         std::vector<Node> half;
         for (std::size_t i = 0; i < web.v_rad.size(); ++i) {
-            half.push_back({side * web.v_rad[i],
-                            std::lerp(double{web.at(low, i)}, double{web.at(low + 1, i)}, fraction)});
+            half.push_back(
+                {side * web.v_rad[i], std::lerp(double{web.at(low, i)}, double{web.at(low + 1, i)}, fraction)});
         }
         return half;
     };

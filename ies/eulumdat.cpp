@@ -20,7 +20,6 @@ using detail::Plane;
 using detail::Report;
 
 constexpr int kMaxLampSets = 1000;  // the format says 20
-constexpr std::string_view kUtf8Mark = "\xef\xbb\xbf";
 
 // The file's lines in order. The format has one value per line and fixed places.
 struct Lines {
@@ -43,57 +42,71 @@ struct Lines {
         return next(line) ? detail::to_utf8(line, encoding) : std::string{};
     }
 
-    // A line with a number. An empty line counts as 0, a comma as the decimal point.
-    std::optional<Error> number(double& value, const std::string& what) {
+    // The number on the next line. An empty line counts as 0, a comma as the decimal point.
+    NumberStatus parse(double& value, std::string_view& line) {
         value = 0.0;
-        std::string_view line;
-        if (!next(line)) return error_at(text, begin, "truncated", {}, "the file ends before the " + what);
+        if (!next(line)) return NumberStatus::end;
         if (line.empty()) {
             report.warn("empty_number", begin, "a line without its number counts as 0");
-            return std::nullopt;
+            return NumberStatus::ok;
         }
         const auto [stop, status] = std::from_chars(line.data(), line.data() + line.size(), value);
-        if (status == std::errc{} && stop == line.data() + line.size() && std::isfinite(value)) return std::nullopt;
+        if (status == std::errc{} && stop == line.data() + line.size() && std::isfinite(value)) return NumberStatus::ok;
         std::string copy(line.substr(0, 64));
+        if (line.size() > copy.size()) return NumberStatus::not_a_number;
         if (std::count(copy.begin(), copy.end(), ',') == 1) {
             report.warn("decimal_comma", begin, "numbers are written with a decimal comma");
             std::replace(copy.begin(), copy.end(), ',', '.');
         }
         detail::NumberStream stream{copy};
         const NumberStatus first = stream.next(value);
-        if (first == NumberStatus::not_finite) {
-            return error_at(text, begin, "not_finite", line, "the " + what + " is not a finite number");
-        }
         double extra = 0.0;
-        if (first != NumberStatus::ok || line.size() > copy.size() || stream.next(extra) != NumberStatus::end) {
-            return error_at(text, begin, "not_a_number", line, "the " + what + " is not one number");
-        }
-        return std::nullopt;
+        const bool alone = first == NumberStatus::ok && stream.next(extra) == NumberStatus::end;
+        return first == NumberStatus::not_finite ? first : alone ? NumberStatus::ok : NumberStatus::not_a_number;
     }
 
-    std::optional<Error> integer(int& value, const std::string& what) {
+    std::optional<Error> number(double& value, std::string_view what) {
+        std::string_view line;
+        switch (parse(value, line)) {
+            case NumberStatus::ok:
+                return std::nullopt;
+            case NumberStatus::end:
+                return error_at(text, begin, "truncated", {}, "the file ends before the " + std::string(what));
+            case NumberStatus::not_finite:
+                return error_at(text, begin, "not_finite", line,
+                                "the " + std::string(what) + " is not a finite number");
+            case NumberStatus::not_a_number:
+                break;
+        }
+        return error_at(text, begin, "not_a_number", line, "the " + std::string(what) + " is not one number");
+    }
+
+    std::optional<Error> integer(int& value, std::string_view what) {
         double read = 0.0;
         if (auto error = number(read, what)) return error;
         if (read != std::floor(read) || std::abs(read) > 1e9) {
-            return error_at(text, begin, "not_an_integer", std::to_string(read), "the " + what + " must be a whole number");
+            return error_at(text, begin, "not_an_integer", std::to_string(read),
+                            "the " + std::string(what) + " must be a whole number");
         }
         value = static_cast<int>(read);
         return std::nullopt;
     }
 
     // A number that the web does not depend on: what is no number counts as 0.
-    void lenient(double& value, const std::string& what) {
-        if (const auto error = number(value, what)) {
-            if (error->code != "truncated") report.warn("bad_field", begin, "the " + what + " is no number");
-            value = 0.0;
-        }
+    void lenient(double& value, std::string_view what) {
+        std::string_view line;
+        const NumberStatus status = parse(value, line);
+        if (status == NumberStatus::ok) return;
+        value = 0.0;
+        if (status == NumberStatus::end) return;  // the numbers that follow report the truncation
+        report.warn("bad_field", begin, "the " + std::string(what) + " is no number");
     }
 };
 
 struct Counts {
     int isym = 0;
-    int planes = 0;        // Mc
-    int gammas = 0;        // Ng
+    int planes = 0;         // Mc
+    int gammas = 0;         // Ng
     int stored_planes = 0;  // those whose values the file holds
     std::size_t first_plane = 0;
 };
@@ -327,8 +340,7 @@ void cross_check(const Photometry& photometry, const EulumdatFields& fields, dou
     if (std::abs(lor - fields.light_output_ratio_percent) > kTolerancePercent) {
         report.warn("lorl_mismatch", 0, "the light output ratio of the file is not what its intensities give");
     }
-    const LuminousFlux down =
-        flux_between(photometry.web, {}, Angle::degrees(90.0), {}, Angle::degrees(360.0));
+    const LuminousFlux down = flux_between(photometry.web, {}, Angle::degrees(90.0), {}, Angle::degrees(360.0));
     const double dff = 100.0 * down.in(lm) / flux;
     if (std::abs(dff - fields.downward_flux_percent) > kTolerancePercent) {
         report.warn("dff_mismatch", 0, "the downward flux fraction of the file is not what its intensities give");
@@ -346,12 +358,17 @@ Provenance make_provenance(const EulumdatFields& fields, const Counts& counts) {
     p.lumens_per_lamp = p.absolute ? -1.0 : set.total_lumens / std::max(1, p.lamps);
     p.rated_lumens = p.absolute ? 0.0 : set.total_lumens;
     p.input_watts = set.watts;
+    p.zero_plane_rad = Angle::degrees(270.0).radians();
     p.file_vertical_angles = counts.gammas;
     p.file_horizontal_angles = counts.stored_planes;
-    for (const auto& [key, value] :
-         {std::pair<const char*, const std::string&>{"MANUFAC", fields.company}, {"LUMINAIRE", fields.name},
-          {"LUMCAT", fields.number}, {"TEST", fields.report}, {"ISSUEDATE", fields.date}, {"LAMP", set.type},
-          {"_COLORTEMP", set.colour_appearance}, {"_CRI", set.colour_rendering}}) {
+    for (const auto& [key, value] : {std::pair<const char*, const std::string&>{"MANUFAC", fields.company},
+                                     {"LUMINAIRE", fields.name},
+                                     {"LUMCAT", fields.number},
+                                     {"TEST", fields.report},
+                                     {"ISSUEDATE", fields.date},
+                                     {"LAMP", set.type},
+                                     {"_COLORTEMP", set.colour_appearance},
+                                     {"_CRI", set.colour_rendering}}) {
         if (!value.empty()) p.keywords.emplace_back(key, value);
     }
     return p;
@@ -409,8 +426,8 @@ bool looks_like_eulumdat(std::string_view text) {
         if (at >= text.size()) return false;
         line = detail::trim(detail::take_line(text, at)).substr(0, 64);
     }
-    return is_whole_number(lines[1], 0, 9) && is_whole_number(lines[2], -9, 9) && is_whole_number(lines[3], -1e9, 1e9) &&
-           is_whole_number(lines[5], -1e9, 1e9);
+    return is_whole_number(lines[1], 0, 9) && is_whole_number(lines[2], -9, 9) &&
+           is_whole_number(lines[3], -1e9, 1e9) && is_whole_number(lines[5], -1e9, 1e9);
 }
 
 Result<Photometry> read_eulumdat(std::string_view text, std::size_t lamp_set) {
@@ -420,8 +437,7 @@ Result<Photometry> read_eulumdat(std::string_view text, std::size_t lamp_set) {
     }
     const std::string decoded = detail::decode_utf16(text);
     if (!decoded.empty()) return read_text(decoded, lamp_set, true);
-    if (text.substr(0, kUtf8Mark.size()) == kUtf8Mark) text.remove_prefix(kUtf8Mark.size());
-    return read_text(text, lamp_set, false);
+    return read_text(detail::without_mark(text), lamp_set, false);
 }
 
 }  // namespace gonio::ies

@@ -47,7 +47,9 @@ double band_flux(const PhotometricWeb& web, const std::vector<double>& sector, d
     return flux;
 }
 
-double degrees(double value) { return value * kPi / 180.0; }
+double degrees(double value) {
+    return value * kPi / 180.0;
+}
 
 // The sector of a quarter or half turn that starts at h0 (radians, any turn).
 std::vector<double> sector_from(const PhotometricWeb& web, double h0, double width) {
@@ -87,7 +89,8 @@ PhotometricWeb as_type_c(const PhotometricWeb& web, Angle step) {
     const double wanted = std::clamp(step.degrees(), 0.25, 30.0);
     const auto rows = static_cast<std::size_t>(std::lround(180.0 / wanted));
     PhotometricWeb result;
-    for (std::size_t i = 0; i <= rows; ++i) result.v_rad.push_back(kPi * static_cast<double>(i) / static_cast<double>(rows));
+    for (std::size_t i = 0; i <= rows; ++i)
+        result.v_rad.push_back(kPi * static_cast<double>(i) / static_cast<double>(rows));
     for (std::size_t j = 0; j <= 2 * rows; ++j) {
         result.h_rad.push_back(kPi * static_cast<double>(j) / static_cast<double>(rows));
     }

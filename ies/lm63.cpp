@@ -8,6 +8,7 @@
 #include "ies/grid.h"
 #include "ies/lm63_header.h"
 #include "ies/opening.h"
+#include "ies/text_encoding.h"
 #include "ies/text_scan.h"
 
 namespace gonio::ies {
@@ -301,6 +302,11 @@ Result<Photometry> read_text(std::string_view text, bool was_utf16) {
     if (was_utf16) report.warn("utf16", 0, "the file is UTF-16");
     Result<Lm63Header> header = read_lm63_header(text, report);
     if (!header) return header.error();
+    const detail::Encoding encoding = detail::guess_encoding(text.substr(0, header->body_offset));
+    for (auto& [key, value] : header->keywords) {
+        key = detail::to_utf8(key, encoding);
+        value = detail::to_utf8(value, encoding);
+    }
 
     Photometry result;
     NumberStream stream{text, header->body_offset};
@@ -368,9 +374,7 @@ Result<Photometry> read_lm63(std::string_view text) {
     }
     const std::string decoded = detail::decode_utf16(text);
     if (!decoded.empty()) return read_text(decoded, true);
-    constexpr std::string_view kUtf8Mark = "\xef\xbb\xbf";
-    if (text.substr(0, kUtf8Mark.size()) == kUtf8Mark) text.remove_prefix(kUtf8Mark.size());
-    return read_text(text, false);
+    return read_text(detail::without_mark(text), false);
 }
 
 }  // namespace gonio::ies

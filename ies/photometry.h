@@ -46,8 +46,9 @@ struct Provenance {
     double rated_lumens = 0.0;     // lm of all lamps together, what relative candela refer to; 0 where absolute
     double input_watts = 0.0;
     Symmetry symmetry = Symmetry::none;
-    int file_vertical_angles = 0;                               // as written in the file, before unfolding
-    int file_horizontal_angles = 0;                             // planes whose values the file holds
+    double zero_plane_rad = 0.0;     // azimuth of the file's C0 plane in the web: 0, EULUMDAT 3 pi / 2
+    int file_vertical_angles = 0;    // as written in the file, before unfolding
+    int file_horizontal_angles = 0;  // planes whose values the file holds
     std::vector<std::pair<std::string, std::string>> keywords;  // in file order, [MORE] joined; key "" = label line
 };
 
@@ -95,20 +96,20 @@ struct LampSet {
 
 // What a EULUMDAT file says beyond the web, in its own units and order (line numbers of the format in brackets).
 struct EulumdatFields {
-    std::string company;                       // (1)
-    int type_indicator = 2;                    // (2) 0 or 1: axial symmetry, 2: linear, 3: other
-    int isym = 0;                              // (3)
-    double plane_step_deg = 0.0;               // (5)
-    double gamma_step_deg = 0.0;               // (7)
-    std::string report, name, number, file_name, date;  // (8)-(12)
+    std::string company;                                      // (1)
+    int type_indicator = 2;                                   // (2) 0 or 1: axial symmetry, 2: linear, 3: other
+    int isym = 0;                                             // (3)
+    double plane_step_deg = 0.0;                              // (5)
+    double gamma_step_deg = 0.0;                              // (7)
+    std::string report, name, number, file_name, date;        // (8)-(12)
     double length_mm = 0.0, width_mm = 0.0, height_mm = 0.0;  // (13)-(15) width 0: round
-    double downward_flux_percent = 0.0;        // (22)
-    double light_output_ratio_percent = 100.0;  // (23)
-    double conversion_factor = 1.0;            // (24)
-    double tilt_deg = 0.0;                     // (25) during the measurement
-    std::vector<LampSet> lamp_sets;            // (26)
-    std::array<double, 10> direct_ratios{};    // (27)
-    std::size_t lamp_set = 0;                  // the one that the candela are for
+    double downward_flux_percent = 0.0;                       // (22)
+    double light_output_ratio_percent = 100.0;                // (23)
+    double conversion_factor = 1.0;                           // (24)
+    double tilt_deg = 0.0;                                    // (25) during the measurement
+    std::vector<LampSet> lamp_sets;                           // (26)
+    std::array<double, 10> direct_ratios{};                   // (27)
+    std::size_t lamp_set = 0;                                 // the one that the candela are for
 };
 
 struct Photometry {

@@ -15,8 +15,9 @@ double candela_at(const PhotometricWeb& web, double v, double h) {
 }
 
 // Two luminaires at spacing s and height H: at the midpoint each arrives at theta, tan theta = s / 2H, and E of both is
-// (I(theta, h) + I(theta, h + pi)) cos^3(theta) / H^2; below one luminaire it is I(0) / H^2. Four in a square: the centre
-// lies at tan theta = s / (sqrt 2 H). Result: the largest s/H at which the middle is as bright as below one luminaire.
+// (I(theta, h) + I(theta, h + pi)) cos^3(theta) / H^2; below one luminaire it is I(0) / H^2. Four in a square: the
+// centre lies at tan theta = s / (sqrt 2 H). Result: the largest s/H at which the middle is as bright as below one
+// luminaire.
 std::optional<double> spacing(const PhotometricWeb& web, const std::vector<double>& azimuths, double spacing_per_tan) {
     const double zero = candela_at(web, 0.0, 0.0);
     if (!(zero > 0.0)) return std::nullopt;
@@ -135,9 +136,14 @@ Quantities quantities(const Photometry& photometry) {
     result.peak = double{*peak} * cd;
     result.peak_v = Angle::radians(web.v_rad[peak_index % web.v_rad.size()]);
     result.peak_h = Angle::radians(web.h_rad[peak_index / web.v_rad.size()]);
-    result.planes = {plane_beams(web, Angle::degrees(0.0)), plane_beams(web, Angle::degrees(90.0))};
-    result.beam = larger(result.planes[0].beam.outermost, result.planes[1].beam.outermost);
-    result.field = larger(result.planes[0].field.outermost, result.planes[1].field.outermost);
+    const double first_plane = type_c ? provenance.zero_plane_rad : kPi / 2;
+    const double second_plane = type_c ? provenance.zero_plane_rad + kPi / 2 : 0.0;
+    result.planes = {plane_beams(web, Angle::radians(first_plane)), plane_beams(web, Angle::radians(second_plane))};
+    const PlaneBeams& lit = result.planes[result.planes[0].beam.outermost ? 0 : 1];
+    result.beam = lit.beam.outermost;
+    result.field = lit.field.outermost;
+    result.widest_beam = larger(result.planes[0].beam.outermost, result.planes[1].beam.outermost);
+    result.widest_field = larger(result.planes[0].field.outermost, result.planes[1].field.outermost);
 
     if (!provenance.absolute && provenance.rated_lumens > 0.0) {
         result.light_output_ratio = result.total.in(lm) / provenance.rated_lumens;

@@ -35,8 +35,8 @@ struct PlaneBeams {
 };
 
 // Result: beam and field angles in the plane through the axis that contains azimuth h and h + pi. Where the maximum
-// lies in the hemisphere of photometric zero only that hemisphere counts; a dark plane has none. Types A and B: h = 0
-// gives the line of V at H = 0, h = 90 degrees the line of H at V = 0.
+// lies in the hemisphere of photometric zero only that hemisphere counts; a dark plane has none. Types A and B: h below
+// 45 degrees gives the line H = 0 (it contains x), else the line V = 0.
 PlaneBeams plane_beams(const PhotometricWeb& web, Angle h);
 
 // Fluxes of IES TM-15-11 and the rating from its table A-1 to A-3 (addendum A): each 0..5.
@@ -63,20 +63,23 @@ struct LuminanceRow {
 };
 
 struct Quantities {
-    LuminousFlux total, downward, upward;   // downward: the hemisphere of photometric zero
-    std::array<LuminousFlux, 18> zonal{};   // 0-10, 10-20, … 170-180 degrees from photometric zero
+    LuminousFlux total, downward, upward;  // downward: the hemisphere of photometric zero
+    std::array<LuminousFlux, 18> zonal{};  // 0-10, 10-20, … 170-180 degrees from photometric zero
     LuminousIntensity peak;
-    Angle peak_v, peak_h;                   // where it is first met on the grid, in the web's goniometer
-    std::array<PlaneBeams, 2> planes;       // 0-180, 90-270
-    std::optional<Angle> beam, field;       // outermost, the larger of the two planes
-    std::optional<double> light_output_ratio;  // flux / rated lumens of the lamps; none where absolute
-    std::optional<double> efficacy_lm_per_w;   // none without input watts
+    Angle peak_v, peak_h;  // where it is first met on the grid, in the web's goniometer
+    // The file's own C0-C180 and C90-C270 planes (EULUMDAT's C0 is the web's h = 270 degrees); Types A and B: the lines
+    // V = 0 and H = 0.
+    std::array<PlaneBeams, 2> planes;
+    std::optional<Angle> beam, field;                // outermost, in the first plane that is not dark
+    std::optional<Angle> widest_beam, widest_field;  // outermost, the larger of the two planes
+    std::optional<double> light_output_ratio;        // flux / rated lumens of the lamps; none where absolute
+    std::optional<double> efficacy_lm_per_w;         // none without input watts
     // Spacing to mounting height at which the midpoint of two (of four) luminaires is as bright as below one:
     // planes 0-180 and 90-270, diagonal. None where photometric zero is dark.
     std::array<std::optional<double>, 3> spacing_criterion;
     std::array<double, 5> cie_flux_code{};  // N1..N5 in percent (CIE 52); N5 = light output ratio, 100 where absolute
     BugRating bug;
-    std::vector<LuminanceRow> luminance;    // 0, 45, 55, 65, 75, 85 degrees; empty for a point
+    std::vector<LuminanceRow> luminance;  // 0, 45, 55, 65, 75, 85 degrees; empty for a point
 };
 
 // Result: everything above for one luminaire. Any thread.

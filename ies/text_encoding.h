@@ -15,4 +15,11 @@ Encoding guess_encoding(std::string_view text);
 // Result: text as UTF-8. Bytes that the page does not define become U+FFFD; NUL becomes a blank.
 std::string to_utf8(std::string_view text, Encoding encoding);
 
+// Result: the text as UTF-8 without byte order mark if it starts with a UTF-16 mark, else empty. Lone surrogates become
+// U+FFFD.
+std::string decode_utf16(std::string_view bytes);
+
+// Result: text without a UTF-8 byte order mark.
+std::string_view without_mark(std::string_view text);
+
 }  // namespace gonio::ies::detail

@@ -90,8 +90,9 @@ void Report::add(std::string_view code, std::string_view severity, std::size_t o
 
 std::string_view take_line(std::string_view text, std::size_t& at) {
     const std::size_t begin = at;
-    std::size_t end = text.find_first_of("\r\n", begin);
-    if (end == std::string_view::npos) {
+    std::size_t end = begin;
+    while (end < text.size() && text[end] != '\n' && text[end] != '\r') ++end;
+    if (end >= text.size()) {
         at = text.size();
         return text.substr(begin);
     }
@@ -115,39 +116,6 @@ std::string to_upper(std::string_view text) {
 
 bool is_separator(char c) {
     return kSeparator[static_cast<unsigned char>(c)];
-}
-
-std::string decode_utf16(std::string_view bytes) {
-    if (bytes.size() < 2) return {};
-    const auto byte = [&](std::size_t i) { return static_cast<unsigned>(static_cast<unsigned char>(bytes[i])); };
-    const unsigned mark = byte(0) << 8 | byte(1);
-    if (mark != 0xfffe && mark != 0xfeff) return {};
-    const std::size_t high = mark == 0xfeff ? 0 : 1;
-    const auto unit = [&](std::size_t i) { return byte(i + high) << 8 | byte(i + 1 - high); };
-    std::string result;
-    result.reserve(bytes.size() / 2 + 16);
-    for (std::size_t i = 2; i + 1 < bytes.size(); i += 2) {
-        unsigned code = unit(i);
-        if (code >= 0xd800 && code < 0xdc00 && i + 3 < bytes.size()) {
-            const unsigned low = unit(i + 2);
-            if (low >= 0xdc00 && low < 0xe000) {
-                code = 0x10000 + ((code - 0xd800) << 10) + (low - 0xdc00);
-                i += 2;
-            }
-        }
-        const auto put = [&](unsigned value) { result.push_back(static_cast<char>(value)); };
-        if (code < 0x80) {
-            put(code);
-        } else if (code < 0x800) {
-            put(0xc0 | code >> 6), put(0x80 | (code & 0x3f));
-        } else if (code < 0x10000) {
-            put(0xe0 | code >> 12), put(0x80 | (code >> 6 & 0x3f)), put(0x80 | (code & 0x3f));
-        } else {
-            put(0xf0 | code >> 18), put(0x80 | (code >> 12 & 0x3f)), put(0x80 | (code >> 6 & 0x3f));
-            put(0x80 | (code & 0x3f));
-        }
-    }
-    return result;
 }
 
 NumberStatus NumberStream::next(double& value) {

@@ -49,9 +49,6 @@ std::string_view trim(std::string_view text);  // without blanks, tabs, line end
 std::string to_upper(std::string_view text);   // ASCII only
 bool is_separator(char c);                     // white space, comma, semicolon
 
-// Result: the text as UTF-8 without byte order mark if it starts with a UTF-16 mark, else empty.
-std::string decode_utf16(std::string_view bytes);
-
 enum class NumberStatus { ok, end, not_a_number, not_finite };
 
 // Numbers separated by white space, commas or semicolons. Accepts "+1", ".5", "5.", "1E3" and Fortran's "1D3"; refuses

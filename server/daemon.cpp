@@ -1,1 +1,218 @@
-int x;
+#include "server/daemon.h"
+
+#include <csignal>
+#include <cstdio>
+#include <fstream>
+#include <mutex>
+#include <poll.h>
+#include <stdexcept>
+#include <sys/signalfd.h>
+#include <thread>
+#include <unistd.h>
+
+#include <spdlog/spdlog.h>
+#include <spdlog/sinks/stdout_sinks.h>
+
+#include "client/web/page.h"
+#include "server/assets/assets.h"
+#include "server/net/front.h"
+#include "server/scene/state.h"
+#include "server/stage.h"
+#include "server/stream/encode_thread.h"
+
+namespace gonio {
+namespace {
+
+std::string read_token(const std::string& path) {
+    if (path.empty()) return {};
+    std::ifstream file(path);
+    std::string token;
+    if (!std::getline(file, token) || token.size() < 16) {
+        throw std::runtime_error("the token file '" + path + "' must hold a token of at least 16 bytes in its first line");
+    }
+    return token;
+}
+
+bool is_loopback(const std::string& host) { return host == "localhost" || host == "::1" || host.rfind("127.", 0) == 0; }
+
+// Turns SIGINT and SIGTERM into a closed queue. Signals are blocked in all threads before any is started.
+class Signals {
+public:
+    explicit Signals(std::function<void()> stop) {
+        sigset_t set;
+        sigemptyset(&set);
+        sigaddset(&set, SIGINT);
+        sigaddset(&set, SIGTERM);
+        fd_ = signalfd(-1, &set, SFD_CLOEXEC);
+        thread_ = std::thread([this, stop = std::move(stop)] {
+            while (!done_.load()) {
+                pollfd ready{fd_, POLLIN, 0};
+                if (poll(&ready, 1, 100) > 0) return stop();
+            }
+        });
+    }
+    ~Signals() {
+        done_ = true;
+        thread_.join();
+        close(fd_);
+    }
+    static void block() {
+        sigset_t set;
+        sigemptyset(&set);
+        sigaddset(&set, SIGINT);
+        sigaddset(&set, SIGTERM);
+        pthread_sigmask(SIG_BLOCK, &set, nullptr);
+        std::signal(SIGPIPE, SIG_IGN);
+    }
+
+private:
+    int fd_ = -1;
+    std::atomic<bool> done_{false};
+    std::thread thread_;
+};
+
+Scene first_scene(const Options& options) {
+    auto asset = load_scene(options.scene);
+    if (!asset) throw std::invalid_argument("cannot load the scene '" + options.scene + "': " + asset.error().text());
+    for (const std::string& warning : (*asset)->warnings) spdlog::warn("{}: {}", options.scene, warning);
+    Scene scene = scene_of(*asset);
+    v1::Command size, technique;
+    size.mutable_set_size()->set_width_px(static_cast<std::uint32_t>(std::max(options.width_px, 0)));
+    size.mutable_set_size()->set_height_px(static_cast<std::uint32_t>(std::max(options.height_px, 0)));
+    technique.mutable_set_technique()->set_technique(options.technique);
+    if (options.samples) technique.mutable_set_technique()->set_samples(*options.samples);
+    for (const v1::Command& command : {size, technique}) {
+        const auto applied = apply(scene, command, {});
+        if (!applied) throw std::invalid_argument(applied.error().text());
+    }
+    return scene;
+}
+
+}  // namespace
+
+int run_daemon(const Options& options) {
+    Signals::block();
+    spdlog::set_default_logger(spdlog::stderr_logger_mt("goniod"));
+    const std::string token = read_token(options.token_file);
+    if (!is_loopback(options.host) && token.empty()) {
+        throw std::runtime_error("listening on " + options.host + " needs --token-file: only loopback addresses may go without");
+    }
+    std::optional<Scene> scene;
+    try {
+        scene = first_scene(options);
+    } catch (const std::invalid_argument& error) {
+        std::fprintf(stderr, "goniod: %s\n", error.what());
+        return 2;
+    }
+    const auto context = gl::Context::create({options.device, options.gl_debug});
+    spdlog::info("{}", context->description());
+
+    Queue<Work> queue(kMaxWork);
+    Latest<Demand> demands;
+    std::unique_ptr<Front> front;
+    EncodeThread encoder({
+        [&](EncodedFrame frame, bool final) { front->publish_h264(std::move(frame), final); },
+        [&](EncodedFrame frame) { front->publish_jpeg(std::move(frame)); },
+        [&](const std::string& codec, int width, int height) {
+            v1::VideoConfig config;
+            config.set_codec(codec);
+            config.set_width_px(static_cast<std::uint32_t>(width));
+            config.set_height_px(static_cast<std::uint32_t>(height));
+            front->publish_video_config(std::move(config));
+        },
+        [&] { queue.wake(); },
+    });
+    FrontOptions listen;
+    listen.host = options.host;
+    listen.port = options.port;
+    listen.token = token;
+    listen.server_name = "goniod " GONIO_VERSION;
+    listen.renderer = context->renderer();
+    listen.page = page_files();
+    auto started = Front::start(listen, {
+        [&](SessionId session, v1::ClientMessage message) {
+            Work work;
+            work.session = session;
+            work.message = std::move(message);
+            return queue.push(std::move(work));
+        },
+        [&](Demand demand) {
+            demands.put(demand);
+            queue.wake();
+        },
+    });
+    if (!started) throw std::runtime_error(started.error().text());
+    front = std::move(*started);
+
+    Demand demand;
+    Loader loader;
+    Picture newest;
+    bool newest_sent = true;
+    Stage stage(std::make_unique<Renderer>(*context), std::move(*scene), context->renderer(), queue, loader, {
+        [&](std::uint32_t session, v1::ServerMessage message) { front->reply(session, std::move(message)); },
+        [&](v1::State state, v1::StateChanged change) {
+            front->publish_state(std::move(state));
+            front->broadcast(std::move(change));
+        },
+        [&](Picture picture) {
+            newest = std::move(picture);
+            newest_sent = false;
+        },
+        [&] {
+            v1::Stats stats;
+            stats.set_frames_encoded(encoder.frames_encoded());
+            stats.set_packets_sent(front->packets_sent());
+            stats.set_clients(demand.clients);
+            return stats;
+        },
+    });
+    front->publish_state(full_state(stage.scene()));
+    Signals signals([&] { queue.close(); });
+
+    // READY means: a first frame has been rendered and encoded, so that whoever connects sees a picture at once.
+    stage.begin_frame(monotonic_ns());
+    stage.finish_frames(true);
+    if (!encoder.encode_now(newest)) throw std::runtime_error("no H.264 encoder can be opened: is libx264 installed?");
+    newest_sent = true;
+    std::printf("READY http://%s:%u\n", options.host.find(':') == std::string::npos ? options.host.c_str() : ("[" + options.host + "]").c_str(), front->port());
+    std::fflush(stdout);
+
+    const auto frame_time = std::chrono::nanoseconds(static_cast<std::int64_t>(1e9 / options.target_fps));
+    std::int64_t last_begin_ns = 0;
+    while (!queue.closed()) {
+        // Somebody must be able to take a picture: a viewer with credit, or a report that is waited for.
+        const bool viewer = (demand.h264 || demand.jpeg) && encoder.idle();
+        const bool due = (stage.frame_wanted() && viewer) || stage.report_wanted();
+        const std::int64_t now = monotonic_ns();
+        const std::int64_t wait_ns = due ? std::max<std::int64_t>(0, last_begin_ns + frame_time.count() - now) : 0;
+        std::optional<Work> work;
+        if (due && wait_ns == 0) work = queue.try_pop();
+        else if (stage.frames_in_flight()) work = queue.pop_for(std::chrono::milliseconds(1));
+        else work = queue.pop_for(due ? std::chrono::nanoseconds(wait_ns) : std::chrono::milliseconds(250));
+        const std::int64_t drained_ns = monotonic_ns();
+        for (; work; work = queue.try_pop()) stage.take(std::move(*work));
+
+        bool asks = false;
+        if (auto changed = demands.try_take()) {
+            // A viewer that joined or fell behind is served from the newest picture, as a key frame.
+            asks = changed->key || (changed->jpeg && !demand.jpeg);
+            demand = *changed;
+        }
+        if (due && wait_ns == 0) {
+            last_begin_ns = drained_ns;
+            stage.begin_frame(drained_ns);
+        }
+        const bool more = stage.frame_wanted() && viewer;
+        stage.finish_frames(!more && stage.frames_in_flight());
+        if (newest.nv12 && (demand.h264 || demand.jpeg || demand.key) && (!newest_sent || asks)) {
+            encoder.put({newest, demand.h264 || demand.key, demand.key, demand.jpeg, !more});
+            newest_sent = true;
+        }
+        if (context->lost()) throw std::runtime_error("the GPU lost the GL context");
+    }
+    spdlog::info("stopping");
+    front.reset();
+    return 0;
+}
+
+}  // namespace gonio

@@ -6,6 +6,7 @@ const kFirstDelayMs = 250;
 const kMaxDelayMs = 10000;
 const kReadyTimeoutMs = 10000;   // from opening the socket to Ready
 const kProbeMs = 15000;          // a question in silence finds half-open connections
+const kWrongToken = 4003;        // close code of PROTOCOL.md
 const kProbeTimeoutMs = 20000;   // generous: the server may be loading a scene
 
 export class Connection extends EventTarget {
@@ -30,6 +31,7 @@ export class Connection extends EventTarget {
         document.addEventListener("visibilitychange", () => { if (!document.hidden) this.retry(); });
     }
 
+    get token() { return sessionStorage.getItem("gonio.token") ?? ""; }
     get live() { return this.status.state === "live"; }
 
     open() {
@@ -41,17 +43,14 @@ export class Connection extends EventTarget {
         this.#socket = socket;
         this.#timer = setTimeout(() => socket.close(), kReadyTimeoutMs);
         socket.onopen = () => {
-            const token = sessionStorage.getItem("gonio.token") ?? "";
-            this.request({identify: {client: "page", video: this.video, state: true, token}})
-                .then((reply) => { if (reply.result && reply.result.code !== "ok") this.#refusedEntry(reply.result); })
-                .catch(() => {});
+            this.post({identify: {client: "page", video: this.video, state: true, token: this.token}});
         };
         socket.onmessage = (event) => {
             if (this.#socket !== socket) return;
             if (typeof event.data === "string") this.#receive(JSON.parse(event.data));
             else this.#emit("video", event.data);
         };
-        socket.onclose = () => { if (this.#socket === socket) this.#closed(); };
+        socket.onclose = (event) => { if (this.#socket === socket) this.#closed(event.code); };
     }
 
     // At once instead of after the backoff.
@@ -110,8 +109,7 @@ export class Connection extends EventTarget {
         if (message.goodbye) this.#farewell = message.goodbye.reason;
         if (reply) reply.resolve(message);
         else if (message.result && message.result.code !== "ok") {
-            if (this.live) this.#emit("refused", message.result);
-            else this.#refusedEntry(message.result);
+            this.#emit("refused", message.result);
         }
     }
 
@@ -128,12 +126,6 @@ export class Connection extends EventTarget {
         }, kProbeMs);
     }
 
-    // The server does not let us in: asking again by itself would not help.
-    #refusedEntry(result) {
-        this.#drop();
-        this.#setStatus({state: "locked", text: result.message || result.code});
-    }
-
     #drop() {
         const socket = this.#socket;
         this.#socket = null;
@@ -148,8 +140,13 @@ export class Connection extends EventTarget {
         this.#replies.clear();
     }
 
-    #closed() {
+    #closed(code) {
         this.#settle();
+        if (code === kWrongToken) {
+            // Asking again by itself would not help.
+            this.#setStatus({state: "locked", text: this.token ? "The server did not take this token." : "This server asks for a token."});
+            return;
+        }
         const span = Math.min(kMaxDelayMs, kFirstDelayMs * 2 ** this.#attempt++);
         const delay_ms = span * (0.5 + 0.5 * Math.random());
         this.#timer = setTimeout(() => this.open(), delay_ms);

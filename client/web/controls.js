@@ -73,9 +73,9 @@ export function range(prop, {label, min, max, step, origin = min, toTrack = (x) 
     return {node: input, update};
 }
 
-// The bare number field: Enter or leaving commits, Escape takes back, the wheel is left to the page.
+// The bare number field: Enter or leaving commits, Escape takes back.
 export function number(prop, {label, min, max, step, digits = 2, id}) {
-    const input = h("input", {type: "number", min, max, step, "aria-label": label, id, inputmode: "decimal"});
+    const input = h("input", {type: "number", min, max, step, "aria-label": label, id: id && `${id}-number`, inputmode: "decimal"});
     let typing = false;
     const commit = () => {
         typing = false;

@@ -36,15 +36,15 @@ connection.addEventListener("refused", (event) => toasts.show(event.detail));
 let pictureSeen = false;
 function showLink() {
     const {state, text, retryAt_ms} = connection.status;
-    const left_s = Math.max(0, (retryAt_ms - performance.now()) / 1000);
-    const wait = state === "waiting" ? `Retry in ${left_s.toFixed(0)} s` : text;
+    const left_s = Math.max(1, Math.ceil((retryAt_ms - performance.now()) / 1000));
+    const wait = state === "waiting" ? `Retry in ${left_s} s` : text;
     $("link").dataset.state = state;
     setText($("link").querySelector("span"), state === "locked" ? "Locked" : wait);
     const waitingForPicture = state === "live" && !pictureSeen;
     $("veil").hidden = state === "live" && pictureSeen;
     $("veil").dataset.state = state;
     setText($("veil-text"), waitingForPicture ? "Waiting for the first picture…"
-        : state === "waiting" ? `${text}. Trying again in ${left_s.toFixed(0)} s.` : state === "connecting" ? "Connecting…" : text);
+        : state === "waiting" ? `${text}. Trying again in ${left_s} s.` : state === "connecting" ? "Connecting…" : text);
     $("retry").hidden = state !== "waiting";
     $("token").hidden = state !== "locked";
     document.body.classList.toggle("offline", state !== "live");

@@ -12,7 +12,7 @@ const kViews = [
     ["rsm-flux", "RSM flux", "Reflective shadow map: derived flux"], ["solid", "Solid", "Photometric solid over the picture"],
 ];
 const kLightViews = ["mask", "rsm-depth", "rsm-normal", "rsm-flux", "solid"];    // these show one light
-const kSamples = {default: [64, 256, 1024, 2048, 4096], seed: [100, 400, 1024]};
+const kSamples = {default: [64, 256, 1024, 2048, 4096], seed: [100, 400, 1024], "seed-disk": [100, 400, 1024]};
 
 export function viewTabs(store, node) {
     const view = property(store, () => "view", () => store.state.view,
@@ -53,7 +53,7 @@ export function picturePanel(store, node, cameraHand) {
     gain.node.title = "Of the indirect view";
     const technique = select(property(store, () => "technique", () => store.state.technique,
         (name) => ({set_technique: {technique: name}})),
-    {label: "Technique", options: () => [["default", "Default"], ["seed", "Seed"]]});
+    {label: "Technique", options: () => [["default", "Default"], ["seed", "Seed"], ["seed-disk", "Seed, disk"]]});
     const samples = select(property(store, () => "samples", () => store.state.samples?.toString(),
         (count) => ({set_technique: {technique: store.state.technique, samples: Number(count)}})),
     {label: "Samples", options: () => {

@@ -3,6 +3,7 @@
 import {h, setText, formatLarge} from "./dom.js";
 import {property, select} from "./controls.js";
 import {polarDiagram} from "./polar.js";
+import {sentence} from "./toast.js";
 
 const kMaxBytes = 1 << 20;
 
@@ -38,7 +39,7 @@ export class ProfilePanel {
         const legend = h("p", {class: "legend"}, h("i", {class: "solid"}), "C0–180", h("i", {class: "dashed"}), "C90–270");
         this.#zone = h("section", {id: "profile", "aria-label": "Profile"}, h("h3", {}, "Profile"),
             h("div", {class: "row"}, this.#select.node, this.#button, this.#input),
-            this.#error, this.#warnings, this.#diagram, h("div", {class: "row wrap"}, this.#figures, h("span", {class: "grow"}), legend));
+            this.#error, this.#warnings, this.#diagram, h("div", {class: "row wrap"}, this.#figures, legend));
         this.#acceptDrops();
         // A restarted server may know another profile by the same name.
         connection.addEventListener("ready", () => { this.#asked = ""; });
@@ -113,8 +114,9 @@ export class ProfilePanel {
         }
     }
 
-    #refuse(file, {code, field, value, message}) {
-        this.#error.replaceChildren(h("strong", {}, `${file} was not taken`), h("p", {}, message || code),
+    #refuse(file, result) {
+        const {code, field, value} = result;
+        this.#error.replaceChildren(h("strong", {}, `${file} was not taken`), h("p", {}, sentence(result)),
             h("p", {class: "faint"}, [code, field, value].filter(Boolean).join(" · ")));
         this.#error.hidden = false;
     }

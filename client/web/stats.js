@@ -69,7 +69,10 @@ export function statsStrip(store, video, connection, node, format, report) {
     setInterval(() => {
         const now = performance.now();
         frames = frames.filter((time_ms) => now - time_ms < kWindowMs);
-        setText(fps, frames.length || !last ? String(frames.length) : "idle");
+        const idle = last !== null && frames.length === 0;
+        setText(fps, idle ? "idle" : String(frames.length));
+        setText(fps.nextSibling, idle ? "" : "fps");
+        node.dataset.mode = video.mode;    // without H.264 only the revision is known
         setText(gaps, String(video.gaps));
         gaps.parentNode.classList.toggle("bad", video.gaps > 0);
         if (!last) return;
@@ -82,7 +85,6 @@ export function statsStrip(store, video, connection, node, format, report) {
             setText(size, formatNumber(last.bytes / 1000, 1));
             setText(rev, String(last.scene_rev));
         } else {
-            for (const value of [render, encode, size]) setText(value, "–");
             setText(rev, String(store.state?.scene_rev ?? "–"));
         }
         const name = {h264: "H.264", mjpeg: "MJPEG", still: "Stills"}[video.mode];
@@ -90,15 +92,17 @@ export function statsStrip(store, video, connection, node, format, report) {
     }, kRefreshMs);
 }
 
+// Asked for over the connection, so that a token is needed nowhere else.
 async function saveStill(store, connection) {
-    try {
-        const response = await fetch("/v1/frame.png", {cache: "no-store"});
-        if (!response.ok) throw new Error(`the server answered ${response.status}`);
-        const url = URL.createObjectURL(await response.blob());
-        const scene = (store.state?.scene ?? "scene").split("/").at(-1).replace(/\.\w+$/, "");
-        h("a", {href: url, download: `${scene}-${store.state?.view}-${store.state?.scene_rev}.png`}).click();
-        setTimeout(() => URL.revokeObjectURL(url), 10000);
-    } catch (error) {
-        connection.dispatchEvent(new CustomEvent("refused", {detail: {code: "not_saved", message: `The still was not saved: ${error.message}`}}));
+    const reply = await connection.request({capture: {format: "png"}}).catch(() => ({}));
+    if (!reply.capture) {
+        const detail = reply.result ?? {code: "disconnected", message: "The still was not saved: there is no connection."};
+        connection.dispatchEvent(new CustomEvent("refused", {detail}));
+        return;
     }
+    const bytes = Uint8Array.from(atob(reply.capture.image), (letter) => letter.charCodeAt(0));
+    const url = URL.createObjectURL(new Blob([bytes], {type: "image/png"}));
+    const scene = (store.state?.scene ?? "scene").split("/").at(-1).replace(/\.\w+$/, "");
+    h("a", {href: url, download: `${scene}-${store.state?.view}-${reply.capture.scene_rev}.png`}).click();
+    setTimeout(() => URL.revokeObjectURL(url), 10000);
 }

@@ -4,13 +4,24 @@ import {h, setText} from "./dom.js";
 
 const kShownMs = 8000;
 
+// A Result as a sentence: "must be …" gets its field as the subject, a place in a file goes in front.
+export function sentence({code, field = "", message = ""}) {
+    if (!message) return code.replaceAll("_", " ");
+    const name = field.split(".").at(-1).replace(/_(m|rad|ratio|rgb|px)$/, "").replaceAll("_", " ");
+    const text = /^must /.test(message) && name ? `${name} ${message}` : message;
+    const place = /^line \d+/i.test(field) && !message.toLowerCase().includes(field.toLowerCase()) ? `${field}: ` : "";
+    const whole = place + text;
+    return whole[0].toUpperCase() + whole.slice(1) + (/[.!?]$/.test(whole) ? "" : ".");
+}
+
 export class Toasts {
     #node;
     #current = new Map();    // code and field -> {node, count, times, timer}
 
     constructor(node) { this.#node = node; }
 
-    show({code, field = "", value = "", message = ""}) {
+    show(result) {
+        const {code, field = "", value = ""} = result;
         const key = `${code}\n${field}`;
         let toast = this.#current.get(key);
         if (!toast) {
@@ -22,7 +33,7 @@ export class Toasts {
             this.#node.append(node);
         }
         toast.count++;
-        setText(toast.text, message || "The server refused the change.");
+        setText(toast.text, sentence(result));
         setText(toast.detail, [code, field, value].filter(Boolean).join(" · "));
         setText(toast.times, toast.count > 1 ? `×${toast.count}` : "");
         clearTimeout(toast.timer);

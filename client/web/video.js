@@ -6,6 +6,8 @@ const kHeaderBytes = 32;
 const kMaxDecoderErrors = 3;     // within kErrorWindowMs, then MJPEG
 const kErrorWindowMs = 10000;
 const kStillMinIntervalMs = 250;
+const kMjpegRetryMs = 1000;
+const kMjpegWatchMs = 200;
 
 // The header of protocol/frame_header.h; null where the message is no video frame of a known version.
 export function parseFrameHeader(buffer) {
@@ -37,6 +39,8 @@ export class Video extends EventTarget {
     #needKey = true;
     #errors = [];
     #stillTimer = 0;
+    #imageErrors = 0;
+    #watch = 0;
 
     constructor(connection, canvas, image) {
         super();
@@ -50,7 +54,7 @@ export class Video extends EventTarget {
         connection.addEventListener("video", (event) => this.#receive(event.detail));
         connection.addEventListener("changed", () => { if (this.mode === "still") this.#fetchStill(); });
         connection.addEventListener("status", (event) => { if (event.detail.state === "waiting") this.#pause(); });
-        image.addEventListener("error", () => { if (this.mode === "mjpeg" && connection.live) this.#setMode("still"); });
+        image.addEventListener("error", () => this.#imageFailed());
         image.addEventListener("load", () => this.#imageLoaded());
     }
 
@@ -64,7 +68,10 @@ export class Video extends EventTarget {
         if (config) this.#config = config;
         this.#canvas.hidden = this.mode !== "h264";
         this.#image.hidden = this.mode === "h264";
-        if (this.mode === "mjpeg") this.#image.src = `/v1/mjpeg?${Date.now()}`;
+        if (this.mode === "mjpeg") {
+            this.#image.src = `/v1/mjpeg?${Date.now()}`;
+            this.#watchStream();
+        }
         else if (this.mode === "still") this.#fetchStill();
         else this.#configure();
     }
@@ -167,13 +174,40 @@ export class Video extends EventTarget {
 
     #fetchStill() {
         if (this.#stillTimer) return;
-        this.#stillTimer = setTimeout(() => {
+        this.#stillTimer = setTimeout(async () => {
             this.#stillTimer = 0;
-            this.#image.src = `/v1/frame.png?${Date.now()}`;
+            // Not as the image's own address: a token travels in a header only.
+            const headers = this.#connection.token ? {Authorization: `Bearer ${this.#connection.token}`} : {};
+            const response = await fetch("/v1/frame.png", {cache: "no-store", headers}).catch(() => null);
+            if (!response?.ok || this.mode !== "still") return;
+            const old = this.#image.src;
+            this.#image.src = URL.createObjectURL(await response.blob());
+            if (old.startsWith("blob:")) URL.revokeObjectURL(old);
         }, kStillMinIntervalMs);
     }
 
+    // An endless image never fires "load" in some browsers: the first part is seen by its size.
+    #watchStream() {
+        clearInterval(this.#watch);
+        this.#watch = setInterval(() => {
+            if (this.mode === "mjpeg" && this.#image.naturalWidth === 0) return;
+            clearInterval(this.#watch);
+            if (this.mode === "mjpeg" && this.framesDecoded === 0) this.#imageLoaded();
+        }, kMjpegWatchMs);
+    }
+
+    // A stream also ends when the server goes: only one that fails on a living connection is given up, at the second try.
+    #imageFailed() {
+        if (this.mode !== "mjpeg") return;
+        setTimeout(() => {
+            if (this.mode !== "mjpeg" || !this.#connection.live) return;
+            if (++this.#imageErrors >= 2) this.#setMode("still");
+            else this.#start(null);
+        }, kMjpegRetryMs);
+    }
+
     #imageLoaded() {
+        this.#imageErrors = 0;
         this.framesDecoded++;
         this.#emit("shown", {scene_rev: 0, final: true, bytes: 0});
     }

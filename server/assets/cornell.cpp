@@ -26,7 +26,7 @@ glm::dvec3 knot(double u, double v) {
     // The direction away from the torus' core circle is periodic in u, so the frame closes without a seam.
     const glm::dvec3 core(major * std::cos(2.0 * t), major * std::sin(2.0 * t), 0.0);
     const glm::dvec3 out = glm::normalize(here - core - along * glm::dot(here - core, along));
-    const glm::dvec3 side = glm::cross(along, out);
+    const glm::dvec3 side = glm::cross(out, along);
     const double turn = v * kTau;
     const double radius = rope * (1.0 + 0.22 * std::cos(lobes * turn + turns * t));
     return here + radius * (std::cos(turn) * out + std::sin(turn) * side);
@@ -65,7 +65,7 @@ std::shared_ptr<const SceneAsset> make_cornell() {
     Mesh low, tall;
     add_box(low, {-half, 0.0, -half}, {half, kBlock, half}, kNoBottom);
     add_box(tall, {-half, 0.0, -half}, {half, 2.0 * kBlock, half}, kNoBottom);
-    const glm::dmat4 low_place = standing(0.68, 0.55, -17.0);
+    const glm::dmat4 low_place = standing(0.68, 0.4, -17.0);
     add_instance(*scene, add_mesh(*scene, std::move(low), white), "low block", low_place);
     add_instance(*scene, add_mesh(*scene, std::move(tall), white), "tall block", standing(-0.75, -0.75, 19.0));
 
@@ -80,15 +80,15 @@ std::shared_ptr<const SceneAsset> make_cornell() {
     add_instance(*scene, add_mesh(*scene, std::move(canopy), white), "canopy");
 
     LightSeed light;
-    light.name = "downlight";
-    light.position = {0.0, kHeight - 0.12, 0.2};
+    light.name = "luminaire";
+    light.position = {0.0, kHeight - 0.12, 0.6};
     // Node frame: -Z aims at -Y and C0 stays on +X.
     light.world_from_light = glm::angleAxis(-std::numbers::pi / 2.0, glm::dvec3(1.0, 0.0, 0.0));
-    if (auto profile = builtin_profile("downlight")) light.profile = *profile;
+    if (auto profile = builtin_profile("batwing")) light.profile = *profile;
     scene->lights.push_back(std::move(light));
 
     scene->cameras.push_back({{0.0, 2.0, 7.75}, {0.0, 2.0, 0.0}, 0.69});
-    scene->exposure_ev100 = 5.0;
+    scene->exposure_ev100 = 5.3;
     measure(*scene);
     return scene;
 }

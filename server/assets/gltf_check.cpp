@@ -8,156 +8,12 @@
 #include <vector>
 
 #include "server/assets/assets.h"
+#include "server/assets/gltf_rules.h"
 
 namespace gonio {
 namespace {
 
 using Json = nlohmann::json;
-
-enum class Kind : std::uint8_t { array, object, text, boolean, number, numbers, size, index };
-
-struct Rule {
-    const char* pattern;         // JSON pointer; "*" stands for every element of an array or member of an object
-    Kind kind;
-    bool required = false;       // the last member must be there wherever its parent is
-    const char* target = "";     // index: pointer of the array that it indexes
-    std::size_t length = 0;      // numbers: how many
-};
-
-// glTF 2.0, section 5 ("Properties Reference"), as far as the importer reads it. Parents come before children.
-constexpr auto kRules = std::to_array<Rule>({
-    {"/scene", Kind::index, false, "/scenes"},
-    {"/scenes", Kind::array},
-    {"/scenes/*", Kind::object},
-    {"/scenes/*/nodes", Kind::array},
-    {"/scenes/*/nodes/*", Kind::index, false, "/nodes"},
-    {"/nodes", Kind::array},
-    {"/nodes/*", Kind::object},
-    {"/nodes/*/name", Kind::text},
-    {"/nodes/*/children", Kind::array},
-    {"/nodes/*/children/*", Kind::index, false, "/nodes"},
-    {"/nodes/*/mesh", Kind::index, false, "/meshes"},
-    {"/nodes/*/camera", Kind::index, false, "/cameras"},
-    {"/nodes/*/matrix", Kind::numbers, false, "", 16},
-    {"/nodes/*/translation", Kind::numbers, false, "", 3},
-    {"/nodes/*/rotation", Kind::numbers, false, "", 4},
-    {"/nodes/*/scale", Kind::numbers, false, "", 3},
-    {"/nodes/*/extensions", Kind::object},
-    {"/nodes/*/extensions/KHR_lights_punctual", Kind::object},
-    {"/nodes/*/extensions/KHR_lights_punctual/light", Kind::index, true, "/extensions/KHR_lights_punctual/lights"},
-    {"/nodes/*/extensions/EXT_lights_ies", Kind::object},
-    {"/nodes/*/extensions/EXT_lights_ies/light", Kind::index, true, "/extensions/EXT_lights_ies/lights"},
-    {"/nodes/*/extensions/EXT_lights_ies/multiplier", Kind::number},
-    {"/nodes/*/extensions/EXT_lights_ies/color", Kind::numbers, false, "", 3},
-    {"/extensions", Kind::object},
-    {"/extensions/KHR_lights_punctual", Kind::object},
-    {"/extensions/KHR_lights_punctual/lights", Kind::array, true},
-    {"/extensions/KHR_lights_punctual/lights/*", Kind::object},
-    {"/extensions/KHR_lights_punctual/lights/*/type", Kind::text, true},
-    {"/extensions/KHR_lights_punctual/lights/*/name", Kind::text},
-    {"/extensions/KHR_lights_punctual/lights/*/color", Kind::numbers, false, "", 3},
-    {"/extensions/KHR_lights_punctual/lights/*/intensity", Kind::number},
-    {"/extensions/KHR_lights_punctual/lights/*/range", Kind::number},
-    {"/extensions/KHR_lights_punctual/lights/*/spot", Kind::object},
-    {"/extensions/KHR_lights_punctual/lights/*/spot/innerConeAngle", Kind::number},
-    {"/extensions/KHR_lights_punctual/lights/*/spot/outerConeAngle", Kind::number},
-    {"/extensions/EXT_lights_ies", Kind::object},
-    {"/extensions/EXT_lights_ies/lights", Kind::array, true},
-    {"/extensions/EXT_lights_ies/lights/*", Kind::object},
-    {"/extensions/EXT_lights_ies/lights/*/uri", Kind::text},
-    {"/extensions/EXT_lights_ies/lights/*/name", Kind::text},
-    {"/extensions/EXT_lights_ies/lights/*/mimeType", Kind::text},
-    {"/extensions/EXT_lights_ies/lights/*/bufferView", Kind::index, false, "/bufferViews"},
-    {"/meshes", Kind::array},
-    {"/meshes/*", Kind::object},
-    {"/meshes/*/primitives", Kind::array, true},
-    {"/meshes/*/primitives/*", Kind::object},
-    {"/meshes/*/primitives/*/attributes", Kind::object, true},
-    {"/meshes/*/primitives/*/attributes/*", Kind::index, false, "/accessors"},
-    {"/meshes/*/primitives/*/indices", Kind::index, false, "/accessors"},
-    {"/meshes/*/primitives/*/material", Kind::index, false, "/materials"},
-    {"/meshes/*/primitives/*/mode", Kind::size},
-    {"/meshes/*/primitives/*/targets", Kind::array},
-    {"/meshes/*/primitives/*/targets/*", Kind::object},
-    {"/meshes/*/primitives/*/targets/*/*", Kind::index, false, "/accessors"},
-    {"/accessors", Kind::array},
-    {"/accessors/*", Kind::object},
-    {"/accessors/*/bufferView", Kind::index, false, "/bufferViews"},
-    {"/accessors/*/byteOffset", Kind::size},
-    {"/accessors/*/componentType", Kind::size, true},
-    {"/accessors/*/count", Kind::size, true},
-    {"/accessors/*/type", Kind::text, true},
-    {"/accessors/*/normalized", Kind::boolean},
-    {"/accessors/*/sparse", Kind::object},
-    {"/accessors/*/sparse/count", Kind::size, true},
-    {"/accessors/*/sparse/indices", Kind::object, true},
-    {"/accessors/*/sparse/indices/bufferView", Kind::index, true, "/bufferViews"},
-    {"/accessors/*/sparse/indices/byteOffset", Kind::size},
-    {"/accessors/*/sparse/indices/componentType", Kind::size, true},
-    {"/accessors/*/sparse/values", Kind::object, true},
-    {"/accessors/*/sparse/values/bufferView", Kind::index, true, "/bufferViews"},
-    {"/accessors/*/sparse/values/byteOffset", Kind::size},
-    {"/bufferViews", Kind::array},
-    {"/bufferViews/*", Kind::object},
-    {"/bufferViews/*/buffer", Kind::index, true, "/buffers"},
-    {"/bufferViews/*/byteOffset", Kind::size},
-    {"/bufferViews/*/byteLength", Kind::size, true},
-    {"/bufferViews/*/byteStride", Kind::size},
-    {"/buffers", Kind::array},
-    {"/buffers/*", Kind::object},
-    {"/buffers/*/uri", Kind::text},
-    {"/buffers/*/byteLength", Kind::size, true},
-    {"/images", Kind::array},
-    {"/images/*", Kind::object},
-    {"/images/*/uri", Kind::text},
-    {"/images/*/bufferView", Kind::index, false, "/bufferViews"},
-    {"/samplers", Kind::array},
-    {"/samplers/*", Kind::object},
-    {"/samplers/*/wrapS", Kind::size},
-    {"/samplers/*/wrapT", Kind::size},
-    {"/textures", Kind::array},
-    {"/textures/*", Kind::object},
-    {"/textures/*/source", Kind::index, false, "/images"},
-    {"/textures/*/sampler", Kind::index, false, "/samplers"},
-    {"/materials", Kind::array},
-    {"/materials/*", Kind::object},
-    {"/materials/*/name", Kind::text},
-    {"/materials/*/alphaMode", Kind::text},
-    {"/materials/*/alphaCutoff", Kind::number},
-    {"/materials/*/doubleSided", Kind::boolean},
-    {"/materials/*/emissiveFactor", Kind::numbers, false, "", 3},
-    {"/materials/*/emissiveTexture", Kind::object},
-    {"/materials/*/emissiveTexture/index", Kind::index, true, "/textures"},
-    {"/materials/*/emissiveTexture/texCoord", Kind::size},
-    {"/materials/*/normalTexture", Kind::object},
-    {"/materials/*/normalTexture/index", Kind::index, true, "/textures"},
-    {"/materials/*/occlusionTexture", Kind::object},
-    {"/materials/*/occlusionTexture/index", Kind::index, true, "/textures"},
-    {"/materials/*/pbrMetallicRoughness", Kind::object},
-    {"/materials/*/pbrMetallicRoughness/baseColorFactor", Kind::numbers, false, "", 4},
-    {"/materials/*/pbrMetallicRoughness/metallicRoughnessTexture", Kind::object},
-    {"/materials/*/pbrMetallicRoughness/metallicRoughnessTexture/index", Kind::index, true, "/textures"},
-    {"/materials/*/pbrMetallicRoughness/baseColorTexture", Kind::object},
-    {"/materials/*/pbrMetallicRoughness/baseColorTexture/index", Kind::index, true, "/textures"},
-    {"/materials/*/pbrMetallicRoughness/baseColorTexture/texCoord", Kind::size},
-    {"/materials/*/pbrMetallicRoughness/baseColorTexture/extensions", Kind::object},
-    {"/materials/*/pbrMetallicRoughness/baseColorTexture/extensions/KHR_texture_transform", Kind::object},
-    {"/materials/*/pbrMetallicRoughness/baseColorTexture/extensions/KHR_texture_transform/offset", Kind::numbers, false,
-     "", 2},
-    {"/materials/*/pbrMetallicRoughness/baseColorTexture/extensions/KHR_texture_transform/scale", Kind::numbers, false,
-     "", 2},
-    {"/materials/*/pbrMetallicRoughness/baseColorTexture/extensions/KHR_texture_transform/rotation", Kind::number},
-    {"/materials/*/pbrMetallicRoughness/baseColorTexture/extensions/KHR_texture_transform/texCoord", Kind::size},
-    {"/materials/*/extensions", Kind::object},
-    {"/materials/*/extensions/KHR_materials_emissive_strength", Kind::object},
-    {"/materials/*/extensions/KHR_materials_emissive_strength/emissiveStrength", Kind::number},
-    {"/cameras", Kind::array},
-    {"/cameras/*", Kind::object},
-    {"/cameras/*/type", Kind::text, true},
-    {"/cameras/*/perspective", Kind::object},
-    {"/cameras/*/perspective/yfov", Kind::number, true},
-    {"/cameras/*/orthographic", Kind::object},
-});
 
 std::string shown(const Json& value) {
     std::string text = value.dump(-1, ' ', false, Json::error_handler_t::replace);
@@ -188,13 +44,13 @@ class Checker {
 public:
     explicit Checker(const Json& document) : document_(document) {}
 
-    std::optional<Error> check(const Rule& rule) const {
+    std::optional<Error> check(const GltfRule& rule) const {
         return visit(document_, std::string_view(rule.pattern).substr(1), "", rule);
     }
 
 private:
     std::optional<Error> visit(const Json& at, std::string_view pattern, const std::string& where,
-                               const Rule& rule) const {
+                               const GltfRule& rule) const {
         const std::size_t slash = pattern.find('/');
         const std::string_view head = pattern.substr(0, slash);
         const bool last = slash == std::string_view::npos;
@@ -221,27 +77,27 @@ private:
         return std::nullopt;
     }
 
-    std::optional<Error> test(const Json& value, const std::string& where, const Rule& rule) const {
+    std::optional<Error> test(const Json& value, const std::string& where, const GltfRule& rule) const {
         const auto expect = [&](bool good, const char* message) -> std::optional<Error> {
             if (good) return std::nullopt;
             return bad(where, value, message);
         };
         switch (rule.kind) {
-            case Kind::array: return expect(value.is_array(), "an array is expected here");
-            case Kind::object: return expect(value.is_object(), "an object is expected here");
-            case Kind::text: return expect(value.is_string(), "a string is expected here");
-            case Kind::boolean: return expect(value.is_boolean(), "true or false is expected here");
-            case Kind::number: return expect(value.is_number(), "a number is expected here");
-            case Kind::numbers:
+            case RuleKind::array: return expect(value.is_array(), "an array is expected here");
+            case RuleKind::object: return expect(value.is_object(), "an object is expected here");
+            case RuleKind::text: return expect(value.is_string(), "a string is expected here");
+            case RuleKind::boolean: return expect(value.is_boolean(), "true or false is expected here");
+            case RuleKind::number: return expect(value.is_number(), "a number is expected here");
+            case RuleKind::numbers:
                 if (value.is_array() && value.size() == rule.length && all_numbers(value)) return std::nullopt;
                 return bad(where, value, "an array of " + std::to_string(rule.length) + " numbers is expected here");
-            case Kind::size:
+            case RuleKind::size:
                 if (!value.is_number_unsigned()) return bad(where, value, "a non-negative integer is expected here");
                 if (value.get<std::uint64_t>() > 0x7fffffffu) {
                     return Error{"out_of_bounds", where, shown(value), "this number is too large"};
                 }
                 return std::nullopt;
-            case Kind::index: {
+            case RuleKind::index: {
                 if (!value.is_number_integer()) return bad(where, value, "an index is expected here");
                 const auto target = Json::json_pointer(rule.target);
                 const std::size_t count =
@@ -487,7 +343,7 @@ std::optional<Error> check_json_size(std::string_view text) {
 std::optional<Error> check_gltf(const Json& document, bool has_binary_chunk) {
     if (auto error = check_header(document)) return error;
     const Checker checker(document);
-    for (const Rule& rule : kRules) {
+    for (const GltfRule& rule : kGltfRules) {
         if (auto error = checker.check(rule)) return error;
     }
     if (auto error = check_buffers(document, has_binary_chunk)) return error;

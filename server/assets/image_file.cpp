@@ -18,9 +18,13 @@ Result<Image> decode_image(std::span<const std::byte> bytes, const std::string& 
     OIIO::Filesystem::IOMemReader source(const_cast<std::byte*>(bytes.data()), bytes.size());
     OIIO::ImageSpec config;
     config.attribute("oiio:UnassociatedAlpha", 1);
-    const auto input = OIIO::ImageInput::open(png ? "image.png" : "image.jpg", &config, &source);
-    if (!input) return Error{"bad_image", where, "", "the image cannot be decoded: " + OIIO::geterror()};
-    const OIIO::ImageSpec& spec = input->spec();
+    const auto input = OIIO::ImageInput::create(png ? "png" : "jpeg");
+    if (!input) return Error{"unsupported", where, png ? "PNG" : "JPEG", "OpenImageIO was built without this format"};
+    input->set_ioproxy(&source);
+    OIIO::ImageSpec spec;
+    if (!input->open(png ? "image.png" : "image.jpg", spec, config)) {
+        return Error{"bad_image", where, "", "the image cannot be decoded: " + input->geterror()};
+    }
     const std::string size = std::to_string(spec.width) + "x" + std::to_string(spec.height);
     if (spec.width <= 0 || spec.height <= 0 || spec.nchannels < 1 || spec.nchannels > 4) {
         return Error{"bad_image", where, size, "the image has no pixels or an odd number of channels"};

@@ -2,6 +2,10 @@
 // sessions.h only.
 #pragma once
 
+#if defined(BOOST_ASIO_DETAIL_CONFIG_HPP) || defined(BOOST_BEAST_CORE_DETAIL_CONFIG_HPP)
+#error "Include server/net/sessions.h before any header of Boost: else the library is compiled twice, differently."
+#endif
+
 #define BOOST_ASIO_SEPARATE_COMPILATION
 #define BOOST_BEAST_SEPARATE_COMPILATION
 

@@ -1,3 +1,5 @@
+#include "server/net/sessions.h"
+
 #include <spdlog/spdlog.h>
 
 #include <algorithm>
@@ -7,7 +9,6 @@
 #include <boost/beast/http/write.hpp>
 #include <boost/beast/websocket/rfc6455.hpp>
 
-#include "server/net/sessions.h"
 
 namespace gonio {
 namespace {

@@ -17,6 +17,7 @@ public:
     explicit SharedMessage(v1::ServerMessage message) : message_(std::move(message)) {}
     // Result: the WebSocket message: for proto with the leading kind byte.
     std::shared_ptr<const std::string> bytes(Encoding encoding) const;
+    const v1::ServerMessage& message() const { return message_; }
 
 private:
     v1::ServerMessage message_;

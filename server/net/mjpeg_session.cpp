@@ -1,8 +1,9 @@
 // multipart/x-mixed-replace: the picture for browsers without WebCodecs. Browsers show a part only when the header of
 // the next one has arrived, so that header is sent right behind each picture ("advance headers"), without a length.
+#include "server/net/sessions.h"
+
 #include <array>
 
-#include "server/net/sessions.h"
 
 namespace gonio {
 namespace {

@@ -1,10 +1,11 @@
+#include "server/net/sessions.h"
+
 #include <spdlog/spdlog.h>
 
 #include <boost/beast/websocket/stream.hpp>
 #include <deque>
 
 #include "protocol/frame_header.h"
-#include "server/net/sessions.h"
 #include "server/net/video_gate.h"
 
 namespace gonio {
@@ -71,7 +72,8 @@ public:
         if (identified_ && !ready_) send_ready();
     }
     void on_state_changed(const SharedMessage& message) override {
-        if (ready_ && wants_state_) push(message.bytes(encoding_), Kind::state_changed);
+        if (ready_ && wants_state_)
+            push(message.bytes(encoding_), Kind::state_changed, message.message().state_changed().scene_rev());
     }
     void on_video_config(const SharedMessage& message) override {
         if (!ready_ || !wants_video_) return;
@@ -113,6 +115,7 @@ private:
     struct Outgoing {
         std::shared_ptr<const std::string> bytes;  // of answer and state_changed
         Kind kind;
+        std::uint32_t scene_rev = 0;  // of state_changed
         bool is_state() const { return kind == Kind::state_changed || kind == Kind::whole_state; }
     };
 
@@ -203,10 +206,10 @@ private:
         push(SharedMessage(std::move(message)).bytes(encoding_));
     }
 
-    void push(std::shared_ptr<const std::string> bytes, Kind kind = Kind::answer) {
+    void push(std::shared_ptr<const std::string> bytes, Kind kind = Kind::answer, std::uint32_t scene_rev = 0) {
         if (closing_ || ended_) return;
         if (queue_.size() >= hub_.options.limits.queued_messages && !make_room(kind)) return;
-        queue_.push_back({std::move(bytes), kind});
+        queue_.push_back({std::move(bytes), kind, scene_rev});
         write_next();
     }
     // At the bound all waiting changes of the state become one message with the whole state, encoded when it is sent. A
@@ -245,6 +248,10 @@ private:
             });
         }
         outgoing_ = next.kind == Kind::whole_state ? whole_state() : std::move(next.bytes);
+        if (next.kind == Kind::whole_state && hub_.state)  // it contains changes that wait behind it
+            std::erase_if(queue_, [rev = hub_.state->scene_rev()](const Outgoing& o) {
+                return o.kind == Kind::state_changed && o.scene_rev <= rev;
+            });
         socket_.text(encoding_ == Encoding::json);
         socket_.async_write(asio::buffer(*outgoing_), [self = shared_from_this()](error_code error, std::size_t) {
             self->end_write(error);

@@ -43,7 +43,7 @@ struct Builder {
         const Light& light = scene.lights[i];
         LightGpu& gpu = *in.lights[i];
         const int layer = static_cast<int>(i);
-        const PassContext context = this->context;  // passes outlive the builder
+        const PassContext shared = context;  // by value: passes outlive the builder
         const SlotRef gbuffer = per_target(Slot::gbuffer), shadow = per_light(Slot::shadow, light.id), rsm = per_light(Slot::rsm, light.id),
                       mask = per_light(Slot::mask, light.id), vpl = per_light(Slot::vpl, light.id);
         const auto named = [&](Pass& pass) -> Pass& {
@@ -55,23 +55,23 @@ struct Builder {
         };
         const unsigned shadow_faces = faces(gpu.shadow_faces), rsm_faces = faces(gpu.rsm_faces);
         Pass& shadow_pass = named(add("shadow", shadow, {}, {light.position_rev, scene.geometry_rev, static_cast<std::uint64_t>(gpu.shadow_size)},
-                                      [=, &light, &gpu] { return run_shadow(context, light, gpu, shadow_faces); }));
+                                      [=, &light, &gpu] { return run_shadow(shared, light, gpu, shadow_faces); }));
         shadow_pass.stale |= shadow_faces != 0;
         Pass& rsm_pass = named(add("rsm", rsm, {}, {light.position_rev, scene.geometry_rev},
-                                   [=, &light, &gpu] { return run_rsm(context, light, gpu, rsm_faces); }));
+                                   [=, &light, &gpu] { return run_rsm(shared, light, gpu, rsm_faces); }));
         rsm_pass.stale |= rsm_faces != 0;
-        named(add("mask", mask, {}, {light.profile_rev, light.aim_rev}, [=, &light, &gpu] { return run_mask(context, light, gpu); }));
-        Pass& vpl_pass = named(add("vpl", vpl, {rsm, mask}, {scene.samples}, [=, &gpu, samples = scene.samples] { return run_vpl(context, gpu, samples); }));
+        named(add("mask", mask, {}, {light.profile_rev, light.aim_rev}, [=, &light, &gpu] { return run_mask(shared, light, gpu); }));
+        Pass& vpl_pass = named(add("vpl", vpl, {rsm, mask}, {scene.samples}, [=, &gpu, samples = scene.samples] { return run_vpl(shared, gpu, samples); }));
         vpl_pass.absent = seed;
         named(add("direct", per_target(Slot::direct, light.id), {gbuffer, shadow},
                   {light.position_rev, light.aim_rev, light.profile_rev, static_cast<std::uint64_t>(layer)},
-                  [=, &light, &gpu] { return run_direct(context, light, gpu, layer); }));
+                  [=, &light, &gpu] { return run_direct(shared, light, gpu, layer); }));
         if (seed) {
             named(add("gather", per_target(Slot::gather, light.id), {gbuffer, rsm, mask}, {scene.samples, static_cast<std::uint64_t>(layer)},
-                      [=, &light, &gpu] { return run_gather_seed(context, light, gpu, layer); }));
+                      [=, &light, &gpu] { return run_gather_seed(shared, light, gpu, layer); }));
         } else {
             named(add("gather", per_target(Slot::gather, light.id), {gbuffer, vpl}, {light.position_rev, static_cast<std::uint64_t>(layer)},
-                      [=, &light, &gpu] { return run_gather(context, light, gpu, layer); }));
+                      [=, &light, &gpu] { return run_gather(shared, light, gpu, layer); }));
         }
     }
 

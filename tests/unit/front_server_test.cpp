@@ -114,7 +114,8 @@ TEST_F(FrontTest, ServesHealthAndPage) {
 TEST_F(FrontTest, ForeignHostsAndOriginsAreRefused) {
     start();
     const std::string port = std::to_string(front->port());
-    for (const std::string& good : {"localhost:" + port, "LOCALHOST", "127.0.0.1:9", "[::1]:" + port, "127.8.8.8"})
+    const std::string good_hosts[] = {"localhost:" + port, "LOCALHOST", "127.0.0.1:9", "[::1]:" + port, "127.8.8.8"};
+    for (const std::string& good : good_hosts)
         EXPECT_EQ(Client(front->port()).get("/healthz", "", good), 200) << good;
     for (const char* bad : {"evil.example", "evil.example:8080", "10.1.2.3", "localhost.evil.example", "["})
         EXPECT_EQ(Client(front->port()).get("/healthz", "", bad), 403) << bad;

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <iostream>
 #include <limits>
 #include <nlohmann/json.hpp>
 
@@ -81,12 +82,16 @@ TEST(IesCorpus, EveryMalformedFileBehavesAsExpected) {
             EXPECT_TRUE(action.find("accept") != std::string::npos) << name << " was accepted";
             const bool warned = std::any_of(read->diagnostics.begin(), read->diagnostics.end(),
                                             [](const Diagnostic& d) { return d.severity == "warning"; });
-            if (action.find("warn") != std::string::npos) EXPECT_TRUE(warned) << name;
-            if (action == "accept") EXPECT_FALSE(warned) << name << " " << (read->diagnostics.empty() ? "" : read->diagnostics[0].code);
+            if (action.find("warn") != std::string::npos) {
+                EXPECT_TRUE(warned) << name;
+            } else if (action == "accept") {
+                EXPECT_FALSE(warned) << name;
+            }
             Deviation unused;
             if (item["reference"].contains("flux_lm")) compare(name, *read, item["reference"], unused);
         }
-        if (::testing::UnitTest::GetInstance()->current_test_info()->result()->total_part_count() == failures) ++as_expected;
+        if (::testing::UnitTest::GetInstance()->current_test_info()->result()->total_part_count() == failures)
+            ++as_expected;
     }
     std::cout << as_expected << " of " << expected.size() << " malformed files behave as expected\n";
 }

@@ -1,0 +1,32 @@
+// The worker that reads files off the render thread: scenes, photometry; and encodes captured pictures.
+#pragma once
+
+#include <functional>
+#include <thread>
+
+#include "server/queue.h"
+
+namespace gonio {
+
+// One thread, jobs in order. Jobs hold value copies and hand their results to a queue. At kMaxLoaderJobs waiting jobs,
+// submit returns false.
+inline constexpr std::size_t kMaxLoaderJobs = 64;
+
+class Loader {
+public:
+    Loader() : thread_([this] { work(); }) {}
+    ~Loader() {
+        jobs_.close();
+        thread_.join();
+    }
+    bool submit(std::function<void()> job) { return jobs_.push(std::move(job)); }
+
+private:
+    void work() {
+        while (auto job = jobs_.pop()) (*job)();
+    }
+    Queue<std::function<void()>> jobs_{kMaxLoaderJobs};
+    std::thread thread_;
+};
+
+}  // namespace gonio

@@ -1,0 +1,84 @@
+// The stage: what runs on the render thread between the queue and the renderer. Owns the scene and the renderer, applies
+// commands, answers queries, and says when a frame is due. No sockets and no encoder: it speaks through Outputs.
+#pragma once
+
+#include <deque>
+#include <functional>
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "protocol/gonio.pb.h"
+#include "server/loader.h"
+#include "server/queue.h"
+#include "server/render/renderer.h"
+#include "server/scene/apply.h"
+#include "server/stream/encoder.h"
+
+namespace gonio {
+
+// One item of the render thread's queue.
+struct Work {
+    std::uint32_t session = 0;
+    v1::ClientMessage message;
+    Loaded loaded;                 // set when the loader has read the message's files
+    std::optional<Error> failure;  // why it could not
+    bool read = false;             // the loader has been there
+};
+
+inline constexpr std::size_t kMaxWork = 1024;      // messages waiting for the render thread; beyond it: "busy"
+inline constexpr std::size_t kMaxReports = 256;    // frame reports kept for `report --rev`
+inline constexpr std::size_t kMaxWaiting = 64;     // report queries waiting for their frame; beyond it: "busy"
+
+struct StageOutputs {
+    std::function<void(std::uint32_t session, v1::ServerMessage)> reply;
+    std::function<void(v1::State, v1::StateChanged)> state;
+    std::function<void(Picture)> picture;           // a new picture left the GPU
+    std::function<v1::Stats()> counters;            // what the stream side counts
+};
+
+class Stage {
+public:
+    Stage(std::unique_ptr<Renderer> renderer, Scene scene, std::string renderer_name, Queue<Work>& queue, Loader& loader, StageOutputs outputs);
+
+    // Takes one message: answers it, applies it, or sends it to the loader first.
+    void take(Work work);
+    // Whether the picture is older than the scene, or somebody waits for a report.
+    bool frame_wanted() const { return rendered_rev_ != scene_.scene_rev; }
+    bool report_wanted() const { return !waiting_.empty(); }
+    // Starts a frame of the scene as it stands now.
+    void begin_frame(std::int64_t drained_ns);
+    // Publishes frames that have left the GPU; `wait` blocks for the newest. Result: whether any was published.
+    bool finish_frames(bool wait);
+    bool frames_in_flight() const { return renderer_->frames_in_flight() > 0; }
+    const Scene& scene() const { return scene_; }
+
+private:
+    struct Waiting {
+        std::uint32_t session, request_id, rev;
+    };
+    void apply_command(const Work& work);
+    bool needs_files(const v1::Command& command) const;
+    void read_files(Work work);
+    void answer_meter(const Work& work);
+    void answer_capture(const Work& work);
+    void answer_report(const Work& work);
+    void answer_profile(const Work& work);
+    void answer_stats(const Work& work);
+    void refuse(const Work& work, const Error& error);
+    void answer(const Work& work, v1::ServerMessage message);
+
+    std::unique_ptr<Renderer> renderer_;
+    Scene scene_;
+    std::string renderer_name_;
+    Queue<Work>& queue_;
+    Loader& loader_;
+    StageOutputs out_;
+    Revision rendered_rev_ = 0;
+    std::deque<v1::FrameReport> reports_;
+    std::vector<Waiting> waiting_;
+    std::uint32_t frames_rendered_ = 0, captures_ = 0, refused_ = 0;
+};
+
+}  // namespace gonio

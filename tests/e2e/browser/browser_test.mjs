@@ -1,0 +1,372 @@
+// The page in headless Chromium against a real goniod.
+//   node browser_test.mjs GONIOD_BINARY [SCREENSHOT.png]
+// Exit code 0: all held; 1: something did not; 77: Chromium or playwright-core are missing.
+
+import {spawn} from "node:child_process";
+import {existsSync} from "node:fs";
+
+const kChromium = process.env.GONIO_CHROMIUM ?? "/usr/bin/chromium";
+const kArguments = ["--no-sandbox", "--disable-gpu", "--disable-quic", "--no-first-run",
+    "--disable-background-networking", "--disable-component-update", "--disable-sync"];
+const kTimeoutMs = 30000;
+
+const [binary, screenshot] = process.argv.slice(2);
+if (!binary) {
+    console.error("usage: node browser_test.mjs GONIOD_BINARY [SCREENSHOT.png]");
+    process.exit(1);
+}
+const playwright = await import("playwright-core").catch(() => null);
+if (!playwright || !existsSync(kChromium)) {
+    console.log(`skipped: ${playwright ? kChromium : "playwright-core"} is missing`);
+    process.exit(77);
+}
+
+const kMalformed = "IESNA:LM-63-2002\n[TEST] none\n[MANUFAC] nobody\nthis is no TILT line\n1 2 3\n";
+// Absolute photometry, rotationally symmetric, 5000 cd down to nothing at 40°.
+const kNarrow = ["IESNA:LM-63-2002", "[TEST] none", "[MANUFAC] Gonio tests", "[LUMCAT] NARROW", "[LUMINAIRE] narrow beam",
+    "TILT=NONE", "1 -1 1 7 1 1 2 0 0 0", "1 1 50", "0 10 20 30 40 60 90", "0", "5000 4000 1500 300 0 0 0", ""].join("\n");
+
+// ---------------------------------------------------------------------------------------------------- the server
+const children = new Set();
+process.on("exit", () => { for (const child of children) child.kill("SIGKILL"); });
+
+function startServer(listen) {
+    return new Promise((resolve, reject) => {
+        const child = spawn(binary, ["--listen", listen, "--scene", "cornell"], {stdio: ["ignore", "pipe", "pipe"]});
+        children.add(child);
+        let out = "", log = "";
+        const timer = setTimeout(() => reject(new Error(`no READY line in time\n${log}`)), 2 * kTimeoutMs);
+        child.stderr.on("data", (data) => { log = (log + data).slice(-4000); });
+        child.stdout.on("data", (data) => {
+            out += data;
+            const ready = /^READY (http:\/\/\S+)$/m.exec(out);
+            if (!ready) return;
+            clearTimeout(timer);
+            resolve({child, url: ready[1], log: () => log});
+        });
+        child.on("error", reject);
+        child.on("exit", (code) => { children.delete(child); reject(new Error(`goniod ended with ${code}\n${log}`)); });
+    });
+}
+
+function end(child, signal) {
+    return new Promise((resolve) => {
+        if (child.exitCode !== null || child.signalCode !== null) return resolve();
+        child.on("exit", resolve);
+        child.kill(signal);
+    });
+}
+
+// ---------------------------------------------------------------------------------------------------- checks
+class Failure extends Error {}
+
+function check(condition, text, detail = "") {
+    if (!condition) throw new Failure(`${text}${detail === "" ? "" : ` (${detail})`}`);
+    console.log(`ok - ${text}${detail === "" ? "" : ` (${detail})`}`);
+}
+
+const sleep = (ms) => new Promise((resolve) => setTimeout(resolve, ms));
+
+async function until(what, probe, timeout_ms = kTimeoutMs) {
+    const end_ms = Date.now() + timeout_ms;
+    for (let last; ; await sleep(50)) {
+        last = await probe();
+        if (last) return last;
+        if (Date.now() > end_ms) throw new Failure(`in ${timeout_ms} ms not seen: ${what}`);
+    }
+}
+
+// 64 x 64 luma values of what the page shows, and their mean and spread.
+async function picture(page, selector = "#canvas") {
+    const luma = await page.evaluate((wanted) => {
+        const small = document.createElement("canvas");
+        small.width = small.height = 64;
+        const context = small.getContext("2d", {willReadFrequently: true});
+        context.drawImage(document.querySelector(wanted), 0, 0, 64, 64);
+        const {data} = context.getImageData(0, 0, 64, 64);
+        return Array.from({length: 4096}, (_, i) => 0.2126 * data[4 * i] + 0.7152 * data[4 * i + 1] + 0.0722 * data[4 * i + 2]);
+    }, selector);
+    const mean = luma.reduce((sum, value) => sum + value, 0) / luma.length;
+    const spread = Math.sqrt(luma.reduce((sum, value) => sum + (value - mean) ** 2, 0) / luma.length);
+    return {luma, mean, spread};
+}
+
+const difference = (a, b) => a.luma.reduce((sum, value, i) => sum + Math.abs(value - b.luma[i]), 0) / a.luma.length;
+
+const state = (page) => page.evaluate(() => window.gonio.state);
+
+// Until the picture shows everything that the page was told of, and has come to rest.
+async function settled(page) {
+    await until("a picture of the newest revision", () => page.evaluate(() => window.gonio.shownRev >= window.gonio.sceneRev));
+    let frames = -1;
+    await until("a picture at rest", async () => {
+        const before = frames;
+        frames = await page.evaluate(() => window.gonio.framesDecoded);
+        if (frames === before) return true;
+        await sleep(400);
+        return false;
+    });
+    return picture(page);
+}
+
+// ---------------------------------------------------------------------------------------------------- the run
+let outage = false;    // while the server is gone the browser itself reports refused connections
+const complaints = [];
+
+function listen(page) {
+    page.on("pageerror", (error) => complaints.push(`page error: ${error.stack ?? error}`));
+    page.on("console", (message) => {
+        if (message.type() !== "error") return;
+        if (outage && /WebSocket connection to .* failed|ERR_CONNECTION_REFUSED/.test(message.text())) return;
+        complaints.push(`console error: ${message.text()} at ${message.location().url}`);
+    });
+}
+
+async function run(page, server) {
+    await page.goto(server.url);
+    await until("a decoded frame", () => page.evaluate(() => window.gonio.framesDecoded > 0));
+    check(await page.evaluate(() => window.gonio.connected && window.gonio.mode === "h264"), "the page is connected and decodes H.264");
+    const first = await settled(page);
+    check(first.spread > 4, "the decoded picture is not uniform", `spread ${first.spread.toFixed(1)}`);
+    const start = await state(page);
+    const light = start.lights[0].name;
+    check(await page.locator("#light-name").textContent() === light, "the first light is selected", light);
+
+    // Level: a drag of the slider, and a hand that another client does not move.
+    const slider = page.locator("#level");
+    const box = await slider.boundingBox();
+    const at = (ratio) => [box.x + 7 + (box.width - 14) * ratio, box.y + box.height / 2];
+    const level = async () => (await state(page)).lights[0].level_ratio;
+    await page.mouse.move(...at(await level()));
+    await page.mouse.down();
+    for (let step = 1; step <= 20; step++) {
+        await page.mouse.move(...at(1 - 0.04 * step));
+        await sleep(16);
+    }
+    const inHand = await until("the dragged level in the state", async () => {
+        const value = await level();
+        return value > 0.1 && value < 0.3 && value;
+    });
+    const dim = await settled(page);
+    check(dim.mean < 0.9 * first.mean, "dragging the level slider down darkens the picture",
+        `mean ${first.mean.toFixed(1)} -> ${dim.mean.toFixed(1)}, level ${inHand.toFixed(3)}`);
+    const held = await slider.inputValue();
+    await page.evaluate((name) => new Promise((resolve) => {
+        const socket = new WebSocket(`ws://${location.host}/v1/ws`, "gonio.v1.json");
+        socket.onopen = () => socket.send(JSON.stringify({request_id: 1, identify: {client: "other hand"}}));
+        socket.onmessage = ({data}) => {
+            const message = JSON.parse(data);
+            if (message.ready) socket.send(JSON.stringify({request_id: 2, command: {set_light: {name, level_ratio: 0.75}}}));
+            if (message.request_id === 2) { socket.close(); resolve(); }
+        };
+    }), light);
+    await until("the other client's level in the state", async () => Math.abs(await level() - 0.75) < 1e-6);
+    check(await slider.inputValue() === held, "a held slider is not moved by another client", `${held} %`);
+    await page.mouse.up();
+    await until("the released slider at the server's level", async () => Math.abs(Number(await slider.inputValue()) - 75) < 0.2);
+    check(true, "once released it shows the server's value", "75 %");
+    await page.locator("#level-number").fill("100");
+    await page.locator("#level-number").press("Enter");
+    await until("level 1 in the state", async () => await level() === 1);
+    const full = await settled(page);
+    check(Math.abs(full.mean - first.mean) < 0.03 * first.mean + 1, "a typed level brings the light back",
+        `mean ${full.mean.toFixed(1)}`);
+
+    // Profile: a bad file, then a good one.
+    const curve = () => page.locator("#profile .c0").getAttribute("d");
+    const before = await until("a polar curve", () => curve().catch(() => null));
+    const profile = async () => (await state(page)).lights[0].profile;
+    const oldProfile = await profile();
+    const upload = (name, text) => page.locator("#profile-file").setInputFiles({name, mimeType: "text/plain", buffer: Buffer.from(text)});
+    await upload("malformed.ies", kMalformed);
+    const error = page.locator("#profile-error");
+    await error.waitFor({timeout: kTimeoutMs});
+    const reason = (await error.innerText()).replaceAll("\n", " | ");
+    check(/\bline\b/i.test(reason), "a malformed file is refused with line and reason", reason);
+    check(await profile() === oldProfile && await curve() === before, "and changes nothing");
+    await upload("narrow.ies", kNarrow);
+    await until("another polar curve", async () => await curve() !== before);
+    check(await profile() !== oldProfile && await error.isHidden(), "a good file changes the profile and its polar curve", await profile());
+    const narrow = await settled(page);
+    check(difference(full, narrow) > 1, "and the picture", `difference ${difference(full, narrow).toFixed(1)}`);
+
+    // View and camera.
+    await page.locator("#views button[data-value=rsm-normal]").click();
+    await until("the view in the state", async () => (await state(page)).view === "rsm-normal");
+    const normals = await settled(page);
+    check(difference(narrow, normals) > 3, "switching the view changes the picture", `difference ${difference(narrow, normals).toFixed(1)}`);
+    await page.locator("#views button[data-value=beauty]").click();
+    await until("the view in the state", async () => (await state(page)).view === "beauty");
+    const straight = await settled(page);
+    const screen = await page.locator("#canvas").boundingBox();
+    const middle = [screen.x + screen.width / 2, screen.y + screen.height / 2];
+    await page.mouse.move(...middle);
+    await page.mouse.down();
+    for (let step = 1; step <= 10; step++) {
+        await page.mouse.move(middle[0] + 6 * step, middle[1] + 2 * step);
+        await sleep(16);
+    }
+    await page.mouse.up();
+    await until("another eye in the state", async () => Math.abs((await state(page)).camera.eye[0] - start.camera.eye[0]) > 0.05);
+    const turned = await settled(page);
+    check(difference(straight, turned) > 1, "dragging in the picture orbits the camera", `difference ${difference(straight, turned).toFixed(1)}`);
+
+    // The frame report, and the still.
+    await page.locator("#report-toggle").click();
+    const rows = await until("rows of the frame report", () => page.locator("#report tbody tr").count());
+    check(rows >= 3, "the frame report lists passes", `${rows}`);
+    if (screenshot) await page.screenshot({path: screenshot});
+    await page.locator("#report-toggle").click();
+    const [download] = await Promise.all([page.waitForEvent("download", {timeout: kTimeoutMs}), page.locator("#save").click()]);
+    check(/\.png$/.test(download.suggestedFilename()), "a still can be saved", download.suggestedFilename());
+
+    return {start, oldProfile, before};
+}
+
+// The page's arithmetic, in the browser that runs it.
+async function arithmetic(page) {
+    const wrong = await page.evaluate(async () => {
+        const [{parseFrameHeader}, camera, {ringsFor}, color] = await Promise.all(
+            ["/video.js", "/camera.js", "/polar.js", "/color.js"].map((name) => import(name)));
+        const found = [];
+        const expect = (condition, what) => { if (!condition) found.push(what); };
+
+        const bytes = new Uint8Array(33);
+        const view = new DataView(bytes.buffer);
+        bytes.set([2, 1, 3, 7]);
+        view.setUint32(4, 4000000000, true);
+        view.setUint32(8, 12, true);
+        view.setBigUint64(16, 5000000n, true);
+        view.setUint32(24, 8700, true);
+        view.setUint32(28, 1300, true);
+        const header = parseFrameHeader(bytes.buffer);
+        expect(header.key && header.final && header.lane === 7 && header.seq === 4000000000 && header.scene_rev === 12
+            && header.rendered_us === 5000 && header.render_us === 8700 && header.encode_us === 1300, "frame header");
+        expect(parseFrameHeader(bytes.buffer.slice(0, 32)) === null, "a frame header without a frame");
+        bytes[1] = 9;
+        expect(parseFrameHeader(bytes.buffer) === null, "a frame header of another version");
+
+        const pose = {eye: [1, 2, 5], target: [0.5, 1, -1]};
+        const distance = ({eye, target}) => Math.hypot(...eye.map((x, i) => x - target[i]));
+        const near = (a, b) => Math.abs(a - b) < 1e-9;
+        expect(near(distance(camera.orbit(pose, 37, -12)), distance(pose)), "orbit keeps the distance");
+        expect(camera.orbit(pose, 0, 0).eye.every((x, i) => near(x, pose.eye[i])), "no drag, no orbit");
+        expect(camera.orbit(pose, 0, 1e6).eye.every(Number.isFinite), "orbit stops at the pole");
+        expect(near(distance(camera.pan(pose, 0.7, 600, 30, 20)), distance(pose)), "pan keeps the distance");
+        // A target one screen height away, panned by the screen height, moves by the height that is seen at its distance.
+        const moved = camera.pan(pose, 0.7, 600, 0, 600);
+        expect(near(Math.hypot(...moved.target.map((x, i) => x - pose.target[i])), 2 * distance(pose) * Math.tan(0.35)), "pan follows the pointer");
+        expect(near(distance(camera.dolly(pose, 0.5)), distance(pose) / 2) && distance(camera.dolly(pose, 1e-9)) > 0.019, "dolly");
+
+        for (const peak of [1e-4, 0.3, 1, 80, 1001, 18500, 2e6]) {
+            const rings = ringsFor(peak);
+            expect(rings.length >= 1 && rings.length <= 4 && rings.at(-1) >= peak * (1 - 1e-9) && rings.at(-1) < 2 * peak + 1e-12,
+                `rings for ${peak}: ${rings}`);
+        }
+        expect(ringsFor(0).length === 1, "rings without light");
+        for (const kelvin of [1800, 2700, 4000, 6500]) {
+            const [r, g, b] = color.fromTemperature(kelvin);
+            expect(near(0.2126 * r + 0.7152 * g + 0.0722 * b, 1), `${kelvin} K keeps lux`);
+            expect(kelvin < 6500 ? r > g && g > b : Math.max(r, g, b) < 1.1 * Math.min(r, g, b), `${kelvin} K has its colour`);
+        }
+        expect(color.toHex(color.fromHex("#1f80e0")) === "#1f80e0", "sRGB and back");
+        return found;
+    });
+    check(wrong.length === 0, "header, camera, rings and colours compute", wrong.join("; "));
+}
+
+// A frame that is lost on the way: the decoder would not notice.
+async function lostFrame(browser, server) {
+    const page = await browser.newPage();
+    listen(page);
+    let dropNext = false, dropped = 0;
+    await page.routeWebSocket(/\/v1\/ws$/, (route) => {
+        const upstream = route.connectToServer();
+        upstream.onMessage((message) => {
+            if (dropNext && typeof message !== "string") {
+                dropNext = false;
+                dropped++;
+                return;
+            }
+            route.send(message);
+        });
+    });
+    await page.goto(server.url);
+    await until("a decoded frame", () => page.evaluate(() => window.gonio.framesDecoded > 0));
+    const before = await settled(page);
+    const exposure = page.locator("#exposure-number");
+    const start = Number(await exposure.inputValue());
+    dropNext = true;
+    for (let step = 1; step <= 20; step++) {
+        await exposure.fill(String(start + 0.05 * step));
+        await exposure.press("Enter");
+        await sleep(50);
+    }
+    await until("a lost frame", () => dropped === 1);
+    await until("the last exposure in the state", async () => Math.abs((await state(page)).exposure_ev100 - start - 1) < 1e-6);
+    const after = await settled(page);
+    const gaps = await page.evaluate(() => window.gonio.gaps);
+    check(gaps >= 1 && after.mean < before.mean, "a lost frame is seen and a key frame repairs the picture", `gaps ${gaps}`);
+    await exposure.fill(String(start));
+    await exposure.press("Enter");
+    await until("the first exposure in the state", async () => Math.abs((await state(page)).exposure_ev100 - start) < 1e-6);
+    const restored = await settled(page);
+    check(difference(before, restored) < 3, "exposure goes back to where it was", `difference ${difference(before, restored).toFixed(1)}`);
+    await page.close();
+}
+
+async function fallback(browser, server) {
+    const page = await browser.newPage();
+    listen(page);
+    await page.addInitScript(() => { delete window.VideoDecoder; });
+    await page.goto(server.url);
+    await until("an MJPEG picture", () => page.evaluate(() => document.getElementById("still").naturalWidth > 0));
+    const shown = await picture(page, "#still");
+    check(shown.spread > 4 && await page.evaluate(() => window.gonio.mode === "mjpeg"), "without WebCodecs the picture comes as MJPEG",
+        `spread ${shown.spread.toFixed(1)}`);
+    await page.close();
+}
+
+async function restart(page, server, {start}) {
+    const address = server.url.replace("http://", "");
+    outage = true;
+    await end(server.child, "SIGKILL");
+    await until("the page knowing that it is alone", () => page.evaluate(() => !window.gonio.connected));
+    check(await page.locator("#veil").isVisible(), "a lost connection is shown");
+    const frames = await page.evaluate(() => window.gonio.framesDecoded);
+    const again = await startServer(address);
+    await until("the connection again", () => page.evaluate(() => window.gonio.connected));
+    await until("new frames", () => page.evaluate((count) => window.gonio.framesDecoded > count, frames));
+    outage = false;
+    await settled(page);
+    const now = await state(page);
+    check(now.lights[0].profile === start.lights[0].profile
+        && Math.hypot(...now.camera.eye.map((x, i) => x - start.camera.eye[i])) < 1e-6,
+    "the page reconnects and restates what the new server says");
+    check(await page.locator("#profile select").inputValue() === start.lights[0].profile && await page.locator("#veil").isHidden(),
+        "its controls and the picture are those of the new server");
+    return again;
+}
+
+let failed = false, browser, server;
+try {
+    server = await startServer("127.0.0.1:0");
+    browser = await playwright.chromium.launch({executablePath: kChromium, args: kArguments});
+    const page = await browser.newPage({viewport: {width: 1280, height: 800}});
+    listen(page);
+    const seen = await run(page, server);
+    await arithmetic(page);
+    await lostFrame(browser, server);
+    await fallback(browser, server);
+    server = await restart(page, server, seen);
+    check(complaints.length === 0, "no page error and no console error", complaints.join("\n"));
+} catch (error) {
+    failed = true;
+    console.log(`not ok - ${error instanceof Failure ? error.message : error.stack}`);
+    for (const complaint of complaints) console.log(`# ${complaint}`);
+    if (server) console.log(server.log().replace(/^/gm, "# "));
+} finally {
+    await browser?.close();
+    for (const child of [...children]) await end(child, "SIGTERM");
+}
+process.exit(failed ? 1 : 0);
