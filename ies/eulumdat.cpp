@@ -317,8 +317,10 @@ std::optional<Error> place_planes(const Lines& lines, const Counts& counts, cons
                             "the C-angles span more than a turn");
         }
         if (!same(span, 360.0)) grid.planes.push_back({grid.planes.front().deg + 360.0, 0});
+        detail::snap_ends(grid.planes, grid.planes.front().deg, grid.planes.front().deg + 360.0);
         grid.symmetry = Symmetry::none;
     } else if (same(span, wanted_span) && same(angles.front(), wanted_first)) {
+        detail::snap_ends(grid.planes, wanted_first - 90.0, wanted_first + wanted_span - 90.0);
         detail::mirror_about_last(grid.planes);
         if (counts.isym == 4) detail::mirror_about_last(grid.planes);
         // Symmetric about C0-C180 is about 90-270 in LM-63's azimuth and the other way round; the names are the file's.

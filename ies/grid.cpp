@@ -54,7 +54,11 @@ std::optional<GridFault> find_fault(const FileGrid& grid) {
     };
     if (auto fault = check(grid.v_deg, v_min, v_max, true)) return fault;
     if (!grid.planes.empty()) return std::nullopt;
-    return check(grid.h_deg, -h_max, h_max, false);
+    if (auto fault = check(grid.h_deg, -h_max, h_max, false)) return fault;
+    if (std::abs(grid.h_deg.back() - grid.h_deg.front()) > 360.0 + kSameAngleDeg) {
+        return GridFault{"angle_out_of_range", "the angles span more than a turn", false, grid.h_deg.size() - 1};
+    }
+    return std::nullopt;
 }
 
 void make_ascending(FileGrid& grid, Report& report) {
@@ -82,12 +86,12 @@ void make_ascending(FileGrid& grid, Report& report) {
 // Turns planes over [a, a + 360] into planes over [0, 360]. A plane at 0 is interpolated where the file has none;
 // it becomes a new column at the end of candela.
 std::vector<Plane> start_at_zero(const std::vector<Plane>& planes, std::vector<float>& candela, std::size_t nv) {
-    const double cut = 360.0 * std::ceil((planes.front().deg - kSameAngleDeg) / 360.0);
+    const double cut = 360.0 * std::ceil(planes.front().deg / 360.0);
     std::vector<Plane> result;
     std::size_t first = 0;
-    while (planes[first].deg < cut - kSameAngleDeg) ++first;
+    while (planes[first].deg < cut - kMinStepDeg) ++first;
     std::size_t cut_column = planes[first].column;
-    if (!same_angle(planes[first].deg, cut)) {
+    if (planes[first].deg > cut + kMinStepDeg) {
         const Plane low = planes[first - 1];
         const Plane high = planes[first];
         const double fraction = (cut - low.deg) / (high.deg - low.deg);
@@ -104,39 +108,42 @@ std::vector<Plane> start_at_zero(const std::vector<Plane>& planes, std::vector<f
     for (std::size_t i = first; i + 1 < planes.size(); ++i) result.push_back({planes[i].deg - cut, planes[i].column});
     // The last plane of the list is the first one again, one turn on.
     for (const Plane& plane : planes) {
-        if (plane.deg >= cut - kSameAngleDeg) break;
+        if (plane.deg >= cut - kMinStepDeg) break;
         result.push_back({plane.deg - cut + 360.0, plane.column});
     }
-    result.push_back({360.0, same_angle(cut, planes.front().deg) ? planes.back().column : cut_column});
+    result.push_back({360.0, cut == planes.front().deg ? planes.back().column : cut_column});
     return result;
 }
 
 std::vector<Plane> close_circle(const FileGrid& grid, Symmetry& symmetry, bool& irregular, Report& report) {
     std::vector<Plane> planes;
     for (std::size_t i = 0; i < grid.h_deg.size(); ++i) planes.push_back({grid.h_deg[i], i});
-    const double first = grid.h_deg.front();
-    const double span = grid.h_deg.back() - first;
-    const bool at_axis = multiple_of_90(first);
+    const double span = grid.h_deg.back() - grid.h_deg.front();
+    const bool at_axis = multiple_of_90(grid.h_deg.front());
+    const double first = at_axis ? 90.0 * std::round(grid.h_deg.front() / 90.0) : grid.h_deg.front();
     const std::size_t where = grid.h_offset;
     if (planes.size() == 1) {
         symmetry = Symmetry::axial;
-        if (!same_angle(first, 0.0)) {
+        if (first != 0.0) {
             report.warn("single_plane_not_zero", where, "the only plane is not at 0; it is taken for all planes");
         }
         return {{0.0, 0}, {360.0, 0}};
     }
     if (same_angle(span, 90.0) && at_axis) {
         symmetry = Symmetry::quadrant;
-        irregular = !same_angle(first, 0.0);
+        irregular = first != 0.0;
+        snap_ends(planes, first, first + 90.0);
         mirror_about_last(planes);
         mirror_about_last(planes);
     } else if (same_angle(span, 180.0) && at_axis) {
-        const bool about_0 = same_angle(std::remainder(first, 180.0), 0.0);
+        const bool about_0 = std::remainder(first, 180.0) == 0.0;
         symmetry = about_0 ? Symmetry::bilateral_0_180 : Symmetry::bilateral_90_270;
-        irregular = !same_angle(first, 0.0) && !same_angle(first, 90.0);
+        irregular = first != 0.0 && first != 90.0;
+        snap_ends(planes, first, first + 180.0);
         mirror_about_last(planes);
     } else if (same_angle(span, 360.0)) {
-        irregular = !same_angle(first, 0.0);
+        irregular = first != 0.0;
+        snap_ends(planes, first, first + 360.0);
     } else {
         const double gap = first + 360.0 - planes.back().deg;
         const double step = planes.back().deg - planes[planes.size() - 2].deg;
@@ -145,6 +152,7 @@ std::vector<Plane> close_circle(const FileGrid& grid, Symmetry& symmetry, bool& 
         if (!irregular)
             report.warn("missing_360", where, "the plane at 360 is missing; the one at 0 closes the circle");
         planes.push_back({first + 360.0, 0});
+        snap_ends(planes, first, first + 360.0);
     }
     if (irregular) {
         report.warn("irregular_h_range", where,
@@ -202,11 +210,6 @@ Unfolded unfold_type_c(FileGrid& grid, Report& report) {
     if (!known_v) {
         report.warn("v_range", grid.v_offset, "the vertical angles do not span 0-90, 0-180 or 90-180; dark outside");
     }
-    // The ends may be off by kSameAngleDeg; a plane squeezed between an end and its place is dropped.
-    std::erase_if(planes, [&](const Plane& plane) {
-        const bool end = &plane == &planes.front() || &plane == &planes.back();
-        return !end && (plane.deg < kMinStepDeg || plane.deg > 360.0 - kMinStepDeg);
-    });
     PhotometricWeb& web = result.web;
     web.candela.reserve(planes.size() * nv);
     for (const Plane& plane : planes) {
@@ -261,6 +264,16 @@ Unfolded unfold_type_ab(FileGrid& grid, Report& report) {
 }
 
 }  // namespace
+
+void snap_ends(std::vector<Plane>& planes, double first_deg, double last_deg) {
+    planes.front().deg = first_deg;
+    planes.back().deg = last_deg;
+    const auto inner_begin = planes.begin() + 1;
+    const auto inner_end = std::remove_if(inner_begin, planes.end() - 1, [&](const Plane& plane) {
+        return plane.deg < first_deg + kMinStepDeg || plane.deg > last_deg - kMinStepDeg;
+    });
+    planes.erase(inner_end, planes.end() - 1);
+}
 
 void mirror_about_last(std::vector<Plane>& planes) {
     const double axis = planes.back().deg;

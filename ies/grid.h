@@ -21,6 +21,10 @@ struct Plane {
 // Appends the mirror image of the planes about the last one.
 void mirror_about_last(std::vector<Plane>& planes);
 
+// Sets the first and last plane to their exact places, which files miss by rounding, and drops inner planes that do not
+// lie between these. At least two planes.
+void snap_ends(std::vector<Plane>& planes, double first_deg, double last_deg);
+
 // A file's grid as written. candela is h-major, already scaled, finite and >= 0; its size is the product of the others.
 struct FileGrid {
     Goniometer goniometer = Goniometer::type_c;

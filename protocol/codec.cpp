@@ -2,6 +2,7 @@
 
 #include <google/protobuf/descriptor.h>
 #include <google/protobuf/io/coded_stream.h>
+#include <google/protobuf/stubs/logging.h>
 #include <google/protobuf/util/json_util.h>
 #include <google/protobuf/wire_format_lite.h>
 
@@ -124,6 +125,8 @@ Result<T> parse(Encoding encoding, std::string_view bytes) {
                      "The message is longer than 2 MiB."};
     T message;
     if (encoding == Encoding::proto) {
+        // The library would log each bad string; whoever sent it hears of it instead.
+        const google::protobuf::LogSilencer quiet;
         if (!message.ParseFromArray(bytes.data(), static_cast<int>(bytes.size()))) {
             std::string place = first_bad_place(bytes, T::descriptor());
             if (place.empty()) return Error{"bad_message", "", "", "A string of the message is not UTF-8."};
@@ -174,6 +177,7 @@ std::string encode_message(Encoding encoding, const google::protobuf::Message& m
 
 std::uint32_t peek_request_id(Encoding encoding, std::string_view bytes) {
     if (encoding == Encoding::proto) {
+        const google::protobuf::LogSilencer quiet;
         v1::ClientMessage message;  // what was parsed before the bad place stays
         (void)message.ParsePartialFromArray(bytes.data(), static_cast<int>(std::min(bytes.size(), kMaxMessageBytes)));
         return message.request_id();

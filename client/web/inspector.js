@@ -57,7 +57,7 @@ function lightView(store, connection) {
 
     const title = h("h2", {id: "light-name"});
     const summary = h("p", {class: "faint"});
-    const level = slider(percent(lightLevel(store, name)), {label: "Level", id: "level", min: 0, max: 100, step: 0.1, digits: 1, unit: "%"});
+    const level = slider(percent(lightLevel(store, name)), {label: "Level", id: "level", min: 0, max: 100, step: 0.5, digits: 1, unit: "%"});
     const color = colorSection(bound("color", () => light()?.color_rgb, (color_rgb) => ({color_rgb})), "");
     const position = vectorSection("Position",
         bound("position", () => light()?.position, (position_m) => ({position_m})), ["x", "y", "z"],
@@ -87,7 +87,7 @@ function lightView(store, connection) {
 function groupView(store, connection) {
     const name = () => (store.selected?.kind === "group" ? store.selected.name : "");
     const title = h("h2");
-    const level = slider(percent(groupLevel(store, name)), {label: "Level of all", caption: "Level", min: 0, max: 100, step: 0.1, digits: 1, unit: "%"});
+    const level = slider(percent(groupLevel(store, name)), {label: "Level of all", caption: "Level", min: 0, max: 100, step: 0.5, digits: 1, unit: "%"});
     const color = colorSection(property(store, () => `groupcolor:${name()}`,
         () => store.light(store.group(name())?.lights[0])?.color_rgb,
         (color_rgb) => ({set_light: {name: name(), color_rgb}})), " of all");

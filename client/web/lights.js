@@ -22,13 +22,14 @@ export function groupLevel(store, name) {
 export const percent = (prop) => mapped(prop, (ratio) => ratio * 100, (shown) => shown / 100);
 
 const percentText = (value) => `${Math.round(value)} %`;
+const countOf = (lights) => (lights === 1 ? "1 light" : `${lights} lights`);
 
 function row(store, kind, name, level) {
     const title = h("span", {class: "name"}, name);
     const detail = h("span", {class: "detail"});
     const button = h("button", {type: "button", class: "pick", onclick: () => store.select(kind, name)}, title, detail);
     const shown = percent(level);
-    const fader = range(shown, {label: `Level of ${name}`, min: 0, max: 100, step: 0.1, text: percentText});
+    const fader = range(shown, {label: `Level of ${name}`, min: 0, max: 100, step: 0.5, text: percentText});
     const figure = h("span", {class: "figure"});
     const node = h("li", {"data-name": name}, button, fader.node, figure);
     const update = () => {
@@ -38,7 +39,7 @@ function row(store, kind, name, level) {
         fader.update();
         setText(figure, Number.isFinite(shown.value()) ? percentText(shown.value()) : "–");
         setText(detail, kind === "light" ? store.light(name)?.profile ?? ""
-            : `${store.group(name)?.lights?.length ?? 0} lights`);
+            : countOf(store.group(name)?.lights?.length ?? 0));
     };
     return {node, update};
 }
@@ -68,7 +69,7 @@ function list(store, kind, names, levelOf) {
 export function masterPanel(store, node) {
     const master = percent(property(store, () => "master", () => store.state.master_ratio,
         (ratio) => ({set_master: {ratio}})));
-    const fader = slider(master, {label: "Master", min: 0, max: 100, step: 0.1, digits: 0, unit: "%"});
+    const fader = slider(master, {label: "Master", min: 0, max: 100, step: 0.5, digits: 0, unit: "%"});
     node.append(fader.node);
     return fader;
 }

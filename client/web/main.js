@@ -19,7 +19,7 @@ const store = new Store(connection);
 const video = new Video(connection, $("canvas"), $("still"));
 const cameraHand = new CameraHand(store, [$("canvas"), $("still")]);
 const toasts = new Toasts($("toasts"));
-const report = new ReportPanel(connection, $("report"));
+const report = new ReportPanel(store, connection, $("report"));
 
 const parts = [
     masterPanel(store, $("master")), lightPanel(store, $("lights")), groupPanel(store, $("groups"), connection),
@@ -29,7 +29,10 @@ const parts = [
 followSelection(store, connection);
 statsStrip(store, video, connection, $("stats"), $("format"), report);
 
-store.addEventListener("update", () => parts.forEach((part) => part.update()));
+store.addEventListener("update", () => {
+    parts.forEach((part) => part.update());
+    document.body.classList.remove("blank");    // before the first state the controls would show nothing true
+});
 connection.addEventListener("refused", (event) => toasts.show(event.detail));
 
 // The state of the connection: a pill that is always there, a veil over the picture while there is none.

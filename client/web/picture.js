@@ -12,6 +12,7 @@ const kViews = [
     ["rsm-flux", "RSM flux", "Reflective shadow map: derived flux"], ["solid", "Solid", "Photometric solid over the picture"],
 ];
 const kLightViews = ["mask", "rsm-depth", "rsm-normal", "rsm-flux", "solid"];    // these show one light
+const kSizes = ["480x480", "800x800", "1280x720", "1920x1080"];
 const kSamples = {default: [64, 256, 1024, 2048, 4096], seed: [100, 400, 1024], "seed-disk": [100, 400, 1024]};
 
 export function viewTabs(store, node) {
@@ -60,6 +61,9 @@ export function picturePanel(store, node, cameraHand) {
         const known = kSamples[store.state.technique] ?? [];
         return [...new Set([...known, store.state.samples])].sort((a, b) => a - b).map((n) => [String(n), String(n)]);
     }});
+    const size = select(property(store, () => "size", () => store.state.size_px?.join("x"),
+        (text) => ({set_size: {width_px: Number(text.split("x")[0]), height_px: Number(text.split("x")[1])}})),
+    {label: "Picture size", options: () => kSizes.map((text) => [text, `${text.replace("x", " × ")} px`])});
     const fov = slider(mapped(property(store, () => "fov", () => store.state.camera?.fov_rad,
         (fov_rad) => ({set_camera: {fov_rad}})), (rad) => rad / kDegree, (deg) => deg * kDegree),
     {label: "Field of view", caption: "Field", min: 2, max: 170, step: 0.5, digits: 1, unit: "°",
@@ -75,8 +79,9 @@ export function picturePanel(store, node, cameraHand) {
     node.append(h("h2", {}, "Picture"), exposure.node, gain.node,
         h("div", {class: "slider"}, h("span", {class: "label"}, "Technique"),
             h("span", {class: "row pair"}, technique.node, samples.node)),
+        h("div", {class: "slider"}, h("span", {class: "label"}, "Size"), h("span", {class: "row pair size"}, size.node)),
         h("h2", {}, "Camera", h("span", {class: "grow"}), home), fov.node, pose);
-    const parts = [exposure, gain, technique, samples, fov];
+    const parts = [exposure, gain, technique, samples, size, fov];
     return {update() {
         const {camera, scene} = store.state;
         parts.forEach((part) => part.update());

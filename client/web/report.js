@@ -1,16 +1,20 @@
-// The frame report: which passes ran and what they cost. Asked for only while the panel is open, because asking renders.
+// The frame report: what the newest change made run, and what that cost. Asked for only while the panel is open, because
+// asking renders, and once per revision: of each the server keeps the frame that shows the cost of the change.
 
 import {h, setText, formatNumber} from "./dom.js";
 
-const kPollMs = 400;
+const kPollMs = 250;
 
 export class ReportPanel {
-    #connection; #node; #head; #rows;
+    #store; #connection; #node; #head; #rows;
+    #shownRev = 0;
     #timer = 0;
     #open = false;
 
-    constructor(connection, node) {
+    constructor(store, connection, node) {
+        this.#store = store;
         this.#connection = connection;
+        connection.addEventListener("ready", () => { this.#shownRev = 0; });
         this.#node = node;
         this.#head = h("p", {class: "faint"});
         this.#rows = h("tbody");
@@ -32,8 +36,9 @@ export class ReportPanel {
 
     async #poll() {
         try {
-            if (!document.hidden) {
-                const {report} = await this.#connection.request({report: {rev: 0}});
+            const rev = this.#store.state?.scene_rev ?? 0;
+            if (!document.hidden && rev !== this.#shownRev) {
+                const {report} = await this.#connection.request({report: {rev}});
                 if (report && this.#open) this.#show(report);
             }
         } catch {
@@ -44,6 +49,7 @@ export class ReportPanel {
     }
 
     #show({scene_rev, frame_ms, settled, passes = []}) {
+        this.#shownRev = scene_rev;
         const ran = passes.filter((pass) => pass.state === "ran").length;
         setText(this.#head, `Revision ${scene_rev} · ${formatNumber(frame_ms, 2)} ms · ${ran} of ${passes.length} passes ran` +
             (settled ? " · settled" : ""));

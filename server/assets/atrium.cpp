@@ -231,7 +231,7 @@ std::shared_ptr<const SceneAsset> make_atrium() {
     scene->lights.push_back(std::move(light));
 
     scene->cameras.push_back({{-11.2, 2.3, 1.2}, {4.0, 3.6, -0.6}, 1.05});
-    scene->exposure_ev100 = 5.0;
+    scene->exposure_ev100 = 4.0;
     measure(*scene);
     return scene;
 }

@@ -88,7 +88,7 @@ std::shared_ptr<const SceneAsset> make_cornell() {
     scene->lights.push_back(std::move(light));
 
     scene->cameras.push_back({{0.0, 2.0, 7.75}, {0.0, 2.0, 0.0}, 0.69});
-    scene->exposure_ev100 = 5.3;
+    scene->exposure_ev100 = 4.6;
     measure(*scene);
     return scene;
 }

@@ -178,6 +178,10 @@ Result<GltfDocument> read_gltf_document(const std::string& path) {
     for (const Json& image : document.value("images", Json::array())) {
         result.images.push_back({image.value("uri", ""), image.value("bufferView", -1)});
     }
+    static const Json::json_pointer ies_lights("/extensions/EXT_lights_ies/lights");
+    for (const Json& light : document.value(ies_lights, Json::array())) {
+        result.ies_lights.push_back({light.value("name", ""), light.value("uri", ""), light.value("bufferView", -1)});
+    }
     note_unread(document, result.warnings);
     auto model = build_model(std::move(document));
     if (!model) return model.error();

@@ -24,10 +24,15 @@ struct GltfDocument {
         std::string uri;        // empty: the bytes are in buffer_view
         int buffer_view = -1;
     };
+    struct IesSource {
+        std::string name, uri;  // uri empty: the bytes are in buffer_view
+        int buffer_view = -1;
+    };
     std::filesystem::path directory;
     std::shared_ptr<const tinygltf::Model> model;  // without buffers, images, skins, animations and extras
     std::vector<std::vector<std::byte>> buffers;   // as long as their byteLength
     std::vector<ImageSource> images;
+    std::vector<IesSource> ies_lights;             // EXT_lights_ies of the root; tinygltf drops empty members of lists
     std::vector<std::string> warnings;
 };
 

@@ -103,28 +103,25 @@ Result<bool> add_punctual(GltfImport& import, const LightNode& node, int index) 
     return true;
 }
 
-Result<std::shared_ptr<const Profile>> read_ies_profile(GltfImport& import, const Value& root_light,
-                                                        const std::string& where) {
-    std::string place = where, shown, name;
+Result<std::shared_ptr<const Profile>> read_ies_profile(const GltfDocument& document,
+                                                        const GltfDocument::IesSource& source, const std::string& where) {
+    std::string place = where, shown, name = source.name;
     std::vector<std::byte> bytes;
-    if (root_light.Has("uri")) {
-        const std::string uri = root_light.Get("uri").Get<std::string>();
+    if (!source.uri.empty()) {
         place += "/uri";
-        shown = shown_uri(uri);
-        name = uri.rfind("data:", 0) == 0 ? "" : uri.substr(uri.rfind('/') + 1);
-        auto read = read_uri(import.document.directory, uri, place, ies::kMaxFileBytes + 1, ies::kMaxFileBytes);
+        shown = shown_uri(source.uri);
+        if (name.empty() && source.uri.rfind("data:", 0) != 0) name = source.uri.substr(source.uri.rfind('/') + 1);
+        auto read = read_uri(document.directory, source.uri, place, ies::kMaxFileBytes, ies::kMaxFileBytes);
         if (!read) return read.error();
         bytes = std::move(*read);
-    } else if (root_light.Has("bufferView")) {
-        const int view = root_light.Get("bufferView").GetNumberAsInt();
+    } else if (source.buffer_view >= 0) {
         place += "/bufferView";
-        shown = std::to_string(view);
-        const Bytes held = view_bytes(import.document, view);
+        shown = std::to_string(source.buffer_view);
+        const Bytes held = view_bytes(document, source.buffer_view);
         bytes.assign(held.begin(), held.end());
     } else {
         return Error{"bad_gltf", where, "", "a light without uri and bufferView"};
     }
-    if (root_light.Has("name")) name = root_light.Get("name").Get<std::string>();
     if (name.empty()) name = "ies";
     auto profile = make_profile(shortened(name), {reinterpret_cast<const char*>(bytes.data()), bytes.size()});
     if (profile) return profile;
@@ -137,9 +134,8 @@ Result<bool> add_ies(GltfImport& import, const LightNode& node, const Value& ext
     const auto index = static_cast<std::size_t>(extension.Get("light").GetNumberAsInt());
     const std::string root = "/extensions/EXT_lights_ies/lights/" + std::to_string(index);
     const std::string where = "/nodes/" + std::to_string(node.index) + "/extensions/EXT_lights_ies";
-    const Value& root_light = import.document.model->extensions.at("EXT_lights_ies").Get("lights").Get(static_cast<int>(index));
     if (!profiles[index]) {
-        auto profile = read_ies_profile(import, root_light, root);
+        auto profile = read_ies_profile(import.document, import.document.ies_lights[index], root);
         if (!profile) return profile.error();
         profiles[index] = *profile;
         for (const auto& diagnostic : profiles[index]->photometry.diagnostics) {

@@ -71,10 +71,8 @@ glm::dquat orientation(const glm::dmat3& axes) {
 
 class NodeImport {
 public:
-    explicit NodeImport(GltfImport& import) : import_(import), model_(*import.document.model) {
-        const auto lights = model_.extensions.find("EXT_lights_ies");
-        if (lights != model_.extensions.end()) ies_profiles_.resize(lights->second.Get("lights").Size());
-    }
+    explicit NodeImport(GltfImport& import)
+        : import_(import), model_(*import.document.model), ies_profiles_(import.document.ies_lights.size()) {}
 
     Result<bool> run() {
         struct Visit {

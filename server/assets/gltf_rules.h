@@ -153,6 +153,7 @@ inline constexpr auto kGltfRules = std::to_array<GltfRule>({
     {"/cameras/*/type", RuleKind::text, true},
     {"/cameras/*/perspective", RuleKind::object},
     {"/cameras/*/perspective/yfov", RuleKind::number, true},
+    {"/cameras/*/perspective/znear", RuleKind::number, true},
     {"/cameras/*/orthographic", RuleKind::object},
 });
 

@@ -9,7 +9,6 @@
 #include <boost/beast/http/write.hpp>
 #include <boost/beast/websocket/rfc6455.hpp>
 
-
 namespace gonio {
 namespace {
 

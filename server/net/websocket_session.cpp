@@ -72,8 +72,9 @@ public:
         if (identified_ && !ready_) send_ready();
     }
     void on_state_changed(const SharedMessage& message) override {
-        if (ready_ && wants_state_)
-            push(message.bytes(encoding_), Kind::state_changed, message.message().state_changed().scene_rev());
+        const std::uint32_t rev = message.message().state_changed().scene_rev();
+        if (!ready_ || !wants_state_ || rev <= whole_state_rev_) return;
+        push(message.bytes(encoding_), Kind::state_changed, rev);
     }
     void on_video_config(const SharedMessage& message) override {
         if (!ready_ || !wants_video_) return;
@@ -189,10 +190,15 @@ private:
         push(nullptr, Kind::whole_state);
         demand_changed();
     }
-    std::shared_ptr<const std::string> whole_state() const {
+    // Changes that wait behind the whole state and are contained in it are dropped: revisions never go back.
+    std::shared_ptr<const std::string> take_whole_state() {
         v1::ServerMessage message;
         if (hub_.state) *message.mutable_ready()->mutable_state() = *hub_.state;
         if (hub_.video_config) *message.mutable_ready()->mutable_video_config() = *hub_.video_config;
+        whole_state_rev_ = message.ready().state().scene_rev();
+        std::erase_if(queue_, [rev = whole_state_rev_](const Outgoing& waiting) {
+            return waiting.kind == Kind::state_changed && waiting.scene_rev <= rev;
+        });
         return SharedMessage(std::move(message)).bytes(encoding_);
     }
     void refuse(std::uint32_t request_id, const Error& error) {
@@ -247,11 +253,7 @@ private:
                 self->demand_changed();
             });
         }
-        outgoing_ = next.kind == Kind::whole_state ? whole_state() : std::move(next.bytes);
-        if (next.kind == Kind::whole_state && hub_.state)  // it contains changes that wait behind it
-            std::erase_if(queue_, [rev = hub_.state->scene_rev()](const Outgoing& o) {
-                return o.kind == Kind::state_changed && o.scene_rev <= rev;
-            });
+        outgoing_ = next.kind == Kind::whole_state ? take_whole_state() : std::move(next.bytes);
         socket_.text(encoding_ == Encoding::json);
         socket_.async_write(asio::buffer(*outgoing_), [self = shared_from_this()](error_code error, std::size_t) {
             self->end_write(error);
@@ -363,6 +365,7 @@ private:
     bool writing_ = false, pinging_ = false, closing_ = false, close_when_sent_ = false, ended_ = false;
     std::deque<Outgoing> queue_;                   // at most FrontLimits::queued_messages, and a whole state
     std::shared_ptr<const std::string> outgoing_;  // being written
+    std::uint32_t whole_state_rev_ = 0;            // of the last whole state that was sent
 
     VideoGate gate_;
     std::shared_ptr<const EncodedFrame> video_;  // being written or in the queue: one at a time

@@ -602,9 +602,11 @@ TEST_F(FrontTest, PublishingFromManyThreadsIsSafe) {
     std::vector<std::thread> threads;
     for (int thread = 0; thread < 4; ++thread)
         threads.emplace_back([this] {
+            v1::StateChanged change;
+            change.set_scene_rev(2);
             for (std::uint32_t i = 0; i < 50; ++i) {
-                front->publish_state(state(i));
-                front->broadcast({});
+                front->publish_state(state(1));
+                front->broadcast(change);
                 front->publish_h264(frame(i, true), false);
                 front->publish_jpeg(frame(i, true));
             }

@@ -211,6 +211,17 @@ async function run(page, server) {
     const turned = await settled(page);
     check(difference(straight, turned) > 1, "dragging in the picture orbits the camera", `difference ${difference(straight, turned).toFixed(1)}`);
 
+    // Size: a new decoder for a new stream.
+    for (const size of ["480x480", start.size_px.join("x")]) {
+        await page.locator("select[aria-label='Picture size']").selectOption(size);
+        await until(`a picture of ${size}`, () => page.evaluate((wanted) => {
+            const canvas = document.getElementById("canvas");
+            return `${canvas.width}x${canvas.height}` === wanted;
+        }, size));
+    }
+    await settled(page);
+    check(true, "another size of the picture arrives, and the first one again", start.size_px.join("x"));
+
     // The frame report, and the still.
     await page.locator("#report-toggle").click();
     const rows = await until("rows of the frame report", () => page.locator("#report tbody tr").count());

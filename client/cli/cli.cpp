@@ -1,0 +1,388 @@
+#include "client/cli/cli.h"
+
+#include <unistd.h>
+
+#include <algorithm>
+#include <cstdlib>
+#include <filesystem>
+#include <fstream>
+#include <iostream>
+
+#include "client/cli/output.h"
+#include "client/cli/transport.h"
+#include "protocol/words.h"
+
+#if __has_include("client/cli/photometry.h")
+#include "client/cli/photometry.h"
+#define GONIO_HAS_PHOTOMETRY 1
+#endif
+
+namespace gonio {
+namespace {
+
+using Words = std::span<const std::string>;
+
+constexpr const char* kHelp = R"(usage: gonio [--server URL] [--token-file FILE] [--json] COMMAND
+
+Talks to a running goniod. Angles are degrees here, all else is SI; a vector is written x,y,z (world, metres, +Y up).
+
+  get [PATH]                  the state or a part of it: lights[0].aim, lights.NAME.level_ratio, camera.eye
+  load scene FILE             cornell, atrium, or a .gltf or .glb on the server's machine
+  set technique default|seed [--samples N]
+  set view NAME [--gain G] [--light LIGHT]
+                              beauty direct indirect illuminance luminance mask rsm-depth rsm-normal rsm-flux solid
+  set exposure EV             EV100
+  set master RATIO            0..1
+  set light NAME [--position x,y,z] [--aim x,y,z | --pan DEG --tilt DEG --roll DEG] [--level RATIO]
+            [--color r,g,b] [--profile FILE]
+                              NAME may be a group; FILE is uploaded, what is no file names a built-in luminaire
+  set camera [--eye x,y,z] [--target x,y,z] [--fov DEG]
+  set size WxH                pixels, even
+  add light NAME --profile FILE [options of set light]
+  remove light NAME
+  group NAME LIGHT…           without lights: removes the group
+  meter --point x,y,z --normal x,y,z [--quality interactive|rsm]
+                              illuminance in lux
+  capture OUT.png|jpg|exr [--view NAME] [--quality interactive] [--size WxH]
+  report [--rev N]            what the first frame with scene_rev >= N ran, and how long; without N: the newest
+  stats                       counters of the server
+  photometry FILE… [--svg]    offline: quantities, provenance and diagnostics of photometry files
+  watch [--frames N] [--out FILE.h264]
+                              one JSON line for each change and frame, until interrupted or after N frames
+
+  --server URL                default: $GONIO_SERVER, else http://127.0.0.1:8080
+  --token-file FILE           bearer token, where the server asks for one
+  --json                      one line of JSON; before or after the command
+  --help, --version
+
+Every change prints the scene_rev that contains it.
+exit codes: 0 ok, 1 refused by the server, 2 usage, 3 unreachable
+)";
+
+constexpr const char* kVersion = "gonio 0.1.0, protocol gonio.v1\n";
+
+// What one call of gonio works with.
+struct Session {
+    ServerAddress address;
+    std::string token;
+    bool json = false;
+    std::ostream& out;
+    std::ostream& err;
+
+    // Result: the exit code; the error goes to stderr.
+    int fail(const Error& error) const {
+        err << "gonio: " << error.code;
+        if (!error.where.empty()) err << " " << error.where;
+        if (!error.value.empty()) err << " " << error.value;
+        err << ": " << error.message << "\n";
+        if (error.code == "usage") err << "gonio --help lists the commands\n";
+        if (error.code == "usage" || error.code == "file_unreadable" || error.code == "file_unwritable")
+            return kExitUsage;
+        return error.code == "unreachable" ? kExitUnreachable : kExitRefused;
+    }
+    Result<v1::ServerMessage> ask(v1::ClientMessage message) const {
+        auto connection = Connection::open(address, {token, false, false});
+        if (!connection) return connection.error();
+        auto answer = (*connection)->ask(std::move(message));
+        if (answer && answer->has_result() && answer->result().code() != "ok") {
+            const v1::Result& result = answer->result();
+            return Error{result.code(), result.field(), result.value(), result.message()};
+        }
+        return answer;
+    }
+};
+
+Error unexpected_answer() { return {"bad_message", "", "", "The server's answer is not one to this question."}; }
+
+int change(const Session& session, Words words) {
+    auto command = command_from_words(words);
+    if (!command) return session.fail(command.error());
+    if (auto attached = attach_profile_file(*command); !attached) return session.fail(attached.error());
+    if (command->has_load_scene()) {
+        // The server resolves paths from its own folder; on the same machine the caller's is meant.
+        std::string& file = *command->mutable_load_scene()->mutable_file();
+        std::error_code error;
+        if (std::filesystem::is_regular_file(file, error)) file = std::filesystem::absolute(file, error).string();
+    }
+    v1::ClientMessage message;
+    *message.mutable_command() = std::move(*command);
+    const auto answer = session.ask(std::move(message));
+    if (!answer) return session.fail(answer.error());
+    if (!answer->has_result()) return session.fail(unexpected_answer());
+    if (session.json) {
+        session.out << to_json(answer->result(), true) << "\n";
+        return kExitOk;
+    }
+    for (const std::string& warning : answer->result().warnings()) session.err << "warning: " << warning << "\n";
+    session.out << "scene_rev " << answer->result().scene_rev() << "\n";
+    return kExitOk;
+}
+
+int get(const Session& session, Words words) {
+    const auto paths = parse_words(words, {}, 0, 1);
+    if (!paths) return session.fail(paths.error());
+    v1::ClientMessage message;
+    message.mutable_get_state();
+    const auto answer = session.ask(std::move(message));
+    if (!answer) return session.fail(answer.error());
+    if (!answer->has_state()) return session.fail(unexpected_answer());
+    const auto json = json_at(answer->state(), paths->empty() ? "" : paths->front(), session.json);
+    if (!json) return session.fail(json.error());
+    session.out << *json << "\n";
+    return kExitOk;
+}
+
+auto vector_setter(google::protobuf::RepeatedField<double>* field, bool& given) {
+    return [field, &given](const std::string& text) {
+        const auto numbers = parse_vector(text);
+        if (numbers) field->Assign(numbers->begin(), numbers->end());
+        given = numbers.has_value();
+        return given;
+    };
+}
+
+auto text_setter(std::string* field) {
+    return [field](const std::string& text) {
+        *field = text;
+        return true;
+    };
+}
+
+int meter(const Session& session, Words words) {
+    v1::ClientMessage message;
+    v1::MeterQuery& query = *message.mutable_meter();
+    bool has_point = false, has_normal = false;
+    const WordOption options[] = {{"--point", vector_setter(query.mutable_point_m(), has_point)},
+                                  {"--normal", vector_setter(query.mutable_normal(), has_normal)},
+                                  {"--quality", text_setter(query.mutable_quality())}};
+    if (const auto read = parse_words(words, options, 0, 0); !read) return session.fail(read.error());
+    if (!has_point || !has_normal)
+        return session.fail({"usage", has_point ? "--normal" : "--point", "", "A meter needs a point and a normal."});
+    const auto answer = session.ask(std::move(message));
+    if (!answer) return session.fail(answer.error());
+    if (!answer->has_meter()) return session.fail(unexpected_answer());
+    session.out << (session.json ? to_json(answer->meter(), true) + "\n" : name_value_lines(answer->meter()));
+    return kExitOk;
+}
+
+// Writes beside the target and renames, so that nobody ever reads half a file. Errors: "file_unwritable".
+Result<bool> write_atomically(const std::filesystem::path& path, const std::string& bytes) {
+    std::filesystem::path temporary = path;
+    temporary += ".part-" + std::to_string(::getpid());
+    std::error_code error;
+    std::ofstream file(temporary, std::ios::binary);
+    file.write(bytes.data(), static_cast<std::streamsize>(bytes.size()));
+    file.close();
+    if (file) std::filesystem::rename(temporary, path, error);
+    if (file && !error) return true;
+    std::filesystem::remove(temporary, error);
+    return Error{"file_unwritable", "", path.string(), "The file cannot be written."};
+}
+
+int capture(const Session& session, Words words) {
+    v1::ClientMessage message;
+    v1::CaptureQuery& query = *message.mutable_capture();
+    const WordOption options[] = {{"--view", text_setter(query.mutable_view())},
+                                  {"--quality", text_setter(query.mutable_quality())},
+                                  {"--size", [&](const std::string& text) {
+                                       const auto size = parse_size(text);
+                                       if (!size) return false;
+                                       query.set_width_px(size->first);
+                                       query.set_height_px(size->second);
+                                       return true;
+                                   }}};
+    const auto files = parse_words(words, options, 1, 1);
+    if (!files) return session.fail(files.error());
+    const std::filesystem::path path(files->front());
+    std::string format = path.extension().string();
+    std::transform(format.begin(), format.end(), format.begin(), [](unsigned char c) { return std::tolower(c); });
+    if (format == ".jpeg") format = ".jpg";
+    if (format != ".png" && format != ".jpg" && format != ".exr")
+        return session.fail({"usage", "capture", files->front(), "A capture is a .png, .jpg or .exr file."});
+    query.set_format(format.substr(1));
+    const auto answer = session.ask(std::move(message));
+    if (!answer) return session.fail(answer.error());
+    if (!answer->has_capture()) return session.fail(unexpected_answer());
+    const v1::CaptureResult& result = answer->capture();
+    if (const auto written = write_atomically(path, result.image()); !written) return session.fail(written.error());
+    if (session.json)
+        session.out << to_json(result, true) << "\n";
+    else
+        session.out << files->front() << " " << result.width_px() << "x" << result.height_px() << " scene_rev "
+                    << result.scene_rev() << "\n";
+    return kExitOk;
+}
+
+int report(const Session& session, Words words) {
+    v1::ClientMessage message;
+    v1::ReportQuery& query = *message.mutable_report();
+    const WordOption options[] = {{"--rev", [&](const std::string& text) {
+                                       const auto rev = parse_count(text);
+                                       if (rev) query.set_rev(*rev);
+                                       return rev.has_value();
+                                   }}};
+    if (const auto read = parse_words(words, options, 0, 0); !read) return session.fail(read.error());
+    const auto answer = session.ask(std::move(message));
+    if (!answer) return session.fail(answer.error());
+    if (!answer->has_report()) return session.fail(unexpected_answer());
+    session.out << (session.json ? to_json(answer->report(), true) + "\n" : report_table(answer->report()));
+    return kExitOk;
+}
+
+int stats(const Session& session, Words words) {
+    if (const auto read = parse_words(words, {}, 0, 0); !read) return session.fail(read.error());
+    v1::ClientMessage message;
+    message.mutable_stats();
+    const auto answer = session.ask(std::move(message));
+    if (!answer) return session.fail(answer.error());
+    if (!answer->has_stats()) return session.fail(unexpected_answer());
+    session.out << (session.json ? to_json(answer->stats(), true) + "\n" : name_value_lines(answer->stats()));
+    return kExitOk;
+}
+
+std::string frame_line(const ServerEvent& event) {
+    char text[256];
+    std::snprintf(text, sizeof text,
+                  "{\"frame\":{\"seq\":%u,\"scene_rev\":%u,\"key\":%s,\"final\":%s,\"lane\":%u,\"bytes\":%zu,"
+                  "\"rendered_s\":%.6f,\"render_us\":%u,\"encode_us\":%u}}",
+                  event.header.seq, event.header.scene_rev, event.header.key ? "true" : "false",
+                  event.header.final ? "true" : "false", event.header.lane, event.access_unit.size(),
+                  static_cast<double>(event.header.rendered_ns) * 1e-9, event.header.render_us, event.header.encode_us);
+    return text;
+}
+
+int watch(const Session& session, Words words) {
+    std::uint32_t frames = 0;
+    std::string out_name;
+    const WordOption options[] = {{"--frames", [&](const std::string& text) {
+                                       const auto count = parse_count(text);
+                                       if (count) frames = *count;
+                                       return count && *count > 0;
+                                   }},
+                                  {"--out", text_setter(&out_name)}};
+    if (const auto read = parse_words(words, options, 0, 0); !read) return session.fail(read.error());
+    std::ofstream file;
+    if (!out_name.empty()) {
+        file.open(out_name, std::ios::binary);
+        if (!file) return session.fail({"file_unwritable", "--out", out_name, "The file cannot be written."});
+    }
+    auto connection = Connection::open(session.address, {session.token, true, true});
+    if (!connection) return session.fail(connection.error());
+    for (std::uint32_t seen = 0; frames == 0 || seen < frames;) {
+        const auto event = (*connection)->next();
+        if (!event) return session.fail(event.error());
+        if (!event->access_unit.empty()) {
+            ++seen;
+            session.out << frame_line(*event) << std::endl;
+            file.write(reinterpret_cast<const char*>(event->access_unit.data()),
+                       static_cast<std::streamsize>(event->access_unit.size()));
+            file.flush();
+            if (!out_name.empty() && !file)
+                return session.fail({"file_unwritable", "--out", out_name, "The file cannot be written."});
+            v1::ClientMessage ack;
+            ack.mutable_frame_ack()->set_seq(event->header.seq);
+            if (const auto said = (*connection)->say(ack); !said) return session.fail(said.error());
+        } else if (event->message.has_state_changed()) {
+            session.out << "{\"state_changed\":" << to_json(event->message.state_changed(), true) << "}" << std::endl;
+        } else if (event->message.has_ready()) {  // instead of many changes
+            session.out << "{\"ready\":" << to_json(event->message.ready(), true) << "}" << std::endl;
+        } else if (event->message.has_goodbye()) {
+            return session.fail({"unreachable", "", session.address.host_header(), event->message.goodbye().reason()});
+        }
+    }
+    return kExitOk;
+}
+
+int photometry(const Session& session, Words words) {
+    bool svg = false;
+    const WordOption options[] = {{"--svg", {}, &svg}};
+    const auto files = parse_words(words, options, 1, 1'000'000);
+    if (!files) return session.fail(files.error());
+#ifdef GONIO_HAS_PHOTOMETRY
+    const PhotometryFormat format = svg            ? PhotometryFormat::svg
+                                    : session.json ? PhotometryFormat::json
+                                                   : PhotometryFormat::text;
+    return run_photometry(*files, format, session.out, session.err);
+#else
+    return session.fail({"usage", "photometry", "", "This build of gonio cannot read photometry files."});
+#endif
+}
+
+Result<std::string> read_token(const std::string& file_name) {
+    std::ifstream file(file_name);
+    std::string token;
+    std::getline(file, token);
+    if (!file.is_open() || file.bad())
+        return Error{"file_unreadable", "--token-file", file_name, "The token cannot be read."};
+    while (!token.empty() && (token.back() == '\r' || token.back() == ' ')) token.pop_back();
+    return token;
+}
+
+}  // namespace
+
+int run_cli(Words args, std::ostream& out, std::ostream& err) {
+    const char* environment = std::getenv("GONIO_SERVER");
+    std::string server = environment && *environment ? environment : "http://127.0.0.1:8080";
+    std::string token_file;
+    Session session{{}, {}, false, out, err};
+    std::vector<std::string> words;
+    bool help = args.empty();
+    for (std::size_t i = 0; i < args.size(); ++i) {
+        const std::string& arg = args[i];
+        const auto value_of = [&](const std::string& name, std::string& value) {
+            if (arg.starts_with(name + "=")) {
+                value = arg.substr(name.size() + 1);
+            } else if (arg != name || i + 1 == args.size()) {
+                return false;
+            } else {
+                value = args[++i];
+            }
+            return true;
+        };
+        if (arg == "--") {  // the rest belongs to the command
+            words.insert(words.end(), args.begin() + static_cast<std::ptrdiff_t>(i), args.end());
+            break;
+        }
+        if (value_of("--server", server) || value_of("--token-file", token_file)) continue;
+        if (arg == "--json") {
+            session.json = true;
+        } else if (arg == "--help" || arg == "-h") {
+            help = true;
+        } else if (arg == "--version" && words.empty()) {
+            out << kVersion;
+            return kExitOk;
+        } else {
+            words.push_back(arg);
+        }
+    }
+    if (help) {
+        (args.empty() ? err : out) << kHelp;
+        return args.empty() ? kExitUsage : kExitOk;
+    }
+    if (words.empty()) return session.fail({"usage", "", "", "There is no command."});
+    const std::string& verb = words.front();
+    const Words rest = Words(words).subspan(1);
+    if (verb == "photometry") return photometry(session, rest);
+
+    const auto address = parse_server_url(server);
+    if (!address) return session.fail(address.error());
+    session.address = *address;
+    if (!token_file.empty()) {
+        const auto token = read_token(token_file);
+        if (!token) return session.fail(token.error());
+        session.token = *token;
+    }
+    struct Row {
+        const char* verb;
+        int (*run)(const Session&, Words);
+    };
+    constexpr Row rows[] = {{"get", get},       {"meter", meter}, {"capture", capture},
+                            {"report", report}, {"stats", stats}, {"watch", watch}};
+    for (const Row& row : rows)
+        if (verb == row.verb) return row.run(session, rest);
+    for (const char* changing : {"set", "load", "add", "remove", "group"})
+        if (verb == changing) return change(session, words);
+    return session.fail({"usage", "", verb, "There is no such command."});
+}
+
+}  // namespace gonio

@@ -1,0 +1,120 @@
+#include "client/cli/output.h"
+
+#include <charconv>
+#include <cstdio>
+#include <nlohmann/json.hpp>
+
+#include "protocol/codec.h"
+
+namespace gonio {
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+// A pass of a report says "light": null where the message has none, so that scripts need not tell absent from null.
+void add_null_lights(Json& report) {
+    if (!report.contains("passes")) return;
+    for (Json& pass : report["passes"])
+        if (!pass.contains("light")) pass["light"] = nullptr;
+}
+
+Json json_of(const google::protobuf::Message& message) {
+    Json json = Json::parse(encode_message(Encoding::json, message));
+    const std::string& name = message.GetDescriptor()->name();
+    if (name == "FrameReport") add_null_lights(json);
+    if (name == "CaptureResult") {
+        json.erase("image");
+        if (json.contains("report")) add_null_lights(json["report"]);
+    }
+    return json;
+}
+
+std::string text_of(const Json& json, bool compact) {
+    return json.dump(compact ? -1 : 2, ' ', false, Json::error_handler_t::replace);
+}
+
+// Takes the next step of the path off its front. Result: the child, or null.
+const Json* step(const Json& at, std::string_view& path) {
+    if (path.starts_with('.')) path.remove_prefix(1);
+    std::string_view name;
+    if (path.starts_with('[')) {
+        const std::size_t close = path.find(']');
+        if (close == std::string_view::npos) return nullptr;
+        name = path.substr(1, close - 1);
+        path.remove_prefix(close + 1);
+        std::size_t index = 0;
+        const auto [end, error] = std::from_chars(name.data(), name.data() + name.size(), index);
+        if (at.is_array() && error == std::errc() && end == name.data() + name.size())
+            return index < at.size() ? &at[index] : nullptr;
+        if (at.is_array())
+            for (const Json& element : at)
+                if (element.is_object() && element.value("name", "") == name) return &element;
+        return nullptr;
+    }
+    if (at.is_object()) {
+        const std::size_t length = std::min(path.find_first_of(".["), path.size());
+        const auto found = at.find(std::string(path.substr(0, length)));
+        if (found == at.end()) return nullptr;
+        path.remove_prefix(length);
+        return &*found;
+    }
+    // A name may itself contain dots: the longest that fits is meant.
+    const Json* best = nullptr;
+    std::size_t best_length = 0;
+    if (at.is_array())
+        for (const Json& element : at) {
+            const std::string candidate = element.is_object() ? element.value("name", "") : "";
+            const bool fits = !candidate.empty() && path.starts_with(candidate) && candidate.size() > best_length &&
+                              (path.size() == candidate.size() || path[candidate.size()] == '.' ||
+                               path[candidate.size()] == '[');
+            if (!fits) continue;
+            best = &element;
+            best_length = candidate.size();
+        }
+    path.remove_prefix(best_length);
+    return best;
+}
+
+}  // namespace
+
+std::string to_json(const google::protobuf::Message& message, bool compact) {
+    return text_of(json_of(message), compact);
+}
+
+Result<std::string> json_at(const google::protobuf::Message& message, std::string_view path, bool compact) {
+    const Json json = json_of(message);
+    const Json* at = &json;
+    for (std::string_view rest = path; !rest.empty();) {
+        const std::string_view before = rest;
+        at = step(*at, rest);
+        if (!at) return Error{"not_found", std::string(path), std::string(before), "The state has no such part."};
+    }
+    return text_of(*at, compact);
+}
+
+std::string report_table(const v1::FrameReport& report) {
+    char line[512];
+    std::snprintf(line, sizeof line, "scene_rev %u  frame_ms %.2f  settled %s\n", report.scene_rev(),
+                  report.frame_ms(), report.settled() ? "true" : "false");
+    std::string text = line;
+    std::snprintf(line, sizeof line, "%-24s %-16s %-7s %5s %9s %9s %6s\n", "pass", "light", "state", "faces", "cpu_ms",
+                  "gpu_ms", "draws");
+    text += line;
+    for (const v1::PassReport& pass : report.passes()) {
+        std::snprintf(line, sizeof line, "%-24.64s %-16.128s %-7.16s %5u %9.3f %9.3f %6u\n", pass.name().c_str(),
+                      pass.has_light() ? pass.light().c_str() : "-", pass.state().c_str(), pass.faces(), pass.cpu_ms(),
+                      pass.gpu_ms(), pass.draws());
+        text += line;
+    }
+    return text;
+}
+
+std::string name_value_lines(const google::protobuf::Message& message) {
+    const Json json = json_of(message);
+    std::string text;
+    for (const auto& [name, value] : json.items())
+        text += name + " " + (value.is_string() ? value.get<std::string>() : text_of(value, true)) + "\n";
+    return text;
+}
+
+}  // namespace gonio

@@ -1,0 +1,25 @@
+// Messages -> text for people and scripts. Pure functions.
+#pragma once
+
+#include <string>
+#include <string_view>
+
+#include "ies/result.h"
+#include "protocol/gonio.pb.h"
+
+namespace gonio {
+
+// Result: JSON with the original field names and defaults; one line where `compact`, else indented. In reports every
+// pass has "light", null for shared passes; captures come without their image bytes.
+std::string to_json(const google::protobuf::Message& message, bool compact);
+
+// Result: the JSON of a part of the message. path: names joined by dots and indices in brackets; an element of a list of
+// named things also goes by its name: "lights[0].aim", "lights.key.aim", "camera.eye[1]". Empty: all.
+// Errors: "not_found" with the part of the path that leads nowhere.
+Result<std::string> json_at(const google::protobuf::Message& message, std::string_view path, bool compact);
+
+std::string report_table(const v1::FrameReport& report);
+// "name value" lines of a flat message.
+std::string name_value_lines(const google::protobuf::Message& message);
+
+}  // namespace gonio

@@ -1,0 +1,189 @@
+#include "client/cli/transport.h"
+
+#include <algorithm>
+#include <boost/asio/connect.hpp>
+#include <boost/asio/io_context.hpp>
+#include <boost/asio/ip/tcp.hpp>
+#include <boost/beast/core/flat_buffer.hpp>
+#include <boost/beast/core/tcp_stream.hpp>
+#include <boost/beast/websocket/stream.hpp>
+#include <cstring>
+#include <optional>
+
+#include "protocol/codec.h"
+
+namespace gonio {
+namespace {
+
+namespace asio = boost::asio;
+namespace beast = boost::beast;
+namespace websocket = beast::websocket;
+using boost::system::error_code;
+
+constexpr auto kConnectTime = std::chrono::seconds(5);
+constexpr auto kReplyTime = std::chrono::seconds(120);
+constexpr auto kForever = std::chrono::hours(24 * 365);
+constexpr std::size_t kMaxServerMessageBytes = 256u << 20;  // a large EXR fits
+constexpr std::uint16_t kFirstPrivateCloseCode = 4000;      // below: the connection broke; from here: the server says why
+
+class WebSocketConnection final : public Connection {
+public:
+    Result<bool> start(const ServerAddress& address, const Wanted& wanted) {
+        where_ = address.host_header();
+        asio::ip::tcp::resolver resolver(context_);
+        asio::ip::tcp::resolver::results_type endpoints;
+        error_code error = run(kConnectTime, [&](auto done) {
+            resolver.async_resolve(address.host, address.port, [&endpoints, done](error_code e, auto found) {
+                endpoints = std::move(found);
+                done(e);
+            });
+        });
+        if (!error)
+            error = run(kConnectTime, [&](auto done) {
+                asio::async_connect(beast::get_lowest_layer(socket_).socket(), endpoints,
+                                    [done](error_code e, const auto&) { done(e); });
+            });
+        if (error) return unreachable(error);
+        error_code ignored;
+        beast::get_lowest_layer(socket_).socket().set_option(asio::ip::tcp::no_delay(true), ignored);
+
+        socket_.set_option(websocket::stream_base::decorator([](websocket::request_type& request) {
+            request.set(beast::http::field::sec_websocket_protocol,
+                        beast::string_view(kSubprotocolProto.data(), kSubprotocolProto.size()));
+        }));
+        websocket::response_type response;
+        error = run(kConnectTime, [&](auto done) {
+            socket_.async_handshake(response, where_, "/v1/ws", [done](error_code e) { done(e); });
+        });
+        if (error == websocket::error::upgrade_declined) {
+            const int status = response.result_int();
+            const bool refused = status == 400 || status == 401 || status == 403 || status == 503;
+            return Error{refused ? "refused" : "unreachable", "HTTP " + std::to_string(status), where_,
+                         refused ? "The server refused the connection." : "This address does not speak this protocol."};
+        }
+        if (error) return unreachable(error);
+        socket_.read_message_max(kMaxServerMessageBytes);
+        socket_.binary(true);
+
+        v1::ClientMessage identify;
+        identify.mutable_identify()->set_client("gonio");
+        identify.mutable_identify()->set_video(wanted.video);
+        identify.mutable_identify()->set_state(wanted.state);
+        identify.mutable_identify()->set_token(wanted.token);
+        if (auto said = say(identify); !said) return said;
+        for (;;) {
+            auto event = read(kReplyTime);
+            if (!event) return event.error();
+            if (event->message.has_ready()) return true;
+        }
+    }
+
+    Result<v1::ServerMessage> ask(v1::ClientMessage message) override {
+        message.set_request_id(++last_request_id_);
+        if (auto said = say(message); !said) return said.error();
+        const auto deadline = std::chrono::steady_clock::now() + kReplyTime;
+        for (;;) {
+            auto event = read(deadline - std::chrono::steady_clock::now());
+            if (!event) return event.error();
+            if (event->access_unit.empty() && event->message.request_id() == last_request_id_)
+                return std::move(event->message);
+        }
+    }
+    Result<bool> say(const v1::ClientMessage& message) override {
+        std::string bytes = encode_message(Encoding::proto, message);
+        bytes.insert(bytes.begin(), static_cast<char>(kBinaryControl));
+        const error_code error = run(kReplyTime, [&](auto done) {
+            socket_.async_write(asio::buffer(bytes), [done](error_code e, std::size_t) { done(e); });
+        });
+        if (error) return unreachable(error);
+        return true;
+    }
+    Result<ServerEvent> next() override { return read(kForever); }
+
+private:
+    // Starts an operation and waits until it is done; after `time` the connection is closed, which ends the operation.
+    template <typename Start>
+    error_code run(std::chrono::steady_clock::duration time, const Start& start) {
+        std::optional<error_code> result;
+        start([&result](error_code error) { result = error; });
+        context_.restart();
+        context_.run_for(std::max(time, std::chrono::steady_clock::duration::zero()));
+        if (result) return *result;
+        beast::get_lowest_layer(socket_).close();
+        context_.restart();
+        context_.run_for(std::chrono::seconds(1));
+        return beast::error::timeout;
+    }
+
+    Result<ServerEvent> read(std::chrono::steady_clock::duration time) {
+        buffer_.consume(buffer_.size());
+        const error_code error =
+            run(time, [&](auto done) { socket_.async_read(buffer_, [done](error_code e, std::size_t) { done(e); }); });
+        if (error == websocket::error::closed && socket_.reason().code >= kFirstPrivateCloseCode)
+            return Error{"refused", "close " + std::to_string(socket_.reason().code), where_,
+                         "The server closed the connection: " + std::string(socket_.reason().reason.c_str()) + "."};
+        if (error) return unreachable(error);
+        const std::string_view bytes(static_cast<const char*>(buffer_.data().data()), buffer_.size());
+        ServerEvent event;
+        if (!bytes.empty() && static_cast<std::uint8_t>(bytes[0]) == kBinaryVideo) {
+            const auto header = decode_frame_header(std::as_bytes(std::span(bytes.data(), bytes.size())));
+            if (!header) return header.error();
+            event.header = *header;
+            event.access_unit.resize(bytes.size() - kFrameHeaderBytes);
+            std::memcpy(event.access_unit.data(), bytes.data() + kFrameHeaderBytes, event.access_unit.size());
+            return event;
+        }
+        auto message = decode_server_message(Encoding::proto, bytes.empty() ? bytes : bytes.substr(1));
+        // A message of a later protocol is none of ours.
+        if (!message && message.error().code == "unsupported") return event;
+        if (!message) return message.error();
+        event.message = std::move(*message);
+        return event;
+    }
+
+    Error unreachable(const error_code& error) const {
+        return {"unreachable", "", where_, "The server cannot be reached: " + error.message() + "."};
+    }
+
+    asio::io_context context_;
+    websocket::stream<beast::tcp_stream> socket_{context_};
+    beast::flat_buffer buffer_;
+    std::string where_;
+    std::uint32_t last_request_id_ = 0;
+};
+
+}  // namespace
+
+Result<ServerAddress> parse_server_url(std::string_view url) {
+    const auto refusal = [&](const char* why) { return Error{"usage", "--server", std::string(url), why}; };
+    std::string_view rest = url;
+    if (const std::size_t scheme = rest.find("://"); scheme != std::string_view::npos) {
+        const std::string_view name = rest.substr(0, scheme);
+        if (name != "http" && name != "ws") return refusal("Only http:// can be spoken.");
+        rest.remove_prefix(scheme + 3);
+    }
+    rest = rest.substr(0, rest.find('/'));
+    ServerAddress address;
+    std::size_t port_at = rest.rfind(':');
+    if (rest.starts_with('[')) {
+        const std::size_t close = rest.find(']');
+        if (close == std::string_view::npos) return refusal("The address lacks its closing bracket.");
+        address.host = rest.substr(1, close - 1);
+        port_at = close + 1 < rest.size() && rest[close + 1] == ':' ? close + 1 : std::string_view::npos;
+    } else {
+        address.host = rest.substr(0, port_at);
+    }
+    if (port_at != std::string_view::npos) address.port = rest.substr(port_at + 1);
+    if (address.host.empty() || address.port.empty() || address.port.size() > 5 ||
+        address.port.find_first_not_of("0123456789") != std::string::npos)
+        return refusal("A server is written like http://127.0.0.1:8080.");
+    return address;
+}
+
+Result<std::unique_ptr<Connection>> Connection::open(const ServerAddress& address, const Wanted& wanted) {
+    auto connection = std::make_unique<WebSocketConnection>();
+    if (auto started = connection->start(address, wanted); !started) return started.error();
+    return std::unique_ptr<Connection>(std::move(connection));
+}
+
+}  // namespace gonio

@@ -1,0 +1,50 @@
+// The CLI's connection to goniod: one WebSocket, binary protobuf. Boost stays in transport.cpp.
+#pragma once
+
+#include <chrono>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "ies/result.h"
+#include "protocol/frame_header.h"
+#include "protocol/gonio.pb.h"
+
+namespace gonio {
+
+struct ServerAddress {
+    std::string host;  // name or address, without brackets
+    std::string port = "8080";
+    std::string host_header() const { return (host.find(':') == std::string::npos ? host : "[" + host + "]") + ":" + port; }
+};
+
+// "http://host:port", "host:port" or "host" -> address. Errors: "usage".
+Result<ServerAddress> parse_server_url(std::string_view url);
+
+// What the server sent: a message, or a frame where `access_unit` is not empty.
+struct ServerEvent {
+    v1::ServerMessage message;
+    FrameHeader header;
+    std::vector<std::byte> access_unit;
+};
+
+class Connection {
+public:
+    struct Wanted {
+        std::string token;
+        bool video = false;
+        bool state = false;
+    };
+    // Connects, upgrades, identifies and waits for Ready. Errors: "unreachable", "refused" (the server is there but says
+    // no).
+    static Result<std::unique_ptr<Connection>> open(const ServerAddress& address, const Wanted& wanted);
+    virtual ~Connection() = default;
+
+    // Result: the answer to `message`, at most 120 s later. Errors: "unreachable".
+    virtual Result<v1::ServerMessage> ask(v1::ClientMessage message) = 0;
+    virtual Result<bool> say(const v1::ClientMessage& message) = 0;
+    // Result: the next event, however long it takes. Errors: "unreachable".
+    virtual Result<ServerEvent> next() = 0;
+};
+
+}  // namespace gonio

@@ -1,0 +1,32 @@
+// The inverse of grid.h: which of a full circle's planes a file needs to hold. Internal to ies/.
+#pragma once
+
+#include <cstddef>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "ies/photometry.h"
+
+namespace gonio::ies::detail {
+
+struct FoldedPlanes {
+    Symmetry symmetry = Symmetry::none;
+    std::vector<std::size_t> columns;  // indices into h_rad, ascending azimuth
+};
+
+// Result: the smallest set of planes of a Type C web from which LM-63's symmetry rules give the same web back, compared
+// bit by bit: {0}, 0-90, 0-180, 90-270, else all.
+FoldedPlanes fold(const PhotometricWeb& web);
+
+// Result: an angle in degrees rounded to 1e-9, so that what was read as "22.5" is written as "22.5".
+double tidy_degrees(double radians);
+
+// Appends the shortest text that reads back as the same number (float: as the same float).
+void append_number(std::string& text, double value);
+void append_number(std::string& text, float value);
+
+// Appends text without line ends, control bytes and blanks at its ends.
+void append_line(std::string& text, std::string_view line);
+
+}  // namespace gonio::ies::detail

@@ -1,0 +1,166 @@
+// One bounce against closed forms: the integrating sphere, the empty plane, and the sum that the VPL list stands for.
+#include <algorithm>
+
+#include "server/assets/assets.h"
+#include "tests/gl/test_scenes.h"
+
+namespace gonio::test {
+namespace {
+
+using Quality = Renderer::MeterQuality;
+
+// Inside a diffuse sphere one bounce is uniform: rho · flux / (4 pi R²), wherever the luminaire stands.
+TEST(Indirect, IntegratingSphere) {
+    constexpr double radius = 2.0, rho = 0.5;
+    struct Case {
+        std::shared_ptr<const Profile> profile;
+        glm::dvec3 light;
+        PanTiltRoll turn;
+    };
+    const Case cases[] = {{isotropic(1000.0), {0, 0, 0}, {}},
+                          {cosine_power(1000.0, 2.0), {0.5, 0.3, 0.4}, {0.3, 0.8, 0.0}},
+                          {cosine_power(1000.0, 30.0), {-0.9, 0.6, 0.2}, {1.0, 2.0, 0.5}},
+                          {*builtin_profile("wall_washer"), {0.2, -1.0, 0.7}, {-2.0, 1.2, 0.7}}};
+    for (const Case& c : cases) {
+        Renderer renderer(context());
+        const Scene scene = scene_with({{inward_sphere(radius, 256), glm::vec3(rho)}}, c.profile, c.light, orientation_of(c.turn));
+        const double expected = rho * c.profile->flux_lm / (4 * std::numbers::pi * radius * radius);
+        for (const glm::dvec3& direction : {glm::dvec3{1, 0, 0}, {0, -1, 0}, {0, 1, 0}, {-0.6, 0.0, 0.8}, {0.577, -0.577, 0.577}, {0.1, 0.2, -0.97}}) {
+            const glm::dvec3 d = glm::normalize(direction);
+            const auto reading = renderer.meter(scene, d * radius, -d, Quality::rsm);
+            EXPECT_NEAR(reading.indirect_lx(), expected, 0.005 * expected) << c.profile->name << " at " << d.x << "," << d.y << "," << d.z;
+        }
+    }
+}
+
+// The same through the picture's own VPL list and shader.
+TEST(Indirect, IntegratingSphereInThePicture) {
+    Renderer renderer(context());
+    const auto profile = cosine_power(1000.0, 2.0);
+    Scene scene = scene_with({{inward_sphere(2.0, 128), glm::vec3(0.5f)}}, profile, {0.5, 0.3, 0.4}, orientation_of({0.3, 0.8, 0.0}));
+    scene.samples = 4096;
+    const double expected = 0.5 * profile->flux_lm / (16 * std::numbers::pi);
+    for (const glm::dvec3& d : {glm::dvec3{1, 0, 0}, {0, 1, 0}, {-0.6, 0.0, 0.8}}) {
+        EXPECT_NEAR(renderer.meter(scene, d * 2.0, -d, Quality::interactive).indirect_lx(), expected, 0.01 * expected);
+    }
+}
+
+TEST(Indirect, AFlatPlaneAloneLightsNothing) {
+    Renderer renderer(context());
+    const Scene scene = floor_scene(10.0, 0.8f, isotropic(1000.0), {0, 2, 0});
+    for (const Quality quality : {Quality::interactive, Quality::rsm}) {
+        EXPECT_EQ(renderer.meter(scene, {0.5, 0, 0.2}, {0, 1, 0}, quality).indirect_lx(), 0.0);
+    }
+}
+
+// Total flux of all RSM texels of a white closed surface is the luminaire's flux, however it is turned: solid angles,
+// cube seams and the mask at once.
+TEST(Indirect, TurningTheLuminaireKeepsItsFlux) {
+    for (const auto& profile : {cosine_power(1000.0, 30.0), *builtin_profile("narrow_spot"), *builtin_profile("street")}) {
+        Renderer renderer(context());
+        Scene scene = scene_with({{inward_sphere(3.0, 64), glm::vec3(1.0f)}}, profile, {0.3, 0.1, -0.2});
+        for (int k = 0; k < 24; ++k) {
+            scene.lights[0].world_from_light = orientation_of({0.7 * k, 0.13 + 0.41 * k, 1.1 * k});
+            scene.lights[0].aim_rev = ++scene.scene_rev;
+            const auto flux = renderer.capture(scene, View::rsm_flux, 4 * kRsmSize, 3 * kRsmSize, true);
+            double sum = 0.0;
+            for (std::size_t i = 0; i < flux->values.size(); i += 4) sum += static_cast<double>(flux->values[i]);
+            EXPECT_NEAR(sum * profile->max_cd, profile->flux_lm, 0.005 * profile->flux_lm) << profile->name << " turn " << k;
+        }
+    }
+}
+
+// The IES light mask integrates to the flux of the web.
+TEST(Indirect, MaskIntegratesToTheFlux) {
+    for (const char* name : {"downlight", "wall_washer", "bulb", "linear"}) {
+        Renderer renderer(context());
+        const auto profile = *builtin_profile(name);
+        const Scene scene = floor_scene(4.0, 0.5f, profile, {0, 2, 0}, orientation_of({0.4, 0.9, 0.2}));
+        constexpr int n = 256;  // sampled at its own centres, bilinear between the mask's texels
+        const auto mask = renderer.capture(scene, View::mask, 4 * n, 3 * n, true);
+        double flux = 0.0;
+        for (std::size_t y = 0; y < 3 * n; ++y) {
+            for (std::size_t x = 0; x < 4 * n; ++x) {
+                const double s = 2.0 * (static_cast<double>(x % n) + 0.5) / n - 1, t = 2.0 * (static_cast<double>(y % n) + 0.5) / n - 1;
+                flux += static_cast<double>(mask->values[(y * 4 * n + x) * 4]) * 4.0 / (n * n * std::pow(1 + s * s + t * t, 1.5));
+            }
+        }
+        EXPECT_NEAR(flux, profile->flux_lm, 0.005 * profile->flux_lm) << name;
+    }
+}
+
+// The list converges to the sum over all texels as it grows. Points on the walls of the Cornell room, away from edges.
+TEST(Indirect, VplListConvergesToTheDenseSum) {
+    Renderer renderer(context());
+    Scene scene = scene_of(make_cornell());
+    const std::pair<glm::dvec3, glm::dvec3> points[] = {
+        {{-1.999, 1.0, 0.5}, {1, 0, 0}}, {{1.999, 2.2, 0.0}, {-1, 0, 0}}, {{0.0, 3.999, 0.9}, {0, -1, 0}}, {{0.5, 2.5, -1.999}, {0, 0, 1}},
+        {{-1.4, 0.001, 1.2}, {0, 1, 0}}, {{-0.5, 3.999, -1.0}, {0, -1, 0}}, {{1.999, 3.0, 1.2}, {-1, 0, 0}}, {{-1.999, 2.8, -1.0}, {1, 0, 0}}};
+    double rms[3] = {};
+    const unsigned counts[3] = {256, 1024, 4096};
+    for (int k = 0; k < 3; ++k) {
+        scene.samples = counts[k];
+        ++scene.scene_rev;
+        double sum = 0.0;
+        for (const auto& [point, normal] : points) {
+            const double dense = renderer.meter(scene, point, normal, Quality::rsm).indirect_lx();
+            const double list = renderer.meter(scene, point, normal, Quality::interactive).indirect_lx();
+            sum += std::pow(list / dense - 1.0, 2.0);
+        }
+        rms[k] = std::sqrt(sum / std::size(points));
+        std::printf("VPLs %u: rms error against the dense sum %.4f\n", counts[k], rms[k]);
+    }
+    EXPECT_LT(rms[0], 0.06);
+    EXPECT_LT(rms[1], 0.02);
+    EXPECT_LT(rms[2], 0.01);
+    EXPECT_LT(rms[2], rms[1]);
+    EXPECT_LT(rms[1], rms[0]);
+}
+
+// Swept into contact with a bright wall the reading stays finite and never exceeds the wall's exitance rho · E.
+TEST(Indirect, ContactIsBounded) {
+    Renderer renderer(context());
+    const Scene scene = scene_with({{quad({-3, 0, 3}, {3, 0, 3}, {3, 0, -3}, {-3, 0, -3}), glm::vec3(0.8f)}, {quad({-3, 0, -3}, {3, 0, -3}, {3, 3, -3}, {-3, 3, -3}), glm::vec3(0.8f)}},
+                                   isotropic(1000.0), {0, 1.5, -1.5});
+    const double exitance = 0.8 * 1000.0 / (1.5 * 1.5);  // the wall's brightest point
+    for (double gap : {1.0, 0.3, 0.1, 0.03, 0.01, 1e-3, 1e-4, 1e-5}) {
+        const double lux = renderer.meter(scene, {0.0, 1.5, -3.0 + gap}, {0, 0, -1}, Quality::interactive).indirect_lx();
+        EXPECT_TRUE(std::isfinite(lux));
+        EXPECT_GE(lux, 0.0);
+        EXPECT_LE(lux, exitance) << gap;
+    }
+}
+
+TEST(Indirect, ADarkProfileAndAMillionCandelaAreBothFinite) {
+    for (double candela : {0.0, 1e-30, 1e6, 1e12}) {
+        Renderer renderer(context());
+        Scene scene = scene_with({{inward_sphere(2.0, 64), glm::vec3(0.5f)}}, isotropic(candela), {0.1, 0, 0});
+        const auto reading = renderer.meter(scene, {2, 0, 0}, {-1, 0, 0}, Quality::interactive);
+        EXPECT_TRUE(std::isfinite(reading.total_lx())) << candela;
+        const double expected = 0.5 * 4 * std::numbers::pi * candela / (16 * std::numbers::pi);
+        EXPECT_NEAR(reading.indirect_lx(), expected, 0.02 * expected) << candela;
+        renderer.begin_frame(scene, monotonic_ns());
+        EXPECT_TRUE(renderer.finish_frame(true)->nv12);
+    }
+}
+
+// The seed paper's estimator is unbiased over the whole sphere: its mean over a picture of the integrating sphere.
+TEST(Indirect, SeedTechniqueReadsTheSphereInTheMean) {
+    Renderer renderer(context());
+    const auto profile = cosine_power(1000.0, 2.0);
+    Scene scene = scene_with({{inward_sphere(2.0, 128), glm::vec3(0.5f)}}, profile, {0.3, 0.2, 0.0});
+    scene.technique = Technique::seed;
+    scene.samples = 400;
+    scene.camera = {{0, 0, 0.0}, {0, 0, -1}, 1.2};
+    const auto total = renderer.capture(scene, View::illuminance, 64, 64, true);
+    Scene dark = scene;
+    double sum = 0.0;
+    const auto beauty = renderer.capture(dark, View::indirect, 64, 64, true);  // rho / pi × indirect lux
+    for (std::size_t i = 0; i < beauty->values.size(); i += 4) sum += static_cast<double>(beauty->values[i]) * std::numbers::pi / 0.5;
+    const double expected = 0.5 * profile->flux_lm / (16 * std::numbers::pi);
+    EXPECT_NEAR(sum / (64 * 64), expected, 0.01 * expected);
+    EXPECT_TRUE(total);
+}
+
+}  // namespace
+}  // namespace gonio::test

@@ -1,0 +1,43 @@
+// Scenes and luminaires whose light is known in closed form, and one GL context for the executable.
+#pragma once
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <functional>
+#include <memory>
+#include <numbers>
+
+#include "server/gl/context.h"
+#include "server/render/renderer.h"
+#include "server/scene/apply.h"
+#include "server/scene/orientation.h"
+
+namespace gonio::test {
+
+// The context of this executable; made on first use. Tests run on the main thread.
+const gl::Context& context();
+
+// A Type C profile from a law I(v, h) in cd, radians, on a grid of step degrees over the full sphere.
+std::shared_ptr<const Profile> profile_of(const std::string& name, double step_deg, const std::function<double(double v, double h)>& law);
+std::shared_ptr<const Profile> isotropic(double candela);
+std::shared_ptr<const Profile> cosine_power(double candela, double power);  // I0 cos^n below the horizon, 1 degree grid
+
+// Meshes with one material each.
+Mesh quad(const glm::dvec3& a, const glm::dvec3& b, const glm::dvec3& c, const glm::dvec3& d);  // counter-clockwise from the front
+Mesh inward_sphere(double radius_m, int rings);  // normals point to the centre
+
+// A scene of the meshes, each with the reflectance given, and one light.
+struct Piece {
+    Mesh mesh;
+    glm::vec3 reflectance{1.0f};
+    glm::vec3 emissive_nit{0.0f};
+};
+Scene scene_with(std::vector<Piece> pieces, std::shared_ptr<const Profile> profile, const glm::dvec3& light_position,
+                 const glm::dquat& orientation = orientation_of({}), const glm::dvec3& offset = glm::dvec3(0.0));
+
+// A square floor at y = 0, normal +Y.
+Scene floor_scene(double side_m, float reflectance, std::shared_ptr<const Profile> profile, const glm::dvec3& light_position,
+                  const glm::dquat& orientation = orientation_of({}));
+
+}  // namespace gonio::test

@@ -1,0 +1,222 @@
+// What scripts read from gonio, and the program as a whole against a front played by the test.
+#include <gtest/gtest.h>
+
+#include <atomic>
+#include <filesystem>
+#include <fstream>
+#include <sstream>
+
+#include "client/cli/cli.h"
+#include "client/cli/output.h"
+#include "client/cli/transport.h"
+#include "server/net/front.h"
+
+namespace gonio {
+namespace {
+
+v1::State example_state() {
+    v1::State state;
+    state.set_scene_rev(7);
+    state.set_scene("cornell");
+    for (const char* name : {"key", "key.left"}) {
+        v1::Light* light = state.add_lights();
+        light->set_name(name);
+        light->set_level_ratio(0.5);
+        for (const double x : {0.0, -1.0, 0.25}) light->add_aim(x);
+    }
+    state.mutable_camera()->set_fov_rad(0.7);
+    return state;
+}
+
+TEST(CliOutput, PathsLeadToParts) {
+    const v1::State state = example_state();
+    const auto at = [&](const char* path) {
+        const auto json = json_at(state, path, true);
+        return json ? *json : json.error().code + " " + json.error().value;
+    };
+    EXPECT_EQ(at("scene_rev"), "7");
+    EXPECT_EQ(at("scene"), "\"cornell\"");
+    EXPECT_EQ(at("camera.fov_rad"), "0.7");
+    EXPECT_EQ(at("lights[0].aim"), "[0,-1,0.25]");
+    EXPECT_EQ(at("lights[0].aim[2]"), "0.25");
+    EXPECT_EQ(at("lights.key.level_ratio"), "0.5");
+    EXPECT_EQ(at("lights.key.left.name"), "\"key.left\"");
+    EXPECT_EQ(at("lights[key.left].name"), "\"key.left\"");
+    EXPECT_EQ(at("lights[2]"), "not_found [2]");
+    EXPECT_EQ(at("lights.none.aim"), "not_found .none.aim");
+    EXPECT_EQ(at("camera.fov_rad.x"), "not_found .x");
+    EXPECT_EQ(at("lights[0"), "not_found [0");
+    EXPECT_NE(at("").find("\"scene_rev\":7"), std::string::npos);
+}
+
+TEST(CliOutput, SharedPassesHaveANullLight) {
+    v1::FrameReport report;
+    report.set_scene_rev(3);
+    report.set_frame_ms(12.5);
+    report.add_passes()->set_name("composite");
+    v1::PassReport* shadow = report.add_passes();
+    shadow->set_name("shadow");
+    shadow->set_light("key");
+    shadow->set_state("ran");
+    shadow->set_faces(6);
+    const std::string json = to_json(report, true);
+    EXPECT_EQ(json,
+              R"({"scene_rev":3,"frame_ms":12.5,"settled":false,"passes":[{"name":"composite","state":"","faces":0,)"
+              R"("cpu_ms":0,"gpu_ms":0,"draws":0,"light":null},{"name":"shadow","state":"ran","faces":6,)"
+              R"("cpu_ms":0,"gpu_ms":0,"draws":0,"light":"key"}]})");
+    EXPECT_NE(report_table(report).find("shadow"), std::string::npos);
+    v1::CaptureResult capture;
+    capture.set_image("bytes");
+    *capture.mutable_report() = report;
+    const std::string without_image = to_json(capture, true);
+    EXPECT_EQ(without_image.find("image"), std::string::npos);
+    EXPECT_NE(without_image.find("\"light\":null"), std::string::npos);
+}
+
+TEST(CliOutput, ServerUrls) {
+    const auto parsed = [](const char* url) {
+        const auto address = parse_server_url(url);
+        return address ? address->host + " " + address->port : address.error().code;
+    };
+    EXPECT_EQ(parsed("http://127.0.0.1:8080"), "127.0.0.1 8080");
+    EXPECT_EQ(parsed("http://host:81/"), "host 81");
+    EXPECT_EQ(parsed("host"), "host 8080");
+    EXPECT_EQ(parsed("http://[::1]:9"), "::1 9");
+    for (const char* bad : {"https://x", "http://", "http://x:", "x:99999999", "x:port", "[::1"})
+        EXPECT_EQ(parsed(bad), "usage") << bad;
+}
+
+// A daemon that knows one light and answers at once.
+struct CliRun : testing::Test {
+    std::unique_ptr<Front> front;
+    std::string out, err;
+    std::atomic<std::uint32_t> rev = 7;
+
+    void SetUp() override {
+        FrontOptions options;
+        options.port = 0;
+        Front::Callbacks callbacks;
+        callbacks.request = [this](SessionId session, v1::ClientMessage message) {
+            answer(session, message);
+            return true;
+        };
+        callbacks.demand = [this](Demand demand) {
+            if (!demand.h264 || !front) return;
+            EncodedFrame frame;
+            frame.data.assign(10, std::byte{0x42});
+            frame.key = demand.key;
+            frame.scene_rev = rev;
+            front->publish_h264(std::move(frame), true);
+        };
+        auto started = Front::start(options, std::move(callbacks));
+        ASSERT_TRUE(started);
+        front = std::move(*started);
+        front->publish_state(example_state());
+    }
+    void answer(SessionId session, const v1::ClientMessage& message) {
+        v1::ServerMessage reply;
+        reply.set_request_id(message.request_id());
+        if (message.has_get_state()) *reply.mutable_state() = example_state();
+        if (message.has_meter()) reply.mutable_meter()->set_total_lx(250);
+        if (message.has_stats()) reply.mutable_stats()->set_frames_rendered(3);
+        if (message.has_report()) {
+            reply.mutable_report()->set_scene_rev(message.report().rev());
+            reply.mutable_report()->add_passes()->set_name("gbuffer");
+        }
+        if (message.has_capture()) {
+            reply.mutable_capture()->set_format(message.capture().format());
+            reply.mutable_capture()->set_image("picture");
+            reply.mutable_capture()->set_width_px(message.capture().width_px());
+        }
+        if (message.has_command()) {
+            v1::Result& result = *reply.mutable_result();
+            if (message.command().has_set_light() && message.command().set_light().name() != "key") {
+                result.set_code("unknown_light");
+                result.set_field("set_light.name");
+                result.set_value(message.command().set_light().name());
+                result.set_message("There is no such light.");
+            } else {
+                result.set_code("ok");
+                result.set_scene_rev(++rev);
+            }
+        }
+        front->reply(session, reply);
+    }
+    int run(std::vector<std::string> args, bool with_server = true) {
+        if (with_server) {
+            args.insert(args.begin(), "http://127.0.0.1:" + std::to_string(front->port()));
+            args.insert(args.begin(), "--server");
+        }
+        std::ostringstream out_stream, err_stream;
+        const int code = run_cli(args, out_stream, err_stream);
+        out = out_stream.str();
+        err = err_stream.str();
+        return code;
+    }
+};
+
+TEST_F(CliRun, ChangesPrintTheirRevision) {
+    EXPECT_EQ(run({"set", "light", "key", "--level", "0.5"}), 0);
+    EXPECT_EQ(out, "scene_rev 8\n");
+    EXPECT_EQ(run({"--json", "set", "exposure", "-2"}), 0);
+    EXPECT_EQ(out, R"({"code":"ok","field":"","value":"","message":"","scene_rev":9,"warnings":[]})" "\n");
+    EXPECT_EQ(run({"group", "all", "key", "--json"}), 0);
+    EXPECT_NE(out.find("\"scene_rev\":10"), std::string::npos);
+}
+
+TEST_F(CliRun, RefusalsSayCodeFieldAndValue) {
+    EXPECT_EQ(run({"set", "light", "moon", "--level", "0.5"}), 1);
+    EXPECT_EQ(out, "");
+    EXPECT_EQ(err, "gonio: unknown_light set_light.name moon: There is no such light.\n");
+}
+
+TEST_F(CliRun, Queries) {
+    EXPECT_EQ(run({"get", "lights.key.aim", "--json"}), 0);
+    EXPECT_EQ(out, "[0,-1,0.25]\n");
+    EXPECT_EQ(run({"get", "nothing"}), 1);
+    EXPECT_EQ(run({"meter", "--point", "0,0,0", "--normal", "0,1,0", "--json"}), 0);
+    EXPECT_NE(out.find("\"total_lx\":250"), std::string::npos);
+    EXPECT_EQ(run({"meter", "--point", "0,0,0"}), 2);
+    EXPECT_EQ(run({"stats"}), 0);
+    EXPECT_NE(out.find("frames_rendered 3\n"), std::string::npos);
+    EXPECT_EQ(run({"report", "--rev", "12", "--json"}), 0);
+    EXPECT_NE(out.find("\"scene_rev\":12"), std::string::npos);
+    EXPECT_NE(out.find("\"light\":null"), std::string::npos);
+}
+
+TEST_F(CliRun, CapturesAreWrittenWhole) {
+    const auto folder = std::filesystem::temp_directory_path() / "gonio_capture_test";
+    std::filesystem::create_directories(folder);
+    const auto path = folder / "out.PNG";
+    EXPECT_EQ(run({"capture", path.string(), "--size", "64x32"}), 0) << err;
+    std::ifstream file(path);
+    EXPECT_EQ(std::string(std::istreambuf_iterator<char>(file), {}), "picture");
+    EXPECT_EQ(std::distance(std::filesystem::directory_iterator(folder), {}), 1);
+    EXPECT_EQ(run({"capture", (folder / "out.gif").string()}), 2);
+    EXPECT_EQ(run({"capture", (folder / "no" / "out.png").string()}), 2);
+    std::filesystem::remove_all(folder);
+}
+
+TEST_F(CliRun, WatchStopsAfterItsFrames) {
+    const auto path = std::filesystem::temp_directory_path() / "gonio_watch_test.h264";
+    EXPECT_EQ(run({"watch", "--frames", "3", "--out", path.string()}), 0) << err;
+    EXPECT_EQ(std::count(out.begin(), out.end(), '\n'), 3) << out;
+    EXPECT_NE(out.find("{\"frame\":{\"seq\":1,\"scene_rev\":7,\"key\":true"), std::string::npos);
+    EXPECT_EQ(std::filesystem::file_size(path), 30u);
+    std::filesystem::remove(path);
+}
+
+TEST_F(CliRun, UsageAndUnreachable) {
+    EXPECT_EQ(run({"fly"}), 2);
+    EXPECT_EQ(run({"set", "light", "key", "--level", "high"}), 2);
+    EXPECT_NE(err.find("--level high"), std::string::npos);
+    EXPECT_EQ(run({}, false), 2);
+    EXPECT_EQ(run({"--help"}, false), 0);
+    EXPECT_NE(out.find("meter --point"), std::string::npos);
+    EXPECT_EQ(run({"--server", "http://127.0.0.1:1", "stats"}, false), 3);
+    EXPECT_EQ(run({"--server", "ftp://x", "stats"}, false), 2);
+    EXPECT_EQ(run({"--token-file", "/nonexistent", "stats"}), 2);
+}
+
+}  // namespace
+}  // namespace gonio

@@ -1,0 +1,139 @@
+// The words of a command line -> messages.
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <cstdio>
+#include <filesystem>
+#include <fstream>
+#include <numbers>
+#include <sstream>
+
+#include "protocol/words.h"
+
+namespace gonio {
+namespace {
+
+Result<v1::Command> command_of(const std::string& line) {
+    std::istringstream stream(line);
+    std::vector<std::string> words;
+    for (std::string word; stream >> word;) words.push_back(word);
+    return command_from_words(words);
+}
+
+TEST(CliWords, EveryChange) {
+    auto command = command_of("set light key --position 1,-2,3.5 --pan 90 --tilt -45 --roll 180 --level 0.25 --color 1,0.5,0 --profile narrow");
+    ASSERT_TRUE(command) << command.error().text();
+    const v1::SetLight& light = command->set_light();
+    EXPECT_EQ(light.name(), "key");
+    ASSERT_EQ(light.position_m_size(), 3);
+    EXPECT_DOUBLE_EQ(light.position_m(1), -2);
+    EXPECT_NEAR(light.pan_rad(), std::numbers::pi / 2, 1e-15);
+    EXPECT_NEAR(light.tilt_rad(), -std::numbers::pi / 4, 1e-15);
+    EXPECT_NEAR(light.roll_rad(), std::numbers::pi, 1e-15);
+    EXPECT_DOUBLE_EQ(light.level_ratio(), 0.25);
+    EXPECT_DOUBLE_EQ(light.color_rgb(1), 0.5);
+    EXPECT_EQ(light.profile().name(), "narrow");
+    EXPECT_EQ(light.aim_size(), 0);
+
+    command = command_of("set light key --aim=-1,0,0");
+    ASSERT_TRUE(command);
+    EXPECT_DOUBLE_EQ(command->set_light().aim(0), -1);
+    EXPECT_FALSE(command->set_light().has_pan_rad());
+
+    command = command_of("set camera --eye 0,1,5 --target 0,1,0 --fov 60");
+    ASSERT_TRUE(command);
+    EXPECT_NEAR(command->set_camera().fov_rad(), std::numbers::pi / 3, 1e-15);
+    EXPECT_EQ(command_of("set technique seed --samples 400")->set_technique().samples(), 400u);
+    EXPECT_EQ(command_of("set technique default")->set_technique().technique(), "default");
+    EXPECT_EQ(command_of("set view indirect --gain 4 --light key")->set_view().gain(), 4.0);
+    EXPECT_EQ(command_of("set exposure -2.5")->set_exposure().ev100(), -2.5);
+    EXPECT_EQ(command_of("set master 0.5")->set_master().ratio(), 0.5);
+    EXPECT_EQ(command_of("set size 640x480")->set_size().height_px(), 480u);
+    EXPECT_EQ(command_of("load scene atrium")->load_scene().file(), "atrium");
+    EXPECT_EQ(command_of("add light new --profile flood --position 0,3,0")->add_light().light().profile().name(), "flood");
+    EXPECT_EQ(command_of("remove light new")->remove_light().name(), "new");
+    EXPECT_EQ(command_of("group wash a b c")->set_group().lights_size(), 3);
+    EXPECT_EQ(command_of("group wash")->set_group().lights_size(), 0);
+}
+
+TEST(CliWords, SetIsUnderstoodInAJob) {
+    EXPECT_EQ(command_of("exposure 8")->set_exposure().ev100(), 8.0);
+    EXPECT_EQ(command_of("light key --level 1")->set_light().name(), "key");
+}
+
+TEST(CliWords, WhatIsANumberIsPassedOn) {
+    const auto command = command_of("set light key --position nan,inf,1e999 --level -7");
+    ASSERT_TRUE(command);
+    EXPECT_TRUE(std::isnan(command->set_light().position_m(0)));
+    EXPECT_TRUE(std::isinf(command->set_light().position_m(1)));
+    EXPECT_TRUE(std::isinf(command->set_light().position_m(2)));
+    EXPECT_DOUBLE_EQ(command->set_light().level_ratio(), -7);
+    EXPECT_EQ(command_of("set light key --position 1,2")->set_light().position_m_size(), 2);  // the server refuses it
+    EXPECT_TRUE(std::isnan(command_of("set exposure nan")->set_exposure().ev100()));
+}
+
+TEST(CliWords, UsageErrorsNameTheWord) {
+    struct Case {
+        const char* line;
+        const char* where;
+        const char* value;
+    };
+    const Case cases[] = {
+        {"set light", "", ""},
+        {"set", "set", ""},
+        {"set sun 5", "set", "sun"},
+        {"fly", "set", "fly"},
+        {"set light key --level", "--level", ""},
+        {"set light key --level high", "--level", "high"},
+        {"set light key --position 1,2,x", "--position", "1,2,x"},
+        {"set light key --position 1,,2", "--position", "1,,2"},
+        {"set light key --shine 1", "--shine", ""},
+        {"set light key other", "", "other"},
+        {"set exposure", "", ""},
+        {"set exposure bright", "exposure", "bright"},
+        {"set exposure 1.5x", "exposure", "1.5x"},
+        {"set size 640", "size", "640"},
+        {"set size 640x", "size", "640x"},
+        {"set technique seed --samples -4", "--samples", "-4"},
+        {"set technique seed --samples 1.5", "--samples", "1.5"},
+        {"load file x", "load", "file"},
+        {"add light key", "--profile", ""},
+        {"remove camera", "remove", "camera"},
+        {"group", "", ""},
+    };
+    for (const Case& expected : cases) {
+        const auto command = command_of(expected.line);
+        ASSERT_FALSE(command) << expected.line;
+        EXPECT_EQ(command.error().code, "usage") << expected.line;
+        EXPECT_EQ(command.error().where, expected.where) << expected.line;
+        EXPECT_EQ(command.error().value, expected.value) << expected.line;
+    }
+    EXPECT_FALSE(command_of(""));
+}
+
+TEST(CliWords, AfterTwoDashesEverythingIsAName) {
+    EXPECT_EQ(command_of("remove light -- --odd")->remove_light().name(), "--odd");
+}
+
+TEST(CliWords, ProfileFilesAreUploaded) {
+    const auto path = std::filesystem::temp_directory_path() / "gonio_words_test.ies";
+    const std::string content("IESNA:LM-63-2002\r\n\0\xff", 20);
+    std::ofstream(path, std::ios::binary) << content;
+    auto command = command_of("set light key --profile " + path.string());
+    ASSERT_TRUE(command);
+    const auto attached = attach_profile_file(*command);
+    ASSERT_TRUE(attached && *attached);
+    EXPECT_EQ(command->set_light().profile().name(), "gonio_words_test.ies");
+    EXPECT_EQ(command->set_light().profile().photometry(), content);
+    std::filesystem::resize_file(path, 3u << 20);
+    command = command_of("add light key --profile " + path.string());
+    ASSERT_TRUE(*attach_profile_file(*command));
+    EXPECT_EQ(command->add_light().light().profile().photometry().size(), (1u << 20) + 1);  // enough to be refused
+    std::filesystem::remove(path);
+    command = command_of("set light key --profile downlight");
+    EXPECT_FALSE(*attach_profile_file(*command));
+    EXPECT_EQ(command->set_light().profile().name(), "downlight");
+}
+
+}  // namespace
+}  // namespace gonio

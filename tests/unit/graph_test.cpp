@@ -1,0 +1,60 @@
+// The frame graph without GL: what runs, what is clean, what is culled.
+#include "server/render/graph.h"
+
+#include <gtest/gtest.h>
+
+namespace gonio {
+namespace {
+
+struct Graph {
+    Ledger ledger;
+    std::uint64_t a_rev = 1, b_rev = 1;
+    bool with_absent = false;
+    std::string order;
+
+    std::string run(std::vector<SlotRef> wanted) {
+        order.clear();
+        std::vector<Pass> passes(3);
+        passes[0] = {"a", "", {}, {Slot::gbuffer}, {a_rev}, false, false, [&] { order += "a"; return PassRun{}; }};
+        passes[1] = {"b", "lamp", {}, {Slot::shadow, 0, 7}, {b_rev}, false, false, [&] { order += "b"; return PassRun{2, 3}; }};
+        passes[2] = {"c", "", {{Slot::gbuffer}, {Slot::shadow, 0, 7}}, {Slot::picture}, {}, false, false, [&] { order += "c"; return PassRun{}; }};
+        std::string states;
+        for (const v1::PassReport& row : execute(passes, wanted, ledger, [](std::size_t) {}, [](std::size_t) {})) states += row.state().substr(0, 2) + " ";
+        return states;
+    }
+};
+
+const SlotRef kPicture{Slot::picture}, kGbuffer{Slot::gbuffer};
+
+TEST(Graph, RunsOnceThenIsClean) {
+    Graph g;
+    EXPECT_EQ(g.run({kPicture}), "ra ra ra ");
+    EXPECT_EQ(g.order, "abc");
+    EXPECT_EQ(g.run({kPicture}), "cl cl cl ");
+}
+
+TEST(Graph, AMovedInputRunsItsReadersOnly) {
+    Graph g;
+    g.run({kPicture});
+    g.b_rev = 2;
+    EXPECT_EQ(g.run({kPicture}), "cl ra ra ");
+}
+
+TEST(Graph, UnwantedIsCulledAndCatchesUpLater) {
+    Graph g;
+    g.run({kPicture});
+    g.b_rev = 2;
+    EXPECT_EQ(g.run({kGbuffer}), "cl cu cu ");
+    EXPECT_EQ(g.run({kPicture}), "cl ra ra ");
+    EXPECT_EQ(g.run({}), "cu cu cu ");
+}
+
+TEST(Graph, ForgottenSlotsRunAgain) {
+    Graph g;
+    g.run({kPicture});
+    g.ledger.forget_light(7);
+    EXPECT_EQ(g.run({kPicture}), "cl ra ra ");
+}
+
+}  // namespace
+}  // namespace gonio
