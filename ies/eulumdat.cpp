@@ -264,7 +264,7 @@ std::optional<Error> read_grid(Lines& lines, const Counts& counts, double scale,
             return error_at(lines.text, lines.begin, "candela_too_large", std::to_string(value), "more than 1e12 cd");
         }
         if (value < 0.0) lines.report.warn("negative_candela", lines.begin, "an intensity is negative; 0 is used");
-        const double kept = value < 0.0 || scaled < 0.0 ? 0.0 : scaled;
+        const double kept = value > 0.0 && scaled > 0.0 ? scaled : 0.0;
         any = any || kept > 0.0;
         grid.candela.push_back(static_cast<float>(kept));
     }

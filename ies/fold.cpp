@@ -72,7 +72,7 @@ FoldedPlanes fold(const PhotometricWeb& web) {
 }
 
 double tidy_degrees(double radians) {
-    return std::round(Angle::radians(radians).degrees() * 1e9) / 1e9;
+    return std::round(Angle::radians(radians).degrees() * 1e9) / 1e9 + 0.0;
 }
 
 void append_number(std::string& text, double value) {

@@ -8,8 +8,10 @@ namespace gonio::ies::detail {
 
 namespace {
 
-constexpr double kSameAngleDeg = 1e-3;   // finer than any goniometer's scale
-constexpr double kMinStepDeg = 1e-6;     // angles closer than this count as equal: every cell keeps a finite slope
+constexpr double kSameAngleDeg = 1e-3;  // finer than any goniometer's scale
+constexpr double kAngleUnitDeg =
+    1e-9;                             // angles are kept to this, so that writing and reading again finds the same ones
+constexpr double kMinStepDeg = 1e-6;  // angles closer than this count as equal: every cell keeps a finite slope
 constexpr float kMismatchRatio = 1e-3F;  // of the peak; below it two planes count as equal
 
 bool same_angle(double a, double b) {
@@ -27,7 +29,7 @@ std::size_t order_break(const std::vector<double>& angles) {
     for (std::size_t i = 1; i < angles.size(); ++i) {
         const bool ascending = angles[1] > angles[0];
         const double step = ascending ? angles[i] - angles[i - 1] : angles[i - 1] - angles[i];
-        if (!(step >= kMinStepDeg)) return i;
+        if (!(step >= kMinStepDeg - 0.5 * kAngleUnitDeg)) return i;
     }
     return 0;
 }
@@ -185,7 +187,7 @@ void report_mismatches(const PhotometricWeb& web, const FileGrid& grid, Report& 
 // A single vertical angle has no extent: the web is a sliver around it, dark elsewhere.
 void widen_single_v(FileGrid& grid, Report& report) {
     if (grid.v_deg.size() != 1) return;
-    constexpr double kSliverDeg = 1e-6;
+    constexpr double kSliverDeg = 1e-4;
     report.warn("single_v", grid.v_offset, "one vertical angle only: the luminaire emits nowhere else");
     const double v = grid.v_deg[0];
     const bool at_end = v + kSliverDeg > 180.0 || (grid.goniometer == Goniometer::type_a && v + kSliverDeg > 90.0);
@@ -281,6 +283,9 @@ void mirror_about_last(std::vector<Plane>& planes) {
 }
 
 Unfolded unfold(FileGrid grid, Report& report) {
+    const auto tidy = [](double& deg) { deg = std::round(deg * 1e9) / 1e9 + 0.0; };
+    for (double& deg : grid.v_deg) tidy(deg);
+    for (double& deg : grid.h_deg) tidy(deg);
     if (auto fault = find_fault(grid)) {
         Unfolded refused;
         refused.fault = std::move(fault);

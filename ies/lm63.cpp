@@ -235,7 +235,7 @@ std::optional<Error> read_candela(NumberStream& stream, std::size_t count, doubl
         if (value < 0.0) {
             report.warn("negative_candela", stream.token_begin, "a candela value is negative; 0 is used");
         }
-        const double kept = value < 0.0 || scaled < 0.0 ? 0.0 : scaled;
+        const double kept = value > 0.0 && scaled > 0.0 ? scaled : 0.0;
         any = any || kept > 0.0;
         candela.push_back(static_cast<float>(kept));
     }

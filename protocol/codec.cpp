@@ -31,9 +31,7 @@ std::string shown(std::string_view value) {
 // Walks the bytes of one message of type `descriptor` as the parser would. Result: the place of the first thing that is
 // not well-formed, as "path byte N", or empty if the wire format is sound (then a string was not UTF-8).
 std::string first_bad_place(CodedInputStream& in, const Descriptor* descriptor, const std::string& path, int depth) {
-    const auto place = [&](int offset) {
-        return (path.empty() ? "byte " : path + " byte ") + std::to_string(offset);
-    };
+    const auto place = [&](int offset) { return (path.empty() ? "byte " : path + " byte ") + std::to_string(offset); };
     for (;;) {
         const int start = in.CurrentPosition();
         if (in.BytesUntilLimit() == 0) return {};

@@ -29,7 +29,8 @@ std::array<std::byte, kFrameHeaderBytes> encode_frame_header(const FrameHeader& 
     std::array<std::byte, kFrameHeaderBytes> bytes{};
     put<std::uint8_t>(bytes, 0, kBinaryVideo);
     put<std::uint8_t>(bytes, 1, kVersion);
-    put<std::uint8_t>(bytes, 2, static_cast<std::uint8_t>((header.key ? kFlagKey : 0) | (header.final ? kFlagFinal : 0)));
+    put<std::uint8_t>(bytes, 2,
+                      static_cast<std::uint8_t>((header.key ? kFlagKey : 0) | (header.final ? kFlagFinal : 0)));
     put<std::uint8_t>(bytes, 3, header.lane);
     put<std::uint32_t>(bytes, 4, header.seq);
     put<std::uint32_t>(bytes, 8, header.scene_rev);

@@ -151,7 +151,8 @@ Result<bool> read_command(Words words, v1::Command& command) {
         return true;
     }
     if (verb == "load") {
-        if (rest.empty() || rest.front() != "scene") return usage("load", rest.empty() ? "" : rest.front(), "Only a scene can be loaded: load scene FILE.");
+        if (rest.empty() || rest.front() != "scene")
+            return usage("load", rest.empty() ? "" : rest.front(), "Only a scene can be loaded: load scene FILE.");
         const auto files = parse_words(rest.subspan(1), {}, 1, 1);
         if (!files) return files.error();
         command.mutable_load_scene()->set_file(files->front());
@@ -265,7 +266,8 @@ Result<bool> attach_profile_file(v1::Command& command) {
     std::ifstream file(path, std::ios::binary);
     std::string bytes(kMaxProfileBytes + 1, '\0');
     file.read(bytes.data(), static_cast<std::streamsize>(bytes.size()));
-    if (file.bad() || !file.is_open()) return Error{"file_unreadable", "--profile", path.string(), "The file cannot be read."};
+    if (file.bad() || !file.is_open())
+        return Error{"file_unreadable", "--profile", path.string(), "The file cannot be read."};
     bytes.resize(static_cast<std::size_t>(file.gcount()));
     light->mutable_profile()->set_name(path.filename().string());
     *light->mutable_profile()->mutable_photometry() = std::move(bytes);

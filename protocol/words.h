@@ -1,6 +1,6 @@
 // The words of a `gonio` command that changes the scene -> a Command; used by the CLI and by JOB.json alike.
-// Here degrees become radians and "x,y,z" becomes a vector. What is a number is passed on as it is, also nan: the server
-// decides what it accepts.
+// Here degrees become radians and "x,y,z" becomes a vector. What is a number is passed on as it is, also nan: the
+// server decides what it accepts.
 #pragma once
 
 #include <functional>

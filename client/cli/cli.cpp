@@ -17,6 +17,10 @@
 #define GONIO_HAS_PHOTOMETRY 1
 #endif
 
+#ifndef GONIO_VERSION
+#define GONIO_VERSION "unknown"
+#endif
+
 namespace gonio {
 namespace {
 
@@ -59,7 +63,7 @@ Every change prints the scene_rev that contains it.
 exit codes: 0 ok, 1 refused by the server, 2 usage, 3 unreachable
 )";
 
-constexpr const char* kVersion = "gonio 0.1.0, protocol gonio.v1\n";
+constexpr const char* kVersion = "gonio " GONIO_VERSION ", protocol gonio.v1\n";
 
 // What one call of gonio works with.
 struct Session {
@@ -92,7 +96,9 @@ struct Session {
     }
 };
 
-Error unexpected_answer() { return {"bad_message", "", "", "The server's answer is not one to this question."}; }
+Error unexpected_answer() {
+    return {"bad_message", "", "", "The server's answer is not one to this question."};
+}
 
 int change(const Session& session, Words words) {
     auto command = command_from_words(words);
@@ -254,7 +260,8 @@ std::string frame_line(const ServerEvent& event) {
 int watch(const Session& session, Words words) {
     std::uint32_t frames = 0;
     std::string out_name;
-    const WordOption options[] = {{"--frames", [&](const std::string& text) {
+    const WordOption options[] = {{"--frames",
+                                   [&](const std::string& text) {
                                        const auto count = parse_count(text);
                                        if (count) frames = *count;
                                        return count && *count > 0;

@@ -1,5 +1,6 @@
 #include "client/cli/output.h"
 
+#include <algorithm>
 #include <charconv>
 #include <cstdio>
 #include <nlohmann/json.hpp>
@@ -29,8 +30,25 @@ Json json_of(const google::protobuf::Message& message) {
     return json;
 }
 
+std::string one_line(const Json& json) {
+    return json.dump(-1, ' ', false, Json::error_handler_t::replace);
+}
+
+// Two spaces a level; what holds only numbers or words stays on its line.
+std::string indented(const Json& json, std::size_t level) {
+    const bool flat = std::none_of(json.begin(), json.end(), [](const Json& child) { return child.is_structured(); });
+    if (!json.is_structured() || json.empty() || (json.is_array() && flat)) return one_line(json);
+    std::string text(1, json.is_array() ? '[' : '{');
+    for (auto child = json.begin(); child != json.end(); ++child) {
+        text += (child == json.begin() ? "\n" : ",\n") + std::string(2 * (level + 1), ' ');
+        if (json.is_object()) text += one_line(Json(child.key())) + ": ";
+        text += indented(*child, level + 1);
+    }
+    return text + "\n" + std::string(2 * level, ' ') + (json.is_array() ? ']' : '}');
+}
+
 std::string text_of(const Json& json, bool compact) {
-    return json.dump(compact ? -1 : 2, ' ', false, Json::error_handler_t::replace);
+    return compact ? one_line(json) : indented(json, 0);
 }
 
 // Takes the next step of the path off its front. Result: the child, or null.
@@ -64,9 +82,9 @@ const Json* step(const Json& at, std::string_view& path) {
     if (at.is_array())
         for (const Json& element : at) {
             const std::string candidate = element.is_object() ? element.value("name", "") : "";
-            const bool fits = !candidate.empty() && path.starts_with(candidate) && candidate.size() > best_length &&
-                              (path.size() == candidate.size() || path[candidate.size()] == '.' ||
-                               path[candidate.size()] == '[');
+            const bool fits =
+                !candidate.empty() && path.starts_with(candidate) && candidate.size() > best_length &&
+                (path.size() == candidate.size() || path[candidate.size()] == '.' || path[candidate.size()] == '[');
             if (!fits) continue;
             best = &element;
             best_length = candidate.size();
@@ -94,8 +112,8 @@ Result<std::string> json_at(const google::protobuf::Message& message, std::strin
 
 std::string report_table(const v1::FrameReport& report) {
     char line[512];
-    std::snprintf(line, sizeof line, "scene_rev %u  frame_ms %.2f  settled %s\n", report.scene_rev(),
-                  report.frame_ms(), report.settled() ? "true" : "false");
+    std::snprintf(line, sizeof line, "scene_rev %u  frame_ms %.2f  settled %s\n", report.scene_rev(), report.frame_ms(),
+                  report.settled() ? "true" : "false");
     std::string text = line;
     std::snprintf(line, sizeof line, "%-24s %-16s %-7s %5s %9s %9s %6s\n", "pass", "light", "state", "faces", "cpu_ms",
                   "gpu_ms", "draws");
@@ -113,7 +131,7 @@ std::string name_value_lines(const google::protobuf::Message& message) {
     const Json json = json_of(message);
     std::string text;
     for (const auto& [name, value] : json.items())
-        text += name + " " + (value.is_string() ? value.get<std::string>() : text_of(value, true)) + "\n";
+        text += name + " " + (value.is_string() ? value.get<std::string>() : one_line(value)) + "\n";
     return text;
 }
 

@@ -1,5 +1,9 @@
 #include "client/cli/transport.h"
 
+// Compiled once, in beast_library.cpp.
+#define BOOST_ASIO_SEPARATE_COMPILATION
+#define BOOST_BEAST_SEPARATE_COMPILATION
+
 #include <algorithm>
 #include <boost/asio/connect.hpp>
 #include <boost/asio/io_context.hpp>
@@ -24,7 +28,7 @@ constexpr auto kConnectTime = std::chrono::seconds(5);
 constexpr auto kReplyTime = std::chrono::seconds(120);
 constexpr auto kForever = std::chrono::hours(24 * 365);
 constexpr std::size_t kMaxServerMessageBytes = 256u << 20;  // a large EXR fits
-constexpr std::uint16_t kFirstPrivateCloseCode = 4000;      // below: the connection broke; from here: the server says why
+constexpr std::uint16_t kFirstPrivateCloseCode = 4000;  // below: the connection broke; from here: the server says why
 
 class WebSocketConnection final : public Connection {
 public:

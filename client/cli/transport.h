@@ -15,7 +15,9 @@ namespace gonio {
 struct ServerAddress {
     std::string host;  // name or address, without brackets
     std::string port = "8080";
-    std::string host_header() const { return (host.find(':') == std::string::npos ? host : "[" + host + "]") + ":" + port; }
+    std::string host_header() const {
+        return (host.find(':') == std::string::npos ? host : "[" + host + "]") + ":" + port;
+    }
 };
 
 // "http://host:port", "host:port" or "host" -> address. Errors: "usage".
@@ -35,8 +37,8 @@ public:
         bool video = false;
         bool state = false;
     };
-    // Connects, upgrades, identifies and waits for Ready. Errors: "unreachable", "refused" (the server is there but says
-    // no).
+    // Connects, upgrades, identifies and waits for Ready. Errors: "unreachable", "refused" (the server is there but
+    // says no).
     static Result<std::unique_ptr<Connection>> open(const ServerAddress& address, const Wanted& wanted);
     virtual ~Connection() = default;
 

@@ -17,14 +17,14 @@ constexpr double kTau = 2.0 * std::numbers::pi;
 // Metres. The court runs along X; the two colonnades stand at Z = +-kRow, the walls at +-kHalfDepth.
 constexpr double kHalfLength = 12.0, kHalfDepth = 6.0, kHeight = 10.0;
 constexpr double kRow = 3.6;
-constexpr double kBay = 3.0;         // distance of the columns' axes
-constexpr int kColumns = 8;          // per row and storey
-constexpr double kShaft = 2.8;       // shaft of the lower columns, which stand on a base of kBase
+constexpr double kBay = 3.0;    // distance of the columns' axes
+constexpr int kColumns = 8;     // per row and storey
+constexpr double kShaft = 2.8;  // shaft of the lower columns, which stand on a base of kBase
 constexpr double kBase = 0.35, kCapital = 0.45;
 constexpr double kSpring = kBase + kShaft + kCapital;  // where the arches begin
-constexpr double kGallery = 5.4;     // floor of the upper storey
-constexpr double kSlab = 0.3;        // its thickness
-constexpr double kUpperScale = 0.72; // of the upper columns
+constexpr double kGallery = 5.4;                       // floor of the upper storey
+constexpr double kSlab = 0.3;                          // its thickness
+constexpr double kUpperScale = 0.72;                   // of the upper columns
 constexpr double kRadius = 0.34;
 
 struct Parts {
@@ -135,7 +135,8 @@ void add_colonnade(SceneAsset& scene, const Parts& parts, int side) {
     for (int i = 0; i < kColumns; ++i) {
         const std::string number = " " + std::to_string(i + 1);
         add_column(scene, parts, turn * placed(column_x(i), 0.0, kRow), name + " column" + number);
-        add_column(scene, parts, turn * placed(column_x(i), kGallery, kRow, kUpperScale), name + " upper column" + number);
+        add_column(scene, parts, turn * placed(column_x(i), kGallery, kRow, kUpperScale),
+                   name + " upper column" + number);
         if (i + 1 == kColumns) continue;
         const double middle = column_x(i) + kBay / 2.0;
         add_instance(scene, parts.bay, name + " arch" + number, turn * placed(middle, 0.0, kRow));
@@ -162,20 +163,22 @@ void add_shell(SceneAsset& scene, int brick, int marble, int stone) {
     for (const double side : {-1.0, 1.0}) {
         const auto beam = [&](double z_in, double z_out, double y_low, double y_high, unsigned left_out) {
             const double a = side * z_in, b = side * z_out;
-            add_box(beams, {-l, y_low, std::min(a, b)}, {l, y_high, std::max(a, b)}, left_out | kNoLeft | kNoRight, 0.5);
+            add_box(beams, {-l, y_low, std::min(a, b)}, {l, y_high, std::max(a, b)}, left_out | kNoLeft | kNoRight,
+                    0.5);
         };
         const unsigned to_wall = side > 0.0 ? kNoFront : kNoBack;
-        beam(kRow - 0.45, d, kGallery - kSlab, kGallery, to_wall);                 // gallery floor
-        beam(kRow - 0.5, kRow - 0.3, kGallery - 0.12, kGallery + 0.02, 0);         // its moulding
-        beam(kRow - 0.09, kRow + 0.09, kGallery + 0.75, kGallery + 0.85, 0);       // handrail
-        beam(kRow - 0.3, kRow + 0.3, upper, upper + 0.55, 0);                      // architrave
-        beam(kRow - 0.5, d, upper + 0.55, upper + 0.75, to_wall);                  // roof with its edge
-        beam(kRow - 0.6, kRow - 0.3, upper + 0.75, upper + 0.9, 0);                // cornice
+        beam(kRow - 0.45, d, kGallery - kSlab, kGallery, to_wall);            // gallery floor
+        beam(kRow - 0.5, kRow - 0.3, kGallery - 0.12, kGallery + 0.02, 0);    // its moulding
+        beam(kRow - 0.09, kRow + 0.09, kGallery + 0.75, kGallery + 0.85, 0);  // handrail
+        beam(kRow - 0.3, kRow + 0.3, upper, upper + 0.55, 0);                 // architrave
+        beam(kRow - 0.5, d, upper + 0.55, upper + 0.75, to_wall);             // roof with its edge
+        beam(kRow - 0.6, kRow - 0.3, upper + 0.75, upper + 0.9, 0);           // cornice
     }
     for (const double side : {-1.0, 1.0}) {  // piers close the arcade against the end walls
         for (const double end : {-1.0, 1.0}) {
             const double a = end * (kBay * (kColumns - 1) / 2.0), b = end * l;
-            const glm::dvec3 low(std::min(a, b), kSpring, side * kRow - 0.3), high(std::max(a, b), kGallery - kSlab, side * kRow + 0.3);
+            const glm::dvec3 low(std::min(a, b), kSpring, side * kRow - 0.3),
+                high(std::max(a, b), kGallery - kSlab, side * kRow + 0.3);
             add_box(beams, low, high, kNoTop, 0.5);
         }
     }
@@ -199,8 +202,8 @@ void add_drapes(SceneAsset& scene, int cloth_image) {
         // Hung over the balustrade in every other bay, the colours taking turns on the two sides.
         for (const int side : {1, -1}) {
             const double x = (static_cast<double>(c) - 1.0) * 2.0 * kBay;
-            const glm::dmat4 facing_court = glm::rotate(placed(x, kGallery + 0.82, kRow - 0.65), std::numbers::pi,
-                                                        glm::dvec3(0.0, 1.0, 0.0));
+            const glm::dmat4 facing_court =
+                glm::rotate(placed(x, kGallery + 0.82, kRow - 0.65), std::numbers::pi, glm::dvec3(0.0, 1.0, 0.0));
             add_instance(scene, drape, colours[c].first, of_side(side) * facing_court);
         }
     }
@@ -211,7 +214,7 @@ void add_drapes(SceneAsset& scene, int cloth_image) {
 std::shared_ptr<const SceneAsset> make_atrium() {
     auto scene = std::make_shared<SceneAsset>();
     scene->name = "atrium";
-    scene->images = {brick_texture(512), marble_texture(1024), plaster_texture(512), cloth_texture(512)};
+    scene->images = {brick_texture(512), marble_texture(512), plaster_texture(512), cloth_texture(512)};
     const int brick = add_material(*scene, "brick", glm::vec3(1.0f), 0);
     const int marble = add_material(*scene, "marble", glm::vec3(1.0f), 1);
     const int stone = add_material(*scene, "stone", glm::vec3(1.0f), 2);

@@ -10,7 +10,8 @@ namespace gonio {
 
 void GltfImport::warn(std::string sentence) {
     auto& warnings = scene.warnings;
-    if (warnings.size() >= kMaxWarnings || std::find(warnings.begin(), warnings.end(), sentence) != warnings.end()) return;
+    if (warnings.size() >= kMaxWarnings || std::find(warnings.begin(), warnings.end(), sentence) != warnings.end())
+        return;
     warnings.push_back(warnings.size() + 1 == kMaxWarnings ? "more warnings were left out" : std::move(sentence));
 }
 

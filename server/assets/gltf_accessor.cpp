@@ -16,7 +16,9 @@ const tinygltf::Accessor& accessor_at(const GltfDocument& document, int accessor
     return document.model->accessors[static_cast<std::size_t>(accessor)];
 }
 
-std::string place(int accessor) { return "/accessors/" + std::to_string(accessor); }
+std::string place(int accessor) {
+    return "/accessors/" + std::to_string(accessor);
+}
 
 // glTF is little-endian, as are the machines that Gonio runs on.
 template <typename T>
@@ -28,9 +30,12 @@ T load(const std::byte* at) {
 
 std::uint32_t load_unsigned(const std::byte* at, int component_type) {
     switch (component_type) {
-        case TINYGLTF_COMPONENT_TYPE_UNSIGNED_BYTE: return load<std::uint8_t>(at);
-        case TINYGLTF_COMPONENT_TYPE_UNSIGNED_SHORT: return load<std::uint16_t>(at);
-        default: return load<std::uint32_t>(at);
+        case TINYGLTF_COMPONENT_TYPE_UNSIGNED_BYTE:
+            return load<std::uint8_t>(at);
+        case TINYGLTF_COMPONENT_TYPE_UNSIGNED_SHORT:
+            return load<std::uint16_t>(at);
+        default:
+            return load<std::uint32_t>(at);
     }
 }
 
@@ -40,12 +45,18 @@ float load_float(const std::byte* at, int component_type, bool normalised) {
         return static_cast<float>(normalised ? std::max(value / most, -1.0) : value);
     };
     switch (component_type) {
-        case TINYGLTF_COMPONENT_TYPE_BYTE: return scaled(load<std::int8_t>(at), 127.0);
-        case TINYGLTF_COMPONENT_TYPE_UNSIGNED_BYTE: return scaled(load<std::uint8_t>(at), 255.0);
-        case TINYGLTF_COMPONENT_TYPE_SHORT: return scaled(load<std::int16_t>(at), 32767.0);
-        case TINYGLTF_COMPONENT_TYPE_UNSIGNED_SHORT: return scaled(load<std::uint16_t>(at), 65535.0);
-        case TINYGLTF_COMPONENT_TYPE_UNSIGNED_INT: return scaled(load<std::uint32_t>(at), 4294967295.0);
-        default: return load<float>(at);
+        case TINYGLTF_COMPONENT_TYPE_BYTE:
+            return scaled(load<std::int8_t>(at), 127.0);
+        case TINYGLTF_COMPONENT_TYPE_UNSIGNED_BYTE:
+            return scaled(load<std::uint8_t>(at), 255.0);
+        case TINYGLTF_COMPONENT_TYPE_SHORT:
+            return scaled(load<std::int16_t>(at), 32767.0);
+        case TINYGLTF_COMPONENT_TYPE_UNSIGNED_SHORT:
+            return scaled(load<std::uint16_t>(at), 65535.0);
+        case TINYGLTF_COMPONENT_TYPE_UNSIGNED_INT:
+            return scaled(load<std::uint32_t>(at), 4294967295.0);
+        default:
+            return load<float>(at);
     }
 }
 
@@ -57,7 +68,8 @@ Result<std::vector<std::uint32_t>> sparse_targets(const GltfDocument& document, 
     const std::size_t bytes = component_bytes(static_cast<std::uint64_t>(type));
     const Bytes view = view_bytes(document, accessor.sparse.indices.bufferView);
     for (int i = 0; i < accessor.sparse.count; ++i) {
-        const auto offset = static_cast<std::size_t>(accessor.sparse.indices.byteOffset) + static_cast<std::size_t>(i) * bytes;
+        const auto offset =
+            static_cast<std::size_t>(accessor.sparse.indices.byteOffset) + static_cast<std::size_t>(i) * bytes;
         const std::uint32_t target = load_unsigned(view.data() + offset, type);
         if (target >= accessor.count) {
             return Error{"out_of_bounds", place(index) + "/sparse/indices", std::to_string(target),
@@ -72,8 +84,8 @@ Result<std::vector<std::uint32_t>> sparse_targets(const GltfDocument& document, 
 template <typename Take>
 Result<bool> for_each_element(const GltfDocument& document, int index, Take take) {
     const tinygltf::Accessor& accessor = accessor_at(document, index);
-    const std::size_t element = component_bytes(static_cast<std::uint64_t>(accessor.componentType)) *
-                                accessor_components(document, index);
+    const std::size_t element =
+        component_bytes(static_cast<std::uint64_t>(accessor.componentType)) * accessor_components(document, index);
     if (accessor.bufferView >= 0) {
         const auto& view = document.model->bufferViews[static_cast<std::size_t>(accessor.bufferView)];
         const std::size_t stride = view.byteStride == 0 ? element : view.byteStride;
@@ -85,8 +97,7 @@ Result<bool> for_each_element(const GltfDocument& document, int index, Take take
     if (!targets) return targets.error();
     const Bytes values = view_bytes(document, accessor.sparse.values.bufferView);
     for (std::size_t i = 0; i < targets->size(); ++i) {
-        take((*targets)[i],
-             values.data() + static_cast<std::size_t>(accessor.sparse.values.byteOffset) + i * element);
+        take((*targets)[i], values.data() + static_cast<std::size_t>(accessor.sparse.values.byteOffset) + i * element);
     }
     return true;
 }
@@ -99,13 +110,19 @@ std::size_t accessor_count(const GltfDocument& document, int accessor) {
 
 std::size_t accessor_components(const GltfDocument& document, int accessor) {
     switch (accessor_at(document, accessor).type) {
-        case TINYGLTF_TYPE_VEC2: return 2;
-        case TINYGLTF_TYPE_VEC3: return 3;
+        case TINYGLTF_TYPE_VEC2:
+            return 2;
+        case TINYGLTF_TYPE_VEC3:
+            return 3;
         case TINYGLTF_TYPE_VEC4:
-        case TINYGLTF_TYPE_MAT2: return 4;
-        case TINYGLTF_TYPE_MAT3: return 9;
-        case TINYGLTF_TYPE_MAT4: return 16;
-        default: return 1;
+        case TINYGLTF_TYPE_MAT2:
+            return 4;
+        case TINYGLTF_TYPE_MAT3:
+            return 9;
+        case TINYGLTF_TYPE_MAT4:
+            return 16;
+        default:
+            return 1;
     }
 }
 
@@ -139,9 +156,8 @@ Result<std::vector<std::uint32_t>> read_indices(const GltfDocument& document, in
                      "indices are scalar unsigned bytes, shorts or ints"};
     }
     std::vector<std::uint32_t> values(accessor.count, 0);
-    const auto done = for_each_element(document, index, [&](std::size_t element, const std::byte* at) {
-        values[element] = load_unsigned(at, type);
-    });
+    const auto done = for_each_element(
+        document, index, [&](std::size_t element, const std::byte* at) { values[element] = load_unsigned(at, type); });
     if (!done) return done.error();
     return values;
 }

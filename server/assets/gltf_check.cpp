@@ -83,11 +83,16 @@ private:
             return bad(where, value, message);
         };
         switch (rule.kind) {
-            case RuleKind::array: return expect(value.is_array(), "an array is expected here");
-            case RuleKind::object: return expect(value.is_object(), "an object is expected here");
-            case RuleKind::text: return expect(value.is_string(), "a string is expected here");
-            case RuleKind::boolean: return expect(value.is_boolean(), "true or false is expected here");
-            case RuleKind::number: return expect(value.is_number(), "a number is expected here");
+            case RuleKind::array:
+                return expect(value.is_array(), "an array is expected here");
+            case RuleKind::object:
+                return expect(value.is_object(), "an object is expected here");
+            case RuleKind::text:
+                return expect(value.is_string(), "a string is expected here");
+            case RuleKind::boolean:
+                return expect(value.is_boolean(), "true or false is expected here");
+            case RuleKind::number:
+                return expect(value.is_number(), "a number is expected here");
             case RuleKind::numbers:
                 if (value.is_array() && value.size() == rule.length && all_numbers(value)) return std::nullopt;
                 return bad(where, value, "an array of " + std::to_string(rule.length) + " numbers is expected here");
@@ -146,9 +151,9 @@ std::optional<Error> check_buffers(const Json& document, bool has_binary_chunk) 
         const std::uint64_t end = size_of(views[i], "byteOffset") + size_of(views[i], "byteLength");
         const std::uint64_t held = size_of(buffers[views[i]["buffer"].get<std::size_t>()], "byteLength");
         if (end > held) {
-            return out_of_bounds(at("bufferViews", i, "byteLength"), shown(views[i]["byteLength"]),
-                                 "the buffer view ends at byte " + std::to_string(end) + " of a buffer of " +
-                                     std::to_string(held));
+            return out_of_bounds(
+                at("bufferViews", i, "byteLength"), shown(views[i]["byteLength"]),
+                "the buffer view ends at byte " + std::to_string(end) + " of a buffer of " + std::to_string(held));
         }
         const std::uint64_t stride = size_of(views[i], "byteStride");
         if (stride > 252 || stride % 4 != 0) {
@@ -165,8 +170,9 @@ std::optional<Error> check_range(const Json& view, std::uint64_t offset, std::ui
     const std::uint64_t end = count == 0 ? offset : offset + (count - 1) * stride + element;
     const std::uint64_t held = size_of(view, "byteLength");
     if (end <= held) return std::nullopt;
-    return out_of_bounds(where, shown(value), "the accessor ends at byte " + std::to_string(end) +
-                                                  " of a buffer view of " + std::to_string(held));
+    return out_of_bounds(
+        where, shown(value),
+        "the accessor ends at byte " + std::to_string(end) + " of a buffer view of " + std::to_string(held));
 }
 
 std::optional<Error> check_accessors(const Json& document) {
@@ -177,16 +183,17 @@ std::optional<Error> check_accessors(const Json& document) {
         const std::size_t bytes = component_bytes(size_of(accessor, "componentType"));
         const std::size_t components = component_count(accessor["type"].get<std::string>());
         if (bytes == 0) {
-            return bad(at("accessors", i, "componentType"), accessor["componentType"], "there is no such component type");
+            return bad(at("accessors", i, "componentType"), accessor["componentType"],
+                       "there is no such component type");
         }
         if (components == 0) return bad(at("accessors", i, "type"), accessor["type"], "there is no such accessor type");
         const std::uint64_t count = size_of(accessor, "count"), element = bytes * components;
         if (accessor.contains("bufferView")) {
             const Json& view = views[accessor["bufferView"].get<std::size_t>()];
             const std::uint64_t stride = size_of(view, "byteStride");  // 0 or absent: tightly packed
-            if (auto error = check_range(view, size_of(accessor, "byteOffset"), count, element,
-                                         stride == 0 ? element : stride, at("accessors", i, "count"),
-                                         accessor["count"])) {
+            if (auto error =
+                    check_range(view, size_of(accessor, "byteOffset"), count, element, stride == 0 ? element : stride,
+                                at("accessors", i, "count"), accessor["count"])) {
                 return error;
             }
         }
@@ -280,7 +287,8 @@ std::optional<Error> check_header(const Json& document) {
             if (!extensions[i].is_string()) return bad(where, extensions[i], "a string is expected here");
             const std::string extension = extensions[i].get<std::string>();
             if (name == std::string_view("extensionsRequired") && !is_supported_extension(extension)) {
-                return Error{"unsupported", where, extension, "the file requires an extension that Gonio does not read"};
+                return Error{"unsupported", where, extension,
+                             "the file requires an extension that Gonio does not read"};
             }
         }
     }
@@ -290,21 +298,25 @@ std::optional<Error> check_header(const Json& document) {
 }  // namespace
 
 bool is_supported_extension(std::string_view name) {
-    static constexpr std::array<std::string_view, 5> supported = {
-        "KHR_lights_punctual", "EXT_lights_ies", "KHR_materials_emissive_strength", "KHR_texture_transform",
-        "KHR_mesh_quantization"};
+    static constexpr std::array<std::string_view, 5> supported = {"KHR_lights_punctual", "EXT_lights_ies",
+                                                                  "KHR_materials_emissive_strength",
+                                                                  "KHR_texture_transform", "KHR_mesh_quantization"};
     return std::find(supported.begin(), supported.end(), name) != supported.end();
 }
 
 std::size_t component_bytes(std::uint64_t component_type) {
     switch (component_type) {
         case 5120:  // signed and unsigned byte
-        case 5121: return 1;
+        case 5121:
+            return 1;
         case 5122:  // signed and unsigned short
-        case 5123: return 2;
+        case 5123:
+            return 2;
         case 5125:  // unsigned int, float
-        case 5126: return 4;
-        default: return 0;
+        case 5126:
+            return 4;
+        default:
+            return 0;
     }
 }
 

@@ -11,7 +11,7 @@
 
 namespace gonio {
 
-inline constexpr int kMaxJsonDepth = 128;                       // beyond: "bad_gltf"
+inline constexpr int kMaxJsonDepth = 128;                            // beyond: "bad_gltf"
 inline constexpr std::size_t kMaxJsonValues = std::size_t{1} << 23;  // beyond: "too_large"
 
 // Bounds nesting and size of a JSON text before it is parsed. Result: an error, or nothing.

@@ -28,7 +28,9 @@ std::uint32_t little_endian(Bytes bytes, std::size_t at) {
     return value;
 }
 
-std::string_view as_text(Bytes bytes) { return {reinterpret_cast<const char*>(bytes.data()), bytes.size()}; }
+std::string_view as_text(Bytes bytes) {
+    return {reinterpret_cast<const char*>(bytes.data()), bytes.size()};
+}
 
 // glTF 2.0, 4.4 "Binary glTF Layout". Anything that does not start with "glTF" is taken for JSON.
 Result<Container> open_container(Bytes file) {
@@ -81,13 +83,10 @@ Result<std::shared_ptr<const tinygltf::Model>> build_model(Json document) {
     auto model = std::make_shared<tinygltf::Model>();
     tinygltf::TinyGLTF reader;
     // No file is ever opened by the reader.
-    reader.SetFsCallbacks({[](const std::string&, void*) { return false; },
-                           [](const std::string&, void*) { return std::string(); },
-                           [](std::vector<unsigned char>*, std::string*, const std::string&, void*) { return false; },
-                           [](std::string*, const std::string&, const std::vector<unsigned char>&, void*) {
-                               return false;
-                           },
-                           nullptr});
+    reader.SetFsCallbacks(
+        {[](const std::string&, void*) { return false; }, [](const std::string&, void*) { return std::string(); },
+         [](std::vector<unsigned char>*, std::string*, const std::string&, void*) { return false; },
+         [](std::string*, const std::string&, const std::vector<unsigned char>&, void*) { return false; }, nullptr});
     std::string error, warning;
     bool good = false;
     try {

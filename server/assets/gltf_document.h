@@ -1,5 +1,5 @@
-// A glTF file taken apart and checked: the JSON as tinygltf's model, the bytes of its buffers, the sources of its images.
-// Buffers and images never pass through tinygltf; no file outside the glTF's own directory is opened.
+// A glTF file taken apart and checked: the JSON as tinygltf's model, the bytes of its buffers, the sources of its
+// images. Buffers and images never pass through tinygltf; no file outside the glTF's own directory is opened.
 #pragma once
 
 #include <cstddef>
@@ -21,7 +21,7 @@ using Bytes = std::span<const std::byte>;
 
 struct GltfDocument {
     struct ImageSource {
-        std::string uri;        // empty: the bytes are in buffer_view
+        std::string uri;  // empty: the bytes are in buffer_view
         int buffer_view = -1;
     };
     struct IesSource {
@@ -32,7 +32,7 @@ struct GltfDocument {
     std::shared_ptr<const tinygltf::Model> model;  // without buffers, images, skins, animations and extras
     std::vector<std::vector<std::byte>> buffers;   // as long as their byteLength
     std::vector<ImageSource> images;
-    std::vector<IesSource> ies_lights;             // EXT_lights_ies of the root; tinygltf drops empty members of lists
+    std::vector<IesSource> ies_lights;  // EXT_lights_ies of the root; tinygltf drops empty members of lists
     std::vector<std::string> warnings;
 };
 

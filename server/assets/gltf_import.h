@@ -10,10 +10,10 @@
 namespace gonio {
 
 // Limits on what a small file may grow into; beyond them: "too_large".
-inline constexpr std::size_t kMaxSceneIndices = std::size_t{1} << 28;     // over all meshes
-inline constexpr std::size_t kMaxSceneTriangles = std::size_t{1} << 28;   // counted per instance
+inline constexpr std::size_t kMaxSceneIndices = std::size_t{1} << 28;    // over all meshes
+inline constexpr std::size_t kMaxSceneTriangles = std::size_t{1} << 28;  // counted per instance
 inline constexpr std::size_t kMaxSceneInstances = std::size_t{1} << 20;
-inline constexpr std::size_t kMaxSceneTexels = std::size_t{1} << 28;      // over all images
+inline constexpr std::size_t kMaxSceneTexels = std::size_t{1} << 28;  // over all images
 
 // How a material places its texture on a mesh: the texture coordinate set, and KHR_texture_transform as
 // uv' = linear * uv + offset. It is baked into the vertices.
@@ -47,8 +47,8 @@ struct LightNode {
     glm::dvec3 position{0.0};
     glm::dquat world_from_light{1.0, 0.0, 0.0, 0.0};
 };
-// Adds the light that the node carries, if any. ies_profiles: one per root light of EXT_lights_ies, read when first used.
-// Errors: "bad_profile", "missing_file", "bad_gltf", "too_large".
+// Adds the light that the node carries, if any. ies_profiles: one per root light of EXT_lights_ies, read when first
+// used. Errors: "bad_profile", "missing_file", "bad_gltf", "too_large".
 Result<bool> import_node_light(GltfImport& import, const LightNode& node,
                                std::vector<std::shared_ptr<const Profile>>& ies_profiles);
 

@@ -82,7 +82,8 @@ Result<bool> add_punctual(GltfImport& import, const LightNode& node, int index) 
             return Error{"bad_gltf", where + "/spot", std::to_string(inner) + ", " + std::to_string(outer),
                          "cone angles lie between 0 and pi/2"};
         }
-        if (outer > std::numbers::pi / 2.0 + 1e-6) import.warn("a cone angle beyond pi/2 was limited to it (" + where + ")");
+        if (outer > std::numbers::pi / 2.0 + 1e-6)
+            import.warn("a cone angle beyond pi/2 was limited to it (" + where + ")");
         light.profile = punctual_spot_profile(inner, outer);
     } else {
         return Error{"bad_gltf", where + "/type", from.type, "there is no such type of light"};
@@ -94,17 +95,20 @@ Result<bool> add_punctual(GltfImport& import, const LightNode& node, int index) 
     light.multiplier = from.intensity;
     for (std::size_t c = 0; c < from.color.size() && c < 3; ++c) {
         if (!(from.color[c] >= 0.0 && from.color[c] <= 1e6)) {
-            return Error{"bad_gltf", where + "/color", std::to_string(from.color[c]), "a colour must lie between 0 and 1e6"};
+            return Error{"bad_gltf", where + "/color", std::to_string(from.color[c]),
+                         "a colour must lie between 0 and 1e6"};
         }
         light.color[static_cast<glm::length_t>(c)] = from.color[c];
     }
-    if (from.range > 0.0) import.warn("the range of lights is ignored: light falls off by the inverse square (" + where + ")");
+    if (from.range > 0.0)
+        import.warn("the range of lights is ignored: light falls off by the inverse square (" + where + ")");
     if (has_room(import)) add_light(import, node, from.name, std::move(light));
     return true;
 }
 
 Result<std::shared_ptr<const Profile>> read_ies_profile(const GltfDocument& document,
-                                                        const GltfDocument::IesSource& source, const std::string& where) {
+                                                        const GltfDocument::IesSource& source,
+                                                        const std::string& where) {
     std::string place = where, shown, name = source.name;
     std::vector<std::byte> bytes;
     if (!source.uri.empty()) {
@@ -154,7 +158,7 @@ Result<bool> add_ies(GltfImport& import, const LightNode& node, const Value& ext
         if (!read) return read.error();
         light.color = *read;
     }
-    if (has_room(import)) add_light(import, node, light.profile->name, std::move(light));
+    if (has_room(import)) add_light(import, node, profiles[index]->name, std::move(light));
     return true;
 }
 

@@ -119,9 +119,8 @@ private:
         if (texture.sampler >= 0 && wrap_into) {
             const auto& sampler = model_.samplers[static_cast<std::size_t>(texture.sampler)];
             const std::string place = "/samplers/" + std::to_string(texture.sampler);
-            for (const auto& [mode, repeat, member] :
-                 {std::tuple(sampler.wrapS, &wrap_into->repeat_s, "/wrapS"),
-                  std::tuple(sampler.wrapT, &wrap_into->repeat_t, "/wrapT")}) {
+            for (const auto& [mode, repeat, member] : {std::tuple(sampler.wrapS, &wrap_into->repeat_s, "/wrapS"),
+                                                       std::tuple(sampler.wrapT, &wrap_into->repeat_t, "/wrapT")}) {
                 *repeat = mode != TINYGLTF_TEXTURE_WRAP_CLAMP_TO_EDGE;
                 if (mode == TINYGLTF_TEXTURE_WRAP_MIRRORED_REPEAT) {
                     import_.warn("mirrored texture repetition is treated as repetition (" + place + ")");
@@ -151,8 +150,8 @@ private:
             if (source.buffer_view < 0) return Error{"bad_gltf", where, "", "an image without uri and bufferView"};
             return decode_image(view_bytes(import_.document, source.buffer_view), where + "/bufferView", room);
         }
-        const auto bytes = read_uri(import_.document.directory, source.uri, where + "/uri", kMaxSceneFileBytes,
-                                    kMaxSceneFileBytes);
+        const auto bytes =
+            read_uri(import_.document.directory, source.uri, where + "/uri", kMaxSceneFileBytes, kMaxSceneFileBytes);
         if (!bytes) return bytes.error();
         auto image = decode_image(*bytes, where + "/uri", room);
         if (image) return image;
@@ -169,6 +168,8 @@ private:
 
 }  // namespace
 
-Result<bool> import_materials(GltfImport& import) { return MaterialImport(import).run(); }
+Result<bool> import_materials(GltfImport& import) {
+    return MaterialImport(import).run();
+}
 
 }  // namespace gonio

@@ -106,8 +106,8 @@ public:
         for (std::size_t m = 0; m < meshes.size(); ++m) {
             import_.meshes_of_mesh.emplace_back();
             for (std::size_t p = 0; p < meshes[m].primitives.size(); ++p) {
-                const auto done = add(meshes[m].primitives[p],
-                                      "/meshes/" + std::to_string(m) + "/primitives/" + std::to_string(p));
+                const auto done =
+                    add(meshes[m].primitives[p], "/meshes/" + std::to_string(m) + "/primitives/" + std::to_string(p));
                 if (!done) return done.error();
             }
         }
@@ -117,7 +117,8 @@ public:
 private:
     Result<bool> add(const tinygltf::Primitive& primitive, const std::string& where) {
         if (primitive.mode < 0 || primitive.mode > TINYGLTF_MODE_TRIANGLE_FAN) {
-            return Error{"bad_gltf", where + "/mode", std::to_string(primitive.mode), "there is no such primitive mode"};
+            return Error{"bad_gltf", where + "/mode", std::to_string(primitive.mode),
+                         "there is no such primitive mode"};
         }
         if (primitive.mode < TINYGLTF_MODE_TRIANGLES) {
             import_.warn("points and lines are not supported and were left out (" + where + ")");
@@ -145,7 +146,8 @@ private:
         }
         if (primitive.attributes.count("NORMAL")) {
             compact(mesh);
-            if (repair_normals(mesh) > 0) import_.warn("normals of length 0 were rebuilt from the faces (" + where + ")");
+            if (repair_normals(mesh) > 0)
+                import_.warn("normals of length 0 were rebuilt from the faces (" + where + ")");
         } else {
             make_flat(mesh);
         }
@@ -168,7 +170,8 @@ private:
         const int accessor = primitive.attributes.at(name);
         const std::string place = where + "/attributes/" + name;
         if (accessor_components(document_, accessor) != components) {
-            return Error{"bad_gltf", place, std::to_string(accessor), "the accessor's type does not suit this attribute"};
+            return Error{"bad_gltf", place, std::to_string(accessor),
+                         "the accessor's type does not suit this attribute"};
         }
         if (accessor_count(document_, accessor) != count) {
             return Error{"bad_gltf", place, std::to_string(accessor_count(document_, accessor)),
@@ -179,7 +182,8 @@ private:
 
     Result<bool> read_vertices(const tinygltf::Primitive& primitive, Mesh& mesh, const std::string& where) {
         const std::size_t count = accessor_count(document_, primitive.attributes.at("POSITION"));
-        // Before anything is allocated: a sparse accessor may claim any count. Counts what is decoded, not what is kept.
+        // Before anything is allocated: a sparse accessor may claim any count. Counts what is decoded, not what is
+        // kept.
         decoded_ += count;
         if (decoded_ > 4 * kMaxSceneVertices || count > kMaxSceneVertices) {
             return too_large(where + "/attributes/POSITION", count, "the scene has too many vertices");
@@ -217,7 +221,8 @@ private:
         const std::size_t count =
             primitive.indices >= 0 ? accessor_count(document_, primitive.indices) : mesh.vertices.size();
         indices_ += 3 * count;  // what a strip may grow into
-        if (indices_ > 3 * kMaxSceneIndices) return too_large(where + "/indices", count, "the scene has too many indices");
+        if (indices_ > 3 * kMaxSceneIndices)
+            return too_large(where + "/indices", count, "the scene has too many indices");
         Indices indices;
         if (primitive.indices >= 0) {
             auto read = read_indices(document_, primitive.indices);
@@ -248,6 +253,8 @@ private:
 
 }  // namespace
 
-Result<bool> import_meshes(GltfImport& import) { return MeshImport(import).run(); }
+Result<bool> import_meshes(GltfImport& import) {
+    return MeshImport(import).run();
+}
 
 }  // namespace gonio

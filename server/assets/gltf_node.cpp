@@ -90,7 +90,8 @@ public:
             const auto local = local_transform(node, where);
             if (!local) return local.error();
             const glm::dmat4 world = visit.world_from_parent * local->matrix;
-            if (!is_finite(world)) return Error{"bad_gltf", where, node.name, "the node's place is not finite or too far"};
+            if (!is_finite(world))
+                return Error{"bad_gltf", where, node.name, "the node's place is not finite or too far"};
             if (auto done = add_meshes(node, world, where); !done) return done;
             const glm::dquat turn = orientation(glm::dmat3(visit.world_from_parent) * local->axes);
             add_camera(node, glm::dvec3(world[3]), turn, where);
@@ -147,12 +148,14 @@ private:
         const auto known = mirrored_.find(mesh);
         if (known != mirrored_.end()) return known->second;
         Mesh copy = import_.scene.meshes[static_cast<std::size_t>(mesh)];
-        for (std::size_t i = 0; i + 2 < copy.indices.size(); i += 3) std::swap(copy.indices[i + 1], copy.indices[i + 2]);
+        for (std::size_t i = 0; i + 2 < copy.indices.size(); i += 3)
+            std::swap(copy.indices[i + 1], copy.indices[i + 2]);
         import_.scene.meshes.push_back(std::move(copy));
         return mirrored_[mesh] = static_cast<int>(import_.scene.meshes.size()) - 1;
     }
 
-    void add_camera(const tinygltf::Node& node, const glm::dvec3& eye, const glm::dquat& turn, const std::string& where) {
+    void add_camera(const tinygltf::Node& node, const glm::dvec3& eye, const glm::dquat& turn,
+                    const std::string& where) {
         if (node.camera < 0) return;
         const auto& camera = model_.cameras[static_cast<std::size_t>(node.camera)];
         if (camera.type != "perspective") {
@@ -194,6 +197,8 @@ private:
 
 }  // namespace
 
-Result<bool> import_nodes(GltfImport& import) { return NodeImport(import).run(); }
+Result<bool> import_nodes(GltfImport& import) {
+    return NodeImport(import).run();
+}
 
 }  // namespace gonio

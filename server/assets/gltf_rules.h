@@ -10,11 +10,11 @@ namespace gonio {
 enum class RuleKind : std::uint8_t { array, object, text, boolean, number, numbers, size, index };
 
 struct GltfRule {
-    const char* pattern;         // JSON pointer; "*" stands for every element of an array or member of an object
+    const char* pattern;  // JSON pointer; "*" stands for every element of an array or member of an object
     RuleKind kind;
-    bool required = false;       // the last member must be there wherever its parent is
-    const char* target = "";     // index: pointer of the array that it indexes
-    std::size_t length = 0;      // numbers: how many
+    bool required = false;    // the last member must be there wherever its parent is
+    const char* target = "";  // index: pointer of the array that it indexes
+    std::size_t length = 0;   // numbers: how many
 };
 
 // glTF 2.0, section 5 ("Properties Reference"), and the extensions that the importer honours.
@@ -135,8 +135,10 @@ inline constexpr auto kGltfRules = std::to_array<GltfRule>({
     {"/materials/*/pbrMetallicRoughness/baseColorTexture/texCoord", RuleKind::size},
     {"/materials/*/pbrMetallicRoughness/baseColorTexture/extensions", RuleKind::object},
     {"/materials/*/pbrMetallicRoughness/baseColorTexture/extensions/KHR_texture_transform", RuleKind::object},
-    {"/materials/*/pbrMetallicRoughness/baseColorTexture/extensions/KHR_texture_transform/offset", RuleKind::numbers, false, "", 2},
-    {"/materials/*/pbrMetallicRoughness/baseColorTexture/extensions/KHR_texture_transform/scale", RuleKind::numbers, false, "", 2},
+    {"/materials/*/pbrMetallicRoughness/baseColorTexture/extensions/KHR_texture_transform/offset", RuleKind::numbers,
+     false, "", 2},
+    {"/materials/*/pbrMetallicRoughness/baseColorTexture/extensions/KHR_texture_transform/scale", RuleKind::numbers,
+     false, "", 2},
     {"/materials/*/pbrMetallicRoughness/baseColorTexture/extensions/KHR_texture_transform/rotation", RuleKind::number},
     {"/materials/*/pbrMetallicRoughness/baseColorTexture/extensions/KHR_texture_transform/texCoord", RuleKind::size},
     {"/materials/*/emissiveTexture/extensions", RuleKind::object},

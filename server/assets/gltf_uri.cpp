@@ -73,7 +73,8 @@ Result<std::vector<std::byte>> read_data_uri(const std::string& uri, const std::
                                              std::size_t hard_limit) {
     const std::size_t comma = uri.find(',');
     if (comma == std::string::npos) return Error{"bad_gltf", where, shown_uri(uri), "a data URI without a comma"};
-    const std::string_view header = std::string_view(uri).substr(0, comma), payload = std::string_view(uri).substr(comma + 1);
+    const std::string_view header = std::string_view(uri).substr(0, comma),
+                           payload = std::string_view(uri).substr(comma + 1);
     std::vector<std::byte> bytes;
     if (header.size() >= 7 && header.substr(header.size() - 7) == ";base64") {
         // Some writers percent-encode '+' and '/' of the payload; the alphabet itself has no '%'.
@@ -108,7 +109,9 @@ bool is_inside(const fs::path& directory, const fs::path& file) {
 
 }  // namespace
 
-std::string shown_uri(const std::string& uri) { return uri.size() > 80 ? uri.substr(0, 77) + "..." : uri; }
+std::string shown_uri(const std::string& uri) {
+    return uri.size() > 80 ? uri.substr(0, 77) + "..." : uri;
+}
 
 Result<std::vector<std::byte>> read_uri(const fs::path& directory, const std::string& uri, const std::string& where,
                                         std::size_t limit, std::size_t hard_limit) {

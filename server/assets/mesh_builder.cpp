@@ -78,7 +78,8 @@ void add_surface(Mesh& mesh, const Surface& surface, int nu, int nv, bool closed
                 const double iu = std::clamp(pu, 1e-3, 1.0 - 1e-3), iv = std::clamp(pv, 1e-3, 1.0 - 1e-3);
                 normal = glm::cross(derivative(iu, iv, true), derivative(iu, iv, false));
             }
-            mesh.vertices.push_back({single(point), single(glm::normalize(normal)),
+            mesh.vertices.push_back({single(point),
+                                     single(glm::normalize(normal)),
                                      {static_cast<float>(u * uv_size.x), static_cast<float>((1.0 - v) * uv_size.y)}});
         }
     }
@@ -102,10 +103,10 @@ void add_lathe(Mesh& mesh, const std::vector<glm::dvec2>& profile, int slices, c
             const double c = std::cos(turn), s = std::sin(turn);
             const glm::vec3 normal = single({outward.x * c, outward.y, -outward.x * s});
             const auto u = static_cast<float>(uv_size.x * i / slices);
-            mesh.vertices.push_back({single({low.x * c, low.y, -low.x * s}), normal,
-                                     {u, static_cast<float>(-low.y * uv_size.y)}});
-            mesh.vertices.push_back({single({high.x * c, high.y, -high.x * s}), normal,
-                                     {u, static_cast<float>(-high.y * uv_size.y)}});
+            mesh.vertices.push_back(
+                {single({low.x * c, low.y, -low.x * s}), normal, {u, static_cast<float>(-low.y * uv_size.y)}});
+            mesh.vertices.push_back(
+                {single({high.x * c, high.y, -high.x * s}), normal, {u, static_cast<float>(-high.y * uv_size.y)}});
         }
         for (int i = 0; i < slices; ++i) {
             const std::uint32_t a = first + 2 * static_cast<std::uint32_t>(i);

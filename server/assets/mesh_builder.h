@@ -12,7 +12,9 @@
 namespace gonio {
 
 // Result: x rounded to single precision, for filling Vertex from double formulas.
-inline glm::vec3 single(const glm::dvec3& x) { return glm::vec3(x); }
+inline glm::vec3 single(const glm::dvec3& x) {
+    return glm::vec3(x);
+}
 
 // A flat quadrilateral a, b, c, d (counter-clockwise from the front); uv runs 0..uv_size from a to c.
 void add_quad(Mesh& mesh, const glm::dvec3& a, const glm::dvec3& b, const glm::dvec3& c, const glm::dvec3& d,

@@ -12,8 +12,8 @@ Error refused(std::string place, std::string message) {
 }
 
 // format: file extension that selects the writer. pixels: width * height * channels values of pixel_type.
-Result<std::vector<std::byte>> encode(const std::string& format, const OIIO::ImageSpec& spec,
-                                      OIIO::TypeDesc pixel_type, const void* pixels, std::size_t values) {
+Result<std::vector<std::byte>> encode(const std::string& format, const OIIO::ImageSpec& spec, OIIO::TypeDesc pixel_type,
+                                      const void* pixels, std::size_t values) {
     const auto needed = static_cast<std::size_t>(spec.width) * static_cast<std::size_t>(spec.height) *
                         static_cast<std::size_t>(spec.nchannels);
     if (spec.width <= 0 || spec.height <= 0 || values != needed) {

@@ -22,25 +22,25 @@ using SessionId = std::uint32_t;  // 0: nobody
 
 // What the viewers want now; changes are told through Callbacks::demand.
 struct Demand {
-    bool h264 = false;   // at least one identified video client that has credit (fewer than 2 frames unacknowledged)
-    bool jpeg = false;   // at least one MJPEG client that took the last part
-    bool key = false;    // an H.264 client waits for a key frame
+    bool h264 = false;  // at least one identified video client that has credit (fewer than 2 frames unacknowledged)
+    bool jpeg = false;  // at least one MJPEG client that took the last part
+    bool key = false;   // an H.264 client waits for a key frame
     unsigned clients = 0;
 };
 
 // Every limit of the front with its default; PROTOCOL.md says what happens at each.
 struct FrontLimits {
-    unsigned clients = 64;                         // WebSocket and MJPEG clients; one more is answered 503
-    unsigned connections = 256;                    // of any kind; one more is closed unanswered
-    std::size_t queued_messages = 256;             // control messages waiting for one slow client
-    std::chrono::milliseconds header{5'000};       // from connect (or the last response) to a whole request header
-    std::chrono::milliseconds identify{5'000};     // from the upgrade to Identify
-    std::chrono::milliseconds ping{10'000};        // silence after which the server pings
-    std::chrono::milliseconds dead{30'000};        // silence after which the connection is dropped
-    std::chrono::milliseconds write_stall{5'000};  // a write without progress, then the connection is dropped
+    unsigned clients = 64;                          // WebSocket and MJPEG clients; one more is answered 503
+    unsigned connections = 256;                     // of any kind; one more is closed unanswered
+    std::size_t queued_messages = 256;              // control messages waiting for one slow client
+    std::chrono::milliseconds header{5'000};        // from connect (or the last response) to a whole request header
+    std::chrono::milliseconds identify{5'000};      // from the upgrade to Identify
+    std::chrono::milliseconds ping{10'000};         // silence after which the server pings
+    std::chrono::milliseconds dead{30'000};         // silence after which the connection is dropped
+    std::chrono::milliseconds write_stall{5'000};   // a write without progress, then the connection is dropped
     std::chrono::milliseconds key_interval{1'000};  // least time between two key frames that one client makes the
                                                     // encoder produce, the first apart
-    std::chrono::milliseconds still{60'000};       // a still picture that is not there by then is answered 504
+    std::chrono::milliseconds still{60'000};        // a still picture that is not there by then is answered 504
 };
 
 struct FrontOptions {

@@ -1,13 +1,15 @@
 #include "server/net/sessions.h"
 
-#include <spdlog/spdlog.h>
+#include <netinet/tcp.h>
 
 #include <algorithm>
+#include <array>
 #include <boost/beast/http/parser.hpp>
 #include <boost/beast/http/read.hpp>
 #include <boost/beast/http/string_body.hpp>
 #include <boost/beast/http/write.hpp>
 #include <boost/beast/websocket/rfc6455.hpp>
+#include <optional>
 
 namespace gonio {
 namespace {
@@ -16,7 +18,9 @@ constexpr std::uint32_t kMaxHeaderBytes = 8 << 10;
 
 using Response = http::response<http::string_body>;
 
-std::string_view view_of(beast::string_view text) { return {text.data(), text.size()}; }
+std::string_view view_of(beast::string_view text) {
+    return {text.data(), text.size()};
+}
 
 std::string lower(std::string_view text) {
     std::string result(text);
@@ -56,10 +60,16 @@ std::string_view content_type(std::string_view name) {
     struct Row {
         std::string_view ending, type;
     };
-    constexpr Row rows[] = {{".html", "text/html; charset=utf-8"}, {".js", "text/javascript; charset=utf-8"},
-                            {".mjs", "text/javascript; charset=utf-8"}, {".css", "text/css; charset=utf-8"},
-                            {".json", "application/json"}, {".svg", "image/svg+xml"}, {".png", "image/png"},
-                            {".jpg", "image/jpeg"}, {".ico", "image/x-icon"}, {".txt", "text/plain; charset=utf-8"}};
+    constexpr Row rows[] = {{".html", "text/html; charset=utf-8"},
+                            {".js", "text/javascript; charset=utf-8"},
+                            {".mjs", "text/javascript; charset=utf-8"},
+                            {".css", "text/css; charset=utf-8"},
+                            {".json", "application/json"},
+                            {".svg", "image/svg+xml"},
+                            {".png", "image/png"},
+                            {".jpg", "image/jpeg"},
+                            {".ico", "image/x-icon"},
+                            {".txt", "text/plain; charset=utf-8"}};
     for (const Row& row : rows)
         if (name.ends_with(row.ending)) return row.type;
     return "application/octet-stream";
@@ -100,6 +110,7 @@ public:
         socket.set_option(tcp::no_delay(true), ignored);
         // A small send buffer: what lies in the kernel is lag that no pacing can take back.
         socket.set_option(asio::socket_base::send_buffer_size(128 << 10), ignored);
+        socket.set_option(asio::detail::socket_option::integer<IPPROTO_TCP, TCP_NOTSENT_LOWAT>(64 << 10), ignored);
         read();
     }
 
@@ -116,9 +127,8 @@ private:
         parser_.emplace();
         parser_->header_limit(kMaxHeaderBytes);
         stream_.expires_after(hub_.options.limits.header);
-        http::async_read(stream_, buffer_, *parser_, [self = shared_from_this()](error_code error, std::size_t) {
-            self->on_read(error);
-        });
+        http::async_read(stream_, buffer_, *parser_,
+                         [self = shared_from_this()](error_code error, std::size_t) { self->on_read(error); });
     }
 
     void on_read(error_code error) {
@@ -215,8 +225,8 @@ private:
         still_timer_.cancel();
         if (message.has_capture()) {
             const std::string type = message.capture().format() == "png" ? "image/png" : "image/jpeg";
-            Response response = make_response(http::status::ok, type,
-                                              std::move(*message.mutable_capture()->mutable_image()));
+            Response response =
+                make_response(http::status::ok, type, std::move(*message.mutable_capture()->mutable_image()));
             response.set("X-Scene-Rev", std::to_string(message.capture().scene_rev()));
             return send(std::move(response));
         }
@@ -242,7 +252,8 @@ private:
             const std::string host(view_of(request_[http::field::host]));
             response.set("Content-Security-Policy",
                          "default-src 'self'; img-src 'self' blob: data:; style-src 'self' 'unsafe-inline'; "
-                         "connect-src 'self' ws://" + host + " wss://" + host +
+                         "connect-src 'self' ws://" +
+                             host + " wss://" + host +
                              "; frame-ancestors 'none'; base-uri 'none'; form-action 'none'; object-src 'none'");
         }
         send(std::move(response));

@@ -46,6 +46,10 @@ public:
     }
 
     void on_jpeg(const std::shared_ptr<const EncodedFrame>& frame) override {
+        if (sent_ && frame->rendered_ns == sent_->rendered_ns) {
+            pending_ = nullptr;  // encoded again for another client
+            return hub_.update_demand();
+        }
         pending_ = frame;
         if (!writing_) write_pending();
     }
@@ -95,7 +99,7 @@ private:
     asio::steady_timer stall_;
     SessionId id_ = 0;
     std::array<char, 256> ignored_{};
-    std::shared_ptr<const EncodedFrame> pending_, sent_;
+    std::shared_ptr<const EncodedFrame> pending_, sent_;  // the newest that waits; the last that was written
     bool writing_ = false;
 };
 

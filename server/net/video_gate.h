@@ -1,6 +1,6 @@
 // One viewer's share of the H.264 stream: which published frames it gets. Pure logic, no sockets, no clock of its own.
-// Invariants: at most kWindow frames are unacknowledged; what is sent is always decodable (after a gap only a key frame);
-// the frame held back, if any, is the newest one published, so nothing new waits behind something old.
+// Invariants: at most kWindow frames are unacknowledged; what is sent is always decodable (after a gap only a key
+// frame); the frame held back, if any, is the newest one published, so nothing new waits behind something old.
 #pragma once
 
 #include <chrono>
@@ -22,8 +22,8 @@ public:
 
     explicit VideoGate(std::chrono::milliseconds key_interval) : key_interval_(key_interval) {}
 
-    // A frame was published. One frame may have been on its way through the encoder when the credit ran out: it is held,
-    // not dropped, because dropping it would cost a key frame.
+    // A frame was published. One frame may have been on its way through the encoder when the credit ran out: it is
+    // held, not dropped, because dropping it would cost a key frame.
     Verdict offer(bool key) {
         if (waits_for_key_ && !key) return Verdict::skip;
         if (credit() && !writing_) return Verdict::send;

@@ -48,10 +48,11 @@ public:
         accepted_ = last_heard_ = Clock::now();
         schedule_tick();  // bounds the upgrade too
         request_ = std::move(request);
-        socket_.set_option(websocket::stream_base::decorator([encoding = encoding_](websocket::response_type& response) {
-            const auto name = encoding == Encoding::proto ? kSubprotocolProto : kSubprotocolJson;
-            response.set(http::field::sec_websocket_protocol, beast::string_view(name.data(), name.size()));
-        }));
+        socket_.set_option(
+            websocket::stream_base::decorator([encoding = encoding_](websocket::response_type& response) {
+                const auto name = encoding == Encoding::proto ? kSubprotocolProto : kSubprotocolJson;
+                response.set(http::field::sec_websocket_protocol, beast::string_view(name.data(), name.size()));
+            }));
         socket_.read_message_max(kMaxBytesBeforeIdentify);
         socket_.auto_fragment(false);
         socket_.control_callback([this](websocket::frame_type, beast::string_view) { last_heard_ = Clock::now(); });
@@ -86,12 +87,16 @@ public:
     void on_h264(const std::shared_ptr<const EncodedFrame>& frame, bool final) override {
         if (!ready_ || !wants_video_ || closing_) return;
         switch (gate_.offer(frame->key)) {
-            case VideoGate::Verdict::send: begin_video(frame, final); break;
+            case VideoGate::Verdict::send:
+                begin_video(frame, final);
+                break;
             case VideoGate::Verdict::hold:
                 held_ = frame;
                 held_final_ = final;
                 break;
-            case VideoGate::Verdict::skip: held_ = nullptr; break;
+            case VideoGate::Verdict::skip:
+                held_ = nullptr;
+                break;
         }
         schedule_key();
     }
@@ -136,7 +141,8 @@ private:
     void on_message(std::string_view bytes, bool is_text) {
         Result<v1::ClientMessage> message = decode(bytes, is_text);
         if (!identified_) {
-            if (!message || !message->has_identify()) return close(kNotIdentified, "Identify must be the first message");
+            if (!message || !message->has_identify())
+                return close(kNotIdentified, "Identify must be the first message");
             return on_identify(message->identify());
         }
         if (!message) {
@@ -168,7 +174,8 @@ private:
         if (encoding_ == Encoding::json) {
             if (!is_text) return Error{"bad_message", "", "", "Messages of gonio.v1.json are text frames."};
         } else if (is_text || bytes.empty() || static_cast<unsigned char>(bytes[0]) != kBinaryControl) {
-            return Error{"bad_message", "byte 0", "", "Messages of gonio.v1.proto are binary frames that begin with 1."};
+            return Error{"bad_message", "byte 0", "",
+                         "Messages of gonio.v1.proto are binary frames that begin with 1."};
         }
         return decode_client_message(encoding_, body(bytes));
     }
@@ -255,9 +262,8 @@ private:
         }
         outgoing_ = next.kind == Kind::whole_state ? take_whole_state() : std::move(next.bytes);
         socket_.text(encoding_ == Encoding::json);
-        socket_.async_write(asio::buffer(*outgoing_), [self = shared_from_this()](error_code error, std::size_t) {
-            self->end_write(error);
-        });
+        socket_.async_write(asio::buffer(*outgoing_),
+                            [self = shared_from_this()](error_code error, std::size_t) { self->end_write(error); });
     }
     void end_write(error_code error) {
         writing_ = false;
@@ -341,9 +347,7 @@ private:
         queue_.clear();
         held_ = nullptr;
         socket_.async_close(websocket::close_reason(static_cast<websocket::close_code>(code), reason),
-                            [self = shared_from_this()](error_code) {
-            self->end();
-        });
+                            [self = shared_from_this()](error_code) { self->end(); });
         hub_.update_demand();
     }
     void end() {

@@ -86,8 +86,8 @@ public:
         // Without AV_CODEC_FLAG_GLOBAL_HEADER libx264 repeats SPS and PPS before every IDR. Baseline without B frames
         // makes it write bitstream_restriction with max_num_reorder_frames = 0: decoders hold nothing back.
         const std::pair<const char*, const char*> options[] = {
-            {"preset", "ultrafast"}, {"tune", "zerolatency"}, {"profile", "baseline"}, {"crf", kCrf},
-            {"forced-idr", "1"},     {"sc_threshold", "0"},
+            {"preset", "ultrafast"}, {"tune", "zerolatency"}, {"profile", "baseline"},
+            {"crf", kCrf},           {"forced-idr", "1"},     {"sc_threshold", "0"},
         };
         AVDictionary* dictionary = nullptr;
         for (const auto& [key, value] : options) av_dict_set(&dictionary, key, value, 0);

@@ -15,9 +15,9 @@ namespace {
 
 constexpr int kFractionBits = 16;
 
-// The picture is BT.709 limited range, a JPEG file is BT.601 full range (JFIF). Both are linear maps of the same R'G'B',
-// so one matrix leads from the first to the second; grey stays grey, hence only Y' depends on Y.
-// With K the luma weights: R = Y + 2(1-Kr)Cr, B = Y + 2(1-Kb)Cb, G = (Y - Kr R - Kb B)/Kg (ITU-R BT.709-6 item 3).
+// The picture is BT.709 limited range, a JPEG file is BT.601 full range (JFIF). Both are linear maps of the same
+// R'G'B', so one matrix leads from the first to the second; grey stays grey, hence only Y' depends on Y. With K the
+// luma weights: R = Y + 2(1-Kr)Cr, B = Y + 2(1-Kb)Cb, G = (Y - Kr R - Kb B)/Kg (ITU-R BT.709-6 item 3).
 struct ColorMatrix {
     int y_from_y, y_from_cb, y_from_cr, cb_from_cb, cb_from_cr, cr_from_cb, cr_from_cr;  // 16 fraction bits
 };
@@ -34,8 +34,13 @@ constexpr ColorMatrix make_matrix() {
     const double g_cr = -kr * r_cr / kg, g_cb = -kb * b_cb / kg;
     const double y_cb = jg * g_cb + jb * b_cb, y_cr = jr * r_cr + jg * g_cr;
     const double cb = 0.5 / (1 - jb), cr = 0.5 / (1 - jr);
-    return {fixed(luma),        fixed(y_cb),       fixed(y_cr),         fixed(cb * (b_cb - y_cb)),
-            fixed(-cb * y_cr), fixed(-cr * y_cb), fixed(cr * (r_cr - y_cr))};
+    return {fixed(luma),
+            fixed(y_cb),
+            fixed(y_cr),
+            fixed(cb * (b_cb - y_cb)),
+            fixed(-cb * y_cr),
+            fixed(-cr * y_cb),
+            fixed(cr * (r_cr - y_cr))};
 }
 
 constexpr ColorMatrix kMatrix = make_matrix();
@@ -163,9 +168,9 @@ Result<EncodedFrame> encode_jpeg_frame(const Picture& picture, int quality_perce
     frame.scene_rev = picture.scene_rev;
     frame.drained_ns = picture.drained_ns;
     frame.rendered_ns = picture.rendered_ns;
-    frame.encoded_ns = std::chrono::duration_cast<std::chrono::nanoseconds>(
-                           std::chrono::steady_clock::now().time_since_epoch())
-                           .count();
+    frame.encoded_ns =
+        std::chrono::duration_cast<std::chrono::nanoseconds>(std::chrono::steady_clock::now().time_since_epoch())
+            .count();
     return frame;
 }
 

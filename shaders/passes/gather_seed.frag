@@ -16,11 +16,12 @@ layout(location = 0) out vec4 out_indirect;
 
 // Result: a rotation that differs from pixel to pixel (uniform quaternion from three hashed numbers, Shoemake 1992).
 mat3 pixel_rotation(uvec2 pixel) {
-    uint h = pixel.x * 0x9E3779B1u ^ pixel.y * 0x85EBCA77u;
     vec3 u;
-    for (int k = 0; k < 3; ++k) {
-        h ^= h >> 16; h *= 0x7FEB352Du; h ^= h >> 15; h *= 0x846CA68Bu; h ^= h >> 16;
-        u[k] = float(h >> 8) / 16777216.0;
+    for (uint k = 0u; k < 3u; ++k) {
+        // PCG output permutation of the pixel's number (Jarzynski & Olano 2020).
+        uint h = ((k * 4099u + pixel.y) * 8191u + pixel.x) * 747796405u + 2891336453u;
+        h = ((h >> ((h >> 28u) + 4u)) ^ h) * 277803737u;
+        u[k] = float((h >> 22u ^ h) >> 8) / 16777216.0;
     }
     float a = 6.2831853 * u.y, b = 6.2831853 * u.z;
     vec4 q = vec4(sqrt(1.0 - u.x) * sin(a), sqrt(1.0 - u.x) * cos(a), sqrt(u.x) * sin(b), sqrt(u.x) * cos(b));
@@ -56,7 +57,7 @@ void main() {
         vec3 p = texture(rsm_position, direction).xyz;
         vec3 n = octahedral_decode(texture(rsm_normal, direction).rg);
         vec3 flux = texture(rsm_flux, direction).rgb;
-        float ratio = texture(mask, direction).g;
+        float ratio = textureLod(mask, direction, 0.0).g;
         sum += flux * (ratio * solid_angle * vpl_geometry(s.position - p, n, s.normal, 0.0));
     }
     out_indirect = vec4(sum / (3.14159265358979 * float(sample_count)), 1.0);

@@ -94,7 +94,7 @@ TEST_F(Cost, AimRunsTheLightsOwnPassesAndOnlyFacesNewlyReached) {
     set([](v1::SetLight& light) { light.set_tilt_rad(0.1); });
     const Ran ran = frame();
     for (const char* name : {"mask:second", "vpl:second", "direct:second", "gather:second", "composite"}) EXPECT_TRUE(ran.contains(name)) << name;
-    for (const char* name : {"gbuffer", "mask:downlight", "vpl:downlight", "direct:downlight", "gather:downlight", "shadow:downlight", "rsm:downlight"}) {
+    for (const char* name : {"gbuffer", "mask:luminaire", "vpl:luminaire", "direct:luminaire", "gather:luminaire", "shadow:luminaire", "rsm:luminaire"}) {
         EXPECT_FALSE(ran.contains(name)) << name;
     }
     EXPECT_FALSE(ran.contains("shadow:second")) << "no face was newly reached";
@@ -110,7 +110,7 @@ TEST_F(Cost, ProfileRunsTheLightsOwnPasses) {
     set([](v1::SetLight& light) { light.mutable_profile()->set_name("downlight"); });
     const Ran ran = frame();
     for (const char* name : {"mask:second", "vpl:second", "direct:second", "gather:second", "composite", "nv12"}) EXPECT_TRUE(ran.contains(name)) << name;
-    for (const char* name : {"gbuffer", "mask:downlight", "vpl:downlight", "direct:downlight", "gather:downlight"}) EXPECT_FALSE(ran.contains(name)) << name;
+    for (const char* name : {"gbuffer", "mask:luminaire", "vpl:luminaire", "direct:luminaire", "gather:luminaire"}) EXPECT_FALSE(ran.contains(name)) << name;
 }
 
 TEST_F(Cost, PositionRunsReachedFacesOfThatLightOnly) {
@@ -122,7 +122,7 @@ TEST_F(Cost, PositionRunsReachedFacesOfThatLightOnly) {
 
 TEST_F(Cost, CameraRunsNoLightMap) {
     change([](v1::Command& c) { for (double x : {0.1, 2.0, 7.0}) c.mutable_set_camera()->add_eye_m(x); });
-    EXPECT_EQ(frame(), (Ran{"gbuffer", "direct:downlight", "gather:downlight", "direct:second", "gather:second", "composite", "nv12"}));
+    EXPECT_EQ(frame(), (Ran{"gbuffer", "direct:luminaire", "gather:luminaire", "direct:second", "gather:second", "composite", "nv12"}));
 }
 
 TEST_F(Cost, ViewModeRunsTheCompositeAndWhatWasCulledWhileItMoved) {
@@ -160,7 +160,7 @@ TEST_F(Cost, TheSeedTechniqueRecomputesEverything) {
     frame();
     set([](v1::SetLight& light) { light.set_level_ratio(0.9); });
     const Ran ran = frame();
-    for (const char* name : {"gbuffer", "shadow:downlight", "rsm:second", "mask:downlight", "gather:downlight", "direct:second", "composite"}) {
+    for (const char* name : {"gbuffer", "shadow:luminaire", "rsm:second", "mask:luminaire", "gather:luminaire", "direct:second", "composite"}) {
         EXPECT_TRUE(ran.contains(name)) << name;
     }
     EXPECT_EQ(states["vpl:second"], "absent");
@@ -168,7 +168,7 @@ TEST_F(Cost, TheSeedTechniqueRecomputesEverything) {
 
 TEST_F(Cost, ASceneWithoutLightsSaysAbsent) {
     change([](v1::Command& c) { c.mutable_remove_light()->set_name("second"); });
-    change([](v1::Command& c) { c.mutable_remove_light()->set_name("downlight"); });
+    change([](v1::Command& c) { c.mutable_remove_light()->set_name("luminaire"); });
     frame();
     EXPECT_EQ(states["shadow"], "absent");
     EXPECT_EQ(states["gather"], "absent");

@@ -22,7 +22,8 @@ inline std::string base64(const std::string& bytes) {
     std::string text;
     for (std::size_t i = 0; i < bytes.size(); i += 3) {
         std::uint32_t held = 0;
-        for (std::size_t k = 0; k < 3; ++k) held = held << 8 | (i + k < bytes.size() ? static_cast<unsigned char>(bytes[i + k]) : 0u);
+        for (std::size_t k = 0; k < 3; ++k)
+            held = held << 8 | (i + k < bytes.size() ? static_cast<unsigned char>(bytes[i + k]) : 0u);
         for (std::size_t k = 0; k < 4; ++k) text += i + k > bytes.size() ? '=' : alphabet[held >> (18 - 6 * k) & 63u];
     }
     return text;
@@ -58,7 +59,9 @@ inline Json with_positions(const std::vector<float>& positions) {
 }
 
 // (0,0,0) (1,0,0) (0,1,0)
-inline Json triangle() { return with_positions({0, 0, 0, 1, 0, 0, 0, 1, 0}); }
+inline Json triangle() {
+    return with_positions({0, 0, 0, 1, 0, 0, 0, 1, 0});
+}
 
 // The triangle with texture coordinates (0,0) (1,0) (0,1) and a base colour texture.
 inline Json textured(const std::string& uri) {

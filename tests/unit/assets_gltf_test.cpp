@@ -81,7 +81,9 @@ TEST_F(AssetsGltf, IndexTypes) {
     for (const auto& [type, bytes] : {std::pair(5121, 1), std::pair(5123, 2), std::pair(5125, 4)}) {
         Json document = triangle();
         std::string indices;
-        for (const int index : {0, 1, 2}) indices += std::string(1, static_cast<char>(index)) + std::string(static_cast<std::size_t>(bytes) - 1, '\0');
+        for (const int index : {0, 1, 2})
+            indices +=
+                std::string(1, static_cast<char>(index)) + std::string(static_cast<std::size_t>(bytes) - 1, '\0');
         add_accessor(document, indices, type, 3, "SCALAR");
         document["meshes"][0]["primitives"][0]["indices"] = 1;
         EXPECT_EQ(good(document)->triangles(), 1u) << type;
@@ -108,9 +110,8 @@ TEST_F(AssetsGltf, SparseAccessor) {
     Json document = triangle();
     add_accessor(document, std::string("\x02\x00", 2), 5123, 1, "SCALAR");  // brings the view of the indices
     add_accessor(document, bytes_of({0, 5, 0}), 5126, 1, "VEC3");
-    document["accessors"][0]["sparse"] = {{"count", 1},
-                                          {"indices", {{"bufferView", 1}, {"componentType", 5123}}},
-                                          {"values", {{"bufferView", 2}}}};
+    document["accessors"][0]["sparse"] = {
+        {"count", 1}, {"indices", {{"bufferView", 1}, {"componentType", 5123}}}, {"values", {{"bufferView", 2}}}};
     EXPECT_EQ(good(document)->bounds.max.y, 5.0);
     document["accessors"][0].erase("bufferView");  // all zero but for the sparse element: no area
     EXPECT_EQ(good(document)->triangles(), 0u);
@@ -212,7 +213,8 @@ Json with_punctual(Json document) {
         {"type": "spot", "intensity": 900, "spot": {"innerConeAngle": 0.2, "outerConeAngle": 0.5}},
         {"type": "directional", "intensity": 3}])");
     for (int i = 0; i < 3; ++i) {
-        document["nodes"].push_back({{"extensions", {{"KHR_lights_punctual", {{"light", i}}}}}, {"translation", {0, i, 0}}});
+        document["nodes"].push_back(
+            {{"extensions", {{"KHR_lights_punctual", {{"light", i}}}}}, {"translation", {0, i, 0}}});
         document["scenes"][0]["nodes"].push_back(i + 1);
     }
     document["extensionsUsed"] = {"KHR_lights_punctual"};

@@ -37,7 +37,8 @@ void expect_sane(const SceneAsset& scene) {
     }
     for (const Image& image : scene.images) {
         EXPECT_LE(std::max(image.width_px, image.height_px), 1024);
-        EXPECT_EQ(image.rgba.size(), static_cast<std::size_t>(image.width_px) * static_cast<std::size_t>(image.height_px) * 4);
+        EXPECT_EQ(image.rgba.size(),
+                  static_cast<std::size_t>(image.width_px) * static_cast<std::size_t>(image.height_px) * 4);
     }
     for (const Material& material : scene.materials) {
         for (int c = 0; c < 3; ++c) EXPECT_LE(material.base_color[c], 1.0f);
@@ -59,7 +60,8 @@ void expect_equal(const SceneAsset& a, const SceneAsset& b) {
         EXPECT_EQ(a.meshes[i].indices, b.meshes[i].indices);
         ASSERT_EQ(a.meshes[i].vertices.size(), b.meshes[i].vertices.size());
         EXPECT_EQ(std::memcmp(a.meshes[i].vertices.data(), b.meshes[i].vertices.data(),
-                              a.meshes[i].vertices.size() * sizeof(Vertex)), 0);
+                              a.meshes[i].vertices.size() * sizeof(Vertex)),
+                  0);
     }
     for (std::size_t i = 0; i < a.images.size(); ++i) EXPECT_EQ(a.images[i].rgba, b.images[i].rgba);
 }
@@ -133,11 +135,13 @@ TEST(AssetsProfiles, BuiltinOnesHaveTheirFlux) {
 }
 
 TEST(AssetsProfiles, SpotCones) {
-    for (const auto& [inner, outer] : {std::pair(0.0, 0.7), std::pair(0.7, 0.7), std::pair(0.9, 0.3), std::pair(0.0, 0.0),
-                                       std::pair(0.0, 1e-4), std::pair(1.0, 9.0), std::pair(0.6999, 0.7)}) {
+    for (const auto& [inner, outer] :
+         {std::pair(0.0, 0.7), std::pair(0.7, 0.7), std::pair(0.9, 0.3), std::pair(0.0, 0.0), std::pair(0.0, 1e-4),
+          std::pair(1.0, 9.0), std::pair(0.6999, 0.7)}) {
         const auto profile = punctual_spot_profile(inner, outer);
         const auto& web = profile->photometry.web;
-        for (std::size_t i = 0; i + 1 < web.v_rad.size(); ++i) ASSERT_LT(web.v_rad[i], web.v_rad[i + 1]) << inner << outer;
+        for (std::size_t i = 0; i + 1 < web.v_rad.size(); ++i)
+            ASSERT_LT(web.v_rad[i], web.v_rad[i + 1]) << inner << outer;
         ASSERT_EQ(web.candela.size(), web.v_rad.size() * web.h_rad.size());
         for (const float value : web.candela) ASSERT_TRUE(value >= 0.0f && value <= 1.0f);
         EXPECT_LE(profile->max_cd, 1.0);
@@ -149,8 +153,8 @@ class AssetsPictures : public ::testing::Test {
 protected:
     template <typename T>
     std::string file(const std::string& name, const T& bytes) {
-        const std::string path = (std::filesystem::temp_directory_path() /
-                                  ("gonio-picture-" + std::to_string(getpid()) + name)).string();
+        const std::string path =
+            (std::filesystem::temp_directory_path() / ("gonio-picture-" + std::to_string(getpid()) + name)).string();
         std::ofstream(path, std::ios::binary)
             .write(reinterpret_cast<const char*>(bytes.data()), static_cast<std::streamsize>(bytes.size()));
         paths_.insert(path);
@@ -165,7 +169,8 @@ protected:
 TEST_F(AssetsPictures, ExrIsExact) {
     for (const int channels : {1, 3}) {
         FloatPicture picture{5, 3, channels, {}};
-        for (int i = 0; i < 15 * channels; ++i) picture.values.push_back(std::ldexp(1.0f + 0.1f * static_cast<float>(i), i - 10));
+        for (int i = 0; i < 15 * channels; ++i)
+            picture.values.push_back(std::ldexp(1.0f + 0.1f * static_cast<float>(i), i - 10));
         picture.values[0] = 0.0f;
         picture.values[1] = 1e-38f;
         picture.values[2] = 3e38f;
@@ -185,7 +190,8 @@ TEST_F(AssetsPictures, ExrIsExact) {
 
 TEST_F(AssetsPictures, PngIsExactAndJpegIsClose) {
     BytePicture picture{16, 8, {}};
-    for (int i = 0; i < 16 * 8; ++i) picture.rgb.insert(picture.rgb.end(), {static_cast<std::uint8_t>(i), 100, static_cast<std::uint8_t>(200 - i)});
+    for (int i = 0; i < 16 * 8; ++i)
+        picture.rgb.insert(picture.rgb.end(), {static_cast<std::uint8_t>(i), 100, static_cast<std::uint8_t>(200 - i)});
     const auto png = encode_png(picture), jpeg = encode_jpeg(picture, 95);
     ASSERT_TRUE(png && jpeg);
     const auto exact = read_picture(file(".png", *png)), close = read_picture(file(".jpg", *jpeg));

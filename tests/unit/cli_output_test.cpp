@@ -47,6 +47,8 @@ TEST(CliOutput, PathsLeadToParts) {
     EXPECT_EQ(at("camera.fov_rad.x"), "not_found .x");
     EXPECT_EQ(at("lights[0"), "not_found [0");
     EXPECT_NE(at("").find("\"scene_rev\":7"), std::string::npos);
+    EXPECT_EQ(*json_at(state, "camera", false), "{\n  \"eye\": [],\n  \"target\": [],\n  \"fov_rad\": 0.7\n}");
+    EXPECT_EQ(*json_at(state, "lights[0].aim", false), "[0,-1,0.25]");
 }
 
 TEST(CliOutput, SharedPassesHaveANullLight) {
@@ -159,7 +161,8 @@ TEST_F(CliRun, ChangesPrintTheirRevision) {
     EXPECT_EQ(run({"set", "light", "key", "--level", "0.5"}), 0);
     EXPECT_EQ(out, "scene_rev 8\n");
     EXPECT_EQ(run({"--json", "set", "exposure", "-2"}), 0);
-    EXPECT_EQ(out, R"({"code":"ok","field":"","value":"","message":"","scene_rev":9,"warnings":[]})" "\n");
+    EXPECT_EQ(out, R"({"code":"ok","field":"","value":"","message":"","scene_rev":9,"warnings":[]})"
+                   "\n");
     EXPECT_EQ(run({"group", "all", "key", "--json"}), 0);
     EXPECT_NE(out.find("\"scene_rev\":10"), std::string::npos);
 }

@@ -21,7 +21,9 @@ Result<v1::Command> command_of(const std::string& line) {
 }
 
 TEST(CliWords, EveryChange) {
-    auto command = command_of("set light key --position 1,-2,3.5 --pan 90 --tilt -45 --roll 180 --level 0.25 --color 1,0.5,0 --profile narrow");
+    auto command = command_of(
+        "set light key --position 1,-2,3.5 --pan 90 --tilt -45 --roll 180 --level 0.25 --color 1,0.5,0 --profile "
+        "narrow");
     ASSERT_TRUE(command) << command.error().text();
     const v1::SetLight& light = command->set_light();
     EXPECT_EQ(light.name(), "key");
@@ -50,7 +52,8 @@ TEST(CliWords, EveryChange) {
     EXPECT_EQ(command_of("set master 0.5")->set_master().ratio(), 0.5);
     EXPECT_EQ(command_of("set size 640x480")->set_size().height_px(), 480u);
     EXPECT_EQ(command_of("load scene atrium")->load_scene().file(), "atrium");
-    EXPECT_EQ(command_of("add light new --profile flood --position 0,3,0")->add_light().light().profile().name(), "flood");
+    EXPECT_EQ(command_of("add light new --profile flood --position 0,3,0")->add_light().light().profile().name(),
+              "flood");
     EXPECT_EQ(command_of("remove light new")->remove_light().name(), "new");
     EXPECT_EQ(command_of("group wash a b c")->set_group().lights_size(), 3);
     EXPECT_EQ(command_of("group wash")->set_group().lights_size(), 0);

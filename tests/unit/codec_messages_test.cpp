@@ -34,10 +34,13 @@ void fill(Message& message, int depth = 0) {
                     field->is_repeated() ? reflection->AddDouble(&message, field, number + 0.1)
                                          : reflection->SetDouble(&message, field, -number / 3.0);
                     break;
-                case FieldDescriptor::CPPTYPE_BOOL: reflection->SetBool(&message, field, true); break;
+                case FieldDescriptor::CPPTYPE_BOOL:
+                    reflection->SetBool(&message, field, true);
+                    break;
                 case FieldDescriptor::CPPTYPE_STRING: {
                     const bool bytes = field->type() == FieldDescriptor::TYPE_BYTES;
-                    const std::string text = bytes ? std::string("\0\xff\x80 IES", 7) : "name \"" + field->name() + "\" é";
+                    const std::string text =
+                        bytes ? std::string("\0\xff\x80 IES", 7) : "name \"" + field->name() + "\" é";
                     field->is_repeated() ? reflection->AddString(&message, field, text)
                                          : reflection->SetString(&message, field, text);
                     break;
@@ -48,7 +51,8 @@ void fill(Message& message, int depth = 0) {
                                               : *reflection->MutableMessage(&message, field),
                          depth + 1);
                     break;
-                default: FAIL() << field->full_name() << " has a type that scripts cannot read exactly";
+                default:
+                    FAIL() << field->full_name() << " has a type that scripts cannot read exactly";
             }
         }
     }
@@ -105,8 +109,9 @@ TEST(Codec, JsonUsesTheNamesOfTheTableAndPrintsDefaults) {
     v1::ServerMessage message;
     message.mutable_result()->set_code("ok");
     message.mutable_result()->set_scene_rev(12);
-    EXPECT_EQ(encode_message(Encoding::json, message),
-              R"({"request_id":0,"result":{"code":"ok","field":"","value":"","message":"","scene_rev":12,"warnings":[]}})");
+    EXPECT_EQ(
+        encode_message(Encoding::json, message),
+        R"({"request_id":0,"result":{"code":"ok","field":"","value":"","message":"","scene_rev":12,"warnings":[]}})");
     // Absent optional fields stay absent: in a patch they mean "unchanged".
     v1::State state;
     const std::string json = encode_message(Encoding::json, state);
@@ -116,7 +121,8 @@ TEST(Codec, JsonUsesTheNamesOfTheTableAndPrintsDefaults) {
 
 TEST(Codec, BothSpellingsOfANameAndUnknownFieldsAreAccepted) {
     const auto message = decode_client_message(
-        Encoding::json, R"({"requestId": 5, "later": {"x": [1]}, "command": {"set_light": {"name": "a", "level_ratio": 0.5, "shine": 1}}})");
+        Encoding::json,
+        R"({"requestId": 5, "later": {"x": [1]}, "command": {"set_light": {"name": "a", "level_ratio": 0.5, "shine": 1}}})");
     ASSERT_TRUE(message) << message.error().text();
     EXPECT_EQ(message->request_id(), 5u);
     EXPECT_DOUBLE_EQ(message->command().set_light().level_ratio(), 0.5);
@@ -150,8 +156,10 @@ TEST(Codec, MalformedJsonIsRefusedWithWhatIsKnown) {
         {"{\"command\":{\"fly\":{}}}", "unsupported", "command", ""},
         {"{\"command\":5}", "bad_message", "command", "5"},
         {"{\"request_id\":-1,\"stats\":{}}", "bad_message", "request_id", "-1"},
-        {"{\"command\":{\"set_light\":{\"level_ratio\":\"x\"}}}", "bad_message", "command.set_light.level_ratio", "\"x\""},
-        {"{\"command\":{\"set_light\":{\"position_m\":[1,\"q\"]}}}", "bad_message", "command.set_light.position_m[1]", "\"q\""},
+        {"{\"command\":{\"set_light\":{\"level_ratio\":\"x\"}}}", "bad_message", "command.set_light.level_ratio",
+         "\"x\""},
+        {"{\"command\":{\"set_light\":{\"position_m\":[1,\"q\"]}}}", "bad_message", "command.set_light.position_m[1]",
+         "\"q\""},
         {"{\"command\":{\"set_light\":{\"profile\":{\"photometry\":\"*\"}}}}", "bad_message",
          "command.set_light.profile.photometry", "\"*\""},
         {"{\"stats\":{},\"meter\":{}}", "bad_message", "", ""},

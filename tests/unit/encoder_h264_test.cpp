@@ -150,40 +150,40 @@ TEST(H264Encoder, CodecStringIsConstrainedBaselineAndTheSpsSaysNoReordering) {
     auto frame = (*encoder)->encode(test_picture(800, 800, 0), false);
     ASSERT_TRUE(frame);
     SpsReader sps(*frame);
-    EXPECT_EQ(sps.bits(8), 66u);                 // profile_idc: Baseline
-    EXPECT_EQ(sps.bits(8) & 0xC0u, 0xC0u);       // constraint_set0 and 1: Constrained Baseline
-    EXPECT_EQ(sps.bits(8), 32u);                 // level_idc
-    sps.ue();                                    // seq_parameter_set_id
-    sps.ue();                                    // log2_max_frame_num
-    EXPECT_EQ(sps.ue(), 2u);                     // pic_order_cnt_type: output order is decoding order
-    EXPECT_EQ(sps.ue(), 1u);                     // max_num_ref_frames
+    EXPECT_EQ(sps.bits(8), 66u);            // profile_idc: Baseline
+    EXPECT_EQ(sps.bits(8) & 0xC0u, 0xC0u);  // constraint_set0 and 1: Constrained Baseline
+    EXPECT_EQ(sps.bits(8), 32u);            // level_idc
+    sps.ue();                               // seq_parameter_set_id
+    sps.ue();                               // log2_max_frame_num
+    EXPECT_EQ(sps.ue(), 2u);                // pic_order_cnt_type: output order is decoding order
+    EXPECT_EQ(sps.ue(), 1u);                // max_num_ref_frames
     sps.bits(1);
-    EXPECT_EQ(sps.ue() + 1, 50u);                // macroblocks across
+    EXPECT_EQ(sps.ue() + 1, 50u);  // macroblocks across
     EXPECT_EQ(sps.ue() + 1, 50u);
-    EXPECT_EQ(sps.bits(1), 1u);                  // frame_mbs_only
+    EXPECT_EQ(sps.bits(1), 1u);  // frame_mbs_only
     sps.bits(1);
-    EXPECT_EQ(sps.bits(1), 0u);                  // no cropping
-    ASSERT_EQ(sps.bits(1), 1u);                  // vui_parameters_present
-    if (sps.bits(1)) {                           // aspect ratio
+    EXPECT_EQ(sps.bits(1), 0u);  // no cropping
+    ASSERT_EQ(sps.bits(1), 1u);  // vui_parameters_present
+    if (sps.bits(1)) {           // aspect ratio
         EXPECT_NE(sps.bits(8), 255u);
     }
-    if (sps.bits(1)) sps.bits(1);                // overscan
-    ASSERT_EQ(sps.bits(1), 1u);                  // video_signal_type_present
+    if (sps.bits(1)) sps.bits(1);  // overscan
+    ASSERT_EQ(sps.bits(1), 1u);    // video_signal_type_present
     sps.bits(3);
-    EXPECT_EQ(sps.bits(1), 0u);                  // limited range
+    EXPECT_EQ(sps.bits(1), 0u);  // limited range
     ASSERT_EQ(sps.bits(1), 1u);
-    EXPECT_EQ(sps.bits(8), 1u);                  // primaries BT.709
-    EXPECT_EQ(sps.bits(8), 1u);                  // transfer BT.709
-    EXPECT_EQ(sps.bits(8), 1u);                  // matrix BT.709
-    if (sps.bits(1)) sps.ue(), sps.ue();         // chroma location
+    EXPECT_EQ(sps.bits(8), 1u);                                // primaries BT.709
+    EXPECT_EQ(sps.bits(8), 1u);                                // transfer BT.709
+    EXPECT_EQ(sps.bits(8), 1u);                                // matrix BT.709
+    if (sps.bits(1)) sps.ue(), sps.ue();                       // chroma location
     if (sps.bits(1)) sps.bits(32), sps.bits(32), sps.bits(1);  // timing
-    ASSERT_EQ(sps.bits(1), 0u);                  // NAL HRD
-    ASSERT_EQ(sps.bits(1), 0u);                  // VCL HRD
+    ASSERT_EQ(sps.bits(1), 0u);                                // NAL HRD
+    ASSERT_EQ(sps.bits(1), 0u);                                // VCL HRD
     sps.bits(1);
-    ASSERT_EQ(sps.bits(1), 1u);                  // bitstream_restriction
+    ASSERT_EQ(sps.bits(1), 1u);  // bitstream_restriction
     sps.bits(1);
     sps.ue(), sps.ue(), sps.ue(), sps.ue();
-    EXPECT_EQ(sps.ue(), 0u);                     // max_num_reorder_frames
+    EXPECT_EQ(sps.ue(), 0u);  // max_num_reorder_frames
 }
 
 TEST(H264Encoder, IdrComesOnDemandAndOnlyThen) {

@@ -62,8 +62,8 @@ std::vector<std::uint8_t> decode_rgb(const EncodedFrame& frame, int& width, int&
 TEST(JpegFrame, PureColoursComeBack) {
     // 4/255: two quantisations to 8 bits (limited-range chroma steps are 1.1 to 2.1 of 255 wide) and the JPEG's own.
     constexpr int kTolerance = 4;
-    const Rgb colours[] = {{0, 0, 0},     {255, 255, 255}, {128, 128, 128}, {255, 0, 0},   {0, 255, 0},
-                           {0, 0, 255},   {255, 255, 0},   {0, 255, 255},   {255, 0, 255}, {200, 90, 30}};
+    const Rgb colours[] = {{0, 0, 0},   {255, 255, 255}, {128, 128, 128}, {255, 0, 0},   {0, 255, 0},
+                           {0, 0, 255}, {255, 255, 0},   {0, 255, 255},   {255, 0, 255}, {200, 90, 30}};
     for (const Rgb& colour : colours) {
         auto frame = encode_jpeg_frame(flat_picture(70, 50, colour), 95);  // not whole units
         ASSERT_TRUE(frame) << frame.error().text();

@@ -17,7 +17,9 @@ constexpr unsigned char kGolden[] = {
     0xd2, 0x04, 0x00, 0x00,                          // encode_us 1234
 };
 
-FrameHeader golden_header() { return {true, true, 5, 0x01020304, 42, 0x0102030405060708, 10000, 1234}; }
+FrameHeader golden_header() {
+    return {true, true, 5, 0x01020304, 42, 0x0102030405060708, 10000, 1234};
+}
 
 TEST(FrameHeader, GoldenBytes) {
     const auto bytes = encode_frame_header(golden_header());

@@ -13,9 +13,8 @@ namespace {
 using test::Client;
 using namespace std::chrono_literals;
 
-constexpr EmbeddedFile kPage[] = {{"index.html", "<!doctype html><title>x</title>"},
-                                  {"main.js", "export {};"},
-                                  {"lib/style.css", "body{}"}};
+constexpr EmbeddedFile kPage[] = {
+    {"index.html", "<!doctype html><title>x</title>"}, {"main.js", "export {};"}, {"lib/style.css", "body{}"}};
 
 struct FrontTest : testing::Test {
     FrontOptions options;
@@ -115,8 +114,7 @@ TEST_F(FrontTest, ForeignHostsAndOriginsAreRefused) {
     start();
     const std::string port = std::to_string(front->port());
     const std::string good_hosts[] = {"localhost:" + port, "LOCALHOST", "127.0.0.1:9", "[::1]:" + port, "127.8.8.8"};
-    for (const std::string& good : good_hosts)
-        EXPECT_EQ(Client(front->port()).get("/healthz", "", good), 200) << good;
+    for (const std::string& good : good_hosts) EXPECT_EQ(Client(front->port()).get("/healthz", "", good), 200) << good;
     for (const char* bad : {"evil.example", "evil.example:8080", "10.1.2.3", "localhost.evil.example", "["})
         EXPECT_EQ(Client(front->port()).get("/healthz", "", bad), 403) << bad;
     EXPECT_EQ(Client(front->port()).upgrade(kSubprotocolJson, "", "evil.example"), 403);
@@ -200,12 +198,16 @@ TEST_F(FrontTest, MjpegSendsTheNextPartsHeaderAtOnce) {
     front->publish_jpeg(picture);
     // The whole part and the header of the one after it, though that one does not exist yet.
     EXPECT_TRUE(client.receive_until("eeee\r\n--gonio-frame\r\nContent-Type: image/jpeg\r\n\r\n"));
+    client.received.clear();
     EXPECT_EQ(front->packets_sent(), 1u);
     ASSERT_TRUE(wait_demand([](const Demand& d) { return d.jpeg; }));
+    front->publish_jpeg(picture);  // the same picture again, encoded for somebody else
     // One that comes later gets the picture that the others have.
     Client second(front->port());
     second.send("GET /v1/mjpeg HTTP/1.1\r\nHost: localhost\r\n\r\n");
     EXPECT_TRUE(second.receive_until("eeee\r\n--gonio-frame\r\n"));
+    EXPECT_FALSE(client.receive(50));
+    EXPECT_EQ(front->packets_sent(), 2u);
 }
 
 TEST_F(FrontTest, AnMjpegClientThatLeavesIsForgotten) {
@@ -312,14 +314,17 @@ TEST_F(FrontTest, MalformedMessagesAreAnsweredAndTheConnectionStays) {
     start();
     Client json(front->port());
     json.join(kSubprotocolJson, false, false);
-    json.send_frame(1, "{\"request_id\": 7, \"command\": {\"set_light\": {\"name\": \"a\", \"level_ratio\": \"much\"}}}");
+    json.send_frame(1,
+                    "{\"request_id\": 7, \"command\": {\"set_light\": {\"name\": \"a\", \"level_ratio\": \"much\"}}}");
     auto answer = json.read_message();
     ASSERT_TRUE(answer && answer->has_result());
     EXPECT_EQ(answer->request_id(), 7u);
     EXPECT_EQ(answer->result().code(), "bad_message");
     EXPECT_EQ(answer->result().field(), "command.set_light.level_ratio");
     EXPECT_EQ(answer->result().value(), "\"much\"");
-    for (const auto& [opcode, text] : {std::pair{1, std::string("{{{")}, {1, "{\"request_id\":3}"}, {2, "\x01zz"},
+    for (const auto& [opcode, text] : {std::pair{1, std::string("{{{")},
+                                       {1, "{\"request_id\":3}"},
+                                       {2, "\x01zz"},
                                        {1, "[" + std::string(5000, '[')}}) {
         json.send_frame(opcode, text);
         answer = json.read_message();
@@ -328,8 +333,8 @@ TEST_F(FrontTest, MalformedMessagesAreAnsweredAndTheConnectionStays) {
     }
     Client proto(front->port());
     proto.join(kSubprotocolProto, false, false);
-    for (const auto& [opcode, bytes] : {std::pair{2, std::string("\x01\xff\xff\xff")}, {2, ""}, {2, "\x05"}, {1, "{}"},
-                                        {2, "\x01"}}) {
+    for (const auto& [opcode, bytes] :
+         {std::pair{2, std::string("\x01\xff\xff\xff")}, {2, ""}, {2, "\x05"}, {1, "{}"}, {2, "\x01"}}) {
         proto.send_frame(opcode, bytes);
         answer = proto.read_message();
         ASSERT_TRUE(answer && answer->has_result());

@@ -1,0 +1,22 @@
+// `gonio photometry`: what a photometric file says, offline: quantities, provenance, diagnostics, curves.
+#pragma once
+
+#include <cstdint>
+#include <ostream>
+#include <span>
+#include <string>
+
+namespace gonio {
+
+enum class PhotometryFormat : std::uint8_t {
+    json,  // one object for one file, an array of objects for several
+    svg,   // one SVG document, the luminaires below each other
+    text,  // for people, with curves drawn in Braille characters
+};
+
+// Reads each file and prints it to out. A file that cannot be read or is refused gives an object with "error" (json) or
+// a sentence on err (svg, text) and the others go on. "-" is standard input. Result: 0; 1 if any file was refused; 2 if
+// files is empty.
+int run_photometry(std::span<const std::string> files, PhotometryFormat format, std::ostream& out, std::ostream& err);
+
+}  // namespace gonio

@@ -1,0 +1,115 @@
+#!/usr/bin/python3
+"""Compares Gonio's direct light with Cycles' on a scene that Blender's own exporter wrote.
+
+    run.py GONIOD GONIO
+
+exits 0 if every point agrees within 2 %, 1 if not, 77 (skipped) where blender or its glTF exporter is not installed.
+Needs the standard library only; the scene is built by export_scene.py in a temporary directory.
+"""
+
+import json
+import os
+import select
+import shutil
+import subprocess
+import sys
+import tempfile
+import time
+
+TOLERANCE = 0.02  # of Cycles' figure
+DARK_LX = 0.05    # what a point in shadow may read
+SKIPPED = 77
+HERE = os.path.dirname(os.path.abspath(__file__))
+
+
+def export(directory):
+    """Result: expected.json as a value, or None where Blender cannot export glTF here."""
+    blender = shutil.which("blender")
+    if not blender:
+        print("skipped: blender is not installed")
+        return None
+    command = [blender, "-b", "--factory-startup", "--python-exit-code", "1",
+               "--python", os.path.join(HERE, "export_scene.py"), "--", directory]
+    result = subprocess.run(command, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True, timeout=300, check=False)
+    expected = os.path.join(directory, "expected.json")
+    if result.returncode == 0 and os.path.exists(expected):
+        with open(expected, encoding="utf-8") as file:
+            return json.load(file)
+    if "No module named 'numpy'" in result.stdout:
+        print("skipped: blender's glTF exporter needs python3-numpy")
+        return None
+    print(result.stdout)
+    raise SystemExit("blender failed")
+
+
+def wait_ready(daemon, seconds=120.0):
+    """Result: the URL of the READY line."""
+    end = time.monotonic() + seconds
+    while time.monotonic() < end:
+        ready, _, _ = select.select([daemon.stdout], [], [], 1.0)
+        if not ready:
+            continue
+        line = daemon.stdout.readline()
+        if not line:
+            raise SystemExit("goniod ended before it was ready")
+        if line.startswith("READY "):
+            return line.split()[1]
+    raise SystemExit("goniod was not ready in time")
+
+
+def vector(numbers):
+    return ",".join(f"{number:.9g}" for number in numbers)
+
+
+def ask(gonio, url, *words):
+    result = subprocess.run([gonio, "--server", url, "--json", *words], stdout=subprocess.PIPE, text=True, timeout=120,
+                            check=False)
+    if result.returncode != 0:
+        raise SystemExit(f"gonio {' '.join(words)} ended with {result.returncode}: {result.stdout}")
+    return json.loads(result.stdout)
+
+
+def compare(goniod, gonio, scene_file, expected):
+    """Result: how many points disagree."""
+    daemon = subprocess.Popen([goniod, "--scene", scene_file, "--listen", "127.0.0.1:0", "--size", "320x240"],
+                              stdout=subprocess.PIPE, text=True)
+    wrong = 0
+    try:
+        url = wait_ready(daemon)
+        state = ask(gonio, url, "get")
+        if len(state["lights"]) != 1:
+            print("one light was exported, the scene has", len(state["lights"]))
+            wrong += 1
+        for point in expected["points"]:
+            # "--point=" keeps a leading minus from being taken for an option.
+            answer = ask(gonio, url, "meter", "--point=" + vector(point["point_m"]), "--normal=" + vector(point["normal"]))
+            measured, truth = answer["direct_lx"], point["direct_lx"]
+            good = abs(measured - truth) <= max(TOLERANCE * truth, DARK_LX)
+            wrong += not good
+            print(f"{'ok  ' if good else 'BAD '} {point['name']:28} gonio {measured:9.4f} lx   cycles {truth:9.4f} lx")
+    finally:
+        daemon.terminate()
+        try:
+            daemon.wait(timeout=20)
+        except subprocess.TimeoutExpired:
+            daemon.kill()
+            daemon.wait()
+    return wrong
+
+
+def main():
+    if len(sys.argv) != 3:
+        raise SystemExit(__doc__)
+    goniod, gonio = sys.argv[1:]
+    with tempfile.TemporaryDirectory(prefix="gonio-blender-") as directory:
+        expected = export(directory)
+        if expected is None:
+            return SKIPPED
+        wrong = 0
+        for name in ("scene.glb", "scene.gltf"):
+            print(name)
+            wrong += compare(goniod, gonio, os.path.join(directory, name), expected)
+    return 1 if wrong else 0
+
+
+sys.exit(main())

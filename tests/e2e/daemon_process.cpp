@@ -1,0 +1,200 @@
+#include "tests/e2e/daemon_process.h"
+
+#include <fcntl.h>
+#include <gtest/gtest.h>
+#include <poll.h>
+#include <spawn.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <array>
+#include <chrono>
+#include <csignal>
+#include <cstdlib>
+#include <filesystem>
+#include <fstream>
+#include <sstream>
+#include <stdexcept>
+#include <thread>
+
+extern char** environ;
+
+namespace gonio::test {
+namespace {
+
+std::string program_path(const std::string& name) {
+    const char* folder = std::getenv("GONIO_BIN");
+    return folder != nullptr ? std::string(folder) + "/" + name : (std::filesystem::read_symlink("/proc/self/exe").parent_path() / name).string();
+}
+
+struct Spawned {
+    pid_t pid;
+    int out, err;
+};
+
+Spawned spawn(const std::string& name, const std::vector<std::string>& arguments, bool with_err) {
+    const std::string path = program_path(name);
+    std::vector<char*> argv = {const_cast<char*>(path.c_str())};
+    for (const std::string& argument : arguments) argv.push_back(const_cast<char*>(argument.c_str()));
+    argv.push_back(nullptr);
+    int out[2], err[2] = {-1, -1};
+    if (pipe2(out, O_CLOEXEC) != 0 || (with_err && pipe2(err, O_CLOEXEC) != 0)) throw std::runtime_error("pipe");
+    posix_spawn_file_actions_t actions;
+    posix_spawn_file_actions_init(&actions);
+    posix_spawn_file_actions_adddup2(&actions, out[1], 1);
+    if (with_err) posix_spawn_file_actions_adddup2(&actions, err[1], 2);
+    pid_t pid = -1;
+    const int failed = posix_spawn(&pid, path.c_str(), &actions, nullptr, argv.data(), environ);
+    posix_spawn_file_actions_destroy(&actions);
+    close(out[1]);
+    if (with_err) close(err[1]);
+    if (failed != 0) throw std::runtime_error("cannot start " + path);
+    return {pid, out[0], err[0]};
+}
+
+}  // namespace
+
+Finished run_program(const std::string& name, const std::vector<std::string>& arguments) {
+    const Spawned process = spawn(name, arguments, true);
+    Finished result;
+    std::array<pollfd, 2> fds = {pollfd{process.out, POLLIN, 0}, pollfd{process.err, POLLIN, 0}};
+    for (int open = 2; open > 0;) {
+        poll(fds.data(), 2, -1);
+        for (int i = 0; i < 2; ++i) {
+            if (fds[i].fd < 0 || fds[i].revents == 0) continue;
+            char buffer[65536];
+            const ssize_t n = read(fds[i].fd, buffer, sizeof buffer);
+            if (n > 0) {
+                (i == 0 ? result.out : result.err).append(buffer, static_cast<std::size_t>(n));
+            } else {
+                close(fds[i].fd);
+                fds[i].fd = -1;
+                --open;
+            }
+        }
+    }
+    int status = 0;
+    waitpid(process.pid, &status, 0);
+    result.exit_code = WIFEXITED(status) ? WEXITSTATUS(status) : 128 + WTERMSIG(status);
+    return result;
+}
+
+DaemonProcess::DaemonProcess(std::vector<std::string> arguments) {
+    arguments.insert(arguments.begin(), {"--listen", "127.0.0.1:0"});
+    const Spawned process = spawn("goniod", arguments, false);
+    pid_ = process.pid;
+    out_fd_ = process.out;
+    std::string line;
+    const auto deadline = std::chrono::steady_clock::now() + std::chrono::seconds(60);
+    while (line.find('\n') == std::string::npos) {
+        pollfd ready{out_fd_, POLLIN, 0};
+        if (std::chrono::steady_clock::now() > deadline) throw std::runtime_error("goniod printed no READY line");
+        if (poll(&ready, 1, 200) <= 0) continue;
+        char c;
+        if (read(out_fd_, &c, 1) != 1) throw std::runtime_error("goniod ended before READY");
+        line += c;
+    }
+    if (line.rfind("READY http://", 0) != 0) throw std::runtime_error("unexpected first line: " + line);
+    url_ = line.substr(6, line.size() - 7);
+}
+
+DaemonProcess::~DaemonProcess() {
+    if (pid_ > 0 && stop() < 0) {
+        kill(pid_, SIGKILL);
+        waitpid(pid_, nullptr, 0);
+    }
+    close(out_fd_);
+}
+
+bool DaemonProcess::alive() const { return pid_ > 0 && kill(pid_, 0) == 0; }
+
+int DaemonProcess::stop() {
+    if (pid_ <= 0) return -1;
+    kill(pid_, SIGTERM);
+    for (int i = 0; i < 500; ++i) {
+        int status = 0;
+        if (waitpid(pid_, &status, WNOHANG) == pid_) {
+            pid_ = -1;
+            return WIFEXITED(status) ? WEXITSTATUS(status) : 128 + WTERMSIG(status);
+        }
+        std::this_thread::sleep_for(std::chrono::milliseconds(10));
+    }
+    return -1;
+}
+
+Finished DaemonProcess::gonio(std::vector<std::string> words) const {
+    words.insert(words.begin(), {"--server", url_});
+    return run_program("gonio", words);
+}
+
+nlohmann::json DaemonProcess::json(std::vector<std::string> words) const {
+    words.insert(words.begin(), "--json");
+    const Finished done = gonio(words);
+    EXPECT_EQ(done.exit_code, 0) << done.err;
+    return nlohmann::json::parse(done.out, nullptr, false);
+}
+
+unsigned DaemonProcess::rev(std::vector<std::string> words) const {
+    const Finished done = gonio(words);
+    EXPECT_EQ(done.exit_code, 0) << done.err;
+    unsigned number = 0;
+    EXPECT_EQ(std::sscanf(done.out.c_str(), "scene_rev %u", &number), 1) << done.out;
+    return number;
+}
+
+TemporaryFolder::TemporaryFolder() {
+    std::string pattern = (std::filesystem::temp_directory_path() / "gonio-e2e-XXXXXX").string();
+    if (mkdtemp(pattern.data()) == nullptr) throw std::runtime_error("mkdtemp");
+    folder_ = pattern;
+}
+
+TemporaryFolder::~TemporaryFolder() { std::filesystem::remove_all(folder_); }
+
+std::string TemporaryFolder::file(const std::string& name, const std::string& content) const {
+    std::ofstream(path(name), std::ios::binary) << content;
+    return path(name);
+}
+
+std::string isotropic_ies(double candela) {
+    std::ostringstream text;
+    text << "IESNA:LM-63-2002\r\n[TEST] e2e\r\n[MANUFAC] none\r\nTILT=NONE\r\n1 -1 1 3 1 1 2 0 0 0\r\n1 1 10\r\n0 90 180\r\n0\r\n"
+         << candela << " " << candela << " " << candela << "\r\n";
+    return text.str();
+}
+
+std::string floor_gltf(double reflectance) {
+    const auto base64 = [](const std::string& bytes) {
+        static const char* digits = "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
+        std::string out;
+        for (std::size_t i = 0; i < bytes.size(); i += 3) {
+            unsigned v = 0;
+            for (std::size_t k = 0; k < 3; ++k) v = v << 8 | (i + k < bytes.size() ? static_cast<unsigned char>(bytes[i + k]) : 0u);
+            for (std::size_t k = 0; k < 4; ++k) out += i + k > bytes.size() ? '=' : digits[v >> (18 - 6 * k) & 63u];
+        }
+        return out;
+    };
+    const float positions[] = {-10, 0, 10, 10, 0, 10, 10, 0, -10, -10, 0, -10};
+    const std::uint16_t indices[] = {0, 1, 2, 0, 2, 3};
+    std::string bytes(reinterpret_cast<const char*>(positions), sizeof positions);
+    bytes.append(reinterpret_cast<const char*>(indices), sizeof indices);
+    const double s = std::sqrt(0.5);
+    nlohmann::json gltf = {
+        {"asset", {{"version", "2.0"}}},
+        {"extensionsUsed", {"EXT_lights_ies"}},
+        {"extensions", {{"EXT_lights_ies", {{"lights", {{{"name", "lamp"}, {"uri", "data:application/x-ies-lm-63;base64," + base64(isotropic_ies(1000))}}}}}}}},
+        {"buffers", {{{"byteLength", bytes.size()}, {"uri", "data:application/octet-stream;base64," + base64(bytes)}}}},
+        {"bufferViews", {{{"buffer", 0}, {"byteOffset", 0}, {"byteLength", sizeof positions}}, {{"buffer", 0}, {"byteOffset", sizeof positions}, {"byteLength", sizeof indices}}}},
+        {"accessors", {{{"bufferView", 0}, {"componentType", 5126}, {"count", 4}, {"type", "VEC3"}, {"min", {-10, 0, -10}}, {"max", {10, 0, 10}}},
+                       {{"bufferView", 1}, {"componentType", 5123}, {"count", 6}, {"type", "SCALAR"}}}},
+        {"materials", {{{"pbrMetallicRoughness", {{"baseColorFactor", {reflectance, reflectance, reflectance, 1}}}}}}},
+        {"meshes", {{{"primitives", {{{"attributes", {{"POSITION", 0}}}, {"indices", 1}, {"material", 0}}}}}}},
+        {"cameras", {{{"type", "perspective"}, {"perspective", {{"yfov", 0.8}, {"znear", 0.1}}}}}},
+        {"nodes", {{{"mesh", 0}},
+                   {{"name", "lamp"}, {"translation", {0, 2, 0}}, {"rotation", {-s, 0, 0, s}}, {"extensions", {{"EXT_lights_ies", {{"light", 0}}}}}},
+                   {{"camera", 0}, {"translation", {0, 6, 0}}, {"rotation", {-s, 0, 0, s}}}}},
+        {"scenes", {{{"nodes", {0, 1, 2}}}}},
+        {"scene", 0}};
+    return gltf.dump();
+}
+
+}  // namespace gonio::test

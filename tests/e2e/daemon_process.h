@@ -1,0 +1,60 @@
+// The real goniod on a free port, driven by the real gonio: what a person types, as a function.
+#pragma once
+
+#include <nlohmann/json.hpp>
+#include <string>
+#include <sys/types.h>
+#include <vector>
+
+namespace gonio::test {
+
+struct Finished {
+    int exit_code = -1;
+    std::string out, err;
+};
+
+// Runs a program of the build to its end.
+Finished run_program(const std::string& name, const std::vector<std::string>& arguments);
+
+class DaemonProcess {
+public:
+    // Starts goniod with --listen 127.0.0.1:0 and the arguments, and waits for its READY line (60 s).
+    explicit DaemonProcess(std::vector<std::string> arguments = {});
+    ~DaemonProcess();
+    DaemonProcess(const DaemonProcess&) = delete;
+
+    const std::string& url() const { return url_; }
+    bool alive() const;
+    // Sends SIGTERM; result: the exit code, or -1 if it did not end within 5 s.
+    int stop();
+
+    Finished gonio(std::vector<std::string> words) const;
+    // The command must succeed; result: its output as JSON (with --json).
+    nlohmann::json json(std::vector<std::string> words) const;
+    // A set command that must succeed; result: the scene_rev it printed.
+    unsigned rev(std::vector<std::string> words) const;
+
+private:
+    std::string url_;
+    pid_t pid_ = -1;
+    int out_fd_ = -1;
+};
+
+// A folder that is removed with its content.
+class TemporaryFolder {
+public:
+    TemporaryFolder();
+    ~TemporaryFolder();
+    std::string file(const std::string& name, const std::string& content) const;  // written; result: its path
+    std::string path(const std::string& name) const { return folder_ + "/" + name; }
+
+private:
+    std::string folder_;
+};
+
+// A 20 m floor of the reflectance given at y = 0 with one isotropic 1000 cd luminaire 2 m above it (EXT_lights_ies), a
+// camera that looks straight down from 6 m.
+std::string floor_gltf(double reflectance);
+std::string isotropic_ies(double candela);
+
+}  // namespace gonio::test

@@ -1,0 +1,239 @@
+// The whole program as its users meet it: goniod started, driven by gonio, asked what it did.
+#include <gtest/gtest.h>
+
+#include <chrono>
+#include <cmath>
+#include <cstdlib>
+#include <fstream>
+#include <map>
+#include <set>
+#include <sstream>
+#include <thread>
+
+#include "server/assets/assets.h"
+#include "tests/e2e/daemon_process.h"
+
+namespace gonio::test {
+namespace {
+
+using Json = nlohmann::json;
+
+// Names of the passes that ran, "name" or "name:light".
+std::set<std::string> ran(const Json& report) {
+    std::set<std::string> names;
+    for (const Json& pass : report["passes"]) {
+        EXPECT_TRUE(pass.contains("light"));
+        if (pass["state"] == "ran") names.insert(pass["name"].get<std::string>() + (pass["light"].is_null() ? "" : ":" + pass["light"].get<std::string>()));
+    }
+    return names;
+}
+
+bool any_light_pass(const std::set<std::string>& names) {
+    for (const std::string& name : names) {
+        for (const char* part : {"shadow", "rsm", "mask", "vpl", "occlusion"}) {
+            if (name.find(part) != std::string::npos) return true;
+        }
+    }
+    return false;
+}
+
+std::string number(double value) {
+    std::ostringstream out;
+    out << value;
+    return out.str();
+}
+
+std::string triple(double x, double y, double z) { return number(x) + "," + number(y) + "," + number(z); }
+
+TEST(Cornell, ReadyStateAndCostTable) {
+    DaemonProcess daemon({"--size", "320x320"});
+    const Json state = daemon.json({"get"});
+    ASSERT_TRUE(state["scene_rev"].is_number_unsigned());
+    EXPECT_EQ(state["scene"], "cornell");
+    ASSERT_GE(state["lights"].size(), 1u);
+    const std::string light = state["lights"][0]["name"];
+    EXPECT_EQ(state["lights"][0]["aim"].size(), 3u);
+    EXPECT_EQ(state["lights"][0]["c0"].size(), 3u);
+
+    // Level, colour, exposure: the composite only.
+    const std::vector<std::vector<std::string>> cheap = {{"set", "light", light, "--level", "0.5"}, {"set", "light", light, "--color", "1,0.5,0.25"},
+                                                         {"set", "exposure", "4"}, {"set", "master", "0.8"}};
+    for (const auto& words : cheap) {
+        const unsigned rev = daemon.rev(words);
+        const Json report = daemon.json({"report", "--rev", std::to_string(rev)});
+        EXPECT_GE(report["scene_rev"].get<unsigned>(), rev);
+        EXPECT_EQ(ran(report), (std::set<std::string>{"composite", "nv12"})) << words[2];
+        EXPECT_GT(report["frame_ms"].get<double>(), 0.0);
+        EXPECT_TRUE(report["settled"].get<bool>());
+    }
+
+    // Camera: no light map.
+    const unsigned moved = daemon.rev({"set", "camera", "--eye", "0.2,2,7"});
+    const auto camera = ran(daemon.json({"report", "--rev", std::to_string(moved)}));
+    EXPECT_TRUE(camera.contains("gbuffer"));
+    EXPECT_TRUE(camera.contains("gather:" + light));
+    EXPECT_FALSE(any_light_pass(camera));
+
+    // Profile: the light's own passes, neither G-buffer nor clean faces.
+    TemporaryFolder folder;
+    const unsigned swapped = daemon.rev({"set", "light", light, "--profile", folder.file("iso.ies", isotropic_ies(300))});
+    const auto profile = ran(daemon.json({"report", "--rev", std::to_string(swapped)}));
+    for (const char* name : {"mask:", "vpl:", "direct:", "gather:"}) EXPECT_TRUE(profile.contains(name + light)) << name;
+    EXPECT_FALSE(profile.contains("gbuffer"));
+    const Json after = daemon.json({"get", "lights[0]"});
+    EXPECT_NEAR(after["max_cd"].get<double>(), 300.0, 1e-3);
+    EXPECT_NEAR(after["flux_lm"].get<double>(), 300.0 * 4 * M_PI, 0.01);
+
+    // Aim: no face that is clean at this position is made again, nothing of the camera.
+    const unsigned turned = daemon.rev({"set", "light", light, "--tilt", "20"});
+    const auto aim = ran(daemon.json({"report", "--rev", std::to_string(turned)}));
+    EXPECT_TRUE(aim.contains("mask:" + light));
+    EXPECT_FALSE(aim.contains("shadow:" + light)) << "an isotropic source had reached all faces";
+    EXPECT_FALSE(aim.contains("gbuffer"));
+}
+
+TEST(Cornell, NothingHappensWhileNothingChanges) {
+    DaemonProcess daemon({"--size", "256x256"});
+    // A viewer watches for the whole test.
+    TemporaryFolder folder;
+    std::thread viewer([&] { run_program("gonio", {"--server", daemon.url(), "watch", "--frames", "3", "--out", folder.path("stream.h264")}); });
+    std::this_thread::sleep_for(std::chrono::milliseconds(800));
+    daemon.rev({"set", "light", daemon.json({"get", "lights[0].name"}), "--level", "0.7"});
+    std::this_thread::sleep_for(std::chrono::milliseconds(1500));
+    const Json before = daemon.json({"stats"});
+    EXPECT_TRUE(before["settled"].get<bool>());
+    EXPECT_GE(before["frames_encoded"].get<int>(), 2);
+    std::this_thread::sleep_for(std::chrono::seconds(3));
+    const Json after = daemon.json({"stats"});
+    for (const char* counter : {"frames_rendered", "frames_encoded", "packets_sent"}) EXPECT_EQ(before[counter], after[counter]) << counter;
+    daemon.rev({"set", "exposure", "3"});  // the third frame ends the viewer
+    daemon.rev({"set", "exposure", "3.5"});
+    viewer.join();
+    std::ifstream stream(folder.path("stream.h264"), std::ios::binary);
+    char head[4] = {};
+    stream.read(head, 4);
+    EXPECT_EQ(std::string(head, 4), std::string("\0\0\0\1", 4)) << "Annex B";
+}
+
+TEST(Cornell, TheLastFrameOfAMovementArrives) {
+    DaemonProcess daemon({"--size", "256x256"});
+    const std::string light = daemon.json({"get", "lights[0].name"});
+    Finished watched;
+    // The viewer prints a line per frame header; it is ended by the daemon's stop.
+    std::thread watcher([&] { watched = run_program("gonio", {"--server", daemon.url(), "watch"}); });
+    std::this_thread::sleep_for(std::chrono::milliseconds(800));
+    unsigned last = 0;
+    for (int i = 0; i < 12; ++i) last = daemon.rev({"set", "light", light, "--level", number(0.3 + 0.05 * i)});
+    std::this_thread::sleep_for(std::chrono::milliseconds(2500));
+    daemon.stop();
+    watcher.join();
+    unsigned newest = 0, frames = 0;
+    std::istringstream lines(watched.out);
+    for (std::string line; std::getline(lines, line);) {
+        const Json json = Json::parse(line, nullptr, false);
+        if (!json.is_discarded() && json.contains("frame")) {
+            const unsigned rev = json["frame"]["scene_rev"];
+            EXPECT_GE(rev, newest) << "never an older picture after a newer one";
+            newest = rev;
+            ++frames;
+        }
+    }
+    EXPECT_EQ(newest, last);
+    EXPECT_GE(frames, 2u);
+}
+
+TEST(Floor, MeterAndPictureReadTheInverseSquareLaw) {
+    TemporaryFolder folder;
+    DaemonProcess daemon({"--scene", folder.file("floor.gltf", floor_gltf(0.5)), "--size", "200x200"});
+    const Json meter = daemon.json({"meter", "--point", "0,0,0", "--normal", "0,1,0"});
+    EXPECT_NEAR(meter["direct_lx"].get<double>(), 250.0, 0.5);
+    EXPECT_NEAR(meter["indirect_lx"].get<double>(), 0.0, 1e-9);
+    EXPECT_NEAR(meter["total_lx"].get<double>(), 250.0, 0.5);
+    ASSERT_EQ(meter["direct_rgb_lx"].size(), 3u);
+
+    const Finished capture = daemon.gonio({"capture", folder.path("lux.exr"), "--view", "illuminance", "--size", "201x201"});
+    ASSERT_EQ(capture.exit_code, 0) << capture.err;
+    const auto lux = read_picture(folder.path("lux.exr"));
+    ASSERT_TRUE(lux);
+    // The camera stands 6 m above the floor and looks straight down, 0.8 rad high.
+    for (int x : {100, 60, 150, 20}) {
+        const double at = ((x + 0.5) / 201 * 2 - 1) * std::tan(0.4) * 6.0;
+        const double expected = 1000.0 * 2.0 / std::pow(4.0 + at * at, 1.5);
+        EXPECT_NEAR(static_cast<double>(lux->values[static_cast<std::size_t>((100 * 201 + x) * lux->channels)]), expected, 0.01 * expected) << x;
+    }
+    ASSERT_EQ(daemon.gonio({"capture", folder.path("nits.exr"), "--view", "luminance", "--size", "201x201"}).exit_code, 0);
+    const auto nits = read_picture(folder.path("nits.exr"));
+    ASSERT_TRUE(nits);
+    EXPECT_NEAR(static_cast<double>(nits->values[static_cast<std::size_t>((100 * 201 + 100) * nits->channels)]), 0.5 * 250.0 / M_PI, 0.5);
+}
+
+TEST(Floor, ARealFileReadsItsOwnCandela) {
+    const char* shared = std::getenv("GONIO_SHARED");
+    const std::string path = std::string(shared != nullptr ? shared : GONIO_SOURCE_DIR "/../shared") + "/data/photometry/ies/photompy__LLIA001477-002.ies";
+    if (!std::ifstream(path)) GTEST_SKIP() << "no shared photometry here";
+    std::ifstream file(path, std::ios::binary);
+    const std::string bytes((std::istreambuf_iterator<char>(file)), {});
+    const auto profile = make_profile("real", bytes);
+    ASSERT_TRUE(profile) << profile.error().text();
+    TemporaryFolder folder;
+    DaemonProcess daemon({"--scene", folder.file("floor.gltf", floor_gltf(0.5)), "--size", "128x128"});
+    daemon.rev({"set", "light", "lamp", "--profile", path, "--pan", "0", "--tilt", "0", "--roll", "0"});
+    // Pan/tilt zero: aim -Y, C0 = +X, C90 = -Z.
+    for (const auto& [x, z] : {std::pair{0.01, 0.0}, {1.0, 0.3}, {-0.7, 1.5}, {0.4, -2.0}, {2.5, 1.0}}) {
+        const double d2 = x * x + z * z + 4.0;
+        const double candela = ies::intensity((*profile)->photometry.web, {x, -z, -2.0}).in(cd);
+        const double expected = candela * 2.0 / std::pow(d2, 1.5);
+        const Json meter = daemon.json({"meter", "--point", triple(x, 0, z), "--normal", "0,1,0"});
+        EXPECT_NEAR(meter["direct_lx"].get<double>(), expected, 0.005 * expected + 1e-3) << x << "," << z;
+    }
+}
+
+TEST(Scene, LoadsTheOtherSceneAndBack) {
+    DaemonProcess daemon({"--size", "160x160"});
+    const unsigned atrium = daemon.rev({"load", "scene", "atrium"});
+    const Json report = daemon.json({"report", "--rev", std::to_string(atrium)});
+    EXPECT_TRUE(ran(report).contains("gbuffer"));
+    EXPECT_EQ(daemon.json({"get", "scene"}), "atrium");
+    EXPECT_GT(daemon.rev({"load", "scene", "cornell"}), atrium);
+}
+
+TEST(Scene, LightsGroupsViewsAndTechniques) {
+    DaemonProcess daemon({"--size", "128x128"});
+    const std::string first = daemon.json({"get", "lights[0].name"});
+    daemon.rev({"add", "light", "spot", "--profile", "narrow_spot", "--position", "0.5,3,0.5", "--aim", "0.1,-1,0.2"});
+    daemon.rev({"group", "both", first, "spot"});
+    daemon.rev({"set", "light", "both", "--level", "0.25"});
+    const Json state = daemon.json({"get"});
+    for (const Json& light : state["lights"]) EXPECT_DOUBLE_EQ(light["level_ratio"].get<double>(), 0.25);
+    for (const char* view : {"direct", "indirect", "illuminance", "luminance", "mask", "rsm-depth", "rsm-normal", "rsm-flux", "solid", "beauty"}) {
+        const unsigned rev = daemon.rev({"set", "view", view});
+        EXPECT_TRUE(ran(daemon.json({"report", "--rev", std::to_string(rev)})).contains("composite")) << view;
+    }
+    const unsigned seed = daemon.rev({"set", "technique", "seed", "--samples", "20"});
+    EXPECT_TRUE(ran(daemon.json({"report", "--rev", std::to_string(seed)})).contains("gather:" + first));
+    daemon.rev({"set", "technique", "default"});
+    daemon.rev({"remove", "light", "spot"});
+    EXPECT_EQ(daemon.json({"get", "lights"}).size(), 1u);
+    TemporaryFolder folder;
+    for (const char* name : {"a.png", "a.jpg", "a.exr"}) {
+        ASSERT_EQ(daemon.gonio({"capture", folder.path(name)}).exit_code, 0) << name;
+        const auto picture = read_picture(folder.path(name));
+        ASSERT_TRUE(picture) << name;
+        EXPECT_EQ(picture->width_px, 128);
+    }
+}
+
+TEST(Daemon, StopsCleanlyAndNamesBadOptions) {
+    DaemonProcess daemon({"--size", "64x64"});
+    EXPECT_EQ(daemon.stop(), 0);
+    EXPECT_EQ(run_program("goniod", {"--size", "banana"}).exit_code, 2);
+    const Finished missing = run_program("goniod", {"--scene", "/nowhere/at/all.gltf", "--listen", "127.0.0.1:0"});
+    EXPECT_EQ(missing.exit_code, 2);
+    EXPECT_NE(missing.err.find("/nowhere/at/all.gltf"), std::string::npos) << missing.err;
+    const Finished open = run_program("goniod", {"--listen", "0.0.0.0:0"});
+    EXPECT_NE(open.exit_code, 0);
+    EXPECT_NE(open.err.find("--token-file"), std::string::npos) << open.err;
+}
+
+}  // namespace
+}  // namespace gonio::test
