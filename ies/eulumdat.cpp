@@ -260,7 +260,7 @@ std::optional<Error> read_grid(Lines& lines, const Counts& counts, double scale,
         }
         if (i == 0) grid.candela_offset = lines.begin;
         const double scaled = value * scale;
-        if (!(std::abs(value) <= kMaxCandela && std::abs(scaled) <= kMaxCandela)) {
+        if (!(std::abs(scaled) <= kMaxCandela)) {
             return error_at(lines.text, lines.begin, "candela_too_large", std::to_string(value), "more than 1e12 cd");
         }
         if (value < 0.0) lines.report.warn("negative_candela", lines.begin, "an intensity is negative; 0 is used");

@@ -228,7 +228,7 @@ std::optional<Error> read_candela(NumberStream& stream, std::size_t count, doubl
             return error;
         }
         const double scaled = value * scale;
-        if (!(std::abs(value) <= kMaxCandela && std::abs(scaled) <= kMaxCandela)) {
+        if (!(std::abs(scaled) <= kMaxCandela)) {
             return error_at(stream.text, stream.token_begin, "candela_too_large", stream.token(),
                             "more than 1e12 cd, with the multiplier and the ballast factor");
         }

@@ -15,7 +15,7 @@ public:
     static constexpr std::uint32_t kWindow = 2;  // streaming guide 2.4: 2 in flight keep the lag near one frame
 
     enum class Verdict : std::uint8_t {
-        send,  // now; the caller calls begin_write()
+        send,  // now; the caller calls take_credit()
         hold,  // keep it instead of what is held; send it when next_held() says so
         skip,  // drop it and whatever is held
     };
@@ -26,7 +26,7 @@ public:
     // held, not dropped, because dropping it would cost a key frame.
     Verdict offer(bool key) {
         if (waits_for_key_ && !key) return Verdict::skip;
-        if (credit() && !writing_) return Verdict::send;
+        if (credit()) return Verdict::send;
         if (held_ && !key) {
             held_ = false;
             waits_for_key_ = true;
@@ -37,15 +37,13 @@ public:
         waits_for_key_ = false;
         return Verdict::hold;
     }
-    // Result: the sequence number of the frame whose write begins now.
-    std::uint32_t begin_write(bool key, Time now) {
+    // Result: the sequence number of the frame that is sent now.
+    std::uint32_t take_credit(bool key, Time now) {
         held_ = false;
-        writing_ = true;
         waits_for_key_ = false;
         if (key) last_key_ = now;
         return ++last_sent_;
     }
-    void end_write() { writing_ = false; }
     // Acknowledgements are cumulative; of a number never sent or older than the last they change nothing.
     void acknowledge(std::uint32_t seq) {
         if (seq > last_acknowledged_ && seq <= last_sent_) last_acknowledged_ = seq;
@@ -62,7 +60,7 @@ public:
     }
 
     bool credit() const { return last_sent_ - last_acknowledged_ < kWindow; }
-    bool sends_held() const { return held_ && credit() && !writing_; }
+    bool sends_held() const { return held_ && credit(); }
     bool held_key() const { return held_key_; }
     bool wants_frame(Time now) const { return credit() && !held_ && (!waits_for_key_ || key_due(now)); }
     bool wants_key(Time now) const { return waits_for_key_ && wants_frame(now); }
@@ -78,7 +76,6 @@ private:
     std::chrono::milliseconds key_interval_;
     std::uint32_t last_sent_ = 0, last_acknowledged_ = 0;
     bool waits_for_key_ = true;
-    bool writing_ = false;
     bool held_ = false, held_key_ = false;
     std::optional<Time> last_key_;
 };

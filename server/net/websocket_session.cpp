@@ -88,7 +88,7 @@ public:
         if (!ready_ || !wants_video_ || closing_) return;
         switch (gate_.offer(frame->key)) {
             case VideoGate::Verdict::send:
-                begin_video(frame, final);
+                send_video(frame, final);
                 break;
             case VideoGate::Verdict::hold:
                 held_ = frame;
@@ -121,7 +121,9 @@ private:
     struct Outgoing {
         std::shared_ptr<const std::string> bytes;  // of answer and state_changed
         Kind kind;
-        std::uint32_t scene_rev = 0;  // of state_changed
+        std::uint32_t scene_rev = 0;                // of state_changed
+        std::shared_ptr<const EncodedFrame> frame;  // of video, with its header
+        std::array<std::byte, kFrameHeaderBytes> header{};
         bool is_state() const { return kind == Kind::state_changed || kind == Kind::whole_state; }
     };
 
@@ -222,7 +224,7 @@ private:
     void push(std::shared_ptr<const std::string> bytes, Kind kind = Kind::answer, std::uint32_t scene_rev = 0) {
         if (closing_ || ended_) return;
         if (queue_.size() >= hub_.options.limits.queued_messages && !make_room(kind)) return;
-        queue_.push_back({std::move(bytes), kind, scene_rev});
+        queue_.push_back({std::move(bytes), kind, scene_rev, nullptr});
         write_next();
     }
     // At the bound all waiting changes of the state become one message with the whole state, encoded when it is sent. A
@@ -233,7 +235,7 @@ private:
             close(kTooSlow, "too many messages wait for this client");
             return false;
         }
-        queue_.push_back({nullptr, Kind::whole_state});
+        queue_.push_back({nullptr, Kind::whole_state, 0, nullptr});
         return kind == Kind::answer;
     }
 
@@ -243,27 +245,21 @@ private:
             if (close_when_sent_) close(websocket::close_code::going_away, "the server stops");
             return;
         }
-        Outgoing next = std::move(queue_.front());
+        outgoing_ = std::move(queue_.front());
         queue_.pop_front();
         writing_ = true;
         write_began_ = Clock::now();
-        if (next.kind == Kind::video) {
+        const auto done = [self = shared_from_this()](error_code error, std::size_t) { self->end_write(error); };
+        if (outgoing_.kind == Kind::video) {
             ++hub_.packets_sent;
             socket_.binary(true);
-            const std::array<asio::const_buffer, 2> buffers = {asio::buffer(header_), asio::buffer(video_->data)};
-            return socket_.async_write(buffers, [self = shared_from_this()](error_code error, std::size_t) {
-                self->video_ = nullptr;
-                self->gate_.end_write();
-                self->end_write(error);
-                if (error) return;
-                self->send_held();
-                self->demand_changed();
-            });
+            return socket_.async_write(
+                std::array<asio::const_buffer, 2>{asio::buffer(outgoing_.header), asio::buffer(outgoing_.frame->data)},
+                done);
         }
-        outgoing_ = next.kind == Kind::whole_state ? take_whole_state() : std::move(next.bytes);
+        if (outgoing_.kind == Kind::whole_state) outgoing_.bytes = take_whole_state();
         socket_.text(encoding_ == Encoding::json);
-        socket_.async_write(asio::buffer(*outgoing_),
-                            [self = shared_from_this()](error_code error, std::size_t) { self->end_write(error); });
+        socket_.async_write(asio::buffer(*outgoing_.bytes), done);
     }
     void end_write(error_code error) {
         writing_ = false;
@@ -272,22 +268,20 @@ private:
     }
 
     // ---- video
-    void begin_video(const std::shared_ptr<const EncodedFrame>& frame, bool final) {
+    void send_video(const std::shared_ptr<const EncodedFrame>& frame, bool final) {
         FrameHeader header;
-        header.seq = gate_.begin_write(frame->key, Clock::now());
+        header.seq = gate_.take_credit(frame->key, Clock::now());
         header.key = frame->key;
         header.final = final;
         header.scene_rev = frame->scene_rev;
         header.rendered_ns = static_cast<std::uint64_t>(frame->rendered_ns);
         header.render_us = microseconds(frame->drained_ns, frame->rendered_ns);
         header.encode_us = microseconds(frame->rendered_ns, frame->encoded_ns);
-        header_ = encode_frame_header(header);
-        video_ = frame;
-        queue_.push_back({nullptr, Kind::video});
+        queue_.push_back({nullptr, Kind::video, 0, frame, encode_frame_header(header)});
         write_next();
     }
     void send_held() {
-        if (held_ && gate_.sends_held()) begin_video(std::exchange(held_, nullptr), held_final_);
+        if (held_ && gate_.sends_held()) send_video(std::exchange(held_, nullptr), held_final_);
     }
     void demand_changed() {
         schedule_key();
@@ -367,13 +361,11 @@ private:
 
     bool identified_ = false, ready_ = false, wants_video_ = false, wants_state_ = false;
     bool writing_ = false, pinging_ = false, closing_ = false, close_when_sent_ = false, ended_ = false;
-    std::deque<Outgoing> queue_;                   // at most FrontLimits::queued_messages, and a whole state
-    std::shared_ptr<const std::string> outgoing_;  // being written
-    std::uint32_t whole_state_rev_ = 0;            // of the last whole state that was sent
+    std::deque<Outgoing> queue_;         // at most FrontLimits::queued_messages, and a whole state
+    Outgoing outgoing_{};                // being written
+    std::uint32_t whole_state_rev_ = 0;  // of the last whole state that was sent
 
     VideoGate gate_;
-    std::shared_ptr<const EncodedFrame> video_;  // being written or in the queue: one at a time
-    std::array<std::byte, kFrameHeaderBytes> header_{};
     std::shared_ptr<const EncodedFrame> held_;
     bool held_final_ = false;
 

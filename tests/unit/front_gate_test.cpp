@@ -14,9 +14,7 @@ struct VideoGateTest : testing::Test {
     VideoGate::Time now{};
     std::uint32_t send(bool key) {
         EXPECT_EQ(gate.offer(key), Verdict::send);
-        const std::uint32_t seq = gate.begin_write(key, now);
-        gate.end_write();
-        return seq;
+        return gate.take_credit(key, now);
     }
 };
 
@@ -38,8 +36,7 @@ TEST_F(VideoGateTest, TwoInFlightThenOneHeldThenSkipped) {
     gate.acknowledge(1);
     EXPECT_TRUE(gate.sends_held());
     EXPECT_FALSE(gate.wants_frame(now));
-    EXPECT_EQ(gate.begin_write(false, now), 3u);
-    gate.end_write();
+    EXPECT_EQ(gate.take_credit(false, now), 3u);
     EXPECT_EQ(gate.offer(false), Verdict::hold);
     EXPECT_EQ(gate.offer(false), Verdict::skip);  // newer than the held one: both go, a key frame must come
     EXPECT_FALSE(gate.sends_held());
@@ -74,15 +71,6 @@ TEST_F(VideoGateTest, KeyFramesAreAskedForOnceASecond) {
     EXPECT_FALSE(gate.key_due_at(now));
     gate.restart();
     EXPECT_TRUE(gate.wants_key(now));
-}
-
-TEST_F(VideoGateTest, HoldsWhileWriting) {
-    EXPECT_EQ(gate.offer(true), Verdict::send);
-    gate.begin_write(true, now);
-    EXPECT_EQ(gate.offer(false), Verdict::hold);
-    EXPECT_FALSE(gate.sends_held());
-    gate.end_write();
-    EXPECT_TRUE(gate.sends_held());
 }
 
 TEST_F(VideoGateTest, WrongAcknowledgementsChangeNothing) {

@@ -4,7 +4,9 @@
 
 #include <algorithm>
 #include <cmath>
+#include <filesystem>
 #include <numbers>
+#include <regex>
 
 #include "ies/lm63.h"
 #include "tests/unit/ies_test_support.h"
@@ -370,6 +372,28 @@ TEST(IesConformance, LimitsHoldBeforeAnythingIsAllocated) {
     ASSERT_TRUE(read);
     EXPECT_TRUE(has(*read, "too_many_keywords"));
     EXPECT_EQ(read->provenance.keywords.size(), 10000u);
+}
+
+// ies/README.md lists every code that the readers can give.
+TEST(IesConformance, EveryCodeIsDocumented) {
+    const std::filesystem::path folder = std::filesystem::path(GONIO_SOURCE_DIR) / "ies";
+    const std::string manual = test::read_file(folder / "README.md");
+    const std::regex given(
+        "(?:warn|note|fail)\\(\\s*\"([a-z0-9_]+)\"|error_at\\([^;\"]*\"([a-z0-9_]+)\"|Error\\{\"([a-z0-9_]+)\"|"
+        "GridFault\\{\"([a-z0-9_]+)\"");
+    int codes = 0;
+    for (const auto& entry : std::filesystem::directory_iterator(folder)) {
+        if (entry.path().extension() != ".cpp") continue;
+        const std::string source = test::read_file(entry.path());
+        for (std::sregex_iterator match(source.begin(), source.end(), given), end; match != end; ++match) {
+            for (std::size_t group = 1; group < match->size(); ++group) {
+                if (!(*match)[group].matched) continue;
+                EXPECT_NE(manual.find("`" + (*match)[group].str() + "`"), std::string::npos) << (*match)[group];
+                ++codes;
+            }
+        }
+    }
+    EXPECT_GT(codes, 70);
 }
 
 }  // namespace
