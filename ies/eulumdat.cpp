@@ -235,7 +235,7 @@ std::optional<Error> read_lamp_sets(Lines& lines, EulumdatFields& fields, std::s
     return std::nullopt;
 }
 
-// C-angles, gamma angles and cd/klm. angle_lines: where each angle stands, for faults found later.
+// C-angles, gamma angles and intensities in cd/klm.
 std::optional<Error> read_grid(Lines& lines, const Counts& counts, double scale, std::vector<double>& c_deg,
                                FileGrid& grid) {
     for (int i = 0; i < counts.planes; ++i) {

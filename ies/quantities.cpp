@@ -61,9 +61,12 @@ std::optional<Angle> larger(const std::optional<Angle>& a, const std::optional<A
     return std::max(*a, *b);
 }
 
-// LM-63 roadway files give the street side at 0, or at 90 where they are symmetric about the 90-270 plane.
-Angle street_side(Symmetry symmetry) {
-    return symmetry == Symmetry::bilateral_90_270 ? Angle::degrees(90.0) : Angle::degrees(0.0);
+// LM-63 roadway files give the street side at 0, or at 90 where they are symmetric about the 90-270 plane; EULUMDAT has
+// it at C90, which is the web's 0.
+Angle street_side(const Provenance& provenance) {
+    const bool lm63 = provenance.zero_plane_rad == 0.0;
+    const bool at_90 = lm63 && provenance.symmetry == Symmetry::bilateral_90_270;
+    return at_90 ? Angle::degrees(90.0) : Angle::degrees(0.0);
 }
 
 }  // namespace
@@ -161,7 +164,7 @@ Quantities quantities(const Photometry& photometry) {
     }
     result.cie_flux_code[3] = percent(down, result.total.in(lm));
     result.cie_flux_code[4] = 100.0 * result.light_output_ratio.value_or(1.0);
-    result.bug = bug_rating(zones, street_side(provenance.symmetry));
+    result.bug = bug_rating(zones, street_side(provenance));
     result.luminance = luminance_rows(photometry);
     return result;
 }

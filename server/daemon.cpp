@@ -147,7 +147,7 @@ int run_daemon(const Options& options) {
     Demand demand;
     Loader loader;
     Picture newest;
-    bool newest_sent = true;
+    bool h264_sent = true, jpeg_sent = true;  // whether the encoder was given the newest picture for each kind of viewer
     Stage stage(std::make_unique<Renderer>(*context), std::move(*scene), context->renderer(), queue, loader, {
         [&](std::uint32_t session, v1::ServerMessage message) { front->reply(session, std::move(message)); },
         [&](v1::State state, v1::StateChanged change) {
@@ -156,7 +156,7 @@ int run_daemon(const Options& options) {
         },
         [&](Picture picture) {
             newest = std::move(picture);
-            newest_sent = false;
+            h264_sent = jpeg_sent = false;
         },
         [&] {
             v1::Stats stats;
@@ -173,7 +173,8 @@ int run_daemon(const Options& options) {
     stage.begin_frame(monotonic_ns());
     stage.finish_frames(true);
     if (!encoder.encode_now(newest)) throw std::runtime_error("no H.264 encoder can be opened: is libx264 installed?");
-    newest_sent = true;
+    h264_sent = true;
+    jpeg_sent = false;  // no viewer of the MJPEG stream has it yet
     std::printf("READY http://%s:%u\n", options.host.find(':') == std::string::npos ? options.host.c_str() : ("[" + options.host + "]").c_str(), front->port());
     std::fflush(stdout);
 
@@ -192,10 +193,8 @@ int run_daemon(const Options& options) {
         const std::int64_t drained_ns = monotonic_ns();
         for (; work; work = queue.try_pop()) stage.take(std::move(*work));
 
-        bool asks = false;
         if (auto changed = demands.try_take()) {
-            // A viewer that joined or fell behind is served from the newest picture, as a key frame.
-            asks = changed->key || (changed->jpeg && !demand.jpeg);
+            if (demand.jpeg_clients == 0) jpeg_sent = false;  // whoever comes first has not seen the newest picture
             demand = *changed;
         }
         if (due && wait_ns == 0) {
@@ -204,9 +203,13 @@ int run_daemon(const Options& options) {
         }
         const bool more = stage.frame_wanted() && viewer;
         stage.finish_frames(!more && stage.frames_in_flight());
-        if (newest.nv12 && (demand.h264 || demand.jpeg || demand.key) && (!newest_sent || asks)) {
-            encoder.put({newest, demand.h264 || demand.key, demand.key, demand.jpeg, !more});
-            newest_sent = true;
+        // A viewer that joined or fell behind is served from the newest picture, as a key frame.
+        const bool h264 = demand.key || (demand.h264 && !h264_sent), jpeg = demand.jpeg && !jpeg_sent;
+        if (newest.nv12 && (h264 || jpeg) && encoder.idle()) {
+            encoder.put({newest, h264, demand.key, jpeg, !more});
+            h264_sent = h264_sent || h264;
+            jpeg_sent = jpeg_sent || jpeg;
+            demand.key = false;  // until it is asked for again
         }
         if (context->lost()) throw std::runtime_error("the GPU lost the GL context");
     }

@@ -25,7 +25,9 @@ struct Demand {
     bool h264 = false;  // at least one identified video client that has credit (fewer than 2 frames unacknowledged)
     bool jpeg = false;  // at least one MJPEG client that took the last part
     bool key = false;   // an H.264 client waits for a key frame
+    unsigned jpeg_clients = 0;  // MJPEG clients, with or without a wish for the next part
     unsigned clients = 0;
+    bool operator==(const Demand&) const = default;
 };
 
 // Every limit of the front with its default; PROTOCOL.md says what happens at each.

@@ -251,7 +251,7 @@ private:
             // The socket's origin is spelled out because not every browser counts ws: as 'self'.
             const std::string host(view_of(request_[http::field::host]));
             response.set("Content-Security-Policy",
-                         "default-src 'self'; img-src 'self' blob: data:; style-src 'self' 'unsafe-inline'; "
+                         "default-src 'self'; img-src 'self' blob: data:; style-src 'self'; "
                          "connect-src 'self' ws://" +
                              host + " wss://" + host +
                              "; frame-ancestors 'none'; base-uri 'none'; form-action 'none'; object-src 'none'");

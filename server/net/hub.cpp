@@ -29,9 +29,8 @@ void Hub::update_demand() {
     Demand demand;
     for (const auto& [id, weak] : peers)
         if (const auto peer = weak.lock()) peer->add_to(demand);
-    const bool same = told_ && told_->h264 == demand.h264 && told_->jpeg == demand.jpeg && told_->key == demand.key &&
-                      told_->clients == demand.clients;
-    if (same) return;
+    demand.jpeg_clients = mjpeg_clients;
+    if (told_ == demand) return;
     told_ = demand;
     if (callbacks.demand) callbacks.demand(demand);
 }

@@ -48,7 +48,7 @@ std::vector<v1::PassReport> execute(std::span<Pass> passes, std::span<const Slot
         const PassRun run = pass.run();
         after(i);
         entry.key = std::move(key);
-        ++entry.version;
+        entry.version = ++ledger.newest_version_;
         row.set_state("ran");
         row.set_faces(run.faces);
         row.set_draws(run.draws);

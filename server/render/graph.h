@@ -56,6 +56,7 @@ private:
         std::uint64_t version = 0;
     };
     std::map<SlotRef, Entry> entries_;
+    std::uint64_t newest_version_ = 0;  // never used twice: a slot made anew after forgetting is news to its readers
 };
 
 // Runs the passes in the order given, each at most once. passes: every slot is written by at most one of them and read

@@ -116,7 +116,9 @@ TEST(Apply, TheSixtyFifthLightIsRefused) {
     for (std::size_t i = 2; i <= kMaxLights; ++i) {
         const auto result = run(scene, [&](v1::Command& c) { c.mutable_add_light()->mutable_light()->set_name("n" + std::to_string(i)); }, {nullptr, some_profile("x")});
         EXPECT_EQ(result.ok(), i < kMaxLights) << i;
-        if (!result) EXPECT_EQ(result.error().code, "too_many_lights");
+        if (!result) {
+            EXPECT_EQ(result.error().code, "too_many_lights");
+        }
     }
 }
 
