@@ -61,6 +61,12 @@ void prepare_maps(LightGpu& light, std::size_t lights, bool with_position) {
     }
 }
 
+float mask_lod(const LightGpu& light) {
+    int lod = 0;
+    while ((kRsmSize << (lod + 1)) <= light.mask_size) ++lod;
+    return static_cast<float>(lod);
+}
+
 unsigned missing_faces(const LightGpu::Faces& faces, unsigned reached, Revision position_rev, Revision geometry_rev) {
     const bool same = faces.position_rev == position_rev && faces.geometry_rev == geometry_rev;
     return reached & ~(same ? faces.made : 0u);

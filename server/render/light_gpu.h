@@ -62,6 +62,9 @@ std::shared_ptr<const WebGpu> upload_web(const Profile& profile);
 // Makes what is missing for this number of lights; with_position: for the seed technique.
 void prepare_maps(LightGpu& light, std::size_t lights, bool with_position);
 
+// Result: the mask's mip level whose texels are as large as the RSM's.
+float mask_lod(const LightGpu& light);
+
 // Result: faces of `reached` that are not valid for (position, geometry).
 unsigned missing_faces(const LightGpu::Faces& faces, unsigned reached, Revision position_rev, Revision geometry_rev);
 void note_faces(LightGpu::Faces& faces, unsigned made, Revision position_rev, Revision geometry_rev);

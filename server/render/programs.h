@@ -16,6 +16,7 @@ public:
 
     gl::VertexArray screen;           // no attributes: the full-screen triangle
     gl::VertexArray solid;            // position and normal, 3 floats each
+    gl::Sampler nearest_level;        // one texel of the level asked for
     gl::Buffer seed_directions[2];    // sphere, disk
 
 private:

@@ -86,7 +86,7 @@ unsigned reached_faces(const ies::PhotometricWeb& web, const double (&world_from
 int mask_face_size(const ies::PhotometricWeb& web) {
     double step = finest_step(web.v_rad);
     if (web.h_rad.size() > 2) step = std::min(step, finest_step(web.h_rad));
-    const double texels = 4.0 * (std::numbers::pi / 2) / step;
+    const double texels = 2.0 * (std::numbers::pi / 2) / step;
     return static_cast<int>(std::bit_ceil(static_cast<unsigned>(std::clamp(texels, 64.0, 1024.0))));
 }
 

@@ -16,7 +16,7 @@ std::vector<std::uint32_t> pack_web(const ies::PhotometricWeb& web);
 // world_from_light (column-major 3×3). Conservative: a face that a lit cell touches is in.
 unsigned reached_faces(const ies::PhotometricWeb& web, const double (&world_from_light)[9]);
 
-// Result: face size of the IES light mask: a power of two in 64..1024 with four texels to the web's finest step.
+// Result: face size of the IES light mask: a power of two in 64..1024 with two texels to the web's finest step.
 int mask_face_size(const ies::PhotometricWeb& web);
 
 }  // namespace gonio

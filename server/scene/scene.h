@@ -121,7 +121,7 @@ enum class View : std::uint8_t {
     beauty, direct, indirect, illuminance, luminance, mask, rsm_depth, rsm_normal, rsm_flux, solid
 };
 enum class Technique : std::uint8_t { standard, seed, seed_disk };
-inline constexpr std::uint32_t kDefaultVpls = 1024;        // `samples` of the default technique
+inline constexpr std::uint32_t kDefaultVpls = 4096;        // `samples` of the default technique
 inline constexpr std::uint32_t kDefaultSeedSamples = 400;  // `samples` of the seed technique: its paper's better setting
 
 struct Scene {

@@ -1,5 +1,5 @@
 // Unit vectors as two numbers in [-1, 1] (Cigolle et al. 2014, "A Survey of Efficient Representations for Independent
-// Unit Vectors", section 3). In 16-bit snorm the angle error is below 0.003 degrees.
+// Unit Vectors", section 3). In 16-bit snorm the angle error is below 0.005 degrees.
 
 vec2 octahedral_encode(vec3 n) {
     vec2 p = vec2(n.x, n.y) / (abs(n.x) + abs(n.y) + abs(n.z));

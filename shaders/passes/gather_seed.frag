@@ -8,6 +8,7 @@
 #include "lib/vpl.glsl"
 layout(std140, binding = 0) uniform SeedBlock { vec4 directions[GONIO_MAX_SEED_DIRECTIONS]; };  // sphere: unit; disk: r, cos, sin
 layout(location = 1) uniform int sample_count;
+layout(location = 2) uniform float mask_lod;       // the level of the RSM's own resolution: it stays in the cache
 layout(binding = 0) uniform samplerCube rsm_position;
 layout(binding = 1) uniform samplerCube rsm_normal;
 layout(binding = 2) uniform samplerCube rsm_flux;  // albedo: the flux per unit of I · d_omega
@@ -54,10 +55,11 @@ void main() {
         vec3 direction = turn * directions[k].xyz;
         float solid_angle = 12.566370614;
 #endif
-        vec3 p = texture(rsm_position, direction).xyz;
-        vec3 n = octahedral_decode(texture(rsm_normal, direction).rg);
-        vec3 flux = texture(rsm_flux, direction).rgb;
-        float ratio = textureLod(mask, direction, 0.0).g;
+        // Explicit levels: neighbouring fragments look in unrelated directions, their derivatives mean nothing.
+        vec3 p = textureLod(rsm_position, direction, 0.0).xyz;
+        vec3 n = octahedral_decode(textureLod(rsm_normal, direction, 0.0).rg);
+        vec3 flux = textureLod(rsm_flux, direction, 0.0).rgb;
+        float ratio = textureLod(mask, direction, mask_lod).g;
         sum += flux * (ratio * solid_angle * vpl_geometry(s.position - p, n, s.normal, 0.0));
     }
     out_indirect = vec4(sum / (3.14159265358979 * float(sample_count)), 1.0);

@@ -53,7 +53,7 @@ TEST(Octahedral, RoundTripIn16Bits) {
     for (int k = 0; k < 2000; ++k) {
         const glm::vec3 n = glm::normalize(glm::vec3(normal(random), normal(random), normal(random)));
         const glm::vec2 stored = glm::round(glsl::octahedral_encode(n) * 32767.0f) / 32767.0f;
-        EXPECT_LT(glm::distance(n, glsl::octahedral_decode(stored)), 6e-5f);
+        EXPECT_LT(glm::distance(n, glsl::octahedral_decode(stored)), 8e-5f);  // 0.005 degrees
     }
 }
 

@@ -91,7 +91,7 @@ TEST(WebBuffer, ReachedFacesOfANarrowBeam) {
 }
 
 TEST(WebBuffer, MaskFollowsTheFinestFeature) {
-    EXPECT_EQ(mask_face_size(cone(0.5)), 1024);
+    EXPECT_EQ(mask_face_size(cone(0.5)), 1024);  // 1 % of half a degree is finer than the cap allows
     ies::PhotometricWeb coarse;
     for (int i = 0; i <= 12; ++i) coarse.v_rad.push_back(std::numbers::pi * i / 12);
     coarse.h_rad = {0, 2 * std::numbers::pi};

@@ -35,10 +35,8 @@ PassRun run_mask(const PassContext& context, const Light& light, LightGpu& gpu) 
 PassRun run_vpl(const PassContext& context, LightGpu& gpu, unsigned count) {
     const GLuint program = context.programs.get("passes/screen.vert", "passes/flux.frag", {{"CUBE", "1"}});
     begin_screen(context.programs, gpu.flux_fbo.id(), program, kRsmSize, kRsmSize);
-    int lod = 0;
-    while ((kRsmSize << (lod + 1)) <= gpu.mask_size) ++lod;
     glProgramUniform1i(program, 0, 0);
-    glProgramUniform1f(program, 1, static_cast<float>(lod));
+    glProgramUniform1f(program, 1, mask_lod(gpu));
     glProgramUniform1i(program, 2, kRsmSize);
     glBindTextureUnit(0, gpu.mask.id());
     glBindTextureUnit(1, gpu.radial_depth.id());

@@ -119,6 +119,13 @@ PassRun run_gather_seed(const PassContext& context, const Light& light, const Li
     const bool disk = context.scene.technique == Technique::seed_disk;
     gl::Buffer& directions = context.programs.seed_directions[disk ? 1 : 0];
     if (!directions) directions = seed_directions(disk);
+    if (!context.programs.nearest_level) {
+        GLuint sampler = 0;
+        glCreateSamplers(1, &sampler);
+        context.programs.nearest_level = gl::Sampler(sampler);
+        glSamplerParameteri(sampler, GL_TEXTURE_MIN_FILTER, GL_NEAREST_MIPMAP_NEAREST);
+        glSamplerParameteri(sampler, GL_TEXTURE_MAG_FILTER, GL_NEAREST);
+    }
     const Target& target = context.target;
     gl::Defines defines;
     if (disk) defines.emplace_back("DISK", "1");
@@ -126,12 +133,15 @@ PassRun run_gather_seed(const PassContext& context, const Light& light, const Li
     begin_screen(context.programs, layer_framebuffer(target, target.indirect.id(), layer), program, target.width_px, target.height_px);
     bind_surface(program, context, light.position);
     glProgramUniform1i(program, 1, static_cast<GLint>(context.scene.samples));
+    glProgramUniform1f(program, 2, mask_lod(gpu));
     glBindBufferBase(GL_UNIFORM_BUFFER, 0, directions.id());
     glBindTextureUnit(0, gpu.position.id());
     glBindTextureUnit(1, gpu.normal.id());
     glBindTextureUnit(2, gpu.albedo.id());
     glBindTextureUnit(3, gpu.mask.id());
+    glBindSampler(3, context.programs.nearest_level.id());
     draw_screen();
+    glBindSampler(3, 0);
     return {0, 1};
 }
 
