@@ -55,7 +55,9 @@ Target make_target(std::uint32_t id, int width_px, int height_px, std::size_t li
         t.tiles = gl::make_texture_2d("tiles", GL_RGBA16F, tiles.x, tiles.y, Filter::nearest);
         t.grid = gl::make_texture_2d("grid", GL_RGBA16F, grid.x, grid.y, Filter::nearest);
         t.tiles_fbo = gl::make_framebuffer("tiles", {t.tiles.id()}, 0);
-        t.grid_fbo = gl::make_framebuffer("grid", {t.grid.id()}, 0);
+        t.grid_position = gl::make_texture_2d("grid position", GL_RGBA32F, grid.x, grid.y, Filter::nearest);
+        t.grid_normal = gl::make_texture_2d("grid normal", GL_RGBA16F, grid.x, grid.y, Filter::nearest);
+        t.grid_fbo = gl::make_framebuffer("grid", {t.grid.id(), t.grid_position.id(), t.grid_normal.id()}, 0);
     }
     t.display = gl::make_texture_2d("display", GL_RGBA8, width_px, height_px, Filter::nearest);
     t.display_fbo = gl::make_framebuffer("display", {t.display.id()}, t.depth.id());

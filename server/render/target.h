@@ -34,6 +34,8 @@ struct Target {
     gl::Framebuffer layer; // re-attached to one layer at a time
     gl::Texture tiles;     // grid points in 4×4 tiles, RGBA16F, rgb likewise: the interleaved gather
     gl::Texture grid;      // W/step × H/step RGBA16F: tiles after their window filter
+    gl::Texture grid_position;  // W/step × H/step RGBA32F: light-relative position of the grid points, m; a: 1 where there is a surface
+    gl::Texture grid_normal;    // W/step × H/step RGBA16F: their normals, world
     gl::Framebuffer tiles_fbo, grid_fbo;
     gl::Texture display;   // W×H RGBA8, sRGB-encoded R'G'B'
     gl::Framebuffer display_fbo;       // display with the G-buffer's depth, for the solid overlay

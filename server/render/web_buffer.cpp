@@ -53,6 +53,17 @@ std::vector<std::uint32_t> pack_web(const ies::PhotometricWeb& web) {
     return words;
 }
 
+bool uniform_grid(const ies::PhotometricWeb& web) {
+    const auto uniform = [](const std::vector<double>& angles) {
+        const double step = (angles.back() - angles.front()) / static_cast<double>(angles.size() - 1);
+        for (std::size_t i = 0; i < angles.size(); ++i) {
+            if (std::abs(angles[i] - angles.front() - step * static_cast<double>(i)) > 1e-6 * step) return false;
+        }
+        return true;
+    };
+    return uniform(web.v_rad) && uniform(web.h_rad);
+}
+
 unsigned reached_faces(const ies::PhotometricWeb& web, const double (&world_from_light)[9]) {
     const double(&r)[9] = world_from_light;
     constexpr double kStep = 5.0 * std::numbers::pi / 180.0;

@@ -12,6 +12,9 @@ namespace gonio {
 // A dark web gives zeros.
 std::vector<std::uint32_t> pack_web(const ies::PhotometricWeb& web);
 
+// Result: whether both axes are equally spaced to 1e-6 of a step: the shader then computes the cell (UNIFORM_WEB).
+bool uniform_grid(const ies::PhotometricWeb& web);
+
 // Result: bit f set for every cube face (+X -X +Y -Y +Z -Z, world axes) into which the web emits at all when turned by
 // world_from_light (column-major 3×3). Conservative: a face that a lit cell touches is in.
 unsigned reached_faces(const ies::PhotometricWeb& web, const double (&world_from_light)[9]);

@@ -8,20 +8,26 @@ layout(std430, binding = 1) readonly buffer WebBuffer {
     float web_values[];
 };
 
-// Result: the cell index i with values[base+i] <= x < values[base+i+1], or -1 outside the range. The table holds, for
-// equal buckets of the range, the cell of the bucket's start; it is made so fine that 8 steps reach every cell.
-int web_cell(int base, int n, int table_base, float x) {
+// Result: x's place on an axis of n values: cell + fraction, or -1 outside the range.
+// UNIFORM_WEB: the values are equally spaced. Otherwise the table holds, for equal buckets of the range, the cell of the
+// bucket's start; it is made so fine that 8 steps reach every cell.
+float web_place(int base, int n, int table_base, float x) {
     float low = web_values[base];
     float high = web_values[base + n - 1];
     // Angles of float directions may overshoot the range by rounding.
-    if (x < low - 2e-6 || x > high + 2e-6) return -1;
-    float bucket = clamp((x - low) / (high - low), 0.0, 1.0) * float(web_table);
-    int i = int(web_values[table_base + min(int(bucket), int(web_table) - 1)]);
+    if (x < low - 2e-6 || x > high + 2e-6) return -1.0;
+    float share = clamp((x - low) / (high - low), 0.0, 1.0);
+#ifdef UNIFORM_WEB
+    return share * float(n - 1);
+#else
+    int i = int(web_values[table_base + min(int(share * float(web_table)), int(web_table) - 1)]);
     for (int step = 0; step < 8; ++step) {
         if (i + 1 >= n - 1 || x < web_values[base + i + 1]) break;
         ++i;
     }
-    return i;
+    float start = web_values[base + i];
+    return float(i) + clamp((x - start) / (web_values[base + i + 1] - start), 0.0, 1.0);
+#endif
 }
 
 // Result: I(d) / I_peak, 0..1. d: luminaire frame, any length > 0.
@@ -29,18 +35,15 @@ float web_ratio(vec3 d) {
     vec2 angles = web_angles(int(web_goniometer), d);
     int n_v = int(web_n_v);
     int n_h = int(web_n_h);
-    int v_base = 0;
-    int h_base = n_v;
     int table_base = n_v + n_h;
-    int candela_base = table_base + 2 * int(web_table);
-    int v = web_cell(v_base, n_v, table_base, angles.x);
-    int h = web_cell(h_base, n_h, table_base + int(web_table), angles.y);
-    if (v < 0 || h < 0) return 0.0;
-    float v0 = web_values[v_base + v];
-    float h0 = web_values[h_base + h];
-    float a = clamp((angles.x - v0) / (web_values[v_base + v + 1] - v0), 0.0, 1.0);
-    float b = clamp((angles.y - h0) / (web_values[h_base + h + 1] - h0), 0.0, 1.0);
-    int corner = candela_base + h * n_v + v;
+    float v_place = web_place(0, n_v, table_base, angles.x);
+    float h_place = web_place(n_v, n_h, table_base + int(web_table), angles.y);
+    if (v_place < 0.0 || h_place < 0.0) return 0.0;
+    int v = min(int(v_place), n_v - 2);
+    int h = min(int(h_place), n_h - 2);
+    float a = v_place - float(v);
+    float b = h_place - float(h);
+    int corner = table_base + 2 * int(web_table) + h * n_v + v;
     return mix(mix(web_values[corner], web_values[corner + 1], a),
                mix(web_values[corner + n_v], web_values[corner + n_v + 1], a), b);
 }

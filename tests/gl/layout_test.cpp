@@ -71,7 +71,11 @@ TEST(Programs, EveryOptionSetCompiles) {
             make("passes/screen.vert", "passes/composite.frag", defines);
         }
     }
-    for (const char* sub : {"1", "2", "3"}) make("passes/screen.vert", "passes/mask.frag", {{"CUBE", "1"}, {"SUB", sub}});
+    for (const char* sub : {"1", "2", "3"}) {
+        make("passes/screen.vert", "passes/mask.frag", {{"CUBE", "1"}, {"SUB", sub}});
+        make("passes/screen.vert", "passes/mask.frag", {{"CUBE", "1"}, {"SUB", sub}, {"UNIFORM_WEB", "1"}});
+    }
+    make("passes/screen.vert", "passes/direct.frag", {{"UNIFORM_WEB", "1"}});
     make("passes/screen.vert", "passes/flux.frag", {{"CUBE", "1"}});
     make("passes/screen.vert", "passes/direct.frag", {});
     make("passes/screen.vert", "passes/gather.frag", {{"GRID", "1"}, {"STEP", "4"}});

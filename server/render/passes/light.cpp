@@ -9,8 +9,9 @@ glm::mat3 light_from_world(const Light& light) { return glm::transpose(glm::mat3
 PassRun run_mask(const PassContext& context, const Light& light, LightGpu& gpu) {
     const int size = gpu.mask_size;
     // Small masks stand for coarse webs: more midpoints per texel there, one where texels are far finer than the web.
-    const GLuint program = context.programs.get("passes/screen.vert", "passes/mask.frag",
-                                                {{"CUBE", "1"}, {"SUB", size <= 128 ? "3" : size <= 256 ? "2" : "1"}});
+    gl::Defines defines = {{"CUBE", "1"}, {"SUB", size <= 128 ? "3" : size <= 256 ? "2" : "1"}};
+    if (gpu.web->uniform) defines.emplace_back("UNIFORM_WEB", "1");
+    const GLuint program = context.programs.get("passes/screen.vert", "passes/mask.frag", defines);
     begin_screen(context.programs, gpu.mask_fbo.id(), program, size, size);
     const glm::mat3 turn = light_from_world(light);
     glProgramUniformMatrix3fv(program, 1, 1, GL_FALSE, &turn[0][0]);

@@ -71,6 +71,8 @@ PassRun gather_grid(const PassContext& context, const Light& light, const LightG
     bind_surface(upsample, context, light.position);
     glProgramUniform2i(upsample, 3, grid.x, grid.y);
     glBindTextureUnit(0, target.grid.id());
+    glBindTextureUnit(1, target.grid_position.id());
+    glBindTextureUnit(2, target.grid_normal.id());
     draw_screen();
     run.draws += 2;
     return run;
@@ -93,7 +95,9 @@ gl::Buffer seed_directions(bool disk) {
 
 PassRun run_direct(const PassContext& context, const Light& light, const LightGpu& gpu, int layer) {
     const Target& target = context.target;
-    const GLuint program = context.programs.get("passes/screen.vert", "passes/direct.frag");
+    gl::Defines defines;
+    if (gpu.web->uniform) defines.emplace_back("UNIFORM_WEB", "1");
+    const GLuint program = context.programs.get("passes/screen.vert", "passes/direct.frag", defines);
     begin_screen(context.programs, layer_framebuffer(target, target.direct.id(), layer), program, target.width_px, target.height_px);
     bind_surface(program, context, light.position);
     const glm::mat3 turn = light_from_world(light);
