@@ -7,7 +7,7 @@
 namespace gonio {
 
 struct EmbeddedFile {
-    std::string_view name;     // path relative to the folder it was embedded from, e.g. "lib/vpl.glsl"
+    std::string_view name;  // path relative to the folder it was embedded from, e.g. "lib/vpl.glsl"
     std::string_view content;
 };
 

@@ -1,21 +1,22 @@
 #include "server/daemon.h"
 
+#include <poll.h>
+#include <sys/signalfd.h>
+#include <unistd.h>
 #include <csignal>
 #include <cstdio>
 #include <fstream>
 #include <mutex>
-#include <poll.h>
 #include <stdexcept>
-#include <sys/signalfd.h>
 #include <thread>
-#include <unistd.h>
 
-#include <spdlog/spdlog.h>
 #include <spdlog/sinks/stdout_sinks.h>
+#include <spdlog/spdlog.h>
 
 #include "client/web/page.h"
 #include "server/assets/assets.h"
 #include "server/net/front.h"
+#include "server/oneshot.h"
 #include "server/scene/state.h"
 #include "server/stage.h"
 #include "server/stream/encode_thread.h"
@@ -28,12 +29,15 @@ std::string read_token(const std::string& path) {
     std::ifstream file(path);
     std::string token;
     if (!std::getline(file, token) || token.size() < 16) {
-        throw std::runtime_error("the token file '" + path + "' must hold a token of at least 16 bytes in its first line");
+        throw std::runtime_error("the token file '" + path +
+                                 "' must hold a token of at least 16 bytes in its first line");
     }
     return token;
 }
 
-bool is_loopback(const std::string& host) { return host == "localhost" || host == "::1" || host.rfind("127.", 0) == 0; }
+bool is_loopback(const std::string& host) {
+    return host == "localhost" || host == "::1" || host.rfind("127.", 0) == 0;
+}
 
 // Turns SIGINT and SIGTERM into a closed queue. Signals are blocked in all threads before any is started.
 class Signals {
@@ -95,7 +99,8 @@ int run_daemon(const Options& options) {
     spdlog::set_default_logger(spdlog::stderr_logger_mt("goniod"));
     const std::string token = read_token(options.token_file);
     if (!is_loopback(options.host) && token.empty()) {
-        throw std::runtime_error("listening on " + options.host + " needs --token-file: only loopback addresses may go without");
+        throw std::runtime_error("listening on " + options.host +
+                                 " needs --token-file: only loopback addresses may go without");
     }
     std::optional<Scene> scene;
     try {
@@ -106,6 +111,10 @@ int run_daemon(const Options& options) {
     }
     const auto context = gl::Context::create({options.device, options.gl_debug});
     spdlog::info("{}", context->description());
+    if (!options.oneshot.empty()) {
+        Renderer renderer(*context);
+        return run_oneshot(renderer, std::move(*scene), options.oneshot, options.out);
+    }
 
     Queue<Work> queue(kMaxWork);
     Latest<Demand> demands;
@@ -130,42 +139,45 @@ int run_daemon(const Options& options) {
     listen.renderer = context->renderer();
     listen.page = page_files();
     auto started = Front::start(listen, {
-        [&](SessionId session, v1::ClientMessage message) {
-            Work work;
-            work.session = session;
-            work.message = std::move(message);
-            return queue.push(std::move(work));
-        },
-        [&](Demand demand) {
-            demands.put(demand);
-            queue.wake();
-        },
-    });
+                                            [&](SessionId session, v1::ClientMessage message) {
+                                                Work work;
+                                                work.session = session;
+                                                work.message = std::move(message);
+                                                return queue.push(std::move(work));
+                                            },
+                                            [&](Demand demand) {
+                                                demands.put(demand);
+                                                queue.wake();
+                                            },
+                                        });
     if (!started) throw std::runtime_error(started.error().text());
     front = std::move(*started);
 
     Demand demand;
     Loader loader;
     Picture newest;
-    bool h264_sent = true, jpeg_sent = true;  // whether the encoder was given the newest picture for each kind of viewer
-    Stage stage(std::make_unique<Renderer>(*context), std::move(*scene), context->renderer(), queue, loader, {
-        [&](std::uint32_t session, v1::ServerMessage message) { front->reply(session, std::move(message)); },
-        [&](v1::State state, v1::StateChanged change) {
-            front->publish_state(std::move(state));
-            front->broadcast(std::move(change));
-        },
-        [&](Picture picture) {
-            newest = std::move(picture);
-            h264_sent = jpeg_sent = false;
-        },
-        [&] {
-            v1::Stats stats;
-            stats.set_frames_encoded(encoder.frames_encoded());
-            stats.set_packets_sent(front->packets_sent());
-            stats.set_clients(demand.clients);
-            return stats;
-        },
-    });
+    bool h264_sent = true,
+         jpeg_sent = true;  // whether the encoder was given the newest picture for each kind of viewer
+    Stage stage(
+        std::make_unique<Renderer>(*context), std::move(*scene), context->renderer(), queue, loader,
+        {
+            [&](std::uint32_t session, v1::ServerMessage message) { front->reply(session, std::move(message)); },
+            [&](v1::State state, v1::StateChanged change) {
+                front->publish_state(std::move(state));
+                front->broadcast(std::move(change));
+            },
+            [&](Picture picture) {
+                newest = std::move(picture);
+                h264_sent = jpeg_sent = false;
+            },
+            [&] {
+                v1::Stats stats;
+                stats.set_frames_encoded(encoder.frames_encoded());
+                stats.set_packets_sent(front->packets_sent());
+                stats.set_clients(demand.clients);
+                return stats;
+            },
+        });
     front->publish_state(full_state(stage.scene()));
     Signals signals([&] { queue.close(); });
 
@@ -175,7 +187,9 @@ int run_daemon(const Options& options) {
     if (!encoder.encode_now(newest)) throw std::runtime_error("no H.264 encoder can be opened: is libx264 installed?");
     h264_sent = true;
     jpeg_sent = false;  // no viewer of the MJPEG stream has it yet
-    std::printf("READY http://%s:%u\n", options.host.find(':') == std::string::npos ? options.host.c_str() : ("[" + options.host + "]").c_str(), front->port());
+    std::printf("READY http://%s:%u\n",
+                options.host.find(':') == std::string::npos ? options.host.c_str() : ("[" + options.host + "]").c_str(),
+                front->port());
     std::fflush(stdout);
 
     const auto frame_time = std::chrono::nanoseconds(static_cast<std::int64_t>(1e9 / options.target_fps));
@@ -187,9 +201,12 @@ int run_daemon(const Options& options) {
         const std::int64_t now = monotonic_ns();
         const std::int64_t wait_ns = due ? std::max<std::int64_t>(0, last_begin_ns + frame_time.count() - now) : 0;
         std::optional<Work> work;
-        if (due && wait_ns == 0) work = queue.try_pop();
-        else if (stage.frames_in_flight()) work = queue.pop_for(std::chrono::milliseconds(1));
-        else work = queue.pop_for(due ? std::chrono::nanoseconds(wait_ns) : std::chrono::milliseconds(250));
+        if (due && wait_ns == 0)
+            work = queue.try_pop();
+        else if (stage.frames_in_flight())
+            work = queue.pop_for(std::chrono::milliseconds(1));
+        else
+            work = queue.pop_for(due ? std::chrono::nanoseconds(wait_ns) : std::chrono::milliseconds(250));
         const std::int64_t drained_ns = monotonic_ns();
         for (; work; work = queue.try_pop()) stage.take(std::move(*work));
 

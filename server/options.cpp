@@ -17,14 +17,20 @@ std::optional<Options> parse_options(int argc, char** argv, int& exit_code) {
     app.add_option("--technique", options.technique, "default, seed or seed-disk")->capture_default_str();
     app.add_option("--samples", samples, "VPLs of default (16..4096), directions per fragment of seed (1..4096)");
     app.add_option("--size", size, "WIDTHxHEIGHT of the picture, even, 16..4096")->capture_default_str();
-    app.add_option("--target-fps", options.target_fps, "upper bound of the frame rate")->check(CLI::Range(1.0, 1000.0))->capture_default_str();
+    app.add_option("--target-fps", options.target_fps, "upper bound of the frame rate")
+        ->check(CLI::Range(1.0, 1000.0))
+        ->capture_default_str();
+    app.add_option("--oneshot", options.oneshot, "JOB.json: capture its frames and end, without a network");
+    app.add_option("--out", options.out, "folder for the captures of --oneshot")->capture_default_str();
     app.add_flag("--gl-debug", options.gl_debug, "count and print GL debug messages");
     try {
         app.parse(argc, argv);
         const std::size_t colon = listen.rfind(':');
-        if (colon == std::string::npos || colon == 0) throw CLI::ValidationError("--listen", "must be HOST:PORT, not '" + listen + "'");
+        if (colon == std::string::npos || colon == 0)
+            throw CLI::ValidationError("--listen", "must be HOST:PORT, not '" + listen + "'");
         options.host = listen.substr(0, colon);
-        if (options.host.front() == '[' && options.host.back() == ']') options.host = options.host.substr(1, options.host.size() - 2);
+        if (options.host.front() == '[' && options.host.back() == ']')
+            options.host = options.host.substr(1, options.host.size() - 2);
         unsigned port = 0;
         if (!CLI::detail::lexical_cast(listen.substr(colon + 1), port) || port > 65535) {
             throw CLI::ValidationError("--listen", "the port must be 0..65535, not '" + listen.substr(colon + 1) + "'");

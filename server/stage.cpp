@@ -3,7 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
-#include "server/assets/assets.h"
+#include "server/capture_file.h"
+#include "server/command_files.h"
 #include "server/scene/state.h"
 
 namespace gonio {
@@ -25,71 +26,16 @@ Result<glm::dvec3> vector_of(const Field& field, const std::string& where) {
     return glm::dvec3(field[0], field[1], field[2]);
 }
 
-const v1::Profile* profile_of(const v1::Command& command) {
-    if (command.has_set_light() && command.set_light().has_profile()) return &command.set_light().profile();
-    if (command.has_add_light() && command.add_light().light().has_profile()) return &command.add_light().light().profile();
-    return nullptr;
-}
-
-constexpr std::size_t kMaxProfileBytes = 1u << 20;  // larger uploads are refused: "too_large"
-
-// Runs on the loader thread.
-void load_files(Work& work) {
-    const v1::Command& command = work.message.command();
-    work.read = true;
-    if (command.has_load_scene()) {
-        auto asset = load_scene(command.load_scene().file());
-        if (asset) work.loaded.asset = *asset;
-        else work.failure = asset.error();
-        return;
-    }
-    const v1::Profile& profile = *profile_of(command);
-    if (profile.photometry().size() > kMaxProfileBytes) {
-        work.failure = Error{"too_large", "profile.photometry", std::to_string(profile.photometry().size()) + " bytes", "a profile may have at most 1 MiB"};
-        return;
-    }
-    auto loaded = profile.photometry().empty() ? builtin_profile(profile.name()) : make_profile(profile.name(), profile.photometry());
-    if (loaded) work.loaded.profile = *loaded;
-    else work.failure = loaded.error();
-}
-
-BytePicture rgb_of(const CapturedPicture& picture) {
-    BytePicture bytes{picture.width_px, picture.height_px, {}};
-    bytes.rgb.reserve(picture.rgba8.size() / 4 * 3);
-    for (std::size_t i = 0; i < picture.rgba8.size(); i += 4) {
-        bytes.rgb.insert(bytes.rgb.end(), picture.rgba8.begin() + static_cast<std::ptrdiff_t>(i), picture.rgba8.begin() + static_cast<std::ptrdiff_t>(i + 3));
-    }
-    return bytes;
-}
-
-FloatPicture floats_of(const CapturedPicture& picture, int channels) {
-    FloatPicture floats{picture.width_px, picture.height_px, channels, {}};
-    for (std::size_t i = 0; i < picture.values.size(); i += 4) {
-        for (int k = 0; k < channels; ++k) floats.values.push_back(picture.values[i + static_cast<std::size_t>(k)]);
-    }
-    return floats;
-}
-
-struct ValueFormat {
-    const char* unit;
-    int channels;
-};
-ValueFormat value_format(View view) {
-    switch (view) {
-        case View::illuminance: return {"lx", 1};
-        case View::luminance: return {"cd/m2", 1};
-        case View::mask: return {"cd", 1};
-        case View::rsm_depth: return {"m", 1};
-        case View::rsm_normal: return {"1", 3};
-        case View::rsm_flux: return {"lm/cd", 3};
-        default: return {"cd/m2", 3};
-    }
-}
-
 }  // namespace
 
-Stage::Stage(std::unique_ptr<Renderer> renderer, Scene scene, std::string renderer_name, Queue<Work>& queue, Loader& loader, StageOutputs outputs)
-    : renderer_(std::move(renderer)), scene_(std::move(scene)), renderer_name_(std::move(renderer_name)), queue_(queue), loader_(loader), out_(std::move(outputs)) {}
+Stage::Stage(std::unique_ptr<Renderer> renderer, Scene scene, std::string renderer_name, Queue<Work>& queue,
+             Loader& loader, StageOutputs outputs)
+    : renderer_(std::move(renderer)),
+      scene_(std::move(scene)),
+      renderer_name_(std::move(renderer_name)),
+      queue_(queue),
+      loader_(loader),
+      out_(std::move(outputs)) {}
 
 void Stage::answer(const Work& work, v1::ServerMessage message) {
     if (work.message.request_id() == 0) return;
@@ -112,7 +58,7 @@ void Stage::refuse(const Work& work, const Error& error) {
 void Stage::take(Work work) {
     switch (work.message.message_case()) {
         case v1::ClientMessage::kCommand:
-            if (!work.read && needs_files(work.message.command())) return read_files(std::move(work));
+            if (!work.read && needs_files(work.message.command())) return send_to_loader(std::move(work));
             if (work.failure) return refuse(work, *work.failure);
             return apply_command(work);
         case v1::ClientMessage::kGetState: {
@@ -120,21 +66,31 @@ void Stage::take(Work work) {
             *message.mutable_state() = full_state(scene_);
             return answer(work, std::move(message));
         }
-        case v1::ClientMessage::kMeter: return answer_meter(work);
-        case v1::ClientMessage::kCapture: return answer_capture(work);
-        case v1::ClientMessage::kReport: return answer_report(work);
-        case v1::ClientMessage::kStats: return answer_stats(work);
-        case v1::ClientMessage::kProfile: return answer_profile(work);
-        default: return refuse(work, {"unsupported", "message", "", "this server does not know the message"});
+        case v1::ClientMessage::kMeter:
+            return answer_meter(work);
+        case v1::ClientMessage::kCapture:
+            return answer_capture(work);
+        case v1::ClientMessage::kReport:
+            return answer_report(work);
+        case v1::ClientMessage::kStats:
+            return answer_stats(work);
+        case v1::ClientMessage::kProfile:
+            return answer_profile(work);
+        default:
+            return refuse(work, {"unsupported", "message", "", "this server does not know the message"});
     }
 }
 
-bool Stage::needs_files(const v1::Command& command) const { return command.has_load_scene() || profile_of(command) != nullptr; }
-
-void Stage::read_files(Work work) {
+void Stage::send_to_loader(Work work) {
     auto shared = std::make_shared<Work>(std::move(work));
     const bool accepted = loader_.submit([shared, &queue = queue_] {
-        load_files(*shared);
+        shared->read = true;
+        Result<Loaded> loaded = read_files(shared->message.command());
+        if (loaded) {
+            shared->loaded = std::move(*loaded);
+        } else {
+            shared->failure = loaded.error();
+        }
         // The queue may be full for a moment; the result of a finished read is worth waiting for.
         while (!queue.closed() && !queue.push(*shared)) std::this_thread::sleep_for(std::chrono::milliseconds(5));
     });
@@ -160,13 +116,16 @@ void Stage::answer_meter(const Work& work) {
     if (!point) return refuse(work, point.error());
     const auto normal = vector_of(query.normal(), "meter.normal");
     if (!normal) return refuse(work, normal.error());
-    if (glm::length(*normal) < 1e-9) return refuse(work, bad_argument("meter.normal", "0,0,0", "must not be the zero vector"));
+    if (glm::length(*normal) < 1e-9)
+        return refuse(work, bad_argument("meter.normal", "0,0,0", "must not be the zero vector"));
     if (query.quality() != "" && query.quality() != "interactive" && query.quality() != "rsm") {
-        return refuse(work, {"unsupported", "meter.quality", query.quality(), "this server meters interactive and rsm"});
+        return refuse(work,
+                      {"unsupported", "meter.quality", query.quality(), "this server meters interactive and rsm"});
     }
     v1::ServerMessage message;
-    *message.mutable_meter() = renderer_->meter(scene_, *point, glm::normalize(*normal),
-                                                query.quality() == "rsm" ? Renderer::MeterQuality::rsm : Renderer::MeterQuality::interactive);
+    *message.mutable_meter() =
+        renderer_->meter(scene_, *point, glm::normalize(*normal),
+                         query.quality() == "rsm" ? Renderer::MeterQuality::rsm : Renderer::MeterQuality::interactive);
     answer(work, std::move(message));
 }
 
@@ -181,12 +140,16 @@ void Stage::answer_capture(const Work& work) {
         return refuse(work, bad_argument("capture.format", format, "must be png, jpg or exr"));
     }
     if (query.quality() != "" && query.quality() != "interactive") {
-        return refuse(work, {"unsupported", "capture.quality", query.quality(), "this server captures interactive quality"});
+        return refuse(work,
+                      {"unsupported", "capture.quality", query.quality(), "this server captures interactive quality"});
     }
-    const auto side = [](std::uint32_t asked, int own) { return asked == 0 ? own : static_cast<int>(std::min<std::uint32_t>(asked, 1u << 20)); };
+    const auto side = [](std::uint32_t asked, int own) {
+        return asked == 0 ? own : static_cast<int>(std::min<std::uint32_t>(asked, 1u << 20));
+    };
     const int width = side(query.width_px(), scene_.width_px), height = side(query.height_px(), scene_.height_px);
     if (width < 1 || height < 1 || width > 4096 || height > 4096) {
-        return refuse(work, bad_argument("capture.width_px", std::to_string(width) + "x" + std::to_string(height), "must be 1 to 4096 a side"));
+        return refuse(work, bad_argument("capture.width_px", std::to_string(width) + "x" + std::to_string(height),
+                                         "must be 1 to 4096 a side"));
     }
     Result<CapturedPicture> picture = renderer_->capture(scene_, view, width, height, format == "exr");
     if (!picture) return refuse(work, picture.error());
@@ -194,9 +157,7 @@ void Stage::answer_capture(const Work& work) {
     // Compressing takes as long as rendering: it is the loader's.
     auto shared = std::make_shared<CapturedPicture>(std::move(*picture));
     const bool accepted = loader_.submit([work, shared, view, format, reply = out_.reply, rev = scene_.scene_rev] {
-        const ValueFormat values = value_format(view);
-        Result<std::vector<std::byte>> image = format == "exr" ? encode_exr(floats_of(*shared, values.channels), values.unit)
-                                               : format == "jpg" ? encode_jpeg(rgb_of(*shared), 92) : encode_png(rgb_of(*shared));
+        const Result<std::vector<std::byte>> image = encode_capture(*shared, view, format);
         v1::ServerMessage message;
         message.set_request_id(work.message.request_id());
         if (image) {
@@ -220,7 +181,8 @@ void Stage::answer_capture(const Work& work) {
 void Stage::answer_report(const Work& work) {
     const std::uint32_t rev = work.message.report().rev();
     if (rev > scene_.scene_rev) {
-        return refuse(work, bad_argument("report.rev", std::to_string(rev), "the scene is at revision " + std::to_string(scene_.scene_rev)));
+        return refuse(work, bad_argument("report.rev", std::to_string(rev),
+                                         "the scene is at revision " + std::to_string(scene_.scene_rev)));
     }
     if (waiting_.size() >= kMaxWaiting) return refuse(work, {"busy", "", "", "too many reports are waited for"});
     if (rev > 0) {
@@ -248,7 +210,9 @@ void Stage::answer_profile(const Work& work) {
         reply.set_flux_lm(light.profile->flux_lm);
         for (int v = 0; v <= 180; v += 2) {
             const auto at = [&](double h) {
-                return ies::intensity(web, ies::direction_of(ies::Goniometer::type_c, Angle::degrees(v), Angle::degrees(h))).in(cd);
+                return ies::intensity(web,
+                                      ies::direction_of(ies::Goniometer::type_c, Angle::degrees(v), Angle::degrees(h)))
+                    .in(cd);
             };
             reply.add_v_deg(v);
             reply.add_c0_cd(at(0));
@@ -284,7 +248,8 @@ bool Stage::finish_frames(bool wait) {
     while (auto frame = renderer_->finish_frame(wait)) {
         if (frame->nv12) {
             ++frames_rendered_;
-            out_.picture({frame->report.scene_rev(), frame->width_px, frame->height_px, frame->nv12, frame->drained_ns, frame->rendered_ns});
+            out_.picture({frame->report.scene_rev(), frame->width_px, frame->height_px, frame->nv12, frame->drained_ns,
+                          frame->rendered_ns});
         }
         std::erase_if(waiting_, [&](const Waiting& waiting) {
             if (frame->report.scene_rev() < waiting.rev) return false;
@@ -295,7 +260,8 @@ bool Stage::finish_frames(bool wait) {
             return true;
         });
         // Of several frames of one revision the first is kept: it is the one that shows what the change cost.
-        if (reports_.empty() || reports_.back().scene_rev() != frame->report.scene_rev()) reports_.push_back(std::move(frame->report));
+        if (reports_.empty() || reports_.back().scene_rev() != frame->report.scene_rev())
+            reports_.push_back(std::move(frame->report));
         if (reports_.size() > kMaxReports) reports_.pop_front();
         published = true;
     }

@@ -1,5 +1,6 @@
-// The stage: what runs on the render thread between the queue and the renderer. Owns the scene and the renderer, applies
-// commands, answers queries, and says when a frame is due. No sockets and no encoder: it speaks through Outputs.
+// The stage: what runs on the render thread between the queue and the renderer. Owns the scene and the renderer,
+// applies commands, answers queries, and says when a frame is due. No sockets and no encoder: it speaks through
+// Outputs.
 #pragma once
 
 #include <deque>
@@ -27,20 +28,21 @@ struct Work {
     bool read = false;             // the loader has been there
 };
 
-inline constexpr std::size_t kMaxWork = 1024;      // messages waiting for the render thread; beyond it: "busy"
-inline constexpr std::size_t kMaxReports = 256;    // frame reports kept for `report --rev`
-inline constexpr std::size_t kMaxWaiting = 64;     // report queries waiting for their frame; beyond it: "busy"
+inline constexpr std::size_t kMaxWork = 1024;    // messages waiting for the render thread; beyond it: "busy"
+inline constexpr std::size_t kMaxReports = 256;  // frame reports kept for `report --rev`
+inline constexpr std::size_t kMaxWaiting = 64;   // report queries waiting for their frame; beyond it: "busy"
 
 struct StageOutputs {
     std::function<void(std::uint32_t session, v1::ServerMessage)> reply;
     std::function<void(v1::State, v1::StateChanged)> state;
-    std::function<void(Picture)> picture;           // a new picture left the GPU
-    std::function<v1::Stats()> counters;            // what the stream side counts
+    std::function<void(Picture)> picture;  // a new picture left the GPU
+    std::function<v1::Stats()> counters;   // what the stream side counts
 };
 
 class Stage {
 public:
-    Stage(std::unique_ptr<Renderer> renderer, Scene scene, std::string renderer_name, Queue<Work>& queue, Loader& loader, StageOutputs outputs);
+    Stage(std::unique_ptr<Renderer> renderer, Scene scene, std::string renderer_name, Queue<Work>& queue,
+          Loader& loader, StageOutputs outputs);
 
     // Takes one message: answers it, applies it, or sends it to the loader first.
     void take(Work work);
@@ -59,8 +61,7 @@ private:
         std::uint32_t session, request_id, rev;
     };
     void apply_command(const Work& work);
-    bool needs_files(const v1::Command& command) const;
-    void read_files(Work work);
+    void send_to_loader(Work work);
     void answer_meter(const Work& work);
     void answer_capture(const Work& work);
     void answer_report(const Work& work);

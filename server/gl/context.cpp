@@ -37,14 +37,16 @@ public:
     bool lost() const override {
         // Only the three legal values count as a loss; some drivers return others.
         const GLenum status = glGetGraphicsResetStatus();
-        return status == GL_GUILTY_CONTEXT_RESET || status == GL_INNOCENT_CONTEXT_RESET || status == GL_UNKNOWN_CONTEXT_RESET;
+        return status == GL_GUILTY_CONTEXT_RESET || status == GL_INNOCENT_CONTEXT_RESET ||
+               status == GL_UNKNOWN_CONTEXT_RESET;
     }
 
 private:
     static void APIENTRY on_message(GLenum, GLenum type, GLuint, GLenum severity, GLsizei, const GLchar* message,
                                     const void* self) {
         if (severity != GL_DEBUG_SEVERITY_HIGH && severity != GL_DEBUG_SEVERITY_MEDIUM) return;
-        if (type == GL_DEBUG_TYPE_PERFORMANCE || type == GL_DEBUG_TYPE_PUSH_GROUP || type == GL_DEBUG_TYPE_POP_GROUP) return;
+        if (type == GL_DEBUG_TYPE_PERFORMANCE || type == GL_DEBUG_TYPE_PUSH_GROUP || type == GL_DEBUG_TYPE_POP_GROUP)
+            return;
         auto* context = static_cast<EglContext*>(const_cast<void*>(self));
         ++context->debug_messages_;
         context->last_message_ = message;
@@ -76,8 +78,8 @@ std::vector<Candidate> candidates(int device) {
         }
     }
     if (device < 0 && has("EGL_MESA_platform_surfaceless")) {
-        result.push_back({eglGetPlatformDisplayEXT(EGL_PLATFORM_SURFACELESS_MESA, EGL_DEFAULT_DISPLAY, nullptr),
-                          "EGL surfaceless"});
+        result.push_back(
+            {eglGetPlatformDisplayEXT(EGL_PLATFORM_SURFACELESS_MESA, EGL_DEFAULT_DISPLAY, nullptr), "EGL surfaceless"});
     }
     return result;
 }
@@ -95,22 +97,24 @@ std::unique_ptr<Context> Context::create(const ContextOptions& options) {
             eglTerminate(candidate.display);
             continue;
         }
-        std::vector<EGLint> attributes = {EGL_CONTEXT_MAJOR_VERSION, 4, EGL_CONTEXT_MINOR_VERSION, 5,
+        std::vector<EGLint> attributes = {EGL_CONTEXT_MAJOR_VERSION,       4,
+                                          EGL_CONTEXT_MINOR_VERSION,       5,
                                           EGL_CONTEXT_OPENGL_PROFILE_MASK, EGL_CONTEXT_OPENGL_CORE_PROFILE_BIT,
-                                          EGL_CONTEXT_OPENGL_DEBUG, options.debug ? EGL_TRUE : EGL_FALSE};
+                                          EGL_CONTEXT_OPENGL_DEBUG,        options.debug ? EGL_TRUE : EGL_FALSE};
         if (minor >= 5 || major > 1) {
-            attributes.insert(attributes.end(), {EGL_CONTEXT_OPENGL_ROBUST_ACCESS, EGL_TRUE,
-                                                 EGL_CONTEXT_OPENGL_RESET_NOTIFICATION_STRATEGY, EGL_LOSE_CONTEXT_ON_RESET});
+            attributes.insert(attributes.end(),
+                              {EGL_CONTEXT_OPENGL_ROBUST_ACCESS, EGL_TRUE,
+                               EGL_CONTEXT_OPENGL_RESET_NOTIFICATION_STRATEGY, EGL_LOSE_CONTEXT_ON_RESET});
         }
         attributes.push_back(EGL_NONE);
         EGLContext context = eglCreateContext(candidate.display, EGL_NO_CONFIG_KHR, EGL_NO_CONTEXT, attributes.data());
-        if (context == EGL_NO_CONTEXT ||
-            !eglMakeCurrent(candidate.display, EGL_NO_SURFACE, EGL_NO_SURFACE, context)) {
+        if (context == EGL_NO_CONTEXT || !eglMakeCurrent(candidate.display, EGL_NO_SURFACE, EGL_NO_SURFACE, context)) {
             eglTerminate(candidate.display);
             continue;
         }
         if (!epoxy_has_gl_extension("GL_ARB_shader_viewport_layer_array")) {
-            throw std::runtime_error("the GL driver lacks GL_ARB_shader_viewport_layer_array, which cube maps are rendered with");
+            throw std::runtime_error(
+                "the GL driver lacks GL_ARB_shader_viewport_layer_array, which cube maps are rendered with");
         }
         return std::make_unique<EglContext>(candidate.display, context, candidate.name, options.debug);
     }

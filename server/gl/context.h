@@ -9,8 +9,8 @@
 namespace gonio::gl {
 
 struct ContextOptions {
-    int device = -1;         // index of the EGL device to use; -1: first that works
-    bool debug = false;      // KHR_debug messages of high and medium severity are counted
+    int device = -1;     // index of the EGL device to use; -1: first that works
+    bool debug = false;  // KHR_debug messages of high and medium severity are counted
 };
 
 class Context {
@@ -21,8 +21,8 @@ public:
 
     virtual std::string description() const = 0;  // one line: display, vendor, renderer, version
     virtual std::string renderer() const = 0;
-    virtual bool software() const = 0;            // llvmpipe, softpipe, swrast
-    virtual int debug_messages() const = 0;       // since the start; 0 in a correct program
+    virtual bool software() const = 0;       // llvmpipe, softpipe, swrast
+    virtual int debug_messages() const = 0;  // since the start; 0 in a correct program
     virtual std::string last_debug_message() const = 0;
     // Result: whether the GPU lost the context (GL_ARB_robustness); everything must be rebuilt then.
     virtual bool lost() const = 0;

@@ -6,13 +6,27 @@
 
 namespace gonio::gl {
 
-void delete_buffer(GLuint id) { glDeleteBuffers(1, &id); }
-void delete_texture(GLuint id) { glDeleteTextures(1, &id); }
-void delete_framebuffer(GLuint id) { glDeleteFramebuffers(1, &id); }
-void delete_program(GLuint id) { glDeleteProgram(id); }
-void delete_query(GLuint id) { glDeleteQueries(1, &id); }
-void delete_vertex_array(GLuint id) { glDeleteVertexArrays(1, &id); }
-void delete_sampler(GLuint id) { glDeleteSamplers(1, &id); }
+void delete_buffer(GLuint id) {
+    glDeleteBuffers(1, &id);
+}
+void delete_texture(GLuint id) {
+    glDeleteTextures(1, &id);
+}
+void delete_framebuffer(GLuint id) {
+    glDeleteFramebuffers(1, &id);
+}
+void delete_program(GLuint id) {
+    glDeleteProgram(id);
+}
+void delete_query(GLuint id) {
+    glDeleteQueries(1, &id);
+}
+void delete_vertex_array(GLuint id) {
+    glDeleteVertexArrays(1, &id);
+}
+void delete_sampler(GLuint id) {
+    glDeleteSamplers(1, &id);
+}
 
 Fence Fence::insert() {
     Fence fence;
@@ -88,7 +102,8 @@ Framebuffer make_framebuffer(std::string_view label, std::initializer_list<GLuin
     label_object(GL_FRAMEBUFFER, id, label);
     const GLenum status = glCheckNamedFramebufferStatus(id, GL_DRAW_FRAMEBUFFER);
     if (status != GL_FRAMEBUFFER_COMPLETE) {
-        throw std::runtime_error("the GL framebuffer '" + std::string(label) + "' is incomplete: " + std::to_string(status));
+        throw std::runtime_error("the GL framebuffer '" + std::string(label) +
+                                 "' is incomplete: " + std::to_string(status));
     }
     return framebuffer;
 }

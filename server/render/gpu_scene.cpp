@@ -10,7 +10,8 @@ namespace {
 
 Bounds world_bounds(const Mesh& mesh, const glm::dmat4& world_from_mesh) {
     // Interval arithmetic on the matrix: tight for axis-aligned boxes.
-    const glm::dvec3 centre = (mesh.bounds.min + mesh.bounds.max) * 0.5, half = (mesh.bounds.max - mesh.bounds.min) * 0.5;
+    const glm::dvec3 centre = (mesh.bounds.min + mesh.bounds.max) * 0.5,
+                     half = (mesh.bounds.max - mesh.bounds.min) * 0.5;
     const glm::dmat3 axes(world_from_mesh);
     const glm::dvec3 c = glm::dvec3(world_from_mesh * glm::dvec4(centre, 1.0));
     const glm::dvec3 h = glm::abs(axes[0]) * half.x + glm::abs(axes[1]) * half.y + glm::abs(axes[2]) * half.z;
@@ -46,7 +47,8 @@ gl::Texture upload_image(const Image& image, int index) {
     gl::Texture texture = gl::make_texture_2d("image " + std::to_string(index), GL_SRGB8_ALPHA8, image.width_px,
                                               image.height_px, gl::Filter::linear, levels);
     glPixelStorei(GL_UNPACK_ALIGNMENT, 1);
-    glTextureSubImage2D(texture.id(), 0, 0, 0, image.width_px, image.height_px, GL_RGBA, GL_UNSIGNED_BYTE, image.rgba.data());
+    glTextureSubImage2D(texture.id(), 0, 0, 0, image.width_px, image.height_px, GL_RGBA, GL_UNSIGNED_BYTE,
+                        image.rgba.data());
     glGenerateTextureMipmap(texture.id());
     return texture;
 }
@@ -69,15 +71,18 @@ GpuScene::GpuScene(std::shared_ptr<const SceneAsset> asset) : asset_(std::move(a
     for (std::size_t i = 0; i < asset_->instances.size(); ++i) {
         const Instance& instance = asset_->instances[i];
         groups_[static_cast<std::size_t>(instance.mesh)].instances.push_back(static_cast<int>(i));
-        bounds_.push_back(world_bounds(asset_->meshes[static_cast<std::size_t>(instance.mesh)], instance.world_from_mesh));
+        bounds_.push_back(
+            world_bounds(asset_->meshes[static_cast<std::size_t>(instance.mesh)], instance.world_from_mesh));
     }
     for (const Material& material : asset_->materials) {
         emissive_ = emissive_ || glm::length(material.emissive_nit) > 0.0f;
     }
     near_m_ = static_cast<float>(std::max(glm::length(asset_->bounds.max - asset_->bounds.min) * 1e-5, 1e-12));
 
-    vertices_ = gl::make_buffer("vertices", std::max<std::size_t>(vertices.size(), 1) * sizeof(Vertex), vertices.empty() ? nullptr : vertices.data());
-    indices_ = gl::make_buffer("indices", std::max<std::size_t>(indices.size(), 1) * 4, indices.empty() ? nullptr : indices.data());
+    vertices_ = gl::make_buffer("vertices", std::max<std::size_t>(vertices.size(), 1) * sizeof(Vertex),
+                                vertices.empty() ? nullptr : vertices.data());
+    indices_ = gl::make_buffer("indices", std::max<std::size_t>(indices.size(), 1) * 4,
+                               indices.empty() ? nullptr : indices.data());
     GLuint id = 0;
     glCreateVertexArrays(1, &id);
     vertex_array_ = gl::VertexArray(id);
@@ -99,7 +104,8 @@ GpuScene::GpuScene(std::shared_ptr<const SceneAsset> asset) : asset_(std::move(a
     glVertexArrayAttribBinding(id, 6, 1);
     glVertexArrayBindingDivisor(id, 1, 1);
 
-    for (std::size_t i = 0; i < asset_->images.size(); ++i) images_.push_back(upload_image(asset_->images[i], static_cast<int>(i)));
+    for (std::size_t i = 0; i < asset_->images.size(); ++i)
+        images_.push_back(upload_image(asset_->images[i], static_cast<int>(i)));
     for (int i = 0; i < 4; ++i) {
         GLuint sampler = 0;
         glCreateSamplers(1, &sampler);
@@ -111,7 +117,8 @@ GpuScene::GpuScene(std::shared_ptr<const SceneAsset> asset) : asset_(std::move(a
     }
 }
 
-PassRun GpuScene::draw(Mode mode, Programs& programs, const glm::dvec3& eye, const glm::mat4& clip_from_local, unsigned faces) const {
+PassRun GpuScene::draw(Mode mode, Programs& programs, const glm::dvec3& eye, const glm::mat4& clip_from_local,
+                       unsigned faces) const {
     const bool cube = mode != Mode::gbuffer;
     std::array<Planes, 6> planes;
     if (cube) {
@@ -143,7 +150,8 @@ PassRun GpuScene::draw(Mode mode, Programs& programs, const glm::dvec3& eye, con
     run.faces = cube ? static_cast<unsigned>(std::popcount(faces & 63u)) : 0;
     if (instances.empty()) return run;
 
-    const gl::Buffer instance_buffer = gl::make_buffer("draw instances", instances.size() * sizeof(layouts::DrawInstance), instances.data());
+    const gl::Buffer instance_buffer =
+        gl::make_buffer("draw instances", instances.size() * sizeof(layouts::DrawInstance), instances.data());
     glVertexArrayVertexBuffer(vertex_array_.id(), 1, instance_buffer.id(), 0, sizeof(layouts::DrawInstance));
     glBindVertexArray(vertex_array_.id());
     for (std::size_t g = 0; g < groups_.size(); ++g) {
@@ -166,8 +174,10 @@ PassRun GpuScene::draw(Mode mode, Programs& programs, const glm::dvec3& eye, con
         }
         const GLuint program = programs.get("passes/mesh.vert", fragment, defines);
         glUseProgram(program);
-        if (cube) glProgramUniform1f(program, 1, near_m_);
-        else glProgramUniformMatrix4fv(program, 0, 1, GL_FALSE, &clip_from_local[0][0]);
+        if (cube)
+            glProgramUniform1f(program, 1, near_m_);
+        else
+            glProgramUniformMatrix4fv(program, 0, 1, GL_FALSE, &clip_from_local[0][0]);
         if (!fragment.empty()) {
             glProgramUniform4fv(program, 2, 1, &material.base_color[0]);
             if (material.alpha_mask) glProgramUniform1f(program, 4, material.alpha_cutoff);
@@ -183,8 +193,10 @@ PassRun GpuScene::draw(Mode mode, Programs& programs, const glm::dvec3& eye, con
             glBindSampler(1, sampler);
         }
         // glTF culls the back of single-sided faces for the viewer; light is stopped by both sides.
-        if (cube || material.double_sided) glDisable(GL_CULL_FACE);
-        else glEnable(GL_CULL_FACE);
+        if (cube || material.double_sided)
+            glDisable(GL_CULL_FACE);
+        else
+            glEnable(GL_CULL_FACE);
         glDrawElementsInstancedBaseVertexBaseInstance(
             GL_TRIANGLES, static_cast<GLsizei>(groups_[g].index_count), GL_UNSIGNED_INT,
             reinterpret_cast<const void*>(static_cast<std::uintptr_t>(groups_[g].first_index) * 4),

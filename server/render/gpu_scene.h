@@ -32,9 +32,10 @@ public:
     float near_m() const { return near_m_; }
 
     enum class Mode { gbuffer, shadow, rsm, rsm_seed };
-    // Draws all meshes that meet the view. gbuffer: into the bound framebuffer from `eye`, clip_from_local = projection ×
-    // view without translation. The others: into the cube faces of `faces` (bit f) around `eye`.
-    PassRun draw(Mode mode, Programs& programs, const glm::dvec3& eye, const glm::mat4& clip_from_local, unsigned faces) const;
+    // Draws all meshes that meet the view. gbuffer: into the bound framebuffer from `eye`, clip_from_local = projection
+    // × view without translation. The others: into the cube faces of `faces` (bit f) around `eye`.
+    PassRun draw(Mode mode, Programs& programs, const glm::dvec3& eye, const glm::mat4& clip_from_local,
+                 unsigned faces) const;
 
 private:
     std::shared_ptr<const SceneAsset> asset_;

@@ -1,6 +1,6 @@
-// The frame graph without GL: which passes run, and why the others do not. A pass reads slots, writes one slot, and runs
-// only if something it reads moved. Three reasons for skipping, in the report by name: absent (the scene has no such
-// thing; the pipeline lists it as such), culled (nobody wants the output), clean (same inputs as last time).
+// The frame graph without GL: which passes run, and why the others do not. A pass reads slots, writes one slot, and
+// runs only if something it reads moved. Three reasons for skipping, in the report by name: absent (the scene has no
+// such thing; the pipeline lists it as such), culled (nobody wants the output), clean (same inputs as last time).
 #pragma once
 
 #include <compare>
@@ -32,12 +32,12 @@ struct PassRun {
 
 struct Pass {
     std::string name;
-    std::string light;                // name; empty for shared passes
+    std::string light;  // name; empty for shared passes
     std::vector<SlotRef> reads;
     SlotRef writes;
-    std::vector<std::uint64_t> key;   // revisions and options that are read besides the slots
-    bool stale = false;               // runs even if nothing moved: part of its output was never made
-    bool absent = false;              // the scene has nothing for it; run is not called
+    std::vector<std::uint64_t> key;  // revisions and options that are read besides the slots
+    bool stale = false;              // runs even if nothing moved: part of its output was never made
+    bool absent = false;             // the scene has nothing for it; run is not called
     std::function<PassRun()> run;
 };
 
@@ -50,7 +50,8 @@ public:
 
 private:
     friend std::vector<v1::PassReport> execute(std::span<Pass>, std::span<const SlotRef>, Ledger&,
-                                               const std::function<void(std::size_t)>&, const std::function<void(std::size_t)>&);
+                                               const std::function<void(std::size_t)>&,
+                                               const std::function<void(std::size_t)>&);
     struct Entry {
         std::vector<std::uint64_t> key;
         std::uint64_t version = 0;

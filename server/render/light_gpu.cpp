@@ -46,10 +46,13 @@ void prepare_maps(LightGpu& light, std::size_t lights, bool with_position) {
         light.rsm_depth = gl::make_texture_cube("rsm depth", GL_DEPTH_COMPONENT32F, kRsmSize, Filter::nearest);
         if (with_position) {
             light.position = gl::make_texture_cube("rsm position", GL_RGBA32F, kRsmSize, Filter::nearest);
-            light.rsm_fbo = gl::make_framebuffer("rsm", {light.radial_depth.id(), light.normal.id(), light.albedo.id(), light.position.id()}, light.rsm_depth.id());
+            light.rsm_fbo = gl::make_framebuffer(
+                "rsm", {light.radial_depth.id(), light.normal.id(), light.albedo.id(), light.position.id()},
+                light.rsm_depth.id());
         } else {
             light.position = gl::Texture();
-            light.rsm_fbo = gl::make_framebuffer("rsm", {light.radial_depth.id(), light.normal.id(), light.albedo.id()}, light.rsm_depth.id());
+            light.rsm_fbo = gl::make_framebuffer("rsm", {light.radial_depth.id(), light.normal.id(), light.albedo.id()},
+                                                 light.rsm_depth.id());
         }
         light.flux = gl::make_texture_cube("rsm flux", GL_RGBA32F, kRsmSize, Filter::nearest);
         light.flux_fbo = gl::make_framebuffer("rsm flux", {light.flux.id()}, 0);
@@ -57,7 +60,8 @@ void prepare_maps(LightGpu& light, std::size_t lights, bool with_position) {
     }
     if (light.mask_size != light.web->mask_size) {
         light.mask_size = light.web->mask_size;
-        light.mask = gl::make_texture_cube("mask", GL_RGBA32F, light.mask_size, Filter::linear, gl::mip_levels(light.mask_size));
+        light.mask =
+            gl::make_texture_cube("mask", GL_RGBA32F, light.mask_size, Filter::linear, gl::mip_levels(light.mask_size));
         light.mask_fbo = gl::make_framebuffer("mask", {light.mask.id()}, 0);
     }
 }

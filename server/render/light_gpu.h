@@ -10,16 +10,16 @@
 
 namespace gonio {
 
-inline constexpr int kRsmSize = 128;       // texels per face side
-inline constexpr int kShadowSize = 1024;   // likewise; halved beyond 16 lights, which keeps 64 lights below 0.5 GiB
+inline constexpr int kRsmSize = 128;      // texels per face side
+inline constexpr int kShadowSize = 1024;  // likewise; halved beyond 16 lights, which keeps 64 lights below 0.5 GiB
 
 // The photometric web of a profile, shared by the lights that use it.
 struct WebGpu {
-    gl::Buffer buffer;      // shaders/lib/web_buffer.glsl
+    gl::Buffer buffer;                         // shaders/lib/web_buffer.glsl
     gl::Buffer solid_vertices, solid_indices;  // photometric solid: position and normal, 6 floats per vertex, cd
     GLsizei solid_index_count = 0;
     float peak_cd = 0.0f;
-    bool uniform = false;   // equally spaced angles
+    bool uniform = false;  // equally spaced angles
     int mask_size = 64;
 };
 
@@ -27,7 +27,7 @@ struct LightGpu {
     std::shared_ptr<const WebGpu> web;
     std::shared_ptr<const Profile> profile;  // of `web`
 
-    gl::Texture shadow;        // size² × 6 DEPTH32F, near / axis distance, 0: nothing there
+    gl::Texture shadow;  // size² × 6 DEPTH32F, near / axis distance, 0: nothing there
     gl::Framebuffer shadow_fbo;
     int shadow_size = 0;
     gl::Texture radial_depth;  // RSM² × 6 R32F, m, 0: nothing there
@@ -37,10 +37,10 @@ struct LightGpu {
     gl::Texture rsm_depth;     // RSM² × 6 DEPTH32F
     gl::Framebuffer rsm_fbo;
     bool rsm_with_position = false;
-    gl::Texture mask;          // mask² × 6 RGBA32F with mip levels: I in cd, I / I_peak, emits
+    gl::Texture mask;  // mask² × 6 RGBA32F with mip levels: I in cd, I / I_peak, emits
     gl::Framebuffer mask_fbo;
     int mask_size = 0;
-    gl::Texture flux;          // RSM² × 6 RGBA32F: lm per cd of peak, area / pi in m²
+    gl::Texture flux;  // RSM² × 6 RGBA32F: lm per cd of peak, area / pi in m²
     gl::Framebuffer flux_fbo;
 
     // Which faces hold the scene as it is seen from this position.
@@ -49,14 +49,14 @@ struct LightGpu {
         unsigned made = 0;
     };
     Faces shadow_faces, rsm_faces;
-    unsigned reached = 63;       // faces the profile emits into, for (profile_rev, aim_rev)
+    unsigned reached = 63;  // faces the profile emits into, for (profile_rev, aim_rev)
     Revision reached_profile_rev = 0, reached_aim_rev = 0;
 
-    RsmTexels texels;            // read back by the vpl pass
+    RsmTexels texels;  // read back by the vpl pass
     std::uint64_t texels_rsm_version = 0;
     std::uint64_t rsm_version = 0;  // counts runs of the rsm pass
     VplList vpls;
-    gl::Buffer vpl_block;        // layouts::Vpl in subsets, padded so that any range of a whole block can be bound
+    gl::Buffer vpl_block;  // layouts::Vpl in subsets, padded so that any range of a whole block can be bound
 };
 
 std::shared_ptr<const WebGpu> upload_web(const Profile& profile);

@@ -5,8 +5,12 @@
 namespace gonio {
 namespace {
 
-bool shows_direct(View view) { return view < View::mask && view != View::indirect; }
-bool shows_indirect(View view) { return view < View::mask && view != View::direct; }
+bool shows_direct(View view) {
+    return view < View::mask && view != View::indirect;
+}
+bool shows_indirect(View view) {
+    return view < View::mask && view != View::direct;
+}
 
 std::size_t shown_light(const Scene& scene) {
     for (std::size_t i = 0; i < scene.lights.size(); ++i) {
@@ -15,7 +19,9 @@ std::size_t shown_light(const Scene& scene) {
     return 0;
 }
 
-std::uint64_t bits(double value) { return std::bit_cast<std::uint64_t>(value); }
+std::uint64_t bits(double value) {
+    return std::bit_cast<std::uint64_t>(value);
+}
 
 struct Builder {
     const FrameInputs& in;
@@ -28,7 +34,8 @@ struct Builder {
     SlotRef per_target(Slot slot, std::uint32_t light = 0) const { return {slot, target, light}; }
     static SlotRef per_light(Slot slot, std::uint32_t light) { return {slot, 0, light}; }
 
-    Pass& add(std::string name, SlotRef writes, std::vector<SlotRef> reads, std::vector<std::uint64_t> key, std::function<PassRun()> run) {
+    Pass& add(std::string name, SlotRef writes, std::vector<SlotRef> reads, std::vector<std::uint64_t> key,
+              std::function<PassRun()> run) {
         Pass& pass = passes.emplace_back();
         pass.name = std::move(name);
         pass.writes = writes;
@@ -44,8 +51,9 @@ struct Builder {
         LightGpu& gpu = *in.lights[i];
         const int layer = static_cast<int>(i);
         const PassContext shared = context;  // by value: passes outlive the builder
-        const SlotRef gbuffer = per_target(Slot::gbuffer), shadow = per_light(Slot::shadow, light.id), rsm = per_light(Slot::rsm, light.id),
-                      mask = per_light(Slot::mask, light.id), vpl = per_light(Slot::vpl, light.id);
+        const SlotRef gbuffer = per_target(Slot::gbuffer), shadow = per_light(Slot::shadow, light.id),
+                      rsm = per_light(Slot::rsm, light.id), mask = per_light(Slot::mask, light.id),
+                      vpl = per_light(Slot::vpl, light.id);
         const auto named = [&](Pass& pass) -> Pass& {
             pass.light = light.name;
             return pass;
@@ -54,31 +62,40 @@ struct Builder {
             return seed ? gpu.reached : missing_faces(made, gpu.reached, light.position_rev, scene.geometry_rev);
         };
         const unsigned shadow_faces = faces(gpu.shadow_faces), rsm_faces = faces(gpu.rsm_faces);
-        Pass& shadow_pass = named(add("shadow", shadow, {}, {light.position_rev, scene.geometry_rev, static_cast<std::uint64_t>(gpu.shadow_size)},
-                                      [=, &light, &gpu] { return run_shadow(shared, light, gpu, shadow_faces); }));
+        Pass& shadow_pass = named(add(
+            "shadow", shadow, {}, {light.position_rev, scene.geometry_rev, static_cast<std::uint64_t>(gpu.shadow_size)},
+            [=, &light, &gpu] { return run_shadow(shared, light, gpu, shadow_faces); }));
         shadow_pass.stale |= shadow_faces != 0;
         Pass& rsm_pass = named(add("rsm", rsm, {}, {light.position_rev, scene.geometry_rev},
                                    [=, &light, &gpu] { return run_rsm(shared, light, gpu, rsm_faces); }));
         rsm_pass.stale |= rsm_faces != 0;
-        named(add("mask", mask, {}, {light.profile_rev, light.aim_rev}, [=, &light, &gpu] { return run_mask(shared, light, gpu); }));
-        Pass& vpl_pass = named(add("vpl", vpl, {rsm, mask}, {scene.samples}, [=, &gpu, samples = scene.samples] { return run_vpl(shared, gpu, samples); }));
+        named(add("mask", mask, {}, {light.profile_rev, light.aim_rev},
+                  [=, &light, &gpu] { return run_mask(shared, light, gpu); }));
+        Pass& vpl_pass = named(add("vpl", vpl, {rsm, mask}, {scene.samples},
+                                   [=, &gpu, samples = scene.samples] { return run_vpl(shared, gpu, samples); }));
         vpl_pass.absent = seed;
         named(add("direct", per_target(Slot::direct, light.id), {gbuffer, shadow},
                   {light.position_rev, light.aim_rev, light.profile_rev, static_cast<std::uint64_t>(layer)},
                   [=, &light, &gpu] { return run_direct(shared, light, gpu, layer); }));
         if (seed) {
-            named(add("gather", per_target(Slot::gather, light.id), {gbuffer, rsm, mask}, {scene.samples, static_cast<std::uint64_t>(layer)},
+            named(add("gather", per_target(Slot::gather, light.id), {gbuffer, rsm, mask},
+                      {scene.samples, static_cast<std::uint64_t>(layer)},
                       [=, &light, &gpu] { return run_gather_seed(shared, light, gpu, layer); }));
         } else {
-            named(add("gather", per_target(Slot::gather, light.id), {gbuffer, vpl}, {light.position_rev, static_cast<std::uint64_t>(layer)},
+            named(add("gather", per_target(Slot::gather, light.id), {gbuffer, vpl},
+                      {light.position_rev, static_cast<std::uint64_t>(layer)},
                       [=, &light, &gpu] { return run_gather(shared, light, gpu, layer); }));
         }
     }
 
     void add_composite() {
         std::vector<SlotRef> reads;
-        std::vector<std::uint64_t> key = {static_cast<std::uint64_t>(in.view), bits(scene.view_gain), scene.exposure_rev, scene.master_rev,
-                                          scene.lights_rev, scene.geometry_rev};
+        std::vector<std::uint64_t> key = {static_cast<std::uint64_t>(in.view),
+                                          bits(scene.view_gain),
+                                          scene.exposure_rev,
+                                          scene.master_rev,
+                                          scene.lights_rev,
+                                          scene.geometry_rev};
         std::vector<const LightGpu*> lights(in.lights.begin(), in.lights.end());
         const std::size_t shown_index = shown_light(scene);
         const LightGpu* shown = lights.empty() ? nullptr : lights[shown_index];
@@ -93,13 +110,17 @@ struct Builder {
         if (shown != nullptr && in.view >= View::mask && in.view <= View::rsm_flux) {
             const std::uint32_t id = scene.lights[shown_index].id;
             key.push_back(id);
-            reads.push_back(per_light(in.view == View::mask ? Slot::mask : in.view == View::rsm_flux && !seed ? Slot::vpl : Slot::rsm, id));
+            reads.push_back(per_light(in.view == View::mask                ? Slot::mask
+                                      : in.view == View::rsm_flux && !seed ? Slot::vpl
+                                                                           : Slot::rsm,
+                                      id));
         }
-        add("composite", per_target(Slot::picture), std::move(reads), std::move(key), [this_in = &in, context = context, lights = std::move(lights), shown] {
-            PassRun run = run_composite(context, this_in->view, shown, lights, this_in->raw);
-            if (this_in->view == View::solid && this_in->raw == 0) run.draws += run_solid(context, lights).draws;
-            return run;
-        });
+        add("composite", per_target(Slot::picture), std::move(reads), std::move(key),
+            [this_in = &in, context = context, lights = std::move(lights), shown] {
+                PassRun run = run_composite(context, this_in->view, shown, lights, this_in->raw);
+                if (this_in->view == View::solid && this_in->raw == 0) run.draws += run_solid(context, lights).draws;
+                return run;
+            });
     }
 };
 
@@ -109,8 +130,9 @@ std::vector<Pass> build_pipeline(const FrameInputs& in) {
     Builder b{in, {}};
     const Scene& scene = in.scene;
     b.passes.reserve(3 + 6 * scene.lights.size());
-    b.add("gbuffer", b.per_target(Slot::gbuffer), {}, {scene.geometry_rev, scene.camera_rev},
-          [context = b.context, meter = in.meter] { return meter ? run_meter_gbuffer(context) : run_gbuffer(context); });
+    b.add(
+        "gbuffer", b.per_target(Slot::gbuffer), {}, {scene.geometry_rev, scene.camera_rev},
+        [context = b.context, meter = in.meter] { return meter ? run_meter_gbuffer(context) : run_gbuffer(context); });
     for (std::size_t i = 0; i < scene.lights.size(); ++i) b.add_light(i);
     if (scene.lights.empty()) {
         for (const char* name : {"shadow", "rsm", "mask", "vpl", "direct", "gather"}) {
@@ -121,7 +143,8 @@ std::vector<Pass> build_pipeline(const FrameInputs& in) {
     }
     if (!in.meter) b.add_composite();
     if (!in.meter && !in.target.precise) {
-        b.add("nv12", b.per_target(Slot::nv12), {b.per_target(Slot::picture)}, {}, [context = b.context] { return run_nv12(context); });
+        b.add("nv12", b.per_target(Slot::nv12), {b.per_target(Slot::picture)}, {},
+              [context = b.context] { return run_nv12(context); });
     }
     return std::move(b.passes);
 }

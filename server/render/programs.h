@@ -1,5 +1,5 @@
-// Shader programs by file names and options, each compiled once, when it is first asked for; and the few GL objects that
-// passes of all targets share.
+// Shader programs by file names and options, each compiled once, when it is first asked for; and the few GL objects
+// that passes of all targets share.
 #pragma once
 
 #include <map>
@@ -14,10 +14,10 @@ public:
     // Result: the program's GL name. Throws as gl::make_program.
     GLuint get(std::string_view vertex, std::string_view fragment, const gl::Defines& defines = {});
 
-    gl::VertexArray screen;           // no attributes: the full-screen triangle
-    gl::VertexArray solid;            // position and normal, 3 floats each
-    gl::Sampler nearest_level;        // one texel of the level asked for
-    gl::Buffer seed_directions[2];    // sphere, disk
+    gl::VertexArray screen;         // no attributes: the full-screen triangle
+    gl::VertexArray solid;          // position and normal, 3 floats each
+    gl::Sampler nearest_level;      // one texel of the level asked for
+    gl::Buffer seed_directions[2];  // sphere, disk
 
 private:
     std::map<std::string, gl::Program> programs_;

@@ -25,7 +25,8 @@ struct Renderer::Timers {
             GLuint64 from = 0, to = 0;
             glGetQueryObjectui64v(stamps.first.id(), GL_QUERY_RESULT, &from);
             glGetQueryObjectui64v(stamps.second.id(), GL_QUERY_RESULT, &to);
-            report.mutable_passes(static_cast<int>(row))->set_gpu_ms(to > from ? static_cast<double>(to - from) * 1e-6 : 0.0);
+            report.mutable_passes(static_cast<int>(row))
+                ->set_gpu_ms(to > from ? static_cast<double>(to - from) * 1e-6 : 0.0);
         }
     }
 };
@@ -41,17 +42,21 @@ struct Renderer::InFlight {
 };
 
 std::int64_t monotonic_ns() {
-    return std::chrono::duration_cast<std::chrono::nanoseconds>(std::chrono::steady_clock::now().time_since_epoch()).count();
+    return std::chrono::duration_cast<std::chrono::nanoseconds>(std::chrono::steady_clock::now().time_since_epoch())
+        .count();
 }
 
-Renderer::Renderer(const gl::Context&) { glEnable(GL_TEXTURE_CUBE_MAP_SEAMLESS); }
+Renderer::Renderer(const gl::Context&) {
+    glEnable(GL_TEXTURE_CUBE_MAP_SEAMLESS);
+}
 Renderer::~Renderer() = default;
 
 // Brings GPU objects in line with the scene: geometry, lights' maps, the live target.
 void Renderer::prepare(const Scene& scene) {
     if (!geometry_ || &geometry_->asset() != scene.asset.get()) geometry_ = std::make_unique<GpuScene>(scene.asset);
     std::erase_if(lights_, [&](const auto& entry) {
-        const bool gone = std::none_of(scene.lights.begin(), scene.lights.end(), [&](const Light& l) { return l.id == entry.first; });
+        const bool gone =
+            std::none_of(scene.lights.begin(), scene.lights.end(), [&](const Light& l) { return l.id == entry.first; });
         if (gone) ledger_.forget_light(entry.first);
         return gone;
     });
@@ -78,7 +83,8 @@ void Renderer::prepare(const Scene& scene) {
     if (live_.width_px != scene.width_px || live_.height_px != scene.height_px || live_.layer_count < layers ||
         live_.emissive != geometry_->emissive()) {
         ledger_.forget_target(live_.id);
-        live_ = make_target(next_target_++, scene.width_px, scene.height_px, scene.lights.size(), false, geometry_->emissive());
+        live_ = make_target(next_target_++, scene.width_px, scene.height_px, scene.lights.size(), false,
+                            geometry_->emissive());
     }
 }
 
@@ -112,15 +118,18 @@ void Renderer::begin_frame(const Scene& scene, std::int64_t drained_ns) {
     frame->height_px = live_.height_px;
     frame->report = run(inputs, wanted_slots(inputs, true), frame->timers);
     const auto& passes = frame->report.passes();
-    frame->picture = std::any_of(passes.begin(), passes.end(), [](const auto& row) { return row.name() == "nv12" && row.state() == "ran"; });
+    frame->picture = std::any_of(passes.begin(), passes.end(),
+                                 [](const auto& row) { return row.name() == "nv12" && row.state() == "ran"; });
     if (frame->picture) {
-        const std::size_t bytes = static_cast<std::size_t>(live_.width_px) * static_cast<std::size_t>(live_.height_px / 2 * 3);
+        const std::size_t bytes =
+            static_cast<std::size_t>(live_.width_px) * static_cast<std::size_t>(live_.height_px / 2 * 3);
         if (bytes != readback_bytes_) {
             free_readbacks_.clear();
             readback_bytes_ = bytes;
         }
         if (free_readbacks_.empty()) {
-            free_readbacks_.push_back(gl::make_buffer("readback", bytes, nullptr, GL_MAP_READ_BIT | GL_CLIENT_STORAGE_BIT));
+            free_readbacks_.push_back(
+                gl::make_buffer("readback", bytes, nullptr, GL_MAP_READ_BIT | GL_CLIENT_STORAGE_BIT));
         }
         frame->readback = std::move(free_readbacks_.back());
         free_readbacks_.pop_back();
@@ -147,7 +156,8 @@ std::optional<FinishedFrame> Renderer::finish_frame(bool wait) {
     done.height_px = frame.height_px;
     done.drained_ns = frame.drained_ns;
     if (frame.picture) {
-        const std::size_t bytes = static_cast<std::size_t>(frame.width_px) * static_cast<std::size_t>(frame.height_px / 2 * 3);
+        const std::size_t bytes =
+            static_cast<std::size_t>(frame.width_px) * static_cast<std::size_t>(frame.height_px / 2 * 3);
         auto pixels = std::make_shared<std::vector<std::uint8_t>>(bytes);
         glGetNamedBufferSubData(frame.readback.id(), 0, static_cast<GLsizeiptr>(bytes), pixels->data());
         done.nv12 = std::move(pixels);
@@ -168,7 +178,8 @@ Result<CapturedPicture> Renderer::capture(const Scene& scene, View view, int wid
     }
     const std::int64_t start = monotonic_ns();
     prepare(scene);
-    const Target target = make_target(next_target_++, width_px, height_px, scene.lights.size(), true, geometry_->emissive());
+    const Target target =
+        make_target(next_target_++, width_px, height_px, scene.lights.size(), true, geometry_->emissive());
     const Eye eye = eye_of(scene.camera, width_px, height_px);
     FrameInputs inputs = inputs_of(scene, target, eye);
     inputs.view = view;
@@ -191,21 +202,26 @@ Result<CapturedPicture> Renderer::capture(const Scene& scene, View view, int wid
         auto bottom_up = out;
         bottom_up.resize(pixels * 4);
         out.resize(pixels * 4);
-        glGetTextureImage(texture, 0, GL_RGBA, type, static_cast<GLsizei>(bottom_up.size() * sizeof bottom_up[0]), bottom_up.data());
+        glGetTextureImage(texture, 0, GL_RGBA, type, static_cast<GLsizei>(bottom_up.size() * sizeof bottom_up[0]),
+                          bottom_up.data());
         for (std::size_t y = 0; y < static_cast<std::size_t>(height_px); ++y) {
-            std::copy_n(bottom_up.begin() + static_cast<std::ptrdiff_t>((static_cast<std::size_t>(height_px) - 1 - y) * row), row,
-                        out.begin() + static_cast<std::ptrdiff_t>(y * row));
+            std::copy_n(
+                bottom_up.begin() + static_cast<std::ptrdiff_t>((static_cast<std::size_t>(height_px) - 1 - y) * row),
+                row, out.begin() + static_cast<std::ptrdiff_t>(y * row));
         }
     };
-    if (raw) turned(picture.values, values.id(), GL_FLOAT);
-    else turned(picture.rgba8, target.display.id(), GL_UNSIGNED_BYTE);
+    if (raw)
+        turned(picture.values, values.id(), GL_FLOAT);
+    else
+        turned(picture.rgba8, target.display.id(), GL_UNSIGNED_BYTE);
     timers.resolve(picture.report);
     picture.report.set_frame_ms(static_cast<double>(monotonic_ns() - start) * 1e-6);
     ledger_.forget_target(target.id);
     return picture;
 }
 
-v1::MeterReading Renderer::meter(const Scene& scene, const glm::dvec3& point, const glm::dvec3& unit_normal, MeterQuality quality) {
+v1::MeterReading Renderer::meter(const Scene& scene, const glm::dvec3& point, const glm::dvec3& unit_normal,
+                                 MeterQuality quality) {
     Scene metered = scene;
     if (quality == MeterQuality::rsm) metered.technique = Technique::standard;
     if (metered.technique != scene.technique) metered.samples = kDefaultVpls;
@@ -215,7 +231,8 @@ v1::MeterReading Renderer::meter(const Scene& scene, const glm::dvec3& point, co
     Eye eye;
     eye.position = point + unit_normal;
     eye.forward = -unit_normal;
-    eye.right = glm::normalize(glm::cross(unit_normal, std::abs(unit_normal.y) < 0.9 ? glm::dvec3(0, 1, 0) : glm::dvec3(1, 0, 0)));
+    eye.right = glm::normalize(
+        glm::cross(unit_normal, std::abs(unit_normal.y) < 0.9 ? glm::dvec3(0, 1, 0) : glm::dvec3(1, 0, 0)));
     eye.up = glm::cross(eye.right, eye.forward);
     FrameInputs inputs = inputs_of(metered, target, eye);
     inputs.meter = true;
@@ -229,10 +246,12 @@ v1::MeterReading Renderer::meter(const Scene& scene, const glm::dvec3& point, co
         glm::vec4 indirect(0.0f);
         const auto layer = static_cast<GLint>(i);
         glGetTextureSubImage(target.direct.id(), 0, 0, 0, layer, 1, 1, 1, GL_RED, GL_FLOAT, sizeof direct, &direct);
-        glGetTextureSubImage(target.indirect.id(), 0, 0, 0, layer, 1, 1, 1, GL_RGBA, GL_FLOAT, sizeof indirect, &indirect[0]);
+        glGetTextureSubImage(target.indirect.id(), 0, 0, 0, layer, 1, 1, 1, GL_RGBA, GL_FLOAT, sizeof indirect,
+                             &indirect[0]);
         direct_lx += weight * static_cast<double>(direct);
-        const glm::dvec3 bounced = quality == MeterQuality::rsm ? dense_irradiance(gpu.texels, point - metered.lights[i].position, unit_normal)
-                                                                : glm::dvec3(indirect);
+        const glm::dvec3 bounced = quality == MeterQuality::rsm
+                                       ? dense_irradiance(gpu.texels, point - metered.lights[i].position, unit_normal)
+                                       : glm::dvec3(indirect);
         indirect_lx += weight * bounced;
     }
     ledger_.forget_target(target.id);

@@ -1,4 +1,5 @@
-// The renderer: live frames through a readback ring, captures and meters at once. Owns all GPU state. Render thread only.
+// The renderer: live frames through a readback ring, captures and meters at once. Owns all GPU state. Render thread
+// only.
 #pragma once
 
 #include <cstdint>
@@ -69,7 +70,7 @@ private:
 
     Programs programs_;
     std::unique_ptr<GpuScene> geometry_;
-    std::map<std::uint32_t, LightGpu> lights_;                               // by Light::id
+    std::map<std::uint32_t, LightGpu> lights_;  // by Light::id
     std::map<const Profile*, std::weak_ptr<const WebGpu>> webs_;
     Ledger ledger_;
     Target live_;

@@ -18,14 +18,17 @@ Eye eye_of(const Camera& camera, int width_px, int height_px) {
 }
 
 std::size_t layer_bytes(int width_px, int height_px, std::size_t lights, bool precise) {
-    return static_cast<std::size_t>(width_px) * static_cast<std::size_t>(height_px) * lights * (precise ? 20 : 10);
+    return static_cast<std::size_t>(width_px) * static_cast<std::size_t>(height_px) * lights * (precise ? 2 : 1) *
+           kLayerBytesPerPixel;
 }
 
 glm::ivec2 grid_size(const Target& target) {
     return {(target.width_px + kGridStep - 1) / kGridStep, (target.height_px + kGridStep - 1) / kGridStep};
 }
 
-glm::ivec2 tile_size(const Target& target) { return (grid_size(target) + 3) / 4; }
+glm::ivec2 tile_size(const Target& target) {
+    return (grid_size(target) + 3) / 4;
+}
 
 Target make_target(std::uint32_t id, int width_px, int height_px, std::size_t lights, bool precise, bool emissive) {
     using gl::Filter;
@@ -45,8 +48,10 @@ Target make_target(std::uint32_t id, int width_px, int height_px, std::size_t li
     } else {
         t.gbuffer = gl::make_framebuffer("gbuffer", {t.normal.id(), t.albedo.id()}, t.depth.id());
     }
-    t.direct = gl::make_texture_array("direct", precise ? GL_R32F : GL_R16F, width_px, height_px, t.layer_count, Filter::nearest);
-    t.indirect = gl::make_texture_array("indirect", precise ? GL_RGBA32F : GL_RGBA16F, width_px, height_px, t.layer_count, Filter::nearest);
+    t.direct = gl::make_texture_array("direct", precise ? GL_R32F : GL_R16F, width_px, height_px, t.layer_count,
+                                      Filter::nearest);
+    t.indirect = gl::make_texture_array("indirect", precise ? GL_RGBA32F : GL_RGBA16F, width_px, height_px,
+                                        t.layer_count, Filter::nearest);
     GLuint layer = 0;
     glCreateFramebuffers(1, &layer);
     t.layer = gl::Framebuffer(layer);

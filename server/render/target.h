@@ -11,7 +11,7 @@ namespace gonio {
 
 // The viewing geometry of a target: the scene's camera, or a meter that looks straight at its point.
 struct Eye {
-    glm::dvec3 position{0.0};  // world, m
+    glm::dvec3 position{0.0};                                   // world, m
     glm::dvec3 right{1, 0, 0}, up{0, 1, 0}, forward{0, 0, -1};  // orthonormal, world
     double tan_half_x = 1.0, tan_half_y = 1.0;
 };
@@ -29,23 +29,23 @@ struct Target {
     gl::Texture albedo;    // W×H RGBA16F, linear reflectance
     gl::Texture emission;  // W×H RGBA16F, cd/m²; only where the scene has emitters
     gl::Framebuffer gbuffer;
-    gl::Texture direct;    // W×H×lights R16F (precise: R32F), lux per candela of the light's peak, 1/m²
-    gl::Texture indirect;  // W×H×lights RGBA16F (precise: RGBA32F), rgb likewise
-    gl::Framebuffer layer; // re-attached to one layer at a time
-    gl::Texture tiles;     // grid points in 4×4 tiles, RGBA16F, rgb likewise: the interleaved gather
-    gl::Texture grid;      // W/step × H/step RGBA16F: tiles after their window filter
-    gl::Texture grid_position;  // W/step × H/step RGBA32F: light-relative position of the grid points, m; a: 1 where there is a surface
+    gl::Texture direct;         // W×H×lights R16F (precise: R32F), lux per candela of the light's peak, 1/m²
+    gl::Texture indirect;       // W×H×lights RGBA16F (precise: RGBA32F), rgb likewise
+    gl::Framebuffer layer;      // re-attached to one layer at a time
+    gl::Texture tiles;          // grid points in 4×4 tiles, RGBA16F, rgb likewise: the interleaved gather
+    gl::Texture grid;           // W/step × H/step RGBA16F: tiles after their window filter
+    gl::Texture grid_position;  // W/step × H/step RGBA32F: light-relative position of the grid points, m; a: 1 where
+                                // there is a surface
     gl::Texture grid_normal;    // W/step × H/step RGBA16F: their normals, world
     gl::Framebuffer tiles_fbo, grid_fbo;
-    gl::Texture display;   // W×H RGBA8, sRGB-encoded R'G'B'
-    gl::Framebuffer display_fbo;       // display with the G-buffer's depth, for the solid overlay
-    gl::Texture nv12;      // W × 3H/2 R8
+    gl::Texture display;          // W×H RGBA8, sRGB-encoded R'G'B'
+    gl::Framebuffer display_fbo;  // display with the G-buffer's depth, for the solid overlay
+    gl::Texture nv12;             // W × 3H/2 R8
     gl::Framebuffer nv12_fbo;
 };
 
 inline constexpr int kGridStep = 4;  // pixels between the gather's grid points
-// Irradiance layers of one target may take this much; a scene of more lights × pixels is refused as "too_large".
-inline constexpr std::size_t kMaxLayerBytes = std::size_t{2} << 30;
+// Result: bytes of the irradiance layers; a target beyond kMaxLayerBytes of scene.h is not made.
 std::size_t layer_bytes(int width_px, int height_px, std::size_t lights, bool precise);
 
 Target make_target(std::uint32_t id, int width_px, int height_px, std::size_t lights, bool precise, bool emissive);

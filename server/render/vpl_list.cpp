@@ -43,12 +43,15 @@ const std::vector<std::uint32_t>& morton_order(int size) {
 glm::dvec3 RsmTexels::position(std::size_t texel) const {
     const auto n = static_cast<std::size_t>(size);
     const std::size_t face = texel / (n * n), y = texel / n % n, x = texel % n;
-    const glm::dvec2 st((2.0 * static_cast<double>(x) + 1.0) / size - 1.0, (2.0 * static_cast<double>(y) + 1.0) / size - 1.0);
-    return glm::normalize(glsl64::cube_direction(static_cast<int>(face), st)) * static_cast<double>(radial_depth[texel]);
+    const glm::dvec2 st((2.0 * static_cast<double>(x) + 1.0) / size - 1.0,
+                        (2.0 * static_cast<double>(y) + 1.0) / size - 1.0);
+    return glm::normalize(glsl64::cube_direction(static_cast<int>(face), st)) *
+           static_cast<double>(radial_depth[texel]);
 }
 
 glm::dvec3 RsmTexels::normal_of(std::size_t texel) const {
-    return glsl64::octahedral_decode(glm::dvec2(std::max(normal[2 * texel] / 32767.0, -1.0), std::max(normal[2 * texel + 1] / 32767.0, -1.0)));
+    return glsl64::octahedral_decode(
+        glm::dvec2(std::max(normal[2 * texel] / 32767.0, -1.0), std::max(normal[2 * texel + 1] / 32767.0, -1.0)));
 }
 
 VplList sample_vpls(const RsmTexels& rsm, unsigned count) {
@@ -79,7 +82,8 @@ VplList sample_vpls(const RsmTexels& rsm, unsigned count) {
         for (; k < n && (k + 0.5) / n * total < after; ++k) {
             const double share = total / (w * n);  // 1 / (N q)
             layouts::Vpl& vpl = list.vpls[k % kVplSubsets * list.stride + k / kVplSubsets];
-            vpl.position_area = glm::vec4(glm::vec3(rsm.position(texel)), rsm.flux[texel].a * static_cast<float>(share));
+            vpl.position_area =
+                glm::vec4(glm::vec3(rsm.position(texel)), rsm.flux[texel].a * static_cast<float>(share));
             vpl.normal = glm::vec4(glm::vec3(rsm.normal_of(texel)), 0.0f);
             vpl.intensity = glm::vec4(glm::vec3(glm::dvec3(rsm.flux[texel]) * (share / std::numbers::pi)), 0.0f);
         }
@@ -93,7 +97,8 @@ glm::dvec3 dense_irradiance(const RsmTexels& rsm, const glm::dvec3& point, const
     for (std::size_t texel = 0; texel < rsm.flux.size(); ++texel) {
         const glm::vec4& flux = rsm.flux[texel];
         if (flux.r <= 0.0f && flux.g <= 0.0f && flux.b <= 0.0f) continue;
-        const double geometry = glsl64::vpl_geometry(point - rsm.position(texel), rsm.normal_of(texel), normal, static_cast<double>(flux.a));
+        const double geometry = glsl64::vpl_geometry(point - rsm.position(texel), rsm.normal_of(texel), normal,
+                                                     static_cast<double>(flux.a));
         sum += glm::dvec3(flux) * (geometry / std::numbers::pi);
     }
     return sum;
@@ -102,7 +107,8 @@ glm::dvec3 dense_irradiance(const RsmTexels& rsm, const glm::dvec3& point, const
 glm::dvec3 list_irradiance(const VplList& list, const glm::dvec3& point, const glm::dvec3& normal) {
     glm::dvec3 sum(0.0);
     for (const layouts::Vpl& vpl : list.vpls) {
-        sum += glm::dvec3(vpl.intensity) * glsl64::vpl_geometry(point - glm::dvec3(vpl.position_area), glm::dvec3(vpl.normal), normal,
+        sum += glm::dvec3(vpl.intensity) * glsl64::vpl_geometry(point - glm::dvec3(vpl.position_area),
+                                                                glm::dvec3(vpl.normal), normal,
                                                                 static_cast<double>(vpl.position_area.w));
     }
     return sum;

@@ -14,9 +14,9 @@ namespace gonio {
 // Positions are relative to the luminaire, world axes.
 struct RsmTexels {
     int size = 0;
-    std::vector<float> radial_depth;          // m; 0: the direction leaves the scene
-    std::vector<std::int16_t> normal;         // octahedral snorm, 2 per texel, world
-    std::vector<glm::vec4> flux;              // rgb: lm per cd of peak; a: represented area / pi, m²
+    std::vector<float> radial_depth;   // m; 0: the direction leaves the scene
+    std::vector<std::int16_t> normal;  // octahedral snorm, 2 per texel, world
+    std::vector<glm::vec4> flux;       // rgb: lm per cd of peak; a: represented area / pi, m²
 
     glm::dvec3 position(std::size_t texel) const;  // m
     glm::dvec3 normal_of(std::size_t texel) const;

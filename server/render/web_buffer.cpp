@@ -8,7 +8,9 @@
 namespace gonio {
 namespace {
 
-std::uint32_t bits(double value) { return std::bit_cast<std::uint32_t>(static_cast<float>(value)); }
+std::uint32_t bits(double value) {
+    return std::bit_cast<std::uint32_t>(static_cast<float>(value));
+}
 
 double finest_step(const std::vector<double>& angles) {
     double step = 1e9;
@@ -41,8 +43,9 @@ std::size_t table_size(const ies::PhotometricWeb& web) {
 
 std::vector<std::uint32_t> pack_web(const ies::PhotometricWeb& web) {
     const std::size_t table = table_size(web);
-    std::vector<std::uint32_t> words = {static_cast<std::uint32_t>(web.goniometer), static_cast<std::uint32_t>(web.v_rad.size()),
-                                        static_cast<std::uint32_t>(web.h_rad.size()), static_cast<std::uint32_t>(table)};
+    std::vector<std::uint32_t> words = {
+        static_cast<std::uint32_t>(web.goniometer), static_cast<std::uint32_t>(web.v_rad.size()),
+        static_cast<std::uint32_t>(web.h_rad.size()), static_cast<std::uint32_t>(table)};
     words.reserve(4 + web.v_rad.size() + web.h_rad.size() + 2 * table + web.candela.size());
     for (double v : web.v_rad) words.push_back(bits(v));
     for (double h : web.h_rad) words.push_back(bits(h));
@@ -70,7 +73,9 @@ unsigned reached_faces(const ies::PhotometricWeb& web, const double (&world_from
     unsigned faces = 0;
     for (std::size_t h = 0; h + 1 < web.h_rad.size(); ++h) {
         for (std::size_t v = 0; v + 1 < web.v_rad.size(); ++v) {
-            if (web.at(h, v) <= 0.0f && web.at(h, v + 1) <= 0.0f && web.at(h + 1, v) <= 0.0f && web.at(h + 1, v + 1) <= 0.0f) continue;
+            if (web.at(h, v) <= 0.0f && web.at(h, v + 1) <= 0.0f && web.at(h + 1, v) <= 0.0f &&
+                web.at(h + 1, v + 1) <= 0.0f)
+                continue;
             const double dv = web.v_rad[v + 1] - web.v_rad[v], dh = web.h_rad[h + 1] - web.h_rad[h];
             const int nv = std::max(1, static_cast<int>(std::ceil(dv / kStep)));
             const int nh = std::max(1, static_cast<int>(std::ceil(dh / kStep)));
@@ -78,8 +83,9 @@ unsigned reached_faces(const ies::PhotometricWeb& web, const double (&world_from
             const double margin = 0.5 * (dv / nv + dh / nh);
             for (int i = 0; i <= nv; ++i) {
                 for (int j = 0; j <= nh; ++j) {
-                    const ies::Direction d = ies::direction_of(web.goniometer, Angle::radians(web.v_rad[v] + dv * i / nv),
-                                                               Angle::radians(web.h_rad[h] + dh * j / nh));
+                    const ies::Direction d =
+                        ies::direction_of(web.goniometer, Angle::radians(web.v_rad[v] + dv * i / nv),
+                                          Angle::radians(web.h_rad[h] + dh * j / nh));
                     double w[3];
                     for (int k = 0; k < 3; ++k) w[k] = r[k] * d[0] + r[3 + k] * d[1] + r[6 + k] * d[2];
                     const double largest = std::max({std::abs(w[0]), std::abs(w[1]), std::abs(w[2])});

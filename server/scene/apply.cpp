@@ -48,7 +48,8 @@ glm::dvec3 checked_vector(const Field& field, double low, double high, const std
     glm::dvec3 result;
     for (int i = 0; i < 3; ++i) {
         if (!(field[i] >= low && field[i] <= high)) {
-            refuse("invalid_argument", name, print_all(field), "must be three numbers from " + print(low) + " to " + print(high));
+            refuse("invalid_argument", name, print_all(field),
+                   "must be three numbers from " + print(low) + " to " + print(high));
         }
         result[i] = field[i];
     }
@@ -81,18 +82,23 @@ void change(Scene& scene, T& slot, const T& value, Revision& part_rev) {
 }
 
 Light* find_light(Scene& scene, const std::string& name) {
-    const auto at = std::find_if(scene.lights.begin(), scene.lights.end(), [&](const Light& l) { return l.name == name; });
+    const auto at =
+        std::find_if(scene.lights.begin(), scene.lights.end(), [&](const Light& l) { return l.name == name; });
     return at == scene.lights.end() ? nullptr : &*at;
 }
 
-void set_one_light(Scene& scene, Light& light, const v1::SetLight& set, const Loaded& loaded, const std::string& prefix) {
+void set_one_light(Scene& scene, Light& light, const v1::SetLight& set, const Loaded& loaded,
+                   const std::string& prefix) {
     if (set.position_m_size() > 0) {
-        change(scene, light.position, checked_vector(set.position_m(), -kMaxCoordinateM, kMaxCoordinateM, prefix + "position_m"),
+        change(scene, light.position,
+               checked_vector(set.position_m(), -kMaxCoordinateM, kMaxCoordinateM, prefix + "position_m"),
                light.position_rev);
     }
     const bool turns = set.has_pan_rad() || set.has_tilt_rad() || set.has_roll_rad();
     if (set.aim_size() > 0) {
-        if (turns) refuse("conflict", prefix + "aim", print_all(set.aim()), "aim cannot be set together with pan, tilt or roll");
+        if (turns)
+            refuse("conflict", prefix + "aim", print_all(set.aim()),
+                   "aim cannot be set together with pan, tilt or roll");
         const glm::dquat orientation = orientation_aiming(checked_direction(set.aim(), prefix + "aim"));
         change(scene, light.world_from_light, orientation, light.aim_rev);
         const PanTiltRoll angles = angles_of(orientation);
@@ -101,12 +107,16 @@ void set_one_light(Scene& scene, Light& light, const v1::SetLight& set, const Lo
         light.roll_rad = angles.roll_rad;
     } else if (turns) {
         constexpr double kLimit = 64 * std::numbers::pi;
-        if (set.has_pan_rad()) change(scene, light.pan_rad, checked(set.pan_rad(), -kLimit, kLimit, prefix + "pan_rad"), light.aim_rev);
-        if (set.has_tilt_rad()) change(scene, light.tilt_rad, checked(set.tilt_rad(), -kLimit, kLimit, prefix + "tilt_rad"), light.aim_rev);
-        if (set.has_roll_rad()) change(scene, light.roll_rad, checked(set.roll_rad(), -kLimit, kLimit, prefix + "roll_rad"), light.aim_rev);
+        if (set.has_pan_rad())
+            change(scene, light.pan_rad, checked(set.pan_rad(), -kLimit, kLimit, prefix + "pan_rad"), light.aim_rev);
+        if (set.has_tilt_rad())
+            change(scene, light.tilt_rad, checked(set.tilt_rad(), -kLimit, kLimit, prefix + "tilt_rad"), light.aim_rev);
+        if (set.has_roll_rad())
+            change(scene, light.roll_rad, checked(set.roll_rad(), -kLimit, kLimit, prefix + "roll_rad"), light.aim_rev);
         light.world_from_light = orientation_of({light.pan_rad, light.tilt_rad, light.roll_rad});
     }
-    if (set.has_level_ratio()) change(scene, light.level_ratio, checked(set.level_ratio(), 0.0, 1.0, prefix + "level_ratio"), light.level_rev);
+    if (set.has_level_ratio())
+        change(scene, light.level_ratio, checked(set.level_ratio(), 0.0, 1.0, prefix + "level_ratio"), light.level_rev);
     if (set.color_rgb_size() > 0) {
         change(scene, light.color, checked_vector(set.color_rgb(), 0.0, 1e4, prefix + "color_rgb"), light.level_rev);
     }
@@ -116,8 +126,10 @@ void set_one_light(Scene& scene, Light& light, const v1::SetLight& set, const Lo
 void set_light(Scene& scene, const v1::SetLight& set, const Loaded& loaded) {
     if (Light* light = find_light(scene, set.name())) return set_one_light(scene, *light, set, loaded, "set_light.");
     const auto group = scene.groups.find(set.name());
-    if (group == scene.groups.end()) refuse("not_found", "set_light.name", set.name(), "there is no light or group of this name");
-    for (const std::string& name : group->second) set_one_light(scene, *find_light(scene, name), set, loaded, "set_light.");
+    if (group == scene.groups.end())
+        refuse("not_found", "set_light.name", set.name(), "there is no light or group of this name");
+    for (const std::string& name : group->second)
+        set_one_light(scene, *find_light(scene, name), set, loaded, "set_light.");
 }
 
 void add_light(Scene& scene, const v1::SetLight& set, const Loaded& loaded) {
@@ -126,7 +138,8 @@ void add_light(Scene& scene, const v1::SetLight& set, const Loaded& loaded) {
         refuse("already_exists", "add_light.light.name", name, "a light or group of this name exists");
     }
     if (scene.lights.size() >= kMaxLights) {
-        refuse("too_many_lights", "add_light.light.name", name, "a scene holds at most " + std::to_string(kMaxLights) + " lights");
+        refuse("too_many_lights", "add_light.light.name", name,
+               "a scene holds at most " + std::to_string(kMaxLights) + " lights");
     }
     if (!loaded.profile) refuse("invalid_argument", "add_light.light.profile", "", "a new light needs a profile");
     Light light;
@@ -161,16 +174,19 @@ void set_group(Scene& scene, const v1::SetGroup& set) {
     if (find_light(scene, name) != nullptr) refuse("already_exists", "set_group.name", name, "a light has this name");
     std::vector<std::string> lights;
     for (const std::string& light : set.lights()) {
-        if (find_light(scene, light) == nullptr) refuse("not_found", "set_group.lights", light, "there is no light of this name");
+        if (find_light(scene, light) == nullptr)
+            refuse("not_found", "set_group.lights", light, "there is no light of this name");
         if (std::find(lights.begin(), lights.end(), light) == lights.end()) lights.push_back(light);
     }
     if (lights.empty()) {
-        if (scene.groups.erase(name) == 0) refuse("not_found", "set_group.name", name, "there is no group of this name");
+        if (scene.groups.erase(name) == 0)
+            refuse("not_found", "set_group.name", name, "there is no group of this name");
         scene.groups_rev = scene.scene_rev + 1;
         return;
     }
     if (!scene.groups.contains(name) && scene.groups.size() >= kMaxGroups) {
-        refuse("too_many_groups", "set_group.name", name, "a scene holds at most " + std::to_string(kMaxGroups) + " groups");
+        refuse("too_many_groups", "set_group.name", name,
+               "a scene holds at most " + std::to_string(kMaxGroups) + " groups");
     }
     change(scene, scene.groups[name], lights, scene.groups_rev);
 }
@@ -180,11 +196,13 @@ void set_view(Scene& scene, const v1::SetView& set) {
         View view;
         if (!parse_view(set.view(), view)) {
             refuse("invalid_argument", "set_view.view", set.view(),
-                   "must be one of beauty, direct, indirect, illuminance, luminance, mask, rsm-depth, rsm-normal, rsm-flux, solid");
+                   "must be one of beauty, direct, indirect, illuminance, luminance, mask, rsm-depth, rsm-normal, "
+                   "rsm-flux, solid");
         }
         change(scene, scene.view, view, scene.view_rev);
     }
-    if (set.has_gain()) change(scene, scene.view_gain, checked(set.gain(), 0.01, 1000.0, "set_view.gain"), scene.view_rev);
+    if (set.has_gain())
+        change(scene, scene.view_gain, checked(set.gain(), 0.01, 1000.0, "set_view.gain"), scene.view_rev);
     if (set.has_light()) {
         if (!set.light().empty() && find_light(scene, set.light()) == nullptr) {
             refuse("not_found", "set_view.light", set.light(), "there is no light of this name");
@@ -195,9 +213,12 @@ void set_view(Scene& scene, const v1::SetView& set) {
 
 void set_technique(Scene& scene, const v1::SetTechnique& set) {
     Technique technique = scene.technique;
-    if (set.technique() == "default") technique = Technique::standard;
-    else if (set.technique() == "seed") technique = Technique::seed;
-    else if (set.technique() == "seed-disk") technique = Technique::seed_disk;
+    if (set.technique() == "default")
+        technique = Technique::standard;
+    else if (set.technique() == "seed")
+        technique = Technique::seed;
+    else if (set.technique() == "seed-disk")
+        technique = Technique::seed_disk;
     else if (!set.technique().empty()) {
         refuse("invalid_argument", "set_technique.technique", set.technique(), "must be default, seed or seed-disk");
     }
@@ -205,8 +226,8 @@ void set_technique(Scene& scene, const v1::SetTechnique& set) {
     std::uint32_t samples = scene.samples;
     if (technique != scene.technique) samples = standard ? kDefaultVpls : kDefaultSeedSamples;
     if (set.has_samples()) {
-        samples = static_cast<std::uint32_t>(
-            checked(set.samples(), standard ? 16.0 : 1.0, 4096.0, "set_technique.samples"));
+        samples =
+            static_cast<std::uint32_t>(checked(set.samples(), standard ? 16.0 : 1.0, 4096.0, "set_technique.samples"));
     }
     change(scene, scene.technique, technique, scene.technique_rev);
     change(scene, scene.samples, samples, scene.technique_rev);
@@ -214,11 +235,14 @@ void set_technique(Scene& scene, const v1::SetTechnique& set) {
 
 void set_camera(Scene& scene, const v1::SetCamera& set) {
     Camera camera = scene.camera;
-    if (set.eye_m_size() > 0) camera.eye = checked_vector(set.eye_m(), -kMaxCoordinateM, kMaxCoordinateM, "set_camera.eye_m");
-    if (set.target_m_size() > 0) camera.target = checked_vector(set.target_m(), -kMaxCoordinateM, kMaxCoordinateM, "set_camera.target_m");
+    if (set.eye_m_size() > 0)
+        camera.eye = checked_vector(set.eye_m(), -kMaxCoordinateM, kMaxCoordinateM, "set_camera.eye_m");
+    if (set.target_m_size() > 0)
+        camera.target = checked_vector(set.target_m(), -kMaxCoordinateM, kMaxCoordinateM, "set_camera.target_m");
     if (set.has_fov_rad()) camera.fov_rad = checked(set.fov_rad(), 0.02, 3.0, "set_camera.fov_rad");
     if (glm::distance(camera.eye, camera.target) < 1e-6) {
-        refuse("invalid_argument", "set_camera.target_m", print_all(set.target_m()), "eye and target must not coincide");
+        refuse("invalid_argument", "set_camera.target_m", print_all(set.target_m()),
+               "eye and target must not coincide");
     }
     change(scene, scene.camera.eye, camera.eye, scene.camera_rev);
     change(scene, scene.camera.target, camera.target, scene.camera_rev);
@@ -251,41 +275,61 @@ void load_scene(Scene& scene, const Loaded& loaded) {
 
 void dispatch(Scene& scene, const v1::Command& command, const Loaded& loaded) {
     switch (command.command_case()) {
-        case v1::Command::kLoadScene: return load_scene(scene, loaded);
-        case v1::Command::kSetTechnique: return set_technique(scene, command.set_technique());
-        case v1::Command::kSetView: return set_view(scene, command.set_view());
+        case v1::Command::kLoadScene:
+            return load_scene(scene, loaded);
+        case v1::Command::kSetTechnique:
+            return set_technique(scene, command.set_technique());
+        case v1::Command::kSetView:
+            return set_view(scene, command.set_view());
         case v1::Command::kSetExposure:
             if (command.set_exposure().has_ev100()) {
-                change(scene, scene.exposure_ev100, checked(command.set_exposure().ev100(), -10.0, 24.0, "set_exposure.ev100"), scene.exposure_rev);
+                change(scene, scene.exposure_ev100,
+                       checked(command.set_exposure().ev100(), -10.0, 24.0, "set_exposure.ev100"), scene.exposure_rev);
             }
             return;
         case v1::Command::kSetMaster:
             if (command.set_master().has_ratio()) {
-                change(scene, scene.master_ratio, checked(command.set_master().ratio(), 0.0, 1.0, "set_master.ratio"), scene.master_rev);
+                change(scene, scene.master_ratio, checked(command.set_master().ratio(), 0.0, 1.0, "set_master.ratio"),
+                       scene.master_rev);
             }
             return;
-        case v1::Command::kSetLight: return set_light(scene, command.set_light(), loaded);
-        case v1::Command::kSetCamera: return set_camera(scene, command.set_camera());
-        case v1::Command::kAddLight: return add_light(scene, command.add_light().light(), loaded);
-        case v1::Command::kRemoveLight: return remove_light(scene, command.remove_light().name());
-        case v1::Command::kSetGroup: return set_group(scene, command.set_group());
-        case v1::Command::kSetSize: return set_size(scene, command.set_size());
-        case v1::Command::COMMAND_NOT_SET: break;
+        case v1::Command::kSetLight:
+            return set_light(scene, command.set_light(), loaded);
+        case v1::Command::kSetCamera:
+            return set_camera(scene, command.set_camera());
+        case v1::Command::kAddLight:
+            return add_light(scene, command.add_light().light(), loaded);
+        case v1::Command::kRemoveLight:
+            return remove_light(scene, command.remove_light().name());
+        case v1::Command::kSetGroup:
+            return set_group(scene, command.set_group());
+        case v1::Command::kSetSize:
+            return set_size(scene, command.set_size());
+        case v1::Command::COMMAND_NOT_SET:
+            break;
     }
     refuse("unsupported", "command", "", "this server does not know the command");
 }
 
+void check_layers(const Scene& scene) {
+    const std::size_t pixels = static_cast<std::size_t>(scene.width_px) * static_cast<std::size_t>(scene.height_px);
+    if (pixels * scene.lights.size() * kLayerBytesPerPixel <= kMaxLayerBytes) return;
+    refuse("too_large", "size_px", std::to_string(scene.width_px) + "x" + std::to_string(scene.height_px),
+           "the irradiance of " + std::to_string(scene.lights.size()) + " lights at this size exceeds 2 GiB");
+}
+
 Revision newest_part(const Scene& scene) {
-    Revision newest = std::max({scene.geometry_rev, scene.camera_rev, scene.view_rev, scene.exposure_rev, scene.master_rev,
-                                scene.technique_rev, scene.size_rev, scene.lights_rev, scene.groups_rev});
+    Revision newest =
+        std::max({scene.geometry_rev, scene.camera_rev, scene.view_rev, scene.exposure_rev, scene.master_rev,
+                  scene.technique_rev, scene.size_rev, scene.lights_rev, scene.groups_rev});
     for (const Light& light : scene.lights) {
         newest = std::max({newest, light.position_rev, light.aim_rev, light.profile_rev, light.level_rev});
     }
     return newest;
 }
 
-constexpr const char* kViewNames[] = {"beauty", "direct", "indirect", "illuminance", "luminance",
-                                      "mask", "rsm-depth", "rsm-normal", "rsm-flux", "solid"};
+constexpr const char* kViewNames[] = {"beauty", "direct",    "indirect",   "illuminance", "luminance",
+                                      "mask",   "rsm-depth", "rsm-normal", "rsm-flux",    "solid"};
 
 }  // namespace
 
@@ -293,6 +337,7 @@ Result<Applied> apply(Scene& scene, const v1::Command& command, const Loaded& lo
     Scene changed = scene;
     try {
         dispatch(changed, command, loaded);
+        check_layers(changed);
     } catch (const Refused& refused) {
         return refused.error;
     }
@@ -348,7 +393,9 @@ glm::dvec3 light_weight(const Scene& scene, const Light& light) {
     return light.color * (light.level_ratio * light.multiplier * scene.master_ratio);
 }
 
-const char* view_name(View view) { return kViewNames[static_cast<int>(view)]; }
+const char* view_name(View view) {
+    return kViewNames[static_cast<int>(view)];
+}
 
 bool parse_view(const std::string& name, View& view) {
     for (int i = 0; i < 10; ++i) {

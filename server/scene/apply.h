@@ -13,13 +13,13 @@ namespace gonio {
 
 // What a command's files turned into, read off the render thread before the command is applied.
 struct Loaded {
-    std::shared_ptr<const SceneAsset> asset;    // of load_scene
-    std::shared_ptr<const Profile> profile;     // of set_light or add_light
+    std::shared_ptr<const SceneAsset> asset;  // of load_scene
+    std::shared_ptr<const Profile> profile;   // of set_light or add_light
 };
 
 struct Applied {
-    Revision scene_rev = 0;              // the revision that contains the change; unchanged if nothing differed
-    std::vector<std::string> warnings;   // of the files that came with the command
+    Revision scene_rev = 0;             // the revision that contains the change; unchanged if nothing differed
+    std::vector<std::string> warnings;  // of the files that came with the command
 };
 
 // Render thread. Errors: "invalid_argument" (out of range, not finite, not three numbers), "not_found" (light, group),

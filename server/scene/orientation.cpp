@@ -8,12 +8,15 @@ namespace {
 
 const glm::dvec3 kX(1.0, 0.0, 0.0), kY(0.0, 1.0, 0.0), kZ(0.0, 0.0, 1.0);
 
-glm::dquat turn(double angle_rad, const glm::dvec3& axis) { return glm::angleAxis(angle_rad, axis); }
+glm::dquat turn(double angle_rad, const glm::dvec3& axis) {
+    return glm::angleAxis(angle_rad, axis);
+}
 
 }  // namespace
 
 glm::dquat orientation_of(const PanTiltRoll& angles) {
-    return turn(angles.pan_rad, kY) * turn(angles.tilt_rad, kX) * turn(angles.roll_rad, kY) * turn(-std::numbers::pi / 2, kX);
+    return turn(angles.pan_rad, kY) * turn(angles.tilt_rad, kX) * turn(angles.roll_rad, kY) *
+           turn(-std::numbers::pi / 2, kX);
 }
 
 PanTiltRoll angles_of(const glm::dquat& world_from_light) {
@@ -37,7 +40,11 @@ glm::dquat orientation_aiming(const glm::dvec3& direction) {
     return glm::normalize(glm::quat_cast(glm::dmat3(c0, glm::cross(back, c0), back)));
 }
 
-glm::dvec3 aim_of(const glm::dquat& world_from_light) { return world_from_light * -kZ; }
-glm::dvec3 c0_of(const glm::dquat& world_from_light) { return world_from_light * kX; }
+glm::dvec3 aim_of(const glm::dquat& world_from_light) {
+    return world_from_light * -kZ;
+}
+glm::dvec3 c0_of(const glm::dquat& world_from_light) {
+    return world_from_light * kX;
+}
 
 }  // namespace gonio

@@ -35,10 +35,10 @@ struct Image {
 
 struct Material {
     std::string name;
-    glm::vec4 base_color{1.0f};  // linear Rec.709 reflectance 0..1 (glTF baseColorFactor), times the texture
-    int base_color_image = -1;   // index into SceneAsset::images, -1: none
+    glm::vec4 base_color{1.0f};             // linear Rec.709 reflectance 0..1 (glTF baseColorFactor), times the texture
+    int base_color_image = -1;              // index into SceneAsset::images, -1: none
     bool repeat_s = true, repeat_t = true;  // else clamp to edge
-    glm::vec3 emissive_nit{0.0f};  // cd/m², glTF emissiveFactor × KHR_materials_emissive_strength
+    glm::vec3 emissive_nit{0.0f};           // cd/m², glTF emissiveFactor × KHR_materials_emissive_strength
     int emissive_image = -1;
     bool alpha_mask = false;
     float alpha_cutoff = 0.5f;
@@ -91,11 +91,11 @@ struct SceneAsset {
     std::vector<Image> images;
     std::vector<Instance> instances;
     std::vector<LightSeed> lights;
-    std::vector<Camera> cameras;      // may be empty: then one is framed from the bounds
-    double exposure_ev100 = 6.0;      // a start value that suits the scene
+    std::vector<Camera> cameras;        // may be empty: then one is framed from the bounds
+    double exposure_ev100 = 6.0;        // a start value that suits the scene
     std::vector<std::string> warnings;  // tolerated deviations and unsupported features, one sentence each
-    Bounds bounds;                    // world space
-    std::size_t triangles() const {   // counted per instance
+    Bounds bounds;                      // world space
+    std::size_t triangles() const {     // counted per instance
         std::size_t count = 0;
         for (const Instance& instance : instances) count += meshes[instance.mesh].indices.size() / 3;
         return count;
@@ -118,11 +118,21 @@ struct Light {
 };
 
 enum class View : std::uint8_t {
-    beauty, direct, indirect, illuminance, luminance, mask, rsm_depth, rsm_normal, rsm_flux, solid
+    beauty,
+    direct,
+    indirect,
+    illuminance,
+    luminance,
+    mask,
+    rsm_depth,
+    rsm_normal,
+    rsm_flux,
+    solid
 };
 enum class Technique : std::uint8_t { standard, seed, seed_disk };
-inline constexpr std::uint32_t kDefaultVpls = 4096;        // `samples` of the default technique
-inline constexpr std::uint32_t kDefaultSeedSamples = 400;  // `samples` of the seed technique: its paper's better setting
+inline constexpr std::uint32_t kDefaultVpls = 4096;  // `samples` of the default technique
+inline constexpr std::uint32_t kDefaultSeedSamples =
+    400;  // `samples` of the seed technique: its paper's better setting
 
 struct Scene {
     std::shared_ptr<const SceneAsset> asset;
@@ -138,15 +148,19 @@ struct Scene {
     std::uint32_t samples = kDefaultVpls;
     int width_px = 800, height_px = 800;
 
-    Revision scene_rev = 1;      // bumped by every command that changed anything
+    Revision scene_rev = 1;  // bumped by every command that changed anything
     // Revision of a part: the scene_rev of the command that last changed it.
     Revision geometry_rev = 1, camera_rev = 1, view_rev = 1, exposure_rev = 1, master_rev = 1, technique_rev = 1,
              size_rev = 1, lights_rev = 1 /* a light came or went */, groups_rev = 1;
     std::uint32_t next_light_id = 1;
 };
 
-inline constexpr std::size_t kMaxLights = 64;    // one more is refused: "too_many_lights"
-inline constexpr std::size_t kMaxGroups = 64;    // likewise "too_many_groups"
+inline constexpr std::size_t kMaxLights = 64;  // one more is refused: "too_many_lights"
+inline constexpr std::size_t kMaxGroups = 64;  // likewise "too_many_groups"
 inline constexpr std::size_t kMaxNameBytes = 128;
+// The live picture keeps each light's irradiance in 10 bytes a pixel; a size or light that would take more than this in
+// all is refused: "too_large".
+inline constexpr std::size_t kLayerBytesPerPixel = 10;
+inline constexpr std::size_t kMaxLayerBytes = std::size_t{2} << 30;
 
 }  // namespace gonio

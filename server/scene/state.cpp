@@ -77,7 +77,8 @@ void put_parts(const Scene& scene, Revision since, v1::State& out) {
 v1::State full_state(const Scene& scene) {
     v1::State state;
     put_parts(scene, 0, state);
-    for (const ies::SyntheticLuminaire& luminaire : ies::synthetic_luminaires()) state.add_profiles(std::string(luminaire.name));
+    for (const ies::SyntheticLuminaire& luminaire : ies::synthetic_luminaires())
+        state.add_profiles(std::string(luminaire.name));
     return state;
 }
 
@@ -86,7 +87,8 @@ v1::StateChanged state_change(const Scene& before, const Scene& after) {
     change.set_scene_rev(after.scene_rev);
     put_parts(after, before.scene_rev, *change.mutable_state());
     for (const Light& light : before.lights) {
-        const bool stays = std::any_of(after.lights.begin(), after.lights.end(), [&](const Light& l) { return l.name == light.name; });
+        const bool stays =
+            std::any_of(after.lights.begin(), after.lights.end(), [&](const Light& l) { return l.name == light.name; });
         if (!stays) change.add_removed_lights(light.name);
     }
     for (const auto& [name, lights] : before.groups) {

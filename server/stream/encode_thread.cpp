@@ -2,7 +2,6 @@
 
 #include <chrono>
 
-
 namespace gonio {
 
 EncodeThread::EncodeThread(Outputs outputs) : out_(std::move(outputs)), thread_([this] { work(); }) {}

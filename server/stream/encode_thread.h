@@ -16,7 +16,7 @@ namespace gonio {
 struct EncodeJob {
     Picture picture;
     bool h264 = false;
-    bool key = false;    // as an IDR
+    bool key = false;  // as an IDR
     bool jpeg = false;
     bool final = false;  // nothing newer is due
 };
@@ -27,7 +27,8 @@ public:
     struct Outputs {
         std::function<void(EncodedFrame, bool final)> h264;
         std::function<void(EncodedFrame)> jpeg;
-        std::function<void(const std::string& codec, int width_px, int height_px)> config;  // before the first frame of an encoder
+        std::function<void(const std::string& codec, int width_px, int height_px)>
+            config;                  // before the first frame of an encoder
         std::function<void()> idle;  // a job is done
     };
     explicit EncodeThread(Outputs outputs);
@@ -47,11 +48,11 @@ private:
 
     Outputs out_;
     Latest<EncodeJob> jobs_;
-    std::atomic<int> waiting_{0};            // 1: a job is in the slot
-    std::atomic<bool> failed_{false};        // the last H.264 picture could not be encoded
-    std::atomic<bool> key_{false};           // the next H.264 frame must be an IDR
+    std::atomic<int> waiting_{0};      // 1: a job is in the slot
+    std::atomic<bool> failed_{false};  // the last H.264 picture could not be encoded
+    std::atomic<bool> key_{false};     // the next H.264 frame must be an IDR
     std::atomic<std::uint32_t> frames_encoded_{0};
-    std::unique_ptr<H264Encoder> encoder_;   // encode thread, or before it has a job
+    std::unique_ptr<H264Encoder> encoder_;  // encode thread, or before it has a job
     int width_px_ = 0, height_px_ = 0;
     std::thread thread_;
 };

@@ -15,7 +15,7 @@ namespace gonio {
 // One rendered picture on its way out.
 struct Picture {
     std::uint32_t scene_rev = 0;
-    int width_px = 0, height_px = 0;         // even
+    int width_px = 0, height_px = 0;  // even
     // NV12, BT.709 limited range, tightly packed: height rows of Y, then height/2 rows of interleaved Cb Cr.
     std::shared_ptr<const std::vector<std::uint8_t>> nv12;
     std::int64_t drained_ns = 0, rendered_ns = 0;  // monotonic clock: queue drained; NV12 in memory

@@ -26,11 +26,21 @@ using vec4 = glm::dvec4;
 // GLSL's literals are float: these take them beside doubles.
 template <typename T>
 concept Scalar = std::is_arithmetic_v<T>;
-double max(Scalar auto a, Scalar auto b) { return a > b ? a : b; }
-double min(Scalar auto a, Scalar auto b) { return a < b ? a : b; }
-double clamp(Scalar auto x, Scalar auto low, Scalar auto high) { return x < low ? low : x > high ? high : x; }
-double atan(Scalar auto y, Scalar auto x) { return std::atan2(y, x); }
-double pow(Scalar auto x, Scalar auto y) { return std::pow(x, y); }
+double max(Scalar auto a, Scalar auto b) {
+    return a > b ? a : b;
+}
+double min(Scalar auto a, Scalar auto b) {
+    return a < b ? a : b;
+}
+double clamp(Scalar auto x, Scalar auto low, Scalar auto high) {
+    return x < low ? low : x > high ? high : x;
+}
+double atan(Scalar auto y, Scalar auto x) {
+    return std::atan2(y, x);
+}
+double pow(Scalar auto x, Scalar auto y) {
+    return std::pow(x, y);
+}
 #define float double
 #include "shaders/lib/pure.inc"
 #undef float

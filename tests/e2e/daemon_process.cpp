@@ -24,7 +24,8 @@ namespace {
 
 std::string program_path(const std::string& name) {
     const char* folder = std::getenv("GONIO_BIN");
-    return folder != nullptr ? std::string(folder) + "/" + name : (std::filesystem::read_symlink("/proc/self/exe").parent_path() / name).string();
+    return folder != nullptr ? std::string(folder) + "/" + name
+                             : (std::filesystem::read_symlink("/proc/self/exe").parent_path() / name).string();
 }
 
 struct Spawned {
@@ -106,7 +107,9 @@ DaemonProcess::~DaemonProcess() {
     close(out_fd_);
 }
 
-bool DaemonProcess::alive() const { return pid_ > 0 && kill(pid_, 0) == 0; }
+bool DaemonProcess::alive() const {
+    return pid_ > 0 && kill(pid_, 0) == 0;
+}
 
 int DaemonProcess::stop() {
     if (pid_ <= 0) return -1;
@@ -148,7 +151,9 @@ TemporaryFolder::TemporaryFolder() {
     folder_ = pattern;
 }
 
-TemporaryFolder::~TemporaryFolder() { std::filesystem::remove_all(folder_); }
+TemporaryFolder::~TemporaryFolder() {
+    std::filesystem::remove_all(folder_);
+}
 
 std::string TemporaryFolder::file(const std::string& name, const std::string& content) const {
     std::ofstream(path(name), std::ios::binary) << content;
@@ -157,7 +162,8 @@ std::string TemporaryFolder::file(const std::string& name, const std::string& co
 
 std::string isotropic_ies(double candela) {
     std::ostringstream text;
-    text << "IESNA:LM-63-2002\r\n[TEST] e2e\r\n[MANUFAC] none\r\nTILT=NONE\r\n1 -1 1 3 1 1 2 0 0 0\r\n1 1 10\r\n0 90 180\r\n0\r\n"
+    text << "IESNA:LM-63-2002\r\n[TEST] e2e\r\n[MANUFAC] none\r\nTILT=NONE\r\n1 -1 1 3 1 1 2 0 0 0\r\n1 1 10\r\n0 90 "
+            "180\r\n0\r\n"
          << candela << " " << candela << " " << candela << "\r\n";
     return text.str();
 }
@@ -168,7 +174,8 @@ std::string floor_gltf(double reflectance) {
         std::string out;
         for (std::size_t i = 0; i < bytes.size(); i += 3) {
             unsigned v = 0;
-            for (std::size_t k = 0; k < 3; ++k) v = v << 8 | (i + k < bytes.size() ? static_cast<unsigned char>(bytes[i + k]) : 0u);
+            for (std::size_t k = 0; k < 3; ++k)
+                v = v << 8 | (i + k < bytes.size() ? static_cast<unsigned char>(bytes[i + k]) : 0u);
             for (std::size_t k = 0; k < 4; ++k) out += i + k > bytes.size() ? '=' : digits[v >> (18 - 6 * k) & 63u];
         }
         return out;
@@ -181,17 +188,32 @@ std::string floor_gltf(double reflectance) {
     nlohmann::json gltf = {
         {"asset", {{"version", "2.0"}}},
         {"extensionsUsed", {"EXT_lights_ies"}},
-        {"extensions", {{"EXT_lights_ies", {{"lights", {{{"name", "lamp"}, {"uri", "data:application/x-ies-lm-63;base64," + base64(isotropic_ies(1000))}}}}}}}},
+        {"extensions",
+         {{"EXT_lights_ies",
+           {{"lights",
+             {{{"name", "lamp"}, {"uri", "data:application/x-ies-lm-63;base64," + base64(isotropic_ies(1000))}}}}}}}},
         {"buffers", {{{"byteLength", bytes.size()}, {"uri", "data:application/octet-stream;base64," + base64(bytes)}}}},
-        {"bufferViews", {{{"buffer", 0}, {"byteOffset", 0}, {"byteLength", sizeof positions}}, {{"buffer", 0}, {"byteOffset", sizeof positions}, {"byteLength", sizeof indices}}}},
-        {"accessors", {{{"bufferView", 0}, {"componentType", 5126}, {"count", 4}, {"type", "VEC3"}, {"min", {-10, 0, -10}}, {"max", {10, 0, 10}}},
-                       {{"bufferView", 1}, {"componentType", 5123}, {"count", 6}, {"type", "SCALAR"}}}},
+        {"bufferViews",
+         {{{"buffer", 0}, {"byteOffset", 0}, {"byteLength", sizeof positions}},
+          {{"buffer", 0}, {"byteOffset", sizeof positions}, {"byteLength", sizeof indices}}}},
+        {"accessors",
+         {{{"bufferView", 0},
+           {"componentType", 5126},
+           {"count", 4},
+           {"type", "VEC3"},
+           {"min", {-10, 0, -10}},
+           {"max", {10, 0, 10}}},
+          {{"bufferView", 1}, {"componentType", 5123}, {"count", 6}, {"type", "SCALAR"}}}},
         {"materials", {{{"pbrMetallicRoughness", {{"baseColorFactor", {reflectance, reflectance, reflectance, 1}}}}}}},
         {"meshes", {{{"primitives", {{{"attributes", {{"POSITION", 0}}}, {"indices", 1}, {"material", 0}}}}}}},
         {"cameras", {{{"type", "perspective"}, {"perspective", {{"yfov", 0.8}, {"znear", 0.1}}}}}},
-        {"nodes", {{{"mesh", 0}},
-                   {{"name", "lamp"}, {"translation", {0, 2, 0}}, {"rotation", {-s, 0, 0, s}}, {"extensions", {{"EXT_lights_ies", {{"light", 0}}}}}},
-                   {{"camera", 0}, {"translation", {0, 6, 0}}, {"rotation", {-s, 0, 0, s}}}}},
+        {"nodes",
+         {{{"mesh", 0}},
+          {{"name", "lamp"},
+           {"translation", {0, 2, 0}},
+           {"rotation", {-s, 0, 0, s}},
+           {"extensions", {{"EXT_lights_ies", {{"light", 0}}}}}},
+          {{"camera", 0}, {"translation", {0, 6, 0}}, {"rotation", {-s, 0, 0, s}}}}},
         {"scenes", {{{"nodes", {0, 1, 2}}}}},
         {"scene", 0}};
     return gltf.dump();

@@ -1,9 +1,9 @@
 // The real goniod on a free port, driven by the real gonio: what a person types, as a function.
 #pragma once
 
+#include <sys/types.h>
 #include <nlohmann/json.hpp>
 #include <string>
-#include <sys/types.h>
 #include <vector>
 
 namespace gonio::test {

@@ -23,7 +23,9 @@ std::set<std::string> ran(const Json& report) {
     std::set<std::string> names;
     for (const Json& pass : report["passes"]) {
         EXPECT_TRUE(pass.contains("light"));
-        if (pass["state"] == "ran") names.insert(pass["name"].get<std::string>() + (pass["light"].is_null() ? "" : ":" + pass["light"].get<std::string>()));
+        if (pass["state"] == "ran")
+            names.insert(pass["name"].get<std::string>() +
+                         (pass["light"].is_null() ? "" : ":" + pass["light"].get<std::string>()));
     }
     return names;
 }
@@ -43,7 +45,9 @@ std::string number(double value) {
     return out.str();
 }
 
-std::string triple(double x, double y, double z) { return number(x) + "," + number(y) + "," + number(z); }
+std::string triple(double x, double y, double z) {
+    return number(x) + "," + number(y) + "," + number(z);
+}
 
 TEST(Cornell, ReadyStateAndCostTable) {
     DaemonProcess daemon({"--size", "320x320"});
@@ -56,8 +60,10 @@ TEST(Cornell, ReadyStateAndCostTable) {
     EXPECT_EQ(state["lights"][0]["c0"].size(), 3u);
 
     // Level, colour, exposure: the composite only.
-    const std::vector<std::vector<std::string>> cheap = {{"set", "light", light, "--level", "0.5"}, {"set", "light", light, "--color", "1,0.5,0.25"},
-                                                         {"set", "exposure", "4"}, {"set", "master", "0.8"}};
+    const std::vector<std::vector<std::string>> cheap = {{"set", "light", light, "--level", "0.5"},
+                                                         {"set", "light", light, "--color", "1,0.5,0.25"},
+                                                         {"set", "exposure", "4"},
+                                                         {"set", "master", "0.8"}};
     for (const auto& words : cheap) {
         const unsigned rev = daemon.rev(words);
         const Json report = daemon.json({"report", "--rev", std::to_string(rev)});
@@ -76,9 +82,11 @@ TEST(Cornell, ReadyStateAndCostTable) {
 
     // Profile: the light's own passes, neither G-buffer nor clean faces.
     TemporaryFolder folder;
-    const unsigned swapped = daemon.rev({"set", "light", light, "--profile", folder.file("iso.ies", isotropic_ies(300))});
+    const unsigned swapped =
+        daemon.rev({"set", "light", light, "--profile", folder.file("iso.ies", isotropic_ies(300))});
     const auto profile = ran(daemon.json({"report", "--rev", std::to_string(swapped)}));
-    for (const char* name : {"mask:", "vpl:", "direct:", "gather:"}) EXPECT_TRUE(profile.contains(name + light)) << name;
+    for (const char* name : {"mask:", "vpl:", "direct:", "gather:"})
+        EXPECT_TRUE(profile.contains(name + light)) << name;
     EXPECT_FALSE(profile.contains("gbuffer"));
     const Json after = daemon.json({"get", "lights[0]"});
     EXPECT_NEAR(after["max_cd"].get<double>(), 300.0, 1e-3);
@@ -96,7 +104,9 @@ TEST(Cornell, NothingHappensWhileNothingChanges) {
     DaemonProcess daemon({"--size", "256x256"});
     // A viewer watches for the whole test.
     TemporaryFolder folder;
-    std::thread viewer([&] { run_program("gonio", {"--server", daemon.url(), "watch", "--frames", "3", "--out", folder.path("stream.h264")}); });
+    std::thread viewer([&] {
+        run_program("gonio", {"--server", daemon.url(), "watch", "--frames", "3", "--out", folder.path("stream.h264")});
+    });
     std::this_thread::sleep_for(std::chrono::milliseconds(800));
     daemon.rev({"set", "light", daemon.json({"get", "lights[0].name"}), "--level", "0.7"});
     std::this_thread::sleep_for(std::chrono::milliseconds(1500));
@@ -105,7 +115,8 @@ TEST(Cornell, NothingHappensWhileNothingChanges) {
     EXPECT_GE(before["frames_encoded"].get<int>(), 2);
     std::this_thread::sleep_for(std::chrono::seconds(3));
     const Json after = daemon.json({"stats"});
-    for (const char* counter : {"frames_rendered", "frames_encoded", "packets_sent"}) EXPECT_EQ(before[counter], after[counter]) << counter;
+    for (const char* counter : {"frames_rendered", "frames_encoded", "packets_sent"})
+        EXPECT_EQ(before[counter], after[counter]) << counter;
     daemon.rev({"set", "exposure", "3"});  // the third frame ends the viewer
     daemon.rev({"set", "exposure", "3.5"});
     viewer.join();
@@ -151,7 +162,8 @@ TEST(Floor, MeterAndPictureReadTheInverseSquareLaw) {
     EXPECT_NEAR(meter["total_lx"].get<double>(), 250.0, 0.5);
     ASSERT_EQ(meter["direct_rgb_lx"].size(), 3u);
 
-    const Finished capture = daemon.gonio({"capture", folder.path("lux.exr"), "--view", "illuminance", "--size", "201x201"});
+    const Finished capture =
+        daemon.gonio({"capture", folder.path("lux.exr"), "--view", "illuminance", "--size", "201x201"});
     ASSERT_EQ(capture.exit_code, 0) << capture.err;
     const auto lux = read_picture(folder.path("lux.exr"));
     ASSERT_TRUE(lux);
@@ -159,17 +171,22 @@ TEST(Floor, MeterAndPictureReadTheInverseSquareLaw) {
     for (int x : {100, 60, 150, 20}) {
         const double at = ((x + 0.5) / 201 * 2 - 1) * std::tan(0.4) * 6.0;
         const double expected = 1000.0 * 2.0 / std::pow(4.0 + at * at, 1.5);
-        EXPECT_NEAR(static_cast<double>(lux->values[static_cast<std::size_t>((100 * 201 + x) * lux->channels)]), expected, 0.01 * expected) << x;
+        EXPECT_NEAR(static_cast<double>(lux->values[static_cast<std::size_t>((100 * 201 + x) * lux->channels)]),
+                    expected, 0.01 * expected)
+            << x;
     }
-    ASSERT_EQ(daemon.gonio({"capture", folder.path("nits.exr"), "--view", "luminance", "--size", "201x201"}).exit_code, 0);
+    ASSERT_EQ(daemon.gonio({"capture", folder.path("nits.exr"), "--view", "luminance", "--size", "201x201"}).exit_code,
+              0);
     const auto nits = read_picture(folder.path("nits.exr"));
     ASSERT_TRUE(nits);
-    EXPECT_NEAR(static_cast<double>(nits->values[static_cast<std::size_t>((100 * 201 + 100) * nits->channels)]), 0.5 * 250.0 / M_PI, 0.5);
+    EXPECT_NEAR(static_cast<double>(nits->values[static_cast<std::size_t>((100 * 201 + 100) * nits->channels)]),
+                0.5 * 250.0 / M_PI, 0.5);
 }
 
 TEST(Floor, ARealFileReadsItsOwnCandela) {
     const char* shared = std::getenv("GONIO_SHARED");
-    const std::string path = std::string(shared != nullptr ? shared : GONIO_SOURCE_DIR "/../shared") + "/data/photometry/ies/photompy__LLIA001477-002.ies";
+    const std::string path = std::string(shared != nullptr ? shared : GONIO_SOURCE_DIR "/../shared") +
+                             "/data/photometry/ies/photompy__LLIA001477-002.ies";
     if (!std::ifstream(path)) GTEST_SKIP() << "no shared photometry here";
     std::ifstream file(path, std::ios::binary);
     const std::string bytes((std::istreambuf_iterator<char>(file)), {});
@@ -205,7 +222,8 @@ TEST(Scene, LightsGroupsViewsAndTechniques) {
     daemon.rev({"set", "light", "both", "--level", "0.25"});
     const Json state = daemon.json({"get"});
     for (const Json& light : state["lights"]) EXPECT_DOUBLE_EQ(light["level_ratio"].get<double>(), 0.25);
-    for (const char* view : {"direct", "indirect", "illuminance", "luminance", "mask", "rsm-depth", "rsm-normal", "rsm-flux", "solid", "beauty"}) {
+    for (const char* view : {"direct", "indirect", "illuminance", "luminance", "mask", "rsm-depth", "rsm-normal",
+                             "rsm-flux", "solid", "beauty"}) {
         const unsigned rev = daemon.rev({"set", "view", view});
         EXPECT_TRUE(ran(daemon.json({"report", "--rev", std::to_string(rev)})).contains("composite")) << view;
     }
@@ -233,6 +251,28 @@ TEST(Daemon, StopsCleanlyAndNamesBadOptions) {
     const Finished open = run_program("goniod", {"--listen", "0.0.0.0:0"});
     EXPECT_NE(open.exit_code, 0);
     EXPECT_NE(open.err.find("--token-file"), std::string::npos) << open.err;
+}
+
+TEST(Oneshot, CapturesAJobAndNamesWhatIsWrongInIt) {
+    TemporaryFolder folder;
+    const std::string scene = folder.file("floor.gltf", floor_gltf(0.5));
+    const std::string job = folder.file("job.json", R"({"frames":[
+        {"set":[["set","light","lamp","--level","0.5"]],"capture":{"out":"a/half.exr","view":"illuminance","size":"101x101"}},
+        {"set":[["light","lamp","--level","1"],["exposure","5"]],"capture":{"out":"full.png","size":"64x48"}}]})");
+    const Finished done = run_program("goniod", {"--scene", scene, "--oneshot", job, "--out", folder.path("out")});
+    ASSERT_EQ(done.exit_code, 0) << done.err;
+    const auto lux = read_picture(folder.path("out/a/half.exr"));
+    ASSERT_TRUE(lux);
+    EXPECT_NEAR(static_cast<double>(lux->values[static_cast<std::size_t>((50 * 101 + 50) * lux->channels)]), 125.0,
+                0.7);
+    EXPECT_EQ(read_picture(folder.path("out/full.png"))->height_px, 48);
+    const std::string bad = folder.file("bad.json", R"({"frames":[{},{"set":[["light","nobody","--level","0.5"]]}]})");
+    const Finished refused = run_program("goniod", {"--scene", scene, "--oneshot", bad, "--out", folder.path("out")});
+    EXPECT_EQ(refused.exit_code, 1);
+    EXPECT_NE(refused.err.find("frames[1].set[0]"), std::string::npos) << refused.err;
+    EXPECT_NE(refused.err.find("nobody"), std::string::npos) << refused.err;
+    const std::string escape = folder.file("escape.json", R"({"frames":[{"capture":{"out":"../x.png"}}]})");
+    EXPECT_EQ(run_program("goniod", {"--scene", scene, "--oneshot", escape, "--out", folder.path("out")}).exit_code, 1);
 }
 
 }  // namespace

@@ -38,7 +38,8 @@ protected:
         return done.err;
     }
     void expect_names(const std::string& text, const std::vector<std::string>& parts) {
-        for (const std::string& part : parts) EXPECT_NE(text.find(part), std::string::npos) << "'" << part << "' in: " << text;
+        for (const std::string& part : parts)
+            EXPECT_NE(text.find(part), std::string::npos) << "'" << part << "' in: " << text;
     }
 
     static DaemonProcess* daemon;
@@ -53,7 +54,9 @@ TEST_F(BadInput, TruncatedGltf) {
     refused({"load", "scene", folder.file("cut.gltf", whole.substr(0, whole.size() / 2))});
 }
 
-TEST_F(BadInput, MissingScene) { expect_names(refused({"load", "scene", folder.path("none.gltf")}), {"not_found", "none.gltf"}); }
+TEST_F(BadInput, MissingScene) {
+    expect_names(refused({"load", "scene", folder.path("none.gltf")}), {"not_found", "none.gltf"});
+}
 
 TEST_F(BadInput, MissingTexture) {
     Json gltf = Json::parse(floor_gltf(0.5));
@@ -81,14 +84,19 @@ TEST_F(BadInput, IesWithAWordAmongItsNumbers) {
     expect_names(refused({"set", "light", light, "--profile", folder.file("word.ies", text)}), {"line 7", "ninety"});
 }
 
-TEST_F(BadInput, UnknownLight) { expect_names(refused({"set", "light", "nobody", "--level", "0.5"}), {"not_found", "nobody"}); }
+TEST_F(BadInput, UnknownLight) {
+    expect_names(refused({"set", "light", "nobody", "--level", "0.5"}), {"not_found", "nobody"});
+}
 
-TEST_F(BadInput, NanPosition) { expect_names(refused({"set", "light", light, "--position", "0,nan,0"}), {"invalid_argument", "position_m", "nan"}); }
+TEST_F(BadInput, NanPosition) {
+    expect_names(refused({"set", "light", light, "--position", "0,nan,0"}), {"invalid_argument", "position_m", "nan"});
+}
 
 TEST_F(BadInput, UnknownViewTechniqueAndProfile) {
     expect_names(refused({"set", "view", "pretty"}), {"view", "pretty"});
     expect_names(refused({"set", "technique", "magic"}), {"technique", "magic"});
-    expect_names(refused({"set", "light", light, "--profile", "no_such_luminaire"}), {"not_found", "no_such_luminaire"});
+    expect_names(refused({"set", "light", light, "--profile", "no_such_luminaire"}),
+                 {"not_found", "no_such_luminaire"});
     expect_names(refused({"meter", "--point", "0,0,0", "--normal", "0,0,0"}), {"meter.normal"});
 }
 

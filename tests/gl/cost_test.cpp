@@ -33,7 +33,8 @@ protected:
         } else {
             command.mutable_set_light()->set_name("second");
             fill(*command.mutable_set_light());
-            if (command.set_light().has_profile()) loaded.profile = *builtin_profile(command.set_light().profile().name());
+            if (command.set_light().has_profile())
+                loaded.profile = *builtin_profile(command.set_light().profile().name());
         }
         const auto applied = apply(scene, command, loaded);
         ASSERT_TRUE(applied) << applied.error().text();
@@ -76,7 +77,11 @@ TEST_F(Cost, LevelColourMasterExposureRunTheCompositeOnly) {
     const Ran composite = {"composite", "nv12"};
     set([](v1::SetLight& light) { light.set_level_ratio(0.5); });
     EXPECT_EQ(frame(), composite);
-    set([](v1::SetLight& light) { light.add_color_rgb(1); light.add_color_rgb(0.2); light.add_color_rgb(0.1); });
+    set([](v1::SetLight& light) {
+        light.add_color_rgb(1);
+        light.add_color_rgb(0.2);
+        light.add_color_rgb(0.1);
+    });
     EXPECT_EQ(frame(), composite);
     change([](v1::Command& c) { c.mutable_set_master()->set_ratio(0.7); });
     EXPECT_EQ(frame(), composite);
@@ -93,8 +98,10 @@ TEST_F(Cost, AimRunsTheLightsOwnPassesAndOnlyFacesNewlyReached) {
     // The narrow spot looks down: only the floor's face and its neighbours are made.
     set([](v1::SetLight& light) { light.set_tilt_rad(0.1); });
     const Ran ran = frame();
-    for (const char* name : {"mask:second", "vpl:second", "direct:second", "gather:second", "composite"}) EXPECT_TRUE(ran.contains(name)) << name;
-    for (const char* name : {"gbuffer", "mask:luminaire", "vpl:luminaire", "direct:luminaire", "gather:luminaire", "shadow:luminaire", "rsm:luminaire"}) {
+    for (const char* name : {"mask:second", "vpl:second", "direct:second", "gather:second", "composite"})
+        EXPECT_TRUE(ran.contains(name)) << name;
+    for (const char* name : {"gbuffer", "mask:luminaire", "vpl:luminaire", "direct:luminaire", "gather:luminaire",
+                             "shadow:luminaire", "rsm:luminaire"}) {
         EXPECT_FALSE(ran.contains(name)) << name;
     }
     EXPECT_FALSE(ran.contains("shadow:second")) << "no face was newly reached";
@@ -109,20 +116,28 @@ TEST_F(Cost, AimRunsTheLightsOwnPassesAndOnlyFacesNewlyReached) {
 TEST_F(Cost, ProfileRunsTheLightsOwnPasses) {
     set([](v1::SetLight& light) { light.mutable_profile()->set_name("downlight"); });
     const Ran ran = frame();
-    for (const char* name : {"mask:second", "vpl:second", "direct:second", "gather:second", "composite", "nv12"}) EXPECT_TRUE(ran.contains(name)) << name;
-    for (const char* name : {"gbuffer", "mask:luminaire", "vpl:luminaire", "direct:luminaire", "gather:luminaire"}) EXPECT_FALSE(ran.contains(name)) << name;
+    for (const char* name : {"mask:second", "vpl:second", "direct:second", "gather:second", "composite", "nv12"})
+        EXPECT_TRUE(ran.contains(name)) << name;
+    for (const char* name : {"gbuffer", "mask:luminaire", "vpl:luminaire", "direct:luminaire", "gather:luminaire"})
+        EXPECT_FALSE(ran.contains(name)) << name;
 }
 
 TEST_F(Cost, PositionRunsReachedFacesOfThatLightOnly) {
-    set([](v1::SetLight& light) { for (double x : {-1.0, 2.1, 1.0}) light.add_position_m(x); });
+    set([](v1::SetLight& light) {
+        for (double x : {-1.0, 2.1, 1.0}) light.add_position_m(x);
+    });
     const Ran ran = frame();
-    EXPECT_EQ(ran, (Ran{"shadow:second", "rsm:second", "vpl:second", "direct:second", "gather:second", "composite", "nv12"}));
+    EXPECT_EQ(
+        ran, (Ran{"shadow:second", "rsm:second", "vpl:second", "direct:second", "gather:second", "composite", "nv12"}));
     EXPECT_LT(faces["shadow:second"], 6u) << "a narrow spot does not reach all faces";
 }
 
 TEST_F(Cost, CameraRunsNoLightMap) {
-    change([](v1::Command& c) { for (double x : {0.1, 2.0, 7.0}) c.mutable_set_camera()->add_eye_m(x); });
-    EXPECT_EQ(frame(), (Ran{"gbuffer", "direct:luminaire", "gather:luminaire", "direct:second", "gather:second", "composite", "nv12"}));
+    change([](v1::Command& c) {
+        for (double x : {0.1, 2.0, 7.0}) c.mutable_set_camera()->add_eye_m(x);
+    });
+    EXPECT_EQ(frame(), (Ran{"gbuffer", "direct:luminaire", "gather:luminaire", "direct:second", "gather:second",
+                            "composite", "nv12"}));
 }
 
 TEST_F(Cost, ViewModeRunsTheCompositeAndWhatWasCulledWhileItMoved) {
@@ -160,7 +175,8 @@ TEST_F(Cost, TheSeedTechniqueRecomputesEverything) {
     frame();
     set([](v1::SetLight& light) { light.set_level_ratio(0.9); });
     const Ran ran = frame();
-    for (const char* name : {"gbuffer", "shadow:luminaire", "rsm:second", "mask:luminaire", "gather:luminaire", "direct:second", "composite"}) {
+    for (const char* name : {"gbuffer", "shadow:luminaire", "rsm:second", "mask:luminaire", "gather:luminaire",
+                             "direct:second", "composite"}) {
         EXPECT_TRUE(ran.contains(name)) << name;
     }
     EXPECT_EQ(states["vpl:second"], "absent");

@@ -19,9 +19,19 @@ TEST(Direct, IsotropicThousandCandelaTwoMetresAboveAFloorGives250Lux) {
 TEST(Direct, Cie171Case52) {
     Renderer renderer(context());
     const Scene scene = floor_scene(8.0, 0.0f, cosine_power(1000.0, 1.0), {0, 3, 0});
-    for (const glm::dvec2 p : {glm::dvec2{0, 0}, {0.5, 0}, {1, 0}, {1.5, 0}, {0.5, 0.5}, {1, 0.5}, {1.5, 0.5}, {1, 1}, {1.5, 1}, {1.5, 1.5}}) {
+    for (const glm::dvec2 p : {glm::dvec2{0, 0},
+                               {0.5, 0},
+                               {1, 0},
+                               {1.5, 0},
+                               {0.5, 0.5},
+                               {1, 0.5},
+                               {1.5, 0.5},
+                               {1, 1},
+                               {1.5, 1},
+                               {1.5, 1.5}}) {
         const double r2 = glm::dot(p, p), expected = 1000.0 * 9.0 / ((9.0 + r2) * (9.0 + r2));
-        EXPECT_NEAR(meter_direct(renderer, scene, {p.x, 0, p.y}, {0, 1, 0}), expected, 0.002 * expected) << p.x << "," << p.y;
+        EXPECT_NEAR(meter_direct(renderer, scene, {p.x, 0, p.y}, {0, 1, 0}), expected, 0.002 * expected)
+            << p.x << "," << p.y;
     }
 }
 
@@ -36,28 +46,35 @@ TEST(Direct, CosineSquaredIsNotSquaredAgain) {
 }
 
 // Expected value without the program's own orientation code: aim and C0 written out from pan, tilt and roll.
-double expected_lux(const Profile& profile, const glm::dvec3& light, double pan, double tilt, double roll, const glm::dvec3& point, const glm::dvec3& normal) {
+double expected_lux(const Profile& profile, const glm::dvec3& light, double pan, double tilt, double roll,
+                    const glm::dvec3& point, const glm::dvec3& normal) {
     const glm::dvec3 aim(-std::sin(tilt) * std::sin(pan), -std::cos(tilt), -std::sin(tilt) * std::cos(pan));
     const auto panned_tilted = [&](const glm::dvec3& v) {  // R_Y(pan) R_X(tilt) v
-        const glm::dvec3 t(v.x, v.y * std::cos(tilt) - v.z * std::sin(tilt), v.y * std::sin(tilt) + v.z * std::cos(tilt));
+        const glm::dvec3 t(v.x, v.y * std::cos(tilt) - v.z * std::sin(tilt),
+                           v.y * std::sin(tilt) + v.z * std::cos(tilt));
         return glm::dvec3(t.x * std::cos(pan) + t.z * std::sin(pan), t.y, -t.x * std::sin(pan) + t.z * std::cos(pan));
     };
-    const glm::dvec3 c0 = panned_tilted({std::cos(roll), 0, -std::sin(roll)}), c90 = panned_tilted({-std::sin(roll), 0, -std::cos(roll)});
+    const glm::dvec3 c0 = panned_tilted({std::cos(roll), 0, -std::sin(roll)}),
+                     c90 = panned_tilted({-std::sin(roll), 0, -std::cos(roll)});
     const glm::dvec3 d = glm::normalize(point - light);
     const double v = std::acos(std::clamp(glm::dot(d, aim), -1.0, 1.0));
     double h = std::atan2(glm::dot(d, c90), glm::dot(d, c0));
     if (h < 0) h += 2 * std::numbers::pi;
-    const double candela = ies::intensity(profile.photometry.web, {std::sin(v) * std::cos(h), std::sin(v) * std::sin(h), -std::cos(v)}).in(cd);
+    const double candela =
+        ies::intensity(profile.photometry.web, {std::sin(v) * std::cos(h), std::sin(v) * std::sin(h), -std::cos(v)})
+            .in(cd);
     return candela * std::max(0.0, -glm::dot(d, normal)) / glm::dot(point - light, point - light);
 }
 
-// Twenty points, three synthetic luminaires, each turned another way: meter within 0.5 %, picture within 1 % of the meter.
+// Twenty points, three synthetic luminaires, each turned another way: meter within 0.5 %, picture within 1 % of the
+// meter.
 TEST(Direct, TurnedLuminairesAtTwentyPointsInMeterAndPicture) {
     struct Turn {
         const char* profile;
         double pan, tilt, roll;
     };
-    for (const Turn& turn : {Turn{"downlight", 0.3, 0.4, 0.9}, Turn{"wall_washer", -1.1, 0.5, 2.2}, Turn{"batwing", 2.0, 0.7, -0.6}}) {
+    for (const Turn& turn :
+         {Turn{"downlight", 0.3, 0.4, 0.9}, Turn{"wall_washer", -1.1, 0.5, 2.2}, Turn{"batwing", 2.0, 0.7, -0.6}}) {
         Renderer renderer(context());
         const auto profile = *builtin_profile(turn.profile);
         const glm::dvec3 light(0.4, 3.0, -0.3);
@@ -76,7 +93,8 @@ TEST(Direct, TurnedLuminairesAtTwentyPointsInMeterAndPicture) {
             const glm::dvec3 point = eye.position - ray * (eye.position.y / ray.y);
             const double expected = expected_lux(*profile, light, turn.pan, turn.tilt, turn.roll, point, {0, 1, 0});
             const double metered = meter_direct(renderer, scene, {point.x, 0, point.z}, {0, 1, 0});
-            EXPECT_NEAR(metered, expected, 0.005 * expected + 1e-4) << turn.profile << " at " << point.x << "," << point.z;
+            EXPECT_NEAR(metered, expected, 0.005 * expected + 1e-4)
+                << turn.profile << " at " << point.x << "," << point.z;
             const double shown = static_cast<double>(picture->values[static_cast<std::size_t>(py * size + px) * 4]);
             EXPECT_NEAR(shown, metered, 0.01 * metered + 1e-4) << turn.profile << " pixel " << px << "," << py;
             if (expected > 1.0) ++lit;
@@ -90,7 +108,9 @@ TEST(Direct, APlaneDoesNotShadowItselfAtGrazingAngles) {
     const Scene scene = floor_scene(60.0, 0.0f, isotropic(1000.0), {0, 1, 0});
     for (double x : {0.1, 1.0, 3.0, 10.0, 25.0}) {
         const double expected = 1000.0 / std::pow(x * x + 1.0, 1.5);
-        EXPECT_NEAR(meter_direct(renderer, scene, {x, 0, 0.2}, {0, 1, 0}), 1000.0 / std::pow(x * x + 0.04 + 1.0, 1.5), 0.005 * expected) << x;
+        EXPECT_NEAR(meter_direct(renderer, scene, {x, 0, 0.2}, {0, 1, 0}), 1000.0 / std::pow(x * x + 0.04 + 1.0, 1.5),
+                    0.005 * expected)
+            << x;
     }
 }
 
@@ -98,11 +118,13 @@ TEST(Direct, AWallCastsAShadowFromBothSides) {
     Renderer renderer(context());
     for (const bool flipped : {false, true}) {
         const glm::dvec3 a(-1, 1, 1), b(1, 1, 1), c(1, 1, -1), d(-1, 1, -1);
-        Scene scene = scene_with({{quad({-5, 0, 5}, {5, 0, 5}, {5, 0, -5}, {-5, 0, -5}), glm::vec3(0)}, {flipped ? quad(d, c, b, a) : quad(a, b, c, d), glm::vec3(0)}},
+        Scene scene = scene_with({{quad({-5, 0, 5}, {5, 0, 5}, {5, 0, -5}, {-5, 0, -5}), glm::vec3(0)},
+                                  {flipped ? quad(d, c, b, a) : quad(a, b, c, d), glm::vec3(0)}},
                                  isotropic(1000.0), {0, 2, 0});
         EXPECT_EQ(meter_direct(renderer, scene, {0, 0, 0}, {0, 1, 0}), 0.0);
         EXPECT_EQ(meter_direct(renderer, scene, {1.9, 0, 0}, {0, 1, 0}), 0.0);
-        EXPECT_NEAR(meter_direct(renderer, scene, {2.1, 0, 0}, {0, 1, 0}), 2000.0 / std::pow(4.0 + 2.1 * 2.1, 1.5), 0.5);
+        EXPECT_NEAR(meter_direct(renderer, scene, {2.1, 0, 0}, {0, 1, 0}), 2000.0 / std::pow(4.0 + 2.1 * 2.1, 1.5),
+                    0.5);
     }
 }
 
@@ -140,16 +162,21 @@ TEST(Direct, TenKilometresAwayNothingChanges) {
     for (int k = 0; k < 2; ++k) {
         Renderer renderer(context());
         const glm::dvec3 offset = k == 0 ? glm::dvec3(0) : away;
-        const Scene scene = scene_with({{quad({-3, 0, 3}, {3, 0, 3}, {3, 0, -3}, {-3, 0, -3}), glm::vec3(0.5f)}, {quad({-3, 0, -3}, {3, 0, -3}, {3, 3, -3}, {-3, 3, -3}), glm::vec3(0.5f)}},
-                                       cosine_power(1000.0, 2.0), {0.4, 2.5, 0.3}, orientation_of({0.2, 0.3, 0}), offset);
-        lux[k] = renderer.meter(scene, glm::dvec3(0.7, 0.0, -0.4) + offset, {0, 1, 0}, Renderer::MeterQuality::rsm).total_lx();
+        const Scene scene =
+            scene_with({{quad({-3, 0, 3}, {3, 0, 3}, {3, 0, -3}, {-3, 0, -3}), glm::vec3(0.5f)},
+                        {quad({-3, 0, -3}, {3, 0, -3}, {3, 3, -3}, {-3, 3, -3}), glm::vec3(0.5f)}},
+                       cosine_power(1000.0, 2.0), {0.4, 2.5, 0.3}, orientation_of({0.2, 0.3, 0}), offset);
+        lux[k] = renderer.meter(scene, glm::dvec3(0.7, 0.0, -0.4) + offset, {0, 1, 0}, Renderer::MeterQuality::rsm)
+                     .total_lx();
     }
     EXPECT_NEAR(lux[1], lux[0], 0.001 * lux[0]);
 }
 
 TEST(Direct, EmittersShowTheirLuminanceAndTakeNoPartInIlluminance) {
     Renderer renderer(context());
-    Scene scene = scene_with({{quad({-5, 0, 5}, {5, 0, 5}, {5, 0, -5}, {-5, 0, -5}), glm::vec3(0.5f), glm::vec3(120.0f)}}, isotropic(1000.0), {0, 2, 0});
+    Scene scene =
+        scene_with({{quad({-5, 0, 5}, {5, 0, 5}, {5, 0, -5}, {-5, 0, -5}), glm::vec3(0.5f), glm::vec3(120.0f)}},
+                   isotropic(1000.0), {0, 2, 0});
     scene.camera = {{0, 1.5, 0.001}, {0, 0, 0}, 0.2};
     const auto luminance = renderer.capture(scene, View::luminance, 33, 33, true);
     const auto illuminance = renderer.capture(scene, View::illuminance, 33, 33, true);

@@ -23,12 +23,19 @@ TEST(Indirect, IntegratingSphere) {
                           {*builtin_profile("wall_washer"), {0.2, -1.0, 0.7}, {-2.0, 1.2, 0.7}}};
     for (const Case& c : cases) {
         Renderer renderer(context());
-        const Scene scene = scene_with({{inward_sphere(radius, 256), glm::vec3(rho)}}, c.profile, c.light, orientation_of(c.turn));
+        const Scene scene =
+            scene_with({{inward_sphere(radius, 256), glm::vec3(rho)}}, c.profile, c.light, orientation_of(c.turn));
         const double expected = rho * c.profile->flux_lm / (4 * std::numbers::pi * radius * radius);
-        for (const glm::dvec3& direction : {glm::dvec3{1, 0, 0}, {0, -1, 0}, {0, 1, 0}, {-0.6, 0.0, 0.8}, {0.577, -0.577, 0.577}, {0.1, 0.2, -0.97}}) {
+        for (const glm::dvec3& direction : {glm::dvec3{1, 0, 0},
+                                            {0, -1, 0},
+                                            {0, 1, 0},
+                                            {-0.6, 0.0, 0.8},
+                                            {0.577, -0.577, 0.577},
+                                            {0.1, 0.2, -0.97}}) {
             const glm::dvec3 d = glm::normalize(direction);
             const auto reading = renderer.meter(scene, d * radius, -d, Quality::rsm);
-            EXPECT_NEAR(reading.indirect_lx(), expected, 0.005 * expected) << c.profile->name << " at " << d.x << "," << d.y << "," << d.z;
+            EXPECT_NEAR(reading.indirect_lx(), expected, 0.005 * expected)
+                << c.profile->name << " at " << d.x << "," << d.y << "," << d.z;
         }
     }
 }
@@ -37,7 +44,8 @@ TEST(Indirect, IntegratingSphere) {
 TEST(Indirect, IntegratingSphereInThePicture) {
     Renderer renderer(context());
     const auto profile = cosine_power(1000.0, 2.0);
-    Scene scene = scene_with({{inward_sphere(2.0, 128), glm::vec3(0.5f)}}, profile, {0.5, 0.3, 0.4}, orientation_of({0.3, 0.8, 0.0}));
+    Scene scene = scene_with({{inward_sphere(2.0, 128), glm::vec3(0.5f)}}, profile, {0.5, 0.3, 0.4},
+                             orientation_of({0.3, 0.8, 0.0}));
     scene.samples = 4096;
     const double expected = 0.5 * profile->flux_lm / (16 * std::numbers::pi);
     for (const glm::dvec3& d : {glm::dvec3{1, 0, 0}, {0, 1, 0}, {-0.6, 0.0, 0.8}}) {
@@ -56,7 +64,8 @@ TEST(Indirect, AFlatPlaneAloneLightsNothing) {
 // Total flux of all RSM texels of a white closed surface is the luminaire's flux, however it is turned: solid angles,
 // cube seams and the mask at once.
 TEST(Indirect, TurningTheLuminaireKeepsItsFlux) {
-    for (const auto& profile : {cosine_power(1000.0, 30.0), *builtin_profile("narrow_spot"), *builtin_profile("street")}) {
+    for (const auto& profile :
+         {cosine_power(1000.0, 30.0), *builtin_profile("narrow_spot"), *builtin_profile("street")}) {
         Renderer renderer(context());
         Scene scene = scene_with({{inward_sphere(3.0, 64), glm::vec3(1.0f)}}, profile, {0.3, 0.1, -0.2});
         for (int k = 0; k < 24; ++k) {
@@ -65,7 +74,8 @@ TEST(Indirect, TurningTheLuminaireKeepsItsFlux) {
             const auto flux = renderer.capture(scene, View::rsm_flux, 4 * kRsmSize, 3 * kRsmSize, true);
             double sum = 0.0;
             for (std::size_t i = 0; i < flux->values.size(); i += 4) sum += static_cast<double>(flux->values[i]);
-            EXPECT_NEAR(sum * profile->max_cd, profile->flux_lm, 0.005 * profile->flux_lm) << profile->name << " turn " << k;
+            EXPECT_NEAR(sum * profile->max_cd, profile->flux_lm, 0.005 * profile->flux_lm)
+                << profile->name << " turn " << k;
         }
     }
 }
@@ -81,8 +91,10 @@ TEST(Indirect, MaskIntegratesToTheFlux) {
         double flux = 0.0;
         for (std::size_t y = 0; y < 3 * n; ++y) {
             for (std::size_t x = 0; x < 4 * n; ++x) {
-                const double s = 2.0 * (static_cast<double>(x % n) + 0.5) / n - 1, t = 2.0 * (static_cast<double>(y % n) + 0.5) / n - 1;
-                flux += static_cast<double>(mask->values[(y * 4 * n + x) * 4]) * 4.0 / (n * n * std::pow(1 + s * s + t * t, 1.5));
+                const double s = 2.0 * (static_cast<double>(x % n) + 0.5) / n - 1,
+                             t = 2.0 * (static_cast<double>(y % n) + 0.5) / n - 1;
+                flux += static_cast<double>(mask->values[(y * 4 * n + x) * 4]) * 4.0 /
+                        (n * n * std::pow(1 + s * s + t * t, 1.5));
             }
         }
         EXPECT_NEAR(flux, profile->flux_lm, 0.005 * profile->flux_lm) << name;
@@ -94,8 +106,9 @@ TEST(Indirect, VplListConvergesToTheDenseSum) {
     Renderer renderer(context());
     Scene scene = scene_of(make_cornell());
     const std::pair<glm::dvec3, glm::dvec3> points[] = {
-        {{-1.999, 1.0, 0.5}, {1, 0, 0}}, {{1.999, 2.2, 0.0}, {-1, 0, 0}}, {{0.0, 3.999, 0.9}, {0, -1, 0}}, {{0.5, 2.5, -1.999}, {0, 0, 1}},
-        {{-1.4, 0.001, 1.2}, {0, 1, 0}}, {{-0.5, 3.999, -1.0}, {0, -1, 0}}, {{1.999, 3.0, 1.2}, {-1, 0, 0}}, {{-1.999, 2.8, -1.0}, {1, 0, 0}}};
+        {{-1.999, 1.0, 0.5}, {1, 0, 0}}, {{1.999, 2.2, 0.0}, {-1, 0, 0}}, {{0.0, 3.999, 0.9}, {0, -1, 0}},
+        {{0.5, 2.5, -1.999}, {0, 0, 1}}, {{-1.4, 0.001, 1.2}, {0, 1, 0}}, {{-0.5, 3.999, -1.0}, {0, -1, 0}},
+        {{1.999, 3.0, 1.2}, {-1, 0, 0}}, {{-1.999, 2.8, -1.0}, {1, 0, 0}}};
     double rms[3] = {};
     const unsigned counts[3] = {256, 1024, 4096};
     for (int k = 0; k < 3; ++k) {
@@ -120,11 +133,13 @@ TEST(Indirect, VplListConvergesToTheDenseSum) {
 // Swept into contact with a bright wall the reading stays finite and never exceeds the wall's exitance rho · E.
 TEST(Indirect, ContactIsBounded) {
     Renderer renderer(context());
-    const Scene scene = scene_with({{quad({-3, 0, 3}, {3, 0, 3}, {3, 0, -3}, {-3, 0, -3}), glm::vec3(0.8f)}, {quad({-3, 0, -3}, {3, 0, -3}, {3, 3, -3}, {-3, 3, -3}), glm::vec3(0.8f)}},
+    const Scene scene = scene_with({{quad({-3, 0, 3}, {3, 0, 3}, {3, 0, -3}, {-3, 0, -3}), glm::vec3(0.8f)},
+                                    {quad({-3, 0, -3}, {3, 0, -3}, {3, 3, -3}, {-3, 3, -3}), glm::vec3(0.8f)}},
                                    isotropic(1000.0), {0, 1.5, -1.5});
     const double exitance = 0.8 * 1000.0 / (1.5 * 1.5);  // the wall's brightest point
     for (double gap : {1.0, 0.3, 0.1, 0.03, 0.01, 1e-3, 1e-4, 1e-5}) {
-        const double lux = renderer.meter(scene, {0.0, 1.5, -3.0 + gap}, {0, 0, -1}, Quality::interactive).indirect_lx();
+        const double lux =
+            renderer.meter(scene, {0.0, 1.5, -3.0 + gap}, {0, 0, -1}, Quality::interactive).indirect_lx();
         EXPECT_TRUE(std::isfinite(lux));
         EXPECT_GE(lux, 0.0);
         EXPECT_LE(lux, exitance) << gap;
@@ -156,14 +171,15 @@ TEST(Indirect, SeedTechniqueReadsTheSphereInTheMean) {
     Scene dark = scene;
     double sum = 0.0;
     const auto beauty = renderer.capture(dark, View::indirect, 64, 64, true);  // rho / pi × indirect lux
-    for (std::size_t i = 0; i < beauty->values.size(); i += 4) sum += static_cast<double>(beauty->values[i]) * std::numbers::pi / 0.5;
+    for (std::size_t i = 0; i < beauty->values.size(); i += 4)
+        sum += static_cast<double>(beauty->values[i]) * std::numbers::pi / 0.5;
     const double expected = 0.5 * profile->flux_lm / (16 * std::numbers::pi);
     EXPECT_NEAR(sum / (64 * 64), expected, 0.01 * expected);
     EXPECT_TRUE(total);
 }
 
-// Both readings of the seed paper against the sum that both estimate: the whole sphere has the lower error, so it is the
-// one that `--technique seed` means. Root mean square over the picture, relative to its mean.
+// Both readings of the seed paper against the sum that both estimate: the whole sphere has the lower error, so it is
+// the one that `--technique seed` means. Root mean square over the picture, relative to its mean.
 TEST(Indirect, SeedOverTheSphereBeatsSeedInADisk) {
     Renderer renderer(context());
     Scene scene = scene_of(make_cornell());

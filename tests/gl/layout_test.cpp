@@ -27,7 +27,8 @@ TEST(Layout, Vpl) {
         const auto at = [&](const char* member) {
             const GLuint index = glGetProgramResourceIndex(program.id(), GL_UNIFORM, (element + member).c_str());
             const std::string plain = "vpls[" + std::to_string(k) + "]." + member;
-            return index != GL_INVALID_INDEX ? member_offset(program.id(), element + member) : member_offset(program.id(), plain);
+            return index != GL_INVALID_INDEX ? member_offset(program.id(), element + member)
+                                             : member_offset(program.id(), plain);
         };
         EXPECT_EQ(at("position_area"), base + static_cast<GLint>(offsetof(layouts::Vpl, position_area)));
         EXPECT_EQ(at("normal"), base + static_cast<GLint>(offsetof(layouts::Vpl, normal)));
@@ -40,7 +41,8 @@ TEST(Layout, LightWeight) {
     EXPECT_EQ(member_offset(program.id(), "weights[3].rgb"), static_cast<GLint>(3 * sizeof(layouts::LightWeight)));
 }
 
-// DrawInstance goes in by vertex attributes, whose offsets C++ takes from the struct itself; their locations are checked.
+// DrawInstance goes in by vertex attributes, whose offsets C++ takes from the struct itself; their locations are
+// checked.
 TEST(Layout, DrawInstanceAttributes) {
     const gl::Program program = gl::make_program("passes/mesh.vert", "passes/rsm.frag", {{"CUBE", "1"}});
     EXPECT_EQ(glGetAttribLocation(program.id(), "in_row0"), 3);

@@ -8,13 +8,17 @@ namespace gonio::test {
 
 static std::unique_ptr<gl::Context> the_context;
 
-const gl::Context& context() { return *the_context; }
+const gl::Context& context() {
+    return *the_context;
+}
 
-std::shared_ptr<const Profile> profile_of(const std::string& name, double step_deg, const std::function<double(double, double)>& law) {
+std::shared_ptr<const Profile> profile_of(const std::string& name, double step_deg,
+                                          const std::function<double(double, double)>& law) {
     auto profile = std::make_shared<Profile>();
     profile->name = name;
     ies::PhotometricWeb& web = profile->photometry.web;
-    const int nv = static_cast<int>(std::lround(180.0 / step_deg)), nh = static_cast<int>(std::lround(360.0 / step_deg));
+    const int nv = static_cast<int>(std::lround(180.0 / step_deg)),
+              nh = static_cast<int>(std::lround(360.0 / step_deg));
     for (int i = 0; i <= nv; ++i) web.v_rad.push_back(std::numbers::pi * i / nv);
     for (int i = 0; i <= nh; ++i) web.h_rad.push_back(2 * std::numbers::pi * i / nh);
     for (double h : web.h_rad) {
@@ -30,7 +34,9 @@ std::shared_ptr<const Profile> isotropic(double candela) {
 }
 
 std::shared_ptr<const Profile> cosine_power(double candela, double power) {
-    return profile_of("cosine power", 1.0, [=](double v, double) { return v < std::numbers::pi / 2 ? candela * std::pow(std::cos(v), power) : 0.0; });
+    return profile_of("cosine power", 1.0, [=](double v, double) {
+        return v < std::numbers::pi / 2 ? candela * std::pow(std::cos(v), power) : 0.0;
+    });
 }
 
 Mesh quad(const glm::dvec3& a, const glm::dvec3& b, const glm::dvec3& c, const glm::dvec3& d) {
@@ -53,7 +59,8 @@ Mesh inward_sphere(double radius_m, int rings) {
     }
     for (int i = 0; i < rings; ++i) {
         for (int j = 0; j < segments; ++j) {
-            const auto a = static_cast<std::uint32_t>(i * (segments + 1) + j), b = a + 1, c = a + static_cast<std::uint32_t>(segments) + 1, d = c + 1;
+            const auto a = static_cast<std::uint32_t>(i * (segments + 1) + j), b = a + 1,
+                       c = a + static_cast<std::uint32_t>(segments) + 1, d = c + 1;
             for (std::uint32_t index : {a, b, c, b, d, c}) mesh.indices.push_back(index);
         }
     }
@@ -92,10 +99,11 @@ Scene scene_with(std::vector<Piece> pieces, std::shared_ptr<const Profile> profi
     return scene;
 }
 
-Scene floor_scene(double side_m, float reflectance, std::shared_ptr<const Profile> profile, const glm::dvec3& light_position,
-                  const glm::dquat& orientation) {
+Scene floor_scene(double side_m, float reflectance, std::shared_ptr<const Profile> profile,
+                  const glm::dvec3& light_position, const glm::dquat& orientation) {
     const double s = side_m / 2;
-    return scene_with({{quad({-s, 0, s}, {s, 0, s}, {s, 0, -s}, {-s, 0, -s}), glm::vec3(reflectance)}}, std::move(profile), light_position, orientation);
+    return scene_with({{quad({-s, 0, s}, {s, 0, s}, {s, 0, -s}, {-s, 0, -s}), glm::vec3(reflectance)}},
+                      std::move(profile), light_position, orientation);
 }
 
 }  // namespace gonio::test
@@ -111,7 +119,9 @@ int main(int argc, char** argv) {
     }
     const int result = RUN_ALL_TESTS();
     const int messages = gonio::test::context().debug_messages();
-    if (messages > 0) std::fprintf(stderr, "%d GL debug messages, the last: %s\n", messages, gonio::test::context().last_debug_message().c_str());
+    if (messages > 0)
+        std::fprintf(stderr, "%d GL debug messages, the last: %s\n", messages,
+                     gonio::test::context().last_debug_message().c_str());
     gonio::test::the_context.reset();
     return messages > 0 ? 1 : result;
 }

@@ -19,12 +19,14 @@ namespace gonio::test {
 const gl::Context& context();
 
 // A Type C profile from a law I(v, h) in cd, radians, on a grid of step degrees over the full sphere.
-std::shared_ptr<const Profile> profile_of(const std::string& name, double step_deg, const std::function<double(double v, double h)>& law);
+std::shared_ptr<const Profile> profile_of(const std::string& name, double step_deg,
+                                          const std::function<double(double v, double h)>& law);
 std::shared_ptr<const Profile> isotropic(double candela);
 std::shared_ptr<const Profile> cosine_power(double candela, double power);  // I0 cos^n below the horizon, 1 degree grid
 
 // Meshes with one material each.
-Mesh quad(const glm::dvec3& a, const glm::dvec3& b, const glm::dvec3& c, const glm::dvec3& d);  // counter-clockwise from the front
+Mesh quad(const glm::dvec3& a, const glm::dvec3& b, const glm::dvec3& c,
+          const glm::dvec3& d);                  // counter-clockwise from the front
 Mesh inward_sphere(double radius_m, int rings);  // normals point to the centre
 
 // A scene of the meshes, each with the reflectance given, and one light.
@@ -37,7 +39,7 @@ Scene scene_with(std::vector<Piece> pieces, std::shared_ptr<const Profile> profi
                  const glm::dquat& orientation = orientation_of({}), const glm::dvec3& offset = glm::dvec3(0.0));
 
 // A square floor at y = 0, normal +Y.
-Scene floor_scene(double side_m, float reflectance, std::shared_ptr<const Profile> profile, const glm::dvec3& light_position,
-                  const glm::dquat& orientation = orientation_of({}));
+Scene floor_scene(double side_m, float reflectance, std::shared_ptr<const Profile> profile,
+                  const glm::dvec3& light_position, const glm::dquat& orientation = orientation_of({}));
 
 }  // namespace gonio::test

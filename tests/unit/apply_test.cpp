@@ -16,7 +16,8 @@ namespace {
 std::shared_ptr<const Profile> some_profile(const char* name) {
     auto profile = std::make_shared<Profile>();
     profile->name = name;
-    profile->photometry.web = {ies::Goniometer::type_c, {0.0, std::numbers::pi}, {0.0, 2 * std::numbers::pi}, {100, 100, 100, 100}};
+    profile->photometry.web = {
+        ies::Goniometer::type_c, {0.0, std::numbers::pi}, {0.0, 2 * std::numbers::pi}, {100, 100, 100, 100}};
     profile->max_cd = 100;
     return profile;
 }
@@ -40,7 +41,8 @@ Result<Applied> run(Scene& scene, const std::function<void(v1::Command&)>& fill,
     return apply(scene, command, loaded);
 }
 
-void expect_refused(Scene& scene, const std::function<void(v1::Command&)>& fill, const std::string& code, const std::string& where) {
+void expect_refused(Scene& scene, const std::function<void(v1::Command&)>& fill, const std::string& code,
+                    const std::string& where) {
     const std::string before = full_state(scene).SerializeAsString();
     const auto result = run(scene, fill);
     ASSERT_FALSE(result) << where;
@@ -53,7 +55,10 @@ constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
 
 TEST(Apply, EachCommandBumpsItsPartOnly) {
     Scene scene = some_scene();
-    ASSERT_TRUE(run(scene, [](v1::Command& c) { c.mutable_set_light()->set_name("key"); c.mutable_set_light()->set_level_ratio(0.25); }));
+    ASSERT_TRUE(run(scene, [](v1::Command& c) {
+        c.mutable_set_light()->set_name("key");
+        c.mutable_set_light()->set_level_ratio(0.25);
+    }));
     EXPECT_EQ(scene.scene_rev, 11u);
     EXPECT_EQ(scene.lights[0].level_rev, 11u);
     EXPECT_EQ(scene.lights[0].position_rev, 10u);
@@ -66,7 +71,10 @@ TEST(Apply, EachCommandBumpsItsPartOnly) {
 
 TEST(Apply, TheSameValueKeepsTheRevision) {
     Scene scene = some_scene();
-    const auto result = run(scene, [](v1::Command& c) { c.mutable_set_light()->set_name("key"); c.mutable_set_light()->set_level_ratio(1.0); });
+    const auto result = run(scene, [](v1::Command& c) {
+        c.mutable_set_light()->set_name("key");
+        c.mutable_set_light()->set_level_ratio(1.0);
+    });
     ASSERT_TRUE(result);
     EXPECT_EQ(result->scene_rev, 10u);
 }
@@ -80,31 +88,83 @@ TEST(Apply, RefusalsNameFieldAndValueAndChangeNothing) {
             fill(*c.mutable_set_light());
         };
     };
-    expect_refused(scene, light([](v1::SetLight& l) { l.set_level_ratio(1.5); }), "invalid_argument", "set_light.level_ratio");
-    expect_refused(scene, light([](v1::SetLight& l) { l.set_level_ratio(kNan); }), "invalid_argument", "set_light.level_ratio");
-    expect_refused(scene, light([](v1::SetLight& l) { l.add_position_m(1); }), "invalid_argument", "set_light.position_m");
-    expect_refused(scene, light([](v1::SetLight& l) { for (double v : {0.0, kNan, 0.0}) l.add_position_m(v); }), "invalid_argument", "set_light.position_m");
-    expect_refused(scene, light([](v1::SetLight& l) { for (double v : {0.0, 0.0, 0.0}) l.add_aim(v); }), "invalid_argument", "set_light.aim");
-    expect_refused(scene, light([](v1::SetLight& l) { for (double v : {0.0, 1.0, 0.0}) l.add_aim(v); l.set_pan_rad(1); }), "conflict", "set_light.aim");
-    expect_refused(scene, light([](v1::SetLight& l) { for (double v : {0.0, -1.0, 0.0}) l.add_color_rgb(v); }), "invalid_argument", "set_light.color_rgb");
+    expect_refused(scene, light([](v1::SetLight& l) { l.set_level_ratio(1.5); }), "invalid_argument",
+                   "set_light.level_ratio");
+    expect_refused(scene, light([](v1::SetLight& l) { l.set_level_ratio(kNan); }), "invalid_argument",
+                   "set_light.level_ratio");
+    expect_refused(scene, light([](v1::SetLight& l) { l.add_position_m(1); }), "invalid_argument",
+                   "set_light.position_m");
+    expect_refused(scene, light([](v1::SetLight& l) {
+                       for (double v : {0.0, kNan, 0.0}) l.add_position_m(v);
+                   }),
+                   "invalid_argument", "set_light.position_m");
+    expect_refused(scene, light([](v1::SetLight& l) {
+                       for (double v : {0.0, 0.0, 0.0}) l.add_aim(v);
+                   }),
+                   "invalid_argument", "set_light.aim");
+    expect_refused(scene, light([](v1::SetLight& l) {
+                       for (double v : {0.0, 1.0, 0.0}) l.add_aim(v);
+                       l.set_pan_rad(1);
+                   }),
+                   "conflict", "set_light.aim");
+    expect_refused(scene, light([](v1::SetLight& l) {
+                       for (double v : {0.0, -1.0, 0.0}) l.add_color_rgb(v);
+                   }),
+                   "invalid_argument", "set_light.color_rgb");
     expect_refused(scene, light([](v1::SetLight& l) { l.set_name("nobody"); }), "not_found", "set_light.name");
-    expect_refused(scene, [](v1::Command& c) { c.mutable_set_view()->set_view("pretty"); }, "invalid_argument", "set_view.view");
-    expect_refused(scene, [](v1::Command& c) { c.mutable_set_technique()->set_technique("magic"); }, "invalid_argument", "set_technique.technique");
-    expect_refused(scene, [](v1::Command& c) { c.mutable_set_technique()->set_samples(5000); }, "invalid_argument", "set_technique.samples");
-    expect_refused(scene, [](v1::Command& c) { c.mutable_set_camera()->set_fov_rad(0); }, "invalid_argument", "set_camera.fov_rad");
-    expect_refused(scene, [](v1::Command& c) { for (double v : {1.0, 2.0, 3.0}) { c.mutable_set_camera()->add_eye_m(v); c.mutable_set_camera()->add_target_m(v); } }, "invalid_argument", "set_camera.target_m");
-    expect_refused(scene, [](v1::Command& c) { c.mutable_set_size()->set_width_px(800); }, "invalid_argument", "set_size.height_px");
-    expect_refused(scene, [](v1::Command& c) { c.mutable_set_exposure()->set_ev100(99); }, "invalid_argument", "set_exposure.ev100");
-    expect_refused(scene, [](v1::Command& c) { c.mutable_remove_light()->set_name("nobody"); }, "not_found", "remove_light.name");
-    expect_refused(scene, [](v1::Command& c) { c.mutable_set_group()->set_name("g"); c.mutable_set_group()->add_lights("nobody"); }, "not_found", "set_group.lights");
-    expect_refused(scene, [](v1::Command& c) { c.mutable_add_light()->mutable_light()->set_name("key"); }, "already_exists", "add_light.light.name");
-    expect_refused(scene, [](v1::Command&) {}, "unsupported", "command");
+    expect_refused(
+        scene, [](v1::Command& c) { c.mutable_set_view()->set_view("pretty"); }, "invalid_argument", "set_view.view");
+    expect_refused(
+        scene, [](v1::Command& c) { c.mutable_set_technique()->set_technique("magic"); }, "invalid_argument",
+        "set_technique.technique");
+    expect_refused(
+        scene, [](v1::Command& c) { c.mutable_set_technique()->set_samples(5000); }, "invalid_argument",
+        "set_technique.samples");
+    expect_refused(
+        scene, [](v1::Command& c) { c.mutable_set_camera()->set_fov_rad(0); }, "invalid_argument",
+        "set_camera.fov_rad");
+    expect_refused(
+        scene,
+        [](v1::Command& c) {
+            for (double v : {1.0, 2.0, 3.0}) {
+                c.mutable_set_camera()->add_eye_m(v);
+                c.mutable_set_camera()->add_target_m(v);
+            }
+        },
+        "invalid_argument", "set_camera.target_m");
+    expect_refused(
+        scene, [](v1::Command& c) { c.mutable_set_size()->set_width_px(800); }, "invalid_argument",
+        "set_size.height_px");
+    expect_refused(
+        scene, [](v1::Command& c) { c.mutable_set_exposure()->set_ev100(99); }, "invalid_argument",
+        "set_exposure.ev100");
+    expect_refused(
+        scene, [](v1::Command& c) { c.mutable_remove_light()->set_name("nobody"); }, "not_found", "remove_light.name");
+    expect_refused(
+        scene,
+        [](v1::Command& c) {
+            c.mutable_set_group()->set_name("g");
+            c.mutable_set_group()->add_lights("nobody");
+        },
+        "not_found", "set_group.lights");
+    expect_refused(
+        scene, [](v1::Command& c) { c.mutable_add_light()->mutable_light()->set_name("key"); }, "already_exists",
+        "add_light.light.name");
+    expect_refused(
+        scene, [](v1::Command&) {}, "unsupported", "command");
 }
 
 TEST(Apply, GroupsSetEveryMember) {
     Scene scene = some_scene();
-    ASSERT_TRUE(run(scene, [](v1::Command& c) { c.mutable_set_group()->set_name("all"); c.mutable_set_group()->add_lights("key"); c.mutable_set_group()->add_lights("fill"); }));
-    ASSERT_TRUE(run(scene, [](v1::Command& c) { c.mutable_set_light()->set_name("all"); c.mutable_set_light()->set_level_ratio(0.1); }));
+    ASSERT_TRUE(run(scene, [](v1::Command& c) {
+        c.mutable_set_group()->set_name("all");
+        c.mutable_set_group()->add_lights("key");
+        c.mutable_set_group()->add_lights("fill");
+    }));
+    ASSERT_TRUE(run(scene, [](v1::Command& c) {
+        c.mutable_set_light()->set_name("all");
+        c.mutable_set_light()->set_level_ratio(0.1);
+    }));
     EXPECT_DOUBLE_EQ(scene.lights[0].level_ratio, 0.1);
     EXPECT_DOUBLE_EQ(scene.lights[1].level_ratio, 0.1);
     ASSERT_TRUE(run(scene, [](v1::Command& c) { c.mutable_remove_light()->set_name("fill"); }));
@@ -114,7 +174,9 @@ TEST(Apply, GroupsSetEveryMember) {
 TEST(Apply, TheSixtyFifthLightIsRefused) {
     Scene scene = some_scene();
     for (std::size_t i = 2; i <= kMaxLights; ++i) {
-        const auto result = run(scene, [&](v1::Command& c) { c.mutable_add_light()->mutable_light()->set_name("n" + std::to_string(i)); }, {nullptr, some_profile("x")});
+        const auto result = run(
+            scene, [&](v1::Command& c) { c.mutable_add_light()->mutable_light()->set_name("n" + std::to_string(i)); },
+            {nullptr, some_profile("x")});
         EXPECT_EQ(result.ok(), i < kMaxLights) << i;
         if (!result) {
             EXPECT_EQ(result.error().code, "too_many_lights");
@@ -122,10 +184,33 @@ TEST(Apply, TheSixtyFifthLightIsRefused) {
     }
 }
 
+TEST(Apply, LightsTimesPixelsAreBounded) {
+    Scene scene = some_scene();
+    const auto size = [&](unsigned side) {
+        return run(scene, [&](v1::Command& c) {
+            c.mutable_set_size()->set_width_px(side);
+            c.mutable_set_size()->set_height_px(side);
+        });
+    };
+    ASSERT_TRUE(size(4096));  // two lights: 336 MB
+    bool refused = false;
+    for (int i = 0; i < 30 && !refused; ++i) {
+        const auto added = run(
+            scene, [&](v1::Command& c) { c.mutable_add_light()->mutable_light()->set_name("n" + std::to_string(i)); },
+            {nullptr, some_profile("x")});
+        refused = !added && added.error().code == "too_large";
+    }
+    EXPECT_TRUE(refused);
+    EXPECT_LE(scene.lights.size() * 4096u * 4096u * kLayerBytesPerPixel, kMaxLayerBytes);
+}
+
 TEST(Apply, StateChangeHoldsWhatChangedAndNoMore) {
     Scene scene = some_scene();
     const Scene before = scene;
-    run(scene, [](v1::Command& c) { c.mutable_set_light()->set_name("fill"); c.mutable_set_light()->set_level_ratio(0.3); });
+    run(scene, [](v1::Command& c) {
+        c.mutable_set_light()->set_name("fill");
+        c.mutable_set_light()->set_level_ratio(0.3);
+    });
     const v1::StateChanged change = state_change(before, scene);
     ASSERT_EQ(change.state().lights_size(), 1);
     EXPECT_EQ(change.state().lights(0).name(), "fill");
@@ -167,7 +252,8 @@ TEST(Orientation, AimTakesC0FromWorldX) {
         EXPECT_NEAR(glm::dot(c0, a), 0.0, 1e-9);
         const glm::dvec3 reference = std::abs(a.x) > 1 - 1e-6 ? glm::dvec3(0, 0, 1) : glm::dvec3(1, 0, 0);
         EXPECT_GT(glm::dot(c0, reference), 0.0);
-        EXPECT_NEAR(glm::dot(glm::cross(reference, a), c0), 0.0, 1e-9) << "C0 lies in the plane of the reference and the aim";
+        EXPECT_NEAR(glm::dot(glm::cross(reference, a), c0), 0.0, 1e-9)
+            << "C0 lies in the plane of the reference and the aim";
     }
 }
 

@@ -15,11 +15,22 @@ struct Graph {
     std::string run(std::vector<SlotRef> wanted) {
         order.clear();
         std::vector<Pass> passes(3);
-        passes[0] = {"a", "", {}, {Slot::gbuffer}, {a_rev}, false, false, [&] { order += "a"; return PassRun{}; }};
-        passes[1] = {"b", "lamp", {}, {Slot::shadow, 0, 7}, {b_rev}, false, false, [&] { order += "b"; return PassRun{2, 3}; }};
-        passes[2] = {"c", "", {{Slot::gbuffer}, {Slot::shadow, 0, 7}}, {Slot::picture}, {}, false, false, [&] { order += "c"; return PassRun{}; }};
+        passes[0] = {"a", "", {}, {Slot::gbuffer}, {a_rev}, false, false, [&] {
+                         order += "a";
+                         return PassRun{};
+                     }};
+        passes[1] = {"b", "lamp", {}, {Slot::shadow, 0, 7}, {b_rev}, false, false, [&] {
+                         order += "b";
+                         return PassRun{2, 3};
+                     }};
+        passes[2] = {"c", "", {{Slot::gbuffer}, {Slot::shadow, 0, 7}}, {Slot::picture}, {}, false, false, [&] {
+                         order += "c";
+                         return PassRun{};
+                     }};
         std::string states;
-        for (const v1::PassReport& row : execute(passes, wanted, ledger, [](std::size_t) {}, [](std::size_t) {})) states += row.state().substr(0, 2) + " ";
+        for (const v1::PassReport& row : execute(
+                 passes, wanted, ledger, [](std::size_t) {}, [](std::size_t) {}))
+            states += row.state().substr(0, 2) + " ";
         return states;
     }
 };

@@ -33,7 +33,8 @@ TEST(CubeMap, CornerAndCentreTexelsOfAFineFace) {
     const double uniform = 4 * kPi / (6.0 * n * n);
     EXPECT_NEAR(glsl64::cube_texel_solid_angle(n / 2, n / 2, n) / uniform, 1.910, 0.005);
     EXPECT_NEAR(glsl64::cube_texel_solid_angle(0, 0, n) / uniform, 0.368, 0.005);
-    EXPECT_NEAR(glsl64::cube_texel_solid_angle_midpoint(glm::dvec2(0.25, -0.5), n), glsl64::cube_texel_solid_angle(5 * n / 8, n / 4, n), 3e-3 * uniform);
+    EXPECT_NEAR(glsl64::cube_texel_solid_angle_midpoint(glm::dvec2(0.25, -0.5), n),
+                glsl64::cube_texel_solid_angle(5 * n / 8, n / 4, n), 3e-3 * uniform);
 }
 
 TEST(CubeMap, ProjectInvertsDirection) {
@@ -67,7 +68,8 @@ TEST(Vpl, DiscOnAxisFromContactToFar) {
     // area / pi = R², cos = 1: area · geometry / pi = R² d² / (d² (d² + R²)).
     const double radius = 0.3;
     for (double distance : {1e-4, 0.01, 0.3, 1.0, 20.0}) {
-        const double geometry = glsl64::vpl_geometry(glm::dvec3(0, 0, distance), glm::dvec3(0, 0, 1), glm::dvec3(0, 0, -1), radius * radius);
+        const double geometry = glsl64::vpl_geometry(glm::dvec3(0, 0, distance), glm::dvec3(0, 0, 1),
+                                                     glm::dvec3(0, 0, -1), radius * radius);
         EXPECT_NEAR(geometry * radius * radius, radius * radius / (radius * radius + distance * distance), 1e-9);
     }
 }
@@ -86,7 +88,8 @@ TEST(Web, AnglesInvertTheGoniometersDirections) {
             for (double h : {-1.2, -0.3, 0.4, 1.1}) {
                 const double turned = goniometer == ies::Goniometer::type_c && h < 0 ? h + 2 * kPi : h;
                 const ies::Direction d = ies::direction_of(goniometer, Angle::radians(v), Angle::radians(turned));
-                const glm::dvec2 angles = glsl64::web_angles(static_cast<int>(goniometer), glm::dvec3(d[0], d[1], d[2]));
+                const glm::dvec2 angles =
+                    glsl64::web_angles(static_cast<int>(goniometer), glm::dvec3(d[0], d[1], d[2]));
                 EXPECT_NEAR(angles.x, v, 1e-6);
                 EXPECT_NEAR(angles.y, turned, 1e-6);
             }

@@ -27,7 +27,8 @@ PassRun run_gbuffer(const PassContext& context) {
     const Target& target = context.target;
     begin_raster(target.gbuffer.id(), target.width_px, target.height_px);
     const float zero[4] = {0, 0, 0, 0};
-    for (int i = 0; i < (target.emissive ? 3 : 2); ++i) glClearNamedFramebufferfv(target.gbuffer.id(), GL_COLOR, i, zero);
+    for (int i = 0; i < (target.emissive ? 3 : 2); ++i)
+        glClearNamedFramebufferfv(target.gbuffer.id(), GL_COLOR, i, zero);
     glClearNamedFramebufferfv(target.gbuffer.id(), GL_DEPTH, 0, zero);
     return context.geometry.draw(GpuScene::Mode::gbuffer, context.programs, context.eye.position,
                                  clip_from_local(context.eye, context.geometry.near_m()), 1);
@@ -48,7 +49,8 @@ PassRun run_shadow(const PassContext& context, const Light& light, LightGpu& gpu
         if ((faces >> face & 1u) != 0) clear_face(gpu.shadow.id(), gpu.shadow_size, face, GL_DEPTH_COMPONENT, GL_FLOAT);
     }
     begin_raster(gpu.shadow_fbo.id(), gpu.shadow_size, gpu.shadow_size);
-    const PassRun run = context.geometry.draw(GpuScene::Mode::shadow, context.programs, light.position, glm::mat4(1), faces);
+    const PassRun run =
+        context.geometry.draw(GpuScene::Mode::shadow, context.programs, light.position, glm::mat4(1), faces);
     note_faces(gpu.shadow_faces, faces, light.position_rev, context.scene.geometry_rev);
     return run;
 }

@@ -4,7 +4,9 @@
 
 namespace gonio {
 
-glm::mat3 light_from_world(const Light& light) { return glm::transpose(glm::mat3(glm::mat3_cast(light.world_from_light))); }
+glm::mat3 light_from_world(const Light& light) {
+    return glm::transpose(glm::mat3(glm::mat3_cast(light.world_from_light)));
+}
 
 PassRun run_mask(const PassContext& context, const Light& light, LightGpu& gpu) {
     const int size = gpu.mask_size;
@@ -50,12 +52,14 @@ PassRun run_vpl(const PassContext& context, LightGpu& gpu, unsigned count) {
     texels.size = kRsmSize;
     texels.flux.resize(count6);
     glPixelStorei(GL_PACK_ALIGNMENT, 1);
-    glGetTextureImage(gpu.flux.id(), 0, GL_RGBA, GL_FLOAT, static_cast<GLsizei>(count6 * sizeof(glm::vec4)), texels.flux.data());
+    glGetTextureImage(gpu.flux.id(), 0, GL_RGBA, GL_FLOAT, static_cast<GLsizei>(count6 * sizeof(glm::vec4)),
+                      texels.flux.data());
     if (gpu.texels_rsm_version != gpu.rsm_version) {
         gpu.texels_rsm_version = gpu.rsm_version;
         texels.radial_depth.resize(count6);
         texels.normal.resize(2 * count6);
-        glGetTextureImage(gpu.radial_depth.id(), 0, GL_RED, GL_FLOAT, static_cast<GLsizei>(count6 * 4), texels.radial_depth.data());
+        glGetTextureImage(gpu.radial_depth.id(), 0, GL_RED, GL_FLOAT, static_cast<GLsizei>(count6 * 4),
+                          texels.radial_depth.data());
         glGetTextureImage(gpu.normal.id(), 0, GL_RG, GL_SHORT, static_cast<GLsizei>(count6 * 4), texels.normal.data());
     }
     gpu.vpls = sample_vpls(texels, count);

@@ -38,9 +38,10 @@ PassRun run_direct(const PassContext& context, const Light& light, const LightGp
 PassRun run_gather(const PassContext& context, const Light& light, const LightGpu& gpu, int layer);
 // The seed paper's indirect pass into a layer.
 PassRun run_gather_seed(const PassContext& context, const Light& light, const LightGpu& gpu, int layer);
-// All layers -> display (raw 0), or values in the view's own unit into raw, an RGBA32F framebuffer of the target's size.
-// shown: the light whose cube the mask and rsm views unfold; may be null.
-PassRun run_composite(const PassContext& context, View view, const LightGpu* shown, std::span<const LightGpu* const> lights, GLuint raw);
+// All layers -> display (raw 0), or values in the view's own unit into raw, an RGBA32F framebuffer of the target's
+// size. shown: the light whose cube the mask and rsm views unfold; may be null.
+PassRun run_composite(const PassContext& context, View view, const LightGpu* shown,
+                      std::span<const LightGpu* const> lights, GLuint raw);
 // The photometric solids as wireframe over the display.
 PassRun run_solid(const PassContext& context, std::span<const LightGpu* const> lights);
 // Display -> NV12.

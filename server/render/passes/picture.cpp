@@ -8,20 +8,24 @@
 
 namespace gonio {
 
-PassRun run_composite(const PassContext& context, View view, const LightGpu* shown, std::span<const LightGpu* const> lights, GLuint raw) {
+PassRun run_composite(const PassContext& context, View view, const LightGpu* shown,
+                      std::span<const LightGpu* const> lights, GLuint raw) {
     const Target& target = context.target;
     gl::Defines defines = {{"VIEW", std::to_string(static_cast<int>(view))}};
     if (raw != 0) defines.emplace_back("RAW", "1");
     if (target.emissive) defines.emplace_back("EMISSIVE", "1");
     const GLuint program = context.programs.get("passes/screen.vert", "passes/composite.frag", defines);
-    begin_screen(context.programs, raw != 0 ? raw : target.display_fbo.id(), program, target.width_px, target.height_px);
+    begin_screen(context.programs, raw != 0 ? raw : target.display_fbo.id(), program, target.width_px,
+                 target.height_px);
 
     std::vector<layouts::LightWeight> weights(GONIO_MAX_LIGHTS);
     for (std::size_t i = 0; i < lights.size(); ++i) {
-        const glm::dvec3 weight = light_weight(context.scene, context.scene.lights[i]) * static_cast<double>(lights[i]->web->peak_cd);
+        const glm::dvec3 weight =
+            light_weight(context.scene, context.scene.lights[i]) * static_cast<double>(lights[i]->web->peak_cd);
         weights[i].rgb = glm::vec4(glm::vec3(weight), 0.0f);
     }
-    const gl::Buffer block = gl::make_buffer("light weights", weights.size() * sizeof(layouts::LightWeight), weights.data());
+    const gl::Buffer block =
+        gl::make_buffer("light weights", weights.size() * sizeof(layouts::LightWeight), weights.data());
     glBindBufferBase(GL_UNIFORM_BUFFER, 0, block.id());
     glProgramUniform1i(program, 1, static_cast<GLint>(lights.size()));
     glProgramUniform1f(program, 2, static_cast<float>(context.scene.exposure_ev100));
@@ -34,14 +38,17 @@ PassRun run_composite(const PassContext& context, View view, const LightGpu* sho
     float scale = 1.0f;
     if (shown != nullptr) {
         const auto& bounds = context.geometry.asset().bounds;
-        if (view == View::rsm_depth) scale = static_cast<float>(1.0 / std::max(glm::length(bounds.max - bounds.min), 1e-9));
+        if (view == View::rsm_depth)
+            scale = static_cast<float>(1.0 / std::max(glm::length(bounds.max - bounds.min), 1e-9));
         if (view == View::rsm_flux && !shown->texels.flux.empty()) {
             float brightest = 1e-30f;
             for (const glm::vec4& flux : shown->texels.flux) brightest = std::max({brightest, flux.r, flux.g, flux.b});
             scale = 1.0f / brightest;
         }
-        const GLuint cube = view == View::mask ? shown->mask.id() : view == View::rsm_depth ? shown->radial_depth.id()
-                            : view == View::rsm_normal ? shown->normal.id() : shown->flux.id();
+        const GLuint cube = view == View::mask         ? shown->mask.id()
+                            : view == View::rsm_depth  ? shown->radial_depth.id()
+                            : view == View::rsm_normal ? shown->normal.id()
+                                                       : shown->flux.id();
         glBindTextureUnit(4, cube);
     }
     glProgramUniform1f(program, 4, scale);

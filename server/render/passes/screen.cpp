@@ -17,7 +17,9 @@ void begin_screen(Programs& programs, GLuint framebuffer, GLuint program, int wi
     glUseProgram(program);
 }
 
-void draw_screen(int instances) { glDrawArraysInstanced(GL_TRIANGLES, 0, 3, instances); }
+void draw_screen(int instances) {
+    glDrawArraysInstanced(GL_TRIANGLES, 0, 3, instances);
+}
 
 void bind_surface(GLuint program, const PassContext& context, const glm::dvec3& light_position) {
     const Eye& eye = context.eye;

@@ -13,13 +13,15 @@ namespace {
 constexpr GLsizeiptr kBlockBytes = GONIO_MAX_VPLS_PER_BLOCK * sizeof(layouts::Vpl);
 
 void bind_vpls(const LightGpu& gpu, unsigned first) {
-    glBindBufferRange(GL_UNIFORM_BUFFER, 0, gpu.vpl_block.id(), static_cast<GLintptr>(first * sizeof(layouts::Vpl)), kBlockBytes);
+    glBindBufferRange(GL_UNIFORM_BUFFER, 0, gpu.vpl_block.id(), static_cast<GLintptr>(first * sizeof(layouts::Vpl)),
+                      kBlockBytes);
 }
 
 PassRun gather_precise(const PassContext& context, const Light& light, const LightGpu& gpu, int layer) {
     const Target& target = context.target;
     const GLuint program = context.programs.get("passes/screen.vert", "passes/gather.frag");
-    begin_screen(context.programs, layer_framebuffer(target, target.indirect.id(), layer), program, target.width_px, target.height_px);
+    begin_screen(context.programs, layer_framebuffer(target, target.indirect.id(), layer), program, target.width_px,
+                 target.height_px);
     bind_surface(program, context, light.position);
     glProgramUniform1f(program, 2, 1.0f);
     glEnable(GL_BLEND);
@@ -67,7 +69,8 @@ PassRun gather_grid(const PassContext& context, const Light& light, const LightG
     draw_screen();
 
     const GLuint upsample = context.programs.get("passes/screen.vert", "passes/upsample.frag", step);
-    begin_screen(context.programs, layer_framebuffer(target, target.indirect.id(), layer), upsample, target.width_px, target.height_px);
+    begin_screen(context.programs, layer_framebuffer(target, target.indirect.id(), layer), upsample, target.width_px,
+                 target.height_px);
     bind_surface(upsample, context, light.position);
     glProgramUniform2i(upsample, 3, grid.x, grid.y);
     glBindTextureUnit(0, target.grid.id());
@@ -86,7 +89,8 @@ gl::Buffer seed_directions(bool disk) {
     for (glm::vec4& d : directions) {
         const float a = uniform(random), phi = 2.0f * std::numbers::pi_v<float> * uniform(random);
         const float z = 1.0f - 2.0f * a, r = std::sqrt(std::max(0.0f, 1.0f - z * z));
-        d = disk ? glm::vec4(a, std::cos(phi), std::sin(phi), 0.0f) : glm::vec4(r * std::cos(phi), r * std::sin(phi), z, 0.0f);
+        d = disk ? glm::vec4(a, std::cos(phi), std::sin(phi), 0.0f)
+                 : glm::vec4(r * std::cos(phi), r * std::sin(phi), z, 0.0f);
     }
     return gl::make_buffer("seed directions", directions.size() * sizeof(glm::vec4), directions.data());
 }
@@ -98,7 +102,8 @@ PassRun run_direct(const PassContext& context, const Light& light, const LightGp
     gl::Defines defines;
     if (gpu.web->uniform) defines.emplace_back("UNIFORM_WEB", "1");
     const GLuint program = context.programs.get("passes/screen.vert", "passes/direct.frag", defines);
-    begin_screen(context.programs, layer_framebuffer(target, target.direct.id(), layer), program, target.width_px, target.height_px);
+    begin_screen(context.programs, layer_framebuffer(target, target.direct.id(), layer), program, target.width_px,
+                 target.height_px);
     bind_surface(program, context, light.position);
     const glm::mat3 turn = light_from_world(light);
     glProgramUniformMatrix3fv(program, 1, 1, GL_FALSE, &turn[0][0]);
@@ -113,10 +118,12 @@ PassRun run_direct(const PassContext& context, const Light& light, const LightGp
 PassRun run_gather(const PassContext& context, const Light& light, const LightGpu& gpu, int layer) {
     const float zero[4] = {0, 0, 0, 0};
     if (gpu.vpls.vpls.empty() || context.target.precise) {
-        glClearNamedFramebufferfv(layer_framebuffer(context.target, context.target.indirect.id(), layer), GL_COLOR, 0, zero);
+        glClearNamedFramebufferfv(layer_framebuffer(context.target, context.target.indirect.id(), layer), GL_COLOR, 0,
+                                  zero);
         if (gpu.vpls.vpls.empty()) return {};
     }
-    return context.target.precise ? gather_precise(context, light, gpu, layer) : gather_grid(context, light, gpu, layer);
+    return context.target.precise ? gather_precise(context, light, gpu, layer)
+                                  : gather_grid(context, light, gpu, layer);
 }
 
 PassRun run_gather_seed(const PassContext& context, const Light& light, const LightGpu& gpu, int layer) {
@@ -134,7 +141,8 @@ PassRun run_gather_seed(const PassContext& context, const Light& light, const Li
     gl::Defines defines;
     if (disk) defines.emplace_back("DISK", "1");
     const GLuint program = context.programs.get("passes/screen.vert", "passes/gather_seed.frag", defines);
-    begin_screen(context.programs, layer_framebuffer(target, target.indirect.id(), layer), program, target.width_px, target.height_px);
+    begin_screen(context.programs, layer_framebuffer(target, target.indirect.id(), layer), program, target.width_px,
+                 target.height_px);
     bind_surface(program, context, light.position);
     glProgramUniform1i(program, 1, static_cast<GLint>(context.scene.samples));
     glProgramUniform1f(program, 2, mask_lod(gpu));

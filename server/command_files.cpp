@@ -1,0 +1,38 @@
+#include "server/command_files.h"
+
+#include "server/assets/assets.h"
+
+namespace gonio {
+
+static const v1::Profile* profile_of(const v1::Command& command) {
+    if (command.has_set_light() && command.set_light().has_profile()) return &command.set_light().profile();
+    if (command.has_add_light() && command.add_light().light().has_profile())
+        return &command.add_light().light().profile();
+    return nullptr;
+}
+
+bool needs_files(const v1::Command& command) {
+    return command.has_load_scene() || profile_of(command) != nullptr;
+}
+
+Result<Loaded> read_files(const v1::Command& command) {
+    Loaded loaded;
+    if (command.has_load_scene()) {
+        auto asset = load_scene(command.load_scene().file());
+        if (!asset) return asset.error();
+        loaded.asset = *asset;
+    }
+    if (const v1::Profile* profile = profile_of(command)) {
+        const std::string& bytes = profile->photometry();
+        if (bytes.size() > kMaxProfileBytes) {
+            return Error{"too_large", "profile.photometry", std::to_string(bytes.size()) + " bytes",
+                         "a profile may have at most 1 MiB"};
+        }
+        auto read = bytes.empty() ? builtin_profile(profile->name()) : make_profile(profile->name(), bytes);
+        if (!read) return read.error();
+        loaded.profile = *read;
+    }
+    return loaded;
+}
+
+}  // namespace gonio

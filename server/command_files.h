@@ -1,0 +1,17 @@
+// The files that come with a command -> what apply() takes. May run on any thread; reads scene files from disk.
+#pragma once
+
+#include "ies/result.h"
+#include "protocol/gonio.pb.h"
+#include "server/scene/apply.h"
+
+namespace gonio {
+
+inline constexpr std::size_t kMaxProfileBytes = 1u << 20;  // a larger uploaded profile is refused: "too_large"
+
+// Result: whether the command has to be read before it can be applied: a scene, or a light's profile.
+bool needs_files(const v1::Command& command);
+// Errors: of load_scene, make_profile and builtin_profile; "too_large".
+Result<Loaded> read_files(const v1::Command& command);
+
+}  // namespace gonio
