@@ -239,33 +239,34 @@ void Stage::answer_stats(const Work& work) {
 }
 
 void Stage::begin_frame(std::int64_t drained_ns) {
+    if (renderer_->frames_in_flight() >= kMaxFramesInFlight) publish(*renderer_->finish_frame(true));
     renderer_->begin_frame(scene_, drained_ns);
     rendered_rev_ = scene_.scene_rev;
 }
 
-bool Stage::finish_frames(bool wait) {
-    bool published = false;
-    while (auto frame = renderer_->finish_frame(wait)) {
-        if (frame->nv12) {
-            ++frames_rendered_;
-            out_.picture({frame->report.scene_rev(), frame->width_px, frame->height_px, frame->nv12, frame->drained_ns,
-                          frame->rendered_ns});
-        }
-        std::erase_if(waiting_, [&](const Waiting& waiting) {
-            if (frame->report.scene_rev() < waiting.rev) return false;
-            v1::ServerMessage message;
-            message.set_request_id(waiting.request_id);
-            *message.mutable_report() = frame->report;
-            out_.reply(waiting.session, std::move(message));
-            return true;
-        });
-        // Of several frames of one revision the first is kept: it is the one that shows what the change cost.
-        if (reports_.empty() || reports_.back().scene_rev() != frame->report.scene_rev())
-            reports_.push_back(std::move(frame->report));
-        if (reports_.size() > kMaxReports) reports_.pop_front();
-        published = true;
+void Stage::finish_frames(bool wait) {
+    while (auto frame = renderer_->finish_frame(wait)) publish(std::move(*frame));
+}
+
+void Stage::publish(FinishedFrame frame) {
+    if (frame.nv12) {
+        ++frames_rendered_;
+        out_.picture({frame.report.scene_rev(), frame.width_px, frame.height_px, frame.nv12, frame.drained_ns,
+                      frame.rendered_ns});
     }
-    return published;
+    std::erase_if(waiting_, [&](const Waiting& waiting) {
+        if (frame.report.scene_rev() < waiting.rev) return false;
+        v1::ServerMessage message;
+        message.set_request_id(waiting.request_id);
+        *message.mutable_report() = frame.report;
+        out_.reply(waiting.session, std::move(message));
+        return true;
+    });
+    // Of several frames of one revision the first is kept: it is the one that shows what the change cost.
+    if (reports_.empty() || reports_.back().scene_rev() != frame.report.scene_rev()) {
+        reports_.push_back(std::move(frame.report));
+    }
+    if (reports_.size() > kMaxReports) reports_.pop_front();
 }
 
 }  // namespace gonio

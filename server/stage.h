@@ -30,6 +30,7 @@ struct Work {
 
 inline constexpr std::size_t kMaxWork = 1024;    // messages waiting for the render thread; beyond it: "busy"
 inline constexpr std::size_t kMaxReports = 256;  // frame reports kept for `report --rev`
+inline constexpr std::size_t kMaxFramesInFlight = 3;  // the readback ring
 inline constexpr std::size_t kMaxWaiting = 64;   // report queries waiting for their frame; beyond it: "busy"
 
 struct StageOutputs {
@@ -49,10 +50,10 @@ public:
     // Whether the picture is older than the scene, or somebody waits for a report.
     bool frame_wanted() const { return rendered_rev_ != scene_.scene_rev; }
     bool report_wanted() const { return !waiting_.empty(); }
-    // Starts a frame of the scene as it stands now.
+    // Starts a frame of the scene as it stands now. With kMaxFramesInFlight on the GPU it first waits for the oldest.
     void begin_frame(std::int64_t drained_ns);
-    // Publishes frames that have left the GPU; `wait` blocks for the newest. Result: whether any was published.
-    bool finish_frames(bool wait);
+    // Publishes frames that have left the GPU; `wait` blocks for all of them.
+    void finish_frames(bool wait);
     bool frames_in_flight() const { return renderer_->frames_in_flight() > 0; }
     const Scene& scene() const { return scene_; }
 
@@ -60,6 +61,7 @@ private:
     struct Waiting {
         std::uint32_t session, request_id, rev;
     };
+    void publish(FinishedFrame frame);
     void apply_command(const Work& work);
     void send_to_loader(Work work);
     void answer_meter(const Work& work);
