@@ -311,6 +311,14 @@ void dispatch(Scene& scene, const v1::Command& command, const Loaded& loaded) {
     refuse("unsupported", "command", "", "this server does not know the command");
 }
 
+// The lamp's output at this tilt, the angle between the aim and nadir; 1 without a TILT table.
+double tilt_factor_of(const Light& light) {
+    const auto& table = light.profile->photometry.tilt;
+    if (!table) return 1.0;
+    const double down = std::clamp(-aim_of(light.world_from_light).y, -1.0, 1.0);
+    return ies::tilt_factor(*table, Angle::radians(std::acos(down)));
+}
+
 void check_layers(const Scene& scene) {
     const std::size_t pixels = static_cast<std::size_t>(scene.width_px) * static_cast<std::size_t>(scene.height_px);
     if (pixels * scene.lights.size() * kLayerBytesPerPixel <= kMaxLayerBytes) return;
@@ -338,6 +346,7 @@ Result<Applied> apply(Scene& scene, const v1::Command& command, const Loaded& lo
     try {
         dispatch(changed, command, loaded);
         check_layers(changed);
+        for (Light& light : changed.lights) light.tilt_factor = tilt_factor_of(light);
     } catch (const Refused& refused) {
         return refused.error;
     }
@@ -382,6 +391,7 @@ Scene scene_of(std::shared_ptr<const SceneAsset> asset, Revision revision) {
         light.profile = seed.profile;
         light.multiplier = seed.multiplier;
         light.color = seed.color;
+        light.tilt_factor = tilt_factor_of(light);
         light.position_rev = light.aim_rev = light.profile_rev = light.level_rev = revision;
         scene.lights.push_back(std::move(light));
     }
@@ -390,7 +400,7 @@ Scene scene_of(std::shared_ptr<const SceneAsset> asset, Revision revision) {
 }
 
 glm::dvec3 light_weight(const Scene& scene, const Light& light) {
-    return light.color * (light.level_ratio * light.multiplier * scene.master_ratio);
+    return light.color * (light.level_ratio * light.multiplier * light.tilt_factor * scene.master_ratio);
 }
 
 const char* view_name(View view) {

@@ -30,7 +30,7 @@ Result<Applied> apply(Scene& scene, const v1::Command& command, const Loaded& lo
 // Result: a scene that shows the asset from its first camera, with its own lights; revisions continue from `revision`.
 Scene scene_of(std::shared_ptr<const SceneAsset> asset, Revision revision = 1);
 
-// Result: level × multiplier × master × colour: what the light's candela are multiplied by, per channel.
+// Result: level × multiplier × TILT factor × master × colour: what the light's candela are multiplied by, per channel.
 glm::dvec3 light_weight(const Scene& scene, const Light& light);
 
 // Names of View and Technique on the wire; nullptr-free: every enum value has one.

@@ -114,6 +114,7 @@ struct Light {
     double multiplier = 1.0;
     double level_ratio = 1.0;
     glm::dvec3 color{1.0};
+    double tilt_factor = 1.0;  // LM-63 TILT=INCLUDE: all candela at the luminaire's tilt; follows aim and profile
     Revision position_rev = 0, aim_rev = 0, profile_rev = 0, level_rev = 0;
 };
 

@@ -155,6 +155,51 @@ TEST(Direct, LevelMultiplierColourAndMasterMultiply) {
     EXPECT_NEAR(reading.direct_lx(), base * (0.2126 + 0.7152 * 0.5 + 0.0722 * 0.25), 0.3);
 }
 
+// LM-63 TILT=INCLUDE: the lamp gives 0.6 of its light when the luminaire is tilted by 60 degrees.
+TEST(Direct, TheTiltFactorFollowsTheLuminairesTilt) {
+    Renderer renderer(context());
+    auto profile = std::make_shared<Profile>(*isotropic(1000.0));
+    profile->photometry.tilt = ies::TiltTable{1, {0.0, std::numbers::pi / 3, std::numbers::pi}, {1.0, 0.6, 0.6}};
+    Scene scene = floor_scene(10.0, 0.0f, profile, {0, 2, 0});
+    EXPECT_NEAR(meter_direct(renderer, scene, {0, 0, 0}, {0, 1, 0}), 250.0, 0.3);
+    for (const auto& [tilt_deg, factor] : {std::pair{60.0, 0.6}, {30.0, 0.8}, {0.0, 1.0}}) {
+        v1::Command command;
+        command.mutable_set_light()->set_name("light");
+        command.mutable_set_light()->set_tilt_rad(tilt_deg * std::numbers::pi / 180);
+        ASSERT_TRUE(apply(scene, command, {}));
+        EXPECT_NEAR(meter_direct(renderer, scene, {0, 0, 0}, {0, 1, 0}), 250.0 * factor, 0.3) << tilt_deg;
+    }
+}
+
+// One Lambertian beam along the photometric zero, written on the grids of Types A, B and C, lights alike.
+TEST(Direct, GoniometerTypesAgree) {
+    for (const auto goniometer : {ies::Goniometer::type_c, ies::Goniometer::type_b, ies::Goniometer::type_a}) {
+        auto profile = std::make_shared<Profile>();
+        ies::PhotometricWeb& web = profile->photometry.web;
+        web.goniometer = goniometer;
+        const bool c = goniometer == ies::Goniometer::type_c;
+        for (int i = 0; i <= 180; ++i) web.v_rad.push_back((c ? i : i - 90) * std::numbers::pi / 180);
+        for (int i = 0; i <= (c ? 360 : 180); ++i) web.h_rad.push_back((c ? i : i - 90) * std::numbers::pi / 180);
+        for (double h : web.h_rad) {
+            for (double v : web.v_rad) {
+                const double along = -ies::direction_of(goniometer, Angle::radians(v), Angle::radians(h))[2];
+                web.candela.push_back(static_cast<float>(1000.0 * std::max(0.0, along)));
+            }
+        }
+        profile->max_cd = 1000.0;
+        Renderer renderer(context());
+        const Scene scene = floor_scene(10.0, 0.0f, profile, {0, 2, 0}, orientation_of({0.4, 0.5, 0.3}));
+        const glm::dvec3 aim(-std::sin(0.5) * std::sin(0.4), -std::cos(0.5), -std::sin(0.5) * std::cos(0.4));
+        for (const glm::dvec3& p : {glm::dvec3{0, 0, 0}, {0.7, 0, -1.1}, {-1.3, 0, 0.4}, {0.2, 0, -2.6}}) {
+            const glm::dvec3 d = p - glm::dvec3(0, 2, 0);
+            const double r = glm::length(d),
+                         expected = 1000.0 * std::max(0.0, glm::dot(d, aim) / r) * (2.0 / r) / (r * r);
+            EXPECT_NEAR(meter_direct(renderer, scene, p, {0, 1, 0}), expected, 0.003 * expected)
+                << static_cast<int>(goniometer);
+        }
+    }
+}
+
 // Rebased in double: ten kilometres from the origin the same room reads the same lux.
 TEST(Direct, TenKilometresAwayNothingChanges) {
     const glm::dvec3 away(10000.0, -3000.0, 7000.0);
