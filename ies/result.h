@@ -2,7 +2,7 @@
 // It does not throw and does not log; the caller decides who hears of the error.
 #pragma once
 
-#include <optional>
+#include <cstdio>
 #include <string>
 #include <utility>
 #include <variant>
@@ -25,6 +25,13 @@ struct Error {
         return result + ")";
     }
 };
+
+// Result: a number as errors show it, at most 12 characters or so: "0.25", "1e+300", "nan".
+inline std::string print_number(double value) {
+    char text[32];
+    std::snprintf(text, sizeof text, "%.6g", value);
+    return text;
+}
 
 template <typename T>
 class Result {

@@ -28,7 +28,8 @@ Result<Loaded> read_files(const v1::Command& command) {
             return Error{"too_large", "profile.photometry", std::to_string(bytes.size()) + " bytes",
                          "a profile may have at most 1 MiB"};
         }
-        auto read = bytes.empty() ? builtin_profile(profile->name()) : make_profile(profile->name(), bytes);
+        auto read =
+            !profile->has_photometry() ? builtin_profile(profile->name()) : make_profile(profile->name(), bytes);
         if (!read) return read.error();
         loaded.profile = *read;
     }

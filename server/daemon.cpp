@@ -138,18 +138,25 @@ int run_daemon(const Options& options) {
     listen.server_name = "goniod " GONIO_VERSION;
     listen.renderer = context->renderer();
     listen.page = page_files();
-    auto started = Front::start(listen, {
-                                            [&](SessionId session, v1::ClientMessage message) {
-                                                Work work;
-                                                work.session = session;
-                                                work.message = std::move(message);
-                                                return queue.push(std::move(work));
-                                            },
-                                            [&](Demand demand) {
-                                                demands.put(demand);
-                                                queue.wake();
-                                            },
-                                        });
+    auto started =
+        Front::start(listen, {
+                                 [&](SessionId session, v1::ClientMessage message) {
+                                     Work work;
+                                     work.session = session;
+                                     work.message = std::move(message);
+                                     return queue.push(std::move(work));
+                                 },
+                                 [&](Demand demand) {
+                                     demands.put(demand);
+                                     queue.wake();
+                                 },
+                                 [&](SessionId session) {
+                                     Work gone;
+                                     gone.session = session;
+                                     gone.closed = true;
+                                     queue.push(std::move(gone));  // a full queue: its work is merely done in vain
+                                 },
+                             });
     if (!started) throw std::runtime_error(started.error().text());
     front = std::move(*started);
 
@@ -201,7 +208,7 @@ int run_daemon(const Options& options) {
         const std::int64_t now = monotonic_ns();
         const std::int64_t wait_ns = due ? std::max<std::int64_t>(0, last_begin_ns + frame_time.count() - now) : 0;
         std::optional<Work> work;
-        if (due && wait_ns == 0)
+        if ((due && wait_ns == 0) || stage.capturing())
             work = queue.try_pop();
         else if (stage.frames_in_flight())
             work = queue.pop_for(std::chrono::milliseconds(1));
@@ -228,6 +235,7 @@ int run_daemon(const Options& options) {
             jpeg_sent = jpeg_sent || jpeg;
             demand.key = false;  // until it is asked for again
         }
+        stage.continue_capture();
         if (context->lost()) throw std::runtime_error("the GPU lost the GL context");
     }
     spdlog::info("stopping");

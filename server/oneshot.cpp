@@ -78,8 +78,8 @@ void write_capture(Renderer& renderer, const Scene& scene, const Json& capture, 
         width = static_cast<int>(parsed->first);
         height = static_cast<int>(parsed->second);
     }
-    const CapturedPicture picture = checked(place, renderer.capture(scene, view, width, height, format == "exr"));
-    const std::vector<std::byte> bytes = checked(place, encode_capture(picture, view, format));
+    const auto picture = renderer.capture(scene, view, width, height, format == "exr");
+    const std::vector<std::byte> bytes = checked(place, encode_capture(*picture, view, format));
     const std::filesystem::path path = folder / relative, part = path.string() + ".part";
     std::error_code failed;
     std::filesystem::create_directories(path.parent_path(), failed);

@@ -19,7 +19,7 @@ Result<glm::dvec3> vector_of(const Field& field, const std::string& where) {
     std::string text;
     bool finite = field.size() == 3;
     for (double value : field) {
-        text += (text.empty() ? "" : ",") + std::to_string(value);
+        text += (text.empty() ? "" : ",") + print_number(value);
         finite = finite && std::abs(value) <= 1e6;
     }
     if (!finite) return bad_argument(where, text, "must be three finite numbers of at most 1e6");
@@ -56,6 +56,7 @@ void Stage::refuse(const Work& work, const Error& error) {
 }
 
 void Stage::take(Work work) {
+    if (work.closed) return forget_session(work.session);
     switch (work.message.message_case()) {
         case v1::ClientMessage::kCommand:
             if (!work.read && needs_files(work.message.command())) return send_to_loader(std::move(work));
@@ -151,23 +152,32 @@ void Stage::answer_capture(const Work& work) {
         return refuse(work, bad_argument("capture.width_px", std::to_string(width) + "x" + std::to_string(height),
                                          "must be 1 to 4096 a side"));
     }
-    Result<CapturedPicture> picture = renderer_->capture(scene_, view, width, height, format == "exr");
-    if (!picture) return refuse(work, picture.error());
+    if (captures_waiting_.size() >= kMaxCaptures) {
+        return refuse(work, {"busy", "", "", "too many captures are waiting"});
+    }
+    captures_waiting_.push_back({work, format, renderer_->begin_capture(scene_, view, width, height, format == "exr")});
+}
+
+void Stage::continue_capture() {
+    if (captures_waiting_.empty() || !renderer_->continue_capture(*captures_waiting_.front().job)) return;
+    Capturing done = std::move(captures_waiting_.front());
+    captures_waiting_.pop_front();
     ++captures_;
-    // Compressing takes as long as rendering: it is the loader's.
-    auto shared = std::make_shared<CapturedPicture>(std::move(*picture));
-    const bool accepted = loader_.submit([work, shared, view, format, reply = out_.reply, rev = scene_.scene_rev] {
-        const Result<std::vector<std::byte>> image = encode_capture(*shared, view, format);
+    // Compressing takes long too: it is the loader's.
+    auto job = std::make_shared<CaptureJob>(std::move(*done.job));
+    const bool accepted = loader_.submit([work = done.work, format = done.format, job, reply = out_.reply] {
+        const CapturedPicture& picture = *job->picture;
+        const Result<std::vector<std::byte>> image = encode_capture(picture, job->view, format);
         v1::ServerMessage message;
         message.set_request_id(work.message.request_id());
         if (image) {
             v1::CaptureResult& result = *message.mutable_capture();
             result.set_format(format);
             result.set_image(std::string(reinterpret_cast<const char*>(image->data()), image->size()));
-            result.set_width_px(static_cast<std::uint32_t>(shared->width_px));
-            result.set_height_px(static_cast<std::uint32_t>(shared->height_px));
-            result.set_scene_rev(rev);
-            *result.mutable_report() = shared->report;
+            result.set_width_px(static_cast<std::uint32_t>(picture.width_px));
+            result.set_height_px(static_cast<std::uint32_t>(picture.height_px));
+            result.set_scene_rev(job->scene.scene_rev);
+            *result.mutable_report() = picture.report;
         } else {
             message.mutable_result()->set_code(image.error().code);
             message.mutable_result()->set_field(image.error().where);
@@ -175,7 +185,12 @@ void Stage::answer_capture(const Work& work) {
         }
         reply(work.session, std::move(message));
     });
-    if (!accepted) refuse(work, {"busy", "", "", "too many pictures are waiting to be written"});
+    if (!accepted) refuse(done.work, {"busy", "", "", "too many pictures are waiting to be written"});
+}
+
+void Stage::forget_session(std::uint32_t session) {
+    std::erase_if(captures_waiting_, [&](const Capturing& capturing) { return capturing.work.session == session; });
+    std::erase_if(waiting_, [&](const Waiting& waiting) { return waiting.session == session; });
 }
 
 void Stage::answer_report(const Work& work) {

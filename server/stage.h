@@ -26,12 +26,14 @@ struct Work {
     Loaded loaded;                 // set when the loader has read the message's files
     std::optional<Error> failure;  // why it could not
     bool read = false;             // the loader has been there
+    bool closed = false;           // no message: the session has gone, and what it waits for with it
 };
 
-inline constexpr std::size_t kMaxWork = 1024;    // messages waiting for the render thread; beyond it: "busy"
-inline constexpr std::size_t kMaxReports = 256;  // frame reports kept for `report --rev`
+inline constexpr std::size_t kMaxWork = 1024;         // messages waiting for the render thread; beyond it: "busy"
+inline constexpr std::size_t kMaxCaptures = 8;        // captures rendered one after the other; beyond it: "busy"
+inline constexpr std::size_t kMaxReports = 256;       // frame reports kept for `report --rev`
 inline constexpr std::size_t kMaxFramesInFlight = 3;  // the readback ring
-inline constexpr std::size_t kMaxWaiting = 64;   // report queries waiting for their frame; beyond it: "busy"
+inline constexpr std::size_t kMaxWaiting = 64;        // report queries waiting for their frame; beyond it: "busy"
 
 struct StageOutputs {
     std::function<void(std::uint32_t session, v1::ServerMessage)> reply;
@@ -55,12 +57,21 @@ public:
     // Publishes frames that have left the GPU; `wait` blocks for all of them.
     void finish_frames(bool wait);
     bool frames_in_flight() const { return renderer_->frames_in_flight() > 0; }
+    bool capturing() const { return !captures_waiting_.empty(); }
+    // Renders one tile of the oldest capture, and sends the picture off when it is complete.
+    void continue_capture();
     const Scene& scene() const { return scene_; }
 
 private:
     struct Waiting {
         std::uint32_t session, request_id, rev;
     };
+    struct Capturing {
+        Work work;
+        std::string format;
+        std::unique_ptr<CaptureJob> job;
+    };
+    void forget_session(std::uint32_t session);
     void publish(FinishedFrame frame);
     void apply_command(const Work& work);
     void send_to_loader(Work work);
@@ -81,6 +92,7 @@ private:
     Revision rendered_rev_ = 0;
     std::deque<v1::FrameReport> reports_;
     std::vector<Waiting> waiting_;
+    std::deque<Capturing> captures_waiting_;
     std::uint32_t frames_rendered_ = 0, captures_ = 0, refused_ = 0;
 };
 

@@ -79,7 +79,7 @@ Result<bool> add_punctual(GltfImport& import, const LightNode& node, int index) 
     } else if (from.type == "spot") {
         const double inner = from.spot.innerConeAngle, outer = from.spot.outerConeAngle;
         if (!(inner >= 0.0 && inner <= std::numbers::pi) || !(outer > 0.0 && outer <= std::numbers::pi)) {
-            return Error{"bad_gltf", where + "/spot", std::to_string(inner) + ", " + std::to_string(outer),
+            return Error{"bad_gltf", where + "/spot", print_number(inner) + ", " + print_number(outer),
                          "cone angles lie between 0 and pi/2"};
         }
         if (outer > std::numbers::pi / 2.0 + 1e-6)
@@ -89,13 +89,13 @@ Result<bool> add_punctual(GltfImport& import, const LightNode& node, int index) 
         return Error{"bad_gltf", where + "/type", from.type, "there is no such type of light"};
     }
     if (!(from.intensity >= 0.0 && from.intensity <= kMostCandela)) {
-        return Error{"bad_gltf", where + "/intensity", std::to_string(from.intensity),
+        return Error{"bad_gltf", where + "/intensity", print_number(from.intensity),
                      "the intensity must lie between 0 and 1e12 cd"};
     }
     light.multiplier = from.intensity;
     for (std::size_t c = 0; c < from.color.size() && c < 3; ++c) {
         if (!(from.color[c] >= 0.0 && from.color[c] <= 1e6)) {
-            return Error{"bad_gltf", where + "/color", std::to_string(from.color[c]),
+            return Error{"bad_gltf", where + "/color", print_number(from.color[c]),
                          "a colour must lie between 0 and 1e6"};
         }
         light.color[static_cast<glm::length_t>(c)] = from.color[c];
@@ -150,7 +150,7 @@ Result<bool> add_ies(GltfImport& import, const LightNode& node, const Value& ext
     light.profile = profiles[index];
     if (extension.Has("multiplier")) light.multiplier = extension.Get("multiplier").GetNumberAsDouble();
     if (!(light.multiplier >= 0.0 && light.multiplier <= 1e9)) {
-        return Error{"bad_gltf", where + "/multiplier", std::to_string(light.multiplier),
+        return Error{"bad_gltf", where + "/multiplier", print_number(light.multiplier),
                      "the multiplier must lie between 0 and 1e9"};
     }
     if (extension.Has("color")) {
@@ -168,13 +168,17 @@ Result<bool> import_node_light(GltfImport& import, const LightNode& node,
                                std::vector<std::shared_ptr<const Profile>>& ies_profiles) {
     const auto& extensions = import.document.model->nodes[node.index].extensions;
     const auto punctual = extensions.find("KHR_lights_punctual");
-    if (punctual != extensions.end()) {
-        const auto done = add_punctual(import, node, punctual->second.Get("light").GetNumberAsInt());
-        if (!done) return done;
-    }
     const auto ies = extensions.find("EXT_lights_ies");
-    if (ies != extensions.end()) return add_ies(import, node, ies->second, ies_profiles);
-    return true;
+    if (ies != extensions.end()) {
+        // A punctual light on the same node is the fallback of viewers without photometry: both would count twice.
+        if (punctual != extensions.end()) {
+            import.warn("the punctual light beside the measured one was left out (/nodes/" +
+                        std::to_string(node.index) + ")");
+        }
+        return add_ies(import, node, ies->second, ies_profiles);
+    }
+    if (punctual == extensions.end()) return true;
+    return add_punctual(import, node, punctual->second.Get("light").GetNumberAsInt());
 }
 
 }  // namespace gonio

@@ -62,6 +62,7 @@ public:
         // client is then answered "busy".
         std::function<bool(SessionId, v1::ClientMessage)> request;
         std::function<void(Demand)> demand;
+        std::function<void(SessionId)> closed;  // the session has gone: nobody waits for its replies
     };
 
     // Binds and starts the thread. Errors: "listen_failed" with the address.

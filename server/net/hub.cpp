@@ -21,6 +21,7 @@ SessionId Hub::add(const std::shared_ptr<Peer>& peer) {
 
 void Hub::remove(SessionId id) {
     if (peers.erase(id) == 0) return;
+    if (!stopping && callbacks.closed) callbacks.closed(id);
     update_demand();
 }
 

@@ -142,7 +142,7 @@ std::vector<Pass> build_pipeline(const FrameInputs& in) {
         }
     }
     if (!in.meter) b.add_composite();
-    if (!in.meter && !in.target.precise) {
+    if (!in.meter && in.target.kind == TargetKind::live) {
         b.add("nv12", b.per_target(Slot::nv12), {b.per_target(Slot::picture)}, {},
               [context = b.context] { return run_nv12(context); });
     }

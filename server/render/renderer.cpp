@@ -5,31 +5,11 @@
 #include <cstring>
 
 #include "server/render/pipeline.h"
+#include "server/render/timers.h"
 #include "server/render/web_buffer.h"
 #include "server/scene/apply.h"
 
 namespace gonio {
-
-// GPU time of passes by timestamps around each; read when the frame has left the GPU.
-struct Renderer::Timers {
-    std::vector<std::pair<std::size_t, std::pair<gl::Query, gl::Query>>> passes;  // row, (before, after)
-
-    static gl::Query stamp() {
-        GLuint id = 0;
-        glCreateQueries(GL_TIMESTAMP, 1, &id);
-        glQueryCounter(id, GL_TIMESTAMP);
-        return gl::Query(id);
-    }
-    void resolve(v1::FrameReport& report) const {
-        for (const auto& [row, stamps] : passes) {
-            GLuint64 from = 0, to = 0;
-            glGetQueryObjectui64v(stamps.first.id(), GL_QUERY_RESULT, &from);
-            glGetQueryObjectui64v(stamps.second.id(), GL_QUERY_RESULT, &to);
-            report.mutable_passes(static_cast<int>(row))
-                ->set_gpu_ms(to > from ? static_cast<double>(to - from) * 1e-6 : 0.0);
-        }
-    }
-};
 
 struct Renderer::InFlight {
     gl::Fence fence;
@@ -83,7 +63,7 @@ void Renderer::prepare(const Scene& scene) {
     if (live_.width_px != scene.width_px || live_.height_px != scene.height_px || live_.layer_count < layers ||
         live_.emissive != geometry_->emissive()) {
         ledger_.forget_target(live_.id);
-        live_ = make_target(next_target_++, scene.width_px, scene.height_px, scene.lights.size(), false,
+        live_ = make_target(next_target_++, TargetKind::live, scene.width_px, scene.height_px, scene.lights.size(),
                             geometry_->emissive());
     }
 }
@@ -171,62 +151,13 @@ std::optional<FinishedFrame> Renderer::finish_frame(bool wait) {
     return done;
 }
 
-Result<CapturedPicture> Renderer::capture(const Scene& scene, View view, int width_px, int height_px, bool raw) {
-    if (layer_bytes(width_px, height_px, scene.lights.size(), true) > kMaxLayerBytes) {
-        return Error{"too_large", "capture.width_px", std::to_string(width_px) + "x" + std::to_string(height_px),
-                     "the irradiance of " + std::to_string(scene.lights.size()) + " lights at this size exceeds 2 GiB"};
-    }
-    const std::int64_t start = monotonic_ns();
-    prepare(scene);
-    const Target target =
-        make_target(next_target_++, width_px, height_px, scene.lights.size(), true, geometry_->emissive());
-    const Eye eye = eye_of(scene.camera, width_px, height_px);
-    FrameInputs inputs = inputs_of(scene, target, eye);
-    inputs.view = view;
-    gl::Texture values;
-    gl::Framebuffer values_fbo;
-    if (raw) {
-        values = gl::make_texture_2d("capture values", GL_RGBA32F, width_px, height_px, gl::Filter::nearest);
-        values_fbo = gl::make_framebuffer("capture values", {values.id()}, 0);
-        inputs.raw = values_fbo.id();
-    }
-    CapturedPicture picture;
-    picture.width_px = width_px;
-    picture.height_px = height_px;
-    Timers timers;
-    picture.report = run(inputs, wanted_slots(inputs, false), timers);
-    const auto pixels = static_cast<std::size_t>(width_px) * static_cast<std::size_t>(height_px);
-    const auto row = static_cast<std::size_t>(width_px) * 4;
-    glPixelStorei(GL_PACK_ALIGNMENT, 1);
-    const auto turned = [&](auto& out, GLuint texture, GLenum type) {
-        auto bottom_up = out;
-        bottom_up.resize(pixels * 4);
-        out.resize(pixels * 4);
-        glGetTextureImage(texture, 0, GL_RGBA, type, static_cast<GLsizei>(bottom_up.size() * sizeof bottom_up[0]),
-                          bottom_up.data());
-        for (std::size_t y = 0; y < static_cast<std::size_t>(height_px); ++y) {
-            std::copy_n(
-                bottom_up.begin() + static_cast<std::ptrdiff_t>((static_cast<std::size_t>(height_px) - 1 - y) * row),
-                row, out.begin() + static_cast<std::ptrdiff_t>(y * row));
-        }
-    };
-    if (raw)
-        turned(picture.values, values.id(), GL_FLOAT);
-    else
-        turned(picture.rgba8, target.display.id(), GL_UNSIGNED_BYTE);
-    timers.resolve(picture.report);
-    picture.report.set_frame_ms(static_cast<double>(monotonic_ns() - start) * 1e-6);
-    ledger_.forget_target(target.id);
-    return picture;
-}
-
 v1::MeterReading Renderer::meter(const Scene& scene, const glm::dvec3& point, const glm::dvec3& unit_normal,
                                  MeterQuality quality) {
     Scene metered = scene;
     if (quality == MeterQuality::rsm) metered.technique = Technique::standard;
     if (metered.technique != scene.technique) metered.samples = kDefaultVpls;
     prepare(metered);
-    const Target target = make_target(next_target_++, 1, 1, metered.lights.size(), true, false);
+    const Target target = make_target(next_target_++, TargetKind::precise, 1, 1, metered.lights.size(), false);
     // The eye stands one metre above the point and looks straight down at it.
     Eye eye;
     eye.position = point + unit_normal;

@@ -22,6 +22,7 @@
 namespace gonio {
 
 struct FrameInputs;
+struct Timers;
 
 // A live frame that has left the GPU.
 struct FinishedFrame {
@@ -39,6 +40,16 @@ struct CapturedPicture {
     v1::FrameReport report;
 };
 
+// A capture between its tiles: a value copy of the scene, and the picture as far as it is.
+struct CaptureJob {
+    Scene scene;
+    View view = View::beauty;
+    bool raw = false;
+    int tile_px = 0, next_tile = 0;
+    std::int64_t started_ns = 0;
+    std::shared_ptr<CapturedPicture> picture;
+};
+
 std::int64_t monotonic_ns();
 
 class Renderer {
@@ -52,9 +63,15 @@ public:
     std::optional<FinishedFrame> finish_frame(bool wait);
     std::size_t frames_in_flight() const { return in_flight_.size(); }
 
-    // Renders the scene once into a target of its own, at full precision; the live passes stay clean.
-    // raw: values in the view's unit (lux, cd/m², cd, m) instead of display colours. Errors: "too_large".
-    Result<CapturedPicture> capture(const Scene& scene, View view, int width_px, int height_px, bool raw);
+    // Starts a capture of the scene as it is now, at its own size; the live passes stay clean. raw: values in the
+    // view's unit (lux, cd/m², cd, m) in full precision instead of display colours. Sizes are at least 1.
+    std::unique_ptr<CaptureJob> begin_capture(const Scene& scene, View view, int width_px, int height_px, bool raw);
+    // Renders the job's next tile, a bounded amount of work, so that live frames come in between. Result: whether the
+    // picture is complete.
+    bool continue_capture(CaptureJob& job);
+    // Both in one, for whoever has time.
+    std::shared_ptr<const CapturedPicture> capture(const Scene& scene, View view, int width_px, int height_px,
+                                                   bool raw);
     // Illuminance at a point: interactive: the picture's own shadow and VPLs; rsm: direct likewise, indirect the
     // unoccluded sum over all RSM texels in double precision.
     enum class MeterQuality { interactive, rsm };
@@ -62,7 +79,6 @@ public:
 
 private:
     struct InFlight;
-    struct Timers;
 
     void prepare(const Scene& scene);
     v1::FrameReport run(const FrameInputs& inputs, std::vector<SlotRef> wanted, Timers& timers);

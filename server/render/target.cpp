@@ -17,26 +17,24 @@ Eye eye_of(const Camera& camera, int width_px, int height_px) {
     return eye;
 }
 
-std::size_t layer_bytes(int width_px, int height_px, std::size_t lights, bool precise) {
-    return static_cast<std::size_t>(width_px) * static_cast<std::size_t>(height_px) * lights * (precise ? 2 : 1) *
-           kLayerBytesPerPixel;
-}
-
 glm::ivec2 grid_size(const Target& target) {
-    return {(target.width_px + kGridStep - 1) / kGridStep, (target.height_px + kGridStep - 1) / kGridStep};
+    return {(target.width_px + target.grid_step - 1) / target.grid_step,
+            (target.height_px + target.grid_step - 1) / target.grid_step};
 }
 
 glm::ivec2 tile_size(const Target& target) {
     return (grid_size(target) + 3) / 4;
 }
 
-Target make_target(std::uint32_t id, int width_px, int height_px, std::size_t lights, bool precise, bool emissive) {
+Target make_target(std::uint32_t id, TargetKind kind, int width_px, int height_px, std::size_t lights, bool emissive) {
     using gl::Filter;
     Target t;
     t.id = id;
     t.width_px = width_px;
     t.height_px = height_px;
-    t.precise = precise;
+    t.kind = kind;
+    t.grid_step = kind == TargetKind::live ? 4 : 1;
+    const bool precise = kind == TargetKind::precise;
     t.emissive = emissive;
     t.layer_count = static_cast<int>(std::max<std::size_t>(lights, 1));
     t.depth = gl::make_texture_2d("depth", GL_DEPTH_COMPONENT32F, width_px, height_px, Filter::nearest);
@@ -66,7 +64,7 @@ Target make_target(std::uint32_t id, int width_px, int height_px, std::size_t li
     }
     t.display = gl::make_texture_2d("display", GL_RGBA8, width_px, height_px, Filter::nearest);
     t.display_fbo = gl::make_framebuffer("display", {t.display.id()}, t.depth.id());
-    if (!precise) {
+    if (kind == TargetKind::live) {
         t.nv12 = gl::make_texture_2d("nv12", GL_R8, width_px, height_px / 2 * 3, Filter::nearest);
         t.nv12_fbo = gl::make_framebuffer("nv12", {t.nv12.id()}, 0);
     }

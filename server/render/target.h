@@ -14,13 +14,20 @@ struct Eye {
     glm::dvec3 position{0.0};                                   // world, m
     glm::dvec3 right{1, 0, 0}, up{0, 1, 0}, forward{0, 0, -1};  // orthonormal, world
     double tan_half_x = 1.0, tan_half_y = 1.0;
+    // The part of the view that the target shows: centre and half size in the whole view's -1..1.
+    glm::dvec2 window_centre{0.0}, window_half{1.0};
 };
 Eye eye_of(const Camera& camera, int width_px, int height_px);
+
+// live: gather on a grid of 4 pixels, NV12. still: gather at each pixel, interleaved: pictures to look at.
+// precise: 32-bit float layers, the whole VPL list at each pixel: values to rely on.
+enum class TargetKind : std::uint8_t { live, still, precise };
 
 struct Target {
     std::uint32_t id = 0;
     int width_px = 0, height_px = 0;
-    bool precise = false;  // float layers and a gather at every pixel: captures and meters
+    TargetKind kind = TargetKind::live;
+    int grid_step = 4;  // pixels between the gather's grid points; live and still
     bool emissive = false;
     int layer_count = 0;
 
@@ -44,11 +51,7 @@ struct Target {
     gl::Framebuffer nv12_fbo;
 };
 
-inline constexpr int kGridStep = 4;  // pixels between the gather's grid points
-// Result: bytes of the irradiance layers; a target beyond kMaxLayerBytes of scene.h is not made.
-std::size_t layer_bytes(int width_px, int height_px, std::size_t lights, bool precise);
-
-Target make_target(std::uint32_t id, int width_px, int height_px, std::size_t lights, bool precise, bool emissive);
+Target make_target(std::uint32_t id, TargetKind kind, int width_px, int height_px, std::size_t lights, bool emissive);
 // Result: points of the gather's grid, and of one of its 4×4 tiles.
 glm::ivec2 grid_size(const Target& target);
 glm::ivec2 tile_size(const Target& target);

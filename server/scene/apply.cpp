@@ -20,15 +20,10 @@ struct Refused {
     throw Refused{{std::move(code), std::move(where), std::move(value), std::move(message)}};
 }
 
-std::string print(double value) {
-    std::ostringstream out;
-    out << value;
-    return out.str();
-}
-
 double checked(double value, double low, double high, const std::string& field) {
     if (!(value >= low && value <= high)) {
-        refuse("invalid_argument", field, print(value), "must be a number from " + print(low) + " to " + print(high));
+        refuse("invalid_argument", field, print_number(value),
+               "must be a number from " + print_number(low) + " to " + print_number(high));
     }
     return value;
 }
@@ -36,7 +31,7 @@ double checked(double value, double low, double high, const std::string& field) 
 template <typename Field>
 std::string print_all(const Field& field) {
     std::string text;
-    for (double value : field) text += (text.empty() ? "" : ",") + print(value);
+    for (double value : field) text += (text.empty() ? "" : ",") + print_number(value);
     return text;
 }
 
@@ -49,7 +44,7 @@ glm::dvec3 checked_vector(const Field& field, double low, double high, const std
     for (int i = 0; i < 3; ++i) {
         if (!(field[i] >= low && field[i] <= high)) {
             refuse("invalid_argument", name, print_all(field),
-                   "must be three numbers from " + print(low) + " to " + print(high));
+                   "must be three numbers from " + print_number(low) + " to " + print_number(high));
         }
         result[i] = field[i];
     }
@@ -250,8 +245,10 @@ void set_camera(Scene& scene, const v1::SetCamera& set) {
 }
 
 void set_size(Scene& scene, const v1::SetSize& set) {
-    const int width = static_cast<int>(checked(set.width_px(), 16, 4096, "set_size.width_px")) & ~1;
-    const int height = static_cast<int>(checked(set.height_px(), 16, 4096, "set_size.height_px")) & ~1;
+    const int width = static_cast<int>(checked(set.width_px(), 16, 4096, "set_size.width_px"));
+    const int height = static_cast<int>(checked(set.height_px(), 16, 4096, "set_size.height_px"));
+    if (width % 2 != 0) refuse("invalid_argument", "set_size.width_px", std::to_string(width), "must be even");
+    if (height % 2 != 0) refuse("invalid_argument", "set_size.height_px", std::to_string(height), "must be even");
     change(scene, scene.width_px, width, scene.size_rev);
     change(scene, scene.height_px, height, scene.size_rev);
 }

@@ -183,6 +183,50 @@ TEST(Floor, MeterAndPictureReadTheInverseSquareLaw) {
                 0.5 * 250.0 / M_PI, 0.5);
 }
 
+// Values read off the table by hand: at V = 45 the planes C0, C90, C180 and C270 have 880, 930, 980 and 1030 cd.
+TEST(Floor, AnAsymmetricFileFacesTheRightWay) {
+    TemporaryFolder folder;
+    DaemonProcess daemon({"--scene", folder.file("floor.gltf", floor_gltf(0.5)), "--size", "64x64"});
+    const std::string file =
+        folder.file("planes.ies",
+                    "IESNA:LM-63-2002\n[TEST] e2e\n[TESTLAB] e2e\n[ISSUEDATE] today\n[MANUFAC] none\nTILT=NONE\n1 -1 1 "
+                    "3 5 1 2 0 0 0\n1 1 10\n"
+                    "0 45 90\n0 90 180 270 360\n900 880 10\n900 930 10\n900 980 10\n900 1030 10\n900 880 10\n");
+    daemon.rev({"set", "light", "lamp", "--profile", file, "--pan", "0", "--tilt", "0", "--roll", "0"});
+    // Pan and tilt 0: C0 = +X, C90 = -Z. Two metres aside at two metres' height: cos 45 / 8.
+    const auto lux = [&](double x, double z) {
+        return daemon.json({"meter", "--point", triple(x, 0, z), "--normal", "0,1,0"})["direct_lx"].get<double>();
+    };
+    const double share = std::sqrt(0.5) / 8.0;
+    EXPECT_NEAR(lux(2, 0), 880 * share, 0.1);
+    EXPECT_NEAR(lux(0, -2), 930 * share, 0.1);
+    EXPECT_NEAR(lux(-2, 0), 980 * share, 0.1);
+    EXPECT_NEAR(lux(0, 2), 1030 * share, 0.1);
+    EXPECT_NEAR(lux(0, 0), 900 / 4.0, 0.2);
+}
+
+TEST(Scene, AGreatCaptureLetsOthersThrough) {
+    DaemonProcess daemon({"--size", "128x128"});
+    TemporaryFolder folder;
+    Finished big;
+    std::thread capture([&] {
+        big = daemon.gonio({"capture", folder.path("big.exr"), "--view", "illuminance", "--size", "640x640"});
+    });
+    std::this_thread::sleep_for(std::chrono::milliseconds(500));
+    // Each tile is a bounded piece of work; between two of them commands are applied and queries answered.
+    for (int i = 0; i < 3; ++i) {
+        const auto start = std::chrono::steady_clock::now();
+        daemon.rev({"set", "exposure", std::to_string(4 + i)});
+        daemon.json({"stats"});
+        EXPECT_LT(std::chrono::steady_clock::now() - start, std::chrono::seconds(5));
+    }
+    capture.join();
+    EXPECT_EQ(big.exit_code, 0) << big.err;
+    const auto lux = read_picture(folder.path("big.exr"));
+    ASSERT_TRUE(lux);
+    EXPECT_EQ(lux->width_px, 640);
+}
+
 TEST(Floor, ARealFileReadsItsOwnCandela) {
     const char* shared = std::getenv("GONIO_SHARED");
     const std::string path = std::string(shared != nullptr ? shared : GONIO_SOURCE_DIR "/../shared") +

@@ -78,6 +78,14 @@ TEST_F(BadInput, IesWithoutTilt) {
     expect_names(refused({"set", "light", light, "--profile", folder.file("no_tilt.ies", text)}), {"line"});
 }
 
+TEST_F(BadInput, EmptyIes) {
+    expect_names(refused({"set", "light", light, "--profile", folder.file("bulb", "")}), {"line 1"});
+}
+
+TEST_F(BadInput, OddSize) {
+    expect_names(refused({"set", "size", "201x100"}), {"width_px", "201", "even"});
+}
+
 TEST_F(BadInput, IesWithAWordAmongItsNumbers) {
     std::string text = isotropic_ies(100);
     text.replace(text.find("0 90 180"), 8, "0 ninety 180");

@@ -217,6 +217,34 @@ TEST(Direct, TenKilometresAwayNothingChanges) {
     EXPECT_NEAR(lux[1], lux[0], 0.001 * lux[0]);
 }
 
+// A capture is rendered in tiles through windows of the view: with so many VPLs that it takes several, it shows what
+// the meter reads at the pixels' points, seams or not.
+TEST(Direct, TilesMakeOnePicture) {
+    Renderer renderer(context());
+    Scene scene = floor_scene(20.0, 0.0f, cosine_power(1000.0, 1.0), {0.5, 2.5, 0.2});
+    scene.camera = {{0.0, 6.0, 0.001}, {0.0, 0.0, 0.0}, 0.8};
+    scene.samples = 4096;
+    const int width = 300, height = 200;
+    const auto job = renderer.begin_capture(scene, View::illuminance, width, height, true);
+    int tiles = 1;
+    while (!renderer.continue_capture(*job)) ++tiles;
+    EXPECT_GE(tiles, 4);
+    const Eye eye = eye_of(scene.camera, width, height);
+    for (int y = 3; y < height; y += 13) {
+        for (int x = 5; x < width; x += 17) {
+            const glm::dvec2 at((x + 0.5) / width * 2 - 1, 1 - (y + 0.5) / height * 2);
+            const glm::dvec3 ray = eye.forward + at.x * eye.right * eye.tan_half_x + at.y * eye.up * eye.tan_half_y;
+            const glm::dvec3 p = eye.position - ray * (eye.position.y / ray.y);
+            const double h = 2.5, d2 = glm::dot(p - glm::dvec3(0.5, h, 0.2), p - glm::dvec3(0.5, h, 0.2)),
+                         c = h / std::sqrt(d2);
+            const double expected = 1000.0 * c * c / d2;
+            EXPECT_NEAR(static_cast<double>(job->picture->values[static_cast<std::size_t>(y * width + x) * 4]),
+                        expected, 0.003 * expected)
+                << x << "," << y;
+        }
+    }
+}
+
 TEST(Direct, EmittersShowTheirLuminanceAndTakeNoPartInIlluminance) {
     Renderer renderer(context());
     Scene scene =

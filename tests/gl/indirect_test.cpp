@@ -167,15 +167,12 @@ TEST(Indirect, SeedTechniqueReadsTheSphereInTheMean) {
     scene.technique = Technique::seed;
     scene.samples = 400;
     scene.camera = {{0, 0, 0.0}, {0, 0, -1}, 1.2};
-    const auto total = renderer.capture(scene, View::illuminance, 64, 64, true);
-    Scene dark = scene;
     double sum = 0.0;
-    const auto beauty = renderer.capture(dark, View::indirect, 64, 64, true);  // rho / pi × indirect lux
+    const auto beauty = renderer.capture(scene, View::indirect, 64, 64, true);  // rho / pi × indirect lux
     for (std::size_t i = 0; i < beauty->values.size(); i += 4)
         sum += static_cast<double>(beauty->values[i]) * std::numbers::pi / 0.5;
     const double expected = 0.5 * profile->flux_lm / (16 * std::numbers::pi);
     EXPECT_NEAR(sum / (64 * 64), expected, 0.01 * expected);
-    EXPECT_TRUE(total);
 }
 
 // Both readings of the seed paper against the sum that both estimate: the whole sphere has the lower error, so it is

@@ -19,7 +19,10 @@ void begin_raster(GLuint framebuffer, int width_px, int height_px) {
 }  // namespace
 
 glm::mat4 clip_from_local(const Eye& eye, float near_m) {
-    const glm::vec3 x(eye.right / eye.tan_half_x), y(eye.up / eye.tan_half_y), w(eye.forward);
+    // A point's place in the whole view is (x/w, y/w); in the window, that minus its centre, over its half size.
+    const glm::vec3 w(eye.forward);
+    const glm::vec3 x((eye.right / eye.tan_half_x - eye.forward * eye.window_centre.x) / eye.window_half.x);
+    const glm::vec3 y((eye.up / eye.tan_half_y - eye.forward * eye.window_centre.y) / eye.window_half.y);
     return glm::transpose(glm::mat4(glm::vec4(x, 0), glm::vec4(y, 0), glm::vec4(0, 0, 0, near_m), glm::vec4(w, 0)));
 }
 

@@ -23,8 +23,11 @@ void draw_screen(int instances) {
 
 void bind_surface(GLuint program, const PassContext& context, const glm::dvec3& light_position) {
     const Eye& eye = context.eye;
-    const glm::vec4 right(glm::vec3(eye.right * eye.tan_half_x), 0.0f), up(glm::vec3(eye.up * eye.tan_half_y), 0.0f);
-    const glm::vec4 forward(glm::vec3(eye.forward), context.geometry.near_m());
+    const glm::dvec3 x = eye.right * eye.tan_half_x, y = eye.up * eye.tan_half_y;
+    const glm::vec4 right(glm::vec3(x * eye.window_half.x), 0.0f), up(glm::vec3(y * eye.window_half.y), 0.0f);
+    // The window's centre is off the axis: the ray through it, still one metre deep along the axis.
+    const glm::vec4 forward(glm::vec3(eye.forward + x * eye.window_centre.x + y * eye.window_centre.y),
+                            context.geometry.near_m());
     const glm::vec3 from_eye(light_position - eye.position);
     glProgramUniform4fv(program, 8, 1, &right[0]);
     glProgramUniform4fv(program, 9, 1, &up[0]);

@@ -41,7 +41,7 @@ PassRun gather_precise(const PassContext& context, const Light& light, const Lig
 
 PassRun gather_grid(const PassContext& context, const Light& light, const LightGpu& gpu, int layer) {
     const Target& target = context.target;
-    const gl::Defines step = {{"GRID", "1"}, {"STEP", std::to_string(kGridStep)}};
+    const gl::Defines step = {{"GRID", "1"}, {"STEP", std::to_string(target.grid_step)}};
     const glm::ivec2 grid = grid_size(target), tile = tile_size(target);
     PassRun run;
 
@@ -117,13 +117,13 @@ PassRun run_direct(const PassContext& context, const Light& light, const LightGp
 
 PassRun run_gather(const PassContext& context, const Light& light, const LightGpu& gpu, int layer) {
     const float zero[4] = {0, 0, 0, 0};
-    if (gpu.vpls.vpls.empty() || context.target.precise) {
+    if (gpu.vpls.vpls.empty() || context.target.kind == TargetKind::precise) {
         glClearNamedFramebufferfv(layer_framebuffer(context.target, context.target.indirect.id(), layer), GL_COLOR, 0,
                                   zero);
         if (gpu.vpls.vpls.empty()) return {};
     }
-    return context.target.precise ? gather_precise(context, light, gpu, layer)
-                                  : gather_grid(context, light, gpu, layer);
+    return context.target.kind == TargetKind::precise ? gather_precise(context, light, gpu, layer)
+                                                      : gather_grid(context, light, gpu, layer);
 }
 
 PassRun run_gather_seed(const PassContext& context, const Light& light, const LightGpu& gpu, int layer) {

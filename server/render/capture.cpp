@@ -1,0 +1,146 @@
+// Captures: the picture in tiles, each rendered like a small live frame through a window of the view.
+#include <algorithm>
+#include <cmath>
+
+#include "server/render/pipeline.h"
+#include "server/render/renderer.h"
+#include "server/render/timers.h"
+
+namespace gonio {
+namespace {
+
+// VPL evaluations of one tile: about a quarter of a second on two cores of a software GL, microseconds on a GPU.
+constexpr double kTileEvaluations = 64e6;
+// Pixels around a tile that its interleaved gather filters with and throws away.
+constexpr int kMargin = 4;
+
+bool shows_cube(View view) {
+    return view >= View::mask && view <= View::rsm_flux;
+}
+
+int tile_side(const Scene& scene, View view, bool raw) {
+    if (shows_cube(view)) return 4096;
+    const double lights = std::max<double>(1.0, static_cast<double>(scene.lights.size()));
+    const double samples = scene.technique != Technique::standard ? 4.0 * scene.samples
+                           : raw                                  ? scene.samples
+                                                                  : scene.samples / 16.0 + 16.0;
+    const int side = static_cast<int>(std::sqrt(kTileEvaluations / (lights * samples)));
+    return std::clamp(side, 32, 1024) & ~3;  // whole dither cells
+}
+
+// Adds a tile's report: what ran in any tile ran, times and draws add up.
+void add_report(v1::FrameReport& sum, const v1::FrameReport& tile) {
+    if (sum.passes_size() == 0) {
+        sum = tile;
+        return;
+    }
+    for (int i = 0; i < sum.passes_size(); ++i) {
+        v1::PassReport& row = *sum.mutable_passes(i);
+        const v1::PassReport& other = tile.passes(i);
+        if (other.state() != "ran") continue;
+        row.set_state("ran");
+        row.set_faces(row.faces() + other.faces());
+        row.set_draws(row.draws() + other.draws());
+        row.set_cpu_ms(row.cpu_ms() + other.cpu_ms());
+        row.set_gpu_ms(row.gpu_ms() + other.gpu_ms());
+    }
+}
+
+// Copies rows (bottom to top, `stride` pixels long, starting at column `skip`) into the picture's rectangle.
+template <typename T>
+void place(const std::vector<T>& rows, int stride, int skip, std::vector<T>& picture, int picture_width, int x, int y,
+           int width, int height) {
+    for (int row = 0; row < height; ++row) {
+        const T* from =
+            rows.data() + (static_cast<std::size_t>(skip + height - 1 - row) * static_cast<std::size_t>(stride) +
+                           static_cast<std::size_t>(skip)) *
+                              4;
+        T* to = picture.data() + (static_cast<std::size_t>(y + row) * static_cast<std::size_t>(picture_width) +
+                                  static_cast<std::size_t>(x)) *
+                                     4;
+        std::copy_n(from, static_cast<std::size_t>(width) * 4, to);
+    }
+}
+
+template <typename T>
+std::vector<T> read_texture(GLuint texture, GLenum type, int width, int height) {
+    std::vector<T> values(static_cast<std::size_t>(width) * static_cast<std::size_t>(height) * 4);
+    glPixelStorei(GL_PACK_ALIGNMENT, 1);
+    glGetTextureImage(texture, 0, GL_RGBA, type, static_cast<GLsizei>(values.size() * sizeof(T)), values.data());
+    return values;
+}
+
+}  // namespace
+
+std::unique_ptr<CaptureJob> Renderer::begin_capture(const Scene& scene, View view, int width_px, int height_px,
+                                                    bool raw) {
+    auto job = std::make_unique<CaptureJob>();
+    job->scene = scene;
+    job->view = view;
+    job->raw = raw;
+    job->tile_px = tile_side(scene, view, raw);
+    job->started_ns = monotonic_ns();
+    job->picture = std::make_shared<CapturedPicture>();
+    job->picture->width_px = width_px;
+    job->picture->height_px = height_px;
+    const std::size_t values = static_cast<std::size_t>(width_px) * static_cast<std::size_t>(height_px) * 4;
+    if (raw)
+        job->picture->values.resize(values);
+    else
+        job->picture->rgba8.resize(values);
+    return job;
+}
+
+bool Renderer::continue_capture(CaptureJob& job) {
+    CapturedPicture& picture = *job.picture;
+    const int columns = (picture.width_px + job.tile_px - 1) / job.tile_px,
+              rows = (picture.height_px + job.tile_px - 1) / job.tile_px;
+    const int x = job.next_tile % columns * job.tile_px,
+              y = job.next_tile / columns * job.tile_px;  // from the top left
+    const int width = std::min(job.tile_px, picture.width_px - x),
+              height = std::min(job.tile_px, picture.height_px - y);
+    const bool whole = columns == 1 && rows == 1;
+    const int margin = job.raw || whole ? 0 : kMargin;
+    const int target_width = width + 2 * margin, target_height = height + 2 * margin;
+
+    prepare(job.scene);
+    const Target target = make_target(next_target_++, job.raw ? TargetKind::precise : TargetKind::still, target_width,
+                                      target_height, job.scene.lights.size(), geometry_->emissive());
+    Eye eye = eye_of(job.scene.camera, picture.width_px, picture.height_px);
+    eye.window_centre = {(2.0 * x + width) / picture.width_px - 1.0, 1.0 - (2.0 * y + height) / picture.height_px};
+    eye.window_half = {static_cast<double>(target_width) / picture.width_px,
+                       static_cast<double>(target_height) / picture.height_px};
+    FrameInputs inputs = inputs_of(job.scene, target, eye);
+    inputs.view = job.view;
+    gl::Texture values;
+    gl::Framebuffer values_fbo;
+    if (job.raw) {
+        values = gl::make_texture_2d("capture values", GL_RGBA32F, target_width, target_height, gl::Filter::nearest);
+        values_fbo = gl::make_framebuffer("capture values", {values.id()}, 0);
+        inputs.raw = values_fbo.id();
+    }
+    Timers timers;
+    v1::FrameReport report = run(inputs, wanted_slots(inputs, false), timers);
+    if (job.raw) {
+        place(read_texture<float>(values.id(), GL_FLOAT, target_width, target_height), target_width, margin,
+              picture.values, picture.width_px, x, y, width, height);
+    } else {
+        place(read_texture<std::uint8_t>(target.display.id(), GL_UNSIGNED_BYTE, target_width, target_height),
+              target_width, margin, picture.rgba8, picture.width_px, x, y, width, height);
+    }
+    timers.resolve(report);
+    ledger_.forget_target(target.id);
+    add_report(picture.report, report);
+    picture.report.set_frame_ms(static_cast<double>(monotonic_ns() - job.started_ns) * 1e-6);
+    return ++job.next_tile == columns * rows;
+}
+
+std::shared_ptr<const CapturedPicture> Renderer::capture(const Scene& scene, View view, int width_px, int height_px,
+                                                         bool raw) {
+    const std::unique_ptr<CaptureJob> job = begin_capture(scene, view, width_px, height_px, raw);
+    while (!continue_capture(*job)) {
+    }
+    return job->picture;
+}
+
+}  // namespace gonio
