@@ -163,8 +163,8 @@ int run_daemon(const Options& options) {
     Demand demand;
     Loader loader;
     Picture newest;
-    bool h264_sent = true,
-         jpeg_sent = true;  // whether the encoder was given the newest picture for each kind of viewer
+    // Whether the encoder was given the newest picture for each kind of viewer.
+    bool h264_sent = true, jpeg_sent = true;
     Stage stage(
         std::make_unique<Renderer>(*context), std::move(*scene), context->renderer(), queue, loader,
         {
@@ -238,8 +238,8 @@ int run_daemon(const Options& options) {
         stage.continue_capture();
         if (context->lost()) throw std::runtime_error("the GPU lost the GL context");
     }
+    // What was declared last ends first: loader and encoder are joined while the front they speak to still stands.
     spdlog::info("stopping");
-    front.reset();
     return 0;
 }
 

@@ -1,4 +1,4 @@
-// Command line of goniod (DESIGN section 8).
+// Command line of goniod (README.md).
 #pragma once
 
 #include <cstdint>

@@ -12,7 +12,7 @@ namespace gonio {
 class VideoGate {
 public:
     using Time = std::chrono::steady_clock::time_point;
-    static constexpr std::uint32_t kWindow = 2;  // streaming guide 2.4: 2 in flight keep the lag near one frame
+    static constexpr std::uint32_t kWindow = 2;  // with 2 in flight the lag stays near one frame
 
     enum class Verdict : std::uint8_t {
         send,  // now; the caller calls take_credit()

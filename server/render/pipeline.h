@@ -1,5 +1,5 @@
-// The list of passes of one frame, in order: the one page that says what runs when. Keys are the cost table of DESIGN
-// section 4.
+// The list of passes of one frame, in order: the one page that says what runs when. Keys are the cost table of
+// docs/rendering.md.
 #pragma once
 
 #include <memory>

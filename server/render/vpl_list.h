@@ -24,8 +24,8 @@ struct RsmTexels {
 
 // Result: flux-importance-sampled VPLs in 16 interleaved subsets, each a stratified sample of its own: subset s holds
 // entries [s·stride, s·stride + per_subset) of `vpls`, the rest of the stride is dark. A VPL drawn with probability q
-// (proportional to the luminance of its flux) among N carries flux / (N q) and the area area / (N q), as DESIGN
-// section 3 has it; dark maps give an empty list. Texels are walked along a Morton curve per face and the strata are
+// (proportional to the luminance of its flux) among N carries flux / (N q) and the area area / (N q)
+// (docs/rendering.md); dark maps give an empty list. Texels are walked along a Morton curve per face and the strata are
 // fixed, so that equal inputs give equal lists and nothing flickers while nothing moves.
 struct VplList {
     std::vector<layouts::Vpl> vpls;

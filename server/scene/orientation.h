@@ -1,4 +1,4 @@
-// Luminaire orientation: DESIGN section 3's rules for node frame, pan/tilt/roll and aim.
+// Luminaire orientation: the rules of docs/rendering.md for node frame, pan/tilt/roll and aim.
 #pragma once
 
 #include <glm/glm.hpp>

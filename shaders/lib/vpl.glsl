@@ -1,4 +1,4 @@
-// Irradiance from a virtual point light, and the flux it carries (DESIGN section 3; the seed paper's equation 3 made
+// Irradiance from a virtual point light, and the flux it carries (docs/rendering.md; the seed paper's equation 3 made
 // photometric by the solid angle and 1/pi that its text leaves out).
 
 // Result: the geometry factor in m^-2 between a Lambertian point (normal n_p) and a receiver (normal n), d = receiver

@@ -1,4 +1,4 @@
-// The cost table of DESIGN section 4, asserted through FrameReport on the cornell scene with two lights.
+// The cost table of docs/rendering.md, asserted through FrameReport on the cornell scene with two lights.
 #include <map>
 #include <set>
 
