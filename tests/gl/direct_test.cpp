@@ -103,6 +103,33 @@ TEST(Direct, TurnedLuminairesAtTwentyPointsInMeterAndPicture) {
     }
 }
 
+// A beam without any symmetry, whose law is known: the expected lux come from the law, no table and no lookup between.
+TEST(Direct, AnAsymmetricLawTurnedEveryWay) {
+    const auto law = [](double v, double h) {
+        return v < std::numbers::pi / 2
+                   ? 1000.0 * std::cos(v) * (1.0 + std::sin(v) * (0.5 * std::sin(h) + 0.2 * std::cos(h)))
+                   : 0.0;
+    };
+    const auto profile = profile_of("asymmetric", 1.0, law);
+    const glm::dvec3 light(0.4, 3.0, -0.3);
+    for (const PanTiltRoll& turn : {PanTiltRoll{0, 0, 0}, {0, 0, 1.0}, {0.8, 0.4, 0.0}, {-2.0, 0.7, 2.5}}) {
+        Renderer renderer(context());
+        const Scene scene = floor_scene(40.0, 0.0f, profile, light, orientation_of(turn));
+        // C0 and C90 written out from pan, tilt and roll, as in expected_lux.
+        const glm::dvec3 aim(-std::sin(turn.tilt_rad) * std::sin(turn.pan_rad), -std::cos(turn.tilt_rad),
+                             -std::sin(turn.tilt_rad) * std::cos(turn.pan_rad));
+        const glm::dvec3 x(std::cos(turn.pan_rad), 0.0, -std::sin(turn.pan_rad)), z = glm::cross(x, -aim);
+        const glm::dvec3 c0 = x * std::cos(turn.roll_rad) - z * std::sin(turn.roll_rad), c90 = glm::cross(-aim, c0);
+        for (const glm::dvec2 at : {glm::dvec2{1.5, 0.0}, {-1.0, 0.8}, {0.2, -1.7}, {0.6, 1.9}, {-1.8, -1.2}}) {
+            const glm::dvec3 point(at.x, 0.0, at.y), d = glm::normalize(point - light);
+            const double v = std::acos(glm::dot(d, aim)), h = std::atan2(glm::dot(d, c90), glm::dot(d, c0));
+            const double expected = law(v, h) * -d.y / glm::dot(point - light, point - light);
+            EXPECT_NEAR(meter_direct(renderer, scene, point, {0, 1, 0}), expected, 0.003 * expected + 1e-3)
+                << turn.pan_rad << " " << turn.tilt_rad << " " << turn.roll_rad << " at " << at.x << "," << at.y;
+        }
+    }
+}
+
 TEST(Direct, APlaneDoesNotShadowItselfAtGrazingAngles) {
     Renderer renderer(context());
     const Scene scene = floor_scene(60.0, 0.0f, isotropic(1000.0), {0, 1, 0});
