@@ -123,6 +123,9 @@ void Stage::answer_meter(const Work& work) {
         return refuse(work,
                       {"unsupported", "meter.quality", query.quality(), "this server meters interactive and rsm"});
     }
+    if (query.bounces() != "" && query.bounces() != "1") {
+        return refuse(work, {"unsupported", "meter.bounces", query.bounces(), "these qualities have one bounce"});
+    }
     v1::ServerMessage message;
     *message.mutable_meter() =
         renderer_->meter(scene_, *point, glm::normalize(*normal),
@@ -143,6 +146,9 @@ void Stage::answer_capture(const Work& work) {
     if (query.quality() != "" && query.quality() != "interactive") {
         return refuse(work,
                       {"unsupported", "capture.quality", query.quality(), "this server captures interactive quality"});
+    }
+    if (query.bounces() != "" && query.bounces() != "1") {
+        return refuse(work, {"unsupported", "capture.bounces", query.bounces(), "interactive quality has one bounce"});
     }
     const auto side = [](std::uint32_t asked, int own) {
         return asked == 0 ? own : static_cast<int>(std::min<std::uint32_t>(asked, 1u << 20));

@@ -45,10 +45,10 @@ Talks to a running goniod. Angles are degrees here, all else is SI; a vector is 
   add light NAME --profile FILE [options of set light]
   remove light NAME
   group NAME LIGHT…           without lights: removes the group
-  meter --point x,y,z --normal x,y,z [--quality interactive|rsm]
+  meter --point x,y,z --normal x,y,z [--quality interactive|rsm] [--bounces 1]
                               illuminance in lux
-  capture OUT.png|jpg|exr [--view NAME] [--quality interactive] [--size WxH]
-  report [--rev N]            what the first frame with scene_rev >= N ran, and how long; without N: the newest
+  capture OUT.png|jpg|exr [--view NAME] [--quality interactive] [--bounces 1] [--size WxH]
+  report [--rev N] [--table]  what the first frame with scene_rev >= N ran, and how long; without N: the newest
   stats                       counters of the server
   photometry FILE… [--svg]    offline: quantities, provenance and diagnostics of photometry files
   watch [--frames N] [--out FILE.h264]
@@ -56,7 +56,7 @@ Talks to a running goniod. Angles are degrees here, all else is SI; a vector is 
 
   --server URL                default: $GONIO_SERVER, else http://127.0.0.1:8080
   --token-file FILE           bearer token, where the server asks for one
-  --json                      one line of JSON; before or after the command
+  --json                      one line of JSON, also for refusals; before or after the command
   --help, --version
 
 Every change prints the scene_rev that contains it.
@@ -74,7 +74,18 @@ struct Session {
     std::ostream& err;
 
     // Result: the exit code; the error goes to stderr.
+    // JSON: indented for people, one line with --json.
+    void print(const google::protobuf::Message& message) const { out << to_json(message, json) << "\n"; }
+    // With --json the refusal is on `out` too, as the Result that a server sends.
     int fail(const Error& error) const {
+        if (json) {
+            v1::Result result;
+            result.set_code(error.code);
+            result.set_field(error.where);
+            result.set_value(error.value);
+            result.set_message(error.message);
+            print(result);
+        }
         err << "gonio: " << error.code;
         if (!error.where.empty()) err << " " << error.where;
         if (!error.value.empty()) err << " " << error.value;
@@ -160,14 +171,15 @@ int meter(const Session& session, Words words) {
     bool has_point = false, has_normal = false;
     const WordOption options[] = {{"--point", vector_setter(query.mutable_point_m(), has_point)},
                                   {"--normal", vector_setter(query.mutable_normal(), has_normal)},
-                                  {"--quality", text_setter(query.mutable_quality())}};
+                                  {"--quality", text_setter(query.mutable_quality())},
+                                  {"--bounces", text_setter(query.mutable_bounces())}};
     if (const auto read = parse_words(words, options, 0, 0); !read) return session.fail(read.error());
     if (!has_point || !has_normal)
         return session.fail({"usage", has_point ? "--normal" : "--point", "", "A meter needs a point and a normal."});
     const auto answer = session.ask(std::move(message));
     if (!answer) return session.fail(answer.error());
     if (!answer->has_meter()) return session.fail(unexpected_answer());
-    session.out << (session.json ? to_json(answer->meter(), true) + "\n" : name_value_lines(answer->meter()));
+    session.print(answer->meter());
     return kExitOk;
 }
 
@@ -190,6 +202,7 @@ int capture(const Session& session, Words words) {
     v1::CaptureQuery& query = *message.mutable_capture();
     const WordOption options[] = {{"--view", text_setter(query.mutable_view())},
                                   {"--quality", text_setter(query.mutable_quality())},
+                                  {"--bounces", text_setter(query.mutable_bounces())},
                                   {"--size", [&](const std::string& text) {
                                        const auto size = parse_size(text);
                                        if (!size) return false;
@@ -222,16 +235,20 @@ int capture(const Session& session, Words words) {
 int report(const Session& session, Words words) {
     v1::ClientMessage message;
     v1::ReportQuery& query = *message.mutable_report();
-    const WordOption options[] = {{"--rev", [&](const std::string& text) {
-                                       const auto rev = parse_count(text);
-                                       if (rev) query.set_rev(*rev);
-                                       return rev.has_value();
-                                   }}};
+    bool table = false;
+    const WordOption options[] = {{"--table", nullptr, &table}, {"--rev", [&](const std::string& text) {
+                                                                     const auto rev = parse_count(text);
+                                                                     if (rev) query.set_rev(*rev);
+                                                                     return rev.has_value();
+                                                                 }}};
     if (const auto read = parse_words(words, options, 0, 0); !read) return session.fail(read.error());
     const auto answer = session.ask(std::move(message));
     if (!answer) return session.fail(answer.error());
     if (!answer->has_report()) return session.fail(unexpected_answer());
-    session.out << (session.json ? to_json(answer->report(), true) + "\n" : report_table(answer->report()));
+    if (table)
+        session.out << report_table(answer->report());
+    else
+        session.print(answer->report());
     return kExitOk;
 }
 
@@ -242,7 +259,7 @@ int stats(const Session& session, Words words) {
     const auto answer = session.ask(std::move(message));
     if (!answer) return session.fail(answer.error());
     if (!answer->has_stats()) return session.fail(unexpected_answer());
-    session.out << (session.json ? to_json(answer->stats(), true) + "\n" : name_value_lines(answer->stats()));
+    session.print(answer->stats());
     return kExitOk;
 }
 

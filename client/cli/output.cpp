@@ -127,12 +127,4 @@ std::string report_table(const v1::FrameReport& report) {
     return text;
 }
 
-std::string name_value_lines(const google::protobuf::Message& message) {
-    const Json json = json_of(message);
-    std::string text;
-    for (const auto& [name, value] : json.items())
-        text += name + " " + (value.is_string() ? value.get<std::string>() : one_line(value)) + "\n";
-    return text;
-}
-
 }  // namespace gonio

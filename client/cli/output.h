@@ -19,7 +19,5 @@ std::string to_json(const google::protobuf::Message& message, bool compact);
 Result<std::string> json_at(const google::protobuf::Message& message, std::string_view path, bool compact);
 
 std::string report_table(const v1::FrameReport& report);
-// "name value" lines of a flat message.
-std::string name_value_lines(const google::protobuf::Message& message);
 
 }  // namespace gonio

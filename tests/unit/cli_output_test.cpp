@@ -171,6 +171,8 @@ TEST_F(CliRun, RefusalsSayCodeFieldAndValue) {
     EXPECT_EQ(run({"set", "light", "moon", "--level", "0.5"}), 1);
     EXPECT_EQ(out, "");
     EXPECT_EQ(err, "gonio: unknown_light set_light.name moon: There is no such light.\n");
+    EXPECT_EQ(run({"--json", "set", "light", "moon", "--level", "0.5"}), 1);
+    EXPECT_NE(out.find("\"code\":\"unknown_light\""), std::string::npos) << out;
 }
 
 TEST_F(CliRun, Queries) {
@@ -181,7 +183,9 @@ TEST_F(CliRun, Queries) {
     EXPECT_NE(out.find("\"total_lx\":250"), std::string::npos);
     EXPECT_EQ(run({"meter", "--point", "0,0,0"}), 2);
     EXPECT_EQ(run({"stats"}), 0);
-    EXPECT_NE(out.find("frames_rendered 3\n"), std::string::npos);
+    EXPECT_NE(out.find("\"frames_rendered\": 3"), std::string::npos);
+    EXPECT_EQ(run({"report", "--rev", "12", "--table"}), 0);
+    EXPECT_EQ(out.rfind("scene_rev 12", 0), 0u);
     EXPECT_EQ(run({"report", "--rev", "12", "--json"}), 0);
     EXPECT_NE(out.find("\"scene_rev\":12"), std::string::npos);
     EXPECT_NE(out.find("\"light\":null"), std::string::npos);
