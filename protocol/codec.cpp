@@ -117,10 +117,10 @@ Error json_refusal(std::string text) {
 }
 
 template <typename T>
-Result<T> parse(Encoding encoding, std::string_view bytes) {
-    if (bytes.size() > kMaxMessageBytes)
-        return Error{"too_large", "byte " + std::to_string(kMaxMessageBytes), std::to_string(bytes.size()),
-                     "The message is longer than 2 MiB."};
+Result<T> parse(Encoding encoding, std::string_view bytes, std::size_t limit) {
+    if (bytes.size() > limit)
+        return Error{"too_large", "byte " + std::to_string(limit), std::to_string(bytes.size()),
+                     "The message is longer than " + std::to_string(limit >> 20) + " MiB."};
     T message;
     if (encoding == Encoding::proto) {
         // The library would log each bad string; whoever sent it hears of it instead.
@@ -145,7 +145,7 @@ Result<T> parse(Encoding encoding, std::string_view bytes) {
 }  // namespace
 
 Result<v1::ClientMessage> decode_client_message(Encoding encoding, std::string_view bytes) {
-    auto message = parse<v1::ClientMessage>(encoding, bytes);
+    auto message = parse<v1::ClientMessage>(encoding, bytes, kMaxMessageBytes);
     if (!message) return message;
     if (message->message_case() == v1::ClientMessage::MESSAGE_NOT_SET)
         return Error{"unsupported", "message", "", "The message asks for nothing that this server knows."};
@@ -155,7 +155,7 @@ Result<v1::ClientMessage> decode_client_message(Encoding encoding, std::string_v
 }
 
 Result<v1::ServerMessage> decode_server_message(Encoding encoding, std::string_view bytes) {
-    auto message = parse<v1::ServerMessage>(encoding, bytes);
+    auto message = parse<v1::ServerMessage>(encoding, bytes, kMaxServerMessageBytes);
     if (!message) return message;
     if (message->message_case() == v1::ServerMessage::MESSAGE_NOT_SET)
         return Error{"unsupported", "message", "", "The message says nothing that this client knows."};

@@ -15,6 +15,7 @@ enum class Encoding : unsigned char { proto, json };
 inline constexpr std::string_view kSubprotocolProto = "gonio.v1.proto";
 inline constexpr std::string_view kSubprotocolJson = "gonio.v1.json";
 inline constexpr std::size_t kMaxMessageBytes = 2u << 20;  // a client message beyond this closes the connection (1009)
+inline constexpr std::size_t kMaxServerMessageBytes = 256u << 20;  // a server's may hold the largest captured EXR
 
 // bytes: the message body (binary: without the leading kind byte). Errors: "bad_message" with what is known of the
 // place, "unsupported" where no member of the oneof is set.

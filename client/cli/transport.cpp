@@ -27,7 +27,6 @@ using boost::system::error_code;
 constexpr auto kConnectTime = std::chrono::seconds(5);
 constexpr auto kReplyTime = std::chrono::seconds(120);
 constexpr auto kForever = std::chrono::hours(24 * 365);
-constexpr std::size_t kMaxServerMessageBytes = 256u << 20;  // a large EXR fits
 constexpr std::uint16_t kFirstPrivateCloseCode = 4000;  // below: the connection broke; from here: the server says why
 
 class WebSocketConnection final : public Connection {

@@ -4,6 +4,7 @@
 #include <chrono>
 #include <cmath>
 #include <cstdlib>
+#include <filesystem>
 #include <fstream>
 #include <map>
 #include <set>
@@ -210,7 +211,7 @@ TEST(Scene, AGreatCaptureLetsOthersThrough) {
     TemporaryFolder folder;
     Finished big;
     std::thread capture([&] {
-        big = daemon.gonio({"capture", folder.path("big.exr"), "--view", "illuminance", "--size", "640x640"});
+        big = daemon.gonio({"capture", folder.path("big.exr"), "--view", "indirect", "--size", "640x640"});
     });
     std::this_thread::sleep_for(std::chrono::milliseconds(500));
     // Each tile is a bounded piece of work; between two of them commands are applied and queries answered.
@@ -225,6 +226,7 @@ TEST(Scene, AGreatCaptureLetsOthersThrough) {
     const auto lux = read_picture(folder.path("big.exr"));
     ASSERT_TRUE(lux);
     EXPECT_EQ(lux->width_px, 640);
+    EXPECT_GT(std::filesystem::file_size(folder.path("big.exr")), 2u << 20) << "larger than any message a client may send";
 }
 
 TEST(Floor, ARealFileReadsItsOwnCandela) {

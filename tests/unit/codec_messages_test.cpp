@@ -196,6 +196,14 @@ TEST(Codec, OversizeIsRefused) {
     }
 }
 
+TEST(Codec, AServersCaptureMayBeLarger) {
+    v1::ServerMessage message;
+    message.mutable_capture()->set_image(std::string(8u << 20, 'x'));
+    const auto read = decode_server_message(Encoding::proto, encode_message(Encoding::proto, message));
+    ASSERT_TRUE(read) << read.error().text();
+    EXPECT_EQ(read->capture().image().size(), 8u << 20);
+}
+
 TEST(Codec, BrokenProtobufNamesThePlace) {
     v1::ClientMessage message;
     message.set_request_id(300);
