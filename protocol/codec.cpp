@@ -162,6 +162,15 @@ Result<v1::ServerMessage> decode_server_message(Encoding encoding, std::string_v
     return message;
 }
 
+v1::Result refusal(const Error& error) {
+    v1::Result result;
+    result.set_code(error.code);
+    result.set_field(error.where);
+    result.set_value(error.value);
+    result.set_message(error.message);
+    return result;
+}
+
 std::string encode_message(Encoding encoding, const google::protobuf::Message& message) {
     if (encoding == Encoding::proto) return message.SerializeAsString();
     google::protobuf::util::JsonPrintOptions options;

@@ -25,6 +25,9 @@ Result<v1::ServerMessage> decode_server_message(Encoding encoding, std::string_v
 // Result: the request_id of a message that could not be decoded, as far as it can be read, else 0; for the answer.
 std::uint32_t peek_request_id(Encoding encoding, std::string_view bytes);
 
+// Result: the refusal that tells a client of the error; scene_rev is left to the caller.
+v1::Result refusal(const Error& error);
+
 // Result: the message body; JSON is proto3 JSON with the original field names and defaults printed.
 std::string encode_message(Encoding encoding, const google::protobuf::Message& message);
 

@@ -35,7 +35,9 @@ T checked(const std::string& place, Result<T> result) {
 
 std::string text_at(const Json& object, const char* key, const std::string& place, const std::string& otherwise) {
     if (!object.contains(key)) return otherwise;
-    if (!object[key].is_string()) refuse(place + "." + key, object[key].dump(), "must be a string");
+    if (!object[key].is_string() || object[key] == "") {
+        refuse(place + "." + key, object[key].dump(), "must be a string that is not empty");
+    }
     return object[key];
 }
 
@@ -62,24 +64,22 @@ void write_capture(Renderer& renderer, const Scene& scene, const Json& capture, 
     format = format == ".jpeg" ? "jpg" : format.empty() ? "" : format.substr(1);
     if (format != "png" && format != "jpg" && format != "exr")
         refuse(place + ".out", name, "must end in .png, .jpg or .exr");
-    const std::string quality = text_at(capture, "quality", place, "interactive");
-    if (quality != "interactive") refuse(place + ".quality", quality, "this server captures interactive quality");
-    if (capture.contains("bounces") && capture["bounces"] != 1)
-        refuse(place + ".bounces", capture["bounces"].dump(), "interactive quality has one bounce");
-    View view = scene.view;
-    const std::string view_text = text_at(capture, "view", place, view_name(view));
-    if (!parse_view(view_text, view)) refuse(place + ".view", view_text, "there is no view of this name");
-    int width = scene.width_px, height = scene.height_px;
+    v1::CaptureQuery query;
+    query.set_format(format);
+    query.set_view(text_at(capture, "view", place, ""));
+    query.set_quality(text_at(capture, "quality", place, ""));
+    if (capture.contains("bounces")) query.set_bounces(capture["bounces"].dump());
     if (const std::string size = text_at(capture, "size", place, ""); !size.empty()) {
         const auto parsed = parse_size(size);
-        if (!parsed || parsed->first < 1 || parsed->second < 1 || parsed->first > 4096 || parsed->second > 4096) {
+        if (!parsed || parsed->first < 1 || parsed->second < 1) {
             refuse(place + ".size", size, "must be WIDTHxHEIGHT, 1 to 4096 a side");
         }
-        width = static_cast<int>(parsed->first);
-        height = static_cast<int>(parsed->second);
+        query.set_width_px(parsed->first);
+        query.set_height_px(parsed->second);
     }
-    const auto picture = renderer.capture(scene, view, width, height, format == "exr");
-    const std::vector<std::byte> bytes = checked(place, encode_capture(*picture, view, format));
+    const CaptureRequest request = checked(place, check_capture(scene, query));
+    const auto picture = renderer.capture(scene, request.view, request.width_px, request.height_px, format == "exr");
+    const std::vector<std::byte> bytes = checked(place, encode_capture(*picture, request.view, format));
     const std::filesystem::path path = folder / relative, part = path.string() + ".part";
     std::error_code failed;
     std::filesystem::create_directories(path.parent_path(), failed);
@@ -89,7 +89,7 @@ void write_capture(Renderer& renderer, const Scene& scene, const Json& capture, 
     if (!file) refuse(place + ".out", path.string(), "the file cannot be written");
     std::filesystem::rename(part, path, failed);
     if (failed) refuse(place + ".out", path.string(), "the file cannot be renamed: " + failed.message());
-    std::printf("%s %dx%d %s\n", path.string().c_str(), width, height, view_name(view));
+    std::printf("%s %dx%d %s\n", path.string().c_str(), request.width_px, request.height_px, view_name(request.view));
     std::fflush(stdout);
 }
 

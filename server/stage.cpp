@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "protocol/codec.h"
 #include "server/capture_file.h"
 #include "server/command_files.h"
 #include "server/scene/state.h"
@@ -46,12 +47,8 @@ void Stage::answer(const Work& work, v1::ServerMessage message) {
 void Stage::refuse(const Work& work, const Error& error) {
     ++refused_;
     v1::ServerMessage message;
-    v1::Result& result = *message.mutable_result();
-    result.set_code(error.code);
-    result.set_field(error.where);
-    result.set_value(error.value);
-    result.set_message(error.message);
-    result.set_scene_rev(scene_.scene_rev);
+    *message.mutable_result() = refusal(error);
+    message.mutable_result()->set_scene_rev(scene_.scene_rev);
     answer(work, std::move(message));
 }
 
@@ -134,34 +131,14 @@ void Stage::answer_meter(const Work& work) {
 }
 
 void Stage::answer_capture(const Work& work) {
-    const v1::CaptureQuery& query = work.message.capture();
-    View view = scene_.view;
-    if (!query.view().empty() && !parse_view(query.view(), view)) {
-        return refuse(work, bad_argument("capture.view", query.view(), "there is no view of this name"));
-    }
-    const std::string format = query.format().empty() ? "png" : query.format();
-    if (format != "png" && format != "jpg" && format != "exr") {
-        return refuse(work, bad_argument("capture.format", format, "must be png, jpg or exr"));
-    }
-    if (query.quality() != "" && query.quality() != "interactive") {
-        return refuse(work,
-                      {"unsupported", "capture.quality", query.quality(), "this server captures interactive quality"});
-    }
-    if (query.bounces() != "" && query.bounces() != "1") {
-        return refuse(work, {"unsupported", "capture.bounces", query.bounces(), "interactive quality has one bounce"});
-    }
-    const auto side = [](std::uint32_t asked, int own) {
-        return asked == 0 ? own : static_cast<int>(std::min<std::uint32_t>(asked, 1u << 20));
-    };
-    const int width = side(query.width_px(), scene_.width_px), height = side(query.height_px(), scene_.height_px);
-    if (width < 1 || height < 1 || width > 4096 || height > 4096) {
-        return refuse(work, bad_argument("capture.width_px", std::to_string(width) + "x" + std::to_string(height),
-                                         "must be 1 to 4096 a side"));
-    }
+    const auto request = check_capture(scene_, work.message.capture());
+    if (!request) return refuse(work, request.error());
     if (captures_waiting_.size() >= kMaxCaptures) {
         return refuse(work, {"busy", "", "", "too many captures are waiting"});
     }
-    captures_waiting_.push_back({work, format, renderer_->begin_capture(scene_, view, width, height, format == "exr")});
+    captures_waiting_.push_back({work, request->format,
+                                 renderer_->begin_capture(scene_, request->view, request->width_px, request->height_px,
+                                                          request->format == "exr")});
 }
 
 void Stage::continue_capture() {
@@ -185,9 +162,7 @@ void Stage::continue_capture() {
             result.set_scene_rev(job->scene.scene_rev);
             *result.mutable_report() = picture.report;
         } else {
-            message.mutable_result()->set_code(image.error().code);
-            message.mutable_result()->set_field(image.error().where);
-            message.mutable_result()->set_message(image.error().message);
+            *message.mutable_result() = refusal(image.error());
         }
         reply(work.session, std::move(message));
     });

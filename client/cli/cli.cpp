@@ -9,17 +9,10 @@
 #include <iostream>
 
 #include "client/cli/output.h"
-#include "client/cli/transport.h"
-#include "protocol/words.h"
-
-#if __has_include("client/cli/photometry.h")
 #include "client/cli/photometry.h"
-#define GONIO_HAS_PHOTOMETRY 1
-#endif
-
-#ifndef GONIO_VERSION
-#define GONIO_VERSION "unknown"
-#endif
+#include "client/cli/transport.h"
+#include "protocol/codec.h"
+#include "protocol/words.h"
 
 namespace gonio {
 namespace {
@@ -73,19 +66,11 @@ struct Session {
     std::ostream& out;
     std::ostream& err;
 
-    // Result: the exit code; the error goes to stderr.
     // JSON: indented for people, one line with --json.
     void print(const google::protobuf::Message& message) const { out << to_json(message, json) << "\n"; }
-    // With --json the refusal is on `out` too, as the Result that a server sends.
+    // Result: the exit code; the error goes to stderr, with --json also to `out`, as the Result that a server sends.
     int fail(const Error& error) const {
-        if (json) {
-            v1::Result result;
-            result.set_code(error.code);
-            result.set_field(error.where);
-            result.set_value(error.value);
-            result.set_message(error.message);
-            print(result);
-        }
+        if (json) print(refusal(error));
         err << "gonio: " << error.code;
         if (!error.where.empty()) err << " " << error.where;
         if (!error.value.empty()) err << " " << error.value;
@@ -322,14 +307,10 @@ int photometry(const Session& session, Words words) {
     const WordOption options[] = {{"--svg", {}, &svg}};
     const auto files = parse_words(words, options, 1, 1'000'000);
     if (!files) return session.fail(files.error());
-#ifdef GONIO_HAS_PHOTOMETRY
     const PhotometryFormat format = svg            ? PhotometryFormat::svg
                                     : session.json ? PhotometryFormat::json
                                                    : PhotometryFormat::text;
     return run_photometry(*files, format, session.out, session.err);
-#else
-    return session.fail({"usage", "photometry", "", "This build of gonio cannot read photometry files."});
-#endif
 }
 
 Result<std::string> read_token(const std::string& file_name) {

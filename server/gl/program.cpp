@@ -68,11 +68,6 @@ GLuint compile(GLenum stage, std::string_view name, const Defines& defines) {
 
 }  // namespace
 
-std::string shader_source(std::string_view name, const Defines& defines) {
-    std::vector<std::string> names;
-    return source(name, defines, names);
-}
-
 Program make_program(std::string_view vertex, std::string_view fragment, const Defines& defines) {
     Program program(glCreateProgram());
     const GLuint vertex_shader = compile(GL_VERTEX_SHADER, vertex, defines);

@@ -17,7 +17,4 @@ using Defines = std::vector<std::pair<std::string, std::string>>;
 // Throws std::runtime_error with the compiler's message and the file names.
 Program make_program(std::string_view vertex, std::string_view fragment, const Defines& defines = {});
 
-// Result: the text of a shader file with its includes resolved. Throws if a file is missing.
-std::string shader_source(std::string_view name, const Defines& defines);
-
 }  // namespace gonio::gl

@@ -213,11 +213,7 @@ private:
     void refuse(std::uint32_t request_id, const Error& error) {
         v1::ServerMessage message;
         message.set_request_id(request_id);
-        v1::Result& result = *message.mutable_result();
-        result.set_code(error.code);
-        result.set_field(error.where);
-        result.set_value(error.value);
-        result.set_message(error.message);
+        *message.mutable_result() = refusal(error);
         push(SharedMessage(std::move(message)).bytes(encoding_));
     }
 

@@ -82,6 +82,14 @@ Light* find_light(Scene& scene, const std::string& name) {
     return at == scene.lights.end() ? nullptr : &*at;
 }
 
+// Pan, tilt and roll of an orientation that was given otherwise.
+void take_angles(Light& light) {
+    const PanTiltRoll angles = angles_of(light.world_from_light);
+    light.pan_rad = angles.pan_rad;
+    light.tilt_rad = angles.tilt_rad;
+    light.roll_rad = angles.roll_rad;
+}
+
 void set_one_light(Scene& scene, Light& light, const v1::SetLight& set, const Loaded& loaded,
                    const std::string& prefix) {
     if (set.position_m_size() > 0) {
@@ -96,10 +104,7 @@ void set_one_light(Scene& scene, Light& light, const v1::SetLight& set, const Lo
                    "aim cannot be set together with pan, tilt or roll");
         const glm::dquat orientation = orientation_aiming(checked_direction(set.aim(), prefix + "aim"));
         change(scene, light.world_from_light, orientation, light.aim_rev);
-        const PanTiltRoll angles = angles_of(orientation);
-        light.pan_rad = angles.pan_rad;
-        light.tilt_rad = angles.tilt_rad;
-        light.roll_rad = angles.roll_rad;
+        take_angles(light);
     } else if (turns) {
         constexpr double kLimit = 64 * std::numbers::pi;
         if (set.has_pan_rad())
@@ -381,10 +386,7 @@ Scene scene_of(std::shared_ptr<const SceneAsset> asset, Revision revision) {
         light.name = seed.name;
         light.position = seed.position;
         light.world_from_light = glm::normalize(seed.world_from_light);
-        const PanTiltRoll angles = angles_of(light.world_from_light);
-        light.pan_rad = angles.pan_rad;
-        light.tilt_rad = angles.tilt_rad;
-        light.roll_rad = angles.roll_rad;
+        take_angles(light);
         light.profile = seed.profile;
         light.multiplier = seed.multiplier;
         light.color = seed.color;

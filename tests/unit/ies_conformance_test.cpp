@@ -14,23 +14,10 @@
 namespace gonio::ies {
 namespace {
 
+using test::at;
+using test::has;
 using test::Lm63Text;
-
-bool has(const Photometry& photometry, std::string_view code) {
-    return std::any_of(photometry.diagnostics.begin(), photometry.diagnostics.end(),
-                       [&](const Diagnostic& d) { return d.code == code; });
-}
-
-int warnings(const Photometry& photometry) {
-    return static_cast<int>(std::count_if(photometry.diagnostics.begin(), photometry.diagnostics.end(),
-                                          [](const Diagnostic& d) { return d.severity == "warning"; }));
-}
-
-double at(const Photometry& photometry, double v_deg, double h_deg) {
-    return intensity(photometry.web,
-                     direction_of(photometry.web.goniometer, Angle::degrees(v_deg), Angle::degrees(h_deg)))
-        .in(cd);
-}
+using test::warnings;
 
 std::string replaced(std::string text, std::string_view from, std::string_view to) {
     for (std::size_t i = text.find(from); i != std::string::npos; i = text.find(from, i + to.size())) {

@@ -9,8 +9,12 @@
 
 #include "ies/photometry_file.h"
 
+#include "tests/unit/ies_test_support.h"
+
 namespace gonio::ies {
 namespace {
+
+using test::has;
 
 struct LdtText {
     std::string company = "Company";
@@ -38,11 +42,6 @@ struct LdtText {
         return s + tail;
     }
 };
-
-bool has(const Photometry& photometry, std::string_view code) {
-    return std::any_of(photometry.diagnostics.begin(), photometry.diagnostics.end(),
-                       [&](const Diagnostic& d) { return d.code == code; });
-}
 
 // I at gamma 0 .. 90 in the web's azimuth h; the test files fall linearly from the plane's value at 0 to 0 at 90.
 double at_45(const Photometry& photometry, double h_deg) {

@@ -12,23 +12,10 @@
 namespace gonio::ies {
 namespace {
 
+using test::at;
+using test::has;
 using test::Lm63Text;
-
-bool has(const Photometry& photometry, std::string_view code) {
-    return std::any_of(photometry.diagnostics.begin(), photometry.diagnostics.end(),
-                       [&](const Diagnostic& d) { return d.code == code; });
-}
-
-int warnings(const Photometry& photometry) {
-    return static_cast<int>(std::count_if(photometry.diagnostics.begin(), photometry.diagnostics.end(),
-                                          [](const Diagnostic& d) { return d.severity == "warning"; }));
-}
-
-double at(const Photometry& photometry, double v_deg, double h_deg) {
-    return intensity(photometry.web,
-                     direction_of(photometry.web.goniometer, Angle::degrees(v_deg), Angle::degrees(h_deg)))
-        .in(cd);
-}
+using test::warnings;
 
 struct VersionCase {
     const char* name;

@@ -1,12 +1,16 @@
-// Shared by the photometry tests: tiny files and where the shared corpus lies.
+// Shared by the photometry tests: tiny files, looks at what was read, and where the shared corpus lies.
 #pragma once
 
+#include <algorithm>
 #include <cstdlib>
 #include <filesystem>
 #include <fstream>
 #include <iterator>
 #include <optional>
 #include <string>
+#include <string_view>
+
+#include "ies/photometry.h"
 
 namespace gonio::ies::test {
 
@@ -29,6 +33,23 @@ struct Lm63Text {
                "\n" + candela + "\n" + tail;
     }
 };
+
+inline bool has(const Photometry& photometry, std::string_view code) {
+    return std::any_of(photometry.diagnostics.begin(), photometry.diagnostics.end(),
+                       [&](const Diagnostic& d) { return d.code == code; });
+}
+
+inline int warnings(const Photometry& photometry) {
+    return static_cast<int>(std::count_if(photometry.diagnostics.begin(), photometry.diagnostics.end(),
+                                          [](const Diagnostic& d) { return d.severity == "warning"; }));
+}
+
+// I at (v, h) of the web's own goniometer, cd.
+inline double at(const Photometry& photometry, double v_deg, double h_deg) {
+    return intensity(photometry.web,
+                     direction_of(photometry.web.goniometer, Angle::degrees(v_deg), Angle::degrees(h_deg)))
+        .in(cd);
+}
 
 inline std::string read_file(const std::filesystem::path& path) {
     std::ifstream stream(path, std::ios::binary);
