@@ -3,7 +3,7 @@
 #include <set>
 
 #include "server/assets/assets.h"
-#include "tests/gl/test_scenes.h"
+#include "tests/gl/test_context.h"
 
 namespace gonio::test {
 namespace {

@@ -1,6 +1,6 @@
 // Direct light against I(θ) cos / d², from the meter and from the pixels of the illuminance picture.
 #include "server/assets/assets.h"
-#include "tests/gl/test_scenes.h"
+#include "tests/gl/test_context.h"
 
 namespace gonio::test {
 namespace {

@@ -2,7 +2,7 @@
 #include <algorithm>
 
 #include "server/assets/assets.h"
-#include "tests/gl/test_scenes.h"
+#include "tests/gl/test_context.h"
 
 namespace gonio::test {
 namespace {

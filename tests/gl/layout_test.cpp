@@ -5,7 +5,7 @@
 
 #include "server/gl/program.h"
 #include "shaders/shared/layouts.h"
-#include "tests/gl/test_scenes.h"
+#include "tests/gl/test_context.h"
 
 namespace gonio::test {
 namespace {

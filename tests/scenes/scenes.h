@@ -1,22 +1,15 @@
-// Scenes and luminaires whose light is known in closed form, and one GL context for the executable.
+// Scenes and luminaires whose light is known in closed form, for tests and benches.
 #pragma once
-
-#include <gtest/gtest.h>
 
 #include <cmath>
 #include <functional>
 #include <memory>
 #include <numbers>
 
-#include "server/gl/context.h"
-#include "server/render/renderer.h"
 #include "server/scene/apply.h"
 #include "server/scene/orientation.h"
 
 namespace gonio::test {
-
-// The context of this executable; made on first use. Tests run on the main thread.
-const gl::Context& context();
 
 // A Type C profile from a law I(v, h) in cd, radians, on a grid of step degrees over the full sphere.
 std::shared_ptr<const Profile> profile_of(const std::string& name, double step_deg,

@@ -1,0 +1,98 @@
+// The reference quality: illuminance and pictures by path tracing over the same scene and the same photometric webs as
+// the interactive pipeline, without its approximations: exact visibility, any number of diffuse bounces, no virtual
+// point lights. docs/rendering.md derives the estimator. Results depend on the scene, the settings and the seed alone,
+// never on the number of threads or their timing. No GL.
+#pragma once
+
+#include <atomic>
+#include <cstdint>
+#include <glm/glm.hpp>
+#include <memory>
+#include <span>
+#include <stop_token>
+#include <vector>
+
+#include "server/scene/scene.h"
+
+namespace gonio::trace {
+
+inline constexpr int kAllBounces = -1;  // until the path dies of absorption: unbiased (Russian roulette)
+
+struct Settings {
+    int bounces = kAllBounces;  // diffuse bounces before the receiver: 0 none, 1 the interactive model with occlusion
+    bool openings = false;      // luminaires emit from their luminous opening (LM-63 table 1) instead of a point
+    double noise = 0.01;        // stops when the estimated relative standard error is below: of total_lx for meters, of
+                                // the root mean square over the pixels relative to their mean for pictures
+    std::uint32_t max_passes = 1u << 20;  // samples per receiver at most; what is reached by then is reported
+    std::uint32_t seed = 1;
+    int threads = 0;    // 0: one per core
+    bool idle = false;  // threads yield to everything else on the machine (SCHED_IDLE): beside live frames
+};
+
+// What one scene revision looks like to rays: acceleration structure, luminaires with their weights, emitters.
+// Immutable and thread-safe; meshes and webs are shared with the scene it was made from.
+class World;
+// Any thread. The acceleration structure of an asset is kept while any World uses it, so a level change costs nothing.
+std::shared_ptr<const World> make_world(const Scene& scene);
+
+struct MeterPoint {
+    glm::dvec3 position{0.0};    // world, m
+    glm::dvec3 normal{0, 1, 0};  // unit, world
+};
+
+// Illuminance in lux per channel, luminaires at their level, colour and master. direct: from luminaires and emissive
+// surfaces; indirect: after at least one diffuse bounce.
+struct Reading {
+    glm::dvec3 direct_lx{0.0}, indirect_lx{0.0};
+    double direct_error_lx = 0.0, indirect_error_lx = 0.0;  // standard error of the luminance, 0 where computed exactly
+    std::uint32_t samples = 0;
+};
+
+// Result: one reading per point; on a stop request those reached so far. Blocks; runs settings.threads threads.
+std::vector<Reading> measure(const World& world, std::span<const MeterPoint> points, const Settings& settings,
+                             std::stop_token stop = {});
+
+// What a picture's pixels hold.
+enum class Quantity : std::uint8_t {
+    irradiance_direct,    // lux, rgb
+    irradiance_indirect,  // lux, rgb
+    irradiance,           // lux, rgb
+    radiance_direct,      // albedo · E / pi, cd/m², rgb
+    radiance_indirect,
+    radiance,  // all of it and the surface's own emission
+};
+
+struct PictureRequest {
+    Camera camera;
+    int width_px = 0, height_px = 0;
+    Quantity quantity = Quantity::radiance;
+    bool antialias = false;  // a box filter over the pixel; else rays through pixel centres, as the interactive picture
+};
+
+struct Progress {
+    std::uint32_t passes = 0;  // samples of each pixel so far
+    double noise = 1.0;        // estimated, as Settings::noise defines it
+    bool complete = false;     // noise or max_passes reached
+};
+
+// A picture that gets better with every pass. One thread calls; settings.threads work inside a call.
+class Picture {
+public:
+    Picture(std::shared_ptr<const World> world, const PictureRequest& request, const Settings& settings);
+    ~Picture();
+
+    // Renders passes for about this long, at least one; returns early when complete or stopped (a pass that a stop
+    // cuts short does not count).
+    Progress refine(double seconds, std::stop_token stop = {});
+    Progress progress() const;
+    // Result: width·height·4 floats, rows from the top: the mean so far and 1 where there is a surface.
+    std::vector<float> values() const;
+    // Result: estimated variance of the luminance of each pixel's mean, in the quantity's unit squared.
+    std::vector<float> variance() const;
+
+private:
+    struct Data;
+    std::unique_ptr<Data> data_;
+};
+
+}  // namespace gonio::trace

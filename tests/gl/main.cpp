@@ -1,0 +1,33 @@
+#include "tests/gl/test_context.h"
+
+#include <cstdio>
+#include <cstdlib>
+#include <stdexcept>
+
+namespace gonio::test {
+
+static std::unique_ptr<gl::Context> the_context;
+
+const gl::Context& context() {
+    return *the_context;
+}
+
+}  // namespace gonio::test
+
+int main(int argc, char** argv) {
+    testing::InitGoogleTest(&argc, argv);
+    try {
+        gonio::test::the_context = gonio::gl::Context::create({-1, true});
+    } catch (const std::runtime_error& error) {
+        std::fprintf(stderr, "%s\n", error.what());
+        // Where EGL is known to be, a missing context is a failure; elsewhere the tier is skipped.
+        return std::getenv("CI") != nullptr ? 1 : 77;
+    }
+    const int result = RUN_ALL_TESTS();
+    const int messages = gonio::test::context().debug_messages();
+    if (messages > 0)
+        std::fprintf(stderr, "%d GL debug messages, the last: %s\n", messages,
+                     gonio::test::context().last_debug_message().c_str());
+    gonio::test::the_context.reset();
+    return messages > 0 ? 1 : result;
+}
