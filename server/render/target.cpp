@@ -5,18 +5,6 @@
 
 namespace gonio {
 
-Eye eye_of(const Camera& camera, int width_px, int height_px) {
-    Eye eye;
-    eye.position = camera.eye;
-    eye.forward = glm::normalize(camera.target - camera.eye);
-    const glm::dvec3 world_up = std::abs(eye.forward.y) > 0.9999 ? glm::dvec3(0, 0, -1) : glm::dvec3(0, 1, 0);
-    eye.right = glm::normalize(glm::cross(eye.forward, world_up));
-    eye.up = glm::cross(eye.right, eye.forward);
-    eye.tan_half_y = std::tan(camera.fov_rad / 2);
-    eye.tan_half_x = eye.tan_half_y * width_px / height_px;
-    return eye;
-}
-
 glm::ivec2 grid_size(const Target& target) {
     return {(target.width_px + target.grid_step - 1) / target.grid_step,
             (target.height_px + target.grid_step - 1) / target.grid_step};

@@ -5,19 +5,10 @@
 #include <cstdint>
 
 #include "server/gl/objects.h"
+#include "server/scene/eye.h"
 #include "server/scene/scene.h"
 
 namespace gonio {
-
-// The viewing geometry of a target: the scene's camera, or a meter that looks straight at its point.
-struct Eye {
-    glm::dvec3 position{0.0};                                   // world, m
-    glm::dvec3 right{1, 0, 0}, up{0, 1, 0}, forward{0, 0, -1};  // orthonormal, world
-    double tan_half_x = 1.0, tan_half_y = 1.0;
-    // The part of the view that the target shows: centre and half size in the whole view's -1..1.
-    glm::dvec2 window_centre{0.0}, window_half{1.0};
-};
-Eye eye_of(const Camera& camera, int width_px, int height_px);
 
 // live: gather on a grid of 4 pixels, NV12. still: gather at each pixel, interleaved: pictures to look at.
 // precise: 32-bit float layers, the whole VPL list at each pixel: values to rely on.

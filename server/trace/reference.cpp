@@ -1,1 +1,351 @@
 #include "server/trace/reference.h"
+
+#include <pthread.h>
+#include <sched.h>
+
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+#include <functional>
+#include <numbers>
+#include <thread>
+
+#include "server/scene/eye.h"
+#include "server/trace/path.h"
+
+namespace gonio::trace {
+namespace {
+
+// Independent randomisations of the same estimate: their spread is the error estimate, which samples of one
+// low-discrepancy stream cannot give.
+constexpr int kMeterStreams = 16, kPixelStreams = 8;
+// Stopping rules aim below the asked noise, because the estimate is itself uncertain by 1/sqrt(2·15), about 18 %.
+constexpr double kSafety = 0.8;
+
+double luminance(const glm::dvec3& rgb) {
+    return 0.2126 * rgb.r + 0.7152 * rgb.g + 0.0722 * rgb.b;
+}
+
+// Runs job(0 … count − 1) on the settings' threads, in any order. Result: false if a stop came before all were done.
+bool parallel(int count, const Settings& settings, const std::stop_token& stop, const std::function<void(int)>& job) {
+    std::atomic<int> next{0}, done{0};
+    const auto work = [&] {
+        if (settings.idle) {
+            sched_param none{};
+            pthread_setschedparam(pthread_self(), SCHED_IDLE, &none);  // refused: the thread works at normal priority
+        }
+        for (int i; !stop.stop_requested() && (i = next.fetch_add(1)) < count;) {
+            while (settings.hold != nullptr && settings.hold->load(std::memory_order_relaxed) &&
+                   !stop.stop_requested()) {
+                std::this_thread::sleep_for(std::chrono::microseconds(500));
+            }
+            job(i);
+            ++done;
+        }
+    };
+    const int wanted =
+        settings.threads > 0 ? settings.threads : static_cast<int>(std::max(1u, std::thread::hardware_concurrency()));
+    std::vector<std::jthread> threads;
+    for (int t = 0; t < std::min(wanted, count); ++t) threads.emplace_back(work);
+    threads.clear();  // joins
+    return done == count;
+}
+
+}  // namespace
+
+std::shared_ptr<const World> make_world(const Scene& scene, const World* previous) {
+    auto world = std::make_shared<World>();
+    if (previous != nullptr && &previous->geometry->asset() == scene.asset.get()) {
+        world->geometry = previous->geometry;
+        world->emitters = previous->emitters;
+    } else {
+        world->geometry = std::make_shared<const Geometry>(scene.asset);
+        world->emitters = emitters_of(*world->geometry);
+    }
+    world->luminaires =
+        luminaires_of(scene, *world->geometry, previous != nullptr ? previous->luminaires : std::vector<Luminaire>{});
+    world->running.push_back(0.0);
+    for (const Luminaire& luminaire : world->luminaires)
+        world->running.push_back(world->running.back() + static_cast<double>(luminaire.power));
+    return world;
+}
+
+std::vector<Reading> measure(const World& world, std::span<const MeterPoint> points, const Settings& settings,
+                             std::stop_token stop) {
+    struct Stream {
+        glm::dvec3 direct{0.0}, indirect{0.0};  // sums, lux
+    };
+    struct Point {
+        Receiver receiver;
+        glm::dvec3 exact{0.0};  // direct light that needs no sampling, lux
+        Stream streams[kMeterStreams];
+        std::uint32_t samples = 0;  // of each stream
+        bool done = false;
+    };
+    const bool sampled_direct = settings.openings;
+    const bool needs_paths = settings.bounces != 0 || !world.emitters.empty();
+    std::vector<Point> all(points.size());
+    const auto start = [&](int i) {
+        Point& point = all[static_cast<std::size_t>(i)];
+        const MeterPoint& meter = points[static_cast<std::size_t>(i)];
+        const glm::vec3 position = world.geometry->local(meter.position), normal(meter.normal);
+        point.receiver = {position + normal * world.geometry->step_off(position), normal, normal};
+        if (!sampled_direct) point.exact = glm::dvec3(luminaires_direct(world, point.receiver));
+        point.done = !needs_paths && !sampled_direct;
+    };
+    parallel(static_cast<int>(all.size()), settings, stop, start);
+
+    const auto reading_of = [&](const Point& point) {
+        Reading reading;
+        reading.direct_lx = point.exact;
+        reading.samples = point.samples * kMeterStreams;
+        if (point.samples == 0) return reading;
+        double direct2 = 0.0, indirect2 = 0.0;
+        glm::dvec3 direct(0.0), indirect(0.0);
+        for (const Stream& stream : point.streams) {
+            direct += stream.direct / (kMeterStreams * static_cast<double>(point.samples));
+            indirect += stream.indirect / (kMeterStreams * static_cast<double>(point.samples));
+        }
+        for (const Stream& stream : point.streams) {
+            const double d = luminance(stream.direct / static_cast<double>(point.samples) - direct);
+            const double e = luminance(stream.indirect / static_cast<double>(point.samples) - indirect);
+            direct2 += d * d, indirect2 += e * e;
+        }
+        constexpr double kPairs = kMeterStreams * (kMeterStreams - 1);
+        reading.direct_lx += direct;
+        reading.indirect_lx = indirect;
+        reading.direct_error_lx = std::sqrt(direct2 / kPairs);
+        reading.indirect_error_lx = std::sqrt(indirect2 / kPairs);
+        return reading;
+    };
+
+    // Rounds of 64, 64, 128, 256, … samples a stream, until every point has the noise that was asked for.
+    std::vector<int> units;
+    std::vector<Stream> sums;
+    while (!stop.stop_requested()) {
+        units.clear();
+        std::uint32_t reached = 0;
+        for (std::size_t i = 0; i < all.size(); ++i) {
+            if (all[i].done) continue;
+            reached = all[i].samples;
+            for (int s = 0; s < kMeterStreams; ++s) units.push_back(static_cast<int>(i) * kMeterStreams + s);
+        }
+        if (units.empty()) break;
+        const std::uint32_t greatest = std::max(1u, settings.max_passes / kMeterStreams);
+        const std::uint32_t round = std::min(std::max(reached, 64u), greatest - std::min(reached, greatest - 1));
+        sums.assign(units.size(), {});
+        const bool whole = parallel(static_cast<int>(units.size()), settings, stop, [&](int unit) {
+            const std::size_t i = static_cast<std::size_t>(units[static_cast<std::size_t>(unit)] / kMeterStreams);
+            const int s = units[static_cast<std::size_t>(unit)] % kMeterStreams;
+            const Point& point = all[i];
+            Stream& sum = sums[static_cast<std::size_t>(unit)];
+            const std::uint32_t seed =
+                mix_bits(mix_bits(settings.seed, static_cast<std::uint32_t>(i)), static_cast<std::uint32_t>(s));
+            for (std::uint32_t n = 0; n < round; ++n) {
+                Sample sample(seed, point.samples + n);
+                if (sampled_direct) sum.direct += glm::dvec3(openings_direct(world, point.receiver, sample));
+                if (needs_paths) {
+                    const PathLight light =
+                        trace_path(world, point.receiver, settings.bounces, settings.openings, sample);
+                    sum.direct += glm::dvec3(light.direct);
+                    sum.indirect += glm::dvec3(light.indirect);
+                }
+            }
+        });
+        if (!whole) break;  // the last whole round stands
+        for (std::size_t unit = 0; unit < units.size(); ++unit) {
+            Stream& stream =
+                all[static_cast<std::size_t>(units[unit] / kMeterStreams)].streams[units[unit] % kMeterStreams];
+            stream.direct += sums[unit].direct;
+            stream.indirect += sums[unit].indirect;
+        }
+        for (Point& point : all) {
+            if (point.done) continue;
+            point.samples += round;
+            const Reading reading = reading_of(point);
+            const double total = luminance(reading.direct_lx + reading.indirect_lx);
+            const double error = std::hypot(reading.direct_error_lx, reading.indirect_error_lx);
+            point.done = error <= kSafety * settings.noise * total || point.samples >= greatest;
+        }
+    }
+    std::vector<Reading> readings;
+    for (const Point& point : all) readings.push_back(reading_of(point));
+    return readings;
+}
+
+struct Picture::Data {
+    std::shared_ptr<const World> world;
+    PictureRequest request;
+    Settings settings;
+    Eye eye;
+    struct Pixel {
+        Receiver receiver;
+        glm::vec3 albedo{0.0f}, emission{0.0f};
+        glm::vec3 direct{0.0f};  // exact, lux
+        bool hit = false;
+    };
+    std::vector<Pixel> first;         // without antialiasing: what each pixel shows
+    std::vector<glm::dvec3> sum;      // per pixel, the quantity
+    std::vector<float> streams;       // per pixel kPixelStreams sums of its luminance
+    std::vector<std::uint32_t> hits;  // samples that met a surface
+    std::vector<std::uint32_t> row_passes;
+    bool exact = false;  // one pass is the whole truth
+    Progress progress;
+    std::uint32_t next_check = kPixelStreams;
+
+    Pixel look(double x, double y) const {
+        const double u = (x / request.width_px * 2.0 - 1.0) * eye.tan_half_x,
+                     v = (1.0 - y / request.height_px * 2.0) * eye.tan_half_y;
+        const glm::vec3 direction(glm::normalize(eye.forward + u * eye.right + v * eye.up));
+        Pixel pixel;
+        SurfaceHit hit;
+        pixel.hit = world->geometry->closest(world->geometry->local(eye.position), direction, 0.0f, true, hit);
+        if (!pixel.hit) return pixel;
+        pixel.receiver = receiver_of(*world->geometry, hit);
+        pixel.albedo = hit.albedo;
+        pixel.emission = hit.emission;
+        if (shows_direct() && !settings.openings) pixel.direct = luminaires_direct(*world, pixel.receiver);
+        return pixel;
+    }
+    bool shows_direct() const {
+        return request.quantity != Quantity::irradiance_indirect && request.quantity != Quantity::radiance_indirect;
+    }
+    bool shows_indirect() const {
+        return request.quantity != Quantity::irradiance_direct && request.quantity != Quantity::radiance_direct;
+    }
+
+    void add_pass(int x, int y, std::uint32_t pass) {
+        const std::size_t at =
+            static_cast<std::size_t>(y) * static_cast<std::size_t>(request.width_px) + static_cast<std::size_t>(x);
+        const std::uint32_t stream = pass % kPixelStreams;
+        Sample sample(mix_bits(mix_bits(settings.seed, static_cast<std::uint32_t>(at)), stream), pass / kPixelStreams);
+        Pixel pixel;
+        if (request.antialias) {
+            const glm::vec2 jitter = sample.next();
+            pixel = look(x + static_cast<double>(jitter.x), y + static_cast<double>(jitter.y));
+        } else {
+            if (pass == 0) first[at] = look(x + 0.5, y + 0.5);
+            pixel = first[at];
+        }
+        if (!pixel.hit) return;
+        ++hits[at];
+        glm::vec3 lx = shows_direct() ? pixel.direct : glm::vec3(0.0f);
+        if (shows_direct() && settings.openings) lx += openings_direct(*world, pixel.receiver, sample);
+        if ((shows_indirect() && settings.bounces != 0) || (shows_direct() && !world->emitters.empty())) {
+            const PathLight path =
+                trace_path(*world, pixel.receiver, shows_indirect() ? settings.bounces : 0, settings.openings, sample);
+            if (shows_direct()) lx += path.direct;
+            if (shows_indirect()) lx += path.indirect;
+        }
+        glm::dvec3 value(lx);
+        if (request.quantity >= Quantity::radiance_direct) value *= glm::dvec3(pixel.albedo) / std::numbers::pi;
+        if (request.quantity == Quantity::radiance) value += glm::dvec3(pixel.emission);
+        sum[at] += value;
+        streams[at * kPixelStreams + stream] += static_cast<float>(luminance(value));
+    }
+
+    // Result: variance of the luminance of a pixel's mean over `passes` samples (at least kPixelStreams), from the
+    // spread of its streams.
+    double pixel_variance(std::size_t at, std::uint32_t passes) const {
+        double means[kPixelStreams], mean = 0.0, squares = 0.0;
+        for (std::uint32_t s = 0; s < kPixelStreams; ++s) {
+            const std::uint32_t samples = passes / kPixelStreams + (s < passes % kPixelStreams ? 1 : 0);
+            means[s] = static_cast<double>(streams[at * kPixelStreams + s]) / samples;
+            mean += means[s] / kPixelStreams;
+        }
+        for (const double stream : means) squares += (stream - mean) * (stream - mean);
+        return squares / (kPixelStreams * (kPixelStreams - 1));
+    }
+
+    double noise(std::uint32_t passes) const {
+        double squares = 0.0, mean = 0.0;
+        std::size_t count = 0;
+        for (std::size_t at = 0; at < sum.size(); ++at) {
+            if (hits[at] == 0) continue;
+            ++count;
+            squares += pixel_variance(at, passes);
+            mean += luminance(sum[at]) / passes;
+        }
+        if (count == 0 || mean <= 0.0) return 0.0;
+        return std::sqrt(squares / static_cast<double>(count)) / (mean / static_cast<double>(count));
+    }
+};
+
+Picture::Picture(std::shared_ptr<const World> world, const PictureRequest& request, const Settings& settings)
+    : data_(new Data) {
+    Data& d = *data_;
+    d.world = std::move(world);
+    d.request = request;
+    d.settings = settings;
+    d.eye = eye_of(request.camera, request.width_px, request.height_px);
+    const auto pixels = static_cast<std::size_t>(request.width_px) * static_cast<std::size_t>(request.height_px);
+    if (!request.antialias) d.first.resize(pixels);
+    d.sum.resize(pixels);
+    d.streams.resize(pixels * kPixelStreams);
+    d.hits.resize(pixels);
+    d.row_passes.resize(static_cast<std::size_t>(request.height_px));
+    const bool paths =
+        (d.shows_indirect() && settings.bounces != 0) || (d.shows_direct() && !d.world->emitters.empty());
+    d.exact = !request.antialias && !paths && !(d.shows_direct() && settings.openings);
+}
+Picture::~Picture() = default;
+
+Progress Picture::progress() const {
+    return data_->progress;
+}
+
+Progress Picture::refine(double seconds, std::stop_token stop) {
+    Data& d = *data_;
+    const auto begin = std::chrono::steady_clock::now();
+    const auto spent = [&] { return std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count(); };
+    std::uint32_t batch = 1;
+    double pass_seconds = 0.0;
+    while (!d.progress.complete && !stop.stop_requested()) {
+        batch = std::min({batch, d.next_check - d.progress.passes, d.settings.max_passes - d.progress.passes});
+        const double before = spent();
+        const bool whole = parallel(d.request.height_px, d.settings, stop, [&](int y) {
+            std::uint32_t& done = d.row_passes[static_cast<std::size_t>(y)];
+            for (const std::uint32_t end = d.progress.passes + batch; done < end; ++done) {
+                for (int x = 0; x < d.request.width_px; ++x) d.add_pass(x, y, done);
+            }
+        });
+        if (!whole) break;
+        d.progress.passes += batch;
+        pass_seconds = (spent() - before) / batch;
+        if (d.exact || d.progress.passes >= d.settings.max_passes) d.progress.complete = true;
+        if (d.exact) d.progress.noise = 0.0;
+        if (!d.exact && d.progress.passes == d.next_check) {
+            d.progress.noise = d.noise(d.progress.passes);
+            if (d.progress.noise <= kSafety * d.settings.noise) d.progress.complete = true;
+            // Checks at pass counts that do not depend on time: the same request gives the same picture.
+            d.next_check += std::max<std::uint32_t>(kPixelStreams, d.next_check / 4 / kPixelStreams * kPixelStreams);
+        }
+        if (spent() >= seconds) break;
+        batch = static_cast<std::uint32_t>(std::clamp((seconds - spent()) / std::max(pass_seconds, 1e-9), 1.0, 64.0));
+    }
+    return d.progress;
+}
+
+std::vector<float> Picture::values() const {
+    const Data& d = *data_;
+    std::vector<float> result(d.sum.size() * 4);
+    for (std::size_t at = 0; at < d.sum.size(); ++at) {
+        const std::uint32_t passes = d.row_passes[at / static_cast<std::size_t>(d.request.width_px)];
+        if (passes == 0) continue;
+        for (int k = 0; k < 3; ++k)
+            result[at * 4 + static_cast<std::size_t>(k)] = static_cast<float>(d.sum[at][k] / passes);
+        result[at * 4 + 3] = static_cast<float>(static_cast<double>(d.hits[at]) / passes);
+    }
+    return result;
+}
+
+std::vector<float> Picture::variance() const {
+    const Data& d = *data_;
+    std::vector<float> result(d.sum.size());
+    const std::uint32_t passes = d.progress.passes;
+    if (passes < kPixelStreams || d.exact) return result;
+    for (std::size_t at = 0; at < d.sum.size(); ++at) result[at] = static_cast<float>(d.pixel_variance(at, passes));
+    return result;
+}
+
+}  // namespace gonio::trace

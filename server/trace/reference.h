@@ -27,13 +27,15 @@ struct Settings {
     std::uint32_t seed = 1;
     int threads = 0;    // 0: one per core
     bool idle = false;  // threads yield to everything else on the machine (SCHED_IDLE): beside live frames
+    const std::atomic<bool>* hold = nullptr;  // while it is true the threads sleep between pixels; may be null
 };
 
 // What one scene revision looks like to rays: acceleration structure, luminaires with their weights, emitters.
 // Immutable and thread-safe; meshes and webs are shared with the scene it was made from.
-class World;
-// Any thread. The acceleration structure of an asset is kept while any World uses it, so a level change costs nothing.
-std::shared_ptr<const World> make_world(const Scene& scene);
+struct World;
+// Any thread. previous: a World whose acceleration structure and luminaire tables are taken over where asset and
+// profile are the same, so that a level change costs nothing; may be null.
+std::shared_ptr<const World> make_world(const Scene& scene, const World* previous = nullptr);
 
 struct MeterPoint {
     glm::dvec3 position{0.0};    // world, m
@@ -87,7 +89,8 @@ public:
     Progress progress() const;
     // Result: width·height·4 floats, rows from the top: the mean so far and 1 where there is a surface.
     std::vector<float> values() const;
-    // Result: estimated variance of the luminance of each pixel's mean, in the quantity's unit squared.
+    // Result: estimated variance of the luminance of each pixel's mean, in the quantity's unit squared; 0 before 8
+    // passes.
     std::vector<float> variance() const;
 
 private:

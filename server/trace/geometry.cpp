@@ -1,0 +1,201 @@
+#include "server/trace/geometry.h"
+
+#include <embree3/rtcore.h>
+
+#include <cmath>
+#include <limits>
+#include <stdexcept>
+
+#include "server/trace/texture.h"
+
+namespace gonio::trace {
+
+struct Geometry::Embree {
+    RTCDevice device = nullptr;
+    RTCScene scene = nullptr;
+
+    Embree() {
+        device = rtcNewDevice("threads=1");  // built on the caller's thread: idle callers stay idle
+        if (device == nullptr) throw std::runtime_error("Embree cannot be started on this machine");
+        scene = rtcNewScene(device);
+        rtcSetSceneFlags(scene, RTC_SCENE_FLAG_ROBUST);
+        rtcSetSceneBuildQuality(scene, RTC_BUILD_QUALITY_MEDIUM);
+    }
+    Embree(const Embree&) = delete;
+    Embree& operator=(const Embree&) = delete;
+    ~Embree() {
+        rtcReleaseScene(scene);
+        rtcReleaseDevice(device);
+    }
+
+    struct Context {
+        RTCIntersectContext base;
+        const Geometry* geometry;
+        bool for_viewer;
+    };
+
+    // Turns down hits on holes of alpha-masked surfaces and, for viewers, on backs.
+    static void filter(const RTCFilterFunctionNArguments* args) {
+        if (args->valid[0] != -1 || args->context == nullptr) return;
+        const auto* part = static_cast<const Part*>(args->geometryUserPtr);
+        const auto* context = reinterpret_cast<const Context*>(args->context);
+        if (context->for_viewer && !part->material->double_sided) {
+            RTCRayN* ray = args->ray;
+            const glm::vec3 d(RTCRayN_dir_x(ray, args->N, 0), RTCRayN_dir_y(ray, args->N, 0),
+                              RTCRayN_dir_z(ray, args->N, 0));
+            const glm::vec3 n(RTCHitN_Ng_x(args->hit, args->N, 0), RTCHitN_Ng_y(args->hit, args->N, 0),
+                              RTCHitN_Ng_z(args->hit, args->N, 0));
+            if (glm::dot(d, n) > 0.0f) args->valid[0] = 0;
+        }
+        if (part->material->alpha_mask) {
+            const int triangle = static_cast<int>(RTCHitN_primID(args->hit, args->N, 0));
+            const glm::vec2 uv = context->geometry->uv_at(*part, triangle, RTCHitN_u(args->hit, args->N, 0),
+                                                          RTCHitN_v(args->hit, args->N, 0));
+            float alpha = part->material->base_color.a;
+            if (part->base_color != nullptr) {
+                alpha *= sample(*part->base_color, uv, part->material->repeat_s, part->material->repeat_t).a;
+            }
+            if (alpha < part->material->alpha_cutoff) args->valid[0] = 0;
+        }
+    }
+};
+
+Geometry::Geometry(std::shared_ptr<const SceneAsset> asset) : asset_(std::move(asset)), embree_(new Embree) {
+    if (!asset_->instances.empty()) {
+        origin_ = 0.5 * (asset_->bounds.min + asset_->bounds.max);
+        extent_ = static_cast<float>(0.5 * glm::length(asset_->bounds.max - asset_->bounds.min));
+    }
+    parts_.resize(asset_->instances.size());
+    for (std::size_t i = 0; i < parts_.size(); ++i) {
+        const Instance& instance = asset_->instances[i];
+        Part& part = parts_[i];
+        part.mesh = &asset_->meshes[static_cast<std::size_t>(instance.mesh)];
+        part.material = &asset_->materials[static_cast<std::size_t>(part.mesh->material)];
+        const auto image = [&](int index) {
+            return index < 0 ? nullptr : &asset_->images[static_cast<std::size_t>(index)];
+        };
+        part.base_color = image(part.material->base_color_image);
+        part.emissive = image(part.material->emissive_image);
+        const glm::dmat3 turn(instance.world_from_mesh);
+        // The cofactor matrix carries normals also where the transform is singular.
+        const glm::dmat3 cofactor(glm::cross(turn[1], turn[2]), glm::cross(turn[2], turn[0]),
+                                  glm::cross(turn[0], turn[1]));
+        const double scale =
+            std::max({glm::length(cofactor[0]), glm::length(cofactor[1]), glm::length(cofactor[2]), 1e-300});
+        part.normal_from_mesh = glm::mat3(cofactor / scale);
+        part.positions.reserve(part.mesh->vertices.size());
+        for (const Vertex& vertex : part.mesh->vertices) {
+            part.positions.push_back(
+                local(glm::dvec3(instance.world_from_mesh * glm::dvec4(glm::dvec3(vertex.position), 1.0))));
+        }
+        // Embree reads 16 bytes at the last vertex.
+        part.positions.emplace_back(0.0f);
+        RTCGeometry geometry = rtcNewGeometry(embree_->device, RTC_GEOMETRY_TYPE_TRIANGLE);
+        rtcSetSharedGeometryBuffer(geometry, RTC_BUFFER_TYPE_VERTEX, 0, RTC_FORMAT_FLOAT3, part.positions.data(), 0,
+                                   sizeof(glm::vec3), part.mesh->vertices.size());
+        rtcSetSharedGeometryBuffer(geometry, RTC_BUFFER_TYPE_INDEX, 0, RTC_FORMAT_UINT3, part.mesh->indices.data(), 0,
+                                   12, part.mesh->indices.size() / 3);
+        rtcSetGeometryUserData(geometry, &part);
+        if (part.material->alpha_mask) {
+            rtcSetGeometryOccludedFilterFunction(geometry, Embree::filter);
+            rtcSetGeometryIntersectFilterFunction(geometry, Embree::filter);
+        } else if (!part.material->double_sided) {
+            rtcSetGeometryIntersectFilterFunction(geometry, Embree::filter);
+        }
+        rtcCommitGeometry(geometry);
+        rtcAttachGeometryByID(embree_->scene, geometry, static_cast<unsigned>(i));
+        rtcReleaseGeometry(geometry);
+    }
+    rtcCommitScene(embree_->scene);
+    if (const RTCError error = rtcGetDeviceError(embree_->device); error != RTC_ERROR_NONE) {
+        throw std::runtime_error("Embree cannot hold the scene (error " + std::to_string(error) + ")");
+    }
+}
+
+Geometry::~Geometry() = default;
+
+float Geometry::step_off(const glm::vec3& p) const {
+    const float greatest = std::max({std::abs(p.x), std::abs(p.y), std::abs(p.z)});
+    return std::max(8e-6f * greatest, 1e-6f * extent_);
+}
+
+std::array<glm::vec3, 3> Geometry::corners(int instance, int triangle) const {
+    const Part& part = parts_[static_cast<std::size_t>(instance)];
+    const std::uint32_t* index = &part.mesh->indices[static_cast<std::size_t>(triangle) * 3];
+    return {part.positions[index[0]], part.positions[index[1]], part.positions[index[2]]};
+}
+
+glm::vec2 Geometry::uv_at(const Part& part, int triangle, float u, float v) const {
+    const std::uint32_t* index = &part.mesh->indices[static_cast<std::size_t>(triangle) * 3];
+    const std::vector<Vertex>& vertices = part.mesh->vertices;
+    return (1.0f - u - v) * vertices[index[0]].uv + u * vertices[index[1]].uv + v * vertices[index[2]].uv;
+}
+
+glm::vec3 Geometry::emission_at(int instance, int triangle, float u, float v) const {
+    const Part& part = parts_[static_cast<std::size_t>(instance)];
+    const glm::vec3 own = part.material->emissive_nit;
+    if (part.emissive == nullptr || own == glm::vec3(0.0f)) return own;
+    return own * glm::vec3(sample(*part.emissive, uv_at(part, triangle, u, v), part.material->repeat_s,
+                                  part.material->repeat_t));
+}
+
+bool Geometry::closest(const glm::vec3& from, const glm::vec3& direction, float near, bool for_viewer,
+                       SurfaceHit& hit) const {
+    Embree::Context context{{}, this, for_viewer};
+    rtcInitIntersectContext(&context.base);
+    RTCRayHit query{};
+    query.ray.org_x = from.x, query.ray.org_y = from.y, query.ray.org_z = from.z;
+    query.ray.dir_x = direction.x, query.ray.dir_y = direction.y, query.ray.dir_z = direction.z;
+    query.ray.tnear = near;
+    query.ray.tfar = std::numeric_limits<float>::infinity();
+    query.ray.mask = ~0u;
+    query.hit.geomID = RTC_INVALID_GEOMETRY_ID;
+    query.hit.instID[0] = RTC_INVALID_GEOMETRY_ID;
+    rtcIntersect1(embree_->scene, &context.base, &query);
+    if (query.hit.geomID == RTC_INVALID_GEOMETRY_ID) return false;
+
+    const Part& part = parts_[query.hit.geomID];
+    const float u = query.hit.u, v = query.hit.v;
+    hit.instance = static_cast<int>(query.hit.geomID);
+    hit.triangle = static_cast<int>(query.hit.primID);
+    hit.distance = query.ray.tfar;
+    const std::uint32_t* index = &part.mesh->indices[static_cast<std::size_t>(hit.triangle) * 3];
+    hit.position =
+        (1.0f - u - v) * part.positions[index[0]] + u * part.positions[index[1]] + v * part.positions[index[2]];
+    glm::vec3 geometric(query.hit.Ng_x, query.hit.Ng_y, query.hit.Ng_z);
+    const float scale = std::max({std::abs(geometric.x), std::abs(geometric.y), std::abs(geometric.z)});
+    geometric = scale > 0.0f ? glm::normalize(geometric / scale) : -direction;
+    // The importer winds mirrored instances so that Embree's Ng, the cross product of the edges, is the front's.
+    const bool from_front = glm::dot(geometric, direction) < 0.0f;
+    hit.geometric = from_front ? geometric : -geometric;
+    const std::vector<Vertex>& vertices = part.mesh->vertices;
+    const glm::vec3 smooth = part.normal_from_mesh * ((1.0f - u - v) * vertices[index[0]].normal +
+                                                      u * vertices[index[1]].normal + v * vertices[index[2]].normal);
+    const float length2 = glm::dot(smooth, smooth);
+    hit.normal = length2 > 1e-30f ? smooth * (1.0f / std::sqrt(length2)) : hit.geometric;
+    if (glm::dot(hit.normal, hit.geometric) < 0.0f) hit.normal = -hit.normal;
+    hit.albedo = glm::vec3(part.material->base_color);
+    if (part.base_color != nullptr) {
+        hit.albedo *= glm::vec3(sample(*part.base_color, uv_at(part, hit.triangle, u, v), part.material->repeat_s,
+                                       part.material->repeat_t));
+    }
+    hit.emission =
+        from_front || part.material->double_sided ? emission_at(hit.instance, hit.triangle, u, v) : glm::vec3(0.0f);
+    return true;
+}
+
+bool Geometry::occluded(const glm::vec3& from, const glm::vec3& to) const {
+    Embree::Context context{{}, this, false};
+    rtcInitIntersectContext(&context.base);
+    const glm::vec3 d = to - from;
+    RTCRay ray{};
+    ray.org_x = from.x, ray.org_y = from.y, ray.org_z = from.z;
+    ray.dir_x = d.x, ray.dir_y = d.y, ray.dir_z = d.z;
+    ray.tnear = 0.0f;
+    ray.tfar = 1.0f - 1e-5f;  // a luminaire mounted on a surface is not hidden by it
+    ray.mask = ~0u;
+    rtcOccluded1(embree_->scene, &context.base, &ray);
+    return ray.tfar < 0.0f;
+}
+
+}  // namespace gonio::trace

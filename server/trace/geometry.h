@@ -1,0 +1,67 @@
+// A scene's surfaces as rays meet them: Embree's acceleration structure over the meshes of an asset. Immutable after
+// construction, any thread. All coordinates are local: relative to origin(), world axes, metres, so that a scene far
+// from the world's origin loses no precision. Embree's types stay in geometry.cpp.
+#pragma once
+
+#include <glm/glm.hpp>
+#include <memory>
+#include <vector>
+
+#include "server/scene/scene.h"
+
+namespace gonio::trace {
+
+// What a ray met. Normals are unit length and turned to the side that the ray came from.
+struct SurfaceHit {
+    glm::vec3 position{0.0f};   // local, m
+    glm::vec3 normal{0.0f};     // shading
+    glm::vec3 geometric{0.0f};  // the triangle's own
+    glm::vec3 albedo{0.0f};     // linear reflectance 0..1
+    glm::vec3 emission{0.0f};   // cd/m² towards the ray's origin
+    float distance = 0.0f;      // m
+    int instance = 0, triangle = 0;
+};
+
+class Geometry {
+public:
+    explicit Geometry(std::shared_ptr<const SceneAsset> asset);
+    ~Geometry();
+
+    const SceneAsset& asset() const { return *asset_; }
+    const glm::dvec3& origin() const { return origin_; }
+    glm::vec3 local(const glm::dvec3& world) const { return glm::vec3(world - origin_); }
+
+    // Result: whether the ray meets a surface beyond `near` and, if so, which. direction: unit. Alpha-masked texels are
+    // holes. for_viewer: backs of single-sided surfaces are left out, as glTF's viewers do; light meets both sides.
+    bool closest(const glm::vec3& from, const glm::vec3& direction, float near, bool for_viewer, SurfaceHit& hit) const;
+    // Result: whether a surface stands between two points, both a step away from their own surfaces.
+    bool occluded(const glm::vec3& from, const glm::vec3& to) const;
+    // Result: a step along a normal that leaves the surface at p for certain, m: about a hundred roundings of p.
+    float step_off(const glm::vec3& p) const;
+
+    // A triangle's corners, local, m.
+    std::array<glm::vec3, 3> corners(int instance, int triangle) const;
+    // Result: emission of the front at barycentric (u, v), cd/m².
+    glm::vec3 emission_at(int instance, int triangle, float u, float v) const;
+
+private:
+    struct Embree;
+    struct Part {  // an instance: user data of its Embree geometry
+        const Mesh* mesh = nullptr;
+        const Material* material = nullptr;
+        const Image* base_color = nullptr;
+        const Image* emissive = nullptr;
+        glm::mat3 normal_from_mesh{1.0f};
+        std::vector<glm::vec3> positions;  // local, m; shared with Embree
+    };
+    friend struct Embree;
+    glm::vec2 uv_at(const Part& part, int triangle, float u, float v) const;
+
+    std::shared_ptr<const SceneAsset> asset_;
+    glm::dvec3 origin_{0.0};
+    float extent_ = 1.0f;  // half diagonal, m
+    std::vector<Part> parts_;
+    std::unique_ptr<Embree> embree_;
+};
+
+}  // namespace gonio::trace

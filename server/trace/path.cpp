@@ -1,0 +1,232 @@
+#include "server/trace/path.h"
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
+namespace gonio::trace {
+namespace {
+
+constexpr float kPi = std::numbers::pi_v<float>;
+// A path goes on with the probability of its surface's reflectance, at most this: even between perfect mirrors of light
+// it ends.
+constexpr float kMaxSurvival = 0.995f;
+
+float luminance(const glm::vec3& rgb) {
+    return 0.2126f * rgb.r + 0.7152f * rgb.g + 0.0722f * rgb.b;
+}
+
+// Where a luminaire's light comes from, for one decision: its own place, or a point of its opening.
+glm::dvec3 source_point(const Luminaire& luminaire, bool openings, Sample& sample) {
+    if (!openings || luminaire.opening.shape == ies::OpeningShape::point) return luminaire.position;
+    const glm::vec2 first = sample.next();
+    return luminaire.point(first, sample.next());
+}
+
+// Result: unoccluded illuminance from a luminaire that emits from `source`, lux rgb; distance and direction with it.
+struct Arrival {
+    glm::vec3 illuminance{0.0f};
+    glm::dvec3 from_source{0.0};  // unit
+    double distance = 0.0;        // m
+};
+Arrival arrive(const Luminaire& luminaire, const glm::dvec3& source, const Receiver& at) {
+    Arrival arrival;
+    const glm::dvec3 d = glm::dvec3(at.position) - source;
+    arrival.distance = glm::length(d);
+    if (!(arrival.distance > 0.0)) return arrival;
+    arrival.from_source = d / arrival.distance;
+    const double cosine = -glm::dot(arrival.from_source, glm::dvec3(at.normal));
+    if (cosine <= 0.0 || glm::dot(arrival.from_source, glm::dvec3(at.geometric)) >= 0.0) return arrival;
+    const double lx = luminaire.intensity_cd(arrival.from_source) * cosine / (arrival.distance * arrival.distance);
+    arrival.illuminance = luminaire.weight * static_cast<float>(lx);
+    return arrival;
+}
+
+// A rotation that takes +Z to n (Duff et al. 2017).
+glm::vec3 around(const glm::vec3& n, const glm::vec3& v) {
+    const float sign = std::copysign(1.0f, n.z), a = -1.0f / (sign + n.z), b = n.x * n.y * a;
+    return v.x * glm::vec3(1.0f + sign * n.x * n.x * a, sign * b, -sign * n.x) +
+           v.y * glm::vec3(b, sign + n.y * n.y * a, -n.y) + v.z * n;
+}
+
+glm::vec3 cosine_direction(const glm::vec3& n, glm::vec2 random) {
+    const float r = std::sqrt(random.x), phi = 2.0f * kPi * random.y;
+    return around(n, {r * std::cos(phi), r * std::sin(phi), std::sqrt(std::max(0.0f, 1.0f - random.x))});
+}
+
+std::size_t pick(const std::vector<double>& running, double random) {
+    const auto above = std::upper_bound(running.begin(), running.end(), random * running.back());
+    return std::min<std::size_t>(running.size() - 2,
+                                 static_cast<std::size_t>(std::max<std::ptrdiff_t>(1, above - running.begin())) - 1);
+}
+
+// How likely a luminaire is chosen at a surface point: about what it can do there, never nothing.
+double importance(const Luminaire& luminaire, const Receiver& at) {
+    const glm::dvec3 d = glm::dvec3(at.position) - luminaire.position;
+    const double d2 = std::max({glm::dot(d, d), luminaire.opening_radius_m * luminaire.opening_radius_m, 1e-12});
+    const glm::dvec3 direction = d / std::max(glm::length(d), 1e-12);
+    const double cosine = std::max(0.0, -glm::dot(direction, glm::dvec3(at.normal)));
+    const double mean_cd = luminaire.profile().flux_lm / (4.0 * std::numbers::pi);
+    return static_cast<double>(luminance(luminaire.weight)) *
+           (luminaire.intensity_cd(direction) * cosine + 0.05 * mean_cd) / d2;
+}
+
+// Which luminaire lights `at`: index and the probability of the choice. With one there is none.
+struct Choice {
+    std::size_t index = 0;
+    double probability = 1.0;
+};
+Choice choose(const World& world, const Receiver& at, double random) {
+    if (world.luminaires.size() == 1) return {};
+    double weights[kMaxLights], total = 0.0;
+    for (std::size_t i = 0; i < world.luminaires.size(); ++i) total += weights[i] = importance(world.luminaires[i], at);
+    double left = random * total;
+    for (std::size_t i = 0; i < world.luminaires.size(); ++i) {
+        left -= weights[i];
+        if (left < 0.0 || i + 1 == world.luminaires.size()) return {i, weights[i] / total};
+    }
+    return {};
+}
+double probability(const World& world, const Receiver& at, std::size_t index) {
+    if (world.luminaires.size() == 1) return 1.0;
+    double total = 0.0, own = 0.0;
+    for (std::size_t i = 0; i < world.luminaires.size(); ++i) {
+        const double weight = importance(world.luminaires[i], at);
+        total += weight;
+        if (i == index) own = weight;
+    }
+    return own / total;
+}
+
+// Density per m² at which a luminaire's rays meet a surface point, and of the choice of that luminaire.
+double light_density(const World& world, std::size_t index, const Luminaire& luminaire, const Arrival& arrival,
+                     const Receiver& at) {
+    const glm::dvec3 in_luminaire = glm::transpose(luminaire.world_from_light) * arrival.from_source;
+    const double chosen = (world.running[index + 1] - world.running[index]) / world.running.back();
+    const double cosine = std::max(0.0, -glm::dot(arrival.from_source, glm::dvec3(at.geometric)));
+    return chosen * luminaire.table->density(in_luminaire) * cosine / (arrival.distance * arrival.distance);
+}
+
+// Emission of a point drawn on the emitters, seen from x; weighted against meeting it by a cosine-distributed ray.
+glm::vec3 emitters_at(const World& world, const Receiver& x, Sample& sample) {
+    const glm::vec2 choice = sample.next(), place = sample.next();
+    const std::size_t index = pick(world.emitters.running, static_cast<double>(choice.x));
+    const Emitter& emitter = world.emitters.list[index];
+    const float root = std::sqrt(place.x), u = root * (1.0f - place.y), v = root * place.y;
+    const glm::vec3 point = (1.0f - u - v) * emitter.corner[0] + u * emitter.corner[1] + v * emitter.corner[2];
+    const glm::vec3 d = point - x.position;
+    const float d2 = glm::dot(d, d);
+    if (!(d2 > 0.0f)) return glm::vec3(0.0f);
+    const glm::vec3 direction = d / std::sqrt(d2);
+    const float cos_x = glm::dot(direction, x.normal), facing = -glm::dot(direction, emitter.normal);
+    const float cos_y = emitter.double_sided ? std::abs(facing) : facing;
+    if (cos_x <= 0.0f || cos_y <= 0.0f || glm::dot(direction, x.geometric) <= 0.0f) return glm::vec3(0.0f);
+    const glm::vec3 side = facing > 0.0f ? emitter.normal : -emitter.normal;
+    if (world.geometry->occluded(x.position, point + side * world.geometry->step_off(point))) return glm::vec3(0.0f);
+    const double drawn = world.emitters.density(index), met = static_cast<double>(cos_x * cos_y / (kPi * d2));
+    return world.geometry->emission_at(emitter.instance, emitter.triangle, u, v) *
+           static_cast<float>(static_cast<double>(cos_x * cos_y / d2) / (drawn + met));
+}
+
+}  // namespace
+
+Receiver receiver_of(const Geometry& geometry, const SurfaceHit& hit) {
+    return {hit.position + hit.geometric * geometry.step_off(hit.position), hit.normal, hit.geometric};
+}
+
+glm::vec3 luminaires_direct(const World& world, const Receiver& receiver) {
+    glm::vec3 sum(0.0f);
+    for (const Luminaire& luminaire : world.luminaires) {
+        const Arrival arrival = arrive(luminaire, luminaire.position, receiver);
+        if (arrival.illuminance == glm::vec3(0.0f)) continue;
+        if (!world.geometry->occluded(receiver.position, glm::vec3(luminaire.position))) sum += arrival.illuminance;
+    }
+    return sum;
+}
+
+glm::vec3 openings_direct(const World& world, const Receiver& receiver, Sample& sample) {
+    glm::vec3 sum(0.0f);
+    for (const Luminaire& luminaire : world.luminaires) {
+        const glm::dvec3 source = source_point(luminaire, true, sample);
+        const Arrival arrival = arrive(luminaire, source, receiver);
+        if (arrival.illuminance == glm::vec3(0.0f)) continue;
+        if (!world.geometry->occluded(receiver.position, glm::vec3(source))) sum += arrival.illuminance;
+    }
+    return sum;
+}
+
+PathLight trace_path(const World& world, Receiver x, int bounces, bool openings, Sample& sample) {
+    const Geometry& geometry = *world.geometry;
+    PathLight light;
+    glm::vec3 throughput(1.0f);
+    for (int k = 0;; ++k) {
+        glm::vec3& sum = k == 0 ? light.direct : light.indirect;
+        const bool more = bounces < 0 || k < bounces;
+        const bool lit = more && !world.luminaires.empty();
+        if (!world.emitters.empty()) sum += throughput * emitters_at(world, x, sample);
+        if (!more && world.emitters.empty()) break;
+
+        // One bounce more, first way: a ray of a luminaire meets z, which x sees.
+        if (lit) {
+            const glm::vec2 choice = sample.next();
+            const std::size_t index = pick(world.running, static_cast<double>(choice.x));
+            const Luminaire& luminaire = world.luminaires[index];
+            const glm::dvec3 source = source_point(luminaire, openings, sample);
+            double density = 0.0;
+            const glm::dvec3 emitted = luminaire.world_from_light * luminaire.table->draw(sample.next(), density);
+            SurfaceHit z;
+            // A luminaire mounted on a surface does not light the spot it hides.
+            const float near = geometry.step_off(glm::vec3(source));
+            if (density > 0.0 && geometry.closest(glm::vec3(source), glm::vec3(emitted), near, false, z)) {
+                const Receiver at_z = receiver_of(geometry, z);
+                const glm::vec3 d = at_z.position - x.position;
+                const float d2 = glm::dot(d, d), length = std::sqrt(d2);
+                const float cos_x = glm::dot(d, x.normal) / length, cos_z = -glm::dot(d, z.geometric) / length;
+                const Arrival arrival = arrive(luminaire, source, at_z);
+                if (d2 > 0.0f && cos_x > 0.0f && cos_z > 0.0f && glm::dot(d, x.geometric) > 0.0f &&
+                    arrival.illuminance != glm::vec3(0.0f) && !geometry.occluded(x.position, at_z.position)) {
+                    const double by_light = light_density(world, index, luminaire, arrival, at_z);
+                    const double by_ray =
+                        static_cast<double>(cos_x * cos_z / (kPi * d2)) * probability(world, at_z, index);
+                    // rho E / pi · cos cos / d² over the density, times the balance heuristic: one division in all.
+                    const double geometry_factor =
+                        static_cast<double>(cos_x * cos_z / (kPi * d2)) / (by_light + by_ray);
+                    light.indirect += throughput * z.albedo * arrival.illuminance * static_cast<float>(geometry_factor);
+                }
+            }
+        }
+
+        // Second way: a cosine-distributed ray from x meets y, which a luminaire lights.
+        const glm::vec3 direction = cosine_direction(x.normal, sample.next());
+        SurfaceHit y;
+        if (glm::dot(direction, x.geometric) <= 0.0f || !geometry.closest(x.position, direction, 0.0f, false, y)) break;
+        const Receiver at_y = receiver_of(geometry, y);
+        const float cos_x = glm::dot(direction, x.normal), cos_y = -glm::dot(direction, y.geometric);
+        const double met = static_cast<double>(cos_x * cos_y / (kPi * y.distance * y.distance));
+        if (y.emission != glm::vec3(0.0f) && y.distance > 0.0f) {
+            const auto index = static_cast<std::size_t>(
+                world.emitters.first_of_instance[static_cast<std::size_t>(y.instance)] + y.triangle);
+            const double drawn = world.emitters.density(index);
+            sum += throughput * y.emission * static_cast<float>(std::numbers::pi * met / (met + drawn));
+        }
+        if (!more) break;
+        if (lit && y.distance > 0.0f) {
+            const Choice choice = choose(world, at_y, static_cast<double>(sample.next().x));
+            const Luminaire& luminaire = world.luminaires[choice.index];
+            const glm::dvec3 source = source_point(luminaire, openings, sample);
+            const Arrival arrival = arrive(luminaire, source, at_y);
+            if (arrival.illuminance != glm::vec3(0.0f) && !geometry.occluded(at_y.position, glm::vec3(source))) {
+                const double by_light = light_density(world, choice.index, luminaire, arrival, at_y);
+                const double weight = met / (met * choice.probability + by_light);
+                light.indirect += throughput * y.albedo * arrival.illuminance * static_cast<float>(weight);
+            }
+        }
+        const float survival = std::min(std::max({y.albedo.r, y.albedo.g, y.albedo.b}), kMaxSurvival);
+        if (!(sample.next().x < survival)) break;
+        throughput *= y.albedo / survival;
+        x = at_y;
+    }
+    return light;
+}
+
+}  // namespace gonio::trace

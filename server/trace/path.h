@@ -1,0 +1,32 @@
+// The estimators of the reference: illuminance of one point from one sample of each random decision. docs/rendering.md
+// derives them. Local coordinates; any thread.
+#pragma once
+
+#include <glm/glm.hpp>
+
+#include "server/trace/sampler.h"
+#include "server/trace/world.h"
+
+namespace gonio::trace {
+
+// A point that receives light, a step off its surface.
+struct Receiver {
+    glm::vec3 position{0.0f};   // local, m
+    glm::vec3 normal{0.0f};     // unit: cosines are taken with it
+    glm::vec3 geometric{0.0f};  // unit: light from behind it is stopped
+};
+Receiver receiver_of(const Geometry& geometry, const SurfaceHit& hit);
+
+// Result: direct illuminance from all luminaires as points, lux, rgb: exact.
+glm::vec3 luminaires_direct(const World& world, const Receiver& receiver);
+// Result: the same with one point drawn on each luminous opening.
+glm::vec3 openings_direct(const World& world, const Receiver& receiver, Sample& sample);
+
+struct PathLight {
+    glm::vec3 direct{0.0f};    // from emissive surfaces, lux
+    glm::vec3 indirect{0.0f};  // after 1 to `bounces` diffuse reflections, lux
+};
+// Result: one unbiased sample of everything but the luminaires' own direct light.
+PathLight trace_path(const World& world, Receiver receiver, int bounces, bool openings, Sample& sample);
+
+}  // namespace gonio::trace

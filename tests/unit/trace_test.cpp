@@ -1,0 +1,121 @@
+// The reference against closed forms, and its own promises: reproducible, stoppable, honest about its error.
+#include "server/trace/reference.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <numbers>
+
+#include "server/assets/assets.h"
+#include "tests/scenes/scenes.h"
+
+namespace gonio::test {
+namespace {
+
+using trace::MeterPoint;
+using trace::Settings;
+
+double lux(const glm::dvec3& rgb) {
+    return 0.2126 * rgb.r + 0.7152 * rgb.g + 0.0722 * rgb.b;
+}
+
+// Inside a diffuse sphere the n-th bounce is rho^n · flux / (4 pi R²) everywhere, wherever the luminaire stands.
+TEST(Trace, IntegratingSphereBounceByBounce) {
+    constexpr double radius = 2.0, rho = 0.5;
+    struct Case {
+        std::shared_ptr<const Profile> profile;
+        glm::dvec3 light;
+        PanTiltRoll turn;
+    };
+    const Case cases[] = {{isotropic(1000.0), {0, 0, 0}, {}},
+                          {cosine_power(1000.0, 2.0), {0.5, 0.3, 0.4}, {0.3, 0.8, 0.0}},
+                          {cosine_power(1000.0, 30.0), {-0.9, 0.6, 0.2}, {1.0, 2.0, 0.5}},
+                          {*builtin_profile("wall_washer"), {0.2, -1.0, 0.7}, {-2.0, 1.2, 0.7}}};
+    const glm::dvec3 d = glm::normalize(glm::dvec3(0.3, -0.7, 0.5));
+    const MeterPoint points[] = {{d * radius * 0.9999, -d}, {-d * radius * 0.9999, d}};
+    for (const Case& c : cases) {
+        const Scene scene =
+            scene_with({{inward_sphere(radius, 256), glm::vec3(rho)}}, c.profile, c.light, orientation_of(c.turn));
+        const auto world = trace::make_world(scene);
+        const double first = rho * c.profile->flux_lm / (4 * std::numbers::pi * radius * radius);
+        for (const int bounces : {1, 3, trace::kAllBounces}) {
+            const double expected = bounces == 1   ? first
+                                    : bounces == 3 ? first * (1 + rho + rho * rho)
+                                                   : first / (1 - rho);
+            Settings settings;
+            settings.bounces = bounces;
+            settings.noise = 0.002;
+            for (const trace::Reading& reading : trace::measure(*world, points, settings)) {
+                // The noise asked for is of the total: where direct light prevails the indirect part is left less
+                // exact.
+                EXPECT_NEAR(lux(reading.indirect_lx), expected, 0.003 * expected + 4 * reading.indirect_error_lx)
+                    << c.profile->name << " " << bounces;
+                EXPECT_LT(reading.indirect_error_lx, 0.01 * expected);
+            }
+        }
+    }
+}
+
+// White furnace: a closed room of emission eps and reflectance rho has luminance eps / (1 - rho), so E = pi eps / (1 -
+// rho).
+TEST(Trace, WhiteFurnace) {
+    for (const double rho : {0.2, 0.8}) {
+        Piece piece{inward_sphere(1.0, 64), glm::vec3(static_cast<float>(rho)), glm::vec3(100.0f)};
+        Scene scene = scene_with({piece}, isotropic(1.0), {0, 0, 0});
+        scene.lights[0].level_ratio = 0.0;
+        const MeterPoint points[] = {{{0.2, -0.5, 0.1}, glm::normalize(glm::dvec3(1, 2, 3))}};
+        Settings settings;
+        settings.noise = 0.001;
+        const trace::Reading reading = trace::measure(*trace::make_world(scene), points, settings).front();
+        EXPECT_NEAR(lux(reading.direct_lx), std::numbers::pi * 100.0, 0.004 * std::numbers::pi * 100.0);
+        const double all = std::numbers::pi * 100.0 / (1.0 - rho);
+        EXPECT_NEAR(lux(reading.direct_lx + reading.indirect_lx), all, 0.004 * all) << rho;
+    }
+}
+
+// Same seed, same figures, on one thread and on three; another seed differs within the errors that both state.
+TEST(Trace, ReproducibleAndHonest) {
+    const Scene scene = scene_of(make_cornell());
+    const auto world = trace::make_world(scene);
+    std::vector<MeterPoint> points;
+    for (int i = 0; i < 48; ++i) points.push_back({{-0.7 + 0.2 * (i % 8), 0.02, -0.6 + 0.2 * (i / 8)}, {0, 1, 0}});
+    Settings settings;
+    settings.noise = 0.01;
+    settings.threads = 1;
+    const auto one = trace::measure(*world, points, settings);
+    settings.threads = 3;
+    const auto three = trace::measure(*world, points, settings);
+    settings.seed = 7;
+    const auto other = trace::measure(*world, points, settings);
+    double squares = 0.0;
+    int counted = 0;
+    for (std::size_t i = 0; i < points.size(); ++i) {
+        EXPECT_EQ(one[i].indirect_lx, three[i].indirect_lx);
+        const double error = std::hypot(one[i].indirect_error_lx, other[i].indirect_error_lx);
+        if (error <= 0.0) continue;
+        squares += std::pow(lux(one[i].indirect_lx - other[i].indirect_lx) / error, 2.0);
+        ++counted;
+    }
+    const double ratio = std::sqrt(squares / counted);
+    std::printf("difference of two seeds over its stated error, rms of %d points: %.2f\n", counted, ratio);
+    EXPECT_GT(ratio, 0.7);
+    EXPECT_LT(ratio, 1.4);
+}
+
+TEST(Trace, StopsWhenAsked) {
+    const auto world = trace::make_world(scene_of(make_cornell()));
+    std::stop_source stop;
+    stop.request_stop();
+    const MeterPoint points[] = {{{0, 0.01, 0}, {0, 1, 0}}};
+    Settings settings;
+    settings.noise = 1e-9;
+    EXPECT_EQ(trace::measure(*world, points, settings, stop.get_token()).front().samples, 0u);
+    trace::PictureRequest request;
+    request.camera = make_cornell()->cameras.at(0);
+    request.width_px = request.height_px = 8;
+    trace::Picture picture(world, request, settings);
+    EXPECT_EQ(picture.refine(10.0, stop.get_token()).passes, 0u);
+}
+
+}  // namespace
+}  // namespace gonio::test
