@@ -155,7 +155,12 @@ bool Geometry::closest(const glm::vec3& from, const glm::vec3& direction, float 
     if (query.hit.geomID == RTC_INVALID_GEOMETRY_ID) return false;
 
     const Part& part = parts_[query.hit.geomID];
-    const float u = query.hit.u, v = query.hit.v;
+    // A hit on an edge would lie in the plane of the wall next to it and see neither side of that: it is taken a little
+    // inside its triangle.
+    constexpr float kInside = 2e-5f;
+    const float u0 = std::max(query.hit.u, kInside), v0 = std::max(query.hit.v, kInside);
+    const float inside = std::min(1.0f, (1.0f - kInside) / (u0 + v0));
+    const float u = u0 * inside, v = v0 * inside;
     hit.instance = static_cast<int>(query.hit.geomID);
     hit.triangle = static_cast<int>(query.hit.primID);
     hit.distance = query.ray.tfar;

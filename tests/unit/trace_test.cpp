@@ -102,6 +102,27 @@ TEST(Trace, ReproducibleAndHonest) {
     EXPECT_LT(ratio, 1.4);
 }
 
+// In this square room seen from its axis the pictures' diagonals are rays that meet the room's edges exactly.
+TEST(Trace, ExactEdgesAreNotDark) {
+    trace::PictureRequest request;
+    request.camera = make_cornell()->cameras.at(0);
+    request.width_px = request.height_px = 40;
+    request.quantity = trace::Quantity::irradiance_indirect;
+    Settings settings;
+    settings.bounces = 1;
+    settings.noise = 0.05;
+    trace::Picture picture(trace::make_world(scene_of(make_cornell())), request, settings);
+    picture.refine(60.0);
+    const std::vector<float> values = picture.values();
+    const auto at = [&](int x, int y) {
+        return static_cast<double>(values[static_cast<std::size_t>(4 * (y * 40 + x))]);
+    };
+    for (int i = 3; i < 8; ++i) {
+        const double around = 0.25 * (at(i - 1, i) + at(i + 1, i) + at(i, i - 1) + at(i, i + 1));
+        EXPECT_GT(at(i, i), 0.6 * around) << i;
+    }
+}
+
 TEST(Trace, StopsWhenAsked) {
     const auto world = trace::make_world(scene_of(make_cornell()));
     std::stop_source stop;
