@@ -9,8 +9,10 @@
 namespace gonio {
 namespace {
 
-// VPL evaluations of one tile: about a quarter of a second on two cores of a software GL, microseconds on a GPU.
-constexpr double kTileEvaluations = 64e6;
+// Work of one tile, in seed samples: about a quarter of a second on two cores. What a pixel of the default technique
+// costs in them was measured: VPLs are cheap, rays are not.
+constexpr double kTileSamples = 16e6;
+constexpr double kPreciseSamples = 300.0, kStillSamples = 60.0;
 // Pixels around a tile that its interleaved gather filters with and throws away.
 constexpr int kMargin = 4;
 
@@ -21,10 +23,10 @@ bool shows_cube(View view) {
 int tile_side(const Scene& scene, View view, bool raw) {
     if (shows_cube(view)) return 4096;
     const double lights = std::max<double>(1.0, static_cast<double>(scene.lights.size()));
-    const double samples = scene.technique != Technique::standard ? 4.0 * scene.samples
-                           : raw                                  ? scene.samples
-                                                                  : scene.samples / 16.0 + 16.0;
-    const int side = static_cast<int>(std::sqrt(kTileEvaluations / (lights * samples)));
+    const double samples = scene.technique != Technique::standard ? scene.samples
+                           : raw                                  ? kPreciseSamples
+                                                                  : kStillSamples;
+    const int side = static_cast<int>(std::sqrt(kTileSamples / (lights * samples)));
     return std::clamp(side, 32, 1024) & ~3;  // whole dither cells
 }
 

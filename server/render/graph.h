@@ -15,7 +15,20 @@
 
 namespace gonio {
 
-enum class Slot : std::uint8_t { gbuffer, shadow, rsm, mask, vpl, direct, gather, picture, nv12 };
+enum class Slot : std::uint8_t {
+    gbuffer,
+    grid,
+    shadow,
+    rsm,
+    mask,
+    flux,
+    vpl,
+    occlusion,
+    direct,
+    gather,
+    picture,
+    nv12
+};
 
 // A slot of the frame: per target (0: shared by all targets) and per light (0: shared by all lights).
 struct SlotRef {

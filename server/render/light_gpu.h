@@ -5,7 +5,8 @@
 #include <vector>
 
 #include "server/gl/objects.h"
-#include "server/render/vpl_list.h"
+#include "server/indirect/vpl_rays.h"
+#include "server/render/rsm_texels.h"
 #include "server/scene/scene.h"
 
 namespace gonio {
@@ -52,11 +53,11 @@ struct LightGpu {
     unsigned reached = 63;  // faces the profile emits into, for (profile_rev, aim_rev)
     Revision reached_profile_rev = 0, reached_aim_rev = 0;
 
-    RsmTexels texels;  // read back by the vpl pass
+    RsmTexels texels;  // read back by the flux pass
     std::uint64_t texels_rsm_version = 0;
-    std::uint64_t rsm_version = 0;  // counts runs of the rsm pass
-    VplList vpls;
-    gl::Buffer vpl_block;  // layouts::Vpl in subsets, padded so that any range of a whole block can be bound
+    std::uint64_t rsm_version = 0;                  // counts runs of the rsm pass
+    std::shared_ptr<const indirect::VplRays> rays;  // of `profile`
+    indirect::VplCast vpls;
 };
 
 std::shared_ptr<const WebGpu> upload_web(const Profile& profile);

@@ -29,7 +29,7 @@ struct Builder {
     const Scene& scene = in.scene;
     const std::uint32_t target = in.target.id;
     const bool seed = in.scene.technique != Technique::standard;
-    const PassContext context{in.programs, in.geometry, in.scene, in.target, in.eye};
+    const PassContext context{in.programs, in.geometry, in.scene, in.target, in.eye, in.traced, in.pool};
 
     SlotRef per_target(Slot slot, std::uint32_t light = 0) const { return {slot, target, light}; }
     static SlotRef per_light(Slot slot, std::uint32_t light) { return {slot, 0, light}; }
@@ -53,7 +53,7 @@ struct Builder {
         const PassContext shared = context;  // by value: passes outlive the builder
         const SlotRef gbuffer = per_target(Slot::gbuffer), shadow = per_light(Slot::shadow, light.id),
                       rsm = per_light(Slot::rsm, light.id), mask = per_light(Slot::mask, light.id),
-                      vpl = per_light(Slot::vpl, light.id);
+                      flux = per_light(Slot::flux, light.id), vpl = per_light(Slot::vpl, light.id);
         const auto named = [&](Pass& pass) -> Pass& {
             pass.light = light.name;
             return pass;
@@ -71,9 +71,11 @@ struct Builder {
         rsm_pass.stale |= rsm_faces != 0;
         named(add("mask", mask, {}, {light.profile_rev, light.aim_rev},
                   [=, &light, &gpu] { return run_mask(shared, light, gpu); }));
-        Pass& vpl_pass = named(add("vpl", vpl, {rsm, mask}, {scene.samples},
-                                   [=, &gpu, samples = scene.samples] { return run_vpl(shared, gpu, samples); }));
-        vpl_pass.absent = seed;
+        named(add("rsm-flux", flux, {rsm, mask}, {}, [=, &gpu] { return run_flux(shared, gpu); }));
+        const auto default_only = [&](Pass& pass) { named(pass).absent = seed; };
+        default_only(add("vpl", vpl, {},
+                         {light.position_rev, light.aim_rev, light.profile_rev, scene.geometry_rev, scene.samples},
+                         [=, &light, &gpu] { return run_vpl(shared, light, gpu); }));
         named(add("direct", per_target(Slot::direct, light.id), {gbuffer, shadow},
                   {light.position_rev, light.aim_rev, light.profile_rev, static_cast<std::uint64_t>(layer)},
                   [=, &light, &gpu] { return run_direct(shared, light, gpu, layer); }));
@@ -81,9 +83,15 @@ struct Builder {
             named(add("gather", per_target(Slot::gather, light.id), {gbuffer, rsm, mask},
                       {scene.samples, static_cast<std::uint64_t>(layer)},
                       [=, &light, &gpu] { return run_gather_seed(shared, light, gpu, layer); }));
+        } else if (in.meter != FrameInputs::Meter::none) {
+            named(add("gather", per_target(Slot::gather, light.id), {gbuffer, vpl}, {light.position_rev},
+                      [=, &light, &gpu] { return run_gather_point(shared, light, gpu, layer); }));
         } else {
-            named(add("gather", per_target(Slot::gather, light.id), {gbuffer, vpl},
-                      {light.position_rev, static_cast<std::uint64_t>(layer)},
+            const SlotRef occlusion = per_target(Slot::occlusion, light.id), grid = per_target(Slot::grid);
+            named(add("occlusion", occlusion, {grid, vpl}, {static_cast<std::uint64_t>(layer)},
+                      [=, &light, &gpu] { return run_occlusion(shared, light, gpu, layer); }));
+            named(add("gather", per_target(Slot::gather, light.id), {grid, vpl, occlusion},
+                      {static_cast<std::uint64_t>(layer)},
                       [=, &light, &gpu] { return run_gather(shared, light, gpu, layer); }));
         }
     }
@@ -110,9 +118,9 @@ struct Builder {
         if (shown != nullptr && in.view >= View::mask && in.view <= View::rsm_flux) {
             const std::uint32_t id = scene.lights[shown_index].id;
             key.push_back(id);
-            reads.push_back(per_light(in.view == View::mask                ? Slot::mask
-                                      : in.view == View::rsm_flux && !seed ? Slot::vpl
-                                                                           : Slot::rsm,
+            reads.push_back(per_light(in.view == View::mask       ? Slot::mask
+                                      : in.view == View::rsm_flux ? Slot::flux
+                                                                  : Slot::rsm,
                                       id));
         }
         add("composite", per_target(Slot::picture), std::move(reads), std::move(key),
@@ -128,21 +136,25 @@ struct Builder {
 
 std::vector<Pass> build_pipeline(const FrameInputs& in) {
     Builder b{in, {}};
+    const bool metered = in.meter != FrameInputs::Meter::none;
     const Scene& scene = in.scene;
-    b.passes.reserve(3 + 6 * scene.lights.size());
-    b.add(
-        "gbuffer", b.per_target(Slot::gbuffer), {}, {scene.geometry_rev, scene.camera_rev},
-        [context = b.context, meter = in.meter] { return meter ? run_meter_gbuffer(context) : run_gbuffer(context); });
+    b.passes.reserve(4 + 8 * scene.lights.size());
+    b.add("gbuffer", b.per_target(Slot::gbuffer), {}, {scene.geometry_rev, scene.camera_rev},
+          [context = b.context, meter = metered] { return meter ? run_meter_gbuffer(context) : run_gbuffer(context); });
+    if (!metered && !b.seed) {
+        b.add("gbuffer-readback", b.per_target(Slot::grid), {b.per_target(Slot::gbuffer)}, {},
+              [context = b.context] { return run_grid(context); });
+    }
     for (std::size_t i = 0; i < scene.lights.size(); ++i) b.add_light(i);
     if (scene.lights.empty()) {
-        for (const char* name : {"shadow", "rsm", "mask", "vpl", "direct", "gather"}) {
+        for (const char* name : {"shadow", "rsm", "mask", "rsm-flux", "vpl", "occlusion", "direct", "gather"}) {
             Pass& pass = b.passes.emplace_back();
             pass.name = name;
             pass.absent = true;
         }
     }
-    if (!in.meter) b.add_composite();
-    if (!in.meter && in.target.kind == TargetKind::live) {
+    if (!metered) b.add_composite();
+    if (!metered && in.target.kind == TargetKind::live) {
         b.add("nv12", b.per_target(Slot::nv12), {b.per_target(Slot::picture)}, {},
               [context = b.context] { return run_nv12(context); });
     }
@@ -150,11 +162,12 @@ std::vector<Pass> build_pipeline(const FrameInputs& in) {
 }
 
 std::vector<SlotRef> wanted_slots(const FrameInputs& in, bool nv12) {
-    if (!in.meter) return {{nv12 ? Slot::nv12 : Slot::picture, in.target.id, 0}};
+    if (in.meter == FrameInputs::Meter::none) return {{nv12 ? Slot::nv12 : Slot::picture, in.target.id, 0}};
     std::vector<SlotRef> wanted;
     for (const Light& light : in.scene.lights) {
         wanted.push_back({Slot::direct, in.target.id, light.id});
-        wanted.push_back({Slot::gather, in.target.id, light.id});
+        wanted.push_back(in.meter == FrameInputs::Meter::rsm ? SlotRef{Slot::flux, 0, light.id}
+                                                             : SlotRef{Slot::gather, in.target.id, light.id});
     }
     return wanted;
 }

@@ -18,9 +18,12 @@ struct FrameInputs {
     const Target& target;
     const Eye& eye;
     std::vector<LightGpu*> lights;
-    View view = View::beauty;
-    bool meter = false;  // the G-buffer is a single point, nothing is composited
-    GLuint raw = 0;      // composite values into this framebuffer instead of the display
+    View view;
+    const trace::Geometry& traced;
+    indirect::Pool& pool;
+    enum class Meter : std::uint8_t { none, interactive, rsm };
+    Meter meter = Meter::none;  // else the G-buffer is a single point and nothing is composited; rsm: texels are wanted
+    GLuint raw = 0;             // composite values into this framebuffer instead of the display
 };
 
 // inputs outlive the passes.

@@ -33,7 +33,10 @@ Renderer::~Renderer() = default;
 
 // Brings GPU objects in line with the scene: geometry, lights' maps, the live target.
 void Renderer::prepare(const Scene& scene) {
-    if (!geometry_ || &geometry_->asset() != scene.asset.get()) geometry_ = std::make_unique<GpuScene>(scene.asset);
+    if (!geometry_ || &geometry_->asset() != scene.asset.get()) {
+        geometry_ = std::make_unique<GpuScene>(scene.asset);
+        traced_ = std::make_shared<const trace::Geometry>(scene.asset);
+    }
     std::erase_if(lights_, [&](const auto& entry) {
         const bool gone =
             std::none_of(scene.lights.begin(), scene.lights.end(), [&](const Light& l) { return l.id == entry.first; });
@@ -47,6 +50,13 @@ void Renderer::prepare(const Scene& scene) {
             gpu.web = cached.lock();
             if (!gpu.web) cached = gpu.web = upload_web(*light.profile);
             gpu.profile = light.profile;
+            gpu.rays = nullptr;
+        }
+        const unsigned samples = (scene.samples + 15) / 16;
+        if (scene.technique == Technique::standard && (!gpu.rays || gpu.rays->per_subset != samples)) {
+            std::weak_ptr<const indirect::VplRays>& cached = rays_[{light.profile.get(), samples}];
+            gpu.rays = cached.lock();
+            if (!gpu.rays) cached = gpu.rays = std::make_shared<const indirect::VplRays>(light.profile, scene.samples);
         }
         prepare_maps(gpu, scene.lights.size(), scene.technique != Technique::standard);
         if (gpu.reached_profile_rev != light.profile_rev || gpu.reached_aim_rev != light.aim_rev) {
@@ -59,6 +69,7 @@ void Renderer::prepare(const Scene& scene) {
         }
     }
     std::erase_if(webs_, [](const auto& entry) { return entry.second.expired(); });
+    std::erase_if(rays_, [](const auto& entry) { return entry.second.expired(); });
     const int layers = static_cast<int>(std::max<std::size_t>(scene.lights.size(), 1));
     if (live_.width_px != scene.width_px || live_.height_px != scene.height_px || live_.layer_count < layers ||
         live_.emissive != geometry_->emissive()) {
@@ -69,7 +80,7 @@ void Renderer::prepare(const Scene& scene) {
 }
 
 FrameInputs Renderer::inputs_of(const Scene& scene, const Target& target, const Eye& eye) {
-    FrameInputs inputs{programs_, *geometry_, scene, target, eye, {}, scene.view};
+    FrameInputs inputs{programs_, *geometry_, scene, target, eye, {}, scene.view, *traced_, pool_};
     for (const Light& light : scene.lights) inputs.lights.push_back(&lights_.at(light.id));
     return inputs;
 }
@@ -166,7 +177,7 @@ v1::MeterReading Renderer::meter(const Scene& scene, const glm::dvec3& point, co
         glm::cross(unit_normal, std::abs(unit_normal.y) < 0.9 ? glm::dvec3(0, 1, 0) : glm::dvec3(1, 0, 0)));
     eye.up = glm::cross(eye.right, eye.forward);
     FrameInputs inputs = inputs_of(metered, target, eye);
-    inputs.meter = true;
+    inputs.meter = quality == MeterQuality::rsm ? FrameInputs::Meter::rsm : FrameInputs::Meter::interactive;
     Timers timers;
     run(inputs, wanted_slots(inputs, false), timers);
     glm::dvec3 direct_lx(0.0), indirect_lx(0.0);

@@ -72,8 +72,8 @@ public:
     // Both in one, for whoever has time.
     std::shared_ptr<const CapturedPicture> capture(const Scene& scene, View view, int width_px, int height_px,
                                                    bool raw);
-    // Illuminance at a point: interactive: the picture's own shadow and VPLs; rsm: direct likewise, indirect the
-    // unoccluded sum over all RSM texels in double precision.
+    // Illuminance at a point: interactive: the picture's own shadow, VPLs and occlusion; rsm: direct likewise, indirect
+    // the unoccluded sum over all RSM texels in double precision.
     enum class MeterQuality { interactive, rsm };
     v1::MeterReading meter(const Scene& scene, const glm::dvec3& point, const glm::dvec3& normal, MeterQuality quality);
 
@@ -88,6 +88,9 @@ private:
     std::unique_ptr<GpuScene> geometry_;
     std::map<std::uint32_t, LightGpu> lights_;  // by Light::id
     std::map<const Profile*, std::weak_ptr<const WebGpu>> webs_;
+    std::map<std::pair<const Profile*, unsigned>, std::weak_ptr<const indirect::VplRays>> rays_;  // and VPLs per subset
+    std::shared_ptr<const trace::Geometry> traced_;
+    indirect::Pool pool_;
     Ledger ledger_;
     Target live_;
     std::uint32_t next_target_ = 1;

@@ -5,15 +5,6 @@
 
 namespace gonio {
 
-glm::ivec2 grid_size(const Target& target) {
-    return {(target.width_px + target.grid_step - 1) / target.grid_step,
-            (target.height_px + target.grid_step - 1) / target.grid_step};
-}
-
-glm::ivec2 tile_size(const Target& target) {
-    return (grid_size(target) + 3) / 4;
-}
-
 Target make_target(std::uint32_t id, TargetKind kind, int width_px, int height_px, std::size_t lights, bool emissive) {
     using gl::Filter;
     Target t;
@@ -21,7 +12,6 @@ Target make_target(std::uint32_t id, TargetKind kind, int width_px, int height_p
     t.width_px = width_px;
     t.height_px = height_px;
     t.kind = kind;
-    t.grid_step = kind == TargetKind::live ? 4 : 1;
     const bool precise = kind == TargetKind::precise;
     t.emissive = emissive;
     t.layer_count = static_cast<int>(std::max<std::size_t>(lights, 1));
@@ -41,15 +31,7 @@ Target make_target(std::uint32_t id, TargetKind kind, int width_px, int height_p
     GLuint layer = 0;
     glCreateFramebuffers(1, &layer);
     t.layer = gl::Framebuffer(layer);
-    if (!precise) {
-        const glm::ivec2 tiles = tile_size(t) * 4, grid = grid_size(t);
-        t.tiles = gl::make_texture_2d("tiles", GL_RGBA16F, tiles.x, tiles.y, Filter::nearest);
-        t.grid = gl::make_texture_2d("grid", GL_RGBA16F, grid.x, grid.y, Filter::nearest);
-        t.tiles_fbo = gl::make_framebuffer("tiles", {t.tiles.id()}, 0);
-        t.grid_position = gl::make_texture_2d("grid position", GL_RGBA32F, grid.x, grid.y, Filter::nearest);
-        t.grid_normal = gl::make_texture_2d("grid normal", GL_RGBA16F, grid.x, grid.y, Filter::nearest);
-        t.grid_fbo = gl::make_framebuffer("grid", {t.grid.id(), t.grid_position.id(), t.grid_normal.id()}, 0);
-    }
+    t.screen = make_screen_light();
     t.display = gl::make_texture_2d("display", GL_RGBA8, width_px, height_px, Filter::nearest);
     t.display_fbo = gl::make_framebuffer("display", {t.display.id()}, t.depth.id());
     if (kind == TargetKind::live) {

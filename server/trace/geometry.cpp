@@ -36,27 +36,29 @@ struct Geometry::Embree {
 
     // Turns down hits on holes of alpha-masked surfaces and, for viewers, on backs.
     static void filter(const RTCFilterFunctionNArguments* args) {
-        if (args->valid[0] != -1 || args->context == nullptr) return;
         const auto* part = static_cast<const Part*>(args->geometryUserPtr);
         const auto* context = reinterpret_cast<const Context*>(args->context);
-        if (context->for_viewer && !part->material->double_sided) {
-            RTCRayN* ray = args->ray;
-            const glm::vec3 d(RTCRayN_dir_x(ray, args->N, 0), RTCRayN_dir_y(ray, args->N, 0),
-                              RTCRayN_dir_z(ray, args->N, 0));
-            const glm::vec3 n(RTCHitN_Ng_x(args->hit, args->N, 0), RTCHitN_Ng_y(args->hit, args->N, 0),
-                              RTCHitN_Ng_z(args->hit, args->N, 0));
-            if (glm::dot(d, n) > 0.0f) args->valid[0] = 0;
+        for (unsigned i = 0; i < args->N; ++i) {
+            if (args->valid[i] == -1 && !stops(*part, *context, *args, i)) args->valid[i] = 0;
         }
-        if (part->material->alpha_mask) {
-            const int triangle = static_cast<int>(RTCHitN_primID(args->hit, args->N, 0));
-            const glm::vec2 uv = context->geometry->uv_at(*part, triangle, RTCHitN_u(args->hit, args->N, 0),
-                                                          RTCHitN_v(args->hit, args->N, 0));
-            float alpha = part->material->base_color.a;
-            if (part->base_color != nullptr) {
-                alpha *= sample(*part->base_color, uv, part->material->repeat_s, part->material->repeat_t).a;
-            }
-            if (alpha < part->material->alpha_cutoff) args->valid[0] = 0;
+    }
+    static bool stops(const Part& part, const Context& context, const RTCFilterFunctionNArguments& args, unsigned i) {
+        if (context.for_viewer && !part.material->double_sided) {
+            const glm::vec3 d(RTCRayN_dir_x(args.ray, args.N, i), RTCRayN_dir_y(args.ray, args.N, i),
+                              RTCRayN_dir_z(args.ray, args.N, i));
+            const glm::vec3 n(RTCHitN_Ng_x(args.hit, args.N, i), RTCHitN_Ng_y(args.hit, args.N, i),
+                              RTCHitN_Ng_z(args.hit, args.N, i));
+            if (glm::dot(d, n) > 0.0f) return false;
         }
+        if (!part.material->alpha_mask) return true;
+        float alpha = part.material->base_color.a;
+        if (part.base_color != nullptr) {
+            const auto triangle = static_cast<int>(RTCHitN_primID(args.hit, args.N, i));
+            const glm::vec2 uv =
+                context.geometry->uv_at(part, triangle, RTCHitN_u(args.hit, args.N, i), RTCHitN_v(args.hit, args.N, i));
+            alpha *= sample(*part.base_color, uv, part.material->repeat_s, part.material->repeat_t).a;
+        }
+        return alpha >= part.material->alpha_cutoff;
     }
 };
 
@@ -154,20 +156,27 @@ bool Geometry::closest(const glm::vec3& from, const glm::vec3& direction, float 
     rtcIntersect1(embree_->scene, &context.base, &query);
     if (query.hit.geomID == RTC_INVALID_GEOMETRY_ID) return false;
 
-    const Part& part = parts_[query.hit.geomID];
+    hit = surface(query.hit.geomID, query.hit.primID, query.hit.u, query.hit.v,
+                  {query.hit.Ng_x, query.hit.Ng_y, query.hit.Ng_z}, direction);
+    hit.distance = query.ray.tfar;
+    return true;
+}
+
+SurfaceHit Geometry::surface(unsigned instance, unsigned triangle, float hit_u, float hit_v, glm::vec3 geometric,
+                             const glm::vec3& direction) const {
+    SurfaceHit hit;
+    const Part& part = parts_[instance];
     // A hit on an edge would lie in the plane of the wall next to it and see neither side of that: it is taken a little
     // inside its triangle.
     constexpr float kInside = 2e-5f;
-    const float u0 = std::max(query.hit.u, kInside), v0 = std::max(query.hit.v, kInside);
+    const float u0 = std::max(hit_u, kInside), v0 = std::max(hit_v, kInside);
     const float inside = std::min(1.0f, (1.0f - kInside) / (u0 + v0));
     const float u = u0 * inside, v = v0 * inside;
-    hit.instance = static_cast<int>(query.hit.geomID);
-    hit.triangle = static_cast<int>(query.hit.primID);
-    hit.distance = query.ray.tfar;
+    hit.instance = static_cast<int>(instance);
+    hit.triangle = static_cast<int>(triangle);
     const std::uint32_t* index = &part.mesh->indices[static_cast<std::size_t>(hit.triangle) * 3];
     hit.position =
         (1.0f - u - v) * part.positions[index[0]] + u * part.positions[index[1]] + v * part.positions[index[2]];
-    glm::vec3 geometric(query.hit.Ng_x, query.hit.Ng_y, query.hit.Ng_z);
     const float scale = std::max({std::abs(geometric.x), std::abs(geometric.y), std::abs(geometric.z)});
     geometric = scale > 0.0f ? glm::normalize(geometric / scale) : -direction;
     // The importer winds mirrored instances so that Embree's Ng, the cross product of the edges, is the front's.
@@ -186,7 +195,7 @@ bool Geometry::closest(const glm::vec3& from, const glm::vec3& direction, float 
     }
     hit.emission =
         from_front || part.material->double_sided ? emission_at(hit.instance, hit.triangle, u, v) : glm::vec3(0.0f);
-    return true;
+    return hit;
 }
 
 bool Geometry::occluded(const glm::vec3& from, const glm::vec3& to) const {
@@ -201,6 +210,57 @@ bool Geometry::occluded(const glm::vec3& from, const glm::vec3& to) const {
     ray.mask = ~0u;
     rtcOccluded1(embree_->scene, &context.base, &ray);
     return ray.tfar < 0.0f;
+}
+
+namespace {
+
+// Embree's form of a packet; valid: -1 for active rays.
+void fill(RTCRay16& to, int* valid, const RayPacket& from, unsigned active) {
+    for (int i = 0; i < kPacket; ++i) {
+        valid[i] = (active >> i & 1u) != 0 ? -1 : 0;
+        to.org_x[i] = from.from_x[i], to.org_y[i] = from.from_y[i], to.org_z[i] = from.from_z[i];
+        to.dir_x[i] = from.along_x[i], to.dir_y[i] = from.along_y[i], to.dir_z[i] = from.along_z[i];
+        to.tnear[i] = 0.0f;
+        to.tfar[i] = from.far[i];
+        to.time[i] = 0.0f;
+        to.mask[i] = ~0u;
+        to.id[i] = static_cast<unsigned>(i);
+        to.flags[i] = 0;
+    }
+}
+
+}  // namespace
+
+unsigned Geometry::occluded(const RayPacket& rays, unsigned active) const {
+    Embree::Context context{{}, this, false};
+    rtcInitIntersectContext(&context.base);
+    alignas(64) RTCRay16 query;
+    alignas(64) int valid[kPacket];
+    fill(query, valid, rays, active);
+    rtcOccluded16(valid, embree_->scene, &context.base, &query);
+    unsigned stopped = 0;
+    for (int i = 0; i < kPacket; ++i) stopped |= (query.tfar[i] < 0.0f ? 1u : 0u) << i;
+    return stopped & active;
+}
+
+unsigned Geometry::closest(const RayPacket& rays, unsigned active, SurfaceHit* hits) const {
+    Embree::Context context{{}, this, false};
+    rtcInitIntersectContext(&context.base);
+    alignas(64) RTCRayHit16 query;
+    alignas(64) int valid[kPacket];
+    fill(query.ray, valid, rays, active);
+    for (int i = 0; i < kPacket; ++i) query.hit.geomID[i] = query.hit.instID[0][i] = RTC_INVALID_GEOMETRY_ID;
+    rtcIntersect16(valid, embree_->scene, &context.base, &query);
+    unsigned met = 0;
+    for (int i = 0; i < kPacket; ++i) {
+        if ((active >> i & 1u) == 0 || query.hit.geomID[i] == RTC_INVALID_GEOMETRY_ID) continue;
+        met |= 1u << i;
+        hits[i] = surface(query.hit.geomID[i], query.hit.primID[i], query.hit.u[i], query.hit.v[i],
+                          {query.hit.Ng_x[i], query.hit.Ng_y[i], query.hit.Ng_z[i]},
+                          {rays.along_x[i], rays.along_y[i], rays.along_z[i]});
+        hits[i].distance = query.ray.tfar[i];
+    }
+    return met;
 }
 
 }  // namespace gonio::trace

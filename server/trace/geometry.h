@@ -22,6 +22,14 @@ struct SurfaceHit {
     int instance = 0, triangle = 0;
 };
 
+// Sixteen rays; directions need not be of unit length: distances are in units of them.
+inline constexpr int kPacket = 16;
+struct alignas(64) RayPacket {
+    float from_x[kPacket], from_y[kPacket], from_z[kPacket];
+    float along_x[kPacket], along_y[kPacket], along_z[kPacket];
+    float far[kPacket];
+};
+
 class Geometry {
 public:
     explicit Geometry(std::shared_ptr<const SceneAsset> asset);
@@ -36,6 +44,10 @@ public:
     bool closest(const glm::vec3& from, const glm::vec3& direction, float near, bool for_viewer, SurfaceHit& hit) const;
     // Result: whether a surface stands between two points, both a step away from their own surfaces.
     bool occluded(const glm::vec3& from, const glm::vec3& to) const;
+    // The same for the rays of `active` (bit i: ray i). Result: bits of those that meet a surface before `far`.
+    unsigned occluded(const RayPacket& rays, unsigned active) const;
+    // The same for the nearest surface. hits: kPacket, filled where the result has a bit.
+    unsigned closest(const RayPacket& rays, unsigned active, SurfaceHit* hits) const;
     // Result: a step along a normal that leaves the surface at p for certain, m: about a hundred roundings of p.
     float step_off(const glm::vec3& p) const;
 
@@ -55,6 +67,8 @@ private:
         std::vector<glm::vec3> positions;  // local, m; shared with Embree
     };
     friend struct Embree;
+    SurfaceHit surface(unsigned instance, unsigned triangle, float u, float v, glm::vec3 geometric,
+                       const glm::vec3& direction) const;
     glm::vec2 uv_at(const Part& part, int triangle, float u, float v) const;
 
     std::shared_ptr<const SceneAsset> asset_;

@@ -9,13 +9,6 @@ using vec4 = glm::vec4;
 using uint = std::uint32_t;
 #endif
 
-// One virtual point light. Positions are relative to the luminaire, world axes.
-struct Vpl {
-    vec4 position_area;  // xyz: m; w: represented area / pi, m²
-    vec4 normal;         // xyz: unit length, world
-    vec4 intensity;      // rgb: flux / pi per candela of the profile's peak, sr^-1 · lm/cd
-};
-
 // One luminaire in the composite: rgb = lux per unit of its irradiance layer (peak cd × multiplier × level × colour).
 struct LightWeight {
     vec4 rgb;
@@ -33,10 +26,9 @@ struct DrawInstance {
 };
 
 #define GONIO_MAX_LIGHTS 64
-#define GONIO_MAX_VPLS_PER_BLOCK 1024  // 48 KiB: within the 64 KiB uniform block that GL drivers offer
 #define GONIO_MAX_SEED_DIRECTIONS 4096
 
 #ifdef __cplusplus
-static_assert(sizeof(Vpl) == 48 && sizeof(LightWeight) == 16 && sizeof(DrawInstance) == 64);
+static_assert(sizeof(LightWeight) == 16 && sizeof(DrawInstance) == 64);
 }  // namespace gonio::layouts
 #endif

@@ -59,7 +59,7 @@ Row measure(Renderer& renderer, EncodeThread& encoder, const Setting& setting, c
         spent_ms += done->report.frame_ms();
         row.frame_ms.push_back(done->report.frame_ms());
         for (const v1::PassReport& pass : done->report.passes()) {
-            if (pass.name() == "vpl" || pass.name() == "gather")
+            if (pass.name() == "vpl" || pass.name() == "occlusion" || pass.name() == "gather")
                 row.indirect_ms += std::max(pass.cpu_ms(), pass.gpu_ms());
         }
     }

@@ -98,7 +98,7 @@ TEST_F(Cost, AimRunsTheLightsOwnPassesAndOnlyFacesNewlyReached) {
     // The narrow spot looks down: only the floor's face and its neighbours are made.
     set([](v1::SetLight& light) { light.set_tilt_rad(0.1); });
     const Ran ran = frame();
-    for (const char* name : {"mask:second", "vpl:second", "direct:second", "gather:second", "composite"})
+    for (const char* name : {"vpl:second", "occlusion:second", "direct:second", "gather:second", "composite"})
         EXPECT_TRUE(ran.contains(name)) << name;
     for (const char* name : {"gbuffer", "mask:luminaire", "vpl:luminaire", "direct:luminaire", "gather:luminaire",
                              "shadow:luminaire", "rsm:luminaire"}) {
@@ -116,7 +116,7 @@ TEST_F(Cost, AimRunsTheLightsOwnPassesAndOnlyFacesNewlyReached) {
 TEST_F(Cost, ProfileRunsTheLightsOwnPasses) {
     set([](v1::SetLight& light) { light.mutable_profile()->set_name("downlight"); });
     const Ran ran = frame();
-    for (const char* name : {"mask:second", "vpl:second", "direct:second", "gather:second", "composite", "nv12"})
+    for (const char* name : {"vpl:second", "occlusion:second", "direct:second", "gather:second", "composite", "nv12"})
         EXPECT_TRUE(ran.contains(name)) << name;
     for (const char* name : {"gbuffer", "mask:luminaire", "vpl:luminaire", "direct:luminaire", "gather:luminaire"})
         EXPECT_FALSE(ran.contains(name)) << name;
@@ -127,8 +127,9 @@ TEST_F(Cost, PositionRunsReachedFacesOfThatLightOnly) {
         for (double x : {-1.0, 2.1, 1.0}) light.add_position_m(x);
     });
     const Ran ran = frame();
-    EXPECT_EQ(
-        ran, (Ran{"shadow:second", "rsm:second", "vpl:second", "direct:second", "gather:second", "composite", "nv12"}));
+    EXPECT_EQ(ran, (Ran{"shadow:second", "vpl:second", "occlusion:second", "direct:second", "gather:second",
+                        "composite", "nv12"}));
+    EXPECT_EQ(states["rsm:second"], "culled") << "the luminaire's own rays stand for the map where nobody looks at it";
     EXPECT_LT(faces["shadow:second"], 6u) << "a narrow spot does not reach all faces";
 }
 
@@ -136,8 +137,9 @@ TEST_F(Cost, CameraRunsNoLightMap) {
     change([](v1::Command& c) {
         for (double x : {0.1, 2.0, 7.0}) c.mutable_set_camera()->add_eye_m(x);
     });
-    EXPECT_EQ(frame(), (Ran{"gbuffer", "direct:luminaire", "gather:luminaire", "direct:second", "gather:second",
-                            "composite", "nv12"}));
+    EXPECT_EQ(frame(),
+              (Ran{"gbuffer", "gbuffer-readback", "direct:luminaire", "occlusion:luminaire", "gather:luminaire",
+                   "direct:second", "occlusion:second", "gather:second", "composite", "nv12"}));
 }
 
 TEST_F(Cost, ViewModeRunsTheCompositeAndWhatWasCulledWhileItMoved) {
@@ -147,7 +149,7 @@ TEST_F(Cost, ViewModeRunsTheCompositeAndWhatWasCulledWhileItMoved) {
     set([](v1::SetLight& light) { light.set_tilt_rad(0.2); });
     EXPECT_EQ(frame(), (Ran{"direct:second", "composite", "nv12"})) << "the bounce is culled while nobody sees it";
     change([](v1::Command& c) { c.mutable_set_view()->set_view("beauty"); });
-    EXPECT_EQ(frame(), (Ran{"mask:second", "vpl:second", "gather:second", "composite", "nv12"}));
+    EXPECT_EQ(frame(), (Ran{"vpl:second", "occlusion:second", "gather:second", "composite", "nv12"}));
 }
 
 TEST_F(Cost, ACaptureAndAMeterLeaveTheLivePassesClean) {

@@ -244,21 +244,20 @@ TEST(Direct, TenKilometresAwayNothingChanges) {
     EXPECT_NEAR(lux[1], lux[0], 0.001 * lux[0]);
 }
 
-// A capture is rendered in tiles through windows of the view: with so many VPLs that it takes several, it shows what
+// A capture is rendered in tiles through windows of the view: so large that it takes several, it shows what
 // the meter reads at the pixels' points, seams or not.
 TEST(Direct, TilesMakeOnePicture) {
     Renderer renderer(context());
     Scene scene = floor_scene(20.0, 0.0f, cosine_power(1000.0, 1.0), {0.5, 2.5, 0.2});
     scene.camera = {{0.0, 6.0, 0.001}, {0.0, 0.0, 0.0}, 0.8};
-    scene.samples = 4096;
-    const int width = 300, height = 200;
+    const int width = 600, height = 400;
     const auto job = renderer.begin_capture(scene, View::illuminance, width, height, true);
     int tiles = 1;
     while (!renderer.continue_capture(*job)) ++tiles;
     EXPECT_GE(tiles, 4);
     const Eye eye = eye_of(scene.camera, width, height);
-    for (int y = 3; y < height; y += 13) {
-        for (int x = 5; x < width; x += 17) {
+    for (int y = 3; y < height; y += 23) {
+        for (int x = 5; x < width; x += 29) {
             const glm::dvec2 at((x + 0.5) / width * 2 - 1, 1 - (y + 0.5) / height * 2);
             const glm::dvec3 ray = eye.forward + at.x * eye.right * eye.tan_half_x + at.y * eye.up * eye.tan_half_y;
             const glm::dvec3 p = eye.position - ray * (eye.position.y / ray.y);

@@ -19,23 +19,6 @@ GLint member_offset(GLuint program, const std::string& name) {
     return offset;
 }
 
-TEST(Layout, Vpl) {
-    const gl::Program program = gl::make_program("passes/screen.vert", "passes/gather.frag");
-    for (int k : {0, 5}) {
-        const std::string element = "VplBlock.vpls[" + std::to_string(k) + "].";
-        const auto base = static_cast<GLint>(static_cast<std::size_t>(k) * sizeof(layouts::Vpl));
-        const auto at = [&](const char* member) {
-            const GLuint index = glGetProgramResourceIndex(program.id(), GL_UNIFORM, (element + member).c_str());
-            const std::string plain = "vpls[" + std::to_string(k) + "]." + member;
-            return index != GL_INVALID_INDEX ? member_offset(program.id(), element + member)
-                                             : member_offset(program.id(), plain);
-        };
-        EXPECT_EQ(at("position_area"), base + static_cast<GLint>(offsetof(layouts::Vpl, position_area)));
-        EXPECT_EQ(at("normal"), base + static_cast<GLint>(offsetof(layouts::Vpl, normal)));
-        EXPECT_EQ(at("intensity"), base + static_cast<GLint>(offsetof(layouts::Vpl, intensity)));
-    }
-}
-
 TEST(Layout, LightWeight) {
     const gl::Program program = gl::make_program("passes/screen.vert", "passes/composite.frag", {{"VIEW", "0"}});
     EXPECT_EQ(member_offset(program.id(), "weights[3].rgb"), static_cast<GLint>(3 * sizeof(layouts::LightWeight)));
@@ -80,9 +63,6 @@ TEST(Programs, EveryOptionSetCompiles) {
     make("passes/screen.vert", "passes/direct.frag", {{"UNIFORM_WEB", "1"}});
     make("passes/screen.vert", "passes/flux.frag", {{"CUBE", "1"}});
     make("passes/screen.vert", "passes/direct.frag", {});
-    make("passes/screen.vert", "passes/gather.frag", {{"GRID", "1"}, {"STEP", "4"}});
-    make("passes/screen.vert", "passes/grid_filter.frag", {{"STEP", "4"}});
-    make("passes/screen.vert", "passes/upsample.frag", {{"STEP", "4"}});
     make("passes/screen.vert", "passes/gather_seed.frag", {});
     make("passes/screen.vert", "passes/gather_seed.frag", {{"DISK", "1"}});
     make("passes/screen.vert", "passes/nv12.frag", {});

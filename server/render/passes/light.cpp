@@ -1,4 +1,4 @@
-// Passes of one luminaire that no camera enters: IES light mask, VPL list.
+// Passes of one luminaire that no camera enters: IES light mask, flux of the reflective shadow map.
 #include "server/render/passes/passes.h"
 #include "server/render/passes/screen.h"
 
@@ -35,7 +35,7 @@ PassRun run_mask(const PassContext& context, const Light& light, LightGpu& gpu) 
     return run;
 }
 
-PassRun run_vpl(const PassContext& context, LightGpu& gpu, unsigned count) {
+PassRun run_flux(const PassContext& context, LightGpu& gpu) {
     const GLuint program = context.programs.get("passes/screen.vert", "passes/flux.frag", {{"CUBE", "1"}});
     begin_screen(context.programs, gpu.flux_fbo.id(), program, kRsmSize, kRsmSize);
     glProgramUniform1i(program, 0, 0);
@@ -62,11 +62,6 @@ PassRun run_vpl(const PassContext& context, LightGpu& gpu, unsigned count) {
                           texels.radial_depth.data());
         glGetTextureImage(gpu.normal.id(), 0, GL_RG, GL_SHORT, static_cast<GLsizei>(count6 * 4), texels.normal.data());
     }
-    gpu.vpls = sample_vpls(texels, count);
-    // A whole block past the end: a uniform buffer range must be as long as the block that is declared.
-    std::vector<layouts::Vpl> padded = gpu.vpls.vpls;
-    padded.resize(padded.size() + GONIO_MAX_VPLS_PER_BLOCK);
-    gpu.vpl_block = gl::make_buffer("vpls", padded.size() * sizeof(layouts::Vpl), padded.data());
     return {0, 1};
 }
 

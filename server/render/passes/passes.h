@@ -2,6 +2,7 @@
 #pragma once
 
 #include "server/gl/objects.h"
+#include "server/indirect/screen.h"
 #include "server/render/gpu_scene.h"
 #include "server/render/graph.h"
 #include "server/render/light_gpu.h"
@@ -18,6 +19,8 @@ struct PassContext {
     const Scene& scene;
     const Target& target;
     const Eye& eye;
+    const trace::Geometry& traced;
+    indirect::Pool& pool;
 };
 
 // G-buffer of the target from its eye.
@@ -30,12 +33,21 @@ PassRun run_shadow(const PassContext& context, const Light& light, LightGpu& gpu
 PassRun run_rsm(const PassContext& context, const Light& light, LightGpu& gpu, unsigned faces);
 // IES light mask of the light's profile in its orientation; faces it does not reach are dark.
 PassRun run_mask(const PassContext& context, const Light& light, LightGpu& gpu);
-// Flux of every RSM texel, read back; and of it a list of `count` VPLs.
-PassRun run_vpl(const PassContext& context, LightGpu& gpu, unsigned count);
+// Flux of every RSM texel, read back.
+PassRun run_flux(const PassContext& context, LightGpu& gpu);
 // Direct illuminance into a layer.
 PassRun run_direct(const PassContext& context, const Light& light, const LightGpu& gpu, int layer);
-// Indirect illuminance from the VPL list into a layer: interleaved grid, or every pixel for precise targets.
+// The indirect light of the default technique, on the CPU (server/indirect).
+// Depth and normals of the target -> the grid that the next passes work on.
+PassRun run_grid(const PassContext& context);
+// What the luminaire's rays meet: its VPLs.
+PassRun run_vpl(const PassContext& context, const Light& light, LightGpu& gpu);
+// Which share of the VPLs' light is blocked, and the light near contacts, on the grid's nodes.
+PassRun run_occlusion(const PassContext& context, const Light& light, const LightGpu& gpu, int layer);
+// All of it at the target's pixels, into a layer.
 PassRun run_gather(const PassContext& context, const Light& light, const LightGpu& gpu, int layer);
+// The same at the one point of a meter.
+PassRun run_gather_point(const PassContext& context, const Light& light, const LightGpu& gpu, int layer);
 // The seed paper's indirect pass into a layer.
 PassRun run_gather_seed(const PassContext& context, const Light& light, const LightGpu& gpu, int layer);
 // All layers -> display (raw 0), or values in the view's own unit into raw, an RGBA32F framebuffer of the target's

@@ -1,4 +1,4 @@
-// Passes that light the pixels of a target: direct, gather, the seed paper's gather.
+// Passes that light the pixels of a target by shaders: direct, the seed paper's gather.
 #include <algorithm>
 #include <cmath>
 #include <numbers>
@@ -9,77 +9,6 @@
 
 namespace gonio {
 namespace {
-
-constexpr GLsizeiptr kBlockBytes = GONIO_MAX_VPLS_PER_BLOCK * sizeof(layouts::Vpl);
-
-void bind_vpls(const LightGpu& gpu, unsigned first) {
-    glBindBufferRange(GL_UNIFORM_BUFFER, 0, gpu.vpl_block.id(), static_cast<GLintptr>(first * sizeof(layouts::Vpl)),
-                      kBlockBytes);
-}
-
-PassRun gather_precise(const PassContext& context, const Light& light, const LightGpu& gpu, int layer) {
-    const Target& target = context.target;
-    const GLuint program = context.programs.get("passes/screen.vert", "passes/gather.frag");
-    begin_screen(context.programs, layer_framebuffer(target, target.indirect.id(), layer), program, target.width_px,
-                 target.height_px);
-    bind_surface(program, context, light.position);
-    glProgramUniform1f(program, 2, 1.0f);
-    glEnable(GL_BLEND);
-    glBlendFunc(GL_ONE, GL_ONE);
-    PassRun run;
-    // The padding entries of the subsets are dark, so the list is summed straight through.
-    for (unsigned first = 0; first < gpu.vpls.vpls.size(); first += GONIO_MAX_VPLS_PER_BLOCK) {
-        const auto left = static_cast<unsigned>(gpu.vpls.vpls.size()) - first;
-        glProgramUniform1i(program, 1, static_cast<GLint>(std::min<unsigned>(left, GONIO_MAX_VPLS_PER_BLOCK)));
-        bind_vpls(gpu, first);
-        draw_screen();
-        ++run.draws;
-    }
-    glDisable(GL_BLEND);
-    return run;
-}
-
-PassRun gather_grid(const PassContext& context, const Light& light, const LightGpu& gpu, int layer) {
-    const Target& target = context.target;
-    const gl::Defines step = {{"GRID", "1"}, {"STEP", std::to_string(target.grid_step)}};
-    const glm::ivec2 grid = grid_size(target), tile = tile_size(target);
-    PassRun run;
-
-    const GLuint gather = context.programs.get("passes/screen.vert", "passes/gather.frag", step);
-    begin_screen(context.programs, target.tiles_fbo.id(), gather, tile.x * 4, tile.y * 4);
-    bind_surface(gather, context, light.position);
-    glProgramUniform1i(gather, 1, static_cast<GLint>(gpu.vpls.per_subset));
-    glProgramUniform1f(gather, 2, static_cast<float>(kVplSubsets));
-    for (unsigned subset = 0; subset < kVplSubsets; ++subset) {
-        const glm::ivec2 at(subset % 4, subset / 4);
-        glViewport(at.x * tile.x, at.y * tile.y, tile.x, tile.y);
-        glProgramUniform2i(gather, 3, at.x, at.y);
-        glProgramUniform2i(gather, 4, at.x * tile.x, at.y * tile.y);
-        bind_vpls(gpu, subset * gpu.vpls.stride);
-        draw_screen();
-        ++run.draws;
-    }
-
-    const GLuint filter = context.programs.get("passes/screen.vert", "passes/grid_filter.frag", step);
-    begin_screen(context.programs, target.grid_fbo.id(), filter, grid.x, grid.y);
-    bind_surface(filter, context, light.position);
-    glProgramUniform2i(filter, 3, grid.x, grid.y);
-    glProgramUniform2i(filter, 4, tile.x, tile.y);
-    glBindTextureUnit(0, target.tiles.id());
-    draw_screen();
-
-    const GLuint upsample = context.programs.get("passes/screen.vert", "passes/upsample.frag", step);
-    begin_screen(context.programs, layer_framebuffer(target, target.indirect.id(), layer), upsample, target.width_px,
-                 target.height_px);
-    bind_surface(upsample, context, light.position);
-    glProgramUniform2i(upsample, 3, grid.x, grid.y);
-    glBindTextureUnit(0, target.grid.id());
-    glBindTextureUnit(1, target.grid_position.id());
-    glBindTextureUnit(2, target.grid_normal.id());
-    draw_screen();
-    run.draws += 2;
-    return run;
-}
 
 // Directions of the seed technique, the same in every frame. sphere: uniform unit vectors; disk: (radius, cos, sin).
 gl::Buffer seed_directions(bool disk) {
@@ -113,17 +42,6 @@ PassRun run_direct(const PassContext& context, const Light& light, const LightGp
     glBindBufferBase(GL_SHADER_STORAGE_BUFFER, 1, gpu.web->buffer.id());
     draw_screen();
     return {0, 1};
-}
-
-PassRun run_gather(const PassContext& context, const Light& light, const LightGpu& gpu, int layer) {
-    const float zero[4] = {0, 0, 0, 0};
-    if (gpu.vpls.vpls.empty() || context.target.kind == TargetKind::precise) {
-        glClearNamedFramebufferfv(layer_framebuffer(context.target, context.target.indirect.id(), layer), GL_COLOR, 0,
-                                  zero);
-        if (gpu.vpls.vpls.empty()) return {};
-    }
-    return context.target.kind == TargetKind::precise ? gather_precise(context, light, gpu, layer)
-                                                      : gather_grid(context, light, gpu, layer);
 }
 
 PassRun run_gather_seed(const PassContext& context, const Light& light, const LightGpu& gpu, int layer) {

@@ -1,0 +1,196 @@
+#include "server/indirect/kernels.h"
+
+#include <cmath>
+
+#undef HWY_TARGET_INCLUDE
+#define HWY_TARGET_INCLUDE "server/indirect/kernels.cpp"
+#include <hwy/foreach_target.h>
+#include <hwy/highway.h>
+
+HWY_BEFORE_NAMESPACE();
+namespace gonio::indirect {
+namespace HWY_NAMESPACE {
+
+#include "server/indirect/lanes.h"
+
+HWY_INLINE Vec3 spread(const glm::vec3& v) {
+    return {Float(v.x), Float(v.y), Float(v.z)};
+}
+
+void Gather(const Points& points, std::size_t count, const glm::vec3& origin, std::span<const Vpl> vpls, float kappa,
+            float weight, float* red, float* green, float* blue) {
+    const std::size_t lanes = hn::Lanes(Tag());
+    const Vec3 from = spread(origin);
+    // Two vectors at a time share the loads of a VPL.
+    for (std::size_t i = 0; i < count; i += 2 * lanes) {
+        const std::size_t j = i + lanes < count ? i + lanes : i;
+        const Vec3 p = Vec3(load(points.x + i), load(points.y + i), load(points.z + i)) - from;
+        const Vec3 q = Vec3(load(points.x + j), load(points.y + j), load(points.z + j)) - from;
+        const Vec3 n(load(points.nx + i), load(points.ny + i), load(points.nz + i));
+        const Vec3 m(load(points.nx + j), load(points.ny + j), load(points.nz + j));
+        Vec3 sum_p, sum_q;
+        for (const Vpl& vpl : vpls) {
+            const Vec3 at(vpl.position_area.x, vpl.position_area.y, vpl.position_area.z);
+            const Vec3 facing(vpl.normal.x, vpl.normal.y, vpl.normal.z);
+            const Vec3 color(vpl.intensity.x, vpl.intensity.y, vpl.intensity.z);
+            const Float area(kappa * vpl.position_area.w);
+            sum_p = sum_p + color * vpl_geometry_shared(p - at, facing, n, area);
+            sum_q = sum_q + color * vpl_geometry_shared(q - at, facing, m, area);
+        }
+        const Float w(weight);
+        store(sum_p.x * w, red + i), store(sum_p.y * w, green + i), store(sum_p.z * w, blue + i);
+        store(sum_q.x * w, red + j), store(sum_q.y * w, green + j), store(sum_q.z * w, blue + j);
+    }
+}
+
+void Terms(const Points& points, const glm::vec3& origin, std::span<const Vpl> vpls, float kappa, float* out) {
+    const std::size_t lanes = hn::Lanes(Tag());
+    const Vec3 from = spread(origin);
+    for (std::size_t i = 0; i < kLanes; i += lanes) {
+        const Vec3 p = Vec3(load(points.x + i), load(points.y + i), load(points.z + i)) - from;
+        const Vec3 n(load(points.nx + i), load(points.ny + i), load(points.nz + i));
+        for (std::size_t v = 0; v < vpls.size(); ++v) {
+            const Vpl& vpl = vpls[v];
+            const Vec3 at(vpl.position_area.x, vpl.position_area.y, vpl.position_area.z);
+            const Vec3 facing(vpl.normal.x, vpl.normal.y, vpl.normal.z);
+            const float light = 0.2126f * vpl.intensity.x + 0.7152f * vpl.intensity.y + 0.0722f * vpl.intensity.z;
+            store(Float(light) * vpl_geometry_shared(p - at, facing, n, Float(kappa * vpl.position_area.w)),
+                  out + v * kLanes + i);
+        }
+    }
+}
+
+void FilterRow(const GridRows& grid, std::ptrdiff_t row, int width, int spread_steps, const Window& window,
+               float near_per_depth, int planes, const float* const* in, float* const* out) {
+    const auto lanes = static_cast<std::ptrdiff_t>(hn::Lanes(Tag()));
+    const Points& p = grid.points;
+    for (std::ptrdiff_t x = 0; x < width; x += lanes) {
+        const std::ptrdiff_t at = row * grid.stride + x;
+        const Vec3 position(load(p.x + at), load(p.y + at), load(p.z + at)),
+            normal(load(p.nx + at), load(p.ny + at), load(p.nz + at));
+        const Float per_near = Float(1.0f) / max(load(grid.depth + at) * Float(near_per_depth), Float(1e-30f));
+        Float total(1e-12f), sums[5];
+        for (int b = 0; b < window.taps; ++b) {
+            for (int a = 0; a < window.taps; ++a) {
+                const std::ptrdiff_t other =
+                    at + window.offset[b] * spread_steps * grid.stride + window.offset[a] * spread_steps;
+                const Vec3 q(load(p.x + other), load(p.y + other), load(p.z + other));
+                const Vec3 n(load(p.nx + other), load(p.ny + other), load(p.nz + other));
+                const Float weight = surface_likeness(dot(normal, n), dot(normal, q - position) * per_near) *
+                                     Float(window.weight[a] * window.weight[b]);
+                total = total + weight;
+                for (int k = 0; k < planes; ++k) sums[k] = sums[k] + weight * load(in[k] + other);
+            }
+        }
+        const Float per_total = Float(1.0f) / total;
+        for (int k = 0; k < planes; ++k) store(sums[k] * per_total, out[k] + at);
+    }
+}
+
+void UpsampleRow(const GridRows& grid, const float* const* values, int y, int width, const Rays& rays,
+                 float near_per_depth, const float* depth, const std::uint32_t* normal, std::uint16_t* out,
+                 std::uint8_t* lost) {
+    const Tag tag;
+    const IntTag ints;
+    const hn::Rebind<hwy::float16_t, Tag> halves;
+    const auto lanes = static_cast<std::ptrdiff_t>(hn::Lanes(tag));
+    const std::ptrdiff_t low = y >= 2 ? (y - 2) / 4 : -1;
+    const float along_y = static_cast<float>(y - 2) * 0.25f - static_cast<float>(low);
+    const Points& p = grid.points;
+    const glm::vec3 start = rays.corner + static_cast<float>(y) * rays.up;
+    HWY_ALIGN float plane[3][4 * kLanes];
+    HWY_ALIGN float found[4 * kLanes];
+    for (std::ptrdiff_t x = 0; x < width; x += 4 * lanes) {
+        Raw d[4];
+        hn::LoadInterleaved4(tag, depth + x, d[0], d[1], d[2], d[3]);
+        hn::Vec<IntTag> packed[4];
+        hn::LoadInterleaved4(ints, reinterpret_cast<const std::int32_t*>(normal) + x, packed[0], packed[1], packed[2],
+                             packed[3]);
+        Raw result[3][4], total[4];
+        for (int phase = 0; phase < 4; ++phase) {
+            // The pixel's surface.
+            const Float column = Float(hn::MulAdd(hn::ConvertTo(tag, hn::Iota(ints, 0)), hn::Set(tag, 4.0f),
+                                                  hn::Set(tag, static_cast<float>(x + phase))));
+            const Float z = Float(rays.near_m) / max(Float(d[phase]), Float(1e-30f));
+            const Vec3 position = spread(rays.eye) + Vec3(Float(start.x) + column * Float(rays.right.x),
+                                                          Float(start.y) + column * Float(rays.right.y),
+                                                          Float(start.z) + column * Float(rays.right.z)) *
+                                                         z;
+            const Raw scale = hn::Set(tag, 1.0f / 32767.0f);
+            const Float ex = hn::Mul(hn::ConvertTo(tag, hn::ShiftRight<16>(hn::ShiftLeft<16>(packed[phase]))), scale);
+            const Float ey = hn::Mul(hn::ConvertTo(tag, hn::ShiftRight<16>(packed[phase])), scale);
+            const Float ez = Float(1.0f) - abs(ex) - abs(ey), fold = max(-ez, Float(0.0f));
+            Vec3 n(Float(hn::Sub(ex.raw, hn::CopySign(fold.raw, ex.raw))),
+                   Float(hn::Sub(ey.raw, hn::CopySign(fold.raw, ey.raw))), ez);
+            n = n * inversesqrt(dot(n, n));
+            const Float per_near = Float(1.0f) / max(z * Float(near_per_depth), Float(1e-30f));
+            // Its four grid points: pixel 4k + phase lies between points k - 1 and k (phases 0, 1) or k and k + 1.
+            const std::ptrdiff_t left = x / 4 + (phase < 2 ? -1 : 0);
+            const float along_x =
+                phase < 2 ? 0.5f + 0.25f * static_cast<float>(phase) : 0.25f * static_cast<float>(phase - 2);
+            Float sum(1e-12f), r, g, b, likeness(1e-12f);
+            for (int corner = 0; corner < 4; ++corner) {
+                const std::ptrdiff_t at = (low + corner / 2) * grid.stride + left + corner % 2;
+                const float bilinear =
+                    (corner % 2 == 0 ? 1.0f - along_x : along_x) * (corner / 2 == 0 ? 1.0f - along_y : along_y) + 1e-3f;
+                const Vec3 q(load(p.x + at), load(p.y + at), load(p.z + at)),
+                    m(load(p.nx + at), load(p.ny + at), load(p.nz + at));
+                const Float weight = surface_likeness(dot(n, m), dot(n, q - position) * per_near) * Float(bilinear);
+                sum = sum + weight;
+                r = r + weight * load(values[0] + at), g = g + weight * load(values[1] + at),
+                b = b + weight * load(values[2] + at);
+            }
+            const Float per_sum = Float(1.0f) / sum;
+            result[0][phase] = (r * per_sum).raw, result[1][phase] = (g * per_sum).raw,
+            result[2][phase] = (b * per_sum).raw;
+            // Pixels without a surface are dark and not lost.
+            total[phase] = hn::IfThenElse(hn::Gt(d[phase], hn::Zero(tag)), sum.raw, hn::Set(tag, 1.0f));
+            for (auto& k : result) k[phase] = hn::IfThenElseZero(hn::Gt(d[phase], hn::Zero(tag)), k[phase]);
+        }
+        for (int k = 0; k < 3; ++k)
+            hn::StoreInterleaved4(result[k][0], result[k][1], result[k][2], result[k][3], tag, plane[k]);
+        hn::StoreInterleaved4(total[0], total[1], total[2], total[3], tag, found);
+        for (std::ptrdiff_t i = 0; i < 4 * lanes; i += lanes) {
+            const auto half = [&](const float* from) {
+                return hn::BitCast(hn::RebindToUnsigned<decltype(halves)>(),
+                                   hn::DemoteTo(halves, hn::Load(tag, from + i)));
+            };
+            const auto one = hn::Set(hn::RebindToUnsigned<decltype(halves)>(), std::uint16_t{0x3c00});
+            hn::StoreInterleaved4(half(plane[0]), half(plane[1]), half(plane[2]), one,
+                                  hn::RebindToUnsigned<decltype(halves)>(), out + 4 * (x + i));
+        }
+        for (std::ptrdiff_t i = 0; i < 4 * lanes; ++i) lost[x + i] = found[i] < 0.02f;
+    }
+}
+
+}  // namespace HWY_NAMESPACE
+}  // namespace gonio::indirect
+HWY_AFTER_NAMESPACE();
+
+#if HWY_ONCE
+namespace gonio::indirect {
+
+HWY_EXPORT(Gather);
+HWY_EXPORT(Terms);
+HWY_EXPORT(FilterRow);
+HWY_EXPORT(UpsampleRow);
+
+void gather(const Points& points, std::size_t count, const glm::vec3& origin, std::span<const Vpl> vpls, float kappa,
+            float weight, float* red, float* green, float* blue) {
+    HWY_DYNAMIC_DISPATCH(Gather)(points, count, origin, vpls, kappa, weight, red, green, blue);
+}
+void terms(const Points& points, const glm::vec3& origin, std::span<const Vpl> vpls, float kappa, float* out) {
+    HWY_DYNAMIC_DISPATCH(Terms)(points, origin, vpls, kappa, out);
+}
+void filter_row(const GridRows& grid, std::ptrdiff_t row, int width, int spread, const Window& window,
+                float near_per_depth, int planes, const float* const* in, float* const* out) {
+    HWY_DYNAMIC_DISPATCH(FilterRow)(grid, row, width, spread, window, near_per_depth, planes, in, out);
+}
+void upsample_row(const GridRows& grid, const float* const* values, int y, int width, const Rays& rays,
+                  float near_per_depth, const float* depth, const std::uint32_t* normal, std::uint16_t* out,
+                  std::uint8_t* lost) {
+    HWY_DYNAMIC_DISPATCH(UpsampleRow)(grid, values, y, width, rays, near_per_depth, depth, normal, out, lost);
+}
+
+}  // namespace gonio::indirect
+#endif

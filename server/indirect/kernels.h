@@ -1,0 +1,68 @@
+// The few SIMD kernels that pay: gathering VPLs, filtering the grid, bringing the grid to the pixels. Highway picks the
+// instruction set at run time. Pure functions; any thread; pointers may be unaligned.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <glm/glm.hpp>
+#include <span>
+
+namespace gonio::indirect {
+
+inline constexpr std::size_t kLanes = 16;  // arrays are padded to this many floats, the widest set's lanes
+
+// One virtual point light. Positions are relative to the luminaire, world axes.
+struct Vpl {
+    glm::vec4 position_area;  // xyz: m; w: represented area / pi, m²
+    glm::vec4 normal;         // xyz: unit length, world; all zero where there is none
+    glm::vec4 intensity;      // rgb: flux / pi per candela of the profile's peak, sr^-1 · lm/cd
+};
+
+// Points that receive light, as arrays; positions in m, local (server/trace/geometry.h), normals unit or all zero where
+// there is no surface.
+struct Points {
+    const float *x, *y, *z, *nx, *ny, *nz;
+};
+
+// out = weight × the sum over the VPLs at `count` points (a multiple of kLanes): irradiance per candela of peak, 1/m².
+// origin: what VPL positions are relative to, local, m. kappa: how much near light is left to rays (vpl.glsl).
+void gather(const Points& points, std::size_t count, const glm::vec3& origin, std::span<const Vpl> vpls, float kappa,
+            float weight, float* red, float* green, float* blue);
+
+// The single terms of that sum as luminance at kLanes points: out[v × kLanes + lane].
+void terms(const Points& points, const glm::vec3& origin, std::span<const Vpl> vpls, float kappa, float* out);
+
+// A grid's rows as the filters read them: row r starts at r × stride; at least `reach` values and kLanes more may be
+// read on both sides of what is written.
+struct GridRows {
+    Points points;
+    const float* depth;  // distance along the view axis, m
+    std::ptrdiff_t stride;
+};
+// out[k][i] = mean of in[k] over a window of the row's points, weighted by surface_likeness and by (columns × rows)
+// tent weights: offsets[a] with weights[a], a < taps, in both directions, `spread` grid steps apart. near_per_depth:
+// the distance off a point's plane that is still near, per metre of depth. planes: at most 5.
+struct Window {
+    int taps;
+    int offset[4];
+    float weight[4];
+};
+void filter_row(const GridRows& grid, std::ptrdiff_t row, int width, int spread, const Window& window,
+                float near_per_depth, int planes, const float* const* in, float* const* out);
+
+// How pixels look at the scene: the ray through pixel (x, y), counted from the bottom left, is
+// corner + x × right + y × up, one metre deep.
+struct Rays {
+    glm::vec3 eye;  // local, m
+    glm::vec3 corner, right, up;
+    float near_m;
+};
+// One row of `width` pixels, a multiple of 4·kLanes: joint bilateral upsampling of a grid of one point per 4 × 4
+// pixels, point (i, j) standing at pixel (4i + 2, 4j + 2). depth: near / distance, 0 no surface; normal: octahedral, 2
+// snorm16 in 4 bytes. out: 4 half floats per pixel, rgb and 1. lost[x] != 0 afterwards: no grid point resembles this
+// pixel.
+void upsample_row(const GridRows& grid, const float* const* values, int y, int width, const Rays& rays,
+                  float near_per_depth, const float* depth, const std::uint32_t* normal, std::uint16_t* out,
+                  std::uint8_t* lost);
+
+}  // namespace gonio::indirect

@@ -1,0 +1,81 @@
+// The pure GLSL of shaders/lib compiled for SIMD lanes: one maths source for shaders, tests and these kernels. Included
+// inside HWY_NAMESPACE once per instruction set, by files that Highway compiles for several (hwy/foreach_target.h);
+// therefore without an include guard and without a namespace of its own.
+
+namespace hn = hwy::HWY_NAMESPACE;
+using Tag = hn::ScalableTag<float>;
+using Raw = hn::Vec<Tag>;
+using IntTag = hn::RebindToSigned<Tag>;
+
+// One float per lane.
+struct Float {
+    Raw raw;
+    HWY_INLINE Float() : raw(hn::Zero(Tag())) {}
+    HWY_INLINE Float(Raw r) : raw(r) {}
+    HWY_INLINE Float(float x) : raw(hn::Set(Tag(), x)) {}
+};
+HWY_INLINE Float operator+(Float a, Float b) {
+    return hn::Add(a.raw, b.raw);
+}
+HWY_INLINE Float operator-(Float a, Float b) {
+    return hn::Sub(a.raw, b.raw);
+}
+HWY_INLINE Float operator*(Float a, Float b) {
+    return hn::Mul(a.raw, b.raw);
+}
+HWY_INLINE Float operator-(Float a) {
+    return hn::Neg(a.raw);
+}
+// By reciprocal and one Newton step: relative error below 1e-6 for divisors of 1e-36 to 1e36.
+HWY_INLINE Float operator/(Float a, Float b) {
+    const Raw r = hn::ApproximateReciprocal(b.raw);
+    return hn::Mul(a.raw, hn::Mul(r, hn::NegMulAdd(b.raw, r, hn::Set(Tag(), 2.0f))));
+}
+HWY_INLINE Float max(Float a, Float b) {
+    return hn::Max(a.raw, b.raw);
+}
+HWY_INLINE Float min(Float a, Float b) {
+    return hn::Min(a.raw, b.raw);
+}
+HWY_INLINE Float abs(Float a) {
+    return hn::Abs(a.raw);
+}
+HWY_INLINE Float inversesqrt(Float a) {
+    const Raw r = hn::ApproximateReciprocalSqrt(a.raw);
+    const Raw half = hn::Mul(hn::Mul(a.raw, hn::Set(Tag(), 0.5f)), r);
+    return hn::Mul(r, hn::NegMulAdd(half, r, hn::Set(Tag(), 1.5f)));
+}
+HWY_INLINE Float load(const float* p) {
+    return hn::LoadU(Tag(), p);
+}
+HWY_INLINE void store(Float a, float* p) {
+    hn::StoreU(a.raw, Tag(), p);
+}
+
+struct Vec3 {
+    Float x, y, z;
+    HWY_INLINE Vec3() {}
+    HWY_INLINE Vec3(Float a, Float b, Float c) : x(a), y(b), z(c) {}
+};
+HWY_INLINE Vec3 operator+(const Vec3& a, const Vec3& b) {
+    return {a.x + b.x, a.y + b.y, a.z + b.z};
+}
+HWY_INLINE Vec3 operator-(const Vec3& a, const Vec3& b) {
+    return {a.x - b.x, a.y - b.y, a.z - b.z};
+}
+HWY_INLINE Vec3 operator*(const Vec3& a, Float s) {
+    return {a.x * s, a.y * s, a.z * s};
+}
+HWY_INLINE Float dot(const Vec3& a, const Vec3& b) {
+    return hn::MulAdd(a.x.raw, b.x.raw, hn::MulAdd(a.y.raw, b.y.raw, hn::Mul(a.z.raw, b.z.raw)));
+}
+
+#pragma GCC diagnostic push
+#pragma GCC diagnostic ignored "-Wunused-function"
+#define float Float
+#define vec3 Vec3
+#include "shaders/lib/edge_weight.glsl"
+#include "shaders/lib/vpl.glsl"
+#undef float
+#undef vec3
+#pragma GCC diagnostic pop

@@ -1,0 +1,395 @@
+#include "server/indirect/screen.h"
+
+#include <algorithm>
+#include <cmath>
+#include <glm/gtc/packing.hpp>
+
+#include "server/indirect/near_light.h"
+#include "server/trace/sampler.h"
+#include "shaders/lib/as_cpp.h"
+
+namespace gonio::indirect {
+namespace {
+
+constexpr int kArrays = 6;  // x y z nx ny nz
+// Distances off a plane that are still near, in grid steps: for windows, and for bringing values to finer points.
+constexpr float kWindowNear = 4.0f, kUpsampleNear = 2.0f;
+
+Points points_at(const std::vector<float>* arrays, std::ptrdiff_t at) {
+    return {arrays[0].data() + at, arrays[1].data() + at, arrays[2].data() + at,
+            arrays[3].data() + at, arrays[4].data() + at, arrays[5].data() + at};
+}
+
+struct Spot {
+    glm::vec3 position{0.0f}, normal{0.0f};
+    float depth = 0.0f;  // m
+};
+Spot spot_at(const Surfaces& s, int x, int y) {
+    const std::size_t at = static_cast<std::size_t>(y) * s.row_length + static_cast<std::size_t>(x);
+    Spot spot;
+    if (!(s.depth[at] > 0.0f)) return spot;
+    spot.depth = s.rays.near_m / s.depth[at];
+    spot.position =
+        s.rays.eye +
+        (s.rays.corner + static_cast<float>(x) * s.rays.right + static_cast<float>(y) * s.rays.up) * spot.depth;
+    const auto part = [](std::uint32_t bits) {
+        return std::max(static_cast<float>(static_cast<std::int16_t>(bits)) / 32767.0f, -1.0f);
+    };
+    spot.normal = glsl::octahedral_decode({part(s.normal[at] & 0xffffu), part(s.normal[at] >> 16)});
+    return spot;
+}
+
+// Grid points or nodes `spread` apart that lie around (x, y): the four corners' weights for bringing node values to it.
+struct Corners {
+    std::ptrdiff_t at[4];
+    float weight[4];
+    float total = 0.0f;
+};
+Corners corners_around(const ScreenGrid& screen, int x, int y, float near_per_depth) {
+    const Grid &grid = screen.grid, &nodes = screen.nodes;
+    const int stride = screen.quality.node_stride;
+    const std::ptrdiff_t own = grid.at(x, y);
+    const auto vec = [](const Grid& g, int first, std::ptrdiff_t at) {
+        return glm::vec3(g.values[first][static_cast<std::size_t>(at)],
+                         g.values[first + 1][static_cast<std::size_t>(at)],
+                         g.values[first + 2][static_cast<std::size_t>(at)]);
+    };
+    const glm::vec3 position = vec(grid, 0, own), normal = vec(grid, 3, own);
+    const float per_near = 1.0f / std::max(grid.values[6][static_cast<std::size_t>(own)] * near_per_depth, 1e-30f);
+    const int low_x = x / stride, low_y = y / stride;
+    const float along_x = static_cast<float>(x - low_x * stride) / static_cast<float>(stride),
+                along_y = static_cast<float>(y - low_y * stride) / static_cast<float>(stride);
+    Corners result;
+    for (int k = 0; k < 4; ++k) {
+        const std::ptrdiff_t at = nodes.at(low_x + k % 2, low_y + k / 2);
+        const float bilinear =
+            (k % 2 == 0 ? 1.0f - along_x : along_x) * (k / 2 == 0 ? 1.0f - along_y : along_y) + 1e-3f;
+        const glm::vec3 n = vec(nodes, 3, at), q = vec(nodes, 0, at);
+        result.at[k] = at;
+        result.weight[k] =
+            bilinear * (glsl::surface_likeness(glm::dot(normal, n), glm::dot(normal, q - position) * per_near) +
+                        1e-6f * glm::dot(n, n));
+        result.total += result.weight[k];
+    }
+    return result;
+}
+
+}  // namespace
+
+void Grid::resize(int new_width, int new_height) {
+    width = new_width;
+    height = new_height;
+    // Rows end in a border and the widest vector that starts at the last value.
+    stride = (width + 2 * kBorder + static_cast<std::ptrdiff_t>(kLanes) + 15) / 16 * 16;
+    for (std::vector<float>& array : values) array.assign(size() + kLanes, 0.0f);
+}
+
+GridRows Grid::rows() const {
+    return {points_at(values, at(0, 0)), values[6].data() + at(0, 0), stride};
+}
+
+void Grid::extend(std::vector<float>& plane) const {
+    for (int y = 0; y < height; ++y) {
+        for (int b = 1; b <= kBorder; ++b) {
+            plane[static_cast<std::size_t>(at(-b, y))] = plane[static_cast<std::size_t>(at(0, y))];
+            plane[static_cast<std::size_t>(at(width - 1 + b, y))] = plane[static_cast<std::size_t>(at(width - 1, y))];
+        }
+    }
+    for (int b = 1; b <= kBorder; ++b) {
+        std::copy_n(plane.begin() + at(-kBorder, 0), stride, plane.begin() + at(-kBorder, -b));
+        std::copy_n(plane.begin() + at(-kBorder, height - 1), stride, plane.begin() + at(-kBorder, height - 1 + b));
+    }
+}
+
+ScreenGrid make_grid(const Surfaces& surfaces, const Quality& quality) {
+    ScreenGrid screen;
+    screen.quality = quality;
+    screen.depth_per_point = surfaces.depth_per_pixel * static_cast<float>(quality.step);
+    const int step = quality.step;
+    Grid& grid = screen.grid;
+    grid.resize((surfaces.width + step - 1) / step, (surfaces.height + step - 1) / step);
+    for (int y = 0; y < grid.height; ++y) {
+        for (int x = 0; x < grid.width; ++x) {
+            const Spot spot = spot_at(surfaces, std::min(x * step + step / 2, surfaces.width - 1),
+                                      std::min(y * step + step / 2, surfaces.height - 1));
+            const auto at = static_cast<std::size_t>(grid.at(x, y));
+            for (int k = 0; k < 3; ++k) {
+                grid.values[k][at] = spot.position[k];
+                grid.values[k + 3][at] = spot.normal[k];
+            }
+            grid.values[6][at] = spot.depth;
+        }
+    }
+    for (std::vector<float>& array : grid.values) grid.extend(array);
+
+    Grid& nodes = screen.nodes;
+    const int stride = quality.node_stride;
+    nodes.resize((grid.width + stride - 1) / stride, (grid.height + stride - 1) / stride);
+    for (int y = 0; y < nodes.height; ++y) {
+        for (int x = 0; x < nodes.width; ++x) {
+            for (int k = 0; k < 7; ++k)
+                nodes.values[k][static_cast<std::size_t>(nodes.at(x, y))] =
+                    grid.values[k][static_cast<std::size_t>(grid.at(x * stride, y * stride))];
+        }
+    }
+    for (std::vector<float>& array : nodes.values) nodes.extend(array);
+
+    const int tiles = quality.interleaved ? 4 : 1;
+    screen.tile_width = (grid.width + tiles - 1) / tiles;
+    screen.tile_height = (grid.height + tiles - 1) / tiles;
+    screen.tile_size =
+        (static_cast<std::size_t>(screen.tile_width) * static_cast<std::size_t>(screen.tile_height) + 2 * kLanes - 1) /
+        (2 * kLanes) * (2 * kLanes);
+    for (int k = 0; k < kArrays; ++k) {
+        screen.tiled[k].assign(screen.tile_size * static_cast<std::size_t>(tiles * tiles), 0.0f);
+        for (int y = 0; y < grid.height; ++y) {
+            for (int x = 0; x < grid.width; ++x) {
+                const std::size_t tile = static_cast<std::size_t>(y % tiles * tiles + x % tiles);
+                screen.tiled[k][tile * screen.tile_size +
+                                static_cast<std::size_t>(y / tiles * screen.tile_width + x / tiles)] =
+                    grid.values[k][static_cast<std::size_t>(grid.at(x, y))];
+            }
+        }
+    }
+    return screen;
+}
+
+Occlusion trace_occlusion(const ScreenGrid& screen, const LightView& light, Pool& pool) {
+    const Grid& nodes = screen.nodes;
+    const Quality& quality = screen.quality;
+    Occlusion result;
+    result.planes.assign(5, std::vector<float>(nodes.size() + kLanes, 0.0f));
+    if (light.vpls.dark()) return result;
+    Planes raw = result.planes;
+    const unsigned looked_at = std::min(quality.node_vpls, static_cast<unsigned>(light.vpls.vpls.size()));
+    const unsigned per_node = std::max(1u, looked_at / 4);
+    const glm::vec3 origin(light.position);
+    // Sixteen nodes of the same parity at a time: a block of 4 × 4 of them, 8 × 8 nodes wide, looks at the same VPLs.
+    const int blocks_x = (nodes.width + 7) / 8, blocks_y = (nodes.height + 7) / 8;
+    pool.run(blocks_x * blocks_y * 4, [&](int job) {
+        const int parity = job % 4, block_x = job / 4 % blocks_x * 8, block_y = job / 4 / blocks_x * 8;
+        alignas(64) float point[kArrays][trace::kPacket];
+        std::ptrdiff_t at[trace::kPacket];
+        unsigned active = 0;
+        for (int i = 0; i < trace::kPacket; ++i) {
+            const int x = block_x + i % 4 * 2 + parity % 2, y = block_y + i / 4 * 2 + parity / 2;
+            at[i] = nodes.at(std::min(x, nodes.width - 1), std::min(y, nodes.height - 1));
+            for (int k = 0; k < kArrays; ++k) point[k][i] = nodes.values[k][static_cast<std::size_t>(at[i])];
+            if (x >= nodes.width || y >= nodes.height) continue;
+            if (nodes.values[6][static_cast<std::size_t>(at[i])] > 0.0f) active |= 1u << i;
+            // Rays start a step off the surface.
+            const float off = 4.0f * light.geometry.step_off({point[0][i], point[1][i], point[2][i]});
+            for (int k = 0; k < 3; ++k) point[k][i] += off * point[k + 3][i];
+        }
+        if (active == 0) return;
+        const Points points{point[0], point[1], point[2], point[3], point[4], point[5]};
+        // The first VPLs of the list are a stratified sample of the whole, their quarters again.
+        const std::span<const Vpl> vpls(light.vpls.vpls.data() + static_cast<std::size_t>(parity) * per_node, per_node);
+        static thread_local std::vector<float> light_of;
+        light_of.resize(vpls.size() * kLanes);
+        terms(points, origin, vpls, quality.kappa, light_of.data());
+        alignas(64) float open[trace::kPacket] = {}, blocked[trace::kPacket] = {};
+        trace::RayPacket query;
+        for (int i = 0; i < trace::kPacket; ++i)
+            query.from_x[i] = point[0][i], query.from_y[i] = point[1][i], query.from_z[i] = point[2][i];
+        for (std::size_t v = 0; v < vpls.size(); ++v) {
+            unsigned lit = 0;
+            for (int i = 0; i < trace::kPacket; ++i)
+                lit |= (light_of[v * kLanes + static_cast<std::size_t>(i)] > 0.0f ? 1u : 0u) << i;
+            lit &= active;
+            if (lit == 0) continue;
+            const glm::vec3 p = origin + glm::vec3(vpls[v].position_area);
+            const glm::vec3 to = p + glm::vec3(vpls[v].normal) * (4.0f * light.geometry.step_off(p));
+            for (int i = 0; i < trace::kPacket; ++i) {
+                query.along_x[i] = to.x - query.from_x[i], query.along_y[i] = to.y - query.from_y[i],
+                query.along_z[i] = to.z - query.from_z[i];
+                query.far[i] = 1.0f;
+            }
+            const unsigned stopped = light.geometry.occluded(query, lit);
+            for (int i = 0; i < trace::kPacket; ++i) {
+                const float e = light_of[v * kLanes + static_cast<std::size_t>(i)];
+                open[i] += e;
+                if ((stopped >> i & 1u) != 0) blocked[i] += e;
+            }
+        }
+        glm::vec3 near_light[trace::kPacket] = {};
+        for (unsigned r = 0; r < quality.near_rays; ++r) {
+            const unsigned index = static_cast<unsigned>(parity) * quality.near_rays + r;
+            const glm::vec2 random(
+                static_cast<float>(trace::owen_scramble(trace::reverse_bits(index), 0x68bc21ebu) >> 8) * 0x1p-24f,
+                static_cast<float>(trace::owen_scramble(trace::sobol_second(index), 0x02e5be93u) >> 8) * 0x1p-24f);
+            add_near_light(light, points, active, random, quality.kappa, near_light);
+        }
+        const float per_ray = quality.near_rays > 0 ? 1.0f / static_cast<float>(quality.near_rays) : 0.0f;
+        for (int i = 0; i < trace::kPacket; ++i) {
+            if ((active >> i & 1u) == 0) continue;
+            const auto to = static_cast<std::size_t>(at[i]);
+            raw[0][to] = open[i], raw[1][to] = blocked[i];
+            for (int k = 0; k < 3; ++k) raw[static_cast<std::size_t>(k) + 2][to] = near_light[i][k] * per_ray;
+        }
+    });
+    for (std::vector<float>& plane : raw) nodes.extend(plane);
+    // 2 × 2 nodes look at different VPLs: a tent over 3 × 3 holds each of the four sets equally.
+    const Window tent{3, {-1, 0, 1, 0}, {1.0f, 2.0f, 1.0f, 0.0f}};
+    const float* in[5];
+    float* out[5];
+    for (int k = 0; k < 5; ++k)
+        in[k] = raw[static_cast<std::size_t>(k)].data() + nodes.at(0, 0),
+        out[k] = result.planes[static_cast<std::size_t>(k)].data() + nodes.at(0, 0);
+    const float near_per_depth = kWindowNear * screen.depth_per_point * static_cast<float>(quality.node_stride);
+    const GridRows rows = nodes.rows();
+    pool.run(nodes.height, [&](int y) { filter_row(rows, y, nodes.width, 1, tent, near_per_depth, 5, in, out); });
+    for (std::vector<float>& plane : result.planes) nodes.extend(plane);
+    return result;
+}
+
+Planes gather_grid(const ScreenGrid& screen, const LightView& light, const Occlusion& occlusion, Pool& pool) {
+    const Grid& grid = screen.grid;
+    Planes result(3, std::vector<float>(grid.size() + kLanes, 0.0f));
+    if (light.vpls.dark()) return result;
+    Planes sums = result;
+    const int tiles = screen.quality.interleaved ? 4 : 1;
+    const std::size_t per_tile = light.vpls.vpls.size() / static_cast<std::size_t>(tiles * tiles);
+
+    // Chunks of 512 points stay in the first cache beside the VPLs of their subset.
+    constexpr std::size_t kChunk = 512;
+    std::vector<float> tiled[3];
+    for (std::vector<float>& plane : tiled) plane.resize(screen.tiled[0].size());
+    const std::size_t chunks = (screen.tile_size + kChunk - 1) / kChunk;
+    pool.run(static_cast<int>(chunks) * tiles * tiles, [&](int job) {
+        const std::size_t tile = static_cast<std::size_t>(job) / chunks,
+                          first = static_cast<std::size_t>(job) % chunks * kChunk;
+        const std::size_t at = tile * screen.tile_size + first;
+        gather(points_at(screen.tiled, static_cast<std::ptrdiff_t>(at)), std::min(kChunk, screen.tile_size - first),
+               glm::vec3(light.position), {light.vpls.vpls.data() + tile * per_tile, per_tile}, screen.quality.kappa,
+               static_cast<float>(tiles * tiles), tiled[0].data() + at, tiled[1].data() + at, tiled[2].data() + at);
+    });
+    pool.run(grid.height, [&](int y) {
+        for (int x = 0; x < grid.width; ++x) {
+            const std::size_t tile = static_cast<std::size_t>(y % tiles * tiles + x % tiles);
+            const std::size_t from =
+                tile * screen.tile_size + static_cast<std::size_t>(y / tiles * screen.tile_width + x / tiles);
+            for (std::size_t k = 0; k < 3; ++k) sums[k][static_cast<std::size_t>(grid.at(x, y))] = tiled[k][from];
+        }
+    });
+    if (tiles == 4) {
+        for (std::vector<float>& plane : sums) grid.extend(plane);
+        const float* in[3];
+        float* out[3];
+        for (std::size_t k = 0; k < 3; ++k)
+            in[k] = sums[k].data() + grid.at(0, 0), out[k] = result[k].data() + grid.at(0, 0);
+        const Window window{4, {-2, -1, 0, 1}, {1.0f, 1.0f, 1.0f, 1.0f}};
+        const GridRows rows = grid.rows();
+        pool.run(grid.height, [&](int y) {
+            filter_row(rows, y, grid.width, 1, window, kWindowNear * screen.depth_per_point, 3, in, out);
+        });
+    } else {
+        result.swap(sums);
+    }
+    const float near_per_depth =
+        kUpsampleNear * screen.depth_per_point * static_cast<float>(screen.quality.node_stride);
+    pool.run(grid.height, [&](int y) {
+        for (int x = 0; x < grid.width; ++x) {
+            const auto at = static_cast<std::size_t>(grid.at(x, y));
+            if (!(grid.values[6][at] > 0.0f)) continue;
+            const Corners corners = corners_around(screen, x, y, near_per_depth);
+            float sum[5] = {};
+            for (int c = 0; c < 4; ++c) {
+                for (std::size_t k = 0; k < 5; ++k)
+                    sum[k] += corners.weight[c] * occlusion.planes[k][static_cast<std::size_t>(corners.at[c])];
+            }
+            const float seen = sum[0] > 0.0f ? std::clamp(1.0f - sum[1] / sum[0], 0.0f, 1.0f) : 1.0f;
+            for (std::size_t k = 0; k < 3; ++k)
+                result[k][at] = result[k][at] * seen + sum[k + 2] / std::max(corners.total, 1e-30f);
+        }
+    });
+    for (std::vector<float>& plane : result) grid.extend(plane);
+    return result;
+}
+
+void upsample(const Surfaces& surfaces, const ScreenGrid& screen, const Planes& light, std::vector<std::uint16_t>& out,
+              Pool& pool) {
+    const Grid& grid = screen.grid;
+    const float* values[3];
+    for (std::size_t k = 0; k < 3; ++k) values[k] = light[k].data() + grid.at(0, 0);
+    const float near_per_depth = kUpsampleNear * screen.depth_per_point;
+    const GridRows rows = grid.rows();
+    out.resize(surfaces.row_length * static_cast<std::size_t>(surfaces.height) * 4);
+    pool.run(surfaces.height, [&](int y) {
+        static thread_local std::vector<std::uint8_t> lost;
+        lost.resize(surfaces.row_length);
+        const std::size_t row = static_cast<std::size_t>(y) * surfaces.row_length;
+        upsample_row(rows, values, y, static_cast<int>(surfaces.row_length), surfaces.rays, near_per_depth,
+                     surfaces.depth.data() + row, surfaces.normal.data() + row, out.data() + 4 * row, lost.data());
+        // A pixel that none of its four grid points resembles takes the most alike of the sixteen around it.
+        for (int x = 0; x < surfaces.width; ++x) {
+            if (lost[static_cast<std::size_t>(x)] == 0) continue;
+            const Spot spot = spot_at(surfaces, x, y);
+            float best = 0.0f;
+            std::ptrdiff_t from = -1;
+            for (int k = 0; k < 16; ++k) {
+                const int gx = std::clamp((x + 2) / 4 - 2 + k % 4, 0, grid.width - 1),
+                          gy = std::clamp((y + 2) / 4 - 2 + k / 4, 0, grid.height - 1);
+                const auto at = static_cast<std::size_t>(grid.at(gx, gy));
+                const glm::vec3 n(grid.values[3][at], grid.values[4][at], grid.values[5][at]),
+                    q(grid.values[0][at], grid.values[1][at], grid.values[2][at]);
+                const float alike =
+                    glsl::surface_likeness(glm::dot(spot.normal, n),
+                                           glm::dot(spot.normal, q - spot.position) / (spot.depth * near_per_depth)) +
+                    1e-4f * glm::dot(n, n) /
+                        (1.0f + glm::dot(q - spot.position, q - spot.position) / (spot.depth * spot.depth));
+                if (alike > best) best = alike, from = static_cast<std::ptrdiff_t>(at);
+            }
+            if (from < 0) continue;
+            for (std::size_t k = 0; k < 3; ++k)
+                out[4 * (row + static_cast<std::size_t>(x)) + k] =
+                    glm::packHalf1x16(light[k][static_cast<std::size_t>(from)]);
+        }
+    });
+}
+
+glm::dvec3 at_point(const LightView& light, const glm::dvec3& point, const glm::dvec3& normal) {
+    glm::dvec3 sum(0.0);
+    if (light.vpls.dark()) return sum;
+    constexpr float kKappa = 16.0f;
+    constexpr unsigned kNearRays = 1024;
+    const glm::vec3 n(normal),
+        p(point + normal * static_cast<double>(4.0f * light.geometry.step_off(glm::vec3(point))));
+    trace::RayPacket query;
+    for (int i = 0; i < trace::kPacket; ++i) query.from_x[i] = p.x, query.from_y[i] = p.y, query.from_z[i] = p.z;
+    for (std::size_t first = 0; first < light.vpls.vpls.size(); first += trace::kPacket) {
+        glm::dvec3 bring[trace::kPacket];
+        unsigned active = 0;
+        for (int i = 0; i < trace::kPacket; ++i) {
+            const Vpl& vpl = light.vpls.vpls[first + static_cast<std::size_t>(i)];
+            const glm::dvec3 at = light.position + glm::dvec3(vpl.position_area);
+            const double geometry = glsl64::vpl_geometry_shared(point - at, glm::dvec3(vpl.normal), normal,
+                                                                static_cast<double>(kKappa * vpl.position_area.w));
+            bring[i] = glm::dvec3(vpl.intensity) * geometry;
+            if (geometry > 0.0) active |= 1u << i;
+            const glm::vec3 to =
+                glm::vec3(at) + glm::vec3(vpl.normal) * (4.0f * light.geometry.step_off(glm::vec3(at))) - p;
+            query.along_x[i] = to.x, query.along_y[i] = to.y, query.along_z[i] = to.z;
+            query.far[i] = 1.0f;
+        }
+        const unsigned seen = active & ~(active != 0 ? light.geometry.occluded(query, active) : 0u);
+        for (int i = 0; i < trace::kPacket; ++i) {
+            if ((seen >> i & 1u) != 0) sum += bring[i];
+        }
+    }
+    float point_of[kArrays][trace::kPacket];
+    for (int i = 0; i < trace::kPacket; ++i) {
+        for (int k = 0; k < 3; ++k) point_of[k][i] = p[k], point_of[k + 3][i] = n[k];
+    }
+    const Points points{point_of[0], point_of[1], point_of[2], point_of[3], point_of[4], point_of[5]};
+    glm::vec3 near_light[trace::kPacket] = {};
+    for (unsigned r = 0; r < kNearRays; ++r) {
+        add_near_light(light, points, 1u,
+                       {static_cast<float>(trace::reverse_bits(r) >> 8) * 0x1p-24f,
+                        static_cast<float>(trace::sobol_second(r) >> 8) * 0x1p-24f},
+                       kKappa, near_light);
+    }
+    return sum + glm::dvec3(near_light[0]) / static_cast<double>(kNearRays);
+}
+
+}  // namespace gonio::indirect

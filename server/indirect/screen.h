@@ -1,0 +1,91 @@
+// Indirect light on the pixels of one target, on the CPU: VPLs gathered without occlusion on a coarse interleaved grid,
+// times the share of their light that is not blocked, traced on a coarser grid still, plus what the gather leaves out
+// near contact, given back by short rays; brought to the pixels by joint bilateral upsampling (docs/rendering.md).
+#pragma once
+
+#include <glm/glm.hpp>
+#include <vector>
+
+#include "server/indirect/kernels.h"
+#include "server/indirect/pool.h"
+#include "server/indirect/vpl_rays.h"
+
+namespace gonio::indirect {
+
+// How fine a target is computed.
+struct Quality {
+    int step = 4;              // pixels between grid points: 4, or 1: every pixel
+    bool interleaved = true;   // a grid point sums one of 16 subsets and its window the rest; else the whole list
+    int node_stride = 2;       // grid points between the nodes that trace occlusion
+    unsigned node_vpls = 256;  // VPLs that 2 × 2 nodes together look at
+    unsigned near_rays = 4;    // short rays of each node
+    float kappa = 4.0f;        // how much near light the rays give back rather than VPLs (vpl.glsl)
+};
+
+// The depth and normals of a target and the rays through its pixels; rows from the bottom.
+struct Surfaces {
+    int width = 0, height = 0;
+    Rays rays;
+    float depth_per_pixel = 0.0f;       // width of a pixel per metre of depth
+    std::vector<float> depth;           // near / distance; 0 no surface; row_length floats a row
+    std::vector<std::uint32_t> normal;  // octahedral, 2 snorm16
+    std::size_t row_length = 0;         // a multiple of 4·kLanes
+};
+
+// Arrays of a grid with a border all around, so that windows need no edges.
+struct Grid {
+    static constexpr int kBorder = 4;
+    int width = 0, height = 0;
+    std::ptrdiff_t stride = 0;
+    std::vector<float> values[7];  // x y z nx ny nz depth
+
+    void resize(int new_width, int new_height);
+    std::ptrdiff_t at(int x, int y) const { return (y + kBorder) * stride + x + kBorder; }
+    std::size_t size() const {
+        return static_cast<std::size_t>(stride) * static_cast<std::size_t>(height + 2 * kBorder);
+    }
+    GridRows rows() const;  // row 0, column 0 at the origin of the pointers
+    // Repeats the outermost values of an array of this shape into its border.
+    void extend(std::vector<float>& plane) const;
+};
+using Planes = std::vector<std::vector<float>>;
+
+// What does not depend on the luminaires: made once per camera.
+struct ScreenGrid {
+    Quality quality;
+    float depth_per_point = 0.0f;  // distance of neighbouring grid points per metre of depth
+    Grid grid, nodes;
+    // The grid's points rearranged into 16 tiles of equal subset, each padded to whole kLanes; without interleaving
+    // one.
+    std::vector<float> tiled[6];
+    std::size_t tile_size = 0;
+    int tile_width = 0, tile_height = 0;
+};
+ScreenGrid make_grid(const Surfaces& surfaces, const Quality& quality);
+
+// Of one luminaire on the nodes of a grid, filtered: unoccluded and blocked light of the subset looked at, near light
+// rgb.
+struct Occlusion {
+    Planes planes;  // 5, in the shape of ScreenGrid::nodes
+};
+struct LightView {
+    const trace::Geometry& geometry;
+    const VplRays& rays;
+    const VplCast& vpls;
+    glm::dvec3 position;  // local
+    glm::dmat3 world_from_light;
+};
+Occlusion trace_occlusion(const ScreenGrid& screen, const LightView& light, Pool& pool);
+
+// Result: irradiance per candela of peak at every grid point: 3 planes in the shape of ScreenGrid::grid.
+Planes gather_grid(const ScreenGrid& screen, const LightView& light, const Occlusion& occlusion, Pool& pool);
+
+// out: 4 half floats per pixel, surfaces.row_length pixels a row.
+void upsample(const Surfaces& surfaces, const ScreenGrid& screen, const Planes& light, std::vector<std::uint16_t>& out,
+              Pool& pool);
+
+// Result: the same irradiance at one point with the whole list, a ray to each VPL, and many short rays: rgb per candela
+// of peak. point: local, m, on its surface.
+glm::dvec3 at_point(const LightView& light, const glm::dvec3& point, const glm::dvec3& normal);
+
+}  // namespace gonio::indirect

@@ -1,0 +1,85 @@
+#include "server/indirect/vpl_rays.h"
+
+#include <limits>
+#include <numbers>
+
+#include "server/trace/sampler.h"
+#include "shaders/lib/as_cpp.h"
+
+namespace gonio::indirect {
+
+VplRays::VplRays(std::shared_ptr<const Profile> profile, unsigned count)
+    : table(std::move(profile)), per_subset((count + kSubsets - 1) / kSubsets) {
+    peak_cd = table.profile()->max_cd;
+    if (table.dark() || !(peak_cd > 0.0)) {
+        per_subset = 0;
+        return;
+    }
+    const unsigned n = per_subset * kSubsets;
+    rays.reserve(n);
+    for (unsigned i = 0; i < n; ++i) {
+        // Consecutive blocks of an Owen-scrambled Sobol sequence are stratified each for itself.
+        const std::uint32_t first = trace::owen_scramble(trace::reverse_bits(i), 0x2545f491u);
+        const std::uint32_t second = trace::owen_scramble(trace::sobol_second(i), 0x9e3779b9u);
+        double density = 0.0;
+        const glm::dvec3 d = table.draw(
+            {static_cast<float>(first >> 8) * 0x1p-24f, static_cast<float>(second >> 8) * 0x1p-24f}, density);
+        Ray ray{glm::vec3(d), 0.0f, 0.0f};
+        if (density > 0.0) {
+            const double sr = 1.0 / (n * density);
+            ray.solid_angle_sr = static_cast<float>(sr);
+            ray.flux_lm_per_cd = static_cast<float>(
+                ies::intensity(table.profile()->photometry.web, {d.x, d.y, d.z}).in(cd) / peak_cd * sr);
+        }
+        rays.push_back(ray);
+    }
+}
+
+VplCast cast(const VplRays& rays, const trace::Geometry& geometry, const glm::dvec3& position,
+             const glm::dmat3& world_from_light, Pool& pool) {
+    VplCast result;
+    result.per_subset = rays.per_subset;
+    result.vpls.resize(rays.rays.size());
+    const glm::vec3 from(position);
+    const glm::mat3 turn(world_from_light);
+    // A luminaire mounted on a surface does not light the spot it hides: its rays start a step away.
+    const float start = geometry.step_off(from);
+    const int packets = static_cast<int>(rays.rays.size()) / trace::kPacket;
+    std::vector<double> areas(static_cast<std::size_t>(packets));
+    std::vector<int> lit(static_cast<std::size_t>(packets));
+    pool.run(packets, [&](int packet) {
+        trace::RayPacket query;
+        trace::SurfaceHit hits[trace::kPacket];
+        unsigned active = 0;
+        const VplRays::Ray* ray = &rays.rays[static_cast<std::size_t>(packet) * trace::kPacket];
+        for (int i = 0; i < trace::kPacket; ++i) {
+            const glm::vec3 d = turn * ray[i].direction, o = from + d * start;
+            query.from_x[i] = o.x, query.from_y[i] = o.y, query.from_z[i] = o.z;
+            query.along_x[i] = d.x, query.along_y[i] = d.y, query.along_z[i] = d.z;
+            query.far[i] = std::numeric_limits<float>::infinity();
+            if (ray[i].flux_lm_per_cd > 0.0f) active |= 1u << i;
+        }
+        const unsigned met = geometry.closest(query, active, hits);
+        for (int i = 0; i < trace::kPacket; ++i) {
+            Vpl& vpl = result.vpls[static_cast<std::size_t>(packet * trace::kPacket + i)];
+            vpl.position_area = glm::vec4(0.0f, 0.0f, 0.0f, 1.0f);
+            if ((met >> i & 1u) == 0) continue;
+            const trace::SurfaceHit& hit = hits[i];
+            const glm::vec3 d(query.along_x[i], query.along_y[i], query.along_z[i]);
+            const float cosine = -glm::dot(d, hit.geometric);
+            const float area = glsl::texel_area(ray[i].solid_angle_sr, hit.distance + start, cosine);
+            vpl.position_area =
+                glm::vec4(glm::vec3(glm::dvec3(hit.position) - position), area / std::numbers::pi_v<float>);
+            vpl.normal = glm::vec4(hit.normal, 0.0f);
+            vpl.intensity = glm::vec4(hit.albedo * (ray[i].flux_lm_per_cd / std::numbers::pi_v<float>), 0.0f);
+            areas[static_cast<std::size_t>(packet)] += static_cast<double>(area);
+            ++lit[static_cast<std::size_t>(packet)];
+        }
+    });
+    int count = 0;
+    for (std::size_t i = 0; i < areas.size(); ++i) result.mean_area_m2 += areas[i], count += lit[i];
+    if (count > 0) result.mean_area_m2 /= count;
+    return result;
+}
+
+}  // namespace gonio::indirect
