@@ -75,6 +75,12 @@ private:
     std::thread thread_;
 };
 
+Renderer::Gather gather_of(const Options& options) {
+    return options.gather == "gl"     ? Renderer::Gather::gl
+           : options.gather == "simd" ? Renderer::Gather::simd
+                                      : Renderer::Gather::automatic;
+}
+
 Scene first_scene(const Options& options) {
     auto asset = load_scene(options.scene);
     if (!asset) throw std::invalid_argument("cannot load the scene '" + options.scene + "': " + asset.error().text());
@@ -112,7 +118,7 @@ int run_daemon(const Options& options) {
     const auto context = gl::Context::create({options.device, options.gl_debug});
     spdlog::info("{}", context->description());
     if (!options.oneshot.empty()) {
-        Renderer renderer(*context);
+        Renderer renderer(*context, gather_of(options));
         return run_oneshot(renderer, std::move(*scene), options.oneshot, options.out);
     }
 
@@ -166,7 +172,7 @@ int run_daemon(const Options& options) {
     // Whether the encoder was given the newest picture for each kind of viewer.
     bool h264_sent = true, jpeg_sent = true;
     Stage stage(
-        std::make_unique<Renderer>(*context), std::move(*scene), context->renderer(), queue, loader,
+        std::make_unique<Renderer>(*context, gather_of(options)), std::move(*scene), context->renderer(), queue, loader,
         {
             [&](std::uint32_t session, v1::ServerMessage message) { front->reply(session, std::move(message)); },
             [&](v1::State state, v1::StateChanged change) {

@@ -20,6 +20,10 @@ std::optional<Options> parse_options(int argc, char** argv, int& exit_code) {
     app.add_option("--target-fps", options.target_fps, "upper bound of the frame rate")
         ->check(CLI::Range(1.0, 1000.0))
         ->capture_default_str();
+    app.add_option("--gather", options.gather,
+                   "where direct light is shaded: gl (shadow maps), simd (rays on the CPU), auto")
+        ->check(CLI::IsMember({"auto", "gl", "simd"}))
+        ->capture_default_str();
     app.add_option("--oneshot", options.oneshot, "JOB.json: capture its frames and end, without a network");
     app.add_option("--out", options.out, "folder for the captures of --oneshot")->capture_default_str();
     app.add_flag("--gl-debug", options.gl_debug, "count and print GL debug messages");

@@ -8,8 +8,8 @@ namespace gonio {
 std::shared_ptr<const WebGpu> upload_web(const Profile& profile) {
     const ies::PhotometricWeb& web = profile.photometry.web;
     auto gpu = std::make_shared<WebGpu>();
-    const std::vector<std::uint32_t> words = pack_web(web);
-    gpu->buffer = gl::make_buffer("web " + profile.name, words.size() * 4, words.data());
+    gpu->words = pack_web(web);
+    gpu->buffer = gl::make_buffer("web " + profile.name, gpu->words.size() * 4, gpu->words.data());
     gpu->peak_cd = static_cast<float>(profile.max_cd);
     gpu->uniform = uniform_grid(web);
     gpu->mask_size = mask_face_size(web);

@@ -5,9 +5,9 @@
 #include <vector>
 
 #include "server/gl/objects.h"
-#include "server/indirect/vpl_rays.h"
 #include "server/render/rsm_texels.h"
 #include "server/scene/scene.h"
+#include "server/shade/vpl_rays.h"
 
 namespace gonio {
 
@@ -16,7 +16,8 @@ inline constexpr int kShadowSize = 1024;  // likewise; halved beyond 16 lights, 
 
 // The photometric web of a profile, shared by the lights that use it.
 struct WebGpu {
-    gl::Buffer buffer;                         // shaders/lib/web_buffer.glsl
+    std::vector<std::uint32_t> words;          // pack_web
+    gl::Buffer buffer;                         // the same; shaders/lib/web_buffer.glsl
     gl::Buffer solid_vertices, solid_indices;  // photometric solid: position and normal, 6 floats per vertex, cd
     GLsizei solid_index_count = 0;
     float peak_cd = 0.0f;
@@ -55,9 +56,9 @@ struct LightGpu {
 
     RsmTexels texels;  // read back by the flux pass
     std::uint64_t texels_rsm_version = 0;
-    std::uint64_t rsm_version = 0;                  // counts runs of the rsm pass
-    std::shared_ptr<const indirect::VplRays> rays;  // of `profile`
-    indirect::VplCast vpls;
+    std::uint64_t rsm_version = 0;               // counts runs of the rsm pass
+    std::shared_ptr<const shade::VplRays> rays;  // of `profile`
+    shade::VplCast vpls;
 };
 
 std::shared_ptr<const WebGpu> upload_web(const Profile& profile);

@@ -76,18 +76,26 @@ struct Builder {
         default_only(add("vpl", vpl, {},
                          {light.position_rev, light.aim_rev, light.profile_rev, scene.geometry_rev, scene.samples},
                          [=, &light, &gpu] { return run_vpl(shared, light, gpu); }));
-        named(add("direct", per_target(Slot::direct, light.id), {gbuffer, shadow},
-                  {light.position_rev, light.aim_rev, light.profile_rev, static_cast<std::uint64_t>(layer)},
-                  [=, &light, &gpu] { return run_direct(shared, light, gpu, layer); }));
+        const bool metered = in.meter != FrameInputs::Meter::none, rays = in.direct_by_rays && !seed;
+        const SlotRef grid = per_target(Slot::grid);
+        Pass& direct = named(add("direct", per_target(Slot::direct, light.id), {rays && !metered ? grid : gbuffer},
+                                 {light.position_rev, light.aim_rev, light.profile_rev, scene.geometry_rev,
+                                  static_cast<std::uint64_t>(layer)},
+                                 [=, &light, &gpu] {
+                                     if (!rays) return run_direct(shared, light, gpu, layer);
+                                     return metered ? run_direct_point(shared, light, gpu, layer)
+                                                    : run_direct_rays(shared, light, gpu, layer);
+                                 }));
+        if (!rays) direct.reads.push_back(shadow);
         if (seed) {
             named(add("gather", per_target(Slot::gather, light.id), {gbuffer, rsm, mask},
                       {scene.samples, static_cast<std::uint64_t>(layer)},
                       [=, &light, &gpu] { return run_gather_seed(shared, light, gpu, layer); }));
-        } else if (in.meter != FrameInputs::Meter::none) {
+        } else if (metered) {
             named(add("gather", per_target(Slot::gather, light.id), {gbuffer, vpl}, {light.position_rev},
                       [=, &light, &gpu] { return run_gather_point(shared, light, gpu, layer); }));
         } else {
-            const SlotRef occlusion = per_target(Slot::occlusion, light.id), grid = per_target(Slot::grid);
+            const SlotRef occlusion = per_target(Slot::occlusion, light.id);
             named(add("occlusion", occlusion, {grid, vpl}, {static_cast<std::uint64_t>(layer)},
                       [=, &light, &gpu] { return run_occlusion(shared, light, gpu, layer); }));
             named(add("gather", per_target(Slot::gather, light.id), {grid, vpl, occlusion},

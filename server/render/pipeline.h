@@ -20,7 +20,8 @@ struct FrameInputs {
     std::vector<LightGpu*> lights;
     View view;
     const trace::Geometry& traced;
-    indirect::Pool& pool;
+    shade::Pool& pool;
+    bool direct_by_rays = false;
     enum class Meter : std::uint8_t { none, interactive, rsm };
     Meter meter = Meter::none;  // else the G-buffer is a single point and nothing is composited; rsm: texels are wanted
     GLuint raw = 0;             // composite values into this framebuffer instead of the display

@@ -26,7 +26,8 @@ std::int64_t monotonic_ns() {
         .count();
 }
 
-Renderer::Renderer(const gl::Context&) {
+Renderer::Renderer(const gl::Context& context, Gather gather)
+    : direct_by_rays_(gather == Gather::simd || (gather == Gather::automatic && context.software())) {
     glEnable(GL_TEXTURE_CUBE_MAP_SEAMLESS);
 }
 Renderer::~Renderer() = default;
@@ -54,9 +55,9 @@ void Renderer::prepare(const Scene& scene) {
         }
         const unsigned samples = (scene.samples + 15) / 16;
         if (scene.technique == Technique::standard && (!gpu.rays || gpu.rays->per_subset != samples)) {
-            std::weak_ptr<const indirect::VplRays>& cached = rays_[{light.profile.get(), samples}];
+            std::weak_ptr<const shade::VplRays>& cached = rays_[{light.profile.get(), samples}];
             gpu.rays = cached.lock();
-            if (!gpu.rays) cached = gpu.rays = std::make_shared<const indirect::VplRays>(light.profile, scene.samples);
+            if (!gpu.rays) cached = gpu.rays = std::make_shared<const shade::VplRays>(light.profile, scene.samples);
         }
         prepare_maps(gpu, scene.lights.size(), scene.technique != Technique::standard);
         if (gpu.reached_profile_rev != light.profile_rev || gpu.reached_aim_rev != light.aim_rev) {
@@ -80,7 +81,7 @@ void Renderer::prepare(const Scene& scene) {
 }
 
 FrameInputs Renderer::inputs_of(const Scene& scene, const Target& target, const Eye& eye) {
-    FrameInputs inputs{programs_, *geometry_, scene, target, eye, {}, scene.view, *traced_, pool_};
+    FrameInputs inputs{programs_, *geometry_, scene, target, eye, {}, scene.view, *traced_, pool_, direct_by_rays_};
     for (const Light& light : scene.lights) inputs.lights.push_back(&lights_.at(light.id));
     return inputs;
 }

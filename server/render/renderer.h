@@ -54,7 +54,10 @@ std::int64_t monotonic_ns();
 
 class Renderer {
 public:
-    explicit Renderer(const gl::Context& context);
+    // Where the direct light of the default technique is computed: by shaders with a shadow map, or on the CPU with a
+    // shadow ray per pixel; automatic: on the CPU where the GL is software anyway.
+    enum class Gather : std::uint8_t { automatic, gl, simd };
+    explicit Renderer(const gl::Context& context, Gather gather = Gather::automatic);
     ~Renderer();
 
     // Starts a live frame of the scene: runs what moved. drained_ns: when its commands left the queue.
@@ -84,13 +87,14 @@ private:
     v1::FrameReport run(const FrameInputs& inputs, std::vector<SlotRef> wanted, Timers& timers);
     FrameInputs inputs_of(const Scene& scene, const Target& target, const Eye& eye);
 
+    const bool direct_by_rays_;
     Programs programs_;
     std::unique_ptr<GpuScene> geometry_;
     std::map<std::uint32_t, LightGpu> lights_;  // by Light::id
     std::map<const Profile*, std::weak_ptr<const WebGpu>> webs_;
-    std::map<std::pair<const Profile*, unsigned>, std::weak_ptr<const indirect::VplRays>> rays_;  // and VPLs per subset
+    std::map<std::pair<const Profile*, unsigned>, std::weak_ptr<const shade::VplRays>> rays_;  // and VPLs per subset
     std::shared_ptr<const trace::Geometry> traced_;
-    indirect::Pool pool_;
+    shade::Pool pool_;
     Ledger ledger_;
     Target live_;
     std::uint32_t next_target_ = 1;

@@ -15,7 +15,7 @@ namespace gonio {
 // precise: 32-bit float layers, the whole VPL list at each pixel: values to rely on.
 enum class TargetKind : std::uint8_t { live, still, precise };
 
-struct ScreenLight;  // passes/indirect.cpp
+struct ScreenLight;  // passes/shade_cpu.cpp
 std::shared_ptr<ScreenLight> make_screen_light();
 
 struct Target {
@@ -35,7 +35,7 @@ struct Target {
     gl::Framebuffer layer;        // re-attached to one layer at a time
     gl::Texture display;          // W×H RGBA8, sRGB-encoded R'G'B'
     gl::Framebuffer display_fbo;  // display with the G-buffer's depth, for the solid overlay
-    std::shared_ptr<ScreenLight> screen;  // the CPU's side of the indirect light
+    std::shared_ptr<ScreenLight> screen;  // the CPU's side of the light
     gl::Texture nv12;                     // W × 3H/2 R8
     gl::Framebuffer nv12_fbo;
 };

@@ -5,7 +5,7 @@
 vec2 web_angles(int goniometer, vec3 d) {
     if (goniometer == 0) {
         float h = atan(d.y, d.x);
-        return vec2(atan(sqrt(d.x * d.x + d.y * d.y), -d.z), h < 0.0f ? h + 6.28318530717958648f : h);
+        return vec2(atan(sqrt(d.x * d.x + d.y * d.y), -d.z), mix(h, h + 6.28318530717958648f, h < 0.0f));
     }
     if (goniometer == 1) return vec2(atan(d.x, -d.z), atan(-d.y, sqrt(d.x * d.x + d.z * d.z)));
     return vec2(atan(d.x, sqrt(d.y * d.y + d.z * d.z)), atan(-d.y, -d.z));

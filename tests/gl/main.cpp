@@ -3,6 +3,7 @@
 #include <cstdio>
 #include <cstdlib>
 #include <stdexcept>
+#include <string_view>
 
 namespace gonio::test {
 
@@ -12,10 +13,21 @@ const gl::Context& context() {
     return *the_context;
 }
 
+static Renderer::Gather the_gather = Renderer::Gather::automatic;
+
+Renderer::Gather gather() {
+    return the_gather;
+}
+
 }  // namespace gonio::test
 
 int main(int argc, char** argv) {
     testing::InitGoogleTest(&argc, argv);
+    for (int i = 1; i + 1 < argc; ++i) {
+        if (std::string_view(argv[i]) != "--gather") continue;
+        gonio::test::the_gather =
+            std::string_view(argv[i + 1]) == "gl" ? gonio::Renderer::Gather::gl : gonio::Renderer::Gather::simd;
+    }
     try {
         gonio::test::the_context = gonio::gl::Context::create({-1, true});
     } catch (const std::runtime_error& error) {

@@ -11,5 +11,7 @@ namespace gonio::test {
 
 // Made before the first test, which runs on the main thread.
 const gl::Context& context();
+// How this run shades direct light: --gather gl or simd on the command line.
+Renderer::Gather gather();
 
 }  // namespace gonio::test

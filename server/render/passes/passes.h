@@ -2,7 +2,7 @@
 #pragma once
 
 #include "server/gl/objects.h"
-#include "server/indirect/screen.h"
+#include "server/shade/screen.h"
 #include "server/render/gpu_scene.h"
 #include "server/render/graph.h"
 #include "server/render/light_gpu.h"
@@ -20,7 +20,7 @@ struct PassContext {
     const Target& target;
     const Eye& eye;
     const trace::Geometry& traced;
-    indirect::Pool& pool;
+    shade::Pool& pool;
 };
 
 // G-buffer of the target from its eye.
@@ -35,9 +35,12 @@ PassRun run_rsm(const PassContext& context, const Light& light, LightGpu& gpu, u
 PassRun run_mask(const PassContext& context, const Light& light, LightGpu& gpu);
 // Flux of every RSM texel, read back.
 PassRun run_flux(const PassContext& context, LightGpu& gpu);
-// Direct illuminance into a layer.
+// Direct illuminance into a layer, by shader.
 PassRun run_direct(const PassContext& context, const Light& light, const LightGpu& gpu, int layer);
-// The indirect light of the default technique, on the CPU (server/indirect).
+// The same with a ray to the luminaire from every pixel; and at the one point of a meter, in double precision.
+PassRun run_direct_rays(const PassContext& context, const Light& light, const LightGpu& gpu, int layer);
+PassRun run_direct_point(const PassContext& context, const Light& light, const LightGpu& gpu, int layer);
+// The indirect light of the default technique, on the CPU (server/shade).
 // Depth and normals of the target -> the grid that the next passes work on.
 PassRun run_grid(const PassContext& context);
 // What the luminaire's rays meet: its VPLs.

@@ -1,4 +1,4 @@
-// The indirect light of the default technique: the CPU's passes between the G-buffer and the layers (server/indirect).
+// The default technique's light: the CPU's passes between the G-buffer and the layers (server/shade).
 #include <cmath>
 
 #include "server/render/passes/passes.h"
@@ -8,25 +8,25 @@ namespace gonio {
 
 // The CPU's side of one target: what it reads of the G-buffer, and what it made of it per light.
 struct ScreenLight {
-    indirect::Surfaces surfaces;
-    indirect::ScreenGrid grid;
-    std::vector<indirect::Occlusion> occlusion;  // by layer
-    std::vector<std::uint16_t> halves;           // scratch: what is uploaded
+    shade::Surfaces surfaces;
+    shade::ScreenGrid grid;
+    std::vector<shade::Occlusion> occlusion;  // by layer
+    std::vector<std::uint16_t> halves;        // scratch: what is uploaded
     std::vector<float> floats;
 };
 
 namespace {
 
 // Figures per setting: docs/performance.md.
-constexpr indirect::Quality kLive{4, true, 2, 256, 4, 16.0f};
-constexpr indirect::Quality kStill{1, true, 2, 256, 8, 16.0f};
-constexpr indirect::Quality kPrecise{1, false, 2, 1024, 16, 16.0f};
+constexpr shade::Quality kLive{4, true, 2, 256, 4, 16.0f};
+constexpr shade::Quality kStill{1, true, 2, 256, 8, 16.0f};
+constexpr shade::Quality kPrecise{1, false, 2, 1024, 16, 16.0f};
 
-const indirect::Quality& quality_of(TargetKind kind) {
+const shade::Quality& quality_of(TargetKind kind) {
     return kind == TargetKind::live ? kLive : kind == TargetKind::still ? kStill : kPrecise;
 }
 
-indirect::LightView view_of(const PassContext& context, const Light& light, const LightGpu& gpu) {
+shade::LightView view_of(const PassContext& context, const Light& light, const LightGpu& gpu) {
     return {context.traced, *gpu.rays, gpu.vpls, light.position - context.traced.origin(),
             glm::dmat3(glm::mat3_cast(light.world_from_light))};
 }
@@ -36,10 +36,10 @@ indirect::LightView view_of(const PassContext& context, const Light& light, cons
 PassRun run_grid(const PassContext& context) {
     const Target& target = context.target;
     ScreenLight& screen = *target.screen;
-    indirect::Surfaces& s = screen.surfaces;
+    shade::Surfaces& s = screen.surfaces;
     s.width = target.width_px;
     s.height = target.height_px;
-    constexpr std::size_t kRow = 4 * indirect::kLanes;
+    constexpr std::size_t kRow = 4 * shade::kLanes;
     s.row_length = (static_cast<std::size_t>(s.width) + kRow - 1) / kRow * kRow;
     s.depth.resize(s.row_length * static_cast<std::size_t>(s.height));
     s.normal.resize(s.depth.size());
@@ -60,13 +60,13 @@ PassRun run_grid(const PassContext& context) {
                               y * (eye.window_centre.y - eye.window_half.y) + 0.5 * (right + up));
     s.rays.near_m = context.geometry.near_m();
     s.depth_per_pixel = static_cast<float>(glm::length(up));
-    screen.grid = indirect::make_grid(s, quality_of(target.kind));
+    screen.grid = shade::make_grid(s, quality_of(target.kind));
     return {};
 }
 
 PassRun run_vpl(const PassContext& context, const Light& light, LightGpu& gpu) {
-    gpu.vpls = indirect::cast(*gpu.rays, context.traced, light.position - context.traced.origin(),
-                              glm::dmat3(glm::mat3_cast(light.world_from_light)), context.pool);
+    gpu.vpls = shade::cast(*gpu.rays, context.traced, light.position - context.traced.origin(),
+                           glm::dmat3(glm::mat3_cast(light.world_from_light)), context.pool);
     return {};
 }
 
@@ -74,19 +74,63 @@ PassRun run_occlusion(const PassContext& context, const Light& light, const Ligh
     ScreenLight& screen = *context.target.screen;
     screen.occlusion.resize(std::max(screen.occlusion.size(), static_cast<std::size_t>(layer) + 1));
     screen.occlusion[static_cast<std::size_t>(layer)] =
-        indirect::trace_occlusion(screen.grid, view_of(context, light, gpu), context.pool);
+        shade::trace_occlusion(screen.grid, view_of(context, light, gpu), context.pool);
+    return {};
+}
+
+PassRun run_direct_rays(const PassContext& context, const Light& light, const LightGpu& gpu, int layer) {
+    const Target& target = context.target;
+    ScreenLight& screen = *target.screen;
+    const shade::Surfaces& s = screen.surfaces;
+    const glm::vec3 position(light.position - context.traced.origin());
+    shade::direct_light(s, context.traced, {position, light_from_world(light), gpu.web->words.data()}, screen.floats,
+                        context.pool);
+    glPixelStorei(GL_UNPACK_ALIGNMENT, 2);
+    glPixelStorei(GL_UNPACK_ROW_LENGTH, static_cast<GLint>(s.row_length));
+    const bool precise = target.kind == TargetKind::precise;
+    if (!precise) {
+        screen.halves.resize(screen.floats.size());
+        context.pool.run(s.height, [&](int row) {
+            const std::size_t at = static_cast<std::size_t>(row) * s.row_length;
+            shade::to_halves(screen.floats.data() + at, s.row_length, screen.halves.data() + at);
+        });
+    }
+    glTextureSubImage3D(target.direct.id(), 0, 0, 0, layer, s.width, s.height, 1, GL_RED,
+                        precise ? GL_FLOAT : GL_HALF_FLOAT,
+                        precise ? static_cast<const void*>(screen.floats.data()) : screen.halves.data());
+    glPixelStorei(GL_UNPACK_ROW_LENGTH, 0);
+    return {};
+}
+
+PassRun run_direct_point(const PassContext& context, const Light& light, const LightGpu& gpu, int layer) {
+    const Eye& eye = context.eye;
+    const glm::dvec3 normal = -eye.forward, point = eye.position + eye.forward;
+    const glm::dvec3 d = point - light.position;
+    const double d2 = glm::dot(d, d), cosine = -glm::dot(d, normal) / std::sqrt(d2);
+    float value = 0.0f;
+    if (d2 > 0.0 && cosine > 0.0 && gpu.web->peak_cd > 0.0f) {
+        const glm::dvec3 in_light = glm::transpose(glm::dmat3(glm::mat3_cast(light.world_from_light))) * d;
+        const double ratio =
+            ies::intensity(light.profile->photometry.web, {in_light.x, in_light.y, in_light.z}).in(cd) /
+            light.profile->max_cd;
+        const glm::vec3 local = context.traced.local(point);
+        const glm::vec3 from = local + glm::vec3(normal) * (4.0f * context.traced.step_off(local));
+        if (ratio > 0.0 && !context.traced.occluded(from, context.traced.local(light.position)))
+            value = static_cast<float>(ratio * cosine / d2);
+    }
+    glTextureSubImage3D(context.target.direct.id(), 0, 0, 0, layer, 1, 1, 1, GL_RED, GL_FLOAT, &value);
     return {};
 }
 
 PassRun run_gather(const PassContext& context, const Light& light, const LightGpu& gpu, int layer) {
     const Target& target = context.target;
     ScreenLight& screen = *target.screen;
-    const indirect::Surfaces& s = screen.surfaces;
-    const indirect::Planes planes = indirect::gather_grid(
-        screen.grid, view_of(context, light, gpu), screen.occlusion[static_cast<std::size_t>(layer)], context.pool);
+    const shade::Surfaces& s = screen.surfaces;
+    const shade::Planes planes = shade::gather_grid(screen.grid, view_of(context, light, gpu),
+                                                    screen.occlusion[static_cast<std::size_t>(layer)], context.pool);
     glPixelStorei(GL_UNPACK_ALIGNMENT, 4);
     if (screen.grid.quality.step > 1) {
-        indirect::upsample(s, screen.grid, planes, screen.halves, context.pool);
+        shade::upsample(s, screen.grid, planes, screen.halves, context.pool);
         glPixelStorei(GL_UNPACK_ROW_LENGTH, static_cast<GLint>(s.row_length));
         glTextureSubImage3D(target.indirect.id(), 0, 0, 0, layer, s.width, s.height, 1, GL_RGBA, GL_HALF_FLOAT,
                             screen.halves.data());
@@ -110,8 +154,8 @@ PassRun run_gather(const PassContext& context, const Light& light, const LightGp
 PassRun run_gather_point(const PassContext& context, const Light& light, const LightGpu& gpu, int layer) {
     const Eye& eye = context.eye;
     const glm::vec4 value(
-        glm::vec3(indirect::at_point(view_of(context, light, gpu), eye.position + eye.forward - context.traced.origin(),
-                                     -eye.forward)),
+        glm::vec3(shade::at_point(view_of(context, light, gpu), eye.position + eye.forward - context.traced.origin(),
+                                  -eye.forward)),
         1.0f);
     glTextureSubImage3D(context.target.indirect.id(), 0, 0, 0, layer, 1, 1, 1, GL_RGBA, GL_FLOAT, &value[0]);
     return {};

@@ -1,9 +1,9 @@
-#include "server/indirect/near_light.h"
+#include "server/shade/near_light.h"
 
 #include <cmath>
 #include <numbers>
 
-namespace gonio::indirect {
+namespace gonio::shade {
 namespace {
 
 // Beyond this many times sqrt(kappa · mean area / pi) the share left to rays is below 3 %.
@@ -74,4 +74,4 @@ void add_near_light(const LightView& light, const Points& points, unsigned activ
     }
 }
 
-}  // namespace gonio::indirect
+}  // namespace gonio::shade

@@ -6,11 +6,11 @@
 #include <glm/glm.hpp>
 #include <vector>
 
-#include "server/indirect/kernels.h"
-#include "server/indirect/pool.h"
-#include "server/indirect/vpl_rays.h"
+#include "server/shade/kernels.h"
+#include "server/shade/pool.h"
+#include "server/shade/vpl_rays.h"
 
-namespace gonio::indirect {
+namespace gonio::shade {
 
 // How fine a target is computed.
 struct Quality {
@@ -84,8 +84,12 @@ Planes gather_grid(const ScreenGrid& screen, const LightView& light, const Occlu
 void upsample(const Surfaces& surfaces, const ScreenGrid& screen, const Planes& light, std::vector<std::uint16_t>& out,
               Pool& pool);
 
+// out: direct illuminance per candela of peak with a shadow ray for every lit pixel, surfaces.row_length pixels a row.
+void direct_light(const Surfaces& surfaces, const trace::Geometry& geometry, const DirectLight& light,
+                  std::vector<float>& out, Pool& pool);
+
 // Result: the same irradiance at one point with the whole list, a ray to each VPL, and many short rays: rgb per candela
 // of peak. point: local, m, on its surface.
 glm::dvec3 at_point(const LightView& light, const glm::dvec3& point, const glm::dvec3& normal);
 
-}  // namespace gonio::indirect
+}  // namespace gonio::shade

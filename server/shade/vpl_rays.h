@@ -7,11 +7,11 @@
 #include <memory>
 #include <vector>
 
-#include "server/indirect/kernels.h"
-#include "server/indirect/pool.h"
+#include "server/shade/kernels.h"
+#include "server/shade/pool.h"
 #include "server/trace/sources.h"
 
-namespace gonio::indirect {
+namespace gonio::shade {
 
 inline constexpr unsigned kSubsets = 16;
 
@@ -42,4 +42,4 @@ struct VplCast {
 VplCast cast(const VplRays& rays, const trace::Geometry& geometry, const glm::dvec3& position,
              const glm::dmat3& world_from_light, Pool& pool);
 
-}  // namespace gonio::indirect
+}  // namespace gonio::shade

@@ -7,7 +7,7 @@
 #include <thread>
 #include <vector>
 
-namespace gonio::indirect {
+namespace gonio::shade {
 
 class Pool {
 public:
@@ -57,4 +57,4 @@ private:
     std::vector<std::jthread> workers_;
 };
 
-}  // namespace gonio::indirect
+}  // namespace gonio::shade

@@ -7,7 +7,7 @@
 #include <glm/glm.hpp>
 #include <span>
 
-namespace gonio::indirect {
+namespace gonio::shade {
 
 inline constexpr std::size_t kLanes = 16;  // arrays are padded to this many floats, the widest set's lanes
 
@@ -65,4 +65,20 @@ void upsample_row(const GridRows& grid, const float* const* values, int y, int w
                   float near_per_depth, const float* depth, const std::uint32_t* normal, std::uint16_t* out,
                   std::uint8_t* lost);
 
-}  // namespace gonio::indirect
+// A luminaire as the direct light's kernel sees it. web: the words of pack_web (server/render/web_buffer.h).
+struct DirectLight {
+    glm::vec3 position;  // local, m
+    glm::mat3 light_from_world;
+    const std::uint32_t* web;
+};
+// One row of `width` pixels, a multiple of kLanes: unoccluded illuminance per candela of peak (1/m²), 0 where there is
+// no surface; and where a ray from there to the luminaire starts: off_m plus off_per_depth times the depth off the
+// surface, local, m. depth, normal: as of upsample_row.
+void direct_row(const DirectLight& light, int y, int width, const Rays& rays, float off_m, float off_per_depth,
+                const float* depth, const std::uint32_t* normal, float* lux_per_cd, float* from_x, float* from_y,
+                float* from_z);
+
+// Half floats of `count` floats, a multiple of kLanes.
+void to_halves(const float* from, std::size_t count, std::uint16_t* to);
+
+}  // namespace gonio::shade

@@ -1,4 +1,4 @@
-#include "server/indirect/vpl_rays.h"
+#include "server/shade/vpl_rays.h"
 
 #include <limits>
 #include <numbers>
@@ -6,7 +6,7 @@
 #include "server/trace/sampler.h"
 #include "shaders/lib/as_cpp.h"
 
-namespace gonio::indirect {
+namespace gonio::shade {
 
 VplRays::VplRays(std::shared_ptr<const Profile> profile, unsigned count)
     : table(std::move(profile)), per_subset((count + kSubsets - 1) / kSubsets) {
@@ -82,4 +82,4 @@ VplCast cast(const VplRays& rays, const trace::Geometry& geometry, const glm::dv
     return result;
 }
 
-}  // namespace gonio::indirect
+}  // namespace gonio::shade

@@ -1,14 +1,14 @@
-#include "server/indirect/screen.h"
+#include "server/shade/screen.h"
 
 #include <algorithm>
 #include <cmath>
 #include <glm/gtc/packing.hpp>
 
-#include "server/indirect/near_light.h"
+#include "server/shade/near_light.h"
 #include "server/trace/sampler.h"
 #include "shaders/lib/as_cpp.h"
 
-namespace gonio::indirect {
+namespace gonio::shade {
 namespace {
 
 constexpr int kArrays = 6;  // x y z nx ny nz
@@ -392,4 +392,4 @@ glm::dvec3 at_point(const LightView& light, const glm::dvec3& point, const glm::
     return sum + glm::dvec3(near_light[0]) / static_cast<double>(kNearRays);
 }
 
-}  // namespace gonio::indirect
+}  // namespace gonio::shade

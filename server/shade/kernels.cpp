@@ -1,17 +1,17 @@
-#include "server/indirect/kernels.h"
+#include "server/shade/kernels.h"
 
 #include <cmath>
 
 #undef HWY_TARGET_INCLUDE
-#define HWY_TARGET_INCLUDE "server/indirect/kernels.cpp"
+#define HWY_TARGET_INCLUDE "server/shade/kernels.cpp"
 #include <hwy/foreach_target.h>
 #include <hwy/highway.h>
 
 HWY_BEFORE_NAMESPACE();
-namespace gonio::indirect {
+namespace gonio::shade {
 namespace HWY_NAMESPACE {
 
-#include "server/indirect/lanes.h"
+#include "server/shade/lanes.h"
 
 HWY_INLINE Vec3 spread(const glm::vec3& v) {
     return {Float(v.x), Float(v.y), Float(v.z)};
@@ -87,6 +87,112 @@ void FilterRow(const GridRows& grid, std::ptrdiff_t row, int width, int spread_s
     }
 }
 
+// Octahedral normals in 2 snorm16, unit length (shaders/lib/octahedral.glsl for lanes).
+HWY_INLINE Vec3 unpack_normal(hn::Vec<IntTag> packed) {
+    const Tag tag;
+    const Raw scale = hn::Set(tag, 1.0f / 32767.0f);
+    const Float x = hn::Mul(hn::ConvertTo(tag, hn::ShiftRight<16>(hn::ShiftLeft<16>(packed))), scale);
+    const Float y = hn::Mul(hn::ConvertTo(tag, hn::ShiftRight<16>(packed)), scale);
+    const Float z = Float(1.0f) - abs(x) - abs(y), fold = max(-z, Float(0.0f));
+    const Vec3 n(Float(hn::Sub(x.raw, hn::CopySign(fold.raw, x.raw))),
+                 Float(hn::Sub(y.raw, hn::CopySign(fold.raw, y.raw))), z);
+    return n * inversesqrt(dot(n, n));
+}
+
+// The point that a pixel of this column shows; z: its depth, m.
+HWY_INLINE Vec3 surface_point(const Rays& rays, const glm::vec3& start, Float column, Float z) {
+    return spread(rays.eye) + Vec3(Float(start.x) + column * Float(rays.right.x),
+                                   Float(start.y) + column * Float(rays.right.y),
+                                   Float(start.z) + column * Float(rays.right.z)) *
+                                  z;
+}
+
+// Where x falls on a web's axis (shaders/lib/web_buffer.glsl for lanes): cell + fraction; outside: whether it lies
+// beyond.
+HWY_INLINE Float web_place(const float* axis, int n, const float* table, int buckets, Float x, Mask& outside) {
+    const Tag tag;
+    const IntTag ints;
+    const Float low(axis[0]), high(axis[n - 1]);
+    outside =
+        hn::Or(outside, hn::Or(hn::Lt(x.raw, (low - Float(2e-6f)).raw), hn::Gt(x.raw, (high + Float(2e-6f)).raw)));
+    const Float share = min(max((x - low) / (high - low), Float(0.0f)), Float(1.0f));
+    const auto bucket = hn::Min(hn::ConvertTo(ints, hn::Mul(share.raw, hn::Set(tag, static_cast<float>(buckets)))),
+                                hn::Set(ints, buckets - 1));
+    auto cell = hn::ConvertTo(ints, hn::GatherIndex(tag, table, bucket));
+    for (int step = 0; step < 8; ++step) {
+        const auto next = hn::Min(hn::Add(cell, hn::Set(ints, 1)), hn::Set(ints, n - 1));
+        const auto more = hn::And(hn::Ge(x.raw, hn::GatherIndex(tag, axis, next)),
+                                  hn::RebindMask(tag, hn::Lt(next, hn::Set(ints, n - 1))));
+        if (hn::AllFalse(tag, more)) break;
+        cell = hn::IfThenElse(hn::RebindMask(ints, more), next, cell);
+    }
+    const Float start = hn::GatherIndex(tag, axis, cell),
+                end = hn::GatherIndex(tag, axis, hn::Add(cell, hn::Set(ints, 1)));
+    const Float fraction = min(max((x - start) / (end - start), Float(0.0f)), Float(1.0f));
+    return Float(hn::ConvertTo(tag, cell)) + fraction;
+}
+
+// I(d) / I_peak; d: luminaire frame, any length > 0.
+HWY_INLINE Float web_ratio(const std::uint32_t* words, const Vec3& d) {
+    const Tag tag;
+    const IntTag ints;
+    const int n_v = static_cast<int>(words[1]), n_h = static_cast<int>(words[2]), buckets = static_cast<int>(words[3]);
+    const float* values = reinterpret_cast<const float*>(words + 4);
+    const Vec2 angles = web_angles(static_cast<int>(words[0]), d);
+    Mask outside = Float(0.0f) < Float(0.0f);
+    const Float v = web_place(values, n_v, values + n_v + n_h, buckets, angles.x, outside);
+    const Float h = web_place(values + n_v, n_h, values + n_v + n_h + buckets, buckets, angles.y, outside);
+    const auto v_cell = hn::Min(hn::ConvertTo(ints, v.raw), hn::Set(ints, n_v - 2)),
+               h_cell = hn::Min(hn::ConvertTo(ints, h.raw), hn::Set(ints, n_h - 2));
+    const Float a = v - Float(hn::ConvertTo(tag, v_cell)), b = h - Float(hn::ConvertTo(tag, h_cell));
+    const float* grid = values + n_v + n_h + 2 * buckets;
+    const auto at = hn::Add(hn::Mul(h_cell, hn::Set(ints, n_v)), v_cell);
+    const Float c00 = hn::GatherIndex(tag, grid, at), c10 = hn::GatherIndex(tag, grid + 1, at);
+    const Float c01 = hn::GatherIndex(tag, grid + n_v, at), c11 = hn::GatherIndex(tag, grid + n_v + 1, at);
+    const Float near_h = c00 + (c10 - c00) * a, far_h = c01 + (c11 - c01) * a;
+    return hn::IfThenZeroElse(outside, (near_h + (far_h - near_h) * b).raw);
+}
+
+void DirectRow(const DirectLight& light, int y, int width, const Rays& rays, float off_m, float off_per_depth,
+               const float* depth, const std::uint32_t* normal, float* lux_per_cd, float* from_x, float* from_y,
+               float* from_z) {
+    const Tag tag;
+    const IntTag ints;
+    const glm::vec3 start = rays.corner + static_cast<float>(y) * rays.up;
+    const glm::mat3& m = light.light_from_world;
+    for (int x = 0; x < width; x += static_cast<int>(hn::Lanes(tag))) {
+        const Raw d = hn::LoadU(tag, depth + x);
+        const Float z = Float(rays.near_m) / max(Float(d), Float(1e-30f));
+        const Float column = hn::ConvertTo(tag, hn::Iota(ints, x));
+        const Vec3 p = surface_point(rays, start, column, z);
+        const Vec3 n = unpack_normal(hn::LoadU(ints, reinterpret_cast<const std::int32_t*>(normal) + x));
+        const Vec3 to = p - spread(light.position);
+        const Float d2 = max(dot(to, to), Float(1e-12f));
+        const Float cosine = -dot(n, to) * inversesqrt(d2);
+        const Raw off = (Float(off_m) + z * Float(off_per_depth)).raw;
+        const Vec3 from = p + n * Float(off);
+        store(from.x, from_x + x), store(from.y, from_y + x), store(from.z, from_z + x);
+        const Mask lit = hn::And(hn::Gt(d, hn::Zero(tag)), hn::Gt(cosine.raw, hn::Zero(tag)));
+        if (hn::AllFalse(tag, lit)) {
+            store(Float(0.0f), lux_per_cd + x);
+            continue;
+        }
+        const Vec3 in_light(Float(m[0][0]) * to.x + Float(m[1][0]) * to.y + Float(m[2][0]) * to.z,
+                            Float(m[0][1]) * to.x + Float(m[1][1]) * to.y + Float(m[2][1]) * to.z,
+                            Float(m[0][2]) * to.x + Float(m[1][2]) * to.y + Float(m[2][2]) * to.z);
+        const Float value = web_ratio(light.web, in_light) * cosine / d2;
+        hn::StoreU(hn::IfThenElseZero(lit, value.raw), tag, lux_per_cd + x);
+    }
+}
+
+void ToHalves(const float* from, std::size_t count, std::uint16_t* to) {
+    const Tag tag;
+    const hn::Rebind<hwy::float16_t, Tag> halves;
+    const hn::RebindToUnsigned<decltype(halves)> bits;
+    for (std::size_t i = 0; i < count; i += hn::Lanes(tag))
+        hn::StoreU(hn::BitCast(bits, hn::DemoteTo(halves, hn::LoadU(tag, from + i))), bits, to + i);
+}
+
 void UpsampleRow(const GridRows& grid, const float* const* values, int y, int width, const Rays& rays,
                  float near_per_depth, const float* depth, const std::uint32_t* normal, std::uint16_t* out,
                  std::uint8_t* lost) {
@@ -112,17 +218,7 @@ void UpsampleRow(const GridRows& grid, const float* const* values, int y, int wi
             const Float column = Float(hn::MulAdd(hn::ConvertTo(tag, hn::Iota(ints, 0)), hn::Set(tag, 4.0f),
                                                   hn::Set(tag, static_cast<float>(x + phase))));
             const Float z = Float(rays.near_m) / max(Float(d[phase]), Float(1e-30f));
-            const Vec3 position = spread(rays.eye) + Vec3(Float(start.x) + column * Float(rays.right.x),
-                                                          Float(start.y) + column * Float(rays.right.y),
-                                                          Float(start.z) + column * Float(rays.right.z)) *
-                                                         z;
-            const Raw scale = hn::Set(tag, 1.0f / 32767.0f);
-            const Float ex = hn::Mul(hn::ConvertTo(tag, hn::ShiftRight<16>(hn::ShiftLeft<16>(packed[phase]))), scale);
-            const Float ey = hn::Mul(hn::ConvertTo(tag, hn::ShiftRight<16>(packed[phase])), scale);
-            const Float ez = Float(1.0f) - abs(ex) - abs(ey), fold = max(-ez, Float(0.0f));
-            Vec3 n(Float(hn::Sub(ex.raw, hn::CopySign(fold.raw, ex.raw))),
-                   Float(hn::Sub(ey.raw, hn::CopySign(fold.raw, ey.raw))), ez);
-            n = n * inversesqrt(dot(n, n));
+            const Vec3 position = surface_point(rays, start, column, z), n = unpack_normal(packed[phase]);
             const Float per_near = Float(1.0f) / max(z * Float(near_per_depth), Float(1e-30f));
             // Its four grid points: pixel 4k + phase lies between points k - 1 and k (phases 0, 1) or k and k + 1.
             const std::ptrdiff_t left = x / 4 + (phase < 2 ? -1 : 0);
@@ -164,16 +260,18 @@ void UpsampleRow(const GridRows& grid, const float* const* values, int y, int wi
 }
 
 }  // namespace HWY_NAMESPACE
-}  // namespace gonio::indirect
+}  // namespace gonio::shade
 HWY_AFTER_NAMESPACE();
 
 #if HWY_ONCE
-namespace gonio::indirect {
+namespace gonio::shade {
 
 HWY_EXPORT(Gather);
 HWY_EXPORT(Terms);
 HWY_EXPORT(FilterRow);
 HWY_EXPORT(UpsampleRow);
+HWY_EXPORT(DirectRow);
+HWY_EXPORT(ToHalves);
 
 void gather(const Points& points, std::size_t count, const glm::vec3& origin, std::span<const Vpl> vpls, float kappa,
             float weight, float* red, float* green, float* blue) {
@@ -191,6 +289,15 @@ void upsample_row(const GridRows& grid, const float* const* values, int y, int w
                   std::uint8_t* lost) {
     HWY_DYNAMIC_DISPATCH(UpsampleRow)(grid, values, y, width, rays, near_per_depth, depth, normal, out, lost);
 }
+void direct_row(const DirectLight& light, int y, int width, const Rays& rays, float off_m, float off_per_depth,
+                const float* depth, const std::uint32_t* normal, float* lux_per_cd, float* from_x, float* from_y,
+                float* from_z) {
+    HWY_DYNAMIC_DISPATCH(DirectRow)
+    (light, y, width, rays, off_m, off_per_depth, depth, normal, lux_per_cd, from_x, from_y, from_z);
+}
+void to_halves(const float* from, std::size_t count, std::uint16_t* to) {
+    HWY_DYNAMIC_DISPATCH(ToHalves)(from, count, to);
+}
 
-}  // namespace gonio::indirect
+}  // namespace gonio::shade
 #endif

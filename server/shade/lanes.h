@@ -52,6 +52,35 @@ HWY_INLINE void store(Float a, float* p) {
     hn::StoreU(a.raw, Tag(), p);
 }
 
+using Mask = hn::Mask<Tag>;
+HWY_INLINE Mask operator<(Float a, Float b) {
+    return hn::Lt(a.raw, b.raw);
+}
+HWY_INLINE Float mix(Float no, Float yes, Mask which) {
+    return hn::IfThenElse(which, yes.raw, no.raw);
+}
+HWY_INLINE Float sqrt(Float a) {
+    return hn::Sqrt(a.raw);
+}
+// The angle of (x, y), -pi..pi, within 1e-6 rad; (0, 0) gives 0.
+HWY_INLINE Float atan(Float y, Float x) {
+    const Float ax = abs(x), ay = abs(y);
+    const Float t = min(ax, ay) / max(max(ax, ay), Float(1e-30f)), t2 = t * t;
+    // Odd polynomial for 0..1, fitted for the least greatest error, 2.5e-7.
+    constexpr float kTerms[] = {0.00681169145f, -0.0336038978f, 0.0796232799f, -0.132333193f,
+                                0.198078091f,   -0.333173673f,  0.999996111f};
+    Float a(0.0f);
+    for (const float term : kTerms) a = hn::MulAdd(a.raw, t2.raw, hn::Set(Tag(), term));
+    a = a * t;
+    a = mix(a, Float(1.57079633f) - a, ax < ay);
+    a = mix(a, Float(3.14159265f) - a, x < Float(0.0f));
+    return hn::CopySign(a.raw, y.raw);
+}
+
+struct Vec2 {
+    Float x, y;
+    HWY_INLINE Vec2(Float a, Float b) : x(a), y(b) {}
+};
 struct Vec3 {
     Float x, y, z;
     HWY_INLINE Vec3() {}
@@ -73,9 +102,12 @@ HWY_INLINE Float dot(const Vec3& a, const Vec3& b) {
 #pragma GCC diagnostic push
 #pragma GCC diagnostic ignored "-Wunused-function"
 #define float Float
+#define vec2 Vec2
 #define vec3 Vec3
 #include "shaders/lib/edge_weight.glsl"
 #include "shaders/lib/vpl.glsl"
+#include "shaders/lib/web.glsl"
 #undef float
+#undef vec2
 #undef vec3
 #pragma GCC diagnostic pop
