@@ -72,10 +72,14 @@ struct Builder {
         named(add("mask", mask, {}, {light.profile_rev, light.aim_rev},
                   [=, &light, &gpu] { return run_mask(shared, light, gpu); }));
         named(add("rsm-flux", flux, {rsm, mask}, {}, [=, &gpu] { return run_flux(shared, gpu); }));
-        const auto default_only = [&](Pass& pass) { named(pass).absent = seed; };
-        default_only(add("vpl", vpl, {},
-                         {light.position_rev, light.aim_rev, light.profile_rev, scene.geometry_rev, scene.samples},
-                         [=, &light, &gpu] { return run_vpl(shared, light, gpu); }));
+        const auto on_cpu = [&](Pass& pass) -> Pass& {
+            pass.on_gpu = false;
+            return named(pass);
+        };
+        on_cpu(add("vpl", vpl, {},
+                   {light.position_rev, light.aim_rev, light.profile_rev, scene.geometry_rev, scene.samples},
+                   [=, &light, &gpu] { return run_vpl(shared, light, gpu); }))
+            .absent = seed;
         const bool metered = in.meter != FrameInputs::Meter::none, rays = in.direct_by_rays && !seed;
         const SlotRef grid = per_target(Slot::grid);
         Pass& direct = named(add("direct", per_target(Slot::direct, light.id), {rays && !metered ? grid : gbuffer},
@@ -87,20 +91,21 @@ struct Builder {
                                                     : run_direct_rays(shared, light, gpu, layer);
                                  }));
         if (!rays) direct.reads.push_back(shadow);
+        direct.on_gpu = !rays;
         if (seed) {
             named(add("gather", per_target(Slot::gather, light.id), {gbuffer, rsm, mask},
                       {scene.samples, static_cast<std::uint64_t>(layer)},
                       [=, &light, &gpu] { return run_gather_seed(shared, light, gpu, layer); }));
         } else if (metered) {
-            named(add("gather", per_target(Slot::gather, light.id), {gbuffer, vpl}, {light.position_rev},
-                      [=, &light, &gpu] { return run_gather_point(shared, light, gpu, layer); }));
+            on_cpu(add("gather", per_target(Slot::gather, light.id), {gbuffer, vpl}, {light.position_rev},
+                       [=, &light, &gpu] { return run_gather_point(shared, light, gpu, layer); }));
         } else {
             const SlotRef occlusion = per_target(Slot::occlusion, light.id);
-            named(add("occlusion", occlusion, {grid, vpl}, {static_cast<std::uint64_t>(layer)},
-                      [=, &light, &gpu] { return run_occlusion(shared, light, gpu, layer); }));
-            named(add("gather", per_target(Slot::gather, light.id), {grid, vpl, occlusion},
-                      {static_cast<std::uint64_t>(layer)},
-                      [=, &light, &gpu] { return run_gather(shared, light, gpu, layer); }));
+            on_cpu(add("occlusion", occlusion, {grid, vpl}, {static_cast<std::uint64_t>(layer)},
+                       [=, &light, &gpu] { return run_occlusion(shared, light, gpu, layer); }));
+            on_cpu(add("gather", per_target(Slot::gather, light.id), {grid, vpl, occlusion},
+                       {static_cast<std::uint64_t>(layer)},
+                       [=, &light, &gpu] { return run_gather(shared, light, gpu, layer); }));
         }
     }
 
@@ -150,8 +155,9 @@ std::vector<Pass> build_pipeline(const FrameInputs& in) {
     b.add("gbuffer", b.per_target(Slot::gbuffer), {}, {scene.geometry_rev, scene.camera_rev},
           [context = b.context, meter = metered] { return meter ? run_meter_gbuffer(context) : run_gbuffer(context); });
     if (!metered && !b.seed) {
-        b.add("gbuffer-readback", b.per_target(Slot::grid), {b.per_target(Slot::gbuffer)}, {},
-              [context = b.context] { return run_grid(context); });
+        b.add("gbuffer-readback", b.per_target(Slot::grid), {b.per_target(Slot::gbuffer)}, {}, [context = b.context] {
+             return run_grid(context);
+         }).on_gpu = false;
     }
     for (std::size_t i = 0; i < scene.lights.size(); ++i) b.add_light(i);
     if (scene.lights.empty()) {

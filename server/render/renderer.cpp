@@ -91,8 +91,13 @@ v1::FrameReport Renderer::run(const FrameInputs& inputs, std::vector<SlotRef> wa
     gl::Query before;
     v1::FrameReport report;
     std::vector<v1::PassReport> rows = execute(
-        passes, wanted, ledger_, [&](std::size_t) { before = Timers::stamp(); },
-        [&](std::size_t row) { timers.passes.emplace_back(row, std::pair(std::move(before), Timers::stamp())); });
+        passes, wanted, ledger_,
+        [&](std::size_t row) {
+            if (passes[row].on_gpu) before = Timers::stamp();
+        },
+        [&](std::size_t row) {
+            if (passes[row].on_gpu) timers.passes.emplace_back(row, std::pair(std::move(before), Timers::stamp()));
+        });
     report.set_scene_rev(inputs.scene.scene_rev);
     for (v1::PassReport& row : rows) *report.add_passes() = std::move(row);
     // Every wanted pass has run to its end: asked again, nothing would.
