@@ -134,21 +134,17 @@ ScreenGrid make_grid(const Surfaces& surfaces, const Quality& quality) {
     }
     for (std::vector<float>& array : nodes.values) nodes.extend(array);
 
-    const int tiles = quality.interleaved ? 4 : 1;
-    screen.tile_width = (grid.width + tiles - 1) / tiles;
-    screen.tile_height = (grid.height + tiles - 1) / tiles;
+    screen.tile_width = (grid.width + kTileSide - 1) / kTileSide;
+    screen.tile_height = (grid.height + kTileSide - 1) / kTileSide;
+    constexpr std::size_t kPad = 2 * kLanes;
     screen.tile_size =
-        (static_cast<std::size_t>(screen.tile_width) * static_cast<std::size_t>(screen.tile_height) + 2 * kLanes - 1) /
-        (2 * kLanes) * (2 * kLanes);
+        (static_cast<std::size_t>(screen.tile_width) * static_cast<std::size_t>(screen.tile_height) + kPad - 1) / kPad *
+        kPad;
     for (int k = 0; k < kArrays; ++k) {
-        screen.tiled[k].assign(screen.tile_size * static_cast<std::size_t>(tiles * tiles), 0.0f);
+        screen.tiled[k].assign(screen.tile_size * kTiles, 0.0f);
         for (int y = 0; y < grid.height; ++y) {
-            for (int x = 0; x < grid.width; ++x) {
-                const std::size_t tile = static_cast<std::size_t>(y % tiles * tiles + x % tiles);
-                screen.tiled[k][tile * screen.tile_size +
-                                static_cast<std::size_t>(y / tiles * screen.tile_width + x / tiles)] =
-                    grid.values[k][static_cast<std::size_t>(grid.at(x, y))];
-            }
+            for (int x = 0; x < grid.width; ++x)
+                screen.tiled[k][screen.tiled_index(x, y)] = grid.values[k][static_cast<std::size_t>(grid.at(x, y))];
         }
     }
     return screen;
@@ -158,7 +154,7 @@ Occlusion trace_occlusion(const ScreenGrid& screen, const LightView& light, Pool
     const Grid& nodes = screen.nodes;
     const Quality& quality = screen.quality;
     Occlusion result;
-    result.planes.assign(5, std::vector<float>(nodes.size() + kLanes, 0.0f));
+    result.planes.assign(2, std::vector<float>(nodes.size() + kLanes, 0.0f));
     if (light.vpls.dark()) return result;
     Planes raw = result.planes;
     const unsigned looked_at = std::min(quality.node_vpls, static_cast<unsigned>(light.vpls.vpls.size()));
@@ -212,97 +208,140 @@ Occlusion trace_occlusion(const ScreenGrid& screen, const LightView& light, Pool
                 if ((stopped >> i & 1u) != 0) blocked[i] += e;
             }
         }
-        glm::vec3 near_light[trace::kPacket] = {};
-        for (unsigned r = 0; r < quality.near_rays; ++r) {
-            const unsigned index = static_cast<unsigned>(parity) * quality.near_rays + r;
-            const glm::vec2 random(
-                static_cast<float>(trace::owen_scramble(trace::reverse_bits(index), 0x68bc21ebu) >> 8) * 0x1p-24f,
-                static_cast<float>(trace::owen_scramble(trace::sobol_second(index), 0x02e5be93u) >> 8) * 0x1p-24f);
-            add_near_light(light, points, active, random, quality.kappa, near_light);
-        }
-        const float per_ray = quality.near_rays > 0 ? 1.0f / static_cast<float>(quality.near_rays) : 0.0f;
         for (int i = 0; i < trace::kPacket; ++i) {
             if ((active >> i & 1u) == 0) continue;
-            const auto to = static_cast<std::size_t>(at[i]);
-            raw[0][to] = open[i], raw[1][to] = blocked[i];
-            for (int k = 0; k < 3; ++k) raw[static_cast<std::size_t>(k) + 2][to] = near_light[i][k] * per_ray;
+            raw[0][static_cast<std::size_t>(at[i])] = open[i];
+            raw[1][static_cast<std::size_t>(at[i])] = blocked[i];
         }
     });
     for (std::vector<float>& plane : raw) nodes.extend(plane);
     // 2 × 2 nodes look at different VPLs: a tent over 3 × 3 holds each of the four sets equally.
     const Window tent{3, {-1, 0, 1, 0}, {1.0f, 2.0f, 1.0f, 0.0f}};
-    const float* in[5];
-    float* out[5];
-    for (int k = 0; k < 5; ++k)
+    const float* in[2];
+    float* out[2];
+    for (int k = 0; k < 2; ++k)
         in[k] = raw[static_cast<std::size_t>(k)].data() + nodes.at(0, 0),
         out[k] = result.planes[static_cast<std::size_t>(k)].data() + nodes.at(0, 0);
     const float near_per_depth = kWindowNear * screen.depth_per_point * static_cast<float>(quality.node_stride);
     const GridRows rows = nodes.rows();
-    pool.run(nodes.height, [&](int y) { filter_row(rows, y, nodes.width, 1, tent, near_per_depth, 5, in, out); });
+    pool.run(nodes.height, [&](int y) { filter_row(rows, y, nodes.width, 1, tent, near_per_depth, 2, in, out); });
     for (std::vector<float>& plane : result.planes) nodes.extend(plane);
     return result;
 }
 
-Planes gather_grid(const ScreenGrid& screen, const LightView& light, const Occlusion& occlusion, Pool& pool) {
-    const Grid& grid = screen.grid;
-    Planes result(3, std::vector<float>(grid.size() + kLanes, 0.0f));
-    if (light.vpls.dark()) return result;
-    Planes sums = result;
-    const int tiles = screen.quality.interleaved ? 4 : 1;
-    const std::size_t per_tile = light.vpls.vpls.size() / static_cast<std::size_t>(tiles * tiles);
+namespace {
 
-    // Chunks of 512 points stay in the first cache beside the VPLs of their subset.
-    constexpr std::size_t kChunk = 512;
-    std::vector<float> tiled[3];
-    for (std::vector<float>& plane : tiled) plane.resize(screen.tiled[0].size());
-    const std::size_t chunks = (screen.tile_size + kChunk - 1) / kChunk;
-    pool.run(static_cast<int>(chunks) * tiles * tiles, [&](int job) {
-        const std::size_t tile = static_cast<std::size_t>(job) / chunks,
-                          first = static_cast<std::size_t>(job) % chunks * kChunk;
-        const std::size_t at = tile * screen.tile_size + first;
-        gather(points_at(screen.tiled, static_cast<std::ptrdiff_t>(at)), std::min(kChunk, screen.tile_size - first),
-               glm::vec3(light.position), {light.vpls.vpls.data() + tile * per_tile, per_tile}, screen.quality.kappa,
-               static_cast<float>(tiles * tiles), tiled[0].data() + at, tiled[1].data() + at, tiled[2].data() + at);
-    });
-    pool.run(grid.height, [&](int y) {
-        for (int x = 0; x < grid.width; ++x) {
-            const std::size_t tile = static_cast<std::size_t>(y % tiles * tiles + x % tiles);
-            const std::size_t from =
-                tile * screen.tile_size + static_cast<std::size_t>(y / tiles * screen.tile_width + x / tiles);
-            for (std::size_t k = 0; k < 3; ++k) sums[k][static_cast<std::size_t>(grid.at(x, y))] = tiled[k][from];
-        }
-    });
-    if (tiles == 4) {
-        for (std::vector<float>& plane : sums) grid.extend(plane);
-        const float* in[3];
-        float* out[3];
-        for (std::size_t k = 0; k < 3; ++k)
-            in[k] = sums[k].data() + grid.at(0, 0), out[k] = result[k].data() + grid.at(0, 0);
-        const Window window{4, {-2, -1, 0, 1}, {1.0f, 1.0f, 1.0f, 1.0f}};
-        const GridRows rows = grid.rows();
-        pool.run(grid.height, [&](int y) {
-            filter_row(rows, y, grid.width, 1, window, kWindowNear * screen.depth_per_point, 3, in, out);
-        });
-    } else {
-        result.swap(sums);
-    }
-    const float near_per_depth =
-        kUpsampleNear * screen.depth_per_point * static_cast<float>(screen.quality.node_stride);
+// Applies job to every grid point with a surface, row by row: job(x, y, index into a plane).
+template <typename Job>
+void for_points(const Grid& grid, Pool& pool, const Job& job) {
     pool.run(grid.height, [&](int y) {
         for (int x = 0; x < grid.width; ++x) {
             const auto at = static_cast<std::size_t>(grid.at(x, y));
-            if (!(grid.values[6][at] > 0.0f)) continue;
-            const Corners corners = corners_around(screen, x, y, near_per_depth);
-            float sum[5] = {};
-            for (int c = 0; c < 4; ++c) {
-                for (std::size_t k = 0; k < 5; ++k)
-                    sum[k] += corners.weight[c] * occlusion.planes[k][static_cast<std::size_t>(corners.at[c])];
-            }
-            const float seen = sum[0] > 0.0f ? std::clamp(1.0f - sum[1] / sum[0], 0.0f, 1.0f) : 1.0f;
-            for (std::size_t k = 0; k < 3; ++k)
-                result[k][at] = result[k][at] * seen + sum[k + 2] / std::max(corners.total, 1e-30f);
+            if (grid.values[6][at] > 0.0f) job(x, y, at);
         }
     });
+}
+
+// 4 × 4 points around each: all 16 subsets, all 16 strata of the short rays.
+Planes filtered(const ScreenGrid& screen, Planes& planes, Pool& pool) {
+    const Grid& grid = screen.grid;
+    Planes result(planes.size(), std::vector<float>(grid.size() + kLanes, 0.0f));
+    const float* in[3];
+    float* out[3];
+    for (std::size_t k = 0; k < 3; ++k) {
+        grid.extend(planes[k]);
+        in[k] = planes[k].data() + grid.at(0, 0);
+        out[k] = result[k].data() + grid.at(0, 0);
+    }
+    const Window window{4, {-2, -1, 0, 1}, {1.0f, 1.0f, 1.0f, 1.0f}};
+    const GridRows rows = grid.rows();
+    pool.run(grid.height, [&](int y) {
+        filter_row(rows, y, grid.width, 1, window, kWindowNear * screen.depth_per_point, 3, in, out);
+    });
+    return result;
+}
+
+// The light near contacts at sixteen points of a tile: near_rays short rays each, of the tile's own stratum.
+void near_light_at(const ScreenGrid& screen, const LightView& light, std::size_t tile, std::size_t first,
+                   float* const* out) {
+    alignas(64) float point[kArrays][trace::kPacket];
+    unsigned active = 0;
+    for (int i = 0; i < trace::kPacket; ++i) {
+        for (std::size_t k = 0; k < kArrays; ++k)
+            point[k][i] = screen.tiled[k][tile * screen.tile_size + first + static_cast<std::size_t>(i)];
+        if (point[3][i] != 0.0f || point[4][i] != 0.0f || point[5][i] != 0.0f) active |= 1u << i;
+        const float off = 4.0f * light.geometry.step_off({point[0][i], point[1][i], point[2][i]});
+        for (int k = 0; k < 3; ++k) point[k][i] += off * point[k + 3][i];
+    }
+    if (active == 0) return;
+    const Points points{point[0], point[1], point[2], point[3], point[4], point[5]};
+    glm::vec3 sums[trace::kPacket] = {};
+    const unsigned rays = screen.quality.near_rays;
+    for (unsigned r = 0; r < rays; ++r) {
+        const unsigned index = static_cast<unsigned>(tile) * rays + r;
+        add_near_light(light, points, active,
+                       {trace::unit_interval(trace::owen_scramble(trace::reverse_bits(index), 0x68bc21ebu)),
+                        trace::unit_interval(trace::owen_scramble(trace::sobol_second(index), 0x02e5be93u))},
+                       screen.quality.kappa, sums);
+    }
+    for (int i = 0; i < trace::kPacket; ++i) {
+        for (int k = 0; k < 3; ++k)
+            out[k][tile * screen.tile_size + first + static_cast<std::size_t>(i)] =
+                sums[i][k] / static_cast<float>(rays);
+    }
+}
+
+}  // namespace
+
+Planes gather_grid(const ScreenGrid& screen, const LightView& light, const Occlusion& occlusion, Pool& pool) {
+    const Grid& grid = screen.grid;
+    const Planes nothing(3, std::vector<float>(grid.size() + kLanes, 0.0f));
+    if (light.vpls.dark()) return nothing;
+    const bool interleaved = screen.quality.interleaved;
+
+    // Chunks of 512 points stay in the first cache beside the VPLs of their subset.
+    constexpr std::size_t kChunk = 512;
+    std::vector<float> tiled[6];  // gathered rgb, near rgb
+    for (std::vector<float>& plane : tiled) plane.resize(screen.tiled[0].size());
+    float* const near_out[3] = {tiled[3].data(), tiled[4].data(), tiled[5].data()};
+    const std::size_t chunks = (screen.tile_size + kChunk - 1) / kChunk, per_subset = light.vpls.per_subset;
+    pool.run(static_cast<int>(chunks * kTiles), [&](int job) {
+        const std::size_t tile = static_cast<std::size_t>(job) / chunks,
+                          first = static_cast<std::size_t>(job) % chunks * kChunk;
+        const std::size_t at = tile * screen.tile_size + first, count = std::min(kChunk, screen.tile_size - first);
+        const std::span<const Vpl> vpls = interleaved
+                                              ? std::span(light.vpls.vpls).subspan(tile * per_subset, per_subset)
+                                              : std::span(light.vpls.vpls);
+        gather(points_at(screen.tiled, static_cast<std::ptrdiff_t>(at)), count, glm::vec3(light.position), vpls,
+               screen.quality.kappa, interleaved ? static_cast<float>(kSubsets) : 1.0f, tiled[0].data() + at,
+               tiled[1].data() + at, tiled[2].data() + at);
+        for (std::size_t i = 0; i < count; i += trace::kPacket) near_light_at(screen, light, tile, first + i, near_out);
+    });
+
+    const float near_per_depth =
+        kUpsampleNear * screen.depth_per_point * static_cast<float>(screen.quality.node_stride);
+    Planes gathered = nothing, near_light = nothing;
+    for_points(grid, pool, [&](int x, int y, std::size_t at) {
+        const Corners corners = corners_around(screen, x, y, near_per_depth);
+        float open = 0.0f, blocked = 0.0f;
+        for (int c = 0; c < 4; ++c) {
+            open += corners.weight[c] * occlusion.planes[0][static_cast<std::size_t>(corners.at[c])];
+            blocked += corners.weight[c] * occlusion.planes[1][static_cast<std::size_t>(corners.at[c])];
+        }
+        const float seen = open > 0.0f ? std::clamp(1.0f - blocked / open, 0.0f, 1.0f) : 1.0f;
+        const std::size_t from = screen.tiled_index(x, y);
+        for (std::size_t k = 0; k < 3; ++k) {
+            gathered[k][at] = tiled[k][from] * seen + (interleaved ? tiled[k + 3][from] : 0.0f);
+            if (!interleaved) near_light[k][at] = tiled[k + 3][from];
+        }
+    });
+    // Near light is interleaved always; the list where the quality says so.
+    Planes result = filtered(screen, interleaved ? gathered : near_light, pool);
+    if (!interleaved) {
+        for_points(grid, pool, [&](int, int, std::size_t at) {
+            for (std::size_t k = 0; k < 3; ++k) result[k][at] += gathered[k][at];
+        });
+    }
     for (std::vector<float>& plane : result) grid.extend(plane);
     return result;
 }
@@ -385,8 +424,7 @@ glm::dvec3 at_point(const LightView& light, const glm::dvec3& point, const glm::
     glm::vec3 near_light[trace::kPacket] = {};
     for (unsigned r = 0; r < kNearRays; ++r) {
         add_near_light(light, points, 1u,
-                       {static_cast<float>(trace::reverse_bits(r) >> 8) * 0x1p-24f,
-                        static_cast<float>(trace::sobol_second(r) >> 8) * 0x1p-24f},
+                       {trace::unit_interval(trace::reverse_bits(r)), trace::unit_interval(trace::sobol_second(r))},
                        kKappa, near_light);
     }
     return sum + glm::dvec3(near_light[0]) / static_cast<double>(kNearRays);

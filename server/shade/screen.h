@@ -18,7 +18,7 @@ struct Quality {
     bool interleaved = true;   // a grid point sums one of 16 subsets and its window the rest; else the whole list
     int node_stride = 2;       // grid points between the nodes that trace occlusion
     unsigned node_vpls = 256;  // VPLs that 2 × 2 nodes together look at
-    unsigned near_rays = 4;    // short rays of each node
+    unsigned near_rays = 1;    // short rays of each grid point, of one of 16 strata
     float kappa = 4.0f;        // how much near light the rays give back rather than VPLs (vpl.glsl)
 };
 
@@ -50,23 +50,28 @@ struct Grid {
 };
 using Planes = std::vector<std::vector<float>>;
 
+inline constexpr int kTileSide = 4;
+inline constexpr std::size_t kTiles = kTileSide * kTileSide;
+
 // What does not depend on the luminaires: made once per camera.
 struct ScreenGrid {
     Quality quality;
     float depth_per_point = 0.0f;  // distance of neighbouring grid points per metre of depth
     Grid grid, nodes;
-    // The grid's points rearranged into 16 tiles of equal subset, each padded to whole kLanes; without interleaving
-    // one.
+    // The grid's points rearranged into 4 × 4 tiles, each padded to whole kLanes: points of a tile share VPLs and rays.
     std::vector<float> tiled[6];
     std::size_t tile_size = 0;
     int tile_width = 0, tile_height = 0;
+    std::size_t tiled_index(int x, int y) const {
+        const auto tile = static_cast<std::size_t>(y % kTileSide * kTileSide + x % kTileSide);
+        return tile * tile_size + static_cast<std::size_t>(y / kTileSide * tile_width + x / kTileSide);
+    }
 };
 ScreenGrid make_grid(const Surfaces& surfaces, const Quality& quality);
 
-// Of one luminaire on the nodes of a grid, filtered: unoccluded and blocked light of the subset looked at, near light
-// rgb.
+// Of one luminaire on the nodes of a grid, filtered: all light of the VPLs looked at, and the blocked part of it.
 struct Occlusion {
-    Planes planes;  // 5, in the shape of ScreenGrid::nodes
+    Planes planes;  // 2, in the shape of ScreenGrid::nodes
 };
 struct LightView {
     const trace::Geometry& geometry;

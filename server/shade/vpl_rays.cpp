@@ -22,8 +22,7 @@ VplRays::VplRays(std::shared_ptr<const Profile> profile, unsigned count)
         const std::uint32_t first = trace::owen_scramble(trace::reverse_bits(i), 0x2545f491u);
         const std::uint32_t second = trace::owen_scramble(trace::sobol_second(i), 0x9e3779b9u);
         double density = 0.0;
-        const glm::dvec3 d = table.draw(
-            {static_cast<float>(first >> 8) * 0x1p-24f, static_cast<float>(second >> 8) * 0x1p-24f}, density);
+        const glm::dvec3 d = table.draw({trace::unit_interval(first), trace::unit_interval(second)}, density);
         Ray ray{glm::vec3(d), 0.0f, 0.0f};
         if (density > 0.0) {
             const double sr = 1.0 / (n * density);

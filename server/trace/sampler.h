@@ -44,6 +44,11 @@ inline std::uint32_t sobol_second(std::uint32_t index) {
     return result;
 }
 
+// Result: the bits as a number in [0, 1).
+inline float unit_interval(std::uint32_t bits) {
+    return static_cast<float>(bits >> 8) * 0x1p-24f;
+}
+
 // One sample of a stream: hands out its numbers decision by decision.
 class Sample {
 public:
@@ -53,12 +58,11 @@ public:
     glm::vec2 next() {
         const std::uint32_t seed = mix_bits(seed_, ++pair_);
         const std::uint32_t shuffled = owen_scramble(index_, seed);
-        return {unit(owen_scramble(reverse_bits(shuffled), mix_bits(seed, 1))),
-                unit(owen_scramble(sobol_second(shuffled), mix_bits(seed, 2)))};
+        return {unit_interval(owen_scramble(reverse_bits(shuffled), mix_bits(seed, 1))),
+                unit_interval(owen_scramble(sobol_second(shuffled), mix_bits(seed, 2)))};
     }
 
 private:
-    static float unit(std::uint32_t bits) { return static_cast<float>(bits >> 8) * 0x1p-24f; }
     std::uint32_t seed_, index_, pair_ = 0;
 };
 

@@ -18,9 +18,9 @@ struct ScreenLight {
 namespace {
 
 // Figures per setting: docs/performance.md.
-constexpr shade::Quality kLive{4, true, 2, 256, 4, 16.0f};
-constexpr shade::Quality kStill{1, true, 2, 256, 8, 16.0f};
-constexpr shade::Quality kPrecise{1, false, 2, 1024, 16, 16.0f};
+constexpr shade::Quality kLive{4, true, 4, 512, 2, 16.0f};
+constexpr shade::Quality kStill{1, true, 4, 512, 1, 16.0f};
+constexpr shade::Quality kPrecise{1, false, 2, 1024, 4, 16.0f};
 
 const shade::Quality& quality_of(TargetKind kind) {
     return kind == TargetKind::live ? kLive : kind == TargetKind::still ? kStill : kPrecise;
