@@ -50,9 +50,9 @@ struct Pass {
     SlotRef writes;
     std::vector<std::uint64_t> key;  // revisions and options that are read besides the slots
     bool stale = false;              // runs even if nothing moved: part of its output was never made
-    bool on_gpu = true;              // else all its time is cpu_ms
     bool absent = false;             // the scene has nothing for it; run is not called
     std::function<PassRun()> run;
+    bool on_gpu = true;  // else all its time is cpu_ms
 };
 
 // What each slot was last made from. Lives as long as the slots do.
