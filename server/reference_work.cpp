@@ -89,7 +89,7 @@ bool ReferenceWork::submit(ReferenceJob job) {
 void ReferenceWork::forget_session(std::uint32_t session) {
     cancelled_ += static_cast<std::uint32_t>(
         std::erase_if(waiting_, [&](const ReferenceJob& job) { return job.session == session; }));
-    if (running_ && running_->job.session == session && !running_->stop.stop_requested()) {
+    if (running_ && running_->job.session == session && !running_->ended.load() && !running_->stop.stop_requested()) {
         running_->stop.request_stop();
         ++cancelled_;
     }
@@ -161,13 +161,13 @@ void ReferenceWork::work() {
         } else if (world) {
             const CaptureRequest& capture = std::get<CaptureRequest>(job.request);
             const auto traced = trace_capture(world, job.scene, capture, stop, [&](const trace::Progress& progress) {
-                note({progress.passes, progress.noise});
+                note({progress.passes, progress.noise < 1.0 ? progress.noise : 0.0});
             });
             if (traced) message = capture_message(*traced, capture, job.scene.scene_rev);
         }
         const bool answered = !stop.stop_requested();
         if (answered) ++done_;
-        run.ended = true;
+        run.ended = true;  // before the answer: whoever has it and goes away has cancelled nothing
         if (answered && job.request_id != 0) {
             message.set_request_id(job.request_id);
             out_.reply(job.session, std::move(message));

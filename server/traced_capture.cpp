@@ -72,8 +72,9 @@ CapturedPicture develop(const std::vector<float>& values, const Scene& scene, co
         picture.rgba8.resize(values.size());
     for (std::size_t i = 0; i < values.size(); i += 4) {
         const float coverage = values[i + 3];  // of the pixel by surfaces
-        const glm::vec3 value = view_value({values[i], values[i + 1], values[i + 2]}, request.view, scene.view_gain);
+        const glm::vec3 traced(values[i], values[i + 1], values[i + 2]);
         if (raw) {
+            const glm::vec3 value = view_value(traced, request.view, scene.view_gain);
             for (int k = 0; k < 3; ++k) picture.values[i + static_cast<std::size_t>(k)] = value[k];
             picture.values[i + 3] = coverage;
             continue;
@@ -81,8 +82,12 @@ CapturedPicture develop(const std::vector<float>& values, const Scene& scene, co
         const int x = static_cast<int>(i / 4) % picture.width_px,
                   y = picture.height_px - 1 - static_cast<int>(i / 4) / picture.width_px;
         glm::vec3 encoded(glsl::background_shade());
-        if (coverage > 0.0f)
-            encoded = glsl::encode_display(display_color(value, request.view, scene.exposure_ev100), x, y);
+        if (coverage > 0.0f) {
+            const glm::vec3 value = view_value(traced / coverage, request.view, scene.view_gain);
+            const glm::vec3 shown =
+                glsl::encode_display(display_color(value, request.view, scene.exposure_ev100), x, y);
+            encoded = glm::mix(encoded, shown, coverage);
+        }
         for (int k = 0; k < 3; ++k) picture.rgba8[i + static_cast<std::size_t>(k)] = byte_of(encoded[k]);
         picture.rgba8[i + 3] = 255;
     }
