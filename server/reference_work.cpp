@@ -81,6 +81,7 @@ ReferenceWork::~ReferenceWork() {
 
 bool ReferenceWork::submit(ReferenceJob job) {
     if (waiting_.size() >= kMaxReferenceJobs) return false;
+    if (!running_ && waiting_.empty()) told_ns_ = monotonic_ns();  // what is done within a second needs no progress
     waiting_.push_back(std::move(job));
     tick();
     return true;
