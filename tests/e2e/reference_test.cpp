@@ -94,6 +94,7 @@ TEST(Reference, AGreatGridLetsFramesThroughAndLeavesPassesClean) {
         }
         EXPECT_LT(report["frame_ms"].get<double>(), 1000.0);
     }
+    EXPECT_FALSE(grid.ended()) << "all of that happened beside it";
 }
 
 // The spread of the samples tells how far the list of virtual point lights is from the sum over all texels.
