@@ -51,6 +51,15 @@ auto text_option(Set set) {
     };
 }
 
+template <typename Set>
+auto size_option(Set set) {
+    return [set](const std::string& text) {
+        const auto size = parse_size(text);
+        if (size) set(size->first, size->second);
+        return size.has_value();
+    };
+}
+
 constexpr double kRadPerDeg = std::numbers::pi / 180.0;
 
 Result<bool> read_light(Words words, v1::SetLight& light) {
@@ -253,6 +262,65 @@ Result<v1::Command> command_from_words(Words words) {
     v1::Command command;
     if (const auto read = read_command(words, command); !read) return read.error();
     return command;
+}
+
+Result<v1::MeterQuery> meter_from_words(Words words) {
+    v1::MeterQuery query;
+    bool openings = false;
+    const WordOption options[] = {
+        {"--point", vector_option(query.mutable_point_m())},
+        {"--normal", vector_option(query.mutable_normal())},
+        {"--quality", text_option([&](const std::string& v) { query.set_quality(v); })},
+        {"--bounces", text_option([&](const std::string& v) { query.set_bounces(v); })},
+        {"--noise", number_option([&](double v) { query.set_noise_ratio(v); })},
+        {"--openings", {}, &openings},
+        {"--u", vector_option(query.mutable_u_m())},
+        {"--v", vector_option(query.mutable_v_m())},
+        {"--count", size_option([&](std::uint32_t nu, std::uint32_t nv) {
+             query.clear_count();
+             query.add_count(nu);
+             query.add_count(nv);
+         })},
+    };
+    if (const auto none = parse_words(words, options, 0, 0); !none) return none.error();
+    query.set_openings(openings);
+    if (query.point_m_size() == 0 || query.normal_size() == 0)
+        return usage(query.point_m_size() == 0 ? "--point" : "--normal", "", "A meter needs a point and a normal.");
+    return query;
+}
+
+std::optional<std::string> capture_format(const std::string& file) {
+    std::string extension = std::filesystem::path(file).extension().string();
+    for (char& c : extension) c = c >= 'A' && c <= 'Z' ? static_cast<char>(c - 'A' + 'a') : c;
+    if (extension == ".jpeg") extension = ".jpg";
+    for (const char* known : {".png", ".jpg", ".exr"})
+        if (extension == known) return extension.substr(1);
+    return std::nullopt;
+}
+
+Result<CaptureWords> capture_from_words(Words words) {
+    CaptureWords capture;
+    v1::CaptureQuery& query = capture.query;
+    bool openings = false;
+    const WordOption options[] = {
+        {"--view", text_option([&](const std::string& v) { query.set_view(v); })},
+        {"--quality", text_option([&](const std::string& v) { query.set_quality(v); })},
+        {"--bounces", text_option([&](const std::string& v) { query.set_bounces(v); })},
+        {"--noise", number_option([&](double v) { query.set_noise_ratio(v); })},
+        {"--openings", {}, &openings},
+        {"--size", size_option([&](std::uint32_t width, std::uint32_t height) {
+             query.set_width_px(width);
+             query.set_height_px(height);
+         })},
+    };
+    const auto files = parse_words(words, options, 1, 1);
+    if (!files) return files.error();
+    const auto format = capture_format(files->front());
+    if (!format) return usage("capture", files->front(), "A capture is a .png, .jpg or .exr file.");
+    query.set_format(*format);
+    query.set_openings(openings);
+    capture.file = files->front();
+    return capture;
 }
 
 Result<bool> attach_profile_file(v1::Command& command) {

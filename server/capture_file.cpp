@@ -1,9 +1,6 @@
 #include "server/capture_file.h"
 
-#include <algorithm>
-
 #include "server/assets/assets.h"
-#include "server/scene/apply.h"
 
 namespace gonio {
 namespace {
@@ -44,35 +41,6 @@ std::vector<T> first_channels(const std::vector<T>& rgba, int channels) {
 }
 
 }  // namespace
-
-Result<CaptureRequest> check_capture(const Scene& scene, const v1::CaptureQuery& query) {
-    CaptureRequest request;
-    request.view = scene.view;
-    if (!query.view().empty() && !parse_view(query.view(), request.view)) {
-        return Error{"invalid_argument", "capture.view", query.view(), "there is no view of this name"};
-    }
-    request.format = query.format().empty() ? "png" : query.format();
-    if (request.format != "png" && request.format != "jpg" && request.format != "exr") {
-        return Error{"invalid_argument", "capture.format", request.format, "must be png, jpg or exr"};
-    }
-    if (query.quality() != "" && query.quality() != "interactive") {
-        return Error{"unsupported", "capture.quality", query.quality(), "this server captures interactive quality"};
-    }
-    if (query.bounces() != "" && query.bounces() != "1") {
-        return Error{"unsupported", "capture.bounces", query.bounces(), "interactive quality has one bounce"};
-    }
-    const auto side = [](std::uint32_t asked, int own) {
-        return asked == 0 ? own : static_cast<int>(std::min<std::uint32_t>(asked, 1u << 20));
-    };
-    request.width_px = side(query.width_px(), scene.width_px);
-    request.height_px = side(query.height_px(), scene.height_px);
-    if (request.width_px > 4096 || request.height_px > 4096) {
-        return Error{"invalid_argument", "capture.width_px",
-                     std::to_string(request.width_px) + "x" + std::to_string(request.height_px),
-                     "must be 1 to 4096 a side"};
-    }
-    return request;
-}
 
 Result<std::vector<std::byte>> encode_capture(const CapturedPicture& picture, View view, const std::string& format) {
     if (format == "exr") {

@@ -214,7 +214,7 @@ int run_daemon(const Options& options) {
         const std::int64_t now = monotonic_ns();
         const std::int64_t wait_ns = due ? std::max<std::int64_t>(0, last_begin_ns + frame_time.count() - now) : 0;
         std::optional<Work> work;
-        if ((due && wait_ns == 0) || stage.capturing())
+        if ((due && wait_ns == 0) || stage.busy())
             work = queue.try_pop();
         else if (stage.frames_in_flight())
             work = queue.pop_for(std::chrono::milliseconds(1));
@@ -241,7 +241,7 @@ int run_daemon(const Options& options) {
             jpeg_sent = jpeg_sent || jpeg;
             demand.key = false;  // until it is asked for again
         }
-        stage.continue_capture();
+        stage.continue_work();
         if (context->lost()) throw std::runtime_error("the GPU lost the GL context");
     }
     // What was declared last ends first: loader and encoder are joined while the front they speak to still stands.

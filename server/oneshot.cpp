@@ -8,6 +8,8 @@
 #include "protocol/words.h"
 #include "server/capture_file.h"
 #include "server/command_files.h"
+#include "server/query.h"
+#include "server/traced_capture.h"
 
 namespace gonio {
 namespace {
@@ -53,6 +55,12 @@ void apply_words(Scene& scene, const Json& words, const std::string& place) {
     checked(place, apply(scene, command, checked(place, read_files(command))));
 }
 
+CapturedPicture render(Renderer& renderer, const Scene& scene, const CaptureRequest& request) {
+    if (request.quality == Quality::reference)
+        return trace_capture(trace::make_world(scene), scene, request, {}, [](const trace::Progress&) {})->picture;
+    return *renderer.capture(scene, request.view, request.width_px, request.height_px, request.format == "exr");
+}
+
 void write_capture(Renderer& renderer, const Scene& scene, const Json& capture, const std::string& place,
                    const std::filesystem::path& folder) {
     const std::string name = text_at(capture, "out", place, "");
@@ -60,15 +68,25 @@ void write_capture(Renderer& renderer, const Scene& scene, const Json& capture, 
     if (name.empty() || relative.is_absolute() || relative.lexically_normal().begin()->string() == "..") {
         refuse(place + ".out", name, "must name a file inside the output folder");
     }
-    std::string format = relative.extension().string();
-    format = format == ".jpeg" ? "jpg" : format.empty() ? "" : format.substr(1);
-    if (format != "png" && format != "jpg" && format != "exr")
-        refuse(place + ".out", name, "must end in .png, .jpg or .exr");
+    const auto format = capture_format(name);
+    if (!format) refuse(place + ".out", name, "must end in .png, .jpg or .exr");
     v1::CaptureQuery query;
-    query.set_format(format);
+    query.set_format(*format);
     query.set_view(text_at(capture, "view", place, ""));
     query.set_quality(text_at(capture, "quality", place, ""));
-    if (capture.contains("bounces")) query.set_bounces(capture["bounces"].dump());
+    if (capture.contains("bounces")) {
+        const Json& bounces = capture["bounces"];
+        query.set_bounces(bounces.is_string() ? bounces.get<std::string>() : bounces.dump());
+    }
+    if (capture.contains("noise")) {
+        if (!capture["noise"].is_number()) refuse(place + ".noise", capture["noise"].dump(), "must be a number");
+        query.set_noise_ratio(capture["noise"]);
+    }
+    if (capture.contains("openings")) {
+        if (!capture["openings"].is_boolean())
+            refuse(place + ".openings", capture["openings"].dump(), "must be true or false");
+        query.set_openings(capture["openings"]);
+    }
     if (const std::string size = text_at(capture, "size", place, ""); !size.empty()) {
         const auto parsed = parse_size(size);
         if (!parsed || parsed->first < 1 || parsed->second < 1) {
@@ -78,8 +96,8 @@ void write_capture(Renderer& renderer, const Scene& scene, const Json& capture, 
         query.set_height_px(parsed->second);
     }
     const CaptureRequest request = checked(place, check_capture(scene, query));
-    const auto picture = renderer.capture(scene, request.view, request.width_px, request.height_px, format == "exr");
-    const std::vector<std::byte> bytes = checked(place, encode_capture(*picture, request.view, format));
+    const CapturedPicture picture = render(renderer, scene, request);
+    const std::vector<std::byte> bytes = checked(place, encode_capture(picture, request.view, request.format));
     const std::filesystem::path path = folder / relative, part = path.string() + ".part";
     std::error_code failed;
     std::filesystem::create_directories(path.parent_path(), failed);

@@ -1,30 +1,22 @@
 #include "server/stage.h"
 
 #include <algorithm>
-#include <cmath>
 
 #include "protocol/codec.h"
 #include "server/capture_file.h"
 #include "server/command_files.h"
+#include "server/meter_reply.h"
 #include "server/scene/state.h"
 
 namespace gonio {
 namespace {
 
-Error bad_argument(std::string where, std::string value, std::string message) {
-    return {"invalid_argument", std::move(where), std::move(value), std::move(message)};
-}
+// A slice of a meter grid: live frames wait no longer than this and one point.
+constexpr std::int64_t kSliceNs = 15'000'000;
 
-template <typename Field>
-Result<glm::dvec3> vector_of(const Field& field, const std::string& where) {
-    std::string text;
-    bool finite = field.size() == 3;
-    for (double value : field) {
-        text += (text.empty() ? "" : ",") + print_number(value);
-        finite = finite && std::abs(value) <= 1e6;
-    }
-    if (!finite) return bad_argument(where, text, "must be three finite numbers of at most 1e6");
-    return glm::dvec3(field[0], field[1], field[2]);
+v1::MeterReading read_meter(Renderer& renderer, const Scene& scene, const trace::MeterPoint& point, Quality quality) {
+    return renderer.meter(scene, point.position, point.normal,
+                          quality == Quality::rsm ? Renderer::MeterQuality::rsm : Renderer::MeterQuality::interactive);
 }
 
 }  // namespace
@@ -36,7 +28,8 @@ Stage::Stage(std::unique_ptr<Renderer> renderer, Scene scene, std::string render
       renderer_name_(std::move(renderer_name)),
       queue_(queue),
       loader_(loader),
-      out_(std::move(outputs)) {}
+      out_(std::move(outputs)),
+      reference_({out_.reply, [&queue] { queue.wake(); }}) {}
 
 void Stage::answer(const Work& work, v1::ServerMessage message) {
     if (work.message.request_id() == 0) return;
@@ -109,36 +102,55 @@ void Stage::apply_command(const Work& work) {
 }
 
 void Stage::answer_meter(const Work& work) {
-    const v1::MeterQuery& query = work.message.meter();
-    const auto point = vector_of(query.point_m(), "meter.point_m");
-    if (!point) return refuse(work, point.error());
-    const auto normal = vector_of(query.normal(), "meter.normal");
-    if (!normal) return refuse(work, normal.error());
-    if (glm::length(*normal) < 1e-9)
-        return refuse(work, bad_argument("meter.normal", "0,0,0", "must not be the zero vector"));
-    if (query.quality() != "" && query.quality() != "interactive" && query.quality() != "rsm") {
-        return refuse(work,
-                      {"unsupported", "meter.quality", query.quality(), "this server meters interactive and rsm"});
+    auto request = check_meter(work.message.meter());
+    if (!request) return refuse(work, request.error());
+    if (request->quality == Quality::reference) {
+        return submit_reference({work.session, work.message.request_id(), scene_, std::move(*request)}, work);
     }
-    if (query.bounces() != "" && query.bounces() != "1") {
-        return refuse(work, {"unsupported", "meter.bounces", query.bounces(), "these qualities have one bounce"});
+    if (request->grid) {
+        if (grids_waiting_.size() >= kMaxGrids)
+            return refuse(work, {"busy", "", "", "too many meter grids are waiting"});
+        grids_waiting_.push_back({work, scene_, std::move(*request), {}});
+        return;
     }
-    v1::ServerMessage message;
-    *message.mutable_meter() =
-        renderer_->meter(scene_, *point, glm::normalize(*normal),
-                         query.quality() == "rsm" ? Renderer::MeterQuality::rsm : Renderer::MeterQuality::interactive);
-    answer(work, std::move(message));
+    answer(work, meter_message({read_meter(*renderer_, scene_, request->points.front(), request->quality)}, false));
 }
 
 void Stage::answer_capture(const Work& work) {
-    const auto request = check_capture(scene_, work.message.capture());
+    auto request = check_capture(scene_, work.message.capture());
     if (!request) return refuse(work, request.error());
+    if (request->quality == Quality::reference) {
+        return submit_reference({work.session, work.message.request_id(), scene_, std::move(*request)}, work);
+    }
     if (captures_waiting_.size() >= kMaxCaptures) {
         return refuse(work, {"busy", "", "", "too many captures are waiting"});
     }
     captures_waiting_.push_back({work, request->format,
                                  renderer_->begin_capture(scene_, request->view, request->width_px, request->height_px,
                                                           request->format == "exr")});
+}
+
+void Stage::submit_reference(ReferenceJob job, const Work& work) {
+    if (!reference_.submit(std::move(job))) refuse(work, {"busy", "", "", "too many reference jobs are waiting"});
+}
+
+void Stage::continue_work() {
+    continue_grid();
+    continue_capture();
+    reference_.tick();
+}
+
+void Stage::continue_grid() {
+    if (grids_waiting_.empty()) return;
+    Metering& grid = grids_waiting_.front();
+    const std::int64_t started_ns = monotonic_ns();
+    while (grid.readings.size() < grid.request.points.size()) {
+        if (monotonic_ns() - started_ns > kSliceNs) return;
+        const trace::MeterPoint& point = grid.request.points[grid.readings.size()];
+        grid.readings.push_back(read_meter(*renderer_, grid.scene, point, grid.request.quality));
+    }
+    answer(grid.work, meter_message(std::move(grid.readings), true));
+    grids_waiting_.pop_front();
 }
 
 void Stage::continue_capture() {
@@ -171,14 +183,16 @@ void Stage::continue_capture() {
 
 void Stage::forget_session(std::uint32_t session) {
     std::erase_if(captures_waiting_, [&](const Capturing& capturing) { return capturing.work.session == session; });
+    std::erase_if(grids_waiting_, [&](const Metering& metering) { return metering.work.session == session; });
     std::erase_if(waiting_, [&](const Waiting& waiting) { return waiting.session == session; });
+    reference_.forget_session(session);
 }
 
 void Stage::answer_report(const Work& work) {
     const std::uint32_t rev = work.message.report().rev();
     if (rev > scene_.scene_rev) {
-        return refuse(work, bad_argument("report.rev", std::to_string(rev),
-                                         "the scene is at revision " + std::to_string(scene_.scene_rev)));
+        return refuse(work, {"invalid_argument", "report.rev", std::to_string(rev),
+                             "the scene is at revision " + std::to_string(scene_.scene_rev)});
     }
     if (waiting_.size() >= kMaxWaiting) return refuse(work, {"busy", "", "", "too many reports are waited for"});
     if (rev > 0) {
@@ -231,6 +245,7 @@ void Stage::answer_stats(const Work& work) {
     stats.set_scene_rev(scene_.scene_rev);
     stats.set_settled(!frame_wanted() && !frames_in_flight());
     stats.set_renderer(renderer_name_);
+    reference_.add_counters(stats);
     answer(work, std::move(message));
 }
 

@@ -12,7 +12,9 @@
 
 #include "protocol/gonio.pb.h"
 #include "server/loader.h"
+#include "server/query.h"
 #include "server/queue.h"
+#include "server/reference_work.h"
 #include "server/render/renderer.h"
 #include "server/scene/apply.h"
 #include "server/stream/encoder.h"
@@ -31,6 +33,7 @@ struct Work {
 
 inline constexpr std::size_t kMaxWork = 1024;         // messages waiting for the render thread; beyond it: "busy"
 inline constexpr std::size_t kMaxCaptures = 8;        // captures rendered one after the other; beyond it: "busy"
+inline constexpr std::size_t kMaxGrids = 8;           // grids of interactive and rsm meters likewise
 inline constexpr std::size_t kMaxReports = 256;       // frame reports kept for `report --rev`
 inline constexpr std::size_t kMaxFramesInFlight = 3;  // the readback ring
 inline constexpr std::size_t kMaxWaiting = 64;        // report queries waiting for their frame; beyond it: "busy"
@@ -57,9 +60,10 @@ public:
     // Publishes frames that have left the GPU; `wait` blocks for all of them.
     void finish_frames(bool wait);
     bool frames_in_flight() const { return renderer_->frames_in_flight() > 0; }
-    bool capturing() const { return !captures_waiting_.empty(); }
-    // Renders one tile of the oldest capture, and sends the picture off when it is complete.
-    void continue_capture();
+    bool busy() const { return !captures_waiting_.empty() || !grids_waiting_.empty(); }
+    // Between two frames: one tile of the oldest capture, a slice of the oldest meter grid; each is sent off when it is
+    // complete. Reference jobs start and tell of their progress.
+    void continue_work();
     const Scene& scene() const { return scene_; }
 
 private:
@@ -71,12 +75,21 @@ private:
         std::string format;
         std::unique_ptr<CaptureJob> job;
     };
+    struct Metering {
+        Work work;
+        Scene scene;
+        MeterRequest request;
+        std::vector<v1::MeterReading> readings;
+    };
+    void continue_capture();
+    void continue_grid();
     void forget_session(std::uint32_t session);
     void publish(FinishedFrame frame);
     void apply_command(const Work& work);
     void send_to_loader(Work work);
     void answer_meter(const Work& work);
     void answer_capture(const Work& work);
+    void submit_reference(ReferenceJob job, const Work& work);
     void answer_report(const Work& work);
     void answer_profile(const Work& work);
     void answer_stats(const Work& work);
@@ -93,6 +106,8 @@ private:
     std::deque<v1::FrameReport> reports_;
     std::vector<Waiting> waiting_;
     std::deque<Capturing> captures_waiting_;
+    std::deque<Metering> grids_waiting_;
+    ReferenceWork reference_;
     std::uint32_t frames_rendered_ = 0, captures_ = 0, refused_ = 0;
 };
 

@@ -38,9 +38,14 @@ Talks to a running goniod. Angles are degrees here, all else is SI; a vector is 
   add light NAME --profile FILE [options of set light]
   remove light NAME
   group NAME LIGHT…           without lights: removes the group
-  meter --point x,y,z --normal x,y,z [--quality interactive|rsm] [--bounces 1]
-                              illuminance in lux
-  capture OUT.png|jpg|exr [--view NAME] [--quality interactive] [--bounces 1] [--size WxH]
+  meter --point x,y,z --normal x,y,z [--quality interactive|rsm|reference] [--bounces N|all] [--noise R] [--openings]
+        [--u x,y,z --v x,y,z --count NUxNV]
+                              illuminance in lux with its standard error; reference is path-traced: 0..64 diffuse
+                              bounces or all (default), until the error is R of the total (0.005), --openings: from
+                              luminous openings instead of points; --count: the cell centres of a grid of at most
+                              4096 over the rectangle u, v from the point
+  capture OUT.png|jpg|exr [--view NAME] [--size WxH] [--quality interactive|reference] [--bounces N|all] [--noise R]
+          [--openings]        reference: beauty direct indirect illuminance luminance, until the noise is R (0.01)
   report [--rev N] [--table]  what the first frame with scene_rev >= N ran, and how long; without N: the newest
   stats                       counters of the server
   photometry FILE… [--svg]    offline: quantities, provenance and diagnostics of photometry files
@@ -83,7 +88,15 @@ struct Session {
     Result<v1::ServerMessage> ask(v1::ClientMessage message) const {
         auto connection = Connection::open(address, {token, false, false});
         if (!connection) return connection.error();
-        auto answer = (*connection)->ask(std::move(message));
+        const bool terminal = &err == &std::cerr && ::isatty(STDERR_FILENO) == 1;
+        std::size_t shown = 0;  // characters of the progress line
+        auto answer = (*connection)->ask(std::move(message), [&](const v1::Progress& progress) {
+            if (!terminal) return;
+            const std::string line = progress_line(progress);
+            err << "\r" << line << std::string(shown > line.size() ? shown - line.size() : 0, ' ') << std::flush;
+            shown = line.size();
+        });
+        if (shown > 0) err << "\r" << std::string(shown, ' ') << "\r" << std::flush;
         if (answer && answer->has_result() && answer->result().code() != "ok") {
             const v1::Result& result = answer->result();
             return Error{result.code(), result.field(), result.value(), result.message()};
@@ -134,15 +147,6 @@ int get(const Session& session, Words words) {
     return kExitOk;
 }
 
-auto vector_setter(google::protobuf::RepeatedField<double>* field, bool& given) {
-    return [field, &given](const std::string& text) {
-        const auto numbers = parse_vector(text);
-        if (numbers) field->Assign(numbers->begin(), numbers->end());
-        given = numbers.has_value();
-        return given;
-    };
-}
-
 auto text_setter(std::string* field) {
     return [field](const std::string& text) {
         *field = text;
@@ -151,20 +155,18 @@ auto text_setter(std::string* field) {
 }
 
 int meter(const Session& session, Words words) {
+    auto query = meter_from_words(words);
+    if (!query) return session.fail(query.error());
     v1::ClientMessage message;
-    v1::MeterQuery& query = *message.mutable_meter();
-    bool has_point = false, has_normal = false;
-    const WordOption options[] = {{"--point", vector_setter(query.mutable_point_m(), has_point)},
-                                  {"--normal", vector_setter(query.mutable_normal(), has_normal)},
-                                  {"--quality", text_setter(query.mutable_quality())},
-                                  {"--bounces", text_setter(query.mutable_bounces())}};
-    if (const auto read = parse_words(words, options, 0, 0); !read) return session.fail(read.error());
-    if (!has_point || !has_normal)
-        return session.fail({"usage", has_point ? "--normal" : "--point", "", "A meter needs a point and a normal."});
+    *message.mutable_meter() = std::move(*query);
     const auto answer = session.ask(std::move(message));
     if (!answer) return session.fail(answer.error());
-    if (!answer->has_meter()) return session.fail(unexpected_answer());
-    session.print(answer->meter());
+    if (answer->has_meter())
+        session.print(answer->meter());
+    else if (answer->has_meter_grid())
+        session.print(answer->meter_grid());
+    else
+        return session.fail(unexpected_answer());
     return kExitOk;
 }
 
@@ -183,37 +185,25 @@ Result<bool> write_atomically(const std::filesystem::path& path, const std::stri
 }
 
 int capture(const Session& session, Words words) {
+    auto asked = capture_from_words(words);
+    if (!asked) return session.fail(asked.error());
     v1::ClientMessage message;
-    v1::CaptureQuery& query = *message.mutable_capture();
-    const WordOption options[] = {{"--view", text_setter(query.mutable_view())},
-                                  {"--quality", text_setter(query.mutable_quality())},
-                                  {"--bounces", text_setter(query.mutable_bounces())},
-                                  {"--size", [&](const std::string& text) {
-                                       const auto size = parse_size(text);
-                                       if (!size) return false;
-                                       query.set_width_px(size->first);
-                                       query.set_height_px(size->second);
-                                       return true;
-                                   }}};
-    const auto files = parse_words(words, options, 1, 1);
-    if (!files) return session.fail(files.error());
-    const std::filesystem::path path(files->front());
-    std::string format = path.extension().string();
-    std::transform(format.begin(), format.end(), format.begin(), [](unsigned char c) { return std::tolower(c); });
-    if (format == ".jpeg") format = ".jpg";
-    if (format != ".png" && format != ".jpg" && format != ".exr")
-        return session.fail({"usage", "capture", files->front(), "A capture is a .png, .jpg or .exr file."});
-    query.set_format(format.substr(1));
+    *message.mutable_capture() = std::move(asked->query);
     const auto answer = session.ask(std::move(message));
     if (!answer) return session.fail(answer.error());
     if (!answer->has_capture()) return session.fail(unexpected_answer());
     const v1::CaptureResult& result = answer->capture();
-    if (const auto written = write_atomically(path, result.image()); !written) return session.fail(written.error());
-    if (session.json)
+    if (const auto written = write_atomically(asked->file, result.image()); !written)
+        return session.fail(written.error());
+    if (session.json) {
         session.out << to_json(result, true) << "\n";
-    else
-        session.out << files->front() << " " << result.width_px() << "x" << result.height_px() << " scene_rev "
-                    << result.scene_rev() << "\n";
+        return kExitOk;
+    }
+    session.out << asked->file << " " << result.width_px() << "x" << result.height_px() << " scene_rev "
+                << result.scene_rev();
+    if (result.has_samples())
+        session.out << " samples " << result.samples() << " noise " << print_number(result.noise_ratio());
+    session.out << "\n";
     return kExitOk;
 }
 

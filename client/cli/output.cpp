@@ -110,6 +110,20 @@ Result<std::string> json_at(const google::protobuf::Message& message, std::strin
     return text_of(*at, compact);
 }
 
+std::string progress_line(const v1::Progress& progress) {
+    char line[160];
+    if (progress.jobs_before() > 0) {
+        std::snprintf(line, sizeof line, "waiting: %u %s first", progress.jobs_before(),
+                      progress.jobs_before() == 1 ? "job comes" : "jobs come");
+    } else if (progress.noise_ratio() > 0) {
+        std::snprintf(line, sizeof line, "%.0f s  %u samples  noise %.3g %%", progress.seconds(), progress.samples(),
+                      100 * progress.noise_ratio());
+    } else {
+        std::snprintf(line, sizeof line, "%.0f s  %u done", progress.seconds(), progress.samples());
+    }
+    return line;
+}
+
 std::string report_table(const v1::FrameReport& report) {
     char line[512];
     std::snprintf(line, sizeof line, "scene_rev %u  frame_ms %.2f  settled %s\n", report.scene_rev(), report.frame_ms(),

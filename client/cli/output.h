@@ -18,6 +18,9 @@ std::string to_json(const google::protobuf::Message& message, bool compact);
 // "not_found" with the part of the path that leads nowhere.
 Result<std::string> json_at(const google::protobuf::Message& message, std::string_view path, bool compact);
 
+// Result: how far a reference job is, in one line for a terminal.
+std::string progress_line(const v1::Progress& progress);
+
 std::string report_table(const v1::FrameReport& report);
 
 }  // namespace gonio

@@ -81,15 +81,18 @@ public:
         }
     }
 
-    Result<v1::ServerMessage> ask(v1::ClientMessage message) override {
+    Result<v1::ServerMessage> ask(v1::ClientMessage message, const OnProgress& on_progress) override {
         message.set_request_id(++last_request_id_);
         if (auto said = say(message); !said) return said.error();
-        const auto deadline = std::chrono::steady_clock::now() + kReplyTime;
+        auto deadline = std::chrono::steady_clock::now() + kReplyTime;
         for (;;) {
             auto event = read(deadline - std::chrono::steady_clock::now());
             if (!event) return event.error();
             if (event->access_unit.empty() && event->message.request_id() == last_request_id_)
                 return std::move(event->message);
+            if (!event->message.has_progress() || event->message.progress().request() != last_request_id_) continue;
+            deadline = std::chrono::steady_clock::now() + kReplyTime;
+            on_progress(event->message.progress());
         }
     }
     Result<bool> say(const v1::ClientMessage& message) override {

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <chrono>
+#include <functional>
 #include <memory>
 #include <string>
 #include <vector>
@@ -42,8 +43,10 @@ public:
     static Result<std::unique_ptr<Connection>> open(const ServerAddress& address, const Wanted& wanted);
     virtual ~Connection() = default;
 
-    // Result: the answer to `message`, at most 120 s later. Errors: "unreachable".
-    virtual Result<v1::ServerMessage> ask(v1::ClientMessage message) = 0;
+    // Result: the answer to `message`, at most 120 s after it was sent or after the server last told of its progress.
+    // Errors: "unreachable".
+    using OnProgress = std::function<void(const v1::Progress&)>;
+    virtual Result<v1::ServerMessage> ask(v1::ClientMessage message, const OnProgress& on_progress) = 0;
     virtual Result<bool> say(const v1::ClientMessage& message) = 0;
     // Result: the next event, however long it takes. Errors: "unreachable".
     virtual Result<ServerEvent> next() = 0;

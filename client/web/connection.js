@@ -1,6 +1,6 @@
 // The WebSocket to goniod: identify, requests with replies, reconnecting with exponential backoff and jitter.
 // Events: "status" (see `status`), "ready" (Ready), "changed" (StateChanged), "config" (VideoConfig),
-// "video" (ArrayBuffer), "refused" (Result with a code other than "ok"), "applied" ({sent_ms, scene_rev}).
+// "progress" (Progress), "video" (ArrayBuffer), "refused" (Result with a code other than "ok"), "applied" ({sent_ms, scene_rev}).
 
 const kFirstDelayMs = 250;
 const kMaxDelayMs = 10000;
@@ -106,6 +106,7 @@ export class Connection extends EventTarget {
         if (message.ready) this.#ready(message.ready);
         if (message.state_changed) this.#emit("changed", message.state_changed);
         if (message.video_config) this.#emit("config", message.video_config);
+        if (message.progress) this.#emit("progress", message.progress);
         if (message.goodbye) this.#farewell = message.goodbye.reason;
         if (reply) reply.resolve(message);
         else if (message.result && message.result.code !== "ok") {

@@ -9,6 +9,7 @@ import {masterPanel, lightPanel, groupPanel} from "./lights.js";
 import {viewTabs, followSelection, picturePanel, scenePanel} from "./picture.js";
 import {inspector} from "./inspector.js";
 import {ReportPanel} from "./report.js";
+import {MeterPanel} from "./meter.js";
 import {statsStrip} from "./stats.js";
 import {Toasts} from "./toast.js";
 
@@ -20,6 +21,7 @@ const video = new Video(connection, $("canvas"), $("still"));
 const cameraHand = new CameraHand(store, [$("canvas"), $("still")]);
 const toasts = new Toasts($("toasts"));
 const report = new ReportPanel(store, connection, $("report"));
+const meter = new MeterPanel(store, connection, $("meter"));
 
 const parts = [
     masterPanel(store, $("master")), lightPanel(store, $("lights")), groupPanel(store, $("groups"), connection),
@@ -27,7 +29,7 @@ const parts = [
     inspector(store, $("inspector"), connection),
 ];
 followSelection(store, connection);
-statsStrip(store, video, connection, $("stats"), $("format"), report);
+statsStrip(store, video, connection, $("stats"), $("format"), {report, meter});
 
 store.addEventListener("update", () => {
     parts.forEach((part) => part.update());

@@ -1,6 +1,7 @@
 // The strip under the picture: frames shown, response time, sizes, gaps, revision.
 
 import {h, setText, formatNumber} from "./dom.js";
+import {saveCapture} from "./capture.js";
 
 const kWindowMs = 1000;
 const kRefreshMs = 250;
@@ -34,8 +35,18 @@ class ResponseMeter {
     }
 }
 
+// A button that opens and closes a panel.
+function panelButton(panel, id, text) {
+    const button = h("button", {type: "button", class: "quiet", id: `${id}-toggle`, "aria-controls": id, "aria-expanded": "false",
+        onclick: () => {
+            panel.toggle();
+            button.setAttribute("aria-expanded", String(panel.open));
+        }}, text);
+    return button;
+}
+
 // format: where size and codec are told.
-export function statsStrip(store, video, connection, node, format, report) {
+export function statsStrip(store, video, connection, node, format, {report, meter}) {
     const cell = (name, title) => {
         const value = h("b");
         node.append(h("span", {class: "stat", title}, value, h("span", {class: "faint"}, name)));
@@ -50,21 +61,16 @@ export function statsStrip(store, video, connection, node, format, report) {
     const rev = cell("rev", "Scene revision of the picture shown");
     const still = h("button", {type: "button", class: "quiet", id: "save", title: "Save the picture as PNG, without video compression",
         onclick: () => saveStill(store, connection)}, "Save still");
-    const reportButton = h("button", {type: "button", class: "quiet", id: "report-toggle", "aria-controls": "report",
-        "aria-expanded": "false", onclick: () => {
-            report.toggle();
-            reportButton.setAttribute("aria-expanded", String(report.open));
-        }}, "Frame report");
-    node.append(h("span", {class: "grow"}), reportButton, still);
+    node.append(h("span", {class: "grow"}), panelButton(meter, "meter", "Meter"), panelButton(report, "report", "Frame report"), still);
 
-    const meter = new ResponseMeter();
+    const responses = new ResponseMeter();
     let frames = [], last = null;
-    connection.addEventListener("applied", (event) => meter.applied(event.detail));
-    connection.addEventListener("ready", () => meter.reset());
+    connection.addEventListener("applied", (event) => responses.applied(event.detail));
+    connection.addEventListener("ready", () => responses.reset());
     video.addEventListener("shown", (event) => {
         last = event.detail;
         frames.push(performance.now());
-        meter.shown(last.scene_rev);
+        responses.shown(last.scene_rev);
     });
     setInterval(() => {
         const now = performance.now();
@@ -76,8 +82,8 @@ export function statsStrip(store, video, connection, node, format, report) {
         setText(gaps, String(video.gaps));
         gaps.parentNode.classList.toggle("bad", video.gaps > 0);
         if (!last) return;
-        const recent = meter.last && now - meter.last.time_ms < kResponseFadeMs;
-        setText(response, meter.last ? formatNumber(meter.last.response_ms, 0) : "–");
+        const recent = responses.last && now - responses.last.time_ms < kResponseFadeMs;
+        setText(response, responses.last ? formatNumber(responses.last.response_ms, 0) : "–");
         response.classList.toggle("old", !recent);
         if (video.mode === "h264") {
             setText(render, formatNumber(last.render_us / 1000, 1));
@@ -92,17 +98,9 @@ export function statsStrip(store, video, connection, node, format, report) {
     }, kRefreshMs);
 }
 
-// Asked for over the connection, so that a token is needed nowhere else.
 async function saveStill(store, connection) {
-    const reply = await connection.request({capture: {format: "png"}}).catch(() => ({}));
-    if (!reply.capture) {
-        const detail = reply.result ?? {code: "disconnected", message: "The still was not saved: there is no connection."};
-        connection.dispatchEvent(new CustomEvent("refused", {detail}));
-        return;
-    }
-    const bytes = Uint8Array.from(atob(reply.capture.image), (letter) => letter.charCodeAt(0));
-    const url = URL.createObjectURL(new Blob([bytes], {type: "image/png"}));
-    const scene = (store.state?.scene ?? "scene").split("/").at(-1).replace(/\.\w+$/, "");
-    h("a", {href: url, download: `${scene}-${store.state?.view}-${reply.capture.scene_rev}.png`}).click();
-    setTimeout(() => URL.revokeObjectURL(url), 10000);
+    const reply = await saveCapture(connection, store, {format: "png"}).catch(() => ({}));
+    if (reply.capture) return;
+    const detail = reply.result ?? {code: "disconnected", message: "The still was not saved: there is no connection."};
+    connection.dispatchEvent(new CustomEvent("refused", {detail}));
 }

@@ -2,12 +2,15 @@
 
 #include <algorithm>
 #include <chrono>
+#include <cmath>
 #include <cstring>
 
+#include "server/render/indirect_estimate.h"
 #include "server/render/pipeline.h"
 #include "server/render/timers.h"
 #include "server/render/web_buffer.h"
 #include "server/scene/apply.h"
+#include "server/shade/screen.h"
 
 namespace gonio {
 
@@ -187,6 +190,9 @@ v1::MeterReading Renderer::meter(const Scene& scene, const glm::dvec3& point, co
     Timers timers;
     run(inputs, wanted_slots(inputs, false), timers);
     glm::dvec3 direct_lx(0.0), indirect_lx(0.0);
+    double variance = 0.0;  // of the indirect luminance, lx²; luminaires are independent
+    unsigned samples = 0;
+    const auto photopic = [](const glm::dvec3& rgb) { return glm::dot(rgb, glm::dvec3(0.2126, 0.7152, 0.0722)); };
     for (std::size_t i = 0; i < metered.lights.size(); ++i) {
         const LightGpu& gpu = *inputs.lights[i];
         const glm::dvec3 weight = light_weight(metered, metered.lights[i]) * static_cast<double>(gpu.web->peak_cd);
@@ -197,13 +203,29 @@ v1::MeterReading Renderer::meter(const Scene& scene, const glm::dvec3& point, co
         glGetTextureSubImage(target.indirect.id(), 0, 0, 0, layer, 1, 1, 1, GL_RGBA, GL_FLOAT, sizeof indirect,
                              &indirect[0]);
         direct_lx += weight * static_cast<double>(direct);
-        const glm::dvec3 bounced = quality == MeterQuality::rsm
-                                       ? dense_irradiance(gpu.texels, point - metered.lights[i].position, unit_normal)
-                                       : glm::dvec3(indirect);
+        const glm::dvec3 from_light = point - metered.lights[i].position;
+        glm::dvec3 bounced(indirect);
+        if (quality == MeterQuality::rsm) {
+            // Each half of the texels, doubled, is an estimate of its own; half their difference is the mean's error.
+            const auto halves = checkerboard_irradiance(gpu.texels, from_light, unit_normal);
+            bounced = halves[0] + halves[1];
+            const double error = photopic(weight * (halves[0] - halves[1]));
+            variance += error * error;
+            samples += lit_texels(gpu.texels);
+        } else if (metered.technique == Technique::standard) {
+            double sum = 0.0, squares = 0.0;
+            for (const glm::dvec3& part : point_light(target, i).parts) {
+                const double part_lx = photopic(weight * part);
+                sum += part_lx;
+                squares += part_lx * part_lx;
+            }
+            constexpr double kParts = shade::kSubsets;
+            variance += std::max(0.0, squares - sum * sum / kParts) / (kParts * (kParts - 1.0));
+            samples += gpu.vpls.per_subset * shade::kSubsets;
+        }
         indirect_lx += weight * bounced;
     }
     ledger_.forget_target(target.id);
-    const auto photopic = [](const glm::dvec3& rgb) { return glm::dot(rgb, glm::dvec3(0.2126, 0.7152, 0.0722)); };
     v1::MeterReading reading;
     reading.set_direct_lx(photopic(direct_lx));
     reading.set_indirect_lx(photopic(indirect_lx));
@@ -211,7 +233,13 @@ v1::MeterReading Renderer::meter(const Scene& scene, const glm::dvec3& point, co
     for (int k = 0; k < 3; ++k) {
         reading.add_direct_rgb_lx(direct_lx[k]);
         reading.add_indirect_rgb_lx(indirect_lx[k]);
+        reading.add_point_m(point[k]);
     }
+    if (quality == MeterQuality::rsm || metered.technique == Technique::standard) {
+        reading.set_direct_error_lx(0.0);  // the web itself, evaluated
+        reading.set_indirect_error_lx(std::sqrt(variance));
+    }
+    reading.set_samples(samples);
     return reading;
 }
 

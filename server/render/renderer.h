@@ -76,7 +76,8 @@ public:
     std::shared_ptr<const CapturedPicture> capture(const Scene& scene, View view, int width_px, int height_px,
                                                    bool raw);
     // Illuminance at a point: interactive: the picture's own shadow, VPLs and occlusion; rsm: direct likewise, indirect
-    // the unoccluded sum over all RSM texels in double precision.
+    // the unoccluded sum over all RSM texels in double precision. Errors: of the mean of 16 independent parts, of the
+    // two halves of a checkerboard of texels; none for the seed techniques.
     enum class MeterQuality { interactive, rsm };
     v1::MeterReading meter(const Scene& scene, const glm::dvec3& point, const glm::dvec3& normal, MeterQuality quality);
 

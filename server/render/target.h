@@ -17,6 +17,9 @@ enum class TargetKind : std::uint8_t { live, still, precise };
 
 struct ScreenLight;  // passes/shade_cpu.cpp
 std::shared_ptr<ScreenLight> make_screen_light();
+namespace shade {
+struct PointLight;
+}
 
 struct Target {
     std::uint32_t id = 0;
@@ -41,6 +44,8 @@ struct Target {
 };
 
 // Result: an empty target; its size is at least 1 × 1.
+// Result: what the gather pass of an interactive meter found for a light, of the default technique.
+const shade::PointLight& point_light(const Target& target, std::size_t layer);
 Target make_target(std::uint32_t id, TargetKind kind, int width_px, int height_px, std::size_t lights, bool emissive);
 
 }  // namespace gonio

@@ -387,9 +387,9 @@ void upsample(const Surfaces& surfaces, const ScreenGrid& screen, const Planes& 
     });
 }
 
-glm::dvec3 at_point(const LightView& light, const glm::dvec3& point, const glm::dvec3& normal) {
-    glm::dvec3 sum(0.0);
-    if (light.vpls.dark()) return sum;
+PointLight at_point(const LightView& light, const glm::dvec3& point, const glm::dvec3& normal) {
+    PointLight result;
+    if (light.vpls.dark()) return result;
     constexpr float kKappa = 16.0f;
     constexpr unsigned kNearRays = 1024;
     const glm::vec3 n(normal),
@@ -413,7 +413,8 @@ glm::dvec3 at_point(const LightView& light, const glm::dvec3& point, const glm::
         }
         const unsigned seen = active & ~(active != 0 ? light.geometry.occluded(query, active) : 0u);
         for (int i = 0; i < trace::kPacket; ++i) {
-            if ((seen >> i & 1u) != 0) sum += bring[i];
+            const std::size_t subset = (first + static_cast<std::size_t>(i)) / light.vpls.per_subset;
+            if ((seen >> i & 1u) != 0) result.parts[subset] += bring[i] * static_cast<double>(kSubsets);
         }
     }
     float point_of[kArrays][trace::kPacket];
@@ -421,13 +422,17 @@ glm::dvec3 at_point(const LightView& light, const glm::dvec3& point, const glm::
         for (int k = 0; k < 3; ++k) point_of[k][i] = p[k], point_of[k + 3][i] = n[k];
     }
     const Points points{point_of[0], point_of[1], point_of[2], point_of[3], point_of[4], point_of[5]};
-    glm::vec3 near_light[trace::kPacket] = {};
+    // Consecutive points of the sequence are as even as the whole: each part gets a run of them.
+    constexpr unsigned kPerPart = kNearRays / kSubsets;
     for (unsigned r = 0; r < kNearRays; ++r) {
+        glm::vec3 near_light[trace::kPacket] = {};
         add_near_light(light, points, 1u,
                        {trace::unit_interval(trace::reverse_bits(r)), trace::unit_interval(trace::sobol_second(r))},
                        kKappa, near_light);
+        result.parts[r / kPerPart] += glm::dvec3(near_light[0]) / static_cast<double>(kPerPart);
     }
-    return sum + glm::dvec3(near_light[0]) / static_cast<double>(kNearRays);
+    for (const glm::dvec3& part : result.parts) result.light += part / static_cast<double>(kSubsets);
+    return result;
 }
 
 }  // namespace gonio::shade

@@ -3,6 +3,7 @@
 // near contact, given back by short rays; brought to the pixels by joint bilateral upsampling (docs/rendering.md).
 #pragma once
 
+#include <array>
 #include <glm/glm.hpp>
 #include <vector>
 
@@ -93,8 +94,13 @@ void upsample(const Surfaces& surfaces, const ScreenGrid& screen, const Planes& 
 void direct_light(const Surfaces& surfaces, const trace::Geometry& geometry, const DirectLight& light,
                   std::vector<float>& out, Pool& pool);
 
-// Result: the same irradiance at one point with the whole list, a ray to each VPL, and many short rays: rgb per candela
-// of peak. point: local, m, on its surface.
-glm::dvec3 at_point(const LightView& light, const glm::dvec3& point, const glm::dvec3& normal);
+// The same irradiance at one point with the whole list, a ray to each VPL, and many short rays: rgb per candela of
+// peak. parts: what each of the list's subsets with its share of the short rays finds alone; `light` is their mean.
+struct PointLight {
+    glm::dvec3 light{0.0};
+    std::array<glm::dvec3, kSubsets> parts{};
+};
+// point: local, m, on its surface.
+PointLight at_point(const LightView& light, const glm::dvec3& point, const glm::dvec3& normal);
 
 }  // namespace gonio::shade

@@ -13,6 +13,19 @@ float shoulder(float x) {
 // Result: the sRGB encoding (IEC 61966-2-1) of a linear value in 0..1.
 float srgb_encode(float x) { return x <= 0.0031308f ? 12.92f * x : 1.055f * pow(x, 1.0f / 2.4f) - 0.055f; }
 
+// Result: gamma-encoded R'G'B' of a display-linear colour for 8 bits at a pixel (x, y >= 0, rows counted from the bottom).
+// Ordered dither of half a code value hides the bands that 8 bits leave in dark gradients.
+vec3 encode_display(vec3 display, int x, int y) {
+    int u = x & 3, v = y & 3;
+    int bayer = ((u ^ v) & 1) * 8 + (v & 1) * 4 + (((u ^ v) >> 1) & 1) * 2 + (v >> 1);
+    float dither = (float(bayer) + 0.5f) / 16.0f - 0.5f;
+    vec3 encoded = vec3(srgb_encode(shoulder(display.x)), srgb_encode(shoulder(display.y)), srgb_encode(shoulder(display.z)));
+    return encoded + vec3(dither / 255.0f);
+}
+
+// What an 8-bit picture shows where there is no surface, gamma-encoded.
+float background_shade() { return 0.02f; }
+
 // Result: Y', Cb, Cr in 0..1 (BT.709, limited range: Y' 16..235, C 16..240 of 255) of gamma-encoded R'G'B' in 0..1.
 vec3 ycbcr_709(vec3 rgb) {
     float y = 0.2126f * rgb.x + 0.7152f * rgb.y + 0.0722f * rgb.z;
@@ -31,3 +44,7 @@ vec3 false_color(float t) {
     if (s < 3.0f) return mix(c2, c3, s - 2.0f);
     return mix(c3, c4, s - 3.0f);
 }
+
+// Result: the colour of an illuminance in lux, of a luminance in cd/m²: four decades from 1 lx and from 0.1 cd/m².
+vec3 illuminance_color(float value_lx) { return false_color(log2(max(value_lx, 1e-6f)) / log2(10.0f) / 4.0f); }
+vec3 luminance_color(float value_nit) { return illuminance_color(value_nit * 10.0f); }

@@ -30,14 +30,7 @@ layout(location = 0) out vec4 out_color;
 #define VIEW_RSM_FLUX 8
 #define VIEW_SOLID 9
 
-vec3 encode(vec3 display) {
-    // Ordered dither of half a code value hides the bands that 8 bits leave in dark gradients.
-    uvec2 p = uvec2(gl_FragCoord.xy) & 3u;
-    uint bayer = ((p.x ^ p.y) & 1u) * 8u + (p.y & 1u) * 4u + (((p.x ^ p.y) >> 1) & 1u) * 2u + (p.y >> 1);
-    float dither = (float(bayer) + 0.5) / 16.0 - 0.5;
-    vec3 c = vec3(shoulder(display.r), shoulder(display.g), shoulder(display.b));
-    return vec3(srgb_encode(c.r), srgb_encode(c.g), srgb_encode(c.b)) + dither / 255.0;
-}
+vec3 encode(vec3 display) { return encode_display(display, int(gl_FragCoord.x), int(gl_FragCoord.y)); }
 
 #if VIEW >= VIEW_MASK && VIEW <= VIEW_RSM_FLUX
 // The six faces unfolded into a 4 × 3 cross, seen from outside: +Y above, -Z -X +Z +X in the middle row.
@@ -99,11 +92,11 @@ void main() {
 #if VIEW == VIEW_ILLUMINANCE
     float value = luminance(total_lx);  // lux
     vec3 raw = vec3(value);
-    vec3 shown = false_color(log2(max(value, 1e-6)) / log2(10.0) / 4.0);  // 1 lx .. 10,000 lx
+    vec3 shown = illuminance_color(value);
 #elif VIEW == VIEW_LUMINANCE
     float value = luminance(rho_over_pi * total_lx + emitted);  // cd/m²
     vec3 raw = vec3(value);
-    vec3 shown = false_color(log2(max(value * 10.0, 1e-6)) / log2(10.0) / 4.0);  // 0.1 .. 1,000 cd/m²
+    vec3 shown = luminance_color(value);
 #elif VIEW == VIEW_DIRECT
     vec3 raw = rho_over_pi * direct_lx;
     vec3 shown = expose(raw, ev100);
@@ -117,7 +110,7 @@ void main() {
 #ifdef RAW
     out_color = hit ? vec4(raw, 1.0) : vec4(0.0);
 #else
-    out_color = vec4(hit ? encode(shown) : vec3(0.02), 1.0);
+    out_color = vec4(hit ? encode(shown) : vec3(background_shade()), 1.0);
 #endif
 #endif
 }

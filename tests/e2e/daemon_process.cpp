@@ -80,6 +80,24 @@ Finished run_program(const std::string& name, const std::vector<std::string>& ar
     return result;
 }
 
+KilledClient::KilledClient(const std::string& url, std::vector<std::string> words) {
+    words.insert(words.begin(), {"--server", url});
+    const Spawned process = spawn("gonio", words, true);
+    pid_ = process.pid;
+    close(process.out);
+    close(process.err);
+}
+
+KilledClient::~KilledClient() {
+    kill(pid_, SIGKILL);
+    waitpid(pid_, nullptr, 0);
+}
+
+bool KilledClient::ended() const {
+    siginfo_t info{};
+    return waitid(P_PID, static_cast<id_t>(pid_), &info, WEXITED | WNOHANG | WNOWAIT) == 0 && info.si_pid == pid_;
+}
+
 DaemonProcess::DaemonProcess(std::vector<std::string> arguments) {
     arguments.insert(arguments.begin(), {"--listen", "127.0.0.1:0"});
     const Spawned process = spawn("goniod", arguments, false);

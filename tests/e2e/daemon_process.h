@@ -16,6 +16,18 @@ struct Finished {
 // Runs a program of the build to its end.
 Finished run_program(const std::string& name, const std::vector<std::string>& arguments);
 
+// A gonio that was started and is killed at the end of its scope, whatever it does; its output is thrown away.
+class KilledClient {
+public:
+    KilledClient(const std::string& url, std::vector<std::string> words);
+    ~KilledClient();
+    KilledClient(const KilledClient&) = delete;
+    bool ended() const;  // by itself
+
+private:
+    pid_t pid_ = -1;
+};
+
 class DaemonProcess {
 public:
     // Starts goniod with --listen 127.0.0.1:0 and the arguments, and waits for its READY line (60 s).

@@ -226,7 +226,8 @@ TEST(Scene, AGreatCaptureLetsOthersThrough) {
     const auto lux = read_picture(folder.path("big.exr"));
     ASSERT_TRUE(lux);
     EXPECT_EQ(lux->width_px, 640);
-    EXPECT_GT(std::filesystem::file_size(folder.path("big.exr")), 2u << 20) << "larger than any message a client may send";
+    EXPECT_GT(std::filesystem::file_size(folder.path("big.exr")), 2u << 20)
+        << "larger than any message a client may send";
 }
 
 TEST(Floor, ARealFileReadsItsOwnCandela) {

@@ -75,6 +75,20 @@ TEST(CliOutput, SharedPassesHaveANullLight) {
     EXPECT_NE(without_image.find("\"light\":null"), std::string::npos);
 }
 
+TEST(CliOutput, ProgressInOneLine) {
+    v1::Progress progress;
+    progress.set_jobs_before(1);
+    EXPECT_EQ(progress_line(progress), "waiting: 1 job comes first");
+    progress.set_jobs_before(3);
+    EXPECT_EQ(progress_line(progress), "waiting: 3 jobs come first");
+    progress.set_jobs_before(0);
+    progress.set_seconds(12.4);
+    progress.set_samples(64);
+    EXPECT_EQ(progress_line(progress), "12 s  64 done");
+    progress.set_noise_ratio(0.0123);
+    EXPECT_EQ(progress_line(progress), "12 s  64 samples  noise 1.23 %");
+}
+
 TEST(CliOutput, ServerUrls) {
     const auto parsed = [](const char* url) {
         const auto address = parse_server_url(url);
@@ -119,7 +133,17 @@ struct CliRun : testing::Test {
         v1::ServerMessage reply;
         reply.set_request_id(message.request_id());
         if (message.has_get_state()) *reply.mutable_state() = example_state();
-        if (message.has_meter()) reply.mutable_meter()->set_total_lx(250);
+        if (message.meter().quality() == "reference") {
+            v1::ServerMessage news;
+            news.mutable_progress()->set_request(message.request_id());
+            front->reply(session, news);
+        }
+        if (message.meter().count_size() > 0) {
+            reply.mutable_meter_grid()->add_points()->set_total_lx(100);
+            reply.mutable_meter_grid()->set_uniformity_ratio(0.5);
+        } else if (message.has_meter()) {
+            reply.mutable_meter()->set_total_lx(250);
+        }
         if (message.has_stats()) reply.mutable_stats()->set_frames_rendered(3);
         if (message.has_report()) {
             reply.mutable_report()->set_scene_rev(message.report().rev());
@@ -182,6 +206,15 @@ TEST_F(CliRun, Queries) {
     EXPECT_EQ(run({"meter", "--point", "0,0,0", "--normal", "0,1,0", "--json"}), 0);
     EXPECT_NE(out.find("\"total_lx\":250"), std::string::npos);
     EXPECT_EQ(run({"meter", "--point", "0,0,0"}), 2);
+    // Progress is no answer, and shown on terminals only.
+    EXPECT_EQ(run({"meter", "--point", "0,0,0", "--normal", "0,1,0", "--quality", "reference", "--json"}), 0);
+    EXPECT_NE(out.find("\"total_lx\":250"), std::string::npos);
+    EXPECT_EQ(err, "");
+    EXPECT_EQ(run({"meter", "--point", "0,0,0", "--normal", "0,1,0", "--u", "1,0,0", "--v", "0,0,1", "--count", "1x1",
+                   "--json"}),
+              0);
+    EXPECT_NE(out.find("\"points\":[{"), std::string::npos);
+    EXPECT_NE(out.find("\"uniformity_ratio\":0.5"), std::string::npos);
     EXPECT_EQ(run({"stats"}), 0);
     EXPECT_NE(out.find("\"frames_rendered\": 3"), std::string::npos);
     EXPECT_EQ(run({"report", "--rev", "12", "--table"}), 0);

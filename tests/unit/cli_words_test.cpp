@@ -13,11 +13,15 @@
 namespace gonio {
 namespace {
 
-Result<v1::Command> command_of(const std::string& line) {
+std::vector<std::string> split(const std::string& line) {
     std::istringstream stream(line);
     std::vector<std::string> words;
     for (std::string word; stream >> word;) words.push_back(word);
-    return command_from_words(words);
+    return words;
+}
+
+Result<v1::Command> command_of(const std::string& line) {
+    return command_from_words(split(line));
 }
 
 TEST(CliWords, EveryChange) {
@@ -112,6 +116,74 @@ TEST(CliWords, UsageErrorsNameTheWord) {
         EXPECT_EQ(command.error().value, expected.value) << expected.line;
     }
     EXPECT_FALSE(command_of(""));
+}
+
+TEST(CliWords, MetersAndCaptures) {
+    const auto meter = meter_from_words(
+        split("--point 0,-1,2 --normal 0,1,0 --quality reference --bounces all --noise 0.002 --openings --u 4,0,0 "
+              "--v=0,0,-6 --count 16x9"));
+    ASSERT_TRUE(meter) << meter.error().text();
+    EXPECT_DOUBLE_EQ(meter->point_m(1), -1);
+    EXPECT_EQ(meter->quality(), "reference");
+    EXPECT_EQ(meter->bounces(), "all");
+    EXPECT_DOUBLE_EQ(meter->noise_ratio(), 0.002);
+    EXPECT_TRUE(meter->openings());
+    EXPECT_DOUBLE_EQ(meter->v_m(2), -6);
+    ASSERT_EQ(meter->count_size(), 2);
+    EXPECT_EQ(meter->count(0), 16u);
+    EXPECT_EQ(meter->count(1), 9u);
+    const auto plain = meter_from_words(split("--point 0,0,0 --normal 0,1,0"));
+    ASSERT_TRUE(plain);
+    EXPECT_FALSE(plain->has_noise_ratio());
+    EXPECT_FALSE(plain->openings());
+    EXPECT_EQ(plain->count_size(), 0);
+
+    const auto capture = capture_from_words(
+        split("out/a.JPEG --view indirect --quality reference --bounces 3 --noise 0.02 --openings --size 640x480"));
+    ASSERT_TRUE(capture) << capture.error().text();
+    EXPECT_EQ(capture->file, "out/a.JPEG");
+    EXPECT_EQ(capture->query.format(), "jpg");
+    EXPECT_EQ(capture->query.view(), "indirect");
+    EXPECT_EQ(capture->query.bounces(), "3");
+    EXPECT_DOUBLE_EQ(capture->query.noise_ratio(), 0.02);
+    EXPECT_TRUE(capture->query.openings());
+    EXPECT_EQ(capture->query.height_px(), 480u);
+}
+
+TEST(CliWords, UsageErrorsOfMetersAndCaptures) {
+    struct Case {
+        const char* line;
+        const char* where;
+        const char* value;
+    };
+    const Case meters[] = {
+        {"--normal 0,1,0", "--point", ""},
+        {"--point 0,0,0", "--normal", ""},
+        {"--point 0,0,x --normal 0,1,0", "--point", "0,0,x"},
+        {"--point 0,0,0 --normal 0,1,0 --noise low", "--noise", "low"},
+        {"--point 0,0,0 --normal 0,1,0 --count 3", "--count", "3"},
+        {"--point 0,0,0 --normal 0,1,0 --count 3x-1", "--count", "3x-1"},
+        {"--point 0,0,0 --normal 0,1,0 --openings=yes", "--openings", "yes"},
+        {"--point 0,0,0 --normal 0,1,0 word", "", "word"},
+    };
+    for (const Case& expected : meters) {
+        const auto query = meter_from_words(split(expected.line));
+        ASSERT_FALSE(query) << expected.line;
+        EXPECT_EQ(query.error().code, "usage") << expected.line;
+        EXPECT_EQ(query.error().where, expected.where) << expected.line;
+        EXPECT_EQ(query.error().value, expected.value) << expected.line;
+    }
+    const Case captures[] = {
+        {"--view beauty", "", ""},    {"a.gif", "capture", "a.gif"},     {"png", "capture", "png"},
+        {"a.png b.png", "", "b.png"}, {"a.png --size 5", "--size", "5"}, {"a.png --noise x", "--noise", "x"},
+    };
+    for (const Case& expected : captures) {
+        const auto capture = capture_from_words(split(expected.line));
+        ASSERT_FALSE(capture) << expected.line;
+        EXPECT_EQ(capture.error().code, "usage") << expected.line;
+        EXPECT_EQ(capture.error().where, expected.where) << expected.line;
+        EXPECT_EQ(capture.error().value, expected.value) << expected.line;
+    }
 }
 
 TEST(CliWords, AfterTwoDashesEverythingIsAName) {

@@ -13,6 +13,7 @@ struct ScreenLight {
     std::vector<shade::Occlusion> occlusion;  // by layer
     std::vector<std::uint16_t> halves;        // scratch: what is uploaded
     std::vector<float> floats;
+    std::vector<shade::PointLight> points;  // by layer, of meters
 };
 
 namespace {
@@ -153,12 +154,18 @@ PassRun run_gather(const PassContext& context, const Light& light, const LightGp
 
 PassRun run_gather_point(const PassContext& context, const Light& light, const LightGpu& gpu, int layer) {
     const Eye& eye = context.eye;
-    const glm::vec4 value(
-        glm::vec3(shade::at_point(view_of(context, light, gpu), eye.position + eye.forward - context.traced.origin(),
-                                  -eye.forward)),
-        1.0f);
+    std::vector<shade::PointLight>& points = context.target.screen->points;
+    points.resize(context.scene.lights.size());
+    shade::PointLight& found = points[static_cast<std::size_t>(layer)];
+    found = shade::at_point(view_of(context, light, gpu), eye.position + eye.forward - context.traced.origin(),
+                            -eye.forward);
+    const glm::vec4 value(glm::vec3(found.light), 1.0f);
     glTextureSubImage3D(context.target.indirect.id(), 0, 0, 0, layer, 1, 1, 1, GL_RGBA, GL_FLOAT, &value[0]);
     return {};
+}
+
+const shade::PointLight& point_light(const Target& target, std::size_t layer) {
+    return target.screen->points.at(layer);
 }
 
 std::shared_ptr<ScreenLight> make_screen_light() {

@@ -231,14 +231,53 @@ async function run(page, server) {
     const [download] = await Promise.all([page.waitForEvent("download", {timeout: kTimeoutMs}), page.locator("#save").click()]);
     check(/\.png$/.test(download.suggestedFilename()), "a still can be saved", download.suggestedFilename());
 
+    await meter(page);
     return {start, oldProfile, before};
+}
+
+// The meter panel: readings of two qualities, a refusal, a capture.
+async function meter(page) {
+    await page.locator("#meter-toggle").click();
+    const result = () => page.locator("#meter-result").textContent();
+    const read = async () => {
+        await page.locator("#meter-read").click();
+        return until("a reading", async () => {
+            const text = await result();
+            return await page.locator("#meter-read").isEnabled() && !text.endsWith("…") && text;
+        });
+    };
+    for (const [i, letter] of ["x", "y", "z"].entries()) await page.locator(`input[aria-label='Point ${letter}']`).fill(["0", "0", "1.5"][i]);
+    const lux = (text) => Number(/^([\d.]+) lx ±/.exec(text)?.[1]);
+    const live = await read();
+    check(lux(live) > 1 && /direct .* lx · indirect .* lx ± .* · 4096 samples/.test(live), "the meter panel reads lux with its error", live);
+    await page.locator("#meter-quality").selectOption("rsm");
+    check(await page.locator("#meter-capture").isHidden(), "what is a meter only offers no capture");
+    await page.locator("#meter-quality").selectOption("reference");
+    await page.locator("select[aria-label='Noise of reference quality']").selectOption("0.05");
+    const traced = await read();
+    const direct = (text) => Number(/direct ([\d.]+) lx/.exec(text)?.[1]);
+    check(Math.abs(direct(traced) - direct(live)) < 0.1, "reference quality agrees about direct light", traced);
+    await page.locator("input[aria-label='Normal y']").fill("0");
+    const refused = await read();
+    check(/Normal must not be the zero vector/.test(refused), "a refusal is told in its place", refused);
+    await page.locator("input[aria-label='Normal y']").fill("1");
+    await page.locator("#meter-quality").selectOption("interactive");
+    const [download] = await Promise.all([page.waitForEvent("download", {timeout: kTimeoutMs}), page.locator("#meter-capture").click()]);
+    check(/\.png$/.test(download.suggestedFilename()), "a capture can be saved from the meter panel", download.suggestedFilename());
+    await until("the saved capture's line", async () => /^Saved \d+ × \d+ of revision \d+$/.test(await result()));
+    if (screenshot) {
+        await page.locator("#meter-quality").selectOption("reference");
+        await read();
+        await page.screenshot({path: screenshot.replace(/(\.\w+)?$/, "-meter$1")});
+    }
+    await page.locator("#meter-toggle").click();
 }
 
 // The page's arithmetic, in the browser that runs it.
 async function arithmetic(page) {
     const wrong = await page.evaluate(async () => {
-        const [{parseFrameHeader}, camera, {ringsFor}, color] = await Promise.all(
-            ["/video.js", "/camera.js", "/polar.js", "/color.js"].map((name) => import(name)));
+        const [{parseFrameHeader}, camera, {ringsFor}, color, {formatLux, formatProgress}] = await Promise.all(
+            ["/video.js", "/camera.js", "/polar.js", "/color.js", "/meter.js"].map((name) => import(name)));
         const found = [];
         const expect = (condition, what) => { if (!condition) found.push(what); };
 
@@ -280,6 +319,10 @@ async function arithmetic(page) {
             expect(near(0.2126 * r + 0.7152 * g + 0.0722 * b, 1), `${kelvin} K keeps lux`);
             expect(kelvin < 6500 ? r > g && g > b : Math.max(r, g, b) < 1.1 * Math.min(r, g, b), `${kelvin} K has its colour`);
         }
+        expect(formatLux(42.3791, 0.0557) === "42.379 lx ± 0.056" && formatLux(250, 0) === "250.0 lx" && formatLux(43.9, 0.15) === "43.90 lx ± 0.15",
+            `lux: ${formatLux(42.3791, 0.0557)}, ${formatLux(250, 0)}, ${formatLux(43.9, 0.15)}`);
+        expect(formatProgress({jobs_before: 2}) === "Waiting: 2 jobs come first"
+            && formatProgress({samples: 64, noise_ratio: 0.05, seconds: 12.3}) === "12 s · 64 samples · noise 5.00 %", "progress");
         expect(color.toHex(color.fromHex("#1f80e0")) === "#1f80e0", "sRGB and back");
         return found;
     });
