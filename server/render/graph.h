@@ -26,6 +26,7 @@ enum class Slot : std::uint8_t {
     occlusion,
     direct,
     gather,
+    layers,
     picture,
     nv12
 };

@@ -29,7 +29,11 @@ struct Builder {
     const Scene& scene = in.scene;
     const std::uint32_t target = in.target.id;
     const bool seed = in.scene.technique != Technique::standard;
-    const PassContext context{in.programs, in.geometry, in.scene, in.target, in.eye, in.traced, in.pool};
+    // The live picture's light stays on the CPU where that shades it; a view that only shaders show asks for it.
+    const bool on_cpu =
+        in.direct_by_rays && !seed && in.target.kind == TargetKind::live && in.meter == FrameInputs::Meter::none;
+    const bool shown_on_cpu = on_cpu && in.view <= View::indirect;
+    const PassContext context{in.programs, in.geometry, in.scene, in.target, in.eye, in.traced, in.pool, on_cpu};
 
     SlotRef per_target(Slot slot, std::uint32_t light = 0) const { return {slot, target, light}; }
     static SlotRef per_light(Slot slot, std::uint32_t light) { return {slot, 0, light}; }
@@ -72,13 +76,13 @@ struct Builder {
         named(add("mask", mask, {}, {light.profile_rev, light.aim_rev},
                   [=, &light, &gpu] { return run_mask(shared, light, gpu); }));
         named(add("rsm-flux", flux, {rsm, mask}, {}, [=, &gpu] { return run_flux(shared, gpu); }));
-        const auto on_cpu = [&](Pass& pass) -> Pass& {
+        const auto cpu = [&](Pass& pass) -> Pass& {
             pass.on_gpu = false;
             return named(pass);
         };
-        on_cpu(add("vpl", vpl, {},
-                   {light.position_rev, light.aim_rev, light.profile_rev, scene.geometry_rev, scene.samples},
-                   [=, &light, &gpu] { return run_vpl(shared, light, gpu); }))
+        cpu(add("vpl", vpl, {},
+                {light.position_rev, light.aim_rev, light.profile_rev, scene.geometry_rev, scene.samples},
+                [=, &light, &gpu] { return run_vpl(shared, light, gpu); }))
             .absent = seed;
         const bool metered = in.meter != FrameInputs::Meter::none, rays = in.direct_by_rays && !seed;
         const SlotRef grid = per_target(Slot::grid);
@@ -97,15 +101,20 @@ struct Builder {
                       {scene.samples, static_cast<std::uint64_t>(layer)},
                       [=, &light, &gpu] { return run_gather_seed(shared, light, gpu, layer); }));
         } else if (metered) {
-            on_cpu(add("gather", per_target(Slot::gather, light.id), {gbuffer, vpl}, {light.position_rev},
-                       [=, &light, &gpu] { return run_gather_point(shared, light, gpu, layer); }));
+            cpu(add("gather", per_target(Slot::gather, light.id), {gbuffer, vpl}, {light.position_rev},
+                    [=, &light, &gpu] { return run_gather_point(shared, light, gpu, layer); }));
         } else {
             const SlotRef occlusion = per_target(Slot::occlusion, light.id);
-            on_cpu(add("occlusion", occlusion, {grid, vpl}, {static_cast<std::uint64_t>(layer)},
-                       [=, &light, &gpu] { return run_occlusion(shared, light, gpu, layer); }));
-            on_cpu(add("gather", per_target(Slot::gather, light.id), {grid, vpl, occlusion},
-                       {static_cast<std::uint64_t>(layer)},
-                       [=, &light, &gpu] { return run_gather(shared, light, gpu, layer); }));
+            cpu(add("occlusion", occlusion, {grid, vpl}, {static_cast<std::uint64_t>(layer)},
+                    [=, &light, &gpu] { return run_occlusion(shared, light, gpu, layer); }));
+            cpu(add("gather", per_target(Slot::gather, light.id), {grid, vpl, occlusion},
+                    {static_cast<std::uint64_t>(layer)},
+                    [=, &light, &gpu] { return run_gather(shared, light, gpu, layer); }));
+        }
+        if (on_cpu && !shown_on_cpu) {
+            named(add("layers", per_target(Slot::layers, light.id),
+                      {per_target(Slot::direct, light.id), per_target(Slot::gather, light.id)},
+                      {static_cast<std::uint64_t>(layer)}, [=] { return run_layers(shared, layer); }));
         }
     }
 
@@ -120,11 +129,18 @@ struct Builder {
         std::vector<const LightGpu*> lights(in.lights.begin(), in.lights.end());
         const std::size_t shown_index = shown_light(scene);
         const LightGpu* shown = lights.empty() ? nullptr : lights[shown_index];
-        if (in.view < View::mask || in.view == View::solid) reads.push_back(per_target(Slot::gbuffer));
+        if (in.view < View::mask || in.view == View::solid)
+            reads.push_back(per_target(shown_on_cpu ? Slot::grid : Slot::gbuffer));
         for (std::size_t i = 0; i < scene.lights.size(); ++i) {
             const Light& light = scene.lights[i];
-            if (shows_direct(in.view) || in.view == View::solid) reads.push_back(per_target(Slot::direct, light.id));
-            if (shows_indirect(in.view) || in.view == View::solid) reads.push_back(per_target(Slot::gather, light.id));
+            const bool direct = shows_direct(in.view) || in.view == View::solid,
+                       indirect = shows_indirect(in.view) || in.view == View::solid;
+            if (on_cpu && !shown_on_cpu) {
+                if (direct || indirect) reads.push_back(per_target(Slot::layers, light.id));
+            } else {
+                if (direct) reads.push_back(per_target(Slot::direct, light.id));
+                if (indirect) reads.push_back(per_target(Slot::gather, light.id));
+            }
             key.push_back(light.level_rev);
             if (in.view == View::solid) key.insert(key.end(), {light.position_rev, light.aim_rev, light.profile_rev});
         }
@@ -135,6 +151,14 @@ struct Builder {
                                       : in.view == View::rsm_flux ? Slot::flux
                                                                   : Slot::rsm,
                                       id));
+        }
+        if (shown_on_cpu) {
+            add("composite", per_target(Slot::nv12), std::move(reads), std::move(key),
+                [this_in = &in, context = context, lights = std::move(lights)] {
+                    return run_composite_cpu(context, this_in->view, lights);
+                })
+                .on_gpu = false;
+            return;
         }
         add("composite", per_target(Slot::picture), std::move(reads), std::move(key),
             [this_in = &in, context = context, lights = std::move(lights), shown] {
@@ -168,7 +192,7 @@ std::vector<Pass> build_pipeline(const FrameInputs& in) {
         }
     }
     if (!metered) b.add_composite();
-    if (!metered && in.target.kind == TargetKind::live) {
+    if (!metered && !b.shown_on_cpu && in.target.kind == TargetKind::live) {
         b.add("nv12", b.per_target(Slot::nv12), {b.per_target(Slot::picture)}, {},
               [context = b.context] { return run_nv12(context); });
     }

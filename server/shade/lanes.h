@@ -104,9 +104,11 @@ HWY_INLINE Float dot(const Vec3& a, const Vec3& b) {
 #define float Float
 #define vec2 Vec2
 #define vec3 Vec3
+namespace {
 #include "shaders/lib/edge_weight.glsl"
 #include "shaders/lib/vpl.glsl"
 #include "shaders/lib/web.glsl"
+}  // namespace
 #undef float
 #undef vec2
 #undef vec3

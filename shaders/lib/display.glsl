@@ -13,14 +13,18 @@ float shoulder(float x) {
 // Result: the sRGB encoding (IEC 61966-2-1) of a linear value in 0..1.
 float srgb_encode(float x) { return x <= 0.0031308f ? 12.92f * x : 1.055f * pow(x, 1.0f / 2.4f) - 0.055f; }
 
-// Result: gamma-encoded R'G'B' of a display-linear colour for 8 bits at a pixel (x, y >= 0, rows counted from the bottom).
-// Ordered dither of half a code value hides the bands that 8 bits leave in dark gradients.
-vec3 encode_display(vec3 display, int x, int y) {
+// Result: what is added to gamma-encoded values at a pixel (x, y >= 0, rows counted from the bottom) before they become 8
+// bits: ordered dither of half a code value, which hides the bands that 8 bits leave in dark gradients.
+float display_dither(int x, int y) {
     int u = x & 3, v = y & 3;
     int bayer = ((u ^ v) & 1) * 8 + (v & 1) * 4 + (((u ^ v) >> 1) & 1) * 2 + (v >> 1);
-    float dither = (float(bayer) + 0.5f) / 16.0f - 0.5f;
+    return ((float(bayer) + 0.5f) / 16.0f - 0.5f) / 255.0f;
+}
+
+// Result: gamma-encoded R'G'B' of a display-linear colour for 8 bits at that pixel.
+vec3 encode_display(vec3 display, int x, int y) {
     vec3 encoded = vec3(srgb_encode(shoulder(display.x)), srgb_encode(shoulder(display.y)), srgb_encode(shoulder(display.z)));
-    return encoded + vec3(dither / 255.0f);
+    return encoded + vec3(display_dither(x, y));
 }
 
 // What an 8-bit picture shows where there is no surface, gamma-encoded.

@@ -2,13 +2,13 @@
 #pragma once
 
 #include "server/gl/objects.h"
-#include "server/shade/screen.h"
 #include "server/render/gpu_scene.h"
 #include "server/render/graph.h"
 #include "server/render/light_gpu.h"
 #include "server/render/programs.h"
 #include "server/render/target.h"
 #include "server/scene/scene.h"
+#include "server/shade/screen.h"
 
 namespace gonio {
 
@@ -21,6 +21,7 @@ struct PassContext {
     const Eye& eye;
     const trace::Geometry& traced;
     shade::Pool& pool;
+    bool layers_on_cpu = false;  // what the CPU shades stays there; run_layers takes it to the target's textures
 };
 
 // G-buffer of the target from its eye.
@@ -53,6 +54,12 @@ PassRun run_gather(const PassContext& context, const Light& light, const LightGp
 PassRun run_gather_point(const PassContext& context, const Light& light, const LightGpu& gpu, int layer);
 // The seed paper's indirect pass into a layer.
 PassRun run_gather_seed(const PassContext& context, const Light& light, const LightGpu& gpu, int layer);
+// The CPU's layers of one light -> the target's, for run_composite.
+PassRun run_layers(const PassContext& context, int layer);
+// All layers on the CPU -> NV12 on the CPU: the beauty, direct and indirect views.
+PassRun run_composite_cpu(const PassContext& context, View view, std::span<const LightGpu* const> lights);
+// Result: the picture that run_composite_cpu made since the last call; null if it did not run.
+std::shared_ptr<const std::vector<std::uint8_t>> take_nv12(const Target& target);
 // All layers -> display (raw 0), or values in the view's own unit into raw, an RGBA32F framebuffer of the target's
 // size. shown: the light whose cube the mask and rsm views unfold; may be null.
 PassRun run_composite(const PassContext& context, View view, const LightGpu* shown,

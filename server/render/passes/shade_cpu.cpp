@@ -1,8 +1,11 @@
 // The default technique's light: the CPU's passes between the G-buffer and the layers (server/shade).
+#include <algorithm>
 #include <cmath>
 
 #include "server/render/passes/passes.h"
 #include "server/render/passes/screen.h"
+#include "server/scene/apply.h"
+#include "server/shade/display.h"
 
 namespace gonio {
 
@@ -14,6 +17,15 @@ struct ScreenLight {
     std::vector<std::uint16_t> halves;        // scratch: what is uploaded
     std::vector<float> floats;
     std::vector<shade::PointLight> points;  // by layer, of meters
+    // Where layers stay on the CPU: half floats, surfaces.row_length pixels a row.
+    struct Layers {
+        std::vector<std::uint16_t> direct;    // 1 per pixel
+        std::vector<std::uint16_t> indirect;  // 4 per pixel
+    };
+    std::vector<Layers> layers;
+    std::vector<std::uint16_t> albedo, emission;  // 4 per pixel
+    std::shared_ptr<std::vector<std::uint8_t>> nv12;
+    std::vector<std::shared_ptr<std::vector<std::uint8_t>>> pictures;  // made before; those nobody holds are used again
 };
 
 namespace {
@@ -49,6 +61,14 @@ PassRun run_grid(const PassContext& context) {
     const auto bytes = static_cast<GLsizei>(s.depth.size() * 4);
     glGetTextureImage(target.depth.id(), 0, GL_DEPTH_COMPONENT, GL_FLOAT, bytes, s.depth.data());
     glGetTextureImage(target.normal.id(), 0, GL_RG, GL_SHORT, bytes, s.normal.data());
+    if (context.layers_on_cpu) {
+        const auto read = [&](const gl::Texture& texture, std::vector<std::uint16_t>& to) {
+            to.resize(s.depth.size() * 4);
+            glGetTextureImage(texture.id(), 0, GL_RGBA, GL_HALF_FLOAT, static_cast<GLsizei>(to.size() * 2), to.data());
+        };
+        read(target.albedo, screen.albedo);
+        if (target.emissive) read(target.emission, screen.emission);
+    }
     glPixelStorei(GL_PACK_ROW_LENGTH, 0);
 
     const Eye& eye = context.eye;
@@ -79,6 +99,24 @@ PassRun run_occlusion(const PassContext& context, const Light& light, const Ligh
     return {};
 }
 
+namespace {
+
+ScreenLight::Layers& layers_of(ScreenLight& screen, int layer) {
+    screen.layers.resize(std::max(screen.layers.size(), static_cast<std::size_t>(layer) + 1));
+    return screen.layers[static_cast<std::size_t>(layer)];
+}
+
+// values: surfaces.row_length pixels a row.
+void upload(const gl::Texture& array, const shade::Surfaces& s, int layer, GLenum format, GLenum type,
+            const void* values) {
+    glPixelStorei(GL_UNPACK_ALIGNMENT, 2);
+    glPixelStorei(GL_UNPACK_ROW_LENGTH, static_cast<GLint>(s.row_length));
+    glTextureSubImage3D(array.id(), 0, 0, 0, layer, s.width, s.height, 1, format, type, values);
+    glPixelStorei(GL_UNPACK_ROW_LENGTH, 0);
+}
+
+}  // namespace
+
 PassRun run_direct_rays(const PassContext& context, const Light& light, const LightGpu& gpu, int layer) {
     const Target& target = context.target;
     ScreenLight& screen = *target.screen;
@@ -86,20 +124,17 @@ PassRun run_direct_rays(const PassContext& context, const Light& light, const Li
     const glm::vec3 position(light.position - context.traced.origin());
     shade::direct_light(s, context.traced, {position, light_from_world(light), gpu.web->words.data()}, screen.floats,
                         context.pool);
-    glPixelStorei(GL_UNPACK_ALIGNMENT, 2);
-    glPixelStorei(GL_UNPACK_ROW_LENGTH, static_cast<GLint>(s.row_length));
-    const bool precise = target.kind == TargetKind::precise;
-    if (!precise) {
-        screen.halves.resize(screen.floats.size());
-        context.pool.run(s.height, [&](int row) {
-            const std::size_t at = static_cast<std::size_t>(row) * s.row_length;
-            shade::to_halves(screen.floats.data() + at, s.row_length, screen.halves.data() + at);
-        });
+    if (target.kind == TargetKind::precise) {
+        upload(target.direct, s, layer, GL_RED, GL_FLOAT, screen.floats.data());
+        return {};
     }
-    glTextureSubImage3D(target.direct.id(), 0, 0, 0, layer, s.width, s.height, 1, GL_RED,
-                        precise ? GL_FLOAT : GL_HALF_FLOAT,
-                        precise ? static_cast<const void*>(screen.floats.data()) : screen.halves.data());
-    glPixelStorei(GL_UNPACK_ROW_LENGTH, 0);
+    std::vector<std::uint16_t>& halves = context.layers_on_cpu ? layers_of(screen, layer).direct : screen.halves;
+    halves.resize(screen.floats.size());
+    context.pool.run(s.height, [&](int row) {
+        const std::size_t at = static_cast<std::size_t>(row) * s.row_length;
+        shade::to_halves(screen.floats.data() + at, s.row_length, halves.data() + at);
+    });
+    if (!context.layers_on_cpu) upload(target.direct, s, layer, GL_RED, GL_HALF_FLOAT, halves.data());
     return {};
 }
 
@@ -129,13 +164,10 @@ PassRun run_gather(const PassContext& context, const Light& light, const LightGp
     const shade::Surfaces& s = screen.surfaces;
     const shade::Planes planes = shade::gather_grid(screen.grid, view_of(context, light, gpu),
                                                     screen.occlusion[static_cast<std::size_t>(layer)], context.pool);
-    glPixelStorei(GL_UNPACK_ALIGNMENT, 4);
     if (screen.grid.quality.step > 1) {
-        shade::upsample(s, screen.grid, planes, screen.halves, context.pool);
-        glPixelStorei(GL_UNPACK_ROW_LENGTH, static_cast<GLint>(s.row_length));
-        glTextureSubImage3D(target.indirect.id(), 0, 0, 0, layer, s.width, s.height, 1, GL_RGBA, GL_HALF_FLOAT,
-                            screen.halves.data());
-        glPixelStorei(GL_UNPACK_ROW_LENGTH, 0);
+        std::vector<std::uint16_t>& halves = context.layers_on_cpu ? layers_of(screen, layer).indirect : screen.halves;
+        shade::upsample(s, screen.grid, planes, halves, context.pool);
+        if (!context.layers_on_cpu) upload(target.indirect, s, layer, GL_RGBA, GL_HALF_FLOAT, halves.data());
         return {};
     }
     screen.floats.resize(static_cast<std::size_t>(s.width) * static_cast<std::size_t>(s.height) * 4);
@@ -150,6 +182,56 @@ PassRun run_gather(const PassContext& context, const Light& light, const LightGp
     glTextureSubImage3D(target.indirect.id(), 0, 0, 0, layer, s.width, s.height, 1, GL_RGBA, GL_FLOAT,
                         screen.floats.data());
     return {};
+}
+
+PassRun run_layers(const PassContext& context, int layer) {
+    const Target& target = context.target;
+    ScreenLight& screen = *target.screen;
+    const ScreenLight::Layers& layers = layers_of(screen, layer);
+    // A part that no view has asked for yet is empty.
+    if (!layers.direct.empty())
+        upload(target.direct, screen.surfaces, layer, GL_RED, GL_HALF_FLOAT, layers.direct.data());
+    if (!layers.indirect.empty())
+        upload(target.indirect, screen.surfaces, layer, GL_RGBA, GL_HALF_FLOAT, layers.indirect.data());
+    return {};
+}
+
+PassRun run_composite_cpu(const PassContext& context, View view, std::span<const LightGpu* const> lights) {
+    ScreenLight& screen = *context.target.screen;
+    const Scene& scene = context.scene;
+    shade::Display display;
+    display.width = screen.surfaces.width;
+    display.height = screen.surfaces.height;
+    display.row_length = screen.surfaces.row_length;
+    display.direct = view != View::indirect;
+    display.indirect = view != View::direct;
+    display.gain = view == View::indirect ? static_cast<float>(scene.view_gain) : 1.0f;
+    display.albedo = screen.albedo.data();
+    if (context.target.emissive && view == View::beauty) display.emission = screen.emission.data();
+    display.depth = screen.surfaces.depth.data();
+    display.ev100 = static_cast<float>(scene.exposure_ev100);
+    std::vector<shade::Layer> layers;
+    for (std::size_t i = 0; i < lights.size(); ++i) {
+        const glm::vec3 weight(light_weight(scene, scene.lights[i]) * static_cast<double>(lights[i]->web->peak_cd));
+        const ScreenLight::Layers& light = layers_of(screen, static_cast<int>(i));
+        if (weight != glm::vec3(0.0f)) layers.push_back({light.direct.data(), light.indirect.data(), weight});
+    }
+    display.layers = layers;
+    const std::size_t bytes =
+        static_cast<std::size_t>(display.width) * static_cast<std::size_t>(display.height) / 2 * 3;
+    auto& pictures = screen.pictures;
+    std::erase_if(pictures, [&](const auto& picture) { return picture->size() != bytes; });
+    auto free =
+        std::find_if(pictures.begin(), pictures.end(), [](const auto& picture) { return picture.use_count() == 1; });
+    if (free == pictures.end())
+        free = pictures.insert(pictures.end(), std::make_shared<std::vector<std::uint8_t>>(bytes));
+    screen.nv12 = *free;
+    shade::to_nv12(display, screen.nv12->data(), context.pool);
+    return {};
+}
+
+std::shared_ptr<const std::vector<std::uint8_t>> take_nv12(const Target& target) {
+    return std::move(target.screen->nv12);
 }
 
 PassRun run_gather_point(const PassContext& context, const Light& light, const LightGpu& gpu, int layer) {

@@ -1,0 +1,51 @@
+// The picture that the CPU makes of the light against the one that shaders make: two ways, one maths source.
+#include <algorithm>
+
+#include "server/assets/assets.h"
+#include "tests/gl/test_context.h"
+
+namespace gonio::test {
+namespace {
+
+std::shared_ptr<const std::vector<std::uint8_t>> picture(Renderer::Gather gather, Scene scene, View view) {
+    Renderer renderer(context(), gather);
+    scene.view = view;
+    renderer.begin_frame(scene, monotonic_ns());
+    return renderer.finish_frame(true)->nv12;
+}
+
+// Direct light differs at shadow edges only (rays against a shadow map), the rest by rounding.
+TEST(Display, TheCpuShowsWhatShadersShow) {
+    Scene scene = scene_of(make_cornell());
+    scene.width_px = 272;  // not a multiple of the kernels' 64 pixels
+    scene.height_px = 250;
+    scene.view_gain = 2.0;
+    for (const View view :
+         {View::beauty, View::direct, View::indirect, View::illuminance, View::luminance, View::solid}) {
+        const auto cpu = picture(Renderer::Gather::simd, scene, view), gpu = picture(Renderer::Gather::gl, scene, view);
+        ASSERT_EQ(cpu->size(), gpu->size());
+        std::size_t off = 0;
+        double sum = 0.0;
+        for (std::size_t i = 0; i < cpu->size(); ++i) {
+            const int difference = (*cpu)[i] - (*gpu)[i];
+            sum += difference;
+            off += std::abs(difference) > 2 ? 1 : 0;
+        }
+        EXPECT_LT(static_cast<double>(off) / static_cast<double>(cpu->size()), 0.02) << view_name(view);
+        EXPECT_LT(std::abs(sum) / static_cast<double>(cpu->size()), 0.1)
+            << view_name(view) << ": a bias in code values";
+    }
+}
+
+TEST(Display, EmittersAndEmptinessLookTheSame) {
+    Scene scene = scene_with(
+        {{quad({-1, 0, 1}, {1, 0, 1}, {1, 0, -1}, {-1, 0, -1}), glm::vec3(0.5f), glm::vec3(30.0f, 60.0f, 5.0f)}},
+        isotropic(100.0), {0, 1.5, 0});
+    scene.camera = {{0, 3, 0.001}, {0, 0, 0}, 1.2};  // sees past the emitter
+    const auto cpu = picture(Renderer::Gather::simd, scene, View::beauty),
+               gpu = picture(Renderer::Gather::gl, scene, View::beauty);
+    for (std::size_t i = 0; i < cpu->size(); ++i) ASSERT_NEAR((*cpu)[i], (*gpu)[i], 2) << i;
+}
+
+}  // namespace
+}  // namespace gonio::test
