@@ -23,17 +23,19 @@ TEST(ClosedForms, ConfigurationFactorsAreTheIntegralTheyStandFor) {
         return sum * (x1 - x0) * (y1 - y0) / (n * n);
     };
     const double c = 1.3;
-    EXPECT_NEAR(parallel_factor(-0.4, 1.7, 0.3, 0.9, c), integral(-0.4, 1.7, 0.3, 0.9,
-                                                                  [=](double x, double y) {
-                                                                      const double d2 = x * x + y * y + c * c;
-                                                                      return c * c / (kPi * d2 * d2);
-                                                                  }),
+    EXPECT_NEAR(parallel_factor(-0.4, 1.7, 0.3, 0.9, c),
+                integral(-0.4, 1.7, 0.3, 0.9,
+                         [=](double x, double y) {
+                             const double d2 = x * x + y * y + c * c;
+                             return c * c / (kPi * d2 * d2);
+                         }),
                 1e-6);
-    EXPECT_NEAR(perpendicular_factor(-0.4, 1.7, 0.3, 0.9, c), integral(-0.4, 1.7, 0.3, 0.9,
-                                                                       [=](double x, double z) {
-                                                                           const double d2 = x * x + z * z + c * c;
-                                                                           return c * z / (kPi * d2 * d2);
-                                                                       }),
+    EXPECT_NEAR(perpendicular_factor(-0.4, 1.7, 0.3, 0.9, c),
+                integral(-0.4, 1.7, 0.3, 0.9,
+                         [=](double x, double z) {
+                             const double d2 = x * x + z * z + c * c;
+                             return c * z / (kPi * d2 * d2);
+                         }),
                 1e-6);
 }
 
@@ -77,9 +79,9 @@ TEST(ClosedForms, Obstructed57) {
 }
 
 TEST(ClosedForms, InternalReflection58) {
-    const std::pair<double, double> table[] = {
-        {0.05, 5.48}, {0.1, 11.57}, {0.2, 26.04}, {0.3, 44.64}, {0.4, 69.44},  {0.5, 104.17},
-        {0.6, 156.25}, {0.7, 243.06}, {0.8, 416.67}, {0.9, 937.5}, {0.95, 1979.17}};
+    const std::pair<double, double> table[] = {{0.05, 5.48},  {0.1, 11.57},  {0.2, 26.04},   {0.3, 44.64},
+                                               {0.4, 69.44},  {0.5, 104.17}, {0.6, 156.25},  {0.7, 243.06},
+                                               {0.8, 416.67}, {0.9, 937.5},  {0.95, 1979.17}};
     for (const auto& [rho, lux] : table) EXPECT_NEAR(mean_indirect(10000.0, 96.0, rho), lux, 0.006) << rho;
 }
 

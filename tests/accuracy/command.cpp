@@ -36,8 +36,7 @@ void run(const Options& options) {
 
 void add_commands(CLI::App& app) {
     auto options = std::make_shared<Options>();
-    CLI::App* command =
-        app.add_subcommand("accuracy", "every quality against closed forms: CIE 171, sources, rooms");
+    CLI::App* command = app.add_subcommand("accuracy", "every quality against closed forms: CIE 171, sources, rooms");
     command->add_option("--markdown", options->markdown, "also write the table into this file, between its markers");
     command->add_option("--case", options->prefix, "only cases whose name starts so");
     command->add_option("--device", options->device, "index of the EGL device");

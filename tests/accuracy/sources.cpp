@@ -28,11 +28,10 @@ Case above_floor(const std::string& id, const std::string& title, std::shared_pt
 }
 
 std::vector<Case> hundred_lumens() {
-    std::vector<Case> list = {
-        above_floor("lambertian-100lm", "Lambertian point source of 100 lm at 1 m", test::cosine_power(100 / kPi, 1.0),
-                    1.0, 100 / kPi),
-        above_floor("isotropic-100lm", "isotropic point source of 100 lm at 1 m", test::isotropic(100 / (4 * kPi)), 1.0,
-                    100 / (4 * kPi))};
+    std::vector<Case> list = {above_floor("lambertian-100lm", "Lambertian point source of 100 lm at 1 m",
+                                          test::cosine_power(100 / kPi, 1.0), 1.0, 100 / kPi),
+                              above_floor("isotropic-100lm", "isotropic point source of 100 lm at 1 m",
+                                          test::isotropic(100 / (4 * kPi)), 1.0, 100 / (4 * kPi))};
     for (Case& c : list) c.reference_tolerance = *(c.rsm_tolerance = c.interactive_tolerance = 0.001);
     return list;
 }

@@ -72,8 +72,8 @@ std::string markdown_table(const std::vector<Row>& rows) {
     for (const Row& row : rows) {
         const Case& c = *row.c;
         out << "| " << c.id << " | " << c.title << " | " << worst(c, row.reference) << " | "
-            << met(c.rsm_tolerance, worst(c, row.rsm)) << " | " << met(c.interactive_tolerance, worst(c, row.interactive))
-            << " | " << c.limit << " |\n";
+            << met(c.rsm_tolerance, worst(c, row.rsm)) << " | "
+            << met(c.interactive_tolerance, worst(c, row.interactive)) << " | " << c.limit << " |\n";
     }
     out << "\nEvery figure:\n\n| case | figure | unit | expected | reference | ± | difference | rsm | difference | "
            "interactive | difference |\n|---|---|---|---|---|---|---|---|---|---|---|\n";
@@ -83,8 +83,8 @@ std::string markdown_table(const std::vector<Row>& rows) {
             out << "| " << c.id << " | " << c.figures[i].name << " | " << c.unit << " | "
                 << number(c.figures[i].expected) << " | " << number(row.reference[i].value) << " | "
                 << number(row.reference[i].error) << " | "
-                << percent(relative_difference(c, c.figures[i], row.reference[i].value)) << " |"
-                << cells(c, i, row.rsm) << cells(c, i, row.interactive) << "\n";
+                << percent(relative_difference(c, c.figures[i], row.reference[i].value)) << " |" << cells(c, i, row.rsm)
+                << cells(c, i, row.interactive) << "\n";
         }
     }
     return out.str();
