@@ -1,13 +1,15 @@
 #include "tests/accuracy/command.h"
 
 #include <CLI/CLI.hpp>
-#include <cstdio>
+#include <algorithm>
+#include <cmath>
 #include <iostream>
 #include <memory>
 #include <stdexcept>
 #include <string>
 
 #include "server/gl/context.h"
+#include "tests/accuracy/crosscheck.h"
 #include "tests/accuracy/table.h"
 
 namespace gonio::accuracy {
@@ -32,6 +34,29 @@ void run(const Options& options) {
     if (!options.markdown.empty()) replace_between_markers(options.markdown, "accuracy", table);
 }
 
+struct CrossOptions {
+    std::string directory, markdown;
+    bool prepare = false;
+};
+
+void run_crosscheck(const CrossOptions& options) {
+    if (options.prepare) {
+        for (const std::string& name : write_cross_scenes(options.directory)) std::cout << name << "\n";
+        return;
+    }
+    const auto context = gl::Context::create({-1, false});
+    const std::vector<CrossRow> rows = compare_with_cycles(*context, options.directory);
+    const std::string table = cross_markdown(rows);
+    std::cout << table;
+    if (!options.markdown.empty()) replace_between_markers(options.markdown, "cycles", table);
+    for (const CrossRow& row : rows) {
+        const double difference = std::max(std::abs(row.reference / row.cycles - 1), row.worst_channel);
+        if (!(difference <= kCrossTolerance))
+            throw std::runtime_error(row.run + ", " + row.part + ": the reference differs from Cycles by " +
+                                     std::to_string(100 * difference) + " %");
+    }
+}
+
 }  // namespace
 
 void add_commands(CLI::App& app) {
@@ -42,6 +67,15 @@ void add_commands(CLI::App& app) {
     command->add_option("--device", options->device, "index of the EGL device");
     command->add_flag("--json", options->json, "print JSON");
     command->callback([options] { run(*options); });
+
+    auto cross = std::make_shared<CrossOptions>();
+    CLI::App* crosscheck = app.add_subcommand("crosscheck", "pictures of cornell against those of Blender's Cycles");
+    crosscheck->add_option("directory", cross->directory, "where the scenes and Cycles' pictures are")
+        ->required()
+        ->check(CLI::ExistingDirectory);
+    crosscheck->add_flag("--prepare", cross->prepare, "only write the scenes; print their names");
+    crosscheck->add_option("--markdown", cross->markdown, "also write the table into this file, between its markers");
+    crosscheck->callback([cross] { run_crosscheck(*cross); });
 }
 
 }  // namespace gonio::accuracy

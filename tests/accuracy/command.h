@@ -7,7 +7,8 @@ class App;
 
 namespace gonio::accuracy {
 
-// Adds `accuracy`. It runs when the command line is parsed; errors are exceptions.
+// Adds `accuracy` and `crosscheck`. They run when the command line is parsed; errors, and differences beyond
+// the tolerance, are exceptions.
 void add_commands(CLI::App& app);
 
 }  // namespace gonio::accuracy
