@@ -153,7 +153,7 @@ std::vector<Figure> figures_of_56(double side) {
 std::vector<Case> diffuse_reflection() {
     std::vector<Case> list;
     for (const Surface56& s :
-         {Surface56{"0.5", 0.5, 2.0, 0.002, 0.01, 0.01, ""}, Surface56{"4", 4.0, 4.0, 0.0007, 0.01, 0.02, ""},
+         {Surface56{"0.5", 0.5, 2.0, 0.002, 0.01, 0.01, ""}, Surface56{"4", 4.0, 4.0, 0.0002, 0.01, 0.02, ""},
           Surface56{"500", 500.0, 10.0, 0.001, {}, {}, "few texels of the map are as small as the room"}}) {
         const std::string size = std::string(s.id) + " m x " + s.id + " m";
         Case lit{std::string("cie-5.6-") + s.id + "-lit",

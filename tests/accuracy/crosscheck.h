@@ -10,6 +10,7 @@ namespace gonio::accuracy {
 
 inline constexpr int kCrossPx = 128;             // the pictures' width and height
 inline constexpr double kCrossTolerance = 0.02;  // of Cycles' mean, for the reference's mean
+inline constexpr double kCrossBlocks = 0.03;     // for its blocks: where the light lies, not only how much
 
 // Writes DIRECTORY/RUN.glb for every run: the built-in scene cornell with one luminaire and one camera. Result: the
 // runs' names. Throws std::runtime_error where a file cannot be written.
