@@ -188,17 +188,18 @@ std::vector<Case> turned() {
     return list;
 }
 
-// A luminaire of 4 ft x 1 ft (length along C0) as LM-63 text in feet and in metres.
+// A luminaire of 4 ft x 1 ft (length along C0), 1000 cd, as LM-63 text in feet and in metres. Multiplier 4 and ballast
+// factor 0.5 scale its candela; the number after them, 1.25, means nothing in a file of 2002.
 std::shared_ptr<const Profile> linear_lamp(bool feet) {
     std::string text =
         "IESNA:LM-63-2002\n[TEST] closed form\n[TESTLAB] none\n[ISSUEDATE] none\n[MANUFAC] none\nTILT=NONE\n"
-        "1 -1 1 91 1 1 " +
-        std::string(feet ? "1 1 4 0" : "2 0.3048 1.2192 0") + "\n1 1 0\n";
+        "1 -1 4 91 1 1 " +
+        std::string(feet ? "1 1 4 0" : "2 0.3048 1.2192 0") + "\n0.5 1.25 0\n";
     for (int v = 0; v <= 90; ++v) text += std::to_string(v) + (v % 10 == 9 ? "\n" : " ");
     text += "\n0\n";
     for (int v = 0; v <= 90; ++v) {
         char number[32];
-        std::snprintf(number, sizeof number, "%.5f%c", 1000.0 * std::max(0.0, std::cos(v * kPi / 180)),
+        std::snprintf(number, sizeof number, "%.5f%c", 500.0 * std::max(0.0, std::cos(v * kPi / 180)),
                       v % 10 == 9 ? '\n' : ' ');
         text += number;
     }
