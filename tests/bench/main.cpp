@@ -2,6 +2,7 @@
 #include <exception>
 #include <iostream>
 
+#include "tests/accuracy/command.h"
 #include "tests/bench/frames.h"
 
 int main(int argc, char** argv) {
@@ -24,11 +25,15 @@ int main(int argc, char** argv) {
         ->capture_default_str();
     frames->add_option("--device", options.device, "index of the EGL device");
     frames->add_flag("--json", options.json, "print rows as JSON");
-    CLI11_PARSE(app, argc, argv);
+    gonio::accuracy::add_commands(app);
     try {
+        app.parse(argc, argv);
+        if (!frames->parsed()) return 0;
         options.width_px = std::stoi(size);
         options.height_px = std::stoi(size.substr(size.find('x') + 1));
         gonio::run_frames(options, std::cout);
+    } catch (const CLI::ParseError& error) {
+        return app.exit(error);
     } catch (const std::exception& error) {
         std::cerr << "gonio-bench: " << error.what() << "\n";
         return 1;
