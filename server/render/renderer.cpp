@@ -151,6 +151,21 @@ std::optional<FinishedFrame> Renderer::finish_frame(bool wait) {
     return done;
 }
 
+std::vector<glm::vec3> Renderer::live_illuminance(const Scene& scene, bool indirect) const {
+    std::vector<glm::vec3> sum(static_cast<std::size_t>(live_.width_px) * static_cast<std::size_t>(live_.height_px));
+    std::vector<glm::vec3> layer(sum.size());
+    glPixelStorei(GL_PACK_ALIGNMENT, 1);
+    for (std::size_t i = 0; i < scene.lights.size(); ++i) {
+        const glm::vec3 weight(light_weight(scene, scene.lights[i]) *
+                               static_cast<double>(lights_.at(scene.lights[i].id).web->peak_cd));
+        glGetTextureSubImage(indirect ? live_.indirect.id() : live_.direct.id(), 0, 0, 0, static_cast<GLint>(i),
+                             live_.width_px, live_.height_px, 1, GL_RGB, GL_FLOAT,
+                             static_cast<GLsizei>(layer.size() * sizeof(glm::vec3)), layer.data());
+        for (std::size_t p = 0; p < sum.size(); ++p) sum[p] += weight * (indirect ? layer[p] : glm::vec3(layer[p].r));
+    }
+    return sum;
+}
+
 v1::MeterReading Renderer::meter(const Scene& scene, const glm::dvec3& point, const glm::dvec3& unit_normal,
                                  MeterQuality quality) {
     Scene metered = scene;

@@ -76,6 +76,10 @@ public:
     // unoccluded sum over all RSM texels in double precision.
     enum class MeterQuality { interactive, rsm };
     v1::MeterReading meter(const Scene& scene, const glm::dvec3& point, const glm::dvec3& normal, MeterQuality quality);
+    // Result: the illuminance in lux, per channel, that the live picture shows at each of its pixels, rows from the
+    // bottom, 0 where there is no surface: the live target's layers times the lights' weights, as the composite pass
+    // adds them. scene: the one of the last begin_frame. Reads whole layers back: for measuring, not for every frame.
+    std::vector<glm::vec3> live_illuminance(const Scene& scene, bool indirect) const;
 
 private:
     struct InFlight;
