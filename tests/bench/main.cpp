@@ -34,6 +34,9 @@ void write_file(const std::string& path, const std::string& text) {
 
 void run_pareto(const gonio::bench::ParetoOptions& options, int device, bool json, const std::string& csv,
                 const std::string& svg) {
+    for (const std::string& path : {csv, svg}) {  // an hour later would be late to find out
+        if (!path.empty() && !std::ofstream(path, std::ios::app)) throw std::runtime_error("cannot write " + path);
+    }
     const auto context = gonio::gl::Context::create({device, false});
     const auto result = gonio::bench::run_pareto(*context, options, std::cerr);
     if (json)

@@ -213,6 +213,7 @@ Reference reference_of(const Scene& scene, const ReferenceSettings& settings, co
     const auto pixels = stratified_pixels(scene.width_px, scene.height_px, settings.cells);
     Reference reference;
     if (load(path, hash, pixels.size(), reference)) return reference;
+    std::filesystem::create_directories(cache);
     reference = {};
     reference.receivers = receivers_of(scene, pixels);
     reference.empty_pixels = pixels.size() - reference.receivers.size();
@@ -221,7 +222,6 @@ Reference reference_of(const Scene& scene, const ReferenceSettings& settings, co
              << std::flush;
     reference.rsm_lx = dense_rsm_lx(scene, reference.receivers, settings.rsm_size);
     trace_truth(scene, settings, reference, progress);
-    std::filesystem::create_directories(cache);
     store(path, hash, reference);
     return reference;
 }
