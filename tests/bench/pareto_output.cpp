@@ -58,7 +58,7 @@ std::string run_line(const ParetoResult& result) {
          << result.load_before << " before, " << result.load_after << " at the end"
          << (result.quick ? "; quick: not for reading off" : "");
     const auto left_out = std::count_if(result.rows.begin(), result.rows.end(), [](auto& row) { return row.is_void; });
-    if (left_out > 0) line << "; " << left_out << " void rows left out";
+    if (left_out > 0) line << "; void rows left out: " << left_out;
     return line.str();
 }
 
