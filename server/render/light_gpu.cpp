@@ -27,7 +27,7 @@ std::shared_ptr<const WebGpu> upload_web(const Profile& profile) {
     return gpu;
 }
 
-void prepare_maps(LightGpu& light, std::size_t lights, bool with_position) {
+void prepare_maps(LightGpu& light, std::size_t lights, bool with_position, int rsm_size) {
     using gl::Filter;
     const int shadow_size = lights > 16 ? kShadowSize / 2 : kShadowSize;
     if (light.shadow_size != shadow_size) {
@@ -38,14 +38,15 @@ void prepare_maps(LightGpu& light, std::size_t lights, bool with_position) {
         light.shadow_fbo = gl::make_framebuffer("shadow", {}, light.shadow.id());
         light.shadow_faces = {};
     }
-    if (!light.rsm_fbo || (with_position && !light.rsm_with_position)) {
+    if (light.rsm_size != rsm_size || (with_position && !light.rsm_with_position)) {
+        light.rsm_size = rsm_size;
         light.rsm_with_position = with_position;
-        light.radial_depth = gl::make_texture_cube("rsm radial depth", GL_R32F, kRsmSize, Filter::nearest);
-        light.normal = gl::make_texture_cube("rsm normal", GL_RG16_SNORM, kRsmSize, Filter::nearest);
-        light.albedo = gl::make_texture_cube("rsm albedo", GL_RGBA16F, kRsmSize, Filter::nearest);
-        light.rsm_depth = gl::make_texture_cube("rsm depth", GL_DEPTH_COMPONENT32F, kRsmSize, Filter::nearest);
+        light.radial_depth = gl::make_texture_cube("rsm radial depth", GL_R32F, rsm_size, Filter::nearest);
+        light.normal = gl::make_texture_cube("rsm normal", GL_RG16_SNORM, rsm_size, Filter::nearest);
+        light.albedo = gl::make_texture_cube("rsm albedo", GL_RGBA16F, rsm_size, Filter::nearest);
+        light.rsm_depth = gl::make_texture_cube("rsm depth", GL_DEPTH_COMPONENT32F, rsm_size, Filter::nearest);
         if (with_position) {
-            light.position = gl::make_texture_cube("rsm position", GL_RGBA32F, kRsmSize, Filter::nearest);
+            light.position = gl::make_texture_cube("rsm position", GL_RGBA32F, rsm_size, Filter::nearest);
             light.rsm_fbo = gl::make_framebuffer(
                 "rsm", {light.radial_depth.id(), light.normal.id(), light.albedo.id(), light.position.id()},
                 light.rsm_depth.id());
@@ -54,7 +55,7 @@ void prepare_maps(LightGpu& light, std::size_t lights, bool with_position) {
             light.rsm_fbo = gl::make_framebuffer("rsm", {light.radial_depth.id(), light.normal.id(), light.albedo.id()},
                                                  light.rsm_depth.id());
         }
-        light.flux = gl::make_texture_cube("rsm flux", GL_RGBA32F, kRsmSize, Filter::nearest);
+        light.flux = gl::make_texture_cube("rsm flux", GL_RGBA32F, rsm_size, Filter::nearest);
         light.flux_fbo = gl::make_framebuffer("rsm flux", {light.flux.id()}, 0);
         light.rsm_faces = {};
     }
@@ -68,7 +69,7 @@ void prepare_maps(LightGpu& light, std::size_t lights, bool with_position) {
 
 float mask_lod(const LightGpu& light) {
     int lod = 0;
-    while ((kRsmSize << (lod + 1)) <= light.mask_size) ++lod;
+    while ((light.rsm_size << (lod + 1)) <= light.mask_size) ++lod;
     return static_cast<float>(lod);
 }
 

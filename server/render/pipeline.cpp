@@ -33,7 +33,8 @@ struct Builder {
     const bool on_cpu =
         in.direct_by_rays && !seed && in.target.kind == TargetKind::live && in.meter == FrameInputs::Meter::none;
     const bool shown_on_cpu = on_cpu && in.view <= View::indirect;
-    const PassContext context{in.programs, in.geometry, in.scene, in.target, in.eye, in.traced, in.pool, on_cpu};
+    const PassContext context{in.programs, in.geometry, in.scene,    in.target, in.eye,
+                              in.traced,   in.pool,     in.occluded, on_cpu};
 
     SlotRef per_target(Slot slot, std::uint32_t light = 0) const { return {slot, target, light}; }
     static SlotRef per_light(Slot slot, std::uint32_t light) { return {slot, 0, light}; }
@@ -114,7 +115,7 @@ struct Builder {
         if (on_cpu && !shown_on_cpu) {
             named(add("layers", per_target(Slot::layers, light.id),
                       {per_target(Slot::direct, light.id), per_target(Slot::gather, light.id)},
-                      {static_cast<std::uint64_t>(layer)}, [=] { return run_layers(shared, layer); }));
+                      {static_cast<std::uint64_t>(layer)}, [=] { return run_layers(shared.target, layer); }));
         }
     }
 

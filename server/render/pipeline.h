@@ -22,6 +22,7 @@ struct FrameInputs {
     const trace::Geometry& traced;
     shade::Pool& pool;
     bool direct_by_rays = false;
+    bool occluded = true;  // else indirect light goes through walls: for measuring
     enum class Meter : std::uint8_t { none, interactive, rsm };
     Meter meter = Meter::none;  // else the G-buffer is a single point and nothing is composited; rsm: texels are wanted
     GLuint raw = 0;             // composite values into this framebuffer instead of the display

@@ -85,7 +85,8 @@ void Renderer::prepare(const Scene& scene) {
 }
 
 FrameInputs Renderer::inputs_of(const Scene& scene, const Target& target, const Eye& eye) {
-    FrameInputs inputs{programs_, *geometry_, scene, target, eye, {}, scene.view, *traced_, pool_, direct_by_rays_};
+    FrameInputs inputs{programs_,  *geometry_, scene, target,          eye,      {},
+                       scene.view, *traced_,   pool_, direct_by_rays_, occluded_};
     for (const Light& light : scene.lights) inputs.lights.push_back(&lights_.at(light.id));
     return inputs;
 }
@@ -174,6 +175,28 @@ std::optional<FinishedFrame> Renderer::finish_frame(bool wait) {
     done.report.set_frame_ms(static_cast<double>(done.rendered_ns - done.drained_ns) * 1e-6);
     in_flight_.pop_front();
     return done;
+}
+
+void Renderer::set_occluded(bool occluded) {
+    occluded_ = occluded;
+    ledger_.forget_target(live_.id);
+}
+
+std::vector<glm::vec3> Renderer::live_illuminance(const Scene& scene, bool indirect) const {
+    std::vector<glm::vec3> sum(static_cast<std::size_t>(live_.width_px) * static_cast<std::size_t>(live_.height_px));
+    std::vector<glm::vec3> layer(sum.size());
+    const bool on_cpu = direct_by_rays_ && scene.technique == Technique::standard;
+    glPixelStorei(GL_PACK_ALIGNMENT, 1);
+    for (std::size_t i = 0; i < scene.lights.size(); ++i) {
+        if (on_cpu) run_layers(live_, static_cast<int>(i));
+        const glm::vec3 weight(light_weight(scene, scene.lights[i]) *
+                               static_cast<double>(lights_.at(scene.lights[i].id).web->peak_cd));
+        glGetTextureSubImage(indirect ? live_.indirect.id() : live_.direct.id(), 0, 0, 0, static_cast<GLint>(i),
+                             live_.width_px, live_.height_px, 1, GL_RGB, GL_FLOAT,
+                             static_cast<GLsizei>(layer.size() * sizeof(glm::vec3)), layer.data());
+        for (std::size_t p = 0; p < sum.size(); ++p) sum[p] += weight * (indirect ? layer[p] : glm::vec3(layer[p].r));
+    }
+    return sum;
 }
 
 v1::MeterReading Renderer::meter(const Scene& scene, const glm::dvec3& point, const glm::dvec3& unit_normal,

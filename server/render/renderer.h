@@ -80,6 +80,13 @@ public:
     // two halves of a checkerboard of texels; none for the seed techniques.
     enum class MeterQuality { interactive, rsm };
     v1::MeterReading meter(const Scene& scene, const glm::dvec3& point, const glm::dvec3& normal, MeterQuality quality);
+    // Whether the live picture's indirect light is blocked by what stands in its way, with its near light; true unless
+    // a bench wants the unoccluded part alone.
+    void set_occluded(bool occluded);
+    // Result: the illuminance in lux, per channel, that the live picture shows at each of its pixels, rows from the
+    // bottom, 0 where there is no surface: the live target's layers times the lights' weights, as the composite pass
+    // adds them. scene: the one of the last begin_frame. Reads whole layers back: for measuring, not for every frame.
+    std::vector<glm::vec3> live_illuminance(const Scene& scene, bool indirect) const;
 
 private:
     struct InFlight;
@@ -89,6 +96,7 @@ private:
     FrameInputs inputs_of(const Scene& scene, const Target& target, const Eye& eye);
 
     const bool direct_by_rays_;
+    bool occluded_ = true;
     Programs programs_;
     std::unique_ptr<GpuScene> geometry_;
     std::map<std::uint32_t, LightGpu> lights_;  // by Light::id

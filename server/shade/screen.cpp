@@ -155,7 +155,7 @@ Occlusion trace_occlusion(const ScreenGrid& screen, const LightView& light, Pool
     const Quality& quality = screen.quality;
     Occlusion result;
     result.planes.assign(2, std::vector<float>(nodes.size() + kLanes, 0.0f));
-    if (light.vpls.dark()) return result;
+    if (light.vpls.dark() || quality.node_vpls == 0) return result;  // nothing is blocked
     Planes raw = result.planes;
     const unsigned looked_at = std::min(quality.node_vpls, static_cast<unsigned>(light.vpls.vpls.size()));
     const unsigned per_node = std::max(1u, looked_at / 4);
@@ -273,7 +273,7 @@ void near_light_at(const ScreenGrid& screen, const LightView& light, std::size_t
         const float off = 4.0f * light.geometry.step_off({point[0][i], point[1][i], point[2][i]});
         for (int k = 0; k < 3; ++k) point[k][i] += off * point[k + 3][i];
     }
-    if (active == 0) return;
+    if (active == 0 || screen.quality.near_rays == 0) return;
     const Points points{point[0], point[1], point[2], point[3], point[4], point[5]};
     glm::vec3 sums[trace::kPacket] = {};
     const unsigned rays = screen.quality.near_rays;

@@ -18,7 +18,7 @@ struct Quality {
     int step = 4;              // pixels between grid points: 4, or 1: every pixel
     bool interleaved = true;   // a grid point sums one of 16 subsets and its window the rest; else the whole list
     int node_stride = 2;       // grid points between the nodes that trace occlusion
-    unsigned node_vpls = 256;  // VPLs that 2 × 2 nodes together look at
+    unsigned node_vpls = 256;  // VPLs that 2 × 2 nodes together look at; 0: nothing is blocked
     unsigned near_rays = 1;    // short rays of each grid point, of one of 16 strata
     float kappa = 4.0f;        // how much near light the rays give back rather than VPLs (vpl.glsl)
 };

@@ -1,37 +1,99 @@
 #include <CLI/CLI.hpp>
+#include <cstdio>
 #include <exception>
+#include <fstream>
 #include <iostream>
+#include <sstream>
+#include <stdexcept>
 
 #include "tests/accuracy/command.h"
 #include "tests/bench/frames.h"
+#include "tests/bench/pareto.h"
+
+namespace {
+
+const CLI::Validator kSize(
+    [](std::string& text) {
+        int width = 0, height = 0;
+        char x = 0, more = 0;
+        const bool ok = std::sscanf(text.c_str(), "%d%c%d%c", &width, &x, &height, &more) == 3 && x == 'x' &&
+                        width >= 2 && height >= 2 && width <= 8192 && height <= 8192;
+        return ok ? std::string() : std::string("must be WIDTHxHEIGHT, each from 2 to 8192");
+    },
+    "WxH");
+
+void read_size(const std::string& size, int& width_px, int& height_px) {
+    if (!size.empty()) std::sscanf(size.c_str(), "%dx%d", &width_px, &height_px);
+}
+
+void write_file(const std::string& path, const std::string& text) {
+    std::ofstream out(path, std::ios::binary);
+    out << text;
+    out.close();
+    if (!out) throw std::runtime_error("cannot write " + path);
+}
+
+void run_pareto(const gonio::bench::ParetoOptions& options, int device, bool json, const std::string& csv,
+                const std::string& svg) {
+    for (const std::string& path : {csv, svg}) {  // an hour later would be late to find out
+        if (!path.empty() && !std::ofstream(path, std::ios::app)) throw std::runtime_error("cannot write " + path);
+    }
+    const auto context = gonio::gl::Context::create({device, false});
+    const auto result = gonio::bench::run_pareto(*context, options, std::cerr);
+    if (json)
+        gonio::bench::write_json(result, std::cout);
+    else
+        gonio::bench::print_pareto(result, std::cout);
+    std::ostringstream rows;
+    gonio::bench::write_csv(result, rows);
+    if (!csv.empty()) write_file(csv, rows.str());
+    if (!svg.empty()) write_file(svg, gonio::bench::pareto_svg(result));
+}
+
+}  // namespace
 
 int main(int argc, char** argv) {
     gonio::FramesOptions options;
-    std::string size = "800x800";
+    gonio::bench::ParetoOptions pareto_options;
+    std::string size = "800x800", pareto_size, csv, svg;
+    bool json = false;
     CLI::App app{"gonio-bench: measures the renderer"};
     app.require_subcommand(1);
     CLI::App* frames = app.add_subcommand(
         "frames", "frame times of the seed technique and the default one, everything recomputed in each frame");
-    frames->add_option("--scene", options.scene, "cornell, atrium or a file; default: both built-in scenes");
-    frames->add_option("--size", size, "WIDTHxHEIGHT")
-        ->capture_default_str()
-        ->check(CLI::Validator(
-            [](std::string& text) {
-                return text.find('x') == std::string::npos ? std::string("must be WIDTHxHEIGHT") : std::string();
-            },
-            "WxH"));
+    frames->add_option("--scene", options.scene, "cornell, atrium, corridor, stage or a file; default: the first two");
+    frames->add_option("--size", size, "WIDTHxHEIGHT")->capture_default_str()->check(kSize);
     frames->add_option("--seconds", options.seconds, "time per row; at least 5 and at most 50 frames")
         ->check(CLI::Range(0.1, 600.0))
         ->capture_default_str();
     frames->add_option("--device", options.device, "index of the EGL device");
     frames->add_flag("--json", options.json, "print rows as JSON");
+
+    CLI::App* pareto = app.add_subcommand("pareto", "run time against error of every technique and budget");
+    pareto->add_option("--scene", pareto_options.scene, "only cornell, atrium, corridor, stage; or a file");
+    pareto->add_option("--profile", pareto_options.profile, "only wide, beam, downlight");
+    pareto->add_option("--lights", pareto_options.lights, "only cases with this many luminaires");
+    pareto->add_option("--technique", pareto_options.technique, "only default, seed");
+    pareto->add_option("--size", pareto_size, "WIDTHxHEIGHT; default: 800x800")->check(kSize);
+    pareto->add_option("--seconds", pareto_options.seconds, "time per row; at least 5 and at most 50 frames")
+        ->check(CLI::Range(0.1, 600.0))
+        ->capture_default_str();
+    pareto->add_flag("--quick", pareto_options.quick, "one case, few frames, a coarse reference: checks, not figures");
+    pareto->add_option("--cache", pareto_options.cache, "folder of computed references")->capture_default_str();
+    pareto->add_option("--csv", csv, "write the rows to this file");
+    pareto->add_option("--svg", svg, "write the plot to this file");
+    pareto->add_option("--device", options.device, "index of the EGL device");
+    pareto->add_flag("--json", json, "print rows as JSON");
     gonio::accuracy::add_commands(app);
     try {
         app.parse(argc, argv);
-        if (!frames->parsed()) return 0;
-        options.width_px = std::stoi(size);
-        options.height_px = std::stoi(size.substr(size.find('x') + 1));
-        gonio::run_frames(options, std::cout);
+        if (pareto->parsed()) {
+            read_size(pareto_size, pareto_options.width_px, pareto_options.height_px);
+            run_pareto(pareto_options, options.device, json, csv, svg);
+        } else if (frames->parsed()) {
+            read_size(size, options.width_px, options.height_px);
+            gonio::run_frames(options, std::cout);
+        }
     } catch (const CLI::ParseError& error) {
         return app.exit(error);
     } catch (const std::exception& error) {

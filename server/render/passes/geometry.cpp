@@ -63,13 +63,13 @@ PassRun run_rsm(const PassContext& context, const Light& light, LightGpu& gpu, u
     const unsigned kept = missing_faces(gpu.rsm_faces, 63u, light.position_rev, context.scene.geometry_rev) ^ 63u;
     for (int face = 0; face < 6; ++face) {
         if ((kept & ~faces) >> face & 1u) continue;
-        clear_face(gpu.radial_depth.id(), kRsmSize, face, GL_RED, GL_FLOAT);
-        clear_face(gpu.normal.id(), kRsmSize, face, GL_RG, GL_FLOAT);
-        clear_face(gpu.albedo.id(), kRsmSize, face, GL_RGBA, GL_FLOAT);
-        clear_face(gpu.rsm_depth.id(), kRsmSize, face, GL_DEPTH_COMPONENT, GL_FLOAT);
-        if (gpu.rsm_with_position) clear_face(gpu.position.id(), kRsmSize, face, GL_RGBA, GL_FLOAT);
+        clear_face(gpu.radial_depth.id(), gpu.rsm_size, face, GL_RED, GL_FLOAT);
+        clear_face(gpu.normal.id(), gpu.rsm_size, face, GL_RG, GL_FLOAT);
+        clear_face(gpu.albedo.id(), gpu.rsm_size, face, GL_RGBA, GL_FLOAT);
+        clear_face(gpu.rsm_depth.id(), gpu.rsm_size, face, GL_DEPTH_COMPONENT, GL_FLOAT);
+        if (gpu.rsm_with_position) clear_face(gpu.position.id(), gpu.rsm_size, face, GL_RGBA, GL_FLOAT);
     }
-    begin_raster(gpu.rsm_fbo.id(), kRsmSize, kRsmSize);
+    begin_raster(gpu.rsm_fbo.id(), gpu.rsm_size, gpu.rsm_size);
     const auto mode = gpu.rsm_with_position ? GpuScene::Mode::rsm_seed : GpuScene::Mode::rsm;
     const PassRun run = context.geometry.draw(mode, context.programs, light.position, glm::mat4(1), faces);
     note_faces(gpu.rsm_faces, faces, light.position_rev, context.scene.geometry_rev);

@@ -37,10 +37,10 @@ PassRun run_mask(const PassContext& context, const Light& light, LightGpu& gpu) 
 
 PassRun run_flux(const PassContext& context, LightGpu& gpu) {
     const GLuint program = context.programs.get("passes/screen.vert", "passes/flux.frag", {{"CUBE", "1"}});
-    begin_screen(context.programs, gpu.flux_fbo.id(), program, kRsmSize, kRsmSize);
+    begin_screen(context.programs, gpu.flux_fbo.id(), program, gpu.rsm_size, gpu.rsm_size);
     glProgramUniform1i(program, 0, 0);
     glProgramUniform1f(program, 1, mask_lod(gpu));
-    glProgramUniform1i(program, 2, kRsmSize);
+    glProgramUniform1i(program, 2, gpu.rsm_size);
     glBindTextureUnit(0, gpu.mask.id());
     glBindTextureUnit(1, gpu.radial_depth.id());
     glBindTextureUnit(2, gpu.normal.id());
@@ -48,8 +48,8 @@ PassRun run_flux(const PassContext& context, LightGpu& gpu) {
     draw_screen(6);
 
     RsmTexels& texels = gpu.texels;
-    const std::size_t count6 = std::size_t{6} * kRsmSize * kRsmSize;
-    texels.size = kRsmSize;
+    const std::size_t count6 = std::size_t{6} * gpu.rsm_size * gpu.rsm_size;
+    texels.size = gpu.rsm_size;
     texels.flux.resize(count6);
     glPixelStorei(GL_PACK_ALIGNMENT, 1);
     glGetTextureImage(gpu.flux.id(), 0, GL_RGBA, GL_FLOAT, static_cast<GLsizei>(count6 * sizeof(glm::vec4)),

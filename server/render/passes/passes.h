@@ -21,6 +21,7 @@ struct PassContext {
     const Eye& eye;
     const trace::Geometry& traced;
     shade::Pool& pool;
+    bool occluded = true;
     bool layers_on_cpu = false;  // what the CPU shades stays there; run_layers takes it to the target's textures
 };
 
@@ -55,7 +56,7 @@ PassRun run_gather_point(const PassContext& context, const Light& light, const L
 // The seed paper's indirect pass into a layer.
 PassRun run_gather_seed(const PassContext& context, const Light& light, const LightGpu& gpu, int layer);
 // The CPU's layers of one light -> the target's, for run_composite.
-PassRun run_layers(const PassContext& context, int layer);
+PassRun run_layers(const Target& target, int layer);
 // All layers on the CPU -> NV12 on the CPU: the beauty, direct and indirect views.
 PassRun run_composite_cpu(const PassContext& context, View view, std::span<const LightGpu* const> lights);
 // Result: the picture that run_composite_cpu made since the last call; null if it did not run.

@@ -81,7 +81,12 @@ PassRun run_grid(const PassContext& context) {
                               y * (eye.window_centre.y - eye.window_half.y) + 0.5 * (right + up));
     s.rays.near_m = context.geometry.near_m();
     s.depth_per_pixel = static_cast<float>(glm::length(up));
-    screen.grid = shade::make_grid(s, quality_of(target.kind));
+    shade::Quality quality = quality_of(target.kind);
+    if (!context.occluded) {
+        quality.node_vpls = quality.near_rays = 0;
+        quality.kappa = 1.0f;  // the kernel bounded by the area alone
+    }
+    screen.grid = shade::make_grid(s, quality);
     return {};
 }
 
@@ -184,8 +189,7 @@ PassRun run_gather(const PassContext& context, const Light& light, const LightGp
     return {};
 }
 
-PassRun run_layers(const PassContext& context, int layer) {
-    const Target& target = context.target;
+PassRun run_layers(const Target& target, int layer) {
     ScreenLight& screen = *target.screen;
     const ScreenLight::Layers& layers = layers_of(screen, layer);
     // A part that no view has asked for yet is empty.

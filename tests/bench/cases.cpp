@@ -1,0 +1,63 @@
+#include "tests/bench/cases.h"
+
+#include <stdexcept>
+
+#include "server/assets/assets.h"
+#include "server/scene/apply.h"
+#include "server/scene/orientation.h"
+#include "tests/scenes/bench_scenes.h"
+#include "tests/scenes/scenes.h"
+
+namespace gonio::bench {
+namespace {
+
+// The two test profiles of one-luminaire scenes. aim: of the beam, so that it strikes an edge (cornell), the colonnade
+// (atrium), the doorway (corridor).
+struct Lighting {
+    const char* scene;
+    double candela;
+    glm::dvec3 aim;
+};
+const Lighting kLightings[] = {{"cornell", 1000.0, {-0.9, -1.0, -0.35}},
+                               {"atrium", 4000.0, {0.7, -1.0, 0.55}},
+                               {"corridor", 800.0, {2.27, -1.85, -0.8}}};
+
+}  // namespace
+
+std::shared_ptr<const SceneAsset> bench_asset(const std::string& name) {
+    if (name == "corridor") return test::make_corridor();
+    if (name == "stage") return test::make_stage(4);
+    const auto asset = load_scene(name);
+    if (!asset) throw std::runtime_error(asset.error().text());
+    if ((*asset)->lights.empty()) throw std::runtime_error("the scene '" + name + "' has no luminaire to measure with");
+    return *asset;
+}
+
+std::vector<Case> bench_cases(const std::string& scene) {
+    std::vector<Case> cases;
+    for (const Lighting& lighting : kLightings) {
+        for (const char* profile : {"wide", "beam"}) cases.push_back({lighting.scene, profile, 0});
+    }
+    for (const int side : {1, 2, 4, 8}) cases.push_back({"stage", "downlight", side});
+    if (scene.empty()) return cases;
+    std::erase_if(cases, [&](const Case& c) { return c.scene != scene; });
+    if (cases.empty()) cases.push_back({scene, "own", 0});
+    return cases;
+}
+
+Scene scene_of_case(const Case& which) {
+    Scene scene = scene_of(which.side > 0 ? test::make_stage(which.side) : bench_asset(which.scene));
+    scene.width_px = scene.height_px = 800;
+    for (const Lighting& lighting : kLightings) {
+        if (which.scene != lighting.scene) continue;
+        const bool wide = which.profile == "wide";
+        if (!wide && which.profile != "beam") continue;
+        for (Light& light : scene.lights) {
+            light.profile = test::cosine_power(wide ? lighting.candela : 10.0 * lighting.candela, wide ? 2.0 : 30.0);
+            light.world_from_light = orientation_aiming(wide ? glm::dvec3(0, -1, 0) : lighting.aim);
+        }
+    }
+    return scene;
+}
+
+}  // namespace gonio::bench

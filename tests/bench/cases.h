@@ -1,0 +1,32 @@
+// The scenes, luminaires and profiles that benches measure with.
+#pragma once
+
+#include <memory>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "server/scene/scene.h"
+
+namespace gonio::bench {
+
+// name: "cornell", "atrium", "corridor", "stage" (16 luminaires), or the path of a .gltf or .glb. Throws
+// std::runtime_error with one sentence where it cannot be read or has no luminaire.
+std::shared_ptr<const SceneAsset> bench_asset(const std::string& name);
+
+// One scene in one light.
+struct Case {
+    std::string scene;  // as bench_asset takes it
+    // "wide": I0 cos² straight down; "beam": I0 cos³⁰, tilted; else the scene's own luminaires as they are.
+    std::string profile;
+    int side = 0;  // of the stage's square grid of luminaires; 0: the scene's own
+};
+
+// Result: all cases measured by default: cornell, atrium and corridor wide and with a beam, the stage with 1, 4, 16 and
+// 64 luminaires. scene: only this one's; of a file: the file's own luminaires.
+std::vector<Case> bench_cases(const std::string& scene);
+
+// Result: the scene of a case, at 800 × 800 pixels, default technique. Throws as bench_asset.
+Scene scene_of_case(const Case& which);
+
+}  // namespace gonio::bench

@@ -1,0 +1,78 @@
+#include "tests/bench/frame_loop.h"
+
+#include <algorithm>
+#include <cmath>
+#include <string_view>
+
+namespace gonio::bench {
+namespace {
+
+constexpr std::string_view kIndirectPasses[] = {"vpl", "occlusion", "gather", "reconstruction"};
+
+// GPU passes are timed on the GPU, passes that work on the CPU there; a software GL runs them in between.
+double pass_ms(const v1::FrameReport& report, std::string_view name) {
+    double sum = 0.0;
+    for (const v1::PassReport& pass : report.passes()) {
+        if (pass.name() == name) sum += std::max(pass.cpu_ms(), pass.gpu_ms());
+    }
+    return sum;
+}
+
+}  // namespace
+
+double median(std::vector<double> values) {
+    const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
+    std::nth_element(values.begin(), middle, values.end());
+    return *middle;
+}
+
+std::unique_ptr<EncodeThread> make_idle_encoder() {
+    return std::make_unique<EncodeThread>(EncodeThread::Outputs{[](EncodedFrame, bool) {}, [](EncodedFrame) {},
+                                                                [](const std::string&, int, int) {}, [] {}});
+}
+
+FrameTimes time_frames(Renderer& renderer, EncodeThread& encoder, Scene scene, const Pace& pace,
+                       const std::function<void()>& between) {
+    std::vector<glm::dvec3> home;
+    for (const Light& light : scene.lights) home.push_back(light.position);
+    FrameTimes times;
+    std::vector<double> indirect_ms, gather_ms;
+    double spent_ms = 0.0;
+    int warm_up = 2;  // shaders are compiled in the first frame; a second one fills the rings
+    for (int frame = 0; static_cast<int>(times.frame_ms.size()) < pace.most_frames; ++frame) {
+        if (static_cast<int>(times.frame_ms.size()) >= pace.least_frames && spent_ms >= pace.seconds * 1e3) break;
+        ++scene.scene_rev;
+        for (std::size_t i = 0; i < scene.lights.size(); ++i) {
+            Light& light = scene.lights[i];
+            light.position = home[i] + 0.05 * glm::dvec3(std::cos(0.3 * frame), 0.0, std::sin(0.3 * frame));
+            light.position_rev = light.aim_rev = scene.scene_rev;
+        }
+        scene.camera_rev = scene.scene_rev;
+        renderer.begin_frame(scene, monotonic_ns());
+        const auto done = renderer.finish_frame(true);
+        const v1::FrameReport& report = done->report;
+        encoder.put(
+            {{report.scene_rev(), done->width_px, done->height_px, done->nv12, done->drained_ns, done->rendered_ns},
+             true,
+             false,
+             false,
+             false});
+        if (warm_up > 0) {
+            warm_up -= report.frame_ms() > 2e3 ? 2 : 1;  // beside seconds of work what the first frame adds is nothing
+            continue;
+        }
+        spent_ms += report.frame_ms();
+        times.frame_ms.push_back(report.frame_ms());
+        double indirect = 0.0;
+        for (std::string_view name : kIndirectPasses) indirect += pass_ms(report, name);
+        indirect_ms.push_back(indirect);
+        gather_ms.push_back(pass_ms(report, "gather"));
+        if (between) between();
+    }
+    std::sort(times.frame_ms.begin(), times.frame_ms.end());
+    times.indirect_ms = median(std::move(indirect_ms));
+    times.gather_ms = median(std::move(gather_ms));
+    return times;
+}
+
+}  // namespace gonio::bench

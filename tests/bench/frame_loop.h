@@ -1,0 +1,40 @@
+// The timed loop of all benches of whole frames: everything recomputed in each frame, the H.264 encoder beside it.
+#pragma once
+
+#include <functional>
+#include <memory>
+#include <vector>
+
+#include "server/render/renderer.h"
+#include "server/stream/encode_thread.h"
+
+namespace gonio::bench {
+
+// values: at least one; the upper one of two in the middle.
+double median(std::vector<double> values);
+
+// How long to measure, after warm-up.
+struct Pace {
+    double seconds = 20.0;
+    int least_frames = 5, most_frames = 50;
+};
+
+struct FrameTimes {
+    std::vector<double> frame_ms;  // from draining the queue to NV12 in memory, ascending
+    double indirect_ms = 0.0;      // passes of indirect light: vpl, occlusion, gather, reconstruction; median
+    double gather_ms = 0.0;        // of them gather alone; median
+
+    double median_ms() const { return frame_ms[frame_ms.size() / 2]; }
+    double p95_ms() const { return frame_ms[frame_ms.size() * 95 / 100]; }
+};
+
+// Result: an encode thread whose frames go nowhere.
+std::unique_ptr<EncodeThread> make_idle_encoder();
+
+// Times frames of a scene, at least one luminaire, as large as the scene says. Every luminaire wanders on a circle of
+// 5 cm and the camera counts as moved, so that every pass runs in every frame. between: called after each timed frame,
+// outside its time; may be empty. Render thread.
+FrameTimes time_frames(Renderer& renderer, EncodeThread& encoder, Scene scene, const Pace& pace,
+                       const std::function<void()>& between = {});
+
+}  // namespace gonio::bench

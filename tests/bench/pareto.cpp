@@ -1,0 +1,180 @@
+#include "tests/bench/pareto.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstdlib>
+#include <fstream>
+#include <map>
+#include <numeric>
+#include <optional>
+#include <ostream>
+#include <stdexcept>
+#include <thread>
+
+#include "server/render/renderer.h"
+#include "server/render/web_buffer.h"
+#include "server/scene/apply.h"
+#include "shaders/lib/as_cpp.h"
+#include "tests/bench/cases.h"
+#include "tests/bench/frame_loop.h"
+#include "tests/bench/reference.h"
+#include "tests/bench/seed_rate.h"
+
+namespace gonio::bench {
+namespace {
+
+// What is measured. most_lights: a frame of the seed technique takes its time per luminaire; beyond, minutes.
+struct Setting {
+    Technique technique;
+    unsigned samples;
+    std::size_t most_lights = kMaxLights;
+    bool quick = false;  // part of the quick run
+};
+constexpr Setting kSettings[] = {{Technique::standard, 256, kMaxLights, true},
+                                 {Technique::standard, 1024, kMaxLights, true},
+                                 {Technique::standard, 4096, kMaxLights, true},
+                                 {Technique::seed, 25, 4, true},
+                                 {Technique::seed, 50, 4},
+                                 {Technique::seed, 100, 4, true},
+                                 {Technique::seed, 200, 4},
+                                 {Technique::seed, 400, 4},
+                                 {Technique::seed, 800, 4}};
+
+// A seed row counts only if its loop runs at the rate that the machine's own micro-benchmark predicts.
+constexpr double kRateTolerance = 0.3;
+
+constexpr Pace kQuickPace = {0.5, 3, 5};
+constexpr ReferenceSettings kQuickReference = {64, 128, 0.05, 60.0};
+
+std::vector<double> shown_lx(const std::vector<glm::vec3>& picture, int width_px, std::span<const Receiver> receivers) {
+    std::vector<double> values;
+    for (const Receiver& r : receivers) {
+        values.push_back(glsl64::luminance(
+            glm::dvec3(picture[static_cast<std::size_t>(r.pixel.y) * static_cast<std::size_t>(width_px) +
+                               static_cast<std::size_t>(r.pixel.x)])));
+    }
+    return values;
+}
+
+// One frame of the scene as it stands, and its errors. The technique has no occlusion to leave out, so that its
+// unoccluded part is what it shows.
+void measure_errors(Renderer& renderer, const Scene& scene, const Reference& reference, ParetoRow& row) {
+    const auto shown = [&](bool occluded) {
+        renderer.set_occluded(occluded);
+        renderer.begin_frame(scene, monotonic_ns());
+        renderer.finish_frame(true);
+        return shown_lx(renderer.live_illuminance(scene, true), scene.width_px, reference.receivers);
+    };
+    row.rsm = errors_of(shown(false), reference.rsm_lx, {});
+    row.truth = errors_of(shown(true), reference.truth_lx, reference.truth_variance);
+}
+
+ParetoRow measure(const gl::Context& context, EncodeThread& encoder, Scene scene, const Setting& setting,
+                  const Reference& reference, const Pace& pace) {
+    scene.technique = setting.technique;
+    scene.samples = setting.samples;
+    ParetoRow row;
+    row.technique = technique_name(setting.technique);
+    row.lights = scene.lights.size();
+    row.triangles = scene.asset->triangles();
+    row.samples = setting.samples;
+    row.points = reference.receivers.size();
+    row.empty_pixels = reference.empty_pixels;
+    row.cached = reference.cached;
+    row.mean_lx = std::accumulate(reference.truth_lx.begin(), reference.truth_lx.end(), 0.0) /
+                  static_cast<double>(std::max<std::size_t>(row.points, 1));
+    Renderer renderer(context);  // a fresh one: maps that only another technique needs are not made
+    measure_errors(renderer, scene, reference, row);
+
+    const bool seed = setting.technique != Technique::standard;
+    // Predictions are taken between the frames, since other work on the machine comes and goes.
+    constexpr std::size_t kPredictions = 9;
+    std::optional<SeedRate> rate;
+    std::vector<double> predicted_ns;
+    if (seed) rate.emplace(kRsmSize, mask_face_size(scene.lights.at(0).profile->photometry.web));
+    const FrameTimes times = time_frames(renderer, encoder, scene, pace, [&] {
+        if (!seed || predicted_ns.size() == kPredictions) return;
+        predicted_ns.push_back(rate->ns_per_sample(scene.width_px, scene.height_px, std::min(setting.samples, 50u)));
+    });
+    row.frame_ms = times.median_ms();
+    row.frame_p95_ms = times.p95_ms();
+    row.indirect_ms = times.indirect_ms;
+    row.frames = times.frame_ms.size();
+    if (seed) {
+        const double covered = static_cast<double>(row.points) / static_cast<double>(row.points + row.empty_pixels);
+        const double samples =
+            covered * scene.width_px * scene.height_px * setting.samples * static_cast<double>(scene.lights.size());
+        row.seed_rate_ratio = median(predicted_ns) * 1e-6 * samples / times.gather_ms;
+        row.is_void = !(std::abs(row.seed_rate_ratio - 1.0) <= kRateTolerance);
+    }
+    return row;
+}
+
+// rows: of one case.
+void mark_front(std::span<ParetoRow> rows) {
+    std::vector<glm::dvec2> points;
+    for (const ParetoRow& row : rows)
+        points.push_back(row.is_void ? glm::dvec2(NAN) : glm::dvec2(row.frame_ms, row.truth.rmse));
+    for (std::size_t i : pareto_front(points)) rows[i].front = true;
+}
+
+std::string cpu_name() {
+    std::ifstream info("/proc/cpuinfo");
+    for (std::string line; std::getline(info, line);) {
+        if (line.starts_with("model name")) return line.substr(std::min(line.find(": ") + 2, line.size()));
+    }
+    return "unknown";
+}
+
+double load_average() {
+    double load = 0.0;
+    return getloadavg(&load, 1) == 1 ? load : -1.0;
+}
+
+}  // namespace
+
+ParetoResult run_pareto(const gl::Context& context, const ParetoOptions& options, std::ostream& progress) {
+    const ReferenceSettings reference_settings = options.quick ? kQuickReference : ReferenceSettings{};
+    const Pace pace = options.quick ? kQuickPace : Pace{options.seconds};
+    const int side = options.quick ? 192 : 800;
+    ParetoResult result;
+    result.renderer = context.renderer();
+    result.cpu = cpu_name();
+    result.threads = std::thread::hardware_concurrency();
+    result.width_px = (options.width_px > 0 ? options.width_px : side) & ~1;
+    result.height_px = (options.height_px > 0 ? options.height_px : side) & ~1;
+    result.noise_wanted = reference_settings.noise;
+    result.rsm_size = reference_settings.rsm_size;
+    result.quick = options.quick;
+    result.load_before = load_average();
+    const auto encoder = make_idle_encoder();
+    for (const Case& which : bench_cases(options.scene)) {
+        if (!options.profile.empty() && which.profile != options.profile) continue;
+        Scene scene = scene_of_case(which);
+        if (options.lights > 0 && scene.lights.size() != options.lights) continue;
+        scene.width_px = result.width_px;
+        scene.height_px = result.height_px;
+        progress << which.scene << ", " << scene.lights.size() << " luminaires, " << which.profile << "\n"
+                 << std::flush;
+        const Reference reference = reference_of(scene, reference_settings, options.cache, progress);
+        const std::size_t first = result.rows.size();
+        for (const Setting& setting : kSettings) {
+            if (!options.technique.empty() && technique_name(setting.technique) != options.technique) continue;
+            if (scene.lights.size() > setting.most_lights || (options.quick && !setting.quick)) continue;
+            ParetoRow row = measure(context, *encoder, scene, setting, reference, pace);
+            row.scene = which.scene;
+            row.profile = which.profile;
+            progress << "  " << row.technique << " " << row.samples << ": " << row.frame_ms << " ms, error "
+                     << row.truth.rmse << (row.is_void ? ", void" : "") << "\n"
+                     << std::flush;
+            result.rows.push_back(std::move(row));
+        }
+        mark_front(std::span(result.rows).subspan(first));
+        if (options.quick) break;
+    }
+    if (result.rows.empty()) throw std::runtime_error("no case is left: see gonio-bench pareto --help");
+    result.load_after = load_average();
+    return result;
+}
+
+}  // namespace gonio::bench

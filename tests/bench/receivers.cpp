@@ -1,0 +1,114 @@
+#include "tests/bench/receivers.h"
+
+#include <algorithm>
+#include <atomic>
+#include <numbers>
+#include <thread>
+
+#include "server/render/passes/passes.h"
+#include "server/render/web_buffer.h"
+#include "server/scene/apply.h"
+#include "shaders/lib/as_cpp.h"
+
+namespace gonio::bench {
+namespace {
+
+// One lit texel, ready to be summed. Positions relative to the luminaire.
+struct Emitter {
+    glm::dvec3 position, normal;
+    double intensity_lx_m2;  // luminance of flux / pi, at the light's weight
+    double area_over_pi_m2;
+};
+
+// The same texels and the same sum as gonio::dense_irradiance, decoded once instead of at every receiver.
+std::vector<Emitter> emitters_of(const RsmTexels& texels, const glm::dvec3& weight) {
+    std::vector<Emitter> emitters;
+    for (std::size_t i = 0; i < texels.flux.size(); ++i) {
+        const double intensity = glsl64::luminance(glm::dvec3(texels.flux[i]) * weight) / std::numbers::pi;
+        if (intensity > 0.0) {
+            emitters.push_back(
+                {texels.position(i), texels.normal_of(i), intensity, static_cast<double>(texels.flux[i].a)});
+        }
+    }
+    return emitters;
+}
+
+void add_light(const std::vector<Emitter>& emitters, const glm::dvec3& light, std::span<const Receiver> receivers,
+               std::vector<double>& sum_lx) {
+    std::atomic<std::size_t> next{0};
+    const auto work = [&] {
+        constexpr std::size_t kChunk = 16;
+        for (std::size_t first = next.fetch_add(kChunk); first < receivers.size(); first = next.fetch_add(kChunk)) {
+            for (std::size_t r = first; r < std::min(first + kChunk, receivers.size()); ++r) {
+                const glm::dvec3 point = receivers[r].position - light;
+                double sum = 0.0;
+                for (const Emitter& e : emitters) {
+                    sum += e.intensity_lx_m2 *
+                           glsl64::vpl_geometry(point - e.position, e.normal, receivers[r].normal, e.area_over_pi_m2);
+                }
+                sum_lx[r] += sum;
+            }
+        }
+    };
+    std::vector<std::jthread> threads;
+    for (unsigned i = 0; i < std::max(1u, std::thread::hardware_concurrency()); ++i) threads.emplace_back(work);
+}
+
+}  // namespace
+
+std::vector<Receiver> receivers_of(const Scene& scene, std::span<const glm::ivec2> pixels) {
+    Programs programs;
+    const GpuScene geometry(scene.asset);
+    const Eye eye = eye_of(scene.camera, scene.width_px, scene.height_px);
+    const Target target = make_target(1, TargetKind::precise, scene.width_px, scene.height_px, 1, geometry.emissive());
+    const trace::Geometry traced(scene.asset);
+    shade::Pool pool(1);
+    run_gbuffer({programs, geometry, scene, target, eye, traced, pool});
+    const std::size_t count = static_cast<std::size_t>(scene.width_px) * static_cast<std::size_t>(scene.height_px);
+    std::vector<float> depth(count);
+    std::vector<std::int16_t> normal(2 * count);
+    glPixelStorei(GL_PACK_ALIGNMENT, 1);
+    glGetTextureImage(target.depth.id(), 0, GL_DEPTH_COMPONENT, GL_FLOAT, static_cast<GLsizei>(count * 4),
+                      depth.data());
+    glGetTextureImage(target.normal.id(), 0, GL_RG, GL_SHORT, static_cast<GLsizei>(count * 4), normal.data());
+    std::vector<Receiver> receivers;
+    for (const glm::ivec2& pixel : pixels) {
+        const std::size_t at = static_cast<std::size_t>(pixel.y) * static_cast<std::size_t>(scene.width_px) +
+                               static_cast<std::size_t>(pixel.x);
+        if (!(depth[at] > 0.0f)) continue;
+        // As shaders/lib/surface.glsl, in double.
+        const double x = (pixel.x + 0.5) / scene.width_px * 2.0 - 1.0,
+                     y = (pixel.y + 0.5) / scene.height_px * 2.0 - 1.0;
+        const glm::dvec3 ray = eye.forward + eye.right * (x * eye.tan_half_x) + eye.up * (y * eye.tan_half_y);
+        const double along = static_cast<double>(geometry.near_m()) / static_cast<double>(depth[at]);
+        const glm::dvec2 encoded(std::max(normal[2 * at] / 32767.0, -1.0),
+                                 std::max(normal[2 * at + 1] / 32767.0, -1.0));
+        receivers.push_back({pixel, eye.position + ray * along, glsl64::octahedral_decode(encoded)});
+    }
+    return receivers;
+}
+
+std::vector<double> dense_rsm_lx(const Scene& scene, std::span<const Receiver> receivers, int rsm_size) {
+    Programs programs;
+    const GpuScene geometry(scene.asset);
+    const Target target = make_target(1, TargetKind::precise, 1, 1, 1, false);
+    const Eye eye;  // light passes look at neither
+    const trace::Geometry traced(scene.asset);
+    shade::Pool pool(1);
+    std::vector<double> sum_lx(receivers.size(), 0.0);
+    for (const Light& light : scene.lights) {
+        LightGpu gpu;
+        gpu.profile = light.profile;
+        gpu.web = upload_web(*light.profile);
+        prepare_maps(gpu, scene.lights.size(), false, rsm_size);
+        const PassContext context{programs, geometry, scene, target, eye, traced, pool};
+        run_rsm(context, light, gpu, 63u);
+        run_mask(context, light, gpu);
+        run_flux(context, gpu);
+        const glm::dvec3 weight = light_weight(scene, light) * static_cast<double>(gpu.web->peak_cd);
+        add_light(emitters_of(gpu.texels, weight), light.position, receivers, sum_lx);
+    }
+    return sum_lx;
+}
+
+}  // namespace gonio::bench

@@ -1,0 +1,229 @@
+#include "tests/bench/reference.h"
+
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+#include <cstdint>
+#include <cstdio>
+#include <cstring>
+#include <fstream>
+#include <numeric>
+#include <ostream>
+#include <stdexcept>
+
+#include "server/scene/apply.h"
+#include "server/trace/reference.h"
+#include "shaders/lib/as_cpp.h"
+#include "tests/bench/errors.h"
+
+namespace gonio::bench {
+namespace {
+
+// Part of the hash: raise it when the same scene gets other values, by a change of the passes or of the path tracer.
+constexpr std::uint32_t kVersion = 2;
+
+// FNV-1a, 64 bits, over the object representation of plain values.
+struct Hash {
+    std::uint64_t value = 14695981039346656037ull;
+
+    void bytes(const void* data, std::size_t size) {
+        const auto* p = static_cast<const unsigned char*>(data);
+        for (std::size_t i = 0; i < size; ++i) value = (value ^ p[i]) * 1099511628211ull;
+    }
+    template <typename T>
+    requires std::is_arithmetic_v<T> || std::is_enum_v<T>
+    void add(T x) { bytes(&x, sizeof x); }
+    void add(const glm::dvec3& v) { bytes(&v[0], sizeof v); }
+    template <typename T>
+    void add(const std::vector<T>& values) {
+        static_assert(std::is_arithmetic_v<T> || std::is_same_v<T, Vertex>);  // no padding
+        add(values.size());
+        if (!values.empty()) bytes(values.data(), values.size() * sizeof(T));
+    }
+};
+
+std::uint64_t content_hash(const Scene& scene, const ReferenceSettings& settings) {
+    Hash h;
+    h.add(kVersion);
+    for (const double x : {settings.noise, settings.seconds}) h.add(x);
+    for (const int x : {settings.cells, settings.rsm_size, scene.width_px, scene.height_px}) h.add(x);
+    h.add(scene.camera.eye);
+    h.add(scene.camera.target);
+    h.add(scene.camera.fov_rad);
+    const SceneAsset& asset = *scene.asset;
+    for (const Mesh& mesh : asset.meshes) {
+        h.add(mesh.vertices);
+        h.add(mesh.indices);
+        h.add(mesh.material);
+    }
+    for (const Material& m : asset.materials) {
+        h.bytes(&m.base_color[0], sizeof m.base_color);
+        h.bytes(&m.emissive_nit[0], sizeof m.emissive_nit);
+        for (const int x : {m.base_color_image, m.emissive_image, int{m.repeat_s}, int{m.repeat_t}, int{m.alpha_mask},
+                            int{m.double_sided}})
+            h.add(x);
+        h.add(m.alpha_cutoff);
+    }
+    for (const Image& image : asset.images) {
+        h.add(image.width_px);
+        h.add(image.rgba);
+    }
+    for (const Instance& instance : asset.instances) {
+        h.add(instance.mesh);
+        h.bytes(&instance.world_from_mesh[0][0], sizeof instance.world_from_mesh);
+    }
+    for (const Light& light : scene.lights) {
+        const ies::PhotometricWeb& web = light.profile->photometry.web;
+        h.add(web.goniometer);
+        h.add(web.v_rad);
+        h.add(web.h_rad);
+        h.add(web.candela);
+        h.add(light.position);
+        for (const double x :
+             {light.world_from_light.w, light.world_from_light.x, light.world_from_light.y, light.world_from_light.z})
+            h.add(x);
+        h.add(light_weight(scene, light));
+    }
+    return h.value;
+}
+
+// The file: this header, then receivers, then three arrays of doubles. Of this machine only, as a cache is.
+struct Header {
+    char magic[8] = {'g', 'o', 'n', 'i', 'o', 'r', 'e', 'f'};
+    std::uint64_t hash = 0, receivers = 0, empty_pixels = 0;
+};
+
+static_assert(sizeof(Receiver) == 56);  // no padding
+
+template <typename T>
+void write(std::ostream& out, const std::vector<T>& values) {
+    out.write(reinterpret_cast<const char*>(values.data()), static_cast<std::streamsize>(values.size() * sizeof(T)));
+}
+
+template <typename T>
+bool read(std::istream& in, std::vector<T>& values, std::size_t count) {
+    values.resize(count);
+    return static_cast<bool>(
+        in.read(reinterpret_cast<char*>(values.data()), static_cast<std::streamsize>(count * sizeof(T))));
+}
+
+bool load(const std::filesystem::path& path, std::uint64_t hash, std::size_t most, Reference& reference) {
+    std::ifstream in(path, std::ios::binary);
+    Header header;
+    const Header expected;
+    if (!in.read(reinterpret_cast<char*>(&header), sizeof header)) return false;
+    if (std::memcmp(header.magic, expected.magic, sizeof header.magic) != 0 || header.hash != hash) return false;
+    const std::size_t n = header.receivers;
+    if (n > most) return false;
+    reference.empty_pixels = header.empty_pixels;
+    reference.cached = read(in, reference.receivers, n) && read(in, reference.rsm_lx, n) &&
+                       read(in, reference.truth_lx, n) && read(in, reference.truth_variance, n);
+    return reference.cached;
+}
+
+void store(const std::filesystem::path& path, std::uint64_t hash, const Reference& reference) {
+    const std::filesystem::path unfinished = path.string() + ".part";
+    std::ofstream out(unfinished, std::ios::binary | std::ios::trunc);
+    Header header;
+    header.hash = hash;
+    header.receivers = reference.receivers.size();
+    header.empty_pixels = reference.empty_pixels;
+    out.write(reinterpret_cast<const char*>(&header), sizeof header);
+    write(out, reference.receivers);
+    write(out, reference.rsm_lx);
+    write(out, reference.truth_lx);
+    write(out, reference.truth_variance);
+    out.close();
+    if (!out) throw std::runtime_error("cannot write " + unfinished.string());
+    std::filesystem::rename(unfinished, path);
+}
+
+// Rounds of twice as many samples each, every one from its own seed, of those points that need them: the root of the
+// mean variance over all points falls fastest for its cost where a point's samples are proportional to the deviation of
+// one sample there. The estimates of it are the path tracer's own.
+void trace_truth(const Scene& scene, const ReferenceSettings& settings, Reference& reference, std::ostream& progress) {
+    constexpr std::uint32_t kFirstRound = 256;
+    const auto world = trace::make_world(scene);
+    const std::size_t n = reference.receivers.size();
+    struct Sum {
+        double samples = 0.0, lx = 0.0, variance = 0.0;  // weighted by samples, by their square
+    };
+    std::vector<Sum> sums(n);
+    std::vector<std::size_t> active(n);
+    std::iota(active.begin(), active.end(), std::size_t{0});
+    reference.truth_lx.assign(n, 0.0);
+    reference.truth_variance.assign(n, 0.0);
+    const auto begin = std::chrono::steady_clock::now();
+    double traced = 0.0;
+    trace::Settings wanted;
+    wanted.bounces = 1;
+    wanted.noise = 0.0;
+    wanted.max_passes = kFirstRound;
+    while (!active.empty()) {
+        std::vector<trace::MeterPoint> points;
+        for (std::size_t i : active) points.push_back({reference.receivers[i].position, reference.receivers[i].normal});
+        const std::vector<trace::Reading> readings = trace::measure(*world, points, wanted);
+        for (std::size_t k = 0; k < active.size(); ++k) {
+            const double samples = readings[k].samples;
+            Sum& sum = sums[active[k]];
+            sum.samples += samples;
+            sum.lx += samples * glsl64::luminance(readings[k].indirect_lx);
+            sum.variance += samples * samples * readings[k].indirect_error_lx * readings[k].indirect_error_lx;
+            traced += samples;
+        }
+        double mean_lx = 0.0, mean_variance = 0.0, mean_deviation = 0.0;
+        std::vector<double> deviation(n);  // of one sample
+        for (std::size_t i = 0; i < n; ++i) {
+            reference.truth_lx[i] = sums[i].lx / sums[i].samples;
+            reference.truth_variance[i] = sums[i].variance / (sums[i].samples * sums[i].samples);
+            deviation[i] = std::sqrt(reference.truth_variance[i] * sums[i].samples);
+            mean_lx += reference.truth_lx[i] / static_cast<double>(n);
+            mean_variance += reference.truth_variance[i] / static_cast<double>(n);
+            mean_deviation += deviation[i] / static_cast<double>(n);
+        }
+        const double goal_lx = settings.noise * mean_lx;
+        const double spent_s = std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
+        progress << "  truth: " << active.size() << " points more, " << static_cast<std::uint64_t>(traced / 1e3)
+                 << "k samples in all, noise " << std::sqrt(mean_variance) / std::max(mean_lx, 1e-300) << ", "
+                 << spent_s << " s\n"
+                 << std::flush;
+        if (mean_variance <= goal_lx * goal_lx) return;
+        // All that are still active have been in every round. One that a few lucky samples made look quiet gets a
+        // quarter of the mean deviation, so that it is looked at again.
+        wanted.max_passes = static_cast<std::uint32_t>(sums[active[0]].samples);
+        ++wanted.seed;
+        std::erase_if(active, [&](std::size_t i) {
+            const double needed = std::max(deviation[i], 0.25 * mean_deviation) * mean_deviation / (goal_lx * goal_lx);
+            return sums[i].samples >= 1.1 * needed;
+        });
+        const double round_s =
+            spent_s / traced * static_cast<double>(active.size()) * static_cast<double>(wanted.max_passes);
+        if (spent_s + round_s > settings.seconds || wanted.max_passes >= 1u << 30) return;
+    }
+}
+
+}  // namespace
+
+Reference reference_of(const Scene& scene, const ReferenceSettings& settings, const std::filesystem::path& cache,
+                       std::ostream& progress) {
+    const std::uint64_t hash = content_hash(scene, settings);
+    char name[32];
+    std::snprintf(name, sizeof name, "%016llx.ref", static_cast<unsigned long long>(hash));
+    const std::filesystem::path path = cache / name;
+    const auto pixels = stratified_pixels(scene.width_px, scene.height_px, settings.cells);
+    Reference reference;
+    if (load(path, hash, pixels.size(), reference)) return reference;
+    std::filesystem::create_directories(cache);
+    reference = {};
+    reference.receivers = receivers_of(scene, pixels);
+    reference.empty_pixels = pixels.size() - reference.receivers.size();
+    progress << "  reference " << name << ": " << reference.receivers.size() << " points, dense sum of "
+             << scene.lights.size() << " luminaires\n"
+             << std::flush;
+    reference.rsm_lx = dense_rsm_lx(scene, reference.receivers, settings.rsm_size);
+    trace_truth(scene, settings, reference, progress);
+    store(path, hash, reference);
+    return reference;
+}
+
+}  // namespace gonio::bench
