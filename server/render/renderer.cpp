@@ -4,6 +4,7 @@
 #include <chrono>
 #include <cstring>
 
+#include "server/render/inspect.h"
 #include "server/render/pipeline.h"
 #include "server/render/timers.h"
 #include "server/render/web_buffer.h"
@@ -30,6 +31,10 @@ Renderer::Renderer(const gl::Context&) {
     glEnable(GL_TEXTURE_CUBE_MAP_SEAMLESS);
 }
 Renderer::~Renderer() = default;
+
+void Renderer::inspect_with(std::function<void(const Inspected&)> visit) {
+    inspector_ = std::move(visit);
+}
 
 // Brings GPU objects in line with the scene: geometry, lights' maps, the live target.
 void Renderer::prepare(const Scene& scene) {
@@ -91,7 +96,10 @@ v1::FrameReport Renderer::run(const FrameInputs& inputs, std::vector<SlotRef> wa
     v1::FrameReport report;
     std::vector<v1::PassReport> rows = execute(
         passes, wanted, ledger_, [&](std::size_t) { before = Timers::stamp(); },
-        [&](std::size_t row) { timers.passes.emplace_back(row, std::pair(std::move(before), Timers::stamp())); });
+        [&](std::size_t row) {
+            timers.passes.emplace_back(row, std::pair(std::move(before), Timers::stamp()));
+            if (inspector_) inspect_slot(inputs, passes[row].writes, inspector_);
+        });
     report.set_scene_rev(inputs.scene.scene_rev);
     for (v1::PassReport& row : rows) *report.add_passes() = std::move(row);
     // Every wanted pass has run to its end: asked again, nothing would.

@@ -4,6 +4,7 @@
 
 #include <cstdint>
 #include <deque>
+#include <functional>
 #include <map>
 #include <memory>
 #include <optional>
@@ -22,6 +23,7 @@
 namespace gonio {
 
 struct FrameInputs;
+struct Inspected;
 struct Timers;
 
 // A live frame that has left the GPU.
@@ -77,6 +79,10 @@ public:
     enum class MeterQuality { interactive, rsm };
     v1::MeterReading meter(const Scene& scene, const glm::dvec3& point, const glm::dvec3& normal, MeterQuality quality);
 
+    // From now on visits what every pass writes, of live frames, captures and meters, before anything uses it
+    // (server/render/inspect.h). Slow: everything is read back. Empty: stops.
+    void inspect_with(std::function<void(const Inspected&)> visit);
+
 private:
     struct InFlight;
 
@@ -97,6 +103,7 @@ private:
     std::deque<std::unique_ptr<InFlight>> in_flight_;
     std::vector<gl::Buffer> free_readbacks_;
     std::size_t readback_bytes_ = 0;
+    std::function<void(const Inspected&)> inspector_;
 };
 
 }  // namespace gonio

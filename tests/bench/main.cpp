@@ -3,6 +3,7 @@
 #include <iostream>
 
 #include "tests/bench/frames.h"
+#include "tests/stress/stress.h"
 
 int main(int argc, char** argv) {
     gonio::FramesOptions options;
@@ -24,8 +25,11 @@ int main(int argc, char** argv) {
         ->capture_default_str();
     frames->add_option("--device", options.device, "index of the EGL device");
     frames->add_flag("--json", options.json, "print rows as JSON");
+    gonio::stress::Options stress;
+    CLI::App* const stressed = gonio::stress::add_subcommand(app, stress);
     CLI11_PARSE(app, argc, argv);
     try {
+        if (*stressed) return gonio::stress::run_stress(stress, std::cout);
         options.width_px = std::stoi(size);
         options.height_px = std::stoi(size.substr(size.find('x') + 1));
         gonio::run_frames(options, std::cout);

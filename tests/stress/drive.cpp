@@ -1,0 +1,245 @@
+#include "tests/stress/drive.h"
+
+#include <algorithm>
+#include <map>
+
+namespace gonio::stress {
+namespace {
+
+std::string at(const Bench& bench, const std::string& what) {
+    return bench.context + ": " + what;
+}
+
+// Largest reflectance of any surface; textures only darken.
+double greatest_albedo(const SceneAsset& asset) {
+    double greatest = 0.0;
+    for (const Material& m : asset.materials) {
+        const float largest = std::max({m.base_color.r, m.base_color.g, m.base_color.b});
+        greatest = std::max(greatest, static_cast<double>(largest));
+    }
+    return greatest;
+}
+
+struct BufferChecks {
+    Bench& bench;
+    Inspector also = {};
+    std::map<std::uint32_t, double> exitance = {};  // by light id: greatest lm/m² per cd of peak
+
+    Finding& unfinite() { return bench.findings.of(bench.group, "values that are not finite", 0.0); }
+    Finding& negative() { return bench.findings.of(bench.group, "negative amounts, largest", 0.0); }
+
+    void operator()(const Inspected& item) {
+        bool finite = true;
+        float least = 0.0f;
+        for (float v : item.values) {
+            finite &= std::isfinite(v);
+            least = std::min(least, v);
+        }
+        const auto where = [&] {
+            return at(bench, std::string(item.name) + (item.light != nullptr ? " of " + item.light->name : ""));
+        };
+        unfinite().checks += item.values.size() - 1;
+        unfinite().note(finite ? 0.0 : 1.0, where);
+        if (!item.has_sign) negative().note(-static_cast<double>(least), where);
+        const std::string name = item.name;
+        if (name == "flux") check_flux(item, where);
+        if (name == "indirect" && item.scene.technique == Technique::standard) check_exitance(item, where);
+        if (also) also(item);
+    }
+
+    template <typename Where>
+    void check_flux(const Inspected& item, const Where& where) {
+        glm::dvec3 sum(0.0);
+        double& greatest = exitance[item.light->id];
+        greatest = 0.0;
+        for (std::size_t i = 0; i < item.values.size(); i += 4) {
+            const glm::dvec3 flux(item.values[i], item.values[i + 1], item.values[i + 2]);
+            sum += flux;
+            const double area = static_cast<double>(item.values[i + 3]) * std::numbers::pi;
+            if (area > 0.0) greatest = std::max(greatest, std::max({flux.r, flux.g, flux.b}) / area);
+        }
+        const double limit = item.light->profile->flux_lm * greatest_albedo(*item.scene.asset);
+        const double reflected = std::max({sum.r, sum.g, sum.b}) * item.light->profile->max_cd;
+        bench.findings.of(bench.group, "flux reflected / (emitted x greatest albedo)", 1.005)
+            .note(limit > 0.0       ? reflected / limit
+                  : reflected > 0.0 ? 2.0
+                                    : 0.0,
+                  where);
+    }
+
+    // No point can receive more from diffuse surfaces than the exitance of the brightest of them, if they fill the
+    // whole hemisphere. Discs of a list overlap in corners; 1.25 is the allowance for that.
+    template <typename Where>
+    void check_exitance(const Inspected& item, const Where& where) {
+        float most = 0.0f;
+        for (std::size_t i = 0; i < item.values.size(); i += 4)
+            most = std::max({most, item.values[i], item.values[i + 1], item.values[i + 2]});
+        if (!exitance.contains(item.light->id)) return;  // its list was made before anybody watched
+        const double limit = exitance[item.light->id];
+        bench.findings.of(bench.group, "bounced illuminance / greatest exitance", 1.25)
+            .note(limit > 0.0   ? static_cast<double>(most) / limit
+                  : most > 0.0f ? 2.0
+                                : 0.0,
+                  where);
+    }
+};
+
+void check_values(Bench& bench, std::span<const float> values, const std::string& what) {
+    BufferChecks checks{bench};
+    double least = 0.0;
+    bool finite = true;
+    for (float v : values) {
+        finite &= std::isfinite(v);
+        least = std::min(least, static_cast<double>(v));
+    }
+    checks.unfinite().checks += values.size() - 1;
+    checks.unfinite().note(finite ? 0.0 : 1.0, [&] { return at(bench, what); });
+    checks.negative().note(-least, [&] { return at(bench, what); });
+}
+
+std::string text_of(const glm::dvec3& p) {
+    char text[96];
+    std::snprintf(text, sizeof text, "%.6g,%.6g,%.6g", p.x, p.y, p.z);
+    return text;
+}
+
+}  // namespace
+
+void renew(Scene& scene) {
+    static Revision newest = 0;
+    static std::uint32_t newest_light = 0;
+    ++newest;
+    scene.scene_rev = scene.geometry_rev = scene.camera_rev = scene.view_rev = scene.exposure_rev = scene.master_rev =
+        scene.technique_rev = scene.size_rev = scene.lights_rev = scene.groups_rev = newest;
+    for (Light& light : scene.lights) {
+        light.id = ++newest_light;
+        light.position_rev = light.aim_rev = light.profile_rev = light.level_rev = newest;
+    }
+}
+
+LightSeed light_seed(std::shared_ptr<const Profile> profile, const glm::dvec3& position,
+                     const glm::dquat& orientation) {
+    LightSeed light;
+    light.position = position;
+    light.world_from_light = orientation;
+    light.profile = std::move(profile);
+    return light;
+}
+
+Material matte(double reflectance) {
+    Material material;
+    material.base_color = glm::vec4(glm::vec3(static_cast<float>(reflectance)), 1.0f);
+    material.double_sided = true;
+    return material;
+}
+
+Scene scene_of_pieces(std::vector<Placed> pieces, std::vector<LightSeed> lights, std::vector<Image> images) {
+    auto asset = std::make_shared<SceneAsset>();
+    asset->name = "stress";
+    asset->images = std::move(images);
+    for (Placed& piece : pieces) {
+        const int index = static_cast<int>(asset->meshes.size());
+        piece.mesh.material = index;
+        piece.mesh.bounds = {};
+        for (const Vertex& vertex : piece.mesh.vertices) {
+            const glm::dvec3 p(vertex.position);
+            piece.mesh.bounds.min = glm::min(piece.mesh.bounds.min, p);
+            piece.mesh.bounds.max = glm::max(piece.mesh.bounds.max, p);
+            const glm::dvec3 w(piece.world_from_mesh * glm::dvec4(p, 1.0));
+            asset->bounds.min = glm::min(asset->bounds.min, w);
+            asset->bounds.max = glm::max(asset->bounds.max, w);
+        }
+        asset->materials.push_back(piece.material);
+        asset->instances.push_back({index, piece.world_from_mesh, ""});
+        asset->meshes.push_back(std::move(piece.mesh));
+    }
+    for (std::size_t i = 0; i < lights.size(); ++i) {
+        if (lights[i].name.empty()) lights[i].name = "light " + std::to_string(i);
+        asset->lights.push_back(std::move(lights[i]));
+    }
+    Scene scene = gonio::scene_of(asset);
+    scene.width_px = scene.height_px = 48;
+    renew(scene);
+    return scene;
+}
+
+std::vector<Placed> box(const glm::dvec3& min, const glm::dvec3& max, double reflectance, bool inwards) {
+    const auto corner = [&](int bits) {
+        return glm::dvec3(bits & 1 ? max.x : min.x, bits & 2 ? max.y : min.y, bits & 4 ? max.z : min.z);
+    };
+    // Corners by bits x + 2y + 4z, counter-clockwise from outside.
+    constexpr int kFaces[6][4] = {{1, 3, 7, 5}, {0, 4, 6, 2}, {2, 6, 7, 3}, {0, 1, 5, 4}, {4, 5, 7, 6}, {0, 2, 3, 1}};
+    std::vector<Placed> pieces;
+    for (const auto& f : kFaces) {
+        Placed piece;
+        piece.mesh = inwards ? test::quad(corner(f[3]), corner(f[2]), corner(f[1]), corner(f[0]))
+                             : test::quad(corner(f[0]), corner(f[1]), corner(f[2]), corner(f[3]));
+        piece.material = matte(reflectance);
+        pieces.push_back(std::move(piece));
+    }
+    return pieces;
+}
+
+v1::MeterReading read_meter(Bench& bench, const Scene& scene, const Meter& meter, Renderer::MeterQuality quality) {
+    const v1::MeterReading reading = bench.renderer.meter(scene, meter.point, meter.normal, quality);
+    std::vector<float> values;
+    for (double v : {reading.direct_lx(), reading.indirect_lx(), reading.total_lx()})
+        values.push_back(static_cast<float>(v));
+    for (int k = 0; k < 3; ++k) {
+        values.push_back(static_cast<float>(reading.direct_rgb_lx(k)));
+        values.push_back(static_cast<float>(reading.indirect_rgb_lx(k)));
+    }
+    check_values(bench, values,
+                 std::string(quality == Renderer::MeterQuality::rsm ? "rsm" : "interactive") + " meter at " +
+                     text_of(meter.point));
+    return reading;
+}
+
+std::vector<float> values_of(Bench& bench, const Scene& scene, View view, int width_px, int height_px) {
+    std::vector<float> values = bench.renderer.capture(scene, view, width_px, height_px, true)->values;
+    if (view != View::rsm_normal) check_values(bench, values, std::string("exr capture of ") + view_name(view));
+    return values;
+}
+
+void drive(Bench& bench, Scene& scene, std::span<const Meter> meters) {
+    const std::string base = bench.context;
+    for (const Technique technique : {Technique::standard, Technique::seed, Technique::seed_disk}) {
+        scene.technique = technique;
+        scene.samples = technique == Technique::standard ? 1024 : 64;
+        scene.technique_rev = ++scene.scene_rev;
+        bench.context = base + ", " + technique_name(technique);
+        bench.renderer.begin_frame(scene, monotonic_ns());
+        bench.renderer.finish_frame(true);
+        bench.renderer.capture(scene, View::beauty, 24, 24, false);
+        for (const View view : {View::beauty, View::illuminance, View::luminance})
+            values_of(bench, scene, view, 16, 16);
+        for (const Meter& meter : meters) {
+            read_meter(bench, scene, meter, Renderer::MeterQuality::interactive);
+            if (technique == Technique::standard) read_meter(bench, scene, meter, Renderer::MeterQuality::rsm);
+        }
+    }
+    bench.context = base + ", default";
+    scene.technique = Technique::standard;
+    scene.samples = 1024;
+    scene.technique_rev = ++scene.scene_rev;
+    for (const View view : {View::mask, View::rsm_depth, View::rsm_normal, View::rsm_flux})
+        values_of(bench, scene, view, 32, 24);
+    scene.view = View::solid;
+    scene.view_rev = ++scene.scene_rev;
+    bench.renderer.begin_frame(scene, monotonic_ns());
+    bench.renderer.finish_frame(true);
+    scene.view = View::beauty;
+    scene.view_rev = ++scene.scene_rev;
+    bench.context = base;
+}
+
+BufferWatch::BufferWatch(Bench& bench, std::string group, Inspector also) : bench_(bench) {
+    bench.group = std::move(group);
+    bench.renderer.inspect_with(BufferChecks{bench, std::move(also)});
+}
+
+BufferWatch::~BufferWatch() {
+    bench_.renderer.inspect_with({});
+}
+
+}  // namespace gonio::stress
