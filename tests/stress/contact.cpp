@@ -80,7 +80,7 @@ void contact(Bench& bench) {
         {"cos^30 into the surface", test::cosine_power(1000.0, 30.0), orientation_aiming({0, 0, -1})}};
     for (const Spot& spot : spots) {
         for (const Beam& beam : beams) {
-            if (bench.brief && &beam != &beams[0] && &spot != &spots[0]) continue;
+            if (bench.brief && (&beam != &beams[0] || (&spot - spots) % 3 != 0)) continue;
             bench.context = std::string(beam.name) + " light " + spot.name;
             Scene scene = room({light_seed(beam.profile, spot.position, beam.turn)});
             scene.camera = {spot.position, {0.0, 1.4, 0.1}, 1.0};  // the camera stands where the light does
@@ -92,7 +92,7 @@ void contact(Bench& bench) {
     const double gaps[] = {1e-12, 1e-9, 1e-7, 1e-6, 1e-5, 1e-4, 1e-3, 3e-3, 1e-2, 0.1};
     for (double gap : gaps) {
         for (double side : {1.0, -1.0}) {
-            if (bench.brief && side < 0.0 && gap != 1e-3) continue;
+            if (bench.brief && (gap != 1e-3 || side < 0.0)) continue;
             bench.context = "light " + metres(gap) + (side > 0 ? " before a wall" : " behind it");
             const glm::dvec3 position(0.2, 1.5, -2 + side * gap);
             Scene scene = room({light_seed(beams[0].profile, position)});
@@ -152,7 +152,7 @@ void singularity(Bench& bench) {
             const bool rsm = quality == Quality::rsm;
             const std::string name = std::string(rsm ? "rsm" : "list") + " error towards the " + path.name;
             Finding& near = bench.findings.of(bench.group, name + ", 1 mm to 5 cm", 1.0);
-            Finding& far = bench.findings.of(bench.group, name + ", from 10 cm", rsm ? 0.02 : 0.15);
+            Finding& far = bench.findings.of(bench.group, name + ", from 10 cm", rsm ? 0.03 : 0.25);
             for (double distance : distances) {
                 const glm::dvec3 point = path.foot + path.away * distance, up(0, 1, 0);
                 const double truth =
@@ -162,6 +162,27 @@ void singularity(Bench& bench) {
                 finding.note(std::abs(error), [&] { return metres(distance); });
                 finding.profile.emplace_back(metres(distance), error);
             }
+        }
+    }
+    // The reference quality, one bounce, at the same points: it has no kernel and no bias.
+    if (bench.brief) return;
+    Finding& reference = bench.findings.of(bench.group, "reference error towards edge and corner, 1 mm to 1 m", 0.02);
+    trace::Settings settings;
+    settings.bounces = 1;
+    settings.noise = 0.004;
+    settings.max_passes = 1u << 17;
+    for (const auto& [foot, away] : {std::pair(glm::dvec3(0.5, 0, -3), glm::dvec3(0, 0, 1)),
+                                     std::pair(glm::dvec3(-3, 0, -3), glm::dvec3(1, 0, 1))}) {
+        std::vector<Meter> meters;
+        for (double distance : distances) meters.push_back({foot + away * distance, {0, 1, 0}});
+        const std::vector<trace::Reading> readings = read_reference(bench, scene, meters, settings);
+        for (std::size_t i = 0; i < readings.size(); ++i) {
+            const glm::dvec3 point = meters[i].point, up(0, 1, 0);
+            const double truth =
+                bounced(back, rho, candela, light, point, up) + bounced(side, rho, candela, light, point, up);
+            const double error = readings[i].indirect_lx.g / truth - 1.0;
+            reference.note(std::abs(error), [&] { return metres(distances[i]); });
+            reference.profile.emplace_back(metres(distances[i]), error);
         }
     }
 }

@@ -86,14 +86,14 @@ void degenerate(Bench& bench) {
                              {"0.5 degrees, edge of no float width", 0.5 * degree, 1e-10},
                              {"0.1 degrees", 0.1 * degree, 0.02 * degree}}) {
         for (const glm::dvec3& aim : {glm::dvec3{0, -1, 0}, {1, 1, 0}, {1, 1, 1}, {0.31, -0.77, 0.2}}) {
-            if (bench.brief && aim.x == 0.31) continue;
+            if (bench.brief && aim.y != -1.0) continue;
             char text[96];
             std::snprintf(text, sizeof text, "beam of %s aimed %g,%g,%g", beam.name, aim.x, aim.y, aim.z);
             bench.context = text;
             Scene scene = scene_of_pieces(ball.pieces(), {light_seed(pencil(beam.half_rad, beam.edge_rad),
                                                                      {0.2, 0.1, 0}, orientation_aiming(aim))});
             check_ball(bench, scene, ball, beams);
-            if (aim.x == 0.0) drive(bench, scene, floor_meter);
+            if (aim.x == 0.0 && (!bench.brief || beam.edge_rad == 1e-10)) drive(bench, scene, floor_meter);
         }
     }
 
@@ -167,7 +167,7 @@ void degenerate(Bench& bench) {
                 black.note(lux, [&] { return bench.context; });
             }
         }
-        drive(bench, scene, floor_meter);
+        if (!bench.brief) drive(bench, scene, floor_meter);
     }
 
     // Emitters from a screen to the sun's disc show their luminance and take no part in illuminance.
@@ -186,7 +186,7 @@ void degenerate(Bench& bench) {
         scene.camera = {{0, 0, 1}, {0, 0, -1}, 0.5};
         const std::vector<float> values = values_of(bench, scene, View::luminance, 5, 5);
         shown.note(std::abs(static_cast<double>(values[12 * 4]) / nits - 1.0), [&] { return bench.context; });
-        drive(bench, scene, floor_meter);
+        if (!bench.brief || nits > 1e9) drive(bench, scene, floor_meter);
     }
 }
 

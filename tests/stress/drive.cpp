@@ -1,6 +1,7 @@
 #include "tests/stress/drive.h"
 
 #include <algorithm>
+#include <bit>
 #include <map>
 
 namespace gonio::stress {
@@ -20,6 +21,23 @@ double greatest_albedo(const SceneAsset& asset) {
     return greatest;
 }
 
+struct Range {
+    bool finite;
+    float least;  // at most 0
+};
+
+// Whether all are finite, and the least. Millions of texels: integer operations that compilers vectorise.
+Range range_of(std::span<const float> values) {
+    constexpr std::uint32_t kExponent = 0x7f800000u;
+    std::uint32_t bad = 0;
+    float least = 0.0f;
+    for (float v : values) {
+        bad |= (std::bit_cast<std::uint32_t>(v) & kExponent) == kExponent ? 1u : 0u;
+        least = v < least ? v : least;
+    }
+    return {bad == 0, least};
+}
+
 struct BufferChecks {
     Bench& bench;
     Inspector also = {};
@@ -29,12 +47,7 @@ struct BufferChecks {
     Finding& negative() { return bench.findings.of(bench.group, "negative amounts, largest", 0.0); }
 
     void operator()(const Inspected& item) {
-        bool finite = true;
-        float least = 0.0f;
-        for (float v : item.values) {
-            finite &= std::isfinite(v);
-            least = std::min(least, v);
-        }
+        const auto [finite, least] = range_of(item.values);
         const auto where = [&] {
             return at(bench, std::string(item.name) + (item.light != nullptr ? " of " + item.light->name : ""));
         };
@@ -86,15 +99,10 @@ struct BufferChecks {
 
 void check_values(Bench& bench, std::span<const float> values, const std::string& what) {
     BufferChecks checks{bench};
-    double least = 0.0;
-    bool finite = true;
-    for (float v : values) {
-        finite &= std::isfinite(v);
-        least = std::min(least, static_cast<double>(v));
-    }
+    const auto [finite, least] = range_of(values);
     checks.unfinite().checks += values.size() - 1;
     checks.unfinite().note(finite ? 0.0 : 1.0, [&] { return at(bench, what); });
-    checks.negative().note(-least, [&] { return at(bench, what); });
+    checks.negative().note(-static_cast<double>(least), [&] { return at(bench, what); });
 }
 
 std::string text_of(const glm::dvec3& p) {
@@ -203,34 +211,60 @@ std::vector<float> values_of(Bench& bench, const Scene& scene, View view, int wi
 
 void drive(Bench& bench, Scene& scene, std::span<const Meter> meters) {
     const std::string base = bench.context;
-    for (const Technique technique : {Technique::standard, Technique::seed, Technique::seed_disk}) {
-        scene.technique = technique;
-        scene.samples = technique == Technique::standard ? 1024 : 64;
-        scene.technique_rev = ++scene.scene_rev;
-        bench.context = base + ", " + technique_name(technique);
+    const auto live_frame = [&] {
         bench.renderer.begin_frame(scene, monotonic_ns());
         bench.renderer.finish_frame(true);
-        bench.renderer.capture(scene, View::beauty, 24, 24, false);
-        for (const View view : {View::beauty, View::illuminance, View::luminance})
-            values_of(bench, scene, view, 16, 16);
+    };
+    for (const Technique technique : {Technique::seed_disk, Technique::seed, Technique::standard}) {
+        if (bench.brief && technique == Technique::seed_disk) continue;
+        const bool standard = technique == Technique::standard;
+        scene.technique = technique;
+        scene.samples = standard ? 1024 : 64;
+        scene.technique_rev = ++scene.scene_rev;
+        bench.context = base + ", " + technique_name(technique);
+        live_frame();
+        if (standard || !bench.brief) {
+            bench.renderer.capture(scene, View::beauty, 24, 24, false);
+            for (const View view : {View::beauty, View::illuminance, View::luminance})
+                values_of(bench, scene, view, 16, 16);
+        }
         for (const Meter& meter : meters) {
+            if (!standard && &meter != &meters[0]) continue;
             read_meter(bench, scene, meter, Renderer::MeterQuality::interactive);
-            if (technique == Technique::standard) read_meter(bench, scene, meter, Renderer::MeterQuality::rsm);
+            if (standard) read_meter(bench, scene, meter, Renderer::MeterQuality::rsm);
         }
     }
+    bench.context = base + ", reference";
+    trace::Settings few;
+    few.max_passes = 64;
+    read_reference(bench, scene, meters, few);
     bench.context = base + ", default";
-    scene.technique = Technique::standard;
-    scene.samples = 1024;
-    scene.technique_rev = ++scene.scene_rev;
     for (const View view : {View::mask, View::rsm_depth, View::rsm_normal, View::rsm_flux})
         values_of(bench, scene, view, 32, 24);
     scene.view = View::solid;
     scene.view_rev = ++scene.scene_rev;
-    bench.renderer.begin_frame(scene, monotonic_ns());
-    bench.renderer.finish_frame(true);
+    live_frame();
     scene.view = View::beauty;
     scene.view_rev = ++scene.scene_rev;
     bench.context = base;
+}
+
+std::vector<trace::Reading> read_reference(Bench& bench, const Scene& scene, std::span<const Meter> meters,
+                                           const trace::Settings& settings) {
+    std::vector<trace::MeterPoint> points;
+    for (const Meter& meter : meters) points.push_back({meter.point, meter.normal});
+    const auto world = trace::make_world(scene);
+    const std::vector<trace::Reading> readings = trace::measure(*world, points, settings);
+    for (std::size_t i = 0; i < readings.size(); ++i) {
+        const trace::Reading& r = readings[i];
+        std::vector<float> values = {static_cast<float>(r.direct_error_lx), static_cast<float>(r.indirect_error_lx)};
+        for (int k = 0; k < 3; ++k) {
+            values.push_back(static_cast<float>(r.direct_lx[k]));
+            values.push_back(static_cast<float>(r.indirect_lx[k]));
+        }
+        check_values(bench, values, "reference meter at " + text_of(meters[i].point));
+    }
+    return readings;
 }
 
 BufferWatch::BufferWatch(Bench& bench, std::string group, Inspector also) : bench_(bench) {

@@ -6,6 +6,7 @@
 #include <span>
 
 #include "server/render/inspect.h"
+#include "server/trace/reference.h"
 #include "tests/scenes/scenes.h"
 #include "tests/stress/stress.h"
 
@@ -28,11 +29,6 @@ Material matte(double reflectance);
 // Quads of a box; inwards: a room.
 std::vector<Placed> box(const glm::dvec3& min, const glm::dvec3& max, double reflectance, bool inwards);
 
-// Lux per unit of a live layer and candela of peak.
-inline double live_layer_unit(const Scene&) {
-    return 1.0;
-}
-
 struct Meter {
     glm::dvec3 point, normal;
 };
@@ -40,6 +36,9 @@ struct Meter {
 void drive(Bench& bench, Scene& scene, std::span<const Meter> meters);
 // A meter reading, checked like every other.
 v1::MeterReading read_meter(Bench& bench, const Scene& scene, const Meter& meter, Renderer::MeterQuality quality);
+// Reference readings, checked likewise.
+std::vector<trace::Reading> read_reference(Bench& bench, const Scene& scene, std::span<const Meter> meters,
+                                           const trace::Settings& settings);
 // Values of a capture, checked likewise; 4 per pixel.
 std::vector<float> values_of(Bench& bench, const Scene& scene, View view, int width_px, int height_px);
 

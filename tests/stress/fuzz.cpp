@@ -136,8 +136,8 @@ void one_scene(Bench& bench, std::uint64_t number) {
     Scene scene = scene_of_pieces(std::move(pieces), std::move(lights));
     scene.samples = 256;
     for (int step = 0; step < 6; ++step) {
-        bench.context = "scene " + std::to_string(number) + ", step " +
-                        std::to_string(step) + ", " + technique_name(scene.technique) + ", " + view_name(scene.view);
+        bench.context = "scene " + std::to_string(number) + ", step " + std::to_string(step) + ", " +
+                        technique_name(scene.technique) + ", " + view_name(scene.view);
         bench.renderer.begin_frame(scene, monotonic_ns());
         bench.renderer.finish_frame(true);
         if (step % 3 == 2) {
