@@ -35,14 +35,16 @@ struct Reader {
         glPixelStorei(GL_PACK_ALIGNMENT, 1);
         glGetTextureSubImage(texture.id(), 0, 0, 0, std::max(layer, 0), width, height, depth, read, GL_FLOAT,
                              static_cast<GLsizei>(read_back.size() * sizeof(float)), read_back.data());
+        item.half_float = format == GL_R16F || format == GL_RGBA16F;
         values(name, channels, has_sign, read_back);
+        item.half_float = false;
     }
 };
 
 }  // namespace
 
 void inspect_slot(const FrameInputs& inputs, const SlotRef& slot, const Inspector& visit) {
-    Reader read{inputs, {inputs.scene, nullptr, nullptr, slot, "", 4, false, {}}, visit};
+    Reader read{inputs, {inputs.scene, nullptr, nullptr, slot, "", 4, false, false, {}}, visit};
     const Target& target = inputs.target;
     int layer = 0;
     for (std::size_t i = 0; i < inputs.lights.size(); ++i) {
@@ -72,30 +74,34 @@ void inspect_slot(const FrameInputs& inputs, const SlotRef& slot, const Inspecto
         case Slot::mask:
             read.texture("mask", light->mask, 4);
             break;
-        case Slot::vpl:
+        case Slot::flux:
             read.texture("flux", light->flux, 4);
-            for (const layouts::Vpl& vpl : light->vpls.vpls) {
-                read.values("vpl position", 3, true, {&vpl.position_area[0], 3});
-                read.values("vpl area", 1, false, {&vpl.position_area[3], 1});
-                read.values("vpl normal", 3, true, {&vpl.normal[0], 3});
-                read.values("vpl intensity", 3, false, {&vpl.intensity[0], 3});
-            }
             break;
+        case Slot::vpl: {
+            std::vector<float> positions, areas, normals, intensities;
+            for (const indirect::Vpl& vpl : light->vpls.vpls) {
+                positions.insert(positions.end(), &vpl.position_area[0], &vpl.position_area[0] + 3);
+                areas.push_back(vpl.position_area[3]);
+                normals.insert(normals.end(), &vpl.normal[0], &vpl.normal[0] + 4);
+                intensities.insert(intensities.end(), &vpl.intensity[0], &vpl.intensity[0] + 4);
+            }
+            read.values("vpl_position", 3, true, positions);
+            read.values("vpl_area", 1, false, areas);
+            read.values("vpl_normal", 4, true, normals);
+            read.values("vpl_intensity", 4, false, intensities);
+            break;
+        }
         case Slot::direct:
             read.texture("direct", target.direct, 1, false, layer);
             break;
         case Slot::gather:
             read.texture("indirect", target.indirect, 4, false, layer);
-            // The interleaved grid; a light without VPLs and the seed technique leave it as it was.
-            if (inputs.scene.technique == Technique::standard && !light->vpls.vpls.empty()) {
-                read.texture("tiles", target.tiles, 4);
-                read.texture("grid", target.grid, 4);
-                read.texture("grid_position", target.grid_position, 4, true);
-                read.texture("grid_normal", target.grid_normal, 4, true);
-            }
             break;
         case Slot::picture:
             if (inputs.raw == 0) read.texture("display", target.display, 4);
+            break;
+        case Slot::grid:
+        case Slot::occlusion:  // the CPU's own, in padded rows; what becomes of them is the gather's layer
             break;
         case Slot::nv12:
             read.texture("nv12", target.nv12, 1);

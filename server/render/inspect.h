@@ -1,4 +1,5 @@
-// Every texture and list of the pipeline, read back right after the pass that wrote it: for checks, never for frames.
+// Every texture and the VPL list of the pipeline, read back right after the pass that wrote it: for checks, never for
+// frames.
 #pragma once
 
 #include <functional>
@@ -14,9 +15,10 @@ struct Inspected {
     const Light* light = nullptr;    // whose map or layer it is; null: of the target
     const LightGpu* maps = nullptr;  // likewise
     SlotRef slot;
-    const char* name = "";  // as the texture's member is called: "radial_depth", "direct", "vpls", ...
-    int channels = 4;       // per texel in `values`
-    bool has_sign = false;  // directions and positions; everything else is an amount that is never negative
+    const char* name = "";    // as the texture's member is called: "radial_depth", "direct", "vpl_area", ...
+    int channels = 4;         // per texel in `values`
+    bool has_sign = false;    // directions and positions; everything else is an amount that is never negative
+    bool half_float = false;  // 65,504 at most, 11 bits from 6e-5 on
     std::span<const float> values;
 };
 using Inspector = std::function<void(const Inspected&)>;

@@ -2,7 +2,7 @@
 // over them is the renderer's own.
 #include <algorithm>
 
-#include "server/render/vpl_list.h"
+#include "server/render/rsm_texels.h"
 #include "shaders/lib/as_cpp.h"
 #include "tests/stress/drive.h"
 

@@ -52,6 +52,9 @@ void print_table(const Findings& findings, std::ostream& out) {
         for (const auto& [at, value] : f.profile) out << " " << at << ": " << number(value) << ";";
         out << "\n";
     }
+    out << "seconds:";
+    for (const auto& [group, seconds] : findings.seconds()) out << " " << group << " " << number(seconds) << ";";
+    out << "\n";
 }
 
 void print_json(const Findings& findings, const std::string& renderer, std::uint64_t seed, std::ostream& out) {
@@ -64,6 +67,7 @@ void print_json(const Findings& findings, const std::string& renderer, std::uint
         for (const auto& [at, value] : f.profile) row["profile"].push_back({{"at", at}, {"value", value}});
         json["rows"].push_back(std::move(row));
     }
+    for (const auto& [group, seconds] : findings.seconds()) json["seconds"][group] = seconds;
     out << json.dump(2) << "\n";
 }
 

@@ -40,9 +40,12 @@ public:
     Finding& of(const std::string& group, const std::string& figure, double bound, bool gated = true);
     const std::deque<Finding>& all() const { return findings_; }
     bool passed() const;  // every gated finding
+    void took(const std::string& group, double seconds) { seconds_.emplace_back(group, seconds); }
+    const std::vector<std::pair<std::string, double>>& seconds() const { return seconds_; }
 
 private:
     std::deque<Finding> findings_;
+    std::vector<std::pair<std::string, double>> seconds_;  // by case
 };
 
 void print_table(const Findings& findings, std::ostream& out);

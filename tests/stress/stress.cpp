@@ -50,7 +50,9 @@ int run_stress(const Options& options, std::ostream& out) {
     for (const Case& one : kCases) {
         if (!options.only.empty() && options.only != one.name) continue;
         any = true;
+        const auto begun = std::chrono::steady_clock::now();
         one.run(bench);
+        findings.took(one.name, std::chrono::duration<double>(std::chrono::steady_clock::now() - begun).count());
         if (context->debug_messages() > 0) {
             findings.of(one.name, "GL debug messages", 0.0).note(context->debug_messages(), [&] {
                 return context->last_debug_message();
