@@ -58,13 +58,13 @@ struct BufferChecks {
             layer ? bench.findings.of(bench.group, "half-float layers beyond 65504 1/m2", 0.0, false) : unfinite();
         found.checks += item.values.size() - 1;
         found.note(finite ? 0.0 : 1.0, where);
+        if (also) also(item);
         if (!finite) return;
         if (!item.has_sign) negative().note(-static_cast<double>(least), where);
         const std::string name = item.name;
         if (name == "flux") check_flux(item, where);
         if (name == "vpl_intensity") check_list(item, where);
         if (name == "indirect" && item.scene.technique == Technique::standard) check_exitance(item, where);
-        if (also) also(item);
     }
 
     template <typename Where>
