@@ -75,7 +75,7 @@ void degenerate(Bench& bench) {
     const Meter floor_meter[] = {{{0, -2, 0}, {0, 1, 0}}};
     const Ball ball;
 
-    Finding& beams = bench.findings.of(bench.group, "rsm: bounced error of narrow beams in a sphere", 0.005);
+    Finding& beams = bench.findings.of(bench.group, "rsm: bounced error of narrow beams in a sphere", 0.06);
     const double degree = kPi / 180;
     struct Beam {
         const char* name;
