@@ -29,9 +29,7 @@ struct Builder {
     const Scene& scene = in.scene;
     const std::uint32_t target = in.target.id;
     const bool seed = in.scene.technique != Technique::standard;
-    // The live picture's light stays on the CPU where that shades it; a view that only shaders show asks for it.
-    const bool on_cpu =
-        in.direct_by_rays && !seed && in.target.kind == TargetKind::live && in.meter == FrameInputs::Meter::none;
+    const bool on_cpu = in.shades_on_cpu();
     const bool shown_on_cpu = on_cpu && in.view <= View::indirect;
     const PassContext context{in.programs, in.geometry, in.scene,    in.target, in.eye,
                               in.traced,   in.pool,     in.occluded, on_cpu};
@@ -171,6 +169,11 @@ struct Builder {
 };
 
 }  // namespace
+
+bool FrameInputs::shades_on_cpu() const {
+    return direct_by_rays && scene.technique == Technique::standard && target.kind == TargetKind::live &&
+           meter == Meter::none;
+}
 
 std::vector<Pass> build_pipeline(const FrameInputs& in) {
     Builder b{in, {}};

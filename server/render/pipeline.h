@@ -25,7 +25,9 @@ struct FrameInputs {
     bool occluded = true;  // else indirect light goes through walls: for measuring
     enum class Meter : std::uint8_t { none, interactive, rsm };
     Meter meter = Meter::none;  // else the G-buffer is a single point and nothing is composited; rsm: texels are wanted
-    GLuint raw = 0;             // composite values into this framebuffer instead of the display
+    // Whether the live picture's light stays on the CPU; a view that only shaders show asks for it (run_layers).
+    bool shades_on_cpu() const;
+    GLuint raw = 0;  // composite values into this framebuffer instead of the display
 };
 
 // inputs outlive the passes.

@@ -6,6 +6,7 @@
 #include <cstring>
 
 #include "server/render/indirect_estimate.h"
+#include "server/render/inspect.h"
 #include "server/render/pipeline.h"
 #include "server/render/timers.h"
 #include "server/render/web_buffer.h"
@@ -35,6 +36,10 @@ Renderer::Renderer(const gl::Context& context, Gather gather)
     glEnable(GL_TEXTURE_CUBE_MAP_SEAMLESS);
 }
 Renderer::~Renderer() = default;
+
+void Renderer::inspect_with(std::function<void(const Inspected&)> visit) {
+    inspector_ = std::move(visit);
+}
 
 // Brings GPU objects in line with the scene: geometry, lights' maps, the live target.
 void Renderer::prepare(const Scene& scene) {
@@ -102,6 +107,7 @@ v1::FrameReport Renderer::run(const FrameInputs& inputs, std::vector<SlotRef> wa
         },
         [&](std::size_t row) {
             if (passes[row].on_gpu) timers.passes.emplace_back(row, std::pair(std::move(before), Timers::stamp()));
+            if (inspector_) inspect_slot(inputs, passes[row].writes, inspector_);
         });
     report.set_scene_rev(inputs.scene.scene_rev);
     for (v1::PassReport& row : rows) *report.add_passes() = std::move(row);

@@ -4,6 +4,7 @@
 
 #include <cstdint>
 #include <deque>
+#include <functional>
 #include <map>
 #include <memory>
 #include <optional>
@@ -22,6 +23,7 @@
 namespace gonio {
 
 struct FrameInputs;
+struct Inspected;
 struct Timers;
 
 // A live frame that has left the GPU.
@@ -88,6 +90,10 @@ public:
     // adds them. scene: the one of the last begin_frame. Reads whole layers back: for measuring, not for every frame.
     std::vector<glm::vec3> live_illuminance(const Scene& scene, bool indirect) const;
 
+    // From now on visits what every pass writes, of live frames, captures and meters, before anything uses it
+    // (server/render/inspect.h). Slow: everything is read back. Empty: stops.
+    void inspect_with(std::function<void(const Inspected&)> visit);
+
 private:
     struct InFlight;
 
@@ -110,6 +116,7 @@ private:
     std::deque<std::unique_ptr<InFlight>> in_flight_;
     std::vector<gl::Buffer> free_readbacks_;
     std::size_t readback_bytes_ = 0;
+    std::function<void(const Inspected&)> inspector_;
 };
 
 }  // namespace gonio

@@ -19,7 +19,7 @@ Target make_target(std::uint32_t id, TargetKind kind, int width_px, int height_p
     t.normal = gl::make_texture_2d("normal", GL_RG16_SNORM, width_px, height_px, Filter::nearest);
     t.albedo = gl::make_texture_2d("albedo", GL_RGBA16F, width_px, height_px, Filter::nearest);
     if (emissive) {
-        t.emission = gl::make_texture_2d("emission", GL_RGBA16F, width_px, height_px, Filter::nearest);
+        t.emission = gl::make_texture_2d("emission", GL_RGBA32F, width_px, height_px, Filter::nearest);
         t.gbuffer = gl::make_framebuffer("gbuffer", {t.normal.id(), t.albedo.id(), t.emission.id()}, t.depth.id());
     } else {
         t.gbuffer = gl::make_framebuffer("gbuffer", {t.normal.id(), t.albedo.id()}, t.depth.id());

@@ -31,7 +31,7 @@ struct Target {
     gl::Texture depth;     // W×H DEPTH32F, near / distance along the view axis, 0: no surface
     gl::Texture normal;    // W×H RG16_SNORM, octahedral, world
     gl::Texture albedo;    // W×H RGBA16F, linear reflectance
-    gl::Texture emission;  // W×H RGBA16F, cd/m²; only where the scene has emitters
+    gl::Texture emission;  // W×H RGBA32F, cd/m², the sun included; only where the scene has emitters
     gl::Framebuffer gbuffer;
     gl::Texture direct;           // W×H×lights R16F (precise: R32F), lux per candela of the light's peak, 1/m²
     gl::Texture indirect;         // W×H×lights RGBA16F (precise: RGBA32F), rgb likewise

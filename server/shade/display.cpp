@@ -85,7 +85,11 @@ void EncodeRow(const Display& display, int y, const float* table, float scale, f
         const Vec3 albedo = load_rgb(display.albedo + 4 * at);
         const Float share(display.gain * scale / 3.14159265f);
         Vec3 shown(light.x * albedo.x * share, light.y * albedo.y * share, light.z * albedo.z * share);
-        if (display.emission != nullptr) shown = shown + load_rgb(display.emission + 4 * at) * Float(scale);
+        if (display.emission != nullptr) {
+            Raw r, g, b, a;
+            hn::LoadInterleaved4(tag, display.emission + 4 * at, r, g, b, a);
+            shown = shown + Vec3(r, g, b) * Float(scale);
+        }
         const Mask hit = Float(0.0f) < load(display.depth + x + row);
         const Float off(load(dither)), none(glsl::background_shade());
         store(mix(none, tone(table, shown.x) + off, hit), red + x);

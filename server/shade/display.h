@@ -22,11 +22,11 @@ struct Display {
     int width = 0, height = 0;  // even
     std::size_t row_length = 0;
     std::span<const Layer> layers;
-    bool direct = true, indirect = true;      // which light is shown
-    float gain = 1.0f;                        // on the reflected light
-    const std::uint16_t* albedo = nullptr;    // half floats, 4 per pixel: linear reflectance
-    const std::uint16_t* emission = nullptr;  // likewise, cd/m²; null: nothing emits or it is not shown
-    const float* depth = nullptr;             // 0: no surface
+    bool direct = true, indirect = true;    // which light is shown
+    float gain = 1.0f;                      // on the reflected light
+    const std::uint16_t* albedo = nullptr;  // half floats, 4 per pixel: linear reflectance
+    const float* emission = nullptr;        // 4 per pixel, cd/m²; null: nothing emits or it is not shown
+    const float* depth = nullptr;           // 0: no surface
     float ev100 = 0.0f;
 };
 

@@ -9,12 +9,15 @@ layout(location = 3) uniform float shadow_texel;  // 2 / face size
 layout(binding = 0) uniform samplerCubeShadow shadow;  // depth = near / axis distance, compare >=
 layout(location = 0) out float out_direct;  // 1/m²: lux per cd of peak
 
-// The receiver is moved along its normal by what one shadow texel spans there (times the sine, because the depth error
-// of a texel is its width times the tangent), so that a lit plane does not shadow itself at any angle.
-float visibility(vec3 p, vec3 n, float cosine) {
-    float distance = max(max(abs(p.x), abs(p.y)), abs(p.z));
-    float sine = sqrt(max(0.0, 1.0 - cosine * cosine));
-    vec3 q = p + n * (distance * shadow_texel * (1.2 * sine + 0.1));
+// The receiver is moved along its normal so far that its plane lies before every depth it is compared with. In face
+// coordinates (s, t) a plane's near / axis distance is linear, with slopes of the normal's components across the face's
+// axis; the filter reads texels up to one texel away on both. Derived in docs/stability.md.
+float visibility(vec3 p, vec3 n) {
+    vec3 a = abs(p);
+    float distance = max(max(a.x, a.y), a.z);
+    vec3 m = abs(n);
+    float along = a.x == distance ? m.x : a.y == distance ? m.y : m.z;
+    vec3 q = p + n * (distance * shadow_texel * (m.x + m.y + m.z - along + 0.1));
     float axis = max(max(abs(q.x), abs(q.y)), abs(q.z));
     return texture(shadow, vec4(q, near_m / axis));
 }
@@ -28,5 +31,5 @@ void main() {
     if (cosine <= 0.0) return;
     float ratio = web_ratio(light_from_world * s.position);
     if (ratio <= 0.0) return;
-    out_direct = ratio * cosine / d2 * visibility(s.position, s.normal, cosine);
+    out_direct = ratio * cosine / d2 * visibility(s.position, s.normal);
 }

@@ -9,6 +9,7 @@
 #include "tests/accuracy/command.h"
 #include "tests/bench/frames.h"
 #include "tests/bench/pareto.h"
+#include "tests/stress/stress.h"
 
 namespace {
 
@@ -85,8 +86,11 @@ int main(int argc, char** argv) {
     pareto->add_option("--device", options.device, "index of the EGL device");
     pareto->add_flag("--json", json, "print rows as JSON");
     gonio::accuracy::add_commands(app);
+    gonio::stress::Options stress;
+    CLI::App* const stressed = gonio::stress::add_subcommand(app, stress);
     try {
         app.parse(argc, argv);
+        if (stressed->parsed()) return gonio::stress::run_stress(stress, std::cout);
         if (pareto->parsed()) {
             read_size(pareto_size, pareto_options.width_px, pareto_options.height_px);
             run_pareto(pareto_options, options.device, json, csv, svg);

@@ -141,6 +141,37 @@ TEST(Direct, APlaneDoesNotShadowItselfAtGrazingAngles) {
     }
 }
 
+// A board that faces the luminaire squarely, in directions where its plane slants across the face of the shadow cube:
+// every pixel of the picture shows I cos³ / h², no stripes of the board's own shadow.
+TEST(Direct, ABoardFacingTheLightOffTheCubesAxesDoesNotShadowItself) {
+    const glm::dvec3 light(0.1, 0.2, 0.3);
+    for (const glm::dvec3& towards : {glm::dvec3{1, 1, 1}, {1, -1, 0}, {-0.7, -0.7, 0.2}, {0.2, 1, 0.9}}) {
+        Renderer renderer(context());
+        const glm::dvec3 d = glm::normalize(towards), x = glm::normalize(glm::cross(d, glm::dvec3(0, 1, 0.1))),
+                         y = glm::cross(x, d);
+        const double h = 3.0;
+        const glm::dvec3 c = light + d * h;
+        Scene scene =
+            scene_with({{quad(c - x - y, c + x - y, c + x + y, c - x + y), glm::vec3(0)}}, isotropic(1000.0), light);
+        scene.camera = {c - d * 1.5, c, 0.8};
+        const int n = 96;
+        const auto picture = renderer.capture(scene, View::illuminance, n, n, true);
+        const Eye eye = eye_of(scene.camera, n, n);
+        double worst = 0.0;
+        for (int j = 0; j < n; ++j) {
+            for (int i = 0; i < n; ++i) {
+                const glm::dvec2 at((i + 0.5) / n * 2 - 1, 1 - (j + 0.5) / n * 2);
+                const glm::dvec3 p = eye.position + 1.5 * (eye.forward + at.x * eye.right * eye.tan_half_x +
+                                                           at.y * eye.up * eye.tan_half_y);
+                const double expected = 1000.0 * h / std::pow(glm::distance(p, light), 3.0);
+                const double shown = static_cast<double>(picture->values[static_cast<std::size_t>(j * n + i) * 4]);
+                worst = std::max(worst, std::abs(shown / expected - 1.0));
+            }
+        }
+        EXPECT_LT(worst, 0.005) << towards.x << "," << towards.y << "," << towards.z;
+    }
+}
+
 TEST(Direct, AWallCastsAShadowFromBothSides) {
     Renderer renderer(context(), gather());
     for (const bool flipped : {false, true}) {
@@ -282,6 +313,18 @@ TEST(Direct, EmittersShowTheirLuminanceAndTakeNoPartInIlluminance) {
     const std::size_t centre = (16 * 33 + 16) * 4;
     EXPECT_NEAR(illuminance->values[centre], 250.0f, 1.5f);
     EXPECT_NEAR(luminance->values[centre], 120.0f + 0.5f * 250.0f / std::numbers::pi_v<float>, 0.5f);
+}
+
+// The sun's disc is beyond what 16-bit floats hold.
+TEST(Direct, AnEmitterAsBrightAsTheSunKeepsItsLuminance) {
+    for (const float nits : {1e5f, 1.6e9f}) {
+        Renderer renderer(context());
+        Scene scene =
+            scene_with({{quad({-5, 0, 5}, {5, 0, 5}, {5, 0, -5}, {-5, 0, -5}), glm::vec3(0), glm::vec3(nits)}},
+                       isotropic(1000.0), {0, 2, 0});
+        scene.camera = {{0, 1.5, 0.001}, {0, 0, 0}, 0.2};
+        EXPECT_NEAR(renderer.capture(scene, View::luminance, 9, 9, true)->values[0], nits, 1e-5f * nits);
+    }
 }
 
 }  // namespace

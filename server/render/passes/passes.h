@@ -59,6 +59,8 @@ PassRun run_gather_seed(const PassContext& context, const Light& light, const Li
 PassRun run_layers(const Target& target, int layer);
 // All layers on the CPU -> NV12 on the CPU: the beauty, direct and indirect views.
 PassRun run_composite_cpu(const PassContext& context, View view, std::span<const LightGpu* const> lights);
+// Result: the picture that run_composite_cpu has just made; null if shaders make it.
+const std::vector<std::uint8_t>* made_nv12(const Target& target);
 // Result: the picture that run_composite_cpu made since the last call; null if it did not run.
 std::shared_ptr<const std::vector<std::uint8_t>> take_nv12(const Target& target);
 // All layers -> display (raw 0), or values in the view's own unit into raw, an RGBA32F framebuffer of the target's

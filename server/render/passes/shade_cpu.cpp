@@ -23,7 +23,8 @@ struct ScreenLight {
         std::vector<std::uint16_t> indirect;  // 4 per pixel
     };
     std::vector<Layers> layers;
-    std::vector<std::uint16_t> albedo, emission;  // 4 per pixel
+    std::vector<std::uint16_t> albedo;  // 4 per pixel
+    std::vector<float> emission;        // 4 per pixel, cd/m²
     std::shared_ptr<std::vector<std::uint8_t>> nv12;
     std::vector<std::shared_ptr<std::vector<std::uint8_t>>> pictures;  // made before; those nobody holds are used again
 };
@@ -62,12 +63,14 @@ PassRun run_grid(const PassContext& context) {
     glGetTextureImage(target.depth.id(), 0, GL_DEPTH_COMPONENT, GL_FLOAT, bytes, s.depth.data());
     glGetTextureImage(target.normal.id(), 0, GL_RG, GL_SHORT, bytes, s.normal.data());
     if (context.layers_on_cpu) {
-        const auto read = [&](const gl::Texture& texture, std::vector<std::uint16_t>& to) {
-            to.resize(s.depth.size() * 4);
-            glGetTextureImage(texture.id(), 0, GL_RGBA, GL_HALF_FLOAT, static_cast<GLsizei>(to.size() * 2), to.data());
-        };
-        read(target.albedo, screen.albedo);
-        if (target.emissive) read(target.emission, screen.emission);
+        screen.albedo.resize(s.depth.size() * 4);
+        glGetTextureImage(target.albedo.id(), 0, GL_RGBA, GL_HALF_FLOAT, static_cast<GLsizei>(screen.albedo.size() * 2),
+                          screen.albedo.data());
+        if (target.emissive) {
+            screen.emission.resize(s.depth.size() * 4);
+            glGetTextureImage(target.emission.id(), 0, GL_RGBA, GL_FLOAT,
+                              static_cast<GLsizei>(screen.emission.size() * 4), screen.emission.data());
+        }
     }
     glPixelStorei(GL_PACK_ROW_LENGTH, 0);
 
@@ -232,6 +235,10 @@ PassRun run_composite_cpu(const PassContext& context, View view, std::span<const
     screen.nv12 = *free;
     shade::to_nv12(display, screen.nv12->data(), context.pool);
     return {};
+}
+
+const std::vector<std::uint8_t>* made_nv12(const Target& target) {
+    return target.screen->nv12.get();
 }
 
 std::shared_ptr<const std::vector<std::uint8_t>> take_nv12(const Target& target) {

@@ -1,0 +1,120 @@
+#include "server/render/inspect.h"
+
+namespace gonio {
+namespace {
+
+struct Reader {
+    const FrameInputs& inputs;
+    Inspected item;
+    const Inspector& visit;
+
+    void values(const char* name, int channels, bool has_sign, std::span<const float> values) {
+        item.name = name;
+        item.channels = channels;
+        item.has_sign = has_sign;
+        item.values = values;
+        visit(item);
+    }
+
+    // layer: of an array; -1: the whole texture, all six faces of a cube.
+    void texture(const char* name, const gl::Texture& texture, int channels, bool has_sign = false, int layer = -1) {
+        if (!texture) return;
+        GLint target = 0, width = 0, height = 0, depth = 1;
+        glGetTextureParameteriv(texture.id(), GL_TEXTURE_TARGET, &target);
+        glGetTextureLevelParameteriv(texture.id(), 0, GL_TEXTURE_WIDTH, &width);
+        glGetTextureLevelParameteriv(texture.id(), 0, GL_TEXTURE_HEIGHT, &height);
+        GLint format = 0;
+        glGetTextureLevelParameteriv(texture.id(), 0, GL_TEXTURE_INTERNAL_FORMAT, &format);
+        if (target == GL_TEXTURE_CUBE_MAP) depth = 6;
+        const GLenum read = format == GL_DEPTH_COMPONENT32F ? GL_DEPTH_COMPONENT
+                            : channels == 1                 ? GL_RED
+                            : channels == 2                 ? GL_RG
+                                                            : GL_RGBA;
+        std::vector<float> read_back(static_cast<std::size_t>(width) * static_cast<std::size_t>(height) *
+                                     static_cast<std::size_t>(depth * channels));
+        glPixelStorei(GL_PACK_ALIGNMENT, 1);
+        glGetTextureSubImage(texture.id(), 0, 0, 0, std::max(layer, 0), width, height, depth, read, GL_FLOAT,
+                             static_cast<GLsizei>(read_back.size() * sizeof(float)), read_back.data());
+        item.half_float = format == GL_R16F || format == GL_RGBA16F;
+        values(name, channels, has_sign, read_back);
+        item.half_float = false;
+    }
+};
+
+}  // namespace
+
+void inspect_slot(const FrameInputs& inputs, const SlotRef& slot, const Inspector& visit) {
+    Reader read{inputs, {inputs.scene, nullptr, nullptr, slot, "", 4, false, false, {}}, visit};
+    const Target& target = inputs.target;
+    int layer = 0;
+    for (std::size_t i = 0; i < inputs.lights.size(); ++i) {
+        if (inputs.scene.lights[i].id != slot.light) continue;
+        read.item.light = &inputs.scene.lights[i];
+        read.item.maps = inputs.lights[i];
+        layer = static_cast<int>(i);
+    }
+    const LightGpu* light = read.item.maps;
+    switch (slot.slot) {
+        case Slot::gbuffer:
+            read.texture("depth", target.depth, 1);
+            read.texture("normal", target.normal, 2, true);
+            read.texture("albedo", target.albedo, 4);
+            read.texture("emission", target.emission, 4);
+            break;
+        case Slot::shadow:
+            read.texture("shadow", light->shadow, 1);
+            break;
+        case Slot::rsm:
+            read.texture("radial_depth", light->radial_depth, 1);
+            read.texture("normal", light->normal, 2, true);
+            read.texture("albedo", light->albedo, 4);
+            read.texture("position", light->position, 4, true);
+            read.texture("rsm_depth", light->rsm_depth, 1);
+            break;
+        case Slot::mask:
+            read.texture("mask", light->mask, 4);
+            break;
+        case Slot::flux:
+            read.texture("flux", light->flux, 4);
+            break;
+        case Slot::vpl: {
+            std::vector<float> positions, areas, normals, intensities;
+            for (const shade::Vpl& vpl : light->vpls.vpls) {
+                positions.insert(positions.end(), &vpl.position_area[0], &vpl.position_area[0] + 3);
+                areas.push_back(vpl.position_area[3]);
+                normals.insert(normals.end(), &vpl.normal[0], &vpl.normal[0] + 4);
+                intensities.insert(intensities.end(), &vpl.intensity[0], &vpl.intensity[0] + 4);
+            }
+            read.values("vpl_position", 3, true, positions);
+            read.values("vpl_area", 1, false, areas);
+            read.values("vpl_normal", 4, true, normals);
+            read.values("vpl_intensity", 4, false, intensities);
+            break;
+        }
+        case Slot::direct:
+            if (inputs.shades_on_cpu()) run_layers(target, layer);
+            read.texture("direct", target.direct, 1, false, layer);
+            break;
+        case Slot::gather:
+            if (inputs.shades_on_cpu()) run_layers(target, layer);
+            read.texture("indirect", target.indirect, 4, false, layer);
+            break;
+        case Slot::picture:
+            if (inputs.raw == 0) read.texture("display", target.display, 4);
+            break;
+        case Slot::layers:
+        case Slot::grid:
+        case Slot::occlusion:  // the CPU's own, in padded rows; what becomes of them is the gather's layer
+            break;
+        case Slot::nv12:
+            if (const auto* bytes = made_nv12(target)) {
+                const std::vector<float> values(bytes->begin(), bytes->end());
+                read.values("nv12", 1, false, values);
+            } else {
+                read.texture("nv12", target.nv12, 1);
+            }
+            break;
+    }
+}
+
+}  // namespace gonio

@@ -1,0 +1,303 @@
+#include "tests/stress/drive.h"
+
+#include <algorithm>
+#include <bit>
+#include <map>
+
+namespace gonio::stress {
+namespace {
+
+std::string at(const Bench& bench, const std::string& what) {
+    return bench.context + ": " + what;
+}
+
+// Largest reflectance of any surface; textures only darken.
+double greatest_albedo(const SceneAsset& asset) {
+    double greatest = 0.0;
+    for (const Material& m : asset.materials) {
+        const float largest = std::max({m.base_color.r, m.base_color.g, m.base_color.b});
+        greatest = std::max(greatest, static_cast<double>(largest));
+    }
+    return greatest;
+}
+
+struct Range {
+    bool finite;
+    float least;  // at most 0
+};
+
+// Whether all are finite, and the least. Millions of texels: integer operations that compilers vectorise.
+Range range_of(std::span<const float> values) {
+    constexpr std::uint32_t kExponent = 0x7f800000u;
+    std::uint32_t bad = 0;
+    float least = 0.0f;
+    for (float v : values) {
+        bad |= (std::bit_cast<std::uint32_t>(v) & kExponent) == kExponent ? 1u : 0u;
+        least = v < least ? v : least;
+    }
+    return {bad == 0, least};
+}
+
+struct BufferChecks {
+    Bench& bench;
+    Inspector also = {};
+    std::map<std::uint32_t, double> exitance = {};  // by light id: greatest lm/m² per cd of peak
+
+    Finding& unfinite() { return bench.findings.of(bench.group, "values that are not finite", 0.0); }
+    Finding& negative() { return bench.findings.of(bench.group, "negative amounts, largest", 0.0); }
+
+    void operator()(const Inspected& item) {
+        const auto [finite, least] = range_of(item.values);
+        const auto where = [&] {
+            return at(bench, std::string(item.name) + (item.light != nullptr ? " of " + item.light->name : ""));
+        };
+        // Half floats of lux per candela overflow millimetres from a luminaire: a limit of the live picture that is
+        // stated in docs/stability.md, counted apart.
+        const bool layer = item.half_float && (item.slot.slot == Slot::direct || item.slot.slot == Slot::gather);
+        Finding& found =
+            layer ? bench.findings.of(bench.group, "half-float layers beyond 65504 1/m2", 0.0, false) : unfinite();
+        found.checks += item.values.size() - 1;
+        found.note(finite ? 0.0 : 1.0, where);
+        if (also) also(item);
+        if (!finite) return;
+        if (!item.has_sign) negative().note(-static_cast<double>(least), where);
+        const std::string name = item.name;
+        if (name == "flux") check_flux(item, where);
+        if (name == "vpl_intensity") check_list(item, where);
+        if (name == "indirect" && item.scene.technique == Technique::standard) check_exitance(item, where);
+    }
+
+    template <typename Where>
+    void check_reflected(const Inspected& item, double flux_per_cd, const char* figure, double bound,
+                         const Where& where) {
+        const double limit = item.light->profile->flux_lm * greatest_albedo(*item.scene.asset);
+        const double reflected = flux_per_cd * item.light->profile->max_cd;
+        bench.findings.of(bench.group, figure, bound)
+            .note(limit > 0.0       ? reflected / limit
+                  : reflected > 0.0 ? 2.0
+                                    : 0.0,
+                  where);
+    }
+
+    template <typename Where>
+    void check_flux(const Inspected& item, const Where& where) {
+        glm::dvec3 sum(0.0);
+        for (std::size_t i = 0; i < item.values.size(); i += 4)
+            sum += glm::dvec3(item.values[i], item.values[i + 1], item.values[i + 2]);
+        check_reflected(item, std::max({sum.r, sum.g, sum.b}), "rsm: flux reflected / (emitted x albedo)", 1.02,
+                        where);
+    }
+
+    // The list is a sample of the beam: its total may differ by a little.
+    template <typename Where>
+    void check_list(const Inspected& item, const Where& where) {
+        glm::dvec3 sum(0.0);
+        double& greatest = exitance[item.light->id];
+        greatest = 0.0;
+        for (const shade::Vpl& vpl : item.maps->vpls.vpls) {
+            const glm::dvec3 intensity(vpl.intensity);
+            sum += intensity * std::numbers::pi;
+            const double area_over_pi = static_cast<double>(vpl.position_area.w);
+            if (area_over_pi > 0.0)
+                greatest = std::max(greatest, std::max({intensity.r, intensity.g, intensity.b}) / area_over_pi);
+        }
+        check_reflected(item, std::max({sum.r, sum.g, sum.b}), "vpl: flux reflected / (emitted x albedo)", 1.02, where);
+    }
+
+    // No point can receive more from diffuse surfaces than the exitance of the brightest of them, if they fill the
+    // whole hemisphere. The exitance is known at the list's points only, and near light is sampled: 1.25 allows for it.
+    template <typename Where>
+    void check_exitance(const Inspected& item, const Where& where) {
+        float most = 0.0f;
+        for (std::size_t i = 0; i < item.values.size(); i += 4)
+            most = std::max({most, item.values[i], item.values[i + 1], item.values[i + 2]});
+        if (!exitance.contains(item.light->id)) return;  // its list was made before anybody watched
+        const double limit = exitance[item.light->id];
+        bench.findings.of(bench.group, "bounced illuminance / greatest exitance", 1.25)
+            .note(limit > 0.0   ? static_cast<double>(most) / limit
+                  : most > 0.0f ? 2.0
+                                : 0.0,
+                  where);
+    }
+};
+
+void check_values(Bench& bench, std::span<const float> values, const std::string& what) {
+    BufferChecks checks{bench};
+    const auto [finite, least] = range_of(values);
+    checks.unfinite().checks += values.size() - 1;
+    checks.unfinite().note(finite ? 0.0 : 1.0, [&] { return at(bench, what); });
+    checks.negative().note(-static_cast<double>(least), [&] { return at(bench, what); });
+}
+
+std::string text_of(const glm::dvec3& p) {
+    char text[96];
+    std::snprintf(text, sizeof text, "%.6g,%.6g,%.6g", p.x, p.y, p.z);
+    return text;
+}
+
+}  // namespace
+
+void renew(Scene& scene) {
+    static Revision newest = 0;
+    static std::uint32_t newest_light = 0;
+    ++newest;
+    scene.scene_rev = scene.geometry_rev = scene.camera_rev = scene.view_rev = scene.exposure_rev = scene.master_rev =
+        scene.technique_rev = scene.size_rev = scene.lights_rev = scene.groups_rev = newest;
+    for (Light& light : scene.lights) {
+        light.id = ++newest_light;
+        light.position_rev = light.aim_rev = light.profile_rev = light.level_rev = newest;
+    }
+}
+
+LightSeed light_seed(std::shared_ptr<const Profile> profile, const glm::dvec3& position,
+                     const glm::dquat& orientation) {
+    LightSeed light;
+    light.position = position;
+    light.world_from_light = orientation;
+    light.profile = std::move(profile);
+    return light;
+}
+
+Material matte(double reflectance) {
+    Material material;
+    material.base_color = glm::vec4(glm::vec3(static_cast<float>(reflectance)), 1.0f);
+    material.double_sided = true;
+    return material;
+}
+
+Scene scene_of_pieces(std::vector<Placed> pieces, std::vector<LightSeed> lights, std::vector<Image> images) {
+    auto asset = std::make_shared<SceneAsset>();
+    asset->name = "stress";
+    asset->images = std::move(images);
+    for (Placed& piece : pieces) {
+        const int index = static_cast<int>(asset->meshes.size());
+        piece.mesh.material = index;
+        piece.mesh.bounds = {};
+        for (const Vertex& vertex : piece.mesh.vertices) {
+            const glm::dvec3 p(vertex.position);
+            piece.mesh.bounds.min = glm::min(piece.mesh.bounds.min, p);
+            piece.mesh.bounds.max = glm::max(piece.mesh.bounds.max, p);
+            const glm::dvec3 w(piece.world_from_mesh * glm::dvec4(p, 1.0));
+            asset->bounds.min = glm::min(asset->bounds.min, w);
+            asset->bounds.max = glm::max(asset->bounds.max, w);
+        }
+        asset->materials.push_back(piece.material);
+        asset->instances.push_back({index, piece.world_from_mesh, ""});
+        asset->meshes.push_back(std::move(piece.mesh));
+    }
+    for (std::size_t i = 0; i < lights.size(); ++i) {
+        if (lights[i].name.empty()) lights[i].name = "light " + std::to_string(i);
+        asset->lights.push_back(std::move(lights[i]));
+    }
+    Scene scene = gonio::scene_of(asset);
+    scene.width_px = scene.height_px = 48;
+    renew(scene);
+    return scene;
+}
+
+std::vector<Placed> box(const glm::dvec3& min, const glm::dvec3& max, double reflectance, bool inwards) {
+    const auto corner = [&](int bits) {
+        return glm::dvec3(bits & 1 ? max.x : min.x, bits & 2 ? max.y : min.y, bits & 4 ? max.z : min.z);
+    };
+    // Corners by bits x + 2y + 4z, counter-clockwise from outside.
+    constexpr int kFaces[6][4] = {{1, 3, 7, 5}, {0, 4, 6, 2}, {2, 6, 7, 3}, {0, 1, 5, 4}, {4, 5, 7, 6}, {0, 2, 3, 1}};
+    std::vector<Placed> pieces;
+    for (const auto& f : kFaces) {
+        Placed piece;
+        piece.mesh = inwards ? test::quad(corner(f[3]), corner(f[2]), corner(f[1]), corner(f[0]))
+                             : test::quad(corner(f[0]), corner(f[1]), corner(f[2]), corner(f[3]));
+        piece.material = matte(reflectance);
+        pieces.push_back(std::move(piece));
+    }
+    return pieces;
+}
+
+v1::MeterReading read_meter(Bench& bench, const Scene& scene, const Meter& meter, Renderer::MeterQuality quality) {
+    const v1::MeterReading reading = bench.renderer.meter(scene, meter.point, meter.normal, quality);
+    std::vector<float> values;
+    for (double v : {reading.direct_lx(), reading.indirect_lx(), reading.total_lx()})
+        values.push_back(static_cast<float>(v));
+    for (int k = 0; k < 3; ++k) {
+        values.push_back(static_cast<float>(reading.direct_rgb_lx(k)));
+        values.push_back(static_cast<float>(reading.indirect_rgb_lx(k)));
+    }
+    check_values(bench, values,
+                 std::string(quality == Renderer::MeterQuality::rsm ? "rsm" : "interactive") + " meter at " +
+                     text_of(meter.point));
+    return reading;
+}
+
+std::vector<float> values_of(Bench& bench, const Scene& scene, View view, int width_px, int height_px) {
+    std::vector<float> values = bench.renderer.capture(scene, view, width_px, height_px, true)->values;
+    if (view != View::rsm_normal) check_values(bench, values, std::string("exr capture of ") + view_name(view));
+    return values;
+}
+
+void drive(Bench& bench, Scene& scene, std::span<const Meter> meters) {
+    const std::string base = bench.context;
+    const auto live_frame = [&] {
+        bench.renderer.begin_frame(scene, monotonic_ns());
+        bench.renderer.finish_frame(true);
+    };
+    for (const Technique technique : {Technique::seed_disk, Technique::seed, Technique::standard}) {
+        if (bench.brief && technique == Technique::seed_disk) continue;
+        const bool standard = technique == Technique::standard;
+        scene.technique = technique;
+        scene.samples = standard ? 1024 : 64;
+        scene.technique_rev = ++scene.scene_rev;
+        bench.context = base + ", " + technique_name(technique);
+        live_frame();
+        if (standard || !bench.brief) {
+            bench.renderer.capture(scene, View::beauty, 24, 24, false);
+            for (const View view : {View::beauty, View::illuminance, View::luminance})
+                values_of(bench, scene, view, 16, 16);
+        }
+        for (const Meter& meter : meters) {
+            if (!standard && &meter != &meters[0]) continue;
+            read_meter(bench, scene, meter, Renderer::MeterQuality::interactive);
+            if (standard) read_meter(bench, scene, meter, Renderer::MeterQuality::rsm);
+        }
+    }
+    bench.context = base + ", reference";
+    trace::Settings few;
+    few.max_passes = 64;
+    read_reference(bench, scene, meters, few);
+    bench.context = base + ", default";
+    for (const View view : {View::mask, View::rsm_depth, View::rsm_normal, View::rsm_flux})
+        values_of(bench, scene, view, 32, 24);
+    scene.view = View::solid;
+    scene.view_rev = ++scene.scene_rev;
+    live_frame();
+    scene.view = View::beauty;
+    scene.view_rev = ++scene.scene_rev;
+    bench.context = base;
+}
+
+std::vector<trace::Reading> read_reference(Bench& bench, const Scene& scene, std::span<const Meter> meters,
+                                           const trace::Settings& settings) {
+    std::vector<trace::MeterPoint> points;
+    for (const Meter& meter : meters) points.push_back({meter.point, meter.normal});
+    const auto world = trace::make_world(scene);
+    const std::vector<trace::Reading> readings = trace::measure(*world, points, settings);
+    for (std::size_t i = 0; i < readings.size(); ++i) {
+        const trace::Reading& r = readings[i];
+        std::vector<float> values = {static_cast<float>(r.direct_error_lx), static_cast<float>(r.indirect_error_lx)};
+        for (int k = 0; k < 3; ++k) {
+            values.push_back(static_cast<float>(r.direct_lx[k]));
+            values.push_back(static_cast<float>(r.indirect_lx[k]));
+        }
+        check_values(bench, values, "reference meter at " + text_of(meters[i].point));
+    }
+    return readings;
+}
+
+BufferWatch::BufferWatch(Bench& bench, std::string group, Inspector also) : bench_(bench) {
+    bench.group = std::move(group);
+    bench.renderer.inspect_with(BufferChecks{bench, std::move(also)});
+}
+
+BufferWatch::~BufferWatch() {
+    bench_.renderer.inspect_with({});
+}
+
+}  // namespace gonio::stress
