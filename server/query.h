@@ -19,7 +19,7 @@ enum class Quality : std::uint8_t { interactive, rsm, reference };
 inline constexpr std::uint32_t kMaxGridPoints = 4096;  // of one meter query; more are refused: "too_large"
 inline constexpr int kMaxBounces = 64;                 // more are asked for as "all"
 inline constexpr double kMinNoise = 0.0005, kMaxNoise = 0.5;
-inline constexpr double kMeterNoise = 0.005, kCaptureNoise = 0.01;  // where a query names none
+inline constexpr double kMeterNoise = 0.005, kCaptureNoise = 0.02;  // where a query names none
 
 struct MeterRequest {
     Quality quality = Quality::interactive;

@@ -45,7 +45,7 @@ Talks to a running goniod. Angles are degrees here, all else is SI; a vector is 
                               luminous openings instead of points; --count: the cell centres of a grid of at most
                               4096 over the rectangle u, v from the point
   capture OUT.png|jpg|exr [--view NAME] [--size WxH] [--quality interactive|reference] [--bounces N|all] [--noise R]
-          [--openings]        reference: beauty direct indirect illuminance luminance, until the noise is R (0.01)
+          [--openings]        reference: beauty direct indirect illuminance luminance, until the noise is R (0.02)
   report [--rev N] [--table]  what the first frame with scene_rev >= N ran, and how long; without N: the newest
   stats                       counters of the server
   photometry FILE… [--svg]    offline: quantities, provenance and diagnostics of photometry files

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <bit>
+#include <cmath>
 #include <cstddef>
 
 namespace gonio {
@@ -77,7 +78,10 @@ GpuScene::GpuScene(std::shared_ptr<const SceneAsset> asset) : asset_(std::move(a
     for (const Material& material : asset_->materials) {
         emissive_ = emissive_ || glm::length(material.emissive_nit) > 0.0f;
     }
-    near_m_ = static_cast<float>(std::max(glm::length(asset_->bounds.max - asset_->bounds.min) * 1e-5, 1e-12));
+    const double diagonal_m = std::max(glm::length(asset_->bounds.max - asset_->bounds.min), 1e-7);
+    near_m_ = static_cast<float>(diagonal_m * 1e-5);
+    if (std::isfinite(diagonal_m))
+        layer_unit_m2_ = static_cast<float>(std::exp2(std::round(2.0 * std::log2(diagonal_m / 16.0))));
 
     vertices_ = gl::make_buffer("vertices", std::max<std::size_t>(vertices.size(), 1) * sizeof(Vertex),
                                 vertices.empty() ? nullptr : vertices.data());

@@ -31,6 +31,11 @@ public:
     // floating, so a small near plane costs no precision.
     float near_m() const { return near_m_; }
 
+    // What irradiance layers are measured in: lux per candela of peak times this area, a power of two near the square
+    // of a sixteenth of the scene's diagonal, m². So half floats hold scenes of any size: they end 1/4000 of the
+    // diagonal from a luminaire, and lose digits beyond eight diagonals.
+    float layer_unit_m2() const { return layer_unit_m2_; }
+
     enum class Mode { gbuffer, shadow, rsm, rsm_seed };
     // Draws all meshes that meet the view. gbuffer: into the bound framebuffer from `eye`, clip_from_local = projection
     // × view without translation. The others: into the cube faces of `faces` (bit f) around `eye`.
@@ -47,6 +52,7 @@ private:
     std::vector<Bounds> bounds_;  // per instance, world
     bool emissive_ = false;
     float near_m_ = 1e-4f;
+    float layer_unit_m2_ = 1.0f;
 };
 
 }  // namespace gonio

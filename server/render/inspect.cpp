@@ -17,7 +17,9 @@ struct Reader {
     }
 
     // layer: of an array; -1: the whole texture, all six faces of a cube.
-    void texture(const char* name, const gl::Texture& texture, int channels, bool has_sign = false, int layer = -1) {
+    // unit: what its values are to be divided by.
+    void texture(const char* name, const gl::Texture& texture, int channels, bool has_sign = false, int layer = -1,
+                 float unit = 1.0f) {
         if (!texture) return;
         GLint target = 0, width = 0, height = 0, depth = 1;
         glGetTextureParameteriv(texture.id(), GL_TEXTURE_TARGET, &target);
@@ -35,6 +37,7 @@ struct Reader {
         glPixelStorei(GL_PACK_ALIGNMENT, 1);
         glGetTextureSubImage(texture.id(), 0, 0, 0, std::max(layer, 0), width, height, depth, read, GL_FLOAT,
                              static_cast<GLsizei>(read_back.size() * sizeof(float)), read_back.data());
+        for (float& value : read_back) value /= unit;
         item.half_float = format == GL_R16F || format == GL_RGBA16F;
         values(name, channels, has_sign, read_back);
         item.half_float = false;
@@ -93,11 +96,11 @@ void inspect_slot(const FrameInputs& inputs, const SlotRef& slot, const Inspecto
         }
         case Slot::direct:
             if (inputs.shades_on_cpu()) run_layers(target, layer);
-            read.texture("direct", target.direct, 1, false, layer);
+            read.texture("direct", target.direct, 1, false, layer, inputs.geometry.layer_unit_m2());
             break;
         case Slot::gather:
             if (inputs.shades_on_cpu()) run_layers(target, layer);
-            read.texture("indirect", target.indirect, 4, false, layer);
+            read.texture("indirect", target.indirect, 4, false, layer, inputs.geometry.layer_unit_m2());
             break;
         case Slot::picture:
             if (inputs.raw == 0) read.texture("display", target.display, 4);

@@ -195,8 +195,9 @@ std::vector<glm::vec3> Renderer::live_illuminance(const Scene& scene, bool indir
     glPixelStorei(GL_PACK_ALIGNMENT, 1);
     for (std::size_t i = 0; i < scene.lights.size(); ++i) {
         if (on_cpu) run_layers(live_, static_cast<int>(i));
-        const glm::vec3 weight(light_weight(scene, scene.lights[i]) *
-                               static_cast<double>(lights_.at(scene.lights[i].id).web->peak_cd));
+        const glm::vec3 weight(
+            light_weight(scene, scene.lights[i]) *
+            static_cast<double>(lights_.at(scene.lights[i].id).web->peak_cd / geometry_->layer_unit_m2()));
         glGetTextureSubImage(indirect ? live_.indirect.id() : live_.direct.id(), 0, 0, 0, static_cast<GLint>(i),
                              live_.width_px, live_.height_px, 1, GL_RGB, GL_FLOAT,
                              static_cast<GLsizei>(layer.size() * sizeof(glm::vec3)), layer.data());
@@ -236,9 +237,10 @@ v1::MeterReading Renderer::meter(const Scene& scene, const glm::dvec3& point, co
         glGetTextureSubImage(target.direct.id(), 0, 0, 0, layer, 1, 1, 1, GL_RED, GL_FLOAT, sizeof direct, &direct);
         glGetTextureSubImage(target.indirect.id(), 0, 0, 0, layer, 1, 1, 1, GL_RGBA, GL_FLOAT, sizeof indirect,
                              &indirect[0]);
-        direct_lx += weight * static_cast<double>(direct);
+        const double unit_m2 = static_cast<double>(geometry_->layer_unit_m2());
+        direct_lx += weight * (static_cast<double>(direct) / unit_m2);
         const glm::dvec3 from_light = point - metered.lights[i].position;
-        glm::dvec3 bounced(indirect);
+        glm::dvec3 bounced = glm::dvec3(indirect) / unit_m2;
         if (quality == MeterQuality::rsm) {
             // Each half of the texels, doubled, is an estimate of its own; half their difference is the mean's error.
             const auto halves = checkerboard_irradiance(gpu.texels, from_light, unit_normal);

@@ -180,7 +180,7 @@ void DirectRow(const DirectLight& light, int y, int width, const Rays& rays, flo
         const Vec3 in_light(Float(m[0][0]) * to.x + Float(m[1][0]) * to.y + Float(m[2][0]) * to.z,
                             Float(m[0][1]) * to.x + Float(m[1][1]) * to.y + Float(m[2][1]) * to.z,
                             Float(m[0][2]) * to.x + Float(m[1][2]) * to.y + Float(m[2][2]) * to.z);
-        const Float value = web_ratio(light.web, in_light) * cosine / d2;
+        const Float value = web_ratio(light.web, in_light) * cosine / d2 * Float(light.unit_m2);
         hn::StoreU(hn::IfThenElseZero(lit, value.raw), tag, lux_per_cd + x);
     }
 }
@@ -190,7 +190,8 @@ void ToHalves(const float* from, std::size_t count, std::uint16_t* to) {
     const hn::Rebind<hwy::float16_t, Tag> halves;
     const hn::RebindToUnsigned<decltype(halves)> bits;
     for (std::size_t i = 0; i < count; i += hn::Lanes(tag))
-        hn::StoreU(hn::BitCast(bits, hn::DemoteTo(halves, hn::LoadU(tag, from + i))), bits, to + i);
+        hn::StoreU(hn::BitCast(bits, hn::DemoteTo(halves, hn::Min(hn::LoadU(tag, from + i), hn::Set(tag, 65504.0f)))),
+                   bits, to + i);
 }
 
 void UpsampleRow(const GridRows& grid, const float* const* values, int y, int width, const Rays& rays,
@@ -249,7 +250,7 @@ void UpsampleRow(const GridRows& grid, const float* const* values, int y, int wi
         for (std::ptrdiff_t i = 0; i < 4 * lanes; i += lanes) {
             const auto half = [&](const float* from) {
                 return hn::BitCast(hn::RebindToUnsigned<decltype(halves)>(),
-                                   hn::DemoteTo(halves, hn::Load(tag, from + i)));
+                                   hn::DemoteTo(halves, hn::Min(hn::Load(tag, from + i), hn::Set(tag, 65504.0f))));
             };
             const auto one = hn::Set(hn::RebindToUnsigned<decltype(halves)>(), std::uint16_t{0x3c00});
             hn::StoreInterleaved4(half(plane[0]), half(plane[1]), half(plane[2]), one,

@@ -70,15 +70,16 @@ struct DirectLight {
     glm::vec3 position;  // local, m
     glm::mat3 light_from_world;
     const std::uint32_t* web;
+    float unit_m2;  // the result is measured in
 };
-// One row of `width` pixels, a multiple of kLanes: unoccluded illuminance per candela of peak (1/m²), 0 where there is
-// no surface; and where a ray from there to the luminaire starts: off_m plus off_per_depth times the depth off the
+// One row of `width` pixels, a multiple of kLanes: unoccluded illuminance per candela of peak × unit_m2, 0 where there
+// is no surface; and where a ray from there to the luminaire starts: off_m plus off_per_depth times the depth off the
 // surface, local, m. depth, normal: as of upsample_row.
 void direct_row(const DirectLight& light, int y, int width, const Rays& rays, float off_m, float off_per_depth,
                 const float* depth, const std::uint32_t* normal, float* lux_per_cd, float* from_x, float* from_y,
                 float* from_z);
 
-// Half floats of `count` floats, a multiple of kLanes.
+// Half floats of `count` floats, a multiple of kLanes; what is greater becomes 65,504.
 void to_halves(const float* from, std::size_t count, std::uint16_t* to);
 
 }  // namespace gonio::shade

@@ -287,7 +287,7 @@ void near_light_at(const ScreenGrid& screen, const LightView& light, std::size_t
     for (int i = 0; i < trace::kPacket; ++i) {
         for (int k = 0; k < 3; ++k)
             out[k][tile * screen.tile_size + first + static_cast<std::size_t>(i)] =
-                sums[i][k] / static_cast<float>(rays);
+                sums[i][k] * (light.unit_m2 / static_cast<float>(rays));
     }
 }
 
@@ -313,8 +313,8 @@ Planes gather_grid(const ScreenGrid& screen, const LightView& light, const Occlu
                                               ? std::span(light.vpls.vpls).subspan(tile * per_subset, per_subset)
                                               : std::span(light.vpls.vpls);
         gather(points_at(screen.tiled, static_cast<std::ptrdiff_t>(at)), count, glm::vec3(light.position), vpls,
-               screen.quality.kappa, interleaved ? static_cast<float>(kSubsets) : 1.0f, tiled[0].data() + at,
-               tiled[1].data() + at, tiled[2].data() + at);
+               screen.quality.kappa, light.unit_m2 * (interleaved ? static_cast<float>(kSubsets) : 1.0f),
+               tiled[0].data() + at, tiled[1].data() + at, tiled[2].data() + at);
         for (std::size_t i = 0; i < count; i += trace::kPacket) near_light_at(screen, light, tile, first + i, near_out);
     });
 
@@ -382,7 +382,7 @@ void upsample(const Surfaces& surfaces, const ScreenGrid& screen, const Planes& 
             if (from < 0) continue;
             for (std::size_t k = 0; k < 3; ++k)
                 out[4 * (row + static_cast<std::size_t>(x)) + k] =
-                    glm::packHalf1x16(light[k][static_cast<std::size_t>(from)]);
+                    glm::packHalf1x16(std::min(light[k][static_cast<std::size_t>(from)], 65504.0f));
         }
     });
 }

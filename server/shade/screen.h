@@ -80,10 +80,11 @@ struct LightView {
     const VplCast& vpls;
     glm::dvec3 position;  // local
     glm::dmat3 world_from_light;
+    float unit_m2 = 1.0f;  // grids of light are measured in
 };
 Occlusion trace_occlusion(const ScreenGrid& screen, const LightView& light, Pool& pool);
 
-// Result: irradiance per candela of peak at every grid point: 3 planes in the shape of ScreenGrid::grid.
+// Result: irradiance per candela of peak × unit_m2 at every grid point: 3 planes in the shape of ScreenGrid::grid.
 Planes gather_grid(const ScreenGrid& screen, const LightView& light, const Occlusion& occlusion, Pool& pool);
 
 // out: 4 half floats per pixel, surfaces.row_length pixels a row.

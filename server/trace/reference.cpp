@@ -4,6 +4,7 @@
 #include <sched.h>
 
 #include <algorithm>
+#include <atomic>
 #include <chrono>
 #include <cmath>
 #include <functional>
@@ -35,10 +36,6 @@ bool parallel(int count, const Settings& settings, const std::stop_token& stop, 
             pthread_setschedparam(pthread_self(), SCHED_IDLE, &none);  // refused: the thread works at normal priority
         }
         for (int i; !stop.stop_requested() && (i = next.fetch_add(1)) < count;) {
-            while (settings.hold != nullptr && settings.hold->load(std::memory_order_relaxed) &&
-                   !stop.stop_requested()) {
-                std::this_thread::sleep_for(std::chrono::microseconds(500));
-            }
             job(i);
             ++done;
         }

@@ -4,7 +4,6 @@
 // never on the number of threads or their timing. No GL.
 #pragma once
 
-#include <atomic>
 #include <cstdint>
 #include <glm/glm.hpp>
 #include <memory>
@@ -27,7 +26,6 @@ struct Settings {
     std::uint32_t seed = 1;
     int threads = 0;    // 0: one per core
     bool idle = false;  // threads yield to everything else on the machine (SCHED_IDLE): beside live frames
-    const std::atomic<bool>* hold = nullptr;  // while it is true the threads sleep between pixels; may be null
 };
 
 // What one scene revision looks like to rays: acceleration structure, luminaires with their weights, emitters.

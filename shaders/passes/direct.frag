@@ -1,4 +1,4 @@
-// Direct illuminance per candela of peak: the web itself, the inverse square law, the cosine and the shadow cube.
+// Direct illuminance per candela of peak in units of the layers: the web itself, the inverse square law, the cosine and the shadow cube.
 #include "lib/octahedral.glsl"
 #include "lib/surface.glsl"
 #include "lib/web.glsl"
@@ -7,7 +7,9 @@ layout(location = 1) uniform mat3 light_from_world;
 layout(location = 2) uniform float near_m;
 layout(location = 3) uniform float shadow_texel;  // 2 / face size
 layout(binding = 0) uniform samplerCubeShadow shadow;  // depth = near / axis distance, compare >=
-layout(location = 0) out float out_direct;  // 1/m²: lux per cd of peak
+layout(location = 4) uniform float unit_m2;   // the layers' unit (GpuScene::layer_unit_m2)
+layout(location = 5) uniform float greatest;  // that the layer can hold
+layout(location = 0) out float out_direct;  // lux per cd of peak × m²
 
 // The receiver is moved along its normal so far that its plane lies before every depth it is compared with. In face
 // coordinates (s, t) a plane's near / axis distance is linear, with slopes of the normal's components across the face's
@@ -31,5 +33,5 @@ void main() {
     if (cosine <= 0.0) return;
     float ratio = web_ratio(light_from_world * s.position);
     if (ratio <= 0.0) return;
-    out_direct = ratio * cosine / d2 * visibility(s.position, s.normal);
+    out_direct = min(ratio * cosine / d2 * visibility(s.position, s.normal) * unit_m2, greatest);
 }

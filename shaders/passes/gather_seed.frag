@@ -13,6 +13,8 @@ layout(binding = 0) uniform samplerCube rsm_position;
 layout(binding = 1) uniform samplerCube rsm_normal;
 layout(binding = 2) uniform samplerCube rsm_flux;  // albedo: the flux per unit of I · d_omega
 layout(binding = 3) uniform samplerCube mask;
+layout(location = 4) uniform float unit_m2;   // as direct.frag
+layout(location = 5) uniform float greatest;
 layout(location = 0) out vec4 out_indirect;
 
 // Result: a rotation that differs from pixel to pixel (uniform quaternion from three hashed numbers, Shoemake 1992).
@@ -62,5 +64,5 @@ void main() {
         float ratio = textureLod(mask, direction, mask_lod).g;
         sum += flux * (ratio * solid_angle * vpl_geometry(s.position - p, n, s.normal, 0.0));
     }
-    out_indirect = vec4(sum / (3.14159265358979 * float(sample_count)), 1.0);
+    out_indirect = vec4(min(sum * (unit_m2 / (3.14159265358979 * float(sample_count))), vec3(greatest)), 1.0);
 }

@@ -31,9 +31,10 @@ std::set<std::string> ran(const Json& report) {
     return names;
 }
 
+// Whether anything ran that belongs to a luminaire alone, whoever looks.
 bool any_light_pass(const std::set<std::string>& names) {
     for (const std::string& name : names) {
-        for (const char* part : {"shadow", "rsm", "mask", "vpl", "occlusion"}) {
+        for (const char* part : {"shadow", "rsm", "mask", "vpl"}) {
             if (name.find(part) != std::string::npos) return true;
         }
     }
@@ -69,7 +70,9 @@ TEST(Cornell, ReadyStateAndCostTable) {
         const unsigned rev = daemon.rev(words);
         const Json report = daemon.json({"report", "--rev", std::to_string(rev)});
         EXPECT_GE(report["scene_rev"].get<unsigned>(), rev);
-        EXPECT_EQ(ran(report), (std::set<std::string>{"composite", "nv12"})) << words[2];
+        std::set<std::string> passes = ran(report);
+        passes.erase("nv12");  // of its own where shaders make the picture
+        EXPECT_EQ(passes, std::set<std::string>{"composite"}) << words[2];
         EXPECT_GT(report["frame_ms"].get<double>(), 0.0);
         EXPECT_TRUE(report["settled"].get<bool>());
     }
@@ -86,7 +89,7 @@ TEST(Cornell, ReadyStateAndCostTable) {
     const unsigned swapped =
         daemon.rev({"set", "light", light, "--profile", folder.file("iso.ies", isotropic_ies(300))});
     const auto profile = ran(daemon.json({"report", "--rev", std::to_string(swapped)}));
-    for (const char* name : {"mask:", "vpl:", "direct:", "gather:"})
+    for (const char* name : {"vpl:", "occlusion:", "direct:", "gather:"})
         EXPECT_TRUE(profile.contains(name + light)) << name;
     EXPECT_FALSE(profile.contains("gbuffer"));
     const Json after = daemon.json({"get", "lights[0]"});
@@ -96,7 +99,7 @@ TEST(Cornell, ReadyStateAndCostTable) {
     // Aim: no face that is clean at this position is made again, nothing of the camera.
     const unsigned turned = daemon.rev({"set", "light", light, "--tilt", "20"});
     const auto aim = ran(daemon.json({"report", "--rev", std::to_string(turned)}));
-    EXPECT_TRUE(aim.contains("mask:" + light));
+    EXPECT_TRUE(aim.contains("vpl:" + light));
     EXPECT_FALSE(aim.contains("shadow:" + light)) << "an isotropic source had reached all faces";
     EXPECT_FALSE(aim.contains("gbuffer"));
 }

@@ -75,7 +75,7 @@ void degenerate(Bench& bench) {
     const Meter floor_meter[] = {{{0, -2, 0}, {0, 1, 0}}};
     const Ball ball;
 
-    Finding& beams = bench.findings.of(bench.group, "rsm: bounced error of narrow beams in a sphere", 0.06);
+    Finding& beams = bench.findings.of(bench.group, "rsm: bounced error of narrow beams in a sphere", 0.01);
     const double degree = kPi / 180;
     struct Beam {
         const char* name;
@@ -96,12 +96,12 @@ void degenerate(Bench& bench) {
         }
     }
 
-    // Finer than the mask's texels, whose largest map has 1,024 a side: the limit is shown, not hidden.
+    // As fine as two of the mask's texels, whose largest map has 1,024 a side.
     {
         bench.context = "beam of 0.1 degrees";
         Scene scene = scene_of_pieces(ball.pieces(), {light_seed(pencil(0.1 * degree, 0.02 * degree), {0.2, 0.1, 0},
                                                                  orientation_aiming({0, -1, 0}))});
-        Finding& fine = bench.findings.of(bench.group, "a 0.1 degree beam's bounced error: rsm", 0.005, false);
+        Finding& fine = bench.findings.of(bench.group, "a 0.1 degree beam's bounced error: rsm", 0.02);
         Finding& list = bench.findings.of(bench.group, "a 0.1 degree beam's bounced error: list", 0.01);
         const double truth = ball.bounced_lx(*scene.lights[0].profile);
         const Meter meter{{1.9996, 0, 0}, {-1, 0, 0}};

@@ -186,7 +186,7 @@ TEST(CaptureQuery, DefaultsComeFromTheScene) {
     request = check_capture(scene, query);
     ASSERT_TRUE(request);
     EXPECT_EQ(request->height_px, 20);
-    EXPECT_DOUBLE_EQ(request->settings.noise, 0.01);
+    EXPECT_DOUBLE_EQ(request->settings.noise, 0.02);
     EXPECT_EQ(request->settings.bounces, trace::kAllBounces);
 }
 

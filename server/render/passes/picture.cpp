@@ -20,8 +20,8 @@ PassRun run_composite(const PassContext& context, View view, const LightGpu* sho
 
     std::vector<layouts::LightWeight> weights(GONIO_MAX_LIGHTS);
     for (std::size_t i = 0; i < lights.size(); ++i) {
-        const glm::dvec3 weight =
-            light_weight(context.scene, context.scene.lights[i]) * static_cast<double>(lights[i]->web->peak_cd);
+        const glm::dvec3 weight = light_weight(context.scene, context.scene.lights[i]) *
+                                  static_cast<double>(lights[i]->web->peak_cd / context.geometry.layer_unit_m2());
         weights[i].rgb = glm::vec4(glm::vec3(weight), 0.0f);
     }
     const gl::Buffer block =

@@ -41,8 +41,12 @@ const shade::Quality& quality_of(TargetKind kind) {
 }
 
 shade::LightView view_of(const PassContext& context, const Light& light, const LightGpu& gpu) {
-    return {context.traced, *gpu.rays, gpu.vpls, light.position - context.traced.origin(),
-            glm::dmat3(glm::mat3_cast(light.world_from_light))};
+    return {context.traced,
+            *gpu.rays,
+            gpu.vpls,
+            light.position - context.traced.origin(),
+            glm::dmat3(glm::mat3_cast(light.world_from_light)),
+            context.geometry.layer_unit_m2()};
 }
 
 }  // namespace
@@ -130,8 +134,9 @@ PassRun run_direct_rays(const PassContext& context, const Light& light, const Li
     ScreenLight& screen = *target.screen;
     const shade::Surfaces& s = screen.surfaces;
     const glm::vec3 position(light.position - context.traced.origin());
-    shade::direct_light(s, context.traced, {position, light_from_world(light), gpu.web->words.data()}, screen.floats,
-                        context.pool);
+    shade::direct_light(s, context.traced,
+                        {position, light_from_world(light), gpu.web->words.data(), context.geometry.layer_unit_m2()},
+                        screen.floats, context.pool);
     if (target.kind == TargetKind::precise) {
         upload(target.direct, s, layer, GL_RED, GL_FLOAT, screen.floats.data());
         return {};
@@ -162,6 +167,7 @@ PassRun run_direct_point(const PassContext& context, const Light& light, const L
         if (ratio > 0.0 && !context.traced.occluded(from, context.traced.local(light.position)))
             value = static_cast<float>(ratio * cosine / d2);
     }
+    value *= context.geometry.layer_unit_m2();
     glTextureSubImage3D(context.target.direct.id(), 0, 0, 0, layer, 1, 1, 1, GL_RED, GL_FLOAT, &value);
     return {};
 }
@@ -178,12 +184,13 @@ PassRun run_gather(const PassContext& context, const Light& light, const LightGp
         if (!context.layers_on_cpu) upload(target.indirect, s, layer, GL_RGBA, GL_HALF_FLOAT, halves.data());
         return {};
     }
+    const float greatest = target.kind == TargetKind::precise ? 3e38f : 65504.0f;  // what the layer can hold
     screen.floats.resize(static_cast<std::size_t>(s.width) * static_cast<std::size_t>(s.height) * 4);
     context.pool.run(s.height, [&](int row) {
         float* to = screen.floats.data() + static_cast<std::size_t>(row) * static_cast<std::size_t>(s.width) * 4;
         for (int x = 0; x < s.width; ++x, to += 4) {
             const auto at = static_cast<std::size_t>(screen.grid.grid.at(x, row));
-            for (std::size_t k = 0; k < 3; ++k) to[k] = planes[k][at];
+            for (std::size_t k = 0; k < 3; ++k) to[k] = std::min(planes[k][at], greatest);
             to[3] = 1.0f;
         }
     });
@@ -219,7 +226,8 @@ PassRun run_composite_cpu(const PassContext& context, View view, std::span<const
     display.ev100 = static_cast<float>(scene.exposure_ev100);
     std::vector<shade::Layer> layers;
     for (std::size_t i = 0; i < lights.size(); ++i) {
-        const glm::vec3 weight(light_weight(scene, scene.lights[i]) * static_cast<double>(lights[i]->web->peak_cd));
+        const glm::vec3 weight(light_weight(scene, scene.lights[i]) *
+                               static_cast<double>(lights[i]->web->peak_cd / context.geometry.layer_unit_m2()));
         const ScreenLight::Layers& light = layers_of(screen, static_cast<int>(i));
         if (weight != glm::vec3(0.0f)) layers.push_back({light.direct.data(), light.indirect.data(), weight});
     }
@@ -252,7 +260,7 @@ PassRun run_gather_point(const PassContext& context, const Light& light, const L
     shade::PointLight& found = points[static_cast<std::size_t>(layer)];
     found = shade::at_point(view_of(context, light, gpu), eye.position + eye.forward - context.traced.origin(),
                             -eye.forward);
-    const glm::vec4 value(glm::vec3(found.light), 1.0f);
+    const glm::vec4 value(glm::vec3(found.light * static_cast<double>(context.geometry.layer_unit_m2())), 1.0f);
     glTextureSubImage3D(context.target.indirect.id(), 0, 0, 0, layer, 1, 1, 1, GL_RGBA, GL_FLOAT, &value[0]);
     return {};
 }

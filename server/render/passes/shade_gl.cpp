@@ -24,6 +24,12 @@ gl::Buffer seed_directions(bool disk) {
     return gl::make_buffer("seed directions", directions.size() * sizeof(glm::vec4), directions.data());
 }
 
+// What a layer's shader multiplies by, and where its format ends.
+void bind_unit(GLuint program, const PassContext& context) {
+    glProgramUniform1f(program, 4, context.geometry.layer_unit_m2());
+    glProgramUniform1f(program, 5, context.target.kind == TargetKind::precise ? 3e38f : 65504.0f);
+}
+
 }  // namespace
 
 PassRun run_direct(const PassContext& context, const Light& light, const LightGpu& gpu, int layer) {
@@ -34,6 +40,7 @@ PassRun run_direct(const PassContext& context, const Light& light, const LightGp
     begin_screen(context.programs, layer_framebuffer(target, target.direct.id(), layer), program, target.width_px,
                  target.height_px);
     bind_surface(program, context, light.position);
+    bind_unit(program, context);
     const glm::mat3 turn = light_from_world(light);
     glProgramUniformMatrix3fv(program, 1, 1, GL_FALSE, &turn[0][0]);
     glProgramUniform1f(program, 2, context.geometry.near_m());
@@ -62,6 +69,7 @@ PassRun run_gather_seed(const PassContext& context, const Light& light, const Li
     begin_screen(context.programs, layer_framebuffer(target, target.indirect.id(), layer), program, target.width_px,
                  target.height_px);
     bind_surface(program, context, light.position);
+    bind_unit(program, context);
     glProgramUniform1i(program, 1, static_cast<GLint>(context.scene.samples));
     glProgramUniform1f(program, 2, mask_lod(gpu));
     glBindBufferBase(GL_UNIFORM_BUFFER, 0, directions.id());
