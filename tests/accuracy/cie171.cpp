@@ -226,10 +226,11 @@ Case seen_past(bool with_box) {
     c.settings.noise = 0.002;
     if (with_box) {
         c.limit = "the box does not hide the wall from the sum over all texels";
+        c.interactive_tolerance = 0.01;
     } else {
         // The wall's edges fall within texels of the map that are 5 cm wide there: half of one is 1.3 % of the wall.
         c.rsm_tolerance = 0.015;
-        c.interactive_tolerance = 0.02;
+        c.interactive_tolerance = 0.01;
     }
     return c;
 }
