@@ -14,7 +14,9 @@
 #include <spdlog/spdlog.h>
 
 #include "client/web/page.h"
+#include "protocol/patch_toml.h"
 #include "server/assets/assets.h"
+#include "server/consoles.h"
 #include "server/net/front.h"
 #include "server/oneshot.h"
 #include "server/scene/state.h"
@@ -81,6 +83,21 @@ Renderer::Gather gather_of(const Options& options) {
                                       : Renderer::Gather::automatic;
 }
 
+void patch_scene(Scene& scene, const std::string& path) {
+    std::ifstream file(path, std::ios::binary);
+    std::string text(kMaxPatchFileBytes + 1, '\0');
+    file.read(text.data(), static_cast<std::streamsize>(text.size()));
+    text.resize(static_cast<std::size_t>(file.gcount()));
+    if (!file.is_open() || file.bad()) throw std::invalid_argument("cannot read the patch '" + path + "'");
+    auto patch = read_patch_toml(text);
+    if (!patch) throw std::invalid_argument(path + ": " + patch.error().text());
+    v1::Command command;
+    *command.mutable_set_patch() = std::move(*patch);
+    const auto applied = apply(scene, command, {});
+    if (!applied) throw std::invalid_argument(path + ": " + applied.error().text());
+    for (const std::string& warning : applied->warnings) spdlog::warn("{}: {}", path, warning);
+}
+
 Scene first_scene(const Options& options) {
     auto asset = load_scene(options.scene);
     if (!asset) throw std::invalid_argument("cannot load the scene '" + options.scene + "': " + asset.error().text());
@@ -95,6 +112,7 @@ Scene first_scene(const Options& options) {
         const auto applied = apply(scene, command, {});
         if (!applied) throw std::invalid_argument(applied.error().text());
     }
+    if (!options.patch_file.empty()) patch_scene(scene, options.patch_file);
     return scene;
 }
 
@@ -166,6 +184,15 @@ int run_daemon(const Options& options) {
     if (!started) throw std::runtime_error(started.error().text());
     front = std::move(*started);
 
+    std::unique_ptr<Inputs> inputs;
+    if (options.inputs.any()) {
+        auto opened = Inputs::start(options.inputs, [&] { queue.wake(); });
+        if (!opened) throw std::runtime_error(opened.error().text());
+        inputs = std::move(*opened);
+    }
+    const auto frame_time = std::chrono::nanoseconds(static_cast<std::int64_t>(1e9 / options.target_fps));
+    Consoles consoles(inputs.get(), frame_time.count());
+
     Demand demand;
     Loader loader;
     Picture newest;
@@ -176,6 +203,7 @@ int run_daemon(const Options& options) {
         {
             [&](std::uint32_t session, v1::ServerMessage message) { front->reply(session, std::move(message)); },
             [&](v1::State state, v1::StateChanged change) {
+                consoles.publish_state(state);
                 front->publish_state(std::move(state));
                 front->broadcast(std::move(change));
             },
@@ -190,8 +218,10 @@ int run_daemon(const Options& options) {
                 stats.set_clients(demand.clients);
                 return stats;
             },
+            [&] { return consoles.sources(); },
         });
     front->publish_state(full_state(stage.scene()));
+    consoles.publish_state(full_state(stage.scene()));
     Signals signals([&] { queue.close(); });
 
     // READY means: a first frame has been rendered and encoded, so that whoever connects sees a picture at once.
@@ -205,7 +235,6 @@ int run_daemon(const Options& options) {
                 front->port());
     std::fflush(stdout);
 
-    const auto frame_time = std::chrono::nanoseconds(static_cast<std::int64_t>(1e9 / options.target_fps));
     std::int64_t last_begin_ns = 0;
     while (!queue.closed()) {
         // Somebody must be able to take a picture: a viewer with credit, or a report that is waited for.
@@ -219,9 +248,11 @@ int run_daemon(const Options& options) {
         else if (stage.frames_in_flight())
             work = queue.pop_for(std::chrono::milliseconds(1));
         else
-            work = queue.pop_for(due ? std::chrono::nanoseconds(wait_ns) : std::chrono::milliseconds(250));
+            work = queue.pop_for(
+                std::chrono::nanoseconds(std::min(due ? wait_ns : std::int64_t{250'000'000}, consoles.sleep_ns(now))));
         const std::int64_t drained_ns = monotonic_ns();
         for (; work; work = queue.try_pop()) stage.take(std::move(*work));
+        consoles.serve(stage, drained_ns);
 
         if (auto changed = demands.try_take()) {
             if (demand.jpeg_clients == 0) jpeg_sent = false;  // whoever comes first has not seen the newest picture

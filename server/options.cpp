@@ -2,6 +2,9 @@
 
 #include <CLI/CLI.hpp>
 
+#include "protocol/artnet.h"
+#include "protocol/e131.h"
+
 namespace gonio {
 
 std::optional<Options> parse_options(int argc, char** argv, int& exit_code) {
@@ -27,8 +30,27 @@ std::optional<Options> parse_options(int argc, char** argv, int& exit_code) {
     app.add_option("--oneshot", options.oneshot, "JOB.json: capture its frames and end, without a network");
     app.add_option("--out", options.out, "folder for the captures of --oneshot")->capture_default_str();
     app.add_flag("--gl-debug", options.gl_debug, "count and print GL debug messages");
+    std::string sacn, artnet, osc;
+    bool ignore_preview = false;
+    app.add_option("--sacn", sacn, "listen for sACN on ADDRESS[:5568]; 0.0.0.0: all interfaces. Default: off");
+    app.add_option("--artnet", artnet, "listen for Art-Net on ADDRESS[:6454], likewise");
+    app.add_option("--osc", osc, "listen for OSC on ADDRESS[:9000], UDP and TCP, likewise");
+    app.add_flag("--ignore-preview", ignore_preview, "leave out sACN packets with the preview bit");
+    app.add_option("--patch", options.patch_file, "PATCH.toml: which slots drive what (docs/consoles.md)");
     try {
         app.parse(argc, argv);
+        const auto listen_at = [](const char* option, const std::string& text, std::uint16_t port) {
+            std::optional<UdpPeer> place;
+            if (text.empty() || text == "off") return place;
+            const auto peer = parse_peer(text, port);
+            if (!peer) throw CLI::ValidationError(option, peer.error().message + ", not '" + text + "'");
+            place = *peer;
+            return place;
+        };
+        options.inputs.sacn = listen_at("--sacn", sacn, kE131Port);
+        options.inputs.artnet = listen_at("--artnet", artnet, kArtnetPort);
+        options.inputs.osc = listen_at("--osc", osc, kOscPort);
+        options.inputs.accept_preview = !ignore_preview;
         const std::size_t colon = listen.rfind(':');
         if (colon == std::string::npos || colon == 0)
             throw CLI::ValidationError("--listen", "must be HOST:PORT, not '" + listen + "'");

@@ -5,6 +5,8 @@
 #include <optional>
 #include <string>
 
+#include "server/net/udp_inputs.h"
+
 namespace gonio {
 
 struct Options {
@@ -20,6 +22,8 @@ struct Options {
     int device = -1;
     std::string oneshot, out = ".";  // JOB.json and the folder its captures go to; empty: serve
     bool gl_debug = false;
+    InputOptions inputs;     // of consoles; all off unless asked for: these protocols know no passwords
+    std::string patch_file;  // TOML; empty: the default patch
 };
 
 // Result: the options; nothing if the program is to end with `exit_code` (help was printed, or an argument is wrong).

@@ -88,6 +88,16 @@ public:
         }
         ready_.notify_one();
     }
+    // Adds to the value that nobody took yet, or to a fresh one: for values that hold the newest of several things.
+    template <typename Edit>
+    void merge(const Edit& edit) {
+        {
+            std::lock_guard lock(mutex_);
+            if (!value_) value_.emplace();
+            edit(*value_);
+        }
+        ready_.notify_one();
+    }
     std::optional<T> try_take() {
         std::lock_guard lock(mutex_);
         return std::exchange(value_, std::nullopt);

@@ -6,6 +6,7 @@
 #include "server/capture_file.h"
 #include "server/command_files.h"
 #include "server/meter_reply.h"
+#include "server/scene/console.h"
 #include "server/scene/state.h"
 
 namespace gonio {
@@ -67,6 +68,16 @@ void Stage::take(Work work) {
             return answer_stats(work);
         case v1::ClientMessage::kProfile:
             return answer_profile(work);
+        case v1::ClientMessage::kSources: {
+            v1::ServerMessage message;
+            *message.mutable_sources() = out_.sources();
+            return answer(work, std::move(message));
+        }
+        case v1::ClientMessage::kPatch: {
+            v1::ServerMessage message;
+            *message.mutable_patch() = patch_in_force(scene_);
+            return answer(work, std::move(message));
+        }
         default:
             return refuse(work, {"unsupported", "message", "", "this server does not know the message"});
     }
@@ -99,6 +110,26 @@ void Stage::apply_command(const Work& work) {
     for (std::string& warning : applied->warnings) result.add_warnings(std::move(warning));
     answer(work, std::move(message));
     if (scene_.scene_rev != before.scene_rev) out_.state(full_state(scene_), state_change(before, scene_));
+}
+
+std::optional<Error> Stage::apply_input(const v1::Command& command) {
+    if (!before_inputs_) before_inputs_ = scene_;
+    if (needs_files(command)) {
+        Work work;
+        *work.message.mutable_command() = command;
+        send_to_loader(std::move(work));
+        return std::nullopt;
+    }
+    const Result<Applied> applied = apply(scene_, command, {});
+    if (applied) return std::nullopt;
+    ++refused_;
+    return applied.error();
+}
+
+void Stage::tell_inputs() {
+    if (before_inputs_ && scene_.scene_rev != before_inputs_->scene_rev)
+        out_.state(full_state(scene_), state_change(*before_inputs_, scene_));
+    before_inputs_.reset();
 }
 
 void Stage::answer_meter(const Work& work) {
@@ -239,6 +270,7 @@ void Stage::answer_stats(const Work& work) {
     v1::ServerMessage message;
     v1::Stats& stats = *message.mutable_stats();
     stats = out_.counters();
+    *stats.mutable_sources() = out_.sources();
     stats.set_frames_rendered(frames_rendered_);
     stats.set_captures(captures_);
     stats.set_commands_refused(refused_);

@@ -43,6 +43,7 @@ struct StageOutputs {
     std::function<void(v1::State, v1::StateChanged)> state;
     std::function<void(Picture)> picture;  // a new picture left the GPU
     std::function<v1::Stats()> counters;   // what the stream side counts
+    std::function<v1::Sources()> sources;  // the newest source table of the consoles
 };
 
 class Stage {
@@ -52,6 +53,9 @@ public:
 
     // Takes one message: answers it, applies it, or sends it to the loader first.
     void take(Work work);
+    // Applies a console's command. Result: why not; the change is told to clients by tell_inputs() once for all.
+    std::optional<Error> apply_input(const v1::Command& command);
+    void tell_inputs();
     // Whether the picture is older than the scene, or somebody waits for a report.
     bool frame_wanted() const { return rendered_rev_ != scene_.scene_rev; }
     bool report_wanted() const { return !waiting_.empty(); }
@@ -103,6 +107,7 @@ private:
     Loader& loader_;
     StageOutputs out_;
     Revision rendered_rev_ = 0;
+    std::optional<Scene> before_inputs_;  // the scene that clients know, while console commands are applied
     std::deque<v1::FrameReport> reports_;
     std::vector<Waiting> waiting_;
     std::deque<Capturing> captures_waiting_;

@@ -8,10 +8,12 @@
 #include <fstream>
 #include <iostream>
 
+#include "client/cli/consoles.h"
 #include "client/cli/output.h"
 #include "client/cli/photometry.h"
 #include "client/cli/transport.h"
 #include "protocol/codec.h"
+#include "protocol/patch_toml.h"
 #include "protocol/words.h"
 
 namespace gonio {
@@ -48,6 +50,9 @@ Talks to a running goniod. Angles are degrees here, all else is SI; a vector is 
           [--openings]        reference: beauty direct indirect illuminance luminance, until the noise is R (0.02)
   report [--rev N] [--table]  what the first frame with scene_rev >= N ran, and how long; without N: the newest
   stats                       counters of the server
+  sources                     who sends sACN, Art-Net and OSC: rate, loss, levels, who wins; --json: all slots
+  patch [FILE.toml | --default | --none]
+                              which slots drive what: prints it, or replaces it (docs/consoles.md)
   photometry FILE… [--svg]    offline: quantities, provenance and diagnostics of photometry files
   watch [--frames N] [--out FILE.h264]
                               one JSON line for each change and frame, until interrupted or after N frames
@@ -109,6 +114,20 @@ Error unexpected_answer() {
     return {"bad_message", "", "", "The server's answer is not one to this question."};
 }
 
+// Sends a command and prints the revision that contains it.
+int send_change(const Session& session, const v1::ClientMessage& message) {
+    const auto answer = session.ask(message);
+    if (!answer) return session.fail(answer.error());
+    if (!answer->has_result()) return session.fail(unexpected_answer());
+    if (session.json) {
+        session.out << to_json(answer->result(), true) << "\n";
+        return kExitOk;
+    }
+    for (const std::string& warning : answer->result().warnings()) session.err << "warning: " << warning << "\n";
+    session.out << "scene_rev " << answer->result().scene_rev() << "\n";
+    return kExitOk;
+}
+
 int change(const Session& session, Words words) {
     auto command = command_from_words(words);
     if (!command) return session.fail(command.error());
@@ -121,16 +140,7 @@ int change(const Session& session, Words words) {
     }
     v1::ClientMessage message;
     *message.mutable_command() = std::move(*command);
-    const auto answer = session.ask(std::move(message));
-    if (!answer) return session.fail(answer.error());
-    if (!answer->has_result()) return session.fail(unexpected_answer());
-    if (session.json) {
-        session.out << to_json(answer->result(), true) << "\n";
-        return kExitOk;
-    }
-    for (const std::string& warning : answer->result().warnings()) session.err << "warning: " << warning << "\n";
-    session.out << "scene_rev " << answer->result().scene_rev() << "\n";
-    return kExitOk;
+    return send_change(session, message);
 }
 
 int get(const Session& session, Words words) {
@@ -236,6 +246,48 @@ int stats(const Session& session, Words words) {
     if (!answer->has_stats()) return session.fail(unexpected_answer());
     session.print(answer->stats());
     return kExitOk;
+}
+
+int sources(const Session& session, Words words) {
+    if (const auto read = parse_words(words, {}, 0, 0); !read) return session.fail(read.error());
+    v1::ClientMessage message;
+    message.mutable_sources();
+    const auto answer = session.ask(std::move(message));
+    if (!answer) return session.fail(answer.error());
+    if (!answer->has_sources()) return session.fail(unexpected_answer());
+    session.out << (session.json ? to_json(answer->sources(), true) + "\n" : sources_table(answer->sources()));
+    return kExitOk;
+}
+
+int patch(const Session& session, Words words) {
+    bool use_default = false, none = false;
+    const WordOption options[] = {{"--default", nullptr, &use_default}, {"--none", nullptr, &none}};
+    const auto files = parse_words(words, options, 0, 1);
+    if (!files) return session.fail(files.error());
+    if (use_default + none + static_cast<int>(files->size()) > 1)
+        return session.fail({"usage", "patch", "", "A file, --default and --none exclude each other."});
+    v1::ClientMessage message;
+    if (files->empty() && !use_default && !none) {
+        message.mutable_patch();
+        const auto answer = session.ask(std::move(message));
+        if (!answer) return session.fail(answer.error());
+        if (!answer->has_patch()) return session.fail(unexpected_answer());
+        session.out << (session.json ? to_json(answer->patch(), true) + "\n" : write_patch_toml(answer->patch()));
+        for (const std::string& warning : answer->patch().warnings()) session.err << "warning: " << warning << "\n";
+        return kExitOk;
+    }
+    v1::SetPatch& set = *message.mutable_command()->mutable_set_patch();
+    set.set_use_default(use_default);
+    if (!files->empty()) {
+        std::ifstream file(files->front(), std::ios::binary);
+        const std::string text((std::istreambuf_iterator<char>(file)), {});
+        if (!file.is_open())
+            return session.fail({"file_unreadable", "patch", files->front(), "The patch cannot be read."});
+        auto read = read_patch_toml(text);
+        if (!read) return session.fail(read.error());
+        set = std::move(*read);
+    }
+    return send_change(session, message);
 }
 
 std::string frame_line(const ServerEvent& event) {
@@ -371,8 +423,8 @@ int run_cli(Words args, std::ostream& out, std::ostream& err) {
         const char* verb;
         int (*run)(const Session&, Words);
     };
-    constexpr Row rows[] = {{"get", get},       {"meter", meter}, {"capture", capture},
-                            {"report", report}, {"stats", stats}, {"watch", watch}};
+    constexpr Row rows[] = {{"get", get},     {"meter", meter}, {"capture", capture}, {"report", report},
+                            {"stats", stats}, {"watch", watch}, {"sources", sources}, {"patch", patch}};
     for (const Row& row : rows)
         if (verb == row.verb) return row.run(session, rest);
     for (const char* changing : {"set", "load", "add", "remove", "group"})

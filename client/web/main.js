@@ -12,6 +12,7 @@ import {ReportPanel} from "./report.js";
 import {MeterPanel} from "./meter.js";
 import {statsStrip} from "./stats.js";
 import {Toasts} from "./toast.js";
+import {ConsolesPanel} from "./consoles.js";
 
 const $ = (id) => document.getElementById(id);
 
@@ -22,6 +23,7 @@ const cameraHand = new CameraHand(store, [$("canvas"), $("still")]);
 const toasts = new Toasts($("toasts"));
 const report = new ReportPanel(store, connection, $("report"));
 const meter = new MeterPanel(store, connection, $("meter"));
+const consoles = new ConsolesPanel(connection, $("consoles"));
 
 const parts = [
     masterPanel(store, $("master")), lightPanel(store, $("lights")), groupPanel(store, $("groups"), connection),
@@ -29,7 +31,7 @@ const parts = [
     inspector(store, $("inspector"), connection),
 ];
 followSelection(store, connection);
-statsStrip(store, video, connection, $("stats"), $("format"), {report, meter});
+statsStrip(store, video, connection, $("stats"), $("format"), {report, meter, consoles});
 
 store.addEventListener("update", () => {
     parts.forEach((part) => part.update());

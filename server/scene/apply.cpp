@@ -6,6 +6,8 @@
 #include <optional>
 #include <sstream>
 
+#include "protocol/patch.h"
+#include "server/scene/console.h"
 #include "server/scene/orientation.h"
 
 namespace gonio {
@@ -258,6 +260,12 @@ void set_size(Scene& scene, const v1::SetSize& set) {
     change(scene, scene.height_px, height, scene.size_rev);
 }
 
+void set_patch(Scene& scene, const v1::SetPatch& set) {
+    if (const auto checked = check_patch(set); !checked) throw Refused{checked.error()};
+    scene.patch = set.use_default() ? nullptr : std::make_shared<const v1::SetPatch>(set);
+    scene.patch_rev = scene.scene_rev + 1;
+}
+
 void load_scene(Scene& scene, const Loaded& loaded) {
     if (!loaded.asset) refuse("invalid_argument", "load_scene.file", "", "no scene was loaded");
     Scene fresh = scene_of(loaded.asset, scene.scene_rev + 1);
@@ -265,6 +273,7 @@ void load_scene(Scene& scene, const Loaded& loaded) {
     fresh.next_light_id += scene.next_light_id;
     for (Light& light : fresh.lights) light.id += scene.next_light_id;
     // What belongs to the viewer rather than to the scene stays.
+    fresh.patch = scene.patch;
     fresh.view = scene.view;
     fresh.view_gain = scene.view_gain;
     fresh.master_ratio = scene.master_ratio;
@@ -303,6 +312,8 @@ void dispatch(Scene& scene, const v1::Command& command, const Loaded& loaded) {
             return add_light(scene, command.add_light().light(), loaded);
         case v1::Command::kRemoveLight:
             return remove_light(scene, command.remove_light().name());
+        case v1::Command::kSetPatch:
+            return set_patch(scene, command.set_patch());
         case v1::Command::kSetGroup:
             return set_group(scene, command.set_group());
         case v1::Command::kSetSize:
@@ -331,7 +342,7 @@ void check_layers(const Scene& scene) {
 Revision newest_part(const Scene& scene) {
     Revision newest =
         std::max({scene.geometry_rev, scene.camera_rev, scene.view_rev, scene.exposure_rev, scene.master_rev,
-                  scene.technique_rev, scene.size_rev, scene.lights_rev, scene.groups_rev});
+                  scene.technique_rev, scene.size_rev, scene.lights_rev, scene.groups_rev, scene.patch_rev});
     for (const Light& light : scene.lights) {
         newest = std::max({newest, light.position_rev, light.aim_rev, light.profile_rev, light.level_rev});
     }
@@ -361,6 +372,10 @@ Result<Applied> apply(Scene& scene, const v1::Command& command, const Loaded& lo
         }
     }
     if (loaded.asset) applied.warnings = loaded.asset->warnings;
+    if (command.has_set_patch()) {
+        const v1::Patch patch = patch_in_force(scene);
+        applied.warnings.assign(patch.warnings().begin(), patch.warnings().end());
+    }
     return applied;
 }
 
@@ -376,7 +391,7 @@ static Camera framing(const Bounds& bounds) {
 Scene scene_of(std::shared_ptr<const SceneAsset> asset, Revision revision) {
     Scene scene;
     scene.scene_rev = scene.geometry_rev = scene.camera_rev = scene.view_rev = scene.exposure_rev = scene.master_rev =
-        scene.technique_rev = scene.size_rev = scene.lights_rev = scene.groups_rev = revision;
+        scene.technique_rev = scene.size_rev = scene.lights_rev = scene.groups_rev = scene.patch_rev = revision;
     scene.camera = asset->cameras.empty() ? framing(asset->bounds) : asset->cameras.front();
     scene.exposure_ev100 = asset->exposure_ev100;
     for (const LightSeed& seed : asset->lights) {

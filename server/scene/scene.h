@@ -16,6 +16,10 @@
 
 namespace gonio {
 
+namespace v1 {
+class SetPatch;
+}
+
 struct Bounds {
     glm::dvec3 min{1e300};
     glm::dvec3 max{-1e300};
@@ -139,6 +143,7 @@ struct Scene {
     std::shared_ptr<const SceneAsset> asset;
     std::vector<Light> lights;
     std::map<std::string, std::vector<std::string>> groups;  // name -> light names
+    std::shared_ptr<const v1::SetPatch> patch;               // of consoles; null: the default patch
     Camera camera;
     View view = View::beauty;
     double view_gain = 1.0;
@@ -152,7 +157,7 @@ struct Scene {
     Revision scene_rev = 1;  // bumped by every command that changed anything
     // Revision of a part: the scene_rev of the command that last changed it.
     Revision geometry_rev = 1, camera_rev = 1, view_rev = 1, exposure_rev = 1, master_rev = 1, technique_rev = 1,
-             size_rev = 1, lights_rev = 1 /* a light came or went */, groups_rev = 1;
+             size_rev = 1, lights_rev = 1 /* a light came or went */, groups_rev = 1, patch_rev = 1;
     std::uint32_t next_light_id = 1;
 };
 

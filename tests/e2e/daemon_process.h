@@ -37,6 +37,7 @@ public:
 
     const std::string& url() const { return url_; }
     bool alive() const;
+    pid_t pid() const { return pid_; }
     // Sends SIGTERM; result: the exit code, or -1 if it did not end within 5 s.
     int stop();
 

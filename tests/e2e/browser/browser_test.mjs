@@ -3,6 +3,7 @@
 // Exit code 0: all held; 1: something did not; 77: Chromium or playwright-core are missing.
 
 import {spawn} from "node:child_process";
+import {createSocket} from "node:dgram";
 import {existsSync} from "node:fs";
 
 const kChromium = process.env.GONIO_CHROMIUM ?? "/usr/bin/chromium";
@@ -32,7 +33,7 @@ process.on("exit", () => { for (const child of children) child.kill("SIGKILL"); 
 
 function startServer(listen) {
     return new Promise((resolve, reject) => {
-        const child = spawn(binary, ["--listen", listen, "--scene", "cornell"], {stdio: ["ignore", "pipe", "pipe"]});
+        const child = spawn(binary, ["--listen", listen, "--scene", "cornell", "--osc", "127.0.0.1:0"], {stdio: ["ignore", "pipe", "pipe"]});
         children.add(child);
         let out = "", log = "";
         const timer = setTimeout(() => reject(new Error(`no READY line in time\n${log}`)), 2 * kTimeoutMs);
@@ -228,6 +229,21 @@ async function run(page, server) {
     check(rows >= 3, "the frame report lists passes", `${rows}`);
     if (screenshot) await page.screenshot({path: screenshot});
     await page.locator("#report-toggle").click();
+
+    // The consoles: where goniod listens, and what came there.
+    await page.locator("#consoles-toggle").click();
+    const place = await until("the place where OSC is listened to", async () =>
+        /osc on 127\.0\.0\.1:(\d+)/.exec(await page.locator("#consoles header p").textContent()));
+    const address = `/light/${light}/level`;
+    const osc = Buffer.from(address.padEnd(4 * (Math.floor(address.length / 4) + 1), "\0") + ",f\0\0\x3f\0\0\0", "latin1");
+    const socket = createSocket("udp4");
+    socket.send(osc, Number(place[1]), "127.0.0.1");
+    await until("the level that OSC set", async () => (await state(page)).lights[0].level_ratio === 0.5);
+    await until("its sender in the table", async () => (await page.locator("#consoles tbody").textContent()).includes(address));
+    check(true, "an OSC message moves a level and its sender is in the consoles panel", place[1]);
+    socket.close();
+    if (screenshot) await page.screenshot({path: screenshot.replace(/\.png$/, "-consoles.png")});
+    await page.locator("#consoles-toggle").click();
     const [download] = await Promise.all([page.waitForEvent("download", {timeout: kTimeoutMs}), page.locator("#save").click()]);
     check(/\.png$/.test(download.suggestedFilename()), "a still can be saved", download.suggestedFilename());
 

@@ -1,0 +1,59 @@
+// The patch: which slots of which universe drive which property. Pure.
+#pragma once
+
+#include <cstddef>
+#include <map>
+#include <optional>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "ies/result.h"
+#include "protocol/dmx.h"
+#include "protocol/gonio.pb.h"
+#include "protocol/property.h"
+
+namespace gonio {
+
+inline constexpr std::size_t kMaxPatchRows = 4096;  // one more is refused: "too_large"
+
+// Result: true. Errors: "invalid_argument" with the field as place ("set_patch.rows[3].address"), "too_large".
+// That the targets exist is not asked: a scene may bring them later.
+Result<bool> check_patch(const v1::SetPatch& patch);
+
+// Result: the patch of a scene that has none: light n's level, 8 bits, at address n of sACN universe 1 and of Art-Net
+// port-address 0; lights beyond 512 have no slot.
+v1::Patch default_patch(std::span<const std::string> lights);
+
+// Result: the universe of a row that was checked.
+DmxKey key_of(const v1::PatchRow& row);
+// Result: the universes that the rows use, ascending, each once.
+std::vector<DmxKey> universes_of(const v1::Patch& patch);
+
+// Reads universes through a patch. It remembers what each row said last: a row speaks when its slots change, so that a
+// console that repeats itself does not take back what another hand has set since.
+class PatchReader {
+public:
+    PatchReader() = default;
+    explicit PatchReader(const v1::Patch& patch);  // rows must have been checked
+
+    // Result: what the universe, as it is now, changes. All slots of a row come from one sender's one packet. The
+    // highest priority of the row's first slot wins; among equals a level or master takes the highest value (of all its
+    // 16 bits), everything else the sender that changed its row last. Rows that no sender controls keep their value.
+    std::vector<PropertyValue> read(const DmxKey& key, const DmxUniverse& universe);
+
+private:
+    using Raw = std::array<std::uint32_t, 3>;
+    struct Row {
+        v1::PatchRow row;
+        const PropertyRow* property = nullptr;
+        unsigned bytes = 1;                 // of a value
+        std::optional<Raw> said;            // what the row said last
+        std::uint32_t holder = 0;           // the sender that it listens to
+        std::map<std::uint32_t, Raw> last;  // of each sender that has a say, at most kMaxUniverseSources
+    };
+    static std::optional<Raw> decide(Row& row, const DmxUniverse& universe);
+    std::map<DmxKey, std::vector<Row>> rows_;
+};
+
+}  // namespace gonio

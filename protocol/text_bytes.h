@@ -1,0 +1,19 @@
+// Text fields of packets: fixed width, zero-terminated, from anybody.
+#pragma once
+
+#include <string>
+#include <string_view>
+
+#include "protocol/byte_order.h"
+
+namespace gonio {
+
+// Result: the bytes up to the first zero as UTF-8; control characters and what is not UTF-8 become '?', so that the
+// text may go into JSON and onto a terminal.
+std::string printable_text(Bytes bytes);
+// Result: the length of the well-formed UTF-8 sequence at `at`, 1 to 4, or 0 (Unicode 15, table 3-7).
+std::size_t utf8_length(Bytes bytes, std::size_t at);
+// Result: the first `most` bytes as printable ASCII, others replaced by '?': for the offending values of errors.
+std::string shown_text(std::string_view text, std::size_t most = 32);
+
+}  // namespace gonio

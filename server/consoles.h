@@ -1,0 +1,43 @@
+// Consoles on the render thread: drains their mail once a frame, reads it through the patch, and applies what comes
+// out.
+#pragma once
+
+#include <cstdint>
+#include <map>
+#include <memory>
+#include <optional>
+
+#include "protocol/patch.h"
+#include "server/net/udp_inputs.h"
+#include "server/stage.h"
+
+namespace gonio {
+
+class Consoles {
+public:
+    // inputs may be null: no console is listened to. interval: the least time between two drains, one frame.
+    Consoles(Inputs* inputs, std::int64_t interval_ns) : inputs_(inputs), interval_ns_(interval_ns) {}
+
+    // Applies what arrived, unless the last time was less than the interval ago.
+    void serve(Stage& stage, std::int64_t now_ns);
+    // Result: how long the render thread may sleep with regard to what waits here.
+    std::int64_t sleep_ns(std::int64_t now_ns) const;
+    void publish_state(const v1::State& state);
+    // Result: the newest source table.
+    const v1::Sources& sources();
+
+private:
+    void follow_patch(const Scene& scene);
+    void apply_osc(Stage& stage);
+
+    Inputs* inputs_;
+    std::int64_t interval_ns_;
+    std::int64_t served_ns_ = 0;
+    InputMail waiting_;
+    std::map<DmxKey, std::shared_ptr<const DmxUniverse>> universes_;  // the newest of each that the patch uses
+    PatchReader reader_;
+    std::optional<std::array<Revision, 3>> patch_is_of_;
+    v1::Sources sources_;
+};
+
+}  // namespace gonio

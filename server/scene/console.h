@@ -1,0 +1,25 @@
+// What consoles say, in terms of the scene: the patch in force, and values of properties as commands.
+#pragma once
+
+#include <span>
+#include <string>
+#include <vector>
+
+#include "ies/result.h"
+#include "protocol/gonio.pb.h"
+#include "protocol/property.h"
+#include "server/scene/scene.h"
+
+namespace gonio {
+
+// Result: the scene's patch, or the default one for its lights, with a warning for each row that names nothing here.
+v1::Patch patch_in_force(const Scene& scene);
+
+// Result: one command for each light that the values name, one for each profile and one for each property of the scene,
+// in the order in which they were first named; later values of a property replace earlier ones, and red, green, blue,
+// x, y and z fill up with what the light has. A value that names neither a light nor a group is left out; `unknown`
+// gets its index.
+std::vector<v1::Command> commands_of(const Scene& scene, std::span<const PropertyValue> values,
+                                     std::vector<std::size_t>* unknown = nullptr);
+
+}  // namespace gonio

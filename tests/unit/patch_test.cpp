@@ -1,0 +1,272 @@
+// The patch: rows, the file, and what a universe of several senders makes of a property.
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <numbers>
+
+#include "protocol/patch.h"
+#include "protocol/patch_toml.h"
+
+namespace gonio {
+namespace {
+
+constexpr DmxKey kUniverse{DmxProtocol::sacn, 1};
+
+v1::PatchRow row(unsigned address, std::string property, unsigned bits = 8) {
+    v1::PatchRow row;
+    row.set_protocol("sacn");
+    row.set_universe(1);
+    row.set_address(address);
+    row.set_property(std::move(property));
+    row.set_bits(bits);
+    if (!find_property(row.property()) || !find_property(row.property())->of_scene) row.set_target("lamp");
+    return row;
+}
+
+v1::Patch patch_of(std::initializer_list<v1::PatchRow> rows) {
+    v1::Patch patch;
+    for (const v1::PatchRow& one : rows) *patch.add_rows() = one;
+    return patch;
+}
+
+DmxSource sender(std::uint32_t id, std::initializer_list<std::uint8_t> levels, std::uint8_t priority = 100,
+                 std::int64_t changed_ns = 0) {
+    DmxSource source;
+    source.id = id;
+    std::copy(levels.begin(), levels.end(), source.levels.begin());
+    source.priority.fill(priority);
+    source.changed_ns = changed_ns;
+    return source;
+}
+
+// Result: the one value that was read, or NaN.
+double only(const std::vector<PropertyValue>& values) {
+    return values.size() == 1 ? values[0].value[0] : std::nan("");
+}
+
+TEST(Patch, EightAndSixteenBitsSpanTheRange) {
+    PatchReader reader(patch_of({row(1, "level"), row(2, "pan", 16), row(4, "color"), row(7, "master", 16)}));
+    const auto values = reader.read(kUniverse, {{sender(1, {51, 0x80, 0x00, 0, 255, 51, 0xFF, 0xFF})}});
+    ASSERT_EQ(values.size(), 4u);
+    EXPECT_DOUBLE_EQ(values[0].value[0], 0.2);
+    EXPECT_EQ(values[0].target, "lamp");
+    const double pan = 1.5 * std::numbers::pi;
+    EXPECT_NEAR(values[1].value[0], -pan + 2 * pan * 32768.0 / 65535.0, 1e-12);
+    EXPECT_EQ(values[2].value, (std::array{0.0, 1.0, 0.2}));
+    EXPECT_EQ(values[3].property, Property::master);
+    EXPECT_DOUBLE_EQ(values[3].value[0], 1.0);
+}
+
+TEST(Patch, RangesMayBeTurnedRound) {
+    v1::PatchRow one = row(1, "x");
+    one.set_low(5);
+    one.set_high(-5);
+    PatchReader reader(patch_of({one}));
+    EXPECT_DOUBLE_EQ(only(reader.read(kUniverse, {{sender(1, {0})}})), 5.0);
+    EXPECT_DOUBLE_EQ(only(reader.read(kUniverse, {{sender(1, {255})}})), -5.0);
+}
+
+TEST(Patch, ARowSpeaksWhenItsSlotsChange) {
+    PatchReader reader(patch_of({row(1, "level"), row(2, "roll")}));
+    EXPECT_EQ(reader.read(kUniverse, {{sender(1, {10, 20})}}).size(), 2u);
+    EXPECT_TRUE(reader.read(kUniverse, {{sender(1, {10, 20, 99})}}).empty());
+    EXPECT_EQ(reader.read(kUniverse, {{sender(1, {10, 21})}}).size(), 1u);
+    EXPECT_TRUE(reader.read(kUniverse, {}).empty()) << "all senders lost: the last look stays";
+    EXPECT_TRUE(reader.read(kUniverse, {{sender(2, {10, 21})}}).empty());
+    EXPECT_TRUE(reader.read({DmxProtocol::artnet, 1}, {{sender(3, {1, 2})}}).empty()) << "another protocol's universe";
+}
+
+TEST(Patch, LevelsTakeTheHighestOfAll16Bits) {
+    PatchReader reader(patch_of({row(1, "level", 16)}));
+    // Slot by slot the highest would be 0x02FF, which nobody sends.
+    EXPECT_DOUBLE_EQ(only(reader.read(kUniverse, {{sender(1, {0x01, 0xFF}), sender(2, {0x02, 0x00})}})),
+                     0x0200 / 65535.0);
+}
+
+TEST(Patch, OtherPropertiesFollowWhoChangedLast) {
+    PatchReader reader(patch_of({row(1, "red", 16)}));
+    const auto read = [&](std::initializer_list<std::uint8_t> a, std::int64_t a_ns,
+                          std::initializer_list<std::uint8_t> b, std::int64_t b_ns) {
+        return only(reader.read(kUniverse, {{sender(1, a, 100, a_ns), sender(2, b, 100, b_ns)}})) * 65535.0;
+    };
+    EXPECT_NEAR(read({0x80, 0x01}, 10, {0x10, 0x00}, 5), 0x8001, 1e-6);
+    EXPECT_NEAR(read({0x80, 0x01}, 10, {0x10, 0x02}, 20), 0x1002, 1e-6) << "lower, but moved last";
+    // A change of other slots makes no claim.
+    EXPECT_TRUE(std::isnan(read({0x80, 0x01}, 30, {0x10, 0x02}, 20)));
+    // The holder leaves: the other one goes on.
+    EXPECT_NEAR(only(reader.read(kUniverse, {{sender(1, {0x80, 0x01}, 100, 30)}})) * 65535.0, 0x8001, 1e-6);
+}
+
+TEST(Patch, PrioritiesArePerSlot) {
+    PatchReader reader(patch_of({row(1, "level"), row(2, "level", 16)}));
+    DmxSource low = sender(1, {200, 1, 0}, 50), high = sender(2, {10, 9, 9}, 150);
+    high.priority[2] = 0;  // it does not control the fine byte of the second row
+    const auto values = reader.read(kUniverse, {{low, high}});
+    ASSERT_EQ(values.size(), 2u);
+    EXPECT_DOUBLE_EQ(values[0].value[0], 10 / 255.0);
+    EXPECT_DOUBLE_EQ(values[1].value[0], 256 / 65535.0) << "a sender must control all slots of a row";
+}
+
+TEST(Patch, AProfileIsChosenFromAList) {
+    v1::PatchRow one = row(1, "profile");
+    for (const char* name : {"flood", "bulb", "street"}) one.add_profiles(name);
+    v1::SetPatch set;
+    *set.add_rows() = one;
+    ASSERT_TRUE(check_patch(set)) << check_patch(set).error().text();
+    PatchReader reader(patch_of({one}));
+    EXPECT_EQ(reader.read(kUniverse, {{sender(1, {85})}}).at(0).profile, "flood");
+    EXPECT_EQ(reader.read(kUniverse, {{sender(1, {86})}}).at(0).profile, "bulb");
+    EXPECT_EQ(reader.read(kUniverse, {{sender(1, {255})}}).at(0).profile, "street");
+}
+
+TEST(Patch, TheDefaultIsOneSlotALightInBothProtocols) {
+    const std::string names[] = {"a", "b"};
+    const v1::Patch patch = default_patch(names);
+    ASSERT_EQ(patch.rows_size(), 4);
+    EXPECT_TRUE(patch.is_default());
+    EXPECT_EQ(patch.rows(1).target(), "b");
+    EXPECT_EQ(patch.rows(1).address(), 2u);
+    EXPECT_EQ(universes_of(patch), (std::vector<DmxKey>{{DmxProtocol::sacn, 1}, {DmxProtocol::artnet, 0}}));
+    v1::SetPatch set;
+    *set.mutable_rows() = patch.rows();
+    EXPECT_TRUE(check_patch(set));
+}
+
+TEST(Patch, BadRowsAreRefusedWithTheirField) {
+    const auto changed = [](auto change) {
+        v1::PatchRow one = row(1, "level");
+        change(one);
+        return one;
+    };
+    const std::pair<v1::PatchRow, const char*> cases[] = {
+        {changed([](auto& r) { r.set_protocol("dmx"); }), "protocol"},
+        {changed([](auto& r) { r.set_universe(0); }), "universe"},
+        {changed([](auto& r) { r.set_universe(64000); }), "universe"},
+        {changed([](auto& r) { r.set_protocol("artnet"), r.set_universe(32768); }), "universe"},
+        {changed([](auto& r) { r.set_address(0); }), "address"},
+        {changed([](auto& r) { r.set_address(513); }), "address"},
+        {changed([](auto& r) { r.set_address(512), r.set_bits(16); }), "address"},
+        {changed([](auto& r) { r.set_address(511), r.set_property("color"); }), "address"},
+        {changed([](auto& r) { r.set_bits(12); }), "bits"},
+        {changed([](auto& r) { r.set_property("shine"); }), "property"},
+        {changed([](auto& r) { r.set_target(""); }), "target"},
+        {changed([](auto& r) { r.set_property("master"); }), "target"},
+        {changed([](auto& r) { r.set_target(std::string(200, 'x')); }), "target"},
+        {changed([](auto& r) { r.set_property("x"); }), "low"},
+        {changed([](auto& r) { r.set_low(std::nan("")); }), "low"},
+        {changed([](auto& r) { r.set_high(1e9); }), "high"},
+        {changed([](auto& r) { r.set_property("profile"); }), "profiles"},
+        {changed([](auto& r) { r.add_profiles("flood"); }), "profiles"},
+        {changed([](auto& r) { r.set_property("profile"), r.add_profiles("no such"); }), "profiles"},
+    };
+    for (const auto& [bad, field] : cases) {
+        v1::SetPatch set;
+        *set.add_rows() = row(1, "level");
+        *set.add_rows() = bad;
+        const auto checked = check_patch(set);
+        ASSERT_FALSE(checked) << field;
+        EXPECT_EQ(checked.error().code, "invalid_argument");
+        EXPECT_EQ(checked.error().where, std::string("set_patch.rows[1].") + field);
+    }
+    v1::SetPatch set;
+    for (std::size_t i = 0; i <= kMaxPatchRows; ++i) *set.add_rows() = row(1, "level");
+    EXPECT_EQ(check_patch(set).error().code, "too_large");
+    set.set_use_default(true);
+    EXPECT_EQ(check_patch(set).error().code, "conflict");
+}
+
+constexpr const char* kFile = R"(# the front truss
+[[patch]]
+sacn = 2
+address = 11
+target = "spot \"A\""
+channels = ["level:16", "-", "pan:16", "tilt", "color", "profile"]
+range.pan = [-180, 180]
+profiles = ["flood", "bulb"]
+
+[[patch]]
+artnet = 0
+address = 512
+channels = ["master"]
+)";
+
+TEST(PatchFile, AFixtureIsItsChannelsInARow) {
+    const auto patch = read_patch_toml(kFile);
+    ASSERT_TRUE(patch) << patch.error().text();
+    ASSERT_EQ(patch->rows_size(), 6);
+    const unsigned addresses[] = {11, 14, 16, 17, 20, 512};
+    for (int i = 0; i < 6; ++i) EXPECT_EQ(patch->rows(i).address(), addresses[i]) << i;
+    EXPECT_EQ(patch->rows(0).target(), "spot \"A\"");
+    EXPECT_EQ(patch->rows(0).bits(), 16u);
+    EXPECT_FALSE(patch->rows(0).has_low());
+    EXPECT_DOUBLE_EQ(patch->rows(1).low(), -std::numbers::pi);
+    EXPECT_EQ(patch->rows(4).profiles(1), "bulb");
+    EXPECT_EQ(patch->rows(5).protocol(), "artnet");
+    EXPECT_EQ(patch->rows(5).universe(), 0u);
+    EXPECT_EQ(patch->rows(5).target(), "");
+    v1::Patch written;
+    *written.mutable_rows() = patch->rows();
+    const auto again = read_patch_toml(write_patch_toml(written));
+    ASSERT_TRUE(again) << again.error().text() << write_patch_toml(written);
+    EXPECT_EQ(again->DebugString(), patch->DebugString());
+    EXPECT_EQ(read_patch_toml("")->rows_size(), 0);
+}
+
+TEST(PatchFile, NamesMayHoldAnyCharacters) {
+    const auto patch = read_patch_toml(
+        "# \xcf\x8a\n[[patch]]\nsacn = 1\naddress = 1\ntarget = \"L\xc3\xa9on \\\"\xf0\x9f\x92\xa1\\\" 'x'\"\nchannels "
+        "= [\"level\"]");
+    ASSERT_TRUE(patch) << patch.error().text();
+    EXPECT_EQ(patch->rows(0).target(), "L\xc3\xa9on \"\xf0\x9f\x92\xa1\" 'x'");
+    v1::Patch written;
+    *written.mutable_rows() = patch->rows();
+    const auto again = read_patch_toml(write_patch_toml(written));
+    ASSERT_TRUE(again) << write_patch_toml(written);
+    EXPECT_EQ(again->rows(0).target(), patch->rows(0).target());
+}
+
+TEST(PatchFile, ErrorsNameLineAndColumn) {
+    const std::string head = "[[patch]]\nsacn = 1\naddress = 1\ntarget = \"a\"\n";
+    const std::pair<std::string, const char*> cases[] = {
+        {"[[patch]", "line 1"},
+        {"[[patch]]\n[\x1bpatch]]", "line 2 column 2"},
+        {"x = \"\xcf\x8a\" # \xcf\x8a\n\xcf\x8a", "line 2 column 1"},
+        {"x = '\xcf\x8a'", "line 1 column 6"},
+        {"x = \"\xff\"", "line 1 column 6"},
+        {"patch = 3", "line 1"},
+        {"other = 3", "line 1"},
+        {"[[patch]]\naddress = 1\nchannels = [\"level\"]", "line 1"},
+        {"[[patch]]\nsacn = 0\naddress = 1\nchannels = [\"level\"]", "line 2"},
+        {"[[patch]]\nsacn = 1\nartnet = 1\naddress = 1\nchannels = [\"level\"]", "line 1"},
+        {"[[patch]]\nsacn = \"one\"\naddress = 1\nchannels = [\"level\"]", "line 2"},
+        {"[[patch]]\nsacn = 1\naddress = 513\nchannels = [\"level\"]", "line 3"},
+        {head + "channels = \"level\"", "line 1"},
+        {head + "channels = [\"level\", 5]", "line 5"},
+        {head + "channels = [\"shine\"]", "line 5"},
+        {head + "channels = [\"level:12\"]", "line 5"},
+        {head + "channels = [\"x\"]", "line 5"},
+        {head + "channels = [\"level\"]\nspeed = 4", "line 6"},
+        {head + "channels = [\"level\"]\nrange.shine = [0, 1]", "line 6"},
+        {head + "channels = [\"level\"]\nrange.level = [0]", "line 6"},
+        {head + "channels = [\"level\"]\nrange.level = [0, inf]", "line 6"},
+        {head + "channels = [\"profile\"]", "line 5"},
+        {head + "channels = [\"profile\"]\nprofiles = [\"nobody\"]", "line 5"},
+    };
+    for (const auto& [text, line] : cases) {
+        const auto patch = read_patch_toml(text);
+        ASSERT_FALSE(patch) << text;
+        EXPECT_EQ(patch.error().code, "bad_patch") << text;
+        EXPECT_TRUE(patch.error().where.starts_with(line)) << text << "\n" << patch.error().where;
+    }
+    EXPECT_EQ(read_patch_toml(std::string(2u << 20, '#')).error().code, "too_large");
+    std::string many;
+    for (int i = 0; i < 9; ++i) {
+        many += "[[patch]]\nsacn = " + std::to_string(i + 1) + "\naddress = 1\ntarget = \"a\"\nchannels = [";
+        for (int k = 0; k < 500; ++k) many += "\"level\",";
+        many += "]\n";
+    }
+    EXPECT_EQ(read_patch_toml(many).error().code, "too_large");
+}
+
+}  // namespace
+}  // namespace gonio
