@@ -164,9 +164,9 @@ struct Scene {
 inline constexpr std::size_t kMaxLights = 64;  // one more is refused: "too_many_lights"
 inline constexpr std::size_t kMaxGroups = 64;  // likewise "too_many_groups"
 inline constexpr std::size_t kMaxNameBytes = 128;
-// The live picture keeps each light's irradiance in 10 bytes a pixel; a size or light that would take more than this in
+// The live picture keeps each light's irradiance in 20 bytes a pixel, on the CPU and as textures; a size or light that would take more than this in
 // all is refused: "too_large".
-inline constexpr std::size_t kLayerBytesPerPixel = 10;
-inline constexpr std::size_t kMaxLayerBytes = std::size_t{2} << 30;
+inline constexpr std::size_t kLayerBytesPerPixel = 20;
+inline constexpr std::size_t kMaxLayerBytes = std::size_t{4} << 30;
 
 }  // namespace gonio

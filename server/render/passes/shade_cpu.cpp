@@ -33,7 +33,7 @@ namespace {
 
 // Figures per setting: docs/performance.md.
 constexpr shade::Quality kLive{4, true, 4, 512, 2, 16.0f};
-constexpr shade::Quality kStill{1, true, 4, 512, 1, 16.0f};
+constexpr shade::Quality kStill{1, true, 4, 512, 3, 16.0f};
 constexpr shade::Quality kPrecise{1, false, 2, 1024, 4, 16.0f};
 
 const shade::Quality& quality_of(TargetKind kind) {
