@@ -69,6 +69,12 @@ bool SacnSources::take_data(const E131Data& data, const std::string& from, std::
     if (found == nullptr) return false;
     Source& source = *found;
     const bool was_gone = source.state == State::lost || source.state == State::terminated;
+    // What was under way when the sender said its end comes too late; a sender that starts again counts on.
+    if (source.state == State::terminated && !data.terminated &&
+        sacn_sequence(source.sequence, data.sequence).verdict == SequenceVerdict::discard) {
+        ++source.out_of_order;
+        return true;
+    }
     if (was_gone && !data.terminated) {
         begin_anew(source, now_ns);
         source.sequence = static_cast<std::uint8_t>(data.sequence - 1);
@@ -132,12 +138,12 @@ void SacnSources::take_levels(std::uint16_t universe, Source& source, const E131
     }
 }
 
-// Whether what the source holds may be shown without a synchronization packet: none came for 2.5 s, and the sender does
-// not insist.
+// Whether what the source holds may be shown without a synchronization packet: none came for 2.5 s, and the sender
+// allows it (Force_Synchronization set; else levels stay until synchronization resumes, E1.31-2018 clause 6.2.6).
 bool SacnSources::sync_is_lost(const Source& source, std::int64_t now_ns) const {
     const auto sync = syncs_.find(source.sync_address);
     const bool ever = sync != syncs_.end() && sync->second.heard_ns > 0;
-    if (ever && source.force_sync) return false;
+    if (ever && !source.force_sync) return false;
     return now_ns - std::max(ever ? sync->second.heard_ns : 0, source.held_ns) > kSacnLoss_ns;
 }
 

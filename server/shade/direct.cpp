@@ -6,7 +6,7 @@ namespace gonio::shade {
 namespace {
 
 // Shadow rays start this share of a pixel's width off its surface: depth and normals are those of pixels, not exact.
-constexpr float kOffPerPixel = 0.25f;
+constexpr float kOffPerPixel = 0.02f;
 
 }  // namespace
 

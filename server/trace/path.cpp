@@ -122,7 +122,7 @@ glm::vec3 emitters_at(const World& world, const Receiver& x, Sample& sample) {
     const float cos_y = emitter.double_sided ? std::abs(facing) : facing;
     if (cos_x <= 0.0f || cos_y <= 0.0f || glm::dot(direction, x.geometric) <= 0.0f) return glm::vec3(0.0f);
     const glm::vec3 side = facing > 0.0f ? emitter.normal : -emitter.normal;
-    if (world.geometry->occluded(x.position, point + side * world.geometry->step_off(point))) return glm::vec3(0.0f);
+    if (world.geometry->occluded(x.from, point + side * world.geometry->step_off(point))) return glm::vec3(0.0f);
     const double drawn = world.emitters.density(index), met = static_cast<double>(cos_x * cos_y / (kPi * d2));
     return world.geometry->emission_at(emitter.instance, emitter.triangle, u, v) *
            static_cast<float>(static_cast<double>(cos_x * cos_y / d2) / (drawn + met));
@@ -131,7 +131,7 @@ glm::vec3 emitters_at(const World& world, const Receiver& x, Sample& sample) {
 }  // namespace
 
 Receiver receiver_of(const Geometry& geometry, const SurfaceHit& hit) {
-    return {hit.position + hit.geometric * geometry.step_off(hit.position), hit.normal, hit.geometric};
+    return {hit.position, hit.position + hit.geometric * geometry.step_off(hit.position), hit.normal, hit.geometric};
 }
 
 glm::vec3 luminaires_direct(const World& world, const Receiver& receiver) {
@@ -139,7 +139,7 @@ glm::vec3 luminaires_direct(const World& world, const Receiver& receiver) {
     for (const Luminaire& luminaire : world.luminaires) {
         const Arrival arrival = arrive(luminaire, luminaire.position, receiver);
         if (arrival.illuminance == glm::vec3(0.0f)) continue;
-        if (!world.geometry->occluded(receiver.position, glm::vec3(luminaire.position))) sum += arrival.illuminance;
+        if (!world.geometry->occluded(receiver.from, glm::vec3(luminaire.position))) sum += arrival.illuminance;
     }
     return sum;
 }
@@ -150,7 +150,7 @@ glm::vec3 openings_direct(const World& world, const Receiver& receiver, Sample& 
         const glm::dvec3 source = source_point(luminaire, true, sample);
         const Arrival arrival = arrive(luminaire, source, receiver);
         if (arrival.illuminance == glm::vec3(0.0f)) continue;
-        if (!world.geometry->occluded(receiver.position, glm::vec3(source))) sum += arrival.illuminance;
+        if (!world.geometry->occluded(receiver.from, glm::vec3(source))) sum += arrival.illuminance;
     }
     return sum;
 }
@@ -184,7 +184,7 @@ PathLight trace_path(const World& world, Receiver x, int bounces, bool openings,
                 const float cos_x = glm::dot(d, x.normal) / length, cos_z = -glm::dot(d, z.geometric) / length;
                 const Arrival arrival = arrive(luminaire, source, at_z);
                 if (d2 > 0.0f && cos_x > 0.0f && cos_z > 0.0f && glm::dot(d, x.geometric) > 0.0f &&
-                    arrival.illuminance != glm::vec3(0.0f) && !geometry.occluded(x.position, at_z.position)) {
+                    arrival.illuminance != glm::vec3(0.0f) && !geometry.occluded(x.from, at_z.from)) {
                     const double by_light = light_density(world, index, luminaire, arrival, at_z);
                     const double by_ray =
                         static_cast<double>(cos_x * cos_z / (kPi * d2)) * probability(world, at_z, index);
@@ -199,7 +199,7 @@ PathLight trace_path(const World& world, Receiver x, int bounces, bool openings,
         // Second way: a cosine-distributed ray from x meets y, which a luminaire lights.
         const glm::vec3 direction = cosine_direction(x.normal, sample.next());
         SurfaceHit y;
-        if (glm::dot(direction, x.geometric) <= 0.0f || !geometry.closest(x.position, direction, 0.0f, false, y)) break;
+        if (glm::dot(direction, x.geometric) <= 0.0f || !geometry.closest(x.from, direction, 0.0f, false, y)) break;
         const Receiver at_y = receiver_of(geometry, y);
         const float cos_x = glm::dot(direction, x.normal), cos_y = -glm::dot(direction, y.geometric);
         const double met = static_cast<double>(cos_x * cos_y / (kPi * y.distance * y.distance));
@@ -215,7 +215,7 @@ PathLight trace_path(const World& world, Receiver x, int bounces, bool openings,
             const Luminaire& luminaire = world.luminaires[choice.index];
             const glm::dvec3 source = source_point(luminaire, openings, sample);
             const Arrival arrival = arrive(luminaire, source, at_y);
-            if (arrival.illuminance != glm::vec3(0.0f) && !geometry.occluded(at_y.position, glm::vec3(source))) {
+            if (arrival.illuminance != glm::vec3(0.0f) && !geometry.occluded(at_y.from, glm::vec3(source))) {
                 const double by_light = light_density(world, choice.index, luminaire, arrival, at_y);
                 const double weight = met / (met * choice.probability + by_light);
                 light.indirect += throughput * y.albedo * arrival.illuminance * static_cast<float>(weight);

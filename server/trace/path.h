@@ -9,9 +9,10 @@
 
 namespace gonio::trace {
 
-// A point that receives light, a step off its surface.
+// A point that receives light. Distances and cosines are taken at it, rays start a step off its surface.
 struct Receiver {
     glm::vec3 position{0.0f};   // local, m
+    glm::vec3 from{0.0f};       // where its rays start, local, m
     glm::vec3 normal{0.0f};     // unit: cosines are taken with it
     glm::vec3 geometric{0.0f};  // unit: light from behind it is stopped
 };

@@ -22,6 +22,8 @@ namespace {
 constexpr int kMeterStreams = 16, kPixelStreams = 8;
 // Stopping rules aim below the asked noise, because the estimate is itself uncertain by 1/sqrt(2·15), about 18 %.
 constexpr double kSafety = 0.8;
+// Samples after which a point, and a picture, that nothing has reached is called dark.
+constexpr std::uint32_t kDarkSamples = 1u << 16, kDarkPasses = 256;
 
 double luminance(const glm::dvec3& rgb) {
     return 0.2126 * rgb.r + 0.7152 * rgb.g + 0.0722 * rgb.b;
@@ -86,7 +88,7 @@ std::vector<Reading> measure(const World& world, std::span<const MeterPoint> poi
         Point& point = all[static_cast<std::size_t>(i)];
         const MeterPoint& meter = points[static_cast<std::size_t>(i)];
         const glm::vec3 position = world.geometry->local(meter.position), normal(meter.normal);
-        point.receiver = {position + normal * world.geometry->step_off(position), normal, normal};
+        point.receiver = {position, position + normal * world.geometry->step_off(position), normal, normal};
         if (!sampled_direct) point.exact = glm::dvec3(luminaires_direct(world, point.receiver));
         point.done = !needs_paths && !sampled_direct;
     };
@@ -162,7 +164,10 @@ std::vector<Reading> measure(const World& world, std::span<const MeterPoint> poi
             const Reading reading = reading_of(point);
             const double total = luminance(reading.direct_lx + reading.indirect_lx);
             const double error = std::hypot(reading.direct_error_lx, reading.indirect_error_lx);
-            point.done = error <= kSafety * settings.noise * total || point.samples >= greatest;
+            // Nothing found is no proof of darkness: a far hole is met by one path in thousands.
+            const bool enough =
+                total > 0.0 ? error <= kSafety * settings.noise * total : point.samples >= kDarkSamples / kMeterStreams;
+            point.done = enough || point.samples >= greatest;
         }
     }
     std::vector<Reading> readings;
@@ -263,7 +268,8 @@ struct Picture::Data {
             squares += pixel_variance(at, passes);
             mean += luminance(sum[at]) / passes;
         }
-        if (count == 0 || mean <= 0.0) return 0.0;
+        if (count == 0) return 0.0;
+        if (mean <= 0.0) return passes >= kDarkPasses ? 0.0 : 1.0;
         return std::sqrt(squares / static_cast<double>(count)) / (mean / static_cast<double>(count));
     }
 };

@@ -31,6 +31,16 @@ glm::dvec3 direction_at(double cos_polar, double azimuth) {
     return {sine * std::cos(azimuth), sine * std::sin(azimuth), -cos_polar};
 }
 
+// Result: the cell of a direction in the luminaire frame: polar × kAzimuth + azimuth.
+std::size_t cell_at(const glm::dvec3& d) {
+    const double polar = std::atan2(std::sqrt(d.x * d.x + d.y * d.y), -d.z);
+    double azimuth = std::atan2(d.y, d.x);
+    if (azimuth < 0.0) azimuth += 2.0 * std::numbers::pi;
+    const int v = std::clamp(static_cast<int>(polar / kPolarStep), 0, kPolar - 1);
+    const int h = std::clamp(static_cast<int>(azimuth / kAzimuthStep), 0, kAzimuth - 1);
+    return static_cast<std::size_t>(v) * kAzimuth + static_cast<std::size_t>(h);
+}
+
 }  // namespace
 
 DirectionTable::DirectionTable(std::shared_ptr<const Profile> profile) : profile_(std::move(profile)) {
@@ -48,6 +58,42 @@ DirectionTable::DirectionTable(std::shared_ptr<const Profile> profile) : profile
             at(v, h) = static_cast<float>(ies::intensity(web, {d.x, d.y, d.z}).in(cd));
         }
     }
+    // The largest intensity that is seen in each cell: on its nodes, and on the web's own angles that cross it. Between
+    // those a web is linear, so that no cell with light in it is left without.
+    std::vector<float> cell(static_cast<std::size_t>(kPolar) * kAzimuth);
+    for (int v = 0; v < kPolar; ++v) {
+        for (int h = 0; h < kAzimuth; ++h) {
+            float& greatest = cell[static_cast<std::size_t>(v) * kAzimuth + static_cast<std::size_t>(h)];
+            for (int i = 0; i <= 2; ++i) {
+                for (int j = 0; j <= 2; ++j) greatest = std::max(greatest, at(2 * v + i, 2 * h + j));
+            }
+        }
+    }
+    const auto raise = [&](double v, double h, float candela) {
+        if (!(candela > 0.0f)) return;
+        const ies::Direction d = ies::direction_of(web.goniometer, Angle::radians(v), Angle::radians(h));
+        float& greatest = cell[cell_at({d[0], d[1], d[2]})];
+        greatest = std::max(greatest, candela);
+    };
+    // Along an edge of the web's grid in steps of a quarter of a degree.
+    const auto walk = [&](double v0, double h0, float c0, double v1, double h1, float c1) {
+        if (!(c0 > 0.0f) && !(c1 > 0.0f)) return;
+        const int steps = 1 + static_cast<int>(std::max(std::abs(v1 - v0), std::abs(h1 - h0)) / (0.5 * kPolarStep));
+        for (int i = 0; i <= steps; ++i) {
+            const double t = static_cast<double>(i) / steps;
+            raise(std::lerp(v0, v1, t), std::lerp(h0, h1, t),
+                  static_cast<float>(std::lerp(static_cast<double>(c0), static_cast<double>(c1), t)));
+        }
+    };
+    for (std::size_t h = 0; h < web.h_rad.size(); ++h) {
+        for (std::size_t v = 0; v < web.v_rad.size(); ++v) {
+            if (v + 1 < web.v_rad.size())
+                walk(web.v_rad[v], web.h_rad[h], web.at(h, v), web.v_rad[v + 1], web.h_rad[h], web.at(h, v + 1));
+            if (h + 1 < web.h_rad.size())
+                walk(web.v_rad[v], web.h_rad[h], web.at(h, v), web.v_rad[v], web.h_rad[h + 1], web.at(h + 1, v));
+        }
+    }
+
     rows_.push_back(0.0);
     columns_.reserve(static_cast<std::size_t>(kPolar) * (kAzimuth + 1));
     for (int v = 0; v < kPolar; ++v) {
@@ -56,11 +102,7 @@ DirectionTable::DirectionTable(std::shared_ptr<const Profile> profile) : profile
         const std::size_t first = columns_.size();
         columns_.push_back(0.0f);
         for (int h = 0; h < kAzimuth; ++h) {
-            float greatest = 0.0f;
-            for (int i = 0; i <= 2; ++i) {
-                for (int j = 0; j <= 2; ++j) greatest = std::max(greatest, at(2 * v + i, 2 * h + j));
-            }
-            row += static_cast<double>(greatest);
+            row += static_cast<double>(cell[static_cast<std::size_t>(v) * kAzimuth + static_cast<std::size_t>(h)]);
             columns_.push_back(static_cast<float>(row));
         }
         for (std::size_t h = first; h < columns_.size(); ++h) {
@@ -95,11 +137,8 @@ glm::dvec3 DirectionTable::draw(glm::vec2 random, double& density) const {
 
 double DirectionTable::density(const glm::dvec3& d) const {
     if (dark()) return 0.0;
-    const double polar = std::atan2(std::sqrt(d.x * d.x + d.y * d.y), -d.z);
-    double azimuth = std::atan2(d.y, d.x);
-    if (azimuth < 0.0) azimuth += 2.0 * std::numbers::pi;
-    const int v = std::clamp(static_cast<int>(polar / kPolarStep), 0, kPolar - 1);
-    const int h = std::clamp(static_cast<int>(azimuth / kAzimuthStep), 0, kAzimuth - 1);
+    const std::size_t own = cell_at(d);
+    const int v = static_cast<int>(own) / kAzimuth, h = static_cast<int>(own) % kAzimuth;
     const auto at = static_cast<std::size_t>(v * (kAzimuth + 1) + h);
     const double cell = static_cast<double>(columns_[at + 1] - columns_[at]);
     const double solid_angle = (std::cos(v * kPolarStep) - std::cos((v + 1) * kPolarStep)) * kAzimuthStep;

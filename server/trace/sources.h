@@ -12,7 +12,7 @@ namespace gonio::trace {
 
 // Directions of a profile, drawn nearly in proportion to I(omega): a piecewise constant density over cells of half a
 // degree of the angle from the photometric zero and one degree of azimuth, each with the largest intensity seen on its
-// corners, edges and centre.
+// corners, edges and centre and on the web's own angles that cross it, so that nothing is too narrow to be met.
 class DirectionTable {
 public:
     explicit DirectionTable(std::shared_ptr<const Profile> profile);

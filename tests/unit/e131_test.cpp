@@ -324,7 +324,7 @@ TEST_F(Sacn, SynchronizedLevelsWaitForTheirSyncPacket) {
     EXPECT_EQ(levels(), (std::vector{20}));
 }
 
-TEST_F(Sacn, WithoutSyncPacketsLevelsCountAgainAfterTwoAndAHalfSeconds) {
+TEST_F(Sacn, WithoutSyncPacketsForceSynchronizationLetsLevelsCountAgain) {
     for (const bool force : {false, true}) {
         SacnPacket packet = level(force ? 2 : 1, 10);
         packet.universe = force ? 2 : 1;
@@ -335,7 +335,8 @@ TEST_F(Sacn, WithoutSyncPacketsLevelsCountAgainAfterTwoAndAHalfSeconds) {
         keep_sending({packet}, 1500 * kMs);
         packet.slots[0] = 20;
         keep_sending({packet}, 4000 * kMs);
-        EXPECT_EQ(levels(static_cast<std::uint16_t>(packet.universe)), (std::vector{force ? 10 : 20}));
+        EXPECT_EQ(levels(static_cast<std::uint16_t>(packet.universe)), (std::vector{force ? 20 : 10}))
+            << "Force_Synchronization clear: nothing moves until synchronization resumes";
     }
 }
 

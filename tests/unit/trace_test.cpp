@@ -73,6 +73,68 @@ TEST(Trace, WhiteFurnace) {
     }
 }
 
+// A ring of light a tenth of a degree wide, off the axis and between whole degrees: nothing is too narrow to be met,
+// and all of its flux comes back as one bounce in a sphere.
+TEST(Trace, ANarrowRingIsMet) {
+    auto profile = std::make_shared<Profile>();
+    profile->name = "ring";
+    ies::PhotometricWeb& web = profile->photometry.web;
+    for (const double v_deg : {0.0, 30.02, 30.12, 30.22, 90.0}) web.v_rad.push_back(v_deg * std::numbers::pi / 180);
+    web.h_rad = {0.0, 2 * std::numbers::pi};
+    for (int h = 0; h < 2; ++h) web.candela.insert(web.candela.end(), {0, 0, 1e5f, 0, 0});
+    profile->max_cd = ies::peak_intensity(web).in(cd);
+    profile->flux_lm = ies::total_flux(web).in(lm);
+    const Scene scene = scene_with({{inward_sphere(2.0, 128), glm::vec3(0.5f)}}, profile, {0, 0, 0});
+    const glm::dvec3 d = glm::normalize(glm::dvec3(1, 0.2, 0.1));
+    const double angle = 30.12 * std::numbers::pi / 180;
+    const glm::dvec3 lit(std::sin(angle), -std::cos(angle), 0.0);
+    const MeterPoint points[] = {{d * 1.999, -d}, {lit, -lit}};
+    Settings settings;
+    settings.bounces = 1;
+    const auto readings = trace::measure(*trace::make_world(scene), points, settings);
+    const double expected = 0.5 * profile->flux_lm / (16 * std::numbers::pi);
+    EXPECT_NEAR(lux(readings[0].indirect_lx), expected, 0.01 * expected + 4 * readings[0].indirect_error_lx);
+    EXPECT_NEAR(lux(readings[1].direct_lx), 1e5, 1e3) << "1 m away in the middle of the ring";
+}
+
+// Distances are taken at the point itself, however large the scene around it.
+TEST(Trace, AWideSceneCostsNoAccuracyNearby) {
+    for (const double half : {5.0, 500.0, 5000.0}) {
+        const Mesh floor = quad({-half, 0, half}, {half, 0, half}, {half, 0, -half}, {-half, 0, -half});
+        const glm::dvec3 edge(0.9 * half, 0.0, 0.0);
+        const Scene scene = scene_with({{floor, glm::vec3(0.5f)}}, isotropic(1000.0), edge + glm::dvec3(0, 1, 0));
+        const MeterPoint points[] = {{edge, {0, 1, 0}}};
+        Settings settings;
+        settings.bounces = 0;
+        EXPECT_NEAR(lux(trace::measure(*trace::make_world(scene), points, settings)[0].direct_lx), 1000.0, 1.0) << half;
+    }
+}
+
+// A point that few paths light is not called dark: through a hole of 5 cm a lit screen is seen.
+TEST(Trace, AFarHoleIsFound) {
+    const auto wall = [](double z) {  // 4 m × 4 m with a hole of 5 cm in its middle
+        std::vector<Piece> pieces;
+        const double h = 0.025;
+        for (const glm::dvec4& r : {glm::dvec4{-2, -2, 2, -h}, {-2, h, 2, 2}, {-2, -h, -h, h}, {h, -h, 2, h}}) {
+            pieces.push_back({quad({r.x, r.y, z}, {r.z, r.y, z}, {r.z, r.w, z}, {r.x, r.w, z}), glm::vec3(0.0f)});
+        }
+        return pieces;
+    };
+    std::vector<Piece> pieces = wall(0.0);
+    pieces.push_back({quad({-2, -2, -1}, {2, -2, -1}, {2, 2, -1}, {-2, 2, -1}), glm::vec3(0.8f)});
+    const Scene scene = scene_with(pieces, isotropic(1000.0), {1.0, 0.5, -0.4});
+    const MeterPoint points[] = {{{0.0, 0.0, 2.0}, {0, 0, -1}}};
+    Settings settings;
+    settings.bounces = 1;
+    settings.noise = 0.1;
+    const trace::Reading reading = trace::measure(*trace::make_world(scene), points, settings)[0];
+    // The screen's spot behind the hole, seen under the hole's solid angle: E = L · omega, L = rho E_d / pi.
+    const double d2 = 1.0 + 0.25 + 0.36, direct = 1000.0 * (0.6 / std::sqrt(d2)) / d2;
+    const double expected = 0.8 * direct / std::numbers::pi * (0.05 * 0.05 / 4.0);
+    EXPECT_NEAR(lux(reading.indirect_lx), expected, 0.05 * expected + 4 * reading.indirect_error_lx);
+    EXPECT_GT(lux(reading.indirect_lx), 0.0);
+}
+
 // Same seed, same figures, on one thread and on three; another seed differs within the errors that both state.
 TEST(Trace, ReproducibleAndHonest) {
     const Scene scene = scene_of(make_cornell());
