@@ -144,6 +144,8 @@ void ReferenceWork::work() {
     // What this thread starts inherits its scheduling: the threads that build the acceleration structure too.
     const sched_param none{};
     pthread_setschedparam(pthread_self(), SCHED_IDLE, &none);
+    // Of the last job: the next one takes over what still fits. It keeps a scene that was replaced until then.
+    std::shared_ptr<const trace::World> latest;
     while (const auto next = inbox_.pop()) {
         Run& run = **next;
         const ReferenceJob& job = run.job;
@@ -155,7 +157,7 @@ void ReferenceWork::work() {
             run.news.put(reached);
         };
         std::shared_ptr<const trace::World> world;
-        if (!stop.stop_requested()) world = trace::make_world(job.scene);
+        if (!stop.stop_requested()) latest = world = trace::make_world(job.scene, latest.get());
         v1::ServerMessage message;
         if (const auto* meter = std::get_if<MeterRequest>(&job.request)) {
             if (world) message = measured_message(*world, *meter, stop, note);

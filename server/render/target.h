@@ -43,9 +43,9 @@ struct Target {
     gl::Framebuffer nv12_fbo;
 };
 
-// Result: an empty target; its size is at least 1 × 1.
 // Result: what the gather pass of an interactive meter found for a light, of the default technique.
 const shade::PointLight& point_light(const Target& target, std::size_t layer);
+// Result: an empty target; its size is at least 1 × 1.
 Target make_target(std::uint32_t id, TargetKind kind, int width_px, int height_px, std::size_t lights, bool emissive);
 
 }  // namespace gonio

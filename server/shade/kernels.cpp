@@ -60,8 +60,8 @@ void Terms(const Points& points, const glm::vec3& origin, std::span<const Vpl> v
     }
 }
 
-void FilterRow(const GridRows& grid, std::ptrdiff_t row, int width, int spread_steps, const Window& window,
-               float near_per_depth, int planes, const float* const* in, float* const* out) {
+void FilterRow(const GridRows& grid, std::ptrdiff_t row, int width, const Window& window, float near_per_depth,
+               int planes, const float* const* in, float* const* out) {
     const auto lanes = static_cast<std::ptrdiff_t>(hn::Lanes(Tag()));
     const Points& p = grid.points;
     for (std::ptrdiff_t x = 0; x < width; x += lanes) {
@@ -69,11 +69,10 @@ void FilterRow(const GridRows& grid, std::ptrdiff_t row, int width, int spread_s
         const Vec3 position(load(p.x + at), load(p.y + at), load(p.z + at)),
             normal(load(p.nx + at), load(p.ny + at), load(p.nz + at));
         const Float per_near = Float(1.0f) / max(load(grid.depth + at) * Float(near_per_depth), Float(1e-30f));
-        Float total(1e-12f), sums[5];
+        Float total(1e-12f), sums[3];
         for (int b = 0; b < window.taps; ++b) {
             for (int a = 0; a < window.taps; ++a) {
-                const std::ptrdiff_t other =
-                    at + window.offset[b] * spread_steps * grid.stride + window.offset[a] * spread_steps;
+                const std::ptrdiff_t other = at + window.offset[b] * grid.stride + window.offset[a];
                 const Vec3 q(load(p.x + other), load(p.y + other), load(p.z + other));
                 const Vec3 n(load(p.nx + other), load(p.ny + other), load(p.nz + other));
                 const Float weight = surface_likeness(dot(normal, n), dot(normal, q - position) * per_near) *
@@ -225,7 +224,7 @@ void UpsampleRow(const GridRows& grid, const float* const* values, int y, int wi
             const std::ptrdiff_t left = x / 4 + (phase < 2 ? -1 : 0);
             const float along_x =
                 phase < 2 ? 0.5f + 0.25f * static_cast<float>(phase) : 0.25f * static_cast<float>(phase - 2);
-            Float sum(1e-12f), r, g, b, likeness(1e-12f);
+            Float sum(1e-12f), r, g, b;
             for (int corner = 0; corner < 4; ++corner) {
                 const std::ptrdiff_t at = (low + corner / 2) * grid.stride + left + corner % 2;
                 const float bilinear =
@@ -281,9 +280,9 @@ void gather(const Points& points, std::size_t count, const glm::vec3& origin, st
 void terms(const Points& points, const glm::vec3& origin, std::span<const Vpl> vpls, float kappa, float* out) {
     HWY_DYNAMIC_DISPATCH(Terms)(points, origin, vpls, kappa, out);
 }
-void filter_row(const GridRows& grid, std::ptrdiff_t row, int width, int spread, const Window& window,
-                float near_per_depth, int planes, const float* const* in, float* const* out) {
-    HWY_DYNAMIC_DISPATCH(FilterRow)(grid, row, width, spread, window, near_per_depth, planes, in, out);
+void filter_row(const GridRows& grid, std::ptrdiff_t row, int width, const Window& window, float near_per_depth,
+                int planes, const float* const* in, float* const* out) {
+    HWY_DYNAMIC_DISPATCH(FilterRow)(grid, row, width, window, near_per_depth, planes, in, out);
 }
 void upsample_row(const GridRows& grid, const float* const* values, int y, int width, const Rays& rays,
                   float near_per_depth, const float* depth, const std::uint32_t* normal, std::uint16_t* out,

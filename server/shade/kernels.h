@@ -32,7 +32,7 @@ void gather(const Points& points, std::size_t count, const glm::vec3& origin, st
 // The single terms of that sum as luminance at kLanes points: out[v × kLanes + lane].
 void terms(const Points& points, const glm::vec3& origin, std::span<const Vpl> vpls, float kappa, float* out);
 
-// A grid's rows as the filters read them: row r starts at r × stride; at least `reach` values and kLanes more may be
+// A grid's rows as the filters read them: row r starts at r × stride; Grid::kBorder values and kLanes more may be
 // read on both sides of what is written.
 struct GridRows {
     Points points;
@@ -40,15 +40,15 @@ struct GridRows {
     std::ptrdiff_t stride;
 };
 // out[k][i] = mean of in[k] over a window of the row's points, weighted by surface_likeness and by (columns × rows)
-// tent weights: offsets[a] with weights[a], a < taps, in both directions, `spread` grid steps apart. near_per_depth:
-// the distance off a point's plane that is still near, per metre of depth. planes: at most 5.
+// tent weights: offsets[a] with weights[a], a < taps, grid steps away in both directions. near_per_depth:
+// the distance off a point's plane that is still near, per metre of depth. planes: at most 3.
 struct Window {
     int taps;
     int offset[4];
     float weight[4];
 };
-void filter_row(const GridRows& grid, std::ptrdiff_t row, int width, int spread, const Window& window,
-                float near_per_depth, int planes, const float* const* in, float* const* out);
+void filter_row(const GridRows& grid, std::ptrdiff_t row, int width, const Window& window, float near_per_depth,
+                int planes, const float* const* in, float* const* out);
 
 // How pixels look at the scene: the ray through pixel (x, y), counted from the bottom left, is
 // corner + x × right + y × up, one metre deep.

@@ -3,6 +3,8 @@
 #include <cmath>
 #include <numbers>
 
+#include "server/trace/sampler.h"
+
 namespace gonio::shade {
 namespace {
 
@@ -16,15 +18,10 @@ void add_near_light(const LightView& light, const Points& points, unsigned activ
                     glm::vec3* sums) {
     constexpr float pi = std::numbers::pi_v<float>;
     const float far = kReach * std::sqrt(kappa * static_cast<float>(light.vpls.mean_area_m2) / pi);
-    const float radius = std::sqrt(random.x), turn = 2.0f * pi * random.y;
-    const glm::vec3 local(radius * std::cos(turn), radius * std::sin(turn), std::sqrt(std::max(0.0f, 1.0f - random.x)));
+    const glm::vec3 about_z = trace::cosine_hemisphere(random);
     trace::RayPacket query;
     for (int i = 0; i < trace::kPacket; ++i) {
-        const glm::vec3 n(points.nx[i], points.ny[i], points.nz[i]);
-        // A frame around n (Duff et al. 2017).
-        const float sign = std::copysign(1.0f, n.z), a = -1.0f / (sign + n.z), b = n.x * n.y * a;
-        const glm::vec3 d = local.x * glm::vec3(1.0f + sign * n.x * n.x * a, sign * b, -sign * n.x) +
-                            local.y * glm::vec3(b, sign + n.y * n.y * a, -n.y) + local.z * n;
+        const glm::vec3 d = trace::around({points.nx[i], points.ny[i], points.nz[i]}, about_z);
         query.from_x[i] = points.x[i], query.from_y[i] = points.y[i], query.from_z[i] = points.z[i];
         query.along_x[i] = d.x, query.along_y[i] = d.y, query.along_z[i] = d.z;
         query.far[i] = far;

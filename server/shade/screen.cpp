@@ -20,6 +20,18 @@ Points points_at(const std::vector<float>* arrays, std::ptrdiff_t at) {
             arrays[3].data() + at, arrays[4].data() + at, arrays[5].data() + at};
 }
 
+// Sixteen points as rays leave them: a step off their surfaces, along their normals.
+struct PointPacket {
+    alignas(64) float array[kArrays][trace::kPacket];
+
+    void set(int i, const std::vector<float>* arrays, std::size_t at, const trace::Geometry& geometry) {
+        for (int k = 0; k < kArrays; ++k) array[k][i] = arrays[k][at];
+        const float off = 4.0f * geometry.step_off({array[0][i], array[1][i], array[2][i]});
+        for (int k = 0; k < 3; ++k) array[k][i] += off * array[k + 3][i];
+    }
+    Points points() const { return {array[0], array[1], array[2], array[3], array[4], array[5]}; }
+};
+
 struct Spot {
     glm::vec3 position{0.0f}, normal{0.0f};
     float depth = 0.0f;  // m
@@ -39,7 +51,7 @@ Spot spot_at(const Surfaces& s, int x, int y) {
     return spot;
 }
 
-// Grid points or nodes `spread` apart that lie around (x, y): the four corners' weights for bringing node values to it.
+// The four nodes around grid point (x, y) and their weights for bringing node values to it.
 struct Corners {
     std::ptrdiff_t at[4];
     float weight[4];
@@ -164,21 +176,17 @@ Occlusion trace_occlusion(const ScreenGrid& screen, const LightView& light, Pool
     const int blocks_x = (nodes.width + 7) / 8, blocks_y = (nodes.height + 7) / 8;
     pool.run(blocks_x * blocks_y * 4, [&](int job) {
         const int parity = job % 4, block_x = job / 4 % blocks_x * 8, block_y = job / 4 / blocks_x * 8;
-        alignas(64) float point[kArrays][trace::kPacket];
-        std::ptrdiff_t at[trace::kPacket];
+        PointPacket packet;
+        std::size_t at[trace::kPacket];
         unsigned active = 0;
         for (int i = 0; i < trace::kPacket; ++i) {
             const int x = block_x + i % 4 * 2 + parity % 2, y = block_y + i / 4 * 2 + parity / 2;
-            at[i] = nodes.at(std::min(x, nodes.width - 1), std::min(y, nodes.height - 1));
-            for (int k = 0; k < kArrays; ++k) point[k][i] = nodes.values[k][static_cast<std::size_t>(at[i])];
-            if (x >= nodes.width || y >= nodes.height) continue;
-            if (nodes.values[6][static_cast<std::size_t>(at[i])] > 0.0f) active |= 1u << i;
-            // Rays start a step off the surface.
-            const float off = 4.0f * light.geometry.step_off({point[0][i], point[1][i], point[2][i]});
-            for (int k = 0; k < 3; ++k) point[k][i] += off * point[k + 3][i];
+            at[i] = static_cast<std::size_t>(nodes.at(std::min(x, nodes.width - 1), std::min(y, nodes.height - 1)));
+            packet.set(i, nodes.values, at[i], light.geometry);
+            if (x < nodes.width && y < nodes.height && nodes.values[6][at[i]] > 0.0f) active |= 1u << i;
         }
         if (active == 0) return;
-        const Points points{point[0], point[1], point[2], point[3], point[4], point[5]};
+        const Points points = packet.points();
         // The first VPLs of the list are a stratified sample of the whole, their quarters again.
         const std::span<const Vpl> vpls(light.vpls.vpls.data() + static_cast<std::size_t>(parity) * per_node, per_node);
         static thread_local std::vector<float> light_of;
@@ -187,7 +195,7 @@ Occlusion trace_occlusion(const ScreenGrid& screen, const LightView& light, Pool
         alignas(64) float open[trace::kPacket] = {}, blocked[trace::kPacket] = {};
         trace::RayPacket query;
         for (int i = 0; i < trace::kPacket; ++i)
-            query.from_x[i] = point[0][i], query.from_y[i] = point[1][i], query.from_z[i] = point[2][i];
+            query.from_x[i] = points.x[i], query.from_y[i] = points.y[i], query.from_z[i] = points.z[i];
         for (std::size_t v = 0; v < vpls.size(); ++v) {
             unsigned lit = 0;
             for (int i = 0; i < trace::kPacket; ++i)
@@ -210,8 +218,8 @@ Occlusion trace_occlusion(const ScreenGrid& screen, const LightView& light, Pool
         }
         for (int i = 0; i < trace::kPacket; ++i) {
             if ((active >> i & 1u) == 0) continue;
-            raw[0][static_cast<std::size_t>(at[i])] = open[i];
-            raw[1][static_cast<std::size_t>(at[i])] = blocked[i];
+            raw[0][at[i]] = open[i];
+            raw[1][at[i]] = blocked[i];
         }
     });
     for (std::vector<float>& plane : raw) nodes.extend(plane);
@@ -224,7 +232,7 @@ Occlusion trace_occlusion(const ScreenGrid& screen, const LightView& light, Pool
         out[k] = result.planes[static_cast<std::size_t>(k)].data() + nodes.at(0, 0);
     const float near_per_depth = kWindowNear * screen.depth_per_point * static_cast<float>(quality.node_stride);
     const GridRows rows = nodes.rows();
-    pool.run(nodes.height, [&](int y) { filter_row(rows, y, nodes.width, 1, tent, near_per_depth, 2, in, out); });
+    pool.run(nodes.height, [&](int y) { filter_row(rows, y, nodes.width, tent, near_per_depth, 2, in, out); });
     for (std::vector<float>& plane : result.planes) nodes.extend(plane);
     return result;
 }
@@ -255,39 +263,33 @@ Planes filtered(const ScreenGrid& screen, Planes& planes, Pool& pool) {
     }
     const Window window{4, {-2, -1, 0, 1}, {1.0f, 1.0f, 1.0f, 1.0f}};
     const GridRows rows = grid.rows();
-    pool.run(grid.height, [&](int y) {
-        filter_row(rows, y, grid.width, 1, window, kWindowNear * screen.depth_per_point, 3, in, out);
-    });
+    pool.run(grid.height,
+             [&](int y) { filter_row(rows, y, grid.width, window, kWindowNear * screen.depth_per_point, 3, in, out); });
     return result;
 }
 
 // The light near contacts at sixteen points of a tile: near_rays short rays each, of the tile's own stratum.
 void near_light_at(const ScreenGrid& screen, const LightView& light, std::size_t tile, std::size_t first,
                    float* const* out) {
-    alignas(64) float point[kArrays][trace::kPacket];
+    const std::size_t start = tile * screen.tile_size + first;
+    PointPacket packet;
     unsigned active = 0;
     for (int i = 0; i < trace::kPacket; ++i) {
-        for (std::size_t k = 0; k < kArrays; ++k)
-            point[k][i] = screen.tiled[k][tile * screen.tile_size + first + static_cast<std::size_t>(i)];
-        if (point[3][i] != 0.0f || point[4][i] != 0.0f || point[5][i] != 0.0f) active |= 1u << i;
-        const float off = 4.0f * light.geometry.step_off({point[0][i], point[1][i], point[2][i]});
-        for (int k = 0; k < 3; ++k) point[k][i] += off * point[k + 3][i];
+        packet.set(i, screen.tiled, start + static_cast<std::size_t>(i), light.geometry);
+        if (packet.array[3][i] != 0.0f || packet.array[4][i] != 0.0f || packet.array[5][i] != 0.0f) active |= 1u << i;
     }
     if (active == 0 || screen.quality.near_rays == 0) return;
-    const Points points{point[0], point[1], point[2], point[3], point[4], point[5]};
+    const Points points = packet.points();
     glm::vec3 sums[trace::kPacket] = {};
     const unsigned rays = screen.quality.near_rays;
     for (unsigned r = 0; r < rays; ++r) {
         const unsigned index = static_cast<unsigned>(tile) * rays + r;
-        add_near_light(light, points, active,
-                       {trace::unit_interval(trace::owen_scramble(trace::reverse_bits(index), 0x68bc21ebu)),
-                        trace::unit_interval(trace::owen_scramble(trace::sobol_second(index), 0x02e5be93u))},
+        add_near_light(light, points, active, trace::scrambled_pair(index, 0x68bc21ebu, 0x02e5be93u),
                        screen.quality.kappa, sums);
     }
     for (int i = 0; i < trace::kPacket; ++i) {
         for (int k = 0; k < 3; ++k)
-            out[k][tile * screen.tile_size + first + static_cast<std::size_t>(i)] =
-                sums[i][k] * (light.unit_m2 / static_cast<float>(rays));
+            out[k][start + static_cast<std::size_t>(i)] = sums[i][k] * (light.unit_m2 / static_cast<float>(rays));
     }
 }
 
@@ -417,11 +419,11 @@ PointLight at_point(const LightView& light, const glm::dvec3& point, const glm::
             if ((seen >> i & 1u) != 0) result.parts[subset] += bring[i] * static_cast<double>(kSubsets);
         }
     }
-    float point_of[kArrays][trace::kPacket];
+    PointPacket packet;
     for (int i = 0; i < trace::kPacket; ++i) {
-        for (int k = 0; k < 3; ++k) point_of[k][i] = p[k], point_of[k + 3][i] = n[k];
+        for (int k = 0; k < 3; ++k) packet.array[k][i] = p[k], packet.array[k + 3][i] = n[k];
     }
-    const Points points{point_of[0], point_of[1], point_of[2], point_of[3], point_of[4], point_of[5]};
+    const Points points = packet.points();
     // Consecutive points of the sequence are as even as the whole: each part gets a run of them.
     constexpr unsigned kPerPart = kNearRays / kSubsets;
     for (unsigned r = 0; r < kNearRays; ++r) {

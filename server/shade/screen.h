@@ -95,7 +95,7 @@ void upsample(const Surfaces& surfaces, const ScreenGrid& screen, const Planes& 
 void direct_light(const Surfaces& surfaces, const trace::Geometry& geometry, const DirectLight& light,
                   std::vector<float>& out, Pool& pool);
 
-// The same irradiance at one point with the whole list, a ray to each VPL, and many short rays: rgb per candela of
+// Irradiance at one point with the whole list, a ray to each VPL, and many short rays: rgb per candela of
 // peak. parts: what each of the list's subsets with its share of the short rays finds alone; `light` is their mean.
 struct PointLight {
     glm::dvec3 light{0.0};

@@ -19,10 +19,8 @@ VplRays::VplRays(std::shared_ptr<const Profile> profile, unsigned count)
     rays.reserve(n);
     for (unsigned i = 0; i < n; ++i) {
         // Consecutive blocks of an Owen-scrambled Sobol sequence are stratified each for itself.
-        const std::uint32_t first = trace::owen_scramble(trace::reverse_bits(i), 0x2545f491u);
-        const std::uint32_t second = trace::owen_scramble(trace::sobol_second(i), 0x9e3779b9u);
         double density = 0.0;
-        const glm::dvec3 d = table.draw({trace::unit_interval(first), trace::unit_interval(second)}, density);
+        const glm::dvec3 d = table.draw(trace::scrambled_pair(i, 0x2545f491u, 0x9e3779b9u), density);
         Ray ray{glm::vec3(d), 0.0f, 0.0f};
         if (density > 0.0) {
             const double sr = 1.0 / (n * density);

@@ -12,10 +12,6 @@ constexpr float kPi = std::numbers::pi_v<float>;
 // it ends.
 constexpr float kMaxSurvival = 0.995f;
 
-float luminance(const glm::vec3& rgb) {
-    return 0.2126f * rgb.r + 0.7152f * rgb.g + 0.0722f * rgb.b;
-}
-
 // Where a luminaire's light comes from, for one decision: its own place, or a point of its opening.
 glm::dvec3 source_point(const Luminaire& luminaire, bool openings, Sample& sample) {
     if (!openings || luminaire.opening.shape == ies::OpeningShape::point) return luminaire.position;
@@ -40,18 +36,6 @@ Arrival arrive(const Luminaire& luminaire, const glm::dvec3& source, const Recei
     const double lx = luminaire.intensity_cd(arrival.from_source) * cosine / (arrival.distance * arrival.distance);
     arrival.illuminance = luminaire.weight * static_cast<float>(lx);
     return arrival;
-}
-
-// A rotation that takes +Z to n (Duff et al. 2017).
-glm::vec3 around(const glm::vec3& n, const glm::vec3& v) {
-    const float sign = std::copysign(1.0f, n.z), a = -1.0f / (sign + n.z), b = n.x * n.y * a;
-    return v.x * glm::vec3(1.0f + sign * n.x * n.x * a, sign * b, -sign * n.x) +
-           v.y * glm::vec3(b, sign + n.y * n.y * a, -n.y) + v.z * n;
-}
-
-glm::vec3 cosine_direction(const glm::vec3& n, glm::vec2 random) {
-    const float r = std::sqrt(random.x), phi = 2.0f * kPi * random.y;
-    return around(n, {r * std::cos(phi), r * std::sin(phi), std::sqrt(std::max(0.0f, 1.0f - random.x))});
 }
 
 std::size_t pick(const std::vector<double>& running, double random) {
@@ -107,6 +91,19 @@ double light_density(const World& world, std::size_t index, const Luminaire& lum
     return chosen * luminaire.table->density(in_luminaire) * cosine / (arrival.distance * arrival.distance);
 }
 
+// Direct illuminance from all luminaires, each emitting from source_of(luminaire), lux rgb.
+template <typename SourceOf>
+glm::vec3 direct_from(const World& world, const Receiver& receiver, const SourceOf& source_of) {
+    glm::vec3 sum(0.0f);
+    for (const Luminaire& luminaire : world.luminaires) {
+        const glm::dvec3 source = source_of(luminaire);
+        const Arrival arrival = arrive(luminaire, source, receiver);
+        if (arrival.illuminance == glm::vec3(0.0f)) continue;
+        if (!world.geometry->occluded(receiver.from, glm::vec3(source))) sum += arrival.illuminance;
+    }
+    return sum;
+}
+
 // Emission of a point drawn on the emitters, seen from x; weighted against meeting it by a cosine-distributed ray.
 glm::vec3 emitters_at(const World& world, const Receiver& x, Sample& sample) {
     const glm::vec2 choice = sample.next(), place = sample.next();
@@ -135,24 +132,12 @@ Receiver receiver_of(const Geometry& geometry, const SurfaceHit& hit) {
 }
 
 glm::vec3 luminaires_direct(const World& world, const Receiver& receiver) {
-    glm::vec3 sum(0.0f);
-    for (const Luminaire& luminaire : world.luminaires) {
-        const Arrival arrival = arrive(luminaire, luminaire.position, receiver);
-        if (arrival.illuminance == glm::vec3(0.0f)) continue;
-        if (!world.geometry->occluded(receiver.from, glm::vec3(luminaire.position))) sum += arrival.illuminance;
-    }
-    return sum;
+    return direct_from(world, receiver, [](const Luminaire& luminaire) { return luminaire.position; });
 }
 
 glm::vec3 openings_direct(const World& world, const Receiver& receiver, Sample& sample) {
-    glm::vec3 sum(0.0f);
-    for (const Luminaire& luminaire : world.luminaires) {
-        const glm::dvec3 source = source_point(luminaire, true, sample);
-        const Arrival arrival = arrive(luminaire, source, receiver);
-        if (arrival.illuminance == glm::vec3(0.0f)) continue;
-        if (!world.geometry->occluded(receiver.from, glm::vec3(source))) sum += arrival.illuminance;
-    }
-    return sum;
+    return direct_from(world, receiver,
+                       [&](const Luminaire& luminaire) { return source_point(luminaire, true, sample); });
 }
 
 PathLight trace_path(const World& world, Receiver x, int bounces, bool openings, Sample& sample) {
@@ -197,7 +182,7 @@ PathLight trace_path(const World& world, Receiver x, int bounces, bool openings,
         }
 
         // Second way: a cosine-distributed ray from x meets y, which a luminaire lights.
-        const glm::vec3 direction = cosine_direction(x.normal, sample.next());
+        const glm::vec3 direction = around(x.normal, cosine_hemisphere(sample.next()));
         SurfaceHit y;
         if (glm::dot(direction, x.geometric) <= 0.0f || !geometry.closest(x.from, direction, 0.0f, false, y)) break;
         const Receiver at_y = receiver_of(geometry, y);

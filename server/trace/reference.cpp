@@ -25,10 +25,6 @@ constexpr double kSafety = 0.8;
 // Samples after which a point, and a picture, that nothing has reached is called dark.
 constexpr std::uint32_t kDarkSamples = 1u << 16, kDarkPasses = 256;
 
-double luminance(const glm::dvec3& rgb) {
-    return 0.2126 * rgb.r + 0.7152 * rgb.g + 0.0722 * rgb.b;
-}
-
 // Runs job(0 … count − 1) on the settings' threads, in any order. Result: false if a stop came before all were done.
 bool parallel(int count, const Settings& settings, const std::stop_token& stop, const std::function<void(int)>& job) {
     std::atomic<int> next{0}, done{0};

@@ -3,8 +3,11 @@
 // 2^k points of any pair are stratified in every elementary interval.
 #pragma once
 
+#include <algorithm>
+#include <cmath>
 #include <cstdint>
 #include <glm/glm.hpp>
+#include <numbers>
 
 namespace gonio::trace {
 
@@ -49,6 +52,25 @@ inline float unit_interval(std::uint32_t bits) {
     return static_cast<float>(bits >> 8) * 0x1p-24f;
 }
 
+// Result: point `index` of Sobol's first two dimensions, each Owen-scrambled by its own seed.
+inline glm::vec2 scrambled_pair(std::uint32_t index, std::uint32_t first_seed, std::uint32_t second_seed) {
+    return {unit_interval(owen_scramble(reverse_bits(index), first_seed)),
+            unit_interval(owen_scramble(sobol_second(index), second_seed))};
+}
+
+// Result: a direction about +Z distributed as its cosine, unit length. random: a pair in [0, 1).
+inline glm::vec3 cosine_hemisphere(glm::vec2 random) {
+    const float r = std::sqrt(random.x), phi = 2.0f * std::numbers::pi_v<float> * random.y;
+    return {r * std::cos(phi), r * std::sin(phi), std::sqrt(std::max(0.0f, 1.0f - random.x))};
+}
+
+// Result: v turned as +Z turns to the unit vector n (Duff et al. 2017).
+inline glm::vec3 around(const glm::vec3& n, const glm::vec3& v) {
+    const float sign = std::copysign(1.0f, n.z), a = -1.0f / (sign + n.z), b = n.x * n.y * a;
+    return v.x * glm::vec3(1.0f + sign * n.x * n.x * a, sign * b, -sign * n.x) +
+           v.y * glm::vec3(b, sign + n.y * n.y * a, -n.y) + v.z * n;
+}
+
 // One sample of a stream: hands out its numbers decision by decision.
 class Sample {
 public:
@@ -58,8 +80,7 @@ public:
     glm::vec2 next() {
         const std::uint32_t seed = mix_bits(seed_, ++pair_);
         const std::uint32_t shuffled = owen_scramble(index_, seed);
-        return {unit_interval(owen_scramble(reverse_bits(shuffled), mix_bits(seed, 1))),
-                unit_interval(owen_scramble(sobol_second(shuffled), mix_bits(seed, 2)))};
+        return scrambled_pair(shuffled, mix_bits(seed, 1), mix_bits(seed, 2));
     }
 
 private:

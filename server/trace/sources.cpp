@@ -12,10 +12,6 @@ namespace {
 constexpr int kPolar = 360, kAzimuth = 360;
 constexpr double kPolarStep = std::numbers::pi / kPolar, kAzimuthStep = 2.0 * std::numbers::pi / kAzimuth;
 
-double luminance(const glm::dvec3& rgb) {
-    return 0.2126 * rgb.r + 0.7152 * rgb.g + 0.0722 * rgb.b;
-}
-
 // Result: the cell of running sums that x falls into.
 template <typename It>
 std::size_t cell_of(It begin, It end, double x) {

@@ -10,6 +10,12 @@
 
 namespace gonio::trace {
 
+// Result: Rec. 709 luminance of linear rgb.
+template <typename T>
+T luminance(const glm::vec<3, T>& rgb) {
+    return T(0.2126) * rgb.r + T(0.7152) * rgb.g + T(0.0722) * rgb.b;
+}
+
 // Directions of a profile, drawn nearly in proportion to I(omega): a piecewise constant density over cells of half a
 // degree of the angle from the photometric zero and one degree of azimuth, each with the largest intensity seen on its
 // corners, edges and centre and on the web's own angles that cross it, so that nothing is too narrow to be met.
