@@ -31,8 +31,8 @@ struct Builder {
     const bool seed = in.scene.technique != Technique::standard;
     const bool on_cpu = in.shades_on_cpu();
     const bool shown_on_cpu = on_cpu && in.view <= View::indirect;
-    const PassContext context{in.programs, in.geometry, in.scene,    in.target, in.eye,
-                              in.traced,   in.pool,     in.occluded, on_cpu};
+    const PassContext context{in.programs, in.geometry, in.scene, in.target,   in.eye, in.traced,
+                              in.clusters, in.looks,    in.pool,  in.occluded, on_cpu};
 
     SlotRef per_target(Slot slot, std::uint32_t light = 0) const { return {slot, target, light}; }
     static SlotRef per_light(Slot slot, std::uint32_t light) { return {slot, 0, light}; }
@@ -180,9 +180,14 @@ std::vector<Pass> build_pipeline(const FrameInputs& in) {
     const bool metered = in.meter != FrameInputs::Meter::none;
     const Scene& scene = in.scene;
     b.passes.reserve(4 + 8 * scene.lights.size());
-    b.add("gbuffer", b.per_target(Slot::gbuffer), {}, {scene.geometry_rev, scene.camera_rev},
+    const bool raster = b.on_cpu && !in.clusters.empty();  // then GL draws it for views that only shaders show
+    b.add(raster ? "gbuffer-gl" : "gbuffer", b.per_target(Slot::gbuffer), {}, {scene.geometry_rev, scene.camera_rev},
           [context = b.context, meter = metered] { return meter ? run_meter_gbuffer(context) : run_gbuffer(context); });
-    if (!metered && !b.seed) {
+    if (raster) {
+        b.add("gbuffer", b.per_target(Slot::grid), {}, {scene.geometry_rev, scene.camera_rev}, [context = b.context] {
+             return run_raster(context);
+         }).on_gpu = false;
+    } else if (!metered && !b.seed) {
         b.add("gbuffer-readback", b.per_target(Slot::grid), {b.per_target(Slot::gbuffer)}, {}, [context = b.context] {
              return run_grid(context);
          }).on_gpu = false;

@@ -20,6 +20,8 @@ struct FrameInputs {
     std::vector<LightGpu*> lights;
     View view;
     const trace::Geometry& traced;
+    const shade::Clusters& clusters;
+    const shade::Looks& looks;
     shade::Pool& pool;
     bool direct_by_rays = false;
     bool occluded = true;  // else indirect light goes through walls: for measuring

@@ -46,6 +46,9 @@ void Renderer::prepare(const Scene& scene) {
     if (!geometry_ || &geometry_->asset() != scene.asset.get()) {
         geometry_ = std::make_unique<GpuScene>(scene.asset);
         traced_ = std::make_shared<const trace::Geometry>(scene.asset);
+        looks_ = std::make_unique<const shade::Looks>(shade::make_looks(*traced_));
+        clusters_ = std::make_unique<const shade::Clusters>(direct_by_rays_ ? shade::make_clusters(*traced_)
+                                                                            : shade::Clusters{});
     }
     std::erase_if(lights_, [&](const auto& entry) {
         const bool gone =
@@ -90,8 +93,8 @@ void Renderer::prepare(const Scene& scene) {
 }
 
 FrameInputs Renderer::inputs_of(const Scene& scene, const Target& target, const Eye& eye) {
-    FrameInputs inputs{programs_,  *geometry_, scene, target,          eye,      {},
-                       scene.view, *traced_,   pool_, direct_by_rays_, occluded_};
+    FrameInputs inputs{programs_,  *geometry_, scene, target,          eye,      {}, scene.view, *traced_,
+                       *clusters_, *looks_,    pool_, direct_by_rays_, occluded_};
     for (const Light& light : scene.lights) inputs.lights.push_back(&lights_.at(light.id));
     return inputs;
 }

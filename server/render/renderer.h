@@ -25,6 +25,10 @@ namespace gonio {
 struct FrameInputs;
 struct Inspected;
 struct Timers;
+namespace shade {
+struct Clusters;
+struct Looks;
+}  // namespace shade
 
 // A live frame that has left the GPU.
 struct FinishedFrame {
@@ -109,6 +113,8 @@ private:
     std::map<const Profile*, std::weak_ptr<const WebGpu>> webs_;
     std::map<std::pair<const Profile*, unsigned>, std::weak_ptr<const shade::VplRays>> rays_;  // and VPLs per subset
     std::shared_ptr<const trace::Geometry> traced_;
+    std::unique_ptr<const shade::Looks> looks_;
+    std::unique_ptr<const shade::Clusters> clusters_;  // empty where GL draws the live G-buffer
     shade::Pool pool_;
     Ledger ledger_;
     Target live_;

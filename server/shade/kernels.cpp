@@ -1,6 +1,9 @@
 #include "server/shade/kernels.h"
 
+#include <algorithm>
 #include <cmath>
+
+#include "server/shade/looks.h"
 
 #undef HWY_TARGET_INCLUDE
 #define HWY_TARGET_INCLUDE "server/shade/kernels.cpp"
@@ -12,6 +15,8 @@ namespace gonio::shade {
 namespace HWY_NAMESPACE {
 
 #include "server/shade/lanes.h"
+#include "server/shade/look_lanes.h"
+#include "server/shade/web_lanes.h"
 
 HWY_INLINE Vec3 spread(const glm::vec3& v) {
     return {Float(v.x), Float(v.y), Float(v.z)};
@@ -86,18 +91,6 @@ void FilterRow(const GridRows& grid, std::ptrdiff_t row, int width, const Window
     }
 }
 
-// Octahedral normals in 2 snorm16, unit length (shaders/lib/octahedral.glsl for lanes).
-HWY_INLINE Vec3 unpack_normal(hn::Vec<IntTag> packed) {
-    const Tag tag;
-    const Raw scale = hn::Set(tag, 1.0f / 32767.0f);
-    const Float x = hn::Mul(hn::ConvertTo(tag, hn::ShiftRight<16>(hn::ShiftLeft<16>(packed))), scale);
-    const Float y = hn::Mul(hn::ConvertTo(tag, hn::ShiftRight<16>(packed)), scale);
-    const Float z = Float(1.0f) - abs(x) - abs(y), fold = max(-z, Float(0.0f));
-    const Vec3 n(Float(hn::Sub(x.raw, hn::CopySign(fold.raw, x.raw))),
-                 Float(hn::Sub(y.raw, hn::CopySign(fold.raw, y.raw))), z);
-    return n * inversesqrt(dot(n, n));
-}
-
 // The point that a pixel of this column shows; z: its depth, m.
 HWY_INLINE Vec3 surface_point(const Rays& rays, const glm::vec3& start, Float column, Float z) {
     return spread(rays.eye) + Vec3(Float(start.x) + column * Float(rays.right.x),
@@ -106,55 +99,10 @@ HWY_INLINE Vec3 surface_point(const Rays& rays, const glm::vec3& start, Float co
                                   z;
 }
 
-// Where x falls on a web's axis (shaders/lib/web_buffer.glsl for lanes): cell + fraction; outside: whether it lies
-// beyond.
-HWY_INLINE Float web_place(const float* axis, int n, const float* table, int buckets, Float x, Mask& outside) {
-    const Tag tag;
-    const IntTag ints;
-    const Float low(axis[0]), high(axis[n - 1]);
-    outside =
-        hn::Or(outside, hn::Or(hn::Lt(x.raw, (low - Float(2e-6f)).raw), hn::Gt(x.raw, (high + Float(2e-6f)).raw)));
-    const Float share = min(max((x - low) / (high - low), Float(0.0f)), Float(1.0f));
-    const auto bucket = hn::Min(hn::ConvertTo(ints, hn::Mul(share.raw, hn::Set(tag, static_cast<float>(buckets)))),
-                                hn::Set(ints, buckets - 1));
-    auto cell = hn::ConvertTo(ints, hn::GatherIndex(tag, table, bucket));
-    for (int step = 0; step < 8; ++step) {
-        const auto next = hn::Min(hn::Add(cell, hn::Set(ints, 1)), hn::Set(ints, n - 1));
-        const auto more = hn::And(hn::Ge(x.raw, hn::GatherIndex(tag, axis, next)),
-                                  hn::RebindMask(tag, hn::Lt(next, hn::Set(ints, n - 1))));
-        if (hn::AllFalse(tag, more)) break;
-        cell = hn::IfThenElse(hn::RebindMask(ints, more), next, cell);
-    }
-    const Float start = hn::GatherIndex(tag, axis, cell),
-                end = hn::GatherIndex(tag, axis, hn::Add(cell, hn::Set(ints, 1)));
-    const Float fraction = min(max((x - start) / (end - start), Float(0.0f)), Float(1.0f));
-    return Float(hn::ConvertTo(tag, cell)) + fraction;
-}
-
-// I(d) / I_peak; d: luminaire frame, any length > 0.
-HWY_INLINE Float web_ratio(const std::uint32_t* words, const Vec3& d) {
-    const Tag tag;
-    const IntTag ints;
-    const int n_v = static_cast<int>(words[1]), n_h = static_cast<int>(words[2]), buckets = static_cast<int>(words[3]);
-    const float* values = reinterpret_cast<const float*>(words + 4);
-    const Vec2 angles = web_angles(static_cast<int>(words[0]), d);
-    Mask outside = Float(0.0f) < Float(0.0f);
-    const Float v = web_place(values, n_v, values + n_v + n_h, buckets, angles.x, outside);
-    const Float h = web_place(values + n_v, n_h, values + n_v + n_h + buckets, buckets, angles.y, outside);
-    const auto v_cell = hn::Min(hn::ConvertTo(ints, v.raw), hn::Set(ints, n_v - 2)),
-               h_cell = hn::Min(hn::ConvertTo(ints, h.raw), hn::Set(ints, n_h - 2));
-    const Float a = v - Float(hn::ConvertTo(tag, v_cell)), b = h - Float(hn::ConvertTo(tag, h_cell));
-    const float* grid = values + n_v + n_h + 2 * buckets;
-    const auto at = hn::Add(hn::Mul(h_cell, hn::Set(ints, n_v)), v_cell);
-    const Float c00 = hn::GatherIndex(tag, grid, at), c10 = hn::GatherIndex(tag, grid + 1, at);
-    const Float c01 = hn::GatherIndex(tag, grid + n_v, at), c11 = hn::GatherIndex(tag, grid + n_v + 1, at);
-    const Float near_h = c00 + (c10 - c00) * a, far_h = c01 + (c11 - c01) * a;
-    return hn::IfThenZeroElse(outside, (near_h + (far_h - near_h) * b).raw);
-}
-
-void DirectRow(const DirectLight& light, int y, int width, const Rays& rays, float off_m, float off_per_depth,
-               const float* depth, const std::uint32_t* normal, float* lux_per_cd, float* from_x, float* from_y,
-               float* from_z) {
+template <bool kSymmetric>
+HWY_INLINE void direct_pixels(const DirectLight& light, int y, int width, const Rays& rays, float off_m,
+                              float off_per_depth, const float* depth, const std::uint32_t* normal, float* lux_per_cd,
+                              float* from_x, float* from_y, float* from_z) {
     const Tag tag;
     const IntTag ints;
     const glm::vec3 start = rays.corner + static_cast<float>(y) * rays.up;
@@ -179,9 +127,16 @@ void DirectRow(const DirectLight& light, int y, int width, const Rays& rays, flo
         const Vec3 in_light(Float(m[0][0]) * to.x + Float(m[1][0]) * to.y + Float(m[2][0]) * to.z,
                             Float(m[0][1]) * to.x + Float(m[1][1]) * to.y + Float(m[2][1]) * to.z,
                             Float(m[0][2]) * to.x + Float(m[1][2]) * to.y + Float(m[2][2]) * to.z);
-        const Float value = web_ratio(light.web, in_light) * cosine / d2 * Float(light.unit_m2);
+        const Float value = web_ratio<kSymmetric>(light.web, in_light) * cosine / d2 * Float(light.unit_m2);
         hn::StoreU(hn::IfThenElseZero(lit, value.raw), tag, lux_per_cd + x);
     }
+}
+
+void DirectRow(const DirectLight& light, int y, int width, const Rays& rays, float off_m, float off_per_depth,
+               const float* depth, const std::uint32_t* normal, float* lux_per_cd, float* from_x, float* from_y,
+               float* from_z) {
+    const auto pixels = is_symmetric(light.web) ? direct_pixels<true> : direct_pixels<false>;
+    pixels(light, y, width, rays, off_m, off_per_depth, depth, normal, lux_per_cd, from_x, from_y, from_z);
 }
 
 void ToHalves(const float* from, std::size_t count, std::uint16_t* to) {

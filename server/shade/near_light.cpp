@@ -1,75 +1,198 @@
 #include "server/shade/near_light.h"
 
+#include <algorithm>
 #include <cmath>
 #include <numbers>
 
-#include "server/trace/sampler.h"
+#undef HWY_TARGET_INCLUDE
+#define HWY_TARGET_INCLUDE "server/shade/near_light.cpp"
+#include <hwy/foreach_target.h>
+#include <hwy/highway.h>
 
+#ifndef GONIO_SHADE_NEAR_HITS
+#define GONIO_SHADE_NEAR_HITS
 namespace gonio::shade {
-namespace {
+// What the kernel below sees of a luminaire.
+struct NearView {
+    glm::vec3 position;  // local, m
+    glm::mat3 light_from_world;
+    const std::uint32_t* web;
+    const float* densities;    // DirectionTable
+    float extent_m;            // of the scene
+    float kappa_per_count_pi;  // kappa / (VPLs · pi)
+};
+}  // namespace gonio::shade
+#endif
 
+HWY_BEFORE_NAMESPACE();
+namespace gonio::shade {
+namespace HWY_NAMESPACE {
+
+#include "server/shade/lanes.h"
+#include "server/shade/look_lanes.h"
+#include "server/shade/web_lanes.h"
+
+HWY_INLINE Vec3 load3(const float* x, const float* y, const float* z, std::size_t at) {
+    return {load(x + at), load(y + at), load(z + at)};
+}
+HWY_INLINE void store3(const Vec3& v, float* x, float* y, float* z, std::size_t at) {
+    store(v.x, x + at), store(v.y, y + at), store(v.z, z + at);
+}
+HWY_INLINE Float where(Mask mask, Float yes) {
+    return hn::IfThenElseZero(mask, yes.raw);
+}
+// trace::Geometry::step_off for lanes.
+HWY_INLINE Float step_off(const Vec3& p, float extent_m) {
+    return max(Float(8e-6f) * max(max(abs(p.x), abs(p.y)), abs(p.z)), Float(1e-6f * extent_m));
+}
+
+// Rays from points, four steps off their surfaces, along about_z turned to their normals (trace::around for lanes).
+void ShortRays(const Points& points, const Directions& about_z, float extent_m, float far, trace::RayPacket& rays) {
+    for (std::size_t i = 0; i < trace::kPacket; i += hn::Lanes(Tag())) {
+        const Vec3 p = load3(points.x, points.y, points.z, i), n = load3(points.nx, points.ny, points.nz, i),
+                   v = load3(about_z.x, about_z.y, about_z.z, i);
+        store3(p + n * (Float(4.0f) * step_off(p, extent_m)), rays.from_x, rays.from_y, rays.from_z, i);
+        const Float sign = hn::CopySign(hn::Set(Tag(), 1.0f), n.z.raw), a = Float(-1.0f) / (sign + n.z),
+                    b = n.x * n.y * a;
+        const Vec3 tangent(Float(1.0f) + sign * n.x * n.x * a, sign * b, -(sign * n.x)),
+            bitangent(b, sign + n.y * n.y * a, -n.y);
+        store3(tangent * v.x + bitangent * v.y + n * v.z, rays.along_x, rays.along_y, rays.along_z, i);
+        store(Float(far), rays.far + i);
+    }
+}
+
+// What the luminaire does at the surfaces met, if nothing stands between: sums' light, and in `rays` the way there.
+void Brings(const NearView& light, const Looks& looks, const trace::HitPacket& hits, const Points& points,
+            trace::RayPacket& rays, NearSums& out) {
+    const Tag tag;
+    const IntTag ints;
+    static_assert(sizeof(Looks::Triangle) == 16 && sizeof(Looks::Paint) == 32 && sizeof(Looks::Place) == 28);
+    const glm::mat3& m = light.light_from_world;
+    const bool symmetric = is_symmetric(light.web);
+    for (std::size_t i = 0; i < trace::kPacket; i += hn::Lanes(tag)) {
+        const auto instance = hn::Load(ints, reinterpret_cast<const std::int32_t*>(hits.instance) + i);
+        const auto zero = hn::Zero(ints);
+        Mask good = hn::RebindMask(tag, hn::Gt(instance, hn::Set(ints, -1)));
+        const auto first = hn::GatherIndex(ints, reinterpret_cast<const std::int32_t*>(looks.first_triangle.data()),
+                                           hn::Max(instance, zero));
+        const auto triangle = hn::IfThenElseZero(
+            hn::RebindMask(ints, good),
+            hn::Add(first, hn::Load(ints, reinterpret_cast<const std::int32_t*>(hits.triangle) + i)));
+        const auto look = [&](int word) {
+            return hn::GatherIndex(ints, reinterpret_cast<const std::int32_t*>(looks.triangles.data()) + word,
+                                   hn::ShiftLeft<2>(triangle));
+        };
+        const Vec3 along = load3(rays.along_x, rays.along_y, rays.along_z, i);
+        const Float distance = mix(Float(1.0f), load(hits.distance + i), good);
+        const Vec3 y = load3(rays.from_x, rays.from_y, rays.from_z, i) + along * distance;
+        // Both normals towards the ray's origin. Lanes that met nothing hold anything: they get numbers.
+        Vec3 plane = load3(hits.normal_x, hits.normal_y, hits.normal_z, i);
+        plane = Vec3(where(good, plane.x), where(good, plane.y), where(good, plane.z));
+        plane = plane * inversesqrt(max(dot(plane, plane), Float(1e-37f)));
+        plane = plane * Float(hn::CopySign(hn::Set(tag, 1.0f), (-dot(plane, along)).raw));
+        const Float u = where(good, load(hits.u + i)), v = where(good, load(hits.v + i)), w = Float(1.0f) - u - v;
+        Vec3 normal = unpack_normal(look(0)) * w + unpack_normal(look(1)) * u + unpack_normal(look(2)) * v;
+        normal = normal * inversesqrt(max(dot(normal, normal), Float(1e-30f)));
+        normal = normal * Float(hn::CopySign(hn::Set(tag, 1.0f), dot(normal, plane).raw));
+
+        const Vec3 from = y + plane * step_off(y, light.extent_m);
+        const Vec3 d = from - Vec3(light.position.x, light.position.y, light.position.z);
+        const Float d2 = max(dot(d, d), Float(1e-30f)), per_d = inversesqrt(d2);
+        const Float cosine = -dot(d, normal) * per_d, facing = -dot(d, plane) * per_d;
+        good = hn::And(good, hn::Gt(min(cosine, facing).raw, hn::Zero(tag)));
+        if (hn::AllFalse(tag, good)) {
+            store3(Vec3(), out.red, out.green, out.blue, i);
+            continue;
+        }
+        const Vec3 in_light(Float(m[0][0]) * d.x + Float(m[1][0]) * d.y + Float(m[2][0]) * d.z,
+                            Float(m[0][1]) * d.x + Float(m[1][1]) * d.y + Float(m[2][1]) * d.z,
+                            Float(m[0][2]) * d.x + Float(m[1][2]) * d.y + Float(m[2][2]) * d.z);
+        const Float ratio = symmetric ? web_ratio<true>(light.web, in_light) : web_ratio<false>(light.web, in_light);
+        // The area that a VPL here would stand for: d² / (count · density · facing).
+        const Vec2 angles = web_angles(0, in_light);
+        constexpr float kRows = trace::DirectionTable::kPolar / std::numbers::pi_v<float>,
+                        kColumns = trace::DirectionTable::kAzimuth / (2.0f * std::numbers::pi_v<float>);
+        const auto row = hn::Min(hn::ConvertTo(ints, (angles.x * Float(kRows)).raw),
+                                 hn::Set(ints, trace::DirectionTable::kPolar - 1)),
+                   column = hn::Min(hn::ConvertTo(ints, (angles.y * Float(kColumns)).raw),
+                                    hn::Set(ints, trace::DirectionTable::kAzimuth - 1));
+        const Float density = hn::GatherIndex(
+            tag, light.densities, hn::Add(hn::Mul(row, hn::Set(ints, trace::DirectionTable::kAzimuth)), column));
+        good = hn::And(good, hn::And(hn::Gt(density.raw, hn::Zero(tag)), hn::Gt(ratio.raw, hn::Zero(tag))));
+        const Float cosines = max(dot(along, load3(points.nx, points.ny, points.nz, i)), Float(0.0f)) *
+                              max(-dot(along, normal), Float(0.0f));
+        const Float q = Float(light.kappa_per_count_pi) * d2 * cosines /
+                        max(density * max(facing, Float(0.02f)) * distance * distance, Float(1e-30f));
+        const auto material = look(3);
+        const auto paint = [&](int word) -> Float {
+            return hn::GatherIndex(tag, reinterpret_cast<const float*>(looks.materials.data()) + word,
+                                   hn::ShiftLeft<3>(material));
+        };
+        Vec3 albedo(paint(0), paint(1), paint(2));
+        if (!looks.textures.empty()) {
+            const auto image = hn::BitCast(ints, paint(3).raw);
+            const auto place = [&](int word) -> Float {
+                return hn::GatherIndex(tag, reinterpret_cast<const float*>(looks.places.data()) + word,
+                                       hn::Mul(triangle, hn::Set(ints, 7)));
+            };
+            // A ray stands for its neighbours: a quarter of its length wide.
+            if (!hn::AllTrue(ints, hn::Eq(image, hn::Set(ints, -1))))
+                albedo =
+                    textured(looks, image,
+                             {place(0) * w + place(2) * u + place(4) * v, place(1) * w + place(3) * u + place(5) * v},
+                             distance * Float(0.25f) * place(6), albedo);
+        }
+        const Float brings = where(good, ratio * cosine / d2 * (q / (Float(1.0f) + q)));
+        store3(albedo * brings, out.red, out.green, out.blue, i);
+        store3(from, rays.from_x, rays.from_y, rays.from_z, i);
+        store3(Vec3() - d, rays.along_x, rays.along_y, rays.along_z, i);
+        store(Float(1.0f - 1e-5f), rays.far + i);
+    }
+}
+
+}  // namespace HWY_NAMESPACE
+}  // namespace gonio::shade
+HWY_AFTER_NAMESPACE();
+
+#if HWY_ONCE
+namespace gonio::shade {
+
+HWY_EXPORT(ShortRays);
+HWY_EXPORT(Brings);
+
+namespace {
 // Beyond this many times sqrt(kappa · mean area / pi) the share left to rays is below 6 %; what is lost was measured as
 // 0.3 % of the light.
 constexpr float kReach = 4.0f;
-
 }  // namespace
 
-void add_near_light(const LightView& light, const Points& points, unsigned active, glm::vec2 random, float kappa,
-                    glm::vec3* sums) {
+void add_near_light(const LightView& light, const Points& points, unsigned active, const Directions& about_z,
+                    float kappa, NearSums& sums) {
     constexpr float pi = std::numbers::pi_v<float>;
     const float far = kReach * std::sqrt(kappa * static_cast<float>(light.vpls.mean_area_m2) / pi);
-    const glm::vec3 about_z = trace::cosine_hemisphere(random);
-    trace::RayPacket query;
-    for (int i = 0; i < trace::kPacket; ++i) {
-        const glm::vec3 d = trace::around({points.nx[i], points.ny[i], points.nz[i]}, about_z);
-        query.from_x[i] = points.x[i], query.from_y[i] = points.y[i], query.from_z[i] = points.z[i];
-        query.along_x[i] = d.x, query.along_y[i] = d.y, query.along_z[i] = d.z;
-        query.far[i] = far;
-    }
-    trace::SurfaceHit hits[trace::kPacket];
-    const unsigned met = light.geometry.closest(query, active, hits);
-    if (met == 0) return;
-
-    // What the luminaire does at the surfaces met, if nothing stands between.
-    const glm::dmat3 light_from_world = glm::transpose(light.world_from_light);
-    const double count = static_cast<double>(light.vpls.vpls.size());
-    glm::vec3 brings[trace::kPacket];
+    const NearView view{glm::vec3(light.position),
+                        glm::mat3(glm::transpose(light.world_from_light)),
+                        light.web,
+                        light.rays.table.densities().data(),
+                        light.geometry.extent(),
+                        kappa / (static_cast<float>(light.vpls.vpls.size()) * pi)};
+    trace::RayPacket rays;
+    HWY_DYNAMIC_DISPATCH(ShortRays)(points, about_z, view.extent_m, far, rays);
+    trace::HitPacket hits;
+    if (light.geometry.closest(rays, active, hits) == 0) return;
+    NearSums found;
+    HWY_DYNAMIC_DISPATCH(Brings)(view, light.looks, hits, points, rays, found);
     unsigned lit = 0;
-    for (int i = 0; i < trace::kPacket; ++i) {
-        if ((met >> i & 1u) == 0) continue;
-        const trace::SurfaceHit& y = hits[i];
-        const glm::vec3 from = y.position + y.geometric * light.geometry.step_off(y.position);
-        const glm::dvec3 d = glm::dvec3(from) - light.position;
-        const double distance2 = glm::dot(d, d), distance = std::sqrt(distance2);
-        const double cosine = -glm::dot(d, glm::dvec3(y.normal)) / distance,
-                     facing = -glm::dot(d, glm::dvec3(y.geometric)) / distance;
-        if (!(distance > 0.0) || cosine <= 0.0 || facing <= 0.0) continue;
-        const glm::dvec3 in_light = light_from_world * (d / distance);
-        const double density = light.rays.table.density(in_light);  // 1/sr
-        if (density <= 0.0) continue;
-        const double area = distance2 / (count * density * std::max(facing, 0.02));  // that a VPL here would stand for
-        const glm::vec3 along(query.along_x[i], query.along_y[i], query.along_z[i]),
-            n(points.nx[i], points.ny[i], points.nz[i]);
-        const double geometry = static_cast<double>(glm::dot(along, n)) *
-                                static_cast<double>(-glm::dot(along, y.normal)) /
-                                static_cast<double>(y.distance * y.distance);
-        const double q = static_cast<double>(kappa) * area * std::max(geometry, 0.0) / std::numbers::pi;
-        const double ratio =
-            ies::intensity(light.rays.table.profile()->photometry.web, {in_light.x, in_light.y, in_light.z}).in(cd) /
-            light.rays.peak_cd;
-        if (!(y.distance > 0.0f) || ratio <= 0.0) continue;
-        brings[i] = y.albedo * static_cast<float>(ratio * cosine / distance2 * q / (1.0 + q));
-        lit |= 1u << i;
-        const glm::vec3 to = glm::vec3(light.position) - from;
-        query.from_x[i] = from.x, query.from_y[i] = from.y, query.from_z[i] = from.z;
-        query.along_x[i] = to.x, query.along_y[i] = to.y, query.along_z[i] = to.z;
-        query.far[i] = 1.0f - 1e-5f;
-    }
+    for (int i = 0; i < trace::kPacket; ++i)
+        lit |= (found.red[i] + found.green[i] + found.blue[i] > 0.0f ? 1u : 0u) << i;
+    lit &= active;
     if (lit == 0) return;
-    const unsigned seen = lit & ~light.geometry.occluded(query, lit);
+    const unsigned seen = lit & ~light.geometry.occluded(rays, lit);
     for (int i = 0; i < trace::kPacket; ++i) {
-        if ((seen >> i & 1u) != 0) sums[i] += brings[i];
+        if ((seen >> i & 1u) == 0) continue;
+        sums.red[i] += found.red[i], sums.green[i] += found.green[i], sums.blue[i] += found.blue[i];
     }
 }
 
 }  // namespace gonio::shade
+#endif

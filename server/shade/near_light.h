@@ -5,9 +5,24 @@
 
 namespace gonio::shade {
 
-// Adds to sums[lane] (rgb per candela of peak) what one ray of each active point brings. points: kPacket of them, a
-// step off their surfaces. random: the point of the unit square that every lane turns into its direction.
-void add_near_light(const LightView& light, const Points& points, unsigned active, glm::vec2 random, float kappa,
-                    glm::vec3* sums);
+// Sixteen directions about +Z, one per lane.
+struct Directions {
+    alignas(64) float x[trace::kPacket], y[trace::kPacket], z[trace::kPacket];
+
+    void set(int lane, const glm::vec3& d) { x[lane] = d.x, y[lane] = d.y, z[lane] = d.z; }
+    void set_all(const glm::vec3& d) {
+        for (int i = 0; i < trace::kPacket; ++i) set(i, d);
+    }
+};
+
+// Sums of what rays bring, rgb per candela of peak.
+struct alignas(64) NearSums {
+    float red[trace::kPacket] = {}, green[trace::kPacket] = {}, blue[trace::kPacket] = {};
+};
+
+// Adds to the sums of each active lane what the ray along its direction brings. points: kPacket of them, on their
+// surfaces; about_z: drawn as their cosine, turned to each point's normal.
+void add_near_light(const LightView& light, const Points& points, unsigned active, const Directions& about_z,
+                    float kappa, NearSums& sums);
 
 }  // namespace gonio::shade

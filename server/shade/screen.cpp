@@ -32,25 +32,6 @@ struct PointPacket {
     Points points() const { return {array[0], array[1], array[2], array[3], array[4], array[5]}; }
 };
 
-struct Spot {
-    glm::vec3 position{0.0f}, normal{0.0f};
-    float depth = 0.0f;  // m
-};
-Spot spot_at(const Surfaces& s, int x, int y) {
-    const std::size_t at = static_cast<std::size_t>(y) * s.row_length + static_cast<std::size_t>(x);
-    Spot spot;
-    if (!(s.depth[at] > 0.0f)) return spot;
-    spot.depth = s.rays.near_m / s.depth[at];
-    spot.position =
-        s.rays.eye +
-        (s.rays.corner + static_cast<float>(x) * s.rays.right + static_cast<float>(y) * s.rays.up) * spot.depth;
-    const auto part = [](std::uint32_t bits) {
-        return std::max(static_cast<float>(static_cast<std::int16_t>(bits)) / 32767.0f, -1.0f);
-    };
-    spot.normal = glsl::octahedral_decode({part(s.normal[at] & 0xffffu), part(s.normal[at] >> 16)});
-    return spot;
-}
-
 // The four nodes around grid point (x, y) and their weights for bringing node values to it.
 struct Corners {
     std::ptrdiff_t at[4];
@@ -87,6 +68,21 @@ Corners corners_around(const ScreenGrid& screen, int x, int y, float near_per_de
 }
 
 }  // namespace
+
+Spot spot_at(const Surfaces& s, int x, int y) {
+    const std::size_t at = static_cast<std::size_t>(y) * s.row_length + static_cast<std::size_t>(x);
+    Spot spot;
+    if (!(s.depth[at] > 0.0f)) return spot;
+    spot.depth = s.rays.near_m / s.depth[at];
+    spot.position =
+        s.rays.eye +
+        (s.rays.corner + static_cast<float>(x) * s.rays.right + static_cast<float>(y) * s.rays.up) * spot.depth;
+    const auto part = [](std::uint32_t bits) {
+        return std::max(static_cast<float>(static_cast<std::int16_t>(bits)) / 32767.0f, -1.0f);
+    };
+    spot.normal = glsl::octahedral_decode({part(s.normal[at] & 0xffffu), part(s.normal[at] >> 16)});
+    return spot;
+}
 
 void Grid::resize(int new_width, int new_height) {
     width = new_width;
@@ -272,24 +268,24 @@ Planes filtered(const ScreenGrid& screen, Planes& planes, Pool& pool) {
 void near_light_at(const ScreenGrid& screen, const LightView& light, std::size_t tile, std::size_t first,
                    float* const* out) {
     const std::size_t start = tile * screen.tile_size + first;
-    PointPacket packet;
+    const Points points = points_at(screen.tiled, static_cast<std::ptrdiff_t>(start));
     unsigned active = 0;
-    for (int i = 0; i < trace::kPacket; ++i) {
-        packet.set(i, screen.tiled, start + static_cast<std::size_t>(i), light.geometry);
-        if (packet.array[3][i] != 0.0f || packet.array[4][i] != 0.0f || packet.array[5][i] != 0.0f) active |= 1u << i;
-    }
+    for (int i = 0; i < trace::kPacket; ++i)
+        active |= (points.nx[i] != 0.0f || points.ny[i] != 0.0f || points.nz[i] != 0.0f ? 1u : 0u) << i;
     if (active == 0 || screen.quality.near_rays == 0) return;
-    const Points points = packet.points();
-    glm::vec3 sums[trace::kPacket] = {};
+    NearSums sums;
+    Directions about_z;
     const unsigned rays = screen.quality.near_rays;
     for (unsigned r = 0; r < rays; ++r) {
         const unsigned index = static_cast<unsigned>(tile) * rays + r;
-        add_near_light(light, points, active, trace::scrambled_pair(index, 0x68bc21ebu, 0x02e5be93u),
-                       screen.quality.kappa, sums);
+        about_z.set_all(trace::cosine_hemisphere(trace::scrambled_pair(index, 0x68bc21ebu, 0x02e5be93u)));
+        add_near_light(light, points, active, about_z, screen.quality.kappa, sums);
     }
-    for (int i = 0; i < trace::kPacket; ++i) {
-        for (int k = 0; k < 3; ++k)
-            out[k][start + static_cast<std::size_t>(i)] = sums[i][k] * (light.unit_m2 / static_cast<float>(rays));
+    const float share = light.unit_m2 / static_cast<float>(rays);
+    for (std::size_t i = 0; i < trace::kPacket; ++i) {
+        out[0][start + i] = sums.red[i] * share;
+        out[1][start + i] = sums.green[i] * share;
+        out[2][start + i] = sums.blue[i] * share;
     }
 }
 
@@ -420,18 +416,24 @@ PointLight at_point(const LightView& light, const glm::dvec3& point, const glm::
         }
     }
     PointPacket packet;
+    const glm::vec3 on(point);
     for (int i = 0; i < trace::kPacket; ++i) {
-        for (int k = 0; k < 3; ++k) packet.array[k][i] = p[k], packet.array[k + 3][i] = n[k];
+        for (int k = 0; k < 3; ++k) packet.array[k][i] = on[k], packet.array[k + 3][i] = n[k];
     }
     const Points points = packet.points();
     // Consecutive points of the sequence are as even as the whole: each part gets a run of them.
     constexpr unsigned kPerPart = kNearRays / kSubsets;
-    for (unsigned r = 0; r < kNearRays; ++r) {
-        glm::vec3 near_light[trace::kPacket] = {};
-        add_near_light(light, points, 1u,
-                       {trace::unit_interval(trace::reverse_bits(r)), trace::unit_interval(trace::sobol_second(r))},
-                       kKappa, near_light);
-        result.parts[r / kPerPart] += glm::dvec3(near_light[0]) / static_cast<double>(kPerPart);
+    for (unsigned r = 0; r < kNearRays; r += trace::kPacket) {
+        Directions about_z;
+        for (unsigned i = 0; i < trace::kPacket; ++i)
+            about_z.set(static_cast<int>(i),
+                        trace::cosine_hemisphere({trace::unit_interval(trace::reverse_bits(r + i)),
+                                                  trace::unit_interval(trace::sobol_second(r + i))}));
+        NearSums sums;
+        add_near_light(light, points, 0xffffu, about_z, kKappa, sums);
+        glm::dvec3& part = result.parts[r / kPerPart];
+        for (int i = 0; i < trace::kPacket; ++i)
+            part += glm::dvec3(sums.red[i], sums.green[i], sums.blue[i]) / static_cast<double>(kPerPart);
     }
     for (const glm::dvec3& part : result.parts) result.light += part / static_cast<double>(kSubsets);
     return result;

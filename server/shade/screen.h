@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "server/shade/kernels.h"
+#include "server/shade/looks.h"
 #include "server/shade/pool.h"
 #include "server/shade/vpl_rays.h"
 
@@ -32,6 +33,13 @@ struct Surfaces {
     std::vector<std::uint32_t> normal;  // octahedral, 2 snorm16
     std::size_t row_length = 0;         // a multiple of 4·kLanes
 };
+
+// What one pixel shows; depth 0: no surface.
+struct Spot {
+    glm::vec3 position{0.0f}, normal{0.0f};  // local, m; unit
+    float depth = 0.0f;                      // along the view axis, m
+};
+Spot spot_at(const Surfaces& surfaces, int x, int y);
 
 // Arrays of a grid with a border all around, so that windows need no edges.
 struct Grid {
@@ -80,6 +88,8 @@ struct LightView {
     const VplCast& vpls;
     glm::dvec3 position;  // local
     glm::dmat3 world_from_light;
+    const std::uint32_t* web;  // words of pack_web (server/render/web_buffer.h)
+    const Looks& looks;
     float unit_m2 = 1.0f;  // grids of light are measured in
 };
 Occlusion trace_occlusion(const ScreenGrid& screen, const LightView& light, Pool& pool);
@@ -91,8 +101,10 @@ Planes gather_grid(const ScreenGrid& screen, const LightView& light, const Occlu
 void upsample(const Surfaces& surfaces, const ScreenGrid& screen, const Planes& light, std::vector<std::uint16_t>& out,
               Pool& pool);
 
-// out: direct illuminance per candela of peak with a shadow ray for every lit pixel, surfaces.row_length pixels a row.
-void direct_light(const Surfaces& surfaces, const trace::Geometry& geometry, const DirectLight& light,
+// out: direct illuminance per candela of peak, surfaces.row_length pixels a row. every_pixel: a shadow ray for each
+// that light could reach; else one for 2 × 2 pixels on a plane, and for each of them only where their neighbours' rays
+// end otherwise: a shadow narrower than two pixels that ends within three may be lost.
+void direct_light(const Surfaces& surfaces, const trace::Geometry& geometry, const DirectLight& light, bool every_pixel,
                   std::vector<float>& out, Pool& pool);
 
 // Irradiance at one point with the whole list, a ray to each VPL, and many short rays: rgb per candela of

@@ -18,7 +18,7 @@ struct Geometry::Embree {
         device = rtcNewDevice("threads=1");  // built on the caller's thread: idle callers stay idle
         if (device == nullptr) throw std::runtime_error("Embree cannot be started on this machine");
         scene = rtcNewScene(device);
-        rtcSetSceneFlags(scene, RTC_SCENE_FLAG_ROBUST);
+        rtcSetSceneFlags(scene, RTC_SCENE_FLAG_ROBUST | RTC_SCENE_FLAG_CONTEXT_FILTER_FUNCTION);
         rtcSetSceneBuildQuality(scene, RTC_BUILD_QUALITY_MEDIUM);
     }
     Embree(const Embree&) = delete;
@@ -31,10 +31,14 @@ struct Geometry::Embree {
     struct Context {
         RTCIntersectContext base;
         const Geometry* geometry;
-        bool for_viewer;
+
+        Context(const Geometry& of, bool coherent = false) : base{}, geometry(&of) {
+            rtcInitIntersectContext(&base);
+            if (coherent) base.flags = RTC_INTERSECT_CONTEXT_FLAG_COHERENT;
+        }
     };
 
-    // Turns down hits on holes of alpha-masked surfaces and, for viewers, on backs.
+    // Turns down hits on holes of alpha-masked surfaces.
     static void filter(const RTCFilterFunctionNArguments* args) {
         const auto* part = static_cast<const Part*>(args->geometryUserPtr);
         const auto* context = reinterpret_cast<const Context*>(args->context);
@@ -42,15 +46,19 @@ struct Geometry::Embree {
             if (args->valid[i] == -1 && !stops(*part, *context, *args, i)) args->valid[i] = 0;
         }
     }
-    static bool stops(const Part& part, const Context& context, const RTCFilterFunctionNArguments& args, unsigned i) {
-        if (context.for_viewer && !part.material->double_sided) {
-            const glm::vec3 d(RTCRayN_dir_x(args.ray, args.N, i), RTCRayN_dir_y(args.ray, args.N, i),
-                              RTCRayN_dir_z(args.ray, args.N, i));
-            const glm::vec3 n(RTCHitN_Ng_x(args.hit, args.N, i), RTCHitN_Ng_y(args.hit, args.N, i),
-                              RTCHitN_Ng_z(args.hit, args.N, i));
-            if (glm::dot(d, n) > 0.0f) return false;
+    // For viewers: turns down hits on the backs of single-sided surfaces.
+    static void front_filter(const RTCFilterFunctionNArguments* args) {
+        const auto* part = static_cast<const Part*>(args->geometryUserPtr);
+        if (part->material->double_sided) return;
+        for (unsigned i = 0; i < args->N; ++i) {
+            const glm::vec3 d(RTCRayN_dir_x(args->ray, args->N, i), RTCRayN_dir_y(args->ray, args->N, i),
+                              RTCRayN_dir_z(args->ray, args->N, i));
+            const glm::vec3 n(RTCHitN_Ng_x(args->hit, args->N, i), RTCHitN_Ng_y(args->hit, args->N, i),
+                              RTCHitN_Ng_z(args->hit, args->N, i));
+            if (glm::dot(d, n) > 0.0f) args->valid[i] = 0;
         }
-        if (!part.material->alpha_mask) return true;
+    }
+    static bool stops(const Part& part, const Context& context, const RTCFilterFunctionNArguments& args, unsigned i) {
         float alpha = part.material->base_color.a;
         if (part.base_color != nullptr) {
             const auto triangle = static_cast<int>(RTCHitN_primID(args.hit, args.N, i));
@@ -101,8 +109,6 @@ Geometry::Geometry(std::shared_ptr<const SceneAsset> asset) : asset_(std::move(a
         if (part.material->alpha_mask) {
             rtcSetGeometryOccludedFilterFunction(geometry, Embree::filter);
             rtcSetGeometryIntersectFilterFunction(geometry, Embree::filter);
-        } else if (!part.material->double_sided) {
-            rtcSetGeometryIntersectFilterFunction(geometry, Embree::filter);
         }
         rtcCommitGeometry(geometry);
         rtcAttachGeometryByID(embree_->scene, geometry, static_cast<unsigned>(i));
@@ -143,8 +149,8 @@ glm::vec3 Geometry::emission_at(int instance, int triangle, float u, float v) co
 
 bool Geometry::closest(const glm::vec3& from, const glm::vec3& direction, float near, bool for_viewer,
                        SurfaceHit& hit) const {
-    Embree::Context context{{}, this, for_viewer};
-    rtcInitIntersectContext(&context.base);
+    Embree::Context context(*this);
+    if (for_viewer) context.base.filter = Embree::front_filter;
     RTCRayHit query{};
     query.ray.org_x = from.x, query.ray.org_y = from.y, query.ray.org_z = from.z;
     query.ray.dir_x = direction.x, query.ray.dir_y = direction.y, query.ray.dir_z = direction.z;
@@ -199,8 +205,7 @@ SurfaceHit Geometry::surface(unsigned instance, unsigned triangle, float hit_u, 
 }
 
 bool Geometry::occluded(const glm::vec3& from, const glm::vec3& to) const {
-    Embree::Context context{{}, this, false};
-    rtcInitIntersectContext(&context.base);
+    Embree::Context context(*this);
     const glm::vec3 d = to - from;
     RTCRay ray{};
     ray.org_x = from.x, ray.org_y = from.y, ray.org_z = from.z;
@@ -231,9 +236,8 @@ void fill(RTCRay16& to, int* valid, const RayPacket& from, unsigned active) {
 
 }  // namespace
 
-unsigned Geometry::occluded(const RayPacket& rays, unsigned active) const {
-    Embree::Context context{{}, this, false};
-    rtcInitIntersectContext(&context.base);
+unsigned Geometry::occluded(const RayPacket& rays, unsigned active, bool coherent) const {
+    Embree::Context context(*this, coherent);
     alignas(64) RTCRay16 query;
     alignas(64) int valid[kPacket];
     fill(query, valid, rays, active);
@@ -243,9 +247,8 @@ unsigned Geometry::occluded(const RayPacket& rays, unsigned active) const {
     return stopped & active;
 }
 
-unsigned Geometry::closest(const RayPacket& rays, unsigned active, SurfaceHit* hits) const {
-    Embree::Context context{{}, this, false};
-    rtcInitIntersectContext(&context.base);
+unsigned Geometry::closest(const RayPacket& rays, unsigned active, HitPacket& hits) const {
+    Embree::Context context(*this);
     alignas(64) RTCRayHit16 query;
     alignas(64) int valid[kPacket];
     fill(query.ray, valid, rays, active);
@@ -253,12 +256,25 @@ unsigned Geometry::closest(const RayPacket& rays, unsigned active, SurfaceHit* h
     rtcIntersect16(valid, embree_->scene, &context.base, &query);
     unsigned met = 0;
     for (int i = 0; i < kPacket; ++i) {
-        if ((active >> i & 1u) == 0 || query.hit.geomID[i] == RTC_INVALID_GEOMETRY_ID) continue;
-        met |= 1u << i;
-        hits[i] = surface(query.hit.geomID[i], query.hit.primID[i], query.hit.u[i], query.hit.v[i],
-                          {query.hit.Ng_x[i], query.hit.Ng_y[i], query.hit.Ng_z[i]},
+        hits.distance[i] = query.ray.tfar[i];
+        hits.u[i] = query.hit.u[i], hits.v[i] = query.hit.v[i];
+        hits.normal_x[i] = query.hit.Ng_x[i], hits.normal_y[i] = query.hit.Ng_y[i],
+        hits.normal_z[i] = query.hit.Ng_z[i];
+        hits.instance[i] = query.hit.geomID[i], hits.triangle[i] = query.hit.primID[i];
+        met |= (query.hit.geomID[i] != RTC_INVALID_GEOMETRY_ID ? 1u : 0u) << i;
+    }
+    return met & active;
+}
+
+unsigned Geometry::closest(const RayPacket& rays, unsigned active, SurfaceHit* hits) const {
+    HitPacket met_at;
+    const unsigned met = closest(rays, active, met_at);
+    for (int i = 0; i < kPacket; ++i) {
+        if ((met >> i & 1u) == 0) continue;
+        hits[i] = surface(met_at.instance[i], met_at.triangle[i], met_at.u[i], met_at.v[i],
+                          {met_at.normal_x[i], met_at.normal_y[i], met_at.normal_z[i]},
                           {rays.along_x[i], rays.along_y[i], rays.along_z[i]});
-        hits[i].distance = query.ray.tfar[i];
+        hits[i].distance = met_at.distance[i];
     }
     return met;
 }

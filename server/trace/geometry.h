@@ -29,6 +29,12 @@ struct alignas(64) RayPacket {
     float along_x[kPacket], along_y[kPacket], along_z[kPacket];
     float far[kPacket];
 };
+// What they meet: distance, the triangle's plane (of any length, its front's) and where on it.
+struct alignas(64) HitPacket {
+    float distance[kPacket], u[kPacket], v[kPacket];
+    float normal_x[kPacket], normal_y[kPacket], normal_z[kPacket];
+    unsigned instance[kPacket], triangle[kPacket];
+};
 
 class Geometry {
 public:
@@ -45,11 +51,15 @@ public:
     // Result: whether a surface stands between two points, both a step away from their own surfaces.
     bool occluded(const glm::vec3& from, const glm::vec3& to) const;
     // The same for the rays of `active` (bit i: ray i). Result: bits of those that meet a surface before `far`.
-    unsigned occluded(const RayPacket& rays, unsigned active) const;
+    // coherent: the rays lie side by side.
+    unsigned occluded(const RayPacket& rays, unsigned active, bool coherent = false) const;
     // The same for the nearest surface. hits: kPacket, filled where the result has a bit.
     unsigned closest(const RayPacket& rays, unsigned active, SurfaceHit* hits) const;
+    unsigned closest(const RayPacket& rays, unsigned active, HitPacket& hits) const;
     // Result: a step along a normal that leaves the surface at p for certain, m: about a hundred roundings of p.
     float step_off(const glm::vec3& p) const;
+    // Half the scene's diagonal, m.
+    float extent() const { return extent_; }
 
     // A triangle's corners, local, m.
     std::array<glm::vec3, 3> corners(int instance, int triangle) const;

@@ -9,7 +9,7 @@
 namespace gonio::trace {
 namespace {
 
-constexpr int kPolar = 360, kAzimuth = 360;
+constexpr int kPolar = DirectionTable::kPolar, kAzimuth = DirectionTable::kAzimuth;
 constexpr double kPolarStep = std::numbers::pi / kPolar, kAzimuthStep = 2.0 * std::numbers::pi / kAzimuth;
 
 // Result: the cell of running sums that x falls into.
@@ -108,6 +108,11 @@ DirectionTable::DirectionTable(std::shared_ptr<const Profile> profile) : profile
         total_ += row * solid_angle;
         rows_.push_back(total_);
     }
+    // draw() takes a row by its share of the total and a cell by its share of the row; with the row's share the same
+    // as the sum of its cells times their solid angle, the density is the cell's intensity over the total.
+    densities_ = std::move(cell);
+    for (float& density : densities_)
+        density = total_ > 0.0 ? static_cast<float>(static_cast<double>(density) / total_) : 0.0f;
 }
 
 glm::dvec3 DirectionTable::draw(glm::vec2 random, double& density) const {
@@ -132,13 +137,7 @@ glm::dvec3 DirectionTable::draw(glm::vec2 random, double& density) const {
 }
 
 double DirectionTable::density(const glm::dvec3& d) const {
-    if (dark()) return 0.0;
-    const std::size_t own = cell_at(d);
-    const int v = static_cast<int>(own) / kAzimuth, h = static_cast<int>(own) % kAzimuth;
-    const auto at = static_cast<std::size_t>(v * (kAzimuth + 1) + h);
-    const double cell = static_cast<double>(columns_[at + 1] - columns_[at]);
-    const double solid_angle = (std::cos(v * kPolarStep) - std::cos((v + 1) * kPolarStep)) * kAzimuthStep;
-    return (rows_[static_cast<std::size_t>(v) + 1] - rows_[static_cast<std::size_t>(v)]) * cell / total_ / solid_angle;
+    return static_cast<double>(densities_[cell_at(d)]);
 }
 
 glm::dvec3 Luminaire::point(glm::vec2 random, glm::vec2 more) const {

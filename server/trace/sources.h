@@ -29,9 +29,13 @@ public:
     // Result: the density at which draw() would give this unit direction, 1/sr.
     double density(const glm::dvec3& direction) const;
     bool dark() const { return total_ <= 0.0; }
+    // The same for all cells, polar × kAzimuth + azimuth.
+    static constexpr int kPolar = 360, kAzimuth = 360;
+    const std::vector<float>& densities() const { return densities_; }
 
 private:
     std::shared_ptr<const Profile> profile_;
+    std::vector<float> densities_;
     std::vector<double> rows_;    // running sums over the polar angle, kPolar + 1
     std::vector<float> columns_;  // per row running sums over the azimuth, normalised to 1, kAzimuth + 1 each
     double total_ = 0.0;

@@ -62,8 +62,9 @@ std::vector<Receiver> receivers_of(const Scene& scene, std::span<const glm::ivec
     const Eye eye = eye_of(scene.camera, scene.width_px, scene.height_px);
     const Target target = make_target(1, TargetKind::precise, scene.width_px, scene.height_px, 1, geometry.emissive());
     const trace::Geometry traced(scene.asset);
+    const shade::Looks looks;
     shade::Pool pool(1);
-    run_gbuffer({programs, geometry, scene, target, eye, traced, pool});
+    run_gbuffer({programs, geometry, scene, target, eye, traced, {}, looks, pool});
     const std::size_t count = static_cast<std::size_t>(scene.width_px) * static_cast<std::size_t>(scene.height_px);
     std::vector<float> depth(count);
     std::vector<std::int16_t> normal(2 * count);
@@ -94,6 +95,7 @@ std::vector<double> dense_rsm_lx(const Scene& scene, std::span<const Receiver> r
     const Target target = make_target(1, TargetKind::precise, 1, 1, 1, false);
     const Eye eye;  // light passes look at neither
     const trace::Geometry traced(scene.asset);
+    const shade::Looks looks;
     shade::Pool pool(1);
     std::vector<double> sum_lx(receivers.size(), 0.0);
     for (const Light& light : scene.lights) {
@@ -101,7 +103,7 @@ std::vector<double> dense_rsm_lx(const Scene& scene, std::span<const Receiver> r
         gpu.profile = light.profile;
         gpu.web = upload_web(*light.profile);
         prepare_maps(gpu, scene.lights.size(), false, rsm_size);
-        const PassContext context{programs, geometry, scene, target, eye, traced, pool};
+        const PassContext context{programs, geometry, scene, target, eye, traced, {}, looks, pool};
         run_rsm(context, light, gpu, 63u);
         run_mask(context, light, gpu);
         run_flux(context, gpu);

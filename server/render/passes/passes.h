@@ -8,6 +8,7 @@
 #include "server/render/programs.h"
 #include "server/render/target.h"
 #include "server/scene/scene.h"
+#include "server/shade/clusters.h"
 #include "server/shade/screen.h"
 
 namespace gonio {
@@ -20,6 +21,8 @@ struct PassContext {
     const Target& target;
     const Eye& eye;
     const trace::Geometry& traced;
+    const shade::Clusters& clusters;
+    const shade::Looks& looks;
     shade::Pool& pool;
     bool occluded = true;
     bool layers_on_cpu = false;  // what the CPU shades stays there; run_layers takes it to the target's textures
@@ -43,7 +46,9 @@ PassRun run_direct(const PassContext& context, const Light& light, const LightGp
 PassRun run_direct_rays(const PassContext& context, const Light& light, const LightGpu& gpu, int layer);
 PassRun run_direct_point(const PassContext& context, const Light& light, const LightGpu& gpu, int layer);
 // The indirect light of the default technique, on the CPU (server/shade).
-// Depth and normals of the target -> the grid that the next passes work on.
+// The G-buffer on the CPU, and the grid that the next passes work on.
+PassRun run_raster(const PassContext& context);
+// The same, read back from the target's textures.
 PassRun run_grid(const PassContext& context);
 // What the luminaire's rays meet: its VPLs.
 PassRun run_vpl(const PassContext& context, const Light& light, LightGpu& gpu);

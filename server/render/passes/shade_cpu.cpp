@@ -6,6 +6,7 @@
 #include "server/render/passes/screen.h"
 #include "server/scene/apply.h"
 #include "server/shade/display.h"
+#include "server/shade/raster.h"
 
 namespace gonio {
 
@@ -23,8 +24,7 @@ struct ScreenLight {
         std::vector<std::uint16_t> indirect;  // 4 per pixel
     };
     std::vector<Layers> layers;
-    std::vector<std::uint16_t> albedo;  // 4 per pixel
-    std::vector<float> emission;        // 4 per pixel, cd/m²
+    shade::Raster raster;  // of it, where the G-buffer is read from GL, the colours only
     std::shared_ptr<std::vector<std::uint8_t>> nv12;
     std::vector<std::shared_ptr<std::vector<std::uint8_t>>> pictures;  // made before; those nobody holds are used again
 };
@@ -46,38 +46,25 @@ shade::LightView view_of(const PassContext& context, const Light& light, const L
             gpu.vpls,
             light.position - context.traced.origin(),
             glm::dmat3(glm::mat3_cast(light.world_from_light)),
+            gpu.web->words.data(),
+            context.looks,
             context.geometry.layer_unit_m2()};
 }
 
 }  // namespace
 
-PassRun run_grid(const PassContext& context) {
+namespace {
+
+// How the target's pixels look at the scene, and room for their surfaces.
+void set_view(const PassContext& context) {
     const Target& target = context.target;
-    ScreenLight& screen = *target.screen;
-    shade::Surfaces& s = screen.surfaces;
+    shade::Surfaces& s = target.screen->surfaces;
     s.width = target.width_px;
     s.height = target.height_px;
     constexpr std::size_t kRow = 4 * shade::kLanes;
     s.row_length = (static_cast<std::size_t>(s.width) + kRow - 1) / kRow * kRow;
     s.depth.resize(s.row_length * static_cast<std::size_t>(s.height));
     s.normal.resize(s.depth.size());
-    glPixelStorei(GL_PACK_ALIGNMENT, 4);
-    glPixelStorei(GL_PACK_ROW_LENGTH, static_cast<GLint>(s.row_length));
-    const auto bytes = static_cast<GLsizei>(s.depth.size() * 4);
-    glGetTextureImage(target.depth.id(), 0, GL_DEPTH_COMPONENT, GL_FLOAT, bytes, s.depth.data());
-    glGetTextureImage(target.normal.id(), 0, GL_RG, GL_SHORT, bytes, s.normal.data());
-    if (context.layers_on_cpu) {
-        screen.albedo.resize(s.depth.size() * 4);
-        glGetTextureImage(target.albedo.id(), 0, GL_RGBA, GL_HALF_FLOAT, static_cast<GLsizei>(screen.albedo.size() * 2),
-                          screen.albedo.data());
-        if (target.emissive) {
-            screen.emission.resize(s.depth.size() * 4);
-            glGetTextureImage(target.emission.id(), 0, GL_RGBA, GL_FLOAT,
-                              static_cast<GLsizei>(screen.emission.size() * 4), screen.emission.data());
-        }
-    }
-    glPixelStorei(GL_PACK_ROW_LENGTH, 0);
-
     const Eye& eye = context.eye;
     const glm::dvec3 x = eye.right * eye.tan_half_x, y = eye.up * eye.tan_half_y;
     const glm::dvec3 right = x * (2.0 * eye.window_half.x / s.width), up = y * (2.0 * eye.window_half.y / s.height);
@@ -88,12 +75,52 @@ PassRun run_grid(const PassContext& context) {
                               y * (eye.window_centre.y - eye.window_half.y) + 0.5 * (right + up));
     s.rays.near_m = context.geometry.near_m();
     s.depth_per_pixel = static_cast<float>(glm::length(up));
-    shade::Quality quality = quality_of(target.kind);
+}
+
+void set_grid(const PassContext& context) {
+    shade::Quality quality = quality_of(context.target.kind);
     if (!context.occluded) {
         quality.node_vpls = quality.near_rays = 0;
         quality.kappa = 1.0f;  // the kernel bounded by the area alone
     }
-    screen.grid = shade::make_grid(s, quality);
+    ScreenLight& screen = *context.target.screen;
+    screen.grid = shade::make_grid(screen.surfaces, quality);
+}
+
+}  // namespace
+
+PassRun run_raster(const PassContext& context) {
+    ScreenLight& screen = *context.target.screen;
+    set_view(context);
+    const unsigned drawn = shade::draw_surfaces(context.clusters, context.looks, context.target.emissive,
+                                                screen.surfaces, screen.raster, context.pool);
+    set_grid(context);
+    return {0, drawn};
+}
+
+PassRun run_grid(const PassContext& context) {
+    const Target& target = context.target;
+    ScreenLight& screen = *target.screen;
+    set_view(context);
+    shade::Surfaces& s = screen.surfaces;
+    glPixelStorei(GL_PACK_ALIGNMENT, 4);
+    glPixelStorei(GL_PACK_ROW_LENGTH, static_cast<GLint>(s.row_length));
+    const auto bytes = static_cast<GLsizei>(s.depth.size() * 4);
+    glGetTextureImage(target.depth.id(), 0, GL_DEPTH_COMPONENT, GL_FLOAT, bytes, s.depth.data());
+    glGetTextureImage(target.normal.id(), 0, GL_RG, GL_SHORT, bytes, s.normal.data());
+    if (context.layers_on_cpu) {
+        shade::Raster& raster = screen.raster;
+        raster.albedo.resize(s.depth.size() * 4);
+        glGetTextureImage(target.albedo.id(), 0, GL_RGBA, GL_HALF_FLOAT, static_cast<GLsizei>(raster.albedo.size() * 2),
+                          raster.albedo.data());
+        if (target.emissive) {
+            raster.emission.resize(s.depth.size() * 4);
+            glGetTextureImage(target.emission.id(), 0, GL_RGBA, GL_FLOAT,
+                              static_cast<GLsizei>(raster.emission.size() * 4), raster.emission.data());
+        }
+    }
+    glPixelStorei(GL_PACK_ROW_LENGTH, 0);
+    set_grid(context);
     return {};
 }
 
@@ -136,7 +163,7 @@ PassRun run_direct_rays(const PassContext& context, const Light& light, const Li
     const glm::vec3 position(light.position - context.traced.origin());
     shade::direct_light(s, context.traced,
                         {position, light_from_world(light), gpu.web->words.data(), context.geometry.layer_unit_m2()},
-                        screen.floats, context.pool);
+                        target.kind != TargetKind::live, screen.floats, context.pool);
     if (target.kind == TargetKind::precise) {
         upload(target.direct, s, layer, GL_RED, GL_FLOAT, screen.floats.data());
         return {};
@@ -220,8 +247,8 @@ PassRun run_composite_cpu(const PassContext& context, View view, std::span<const
     display.direct = view != View::indirect;
     display.indirect = view != View::direct;
     display.gain = view == View::indirect ? static_cast<float>(scene.view_gain) : 1.0f;
-    display.albedo = screen.albedo.data();
-    if (context.target.emissive && view == View::beauty) display.emission = screen.emission.data();
+    display.albedo = screen.raster.albedo.data();
+    if (context.target.emissive && view == View::beauty) display.emission = screen.raster.emission.data();
     display.depth = screen.surfaces.depth.data();
     display.ev100 = static_cast<float>(scene.exposure_ev100);
     std::vector<shade::Layer> layers;
