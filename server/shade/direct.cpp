@@ -48,10 +48,33 @@ private:
 struct Blocks {
     int width, height;
     std::vector<Block> states;
+    // Packets of 4 × 4 blocks: the state of all of them, or mixed; with a border of dark ones.
+    int packets_x, packets_y;
+    std::vector<Block> packets;
 
     Blocks(int picture_width, int picture_height)
-        : width(picture_width / kBlock), height((picture_height + kBlock - 1) / kBlock) {
+        : width(picture_width / kBlock),
+          height((picture_height + kBlock - 1) / kBlock),
+          packets_x(width / 4 + 2),
+          packets_y((height + 3) / 4 + 2) {
         states.assign(static_cast<std::size_t>(width + 2) * static_cast<std::size_t>(height + 2), Block::dark);
+        packets.assign(static_cast<std::size_t>(packets_x) * static_cast<std::size_t>(packets_y), Block::dark);
+    }
+    Block& packet(int x, int y) {
+        return packets[static_cast<std::size_t>(y + 1) * static_cast<std::size_t>(packets_x) +
+                       static_cast<std::size_t>(x + 1)];
+    }
+    // Result: whether a packet and its neighbours are all dark or seen: nothing has to be done.
+    bool calm(int x, int y) {
+        const Block own = packet(x, y);
+        if (own != Block::dark && own != Block::seen) return false;
+        for (int j = -1; j <= 1; ++j) {
+            for (int i = -1; i <= 1; ++i) {
+                const Block other = packet(x + i, y + j);
+                if (other != own && own != Block::dark && other != Block::dark) return false;
+            }
+        }
+        return true;
     }
     Block& at(int x, int y) {
         return states[static_cast<std::size_t>(y + 1) * static_cast<std::size_t>(width + 2) +
@@ -129,6 +152,12 @@ void direct_light(const Surfaces& surfaces, const trace::Geometry& geometry, con
             for (int i = 0; i < count; ++i) {
                 if ((hidden >> i & 1u) != 0) *asked[i] = Block::hidden;
             }
+            Block& packet = blocks.packet(x / (4 * kBlock), strip);
+            packet = blocks.at(x / kBlock, top / kBlock);
+            for (int i = 1; i < trace::kPacket; ++i) {
+                const int by = top / kBlock + i / 4;
+                if (by < blocks.height && blocks.at(x / kBlock + i % 4, by) != packet) packet = Block::mixed;
+            }
         }
     });
     pool.run(strips, [&](int strip) {
@@ -142,23 +171,27 @@ void direct_light(const Surfaces& surfaces, const trace::Geometry& geometry, con
             }
         };
         const int top = strip * kStripRows, bottom = std::min(top + kStripRows, surfaces.height);
-        for (int y = top; y < bottom; y += kBlock) {
-            for (int x = 0; x < surfaces.width; x += kBlock) {
-                const Block block = blocks.at(x / kBlock, y / kBlock);
-                if (block == Block::dark) continue;
-                const Corners4 corner(surfaces, x, y);
-                if (blocks.sure(x / kBlock, y / kBlock)) {
-                    if (block == Block::hidden) {
-                        for (const std::size_t i : corner.at) out[i] = 0.0f;
-                    }
-                    continue;
+        const auto finish = [&](int x, int y) {
+            const Block block = blocks.at(x / kBlock, y / kBlock);
+            if (block == Block::dark) return;
+            const Corners4 corner(surfaces, x, y);
+            if (blocks.sure(x / kBlock, y / kBlock)) {
+                if (block == Block::hidden) {
+                    for (const std::size_t i : corner.at) out[i] = 0.0f;
                 }
-                for (int k = 0; k < (y + 1 < surfaces.height ? 4 : 2); ++k) {
-                    if (!(out[corner.at[k]] > 0.0f)) continue;
-                    const Spot spot = spot_at(surfaces, x + k % 2, y + k / 2);
-                    asked[rays.count()] = corner.at[k];
-                    if (rays.add(spot.position + spot.normal * (off_m + off_per_depth * spot.depth))) send();
-                }
+                return;
+            }
+            for (int k = 0; k < (y + 1 < surfaces.height ? 4 : 2); ++k) {
+                if (!(out[corner.at[k]] > 0.0f)) continue;
+                const Spot spot = spot_at(surfaces, x + k % 2, y + k / 2);
+                asked[rays.count()] = corner.at[k];
+                if (rays.add(spot.position + spot.normal * (off_m + off_per_depth * spot.depth))) send();
+            }
+        };
+        for (int x = 0; x < surfaces.width; x += 4 * kBlock) {
+            if (blocks.calm(x / (4 * kBlock), strip)) continue;
+            for (int y = top; y < bottom; y += kBlock) {
+                for (int i = x; i < std::min(x + 4 * kBlock, surfaces.width); i += kBlock) finish(i, y);
             }
         }
         send();

@@ -99,10 +99,9 @@ HWY_INLINE Vec3 surface_point(const Rays& rays, const glm::vec3& start, Float co
                                   z;
 }
 
-template <bool kSymmetric>
-HWY_INLINE void direct_pixels(const DirectLight& light, int y, int width, const Rays& rays, float off_m,
-                              float off_per_depth, const float* depth, const std::uint32_t* normal, float* lux_per_cd,
-                              float* from_x, float* from_y, float* from_z) {
+void DirectRow(const DirectLight& light, int y, int width, const Rays& rays, float off_m, float off_per_depth,
+               const float* depth, const std::uint32_t* normal, float* lux_per_cd, float* from_x, float* from_y,
+               float* from_z) {
     const Tag tag;
     const IntTag ints;
     const glm::vec3 start = rays.corner + static_cast<float>(y) * rays.up;
@@ -127,16 +126,9 @@ HWY_INLINE void direct_pixels(const DirectLight& light, int y, int width, const 
         const Vec3 in_light(Float(m[0][0]) * to.x + Float(m[1][0]) * to.y + Float(m[2][0]) * to.z,
                             Float(m[0][1]) * to.x + Float(m[1][1]) * to.y + Float(m[2][1]) * to.z,
                             Float(m[0][2]) * to.x + Float(m[1][2]) * to.y + Float(m[2][2]) * to.z);
-        const Float value = web_ratio<kSymmetric>(light.web, in_light) * cosine / d2 * Float(light.unit_m2);
+        const Float value = web_ratio(light.web, in_light) * cosine / d2 * Float(light.unit_m2);
         hn::StoreU(hn::IfThenElseZero(lit, value.raw), tag, lux_per_cd + x);
     }
-}
-
-void DirectRow(const DirectLight& light, int y, int width, const Rays& rays, float off_m, float off_per_depth,
-               const float* depth, const std::uint32_t* normal, float* lux_per_cd, float* from_x, float* from_y,
-               float* from_z) {
-    const auto pixels = is_symmetric(light.web) ? direct_pixels<true> : direct_pixels<false>;
-    pixels(light, y, width, rays, off_m, off_per_depth, depth, normal, lux_per_cd, from_x, from_y, from_z);
 }
 
 void ToHalves(const float* from, std::size_t count, std::uint16_t* to) {
@@ -228,6 +220,23 @@ HWY_EXPORT(UpsampleRow);
 HWY_EXPORT(DirectRow);
 HWY_EXPORT(ToHalves);
 
+Web web_of(const std::uint32_t* words) {
+    const std::size_t n_v = words[1], n_h = words[2];
+    const auto* values = reinterpret_cast<const float*>(words + 4);
+    const float* column = values + n_v + n_h + std::size_t{2} * words[3];
+    const auto even = [](const float* axis, std::size_t n) {
+        const double step =
+            (static_cast<double>(axis[n - 1]) - static_cast<double>(axis[0])) / static_cast<double>(n - 1);
+        for (std::size_t i = 0; i < n; ++i) {
+            const double off =
+                static_cast<double>(axis[i]) - static_cast<double>(axis[0]) - step * static_cast<double>(i);
+            if (std::abs(off) > 1e-6) return false;
+        }
+        return true;
+    };
+    return {words, n_h == 2 && std::equal(column, column + n_v, column + n_v), even(values, n_v),
+            even(values + n_v, n_h)};
+}
 void gather(const Points& points, std::size_t count, const glm::vec3& origin, std::span<const Vpl> vpls, float kappa,
             float weight, float* red, float* green, float* blue) {
     HWY_DYNAMIC_DISPATCH(Gather)(points, count, origin, vpls, kappa, weight, red, green, blue);

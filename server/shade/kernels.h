@@ -65,11 +65,19 @@ void upsample_row(const GridRows& grid, const float* const* values, int y, int w
                   float near_per_depth, const float* depth, const std::uint32_t* normal, std::uint16_t* out,
                   std::uint8_t* lost);
 
-// A luminaire as the direct light's kernel sees it. web: the words of pack_web (server/render/web_buffer.h).
+// A photometric web as the kernels read it.
+struct Web {
+    const std::uint32_t* words;  // of pack_web (server/render/web_buffer.h)
+    bool symmetric;              // the same in all directions around its axis
+    bool even_v, even_h;         // its angles are equally spaced, within 1e-6 rad
+};
+Web web_of(const std::uint32_t* words);
+
+// A luminaire as the direct light's kernel sees it.
 struct DirectLight {
     glm::vec3 position;  // local, m
     glm::mat3 light_from_world;
-    const std::uint32_t* web;
+    Web web;
     float unit_m2;  // the result is measured in
 };
 // One row of `width` pixels, a multiple of kLanes: unoccluded illuminance per candela of peak × unit_m2, 0 where there

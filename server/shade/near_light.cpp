@@ -16,7 +16,7 @@ namespace gonio::shade {
 struct NearView {
     glm::vec3 position;  // local, m
     glm::mat3 light_from_world;
-    const std::uint32_t* web;
+    Web web;
     const float* densities;    // DirectionTable
     float extent_m;            // of the scene
     float kappa_per_count_pi;  // kappa / (VPLs · pi)
@@ -68,7 +68,6 @@ void Brings(const NearView& light, const Looks& looks, const trace::HitPacket& h
     const IntTag ints;
     static_assert(sizeof(Looks::Triangle) == 16 && sizeof(Looks::Paint) == 32 && sizeof(Looks::Place) == 28);
     const glm::mat3& m = light.light_from_world;
-    const bool symmetric = is_symmetric(light.web);
     for (std::size_t i = 0; i < trace::kPacket; i += hn::Lanes(tag)) {
         const auto instance = hn::Load(ints, reinterpret_cast<const std::int32_t*>(hits.instance) + i);
         const auto zero = hn::Zero(ints);
@@ -107,7 +106,7 @@ void Brings(const NearView& light, const Looks& looks, const trace::HitPacket& h
         const Vec3 in_light(Float(m[0][0]) * d.x + Float(m[1][0]) * d.y + Float(m[2][0]) * d.z,
                             Float(m[0][1]) * d.x + Float(m[1][1]) * d.y + Float(m[2][1]) * d.z,
                             Float(m[0][2]) * d.x + Float(m[1][2]) * d.y + Float(m[2][2]) * d.z);
-        const Float ratio = symmetric ? web_ratio<true>(light.web, in_light) : web_ratio<false>(light.web, in_light);
+        const Float ratio = web_ratio(light.web, in_light);
         // The area that a VPL here would stand for: d² / (count · density · facing).
         const Vec2 angles = web_angles(0, in_light);
         constexpr float kRows = trace::DirectionTable::kPolar / std::numbers::pi_v<float>,

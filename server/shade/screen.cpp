@@ -5,32 +5,20 @@
 #include <glm/gtc/packing.hpp>
 
 #include "server/shade/near_light.h"
+#include "server/shade/point_packet.h"
 #include "server/trace/sampler.h"
 #include "shaders/lib/as_cpp.h"
 
 namespace gonio::shade {
 namespace {
 
-constexpr int kArrays = 6;  // x y z nx ny nz
-// Distances off a plane that are still near, in grid steps: for windows, and for bringing values to finer points.
-constexpr float kWindowNear = 4.0f, kUpsampleNear = 2.0f;
+// Distance off a plane that is still near, in grid steps, for bringing values to finer points.
+constexpr float kUpsampleNear = 2.0f;
 
 Points points_at(const std::vector<float>* arrays, std::ptrdiff_t at) {
     return {arrays[0].data() + at, arrays[1].data() + at, arrays[2].data() + at,
             arrays[3].data() + at, arrays[4].data() + at, arrays[5].data() + at};
 }
-
-// Sixteen points as rays leave them: a step off their surfaces, along their normals.
-struct PointPacket {
-    alignas(64) float array[kArrays][trace::kPacket];
-
-    void set(int i, const std::vector<float>* arrays, std::size_t at, const trace::Geometry& geometry) {
-        for (int k = 0; k < kArrays; ++k) array[k][i] = arrays[k][at];
-        const float off = 4.0f * geometry.step_off({array[0][i], array[1][i], array[2][i]});
-        for (int k = 0; k < 3; ++k) array[k][i] += off * array[k + 3][i];
-    }
-    Points points() const { return {array[0], array[1], array[2], array[3], array[4], array[5]}; }
-};
 
 // The four nodes around grid point (x, y) and their weights for bringing node values to it.
 struct Corners {
@@ -109,14 +97,13 @@ void Grid::extend(std::vector<float>& plane) const {
     }
 }
 
-ScreenGrid make_grid(const Surfaces& surfaces, const Quality& quality) {
-    ScreenGrid screen;
+void make_grid(const Surfaces& surfaces, const Quality& quality, ScreenGrid& screen, Pool& pool) {
     screen.quality = quality;
     screen.depth_per_point = surfaces.depth_per_pixel * static_cast<float>(quality.step);
     const int step = quality.step;
     Grid& grid = screen.grid;
     grid.resize((surfaces.width + step - 1) / step, (surfaces.height + step - 1) / step);
-    for (int y = 0; y < grid.height; ++y) {
+    pool.run(grid.height, [&](int y) {
         for (int x = 0; x < grid.width; ++x) {
             const Spot spot = spot_at(surfaces, std::min(x * step + step / 2, surfaces.width - 1),
                                       std::min(y * step + step / 2, surfaces.height - 1));
@@ -127,7 +114,7 @@ ScreenGrid make_grid(const Surfaces& surfaces, const Quality& quality) {
             }
             grid.values[6][at] = spot.depth;
         }
-    }
+    });
     for (std::vector<float>& array : grid.values) grid.extend(array);
 
     Grid& nodes = screen.nodes;
@@ -142,109 +129,25 @@ ScreenGrid make_grid(const Surfaces& surfaces, const Quality& quality) {
     }
     for (std::vector<float>& array : nodes.values) nodes.extend(array);
 
+    screen.near_directions.clear();
+    for (unsigned i = 0; i < kTiles * quality.near_rays; ++i)
+        screen.near_directions.push_back(trace::cosine_hemisphere(trace::scrambled_pair(i, 0x68bc21ebu, 0x02e5be93u)));
     screen.tile_width = (grid.width + kTileSide - 1) / kTileSide;
     screen.tile_height = (grid.height + kTileSide - 1) / kTileSide;
     constexpr std::size_t kPad = 2 * kLanes;
     screen.tile_size =
         (static_cast<std::size_t>(screen.tile_width) * static_cast<std::size_t>(screen.tile_height) + kPad - 1) / kPad *
         kPad;
-    for (int k = 0; k < kArrays; ++k) {
+    pool.run(kArrays, [&](int k) {
         screen.tiled[k].assign(screen.tile_size * kTiles, 0.0f);
         for (int y = 0; y < grid.height; ++y) {
             for (int x = 0; x < grid.width; ++x)
                 screen.tiled[k][screen.tiled_index(x, y)] = grid.values[k][static_cast<std::size_t>(grid.at(x, y))];
         }
-    }
-    return screen;
-}
-
-Occlusion trace_occlusion(const ScreenGrid& screen, const LightView& light, Pool& pool) {
-    const Grid& nodes = screen.nodes;
-    const Quality& quality = screen.quality;
-    Occlusion result;
-    result.planes.assign(2, std::vector<float>(nodes.size() + kLanes, 0.0f));
-    if (light.vpls.dark() || quality.node_vpls == 0) return result;  // nothing is blocked
-    Planes raw = result.planes;
-    const unsigned looked_at = std::min(quality.node_vpls, static_cast<unsigned>(light.vpls.vpls.size()));
-    const unsigned per_node = std::max(1u, looked_at / 4);
-    const glm::vec3 origin(light.position);
-    // Sixteen nodes of the same parity at a time: a block of 4 × 4 of them, 8 × 8 nodes wide, looks at the same VPLs.
-    const int blocks_x = (nodes.width + 7) / 8, blocks_y = (nodes.height + 7) / 8;
-    pool.run(blocks_x * blocks_y * 4, [&](int job) {
-        const int parity = job % 4, block_x = job / 4 % blocks_x * 8, block_y = job / 4 / blocks_x * 8;
-        PointPacket packet;
-        std::size_t at[trace::kPacket];
-        unsigned active = 0;
-        for (int i = 0; i < trace::kPacket; ++i) {
-            const int x = block_x + i % 4 * 2 + parity % 2, y = block_y + i / 4 * 2 + parity / 2;
-            at[i] = static_cast<std::size_t>(nodes.at(std::min(x, nodes.width - 1), std::min(y, nodes.height - 1)));
-            packet.set(i, nodes.values, at[i], light.geometry);
-            if (x < nodes.width && y < nodes.height && nodes.values[6][at[i]] > 0.0f) active |= 1u << i;
-        }
-        if (active == 0) return;
-        const Points points = packet.points();
-        // The first VPLs of the list are a stratified sample of the whole, their quarters again.
-        const std::span<const Vpl> vpls(light.vpls.vpls.data() + static_cast<std::size_t>(parity) * per_node, per_node);
-        static thread_local std::vector<float> light_of;
-        light_of.resize(vpls.size() * kLanes);
-        terms(points, origin, vpls, quality.kappa, light_of.data());
-        alignas(64) float open[trace::kPacket] = {}, blocked[trace::kPacket] = {};
-        trace::RayPacket query;
-        for (int i = 0; i < trace::kPacket; ++i)
-            query.from_x[i] = points.x[i], query.from_y[i] = points.y[i], query.from_z[i] = points.z[i];
-        for (std::size_t v = 0; v < vpls.size(); ++v) {
-            unsigned lit = 0;
-            for (int i = 0; i < trace::kPacket; ++i)
-                lit |= (light_of[v * kLanes + static_cast<std::size_t>(i)] > 0.0f ? 1u : 0u) << i;
-            lit &= active;
-            if (lit == 0) continue;
-            const glm::vec3 p = origin + glm::vec3(vpls[v].position_area);
-            const glm::vec3 to = p + glm::vec3(vpls[v].normal) * (4.0f * light.geometry.step_off(p));
-            for (int i = 0; i < trace::kPacket; ++i) {
-                query.along_x[i] = to.x - query.from_x[i], query.along_y[i] = to.y - query.from_y[i],
-                query.along_z[i] = to.z - query.from_z[i];
-                query.far[i] = 1.0f;
-            }
-            const unsigned stopped = light.geometry.occluded(query, lit);
-            for (int i = 0; i < trace::kPacket; ++i) {
-                const float e = light_of[v * kLanes + static_cast<std::size_t>(i)];
-                open[i] += e;
-                if ((stopped >> i & 1u) != 0) blocked[i] += e;
-            }
-        }
-        for (int i = 0; i < trace::kPacket; ++i) {
-            if ((active >> i & 1u) == 0) continue;
-            raw[0][at[i]] = open[i];
-            raw[1][at[i]] = blocked[i];
-        }
     });
-    for (std::vector<float>& plane : raw) nodes.extend(plane);
-    // 2 × 2 nodes look at different VPLs: a tent over 3 × 3 holds each of the four sets equally.
-    const Window tent{3, {-1, 0, 1, 0}, {1.0f, 2.0f, 1.0f, 0.0f}};
-    const float* in[2];
-    float* out[2];
-    for (int k = 0; k < 2; ++k)
-        in[k] = raw[static_cast<std::size_t>(k)].data() + nodes.at(0, 0),
-        out[k] = result.planes[static_cast<std::size_t>(k)].data() + nodes.at(0, 0);
-    const float near_per_depth = kWindowNear * screen.depth_per_point * static_cast<float>(quality.node_stride);
-    const GridRows rows = nodes.rows();
-    pool.run(nodes.height, [&](int y) { filter_row(rows, y, nodes.width, tent, near_per_depth, 2, in, out); });
-    for (std::vector<float>& plane : result.planes) nodes.extend(plane);
-    return result;
 }
 
 namespace {
-
-// Applies job to every grid point with a surface, row by row: job(x, y, index into a plane).
-template <typename Job>
-void for_points(const Grid& grid, Pool& pool, const Job& job) {
-    pool.run(grid.height, [&](int y) {
-        for (int x = 0; x < grid.width; ++x) {
-            const auto at = static_cast<std::size_t>(grid.at(x, y));
-            if (grid.values[6][at] > 0.0f) job(x, y, at);
-        }
-    });
-}
 
 // 4 × 4 points around each: all 16 subsets, all 16 strata of the short rays.
 Planes filtered(const ScreenGrid& screen, Planes& planes, Pool& pool) {
@@ -264,28 +167,35 @@ Planes filtered(const ScreenGrid& screen, Planes& planes, Pool& pool) {
     return result;
 }
 
-// The light near contacts at sixteen points of a tile: near_rays short rays each, of the tile's own stratum.
-void near_light_at(const ScreenGrid& screen, const LightView& light, std::size_t tile, std::size_t first,
-                   float* const* out) {
-    const std::size_t start = tile * screen.tile_size + first;
-    const Points points = points_at(screen.tiled, static_cast<std::ptrdiff_t>(start));
+// The light near contacts at 4 × 4 neighbouring points from (x, y) on: near_rays short rays each, a stratum of its own
+// for each of the sixteen, so that any window of 4 × 4 holds all of them. Adds to `out`.
+void near_light_at(const ScreenGrid& screen, const LightView& light, int x, int y, Planes& out) {
+    const Grid& grid = screen.grid;
+    PointPacket packet;
+    std::size_t at[trace::kPacket];
     unsigned active = 0;
-    for (int i = 0; i < trace::kPacket; ++i)
-        active |= (points.nx[i] != 0.0f || points.ny[i] != 0.0f || points.nz[i] != 0.0f ? 1u : 0u) << i;
-    if (active == 0 || screen.quality.near_rays == 0) return;
+    for (int i = 0; i < trace::kPacket; ++i) {
+        const int px = x + i % kTileSide, py = y + i / kTileSide;
+        at[i] = static_cast<std::size_t>(grid.at(std::min(px, grid.width - 1), std::min(py, grid.height - 1)));
+        for (int k = 0; k < kArrays; ++k) packet.array[k][i] = grid.values[k][at[i]];
+        if (px < grid.width && py < grid.height && grid.values[6][at[i]] > 0.0f) active |= 1u << i;
+    }
+    if (active == 0) return;
+    const Points points = packet.points();
     NearSums sums;
     Directions about_z;
     const unsigned rays = screen.quality.near_rays;
     for (unsigned r = 0; r < rays; ++r) {
-        const unsigned index = static_cast<unsigned>(tile) * rays + r;
-        about_z.set_all(trace::cosine_hemisphere(trace::scrambled_pair(index, 0x68bc21ebu, 0x02e5be93u)));
+        for (int i = 0; i < trace::kPacket; ++i)
+            about_z.set(i, screen.near_directions[static_cast<unsigned>(i) * rays + r]);
         add_near_light(light, points, active, about_z, screen.quality.kappa, sums);
     }
     const float share = light.unit_m2 / static_cast<float>(rays);
-    for (std::size_t i = 0; i < trace::kPacket; ++i) {
-        out[0][start + i] = sums.red[i] * share;
-        out[1][start + i] = sums.green[i] * share;
-        out[2][start + i] = sums.blue[i] * share;
+    for (int i = 0; i < trace::kPacket; ++i) {
+        if ((active >> i & 1u) == 0) continue;
+        out[0][at[i]] += sums.red[i] * share;
+        out[1][at[i]] += sums.green[i] * share;
+        out[2][at[i]] += sums.blue[i] * share;
     }
 }
 
@@ -299,9 +209,8 @@ Planes gather_grid(const ScreenGrid& screen, const LightView& light, const Occlu
 
     // Chunks of 512 points stay in the first cache beside the VPLs of their subset.
     constexpr std::size_t kChunk = 512;
-    std::vector<float> tiled[6];  // gathered rgb, near rgb
+    std::vector<float> tiled[3];
     for (std::vector<float>& plane : tiled) plane.resize(screen.tiled[0].size());
-    float* const near_out[3] = {tiled[3].data(), tiled[4].data(), tiled[5].data()};
     const std::size_t chunks = (screen.tile_size + kChunk - 1) / kChunk, per_subset = light.vpls.per_subset;
     pool.run(static_cast<int>(chunks * kTiles), [&](int job) {
         const std::size_t tile = static_cast<std::size_t>(job) / chunks,
@@ -313,32 +222,38 @@ Planes gather_grid(const ScreenGrid& screen, const LightView& light, const Occlu
         gather(points_at(screen.tiled, static_cast<std::ptrdiff_t>(at)), count, glm::vec3(light.position), vpls,
                screen.quality.kappa, light.unit_m2 * (interleaved ? static_cast<float>(kSubsets) : 1.0f),
                tiled[0].data() + at, tiled[1].data() + at, tiled[2].data() + at);
-        for (std::size_t i = 0; i < count; i += trace::kPacket) near_light_at(screen, light, tile, first + i, near_out);
     });
 
     const float near_per_depth =
         kUpsampleNear * screen.depth_per_point * static_cast<float>(screen.quality.node_stride);
     Planes gathered = nothing, near_light = nothing;
-    for_points(grid, pool, [&](int x, int y, std::size_t at) {
-        const Corners corners = corners_around(screen, x, y, near_per_depth);
-        float open = 0.0f, blocked = 0.0f;
-        for (int c = 0; c < 4; ++c) {
-            open += corners.weight[c] * occlusion.planes[0][static_cast<std::size_t>(corners.at[c])];
-            blocked += corners.weight[c] * occlusion.planes[1][static_cast<std::size_t>(corners.at[c])];
+    pool.run((grid.height + kTileSide - 1) / kTileSide, [&](int strip) {
+        const int first_y = strip * kTileSide, last_y = std::min(first_y + kTileSide, grid.height);
+        for (int y = first_y; y < last_y; ++y) {
+            for (int x = 0; x < grid.width; ++x) {
+                const auto at = static_cast<std::size_t>(grid.at(x, y));
+                if (!(grid.values[6][at] > 0.0f)) continue;
+                const Corners corners = corners_around(screen, x, y, near_per_depth);
+                float open = 0.0f, blocked = 0.0f;
+                for (int c = 0; c < 4; ++c) {
+                    open += corners.weight[c] * occlusion.planes[0][static_cast<std::size_t>(corners.at[c])];
+                    blocked += corners.weight[c] * occlusion.planes[1][static_cast<std::size_t>(corners.at[c])];
+                }
+                const float seen = open > 0.0f ? std::clamp(1.0f - blocked / open, 0.0f, 1.0f) : 1.0f;
+                const std::size_t from = screen.tiled_index(x, y);
+                for (std::size_t k = 0; k < 3; ++k) gathered[k][at] = tiled[k][from] * seen;
+            }
         }
-        const float seen = open > 0.0f ? std::clamp(1.0f - blocked / open, 0.0f, 1.0f) : 1.0f;
-        const std::size_t from = screen.tiled_index(x, y);
-        for (std::size_t k = 0; k < 3; ++k) {
-            gathered[k][at] = tiled[k][from] * seen + (interleaved ? tiled[k + 3][from] : 0.0f);
-            if (!interleaved) near_light[k][at] = tiled[k + 3][from];
-        }
+        if (screen.quality.near_rays == 0) return;
+        for (int x = 0; x < grid.width; x += kTileSide)
+            near_light_at(screen, light, x, first_y, interleaved ? gathered : near_light);
     });
     // Near light is interleaved always; the list where the quality says so.
     Planes result = filtered(screen, interleaved ? gathered : near_light, pool);
     if (!interleaved) {
-        for_points(grid, pool, [&](int, int, std::size_t at) {
-            for (std::size_t k = 0; k < 3; ++k) result[k][at] += gathered[k][at];
-        });
+        for (std::size_t k = 0; k < 3; ++k) {
+            for (std::size_t i = 0; i < result[k].size(); ++i) result[k][i] += gathered[k][i];
+        }
     }
     for (std::vector<float>& plane : result) grid.extend(plane);
     return result;

@@ -19,7 +19,7 @@ struct Quality {
     int step = 4;              // pixels between grid points: 4, or 1: every pixel
     bool interleaved = true;   // a grid point sums one of 16 subsets and its window the rest; else the whole list
     int node_stride = 2;       // grid points between the nodes that trace occlusion
-    unsigned node_vpls = 256;  // VPLs that 2 × 2 nodes together look at; 0: nothing is blocked
+    unsigned node_vpls = 512;  // VPLs that 2 × 2 nodes together ask; 0: nothing is blocked
     unsigned near_rays = 1;    // short rays of each grid point, of one of 16 strata
     float kappa = 4.0f;        // how much near light the rays give back rather than VPLs (vpl.glsl)
 };
@@ -59,6 +59,9 @@ struct Grid {
 };
 using Planes = std::vector<std::vector<float>>;
 
+// Distance off a plane that is still near for windows of points, in steps of their grid.
+inline constexpr float kWindowNear = 4.0f;
+
 inline constexpr int kTileSide = 4;
 inline constexpr std::size_t kTiles = kTileSide * kTileSide;
 
@@ -69,6 +72,7 @@ struct ScreenGrid {
     Grid grid, nodes;
     // The grid's points rearranged into 4 × 4 tiles, each padded to whole kLanes: points of a tile share VPLs and rays.
     std::vector<float> tiled[6];
+    std::vector<glm::vec3> near_directions;  // of the short rays about +Z, near_rays for each place of a tile
     std::size_t tile_size = 0;
     int tile_width = 0, tile_height = 0;
     std::size_t tiled_index(int x, int y) const {
@@ -76,7 +80,8 @@ struct ScreenGrid {
         return tile * tile_size + static_cast<std::size_t>(y / kTileSide * tile_width + x / kTileSide);
     }
 };
-ScreenGrid make_grid(const Surfaces& surfaces, const Quality& quality);
+// screen: of any former grid, whose memory is used again.
+void make_grid(const Surfaces& surfaces, const Quality& quality, ScreenGrid& screen, Pool& pool);
 
 // Of one luminaire on the nodes of a grid, filtered: all light of the VPLs looked at, and the blocked part of it.
 struct Occlusion {
@@ -88,7 +93,7 @@ struct LightView {
     const VplCast& vpls;
     glm::dvec3 position;  // local
     glm::dmat3 world_from_light;
-    const std::uint32_t* web;  // words of pack_web (server/render/web_buffer.h)
+    Web web;
     const Looks& looks;
     float unit_m2 = 1.0f;  // grids of light are measured in
 };

@@ -2,14 +2,16 @@
 // instruction set; therefore without an include guard and without a namespace of its own.
 
 // Where x falls on a web's axis (shaders/lib/web_buffer.glsl for lanes): cell + fraction; outside: whether it lies
-// beyond.
-HWY_INLINE Float web_place(const float* axis, int n, const float* table, int buckets, Float x, Mask& outside) {
+// beyond. even: its angles are equally spaced.
+HWY_INLINE Float web_place(bool even, const float* axis, int n, const float* table, int buckets, Float x,
+                           Mask& outside) {
     const Tag tag;
     const IntTag ints;
     const Float low(axis[0]), high(axis[n - 1]);
     outside =
         hn::Or(outside, hn::Or(hn::Lt(x.raw, (low - Float(2e-6f)).raw), hn::Gt(x.raw, (high + Float(2e-6f)).raw)));
     const Float share = min(max((x - low) / (high - low), Float(0.0f)), Float(1.0f));
+    if (even) return share * Float(static_cast<float>(n - 1));
     const auto bucket = hn::Min(hn::ConvertTo(ints, hn::Mul(share.raw, hn::Set(tag, static_cast<float>(buckets)))),
                                 hn::Set(ints, buckets - 1));
     auto cell = hn::ConvertTo(ints, hn::GatherIndex(tag, table, bucket));
@@ -26,30 +28,23 @@ HWY_INLINE Float web_place(const float* axis, int n, const float* table, int buc
     return Float(hn::ConvertTo(tag, cell)) + fraction;
 }
 
-// Whether a web is the same in all directions around its axis: the few gathers of one angle do.
-HWY_INLINE bool is_symmetric(const std::uint32_t* words) {
-    const std::size_t n_v = words[1], n_h = words[2];
-    const std::uint32_t* grid = words + 4 + n_v + n_h + std::size_t{2} * words[3];
-    return n_h == 2 && std::equal(grid, grid + n_v, grid + n_v);
-}
-
 // I(d) / I_peak; d: luminaire frame, any length > 0.
-template <bool kSymmetric>
-HWY_INLINE Float web_ratio(const std::uint32_t* words, const Vec3& d) {
+HWY_INLINE Float web_ratio(const Web& web, const Vec3& d) {
     const Tag tag;
     const IntTag ints;
+    const std::uint32_t* words = web.words;
     const int n_v = static_cast<int>(words[1]), n_h = static_cast<int>(words[2]), buckets = static_cast<int>(words[3]);
     const float* values = reinterpret_cast<const float*>(words + 4);
     const Vec2 angles = web_angles(static_cast<int>(words[0]), d);
     Mask outside = Float(0.0f) < Float(0.0f);
-    const Float v = web_place(values, n_v, values + n_v + n_h, buckets, angles.x, outside);
-    if (kSymmetric) {
+    const Float v = web_place(web.even_v, values, n_v, values + n_v + n_h, buckets, angles.x, outside);
+    if (web.symmetric) {
         const auto cell = hn::Min(hn::ConvertTo(ints, v.raw), hn::Set(ints, n_v - 2));
         const float* column = values + n_v + n_h + 2 * buckets;
         const Float low = hn::GatherIndex(tag, column, cell), high = hn::GatherIndex(tag, column + 1, cell);
         return hn::IfThenZeroElse(outside, (low + (high - low) * (v - Float(hn::ConvertTo(tag, cell)))).raw);
     }
-    const Float h = web_place(values + n_v, n_h, values + n_v + n_h + buckets, buckets, angles.y, outside);
+    const Float h = web_place(web.even_h, values + n_v, n_h, values + n_v + n_h + buckets, buckets, angles.y, outside);
     const auto v_cell = hn::Min(hn::ConvertTo(ints, v.raw), hn::Set(ints, n_v - 2)),
                h_cell = hn::Min(hn::ConvertTo(ints, h.raw), hn::Set(ints, n_h - 2));
     const Float a = v - Float(hn::ConvertTo(tag, v_cell)), b = h - Float(hn::ConvertTo(tag, h_cell));

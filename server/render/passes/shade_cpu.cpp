@@ -46,7 +46,7 @@ shade::LightView view_of(const PassContext& context, const Light& light, const L
             gpu.vpls,
             light.position - context.traced.origin(),
             glm::dmat3(glm::mat3_cast(light.world_from_light)),
-            gpu.web->words.data(),
+            shade::web_of(gpu.web->words.data()),
             context.looks,
             context.geometry.layer_unit_m2()};
 }
@@ -84,7 +84,7 @@ void set_grid(const PassContext& context) {
         quality.kappa = 1.0f;  // the kernel bounded by the area alone
     }
     ScreenLight& screen = *context.target.screen;
-    screen.grid = shade::make_grid(screen.surfaces, quality);
+    shade::make_grid(screen.surfaces, quality, screen.grid, context.pool);
 }
 
 }  // namespace
@@ -161,9 +161,10 @@ PassRun run_direct_rays(const PassContext& context, const Light& light, const Li
     ScreenLight& screen = *target.screen;
     const shade::Surfaces& s = screen.surfaces;
     const glm::vec3 position(light.position - context.traced.origin());
-    shade::direct_light(s, context.traced,
-                        {position, light_from_world(light), gpu.web->words.data(), context.geometry.layer_unit_m2()},
-                        target.kind != TargetKind::live, screen.floats, context.pool);
+    shade::direct_light(
+        s, context.traced,
+        {position, light_from_world(light), shade::web_of(gpu.web->words.data()), context.geometry.layer_unit_m2()},
+        target.kind != TargetKind::live, screen.floats, context.pool);
     if (target.kind == TargetKind::precise) {
         upload(target.direct, s, layer, GL_RED, GL_FLOAT, screen.floats.data());
         return {};
