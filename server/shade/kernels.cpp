@@ -140,6 +140,17 @@ void ToHalves(const float* from, std::size_t count, std::uint16_t* to) {
                    bits, to + i);
 }
 
+void MixHalves(const float* from, float factor, float share, std::size_t count, std::uint16_t* to) {
+    const Tag tag;
+    const hn::Rebind<hwy::float16_t, Tag> halves;
+    const hn::RebindToUnsigned<decltype(halves)> bits;
+    for (std::size_t i = 0; i < count; i += hn::Lanes(tag)) {
+        const Float old = hn::PromoteTo(tag, hn::BitCast(halves, hn::LoadU(bits, to + i)));
+        const Float mixed = load(from + i) * Float(factor * share) + old * Float(1.0f - share);
+        hn::StoreU(hn::BitCast(bits, hn::DemoteTo(halves, min(mixed, Float(65504.0f)).raw)), bits, to + i);
+    }
+}
+
 void UpsampleRow(const GridRows& grid, const float* const* values, int y, int width, const Rays& rays,
                  float near_per_depth, const float* depth, const std::uint32_t* normal, std::uint16_t* out,
                  std::uint8_t* lost) {
@@ -219,6 +230,7 @@ HWY_EXPORT(FilterRow);
 HWY_EXPORT(UpsampleRow);
 HWY_EXPORT(DirectRow);
 HWY_EXPORT(ToHalves);
+HWY_EXPORT(MixHalves);
 
 Web web_of(const std::uint32_t* words) {
     const std::size_t n_v = words[1], n_h = words[2];
@@ -261,6 +273,9 @@ void direct_row(const DirectLight& light, int y, int width, const Rays& rays, fl
 }
 void to_halves(const float* from, std::size_t count, std::uint16_t* to) {
     HWY_DYNAMIC_DISPATCH(ToHalves)(from, count, to);
+}
+void mix_halves(const float* from, float factor, float share, std::size_t count, std::uint16_t* to) {
+    HWY_DYNAMIC_DISPATCH(MixHalves)(from, factor, share, count, to);
 }
 
 }  // namespace gonio::shade

@@ -90,4 +90,7 @@ void direct_row(const DirectLight& light, int y, int width, const Rays& rays, fl
 // Half floats of `count` floats, a multiple of kLanes; what is greater becomes 65,504.
 void to_halves(const float* from, std::size_t count, std::uint16_t* to);
 
+// to = share × (factor × from) + (1 − share) × to, half floats; count: a multiple of kLanes; likewise bounded.
+void mix_halves(const float* from, float factor, float share, std::size_t count, std::uint16_t* to);
+
 }  // namespace gonio::shade

@@ -172,7 +172,7 @@ void add_near_light(const LightView& light, const Points& points, unsigned activ
     const NearView view{glm::vec3(light.position),
                         glm::mat3(glm::transpose(light.world_from_light)),
                         light.web,
-                        light.rays.table.densities().data(),
+                        light.rays.table->densities().data(),
                         light.geometry.extent(),
                         kappa / (static_cast<float>(light.vpls.vpls.size()) * pi)};
     trace::RayPacket rays;

@@ -131,7 +131,8 @@ void make_grid(const Surfaces& surfaces, const Quality& quality, ScreenGrid& scr
 
     screen.near_directions.clear();
     for (unsigned i = 0; i < kTiles * quality.near_rays; ++i)
-        screen.near_directions.push_back(trace::cosine_hemisphere(trace::scrambled_pair(i, 0x68bc21ebu, 0x02e5be93u)));
+        screen.near_directions.push_back(trace::cosine_hemisphere(
+            trace::scrambled_pair(i + quality.round * kTiles * quality.near_rays, 0x68bc21ebu, 0x02e5be93u)));
     screen.tile_width = (grid.width + kTileSide - 1) / kTileSide;
     screen.tile_height = (grid.height + kTileSide - 1) / kTileSide;
     constexpr std::size_t kPad = 2 * kLanes;

@@ -22,6 +22,7 @@ struct Quality {
     unsigned node_vpls = 512;  // VPLs that 2 × 2 nodes together ask; 0: nothing is blocked
     unsigned near_rays = 1;    // short rays of each grid point, of one of 16 strata
     float kappa = 4.0f;        // how much near light the rays give back rather than VPLs (vpl.glsl)
+    unsigned round = 0;        // which part of the short rays' sequence
 };
 
 // The depth and normals of a target and the rays through its pixels; rows from the bottom.

@@ -9,24 +9,29 @@
 namespace gonio::shade {
 
 VplRays::VplRays(std::shared_ptr<const Profile> profile, unsigned count)
-    : table(std::move(profile)), per_subset((count + kSubsets - 1) / kSubsets) {
-    peak_cd = table.profile()->max_cd;
-    if (table.dark() || !(peak_cd > 0.0)) {
+    : VplRays(std::make_shared<const trace::DirectionTable>(std::move(profile)), count, 0) {}
+
+VplRays::VplRays(std::shared_ptr<const trace::DirectionTable> directions, unsigned count, unsigned set)
+    : table(std::move(directions)), per_subset((count + kSubsets - 1) / kSubsets) {
+    peak_cd = table->profile()->max_cd;
+    if (table->dark() || !(peak_cd > 0.0)) {
         per_subset = 0;
         return;
     }
     const unsigned n = per_subset * kSubsets;
     rays.reserve(n);
+    const std::uint32_t first_seed = set == 0 ? 0x2545f491u : trace::mix_bits(set, 1),
+                        second_seed = set == 0 ? 0x9e3779b9u : trace::mix_bits(set, 2);
     for (unsigned i = 0; i < n; ++i) {
         // Consecutive blocks of an Owen-scrambled Sobol sequence are stratified each for itself.
         double density = 0.0;
-        const glm::dvec3 d = table.draw(trace::scrambled_pair(i, 0x2545f491u, 0x9e3779b9u), density);
+        const glm::dvec3 d = table->draw(trace::scrambled_pair(i, first_seed, second_seed), density);
         Ray ray{glm::vec3(d), 0.0f, 0.0f};
         if (density > 0.0) {
             const double sr = 1.0 / (n * density);
             ray.solid_angle_sr = static_cast<float>(sr);
             ray.flux_lm_per_cd = static_cast<float>(
-                ies::intensity(table.profile()->photometry.web, {d.x, d.y, d.z}).in(cd) / peak_cd * sr);
+                ies::intensity(table->profile()->photometry.web, {d.x, d.y, d.z}).in(cd) / peak_cd * sr);
         }
         rays.push_back(ray);
     }

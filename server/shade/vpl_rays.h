@@ -17,7 +17,7 @@ inline constexpr unsigned kSubsets = 16;
 
 // The rays of a profile in its luminaire's frame. Immutable.
 struct VplRays {
-    trace::DirectionTable table;
+    std::shared_ptr<const trace::DirectionTable> table;
     double peak_cd = 0.0;
     unsigned per_subset = 0;  // rays of each of kSubsets subsets, every one a stratified sample of its own
     struct Ray {
@@ -28,6 +28,8 @@ struct VplRays {
     std::vector<Ray> rays;  // subset by subset
 
     VplRays(std::shared_ptr<const Profile> profile, unsigned count);
+    // set: which of the sequences; each is stratified for itself.
+    VplRays(std::shared_ptr<const trace::DirectionTable> table, unsigned count, unsigned set);
 };
 
 // What the rays of a luminaire met: VPLs relative to the luminaire, world axes, in the rays' order; those that left the

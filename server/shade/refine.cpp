@@ -1,0 +1,85 @@
+#include "server/shade/refine.h"
+
+#include <algorithm>
+
+namespace gonio::shade {
+namespace {
+
+constexpr unsigned kVpls = 8192;
+constexpr Quality kRound{1, true, 4, 1024, 4, 16.0f};
+constexpr int kBandRows = 40;
+// Rows around a band that its windows see: three points of the grid; two nodes and the tent over their neighbours.
+constexpr int kMargin = 16;
+static_assert(kMargin % 4 == 0 && kMargin >= 3 * kRound.node_stride);
+
+// Rows first … first + rows − 1 of a picture as one of its own.
+void take_band(const Surfaces& from, int first, int rows, Surfaces& band) {
+    band.width = from.width;
+    band.height = rows;
+    band.row_length = from.row_length;
+    band.rays = from.rays;
+    band.rays.corner = from.rays.corner + static_cast<float>(first) * from.rays.up;
+    band.depth_per_pixel = from.depth_per_pixel;
+    const auto low = static_cast<std::ptrdiff_t>(static_cast<std::size_t>(first) * from.row_length),
+               high = low + static_cast<std::ptrdiff_t>(static_cast<std::size_t>(rows) * from.row_length);
+    band.depth.assign(from.depth.begin() + low, from.depth.begin() + high);
+    band.normal.assign(from.normal.begin() + low, from.normal.begin() + high);
+}
+
+}  // namespace
+
+void Refinement::start(int rounds) {
+    round_ = next_row_ = 0;
+    rounds_ = rounds;
+    rays_.reset();
+}
+
+bool Refinement::continue_with(const Surfaces& surfaces, const LightView& light, Pool& pool,
+                               const std::function<bool()>& interrupted) {
+    if (finished() || interrupted()) return false;
+    if (!rays_) {
+        rays_.emplace(light.rays.table, kVpls, static_cast<unsigned>(round_) + 1);
+        vpls_ = cast(*rays_, light.geometry, light.position, light.world_from_light, pool);
+        if (round_ == 0) sums_.assign(surfaces.row_length * static_cast<std::size_t>(surfaces.height) * 4, 0.0f);
+        if (interrupted()) return false;
+    }
+    LightView own{light.geometry,         *rays_,    vpls_,       light.position,
+                  light.world_from_light, light.web, light.looks, light.unit_m2};
+    const int first = std::max(0, next_row_ - kMargin), end = std::min(surfaces.height, next_row_ + kBandRows),
+              last = std::min(surfaces.height, end + kMargin);
+    take_band(surfaces, first, last - first, band_);
+    Quality quality = kRound;
+    quality.round = static_cast<unsigned>(round_);
+    make_grid(band_, quality, grid_, pool);
+    if (interrupted()) return false;
+    const Occlusion occlusion = trace_occlusion(grid_, own, pool);
+    if (interrupted()) return false;
+    const Planes light_of = gather_grid(grid_, own, occlusion, pool);
+    pool.run(end - next_row_, [&](int row) {
+        const int y = next_row_ + row;
+        float* to = sums_.data() + 4 * static_cast<std::size_t>(y) * surfaces.row_length;
+        for (int x = 0; x < surfaces.width; ++x, to += 4) {
+            const auto at = static_cast<std::size_t>(grid_.grid.at(x, y - first));
+            for (std::size_t k = 0; k < 3; ++k) to[k] += light_of[k][at];
+            to[3] += 1.0f;
+        }
+    });
+    next_row_ = end;
+    if (end < surfaces.height) return false;
+    next_row_ = 0;
+    ++round_;
+    rays_.reset();
+    return true;
+}
+
+void Refinement::mean(float share, std::vector<std::uint16_t>& out, Pool& pool) const {
+    const float per_round = 1.0f / static_cast<float>(std::max(round_, 1));
+    out.resize(sums_.size());
+    constexpr std::size_t kPiece = std::size_t{1} << 14;
+    pool.run(static_cast<int>((sums_.size() + kPiece - 1) / kPiece), [&](int piece) {
+        const std::size_t first = static_cast<std::size_t>(piece) * kPiece;
+        mix_halves(sums_.data() + first, per_round, share, std::min(kPiece, sums_.size() - first), out.data() + first);
+    });
+}
+
+}  // namespace gonio::shade

@@ -1,0 +1,39 @@
+// A still picture's indirect light, getting better: the estimate of the live picture (screen.h) at every pixel, round
+// after round with VPLs and rays of its own, and the mean of all rounds.
+#pragma once
+
+#include <cstdint>
+#include <functional>
+#include <optional>
+#include <vector>
+
+#include "server/shade/screen.h"
+
+namespace gonio::shade {
+
+// One luminaire's refinement. A few tens of bytes a pixel while it goes on.
+class Refinement {
+public:
+    // Starts anew. rounds: how many there shall be, at least 1.
+    void start(int rounds);
+    bool finished() const { return round_ >= rounds_; }
+    int rounds_done() const { return round_; }
+    // Does a band of rows of the round: some tens of milliseconds. rays: the luminaire's, of any round; light: its
+    // other fields. interrupted: asked between the steps of a band; if true the band is given up and done again later.
+    // Result: whether that completed a round.
+    bool continue_with(const Surfaces& surfaces, const LightView& light, Pool& pool,
+                       const std::function<bool()>& interrupted);
+    // out: the mean of the rounds so far, rgb and 1 in half floats, surfaces.row_length pixels a row, irradiance per
+    // candela of peak × unit_m2; share: of it, and the rest of what `out` holds already.
+    void mean(float share, std::vector<std::uint16_t>& out, Pool& pool) const;
+
+private:
+    int round_ = 0, rounds_ = 0, next_row_ = 0;
+    std::vector<float> sums_;  // 4 per pixel
+    std::optional<VplRays> rays_;
+    VplCast vpls_;
+    Surfaces band_;
+    ScreenGrid grid_;
+};
+
+}  // namespace gonio::shade
