@@ -57,6 +57,24 @@ Corners corners_around(const ScreenGrid& screen, int x, int y, float near_per_de
 
 }  // namespace
 
+void look_through(const Eye& eye, const trace::Geometry& geometry, float near_m, int width, int height, Surfaces& s) {
+    s.width = width;
+    s.height = height;
+    constexpr std::size_t kRow = 4 * kLanes;
+    s.row_length = (static_cast<std::size_t>(width) + kRow - 1) / kRow * kRow;
+    s.depth.resize(s.row_length * static_cast<std::size_t>(height));
+    s.normal.resize(s.depth.size());
+    const glm::dvec3 x = eye.right * eye.tan_half_x, y = eye.up * eye.tan_half_y;
+    const glm::dvec3 right = x * (2.0 * eye.window_half.x / width), up = y * (2.0 * eye.window_half.y / height);
+    s.rays.eye = geometry.local(eye.position);
+    s.rays.right = glm::vec3(right);
+    s.rays.up = glm::vec3(up);
+    s.rays.corner = glm::vec3(eye.forward + x * (eye.window_centre.x - eye.window_half.x) +
+                              y * (eye.window_centre.y - eye.window_half.y) + 0.5 * (right + up));
+    s.rays.near_m = near_m;
+    s.depth_per_pixel = static_cast<float>(glm::length(up));
+}
+
 Spot spot_at(const Surfaces& s, int x, int y) {
     const std::size_t at = static_cast<std::size_t>(y) * s.row_length + static_cast<std::size_t>(x);
     Spot spot;

@@ -7,6 +7,7 @@
 #include <glm/glm.hpp>
 #include <vector>
 
+#include "server/scene/eye.h"
 #include "server/shade/kernels.h"
 #include "server/shade/looks.h"
 #include "server/shade/pool.h"
@@ -34,6 +35,10 @@ struct Surfaces {
     std::vector<std::uint32_t> normal;  // octahedral, 2 snorm16
     std::size_t row_length = 0;         // a multiple of 4·kLanes
 };
+
+// Sets a picture's size and rays and makes room for its surfaces. near_m: whose share of the distance depth is.
+void look_through(const Eye& eye, const trace::Geometry& geometry, float near_m, int width, int height,
+                  Surfaces& surfaces);
 
 // What one pixel shows; depth 0: no surface.
 struct Spot {

@@ -8,6 +8,8 @@
 #include "server/render/passes/passes.h"
 #include "server/render/web_buffer.h"
 #include "server/scene/apply.h"
+#include "server/shade/raster.h"
+#include "server/shade/screen.h"
 #include "shaders/lib/as_cpp.h"
 
 namespace gonio::bench {
@@ -57,34 +59,27 @@ void add_light(const std::vector<Emitter>& emitters, const glm::dvec3& light, st
 }  // namespace
 
 std::vector<Receiver> receivers_of(const Scene& scene, std::span<const glm::ivec2> pixels) {
-    Programs programs;
-    const GpuScene geometry(scene.asset);
+    const GpuScene gpu(scene.asset);
+    const trace::Geometry geometry(scene.asset);
     const Eye eye = eye_of(scene.camera, scene.width_px, scene.height_px);
-    const Target target = make_target(1, TargetKind::precise, scene.width_px, scene.height_px, 1, geometry.emissive());
-    const trace::Geometry traced(scene.asset);
-    const shade::Looks looks;
-    shade::Pool pool(1);
-    run_gbuffer({programs, geometry, scene, target, eye, traced, {}, looks, pool});
-    const std::size_t count = static_cast<std::size_t>(scene.width_px) * static_cast<std::size_t>(scene.height_px);
-    std::vector<float> depth(count);
-    std::vector<std::int16_t> normal(2 * count);
-    glPixelStorei(GL_PACK_ALIGNMENT, 1);
-    glGetTextureImage(target.depth.id(), 0, GL_DEPTH_COMPONENT, GL_FLOAT, static_cast<GLsizei>(count * 4),
-                      depth.data());
-    glGetTextureImage(target.normal.id(), 0, GL_RG, GL_SHORT, static_cast<GLsizei>(count * 4), normal.data());
+    shade::Surfaces surfaces;
+    shade::look_through(eye, geometry, gpu.near_m(), scene.width_px, scene.height_px, surfaces);
+    shade::Raster raster;
+    shade::Pool pool;
+    // Where two surfaces meet in the centre of a pixel, the one that the live picture shows.
+    shade::draw_surfaces(shade::make_clusters(geometry), shade::make_looks(geometry), false, surfaces, raster, pool);
     std::vector<Receiver> receivers;
     for (const glm::ivec2& pixel : pixels) {
-        const std::size_t at = static_cast<std::size_t>(pixel.y) * static_cast<std::size_t>(scene.width_px) +
-                               static_cast<std::size_t>(pixel.x);
-        if (!(depth[at] > 0.0f)) continue;
+        const std::size_t at =
+            static_cast<std::size_t>(pixel.y) * surfaces.row_length + static_cast<std::size_t>(pixel.x);
+        if (!(surfaces.depth[at] > 0.0f)) continue;
         // As shaders/lib/surface.glsl, in double.
         const double x = (pixel.x + 0.5) / scene.width_px * 2.0 - 1.0,
                      y = (pixel.y + 0.5) / scene.height_px * 2.0 - 1.0;
         const glm::dvec3 ray = eye.forward + eye.right * (x * eye.tan_half_x) + eye.up * (y * eye.tan_half_y);
-        const double along = static_cast<double>(geometry.near_m()) / static_cast<double>(depth[at]);
-        const glm::dvec2 encoded(std::max(normal[2 * at] / 32767.0, -1.0),
-                                 std::max(normal[2 * at + 1] / 32767.0, -1.0));
-        receivers.push_back({pixel, eye.position + ray * along, glsl64::octahedral_decode(encoded)});
+        const double along = static_cast<double>(gpu.near_m()) / static_cast<double>(surfaces.depth[at]);
+        receivers.push_back(
+            {pixel, eye.position + ray * along, glm::dvec3(shade::spot_at(surfaces, pixel.x, pixel.y).normal)});
     }
     return receivers;
 }

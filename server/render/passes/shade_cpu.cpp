@@ -55,26 +55,10 @@ shade::LightView view_of(const PassContext& context, const Light& light, const L
 
 namespace {
 
-// How the target's pixels look at the scene, and room for their surfaces.
 void set_view(const PassContext& context) {
     const Target& target = context.target;
-    shade::Surfaces& s = target.screen->surfaces;
-    s.width = target.width_px;
-    s.height = target.height_px;
-    constexpr std::size_t kRow = 4 * shade::kLanes;
-    s.row_length = (static_cast<std::size_t>(s.width) + kRow - 1) / kRow * kRow;
-    s.depth.resize(s.row_length * static_cast<std::size_t>(s.height));
-    s.normal.resize(s.depth.size());
-    const Eye& eye = context.eye;
-    const glm::dvec3 x = eye.right * eye.tan_half_x, y = eye.up * eye.tan_half_y;
-    const glm::dvec3 right = x * (2.0 * eye.window_half.x / s.width), up = y * (2.0 * eye.window_half.y / s.height);
-    s.rays.eye = context.traced.local(eye.position);
-    s.rays.right = glm::vec3(right);
-    s.rays.up = glm::vec3(up);
-    s.rays.corner = glm::vec3(eye.forward + x * (eye.window_centre.x - eye.window_half.x) +
-                              y * (eye.window_centre.y - eye.window_half.y) + 0.5 * (right + up));
-    s.rays.near_m = context.geometry.near_m();
-    s.depth_per_pixel = static_cast<float>(glm::length(up));
+    shade::look_through(context.eye, context.traced, context.geometry.near_m(), target.width_px, target.height_px,
+                        target.screen->surfaces);
 }
 
 void set_grid(const PassContext& context) {
