@@ -243,8 +243,12 @@ int run_daemon(const Options& options) {
         const std::int64_t now = monotonic_ns();
         const std::int64_t wait_ns = due ? std::max<std::int64_t>(0, last_begin_ns + frame_time.count() - now) : 0;
         std::optional<Work> work;
+        stage.set_watched(demand.h264 || demand.jpeg);
+        const bool refining = stage.refinable() && viewer && !due;
         if ((due && wait_ns == 0) || stage.busy())
             work = queue.try_pop();
+        else if (refining)
+            work = queue.pop_for(std::chrono::nanoseconds(0));
         else if (stage.frames_in_flight())
             work = queue.pop_for(std::chrono::milliseconds(1));
         else
@@ -273,6 +277,7 @@ int run_daemon(const Options& options) {
             demand.key = false;  // until it is asked for again
         }
         stage.continue_work();
+        if (refining && !stage.busy()) stage.refine();
         if (context->lost()) throw std::runtime_error("the GPU lost the GL context");
     }
     // What was declared last ends first: loader and encoder are joined while the front they speak to still stands.

@@ -50,6 +50,11 @@ public:
         }
         ready_.notify_one();
     }
+    // Whether pop_for would return at once.
+    bool ready() const {
+        std::lock_guard lock(mutex_);
+        return closed_ || woken_ || !values_.empty();
+    }
     void close() {
         {
             std::lock_guard lock(mutex_);

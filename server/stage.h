@@ -57,7 +57,7 @@ public:
     std::optional<Error> apply_input(const v1::Command& command);
     void tell_inputs();
     // Whether the picture is older than the scene, or somebody waits for a report.
-    bool frame_wanted() const { return rendered_rev_ != scene_.scene_rev; }
+    bool frame_wanted() const { return rendered_rev_ != scene_.scene_rev || better_; }
     bool report_wanted() const { return !waiting_.empty(); }
     // Starts a frame of the scene as it stands now. With kMaxFramesInFlight on the GPU it first waits for the oldest.
     void begin_frame(std::int64_t drained_ns);
@@ -68,6 +68,12 @@ public:
     // Between two frames: one tile of the oldest capture, a slice of the oldest meter grid; each is sent off when it is
     // complete. Reference jobs start and tell of their progress.
     void continue_work();
+    // While nobody looks, the picture is not refined, and what was asked for is all there is.
+    void set_watched(bool watched) { watched_ = watched; }
+    // Whether the picture can be refined: it shows the scene as it stands, and somebody looks.
+    bool refinable() const { return watched_ && !frame_wanted() && !refined_; }
+    // Does some tens of milliseconds of that, less if a message comes.
+    void refine();
     const Scene& scene() const { return scene_; }
 
 private:
@@ -107,6 +113,7 @@ private:
     Loader& loader_;
     StageOutputs out_;
     Revision rendered_rev_ = 0;
+    bool watched_ = false, better_ = false, refined_ = false;  // better_: another frame shows more than the last
     std::optional<Scene> before_inputs_;  // the scene that clients know, while console commands are applied
     std::deque<v1::FrameReport> reports_;
     std::vector<Waiting> waiting_;

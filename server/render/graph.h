@@ -26,6 +26,7 @@ enum class Slot : std::uint8_t {
     occlusion,
     direct,
     gather,
+    refined,
     layers,
     picture,
     nv12

@@ -106,6 +106,7 @@ void inspect_slot(const FrameInputs& inputs, const SlotRef& slot, const Inspecto
             if (inputs.raw == 0) read.texture("display", target.display, 4);
             break;
         case Slot::layers:
+        case Slot::refined:
         case Slot::grid:
         case Slot::occlusion:  // the CPU's own, in padded rows; what becomes of them is the gather's layer
             break;

@@ -31,8 +31,7 @@ struct Builder {
     const bool seed = in.scene.technique != Technique::standard;
     const bool on_cpu = in.shades_on_cpu();
     const bool shown_on_cpu = on_cpu && in.view <= View::indirect;
-    const PassContext context{in.programs, in.geometry, in.scene, in.target,   in.eye, in.traced,
-                              in.clusters, in.looks,    in.pool,  in.occluded, on_cpu};
+    const PassContext context = in.context();
 
     SlotRef per_target(Slot slot, std::uint32_t light = 0) const { return {slot, target, light}; }
     static SlotRef per_light(Slot slot, std::uint32_t light) { return {slot, 0, light}; }
@@ -110,9 +109,14 @@ struct Builder {
                     {static_cast<std::uint64_t>(layer)},
                     [=, &light, &gpu] { return run_gather(shared, light, gpu, layer); }));
         }
+        const Refined better = in.refines() ? refined(in.target, scene, layer, in.refine_rounds) : Refined{};
+        if (in.refines())
+            cpu(add("refine", per_target(Slot::refined, light.id), {per_target(Slot::gather, light.id)}, {better.shown},
+                    [=] { return run_refine(shared, layer); }));
         if (on_cpu && !shown_on_cpu) {
             named(add("layers", per_target(Slot::layers, light.id),
-                      {per_target(Slot::direct, light.id), per_target(Slot::gather, light.id)},
+                      {per_target(Slot::direct, light.id),
+                       per_target(better.shown > 0 ? Slot::refined : Slot::gather, light.id)},
                       {static_cast<std::uint64_t>(layer)}, [=] { return run_layers(shared.target, layer); }));
         }
     }
@@ -138,7 +142,11 @@ struct Builder {
                 if (direct || indirect) reads.push_back(per_target(Slot::layers, light.id));
             } else {
                 if (direct) reads.push_back(per_target(Slot::direct, light.id));
-                if (indirect) reads.push_back(per_target(Slot::gather, light.id));
+                if (indirect) {
+                    const bool better =
+                        in.refines() && refined(in.target, scene, static_cast<int>(i), in.refine_rounds).shown > 0;
+                    reads.push_back(per_target(better ? Slot::refined : Slot::gather, light.id));
+                }
             }
             key.push_back(light.level_rev);
             if (in.view == View::solid) key.insert(key.end(), {light.position_rev, light.aim_rev, light.profile_rev});
@@ -173,6 +181,14 @@ struct Builder {
 bool FrameInputs::shades_on_cpu() const {
     return direct_by_rays && scene.technique == Technique::standard && target.kind == TargetKind::live &&
            meter == Meter::none;
+}
+
+bool FrameInputs::refines() const {
+    return refine_rounds > 0 && shades_on_cpu() && occluded && shows_indirect(view);
+}
+
+PassContext FrameInputs::context() const {
+    return {programs, geometry, scene, target, eye, traced, clusters, looks, pool, occluded, shades_on_cpu()};
 }
 
 std::vector<Pass> build_pipeline(const FrameInputs& in) {

@@ -96,7 +96,36 @@ FrameInputs Renderer::inputs_of(const Scene& scene, const Target& target, const 
     FrameInputs inputs{programs_,  *geometry_, scene, target,          eye,      {}, scene.view, *traced_,
                        *clusters_, *looks_,    pool_, direct_by_rays_, occluded_};
     for (const Light& light : scene.lights) inputs.lights.push_back(&lights_.at(light.id));
+    inputs.refine_rounds = target.id == live_.id ? rounds_of(scene) : 0;
     return inputs;
+}
+
+int Renderer::rounds_of(const Scene& scene) const {
+    if (refine_rounds_ == 0 || scene.lights.empty() || scene.lights.size() > kMostRefined) return 0;
+    return std::max(1, refine_rounds_ / static_cast<int>(scene.lights.size()));
+}
+
+bool Renderer::refine(const Scene& scene, const std::function<bool()>& interrupted) {
+    const Eye eye = eye_of(scene.camera, scene.width_px, scene.height_px);
+    const FrameInputs inputs = inputs_of(scene, live_, eye);
+    if (!inputs.refines()) return false;
+    for (std::size_t i = 0; i < scene.lights.size(); ++i) {
+        const int layer = static_cast<int>(i);
+        if (gonio::refined(live_, scene, layer, inputs.refine_rounds).finished) continue;
+        return continue_refinement(inputs.context(), scene.lights[i], *inputs.lights[i], layer, inputs.refine_rounds,
+                                   interrupted);
+    }
+    return false;
+}
+
+bool Renderer::refined(const Scene& scene) {
+    const Eye eye = eye_of(scene.camera, scene.width_px, scene.height_px);
+    const FrameInputs inputs = inputs_of(scene, live_, eye);
+    if (!inputs.refines()) return true;
+    for (std::size_t i = 0; i < scene.lights.size(); ++i) {
+        if (!gonio::refined(live_, scene, static_cast<int>(i), inputs.refine_rounds).finished) return false;
+    }
+    return true;
 }
 
 v1::FrameReport Renderer::run(const FrameInputs& inputs, std::vector<SlotRef> wanted, Timers& timers) {

@@ -30,6 +30,8 @@ struct Clusters;
 struct Looks;
 }  // namespace shade
 
+inline constexpr std::size_t kMostRefined = 16;  // luminaires: each keeps 8 bytes a pixel
+
 // A live frame that has left the GPU.
 struct FinishedFrame {
     v1::FrameReport report;
@@ -68,6 +70,14 @@ public:
 
     // Starts a live frame of the scene: runs what moved. drained_ns: when its commands left the queue.
     void begin_frame(const Scene& scene, std::int64_t drained_ns);
+    // While nothing moves, the live picture gets better: from now on `rounds` times for one luminaire, fewer in turn
+    // for each of several, never for more than kMostRefined of them. 0 (the default): it stays as it is.
+    void set_refinement(int rounds) { refine_rounds_ = rounds; }
+    // Does a part of that, some tens of milliseconds, for the scene of the last begin_frame. interrupted: asked now and
+    // then, whether to stop at once. Result: whether another frame of the same scene shows something better.
+    bool refine(const Scene& scene, const std::function<bool()>& interrupted);
+    // Whether refine() has nothing left to do.
+    bool refined(const Scene& scene);
     // Result: the oldest frame begun, if it has left the GPU; `wait` blocks for it. Frames leave in order.
     std::optional<FinishedFrame> finish_frame(bool wait);
     std::size_t frames_in_flight() const { return in_flight_.size(); }
@@ -105,7 +115,10 @@ private:
     v1::FrameReport run(const FrameInputs& inputs, std::vector<SlotRef> wanted, Timers& timers);
     FrameInputs inputs_of(const Scene& scene, const Target& target, const Eye& eye);
 
+    int rounds_of(const Scene& scene) const;
+
     const bool direct_by_rays_;
+    int refine_rounds_ = 0;
     bool occluded_ = true;
     Programs programs_;
     std::unique_ptr<GpuScene> geometry_;

@@ -1,6 +1,8 @@
 // The passes themselves: each sets all GL state it needs, does one job and says what it drew. Render thread.
 #pragma once
 
+#include <functional>
+
 #include "server/gl/objects.h"
 #include "server/render/gpu_scene.h"
 #include "server/render/graph.h"
@@ -56,6 +58,18 @@ PassRun run_vpl(const PassContext& context, const Light& light, LightGpu& gpu);
 PassRun run_occlusion(const PassContext& context, const Light& light, const LightGpu& gpu, int layer);
 // All of it at the target's pixels, into a layer.
 PassRun run_gather(const PassContext& context, const Light& light, const LightGpu& gpu, int layer);
+// A still picture's layer, refined (server/shade/refine.h). Does a bounded part of the work; interrupted: asked now and
+// then, whether to stop at once. Result: whether run_refine has something better to show than before.
+bool continue_refinement(const PassContext& context, const Light& light, const LightGpu& gpu, int layer, int rounds,
+                         const std::function<bool()>& interrupted);
+// Puts it into the layer.
+PassRun run_refine(const PassContext& context, int layer);
+struct Refined {
+    unsigned shown = 0;     // counts what run_refine was given since the layer was gathered
+    bool finished = false;  // all `rounds` of it are shown
+};
+// Nothing is, if the layer was gathered of another state of the scene.
+Refined refined(const Target& target, const Scene& scene, int layer, int rounds);
 // The same at the one point of a meter.
 PassRun run_gather_point(const PassContext& context, const Light& light, const LightGpu& gpu, int layer);
 // The seed paper's indirect pass into a layer.

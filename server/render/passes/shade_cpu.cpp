@@ -1,5 +1,6 @@
 // The default technique's light: the CPU's passes between the G-buffer and the layers (server/shade).
 #include <algorithm>
+#include <array>
 #include <cmath>
 
 #include "server/render/passes/passes.h"
@@ -7,8 +8,16 @@
 #include "server/scene/apply.h"
 #include "server/shade/display.h"
 #include "server/shade/raster.h"
+#include "server/shade/refine.h"
 
 namespace gonio {
+
+// What a layer of a luminaire depends on.
+using Revisions = std::array<std::uint64_t, 7>;
+static Revisions revisions(const Scene& scene, const Light& light) {
+    return {light.id,           light.position_rev, light.aim_rev, light.profile_rev,
+            scene.geometry_rev, scene.camera_rev,   scene.samples};
+}
 
 // The CPU's side of one target: what it reads of the G-buffer, and what it made of it per light.
 struct ScreenLight {
@@ -22,9 +31,17 @@ struct ScreenLight {
     struct Layers {
         std::vector<std::uint16_t> direct;    // 1 per pixel
         std::vector<std::uint16_t> indirect;  // 4 per pixel
+        std::uint64_t gathered = 0;           // counts gathers
+        Revisions of{};                       // what the last one read
+        int rounds = 0, fade = 0;  // of its refinement: rounds that are complete, steps of fading to the first
+        unsigned shown = 0;
     };
     std::vector<Layers> layers;
-    shade::Raster raster;  // of it, where the G-buffer is read from GL, the colours only
+    // The luminaire that is being refined, one at a time.
+    shade::Refinement refinement;
+    int refining = -1;                 // layer
+    std::uint64_t refined_gather = 0;  // its `gathered` when that began
+    shade::Raster raster;              // of it, where the G-buffer is read from GL, the colours only
     std::shared_ptr<std::vector<std::uint8_t>> nv12;
     std::vector<std::shared_ptr<std::vector<std::uint8_t>>> pictures;  // made before; those nobody holds are used again
 };
@@ -191,6 +208,13 @@ PassRun run_gather(const PassContext& context, const Light& light, const LightGp
     const shade::Planes planes = shade::gather_grid(screen.grid, view_of(context, light, gpu),
                                                     screen.occlusion[static_cast<std::size_t>(layer)], context.pool);
     if (screen.grid.quality.step > 1) {
+        if (context.layers_on_cpu) {
+            ScreenLight::Layers& own = layers_of(screen, layer);
+            ++own.gathered;
+            own.of = revisions(context.scene, light);
+            own.rounds = own.fade = 0;
+            own.shown = 0;
+        }
         std::vector<std::uint16_t>& halves = context.layers_on_cpu ? layers_of(screen, layer).indirect : screen.halves;
         shade::upsample(s, screen.grid, planes, halves, context.pool);
         if (!context.layers_on_cpu) upload(target.indirect, s, layer, GL_RGBA, GL_HALF_FLOAT, halves.data());
@@ -209,6 +233,51 @@ PassRun run_gather(const PassContext& context, const Light& light, const LightGp
     glTextureSubImage3D(target.indirect.id(), 0, 0, 0, layer, s.width, s.height, 1, GL_RGBA, GL_FLOAT,
                         screen.floats.data());
     return {};
+}
+
+namespace {
+// The first round differs most from the live picture: it comes in so many steps, without a pop.
+constexpr int kFadeSteps = 4;
+}  // namespace
+
+bool continue_refinement(const PassContext& context, const Light& light, const LightGpu& gpu, int layer, int rounds,
+                         const std::function<bool()>& interrupted) {
+    ScreenLight& screen = *context.target.screen;
+    ScreenLight::Layers& own = layers_of(screen, layer);
+    if (own.fade > 0 && own.fade < kFadeSteps) {
+        ++own.fade;
+        ++own.shown;
+        return true;
+    }
+    if (screen.refining != layer || screen.refined_gather != own.gathered) {
+        screen.refining = layer;
+        screen.refined_gather = own.gathered;
+        screen.refinement.start(rounds);
+    }
+    if (!screen.refinement.continue_with(screen.surfaces, view_of(context, light, gpu), context.pool, interrupted))
+        return false;
+    own.rounds = screen.refinement.rounds_done();
+    own.fade = std::max(own.fade, 1);
+    ++own.shown;
+    return true;
+}
+
+PassRun run_refine(const PassContext& context, int layer) {
+    ScreenLight& screen = *context.target.screen;
+    const ScreenLight::Layers& own = layers_of(screen, layer);
+    // Of what lies between the layer as it is and the mean, so that the steps are even.
+    const float share = 1.0f / static_cast<float>(kFadeSteps + 1 - own.fade);
+    screen.refinement.mean(share, layers_of(screen, layer).indirect, context.pool);
+    return {};
+}
+
+Refined refined(const Target& target, const Scene& scene, int layer, int rounds) {
+    const ScreenLight& screen = *target.screen;
+    const auto index = static_cast<std::size_t>(layer);
+    if (index >= screen.layers.size()) return {};
+    const ScreenLight::Layers& own = screen.layers[index];
+    if (own.of != revisions(scene, scene.lights[index])) return {};
+    return {own.shown, own.rounds >= rounds && own.fade == kFadeSteps};
 }
 
 PassRun run_layers(const Target& target, int layer) {

@@ -1,0 +1,119 @@
+// A picture that nobody touches gets better, without light that was not there, and at the price of its own passes only.
+#include <cmath>
+
+#include <set>
+
+#include "server/assets/assets.h"
+#include "server/scene/apply.h"
+#include "server/shade/raster.h"
+#include "server/shade/screen.h"
+#include "server/trace/reference.h"
+#include "server/trace/world.h"
+#include "tests/gl/test_context.h"
+
+namespace gonio::test {
+namespace {
+
+using Ran = std::set<std::string>;
+
+struct Refine : testing::Test {
+    Refine() : renderer(context(), Renderer::Gather::simd), scene(scene_of(make_cornell())) {
+        scene.camera.eye += glm::dvec3(0.013, 0.007, 0.0);
+        scene.width_px = scene.height_px = 160;
+        renderer.set_refinement(3);
+        frame();
+    }
+    Ran frame() {
+        renderer.begin_frame(scene, monotonic_ns());
+        const auto done = renderer.finish_frame(true);
+        Ran ran;
+        for (const v1::PassReport& row : done->report.passes()) {
+            if (row.state() == "ran") ran.insert(row.name());
+        }
+        return ran;
+    }
+    // Result: pictures that came of it.
+    int refine_to_the_end() {
+        int pictures = 0;
+        for (int steps = 0; !renderer.refined(scene) && steps < 1000; ++steps) {
+            if (!renderer.refine(scene, [] { return false; })) continue;
+            EXPECT_EQ(frame(), (Ran{"refine", "composite"}));
+            ++pictures;
+        }
+        EXPECT_TRUE(renderer.refined(scene));
+        return pictures;
+    }
+
+    Renderer renderer;
+    Scene scene;
+};
+
+// The path tracer's one bounce at 256 pixels, against what the picture shows there.
+TEST_F(Refine, ComesNearerToTheTruth) {
+    const auto world = trace::make_world(scene);
+    const trace::Geometry& geometry = *world->geometry;
+    shade::Surfaces surfaces;
+    shade::Raster raster;
+    shade::Pool pool;
+    shade::look_through(eye_of(scene.camera, scene.width_px, scene.height_px), geometry, 1e-4f, scene.width_px,
+                        scene.height_px, surfaces);
+    shade::draw_surfaces(shade::make_clusters(geometry), shade::make_looks(geometry), false, surfaces, raster, pool);
+    std::vector<trace::MeterPoint> points;
+    std::vector<std::size_t> pixels;
+    for (int y = 5; y < scene.height_px; y += 10) {
+        for (int x = 5; x < scene.width_px; x += 10) {
+            const shade::Spot spot = shade::spot_at(surfaces, x, y);
+            if (!(spot.depth > 0.0f)) continue;
+            points.push_back({geometry.origin() + glm::dvec3(spot.position), glm::dvec3(spot.normal)});
+            pixels.push_back(static_cast<std::size_t>(y * scene.width_px + x));
+        }
+    }
+    trace::Settings settings;
+    settings.bounces = 1;
+    settings.noise = 0.01;
+    const std::vector<trace::Reading> truth = trace::measure(*world, points, settings);
+    const auto error = [&] {
+        const std::vector<glm::vec3> shown = renderer.live_illuminance(scene, true);
+        double squares = 0.0, mean = 0.0;
+        for (std::size_t i = 0; i < points.size(); ++i) {
+            const double off = trace::luminance(glm::dvec3(shown[pixels[i]])) - trace::luminance(truth[i].indirect_lx);
+            squares += off * off - truth[i].indirect_error_lx * truth[i].indirect_error_lx;
+            mean += trace::luminance(truth[i].indirect_lx);
+        }
+        const auto count = static_cast<double>(points.size());
+        return std::sqrt(std::max(squares, 0.0) / count) / (mean / count);
+    };
+    const double live = error();
+    refine_to_the_end();
+    const double refined = error();
+    EXPECT_LT(refined, 0.6 * live) << "live " << live;
+    EXPECT_LT(refined, 0.12);  // the picture's pixels are large: the windows of 4 of them see far
+}
+
+TEST_F(Refine, RunsItsOwnPassesAndEnds) {
+    EXPECT_EQ(refine_to_the_end(), 3 + 3) << "three rounds, the first in four steps";
+    EXPECT_EQ(frame(), Ran{}) << "nothing is left";
+    EXPECT_FALSE(renderer.refine(scene, [] { return false; }));
+}
+
+TEST_F(Refine, ALevelKeepsItAndAMoveEndsIt) {
+    refine_to_the_end();
+    scene.lights[0].level_ratio = 0.5;
+    scene.lights[0].level_rev = ++scene.scene_rev;
+    EXPECT_EQ(frame(), Ran{"composite"});
+    EXPECT_TRUE(renderer.refined(scene));
+    scene.lights[0].position.x += 0.1;
+    scene.lights[0].position_rev = ++scene.scene_rev;
+    EXPECT_EQ(frame(), (Ran{"vpl", "occlusion", "direct", "gather", "composite"}));
+    EXPECT_FALSE(renderer.refined(scene));
+}
+
+TEST_F(Refine, StopsWhenItIsAsked) {
+    int asked = 0;
+    EXPECT_FALSE(renderer.refine(scene, [&] { return ++asked > 0; }));
+    EXPECT_GT(asked, 0);
+    EXPECT_EQ(frame(), Ran{});
+}
+
+}  // namespace
+}  // namespace gonio::test
