@@ -15,7 +15,7 @@ namespace {
 // A slice of a meter grid: live frames wait no longer than this and one point.
 constexpr std::int64_t kSliceNs = 15'000'000;
 // Some ten seconds on two cores at 800 × 800 in a simple scene.
-constexpr int kRefineRounds = 12;
+constexpr int kRefineRounds = 10;
 
 v1::MeterReading read_meter(Renderer& renderer, const Scene& scene, const trace::MeterPoint& point, Quality quality) {
     return renderer.meter(scene, point.position, point.normal,
