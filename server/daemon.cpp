@@ -220,6 +220,7 @@ int run_daemon(const Options& options) {
             },
             [&] { return consoles.sources(); },
         });
+    if (options.keep_up) stage.set_budget(1e3 / options.target_fps);
     front->publish_state(full_state(stage.scene()));
     consoles.publish_state(full_state(stage.scene()));
     Signals signals([&] { queue.close(); });
@@ -253,7 +254,8 @@ int run_daemon(const Options& options) {
             work = queue.pop_for(std::chrono::milliseconds(1));
         else
             work = queue.pop_for(
-                std::chrono::nanoseconds(std::min(due ? wait_ns : std::int64_t{250'000'000}, consoles.sleep_ns(now))));
+                std::chrono::nanoseconds(std::min({due ? wait_ns : std::int64_t{250'000'000}, consoles.sleep_ns(now),
+                                                   std::max<std::int64_t>(stage.owes_in_ns(), 1'000'000)})));
         const std::int64_t drained_ns = monotonic_ns();
         for (; work; work = queue.try_pop()) stage.take(std::move(*work));
         consoles.serve(stage, drained_ns);

@@ -20,7 +20,8 @@ std::optional<Options> parse_options(int argc, char** argv, int& exit_code) {
     app.add_option("--technique", options.technique, "default, seed or seed-disk")->capture_default_str();
     app.add_option("--samples", samples, "VPLs of default (16..4096), directions per fragment of seed (1..4096)");
     app.add_option("--size", size, "WIDTHxHEIGHT of the picture, even, 16..4096")->capture_default_str();
-    app.add_option("--target-fps", options.target_fps, "upper bound of the frame rate")
+    app.add_option("--target-fps", options.target_fps,
+                   "frames a second: never more, and while something moves no fewer: pictures get smaller and coarser")
         ->check(CLI::Range(1.0, 1000.0))
         ->capture_default_str();
     app.add_option("--gather", options.gather,
@@ -39,6 +40,7 @@ std::optional<Options> parse_options(int argc, char** argv, int& exit_code) {
     app.add_option("--patch", options.patch_file, "PATCH.toml: which slots drive what (docs/consoles.md)");
     try {
         app.parse(argc, argv);
+        options.keep_up = app.count("--target-fps") > 0;
         const auto listen_at = [](const char* option, const std::string& text, std::uint16_t port) {
             std::optional<UdpPeer> place;
             if (text.empty() || text == "off") return place;

@@ -18,6 +18,7 @@ struct Options {
     std::optional<unsigned> samples;
     int width_px = 800, height_px = 800;
     double target_fps = 60.0;     // no frame is rendered sooner than 1/target_fps after the last
+    bool keep_up = false;         // --target-fps was given: frames are made to fit it
     std::string gather = "auto";  // gl, simd
     int device = -1;
     std::string oneshot, out = ".";  // JOB.json and the folder its captures go to; empty: serve

@@ -279,7 +279,7 @@ void Stage::answer_stats(const Work& work) {
     stats.set_captures(captures_);
     stats.set_commands_refused(refused_);
     stats.set_scene_rev(scene_.scene_rev);
-    stats.set_settled(!frame_wanted() && !frames_in_flight() && !refinable());
+    stats.set_settled(!frame_wanted() && !frames_in_flight() && !refinable() && budget_.chosen() == 0);
     stats.set_renderer(renderer_name_);
     reference_.add_counters(stats);
     answer(work, std::move(message));
@@ -287,10 +287,20 @@ void Stage::answer_stats(const Work& work) {
 
 void Stage::begin_frame(std::int64_t drained_ns) {
     if (renderer_->frames_in_flight() >= kMaxFramesInFlight) publish(*renderer_->finish_frame(true));
+    // A frame that lights nothing anew keeps the picture's size, and with it what the picture is made of.
+    const std::int64_t now_ns = monotonic_ns();
+    if (lights_anew() || budget_.owes(now_ns)) renderer_->set_effort(budget_.choose(now_ns));
     renderer_->begin_frame(scene_, drained_ns);
     rendered_rev_ = scene_.scene_rev;
     better_ = false;
     refined_ = renderer_->refined(scene_);
+}
+
+bool Stage::lights_anew() const {
+    Revision newest = std::max({scene_.geometry_rev, scene_.camera_rev, scene_.lights_rev});
+    for (const Light& light : scene_.lights)
+        newest = std::max({newest, light.position_rev, light.aim_rev, light.profile_rev});
+    return newest > rendered_rev_;
 }
 
 void Stage::refine() {
@@ -302,7 +312,12 @@ void Stage::finish_frames(bool wait) {
 }
 
 void Stage::publish(FinishedFrame frame) {
-    if (refinable()) frame.report.set_settled(false);
+    const auto& passes = frame.report.passes();
+    const bool heavy = std::any_of(passes.begin(), passes.end(), [](const v1::PassReport& row) {
+        return row.state() == "ran" && (row.name() == "gather" || row.name() == "direct");
+    });
+    budget_.took(frame.report.frame_ms(), heavy, frame.rendered_ns);
+    if (refinable() || budget_.chosen() != 0) frame.report.set_settled(false);
     if (frame.nv12) {
         ++frames_rendered_;
         out_.picture({frame.report.scene_rev(), frame.width_px, frame.height_px, frame.nv12, frame.drained_ns,

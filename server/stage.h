@@ -11,6 +11,7 @@
 #include <vector>
 
 #include "protocol/gonio.pb.h"
+#include "server/budget.h"
 #include "server/loader.h"
 #include "server/query.h"
 #include "server/queue.h"
@@ -57,7 +58,7 @@ public:
     std::optional<Error> apply_input(const v1::Command& command);
     void tell_inputs();
     // Whether the picture is older than the scene, or somebody waits for a report.
-    bool frame_wanted() const { return rendered_rev_ != scene_.scene_rev || better_; }
+    bool frame_wanted() const { return rendered_rev_ != scene_.scene_rev || better_ || budget_.owes(monotonic_ns()); }
     bool report_wanted() const { return !waiting_.empty(); }
     // Starts a frame of the scene as it stands now. With kMaxFramesInFlight on the GPU it first waits for the oldest.
     void begin_frame(std::int64_t drained_ns);
@@ -68,10 +69,15 @@ public:
     // Between two frames: one tile of the oldest capture, a slice of the oldest meter grid; each is sent off when it is
     // complete. Reference jobs start and tell of their progress.
     void continue_work();
+    // Frames that light anew keep within this time: smaller pictures of fewer VPLs while something moves, the whole one
+    // when it rests.
+    void set_budget(double frame_ms) { budget_ = Budget(frame_ms); }
+    // Result: when the whole picture is due that a small one stands for, ns from now; INT64_MAX: none is.
+    std::int64_t owes_in_ns() const { return budget_.owes_in_ns(monotonic_ns()); }
     // While nobody looks, the picture is not refined, and what was asked for is all there is.
     void set_watched(bool watched) { watched_ = watched; }
     // Whether the picture can be refined: it shows the scene as it stands, and somebody looks.
-    bool refinable() const { return watched_ && !frame_wanted() && !refined_; }
+    bool refinable() const { return watched_ && !frame_wanted() && budget_.chosen() == 0 && !refined_; }
     // Does some tens of milliseconds of that, less if a message comes.
     void refine();
     const Scene& scene() const { return scene_; }
@@ -91,6 +97,7 @@ private:
         MeterRequest request;
         std::vector<v1::MeterReading> readings;
     };
+    bool lights_anew() const;
     void continue_capture();
     void continue_grid();
     void forget_session(std::uint32_t session);
@@ -113,6 +120,7 @@ private:
     Loader& loader_;
     StageOutputs out_;
     Revision rendered_rev_ = 0;
+    Budget budget_;
     bool watched_ = false, better_ = false, refined_ = false;  // better_: another frame shows more than the last
     std::optional<Scene> before_inputs_;  // the scene that clients know, while console commands are applied
     std::deque<v1::FrameReport> reports_;

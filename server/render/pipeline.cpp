@@ -79,7 +79,8 @@ struct Builder {
             return named(pass);
         };
         cpu(add("vpl", vpl, {},
-                {light.position_rev, light.aim_rev, light.profile_rev, scene.geometry_rev, scene.samples},
+                {light.position_rev, light.aim_rev, light.profile_rev, scene.geometry_rev, scene.samples,
+                 gpu.rays ? gpu.rays->asked : 0u},
                 [=, &light, &gpu] { return run_vpl(shared, light, gpu); }))
             .absent = seed;
         const bool metered = in.meter != FrameInputs::Meter::none, rays = in.direct_by_rays && !seed;
@@ -188,7 +189,7 @@ bool FrameInputs::refines() const {
 }
 
 PassContext FrameInputs::context() const {
-    return {programs, geometry, scene, target, eye, traced, clusters, looks, pool, occluded, shades_on_cpu()};
+    return {programs, geometry, scene, target, eye, traced, clusters, looks, pool, occluded, shades_on_cpu(), effort};
 }
 
 std::vector<Pass> build_pipeline(const FrameInputs& in) {

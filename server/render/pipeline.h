@@ -29,7 +29,8 @@ struct FrameInputs {
     Meter meter = Meter::none;  // else the G-buffer is a single point and nothing is composited; rsm: texels are wanted
     // Whether the live picture's light stays on the CPU; a view that only shaders show asks for it (run_layers).
     bool shades_on_cpu() const;
-    int refine_rounds = 0;  // of the live picture's luminaires while nothing moves
+    std::size_t effort = 0;  // index into kEfforts
+    int refine_rounds = 0;   // of the live picture's luminaires while nothing moves
     // Result: whether the picture is one that gets better while nothing moves.
     bool refines() const;
     PassContext context() const;

@@ -65,11 +65,15 @@ void Renderer::prepare(const Scene& scene) {
             gpu.profile = light.profile;
             gpu.rays = nullptr;
         }
-        const unsigned samples = (scene.samples + 15) / 16;
-        if (scene.technique == Technique::standard && (!gpu.rays || gpu.rays->per_subset != samples)) {
+        const unsigned vpls = vpls_of(scene), samples = (vpls + 15) / 16;
+        if (scene.technique == Technique::standard && (!gpu.rays || gpu.rays->asked != vpls)) {
             std::weak_ptr<const shade::VplRays>& cached = rays_[{light.profile.get(), samples}];
+            const std::shared_ptr<const shade::VplRays> old = gpu.rays;
             gpu.rays = cached.lock();
-            if (!gpu.rays) cached = gpu.rays = std::make_shared<const shade::VplRays>(light.profile, scene.samples);
+            if (!gpu.rays && old)
+                cached = gpu.rays = std::make_shared<const shade::VplRays>(old->table, vpls, 0);
+            else if (!gpu.rays)
+                cached = gpu.rays = std::make_shared<const shade::VplRays>(light.profile, vpls);
         }
         prepare_maps(gpu, scene.lights.size(), scene.technique != Technique::standard);
         if (gpu.reached_profile_rev != light.profile_rev || gpu.reached_aim_rev != light.aim_rev) {
@@ -84,19 +88,30 @@ void Renderer::prepare(const Scene& scene) {
     std::erase_if(webs_, [](const auto& entry) { return entry.second.expired(); });
     std::erase_if(rays_, [](const auto& entry) { return entry.second.expired(); });
     const int layers = static_cast<int>(std::max<std::size_t>(scene.lights.size(), 1));
-    if (live_.width_px != scene.width_px || live_.height_px != scene.height_px || live_.layer_count < layers ||
+    // Even sides, as NV12 wants them.
+    const double scale = scene.technique == Technique::standard ? kEfforts[effort_].scale : 1.0;
+    const int width = std::max(16, static_cast<int>(std::lround(scene.width_px * scale / 2.0)) * 2),
+              height = std::max(16, static_cast<int>(std::lround(scene.height_px * scale / 2.0)) * 2);
+    const int wide = scale < 1.0 ? width : scene.width_px, high = scale < 1.0 ? height : scene.height_px;
+    if (live_.width_px != wide || live_.height_px != high || live_.layer_count < layers ||
         live_.emissive != geometry_->emissive()) {
         ledger_.forget_target(live_.id);
-        live_ = make_target(next_target_++, TargetKind::live, scene.width_px, scene.height_px, scene.lights.size(),
-                            geometry_->emissive());
+        live_ = make_target(next_target_++, TargetKind::live, wide, high, scene.lights.size(), geometry_->emissive());
     }
+}
+
+unsigned Renderer::vpls_of(const Scene& scene) const {
+    return std::min(scene.samples, kEfforts[effort_].vpls);
 }
 
 FrameInputs Renderer::inputs_of(const Scene& scene, const Target& target, const Eye& eye) {
     FrameInputs inputs{programs_,  *geometry_, scene, target,          eye,      {}, scene.view, *traced_,
                        *clusters_, *looks_,    pool_, direct_by_rays_, occluded_};
     for (const Light& light : scene.lights) inputs.lights.push_back(&lights_.at(light.id));
-    inputs.refine_rounds = target.id == live_.id ? rounds_of(scene) : 0;
+    if (target.id == live_.id) {
+        inputs.refine_rounds = rounds_of(scene);
+        inputs.effort = effort_;
+    }
     return inputs;
 }
 
@@ -117,6 +132,18 @@ bool Renderer::refine(const Scene& scene, const std::function<bool()>& interrupt
     }
     return false;
 }
+
+namespace {
+
+int rounds_shown(const FrameInputs& inputs) {
+    int least = inputs.refine_rounds;
+    if (!inputs.refines()) return 0;
+    for (std::size_t i = 0; i < inputs.lights.size(); ++i)
+        least = std::min(least, refined(inputs.target, inputs.scene, static_cast<int>(i), least).rounds);
+    return least;
+}
+
+}  // namespace
 
 bool Renderer::refined(const Scene& scene) {
     const Eye eye = eye_of(scene.camera, scene.width_px, scene.height_px);
@@ -157,6 +184,11 @@ void Renderer::begin_frame(const Scene& scene, std::int64_t drained_ns) {
     frame->width_px = live_.width_px;
     frame->height_px = live_.height_px;
     frame->report = run(inputs, wanted_slots(inputs, true), frame->timers);
+    frame->report.set_width_px(static_cast<std::uint32_t>(live_.width_px));
+    frame->report.set_height_px(static_cast<std::uint32_t>(live_.height_px));
+    frame->report.set_effort(static_cast<std::uint32_t>(effort_));
+    if (scene.technique == Technique::standard) frame->report.set_vpls(vpls_of(scene));
+    frame->report.set_refined_rounds(static_cast<std::uint32_t>(rounds_shown(inputs)));
     const auto& passes = frame->report.passes();
     frame->picture = std::any_of(passes.begin(), passes.end(),
                                  [](const auto& row) { return row.name() == "nv12" && row.state() == "ran"; });

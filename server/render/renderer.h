@@ -13,6 +13,7 @@
 #include "ies/result.h"
 #include "protocol/gonio.pb.h"
 #include "server/gl/context.h"
+#include "server/render/effort.h"
 #include "server/render/gpu_scene.h"
 #include "server/render/graph.h"
 #include "server/render/light_gpu.h"
@@ -70,6 +71,8 @@ public:
 
     // Starts a live frame of the scene: runs what moved. drained_ns: when its commands left the queue.
     void begin_frame(const Scene& scene, std::int64_t drained_ns);
+    // How much work the next live frames are: an index into kEfforts.
+    void set_effort(std::size_t effort) { effort_ = effort; }
     // While nothing moves, the live picture gets better: from now on `rounds` times for one luminaire, fewer in turn
     // for each of several, never for more than kMostRefined of them. 0 (the default): it stays as it is.
     void set_refinement(int rounds) { refine_rounds_ = rounds; }
@@ -116,9 +119,11 @@ private:
     FrameInputs inputs_of(const Scene& scene, const Target& target, const Eye& eye);
 
     int rounds_of(const Scene& scene) const;
+    unsigned vpls_of(const Scene& scene) const;
 
     const bool direct_by_rays_;
     int refine_rounds_ = 0;
+    std::size_t effort_ = 0;
     bool occluded_ = true;
     Programs programs_;
     std::unique_ptr<GpuScene> geometry_;

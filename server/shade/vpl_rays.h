@@ -19,6 +19,7 @@ inline constexpr unsigned kSubsets = 16;
 struct VplRays {
     std::shared_ptr<const trace::DirectionTable> table;
     double peak_cd = 0.0;
+    unsigned asked = 0;       // rays that the constructor was asked for
     unsigned per_subset = 0;  // rays of each of kSubsets subsets, every one a stratified sample of its own
     struct Ray {
         glm::vec3 direction;   // unit

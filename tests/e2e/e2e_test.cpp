@@ -134,6 +134,29 @@ TEST(Cornell, NothingHappensWhileNothingChanges) {
     EXPECT_EQ(std::string(head, 4), std::string("\0\0\0\1", 4)) << "Annex B";
 }
 
+// More frames than any machine makes of the whole picture: it gets smaller while the luminaire moves, within half a
+// second, and is whole again when it rests.
+TEST(Cornell, KeepsUpWithAFrameRate) {
+    DaemonProcess daemon({"--size", "800x800", "--target-fps", "240"});
+    std::thread viewer([&] { run_program("gonio", {"--server", daemon.url(), "watch"}); });
+    std::this_thread::sleep_for(std::chrono::milliseconds(500));
+    const auto begin = std::chrono::steady_clock::now();
+    for (int i = 0; std::chrono::steady_clock::now() - begin < std::chrono::milliseconds(500); ++i)
+        daemon.rev({"set", "light", "luminaire", "--position", i % 2 == 0 ? "0,3.8,0.1" : "0,3.8,0.2"});
+    const unsigned rev = daemon.rev({"set", "light", "luminaire", "--position", "0.1,3.8,0.1"});
+    const Json moving = daemon.json({"report", "--rev", std::to_string(rev)});
+    EXPECT_GT(moving["effort"].get<int>(), 0);
+    EXPECT_LT(moving["width_px"].get<int>(), 800);
+    EXPECT_FALSE(moving["settled"].get<bool>());
+    std::this_thread::sleep_for(std::chrono::milliseconds(1500));
+    const Json still = daemon.json({"report"});
+    EXPECT_EQ(still["effort"].get<int>(), 0);
+    EXPECT_EQ(still["width_px"].get<int>(), 800);
+    EXPECT_EQ(still["vpls"].get<int>(), 4096);
+    daemon.stop();
+    viewer.join();
+}
+
 TEST(Cornell, TheLastFrameOfAMovementArrives) {
     DaemonProcess daemon({"--size", "256x256"});
     const std::string light = daemon.json({"get", "lights[0].name"});

@@ -4,6 +4,7 @@
 #include <functional>
 
 #include "server/gl/objects.h"
+#include "server/render/effort.h"
 #include "server/render/gpu_scene.h"
 #include "server/render/graph.h"
 #include "server/render/light_gpu.h"
@@ -28,6 +29,7 @@ struct PassContext {
     shade::Pool& pool;
     bool occluded = true;
     bool layers_on_cpu = false;  // what the CPU shades stays there; run_layers takes it to the target's textures
+    std::size_t effort = 0;      // index into kEfforts
 };
 
 // G-buffer of the target from its eye.
@@ -67,6 +69,7 @@ PassRun run_refine(const PassContext& context, int layer);
 struct Refined {
     unsigned shown = 0;     // counts what run_refine was given since the layer was gathered
     bool finished = false;  // all `rounds` of it are shown
+    int rounds = 0;         // that are complete
 };
 // Nothing is, if the layer was gathered of another state of the scene.
 Refined refined(const Target& target, const Scene& scene, int layer, int rounds);

@@ -80,6 +80,11 @@ void set_view(const PassContext& context) {
 
 void set_grid(const PassContext& context) {
     shade::Quality quality = quality_of(context.target.kind);
+    const Effort& effort = kEfforts[context.effort];
+    if (context.effort > 0) {
+        quality.node_vpls = effort.node_vpls;
+        quality.near_rays = effort.near_rays;
+    }
     if (!context.occluded) {
         quality.node_vpls = quality.near_rays = 0;
         quality.kappa = 1.0f;  // the kernel bounded by the area alone
@@ -277,7 +282,7 @@ Refined refined(const Target& target, const Scene& scene, int layer, int rounds)
     if (index >= screen.layers.size()) return {};
     const ScreenLight::Layers& own = screen.layers[index];
     if (own.of != revisions(scene, scene.lights[index])) return {};
-    return {own.shown, own.rounds >= rounds && own.fade == kFadeSteps};
+    return {own.shown, own.rounds >= rounds && own.fade == kFadeSteps, own.rounds};
 }
 
 PassRun run_layers(const Target& target, int layer) {

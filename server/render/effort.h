@@ -1,0 +1,25 @@
+// How much work a live frame of the default technique is.
+#pragma once
+
+#include <array>
+
+namespace gonio {
+
+struct Effort {
+    double scale;        // of the picture's sides
+    unsigned vpls;       // at most; fewer if the scene asks for fewer
+    unsigned node_vpls;  // server/shade/screen.h
+    unsigned near_rays;  // likewise
+    double cost;         // a frame's time over that of the first, about (docs/performance.md)
+};
+
+// From all that is wanted downwards. Relative times: cornell, everything recomputed.
+inline constexpr std::array<Effort, 5> kEfforts = {{
+    {1.0, 1u << 16, 512, 2, 1.0},
+    {1.0, 2048, 256, 1, 0.76},
+    {0.75, 2048, 256, 1, 0.45},
+    {0.5, 1024, 256, 1, 0.22},
+    {0.375, 1024, 128, 1, 0.13},
+}};
+
+}  // namespace gonio
