@@ -10,7 +10,6 @@ constexpr std::uint8_t kId[8] = {'A', 'r', 't', '-', 'N', 'e', 't', 0};
 constexpr std::uint16_t kOpPoll = 0x2000, kOpPollReply = 0x2100, kOpDmx = 0x5000, kOpSync = 0x5200;
 constexpr std::uint16_t kProtocolVersion = 14;
 constexpr std::size_t kDmxHeader = 18;
-constexpr std::size_t kMaxReplies = 64;
 constexpr std::uint8_t kStyleVisual = 0x06;
 constexpr std::uint8_t kPortOutputsDmx = 0x80;  // PortTypes: DMX512, data from Art-Net
 constexpr std::uint8_t kGoodOutputIsTransmitted = 0x80;
@@ -79,17 +78,21 @@ Result<ArtPacket> decode_artnet(Bytes packet) {
     return ArtPacket(dmx);
 }
 
-std::vector<ArtPollReply> art_poll_replies(const ArtNode& node) {
-    std::vector<std::uint16_t> universes = node.universes;
+std::vector<std::vector<std::uint16_t>> art_pages(std::vector<std::uint16_t> universes) {
     std::sort(universes.begin(), universes.end());
     universes.erase(std::unique(universes.begin(), universes.end()), universes.end());
-    std::vector<ArtPollReply> replies;
-    for (std::size_t at = 0; at < universes.size() && replies.size() < kMaxReplies;) {
-        std::size_t end = at + 1;
-        while (end < universes.size() && end < at + 4 && universes[end] >> 4 == universes[at] >> 4) ++end;
-        replies.push_back(reply_page(node, std::span(universes).subspan(at, end - at), replies.size() + 1));
-        at = end;
+    std::vector<std::vector<std::uint16_t>> pages;
+    for (const std::uint16_t universe : universes) {
+        if (pages.empty() || pages.back().size() == 4 || pages.back()[0] >> 4 != universe >> 4) pages.emplace_back();
+        pages.back().push_back(universe);
     }
+    return pages;
+}
+
+std::vector<ArtPollReply> art_poll_replies(const ArtNode& node) {
+    std::vector<ArtPollReply> replies;
+    for (const auto& page : art_pages(node.universes))
+        if (replies.size() < kMaxArtPages) replies.push_back(reply_page(node, page, replies.size() + 1));
     if (replies.empty()) replies.push_back(reply_page(node, {}, 1));
     return replies;
 }

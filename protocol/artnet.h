@@ -48,8 +48,13 @@ struct ArtNode {
     std::vector<std::uint16_t> universes;  // that we listen to; a reply holds four of one net and sub-net
 };
 
-// Result: the replies to one ArtPoll, at least one, at most 64: style "visualiser" (0x06), one page for every four
-// universes of a sub-net, numbered by BindIndex from 1.
+inline constexpr std::size_t kMaxArtPages = 255;  // BindIndex has one byte; universes beyond are told to nobody
+
+// Result: how the universes, sorted and each once, go onto pages of four of one sub-net; there may be more pages than
+// replies.
+std::vector<std::vector<std::uint16_t>> art_pages(std::vector<std::uint16_t> universes);
+// Result: the replies to one ArtPoll, at least one, at most kMaxArtPages: style "visualiser" (0x06), one for each page,
+// numbered by BindIndex from 1.
 std::vector<ArtPollReply> art_poll_replies(const ArtNode& node);
 
 }  // namespace gonio

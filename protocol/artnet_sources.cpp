@@ -14,18 +14,22 @@ std::string print_peer(const UdpPeer& peer) {
 }
 
 ArtnetSources::Source* ArtnetSources::source_of(const ArtDmx& dmx, const UdpPeer& from, std::int64_t now_ns) {
-    auto found = universes_.find(dmx.universe);
-    if (found == universes_.end()) {
-        if (universes_.size() >= kMaxUniverses) return nullptr;
-        found = universes_.emplace(dmx.universe, std::vector<Source>()).first;
-    }
-    std::vector<Source>& sources = found->second;
-    const auto at = std::find_if(sources.begin(), sources.end(),
-                                 [&](const Source& s) { return s.ip == from.ip && s.physical == dmx.physical; });
-    if (at != sources.end()) return &*at;
     const auto live = [](const Source& s) { return s.live; };
-    if (std::count_if(sources.begin(), sources.end(), live) >= static_cast<std::ptrdiff_t>(kArtnetMergeSources))
+    if (const auto found = universes_.find(dmx.universe); found != universes_.end()) {
+        std::vector<Source>& there = found->second;
+        const auto at = std::find_if(there.begin(), there.end(),
+                                     [&](const Source& s) { return s.ip == from.ip && s.physical == dmx.physical; });
+        if (at != there.end()) return &*at;
+        if (std::count_if(there.begin(), there.end(), live) >= static_cast<std::ptrdiff_t>(kArtnetMergeSources))
+            return nullptr;
+    }
+    const bool wanted = preferred_.contains(dmx.universe);
+    if (crowded_ && !wanted) return nullptr;
+    if (count_rows(universes_) >= kMaxSourceRows && !drop_row(universes_, preferred_, wanted, live, changed_)) {
+        crowded_ = true;
         return nullptr;
+    }
+    std::vector<Source>& sources = universes_[dmx.universe];
     if (sources.size() >= kMaxUniverseSources) sources.erase(std::find_if_not(sources.begin(), sources.end(), live));
     Source source;
     source.id = next_id_++;
@@ -36,6 +40,11 @@ ArtnetSources::Source* ArtnetSources::source_of(const ArtDmx& dmx, const UdpPeer
     sources.push_back(std::move(source));
     changed_.insert(dmx.universe);
     return &sources.back();
+}
+
+void ArtnetSources::prefer(std::set<std::uint16_t> universes) {
+    preferred_ = std::move(universes);
+    crowded_ = false;
 }
 
 bool ArtnetSources::synchronised(std::uint32_t ip, std::int64_t now_ns) const {
@@ -87,11 +96,11 @@ bool ArtnetSources::take(const ArtDmx& dmx, const UdpPeer& from, std::int64_t no
 }
 
 void ArtnetSources::take_sync(const UdpPeer& from, std::int64_t now_ns) {
-    if (!syncs_.contains(from.ip) && syncs_.size() >= kMaxArtnetSyncs) return;
-    syncs_[from.ip] = now_ns;
     for (auto& [universe, sources] : universes_) {
         for (Source& source : sources) {
-            if (source.ip != from.ip || !source.held) continue;
+            if (source.ip != from.ip) continue;
+            syncs_[from.ip] = now_ns;
+            if (!source.held) continue;
             const Frame frame = *source.held;
             source.held.reset();
             show(universe, source, frame, now_ns);
@@ -100,6 +109,7 @@ void ArtnetSources::take_sync(const UdpPeer& from, std::int64_t now_ns) {
 }
 
 void ArtnetSources::tick(std::int64_t now_ns) {
+    crowded_ = false;
     for (auto& [universe, sources] : universes_) {
         for (Source& source : sources) {
             if (source.held && !synchronised(source.ip, now_ns)) {
@@ -135,7 +145,7 @@ DmxUniverse ArtnetSources::universe(std::uint16_t universe) const {
         view.id = source.id;
         view.levels = source.shown.values;
         view.changed_ns = source.changed_ns;
-        std::fill_n(view.priority.begin(), source.shown.slots, std::uint8_t{100});  // Art-Net knows no priority
+        std::fill_n(view.rank.begin(), source.shown.slots, std::uint8_t{101});  // Art-Net knows no priority
         result.sources.push_back(std::move(view));
     }
     return result;
@@ -149,6 +159,7 @@ void ArtnetSources::describe(v1::Sources& table, std::int64_t now_ns) const {
             v1::SourceRow& row = *table.add_sources();
             row.set_protocol("artnet");
             row.set_universe(number);
+            if (source.physical != 0) row.set_name("physical port " + std::to_string(source.physical));
             row.set_address(print_peer(source.peer));
             row.set_rate_hz(source.rate.per_second(now_ns));
             row.set_packets(source.packets);

@@ -1,5 +1,6 @@
 // Which senders of Art-Net have a say: two of a universe at most, and ArtSync. Pure: packets and the time go in.
-// A sender is its IP address and physical port, as Art-Net 4 tells two senders of a merge apart.
+// A sender is its IP address and physical port, as Art-Net 4 tells two senders of a merge apart: not its UDP port,
+// which programs change when they start anew.
 #pragma once
 
 #include <cstdint>
@@ -19,7 +20,6 @@ namespace gonio {
 inline constexpr std::int64_t kArtnetMerge_ns = 10'000'000'000;  // a silent sender's levels count for so long
 inline constexpr std::int64_t kArtnetSync_ns = 4'000'000'000;    // without ArtSync for so long: not synchronised
 inline constexpr std::size_t kArtnetMergeSources = 2;            // a third sender of a universe is refused
-inline constexpr std::size_t kMaxArtnetSyncs = 64;               // senders of ArtSync; more are ignored
 
 // An IPv4 address in host byte order and a UDP port.
 struct UdpPeer {
@@ -32,7 +32,9 @@ std::string print_peer(const UdpPeer& peer);
 
 class ArtnetSources {
 public:
-    // Result: false where the packet was refused for a bound: a third sender, too many universes.
+    // As SacnSources::prefer().
+    void prefer(std::set<std::uint16_t> universes);
+    // Result: false where the packet was refused for a bound: a third sender, a full table.
     bool take(const ArtDmx& dmx, const UdpPeer& from, std::int64_t now_ns);
     void take_sync(const UdpPeer& from, std::int64_t now_ns);
     void tick(std::int64_t now_ns);
@@ -62,8 +64,9 @@ private:
 
     std::uint32_t next_id_ = 1;
     std::map<std::uint16_t, std::vector<Source>> universes_;
-    std::map<std::uint32_t, std::int64_t> syncs_;  // IP -> the last ArtSync
-    std::set<std::uint16_t> changed_;
+    std::map<std::uint32_t, std::int64_t> syncs_;  // IP -> the last ArtSync; of senders in the table only
+    std::set<std::uint16_t> changed_, preferred_;
+    bool crowded_ = false;
 };
 
 }  // namespace gonio

@@ -25,10 +25,9 @@ std::vector<unsigned> winning_slots(const DmxUniverse& universe) {
         std::size_t winner = 0;
         for (std::size_t i = 0; i < universe.sources.size(); ++i) {
             const DmxSource& source = universe.sources[i];
-            if (source.priority[slot] == 0) continue;
-            const bool better =
-                best == nullptr || source.priority[slot] > best->priority[slot] ||
-                (source.priority[slot] == best->priority[slot] && source.levels[slot] > best->levels[slot]);
+            if (source.rank[slot] == 0) continue;
+            const bool better = best == nullptr || source.rank[slot] > best->rank[slot] ||
+                                (source.rank[slot] == best->rank[slot] && source.levels[slot] > best->levels[slot]);
             if (!better) continue;
             best = &source;
             winner = i;

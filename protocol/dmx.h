@@ -28,7 +28,7 @@ struct DmxKey {
 struct DmxSource {
     std::uint32_t id = 0;  // never reused within a process
     DmxSlots levels{};
-    DmxSlots priority{};          // per slot, 1..200; 0: this sender does not control the slot
+    DmxSlots rank{};              // per slot, its priority 0..200 plus one; 0: this sender does not control the slot
     std::int64_t changed_ns = 0;  // when its levels last differed from those before
 };
 

@@ -17,7 +17,8 @@ inline constexpr std::uint16_t kE131Port = 5568;
 inline constexpr std::uint8_t kE131MaxPriority = 200;
 inline constexpr std::uint16_t kE131MaxUniverse = 63999;
 inline constexpr std::uint16_t kE131DiscoveryUniverse = 64214;
-inline constexpr std::size_t kE131MaxPacket = 1144;  // a full page of universe discovery; data packets end at 638
+inline constexpr std::size_t kMaxJoinedUniverses = 512;  // multicast groups of patched universes; more: unicast only
+inline constexpr std::size_t kE131MaxPacket = 1144;      // a full page of universe discovery; data packets end at 638
 
 using Cid = std::array<std::uint8_t, 16>;
 

@@ -1,7 +1,9 @@
 #include "protocol/osc.h"
 
 #include <algorithm>
+#include <array>
 #include <bit>
+#include <bitset>
 #include <cstring>
 
 #include "protocol/text_bytes.h"
@@ -188,41 +190,69 @@ struct Encoder {
     void operator()(OscImpulse) const { tags += 'I'; }
 };
 
-// Result: whether the bracket expression at the front of `pattern` holds the character; `pattern` moves behind it.
-bool bracket_holds(std::string_view& pattern, char c) {
+// Sets of places in a name, one bit each: all of them take a step of the pattern at once, so nothing is tried twice.
+using Places = std::bitset<kOscMaxAddress>;
+using Characters = std::bitset<128>;  // of ASCII
+
+// A name, ready to be matched.
+struct Name {
+    explicit Name(std::string_view name) {
+        for (std::size_t i = 0; i < name.size(); ++i) {
+            all.set(i);
+            const auto byte = static_cast<unsigned char>(name[i]);
+            if (byte >= where.size()) continue;
+            where[byte].set(i);
+            present.set(byte);
+        }
+    }
+    Places places_of(char c) const {
+        const auto byte = static_cast<unsigned char>(c);
+        return byte < where.size() ? where[byte] : Places();
+    }
+    Places all;                          // that hold a character
+    Characters present;                  // which do
+    std::array<Places, 128> where = {};  // where each one stands
+};
+
+// Result: the places of the characters that the bracket expression at the front of `pattern` holds; `pattern` moves
+// behind it.
+Places bracket_places(std::string_view& pattern, const Name& name) {
     pattern.remove_prefix(1);
     const bool negated = pattern.starts_with('!');
     if (negated) pattern.remove_prefix(1);
-    bool held = false;
+    Characters held;
+    const auto hold = [&](unsigned char first, unsigned char last) {
+        for (unsigned c = first; c <= last && c < held.size(); ++c) held.set(c);
+    };
     while (!pattern.empty() && pattern.front() != ']') {
-        if (pattern.size() >= 3 && pattern[1] == '-' && pattern[2] != ']') {
-            held = held || (c >= pattern[0] && c <= pattern[2]);
-            pattern.remove_prefix(3);
-        } else {
-            held = held || c == pattern.front();
-            pattern.remove_prefix(1);
-        }
+        const bool range = pattern.size() >= 3 && pattern[1] == '-' && pattern[2] != ']';
+        hold(static_cast<unsigned char>(pattern[0]), static_cast<unsigned char>(pattern[range ? 2 : 0]));
+        pattern.remove_prefix(range ? 3 : 1);
     }
     if (!pattern.empty()) pattern.remove_prefix(1);
-    return held != negated;
+    held &= name.present;
+    Places places;
+    for (std::size_t c = held._Find_first(); c < held.size(); c = held._Find_next(c)) places |= name.where[c];
+    return negated ? name.all & ~places : places;
 }
 
-// The set of positions in `name` that the pattern so far can have reached: no backtracking, whatever the pattern.
-void step_braces(std::string_view& pattern, std::string_view name, std::vector<bool>& reached) {
-    std::vector<bool> next(reached.size(), false);
+// Result: the places behind any of the words of the braces at the front of `pattern`, from the places reached so far;
+// `pattern` moves behind them.
+Places brace_places(std::string_view& pattern, const Name& name, const Places& reached) {
     pattern.remove_prefix(1);
     const std::size_t close = std::min(pattern.find('}'), pattern.size());
-    std::string_view list = pattern.substr(0, close);
+    const std::string_view list = pattern.substr(0, close);
     pattern.remove_prefix(std::min(close + 1, pattern.size()));
-    for (;;) {
-        const std::size_t comma = std::min(list.find(','), list.size());
-        const std::string_view word = list.substr(0, comma);
-        for (std::size_t at = 0; at + word.size() < reached.size(); ++at)
-            if (reached[at] && name.substr(at, word.size()) == word) next[at + word.size()] = true;
-        if (comma == list.size()) break;
-        list.remove_prefix(comma + 1);
+    Places next, word = reached;
+    for (const char c : list) {
+        if (c == ',') {
+            next |= word;
+            word = reached;
+        } else {
+            word = (word & name.places_of(c)) << 1;
+        }
     }
-    reached = std::move(next);
+    return next | word;
 }
 
 }  // namespace
@@ -265,35 +295,30 @@ std::optional<double> osc_number(const OscArgument& argument) {
     return std::nullopt;
 }
 
-bool osc_matches(std::string_view pattern, std::string_view name) {
-    std::vector<bool> reached(name.size() + 1, false);
-    reached[0] = true;
-    while (!pattern.empty()) {
+bool osc_matches(std::string_view pattern, std::string_view text) {
+    if (!is_osc_pattern(pattern)) return pattern == text;
+    if (text.size() >= kOscMaxAddress) return false;
+    const Name name(text);
+    Places reached;  // bit n: the pattern so far can have read the first n characters
+    reached.set(0);
+    while (!pattern.empty() && reached.any()) {
         const char c = pattern.front();
         if (c == '{') {
-            step_braces(pattern, name, reached);
-            continue;
-        }
-        if (c == '*') {
-            for (std::size_t at = 1; at < reached.size(); ++at) reached[at] = reached[at] || reached[at - 1];
+            reached = brace_places(pattern, name, reached);
+        } else if (c == '[') {
+            const Places places = bracket_places(pattern, name);
+            reached = (reached & places) << 1;
+        } else {
+            if (c == '*') {  // all places from the first one on
+                const std::size_t first = reached._Find_first();
+                reached = ((name.all << 1).set(0) >> first) << first;
+            } else {
+                reached = (reached & (c == '?' ? name.all : name.places_of(c))) << 1;
+            }
             pattern.remove_prefix(1);
-            continue;
         }
-        std::vector<bool> next(reached.size(), false);
-        std::string_view rest = pattern.substr(1);
-        if (c == '[') {  // also without characters to read: the expression must be left
-            rest = pattern;
-            bracket_holds(rest, '\0');
-        }
-        for (std::size_t at = 0; at < name.size(); ++at) {
-            if (!reached[at]) continue;
-            std::string_view one = pattern;
-            next[at + 1] = c == '?' || (c == '[' ? bracket_holds(one, name[at]) : c == name[at]);
-        }
-        pattern = rest;
-        reached = std::move(next);
     }
-    return reached.back();
+    return reached.test(text.size());
 }
 
 bool is_osc_pattern(std::string_view text) {

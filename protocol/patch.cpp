@@ -102,6 +102,23 @@ v1::Patch default_patch(std::span<const std::string> lights) {
     return patch;
 }
 
+std::vector<std::string> patch_limits(const v1::Patch& patch) {
+    std::vector<std::uint16_t> sacn, artnet;
+    for (const DmxKey& key : universes_of(patch))
+        (key.protocol == DmxProtocol::sacn ? sacn : artnet).push_back(key.universe);
+    std::vector<std::string> warnings;
+    if (sacn.size() > kMaxJoinedUniverses)
+        warnings.push_back("the patch uses " + std::to_string(sacn.size()) + " sACN universes: of those from " +
+                           std::to_string(sacn[kMaxJoinedUniverses]) +
+                           " on only unicast is heard, no more than 512 are joined");
+    const auto pages = art_pages(artnet);
+    if (pages.size() > kMaxArtPages)
+        warnings.push_back("the patch uses " + std::to_string(artnet.size()) +
+                           " Art-Net port-addresses: consoles that ask are not told of those from " +
+                           std::to_string(pages[kMaxArtPages][0]) + " on, 255 replies are all there can be");
+    return warnings;
+}
+
 DmxKey key_of(const v1::PatchRow& row) {
     return {row.protocol() == "sacn" ? DmxProtocol::sacn : DmxProtocol::artnet,
             static_cast<std::uint16_t>(row.universe())};
@@ -120,54 +137,66 @@ PatchReader::PatchReader(const v1::Patch& patch) {
         rows_[key_of(row)].push_back({row, find_property(row.property()), bytes_of(row), {}, 0, {}});
 }
 
+void PatchReader::forget(std::string_view target) {
+    for (auto& [key, rows] : rows_)
+        for (Row& row : rows)
+            if (row.row.target() == target) row.said.reset();
+}
+
+void PatchReader::forget(Property property) {
+    for (auto& [key, rows] : rows_)
+        for (Row& row : rows)
+            if (row.property->property == property) row.said.reset();
+}
+
 // Result: the row's raw values by the winning sender; nothing where no sender controls all of its slots.
 std::optional<PatchReader::Raw> PatchReader::decide(Row& row, const DmxUniverse& universe) {
     const std::size_t first = row.row.address() - 1, count = row.property->values * row.bytes;
-    struct Candidate {
-        const DmxSource* source;
-        Raw raw;
-    };
-    std::vector<Candidate> candidates;
-    std::uint8_t priority = 1;
+    candidates_.clear();
+    std::uint8_t rank = 1;
     for (const DmxSource& source : universe.sources) {
-        const auto begin = source.priority.begin() + static_cast<std::ptrdiff_t>(first);
-        if (std::find(begin, begin + static_cast<std::ptrdiff_t>(count), 0) !=
-            begin + static_cast<std::ptrdiff_t>(count))
-            continue;
-        if (*begin < priority) continue;
-        if (*begin > priority) candidates.clear();
-        priority = *begin;
+        const auto begin = source.rank.begin() + static_cast<std::ptrdiff_t>(first);
+        const auto end = begin + static_cast<std::ptrdiff_t>(count);
+        if (std::find(begin, end, 0) != end || *begin < rank) continue;
+        if (*begin > rank) candidates_.clear();
+        rank = *begin;
         Raw raw{};
         for (std::size_t slot = 0; slot < count; ++slot)
             raw[slot / row.bytes] = raw[slot / row.bytes] << 8 | source.levels[first + slot];
-        candidates.push_back({&source, raw});
+        candidates_.push_back({&source, raw});
     }
-    std::map<std::uint32_t, Raw> now;
     const Candidate* winner = nullptr;
-    for (const Candidate& candidate : candidates) {
-        now[candidate.source->id] = candidate.raw;
-        if (row.property->htp) {
+    if (row.property->htp) {
+        for (const Candidate& candidate : candidates_)
             if (winner == nullptr || candidate.raw[0] > winner->raw[0]) winner = &candidate;
-            continue;
-        }
-        const auto last = row.last.find(candidate.source->id);
+    } else {
+        winner = moved_last(row);
+    }
+    if (winner == nullptr) return std::nullopt;
+    row.holder = winner->source->id;
+    return winner->raw;
+}
+
+// Result: the candidate that moved the row's slots last; where nobody did now, the holder, or, if it has gone, whoever
+// changed last. The row remembers what each said.
+const PatchReader::Candidate* PatchReader::moved_last(Row& row) const {
+    const Candidate* winner = nullptr;
+    for (const Candidate& candidate : candidates_) {
+        const auto last = std::find_if(row.last.begin(), row.last.end(),
+                                       [&](const auto& one) { return one.first == candidate.source->id; });
         const bool moved = last == row.last.end() || last->second != candidate.raw;
         const bool later = winner == nullptr || candidate.source->changed_ns > winner->source->changed_ns;
         if (moved && later) winner = &candidate;
     }
-    if (winner == nullptr) {  // nobody moved: the holder goes on, or, if it has gone, whoever changed last
-        for (const Candidate& candidate : candidates) {
-            if (candidate.source->id == row.holder) {
-                winner = &candidate;
-                break;
-            }
+    for (const Candidate& candidate : candidates_)
+        if (winner == nullptr && candidate.source->id == row.holder) winner = &candidate;
+    if (winner == nullptr) {
+        for (const Candidate& candidate : candidates_)
             if (winner == nullptr || candidate.source->changed_ns > winner->source->changed_ns) winner = &candidate;
-        }
     }
-    row.last = std::move(now);
-    if (winner == nullptr) return std::nullopt;
-    row.holder = winner->source->id;
-    return winner->raw;
+    row.last.clear();
+    for (const Candidate& candidate : candidates_) row.last.emplace_back(candidate.source->id, candidate.raw);
+    return winner;
 }
 
 std::vector<PropertyValue> PatchReader::read(const DmxKey& key, const DmxUniverse& universe) {
@@ -175,21 +204,21 @@ std::vector<PropertyValue> PatchReader::read(const DmxKey& key, const DmxUnivers
     const auto found = rows_.find(key);
     if (found == rows_.end()) return values;
     for (Row& row : found->second) {
-        const std::optional<Raw> raw = decide(row, universe);
-        if (!raw || row.said == raw) continue;
-        row.said = raw;
+        std::optional<Raw> raw = decide(row, universe);
+        if (!raw) continue;
         const PropertyRow& property = *row.property;
+        if (property.property == Property::profile)  // most steps of the slot choose the same one
+            (*raw)[0] =
+                (*raw)[0] * static_cast<std::uint32_t>(row.row.profiles_size()) / (row.bytes == 2 ? 65536 : 256);
+        if (row.said == raw) continue;
+        row.said = raw;
         const double low = row.row.has_low() ? row.row.low() : property.low;
         const double high = row.row.has_high() ? row.row.high() : property.high;
         const double top = row.bytes == 2 ? 65535.0 : 255.0;
         PropertyValue value;
         value.target = row.row.target();
         value.property = property.property;
-        if (property.property == Property::profile) {
-            const auto count = static_cast<std::size_t>(row.row.profiles_size());
-            const std::size_t index = static_cast<std::size_t>((*raw)[0]) * count / (row.bytes == 2 ? 65536 : 256);
-            value.profile = row.row.profiles(static_cast<int>(index));
-        }
+        if (property.property == Property::profile) value.profile = row.row.profiles(static_cast<int>((*raw)[0]));
         for (unsigned i = 0; i < property.values; ++i) value.value[i] = low + (high - low) * ((*raw)[i] / top);
         values.push_back(std::move(value));
     }

@@ -6,6 +6,8 @@
 #include <optional>
 #include <span>
 #include <string>
+#include <string_view>
+#include <utility>
 #include <vector>
 
 #include "ies/result.h"
@@ -25,6 +27,9 @@ Result<bool> check_patch(const v1::SetPatch& patch);
 // port-address 0; lights beyond 512 have no slot.
 v1::Patch default_patch(std::span<const std::string> lights);
 
+// Result: what of the patch reaches beyond what can be joined (sACN) or told to consoles (Art-Net), a sentence each.
+std::vector<std::string> patch_limits(const v1::Patch& patch);
+
 // Result: the universe of a row that was checked.
 DmxKey key_of(const v1::PatchRow& row);
 // Result: the universes that the rows use, ascending, each once.
@@ -41,19 +46,30 @@ public:
     // highest priority of the row's first slot wins; among equals a level or master takes the highest value (of all its
     // 16 bits), everything else the sender that changed its row last. Rows that no sender controls keep their value.
     std::vector<PropertyValue> read(const DmxKey& key, const DmxUniverse& universe);
+    // The rows for the target, or of the property, speak again when their universes are next read: what they said was
+    // for a target that was not there, or could not be carried out.
+    void forget(std::string_view target);
+    void forget(Property property);
 
 private:
     using Raw = std::array<std::uint32_t, 3>;
+    struct Candidate {
+        const DmxSource* source;
+        Raw raw;
+    };
     struct Row {
         v1::PatchRow row;
         const PropertyRow* property = nullptr;
-        unsigned bytes = 1;                 // of a value
-        std::optional<Raw> said;            // what the row said last
-        std::uint32_t holder = 0;           // the sender that it listens to
-        std::map<std::uint32_t, Raw> last;  // of each sender that has a say, at most kMaxUniverseSources
+        unsigned bytes = 1;        // of a value
+        std::optional<Raw> said;   // what the row said last; of a profile its place in the list
+        std::uint32_t holder = 0;  // the sender that it listens to
+        // Of each sender that has a say, at most kMaxUniverseSources; kept where the one that moved last wins.
+        std::vector<std::pair<std::uint32_t, Raw>> last;
     };
-    static std::optional<Raw> decide(Row& row, const DmxUniverse& universe);
+    std::optional<Raw> decide(Row& row, const DmxUniverse& universe);
+    const Candidate* moved_last(Row& row) const;
     std::map<DmxKey, std::vector<Row>> rows_;
+    std::vector<Candidate> candidates_;  // of the row being read
 };
 
 }  // namespace gonio

@@ -159,6 +159,25 @@ void read_fixture(const toml::table& table, v1::SetPatch& patch) {
     }
 }
 
+// toml++ walks keys and values as deep as they nest, on the stack: deeper files are refused before it sees them.
+// A patch file nests three deep.
+class Depth {
+public:
+    // c: a character outside strings and comments. Result: whether it may follow.
+    bool take(char c) {
+        if (c == '.') return ++dots_ <= kMostDots;
+        if (c == '[' || c == '{') return dots_ = 0, ++open_ <= kMostOpen;
+        if ((c == ']' || c == '}') && open_ > 0) --open_;
+        if (c == '\n' || c == ',' || c == '=') dots_ = 0;
+        return true;
+    }
+
+private:
+    static constexpr int kMostDots = 8, kMostOpen = 8;
+    int dots_ = 0;  // of the key, or number, that we are in
+    int open_ = 0;  // brackets and braces
+};
+
 // Result: a TOML basic string.
 std::string quoted(const std::string& text) {
     std::string result = "\"";
@@ -188,6 +207,7 @@ Result<std::string> ascii_toml(std::string_view text) {
     std::string ascii;
     std::size_t line = 1, column = 1;
     std::string_view until;  // what ends the string or comment that we are in; empty: in none
+    Depth depth;
     for (std::size_t at = 0; at < text.size();) {
         const char c = text[at];
         const bool control = (bytes[at] < 0x20 && c != '\t' && c != '\n' && c != '\r') || bytes[at] == 0x7F;
@@ -205,7 +225,11 @@ Result<std::string> ascii_toml(std::string_view text) {
             std::snprintf(escape, sizeof escape, "\\U%08X", static_cast<unsigned>(code));
             ascii += escape;
         } else {
+            if (c == '\n') depth.take(c);  // also at the end of a comment
             if (until.empty()) {
+                if (!depth.take(c))
+                    return Error{"bad_patch", "line " + std::to_string(line) + " column " + std::to_string(column),
+                                 std::string(1, c), "keys and values of a patch file do not nest so deeply"};
                 if (c == '#') until = "\n";
                 if (c == '"' || c == '\'') {
                     const std::string_view three = c == '"' ? "\"\"\"" : "\'\'\'";

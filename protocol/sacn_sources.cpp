@@ -19,6 +19,11 @@ std::string hex(const Cid& cid) {
 
 }  // namespace
 
+void SacnSources::prefer(std::set<std::uint16_t> universes) {
+    preferred_ = std::move(universes);
+    crowded_ = false;
+}
+
 bool SacnSources::take(const E131Packet& packet, const std::string& from, std::int64_t now_ns) {
     if (const auto* data = std::get_if<E131Data>(&packet)) return take_data(*data, from, now_ns);
     if (const auto* sync = std::get_if<E131Sync>(&packet)) return take_sync(*sync, now_ns);
@@ -27,14 +32,21 @@ bool SacnSources::take(const E131Packet& packet, const std::string& from, std::i
 
 // Result: the sender's entry, new where it had none; nothing at the bounds.
 SacnSources::Source* SacnSources::source_of(const E131Data& data, std::int64_t now_ns) {
-    auto found = universes_.find(data.universe);
-    if (found == universes_.end()) {
-        if (universes_.size() >= kMaxUniverses) return nullptr;
-        found = universes_.emplace(data.universe, std::vector<Source>()).first;
+    if (const auto found = universes_.find(data.universe); found != universes_.end()) {
+        const auto at = std::find_if(found->second.begin(), found->second.end(),
+                                     [&](const Source& s) { return s.cid == data.cid; });
+        if (at != found->second.end()) return &*at;
     }
-    std::vector<Source>& sources = found->second;
-    const auto at = std::find_if(sources.begin(), sources.end(), [&](const Source& s) { return s.cid == data.cid; });
-    if (at != sources.end()) return &*at;
+    const bool wanted = preferred_.contains(data.universe);
+    if (crowded_ && !wanted) return nullptr;
+    if (count_rows(universes_) >= kMaxSourceRows) {
+        const auto is_live = [](const Source& s) { return s.state == State::waiting || s.state == State::live; };
+        if (!drop_row(universes_, preferred_, wanted, is_live, changed_)) {
+            crowded_ = true;
+            return nullptr;
+        }
+    }
+    std::vector<Source>& sources = universes_[data.universe];
     if (sources.size() >= kMaxUniverseSources) {
         // One that has gone gives its row to the newcomer.
         const auto gone = std::find_if(sources.begin(), sources.end(), [](const Source& s) {
@@ -158,18 +170,20 @@ void SacnSources::show(std::uint16_t universe, Source& source, const Frame& fram
 
 bool SacnSources::take_sync(const E131Sync& sync, std::int64_t now_ns) {
     // Only addresses that a universe names are kept.
-    if (!sync_addresses().contains(sync.address)) return true;
+    if (!is_sync_address(sync.address)) return true;
     SyncAddress& address = syncs_[sync.address];
-    const auto last = address.sequences.find(sync.cid);
-    if (last != address.sequences.end()) {
-        if (now_ns - address.heard_ns <= kSacnLoss_ns &&
-            sacn_sequence(last->second, sync.sequence).verdict == SequenceVerdict::discard) {
+    const auto last = address.senders.find(sync.cid);
+    if (last != address.senders.end()) {
+        if (now_ns - last->second.heard_ns <= kSacnLoss_ns &&
+            sacn_sequence(last->second.sequence, sync.sequence).verdict == SequenceVerdict::discard) {
             return true;
         }
-    } else if (address.sequences.size() >= kMaxUniverseSources) {
-        return false;
+    } else if (address.senders.size() >= kMaxUniverseSources) {
+        address.senders.erase(
+            std::min_element(address.senders.begin(), address.senders.end(),
+                             [](const auto& a, const auto& b) { return a.second.heard_ns < b.second.heard_ns; }));
     }
-    address.sequences[sync.cid] = sync.sequence;
+    address.senders[sync.cid] = {sync.sequence, now_ns};
     address.heard_ns = now_ns;
     for (auto& [universe, sources] : universes_) {
         for (Source& source : sources) {
@@ -232,6 +246,7 @@ void SacnSources::judge_losses(std::uint16_t universe, std::vector<Source>& sour
 }
 
 void SacnSources::tick(std::int64_t now_ns) {
+    crowded_ = false;
     for (auto& [universe, sources] : universes_) {
         for (Source& source : sources) {
             if (source.state == State::waiting && source.has_levels &&
@@ -256,8 +271,7 @@ void SacnSources::tick(std::int64_t now_ns) {
     }
     std::erase_if(universes_, [](const auto& entry) { return entry.second.empty(); });
     std::erase_if(discovered_, [&](const auto& entry) { return now_ns - entry.second.heard_ns > kSacnDiscovery_ns; });
-    const std::set<std::uint16_t> used = sync_addresses();
-    std::erase_if(syncs_, [&](const auto& entry) { return !used.contains(entry.first); });
+    std::erase_if(syncs_, [&](const auto& entry) { return !is_sync_address(entry.first); });
 }
 
 std::vector<std::uint16_t> SacnSources::take_changed() {
@@ -277,9 +291,11 @@ DmxUniverse SacnSources::universe(std::uint16_t universe) const {
         view.levels = source.shown.values;
         view.changed_ns = source.changed_ns;
         for (std::size_t slot = 0; slot < source.shown.slots; ++slot) {
-            // A universe priority of 0 is the lowest, not "not controlled".
-            view.priority[slot] =
-                source.slot_priority ? (*source.slot_priority)[slot] : std::max<std::uint8_t>(source.priority, 1);
+            // A universe priority of 0 is the lowest (E1.31 6.2.3), a slot priority of 0 "not controlled".
+            const std::uint8_t own = source.slot_priority ? (*source.slot_priority)[slot] : 0;
+            view.rank[slot] = static_cast<std::uint8_t>(!source.slot_priority ? source.priority + 1
+                                                        : own                 ? own + 1
+                                                                              : 0);
         }
         result.sources.push_back(std::move(view));
     }
@@ -288,11 +304,24 @@ DmxUniverse SacnSources::universe(std::uint16_t universe) const {
 
 std::set<std::uint16_t> SacnSources::sync_addresses() const {
     std::set<std::uint16_t> addresses;
-    for (const auto& [universe, sources] : universes_)
+    for (const auto& [universe, sources] : universes_) {
+        if (!preferred_.contains(universe)) continue;
         for (const Source& source : sources)
-            if (source.sync_address != 0 && source.state != State::lost && source.state != State::terminated)
-                addresses.insert(source.sync_address);
+            if (waits_for(source) != 0 && addresses.size() < kMaxSyncAddresses) addresses.insert(waits_for(source));
+    }
     return addresses;
+}
+
+// Result: the synchronization address that a sender in the table uses; 0: none.
+std::uint16_t SacnSources::waits_for(const Source& source) {
+    return source.state == State::lost || source.state == State::terminated ? 0 : source.sync_address;
+}
+
+bool SacnSources::is_sync_address(std::uint16_t address) const {
+    return std::any_of(universes_.begin(), universes_.end(), [&](const auto& entry) {
+        return std::any_of(entry.second.begin(), entry.second.end(),
+                           [&](const Source& source) { return waits_for(source) == address; });
+    });
 }
 
 void SacnSources::describe(v1::Sources& table, std::int64_t now_ns) const {

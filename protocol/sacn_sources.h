@@ -21,8 +21,9 @@ inline constexpr std::int64_t kSacnLoss_ns = 2'500'000'000;          // E131_NET
 inline constexpr std::int64_t kSacnPriorityWait_ns = 1'500'000'000;  // a new sender's 0xDD packet may come so late
 inline constexpr std::int64_t kSacnDiscovery_ns = 25'000'000'000;    // 2.5 of E131_UNIVERSE_DISCOVERY_INTERVAL
 inline constexpr std::int64_t kSourceRow_ns = 60'000'000'000;        // a silent sender stays in the table for so long
-inline constexpr std::size_t kMaxUniverses = 512;                    // of packets; those of one more are refused
+inline constexpr std::size_t kMaxSourceRows = 1024;                  // senders over all universes: see prefer()
 inline constexpr std::size_t kMaxUniverseSources = 16;               // senders of one universe; likewise
+inline constexpr std::size_t kMaxSyncAddresses = 64;                 // whose groups are joined; more are not
 inline constexpr std::size_t kMaxDiscovered = 64;                    // senders in the discovery list; likewise
 inline constexpr std::size_t kMaxDiscoveredUniverses = 4096;         // of one sender; more are left out
 
@@ -31,6 +32,9 @@ public:
     // accept_preview: whether packets with the preview bit count; a visualiser's answer is yes.
     explicit SacnSources(bool accept_preview = true) : accept_preview_(accept_preview) {}
 
+    // The universes that the patch uses. In a full table a sender of theirs takes the row of a lost sender or of one in
+    // another universe; a sender of another universe only that of a lost one there.
+    void prefer(std::set<std::uint16_t> universes);
     // from: the sender's address as people read it. Result: false where the packet was refused for a bound.
     bool take(const E131Packet& packet, const std::string& from, std::int64_t now_ns);
     // Judges what the passing of time means. Call at least ten times a second.
@@ -38,7 +42,8 @@ public:
     // Result: universes whose levels or senders differ since the last call, ascending.
     std::vector<std::uint16_t> take_changed();
     DmxUniverse universe(std::uint16_t universe) const;
-    // Result: the synchronization addresses in use; their groups must be joined too.
+    // Result: the synchronization addresses that senders in the patched universes name, at most kMaxSyncAddresses;
+    // their groups must be joined too. What foreign packets name is none of ours.
     std::set<std::uint16_t> sync_addresses() const;
     void describe(v1::Sources& table, std::int64_t now_ns) const;
 
@@ -71,8 +76,12 @@ private:
         std::uint8_t next_page = 0;
         std::int64_t heard_ns = 0;
     };
+    struct SyncSender {
+        std::uint8_t sequence = 0;
+        std::int64_t heard_ns = 0;
+    };
     struct SyncAddress {
-        std::map<Cid, std::uint8_t> sequences;  // at most kMaxUniverseSources senders
+        std::map<Cid, SyncSender> senders;  // at most kMaxUniverseSources; then the one silent for longest goes
         std::int64_t heard_ns = 0;
     };
 
@@ -84,6 +93,8 @@ private:
     void begin_anew(Source& source, std::int64_t now_ns);
     void show(std::uint16_t universe, Source& source, const Frame& frame, std::int64_t now_ns);
     bool sync_is_lost(const Source& source, std::int64_t now_ns) const;
+    static std::uint16_t waits_for(const Source& source);
+    bool is_sync_address(std::uint16_t address) const;  // whether a sender in the table uses it
     void judge_losses(std::uint16_t universe, std::vector<Source>& sources, std::int64_t now_ns);
 
     bool accept_preview_;
@@ -91,7 +102,8 @@ private:
     std::map<std::uint16_t, std::vector<Source>> universes_;
     std::map<std::uint16_t, SyncAddress> syncs_;
     std::map<Cid, Sender> discovered_;
-    std::set<std::uint16_t> changed_;
+    std::set<std::uint16_t> changed_, preferred_;
+    bool crowded_ = false;  // no row for a sender of another universe, until the next tick
 };
 
 }  // namespace gonio

@@ -2,6 +2,7 @@
 // out.
 #pragma once
 
+#include <array>
 #include <cstdint>
 #include <map>
 #include <memory>
@@ -27,16 +28,25 @@ public:
     const v1::Sources& sources();
 
 private:
+    bool anything_waits() const;
     void follow_patch(const Scene& scene);
+    void read_all_again();
+    void apply_dmx(Stage& stage, DmxProtocol protocol, std::int64_t now_ns);
     void apply_osc(Stage& stage);
 
     Inputs* inputs_;
     std::int64_t interval_ns_;
     std::int64_t served_ns_ = 0;
+    std::int64_t retry_ns_ = 0;  // when the universes are read again because something was busy; 0: it was not
     InputMail waiting_;
     std::map<DmxKey, std::shared_ptr<const DmxUniverse>> universes_;  // the newest of each that the patch uses
     PatchReader reader_;
-    std::optional<std::array<Revision, 3>> patch_is_of_;
+    struct Followed {
+        Revision patch, geometry, lights, groups;
+        bool operator==(const Followed&) const = default;
+    };
+    std::optional<Followed> followed_;
+    std::map<std::string, std::vector<std::uint32_t>> targets_;  // of the scene when it was followed last
     v1::Sources sources_;
 };
 

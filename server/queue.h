@@ -94,14 +94,22 @@ public:
         ready_.notify_one();
     }
     // Adds to the value that nobody took yet, or to a fresh one: for values that hold the newest of several things.
+    // Result: whether it was a fresh one, so that whoever takes it need be woken only then.
     template <typename Edit>
-    void merge(const Edit& edit) {
+    bool merge(const Edit& edit) {
+        bool fresh = false;
         {
             std::lock_guard lock(mutex_);
-            if (!value_) value_.emplace();
+            fresh = !value_;
+            if (fresh) value_.emplace();
             edit(*value_);
         }
         ready_.notify_one();
+        return fresh;
+    }
+    bool waiting() const {
+        std::lock_guard lock(mutex_);
+        return value_.has_value();
     }
     std::optional<T> try_take() {
         std::lock_guard lock(mutex_);
@@ -122,7 +130,7 @@ public:
     }
 
 private:
-    std::mutex mutex_;
+    mutable std::mutex mutex_;
     std::condition_variable ready_;
     std::optional<T> value_;
     bool closed_ = false;

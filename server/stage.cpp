@@ -54,7 +54,7 @@ void Stage::take(Work work) {
     if (work.closed) return forget_session(work.session);
     switch (work.message.message_case()) {
         case v1::ClientMessage::kCommand:
-            if (!work.read && needs_files(work.message.command())) return send_to_loader(std::move(work));
+            if (!work.read && needs_files(work.message.command())) return (void)send_to_loader(std::move(work));
             if (work.failure) return refuse(work, *work.failure);
             return apply_command(work);
         case v1::ClientMessage::kGetState: {
@@ -87,7 +87,7 @@ void Stage::take(Work work) {
     }
 }
 
-void Stage::send_to_loader(Work work) {
+bool Stage::send_to_loader(Work work) {
     auto shared = std::make_shared<Work>(std::move(work));
     const bool accepted = loader_.submit([shared, &queue = queue_] {
         shared->read = true;
@@ -101,6 +101,7 @@ void Stage::send_to_loader(Work work) {
         while (!queue.closed() && !queue.push(*shared)) std::this_thread::sleep_for(std::chrono::milliseconds(5));
     });
     if (!accepted) refuse(*shared, {"busy", "", "", "too many files are waiting to be read"});
+    return accepted;
 }
 
 void Stage::apply_command(const Work& work) {
@@ -116,24 +117,22 @@ void Stage::apply_command(const Work& work) {
     if (scene_.scene_rev != before.scene_rev) out_.state(full_state(scene_), state_change(before, scene_));
 }
 
-std::optional<Error> Stage::apply_input(const v1::Command& command) {
-    if (!before_inputs_) before_inputs_ = scene_;
-    if (needs_files(command)) {
+std::vector<std::optional<Error>> Stage::apply_inputs(std::span<const v1::Command> commands) {
+    std::vector<std::optional<Error>> refused = gonio::apply_inputs(scene_, commands);
+    refused_ += static_cast<std::uint32_t>(
+        std::count_if(refused.begin(), refused.end(), [](const auto& one) { return one.has_value(); }));
+    for (std::size_t i = 0; i < commands.size(); ++i) {
+        if (!needs_files(commands[i])) continue;
         Work work;
-        *work.message.mutable_command() = command;
-        send_to_loader(std::move(work));
-        return std::nullopt;
+        *work.message.mutable_command() = commands[i];
+        if (!send_to_loader(std::move(work)))
+            refused[i] = Error{"busy", "", "", "too many files are waiting to be read"};
     }
-    const Result<Applied> applied = apply(scene_, command, {});
-    if (applied) return std::nullopt;
-    ++refused_;
-    return applied.error();
+    return refused;
 }
 
-void Stage::tell_inputs() {
-    if (before_inputs_ && scene_.scene_rev != before_inputs_->scene_rev)
-        out_.state(full_state(scene_), state_change(*before_inputs_, scene_));
-    before_inputs_.reset();
+void Stage::tell_inputs(Revision before) {
+    if (scene_.scene_rev != before) out_.state(full_state(scene_), state_change(before, scene_));
 }
 
 void Stage::answer_meter(const Work& work) {

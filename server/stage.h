@@ -7,6 +7,7 @@
 #include <functional>
 #include <memory>
 #include <optional>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -54,9 +55,10 @@ public:
 
     // Takes one message: answers it, applies it, or sends it to the loader first.
     void take(Work work);
-    // Applies a console's command. Result: why not; the change is told to clients by tell_inputs() once for all.
-    std::optional<Error> apply_input(const v1::Command& command);
-    void tell_inputs();
+    // Applies what consoles say. Result: of each command why not, as gonio::apply_inputs(); "busy" where its files
+    // cannot be read now. Clients are told of the changes after a revision by tell_inputs(), once a frame.
+    std::vector<std::optional<Error>> apply_inputs(std::span<const v1::Command> commands);
+    void tell_inputs(Revision before);
     // Whether the picture is older than the scene, or somebody waits for a report.
     bool frame_wanted() const { return rendered_rev_ != scene_.scene_rev || better_ || budget_.owes(monotonic_ns()); }
     bool report_wanted() const { return !waiting_.empty(); }
@@ -103,7 +105,7 @@ private:
     void forget_session(std::uint32_t session);
     void publish(FinishedFrame frame);
     void apply_command(const Work& work);
-    void send_to_loader(Work work);
+    bool send_to_loader(Work work);  // result: false where too much waits; then the client has been told
     void answer_meter(const Work& work);
     void answer_capture(const Work& work);
     void submit_reference(ReferenceJob job, const Work& work);
@@ -122,7 +124,6 @@ private:
     Revision rendered_rev_ = 0;
     Budget budget_;
     bool watched_ = false, better_ = false, refined_ = false;  // better_: another frame shows more than the last
-    std::optional<Scene> before_inputs_;  // the scene that clients know, while console commands are applied
     std::deque<v1::FrameReport> reports_;
     std::vector<Waiting> waiting_;
     std::deque<Capturing> captures_waiting_;

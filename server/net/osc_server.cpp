@@ -7,6 +7,7 @@
 
 #include <algorithm>
 #include <cerrno>
+#include <cstring>
 #include <ctime>
 
 namespace gonio {
@@ -18,6 +19,10 @@ std::int64_t clock_ns(clockid_t clock) {
     timespec time{};
     clock_gettime(clock, &time);
     return time.tv_sec * 1'000'000'000 + time.tv_nsec;
+}
+
+void set(int fd, int level, int option, int value) {
+    setsockopt(fd, level, option, &value, sizeof value);
 }
 
 }  // namespace
@@ -54,10 +59,25 @@ void OscServer::accept_connections() {
     socklen_t size = sizeof address;
     Descriptor socket(
         accept4(listener_.fd(), reinterpret_cast<sockaddr*>(&address), &size, SOCK_NONBLOCK | SOCK_CLOEXEC));
+    if (!socket && (errno == EMFILE || errno == ENFILE || errno == ENOBUFS || errno == ENOMEM)) {
+        // The caller stays in the kernel's queue and the listener ready: without a pause this thread would do nothing
+        // else.
+        last_error_ = std::string("cannot accept a connection: ") + std::strerror(errno);
+        watch_.change(listener_.fd(), 0);
+        accept_again_ns_ = clock_ns(CLOCK_MONOTONIC) + kOscPause_ns;
+        return;
+    }
     if (!socket || connections_.size() >= kMaxOscConnections) return;  // closed with `socket`
-    const int now = 1, fd = socket.fd();
-    setsockopt(fd, IPPROTO_TCP, TCP_NODELAY, &now, sizeof now);
+    const int fd = socket.fd();
+    set(fd, IPPROTO_TCP, TCP_NODELAY, 1);
+    // A client that was switched off says nothing: without these its place would be taken for ever.
+    set(fd, SOL_SOCKET, SO_KEEPALIVE, 1);
+    set(fd, IPPROTO_TCP, TCP_KEEPIDLE, 30);   // s
+    set(fd, IPPROTO_TCP, TCP_KEEPINTVL, 10);  // s
+    set(fd, IPPROTO_TCP, TCP_KEEPCNT, 3);
+    set(fd, IPPROTO_TCP, TCP_USER_TIMEOUT, 60'000);  // ms, of what it does not acknowledge
     Connection& connection = connections_[fd];
+    connection.heard_ns = clock_ns(CLOCK_MONOTONIC);
     connection.client = {true, {ntohl(address.sin_addr.s_addr), ntohs(address.sin_port)}};
     connection.socket = std::move(socket);
     watch_.add(fd, [this, fd](std::uint32_t events) { serve_connection(fd, events); });
@@ -67,8 +87,31 @@ void OscServer::close_connection(int fd) {
     const auto found = connections_.find(fd);
     if (found == connections_.end()) return;
     watch_.remove(fd);
-    subscribers_.erase(found->second.client);
+    const OscClient client = found->second.client;
+    subscribers_.erase(client);
     connections_.erase(found);
+    // What it wanted to be told at a later time is told to nobody; what it set for then counts.
+    std::erase_if(scheduled_, [&](const auto& one) {
+        const auto& [from, message] = one.second;
+        return from == client && (message.arguments.empty() || message.address.starts_with("/gonio/"));
+    });
+}
+
+bool OscServer::is_connected(const OscClient& client) const {
+    return std::any_of(connections_.begin(), connections_.end(),
+                       [&](const auto& one) { return one.second.client == client; });
+}
+
+// Whether an answer may be sent: whoever forges an address on UDP shall not make this machine a hose.
+bool OscServer::may_answer(const OscClient& to, std::size_t bytes) {
+    if (to.tcp) return true;
+    const std::int64_t now_ns = clock_ns(CLOCK_MONOTONIC);
+    answer_bytes_ =
+        std::min(kOscAnswerBytes, answer_bytes_ + static_cast<double>(now_ns - answered_ns_) * 1e-9 * kOscAnswerBytes);
+    answered_ns_ = now_ns;
+    if (answer_bytes_ < static_cast<double>(bytes)) return false;
+    answer_bytes_ -= static_cast<double>(bytes);
+    return true;
 }
 
 void OscServer::serve_connection(int fd, std::uint32_t events) {
@@ -88,6 +131,7 @@ void OscServer::serve_connection(int fd, std::uint32_t events) {
         return close_connection(fd);
     }
     const OscClient client = connection.client;
+    if (!packets->empty()) connection.heard_ns = clock_ns(CLOCK_MONOTONIC);
     for (const auto& packet : *packets) take(packet, client);  // may close the connection
 }
 
@@ -141,6 +185,7 @@ void OscServer::send_values(const OscClient& to, const UdpPeer& udp, const OscVa
 void OscServer::take(Bytes packet, const OscClient& from) {
     const std::int64_t now_ns = clock_ns(CLOCK_MONOTONIC);
     ++packets_;
+    pattern_budget_ = kOscPatternBudget;
     auto messages = decode_osc(packet);
     if (!rows_.contains(from) && rows_.size() >= kMaxOscClients) {
         rows_.erase(std::min_element(rows_.begin(), rows_.end(), [](const auto& a, const auto& b) {
@@ -168,6 +213,11 @@ void OscServer::take(Bytes packet, const OscClient& from) {
             refuse(message, from,
                    {"invalid_argument", message.address, "", "the time tag lies too far ahead, or too much waits"},
                    now_ns);
+        } else if (const std::size_t size = encode_osc(message).size(); size > kMaxOscScheduledBytes) {
+            refuse(message, from,
+                   {"too_large", message.address, std::to_string(size) + " bytes",
+                    "a message that waits for its time has at most 2,048 bytes"},
+                   now_ns);
         } else {
             scheduled_.emplace(now_ns + ahead_ns, std::pair(from, std::move(message)));
         }
@@ -178,16 +228,25 @@ void OscServer::act(const OscMessage& message, const OscClient& from, std::int64
     const auto action = osc_action(message);
     if (!action) return refuse(message, from, action.error(), now_ns);
     if (std::holds_alternative<OscPing>(*action)) {
-        send(from, from.peer, encode_osc({kOscImmediately, "/gonio/pong", message.arguments}));
+        const std::vector<std::uint8_t> pong = encode_osc({kOscImmediately, "/gonio/pong", message.arguments});
+        if (may_answer(from, pong.size())) send(from, from.peer, pong);
     } else if (std::holds_alternative<OscUnsubscribe>(*action)) {
         subscribers_.erase(from);
     } else if (const auto* wish = std::get_if<OscSubscribe>(&*action)) {
         subscribe(*wish, message, from, now_ns);
     } else if (std::holds_alternative<OscQuery>(*action)) {
-        const OscValues selected = osc_select(values(), message.address);
-        if (selected.empty())
+        const auto selected = osc_select(values(), message.address, pattern_budget_);
+        if (!selected) return refuse(message, from, selected.error(), now_ns);
+        if (selected->empty())
             return refuse(message, from, {"not_found", message.address, "", "there is no such value"}, now_ns);
-        send_values(from, from.peer, selected);
+        std::size_t bytes = 0;
+        for (const auto& [address, arguments] : *selected) bytes += address.size() + 16 * arguments.size() + 8;
+        if (!may_answer(from, bytes)) {
+            ++refused_;
+            last_error_ = "busy " + message.address + ": too many answers are asked for";
+            return;
+        }
+        send_values(from, from.peer, *selected);
     } else {
         const auto subscriber = subscribers_.find(from);
         if (subscriber != subscribers_.end() && !is_osc_pattern(message.address)) {
@@ -199,18 +258,21 @@ void OscServer::act(const OscMessage& message, const OscClient& from, std::int64
                 subscriber->second.guarded_until_ns.clear();
             }
         }
-        if (!set_(from, message.address, std::get<PropertyValue>(*action)))
+        if (!set_(from, message.address, std::get<OscSet>(*action)))
             refuse(message, from, {"busy", message.address, "", "too many messages wait for the renderer"}, now_ns);
     }
 }
 
 void OscServer::subscribe(const OscSubscribe& wish, const OscMessage& message, const OscClient& from,
                           std::int64_t now_ns) {
+    if (from.tcp && !is_connected(from)) return;  // it closed before its time tag
     if (!subscribers_.contains(from) && subscribers_.size() >= kMaxOscSubscribers)
         return refuse(message, from, {"busy", message.address, "", "there are 32 subscribers already"}, now_ns);
     Subscriber& subscriber = subscribers_[from];
     subscriber.to = {from.peer.ip, wish.port.value_or(from.peer.port)};
     subscriber.until_ns = now_ns + kOscLease_ns;
+    if (subscriber.told_ns != 0 && now_ns - subscriber.told_ns < kOscRetell_ns) return;
+    subscriber.told_ns = now_ns;
     subscriber.sent.clear();  // everything is told anew
     subscriber.guarded_until_ns.clear();
     feedback_due_ = true;
@@ -227,8 +289,8 @@ void OscServer::tell_refusal(const OscClient& to, const std::string& address, co
     // other.
     const auto subscriber = subscribers_.find(to);
     if (subscriber == subscribers_.end() || address.starts_with("/gonio/")) return;
-    send(to, subscriber->second.to,
-         encode_osc({kOscImmediately, "/gonio/error", {error.code, address, error.message}}));
+    const auto packet = encode_osc({kOscImmediately, "/gonio/error", {error.code, address, error.message}});
+    if (may_answer(to, packet.size())) send(to, subscriber->second.to, packet);
 }
 
 void OscServer::publish_state(v1::State state) {
@@ -267,6 +329,7 @@ void OscServer::send_feedback(std::int64_t now_ns) {
 }
 
 std::int64_t OscServer::tick(std::int64_t now_ns) {
+    pattern_budget_ = kOscPatternBudget;
     while (!scheduled_.empty() && scheduled_.begin()->first <= now_ns) {
         const auto [from, message] = std::move(scheduled_.begin()->second);
         scheduled_.erase(scheduled_.begin());
@@ -274,6 +337,13 @@ std::int64_t OscServer::tick(std::int64_t now_ns) {
     }
     std::erase_if(subscribers_, [&](const auto& one) { return !one.first.tcp && one.second.until_ns <= now_ns; });
     std::erase_if(rows_, [&](const auto& one) { return now_ns - one.second.heard_ns > kSourceRow_ns; });
+    for (auto& [fd, connection] : connections_)  // closed when next served: not here, inside their list
+        if (now_ns - connection.heard_ns > kOscIdle_ns && !subscribers_.contains(connection.client))
+            shutdown(fd, SHUT_RDWR);
+    if (accept_again_ns_ != 0 && now_ns >= accept_again_ns_) {
+        accept_again_ns_ = 0;
+        watch_.change(listener_.fd(), EPOLLIN);
+    }
     if (feedback_due_ && now_ns - fed_back_ns_ >= kOscFeedback_ns) send_feedback(now_ns);
     std::int64_t next_ns = now_ns + 1'000'000'000;
     if (!scheduled_.empty()) next_ns = std::min(next_ns, scheduled_.begin()->first);

@@ -20,11 +20,12 @@
 namespace gonio {
 namespace {
 
-constexpr std::int64_t kTick_ns = 100'000'000;      // how often the passing of time is judged
-constexpr std::int64_t kTable_ns = 250'000'000;     // how often a source table is made
-constexpr std::int64_t kRejoin_ns = 5'000'000'000;  // a group that could not be joined is tried again
-constexpr std::size_t kMaxGroups = 600;             // multicast groups joined; more universes are unicast only
-constexpr std::size_t kDatagramBytes = 2048;        // the longest of sACN has 1,144
+constexpr std::int64_t kTick_ns = 100'000'000;          // how often the passing of time is judged
+constexpr std::int64_t kTable_ns = 250'000'000;         // how often a source table is made
+constexpr std::int64_t kRejoin_ns = 5'000'000'000;      // a group that could not be joined is tried again
+constexpr std::int64_t kInterfaces_ns = 5'000'000'000;  // how often new interfaces are looked for
+constexpr unsigned kMaxPolls = 8;  // ArtPolls answered within kTick_ns, as many consoles in one network do not ask
+constexpr std::size_t kDatagramBytes = 2048;  // the longest of sACN has 1,144
 constexpr std::uint32_t kLimitedBroadcast = 0xFFFFFFFF;
 
 std::int64_t monotonic() {
@@ -38,7 +39,20 @@ struct Endpoint {
     UdpPeer at;
     std::uint32_t packets = 0, bad = 0, refused = 0;
     std::map<int, std::uint32_t> drops;  // the kernel's count per socket
+    std::uint32_t drops_before = 0;      // of sockets that were closed
     std::string last_error;
+
+    void forget_socket(int fd) {
+        drops_before += drops[fd];
+        drops.erase(fd);
+    }
+    // Result: whether the datagram is whole.
+    bool whole(const Datagram& datagram) {
+        if (!datagram.truncated) return true;
+        bad_packet({"too_large", "", "over " + std::to_string(datagram.bytes.size()) + " bytes",
+                    "the datagram is longer than any of its protocol"});
+        return false;
+    }
 
     void bad_packet(const Error& error) {
         ++bad;
@@ -50,7 +64,7 @@ struct Endpoint {
         row.set_address(print_peer(at));
         row.set_packets(packets);
         row.set_bad_packets(bad);
-        std::uint32_t dropped = 0;
+        std::uint32_t dropped = drops_before;
         for (const auto& [fd, count] : drops) dropped += count;
         row.set_kernel_drops(dropped);
         row.set_refused_sources(refused);
@@ -82,8 +96,8 @@ public:
             if (auto opened = open_artnet(); !opened) return opened;
         if (options_.osc) {
             auto osc = OscServer::open(*options_.osc, watch_,
-                                       [this](const OscClient& from, const std::string& address, PropertyValue value) {
-                                           return post_osc(from, address, std::move(value));
+                                       [this](const OscClient& from, const std::string& address, OscSet values) {
+                                           return post_osc(from, address, std::move(values));
                                        });
             if (!osc) return osc.error();
             osc_ = std::move(*osc);
@@ -105,13 +119,18 @@ public:
         nudge();
     }
     void tell_refusal(OscClient to, std::string address, Error error) override {
-        refusals_.push({to, std::move(address), std::move(error)});
+        if (!refusals_.push({to, {}, std::move(address), std::move(error)})) ++untold_;
+        nudge();
+    }
+    void tell_refusal(DmxProtocol protocol, Error error) override {
+        refusals_.push({{}, protocol, "", std::move(error)});  // one of many like it
         nudge();
     }
 
 private:
     struct Refusal {
         OscClient to;
+        std::optional<DmxProtocol> protocol;  // of DMX; else to the client
         std::string address;
         Error error;
     };
@@ -134,6 +153,8 @@ private:
                 ticked_ns = now_ns;
                 sacn_.tick(now_ns);
                 artnet_.tick(now_ns);
+                polls_ = 0;
+                find_interfaces(now_ns);
                 join_groups(now_ns);
             }
             if (osc_) osc_next_ns_ = osc_->tick(now_ns);
@@ -150,12 +171,25 @@ private:
         if (auto wanted = new_wanted_.try_take()) {
             wanted_ = std::move(*wanted);
             wanted_set_ = std::set<DmxKey>(wanted_.begin(), wanted_.end());
+            sacn_.prefer(wanted_of(DmxProtocol::sacn));
+            artnet_.prefer(wanted_of(DmxProtocol::artnet));
             resend_ = true;  // also what did not change since: the patch is new
             join_groups(now_ns);
         }
         if (auto state = new_state_.try_take(); state && osc_) osc_->publish_state(std::move(*state));
-        while (auto refusal = refusals_.try_pop())
-            if (osc_) osc_->tell_refusal(refusal->to, refusal->address, refusal->error, now_ns);
+        while (auto refusal = refusals_.try_pop()) {
+            if (refusal->protocol)
+                (*refusal->protocol == DmxProtocol::sacn ? sacn_end_ : artnet_end_).last_error = refusal->error.text();
+            else if (osc_)
+                osc_->tell_refusal(refusal->to, refusal->address, refusal->error, now_ns);
+        }
+        if (const std::uint32_t untold = untold_.exchange(0); untold > 0 && osc_) osc_->count_refusals(untold);
+    }
+    std::set<std::uint16_t> wanted_of(DmxProtocol protocol) const {
+        std::set<std::uint16_t> universes;
+        for (const DmxKey& key : wanted_)
+            if (key.protocol == protocol) universes.insert(key.universe);
+        return universes;
     }
 
     // ---- sACN
@@ -165,6 +199,7 @@ private:
         sacn_socket_ = std::move(*socket);
         sacn_end_.at = bound_to(sacn_socket_);
         watch_sacn(sacn_socket_);
+        find_interfaces(monotonic());
         join_groups(monotonic());
         return true;
     }
@@ -174,6 +209,7 @@ private:
     void receive_sacn(const Descriptor& socket) {
         for (const Datagram& datagram : receiver_.receive(socket, sacn_end_.drops[socket.fd()])) {
             ++sacn_end_.packets;
+            if (!sacn_end_.whole(datagram)) continue;
             const auto packet = decode_e131(datagram.bytes);
             if (!packet) {
                 sacn_end_.bad_packet(packet.error());
@@ -182,27 +218,39 @@ private:
             }
         }
     }
+    // Where groups are joined; on interfaces that have come up since those are joined that are joined elsewhere.
+    void find_interfaces(std::int64_t now_ns) {
+        if (!options_.sacn || now_ns - interfaces_ns_ < kInterfaces_ns) return;
+        interfaces_ns_ = now_ns;
+        std::vector<MulticastInterface> found = multicast_interfaces(options_.sacn->ip);
+        for (const MulticastInterface& interface : found) {
+            if (std::find(interfaces_.begin(), interfaces_.end(), interface) != interfaces_.end()) continue;
+            for (const auto& [universe, socket] : groups_) join_group(socket, e131_group(universe), interface);
+        }
+        interfaces_ = std::move(found);
+    }
     // Joins the groups of the patched universes, of synchronization and of discovery, and leaves the others.
     void join_groups(std::int64_t now_ns) {
         if (!options_.sacn) return;
         std::set<std::uint16_t> groups = sacn_.sync_addresses();
         groups.insert(kE131DiscoveryUniverse);
-        for (const DmxKey& key : wanted_)
-            if (key.protocol == DmxProtocol::sacn && groups.size() < kMaxGroups) groups.insert(key.universe);
+        std::size_t patched = 0;
+        for (const std::uint16_t universe : wanted_of(DmxProtocol::sacn))
+            if (patched++ < kMaxJoinedUniverses) groups.insert(universe);
         for (auto group = groups_.begin(); group != groups_.end();) {
             if (groups.contains(group->first)) {
                 ++group;
                 continue;
             }
             watch_.remove(group->second.fd());
-            sacn_end_.drops.erase(group->second.fd());
+            sacn_end_.forget_socket(group->second.fd());
             group = groups_.erase(group);
         }
         for (const std::uint16_t universe : groups) {
             if (groups_.contains(universe)) continue;
             const auto failed = failed_joins_.find(universe);
             if (failed != failed_joins_.end() && now_ns - failed->second < kRejoin_ns) continue;
-            auto socket = open_multicast(e131_group(universe), sacn_end_.at.port, options_.sacn->ip);
+            auto socket = open_multicast(e131_group(universe), sacn_end_.at.port, interfaces_);
             if (!socket) {
                 if (failed == failed_joins_.end()) spdlog::warn("sACN: {}", socket.error().text());
                 sacn_end_.last_error = socket.error().text();
@@ -233,6 +281,7 @@ private:
     void receive_artnet(const Descriptor& socket) {
         for (const Datagram& datagram : receiver_.receive(socket, artnet_end_.drops[socket.fd()])) {
             ++artnet_end_.packets;
+            if (!artnet_end_.whole(datagram)) continue;
             const auto packet = decode_artnet(datagram.bytes);
             if (!packet) {
                 artnet_end_.bad_packet(packet.error());
@@ -241,7 +290,7 @@ private:
             } else if (std::holds_alternative<ArtSync>(*packet)) {
                 artnet_.take_sync(datagram.from, monotonic());
             } else if (std::holds_alternative<ArtPoll>(*packet)) {
-                reply_to_poll(datagram);
+                if (++polls_ <= kMaxPolls) reply_to_poll(datagram);
             }
         }
     }
@@ -275,18 +324,22 @@ private:
             views.push_back(std::make_shared<const DmxUniverse>(
                 key.protocol == DmxProtocol::sacn ? sacn_.universe(key.universe) : artnet_.universe(key.universe)));
         }
-        mail_.merge([&](InputMail& mail) {
+        const bool fresh = mail_.merge([&](InputMail& mail) {
             for (std::size_t i = 0; i < changed.size(); ++i) mail.universes[changed[i]] = std::move(views[i]);
         });
-        wake_();
+        if (fresh) wake_();
     }
-    bool post_osc(const OscClient& from, const std::string& address, PropertyValue value) {
+    bool post_osc(const OscClient& from, const std::string& address, OscSet values) {
         bool taken = false;
-        mail_.merge([&](InputMail& mail) {
-            taken = mail.osc.size() < kMaxOscMail || mail.osc.contains(address);
-            if (taken) mail.osc[address] = {from, std::move(value), ++osc_order_};
+        const bool pattern = values[0].pattern;
+        const bool fresh = mail_.merge([&](InputMail& mail) {
+            const bool room = mail.osc.size() < kMaxOscMail && (!pattern || mail.osc_patterns < kMaxOscPatternMail);
+            const bool known = mail.osc.contains(address);
+            taken = known || room;
+            if (!known && taken && pattern) ++mail.osc_patterns;
+            if (taken) mail.osc[address] = {from, std::move(values), ++osc_order_};
         });
-        wake_();
+        if (fresh) wake_();
         return taken;
     }
     void make_table(std::int64_t now_ns) {
@@ -311,10 +364,13 @@ private:
     Latest<v1::State> new_state_;
     Queue<Refusal> refusals_{256};
     std::atomic<bool> stop_{false};
+    std::atomic<std::uint32_t> untold_{0};  // refusals that found no room in the queue
 
     // All below belongs to the thread.
     Watch watch_;
     Descriptor nudge_, sacn_socket_;
+    std::vector<MulticastInterface> interfaces_;
+    std::int64_t interfaces_ns_ = -kInterfaces_ns;
     std::map<std::uint16_t, Descriptor> groups_;
     std::map<std::uint16_t, std::int64_t> failed_joins_;
     std::vector<Descriptor> artnet_sockets_;
@@ -325,6 +381,7 @@ private:
     std::unique_ptr<OscServer> osc_;
     std::vector<DmxKey> wanted_;
     std::set<DmxKey> wanted_set_;
+    unsigned polls_ = 0;  // within this tick
     bool resend_ = false;
     std::uint64_t osc_order_ = 0;
     std::int64_t osc_next_ns_ = std::numeric_limits<std::int64_t>::max();  // where there is no OSC: never

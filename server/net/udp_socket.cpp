@@ -2,6 +2,7 @@
 
 #include <arpa/inet.h>
 #include <ifaddrs.h>
+#include <net/if.h>
 #include <netinet/in.h>
 #include <sys/socket.h>
 #include <unistd.h>
@@ -10,6 +11,7 @@
 #include <cerrno>
 #include <charconv>
 #include <cstring>
+#include <set>
 
 namespace gonio {
 namespace {
@@ -79,15 +81,40 @@ Result<Descriptor> open_udp(const UdpPeer& at) {
     return socket;
 }
 
-Result<Descriptor> open_multicast(std::uint32_t group, std::uint16_t port, std::uint32_t interface) {
+std::vector<MulticastInterface> multicast_interfaces(std::uint32_t address) {
+    if (address != 0) return {{0, address}};
+    std::set<MulticastInterface> found;  // an interface is listed once for each of its addresses
+    ifaddrs* list = nullptr;
+    if (getifaddrs(&list) != 0) return {};
+    for (const ifaddrs* one = list; one != nullptr; one = one->ifa_next) {
+        if (one->ifa_addr == nullptr || one->ifa_addr->sa_family != AF_INET) continue;
+        // Linux leaves IFF_MULTICAST off on the loopback interface, where it works all the same.
+        const bool able = (one->ifa_flags & (IFF_MULTICAST | IFF_LOOPBACK)) != 0;
+        if ((one->ifa_flags & IFF_UP) != 0 && able) found.insert({static_cast<int>(if_nametoindex(one->ifa_name)), 0});
+    }
+    freeifaddrs(list);
+    std::vector<MulticastInterface> interfaces(found.begin(), found.end());
+    if (interfaces.size() > kMaxInterfaces) interfaces.resize(kMaxInterfaces);
+    return interfaces;
+}
+
+bool join_group(const Descriptor& socket, std::uint32_t group, const MulticastInterface& interface) {
+    ip_mreqn join{};
+    join.imr_multiaddr.s_addr = htonl(group);
+    join.imr_address.s_addr = htonl(interface.address);
+    join.imr_ifindex = interface.index;
+    return setsockopt(socket.fd(), IPPROTO_IP, IP_ADD_MEMBERSHIP, &join, sizeof join) == 0 || errno == EADDRINUSE;
+}
+
+Result<Descriptor> open_multicast(std::uint32_t group, std::uint16_t port,
+                                  std::span<const MulticastInterface> interfaces) {
     const UdpPeer at{group, port};
     auto socket = open_udp(at);
     if (!socket) return socket;
-    ip_mreq join{};
-    join.imr_multiaddr.s_addr = htonl(group);
-    join.imr_interface.s_addr = htonl(interface);
-    if (setsockopt(socket->fd(), IPPROTO_IP, IP_ADD_MEMBERSHIP, &join, sizeof join) != 0)
-        return listen_failed(at, "cannot join");
+    errno = ENODEV;  // where there is no interface
+    bool joined = false;
+    for (const MulticastInterface& interface : interfaces) joined = join_group(*socket, group, interface) || joined;
+    if (!joined) return listen_failed(at, "cannot join");
     return socket;
 }
 

@@ -41,8 +41,21 @@ inline constexpr int kReceiveBytes = 4 << 20;  // asked of the kernel, which may
 // Result: a bound socket; other programs on this machine may share the port. It hears a multicast group only after
 // join(). Errors: "listen_failed" with the address.
 Result<Descriptor> open_udp(const UdpPeer& at);
-// Result: a socket bound to the group, joined on the interface that has the address (0.0.0.0: the kernel chooses).
-Result<Descriptor> open_multicast(std::uint32_t group, std::uint16_t port, std::uint32_t interface);
+// Where a group is joined: an interface by its number, or by an address of it.
+struct MulticastInterface {
+    int index = 0;              // 0: by the address
+    std::uint32_t address = 0;  // host byte order
+    auto operator<=>(const MulticastInterface&) const = default;
+};
+inline constexpr std::size_t kMaxInterfaces = 16;  // a socket joins a group on; the kernel allows 20
+// Result: the interface of that address; of 0.0.0.0 the loopback and all others that are up and know multicast and
+// IPv4, ascending, at most kMaxInterfaces.
+std::vector<MulticastInterface> multicast_interfaces(std::uint32_t address);
+// Result: a socket bound to the group and joined on those of the interfaces that take it, at least one.
+Result<Descriptor> open_multicast(std::uint32_t group, std::uint16_t port,
+                                  std::span<const MulticastInterface> interfaces);
+// Joins on one more interface. Result: whether the group is joined there now.
+bool join_group(const Descriptor& socket, std::uint32_t group, const MulticastInterface& interface);
 // Result: a listening TCP socket.
 Result<Descriptor> open_tcp(const UdpPeer& at);
 // Result: the address that the socket is bound to.

@@ -379,6 +379,61 @@ Result<Applied> apply(Scene& scene, const v1::Command& command, const Loaded& lo
     return applied;
 }
 
+// Result: why not; then the light is as before.
+static std::optional<Error> try_light(Scene& scene, Light& light, const v1::SetLight& set) {
+    const Light before = light;
+    try {
+        set_one_light(scene, light, set, {}, "set_light.");
+    } catch (const Refused& refused) {
+        light = before;
+        return refused.error;
+    }
+    light.tilt_factor = tilt_factor_of(light);
+    return std::nullopt;
+}
+
+// Result: the command's properties of a light, one each.
+static std::vector<v1::SetLight> single_properties(const v1::SetLight& set) {
+    std::vector<v1::SetLight> single;
+    if (set.has_level_ratio()) single.emplace_back().set_level_ratio(set.level_ratio());
+    if (set.color_rgb_size() > 0) *single.emplace_back().mutable_color_rgb() = set.color_rgb();
+    if (set.position_m_size() > 0) *single.emplace_back().mutable_position_m() = set.position_m();
+    if (set.aim_size() > 0) *single.emplace_back().mutable_aim() = set.aim();
+    if (set.has_pan_rad()) single.emplace_back().set_pan_rad(set.pan_rad());
+    if (set.has_tilt_rad()) single.emplace_back().set_tilt_rad(set.tilt_rad());
+    if (set.has_roll_rad()) single.emplace_back().set_roll_rad(set.roll_rad());
+    return single;
+}
+
+static std::optional<Error> apply_input(Scene& scene, const v1::Command& command) {
+    if (!command.has_set_light()) {
+        if (!command.has_set_master() && !command.has_set_exposure())
+            return Error{"unsupported", "command", "", "a console cannot say this"};
+        try {
+            dispatch(scene, command, {});  // each checks its one value before it changes it
+        } catch (const Refused& refused) {
+            return refused.error;
+        }
+        return std::nullopt;
+    }
+    const v1::SetLight& set = command.set_light();
+    Light* light = find_light(scene, set.name());
+    if (light == nullptr) return Error{"not_found", "set_light.name", set.name(), "there is no light of this name"};
+    std::optional<Error> refused = try_light(scene, *light, set);
+    if (!refused) return refused;
+    const std::vector<v1::SetLight> single = single_properties(set);
+    for (const v1::SetLight& one : single)
+        if (single.size() > 1) try_light(scene, *light, one);
+    return refused;
+}
+
+std::vector<std::optional<Error>> apply_inputs(Scene& scene, std::span<const v1::Command> commands) {
+    std::vector<std::optional<Error>> refused;
+    for (const v1::Command& command : commands) refused.push_back(apply_input(scene, command));
+    scene.scene_rev = std::max(scene.scene_rev, newest_part(scene));
+    return refused;
+}
+
 static Camera framing(const Bounds& bounds) {
     const glm::dvec3 centre = (bounds.min + bounds.max) * 0.5;
     const double radius = std::max(glm::length(bounds.max - bounds.min) * 0.5, 1e-3);

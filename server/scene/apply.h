@@ -2,6 +2,8 @@
 #pragma once
 
 #include <memory>
+#include <optional>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -26,6 +28,12 @@ struct Applied {
 // "already_exists", "too_many_lights", "too_many_groups", "conflict" (aim beside pan/tilt/roll), "unsupported"; `where`
 // is the field ("set_light.position_m"), `value` what it held.
 Result<Applied> apply(Scene& scene, const v1::Command& command, const Loaded& loaded);
+
+// Render thread. Carries out what consoles say in one frame: set_light of lights (not of groups, and without profile),
+// set_master, set_exposure; all that differs gets one revision. Of a set_light that is refused each property is tried
+// for itself, so that a bad one takes no other with it. Result: of each command why it, or the first bad property of
+// it, was refused; nothing where all of it counts.
+std::vector<std::optional<Error>> apply_inputs(Scene& scene, std::span<const v1::Command> commands);
 
 // Result: a scene that shows the asset from its first camera, with its own lights; revisions continue from `revision`.
 Scene scene_of(std::shared_ptr<const SceneAsset> asset, Revision revision = 1);

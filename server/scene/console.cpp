@@ -1,7 +1,8 @@
 #include "server/scene/console.h"
 
 #include <algorithm>
-#include <cmath>
+#include <string_view>
+#include <unordered_map>
 
 #include "protocol/osc.h"
 #include "protocol/patch.h"
@@ -9,25 +10,53 @@
 namespace gonio {
 namespace {
 
-bool names(const PropertyValue& value, const std::string& name) {
-    return value.pattern ? osc_matches(value.target, encode_osc_name(name)) : value.target == name;
-}
+constexpr std::size_t kNone = ~std::size_t{0};
 
-// Result: the lights that the value is for, in scene order, each once.
-std::vector<const Light*> lights_of(const Scene& scene, const PropertyValue& value) {
-    std::vector<const Light*> lights;
-    for (const Light& light : scene.lights) {
-        bool wanted = value.kind != PropertyValue::Kind::group && names(value, light.name);
-        if (!wanted && value.kind != PropertyValue::Kind::light) {
-            for (const auto& [group, members] : scene.groups) {
-                const bool member = std::find(members.begin(), members.end(), light.name) != members.end();
-                wanted = wanted || (member && names(value, group));
+// The scene's names, looked up for each of many values.
+class Targets {
+public:
+    explicit Targets(const Scene& scene) : scene_(scene), wanted_(scene.lights.size()) {
+        for (std::size_t i = 0; i < scene.lights.size(); ++i) lights_.emplace(scene.lights[i].name, i);
+    }
+
+    // Result: the lights that the value is for, by their place in the scene, ascending, each once; until the next call.
+    const std::vector<std::size_t>& of(const PropertyValue& value) {
+        found_.clear();
+        if (!value.pattern && value.kind != PropertyValue::Kind::group) {
+            if (const auto light = lights_.find(value.target); light != lights_.end()) {
+                found_.push_back(light->second);
+                return found_;  // no group has the name of a light
             }
         }
-        if (wanted) lights.push_back(&light);
+        std::fill(wanted_.begin(), wanted_.end(), false);
+        if (value.pattern && value.kind != PropertyValue::Kind::group) {
+            for (std::size_t i = 0; i < scene_.lights.size(); ++i)
+                if (osc_matches(value.target, encode_osc_name(scene_.lights[i].name))) wanted_[i] = true;
+        }
+        if (value.kind != PropertyValue::Kind::light) {
+            if (!value.pattern) {
+                if (const auto group = scene_.groups.find(value.target); group != scene_.groups.end())
+                    want(group->second);
+            } else {
+                for (const auto& [name, members] : scene_.groups)
+                    if (osc_matches(value.target, encode_osc_name(name))) want(members);
+            }
+        }
+        for (std::size_t i = 0; i < wanted_.size(); ++i)
+            if (wanted_[i]) found_.push_back(i);
+        return found_;
     }
-    return lights;
-}
+
+private:
+    void want(const std::vector<std::string>& names) {
+        for (const std::string& name : names)
+            if (const auto light = lights_.find(name); light != lights_.end()) wanted_[light->second] = true;
+    }
+    const Scene& scene_;
+    std::unordered_map<std::string_view, std::size_t> lights_;
+    std::vector<bool> wanted_;
+    std::vector<std::size_t> found_;
+};
 
 using Vector = google::protobuf::RepeatedField<double>;
 
@@ -96,6 +125,7 @@ v1::Patch patch_in_force(const Scene& scene) {
     }
     v1::Patch patch;
     *patch.mutable_rows() = scene.patch->rows();
+    for (std::string& warning : patch_limits(patch)) patch.add_warnings(std::move(warning));
     for (int i = 0; i < patch.rows_size(); ++i) {
         const v1::PatchRow& row = patch.rows(i);
         if (row.target().empty() || is_patched_target(scene, row.target())) continue;
@@ -109,44 +139,54 @@ v1::Patch patch_in_force(const Scene& scene) {
 std::vector<v1::Command> commands_of(const Scene& scene, std::span<const PropertyValue> values,
                                      std::vector<std::size_t>* unknown) {
     std::vector<v1::Command> commands;
-    std::vector<std::pair<const Light*, std::size_t>> of_light;  // which command is the light's
-    std::optional<std::size_t> master, exposure;
-    const auto scene_command = [&](std::optional<std::size_t>& slot) -> v1::Command& {
-        if (!slot) {
-            slot = commands.size();
+    Targets targets(scene);
+    std::vector<std::size_t> of_light(scene.lights.size(), kNone);  // which command is the light's
+    std::size_t master = kNone, exposure = kNone;
+    const auto command_at = [&](std::size_t& place) -> v1::Command& {
+        if (place == kNone) {
+            place = commands.size();
             commands.emplace_back();
         }
-        return commands[*slot];
+        return commands[place];
     };
     for (std::size_t i = 0; i < values.size(); ++i) {
         const PropertyValue& value = values[i];
         if (value.property == Property::master) {
-            scene_command(master).mutable_set_master()->set_ratio(value.value[0]);
+            command_at(master).mutable_set_master()->set_ratio(value.value[0]);
             continue;
         }
         if (value.property == Property::exposure) {
-            scene_command(exposure).mutable_set_exposure()->set_ev100(value.value[0]);
+            command_at(exposure).mutable_set_exposure()->set_ev100(value.value[0]);
             continue;
         }
-        const std::vector<const Light*> lights = lights_of(scene, value);
+        const std::vector<std::size_t>& lights = targets.of(value);
         if (lights.empty() && unknown != nullptr) unknown->push_back(i);
-        for (const Light* light : lights) {
+        for (const std::size_t place : lights) {
+            const Light& light = scene.lights[place];
             if (value.property == Property::profile) {  // it is read from a file first: nothing else shall wait for it
                 v1::SetLight& set = *commands.emplace_back().mutable_set_light();
-                set.set_name(light->name);
+                set.set_name(light.name);
                 set.mutable_profile()->set_name(value.profile);
                 continue;
             }
-            auto at =
-                std::find_if(of_light.begin(), of_light.end(), [&](const auto& one) { return one.first == light; });
-            if (at == of_light.end()) {
-                at = of_light.insert(of_light.end(), {light, commands.size()});
-                commands.emplace_back().mutable_set_light()->set_name(light->name);
-            }
-            put_value(*commands[at->second].mutable_set_light(), *light, value);
+            v1::SetLight& set = *command_at(of_light[place]).mutable_set_light();
+            if (set.name().empty()) set.set_name(light.name);
+            put_value(set, light, value);
         }
     }
     return commands;
+}
+
+std::map<std::string, std::vector<std::uint32_t>> targets_of(const Scene& scene) {
+    std::map<std::string, std::vector<std::uint32_t>> targets;
+    for (const Light& light : scene.lights) targets[light.name] = {light.id};
+    for (const auto& [name, members] : scene.groups) {
+        std::vector<std::uint32_t> ids;
+        for (const std::string& member : members)
+            if (const auto light = targets.find(member); light != targets.end()) ids.push_back(light->second.front());
+        targets[name] = std::move(ids);
+    }
+    return targets;
 }
 
 }  // namespace gonio

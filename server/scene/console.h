@@ -1,6 +1,8 @@
 // What consoles say, in terms of the scene: the patch in force, and values of properties as commands.
 #pragma once
 
+#include <cstdint>
+#include <map>
 #include <span>
 #include <string>
 #include <vector>
@@ -21,5 +23,9 @@ v1::Patch patch_in_force(const Scene& scene);
 // gets its index.
 std::vector<v1::Command> commands_of(const Scene& scene, std::span<const PropertyValue> values,
                                      std::vector<std::size_t>* unknown = nullptr);
+
+// Result: what a patch may name: lights and groups by name, with the ids of their lights. A name whose ids differ from
+// before has not heard what was said to it.
+std::map<std::string, std::vector<std::uint32_t>> targets_of(const Scene& scene);
 
 }  // namespace gonio

@@ -82,10 +82,15 @@ v1::State full_state(const Scene& scene) {
     return state;
 }
 
-v1::StateChanged state_change(const Scene& before, const Scene& after) {
+v1::StateChanged state_change(Revision since, const Scene& scene) {
     v1::StateChanged change;
-    change.set_scene_rev(after.scene_rev);
-    put_parts(after, before.scene_rev, *change.mutable_state());
+    change.set_scene_rev(scene.scene_rev);
+    put_parts(scene, since, *change.mutable_state());
+    return change;
+}
+
+v1::StateChanged state_change(const Scene& before, const Scene& after) {
+    v1::StateChanged change = state_change(before.scene_rev, after);
     for (const Light& light : before.lights) {
         const bool stays =
             std::any_of(after.lights.begin(), after.lights.end(), [&](const Light& l) { return l.name == light.name; });

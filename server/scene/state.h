@@ -8,6 +8,8 @@ namespace gonio {
 
 // Result: everything.
 v1::State full_state(const Scene& scene);
+// Result: what changed after that revision, where no light and no group has gone since.
+v1::StateChanged state_change(Revision since, const Scene& scene);
 // Result: what `after` has that `before` had otherwise; lights whole, the rest field by field.
 v1::StateChanged state_change(const Scene& before, const Scene& after);
 

@@ -49,15 +49,17 @@ inline void check_e131(Bytes bytes) {
             require(data->priority <= 200 && data->slots <= kDmxSlots && data->name.size() <= 4 * 63);
             for (std::size_t slot = data->slots; slot < kDmxSlots; ++slot) require(data->values[slot] == 0);
         }
+        sources.prefer({1, 2, 3});
         sources.take(*decoded, "10.0.0.1:5568", now_ns);
+        require(sources.sync_addresses().size() <= kMaxSyncAddresses);
         sources.tick(now_ns);
         for (const std::uint16_t universe : sources.take_changed()) {
             for (const DmxSource& source : sources.universe(universe).sources)
-                for (const std::uint8_t priority : source.priority) require(priority <= 200);
+                for (const std::uint8_t rank : source.rank) require(rank <= 201);
         }
         v1::Sources table;
         sources.describe(table, now_ns);
-        require(table.sources_size() <= static_cast<int>(kMaxUniverses * kMaxUniverseSources));
+        require(table.sources_size() <= static_cast<int>(kMaxSourceRows));
         check_table(table);
     };
     take(bytes, 1);
@@ -86,6 +88,30 @@ inline void check_artnet(Bytes bytes) {
     for_each_packet(bytes, take);
 }
 
+inline void check_set(const OscSet& set) {
+    require(!set.empty());
+    for (const PropertyValue& value : set) {
+        require(value.profile.size() <= 128);
+        if (value.pattern) osc_matches(value.target, "front%20wash");
+    }
+}
+
+inline void check_query(const std::string& address) {
+    static const OscValues values = [] {
+        v1::State state;
+        for (const char* name : {"front wash", "spot1"}) {
+            v1::Light& light = *state.add_lights();
+            light.set_name(name);
+            for (int i = 0; i < 3; ++i) light.add_color_rgb(1), light.add_position(1), light.add_aim(1);
+        }
+        return osc_values(state);
+    }();
+    std::size_t budget = kOscPatternBudget;
+    const auto selected = osc_select(values, address, budget);
+    require(selected.ok() && budget <= kOscPatternBudget);
+    for (const auto& [name, arguments] : *selected) require(values.contains(name));
+}
+
 inline void check_osc(Bytes bytes) {
     const auto decoded = decode_osc(bytes);
     if (!decoded) check_error(decoded.error());
@@ -98,8 +124,10 @@ inline void check_osc(Bytes bytes) {
         const auto action = osc_action(message);
         if (!action)
             check_error(action.error());
-        else if (const auto* value = std::get_if<PropertyValue>(&*action))
-            osc_matches(value->target, "front%20wash");
+        else if (const auto* set = std::get_if<OscSet>(&*action))
+            check_set(*set);
+        else if (std::holds_alternative<OscQuery>(*action))
+            check_query(message.address);
     }
     // The same bytes as a stream, whole and in two parts.
     OscStream whole, parts;
@@ -122,7 +150,7 @@ inline void check_patch_file(std::string_view text) {
     PatchReader reader(written);
     DmxUniverse universe;
     universe.sources.emplace_back();
-    universe.sources[0].priority.fill(100);
+    universe.sources[0].rank.fill(101);
     for (const DmxKey& key : universes_of(written))
         for (const PropertyValue& value : reader.read(key, universe)) require(value.value[0] == value.value[0]);
 }

@@ -83,6 +83,18 @@ TEST(Artnet, ThePollReplyIsAVisualisersWithItsUniverses) {
     EXPECT_EQ(art_poll_replies(node)[0][173], 0);
 }
 
+TEST(Artnet, ManyUniversesHaveAReplyEachUpToTheNumbersOfReplies) {
+    ArtNode node;
+    for (unsigned i = 0; i < 100; ++i) node.universes.push_back(static_cast<std::uint16_t>(16 * i));
+    const auto replies = art_poll_replies(node);
+    ASSERT_EQ(replies.size(), 100u) << "one for each sub-net";
+    EXPECT_EQ(replies[99][211], 100);
+    EXPECT_EQ(replies[99][18] << 8 | replies[99][19] << 4, 16 * 99);
+    for (unsigned i = 100; i < 300; ++i) node.universes.push_back(static_cast<std::uint16_t>(16 * i));
+    EXPECT_EQ(art_poll_replies(node).size(), kMaxArtPages) << "BindIndex is one byte";
+    EXPECT_EQ(art_poll_replies(node)[254][211], 255);
+}
+
 TEST(Artnet, SequencesSkipZeroAndMayBeSwitchedOff) {
     using enum SequenceVerdict;
     EXPECT_EQ(artnet_sequence(255, 1).verdict, accept);
@@ -166,6 +178,38 @@ TEST_F(Artnets, ArtSyncIsIgnoredWhileTwoMerge) {
     sources.take_sync(kDesk, now);
     send(kDesk, 30);
     EXPECT_EQ(levels(), (std::vector{30, 20}));
+}
+
+TEST_F(Artnets, APatchedUniverseFindsARowInAFullTable) {
+    const auto hear = [&](unsigned universe) {
+        const auto packet = decode_artnet(test::art_dmx(0, universe, {1, 0}));
+        return sources.take(std::get<ArtDmx>(*packet), kDesk, now);
+    };
+    for (unsigned i = 0; i < kMaxSourceRows; ++i) EXPECT_TRUE(hear(1000 + i));
+    EXPECT_FALSE(hear(5));
+    sources.prefer({5});
+    EXPECT_TRUE(hear(5));
+    EXPECT_EQ(sources.universe(5).sources.size(), 1u);
+    EXPECT_FALSE(hear(6));
+    wait(11 * kSecond);
+    EXPECT_TRUE(hear(6)) << "all are lost: the oldest makes room";
+    v1::Sources table;
+    sources.describe(table, now);
+    EXPECT_EQ(table.sources_size(), static_cast<int>(kMaxSourceRows));
+}
+
+// A program that starts anew has another UDP port and is the same sender; two that feed one universe from one machine
+// number their ports apart.
+TEST_F(Artnets, TheUdpPortIsNoPartOfASender) {
+    EXPECT_TRUE(send({kDesk.ip, 40000}, 10));
+    EXPECT_TRUE(send({kDesk.ip, 40001}, 20));
+    EXPECT_EQ(levels(), (std::vector{20}));
+    EXPECT_TRUE(send({kDesk.ip, 40002}, 30, 0, 7));
+    v1::Sources table;
+    sources.describe(table, now);
+    ASSERT_EQ(table.sources_size(), 2);
+    EXPECT_EQ(table.sources(0).name(), "");
+    EXPECT_EQ(table.sources(1).name(), "physical port 7");
 }
 
 TEST_F(Artnets, LatePacketsAreCountedAndNotUsed) {

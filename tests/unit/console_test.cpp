@@ -99,6 +99,51 @@ TEST_F(Console, TheLimitsOfTheTableAreThoseOfTheScene) {
     }
 }
 
+TEST_F(Console, ARefusedPropertyTakesNoOtherWithIt) {
+    const PropertyValue values[] = {value(first, Property::level, 0.25), value(first, Property::aim, 0, 0, 0),
+                                    value("spot 1", Property::level, 0.5), value("", Property::master, 2.0),
+                                    value("", Property::exposure, 3.0)};
+    const Scene before = scene;
+    const auto refused = apply_inputs(scene, commands_of(scene, values));
+    ASSERT_EQ(refused.size(), 4u) << "two lights, master, exposure";
+    ASSERT_TRUE(refused[0]);
+    EXPECT_EQ(refused[0]->where, "set_light.aim");
+    EXPECT_FALSE(refused[1]);
+    ASSERT_TRUE(refused[2]);
+    EXPECT_EQ(refused[2]->where, "set_master.ratio");
+    EXPECT_FALSE(refused[3]);
+    EXPECT_DOUBLE_EQ(scene.lights[0].level_ratio, 0.25) << "the aim was refused, not the level";
+    EXPECT_EQ(scene.lights[0].aim_rev, before.lights[0].aim_rev);
+    EXPECT_DOUBLE_EQ(scene.lights[1].level_ratio, 0.5);
+    EXPECT_DOUBLE_EQ(scene.exposure_ev100, 3.0);
+    EXPECT_DOUBLE_EQ(scene.master_ratio, before.master_ratio);
+    EXPECT_EQ(scene.scene_rev, before.scene_rev + 1) << "all of a frame is one revision";
+    EXPECT_EQ(scene.lights[0].level_rev, scene.scene_rev);
+    // The same again changes nothing, and is refused again.
+    const auto again = apply_inputs(scene, commands_of(scene, values));
+    EXPECT_TRUE(again[0] && again[2]);
+    EXPECT_EQ(scene.scene_rev, before.scene_rev + 1);
+}
+
+TEST_F(Console, InputsMayNotDoWhatNeedsMore) {
+    v1::Command remove;
+    remove.mutable_remove_light()->set_name(first);
+    EXPECT_EQ(apply_inputs(scene, {&remove, 1}).at(0)->code, "unsupported");
+    v1::Command nobody;
+    nobody.mutable_set_light()->set_name("nobody");
+    EXPECT_EQ(apply_inputs(scene, {&nobody, 1}).at(0)->code, "not_found");
+}
+
+TEST_F(Console, TargetsAreKnownByTheirLights) {
+    const auto before = targets_of(scene);
+    EXPECT_EQ(before.at("spots").size(), 2u);
+    scene.lights[1].id = 99;  // removed, and another one of that name added
+    const auto after = targets_of(scene);
+    EXPECT_NE(before.at("spot 1"), after.at("spot 1"));
+    EXPECT_NE(before.at("spots"), after.at("spots"));
+    EXPECT_EQ(before.at(first), after.at(first));
+}
+
 TEST_F(Console, WhatNamesNothingIsTold) {
     const PropertyValue values[] = {value(first, Property::level, 1), value("nobody", Property::level, 1),
                                     value("", Property::master, 0.5), value("", Property::exposure, 9)};

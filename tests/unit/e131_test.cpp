@@ -191,28 +191,28 @@ TEST_F(Sacn, WithItsPrioritiesASenderIsHeardAtOnce) {
     send(priorities(1, {100, 0}));
     ASSERT_EQ(levels(), (std::vector{50}));
     const DmxUniverse universe = sources.universe(1);
-    EXPECT_EQ(universe.sources[0].priority[0], 100);
-    EXPECT_EQ(universe.sources[0].priority[1], 0) << "0: not controlled";
-    EXPECT_EQ(universe.sources[0].priority[2], 0) << "missing slots are 0";
+    EXPECT_EQ(universe.sources[0].rank[0], 101);
+    EXPECT_EQ(universe.sources[0].rank[1], 0) << "0: not controlled";
+    EXPECT_EQ(universe.sources[0].rank[2], 0) << "missing slots are 0";
     EXPECT_EQ(winning_slots(universe), (std::vector<unsigned>{1}));
 }
 
 TEST_F(Sacn, PrioritiesThatArriveLateCountFromThen) {
     keep_sending({level(1, 50, 90)}, 2000 * kMs);
-    EXPECT_EQ(sources.universe(1).sources.at(0).priority[1], 90);
+    EXPECT_EQ(sources.universe(1).sources.at(0).rank[1], 91);
     send(priorities(1, {255, 0, 0, 0}));  // over 200: reserved, the highest
-    EXPECT_EQ(sources.universe(1).sources.at(0).priority[0], 200);
-    EXPECT_EQ(sources.universe(1).sources.at(0).priority[1], 0);
+    EXPECT_EQ(sources.universe(1).sources.at(0).rank[0], 201);
+    EXPECT_EQ(sources.universe(1).sources.at(0).rank[1], 0);
     // and when they stop while the levels go on, the priority of the universe counts again.
     keep_sending({level(1, 50, 90)}, 3000 * kMs);
-    EXPECT_EQ(sources.universe(1).sources.at(0).priority[1], 90);
+    EXPECT_EQ(sources.universe(1).sources.at(0).rank[1], 91);
 }
 
 TEST_F(Sacn, SlotsThatAShortPacketLacksAreNotControlled) {
     send(level(1, 50));
     wait(1500 * kMs);
-    EXPECT_EQ(sources.universe(1).sources.at(0).priority[3], 100);
-    EXPECT_EQ(sources.universe(1).sources.at(0).priority[4], 0);
+    EXPECT_EQ(sources.universe(1).sources.at(0).rank[3], 101);
+    EXPECT_EQ(sources.universe(1).sources.at(0).rank[4], 0);
 }
 
 TEST_F(Sacn, AHigherPriorityWinsAndOfEqualsTheHigherLevel) {
@@ -306,6 +306,7 @@ TEST_F(Sacn, TerminationTakesEffectAtOnceAlsoWithoutSlots) {
 }
 
 TEST_F(Sacn, SynchronizedLevelsWaitForTheirSyncPacket) {
+    sources.prefer({1});
     SacnPacket packet = level(1, 10);
     packet.sync = 900;
     send(packet);
@@ -407,12 +408,118 @@ TEST_F(Sacn, SendersAndUniversesAreBounded) {
     EXPECT_FALSE(sources.take(*decode_e131(level(99, 1).bytes()), "x", now));
     wait(3000 * kMs);  // all are lost; then a newcomer takes a row
     EXPECT_TRUE(sources.take(*decode_e131(level(99, 1).bytes()), "x", now));
-    SacnSources many;
-    for (unsigned universe = 1; universe <= kMaxUniverses + 1; ++universe) {
-        SacnPacket packet = level(1, 1);
+}
+
+TEST_F(Sacn, APriorityOfZeroIsTheLowestAndStillCounts) {
+    for (const auto& packet : {level(1, 200, 0), level(2, 10, 1)}) send(packet);
+    wait(1500 * kMs);
+    EXPECT_EQ(winning_slots(sources.universe(1)), (std::vector<unsigned>{0, 4})) << "1 is higher than 0";
+    SacnPacket end = level(2, 0);
+    end.options = 0x40;
+    send(end);
+    EXPECT_EQ(winning_slots(sources.universe(1)), (std::vector<unsigned>{4})) << "0 alone controls its slots";
+}
+
+// A full table: 1,024 senders of foreign universes, all live.
+class FullTable : public Sacn {
+protected:
+    bool hear(unsigned universe, std::uint8_t cid = 1) {
+        SacnPacket packet = level(cid, 1);
         packet.universe = universe;
-        EXPECT_EQ(many.take(*decode_e131(packet.bytes()), "x", now), universe <= kMaxUniverses);
+        packet.sequence = sequence++;
+        return sources.take(*decode_e131(packet.bytes()), "x", now);
     }
+    void SetUp() override {
+        for (unsigned i = 0; i < kMaxSourceRows; ++i) EXPECT_TRUE(hear(1000 + i));
+        sequence += 2;  // the next round counts on
+    }
+    int rows() {
+        v1::Sources table;
+        sources.describe(table, now);
+        return table.sources_size();
+    }
+    std::uint8_t sequence = 0;
+};
+
+TEST_F(FullTable, IsFullForForeignUniversesOnly) {
+    EXPECT_FALSE(hear(5)) << "nobody patched it";
+    sources.prefer({5, 6});
+    EXPECT_TRUE(hear(5));
+    EXPECT_TRUE(hear(5, 2));
+    EXPECT_TRUE(hear(6));
+    EXPECT_EQ(rows(), static_cast<int>(kMaxSourceRows));
+    wait(1500 * kMs);
+    EXPECT_EQ(levels(5), (std::vector{1, 1}));
+    EXPECT_FALSE(hear(7)) << "still nobody's";
+}
+
+TEST_F(FullTable, RowsOfLostSendersGoFirst) {
+    now += 1000 * kMs;
+    for (unsigned i = 1; i < kMaxSourceRows; ++i) hear(1000 + i);  // the first one is silent
+    wait(1600 * kMs);
+    EXPECT_TRUE(hear(5)) << "a newcomer takes the row of a lost sender at once, not after 60 s";
+    EXPECT_TRUE(sources.universe(1000).sources.empty());
+    EXPECT_FALSE(hear(8));
+    sources.prefer({5});
+    wait(3000 * kMs);  // all are lost, 5 too
+    EXPECT_TRUE(hear(8));
+    EXPECT_EQ(rows(), static_cast<int>(kMaxSourceRows));
+    v1::Sources table;
+    sources.describe(table, now);
+    EXPECT_EQ(table.sources(0).universe(), 5u) << "a lost sender of a patched universe stays to be seen";
+}
+
+TEST_F(FullTable, IsSentInTwoMegabytes) {
+    v1::Sources table;
+    sources.describe(table, now);
+    EXPECT_LT(table.ByteSizeLong(), 2u << 20);
+}
+
+// What foreign packets name is never joined; what senders in patched universes name, up to a bound.
+TEST_F(Sacn, SynchronizationAddressesAreOfPatchedUniversesAndBounded) {
+    sources.prefer({1, 2, 3, 4, 5, 6});
+    for (unsigned i = 0; i < 96; ++i) {
+        SacnPacket packet = level(static_cast<std::uint8_t>(i % 16), 1);
+        packet.universe = 7 + i;
+        packet.sync = 100 + i;
+        send(packet);
+    }
+    EXPECT_TRUE(sources.sync_addresses().empty());
+    for (unsigned i = 0; i < 96; ++i) {
+        SacnPacket packet = level(static_cast<std::uint8_t>(i % 16), 1);
+        packet.universe = 1 + i / 16;
+        packet.sync = 10000 + i;
+        send(packet);
+    }
+    const auto addresses = sources.sync_addresses();
+    EXPECT_EQ(addresses.size(), kMaxSyncAddresses);
+    EXPECT_EQ(*addresses.begin(), 10000) << "those of the first patched universes";
+}
+
+TEST_F(Sacn, SynchronizationIsHeardAfterManyStrangersOnItsAddress) {
+    SacnPacket packet = level(1, 10);
+    packet.sync = 900;
+    send(packet);
+    for (unsigned stranger = 2; stranger < 40; ++stranger)
+        send_raw(test::sacn_sync(static_cast<std::uint8_t>(stranger), 5, 900));
+    wait(1500 * kMs);
+    packet.slots[0] = 20;
+    send(packet);
+    EXPECT_EQ(levels(), (std::vector{10}));
+    send_raw(test::sacn_sync(1, 1, 900));
+    EXPECT_EQ(levels(), (std::vector{20})) << "the strangers' places make room";
+}
+
+TEST_F(Sacn, AForeignSenderOfSynchronizationDoesNotReleaseOtherAddresses) {
+    SacnPacket packet = level(1, 10);
+    packet.sync = 900;
+    send(packet);
+    send_raw(test::sacn_sync(1, 1, 900));
+    wait(1500 * kMs);
+    packet.slots[0] = 20;
+    send(packet);
+    send_raw(test::sacn_sync(1, 2, 901));
+    EXPECT_EQ(levels(), (std::vector{10}));
 }
 
 }  // namespace

@@ -1,7 +1,9 @@
 // OSC 1.0: byte vectors, patterns, the framings of TCP, and what addresses mean.
 #include <gtest/gtest.h>
 
+#include <chrono>
 #include <cmath>
+#include <cstdio>
 #include <numbers>
 
 #include "protocol/osc.h"
@@ -114,10 +116,29 @@ TEST(Osc, PatternsMatch) {
                                                      {"", "a", false}}) {
         EXPECT_EQ(osc_matches(c.pattern, c.name), c.matches) << c.pattern << " " << c.name;
     }
-    // No pattern costs more than the product of both lengths.
-    std::string evil;
-    for (int i = 0; i < 120; ++i) evil += "*a";
-    EXPECT_FALSE(osc_matches(evil + "b", std::string(128, 'a')));
+    EXPECT_FALSE(osc_matches("*", std::string(kOscMaxAddress, 'a'))) << "longer than any address";
+    EXPECT_TRUE(osc_matches("*", std::string(kOscMaxAddress - 1, 'a')));
+}
+
+// 16 kB of patterns against every name of a full scene cost milliseconds, whatever they hold: 1.7 s it was once.
+TEST(Osc, NoPatternIsSlow) {
+    std::vector<std::string> evil(5);
+    for (int i = 0; i < 240; ++i) evil[0] += "*a";
+    for (int i = 0; i < 480; ++i) evil[1] += "*";
+    for (int i = 0; i < 90; ++i) evil[2] += "[!-~]";
+    for (int i = 0; i < 200; ++i) evil[3] += ",a";
+    evil[3] = "*{" + evil[3] + "}";
+    for (int i = 0; i < 80; ++i) evil[4] += "{,a,}";
+    const std::string name(384, 'a');
+    const auto begin = std::chrono::steady_clock::now();
+    int matches = 0, calls = 0;
+    for (int message = 0; message < 7; ++message)
+        for (const std::string& pattern : evil)
+            for (int light = 0; light < 64; ++light, ++calls) matches += osc_matches(pattern + "b", name) ? 1 : 0;
+    const double time_ms = std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - begin).count();
+    EXPECT_EQ(matches, 0);
+    std::printf("%d matches of the worst patterns: %.1f ms, %.1f us each\n", calls, time_ms, 1e3 * time_ms / calls);
+    EXPECT_LT(time_ms, 250.0);
 }
 
 TEST(Osc, NamesThatOscReservesAreEscaped) {
@@ -163,26 +184,89 @@ OscMessage message(std::string address, std::vector<OscArgument> arguments = {})
 TEST(OscSpace, AddressesBecomeValues) {
     const auto level = osc_action(message("/light/front%20wash/level", {0.5F}));
     ASSERT_TRUE(level) << level.error().text();
-    const auto& value = std::get<PropertyValue>(*level);
+    const auto& value = std::get<OscSet>(*level).at(0);
     EXPECT_EQ(value.target, "front wash");
     EXPECT_EQ(value.kind, PropertyValue::Kind::light);
     EXPECT_EQ(value.property, Property::level);
     EXPECT_DOUBLE_EQ(value.value[0], 0.5);
-    const auto pan = std::get<PropertyValue>(*osc_action(message("/group/all/pan", {std::int32_t{90}})));
+    const auto pan = std::get<OscSet>(*osc_action(message("/group/all/pan", {std::int32_t{90}}))).at(0);
     EXPECT_EQ(pan.kind, PropertyValue::Kind::group);
     EXPECT_DOUBLE_EQ(pan.value[0], std::numbers::pi / 2) << "degrees on the wire";
-    const auto color = std::get<PropertyValue>(*osc_action(message("/light/a/color", {1.0F, 0.5F, 0.0})));
+    const auto color = std::get<OscSet>(*osc_action(message("/light/a/color", {1.0F, 0.5F, 0.0}))).at(0);
     EXPECT_DOUBLE_EQ(color.value[1], 0.5);
-    const auto pattern = std::get<PropertyValue>(*osc_action(message("/{light,group}/s*/level", {true})));
+    const auto pattern = std::get<OscSet>(*osc_action(message("/{light,group}/s*/level", {true}))).at(0);
     EXPECT_TRUE(pattern.pattern);
     EXPECT_EQ(pattern.kind, PropertyValue::Kind::any);
-    EXPECT_EQ(std::get<PropertyValue>(*osc_action(message("/master", {0.25}))).property, Property::master);
-    EXPECT_EQ(std::get<PropertyValue>(*osc_action(message("/light/a/profile", {std::string("flood")}))).profile,
+    EXPECT_EQ(std::get<OscSet>(*osc_action(message("/master", {0.25}))).at(0).property, Property::master);
+    EXPECT_EQ(std::get<OscSet>(*osc_action(message("/light/a/profile", {std::string("flood")}))).at(0).profile,
               "flood");
     EXPECT_TRUE(std::holds_alternative<OscQuery>(*osc_action(message("/light/a/level"))));
     EXPECT_TRUE(std::holds_alternative<OscPing>(*osc_action(message("/gonio/ping"))));
     EXPECT_EQ(std::get<OscSubscribe>(*osc_action(message("/gonio/subscribe", {9001}))).port, 9001);
     EXPECT_FALSE(std::get<OscSubscribe>(*osc_action(message("/gonio/subscribe"))).port);
+}
+
+std::vector<std::string> properties_of(const OscMessage& message) {
+    std::vector<std::string> names;
+    const auto action = osc_action(message);
+    EXPECT_TRUE(action) << action.error().text();
+    if (action)
+        for (const PropertyValue& value : std::get<OscSet>(*action)) names.emplace_back(row_of(value.property).name);
+    return names;
+}
+
+TEST(OscSpace, PatternsWorkInTheLastPartToo) {
+    using Names = std::vector<std::string>;
+    EXPECT_EQ(properties_of(message("/light/a/{pan,tilt}", {30.0F})), (Names{"pan", "tilt"}));
+    EXPECT_EQ(properties_of(message("/group/*/p*", {1.0F, 2.0F, 3.0F})), (Names{"pan", "position"}));
+    EXPECT_EQ(properties_of(message("/light/a/p*", {std::string("flood")})), (Names{"profile"}));
+    EXPECT_EQ(properties_of(message("/{master,exposure}", {1.0F})), (Names{"master", "exposure"}));
+    EXPECT_EQ(properties_of(message("/l*/a/leve?", {1.0F})), (Names{"level"}));
+    // What matches and takes no such arguments is left out; if nothing is left that is told.
+    EXPECT_EQ(osc_action(message("/light/a/{color,aim}", {1.0F})).error().code, "invalid_argument");
+    EXPECT_EQ(osc_action(message("/light/a/{sha,shi}ne", {1.0F})).error().code, "not_found");
+    EXPECT_EQ(osc_action(message("/lamp*/a/level", {1.0F})).error().code, "not_found");
+    EXPECT_TRUE(std::holds_alternative<OscQuery>(*osc_action(message("/*"))));
+    EXPECT_TRUE(std::holds_alternative<OscQuery>(*osc_action(message("/group/front/*"))));
+}
+
+TEST(OscSpace, AGroupHasTheValuesOfItsFirstLight) {
+    v1::State state;
+    for (const char* name : {"a", "b"}) {
+        v1::Light& light = *state.add_lights();
+        light.set_name(name);
+        light.set_level_ratio(light.name() == "b" ? 0.5 : 0.25);
+    }
+    v1::Group& group = *state.add_groups();
+    group.set_name("front wash");
+    group.add_lights("b");
+    group.add_lights("a");
+    state.add_groups()->set_name("empty");
+    const OscValues values = osc_values(state);
+    EXPECT_EQ(values.at("/group/front%20wash/level"), (std::vector<OscArgument>{0.5F}));
+    std::size_t budget = kOscPatternBudget;
+    EXPECT_EQ(osc_select(values, "/{light,group}/*/level", budget)->size(), 3u);
+    EXPECT_FALSE(values.contains("/group/empty/level"));
+}
+
+// What one packet may compare is bounded, and names are compared once, not once for each of their values.
+TEST(OscSpace, PatternsHaveABudget) {
+    v1::State state;
+    for (int i = 0; i < 64; ++i) {
+        v1::Light& light = *state.add_lights();
+        light.set_name("light " + std::to_string(i));
+        for (int k = 0; k < 3; ++k) light.add_color_rgb(1), light.add_position(0), light.add_aim(0);
+    }
+    const OscValues values = osc_values(state);
+    std::size_t budget = kOscPatternBudget;
+    ASSERT_TRUE(osc_select(values, "/light/*[0-9]/*", budget));
+    EXPECT_EQ(kOscPatternBudget - budget, 64 * 6 + 14 * 1 + 5u) << "64 names, 14 properties, \"light\"";
+    int answered = 0;
+    while (osc_select(values, "/light/*" + std::string(400, '?') + "/level", budget)) ++answered;
+    EXPECT_GE(answered, 2);
+    EXPECT_LE(answered, 5);
+    EXPECT_EQ(osc_select(values, "/light/*" + std::string(400, '?') + "/level", budget).error().code, "too_large");
+    EXPECT_TRUE(osc_select(values, "/master", budget)) << "what is no pattern costs nothing";
 }
 
 TEST(OscSpace, WhatMeansNothingIsRefused) {
@@ -195,6 +279,7 @@ TEST(OscSpace, WhatMeansNothingIsRefused) {
                                     {message("/light/a/color", {1.0F, 1.0F}), "invalid_argument"},
                                     {message("/light/a/level", {std::string("full")}), "invalid_argument"},
                                     {message("/light/a/profile", {1.0F}), "invalid_argument"},
+                                    {message("/light/a/profile", {std::string(129, 'x')}), "invalid_argument"},
                                     {message("/gonio/subscribe", {70000}), "invalid_argument"},
                                     {message("/gonio/subscribe", {std::nanf("")}), "invalid_argument"}}) {
         const auto action = osc_action(bad);
@@ -218,9 +303,13 @@ TEST(OscSpace, TheStateAsMessages) {
     EXPECT_EQ(values.at("/light/a%20b/pan"), (std::vector<OscArgument>{180.0F}));
     EXPECT_EQ(values.at("/light/a%20b/blue"), (std::vector<OscArgument>{2.0F}));
     EXPECT_EQ(values.at("/master"), (std::vector<OscArgument>{0.5F}));
-    EXPECT_EQ(osc_select(values, "/light/*/{x,y,z}").size(), 3u);
-    EXPECT_EQ(osc_select(values, "/master").size(), 1u);
-    EXPECT_TRUE(osc_select(values, "/light/*").empty());
+    std::size_t budget = kOscPatternBudget;
+    EXPECT_EQ(osc_select(values, "/light/*/{x,y,z}", budget)->size(), 3u);
+    EXPECT_EQ(osc_select(values, "/master", budget)->size(), 1u);
+    EXPECT_EQ(osc_select(values, "/*", budget)->size(), 2u) << "master and exposure";
+    EXPECT_EQ(osc_select(values, "/l?ght/a%20b/level", budget)->size(), 1u) << "a pattern in the first part only";
+    EXPECT_EQ(osc_select(values, "/light/a*/level", budget)->size(), 1u) << "in the second only";
+    EXPECT_TRUE(osc_select(values, "/light/*", budget)->empty());
     // Every value can be set by the address under which it is told.
     for (const auto& [address, arguments] : values) EXPECT_TRUE(osc_action(message(address, arguments))) << address;
 }

@@ -4,6 +4,8 @@
 #include <cmath>
 #include <numbers>
 
+#include "protocol/artnet.h"
+#include "protocol/e131.h"
 #include "protocol/patch.h"
 #include "protocol/patch_toml.h"
 
@@ -34,7 +36,7 @@ DmxSource sender(std::uint32_t id, std::initializer_list<std::uint8_t> levels, s
     DmxSource source;
     source.id = id;
     std::copy(levels.begin(), levels.end(), source.levels.begin());
-    source.priority.fill(priority);
+    source.rank.fill(static_cast<std::uint8_t>(priority + 1));
     source.changed_ns = changed_ns;
     return source;
 }
@@ -100,7 +102,7 @@ TEST(Patch, OtherPropertiesFollowWhoChangedLast) {
 TEST(Patch, PrioritiesArePerSlot) {
     PatchReader reader(patch_of({row(1, "level"), row(2, "level", 16)}));
     DmxSource low = sender(1, {200, 1, 0}, 50), high = sender(2, {10, 9, 9}, 150);
-    high.priority[2] = 0;  // it does not control the fine byte of the second row
+    high.rank[2] = 0;  // it does not control the fine byte of the second row
     const auto values = reader.read(kUniverse, {{low, high}});
     ASSERT_EQ(values.size(), 2u);
     EXPECT_DOUBLE_EQ(values[0].value[0], 10 / 255.0);
@@ -117,6 +119,57 @@ TEST(Patch, AProfileIsChosenFromAList) {
     EXPECT_EQ(reader.read(kUniverse, {{sender(1, {85})}}).at(0).profile, "flood");
     EXPECT_EQ(reader.read(kUniverse, {{sender(1, {86})}}).at(0).profile, "bulb");
     EXPECT_EQ(reader.read(kUniverse, {{sender(1, {255})}}).at(0).profile, "street");
+}
+
+// A sweep over a wheel of three must not read a file for each of its 256 steps.
+TEST(Patch, AProfileSpeaksOnceWhileItIsTheSame) {
+    v1::PatchRow one = row(1, "profile", 16);
+    for (const char* name : {"flood", "bulb", "street"}) one.add_profiles(name);
+    PatchReader reader(patch_of({one}));
+    std::vector<std::string> said;
+    for (unsigned step = 0; step < 65536; step += 32)
+        for (const PropertyValue& value : reader.read(
+                 kUniverse, {{sender(1, {static_cast<std::uint8_t>(step >> 8), static_cast<std::uint8_t>(step)})}}))
+            said.push_back(value.profile);
+    EXPECT_EQ(said, (std::vector<std::string>{"flood", "bulb", "street"}));
+}
+
+TEST(Patch, WhatIsForgottenIsSaidAgain) {
+    v1::PatchRow other = row(2, "level");
+    other.set_target("other");
+    PatchReader reader(patch_of({row(1, "level"), other, row(3, "master")}));
+    const DmxUniverse universe{{sender(1, {10, 20, 30})}};
+    EXPECT_EQ(reader.read(kUniverse, universe).size(), 3u);
+    EXPECT_TRUE(reader.read(kUniverse, universe).empty());
+    reader.forget("other");
+    const auto again = reader.read(kUniverse, universe);
+    ASSERT_EQ(again.size(), 1u);
+    EXPECT_EQ(again[0].target, "other");
+    reader.forget(Property::master);
+    EXPECT_EQ(reader.read(kUniverse, universe).at(0).property, Property::master);
+}
+
+TEST(Patch, BeyondWhatCanBeJoinedOrToldIsWarnedOf) {
+    v1::Patch patch;
+    for (unsigned i = 0; i < kMaxJoinedUniverses; ++i) {
+        *patch.add_rows() = row(1, "level");
+        patch.mutable_rows(static_cast<int>(i))->set_universe(i + 1);
+    }
+    for (unsigned i = 0; i < 4 * kMaxArtPages; ++i) {
+        v1::PatchRow& one = *patch.add_rows() = row(1, "level");
+        one.set_protocol("artnet");
+        one.set_universe(i);
+    }
+    EXPECT_TRUE(patch_limits(patch).empty());
+    *patch.add_rows() = row(1, "level");
+    patch.mutable_rows(patch.rows_size() - 1)->set_universe(9000);
+    *patch.add_rows() = patch.rows(patch.rows_size() - 2);
+    patch.mutable_rows(patch.rows_size() - 1)->set_universe(30000);
+    const auto warnings = patch_limits(patch);
+    ASSERT_EQ(warnings.size(), 2u);
+    EXPECT_NE(warnings[0].find("513 sACN"), std::string::npos) << warnings[0];
+    EXPECT_NE(warnings[0].find("9000"), std::string::npos) << warnings[0];
+    EXPECT_NE(warnings[1].find("30000"), std::string::npos) << warnings[1];
 }
 
 TEST(Patch, TheDefaultIsOneSlotALightInBothProtocols) {
@@ -223,6 +276,31 @@ TEST(PatchFile, NamesMayHoldAnyCharacters) {
     const auto again = read_patch_toml(write_patch_toml(written));
     ASSERT_TRUE(again) << write_patch_toml(written);
     EXPECT_EQ(again->rows(0).target(), patch->rows(0).target());
+}
+
+// toml++ recurses as deep as keys and values nest: it must not see these.
+TEST(PatchFile, DeepNestingIsRefusedBeforeItIsParsed) {
+    const auto many = [](std::string text, int times) {
+        std::string result;
+        for (int i = 0; i < times; ++i) result += text;
+        return result;
+    };
+    const std::string head = "[[patch]]\nsacn = 1\naddress = 1\ntarget = \"a\"\nchannels = [\"level\"]\n";
+    for (const std::string& deep :
+         {many("a.", 200'000) + "a = 1", "[" + many("a.", 200'000) + "a]", many("\"a\" . ", 100'000) + "a = 1",
+          "x = " + many("[", 200'000), "x = " + many("{a.a = ", 100'000), "# c\n" + many("a.", 200'000),
+          head + "range." + many("a.", 200'000) + "a = [0, 1]"}) {
+        const auto patch = read_patch_toml(deep);
+        ASSERT_FALSE(patch);
+        EXPECT_EQ(patch.error().code, "bad_patch");
+        EXPECT_TRUE(patch.error().where.starts_with("line ")) << patch.error().where;
+    }
+    std::string text = head +
+                       "range = { level = [0.125, 0.5], pan = [-1.5, 1.5], tilt = [0.5, 1.5], roll = [0.5, 1.5], "
+                       "x = [0.5, 1.5] } # a.b.c.d.e.f.g.h.i.j.k\n";
+    const auto patch = read_patch_toml(text);
+    ASSERT_TRUE(patch) << patch.error().text();
+    EXPECT_DOUBLE_EQ(patch->rows(0).low(), 0.125);
 }
 
 TEST(PatchFile, ErrorsNameLineAndColumn) {
