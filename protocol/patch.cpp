@@ -201,8 +201,13 @@ const PatchReader::Candidate* PatchReader::moved_last(Row& row) const {
 
 std::vector<PropertyValue> PatchReader::read(const DmxKey& key, const DmxUniverse& universe) {
     std::vector<PropertyValue> values;
+    read(key, universe, values);
+    return values;
+}
+
+void PatchReader::read(const DmxKey& key, const DmxUniverse& universe, std::vector<PropertyValue>& values) {
     const auto found = rows_.find(key);
-    if (found == rows_.end()) return values;
+    if (found == rows_.end()) return;
     for (Row& row : found->second) {
         std::optional<Raw> raw = decide(row, universe);
         if (!raw) continue;
@@ -215,14 +220,12 @@ std::vector<PropertyValue> PatchReader::read(const DmxKey& key, const DmxUnivers
         const double low = row.row.has_low() ? row.row.low() : property.low;
         const double high = row.row.has_high() ? row.row.high() : property.high;
         const double top = row.bytes == 2 ? 65535.0 : 255.0;
-        PropertyValue value;
+        PropertyValue& value = values.emplace_back();
         value.target = row.row.target();
         value.property = property.property;
         if (property.property == Property::profile) value.profile = row.row.profiles(static_cast<int>((*raw)[0]));
         for (unsigned i = 0; i < property.values; ++i) value.value[i] = low + (high - low) * ((*raw)[i] / top);
-        values.push_back(std::move(value));
     }
-    return values;
 }
 
 }  // namespace gonio

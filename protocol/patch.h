@@ -46,6 +46,7 @@ public:
     // highest priority of the row's first slot wins; among equals a level or master takes the highest value (of all its
     // 16 bits), everything else the sender that changed its row last. Rows that no sender controls keep their value.
     std::vector<PropertyValue> read(const DmxKey& key, const DmxUniverse& universe);
+    void read(const DmxKey& key, const DmxUniverse& universe, std::vector<PropertyValue>& values);  // behind others
     // The rows for the target, or of the property, speak again when their universes are next read: what they said was
     // for a target that was not there, or could not be carried out.
     void forget(std::string_view target);

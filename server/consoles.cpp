@@ -65,14 +65,14 @@ void Consoles::serve(Stage& stage, std::int64_t now_ns) {
 
 // All universes of a protocol, as one command for each light.
 void Consoles::apply_dmx(Stage& stage, DmxProtocol protocol, std::int64_t now_ns) {
-    std::vector<PropertyValue> values;
+    values_.clear();
     for (const auto& [key, universe] : waiting_.universes) {
         if (key.protocol != protocol) continue;
         universes_[key] = universe;
-        for (PropertyValue& value : reader_.read(key, *universe)) values.push_back(std::move(value));
+        reader_.read(key, *universe, values_);
     }
-    if (values.empty()) return;
-    for (std::optional<Error>& refused : stage.apply_inputs(commands_of(stage.scene(), values))) {
+    if (values_.empty()) return;
+    for (std::optional<Error>& refused : stage.apply_inputs(commands_of(stage.scene(), values_))) {
         if (!refused) continue;
         if (refused->code == "busy") {  // what else is refused cannot be until the console says something else
             reader_.forget(Property::profile);

@@ -41,6 +41,7 @@ private:
     InputMail waiting_;
     std::map<DmxKey, std::shared_ptr<const DmxUniverse>> universes_;  // the newest of each that the patch uses
     PatchReader reader_;
+    std::vector<PropertyValue> values_;  // of the frame being applied; kept for its memory
     struct Followed {
         Revision patch, geometry, lights, groups;
         bool operator==(const Followed&) const = default;

@@ -1,8 +1,12 @@
 // Consoles as the network brings them: packets to the real goniod, levels in the scene, frames of the composite alone.
 #include <gtest/gtest.h>
 
+#include <csignal>
+
+#include <atomic>
 #include <chrono>
 #include <cmath>
+#include <filesystem>
 #include <fstream>
 #include <functional>
 #include <set>
@@ -32,8 +36,8 @@ Packet osc(const std::string& address, std::vector<OscArgument> arguments = {}) 
 class Consoles : public testing::Test {
 protected:
     void SetUp() override { start({}); }
-    void start(std::vector<std::string> more) {
-        std::vector<std::string> arguments = {"--size",   "160x160",     "--sacn", "127.0.0.1:0",
+    void start(std::vector<std::string> more, const std::string& sacn_at = "127.0.0.1:0") {
+        std::vector<std::string> arguments = {"--size",   "160x160",     "--sacn", sacn_at,
                                               "--artnet", "127.0.0.1:0", "--osc",  "127.0.0.1:0"};
         arguments.insert(arguments.end(), more.begin(), more.end());
         daemon.reset();
@@ -141,6 +145,215 @@ TEST_F(Consoles, PriorityTerminationAndLossDecideWhoWins) {
     EXPECT_TRUE(level_is(200 / 255.0)) << "the last look stays";
 }
 
+// Synchronised levels wait for their packet. When none comes they count again, or stay, as the sender says.
+TEST_F(Consoles, SacnSynchronizationHoldsLevelsAndItsLossLetsThemGo) {
+    Udp desk;
+    std::uint8_t numbers = 0;
+    const auto levels = [&](std::uint8_t value, std::uint8_t options) {
+        SacnPacket packet = sacn(1, value);
+        packet.sync = 900;
+        packet.options = options;
+        desk.send("239.255.0.1", ports["sacn"], packet.bytes());
+    };
+    // The group of the synchronization universe, 900 = 0x0384, is joined because a patched universe names it.
+    const auto synchronise = [&] { desk.send("239.255.3.132", ports["sacn"], sacn_sync(1, numbers++, 900)); };
+    constexpr std::uint8_t kForce = 0x20;
+    ASSERT_TRUE(until([&] { return level_is(51 / 255.0); }, [&] { levels(51, kForce), synchronise(); }));
+    EXPECT_EQ(source("sacn")["sync_universe"], 900);
+    for (int i = 0; i < 30; ++i) levels(102, kForce), std::this_thread::sleep_for(25ms);
+    EXPECT_TRUE(level_is(51 / 255.0)) << "not before its packet";
+    synchronise();
+    EXPECT_TRUE(until([&] { return level_is(102 / 255.0); }, [] {}, 1s));
+    // The loss: with Force_Synchronization set levels are live again after 2.5 s.
+    const auto lost = std::chrono::steady_clock::now();
+    EXPECT_TRUE(until([&] { return level_is(153 / 255.0); }, [&] { levels(153, kForce); }));
+    EXPECT_GE(std::chrono::steady_clock::now() - lost, 2000ms);
+    // With the bit clear they stay until synchronization comes back.
+    EXPECT_TRUE(until([&] { return level_is(204 / 255.0); }, [&] { levels(204, 0), synchronise(); }));
+    EXPECT_FALSE(until([&] { return level_is(10 / 255.0); }, [&] { levels(10, 0); }, 3500ms));
+    EXPECT_TRUE(until([&] { return level_is(10 / 255.0); }, [&] { levels(10, 0), synchronise(); }));
+}
+
+TEST_F(Consoles, PrioritiesPerSlotDecideSlotBySlot) {
+    daemon->json({"add", "light", "second", "--profile", "flood"});
+    Udp desk, backup;
+    const auto send = [&](const Udp& from, std::uint8_t cid, std::uint8_t start_code, std::vector<std::uint8_t> slots) {
+        SacnPacket packet = sacn(cid, 0);
+        packet.start_code = start_code;
+        packet.slots = std::move(slots);
+        from.send("127.0.0.1", ports["sacn"], packet.bytes());
+    };
+    const auto both = [&] {
+        send(desk, 1, 0x00, {51, 51});
+        send(desk, 1, 0xDD, {150, 50});
+        send(backup, 2, 0x00, {204, 204});  // by the priority of the universe, 100
+    };
+    const auto second = [&] { return daemon->json({"get", "lights.second.level_ratio"}).get<double>(); };
+    EXPECT_TRUE(until([&] { return level_is(0.2) && std::abs(second() - 0.8) < 1e-9; }, both)) << level() << second();
+    // 0 does not control the slot.
+    EXPECT_TRUE(until([&] { return level_is(0.8); },
+                      [&] {
+                          send(desk, 1, 0x00, {51, 51});
+                          send(desk, 1, 0xDD, {0, 200});
+                          send(backup, 2, 0x00, {204, 204});
+                      }));
+    EXPECT_NEAR(second(), 0.2, 1e-9);
+    EXPECT_EQ(source("sacn")["slot_priorities"], true);
+}
+
+TEST_F(Consoles, PreviewIsHeardUnlessSwitchedOff) {
+    for (const bool ignored : {false, true}) {
+        if (ignored) start({"--ignore-preview"});
+        Udp desk;
+        const auto preview = [&](std::uint8_t options) {
+            SacnPacket packet = sacn(1, options != 0 ? 51 : 102);
+            packet.options = options;
+            desk.send("239.255.0.1", ports["sacn"], packet.bytes());
+        };
+        EXPECT_EQ(until([&] { return level_is(0.2); }, [&] { preview(0x80); }, ignored ? 3000ms : 10000ms), !ignored);
+        if (!ignored) {
+            EXPECT_EQ(source("sacn")["preview"], true);
+        } else {
+            EXPECT_TRUE(until([&] { return level_is(0.4); }, [&] { preview(0); })) << "what is no preview is heard";
+        }
+    }
+}
+
+TEST_F(Consoles, UniverseDiscoveryListsWhatIsNotPatched) {
+    Udp desk;
+    // Universe 64214 = 0xFAD6, in two pages.
+    EXPECT_TRUE(until(
+        [&] {
+            const Json table = daemon->json({"sources"});
+            return table["discovered"].size() == 1 && table["discovered"][0]["universes"] == Json({3, 4, 5, 300});
+        },
+        [&] {
+            desk.send("239.255.250.214", ports["sacn"], sacn_discovery(1, 0, 1, {3, 4, 5}));
+            desk.send("239.255.250.214", ports["sacn"], sacn_discovery(1, 1, 1, {300}));
+        }));
+    EXPECT_NE(daemon->gonio({"sources"}).out.find("lister at 127.0.0.1"), std::string::npos);
+    EXPECT_NE(daemon->gonio({"sources"}).out.find("3-5,300"), std::string::npos);
+    EXPECT_TRUE(daemon->json({"sources"})["sources"].empty()) << "and are not joined";
+}
+
+TEST_F(Consoles, ArtSyncHoldsLevelsUntilTheNextOneOrForFourSeconds) {
+    Udp desk;
+    const auto levels = [&](std::uint8_t value) { desk.send("127.0.0.1", ports["artnet"], art_dmx(0, 0, {value, 0})); };
+    const auto synchronise = [&] { desk.send("127.0.0.1", ports["artnet"], art_header(0x5200, 14)); };
+    ASSERT_TRUE(until([&] { return level_is(0.2); }, [&] { levels(51), synchronise(); }));
+    levels(102);
+    std::this_thread::sleep_for(500ms);
+    EXPECT_TRUE(level_is(0.2)) << "not before the next ArtSync";
+    synchronise();
+    EXPECT_TRUE(until([&] { return level_is(0.4); }, [] {}, 1s));
+    const auto lost = std::chrono::steady_clock::now();
+    EXPECT_TRUE(until([&] { return level_is(0.6); }, [&] { levels(153); }));
+    EXPECT_GE(std::chrono::steady_clock::now() - lost, 3500ms);
+}
+
+TEST_F(Consoles, AnyAddressJoinsOnTheLoopbackInterfaceToo) {
+    start({}, "0.0.0.0:0");
+    Udp desk;
+    EXPECT_TRUE(
+        until([&] { return level_is(0.2); }, [&] { desk.send("239.255.0.1", ports["sacn"], sacn(1, 51).bytes()); }));
+    EXPECT_EQ(source("sacn")["out_of_order"], 0) << "each packet is heard once";
+}
+
+// Packets name universes, senders and synchronization addresses at will: none of that opens sockets or takes places
+// that patched universes need.
+TEST_F(Consoles, ForeignPacketsOpenNoSocketsAndLockNobodyOut) {
+    const auto sockets = [&] {
+        const std::filesystem::path folder = "/proc/" + std::to_string(daemon->pid()) + "/fd";
+        return std::distance(std::filesystem::directory_iterator(folder), {});
+    };
+    Udp stranger, desk;
+    const auto flood = [&] {
+        for (unsigned i = 0; i < 2000; ++i) {
+            SacnPacket packet = sacn(7, 1);
+            packet.universe = 1000 + i;
+            packet.sync = 5000 + i;
+            packet.slots.resize(8);
+            stranger.send("127.0.0.1", ports["sacn"], packet.bytes());
+            if (i % 100 == 99) std::this_thread::sleep_for(2ms);
+        }
+    };
+    const auto before = sockets();
+    flood();
+    ASSERT_TRUE(until([&] { return endpoint("sacn")["packets"] == 2000; })) << endpoint("sacn");
+    EXPECT_EQ(daemon->json({"sources"})["sources"].size(), 1024u);
+    EXPECT_EQ(endpoint("sacn")["refused_sources"], 2000 - 1024);
+    EXPECT_LE(sockets(), before + 2) << "not one for each address that was named";
+    EXPECT_TRUE(
+        until([&] { return level_is(0.2); }, [&] { desk.send("239.255.0.1", ports["sacn"], sacn(1, 51).bytes()); }, 4s))
+        << "the patched universe is heard all the same";
+}
+
+TEST_F(Consoles, WhatGoniodDoesNotReadInTimeIsCountedForGood) {
+    Udp desk;
+    ASSERT_TRUE(
+        until([&] { return level_is(0.2); }, [&] { desk.send("239.255.0.1", ports["sacn"], sacn(1, 51).bytes()); }));
+    kill(daemon->pid(), SIGSTOP);
+    for (int i = 0; i < 20000; ++i) desk.send("239.255.0.1", ports["sacn"], sacn(1, 51).bytes());
+    kill(daemon->pid(), SIGCONT);
+    ASSERT_TRUE(until([&] { return endpoint("sacn")["kernel_drops"] > 0; },
+                      [&] { desk.send("239.255.0.1", ports["sacn"], sacn(1, 51).bytes()); }));
+    const unsigned dropped = endpoint("sacn")["kernel_drops"];
+    TemporaryFolder folder;
+    EXPECT_EQ(daemon->gonio({"patch", folder.file("none.toml", "")}).exit_code, 0);  // the socket is closed
+    EXPECT_TRUE(until([&] { return endpoint("sacn")["universes"].empty(); }));
+    std::this_thread::sleep_for(500ms);
+    EXPECT_GE(endpoint("sacn")["kernel_drops"], dropped);
+    // Too long for any packet of the protocol: counted, not used.
+    Packet packet = sacn(1, 204).bytes();
+    packet.resize(3000);
+    desk.send("127.0.0.1", ports["sacn"], packet);
+    packet = art_dmx(0, 0, std::vector<std::uint8_t>(512, 204));
+    packet.resize(3000);
+    desk.send("127.0.0.1", ports["artnet"], packet);
+    EXPECT_TRUE(until([&] { return endpoint("sacn")["bad_packets"] == 1 && endpoint("artnet")["bad_packets"] == 1; }));
+    EXPECT_TRUE(level_is(0.2));
+}
+
+TEST_F(Consoles, ARefusedChannelHoldsUpNoOtherAndIsTold) {
+    TemporaryFolder folder;
+    start({"--patch", folder.file("patch.toml", "[[patch]]\nsacn = 1\naddress = 1\ntarget = \"" + light +
+                                                    "\"\nchannels = [\"level\", \"aim\"]\nrange.aim = [0, 1]\n")});
+    Udp desk;  // slots 2 to 4 are 0: a direction of no length
+    EXPECT_TRUE(
+        until([&] { return level_is(0.2); }, [&] { desk.send("127.0.0.1", ports["sacn"], sacn(1, 51).bytes()); }));
+    EXPECT_TRUE(until([&] {
+        return endpoint("sacn")["last_error"].get<std::string>().find("set_light.aim") != std::string::npos;
+    })) << endpoint("sacn");
+}
+
+// A group or light that comes later hears what the console says now; what the page has set elsewhere stays.
+TEST_F(Consoles, ALightThatComesLaterHearsTheConsole) {
+    TemporaryFolder folder;
+    start({"--patch", folder.file("patch.toml", "[[patch]]\nsacn = 1\naddress = 1\ntarget = \"" + light +
+                                                    "\"\nchannels = [\"level\"]\n[[patch]]\nsacn = 1\naddress = 2\n"
+                                                    "target = \"late\"\nchannels = [\"level\"]\n")});
+    Udp desk;
+    const auto send = [&] {
+        SacnPacket packet = sacn(1, 51);
+        packet.slots[1] = 102;
+        desk.send("127.0.0.1", ports["sacn"], packet.bytes());
+    };
+    ASSERT_TRUE(until([&] { return level_is(0.2); }, send));
+    daemon->rev({"set", "light", light, "--level", "0.75"});
+    daemon->json({"add", "light", "spot", "--profile", "flood"});
+    daemon->rev({"group", "late", "spot"});
+    const auto of_spot = [&] { return daemon->json({"get", "lights.spot.level_ratio"}).get<double>(); };
+    EXPECT_TRUE(until([&] { return std::abs(of_spot() - 0.4) < 1e-9; }, send)) << of_spot();
+    EXPECT_TRUE(level_is(0.75)) << "the page's hand on another light";
+    daemon->rev({"remove", "light", "spot"});
+    daemon->json({"add", "light", "late", "--profile", "flood"});
+    EXPECT_TRUE(until(
+        [&] {
+            return std::abs(daemon->json({"get", "lights.late.level_ratio"}).get<double>() - 0.4) < 1e-9;
+        },
+        send));
+}
+
 TEST_F(Consoles, ArtnetIsALevelAndPollsAreAnswered) {
     Udp desk;
     std::uint8_t number = 0;
@@ -209,11 +422,32 @@ TEST_F(Consoles, OscSetsAsksAndTellsItsSubscribers) {
     send(watcher, osc("/light/nobody/level", {0.5F}));
     EXPECT_EQ(hear(watcher, "/gonio/error")->arguments.at(0), OscArgument("not_found"));
     EXPECT_TRUE(level_is(0.125));
+    // A group is asked like a light; patterns may stand in any part.
+    daemon->rev({"group", "all", light});
+    ASSERT_TRUE(until([&] {
+        send(panel, osc("/group/all/level"));
+        const auto packet = panel.receive(200ms);
+        return packet && decode_osc(*packet) && (*decode_osc(*packet))[0].address == "/group/all/level";
+    }));
+    send(panel, osc("/l*/" + encode_osc_name(light) + "/level"));
+    EXPECT_TRUE(hear(panel, root + "/level"));
+    send(panel, osc(root + "/{pan,tilt}", {30.0F}));
+    EXPECT_TRUE(until([&] {
+        return std::abs(daemon->json({"get", "lights[0].tilt_rad"}).get<double>() - M_PI / 6) < 1e-6;
+    }));
+    EXPECT_NEAR(daemon->json({"get", "lights[0].pan_rad"}).get<double>(), M_PI / 6, 1e-6);
+    // Red and green in one frame: neither takes the other back.
+    send(panel,
+         encode_osc_bundle({{kOscImmediately, root + "/red", {0.25F}}, {kOscImmediately, root + "/green", {0.5F}}}));
+    EXPECT_TRUE(until([&] {
+        const Json color = daemon->json({"get", "lights[0].color_rgb"});
+        return color[0] == 0.25 && color[1] == 0.5;
+    }));
     // Another port for the feedback, as tablets want it.
     Udp listening;
     send(panel, osc("/gonio/subscribe", {static_cast<std::int32_t>(listening.port())}));
     EXPECT_TRUE(hear(listening, root + "/position"));
-    EXPECT_TRUE(until([&] { return endpoint("osc")["packets"] == 7; })) << endpoint("osc");
+    EXPECT_TRUE(until([&] { return source("osc")["protocol"] == "osc"; })) << endpoint("osc");
     EXPECT_EQ(source("osc")["protocol"], "osc");
     send(panel, Packet{1, 2, 3});
     EXPECT_TRUE(until([&] { return endpoint("osc")["bad_packets"] == 1; }));
@@ -324,6 +558,45 @@ double cpu_seconds(pid_t pid) {
     return (user + system) / static_cast<double>(sysconf(_SC_CLK_TCK));
 }
 
+// The stream of pictures as a browser takes it: counts them.
+class Viewer {
+public:
+    explicit Viewer(const std::string& url) : fd_(socket(AF_INET, SOCK_STREAM | SOCK_CLOEXEC, 0)) {
+        sockaddr_in at{};
+        at.sin_family = AF_INET;
+        at.sin_port = htons(static_cast<std::uint16_t>(std::stoi(url.substr(url.rfind(':') + 1))));
+        at.sin_addr.s_addr = htonl(INADDR_LOOPBACK);
+        const std::string request = "GET /v1/mjpeg HTTP/1.1\r\nHost: 127.0.0.1\r\n\r\n";
+        if (connect(fd_, reinterpret_cast<const sockaddr*>(&at), sizeof at) != 0 ||
+            write(fd_, request.data(), request.size()) != static_cast<ssize_t>(request.size()))
+            throw std::runtime_error("no stream");
+        thread_ = std::thread([this] {
+            const std::string boundary = "--gonio-frame";
+            std::string text, buffer(65536, 0);
+            for (ssize_t size = 0; (size = read(fd_, buffer.data(), buffer.size())) > 0;) {
+                text.append(buffer, 0, static_cast<std::size_t>(size));
+                std::size_t done = 0;
+                for (std::size_t found = 0; (found = text.find(boundary, done)) != std::string::npos;) {
+                    done = found + boundary.size();
+                    ++boundaries_;
+                }
+                text.erase(0, std::max(done, text.size() - std::min(text.size(), boundary.size() - 1)));
+            }
+        });
+    }
+    ~Viewer() {
+        shutdown(fd_, SHUT_RDWR);
+        thread_.join();
+        close(fd_);
+    }
+    int pictures() const { return std::max(0, boundaries_.load() - 1); }
+
+private:
+    int fd_;
+    std::atomic<int> boundaries_{0};  // the first stands before the first picture
+    std::thread thread_;
+};
+
 // 64 universes of 512 slots at 44 Hz, all patched, with levels that change in every packet of one slot.
 TEST_F(Consoles, SixtyFourUniversesAt44HzLoseNothingAndRenderNothing) {
     TemporaryFolder folder;
@@ -341,7 +614,9 @@ TEST_F(Consoles, SixtyFourUniversesAt44HzLoseNothingAndRenderNothing) {
         packets[i].sequence = 0;
     }
     std::uint8_t moving = 0;
+    int sent = 0;
     const auto rounds = [&](int count, bool change) {
+        sent += count;
         auto next = std::chrono::steady_clock::now();
         for (int round = 0; round < count; ++round) {
             if (change) ++moving;
@@ -382,21 +657,135 @@ TEST_F(Consoles, SixtyFourUniversesAt44HzLoseNothingAndRenderNothing) {
                 220 / time, 100 * share, quiet_ms, busy_ms);
     // Machines differ and have other things to do: this guards against packets that hold up frames, not against noise.
     EXPECT_LT(busy_ms, 2.0 * quiet_ms + 2.0);
+    // Pictures a second at a viewer, of a scene that OSC changes more often than frames are due.
+    const auto seen_fps = [&](bool among) {
+        const Viewer viewer(daemon->url());
+        std::thread packets_too([&] { rounds(among ? 110 : 0, true); });
+        Udp panel;
+        int pictures = 0;
+        const auto begin = std::chrono::steady_clock::now();
+        auto counted = begin;
+        for (int i = 0; std::chrono::steady_clock::now() < begin + 2500ms; ++i) {
+            panel.send("127.0.0.1", ports["osc"], osc("/exposure", {5.0F + 0.01F * static_cast<float>(i % 100)}));
+            std::this_thread::sleep_for(8ms);
+            if (i == 50) pictures = viewer.pictures(), counted = std::chrono::steady_clock::now();
+        }
+        const double time_s = std::chrono::duration<double>(std::chrono::steady_clock::now() - counted).count();
+        const double fps = (viewer.pictures() - pictures) / time_s;
+        packets_too.join();
+        return fps;
+    };
+    const double alone_fps = seen_fps(false), among_fps = seen_fps(true);
+    std::printf("a viewer sees %.1f frames/s without and %.1f among them\n", alone_fps, among_fps);
+    EXPECT_GT(among_fps, 0.7 * alone_fps);
+    std::this_thread::sleep_for(500ms);
     const Json end = daemon->json({"stats"});
     EXPECT_EQ(before["frames_rendered"], after["frames_rendered"]);
     EXPECT_EQ(before["scene_rev"], after["scene_rev"]);
     const Json sacn_end = end["sources"]["endpoints"][0];
-    EXPECT_EQ(sacn_end["packets"], 64 * 540);
+    EXPECT_EQ(sacn_end["packets"], 64 * sent);
     EXPECT_EQ(sacn_end["kernel_drops"], 0);
     EXPECT_EQ(sacn_end["bad_packets"], 0);
     EXPECT_EQ(sacn_end["refused_sources"], 0);
-    ASSERT_EQ(end["sources"]["sources"].size(), 64u);
+    int sacn_rows = 0;
     for (const Json& row : end["sources"]["sources"]) {
+        if (row["protocol"] != "sacn") continue;
+        ++sacn_rows;
         EXPECT_EQ(row["lost"], 0);
         EXPECT_EQ(row["out_of_order"], 0);
-        EXPECT_EQ(row["packets"], 540);
+        EXPECT_EQ(row["packets"], sent);
     }
+    EXPECT_EQ(sacn_rows, 64);
     EXPECT_LT(share, 0.5);
+}
+
+// 64 universes at 44 Hz, each moves the level of one of 16 lights in every packet: a change of the scene for each
+// frame, not for each packet, and a viewer that sees the composite at the senders' rate.
+TEST_F(Consoles, LevelsThatMoveIn64UniversesAreOneChangeAFrame) {
+    TemporaryFolder folder;
+    const auto name = [&](int i) { return i == 0 ? light : "light " + std::to_string(i); };
+    std::string text;
+    for (int universe = 1; universe <= 64; ++universe)
+        text += "[[patch]]\nsacn = " + std::to_string(universe) + "\naddress = 1\ntarget = \"" + name(universe % 16) +
+                "\"\nchannels = [\"level\"]\n";
+    for (int i = 1; i < 16; ++i) daemon->json({"add", "light", name(i), "--profile", "narrow_spot"});
+    ASSERT_EQ(daemon->gonio({"patch", folder.file("patch.toml", text)}).exit_code, 0);
+    daemon->json({"report"});
+    Udp desk;
+    std::array<SacnPacket, 64> packets;
+    for (unsigned i = 0; i < 64; ++i) {
+        packets[i] = sacn(1, 0);
+        packets[i].universe = i + 1;
+    }
+    const auto rounds = [&](int count) {
+        auto next = std::chrono::steady_clock::now();
+        for (int round = 0; round < count; ++round) {
+            for (SacnPacket& packet : packets) {
+                ++packet.sequence;
+                packet.slots[0] = static_cast<std::uint8_t>(packet.slots[0] + 3);
+                desk.send("127.0.0.1", ports["sacn"], packet.bytes());
+            }
+            std::this_thread::sleep_until(next += 22727us);
+        }
+    };
+    struct Measured {
+        double share, changes, frames, pictures;  // of one core; a second
+    };
+    const auto measure = [&](const Viewer* viewer) -> Measured {
+        const Json before = daemon->json({"stats"});
+        const double cpu = cpu_seconds(daemon->pid());
+        const int pictures = viewer != nullptr ? viewer->pictures() : 0;
+        const auto begin = std::chrono::steady_clock::now();
+        rounds(132);
+        const double time = std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
+        const double share = (cpu_seconds(daemon->pid()) - cpu) / time;
+        const Json after = daemon->json({"stats"});
+        const auto rate = [&](const char* key) {
+            return (after[key].get<double>() - before[key].get<double>()) / time;
+        };
+        return {share, rate("scene_rev"), rate("frames_rendered"),
+                viewer != nullptr ? (viewer->pictures() - pictures) / time : 0.0};
+    };
+    rounds(80);  // the senders' first 1.5 s
+    const Measured alone = measure(nullptr);
+    const Viewer viewer(daemon->url());
+    ASSERT_TRUE(until([&] { return viewer.pictures() > 0; }, [&] { rounds(1); }));
+    const Measured watched = measure(&viewer);
+    expect_composite_only();
+    std::printf(
+        "64 universes that move at 44 Hz: %.1f %% of one core, %.0f changes/s; with a viewer %.1f %%, "
+        "%.1f frames/s rendered, %.1f seen\n",
+        100 * alone.share, alone.changes, 100 * watched.share, watched.frames, watched.pictures);
+    EXPECT_LT(alone.changes, 66.0) << "no more than one a frame, though 2,816 packets a second change levels";
+    EXPECT_EQ(alone.frames, 0.0) << "nobody looks";
+    EXPECT_LT(alone.share, 0.5);
+    EXPECT_LT(watched.changes, 66.0);
+    // Machines differ: the viewer must not starve.
+    EXPECT_GT(watched.pictures, 10.0);
+    const Json sacn_end = endpoint("sacn");
+    EXPECT_EQ(sacn_end["kernel_drops"], 0);
+    EXPECT_EQ(sacn_end["refused_sources"], 0);
+    for (const Json& row : daemon->json({"sources"})["sources"]) EXPECT_EQ(row["lost"], 0);
+    // Nothing has piled up: the last levels are there as soon as the last packet is.
+    const double last = packets[15].slots[0] / 255.0;  // universe 16: the first light's
+    const auto end = std::chrono::steady_clock::now();
+    EXPECT_TRUE(until([&] { return level_is(packets[63].slots[0] / 255.0) || level_is(last); }, [] {}, 1s));
+    EXPECT_LT(std::chrono::steady_clock::now() - end, 500ms);
+}
+
+// A flood of one address: the newest value counts, at once.
+TEST_F(Consoles, AFloodOfOscLeavesTheNewestValueAndNoQueue) {
+    Udp panel;
+    const std::string root = "/light/" + encode_osc_name(light);
+    for (int i = 0; i < 20000; ++i) {
+        panel.send("127.0.0.1", ports["osc"], osc(root + "/level", {static_cast<float>(i % 1000) / 2000.0F}));
+        if (i % 200 == 199) std::this_thread::sleep_for(2ms);
+    }
+    panel.send("127.0.0.1", ports["osc"], osc(root + "/level", {0.875F}));
+    const auto sent = std::chrono::steady_clock::now();
+    EXPECT_TRUE(until([&] { return level_is(0.875); }, [] {}, 2s));
+    EXPECT_LT(std::chrono::steady_clock::now() - sent, 1s);
+    EXPECT_EQ(endpoint("osc")["refused_sources"], 0);
 }
 
 TEST(ConsoleOptions, NothingListensUnlessAskedAndBadPlacesAreNamed) {

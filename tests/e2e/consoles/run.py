@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
 """goniod and a sender that others wrote, in a network namespace of their own: nothing leaves this machine.
 
-  run.py GONIOD GONIO ola|qlc|sacn|artnet|dmxnet|osc
+  run.py GONIOD GONIO ola|qlc|sacn|artnet|dmxnet|osc|interfaces
 
 Each ends as a level in the scene and as a changed frame. Exit code 0: it did; 1: it did not; 77: the sender, or the right to
 make a namespace, is missing here.
@@ -11,6 +11,7 @@ import os
 import pathlib
 import re
 import shutil
+import socket
 import subprocess
 import sys
 import tempfile
@@ -50,7 +51,7 @@ target = "luminaire"
 channels = ["red"]
 """
 NEEDS = {"ola": ["olad", "ola_patch", "runuser"], "qlc": ["qlcplus", "node"], "sacn": ["node"], "artnet": ["node"],
-         "dmxnet": ["node"], "osc": ["oscsend"]}
+         "dmxnet": ["node"], "osc": ["oscsend"], "interfaces": []}
 children = []
 
 
@@ -163,6 +164,41 @@ def dmxnet(server, folder):
     server.level_becomes(204, "npm dmxnet")
 
 
+def interfaces(server, folder):
+    """Listening on 0.0.0.0: multicast is heard on the loopback interface, on another one, and on one that comes later."""
+    desk = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
+    sequence = 0
+
+    def send(address, level):
+        nonlocal sequence
+        sequence = (sequence + 1) % 256
+        packet = bytearray(126 + 4)
+        packet[0:16] = b"\x00\x10\x00\x00ASC-E1.17\x00\x00\x00"
+        for at in (16, 38, 115):  # the lengths of the layers
+            packet[at:at + 2] = (0x7000 | len(packet) - at).to_bytes(2, "big")
+        packet[21], packet[43], packet[44:48], packet[108], packet[111] = 4, 2, b"desk", 100, sequence
+        packet[22:38] = bytes(16 * [5])
+        packet[114], packet[117], packet[118], packet[122], packet[124], packet[126] = 1, 2, 0xA1, 1, 5, level
+        desk.setsockopt(socket.IPPROTO_IP, socket.IP_MULTICAST_IF, socket.inet_aton(address))
+        desk.sendto(packet, ("239.255.0.1", 5568))
+        return True
+
+    for name, address, level in (("the loopback interface", "127.0.0.1", 51), ("another interface", "10.7.0.1", 102),
+                                 ("one that came later", "10.8.0.1", 153)):
+        if level == 153:
+            add_pair("w", address)
+        server.until(f"sACN by multicast on {name}: level {level}/255",
+                     lambda: send(address, level) and abs(server.level() - level / 255) < 1e-6)
+    check(all(row["out_of_order"] == 0 for row in server.source("sacn", 1)), "each packet is heard once")
+
+
+def add_pair(name, address):
+    for command in (f"ip link add {name}0 type veth peer name {name}1", f"ip addr add {address}/24 dev {name}0",
+                    f"ip link set {name}0 up multicast on", f"ip link set {name}1 up"):
+        if subprocess.run(command.split()).returncode != 0:
+            skip(f"'{command}' is not allowed here")
+
+
 OLA_OFF = ("dmx4linux espnet ftdidmx gpio karate kinet milinst opendmx openpixelcontrol osc pathport renard sandnet shownet spi "
            "stageprofi uartdmx usbdmx usbserial nanoleaf").split()
 
@@ -252,6 +288,9 @@ def main():
             if subprocess.run(command.split()).returncode != 0:
                 skip(f"'{command}' is not allowed here")
         sacn, artnet = "127.0.0.2", "127.0.0.4"
+    if sender == "interfaces":
+        add_pair("v", "10.7.0.1")
+        sacn = "0.0.0.0"
     with tempfile.TemporaryDirectory(prefix="gonio-consoles-") as folder:
         try:
             globals()[sender](Server(goniod, gonio, sacn, artnet, pathlib.Path(folder)), pathlib.Path(folder))
