@@ -326,6 +326,34 @@ TEST_F(Consoles, ARefusedChannelHoldsUpNoOtherAndIsTold) {
     })) << endpoint("sacn");
 }
 
+// More profiles are asked for than can be read meanwhile: what was refused as "busy" is asked for again.
+TEST_F(Consoles, AProfileWheelEndsWhereTheConsoleLeavesIt) {
+    TemporaryFolder folder;
+    std::vector<std::string> group = {"group", "all", light};
+    for (int i = 1; i < 64; ++i) {
+        group.push_back("light " + std::to_string(i));
+        daemon->json({"add", "light", group.back(), "--profile", "flood"});
+    }
+    daemon->rev(group);
+    ASSERT_EQ(daemon
+                  ->gonio({"patch", folder.file("patch.toml",
+                                                "[[patch]]\nsacn = 1\naddress = 1\ntarget = \"all\"\n"
+                                                "channels = [\"profile\"]\nprofiles = [\"bulb\", "
+                                                "\"flood\", \"downlight\", \"street\"]\n")})
+                  .exit_code,
+              0);
+    Udp desk;
+    const auto send = [&](std::uint8_t value) { desk.send("127.0.0.1", ports["sacn"], sacn(1, value).bytes()); };
+    for (int i = 0; i < 120; ++i) send(static_cast<std::uint8_t>(64 * i)), std::this_thread::sleep_for(25ms);
+    const auto all_street = [&] {
+        const Json lights = daemon->json({"get", "lights"});
+        return lights.size() == 64 &&
+               std::all_of(lights.begin(), lights.end(), [](const Json& one) { return one["profile"] == "street"; });
+    };
+    EXPECT_TRUE(until(
+        all_street, [&] { send(255); }, 20s));
+}
+
 // A group or light that comes later hears what the console says now; what the page has set elsewhere stays.
 TEST_F(Consoles, ALightThatComesLaterHearsTheConsole) {
     TemporaryFolder folder;
