@@ -21,6 +21,13 @@ std::int64_t clock_ns(clockid_t clock) {
     return time.tv_sec * 1'000'000'000 + time.tv_nsec;
 }
 
+// Result: about how many bytes the values are as messages.
+std::size_t bytes_of(const OscValues& values) {
+    std::size_t bytes = 0;
+    for (const auto& [address, arguments] : values) bytes += address.size() + 16 * arguments.size() + 8;
+    return bytes;
+}
+
 void set(int fd, int level, int option, int value) {
     setsockopt(fd, level, option, &value, sizeof value);
 }
@@ -239,13 +246,8 @@ void OscServer::act(const OscMessage& message, const OscClient& from, std::int64
         if (!selected) return refuse(message, from, selected.error(), now_ns);
         if (selected->empty())
             return refuse(message, from, {"not_found", message.address, "", "there is no such value"}, now_ns);
-        std::size_t bytes = 0;
-        for (const auto& [address, arguments] : *selected) bytes += address.size() + 16 * arguments.size() + 8;
-        if (!may_answer(from, bytes)) {
-            ++refused_;
-            last_error_ = "busy " + message.address + ": too many answers are asked for";
-            return;
-        }
+        if (!may_answer(from, bytes_of(*selected)))
+            return refuse(message, from, {"busy", message.address, "", "too many answers are asked for"}, now_ns);
         send_values(from, from.peer, *selected);
     } else {
         const auto subscriber = subscribers_.find(from);
@@ -268,10 +270,16 @@ void OscServer::subscribe(const OscSubscribe& wish, const OscMessage& message, c
     if (from.tcp && !is_connected(from)) return;  // it closed before its time tag
     if (!subscribers_.contains(from) && subscribers_.size() >= kMaxOscSubscribers)
         return refuse(message, from, {"busy", message.address, "", "there are 32 subscribers already"}, now_ns);
+    const UdpPeer to = {from.peer.ip, wish.port.value_or(from.peer.port)};
+    const auto known = subscribers_.find(from);
+    const bool told =
+        known != subscribers_.end() && known->second.to == to && now_ns - known->second.told_ns < kOscRetell_ns;
+    if (!told && !may_answer(from, bytes_of(values())))
+        return refuse(message, from, {"busy", message.address, "", "too many answers are asked for"}, now_ns);
     Subscriber& subscriber = subscribers_[from];
-    subscriber.to = {from.peer.ip, wish.port.value_or(from.peer.port)};
+    subscriber.to = to;
     subscriber.until_ns = now_ns + kOscLease_ns;
-    if (subscriber.told_ns != 0 && now_ns - subscriber.told_ns < kOscRetell_ns) return;
+    if (told) return;
     subscriber.told_ns = now_ns;
     subscriber.sent.clear();  // everything is told anew
     subscriber.guarded_until_ns.clear();
