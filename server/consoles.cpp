@@ -13,8 +13,9 @@ static constexpr std::int64_t kRetry_ns = 250'000'000;  // after the loader was 
 void Consoles::follow_patch(const Scene& scene) {
     const Followed now = {scene.patch_rev, scene.geometry_rev, scene.lights_rev, scene.groups_rev};
     if (followed_ == now) return;
-    const bool same_patch =
-        followed_ && scene.patch && followed_->patch == now.patch && followed_->geometry == now.geometry;
+    // The default patch changes with the lights.
+    const bool same_patch = followed_ && followed_->patch == now.patch && followed_->geometry == now.geometry &&
+                            (scene.patch || followed_->lights == now.lights);
     followed_ = now;
     auto targets = targets_of(scene);
     if (same_patch) {
