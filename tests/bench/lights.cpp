@@ -126,7 +126,11 @@ void print_table(const std::vector<LightsRow>& rows, std::ostream& out) {
             << std::setprecision(2) << std::setw(12) << row.frame_ms << std::setw(10) << row.frame_p95_ms
             << std::setprecision(1) << std::setw(10) << 1e3 / row.frame_ms << std::setprecision(2) << std::setw(7)
             << row.rate << std::setw(19) << row.settling_frames << std::setprecision(0) << std::setw(8)
-            << row.settling_ms << "\n";
+            << row.settling_ms << std::setprecision(1);
+        for (const auto& [name, ms] : row.pass_ms) {
+            if (ms >= 0.1) out << "  " << name << " " << ms;
+        }
+        out << "\n";
     }
 }
 
