@@ -56,8 +56,8 @@ public:
     // Applies a console's command. Result: why not; the change is told to clients by tell_inputs() once for all.
     std::optional<Error> apply_input(const v1::Command& command);
     void tell_inputs();
-    // Whether the picture is older than the scene, or somebody waits for a report.
-    bool frame_wanted() const { return rendered_rev_ != scene_.scene_rev; }
+    // Whether the picture is older than the scene or not all there is to come of it; or somebody waits for a report.
+    bool frame_wanted() const { return rendered_rev_ != scene_.scene_rev || !renderer_->settled(); }
     bool report_wanted() const { return !waiting_.empty(); }
     // Starts a frame of the scene as it stands now. With kMaxFramesInFlight on the GPU it first waits for the oldest.
     void begin_frame(std::int64_t drained_ns);

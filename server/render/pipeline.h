@@ -29,7 +29,11 @@ struct FrameInputs {
     Meter meter = Meter::none;  // else the G-buffer is a single point and nothing is composited; rsm: texels are wanted
     // Whether the live picture's light stays on the CPU; a view that only shaders show asks for it (run_layers).
     bool shades_on_cpu() const;
-    GLuint raw = 0;  // composite values into this framebuffer instead of the display
+    // Whether the picture can be made of all luminaires at once: several of them, shaded and shown on the CPU.
+    bool can_merge() const;
+    bool merged = false;                // it is; else of the luminaires' own layers
+    std::vector<std::uint32_t> refill;  // ids of luminaires whose own layers are made besides
+    GLuint raw = 0;                     // composite values into this framebuffer instead of the display
 };
 
 // inputs outlive the passes.
