@@ -262,7 +262,7 @@ unsigned unhidden(const trace::Geometry& geometry, const MergedLight& light, con
         query.along_z[i] = light.position.z - query.from_z[i];
         query.far[i] = 1.0f - 1e-5f;  // a luminaire mounted on a surface is not hidden by it
     }
-    return active & ~geometry.occluded(query, active);
+    return active & ~geometry.occluded(query, active, true);
 }
 
 // Sixteen points in arrays of their own.

@@ -167,10 +167,13 @@ void run_lights(const LightsOptions& options, std::ostream& out) {
         scene.width_px = options.width_px & ~1;
         scene.height_px = options.height_px & ~1;
         Renderer renderer(*context);
-        for (const Change& change : kChanges)
-            rows.push_back(measure(renderer, *encoder, scene, change, options.seconds));
+        for (const Change& change : kChanges) {
+            if (options.change.empty() || options.change == change.name)
+                rows.push_back(measure(renderer, *encoder, scene, change, options.seconds));
+        }
     }
-    if (rows.empty()) throw std::runtime_error("the stage has 1, 4, 16 or 64 luminaires");
+    if (rows.empty())
+        throw std::runtime_error("the stage has 1, 4, 16 or 64 luminaires; see gonio-bench lights --help for changes");
     std::stable_sort(rows.begin(), rows.end(), [](const LightsRow& a, const LightsRow& b) {
         const auto place = [](const LightsRow& row) {
             return std::find_if(std::begin(kChanges), std::end(kChanges),

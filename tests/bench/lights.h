@@ -13,6 +13,7 @@ struct LightsOptions {
     int width_px = 800, height_px = 800;
     double seconds = 5.0;    // per row, after warm-up; at least 10 frames, at most 100
     std::size_t lights = 0;  // only this many luminaires; 0: 1, 4, 16 and 64
+    std::string change;      // only this one of LightsRow::change; empty: all
     bool json = false;
     int device = -1;
 };
