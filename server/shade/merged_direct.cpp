@@ -158,13 +158,13 @@ std::size_t LightBlock(Block& block, const MergedLight& light, const float* latt
             const Vec3 to = Vec3(load(block.x + at), load(block.y + at), load(block.z + at)) - spread(light.position);
             const Vec3 n(load(block.nx + at), load(block.ny + at), load(block.nz + at));
             const Float d2 = max(dot(to, to), Float(1e-12f));
-            const Float cosine = -dot(n, to) * inversesqrt(d2);
+            const Float per_d = inversesqrt(d2), cosine = -dot(n, to) * per_d;
             const Mask faces = Float(0.0f) < cosine, alike = Float(0.5f) < shares;
             const Mask agree = hn::And(alike, hn::Or(open < Float(kOpinion), Float(1.0f - kOpinion) < open));
             const Mask lit = hn::And(hn::And(faces, agree), Float(0.5f) < open);
             if (!hn::AllFalse(tag, lit)) {
                 if (steep) ratio = web_ratio(light.web, turned(light.light_from_world, to));
-                const Float value = hn::IfThenElseZero(lit, (ratio * cosine / d2).raw);
+                const Float value = hn::IfThenElseZero(lit, (ratio * cosine * per_d * per_d).raw);
                 for (int k = 0; k < 3; ++k)
                     store(load(block.light[k] + at) + value * Float(light.weight[k]), block.light[k] + at);
             }
@@ -275,6 +275,28 @@ struct Packet {
     Points points() const { return {array[0], array[1], array[2], array[3], array[4], array[5]}; }
 };
 
+// With more luminaires than so many a shadow of one of them is faint: blocks ask every other grid point first.
+constexpr std::size_t kDense = 4;
+
+// Result: whether 8 × 8 grid points, four packets of every other one each, lie on one smooth surface.
+bool even(const Packet* packets, const unsigned* active) {
+    const auto vec = [](const Packet& packet, int first, int i) {
+        return glm::vec3(packet.array[first][i], packet.array[first + 1][i], packet.array[first + 2][i]);
+    };
+    for (int p = 0; p < 4; ++p) {
+        if (active[p] != 0xffffu) return false;
+        for (int i = 0; i < trace::kPacket; ++i) {
+            const glm::vec3 n = vec(packets[0], 3, i), off = vec(packets[p], 0, i) - vec(packets[0], 0, i);
+            if (glm::dot(n, vec(packets[p], 3, i)) < 0.98f) return false;
+            if (std::abs(glm::dot(n, off)) > 0.1f * glm::length(off)) return false;
+            const int next = i % 4 < 3 ? i + 1 : i;  // and between the packets' own points
+            const glm::vec3 across = vec(packets[p], 0, next) - vec(packets[p], 0, i);
+            if (std::abs(glm::dot(n, across)) > 0.1f * glm::length(across)) return false;
+        }
+    }
+    return true;
+}
+
 // The lattice's values of 8 × 8 grid points from (x, y) on.
 void ask_grid(const Grid& grid, const trace::Geometry& geometry, const MergedList& list, std::span<const Start> starts,
               int x, int y, Lattice& lattice) {
@@ -286,7 +308,7 @@ void ask_grid(const Grid& grid, const trace::Geometry& geometry, const MergedLis
     alignas(64) float lx[4 * kLanes], ly[4 * kLanes], lz[4 * kLanes], depth[4 * kLanes];
     for (int p = 0; p < 4; ++p) {
         for (int i = 0; i < trace::kPacket; ++i) {
-            const int px = x + p % 2 * 4 + i % 4, py = y + p / 2 * 4 + i / 4;
+            const int px = x + i % 4 * 2 + p % 2, py = y + i / 4 * 2 + p / 2;
             if (px < grid.width && py < grid.height) inside[p] |= 1u << i;
             at[p][i] = static_cast<std::size_t>(grid.at(std::min(px, grid.width - 1), std::min(py, grid.height - 1)));
             packets[p].set(static_cast<std::size_t>(i), arrays, grid.values[6].data(), at[p][i]);
@@ -297,7 +319,9 @@ void ask_grid(const Grid& grid, const trace::Geometry& geometry, const MergedLis
         }
     }
     const std::uint64_t beams = beams_at(list, around({lx, ly, lz, lx, ly, lz}, depth, 4 * kLanes));
+    const bool sparse = list.lights.size() > kDense && even(packets, active);
     for (std::size_t k = 0; k < list.lights.size(); ++k) {
+        bool all_seen = false, all_hidden = false;  // so say the points asked first
         for (int p = 0; p < 4; ++p) {
             float* to = lattice[k].data();
             if ((beams >> k & 1u) == 0 || active[p] == 0) {
@@ -311,9 +335,10 @@ void ask_grid(const Grid& grid, const trace::Geometry& geometry, const MergedLis
             unsigned lit = 0;
             for (int i = 0; i < trace::kPacket; ++i) lit |= (lux[i] > 0.0f ? 1u : 0u) << i;
             lit &= active[p];
-            const unsigned seen =
-                lit == 0 ? 0u
-                         : unhidden(geometry, list.lights[k], packets[p].points(), packets[p].depth, starts[k], lit);
+            unsigned seen = all_seen ? lit : 0u;
+            if (lit != 0 && !all_seen && !all_hidden)
+                seen = unhidden(geometry, list.lights[k], packets[p].points(), packets[p].depth, starts[k], lit);
+            if (p == 0 && sparse && lit == active[p]) all_seen = seen == lit, all_hidden = seen == 0;
             for (int i = 0; i < trace::kPacket; ++i) {
                 if ((inside[p] >> i & 1u) == 0) continue;
                 const float value = std::max(ratio[i], kNoLight);
