@@ -59,8 +59,10 @@ public:
     // cannot be read now. Clients are told of the changes after a revision by tell_inputs(), once a frame.
     std::vector<std::optional<Error>> apply_inputs(std::span<const v1::Command> commands);
     void tell_inputs(Revision before);
-    // Whether the picture is older than the scene, or somebody waits for a report.
-    bool frame_wanted() const { return rendered_rev_ != scene_.scene_rev || better_ || budget_.owes(monotonic_ns()); }
+    // Whether the picture is older than the scene or not all there is to come of it; or somebody waits for a report.
+    bool frame_wanted() const {
+        return rendered_rev_ != scene_.scene_rev || better_ || !renderer_->settled() || budget_.owes(monotonic_ns());
+    }
     bool report_wanted() const { return !waiting_.empty(); }
     // Starts a frame of the scene as it stands now. With kMaxFramesInFlight on the GPU it first waits for the oldest.
     void begin_frame(std::int64_t drained_ns);

@@ -1,7 +1,6 @@
 #include "server/render/graph.h"
 
 #include <chrono>
-#include <set>
 
 namespace gonio {
 
@@ -13,14 +12,42 @@ void Ledger::forget_light(std::uint32_t light) {
     std::erase_if(entries_, [&](const auto& entry) { return entry.first.light == light; });
 }
 
-std::vector<v1::PassReport> execute(std::span<Pass> passes, std::span<const SlotRef> wanted, Ledger& ledger,
-                                    const std::function<void(std::size_t)>& before,
-                                    const std::function<void(std::size_t)>& after) {
+namespace {
+
+std::set<SlotRef> needed_for(std::span<const Pass> passes, std::span<const SlotRef> wanted) {
     std::set<SlotRef> needed(wanted.begin(), wanted.end());
     for (std::size_t i = passes.size(); i-- > 0;) {
         if (passes[i].absent || !needed.contains(passes[i].writes)) continue;
         needed.insert(passes[i].reads.begin(), passes[i].reads.end());
     }
+    return needed;
+}
+
+}  // namespace
+
+std::set<SlotRef> outdated(std::span<const Pass> passes, std::span<const SlotRef> wanted, const Ledger& ledger) {
+    const std::set<SlotRef> needed = needed_for(passes, wanted);
+    std::set<SlotRef> result;
+    for (const Pass& pass : passes) {
+        if (pass.absent || !needed.contains(pass.writes)) continue;
+        bool old = pass.stale;
+        std::vector<std::uint64_t> key = pass.key;
+        for (const SlotRef& slot : pass.reads) {
+            const auto read = ledger.entries_.find(slot);
+            key.push_back(read != ledger.entries_.end() ? read->second.version : 0);
+            old = old || result.contains(slot);
+        }
+        const auto own = ledger.entries_.find(pass.writes);
+        if (old || own == ledger.entries_.end() || own->second.version == 0 || own->second.key != key)
+            result.insert(pass.writes);
+    }
+    return result;
+}
+
+std::vector<v1::PassReport> execute(std::span<Pass> passes, std::span<const SlotRef> wanted, Ledger& ledger,
+                                    const std::function<void(std::size_t)>& before,
+                                    const std::function<void(std::size_t)>& after) {
+    const std::set<SlotRef> needed = needed_for(passes, wanted);
     std::vector<v1::PassReport> rows;
     rows.reserve(passes.size());
     for (std::size_t i = 0; i < passes.size(); ++i) {

@@ -7,6 +7,7 @@
 #include <cstdint>
 #include <functional>
 #include <map>
+#include <set>
 #include <span>
 #include <string>
 #include <vector>
@@ -23,6 +24,7 @@ enum class Slot : std::uint8_t {
     mask,
     flux,
     vpl,
+    merged,
     occlusion,
     direct,
     gather,
@@ -65,6 +67,7 @@ public:
     void forget_light(std::uint32_t light);
 
 private:
+    friend std::set<SlotRef> outdated(std::span<const Pass>, std::span<const SlotRef>, const Ledger&);
     friend std::vector<v1::PassReport> execute(std::span<Pass>, std::span<const SlotRef>, Ledger&,
                                                const std::function<void(std::size_t)>&,
                                                const std::function<void(std::size_t)>&);
@@ -75,6 +78,9 @@ private:
     std::map<SlotRef, Entry> entries_;
     std::uint64_t newest_version_ = 0;  // never used twice: a slot made anew after forgetting is news to its readers
 };
+
+// Result: of the slots that `wanted` needs those whose passes would run.
+std::set<SlotRef> outdated(std::span<const Pass> passes, std::span<const SlotRef> wanted, const Ledger& ledger);
 
 // Runs the passes in the order given, each at most once. passes: every slot is written by at most one of them and read
 // only by later ones. wanted: slots somebody looks at. before/after(i) surround each run (timers). Result: one row per

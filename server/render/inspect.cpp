@@ -42,6 +42,17 @@ struct Reader {
         values(name, channels, has_sign, read_back);
         item.half_float = false;
     }
+
+    // What all luminaires' passes made at once, lux.
+    void merged(const char* name, bool indirect) {
+        std::vector<float> flat;
+        for (const glm::vec3& lux :
+             cpu_illuminance(inputs.target, {}, inputs.geometry.layer_unit_m2(), true, indirect, inputs.pool))
+            flat.insert(flat.end(), {lux.x, lux.y, lux.z});
+        item.half_float = true;
+        values(name, 3, false, flat);
+        item.half_float = false;
+    }
 };
 
 }  // namespace
@@ -95,11 +106,19 @@ void inspect_slot(const FrameInputs& inputs, const SlotRef& slot, const Inspecto
             break;
         }
         case Slot::direct:
-            if (inputs.shades_on_cpu()) run_layers(target, layer);
+            if (slot.light == 0) {
+                read.merged("merged_direct", false);
+                break;
+            }
+            if (inputs.shades_on_cpu()) run_layers(target, layer, inputs.pool);
             read.texture("direct", target.direct, 1, false, layer, inputs.geometry.layer_unit_m2());
             break;
         case Slot::gather:
-            if (inputs.shades_on_cpu()) run_layers(target, layer);
+            if (slot.light == 0) {
+                read.merged("merged_indirect", true);
+                break;
+            }
+            if (inputs.shades_on_cpu()) run_layers(target, layer, inputs.pool);
             read.texture("indirect", target.indirect, 4, false, layer, inputs.geometry.layer_unit_m2());
             break;
         case Slot::picture:
@@ -108,6 +127,7 @@ void inspect_slot(const FrameInputs& inputs, const SlotRef& slot, const Inspecto
         case Slot::layers:
         case Slot::refined:
         case Slot::grid:
+        case Slot::merged:
         case Slot::occlusion:  // the CPU's own, in padded rows; what becomes of them is the gather's layer
             break;
         case Slot::nv12:

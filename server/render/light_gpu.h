@@ -21,7 +21,8 @@ struct WebGpu {
     gl::Buffer solid_vertices, solid_indices;  // photometric solid: position and normal, 6 floats per vertex, cd
     GLsizei solid_index_count = 0;
     float peak_cd = 0.0f;
-    bool uniform = false;  // equally spaced angles
+    float beam_cos = -1.0f;  // beam_cosine
+    bool uniform = false;    // equally spaced angles
     int mask_size = 64;
 };
 

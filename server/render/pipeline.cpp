@@ -2,6 +2,8 @@
 
 #include <bit>
 
+#include "server/scene/apply.h"
+
 namespace gonio {
 namespace {
 
@@ -118,8 +120,33 @@ struct Builder {
             named(add("layers", per_target(Slot::layers, light.id),
                       {per_target(Slot::direct, light.id),
                        per_target(better.shown > 0 ? Slot::refined : Slot::gather, light.id)},
-                      {static_cast<std::uint64_t>(layer)}, [=] { return run_layers(shared.target, layer); }));
+                      {static_cast<std::uint64_t>(layer)},
+                      [=] { return run_layers(shared.target, layer, shared.pool); }));
         }
+    }
+
+    // All luminaires at once. The passes have their names and no luminaire.
+    void add_merged() {
+        const SlotRef merged = per_target(Slot::merged), grid = per_target(Slot::grid),
+                      occlusion = per_target(Slot::occlusion);
+        std::vector<SlotRef> reads;
+        std::vector<std::uint64_t> key = {scene.lights_rev, scene.geometry_rev};
+        for (const Light& light : scene.lights) {
+            const glm::dvec3 weight = light_weight(scene, light);
+            for (int k = 0; k < 3; ++k) key.push_back(bits(weight[k]));
+            if (weight != glm::dvec3(0.0)) reads.push_back(per_light(Slot::vpl, light.id));
+        }
+        const std::vector<const LightGpu*> lights(in.lights.begin(), in.lights.end());
+        const PassContext shared = context;
+        const auto cpu = [&](const char* name, SlotRef writes, std::vector<SlotRef> from, std::vector<std::uint64_t> by,
+                             std::function<PassRun()> run) {
+            add(name, writes, std::move(from), std::move(by), std::move(run)).on_gpu = false;
+        };
+        cpu("merge", merged, std::move(reads), std::move(key), [=] { return run_merge(shared, lights); });
+        cpu("direct", per_target(Slot::direct), {grid, merged}, {}, [=] { return run_direct_merged(shared); });
+        cpu("occlusion", occlusion, {grid, merged}, {}, [=] { return run_occlusion_merged(shared, *lights[0]); });
+        cpu("gather", per_target(Slot::gather), {grid, merged, occlusion}, {},
+            [=] { return run_gather_merged(shared, *lights[0]); });
     }
 
     void add_composite() {
@@ -129,17 +156,24 @@ struct Builder {
                                           scene.exposure_rev,
                                           scene.master_rev,
                                           scene.lights_rev,
-                                          scene.geometry_rev};
+                                          scene.geometry_rev,
+                                          in.merged ? 1u : 0u};
         std::vector<const LightGpu*> lights(in.lights.begin(), in.lights.end());
         const std::size_t shown_index = shown_light(scene);
         const LightGpu* shown = lights.empty() ? nullptr : lights[shown_index];
         if (in.view < View::mask || in.view == View::solid)
             reads.push_back(per_target(shown_on_cpu ? Slot::grid : Slot::gbuffer));
+        if (in.merged) {
+            if (shows_direct(in.view)) reads.push_back(per_target(Slot::direct));
+            if (shows_indirect(in.view)) reads.push_back(per_target(Slot::gather));
+        }
         for (std::size_t i = 0; i < scene.lights.size(); ++i) {
             const Light& light = scene.lights[i];
             const bool direct = shows_direct(in.view) || in.view == View::solid,
                        indirect = shows_indirect(in.view) || in.view == View::solid;
-            if (on_cpu && !shown_on_cpu) {
+            if (in.merged) {
+                // The list reads them all.
+            } else if (on_cpu && !shown_on_cpu) {
                 if (direct || indirect) reads.push_back(per_target(Slot::layers, light.id));
             } else {
                 if (direct) reads.push_back(per_target(Slot::direct, light.id));
@@ -163,7 +197,7 @@ struct Builder {
         if (shown_on_cpu) {
             add("composite", per_target(Slot::nv12), std::move(reads), std::move(key),
                 [this_in = &in, context = context, lights = std::move(lights)] {
-                    return run_composite_cpu(context, this_in->view, lights);
+                    return run_composite_cpu(context, this_in->view, lights, this_in->merged);
                 })
                 .on_gpu = false;
             return;
@@ -192,6 +226,10 @@ PassContext FrameInputs::context() const {
     return {programs, geometry, scene, target, eye, traced, clusters, looks, pool, occluded, shades_on_cpu(), effort};
 }
 
+bool FrameInputs::can_merge() const {
+    return shades_on_cpu() && view <= View::indirect && scene.lights.size() > 1;
+}
+
 std::vector<Pass> build_pipeline(const FrameInputs& in) {
     Builder b{in, {}};
     const bool metered = in.meter != FrameInputs::Meter::none;
@@ -217,6 +255,7 @@ std::vector<Pass> build_pipeline(const FrameInputs& in) {
             pass.absent = true;
         }
     }
+    if (in.can_merge()) b.add_merged();
     if (!metered) b.add_composite();
     if (!metered && !b.shown_on_cpu && in.target.kind == TargetKind::live) {
         b.add("nv12", b.per_target(Slot::nv12), {b.per_target(Slot::picture)}, {},
@@ -226,8 +265,15 @@ std::vector<Pass> build_pipeline(const FrameInputs& in) {
 }
 
 std::vector<SlotRef> wanted_slots(const FrameInputs& in, bool nv12) {
-    if (in.meter == FrameInputs::Meter::none) return {{nv12 ? Slot::nv12 : Slot::picture, in.target.id, 0}};
     std::vector<SlotRef> wanted;
+    if (in.meter == FrameInputs::Meter::none) {
+        wanted.push_back({nv12 ? Slot::nv12 : Slot::picture, in.target.id, 0});
+        for (const std::uint32_t light : in.refill) {
+            if (shows_direct(in.view)) wanted.push_back({Slot::direct, in.target.id, light});
+            if (shows_indirect(in.view)) wanted.push_back({Slot::gather, in.target.id, light});
+        }
+        return wanted;
+    }
     for (const Light& light : in.scene.lights) {
         wanted.push_back({Slot::direct, in.target.id, light.id});
         wanted.push_back(in.meter == FrameInputs::Meter::rsm ? SlotRef{Slot::flux, 0, light.id}

@@ -34,7 +34,11 @@ struct FrameInputs {
     // Result: whether the picture is one that gets better while nothing moves.
     bool refines() const;
     PassContext context() const;
-    GLuint raw = 0;  // composite values into this framebuffer instead of the display
+    // Whether the picture can be made of all luminaires at once: several of them, shaded and shown on the CPU.
+    bool can_merge() const;
+    bool merged = false;                // it is; else of the luminaires' own layers
+    std::vector<std::uint32_t> refill;  // ids of luminaires whose own layers are made besides
+    GLuint raw = 0;                     // composite values into this framebuffer instead of the display
 };
 
 // inputs outlive the passes.

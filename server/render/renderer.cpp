@@ -4,6 +4,8 @@
 #include <chrono>
 #include <cmath>
 #include <cstring>
+#include <set>
+#include <utility>
 
 #include "server/render/indirect_estimate.h"
 #include "server/render/inspect.h"
@@ -170,15 +172,49 @@ v1::FrameReport Renderer::run(const FrameInputs& inputs, std::vector<SlotRef> wa
         });
     report.set_scene_rev(inputs.scene.scene_rev);
     for (v1::PassReport& row : rows) *report.add_passes() = std::move(row);
-    // Every wanted pass has run to its end: asked again, nothing would.
-    report.set_settled(true);
+    // Every wanted pass has run to its end: asked again, nothing would, unless luminaires' own layers are to follow.
+    report.set_settled(!inputs.merged);
     return report;
+}
+
+// Whether the picture is made of all luminaires at once, and which own layers follow in this frame. While the camera
+// moves, or more luminaires than would be quicker one by one, it is; when they rest one luminaire after the other is
+// made on its own, those at level 0 last, and with the last of them the picture is theirs.
+void Renderer::choose_layers(FrameInputs& inputs) {
+    const Scene& scene = inputs.scene;
+    const Revision last = std::exchange(last_rev_, scene.scene_rev);
+    const bool merged_before = std::exchange(merged_, false);
+    if (!inputs.can_merge()) return;
+    const std::vector<Pass> passes = build_pipeline(inputs);
+    const std::set<SlotRef> old = outdated(passes, wanted_slots(inputs, true), ledger_);
+    const bool grid_moves = old.contains({Slot::grid, live_.id, 0});
+    std::vector<std::pair<bool, std::uint32_t>> waiting;  // dark, id
+    std::size_t stale = 0;
+    for (const Light& light : scene.lights) {
+        if (!old.contains({Slot::direct, live_.id, light.id}) && !old.contains({Slot::gather, live_.id, light.id}))
+            continue;
+        ++stale;
+        const bool rests = std::max({light.position_rev, light.aim_rev, light.profile_rev}) <= last;
+        if (rests) waiting.emplace_back(light_weight(scene, light) == glm::dvec3(0.0), light.id);
+    }
+    const bool many = stale > 2 + scene.lights.size() / 4;
+    merged_ = grid_moves ? stale > 0 : stale > 1 && (merged_before || many);
+    inputs.merged = merged_;
+    if (!merged_ || grid_moves || waiting.empty()) return;
+    // In turn, so that none that goes on moving holds up the others.
+    std::sort(waiting.begin(), waiting.end());
+    const bool dark = waiting.front().first;
+    const auto end = std::find_if(waiting.begin(), waiting.end(), [&](const auto& one) { return one.first != dark; });
+    const auto next = std::upper_bound(waiting.begin(), end, std::pair(dark, refilled_));
+    refilled_ = next != end ? next->second : waiting.front().second;
+    inputs.refill.push_back(refilled_);
 }
 
 void Renderer::begin_frame(const Scene& scene, std::int64_t drained_ns) {
     prepare(scene);
     const Eye eye = eye_of(scene.camera, scene.width_px, scene.height_px);
-    const FrameInputs inputs = inputs_of(scene, live_, eye);
+    FrameInputs inputs = inputs_of(scene, live_, eye);
+    choose_layers(inputs);
     auto frame = std::make_unique<InFlight>();
     frame->drained_ns = drained_ns;
     frame->width_px = live_.width_px;
@@ -252,16 +288,17 @@ void Renderer::set_occluded(bool occluded) {
     ledger_.forget_target(live_.id);
 }
 
-std::vector<glm::vec3> Renderer::live_illuminance(const Scene& scene, bool indirect) const {
+std::vector<glm::vec3> Renderer::live_illuminance(const Scene& scene, bool indirect) {
+    std::vector<glm::vec3> weights;  // cd
+    for (const Light& light : scene.lights)
+        weights.emplace_back(light_weight(scene, light) * static_cast<double>(lights_.at(light.id).web->peak_cd));
+    if (direct_by_rays_ && scene.technique == Technique::standard)
+        return cpu_illuminance(live_, weights, geometry_->layer_unit_m2(), merged_, indirect, pool_);
     std::vector<glm::vec3> sum(static_cast<std::size_t>(live_.width_px) * static_cast<std::size_t>(live_.height_px));
     std::vector<glm::vec3> layer(sum.size());
-    const bool on_cpu = direct_by_rays_ && scene.technique == Technique::standard;
     glPixelStorei(GL_PACK_ALIGNMENT, 1);
     for (std::size_t i = 0; i < scene.lights.size(); ++i) {
-        if (on_cpu) run_layers(live_, static_cast<int>(i));
-        const glm::vec3 weight(
-            light_weight(scene, scene.lights[i]) *
-            static_cast<double>(lights_.at(scene.lights[i].id).web->peak_cd / geometry_->layer_unit_m2()));
+        const glm::vec3 weight = weights[i] / geometry_->layer_unit_m2();
         glGetTextureSubImage(indirect ? live_.indirect.id() : live_.direct.id(), 0, 0, 0, static_cast<GLint>(i),
                              live_.width_px, live_.height_px, 1, GL_RGB, GL_FLOAT,
                              static_cast<GLsizei>(layer.size() * sizeof(glm::vec3)), layer.data());

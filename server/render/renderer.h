@@ -105,7 +105,10 @@ public:
     // Result: the illuminance in lux, per channel, that the live picture shows at each of its pixels, rows from the
     // bottom, 0 where there is no surface: the live target's layers times the lights' weights, as the composite pass
     // adds them. scene: the one of the last begin_frame. Reads whole layers back: for measuring, not for every frame.
-    std::vector<glm::vec3> live_illuminance(const Scene& scene, bool indirect) const;
+    std::vector<glm::vec3> live_illuminance(const Scene& scene, bool indirect);
+    // Whether the newest live frame is all there is to come of its scene: else one more frame of the same scene shows
+    // more of it.
+    bool settled() const { return !merged_; }
 
     // From now on visits what every pass writes, of live frames, captures and meters, before anything uses it
     // (server/render/inspect.h). Slow: everything is read back. Empty: stops.
@@ -116,6 +119,7 @@ private:
 
     void prepare(const Scene& scene);
     v1::FrameReport run(const FrameInputs& inputs, std::vector<SlotRef> wanted, Timers& timers);
+    void choose_layers(FrameInputs& inputs);
     FrameInputs inputs_of(const Scene& scene, const Target& target, const Eye& eye);
 
     int rounds_of(const Scene& scene) const;
@@ -136,6 +140,9 @@ private:
     shade::Pool pool_;
     Ledger ledger_;
     Target live_;
+    bool merged_ = false;         // the newest live picture shows all luminaires at once
+    std::uint32_t refilled_ = 0;  // id of the last luminaire whose own layers followed
+    Revision last_rev_ = 0;       // of the last live frame
     std::uint32_t next_target_ = 1;
     std::deque<std::unique_ptr<InFlight>> in_flight_;
     std::vector<gl::Buffer> free_readbacks_;

@@ -100,6 +100,30 @@ unsigned reached_faces(const ies::PhotometricWeb& web, const double (&world_from
     return faces;
 }
 
+float beam_cosine(const ies::PhotometricWeb& web) {
+    constexpr double kStep = 5.0 * std::numbers::pi / 180.0;
+    double least = 1.0;
+    for (std::size_t h = 0; h + 1 < web.h_rad.size(); ++h) {
+        for (std::size_t v = 0; v + 1 < web.v_rad.size(); ++v) {
+            if (std::max({web.at(h, v), web.at(h, v + 1), web.at(h + 1, v), web.at(h + 1, v + 1)}) <= 0.0f) continue;
+            const double dv = web.v_rad[v + 1] - web.v_rad[v], dh = web.h_rad[h + 1] - web.h_rad[h];
+            const int nv = std::max(1, static_cast<int>(std::ceil(dv / kStep))),
+                      nh = std::max(1, static_cast<int>(std::ceil(dh / kStep)));
+            // Within half a step of a sample the cosine changes by no more than that angle.
+            const double margin = 0.5 * (dv / nv + (web.goniometer == ies::Goniometer::type_c ? 0.0 : dh / nh));
+            for (int i = 0; i <= nv; ++i) {
+                for (int j = 0; j <= nh; ++j) {
+                    const ies::Direction d =
+                        ies::direction_of(web.goniometer, Angle::radians(web.v_rad[v] + dv * i / nv),
+                                          Angle::radians(web.h_rad[h] + dh * j / nh));
+                    least = std::min(least, -d[2] - margin);
+                }
+            }
+        }
+    }
+    return static_cast<float>(std::max(least, -1.0));
+}
+
 int mask_face_size(const ies::PhotometricWeb& web) {
     double step = finest_step(web.v_rad);
     if (web.h_rad.size() > 2) step = std::min(step, finest_step(web.h_rad));

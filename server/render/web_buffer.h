@@ -19,6 +19,9 @@ bool uniform_grid(const ies::PhotometricWeb& web);
 // world_from_light (column-major 3×3). Conservative: a face that a lit cell touches is in.
 unsigned reached_faces(const ies::PhotometricWeb& web, const double (&world_from_light)[9]);
 
+// Result: cosine of the angle from photometric zero, -Z, beyond which the web is dark, or a little less: at least -1.
+float beam_cosine(const ies::PhotometricWeb& web);
+
 // Result: face size of the IES light mask: a power of two in 64..1024 with two texels to the web's finest step.
 int mask_face_size(const ies::PhotometricWeb& web);
 

@@ -1,5 +1,6 @@
 #include "server/shade/display.h"
 
+#include <algorithm>
 #include <array>
 #include <bit>
 #include <cmath>
@@ -38,18 +39,7 @@ namespace gonio::shade {
 namespace HWY_NAMESPACE {
 
 #include "server/shade/lanes.h"
-
-using HalfBits = hn::Rebind<std::uint16_t, Tag>;
-using Halves = hn::Rebind<hwy::float16_t, Tag>;
-
-HWY_INLINE Float from_half(hn::Vec<HalfBits> bits) {
-    return hn::PromoteTo(Tag(), hn::BitCast(Halves(), bits));
-}
-HWY_INLINE Vec3 load_rgb(const std::uint16_t* pixels) {
-    hn::Vec<HalfBits> r, g, b, a;
-    hn::LoadInterleaved4(HalfBits(), pixels, r, g, b, a);
-    return {from_half(r), from_half(g), from_half(b)};
-}
+#include "server/shade/layer_lanes.h"
 
 // Gamma-encoded value of a display-linear one.
 HWY_INLINE Float tone(const float* table, Float x) {
@@ -65,9 +55,36 @@ HWY_INLINE Float tone(const float* table, Float x) {
     return mix(low + (high - low) * share, bounded * Float(12.92f), bounded < Float(0x1p-14f));
 }
 
-// One row of gamma-encoded R'G'B' with ordered dither.
-void EncodeRow(const Display& display, int y, const float* table, float scale, float* red, float* green, float* blue) {
+// One row of the direct light that is kept by luminaire, in quanta. Layer after layer: as many streams at once as there
+// are luminaires would be too many for the caches.
+void SumRow(const Display& display, int y, std::int32_t* const* sum) {
+    const IntTag ints;
+    const std::size_t row = static_cast<std::size_t>(y) * display.row_length, length = display.row_length;
+    for (int k = 0; k < 3; ++k) {
+        if (display.kept_direct[k] != nullptr)
+            std::copy_n(display.kept_direct[k] + row, length, sum[k]);
+        else
+            std::fill_n(sum[k], length, 0);
+    }
+    const Float cap(display.cap);
+    for (const LayerTerm& term : display.layers) {
+        const std::uint16_t* light = term.layer->direct.data() + row;
+        const Float red(term.quanta.x), green(term.quanta.y), blue(term.quanta.z);
+        for (std::size_t x = 0; x < length; x += hn::Lanes(ints)) {
+            const Float value = from_half(hn::LoadU(HalfBits(), light + x));
+            const auto add = [&](Float quanta, std::int32_t* to) {
+                hn::StoreU(hn::Add(hn::LoadU(ints, to + x), whole_quanta(value, quanta, cap)), ints, to + x);
+            };
+            add(red, sum[0]), add(green, sum[1]), add(blue, sum[2]);
+        }
+    }
+}
+
+// One row of gamma-encoded R'G'B' with ordered dither. kept: of SumRow.
+void EncodeRow(const Display& display, int y, const float* table, float scale, const std::int32_t* const* kept,
+               float* red, float* green, float* blue) {
     const Tag tag;
+    const IntTag ints;
     const auto lanes = hn::Lanes(tag);
     const std::size_t row = static_cast<std::size_t>(y) * display.row_length;
     HWY_ALIGN float dither[kLanes];
@@ -75,16 +92,18 @@ void EncodeRow(const Display& display, int y, const float* table, float scale, f
     for (std::size_t x = 0; x < display.row_length; x += lanes) {
         const std::size_t at = row + x;
         Vec3 light;
-        for (const Layer& layer : display.layers) {
-            const Vec3 weight(layer.weight.x, layer.weight.y, layer.weight.z);
-            if (display.direct) light = light + weight * from_half(hn::LoadU(HalfBits(), layer.direct + at));
-            if (!display.indirect) continue;
-            const Vec3 bounced = load_rgb(layer.indirect + 4 * at);
-            light = light + Vec3(weight.x * bounced.x, weight.y * bounced.y, weight.z * bounced.z);
+        const auto units = [&](int k) { return hn::ConvertTo(tag, hn::LoadU(ints, kept[k] + x)); };
+        light = Vec3(units(0), units(1), units(2)) * Float(display.per_quantum);
+        for (const Display::Rgb& rgb : {display.direct, display.indirect}) {
+            if (rgb.halves != nullptr) light = light + load_rgb(rgb.halves + 4 * at) * Float(rgb.unit);
+        }
+        for (const Display::Refined& layer : display.refined) {
+            const Vec3 rgb = load_rgb(layer.halves + 4 * at);
+            light =
+                light + Vec3(rgb.x * Float(layer.units.x), rgb.y * Float(layer.units.y), rgb.z * Float(layer.units.z));
         }
         const Vec3 albedo = load_rgb(display.albedo + 4 * at);
-        const Float share(display.gain * scale / 3.14159265f);
-        Vec3 shown(light.x * albedo.x * share, light.y * albedo.y * share, light.z * albedo.z * share);
+        Vec3 shown(light.x * albedo.x, light.y * albedo.y, light.z * albedo.z);
         if (display.emission != nullptr) {
             Raw r, g, b, a;
             hn::LoadInterleaved4(tag, display.emission + 4 * at, r, g, b, a);
@@ -142,6 +161,7 @@ HWY_AFTER_NAMESPACE();
 #if HWY_ONCE
 namespace gonio::shade {
 
+HWY_EXPORT(SumRow);
 HWY_EXPORT(EncodeRow);
 HWY_EXPORT(Nv12Rows);
 
@@ -154,15 +174,20 @@ void to_nv12(const Display& display, std::uint8_t* nv12, Pool& pool) {
     const int pairs = display.height / 2;
     pool.run((pairs + kPairs - 1) / kPairs, [&](int job) {
         static thread_local std::vector<float> rgb;
+        static thread_local std::vector<std::int32_t> quanta;
         static thread_local std::vector<std::uint8_t> bytes;
+        quanta.resize(3 * length);
         rgb.resize(6 * length);
         bytes.resize(3 * length);
         float* const upper[3] = {rgb.data(), rgb.data() + length, rgb.data() + 2 * length};
         float* const lower[3] = {rgb.data() + 3 * length, rgb.data() + 4 * length, rgb.data() + 5 * length};
+        std::int32_t* const kept[3] = {quanta.data(), quanta.data() + length, quanta.data() + 2 * length};
         for (int pair = job * kPairs; pair < std::min(pairs, (job + 1) * kPairs); ++pair) {
             const int top = display.height - 1 - 2 * pair;
-            HWY_DYNAMIC_DISPATCH(EncodeRow)(display, top, table, scale, upper[0], upper[1], upper[2]);
-            HWY_DYNAMIC_DISPATCH(EncodeRow)(display, top - 1, table, scale, lower[0], lower[1], lower[2]);
+            for (const auto& [y, row] : {std::pair(top, upper), std::pair(top - 1, lower)}) {
+                HWY_DYNAMIC_DISPATCH(SumRow)(display, y, kept);
+                HWY_DYNAMIC_DISPATCH(EncodeRow)(display, y, table, scale, kept, row[0], row[1], row[2]);
+            }
             HWY_DYNAMIC_DISPATCH(Nv12Rows)
             (upper, lower, length, bytes.data(), bytes.data() + length, bytes.data() + 2 * length);
             std::uint8_t* luma = nv12 + static_cast<std::size_t>(2 * pair) * width;

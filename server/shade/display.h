@@ -6,24 +6,33 @@
 #include <glm/glm.hpp>
 #include <span>
 
+#include "server/shade/layers.h"
 #include "server/shade/pool.h"
 
 namespace gonio::shade {
 
-// One luminaire's light at the pixels, in half floats, and what it is multiplied by.
-struct Layer {
-    const std::uint16_t* direct = nullptr;    // 1 per pixel, lux per cd of peak
-    const std::uint16_t* indirect = nullptr;  // 4 per pixel, rgb and 1, likewise
-    glm::vec3 weight{0.0f};                   // cd of peak × level × colour …
-};
-
-// Arrays hold row_length pixels a row, a multiple of 4·kLanes, rows from the bottom.
+// Arrays hold row_length pixels a row, a multiple of 4·kLanes, rows from the bottom. Light is in display units where
+// the reflectance is 1: display-linear value, 1 the brightest that is not clipped.
 struct Display {
     int width = 0, height = 0;  // even
     std::size_t row_length = 0;
-    std::span<const Layer> layers;
-    bool direct = true, indirect = true;    // which light is shown
-    float gain = 1.0f;                      // on the reflected light
+    // Direct light of luminaires kept apart, in quanta: what was summed before, null for nothing, plus the layers.
+    const std::int32_t* kept_direct[3] = {};
+    std::span<const LayerTerm> layers;
+    float cap = 0.0f;  // of each term, quanta
+    float per_quantum = 0.0f;
+    // Light in half floats, 4 per pixel: rgb and 1; null: none.
+    struct Rgb {
+        const std::uint16_t* halves = nullptr;
+        float unit = 0.0f;  // display units per value
+    };
+    Rgb direct, indirect;
+    // Indirect light of luminaires whose layers are at the pixels, likewise, with units per channel.
+    struct Refined {
+        const std::uint16_t* halves;
+        glm::vec3 units;
+    };
+    std::span<const Refined> refined;
     const std::uint16_t* albedo = nullptr;  // half floats, 4 per pixel: linear reflectance
     const float* emission = nullptr;        // 4 per pixel, cd/m²; null: nothing emits or it is not shown
     const float* depth = nullptr;           // 0: no surface

@@ -18,10 +18,6 @@ namespace HWY_NAMESPACE {
 #include "server/shade/look_lanes.h"
 #include "server/shade/web_lanes.h"
 
-HWY_INLINE Vec3 spread(const glm::vec3& v) {
-    return {Float(v.x), Float(v.y), Float(v.z)};
-}
-
 void Gather(const Points& points, std::size_t count, const glm::vec3& origin, std::span<const Vpl> vpls, float kappa,
             float weight, float* red, float* green, float* blue) {
     const std::size_t lanes = hn::Lanes(Tag());

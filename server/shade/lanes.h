@@ -99,6 +99,15 @@ HWY_INLINE Float dot(const Vec3& a, const Vec3& b) {
     return hn::MulAdd(a.x.raw, b.x.raw, hn::MulAdd(a.y.raw, b.y.raw, hn::Mul(a.z.raw, b.z.raw)));
 }
 
+HWY_INLINE Vec3 spread(const glm::vec3& v) {
+    return {Float(v.x), Float(v.y), Float(v.z)};
+}
+HWY_INLINE Vec3 turned(const glm::mat3& m, const Vec3& v) {
+    return {Float(m[0][0]) * v.x + Float(m[1][0]) * v.y + Float(m[2][0]) * v.z,
+            Float(m[0][1]) * v.x + Float(m[1][1]) * v.y + Float(m[2][1]) * v.z,
+            Float(m[0][2]) * v.x + Float(m[1][2]) * v.y + Float(m[2][2]) * v.z};
+}
+
 #pragma GCC diagnostic push
 #pragma GCC diagnostic ignored "-Wunused-function"
 #define float Float

@@ -4,6 +4,8 @@
 #include <cmath>
 #include <numbers>
 
+#include "server/shade/merged.h"
+
 #undef HWY_TARGET_INCLUDE
 #define HWY_TARGET_INCLUDE "server/shade/near_light.cpp"
 #include <hwy/foreach_target.h>
@@ -165,10 +167,15 @@ namespace {
 constexpr float kReach = 4.0f;
 }  // namespace
 
+float near_reach(const VplCast& vpls, float kappa) {
+    return kReach * std::sqrt(kappa * static_cast<float>(vpls.mean_area_m2) / std::numbers::pi_v<float>);
+}
+
 void add_near_light(const LightView& light, const Points& points, unsigned active, const Directions& about_z,
                     float kappa, NearSums& sums) {
+    if (light.merged != nullptr) return add_merged_near_light(light, points, active, about_z, kappa, sums);
     constexpr float pi = std::numbers::pi_v<float>;
-    const float far = kReach * std::sqrt(kappa * static_cast<float>(light.vpls.mean_area_m2) / pi);
+    const float far = near_reach(light.vpls, kappa);
     const NearView view{glm::vec3(light.position),
                         glm::mat3(glm::transpose(light.world_from_light)),
                         light.web,

@@ -20,6 +20,9 @@ struct alignas(64) NearSums {
     float red[trace::kPacket] = {}, green[trace::kPacket] = {}, blue[trace::kPacket] = {};
 };
 
+// Result: how long the short rays are, m.
+float near_reach(const VplCast& vpls, float kappa);
+
 // Adds to the sums of each active lane what the ray along its direction brings. points: kPacket of them, on their
 // surfaces; about_z: drawn as their cosine, turned to each point's normal.
 void add_near_light(const LightView& light, const Points& points, unsigned active, const Directions& about_z,

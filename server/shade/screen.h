@@ -93,6 +93,7 @@ void make_grid(const Surfaces& surfaces, const Quality& quality, ScreenGrid& scr
 struct Occlusion {
     Planes planes;  // 2, in the shape of ScreenGrid::nodes
 };
+struct MergedList;  // merged.h
 struct LightView {
     const trace::Geometry& geometry;
     const VplRays& rays;
@@ -102,6 +103,8 @@ struct LightView {
     Web web;
     const Looks& looks;
     float unit_m2 = 1.0f;  // grids of light are measured in
+    const MergedList* merged =
+        nullptr;  // all luminaires of a list instead: vpls are its own, position the local origin
 };
 Occlusion trace_occlusion(const ScreenGrid& screen, const LightView& light, Pool& pool);
 

@@ -7,7 +7,6 @@
 #include "shaders/lib/as_cpp.h"
 
 namespace gonio::shade {
-
 VplRays::VplRays(std::shared_ptr<const Profile> profile, unsigned count)
     : VplRays(std::make_shared<const trace::DirectionTable>(std::move(profile)), count, 0) {}
 

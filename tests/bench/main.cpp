@@ -8,6 +8,7 @@
 
 #include "tests/accuracy/command.h"
 #include "tests/bench/frames.h"
+#include "tests/bench/lights.h"
 #include "tests/bench/pareto.h"
 #include "tests/stress/stress.h"
 
@@ -70,6 +71,18 @@ int main(int argc, char** argv) {
     frames->add_option("--device", options.device, "index of the EGL device");
     frames->add_flag("--json", options.json, "print rows as JSON");
 
+    gonio::bench::LightsOptions lights_options;
+    std::string lights_size;
+    CLI::App* lights = app.add_subcommand("lights", "frame times against the number of luminaires, one change a row");
+    lights->add_option("--lights", lights_options.lights, "only 1, 4, 16 or 64 luminaires");
+    lights->add_option("--change", lights_options.change, "only level_one, level_all, exposure, move_one, orbit");
+    lights->add_option("--size", lights_size, "WIDTHxHEIGHT; default: 800x800")->check(kSize);
+    lights->add_option("--seconds", lights_options.seconds, "time per row; at least 10 and at most 100 frames")
+        ->check(CLI::Range(0.1, 600.0))
+        ->capture_default_str();
+    lights->add_option("--device", lights_options.device, "index of the EGL device");
+    lights->add_flag("--json", lights_options.json, "print rows as JSON");
+
     CLI::App* pareto = app.add_subcommand("pareto", "run time against error of every technique and budget");
     pareto->add_option("--scene", pareto_options.scene, "only cornell, atrium, corridor, stage; or a file");
     pareto->add_option("--profile", pareto_options.profile, "only wide, beam, downlight");
@@ -94,6 +107,9 @@ int main(int argc, char** argv) {
         if (pareto->parsed()) {
             read_size(pareto_size, pareto_options.width_px, pareto_options.height_px);
             run_pareto(pareto_options, options.device, json, csv, svg);
+        } else if (lights->parsed()) {
+            read_size(lights_size, lights_options.width_px, lights_options.height_px);
+            gonio::bench::run_lights(lights_options, std::cout);
         } else if (frames->parsed()) {
             read_size(size, options.width_px, options.height_px);
             gonio::run_frames(options, std::cout);

@@ -12,8 +12,7 @@ struct Graph {
     bool with_absent = false;
     std::string order;
 
-    std::string run(std::vector<SlotRef> wanted) {
-        order.clear();
+    std::vector<Pass> passes() {
         std::vector<Pass> passes(3);
         passes[0] = {"a", "", {}, {Slot::gbuffer}, {a_rev}, false, false, [&] {
                          order += "a";
@@ -27,9 +26,14 @@ struct Graph {
                          order += "c";
                          return PassRun{};
                      }};
+        return passes;
+    }
+    std::string run(std::vector<SlotRef> wanted) {
+        order.clear();
         std::string states;
+        std::vector<Pass> all = passes();
         for (const v1::PassReport& row : execute(
-                 passes, wanted, ledger, [](std::size_t) {}, [](std::size_t) {}))
+                 all, wanted, ledger, [](std::size_t) {}, [](std::size_t) {}))
             states += row.state().substr(0, 2) + " ";
         return states;
     }
@@ -58,6 +62,22 @@ TEST(Graph, UnwantedIsCulledAndCatchesUpLater) {
     EXPECT_EQ(g.run({kGbuffer}), "cl cu cu ");
     EXPECT_EQ(g.run({kPicture}), "cl ra ra ");
     EXPECT_EQ(g.run({}), "cu cu cu ");
+}
+
+// What would run is what runs, without running it.
+TEST(Graph, OutdatedSlotsAreThoseThatRunNext) {
+    Graph g;
+    const SlotRef wanted[] = {kPicture}, lamp{Slot::shadow, 0, 7};
+    using Slots = std::set<SlotRef>;
+    EXPECT_EQ(outdated(g.passes(), wanted, g.ledger), (Slots{kGbuffer, lamp, kPicture}));
+    g.run({kPicture});
+    EXPECT_EQ(outdated(g.passes(), wanted, g.ledger), Slots{});
+    g.b_rev = 2;
+    EXPECT_EQ(outdated(g.passes(), wanted, g.ledger), (Slots{lamp, kPicture}));
+    const SlotRef gbuffer[] = {kGbuffer};
+    EXPECT_EQ(outdated(g.passes(), gbuffer, g.ledger), Slots{}) << "nobody wants the rest";
+    EXPECT_EQ(g.run({kPicture}), "cl ra ra ");
+    EXPECT_EQ(outdated(g.passes(), wanted, g.ledger), Slots{});
 }
 
 TEST(Graph, ForgottenSlotsRunAgain) {

@@ -78,9 +78,19 @@ PassRun run_gather_point(const PassContext& context, const Light& light, const L
 // The seed paper's indirect pass into a layer.
 PassRun run_gather_seed(const PassContext& context, const Light& light, const LightGpu& gpu, int layer);
 // The CPU's layers of one light -> the target's, for run_composite.
-PassRun run_layers(const Target& target, int layer);
-// All layers on the CPU -> NV12 on the CPU: the beauty, direct and indirect views.
-PassRun run_composite_cpu(const PassContext& context, View view, std::span<const LightGpu* const> lights);
+PassRun run_layers(const Target& target, int layer, shade::Pool& pool);
+// All luminaires' VPLs and weights -> one list (server/shade/merged.h), and what follows from it for all at once.
+PassRun run_merge(const PassContext& context, std::span<const LightGpu* const> lights);
+PassRun run_direct_merged(const PassContext& context);
+PassRun run_occlusion_merged(const PassContext& context, const LightGpu& any);
+PassRun run_gather_merged(const PassContext& context, const LightGpu& any);
+// All layers on the CPU -> NV12 on the CPU: the beauty, direct and indirect views. merged: what the list's passes made
+// instead.
+PassRun run_composite_cpu(const PassContext& context, View view, std::span<const LightGpu* const> lights, bool merged);
+// Result: the illuminance in lux, rgb per pixel, rows from the bottom, that the CPU's layers hold, or the list's passes
+// (merged). weights: by layer, cd.
+std::vector<glm::vec3> cpu_illuminance(const Target& target, std::span<const glm::vec3> weights, float layer_unit_m2,
+                                       bool merged, bool indirect, shade::Pool& pool);
 // Result: the picture that run_composite_cpu has just made; null if shaders make it.
 const std::vector<std::uint8_t>* made_nv12(const Target& target);
 // Result: the picture that run_composite_cpu made since the last call; null if it did not run.

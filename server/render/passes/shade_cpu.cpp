@@ -2,11 +2,16 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <glm/gtc/packing.hpp>
+#include <numbers>
+#include <optional>
 
 #include "server/render/passes/passes.h"
 #include "server/render/passes/screen.h"
 #include "server/scene/apply.h"
 #include "server/shade/display.h"
+#include "server/shade/layers.h"
+#include "server/shade/merged.h"
 #include "server/shade/raster.h"
 #include "server/shade/refine.h"
 
@@ -27,19 +32,30 @@ struct ScreenLight {
     std::vector<std::uint16_t> halves;        // scratch: what is uploaded
     std::vector<float> floats;
     std::vector<shade::PointLight> points;  // by layer, of meters
-    // Where layers stay on the CPU: half floats, surfaces.row_length pixels a row.
-    struct Layers {
-        std::vector<std::uint16_t> direct;    // 1 per pixel
-        std::vector<std::uint16_t> indirect;  // 4 per pixel
-        std::uint64_t gathered = 0;           // counts gathers
-        Revisions of{};                       // what the last one read
-        int rounds = 0, fade = 0;  // of its refinement: rounds that are complete, steps of fading to the first
-        unsigned shown = 0;
+    // Where layers stay on the CPU.
+    std::vector<shade::LightLayer> layers;
+    std::uint64_t writes = 0;  // to them
+    shade::LayerSum sum;
+    shade::Planes grid_sum;                     // scratch: 3 planes in the shape of the grid
+    std::vector<std::uint16_t> indirect;        // 4 per pixel: the sum of the luminaires' indirect light
+    std::optional<std::uint64_t> indirect_sum;  // LayerSum::changes() it was made from; none: an older grid
+    struct Merged {
+        shade::MergedList list;
+        shade::Occlusion occlusion;
+        shade::Lattice lattice;
+        std::vector<std::uint16_t> direct, indirect;  // 4 per pixel, per cd of the list's reference × the layers' unit
+    } merged;
+    // What is known of a layer's refinement.
+    struct Refining {
+        Revisions of{};                      // what the layer was gathered of
+        std::uint64_t gathered = 0;          // counts gathers
+        int rounds = 0, fade = 0;            // that are complete; steps of fading to the first
+        unsigned shown = 0;                  // counts what run_refine was given
+        std::vector<std::uint16_t> refined;  // 4 per pixel; not empty: instead of the layer's grid, which is dark then
     };
-    std::vector<Layers> layers;
-    // The luminaire that is being refined, one at a time.
-    shade::Refinement refinement;
-    int refining = -1;                 // layer
+    std::vector<Refining> refining;
+    shade::Refinement refinement;      // of one luminaire at a time
+    int refined_layer = -1;            // whose
     std::uint64_t refined_gather = 0;  // its `gathered` when that began
     shade::Raster raster;              // of it, where the G-buffer is read from GL, the colours only
     std::shared_ptr<std::vector<std::uint8_t>> nv12;
@@ -91,6 +107,7 @@ void set_grid(const PassContext& context) {
     }
     ScreenLight& screen = *context.target.screen;
     shade::make_grid(screen.surfaces, quality, screen.grid, context.pool);
+    screen.indirect_sum.reset();
 }
 
 }  // namespace
@@ -146,7 +163,12 @@ PassRun run_occlusion(const PassContext& context, const Light& light, const Ligh
 
 namespace {
 
-ScreenLight::Layers& layers_of(ScreenLight& screen, int layer) {
+ScreenLight::Refining& refining_of(ScreenLight& screen, int layer) {
+    screen.refining.resize(std::max(screen.refining.size(), static_cast<std::size_t>(layer) + 1));
+    return screen.refining[static_cast<std::size_t>(layer)];
+}
+
+shade::LightLayer& layer_of(ScreenLight& screen, int layer) {
     screen.layers.resize(std::max(screen.layers.size(), static_cast<std::size_t>(layer) + 1));
     return screen.layers[static_cast<std::size_t>(layer)];
 }
@@ -175,12 +197,13 @@ PassRun run_direct_rays(const PassContext& context, const Light& light, const Li
         upload(target.direct, s, layer, GL_RED, GL_FLOAT, screen.floats.data());
         return {};
     }
-    std::vector<std::uint16_t>& halves = context.layers_on_cpu ? layers_of(screen, layer).direct : screen.halves;
+    std::vector<std::uint16_t>& halves = context.layers_on_cpu ? layer_of(screen, layer).direct : screen.halves;
     halves.resize(screen.floats.size());
     context.pool.run(s.height, [&](int row) {
         const std::size_t at = static_cast<std::size_t>(row) * s.row_length;
         shade::to_halves(screen.floats.data() + at, s.row_length, halves.data() + at);
     });
+    if (context.layers_on_cpu) layer_of(screen, layer).version = ++screen.writes;
     if (!context.layers_on_cpu) upload(target.direct, s, layer, GL_RED, GL_HALF_FLOAT, halves.data());
     return {};
 }
@@ -214,15 +237,22 @@ PassRun run_gather(const PassContext& context, const Light& light, const LightGp
                                                     screen.occlusion[static_cast<std::size_t>(layer)], context.pool);
     if (screen.grid.quality.step > 1) {
         if (context.layers_on_cpu) {
-            ScreenLight::Layers& own = layers_of(screen, layer);
-            ++own.gathered;
-            own.of = revisions(context.scene, light);
-            own.rounds = own.fade = 0;
-            own.shown = 0;
+            shade::LightLayer& own = layer_of(screen, layer);
+            for (std::size_t k = 0; k < 3; ++k) {
+                own.indirect[k].resize(planes[k].size() / shade::kLanes * shade::kLanes);
+                shade::to_halves(planes[k].data(), own.indirect[k].size(), own.indirect[k].data());
+            }
+            own.version = ++screen.writes;
+            ScreenLight::Refining& refining = refining_of(screen, layer);
+            refining.of = revisions(context.scene, light);
+            ++refining.gathered;
+            refining.rounds = refining.fade = 0;
+            refining.shown = 0;
+            refining.refined.clear();
+            return {};
         }
-        std::vector<std::uint16_t>& halves = context.layers_on_cpu ? layers_of(screen, layer).indirect : screen.halves;
-        shade::upsample(s, screen.grid, planes, halves, context.pool);
-        if (!context.layers_on_cpu) upload(target.indirect, s, layer, GL_RGBA, GL_HALF_FLOAT, halves.data());
+        shade::upsample(s, screen.grid, planes, screen.halves, context.pool);
+        upload(target.indirect, s, layer, GL_RGBA, GL_HALF_FLOAT, screen.halves.data());
         return {};
     }
     const float greatest = target.kind == TargetKind::precise ? 3e38f : 65504.0f;  // what the layer can hold
@@ -243,19 +273,34 @@ PassRun run_gather(const PassContext& context, const Light& light, const LightGp
 namespace {
 // The first round differs most from the live picture: it comes in so many steps, without a pop.
 constexpr int kFadeSteps = 4;
+
+// out: 3 planes in the shape of the grid.
+void grid_floats(const shade::LightLayer& layer, std::size_t size, shade::Planes& out) {
+    out.resize(3);
+    for (std::size_t k = 0; k < 3; ++k) {
+        out[k].assign(size, 0.0f);
+        for (std::size_t i = 0; i < layer.indirect[k].size(); ++i)
+            out[k][i] = glm::unpackHalf1x16(layer.indirect[k][i]);
+    }
+}
+
+std::size_t grid_size(const ScreenLight& screen) {
+    return screen.grid.grid.size() + shade::kLanes;
+}
+
 }  // namespace
 
 bool continue_refinement(const PassContext& context, const Light& light, const LightGpu& gpu, int layer, int rounds,
                          const std::function<bool()>& interrupted) {
     ScreenLight& screen = *context.target.screen;
-    ScreenLight::Layers& own = layers_of(screen, layer);
+    ScreenLight::Refining& own = refining_of(screen, layer);
     if (own.fade > 0 && own.fade < kFadeSteps) {
         ++own.fade;
         ++own.shown;
         return true;
     }
-    if (screen.refining != layer || screen.refined_gather != own.gathered) {
-        screen.refining = layer;
+    if (screen.refined_layer != layer || screen.refined_gather != own.gathered) {
+        screen.refined_layer = layer;
         screen.refined_gather = own.gathered;
         screen.refinement.start(rounds);
     }
@@ -269,55 +314,213 @@ bool continue_refinement(const PassContext& context, const Light& light, const L
 
 PassRun run_refine(const PassContext& context, int layer) {
     ScreenLight& screen = *context.target.screen;
-    const ScreenLight::Layers& own = layers_of(screen, layer);
+    ScreenLight::Refining& own = refining_of(screen, layer);
+    if (own.refined.empty()) {  // from now on the layer is at the pixels
+        shade::LightLayer& grid = layer_of(screen, layer);
+        grid_floats(grid, grid_size(screen), screen.grid_sum);
+        shade::upsample(screen.surfaces, screen.grid, screen.grid_sum, own.refined, context.pool);
+        for (auto& plane : grid.indirect) std::fill(plane.begin(), plane.end(), std::uint16_t{0});
+        grid.version = ++screen.writes;
+        screen.indirect_sum.reset();
+    }
     // Of what lies between the layer as it is and the mean, so that the steps are even.
     const float share = 1.0f / static_cast<float>(kFadeSteps + 1 - own.fade);
-    screen.refinement.mean(share, layers_of(screen, layer).indirect, context.pool);
+    screen.refinement.mean(share, own.refined, context.pool);
     return {};
 }
 
 Refined refined(const Target& target, const Scene& scene, int layer, int rounds) {
     const ScreenLight& screen = *target.screen;
     const auto index = static_cast<std::size_t>(layer);
-    if (index >= screen.layers.size()) return {};
-    const ScreenLight::Layers& own = screen.layers[index];
+    if (index >= screen.refining.size()) return {};
+    const ScreenLight::Refining& own = screen.refining[index];
     if (own.of != revisions(scene, scene.lights[index])) return {};
     return {own.shown, own.rounds >= rounds && own.fade == kFadeSteps, own.rounds};
 }
 
-PassRun run_layers(const Target& target, int layer) {
+PassRun run_layers(const Target& target, int layer, shade::Pool& pool) {
     ScreenLight& screen = *target.screen;
-    const ScreenLight::Layers& layers = layers_of(screen, layer);
+    const shade::LightLayer& own = layer_of(screen, layer);
     // A part that no view has asked for yet is empty.
-    if (!layers.direct.empty())
-        upload(target.direct, screen.surfaces, layer, GL_RED, GL_HALF_FLOAT, layers.direct.data());
-    if (!layers.indirect.empty())
-        upload(target.indirect, screen.surfaces, layer, GL_RGBA, GL_HALF_FLOAT, layers.indirect.data());
+    if (!own.direct.empty()) upload(target.direct, screen.surfaces, layer, GL_RED, GL_HALF_FLOAT, own.direct.data());
+    if (own.indirect[0].empty()) return {};
+    const std::vector<std::uint16_t>& refined = refining_of(screen, layer).refined;
+    if (!refined.empty()) {
+        upload(target.indirect, screen.surfaces, layer, GL_RGBA, GL_HALF_FLOAT, refined.data());
+        return {};
+    }
+    grid_floats(own, grid_size(screen), screen.grid_sum);
+    shade::upsample(screen.surfaces, screen.grid, screen.grid_sum, screen.halves, pool);
+    screen.indirect_sum.reset();
+    upload(target.indirect, screen.surfaces, layer, GL_RGBA, GL_HALF_FLOAT, screen.halves.data());
     return {};
 }
 
-PassRun run_composite_cpu(const PassContext& context, View view, std::span<const LightGpu* const> lights) {
+std::vector<glm::vec3> cpu_illuminance(const Target& target, std::span<const glm::vec3> weights, float layer_unit_m2,
+                                       bool merged, bool indirect, shade::Pool& pool) {
+    ScreenLight& screen = *target.screen;
+    const shade::Surfaces& s = screen.surfaces;
+    std::vector<glm::vec3> lux(static_cast<std::size_t>(s.width) * static_cast<std::size_t>(s.height));
+    const auto for_pixels = [&](const auto& job) {
+        pool.run(s.height, [&](int y) {
+            const std::size_t row = static_cast<std::size_t>(y) * s.row_length;
+            glm::vec3* to = lux.data() + static_cast<std::size_t>(y) * static_cast<std::size_t>(s.width);
+            for (std::size_t x = 0; x < static_cast<std::size_t>(s.width); ++x) job(row + x, to[x]);
+        });
+    };
+    const auto add_rgb = [&](const std::vector<std::uint16_t>& halves, float unit_lx) {
+        for_pixels([&](std::size_t at, glm::vec3& to) {
+            for (int k = 0; k < 3; ++k)
+                to[k] += glm::unpackHalf1x16(halves[4 * at + static_cast<std::size_t>(k)]) * unit_lx;
+        });
+    };
+    if (merged) {
+        add_rgb(indirect ? screen.merged.indirect : screen.merged.direct, screen.merged.list.reference / layer_unit_m2);
+        return lux;
+    }
+    // Planes relative to the greatest weight: half floats hold what is brought to the pixels.
+    float reference = 0.0f;
+    for (const glm::vec3& weight : weights) reference = std::max({reference, weight.x, weight.y, weight.z});
+    if (!(reference > 0.0f)) return lux;
+    shade::Planes sum(3, std::vector<float>(grid_size(screen), 0.0f)), own;
+    for (std::size_t i = 0; i < weights.size(); ++i) {
+        const shade::LightLayer& layer = layer_of(screen, static_cast<int>(i));
+        const std::vector<std::uint16_t>& refined = refining_of(screen, static_cast<int>(i)).refined;
+        if (indirect && !refined.empty()) {
+            const glm::vec3 unit_lx = weights[i] / layer_unit_m2;
+            for_pixels([&](std::size_t at, glm::vec3& to) {
+                for (int k = 0; k < 3; ++k)
+                    to[k] += unit_lx[k] * glm::unpackHalf1x16(refined[4 * at + static_cast<std::size_t>(k)]);
+            });
+        } else if (indirect && !layer.indirect[0].empty()) {
+            grid_floats(layer, grid_size(screen), own);
+            for (std::size_t k = 0; k < 3; ++k) {
+                const float weight = weights[i][static_cast<int>(k)] / reference;
+                for (std::size_t p = 0; p < own[k].size(); ++p) sum[k][p] += own[k][p] * weight;
+            }
+        } else if (!indirect && !layer.direct.empty()) {
+            const glm::vec3 unit_lx = weights[i] / layer_unit_m2;
+            for_pixels([&](std::size_t at, glm::vec3& to) { to += unit_lx * glm::unpackHalf1x16(layer.direct[at]); });
+        }
+    }
+    if (!indirect) return lux;
+    std::vector<std::uint16_t> halves;
+    shade::upsample(s, screen.grid, sum, halves, pool);
+    add_rgb(halves, reference / layer_unit_m2);
+    return lux;
+}
+
+PassRun run_merge(const PassContext& context, std::span<const LightGpu* const> lights) {
+    std::vector<shade::MergedSource> sources;
+    for (std::size_t i = 0; i < lights.size(); ++i) {
+        const Light& light = context.scene.lights[i];
+        const LightGpu& gpu = *lights[i];
+        const glm::vec3 weight(light_weight(context.scene, light) * static_cast<double>(gpu.web->peak_cd));
+        if (weight == glm::vec3(0.0f)) continue;  // its VPLs may be of long ago
+        sources.push_back({*gpu.rays, gpu.vpls, shade::web_of(gpu.web->words.data()), gpu.web->beam_cos,
+                           light.position - context.traced.origin(), glm::dmat3(glm::mat3_cast(light.world_from_light)),
+                           weight});
+    }
+    context.target.screen->merged.list = shade::merge(sources, context.pool);
+    return {};
+}
+
+namespace {
+
+// any: a luminaire; nothing of its own is read.
+shade::LightView merged_view(const PassContext& context, const shade::MergedList& list, const LightGpu& any) {
+    return {context.traced,
+            *any.rays,
+            list.vpls,
+            glm::dvec3(0.0),
+            glm::dmat3(1.0),
+            shade::web_of(any.web->words.data()),
+            context.looks,
+            context.geometry.layer_unit_m2(),
+            &list};
+}
+
+}  // namespace
+
+PassRun run_direct_merged(const PassContext& context) {
+    ScreenLight& screen = *context.target.screen;
+    shade::merged_direct(screen.surfaces, screen.grid, context.traced, screen.merged.list,
+                         context.geometry.layer_unit_m2(), screen.merged.lattice, screen.merged.direct, context.pool);
+    return {};
+}
+
+PassRun run_occlusion_merged(const PassContext& context, const LightGpu& any) {
+    ScreenLight& screen = *context.target.screen;
+    screen.merged.occlusion =
+        shade::trace_occlusion(screen.grid, merged_view(context, screen.merged.list, any), context.pool);
+    return {};
+}
+
+PassRun run_gather_merged(const PassContext& context, const LightGpu& any) {
+    ScreenLight& screen = *context.target.screen;
+    const shade::Planes planes = shade::gather_grid(screen.grid, merged_view(context, screen.merged.list, any),
+                                                    screen.merged.occlusion, context.pool);
+    shade::upsample(screen.surfaces, screen.grid, planes, screen.merged.indirect, context.pool);
+    return {};
+}
+
+PassRun run_composite_cpu(const PassContext& context, View view, std::span<const LightGpu* const> lights, bool merged) {
     ScreenLight& screen = *context.target.screen;
     const Scene& scene = context.scene;
     shade::Display display;
     display.width = screen.surfaces.width;
     display.height = screen.surfaces.height;
     display.row_length = screen.surfaces.row_length;
-    display.direct = view != View::indirect;
-    display.indirect = view != View::direct;
-    display.gain = view == View::indirect ? static_cast<float>(scene.view_gain) : 1.0f;
+    const bool direct = view != View::indirect, indirect = view != View::direct;
     display.albedo = screen.raster.albedo.data();
     if (context.target.emissive && view == View::beauty) display.emission = screen.raster.emission.data();
     display.depth = screen.surfaces.depth.data();
     display.ev100 = static_cast<float>(scene.exposure_ev100);
-    std::vector<shade::Layer> layers;
-    for (std::size_t i = 0; i < lights.size(); ++i) {
-        const glm::vec3 weight(light_weight(scene, scene.lights[i]) *
-                               static_cast<double>(lights[i]->web->peak_cd / context.geometry.layer_unit_m2()));
-        const ScreenLight::Layers& light = layers_of(screen, static_cast<int>(i));
-        if (weight != glm::vec3(0.0f)) layers.push_back({light.direct.data(), light.indirect.data(), weight});
+    std::vector<shade::Display::Refined> refined;
+    // Quanta of 2^-18 of what an exposure of whole stops shows as 1 on a white surface (lib/display.glsl): far below
+    // what 8 bits show, and the same for all exposures in between.
+    constexpr double kQuanta = 0x1p18;
+    const double stop = std::floor(scene.exposure_ev100), rest = std::exp2(stop - scene.exposure_ev100);
+    const double gain = view == View::indirect ? scene.view_gain : 1.0;
+    const double shown_per_lux = gain / (1.2 * std::numbers::pi * std::exp2(stop)),
+                 unit = static_cast<double>(context.geometry.layer_unit_m2());
+    if (merged) {
+        const auto factor =
+            static_cast<float>(static_cast<double>(screen.merged.list.reference) / unit * shown_per_lux * rest);
+        if (direct) display.direct = {screen.merged.direct.data(), factor};
+        if (indirect) display.indirect = {screen.merged.indirect.data(), factor};
+    } else {
+        std::vector<shade::LayerTerm> terms;
+        for (std::size_t i = 0; i < lights.size(); ++i) {
+            const glm::dvec3 quanta = light_weight(scene, scene.lights[i]) *
+                                      (static_cast<double>(lights[i]->web->peak_cd) / unit * shown_per_lux * kQuanta);
+            if (quanta == glm::dvec3(0.0)) continue;
+            // Nothing times infinity would be no number.
+            const std::vector<std::uint16_t>& better = refining_of(screen, static_cast<int>(i)).refined;
+            if (indirect && !better.empty())
+                refined.push_back({better.data(), glm::vec3(glm::min(quanta * (rest / kQuanta), glm::dvec3(1e30)))});
+            terms.push_back({scene.lights[i].id, &layer_of(screen, static_cast<int>(i)),
+                             glm::vec3(glm::min(quanta, glm::dvec3(1e30)))});
+        }
+        const bool any = !terms.empty();
+        screen.sum.take(std::move(terms), lights.size(), direct, indirect, context.pool);
+        display.cap = screen.sum.cap();
+        display.per_quantum = static_cast<float>(rest / kQuanta);
+        if (direct) {
+            display.layers = screen.sum.others();
+            for (int k = 0; k < 3; ++k) display.kept_direct[k] = screen.sum.kept_direct(k);
+        }
+        if (indirect && any) {
+            if (screen.indirect_sum != screen.sum.changes()) {
+                screen.grid_sum.resize(3);
+                for (std::vector<float>& plane : screen.grid_sum) plane.resize(grid_size(screen));
+                screen.sum.indirect(static_cast<float>(1.0 / kQuanta), screen.grid_sum, context.pool);
+                shade::upsample(screen.surfaces, screen.grid, screen.grid_sum, screen.indirect, context.pool);
+                screen.indirect_sum = screen.sum.changes();
+            }
+            display.indirect = {screen.indirect.data(), static_cast<float>(rest)};
+        }
     }
-    display.layers = layers;
     const std::size_t bytes =
         static_cast<std::size_t>(display.width) * static_cast<std::size_t>(display.height) / 2 * 3;
     auto& pictures = screen.pictures;
@@ -327,6 +530,7 @@ PassRun run_composite_cpu(const PassContext& context, View view, std::span<const
     if (free == pictures.end())
         free = pictures.insert(pictures.end(), std::make_shared<std::vector<std::uint8_t>>(bytes));
     screen.nv12 = *free;
+    display.refined = refined;
     shade::to_nv12(display, screen.nv12->data(), context.pool);
     return {};
 }
