@@ -23,12 +23,13 @@ public:
     void serve(Stage& stage, std::int64_t now_ns);
     // Result: how long the render thread may sleep with regard to what waits here.
     std::int64_t sleep_ns(std::int64_t now_ns) const;
+    // Whether the scene will change when the interval is over.
+    bool anything_waits() const;
     void publish_state(const v1::State& state);
     // Result: the newest source table.
     const v1::Sources& sources();
 
 private:
-    bool anything_waits() const;
     void follow_patch(const Scene& scene);
     void read_all_again();
     void apply_dmx(Stage& stage, DmxProtocol protocol, std::int64_t now_ns);

@@ -245,7 +245,7 @@ int run_daemon(const Options& options) {
         const std::int64_t wait_ns = due ? std::max<std::int64_t>(0, last_begin_ns + frame_time.count() - now) : 0;
         std::optional<Work> work;
         stage.set_watched(demand.h264 || demand.jpeg);
-        const bool refining = stage.refinable() && viewer && !due;
+        const bool refining = stage.refinable() && viewer && !due && !consoles.anything_waits();
         if ((due && wait_ns == 0) || stage.busy())
             work = queue.try_pop();
         else if (refining)
