@@ -34,11 +34,16 @@ Result<OscAction> service(const OscMessage& message, const std::string& name) {
 Result<OscAction> set_value(const OscMessage& message, const PropertyRow& property, PropertyValue value) {
     value.property = property.property;
     if (message.arguments.empty()) return OscAction(OscQuery{});
-    if (property.property == Property::profile) {
+    if (property.by_name) {
         const auto* name = std::get_if<std::string>(&message.arguments[0]);
         if (name == nullptr)
-            return wrong_argument(message, "", "a profile is a string: the name of a built-in luminaire");
+            return wrong_argument(message, "",
+                                  property.property == Property::preset
+                                      ? "a preset is a string: its name, and the fade in seconds after it"
+                                      : "a profile is a string: the name of a built-in luminaire");
         value.profile = *name;
+        if (property.property == Property::preset && message.arguments.size() > 1)
+            value.value[0] = osc_number(message.arguments[1]).value_or(0.0);
         return OscAction(std::move(value));
     }
     if (message.arguments.size() < property.values)

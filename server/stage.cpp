@@ -82,6 +82,18 @@ void Stage::take(Work work) {
             *message.mutable_patch() = patch_in_force(scene_);
             return answer(work, std::move(message));
         }
+        case v1::ClientMessage::kSurfaces: {
+            v1::ServerMessage message;
+            *message.mutable_surfaces() = out_.surfaces();
+            return answer(work, std::move(message));
+        }
+        case v1::ClientMessage::kLearn: {
+            const double timeout_s = work.message.learn().timeout_s();
+            if (timeout_s != 0 && !(timeout_s >= 0.1 && timeout_s <= 600))
+                return refuse(work, {"invalid_argument", "learn.timeout_s", print_number(timeout_s),
+                                     "must be a number from 0.1 to 600"});
+            return out_.learn(work.session, work.message.request_id(), timeout_s == 0 ? 30 : timeout_s);
+        }
         default:
             return refuse(work, {"unsupported", "message", "", "this server does not know the message"});
     }
@@ -113,6 +125,7 @@ void Stage::apply_command(const Work& work) {
     result.set_scene_rev(applied->scene_rev);
     for (std::string& warning : applied->warnings) result.add_warnings(std::move(warning));
     answer(work, std::move(message));
+    begin_fade(work.message.command());
     if (scene_.scene_rev != before.scene_rev) out_.state(full_state(scene_), state_change(before, scene_));
 }
 
@@ -125,9 +138,26 @@ std::optional<Error> Stage::apply_input(const v1::Command& command) {
         return std::nullopt;
     }
     const Result<Applied> applied = apply(scene_, command, {});
-    if (applied) return std::nullopt;
-    ++refused_;
-    return applied.error();
+    if (!applied) {
+        ++refused_;
+        return applied.error();
+    }
+    begin_fade(command);
+    return std::nullopt;
+}
+
+// A recall without a fade ends one that runs.
+void Stage::begin_fade(const v1::Command& command) {
+    if (!command.has_recall_preset()) return;
+    const v1::RecallPreset& recall = command.recall_preset();
+    fade_ =
+        recall.fade_s() > 0 ? Fade(scene_, *scene_.presets.at(recall.name()), recall.fade_s(), monotonic_ns()) : Fade();
+}
+
+void Stage::advance_fade(std::int64_t now_ns) {
+    if (!fade_.running()) return;
+    for (const v1::Command& command : fade_.step(scene_, now_ns)) apply_input(command);
+    tell_inputs();
 }
 
 void Stage::tell_inputs() {
@@ -221,6 +251,7 @@ void Stage::forget_session(std::uint32_t session) {
     std::erase_if(grids_waiting_, [&](const Metering& metering) { return metering.work.session == session; });
     std::erase_if(waiting_, [&](const Waiting& waiting) { return waiting.session == session; });
     reference_.forget_session(session);
+    out_.gone(session);
 }
 
 void Stage::answer_report(const Work& work) {

@@ -17,6 +17,7 @@
 #include "server/reference_work.h"
 #include "server/render/renderer.h"
 #include "server/scene/apply.h"
+#include "server/scene/preset.h"
 #include "server/stream/encoder.h"
 
 namespace gonio {
@@ -41,9 +42,13 @@ inline constexpr std::size_t kMaxWaiting = 64;        // report queries waiting 
 struct StageOutputs {
     std::function<void(std::uint32_t session, v1::ServerMessage)> reply;
     std::function<void(v1::State, v1::StateChanged)> state;
-    std::function<void(Picture)> picture;  // a new picture left the GPU
-    std::function<v1::Stats()> counters;   // what the stream side counts
-    std::function<v1::Sources()> sources;  // the newest source table of the consoles
+    std::function<void(Picture)> picture;    // a new picture left the GPU
+    std::function<v1::Stats()> counters;     // what the stream side counts
+    std::function<v1::Sources()> sources;    // the newest source table of the consoles
+    std::function<v1::Surfaces()> surfaces;  // the fader boxes and what they drive
+    // Answers the session when a control has moved; `gone` ends what the session waits for.
+    std::function<void(std::uint32_t session, std::uint32_t request_id, double timeout_s)> learn;
+    std::function<void(std::uint32_t session)> gone;
 };
 
 class Stage {
@@ -56,6 +61,9 @@ public:
     // Applies a console's command. Result: why not; the change is told to clients by tell_inputs() once for all.
     std::optional<Error> apply_input(const v1::Command& command);
     void tell_inputs();
+    // Brings a preset that is being faded to where it shall be now. fading(): it wants to be called with every frame.
+    bool fading() const { return fade_.running(); }
+    void advance_fade(std::int64_t now_ns);
     // Whether the picture is older than the scene, or somebody waits for a report.
     bool frame_wanted() const { return rendered_rev_ != scene_.scene_rev || better_; }
     bool report_wanted() const { return !waiting_.empty(); }
@@ -96,6 +104,7 @@ private:
     void forget_session(std::uint32_t session);
     void publish(FinishedFrame frame);
     void apply_command(const Work& work);
+    void begin_fade(const v1::Command& command);
     void send_to_loader(Work work);
     void answer_meter(const Work& work);
     void answer_capture(const Work& work);
@@ -114,6 +123,7 @@ private:
     StageOutputs out_;
     Revision rendered_rev_ = 0;
     bool watched_ = false, better_ = false, refined_ = false;  // better_: another frame shows more than the last
+    Fade fade_;
     std::optional<Scene> before_inputs_;  // the scene that clients know, while console commands are applied
     std::deque<v1::FrameReport> reports_;
     std::vector<Waiting> waiting_;

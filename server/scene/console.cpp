@@ -5,6 +5,7 @@
 
 #include "protocol/osc.h"
 #include "protocol/patch.h"
+#include "protocol/surface_map.h"
 
 namespace gonio {
 namespace {
@@ -77,8 +78,37 @@ void put_value(v1::SetLight& set, const Light& light, const PropertyValue& value
         case Property::profile:
         case Property::master:
         case Property::exposure:
+        case Property::orbit:
+        case Property::elevation:
+        case Property::distance:
+        case Property::preset:
             return;  // commands of their own
     }
+}
+
+// The eye as seen from the target.
+struct Orbit {
+    double azimuth_rad = 0, elevation_rad = 0, distance_m = 1;
+};
+
+Orbit orbit_of(const Camera& camera) {
+    const glm::dvec3 away = camera.eye - camera.target;
+    const double distance = glm::length(away);
+    return {std::atan2(away.x, away.z), std::asin(std::clamp(away.y / distance, -1.0, 1.0)), distance};
+}
+
+double& orbit_component(Orbit& orbit, Property property) {
+    return property == Property::orbit       ? orbit.azimuth_rad
+           : property == Property::elevation ? orbit.elevation_rad
+                                             : orbit.distance_m;
+}
+
+void put_orbit(v1::SetCamera& set, const Camera& camera, const Orbit& orbit) {
+    const double up = std::cos(orbit.elevation_rad);
+    const glm::dvec3 away{std::sin(orbit.azimuth_rad) * up, std::sin(orbit.elevation_rad),
+                          std::cos(orbit.azimuth_rad) * up};
+    const glm::dvec3 eye = camera.target + away * orbit.distance_m;
+    put(set.mutable_eye_m(), {eye.x, eye.y, eye.z});
 }
 
 bool is_patched_target(const Scene& scene, const std::string& name) {
@@ -106,11 +136,24 @@ v1::Patch patch_in_force(const Scene& scene) {
     return patch;
 }
 
+std::vector<std::string> surface_warnings(const Scene& scene) {
+    std::vector<std::string> warnings;
+    if (!scene.surfaces) return warnings;
+    for (int i = 0; i < scene.surfaces->rows_size(); ++i) {
+        const v1::SurfaceRow& row = scene.surfaces->rows(i);
+        if (row.target().empty() || light_number(row.target()) || is_patched_target(scene, row.target())) continue;
+        warnings.push_back("row " + std::to_string(i) + " (" + row.device() + " " + row.control() +
+                           "): there is no light or group '" + row.target() + "'");
+    }
+    return warnings;
+}
+
 std::vector<v1::Command> commands_of(const Scene& scene, std::span<const PropertyValue> values,
                                      std::vector<std::size_t>* unknown) {
     std::vector<v1::Command> commands;
     std::vector<std::pair<const Light*, std::size_t>> of_light;  // which command is the light's
-    std::optional<std::size_t> master, exposure;
+    std::optional<std::size_t> master, exposure, camera;
+    std::optional<Orbit> orbit;
     const auto scene_command = [&](std::optional<std::size_t>& slot) -> v1::Command& {
         if (!slot) {
             slot = commands.size();
@@ -126,6 +169,18 @@ std::vector<v1::Command> commands_of(const Scene& scene, std::span<const Propert
         }
         if (value.property == Property::exposure) {
             scene_command(exposure).mutable_set_exposure()->set_ev100(value.value[0]);
+            continue;
+        }
+        if (row_of(value.property).of_camera) {
+            if (!orbit) orbit = orbit_of(scene.camera);
+            orbit_component(*orbit, value.property) = value.value[0];
+            put_orbit(*scene_command(camera).mutable_set_camera(), scene.camera, *orbit);
+            continue;
+        }
+        if (value.property == Property::preset) {
+            v1::RecallPreset& recall = *commands.emplace_back().mutable_recall_preset();
+            recall.set_name(value.profile);
+            recall.set_fade_s(value.value[0]);
             continue;
         }
         const std::vector<const Light*> lights = lights_of(scene, value);
@@ -147,6 +202,40 @@ std::vector<v1::Command> commands_of(const Scene& scene, std::span<const Propert
         }
     }
     return commands;
+}
+
+std::optional<double> value_now(const Scene& scene, const std::string& target, Property property) {
+    if (row_of(property).of_camera) {
+        Orbit orbit = orbit_of(scene.camera);
+        return orbit_component(orbit, property);
+    }
+    if (property == Property::master) return scene.master_ratio;
+    if (property == Property::exposure) return scene.exposure_ev100;
+    PropertyValue named;
+    named.target = target;
+    const std::vector<const Light*> lights = lights_of(scene, named);
+    if (lights.empty()) return std::nullopt;
+    const Light& light = *lights.front();
+    switch (property) {
+        case Property::level:
+            return light.level_ratio;
+        case Property::red:
+        case Property::green:
+        case Property::blue:
+            return light.color[static_cast<int>(property) - static_cast<int>(Property::red)];
+        case Property::pan:
+            return light.pan_rad;
+        case Property::tilt:
+            return light.tilt_rad;
+        case Property::roll:
+            return light.roll_rad;
+        case Property::x:
+        case Property::y:
+        case Property::z:
+            return light.position[static_cast<int>(property) - static_cast<int>(Property::x)];
+        default:
+            return std::nullopt;
+    }
 }
 
 }  // namespace gonio
