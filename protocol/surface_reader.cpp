@@ -35,6 +35,15 @@ void SurfaceReader::rest(Row& row) {
     row.speed = 0;
 }
 
+void SurfaceReader::attached(const std::string& device) {
+    for (Row& row : rows_) {
+        if (!means_box(row.row.device(), device)) continue;
+        rest(row);
+        row.taken = false;
+        row.last.reset();
+    }
+}
+
 void SurfaceReader::turn_to(std::uint32_t page) {
     page_ = std::clamp<std::uint32_t>(page, 1, kMaxSurfacePages);
     for (Row& row : rows_) {  // what the controls drive is another thing now: they have to be picked up

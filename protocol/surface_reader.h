@@ -56,6 +56,9 @@ public:
     // The scene's lights have changed.
     void name_lights(std::vector<std::string> lights) { lights_ = std::move(lights); }
 
+    // A box has come: where its controls stand is not known, they have to be picked up.
+    void attached(const std::string& device);
+
     std::uint32_t page() const { return page_; }
     void turn_to(std::uint32_t page);
 
