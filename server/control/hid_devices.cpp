@@ -38,14 +38,21 @@ std::string narrow(const wchar_t* text) {
 
 class HidWire final : public Wire {
 public:
-    HidWire(hid_device* device, std::uint32_t id, Queue<FromDevice>& out, std::function<void()> wake)
-        : device_(device), id_(id), out_(out), wake_(std::move(wake)), writes_(kMaxWrites), thread_([this] {
-              run();
-          }) {}
+    // The device's entry in `events` goes with the wire: what its thread has said last then reaches nobody.
+    HidWire(hid_device* device, std::uint32_t id, std::map<std::uint32_t, WireEvents>& events, Queue<FromDevice>& out,
+            std::function<void()> wake)
+        : device_(device),
+          id_(id),
+          events_(events),
+          out_(out),
+          wake_(std::move(wake)),
+          writes_(kMaxWrites),
+          thread_([this] { run(); }) {}
     ~HidWire() override {
         stop_ = true;
         thread_.join();
         hid_close(device_);
+        events_.erase(id_);
     }
     bool write(std::uint8_t, Bytes bytes) override {
         return writes_.push(std::vector<std::uint8_t>(bytes.begin(), bytes.end()));
@@ -76,6 +83,7 @@ private:
     }
     hid_device* device_;
     std::uint32_t id_;
+    std::map<std::uint32_t, WireEvents>& events_;
     Queue<FromDevice>& out_;
     std::function<void()> wake_;
     Queue<std::vector<std::uint8_t>> writes_;
@@ -137,7 +145,7 @@ public:
         if (device == nullptr) return Error{"device_failed", path, "", "it could not be opened"};
         const std::uint32_t id = next_id_++;
         events_[id] = std::move(events);
-        return std::unique_ptr<Wire>(std::make_unique<HidWire>(device, id, reports_, wake_));
+        return std::unique_ptr<Wire>(std::make_unique<HidWire>(device, id, events_, reports_, wake_));
     }
 
     void watch(std::vector<pollfd>&) const override {}
@@ -150,10 +158,8 @@ public:
                 found->second.report(from->report, from->t_ns);
                 continue;
             }
-            const auto gone = std::move(found->second.gone);
-            events_.erase(found);
             scanned_ = false;
-            gone("it was unplugged");
+            found->second.gone("it was unplugged");
         }
     }
 

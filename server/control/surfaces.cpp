@@ -32,6 +32,8 @@ void Retry::failed(std::int64_t now_ns) {
 
 namespace {
 
+constexpr const char* kUnplugged = "it was unplugged";
+
 class DeviceThread final : public Surfaces {
 public:
     DeviceThread(const SurfaceOptions& options, BoxProfiles profiles, std::function<void()> wake)
@@ -155,7 +157,6 @@ private:
             spdlog::info("fader box {} ({}): {}", box.identity, box.product, link->gone);
             missing_[box.identity + " " + box.transport] = {box.product, box.transport, "gone", link->gone};
             link = links_.erase(link);
-            scanned_ns_ = 0;
             roster_changed_ = table_stale_ = true;
         }
     }
@@ -176,6 +177,21 @@ private:
             return std::none_of(found.begin(), found.end(),
                                 [&](const auto& one) { return one.first.place == retry.first; });
         });
+        // A wire mostly says itself that its box has gone; the list says it too, and either may be first.
+        for (Link& link : links_)
+            if (std::none_of(found.begin(), found.end(),
+                             [&](const auto& one) { return one.first.place == link.box->box().place; }))
+                link.gone = kUnplugged;
+        drop_gone();
+        for (auto& [key, missing] : missing_) {
+            const bool there = std::any_of(found.begin(), found.end(), [&](const auto& one) {
+                return one.first.identity + " " + one.first.transport == key;
+            });
+            if (there || missing.state == "gone") continue;
+            missing.state = "gone";
+            missing.error = kUnplugged;
+            roster_changed_ = table_stale_ = true;
+        }
         // The way that is tried first comes first.
         const auto rank = [&](const FoundBox& box) {
             if (box.transport != "usb-midi" && box.transport != "alsa-midi") return std::ptrdiff_t{0};
@@ -208,11 +224,14 @@ private:
             Retry& retry = retries_[box.place];
             retry.failed(now_ns);
             Missing& row = missing_[missing];
-            if (row.error != error.message) {
+            if (row.error != error.message && error.code != "vanished") {
                 spdlog::warn("fader box {} ({}): {}", box.identity, box.product, error.text());
                 roster_changed_ = table_stale_ = true;
             }
-            row = {box.product, box.transport, "waiting", error.message};
+            if (error.code == "vanished")
+                row = {box.product, box.transport, "gone", kUnplugged};  // the list is not of this moment
+            else
+                row = {box.product, box.transport, "waiting", error.message};
         };
         if (links_.size() >= kMaxBoxes)
             return fail({"too_large", box.place, "", "there are too many boxes: at most 32 are used"});

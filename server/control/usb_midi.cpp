@@ -8,6 +8,7 @@
 #include <filesystem>
 #include <list>
 #include <optional>
+#include <utility>
 
 namespace gonio {
 namespace {
@@ -202,7 +203,7 @@ public:
         libusb_context* context = nullptr;
         if (libusb_init(&context) != 0) {  // no USB on this machine, or not yet
             scanned_ = false;
-            return {};
+            return last_;
         }
         libusb_device** list = nullptr;
         const ssize_t count = libusb_get_device_list(context, &list);

@@ -32,7 +32,7 @@ struct FoundBox {
     bool owned = false;  // named by somebody or known to be a fader box: taken from the kernel's driver without asking
 };
 
-// What a wire tells, on the device thread, from within Backend::serve().
+// What a wire tells, on the device thread, from within Backend::serve(); nothing after it was destroyed.
 struct WireEvents {
     std::function<void(std::span<const MidiMessage> messages, std::size_t bad, std::int64_t t_ns)> midi;
     std::function<void(Bytes report, std::int64_t t_ns)> report;
