@@ -121,6 +121,7 @@ void SurfaceHands::learn(std::uint32_t session, std::uint32_t request_id, double
         answer(learning_.front(), nullptr);
         learning_.pop_front();
     }
+    if (surfaces_ == nullptr) return answer({session, request_id, 0, {}}, nullptr);  // no box is looked for
     // Where a control is known to stand, a single movement is enough.
     Learning learning{session, request_id, monotonic_ns() + static_cast<std::int64_t>(timeout_s * 1e9), {}};
     for (const v1::SurfaceDevice& device : table_.table.devices())
@@ -159,19 +160,19 @@ void SurfaceHands::serve(Stage& stage, std::int64_t now_ns) {
         for (const std::string& device : waiting_.attached) reader_.attached(device);
         const bool learning = serve_learning(now_ns);
         std::vector<SurfaceAction> actions;
-        std::int64_t event_ns = 0;
         const ValueNow now = values_of(stage.scene());
         for (const auto& [key, heard] : waiting_.controls) {
             if (learning) continue;
             reader_.take(heard.input, now_ns, now, actions);
-            event_ns = event_ns == 0 ? heard.event_ns : std::min(event_ns, heard.event_ns);
+            since_ns_ = since_ns_ == 0 ? heard.event_ns : std::min(since_ns_, heard.event_ns);
         }
         reader_.step(now_ns, now, actions);
         carry_out(stage, actions);
         stage.tell_inputs();
         waiting_ = {};
         const Revision after = stage.scene().scene_rev;
-        if (event_ns != 0 && after != before) unseen_.push_back({after, event_ns});
+        if (since_ns_ != 0 && after != before) unseen_.push_back({after, since_ns_});
+        if (after != before || !reader_.moving()) since_ns_ = 0;
         if (unseen_.size() > kLatencySamples) unseen_.pop_front();
     }
     served_ns_ = now_ns;
@@ -210,8 +211,11 @@ void SurfaceHands::show(const Scene& scene) {
 
 void SurfaceHands::picture_out(Revision scene_rev, std::int64_t rendered_ns) {
     while (!unseen_.empty() && unseen_.front().scene_rev <= scene_rev) {
-        latencies_ms_.push_back(static_cast<double>(rendered_ns - unseen_.front().event_ns) * 1e-6);
+        const std::int64_t latency_ns = rendered_ns - unseen_.front().event_ns;
         unseen_.pop_front();
+        // What changed nothing that is seen has no picture of its own: a much later one is not its picture.
+        if (latency_ns > 1'000'000'000) continue;
+        latencies_ms_.push_back(static_cast<double>(latency_ns) * 1e-6);
         if (latencies_ms_.size() > kLatencySamples) latencies_ms_.pop_front();
     }
 }

@@ -68,6 +68,7 @@ private:
     std::optional<std::pair<Revision, std::uint32_t>> shown_;
     SurfaceWants shown_values_;
     std::deque<Learning> learning_;
+    std::int64_t since_ns_ = 0;  // the first event that no revision holds yet; 0: none
     std::deque<Unseen> unseen_;
     std::deque<double> latencies_ms_;
 };
