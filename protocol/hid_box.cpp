@@ -138,16 +138,18 @@ void HidBox::add_fields(const HidDescriptor& descriptor) {
             const auto known = std::find_if(slots_.begin(), slots_.end(), [&](const Slot& slot) {
                 return slot.field.array && slot.field.page == field.page && slot.field.usage == field.usage;
             });
+            if (field.last_usage < field.usage) continue;
             Slot slot{field, known == slots_.end() ? controls_.size() : known->control, {}};
             if (known == slots_.end()) {
                 const std::size_t usages =
                     std::min<std::size_t>({static_cast<std::size_t>(field.last_usage - field.usage) + 1,
                                            kMaxArrayUsages, kMaxBoxControls - controls_.size()});
-                if (field.last_usage < field.usage) continue;
                 for (std::size_t i = 0; i < usages; ++i)
                     add(spec_of(usage_name(field.page, static_cast<std::uint16_t>(field.usage + i)),
                                 ControlKind::button));
                 slot.field.last_usage = static_cast<std::uint16_t>(field.usage + usages - 1);
+            } else {
+                slot.field.last_usage = known->field.last_usage;  // another slot for the same buttons
             }
             slots_.push_back(slot);
             continue;

@@ -62,7 +62,7 @@ export function statsStrip(store, video, connection, node, format, {report, mete
     const still = h("button", {type: "button", class: "quiet", id: "save", title: "Save the picture as PNG, without video compression",
         onclick: () => saveStill(store, connection)}, "Save still");
     node.append(h("span", {class: "grow"}), panelButton(meter, "meter", "Meter"), panelButton(consoles, "consoles", "Consoles"),
-        panelButton(surfaces, "surfaces", "Fader boxes"),
+        panelButton(surfaces, "surfaces", "Faders"),
         panelButton(report, "report", "Frame report"), still);
 
     const responses = new ResponseMeter();
