@@ -39,13 +39,18 @@ Result<OscAction> service(const OscMessage& message, std::string_view name) {
 
 Result<PropertyValue> value_of(const OscMessage& message, const PropertyRow& property, PropertyValue value) {
     value.property = property.property;
-    if (property.property == Property::profile) {
+    if (property.by_name) {
         const auto* name = std::get_if<std::string>(&message.arguments[0]);
         if (name == nullptr)
-            return wrong_argument(message, "", "a profile is a string: the name of a built-in luminaire");
+            return wrong_argument(message, "",
+                                  property.property == Property::preset
+                                      ? "a preset is a string: its name, and the fade in seconds after it"
+                                      : "a profile is a string: the name of a built-in luminaire");
         if (name->size() > kMaxTextBytes)
             return wrong_argument(message, shown_text(*name), "a name has at most 128 bytes");
         value.profile = *name;
+        if (property.property == Property::preset && message.arguments.size() > 1)
+            value.value[0] = osc_number(message.arguments[1]).value_or(0.0);
         return value;
     }
     if (message.arguments.size() < property.values)

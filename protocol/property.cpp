@@ -23,9 +23,15 @@ static constexpr PropertyRow kTable[] = {
     {Property::z, "z", 1, false, false, false, 0, 0, -1e6, 1e6, 1},
     {Property::position, "position", 3, false, false, false, 0, 0, -1e6, 1e6, 1},
     {Property::aim, "aim", 3, false, false, true, -1, 1, -1e6, 1e6, 1},
-    {Property::profile, "profile", 1, false, false, true, 0, 1, 0, 1, 1},
+    {Property::profile, "profile", 1, false, false, true, 0, 1, 0, 1, 1, true},
     {Property::master, "master", 1, true, true, true, 0, 1, 0, 1, 1},
     {Property::exposure, "exposure", 1, true, false, true, 0, 15, -10, 24, 1},
+    // Azimuth from +Z towards +X, height above the horizontal, metres. Straight up and down the camera has no azimuth.
+    {Property::orbit, "orbit", 1, true, false, true, -kPi, kPi, -64 * kPi, 64 * kPi, kDegree, false, true},
+    {Property::elevation, "elevation", 1, true, false, true, -kPi / 3, kPi / 3, -89 * kDegree, 89 * kDegree, kDegree,
+     false, true},
+    {Property::distance, "distance", 1, true, false, false, 0, 0, 1e-3, 1e6, 1, false, true},
+    {Property::preset, "preset", 1, true, false, true, 0, 1, 0, 1, 1, true},
 };
 
 std::span<const PropertyRow> property_table() {

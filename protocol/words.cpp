@@ -148,6 +148,24 @@ Result<bool> read_set(Words words, v1::Command& command) {
     return usage("set", what, "Only technique, view, exposure, master, light, camera and size can be set.");
 }
 
+Result<bool> read_preset(Words words, v1::Command& command) {
+    const std::string action = words.empty() ? "" : words.front();
+    if (action != "save" && action != "recall" && action != "remove")
+        return usage("preset", action, "A preset can be saved, recalled or removed: preset save NAME.");
+    double fade_s = 0;
+    const WordOption fade{"--fade", number_option([&](double v) { fade_s = v; })};
+    const auto options = std::span(&fade, action == "recall" ? 1 : 0);
+    const auto names = parse_words(words.subspan(1), options, 1, 1);
+    if (!names) return names.error();
+    if (action == "save") command.mutable_save_preset()->set_name(names->front());
+    if (action == "remove") command.mutable_remove_preset()->set_name(names->front());
+    if (action == "recall") {
+        command.mutable_recall_preset()->set_name(names->front());
+        command.mutable_recall_preset()->set_fade_s(fade_s);
+    }
+    return true;
+}
+
 Result<bool> read_command(Words words, v1::Command& command) {
     const std::string& verb = words.front();
     const Words rest = words.subspan(1);
@@ -159,6 +177,7 @@ Result<bool> read_command(Words words, v1::Command& command) {
         for (std::size_t i = 1; i < names->size(); ++i) command.mutable_set_group()->add_lights((*names)[i]);
         return true;
     }
+    if (verb == "preset") return read_preset(rest, command);
     if (verb == "load") {
         if (rest.empty() || rest.front() != "scene")
             return usage("load", rest.empty() ? "" : rest.front(), "Only a scene can be loaded: load scene FILE.");

@@ -15,6 +15,7 @@
 
 #include "client/web/page.h"
 #include "protocol/patch_toml.h"
+#include "protocol/surface_toml.h"
 #include "server/assets/assets.h"
 #include "server/consoles.h"
 #include "server/net/front.h"
@@ -22,6 +23,7 @@
 #include "server/scene/state.h"
 #include "server/stage.h"
 #include "server/stream/encode_thread.h"
+#include "server/surface_hands.h"
 
 namespace gonio {
 namespace {
@@ -83,19 +85,54 @@ Renderer::Gather gather_of(const Options& options) {
                                       : Renderer::Gather::automatic;
 }
 
-void patch_scene(Scene& scene, const std::string& path) {
+std::string read_text(const std::string& path, std::size_t most_bytes, const char* what) {
     std::ifstream file(path, std::ios::binary);
-    std::string text(kMaxPatchFileBytes + 1, '\0');
+    std::string text(most_bytes + 1, '\0');
     file.read(text.data(), static_cast<std::streamsize>(text.size()));
     text.resize(static_cast<std::size_t>(file.gcount()));
-    if (!file.is_open() || file.bad()) throw std::invalid_argument("cannot read the patch '" + path + "'");
-    auto patch = read_patch_toml(text);
-    if (!patch) throw std::invalid_argument(path + ": " + patch.error().text());
-    v1::Command command;
-    *command.mutable_set_patch() = std::move(*patch);
+    if (!file.is_open() || file.bad())
+        throw std::invalid_argument("cannot read the " + std::string(what) + " '" + path + "'");
+    return text;
+}
+
+void apply_file(Scene& scene, const v1::Command& command, const std::string& path) {
     const auto applied = apply(scene, command, {});
     if (!applied) throw std::invalid_argument(path + ": " + applied.error().text());
     for (const std::string& warning : applied->warnings) spdlog::warn("{}: {}", path, warning);
+}
+
+void patch_scene(Scene& scene, const std::string& path) {
+    auto patch = read_patch_toml(read_text(path, kMaxPatchFileBytes, "patch"));
+    if (!patch) throw std::invalid_argument(path + ": " + patch.error().text());
+    v1::Command command;
+    *command.mutable_set_patch() = std::move(*patch);
+    apply_file(scene, command, path);
+}
+
+void map_surfaces(Scene& scene, const std::string& path) {
+    auto map = read_surfaces_toml(read_text(path, kMaxSurfaceFileBytes, "map"));
+    if (!map) throw std::invalid_argument(path + ": " + map.error().text());
+    v1::Command command;
+    *command.mutable_set_surfaces() = std::move(*map);
+    apply_file(scene, command, path);
+}
+
+SurfaceOptions surface_options(const Options& options) {
+    SurfaceOptions surfaces;
+    surfaces.on = options.surfaces;
+    surfaces.midi = options.midi == "usb"    ? SurfaceOptions::Midi::usb
+                    : options.midi == "alsa" ? SurfaceOptions::Midi::alsa
+                                             : SurfaceOptions::Midi::automatic;
+    for (const std::string& box : options.boxes) {  // VVVV:PPPP or VVVV:PPPP=PROFILE
+        const std::string id = box.substr(0, box.find('='));
+        surfaces.boxes.push_back(id);
+        if (id.size() < box.size()) surfaces.profiles[id] = box.substr(id.size() + 1);
+    }
+    if (options.surface_replay.empty()) return surfaces;
+    auto replay = read_replay(read_text(options.surface_replay, std::size_t{64} << 20, "replay"));
+    if (!replay) throw std::invalid_argument(options.surface_replay + ": " + replay.error().text());
+    surfaces.replay = std::move(*replay);
+    return surfaces;
 }
 
 Scene first_scene(const Options& options) {
@@ -113,6 +150,7 @@ Scene first_scene(const Options& options) {
         if (!applied) throw std::invalid_argument(applied.error().text());
     }
     if (!options.patch_file.empty()) patch_scene(scene, options.patch_file);
+    if (!options.surface_map.empty()) map_surfaces(scene, options.surface_map);
     return scene;
 }
 
@@ -127,8 +165,10 @@ int run_daemon(const Options& options) {
                                  " needs --token-file: only loopback addresses may go without");
     }
     std::optional<Scene> scene;
+    SurfaceOptions boxes;
     try {
         scene = first_scene(options);
+        boxes = surface_options(options);
     } catch (const std::invalid_argument& error) {
         std::fprintf(stderr, "goniod: %s\n", error.what());
         return 2;
@@ -192,6 +232,16 @@ int run_daemon(const Options& options) {
     }
     const auto frame_time = std::chrono::nanoseconds(static_cast<std::int64_t>(1e9 / options.target_fps));
     Consoles consoles(inputs.get(), frame_time.count());
+    std::unique_ptr<Surfaces> surfaces;
+    if (boxes.on || boxes.replay) {
+        auto opened = Surfaces::start(boxes, [&] { queue.wake(); });
+        if (!opened) throw std::runtime_error(opened.error().text());
+        surfaces = std::move(*opened);
+    }
+    SurfaceHands hands(surfaces.get(), frame_time.count(), [&](std::uint32_t session, v1::ServerMessage message) {
+        front->reply(session, std::move(message));
+    });
+    Stage* running = nullptr;  // for what is asked about the scene
 
     Demand demand;
     Loader loader;
@@ -208,6 +258,7 @@ int run_daemon(const Options& options) {
                 front->broadcast(std::move(change));
             },
             [&](Picture picture) {
+                hands.picture_out(picture.scene_rev, picture.rendered_ns);
                 newest = std::move(picture);
                 h264_sent = jpeg_sent = false;
             },
@@ -219,8 +270,14 @@ int run_daemon(const Options& options) {
                 return stats;
             },
             [&] { return consoles.sources(); },
+            [&] { return hands.describe(running->scene()); },
+            [&](std::uint32_t session, std::uint32_t request_id, double timeout_s) {
+                hands.learn(session, request_id, timeout_s);
+            },
+            [&](std::uint32_t session) { hands.forget_session(session); },
         });
     if (options.keep_up) stage.set_budget(1e3 / options.target_fps);
+    running = &stage;
     front->publish_state(full_state(stage.scene()));
     consoles.publish_state(full_state(stage.scene()));
     Signals signals([&] { queue.close(); });
@@ -236,16 +293,18 @@ int run_daemon(const Options& options) {
                 front->port());
     std::fflush(stdout);
 
-    std::int64_t last_begin_ns = 0;
+    std::int64_t last_begin_ns = 0, last_moved_ns = 0;
     while (!queue.closed()) {
         // Somebody must be able to take a picture: a viewer with credit, or a report that is waited for.
         const bool viewer = (demand.h264 || demand.jpeg) && encoder.idle();
-        const bool due = (stage.frame_wanted() && viewer) || stage.report_wanted();
         const std::int64_t now = monotonic_ns();
+        const bool moves = hands.waiting(now) || stage.fading();
+        const bool due = ((stage.frame_wanted() || moves) && viewer) || stage.report_wanted();
         const std::int64_t wait_ns = due ? std::max<std::int64_t>(0, last_begin_ns + frame_time.count() - now) : 0;
         std::optional<Work> work;
         stage.set_watched(demand.h264 || demand.jpeg);
-        const bool refining = stage.refinable() && viewer && !due && !consoles.anything_waits();
+        const bool refining =
+            stage.refinable() && stage.rests() && viewer && !due && !stage.fading() && !consoles.anything_waits();
         if ((due && wait_ns == 0) || stage.busy())
             work = queue.try_pop();
         else if (refining)
@@ -253,18 +312,29 @@ int run_daemon(const Options& options) {
         else if (stage.frames_in_flight())
             work = queue.pop_for(std::chrono::milliseconds(1));
         else
-            work = queue.pop_for(
-                std::chrono::nanoseconds(std::min({due ? wait_ns : std::int64_t{250'000'000}, consoles.sleep_ns(now),
-                                                   std::max<std::int64_t>(stage.owes_in_ns(), 1'000'000)})));
+            work = queue.pop_for(std::chrono::nanoseconds(std::min(
+                {due ? wait_ns
+                 : stage.fading()
+                     ? std::clamp<std::int64_t>(last_moved_ns + frame_time.count() - now, 0, frame_time.count())
+                     : std::int64_t{250'000'000},
+                 consoles.sleep_ns(now), due ? wait_ns : hands.sleep_ns(now),
+                 std::max<std::int64_t>(stage.rest_in_ns(), 1'000'000)})));
         const std::int64_t drained_ns = monotonic_ns();
         for (; work; work = queue.try_pop()) stage.take(std::move(*work));
         consoles.serve(stage, drained_ns);
+        // Hands and fades move the scene right before a frame, so that it holds the newest; without one as often.
+        const bool starts = due && wait_ns == 0;
+        if (starts || (!due && drained_ns - last_moved_ns >= frame_time.count())) {
+            last_moved_ns = drained_ns;
+            stage.advance_fade(drained_ns);
+            hands.serve(stage, drained_ns);
+        }
 
         if (auto changed = demands.try_take()) {
             if (demand.jpeg_clients == 0) jpeg_sent = false;  // whoever comes first has not seen the newest picture
             demand = *changed;
         }
-        if (due && wait_ns == 0) {
+        if (starts && (stage.frame_wanted() || stage.report_wanted())) {
             last_begin_ns = drained_ns;
             stage.begin_frame(drained_ns);
         }

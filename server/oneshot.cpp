@@ -52,6 +52,7 @@ void apply_words(Scene& scene, const Json& words, const std::string& place) {
     }
     v1::Command command = checked(place, command_from_words(list));
     checked(place, attach_profile_file(command));
+    if (command.has_recall_preset()) command.mutable_recall_preset()->set_fade_s(0);  // a job has no time
     checked(place, apply(scene, command, checked(place, read_files(command))));
 }
 

@@ -1,6 +1,7 @@
 #include "server/options.h"
 
 #include <CLI/CLI.hpp>
+#include <cctype>
 
 #include "protocol/artnet.h"
 #include "protocol/e131.h"
@@ -38,9 +39,32 @@ std::optional<Options> parse_options(int argc, char** argv, int& exit_code) {
     app.add_option("--osc", osc, "listen for OSC on ADDRESS[:9000], UDP and TCP, likewise");
     app.add_flag("--ignore-preview", ignore_preview, "leave out sACN packets with the preview bit");
     app.add_option("--patch", options.patch_file, "PATCH.toml: which slots drive what (docs/consoles.md)");
+    std::string surfaces = "on";
+    app.add_option("--surfaces", surfaces, "on: use fader boxes that are plugged in (docs/faders.md); off")
+        ->check(CLI::IsMember({"on", "off"}))
+        ->capture_default_str();
+    app.add_option("--box", options.boxes,
+                   "VVVV:PPPP: a device that is a fader box though it is not known as one; =FILE gives it a profile");
+    app.add_option("--midi", options.midi, "how MIDI boxes are reached: usb (libusb), alsa, auto")
+        ->check(CLI::IsMember({"auto", "usb", "alsa"}))
+        ->capture_default_str();
+    app.add_option("--surface-map", options.surface_map, "MAP.toml: what the controls of fader boxes drive");
+    app.add_option("--surface-replay", options.surface_replay,
+                   "FILE: a recorded box, beside those that are plugged in");
     try {
         app.parse(argc, argv);
         options.keep_up = app.count("--target-fps") > 0;
+        options.surfaces = surfaces == "on";
+        for (std::string& box : options.boxes) {
+            const auto hex = [&](std::size_t i) {
+                return i < box.size() && std::isxdigit(static_cast<unsigned char>(box[i])) != 0;
+            };
+            bool good = box.size() == 9 || (box.size() > 10 && box[9] == '=');
+            for (std::size_t i = 0; i < 9; ++i) good = good && (i == 4 ? box[i] == ':' : hex(i));
+            if (!good) throw CLI::ValidationError("--box", "must be VVVV:PPPP or VVVV:PPPP=FILE, not '" + box + "'");
+            for (std::size_t i = 0; i < 9; ++i)
+                box[i] = static_cast<char>(std::tolower(static_cast<unsigned char>(box[i])));
+        }
         const auto listen_at = [](const char* option, const std::string& text, std::uint16_t port) {
             std::optional<UdpPeer> place;
             if (text.empty() || text == "off") return place;

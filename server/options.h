@@ -4,6 +4,7 @@
 #include <cstdint>
 #include <optional>
 #include <string>
+#include <vector>
 
 #include "server/net/udp_inputs.h"
 
@@ -23,8 +24,13 @@ struct Options {
     int device = -1;
     std::string oneshot, out = ".";  // JOB.json and the folder its captures go to; empty: serve
     bool gl_debug = false;
-    InputOptions inputs;     // of consoles; all off unless asked for: these protocols know no passwords
-    std::string patch_file;  // TOML; empty: the default patch
+    InputOptions inputs;             // of consoles; all off unless asked for: these protocols know no passwords
+    std::string patch_file;          // TOML; empty: the default patch
+    bool surfaces = true;            // look for fader boxes
+    std::string midi = "auto";       // usb, alsa
+    std::vector<std::string> boxes;  // VVVV:PPPP or VVVV:PPPP=PROFILE
+    std::string surface_map;         // TOML; empty: what the profiles of the boxes say
+    std::string surface_replay;      // a recorded box; empty: none
 };
 
 // Result: the options; nothing if the program is to end with `exit_code` (help was printed, or an argument is wrong).

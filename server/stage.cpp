@@ -82,6 +82,18 @@ void Stage::take(Work work) {
             *message.mutable_patch() = patch_in_force(scene_);
             return answer(work, std::move(message));
         }
+        case v1::ClientMessage::kSurfaces: {
+            v1::ServerMessage message;
+            *message.mutable_surfaces() = out_.surfaces();
+            return answer(work, std::move(message));
+        }
+        case v1::ClientMessage::kLearn: {
+            const double timeout_s = work.message.learn().timeout_s();
+            if (timeout_s != 0 && !(timeout_s >= 0.1 && timeout_s <= 600))
+                return refuse(work, {"invalid_argument", "learn.timeout_s", print_number(timeout_s),
+                                     "must be a number from 0.1 to 600"});
+            return out_.learn(work.session, work.message.request_id(), timeout_s == 0 ? 30 : timeout_s);
+        }
         default:
             return refuse(work, {"unsupported", "message", "", "this server does not know the message"});
     }
@@ -114,6 +126,7 @@ void Stage::apply_command(const Work& work) {
     result.set_scene_rev(applied->scene_rev);
     for (std::string& warning : applied->warnings) result.add_warnings(std::move(warning));
     answer(work, std::move(message));
+    begin_fade(work.message.command());
     if (scene_.scene_rev != before.scene_rev) out_.state(full_state(scene_), state_change(before, scene_));
 }
 
@@ -128,7 +141,25 @@ std::vector<std::optional<Error>> Stage::apply_inputs(std::span<const v1::Comman
         if (!send_to_loader(std::move(work)))
             refused[i] = Error{"busy", "", "", "too many files are waiting to be read"};
     }
+    for (std::size_t i = 0; i < commands.size(); ++i) {
+        if (!refused[i]) begin_fade(commands[i]);
+    }
     return refused;
+}
+
+// A recall without a fade ends one that runs.
+void Stage::begin_fade(const v1::Command& command) {
+    if (!command.has_recall_preset()) return;
+    const v1::RecallPreset& recall = command.recall_preset();
+    fade_ =
+        recall.fade_s() > 0 ? Fade(scene_, *scene_.presets.at(recall.name()), recall.fade_s(), monotonic_ns()) : Fade();
+}
+
+void Stage::advance_fade(std::int64_t now_ns) {
+    if (!fade_.running()) return;
+    const Revision before = scene_.scene_rev;
+    apply_inputs(fade_.step(scene_, now_ns));
+    tell_inputs(before);
 }
 
 void Stage::tell_inputs(Revision before) {
@@ -220,6 +251,7 @@ void Stage::forget_session(std::uint32_t session) {
     std::erase_if(grids_waiting_, [&](const Metering& metering) { return metering.work.session == session; });
     std::erase_if(waiting_, [&](const Waiting& waiting) { return waiting.session == session; });
     reference_.forget_session(session);
+    out_.gone(session);
 }
 
 void Stage::answer_report(const Work& work) {
@@ -290,6 +322,7 @@ void Stage::begin_frame(std::int64_t drained_ns) {
     const std::int64_t now_ns = monotonic_ns();
     if (lights_anew() || budget_.owes(now_ns)) renderer_->set_effort(budget_.choose(now_ns));
     renderer_->begin_frame(scene_, drained_ns);
+    if (rendered_rev_ != scene_.scene_rev) changed_ns_ = now_ns;
     rendered_rev_ = scene_.scene_rev;
     better_ = false;
     refined_ = renderer_->refined(scene_);
@@ -300,6 +333,11 @@ bool Stage::lights_anew() const {
     for (const Light& light : scene_.lights)
         newest = std::max({newest, light.position_rev, light.aim_rev, light.profile_rev});
     return newest > rendered_rev_;
+}
+
+std::int64_t Stage::rest_in_ns() const {
+    const std::int64_t now_ns = monotonic_ns(), owes_ns = budget_.owes_in_ns(now_ns);
+    return refinable() ? std::min(owes_ns, changed_ns_ + Budget::kRestNs - now_ns) : owes_ns;
 }
 
 void Stage::refine() {

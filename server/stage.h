@@ -19,6 +19,7 @@
 #include "server/reference_work.h"
 #include "server/render/renderer.h"
 #include "server/scene/apply.h"
+#include "server/scene/preset.h"
 #include "server/stream/encoder.h"
 
 namespace gonio {
@@ -43,9 +44,13 @@ inline constexpr std::size_t kMaxWaiting = 64;        // report queries waiting 
 struct StageOutputs {
     std::function<void(std::uint32_t session, v1::ServerMessage)> reply;
     std::function<void(v1::State, v1::StateChanged)> state;
-    std::function<void(Picture)> picture;  // a new picture left the GPU
-    std::function<v1::Stats()> counters;   // what the stream side counts
-    std::function<v1::Sources()> sources;  // the newest source table of the consoles
+    std::function<void(Picture)> picture;    // a new picture left the GPU
+    std::function<v1::Stats()> counters;     // what the stream side counts
+    std::function<v1::Sources()> sources;    // the newest source table of the consoles
+    std::function<v1::Surfaces()> surfaces;  // the fader boxes and what they drive
+    // Answers the session when a control has moved; `gone` ends what the session waits for.
+    std::function<void(std::uint32_t session, std::uint32_t request_id, double timeout_s)> learn;
+    std::function<void(std::uint32_t session)> gone;
 };
 
 class Stage {
@@ -59,6 +64,9 @@ public:
     // cannot be read now. Clients are told of the changes after a revision by tell_inputs(), once a frame.
     std::vector<std::optional<Error>> apply_inputs(std::span<const v1::Command> commands);
     void tell_inputs(Revision before);
+    // Brings a preset that is being faded to where it shall be now. fading(): it wants to be called with every frame.
+    bool fading() const { return fade_.running(); }
+    void advance_fade(std::int64_t now_ns);
     // Whether the picture is older than the scene or not all there is to come of it; or somebody waits for a report.
     bool frame_wanted() const {
         return rendered_rev_ != scene_.scene_rev || better_ || !renderer_->settled() || budget_.owes(monotonic_ns());
@@ -76,12 +84,15 @@ public:
     // Frames that light anew keep within this time: smaller pictures of fewer VPLs while something moves, the whole one
     // when it rests.
     void set_budget(double frame_ms) { budget_ = Budget(frame_ms); }
-    // Result: when the whole picture is due that a small one stands for, ns from now; INT64_MAX: none is.
-    std::int64_t owes_in_ns() const { return budget_.owes_in_ns(monotonic_ns()); }
+    // Result: when rest brings something, ns from now: the whole picture that a small one stands for, or its
+    // refinement; INT64_MAX: nothing.
+    std::int64_t rest_in_ns() const;
     // While nobody looks, the picture is not refined, and what was asked for is all there is.
     void set_watched(bool watched) { watched_ = watched; }
     // Whether the picture can be refined: it shows the scene as it stands, and somebody looks.
     bool refinable() const { return watched_ && !frame_wanted() && budget_.chosen() == 0 && !refined_; }
+    // Whether it is time to: nothing changed for Budget::kRestNs.
+    bool rests() const { return monotonic_ns() - changed_ns_ >= Budget::kRestNs; }
     // Does some tens of milliseconds of that, less if a message comes.
     void refine();
     const Scene& scene() const { return scene_; }
@@ -107,6 +118,7 @@ private:
     void forget_session(std::uint32_t session);
     void publish(FinishedFrame frame);
     void apply_command(const Work& work);
+    void begin_fade(const v1::Command& command);
     bool send_to_loader(Work work);  // result: false where too much waits; then the client has been told
     void answer_meter(const Work& work);
     void answer_capture(const Work& work);
@@ -125,7 +137,9 @@ private:
     StageOutputs out_;
     Revision rendered_rev_ = 0;
     Budget budget_;
+    std::int64_t changed_ns_ = INT64_MIN / 2;                  // when a frame of a new revision began
     bool watched_ = false, better_ = false, refined_ = false;  // better_: another frame shows more than the last
+    Fade fade_;
     std::deque<v1::FrameReport> reports_;
     std::vector<Waiting> waiting_;
     std::deque<Capturing> captures_waiting_;

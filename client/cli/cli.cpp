@@ -11,9 +11,11 @@
 #include "client/cli/consoles.h"
 #include "client/cli/output.h"
 #include "client/cli/photometry.h"
+#include "client/cli/surfaces.h"
 #include "client/cli/transport.h"
 #include "protocol/codec.h"
 #include "protocol/patch_toml.h"
+#include "protocol/surface_toml.h"
 #include "protocol/words.h"
 
 namespace gonio {
@@ -53,6 +55,16 @@ Talks to a running goniod. Angles are degrees here, all else is SI; a vector is 
   sources                     who sends sACN, Art-Net and OSC: rate, loss, levels, who wins; --json: all slots
   patch [FILE.toml | --default | --none]
                               which slots drive what: prints it, or replaces it (docs/consoles.md)
+  preset save|recall|remove NAME [--fade S]
+                              level, colour, aim, position and profile of all lights; S: recalled over so many seconds
+  surfaces [FILE.toml | --default | --none]
+                              fader boxes, their controls and what they drive; or another map (docs/faders.md)
+  learn [TARGET PROPERTY | PROPERTY | preset NAME [--fade S]] [--range LOW,HIGH] [--curve linear|square|cube|s]
+        [--takeover pickup|jump] [--mode M] [--page N] [--step R] [--any-box] [--timeout S]
+                              waits for a control that a hand moves and names it; with a property, it drives that
+                              from then on
+  forget CONTROL [--box BOX] [--page N]
+                              the control drives nothing of its own any more
   photometry FILE… [--svg]    offline: quantities, provenance and diagnostics of photometry files
   watch [--frames N] [--out FILE.h264]
                               one JSON line for each change and frame, until interrupted or after N frames
@@ -290,6 +302,78 @@ int patch(const Session& session, Words words) {
     return send_change(session, message);
 }
 
+int surfaces(const Session& session, Words words) {
+    bool use_default = false, none = false;
+    const WordOption options[] = {{"--default", nullptr, &use_default}, {"--none", nullptr, &none}};
+    const auto files = parse_words(words, options, 0, 1);
+    if (!files) return session.fail(files.error());
+    if (use_default + none + static_cast<int>(files->size()) > 1)
+        return session.fail({"usage", "surfaces", "", "A file, --default and --none exclude each other."});
+    v1::ClientMessage message;
+    if (files->empty() && !use_default && !none) {
+        message.mutable_surfaces();
+        const auto answer = session.ask(std::move(message));
+        if (!answer) return session.fail(answer.error());
+        if (!answer->has_surfaces()) return session.fail(unexpected_answer());
+        session.out << (session.json ? to_json(answer->surfaces(), true) + "\n" : surfaces_table(answer->surfaces()));
+        return kExitOk;
+    }
+    v1::SetSurfaces& set = *message.mutable_command()->mutable_set_surfaces();
+    set.set_with_default(use_default);
+    if (!files->empty()) {
+        std::ifstream file(files->front(), std::ios::binary);
+        const std::string text((std::istreambuf_iterator<char>(file)), {});
+        if (!file.is_open())
+            return session.fail({"file_unreadable", "surfaces", files->front(), "The map cannot be read."});
+        auto read = read_surfaces_toml(text);
+        if (!read) return session.fail(read.error());
+        set = std::move(*read);
+    }
+    return send_change(session, message);
+}
+
+int learn(const Session& session, Words words) {
+    auto wish = learn_from_words(words);
+    if (!wish) return session.fail(wish.error());
+    v1::ClientMessage message;
+    message.mutable_learn()->set_timeout_s(wish->timeout_s);
+    if (!session.json) session.err << "move a control …" << std::endl;
+    const auto answer = session.ask(std::move(message));
+    if (!answer) return session.fail(answer.error());
+    if (!answer->has_learned()) return session.fail(unexpected_answer());
+    const v1::Learned& learned = answer->learned();
+    if (learned.device().empty()) return session.fail({"refused", "learn", "", "No control moved in time."});
+    if (session.json)
+        session.print(learned);
+    else
+        session.out << learned.device() << " " << learned.control() << " (" << learned.kind() << ", "
+                    << learned.product() << ")\n";
+    if (!wish->row) return kExitOk;
+    v1::ClientMessage change;
+    v1::SurfaceRow& row = *change.mutable_command()->mutable_map_control()->mutable_row();
+    row = *wish->row;
+    row.set_device(wish->any_box ? "*" : learned.device());
+    row.set_control(learned.control());
+    return send_change(session, change);
+}
+
+int forget(const Session& session, Words words) {
+    v1::ClientMessage message;
+    v1::MapControl& map = *message.mutable_command()->mutable_map_control();
+    map.set_remove(true);
+    map.mutable_row()->set_device("*");
+    const WordOption options[] = {{"--box", text_setter(map.mutable_row()->mutable_device())},
+                                  {"--page", [&](const std::string& text) {
+                                       const auto page = parse_count(text);
+                                       if (page) map.mutable_row()->set_page(*page);
+                                       return page.has_value();
+                                   }}};
+    const auto names = parse_words(words, options, 1, 1);
+    if (!names) return session.fail(names.error());
+    map.mutable_row()->set_control(names->front());
+    return send_change(session, message);
+}
+
 std::string frame_line(const ServerEvent& event) {
     char text[256];
     std::snprintf(text, sizeof text,
@@ -423,11 +507,12 @@ int run_cli(Words args, std::ostream& out, std::ostream& err) {
         const char* verb;
         int (*run)(const Session&, Words);
     };
-    constexpr Row rows[] = {{"get", get},     {"meter", meter}, {"capture", capture}, {"report", report},
-                            {"stats", stats}, {"watch", watch}, {"sources", sources}, {"patch", patch}};
+    constexpr Row rows[] = {{"get", get},           {"meter", meter}, {"capture", capture}, {"report", report},
+                            {"stats", stats},       {"watch", watch}, {"sources", sources}, {"patch", patch},
+                            {"surfaces", surfaces}, {"learn", learn}, {"forget", forget}};
     for (const Row& row : rows)
         if (verb == row.verb) return row.run(session, rest);
-    for (const char* changing : {"set", "load", "add", "remove", "group"})
+    for (const char* changing : {"set", "load", "add", "remove", "group", "preset"})
         if (verb == changing) return change(session, words);
     return session.fail({"usage", "", verb, "There is no such command."});
 }

@@ -13,6 +13,8 @@ import {MeterPanel} from "./meter.js";
 import {statsStrip} from "./stats.js";
 import {Toasts} from "./toast.js";
 import {ConsolesPanel} from "./consoles.js";
+import {SurfacesPanel} from "./surfaces.js";
+import {presetPanel} from "./presets.js";
 
 const $ = (id) => document.getElementById(id);
 
@@ -24,14 +26,15 @@ const toasts = new Toasts($("toasts"));
 const report = new ReportPanel(store, connection, $("report"));
 const meter = new MeterPanel(store, connection, $("meter"));
 const consoles = new ConsolesPanel(connection, $("consoles"));
+const surfaces = new SurfacesPanel(store, connection, $("surfaces"));
 
 const parts = [
-    masterPanel(store, $("master")), lightPanel(store, $("lights")), groupPanel(store, $("groups"), connection),
+    masterPanel(store, $("master")), lightPanel(store, $("lights")), groupPanel(store, $("groups"), connection), presetPanel(store, $("presets"), connection),
     picturePanel(store, $("picture"), cameraHand), viewTabs(store, $("views")), scenePanel(store, $("scene"), connection),
     inspector(store, $("inspector"), connection),
 ];
 followSelection(store, connection);
-statsStrip(store, video, connection, $("stats"), $("format"), {report, meter, consoles});
+statsStrip(store, video, connection, $("stats"), $("format"), {report, meter, consoles, surfaces});
 
 store.addEventListener("update", () => {
     parts.forEach((part) => part.update());

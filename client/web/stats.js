@@ -46,7 +46,7 @@ function panelButton(panel, id, text) {
 }
 
 // format: where size and codec are told.
-export function statsStrip(store, video, connection, node, format, {report, meter, consoles}) {
+export function statsStrip(store, video, connection, node, format, {report, meter, consoles, surfaces}) {
     const cell = (name, title) => {
         const value = h("b");
         node.append(h("span", {class: "stat", title}, value, h("span", {class: "faint"}, name)));
@@ -62,6 +62,7 @@ export function statsStrip(store, video, connection, node, format, {report, mete
     const still = h("button", {type: "button", class: "quiet", id: "save", title: "Save the picture as PNG, without video compression",
         onclick: () => saveStill(store, connection)}, "Save still");
     node.append(h("span", {class: "grow"}), panelButton(meter, "meter", "Meter"), panelButton(consoles, "consoles", "Consoles"),
+        panelButton(surfaces, "surfaces", "Faders"),
         panelButton(report, "report", "Frame report"), still);
 
     const responses = new ResponseMeter();

@@ -7,8 +7,10 @@
 #include <sstream>
 
 #include "protocol/patch.h"
+#include "protocol/surface_map.h"
 #include "server/scene/console.h"
 #include "server/scene/orientation.h"
+#include "server/scene/preset.h"
 
 namespace gonio {
 namespace {
@@ -266,6 +268,62 @@ void set_patch(Scene& scene, const v1::SetPatch& set) {
     scene.patch_rev = scene.scene_rev + 1;
 }
 
+void set_surfaces(Scene& scene, const v1::SetSurfaces& set) {
+    if (const auto checked = check_surfaces(set); !checked) throw Refused{checked.error()};
+    scene.surfaces = std::make_shared<const v1::SetSurfaces>(set);
+    scene.surfaces_rev = scene.scene_rev + 1;
+}
+
+void map_control(Scene& scene, const v1::MapControl& set) {
+    v1::SetSurfaces rows;
+    if (scene.surfaces)
+        rows = *scene.surfaces;
+    else
+        rows.set_with_default(true);
+    auto merged = mapped(rows, set);
+    if (!merged) throw Refused{merged.error()};
+    scene.surfaces = std::make_shared<const v1::SetSurfaces>(std::move(*merged));
+    scene.surfaces_rev = scene.scene_rev + 1;
+}
+
+void save_preset(Scene& scene, const std::string& given) {
+    const std::string name = checked_name(given, "save_preset.name");
+    if (!scene.presets.contains(name) && scene.presets.size() >= kMaxPresets)
+        refuse("too_many_presets", "save_preset.name", name,
+               "a scene keeps at most " + std::to_string(kMaxPresets) + " presets");
+    scene.presets[name] = std::make_shared<const Preset>(preset_of(scene));
+    scene.recalled = name;
+    scene.presets_rev = scene.scene_rev + 1;
+}
+
+void remove_preset(Scene& scene, const std::string& name) {
+    if (scene.presets.erase(name) == 0)
+        refuse("not_found", "remove_preset.name", name, "there is no preset of this name");
+    if (scene.recalled == name) scene.recalled.clear();
+    scene.presets_rev = scene.scene_rev + 1;
+}
+
+void recall_preset(Scene& scene, const v1::RecallPreset& recall) {
+    const auto preset = scene.presets.find(recall.name());
+    if (preset == scene.presets.end())
+        refuse("not_found", "recall_preset.name", recall.name(), "there is no preset of this name");
+    const bool fades = checked(recall.fade_s(), 0.0, kMaxFade_s, "recall_preset.fade_s") > 0;
+    for (const PresetLight& kept : *preset->second) {
+        Light* light = find_light(scene, kept.name);
+        if (light == nullptr) continue;
+        change(scene, light->profile, kept.profile, light->profile_rev);
+        if (fades) continue;  // server/scene/preset.h brings the rest in time
+        change(scene, light->position, kept.position, light->position_rev);
+        change(scene, light->world_from_light, kept.world_from_light, light->aim_rev);
+        change(scene, light->pan_rad, kept.pan_rad, light->aim_rev);
+        change(scene, light->tilt_rad, kept.tilt_rad, light->aim_rev);
+        change(scene, light->roll_rad, kept.roll_rad, light->aim_rev);
+        change(scene, light->level_ratio, kept.level_ratio, light->level_rev);
+        change(scene, light->color, kept.color, light->level_rev);
+    }
+    change(scene, scene.recalled, recall.name(), scene.presets_rev);
+}
+
 void load_scene(Scene& scene, const Loaded& loaded) {
     if (!loaded.asset) refuse("invalid_argument", "load_scene.file", "", "no scene was loaded");
     Scene fresh = scene_of(loaded.asset, scene.scene_rev + 1);
@@ -274,6 +332,7 @@ void load_scene(Scene& scene, const Loaded& loaded) {
     for (Light& light : fresh.lights) light.id += scene.next_light_id;
     // What belongs to the viewer rather than to the scene stays.
     fresh.patch = scene.patch;
+    fresh.surfaces = scene.surfaces;
     fresh.view = scene.view;
     fresh.view_gain = scene.view_gain;
     fresh.master_ratio = scene.master_ratio;
@@ -314,6 +373,16 @@ void dispatch(Scene& scene, const v1::Command& command, const Loaded& loaded) {
             return remove_light(scene, command.remove_light().name());
         case v1::Command::kSetPatch:
             return set_patch(scene, command.set_patch());
+        case v1::Command::kSavePreset:
+            return save_preset(scene, command.save_preset().name());
+        case v1::Command::kRecallPreset:
+            return recall_preset(scene, command.recall_preset());
+        case v1::Command::kRemovePreset:
+            return remove_preset(scene, command.remove_preset().name());
+        case v1::Command::kSetSurfaces:
+            return set_surfaces(scene, command.set_surfaces());
+        case v1::Command::kMapControl:
+            return map_control(scene, command.map_control());
         case v1::Command::kSetGroup:
             return set_group(scene, command.set_group());
         case v1::Command::kSetSize:
@@ -340,9 +409,9 @@ void check_layers(const Scene& scene) {
 }
 
 Revision newest_part(const Scene& scene) {
-    Revision newest =
-        std::max({scene.geometry_rev, scene.camera_rev, scene.view_rev, scene.exposure_rev, scene.master_rev,
-                  scene.technique_rev, scene.size_rev, scene.lights_rev, scene.groups_rev, scene.patch_rev});
+    Revision newest = std::max({scene.geometry_rev, scene.camera_rev, scene.view_rev, scene.exposure_rev,
+                                scene.master_rev, scene.technique_rev, scene.size_rev, scene.lights_rev,
+                                scene.groups_rev, scene.patch_rev, scene.surfaces_rev, scene.presets_rev});
     for (const Light& light : scene.lights) {
         newest = std::max({newest, light.position_rev, light.aim_rev, light.profile_rev, light.level_rev});
     }
@@ -372,6 +441,7 @@ Result<Applied> apply(Scene& scene, const v1::Command& command, const Loaded& lo
         }
     }
     if (loaded.asset) applied.warnings = loaded.asset->warnings;
+    if (command.has_set_surfaces() || command.has_map_control()) applied.warnings = surface_warnings(scene);
     if (command.has_set_patch()) {
         const v1::Patch patch = patch_in_force(scene);
         applied.warnings.assign(patch.warnings().begin(), patch.warnings().end());
@@ -407,7 +477,8 @@ static std::vector<v1::SetLight> single_properties(const v1::SetLight& set) {
 
 static std::optional<Error> apply_input(Scene& scene, const v1::Command& command) {
     if (!command.has_set_light()) {
-        if (!command.has_set_master() && !command.has_set_exposure())
+        if (!command.has_set_master() && !command.has_set_exposure() && !command.has_set_camera() &&
+            !command.has_save_preset() && !command.has_recall_preset())
             return Error{"unsupported", "command", "", "a console cannot say this"};
         try {
             dispatch(scene, command, {});  // each checks its one value before it changes it
@@ -446,7 +517,8 @@ static Camera framing(const Bounds& bounds) {
 Scene scene_of(std::shared_ptr<const SceneAsset> asset, Revision revision) {
     Scene scene;
     scene.scene_rev = scene.geometry_rev = scene.camera_rev = scene.view_rev = scene.exposure_rev = scene.master_rev =
-        scene.technique_rev = scene.size_rev = scene.lights_rev = scene.groups_rev = scene.patch_rev = revision;
+        scene.technique_rev = scene.size_rev = scene.lights_rev = scene.groups_rev = scene.patch_rev =
+            scene.surfaces_rev = scene.presets_rev = revision;
     scene.camera = asset->cameras.empty() ? framing(asset->bounds) : asset->cameras.front();
     scene.exposure_ev100 = asset->exposure_ev100;
     for (const LightSeed& seed : asset->lights) {

@@ -6,6 +6,7 @@
 
 #include "protocol/osc.h"
 #include "protocol/patch.h"
+#include "protocol/surface_map.h"
 
 namespace gonio {
 namespace {
@@ -106,8 +107,37 @@ void put_value(v1::SetLight& set, const Light& light, const PropertyValue& value
         case Property::profile:
         case Property::master:
         case Property::exposure:
+        case Property::orbit:
+        case Property::elevation:
+        case Property::distance:
+        case Property::preset:
             return;  // commands of their own
     }
+}
+
+// The eye as seen from the target.
+struct Orbit {
+    double azimuth_rad = 0, elevation_rad = 0, distance_m = 1;
+};
+
+Orbit orbit_of(const Camera& camera) {
+    const glm::dvec3 away = camera.eye - camera.target;
+    const double distance = glm::length(away);
+    return {std::atan2(away.x, away.z), std::asin(std::clamp(away.y / distance, -1.0, 1.0)), distance};
+}
+
+double& orbit_component(Orbit& orbit, Property property) {
+    return property == Property::orbit       ? orbit.azimuth_rad
+           : property == Property::elevation ? orbit.elevation_rad
+                                             : orbit.distance_m;
+}
+
+void put_orbit(v1::SetCamera& set, const Camera& camera, const Orbit& orbit) {
+    const double up = std::cos(orbit.elevation_rad);
+    const glm::dvec3 away{std::sin(orbit.azimuth_rad) * up, std::sin(orbit.elevation_rad),
+                          std::cos(orbit.azimuth_rad) * up};
+    const glm::dvec3 eye = camera.target + away * orbit.distance_m;
+    put(set.mutable_eye_m(), {eye.x, eye.y, eye.z});
 }
 
 bool is_patched_target(const Scene& scene, const std::string& name) {
@@ -136,12 +166,25 @@ v1::Patch patch_in_force(const Scene& scene) {
     return patch;
 }
 
+std::vector<std::string> surface_warnings(const Scene& scene) {
+    std::vector<std::string> warnings;
+    if (!scene.surfaces) return warnings;
+    for (int i = 0; i < scene.surfaces->rows_size(); ++i) {
+        const v1::SurfaceRow& row = scene.surfaces->rows(i);
+        if (row.target().empty() || light_number(row.target()) || is_patched_target(scene, row.target())) continue;
+        warnings.push_back("row " + std::to_string(i) + " (" + row.device() + " " + row.control() +
+                           "): there is no light or group '" + row.target() + "'");
+    }
+    return warnings;
+}
+
 std::vector<v1::Command> commands_of(const Scene& scene, std::span<const PropertyValue> values,
                                      std::vector<std::size_t>* unknown) {
     std::vector<v1::Command> commands;
     Targets targets(scene);
     std::vector<std::size_t> of_light(scene.lights.size(), kNone);  // which command is the light's
-    std::size_t master = kNone, exposure = kNone;
+    std::size_t master = kNone, exposure = kNone, camera = kNone;
+    std::optional<Orbit> orbit;
     const auto command_at = [&](std::size_t& place) -> v1::Command& {
         if (place == kNone) {
             place = commands.size();
@@ -157,6 +200,18 @@ std::vector<v1::Command> commands_of(const Scene& scene, std::span<const Propert
         }
         if (value.property == Property::exposure) {
             command_at(exposure).mutable_set_exposure()->set_ev100(value.value[0]);
+            continue;
+        }
+        if (row_of(value.property).of_camera) {
+            if (!orbit) orbit = orbit_of(scene.camera);
+            orbit_component(*orbit, value.property) = value.value[0];
+            put_orbit(*command_at(camera).mutable_set_camera(), scene.camera, *orbit);
+            continue;
+        }
+        if (value.property == Property::preset) {
+            v1::RecallPreset& recall = *commands.emplace_back().mutable_recall_preset();
+            recall.set_name(value.profile);
+            recall.set_fade_s(value.value[0]);
             continue;
         }
         const std::vector<std::size_t>& lights = targets.of(value);
@@ -187,6 +242,41 @@ std::map<std::string, std::vector<std::uint32_t>> targets_of(const Scene& scene)
         targets[name] = std::move(ids);
     }
     return targets;
+}
+
+std::optional<double> value_now(const Scene& scene, const std::string& target, Property property) {
+    if (row_of(property).of_camera) {
+        Orbit orbit = orbit_of(scene.camera);
+        return orbit_component(orbit, property);
+    }
+    if (property == Property::master) return scene.master_ratio;
+    if (property == Property::exposure) return scene.exposure_ev100;
+    PropertyValue named;
+    named.target = target;
+    Targets targets(scene);
+    const std::vector<std::size_t>& lights = targets.of(named);
+    if (lights.empty()) return std::nullopt;
+    const Light& light = scene.lights[lights.front()];
+    switch (property) {
+        case Property::level:
+            return light.level_ratio;
+        case Property::red:
+        case Property::green:
+        case Property::blue:
+            return light.color[static_cast<int>(property) - static_cast<int>(Property::red)];
+        case Property::pan:
+            return light.pan_rad;
+        case Property::tilt:
+            return light.tilt_rad;
+        case Property::roll:
+            return light.roll_rad;
+        case Property::x:
+        case Property::y:
+        case Property::z:
+            return light.position[static_cast<int>(property) - static_cast<int>(Property::x)];
+        default:
+            return std::nullopt;
+    }
 }
 
 }  // namespace gonio

@@ -3,6 +3,7 @@
 
 #include <cstdint>
 #include <map>
+#include <optional>
 #include <span>
 #include <string>
 #include <vector>
@@ -17,6 +18,9 @@ namespace gonio {
 // Result: the scene's patch, or the default one for its lights, with a warning for each row that names nothing here.
 v1::Patch patch_in_force(const Scene& scene);
 
+// Result: a sentence for each row of the scene's surfaces that names a light or group that is not there.
+std::vector<std::string> surface_warnings(const Scene& scene);
+
 // Result: one command for each light that the values name, one for each profile and one for each property of the scene,
 // in the order in which they were first named; later values of a property replace earlier ones, and red, green, blue,
 // x, y and z fill up with what the light has. A value that names neither a light nor a group is left out; `unknown`
@@ -27,5 +31,9 @@ std::vector<v1::Command> commands_of(const Scene& scene, std::span<const Propert
 // Result: what a patch may name: lights and groups by name, with the ids of their lights. A name whose ids differ from
 // before has not heard what was said to it.
 std::map<std::string, std::vector<std::uint32_t>> targets_of(const Scene& scene);
+
+// Result: the value of a property as it is now, SI; of a group, or of several lights: of the first of them. Nothing for
+// properties of three values, of names, and where there is no such target.
+std::optional<double> value_now(const Scene& scene, const std::string& target, Property property);
 
 }  // namespace gonio

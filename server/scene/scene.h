@@ -18,7 +18,8 @@ namespace gonio {
 
 namespace v1 {
 class SetPatch;
-}
+class SetSurfaces;
+}  // namespace v1
 
 struct Bounds {
     glm::dvec3 min{1e300};
@@ -122,6 +123,18 @@ struct Light {
     Revision position_rev = 0, aim_rev = 0, profile_rev = 0, level_rev = 0;
 };
 
+// What a preset keeps of one light.
+struct PresetLight {
+    std::string name;
+    glm::dvec3 position{0.0};
+    glm::dquat world_from_light{1.0, 0.0, 0.0, 0.0};
+    double pan_rad = 0.0, tilt_rad = 0.0, roll_rad = 0.0;
+    double level_ratio = 1.0;
+    glm::dvec3 color{1.0};
+    std::shared_ptr<const Profile> profile;
+};
+using Preset = std::vector<PresetLight>;
+
 enum class View : std::uint8_t {
     beauty,
     direct,
@@ -144,6 +157,9 @@ struct Scene {
     std::vector<Light> lights;
     std::map<std::string, std::vector<std::string>> groups;  // name -> light names
     std::shared_ptr<const v1::SetPatch> patch;               // of consoles; null: the default patch
+    std::shared_ptr<const v1::SetSurfaces> surfaces;         // of fader boxes; null: what their profiles say
+    std::map<std::string, std::shared_ptr<const Preset>> presets;
+    std::string recalled;  // the preset that was saved or recalled last; empty: none
     Camera camera;
     View view = View::beauty;
     double view_gain = 1.0;
@@ -157,15 +173,17 @@ struct Scene {
     Revision scene_rev = 1;  // bumped by every command that changed anything
     // Revision of a part: the scene_rev of the command that last changed it.
     Revision geometry_rev = 1, camera_rev = 1, view_rev = 1, exposure_rev = 1, master_rev = 1, technique_rev = 1,
-             size_rev = 1, lights_rev = 1 /* a light came or went */, groups_rev = 1, patch_rev = 1;
+             size_rev = 1, lights_rev = 1 /* a light came or went */, groups_rev = 1, patch_rev = 1, surfaces_rev = 1,
+             presets_rev = 1;
     std::uint32_t next_light_id = 1;
 };
 
-inline constexpr std::size_t kMaxLights = 64;  // one more is refused: "too_many_lights"
-inline constexpr std::size_t kMaxGroups = 64;  // likewise "too_many_groups"
+inline constexpr std::size_t kMaxLights = 64;    // one more is refused: "too_many_lights"
+inline constexpr std::size_t kMaxGroups = 64;    // likewise "too_many_groups"
+inline constexpr std::size_t kMaxPresets = 256;  // likewise "too_many_presets"
 inline constexpr std::size_t kMaxNameBytes = 128;
-// The live picture keeps each light's irradiance in 20 bytes a pixel, on the CPU and as textures; a size or light that would take more than this in
-// all is refused: "too_large".
+// The live picture keeps each light's irradiance in 20 bytes a pixel, on the CPU and as textures; a size or light that
+// would take more than this in all is refused: "too_large".
 inline constexpr std::size_t kLayerBytesPerPixel = 20;
 inline constexpr std::size_t kMaxLayerBytes = std::size_t{4} << 30;
 

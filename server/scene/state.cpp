@@ -63,6 +63,11 @@ void put_parts(const Scene& scene, Revision since, v1::State& out) {
         out.add_size_px(static_cast<std::uint32_t>(scene.width_px));
         out.add_size_px(static_cast<std::uint32_t>(scene.height_px));
     }
+    if (scene.presets_rev > since) {
+        v1::Presets& presets = *out.mutable_presets();
+        for (const auto& [name, preset] : scene.presets) presets.add_names(name);
+        presets.set_recalled(scene.recalled);
+    }
     if (scene.groups_rev > since) {
         for (const auto& [name, lights] : scene.groups) {
             v1::Group& group = *out.add_groups();

@@ -1,6 +1,8 @@
 // Values of consoles on a scene: lights, groups, patterns, components, and the patch as a part of the scene.
 #include <gtest/gtest.h>
 
+#include <numbers>
+
 #include "server/assets/assets.h"
 #include "server/scene/apply.h"
 #include "server/scene/console.h"
@@ -85,9 +87,41 @@ TEST_F(Console, AimAndPanExcludeEachOther) {
     EXPECT_EQ(commands[0].set_light().aim_size(), 0);
 }
 
+TEST_F(Console, TheCameraGoesRoundItsTarget) {
+    scene.camera.target = {0, 1, 0};
+    scene.camera.eye = {0, 1, 5};
+    const auto drive = [&](std::vector<PropertyValue> values) {
+        for (const v1::Command& command : commands_of(scene, values)) ASSERT_TRUE(apply(scene, command, {}));
+    };
+    drive({value("", Property::orbit, std::numbers::pi / 2)});
+    EXPECT_NEAR(scene.camera.eye.x, 5, 1e-12) << "from +Z towards +X";
+    EXPECT_NEAR(scene.camera.eye.z, 0, 1e-12);
+    drive({value("", Property::elevation, std::numbers::pi / 6), value("", Property::distance, 2)});
+    EXPECT_NEAR(scene.camera.eye.y, 2, 1e-12) << "both in one command";
+    EXPECT_NEAR(*value_now(scene, "", Property::distance), 2, 1e-12);
+    EXPECT_NEAR(*value_now(scene, "", Property::orbit), std::numbers::pi / 2, 1e-12);
+    EXPECT_NEAR(*value_now(scene, "", Property::elevation), std::numbers::pi / 6, 1e-12);
+}
+
+TEST_F(Console, ValuesAreReadBackAsTheyWereSet) {
+    for (const PropertyRow& row : property_table()) {
+        if (row.values != 1 || row.by_name) continue;
+        const double middle = row.of_camera ? 0.5 : row.least + 0.25 * (row.most - row.least);
+        const PropertyValue one = value(row.of_scene ? "" : "spot 1", row.property, middle);
+        for (const v1::Command& command : commands_of(scene, {&one, 1}))
+            ASSERT_TRUE(apply(scene, command, {})) << row.name;
+        const auto now = value_now(scene, row.of_scene ? "" : "spot 1", row.property);
+        ASSERT_TRUE(now) << row.name;
+        EXPECT_NEAR(*now, middle, 1e-9) << row.name;
+    }
+    EXPECT_EQ(value_now(scene, "spots", Property::level), value_now(scene, "spot 1", Property::level))
+        << "a group: its first";
+    EXPECT_FALSE(value_now(scene, "nobody", Property::level));
+}
+
 TEST_F(Console, TheLimitsOfTheTableAreThoseOfTheScene) {
     for (const PropertyRow& row : property_table()) {
-        if (row.property == Property::profile || row.property == Property::aim) continue;  // no number; any length
+        if (row.by_name || row.of_camera || row.property == Property::aim) continue;  // no number; any length
         const auto takes = [&](double x) {
             const PropertyValue one = value(row.of_scene ? "" : first, row.property, x, row.least, row.least);
             Scene copy = scene;

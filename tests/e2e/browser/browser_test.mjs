@@ -4,7 +4,9 @@
 
 import {spawn} from "node:child_process";
 import {createSocket} from "node:dgram";
-import {existsSync} from "node:fs";
+import {existsSync, mkdtempSync, writeFileSync} from "node:fs";
+import {tmpdir} from "node:os";
+import {join} from "node:path";
 
 const kChromium = process.env.GONIO_CHROMIUM ?? "/usr/bin/chromium";
 const kArguments = ["--no-sandbox", "--disable-gpu", "--disable-quic", "--no-first-run",
@@ -27,13 +29,24 @@ const kMalformed = "IESNA:LM-63-2002\n[TEST] none\n[MANUFAC] nobody\nthis is no 
 const kNarrow = ["IESNA:LM-63-2002", "[TEST] none", "[MANUFAC] Gonio tests", "[LUMCAT] NARROW", "[LUMINAIRE] narrow beam",
     "TILT=NONE", "1 -1 1 7 1 1 2 0 0 0", "1 1 50", "0 10 20 30 40 60 90", "0", "5000 4000 1500 300 0 0 0", ""].join("\n");
 
+// A recorded fader box whose controller 7 goes up and down for ten minutes.
+function recordedBox() {
+    const file = join(mkdtempSync(join(tmpdir(), "gonio-")), "box.txt");
+    const lines = Array.from({length: 3000}, (_, i) => {
+        const value = i % 40 < 20 ? (i % 40) * 6 : (40 - (i % 40)) * 6;
+        return `${i * 200} B4 07 ${value.toString(16).padStart(2, "0")}`;
+    });
+    writeFileSync(file, ["midi 1234:5678 Recorded Box", ...lines, ""].join("\n"));
+    return file;
+}
+
 // ---------------------------------------------------------------------------------------------------- the server
 const children = new Set();
 process.on("exit", () => { for (const child of children) child.kill("SIGKILL"); });
 
 function startServer(listen) {
     return new Promise((resolve, reject) => {
-        const child = spawn(binary, ["--listen", listen, "--scene", "cornell", "--osc", "127.0.0.1:0"], {stdio: ["ignore", "pipe", "pipe"]});
+        const child = spawn(binary, ["--listen", listen, "--scene", "cornell", "--osc", "127.0.0.1:0", "--surface-replay", recordedBox()], {stdio: ["ignore", "pipe", "pipe"]});
         children.add(child);
         let out = "", log = "";
         const timer = setTimeout(() => reject(new Error(`no READY line in time\n${log}`)), 2 * kTimeoutMs);
@@ -244,11 +257,56 @@ async function run(page, server) {
     socket.close();
     if (screenshot) await page.screenshot({path: screenshot.replace(/\.png$/, "-consoles.png")});
     await page.locator("#consoles-toggle").click();
+    await presets(page);
+    await surfaces(page);
     const [download] = await Promise.all([page.waitForEvent("download", {timeout: kTimeoutMs}), page.locator("#save").click()]);
     check(/\.png$/.test(download.suggestedFilename()), "a still can be saved", download.suggestedFilename());
 
     await meter(page);
     return {start, oldProfile, before};
+}
+
+// A preset is saved, recalled and removed.
+async function presets(page) {
+    const names = async () => (await state(page)).presets?.names ?? [];
+    const level = async () => (await state(page)).lights[0].level_ratio;
+    const before = await level();
+    await page.locator("#presets button[aria-label='New preset']").click();
+    await page.locator("#presets form input").fill("look 1");
+    await page.locator("#presets form button").click();
+    await until("the preset", async () => (await names()).includes("look 1"));
+    await page.locator("#level-number").fill("12");
+    await page.locator("#level-number").press("Enter");
+    await until("another level", async () => Math.abs(await level() - 0.12) < 1e-9);
+    await page.locator("#presets li[data-name='look 1'] .pick").click();
+    await until("the level of the preset", async () => Math.abs(await level() - before) < 1e-9);
+    await page.locator("#presets button[aria-label='Remove look 1']").click();
+    await until("no preset", async () => (await names()).length === 0);
+    check(true, "a preset is saved, recalled and removed");
+}
+
+// A control of the recorded box is learned from the page, drives the light, and is forgotten.
+async function surfaces(page) {
+    await page.locator("#surfaces-toggle").click();
+    const light = (await state(page)).lights[0].name;
+    await page.locator("#learn-target").selectOption(`light ${light}`);
+    await page.locator("#learn-property").selectOption("roll");
+    await page.locator("#learn").click();
+    await until("the learned control", async () => (await page.locator("#surfaces header p").textContent()).includes("cc 5/7"));
+    const row = page.locator("#surfaces tr[data-control='cc 5/7']");
+    await until("its row", async () => (await row.count()) === 1 && (await row.textContent()).includes(`${light} roll`));
+    const roll = async () => (await state(page)).lights[0].roll_rad;
+    const first = await roll();
+    await until("the light turned by the box", async () => await roll() !== first);
+    if (screenshot) await page.screenshot({path: screenshot.replace(/\.png$/, "-surfaces.png")});
+    await row.locator("button").click();
+    await until("the control forgotten", async () => (await row.count()) === 0 || !(await row.textContent()).includes("roll"));
+    check(true, "a control is learned from the page, drives and is forgotten", "cc 5/7");
+    // A map changes no picture: something else has to, so that there is one of the newest revision.
+    await page.locator("#level-number").fill("60");
+    await page.locator("#level-number").press("Enter");
+    await settled(page);
+    await page.locator("#surfaces-toggle").click();
 }
 
 // The meter panel: readings of two qualities, a refusal, a capture.

@@ -1,0 +1,151 @@
+// The fader boxes panel: which boxes are there, what their controls say and drive; and learning: choose what shall be driven,
+// move a control, done. Asked for twice a second while it is open.
+
+import {h, setText, formatNumber} from "./dom.js";
+
+const kPollMs = 500;
+const kLearnSeconds = 30;
+// Of lights and groups, then of the scene; those that need a range have it here, in SI.
+const kOfLight = {level: [0, 1], pan: null, tilt: null, roll: null, red: null, green: null, blue: null, x: [-5, 5], y: [0, 5], z: [-5, 5]};
+const kOfScene = {master: null, exposure: null, orbit: null, elevation: null, distance: [1, 20], "page on": null, "page back": null};
+
+function drivesText(row) {
+    const what = [row.target, row.property, row.preset].filter(Boolean).join(" ");
+    const manner = [row.mode, row.curve !== "linear" && row.curve, row.takeover, row.page ? `page ${row.page}` : ""].filter(Boolean);
+    return [what, ...manner].join(", ");
+}
+
+// "*", "vvvv:pppp" or all of the identity, as the server reads it.
+const means = (device, identity) => device === "*" || device === identity
+    || (device.includes(":") && (identity.startsWith(`${device}:`) || identity.startsWith(`${device}@`)));
+
+export class SurfacesPanel {
+    #store; #connection; #node; #head; #hint; #rows; #target; #property; #learn;
+    #timer = 0;
+    #open = false;
+    #learning = false;
+
+    constructor(store, connection, node) {
+        this.#store = store;
+        this.#connection = connection;
+        this.#node = node;
+        this.#head = h("p", {class: "faint"});
+        this.#hint = h("p", {class: "hint", role: "status"});
+        this.#rows = h("tbody");
+        this.#target = h("select", {"aria-label": "What shall be driven", id: "learn-target"});
+        this.#property = h("select", {"aria-label": "Which property", id: "learn-property"});
+        this.#learn = h("button", {type: "button", id: "learn", onclick: () => this.#startLearning()}, "Learn");
+        this.#target.addEventListener("change", () => this.#offerProperties());
+        const column = (text, figure) => h("th", {scope: "col", class: figure ? "figure" : null}, text);
+        node.append(h("header", {}, h("h2", {}, "Fader boxes"), this.#head, h("span", {class: "grow"}), this.#target, this.#property, this.#learn),
+            h("div", {class: "scroll", tabindex: "0"}, this.#hint, h("table", {}, h("thead", {}, h("tr", {}, column("Box"), column("Control"),
+                column("Kind"), column("Value", true), column("Drives"), column(""))), this.#rows)));
+        store.addEventListener("update", () => { if (this.#open) this.#offerTargets(); });
+    }
+
+    get open() { return this.#open; }
+
+    toggle() {
+        this.#open = !this.#open;
+        this.#node.hidden = !this.#open;
+        clearTimeout(this.#timer);
+        if (!this.#open) return;
+        this.#offerTargets();
+        this.#poll();
+    }
+
+    #offerTargets() {
+        const {lights, groups, presets} = this.#store.state;
+        const wanted = [...lights.map(({name}) => [`light ${name}`, name]), ...groups.map(({name}) => [`group ${name}`, `${name} (group)`]),
+            ["scene", "Scene"], ...(presets?.names ?? []).map((name) => [`preset ${name}`, `Preset ${name}`])];
+        const signature = JSON.stringify(wanted);
+        if (this.#target.dataset.signature === signature) return;
+        const before = this.#target.value || (this.#store.selected ? `${this.#store.selected.kind} ${this.#store.selected.name}` : "");
+        this.#target.dataset.signature = signature;
+        this.#target.replaceChildren(...wanted.map(([value, text]) => h("option", {value}, text)));
+        if (wanted.some(([value]) => value === before)) this.#target.value = before;
+        this.#offerProperties();
+    }
+
+    #offerProperties() {
+        const kind = this.#target.value.split(" ")[0];
+        const names = kind === "scene" ? Object.keys(kOfScene) : kind === "preset" ? ["recall", "save"] : Object.keys(kOfLight);
+        const before = this.#property.value;
+        this.#property.replaceChildren(...names.map((name) => h("option", {value: name}, name)));
+        if (names.includes(before)) this.#property.value = before;
+    }
+
+    // The row that the next moved control gets.
+    #wish() {
+        const [kind, ...rest] = this.#target.value.split(" "), name = rest.join(" "), property = this.#property.value;
+        if (kind === "preset") return {property: "preset", preset: name, ...(property === "save" ? {mode: "save"} : {fade_s: 0})};
+        if (property.startsWith("page")) return {property: "page", step: property === "page on" ? 1 : -1};
+        const range = kind === "scene" ? kOfScene[property] : kOfLight[property];
+        return {target: kind === "scene" ? "" : name, property, ...(range ? {low: range[0], high: range[1]} : {})};
+    }
+
+    async #startLearning() {
+        if (this.#learning) return;
+        const row = this.#wish();
+        this.#learning = true;
+        this.#learn.disabled = true;
+        setText(this.#learn, "Move a control…");
+        try {
+            const {learned} = await this.#connection.request({learn: {timeout_s: kLearnSeconds}});
+            if (learned?.device) {
+                const result = await this.#connection.command({map_control: {row: {...row, device: learned.device, control: learned.control}}});
+                setText(this.#head, result?.code === "ok" ? `${learned.control} of ${learned.product || learned.device} drives ${drivesText(row)}` : "Not learned");
+            } else {
+                setText(this.#head, `Nothing moved within ${kLearnSeconds} s`);
+            }
+        } catch {
+            setText(this.#head, "Not connected");
+        }
+        this.#learning = false;
+        this.#learn.disabled = false;
+        setText(this.#learn, "Learn");
+        if (this.#open) this.#poll();
+    }
+
+    async #poll() {
+        clearTimeout(this.#timer);
+        try {
+            const {surfaces} = document.hidden ? {} : await this.#connection.request({surfaces: {}});
+            if (surfaces && this.#open) this.#show(surfaces);
+        } catch {
+            setText(this.#head, "Not connected");
+        }
+        clearTimeout(this.#timer);
+        if (this.#open) this.#timer = setTimeout(() => this.#poll(), kPollMs);
+    }
+
+    #show({devices = [], rows = [], default_rows: defaults = [], warnings = [], page = 1, latency_ms: latency}) {
+        const live = devices.filter((device) => device.state === "live");
+        const hints = devices.filter((device) => device.error).map((device) => `${device.product || device.device}: ${device.error}`);
+        hints.push(...warnings);
+        if (!devices.length) hints.push("No fader box is plugged in, or goniod may not use it: docs/faders.md says how.");
+        setText(this.#hint, hints.join(" · "));
+        this.#hint.hidden = hints.length === 0;
+        this.#head.title = live.map((device) => `${device.device} by ${device.transport}`).join(", ");
+        if (!this.#learning && !/drives|moved/.test(this.#head.textContent)) setText(this.#head, [live.map((device) => device.product || device.device).join(", "),
+            page > 1 ? `page ${page}` : "", latency ? `${formatNumber(latency, 0)} ms to the picture` : ""].filter(Boolean).join(" · "));
+        const drawn = [];
+        for (const device of live) {
+            for (const control of device.controls) {
+                const own = rows.filter((row) => row.control === control.name && means(row.device, device.device));
+                const given = own.length ? own : defaults.filter((row) => row.control === control.name && means(row.device, device.device));
+                if (!given.length && !control.heard) continue;    // what does nothing and was never moved would only fill the page
+                const value = !control.heard ? "" : control.kind === "absolute" ? formatNumber(control.value, 4) : String(control.value);
+                drawn.push(h("tr", {"data-control": control.name}, h("td", {}, device.product || device.device), h("td", {}, control.name),
+                    h("td", {}, control.steps ? `${control.kind}, ${control.steps + 1} steps` : control.kind), h("td", {class: "figure"}, value),
+                    h("td", {}, given.map(drivesText).join("; ")), h("td", {}, ...own.map((row) => h("button", {type: "button", class: "quiet",
+                        title: "It drives nothing of its own any more", onclick: () => this.#connection.command({map_control: {row, remove: true}})}, "Forget")))));
+            }
+        }
+        // A table under the pointer is not rebuilt while nothing changed, so that its buttons can be pressed.
+        const signature = drawn.map((row) => row.textContent).join("\n");
+        if (this.#rows.dataset.signature === signature) return;
+        this.#rows.dataset.signature = signature;
+        this.#rows.replaceChildren(...drawn);
+    }
+}

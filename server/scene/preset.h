@@ -1,0 +1,47 @@
+// Presets: what the lights of a scene look like, under a name; and the way from one look to another over time. Pure:
+// time is a parameter.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "protocol/gonio.pb.h"
+#include "server/scene/scene.h"
+
+namespace gonio {
+
+inline constexpr double kMaxFade_s = 3600.0;
+
+// Result: the lights as they are.
+Preset preset_of(const Scene& scene);
+
+// A recall that takes time. What another hand moves meanwhile (it is not where the fade left it) leaves the fade.
+class Fade {
+public:
+    Fade() = default;
+    // Begins at now_ns with the scene as it is; `to` is recalled after fade_s (> 0).
+    Fade(const Scene& scene, const Preset& to, double fade_s, std::int64_t now_ns);
+
+    bool running() const { return !parts_.empty(); }
+    // Result: the commands that bring the scene to where it shall be at now_ns; after the end none is left to come.
+    std::vector<v1::Command> step(const Scene& scene, std::int64_t now_ns);
+
+private:
+    enum class Kind : std::uint8_t { level, color, position, pan, tilt, roll };
+    // One property of one light; unused components are 0.
+    struct Part {
+        std::string light;
+        Kind kind;
+        std::array<double, 3> from, to, said;
+    };
+    static std::optional<std::array<double, 3>> value_of(const Scene& scene, const Part& part);
+    static void put(v1::SetLight& set, Kind kind, const std::array<double, 3>& value);
+    std::vector<Part> parts_;  // in the order of the lights
+    std::int64_t began_ns_ = 0;
+    double fade_s_ = 0;
+};
+
+}  // namespace gonio

@@ -1,0 +1,99 @@
+// What the readers of fader boxes promise, whatever the bytes. Shared by the fuzz targets and their replay test.
+#pragma once
+
+#include <cmath>
+#include <cstdlib>
+#include <set>
+#include <string_view>
+
+#include "protocol/hid_box.h"
+#include "protocol/midi_box.h"
+#include "protocol/qxi.h"
+#include "protocol/surface_map.h"
+#include "protocol/surface_toml.h"
+
+namespace gonio::fuzz {
+
+inline void promise(bool kept) {
+    if (!kept) std::abort();
+}
+
+inline void check_events(const std::vector<ControlEvent>& events, const std::vector<ControlSpec>& controls) {
+    for (const ControlEvent& event : events) {
+        promise(event.control < controls.size() && std::isfinite(event.value));
+        if (controls[event.control].kind != ControlKind::relative) promise(event.value >= 0 && event.value <= 1);
+    }
+}
+
+inline void check_controls(const std::vector<ControlSpec>& controls) {
+    promise(controls.size() <= kMaxBoxControls);
+    for (const ControlSpec& control : controls) {
+        promise(!control.name.empty() && control.name.size() <= 128);
+        if (control.kind == ControlKind::absolute) promise(control.steps > 0);
+    }
+}
+
+inline void check_box(const BoxProfile& profile, Bytes bytes) {
+    check_controls(profile.controls);
+    std::set<std::string> names;
+    for (const ControlSpec& control : profile.controls) promise(names.insert(control.name).second);
+    for (const v1::SurfaceRow& row : profile.rows) {
+        promise(static_cast<bool>(check_surface_row(row, "")));
+        v1::SurfaceRow again;
+        promise(again.ParseFromString(row.SerializeAsString()));
+    }
+    MidiBox box(profile);
+    std::vector<MidiMessage> messages;
+    MidiStream stream;
+    read_usb_midi(bytes, messages);
+    stream.take(bytes, messages);
+    std::int64_t now_ns = 1;
+    for (const MidiMessage& message : messages) {
+        std::vector<ControlEvent> events;
+        box.take(message, now_ns += 1'000'000, events);
+        box.tick(now_ns, events);
+        check_events(events, box.controls());
+        promise(key_of(message).channel >= 1 && value_of(message) <= 16383);
+    }
+    check_controls(box.controls());
+    for (std::size_t i = 0; i < box.controls().size(); ++i) {
+        const std::vector<std::uint8_t> shown = box.show(i, 0.7);
+        for (std::size_t at = 1; at < shown.size(); ++at) promise(shown[at] < 0x80);
+        promise(usb_midi_packets(box.show_cable(i), shown).size() % 4 == 0);
+    }
+}
+
+inline void check_midi(Bytes bytes) {
+    check_box({}, bytes);
+}
+
+// The first bytes choose a device; then a descriptor after its length; the rest are reports of 16 bytes and less.
+inline void check_hid(Bytes bytes) {
+    if (bytes.size() < 6) return;
+    const auto vendor = be16(bytes, 0), product = be16(bytes, 2);
+    const std::size_t size = std::min<std::size_t>(be16(bytes, 4), bytes.size() - 6);
+    auto box = HidBox::open(vendor, product, bytes.subspan(6, size));
+    if (!box) return promise(!box.error().code.empty() && !box.error().message.empty());
+    check_controls(box->controls());
+    for (Bytes rest = bytes.subspan(6 + size); !rest.empty();) {
+        const std::size_t length = std::min<std::size_t>(rest[0] % 17, rest.size() - 1);
+        std::vector<ControlEvent> events;
+        box->take(rest.subspan(1, length), events);
+        check_events(events, box->controls());
+        rest = rest.subspan(1 + length);
+    }
+    for (std::size_t i = 0; i < box->controls().size(); ++i) promise(box->show(i, 1).size() <= 4097);
+}
+
+inline void check_files(std::string_view text) {
+    const Bytes bytes(reinterpret_cast<const std::uint8_t*>(text.data()), text.size());
+    if (const auto profile = read_box_toml(text)) check_box(*profile, bytes);
+    if (const auto profile = read_qxi(text)) check_box(*profile, bytes);
+    const auto map = read_surfaces_toml(text);
+    if (!map) return promise(!map.error().code.empty() && !map.error().message.empty());
+    promise(static_cast<bool>(check_surfaces(*map)));
+    const auto again = read_surfaces_toml(write_surfaces_toml(*map));
+    promise(again && again->rows_size() == map->rows_size());
+}
+
+}  // namespace gonio::fuzz
