@@ -127,6 +127,28 @@ TEST(Guest, ASecondProgramIsRefusedWithAClearSentence) {
     EXPECT_TRUE(first.heard("fader 3", 1.0)) << "the first goes on";
 }
 
+// The host's side of the box is a sound card too: the second way to it.
+TEST(Guest, TheSameBoxAsARawPortOfAlsa) {
+    for (int card = 0; card < 4; ++card) {
+        std::ifstream file("/proc/asound/card" + std::to_string(card) + "/usbid");
+        std::string id;
+        if (std::getline(file, id) && id == "1397:00bc")
+            chmod(("/dev/snd/midiC" + std::to_string(card) + "D0").c_str(), 0666);
+    }
+    User user(true);
+    ASSERT_TRUE(user.device_is(kBox, "alsa-midi", "live")) << user.error(kBox, "alsa-midi");
+    gadget().send_midi({0xE4, 0x34, 0x12});
+    EXPECT_TRUE(user.heard("fader 5", (0x12 * 128 + 0x34) / 16383.0)) << user.last("fader 5");
+    gadget().midi_within(200);
+    user.show(kBox, "fader 6", 1.0);
+    const ByteVector motor = {0xE5, 0x7F, 0x7F};
+    const ByteVector got = gadget().midi_until(motor);
+    EXPECT_NE(std::search(got.begin(), got.end(), motor.begin(), motor.end()), got.end());
+    gadget().unplug();
+    EXPECT_TRUE(user.device_is(kBox, "alsa-midi", "gone")) << user.error(kBox, "alsa-midi");
+    gadget().plug();
+}
+
 TEST(Guest, PulledWhileItSpeaksPluggedAgainAndShownEverything) {
     User user;
     ASSERT_TRUE(user.device_is(kBox, "usb-midi", "live")) << user.error(kBox, "usb-midi");

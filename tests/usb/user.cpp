@@ -22,9 +22,11 @@ constexpr uid_t kUser = 1000;
 constexpr gid_t kGroup = 990;  // gonio, as in the guest's /etc/group
 
 // Tells the table and the mail as lines, and takes "show IDENTITY VALUE CONTROL".
-[[noreturn]] void serve(int socket) {
+[[noreturn]] void serve(int socket, bool alsa) {
     if (setgroups(0, nullptr) != 0 || setgid(kGroup) != 0 || setuid(kUser) != 0) std::_Exit(3);
-    auto surfaces = Surfaces::start({}, [] {});
+    SurfaceOptions options;
+    if (alsa) options.midi = SurfaceOptions::Midi::alsa;
+    auto surfaces = Surfaces::start(options, [] {});
     if (!surfaces) std::_Exit(4);
     SurfaceWants wants;
     std::string input;
@@ -62,13 +64,13 @@ constexpr gid_t kGroup = 990;  // gonio, as in the guest's /etc/group
 
 }  // namespace
 
-User::User() {
+User::User(bool alsa) {
     int sockets[2];
     if (socketpair(AF_UNIX, SOCK_STREAM, 0, sockets) != 0) std::abort();
     pid_ = fork();
     if (pid_ == 0) {
         ::close(sockets[0]);
-        serve(sockets[1]);
+        serve(sockets[1], alsa);
     }
     ::close(sockets[1]);
     socket_ = sockets[0];

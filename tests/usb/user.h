@@ -10,8 +10,8 @@ namespace gonio::test {
 
 class User {
 public:
-    User();   // uid 1000, groups gonio only
-    ~User();  // ends the process
+    explicit User(bool alsa = false);  // uid 1000, groups gonio only; alsa: MIDI by raw ports instead of by both ways
+    ~User();                           // ends the process
     User(const User&) = delete;
 
     // Result: whether the device came to this state by this transport within the time; error() says what the table said
