@@ -184,7 +184,7 @@ private:
                 link.gone = kUnplugged;
         drop_gone();
         for (auto& [key, missing] : missing_) {
-            const bool there = std::any_of(found.begin(), found.end(), [&](const auto& one) {
+            const bool there = std::any_of(found.begin(), found.end(), [&key = key](const auto& one) {
                 return one.first.identity + " " + one.first.transport == key;
             });
             if (there || missing.state == "gone") continue;
@@ -208,7 +208,7 @@ private:
                     connected(box.identity, true))
                     continue;
             } else if (std::any_of(links_.begin(), links_.end(),
-                                   [&](const Link& link) { return link.box->box().place == box.place; })) {
+                                   [&box = box](const Link& link) { return link.box->box().place == box.place; })) {
                 continue;
             }
             if (const auto retry = retries_.find(box.place); retry != retries_.end() && retry->second.next_ns > now_ns)
