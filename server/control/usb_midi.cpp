@@ -17,6 +17,13 @@ constexpr std::size_t kTransfers = 3;             // in flight: one is always wa
 constexpr std::size_t kMaxUnsent = 16384;         // bytes that wait for the box; beyond it messages are refused
 constexpr std::int64_t kReap_ns = 1'000'000'000;  // for cancelled transfers to come back
 
+// The MIDIStreaming interface of a device (USB MIDI 1.0: class 1, subclass 3), at alternate setting 0.
+struct UsbMidiPlace {
+    std::uint8_t interface = 0, in = 0, out = 0;  // endpoint addresses; out 0: none
+    std::uint16_t packet_bytes = 64;
+    bool interrupt = false;
+};
+
 std::optional<UsbMidiPlace> midi_place(libusb_device* device) {
     libusb_config_descriptor* config = nullptr;
     if (libusb_get_active_config_descriptor(device, &config) != 0) return std::nullopt;

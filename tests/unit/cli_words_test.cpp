@@ -210,5 +210,21 @@ TEST(CliWords, ProfileFilesAreUploaded) {
     EXPECT_EQ(command->set_light().profile().name(), "downlight");
 }
 
+TEST(CliWords, PresetsAreSavedRecalledAndRemoved) {
+    EXPECT_EQ(command_of("preset save look")->save_preset().name(), "look");
+    EXPECT_EQ(command_of("preset remove look")->remove_preset().name(), "look");
+    const auto recall = command_of("preset recall look --fade 2.5");
+    ASSERT_TRUE(recall) << recall.error().text();
+    EXPECT_EQ(recall->recall_preset().name(), "look");
+    EXPECT_DOUBLE_EQ(recall->recall_preset().fade_s(), 2.5);
+    EXPECT_DOUBLE_EQ(command_of("preset recall look")->recall_preset().fade_s(), 0);
+    for (const char* wrong : {"preset", "preset blend look", "preset save", "preset save look --fade 1",
+                              "preset recall look --fade soon"}) {
+        const auto refused = command_of(wrong);
+        ASSERT_FALSE(refused) << wrong;
+        EXPECT_EQ(refused.error().code, "usage") << wrong;
+    }
+}
+
 }  // namespace
 }  // namespace gonio
