@@ -39,6 +39,7 @@ struct ScreenLight {
     shade::Planes grid_sum;                     // scratch: 3 planes in the shape of the grid
     std::vector<std::uint16_t> indirect;        // 4 per pixel: the sum of the luminaires' indirect light
     std::optional<std::uint64_t> indirect_sum;  // LayerSum::changes() it was made from; none: an older grid
+    std::uint64_t indirect_single = 0;          // LightLayer::version of the only luminaire it shows; 0: it is a sum
     struct Merged {
         shade::MergedList list;
         shade::Occlusion occlusion;
@@ -502,7 +503,8 @@ PassRun run_composite_cpu(const PassContext& context, View view, std::span<const
             terms.push_back({scene.lights[i].id, &layer_of(screen, static_cast<int>(i)),
                              glm::vec3(glm::min(quanta, glm::dvec3(1e30)))});
         }
-        const bool any = !terms.empty();
+        const bool any = !terms.empty(), alone = terms.size() == 1;
+        const shade::LayerTerm first = any ? terms.front() : shade::LayerTerm{};
         screen.sum.take(std::move(terms), lights.size(), direct, indirect, context.pool);
         display.cap = screen.sum.cap();
         display.per_quantum = static_cast<float>(rest / kQuanta);
@@ -510,7 +512,17 @@ PassRun run_composite_cpu(const PassContext& context, View view, std::span<const
             display.layers = screen.sum.others();
             for (int k = 0; k < 3; ++k) display.kept_direct[k] = screen.sum.kept_direct(k);
         }
-        if (indirect && any) {
+        if (indirect && alone && refined.empty()) {
+            // At the pixels once for all its levels.
+            if (screen.indirect_single != first.layer->version) {
+                grid_floats(*first.layer, grid_size(screen), screen.grid_sum);
+                shade::upsample(screen.surfaces, screen.grid, screen.grid_sum, screen.indirect, context.pool);
+                screen.indirect_single = first.layer->version;
+                screen.indirect_sum.reset();
+            }
+            refined.push_back({screen.indirect.data(), first.quanta * static_cast<float>(rest / kQuanta)});
+        } else if (indirect && any) {
+            screen.indirect_single = 0;
             if (screen.indirect_sum != screen.sum.changes()) {
                 screen.grid_sum.resize(3);
                 for (std::vector<float>& plane : screen.grid_sum) plane.resize(grid_size(screen));
