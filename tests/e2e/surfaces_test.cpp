@@ -9,6 +9,7 @@
 #include <chrono>
 #include <cmath>
 #include <cstdlib>
+#include <filesystem>
 #include <set>
 #include <sstream>
 #include <thread>
@@ -139,7 +140,9 @@ public:
         const int nowhere = ::open("/dev/null", O_WRONLY);
         dup2(nowhere, STDOUT_FILENO);
         const char* folder = std::getenv("GONIO_BIN");
-        const std::string program = std::string(folder == nullptr ? "." : folder) + "/gonio";
+        const std::string program =
+            folder != nullptr ? std::string(folder) + "/gonio"
+                              : (std::filesystem::read_symlink("/proc/self/exe").parent_path() / "gonio").string();
         execl(program.c_str(), "gonio", "--server", daemon.url().c_str(), "watch", nullptr);
         std::_Exit(127);
     }
