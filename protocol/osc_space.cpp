@@ -49,8 +49,11 @@ Result<PropertyValue> value_of(const OscMessage& message, const PropertyRow& pro
         if (name->size() > kMaxTextBytes)
             return wrong_argument(message, shown_text(*name), "a name has at most 128 bytes");
         value.profile = *name;
-        if (property.property == Property::preset && message.arguments.size() > 1)
-            value.value[0] = osc_number(message.arguments[1]).value_or(0.0);
+        if (property.property == Property::preset && message.arguments.size() > 1) {
+            const auto fade_s = osc_number(message.arguments[1]);
+            if (!fade_s) return wrong_argument(message, "argument 2", "must be a number: the fade in seconds");
+            value.value[0] = *fade_s;
+        }
         return value;
     }
     if (message.arguments.size() < property.values)

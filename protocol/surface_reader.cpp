@@ -44,6 +44,15 @@ void SurfaceReader::attached(const std::string& device) {
     }
 }
 
+void SurfaceReader::let_go(std::vector<SurfaceAction>& actions, bool pages_only) {
+    for (Row& row : rows_) {
+        if (pages_only && row.row.stride() == 0 && row.row.page() == 0) continue;
+        if (row.before) set(row, *row.before, actions);
+        row.before.reset();
+        rest(row);
+    }
+}
+
 void SurfaceReader::turn_to(std::uint32_t page) {
     page_ = std::clamp<std::uint32_t>(page, 1, kMaxSurfacePages);
     for (Row& row : rows_) {  // what the controls drive is another thing now: they have to be picked up
@@ -183,6 +192,7 @@ void SurfaceReader::take_button(Row& row, const ControlInput& input, const Value
         if (input.presses == 0) return;
         const auto turned =
             static_cast<std::int64_t>(page_) + static_cast<std::int64_t>(row.row.step()) * input.presses;
+        let_go(actions, true);
         return turn_to(row.row.has_high() ? static_cast<std::uint32_t>(row.row.high())
                                           : static_cast<std::uint32_t>(std::max<std::int64_t>(1, turned)));
     }

@@ -61,6 +61,9 @@ public:
 
     std::uint32_t page() const { return page_; }
     void turn_to(std::uint32_t page);
+    // Lets go of what hands hold: flashed lights go back, speeds and smoothing end. pages_only: of controls that drive
+    // something else on another page.
+    void let_go(std::vector<SurfaceAction>& actions, bool pages_only = false);
 
     // Takes what one control says. Smoothed movements go on with step().
     void take(const ControlInput& input, std::int64_t now_ns, const ValueNow& now, std::vector<SurfaceAction>& actions);

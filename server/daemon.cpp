@@ -349,7 +349,7 @@ int run_daemon(const Options& options) {
             demand.key = false;  // until it is asked for again
         }
         stage.continue_work();
-        if (refining && !stage.busy()) stage.refine();
+        if (refining && stage.refinable() && !stage.busy()) stage.refine();  // what was drained may have changed it
         if (context->lost()) throw std::runtime_error("the GPU lost the GL context");
     }
     // What was declared last ends first: loader and encoder are joined while the front they speak to still stands.

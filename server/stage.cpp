@@ -310,7 +310,7 @@ void Stage::answer_stats(const Work& work) {
     stats.set_captures(captures_);
     stats.set_commands_refused(refused_);
     stats.set_scene_rev(scene_.scene_rev);
-    stats.set_settled(!frame_wanted() && !frames_in_flight() && !refinable() && budget_.chosen() == 0);
+    stats.set_settled(!frame_wanted() && !frames_in_flight() && !refinable() && !(watched_ && budget_.chosen() != 0));
     stats.set_renderer(renderer_name_);
     reference_.add_counters(stats);
     answer(work, std::move(message));
@@ -320,7 +320,7 @@ void Stage::begin_frame(std::int64_t drained_ns) {
     if (renderer_->frames_in_flight() >= kMaxFramesInFlight) publish(*renderer_->finish_frame(true));
     // A frame that lights nothing anew keeps the picture's size, and with it what the picture is made of.
     const std::int64_t now_ns = monotonic_ns();
-    if (lights_anew() || budget_.owes(now_ns)) renderer_->set_effort(budget_.choose(now_ns));
+    if (lights_anew() || owes()) renderer_->set_effort(budget_.choose(now_ns));
     renderer_->begin_frame(scene_, drained_ns);
     if (rendered_rev_ != scene_.scene_rev) changed_ns_ = now_ns;
     rendered_rev_ = scene_.scene_rev;
@@ -336,6 +336,7 @@ bool Stage::lights_anew() const {
 }
 
 std::int64_t Stage::rest_in_ns() const {
+    if (!watched_) return INT64_MAX;
     const std::int64_t now_ns = monotonic_ns(), owes_ns = budget_.owes_in_ns(now_ns);
     return refinable() ? std::min(owes_ns, changed_ns_ + Budget::kRestNs - now_ns) : owes_ns;
 }
@@ -354,7 +355,7 @@ void Stage::publish(FinishedFrame frame) {
         return row.state() == "ran" && (row.name() == "gather" || row.name() == "direct");
     });
     budget_.took(frame.report.frame_ms(), heavy, frame.rendered_ns);
-    if (refinable() || budget_.chosen() != 0) frame.report.set_settled(false);
+    if (refinable() || (watched_ && budget_.chosen() != 0)) frame.report.set_settled(false);
     if (frame.nv12) {
         ++frames_rendered_;
         out_.picture({frame.report.scene_rev(), frame.width_px, frame.height_px, frame.nv12, frame.drained_ns,

@@ -69,7 +69,7 @@ public:
     void advance_fade(std::int64_t now_ns);
     // Whether the picture is older than the scene or not all there is to come of it; or somebody waits for a report.
     bool frame_wanted() const {
-        return rendered_rev_ != scene_.scene_rev || better_ || !renderer_->settled() || budget_.owes(monotonic_ns());
+        return rendered_rev_ != scene_.scene_rev || better_ || !renderer_->settled() || owes();
     }
     bool report_wanted() const { return !waiting_.empty(); }
     // Starts a frame of the scene as it stands now. With kMaxFramesInFlight on the GPU it first waits for the oldest.
@@ -91,6 +91,8 @@ public:
     void set_watched(bool watched) { watched_ = watched; }
     // Whether the picture can be refined: it shows the scene as it stands, and somebody looks.
     bool refinable() const { return watched_ && !frame_wanted() && budget_.chosen() == 0 && !refined_; }
+    // Whether somebody sees a smaller picture than there is.
+    bool owes() const { return watched_ && budget_.owes(monotonic_ns()); }
     // Whether it is time to: nothing changed for Budget::kRestNs.
     bool rests() const { return monotonic_ns() - changed_ns_ >= Budget::kRestNs; }
     // Does some tens of milliseconds of that, less if a message comes.

@@ -166,7 +166,10 @@ void SurfaceHands::serve(Stage& stage, std::int64_t now_ns) {
             reader_.take(heard.input, now_ns, now, actions);
             since_ns_ = since_ns_ == 0 ? heard.event_ns : std::min(since_ns_, heard.event_ns);
         }
-        reader_.step(now_ns, now, actions);
+        if (learning)
+            reader_.let_go(actions);  // hands search for a control: nothing goes on moving meanwhile
+        else
+            reader_.step(now_ns, now, actions);
         carry_out(stage, actions);
         stage.tell_inputs(before);
         waiting_ = {};

@@ -105,7 +105,7 @@ bool Renderer::continue_capture(CaptureJob& job) {
     const int margin = job.raw || whole ? 0 : kMargin;
     const int target_width = width + 2 * margin, target_height = height + 2 * margin;
 
-    prepare(job.scene);
+    prepare(job.scene, false);
     const Target target = make_target(next_target_++, job.raw ? TargetKind::precise : TargetKind::still, target_width,
                                       target_height, job.scene.lights.size(), geometry_->emissive());
     Eye eye = eye_of(job.scene.camera, picture.width_px, picture.height_px);

@@ -44,7 +44,7 @@ void Renderer::inspect_with(std::function<void(const Inspected&)> visit) {
 }
 
 // Brings GPU objects in line with the scene: geometry, lights' maps, the live target.
-void Renderer::prepare(const Scene& scene) {
+void Renderer::prepare(const Scene& scene, bool live) {
     if (!geometry_ || &geometry_->asset() != scene.asset.get()) {
         geometry_ = std::make_unique<GpuScene>(scene.asset);
         traced_ = std::make_shared<const trace::Geometry>(scene.asset);
@@ -53,8 +53,8 @@ void Renderer::prepare(const Scene& scene) {
                                                                             : shade::Clusters{});
     }
     std::erase_if(lights_, [&](const auto& entry) {
-        const bool gone =
-            std::none_of(scene.lights.begin(), scene.lights.end(), [&](const Light& l) { return l.id == entry.first; });
+        const bool gone = live && std::none_of(scene.lights.begin(), scene.lights.end(),
+                                               [&](const Light& l) { return l.id == entry.first; });
         if (gone) ledger_.forget_light(entry.first);
         return gone;
     });
@@ -67,7 +67,7 @@ void Renderer::prepare(const Scene& scene) {
             gpu.profile = light.profile;
             gpu.rays = nullptr;
         }
-        const unsigned vpls = vpls_of(scene), samples = (vpls + 15) / 16;
+        const unsigned vpls = vpls_of(scene, live), samples = (vpls + 15) / 16;
         if (scene.technique == Technique::standard && (!gpu.rays || gpu.rays->asked != vpls)) {
             std::weak_ptr<const shade::VplRays>& cached = rays_[{light.profile.get(), samples}];
             const std::shared_ptr<const shade::VplRays> old = gpu.rays;
@@ -89,6 +89,7 @@ void Renderer::prepare(const Scene& scene) {
     }
     std::erase_if(webs_, [](const auto& entry) { return entry.second.expired(); });
     std::erase_if(rays_, [](const auto& entry) { return entry.second.expired(); });
+    if (!live) return;
     const int layers = static_cast<int>(std::max<std::size_t>(scene.lights.size(), 1));
     // Even sides, as NV12 wants them.
     const double scale = scene.technique == Technique::standard ? kEfforts[effort_].scale : 1.0;
@@ -102,8 +103,8 @@ void Renderer::prepare(const Scene& scene) {
     }
 }
 
-unsigned Renderer::vpls_of(const Scene& scene) const {
-    return std::min(scene.samples, kEfforts[effort_].vpls);
+unsigned Renderer::vpls_of(const Scene& scene, bool live) const {
+    return live ? std::min(scene.samples, kEfforts[effort_].vpls) : scene.samples;
 }
 
 FrameInputs Renderer::inputs_of(const Scene& scene, const Target& target, const Eye& eye) {
@@ -123,6 +124,7 @@ int Renderer::rounds_of(const Scene& scene) const {
 }
 
 bool Renderer::refine(const Scene& scene, const std::function<bool()>& interrupted) {
+    prepare(scene, true);  // a capture of an older scene may have been here
     const Eye eye = eye_of(scene.camera, scene.width_px, scene.height_px);
     const FrameInputs inputs = inputs_of(scene, live_, eye);
     if (!inputs.refines()) return false;
@@ -148,6 +150,7 @@ int rounds_shown(const FrameInputs& inputs) {
 }  // namespace
 
 bool Renderer::refined(const Scene& scene) {
+    prepare(scene, true);  // a capture of an older scene may have been here
     const Eye eye = eye_of(scene.camera, scene.width_px, scene.height_px);
     const FrameInputs inputs = inputs_of(scene, live_, eye);
     if (!inputs.refines()) return true;
@@ -211,7 +214,7 @@ void Renderer::choose_layers(FrameInputs& inputs) {
 }
 
 void Renderer::begin_frame(const Scene& scene, std::int64_t drained_ns) {
-    prepare(scene);
+    prepare(scene, true);
     const Eye eye = eye_of(scene.camera, scene.width_px, scene.height_px);
     FrameInputs inputs = inputs_of(scene, live_, eye);
     choose_layers(inputs);
@@ -223,7 +226,7 @@ void Renderer::begin_frame(const Scene& scene, std::int64_t drained_ns) {
     frame->report.set_width_px(static_cast<std::uint32_t>(live_.width_px));
     frame->report.set_height_px(static_cast<std::uint32_t>(live_.height_px));
     frame->report.set_effort(static_cast<std::uint32_t>(effort_));
-    if (scene.technique == Technique::standard) frame->report.set_vpls(vpls_of(scene));
+    if (scene.technique == Technique::standard) frame->report.set_vpls(vpls_of(scene, true));
     frame->report.set_refined_rounds(static_cast<std::uint32_t>(rounds_shown(inputs)));
     const auto& passes = frame->report.passes();
     frame->picture = std::any_of(passes.begin(), passes.end(),
@@ -312,7 +315,7 @@ v1::MeterReading Renderer::meter(const Scene& scene, const glm::dvec3& point, co
     Scene metered = scene;
     if (quality == MeterQuality::rsm) metered.technique = Technique::standard;
     if (metered.technique != scene.technique) metered.samples = kDefaultVpls;
-    prepare(metered);
+    prepare(metered, false);
     const Target target = make_target(next_target_++, TargetKind::precise, 1, 1, metered.lights.size(), false);
     // The eye stands one metre above the point and looks straight down at it.
     Eye eye;

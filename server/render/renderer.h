@@ -117,13 +117,14 @@ public:
 private:
     struct InFlight;
 
-    void prepare(const Scene& scene);
+    // live: for a live frame; else for a capture or a meter of a scene that may be older.
+    void prepare(const Scene& scene, bool live);
     v1::FrameReport run(const FrameInputs& inputs, std::vector<SlotRef> wanted, Timers& timers);
     void choose_layers(FrameInputs& inputs);
     FrameInputs inputs_of(const Scene& scene, const Target& target, const Eye& eye);
 
     int rounds_of(const Scene& scene) const;
-    unsigned vpls_of(const Scene& scene) const;
+    unsigned vpls_of(const Scene& scene, bool live) const;
 
     const bool direct_by_rays_;
     int refine_rounds_ = 0;

@@ -481,7 +481,8 @@ static std::optional<Error> apply_input(Scene& scene, const v1::Command& command
             !command.has_save_preset() && !command.has_recall_preset())
             return Error{"unsupported", "command", "", "a console cannot say this"};
         try {
-            dispatch(scene, command, {});  // each checks its one value before it changes it
+            dispatch(scene, command, {});  // each checks what it says before it changes anything
+            for (Light& light : scene.lights) light.tilt_factor = tilt_factor_of(light);  // a preset turns them
         } catch (const Refused& refused) {
             return refused.error;
         }

@@ -268,7 +268,9 @@ bool set_up(const glm::dvec3* v, bool one_sided, int width, int height, double n
     if (x0 > x1 || y0 > y1) return false;
     glm::dvec3 edge[3] = {glm::cross(v[1], v[2]), glm::cross(v[2], v[0]), glm::cross(v[0], v[1])};
     const double volume = glm::dot(v[0], edge[0]);  // > 0: counter-clockwise on the screen, y up
-    if (volume == 0.0 || (one_sided && volume < 0.0)) return false;
+    // Seen edge-on its sign and its depth would be rounding alone: corners are known to 6e-8 of themselves.
+    const double scale = std::abs(v[0].x * edge[0].x) + std::abs(v[0].y * edge[0].y) + std::abs(v[0].z * edge[0].z);
+    if (!(std::abs(volume) > 4e-7 * scale) || (one_sided && volume < 0.0)) return false;
     setup.turn = volume < 0.0 ? -1.0f : 1.0f;
     setup.x0 = static_cast<std::int16_t>(x0), setup.y0 = static_cast<std::int16_t>(y0);
     setup.x1 = static_cast<std::int16_t>(x1), setup.y1 = static_cast<std::int16_t>(y1);

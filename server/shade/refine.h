@@ -18,6 +18,7 @@ public:
     void start(int rounds);
     bool finished() const { return round_ >= rounds_; }
     int rounds_done() const { return round_; }
+    int rounds() const { return rounds_; }
     // Does a band of rows of the round: some tens of milliseconds. rays: the luminaire's, of any round; light: its
     // other fields. interrupted: asked between the steps of a band; if true the band is given up and done again later.
     // Result: whether that completed a round.

@@ -10,6 +10,7 @@
 #include "tests/bench/frames.h"
 #include "tests/bench/lights.h"
 #include "tests/bench/pareto.h"
+#include "tests/bench/scaling.h"
 #include "tests/stress/stress.h"
 
 namespace {
@@ -83,6 +84,15 @@ int main(int argc, char** argv) {
     lights->add_option("--device", lights_options.device, "index of the EGL device");
     lights->add_flag("--json", lights_options.json, "print rows as JSON");
 
+    gonio::ScalingOptions scaling_options;
+    CLI::App* scaling =
+        app.add_subcommand("scaling", "frame times by pass against size, VPLs and scene: a Markdown table");
+    scaling->add_option("--seconds", scaling_options.seconds, "time per row; at least 10 and at most 100 frames")
+        ->check(CLI::Range(0.1, 600.0))
+        ->capture_default_str();
+    scaling->add_option("--device", scaling_options.device, "index of the EGL device");
+    scaling->add_flag("--json", scaling_options.json, "print rows as JSON");
+
     CLI::App* pareto = app.add_subcommand("pareto", "run time against error of every technique and budget");
     pareto->add_option("--scene", pareto_options.scene, "only cornell, atrium, corridor, stage; or a file");
     pareto->add_option("--profile", pareto_options.profile, "only wide, beam, downlight");
@@ -107,6 +117,8 @@ int main(int argc, char** argv) {
         if (pareto->parsed()) {
             read_size(pareto_size, pareto_options.width_px, pareto_options.height_px);
             run_pareto(pareto_options, options.device, json, csv, svg);
+        } else if (scaling->parsed()) {
+            gonio::run_scaling(scaling_options, std::cout);
         } else if (lights->parsed()) {
             read_size(lights_size, lights_options.width_px, lights_options.height_px);
             gonio::bench::run_lights(lights_options, std::cout);

@@ -61,8 +61,10 @@ std::vector<double> shown_lx(const std::vector<glm::vec3>& picture, int width_px
 void measure_errors(Renderer& renderer, const Scene& scene, const Reference& reference, ParetoRow& row) {
     const auto shown = [&](bool occluded) {
         renderer.set_occluded(occluded);
-        renderer.begin_frame(scene, monotonic_ns());
-        renderer.finish_frame(true);
+        do {
+            renderer.begin_frame(scene, monotonic_ns());
+            renderer.finish_frame(true);
+        } while (!renderer.settled());
         return shown_lx(renderer.live_illuminance(scene, true), scene.width_px, reference.receivers);
     };
     row.rsm = errors_of(shown(false), reference.rsm_lx, {});

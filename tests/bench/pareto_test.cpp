@@ -129,8 +129,10 @@ TEST(Reference, LiveDirectLightIsTheMeters) {
     scene.width_px = scene.height_px = 64;
     const auto receivers = receivers_of(scene, stratified_pixels(64, 64, 6));
     Renderer renderer(test::context());
-    renderer.begin_frame(scene, 0);
-    renderer.finish_frame(true);
+    do {
+        renderer.begin_frame(scene, 0);
+        renderer.finish_frame(true);
+    } while (!renderer.settled());
     const auto direct = renderer.live_illuminance(scene, false), indirect = renderer.live_illuminance(scene, true);
     double live_sum = 0.0, meter_sum = 0.0;
     for (const Receiver& r : receivers) {

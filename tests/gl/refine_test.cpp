@@ -108,6 +108,64 @@ TEST_F(Refine, ALevelKeepsItAndAMoveEndsIt) {
     EXPECT_FALSE(renderer.refined(scene));
 }
 
+// Two luminaires share the rounds; what one of them does must not reach the other's light.
+TEST_F(Refine, LuminairesComeAndGo) {
+    Light second = scene.lights[0];
+    second.id = 7;
+    second.name = "second";
+    second.position.x += 0.5;
+    scene.lights.push_back(second);
+    scene.lights_rev = ++scene.scene_rev;
+    EXPECT_FALSE(renderer.refine(scene, [] { return true; }));  // before a frame has shown it: no harm
+    do frame();
+    while (!renderer.settled());
+    refine_to_the_end();
+    const auto light_of_second = [&] {
+        Scene only = scene;
+        only.lights[0].level_ratio = 0.0;
+        only.lights[0].level_rev = ++scene.scene_rev;
+        only.scene_rev = scene.scene_rev;
+        return renderer.live_illuminance(only, true);
+    };
+    const std::vector<glm::vec3> before = light_of_second();
+    // The first moves and is refined: the second stays as it is, to the bit.
+    scene.lights[0].position.x += 0.1;
+    scene.lights[0].position_rev = ++scene.scene_rev;
+    frame();
+    for (int i = 0; i < 1000 && !renderer.refined(scene); ++i) {
+        if (renderer.refine(scene, [] { return false; })) frame();
+        EXPECT_EQ(light_of_second(), before);
+    }
+    EXPECT_TRUE(renderer.refined(scene));
+    // One less: more rounds for the other, and an end.
+    scene.lights.erase(scene.lights.begin() + 1);
+    scene.lights_rev = ++scene.scene_rev;
+    frame();
+    for (int i = 0; i < 1000 && !renderer.refined(scene); ++i) {
+        if (renderer.refine(scene, [] { return false; })) frame();
+    }
+    EXPECT_TRUE(renderer.refined(scene));
+}
+
+TEST_F(Refine, ACaptureOfAnOlderSceneDoesNoHarm) {
+    const Scene old = scene;
+    Light second = scene.lights[0];
+    second.id = 9;
+    second.name = "second";
+    scene.lights.push_back(second);
+    scene.lights_rev = ++scene.scene_rev;
+    do frame();
+    while (!renderer.settled());
+    Scene smaller = old;
+    smaller.width_px = smaller.height_px = 64;
+    ASSERT_TRUE(renderer.capture(smaller, View::beauty, 32, 32, false));
+    for (int i = 0; i < 1000 && !renderer.refined(scene); ++i) {
+        if (!renderer.refine(scene, [] { return false; })) continue;
+        EXPECT_EQ(frame(), (Ran{"refine", "composite"}));
+    }
+    EXPECT_TRUE(renderer.refined(scene));
+}
+
 TEST_F(Refine, StopsWhenItIsAsked) {
     int asked = 0;
     EXPECT_FALSE(renderer.refine(scene, [&] { return ++asked > 0; }));

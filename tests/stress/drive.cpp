@@ -233,8 +233,10 @@ std::vector<float> values_of(Bench& bench, const Scene& scene, View view, int wi
 void drive(Bench& bench, Scene& scene, std::span<const Meter> meters) {
     const std::string base = bench.context;
     const auto live_frame = [&] {
-        bench.renderer.begin_frame(scene, monotonic_ns());
-        bench.renderer.finish_frame(true);
+        do {
+            bench.renderer.begin_frame(scene, monotonic_ns());
+            bench.renderer.finish_frame(true);
+        } while (!bench.renderer.settled());
     };
     for (const Technique technique : {Technique::seed_disk, Technique::seed, Technique::standard}) {
         if (bench.brief && technique == Technique::seed_disk) continue;

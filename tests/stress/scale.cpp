@@ -158,8 +158,10 @@ void check_sphere(Bench& bench, Scene& scene, const Sphere& sphere, double cande
     while (scene.lights[on].level_ratio != 1.0) ++on;
     live = {scene.lights[on].id, scene.width_px, {}, {}};
     scene.camera_rev = ++scene.scene_rev;  // the layers are written once more, where they are seen
-    bench.renderer.begin_frame(scene, monotonic_ns());
-    bench.renderer.finish_frame(true);
+    do {
+        bench.renderer.begin_frame(scene, monotonic_ns());
+        bench.renderer.finish_frame(true);
+    } while (!bench.renderer.settled());
     const double peak = scene.lights[on].profile->max_cd;
     const LiveErrors errors = live_errors(live, peak, candela);
     found.live_direct.note(errors.direct, where);

@@ -51,6 +51,25 @@ protected:
     std::string name;
 };
 
+// A button, OSC and the protocol turn a luminaire alike, and its lamp's output follows.
+TEST_F(Presets, ARecallByAHandTiltsTheLamp) {
+    auto profile = std::make_shared<Profile>(*light().profile);
+    profile->photometry.tilt = ies::TiltTable{1, {0.0, 1.0}, {1.0, 0.5}};
+    light().profile = profile;
+    v1::Command turn;
+    turn.mutable_set_light()->set_name(name);
+    turn.mutable_set_light()->set_tilt_rad(0.0);
+    ASSERT_EQ(run(turn), "ok");
+    ASSERT_EQ(save("down"), "ok");
+    turn.mutable_set_light()->set_tilt_rad(1.0);
+    ASSERT_EQ(run(turn), "ok");
+    EXPECT_NEAR(light().tilt_factor, 0.5, 1e-9);
+    v1::Command recall_down;
+    recall_down.mutable_recall_preset()->set_name("down");
+    EXPECT_FALSE(apply_inputs(scene, {&recall_down, 1})[0].has_value());
+    EXPECT_NEAR(light().tilt_factor, 1.0, 1e-9);
+}
+
 TEST_F(Presets, ARecallBringsBackTheLookAndCostsOnlyWhatDiffers) {
     const Light before = light();
     ASSERT_EQ(save("look 1"), "ok");

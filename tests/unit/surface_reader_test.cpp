@@ -288,6 +288,34 @@ TEST_F(Reader, ButtonsToggleFlashAndSet) {
     EXPECT_DOUBLE_EQ(level(), 0.6);
 }
 
+TEST_F(Reader, AHeldFlashGoesBackWhereThePageTurnsAndWhereHandsLetGo) {
+    values["key/level"] = 0.3;
+    v1::SurfaceRow flash = drives("button", "#1", "level"), next = drives("fader", "", "page");
+    flash.set_mode("flash");
+    flash.set_stride(1);
+    next.set_control("page");
+    next.set_step(1);
+    with({flash, next});
+    button(1, 1);
+    EXPECT_DOUBLE_EQ(level(), 1.0);
+    ControlInput turn;
+    turn.control = "page";
+    turn.kind = ControlKind::button;
+    turn.presses = 1;
+    take(turn, 0);
+    EXPECT_EQ(reader.page(), 2u);
+    EXPECT_DOUBLE_EQ(values["key/level"], 0.3);
+    with({flash});
+    button(1, 1);
+    std::vector<SurfaceAction> actions;
+    reader.let_go(actions);
+    ASSERT_EQ(actions.size(), 1u);
+    EXPECT_DOUBLE_EQ(actions[0].value.value[0], 0.3);
+    actions.clear();
+    reader.let_go(actions);
+    EXPECT_TRUE(actions.empty()) << "once";
+}
+
 TEST_F(Reader, PresetsAreRecalledAndSaved) {
     v1::SurfaceRow row = drives("button", "", "preset");
     row.set_preset("look 1");

@@ -291,22 +291,36 @@ std::size_t grid_size(const ScreenLight& screen) {
 
 }  // namespace
 
+namespace {
+// Whether the refinement's sums are of this layer as it is.
+bool refines_now(ScreenLight& screen, int layer) {
+    return screen.refined_layer == layer && screen.refined_gather == refining_of(screen, layer).gathered;
+}
+}  // namespace
+
 bool continue_refinement(const PassContext& context, const Light& light, const LightGpu& gpu, int layer, int rounds,
                          const std::function<bool()>& interrupted) {
     ScreenLight& screen = *context.target.screen;
     ScreenLight::Refining& own = refining_of(screen, layer);
+    const bool mine = refines_now(screen, layer) && screen.refinement.rounds() == rounds;
     if (own.fade > 0 && own.fade < kFadeSteps) {
-        ++own.fade;
-        ++own.shown;
-        return true;
+        if (mine) {
+            ++own.fade;
+            ++own.shown;
+            return true;
+        }
+        own.fade = kFadeSteps;  // another luminaire has taken its sums: it stays as it is until there are new ones
+        own.rounds = 0;
     }
-    if (screen.refined_layer != layer || screen.refined_gather != own.gathered) {
+    if (!mine) {
         screen.refined_layer = layer;
         screen.refined_gather = own.gathered;
         screen.refinement.start(rounds);
     }
     if (!screen.refinement.continue_with(screen.surfaces, view_of(context, light, gpu), context.pool, interrupted))
         return false;
+    if (screen.refinement.rounds_done() <= own.rounds)
+        return false;  // begun anew, and not yet as good as what is shown
     own.rounds = screen.refinement.rounds_done();
     own.fade = std::max(own.fade, 1);
     ++own.shown;
@@ -316,7 +330,8 @@ bool continue_refinement(const PassContext& context, const Light& light, const L
 PassRun run_refine(const PassContext& context, int layer) {
     ScreenLight& screen = *context.target.screen;
     ScreenLight::Refining& own = refining_of(screen, layer);
-    if (own.refined.empty()) {  // from now on the layer is at the pixels
+    if (own.shown == 0 || !refines_now(screen, layer)) return {};  // gathered anew in this very frame
+    if (own.refined.empty()) {                                     // from now on the layer is at the pixels
         shade::LightLayer& grid = layer_of(screen, layer);
         grid_floats(grid, grid_size(screen), screen.grid_sum);
         shade::upsample(screen.surfaces, screen.grid, screen.grid_sum, own.refined, context.pool);
