@@ -113,6 +113,15 @@ void read_drives(const toml::node& node, std::size_t n, v1::SurfaceRow& row) {
     row.set_target(target);
 }
 
+bool is_usb_id(const std::string& text) {
+    if (text.size() != 9 || text[4] != ':') return false;
+    for (std::size_t i = 0; i < 9; ++i) {
+        const char c = text[i];
+        if (i != 4 && !((c >= '0' && c <= '9') || (c >= 'a' && c <= 'f'))) return false;
+    }
+    return true;
+}
+
 void read_controls(const toml::table& table, BoxProfile& profile) {
     only_keys(table,
               {"name", "inputs", "kind", "bits", "clicks", "noise", "touch", "show", "on", "off", "output", "drives",
@@ -126,7 +135,11 @@ void read_controls(const toml::table& table, BoxProfile& profile) {
     spec.kind = kind_at(table, keys.front());
     spec.code = code_at(table);
     if (const toml::node* node = table.get("bits")) {
-        spec.pair = whole_number(*node, 7, 14, "bits") == 14 && keys.front().kind == MidiKind::cc;
+        const std::uint32_t bits = whole_number(*node, 7, 14, "bits");
+        if (bits != 7 && bits != 14) refuse(node->source(), text_of(*node), "bits is 7 or 14");
+        if (bits == 14 && keys.front().kind != MidiKind::cc && keys.front().kind != MidiKind::bend)
+            refuse(node->source(), "14", "only controllers and pitch bend have 14 bits");
+        spec.pair = bits == 14 && keys.front().kind == MidiKind::cc;
         if (spec.pair && std::any_of(keys.begin(), keys.end(), [](const MidiKey& key) { return key.number > 31; }))
             refuse(node->source(), "14", "only controllers 0 to 31 have a fine half");
     }
@@ -168,16 +181,40 @@ void read_controls(const toml::table& table, BoxProfile& profile) {
     }
 }
 
-void check_profile(const toml::table& file, const BoxProfile& profile) {
+// The names and the messages, fine halves too, of the controls from `first` on are nobody's yet. table: where they
+// stand.
+void check_controls(const toml::table& table, const BoxProfile& profile, std::size_t first) {
+    const auto messages = [](const ControlSpec& control) {
+        std::vector<MidiKey> keys = {*control.input};
+        if (control.pair)
+            keys.push_back({control.input->cable, MidiKind::cc, control.input->channel,
+                            static_cast<std::uint8_t>(control.input->number + 32)});
+        return keys;
+    };
     std::set<std::string> names;
     std::set<MidiKey> inputs;
-    for (const ControlSpec& control : profile.controls) {
+    for (std::size_t i = 0; i < profile.controls.size(); ++i) {
+        const ControlSpec& control = profile.controls[i];
         if (control.name.empty() || control.name.size() > 64)
-            refuse(file.source(), shown_text(control.name), "names have 1 to 64 bytes");
-        if (!names.insert(control.name).second) refuse(file.source(), control.name, "two controls have this name");
-        if (!inputs.insert(*control.input).second)
-            refuse(file.source(), midi_key_text(*control.input), "two controls have this input");
+            refuse(table.get("name")->source(), shown_text(control.name), "names have 1 to 64 bytes");
+        if (!names.insert(control.name).second && i >= first)
+            refuse(table.get("name")->source(), control.name, "two controls have this name");
+        for (const MidiKey& key : messages(control)) {
+            if (!inputs.insert(key).second && i >= first)
+                refuse(table.get("inputs")->source(), midi_key_text(key),
+                       "two controls have this message (of 14 bits n and n + 32 are one)");
+        }
     }
+}
+
+// Result: where the key stands that a check of the row named; else the row.
+toml::source_region at_fault(const toml::table& table, const std::string& field) {
+    const std::string key = field == "device"                   ? "box"
+                            : field == "low" || field == "high" ? "range"
+                            : field == "deadband_ratio"         ? "deadband"
+                                                                : field;
+    const toml::node* node = table.get(key);
+    return node != nullptr ? node->source() : table.source();
 }
 
 void read_row(const toml::table& table, v1::SetSurfaces& map) {
@@ -209,7 +246,7 @@ void read_row(const toml::table& table, v1::SetSurfaces& map) {
     if (static_cast<std::size_t>(map.rows_size()) >= kMaxSurfaceRows)
         refuse({"too_large", "control", std::to_string(map.rows_size()), "there are at most 4,096 rows"});
     if (const auto checked = check_surface_row(row, ""); !checked)
-        refuse(table.source(),
+        refuse(at_fault(table, checked.error().where),
                checked.error().where + (checked.error().value.empty() ? "" : " " + checked.error().value),
                checked.error().message);
     *map.add_rows() = std::move(row);
@@ -233,7 +270,12 @@ Result<BoxProfile> read_box_toml(std::string_view text) {
         if (const toml::node* node = file.get("usb")) {
             const toml::array* list = node->as_array();
             if (list == nullptr) refuse(node->source(), text_of(*node), "usb = [\"0944:0117\"]");
-            for (const toml::node& id : *list) profile.usb.push_back(word(id, "usb"));
+            for (const toml::node& id : *list) {
+                profile.usb.push_back(word(id, "usb"));
+                if (!is_usb_id(profile.usb.back()))
+                    refuse(id.source(), shown_text(profile.usb.back()),
+                           "is no VENDOR:PRODUCT of four hexadecimal digits each, in small letters");
+            }
         }
         if (const toml::node* node = file.get("hello")) {
             const auto bytes = read_hex(word(*node, "hello"));
@@ -246,8 +288,11 @@ Result<BoxProfile> read_box_toml(std::string_view text) {
                 refuse(node->source(), text_of(*node), "repaint_s is 0.1 to 60");
         }
         if (const toml::array* list = tables(file, "control", "write [[control]], one for each kind of control"))
-            for (const toml::node& node : *list) read_controls(*node.as_table(), profile);
-        check_profile(file, profile);
+            for (const toml::node& node : *list) {
+                const std::size_t first = profile.controls.size();
+                read_controls(*node.as_table(), profile);
+                check_controls(*node.as_table(), profile, first);
+            }
     });
     if (!done) return done.error();
     return profile;

@@ -1,5 +1,6 @@
 #include "protocol/toml_read.h"
 
+#include <algorithm>
 #include <charconv>
 #include <cmath>
 #include <cstdio>
@@ -92,6 +93,25 @@ Result<std::string> ascii_toml(const Text& given) {
     return ascii;
 }
 
+// Result: the same place in the text as it was given: what is one character there is ten in ASCII.
+std::string in_given(std::string_view text, const std::string& place) {
+    unsigned line = 0, column = 0;
+    if (std::sscanf(place.c_str(), "line %u column %u", &line, &column) != 2) return place;
+    const Bytes bytes(reinterpret_cast<const std::uint8_t*>(text.data()), text.size());
+    std::size_t start = 0;
+    for (unsigned i = 1; i < line && start < text.size(); ++i) {
+        const std::size_t end = text.find('\n', start);
+        start = end == std::string_view::npos ? text.size() : end + 1;
+    }
+    std::size_t at = start;
+    for (unsigned seen = 1; seen < column && at < text.size() && text[at] != '\n';) {
+        const std::size_t step = std::max<std::size_t>(utf8_length(bytes, at), 1);
+        seen += step > 1 ? 10 : 1;
+        at += step;
+    }
+    return "line " + std::to_string(line) + " column " + std::to_string(at - start + 1);
+}
+
 }  // namespace
 
 Result<bool> read(const Text& text, const std::function<void(const toml::table&)>& take) {
@@ -104,10 +124,12 @@ Result<bool> read(const Text& text, const std::function<void(const toml::table&)
         take(toml::parse(*ascii));
         return true;
     } catch (const toml::parse_error& error) {
-        return Error{text.code, place_of(error.source().begin), "", std::string(error.description())};
+        return Error{text.code, in_given(text.text, place_of(error.source().begin)), "",
+                     std::string(error.description())};
     } catch (const Refused& refused) {
         Error error = refused.error;
         if (error.code.empty()) error.code = text.code;
+        error.where = in_given(text.text, error.where);
         return error;
     } catch (const std::runtime_error& error) {
         return Error{text.code, "", "", error.what()};

@@ -83,7 +83,14 @@ TEST(BoxToml, RefusalsNameLineAndValue) {
     EXPECT_EQ(refused(head + "inputs = \"cc 1/40\"\nbits = 14\n"), "bad_surface line 5 column 8 14");
     EXPECT_EQ(refused(head + "inputs = \"cc 1/0\"\ndrives = \"brightness #n\"\n"),
               "bad_surface line 5 column 10 property brightness");
-    EXPECT_EQ(refused(head + "inputs = \"cc 1/0, cc 1/0\"\n"), "bad_surface line 1 column 1 cc 1/0");
+    EXPECT_EQ(refused(head + "inputs = \"cc 1/0, cc 1/0\"\n"), "bad_surface line 4 column 10 cc 1/0");
+    EXPECT_EQ(refused(head + "inputs = \"cc 1/1\"\nbits = 14\n[[control]]\nname = \"late\"\ninputs = \"cc 1/33\"\n"),
+              "bad_surface line 8 column 10 cc 1/33")
+        << "the other's fine half";
+    EXPECT_EQ(refused(head + "inputs = \"cc 1/1\"\nbits = 10\n"), "bad_surface line 5 column 8 10");
+    EXPECT_EQ(refused(head + "inputs = \"note 1/1\"\nbits = 14\n"), "bad_surface line 5 column 8 14");
+    EXPECT_EQ(refused("name = \"a\"\nusb = [\"zzzz\"]\n"), "bad_surface line 2 column 8 zzzz");
+    EXPECT_EQ(refused("name = \"a\"\nusb = [\"\u00fc\", 5]\n").substr(0, 27), "bad_surface line 2 column 8");
     EXPECT_EQ(refused("name = \"x\"\nhello = \"F0 80 F7\"\n"), "bad_surface line 2 column 9 'F0 80 F7'");
     EXPECT_EQ(refused("name = \"x\"\ncolour = 1\n"), "bad_surface line 2 column 1 colour");
 }
@@ -142,13 +149,16 @@ TEST(SurfaceToml, RefusalsNameLineAndValue) {
     };
     EXPECT_EQ(refused("control = \"a\"\ntarget = \"b\"\nproperty = \"level\"\n"), "taken");
     EXPECT_EQ(refused("control = \"a\"\ntarget = \"b\"\nproperty = \"color\"\n"),
-              "bad_surface line 1 column 1 property color");
+              "bad_surface line 4 column 12 property color");
     EXPECT_EQ(refused("control = \"a\"\ntarget = \"b\"\nproperty = \"x\"\n"), "bad_surface line 1 column 1 low");
     EXPECT_EQ(refused("control = \"a\"\nproperty = \"level\"\n"), "bad_surface line 1 column 1 target");
     EXPECT_EQ(refused("control = \"a\"\nproperty = \"master\"\nrange = [0]\n"),
               "bad_surface line 4 column 9 an array of 1");
     EXPECT_EQ(refused("control = \"a\"\nproperty = \"master\"\ncurve = \"log\"\n"),
-              "bad_surface line 1 column 1 curve log");
+              "bad_surface line 4 column 9 curve log");
+    EXPECT_EQ(refused("control = \"\u00fc\"\ntarget = \"b\"\nproperty = \"pan\"\nrange = [-90, 1e9]\n").substr(0, 27),
+              "bad_surface line 5 column 9");
+    EXPECT_EQ(refused("control = \"a\" # \u00fc\nproperty = \"x\"; \n").substr(0, 23), "bad_surface line 3 colu");
     EXPECT_EQ(refused("control = \"a\"\nproperty = \"page\"\n"), "bad_surface line 1 column 1 step");
     EXPECT_EQ(refused("control = \"a\"\nproperty = \"preset\"\n"), "bad_surface line 1 column 1 preset");
     EXPECT_EQ(refused("colour = \"a\"\n"), "bad_surface line 2 column 1 colour");
