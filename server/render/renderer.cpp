@@ -67,9 +67,9 @@ void Renderer::prepare(const Scene& scene, bool live) {
             gpu.profile = light.profile;
             gpu.rays = nullptr;
         }
-        const unsigned vpls = vpls_of(scene, live), samples = (vpls + 15) / 16;
+        const unsigned vpls = vpls_of(scene, live);
         if (scene.technique == Technique::standard && (!gpu.rays || gpu.rays->asked != vpls)) {
-            std::weak_ptr<const shade::VplRays>& cached = rays_[{light.profile.get(), samples}];
+            std::weak_ptr<const shade::VplRays>& cached = rays_[{light.profile.get(), vpls}];
             const std::shared_ptr<const shade::VplRays> old = gpu.rays;
             gpu.rays = cached.lock();
             if (!gpu.rays && old)
@@ -93,9 +93,10 @@ void Renderer::prepare(const Scene& scene, bool live) {
     const int layers = static_cast<int>(std::max<std::size_t>(scene.lights.size(), 1));
     // Even sides, as NV12 wants them.
     const double scale = scene.technique == Technique::standard ? kEfforts[effort_].scale : 1.0;
-    const int width = std::max(16, static_cast<int>(std::lround(scene.width_px * scale / 2.0)) * 2),
-              height = std::max(16, static_cast<int>(std::lround(scene.height_px * scale / 2.0)) * 2);
-    const int wide = scale < 1.0 ? width : scene.width_px, high = scale < 1.0 ? height : scene.height_px;
+    const auto scaled = [&](int side_px) {
+        return scale < 1.0 ? std::max(16, static_cast<int>(std::lround(side_px * scale / 2.0)) * 2) : side_px;
+    };
+    const int wide = scaled(scene.width_px), high = scaled(scene.height_px);
     if (live_.width_px != wide || live_.height_px != high || live_.layer_count < layers ||
         live_.emissive != geometry_->emissive()) {
         ledger_.forget_target(live_.id);
@@ -123,21 +124,17 @@ int Renderer::rounds_of(const Scene& scene) const {
     return std::max(1, refine_rounds_ / static_cast<int>(scene.lights.size()));
 }
 
-bool Renderer::refine(const Scene& scene, const std::function<bool()>& interrupted) {
-    prepare(scene, true);  // a capture of an older scene may have been here
-    const Eye eye = eye_of(scene.camera, scene.width_px, scene.height_px);
-    const FrameInputs inputs = inputs_of(scene, live_, eye);
-    if (!inputs.refines()) return false;
-    for (std::size_t i = 0; i < scene.lights.size(); ++i) {
-        const int layer = static_cast<int>(i);
-        if (gonio::refined(live_, scene, layer, inputs.refine_rounds).finished) continue;
-        return continue_refinement(inputs.context(), scene.lights[i], *inputs.lights[i], layer, inputs.refine_rounds,
-                                   interrupted);
-    }
-    return false;
-}
-
 namespace {
+
+// Result: the first layer that can still get better, -1: none.
+int unrefined_layer(const FrameInputs& inputs) {
+    if (!inputs.refines()) return -1;
+    const int count = static_cast<int>(inputs.lights.size());
+    for (int layer = 0; layer < count; ++layer) {
+        if (!refined(inputs.target, inputs.scene, layer, inputs.refine_rounds).finished) return layer;
+    }
+    return -1;
+}
 
 int rounds_shown(const FrameInputs& inputs) {
     int least = inputs.refine_rounds;
@@ -149,15 +146,21 @@ int rounds_shown(const FrameInputs& inputs) {
 
 }  // namespace
 
-bool Renderer::refined(const Scene& scene) {
+bool Renderer::refine(const Scene& scene, const std::function<bool()>& interrupted) {
     prepare(scene, true);  // a capture of an older scene may have been here
     const Eye eye = eye_of(scene.camera, scene.width_px, scene.height_px);
     const FrameInputs inputs = inputs_of(scene, live_, eye);
-    if (!inputs.refines()) return true;
-    for (std::size_t i = 0; i < scene.lights.size(); ++i) {
-        if (!gonio::refined(live_, scene, static_cast<int>(i), inputs.refine_rounds).finished) return false;
-    }
-    return true;
+    const int layer = unrefined_layer(inputs);
+    if (layer < 0) return false;
+    const auto light = static_cast<std::size_t>(layer);
+    return continue_refinement(inputs.context(), scene.lights[light], *inputs.lights[light], layer,
+                               inputs.refine_rounds, interrupted);
+}
+
+bool Renderer::refined(const Scene& scene) {
+    prepare(scene, true);
+    const Eye eye = eye_of(scene.camera, scene.width_px, scene.height_px);
+    return unrefined_layer(inputs_of(scene, live_, eye)) < 0;
 }
 
 v1::FrameReport Renderer::run(const FrameInputs& inputs, std::vector<SlotRef> wanted, Timers& timers) {

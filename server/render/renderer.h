@@ -134,7 +134,7 @@ private:
     std::unique_ptr<GpuScene> geometry_;
     std::map<std::uint32_t, LightGpu> lights_;  // by Light::id
     std::map<const Profile*, std::weak_ptr<const WebGpu>> webs_;
-    std::map<std::pair<const Profile*, unsigned>, std::weak_ptr<const shade::VplRays>> rays_;  // and VPLs per subset
+    std::map<std::pair<const Profile*, unsigned>, std::weak_ptr<const shade::VplRays>> rays_;  // and how many
     std::shared_ptr<const trace::Geometry> traced_;
     std::unique_ptr<const shade::Looks> looks_;
     std::unique_ptr<const shade::Clusters> clusters_;  // empty where GL draws the live G-buffer

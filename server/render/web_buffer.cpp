@@ -67,60 +67,58 @@ bool uniform_grid(const ies::PhotometricWeb& web) {
     return uniform(web.v_rad) && uniform(web.h_rad);
 }
 
-unsigned reached_faces(const ies::PhotometricWeb& web, const double (&world_from_light)[9]) {
-    const double(&r)[9] = world_from_light;
-    constexpr double kStep = 5.0 * std::numbers::pi / 180.0;
-    unsigned faces = 0;
-    for (std::size_t h = 0; h + 1 < web.h_rad.size(); ++h) {
-        for (std::size_t v = 0; v + 1 < web.v_rad.size(); ++v) {
-            if (web.at(h, v) <= 0.0f && web.at(h, v + 1) <= 0.0f && web.at(h + 1, v) <= 0.0f &&
-                web.at(h + 1, v + 1) <= 0.0f)
-                continue;
-            const double dv = web.v_rad[v + 1] - web.v_rad[v], dh = web.h_rad[h + 1] - web.h_rad[h];
-            const int nv = std::max(1, static_cast<int>(std::ceil(dv / kStep)));
-            const int nh = std::max(1, static_cast<int>(std::ceil(dh / kStep)));
-            // Between two samples the direction turns by at most half a step each way: faces within that angle count.
-            const double margin = 0.5 * (dv / nv + dh / nh);
-            for (int i = 0; i <= nv; ++i) {
-                for (int j = 0; j <= nh; ++j) {
-                    const ies::Direction d =
-                        ies::direction_of(web.goniometer, Angle::radians(web.v_rad[v] + dv * i / nv),
-                                          Angle::radians(web.h_rad[h] + dh * j / nh));
-                    double w[3];
-                    for (int k = 0; k < 3; ++k) w[k] = r[k] * d[0] + r[3 + k] * d[1] + r[6 + k] * d[2];
-                    const double largest = std::max({std::abs(w[0]), std::abs(w[1]), std::abs(w[2])});
-                    for (int k = 0; k < 3; ++k) {
-                        if (std::abs(w[k]) >= largest - 1.5 * margin) faces |= 1u << (2 * k + (w[k] >= 0.0 ? 0 : 1));
-                    }
-                }
-            }
-            if (faces == 63u) return faces;
-        }
-    }
-    return faces;
-}
+namespace {
 
-float beam_cosine(const ies::PhotometricWeb& web) {
+// visit(direction, half_v, half_h) at the corners of steps of at most 5 degrees in every cell of the web that holds
+// light; half_v, half_h: half a step, rad. Ends early where visit returns false.
+template <typename Visit>
+void visit_lit_directions(const ies::PhotometricWeb& web, const Visit& visit) {
     constexpr double kStep = 5.0 * std::numbers::pi / 180.0;
-    double least = 1.0;
     for (std::size_t h = 0; h + 1 < web.h_rad.size(); ++h) {
         for (std::size_t v = 0; v + 1 < web.v_rad.size(); ++v) {
             if (std::max({web.at(h, v), web.at(h, v + 1), web.at(h + 1, v), web.at(h + 1, v + 1)}) <= 0.0f) continue;
             const double dv = web.v_rad[v + 1] - web.v_rad[v], dh = web.h_rad[h + 1] - web.h_rad[h];
             const int nv = std::max(1, static_cast<int>(std::ceil(dv / kStep))),
                       nh = std::max(1, static_cast<int>(std::ceil(dh / kStep)));
-            // Within half a step of a sample the cosine changes by no more than that angle.
-            const double margin = 0.5 * (dv / nv + (web.goniometer == ies::Goniometer::type_c ? 0.0 : dh / nh));
             for (int i = 0; i <= nv; ++i) {
                 for (int j = 0; j <= nh; ++j) {
                     const ies::Direction d =
                         ies::direction_of(web.goniometer, Angle::radians(web.v_rad[v] + dv * i / nv),
                                           Angle::radians(web.h_rad[h] + dh * j / nh));
-                    least = std::min(least, -d[2] - margin);
+                    if (!visit(d, 0.5 * (dv / nv), 0.5 * (dh / nh))) return;
                 }
             }
         }
     }
+}
+
+}  // namespace
+
+unsigned reached_faces(const ies::PhotometricWeb& web, const double (&world_from_light)[9]) {
+    const double(&r)[9] = world_from_light;
+    unsigned faces = 0;
+    visit_lit_directions(web, [&](const ies::Direction& d, double half_v, double half_h) {
+        // Between two samples the direction turns by at most half a step each way: faces within that angle count.
+        const double margin = half_v + half_h;
+        double w[3];
+        for (int k = 0; k < 3; ++k) w[k] = r[k] * d[0] + r[3 + k] * d[1] + r[6 + k] * d[2];
+        const double largest = std::max({std::abs(w[0]), std::abs(w[1]), std::abs(w[2])});
+        for (int k = 0; k < 3; ++k) {
+            if (std::abs(w[k]) >= largest - 1.5 * margin) faces |= 1u << (2 * k + (w[k] >= 0.0 ? 0 : 1));
+        }
+        return faces != 63u;
+    });
+    return faces;
+}
+
+float beam_cosine(const ies::PhotometricWeb& web) {
+    double least = 1.0;
+    visit_lit_directions(web, [&](const ies::Direction& d, double half_v, double half_h) {
+        // Within half a step of a sample the cosine changes by no more than that angle.
+        const double margin = half_v + (web.goniometer == ies::Goniometer::type_c ? 0.0 : half_h);
+        least = std::min(least, -d[2] - margin);
+        return true;
+    });
     return static_cast<float>(std::max(least, -1.0));
 }
 

@@ -26,6 +26,20 @@ double median(std::vector<double> values) {
     return *middle;
 }
 
+void PassTimes::add(const v1::FrameReport& report) {
+    std::map<std::string, double> sums;
+    for (const v1::PassReport& pass : report.passes()) {
+        if (pass.state() == "ran") sums[pass.name()] += std::max(pass.cpu_ms(), pass.gpu_ms());
+    }
+    for (const auto& [name, sum] : sums) ms_[name].push_back(sum);
+}
+
+std::map<std::string, double> PassTimes::medians() const {
+    std::map<std::string, double> result;
+    for (const auto& [name, values] : ms_) result[name] = median(values);
+    return result;
+}
+
 std::unique_ptr<EncodeThread> make_idle_encoder() {
     return std::make_unique<EncodeThread>(EncodeThread::Outputs{[](EncodedFrame, bool) {}, [](EncodedFrame) {},
                                                                 [](const std::string&, int, int) {}, [] {}});

@@ -2,7 +2,9 @@
 #pragma once
 
 #include <functional>
+#include <map>
 #include <memory>
+#include <string>
 #include <vector>
 
 #include "server/render/renderer.h"
@@ -12,6 +14,16 @@ namespace gonio::bench {
 
 // values: at least one; the upper one of two in the middle.
 double median(std::vector<double> values);
+
+// Times of passes over frames: of each name the sum of a frame's rows that ran, on the GPU or where they work.
+class PassTimes {
+public:
+    void add(const v1::FrameReport& report);
+    std::map<std::string, double> medians() const;
+
+private:
+    std::map<std::string, std::vector<double>> ms_;
+};
 
 // How long to measure, after warm-up.
 struct Pace {

@@ -92,7 +92,7 @@ LightsRow measure(Renderer& renderer, EncodeThread& encoder, const Scene& home, 
     row.change = change.name;
     settle(renderer, encoder, scene, row);
     std::vector<double> times;
-    std::map<std::string, std::vector<double>> passes;
+    PassTimes passes;
     double spent_ms = 0.0;
     constexpr int kWarmUp = 3;
     for (int n = 1; times.size() < kMostFrames && (times.size() < kLeastFrames || spent_ms < seconds * 1e3); ++n) {
@@ -102,11 +102,7 @@ LightsRow measure(Renderer& renderer, EncodeThread& encoder, const Scene& home, 
         const double ms = done.report.frame_ms();
         if (n <= kWarmUp) continue;
         times.push_back(ms);
-        std::map<std::string, double> sums;
-        for (const v1::PassReport& pass : done.report.passes()) {
-            if (pass.state() == "ran") sums[pass.name()] += std::max(pass.cpu_ms(), pass.gpu_ms());
-        }
-        for (const auto& [name, sum] : sums) passes[name].push_back(sum);
+        passes.add(done.report);
         spent_ms += ms;
     }
     settle(renderer, encoder, scene, row);
@@ -114,7 +110,7 @@ LightsRow measure(Renderer& renderer, EncodeThread& encoder, const Scene& home, 
     row.frame_ms = times[times.size() / 2];
     row.frame_p95_ms = times[times.size() * 95 / 100];
     row.frames = times.size();
-    for (auto& [name, values] : passes) row.pass_ms[name] = median(std::move(values));
+    row.pass_ms = passes.medians();
     return row;
 }
 

@@ -19,6 +19,7 @@
 #include "tests/bench/frame_loop.h"
 #include "tests/bench/reference.h"
 #include "tests/bench/seed_rate.h"
+#include "tests/scenes/show.h"
 
 namespace gonio::bench {
 namespace {
@@ -61,10 +62,7 @@ std::vector<double> shown_lx(const std::vector<glm::vec3>& picture, int width_px
 void measure_errors(Renderer& renderer, const Scene& scene, const Reference& reference, ParetoRow& row) {
     const auto shown = [&](bool occluded) {
         renderer.set_occluded(occluded);
-        do {
-            renderer.begin_frame(scene, monotonic_ns());
-            renderer.finish_frame(true);
-        } while (!renderer.settled());
+        test::show(renderer, scene);
         return shown_lx(renderer.live_illuminance(scene, true), scene.width_px, reference.receivers);
     };
     row.rsm = errors_of(shown(false), reference.rsm_lx, {});

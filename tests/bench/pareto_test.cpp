@@ -16,6 +16,7 @@
 #include "tests/bench/plot.h"
 #include "tests/bench/reference.h"
 #include "tests/gl/test_context.h"
+#include "tests/scenes/show.h"
 
 namespace gonio::bench {
 namespace {
@@ -129,10 +130,7 @@ TEST(Reference, LiveDirectLightIsTheMeters) {
     scene.width_px = scene.height_px = 64;
     const auto receivers = receivers_of(scene, stratified_pixels(64, 64, 6));
     Renderer renderer(test::context());
-    do {
-        renderer.begin_frame(scene, 0);
-        renderer.finish_frame(true);
-    } while (!renderer.settled());
+    test::show(renderer, scene);
     const auto direct = renderer.live_illuminance(scene, false), indirect = renderer.live_illuminance(scene, true);
     double live_sum = 0.0, meter_sum = 0.0;
     for (const Receiver& r : receivers) {

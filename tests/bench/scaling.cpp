@@ -53,7 +53,7 @@ Row measure(const gl::Context& context, const Case& which, double seconds) {
     Renderer renderer(context);
     const glm::dvec3 home = scene.lights[0].position;
     std::vector<double> frames;
-    std::map<std::string, std::vector<double>> passes;
+    bench::PassTimes passes;
     double spent_ms = 0.0;
     for (int n = -2; n < 100 && (n < 10 || spent_ms < seconds * 1e3); ++n) {  // two frames to warm up
         Light& light = scene.lights[0];
@@ -64,13 +64,9 @@ Row measure(const gl::Context& context, const Case& which, double seconds) {
         if (n < 0) continue;
         spent_ms += report.frame_ms();
         frames.push_back(report.frame_ms());
-        for (const v1::PassReport& pass : report.passes()) {
-            if (pass.state() == "ran") passes[pass.name()].push_back(std::max(pass.cpu_ms(), pass.gpu_ms()));
-        }
+        passes.add(report);
     }
-    Row row{which, asset->triangles(), bench::median(frames), {}};
-    for (auto& [name, values] : passes) row.pass_ms[name] = bench::median(values);
-    return row;
+    return {which, asset->triangles(), bench::median(frames), passes.medians()};
 }
 
 void print_table(const std::vector<Row>& rows, std::ostream& out) {

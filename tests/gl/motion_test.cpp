@@ -5,38 +5,13 @@
 
 #include "server/assets/assets.h"
 #include "server/scene/apply.h"
-#include "server/shade/raster.h"
-#include "server/shade/screen.h"
 #include "server/trace/reference.h"
 #include "server/trace/world.h"
+#include "tests/gl/picture_points.h"
 #include "tests/gl/test_context.h"
 
 namespace gonio::test {
 namespace {
-
-struct Receivers {
-    std::vector<trace::MeterPoint> points;
-    std::vector<std::size_t> pixels;
-};
-
-Receivers every_pixel_of(const Scene& scene, const trace::Geometry& geometry, int step) {
-    shade::Surfaces surfaces;
-    shade::Raster raster;
-    shade::Pool pool;
-    shade::look_through(eye_of(scene.camera, scene.width_px, scene.height_px), geometry, 1e-4f, scene.width_px,
-                        scene.height_px, surfaces);
-    shade::draw_surfaces(shade::make_clusters(geometry), shade::make_looks(geometry), false, surfaces, raster, pool);
-    Receivers receivers;
-    for (int y = step / 2; y < scene.height_px; y += step) {
-        for (int x = step / 2; x < scene.width_px; x += step) {
-            const shade::Spot spot = shade::spot_at(surfaces, x, y);
-            if (!(spot.depth > 0.0f)) continue;
-            receivers.points.push_back({geometry.origin() + glm::dvec3(spot.position), glm::dvec3(spot.normal)});
-            receivers.pixels.push_back(static_cast<std::size_t>(y * scene.width_px + x));
-        }
-    }
-    return receivers;
-}
 
 // Relative to the mean illuminance: indirect light, luminance. The reference takes the same random numbers for both
 // places, so that its own noise cancels.
@@ -48,7 +23,7 @@ void moves_smoothly(const std::shared_ptr<const SceneAsset>& asset, double media
     moved.lights[0].position.x += 0.001;
     moved.lights[0].position_rev = ++moved.scene_rev;
     const auto world = trace::make_world(scene), moved_world = trace::make_world(moved);
-    const Receivers receivers = every_pixel_of(scene, *world->geometry, 20);
+    const PicturePoints receivers = points_of(scene, *world->geometry, 20);
     trace::Settings settings;
     settings.bounces = 1;
     settings.noise = 0.0;

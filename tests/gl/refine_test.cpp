@@ -5,10 +5,9 @@
 
 #include "server/assets/assets.h"
 #include "server/scene/apply.h"
-#include "server/shade/raster.h"
-#include "server/shade/screen.h"
 #include "server/trace/reference.h"
 #include "server/trace/world.h"
+#include "tests/gl/picture_points.h"
 #include "tests/gl/test_context.h"
 
 namespace gonio::test {
@@ -51,28 +50,12 @@ struct Refine : testing::Test {
 // The path tracer's one bounce at 256 pixels, against what the picture shows there.
 TEST_F(Refine, ComesNearerToTheTruth) {
     const auto world = trace::make_world(scene);
-    const trace::Geometry& geometry = *world->geometry;
-    shade::Surfaces surfaces;
-    shade::Raster raster;
-    shade::Pool pool;
-    shade::look_through(eye_of(scene.camera, scene.width_px, scene.height_px), geometry, 1e-4f, scene.width_px,
-                        scene.height_px, surfaces);
-    shade::draw_surfaces(shade::make_clusters(geometry), shade::make_looks(geometry), false, surfaces, raster, pool);
-    std::vector<trace::MeterPoint> points;
-    std::vector<std::size_t> pixels;
-    for (int y = 5; y < scene.height_px; y += 10) {
-        for (int x = 5; x < scene.width_px; x += 10) {
-            const shade::Spot spot = shade::spot_at(surfaces, x, y);
-            if (!(spot.depth > 0.0f)) continue;
-            points.push_back({geometry.origin() + glm::dvec3(spot.position), glm::dvec3(spot.normal)});
-            pixels.push_back(static_cast<std::size_t>(y * scene.width_px + x));
-        }
-    }
+    const auto [points, pixels] = points_of(scene, *world->geometry, 10);
     trace::Settings settings;
     settings.bounces = 1;
     settings.noise = 0.01;
     const std::vector<trace::Reading> truth = trace::measure(*world, points, settings);
-    const auto error = [&] {
+    const auto error = [&, &points = points, &pixels = pixels] {
         const std::vector<glm::vec3> shown = renderer.live_illuminance(scene, true);
         double squares = 0.0, mean = 0.0;
         for (std::size_t i = 0; i < points.size(); ++i) {

@@ -4,6 +4,8 @@
 #include <bit>
 #include <map>
 
+#include "tests/scenes/show.h"
+
 namespace gonio::stress {
 namespace {
 
@@ -232,12 +234,7 @@ std::vector<float> values_of(Bench& bench, const Scene& scene, View view, int wi
 
 void drive(Bench& bench, Scene& scene, std::span<const Meter> meters) {
     const std::string base = bench.context;
-    const auto live_frame = [&] {
-        do {
-            bench.renderer.begin_frame(scene, monotonic_ns());
-            bench.renderer.finish_frame(true);
-        } while (!bench.renderer.settled());
-    };
+    const auto live_frame = [&] { test::show(bench.renderer, scene); };
     for (const Technique technique : {Technique::seed_disk, Technique::seed, Technique::standard}) {
         if (bench.brief && technique == Technique::seed_disk) continue;
         const bool standard = technique == Technique::standard;

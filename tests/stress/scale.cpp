@@ -2,6 +2,7 @@
 // Truth is the integrating sphere in closed form: direct I cos / d², one bounce rho · flux / (4 pi R²) everywhere.
 #include <algorithm>
 
+#include "tests/scenes/show.h"
 #include "tests/stress/drive.h"
 
 namespace gonio::stress {
@@ -158,10 +159,7 @@ void check_sphere(Bench& bench, Scene& scene, const Sphere& sphere, double cande
     while (scene.lights[on].level_ratio != 1.0) ++on;
     live = {scene.lights[on].id, scene.width_px, {}, {}};
     scene.camera_rev = ++scene.scene_rev;  // the layers are written once more, where they are seen
-    do {
-        bench.renderer.begin_frame(scene, monotonic_ns());
-        bench.renderer.finish_frame(true);
-    } while (!bench.renderer.settled());
+    test::show(bench.renderer, scene);
     const double peak = scene.lights[on].profile->max_cd;
     const LiveErrors errors = live_errors(live, peak, candela);
     found.live_direct.note(errors.direct, where);

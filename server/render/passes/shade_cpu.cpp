@@ -289,13 +289,11 @@ std::size_t grid_size(const ScreenLight& screen) {
     return screen.grid.grid.size() + shade::kLanes;
 }
 
-}  // namespace
-
-namespace {
 // Whether the refinement's sums are of this layer as it is.
 bool refines_now(ScreenLight& screen, int layer) {
     return screen.refined_layer == layer && screen.refined_gather == refining_of(screen, layer).gathered;
 }
+
 }  // namespace
 
 bool continue_refinement(const PassContext& context, const Light& light, const LightGpu& gpu, int layer, int rounds,
