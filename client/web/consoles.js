@@ -1,51 +1,26 @@
 // The consoles panel: who sends sACN, Art-Net and OSC, what arrives, who wins. Asked for once a second while it is open.
 
 import {h, setText, formatNumber} from "./dom.js";
+import {PolledPanel} from "./panel.js";
 
 const kPollMs = 1000;
 const kShownLevels = 24;    // the first slots; the others are in the cell's title
 
-export class ConsolesPanel {
-    #connection; #node; #head; #rows; #hint;
-    #timer = 0;
-    #open = false;
+export class ConsolesPanel extends PolledPanel {
+    #hint = h("p", {class: "hint"});
 
     constructor(connection, node) {
-        this.#connection = connection;
-        this.#node = node;
-        this.#head = h("p", {class: "faint"});
-        this.#hint = h("p", {class: "hint"});
-        this.#rows = h("tbody");
-        const column = (text, figure) => h("th", {scope: "col", class: figure ? "figure" : null}, text);
-        node.append(h("header", {}, h("h2", {}, "Consoles"), this.#head),
-            h("div", {class: "scroll", tabindex: "0"}, this.#hint, h("table", {}, h("thead", {}, h("tr", {}, column("From"),
-                column("Universe", true), column("Name"), column("Address"), column("State"), column("Priority", true),
-                column("Rate /s", true), column("Lost", true), column("Order", true), column("Wins", true), column("Levels"))),
-            this.#rows)));
-    }
-
-    get open() { return this.#open; }
-
-    toggle() {
-        this.#open = !this.#open;
-        this.#node.hidden = !this.#open;
-        clearTimeout(this.#timer);
-        if (this.#open) this.#poll();
-    }
-
-    async #poll() {
-        try {
-            const {sources} = document.hidden ? {} : await this.#connection.request({sources: {}});
-            if (sources && this.#open) this.#show(sources);
-        } catch {
-            setText(this.#head, "Not connected");
-        }
-        clearTimeout(this.#timer);
-        if (this.#open) this.#timer = setTimeout(() => this.#poll(), kPollMs);
+        super(node, {title: "Consoles", period_ms: kPollMs,
+            columns: ["From", "Universe#", "Name", "Address", "State", "Priority#", "Rate /s#", "Lost#", "Order#", "Wins#", "Levels"],
+            poll: async () => {
+                const {sources} = await connection.request({sources: {}});
+                if (sources && this.open) this.#show(sources);
+            }});
+        this.rows.closest(".scroll").prepend(this.#hint);
     }
 
     #show({endpoints = [], sources = [], discovered = []}) {
-        setText(this.#head, endpoints.length ? endpoints.map((one) => `${one.protocol} on ${one.address}: ${one.packets} packets` +
+        setText(this.head, endpoints.length ? endpoints.map((one) => `${one.protocol} on ${one.address}: ${one.packets} packets` +
             (one.bad_packets ? `, ${one.bad_packets} bad` : "") + (one.kernel_drops ? `, ${one.kernel_drops} dropped` : "")).join(" · ")
             : "None is listened to");
         const hints = endpoints.filter((one) => one.last_error).map((one) => `${one.protocol}: ${one.last_error}`);
@@ -54,7 +29,7 @@ export class ConsolesPanel {
         else if (!sources.length) hints.push("Nothing arrives yet.");
         setText(this.#hint, hints.join(" · "));
         this.#hint.hidden = hints.length === 0;
-        this.#rows.replaceChildren(...sources.map((row) => h("tr", {"data-state": {live: "clean", subscribed: "clean", waiting: "ran"}[row.state] ?? "gone"},
+        this.rows.replaceChildren(...sources.map((row) => h("tr", {"data-state": {live: "clean", subscribed: "clean", waiting: "ran"}[row.state] ?? "gone"},
             h("td", {}, row.protocol), h("td", {class: "figure"}, row.protocol === "osc" ? "" : String(row.universe)),
             h("td", {}, row.name), h("td", {}, row.address), h("td", {}, h("i"), row.state),
             h("td", {class: "figure"}, row.protocol !== "sacn" ? "" : row.slot_priorities ? "per slot" : String(row.priority)),

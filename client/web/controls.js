@@ -191,3 +191,24 @@ export function tabs(prop, node, entries) {
         },
     };
 }
+
+// A "+" and the form for a name that it opens. submit(name) resolves with whether it was taken; then the form closes.
+export function nameForm({title, opens, placeholder, label, verb, submit}) {
+    const input = h("input", {type: "text", maxlength: 128, placeholder, "aria-label": label});
+    const form = h("form", {class: "inline", hidden: true}, input, h("button", {}, verb));
+    const open = h("button", {type: "button", class: "quiet", title, "aria-label": opens,
+        onclick: () => { form.hidden = !form.hidden; if (!form.hidden) input.focus(); }}, "+");
+    form.addEventListener("keydown", (event) => {
+        if (event.key !== "Escape") return;
+        form.hidden = true;
+        open.focus();
+    });
+    form.addEventListener("submit", async (event) => {
+        event.preventDefault();
+        const name = input.value.trim();
+        if (!name || !await submit(name)) return;
+        input.value = "";
+        form.hidden = true;
+    });
+    return {open, form};
+}

@@ -1,7 +1,7 @@
 // The lists on the left: lights and groups, each row with its fader; and the master.
 
 import {h, setText} from "./dom.js";
-import {property, mapped, range, slider} from "./controls.js";
+import {property, mapped, nameForm, range, slider} from "./controls.js";
 
 export function lightLevel(store, name) {
     return property(store, () => `level:${name()}`, () => store.light(name())?.level_ratio,
@@ -88,26 +88,14 @@ export function lightPanel(store, node) {
 
 export function groupPanel(store, node, connection) {
     const groups = list(store, "group", () => store.state.groups.map((group) => group.name), groupLevel);
-    const input = h("input", {type: "text", maxlength: 128, placeholder: "Name of the group", "aria-label": "Name of the new group"});
-    const form = h("form", {class: "inline", hidden: true}, input, h("button", {}, "Create"));
-    const open = h("button", {type: "button", class: "quiet", title: "New group of the selected light",
-        "aria-label": "New group", onclick: () => { form.hidden = !form.hidden; if (!form.hidden) input.focus(); }}, "+");
-    form.addEventListener("keydown", (event) => {
-        if (event.key !== "Escape") return;
-        form.hidden = true;
-        open.focus();
-    });
-    form.addEventListener("submit", async (event) => {
-        event.preventDefault();
-        const name = input.value.trim();
-        const first = store.selected?.kind === "light" ? store.selected.name : store.state.lights[0]?.name;
-        if (!name || !first) return;
-        const result = await connection.command({set_group: {name, lights: [first]}});
-        if (result?.code !== "ok") return;
-        input.value = "";
-        form.hidden = true;
-        store.select("group", name);
-    });
+    const {open, form} = nameForm({title: "New group of the selected light", opens: "New group", placeholder: "Name of the group",
+        label: "Name of the new group", verb: "Create",
+        submit: async (name) => {
+            const first = store.selected?.kind === "light" ? store.selected.name : store.state.lights[0]?.name;
+            if (!first || (await connection.command({set_group: {name, lights: [first]}}))?.code !== "ok") return false;
+            store.select("group", name);
+            return true;
+        }});
     node.append(h("h2", {}, "Groups", h("span", {class: "grow"}), open), form, groups.node);
     return groups;
 }

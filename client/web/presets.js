@@ -1,28 +1,14 @@
 // Presets: the list on the left, each recalled by a click over the fade time, saved and removed.
 
-import {h, setText} from "./dom.js";
+import {h} from "./dom.js";
+import {nameForm} from "./controls.js";
 
 export function presetPanel(store, node, connection) {
     const fade = h("input", {type: "number", min: 0, max: 3600, step: 0.5, value: "0", id: "preset-fade", "aria-label": "Fade in seconds"});
     const list = h("ul", {class: "list presets"});
-    const input = h("input", {type: "text", maxlength: 128, placeholder: "Name of the preset", "aria-label": "Name of the new preset"});
-    const form = h("form", {class: "inline", hidden: true}, input, h("button", {}, "Save"));
-    const open = h("button", {type: "button", class: "quiet", title: "Save what the lights are now", "aria-label": "New preset",
-        onclick: () => { form.hidden = !form.hidden; if (!form.hidden) input.focus(); }}, "+");
-    form.addEventListener("keydown", (event) => {
-        if (event.key !== "Escape") return;
-        form.hidden = true;
-        open.focus();
-    });
-    form.addEventListener("submit", async (event) => {
-        event.preventDefault();
-        const name = input.value.trim();
-        if (!name) return;
-        const result = await connection.command({save_preset: {name}});
-        if (result?.code !== "ok") return;
-        input.value = "";
-        form.hidden = true;
-    });
+    const {open, form} = nameForm({title: "Save what the lights are now", opens: "New preset", placeholder: "Name of the preset",
+        label: "Name of the new preset", verb: "Save",
+        submit: async (name) => (await connection.command({save_preset: {name}}))?.code === "ok"});
     node.append(h("h2", {}, "Presets", h("span", {class: "grow"}), h("label", {class: "faint"}, "Fade ", fade, " s"), open), form, list);
     const recall = (name) => connection.command({recall_preset: {name, fade_s: Math.min(3600, Math.max(0, Number(fade.value) || 0))}});
     let shown = "";
@@ -37,6 +23,5 @@ export function presetPanel(store, node, connection) {
             h("button", {type: "button", class: "quiet", title: `Save the lights as ${name} again`, onclick: () => connection.command({save_preset: {name}})}, "Save"),
             h("button", {type: "button", class: "quiet", title: `Remove ${name}`, "aria-label": `Remove ${name}`,
                 onclick: () => connection.command({remove_preset: {name}})}, "×"))));
-        setText(open, "+");
     }};
 }

@@ -2,6 +2,7 @@
 // move a control, done. Asked for twice a second while it is open.
 
 import {h, setText, formatNumber} from "./dom.js";
+import {PolledPanel} from "./panel.js";
 
 const kPollMs = 500;
 const kLearnSeconds = 30;
@@ -19,39 +20,31 @@ function drivesText(row) {
 const means = (device, identity) => device === "*" || device === identity
     || (device.includes(":") && (identity.startsWith(`${device}:`) || identity.startsWith(`${device}@`)));
 
-export class SurfacesPanel {
-    #store; #connection; #node; #head; #hint; #rows; #target; #property; #learn;
-    #timer = 0;
-    #open = false;
+export class SurfacesPanel extends PolledPanel {
+    #store; #connection;
+    #hint = h("p", {class: "hint", role: "status"});
+    #target = h("select", {"aria-label": "What shall be driven", id: "learn-target"});
+    #property = h("select", {"aria-label": "Which property", id: "learn-property"});
+    #learn = h("button", {type: "button", id: "learn", onclick: () => this.#startLearning()}, "Learn");
     #learning = false;
 
     constructor(store, connection, node) {
+        super(node, {title: "Fader boxes", period_ms: kPollMs, columns: ["Box", "Control", "Kind", "Value#", "Drives", ""],
+            poll: async () => {
+                const {surfaces} = await connection.request({surfaces: {}});
+                if (surfaces && this.open) this.#show(surfaces);
+            }});
         this.#store = store;
         this.#connection = connection;
-        this.#node = node;
-        this.#head = h("p", {class: "faint"});
-        this.#hint = h("p", {class: "hint", role: "status"});
-        this.#rows = h("tbody");
-        this.#target = h("select", {"aria-label": "What shall be driven", id: "learn-target"});
-        this.#property = h("select", {"aria-label": "Which property", id: "learn-property"});
-        this.#learn = h("button", {type: "button", id: "learn", onclick: () => this.#startLearning()}, "Learn");
+        this.head.after(h("span", {class: "grow"}), this.#target, this.#property, this.#learn);
+        this.rows.closest(".scroll").prepend(this.#hint);
         this.#target.addEventListener("change", () => this.#offerProperties());
-        const column = (text, figure) => h("th", {scope: "col", class: figure ? "figure" : null}, text);
-        node.append(h("header", {}, h("h2", {}, "Fader boxes"), this.#head, h("span", {class: "grow"}), this.#target, this.#property, this.#learn),
-            h("div", {class: "scroll", tabindex: "0"}, this.#hint, h("table", {}, h("thead", {}, h("tr", {}, column("Box"), column("Control"),
-                column("Kind"), column("Value", true), column("Drives"), column(""))), this.#rows)));
-        store.addEventListener("update", () => { if (this.#open) this.#offerTargets(); });
+        store.addEventListener("update", () => { if (this.open) this.#offerTargets(); });
     }
 
-    get open() { return this.#open; }
-
     toggle() {
-        this.#open = !this.#open;
-        this.#node.hidden = !this.#open;
-        clearTimeout(this.#timer);
-        if (!this.#open) return;
-        this.#offerTargets();
-        this.#poll();
+        super.toggle();
+        if (this.open) this.#offerTargets();
     }
 
     #offerTargets() {
@@ -94,29 +87,17 @@ export class SurfacesPanel {
             const {learned} = await this.#connection.request({learn: {timeout_s: kLearnSeconds}});
             if (learned?.device) {
                 const result = await this.#connection.command({map_control: {row: {...row, device: learned.device, control: learned.control}}});
-                setText(this.#head, result?.code === "ok" ? `${learned.control} of ${learned.product || learned.device} drives ${drivesText(row)}` : "Not learned");
+                setText(this.head, result?.code === "ok" ? `${learned.control} of ${learned.product || learned.device} drives ${drivesText(row)}` : "Not learned");
             } else {
-                setText(this.#head, `Nothing moved within ${kLearnSeconds} s`);
+                setText(this.head, `Nothing moved within ${kLearnSeconds} s`);
             }
         } catch {
-            setText(this.#head, "Not connected");
+            setText(this.head, "Not connected");
         }
         this.#learning = false;
         this.#learn.disabled = false;
         setText(this.#learn, "Learn");
-        if (this.#open) this.#poll();
-    }
-
-    async #poll() {
-        clearTimeout(this.#timer);
-        try {
-            const {surfaces} = document.hidden ? {} : await this.#connection.request({surfaces: {}});
-            if (surfaces && this.#open) this.#show(surfaces);
-        } catch {
-            setText(this.#head, "Not connected");
-        }
-        clearTimeout(this.#timer);
-        if (this.#open) this.#timer = setTimeout(() => this.#poll(), kPollMs);
+        if (this.open) this.refresh();
     }
 
     #show({devices = [], rows = [], default_rows: defaults = [], warnings = [], page = 1, latency_ms: latency}) {
@@ -126,8 +107,8 @@ export class SurfacesPanel {
         if (!devices.length) hints.push("No fader box is plugged in, or goniod may not use it: docs/faders.md says how.");
         setText(this.#hint, hints.join(" · "));
         this.#hint.hidden = hints.length === 0;
-        this.#head.title = live.map((device) => `${device.device} by ${device.transport}`).join(", ");
-        if (!this.#learning && !/drives|moved/.test(this.#head.textContent)) setText(this.#head, [live.map((device) => device.product || device.device).join(", "),
+        this.head.title = live.map((device) => `${device.device} by ${device.transport}`).join(", ");
+        if (!this.#learning && !/drives|moved/.test(this.head.textContent)) setText(this.head, [live.map((device) => device.product || device.device).join(", "),
             page > 1 ? `page ${page}` : "", latency ? `${formatNumber(latency, 0)} ms to the picture` : ""].filter(Boolean).join(" · "));
         const drawn = [];
         for (const device of live) {
@@ -144,8 +125,8 @@ export class SurfacesPanel {
         }
         // A table under the pointer is not rebuilt while nothing changed, so that its buttons can be pressed.
         const signature = drawn.map((row) => row.textContent).join("\n");
-        if (this.#rows.dataset.signature === signature) return;
-        this.#rows.dataset.signature = signature;
-        this.#rows.replaceChildren(...drawn);
+        if (this.rows.dataset.signature === signature) return;
+        this.rows.dataset.signature = signature;
+        this.rows.replaceChildren(...drawn);
     }
 }
