@@ -186,7 +186,7 @@ TEST_F(CliRun, ChangesPrintTheirRevision) {
     EXPECT_EQ(run({"set", "light", "key", "--level", "0.5"}), 0);
     EXPECT_EQ(out, "scene_rev 8\n");
     EXPECT_EQ(run({"--json", "set", "exposure", "-2"}), 0);
-    EXPECT_EQ(out, R"({"code":"ok","field":"","value":"","message":"","scene_rev":9,"warnings":[]})"
+    EXPECT_EQ(out, R"({"code":"ok","field":"","value":"","message":"","scene_rev":9,"warnings":[],"retry_after_ms":0})"
                    "\n");
     EXPECT_EQ(run({"group", "all", "key", "--json"}), 0);
     EXPECT_NE(out.find("\"scene_rev\":10"), std::string::npos);
