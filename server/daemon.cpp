@@ -19,7 +19,9 @@
 #include "server/assets/assets.h"
 #include "server/consoles.h"
 #include "server/net/front.h"
+#include "server/null_renderer.h"
 #include "server/oneshot.h"
+#include "server/render/renderer.h"
 #include "server/scene/state.h"
 #include "server/stage.h"
 #include "server/stream/encode_thread.h"
@@ -173,9 +175,12 @@ int run_daemon(const Options& options) {
         std::fprintf(stderr, "goniod: %s\n", error.what());
         return 2;
     }
-    const auto context = gl::Context::create({options.device, options.gl_debug});
-    spdlog::info("{}", context->description());
+    const bool draws = options.renderer != "null";
+    const auto context = draws ? gl::Context::create({options.device, options.gl_debug}) : nullptr;
+    spdlog::info("{}", context ? context->description() : "no GL: grey pictures (--renderer null)");
+    const std::string renderer_name = context ? context->renderer() : "null";
     if (!options.oneshot.empty()) {
+        if (!context) throw std::runtime_error("--oneshot needs --renderer gl");
         Renderer renderer(*context, gather_of(options));
         return run_oneshot(renderer, std::move(*scene), options.oneshot, options.out);
     }
@@ -200,7 +205,7 @@ int run_daemon(const Options& options) {
     listen.port = options.port;
     listen.token = token;
     listen.server_name = "goniod " GONIO_VERSION;
-    listen.renderer = context->renderer();
+    listen.renderer = renderer_name;
     listen.page = page_files();
     auto started =
         Front::start(listen, {
@@ -248,8 +253,13 @@ int run_daemon(const Options& options) {
     Picture newest;
     // Whether the encoder was given the newest picture for each kind of viewer.
     bool h264_sent = true, jpeg_sent = true;
+    std::unique_ptr<LiveRenderer> renderer;
+    if (context)
+        renderer = std::make_unique<Renderer>(*context, gather_of(options));
+    else
+        renderer = std::make_unique<NullRenderer>();
     Stage stage(
-        std::make_unique<Renderer>(*context, gather_of(options)), std::move(*scene), context->renderer(), queue, loader,
+        std::move(renderer), std::move(*scene), renderer_name, queue, loader,
         {
             [&](std::uint32_t session, v1::ServerMessage message) { front->reply(session, std::move(message)); },
             [&](v1::State state, v1::StateChanged change) {
@@ -350,7 +360,7 @@ int run_daemon(const Options& options) {
         }
         stage.continue_work();
         if (refining && stage.refinable() && !stage.busy()) stage.refine();  // what was drained may have changed it
-        if (context->lost()) throw std::runtime_error("the GPU lost the GL context");
+        if (context && context->lost()) throw std::runtime_error("the GPU lost the GL context");
     }
     // What was declared last ends first: loader and encoder are joined while the front they speak to still stands.
     spdlog::info("stopping");

@@ -18,6 +18,9 @@ std::optional<Options> parse_options(int argc, char** argv, int& exit_code) {
     app.add_option("--listen", listen, "HOST:PORT; port 0 picks a free one")->capture_default_str();
     app.add_option("--token-file", options.token_file, "file that holds the bearer token clients must show");
     app.add_option("--device", options.device, "index of the EGL device; default: the first that works");
+    app.add_option("--renderer", options.renderer, "gl; null: grey pictures without GL, for tests")
+        ->check(CLI::IsMember({"gl", "null"}))
+        ->group("");
     app.add_option("--technique", options.technique, "default, seed or seed-disk")->capture_default_str();
     app.add_option("--samples", samples, "VPLs of default (16..4096), directions per fragment of seed (1..4096)");
     app.add_option("--size", size, "WIDTHxHEIGHT of the picture, even, 16..4096")->capture_default_str();

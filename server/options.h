@@ -22,6 +22,7 @@ struct Options {
     bool keep_up = false;         // --target-fps was given: frames are made to fit it
     std::string gather = "auto";  // gl, simd
     int device = -1;
+    std::string renderer = "gl";     // null: grey pictures without GL, for tests
     std::string oneshot, out = ".";  // JOB.json and the folder its captures go to; empty: serve
     bool gl_debug = false;
     InputOptions inputs;             // of consoles; all off unless asked for: these protocols know no passwords

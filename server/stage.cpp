@@ -17,14 +17,16 @@ constexpr std::int64_t kSliceNs = 15'000'000;
 // Some ten seconds on two cores at 800 × 800 in a simple scene.
 constexpr int kRefineRounds = 10;
 
-v1::MeterReading read_meter(Renderer& renderer, const Scene& scene, const trace::MeterPoint& point, Quality quality) {
-    return renderer.meter(scene, point.position, point.normal,
-                          quality == Quality::rsm ? Renderer::MeterQuality::rsm : Renderer::MeterQuality::interactive);
+v1::MeterReading read_meter(LiveRenderer& renderer, const Scene& scene, const trace::MeterPoint& point,
+                            Quality quality) {
+    return renderer.meter(
+        scene, point.position, point.normal,
+        quality == Quality::rsm ? LiveRenderer::MeterQuality::rsm : LiveRenderer::MeterQuality::interactive);
 }
 
 }  // namespace
 
-Stage::Stage(std::unique_ptr<Renderer> renderer, Scene scene, std::string renderer_name, Queue<Work>& queue,
+Stage::Stage(std::unique_ptr<LiveRenderer> renderer, Scene scene, std::string renderer_name, Queue<Work>& queue,
              Loader& loader, StageOutputs outputs)
     : renderer_(std::move(renderer)),
       scene_(std::move(scene)),

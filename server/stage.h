@@ -17,7 +17,7 @@
 #include "server/query.h"
 #include "server/queue.h"
 #include "server/reference_work.h"
-#include "server/render/renderer.h"
+#include "server/render/live_renderer.h"
 #include "server/scene/apply.h"
 #include "server/scene/preset.h"
 #include "server/stream/encoder.h"
@@ -55,7 +55,7 @@ struct StageOutputs {
 
 class Stage {
 public:
-    Stage(std::unique_ptr<Renderer> renderer, Scene scene, std::string renderer_name, Queue<Work>& queue,
+    Stage(std::unique_ptr<LiveRenderer> renderer, Scene scene, std::string renderer_name, Queue<Work>& queue,
           Loader& loader, StageOutputs outputs);
 
     // Takes one message: answers it, applies it, or sends it to the loader first.
@@ -131,7 +131,7 @@ private:
     void refuse(const Work& work, const Error& error);
     void answer(const Work& work, v1::ServerMessage message);
 
-    std::unique_ptr<Renderer> renderer_;
+    std::unique_ptr<LiveRenderer> renderer_;
     Scene scene_;
     std::string renderer_name_;
     Queue<Work>& queue_;

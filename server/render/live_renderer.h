@@ -1,0 +1,83 @@
+// What the stage asks of a renderer. The renderer proper is Renderer (renderer.h); NullRenderer
+// (server/null_renderer.h) makes grey pictures without any GL, for tests of everything around it. Render thread only.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <functional>
+#include <memory>
+#include <optional>
+#include <vector>
+
+#include "protocol/gonio.pb.h"
+#include "server/scene/scene.h"
+
+namespace gonio {
+
+// A live frame that has left the GPU.
+struct FinishedFrame {
+    v1::FrameReport report;
+    int width_px = 0, height_px = 0;
+    std::shared_ptr<const std::vector<std::uint8_t>> nv12;  // null where the picture was clean
+    std::int64_t drained_ns = 0, rendered_ns = 0;
+};
+
+// A captured picture, rows from the top. Exactly one of rgba8 (display) and values (the view's unit) is filled.
+struct CapturedPicture {
+    int width_px = 0, height_px = 0;
+    std::vector<std::uint8_t> rgba8;  // 4 per pixel, sRGB-encoded
+    std::vector<float> values;        // 4 per pixel: rgb and 1 where there is a surface
+    v1::FrameReport report;
+};
+
+// A capture between its tiles: a value copy of the scene, and the picture as far as it is.
+struct CaptureJob {
+    Scene scene;
+    View view = View::beauty;
+    bool raw = false;
+    int tile_px = 0, next_tile = 0;
+    std::int64_t started_ns = 0;
+    std::shared_ptr<CapturedPicture> picture;
+};
+
+std::int64_t monotonic_ns();
+
+class LiveRenderer {
+public:
+    virtual ~LiveRenderer() = default;
+
+    // Starts a live frame of the scene: runs what moved. drained_ns: when its commands left the queue.
+    virtual void begin_frame(const Scene& scene, std::int64_t drained_ns) = 0;
+    // How much work the next live frames are: an index into kEfforts.
+    virtual void set_effort(std::size_t effort) = 0;
+    // While nothing moves, the live picture gets better: from now on `rounds` times for one luminaire, fewer in turn
+    // for each of several, never for more than kMostRefined of them. 0 (the default): it stays as it is.
+    virtual void set_refinement(int rounds) = 0;
+    // Does a part of that, some tens of milliseconds, for the scene of the last begin_frame. interrupted: asked now and
+    // then, whether to stop at once. Result: whether another frame of the same scene shows something better.
+    virtual bool refine(const Scene& scene, const std::function<bool()>& interrupted) = 0;
+    // Whether refine() has nothing left to do.
+    virtual bool refined(const Scene& scene) = 0;
+    // Result: the oldest frame begun, if it has left the GPU; `wait` blocks for it. Frames leave in order.
+    virtual std::optional<FinishedFrame> finish_frame(bool wait) = 0;
+    virtual std::size_t frames_in_flight() const = 0;
+    // Whether the newest live frame is all there is to come of its scene: else one more frame of the same scene shows
+    // more of it.
+    virtual bool settled() const = 0;
+
+    // Starts a capture of the scene as it is now, at its own size; the live passes stay clean. raw: values in the
+    // view's unit (lux, cd/m², cd, m) in full precision instead of display colours. Sizes are at least 1.
+    virtual std::unique_ptr<CaptureJob> begin_capture(const Scene& scene, View view, int width_px, int height_px,
+                                                      bool raw) = 0;
+    // Renders the job's next tile, a bounded amount of work, so that live frames come in between. Result: whether the
+    // picture is complete.
+    virtual bool continue_capture(CaptureJob& job) = 0;
+    // Illuminance at a point: interactive: the picture's own shadow, VPLs and occlusion; rsm: direct likewise, indirect
+    // the unoccluded sum over all RSM texels in double precision. Errors: of the mean of 16 independent parts, of the
+    // two halves of a checkerboard of texels; none for the seed techniques.
+    enum class MeterQuality { interactive, rsm };
+    virtual v1::MeterReading meter(const Scene& scene, const glm::dvec3& point, const glm::dvec3& normal,
+                                   MeterQuality quality) = 0;
+};
+
+}  // namespace gonio
