@@ -1,3 +1,4 @@
+#include "server/net/request_check.h"
 #include "server/net/sessions.h"
 
 #include <netinet/tcp.h>
@@ -150,6 +151,7 @@ private:
             return refuse(http::status::method_not_allowed, "Only GET and HEAD are answered here.");
         const std::string_view host = view_of(request_[http::field::host]);
         if (host.empty()) return refuse(http::status::bad_request, "The request names no Host.");
+        if (const auto fault = request_fault(request_)) return refuse(http::status::bad_request, std::string(*fault));
         error_code error;
         const auto local = stream_.socket().local_endpoint(error).address();
         if (!allowed_host(host, hub_.options, local))
@@ -189,6 +191,7 @@ private:
             keep_alive_ = false;
             return refuse(http::status::upgrade_required, "This address speaks WebSocket only.");
         }
+        if (const auto fault = handshake_fault(request_)) return refuse(http::status::bad_request, std::string(*fault));
         const std::optional<Encoding> encoding = chosen_encoding(request_);
         if (!encoding)
             return refuse(http::status::bad_request, "The subprotocol must be gonio.v1.proto or gonio.v1.json.");

@@ -1,0 +1,44 @@
+// The front on a free port, with a daemon behind it that answers as much as the tests of connections need: a profile
+// query is answered with its own text, a capture never, all else with a state.
+#pragma once
+
+#include <chrono>
+#include <condition_variable>
+#include <memory>
+#include <mutex>
+#include <vector>
+
+#include "server/net/front.h"
+
+namespace gonio::conformance {
+
+class PlayedDaemon {
+public:
+    explicit PlayedDaemon(const FrontLimits& limits);
+    ~PlayedDaemon() { front_.reset(); }
+
+    std::uint16_t port() const { return front_->port(); }
+    Front& front() { return *front_; }
+    unsigned clients() const;  // identified, as the demand counts them
+    unsigned sessions_closed() const;
+    unsigned captures_asked() const;
+    void publish(std::uint32_t scene_rev, bool key, std::size_t bytes);  // an H.264 frame
+    bool key_wanted() const;
+    // Whether every client that ever identified has gone within this time.
+    bool wait_until_alone(std::chrono::milliseconds time);
+    bool wait_for_captures(unsigned count, std::chrono::milliseconds time);
+
+private:
+    bool take(SessionId session, const v1::ClientMessage& message);
+
+    mutable std::mutex mutex_;
+    std::condition_variable changed_;
+    Demand demand_;
+    unsigned closed_ = 0, captures_ = 0;
+    std::unique_ptr<Front> front_;
+};
+
+// Descriptors that this process has open.
+std::size_t open_descriptors();
+
+}  // namespace gonio::conformance
