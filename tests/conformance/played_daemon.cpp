@@ -80,6 +80,8 @@ void PlayedDaemon::publish(std::uint32_t scene_rev, bool key, std::size_t bytes)
     frame.data.assign(bytes, std::byte{0x65});
     frame.key = key;
     frame.scene_rev = scene_rev;
+    frame.drained_ns = frame.rendered_ns = frame.encoded_ns =
+        std::chrono::steady_clock::now().time_since_epoch() / std::chrono::nanoseconds(1);
     front_->publish_h264(std::move(frame), false);
 }
 

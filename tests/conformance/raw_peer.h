@@ -7,6 +7,7 @@
 #include <optional>
 #include <string>
 #include <string_view>
+#include <utility>
 
 namespace gonio::conformance {
 
@@ -59,6 +60,9 @@ public:
     // Whether the other end closes, whatever comes before.
     bool read_end(Clock::time_point until);
     bool ended() const { return ended_; }
+    // For whoever reads on by itself: what was received and not yet taken; the socket, which is then the caller's.
+    std::string take_heard() { return std::exchange(heard_, {}); }
+    int release() { return std::exchange(socket_, -1); }
 
 private:
     bool fill(Clock::time_point until);
