@@ -1,0 +1,47 @@
+// One client of the soak that controls: sends commands without waiting and keeps account of the answers.
+#pragma once
+
+#include <cstdint>
+#include <map>
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "protocol/gonio.pb.h"
+#include "tests/conformance/raw_peer.h"
+
+namespace gonio::soak {
+
+class Operator {
+public:
+    // Connects to a goniod on 127.0.0.1. Throws std::runtime_error where it does not become Ready.
+    explicit Operator(std::uint16_t port);
+
+    void send(const v1::Command& command);
+    // Reads what has come.
+    void listen();
+    // Waits for all answers. Result: false where one is missing after that time.
+    bool settle(std::chrono::milliseconds time);
+    // Asks and waits for the answer to this.
+    std::optional<v1::ServerMessage> ask(v1::ClientMessage message, std::chrono::milliseconds time);
+
+    std::uint32_t newest_rev() const { return newest_rev_; }  // that an answer has named
+    std::uint64_t answered() const { return answered_; }
+    const std::vector<std::string>& refusals() const { return refusals_; }
+    bool connected() const { return !peer_->ended(); }
+
+private:
+    void say(const v1::ClientMessage& message);
+    void take(const std::string& payload);
+
+    std::unique_ptr<conformance::RawPeer> peer_;
+    std::uint32_t next_id_ = 1, newest_rev_ = 0;
+    std::uint64_t answered_ = 0;
+    std::map<std::uint32_t, std::string> waiting_;  // request_id -> what was asked
+    std::vector<std::string> refusals_;
+    std::optional<v1::ServerMessage> reply_;
+    std::uint32_t reply_to_ = 0;
+};
+
+}  // namespace gonio::soak
