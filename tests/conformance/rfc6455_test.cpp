@@ -215,8 +215,8 @@ struct AllCases {
         FrontLimits limits;
         limits.clients = 1000;
         limits.connections = 1000;
-        limits.header = 1500ms;
-        limits.identify = 700ms;
+        limits.header = 2500ms;
+        limits.identify = 2500ms;  // a slow machine must manage to identify
         limits.ping = 1500ms;
         limits.dead = 3000ms;
         return limits;
