@@ -286,14 +286,18 @@ void map_control(Scene& scene, const v1::MapControl& set) {
     scene.surfaces_rev = scene.scene_rev + 1;
 }
 
-void save_preset(Scene& scene, const std::string& given) {
+void save_preset(Scene& scene, const std::string& given, const Loaded& loaded) {
     const std::string name = checked_name(given, "save_preset.name");
     if (!scene.presets.contains(name) && scene.presets.size() >= kMaxPresets)
         refuse("too_many_presets", "save_preset.name", name,
                "a scene keeps at most " + std::to_string(kMaxPresets) + " presets");
+    scene.presets_rev = scene.scene_rev + 1;
+    if (loaded.preset) {  // read from a file: the lights do not show it
+        scene.presets[name] = loaded.preset;
+        return;
+    }
     scene.presets[name] = std::make_shared<const Preset>(preset_of(scene));
     scene.recalled = name;
-    scene.presets_rev = scene.scene_rev + 1;
 }
 
 void remove_preset(Scene& scene, const std::string& name) {
@@ -340,6 +344,13 @@ void load_scene(Scene& scene, const Loaded& loaded) {
     fresh.samples = scene.samples;
     fresh.width_px = scene.width_px;
     fresh.height_px = scene.height_px;
+    // A preset serves as long as there is a light that it knows: files are written anew and loaded again.
+    for (const auto& [name, preset] : scene.presets) {
+        const bool knows_one = std::any_of(preset->begin(), preset->end(), [&](const PresetLight& kept) {
+            return find_light(fresh, kept.name) != nullptr;
+        });
+        if (knows_one) fresh.presets.emplace(name, preset);
+    }
     scene = std::move(fresh);
 }
 
@@ -374,7 +385,7 @@ void dispatch(Scene& scene, const v1::Command& command, const Loaded& loaded) {
         case v1::Command::kSetPatch:
             return set_patch(scene, command.set_patch());
         case v1::Command::kSavePreset:
-            return save_preset(scene, command.save_preset().name());
+            return save_preset(scene, command.save_preset().name(), loaded);
         case v1::Command::kRecallPreset:
             return recall_preset(scene, command.recall_preset());
         case v1::Command::kRemovePreset:

@@ -17,6 +17,7 @@ namespace gonio {
 struct Loaded {
     std::shared_ptr<const SceneAsset> asset;  // of load_scene
     std::shared_ptr<const Profile> profile;   // of set_light or add_light
+    std::shared_ptr<const Preset> preset;     // of save_preset: this one instead of the lights as they are
 };
 
 struct Applied {
@@ -25,8 +26,8 @@ struct Applied {
 };
 
 // Render thread. Errors: "invalid_argument" (out of range, not finite, not three numbers), "not_found" (light, group),
-// "already_exists", "too_many_lights", "too_many_groups", "too_many_presets", "conflict" (aim beside pan/tilt/roll), "unsupported"; `where`
-// is the field ("set_light.position_m"), `value` what it held.
+// "already_exists", "too_many_lights", "too_many_groups", "too_many_presets", "conflict" (aim beside pan/tilt/roll),
+// "unsupported"; `where` is the field ("set_light.position_m"), `value` what it held.
 Result<Applied> apply(Scene& scene, const v1::Command& command, const Loaded& loaded);
 
 // Render thread. Carries out what consoles say in one frame: set_light of lights (not of groups, and without profile),

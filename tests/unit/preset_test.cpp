@@ -85,7 +85,7 @@ TEST_F(Presets, ARecallBringsBackTheLookAndCostsOnlyWhatDiffers) {
     EXPECT_EQ(light().world_from_light, before.world_from_light) << "to the last bit";
 }
 
-TEST_F(Presets, AreToldAndForgottenWithTheScene) {
+TEST_F(Presets, AreToldAndStayWhereTheSceneKnowsTheirLights) {
     save("b");
     save("a");
     const v1::State state = full_state(scene);
@@ -106,6 +106,11 @@ TEST_F(Presets, AreToldAndForgottenWithTheScene) {
     command.mutable_load_scene()->set_file("cornell");
     Loaded loaded;
     loaded.asset = scene.asset;
+    ASSERT_TRUE(apply(scene, command, loaded));
+    EXPECT_EQ(scene.presets.size(), kMaxPresets) << "the same file once more";
+    auto other = std::make_shared<SceneAsset>(*scene.asset);
+    other->lights[0].name = "another";
+    loaded.asset = other;
     ASSERT_TRUE(apply(scene, command, loaded));
     EXPECT_TRUE(scene.presets.empty());
 }
