@@ -276,10 +276,30 @@ Result<std::vector<std::string>> parse_words(Words words, std::span<const WordOp
     return positional;
 }
 
+// --base-rev goes with every command. Result: whether it was there; then it is in the command and not in the words.
+static Result<bool> take_base_rev(std::vector<std::string>& words, v1::Command& command) {
+    constexpr std::string_view name = "--base-rev";
+    const auto end = std::find(words.begin(), words.end(), "--");
+    const auto at = std::find_if(words.begin(), end, [&](const std::string& word) {
+        return word == name || word.starts_with(std::string(name) + "=");
+    });
+    if (at == end) return false;
+    const bool joined = at->size() > name.size();
+    const std::string text = joined ? at->substr(name.size() + 1) : at + 1 != words.end() ? *(at + 1) : "";
+    const auto rev = parse_count(text);
+    if (!rev) return usage(std::string(name), text, "The option needs the number of a revision.");
+    command.set_base_rev(*rev);
+    words.erase(at, at + (joined ? 1 : 2));
+    return true;
+}
+
 Result<v1::Command> command_from_words(Words words) {
     if (words.empty()) return usage("", "", "There is no command.");
     v1::Command command;
-    if (const auto read = read_command(words, command); !read) return read.error();
+    std::vector<std::string> rest(words.begin(), words.end());
+    const auto based = take_base_rev(rest, command);
+    if (!based) return based.error();
+    if (const auto read = read_command(*based ? Words(rest) : words, command); !read) return read.error();
     return command;
 }
 

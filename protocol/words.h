@@ -30,7 +30,7 @@ Result<std::vector<std::string>> parse_words(std::span<const std::string> words,
                                              std::size_t min_positional, std::size_t max_positional);
 
 // words: e.g. {"set", "light", "key", "--level", "0.5"}; where the first word is none of load, set, add, remove, group
-// and preset, "set" is understood. Errors: "usage".
+// and preset, "set" is understood; --base-rev N goes with each. Errors: "usage".
 Result<v1::Command> command_from_words(std::span<const std::string> words);
 
 // words: those after "meter": --point and --normal are needed, whether the others fit is the server's business.

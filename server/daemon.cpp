@@ -1,12 +1,9 @@
 #include "server/daemon.h"
 
-#include <poll.h>
-#include <sys/signalfd.h>
-#include <unistd.h>
-#include <csignal>
+#include <atomic>
 #include <cstdio>
 #include <fstream>
-#include <mutex>
+#include <set>
 #include <stdexcept>
 #include <thread>
 
@@ -14,16 +11,16 @@
 #include <spdlog/spdlog.h>
 
 #include "client/web/page.h"
-#include "protocol/patch_toml.h"
-#include "protocol/surface_toml.h"
-#include "server/assets/assets.h"
 #include "server/consoles.h"
+#include "server/gpu.h"
 #include "server/net/front.h"
 #include "server/null_renderer.h"
 #include "server/oneshot.h"
 #include "server/render/renderer.h"
-#include "server/scene/state.h"
+#include "server/signals.h"
 #include "server/stage.h"
+#include "server/start.h"
+#include "server/state_file.h"
 #include "server/stream/encode_thread.h"
 #include "server/surface_hands.h"
 
@@ -45,149 +42,82 @@ bool is_loopback(const std::string& host) {
     return host == "localhost" || host == "::1" || host.rfind("127.", 0) == 0;
 }
 
-// Turns SIGINT and SIGTERM into a closed queue. Signals are blocked in all threads before any is started.
-class Signals {
-public:
-    explicit Signals(std::function<void()> stop) {
-        sigset_t set;
-        sigemptyset(&set);
-        sigaddset(&set, SIGINT);
-        sigaddset(&set, SIGTERM);
-        fd_ = signalfd(-1, &set, SFD_CLOEXEC);
-        thread_ = std::thread([this, stop = std::move(stop)] {
-            while (!done_.load()) {
-                pollfd ready{fd_, POLLIN, 0};
-                if (poll(&ready, 1, 100) > 0) return stop();
-            }
-        });
-    }
-    ~Signals() {
-        done_ = true;
-        thread_.join();
-        close(fd_);
-    }
-    static void block() {
-        sigset_t set;
-        sigemptyset(&set);
-        sigaddset(&set, SIGINT);
-        sigaddset(&set, SIGTERM);
-        pthread_sigmask(SIG_BLOCK, &set, nullptr);
-        std::signal(SIGPIPE, SIG_IGN);
-    }
-
-private:
-    int fd_ = -1;
-    std::atomic<bool> done_{false};
-    std::thread thread_;
-};
-
 Renderer::Gather gather_of(const Options& options) {
     return options.gather == "gl"     ? Renderer::Gather::gl
            : options.gather == "simd" ? Renderer::Gather::simd
                                       : Renderer::Gather::automatic;
 }
 
-std::string read_text(const std::string& path, std::size_t most_bytes, const char* what) {
-    std::ifstream file(path, std::ios::binary);
-    std::string text(most_bytes + 1, '\0');
-    file.read(text.data(), static_cast<std::streamsize>(text.size()));
-    text.resize(static_cast<std::size_t>(file.gcount()));
-    if (!file.is_open() || file.bad())
-        throw std::invalid_argument("cannot read the " + std::string(what) + " '" + path + "'");
-    return text;
+// Result: what makes the context and its renderer, at the start and after a loss.
+std::function<Gpu::Made()> gpu_maker(const Options& options) {
+    return [options] {
+        Gpu::Made made;
+        if (options.renderer == "null") {
+            made.renderer = std::make_unique<NullRenderer>();
+            return made;
+        }
+        made.context = gl::Context::create({options.device, options.gl_debug});
+        made.renderer = std::make_unique<Renderer>(*made.context, gather_of(options));
+        return made;
+    };
 }
 
-void apply_file(Scene& scene, const v1::Command& command, const std::string& path) {
-    const auto applied = apply(scene, command, {});
-    if (!applied) throw std::invalid_argument(path + ": " + applied.error().text());
-    for (const std::string& warning : applied->warnings) spdlog::warn("{}: {}", path, warning);
-}
-
-void patch_scene(Scene& scene, const std::string& path) {
-    auto patch = read_patch_toml(read_text(path, kMaxPatchFileBytes, "patch"));
-    if (!patch) throw std::invalid_argument(path + ": " + patch.error().text());
-    v1::Command command;
-    *command.mutable_set_patch() = std::move(*patch);
-    apply_file(scene, command, path);
-}
-
-void map_surfaces(Scene& scene, const std::string& path) {
-    auto map = read_surfaces_toml(read_text(path, kMaxSurfaceFileBytes, "map"));
-    if (!map) throw std::invalid_argument(path + ": " + map.error().text());
-    v1::Command command;
-    *command.mutable_set_surfaces() = std::move(*map);
-    apply_file(scene, command, path);
-}
-
-SurfaceOptions surface_options(const Options& options) {
-    SurfaceOptions surfaces;
-    surfaces.on = options.surfaces;
-    surfaces.midi = options.midi == "usb"    ? SurfaceOptions::Midi::usb
-                    : options.midi == "alsa" ? SurfaceOptions::Midi::alsa
-                                             : SurfaceOptions::Midi::automatic;
-    for (const std::string& box : options.boxes) {  // VVVV:PPPP or VVVV:PPPP=PROFILE
-        const std::string id = box.substr(0, box.find('='));
-        surfaces.boxes.push_back(id);
-        if (id.size() < box.size()) surfaces.profiles[id] = box.substr(id.size() + 1);
-    }
-    if (options.surface_replay.empty()) return surfaces;
-    auto replay = read_replay(read_text(options.surface_replay, std::size_t{64} << 20, "replay"));
-    if (!replay) throw std::invalid_argument(options.surface_replay + ": " + replay.error().text());
-    surfaces.replay = std::move(*replay);
-    return surfaces;
-}
-
-Scene first_scene(const Options& options) {
-    auto asset = load_scene(options.scene);
-    if (!asset) throw std::invalid_argument("cannot load the scene '" + options.scene + "': " + asset.error().text());
-    for (const std::string& warning : (*asset)->warnings) spdlog::warn("{}: {}", options.scene, warning);
-    Scene scene = scene_of(*asset);
-    v1::Command size, technique;
-    size.mutable_set_size()->set_width_px(static_cast<std::uint32_t>(std::max(options.width_px, 0)));
-    size.mutable_set_size()->set_height_px(static_cast<std::uint32_t>(std::max(options.height_px, 0)));
-    technique.mutable_set_technique()->set_technique(options.technique);
-    if (options.samples) technique.mutable_set_technique()->set_samples(*options.samples);
-    for (const v1::Command& command : {size, technique}) {
-        const auto applied = apply(scene, command, {});
-        if (!applied) throw std::invalid_argument(applied.error().text());
-    }
-    if (!options.patch_file.empty()) patch_scene(scene, options.patch_file);
-    if (!options.surface_map.empty()) map_surfaces(scene, options.surface_map);
-    return scene;
-}
+constexpr std::uint32_t kReconnectAfterMs = 1000;  // a service is started again by then
 
 }  // namespace
 
 int run_daemon(const Options& options) {
-    Signals::block();
+    const bool serves = options.oneshot.empty();
+    if (serves) Signals::block();
     spdlog::set_default_logger(spdlog::stderr_logger_mt("goniod"));
     const std::string token = read_token(options.token_file);
     if (!is_loopback(options.host) && token.empty()) {
         throw std::runtime_error("listening on " + options.host +
                                  " needs --token-file: only loopback addresses may go without");
     }
+    Queue<Work> queue(kMaxWork);
+    Latest<std::set<SessionId>> left;  // sessions whose end found the queue full
+    std::atomic<std::shared_ptr<Front>> front_to_stop;
+    std::atomic<std::shared_ptr<StateFile>> state_to_save;
+    // Declared first, it ends last: it bounds the time that the others take.
+    std::optional<Signals> signals;
+    if (serves)
+        signals.emplace(Signals::Actions{[&] {
+                                             if (const auto stopping = front_to_stop.load()) stopping->stop_accepting();
+                                             queue.close();
+                                         },
+                                         [&] {
+                                             if (const auto stopping = front_to_stop.load())
+                                                 stopping->stop(kReconnectAfterMs);
+                                         },
+                                         [&] {
+                                             if (const auto saving = state_to_save.load()) saving->close();
+                                         },
+                                         {}});
     std::optional<Scene> scene;
     SurfaceOptions boxes;
+    GpuFaults faults;
     try {
         scene = first_scene(options);
         boxes = surface_options(options);
+        for (const std::string& fault : options.inject) add_fault(faults, fault);
     } catch (const std::invalid_argument& error) {
         std::fprintf(stderr, "goniod: %s\n", error.what());
         return 2;
     }
-    const bool draws = options.renderer != "null";
-    const auto context = draws ? gl::Context::create({options.device, options.gl_debug}) : nullptr;
-    spdlog::info("{}", context ? context->description() : "no GL: grey pictures (--renderer null)");
-    const std::string renderer_name = context ? context->renderer() : "null";
-    if (!options.oneshot.empty()) {
-        if (!context) throw std::runtime_error("--oneshot needs --renderer gl");
+    if (!serves) {
+        if (options.renderer == "null") throw std::runtime_error("--oneshot needs --renderer gl");
+        const auto context = gl::Context::create({options.device, options.gl_debug});
+        spdlog::info("{}", context->description());
         Renderer renderer(*context, gather_of(options));
         return run_oneshot(renderer, std::move(*scene), options.oneshot, options.out);
     }
+    Gpu gpu(gpu_maker(options), faults);
+    spdlog::info("{}", gpu.context() ? gpu.context()->description() : "no GL: grey pictures (--renderer null)");
+    const std::string renderer_name = gpu.context() ? gpu.context()->renderer() : "null";
 
-    Queue<Work> queue(kMaxWork);
     Latest<Demand> demands;
-    std::unique_ptr<Front> front;
+    std::shared_ptr<Front> front;
     EncodeThread encoder({
         [&](EncodedFrame frame, bool final) { front->publish_h264(std::move(frame), final); },
         [&](EncodedFrame frame) { front->publish_jpeg(std::move(frame)); },
@@ -223,11 +153,26 @@ int run_daemon(const Options& options) {
                                      Work gone;
                                      gone.session = session;
                                      gone.closed = true;
-                                     queue.push(std::move(gone));  // a full queue: its work is merely done in vain
+                                     if (queue.push(std::move(gone))) return;
+                                     left.merge([&](std::set<SessionId>& sessions) { sessions.insert(session); });
+                                     queue.wake();
+                                 },
+                                 [&](SessionId session, v1::Identify identify) {
+                                     Work work;
+                                     work.session = session;
+                                     *work.message.mutable_identify() = std::move(identify);
+                                     return queue.push(std::move(work));
                                  },
                              });
     if (!started) throw std::runtime_error(started.error().text());
     front = std::move(*started);
+    // Before all else at the end: what the front speaks to goes after it.
+    struct Forgotten {
+        std::atomic<std::shared_ptr<Front>>& slot;
+        explicit Forgotten(std::atomic<std::shared_ptr<Front>>& kept) : slot(kept) {}
+        ~Forgotten() { slot.store({}); }
+    } forgotten(front_to_stop);
+    front_to_stop = front;
 
     std::unique_ptr<Inputs> inputs;
     if (options.inputs.any()) {
@@ -253,21 +198,21 @@ int run_daemon(const Options& options) {
     Picture newest;
     // Whether the encoder was given the newest picture for each kind of viewer.
     bool h264_sent = true, jpeg_sent = true;
-    std::unique_ptr<LiveRenderer> renderer;
-    if (context)
-        renderer = std::make_unique<Renderer>(*context, gather_of(options));
-    else
-        renderer = std::make_unique<NullRenderer>();
+    std::shared_ptr<StateFile> state_file;
+    if (!options.state_file.empty()) state_file = std::make_shared<StateFile>(options.state_file);
+    state_to_save = state_file;
     Stage stage(
-        std::move(renderer), std::move(*scene), renderer_name, queue, loader,
+        gpu.take_renderer(), std::move(*scene), renderer_name, queue, loader,
         {
             [&](std::uint32_t session, v1::ServerMessage message) { front->reply(session, std::move(message)); },
             [&](v1::State state, v1::StateChanged change) {
                 consoles.publish_state(state);
                 front->publish_state(std::move(state));
                 front->broadcast(std::move(change));
+                if (state_file) state_file->put(running->scene());
             },
             [&](Picture picture) {
+                gpu.picture_done();
                 hands.picture_out(picture.scene_rev, picture.rendered_ns);
                 newest = std::move(picture);
                 h264_sent = jpeg_sent = false;
@@ -277,6 +222,10 @@ int run_daemon(const Options& options) {
                 stats.set_frames_encoded(encoder.frames_encoded());
                 stats.set_packets_sent(front->packets_sent());
                 stats.set_clients(demand.clients);
+                if (state_file) {
+                    stats.set_state_saves(state_file->told().saves);
+                    stats.set_state_error(state_file->told().error);
+                }
                 return stats;
             },
             [&] { return consoles.sources(); },
@@ -285,12 +234,13 @@ int run_daemon(const Options& options) {
                 hands.learn(session, request_id, timeout_s);
             },
             [&](std::uint32_t session) { hands.forget_session(session); },
+            [&] { return gpu.lost(); },
         });
     if (options.keep_up) stage.set_budget(1e3 / options.target_fps);
     running = &stage;
-    front->publish_state(full_state(stage.scene()));
-    consoles.publish_state(full_state(stage.scene()));
-    Signals signals([&] { queue.close(); });
+    front->publish_state(stage.state());
+    consoles.publish_state(stage.state());
+    if (state_file) state_file->put(stage.scene());  // whether it can be written is known at the start
 
     // READY means: a first frame has been rendered and encoded, so that whoever connects sees a picture at once.
     stage.begin_frame(monotonic_ns());
@@ -330,7 +280,14 @@ int run_daemon(const Options& options) {
                  consoles.sleep_ns(now), due ? wait_ns : hands.sleep_ns(now),
                  std::max<std::int64_t>(stage.rest_in_ns(), 1'000'000)})));
         const std::int64_t drained_ns = monotonic_ns();
+        const auto sessions_left = left.try_take();  // before what they said is drained
         for (; work; work = queue.try_pop()) stage.take(std::move(*work));
+        for (const SessionId session : sessions_left.value_or(std::set<SessionId>())) {
+            Work gone;
+            gone.session = session;
+            gone.closed = true;
+            stage.take(std::move(gone));
+        }
         consoles.serve(stage, drained_ns);
         // Hands and fades move the scene right before a frame, so that it holds the newest; without one as often.
         const bool starts = due && wait_ns == 0;
@@ -350,6 +307,19 @@ int run_daemon(const Options& options) {
         }
         const bool more = stage.frame_wanted() && viewer;
         stage.finish_frames(!more && stage.frames_in_flight());
+        if (gpu.lost()) {
+            spdlog::warn("gpu: the GL context is lost; everything in it is made anew");
+            stage.drop_renderer();
+            auto renderer = gpu.rebuild([&] {
+                for (int i = 0; i < 20 && !queue.closed(); ++i)
+                    std::this_thread::sleep_for(std::chrono::milliseconds(50));
+                return !queue.closed();
+            });
+            if (!renderer) break;
+            stage.set_renderer(std::move(renderer));
+            demand.key = demand.h264;  // the next picture is whole for everybody
+            continue;
+        }
         // A viewer that joined or fell behind is served from the newest picture, as a key frame.
         const bool h264 = demand.key || (demand.h264 && !h264_sent), jpeg = demand.jpeg && !jpeg_sent;
         if (newest.nv12 && (h264 || jpeg) && encoder.idle()) {
@@ -360,8 +330,11 @@ int run_daemon(const Options& options) {
         }
         stage.continue_work();
         if (refining && stage.refinable() && !stage.busy()) stage.refine();  // what was drained may have changed it
-        if (context && context->lost()) throw std::runtime_error("the GPU lost the GL context");
     }
+    // What was taken in before the signal is carried out and answered; then clients are told.
+    while (auto work = queue.try_pop()) stage.take(std::move(*work));
+    front->stop(kReconnectAfterMs);
+    if (state_file) state_file->close();
     // What was declared last ends first: loader and encoder are joined while the front they speak to still stands.
     spdlog::info("stopping");
     return 0;

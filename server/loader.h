@@ -1,6 +1,7 @@
 // The worker that reads files off the render thread: scenes, photometry; and encodes captured pictures.
 #pragma once
 
+#include <atomic>
 #include <functional>
 #include <thread>
 
@@ -15,7 +16,8 @@ inline constexpr std::size_t kMaxLoaderJobs = 64;
 class Loader {
 public:
     Loader() : thread_([this] { work(); }) {}
-    ~Loader() {
+    ~Loader() {  // jobs that wait are not begun any more
+        ending_ = true;
         jobs_.close();
         thread_.join();
     }
@@ -23,8 +25,10 @@ public:
 
 private:
     void work() {
-        while (auto job = jobs_.pop()) (*job)();
+        while (auto job = jobs_.pop())
+            if (!ending_.load()) (*job)();
     }
+    std::atomic<bool> ending_{false};
     Queue<std::function<void()>> jobs_{kMaxLoaderJobs};
     std::thread thread_;
 };

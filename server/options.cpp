@@ -54,8 +54,16 @@ std::optional<Options> parse_options(int argc, char** argv, int& exit_code) {
     app.add_option("--surface-map", options.surface_map, "MAP.toml: what the controls of fader boxes drive");
     app.add_option("--surface-replay", options.surface_replay,
                    "FILE: a recorded box, beside those that are plugged in");
+    app.add_option("--state", options.state_file,
+                   "FILE: the show is saved there when it changes and restored at the start; default: none");
+    app.add_option("--inject", options.inject,
+                   "a fault, for tests: gl-loss-after=N, gl-loss-every=N, gl-rebuild-fails=N")
+        ->group("");
     try {
         app.parse(argc, argv);
+        options.scene_given = app.count("--scene") > 0;
+        options.size_given = app.count("--size") > 0;
+        options.technique_given = app.count("--technique") > 0;
         options.keep_up = app.count("--target-fps") > 0;
         options.surfaces = surfaces == "on";
         for (std::string& box : options.boxes) {

@@ -32,6 +32,9 @@ struct Options {
     std::vector<std::string> boxes;  // VVVV:PPPP or VVVV:PPPP=PROFILE
     std::string surface_map;         // TOML; empty: what the profiles of the boxes say
     std::string surface_replay;      // a recorded box; empty: none
+    std::string state_file;          // where the show is kept between two runs; empty: nowhere
+    bool scene_given = false, size_given = false, technique_given = false;  // else the saved show's
+    std::vector<std::string> inject;                                        // faults, for tests (server/gpu.h)
 };
 
 // Result: the options; nothing if the program is to end with `exit_code` (help was printed, or an argument is wrong).

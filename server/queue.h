@@ -121,6 +121,11 @@ public:
         ready_.wait(lock, [&] { return closed_ || value_.has_value(); });
         return std::exchange(value_, std::nullopt);
     }
+    // Waits until it is closed or the time is over. Result: whether it is closed.
+    bool closed_within(std::chrono::nanoseconds time) {
+        std::unique_lock lock(mutex_);
+        return ready_.wait_for(lock, time, [&] { return closed_; });
+    }
     void close() {
         {
             std::lock_guard lock(mutex_);

@@ -17,13 +17,6 @@ constexpr std::int64_t kSliceNs = 15'000'000;
 // Some ten seconds on two cores at 800 × 800 in a simple scene.
 constexpr int kRefineRounds = 10;
 
-v1::MeterReading read_meter(LiveRenderer& renderer, const Scene& scene, const trace::MeterPoint& point,
-                            Quality quality) {
-    return renderer.meter(
-        scene, point.position, point.normal,
-        quality == Quality::rsm ? LiveRenderer::MeterQuality::rsm : LiveRenderer::MeterQuality::interactive);
-}
-
 }  // namespace
 
 Stage::Stage(std::unique_ptr<LiveRenderer> renderer, Scene scene, std::string renderer_name, Queue<Work>& queue,
@@ -34,6 +27,7 @@ Stage::Stage(std::unique_ptr<LiveRenderer> renderer, Scene scene, std::string re
       queue_(queue),
       loader_(loader),
       out_(std::move(outputs)),
+      changes_(scene_.scene_rev),
       reference_({out_.reply, [&queue] { queue.wake(); }}) {
     renderer_->set_refinement(kRefineRounds);
 }
@@ -52,22 +46,68 @@ void Stage::refuse(const Work& work, const Error& error) {
     answer(work, std::move(message));
 }
 
+// Runs what needs the GPU. Result: whether it was there; what was made is void where it was lost meanwhile.
+template <typename Draw>
+bool Stage::draws(const Draw& draw) {
+    try {
+        draw();
+    } catch (const std::exception&) {  // a program that did not link, say
+        if (!out_.gpu_lost()) throw;
+        return false;
+    }
+    return !out_.gpu_lost();
+}
+
+void Stage::set_renderer(std::unique_ptr<LiveRenderer> renderer) {
+    renderer_ = std::move(renderer);
+    renderer_->set_refinement(kRefineRounds);
+    ++gpu_resets_;
+    rendered_rev_ = 0;
+    better_ = refined_ = false;
+    for (Capturing& capturing : captures_waiting_) {
+        const CaptureJob& job = *capturing.job;
+        capturing.job =
+            renderer_->begin_capture(job.scene, job.view, job.picture->width_px, job.picture->height_px, job.raw);
+    }
+}
+
+v1::State Stage::state() const {
+    v1::State state = full_state(scene_);
+    *state.mutable_control() = roles_.control();
+    return state;
+}
+
 void Stage::take(Work work) {
     if (work.closed) return forget_session(work.session);
     switch (work.message.message_case()) {
+        case v1::ClientMessage::kIdentify:
+            return roles_.identify(work.session, work.message.identify());
+        case v1::ClientMessage::kAcquireControl: {
+            const std::uint32_t before = roles_.holder();
+            auto refused = roles_.refuses_change(work.session, "acquire_control");
+            if (!refused) refused = roles_.acquire(work.session, work.message.acquire_control().take(), monotonic_ns());
+            return answer_control(work, refused, before);
+        }
+        case v1::ClientMessage::kReleaseControl: {
+            const std::uint32_t before = roles_.holder();
+            auto refused = roles_.refuses_change(work.session, "release_control");
+            if (!refused) refused = roles_.release(work.session);
+            return answer_control(work, refused, before);
+        }
         case v1::ClientMessage::kCommand:
+            if (const auto refused = roles_.refuses_change(work.session, "command")) return refuse(work, *refused);
             if (!work.read && needs_files(work.message.command())) return (void)send_to_loader(std::move(work));
             if (work.failure) return refuse(work, *work.failure);
             return apply_command(work);
         case v1::ClientMessage::kGetState: {
             v1::ServerMessage message;
-            *message.mutable_state() = full_state(scene_);
+            *message.mutable_state() = state();
             return answer(work, std::move(message));
         }
         case v1::ClientMessage::kMeter:
-            return answer_meter(work);
         case v1::ClientMessage::kCapture:
-            return answer_capture(work);
+            if (!renderer_) return refuse(work, {"unavailable", "", "", "the GPU was lost"});
+            return work.message.has_meter() ? answer_meter(work) : answer_capture(work);
         case v1::ClientMessage::kReport:
             return answer_report(work);
         case v1::ClientMessage::kStats:
@@ -90,6 +130,7 @@ void Stage::take(Work work) {
             return answer(work, std::move(message));
         }
         case v1::ClientMessage::kLearn: {
+            if (const auto refused = roles_.refuses_change(work.session, "learn")) return refuse(work, *refused);
             const double timeout_s = work.message.learn().timeout_s();
             if (timeout_s != 0 && !(timeout_s >= 0.1 && timeout_s <= 600))
                 return refuse(work, {"invalid_argument", "learn.timeout_s", print_number(timeout_s),
@@ -118,22 +159,69 @@ bool Stage::send_to_loader(Work work) {
     return accepted;
 }
 
+std::optional<Error> Stage::refuses(const Work& work) {
+    const v1::Command& command = work.message.command();
+    if (command.has_base_rev())
+        if (auto conflict = changes_.conflict(scene_, command, command.base_rev(), work.session)) return conflict;
+    if (command.has_set_camera()) return roles_.refuses_camera(work.session, monotonic_ns());
+    return std::nullopt;
+}
+
+void Stage::answer_control(const Work& work, const std::optional<Error>& refused, std::uint32_t holder_before) {
+    if (refused) {
+        refuse(work, *refused);
+    } else {
+        v1::ServerMessage message;
+        message.mutable_result()->set_code("ok");
+        message.mutable_result()->set_scene_rev(scene_.scene_rev);
+        answer(work, std::move(message));
+    }
+    if (roles_.holder() != holder_before) tell_control(work.session);
+}
+
+void Stage::tell_control(std::uint32_t by) {
+    v1::StateChanged change;
+    change.set_scene_rev(scene_.scene_rev);
+    change.mutable_state()->set_scene_rev(scene_.scene_rev);
+    *change.mutable_state()->mutable_control() = roles_.control();
+    change.set_by(by);
+    out_.state(state(), std::move(change));
+}
+
 void Stage::apply_command(const Work& work) {
+    if (const auto refused = refuses(work)) return refuse(work, *refused);
     const Scene before = scene_;
     Result<Applied> applied = apply(scene_, work.message.command(), work.loaded);
     if (!applied) return refuse(work, applied.error());
+    changes_.note(scene_, before.scene_rev, work.message.command(), work.session);
     v1::ServerMessage message;
     v1::Result& result = *message.mutable_result();
     result.set_code("ok");
     result.set_scene_rev(applied->scene_rev);
     for (std::string& warning : applied->warnings) result.add_warnings(std::move(warning));
     answer(work, std::move(message));
-    begin_fade(work.message.command());
-    if (scene_.scene_rev != before.scene_rev) out_.state(full_state(scene_), state_change(before, scene_));
+    begin_fade(work.message.command(), work.session);
+    if (scene_.scene_rev == before.scene_rev) return;
+    v1::StateChanged change = state_change(before, scene_);
+    change.set_by(work.session);
+    out_.state(state(), std::move(change));
 }
 
-std::vector<std::optional<Error>> Stage::apply_inputs(std::span<const v1::Command> commands) {
-    std::vector<std::optional<Error>> refused = gonio::apply_inputs(scene_, commands);
+std::vector<std::optional<Error>> Stage::apply_inputs(std::span<const v1::Command> commands, std::uint32_t by) {
+    const Revision before = scene_.scene_rev;
+    std::vector<v1::Command> without_camera;
+    if (roles_.holder() != 0) {
+        without_camera.assign(commands.begin(), commands.end());
+        for (v1::Command& command : without_camera)
+            if (command.has_set_camera()) command.Clear();
+    }
+    std::vector<std::optional<Error>> refused =
+        gonio::apply_inputs(scene_, without_camera.empty() ? commands : std::span<const v1::Command>(without_camera));
+    for (std::size_t i = 0; i < commands.size(); ++i) {
+        if (commands[i].has_set_camera() && !without_camera.empty())
+            refused[i] = roles_.refuses_camera(by, monotonic_ns());
+        changes_.note(scene_, before, commands[i], by);
+    }
     refused_ += static_cast<std::uint32_t>(
         std::count_if(refused.begin(), refused.end(), [](const auto& one) { return one.has_value(); }));
     for (std::size_t i = 0; i < commands.size(); ++i) {
@@ -144,14 +232,15 @@ std::vector<std::optional<Error>> Stage::apply_inputs(std::span<const v1::Comman
             refused[i] = Error{"busy", "", "", "too many files are waiting to be read"};
     }
     for (std::size_t i = 0; i < commands.size(); ++i) {
-        if (!refused[i]) begin_fade(commands[i]);
+        if (!refused[i]) begin_fade(commands[i], by);
     }
     return refused;
 }
 
 // A recall without a fade ends one that runs.
-void Stage::begin_fade(const v1::Command& command) {
+void Stage::begin_fade(const v1::Command& command, std::uint32_t by) {
     if (!command.has_recall_preset()) return;
+    fade_by_ = by;
     const v1::RecallPreset& recall = command.recall_preset();
     fade_ =
         recall.fade_s() > 0 ? Fade(scene_, *scene_.presets.at(recall.name()), recall.fade_s(), monotonic_ns()) : Fade();
@@ -160,12 +249,26 @@ void Stage::begin_fade(const v1::Command& command) {
 void Stage::advance_fade(std::int64_t now_ns) {
     if (!fade_.running()) return;
     const Revision before = scene_.scene_rev;
-    apply_inputs(fade_.step(scene_, now_ns));
-    tell_inputs(before);
+    apply_inputs(fade_.step(scene_, now_ns), fade_by_);
+    tell_inputs(before, fade_by_);
 }
 
-void Stage::tell_inputs(Revision before) {
-    if (scene_.scene_rev != before) out_.state(full_state(scene_), state_change(before, scene_));
+void Stage::tell_inputs(Revision before, std::uint32_t by) {
+    if (scene_.scene_rev == before) return;
+    v1::StateChanged change = state_change(before, scene_);
+    change.set_by(by);
+    out_.state(state(), std::move(change));
+}
+
+// Result: nothing where the GPU was lost.
+std::optional<v1::MeterReading> Stage::read_meter(const Scene& scene, const trace::MeterPoint& point, Quality quality) {
+    std::optional<v1::MeterReading> reading;
+    const bool there = draws([&] {
+        reading = renderer_->meter(
+            scene, point.position, point.normal,
+            quality == Quality::rsm ? LiveRenderer::MeterQuality::rsm : LiveRenderer::MeterQuality::interactive);
+    });
+    return there ? reading : std::nullopt;
 }
 
 void Stage::answer_meter(const Work& work) {
@@ -180,7 +283,9 @@ void Stage::answer_meter(const Work& work) {
         grids_waiting_.push_back({work, scene_, std::move(*request), {}});
         return;
     }
-    answer(work, meter_message({read_meter(*renderer_, scene_, request->points.front(), request->quality)}, false));
+    const auto reading = read_meter(scene_, request->points.front(), request->quality);
+    if (!reading) return refuse(work, {"unavailable", "", "", "the GPU was lost meanwhile; try again"});
+    answer(work, meter_message({*reading}, false));
 }
 
 void Stage::answer_capture(const Work& work) {
@@ -202,6 +307,7 @@ void Stage::submit_reference(ReferenceJob job, const Work& work) {
 }
 
 void Stage::continue_work() {
+    if (roles_.expire(monotonic_ns())) tell_control(0);
     continue_grid();
     continue_capture();
     reference_.tick();
@@ -214,14 +320,19 @@ void Stage::continue_grid() {
     while (grid.readings.size() < grid.request.points.size()) {
         if (monotonic_ns() - started_ns > kSliceNs) return;
         const trace::MeterPoint& point = grid.request.points[grid.readings.size()];
-        grid.readings.push_back(read_meter(*renderer_, grid.scene, point, grid.request.quality));
+        auto reading = read_meter(grid.scene, point, grid.request.quality);
+        if (!reading) return;  // goes on with the next renderer
+        grid.readings.push_back(std::move(*reading));
     }
     answer(grid.work, meter_message(std::move(grid.readings), true));
     grids_waiting_.pop_front();
 }
 
 void Stage::continue_capture() {
-    if (captures_waiting_.empty() || !renderer_->continue_capture(*captures_waiting_.front().job)) return;
+    if (captures_waiting_.empty()) return;
+    bool complete = false;
+    const bool there = draws([&] { complete = renderer_->continue_capture(*captures_waiting_.front().job); });
+    if (!there || !complete) return;  // without the GPU it begins anew with the next renderer
     Capturing done = std::move(captures_waiting_.front());
     captures_waiting_.pop_front();
     ++captures_;
@@ -254,6 +365,7 @@ void Stage::forget_session(std::uint32_t session) {
     std::erase_if(waiting_, [&](const Waiting& waiting) { return waiting.session == session; });
     reference_.forget_session(session);
     out_.gone(session);
+    if (roles_.forget(session)) tell_control(session);
 }
 
 void Stage::answer_report(const Work& work) {
@@ -314,20 +426,23 @@ void Stage::answer_stats(const Work& work) {
     stats.set_scene_rev(scene_.scene_rev);
     stats.set_settled(!frame_wanted() && !frames_in_flight() && !refinable() && !(watched_ && budget_.chosen() != 0));
     stats.set_renderer(renderer_name_);
+    stats.set_gpu_resets(gpu_resets_);
     reference_.add_counters(stats);
     answer(work, std::move(message));
 }
 
 void Stage::begin_frame(std::int64_t drained_ns) {
-    if (renderer_->frames_in_flight() >= kMaxFramesInFlight) publish(*renderer_->finish_frame(true));
-    // A frame that lights nothing anew keeps the picture's size, and with it what the picture is made of.
-    const std::int64_t now_ns = monotonic_ns();
-    if (lights_anew() || owes()) renderer_->set_effort(budget_.choose(now_ns));
-    renderer_->begin_frame(scene_, drained_ns);
-    if (rendered_rev_ != scene_.scene_rev) changed_ns_ = now_ns;
-    rendered_rev_ = scene_.scene_rev;
-    better_ = false;
-    refined_ = renderer_->refined(scene_);
+    draws([&] {
+        if (renderer_->frames_in_flight() >= kMaxFramesInFlight) publish(*renderer_->finish_frame(true));
+        // A frame that lights nothing anew keeps the picture's size, and with it what the picture is made of.
+        const std::int64_t now_ns = monotonic_ns();
+        if (lights_anew() || owes()) renderer_->set_effort(budget_.choose(now_ns));
+        renderer_->begin_frame(scene_, drained_ns);
+        if (rendered_rev_ != scene_.scene_rev) changed_ns_ = now_ns;
+        rendered_rev_ = scene_.scene_rev;
+        better_ = false;
+        refined_ = renderer_->refined(scene_);
+    });
 }
 
 bool Stage::lights_anew() const {
@@ -344,14 +459,17 @@ std::int64_t Stage::rest_in_ns() const {
 }
 
 void Stage::refine() {
-    better_ = renderer_->refine(scene_, [this] { return queue_.ready(); });
+    draws([&] { better_ = renderer_->refine(scene_, [this] { return queue_.ready(); }); });
 }
 
 void Stage::finish_frames(bool wait) {
-    while (auto frame = renderer_->finish_frame(wait)) publish(std::move(*frame));
+    draws([&] {
+        while (auto frame = renderer_->finish_frame(wait)) publish(std::move(*frame));
+    });
 }
 
 void Stage::publish(FinishedFrame frame) {
+    if (out_.gpu_lost()) return;
     const auto& passes = frame.report.passes();
     const bool heavy = std::any_of(passes.begin(), passes.end(), [](const v1::PassReport& row) {
         return row.state() == "ran" && (row.name() == "gather" || row.name() == "direct");

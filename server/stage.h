@@ -13,11 +13,13 @@
 
 #include "protocol/gonio.pb.h"
 #include "server/budget.h"
+#include "server/changes.h"
 #include "server/loader.h"
 #include "server/query.h"
 #include "server/queue.h"
 #include "server/reference_work.h"
 #include "server/render/live_renderer.h"
+#include "server/roles.h"
 #include "server/scene/apply.h"
 #include "server/scene/preset.h"
 #include "server/stream/encoder.h"
@@ -51,6 +53,8 @@ struct StageOutputs {
     // Answers the session when a control has moved; `gone` ends what the session waits for.
     std::function<void(std::uint32_t session, std::uint32_t request_id, double timeout_s)> learn;
     std::function<void(std::uint32_t session)> gone;
+    // Whether the GPU is lost: what the renderer gives since is void.
+    std::function<bool()> gpu_lost = [] { return false; };
 };
 
 class Stage {
@@ -61,9 +65,10 @@ public:
     // Takes one message: answers it, applies it, or sends it to the loader first.
     void take(Work work);
     // Applies what consoles say. Result: of each command why not, as gonio::apply_inputs(); "busy" where its files
-    // cannot be read now. Clients are told of the changes after a revision by tell_inputs(), once a frame.
-    std::vector<std::optional<Error>> apply_inputs(std::span<const v1::Command> commands);
-    void tell_inputs(Revision before);
+    // cannot be read now, "held" for the camera while a client holds it. Clients are told of the changes after a
+    // revision by tell_inputs(), once a frame. by: whose commands they are; 0: of a console or a fader box.
+    std::vector<std::optional<Error>> apply_inputs(std::span<const v1::Command> commands, std::uint32_t by = 0);
+    void tell_inputs(Revision before, std::uint32_t by = 0);
     // Brings a preset that is being faded to where it shall be now. fading(): it wants to be called with every frame.
     bool fading() const { return fade_.running(); }
     void advance_fade(std::int64_t now_ns);
@@ -72,6 +77,10 @@ public:
         return rendered_rev_ != scene_.scene_rev || better_ || !renderer_->settled() || owes();
     }
     bool report_wanted() const { return !waiting_.empty(); }
+    // The GPU is lost: gives the renderer up, and the frames that it was at. With the next one captures and meter grids
+    // begin anew, and a picture is due.
+    void drop_renderer() { renderer_.reset(); }
+    void set_renderer(std::unique_ptr<LiveRenderer> renderer);
     // Starts a frame of the scene as it stands now. With kMaxFramesInFlight on the GPU it first waits for the oldest.
     void begin_frame(std::int64_t drained_ns);
     // Publishes frames that have left the GPU; `wait` blocks for all of them.
@@ -98,6 +107,8 @@ public:
     // Does some tens of milliseconds of that, less if a message comes.
     void refine();
     const Scene& scene() const { return scene_; }
+    // Result: all that clients know of the scene and of who holds the camera.
+    v1::State state() const;
 
 private:
     struct Waiting {
@@ -120,7 +131,13 @@ private:
     void forget_session(std::uint32_t session);
     void publish(FinishedFrame frame);
     void apply_command(const Work& work);
-    void begin_fade(const v1::Command& command);
+    std::optional<Error> refuses(const Work& work);
+    void answer_control(const Work& work, const std::optional<Error>& refused, std::uint32_t holder_before);
+    void tell_control(std::uint32_t by);
+    void begin_fade(const v1::Command& command, std::uint32_t by);
+    template <typename Draw>
+    bool draws(const Draw& draw);
+    std::optional<v1::MeterReading> read_meter(const Scene& scene, const trace::MeterPoint& point, Quality quality);
     bool send_to_loader(Work work);  // result: false where too much waits; then the client has been told
     void answer_meter(const Work& work);
     void answer_capture(const Work& work);
@@ -137,17 +154,20 @@ private:
     Queue<Work>& queue_;
     Loader& loader_;
     StageOutputs out_;
+    Roles roles_;
+    Changes changes_;
     Revision rendered_rev_ = 0;
     Budget budget_;
     std::int64_t changed_ns_ = INT64_MIN / 2;                  // when a frame of a new revision began
     bool watched_ = false, better_ = false, refined_ = false;  // better_: another frame shows more than the last
     Fade fade_;
+    std::uint32_t fade_by_ = 0;  // whose recall it is
     std::deque<v1::FrameReport> reports_;
     std::vector<Waiting> waiting_;
     std::deque<Capturing> captures_waiting_;
     std::deque<Metering> grids_waiting_;
     ReferenceWork reference_;
-    std::uint32_t frames_rendered_ = 0, captures_ = 0, refused_ = 0;
+    std::uint32_t frames_rendered_ = 0, captures_ = 0, refused_ = 0, gpu_resets_ = 0;
 };
 
 }  // namespace gonio

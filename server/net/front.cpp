@@ -96,6 +96,16 @@ public:
             hub_.update_demand();
         });
     }
+    void stop_accepting() override {
+        asio::post(context_, [this] { close_acceptor(); });
+    }
+    void stop(std::uint32_t reconnect_after_ms) override {
+        asio::post(context_, [this, reconnect_after_ms] {
+            if (hub_.stopping) return;
+            hub_.reconnect_after_ms = reconnect_after_ms;
+            shut_down();
+        });
+    }
 
 private:
     void run() {
@@ -125,11 +135,14 @@ private:
             start_http_session(hub_, std::move(socket));
         });
     }
-    void shut_down() {
-        hub_.stopping = true;
+    void close_acceptor() {
         error_code ignored;
         acceptor_.close(ignored);
         retry_.cancel();
+    }
+    void shut_down() {
+        if (std::exchange(hub_.stopping, true)) return;
+        close_acceptor();
         hub_.for_each([](Peer& peer) { peer.on_shutdown(); });
         retry_.expires_after(kFarewell);
         retry_.async_wait([this](error_code) { context_.stop(); });

@@ -63,6 +63,9 @@ public:
         std::function<bool(SessionId, v1::ClientMessage)> request;
         std::function<void(Demand)> demand;
         std::function<void(SessionId)> closed;  // the session has gone: nobody waits for its replies
+        // A WebSocket client has shown itself (no token any more). Result: false when the render queue is full; the
+        // client is then closed.
+        std::function<bool(SessionId, v1::Identify)> identified;
     };
 
     // Binds and starts the thread. Errors: "listen_failed" with the address.
@@ -79,6 +82,10 @@ public:
     virtual void publish_video_config(v1::VideoConfig config) = 0;
     virtual void publish_h264(EncodedFrame frame, bool final) = 0;
     virtual void publish_jpeg(EncodedFrame frame) = 0;
+    // Any thread. From now on nobody new is let in.
+    virtual void stop_accepting() = 0;
+    // Any thread. Says goodbye behind all answers given so far and closes all connections, within half a second.
+    virtual void stop(std::uint32_t reconnect_after_ms) = 0;
 };
 
 }  // namespace gonio

@@ -40,6 +40,11 @@ bool Hub::request(SessionId id, v1::ClientMessage message) {
     return !stopping && callbacks.request && callbacks.request(id, std::move(message));
 }
 
+bool Hub::identified(SessionId id, v1::Identify identify) {
+    identify.clear_token();
+    return !stopping && (!callbacks.identified || callbacks.identified(id, std::move(identify)));
+}
+
 bool equal_in_constant_time(std::string_view given, std::string_view secret) {
     volatile unsigned difference = given.size() == secret.size() ? 0 : 1;
     for (std::size_t i = 0; i < given.size(); ++i) {

@@ -49,6 +49,7 @@ struct Hub {
     std::shared_ptr<const EncodedFrame> last_jpeg;  // kept while an MJPEG client is there
     std::atomic<std::uint32_t> packets_sent = 0;
     bool stopping = false;
+    std::uint32_t reconnect_after_ms = 0;  // of the Goodbye
 
     // Result: the id of a new client; 0 at the limit of clients.
     SessionId add(const std::shared_ptr<Peer>& peer);
@@ -58,6 +59,7 @@ struct Hub {
     void update_demand();
     // Result: false where the render queue is full.
     bool request(SessionId id, v1::ClientMessage message);
+    bool identified(SessionId id, v1::Identify identify);
     // Calls `call(peer)` for each peer; one may end or be added meanwhile.
     template <typename Call>
     void for_each(const Call& call) {

@@ -74,7 +74,9 @@ public:
     }
     void on_state_changed(const SharedMessage& message) override {
         const std::uint32_t rev = message.message().state_changed().scene_rev();
-        if (!ready_ || !wants_state_ || rev <= whole_state_rev_) return;
+        // Who holds the camera is told without a new revision.
+        if (!message.message().state_changed().state().has_control() && rev <= whole_state_rev_) return;
+        if (!ready_ || !wants_state_) return;
         push(message.bytes(encoding_), Kind::state_changed, rev);
     }
     void on_video_config(const SharedMessage& message) override {
@@ -103,6 +105,7 @@ public:
     void on_shutdown() override {
         v1::ServerMessage message;
         message.mutable_goodbye()->set_reason("The server stops.");
+        message.mutable_goodbye()->set_reconnect_after_ms(hub_.reconnect_after_ms);
         push(SharedMessage(std::move(message)).bytes(encoding_));
         close_when_sent_ = true;
         write_next();
@@ -185,6 +188,10 @@ private:
     void on_identify(const v1::Identify& identify) {
         if (!hub_.options.token.empty() && !equal_in_constant_time(identify.token(), hub_.options.token))
             return close(kWrongToken, "the token is wrong");
+        const std::string& role = identify.role();
+        if (!role.empty() && role != "controller" && role != "viewer")
+            return close(kNotIdentified, "the role must be controller or viewer");
+        if (!hub_.identified(id_, identify)) return close(websocket::close_code::try_again_later, "the server is busy");
         identified_ = true;
         wants_video_ = identify.video();
         wants_state_ = identify.state();
@@ -202,6 +209,7 @@ private:
     // Changes that wait behind the whole state and are contained in it are dropped: revisions never go back.
     std::shared_ptr<const std::string> take_whole_state() {
         v1::ServerMessage message;
+        message.mutable_ready()->set_client_id(id_);
         if (hub_.state) *message.mutable_ready()->mutable_state() = *hub_.state;
         if (hub_.video_config) *message.mutable_ready()->mutable_video_config() = *hub_.video_config;
         whole_state_rev_ = message.ready().state().scene_rev();

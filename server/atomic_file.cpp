@@ -1,0 +1,62 @@
+#include "server/atomic_file.h"
+
+#include <fcntl.h>
+#include <unistd.h>
+
+#include <cerrno>
+#include <cstdio>
+#include <filesystem>
+#include <system_error>
+
+namespace gonio {
+namespace {
+
+Error unwritable(const std::string& path, int reason) {
+    return {"file_unwritable", "", path, std::generic_category().message(reason)};
+}
+
+// Result: 0, or why not everything is on the disk.
+int write_whole(int fd, std::string_view bytes) {
+    while (!bytes.empty()) {
+        const ssize_t written = ::write(fd, bytes.data(), bytes.size());
+        if (written < 0 && errno == EINTR) continue;
+        if (written < 0) return errno;
+        bytes.remove_prefix(static_cast<std::size_t>(written));
+    }
+    return ::fsync(fd) == 0 ? 0 : errno;
+}
+
+// The new name must be on the disk too. Not every file system can say so; then the rename itself has to do.
+void sync_folder(const std::string& path) {
+    const std::string folder = std::filesystem::path(path).parent_path().string();
+    const int fd = ::open(folder.empty() ? "." : folder.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC);
+    if (fd < 0) return;
+    ::fsync(fd);
+    ::close(fd);
+}
+
+}  // namespace
+
+Result<bool> write_file_atomically(const std::string& path, std::string_view bytes) {
+    const std::string part = path + ".part";
+    const int fd = ::open(part.c_str(), O_WRONLY | O_CREAT | O_TRUNC | O_CLOEXEC | O_NOFOLLOW, 0644);
+    if (fd < 0) return unwritable(path, errno);
+    int reason = write_whole(fd, bytes);
+    if (::close(fd) != 0 && reason == 0) reason = errno;
+    if (reason == 0 && std::rename(part.c_str(), path.c_str()) != 0) reason = errno;
+    if (reason != 0) {
+        ::unlink(part.c_str());
+        return unwritable(path, reason);
+    }
+    sync_folder(path);
+    return true;
+}
+
+Result<std::string> set_file_aside(const std::string& path, const std::string& ending) {
+    std::string name = path + ending;
+    for (int i = 2; i < 100 && ::access(name.c_str(), F_OK) == 0; ++i) name = path + ending + "-" + std::to_string(i);
+    if (std::rename(path.c_str(), name.c_str()) != 0) return unwritable(path, errno);
+    return name;
+}
+
+}  // namespace gonio

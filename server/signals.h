@@ -1,0 +1,41 @@
+// SIGINT and SIGTERM -> an orderly end that takes at most two seconds; SIGHUP -> a reload.
+#pragma once
+
+#include <atomic>
+#include <chrono>
+#include <functional>
+#include <thread>
+
+namespace gonio {
+
+// From the first signal on, whatever the other threads are at.
+inline constexpr std::chrono::milliseconds kFarewellAfter{1000}, kEndAfter{1850};
+
+class Signals {
+public:
+    // All are called on the signals' own thread.
+    struct Actions {
+        std::function<void()> stop;      // at the first SIGINT or SIGTERM
+        std::function<void()> farewell;  // a second later, if the program still runs: clients must be told by now
+        std::function<void()> last;      // right before it is ended with exit code 0, because something holds it up
+        std::function<void()> reload;    // at SIGHUP; empty: SIGHUP ends the program as it always does
+    };
+    // A second SIGINT or SIGTERM ends the program at once, with exit code 128 + its number.
+    explicit Signals(Actions actions);
+    ~Signals();
+    Signals(const Signals&) = delete;
+    Signals& operator=(const Signals&) = delete;
+
+    // Before any thread is started: in all of them signals wait for a Signals.
+    static void block();
+
+private:
+    void watch();
+
+    Actions actions_;
+    int fd_ = -1;
+    std::atomic<bool> done_{false};
+    std::thread thread_;
+};
+
+}  // namespace gonio

@@ -1,0 +1,135 @@
+#include "server/start.h"
+
+#include <algorithm>
+#include <fstream>
+#include <stdexcept>
+
+#include <spdlog/spdlog.h>
+
+#include "protocol/patch_toml.h"
+#include "protocol/surface_toml.h"
+#include "server/assets/assets.h"
+#include "server/atomic_file.h"
+#include "server/scene/apply.h"
+#include "server/state_file.h"
+
+namespace gonio {
+namespace {
+
+std::string read_text(const std::string& path, std::size_t most_bytes, const char* what) {
+    std::ifstream file(path, std::ios::binary);
+    std::string text(most_bytes + 1, '\0');
+    file.read(text.data(), static_cast<std::streamsize>(text.size()));
+    text.resize(static_cast<std::size_t>(file.gcount()));
+    if (!file.is_open() || file.bad())
+        throw std::invalid_argument("cannot read the " + std::string(what) + " '" + path + "'");
+    return text;
+}
+
+void apply_file(Scene& scene, const v1::Command& command, const std::string& path) {
+    const auto applied = apply(scene, command, {});
+    if (!applied) throw std::invalid_argument(path + ": " + applied.error().text());
+    for (const std::string& warning : applied->warnings) spdlog::warn("{}: {}", path, warning);
+}
+
+void patch_scene(Scene& scene, const std::string& path) {
+    auto patch = read_patch_toml(read_text(path, kMaxPatchFileBytes, "patch"));
+    if (!patch) throw std::invalid_argument(path + ": " + patch.error().text());
+    v1::Command command;
+    *command.mutable_set_patch() = std::move(*patch);
+    apply_file(scene, command, path);
+}
+
+void map_surfaces(Scene& scene, const std::string& path) {
+    auto map = read_surfaces_toml(read_text(path, kMaxSurfaceFileBytes, "map"));
+    if (!map) throw std::invalid_argument(path + ": " + map.error().text());
+    v1::Command command;
+    *command.mutable_set_surfaces() = std::move(*map);
+    apply_file(scene, command, path);
+}
+
+void apply_option(Scene& scene, const v1::Command& command) {
+    const auto applied = apply(scene, command, {});
+    if (!applied) throw std::invalid_argument(applied.error().text());
+}
+
+// The state file's content is of another scene, or its scene is gone: the show must not be overwritten.
+void set_show_aside(const std::string& path) {
+    const auto aside = set_file_aside(path, ".aside");
+    if (!aside) throw std::invalid_argument(aside.error().text());
+    spdlog::warn("state: the show that was saved is kept as {}", *aside);
+}
+
+std::shared_ptr<const SceneAsset> asset_of(const std::string& file) {
+    auto asset = load_scene(file);
+    if (!asset) throw std::invalid_argument("cannot load the scene '" + file + "': " + asset.error().text());
+    for (const std::string& warning : (*asset)->warnings) spdlog::warn("{}: {}", file, warning);
+    return *asset;
+}
+
+// Brings the saved show back. Result: the scene, or nothing where there is none to bring back.
+Scene saved_scene(const Options& options, const saved::Show& show) {
+    if (options.scene_given && !is_scene_of(show, options.scene)) {
+        spdlog::warn("state: '{}' was saved, --scene asks for '{}'", show.scene(), options.scene);
+        set_show_aside(options.state_file);
+        return scene_of(asset_of(options.scene), revision_after(show));
+    }
+    auto asset = load_scene(show.scene());
+    const bool same_scene = static_cast<bool>(asset);
+    if (!same_scene) {
+        spdlog::warn("state: the scene '{}' cannot be loaded: {}; '{}' is shown instead", show.scene(),
+                     asset.error().text(), options.scene);
+        set_show_aside(options.state_file);
+    }
+    RestoredShow restored = restore_show(show, same_scene ? *asset : asset_of(options.scene), same_scene);
+    for (const std::string& warning : restored.warnings) spdlog::warn("state: {}", warning);
+    spdlog::info("state: restored from {}, revision {}", options.state_file, restored.scene.scene_rev);
+    return std::move(restored.scene);
+}
+
+}  // namespace
+
+SurfaceOptions surface_options(const Options& options) {
+    SurfaceOptions surfaces;
+    surfaces.on = options.surfaces;
+    surfaces.midi = options.midi == "usb"    ? SurfaceOptions::Midi::usb
+                    : options.midi == "alsa" ? SurfaceOptions::Midi::alsa
+                                             : SurfaceOptions::Midi::automatic;
+    for (const std::string& box : options.boxes) {  // VVVV:PPPP or VVVV:PPPP=PROFILE
+        const std::string id = box.substr(0, box.find('='));
+        surfaces.boxes.push_back(id);
+        if (id.size() < box.size()) surfaces.profiles[id] = box.substr(id.size() + 1);
+    }
+    if (options.surface_replay.empty()) return surfaces;
+    auto replay = read_replay(read_text(options.surface_replay, std::size_t{64} << 20, "replay"));
+    if (!replay) throw std::invalid_argument(options.surface_replay + ": " + replay.error().text());
+    surfaces.replay = std::move(*replay);
+    return surfaces;
+}
+
+Scene first_scene(const Options& options) {
+    std::optional<saved::Show> show;
+    if (!options.state_file.empty()) show = read_state_file(options.state_file);
+    Scene scene = show ? saved_scene(options, *show) : scene_of(asset_of(options.scene));
+    const bool restored = show.has_value();
+    if (!restored || options.size_given) {
+        v1::Command size;
+        size.mutable_set_size()->set_width_px(static_cast<std::uint32_t>(std::max(options.width_px, 0)));
+        size.mutable_set_size()->set_height_px(static_cast<std::uint32_t>(std::max(options.height_px, 0)));
+        apply_option(scene, size);
+    }
+    if (!restored || options.technique_given || options.samples) {
+        v1::Command technique;
+        if (!restored || options.technique_given)
+            technique.mutable_set_technique()->set_technique(options.technique);
+        else
+            technique.mutable_set_technique();
+        if (options.samples) technique.mutable_set_technique()->set_samples(*options.samples);
+        apply_option(scene, technique);
+    }
+    if (!options.patch_file.empty()) patch_scene(scene, options.patch_file);
+    if (!options.surface_map.empty()) map_surfaces(scene, options.surface_map);
+    return scene;
+}
+
+}  // namespace gonio

@@ -1,0 +1,96 @@
+#include "server/state_file.h"
+
+#include <sys/stat.h>
+
+#include <cerrno>
+#include <fstream>
+#include <stdexcept>
+
+#include <spdlog/spdlog.h>
+
+#include "server/atomic_file.h"
+
+namespace gonio {
+
+using Clock = std::chrono::steady_clock;
+
+StateFile::StateFile(std::string path, std::chrono::milliseconds interval, std::chrono::milliseconds retry)
+    : path_(std::move(path)), interval_(interval), retry_(retry), thread_([this] { work(); }) {}
+
+StateFile::~StateFile() {
+    close();
+    thread_.join();
+}
+
+void StateFile::close() {
+    scenes_.close();
+    ended_.wait(false);
+}
+
+const StateFile::Told& StateFile::told() {
+    if (auto news = news_.try_take()) told_ = std::move(*news);
+    return told_;
+}
+
+// Result: whether it is on the disk.
+bool StateFile::save(const Scene& scene, bool complete) {
+    saved::Show show = show_of(scene, texts_);
+    show.set_complete(complete);
+    const std::string json = write_show(show);
+    const Result<bool> written = json.empty() ? Error{"file_unwritable", "", path_, "a name in it is not UTF-8"}
+                                              : write_file_atomically(path_, json);
+    const std::string error = written ? "" : written.error().text();
+    if (!error.empty() && saving_.error.empty())
+        spdlog::warn("state: not saved: {}; it is tried again", error);
+    else if (error.empty() && !saving_.error.empty())
+        spdlog::info("state: saved again to {}", path_);
+    saving_.error = error;
+    if (written) ++saving_.saves;
+    news_.put(saving_);
+    return static_cast<bool>(written);
+}
+
+void StateFile::work() {
+    std::optional<Scene> last;  // that was taken
+    bool saved = false;         // and is on the disk
+    bool closed = false;
+    while (!closed) {
+        // A scene that is not on the disk is not waited for, only a newer one is better.
+        auto scene = last && !saved ? scenes_.try_take() : scenes_.take();
+        if (scene) last = std::move(scene);
+        closed = scenes_.closed_within(std::chrono::nanoseconds(0));
+        if (!last || closed) break;
+        const auto began = Clock::now();
+        saved = save(*last, false);
+        const auto rest = std::max<std::chrono::nanoseconds>(interval_, 20 * (Clock::now() - began));
+        closed = scenes_.closed_within(rest);
+        // After a failure a change is tried at once, the same scene only after a while.
+        for (auto waited = rest; !saved && !closed && !scenes_.waiting() && waited < retry_; waited += interval_)
+            closed = scenes_.closed_within(interval_);
+    }
+    if (auto newest = scenes_.try_take()) last = std::move(newest);
+    if (last) save(*last, true);
+    ended_ = true;
+    ended_.notify_all();
+}
+
+std::optional<saved::Show> read_state_file(const std::string& path) {
+    struct stat status {};
+    if (::stat(path.c_str(), &status) != 0 && errno == ENOENT) return std::nullopt;
+    Result<saved::Show> show = Error{"file_unreadable", "", path, "It cannot be read."};
+    if (S_ISREG(status.st_mode)) {
+        std::ifstream file(path, std::ios::binary);
+        std::string text(std::min(static_cast<std::size_t>(status.st_size), kMaxSavedBytes + 1), '\0');
+        file.read(text.data(), static_cast<std::streamsize>(text.size()));
+        if (file && !file.bad()) show = read_show(text);
+    }
+    if (show) return std::move(*show);
+    const Error& error = show.error();
+    if (error.code == "file_unreadable") throw std::invalid_argument(error.text());
+    const auto aside = set_file_aside(path, error.code == "unsupported" ? ".aside" : ".bad");
+    if (!aside) throw std::invalid_argument(aside.error().text());
+    spdlog::error("state: {} cannot be used: {} It is kept as {}; the show begins anew", path, error.message, *aside);
+    return std::nullopt;
+}
+
+}  // namespace gonio

@@ -1,0 +1,62 @@
+// The show on disk: written by a thread of its own when it changed, read at the start.
+#pragma once
+
+#include <atomic>
+#include <chrono>
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <thread>
+
+#include "server/queue.h"
+#include "server/saved_show.h"
+
+namespace gonio {
+
+// Between two writes; longer where a write takes long, so that writing takes a twentieth of a core at most.
+inline constexpr std::chrono::milliseconds kSaveInterval{1000};
+inline constexpr std::chrono::milliseconds kSaveRetry{5000};  // after a failure, unless a change comes first
+
+// Keeps PATH up to date. A write that fails (a full disk, a folder without rights) is said in the log once and tried
+// again; the show goes on.
+class StateFile {
+public:
+    struct Told {
+        std::uint32_t saves = 0;
+        std::string error;  // of the last try; empty: it went well
+    };
+    explicit StateFile(std::string path, std::chrono::milliseconds interval = kSaveInterval,
+                       std::chrono::milliseconds retry = kSaveRetry);
+    ~StateFile();
+    StateFile(const StateFile&) = delete;
+    StateFile& operator=(const StateFile&) = delete;
+
+    // The scene has changed. Render thread; does not wait for the disk.
+    void put(Scene scene) { scenes_.put(std::move(scene)); }
+    // How it goes. Render thread.
+    const Told& told();
+    // Writes what is not on disk yet, now, and marks the show as complete; then nothing is written any more. Any
+    // thread, also several times; returns when it is done.
+    void close();
+
+private:
+    void work();
+    bool save(const Scene& scene, bool complete);
+
+    std::string path_;
+    std::chrono::milliseconds interval_, retry_;
+    Latest<Scene> scenes_;
+    Latest<Told> news_;
+    Told told_;    // the render thread's
+    Told saving_;  // the writer's
+    ProfileTexts texts_;
+    std::atomic<bool> ended_{false};
+    std::thread thread_;
+};
+
+// What is in a state file. Result: nothing where there is no file yet. A file that cannot be used is renamed to
+// PATH.bad, one of a later version to PATH.aside; both are said in the log. Throws std::invalid_argument where a file
+// is there that can neither be read nor renamed: it would be lost.
+std::optional<saved::Show> read_state_file(const std::string& path);
+
+}  // namespace gonio
