@@ -9,6 +9,7 @@
 #include <iostream>
 
 #include "client/cli/consoles.h"
+#include "client/cli/control.h"
 #include "client/cli/output.h"
 #include "client/cli/photometry.h"
 #include "client/cli/surfaces.h"
@@ -65,12 +66,16 @@ Talks to a running goniod. Angles are degrees here, all else is SI; a vector is 
                               from then on
   forget CONTROL [--box BOX] [--page N]
                               the control drives nothing of its own any more
+  control acquire [--take] [--hold S] | release [--take]
+                              alone moves the camera for S seconds, or until interrupted; --take: also from a holder
   photometry FILE… [--svg]    offline: quantities, provenance and diagnostics of photometry files
   watch [--frames N] [--out FILE.h264]
                               one JSON line for each change and frame, until interrupted or after N frames
 
   --server URL                default: $GONIO_SERVER, else http://127.0.0.1:8080
   --token-file FILE           bearer token, where the server asks for one
+  --role viewer               may look and ask, not change anything
+  --base-rev N                with a change: refused where somebody else changed what it sets after revision N
   --json                      one line of JSON, also for refusals; before or after the command
   --help, --version
 
@@ -84,6 +89,7 @@ constexpr const char* kVersion = "gonio " GONIO_VERSION ", protocol gonio.v1\n";
 struct Session {
     ServerAddress address;
     std::string token;
+    std::string role;
     bool json = false;
     std::ostream& out;
     std::ostream& err;
@@ -103,7 +109,7 @@ struct Session {
         return error.code == "unreachable" ? kExitUnreachable : kExitRefused;
     }
     Result<v1::ServerMessage> ask(v1::ClientMessage message) const {
-        auto connection = Connection::open(address, {token, false, false});
+        auto connection = Connection::open(address, {token, false, false, role});
         if (!connection) return connection.error();
         const bool terminal = &err == &std::cerr && ::isatty(STDERR_FILENO) == 1;
         std::size_t shown = 0;  // characters of the progress line
@@ -401,7 +407,7 @@ int watch(const Session& session, Words words) {
         file.open(out_name, std::ios::binary);
         if (!file) return session.fail({"file_unwritable", "--out", out_name, "The file cannot be written."});
     }
-    auto connection = Connection::open(session.address, {session.token, true, true});
+    auto connection = Connection::open(session.address, {session.token, true, true, session.role});
     if (!connection) return session.fail(connection.error());
     for (std::uint32_t seen = 0; frames == 0 || seen < frames;) {
         const auto event = (*connection)->next();
@@ -426,6 +432,13 @@ int watch(const Session& session, Words words) {
         }
     }
     return kExitOk;
+}
+
+int control(const Session& session, Words words) {
+    std::ostream silent(nullptr);  // scripts go by the exit code
+    const auto refused = run_control(session.address, {session.token, false, false, session.role}, words,
+                                     session.json ? silent : session.out);
+    return refused ? session.fail(*refused) : kExitOk;
 }
 
 int photometry(const Session& session, Words words) {
@@ -455,7 +468,7 @@ int run_cli(Words args, std::ostream& out, std::ostream& err) {
     const char* environment = std::getenv("GONIO_SERVER");
     std::string server = environment && *environment ? environment : "http://127.0.0.1:8080";
     std::string token_file;
-    Session session{{}, {}, false, out, err};
+    Session session{{}, {}, {}, false, out, err};
     std::vector<std::string> words;
     bool help = args.empty();
     for (std::size_t i = 0; i < args.size(); ++i) {
@@ -474,7 +487,8 @@ int run_cli(Words args, std::ostream& out, std::ostream& err) {
             words.insert(words.end(), args.begin() + static_cast<std::ptrdiff_t>(i), args.end());
             break;
         }
-        if (value_of("--server", server) || value_of("--token-file", token_file)) continue;
+        if (value_of("--server", server) || value_of("--token-file", token_file) || value_of("--role", session.role))
+            continue;
         if (arg == "--json") {
             session.json = true;
         } else if (arg == "--help" || arg == "-h") {
@@ -509,7 +523,7 @@ int run_cli(Words args, std::ostream& out, std::ostream& err) {
     };
     constexpr Row rows[] = {{"get", get},           {"meter", meter}, {"capture", capture}, {"report", report},
                             {"stats", stats},       {"watch", watch}, {"sources", sources}, {"patch", patch},
-                            {"surfaces", surfaces}, {"learn", learn}, {"forget", forget}};
+                            {"surfaces", surfaces}, {"learn", learn}, {"forget", forget},   {"control", control}};
     for (const Row& row : rows)
         if (verb == row.verb) return row.run(session, rest);
     for (const char* changing : {"set", "load", "add", "remove", "group", "preset"})

@@ -73,6 +73,7 @@ public:
         identify.mutable_identify()->set_video(wanted.video);
         identify.mutable_identify()->set_state(wanted.state);
         identify.mutable_identify()->set_token(wanted.token);
+        identify.mutable_identify()->set_role(wanted.role);
         if (auto said = say(identify); !said) return said;
         for (;;) {
             auto event = read(kReplyTime);

@@ -37,6 +37,7 @@ public:
         std::string token;
         bool video = false;
         bool state = false;
+        std::string role;  // empty: controller
     };
     // Connects, upgrades, identifies and waits for Ready. Errors: "unreachable", "refused" (the server is there but
     // says no).

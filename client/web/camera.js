@@ -1,6 +1,8 @@
 // The camera in the hand: drag orbits, shift-drag (or the middle button, or two fingers) pans, wheel and pinch dolly;
 // arrow keys, + and - do the same.
 
+import {pageRole} from "./control.js";
+
 const kOrbitRadPerPx = 0.006;
 const kDollyPerNotch = 1.12;
 const kWheelNotchPx = 100;
@@ -63,6 +65,7 @@ export class CameraHand {
     }
 
     set(pose) {
+        if (pageRole === "viewer" || this.#store.cameraIsOthers) return;
         this.#store.set("camera", pose, {set_camera: {eye_m: pose.eye, target_m: pose.target}});
     }
 

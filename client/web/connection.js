@@ -2,6 +2,8 @@
 // Events: "status" (see `status`), "ready" (Ready), "changed" (StateChanged), "config" (VideoConfig),
 // "progress" (Progress), "video" (ArrayBuffer), "refused" (Result with a code other than "ok"), "applied" ({sent_ms, scene_rev}).
 
+import {pageRole} from "./control.js";
+
 const kFirstDelayMs = 250;
 const kMaxDelayMs = 10000;
 const kReadyTimeoutMs = 10000;   // from opening the socket to Ready
@@ -23,6 +25,7 @@ export class Connection extends EventTarget {
     #timer = 0;
     #probe = 0;
     #farewell = "";
+    #notBefore_ms = 0;       // after a Goodbye: when the server can be back
 
     constructor(url) {
         super();
@@ -43,7 +46,7 @@ export class Connection extends EventTarget {
         this.#socket = socket;
         this.#timer = setTimeout(() => socket.close(), kReadyTimeoutMs);
         socket.onopen = () => {
-            this.post({identify: {client: "page", video: this.video, state: true, token: this.token}});
+            this.post({identify: {client: "page", video: this.video, state: true, token: this.token, role: pageRole}});
         };
         socket.onmessage = (event) => {
             if (this.#socket !== socket) return;
@@ -82,6 +85,7 @@ export class Connection extends EventTarget {
     // A change of the scene. Resolves with the Result, also when it was refused (then "refused" is told too, unless
     // quiet); with null when the connection ended before an answer came.
     async command(command, {quiet = false} = {}) {
+        if (pageRole === "viewer") return null;
         let result = null;
         const sent_ms = performance.now();
         try {
@@ -107,7 +111,10 @@ export class Connection extends EventTarget {
         if (message.state_changed) this.#emit("changed", message.state_changed);
         if (message.video_config) this.#emit("config", message.video_config);
         if (message.progress) this.#emit("progress", message.progress);
-        if (message.goodbye) this.#farewell = message.goodbye.reason;
+        if (message.goodbye) {
+            this.#farewell = message.goodbye.reason;
+            this.#notBefore_ms = performance.now() + (message.goodbye.reconnect_after_ms ?? 0);
+        }
         if (reply) reply.resolve(message);
         else if (message.result && message.result.code !== "ok") {
             this.#emit("refused", message.result);
@@ -149,7 +156,7 @@ export class Connection extends EventTarget {
             return;
         }
         const span = Math.min(kMaxDelayMs, kFirstDelayMs * 2 ** this.#attempt++);
-        const delay_ms = span * (0.5 + 0.5 * Math.random());
+        const delay_ms = Math.max(span * (0.5 + 0.5 * Math.random()), this.#notBefore_ms - performance.now());
         this.#timer = setTimeout(() => this.open(), delay_ms);
         const text = this.#farewell ? `Server said goodbye: ${this.#farewell}` : "Connection lost";
         this.#setStatus({state: "waiting", text, retryAt_ms: performance.now() + delay_ms});

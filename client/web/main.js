@@ -15,6 +15,7 @@ import {Toasts} from "./toast.js";
 import {ConsolesPanel} from "./consoles.js";
 import {SurfacesPanel} from "./surfaces.js";
 import {presetPanel} from "./presets.js";
+import {controlPanel, onlyLook} from "./control.js";
 
 const $ = (id) => document.getElementById(id);
 
@@ -31,8 +32,9 @@ const surfaces = new SurfacesPanel(store, connection, $("surfaces"));
 const parts = [
     masterPanel(store, $("master")), lightPanel(store, $("lights")), groupPanel(store, $("groups"), connection), presetPanel(store, $("presets"), connection),
     picturePanel(store, $("picture"), cameraHand), viewTabs(store, $("views")), scenePanel(store, $("scene"), connection),
-    inspector(store, $("inspector"), connection),
+    inspector(store, $("inspector"), connection), controlPanel(store, $("control"), connection),
 ];
+onlyLook([$("left"), $("inspector"), $("scene"), $("views")]);
 followSelection(store, connection);
 statsStrip(store, video, connection, $("stats"), $("format"), {report, meter, consoles, surfaces});
 

@@ -7,6 +7,7 @@
 export class Store extends EventTarget {
     state = null;         // State, with `lights` and `groups` as arrays; null before the first Ready
     selected = null;      // {kind: "light" | "group", name}
+    clientId = 0;         // of this connection, as `control` and StateChanged name it
 
     #connection;
     #overrides = new Map();    // key -> {value, held, unanswered, queued}
@@ -16,12 +17,18 @@ export class Store extends EventTarget {
     constructor(connection) {
         super();
         this.#connection = connection;
-        connection.addEventListener("ready", (event) => this.#restate(event.detail.state));
+        connection.addEventListener("ready", (event) => {
+            this.clientId = event.detail.client_id ?? 0;
+            this.#restate(event.detail.state);
+        });
         connection.addEventListener("changed", (event) => this.#patch(event.detail));
     }
 
     light(name) { return this.state?.lights.find((light) => light.name === name); }
     group(name) { return this.state?.groups.find((group) => group.name === name); }
+
+    get holdsCamera() { return (this.state?.control?.holder ?? 0) !== 0 && this.state.control.holder === this.clientId; }
+    get cameraIsOthers() { return (this.state?.control?.holder ?? 0) !== 0 && !this.holdsCamera; }
 
     select(kind, name) {
         this.selected = {kind, name};

@@ -1,0 +1,65 @@
+#include "client/cli/control.h"
+
+#include <algorithm>
+#include <chrono>
+#include <thread>
+
+#include "protocol/words.h"
+
+namespace gonio {
+namespace {
+
+constexpr std::chrono::duration<double> kRenew(10.0);  // the lease ends 30 s after its last renewal
+
+std::optional<Error> refusal_of(Connection& connection, const v1::ClientMessage& message) {
+    const auto answer = connection.ask(message, [](const v1::Progress&) {});
+    if (!answer) return answer.error();
+    const v1::Result& result = answer->result();
+    if (result.code() == "ok") return std::nullopt;
+    return Error{result.code(), result.field(), result.value(), result.message()};
+}
+
+v1::ClientMessage acquisition(bool take) {
+    v1::ClientMessage message;
+    message.mutable_acquire_control()->set_take(take);
+    return message;
+}
+
+}  // namespace
+
+std::optional<Error> run_control(const ServerAddress& address, const Connection::Wanted& wanted,
+                                 std::span<const std::string> words, std::ostream& out) {
+    bool take = false;
+    std::optional<double> hold_s;
+    const WordOption options[] = {{"--take", nullptr, &take}, {"--hold", [&](const std::string& text) {
+                                                                   hold_s = parse_number(text);
+                                                                   return hold_s && *hold_s >= 0 && *hold_s <= 1e6;
+                                                               }}};
+    const auto names = parse_words(words, options, 1, 1);
+    if (!names) return names.error();
+    const bool releases = names->front() == "release";
+    if (!releases && names->front() != "acquire")
+        return Error{"usage", "control", names->front(), "Control is acquired or released."};
+    if (releases && hold_s) return Error{"usage", "--hold", "", "What is released is not held."};
+
+    auto connection = Connection::open(address, wanted);
+    if (!connection) return connection.error();
+    if (auto refused = refusal_of(**connection, acquisition(take))) return refused;
+    if (!releases) {
+        out << "the camera is yours" << std::endl;
+        std::chrono::duration<double> left(hold_s.value_or(1e9));
+        while (left.count() > 0) {
+            const auto step = std::min(left, kRenew);
+            std::this_thread::sleep_for(step);
+            left -= step;
+            if (auto refused = refusal_of(**connection, acquisition(false))) return refused;
+        }
+    }
+    v1::ClientMessage release;
+    release.mutable_release_control();
+    if (auto refused = refusal_of(**connection, release)) return refused;
+    if (releases) out << "the camera is free" << std::endl;
+    return std::nullopt;
+}
+
+}  // namespace gonio
