@@ -443,6 +443,43 @@ async function lostFrame(browser, server) {
     await page.close();
 }
 
+// Two pages and one camera; and a page that only looks.
+async function control(page, browser, server) {
+    const other = await browser.newPage(), viewer = await browser.newPage();
+    for (const one of [other, viewer]) listen(one);
+    await other.goto(server.url);
+    await viewer.goto(`${server.url}/?role=viewer`);
+    for (const one of [other, viewer]) await until("the first picture", () => one.evaluate(() => window.gonio.framesDecoded > 0));
+    const says = (one, text) => until(`"${text}"`, async () => (await one.locator("#control").innerText()).includes(text));
+    const drag = async (one) => {
+        const box = await one.locator("#canvas").boundingBox();
+        await one.mouse.move(box.x + box.width / 2, box.y + box.height / 2);
+        await one.mouse.down();
+        await one.mouse.move(box.x + box.width / 2 + 60, box.y + box.height / 2, {steps: 5});
+        await one.mouse.up();
+    };
+    const eye = async () => (await state(page)).camera.eye.join();
+    await page.locator("#take-camera").click();
+    await says(page, "You have the camera");
+    await says(other, "page has the camera");
+    const before = await eye();
+    await drag(other);
+    await drag(viewer);
+    await sleep(300);
+    check(await eye() === before, "while one page has the camera, others do not move it");
+    await other.locator("#take-camera").click();
+    await says(page, "page has the camera");
+    await drag(other);
+    await until("the camera moving", async () => await eye() !== before);
+    await other.locator("#take-camera").click();
+    await until("a free camera", async () => !(await page.locator("#control").innerText()).includes("has the camera"));
+    check(true, "it is taken over and released");
+    check(await viewer.evaluate(() => document.getElementById("left").inert && document.getElementById("inspector").inert)
+        && /Viewing only/.test(await viewer.locator("#control").innerText()), "a viewer's page only looks");
+    await other.close();
+    await viewer.close();
+}
+
 async function fallback(browser, server) {
     const page = await browser.newPage();
     listen(page);
@@ -485,6 +522,7 @@ try {
     const seen = await run(page, server);
     await arithmetic(page);
     await lostFrame(browser, server);
+    await control(page, browser, server);
     await fallback(browser, server);
     server = await restart(page, server, seen);
     check(complaints.length === 0, "no page error and no console error", complaints.join("\n"));

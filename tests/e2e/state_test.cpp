@@ -1,0 +1,400 @@
+// What a show survives: the end of the program in every way, a lost GL context, a full disk, no descriptors; and who
+// may change it.
+#include <gtest/gtest.h>
+#include <netinet/in.h>
+#include <sys/resource.h>
+#include <sys/socket.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <atomic>
+#include <chrono>
+#include <cmath>
+#include <csignal>
+#include <filesystem>
+#include <fstream>
+#include <functional>
+#include <memory>
+#include <random>
+#include <thread>
+
+#include "tests/e2e/daemon_process.h"
+
+namespace gonio::test {
+namespace {
+
+using Json = nlohmann::json;
+using namespace std::chrono_literals;
+using Clock = std::chrono::steady_clock;
+
+std::string text_of(const std::string& path) {
+    std::ifstream file(path, std::ios::binary);
+    return {std::istreambuf_iterator<char>(file), {}};
+}
+
+// Result: the show on disk; null where there is none.
+Json show_in(const std::string& path) {
+    Json show = Json::parse(text_of(path), nullptr, false);
+    return show.is_object() ? show : Json(nullptr);
+}
+
+bool until(const std::function<bool()>& done, std::chrono::milliseconds time = 10s) {
+    for (const auto end = Clock::now() + time; Clock::now() < end;) {
+        if (done()) return true;
+        std::this_thread::sleep_for(20ms);
+    }
+    return false;
+}
+
+// The state without what counts up.
+Json show_of(const DaemonProcess& daemon) {
+    Json state = daemon.json({"get"});
+    state.erase("scene_rev");
+    state.erase("control");
+    return state;
+}
+
+// A connection that says something and then neither reads nor writes.
+class SilentClient {
+public:
+    SilentClient(const std::string& url, const std::string& says)
+        : fd_(socket(AF_INET, SOCK_STREAM | SOCK_CLOEXEC, 0)) {
+        const int small = 4096;
+        setsockopt(fd_, SOL_SOCKET, SO_RCVBUF, &small, sizeof small);
+        sockaddr_in at{};
+        at.sin_family = AF_INET;
+        at.sin_port = htons(static_cast<std::uint16_t>(std::stoi(url.substr(url.rfind(':') + 1))));
+        at.sin_addr.s_addr = htonl(INADDR_LOOPBACK);
+        EXPECT_EQ(connect(fd_, reinterpret_cast<const sockaddr*>(&at), sizeof at), 0);
+        EXPECT_EQ(write(fd_, says.data(), says.size()), static_cast<ssize_t>(says.size()));
+    }
+    ~SilentClient() { close(fd_); }
+    SilentClient(const SilentClient&) = delete;
+
+private:
+    int fd_;
+};
+
+const std::string kMjpeg = "GET /v1/mjpeg HTTP/1.1\r\nHost: 127.0.0.1\r\n\r\n";
+
+TEST(SavedShow, ComesBackAfterAKill) {
+    const TemporaryFolder folder;
+    const std::string file = folder.path("show.json");
+    const std::string ies = folder.file("mine.ies", isotropic_ies(1234));
+    Json before;
+    unsigned rev = 0;
+    {
+        DaemonProcess daemon({"--size", "160x120", "--state", file});
+        const std::string light = daemon.json({"get", "lights[0].name"});
+        daemon.rev({"set", "light", light, "--level", "0.4", "--profile", ies, "--pan", "20", "--tilt", "35"});
+        daemon.rev({"preset", "save", "look 1"});
+        daemon.rev({"add", "light", "spot", "--profile", "narrow_spot", "--position", "1,3,0", "--aim", "0,-1,-0.5"});
+        daemon.rev({"set", "light", "spot", "--color", "1,0.5,0.25", "--level", "0.8"});
+        daemon.rev({"group", "both", light, "spot"});
+        daemon.rev({"preset", "save", "look 2"});
+        daemon.rev({"preset", "recall", "look 1"});
+        daemon.rev({"set", "camera", "--eye", "0,2,4", "--fov", "50"});
+        daemon.rev({"set", "view", "indirect", "--gain", "3", "--light", "spot"});
+        daemon.rev({"set", "exposure", "4.5"});
+        daemon.rev({"set", "technique", "default", "--samples", "1000"});
+        daemon.rev({"patch", folder.file("patch.toml",
+                                         "[[patch]]\nsacn = 2\naddress = 7\ntarget = \"spot\"\n"
+                                         "channels = [\"level\"]\n")});
+        rev = daemon.rev({"set", "master", "0.7"});
+        before = show_of(daemon);
+        before["patch"] = daemon.json({"patch"});
+        ASSERT_TRUE(until([&] { return show_in(file)["scene_rev"] == rev; }));
+        EXPECT_EQ(daemon.json({"stats"})["state_error"], "");
+        kill(daemon.pid(), SIGKILL);
+    }
+    DaemonProcess daemon({"--state", file});
+    Json after = show_of(daemon);
+    after["patch"] = daemon.json({"patch"});
+    // Angles come back, orientations that were given otherwise to the last few bits.
+    for (Json* state : {&before, &after})
+        for (Json& light : (*state)["lights"])
+            for (const char* vector : {"aim", "c0"})
+                for (Json& x : light[vector]) x = std::round(x.get<double>() * 1e12);
+    EXPECT_EQ(after, before) << Json::diff(before, after);
+    EXPECT_GT(daemon.json({"get", "scene_rev"}).get<unsigned>(), rev) << "revisions go on";
+    EXPECT_EQ(daemon.json({"preset", "recall", "look 2"})["code"], "ok");
+    const unsigned last = daemon.rev({"set", "master", "0.6"});
+    EXPECT_EQ(daemon.stop(), 0);
+    EXPECT_EQ(show_in(file)["scene_rev"], last) << "what was changed right before the end is there";
+    EXPECT_EQ(show_in(file)["complete"], true);
+    DaemonProcess again({"--state", file, "--renderer", "null"});
+    EXPECT_EQ(again.json({"get", "master_ratio"}), 0.6);
+}
+
+TEST(SavedShow, TheFileIsWholeWheneverTheProgramIsKilled) {
+    const TemporaryFolder folder;
+    const std::string file = folder.path("show.json");
+    std::mt19937 random(7);
+    double master = 1, at_start = 1;
+    for (int round = 0; round < 4; ++round) {
+        DaemonProcess daemon({"--size", "64x64", "--state", file, "--renderer", "null"});
+        // What came back was true once: between what the last run began with and what it ended with.
+        const double restored = daemon.json({"get", "master_ratio"});
+        EXPECT_GE(restored, master * 0.999 - 1e-6);  // the last one may have been cut off before its answer
+        EXPECT_LE(restored, at_start + 1e-6);
+        master = at_start = restored;
+        std::atomic<bool> ends{false};
+        std::thread hand([&] {
+            while (!ends) {
+                const Finished set = daemon.gonio({"set", "master", std::to_string(master * 0.999)});
+                if (set.exit_code == 0) master *= 0.999;
+            }
+        });
+        std::this_thread::sleep_for(std::chrono::milliseconds(500 + random() % 1500));
+        kill(daemon.pid(), SIGKILL);
+        ends = true;
+        hand.join();
+        const Json show = show_in(file);
+        ASSERT_TRUE(show.is_object()) << text_of(file).substr(0, 200);
+        EXPECT_EQ(show["version"], 1);
+        EXPECT_FALSE(std::filesystem::exists(file + ".bad"));
+    }
+}
+
+TEST(SavedShow, AnotherSceneOnTheCommandLineAndABadFileKeepWhatWasThere) {
+    const TemporaryFolder folder;
+    const std::string file = folder.path("show.json");
+    const std::string scene = folder.file("floor.gltf", floor_gltf(0.5));
+    unsigned rev = 0;
+    {
+        DaemonProcess daemon({"--size", "64x64", "--state", file, "--renderer", "null"});
+        rev = daemon.rev({"set", "master", "0.5"});
+    }
+    const std::string cornell = text_of(file);
+    {
+        DaemonProcess daemon({"--size", "64x64", "--state", file, "--renderer", "null", "--scene", scene});
+        EXPECT_EQ(daemon.json({"get", "master_ratio"}), 1.0);
+        EXPECT_GT(daemon.json({"get", "scene_rev"}).get<unsigned>(), rev);
+        EXPECT_EQ(text_of(file + ".aside"), cornell);
+        daemon.rev({"set", "master", "0.25"});
+    }
+    {
+        DaemonProcess daemon({"--state", file, "--renderer", "null", "--size", "96x64"});
+        EXPECT_EQ(std::filesystem::path(daemon.json({"get", "scene"}).get<std::string>()).filename(), "floor.gltf");
+        EXPECT_EQ(daemon.json({"get", "master_ratio"}), 0.25);
+        EXPECT_EQ(daemon.json({"get", "size_px"}), Json({96, 64})) << "said on the command line";
+    }
+    std::filesystem::remove(scene);
+    {
+        DaemonProcess daemon({"--state", file, "--renderer", "null"});
+        EXPECT_EQ(daemon.json({"get", "scene"}), "cornell") << "the saved one is gone";
+        EXPECT_EQ(daemon.json({"get", "master_ratio"}), 0.25);
+        EXPECT_EQ(Json::parse(text_of(file + ".aside-2"))["master_ratio"], 0.25);
+    }
+    std::ofstream(file) << cornell.substr(0, cornell.size() / 2);
+    DaemonProcess daemon({"--state", file, "--renderer", "null", "--size", "64x64"});
+    EXPECT_EQ(daemon.json({"get", "master_ratio"}), 1.0);
+    EXPECT_EQ(text_of(file + ".bad"), cornell.substr(0, cornell.size() / 2));
+}
+
+TEST(SavedShow, AFullDiskEndsNothing) {
+    const TemporaryFolder folder;
+    const std::string file = folder.path("show.json");
+    DaemonProcess daemon({"--size", "64x64", "--state", file, "--renderer", "null"});
+    ASSERT_TRUE(until([&] { return show_in(file).is_object(); }));
+    rlimit free{};
+    ASSERT_EQ(prlimit(daemon.pid(), RLIMIT_FSIZE, nullptr, &free), 0);
+    const rlimit full{50, free.rlim_max};
+    ASSERT_EQ(prlimit(daemon.pid(), RLIMIT_FSIZE, &full, nullptr), 0);
+    daemon.rev({"set", "master", "0.5"});
+    EXPECT_TRUE(until([&] { return daemon.json({"stats"})["state_error"] != ""; }));
+    EXPECT_TRUE(show_in(file).is_object()) << "the old one";
+    EXPECT_EQ(daemon.json({"get", "master_ratio"}), 0.5);
+    prlimit(daemon.pid(), RLIMIT_FSIZE, &free, nullptr);
+    daemon.rev({"set", "master", "0.25"});
+    EXPECT_TRUE(until([&] { return show_in(file)["master_ratio"] == 0.25; }));
+    EXPECT_TRUE(until([&] { return daemon.json({"stats"})["state_error"] == ""; }));
+}
+
+TEST(Limits, WithoutDescriptorsTheServerGoesOn) {
+    const TemporaryFolder folder;
+    const std::string file = folder.path("show.json");
+    DaemonProcess daemon({"--size", "64x64", "--state", file, "--renderer", "null"});
+    const std::string scene = folder.file("floor.gltf", floor_gltf(0.5));
+    ASSERT_TRUE(until([&] { return show_in(file).is_object(); }));
+    std::size_t open = 0;
+    for ([[maybe_unused]] const auto& fd :
+         std::filesystem::directory_iterator("/proc/" + std::to_string(daemon.pid()) + "/fd"))
+        ++open;
+    rlimit free{};
+    ASSERT_EQ(prlimit(daemon.pid(), RLIMIT_NOFILE, nullptr, &free), 0);
+    const rlimit few{open + 3, free.rlim_max};
+    ASSERT_EQ(prlimit(daemon.pid(), RLIMIT_NOFILE, &few, nullptr), 0);
+    {
+        std::vector<std::unique_ptr<SilentClient>> crowd;
+        for (int i = 0; i < 40; ++i)
+            crowd.push_back(std::make_unique<SilentClient>(daemon.url(), "GET / HTTP/1.1\r\n"));
+        std::this_thread::sleep_for(500ms);
+        EXPECT_TRUE(daemon.alive());
+    }
+    EXPECT_TRUE(until([&] { return daemon.gonio({"set", "master", "0.5"}).exit_code == 0; })) << "they are gone again";
+    daemon.gonio({"load", "scene", scene});  // may fail for want of a descriptor; the server stays
+    EXPECT_TRUE(daemon.alive());
+    prlimit(daemon.pid(), RLIMIT_NOFILE, &free, nullptr);
+    EXPECT_TRUE(until([&] { return show_in(file)["master_ratio"] == 0.5; }));
+    EXPECT_EQ(daemon.stop(), 0);
+}
+
+TEST(ContextLoss, AViewerSeesAGapAndNotAnEnd) {
+    DaemonProcess daemon({"--size", "160x160", "--inject", "gl-loss-after=8", "--inject", "gl-rebuild-fails=1"});
+    const std::string light = daemon.json({"get", "lights[0].name"});
+    const Json meter = daemon.json({"meter", "--point", "0,0,1", "--normal", "0,1,0"});
+    std::atomic<bool> ends{false};
+    std::thread hand([&] {
+        for (int i = 0; !ends; ++i) daemon.gonio({"set", "light", light, "--level", i % 2 == 0 ? "0.3" : "0.9"});
+    });
+    const Finished watched = run_program("gonio", {"--server", daemon.url(), "watch", "--frames", "20"});
+    EXPECT_EQ(watched.exit_code, 0) << watched.err;
+    ends = true;
+    hand.join();
+    EXPECT_EQ(daemon.json({"stats"})["gpu_resets"], 1);
+    // It is the same scene: what is measured and captured after the loss is what it was before.
+    const unsigned rev = daemon.rev({"set", "light", light, "--level", "1"});
+    const Json again = daemon.json({"meter", "--point", "0,0,1", "--normal", "0,1,0"});
+    EXPECT_NEAR(again["total_lx"].get<double>() / meter["total_lx"].get<double>(), 1.0, 1e-4);
+    daemon.json({"report", "--rev", std::to_string(rev)});
+    EXPECT_TRUE(until([&] { return daemon.json({"stats"})["settled"].get<bool>(); })) << "and then silence";
+}
+
+TEST(ContextLoss, ThreeFailedRebuildsEndTheProgram) {
+    DaemonProcess daemon({"--size", "64x64", "--inject", "gl-loss-after=1", "--inject", "gl-rebuild-fails=3"});
+    siginfo_t info{};
+    ASSERT_TRUE(until([&] {
+        return waitid(P_PID, static_cast<id_t>(daemon.pid()), &info, WEXITED | WNOHANG | WNOWAIT) == 0 &&
+               info.si_pid == daemon.pid();
+    }));
+    EXPECT_EQ(info.si_code, CLD_EXITED);
+    EXPECT_EQ(info.si_status, 69);
+}
+
+// SIGTERM ends the program with exit code 0 within two seconds, whatever it is at.
+class Ending : public testing::Test {
+protected:
+    void start(std::vector<std::string> more = {}) {
+        more.insert(more.begin(), {"--size", "160x160"});
+        daemon = std::make_unique<DaemonProcess>(more);
+    }
+    void expect_prompt_end() {
+        const auto began = Clock::now();
+        EXPECT_EQ(daemon->stop(), 0);
+        EXPECT_LT(std::chrono::duration<double>(Clock::now() - began).count(), 2.5);
+    }
+    std::unique_ptr<DaemonProcess> daemon;
+};
+
+TEST_F(Ending, WhenIdle) {
+    start();
+    expect_prompt_end();
+}
+
+TEST_F(Ending, DuringAReferenceCapture) {
+    start();
+    const KilledClient client(daemon->url(),
+                              {"capture", "/dev/null/x.png", "--quality", "reference", "--noise", "0.0005"});
+    ASSERT_TRUE(until([&] { return daemon->json({"stats"})["reference_running"] == 1; }));
+    expect_prompt_end();
+}
+
+TEST_F(Ending, WhileAScenesFileIsRead) {
+    start();
+    std::vector<std::unique_ptr<KilledClient>> clients;
+    for (int i = 0; i < 4; ++i)
+        clients.push_back(
+            std::make_unique<KilledClient>(daemon->url(), std::vector<std::string>{"load", "scene", "atrium"}));
+    std::this_thread::sleep_for(300ms);
+    expect_prompt_end();
+}
+
+TEST_F(Ending, DuringAMeterGrid) {
+    start();
+    const KilledClient client(daemon->url(), {"meter", "--point", "-1,0,-1", "--normal", "0,1,0", "--u", "2,0,0", "--v",
+                                              "0,0,2", "--count", "64x64"});
+    std::this_thread::sleep_for(300ms);
+    expect_prompt_end();
+}
+
+TEST_F(Ending, WithClientsThatDoNotRead) {
+    start();
+    const SilentClient stream(daemon->url(), kMjpeg), half(daemon->url(), "GET / HT");
+    const SilentClient socket(daemon->url(),
+                              "GET /v1/ws HTTP/1.1\r\nHost: 127.0.0.1\r\nConnection: Upgrade\r\nUpgrade: "
+                              "websocket\r\nSec-WebSocket-Version: 13\r\nSec-WebSocket-Key: "
+                              "dGhlIHNhbXBsZSBub25jZQ==\r\nSec-WebSocket-Protocol: gonio.v1.json\r\n\r\n");
+    const KilledClient viewer(daemon->url(), {"watch"});
+    std::this_thread::sleep_for(500ms);
+    expect_prompt_end();
+}
+
+TEST_F(Ending, AViewerIsTold) {
+    start({"--renderer", "null"});
+    std::thread end([&] {
+        std::this_thread::sleep_for(500ms);
+        EXPECT_EQ(daemon->stop(), 0);
+    });
+    const Finished watched = run_program("gonio", {"--server", daemon->url(), "--json", "watch"});
+    end.join();
+    EXPECT_EQ(watched.exit_code, 3);
+    EXPECT_NE(watched.err.find("The server stops."), std::string::npos) << watched.err;
+}
+
+TEST_F(Ending, TheSecondSignalEndsAtOnce) {
+    start();
+    const KilledClient client(daemon->url(), {"load", "scene", "atrium"});
+    std::this_thread::sleep_for(200ms);
+    const auto began = Clock::now();
+    kill(daemon->pid(), SIGTERM);
+    std::this_thread::sleep_for(60ms);
+    const int code = daemon->stop();
+    EXPECT_TRUE(code == 128 + SIGTERM || code == 0) << code;  // 0: it was quicker than the second one
+    EXPECT_LT(std::chrono::duration<double>(Clock::now() - began).count(), 1.0);
+}
+
+TEST(Roles, ViewersTheLeaseAndConflicts) {
+    DaemonProcess daemon({"--size", "64x64", "--renderer", "null"});
+    const auto refused = [&](std::vector<std::string> words) -> Json {
+        words.insert(words.begin(), "--json");
+        const Finished run = daemon.gonio(words);
+        EXPECT_EQ(run.exit_code, 1) << run.out << run.err;
+        return Json::parse(run.out, nullptr, false);
+    };
+    EXPECT_EQ(refused({"--role", "viewer", "set", "master", "0.5"})["code"], "permission");
+    EXPECT_EQ(refused({"--role", "viewer", "control", "acquire"})["code"], "permission");
+    EXPECT_EQ(daemon.json({"--role", "viewer", "get", "master_ratio"}), 1.0);
+    EXPECT_NE(daemon.gonio({"--role", "king", "get"}).exit_code, 0);
+    {
+        const KilledClient holder(daemon.url(), {"--json", "control", "acquire"});
+        ASSERT_TRUE(until([&] { return daemon.json({"get", "control"})["holder"] != 0; }));
+        EXPECT_EQ(daemon.json({"get", "control.name"}), "gonio");
+        const Json held = refused({"set", "camera", "--fov", "60"});
+        EXPECT_EQ(held["code"], "held");
+        EXPECT_EQ(held["value"], "gonio");
+        EXPECT_EQ(refused({"control", "release"})["code"], "held");
+        daemon.rev({"set", "master", "0.5"});  // the camera alone is held
+    }
+    ASSERT_TRUE(until([&] { return daemon.json({"get", "control"})["holder"] == 0; })) << "it ends with the connection";
+    daemon.rev({"set", "camera", "--fov", "60"});
+    {
+        const KilledClient holder(daemon.url(), {"--json", "control", "acquire"});
+        ASSERT_TRUE(until([&] { return daemon.json({"get", "control"})["holder"] != 0; }));
+        EXPECT_EQ(daemon.gonio({"control", "release", "--take"}).exit_code, 0);
+        EXPECT_EQ(daemon.json({"get", "control"})["holder"], 0);
+    }
+    EXPECT_EQ(daemon.gonio({"control", "acquire", "--hold", "0.1"}).exit_code, 0);
+
+    const unsigned before = daemon.json({"get", "scene_rev"});
+    const unsigned changed = daemon.rev({"set", "exposure", "3"});
+    const Json conflict = refused({"set", "exposure", "4", "--base-rev", std::to_string(before)});
+    EXPECT_EQ(conflict["code"], "conflict");
+    EXPECT_EQ(conflict["field"], "exposure_ev100");
+    EXPECT_EQ(conflict["value"], std::to_string(changed));
+    daemon.rev({"set", "exposure", "4", "--base-rev", std::to_string(changed)});
+    daemon.rev({"set", "master", "0.4", "--base-rev=" + std::to_string(changed)});
+}
+
+}  // namespace
+}  // namespace gonio::test
