@@ -8,6 +8,10 @@ namespace gonio::soak {
 
 using conformance::Clock;
 
+namespace {
+constexpr std::size_t kMostWaiting = 16;  // answers; servers bound them
+}
+
 Operator::Operator(std::uint16_t port) : peer_(std::make_unique<conformance::RawPeer>(port)) {
     const auto until = Clock::now() + std::chrono::seconds(10);
     peer_->send(conformance::handshake(port, kSubprotocolProto));
@@ -24,6 +28,11 @@ void Operator::say(const v1::ClientMessage& message) {
 }
 
 void Operator::send(const v1::Command& command) {
+    for (const auto until = Clock::now() + std::chrono::seconds(10); waiting_.size() >= kMostWaiting;) {
+        if (Clock::now() > until) throw std::runtime_error("the server does not answer");
+        const auto heard = peer_->read_frame(Clock::now() + std::chrono::milliseconds(20));
+        if (heard.opcode == conformance::kBinary) take(heard.payload);
+    }
     v1::ClientMessage message;
     message.set_request_id(next_id_++);
     *message.mutable_command() = command;

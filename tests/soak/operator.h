@@ -18,6 +18,7 @@ public:
     // Connects to a goniod on 127.0.0.1. Throws std::runtime_error where it does not become Ready.
     explicit Operator(std::uint16_t port);
 
+    // Does not wait for the answer, unless many are waited for already. Throws where none comes for 10 s.
     void send(const v1::Command& command);
     // Reads what has come.
     void listen();
