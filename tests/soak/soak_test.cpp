@@ -40,19 +40,26 @@ double minutes_wanted() {
 
 struct Footprint {
     double minute = 0, resident_mib = 0;
-    std::size_t descriptors = 0, threads = 0;
+    double anonymous_mib =
+        0;  // of it what the process wrote itself; pages of libraries come and go with the machine's memory
+    std::size_t descriptors = 0;
 };
 
 Footprint footprint(pid_t pid, double minute) {
     const std::string process = "/proc/" + std::to_string(pid);
-    std::size_t size = 0, resident = 0;
-    std::ifstream(process + "/statm") >> size >> resident;
+    Footprint result;
+    result.minute = minute;
+    std::ifstream status(process + "/status");
+    for (std::string line; std::getline(status, line);) {
+        if (line.starts_with("VmRSS:")) result.resident_mib = std::atof(line.c_str() + 6) / 1024;
+        if (line.starts_with("RssAnon:")) result.anonymous_mib = std::atof(line.c_str() + 8) / 1024;
+    }
     const auto count = [](const std::string& folder) {
         const std::filesystem::directory_iterator all(folder);
         return static_cast<std::size_t>(std::distance(begin(all), end(all)));
     };
-    return {minute, static_cast<double>(resident) * static_cast<double>(sysconf(_SC_PAGESIZE)) / (1 << 20),
-            count(process + "/fd"), count(process + "/task")};
+    result.descriptors = count(process + "/fd");
+    return result;
 }
 
 double median(std::vector<double> values) {
@@ -237,8 +244,9 @@ TEST_F(Soak, StaysCurrentAndOfOneSize) {
         samples.push_back(footprint(daemon_.pid(), minute()));
         ASSERT_TRUE(daemon_.alive());
         if (minutes >= 2 && samples.size() % 6 == 1)
-            std::printf("soak: minute %.1f: %.1f MiB resident, %zu descriptors, %zu viewers\n", samples.back().minute,
-                        samples.back().resident_mib, samples.back().descriptors, viewers_.size());
+            std::printf("soak: minute %.1f: %.1f MiB resident, %.1f of it anonymous, %zu descriptors, %zu viewers\n",
+                        samples.back().minute, samples.back().resident_mib, samples.back().anonymous_mib,
+                        samples.back().descriptors, viewers_.size());
         std::fflush(stdout);
     }
     ASSERT_FALSE(samples.empty());
