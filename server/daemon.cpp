@@ -24,7 +24,8 @@
 #include "server/render/renderer.h"
 #include "server/scene/state.h"
 #include "server/stage.h"
-#include "server/stream/encode_thread.h"
+#include "server/stream/lane_feed.h"
+#include "server/stream_out.h"
 #include "server/surface_hands.h"
 
 namespace gonio {
@@ -188,24 +189,17 @@ int run_daemon(const Options& options) {
     Queue<Work> queue(kMaxWork);
     Latest<Demand> demands;
     std::unique_ptr<Front> front;
-    EncodeThread encoder({
-        [&](EncodedFrame frame, bool final) { front->publish_h264(std::move(frame), final); },
-        [&](EncodedFrame frame) { front->publish_jpeg(std::move(frame)); },
-        [&](const std::string& codec, int width, int height) {
-            v1::VideoConfig config;
-            config.set_codec(codec);
-            config.set_width_px(static_cast<std::uint32_t>(width));
-            config.set_height_px(static_cast<std::uint32_t>(height));
-            front->publish_video_config(std::move(config));
-        },
-        [&] { queue.wake(); },
-    });
+    LaneEncoders encoders(encoder_setup(options, scene->width_px, scene->height_px),
+                          encoder_outputs(front, [&queue] { queue.wake(); }));
+    LaneFeed feed(encoders);
     FrontOptions listen;
     listen.host = options.host;
     listen.port = options.port;
     listen.token = token;
     listen.server_name = "goniod " GONIO_VERSION;
     listen.renderer = renderer_name;
+    listen.encoder = encoders.encoder();
+    listen.private_lanes = options.max_private_lanes;
     listen.page = page_files();
     auto started =
         Front::start(listen, {
@@ -250,9 +244,6 @@ int run_daemon(const Options& options) {
 
     Demand demand;
     Loader loader;
-    Picture newest;
-    // Whether the encoder was given the newest picture for each kind of viewer.
-    bool h264_sent = true, jpeg_sent = true;
     std::unique_ptr<LiveRenderer> renderer;
     if (context)
         renderer = std::make_unique<Renderer>(*context, gather_of(options));
@@ -269,12 +260,11 @@ int run_daemon(const Options& options) {
             },
             [&](Picture picture) {
                 hands.picture_out(picture.scene_rev, picture.rendered_ns);
-                newest = std::move(picture);
-                h264_sent = jpeg_sent = false;
+                feed.show(std::move(picture), monotonic_ns());
             },
             [&] {
                 v1::Stats stats;
-                stats.set_frames_encoded(encoder.frames_encoded());
+                add_lane_figures(stats, encoders, feed, demand.jpeg_clients, monotonic_ns());
                 stats.set_packets_sent(front->packets_sent());
                 stats.set_clients(demand.clients);
                 return stats;
@@ -295,9 +285,9 @@ int run_daemon(const Options& options) {
     // READY means: a first frame has been rendered and encoded, so that whoever connects sees a picture at once.
     stage.begin_frame(monotonic_ns());
     stage.finish_frames(true);
-    if (!encoder.encode_now(newest)) throw std::runtime_error("no H.264 encoder can be opened: is libx264 installed?");
-    h264_sent = true;
-    jpeg_sent = false;  // no viewer of the MJPEG stream has it yet
+    const LaneId first_lane = options.max_private_lanes > 0 ? kFirstPrivateLane : kSharedLane;
+    encoders.encode_first(first_lane, feed.newest());
+    feed.tried(first_lane);
     std::printf("READY http://%s:%u\n",
                 options.host.find(':') == std::string::npos ? options.host.c_str() : ("[" + options.host + "]").c_str(),
                 front->port());
@@ -306,13 +296,13 @@ int run_daemon(const Options& options) {
     std::int64_t last_begin_ns = 0, last_moved_ns = 0;
     while (!queue.closed()) {
         // Somebody must be able to take a picture: a viewer with credit, or a report that is waited for.
-        const bool viewer = (demand.h264 || demand.jpeg) && encoder.idle();
+        const bool viewer = feed.wanted();
         const std::int64_t now = monotonic_ns();
         const bool moves = hands.waiting(now) || stage.fading();
         const bool due = ((stage.frame_wanted() || moves) && viewer) || stage.report_wanted();
         const std::int64_t wait_ns = due ? std::max<std::int64_t>(0, last_begin_ns + frame_time.count() - now) : 0;
         std::optional<Work> work;
-        stage.set_watched(demand.h264 || demand.jpeg);
+        stage.set_watched(feed.watched());
         const bool refining =
             stage.refinable() && stage.rests() && viewer && !due && !stage.fading() && !consoles.anything_waits();
         if ((due && wait_ns == 0) || stage.busy())
@@ -327,7 +317,7 @@ int run_daemon(const Options& options) {
                  : stage.fading()
                      ? std::clamp<std::int64_t>(last_moved_ns + frame_time.count() - now, 0, frame_time.count())
                      : std::int64_t{250'000'000},
-                 consoles.sleep_ns(now), due ? wait_ns : hands.sleep_ns(now),
+                 consoles.sleep_ns(now), due ? wait_ns : hands.sleep_ns(now), feed.rest_in_ns(now),
                  std::max<std::int64_t>(stage.rest_in_ns(), 1'000'000)})));
         const std::int64_t drained_ns = monotonic_ns();
         for (; work; work = queue.try_pop()) stage.take(std::move(*work));
@@ -341,8 +331,8 @@ int run_daemon(const Options& options) {
         }
 
         if (auto changed = demands.try_take()) {
-            if (demand.jpeg_clients == 0) jpeg_sent = false;  // whoever comes first has not seen the newest picture
-            demand = *changed;
+            demand = std::move(*changed);
+            feed.want(demand.lanes, demand.jpeg, demand.jpeg_clients);
         }
         if (starts && (stage.frame_wanted() || stage.report_wanted())) {
             last_begin_ns = drained_ns;
@@ -351,13 +341,7 @@ int run_daemon(const Options& options) {
         const bool more = stage.frame_wanted() && viewer;
         stage.finish_frames(!more && stage.frames_in_flight());
         // A viewer that joined or fell behind is served from the newest picture, as a key frame.
-        const bool h264 = demand.key || (demand.h264 && !h264_sent), jpeg = demand.jpeg && !jpeg_sent;
-        if (newest.nv12 && (h264 || jpeg) && encoder.idle()) {
-            encoder.put({newest, h264, demand.key, jpeg, !more});
-            h264_sent = h264_sent || h264;
-            jpeg_sent = jpeg_sent || jpeg;
-            demand.key = false;  // until it is asked for again
-        }
+        feed.serve(monotonic_ns(), more, stage.settled());
         stage.continue_work();
         if (refining && stage.refinable() && !stage.busy()) stage.refine();  // what was drained may have changed it
         if (context && context->lost()) throw std::runtime_error("the GPU lost the GL context");
