@@ -92,6 +92,7 @@ public:
         asio::post(context_, [this] {
             hub_.options.encoder = "mjpeg";
             hub_.for_each([](Peer& peer) { peer.on_video_config(); });
+            hub_.update_demand();
         });
     }
     void publish_jpeg(EncodedFrame frame) override {

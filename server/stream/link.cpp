@@ -45,6 +45,7 @@ void Link::acknowledged(std::uint32_t seq, Duration decode, Time now) {
     if (bytes < kLeastEvidenceBytes) return;
     samples_.push_back({bytes, std::max(seconds_of(arrival - free_at - kSlack), 0.0)});
     if (samples_.size() > kMostSamples) samples_.pop_front();
+    budget_bytes_ = budget_of_samples();
 }
 
 void Link::round_trip(Duration time, Time now) {
@@ -81,7 +82,7 @@ double Link::bits_per_s() const {
     return bytes * 8 / seconds;
 }
 
-std::uint32_t Link::frame_budget_bytes() const {
+std::uint32_t Link::budget_of_samples() const {
     const double rate = bits_per_s();
     if (rate <= 0) return 0;
     const double bytes = kShare * rate / 8 * seconds_of(kFrameTime);

@@ -35,7 +35,7 @@ public:
     double bits_per_s() const;
     // Result: how large a frame may be so that the link is done with it in kFrameTime, in steps of a fifth; 0: as large
     // as it likes.
-    std::uint32_t frame_budget_bytes() const;
+    std::uint32_t frame_budget_bytes() const { return budget_bytes_; }
     // Result: how many frames may be on their way: 3 where two would leave a long link idle.
     std::uint32_t window(Time now) const;
 
@@ -53,10 +53,12 @@ private:
         double bytes, seconds;
     };
     void tell_rtt(Duration rtt, Time now);
+    std::uint32_t budget_of_samples() const;
 
     std::deque<Flight> flights_;                    // at most kMostFlights
     std::deque<Sample> samples_;                    // at most kMostSamples
     std::array<std::optional<Duration>, 2> least_;  // of the present span of kSpan, and of the one before
+    std::uint32_t budget_bytes_ = 0;
     Time span_began_{}, last_arrival_{}, last_probe_{};
 };
 

@@ -219,6 +219,56 @@ TEST(Pacing, ACommandIsSeenInTheNextFrame) {
     EXPECT_LT(quantile(times_ms, 0.5), 250.0);
 }
 
+double cpu_seconds(pid_t pid) {
+    std::ifstream file("/proc/" + std::to_string(pid) + "/stat");
+    std::string field;
+    double ticks = 0;
+    for (int i = 1; i <= 15 && file >> field; ++i)
+        if (i >= 14) ticks += std::stod(field);  // utime, stime
+    return ticks / static_cast<double>(::sysconf(_SC_CLK_TCK));
+}
+
+// What more viewers cost: everybody goes on getting pictures. The figures are printed; docs/streaming.md has those of
+// an idle machine.
+TEST(Pacing, ManyViewersShareWhatThereIs) {
+    std::vector<std::size_t> counts{1, 4, 12};
+    if (std::getenv("GONIO_PACING_SECONDS")) counts = {1, 4, 8, 60};
+    for (const std::size_t count : counts) {
+        DaemonProcess daemon({"--size", "640x640"});
+        const std::uint16_t port = port_of(daemon.url());
+        std::vector<std::unique_ptr<Client>> viewers;
+        for (std::size_t i = 0; i < count; ++i) {
+            viewers.push_back(std::make_unique<Client>(port));
+            viewers.back()->join(kSubprotocolProto, true, false);
+        }
+        const Mover mover(port);
+        const auto time = std::getenv("GONIO_PACING_SECONDS") ? 8s : 2s;
+        std::vector<double> ages_ms;
+        std::vector<std::size_t> frames(count);
+        const double cpu_s = cpu_seconds(daemon.pid());
+        const auto end = Clock::now() + time;
+        while (Clock::now() < end) {
+            bool any = false;
+            for (std::size_t i = 0; i < count; ++i) {
+                const Client::Frame frame = viewers[i]->read_frame(0);
+                any = any || frame.opcode != -1;
+                if (frame.opcode != 2 || frame.payload.empty() || frame.payload[0] != 2) continue;
+                ages_ms.push_back(milliseconds_since(frame.header().rendered_ns));
+                ++frames[i];
+                viewers[i]->acknowledge(frame.seq());
+            }
+            if (!any) std::this_thread::sleep_for(500us);
+        }
+        const double seconds = static_cast<double>(time.count()), used_s = cpu_seconds(daemon.pid()) - cpu_s;
+        const auto [least, most] = std::minmax_element(frames.begin(), frames.end());
+        std::printf(
+            "%zu viewers: age when shown p50 %.1f, p99 %.1f ms; %.1f to %.1f frames/s each; goniod uses %.2f cores\n",
+            count, quantile(ages_ms, 0.5), quantile(ages_ms, 0.99), static_cast<double>(*least) / seconds,
+            static_cast<double>(*most) / seconds, used_s / seconds);
+        EXPECT_GT(*least, 2u) << count;
+    }
+}
+
 // A still picture on a narrow line: it sharpens, one frame says that it is final, then nothing more comes.
 TEST(Pacing, AStillPictureSharpensAndThenIsSilent) {
     DaemonProcess daemon({"--size", "320x320"});
