@@ -51,7 +51,7 @@ public:
             for (int step = 0; !stop_; ++step) {
                 v1::ClientMessage message;
                 auto& camera = *message.mutable_command()->mutable_set_camera();
-                for (const double x : {0.8 * std::sin(0.12 * step), 2.0, 6.5}) camera.add_eye(x);
+                for (const double x : {0.8 * std::sin(0.12 * step), 2.0, 6.5}) camera.add_eye_m(x);
                 client_.say(message);
                 std::this_thread::sleep_for(16ms);
             }
