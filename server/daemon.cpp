@@ -21,7 +21,8 @@
 #include "server/stage.h"
 #include "server/start.h"
 #include "server/state_file.h"
-#include "server/stream/encode_thread.h"
+#include "server/stream/lane_feed.h"
+#include "server/stream_out.h"
 #include "server/surface_hands.h"
 
 namespace gonio {
@@ -118,24 +119,17 @@ int run_daemon(const Options& options) {
 
     Latest<Demand> demands;
     std::shared_ptr<Front> front;
-    EncodeThread encoder({
-        [&](EncodedFrame frame, bool final) { front->publish_h264(std::move(frame), final); },
-        [&](EncodedFrame frame) { front->publish_jpeg(std::move(frame)); },
-        [&](const std::string& codec, int width, int height) {
-            v1::VideoConfig config;
-            config.set_codec(codec);
-            config.set_width_px(static_cast<std::uint32_t>(width));
-            config.set_height_px(static_cast<std::uint32_t>(height));
-            front->publish_video_config(std::move(config));
-        },
-        [&] { queue.wake(); },
-    });
+    LaneEncoders encoders(encoder_setup(options, scene->width_px, scene->height_px),
+                          encoder_outputs(front, [&queue] { queue.wake(); }));
+    LaneFeed feed(encoders);
     FrontOptions listen;
     listen.host = options.host;
     listen.port = options.port;
     listen.token = token;
     listen.server_name = "goniod " GONIO_VERSION;
     listen.renderer = renderer_name;
+    listen.encoder = encoders.encoder();
+    listen.private_lanes = options.max_private_lanes;
     listen.page = page_files();
     auto started =
         Front::start(listen, {
@@ -195,9 +189,6 @@ int run_daemon(const Options& options) {
 
     Demand demand;
     Loader loader;
-    Picture newest;
-    // Whether the encoder was given the newest picture for each kind of viewer.
-    bool h264_sent = true, jpeg_sent = true;
     std::shared_ptr<StateFile> state_file;
     if (!options.state_file.empty()) state_file = std::make_shared<StateFile>(options.state_file);
     state_to_save = state_file;
@@ -214,12 +205,11 @@ int run_daemon(const Options& options) {
             [&](Picture picture) {
                 gpu.picture_done();
                 hands.picture_out(picture.scene_rev, picture.rendered_ns);
-                newest = std::move(picture);
-                h264_sent = jpeg_sent = false;
+                feed.show(std::move(picture), monotonic_ns());
             },
             [&] {
                 v1::Stats stats;
-                stats.set_frames_encoded(encoder.frames_encoded());
+                add_lane_figures(stats, encoders, feed, demand.jpeg_clients, monotonic_ns());
                 stats.set_packets_sent(front->packets_sent());
                 stats.set_clients(demand.clients);
                 if (state_file) {
@@ -245,9 +235,9 @@ int run_daemon(const Options& options) {
     // READY means: a first frame has been rendered and encoded, so that whoever connects sees a picture at once.
     stage.begin_frame(monotonic_ns());
     stage.finish_frames(true);
-    if (!encoder.encode_now(newest)) throw std::runtime_error("no H.264 encoder can be opened: is libx264 installed?");
-    h264_sent = true;
-    jpeg_sent = false;  // no viewer of the MJPEG stream has it yet
+    const LaneId first_lane = options.max_private_lanes > 0 ? kFirstPrivateLane : kSharedLane;
+    encoders.encode_first(first_lane, feed.newest());
+    feed.tried(first_lane);
     std::printf("READY http://%s:%u\n",
                 options.host.find(':') == std::string::npos ? options.host.c_str() : ("[" + options.host + "]").c_str(),
                 front->port());
@@ -256,13 +246,13 @@ int run_daemon(const Options& options) {
     std::int64_t last_begin_ns = 0, last_moved_ns = 0;
     while (!queue.closed()) {
         // Somebody must be able to take a picture: a viewer with credit, or a report that is waited for.
-        const bool viewer = (demand.h264 || demand.jpeg) && encoder.idle();
+        const bool viewer = feed.wanted();
         const std::int64_t now = monotonic_ns();
         const bool moves = hands.waiting(now) || stage.fading();
         const bool due = ((stage.frame_wanted() || moves) && viewer) || stage.report_wanted();
         const std::int64_t wait_ns = due ? std::max<std::int64_t>(0, last_begin_ns + frame_time.count() - now) : 0;
         std::optional<Work> work;
-        stage.set_watched(demand.h264 || demand.jpeg);
+        stage.set_watched(feed.watched());
         const bool refining =
             stage.refinable() && stage.rests() && viewer && !due && !stage.fading() && !consoles.anything_waits();
         if ((due && wait_ns == 0) || stage.busy())
@@ -277,7 +267,7 @@ int run_daemon(const Options& options) {
                  : stage.fading()
                      ? std::clamp<std::int64_t>(last_moved_ns + frame_time.count() - now, 0, frame_time.count())
                      : std::int64_t{250'000'000},
-                 consoles.sleep_ns(now), due ? wait_ns : hands.sleep_ns(now),
+                 consoles.sleep_ns(now), due ? wait_ns : hands.sleep_ns(now), feed.rest_in_ns(now),
                  std::max<std::int64_t>(stage.rest_in_ns(), 1'000'000)})));
         const std::int64_t drained_ns = monotonic_ns();
         const auto sessions_left = left.try_take();  // before what they said is drained
@@ -298,8 +288,8 @@ int run_daemon(const Options& options) {
         }
 
         if (auto changed = demands.try_take()) {
-            if (demand.jpeg_clients == 0) jpeg_sent = false;  // whoever comes first has not seen the newest picture
-            demand = *changed;
+            demand = std::move(*changed);
+            feed.want(demand.lanes, demand.jpeg, demand.jpeg_clients);
         }
         if (starts && (stage.frame_wanted() || stage.report_wanted())) {
             last_begin_ns = drained_ns;
@@ -317,17 +307,10 @@ int run_daemon(const Options& options) {
             });
             if (!renderer) break;
             stage.set_renderer(std::move(renderer));
-            demand.key = demand.h264;  // the next picture is whole for everybody
             continue;
         }
         // A viewer that joined or fell behind is served from the newest picture, as a key frame.
-        const bool h264 = demand.key || (demand.h264 && !h264_sent), jpeg = demand.jpeg && !jpeg_sent;
-        if (newest.nv12 && (h264 || jpeg) && encoder.idle()) {
-            encoder.put({newest, h264, demand.key, jpeg, !more});
-            h264_sent = h264_sent || h264;
-            jpeg_sent = jpeg_sent || jpeg;
-            demand.key = false;  // until it is asked for again
-        }
+        feed.serve(monotonic_ns(), more, stage.settled());
         stage.continue_work();
         if (refining && stage.refinable() && !stage.busy()) stage.refine();  // what was drained may have changed it
     }

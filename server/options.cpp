@@ -5,6 +5,7 @@
 
 #include "protocol/artnet.h"
 #include "protocol/e131.h"
+#include "server/stream/lanes.h"
 
 namespace gonio {
 
@@ -27,6 +28,15 @@ std::optional<Options> parse_options(int argc, char** argv, int& exit_code) {
     app.add_option("--target-fps", options.target_fps,
                    "frames a second: never more, and while something moves no fewer: pictures get smaller and coarser")
         ->check(CLI::Range(1.0, 1000.0))
+        ->capture_default_str();
+    app.add_option(
+           "--encoder", options.encoder,
+           "of the video: nvenc, vaapi, libx264; auto: the first that works; mjpeg: no H.264, MJPEG and stills alone")
+        ->check(CLI::IsMember({"auto", "nvenc", "vaapi", "libx264", "mjpeg"}))
+        ->capture_default_str();
+    app.add_option("--max-private-lanes", options.max_private_lanes,
+                   "viewers that get an encoder of their own, fitted to their link; all others share one; 0..64")
+        ->check(CLI::Range(0U, kMostPrivateLanes))
         ->capture_default_str();
     app.add_option("--gather", options.gather,
                    "where direct light is shaded: gl (shadow maps), simd (rays on the CPU), auto")

@@ -424,7 +424,7 @@ void Stage::answer_stats(const Work& work) {
     stats.set_captures(captures_);
     stats.set_commands_refused(refused_);
     stats.set_scene_rev(scene_.scene_rev);
-    stats.set_settled(!frame_wanted() && !frames_in_flight() && !refinable() && !(watched_ && budget_.chosen() != 0));
+    stats.set_settled(stats.settled() && settled());
     stats.set_renderer(renderer_name_);
     stats.set_gpu_resets(gpu_resets_);
     reference_.add_counters(stats);

@@ -47,7 +47,7 @@ struct StageOutputs {
     std::function<void(std::uint32_t session, v1::ServerMessage)> reply;
     std::function<void(v1::State, v1::StateChanged)> state;
     std::function<void(Picture)> picture;    // a new picture left the GPU
-    std::function<v1::Stats()> counters;     // what the stream side counts
+    std::function<v1::Stats()> counters;     // what the stream side counts; settled: it has nothing left to say
     std::function<v1::Sources()> sources;    // the newest source table of the consoles
     std::function<v1::Surfaces()> surfaces;  // the fader boxes and what they drive
     // Answers the session when a control has moved; `gone` ends what the session waits for.
@@ -100,6 +100,10 @@ public:
     void set_watched(bool watched) { watched_ = watched; }
     // Whether the picture can be refined: it shows the scene as it stands, and somebody looks.
     bool refinable() const { return watched_ && !frame_wanted() && budget_.chosen() == 0 && !refined_; }
+    // Whether no picture will come until something changes.
+    bool settled() const {
+        return !frame_wanted() && !frames_in_flight() && !refinable() && !(watched_ && budget_.chosen() != 0);
+    }
     // Whether somebody sees a smaller picture than there is.
     bool owes() const { return watched_ && budget_.owes(monotonic_ns()); }
     // Whether it is time to: nothing changed for Budget::kRestNs.

@@ -425,6 +425,8 @@ int watch(const Session& session, Words words) {
             if (const auto said = (*connection)->say(ack); !said) return session.fail(said.error());
         } else if (event->message.has_state_changed()) {
             session.out << "{\"state_changed\":" << to_json(event->message.state_changed(), true) << "}" << std::endl;
+        } else if (event->message.has_video_config()) {  // another size, encoder or lane
+            session.out << "{\"video_config\":" << to_json(event->message.video_config(), true) << "}" << std::endl;
         } else if (event->message.has_ready()) {  // instead of many changes
             session.out << "{\"ready\":" << to_json(event->message.ready(), true) << "}" << std::endl;
         } else if (event->message.has_goodbye()) {

@@ -96,7 +96,8 @@ export function statsStrip(store, video, connection, node, format, {report, mete
             setText(rev, String(store.state?.scene_rev ?? "–"));
         }
         const name = {h264: "H.264", mjpeg: "MJPEG", still: "Stills"}[video.mode];
-        setText(format, `${video.size.join(" × ")} ${name}`);
+        const {encoder, lane} = video.mode === "h264" ? video.stream : {};
+        setText(format, [`${video.size.join(" × ")} ${name}`, encoder, lane && `${lane} lane`].filter(Boolean).join(" · "));
     }, kRefreshMs);
 }
 

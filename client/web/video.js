@@ -58,6 +58,8 @@ export class Video extends EventTarget {
         image.addEventListener("load", () => this.#imageLoaded());
     }
 
+    // The encoder and the lane of the frames, as the server tells them.
+    get stream() { return {encoder: this.#config?.encoder ?? "", lane: this.#config?.lane ?? ""}; }
     get element() { return this.mode === "h264" ? this.#canvas : this.#image; }
     get size() {
         return this.mode === "h264" ? [this.#canvas.width, this.#canvas.height]
@@ -66,6 +68,7 @@ export class Video extends EventTarget {
 
     async #start(config) {
         if (config) this.#config = config;
+        if (config?.encoder === "mjpeg" && this.mode === "h264") return this.#setMode("mjpeg");
         this.#canvas.hidden = this.mode !== "h264";
         this.#image.hidden = this.mode === "h264";
         if (this.mode === "mjpeg") {
@@ -110,6 +113,8 @@ export class Video extends EventTarget {
         }
         if ((this.#needKey && !header.key) || this.#decoder?.state !== "configured") {
             this.#acknowledge(header);    // not shown, but its credit goes back
+            // A stream that was joined in its middle: the server asks its encoder at most once a second.
+            if (!gap && this.#needKey) this.#connection.post({request_keyframe: {}});
             return;
         }
         this.#needKey = false;
@@ -124,7 +129,6 @@ export class Video extends EventTarget {
     #show(frame) {
         const header = this.#headers.get(frame.timestamp);
         this.#headers.delete(frame.timestamp);
-        if (header) this.#acknowledge(header);
         if (this.#canvas.width !== frame.displayWidth || this.#canvas.height !== frame.displayHeight) {
             this.#canvas.width = frame.displayWidth;
             this.#canvas.height = frame.displayHeight;
@@ -135,11 +139,13 @@ export class Video extends EventTarget {
         if (!header) return;
         this.shownRev = header.scene_rev;
         header.decode_ms = performance.now() - header.received_ms;
+        this.#acknowledge(header);
         this.#emit("shown", header);
     }
 
     #acknowledge(header) {
-        this.#connection.post({frame_ack: {seq: header.seq}});
+        const decode_us = Math.round(1000 * (header.decode_ms ?? 0));
+        this.#connection.post({frame_ack: {seq: header.seq, decode_us}});
     }
 
     #failed(error) {

@@ -14,9 +14,9 @@ constexpr auto kFarewell = std::chrono::milliseconds(500);     // for Goodbye an
 
 class BeastFront final : public Front {
 public:
-    BeastFront(const FrontOptions& options, Callbacks callbacks) {
-        hub_.options = options;
+    BeastFront(const FrontOptions& options, Callbacks callbacks) : hub_(options) {
         hub_.callbacks = std::move(callbacks);
+        hub_.wake_at = [this](Lanes::Time time) { wake_at(time); };
     }
     ~BeastFront() override {
         if (!thread_.joinable()) return;
@@ -73,19 +73,25 @@ public:
             if (const auto peer = found->second.lock()) peer->on_reply(std::move(message));
         });
     }
-    void publish_video_config(v1::VideoConfig config) override {
-        asio::post(context_, [this, config = std::move(config)]() mutable {
-            v1::ServerMessage message;
-            *message.mutable_video_config() = config;
-            hub_.video_config = std::move(config);
-            const SharedMessage shared(std::move(message));
-            hub_.for_each([&](Peer& peer) { peer.on_video_config(shared); });
+    void publish_video_config(v1::VideoConfig config, LaneId lane) override {
+        asio::post(context_, [this, lane, config = std::move(config)]() mutable {
+            hub_.newest_stream = config;
+            hub_.streams[lane] = std::move(config);
+            hub_.lanes.restarted(lane);
+            for (const SessionId id : hub_.lanes.viewers_of(lane))
+                if (const auto peer = hub_.find(id)) peer->on_video_config();
             hub_.update_demand();
         });
     }
     void publish_h264(EncodedFrame frame, bool final) override {
         asio::post(context_, [this, frame = std::make_shared<const EncodedFrame>(std::move(frame)), final] {
-            hub_.for_each([&](Peer& peer) { peer.on_h264(frame, final); });
+            hub_.publish_h264(frame, final);
+        });
+    }
+    void stop_h264() override {
+        asio::post(context_, [this] {
+            hub_.options.encoder = "mjpeg";
+            hub_.for_each([](Peer& peer) { peer.on_video_config(); });
             hub_.update_demand();
         });
     }
@@ -140,9 +146,20 @@ private:
         acceptor_.close(ignored);
         retry_.cancel();
     }
+    void wake_at(Lanes::Time time) {
+        if (time == wake_time_) return;
+        wake_time_ = time;
+        wake_.expires_at(time);
+        wake_.async_wait([this](error_code cancelled) {
+            if (cancelled) return;
+            wake_time_ = {};
+            hub_.update_demand();
+        });
+    }
     void shut_down() {
         if (std::exchange(hub_.stopping, true)) return;
         close_acceptor();
+        wake_.cancel();
         hub_.for_each([](Peer& peer) { peer.on_shutdown(); });
         retry_.expires_after(kFarewell);
         retry_.async_wait([this](error_code) { context_.stop(); });
@@ -160,7 +177,8 @@ private:
     Hub hub_;  // before the context: sessions end with the context and take leave of the hub
     asio::io_context context_{1};
     tcp::acceptor acceptor_{context_};
-    asio::steady_timer retry_{context_}, poll_{context_};
+    asio::steady_timer retry_{context_}, poll_{context_}, wake_{context_};
+    Lanes::Time wake_time_{};  // that wake_ is set to
     std::uint16_t port_ = 0;
     std::thread thread_;
 };

@@ -10,11 +10,13 @@
 #include <optional>
 #include <span>
 #include <string>
+#include <vector>
 
 #include "cmake/embedded_file.h"
 #include "ies/result.h"
 #include "protocol/codec.h"
 #include "server/stream/encoder.h"
+#include "server/stream/lanes.h"
 
 namespace gonio {
 
@@ -22,10 +24,11 @@ using SessionId = std::uint32_t;  // 0: nobody
 
 // What the viewers want now; changes are told through Callbacks::demand.
 struct Demand {
-    bool h264 = false;  // at least one identified video client that has credit (fewer than 2 frames unacknowledged)
-    bool jpeg = false;  // at least one MJPEG client that took the last part
-    bool key = false;   // an H.264 client waits for a key frame
-    unsigned jpeg_clients = 0;  // MJPEG clients, with or without a wish for the next part
+    std::vector<LaneWish> lanes;  // those that have viewers
+    bool h264 = false;            // one of them has credit
+    bool key = false;             // one of them wants a key frame
+    bool jpeg = false;            // at least one MJPEG client that took the last part
+    unsigned jpeg_clients = 0;    // MJPEG clients, with or without a wish for the next part
     unsigned clients = 0;
     bool operator==(const Demand&) const = default;
 };
@@ -40,8 +43,7 @@ struct FrontLimits {
     std::chrono::milliseconds ping{10'000};         // silence after which the server pings
     std::chrono::milliseconds dead{30'000};         // silence after which the connection is dropped
     std::chrono::milliseconds write_stall{5'000};   // a write without progress, then the connection is dropped
-    std::chrono::milliseconds key_interval{1'000};  // least time between two key frames that one client makes the
-                                                    // encoder produce, the first apart
+    std::chrono::milliseconds key_interval{1'000};  // least time between two key frames of a lane, the first apart
     std::chrono::milliseconds still{60'000};        // a still picture that is not there by then is answered 504
 };
 
@@ -51,6 +53,8 @@ struct FrontOptions {
     std::string token;          // empty: none asked for
     std::string server_name;    // for Hello
     std::string renderer;
+    std::string encoder;                 // likewise; "mjpeg": there is no H.264
+    unsigned private_lanes = 0;          // viewers that have an encoder of their own; all others share one
     std::span<const EmbeddedFile> page;  // "index.html", "main.js", …
     FrontLimits limits;
 };
@@ -79,13 +83,17 @@ public:
     virtual void publish_state(v1::State state) = 0;
     virtual void broadcast(v1::StateChanged change) = 0;
     virtual void reply(SessionId session, v1::ServerMessage message) = 0;
-    virtual void publish_video_config(v1::VideoConfig config) = 0;
+    // The encoder of a lane makes such frames from now on; the first one is a key frame.
+    virtual void publish_video_config(v1::VideoConfig config, LaneId lane = kSharedLane) = 0;
+    // Of the lane frame.lane.
     virtual void publish_h264(EncodedFrame frame, bool final) = 0;
     virtual void publish_jpeg(EncodedFrame frame) = 0;
     // Any thread. From now on nobody new is let in.
     virtual void stop_accepting() = 0;
     // Any thread. Says goodbye behind all answers given so far and closes all connections, within half a second.
     virtual void stop(std::uint32_t reconnect_after_ms) = 0;
+    // No encoder of H.264 works any more: viewers are told to use MJPEG.
+    virtual void stop_h264() = 0;
 };
 
 }  // namespace gonio

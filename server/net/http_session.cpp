@@ -121,7 +121,6 @@ public:
         stream_.close();
         hub_.remove(still_id_);
     }
-    void add_to(Demand&) const override {}
 
 private:
     void read() {

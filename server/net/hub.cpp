@@ -2,6 +2,8 @@
 
 namespace gonio {
 
+using Clock = std::chrono::steady_clock;
+
 std::shared_ptr<const std::string> SharedMessage::bytes(Encoding encoding) const {
     auto& slot = encoding == Encoding::proto ? proto_ : json_;
     if (!slot) {
@@ -21,16 +23,50 @@ SessionId Hub::add(const std::shared_ptr<Peer>& peer) {
 
 void Hub::remove(SessionId id) {
     if (peers.erase(id) == 0) return;
+    if (lanes.watches(id)) lanes.leave(id, Clock::now());
     if (!stopping && callbacks.closed) callbacks.closed(id);
+    tell_moved();
     update_demand();
+}
+
+v1::VideoConfig Hub::video_config(LaneId lane) const {
+    v1::VideoConfig config;
+    if (!has_h264()) {
+        config.set_encoder(options.encoder);
+        return config;
+    }
+    const auto own = streams.find(lane);
+    config = own == streams.end() ? newest_stream : own->second;
+    config.set_lane(lane_kind(lane));
+    return config;
+}
+
+void Hub::publish_h264(const std::shared_ptr<const EncodedFrame>& frame, bool final) {
+    for (const auto& [id, verdict] : lanes.published(frame->lane, frame->key, Clock::now()))
+        if (const auto peer = find(id)) peer->on_h264(frame, final, verdict);
+    tell_moved();
+    update_demand();
+}
+
+void Hub::tell_moved() {
+    for (const SessionId id : lanes.take_moved())
+        if (const auto peer = find(id)) peer->on_moved();
 }
 
 void Hub::update_demand() {
     if (stopping) return;
+    const auto now = Clock::now();
     Demand demand;
-    for (const auto& [id, weak] : peers)
-        if (const auto peer = weak.lock()) peer->add_to(demand);
+    demand.lanes = lanes.wishes(now);
+    for (const LaneWish& wish : demand.lanes) {
+        demand.h264 |= wish.credit > 0;
+        demand.key |= wish.key;
+    }
+    demand.jpeg = mjpeg_takers > 0;
     demand.jpeg_clients = mjpeg_clients;
+    demand.clients = clients;
+    const auto due = lanes.due(now);
+    if (due && wake_at) wake_at(*due);
     if (told_ == demand) return;
     told_ = demand;
     if (callbacks.demand) callbacks.demand(demand);

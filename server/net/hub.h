@@ -31,21 +31,28 @@ public:
     virtual void on_reply(v1::ServerMessage) {}
     virtual void on_state_published() {}
     virtual void on_state_changed(const SharedMessage&) {}
-    virtual void on_video_config(const SharedMessage&) {}
-    virtual void on_h264(const std::shared_ptr<const EncodedFrame>&, bool /*final*/) {}
+    virtual void on_video_config() {}  // Hub::video_config() of its lane may be another now
+    virtual void on_moved() {}         // to another lane
+    virtual void on_h264(const std::shared_ptr<const EncodedFrame>&, bool /*final*/, VideoGate::Verdict) {}
     virtual void on_jpeg(const std::shared_ptr<const EncodedFrame>&) {}
     virtual void on_shutdown() = 0;  // says goodbye where it can and ends
-    virtual void add_to(Demand& demand) const = 0;
 };
 
 struct Hub {
+    explicit Hub(const FrontOptions& front)
+        : options(front), lanes({.private_lanes = front.private_lanes, .key_interval = front.limits.key_interval}) {}
+
     FrontOptions options;
     Front::Callbacks callbacks;
     std::map<SessionId, std::weak_ptr<Peer>> peers;
     unsigned connections = 0;
-    unsigned mjpeg_clients = 0;
+    unsigned clients = 0;                          // that are Ready, or take MJPEG
+    unsigned mjpeg_clients = 0, mjpeg_takers = 0;  // takers: took the last part
     std::optional<v1::State> state;
-    std::optional<v1::VideoConfig> video_config;
+    Lanes lanes;
+    std::map<LaneId, v1::VideoConfig> streams;  // what the encoder of each lane makes
+    v1::VideoConfig newest_stream;
+    std::function<void(Lanes::Time)> wake_at;       // calls update_demand() then
     std::shared_ptr<const EncodedFrame> last_jpeg;  // kept while an MJPEG client is there
     std::atomic<std::uint32_t> packets_sent = 0;
     bool stopping = false;
@@ -57,6 +64,12 @@ struct Hub {
     bool full() const { return peers.size() >= options.limits.clients; }
     // Tells the daemon what is wanted if that changed. Call after everything that may change it.
     void update_demand();
+    bool has_h264() const { return options.encoder != "mjpeg"; }
+    // Result: for a viewer of this lane; of a lane that has no encoder yet what others make.
+    v1::VideoConfig video_config(LaneId lane) const;
+    void publish_h264(const std::shared_ptr<const EncodedFrame>& frame, bool final);
+    // Tells those that were moved to another lane.
+    void tell_moved();
     // Result: false where the render queue is full.
     bool request(SessionId id, v1::ClientMessage message);
     bool identified(SessionId id, v1::Identify identify);
@@ -69,6 +82,11 @@ struct Hub {
             after = next->first;
             if (const auto peer = next->second.lock()) call(*peer);
         }
+    }
+
+    std::shared_ptr<Peer> find(SessionId id) const {
+        const auto found = peers.find(id);
+        return found == peers.end() ? nullptr : found->second.lock();
     }
 
 private:

@@ -26,12 +26,10 @@ class MjpegSession final : public Peer, public std::enable_shared_from_this<Mjpe
 public:
     MjpegSession(Hub& hub, tcp::socket socket) : hub_(hub), socket_(std::move(socket)), stall_(socket_.get_executor()) {
         ++hub_.connections;
-        ++hub_.mjpeg_clients;
     }
     ~MjpegSession() override {
         --hub_.connections;
-        if (--hub_.mjpeg_clients == 0) hub_.last_jpeg = nullptr;
-        hub_.remove(id_);
+        forget();
     }
     MjpegSession(const MjpegSession&) = delete;
     MjpegSession& operator=(const MjpegSession&) = delete;
@@ -39,25 +37,23 @@ public:
     void start() {
         id_ = hub_.add(shared_from_this());
         if (id_ == 0) return end();
+        ++hub_.clients;
+        ++hub_.mjpeg_clients;
         read();
         pending_ = hub_.last_jpeg;
         write({asio::buffer(kPreamble), asio::const_buffer(), asio::const_buffer()});
-        hub_.update_demand();
+        update_demand();
     }
 
     void on_jpeg(const std::shared_ptr<const EncodedFrame>& frame) override {
         if (sent_ && frame->rendered_ns == sent_->rendered_ns) {
             pending_ = nullptr;  // encoded again for another client
-            return hub_.update_demand();
+            return update_demand();
         }
         pending_ = frame;
         if (!writing_) write_pending();
     }
     void on_shutdown() override { end(); }
-    void add_to(Demand& demand) const override {
-        ++demand.clients;
-        demand.jpeg |= !writing_ && !pending_;
-    }
 
 private:
     // Nothing is expected from the client; a completed read means that it is gone.
@@ -71,7 +67,7 @@ private:
         sent_ = std::exchange(pending_, nullptr);
         ++hub_.packets_sent;
         write({asio::buffer(sent_->data), asio::buffer(kBetween), asio::const_buffer()});
-        hub_.update_demand();
+        update_demand();
     }
     void write(const std::array<asio::const_buffer, 3>& buffers) {
         writing_ = true;
@@ -84,13 +80,29 @@ private:
             self->stall_.cancel();
             if (error) return self->end();
             if (self->pending_) return self->write_pending();
-            self->hub_.update_demand();
+            self->update_demand();
         });
+    }
+    void update_demand() {
+        set_takes(!ended_ && !writing_ && !pending_);
+        hub_.update_demand();
+    }
+    void set_takes(bool takes) {
+        if (takes == takes_) return;
+        takes_ = takes;
+        takes ? ++hub_.mjpeg_takers : --hub_.mjpeg_takers;
     }
     void end() {
         error_code ignored;
         stall_.cancel();
         socket_.close(ignored);
+        forget();
+    }
+    void forget() {
+        if (std::exchange(ended_, true) || id_ == 0) return;
+        set_takes(false);
+        --hub_.clients;
+        if (--hub_.mjpeg_clients == 0) hub_.last_jpeg = nullptr;
         hub_.remove(id_);
     }
 
@@ -100,7 +112,7 @@ private:
     SessionId id_ = 0;
     std::array<char, 256> ignored_{};
     std::shared_ptr<const EncodedFrame> pending_, sent_;  // the newest that waits; the last that was written
-    bool writing_ = false;
+    bool writing_ = false, takes_ = false, ended_ = false;
 };
 
 }  // namespace

@@ -6,7 +6,6 @@
 #include <deque>
 
 #include "protocol/frame_header.h"
-#include "server/net/video_gate.h"
 
 namespace gonio {
 namespace {
@@ -27,16 +26,12 @@ std::uint32_t microseconds(std::int64_t from_ns, std::int64_t to_ns) {
 class WebSocketSession final : public Peer, public std::enable_shared_from_this<WebSocketSession> {
 public:
     WebSocketSession(Hub& hub, beast::tcp_stream stream, Encoding encoding)
-        : hub_(hub),
-          socket_(std::move(stream)),
-          encoding_(encoding),
-          gate_(hub.options.limits.key_interval),
-          tick_(socket_.get_executor()),
-          key_timer_(socket_.get_executor()) {
+        : hub_(hub), socket_(std::move(stream)), encoding_(encoding), tick_(socket_.get_executor()) {
         ++hub_.connections;
     }
     ~WebSocketSession() override {
         --hub_.connections;
+        count(false);
         hub_.remove(id_);
     }
     WebSocketSession(const WebSocketSession&) = delete;
@@ -55,14 +50,20 @@ public:
             }));
         socket_.read_message_max(kMaxBytesBeforeIdentify);
         socket_.auto_fragment(false);
-        socket_.control_callback([this](websocket::frame_type, beast::string_view) { last_heard_ = Clock::now(); });
+        socket_.control_callback([this](websocket::frame_type kind, beast::string_view) {
+            last_heard_ = Clock::now();
+            if (kind == websocket::frame_type::pong && std::exchange(probing_, false) && hub_.lanes.watches(id_))
+                hub_.lanes.round_trip(id_, last_heard_ - last_ping_, last_heard_);
+        });
         socket_.async_accept(request_, [self = shared_from_this()](error_code error) {
             if (error) return self->end();
             v1::ServerMessage message;
             v1::Hello& hello = *message.mutable_hello();
             hello.set_server(self->hub_.options.server_name);
             hello.set_renderer(self->hub_.options.renderer);
-            for (const char* feature : {"h264", "mjpeg", "still"}) hello.add_features(feature);
+            hello.set_encoder(self->hub_.options.encoder);
+            if (self->hub_.has_h264()) hello.add_features("h264");
+            for (const char* feature : {"mjpeg", "still"}) hello.add_features(feature);
             self->push(SharedMessage(std::move(message)).bytes(self->encoding_));
             self->read();
         });
@@ -79,16 +80,16 @@ public:
         if (!ready_ || !wants_state_) return;
         push(message.bytes(encoding_), Kind::state_changed, rev);
     }
-    void on_video_config(const SharedMessage& message) override {
+    void on_video_config() override {
         if (!ready_ || !wants_video_) return;
-        push(message.bytes(encoding_));
-        held_ = nullptr;  // of the old size
-        gate_.restart();
-        demand_changed();
+        held_ = nullptr;  // of the stream before
+        if (!hub_.has_h264()) watch(false);
+        tell_stream();
     }
-    void on_h264(const std::shared_ptr<const EncodedFrame>& frame, bool final) override {
-        if (!ready_ || !wants_video_ || closing_) return;
-        switch (gate_.offer(frame->key)) {
+    void on_moved() override { on_video_config(); }
+    void on_h264(const std::shared_ptr<const EncodedFrame>& frame, bool final, VideoGate::Verdict verdict) override {
+        if (!watching_) return;
+        switch (verdict) {
             case VideoGate::Verdict::send:
                 send_video(frame, final);
                 break;
@@ -100,7 +101,6 @@ public:
                 held_ = nullptr;
                 break;
         }
-        schedule_key();
     }
     void on_shutdown() override {
         v1::ServerMessage message;
@@ -109,13 +109,6 @@ public:
         push(SharedMessage(std::move(message)).bytes(encoding_));
         close_when_sent_ = true;
         write_next();
-    }
-    void add_to(Demand& demand) const override {
-        if (!ready_ || closing_) return;
-        ++demand.clients;
-        const auto now = Clock::now();
-        demand.h264 |= wants_video_ && gate_.wants_frame(now);
-        demand.key |= wants_video_ && gate_.wants_key(now);
     }
 
 private:
@@ -127,6 +120,7 @@ private:
         std::uint32_t scene_rev = 0;                // of state_changed
         std::shared_ptr<const EncodedFrame> frame;  // of video, with its header
         std::array<std::byte, kFrameHeaderBytes> header{};
+        std::uint32_t seq = 0;
         bool is_state() const { return kind == Kind::state_changed || kind == Kind::whole_state; }
     };
 
@@ -157,13 +151,11 @@ private:
         const std::uint32_t request_id = message->request_id();
         switch (message->message_case()) {
             case v1::ClientMessage::kFrameAck:
-                gate_.acknowledge(message->frame_ack().seq());
-                send_held();
-                return demand_changed();
+                return on_frame_ack(message->frame_ack());
             case v1::ClientMessage::kRequestKeyframe:
                 held_ = nullptr;
-                gate_.need_key();
-                return demand_changed();
+                if (watching_) hub_.lanes.need_key(id_);
+                return hub_.update_demand();
             case v1::ClientMessage::kIdentify:
                 return refuse(request_id, {"unexpected", "identify", "", "This connection is identified already."});
             default:
@@ -203,15 +195,18 @@ private:
     // ---- writing
     void send_ready() {
         ready_ = true;
+        count(true);
+        if (wants_video_ && hub_.has_h264()) watch(true);
         push(nullptr, Kind::whole_state);
-        demand_changed();
+        hub_.update_demand();
     }
     // Changes that wait behind the whole state and are contained in it are dropped: revisions never go back.
     std::shared_ptr<const std::string> take_whole_state() {
         v1::ServerMessage message;
         message.mutable_ready()->set_client_id(id_);
         if (hub_.state) *message.mutable_ready()->mutable_state() = *hub_.state;
-        if (hub_.video_config) *message.mutable_ready()->mutable_video_config() = *hub_.video_config;
+        told_stream_ = hub_.video_config(watching_ ? hub_.lanes.lane_of(id_) : kSharedLane);
+        *message.mutable_ready()->mutable_video_config() = told_stream_;
         whole_state_rev_ = message.ready().state().scene_rev();
         std::erase_if(queue_, [rev = whole_state_rev_](const Outgoing& waiting) {
             return waiting.kind == Kind::state_changed && waiting.scene_rev <= rev;
@@ -256,6 +251,11 @@ private:
         const auto done = [self = shared_from_this()](error_code error, std::size_t) { self->end_write(error); };
         if (outgoing_.kind == Kind::video) {
             ++hub_.packets_sent;
+            const std::size_t bytes = outgoing_.header.size() + outgoing_.frame->data.size();
+            if (watching_ && hub_.lanes.wrote(id_, outgoing_.seq, bytes, write_began_) && !pinging_) {
+                probing_ = true;
+                ping();
+            }
             socket_.binary(true);
             return socket_.async_write(
                 std::array<asio::const_buffer, 2>{asio::buffer(outgoing_.header), asio::buffer(outgoing_.frame->data)},
@@ -274,33 +274,45 @@ private:
     // ---- video
     void send_video(const std::shared_ptr<const EncodedFrame>& frame, bool final) {
         FrameHeader header;
-        header.seq = gate_.take_credit(frame->key, Clock::now());
+        header.seq = hub_.lanes.take_credit(id_);
         header.key = frame->key;
         header.final = final;
+        header.lane = frame->lane;
         header.scene_rev = frame->scene_rev;
         header.rendered_ns = static_cast<std::uint64_t>(frame->rendered_ns);
         header.render_us = microseconds(frame->drained_ns, frame->rendered_ns);
-        header.encode_us = microseconds(frame->rendered_ns, frame->encoded_ns);
-        queue_.push_back({nullptr, Kind::video, 0, frame, encode_frame_header(header)});
+        header.encode_us = microseconds(std::max(frame->rendered_ns, frame->began_ns), frame->encoded_ns);
+        queue_.push_back({nullptr, Kind::video, 0, frame, encode_frame_header(header), header.seq});
         write_next();
     }
-    void send_held() {
-        if (held_ && gate_.sends_held()) send_video(std::exchange(held_, nullptr), held_final_);
-    }
-    void demand_changed() {
-        schedule_key();
+    void on_frame_ack(const v1::FrameAck& ack) {
+        if (!watching_) return;
+        const bool goes =
+            hub_.lanes.acknowledged(id_, ack.seq(), std::chrono::microseconds(ack.decode_us()), Clock::now());
+        if (goes && held_) send_video(std::exchange(held_, nullptr), held_final_);
         hub_.update_demand();
     }
-    // Wakes the demand when the next key frame may be asked for.
-    void schedule_key() {
-        const auto due = gate_.key_due_at(Clock::now());
-        if (!due || key_timer_set_ || ended_) return;
-        key_timer_set_ = true;
-        key_timer_.expires_at(*due);
-        key_timer_.async_wait([self = shared_from_this()](error_code error) {
-            self->key_timer_set_ = false;
-            if (!error && !self->ended_) self->demand_changed();
-        });
+    void watch(bool watches) {
+        if (watches == watching_) return;
+        watching_ = watches;
+        if (watches)
+            hub_.lanes.join(id_, Clock::now());
+        else
+            hub_.lanes.leave(id_, Clock::now());
+    }
+    // Where the lane's frames are others than the client knows of.
+    void tell_stream() {
+        v1::ServerMessage message;
+        v1::VideoConfig& now = *message.mutable_video_config();
+        now = hub_.video_config(watching_ ? hub_.lanes.lane_of(id_) : kSharedLane);
+        if (now.SerializeAsString() == told_stream_.SerializeAsString()) return;
+        told_stream_ = now;
+        push(SharedMessage(std::move(message)).bytes(encoding_));
+    }
+    void count(bool counts) {
+        if (counts == counted_) return;
+        counted_ = counts;
+        counts ? ++hub_.clients : --hub_.clients;
     }
 
     // ---- time and end
@@ -330,13 +342,16 @@ private:
         } else if (!identified_ && now - accepted_ > limits.identify) {
             socket_.is_open() ? close(kNotIdentified, "Identify did not come in time") : end();
         } else if (silence > limits.ping && now - last_ping_ > limits.ping && !pinging_ && socket_.is_open()) {
-            last_ping_ = now;
-            pinging_ = true;
-            socket_.async_ping({}, [self = shared_from_this()](error_code error) {
-                self->pinging_ = false;
-                if (error) self->end();
-            });
+            ping();
         }
+    }
+    void ping() {
+        last_ping_ = Clock::now();
+        pinging_ = true;
+        socket_.async_ping({}, [self = shared_from_this()](error_code error) {
+            self->pinging_ = false;
+            if (error) self->end();
+        });
     }
     void close(std::uint16_t code, const char* reason) {
         if (closing_ || ended_) return;
@@ -344,14 +359,18 @@ private:
         closing_since_ = Clock::now();
         queue_.clear();
         held_ = nullptr;
+        count(false);
+        watch(false);
         socket_.async_close(websocket::close_reason(static_cast<websocket::close_code>(code), reason),
                             [self = shared_from_this()](error_code) { self->end(); });
+        hub_.tell_moved();
         hub_.update_demand();
     }
     void end() {
         if (std::exchange(ended_, true)) return;
+        count(false);
+        watching_ = false;  // remove() takes leave of the lanes
         tick_.cancel();
-        key_timer_.cancel();
         beast::get_lowest_layer(socket_).close();
         hub_.remove(id_);
     }
@@ -369,12 +388,14 @@ private:
     Outgoing outgoing_{};                // being written
     std::uint32_t whole_state_rev_ = 0;  // of the last whole state that was sent
 
-    VideoGate gate_;
+    bool watching_ = false;  // is a viewer of Hub::lanes
+    bool counted_ = false;   // in Hub::clients
+    bool probing_ = false;   // the ping that is out measures the link
+    v1::VideoConfig told_stream_;
     std::shared_ptr<const EncodedFrame> held_;
     bool held_final_ = false;
 
-    asio::steady_timer tick_, key_timer_;
-    bool key_timer_set_ = false;
+    asio::steady_timer tick_;
     Clock::time_point accepted_, last_heard_, last_ping_, write_began_, closing_since_;
 };
 

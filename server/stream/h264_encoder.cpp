@@ -1,12 +1,16 @@
-#include <algorithm>
+#include <array>
 #include <chrono>
-#include <cstdio>
 #include <cstring>
+#include <thread>
+#include <utility>
 
+#include "server/queue.h"
 #include "server/stream/encoder.h"
+#include "server/stream/h264_stream.h"
 
 extern "C" {
 #include <libavcodec/avcodec.h>
+#include <libavutil/hwcontext.h>
 #include <libavutil/log.h>
 #include <libavutil/opt.h>
 }
@@ -14,19 +18,61 @@ extern "C" {
 namespace gonio {
 namespace {
 
-struct ContextDeleter {
-    void operator()(AVCodecContext* context) const { avcodec_free_context(&context); }
+template <auto Free>
+struct FreeByAddress {
+    template <typename T>
+    void operator()(T* object) const {
+        Free(&object);
+    }
 };
-struct FrameDeleter {
-    void operator()(AVFrame* frame) const { av_frame_free(&frame); }
-};
-struct PacketDeleter {
-    void operator()(AVPacket* packet) const { av_packet_free(&packet); }
-};
+using ContextPointer = std::unique_ptr<AVCodecContext, FreeByAddress<avcodec_free_context>>;
+using FramePointer = std::unique_ptr<AVFrame, FreeByAddress<av_frame_free>>;
+using PacketPointer = std::unique_ptr<AVPacket, FreeByAddress<av_packet_free>>;
+using BufferPointer = std::unique_ptr<AVBufferRef, FreeByAddress<av_buffer_unref>>;
 
 constexpr int kInfiniteGop = 1 << 30;  // X264_KEYINT_MAX_INFINITE: an IDR comes on demand only
-constexpr int kNominalFps = 60;        // only x264's choice of the level depends on it
-constexpr const char* kCrf = "23";
+// Rate control reckons with this many frames a second whatever their real distance is, so that a budget for a frame is
+// a rate: budget × kNominalFps with a buffer of one frame.
+constexpr int kNominalFps = 60;
+// x264 and NVENC change the limits of a running encoder only if it was opened with some: this one binds nothing.
+constexpr std::uint32_t kNoLimitBytes = 4 << 20;
+
+// How a kind of encoder is opened. Options are libavcodec's (ffmpeg -h encoder=NAME).
+struct Kind {
+    const char* name;
+    bool surfaces;  // takes VAAPI surfaces instead of pictures in memory
+    bool reopens;   // another budget needs another encoder: its rate is fixed once it is open
+    std::array<std::pair<const char*, const char*>, 8> options;
+};
+constexpr Kind kKinds[] = {
+    {"h264_nvenc",
+     false,
+     false,
+     {{{"preset", "p2"},
+       {"tune", "ull"},
+       {"profile", "baseline"},
+       {"rc", "vbr"},
+       {"zerolatency", "1"},
+       {"delay", "0"},
+       {"forced-idr", "1"},
+       {"no-scenecut", "1"}}}},
+    {"h264_vaapi", true, true, {{{"profile", "constrained_baseline"}, {"async_depth", "1"}, {"sei", "0"}}}},
+    {"libx264",
+     false,
+     false,
+     {{{"preset", "ultrafast"},
+       {"tune", "zerolatency"},
+       {"profile", "baseline"},
+       {"forced-idr", "1"},
+       {"sc_threshold", "0"}}}},
+};
+constexpr const char* kKindNames[] = {kKinds[0].name, kKinds[1].name, kKinds[2].name};
+
+const Kind* find_kind(const std::string& name) {
+    for (const Kind& kind : kKinds)
+        if (name == kind.name) return &kind;
+    return nullptr;
+}
 
 std::int64_t monotonic_ns() {
     return std::chrono::duration_cast<std::chrono::nanoseconds>(std::chrono::steady_clock::now().time_since_epoch())
@@ -39,40 +85,92 @@ std::string av_text(int code) {
     return text;
 }
 
-// Result: the WebCodecs string of the SPS in an Annex B access unit: profile, constraint flags and level are the three
-// bytes after its NAL header (ITU-T H.264 7.3.2.1.1). Empty if there is no SPS.
-std::string codec_string_of(const std::uint8_t* data, std::size_t size) {
-    constexpr int kSps = 7;
-    for (std::size_t i = 0; i + 7 <= size; ++i) {
-        if (data[i] != 0 || data[i + 1] != 0 || data[i + 2] != 1 || (data[i + 3] & 0x1f) != kSps) continue;
-        char text[16];
-        std::snprintf(text, sizeof text, "avc1.%02X%02X%02X", data[i + 4], data[i + 5], data[i + 6]);
-        return text;
-    }
-    return {};
-}
-
 class LibavEncoder final : public H264Encoder {
 public:
-    // Errors: "encoder_unavailable". Encodes one grey picture, so that what cannot encode is refused here.
-    Result<bool> start(int width_px, int height_px) {
-        const auto refusal = [&](const std::string& what) {
-            return Error{"encoder_unavailable", "libx264", std::to_string(width_px) + "x" + std::to_string(height_px),
-                         "The H.264 encoder cannot be opened: " + what + "."};
-        };
+    // Errors: "encoder_unavailable".
+    Result<bool> start(const Kind& kind, int width_px, int height_px) {
+        kind_ = &kind;
+        width_px_ = width_px;
+        height_px_ = height_px;
         if (width_px < 16 || height_px < 16 || width_px > 4096 || height_px > 4096 || width_px % 2 || height_px % 2)
-            return refusal("the size must be even and 16..4096");
-        av_log_set_level(AV_LOG_ERROR);
-        const AVCodec* codec = avcodec_find_encoder_by_name("libx264");
-        if (!codec) return refusal("libavcodec has no libx264");
+            return unavailable("the size must be even and 16..4096");
+        av_log_set_level(AV_LOG_FATAL);  // what it says is in the errors
+        if (auto opened = open_context({}); !opened) return opened;
+        Picture grey;
+        grey.width_px = width_px;
+        grey.height_px = height_px;
+        grey.nv12 = std::make_shared<const std::vector<std::uint8_t>>(
+            static_cast<std::size_t>(width_px) * static_cast<std::size_t>(height_px) * 3 / 2, std::uint8_t{128});
+        const Result<EncodedFrame> trial = encode(grey, FrameWish{true, 0, kCrf});
+        if (!trial) return unavailable(trial.error().message);
+        const auto info = read_stream_info(trial->data);
+        if (!info) return unavailable("its first frame has no SPS");
+        codec_string_ = info->codec;
+        first_ = true;
+        return true;
+    }
+
+    Result<EncodedFrame> encode(const Picture& picture, const FrameWish& wish) override {
+        const auto width = static_cast<std::size_t>(width_px_), height = static_cast<std::size_t>(height_px_);
+        if (picture.width_px != width_px_ || picture.height_px != height_px_ || !picture.nv12 ||
+            picture.nv12->size() != width * height * 3 / 2)
+            return failed("it has not the encoder's size",
+                          std::to_string(picture.width_px) + "x" + std::to_string(picture.height_px));
+        const std::int64_t began_ns = monotonic_ns();
+        if (auto limited = limit(wish); !limited) return limited.error();
+        if (const int got = av_frame_make_writable(frame_.get()); got < 0) return failed(av_text(got));
+        copy_plane(0, picture.nv12->data(), width, height);
+        copy_plane(1, picture.nv12->data() + width * height, width, height / 2);
+        AVFrame* input = frame_.get();
+        if (surfaces_) {
+            av_frame_unref(surface_.get());
+            if (const int got = av_hwframe_get_buffer(surfaces_.get(), surface_.get(), 0); got < 0)
+                return failed(av_text(got));
+            if (const int got = av_hwframe_transfer_data(surface_.get(), frame_.get(), 0); got < 0)
+                return failed(av_text(got));
+            input = surface_.get();
+        }
+        input->pts = next_pts_++;
+        input->pict_type = wish.key || first_ ? AV_PICTURE_TYPE_I : AV_PICTURE_TYPE_NONE;
+
+        if (const int got = avcodec_send_frame(context_.get(), input); got < 0) return failed(av_text(got));
+        if (const int got = avcodec_receive_packet(context_.get(), packet_.get()); got < 0)
+            return failed("no packet for it: " + av_text(got));
+        EncodedFrame frame;
+        frame.data.resize(static_cast<std::size_t>(packet_->size));
+        std::memcpy(frame.data.data(), packet_->data, frame.data.size());
+        frame.key = (packet_->flags & AV_PKT_FLAG_KEY) != 0;
+        av_packet_unref(packet_.get());
+        first_ = false;
+        frame.scene_rev = picture.scene_rev;
+        frame.drained_ns = picture.drained_ns;
+        frame.rendered_ns = picture.rendered_ns;
+        frame.began_ns = began_ns;
+        frame.encoded_ns = monotonic_ns();
+        return frame;
+    }
+
+    std::string codec_string() const override { return codec_string_; }
+
+private:
+    Error unavailable(const std::string& what) const {
+        return {"encoder_unavailable", kind_->name, std::to_string(width_px_) + "x" + std::to_string(height_px_),
+                "The H.264 encoder cannot be opened: " + what + "."};
+    }
+    Error failed(const std::string& what, const std::string& value = {}) const {
+        return {"encoder_failed", kind_->name, value, "The picture could not be encoded: " + what + "."};
+    }
+
+    Result<bool> open_context(const FrameWish& wish) {
+        const AVCodec* codec = avcodec_find_encoder_by_name(kind_->name);
+        if (!codec) return unavailable("libavcodec has no " + std::string(kind_->name));
         context_.reset(avcodec_alloc_context3(codec));
         frame_.reset(av_frame_alloc());
         packet_.reset(av_packet_alloc());
-        if (!context_ || !frame_ || !packet_) return refusal("out of memory");
-
-        context_->width = width_px;
-        context_->height = height_px;
-        context_->pix_fmt = AV_PIX_FMT_NV12;
+        if (!context_ || !frame_ || !packet_) return unavailable("out of memory");
+        context_->width = width_px_;
+        context_->height = height_px_;
+        context_->pix_fmt = kind_->surfaces ? AV_PIX_FMT_VAAPI : AV_PIX_FMT_NV12;
         context_->time_base = {1, kNominalFps};
         context_->framerate = {kNominalFps, 1};
         context_->gop_size = kInfiniteGop;
@@ -83,74 +181,94 @@ public:
         context_->color_primaries = AVCOL_PRI_BT709;
         context_->color_trc = AVCOL_TRC_BT709;
         context_->chroma_sample_location = AVCHROMA_LOC_CENTER;  // the shader averages 2×2
-        // Without AV_CODEC_FLAG_GLOBAL_HEADER libx264 repeats SPS and PPS before every IDR. Baseline without B frames
-        // makes it write bitstream_restriction with max_num_reorder_frames = 0: decoders hold nothing back.
-        const std::pair<const char*, const char*> options[] = {
-            {"preset", "ultrafast"}, {"tune", "zerolatency"}, {"profile", "baseline"},
-            {"crf", kCrf},           {"forced-idr", "1"},     {"sc_threshold", "0"},
-        };
+        if (kind_->surfaces) {
+            if (auto made = make_surfaces(); !made) return made;
+        }
+        // Without AV_CODEC_FLAG_GLOBAL_HEADER SPS and PPS are repeated before every IDR. Baseline without B frames
+        // makes libx264 write bitstream_restriction with max_num_reorder_frames = 0: decoders hold nothing back.
         AVDictionary* dictionary = nullptr;
-        for (const auto& [key, value] : options) av_dict_set(&dictionary, key, value, 0);
-        const int opened = avcodec_open2(context_.get(), codec, &dictionary);
-        const AVDictionaryEntry* unused = av_dict_get(dictionary, "", nullptr, AV_DICT_IGNORE_SUFFIX);
-        const std::string unused_option = unused ? unused->key : "";
+        for (const auto& [key, value] : kind_->options)
+            if (key) av_dict_set(&dictionary, key, value, 0);
+        add_rate(dictionary, wish);
+        std::string unknown;
+        const AVClass* options = codec->priv_class;
+        for (const AVDictionaryEntry* entry = nullptr;
+             (entry = av_dict_get(dictionary, "", entry, AV_DICT_IGNORE_SUFFIX)) != nullptr;)
+            if (!av_opt_find(&options, entry->key, nullptr, 0, AV_OPT_SEARCH_FAKE_OBJ)) unknown = entry->key;
+        const int opened =
+            unknown.empty() ? avcodec_open2(context_.get(), codec, &dictionary) : AVERROR_OPTION_NOT_FOUND;
         av_dict_free(&dictionary);
-        if (opened < 0) return refusal(av_text(opened));
-        if (!unused_option.empty()) return refusal("it does not know the option " + unused_option);
+        if (!unknown.empty()) return unavailable("it does not know the option " + unknown);
+        if (opened < 0) return unavailable(av_text(opened));
 
         frame_->format = AV_PIX_FMT_NV12;
-        frame_->width = width_px;
-        frame_->height = height_px;
-        if (const int got = av_frame_get_buffer(frame_.get(), 0); got < 0) return refusal(av_text(got));
-
-        Picture grey;
-        grey.width_px = width_px;
-        grey.height_px = height_px;
-        grey.nv12 = std::make_shared<const std::vector<std::uint8_t>>(
-            static_cast<std::size_t>(width_px) * static_cast<std::size_t>(height_px) * 3 / 2, std::uint8_t{128});
-        const Result<EncodedFrame> trial = encode(grey, true);
-        if (!trial) return refusal(trial.error().message);
-        codec_string_ = codec_string_of(reinterpret_cast<const std::uint8_t*>(trial->data.data()), trial->data.size());
-        if (codec_string_.empty()) return refusal("its first frame has no SPS");
+        frame_->width = width_px_;
+        frame_->height = height_px_;
+        if (const int got = av_frame_get_buffer(frame_.get(), 0); got < 0) return unavailable(av_text(got));
         first_ = true;
         return true;
     }
 
-    Result<EncodedFrame> encode(const Picture& picture, bool want_key) override {
-        const auto refusal = [&](const std::string& what, const std::string& value = {}) {
-            return Error{"encoder_failed", "libx264", value, "The picture could not be encoded: " + what + "."};
-        };
-        const auto width = static_cast<std::size_t>(context_->width);
-        const auto height = static_cast<std::size_t>(context_->height);
-        if (picture.width_px != context_->width || picture.height_px != context_->height || !picture.nv12 ||
-            picture.nv12->size() != width * height * 3 / 2)
-            return refusal("it has not the encoder's size",
-                           std::to_string(picture.width_px) + "x" + std::to_string(picture.height_px));
-        if (const int got = av_frame_make_writable(frame_.get()); got < 0) return refusal(av_text(got));
-        copy_plane(0, picture.nv12->data(), width, height);
-        copy_plane(1, picture.nv12->data() + width * height, width, height / 2);
-        frame_->pts = next_pts_++;
-        frame_->pict_type = want_key || first_ ? AV_PICTURE_TYPE_I : AV_PICTURE_TYPE_NONE;
-
-        if (const int got = avcodec_send_frame(context_.get(), frame_.get()); got < 0) return refusal(av_text(got));
-        if (const int got = avcodec_receive_packet(context_.get(), packet_.get()); got < 0)
-            return refusal("no packet for it: " + av_text(got));
-        EncodedFrame frame;
-        frame.data.resize(static_cast<std::size_t>(packet_->size));
-        std::memcpy(frame.data.data(), packet_->data, frame.data.size());
-        frame.key = (packet_->flags & AV_PKT_FLAG_KEY) != 0;
-        av_packet_unref(packet_.get());
-        first_ = false;
-        frame.scene_rev = picture.scene_rev;
-        frame.drained_ns = picture.drained_ns;
-        frame.rendered_ns = picture.rendered_ns;
-        frame.encoded_ns = monotonic_ns();
-        return frame;
+    // Constant quality under a limit that each kind spells in its own way.
+    void add_rate(AVDictionary*& dictionary, const FrameWish& wish) {
+        crf_ = wish.crf;
+        budget_bytes_ = wish.budget_bytes;
+        const std::string crf = std::to_string(wish.crf);
+        if (!kind_->reopens) {
+            set_limit(wish.budget_bytes);
+            const bool x264 = std::strcmp(kind_->name, "libx264") == 0;
+            av_dict_set(&dictionary, x264 ? "crf" : "cq", crf.c_str(), 0);
+            // By the size alone: the limit that binds nothing would count otherwise.
+            if (x264) context_->level = level_idc(width_px_, height_px_, kNominalFps);
+        } else if (wish.budget_bytes == 0) {
+            av_dict_set(&dictionary, "rc_mode", "CQP", 0);
+            av_dict_set_int(&dictionary, "qp", static_cast<std::int64_t>(wish.crf), 0);
+        } else {
+            av_dict_set(&dictionary, "rc_mode", "VBR", 0);
+            set_limit(wish.budget_bytes);
+            context_->bit_rate = context_->rc_max_rate * 9 / 10;
+        }
+    }
+    void set_limit(std::uint32_t budget_bytes) {
+        const std::int64_t bits = std::int64_t{8} * (budget_bytes ? budget_bytes : kNoLimitBytes);
+        context_->rc_buffer_size = static_cast<int>(bits);
+        context_->rc_max_rate = bits * kNominalFps;
+    }
+    // Running encoders of libx264 and NVENC look at these fields before each frame and take new values without an IDR.
+    Result<bool> limit(const FrameWish& wish) {
+        if (wish.crf == crf_ && wish.budget_bytes == budget_bytes_) return true;
+        if (kind_->reopens) {
+            // Not for a change that nobody would notice: the IDR that it costs would be.
+            const double before = budget_bytes_, now = wish.budget_bytes;
+            if (wish.crf == crf_ && before > 0 && now > 0 && now / before > 0.67 && now / before < 1.5) return true;
+            return open_context(wish);
+        }
+        crf_ = wish.crf;
+        budget_bytes_ = wish.budget_bytes;
+        set_limit(wish.budget_bytes);
+        av_opt_set_double(context_->priv_data, std::strcmp(kind_->name, "libx264") == 0 ? "crf" : "cq", wish.crf, 0);
+        return true;
     }
 
-    std::string codec_string() const override { return codec_string_; }
+    Result<bool> make_surfaces() {
+        AVBufferRef* device = nullptr;
+        if (const int got = av_hwdevice_ctx_create(&device, AV_HWDEVICE_TYPE_VAAPI, nullptr, nullptr, 0); got < 0)
+            return unavailable("no VAAPI device: " + av_text(got));
+        const BufferPointer owned(device);
+        surfaces_.reset(av_hwframe_ctx_alloc(device));
+        surface_.reset(av_frame_alloc());
+        if (!surfaces_ || !surface_) return unavailable("out of memory");
+        auto* frames = reinterpret_cast<AVHWFramesContext*>(surfaces_->data);
+        frames->format = AV_PIX_FMT_VAAPI;
+        frames->sw_format = AV_PIX_FMT_NV12;
+        frames->width = width_px_;
+        frames->height = height_px_;
+        frames->initial_pool_size = 4;
+        if (const int got = av_hwframe_ctx_init(surfaces_.get()); got < 0) return unavailable(av_text(got));
+        context_->hw_frames_ctx = av_buffer_ref(surfaces_.get());
+        return true;
+    }
 
-private:
     void copy_plane(int plane, const std::uint8_t* from, std::size_t row_bytes, std::size_t rows) {
         const std::ptrdiff_t stride = frame_->linesize[plane];
         for (std::size_t row = 0; row < rows; ++row)
@@ -158,20 +276,61 @@ private:
                         row_bytes);
     }
 
-    std::unique_ptr<AVCodecContext, ContextDeleter> context_;
-    std::unique_ptr<AVFrame, FrameDeleter> frame_;
-    std::unique_ptr<AVPacket, PacketDeleter> packet_;
+    const Kind* kind_ = nullptr;
+    int width_px_ = 0, height_px_ = 0;
+    ContextPointer context_;
+    FramePointer frame_, surface_;
+    PacketPointer packet_;
+    BufferPointer surfaces_;
     std::string codec_string_;
     std::int64_t next_pts_ = 0;
+    double crf_ = kCrf;
+    std::uint32_t budget_bytes_ = 0;
     bool first_ = true;  // the next picture is the first that anybody sees
 };
 
+// The option's word for a kind.
+std::vector<std::string> kinds_of(const std::string& wanted) {
+    if (wanted == "mjpeg") return {};
+    if (wanted == "nvenc") return {"h264_nvenc"};
+    if (wanted == "vaapi") return {"h264_vaapi"};
+    if (wanted == "libx264") return {"libx264"};
+    return {std::begin(kKindNames), std::end(kKindNames)};
+}
+
 }  // namespace
 
-Result<std::unique_ptr<H264Encoder>> H264Encoder::open(int width_px, int height_px) {
+Result<std::unique_ptr<H264Encoder>> H264Encoder::open(int width_px, int height_px, const std::string& kind) {
+    const Kind* found = find_kind(kind);
+    if (!found) return Error{"encoder_unavailable", kind, "", "There is no such encoder."};
     auto encoder = std::make_unique<LibavEncoder>();
-    if (auto started = encoder->start(width_px, height_px); !started) return started.error();
+    if (auto started = encoder->start(*found, width_px, height_px); !started) return started.error();
     return std::unique_ptr<H264Encoder>(std::move(encoder));
+}
+
+std::span<const char* const> encoder_kinds() {
+    return kKindNames;
+}
+
+std::vector<std::string> working_encoders(const std::string& wanted, int width_px, int height_px,
+                                          const EncoderFactory& open,
+                                          const std::function<void(const std::string&)>& note) {
+    constexpr auto kPatience = std::chrono::seconds(5);
+    std::vector<std::string> working;
+    for (const std::string& kind : kinds_of(wanted)) {
+        // A driver may hang: then this thread is left to itself.
+        const auto answers = std::make_shared<Queue<std::string>>(1);
+        std::thread([=] {
+            auto opened = open(kind, width_px, height_px);
+            answers->push(opened ? "" : opened.error().message);
+        }).detach();
+        const auto answer = answers->pop_for(kPatience);
+        if (answer && answer->empty())
+            working.push_back(kind);
+        else
+            note(kind + ": " + answer.value_or("It does not answer."));
+    }
+    return working;
 }
 
 }  // namespace gonio

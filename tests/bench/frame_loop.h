@@ -8,7 +8,7 @@
 #include <vector>
 
 #include "server/render/renderer.h"
-#include "server/stream/encode_thread.h"
+#include "tests/bench/encode_thread.h"
 
 namespace gonio::bench {
 

@@ -4,9 +4,11 @@
 #include <algorithm>
 #include <cmath>
 #include <cstring>
+#include <random>
 #include <string>
 
 #include "server/stream/encoder.h"
+#include "server/stream/h264_stream.h"
 
 extern "C" {
 #include <libavcodec/avcodec.h>
@@ -234,6 +236,89 @@ TEST(H264Encoder, ADecoderJoinsAtAnIdr) {
     ASSERT_TRUE(frame);
     ASSERT_TRUE(decoder.decode(*frame));
     EXPECT_GT(luma_psnr_db(picture, *decoder.frame), 30.0);
+}
+
+// Textured, so that the limit matters.
+Picture noisy_picture(int step) {
+    Picture picture = test_picture(640, 640, step);
+    auto bytes = std::make_shared<std::vector<std::uint8_t>>(*picture.nv12);
+    std::minstd_rand generator(static_cast<unsigned>(step) + 1);
+    const auto noise = [&] { return static_cast<unsigned>(generator()) << 1; };
+    for (int y = 0; y < 640; ++y)
+        for (int x = 0; x < 640; ++x) {
+            const int grain = static_cast<int>(noise() >> 27);
+            auto& luma = (*bytes)[static_cast<std::size_t>(y * 640 + x)];
+            luma = static_cast<std::uint8_t>(std::min(235, luma + grain));
+        }
+    picture.nv12 = bytes;
+    return picture;
+}
+
+TEST(H264Encoder, ARunningEncoderTakesAnotherBudgetWithoutAnIdr) {
+    auto encoder = H264Encoder::open(640, 640);
+    ASSERT_TRUE(encoder);
+    Decoder decoder;
+    const auto encode = [&](int step, std::uint32_t budget_bytes) {
+        auto frame = (*encoder)->encode(noisy_picture(step), FrameWish{false, budget_bytes, kCrf});
+        EXPECT_TRUE(frame);
+        EXPECT_EQ(frame->key, step == 0);
+        EXPECT_TRUE(decoder.decode(*frame));
+        return frame->data.size();
+    };
+    std::size_t free = 0;
+    for (int step = 0; step < 10; ++step) free = encode(step, 0);
+    ASSERT_GT(free, 14'000u) << "or the limits below say nothing";
+    for (const std::uint32_t budget : {12'000u, 6'000u}) {
+        encode(10, budget);  // the buffer of one frame adapts
+        for (int step = 11; step < 20; ++step) EXPECT_LT(encode(step, budget), budget * 5 / 4) << budget;
+    }
+    for (int step = 20; step < 24; ++step) free = encode(step, 0);
+    EXPECT_GT(free, 14'000u) << "and back";
+}
+
+TEST(H264Encoder, RepeatsOfAPictureSharpenItUntilNothingIsLeft) {
+    auto encoder = H264Encoder::open(640, 640);
+    ASSERT_TRUE(encoder);
+    Decoder decoder;
+    for (int step = 0; step < 10; ++step)
+        ASSERT_TRUE(decoder.decode(*(*encoder)->encode(noisy_picture(step), FrameWish{false, 6'000, kCrf})));
+    const Picture still = noisy_picture(9);
+    const double moving_db = luma_psnr_db(still, *decoder.frame);
+    for (int repeat = 0; repeat < 8; ++repeat)
+        ASSERT_TRUE(decoder.decode(*(*encoder)->encode(still, FrameWish{false, 6'000, kCrf})));
+    EXPECT_GT(luma_psnr_db(still, *decoder.frame), moving_db + 1.0);
+}
+
+TEST(StreamInfo, SizeAndCodecAreReadFromTheSps) {
+    for (const auto& [width, height] : {std::pair{320, 240}, {800, 600}, {98, 50}, {1280, 720}}) {
+        auto encoder = H264Encoder::open(width, height);
+        ASSERT_TRUE(encoder);
+        const auto frame = (*encoder)->encode(test_picture(width, height, 0), true);
+        ASSERT_TRUE(frame);
+        const auto info = read_stream_info(frame->data);
+        ASSERT_TRUE(info);
+        EXPECT_EQ(info->width_px, width);
+        EXPECT_EQ(info->height_px, height);
+        EXPECT_EQ(info->codec, (*encoder)->codec_string());
+        // Cut anywhere, it is refused or says what it said.
+        for (std::size_t bytes = 0; bytes < 40; ++bytes) {
+            const auto cut = read_stream_info(std::span(frame->data).first(bytes));
+            if (cut) {
+                EXPECT_EQ(cut->codec, info->codec);
+            }
+        }
+    }
+    EXPECT_FALSE(read_stream_info({}));
+}
+
+// ITU-T H.264 Table A-1: 800×800 is 2,500 macroblocks, at 60/s 150,000 of the 216,000 of level 3.2.
+TEST(StreamInfo, TheLevelFollowsFromTheSize) {
+    EXPECT_EQ(level_idc(800, 800, 60), 32);
+    EXPECT_EQ(level_idc(1920, 1080, 60), 42);
+    EXPECT_EQ(level_idc(1920, 1080, 30), 40);
+    EXPECT_EQ(level_idc(4096, 4096, 60), 60);
+    EXPECT_EQ(level_idc(176, 144, 15), 10);
+    EXPECT_EQ(level_idc(4096, 16, 1), 40) << "width alone: 256 macroblocks are at most sqrt(8 · 8,192)";
 }
 
 TEST(H264Encoder, WrongSizesAreRefused) {

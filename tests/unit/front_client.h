@@ -125,7 +125,15 @@ public:
             return decoded ? *decoded : FrameHeader{};
         }
     };
+    // Result: the next frame; pings, which measure the link, are counted and left out unless they are looked for.
     Frame read_frame(int timeout_ms = 3000) {
+        for (;;) {
+            const Frame frame = read_any_frame(timeout_ms);
+            if (frame.opcode != 9 || keeps_pings) return frame;
+            ++pings;
+        }
+    }
+    Frame read_any_frame(int timeout_ms = 3000) {
         while (received.size() < 2)
             if (!receive(timeout_ms)) return {};
         std::size_t length = static_cast<unsigned char>(received[1]) & 0x7f;
@@ -183,7 +191,8 @@ public:
     }
     Encoding encoding = Encoding::json;
     Frame last, last_video;
-    int videos = 0;
+    int videos = 0, pings = 0;
+    bool keeps_pings = false;
 
 private:
     std::uint16_t port_;

@@ -596,6 +596,7 @@ TEST_F(FrontTest, ASilentClientIsPingedThenDropped) {
     start();
     Client silent(front->port());
     silent.join(kSubprotocolJson, false, false);
+    silent.keeps_pings = true;
     EXPECT_EQ(silent.read_frame(1000).opcode, 9);  // never answered
     EXPECT_TRUE(wait_demand([](const Demand& d) { return d.clients == 0; }));
 }

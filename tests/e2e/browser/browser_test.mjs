@@ -186,6 +186,33 @@ async function run(page, server) {
     check(Math.abs(full.mean - first.mean) < 0.03 * first.mean + 1, "a typed level brings the light back",
         `mean ${full.mean.toFixed(1)}`);
 
+    // From sending a command to the picture on the canvas that contains it.
+    const latency = await page.evaluate(() => new Promise((resolve) => {
+        const socket = new WebSocket(`ws://${location.host}/v1/ws`, "gonio.v1.json");
+        const tick = () => new Promise((done) => { const {port1, port2} = new MessageChannel(); port1.onmessage = done; port2.postMessage(0); });
+        const times = [];
+        const home = window.gonio.state.exposure_ev100;
+        let sent = 0;
+        const send = () => {
+            const back = times.length === 30;
+            sent = performance.now();
+            socket.send(JSON.stringify({request_id: 2, command: {set_exposure: {ev100: back ? home : home + 0.01 * (1 + times.length)}}}));
+        };
+        socket.onopen = () => socket.send(JSON.stringify({request_id: 1, identify: {client: "stopwatch"}}));
+        socket.onmessage = async ({data}) => {
+            const message = JSON.parse(data);
+            if (message.ready) return send();
+            if (message.request_id !== 2) return;
+            while (window.gonio.shownRev < message.result.scene_rev) await tick();
+            if (times.length === 30) { socket.close(); return resolve(times.sort((a, b) => a - b)); }
+            times.push(performance.now() - sent);
+            setTimeout(send, 20);
+        };
+    }));
+    check(latency.length === 30, "each of 30 commands was drawn", `command to canvas p50 ${latency[15].toFixed(1)} ms, p90 ${latency[27].toFixed(1)} ms`);
+    const format = await page.locator("#format").textContent();
+    check(/· libx264 · private lane$/.test(format), "the page says which encoder and lane it watches", format);
+
     // Profile: a bad file, then a good one.
     const curve = () => page.locator("#profile .c0").getAttribute("d");
     const before = await until("a polar curve", () => curve().catch(() => null));

@@ -1,4 +1,4 @@
-#include "server/stream/encode_thread.h"
+#include "tests/bench/encode_thread.h"
 
 #include <chrono>
 

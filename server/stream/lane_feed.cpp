@@ -1,0 +1,133 @@
+#include "server/stream/lane_feed.h"
+
+#include <algorithm>
+
+namespace gonio {
+namespace {
+
+constexpr std::int64_t kPatienceNs = 1'000'000'000;    // with a viewer that does not acknowledge
+constexpr std::int64_t kCloseEmptyNs = 5'000'000'000;  // the encoder of a lane without viewers
+constexpr double kLowCrf = kCrf + 6;                   // half the bits
+constexpr std::uint64_t kLowEvery = 2;                 // half the rate
+
+}  // namespace
+
+void LaneFeed::show(Picture picture, std::int64_t now_ns) {
+    newest_ = std::move(picture);
+    ++number_;
+    shown_ns_ = now_ns;
+}
+
+void LaneFeed::want(std::vector<LaneWish> wishes, bool jpeg, unsigned jpeg_clients) {
+    wishes_ = std::move(wishes);
+    if (jpeg_clients_ == 0) jpeg_picture_ = 0;  // whoever comes first has not seen the newest picture
+    jpeg_ = jpeg;
+    jpeg_clients_ = jpeg_clients;
+}
+
+void LaneFeed::tried(LaneId lane) {
+    lanes_[lane].picture = number_;
+}
+
+// Frames that the viewers' side does not know of yet have taken their credit already.
+bool LaneFeed::can_take(const LaneWish& wish) const {
+    return wish.credit > encoders_.counts(wish.lane).frames - wish.frames;
+}
+
+bool LaneFeed::watched() const {
+    return jpeg_ || (encoders_.works() &&
+                     std::any_of(wishes_.begin(), wishes_.end(), [](const LaneWish& wish) { return wish.credit > 0; }));
+}
+
+bool LaneFeed::wanted() const {
+    if (jpeg_ && encoders_.takes_jpeg()) return true;
+    return std::any_of(wishes_.begin(), wishes_.end(),
+                       [&](const LaneWish& wish) { return encoders_.takes(wish.lane) && can_take(wish); });
+}
+
+LaneFeed::Turn LaneFeed::turn(const LaneWish& wish, std::int64_t now_ns, bool more, bool settled) const {
+    if (!encoders_.takes(wish.lane) || !can_take(wish)) return Turn::none;
+    const auto found = lanes_.find(wish.lane);
+    const Lane lane = found == lanes_.end() ? Lane{} : found->second;
+    const LaneEncoders::Counts counts = encoders_.counts(wish.lane);
+    if (wish.key && counts.keys == wish.keys && encoders_.idle(wish.lane)) return Turn::key;
+    if (lane.picture != number_) {
+        const bool waits = wish.lane == kLowLane && more && number_ - lane.picture < kLowEvery;
+        return waits ? Turn::none : Turn::picture;
+    }
+    if (more || !encoders_.idle(wish.lane) || now_ns - shown_ns_ < kQuietNs || counts.final) return Turn::none;
+    if (counts.sharp && !settled) return Turn::none;
+    return lane.repeats < kRepeats || settled ? Turn::repeat : Turn::none;
+}
+
+void LaneFeed::give(const LaneWish& wish, Turn turn, std::int64_t now_ns, bool settled) {
+    Lane& lane = lanes_[wish.lane];
+    lane.repeats = turn == Turn::repeat ? lane.repeats + 1 : 0;
+    lane.picture = number_;
+    lane.given_ns = now_ns;
+    LaneJob job;
+    job.picture = newest_;
+    job.wish = {turn == Turn::key, wish.budget_bytes, wish.lane == kLowLane ? kLowCrf : kCrf};
+    job.settled = settled;
+    job.last = lane.repeats >= kRepeats;
+    encoders_.put(wish.lane, std::move(job));
+}
+
+void LaneFeed::serve(std::int64_t now_ns, bool more, bool settled) {
+    more_ = more;
+    settled_ = settled;
+    for (const LaneId lost : encoders_.check()) lanes_[lost].picture = 0;
+    if (number_ == 0) return;
+    for (const LaneWish& wish : wishes_) {
+        const Turn its = turn(wish, now_ns, more, settled);
+        if (its != Turn::none) give(wish, its, now_ns, settled);
+    }
+    if (jpeg_ && jpeg_picture_ != number_ && encoders_.takes_jpeg()) {
+        jpeg_picture_ = number_;
+        encoders_.put_jpeg(newest_);
+    }
+    close_empty(now_ns);
+}
+
+void LaneFeed::close_empty(std::int64_t now_ns) {
+    for (auto lane = lanes_.begin(); lane != lanes_.end();) {
+        const bool viewers =
+            std::any_of(wishes_.begin(), wishes_.end(), [&](const LaneWish& wish) { return wish.lane == lane->first; });
+        std::int64_t& since = lane->second.empty_since_ns;
+        since = viewers ? 0 : since == 0 ? now_ns : since;
+        if (viewers || now_ns - since < kCloseEmptyNs) {
+            ++lane;
+        } else {
+            encoders_.close(lane->first);
+            lane = lanes_.erase(lane);
+        }
+    }
+}
+
+std::int64_t LaneFeed::rest_in_ns(std::int64_t now_ns) const {
+    const std::int64_t quiet_at_ns = std::max(now_ns, shown_ns_ + kQuietNs);
+    const bool repeats = std::any_of(wishes_.begin(), wishes_.end(), [&](const LaneWish& wish) {
+        return turn(wish, quiet_at_ns, more_, settled_) == Turn::repeat;
+    });
+    return repeats ? quiet_at_ns - now_ns : INT64_MAX;
+}
+
+bool LaneFeed::at_rest(std::int64_t now_ns) const {
+    if (jpeg_ && jpeg_picture_ != number_) return false;
+    if (!encoders_.works()) return true;
+    return std::all_of(wishes_.begin(), wishes_.end(), [&](const LaneWish& wish) {
+        const auto found = lanes_.find(wish.lane);
+        if (found == lanes_.end()) return wish.credit == 0;
+        if (!encoders_.idle(wish.lane)) return false;
+        if (found->second.picture == number_ && encoders_.counts(wish.lane).final) return !wish.key;
+        return !can_take(wish) && now_ns - found->second.given_ns > kPatienceNs;
+    });
+}
+
+std::vector<LaneFeed::Row> LaneFeed::rows() const {
+    std::vector<Row> rows;
+    for (const LaneWish& wish : wishes_) rows.push_back({wish, encoders_.counts(wish.lane)});
+    return rows;
+}
+
+}  // namespace gonio

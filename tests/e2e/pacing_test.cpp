@@ -1,0 +1,300 @@
+// The real goniod over lines that are narrow and long, and beside viewers that hardly read or not at all.
+// GONIO_PACING_SECONDS makes the measurements longer than the few seconds of the test run (docs/streaming.md).
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <atomic>
+#include <cmath>
+#include <cstdlib>
+#include <fstream>
+#include <memory>
+#include <thread>
+
+#include "tests/e2e/daemon_process.h"
+#include "tests/throttle/throttle_proxy.h"
+#include "tests/unit/front_client.h"
+
+namespace gonio::test {
+namespace {
+
+using Clock = std::chrono::steady_clock;
+using namespace std::chrono_literals;
+using Json = nlohmann::json;
+
+std::chrono::seconds measuring_time() {
+    const char* given = std::getenv("GONIO_PACING_SECONDS");
+    return std::chrono::seconds(given ? std::max(2, std::atoi(given)) : 6);
+}
+
+std::uint16_t port_of(const std::string& url) {
+    return static_cast<std::uint16_t>(std::stoi(url.substr(url.rfind(':') + 1)));
+}
+
+double milliseconds_since(std::uint64_t monotonic_ns) {
+    return static_cast<double>(Clock::now().time_since_epoch().count() - static_cast<std::int64_t>(monotonic_ns)) *
+           1e-6;
+}
+
+double quantile(std::vector<double> values, double share) {
+    if (values.empty()) return NAN;
+    const auto at = values.begin() + static_cast<std::ptrdiff_t>(share * static_cast<double>(values.size() - 1));
+    std::nth_element(values.begin(), at, values.end());
+    return *at;
+}
+
+// Swings the camera as fast as frames come, until its end: every picture is another, all over.
+class Mover {
+public:
+    explicit Mover(std::uint16_t port) : client_(port) {
+        client_.join(kSubprotocolProto, false, false);
+        thread_ = std::thread([this] {
+            for (int step = 0; !stop_; ++step) {
+                v1::ClientMessage message;
+                auto& camera = *message.mutable_command()->mutable_set_camera();
+                for (const double x : {0.8 * std::sin(0.12 * step), 2.0, 6.5}) camera.add_eye_m(x);
+                client_.say(message);
+                std::this_thread::sleep_for(16ms);
+            }
+        });
+    }
+    ~Mover() {
+        stop_ = true;
+        thread_.join();
+    }
+    Mover(const Mover&) = delete;
+
+private:
+    Client client_;
+    std::atomic<bool> stop_{false};
+    std::thread thread_;
+};
+
+struct Watched {
+    std::vector<double> ages_ms;  // of each picture when it was whole: from its place in the server's memory
+    std::size_t bytes = 0;
+    unsigned keys = 0;
+    double fps(std::chrono::seconds time) const {
+        return static_cast<double>(ages_ms.size()) / static_cast<double>(time.count());
+    }
+};
+
+Watched watch(Client& viewer, std::chrono::seconds time) {
+    Watched watched;
+    const auto end = Clock::now() + time;
+    while (Clock::now() < end) {
+        const Client::Frame frame = viewer.read_frame(1000);
+        if (frame.opcode == 9) {
+            viewer.send_frame(10, frame.payload);
+        } else if (frame.opcode == 2 && !frame.payload.empty() && frame.payload[0] == 2) {
+            watched.ages_ms.push_back(milliseconds_since(frame.header().rendered_ns));
+            watched.bytes += frame.payload.size();
+            watched.keys += frame.header().key;
+            viewer.acknowledge(frame.seq());
+        }
+    }
+    return watched;
+}
+
+double resident_mib(pid_t pid) {
+    std::ifstream file("/proc/" + std::to_string(pid) + "/statm");
+    double pages = 0;
+    file >> pages >> pages;
+    return pages * static_cast<double>(::sysconf(_SC_PAGESIZE)) / (1 << 20);
+}
+
+TEST(Pacing, ANarrowLineShowsFreshFramesForAsLongAsItLasts) {
+    DaemonProcess daemon({"--size", "640x640", "--target-fps", "30"});
+    ThrottleProxy line(port_of(daemon.url()), {3e6, 20ms, 16 << 10});
+    Client viewer(line.port());
+    viewer.join(kSubprotocolProto, true, false);
+    viewer.keeps_pings = true;
+    const Mover mover(port_of(daemon.url()));
+    watch(viewer, 2s);  // until the line is known
+    const auto time = measuring_time();
+    const Watched watched = watch(viewer, time);
+    const auto half = static_cast<std::ptrdiff_t>(watched.ages_ms.size() / 2);
+    const double p50 = quantile(watched.ages_ms, 0.5), p99 = quantile(watched.ages_ms, 0.99);
+    const double early = quantile({watched.ages_ms.begin(), watched.ages_ms.begin() + half}, 0.5);
+    const double late = quantile({watched.ages_ms.begin() + half, watched.ages_ms.end()}, 0.5);
+    const Json lane = daemon.json({"stats"})["lanes"][0];
+    std::printf(
+        "3 Mb/s, 20+20 ms, %lld s: age when shown p50 %.0f ms, p99 %.0f ms, first half %.0f, second half %.0f; "
+        "%.1f frames/s, %.2f Mb/s, lane %s at %.2f Mb/s\n",
+        static_cast<long long>(time.count()), p50, p99, early, late, watched.fps(time),
+        static_cast<double>(watched.bytes) * 8e-6 / static_cast<double>(time.count()),
+        lane["kind"].get<std::string>().c_str(), lane["bitrate_bps"].get<double>() * 1e-6);
+    EXPECT_EQ(lane["kind"], "private");
+    EXPECT_GT(watched.ages_ms.size(), static_cast<std::size_t>(4 * time.count()));
+    EXPECT_LT(p50, 120.0);
+    EXPECT_LT(late, 1.5 * early + 10.0) << "the lag grows";
+    EXPECT_EQ(watched.keys, 0u) << "a viewer with a lane of its own never needs another key frame";
+}
+
+// One that never reads, one that reads at a tenth of what comes: whoever reads does not feel them.
+TEST(Pacing, SlowReadersAreNobodyElsesTrouble) {
+    DaemonProcess daemon({"--size", "320x320", "--max-private-lanes", "1"});
+    const std::uint16_t port = port_of(daemon.url());
+    Client first(port), fast(port);
+    first.join(kSubprotocolProto, true, false);
+    fast.join(kSubprotocolProto, true, false);  // in the shared lane, as those below
+    const Mover mover(port);
+    std::atomic<bool> stop{false};
+    std::thread own([&] {
+        while (!stop) watch(first, 1s);
+    });
+    watch(fast, 1s);
+    const auto time = measuring_time() / 2;
+    const Watched alone = watch(fast, time);
+    const double memory_mib = resident_mib(daemon.pid());
+    Client never(port, 4096), tenth(port, 4096);
+    never.join(kSubprotocolProto, true, false);
+    tenth.join(kSubprotocolProto, true, false);
+    std::atomic<unsigned> tenth_frames{0};
+    std::thread slow([&] {
+        while (!stop) {
+            const Client::Frame frame = tenth.read_frame(500);
+            if (frame.opcode == 2 && !frame.payload.empty() && frame.payload[0] == 2) {
+                tenth.acknowledge(frame.seq());
+                ++tenth_frames;
+                std::this_thread::sleep_for(300ms);
+            }
+        }
+    });
+    watch(fast, 1s);
+    const Watched beside = watch(fast, time);
+    const Json stats = daemon.json({"stats"});
+    const double grown_mib = resident_mib(daemon.pid()) - memory_mib;
+    stop = true;
+    slow.join();
+    own.join();
+    std::printf(
+        "age when shown, alone p50 %.1f p99 %.1f ms, %.1f frames/s; beside slow readers p50 %.1f p99 %.1f ms, "
+        "%.1f frames/s, %u key frames; the slow one got %u; memory grew by %.1f MiB\n",
+        quantile(alone.ages_ms, 0.5), quantile(alone.ages_ms, 0.99), alone.fps(time), quantile(beside.ages_ms, 0.5),
+        quantile(beside.ages_ms, 0.99), beside.fps(time), beside.keys, tenth_frames.load(), grown_mib);
+    EXPECT_GT(tenth_frames.load(), 0u);
+    // Key frames that laggards ask for: at most one a second, in the shared and the low lane.
+    EXPECT_LE(beside.keys, static_cast<unsigned>(time.count()) + 2);
+    EXPECT_GT(beside.fps(time), 0.6 * alone.fps(time));
+    EXPECT_LT(quantile(beside.ages_ms, 0.5), 1.5 * quantile(alone.ages_ms, 0.5) + 5);
+    EXPECT_LT(grown_mib, 48.0);
+    EXPECT_GE(stats["lanes"].size(), 2u);
+}
+
+// What a viewer over a wide link feels: from sending a command to having the frame that contains it.
+TEST(Pacing, ACommandIsSeenInTheNextFrame) {
+    DaemonProcess daemon({"--size", "320x320"});
+    const std::uint16_t port = port_of(daemon.url());
+    Client viewer(port);
+    viewer.join(kSubprotocolProto, true, false);
+    viewer.keeps_pings = true;
+    std::vector<double> times_ms, frame_ms;
+    for (std::uint32_t i = 0; i < 40; ++i) {
+        v1::ClientMessage message;
+        message.set_request_id(i + 1);
+        message.mutable_command()->mutable_set_exposure()->set_ev100(5.0 + 0.02 * i);
+        const auto sent = Clock::now();
+        viewer.say(message);
+        std::uint32_t rev = 0;
+        for (bool seen = false; !seen;) {
+            const Client::Frame frame = viewer.read_frame(5000);
+            ASSERT_NE(frame.opcode, -1);
+            if (frame.opcode == 9) viewer.send_frame(10, frame.payload);
+            if (frame.opcode != 2 || frame.payload.empty()) continue;
+            if (frame.payload[0] == 1) {
+                const auto answer = decode_server_message(Encoding::proto, std::string_view(frame.payload).substr(1));
+                if (answer && answer->has_result()) rev = answer->result().scene_rev();
+                continue;
+            }
+            viewer.acknowledge(frame.seq());
+            if (rev == 0 || frame.header().scene_rev < rev) continue;
+            times_ms.push_back(std::chrono::duration<double, std::milli>(Clock::now() - sent).count());
+            frame_ms.push_back((frame.header().render_us + frame.header().encode_us) * 1e-3);
+            seen = true;
+        }
+        std::this_thread::sleep_for(30ms);
+    }
+    std::printf("command to its frame at the viewer: p50 %.1f ms, p90 %.1f ms; its render and encode p50 %.1f ms\n",
+                quantile(times_ms, 0.5), quantile(times_ms, 0.9), quantile(frame_ms, 0.5));
+    EXPECT_LT(quantile(times_ms, 0.5), 250.0);
+}
+
+double cpu_seconds(pid_t pid) {
+    std::ifstream file("/proc/" + std::to_string(pid) + "/stat");
+    std::string field;
+    double ticks = 0;
+    for (int i = 1; i <= 15 && file >> field; ++i)
+        if (i >= 14) ticks += std::stod(field);  // utime, stime
+    return ticks / static_cast<double>(::sysconf(_SC_CLK_TCK));
+}
+
+// What more viewers cost: everybody goes on getting pictures. The figures are printed; docs/streaming.md has those of
+// an idle machine.
+TEST(Pacing, ManyViewersShareWhatThereIs) {
+    std::vector<std::size_t> counts{1, 4, 12};
+    if (std::getenv("GONIO_PACING_SECONDS")) counts = {1, 4, 8, 60};
+    for (const std::size_t count : counts) {
+        DaemonProcess daemon({"--size", "640x640"});
+        const std::uint16_t port = port_of(daemon.url());
+        std::vector<std::unique_ptr<Client>> viewers;
+        for (std::size_t i = 0; i < count; ++i) {
+            viewers.push_back(std::make_unique<Client>(port));
+            viewers.back()->join(kSubprotocolProto, true, false);
+        }
+        const Mover mover(port);
+        const auto time = std::getenv("GONIO_PACING_SECONDS") ? 8s : 2s;
+        std::vector<double> ages_ms;
+        std::vector<std::size_t> frames(count);
+        const double cpu_s = cpu_seconds(daemon.pid());
+        const auto end = Clock::now() + time;
+        while (Clock::now() < end) {
+            bool any = false;
+            for (std::size_t i = 0; i < count; ++i) {
+                const Client::Frame frame = viewers[i]->read_frame(0);
+                any = any || frame.opcode != -1;
+                if (frame.opcode != 2 || frame.payload.empty() || frame.payload[0] != 2) continue;
+                ages_ms.push_back(milliseconds_since(frame.header().rendered_ns));
+                ++frames[i];
+                viewers[i]->acknowledge(frame.seq());
+            }
+            if (!any) std::this_thread::sleep_for(500us);
+        }
+        const double seconds = static_cast<double>(time.count()), used_s = cpu_seconds(daemon.pid()) - cpu_s;
+        const auto [least, most] = std::minmax_element(frames.begin(), frames.end());
+        std::printf(
+            "%zu viewers: age when shown p50 %.1f, p99 %.1f ms; %.1f to %.1f frames/s each; goniod uses %.2f cores\n",
+            count, quantile(ages_ms, 0.5), quantile(ages_ms, 0.99), static_cast<double>(*least) / seconds,
+            static_cast<double>(*most) / seconds, used_s / seconds);
+        EXPECT_GT(*least, 2u) << count;
+    }
+}
+
+// A still picture on a narrow line: it sharpens, one frame says that it is final, then nothing more comes.
+TEST(Pacing, AStillPictureSharpensAndThenIsSilent) {
+    DaemonProcess daemon({"--size", "320x320"});
+    ThrottleProxy line(port_of(daemon.url()), {1.5e6, 20ms, 16 << 10});
+    Client viewer(line.port());
+    viewer.join(kSubprotocolProto, true, false);
+    viewer.keeps_pings = true;
+    {
+        const Mover mover(port_of(daemon.url()));
+        watch(viewer, 2s);
+    }
+    bool final = false;
+    unsigned after_final = 0;
+    const auto end = Clock::now() + 40s;
+    while (Clock::now() < end) {
+        const Client::Frame frame = viewer.read_frame(final ? 2000 : 15000);
+        if (frame.opcode == -1) break;
+        if (frame.opcode == 9) viewer.send_frame(10, frame.payload);
+        if (frame.opcode != 2 || frame.payload.empty() || frame.payload[0] != 2) continue;
+        viewer.acknowledge(frame.seq());
+        after_final = final ? after_final + 1 : 0;
+        final = final || frame.header().final;
+    }
+    EXPECT_TRUE(final);
+    EXPECT_EQ(after_final, 0u);
+}
+
+}  // namespace
+}  // namespace gonio::test
