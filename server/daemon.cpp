@@ -18,11 +18,15 @@
 #include "protocol/surface_toml.h"
 #include "server/assets/assets.h"
 #include "server/consoles.h"
+#include "server/front_options.h"
 #include "server/net/front.h"
+#include "server/net/upload_store.h"
 #include "server/null_renderer.h"
 #include "server/oneshot.h"
+#include "server/reload.h"
 #include "server/render/renderer.h"
 #include "server/scene/state.h"
+#include "server/service.h"
 #include "server/stage.h"
 #include "server/stream/encode_thread.h"
 #include "server/surface_hands.h"
@@ -30,34 +34,24 @@
 namespace gonio {
 namespace {
 
-std::string read_token(const std::string& path) {
-    if (path.empty()) return {};
-    std::ifstream file(path);
-    std::string token;
-    if (!std::getline(file, token) || token.size() < 16) {
-        throw std::runtime_error("the token file '" + path +
-                                 "' must hold a token of at least 16 bytes in its first line");
-    }
-    return token;
-}
-
-bool is_loopback(const std::string& host) {
-    return host == "localhost" || host == "::1" || host.rfind("127.", 0) == 0;
-}
-
-// Turns SIGINT and SIGTERM into a closed queue. Signals are blocked in all threads before any is started.
+// Turns SIGINT and SIGTERM into a closed queue, SIGHUP into a reload. Signals are blocked in all threads before any is
+// started.
 class Signals {
 public:
-    explicit Signals(std::function<void()> stop) {
+    Signals(std::function<void()> stop, std::function<void()> reload) {
         sigset_t set;
         sigemptyset(&set);
         sigaddset(&set, SIGINT);
         sigaddset(&set, SIGTERM);
+        sigaddset(&set, SIGHUP);
         fd_ = signalfd(-1, &set, SFD_CLOEXEC);
-        thread_ = std::thread([this, stop = std::move(stop)] {
+        thread_ = std::thread([this, stop = std::move(stop), reload = std::move(reload)] {
             while (!done_.load()) {
                 pollfd ready{fd_, POLLIN, 0};
-                if (poll(&ready, 1, 100) > 0) return stop();
+                signalfd_siginfo info{};
+                if (poll(&ready, 1, 100) <= 0 || read(fd_, &info, sizeof info) != sizeof info) continue;
+                if (info.ssi_signo != SIGHUP) return stop();
+                reload();
             }
         });
     }
@@ -71,6 +65,7 @@ public:
         sigemptyset(&set);
         sigaddset(&set, SIGINT);
         sigaddset(&set, SIGTERM);
+        sigaddset(&set, SIGHUP);
         pthread_sigmask(SIG_BLOCK, &set, nullptr);
         std::signal(SIGPIPE, SIG_IGN);
     }
@@ -161,11 +156,11 @@ Scene first_scene(const Options& options) {
 int run_daemon(const Options& options) {
     Signals::block();
     spdlog::set_default_logger(spdlog::stderr_logger_mt("goniod"));
-    const std::string token = read_token(options.token_file);
-    if (!is_loopback(options.host) && token.empty()) {
-        throw std::runtime_error("listening on " + options.host +
-                                 " needs --token-file: only loopback addresses may go without");
-    }
+    set_log_level(options);
+    std::string token_warning;
+    const auto token = read_token(options.token_file, &token_warning);
+    if (!token) throw std::runtime_error(token.error().text());
+    if (!token_warning.empty()) spdlog::warn("{}", token_warning);
     std::optional<Scene> scene;
     SurfaceOptions boxes;
     try {
@@ -186,6 +181,12 @@ int run_daemon(const Options& options) {
     }
 
     Queue<Work> queue(kMaxWork);
+    std::unique_ptr<UploadStore> uploads;  // before the front that writes them
+    if (options.limits.upload_bytes > 0) {
+        auto opened = UploadStore::open(options.upload_folder, options.limits);
+        if (!opened) throw std::runtime_error(opened.error().text());
+        uploads = std::move(*opened);
+    }
     Latest<Demand> demands;
     std::unique_ptr<Front> front;
     EncodeThread encoder({
@@ -200,10 +201,23 @@ int run_daemon(const Options& options) {
         },
         [&] { queue.wake(); },
     });
+    auto metrics = std::make_shared<Metrics>();
+    metrics->gauge("build_info", "The program's version.", "version=\"" GONIO_VERSION "\"").set(1);
+    Histogram& render_seconds =
+        metrics->histogram("render_seconds", "From draining the commands to the picture in memory.");
+    Counter& rendered = metrics->counter("frames_rendered_total", "Pictures that left the renderer.");
+    Gauge& scene_rev = metrics->gauge("scene_revision", "Of the scene.");
     FrontOptions listen;
+    listen.metrics = metrics;
+    listen.uploads = uploads.get();
+    listen.limits = options.limits;
+    listen.tls_certificate = options.tls_certificate;
+    listen.tls_key = options.tls_key;
+    listen.host_names = options.host_names;
+    listen.origins = options.origins;
     listen.host = options.host;
     listen.port = options.port;
-    listen.token = token;
+    listen.token = *token;
     listen.server_name = "goniod " GONIO_VERSION;
     listen.renderer = renderer_name;
     listen.page = page_files();
@@ -228,6 +242,7 @@ int run_daemon(const Options& options) {
                              });
     if (!started) throw std::runtime_error(started.error().text());
     front = std::move(*started);
+    Service service;  // ends before the front that it asks
 
     std::unique_ptr<Inputs> inputs;
     if (options.inputs.any()) {
@@ -263,12 +278,15 @@ int run_daemon(const Options& options) {
         {
             [&](std::uint32_t session, v1::ServerMessage message) { front->reply(session, std::move(message)); },
             [&](v1::State state, v1::StateChanged change) {
+                scene_rev.set(state.scene_rev());
                 consoles.publish_state(state);
                 front->publish_state(std::move(state));
                 front->broadcast(std::move(change));
             },
             [&](Picture picture) {
                 hands.picture_out(picture.scene_rev, picture.rendered_ns);
+                rendered.add();
+                render_seconds.observe(static_cast<double>(picture.rendered_ns - picture.drained_ns) * 1e-9);
                 newest = std::move(picture);
                 h264_sent = jpeg_sent = false;
             },
@@ -287,10 +305,13 @@ int run_daemon(const Options& options) {
             [&](std::uint32_t session) { hands.forget_session(session); },
         });
     if (options.keep_up) stage.set_budget(1e3 / options.target_fps);
+    stage.set_most_captures(options.max_captures);
+    stage.set_scene_access({is_loopback(options.host), options.scene_roots, uploads ? uploads->folder() : ""});
+    scene_rev.set(stage.scene().scene_rev);
     running = &stage;
     front->publish_state(full_state(stage.scene()));
     consoles.publish_state(full_state(stage.scene()));
-    Signals signals([&] { queue.close(); });
+    Signals signals([&] { queue.close(); }, [&] { reload(options, *front); });
 
     // READY means: a first frame has been rendered and encoded, so that whoever connects sees a picture at once.
     stage.begin_frame(monotonic_ns());
@@ -298,13 +319,17 @@ int run_daemon(const Options& options) {
     if (!encoder.encode_now(newest)) throw std::runtime_error("no H.264 encoder can be opened: is libx264 installed?");
     h264_sent = true;
     jpeg_sent = false;  // no viewer of the MJPEG stream has it yet
-    std::printf("READY http://%s:%u\n",
+    front->set_ready(true);
+    service.tell("READY=1");
+    service.watch([&](std::function<void()> call) { front->post(std::move(call)); });
+    std::printf("READY %s://%s:%u\n", front->secure() ? "https" : "http",
                 options.host.find(':') == std::string::npos ? options.host.c_str() : ("[" + options.host + "]").c_str(),
                 front->port());
     std::fflush(stdout);
 
     std::int64_t last_begin_ns = 0, last_moved_ns = 0;
     while (!queue.closed()) {
+        service.render();
         // Somebody must be able to take a picture: a viewer with credit, or a report that is waited for.
         const bool viewer = (demand.h264 || demand.jpeg) && encoder.idle();
         const std::int64_t now = monotonic_ns();
@@ -363,6 +388,8 @@ int run_daemon(const Options& options) {
         if (context && context->lost()) throw std::runtime_error("the GPU lost the GL context");
     }
     // What was declared last ends first: loader and encoder are joined while the front they speak to still stands.
+    front->set_ready(false);
+    service.tell("STOPPING=1");
     spdlog::info("stopping");
     return 0;
 }

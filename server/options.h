@@ -1,4 +1,4 @@
-// Command line of goniod (README.md).
+// Options of goniod: command line, environment and configuration file (docs/operations.md).
 #pragma once
 
 #include <cstdint>
@@ -6,6 +6,7 @@
 #include <string>
 #include <vector>
 
+#include "server/net/front_limits.h"
 #include "server/net/udp_inputs.h"
 
 namespace gonio {
@@ -25,16 +26,26 @@ struct Options {
     std::string renderer = "gl";     // null: grey pictures without GL, for tests
     std::string oneshot, out = ".";  // JOB.json and the folder its captures go to; empty: serve
     bool gl_debug = false;
-    InputOptions inputs;             // of consoles; all off unless asked for: these protocols know no passwords
-    std::string patch_file;          // TOML; empty: the default patch
-    bool surfaces = true;            // look for fader boxes
-    std::string midi = "auto";       // usb, alsa
-    std::vector<std::string> boxes;  // VVVV:PPPP or VVVV:PPPP=PROFILE
-    std::string surface_map;         // TOML; empty: what the profiles of the boxes say
-    std::string surface_replay;      // a recorded box; empty: none
+    InputOptions inputs;                   // of consoles; all off unless asked for: these protocols know no passwords
+    std::string patch_file;                // TOML; empty: the default patch
+    bool surfaces = true;                  // look for fader boxes
+    std::string midi = "auto";             // usb, alsa
+    std::vector<std::string> boxes;        // VVVV:PPPP or VVVV:PPPP=PROFILE
+    std::string surface_map;               // TOML; empty: what the profiles of the boxes say
+    std::string surface_replay;            // a recorded box; empty: none
+    std::string tls_certificate, tls_key;  // PEM files; both or none
+    std::vector<std::string> host_names, origins;  // that requests may come for, and from
+    std::string upload_folder;                     // empty: a private one
+    std::vector<std::string> scene_roots;          // below which clients may load scene files
+    std::string log_level = "info";
+    unsigned max_captures = 8;  // that wait for each other
+    FrontLimits limits;
+    std::vector<std::string> arguments;  // as given: SIGHUP reads file and environment again
 };
 
-// Result: the options; nothing if the program is to end with `exit_code` (help was printed, or an argument is wrong).
+// Result: the options; nothing if the program is to end with `exit_code`: 0 (what was asked for was printed), 2 (an
+// argument is wrong) or 78 (the configuration file or a variable is).
 std::optional<Options> parse_options(int argc, char** argv, int& exit_code);
+std::optional<Options> parse_options(std::vector<std::string> arguments, int& exit_code);
 
 }  // namespace gonio

@@ -13,6 +13,7 @@
 
 #include "protocol/gonio.pb.h"
 #include "server/budget.h"
+#include "server/late_work.h"
 #include "server/loader.h"
 #include "server/query.h"
 #include "server/queue.h"
@@ -20,6 +21,7 @@
 #include "server/render/live_renderer.h"
 #include "server/scene/apply.h"
 #include "server/scene/preset.h"
+#include "server/scene_access.h"
 #include "server/stream/encoder.h"
 
 namespace gonio {
@@ -35,11 +37,13 @@ struct Work {
 };
 
 inline constexpr std::size_t kMaxWork = 1024;         // messages waiting for the render thread; beyond it: "busy"
-inline constexpr std::size_t kMaxCaptures = 8;        // captures rendered one after the other; beyond it: "busy"
+inline constexpr std::size_t kMaxCaptures = 8;        // default of set_most_captures()
 inline constexpr std::size_t kMaxGrids = 8;           // grids of interactive and rsm meters likewise
 inline constexpr std::size_t kMaxReports = 256;       // frame reports kept for `report --rev`
 inline constexpr std::size_t kMaxFramesInFlight = 3;  // the readback ring
-inline constexpr std::size_t kMaxWaiting = 64;        // report queries waiting for their frame; beyond it: "busy"
+// Report queries that wait for their frame, and captures that wait for their revision; beyond it: "busy".
+inline constexpr std::size_t kMaxWaiting = 64;
+inline constexpr std::chrono::seconds kMaxWait{30};  // of a capture for its revision; then: "timeout"
 
 struct StageOutputs {
     std::function<void(std::uint32_t session, v1::ServerMessage)> reply;
@@ -77,6 +81,10 @@ public:
     // Publishes frames that have left the GPU; `wait` blocks for all of them.
     void finish_frames(bool wait);
     bool frames_in_flight() const { return renderer_->frames_in_flight() > 0; }
+    // Which scene files clients may load.
+    void set_scene_access(SceneAccess access) { scene_access_ = std::move(access); }
+    // Captures that are rendered one after the other; beyond it: "busy".
+    void set_most_captures(std::size_t most) { most_captures_ = most; }
     bool busy() const { return !captures_waiting_.empty() || !grids_waiting_.empty(); }
     // Between two frames: one tile of the oldest capture, a slice of the oldest meter grid; each is sent off when it is
     // complete. Reference jobs start and tell of their progress.
@@ -116,6 +124,7 @@ private:
     };
     bool lights_anew() const;
     void continue_capture();
+    void continue_late();
     void continue_grid();
     void forget_session(std::uint32_t session);
     void publish(FinishedFrame frame);
@@ -146,6 +155,9 @@ private:
     std::vector<Waiting> waiting_;
     std::deque<Capturing> captures_waiting_;
     std::deque<Metering> grids_waiting_;
+    LateWork<Work> late_{kMaxWaiting, kMaxWait};
+    std::size_t most_captures_ = kMaxCaptures;
+    SceneAccess scene_access_;
     ReferenceWork reference_;
     std::uint32_t frames_rendered_ = 0, captures_ = 0, refused_ = 0;
 };

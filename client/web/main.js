@@ -15,6 +15,7 @@ import {Toasts} from "./toast.js";
 import {ConsolesPanel} from "./consoles.js";
 import {SurfacesPanel} from "./surfaces.js";
 import {presetPanel} from "./presets.js";
+import {Uploads} from "./uploads.js";
 
 const $ = (id) => document.getElementById(id);
 
@@ -33,6 +34,7 @@ const parts = [
     picturePanel(store, $("picture"), cameraHand), viewTabs(store, $("views")), scenePanel(store, $("scene"), connection),
     inspector(store, $("inspector"), connection),
 ];
+new Uploads(connection, toasts, $("scene"), $("screen"), (file) => connection.command({load_scene: {file}}));
 followSelection(store, connection);
 statsStrip(store, video, connection, $("stats"), $("format"), {report, meter, consoles, surfaces});
 

@@ -2,12 +2,15 @@
 #pragma once
 
 #include <atomic>
+#include <functional>
 #include <map>
 #include <memory>
 #include <optional>
 #include <string>
 
+#include "server/net/auth_guard.h"
 #include "server/net/front.h"
+#include "server/net/update_clock.h"
 
 namespace gonio {
 
@@ -24,6 +27,8 @@ private:
     mutable std::shared_ptr<const std::string> proto_, json_;
 };
 
+struct Hub;
+
 // A connection that lives longer than one request.
 class Peer {
 public:
@@ -38,11 +43,39 @@ public:
     virtual void add_to(Demand& demand) const = 0;
 };
 
+// A connection's place among those that the limits count; ends with its last owner.
+class Place {
+public:
+    // address: as the limits tell clients apart; local: loopback.
+    Place(Hub& hub, std::string address, bool local);
+    ~Place();
+    Place(const Place&) = delete;
+    Place& operator=(const Place&) = delete;
+    const std::string& address() const { return address_; }
+    bool local() const { return local_; }
+
+private:
+    Hub& hub_;
+    std::string address_;
+    bool local_;
+};
+
+struct TlsContext;
+
 struct Hub {
+    explicit Hub(const FrontOptions& given, Front::Callbacks given_callbacks);
+
     FrontOptions options;
     Front::Callbacks callbacks;
     std::map<SessionId, std::weak_ptr<Peer>> peers;
     unsigned connections = 0;
+    std::map<std::string, unsigned> connections_of, clients_of;  // by address, only those that have some
+    std::map<SessionId, std::shared_ptr<const Place>> place_of;  // of `peers`
+    std::shared_ptr<TlsContext> tls;                             // null: plain HTTP
+    AuthGuard auth;
+    UpdateClock updates;
+    bool ready = false;
+    std::function<void(std::function<void()>)> on_disk;  // runs the call on the disk thread
     unsigned mjpeg_clients = 0;
     std::optional<v1::State> state;
     std::optional<v1::VideoConfig> video_config;
@@ -50,10 +83,15 @@ struct Hub {
     std::atomic<std::uint32_t> packets_sent = 0;
     bool stopping = false;
 
-    // Result: the id of a new client; 0 at the limit of clients.
-    SessionId add(const std::shared_ptr<Peer>& peer);
+    // Result: the id of a new client; 0 at a limit of clients.
+    SessionId add(const std::shared_ptr<Peer>& peer, const std::shared_ptr<const Place>& place);
     void remove(SessionId id);
     bool full() const { return peers.size() >= options.limits.clients; }
+    // Whether the address has as many clients as it may.
+    bool full_for(const Place& place) const;
+    bool room_for_connection(const std::string& address, bool local) const;
+    void count_clients(const char* transport, int change);
+    void count_rejected(const char* reason);
     // Tells the daemon what is wanted if that changed. Call after everything that may change it.
     void update_demand();
     // Result: false where the render queue is full.
@@ -72,6 +110,7 @@ struct Hub {
 private:
     SessionId next_id_ = 1;
     std::optional<Demand> told_;
+    std::map<std::string, int> clients_by_transport_;
 };
 
 // Result: whether both are equal, in a time that depends on the length of `given` only.

@@ -24,12 +24,16 @@ constexpr std::string_view kBetween =
 
 class MjpegSession final : public Peer, public std::enable_shared_from_this<MjpegSession> {
 public:
-    MjpegSession(Hub& hub, tcp::socket socket) : hub_(hub), socket_(std::move(socket)), stall_(socket_.get_executor()) {
-        ++hub_.connections;
+    MjpegSession(Hub& hub, Accepted accepted)
+        : hub_(hub),
+          place_(std::move(accepted.place)),
+          socket_(std::move(accepted.stream)),
+          stall_(socket_.get_executor()) {
         ++hub_.mjpeg_clients;
+        hub_.count_clients("mjpeg", 1);
     }
     ~MjpegSession() override {
-        --hub_.connections;
+        hub_.count_clients("mjpeg", -1);
         if (--hub_.mjpeg_clients == 0) hub_.last_jpeg = nullptr;
         hub_.remove(id_);
     }
@@ -37,7 +41,7 @@ public:
     MjpegSession& operator=(const MjpegSession&) = delete;
 
     void start() {
-        id_ = hub_.add(shared_from_this());
+        id_ = hub_.add(shared_from_this(), place_);
         if (id_ == 0) return end();
         read();
         pending_ = hub_.last_jpeg;
@@ -88,14 +92,14 @@ private:
         });
     }
     void end() {
-        error_code ignored;
         stall_.cancel();
-        socket_.close(ignored);
+        socket_.close();
         hub_.remove(id_);
     }
 
     Hub& hub_;
-    tcp::socket socket_;
+    std::shared_ptr<const Place> place_;
+    NetStream socket_;
     asio::steady_timer stall_;
     SessionId id_ = 0;
     std::array<char, 256> ignored_{};
@@ -105,8 +109,8 @@ private:
 
 }  // namespace
 
-void start_mjpeg_session(Hub& hub, tcp::socket socket) {
-    std::make_shared<MjpegSession>(hub, std::move(socket))->start();
+void start_mjpeg_session(Hub& hub, Accepted accepted) {
+    std::make_shared<MjpegSession>(hub, std::move(accepted))->start();
 }
 
 }  // namespace gonio
