@@ -347,6 +347,12 @@ Result<CaptureWords> capture_from_words(Words words) {
         {"--bounces", text_option([&](const std::string& v) { query.set_bounces(v); })},
         {"--noise", number_option([&](double v) { query.set_noise_ratio(v); })},
         {"--openings", {}, &openings},
+        {"--after-rev",
+         [&](const std::string& text) {
+             const auto rev = parse_count(text);
+             query.set_after_rev(rev.value_or(0));
+             return rev.has_value();
+         }},
         {"--size", size_option([&](std::uint32_t width, std::uint32_t height) {
              query.set_width_px(width);
              query.set_height_px(height);

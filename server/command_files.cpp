@@ -15,10 +15,13 @@ bool needs_files(const v1::Command& command) {
     return command.has_load_scene() || profile_of(command) != nullptr;
 }
 
-Result<Loaded> read_files(const v1::Command& command) {
+Result<Loaded> read_files(const v1::Command& command, const SceneAccess& access) {
     Loaded loaded;
     if (command.has_load_scene()) {
-        auto asset = load_scene(command.load_scene().file());
+        const std::string& file = command.load_scene().file();
+        const auto path = scene_path(access, file);
+        if (!path) return path.error();
+        auto asset = load_scene(*path, file);
         if (!asset) return asset.error();
         loaded.asset = *asset;
     }

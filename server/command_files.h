@@ -4,6 +4,7 @@
 #include "ies/result.h"
 #include "protocol/gonio.pb.h"
 #include "server/scene/apply.h"
+#include "server/scene_access.h"
 
 namespace gonio {
 
@@ -11,7 +12,7 @@ inline constexpr std::size_t kMaxProfileBytes = 1u << 20;  // a larger uploaded 
 
 // Result: whether the command has to be read before it can be applied: a scene, or a light's profile.
 bool needs_files(const v1::Command& command);
-// Errors: of load_scene, make_profile and builtin_profile; "too_large".
-Result<Loaded> read_files(const v1::Command& command);
+// Errors: of scene_path, load_scene, make_profile and builtin_profile; "too_large".
+Result<Loaded> read_files(const v1::Command& command, const SceneAccess& access = {});
 
 }  // namespace gonio

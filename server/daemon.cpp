@@ -12,11 +12,15 @@
 
 #include "client/web/page.h"
 #include "server/consoles.h"
+#include "server/front_options.h"
 #include "server/gpu.h"
 #include "server/net/front.h"
+#include "server/net/upload_store.h"
 #include "server/null_renderer.h"
 #include "server/oneshot.h"
+#include "server/reload.h"
 #include "server/render/renderer.h"
+#include "server/service.h"
 #include "server/signals.h"
 #include "server/stage.h"
 #include "server/start.h"
@@ -27,21 +31,6 @@
 
 namespace gonio {
 namespace {
-
-std::string read_token(const std::string& path) {
-    if (path.empty()) return {};
-    std::ifstream file(path);
-    std::string token;
-    if (!std::getline(file, token) || token.size() < 16) {
-        throw std::runtime_error("the token file '" + path +
-                                 "' must hold a token of at least 16 bytes in its first line");
-    }
-    return token;
-}
-
-bool is_loopback(const std::string& host) {
-    return host == "localhost" || host == "::1" || host.rfind("127.", 0) == 0;
-}
 
 Renderer::Gather gather_of(const Options& options) {
     return options.gather == "gl"     ? Renderer::Gather::gl
@@ -71,11 +60,11 @@ int run_daemon(const Options& options) {
     const bool serves = options.oneshot.empty();
     if (serves) Signals::block();
     spdlog::set_default_logger(spdlog::stderr_logger_mt("goniod"));
-    const std::string token = read_token(options.token_file);
-    if (!is_loopback(options.host) && token.empty()) {
-        throw std::runtime_error("listening on " + options.host +
-                                 " needs --token-file: only loopback addresses may go without");
-    }
+    set_log_level(options);
+    std::string token_warning;
+    const auto token = read_token(options.token_file, &token_warning);
+    if (!token) throw std::runtime_error(token.error().text());
+    if (!token_warning.empty()) spdlog::warn("{}", token_warning);
     Queue<Work> queue(kMaxWork);
     Latest<std::set<SessionId>> left;  // sessions whose end found the queue full
     std::atomic<std::shared_ptr<Front>> front_to_stop;
@@ -94,7 +83,9 @@ int run_daemon(const Options& options) {
                                          [&] {
                                              if (const auto saving = state_to_save.load()) saving->close();
                                          },
-                                         {}});
+                                         [&] {
+                                             if (const auto serving = front_to_stop.load()) reload(options, *serving);
+                                         }});
     std::optional<Scene> scene;
     SurfaceOptions boxes;
     GpuFaults faults;
@@ -117,15 +108,34 @@ int run_daemon(const Options& options) {
     spdlog::info("{}", gpu.context() ? gpu.context()->description() : "no GL: grey pictures (--renderer null)");
     const std::string renderer_name = gpu.context() ? gpu.context()->renderer() : "null";
 
+    std::unique_ptr<UploadStore> uploads;  // before the front that writes them
+    if (options.limits.upload_bytes > 0) {
+        auto opened = UploadStore::open(options.upload_folder, options.limits);
+        if (!opened) throw std::runtime_error(opened.error().text());
+        uploads = std::move(*opened);
+    }
     Latest<Demand> demands;
     std::shared_ptr<Front> front;
     LaneEncoders encoders(encoder_setup(options, scene->width_px, scene->height_px),
                           encoder_outputs(front, [&queue] { queue.wake(); }));
     LaneFeed feed(encoders);
+    auto metrics = std::make_shared<Metrics>();
+    metrics->gauge("build_info", "The program's version.", "version=\"" GONIO_VERSION "\"").set(1);
+    Histogram& render_seconds =
+        metrics->histogram("render_seconds", "From draining the commands to the picture in memory.");
+    Counter& rendered = metrics->counter("frames_rendered_total", "Pictures that left the renderer.");
+    Gauge& scene_rev = metrics->gauge("scene_revision", "Of the scene.");
     FrontOptions listen;
+    listen.metrics = metrics;
+    listen.uploads = uploads.get();
+    listen.limits = options.limits;
+    listen.tls_certificate = options.tls_certificate;
+    listen.tls_key = options.tls_key;
+    listen.host_names = options.host_names;
+    listen.origins = options.origins;
     listen.host = options.host;
     listen.port = options.port;
-    listen.token = token;
+    listen.token = *token;
     listen.server_name = "goniod " GONIO_VERSION;
     listen.renderer = renderer_name;
     listen.encoder = encoders.encoder();
@@ -167,6 +177,7 @@ int run_daemon(const Options& options) {
         ~Forgotten() { slot.store({}); }
     } forgotten(front_to_stop);
     front_to_stop = front;
+    Service service;  // ends before the front that it asks
 
     std::unique_ptr<Inputs> inputs;
     if (options.inputs.any()) {
@@ -197,6 +208,7 @@ int run_daemon(const Options& options) {
         {
             [&](std::uint32_t session, v1::ServerMessage message) { front->reply(session, std::move(message)); },
             [&](v1::State state, v1::StateChanged change) {
+                scene_rev.set(state.scene_rev());
                 consoles.publish_state(state);
                 front->publish_state(std::move(state));
                 front->broadcast(std::move(change));
@@ -205,6 +217,8 @@ int run_daemon(const Options& options) {
             [&](Picture picture) {
                 gpu.picture_done();
                 hands.picture_out(picture.scene_rev, picture.rendered_ns);
+                rendered.add();
+                render_seconds.observe(static_cast<double>(picture.rendered_ns - picture.drained_ns) * 1e-9);
                 feed.show(std::move(picture), monotonic_ns());
             },
             [&] {
@@ -227,6 +241,9 @@ int run_daemon(const Options& options) {
             [&] { return gpu.lost(); },
         });
     if (options.keep_up) stage.set_budget(1e3 / options.target_fps);
+    stage.set_most_captures(options.max_captures);
+    stage.set_scene_access({is_loopback(options.host), options.scene_roots, uploads ? uploads->folder() : ""});
+    scene_rev.set(stage.scene().scene_rev);
     running = &stage;
     front->publish_state(stage.state());
     consoles.publish_state(stage.state());
@@ -238,13 +255,17 @@ int run_daemon(const Options& options) {
     const LaneId first_lane = options.max_private_lanes > 0 ? kFirstPrivateLane : kSharedLane;
     encoders.encode_first(first_lane, feed.newest());
     feed.tried(first_lane);
-    std::printf("READY http://%s:%u\n",
+    front->set_ready(true);
+    service.tell("READY=1");
+    service.watch([&](std::function<void()> call) { front->post(std::move(call)); });
+    std::printf("READY %s://%s:%u\n", front->secure() ? "https" : "http",
                 options.host.find(':') == std::string::npos ? options.host.c_str() : ("[" + options.host + "]").c_str(),
                 front->port());
     std::fflush(stdout);
 
     std::int64_t last_begin_ns = 0, last_moved_ns = 0;
     while (!queue.closed()) {
+        service.render();
         // Somebody must be able to take a picture: a viewer with credit, or a report that is waited for.
         const bool viewer = feed.wanted();
         const std::int64_t now = monotonic_ns();
@@ -299,6 +320,7 @@ int run_daemon(const Options& options) {
         stage.finish_frames(!more && stage.frames_in_flight());
         if (gpu.lost()) {
             spdlog::warn("gpu: the GL context is lost; everything in it is made anew");
+            front->set_ready(false);
             stage.drop_renderer();
             auto renderer = gpu.rebuild([&] {
                 for (int i = 0; i < 20 && !queue.closed(); ++i)
@@ -307,6 +329,7 @@ int run_daemon(const Options& options) {
             });
             if (!renderer) break;
             stage.set_renderer(std::move(renderer));
+            front->set_ready(true);
             continue;
         }
         // A viewer that joined or fell behind is served from the newest picture, as a key frame.
@@ -314,6 +337,8 @@ int run_daemon(const Options& options) {
         stage.continue_work();
         if (refining && stage.refinable() && !stage.busy()) stage.refine();  // what was drained may have changed it
     }
+    front->set_ready(false);
+    service.tell("STOPPING=1");
     // What was taken in before the signal is carried out and answered; then clients are told.
     while (auto work = queue.try_pop()) stage.take(std::move(*work));
     front->stop(kReconnectAfterMs);

@@ -2,19 +2,58 @@
 
 #include <CLI/CLI.hpp>
 #include <cctype>
+#include <cstdio>
+#include <iostream>
 
 #include "protocol/artnet.h"
 #include "protocol/e131.h"
+#include "server/config.h"
+#include "server/front_options.h"
 #include "server/stream/lanes.h"
 
 namespace gonio {
+namespace {
+
+constexpr int kUsage = 2, kBadConfig = 78;  // EX_CONFIG
+
+void parse(CLI::App& app, const std::vector<std::string>& arguments) {
+    app.parse(std::vector<std::string>(arguments.rbegin(), arguments.rend()));  // CLI11 takes them from the back
+}
+
+void print_lines(const std::vector<std::string>& lines, const char* what) {
+    for (const std::string& line : lines) std::cerr << "goniod: " << what << line << "\n";
+}
+
+// Result: " (FILE line N)" where the option that the sentence begins with came from there.
+std::string source_of(const Settings& settings, const std::string& sentence) {
+    for (const auto& [name, source] : settings.sources)
+        if (sentence.starts_with("--" + name + ":")) return " (" + source + ")";
+    return "";
+}
+
+}  // namespace
 
 std::optional<Options> parse_options(int argc, char** argv, int& exit_code) {
+    return parse_options(std::vector<std::string>(argv + 1, argv + argc), exit_code);
+}
+
+std::optional<Options> parse_options(std::vector<std::string> arguments, int& exit_code) {
     Options options;
+    options.arguments = arguments;
     std::string listen = "127.0.0.1:8080", size = "800x800";
     unsigned samples = 0;
     CLI::App app{"goniod: headless lighting-previsualisation server"};
-    app.set_version_flag("--version", "goniod " GONIO_VERSION);
+    app.option_defaults()->always_capture_default();
+    app.set_version_flag("--version", "goniod " GONIO_VERSION)->configurable(false);
+    std::string config_file;
+    bool check_config = false, print_config = false;
+    app.add_option("--config", config_file, "TOML file of options, a name without its dashes = a value a line")
+        ->configurable(false);
+    app.add_flag("--check-config", check_config, "say what is wrong with options, file and variables, and end")
+        ->configurable(false);
+    app.add_flag("--print-config", print_config, "print the options as they are, with where each came from, and end")
+        ->configurable(false);
+    app.get_help_ptr()->configurable(false);
     app.add_option("--scene", options.scene, "cornell, atrium, or a .gltf or .glb file")->capture_default_str();
     app.add_option("--listen", listen, "HOST:PORT; port 0 picks a free one")->capture_default_str();
     app.add_option("--token-file", options.token_file, "file that holds the bearer token clients must show");
@@ -23,7 +62,8 @@ std::optional<Options> parse_options(int argc, char** argv, int& exit_code) {
         ->check(CLI::IsMember({"gl", "null"}))
         ->group("");
     app.add_option("--technique", options.technique, "default, seed or seed-disk")->capture_default_str();
-    app.add_option("--samples", samples, "VPLs of default (16..4096), directions per fragment of seed (1..4096)");
+    app.add_option("--samples", samples, "VPLs of default (16..4096), directions per fragment of seed (1..4096)")
+        ->default_str("");
     app.add_option("--size", size, "WIDTHxHEIGHT of the picture, even, 16..4096")->capture_default_str();
     app.add_option("--target-fps", options.target_fps,
                    "frames a second: never more, and while something moves no fewer: pictures get smaller and coarser")
@@ -69,8 +109,18 @@ std::optional<Options> parse_options(int argc, char** argv, int& exit_code) {
     app.add_option("--inject", options.inject,
                    "a fault, for tests: gl-loss-after=N, gl-loss-every=N, gl-rebuild-fails=N")
         ->group("");
+    add_front_options(app, options);
+    Settings settings;
     try {
-        app.parse(argc, argv);
+        parse(app, arguments);
+        settings = complete_settings(app, arguments, ::environ);
+        print_lines(settings.warnings, "warning: ");
+        print_lines(settings.errors, "");
+        if (!settings.errors.empty()) {
+            exit_code = kBadConfig;
+            return std::nullopt;
+        }
+        parse(app, settings.arguments);
         options.scene_given = app.count("--scene") > 0;
         options.size_given = app.count("--size") > 0;
         options.technique_given = app.count("--technique") > 0;
@@ -116,9 +166,21 @@ std::optional<Options> parse_options(int argc, char** argv, int& exit_code) {
         }
         if (app.count("--samples") > 0) options.samples = samples;
     } catch (const CLI::ParseError& error) {
-        exit_code = app.exit(error) == 0 ? 0 : 2;
+        const std::string source = source_of(settings, error.what());
+        if (!source.empty()) {
+            print_lines({error.what() + source}, "");
+            exit_code = kBadConfig;
+            return std::nullopt;
+        }
+        exit_code = app.exit(error) == 0 ? 0 : kUsage;
         return std::nullopt;
     }
+    const std::vector<std::string> errors = check_front_options(options);
+    print_lines(errors, "");
+    exit_code = errors.empty() ? 0 : kBadConfig;
+    if (print_config) std::cout << print_settings(app, settings);
+    if (check_config && errors.empty()) std::cout << "ok\n";
+    if (!errors.empty() || print_config || check_config) return std::nullopt;
     return options;
 }
 

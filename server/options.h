@@ -1,4 +1,4 @@
-// Command line of goniod (README.md).
+// Options of goniod: command line, environment and configuration file (docs/operations.md).
 #pragma once
 
 #include <cstdint>
@@ -6,6 +6,7 @@
 #include <string>
 #include <vector>
 
+#include "server/net/front_limits.h"
 #include "server/net/udp_inputs.h"
 
 namespace gonio {
@@ -37,9 +38,19 @@ struct Options {
     std::string state_file;          // where the show is kept between two runs; empty: nowhere
     bool scene_given = false, size_given = false, technique_given = false;  // else the saved show's
     std::vector<std::string> inject;                                        // faults, for tests (server/gpu.h)
+    std::string tls_certificate, tls_key;                                   // PEM files; both or none
+    std::vector<std::string> host_names, origins;                           // that requests may come for, and from
+    std::string upload_folder;                                              // empty: a private one
+    std::vector<std::string> scene_roots;                                   // below which clients may load scene files
+    std::string log_level = "info";
+    unsigned max_captures = 8;  // that wait for each other
+    FrontLimits limits;
+    std::vector<std::string> arguments;  // as given: SIGHUP reads file and environment again
 };
 
-// Result: the options; nothing if the program is to end with `exit_code` (help was printed, or an argument is wrong).
+// Result: the options; nothing if the program is to end with `exit_code`: 0 (what was asked for was printed), 2 (an
+// argument is wrong) or 78 (the configuration file or a variable is).
 std::optional<Options> parse_options(int argc, char** argv, int& exit_code);
+std::optional<Options> parse_options(std::vector<std::string> arguments, int& exit_code);
 
 }  // namespace gonio

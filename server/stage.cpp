@@ -144,9 +144,9 @@ void Stage::take(Work work) {
 
 bool Stage::send_to_loader(Work work) {
     auto shared = std::make_shared<Work>(std::move(work));
-    const bool accepted = loader_.submit([shared, &queue = queue_] {
+    const bool accepted = loader_.submit([shared, &queue = queue_, access = scene_access_] {
         shared->read = true;
-        Result<Loaded> loaded = read_files(shared->message.command());
+        Result<Loaded> loaded = read_files(shared->message.command(), access);
         if (loaded) {
             shared->loaded = std::move(*loaded);
         } else {
@@ -289,12 +289,17 @@ void Stage::answer_meter(const Work& work) {
 }
 
 void Stage::answer_capture(const Work& work) {
+    if (const std::uint32_t rev = work.message.capture().after_rev(); rev > scene_.scene_rev) {
+        if (const auto good = check_capture(scene_, work.message.capture()); !good) return refuse(work, good.error());
+        if (!late_.add(work, rev, monotonic_ns())) refuse(work, {"busy", "", "", "too many captures are waiting"});
+        return;
+    }
     auto request = check_capture(scene_, work.message.capture());
     if (!request) return refuse(work, request.error());
     if (request->quality == Quality::reference) {
         return submit_reference({work.session, work.message.request_id(), scene_, std::move(*request)}, work);
     }
-    if (captures_waiting_.size() >= kMaxCaptures) {
+    if (captures_waiting_.size() >= most_captures_) {
         return refuse(work, {"busy", "", "", "too many captures are waiting"});
     }
     captures_waiting_.push_back({work, request->format,
@@ -308,9 +313,18 @@ void Stage::submit_reference(ReferenceJob job, const Work& work) {
 
 void Stage::continue_work() {
     if (roles_.expire(monotonic_ns())) tell_control(0);
+    continue_late();
     continue_grid();
     continue_capture();
     reference_.tick();
+}
+
+void Stage::continue_late() {
+    if (late_.empty()) return;
+    while (auto work = late_.take_due(scene_.scene_rev)) answer_capture(*work);
+    while (const auto work = late_.take_overdue(monotonic_ns()))
+        refuse(*work, {"timeout", "capture.after_rev", std::to_string(work->message.capture().after_rev()),
+                       "the scene has not reached this revision within 30 s"});
 }
 
 void Stage::continue_grid() {
@@ -363,6 +377,7 @@ void Stage::forget_session(std::uint32_t session) {
     std::erase_if(captures_waiting_, [&](const Capturing& capturing) { return capturing.work.session == session; });
     std::erase_if(grids_waiting_, [&](const Metering& metering) { return metering.work.session == session; });
     std::erase_if(waiting_, [&](const Waiting& waiting) { return waiting.session == session; });
+    late_.forget([&](const Work& work) { return work.session == session; });
     reference_.forget_session(session);
     out_.gone(session);
     if (roles_.forget(session)) tell_control(session);

@@ -14,6 +14,7 @@
 #include "protocol/gonio.pb.h"
 #include "server/budget.h"
 #include "server/changes.h"
+#include "server/late_work.h"
 #include "server/loader.h"
 #include "server/query.h"
 #include "server/queue.h"
@@ -22,6 +23,7 @@
 #include "server/roles.h"
 #include "server/scene/apply.h"
 #include "server/scene/preset.h"
+#include "server/scene_access.h"
 #include "server/stream/encoder.h"
 
 namespace gonio {
@@ -37,11 +39,13 @@ struct Work {
 };
 
 inline constexpr std::size_t kMaxWork = 1024;         // messages waiting for the render thread; beyond it: "busy"
-inline constexpr std::size_t kMaxCaptures = 8;        // captures rendered one after the other; beyond it: "busy"
+inline constexpr std::size_t kMaxCaptures = 8;        // default of set_most_captures()
 inline constexpr std::size_t kMaxGrids = 8;           // grids of interactive and rsm meters likewise
 inline constexpr std::size_t kMaxReports = 256;       // frame reports kept for `report --rev`
 inline constexpr std::size_t kMaxFramesInFlight = 3;  // the readback ring
-inline constexpr std::size_t kMaxWaiting = 64;        // report queries waiting for their frame; beyond it: "busy"
+// Report queries that wait for their frame, and captures that wait for their revision; beyond it: "busy".
+inline constexpr std::size_t kMaxWaiting = 64;
+inline constexpr std::chrono::seconds kMaxWait{30};  // of a capture for its revision; then: "timeout"
 
 struct StageOutputs {
     std::function<void(std::uint32_t session, v1::ServerMessage)> reply;
@@ -86,6 +90,10 @@ public:
     // Publishes frames that have left the GPU; `wait` blocks for all of them.
     void finish_frames(bool wait);
     bool frames_in_flight() const { return renderer_->frames_in_flight() > 0; }
+    // Which scene files clients may load.
+    void set_scene_access(SceneAccess access) { scene_access_ = std::move(access); }
+    // Captures that are rendered one after the other; beyond it: "busy".
+    void set_most_captures(std::size_t most) { most_captures_ = most; }
     bool busy() const { return !captures_waiting_.empty() || !grids_waiting_.empty(); }
     // Between two frames: one tile of the oldest capture, a slice of the oldest meter grid; each is sent off when it is
     // complete. Reference jobs start and tell of their progress.
@@ -131,6 +139,7 @@ private:
     };
     bool lights_anew() const;
     void continue_capture();
+    void continue_late();
     void continue_grid();
     void forget_session(std::uint32_t session);
     void publish(FinishedFrame frame);
@@ -170,6 +179,9 @@ private:
     std::vector<Waiting> waiting_;
     std::deque<Capturing> captures_waiting_;
     std::deque<Metering> grids_waiting_;
+    LateWork<Work> late_{kMaxWaiting, kMaxWait};
+    std::size_t most_captures_ = kMaxCaptures;
+    SceneAccess scene_access_;
     ReferenceWork reference_;
     std::uint32_t frames_rendered_ = 0, captures_ = 0, refused_ = 0, gpu_resets_ = 0;
 };

@@ -3,4 +3,5 @@
 #define BOOST_BEAST_SEPARATE_COMPILATION
 
 #include <boost/asio/impl/src.hpp>
+#include <boost/asio/ssl/impl/src.hpp>
 #include <boost/beast/src.hpp>

@@ -17,6 +17,7 @@
 #include "protocol/codec.h"
 #include "protocol/patch_toml.h"
 #include "protocol/surface_toml.h"
+#include "protocol/upload_name.h"
 #include "protocol/words.h"
 
 namespace gonio {
@@ -24,12 +25,12 @@ namespace {
 
 using Words = std::span<const std::string>;
 
-constexpr const char* kHelp = R"(usage: gonio [--server URL] [--token-file FILE] [--json] COMMAND
+constexpr const char* kHelp = R"(usage: gonio [--server URL] [--token-file FILE] [--ca FILE] [--json] COMMAND
 
 Talks to a running goniod. Angles are degrees here, all else is SI; a vector is written x,y,z (world, metres, +Y up).
 
   get [PATH]                  the state or a part of it: lights[0].aim, lights.NAME.level_ratio, camera.eye
-  load scene FILE             cornell, atrium, or a .gltf or .glb on the server's machine
+  load scene FILE [--upload]  cornell, atrium, or a .gltf or .glb on the server's machine; --upload: on this one
   set technique default|seed [--samples N]
   set view NAME [--gain G] [--light LIGHT]
                               beauty direct indirect illuminance luminance mask rsm-depth rsm-normal rsm-flux solid
@@ -50,7 +51,9 @@ Talks to a running goniod. Angles are degrees here, all else is SI; a vector is 
                               luminous openings instead of points; --count: the cell centres of a grid of at most
                               4096 over the rectangle u, v from the point
   capture OUT.png|jpg|exr [--view NAME] [--size WxH] [--quality interactive|reference] [--bounces N|all] [--noise R]
-          [--openings]        reference: beauty direct indirect illuminance luminance, until the noise is R (0.02)
+          [--openings] [--after-rev N]
+                              reference: beauty direct indirect illuminance luminance, until the noise is R (0.02);
+                              after-rev: of the scene when it has reached that revision, waited for up to 30 s
   report [--rev N] [--table]  what the first frame with scene_rev >= N ran, and how long; without N: the newest
   stats                       counters of the server
   sources                     who sends sACN, Art-Net and OSC: rate, loss, levels, who wins; --json: all slots
@@ -76,6 +79,7 @@ Talks to a running goniod. Angles are degrees here, all else is SI; a vector is 
   --token-file FILE           bearer token, where the server asks for one
   --role viewer               may look and ask, not change anything
   --base-rev N                with a change: refused where somebody else changed what it sets after revision N
+  --ca FILE                   of https: the authorities to trust instead of the system's (PEM)
   --json                      one line of JSON, also for refusals; before or after the command
   --help, --version
 
@@ -106,7 +110,7 @@ struct Session {
         if (error.code == "usage") err << "gonio --help lists the commands\n";
         if (error.code == "usage" || error.code == "file_unreadable" || error.code == "file_unwritable")
             return kExitUsage;
-        return error.code == "unreachable" ? kExitUnreachable : kExitRefused;
+        return error.code == "unreachable" || error.code == "untrusted" ? kExitUnreachable : kExitRefused;
     }
     Result<v1::ServerMessage> ask(v1::ClientMessage message) const {
         auto connection = Connection::open(address, {token, false, false, role});
@@ -146,7 +150,20 @@ int send_change(const Session& session, const v1::ClientMessage& message) {
     return kExitOk;
 }
 
+// load scene FILE --upload: sends the file, then has the server load it.
+int load_upload(const Session& session, const std::string& file) {
+    const std::string name = std::filesystem::path(file).filename().string();
+    if (const auto sent = upload(session.address, session.token, file, name); !sent) return session.fail(sent.error());
+    v1::ClientMessage message;
+    message.mutable_command()->mutable_load_scene()->set_file(std::string(kUploadPrefix) + name);
+    return send_change(session, message);
+}
+
 int change(const Session& session, Words words) {
+    if (words.size() == 4 && words[0] == "load" && words[1] == "scene") {
+        if (words[3] == "--upload") return load_upload(session, words[2]);
+        if (words[2] == "--upload") return load_upload(session, words[3]);
+    }
     auto command = command_from_words(words);
     if (!command) return session.fail(command.error());
     if (auto attached = attach_profile_file(*command); !attached) return session.fail(attached.error());
@@ -469,7 +486,7 @@ Result<std::string> read_token(const std::string& file_name) {
 int run_cli(Words args, std::ostream& out, std::ostream& err) {
     const char* environment = std::getenv("GONIO_SERVER");
     std::string server = environment && *environment ? environment : "http://127.0.0.1:8080";
-    std::string token_file;
+    std::string token_file, ca_file;
     Session session{{}, {}, {}, false, out, err};
     std::vector<std::string> words;
     bool help = args.empty();
@@ -489,7 +506,8 @@ int run_cli(Words args, std::ostream& out, std::ostream& err) {
             words.insert(words.end(), args.begin() + static_cast<std::ptrdiff_t>(i), args.end());
             break;
         }
-        if (value_of("--server", server) || value_of("--token-file", token_file) || value_of("--role", session.role))
+        if (value_of("--server", server) || value_of("--token-file", token_file) || value_of("--ca", ca_file) ||
+            value_of("--role", session.role))
             continue;
         if (arg == "--json") {
             session.json = true;
@@ -514,6 +532,7 @@ int run_cli(Words args, std::ostream& out, std::ostream& err) {
     const auto address = parse_server_url(server);
     if (!address) return session.fail(address.error());
     session.address = *address;
+    session.address.ca_file = ca_file;
     if (!token_file.empty()) {
         const auto token = read_token(token_file);
         if (!token) return session.fail(token.error());

@@ -1,61 +1,39 @@
 #include "client/cli/transport.h"
 
-// Compiled once, in beast_library.cpp.
-#define BOOST_ASIO_SEPARATE_COMPILATION
-#define BOOST_BEAST_SEPARATE_COMPILATION
+// Before any header of Boost: else the library is compiled twice, differently.
+#include "client/cli/link.h"
 
-#include <algorithm>
-#include <boost/asio/connect.hpp>
-#include <boost/asio/io_context.hpp>
-#include <boost/asio/ip/tcp.hpp>
-#include <boost/beast/core/flat_buffer.hpp>
-#include <boost/beast/core/tcp_stream.hpp>
+#include <boost/beast/http/file_body.hpp>
+#include <boost/beast/http/parser.hpp>
+#include <boost/beast/http/read.hpp>
+#include <boost/beast/http/string_body.hpp>
+#include <boost/beast/http/write.hpp>
 #include <boost/beast/websocket/stream.hpp>
 #include <cstring>
-#include <optional>
 
 #include "protocol/codec.h"
 
 namespace gonio {
 namespace {
 
-namespace asio = boost::asio;
-namespace beast = boost::beast;
+namespace http = beast::http;
 namespace websocket = beast::websocket;
-using boost::system::error_code;
 
-constexpr auto kConnectTime = std::chrono::seconds(5);
-constexpr auto kReplyTime = std::chrono::seconds(120);
 constexpr auto kForever = std::chrono::hours(24 * 365);
 constexpr std::uint16_t kFirstPrivateCloseCode = 4000;  // below: the connection broke; from here: the server says why
 
+template <typename Stream>
 class WebSocketConnection final : public Connection {
 public:
     Result<bool> start(const ServerAddress& address, const Wanted& wanted) {
         where_ = address.host_header();
-        asio::ip::tcp::resolver resolver(context_);
-        asio::ip::tcp::resolver::results_type endpoints;
-        error_code error = run(kConnectTime, [&](auto done) {
-            resolver.async_resolve(address.host, address.port, [&endpoints, done](error_code e, auto found) {
-                endpoints = std::move(found);
-                done(e);
-            });
-        });
-        if (!error)
-            error = run(kConnectTime, [&](auto done) {
-                asio::async_connect(beast::get_lowest_layer(socket_).socket(), endpoints,
-                                    [done](error_code e, const auto&) { done(e); });
-            });
-        if (error) return unreachable(error);
-        error_code ignored;
-        beast::get_lowest_layer(socket_).socket().set_option(asio::ip::tcp::no_delay(true), ignored);
-
+        if (auto connected = link_.connect(address, socket_.next_layer()); !connected) return connected;
         socket_.set_option(websocket::stream_base::decorator([](websocket::request_type& request) {
             request.set(beast::http::field::sec_websocket_protocol,
                         beast::string_view(kSubprotocolProto.data(), kSubprotocolProto.size()));
         }));
         websocket::response_type response;
-        error = run(kConnectTime, [&](auto done) {
+        error_code error = run(kConnectTime, [&](auto done) {
             socket_.async_handshake(response, where_, "/v1/ws", [done](error_code e) { done(e); });
         });
         if (error == websocket::error::upgrade_declined) {
@@ -108,18 +86,9 @@ public:
     Result<ServerEvent> next() override { return read(kForever); }
 
 private:
-    // Starts an operation and waits until it is done; after `time` the connection is closed, which ends the operation.
     template <typename Start>
     error_code run(std::chrono::steady_clock::duration time, const Start& start) {
-        std::optional<error_code> result;
-        start([&result](error_code error) { result = error; });
-        context_.restart();
-        context_.run_for(std::max(time, std::chrono::steady_clock::duration::zero()));
-        if (result) return *result;
-        beast::get_lowest_layer(socket_).close();
-        context_.restart();
-        context_.run_for(std::chrono::seconds(1));
-        return beast::error::timeout;
+        return link_.run(time, beast::get_lowest_layer(socket_), start);
     }
 
     Result<ServerEvent> read(std::chrono::steady_clock::duration time) {
@@ -152,8 +121,8 @@ private:
         return {"unreachable", "", where_, "The server cannot be reached: " + error.message() + "."};
     }
 
-    asio::io_context context_;
-    websocket::stream<beast::tcp_stream> socket_{context_};
+    Link<Stream> link_;
+    websocket::stream<Stream> socket_ = std::make_from_tuple<websocket::stream<Stream>>(link_.arguments());
     beast::flat_buffer buffer_;
     std::string where_;
     std::uint32_t last_request_id_ = 0;
@@ -164,13 +133,16 @@ private:
 Result<ServerAddress> parse_server_url(std::string_view url) {
     const auto refusal = [&](const char* why) { return Error{"usage", "--server", std::string(url), why}; };
     std::string_view rest = url;
+    ServerAddress address;
     if (const std::size_t scheme = rest.find("://"); scheme != std::string_view::npos) {
         const std::string_view name = rest.substr(0, scheme);
-        if (name != "http" && name != "ws") return refusal("Only http:// can be spoken.");
+        address.secure = name == "https" || name == "wss";
+        if (name != "http" && name != "ws" && !address.secure)
+            return refusal("Only http:// and https:// can be spoken.");
+        if (address.secure) address.port = "443";
         rest.remove_prefix(scheme + 3);
     }
     rest = rest.substr(0, rest.find('/'));
-    ServerAddress address;
     std::size_t port_at = rest.rfind(':');
     if (rest.starts_with('[')) {
         const std::size_t close = rest.find(']');
@@ -187,10 +159,57 @@ Result<ServerAddress> parse_server_url(std::string_view url) {
     return address;
 }
 
-Result<std::unique_ptr<Connection>> Connection::open(const ServerAddress& address, const Wanted& wanted) {
-    auto connection = std::make_unique<WebSocketConnection>();
+namespace {
+
+template <typename Stream>
+Result<std::unique_ptr<Connection>> open_on(const ServerAddress& address, const Connection::Wanted& wanted) {
+    auto connection = std::make_unique<WebSocketConnection<Stream>>();
     if (auto started = connection->start(address, wanted); !started) return started.error();
     return std::unique_ptr<Connection>(std::move(connection));
+}
+
+template <typename Stream>
+Result<bool> upload_on(const ServerAddress& address, const std::string& token, const std::string& file,
+                       const std::string& name) {
+    http::request<http::file_body> request(http::verb::put, "/v1/uploads/" + name, 11);
+    request.set(http::field::host, address.host_header());
+    if (!token.empty()) request.set(http::field::authorization, "Bearer " + token);
+    error_code error;
+    request.body().open(file.c_str(), beast::file_mode::scan, error);
+    if (error) return Error{"file_unreadable", "load scene", file, "The file cannot be read."};
+    request.prepare_payload();
+    Link<Stream> link;
+    Stream stream = std::make_from_tuple<Stream>(link.arguments());
+    if (auto connected = link.connect(address, stream); !connected) return connected;
+    beast::tcp_stream& lowest = beast::get_lowest_layer(stream);
+    error = link.run(kForever, lowest, [&](auto done) {
+        http::async_write(stream, request, [done](error_code e, std::size_t) { done(e); });
+    });
+    // Where the server refuses early, its answer says why.
+    http::response<http::string_body> response;
+    beast::flat_buffer buffer;
+    const error_code answered = link.run(kReplyTime, lowest, [&](auto done) {
+        http::async_read(stream, buffer, response, [done](error_code e, std::size_t) { done(e); });
+    });
+    if (answered)
+        return Error{"unreachable", "", address.host_header(),
+                     "The upload broke off: " + (error ? error : answered).message() + "."};
+    if (response.result() == http::status::ok || response.result() == http::status::created) return true;
+    std::string said = response.body().substr(0, 300);
+    while (!said.empty() && said.back() == '\n') said.pop_back();
+    return Error{"refused", "HTTP " + std::to_string(response.result_int()), name, said};
+}
+
+}  // namespace
+
+Result<std::unique_ptr<Connection>> Connection::open(const ServerAddress& address, const Wanted& wanted) {
+    return address.secure ? open_on<SecureStream>(address, wanted) : open_on<PlainStream>(address, wanted);
+}
+
+Result<bool> upload(const ServerAddress& address, const std::string& token, const std::string& file,
+                    const std::string& name) {
+    return address.secure ? upload_on<SecureStream>(address, token, file, name)
+                          : upload_on<PlainStream>(address, token, file, name);
 }
 
 }  // namespace gonio

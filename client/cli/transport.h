@@ -16,12 +16,14 @@ namespace gonio {
 struct ServerAddress {
     std::string host;  // name or address, without brackets
     std::string port = "8080";
+    bool secure = false;  // https
+    std::string ca_file;  // PEM: authorities that are trusted instead of the system's
     std::string host_header() const {
         return (host.find(':') == std::string::npos ? host : "[" + host + "]") + ":" + port;
     }
 };
 
-// "http://host:port", "host:port" or "host" -> address. Errors: "usage".
+// "http://host:port", "https://host:port", "host:port" or "host" -> address. Errors: "usage".
 Result<ServerAddress> parse_server_url(std::string_view url);
 
 // What the server sent: a message, or a frame where `access_unit` is not empty.
@@ -39,8 +41,8 @@ public:
         bool state = false;
         std::string role;  // empty: controller
     };
-    // Connects, upgrades, identifies and waits for Ready. Errors: "unreachable", "refused" (the server is there but
-    // says no).
+    // Connects, upgrades, identifies and waits for Ready. Errors: "unreachable", "untrusted" (its certificate),
+    // "refused" (the server is there but says no).
     static Result<std::unique_ptr<Connection>> open(const ServerAddress& address, const Wanted& wanted);
     virtual ~Connection() = default;
 
@@ -52,5 +54,10 @@ public:
     // Result: the next event, however long it takes. Errors: "unreachable".
     virtual Result<ServerEvent> next() = 0;
 };
+
+// Sends the file to the server under the name, for `load scene upload:NAME`. Errors: "file_unreadable", "unreachable",
+// "untrusted", "refused".
+Result<bool> upload(const ServerAddress& address, const std::string& token, const std::string& file,
+                    const std::string& name);
 
 }  // namespace gonio

@@ -16,6 +16,7 @@ import {ConsolesPanel} from "./consoles.js";
 import {SurfacesPanel} from "./surfaces.js";
 import {presetPanel} from "./presets.js";
 import {controlPanel, onlyLook} from "./control.js";
+import {Uploads} from "./uploads.js";
 
 const $ = (id) => document.getElementById(id);
 
@@ -35,6 +36,7 @@ const parts = [
     inspector(store, $("inspector"), connection), controlPanel(store, $("control"), connection),
 ];
 onlyLook([$("left"), $("inspector"), $("scene"), $("views")]);
+new Uploads(connection, toasts, $("scene"), $("screen"), (file) => connection.command({load_scene: {file}}));
 followSelection(store, connection);
 statsStrip(store, video, connection, $("stats"), $("format"), {report, meter, consoles, surfaces});
 

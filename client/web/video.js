@@ -2,6 +2,8 @@
 // an <img>; where that fails too, PNG stills after each change.
 // Events: "shown" ({scene_rev, final, ...}) for each picture drawn, "mode" when the way of showing changed.
 
+import {MjpegStream} from "./mjpeg.js";
+
 const kHeaderBytes = 32;
 const kMaxDecoderErrors = 3;     // within kErrorWindowMs, then MJPEG
 const kErrorWindowMs = 10000;
@@ -41,12 +43,14 @@ export class Video extends EventTarget {
     #stillTimer = 0;
     #imageErrors = 0;
     #watch = 0;
+    #stream;    // of a server that asks for a token
 
     constructor(connection, canvas, image) {
         super();
         this.#connection = connection;
         this.#canvas = canvas;
         this.#image = image;
+        this.#stream = new MjpegStream(image);
         this.#context = canvas.getContext("2d", {alpha: false});
         connection.video = this.mode === "h264";
         connection.addEventListener("ready", (event) => this.#start(event.detail.video_config));
@@ -72,7 +76,8 @@ export class Video extends EventTarget {
         this.#canvas.hidden = this.mode !== "h264";
         this.#image.hidden = this.mode === "h264";
         if (this.mode === "mjpeg") {
-            this.#image.src = `/v1/mjpeg?${Date.now()}`;
+            if (this.#connection.token) this.#stream.start(this.#connection.token);
+            else this.#image.src = `/v1/mjpeg?${Date.now()}`;
             this.#watchStream();
         }
         else if (this.mode === "still") this.#fetchStill();
@@ -161,6 +166,7 @@ export class Video extends EventTarget {
     }
 
     #setMode(mode) {
+        this.#stream.stop();
         this.mode = mode;
         this.#emit("mode", mode);
         if (mode === "mjpeg") {
@@ -175,6 +181,7 @@ export class Video extends EventTarget {
     #pause() {
         clearTimeout(this.#stillTimer);
         this.#stillTimer = 0;
+        this.#stream.stop();
         if (this.mode === "mjpeg") this.#image.removeAttribute("src");
     }
 

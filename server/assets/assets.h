@@ -21,7 +21,8 @@ inline constexpr int kMaxImagePx = 8192;                                 // per 
 // name: "cornell" or "atrium" (generated in code), or the path of a .gltf or .glb.
 // Errors: "not_found", "bad_gltf", "out_of_bounds", "missing_file", "bad_image", "bad_profile", "too_large",
 // "unsupported"; `where` is a JSON pointer into the glTF ("/accessors/3/byteOffset") or a file name.
-Result<std::shared_ptr<const SceneAsset>> load_scene(const std::string& name);
+// shown: what the scene is called, and its file in errors, instead of `name`; empty: that.
+Result<std::shared_ptr<const SceneAsset>> load_scene(const std::string& name, const std::string& shown = "");
 
 // The built-in scenes, metres. cornell: a box with two blocks and a sculpture of about 33,000 triangles in all;
 // atrium: a colonnaded court of at least 262,000 triangles, textured. Both with one luminaire and one camera.

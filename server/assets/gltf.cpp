@@ -15,12 +15,12 @@ void GltfImport::warn(std::string sentence) {
     warnings.push_back(warnings.size() + 1 == kMaxWarnings ? "more warnings were left out" : std::move(sentence));
 }
 
-Result<std::shared_ptr<const SceneAsset>> load_gltf(const std::string& path) {
+Result<std::shared_ptr<const SceneAsset>> load_gltf(const std::string& path, const std::string& name) {
     try {
         const auto document = read_gltf_document(path);
         if (!document) return document.error();
         auto scene = std::make_shared<SceneAsset>();
-        scene->name = path;
+        scene->name = name;
         GltfImport import{*document, *scene, {}, {}, 0};
         for (const std::string& warning : document->warnings) import.warn(warning);
         for (const auto step : {import_materials, import_meshes, import_nodes}) {

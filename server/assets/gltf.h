@@ -9,7 +9,7 @@
 
 namespace gonio {
 
-// Result and errors as of load_scene. Opens nothing outside the file's own directory.
-Result<std::shared_ptr<const SceneAsset>> load_gltf(const std::string& path);
+// name: of the result. Result and errors as of load_scene. Opens nothing outside the file's own directory.
+Result<std::shared_ptr<const SceneAsset>> load_gltf(const std::string& path, const std::string& name);
 
 }  // namespace gonio

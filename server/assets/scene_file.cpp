@@ -3,10 +3,15 @@
 
 namespace gonio {
 
-Result<std::shared_ptr<const SceneAsset>> load_scene(const std::string& name) {
+Result<std::shared_ptr<const SceneAsset>> load_scene(const std::string& name, const std::string& shown) {
     if (name == "cornell") return make_cornell();
     if (name == "atrium") return make_atrium();
-    return load_gltf(name);
+    if (shown.empty() || shown == name) return load_gltf(name, name);
+    auto scene = load_gltf(name, shown);
+    if (scene || scene.error().where != name) return scene;
+    Error error = scene.error();
+    error.where = shown;
+    return error;
 }
 
 }  // namespace gonio

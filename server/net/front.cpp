@@ -1,10 +1,11 @@
-#include "server/net/front.h"
+#include "server/net/sessions.h"
 
+#include <netinet/tcp.h>
 #include <spdlog/spdlog.h>
 
+#include <algorithm>
+#include <boost/asio/thread_pool.hpp>
 #include <thread>
-
-#include "server/net/sessions.h"
 
 namespace gonio {
 namespace {
@@ -12,16 +13,38 @@ namespace {
 constexpr auto kAcceptRetry = std::chrono::milliseconds(100);  // after accept failed, e.g. no file descriptor left
 constexpr auto kFarewell = std::chrono::milliseconds(500);     // for Goodbye and the closing handshakes
 
+// Result: the address as the limits tell clients apart: an IPv6 client owns a /64, an IPv4 one may come mapped.
+std::string client_address(const asio::ip::address& address) {
+    if (address.is_v4()) return address.to_string();
+    const asio::ip::address_v6 v6 = address.to_v6();
+    if (v6.is_v4_mapped()) return asio::ip::make_address_v4(asio::ip::v4_mapped, v6).to_string();
+    auto bytes = v6.to_bytes();
+    std::fill(bytes.begin() + 8, bytes.end(), 0);
+    return asio::ip::address_v6(bytes).to_string() + "/64";
+}
+
+bool is_local(const asio::ip::address& address) {
+    if (address.is_v6() && address.to_v6().is_v4_mapped())
+        return asio::ip::make_address_v4(asio::ip::v4_mapped, address.to_v6()).is_loopback();
+    return address.is_loopback();
+}
+
 class BeastFront final : public Front {
 public:
-    BeastFront(const FrontOptions& options, Callbacks callbacks) : hub_(options) {
-        hub_.callbacks = std::move(callbacks);
+    BeastFront(const FrontOptions& options, Callbacks callbacks)
+        : hub_(options, std::move(callbacks)),
+          encode_seconds_(hub_.options.metrics->histogram(
+              "encode_seconds", "From the picture in memory to its encoded frame, the wait for the encoder included.")),
+          update_seconds_(hub_.options.metrics->histogram(
+              "update_to_frame_seconds", "From the arrival of a command to the first encoded frame that shows it.")) {
         hub_.wake_at = [this](Lanes::Time time) { wake_at(time); };
+        hub_.on_disk = [this](std::function<void()> call) { asio::post(disk_, std::move(call)); };
     }
     ~BeastFront() override {
         if (!thread_.joinable()) return;
         asio::post(context_, [this] { shut_down(); });
         thread_.join();
+        disk_.join();
     }
     BeastFront(const BeastFront&) = delete;
     BeastFront& operator=(const BeastFront&) = delete;
@@ -32,6 +55,11 @@ public:
         const auto refusal = [&](const error_code& error) {
             return Error{"listen_failed", "", address_text, "Cannot listen: " + error.message() + "."};
         };
+        if (secure()) {
+            auto tls = load_tls(hub_.options.tls_certificate, hub_.options.tls_key);
+            if (!tls) return tls.error();
+            hub_.tls = *tls;
+        }
         error_code error;
         const std::string host = options.host == "localhost" ? "127.0.0.1" : options.host;
         const auto address = asio::ip::make_address(host, error);
@@ -49,6 +77,7 @@ public:
     }
 
     std::uint16_t port() const override { return port_; }
+    bool secure() const override { return !hub_.options.tls_certificate.empty(); }
     std::uint32_t packets_sent() const override { return hub_.packets_sent.load(); }
 
     void publish_state(v1::State state) override {
@@ -70,6 +99,13 @@ public:
         asio::post(context_, [this, session, message = std::move(message)]() mutable {
             const auto found = hub_.peers.find(session);
             if (found == hub_.peers.end()) return;  // it left before its answer came
+            const v1::Result& result = message.result();
+            if (message.has_result() &&
+                hub_.updates.answered(session, message.request_id(), result.code() == "ok", result.scene_rev()))
+                hub_.options.metrics
+                    ->counter("updates_total", "Commands of clients, by their result.",
+                              "result=\"" + result.code() + "\"")
+                    .add();
             if (const auto peer = found->second.lock()) peer->on_reply(std::move(message));
         });
     }
@@ -85,6 +121,7 @@ public:
     }
     void publish_h264(EncodedFrame frame, bool final) override {
         asio::post(context_, [this, frame = std::make_shared<const EncodedFrame>(std::move(frame)), final] {
+            observe(*frame, "h264");
             hub_.publish_h264(frame, final);
         });
     }
@@ -97,6 +134,7 @@ public:
     }
     void publish_jpeg(EncodedFrame frame) override {
         asio::post(context_, [this, frame = std::make_shared<const EncodedFrame>(std::move(frame))] {
+            observe(*frame, "jpeg");
             hub_.last_jpeg = frame;
             hub_.for_each([&](Peer& peer) { peer.on_jpeg(frame); });
             hub_.update_demand();
@@ -112,8 +150,30 @@ public:
             shut_down();
         });
     }
+    void post(std::function<void()> call) override { asio::post(context_, std::move(call)); }
+    void set_ready(bool ready) override {
+        asio::post(context_, [this, ready] { hub_.ready = ready; });
+    }
+    void set_token(std::string token) override {
+        asio::post(context_, [this, token = std::move(token)] { hub_.options.token = token; });
+    }
+    Result<bool> reload_tls() override {
+        if (!secure()) return true;
+        auto tls = load_tls(hub_.options.tls_certificate, hub_.options.tls_key);
+        if (!tls) return tls.error();
+        asio::post(context_, [this, tls = *tls] { hub_.tls = tls; });
+        return true;
+    }
 
 private:
+    void observe(const EncodedFrame& frame, const char* codec) {
+        hub_.options.metrics
+            ->counter("frames_encoded_total", "Frames that left an encoder.", "codec=\"" + std::string(codec) + "\"")
+            .add();
+        encode_seconds_.observe(static_cast<double>(frame.encoded_ns - frame.rendered_ns) * 1e-9);
+        hub_.updates.shown(frame.scene_rev, std::chrono::steady_clock::now(),
+                           [this](auto time) { update_seconds_.observe(std::chrono::duration<double>(time).count()); });
+    }
     void run() {
         for (;;) {
             try {
@@ -137,8 +197,22 @@ private:
                 return;
             }
             accept();
-            if (hub_.connections >= hub_.options.limits.connections) return;  // closed with `socket`
-            start_http_session(hub_, std::move(socket));
+            const tcp::endpoint remote = socket.remote_endpoint(error);
+            if (error) return;  // gone already
+            const std::string address = client_address(remote.address());
+            const bool local = is_local(remote.address());
+            if (!hub_.room_for_connection(address, local)) {  // closed with `socket`
+                hub_.count_rejected("connections");
+                return;
+            }
+            Accepted accepted{NetStream(std::move(socket)), std::make_shared<const Place>(hub_, address, local)};
+            error_code ignored;
+            tcp::socket& plain = accepted.stream.socket();
+            plain.set_option(tcp::no_delay(true), ignored);
+            // A small send buffer: what lies in the kernel is lag that no pacing can take back.
+            plain.set_option(asio::socket_base::send_buffer_size(128 << 10), ignored);
+            plain.set_option(asio::detail::socket_option::integer<IPPROTO_TCP, TCP_NOTSENT_LOWAT>(64 << 10), ignored);
+            hub_.tls ? start_secure_session(hub_, std::move(accepted)) : start_http_session(hub_, std::move(accepted));
         });
     }
     void close_acceptor() {
@@ -175,6 +249,8 @@ private:
     }
 
     Hub hub_;  // before the context: sessions end with the context and take leave of the hub
+    Histogram &encode_seconds_, &update_seconds_;
+    asio::thread_pool disk_{1};
     asio::io_context context_{1};
     tcp::acceptor acceptor_{context_};
     asio::steady_timer retry_{context_}, poll_{context_}, wake_{context_};

@@ -1,8 +1,7 @@
-// The one HTTP port: page, /healthz, stills, MJPEG and the WebSocket. Runs its own thread; knows messages and encoded
-// frames, never the scene. Boost.Beast stays in the .cpp files.
+// The one HTTP port, plain or under TLS: page, health and metrics, stills, uploads, MJPEG and the WebSocket. Runs its
+// own thread; knows messages and encoded frames, never the scene. Boost.Beast stays in the .cpp files.
 #pragma once
 
-#include <chrono>
 #include <cstddef>
 #include <cstdint>
 #include <functional>
@@ -15,10 +14,14 @@
 #include "cmake/embedded_file.h"
 #include "ies/result.h"
 #include "protocol/codec.h"
+#include "server/metrics.h"
+#include "server/net/front_limits.h"
 #include "server/stream/encoder.h"
 #include "server/stream/lanes.h"
 
 namespace gonio {
+
+class UploadStore;
 
 using SessionId = std::uint32_t;  // 0: nobody
 
@@ -33,30 +36,21 @@ struct Demand {
     bool operator==(const Demand&) const = default;
 };
 
-// Every limit of the front with its default; PROTOCOL.md says what happens at each.
-struct FrontLimits {
-    unsigned clients = 64;                          // WebSocket and MJPEG clients; one more is answered 503
-    unsigned connections = 256;                     // of any kind; one more is closed unanswered
-    std::size_t queued_messages = 256;              // control messages waiting for one slow client
-    std::chrono::milliseconds header{5'000};        // from connect (or the last response) to a whole request header
-    std::chrono::milliseconds identify{5'000};      // from the upgrade to Identify
-    std::chrono::milliseconds ping{10'000};         // silence after which the server pings
-    std::chrono::milliseconds dead{30'000};         // silence after which the connection is dropped
-    std::chrono::milliseconds write_stall{5'000};   // a write without progress, then the connection is dropped
-    std::chrono::milliseconds key_interval{1'000};  // least time between two key frames of a lane, the first apart
-    std::chrono::milliseconds still{60'000};        // a still picture that is not there by then is answered 504
-};
-
 struct FrontOptions {
     std::string host = "127.0.0.1";
-    std::uint16_t port = 8080;  // 0: any free one
-    std::string token;          // empty: none asked for
-    std::string server_name;    // for Hello
+    std::uint16_t port = 8080;             // 0: any free one
+    std::string token;                     // empty: none asked for
+    std::string tls_certificate, tls_key;  // PEM files; both or none: then plain HTTP
+    std::vector<std::string> host_names;   // that the Host header may have, beside localhost and addresses
+    std::vector<std::string> origins;      // of pages elsewhere that may use this server
+    UploadStore* uploads = nullptr;        // outlives the front; null: there are none
+    std::string server_name;               // for Hello
     std::string renderer;
     std::string encoder;                 // likewise; "mjpeg": there is no H.264
     unsigned private_lanes = 0;          // viewers that have an encoder of their own; all others share one
     std::span<const EmbeddedFile> page;  // "index.html", "main.js", …
     FrontLimits limits;
+    std::shared_ptr<Metrics> metrics = std::make_shared<Metrics>();
 };
 
 class Front {
@@ -72,11 +66,12 @@ public:
         std::function<bool(SessionId, v1::Identify)> identified;
     };
 
-    // Binds and starts the thread. Errors: "listen_failed" with the address.
+    // Binds and starts the thread. Errors: "listen_failed" with the address; "bad_certificate".
     static Result<std::unique_ptr<Front>> start(const FrontOptions& options, Callbacks callbacks);
     virtual ~Front() = default;  // closes all connections and joins
 
     virtual std::uint16_t port() const = 0;
+    virtual bool secure() const = 0;                 // https
     virtual std::uint32_t packets_sent() const = 0;  // video messages and MJPEG parts
     // Any thread. `state` is the whole state for `Ready` of clients that come later, encoded when one comes. Publish it
     // before the StateChanged that leads to it, so that a client that joins in between misses nothing.
@@ -94,6 +89,15 @@ public:
     virtual void stop(std::uint32_t reconnect_after_ms) = 0;
     // No encoder of H.264 works any more: viewers are told to use MJPEG.
     virtual void stop_h264() = 0;
+    // Calls it on the net thread.
+    virtual void post(std::function<void()> call) = 0;
+    // What /readyz answers: pictures come. False until it is told.
+    virtual void set_ready(bool ready) = 0;
+    // Clients that come from now on must show this token.
+    virtual void set_token(std::string token) = 0;
+    // Reads the certificate and key again, for connections that come from now on. Errors: "bad_certificate"; then the
+    // old ones stay.
+    virtual Result<bool> reload_tls() = 0;
 };
 
 }  // namespace gonio

@@ -1,121 +1,40 @@
 #include "server/net/request_check.h"
 #include "server/net/sessions.h"
 
-#include <netinet/tcp.h>
-
-#include <algorithm>
-#include <array>
-#include <boost/beast/http/parser.hpp>
 #include <boost/beast/http/read.hpp>
 #include <boost/beast/http/string_body.hpp>
 #include <boost/beast/http/write.hpp>
 #include <boost/beast/websocket/rfc6455.hpp>
 #include <optional>
 
+#include "server/net/http_rules.h"
+#include "server/net/http_target.h"
+#include "server/net/message_limits.h"
+#include "server/net/upload_store.h"
+
 namespace gonio {
 namespace {
 
-constexpr std::uint32_t kMaxHeaderBytes = 8 << 10;
-
+using Clock = std::chrono::steady_clock;
 using Response = http::response<http::string_body>;
-
-std::string_view view_of(beast::string_view text) {
-    return {text.data(), text.size()};
-}
-
-std::string lower(std::string_view text) {
-    std::string result(text);
-    for (char& c : result)
-        if (c >= 'A' && c <= 'Z') c = static_cast<char>(c - 'A' + 'a');
-    return result;
-}
-
-std::string_view trimmed(std::string_view text) {
-    const std::size_t first = text.find_first_not_of(" \t");
-    if (first == std::string_view::npos) return {};
-    return text.substr(first, text.find_last_not_of(" \t") - first + 1);
-}
-
-// Result: the host of a Host header without its port: "name", "1.2.3.4" or "[::1]" -> "::1".
-std::string host_without_port(std::string_view header) {
-    if (header.starts_with('[')) return lower(header.substr(1, std::min(header.find(']'), header.size()) - 1));
-    return lower(header.substr(0, header.find(':')));
-}
-
-// A name that somebody else's DNS may point here is refused, or a foreign page could rebind its own name to this server
-// and pass the Origin check. Addresses cannot be rebound: those that this connection really has are allowed.
-bool allowed_host(std::string_view header, const FrontOptions& options, const asio::ip::address& local) {
-    const std::string host = host_without_port(header);
-    if (host == "localhost" || host.ends_with(".localhost") || host == lower(options.host)) return true;
-    error_code error;
-    const auto address = asio::ip::make_address(host, error);
-    return !error && (address.is_loopback() || address == local);
-}
-
-bool allowed_origin(std::string_view origin, std::string_view host) {
-    const std::string given = lower(origin), own = lower(host);
-    return given == "http://" + own || given == "https://" + own;
-}
-
-std::string_view content_type(std::string_view name) {
-    struct Row {
-        std::string_view ending, type;
-    };
-    constexpr Row rows[] = {{".html", "text/html; charset=utf-8"},
-                            {".js", "text/javascript; charset=utf-8"},
-                            {".mjs", "text/javascript; charset=utf-8"},
-                            {".css", "text/css; charset=utf-8"},
-                            {".json", "application/json"},
-                            {".svg", "image/svg+xml"},
-                            {".png", "image/png"},
-                            {".jpg", "image/jpeg"},
-                            {".ico", "image/x-icon"},
-                            {".txt", "text/plain; charset=utf-8"}};
-    for (const Row& row : rows)
-        if (name.ends_with(row.ending)) return row.type;
-    return "application/octet-stream";
-}
-
-// Result: the first subprotocol of the request that this server speaks.
-std::optional<Encoding> chosen_encoding(const HttpRequest& request) {
-    const auto [begin, end] = request.equal_range(http::field::sec_websocket_protocol);
-    for (auto field = begin; field != end; ++field) {
-        std::string_view rest = view_of(field->value());
-        while (!rest.empty()) {
-            const std::size_t comma = std::min(rest.find(','), rest.size());
-            const std::string_view name = trimmed(rest.substr(0, comma));
-            if (name == kSubprotocolProto) return Encoding::proto;
-            if (name == kSubprotocolJson) return Encoding::json;
-            rest.remove_prefix(std::min(comma + 1, rest.size()));
-        }
-    }
-    return std::nullopt;
-}
 
 class HttpSession final : public Peer, public std::enable_shared_from_this<HttpSession> {
 public:
-    HttpSession(Hub& hub, tcp::socket socket)
-        : hub_(hub), stream_(std::move(socket)), still_timer_(stream_.get_executor()) {
-        ++hub_.connections;
-    }
-    ~HttpSession() override {
-        --hub_.connections;
-        hub_.remove(still_id_);
-    }
+    HttpSession(Hub& hub, Accepted accepted)
+        : hub_(hub),
+          place_(std::move(accepted.place)),
+          stream_(std::move(accepted.stream)),
+          still_timer_(stream_.get_executor()) {}
+    ~HttpSession() override { hub_.remove(still_id_); }
     HttpSession(const HttpSession&) = delete;
     HttpSession& operator=(const HttpSession&) = delete;
 
-    void start() {
-        error_code ignored;
-        tcp::socket& socket = stream_.socket();
-        socket.set_option(tcp::no_delay(true), ignored);
-        // A small send buffer: what lies in the kernel is lag that no pacing can take back.
-        socket.set_option(asio::socket_base::send_buffer_size(128 << 10), ignored);
-        socket.set_option(asio::detail::socket_option::integer<IPPROTO_TCP, TCP_NOTSENT_LOWAT>(64 << 10), ignored);
-        read();
-    }
+    void start() { read(); }
 
-    void on_reply(v1::ServerMessage message) override { answer_still(std::move(message)); }
+    void on_reply(v1::ServerMessage message) override {
+        if (message.has_progress()) return wait_for_still();
+        answer_still(std::move(message));
+    }
     void on_shutdown() override {
         still_timer_.cancel();
         stream_.close();
@@ -125,64 +44,117 @@ public:
 private:
     void read() {
         parser_.emplace();
-        parser_->header_limit(kMaxHeaderBytes);
+        parser_->header_limit(static_cast<std::uint32_t>(hub_.options.limits.header_bytes));
+        parser_->body_limit(boost::none);  // an upload's is its own
         stream_.expires_after(hub_.options.limits.header);
-        http::async_read(stream_, buffer_, *parser_,
-                         [self = shared_from_this()](error_code error, std::size_t) { self->on_read(error); });
+        http::async_read_header(stream_, buffer_, *parser_,
+                                [self = shared_from_this()](error_code error, std::size_t) { self->on_read(error); });
     }
 
     void on_read(error_code error) {
         if (error == http::error::end_of_stream || error == beast::error::timeout || hub_.stopping) return;
         if (error == http::error::header_limit)
-            return refuse(http::status::request_header_fields_too_large, "The request header is longer than 8 KiB.");
-        if (error == http::error::unexpected_body || error == http::error::body_limit)
-            return refuse(http::status::payload_too_large, "Requests have no body here.");
+            return refuse(http::status::request_header_fields_too_large, "The request header is too long.");
         if (error.category() == http::make_error_code(http::error::end_of_stream).category())
             return refuse(http::status::bad_request, "This is not an HTTP request: " + error.message() + ".");
         if (error) return;
-        request_ = parser_->release();
+        request_ = parser_->get();
         keep_alive_ = request_.keep_alive();
         dispatch();
     }
 
     void dispatch() {
-        if (request_.method() != http::verb::get && request_.method() != http::verb::head)
+        const http::verb method = request_.method();
+        const Result<HttpTarget> target = parse_target(view_of(request_.target()));
+        if (!target) return refuse(http::status::bad_request, target.error().text());
+        const std::optional<std::string> upload = upload_name(*target);
+        allowed_methods_ = upload ? "PUT, DELETE" : "GET, HEAD";
+        if (!parser_->is_done()) keep_alive_ = false;  // an answer that comes before the body ends the connection
+        if (!parser_->is_done() && !(upload && method == http::verb::put))
+            return refuse(http::status::payload_too_large, "Requests have no body here.");
+        if (method != http::verb::get && method != http::verb::head && !upload)
             return refuse(http::status::method_not_allowed, "Only GET and HEAD are answered here.");
-        const std::string_view host = view_of(request_[http::field::host]);
+        const std::string host(target->authority ? *target->authority : view_of(request_[http::field::host]));
         if (host.empty()) return refuse(http::status::bad_request, "The request names no Host.");
         if (const auto fault = request_fault(request_)) return refuse(http::status::bad_request, std::string(*fault));
         error_code error;
         const auto local = stream_.socket().local_endpoint(error).address();
-        if (!allowed_host(host, hub_.options, local))
+        const bool socket = target->path == "/v1/ws";
+        if (!allowed_host(host, hub_.options, local)) {
+            if (socket) hub_.count_rejected("host");
             return refuse(http::status::forbidden, "This server does not go by the name in the Host header.");
-        if (request_.count(http::field::origin) && !allowed_origin(view_of(request_[http::field::origin]), host))
+        }
+        if (request_.count(http::field::origin) &&
+            !allowed_origin(view_of(request_[http::field::origin]), host, hub_.options)) {
+            if (socket) hub_.count_rejected("origin");
             return refuse(http::status::forbidden, "Pages of another origin may not use this server.");
+        }
+        if (upload) return admitted() ? answer_upload(*upload) : void();
+        answer(*target, host);
+    }
 
-        const std::string_view target = view_of(request_.target());
-        const std::string_view path = target.substr(0, target.find('?'));
+    // A GET or HEAD from an allowed origin.
+    void answer(const HttpTarget& target, const std::string& host) {
+        const std::string& path = target.path;
         if (path == "/healthz") return respond(http::status::ok, "text/plain; charset=utf-8", "ok\n");
+        if (path == "/readyz") {
+            if (!hub_.ready) return refuse(http::status::service_unavailable, "No pictures come now.");
+            return respond(http::status::ok, "text/plain; charset=utf-8", "ok\n");
+        }
         if (path == "/v1/ws") return upgrade();
-        if (path == "/v1/mjpeg" || path == "/v1/frame.png" || path == "/v1/frame.jpg") {
-            if (!authorised()) return refuse(http::status::unauthorized, "This needs Authorization: Bearer TOKEN.");
+        if (path == "/metrics") {
+            if (!admitted()) return;
+            return respond(http::status::ok, "text/plain; version=0.0.4; charset=utf-8",
+                           hub_.options.metrics->text() + process_metrics_text());
+        }
+        if (path == "/v1/mjpeg" || is_still(target)) {
+            if (!admitted()) return;
             if (request_.method() == http::verb::head)
                 return refuse(http::status::method_not_allowed, "Only GET is answered here.");
-            if (path != "/v1/mjpeg") return ask_still(path.ends_with("png") ? "png" : "jpg");
+            if (is_still(target)) return ask_still(target);
+            if (hub_.full_for(*place_)) return refuse_full_address();
             if (hub_.full()) return refuse(http::status::service_unavailable, "There are too many clients already.");
             stream_.expires_never();
-            return start_mjpeg_session(hub_, stream_.release_socket());
+            return start_mjpeg_session(hub_, {std::move(stream_), place_});
         }
-        const std::string_view name = path == "/" ? "index.html" : path.substr(1);
+        const std::string_view name = path == "/" ? "index.html" : std::string_view(path).substr(1);
         for (const EmbeddedFile& file : hub_.options.page)
-            if (file.name == name) return respond(http::status::ok, content_type(name), std::string(file.content));
+            if (file.name == name)
+                return respond(http::status::ok, content_type(name), std::string(file.content), host);
         refuse(http::status::not_found, "There is no such page.");
     }
 
-    bool authorised() const {
+    // Result: whether the client showed the token, where one is asked for; else it has been answered.
+    bool admitted() {
         if (hub_.options.token.empty()) return true;
-        std::string_view given = view_of(request_[http::field::authorization]);
-        constexpr std::string_view scheme = "bearer ";
-        if (given.size() < scheme.size() || lower(given.substr(0, scheme.size())) != scheme) return false;
-        return equal_in_constant_time(trimmed(given.substr(scheme.size())), hub_.options.token);
+        const auto now = Clock::now();
+        if (const auto wait = hub_.auth.blocked(place_->address(), now); wait.count() > 0) {
+            refuse(http::status::too_many_requests, "Too many wrong tokens came from this address.", wait);
+            return false;
+        }
+        const auto given = bearer_token(view_of(request_[http::field::authorization]));
+        if (given && equal_in_constant_time(*given, hub_.options.token)) return true;
+        if (given) hub_.auth.failed(place_->address(), now);  // who shows none does not guess
+        refuse(http::status::unauthorized, "This needs Authorization: Bearer TOKEN.");
+        return false;
+    }
+
+    void answer_upload(const std::string& name) {
+        if (hub_.options.uploads == nullptr) return refuse(http::status::not_found, "This server takes no uploads.");
+        if (request_.method() == http::verb::put) {
+            return start_upload_session(hub_, {std::move(stream_), place_}, std::move(buffer_), std::move(*parser_),
+                                        name);
+        }
+        if (request_.method() != http::verb::delete_)
+            return refuse(http::status::method_not_allowed, "Uploads are written by PUT and removed by DELETE.");
+        hub_.on_disk([self = shared_from_this(), name]() mutable {
+            const bool removed = self->hub_.options.uploads->remove(name);
+            const auto executor = self->stream_.get_executor();
+            asio::post(executor, [self = std::move(self), removed] {
+                if (!removed) return self->refuse(http::status::not_found, "There is no such upload.");
+                self->respond(http::status::ok, "text/plain; charset=utf-8", "removed\n");
+            });
+        });
     }
 
     void upgrade() {
@@ -192,26 +164,54 @@ private:
         }
         if (const auto fault = handshake_fault(request_)) return refuse(http::status::bad_request, std::string(*fault));
         const std::optional<Encoding> encoding = chosen_encoding(request_);
-        if (!encoding)
+        if (!encoding) {
+            hub_.count_rejected("subprotocol");
             return refuse(http::status::bad_request, "The subprotocol must be gonio.v1.proto or gonio.v1.json.");
+        }
         if (buffer_.size() != 0)
             return refuse(http::status::bad_request, "The client must wait for the answer to its upgrade.");
-        if (hub_.full()) return refuse(http::status::service_unavailable, "There are too many clients already.");
+        if (!hub_.options.token.empty()) {
+            if (const auto wait = hub_.auth.blocked(place_->address(), Clock::now()); wait.count() > 0) {
+                hub_.count_rejected("auth_rate");
+                return refuse(http::status::too_many_requests, "Too many wrong tokens came from this address.", wait);
+            }
+        }
+        if (hub_.full_for(*place_)) {
+            hub_.count_rejected("clients_of_address");
+            return refuse_full_address();
+        }
+        if (hub_.full()) {
+            hub_.count_rejected("clients");
+            return refuse(http::status::service_unavailable, "There are too many clients already.");
+        }
         stream_.expires_never();
-        start_websocket_session(hub_, std::move(stream_), std::move(request_), *encoding);
+        start_websocket_session(hub_, {std::move(stream_), place_}, std::move(request_), *encoding);
+    }
+    void refuse_full_address() {
+        refuse(http::status::too_many_requests, "This address has too many clients already.");
     }
 
-    void ask_still(std::string format) {
-        still_id_ = hub_.add(shared_from_this());
-        if (still_id_ == 0) return refuse(http::status::service_unavailable, "There are too many clients already.");
+    void ask_still(const HttpTarget& target) {
+        Result<v1::CaptureQuery> query = still_query(target);
+        if (!query) return refuse(http::status::bad_request, said(query.error()));
         v1::ClientMessage message;
         message.set_request_id(1);
-        message.mutable_capture()->set_format(std::move(format));
+        *message.mutable_capture() = std::move(*query);
+        if (const auto error = over_limit(hub_.options.limits, message))
+            return refuse(http::status::bad_request, said(*error));
+        if (hub_.full_for(*place_)) return refuse_full_address();
+        still_id_ = hub_.add(shared_from_this(), place_);
+        if (still_id_ == 0) return refuse(http::status::service_unavailable, "There are too many clients already.");
         if (!hub_.request(still_id_, std::move(message))) {
             hub_.remove(std::exchange(still_id_, 0));
             return refuse(http::status::service_unavailable, "The renderer is busy.");
         }
         stream_.expires_never();
+        wait_for_still();
+    }
+    // Again whenever the renderer tells of its progress.
+    void wait_for_still() {
+        if (still_id_ == 0) return;
         still_timer_.expires_after(hub_.options.limits.still);
         still_timer_.async_wait([self = shared_from_this()](error_code error) {
             if (error || self->still_id_ == 0) return;
@@ -226,16 +226,15 @@ private:
         const auto self = shared_from_this();  // the timer's handler holds the only other reference
         still_timer_.cancel();
         if (message.has_capture()) {
-            const std::string type = message.capture().format() == "png" ? "image/png" : "image/jpeg";
-            Response response =
-                make_response(http::status::ok, type, std::move(*message.mutable_capture()->mutable_image()));
+            Response response = make_response(http::status::ok, content_type("." + message.capture().format()),
+                                              std::move(*message.mutable_capture()->mutable_image()));
             response.set("X-Scene-Rev", std::to_string(message.capture().scene_rev()));
             return send(std::move(response));
         }
         const v1::Result& result = message.result();
-        refuse(result.code() == "busy" ? http::status::service_unavailable : http::status::internal_server_error,
-               result.code() + ": " + result.message());
+        refuse(status_of(result.code()), said({result.code(), result.field(), result.value(), result.message()}));
     }
+    static std::string said(const Error& error) { return error.code + ": " + error.text(); }
 
     Response make_response(http::status status, std::string_view type, std::string body) const {
         Response response(status, request_.version() == 0 ? 11 : request_.version());
@@ -247,11 +246,11 @@ private:
         response.prepare_payload();
         return response;
     }
-    void respond(http::status status, std::string_view type, std::string body) {
+    // host: of the request, where a page is answered.
+    void respond(http::status status, std::string_view type, std::string body, const std::string& host = "") {
         Response response = make_response(status, type, std::move(body));
         if (type.starts_with("text/html")) {
             // The socket's origin is spelled out because not every browser counts ws: as 'self'.
-            const std::string host(view_of(request_[http::field::host]));
             response.set("Content-Security-Policy",
                          "default-src 'self'; img-src 'self' blob: data:; style-src 'self'; "
                          "connect-src 'self' ws://" +
@@ -260,13 +259,14 @@ private:
         }
         send(std::move(response));
     }
-    void refuse(http::status status, const std::string& message) {
+    void refuse(http::status status, const std::string& message, std::chrono::seconds retry = std::chrono::seconds(1)) {
         if (status == http::status::bad_request || status == http::status::payload_too_large ||
             status == http::status::request_header_fields_too_large)
             keep_alive_ = false;  // where the next request begins is not known
         Response response = make_response(status, "text/plain; charset=utf-8", message + "\n");
-        if (status == http::status::method_not_allowed) response.set(http::field::allow, "GET, HEAD");
-        if (status == http::status::service_unavailable) response.set(http::field::retry_after, "1");
+        if (status == http::status::method_not_allowed) response.set(http::field::allow, allowed_methods_);
+        if (status == http::status::service_unavailable || status == http::status::too_many_requests)
+            response.set(http::field::retry_after, std::to_string(retry.count()));
         if (status == http::status::unauthorized) response.set(http::field::www_authenticate, "Bearer");
         if (status == http::status::upgrade_required) response.set(http::field::upgrade, "websocket");
         send(std::move(response));
@@ -278,6 +278,10 @@ private:
             response.body().clear();
             response.content_length(length);
         }
+        hub_.options.metrics
+            ->counter("http_requests_total", "Requests, by the status of their answer.",
+                      "code=\"" + std::to_string(response.result_int()) + "\"")
+            .add();
         response_ = std::make_unique<Response>(std::move(response));
         stream_.expires_after(hub_.options.limits.write_stall);
         const auto done = [self = shared_from_this()](error_code error, std::size_t) { self->on_sent(error); };
@@ -295,21 +299,14 @@ private:
         if (keep_alive_) return read();
         linger();
     }
-    // Reads what the client still sends, so that closing does not reset the connection before it has read the answer.
     void linger() {
-        error_code ignored;
-        stream_.socket().shutdown(tcp::socket::shutdown_send, ignored);
         stream_.expires_after(std::chrono::seconds(1));
-        drain();
-    }
-    void drain() {
-        stream_.async_read_some(asio::buffer(drained_), [self = shared_from_this()](error_code error, std::size_t) {
-            if (!error) self->drain();
-        });
+        stream_.async_shut_down([self = shared_from_this()](error_code) {});
     }
 
     Hub& hub_;
-    beast::tcp_stream stream_;
+    std::shared_ptr<const Place> place_;
+    NetStream stream_;
     asio::steady_timer still_timer_;
     beast::flat_buffer buffer_;
     std::optional<http::request_parser<http::empty_body>> parser_;
@@ -318,13 +315,13 @@ private:
     std::optional<http::response_serializer<http::string_body>> serializer_;
     SessionId still_id_ = 0;
     bool keep_alive_ = false;
-    std::array<char, 1024> drained_{};
+    const char* allowed_methods_ = "GET, HEAD";  // of the target
 };
 
 }  // namespace
 
-void start_http_session(Hub& hub, tcp::socket socket) {
-    std::make_shared<HttpSession>(hub, std::move(socket))->start();
+void start_http_session(Hub& hub, Accepted accepted) {
+    std::make_shared<HttpSession>(hub, std::move(accepted))->start();
 }
 
 }  // namespace gonio

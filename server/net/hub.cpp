@@ -14,16 +14,77 @@ std::shared_ptr<const std::string> SharedMessage::bytes(Encoding encoding) const
     return slot;
 }
 
-SessionId Hub::add(const std::shared_ptr<Peer>& peer) {
-    if (full() || stopping) return 0;
+namespace {
+
+// One less of a key; those at zero are not kept.
+void take_one(std::map<std::string, unsigned>& counts, const std::string& key) {
+    const auto found = counts.find(key);
+    if (found != counts.end() && --found->second == 0) counts.erase(found);
+}
+
+unsigned count_of(const std::map<std::string, unsigned>& counts, const std::string& key) {
+    const auto found = counts.find(key);
+    return found == counts.end() ? 0 : found->second;
+}
+
+}  // namespace
+
+Place::Place(Hub& hub, std::string address, bool local) : hub_(hub), address_(std::move(address)), local_(local) {
+    ++hub_.connections;
+    ++hub_.connections_of[address_];
+}
+
+Place::~Place() {
+    --hub_.connections;
+    take_one(hub_.connections_of, address_);
+}
+
+Hub::Hub(const FrontOptions& given, Front::Callbacks given_callbacks)
+    : options(given),
+      callbacks(std::move(given_callbacks)),
+      auth(given.limits.auth_failures),
+      lanes({.private_lanes = given.private_lanes, .key_interval = given.limits.key_interval}) {}
+
+bool Hub::full_for(const Place& place) const {
+    const FrontLimits& limits = options.limits;
+    const unsigned most = place.local() ? limits.local_clients : limits.clients_per_address;
+    return most > 0 && count_of(clients_of, place.address()) >= most;
+}
+
+bool Hub::room_for_connection(const std::string& address, bool local) const {
+    const FrontLimits& limits = options.limits;
+    const unsigned most = local ? limits.local_connections : limits.connections_per_address;
+    return connections < limits.connections && (most == 0 || count_of(connections_of, address) < most);
+}
+
+void Hub::count_clients(const char* transport, int change) {
+    const int now = clients_by_transport_[transport] += change;
+    options.metrics->gauge("clients", "Clients that are connected.", "transport=\"" + std::string(transport) + "\"")
+        .set(now);
+}
+
+void Hub::count_rejected(const char* reason) {
+    options.metrics
+        ->counter("ws_rejected_total", "WebSocket clients that were turned away.",
+                  "reason=\"" + std::string(reason) + "\"")
+        .add();
+}
+
+SessionId Hub::add(const std::shared_ptr<Peer>& peer, const std::shared_ptr<const Place>& place) {
+    if (full() || full_for(*place) || stopping) return 0;
     while (next_id_ == 0 || peers.contains(next_id_)) ++next_id_;
     peers[next_id_] = peer;
+    place_of[next_id_] = place;
+    ++clients_of[place->address()];
     return next_id_++;
 }
 
 void Hub::remove(SessionId id) {
     if (peers.erase(id) == 0) return;
     if (lanes.watches(id)) lanes.leave(id, Clock::now());
+    const auto place = place_of.find(id);
+    take_one(clients_of, place->second->address());
+    place_of.erase(place);
     if (!stopping && callbacks.closed) callbacks.closed(id);
     tell_moved();
     update_demand();

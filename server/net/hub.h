@@ -2,12 +2,15 @@
 #pragma once
 
 #include <atomic>
+#include <functional>
 #include <map>
 #include <memory>
 #include <optional>
 #include <string>
 
+#include "server/net/auth_guard.h"
 #include "server/net/front.h"
+#include "server/net/update_clock.h"
 
 namespace gonio {
 
@@ -24,6 +27,8 @@ private:
     mutable std::shared_ptr<const std::string> proto_, json_;
 };
 
+struct Hub;
+
 // A connection that lives longer than one request.
 class Peer {
 public:
@@ -38,16 +43,41 @@ public:
     virtual void on_shutdown() = 0;  // says goodbye where it can and ends
 };
 
+// A connection's place among those that the limits count; ends with its last owner.
+class Place {
+public:
+    // address: as the limits tell clients apart; local: loopback.
+    Place(Hub& hub, std::string address, bool local);
+    ~Place();
+    Place(const Place&) = delete;
+    Place& operator=(const Place&) = delete;
+    const std::string& address() const { return address_; }
+    bool local() const { return local_; }
+
+private:
+    Hub& hub_;
+    std::string address_;
+    bool local_;
+};
+
+struct TlsContext;
+
 struct Hub {
-    explicit Hub(const FrontOptions& front)
-        : options(front), lanes({.private_lanes = front.private_lanes, .key_interval = front.limits.key_interval}) {}
+    explicit Hub(const FrontOptions& given, Front::Callbacks given_callbacks);
 
     FrontOptions options;
     Front::Callbacks callbacks;
     std::map<SessionId, std::weak_ptr<Peer>> peers;
     unsigned connections = 0;
-    unsigned clients = 0;                          // that are Ready, or take MJPEG
-    unsigned mjpeg_clients = 0, mjpeg_takers = 0;  // takers: took the last part
+    unsigned clients = 0;                                        // that are Ready, or take MJPEG
+    unsigned mjpeg_clients = 0, mjpeg_takers = 0;                // takers: took the last part
+    std::map<std::string, unsigned> connections_of, clients_of;  // by address, only those that have some
+    std::map<SessionId, std::shared_ptr<const Place>> place_of;  // of `peers`
+    std::shared_ptr<TlsContext> tls;                             // null: plain HTTP
+    AuthGuard auth;
+    UpdateClock updates;
+    bool ready = false;
+    std::function<void(std::function<void()>)> on_disk;  // runs the call on the disk thread
     std::optional<v1::State> state;
     Lanes lanes;
     std::map<LaneId, v1::VideoConfig> streams;  // what the encoder of each lane makes
@@ -58,10 +88,15 @@ struct Hub {
     bool stopping = false;
     std::uint32_t reconnect_after_ms = 0;  // of the Goodbye
 
-    // Result: the id of a new client; 0 at the limit of clients.
-    SessionId add(const std::shared_ptr<Peer>& peer);
+    // Result: the id of a new client; 0 at a limit of clients.
+    SessionId add(const std::shared_ptr<Peer>& peer, const std::shared_ptr<const Place>& place);
     void remove(SessionId id);
     bool full() const { return peers.size() >= options.limits.clients; }
+    // Whether the address has as many clients as it may.
+    bool full_for(const Place& place) const;
+    bool room_for_connection(const std::string& address, bool local) const;
+    void count_clients(const char* transport, int change);
+    void count_rejected(const char* reason);
     // Tells the daemon what is wanted if that changed. Call after everything that may change it.
     void update_demand();
     bool has_h264() const { return options.encoder != "mjpeg"; }
@@ -92,6 +127,7 @@ struct Hub {
 private:
     SessionId next_id_ = 1;
     std::optional<Demand> told_;
+    std::map<std::string, int> clients_by_transport_;
 };
 
 // Result: whether both are equal, in a time that depends on the length of `given` only.

@@ -24,21 +24,21 @@ constexpr std::string_view kBetween =
 
 class MjpegSession final : public Peer, public std::enable_shared_from_this<MjpegSession> {
 public:
-    MjpegSession(Hub& hub, tcp::socket socket) : hub_(hub), socket_(std::move(socket)), stall_(socket_.get_executor()) {
-        ++hub_.connections;
-    }
-    ~MjpegSession() override {
-        --hub_.connections;
-        forget();
-    }
+    MjpegSession(Hub& hub, Accepted accepted)
+        : hub_(hub),
+          place_(std::move(accepted.place)),
+          socket_(std::move(accepted.stream)),
+          stall_(socket_.get_executor()) {}
+    ~MjpegSession() override { forget(); }
     MjpegSession(const MjpegSession&) = delete;
     MjpegSession& operator=(const MjpegSession&) = delete;
 
     void start() {
-        id_ = hub_.add(shared_from_this());
+        id_ = hub_.add(shared_from_this(), place_);
         if (id_ == 0) return end();
         ++hub_.clients;
         ++hub_.mjpeg_clients;
+        hub_.count_clients("mjpeg", 1);
         read();
         pending_ = hub_.last_jpeg;
         write({asio::buffer(kPreamble), asio::const_buffer(), asio::const_buffer()});
@@ -93,21 +93,22 @@ private:
         takes ? ++hub_.mjpeg_takers : --hub_.mjpeg_takers;
     }
     void end() {
-        error_code ignored;
         stall_.cancel();
-        socket_.close(ignored);
+        socket_.close();
         forget();
     }
     void forget() {
         if (std::exchange(ended_, true) || id_ == 0) return;
         set_takes(false);
         --hub_.clients;
+        hub_.count_clients("mjpeg", -1);
         if (--hub_.mjpeg_clients == 0) hub_.last_jpeg = nullptr;
         hub_.remove(id_);
     }
 
     Hub& hub_;
-    tcp::socket socket_;
+    std::shared_ptr<const Place> place_;
+    NetStream socket_;
     asio::steady_timer stall_;
     SessionId id_ = 0;
     std::array<char, 256> ignored_{};
@@ -117,8 +118,8 @@ private:
 
 }  // namespace
 
-void start_mjpeg_session(Hub& hub, tcp::socket socket) {
-    std::make_shared<MjpegSession>(hub, std::move(socket))->start();
+void start_mjpeg_session(Hub& hub, Accepted accepted) {
+    std::make_shared<MjpegSession>(hub, std::move(accepted))->start();
 }
 
 }  // namespace gonio

@@ -6,6 +6,8 @@
 #include <deque>
 
 #include "protocol/frame_header.h"
+#include "server/net/message_limits.h"
+#include "server/net/token_bucket.h"
 
 namespace gonio {
 namespace {
@@ -13,11 +15,11 @@ namespace {
 namespace websocket = beast::websocket;
 using Clock = std::chrono::steady_clock;
 
-constexpr std::size_t kMaxBytesBeforeIdentify = 4 << 10;
 constexpr auto kClosing = std::chrono::seconds(2);  // for the closing handshake
 
 // Close codes of PROTOCOL.md.
-constexpr std::uint16_t kNotIdentified = 4002, kWrongToken = 4003, kTooSlow = 4009;
+constexpr std::uint16_t kNotIdentified = 4002, kWrongToken = 4003, kTooManyFailures = 4008, kTooSlow = 4009;
+constexpr auto kBusyRetry = std::chrono::milliseconds(100);  // of "busy"
 
 std::uint32_t microseconds(std::int64_t from_ns, std::int64_t to_ns) {
     return static_cast<std::uint32_t>(std::clamp<std::int64_t>((to_ns - from_ns) / 1000, 0, UINT32_MAX));
@@ -25,12 +27,19 @@ std::uint32_t microseconds(std::int64_t from_ns, std::int64_t to_ns) {
 
 class WebSocketSession final : public Peer, public std::enable_shared_from_this<WebSocketSession> {
 public:
-    WebSocketSession(Hub& hub, beast::tcp_stream stream, Encoding encoding)
-        : hub_(hub), socket_(std::move(stream)), encoding_(encoding), tick_(socket_.get_executor()) {
-        ++hub_.connections;
+    WebSocketSession(Hub& hub, Accepted accepted, Encoding encoding)
+        : hub_(hub),
+          place_(std::move(accepted.place)),
+          socket_(std::move(accepted.stream)),
+          encoding_(encoding),
+          updates_(hub.options.limits.updates_per_s, hub.options.limits.update_burst),
+          ack_seconds_(
+              hub.options.metrics->histogram("ack_rtt_seconds", "From sending a frame to its acknowledgement.")),
+          tick_(socket_.get_executor()) {
+        hub_.count_clients("websocket", 1);
     }
     ~WebSocketSession() override {
-        --hub_.connections;
+        hub_.count_clients("websocket", -1);
         count(false);
         hub_.remove(id_);
     }
@@ -38,7 +47,7 @@ public:
     WebSocketSession& operator=(const WebSocketSession&) = delete;
 
     void start(HttpRequest request) {
-        id_ = hub_.add(shared_from_this());
+        id_ = hub_.add(shared_from_this(), place_);
         if (id_ == 0) return;
         accepted_ = last_heard_ = Clock::now();
         schedule_tick();  // bounds the upgrade too
@@ -48,7 +57,7 @@ public:
                 const auto name = encoding == Encoding::proto ? kSubprotocolProto : kSubprotocolJson;
                 response.set(http::field::sec_websocket_protocol, beast::string_view(name.data(), name.size()));
             }));
-        socket_.read_message_max(kMaxBytesBeforeIdentify);
+        socket_.read_message_max(hub_.options.limits.identify_bytes);
         socket_.auto_fragment(false);
         socket_.control_callback([this](websocket::frame_type kind, beast::string_view) {
             last_heard_ = Clock::now();
@@ -69,7 +78,10 @@ public:
         });
     }
 
-    void on_reply(v1::ServerMessage message) override { push(SharedMessage(std::move(message)).bytes(encoding_)); }
+    void on_reply(v1::ServerMessage message) override {
+        if (message.request_id() != 0 && outstanding_ > 0) --outstanding_;
+        push(SharedMessage(std::move(message)).bytes(encoding_));
+    }
     void on_state_published() override {
         if (identified_ && !ready_) send_ready();
     }
@@ -159,9 +171,36 @@ private:
             case v1::ClientMessage::kIdentify:
                 return refuse(request_id, {"unexpected", "identify", "", "This connection is identified already."});
             default:
+                if (!admit(*message)) return;
                 if (!hub_.request(id_, std::move(*message)))
-                    refuse(request_id, {"busy", "", "", "The renderer has too much to do; try again."});
+                    return refuse(request_id, {"busy", "", "", "The renderer has too much to do; try again."},
+                                  kBusyRetry);
+                if (request_id != 0) ++outstanding_;
         }
+    }
+    // Result: whether the request is within the limits; else it has been refused.
+    bool admit(const v1::ClientMessage& message) {
+        const FrontLimits& limits = hub_.options.limits;
+        const auto now = Clock::now();
+        std::optional<Error> error = over_limit(limits, message);
+        std::chrono::milliseconds retry(0);
+        if (!error && message.request_id() != 0 && outstanding_ >= limits.outstanding) {
+            retry = kBusyRetry;
+            error = Error{"busy", "", std::to_string(outstanding_),
+                          "So many requests of this client are unanswered; wait for some."};
+        }
+        if (!error && message.has_command()) {
+            retry = updates_.take(now);
+            if (retry.count() > 0)
+                error = Error{"slow_down", "", print_number(limits.updates_per_s) + "/s",
+                              "This client sends more commands than that; none of this one was applied."};
+        }
+        if (error) {
+            refuse(message.request_id(), *error, retry);
+            return false;
+        }
+        if (message.has_command()) hub_.updates.arrived(id_, message.request_id(), now);
+        return true;
     }
 
     std::string_view body(std::string_view bytes) const {
@@ -178,8 +217,18 @@ private:
     }
 
     void on_identify(const v1::Identify& identify) {
-        if (!hub_.options.token.empty() && !equal_in_constant_time(identify.token(), hub_.options.token))
-            return close(kWrongToken, "the token is wrong");
+        if (!hub_.options.token.empty()) {
+            if (hub_.auth.blocked(place_->address(), Clock::now()).count() > 0) {
+                hub_.count_rejected("auth_rate");
+                return close(kTooManyFailures, "too many wrong tokens from this address; wait a minute");
+            }
+            if (!equal_in_constant_time(identify.token(), hub_.options.token)) {
+                // Who shows none does not guess: the page asks for it then.
+                if (!identify.token().empty()) hub_.auth.failed(place_->address(), Clock::now());
+                hub_.count_rejected("auth");
+                return close(kWrongToken, "the token is wrong");
+            }
+        }
         const std::string& role = identify.role();
         if (!role.empty() && role != "controller" && role != "viewer")
             return close(kNotIdentified, "the role must be controller or viewer");
@@ -187,7 +236,7 @@ private:
         identified_ = true;
         wants_video_ = identify.video();
         wants_state_ = identify.state();
-        socket_.read_message_max(kMaxMessageBytes + 1);  // and the kind byte
+        socket_.read_message_max(hub_.options.limits.message_bytes + 1);  // and the kind byte
         spdlog::info("net: client {} is {}", id_, identify.client().substr(0, 128));
         if (hub_.state) send_ready();
     }
@@ -213,10 +262,12 @@ private:
         });
         return SharedMessage(std::move(message)).bytes(encoding_);
     }
-    void refuse(std::uint32_t request_id, const Error& error) {
+    void refuse(std::uint32_t request_id, const Error& error,
+                std::chrono::milliseconds retry = std::chrono::milliseconds(0)) {
         v1::ServerMessage message;
         message.set_request_id(request_id);
         *message.mutable_result() = refusal(error);
+        message.mutable_result()->set_retry_after_ms(static_cast<std::uint32_t>(retry.count()));
         push(SharedMessage(std::move(message)).bytes(encoding_));
     }
 
@@ -275,6 +326,7 @@ private:
     void send_video(const std::shared_ptr<const EncodedFrame>& frame, bool final) {
         FrameHeader header;
         header.seq = hub_.lanes.take_credit(id_);
+        sent_at_[header.seq % sent_at_.size()] = {header.seq, Clock::now()};
         header.key = frame->key;
         header.final = final;
         header.lane = frame->lane;
@@ -286,11 +338,18 @@ private:
         write_next();
     }
     void on_frame_ack(const v1::FrameAck& ack) {
+        observe_ack(ack.seq());
         if (!watching_) return;
         const bool goes =
             hub_.lanes.acknowledged(id_, ack.seq(), std::chrono::microseconds(ack.decode_us()), Clock::now());
         if (goes && held_) send_video(std::exchange(held_, nullptr), held_final_);
         hub_.update_demand();
+    }
+    void observe_ack(std::uint32_t seq) {
+        auto& sent = sent_at_[seq % sent_at_.size()];
+        if (sent.seq != seq || seq == 0) return;
+        ack_seconds_.observe(std::chrono::duration<double>(Clock::now() - sent.at).count());
+        sent.seq = 0;
     }
     void watch(bool watches) {
         if (watches == watching_) return;
@@ -376,8 +435,17 @@ private:
     }
 
     Hub& hub_;
-    websocket::stream<beast::tcp_stream> socket_;
+    std::shared_ptr<const Place> place_;
+    websocket::stream<NetStream> socket_;
     Encoding encoding_;
+    TokenBucket updates_;
+    unsigned outstanding_ = 0;  // requests that were not answered yet
+    struct Sent {
+        std::uint32_t seq = 0;  // 0: none
+        Clock::time_point at;
+    };
+    std::array<Sent, 8> sent_at_{};  // the last frames, for the round trip of their acknowledgements
+    Histogram& ack_seconds_;
     SessionId id_ = 0;
     HttpRequest request_;
     beast::flat_buffer buffer_;
@@ -401,8 +469,8 @@ private:
 
 }  // namespace
 
-void start_websocket_session(Hub& hub, beast::tcp_stream stream, HttpRequest request, Encoding encoding) {
-    std::make_shared<WebSocketSession>(hub, std::move(stream), encoding)->start(std::move(request));
+void start_websocket_session(Hub& hub, Accepted accepted, HttpRequest request, Encoding encoding) {
+    std::make_shared<WebSocketSession>(hub, std::move(accepted), encoding)->start(std::move(request));
 }
 
 }  // namespace gonio

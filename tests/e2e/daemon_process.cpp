@@ -116,7 +116,7 @@ DaemonProcess::DaemonProcess(std::vector<std::string> arguments) {
         if (read(out_fd_, &c, 1) != 1) throw std::runtime_error("goniod ended before READY");
         line += c;
     }
-    if (line.rfind("READY http://", 0) != 0) throw std::runtime_error("unexpected first line: " + line);
+    if (line.rfind("READY http://", 0) != 0 && line.rfind("READY https://", 0) != 0) throw std::runtime_error("unexpected first line: " + line);
     url_ = line.substr(6, line.size() - 7);
 }
 

@@ -99,7 +99,10 @@ TEST(CliOutput, ServerUrls) {
     EXPECT_EQ(parsed("http://host:81/"), "host 81");
     EXPECT_EQ(parsed("host"), "host 8080");
     EXPECT_EQ(parsed("http://[::1]:9"), "::1 9");
-    for (const char* bad : {"https://x", "http://", "http://x:", "x:99999999", "x:port", "[::1"})
+    EXPECT_EQ(parsed("https://host"), "host 443");
+    EXPECT_TRUE(parse_server_url("https://host:8443")->secure);
+    EXPECT_FALSE(parse_server_url("host:443")->secure);
+    for (const char* bad : {"ftp://x", "http://", "http://x:", "x:99999999", "x:port", "[::1"})
         EXPECT_EQ(parsed(bad), "usage") << bad;
 }
 

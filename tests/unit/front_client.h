@@ -8,6 +8,7 @@
 #include <unistd.h>
 
 #include <chrono>
+#include <functional>
 #include <optional>
 #include <string>
 
@@ -18,7 +19,8 @@ namespace gonio::test {
 
 class Client {
 public:
-    explicit Client(std::uint16_t port, int receive_buffer_bytes = 0) : port_(port) {
+    explicit Client(std::uint16_t port, int receive_buffer_bytes = 0, const std::function<void()>& before_connect = {})
+        : port_(port) {
         socket_ = ::socket(AF_INET, SOCK_STREAM, 0);
         if (receive_buffer_bytes > 0)
             ::setsockopt(socket_, SOL_SOCKET, SO_RCVBUF, &receive_buffer_bytes, sizeof receive_buffer_bytes);
@@ -26,6 +28,7 @@ public:
         address.sin_family = AF_INET;
         address.sin_port = htons(port);
         address.sin_addr.s_addr = htonl(INADDR_LOOPBACK);
+        if (before_connect) before_connect();
         EXPECT_EQ(::connect(socket_, reinterpret_cast<sockaddr*>(&address), sizeof address), 0);
     }
     ~Client() { ::close(socket_); }

@@ -44,9 +44,9 @@ function recordedBox() {
 const children = new Set();
 process.on("exit", () => { for (const child of children) child.kill("SIGKILL"); });
 
-function startServer(listen) {
+function startServer(listen, more = []) {
     return new Promise((resolve, reject) => {
-        const child = spawn(binary, ["--listen", listen, "--scene", "cornell", "--osc", "127.0.0.1:0", "--surface-replay", recordedBox()], {stdio: ["ignore", "pipe", "pipe"]});
+        const child = spawn(binary, ["--listen", listen, "--scene", "cornell", "--osc", "127.0.0.1:0", "--surface-replay", recordedBox(), ...more], {stdio: ["ignore", "pipe", "pipe"]});
         children.add(child);
         let out = "", log = "";
         const timer = setTimeout(() => reject(new Error(`no READY line in time\n${log}`)), 2 * kTimeoutMs);
@@ -519,6 +519,32 @@ async function fallback(browser, server) {
     await page.close();
 }
 
+// A server that asks for a token, a browser without WebCodecs: the picture comes with the token in a header; and so does
+// a scene that is dropped onto it.
+async function locked(browser) {
+    const token = join(mkdtempSync(join(tmpdir(), "gonio-")), "token");
+    writeFileSync(token, "a token for this test\n", {mode: 0o600});
+    const server = await startServer("127.0.0.1:0", ["--token-file", token]);
+    const page = await browser.newPage();
+    const addresses = [];
+    page.on("request", (request) => addresses.push(request.url()));
+    await page.addInitScript(() => { delete window.VideoDecoder; });
+    await page.goto(server.url);
+    await page.locator("#token").waitFor();
+    await page.locator("#token input").fill("a token for this test");
+    await page.locator("#token button").click();
+    await until("an MJPEG picture", () => page.evaluate(() => document.getElementById("still").naturalWidth > 0));
+    const shown = await picture(page, "#still");
+    check(shown.spread > 4 && await page.evaluate(() => window.gonio.mode === "mjpeg" && document.getElementById("still").src.startsWith("blob:")),
+        "with a token the MJPEG picture comes through fetch()", `spread ${shown.spread.toFixed(1)}`);
+    await page.locator("input[type=file]").first().setInputFiles({name: "a scene.gltf", mimeType: "model/gltf+json",
+        buffer: Buffer.from(JSON.stringify({asset: {version: "2.0"}, scenes: [{nodes: []}], scene: 0}))});
+    await until("the uploaded scene", async () => (await state(page)).scene === "upload:a-scene.gltf");
+    check(!addresses.some((address) => address.includes("token")), "an uploaded scene is loaded; no address holds the token");
+    await page.close();
+    await end(server.child, "SIGTERM");
+}
+
 async function restart(page, server, {start}) {
     const address = server.url.replace("http://", "");
     outage = true;
@@ -551,6 +577,7 @@ try {
     await lostFrame(browser, server);
     await control(page, browser, server);
     await fallback(browser, server);
+    await locked(browser);
     server = await restart(page, server, seen);
     check(complaints.length === 0, "no page error and no console error", complaints.join("\n"));
 } catch (error) {

@@ -1,0 +1,24 @@
+// The options of goniod that concern its network: addresses, TLS, files of clients, and every limit.
+#pragma once
+
+#include "server/options.h"
+
+namespace CLI {
+class App;
+}
+
+namespace gonio {
+
+void add_front_options(CLI::App& app, Options& options);
+
+// Result: what is wrong with options that depend on each other or on files, a sentence each: an address that is not
+// loopback without a token, a certificate without its key, a token that is too short. Reads the files.
+std::vector<std::string> check_front_options(const Options& options);
+
+bool is_loopback(const std::string& host);
+
+// Result: the token of the file; empty where path is. Errors: "file_unreadable" (also a token under 16 bytes). Others
+// than its owner may read it: *warning says so.
+Result<std::string> read_token(const std::string& path, std::string* warning = nullptr);
+
+}  // namespace gonio

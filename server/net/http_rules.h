@@ -1,0 +1,33 @@
+// What an HTTP request may ask for: hosts, origins, addresses, tokens; and the small tables of HTTP. Pure functions.
+#pragma once
+
+#include <optional>
+#include <string>
+#include <string_view>
+
+#include "server/net/sessions.h"
+
+namespace gonio {
+
+inline std::string_view view_of(beast::string_view text) {
+    return {text.data(), text.size()};
+}
+
+// host: as of a Host header, with or without its port. A name that somebody else's DNS may point here is refused, or a
+// foreign page could rebind its own name to this server and pass the Origin check. Addresses cannot be rebound:
+// loopback ones and `local`, the one that the connection came in on, are allowed, and the names that the options list.
+bool allowed_host(std::string_view host, const FrontOptions& options, const asio::ip::address& local);
+// host: of the same request. Without TLS an https: origin is allowed too: a proxy in front may have it.
+bool allowed_origin(std::string_view origin, std::string_view host, const FrontOptions& options);
+
+// Result: the token of "Bearer TOKEN"; nothing for other schemes.
+std::optional<std::string_view> bearer_token(std::string_view authorization);
+
+// Result: the first subprotocol of the request that this server speaks.
+std::optional<Encoding> chosen_encoding(const HttpRequest& request);
+
+std::string_view content_type(std::string_view name);  // by the ending of a file's name
+// Result: the status for a refusal with this code of PROTOCOL.md.
+http::status status_of(std::string_view code);
+
+}  // namespace gonio

@@ -1,0 +1,29 @@
+#include "server/net/tls_context.h"
+
+namespace gonio {
+
+Result<std::shared_ptr<TlsContext>> load_tls(const std::string& certificate_file, const std::string& key_file) {
+    auto tls = std::make_shared<TlsContext>();
+    const auto refusal = [](const std::string& file, const error_code& error) {
+        return Error{"bad_certificate", file, "", "The file cannot be used for TLS: " + error.message() + "."};
+    };
+    asio::ssl::context& context = tls->context;
+    error_code error;
+    context.set_options(asio::ssl::context::default_workarounds | asio::ssl::context::no_compression |
+                            SSL_OP_NO_RENEGOTIATION | SSL_OP_CIPHER_SERVER_PREFERENCE,
+                        error);
+    if (error) return refusal("", error);
+    SSL_CTX_set_min_proto_version(context.native_handle(), TLS1_2_VERSION);
+    context.use_certificate_chain_file(certificate_file, error);
+    if (error) return refusal(certificate_file, error);
+    // An encrypted key would ask a terminal for its password.
+    context.set_password_callback([](std::size_t, asio::ssl::context::password_purpose) { return std::string(); },
+                                  error);
+    context.use_private_key_file(key_file, asio::ssl::context::pem, error);
+    if (error) return refusal(key_file, error);
+    if (SSL_CTX_check_private_key(context.native_handle()) != 1)
+        return Error{"bad_certificate", key_file, "", "The key is not the one of the certificate."};
+    return tls;
+}
+
+}  // namespace gonio

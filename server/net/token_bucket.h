@@ -1,0 +1,35 @@
+// A rate with a burst. Pure logic: the time is a parameter.
+#pragma once
+
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+
+namespace gonio {
+
+class TokenBucket {
+public:
+    using Time = std::chrono::steady_clock::time_point;
+    TokenBucket(double per_s, double burst) : per_s_(per_s), burst_(burst), left_(burst) {}
+
+    // Result: zero, and one is taken; else when one will be there, at least 1 ms.
+    std::chrono::milliseconds take(Time now) {
+        if (now > filled_) {
+            left_ = filled_ == Time()
+                        ? burst_
+                        : std::min(burst_, left_ + per_s_ * std::chrono::duration<double>(now - filled_).count());
+            filled_ = now;
+        }
+        if (left_ >= 1) {
+            left_ -= 1;
+            return std::chrono::milliseconds(0);
+        }
+        return std::chrono::milliseconds(std::max(1L, std::lround(std::ceil((1 - left_) / per_s_ * 1000))));
+    }
+
+private:
+    double per_s_, burst_, left_;
+    Time filled_{};
+};
+
+}  // namespace gonio

@@ -1,0 +1,23 @@
+// Which files on this machine a client may load as a scene. Reads the file system; any thread.
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "ies/result.h"
+
+namespace gonio {
+
+struct SceneAccess {
+    bool any_path = true;  // where there are no roots: any file; else none but uploads
+    std::vector<std::string>
+        roots;                  // folders: files below them, links followed; relative names are sought in them first
+    std::string upload_folder;  // of "upload:NAME"; empty: there are no uploads
+};
+
+// file: as of load_scene. Result: what to open: the name of a built-in scene as it is, else a path.
+// Errors: "permission" for files that clients may not load, whether they exist or not; "not_found", "invalid_argument"
+// (an upload's name).
+Result<std::string> scene_path(const SceneAccess& access, const std::string& file);
+
+}  // namespace gonio

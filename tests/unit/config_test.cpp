@@ -1,0 +1,175 @@
+// Options from a file and the environment.
+#include "server/config.h"
+
+#include <gtest/gtest.h>
+
+#include <CLI/CLI.hpp>
+#include <cstdlib>
+#include <filesystem>
+#include <fstream>
+
+#include "server/front_options.h"
+#include "server/options.h"
+
+namespace gonio {
+namespace {
+
+namespace fs = std::filesystem;
+
+struct ConfigTest : testing::Test {
+    fs::path folder;
+    std::vector<std::string> names;  // of variables that were set
+    ConfigTest() {
+        std::string pattern = (fs::temp_directory_path() / "gonio-config-XXXXXX").string();
+        folder = mkdtemp(pattern.data());
+    }
+    ~ConfigTest() override {
+        fs::remove_all(folder);
+        for (const std::string& name : names) unsetenv(name.c_str());
+    }
+    std::string file(const std::string& text, const std::string& name = "goniod.toml") const {
+        std::ofstream(folder / name) << text;
+        return (folder / name).string();
+    }
+    void set(const std::string& name, const std::string& value) {
+        setenv(name.c_str(), value.c_str(), 1);
+        names.push_back(name);
+    }
+    // What is printed, and the exit code where no options come.
+    std::optional<Options> parse(std::vector<std::string> arguments) {
+        testing::internal::CaptureStdout();
+        testing::internal::CaptureStderr();
+        exit_code = -1;
+        auto options = parse_options(std::move(arguments), exit_code);
+        out = testing::internal::GetCapturedStdout();
+        err = testing::internal::GetCapturedStderr();
+        return options;
+    }
+    int exit_code = -1;
+    std::string out, err;
+};
+
+TEST_F(ConfigTest, FlagBeatsVariableBeatsFileBeatsDefault) {
+    const std::string config = file(
+        "# a show\nsize = \"320x200\"\nmax-clients = 7\ntarget-fps = 25\nheader-timeout = 2.5\n"
+        "ignore-preview = true\nhost-name = [\"a.example\", \"b.example\"]\n");
+    set("GONIOD_MAX_CLIENTS", "8");
+    set("GONIOD_TARGET_FPS", "30");
+    const auto options = parse({"--config", config, "--target-fps", "50"});
+    ASSERT_TRUE(options) << err;
+    EXPECT_EQ(options->width_px, 320);
+    EXPECT_EQ(options->limits.clients, 8u);
+    EXPECT_EQ(options->target_fps, 50);
+    EXPECT_TRUE(options->keep_up);
+    EXPECT_EQ(options->limits.header, std::chrono::milliseconds(2500));
+    EXPECT_FALSE(options->inputs.accept_preview);
+    EXPECT_EQ(options->host_names, (std::vector<std::string>{"a.example", "b.example"}));
+    EXPECT_EQ(options->limits.connections, 256u);
+    set("GONIOD_CONFIG", config);
+    EXPECT_EQ(parse({})->width_px, 320) << "the file may be named by a variable too";
+}
+
+TEST_F(ConfigTest, EveryErrorNamesItsLine) {
+    const std::string config = file(
+        "size = \"320x200\"\nmax-client = 3\n\nmax-clients = \"many\"\nmax-side = 5000\n"
+        "listen = 8080\nignore-preview = 1\n[net]\nport = 1\n");
+    EXPECT_FALSE(parse({"--config", config, "--check-config"}));
+    EXPECT_EQ(exit_code, 78);
+    const struct {
+        const char *line, *what;
+    } rows[] = {{"line 2", "did you mean max-clients"},
+                {"line 4", "must be a number, not"},
+                {"line 5", "5000"},
+                {"line 6", "must be a string"},
+                {"line 7", "true or false"},
+                {"line 8", "net is no option"}};
+    for (const auto& row : rows) {
+        const std::size_t at = err.find(row.line);
+        ASSERT_NE(at, std::string::npos) << row.line << "\n" << err;
+        EXPECT_NE(err.substr(at, err.find('\n', at) - at).find(row.what), std::string::npos) << err;
+    }
+    EXPECT_FALSE(parse({"--config", config}));
+    EXPECT_EQ(exit_code, 78) << "nor does it start";
+    EXPECT_FALSE(parse({"--config", file("a = \n", "broken.toml")}));
+    EXPECT_EQ(exit_code, 78);
+    EXPECT_NE(err.find("line 1"), std::string::npos) << err;
+    EXPECT_FALSE(parse({"--config", (folder / "none.toml").string()}));
+    EXPECT_EQ(exit_code, 78);
+    EXPECT_FALSE(parse({"--config", file("size = \"12\"\n", "size.toml")}));
+    EXPECT_EQ(exit_code, 78);
+    EXPECT_NE(err.find("size.toml line 1"), std::string::npos) << err;
+}
+
+TEST_F(ConfigTest, VariablesAreChecked) {
+    set("GONIOD_MAX_SIDE", "huge");
+    EXPECT_FALSE(parse({}));
+    EXPECT_EQ(exit_code, 78);
+    EXPECT_NE(err.find("GONIOD_MAX_SIDE"), std::string::npos) << err;
+    unsetenv("GONIOD_MAX_SIDE");
+    set("GONIOD_TOKEN", "not a place for a secret");
+    EXPECT_TRUE(parse({}));
+    EXPECT_NE(err.find("GONIOD_TOKEN"), std::string::npos) << err;
+    EXPECT_EQ(err.find("secret"), std::string::npos) << "values are not printed";
+    set("GONIOD_HOST_NAME", "a.example,b.example");
+    EXPECT_EQ(parse({})->host_names.size(), 2u);
+}
+
+TEST_F(ConfigTest, TheCommandLineKeepsItsExitCode) {
+    EXPECT_FALSE(parse({"--max-clients", "many"}));
+    EXPECT_EQ(exit_code, 2);
+    EXPECT_FALSE(parse({"--size", "banana"}));
+    EXPECT_EQ(exit_code, 2);
+    EXPECT_FALSE(parse({"--help"}));
+    EXPECT_EQ(exit_code, 0);
+}
+
+TEST_F(ConfigTest, WhatIsPrintedGivesTheSameOptions) {
+    const std::string config = file("size = \"320x200\"\nhost-name = [\"a\\\"b\"]\n");
+    set("GONIOD_DEAD_TIMEOUT", "45");
+    EXPECT_FALSE(parse({"--config", config, "--max-clients", "9", "--print-config"}));
+    EXPECT_EQ(exit_code, 0);
+    const std::string printed = out;
+    EXPECT_NE(printed.find("size = \"320x200\"  # " + config + " line 1\n"), std::string::npos) << printed;
+    EXPECT_NE(printed.find("\ndead-timeout = 45  # GONIOD_DEAD_TIMEOUT\n"), std::string::npos) << printed;
+    EXPECT_NE(printed.find("\nmax-clients = 9  # command line\n"), std::string::npos) << printed;
+    EXPECT_NE(printed.find("\n# ping-interval = 10  # default\n"), std::string::npos) << printed;
+    EXPECT_NE(printed.find("\n# listen = \"127.0.0.1:8080\"  # default\n"), std::string::npos) << printed;
+    unsetenv("GONIOD_DEAD_TIMEOUT");
+    const auto again = parse({"--config", file(printed, "again.toml")});
+    ASSERT_TRUE(again) << err;
+    EXPECT_EQ(again->limits.clients, 9u);
+    EXPECT_EQ(again->limits.dead, std::chrono::seconds(45));
+    EXPECT_EQ(again->host_names, std::vector<std::string>{"a\"b"});
+    EXPECT_FALSE(again->keep_up) << "a default that is printed is not given";
+}
+
+TEST_F(ConfigTest, OptionsThatDoNotGoTogetherAreErrors) {
+    EXPECT_FALSE(parse({"--listen", "0.0.0.0:0"}));
+    EXPECT_EQ(exit_code, 78);
+    EXPECT_NE(err.find("--token-file"), std::string::npos);
+    EXPECT_TRUE(parse({"--listen", "0.0.0.0:0", "--token-file", file("0123456789abcdef\n", "token")}));
+    EXPECT_FALSE(parse({"--token-file", file("short\n", "short")}));
+    EXPECT_FALSE(parse({"--tls-cert", file("", "c")}));
+    EXPECT_NE(err.find("belong together"), std::string::npos);
+    EXPECT_FALSE(parse({"--tls-cert", file("x", "c"), "--tls-key", file("x", "k")}));
+    EXPECT_FALSE(parse({"--scene-root", (folder / "none").string()}));
+    EXPECT_FALSE(parse({"--ping-interval", "30", "--dead-timeout", "20"}));
+    EXPECT_FALSE(parse({"--check-config"}));
+    EXPECT_EQ(exit_code, 0);
+    EXPECT_EQ(out, "ok\n");
+}
+
+TEST_F(ConfigTest, ATokenThatOthersCanReadIsWarnedOf) {
+    const std::string path = file("0123456789abcdef\n", "token");
+    std::string warning;
+    fs::permissions(path, fs::perms::owner_read | fs::perms::others_read);
+    EXPECT_EQ(*read_token(path, &warning), "0123456789abcdef");
+    EXPECT_NE(warning.find(path), std::string::npos);
+    warning.clear();
+    fs::permissions(path, fs::perms::owner_read);
+    EXPECT_TRUE(read_token(path, &warning));
+    EXPECT_EQ(warning, "");
+}
+
+}  // namespace
+}  // namespace gonio

@@ -1,0 +1,142 @@
+// What the front answers to plain HTTP.
+#include "front_fixture.h"
+
+namespace gonio {
+namespace {
+
+using namespace test;
+using namespace std::chrono_literals;
+
+TEST_F(FrontTest, ServesHealthAndPage) {
+    start();
+    Client client(front->port());
+    EXPECT_EQ(client.get("/healthz"), 200);
+    EXPECT_EQ(client.body, "ok\n");
+    EXPECT_EQ(client.get("/"), 200);  // the same connection
+    EXPECT_EQ(client.body, kPage[0].content);
+    EXPECT_NE(client.head.find("Content-Type: text/html; charset=utf-8\r\n"), std::string::npos);
+    EXPECT_NE(client.head.find("X-Content-Type-Options: nosniff\r\n"), std::string::npos);
+    EXPECT_NE(client.head.find("Cache-Control: no-store\r\n"), std::string::npos);
+    EXPECT_NE(client.head.find("Content-Security-Policy: default-src 'self'"), std::string::npos);
+    EXPECT_EQ(client.get("/main.js"), 200);
+    EXPECT_NE(client.head.find("Content-Type: text/javascript"), std::string::npos);
+    EXPECT_EQ(client.get("/lib/style.css?v=1"), 200);
+    EXPECT_EQ(client.get("/nothing"), 404);
+    EXPECT_EQ(client.get("/../etc/passwd"), 404);
+    EXPECT_EQ(client.get("/", "", "", "HEAD"), 200);
+    EXPECT_NE(client.head.find("Content-Length: " + std::to_string(kPage[0].content.size())), std::string::npos);
+    EXPECT_EQ(client.get("/", "", "", "POST"), 405);
+}
+
+TEST_F(FrontTest, ForeignHostsAndOriginsAreRefused) {
+    start();
+    const std::string port = std::to_string(front->port());
+    const std::string good_hosts[] = {"localhost:" + port, "LOCALHOST", "127.0.0.1:9", "[::1]:" + port, "127.8.8.8"};
+    for (const std::string& good : good_hosts) EXPECT_EQ(Client(front->port()).get("/healthz", "", good), 200) << good;
+    for (const char* bad : {"evil.example", "evil.example:8080", "10.1.2.3", "localhost.evil.example", "["})
+        EXPECT_EQ(Client(front->port()).get("/healthz", "", bad), 403) << bad;
+    EXPECT_EQ(Client(front->port()).upgrade(kSubprotocolJson, "", "evil.example"), 403);
+    EXPECT_EQ(Client(front->port()).upgrade(kSubprotocolJson, "Origin: http://evil.example\r\n"), 403);
+    EXPECT_EQ(Client(front->port()).upgrade(kSubprotocolJson, "Origin: null\r\n"), 403);
+    EXPECT_EQ(Client(front->port()).upgrade(kSubprotocolJson, "Origin: http://127.0.0.1:" + port + "\r\n"), 101);
+    Client nameless(front->port());
+    nameless.send("GET /healthz HTTP/1.1\r\n\r\n");
+    EXPECT_EQ(nameless.read_response(), 400);
+}
+
+TEST_F(FrontTest, BadRequestsAreAnsweredAndClosed) {
+    options.limits.header = 300ms;
+    start();
+    Client garbage(front->port());
+    garbage.send("\x16\x03\x01 hello\r\n\r\n");
+    EXPECT_EQ(garbage.read_response(), 400);
+    EXPECT_TRUE(garbage.receive_end());
+    Client wide(front->port());
+    wide.send("GET / HTTP/1.1\r\nHost: localhost\r\nX: " + std::string(9000, 'x') + "\r\n\r\n");
+    EXPECT_EQ(wide.read_response(), 431);
+    Client slow(front->port());
+    slow.send("GET / HTTP/1.1\r\nHost: loc");
+    EXPECT_TRUE(slow.receive_end(1500));  // without a header in time there is no answer
+    EXPECT_EQ(Client(front->port()).get("/healthz"), 200);
+}
+
+TEST_F(FrontTest, AnAddressInUseIsAnError) {
+    start();
+    FrontOptions second = options;
+    second.port = front->port();
+    auto result = Front::start(second, {});
+    ASSERT_FALSE(result);
+    EXPECT_EQ(result.error().code, "listen_failed");
+    EXPECT_NE(result.error().value.find(std::to_string(front->port())), std::string::npos);
+}
+
+TEST_F(FrontTest, StillsAreCaptureQueries) {
+    start();
+    Client client(front->port());
+    client.send("GET /v1/frame.png HTTP/1.1\r\nHost: localhost\r\n\r\n");
+    ASSERT_TRUE(wait_for([&] { return requests.size() == 1; }));
+    ASSERT_TRUE(requests[0].second.has_capture());
+    EXPECT_EQ(requests[0].second.capture().format(), "png");
+    v1::ServerMessage answer;
+    answer.mutable_capture()->set_format("png");
+    answer.mutable_capture()->set_image("PNGBYTES");
+    answer.mutable_capture()->set_scene_rev(9);
+    front->reply(requests[0].first, answer);
+    EXPECT_EQ(client.read_response(), 200);
+    EXPECT_EQ(client.body, "PNGBYTES");
+    EXPECT_NE(client.head.find("Content-Type: image/png"), std::string::npos);
+    EXPECT_NE(client.head.find("X-Scene-Rev: 9"), std::string::npos);
+
+    client.send("GET /v1/frame.jpg HTTP/1.1\r\nHost: localhost\r\n\r\n");
+    ASSERT_TRUE(wait_for([&] { return requests.size() == 2; }));
+    v1::ServerMessage refusal;
+    refusal.mutable_result()->set_code("internal");
+    front->reply(requests[1].first, refusal);
+    EXPECT_EQ(client.read_response(), 500);
+
+    accept_requests = false;
+    EXPECT_EQ(client.get("/v1/frame.jpg"), 503);
+}
+
+TEST_F(FrontTest, AStillThatDoesNotComeIs504) {
+    options.limits.still = 100ms;
+    start();
+    EXPECT_EQ(Client(front->port()).get("/v1/frame.jpg"), 504);
+}
+
+TEST_F(FrontTest, MjpegSendsTheNextPartsHeaderAtOnce) {
+    start();
+    Client client(front->port());
+    client.send("GET /v1/mjpeg HTTP/1.1\r\nHost: localhost\r\n\r\n");
+    ASSERT_TRUE(client.receive_until("--gonio-frame\r\nContent-Type: image/jpeg\r\n\r\n"));
+    EXPECT_NE(client.received.find("multipart/x-mixed-replace;boundary=gonio-frame"), std::string::npos);
+    ASSERT_TRUE(wait_demand([](const Demand& d) { return d.jpeg && d.clients == 1; }));
+    client.received.clear();
+    EncodedFrame picture = frame(5, true, 4);
+    front->publish_jpeg(picture);
+    // The whole part and the header of the one after it, though that one does not exist yet.
+    EXPECT_TRUE(client.receive_until("eeee\r\n--gonio-frame\r\nContent-Type: image/jpeg\r\n\r\n"));
+    client.received.clear();
+    EXPECT_EQ(front->packets_sent(), 1u);
+    ASSERT_TRUE(wait_demand([](const Demand& d) { return d.jpeg; }));
+    front->publish_jpeg(picture);  // the same picture again, encoded for somebody else
+    // One that comes later gets the picture that the others have.
+    Client second(front->port());
+    second.send("GET /v1/mjpeg HTTP/1.1\r\nHost: localhost\r\n\r\n");
+    EXPECT_TRUE(second.receive_until("eeee\r\n--gonio-frame\r\n"));
+    EXPECT_FALSE(client.receive(50));
+    EXPECT_EQ(front->packets_sent(), 2u);
+}
+
+TEST_F(FrontTest, AnMjpegClientThatLeavesIsForgotten) {
+    start();
+    {
+        Client client(front->port());
+        client.send("GET /v1/mjpeg HTTP/1.1\r\nHost: localhost\r\n\r\n");
+        ASSERT_TRUE(wait_demand([](const Demand& d) { return d.jpeg; }));
+    }
+    EXPECT_TRUE(wait_demand([](const Demand& d) { return !d.jpeg && d.clients == 0; }));
+}
+
+}  // namespace
+}  // namespace gonio

@@ -1,0 +1,290 @@
+// What happens at each limit of the front, and the small parts that decide it.
+#include <sys/resource.h>
+
+#include "front_fixture.h"
+#include "server/late_work.h"
+#include "server/net/auth_guard.h"
+#include "server/net/token_bucket.h"
+#include "server/net/update_clock.h"
+
+namespace gonio {
+namespace {
+
+using namespace test;
+using namespace std::chrono_literals;
+using Time = std::chrono::steady_clock::time_point;
+
+TEST(AuthGuard, FiveFailuresBlockForTheRestOfTheMinute) {
+    AuthGuard guard(5);
+    const Time start = Time() + 1h;
+    for (int i = 0; i < 5; ++i) {
+        EXPECT_EQ(guard.blocked("a", start + 10s).count(), 0) << i;
+        guard.failed("a", start + i * 1s);
+    }
+    EXPECT_EQ(guard.blocked("a", start + 10s), 50s);
+    EXPECT_EQ(guard.blocked("b", start + 10s), 0s);
+    EXPECT_EQ(guard.blocked("a", start + 60s), 0s);
+    guard.failed("a", start + 61s);  // a new minute
+    EXPECT_EQ(guard.blocked("a", start + 62s), 0s);
+}
+
+TEST(AuthGuard, TheTableIsBounded) {
+    AuthGuard guard(1);
+    const Time start = Time() + 1h;
+    for (std::size_t i = 0; i < AuthGuard::kMaxAddresses + 100; ++i) guard.failed(std::to_string(i), start + i * 1ms);
+    EXPECT_EQ(guard.addresses(), AuthGuard::kMaxAddresses);
+    EXPECT_EQ(guard.blocked("0", start + 5s).count(), 0) << "the oldest is forgotten";
+    EXPECT_GT(guard.blocked(std::to_string(AuthGuard::kMaxAddresses + 99), start + 5s).count(), 0);
+}
+
+TEST(TokenBucket, ABurstThenTheRate) {
+    TokenBucket bucket(10, 3);
+    const Time start = Time() + 1h;
+    for (int i = 0; i < 3; ++i) EXPECT_EQ(bucket.take(start).count(), 0);
+    EXPECT_EQ(bucket.take(start), 100ms);
+    EXPECT_EQ(bucket.take(start + 60ms), 40ms);
+    EXPECT_EQ(bucket.take(start + 101ms).count(), 0);
+    for (int i = 0; i < 3; ++i) EXPECT_EQ(bucket.take(start + 1h).count(), 0);
+    EXPECT_GT(bucket.take(start + 1h).count(), 0) << "what was saved up is bounded";
+}
+
+TEST(UpdateClock, MeasuresFromArrivalToTheFirstFrame) {
+    UpdateClock clock;
+    const Time start = Time() + 1h;
+    std::vector<double> took_ms;
+    const auto took = [&](auto time) { took_ms.push_back(std::chrono::duration<double, std::milli>(time).count()); };
+    clock.arrived(1, 7, start);
+    clock.arrived(1, 0, start);  // never answered
+    clock.shown(100, start + 1ms, took);
+    EXPECT_TRUE(took_ms.empty()) << "its revision is not known yet";
+    EXPECT_TRUE(clock.answered(1, 7, true, 5));
+    EXPECT_FALSE(clock.answered(1, 7, true, 5));
+    clock.shown(4, start + 10ms, took);
+    EXPECT_TRUE(took_ms.empty());
+    clock.shown(6, start + 20ms, took);
+    clock.shown(7, start + 30ms, took);
+    EXPECT_EQ(took_ms, std::vector<double>{20});
+    clock.arrived(1, 8, start);
+    EXPECT_TRUE(clock.answered(1, 8, false, 0));
+    clock.shown(1000, start + 40ms, took);
+    EXPECT_EQ(took_ms.size(), 1u) << "a refused one is never shown";
+}
+
+TEST(LateWork, WaitsForItsRevisionOrItsTime) {
+    LateWork<int> late(2, 1s);
+    EXPECT_TRUE(late.add(1, 10, 0));
+    EXPECT_TRUE(late.add(2, 8, 500'000'000));
+    EXPECT_FALSE(late.add(3, 8, 0));
+    EXPECT_FALSE(late.take_due(7));
+    EXPECT_EQ(late.take_due(9), 2);
+    EXPECT_FALSE(late.take_overdue(999'999'999));
+    EXPECT_EQ(late.take_overdue(1'000'000'000), 1);
+    EXPECT_TRUE(late.empty());
+}
+
+struct FrontLimitsTest : FrontTest {};
+
+TEST_F(FrontLimitsTest, WrongTokensAreCountedThenNothingIsAnswered) {
+    options.token = "0123456789abcdef";
+    options.limits.auth_failures = 2;
+    start();
+    const std::string right = "Authorization: Bearer 0123456789abcdef\r\n", wrong = "Authorization: Bearer x\r\n";
+    for (int i = 0; i < 4; ++i) EXPECT_EQ(Client(front->port()).get("/metrics"), 401) << "showing none is no guess";
+    EXPECT_EQ(Client(front->port()).get("/metrics", right), 200);
+    EXPECT_EQ(Client(front->port()).get("/metrics", wrong), 401);
+    Client guesser(front->port());
+    ASSERT_EQ(guesser.upgrade(kSubprotocolJson), 101);
+    ASSERT_TRUE(guesser.read_message());
+    Client early(front->port());  // gets in before the limit is reached, and identifies after
+    ASSERT_EQ(early.upgrade(kSubprotocolJson), 101);
+    ASSERT_TRUE(early.read_message());
+    guesser.identify(false, false, "wrong");
+    EXPECT_FALSE(guesser.read_message());
+    EXPECT_EQ(guesser.last.close_code(), 4003);
+    Client blocked(front->port());
+    EXPECT_EQ(blocked.get("/metrics", right), 429);
+    EXPECT_NE(blocked.head.find("Retry-After: "), std::string::npos);
+    EXPECT_EQ(Client(front->port()).upgrade(kSubprotocolJson), 429);
+    early.identify(false, false, "0123456789abcdef");
+    EXPECT_FALSE(early.read_message());
+    EXPECT_EQ(early.last.close_code(), 4008);
+    EXPECT_EQ(Client(front->port()).get("/healthz"), 200) << "what needs no token goes on";
+}
+
+TEST_F(FrontLimitsTest, ANewTokenIsAskedForFromNowOn) {
+    options.token = "0123456789abcdef";
+    start();
+    front->set_token("fedcba9876543210");
+    EXPECT_EQ(Client(front->port()).get("/metrics", "Authorization: Bearer fedcba9876543210\r\n"), 200);
+    EXPECT_EQ(Client(front->port()).get("/metrics", "Authorization: Bearer 0123456789abcdef\r\n"), 401);
+}
+
+TEST_F(FrontLimitsTest, OneAddressHasItsShare) {
+    options.limits.local_clients = 2;
+    start();
+    Client a(front->port()), b(front->port());
+    ASSERT_EQ(a.upgrade(kSubprotocolJson), 101);
+    ASSERT_EQ(b.upgrade(kSubprotocolJson), 101);
+    EXPECT_EQ(Client(front->port()).upgrade(kSubprotocolJson), 429);
+    EXPECT_EQ(Client(front->port()).get("/v1/mjpeg"), 429);
+    EXPECT_EQ(Client(front->port()).get("/v1/frame.png"), 429);
+    EXPECT_EQ(Client(front->port()).get("/healthz"), 200);
+}
+
+TEST_F(FrontLimitsTest, ConnectionsOverTheLimitAreClosed) {
+    options.limits.local_connections = 2;
+    start();
+    {
+        Client a(front->port()), b(front->port());
+        ASSERT_EQ(a.get("/healthz"), 200);
+        ASSERT_EQ(b.get("/healthz"), 200);
+        Client c(front->port());
+        EXPECT_TRUE(c.receive_end());
+    }
+    int status = 0;
+    for (int i = 0; i < 100 && status != 200; ++i) {
+        std::this_thread::sleep_for(10ms);
+        status = Client(front->port()).get("/healthz");
+    }
+    EXPECT_EQ(status, 200) << "places come back";
+}
+
+TEST_F(FrontLimitsTest, CommandsOverTheRateAreToldToSlowDown) {
+    options.limits.updates_per_s = 1;
+    options.limits.update_burst = 3;
+    start();
+    Client client(front->port());
+    client.join(kSubprotocolJson, false, false);
+    v1::ClientMessage command;
+    command.mutable_command()->mutable_set_master()->set_ratio(0.5);
+    for (std::uint32_t i = 1; i <= 4; ++i) {
+        command.set_request_id(i);
+        client.say(command);
+    }
+    const auto answer = client.read_message();
+    ASSERT_TRUE(answer && answer->has_result());
+    EXPECT_EQ(answer->request_id(), 4u);
+    EXPECT_EQ(answer->result().code(), "slow_down");
+    EXPECT_GT(answer->result().retry_after_ms(), 0u);
+    EXPECT_LE(answer->result().retry_after_ms(), 1000u);
+    v1::ClientMessage query;
+    query.set_request_id(9);
+    query.mutable_get_state();
+    client.say(query);
+    EXPECT_TRUE(wait_for([&] { return requests.size() == 4 && requests.back().second.has_get_state(); }))
+        << "queries are not counted";
+}
+
+TEST_F(FrontLimitsTest, UnansweredRequestsAreBounded) {
+    options.limits.outstanding = 2;
+    start();
+    Client client(front->port());
+    client.join(kSubprotocolJson, false, false);
+    v1::ClientMessage query;
+    query.mutable_get_state();
+    for (std::uint32_t i = 1; i <= 3; ++i) {
+        query.set_request_id(i);
+        client.say(query);
+    }
+    auto answer = client.read_message();
+    ASSERT_TRUE(answer && answer->has_result());
+    EXPECT_EQ(answer->request_id(), 3u);
+    EXPECT_EQ(answer->result().code(), "busy");
+    EXPECT_GT(answer->result().retry_after_ms(), 0u);
+    ASSERT_TRUE(wait_for([&] { return requests.size() == 2; }));
+    v1::ServerMessage done;
+    done.set_request_id(1);
+    done.mutable_state();
+    front->reply(requests[0].first, done);
+    ASSERT_TRUE(client.read_message());
+    query.set_request_id(4);
+    client.say(query);
+    EXPECT_TRUE(wait_for([&] { return requests.size() == 3; }));
+}
+
+TEST_F(FrontLimitsTest, PicturesOverTheSideAreRefused) {
+    options.limits.side_px = 1000;
+    start();
+    Client client(front->port());
+    EXPECT_EQ(client.get("/v1/frame.png?size=1001x10"), 400);
+    EXPECT_NE(client.body.find("1001x10"), std::string::npos) << client.body;
+    Client socket(front->port());
+    socket.join(kSubprotocolJson, false, false);
+    v1::ClientMessage size;
+    size.set_request_id(1);
+    size.mutable_command()->mutable_set_size()->set_width_px(10);
+    size.mutable_command()->mutable_set_size()->set_height_px(1002);
+    socket.say(size);
+    const auto answer = socket.read_message();
+    ASSERT_TRUE(answer && answer->has_result());
+    EXPECT_EQ(answer->result().code(), "invalid_argument");
+    EXPECT_EQ(answer->result().value(), "10x1002");
+}
+
+TEST_F(FrontLimitsTest, HeadersAndMessagesHaveTheirLimits) {
+    options.limits.header_bytes = 1 << 10;
+    options.limits.identify_bytes = 1 << 10;
+    options.limits.message_bytes = 2 << 10;
+    start();
+    Client wide(front->port());
+    EXPECT_EQ(wide.get("/", "X: " + std::string(1100, 'x') + "\r\n"), 431);
+    Client unknown(front->port());
+    ASSERT_EQ(unknown.upgrade(kSubprotocolJson), 101);
+    ASSERT_TRUE(unknown.read_message());
+    unknown.send_frame(1, std::string(1100, ' '));
+    EXPECT_FALSE(unknown.read_message());
+    EXPECT_EQ(unknown.last.close_code(), 1009);
+    Client known(front->port());
+    known.join(kSubprotocolJson, false, false);
+    known.send_frame(1, std::string(2100, ' '));
+    EXPECT_FALSE(known.read_message());
+    EXPECT_EQ(known.last.close_code(), 1009);
+}
+
+TEST_F(FrontLimitsTest, WithoutFileDescriptorsThePortComesBack) {
+    start();
+    rlimit before{};
+    ASSERT_EQ(getrlimit(RLIMIT_NOFILE, &before), 0);
+    Client there(front->port());
+    ASSERT_EQ(there.get("/healthz"), 200);
+    Client waiting(front->port(), 0, [&] {
+        rlimit few = before;
+        few.rlim_cur = 4;  // no new descriptor in this process
+        ASSERT_EQ(setrlimit(RLIMIT_NOFILE, &few), 0);
+    });
+    waiting.send("GET /healthz HTTP/1.1\r\nHost: localhost\r\n\r\n");
+    EXPECT_FALSE(waiting.receive(150)) << "nobody can be accepted";
+    EXPECT_EQ(there.get("/healthz"), 200) << "who is there is served";
+    ASSERT_EQ(setrlimit(RLIMIT_NOFILE, &before), 0);
+    EXPECT_EQ(waiting.read_response(), 200) << "accepted once there are descriptors again";
+    EXPECT_EQ(Client(front->port()).get("/healthz"), 200);
+}
+
+TEST_F(FrontLimitsTest, ReadinessAndMetricsAreTold) {
+    start();
+    Client client(front->port());
+    EXPECT_EQ(client.get("/readyz"), 503);
+    front->set_ready(true);
+    EXPECT_EQ(client.get("/readyz"), 200);
+    Client viewer(front->port());
+    viewer.join(kSubprotocolJson, true, false);
+    ASSERT_TRUE(wait_demand([](const Demand& d) { return d.key; }));
+    front->publish_h264(frame(1, true), true);
+    viewer.acknowledge(viewer.read_frame().seq());
+    v1::ClientMessage sync;  // after the acknowledgement
+    sync.mutable_stats();
+    viewer.say(sync);
+    ASSERT_TRUE(wait_for([&] { return !requests.empty(); }));
+    EXPECT_EQ(Client(front->port()).upgrade("gonio.v9"), 400);
+    ASSERT_EQ(client.get("/metrics"), 200);
+    EXPECT_NE(client.head.find("Content-Type: text/plain; version=0.0.4"), std::string::npos);
+    for (const char* line : {"# TYPE gonio_encode_seconds histogram", "gonio_encode_seconds_bucket{le=\"0.002\"} 1",
+                             "gonio_encode_seconds_count 1", "gonio_clients{transport=\"websocket\"} 1",
+                             "gonio_frames_encoded_total{codec=\"h264\"} 1", "gonio_ack_rtt_seconds_count 1",
+                             "gonio_ws_rejected_total{reason=\"subprotocol\"} 1",
+                             "gonio_http_requests_total{code=\"503\"} 1", "process_resident_memory_bytes "})
+        EXPECT_NE(client.body.find(line), std::string::npos) << line << "\n" << client.body;
+}
+
+}  // namespace
+}  // namespace gonio

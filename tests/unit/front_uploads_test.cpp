@@ -1,0 +1,193 @@
+#include <filesystem>
+#include <fstream>
+
+#include "client/cli/transport.h"
+#include "front_fixture.h"
+#include "protocol/upload_name.h"
+#include "server/net/upload_store.h"
+#include "server/scene_access.h"
+
+namespace gonio {
+namespace {
+
+using namespace test;
+namespace fs = std::filesystem;
+
+struct FrontUploadsTest : FrontTest {
+    std::unique_ptr<UploadStore> store;
+    ~FrontUploadsTest() override { front.reset(); }
+
+    void start_with_uploads() {
+        auto opened = UploadStore::open("", options.limits);
+        ASSERT_TRUE(opened) << opened.error().text();
+        store = std::move(*opened);
+        options.uploads = store.get();
+        start();
+    }
+    int put(const std::string& name, const std::string& body, const std::string& headers = "") {
+        Client client(front->port());
+        client.send("PUT /v1/uploads/" + name + " HTTP/1.1\r\nHost: localhost\r\nContent-Length: " +
+                    std::to_string(body.size()) + "\r\n" + headers + "\r\n" + body);
+        const int status = client.read_response();
+        said = client.body;
+        return status;
+    }
+    std::string content(const std::string& name) const {
+        std::ifstream file(store->folder() + "/" + name, std::ios::binary);
+        return std::string((std::istreambuf_iterator<char>(file)), {});
+    }
+    std::size_t files() const {
+        return static_cast<std::size_t>(
+            std::distance(fs::directory_iterator(store->folder()), fs::directory_iterator()));
+    }
+    std::string said;
+};
+
+TEST(UploadName, IsNoPath) {
+    for (const char* good : {"a.glb", "Room_1-b.GLTF", "x.y.ies", "L.ldt"}) EXPECT_TRUE(is_upload_name(good)) << good;
+    for (const char* bad : {"", ".glb", "..glb", "a", "a.exe", "a.glb/", "../a.glb", "a/b.glb", "a b.glb", "ä.glb",
+                            "a.glb\n", "a.glb.part", "upload:a.glb"})
+        EXPECT_FALSE(is_upload_name(bad)) << bad;
+    EXPECT_TRUE(is_upload_name(std::string(60, 'a') + ".glb"));
+    EXPECT_FALSE(is_upload_name(std::string(61, 'a') + ".glb"));
+}
+
+TEST_F(FrontUploadsTest, FilesArriveWholeAndAreReplacedAndRemoved) {
+    start_with_uploads();
+    const std::string body(300'000, 'x');
+    EXPECT_EQ(put("room.glb", body), 201) << said;
+    EXPECT_EQ(said, "{\"name\":\"room.glb\",\"bytes\":300000}\n");
+    EXPECT_EQ(content("room.glb"), body);
+    EXPECT_EQ(put("room.glb", "small"), 200);
+    EXPECT_EQ(content("room.glb"), "small");
+    EXPECT_EQ(put("empty.ies", ""), 201);
+    EXPECT_EQ(files(), 2u);
+    const auto status = fs::status(store->folder() + "/room.glb");
+    EXPECT_EQ(status.permissions(), fs::perms::owner_read | fs::perms::owner_write);
+    EXPECT_EQ(Client(front->port()).get("/v1/uploads/room.glb", "", "", "DELETE"), 200);
+    EXPECT_EQ(Client(front->port()).get("/v1/uploads/room.glb", "", "", "DELETE"), 404);
+    EXPECT_EQ(Client(front->port()).get("/v1/uploads/empty.ies"), 405) << "they are not served";
+    EXPECT_EQ(files(), 1u);
+}
+
+TEST_F(FrontUploadsTest, ChunksAndExpectedBodiesAreRead) {
+    start_with_uploads();
+    Client chunked(front->port());
+    chunked.send(
+        "PUT /v1/uploads/a.ies HTTP/1.1\r\nHost: localhost\r\nTransfer-Encoding: chunked\r\n\r\n"
+        "3\r\nabc\r\n4\r\ndefg\r\n0\r\n\r\n");
+    EXPECT_EQ(chunked.read_response(), 201);
+    EXPECT_EQ(content("a.ies"), "abcdefg");
+    Client expecting(front->port());
+    expecting.send(
+        "PUT /v1/uploads/b.ies HTTP/1.1\r\nHost: localhost\r\nExpect: 100-continue\r\nContent-Length: 2\r\n\r\n");
+    EXPECT_EQ(expecting.read_response(), 100);
+    expecting.send("hi");
+    EXPECT_EQ(expecting.read_response(), 201);
+    EXPECT_EQ(content("b.ies"), "hi");
+}
+
+TEST_F(FrontUploadsTest, NamesThatAreNoNamesAreRefused) {
+    start_with_uploads();
+    for (const char* bad : {"..%2Fx.glb", "%2Fetc%2Fx.glb", "x.txt", ".part-1.glb", "a%20b.glb", ""})
+        EXPECT_EQ(put(bad, "x"), 400) << bad;
+    EXPECT_EQ(put("x.glb%00", "x"), 400);
+    EXPECT_EQ(files(), 0u);
+    EXPECT_FALSE(fs::exists(fs::path(store->folder()).parent_path() / "x.glb"));
+}
+
+TEST_F(FrontUploadsTest, WhatIsTooMuchIsRefusedAndLeavesNothing) {
+    options.limits.upload_bytes = 100'000;
+    options.limits.upload_total_bytes = 150'000;
+    options.limits.upload_files = 2;
+    start_with_uploads();
+    EXPECT_EQ(put("big.glb", std::string(100'001, 'x')), 413);
+    Client endless(front->port());  // says nothing of its length
+    endless.send("PUT /v1/uploads/a.glb HTTP/1.1\r\nHost: localhost\r\nTransfer-Encoding: chunked\r\n\r\n");
+    for (int i = 0; i < 3; ++i) endless.send("a000\r\n" + std::string(0xa000, 'x') + "\r\n");
+    EXPECT_EQ(endless.read_response(), 413);
+    EXPECT_EQ(files(), 0u);
+    EXPECT_EQ(put("one.glb", std::string(90'000, 'x')), 201);
+    EXPECT_EQ(put("two.glb", std::string(90'000, 'x')), 507);
+    EXPECT_EQ(put("two.glb", "x"), 201);
+    EXPECT_EQ(put("three.glb", "x"), 507);
+    EXPECT_EQ(Client(front->port()).get("/v1/uploads/two.glb", "", "", "DELETE"), 200);
+    EXPECT_EQ(put("three.glb", "x"), 201);
+    EXPECT_EQ(files(), 2u);
+}
+
+TEST_F(FrontUploadsTest, AClientThatLeavesLeavesNothing) {
+    options.limits.write_stall = std::chrono::milliseconds(200);
+    start_with_uploads();
+    const std::string begin = "PUT /v1/uploads/a.glb HTTP/1.1\r\nHost: localhost\r\nContent-Length: 1000\r\n\r\nsome";
+    { Client(front->port()).send(begin); }
+    Client stalls(front->port());
+    stalls.send(begin);
+    EXPECT_TRUE(stalls.receive_end(2000));
+    for (int i = 0; i < 100 && files() > 0; ++i) std::this_thread::sleep_for(std::chrono::milliseconds(10));
+    EXPECT_EQ(files(), 0u);
+}
+
+TEST_F(FrontUploadsTest, NeedTheTokenAndTheRightOrigin) {
+    options.token = "0123456789abcdef";
+    start_with_uploads();
+    EXPECT_EQ(put("a.glb", "x"), 401);
+    EXPECT_EQ(put("a.glb", "x", "Authorization: Bearer 0123456789abcdef\r\nOrigin: http://evil.example\r\n"), 403);
+    EXPECT_EQ(put("a.glb", "x", "Authorization: Bearer 0123456789abcdef\r\n"), 201);
+}
+
+TEST_F(FrontUploadsTest, ThePrivateFolderGoesWithItsStore) {
+    start_with_uploads();
+    EXPECT_EQ(put("a.glb", "x"), 201);
+    const fs::path folder = store->folder();
+    EXPECT_EQ(fs::status(folder).permissions(), fs::perms::owner_all);
+    front.reset();
+    store.reset();
+    EXPECT_FALSE(fs::exists(folder));
+}
+
+TEST_F(FrontUploadsTest, TheCommandLineUploads) {
+    start_with_uploads();
+    const std::string file = (fs::temp_directory_path() / "gonio-upload-test.glb").string();
+    std::ofstream(file) << std::string(200'000, 'y');
+    const auto address = parse_server_url("http://127.0.0.1:" + std::to_string(front->port()));
+    const auto sent = upload(*address, "", file, "mine.glb");
+    EXPECT_TRUE(sent) << sent.error().text();
+    EXPECT_EQ(content("mine.glb").size(), 200'000u);
+    const auto refused = upload(*address, "", file, "mine.txt");
+    ASSERT_FALSE(refused);
+    EXPECT_EQ(refused.error().code, "refused");
+    fs::remove(file);
+}
+
+TEST(SceneAccess, OnlyWhatClientsMayLoad) {
+    std::string pattern = (fs::temp_directory_path() / "gonio-access-XXXXXX").string();
+    const fs::path folder = mkdtemp(pattern.data());
+    fs::create_directories(folder / "root/sub");
+    fs::create_directories(folder / "uploads");
+    for (const char* name : {"root/sub/a.glb", "outside.glb", "uploads/u.glb"}) std::ofstream(folder / name) << "x";
+    fs::create_symlink(folder / "outside.glb", folder / "root/link.glb");
+    fs::create_symlink(folder / "root", folder / "way");
+    const SceneAccess rooted{true, {(folder / "root").string()}, (folder / "uploads").string()};
+    EXPECT_EQ(*scene_path(rooted, "cornell"), "cornell");
+    EXPECT_EQ(*scene_path(rooted, (folder / "root/sub/a.glb").string()), (folder / "root/sub/a.glb").string());
+    EXPECT_EQ(*scene_path(rooted, "sub/a.glb"), (folder / "root/sub/a.glb").string());
+    EXPECT_EQ(*scene_path(rooted, (folder / "way/sub/a.glb").string()), (folder / "root/sub/a.glb").string());
+    EXPECT_EQ(*scene_path(rooted, "upload:u.glb"), (folder / "uploads/u.glb").string());
+    for (const std::string& bad : {(folder / "outside.glb").string(), (folder / "root/link.glb").string(),
+                                   (folder / "root/../outside.glb").string(), std::string("../outside.glb"),
+                                   std::string("/etc/passwd"), (folder / "missing.glb").string()}) {
+        const auto path = scene_path(rooted, bad);
+        ASSERT_FALSE(path) << bad;
+        EXPECT_EQ(path.error().code, "permission") << "and nothing of whether it is there: " << bad;
+    }
+    EXPECT_EQ(scene_path(rooted, "upload:../outside.glb").error().code, "invalid_argument");
+    EXPECT_EQ(scene_path(rooted, "upload:missing.glb").error().code, "not_found");
+    EXPECT_EQ(*scene_path({true, {}, ""}, "/any/where.glb"), "/any/where.glb");
+    EXPECT_EQ(scene_path({false, {}, ""}, "/any/where.glb").error().code, "permission");
+    EXPECT_EQ(scene_path({true, {}, ""}, "upload:u.glb").error().code, "invalid_argument");
+    fs::remove_all(folder);
+}
+
+}  // namespace
+}  // namespace gonio
