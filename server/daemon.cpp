@@ -341,7 +341,7 @@ int run_daemon(const Options& options) {
         const bool more = stage.frame_wanted() && viewer;
         stage.finish_frames(!more && stage.frames_in_flight());
         // A viewer that joined or fell behind is served from the newest picture, as a key frame.
-        feed.serve(monotonic_ns(), more, stage.settled());
+        feed.serve(monotonic_ns(), more, stage.complete());
         stage.continue_work();
         if (refining && stage.refinable() && !stage.busy()) stage.refine();  // what was drained may have changed it
         if (context && context->lost()) throw std::runtime_error("the GPU lost the GL context");
