@@ -333,7 +333,7 @@ int run_daemon(const Options& options) {
             continue;
         }
         // A viewer that joined or fell behind is served from the newest picture, as a key frame.
-        feed.serve(monotonic_ns(), more, stage.settled());
+        feed.serve(monotonic_ns(), more, stage.complete());
         stage.continue_work();
         if (refining && stage.refinable() && !stage.busy()) stage.refine();  // what was drained may have changed it
     }

@@ -112,6 +112,8 @@ public:
     bool settled() const {
         return !frame_wanted() && !frames_in_flight() && !refinable() && !(watched_ && budget_.chosen() != 0);
     }
+    // Whether the newest picture is the best there will be of the scene as it stands, looked at or not.
+    bool complete() const { return !frame_wanted() && !frames_in_flight() && refined_ && budget_.chosen() == 0; }
     // Whether somebody sees a smaller picture than there is.
     bool owes() const { return watched_ && budget_.owes(monotonic_ns()); }
     // Whether it is time to: nothing changed for Budget::kRestNs.

@@ -103,7 +103,7 @@ double resident_mib(pid_t pid) {
 }
 
 TEST(Pacing, ANarrowLineShowsFreshFramesForAsLongAsItLasts) {
-    DaemonProcess daemon({"--size", "640x640", "--target-fps", "30"});
+    DaemonProcess daemon({"--size", "640x640"});
     ThrottleProxy line(port_of(daemon.url()), {3e6, 20ms, 16 << 10});
     Client viewer(line.port());
     viewer.join(kSubprotocolProto, true, false);
