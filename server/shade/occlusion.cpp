@@ -5,13 +5,14 @@
 #include "server/shade/screen.h"
 
 namespace gonio::shade {
-Occlusion trace_occlusion(const ScreenGrid& screen, const LightView& light, Pool& pool) {
-    const Grid& nodes = screen.nodes;
-    const Quality& quality = screen.quality;
-    Occlusion result;
-    result.planes.assign(2, std::vector<float>(nodes.size() + kLanes, 0.0f));
+namespace {
+
+// Result: 2 planes in the shape of `nodes`. near_per_depth: as of filter_row.
+Planes trace_nodes(const Grid& nodes, const Quality& quality, float near_per_depth, const LightView& light,
+                   Pool& pool) {
+    Planes result(2, std::vector<float>(nodes.size() + kLanes, 0.0f));
     if (light.vpls.dark() || quality.node_vpls == 0) return result;  // nothing is blocked
-    Planes raw = result.planes;
+    Planes raw = result;
     const unsigned asked = std::min(quality.node_vpls, static_cast<unsigned>(light.vpls.vpls.size()));
     const unsigned per_node = std::max(1u, asked / 4);
     const glm::vec3 origin(light.position);
@@ -72,11 +73,24 @@ Occlusion trace_occlusion(const ScreenGrid& screen, const LightView& light, Pool
     float* out[2];
     for (int k = 0; k < 2; ++k)
         in[k] = raw[static_cast<std::size_t>(k)].data() + nodes.at(0, 0),
-        out[k] = result.planes[static_cast<std::size_t>(k)].data() + nodes.at(0, 0);
-    const float near_per_depth = kWindowNear * screen.depth_per_point * static_cast<float>(quality.node_stride);
+        out[k] = result[static_cast<std::size_t>(k)].data() + nodes.at(0, 0);
     const GridRows rows = nodes.rows();
     pool.run(nodes.height, [&](int y) { filter_row(rows, y, nodes.width, tent, near_per_depth, 2, in, out); });
-    for (std::vector<float>& plane : result.planes) nodes.extend(plane);
+    for (std::vector<float>& plane : result) nodes.extend(plane);
+    return result;
+}
+
+}  // namespace
+
+Occlusion trace_occlusion(const ScreenGrid& screen, const LightView& light, Pool& pool) {
+    const auto near_per_depth = [&](int stride) {
+        return kWindowNear * screen.depth_per_point * static_cast<float>(stride);
+    };
+    const Quality& quality = screen.quality;
+    Occlusion result;
+    result.planes = trace_nodes(screen.nodes, quality, near_per_depth(quality.node_stride), light, pool);
+    if (screen.close.any())
+        result.close = trace_nodes(screen.close.nodes, quality, near_per_depth(kCloseNodeStride), light, pool);
     return result;
 }
 

@@ -15,20 +15,13 @@ namespace {
 // Distance off a plane that is still near, in grid steps, for bringing values to finer points.
 constexpr float kUpsampleNear = 2.0f;
 
-Points points_at(const std::vector<float>* arrays, std::ptrdiff_t at) {
-    return {arrays[0].data() + at, arrays[1].data() + at, arrays[2].data() + at,
-            arrays[3].data() + at, arrays[4].data() + at, arrays[5].data() + at};
-}
-
-// The four nodes around grid point (x, y) and their weights for bringing node values to it.
+// The four nodes, one in `stride` points, around grid point (x, y) and their weights for bringing node values to it.
 struct Corners {
     std::ptrdiff_t at[4];
     float weight[4];
     float total = 0.0f;
 };
-Corners corners_around(const ScreenGrid& screen, int x, int y, float near_per_depth) {
-    const Grid &grid = screen.grid, &nodes = screen.nodes;
-    const int stride = screen.quality.node_stride;
+Corners corners_around(const Grid& grid, const Grid& nodes, int stride, int x, int y, float near_per_depth) {
     const std::ptrdiff_t own = grid.at(x, y);
     const auto vec = [](const Grid& g, int first, std::ptrdiff_t at) {
         return glm::vec3(g.values[first][static_cast<std::size_t>(at)],
@@ -90,31 +83,6 @@ Spot spot_at(const Surfaces& s, int x, int y) {
     return spot;
 }
 
-void Grid::resize(int new_width, int new_height) {
-    width = new_width;
-    height = new_height;
-    // Rows end in a border and the widest vector that starts at the last value.
-    stride = (width + 2 * kBorder + static_cast<std::ptrdiff_t>(kLanes) + 15) / 16 * 16;
-    for (std::vector<float>& array : values) array.assign(size() + kLanes, 0.0f);
-}
-
-GridRows Grid::rows() const {
-    return {points_at(values, at(0, 0)), values[6].data() + at(0, 0), stride};
-}
-
-void Grid::extend(std::vector<float>& plane) const {
-    for (int y = 0; y < height; ++y) {
-        for (int b = 1; b <= kBorder; ++b) {
-            plane[static_cast<std::size_t>(at(-b, y))] = plane[static_cast<std::size_t>(at(0, y))];
-            plane[static_cast<std::size_t>(at(width - 1 + b, y))] = plane[static_cast<std::size_t>(at(width - 1, y))];
-        }
-    }
-    for (int b = 1; b <= kBorder; ++b) {
-        std::copy_n(plane.begin() + at(-kBorder, 0), stride, plane.begin() + at(-kBorder, -b));
-        std::copy_n(plane.begin() + at(-kBorder, height - 1), stride, plane.begin() + at(-kBorder, height - 1 + b));
-    }
-}
-
 void make_grid(const Surfaces& surfaces, const Quality& quality, ScreenGrid& screen, Pool& pool) {
     screen.quality = quality;
     screen.depth_per_point = surfaces.depth_per_pixel * static_cast<float>(quality.step);
@@ -147,10 +115,16 @@ void make_grid(const Surfaces& surfaces, const Quality& quality, ScreenGrid& scr
     }
     for (std::vector<float>& array : nodes.values) nodes.extend(array);
 
-    screen.near_directions.clear();
-    for (unsigned i = 0; i < kTiles * quality.near_rays; ++i)
-        screen.near_directions.push_back(trace::cosine_hemisphere(
-            trace::scrambled_pair(i + quality.round * kTiles * quality.near_rays, 0x68bc21ebu, 0x02e5be93u)));
+    choose_close_blocks(grid, screen.depth_per_point, quality.close_share, screen.close, pool);
+
+    const auto draw_directions = [&](unsigned rays, std::vector<glm::vec3>& directions) {
+        directions.clear();
+        for (unsigned i = 0; i < kTiles * rays; ++i)
+            directions.push_back(trace::cosine_hemisphere(
+                trace::scrambled_pair(i + quality.round * kTiles * rays, 0x68bc21ebu, 0x02e5be93u)));
+    };
+    draw_directions(quality.near_rays, screen.near_directions);
+    draw_directions(2 * quality.near_rays, screen.close_directions);
     screen.tile_width = (grid.width + kTileSide - 1) / kTileSide;
     screen.tile_height = (grid.height + kTileSide - 1) / kTileSide;
     constexpr std::size_t kPad = 2 * kLanes;
@@ -187,7 +161,8 @@ Planes filtered(const ScreenGrid& screen, Planes& planes, Pool& pool) {
 }
 
 // The light near contacts at 4 × 4 neighbouring points from (x, y) on: near_rays short rays each, a stratum of its own
-// for each of the sixteen, so that any window of 4 × 4 holds all of them. Adds to `out`.
+// for each of the sixteen, so that any window of 4 × 4 holds all of them; twice as many in a close block. Adds to
+// `out`.
 void near_light_at(const ScreenGrid& screen, const LightView& light, int x, int y, Planes& out) {
     const Grid& grid = screen.grid;
     PointPacket packet;
@@ -203,10 +178,11 @@ void near_light_at(const ScreenGrid& screen, const LightView& light, int x, int 
     const Points points = packet.points();
     NearSums sums;
     Directions about_z;
-    const unsigned rays = screen.quality.near_rays;
+    const std::vector<glm::vec3>& directions =
+        screen.close.holds(x, y) ? screen.close_directions : screen.near_directions;
+    const auto rays = static_cast<unsigned>(directions.size() / kTiles);
     for (unsigned r = 0; r < rays; ++r) {
-        for (int i = 0; i < trace::kPacket; ++i)
-            about_z.set(i, screen.near_directions[static_cast<unsigned>(i) * rays + r]);
+        for (int i = 0; i < trace::kPacket; ++i) about_z.set(i, directions[static_cast<unsigned>(i) * rays + r]);
         add_near_light(light, points, active, about_z, screen.quality.kappa, sums);
     }
     const float share = light.unit_m2 / static_cast<float>(rays);
@@ -243,8 +219,29 @@ Planes gather_grid(const ScreenGrid& screen, const LightView& light, const Occlu
                tiled[0].data() + at, tiled[1].data() + at, tiled[2].data() + at);
     });
 
-    const float near_per_depth =
-        kUpsampleNear * screen.depth_per_point * static_cast<float>(screen.quality.node_stride);
+    if (screen.close.any()) {
+        const auto put = [&](int x, int y, const glm::vec3& rgb) {
+            for (int k = 0; k < 3; ++k) tiled[k][screen.tiled_index(x, y)] = rgb[k];
+        };
+        gather_close(screen.close, grid, light.vpls, glm::vec3(light.position), screen.quality.kappa, light.unit_m2,
+                     put, pool);
+    }
+
+    // The part of the light that nothing blocks at grid point (x, y), 0..1.
+    const auto seen_at = [&](int x, int y) {
+        const bool close = screen.close.holds(x, y);
+        const Grid& nodes = close ? screen.close.nodes : screen.nodes;
+        const Planes& planes = close ? occlusion.close : occlusion.planes;
+        const int stride = close ? kCloseNodeStride : screen.quality.node_stride;
+        const Corners corners = corners_around(grid, nodes, stride, x, y,
+                                               kUpsampleNear * screen.depth_per_point * static_cast<float>(stride));
+        float open = 0.0f, blocked = 0.0f;
+        for (int c = 0; c < 4; ++c) {
+            open += corners.weight[c] * planes[0][static_cast<std::size_t>(corners.at[c])];
+            blocked += corners.weight[c] * planes[1][static_cast<std::size_t>(corners.at[c])];
+        }
+        return open > 0.0f ? std::clamp(1.0f - blocked / open, 0.0f, 1.0f) : 1.0f;
+    };
     Planes gathered = nothing, near_light = nothing;
     pool.run((grid.height + kTileSide - 1) / kTileSide, [&](int strip) {
         const int first_y = strip * kTileSide, last_y = std::min(first_y + kTileSide, grid.height);
@@ -252,27 +249,29 @@ Planes gather_grid(const ScreenGrid& screen, const LightView& light, const Occlu
             for (int x = 0; x < grid.width; ++x) {
                 const auto at = static_cast<std::size_t>(grid.at(x, y));
                 if (!(grid.values[6][at] > 0.0f)) continue;
-                const Corners corners = corners_around(screen, x, y, near_per_depth);
-                float open = 0.0f, blocked = 0.0f;
-                for (int c = 0; c < 4; ++c) {
-                    open += corners.weight[c] * occlusion.planes[0][static_cast<std::size_t>(corners.at[c])];
-                    blocked += corners.weight[c] * occlusion.planes[1][static_cast<std::size_t>(corners.at[c])];
-                }
-                const float seen = open > 0.0f ? std::clamp(1.0f - blocked / open, 0.0f, 1.0f) : 1.0f;
+                const float seen = seen_at(x, y);
                 const std::size_t from = screen.tiled_index(x, y);
                 for (std::size_t k = 0; k < 3; ++k) gathered[k][at] = tiled[k][from] * seen;
             }
         }
         if (screen.quality.near_rays == 0) return;
-        for (int x = 0; x < grid.width; x += kTileSide)
-            near_light_at(screen, light, x, first_y, interleaved ? gathered : near_light);
+        for (int x = 0; x < grid.width; x += kTileSide) near_light_at(screen, light, x, first_y, near_light);
     });
-    // Near light is interleaved always; the list where the quality says so.
-    Planes result = filtered(screen, interleaved ? gathered : near_light, pool);
-    if (!interleaved) {
+    const auto add = [](Planes& to, const Planes& from) {
         for (std::size_t k = 0; k < 3; ++k) {
-            for (std::size_t i = 0; i < result[k].size(); ++i) result[k][i] += gathered[k][i];
+            for (std::size_t i = 0; i < to[k].size(); ++i) to[k][i] += from[k][i];
         }
+    };
+    // Near light is interleaved always; the list where the quality says so, and not in close blocks.
+    Planes result;
+    if (interleaved) {
+        Planes both = gathered;
+        add(both, near_light);
+        result = filtered(screen, both, pool);
+        filter_close(screen.close, grid, kWindowNear * screen.depth_per_point, near_light, gathered, result, pool);
+    } else {
+        result = filtered(screen, near_light, pool);
+        add(result, gathered);
     }
     for (std::vector<float>& plane : result) grid.extend(plane);
     return result;

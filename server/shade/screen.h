@@ -8,6 +8,8 @@
 #include <vector>
 
 #include "server/scene/eye.h"
+#include "server/shade/close_blocks.h"
+#include "server/shade/grid.h"
 #include "server/shade/kernels.h"
 #include "server/shade/looks.h"
 #include "server/shade/pool.h"
@@ -24,6 +26,7 @@ struct Quality {
     unsigned near_rays = 1;    // short rays of each grid point, of one of 16 strata
     float kappa = 4.0f;        // how much near light the rays give back rather than VPLs (vpl.glsl)
     unsigned round = 0;        // which part of the short rays' sequence
+    float close_share = 0.0f;  // of the blocks of 4 × 4 grid points, looked at closely; 0 unless interleaved
 };
 
 // The depth and normals of a target and the rays through its pixels; rows from the bottom.
@@ -47,24 +50,6 @@ struct Spot {
 };
 Spot spot_at(const Surfaces& surfaces, int x, int y);
 
-// Arrays of a grid with a border all around, so that windows need no edges.
-struct Grid {
-    static constexpr int kBorder = 4;
-    int width = 0, height = 0;
-    std::ptrdiff_t stride = 0;
-    std::vector<float> values[7];  // x y z nx ny nz depth
-
-    void resize(int new_width, int new_height);
-    std::ptrdiff_t at(int x, int y) const { return (y + kBorder) * stride + x + kBorder; }
-    std::size_t size() const {
-        return static_cast<std::size_t>(stride) * static_cast<std::size_t>(height + 2 * kBorder);
-    }
-    GridRows rows() const;  // row 0, column 0 at the origin of the pointers
-    // Repeats the outermost values of an array of this shape into its border.
-    void extend(std::vector<float>& plane) const;
-};
-using Planes = std::vector<std::vector<float>>;
-
 // Distance off a plane that is still near for windows of points, in steps of their grid.
 inline constexpr float kWindowNear = 4.0f;
 
@@ -76,9 +61,11 @@ struct ScreenGrid {
     Quality quality;
     float depth_per_point = 0.0f;  // distance of neighbouring grid points per metre of depth
     Grid grid, nodes;
+    CloseBlocks close;
     // The grid's points rearranged into 4 × 4 tiles, each padded to whole kLanes: points of a tile share VPLs and rays.
     std::vector<float> tiled[6];
-    std::vector<glm::vec3> near_directions;  // of the short rays about +Z, near_rays for each place of a tile
+    // Of the short rays about +Z, near_rays for each place of a tile; twice as many in close blocks.
+    std::vector<glm::vec3> near_directions, close_directions;
     std::size_t tile_size = 0;
     int tile_width = 0, tile_height = 0;
     std::size_t tiled_index(int x, int y) const {
@@ -92,6 +79,7 @@ void make_grid(const Surfaces& surfaces, const Quality& quality, ScreenGrid& scr
 // Of one luminaire on the nodes of a grid, filtered: all light of the VPLs looked at, and the blocked part of it.
 struct Occlusion {
     Planes planes;  // 2, in the shape of ScreenGrid::nodes
+    Planes close;   // likewise of CloseBlocks::nodes; none where no block is close
 };
 struct MergedList;  // merged.h
 struct LightView {

@@ -9,7 +9,9 @@
 #include "tests/accuracy/command.h"
 #include "tests/bench/frames.h"
 #include "tests/bench/lights.h"
+#include "tests/bench/machine.h"
 #include "tests/bench/pareto.h"
+#include "tests/bench/report.h"
 #include "tests/bench/scaling.h"
 #include "tests/stress/stress.h"
 
@@ -108,13 +110,27 @@ int main(int argc, char** argv) {
     pareto->add_option("--svg", svg, "write the plot to this file");
     pareto->add_option("--device", options.device, "index of the EGL device");
     pareto->add_flag("--json", json, "print rows as JSON");
+    bool machine_json = false;
+    CLI::App* machine = app.add_subcommand("machine", "what the machine can do: arithmetic, memory, the VPLs' kernel");
+    machine->add_flag("--json", machine_json, "print as JSON");
+
+    std::string results, page_template = "tests/bench/performance.in.md", docs = "docs";
+    CLI::App* report = app.add_subcommand(
+        "report", "write docs/performance.md and its plot out of saved results, in the repository's root");
+    report->add_option("results", results, "folder of tests/bench/results")->required();
+    report->add_option("--template", page_template, "the page's text")->capture_default_str();
+    report->add_option("--docs", docs, "folder to write to")->capture_default_str();
     gonio::accuracy::add_commands(app);
     gonio::stress::Options stress;
     CLI::App* const stressed = gonio::stress::add_subcommand(app, stress);
     try {
         app.parse(argc, argv);
         if (stressed->parsed()) return gonio::stress::run_stress(stress, std::cout);
-        if (pareto->parsed()) {
+        if (machine->parsed()) {
+            gonio::bench::print_machine(gonio::bench::measure_machine(), machine_json, std::cout);
+        } else if (report->parsed()) {
+            gonio::bench::write_report(gonio::bench::make_report(results, page_template), docs);
+        } else if (pareto->parsed()) {
             read_size(pareto_size, pareto_options.width_px, pareto_options.height_px);
             run_pareto(pareto_options, options.device, json, csv, svg);
         } else if (scaling->parsed()) {

@@ -174,11 +174,16 @@ TEST(Pareto, QuickRunHoldsItsInvariants) {
         EXPECT_EQ(row["seed_rate_ratio"].is_number(), row["technique"] == "seed");
     }
     EXPECT_EQ(techniques, (std::set<std::string>{"default", "seed"}));
-    // An estimator of the dense sum comes nearer to it with every fourfold of its samples.
+    // Every fourfold of its samples brings the default technique nearer to the truth, and the seed technique to the
+    // dense sum. The default's own distance from that sum may grow: the fewer the VPLs, the larger the discs that bound
+    // them.
     const auto& rows = result.rows;
     for (std::size_t i = 1; i < rows.size(); ++i) {
         if (rows[i].technique == rows[i - 1].technique) {
-            EXPECT_LT(rows[i].rsm.rmse, rows[i - 1].rsm.rmse);
+            const auto error = [&](const ParetoRow& row) {
+                return row.technique == "default" ? row.truth.rmse : row.rsm.rmse;
+            };
+            EXPECT_LT(error(rows[i]), error(rows[i - 1]));
         }
     }
     std::vector<const ParetoRow*> front;

@@ -66,7 +66,7 @@ struct ScreenLight {
 namespace {
 
 // Figures per setting: docs/performance.md.
-constexpr shade::Quality kLive{4, true, 4, 512, 2, 16.0f};
+constexpr shade::Quality kLive{4, true, 4, 512, 2, 16.0f, 0, 0.05f};
 constexpr shade::Quality kStill{1, true, 4, 512, 3, 16.0f};
 constexpr shade::Quality kPrecise{1, false, 2, 1024, 4, 16.0f};
 

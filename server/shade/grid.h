@@ -1,0 +1,34 @@
+// Points on a picture's surfaces in rows, with a border all around, so that windows need no edges.
+#pragma once
+
+#include <cstddef>
+#include <vector>
+
+#include "server/shade/kernels.h"
+
+namespace gonio::shade {
+
+struct Grid {
+    static constexpr int kBorder = 4;
+    int width = 0, height = 0;
+    std::ptrdiff_t stride = 0;
+    std::vector<float> values[7];  // x y z nx ny nz depth
+
+    void resize(int new_width, int new_height);  // all values become 0
+    std::ptrdiff_t at(int x, int y) const { return (y + kBorder) * stride + x + kBorder; }
+    std::size_t size() const {
+        return static_cast<std::size_t>(stride) * static_cast<std::size_t>(height + 2 * kBorder);
+    }
+    GridRows rows() const;  // row 0, column 0 at the origin of the pointers
+    // Repeats the outermost values of an array of this shape into its border.
+    void extend(std::vector<float>& plane) const;
+};
+using Planes = std::vector<std::vector<float>>;
+
+// The points from `at` on of the six arrays x y z nx ny nz.
+inline Points points_at(const std::vector<float>* arrays, std::ptrdiff_t at) {
+    return {arrays[0].data() + at, arrays[1].data() + at, arrays[2].data() + at,
+            arrays[3].data() + at, arrays[4].data() + at, arrays[5].data() + at};
+}
+
+}  // namespace gonio::shade

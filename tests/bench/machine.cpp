@@ -1,0 +1,103 @@
+#include "tests/bench/machine.h"
+
+#include <algorithm>
+#include <chrono>
+#include <functional>
+#include <nlohmann/json.hpp>
+#include <ostream>
+#include <thread>
+#include <vector>
+
+#include "server/shade/kernels.h"
+
+namespace gonio::bench {
+namespace {
+
+// Sixteen floats; compilers lower them to what the machine has.
+typedef float Lanes __attribute__((vector_size(64)));
+
+constexpr int kChains = 8;  // as many as hide a multiply-add's latency
+#if defined(__x86_64__)
+__attribute__((target_clones("arch=x86-64-v4", "arch=x86-64-v3", "default")))
+#endif
+float multiply_adds(int rounds) {
+    Lanes a{}, b{}, c{}, d{}, e{}, f{}, g{}, h{};
+    Lanes factor{}, term{};
+    for (int i = 0; i < 16; ++i) factor[i] = 0.999f, term[i] = 0.001f * static_cast<float>(i);
+    for (int i = 0; i < rounds; ++i) {
+        a = a * factor + term, b = b * factor + term, c = c * factor + term, d = d * factor + term;
+        e = e * factor + term, f = f * factor + term, g = g * factor + term, h = h * factor + term;
+    }
+    const Lanes sum = ((a + b) + (c + d)) + ((e + f) + (g + h));
+    return sum[3];
+}
+
+// Result: seconds that the work took on all threads at once, the best of several runs.
+double best_s(unsigned threads, const std::function<void(unsigned)>& work) {
+    double best = 1e30;
+    for (int run = 0; run < 5; ++run) {
+        const auto begin = std::chrono::steady_clock::now();
+        {
+            std::vector<std::jthread> all;
+            for (unsigned i = 0; i < threads; ++i) all.emplace_back([&work, i] { work(i); });
+        }
+        best = std::min(best, std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count());
+    }
+    return best;
+}
+
+}  // namespace
+
+MachineRates measure_machine() {
+    MachineRates rates;
+    rates.threads = std::max(1u, std::thread::hardware_concurrency());
+    const double threads = rates.threads;
+    std::vector<float> kept(rates.threads);
+
+    constexpr int kRounds = 4'000'000;
+    rates.flops_per_s = threads * kRounds * kChains * 16.0 * 2.0 /
+                        best_s(rates.threads, [&](unsigned i) { kept[i] = multiply_adds(kRounds); });
+
+    constexpr std::size_t kFloats = std::size_t{1} << 23;
+    std::vector<std::vector<float>> arrays(std::size_t{3} * rates.threads, std::vector<float>(kFloats, 1.0f));
+    rates.bytes_per_s = threads * kFloats * 12.0 / best_s(rates.threads, [&](unsigned i) {
+                            float* a = arrays[3 * i].data();
+                            const float *b = arrays[3 * i + 1].data(), *c = arrays[3 * i + 2].data();
+                            for (std::size_t k = 0; k < kFloats; ++k) a[k] = b[k] + 0.5f * c[k];
+                        });
+
+    // Of the default technique: 512 points at a time, a subset of 256 VPLs.
+    constexpr std::size_t kPoints = 512, kVpls = 256;
+    std::vector<shade::Vpl> vpls(kVpls);
+    for (std::size_t v = 0; v < kVpls; ++v)
+        vpls[v] = {{0.01f * static_cast<float>(v), 2.0f, 0.5f, 0.01f}, {0, -1, 0, 0}, {1, 1, 1, 0}};
+    std::vector<std::vector<float>> points(6, std::vector<float>(kPoints, 0.0f));
+    points[4].assign(kPoints, 1.0f);
+    constexpr int kRepeats = 200;
+    const double s = best_s(rates.threads, [&](unsigned i) {
+        std::vector<float> red(kPoints), green(kPoints), blue(kPoints);
+        for (int n = 0; n < kRepeats; ++n)
+            shade::gather({points[0].data(), points[1].data(), points[2].data(), points[3].data(), points[4].data(),
+                           points[5].data()},
+                          kPoints, glm::vec3(0.1f * static_cast<float>(n), 0.0f, 0.0f), vpls, 16.0f, 1.0f, red.data(),
+                          green.data(), blue.data());
+        kept[i] += red[0];
+    });
+    rates.vpl_evaluations_per_s = threads * kRepeats * kPoints * kVpls / s;
+    return rates;
+}
+
+void print_machine(const MachineRates& rates, bool json, std::ostream& out) {
+    if (json) {
+        const nlohmann::ordered_json all = {{"threads", rates.threads},
+                                            {"flops_per_s", rates.flops_per_s},
+                                            {"bytes_per_s", rates.bytes_per_s},
+                                            {"vpl_evaluations_per_s", rates.vpl_evaluations_per_s}};
+        out << all.dump(2) << "\n";
+        return;
+    }
+    out << rates.threads << " threads: " << rates.flops_per_s * 1e-9 << " Gflop/s, " << rates.bytes_per_s * 1e-9
+        << " GB/s, " << rates.vpl_evaluations_per_s * 1e-9 << " G VPL evaluations/s\n";
+}
+
+}  // namespace gonio::bench

@@ -1,0 +1,53 @@
+// docs/performance.md is what the command writes of the committed results, so that nobody edits its figures by hand.
+#include <unistd.h>
+
+#include <filesystem>
+#include <fstream>
+#include <sstream>
+
+#include "tests/bench/report.h"
+#include "tests/gl/test_context.h"
+
+namespace gonio::bench {
+namespace {
+
+const std::filesystem::path kSource = GONIO_SOURCE_DIR;
+const std::filesystem::path kResults = kSource / "tests/bench/results/amd-epyc-2";
+
+std::string text_of(const std::filesystem::path& path) {
+    std::ostringstream text;
+    text << std::ifstream(path, std::ios::binary).rdbuf();
+    return text.str();
+}
+
+TEST(Report, ThePageIsWhatTheCommandWrites) {
+    const Report report = make_report(kResults, kSource / "tests/bench/performance.in.md");
+    const char* again = "run: gonio-bench report tests/bench/results/amd-epyc-2";
+    EXPECT_TRUE(report.markdown == text_of(kSource / "docs/performance.md")) << again;
+    EXPECT_TRUE(report.pareto_svg == text_of(kSource / "docs/images/pareto.svg")) << again;
+    EXPECT_EQ(report.markdown.find("{{"), std::string::npos);
+}
+
+struct Template : testing::Test {
+    std::filesystem::path path =
+        std::filesystem::temp_directory_path() / ("gonio-report-test-" + std::to_string(getpid()) + ".md");
+    ~Template() override { std::filesystem::remove(path); }
+    std::string make(const std::string& text) {
+        std::ofstream(path) << text;
+        return make_report(kResults, path).markdown;
+    }
+};
+
+TEST_F(Template, NamesStandForTablesAndFigures) {
+    const std::string all = "{{frames}}\n{{scaling}}\n{{lights}}\n{{limits}}\n{{pareto}}\nat {{threads}} threads.";
+    const std::string page = make(all);
+    EXPECT_TRUE(page.ends_with("\nat 2 threads."));
+    EXPECT_TRUE(page.starts_with("| scene | technique |"));
+    EXPECT_THROW(make(all + " {{speed}}"), std::runtime_error);
+    EXPECT_THROW(make(all + " {{threads"), std::runtime_error);
+    EXPECT_THROW(make("{{frames}}"), std::runtime_error) << "tables that nobody would see";
+    EXPECT_THROW(make_report(kResults / "none", path), std::runtime_error);
+}
+
+}  // namespace
+}  // namespace gonio::bench
