@@ -100,6 +100,8 @@ std::vector<Case> handshake_cases(std::uint16_t port) {
     add("TheOwnOrigin", "4.2.2-4, 10.2", with("", "", {"Origin: http://" + place}), {"101"});
     add("TwoOrigins", "RFC 6454 7.3", with("", "", {"Origin: http://" + place, "Origin: http://evil.example"}),
         {"4xx"});
+    add("AnAbsoluteTarget", "4.2.1-1, RFC 7230 5.3.2", with(kRequestLine, "GET http://" + place + "/v1/ws HTTP/1.1"),
+        {"101"});
     add("AnUnknownResource", "4.2.2-4 (/resource name/)", with(kRequestLine, "GET /chat HTTP/1.1"), {"404"});
 
     add("AHeaderOf7KiB", "4.2.1, 10.4", with("", "", {"X-Long: " + std::string(7000, 'x')}), {"101"});

@@ -1,0 +1,70 @@
+// What the readers of request targets and configuration files promise, whatever the bytes. Shared by the fuzz targets
+// and their replay test.
+#pragma once
+
+#include <sys/mman.h>
+#include <unistd.h>
+
+#include <CLI/CLI.hpp>
+#include <cstdlib>
+#include <string>
+#include <string_view>
+
+#include "protocol/upload_name.h"
+#include "server/config.h"
+#include "server/net/http_target.h"
+
+namespace gonio::fuzz {
+
+inline void hold(bool promise) {
+    if (!promise) std::abort();
+}
+
+inline void check_target(std::string_view text) {
+    const auto target = parse_target(text);
+    if (!target) return hold(!target.error().code.empty() && !target.error().message.empty());
+    hold(text.size() <= kMaxTargetBytes && target->path.starts_with('/') && target->query.size() <= kMaxParameters);
+    for (const char c : target->path) hold(static_cast<unsigned char>(c) >= 0x20 && c != 0x7F);
+    if (const auto name = upload_name(*target); name && is_upload_name(*name))
+        hold(name->find('/') == std::string::npos && *name != "." && *name != "..");
+    if (!is_still(*target)) return;
+    const auto query = still_query(*target);
+    if (!query) return hold(!query.error().code.empty() && !query.error().message.empty());
+    hold(query->format() == "png" || query->format() == "jpg" || query->format() == "exr");
+    hold((query->width_px() == 0) == (query->height_px() == 0));
+    v1::CaptureQuery again;
+    hold(again.ParseFromString(query->SerializeAsString()));
+}
+
+// The text as a configuration file of a program with an option of each kind: it is refused with its place, or the
+// command line that it completes is one that the program takes.
+inline void check_config(std::string_view text) {
+    const int file = memfd_create("config", MFD_CLOEXEC);
+    hold(file >= 0 && write(file, text.data(), text.size()) == static_cast<ssize_t>(text.size()));
+    CLI::App app;
+    std::string config, scene, listen = "127.0.0.1:8080";
+    double fps = 60;
+    unsigned clients = 64;
+    bool debug = false;
+    std::vector<std::string> boxes;
+    app.add_option("--config", config)->configurable(false);
+    app.add_option("--scene", scene);
+    app.add_option("--listen", listen);
+    app.add_option("--target-fps", fps)->check(CLI::Range(1.0, 1000.0));
+    app.add_option("--max-clients", clients);
+    app.add_option("--box", boxes);
+    app.add_flag("--gl-debug", debug);
+    const std::vector<std::string> arguments = {"--config=/proc/self/fd/" + std::to_string(file)};
+    app.parse(std::vector<std::string>(arguments));
+    const Settings settings = complete_settings(app, arguments, nullptr);
+    close(file);
+    for (const std::string& error : settings.errors) hold(!error.empty());
+    if (!settings.errors.empty()) return;
+    std::vector<std::string> completed(settings.arguments.rbegin(), settings.arguments.rend());
+    app.clear();
+    app.parse(completed);  // throws where it is wrong: a finding
+    hold(fps >= 1 && fps <= 1000);
+    print_settings(app, settings);
+}
+
+}  // namespace gonio::fuzz
