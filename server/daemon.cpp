@@ -2,8 +2,6 @@
 
 #include <atomic>
 #include <cstdio>
-#include <fstream>
-#include <set>
 #include <stdexcept>
 #include <thread>
 
@@ -16,10 +14,8 @@
 #include "server/gpu.h"
 #include "server/net/front.h"
 #include "server/net/upload_store.h"
-#include "server/null_renderer.h"
-#include "server/oneshot.h"
 #include "server/reload.h"
-#include "server/render/renderer.h"
+#include "server/render_loop.h"
 #include "server/service.h"
 #include "server/signals.h"
 #include "server/stage.h"
@@ -32,27 +28,22 @@
 namespace gonio {
 namespace {
 
-Renderer::Gather gather_of(const Options& options) {
-    return options.gather == "gl"     ? Renderer::Gather::gl
-           : options.gather == "simd" ? Renderer::Gather::simd
-                                      : Renderer::Gather::automatic;
-}
-
-// Result: what makes the context and its renderer, at the start and after a loss.
-std::function<Gpu::Made()> gpu_maker(const Options& options) {
-    return [options] {
-        Gpu::Made made;
-        if (options.renderer == "null") {
-            made.renderer = std::make_unique<NullRenderer>();
-            return made;
-        }
-        made.context = gl::Context::create({options.device, options.gl_debug});
-        made.renderer = std::make_unique<Renderer>(*made.context, gather_of(options));
-        return made;
-    };
-}
-
 constexpr std::uint32_t kReconnectAfterMs = 1000;  // a service is started again by then
+
+// The GL context is lost. Result: whether there is another, with a renderer; not where the program shall end.
+bool renew(Gpu& gpu, Stage& stage, Front& front, Queue<Work>& queue) {
+    spdlog::warn("gpu: the GL context is lost; everything in it is made anew");
+    front.set_ready(false);
+    stage.drop_renderer();
+    auto renderer = gpu.rebuild([&] {
+        for (int i = 0; i < 20 && !queue.closed(); ++i) std::this_thread::sleep_for(std::chrono::milliseconds(50));
+        return !queue.closed();
+    });
+    if (!renderer) return false;
+    stage.set_renderer(std::move(renderer));
+    front.set_ready(true);
+    return true;
+}
 
 }  // namespace
 
@@ -65,8 +56,8 @@ int run_daemon(const Options& options) {
     const auto token = read_token(options.token_file, &token_warning);
     if (!token) throw std::runtime_error(token.error().text());
     if (!token_warning.empty()) spdlog::warn("{}", token_warning);
-    Queue<Work> queue(kMaxWork);
-    Latest<std::set<SessionId>> left;  // sessions whose end found the queue full
+    Inbox inbox;
+    Queue<Work>& queue = inbox.queue;
     std::atomic<std::shared_ptr<Front>> front_to_stop;
     std::atomic<std::shared_ptr<StateFile>> state_to_save;
     // Declared first, it ends last: it bounds the time that the others take.
@@ -97,13 +88,7 @@ int run_daemon(const Options& options) {
         std::fprintf(stderr, "goniod: %s\n", error.what());
         return 2;
     }
-    if (!serves) {
-        if (options.renderer == "null") throw std::runtime_error("--oneshot needs --renderer gl");
-        const auto context = gl::Context::create({options.device, options.gl_debug});
-        spdlog::info("{}", context->description());
-        Renderer renderer(*context, gather_of(options));
-        return run_oneshot(renderer, std::move(*scene), options.oneshot, options.out);
-    }
+    if (!serves) return run_job(options, std::move(*scene));
     Gpu gpu(gpu_maker(options), faults);
     spdlog::info("{}", gpu.context() ? gpu.context()->description() : "no GL: grey pictures (--renderer null)");
     const std::string renderer_name = gpu.context() ? gpu.context()->renderer() : "null";
@@ -114,7 +99,6 @@ int run_daemon(const Options& options) {
         if (!opened) throw std::runtime_error(opened.error().text());
         uploads = std::move(*opened);
     }
-    Latest<Demand> demands;
     std::shared_ptr<Front> front;
     LaneEncoders encoders(encoder_setup(options, scene->width_px, scene->height_px),
                           encoder_outputs(front, [&queue] { queue.wake(); }));
@@ -124,50 +108,18 @@ int run_daemon(const Options& options) {
     Histogram& render_seconds =
         metrics->histogram("render_seconds", "From draining the commands to the picture in memory.");
     Counter& rendered = metrics->counter("frames_rendered_total", "Pictures that left the renderer.");
+    Counter& gpu_resets = metrics->counter("gpu_resets_total", "GL contexts that were lost and made anew.");
+    Counter& saves = metrics->counter("state_saves_total", "Shows that were written to the state file.");
     Gauge& scene_rev = metrics->gauge("scene_revision", "Of the scene.");
-    FrontOptions listen;
+    FrontOptions listen = front_options(options);
     listen.metrics = metrics;
     listen.uploads = uploads.get();
-    listen.limits = options.limits;
-    listen.tls_certificate = options.tls_certificate;
-    listen.tls_key = options.tls_key;
-    listen.host_names = options.host_names;
-    listen.origins = options.origins;
-    listen.host = options.host;
-    listen.port = options.port;
     listen.token = *token;
     listen.server_name = "goniod " GONIO_VERSION;
     listen.renderer = renderer_name;
     listen.encoder = encoders.encoder();
-    listen.private_lanes = options.max_private_lanes;
     listen.page = page_files();
-    auto started =
-        Front::start(listen, {
-                                 [&](SessionId session, v1::ClientMessage message) {
-                                     Work work;
-                                     work.session = session;
-                                     work.message = std::move(message);
-                                     return queue.push(std::move(work));
-                                 },
-                                 [&](Demand demand) {
-                                     demands.put(demand);
-                                     queue.wake();
-                                 },
-                                 [&](SessionId session) {
-                                     Work gone;
-                                     gone.session = session;
-                                     gone.closed = true;
-                                     if (queue.push(std::move(gone))) return;
-                                     left.merge([&](std::set<SessionId>& sessions) { sessions.insert(session); });
-                                     queue.wake();
-                                 },
-                                 [&](SessionId session, v1::Identify identify) {
-                                     Work work;
-                                     work.session = session;
-                                     *work.message.mutable_identify() = std::move(identify);
-                                     return queue.push(std::move(work));
-                                 },
-                             });
+    auto started = Front::start(listen, inbox.callbacks());
     if (!started) throw std::runtime_error(started.error().text());
     front = std::move(*started);
     // Before all else at the end: what the front speaks to goes after it.
@@ -198,7 +150,6 @@ int run_daemon(const Options& options) {
     });
     Stage* running = nullptr;  // for what is asked about the scene
 
-    Demand demand;
     Loader loader;
     std::shared_ptr<StateFile> state_file;
     if (!options.state_file.empty()) state_file = std::make_shared<StateFile>(options.state_file);
@@ -223,9 +174,9 @@ int run_daemon(const Options& options) {
             },
             [&] {
                 v1::Stats stats;
-                add_lane_figures(stats, encoders, feed, demand.jpeg_clients, monotonic_ns());
+                add_lane_figures(stats, encoders, feed, inbox.demand.jpeg_clients, monotonic_ns());
                 stats.set_packets_sent(front->packets_sent());
-                stats.set_clients(demand.clients);
+                stats.set_clients(inbox.demand.clients);
                 if (state_file) {
                     stats.set_state_saves(state_file->told().saves);
                     stats.set_state_error(state_file->told().error);
@@ -263,79 +214,14 @@ int run_daemon(const Options& options) {
                 front->port());
     std::fflush(stdout);
 
-    std::int64_t last_begin_ns = 0, last_moved_ns = 0;
+    RenderLoop loop(inbox, stage, feed, consoles, hands, frame_time);
     while (!queue.closed()) {
         service.render();
-        // Somebody must be able to take a picture: a viewer with credit, or a report that is waited for.
-        const bool viewer = feed.wanted();
-        const std::int64_t now = monotonic_ns();
-        const bool moves = hands.waiting(now) || stage.fading();
-        const bool due = ((stage.frame_wanted() || moves) && viewer) || stage.report_wanted();
-        const std::int64_t wait_ns = due ? std::max<std::int64_t>(0, last_begin_ns + frame_time.count() - now) : 0;
-        std::optional<Work> work;
-        stage.set_watched(feed.watched());
-        const bool refining =
-            stage.refinable() && stage.rests() && viewer && !due && !stage.fading() && !consoles.anything_waits();
-        if ((due && wait_ns == 0) || stage.busy())
-            work = queue.try_pop();
-        else if (refining)
-            work = queue.pop_for(std::chrono::nanoseconds(0));
-        else if (stage.frames_in_flight())
-            work = queue.pop_for(std::chrono::milliseconds(1));
-        else
-            work = queue.pop_for(std::chrono::nanoseconds(std::min(
-                {due ? wait_ns
-                 : stage.fading()
-                     ? std::clamp<std::int64_t>(last_moved_ns + frame_time.count() - now, 0, frame_time.count())
-                     : std::int64_t{250'000'000},
-                 consoles.sleep_ns(now), due ? wait_ns : hands.sleep_ns(now), feed.rest_in_ns(now),
-                 std::max<std::int64_t>(stage.rest_in_ns(), 1'000'000)})));
-        const std::int64_t drained_ns = monotonic_ns();
-        const auto sessions_left = left.try_take();  // before what they said is drained
-        for (; work; work = queue.try_pop()) stage.take(std::move(*work));
-        for (const SessionId session : sessions_left.value_or(std::set<SessionId>())) {
-            Work gone;
-            gone.session = session;
-            gone.closed = true;
-            stage.take(std::move(gone));
-        }
-        consoles.serve(stage, drained_ns);
-        // Hands and fades move the scene right before a frame, so that it holds the newest; without one as often.
-        const bool starts = due && wait_ns == 0;
-        if (starts || (!due && drained_ns - last_moved_ns >= frame_time.count())) {
-            last_moved_ns = drained_ns;
-            stage.advance_fade(drained_ns);
-            hands.serve(stage, drained_ns);
-        }
-
-        if (auto changed = demands.try_take()) {
-            demand = std::move(*changed);
-            feed.want(demand.lanes, demand.jpeg, demand.jpeg_clients);
-        }
-        if (starts && (stage.frame_wanted() || stage.report_wanted())) {
-            last_begin_ns = drained_ns;
-            stage.begin_frame(drained_ns);
-        }
-        const bool more = stage.frame_wanted() && viewer;
-        stage.finish_frames(!more && stage.frames_in_flight());
-        if (gpu.lost()) {
-            spdlog::warn("gpu: the GL context is lost; everything in it is made anew");
-            front->set_ready(false);
-            stage.drop_renderer();
-            auto renderer = gpu.rebuild([&] {
-                for (int i = 0; i < 20 && !queue.closed(); ++i)
-                    std::this_thread::sleep_for(std::chrono::milliseconds(50));
-                return !queue.closed();
-            });
-            if (!renderer) break;
-            stage.set_renderer(std::move(renderer));
-            front->set_ready(true);
-            continue;
-        }
-        // A viewer that joined or fell behind is served from the newest picture, as a key frame.
-        feed.serve(monotonic_ns(), more, stage.complete());
-        stage.continue_work();
-        if (refining && stage.refinable() && !stage.busy()) stage.refine();  // what was drained may have changed it
+        loop.turn();
+        if (state_file) saves.add(state_file->told().saves - saves.value());
+        if (!gpu.lost()) continue;
+        gpu_resets.add();
+        if (!renew(gpu, stage, *front, queue)) break;
     }
     front->set_ready(false);
     service.tell("STOPPING=1");

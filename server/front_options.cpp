@@ -100,6 +100,19 @@ void add_front_options(CLI::App& app, Options& options) {
     add_count(app, "--max-uploads", limits.upload_files, 1, "uploaded files; one more is answered 507");
 }
 
+FrontOptions front_options(const Options& options) {
+    FrontOptions listen;
+    listen.host = options.host;
+    listen.port = options.port;
+    listen.limits = options.limits;
+    listen.tls_certificate = options.tls_certificate;
+    listen.tls_key = options.tls_key;
+    listen.host_names = options.host_names;
+    listen.origins = options.origins;
+    listen.private_lanes = options.max_private_lanes;
+    return listen;
+}
+
 bool is_loopback(const std::string& host) {
     return host == "localhost" || host == "::1" || host.rfind("127.", 0) == 0;
 }

@@ -1,6 +1,7 @@
 // The options of goniod that concern its network: addresses, TLS, files of clients, and every limit.
 #pragma once
 
+#include "server/net/front.h"
 #include "server/options.h"
 
 namespace CLI {
@@ -14,6 +15,9 @@ void add_front_options(CLI::App& app, Options& options);
 // Result: what is wrong with options that depend on each other or on files, a sentence each: an address that is not
 // loopback without a token, a certificate without its key, a token that is too short. Reads the files.
 std::vector<std::string> check_front_options(const Options& options);
+
+// Result: where and how to listen; what the program is and shows is left to the caller.
+FrontOptions front_options(const Options& options);
 
 bool is_loopback(const std::string& host);
 

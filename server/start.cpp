@@ -10,6 +10,9 @@
 #include "protocol/surface_toml.h"
 #include "server/assets/assets.h"
 #include "server/atomic_file.h"
+#include "server/null_renderer.h"
+#include "server/oneshot.h"
+#include "server/render/renderer.h"
 #include "server/scene/apply.h"
 #include "server/state_file.h"
 
@@ -87,6 +90,12 @@ Scene saved_scene(const Options& options, const saved::Show& show) {
     return std::move(restored.scene);
 }
 
+Renderer::Gather gather_of(const Options& options) {
+    return options.gather == "gl"     ? Renderer::Gather::gl
+           : options.gather == "simd" ? Renderer::Gather::simd
+                                      : Renderer::Gather::automatic;
+}
+
 }  // namespace
 
 SurfaceOptions surface_options(const Options& options) {
@@ -130,6 +139,27 @@ Scene first_scene(const Options& options) {
     if (!options.patch_file.empty()) patch_scene(scene, options.patch_file);
     if (!options.surface_map.empty()) map_surfaces(scene, options.surface_map);
     return scene;
+}
+
+std::function<Gpu::Made()> gpu_maker(const Options& options) {
+    return [options] {
+        Gpu::Made made;
+        if (options.renderer == "null") {
+            made.renderer = std::make_unique<NullRenderer>();
+            return made;
+        }
+        made.context = gl::Context::create({options.device, options.gl_debug});
+        made.renderer = std::make_unique<Renderer>(*made.context, gather_of(options));
+        return made;
+    };
+}
+
+int run_job(const Options& options, Scene scene) {
+    if (options.renderer == "null") throw std::runtime_error("--oneshot needs --renderer gl");
+    const auto context = gl::Context::create({options.device, options.gl_debug});
+    spdlog::info("{}", context->description());
+    Renderer renderer(*context, gather_of(options));
+    return run_oneshot(renderer, std::move(scene), options.oneshot, options.out);
 }
 
 }  // namespace gonio

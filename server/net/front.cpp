@@ -1,3 +1,4 @@
+#include "server/net/lane_metrics.h"
 #include "server/net/sessions.h"
 
 #include <netinet/tcp.h>
@@ -37,6 +38,7 @@ public:
               "encode_seconds", "From the picture in memory to its encoded frame, the wait for the encoder included.")),
           update_seconds_(hub_.options.metrics->histogram(
               "update_to_frame_seconds", "From the arrival of a command to the first encoded frame that shows it.")) {
+        hub_.options.metrics->before_text([this] { show_lanes(hub_); });
         hub_.wake_at = [this](Lanes::Time time) { wake_at(time); };
         hub_.on_disk = [this](std::function<void()> call) { asio::post(disk_, std::move(call)); };
     }
@@ -167,9 +169,7 @@ public:
 
 private:
     void observe(const EncodedFrame& frame, const char* codec) {
-        hub_.options.metrics
-            ->counter("frames_encoded_total", "Frames that left an encoder.", "codec=\"" + std::string(codec) + "\"")
-            .add();
+        count_frame(*hub_.options.metrics, frame, codec);
         encode_seconds_.observe(static_cast<double>(frame.encoded_ns - frame.rendered_ns) * 1e-9);
         hub_.updates.shown(frame.scene_rev, std::chrono::steady_clock::now(),
                            [this](auto time) { update_seconds_.observe(std::chrono::duration<double>(time).count()); });

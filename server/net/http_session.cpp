@@ -208,6 +208,17 @@ private:
         }
         stream_.expires_never();
         wait_for_still();
+        watch_for_end();
+    }
+    // Nobody renders for a client that has gone. One that has sent its next request meanwhile (or, under TLS, its
+    // goodbye) is not watched any longer: the time for stills bounds it.
+    void watch_for_end() {
+        stream_.socket().async_wait(tcp::socket::wait_read, [self = shared_from_this()](error_code error) {
+            if (error || self->still_id_ == 0 || self->stream_.socket().available(error) > 0) return;
+            self->hub_.remove(std::exchange(self->still_id_, 0));
+            self->still_timer_.cancel();
+            self->stream_.close();
+        });
     }
     // Again whenever the renderer tells of its progress.
     void wait_for_still() {

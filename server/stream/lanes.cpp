@@ -80,6 +80,7 @@ std::vector<Lanes::Share> Lanes::published(LaneId lane_id, bool key, Time now) {
         shares.push_back({id, verdict});
         if (!waited && viewer.gate.waits_for_key()) {
             ++lane.gated;
+            ++gatings_;
             gated(id, viewer, now);
         } else if (verdict == VideoGate::Verdict::send) {
             took(id, viewer, now);

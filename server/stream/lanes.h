@@ -85,6 +85,8 @@ public:
     std::vector<LaneWish> wishes(Time now) const;
     // Result: when a wish changes by the passing of time alone.
     std::optional<Time> due(Time now) const;
+    // Result: how often any viewer was made to wait for a key frame; never falls.
+    std::uint64_t gatings() const { return gatings_; }
 
 private:
     struct Viewer {
@@ -110,6 +112,7 @@ private:
     std::map<ViewerId, Viewer> viewers_;  // ids grow: in the order in which they came
     std::map<LaneId, Lane> lanes_;        // that ever had a viewer
     std::vector<ViewerId> moved_;
+    std::uint64_t gatings_ = 0;
 };
 
 }  // namespace gonio

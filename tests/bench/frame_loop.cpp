@@ -40,12 +40,24 @@ std::map<std::string, double> PassTimes::medians() const {
     return result;
 }
 
-std::unique_ptr<EncodeThread> make_idle_encoder() {
-    return std::make_unique<EncodeThread>(EncodeThread::Outputs{[](EncodedFrame, bool) {}, [](EncodedFrame) {},
-                                                                [](const std::string&, int, int) {}, [] {}});
+std::unique_ptr<LaneEncoders> make_idle_encoder() {
+    LaneEncoders::Setup setup;
+    setup.kinds = {"libx264"};
+    setup.open = [](const std::string& kind, int width, int height) { return H264Encoder::open(width, height, kind); };
+    return std::make_unique<LaneEncoders>(
+        std::move(setup), LaneEncoders::Outputs{[](LaneId, const VideoStream&) {}, [](EncodedFrame, bool) {},
+                                                [](EncodedFrame) {}, [] {}, [] {}, [](const std::string&) {}});
 }
 
-FrameTimes time_frames(Renderer& renderer, EncodeThread& encoder, Scene scene, const Pace& pace,
+void encode_beside(LaneEncoders& encoder, const FinishedFrame& frame) {
+    if (!frame.nv12) return;
+    LaneJob job;
+    job.picture = {frame.report.scene_rev(), frame.width_px,   frame.height_px, frame.nv12,
+                   frame.drained_ns,         frame.rendered_ns};
+    encoder.put(kFirstPrivateLane, std::move(job));
+}
+
+FrameTimes time_frames(Renderer& renderer, LaneEncoders& encoder, Scene scene, const Pace& pace,
                        const std::function<void()>& between) {
     std::vector<glm::dvec3> home;
     for (const Light& light : scene.lights) home.push_back(light.position);
@@ -65,12 +77,7 @@ FrameTimes time_frames(Renderer& renderer, EncodeThread& encoder, Scene scene, c
         renderer.begin_frame(scene, monotonic_ns());
         const auto done = renderer.finish_frame(true);
         const v1::FrameReport& report = done->report;
-        encoder.put(
-            {{report.scene_rev(), done->width_px, done->height_px, done->nv12, done->drained_ns, done->rendered_ns},
-             true,
-             false,
-             false,
-             false});
+        encode_beside(encoder, *done);
         if (warm_up > 0) {
             warm_up -= report.frame_ms() > 2e3 ? 2 : 1;  // beside seconds of work what the first frame adds is nothing
             continue;

@@ -8,7 +8,7 @@
 #include <vector>
 
 #include "server/render/renderer.h"
-#include "tests/bench/encode_thread.h"
+#include "server/stream/lane_encoders.h"
 
 namespace gonio::bench {
 
@@ -40,13 +40,15 @@ struct FrameTimes {
     double p95_ms() const { return frame_ms[frame_ms.size() * 95 / 100]; }
 };
 
-// Result: an encode thread whose frames go nowhere.
-std::unique_ptr<EncodeThread> make_idle_encoder();
+// Result: an encoder as one viewer has it, whose frames go nowhere.
+std::unique_ptr<LaneEncoders> make_idle_encoder();
+// Gives it a frame's picture, where it has one, and does not wait.
+void encode_beside(LaneEncoders& encoder, const FinishedFrame& frame);
 
 // Times frames of a scene, at least one luminaire, as large as the scene says. Every luminaire wanders on a circle of
 // 5 cm and the camera counts as moved, so that every pass runs in every frame. between: called after each timed frame,
 // outside its time; may be empty. Render thread.
-FrameTimes time_frames(Renderer& renderer, EncodeThread& encoder, Scene scene, const Pace& pace,
+FrameTimes time_frames(Renderer& renderer, LaneEncoders& encoder, Scene scene, const Pace& pace,
                        const std::function<void()>& between = {});
 
 }  // namespace gonio::bench

@@ -29,7 +29,7 @@ struct Row {
     bench::FrameTimes times;
 };
 
-Row measure(Renderer& renderer, EncodeThread& encoder, const Setting& setting, const FramesOptions& options,
+Row measure(Renderer& renderer, LaneEncoders& encoder, const Setting& setting, const FramesOptions& options,
             const std::shared_ptr<const SceneAsset>& asset) {
     Scene scene = scene_of(asset);
     scene.width_px = options.width_px & ~1;

@@ -59,21 +59,15 @@ constexpr Change kChanges[] = {
      }},
 };
 
-FinishedFrame frame(Renderer& renderer, EncodeThread& encoder, const Scene& scene) {
+FinishedFrame frame(Renderer& renderer, LaneEncoders& encoder, const Scene& scene) {
     renderer.begin_frame(scene, monotonic_ns());
     FinishedFrame done = *renderer.finish_frame(true);
-    if (done.nv12)
-        encoder.put(
-            {{done.report.scene_rev(), done.width_px, done.height_px, done.nv12, done.drained_ns, done.rendered_ns},
-             true,
-             false,
-             false,
-             false});
+    encode_beside(encoder, done);
     return done;
 }
 
 // Renders the scene as it stands until nothing more would run.
-void settle(Renderer& renderer, EncodeThread& encoder, const Scene& scene, LightsRow& row) {
+void settle(Renderer& renderer, LaneEncoders& encoder, const Scene& scene, LightsRow& row) {
     row.settling_frames = 0;
     row.settling_ms = 0.0;
     for (bool settled = false; !settled;) {
@@ -85,7 +79,7 @@ void settle(Renderer& renderer, EncodeThread& encoder, const Scene& scene, Light
     }
 }
 
-LightsRow measure(Renderer& renderer, EncodeThread& encoder, const Scene& home, const Change& change, double seconds) {
+LightsRow measure(Renderer& renderer, LaneEncoders& encoder, const Scene& home, const Change& change, double seconds) {
     Scene scene = home;
     LightsRow row;
     row.lights = scene.lights.size();

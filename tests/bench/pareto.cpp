@@ -69,7 +69,7 @@ void measure_errors(Renderer& renderer, const Scene& scene, const Reference& ref
     row.truth = errors_of(shown(true), reference.truth_lx, reference.truth_variance);
 }
 
-ParetoRow measure(const gl::Context& context, EncodeThread& encoder, Scene scene, const Setting& setting,
+ParetoRow measure(const gl::Context& context, LaneEncoders& encoder, Scene scene, const Setting& setting,
                   const Reference& reference, const Pace& pace) {
     scene.technique = setting.technique;
     scene.samples = setting.samples;

@@ -30,7 +30,6 @@ FrontLimits limits_of_tests() {
     limits.ping = 500ms;
     limits.dead = 1500ms;
     limits.write_stall = 1000ms;
-    limits.still = 1000ms;  // of stills that never come: the client may be gone since
     return limits;
 }
 

@@ -86,6 +86,24 @@ TEST_F(FrontLanesTest, ViewersGetTheFramesOfTheirLaneAlone) {
     EXPECT_EQ(own.read_frame(50).opcode, -1);
 }
 
+TEST_F(FrontLanesTest, MetricsTellOfEncoderAndLanes) {
+    start(1);
+    Client own(front->port()), shared(front->port()), scraper(front->port());
+    own.join(kSubprotocolProto, true, false);
+    shared.join(kSubprotocolProto, true, false);
+    publish(kFirstPrivateLane, 5, true);
+    EXPECT_EQ(own.read_frame().header().scene_rev, 5u);
+    publish(kFirstPrivateLane, 6, false);
+    EXPECT_EQ(own.read_frame().header().scene_rev, 6u);
+    ASSERT_EQ(scraper.get("/metrics"), 200);
+    for (const char* line :
+         {"gonio_encoder_info{encoder=\"libx264\"} 1\n", "gonio_encoder_info{encoder=\"h264_nvenc\"} 0\n",
+          "gonio_lane_viewers{lane=\"private\"} 1\n", "gonio_lane_viewers{lane=\"shared\"} 1\n",
+          "gonio_lane_viewers{lane=\"low\"} 0\n", "gonio_idr_total{lane=\"private\"} 1\n",
+          "gonio_frames_encoded_total{codec=\"h264\",lane=\"private\"} 2\n", "gonio_client_gated_total 0\n"})
+        EXPECT_NE(scraper.body.find(line), std::string::npos) << line << scraper.body;
+}
+
 TEST_F(FrontLanesTest, APromotedViewerIsToldAndBeginsWithAKeyFrame) {
     start(1);
     auto own = std::make_unique<Client>(front->port());

@@ -280,8 +280,8 @@ TEST_F(FrontLimitsTest, ReadinessAndMetricsAreTold) {
     EXPECT_NE(client.head.find("Content-Type: text/plain; version=0.0.4"), std::string::npos);
     for (const char* line : {"# TYPE gonio_encode_seconds histogram", "gonio_encode_seconds_bucket{le=\"0.002\"} 1",
                              "gonio_encode_seconds_count 1", "gonio_clients{transport=\"websocket\"} 1",
-                             "gonio_frames_encoded_total{codec=\"h264\"} 1", "gonio_ack_rtt_seconds_count 1",
-                             "gonio_ws_rejected_total{reason=\"subprotocol\"} 1",
+                             "gonio_frames_encoded_total{codec=\"h264\",lane=\"shared\"} 1",
+                             "gonio_ack_rtt_seconds_count 1", "gonio_ws_rejected_total{reason=\"subprotocol\"} 1",
                              "gonio_http_requests_total{code=\"503\"} 1", "process_resident_memory_bytes "})
         EXPECT_NE(client.body.find(line), std::string::npos) << line << "\n" << client.body;
 }

@@ -290,7 +290,7 @@ TEST(LaneEncoders, AfterSomeThatHangH264IsGivenUp) {
     bench.faults["libx264"].hangs_at = 1;
     auto setup = bench.setup({"libx264"});
     setup.most_stuck = 2;
-    setup.stuck = 60ms;
+    setup.stuck = 400ms;
     {
         LaneEncoders encoders(std::move(setup), bench.outputs());
         ASSERT_TRUE(feed_until(encoders, kLane, bench, [&] { return bench.given_up > 0; }));

@@ -1,0 +1,58 @@
+#include "server/net/lane_metrics.h"
+
+#include <array>
+
+namespace gonio {
+namespace {
+
+std::string label(std::string_view name, std::string_view value) {
+    return std::string(name) + "=\"" + std::string(value) + "\"";
+}
+
+constexpr std::array kEncoders = {"h264_nvenc", "h264_vaapi", "libx264", "mjpeg"};
+
+// What a lane's budget for a frame stands for, at 30 frames a second.
+constexpr double kBitsPerBudgetByte = 8 * 30;
+
+}  // namespace
+
+void count_frame(Metrics& metrics, const EncodedFrame& frame, std::string_view codec) {
+    const bool video = codec == "h264";
+    const char* lane = video ? lane_kind(frame.lane) : "mjpeg";
+    metrics
+        .counter("frames_encoded_total", "Frames that left an encoder.",
+                 label("codec", codec) + "," + label("lane", lane))
+        .add();
+    if (video && frame.key) metrics.counter("idr_total", "Key frames that left an encoder.", label("lane", lane)).add();
+}
+
+void show_lanes(const Hub& hub) {
+    Metrics& metrics = *hub.options.metrics;
+    const std::string& now =
+        hub.has_h264() && !hub.newest_stream.encoder().empty() ? hub.newest_stream.encoder() : hub.options.encoder;
+    for (const char* encoder : kEncoders)
+        metrics.gauge("encoder_info", "1 for the encoder of the video.", label("encoder", encoder))
+            .set(encoder == now ? 1 : 0);
+    struct Sum {
+        unsigned lanes = 0, viewers = 0;
+        double bitrate_bps = 0;
+    };
+    std::map<std::string, Sum> sums = {{"private", {}}, {"shared", {}}, {"low", {}}};
+    for (const LaneWish& wish : hub.lanes.wishes(Lanes::Time::clock::now())) {
+        Sum& sum = sums[lane_kind(wish.lane)];
+        ++sum.lanes;
+        sum.viewers += wish.viewers;
+        sum.bitrate_bps += wish.budget_bytes * kBitsPerBudgetByte;
+    }
+    for (const auto& [kind, sum] : sums) {
+        const std::string lane = label("lane", kind);
+        metrics.gauge("lanes", "Lanes, each an encoder, that have viewers.", lane).set(sum.lanes);
+        metrics.gauge("lane_viewers", "Viewers of H.264.", lane).set(sum.viewers);
+        metrics.gauge("encoder_bitrate_bps", "What measured links let the lanes' encoders take; 0: all.", lane)
+            .set(sum.bitrate_bps);
+    }
+    Counter& gated = metrics.counter("client_gated_total", "How often a viewer was made to wait for a key frame.");
+    gated.add(hub.lanes.gatings() - gated.value());
+}
+
+}  // namespace gonio

@@ -1,0 +1,14 @@
+// Frames, encoders and lanes for /metrics. Net thread.
+#pragma once
+
+#include "server/net/hub.h"
+
+namespace gonio {
+
+// A frame left an encoder. codec: "h264" or "jpeg".
+void count_frame(Metrics& metrics, const EncodedFrame& frame, std::string_view codec);
+
+// Sets the gauges of the encoder and of the lanes as they are now, and counts what came to them since the last call.
+void show_lanes(const Hub& hub);
+
+}  // namespace gonio
