@@ -102,9 +102,9 @@ double resident_mib(pid_t pid) {
     return pages * static_cast<double>(::sysconf(_SC_PAGESIZE)) / (1 << 20);
 }
 
-TEST(Pacing, ANarrowLineShowsFreshFramesForAsLongAsItLasts) {
-    DaemonProcess daemon({"--size", "640x640"});
-    ThrottleProxy line(port_of(daemon.url()), {3e6, 20ms, 16 << 10});
+// A line of this rate, 20 ms each way, that shows a moving picture for a while.
+void shows_fresh_frames(const DaemonProcess& daemon, double bits_per_s) {
+    ThrottleProxy line(port_of(daemon.url()), {bits_per_s, 20ms, 16 << 10});
     Client viewer(line.port());
     viewer.join(kSubprotocolProto, true, false);
     viewer.keeps_pings = true;
@@ -118,9 +118,9 @@ TEST(Pacing, ANarrowLineShowsFreshFramesForAsLongAsItLasts) {
     const double late = quantile({watched.ages_ms.begin() + half, watched.ages_ms.end()}, 0.5);
     const Json lane = daemon.json({"stats"})["lanes"][0];
     std::printf(
-        "3 Mb/s, 20+20 ms, %lld s: age when shown p50 %.0f ms, p99 %.0f ms, first half %.0f, second half %.0f; "
+        "%.1f Mb/s, 20+20 ms, %lld s: age when shown p50 %.0f ms, p99 %.0f ms, first half %.0f, second half %.0f; "
         "%.1f frames/s, %.2f Mb/s, lane %s at %.2f Mb/s\n",
-        static_cast<long long>(time.count()), p50, p99, early, late, watched.fps(time),
+        bits_per_s * 1e-6, static_cast<long long>(time.count()), p50, p99, early, late, watched.fps(time),
         static_cast<double>(watched.bytes) * 8e-6 / static_cast<double>(time.count()),
         lane["kind"].get<std::string>().c_str(), lane["bitrate_bps"].get<double>() * 1e-6);
     EXPECT_EQ(lane["kind"], "private");
@@ -128,6 +128,12 @@ TEST(Pacing, ANarrowLineShowsFreshFramesForAsLongAsItLasts) {
     EXPECT_LT(p50, 120.0);
     EXPECT_LT(late, 1.5 * early + 10.0) << "the lag grows";
     EXPECT_EQ(watched.keys, 0u) << "a viewer with a lane of its own never needs another key frame";
+}
+
+TEST(Pacing, ANarrowLineShowsFreshFramesForAsLongAsItLasts) {
+    const DaemonProcess daemon({"--size", "640x640"});
+    shows_fresh_frames(daemon, 3e6);
+    shows_fresh_frames(daemon, 0.6e6);  // less than the picture would take: the line is full
 }
 
 // One that never reads, one that reads at a tenth of what comes: whoever reads does not feel them.
