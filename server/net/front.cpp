@@ -34,8 +34,7 @@ class BeastFront final : public Front {
 public:
     BeastFront(const FrontOptions& options, Callbacks callbacks)
         : hub_(options, std::move(callbacks)),
-          encode_seconds_(hub_.options.metrics->histogram(
-              "encode_seconds", "From the picture in memory to its encoded frame, the wait for the encoder included.")),
+          encode_seconds_(hub_.options.metrics->histogram("encode_seconds", "What an encoder took for a frame.")),
           update_seconds_(hub_.options.metrics->histogram(
               "update_to_frame_seconds", "From the arrival of a command to the first encoded frame that shows it.")) {
         hub_.options.metrics->before_text([this] { show_lanes(hub_); });
@@ -170,7 +169,8 @@ public:
 private:
     void observe(const EncodedFrame& frame, const char* codec) {
         count_frame(*hub_.options.metrics, frame, codec);
-        encode_seconds_.observe(static_cast<double>(frame.encoded_ns - frame.rendered_ns) * 1e-9);
+        encode_seconds_.observe(static_cast<double>(frame.encoded_ns - std::max(frame.rendered_ns, frame.began_ns)) *
+                                1e-9);
         hub_.updates.shown(frame.scene_rev, std::chrono::steady_clock::now(),
                            [this](auto time) { update_seconds_.observe(std::chrono::duration<double>(time).count()); });
     }
