@@ -1,4 +1,5 @@
 #include "protocol/codec.h"
+#include "protocol/shortened_text.h"
 
 #include <google/protobuf/descriptor.h>
 #include <google/protobuf/io/coded_stream.h>
@@ -163,11 +164,13 @@ Result<v1::ServerMessage> decode_server_message(Encoding encoding, std::string_v
 }
 
 v1::Result refusal(const Error& error) {
+    constexpr std::size_t kMaxErrorText = 4096;
     v1::Result result;
     result.set_code(error.code);
-    result.set_field(error.where);
-    result.set_value(error.value);
-    result.set_message(error.message);
+    // What is told of may be no text.
+    result.set_field(shortened_text(error.where, kMaxErrorText));
+    result.set_value(shortened_text(error.value, kMaxErrorText));
+    result.set_message(shortened_text(error.message, kMaxErrorText));
     return result;
 }
 

@@ -1,5 +1,7 @@
 #include "protocol/text_bytes.h"
 
+#include <algorithm>
+
 namespace gonio {
 
 std::size_t utf8_length(Bytes bytes, std::size_t at) {
@@ -25,6 +27,13 @@ std::string shown_text(std::string_view text, std::size_t most) {
     for (char& c : result)
         if (c < 0x20 || c > 0x7E) c = '?';
     return result;
+}
+
+std::string shortened_text(std::string_view text, std::size_t most) {
+    std::size_t end = std::min(text.size(), most);
+    // UTF-8 continuation bytes are 10xxxxxx.
+    while (end > 0 && end < text.size() && (static_cast<unsigned char>(text[end]) & 0xC0u) == 0x80u) --end;
+    return printable_text({reinterpret_cast<const std::uint8_t*>(text.data()), end});
 }
 
 std::string printable_text(Bytes bytes) {

@@ -5,6 +5,7 @@
 #include <string_view>
 
 #include "protocol/byte_order.h"
+#include "protocol/shortened_text.h"
 
 namespace gonio {
 

@@ -1,6 +1,7 @@
 #include "server/atomic_file.h"
 
 #include <fcntl.h>
+#include <sys/stat.h>
 #include <unistd.h>
 
 #include <cerrno>
@@ -39,8 +40,13 @@ void sync_folder(const std::string& path) {
 
 Result<bool> write_file_atomically(const std::string& path, std::string_view bytes) {
     const std::string part = path + ".part";
-    const int fd = ::open(part.c_str(), O_WRONLY | O_CREAT | O_TRUNC | O_CLOEXEC | O_NOFOLLOW, 0644);
-    if (fd < 0) return unwritable(path, errno);
+    const int fd = ::open(part.c_str(), O_WRONLY | O_CREAT | O_TRUNC | O_CLOEXEC | O_NOFOLLOW | O_NONBLOCK, 0644);
+    if (fd < 0) return unwritable(path, errno);  // ENXIO: a pipe that nobody reads
+    struct stat status {};
+    if (::fstat(fd, &status) != 0 || !S_ISREG(status.st_mode)) {
+        ::close(fd);
+        return unwritable(path, EINVAL);
+    }
     int reason = write_whole(fd, bytes);
     if (::close(fd) != 0 && reason == 0) reason = errno;
     if (reason == 0 && std::rename(part.c_str(), path.c_str()) != 0) reason = errno;

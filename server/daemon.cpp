@@ -60,6 +60,11 @@ int run_daemon(const Options& options) {
     Queue<Work>& queue = inbox.queue;
     std::atomic<std::shared_ptr<Front>> front_to_stop;
     std::atomic<std::shared_ptr<StateFile>> state_to_save;
+    std::atomic<bool> reload_wanted{false};  // also while there is no front yet
+    const auto reload_now = [&] {
+        if (const auto serving = front_to_stop.load(); serving && reload_wanted.exchange(false))
+            reload(options, *serving);
+    };
     // Declared first, it ends last: it bounds the time that the others take.
     std::optional<Signals> signals;
     if (serves)
@@ -72,10 +77,12 @@ int run_daemon(const Options& options) {
                                                  stopping->stop(kReconnectAfterMs);
                                          },
                                          [&] {
-                                             if (const auto saving = state_to_save.load()) saving->close();
+                                             const auto saving = state_to_save.load();
+                                             if (saving) saving->close_within(std::chrono::milliseconds(100));
                                          },
                                          [&] {
-                                             if (const auto serving = front_to_stop.load()) reload(options, *serving);
+                                             reload_wanted = true;
+                                             reload_now();
                                          }});
     std::optional<Scene> scene;
     SurfaceOptions boxes;
@@ -129,6 +136,7 @@ int run_daemon(const Options& options) {
         ~Forgotten() { slot.store({}); }
     } forgotten(front_to_stop);
     front_to_stop = front;
+    reload_now();
     Service service;  // ends before the front that it asks
 
     std::unique_ptr<Inputs> inputs;

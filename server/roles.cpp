@@ -1,9 +1,11 @@
 #include "server/roles.h"
 
+#include "protocol/shortened_text.h"
+
 namespace gonio {
 
 void Roles::identify(std::uint32_t session, const v1::Identify& identify) {
-    clients_[session] = {identify.client().substr(0, 128), identify.role() == "viewer"};
+    clients_[session] = {shortened_text(identify.client(), 128), identify.role() == "viewer"};
 }
 
 bool Roles::forget(std::uint32_t session) {

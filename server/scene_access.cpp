@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <filesystem>
 
+#include "protocol/shortened_text.h"
 #include "protocol/upload_name.h"
 
 namespace gonio {
@@ -28,7 +29,8 @@ Result<std::string> scene_path(const SceneAccess& access, const std::string& fil
     if (file.starts_with(kUploadPrefix)) {
         const std::string name = file.substr(kUploadPrefix.size());
         if (!is_upload_name(name) || access.upload_folder.empty())
-            return Error{"invalid_argument", "load_scene.file", file.substr(0, 80), "is not the name of an upload"};
+            return Error{"invalid_argument", "load_scene.file", shortened_text(file, 80),
+                         "is not the name of an upload"};
         const std::string path = below(access.upload_folder, fs::path(access.upload_folder) / name);
         if (path.empty()) return Error{"not_found", "load_scene.file", file, "there is no such upload"};
         return path;
@@ -40,7 +42,7 @@ Result<std::string> scene_path(const SceneAccess& access, const std::string& fil
             if (!path.empty()) return path;
         }
     }
-    return Error{"permission", "load_scene.file", file.substr(0, 200),
+    return Error{"permission", "load_scene.file", shortened_text(file, 200),
                  access.roots.empty() ? "this server loads its built-in scenes and uploads only: it has no --scene-root"
                                       : "clients may load files below this server's --scene-root only"};
 }

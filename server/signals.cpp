@@ -14,12 +14,12 @@
 namespace gonio {
 namespace {
 
-sigset_t waited_for(bool reload) {
+sigset_t waited_for() {
     sigset_t set;
     sigemptyset(&set);
     sigaddset(&set, SIGINT);
     sigaddset(&set, SIGTERM);
-    if (reload) sigaddset(&set, SIGHUP);
+    sigaddset(&set, SIGHUP);
     return set;
 }
 
@@ -39,14 +39,14 @@ void hurry_idle_threads() {
 }  // namespace
 
 void Signals::block() {
-    const sigset_t set = waited_for(false);
+    const sigset_t set = waited_for();
     pthread_sigmask(SIG_BLOCK, &set, nullptr);
     std::signal(SIGPIPE, SIG_IGN);
     std::signal(SIGXFSZ, SIG_IGN);  // a file that must not grow is an error of the write, not the end
 }
 
 Signals::Signals(Actions actions) : actions_(std::move(actions)) {
-    const sigset_t set = waited_for(static_cast<bool>(actions_.reload));
+    const sigset_t set = waited_for();
     pthread_sigmask(SIG_BLOCK, &set, nullptr);
     fd_ = signalfd(-1, &set, SFD_CLOEXEC);
     thread_ = std::thread([this] { watch(); });

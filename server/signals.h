@@ -18,7 +18,7 @@ public:
         std::function<void()> stop;      // at the first SIGINT or SIGTERM
         std::function<void()> farewell;  // a second later, if the program still runs: clients must be told by now
         std::function<void()> last;      // right before it is ended with exit code 0, because something holds it up
-        std::function<void()> reload;    // at SIGHUP; empty: SIGHUP ends the program as it always does
+        std::function<void()> reload;    // at SIGHUP
     };
     // A second SIGINT or SIGTERM ends the program at once, with exit code 128 + its number.
     explicit Signals(Actions actions);

@@ -95,7 +95,9 @@ void Stage::take(Work work) {
             return answer_control(work, refused, before);
         }
         case v1::ClientMessage::kCommand:
-            if (const auto refused = roles_.refuses_change(work.session, "command")) return refuse(work, *refused);
+            // Asked when the command came: whoever has gone since may have been allowed to.
+            if (const auto refused = roles_.refuses_change(work.session, "command"); refused && !work.read)
+                return refuse(work, *refused);
             if (!work.read && needs_files(work.message.command())) return (void)send_to_loader(std::move(work));
             if (work.failure) return refuse(work, *work.failure);
             return apply_command(work);

@@ -27,6 +27,13 @@ void StateFile::close() {
     ended_.wait(false);
 }
 
+bool StateFile::close_within(std::chrono::milliseconds time) {
+    scenes_.close();
+    const auto end = Clock::now() + time;
+    while (!ended_.load() && Clock::now() < end) std::this_thread::sleep_for(std::chrono::milliseconds(2));
+    return ended_.load();
+}
+
 const StateFile::Told& StateFile::told() {
     if (auto news = news_.try_take()) told_ = std::move(*news);
     return told_;

@@ -38,6 +38,8 @@ public:
     // Writes what is not on disk yet, now, and marks the show as complete; then nothing is written any more. Any
     // thread, also several times; returns when it is done.
     void close();
+    // The same, at most for so long. Result: whether it is done.
+    bool close_within(std::chrono::milliseconds time);
 
 private:
     void work();

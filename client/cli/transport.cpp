@@ -38,9 +38,11 @@ public:
         });
         if (error == websocket::error::upgrade_declined) {
             const int status = response.result_int();
-            const bool refused = status == 400 || status == 401 || status == 403 || status == 503;
+            const bool refused = status == 400 || status == 401 || status == 403 || status == 429 || status == 503;
             return Error{refused ? "refused" : "unreachable", "HTTP " + std::to_string(status), where_,
-                         refused ? "The server refused the connection." : "This address does not speak this protocol."};
+                         status == 429 ? "Too many wrong tokens or connections came from this address; wait a minute."
+                         : refused     ? "The server refused the connection."
+                                       : "This address does not speak this protocol."};
         }
         if (error) return unreachable(error);
         socket_.read_message_max(kMaxServerMessageBytes);

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <exception>
 
+#include "protocol/shortened_text.h"
 #include "server/assets/gltf_document.h"
 #include "server/assets/gltf_import.h"
 
@@ -20,7 +21,7 @@ Result<std::shared_ptr<const SceneAsset>> load_gltf(const std::string& path, con
         const auto document = read_gltf_document(path);
         if (!document) return document.error();
         auto scene = std::make_shared<SceneAsset>();
-        scene->name = name;
+        scene->name = shortened_text(name, 4096);
         GltfImport import{*document, *scene, {}, {}, 0};
         for (const std::string& warning : document->warnings) import.warn(warning);
         for (const auto step : {import_materials, import_meshes, import_nodes}) {

@@ -6,6 +6,7 @@
 #include <numbers>
 #include <string>
 
+#include "protocol/shortened_text.h"
 #include "server/assets/assets.h"
 #include "server/assets/gltf_import.h"
 
@@ -16,27 +17,17 @@ using tinygltf::Value;
 
 constexpr double kMostCandela = 1e12;  // as in photometric files
 
-// Cuts at a character's boundary: UTF-8 continuation bytes are 10xxxxxx.
-std::string shortened(std::string name) {
-    if (name.size() <= kMaxNameBytes) return name;
-    std::size_t end = kMaxNameBytes;
-    while (end > 0 && (static_cast<unsigned char>(name[end]) & 0xC0u) == 0x80u) --end;
-    name.resize(end);
-    return name;
-}
-
 // Lights are told apart by name: repeats get a number.
 std::string unique_name(const SceneAsset& scene, const std::string& wanted) {
     const auto taken = [&](const std::string& name) {
         return std::any_of(scene.lights.begin(), scene.lights.end(),
                            [&](const LightSeed& light) { return light.name == name; });
     };
-    std::string name = shortened(wanted.empty() ? "light" : wanted);
+    const std::string_view base = wanted.empty() ? "light" : std::string_view(wanted);
+    std::string name = shortened_text(base, kMaxNameBytes);
     for (int number = 2; taken(name); ++number) {
         const std::string suffix = " " + std::to_string(number);
-        name = shortened(wanted.empty() ? "light" : wanted);
-        if (name.size() + suffix.size() > kMaxNameBytes) name.resize(kMaxNameBytes - suffix.size());
-        name += suffix;
+        name = shortened_text(base, kMaxNameBytes - suffix.size()) + suffix;
     }
     return name;
 }
@@ -127,7 +118,8 @@ Result<std::shared_ptr<const Profile>> read_ies_profile(const GltfDocument& docu
         return Error{"bad_gltf", where, "", "a light without uri and bufferView"};
     }
     if (name.empty()) name = "ies";
-    auto profile = make_profile(shortened(name), {reinterpret_cast<const char*>(bytes.data()), bytes.size()});
+    auto profile =
+        make_profile(shortened_text(name, kMaxNameBytes), {reinterpret_cast<const char*>(bytes.data()), bytes.size()});
     if (profile) return profile;
     const Error& cause = profile.error();
     return Error{"bad_profile", place, shown, "the photometric file is refused: " + cause.code + ", " + cause.text()};

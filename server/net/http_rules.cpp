@@ -18,22 +18,40 @@ std::string_view trimmed(std::string_view text) {
     return text.substr(first, text.find_last_not_of(" \t") - first + 1);
 }
 
-// Result: the host of a Host header without its port: "name", "1.2.3.4" or "[::1]" -> "::1".
+// Result: the host of a Host header without its port: "name", "1.2.3.4" or "[::1]" -> "::1"; empty where something else
+// than a port follows it.
 std::string host_without_port(std::string_view header) {
-    if (header.starts_with('[')) return lower(header.substr(1, std::min(header.find(']'), header.size()) - 1));
-    return lower(header.substr(0, header.find(':')));
+    const bool bracket = header.starts_with('[');
+    const std::size_t end = bracket ? header.find(']') : header.find(':');
+    if (bracket && end == std::string_view::npos) return {};
+    const std::string_view host = bracket ? header.substr(1, end - 1) : header.substr(0, end);
+    std::string_view rest = end == std::string_view::npos ? std::string_view() : header.substr(end + (bracket ? 1 : 0));
+    if (!rest.empty() && rest.front() != ':') return {};
+    if (!rest.empty()) rest.remove_prefix(1);
+    if (!std::all_of(rest.begin(), rest.end(), [](char c) { return c >= '0' && c <= '9'; })) return {};
+    return lower(host);
+}
+
+// The address as people write it: without the interface that a link-local one came in by, IPv4 as such.
+asio::ip::address plain(const asio::ip::address& address) {
+    if (!address.is_v6()) return address;
+    asio::ip::address_v6 v6 = address.to_v6();
+    if (v6.is_v4_mapped()) return asio::ip::make_address_v4(asio::ip::v4_mapped, v6);
+    v6.scope_id(0);
+    return v6;
 }
 
 }  // namespace
 
 bool allowed_host(std::string_view header, const FrontOptions& options, const asio::ip::address& local) {
     const std::string host = host_without_port(header);
+    if (host.empty()) return false;
     if (host == "localhost" || host.ends_with(".localhost") || host == lower(options.host)) return true;
     for (const std::string& name : options.host_names)
         if (host == lower(name)) return true;
     error_code error;
     const auto address = asio::ip::make_address(host, error);
-    return !error && (address.is_loopback() || address == local);
+    return !error && (plain(address).is_loopback() || plain(address) == plain(local));
 }
 
 bool allowed_origin(std::string_view origin, std::string_view host, const FrontOptions& options) {
@@ -61,6 +79,20 @@ std::optional<Encoding> chosen_encoding(const HttpRequest& request) {
             rest.remove_prefix(std::min(comma + 1, rest.size()));
         }
     }
+    return std::nullopt;
+}
+
+std::optional<UploadFault> upload_fault(const HttpRequest& request) {
+    if (request.count(http::field::content_range))
+        return UploadFault{http::status::bad_request, "A part of a file is not taken: send all of it."};
+    const std::string_view coding = view_of(request[http::field::content_encoding]);
+    if (!coding.empty() && lower(coding) != "identity")
+        return UploadFault{http::status::unsupported_media_type, "Files are sent without a Content-Encoding."};
+    const std::string_view transfer = view_of(request[http::field::transfer_encoding]);
+    if (!transfer.empty() && lower(trimmed(transfer)) != "chunked")
+        return UploadFault{http::status::bad_request, "The only Transfer-Encoding taken is chunked."};
+    if (transfer.empty() && !request.count(http::field::content_length))
+        return UploadFault{http::status::length_required, "A file comes with its Content-Length, or in chunks."};
     return std::nullopt;
 }
 

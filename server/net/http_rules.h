@@ -26,6 +26,15 @@ std::optional<std::string_view> bearer_token(std::string_view authorization);
 // Result: the first subprotocol of the request that this server speaks.
 std::optional<Encoding> chosen_encoding(const HttpRequest& request);
 
+// What keeps a PUT from being read as the file it means.
+struct UploadFault {
+    http::status status;
+    const char* sentence;
+};
+// Result: nothing where the body is a whole file: its length is told or it comes in chunks, it is no part of one
+// (Content-Range, RFC 9110 14.5) and not compressed.
+std::optional<UploadFault> upload_fault(const HttpRequest& request);
+
 std::string_view content_type(std::string_view name);  // by the ending of a file's name
 // Result: the status for a refusal with this code of PROTOCOL.md.
 http::status status_of(std::string_view code);

@@ -68,7 +68,9 @@ private:
         const Result<HttpTarget> target = parse_target(view_of(request_.target()));
         if (!target) return refuse(http::status::bad_request, target.error().text());
         const std::optional<std::string> upload = upload_name(*target);
-        allowed_methods_ = upload ? "PUT, DELETE" : "GET, HEAD";
+        allowed_methods_ = upload                                             ? "PUT, DELETE"
+                           : is_still(*target) || target->path == "/v1/mjpeg" ? "GET"
+                                                                              : "GET, HEAD";
         if (!parser_->is_done()) keep_alive_ = false;  // an answer that comes before the body ends the connection
         if (!parser_->is_done() && !(upload && method == http::verb::put))
             return refuse(http::status::payload_too_large, "Requests have no body here.");
@@ -142,6 +144,7 @@ private:
     void answer_upload(const std::string& name) {
         if (hub_.options.uploads == nullptr) return refuse(http::status::not_found, "This server takes no uploads.");
         if (request_.method() == http::verb::put) {
+            if (const auto fault = upload_fault(request_)) return refuse(fault->status, fault->sentence);
             return start_upload_session(hub_, {std::move(stream_), place_}, std::move(buffer_), std::move(*parser_),
                                         name);
         }
@@ -272,6 +275,7 @@ private:
     }
     void refuse(http::status status, const std::string& message, std::chrono::seconds retry = std::chrono::seconds(1)) {
         if (status == http::status::bad_request || status == http::status::payload_too_large ||
+            status == http::status::length_required || status == http::status::unsupported_media_type ||
             status == http::status::request_header_fields_too_large)
             keep_alive_ = false;  // where the next request begins is not known
         Response response = make_response(status, "text/plain; charset=utf-8", message + "\n");
@@ -294,13 +298,19 @@ private:
                       "code=\"" + std::to_string(response.result_int()) + "\"")
             .add();
         response_ = std::make_unique<Response>(std::move(response));
+        serializer_.emplace(*response_);
+        if (request_.method() != http::verb::head) return write_some();
         stream_.expires_after(hub_.options.limits.write_stall);
-        const auto done = [self = shared_from_this()](error_code error, std::size_t) { self->on_sent(error); };
-        if (request_.method() == http::verb::head) {
-            serializer_.emplace(*response_);
-            return http::async_write_header(stream_, *serializer_, done);
-        }
-        http::async_write(stream_, *response_, done);
+        http::async_write_header(stream_, *serializer_,
+                                 [self = shared_from_this()](error_code error, std::size_t) { self->on_sent(error); });
+    }
+    // A client that takes something has its time anew.
+    void write_some() {
+        stream_.expires_after(hub_.options.limits.write_stall);
+        http::async_write_some(stream_, *serializer_, [self = shared_from_this()](error_code error, std::size_t) {
+            if (!error && !self->serializer_->is_done()) return self->write_some();
+            self->on_sent(error);
+        });
     }
     void on_sent(error_code error) {
         serializer_.reset();

@@ -22,6 +22,8 @@ constexpr std::string_view kBetween =
     "Content-Type: image/jpeg\r\n"
     "\r\n";
 
+constexpr std::size_t kPartBytes = 64 << 10;  // written at once
+
 class MjpegSession final : public Peer, public std::enable_shared_from_this<MjpegSession> {
 public:
     MjpegSession(Hub& hub, Accepted accepted)
@@ -71,16 +73,24 @@ private:
     }
     void write(const std::array<asio::const_buffer, 3>& buffers) {
         writing_ = true;
-        stall_.expires_after(hub_.options.limits.write_stall);
-        stall_.async_wait([self = shared_from_this()](error_code error) {
-            if (!error) self->end();
-        });
-        asio::async_write(socket_, buffers, [self = shared_from_this()](error_code error, std::size_t) {
+        // Asked before each part: a client that takes something has its time anew.
+        const auto next = [self = shared_from_this()](error_code error, std::size_t) -> std::size_t {
+            if (error) return 0;
+            self->expect_progress();
+            return kPartBytes;
+        };
+        asio::async_write(socket_, buffers, next, [self = shared_from_this()](error_code error, std::size_t) {
             self->writing_ = false;
             self->stall_.cancel();
             if (error) return self->end();
             if (self->pending_) return self->write_pending();
             self->update_demand();
+        });
+    }
+    void expect_progress() {
+        stall_.expires_after(hub_.options.limits.write_stall);
+        stall_.async_wait([self = shared_from_this()](error_code error) {
+            if (!error) self->end();
         });
     }
     void update_demand() {

@@ -28,12 +28,17 @@ struct NetStream::Impl {
     std::unique_ptr<asio::ssl::stream<beast::tcp_stream&>> tls;
     std::vector<char> record;  // being written
     std::array<char, 1024> drained{};
+    std::chrono::steady_clock::time_point wrote{};
 };
 
 NetStream::NetStream(tcp::socket socket) : impl_(std::make_unique<Impl>(std::move(socket))) {}
 NetStream::~NetStream() = default;
 NetStream::NetStream(NetStream&&) noexcept = default;
 NetStream& NetStream::operator=(NetStream&&) noexcept = default;
+
+std::chrono::steady_clock::time_point NetStream::last_written() const {
+    return impl_->wrote;
+}
 
 NetStream::executor_type NetStream::get_executor() noexcept {
     return impl_->plain.get_executor();
@@ -80,9 +85,13 @@ void NetStream::read_some(const Buffers<asio::mutable_buffer>& buffers, Moved mo
 }
 
 void NetStream::write_some(const Buffers<asio::const_buffer>& buffers, Moved moved) {
-    if (!impl_->tls) return impl_->plain.async_write_some(buffers, std::move(moved));
+    Moved noted = [impl = impl_.get(), moved = std::move(moved)](error_code error, std::size_t bytes) {
+        if (bytes > 0) impl->wrote = std::chrono::steady_clock::now();
+        moved(error, bytes);
+    };
+    if (!impl_->tls) return impl_->plain.async_write_some(buffers, std::move(noted));
     const std::size_t bytes = asio::buffer_copy(asio::buffer(impl_->record), buffers);
-    impl_->tls->async_write_some(asio::buffer(impl_->record.data(), bytes), std::move(moved));
+    impl_->tls->async_write_some(asio::buffer(impl_->record.data(), bytes), std::move(noted));
 }
 
 void teardown(beast::role_type, NetStream& stream, error_code& error) {

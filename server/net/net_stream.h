@@ -3,6 +3,7 @@
 #pragma once
 
 #include <array>
+#include <chrono>
 #include <functional>
 #include <memory>
 
@@ -27,6 +28,8 @@ public:
     const tcp::socket& socket() const;
     bool secure() const;  // under TLS
     bool is_open() const { return socket().is_open(); }
+    // When the other side last took something, as far as its window and this machine's buffer tell; never: the epoch.
+    std::chrono::steady_clock::time_point last_written() const;
     // Of operations that begin from now on: they end with beast::error::timeout.
     void expires_after(std::chrono::nanoseconds time);
     void expires_never();

@@ -116,6 +116,11 @@ Result<bool> UploadStore::finish(UploadPart& part) {
     const int close_error = errno;
     bool replaces = false;
     const std::uint64_t old_bytes = size_of(part.name, replaces);
+    if (!replaces && files_ >= limits_.upload_files) {  // others were finished since it began
+        abandon(part);
+        return Error{"full", part.name, std::to_string(files_) + " files",
+                     "There is no room for more uploads; DELETE one."};
+    }
     if (!written || renameat(fd_, part.temporary_name.c_str(), fd_, part.name.c_str()) != 0) {
         const int number = written ? errno : close_error;
         abandon(part);

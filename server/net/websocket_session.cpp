@@ -6,6 +6,7 @@
 #include <deque>
 
 #include "protocol/frame_header.h"
+#include "protocol/shortened_text.h"
 #include "server/net/message_limits.h"
 #include "server/net/token_bucket.h"
 
@@ -237,7 +238,7 @@ private:
         wants_video_ = identify.video();
         wants_state_ = identify.state();
         socket_.read_message_max(hub_.options.limits.message_bytes + 1);  // and the kind byte
-        spdlog::info("net: client {} is {}", id_, identify.client().substr(0, 128));
+        spdlog::info("net: client {} is {}", id_, shortened_text(identify.client(), 128));
         if (hub_.state) send_ready();
     }
 
@@ -392,7 +393,7 @@ private:
         const auto silence = now - last_heard_;
         if (closing_) {
             if (now - closing_since_ > kClosing) end();
-        } else if (writing_ && now - write_began_ > limits.write_stall) {
+        } else if (writing_ && now - std::max(write_began_, socket_.next_layer().last_written()) > limits.write_stall) {
             spdlog::info("net: client {} does not read; dropped", id_);
             end();
         } else if (silence > limits.dead) {

@@ -7,6 +7,7 @@
 #include <sstream>
 
 #include "protocol/patch.h"
+#include "protocol/shortened_text.h"
 #include "protocol/surface_map.h"
 #include "server/scene/console.h"
 #include "server/scene/orientation.h"
@@ -64,7 +65,7 @@ glm::dvec3 checked_direction(const Field& field, const std::string& name) {
 
 std::string checked_name(const std::string& name, const std::string& field) {
     if (name.empty() || name.size() > kMaxNameBytes) {
-        refuse("invalid_argument", field, name.substr(0, kMaxNameBytes), "must have 1 to 128 bytes");
+        refuse("invalid_argument", field, shortened_text(name, kMaxNameBytes), "must have 1 to 128 bytes");
     }
     for (unsigned char c : name) {
         if (c < 0x20 || c == 0x7f) refuse("invalid_argument", field, name, "must not hold control characters");

@@ -122,6 +122,7 @@ bool Lanes::wrote(ViewerId id, std::uint32_t seq, std::size_t bytes, Time now) {
     const bool alone = viewer.link.window(now) > 1;  // it narrows to 1 while frames are on their way before a ping
     const bool probe = alone && viewer.link.wants_probe(now);
     if (probe) viewer.link.probed(now);
+    viewer.written = seq;
     viewer.link.wrote(seq, bytes, now);
     viewer.gate.set_window(viewer.link.window(now));
     return probe;
@@ -129,7 +130,8 @@ bool Lanes::wrote(ViewerId id, std::uint32_t seq, std::size_t bytes, Time now) {
 
 bool Lanes::acknowledged(ViewerId id, std::uint32_t seq, Link::Duration decode, Time now) {
     Viewer& viewer = viewers_.at(id);
-    if (viewer.gate.acknowledge(seq)) viewer.link.acknowledged(seq, decode, now);
+    // Nobody can have what was not written yet: the acknowledgement would only open the way for more.
+    if (seq <= viewer.written && viewer.gate.acknowledge(seq)) viewer.link.acknowledged(seq, decode, now);
     viewer.gate.set_window(viewer.link.window(now));
     return viewer.gate.sends_held();
 }

@@ -93,6 +93,7 @@ private:
         LaneId lane = kSharedLane;
         VideoGate gate;
         Link link;
+        std::uint32_t written = 0;  // the last frame that was given to the socket
         std::vector<Time> gatings;  // of the last while; at most Rules::gatings
         Time good_since{};          // in the low lane: took every frame since then
         unsigned good_frames = 0;
