@@ -124,7 +124,7 @@ TEST_F(ConfigTest, TheCommandLineKeepsItsExitCode) {
 }
 
 TEST_F(ConfigTest, WhatIsPrintedGivesTheSameOptions) {
-    const std::string config = file("size = \"320x200\"\nhost-name = [\"a\\\"b\"]\n");
+    const std::string config = file("size = \"320x200\"\nstate = \"a\\\"b\"\n");
     set("GONIOD_DEAD_TIMEOUT", "45");
     EXPECT_FALSE(parse({"--config", config, "--max-clients", "9", "--print-config"}));
     EXPECT_EQ(exit_code, 0);
@@ -139,8 +139,35 @@ TEST_F(ConfigTest, WhatIsPrintedGivesTheSameOptions) {
     ASSERT_TRUE(again) << err;
     EXPECT_EQ(again->limits.clients, 9u);
     EXPECT_EQ(again->limits.dead, std::chrono::seconds(45));
-    EXPECT_EQ(again->host_names, std::vector<std::string>{"a\"b"});
+    EXPECT_EQ(again->state_file, "a\"b");
     EXPECT_FALSE(again->keep_up) << "a default that is printed is not given";
+}
+
+TEST_F(ConfigTest, NumbersArePrintedAsTheyAreRead) {
+    EXPECT_FALSE(parse({"--print-config", "--header-timeout", ".5", "--target-fps", "60.", "--max-clients", "010",
+                        "--max-local-clients", "00", "--device", "-01", "--max-header-kib", "+7"}));
+    EXPECT_EQ(exit_code, 0);
+    for (const char* line : {"header-timeout = 0.5 ", "target-fps = 60 ", "max-clients = 8 ", "max-local-clients = 0 ",
+                             "device = -1 ", "max-header-kib = 7 "})
+        EXPECT_NE(out.find("\n" + std::string(line)), std::string::npos) << line << "\n" << out;
+    const auto again = parse({"--config", file(out)});
+    ASSERT_TRUE(again) << err;
+    EXPECT_EQ(again->limits.clients, 8u);
+    EXPECT_EQ(again->limits.header, std::chrono::milliseconds(500));
+    EXPECT_EQ(again->device, -1);
+}
+
+TEST_F(ConfigTest, AVariableCannotEmptyAList) {
+    set("GONIOD_SCENE_ROOT", ",");
+    EXPECT_FALSE(parse({"--config", file("scene-root = [\"/\"]\n")}));
+    EXPECT_EQ(exit_code, 78);
+    EXPECT_NE(err.find("GONIOD_SCENE_ROOT"), std::string::npos) << err;
+}
+
+TEST_F(ConfigTest, AnEmptyTextIsAValue) {
+    const auto options = parse({"--config", file("patch = \"\"\nsacn = \"off\"\ntoken-file = \"\"\n")});
+    ASSERT_TRUE(options) << err;
+    EXPECT_EQ(options->token_file, "");
 }
 
 TEST_F(ConfigTest, OptionsThatDoNotGoTogetherAreErrors) {
