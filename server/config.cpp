@@ -85,10 +85,11 @@ public:
             if (std::find(given.begin(), given.end(), key) != given.end()) continue;
             result_.sources[key] = value.source;
             for (const std::string& text : value.texts) {
-                if (!is_flag(*options_.at(key)))
-                    result_.arguments.push_back("--" + key + "=" + text);
-                else if (text == "true")
-                    result_.arguments.push_back("--" + key);
+                const bool flag = is_flag(*options_.at(key));
+                if (flag && text != "true") continue;
+                const bool joined = !flag && !text.empty();  // CLI11 takes "--key=" for a key without a value
+                result_.arguments.push_back("--" + key + (joined ? "=" + text : ""));
+                if (!flag && text.empty()) result_.arguments.push_back("");
             }
         }
         return std::move(result_);
@@ -133,6 +134,10 @@ private:
                     const std::size_t end = std::min(text->find(',', at), text->size());
                     if (end > at) value.texts.push_back(text->substr(at, end - at));
                     at = end + 1;
+                }
+                if (value.texts.empty()) {  // it could not empty the list that the file gave
+                    result_.errors.push_back(name + ": " + key + " = " + *text + ": holds no value");
+                    continue;
                 }
             }
             take(key, std::move(value));
@@ -227,9 +232,25 @@ private:
     Settings result_;
 };
 
+// Result: the number as TOML has it, where people may write ".5", "60." and "010".
+template <typename Number>
+std::optional<std::string> parsed_number(const std::string& text) {
+    Number number{};
+    if (!CLI::detail::lexical_cast(text, number)) return std::nullopt;
+    if constexpr (std::is_floating_point_v<Number>)
+        return toml_read::number_text(number);
+    else
+        return std::to_string(number);
+}
+
 std::string value_text(const CLI::Option& option, const std::string& text) {
     if (is_flag(option)) return text == "false" ? "false" : "true";
-    return is_number(option) && !text.empty() ? text : toml_read::quoted(text);
+    if (!is_number(option)) return toml_read::quoted(text);
+    const std::string type = option.get_type_name();
+    const auto number = type.starts_with("FLOAT")  ? parsed_number<double>(text)
+                        : type.starts_with("UINT") ? parsed_number<std::uint64_t>(text)
+                                                   : parsed_number<std::int64_t>(text);
+    return number.value_or(toml_read::quoted(text));
 }
 
 }  // namespace

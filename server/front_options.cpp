@@ -3,6 +3,7 @@
 #include <sys/stat.h>
 
 #include <CLI/CLI.hpp>
+#include <algorithm>
 #include <cmath>
 #include <filesystem>
 #include <fstream>
@@ -10,17 +11,20 @@
 #include "protocol/codec.h"
 #include "protocol/toml_read.h"
 #include "server/net/tls.h"
+#include "server/option_checks.h"
 
 namespace gonio {
 namespace {
 
-constexpr std::size_t kMinTokenBytes = 16;  // 128 bits where every byte is a random one; a hexadecimal one has 32
+constexpr std::size_t kMinTokenBytes = 16;    // 128 bits where every byte is a random one; a hexadecimal one has 32
+constexpr std::size_t kMaxTokenBytes = 4096;  // of its line
+constexpr const char* kBlanks = " \t\r";      // beside a token, which editors and copying leave
 
 void add_seconds(CLI::App& app, const char* name, std::chrono::milliseconds& value, const char* what) {
     const double now_s = static_cast<double>(value.count()) * 1e-3;
     app.add_option_function<double>(
            name, [&value](double s) { value = std::chrono::milliseconds(std::lround(s * 1000)); }, what)
-        ->check(CLI::Range(0.01, 86'400.0))
+        ->check(finite_in(0.01, 86'400))
         ->default_str(toml_read::number_text(now_s));
 }
 
@@ -43,13 +47,15 @@ void add_front_options(CLI::App& app, Options& options) {
     FrontLimits& limits = options.limits;
     app.add_option("--tls-cert", options.tls_certificate, "PEM file: the certificate chain; with --tls-key: https");
     app.add_option("--tls-key", options.tls_key, "PEM file: the key of --tls-cert; both are read again on SIGHUP");
-    app.add_option(
-        "--host-name", options.host_names,
-        "a name that requests may have in Host, beside localhost and addresses; may be given more than once");
+    app.add_option("--host-name", options.host_names,
+                   "a name that requests may have in Host, beside localhost and addresses; may be given more than once")
+        ->check(host_name());
     app.add_option("--allow-origin", options.origins,
-                   "scheme://host:port of pages elsewhere that may use this server; may be given more than once");
+                   "scheme://host:port of pages elsewhere that may use this server; may be given more than once")
+        ->check(page_origin());
     app.add_option("--upload-dir", options.upload_folder,
-                   "folder for uploaded files, kept; default: a private one, removed at the end");
+                   "folder for uploaded files, kept; default: a private one, removed at the end")
+        ->check(upload_folder());
     app.add_option("--scene-root", options.scene_roots,
                    "folder below which clients may load scene files; may be given more than once. Default: everywhere "
                    "while --listen is a loopback address, else nowhere");
@@ -82,10 +88,10 @@ void add_front_options(CLI::App& app, Options& options) {
                           4);
     add_count(app, "--max-outstanding", limits.outstanding, 1, "unanswered requests of a client; one more is busy");
     app.add_option("--max-updates", limits.updates_per_s, "commands of a client a second; more are told slow_down")
-        ->check(CLI::Range(0.1, 1e6))
+        ->check(finite_in(0.1, 1e6))
         ->capture_default_str();
     app.add_option("--max-update-burst", limits.update_burst, "commands that a client may send at once")
-        ->check(CLI::Range(1.0, 1e6))
+        ->check(finite_in(1, 1e6))
         ->capture_default_str();
     app.add_option("--max-side", limits.side_px, "pixels of a picture's or capture's side that clients may ask for")
         ->check(CLI::Range(16, 4096))
@@ -119,13 +125,25 @@ bool is_loopback(const std::string& host) {
 
 Result<std::string> read_token(const std::string& path, std::string* warning) {
     if (path.empty()) return std::string();
-    std::ifstream file(path);
-    std::string token;
-    std::getline(file, token);
-    while (!token.empty() && (token.back() == '\r' || token.back() == ' ')) token.pop_back();
-    if (!file.is_open() || file.bad() || token.size() < kMinTokenBytes)
-        return Error{"file_unreadable", "--token-file", path,
-                     "must hold a token of at least 16 bytes in its first line"};
+    const auto refused = [&](const std::string& message) {
+        return Error{"file_unreadable", "--token-file", path, message};
+    };
+    std::ifstream file(path, std::ios::binary);
+    std::string line(kMaxTokenBytes + 1, '\0');
+    file.read(line.data(), static_cast<std::streamsize>(line.size()));
+    if (!file.is_open() || file.bad()) return refused("cannot be read");
+    line.resize(static_cast<std::size_t>(file.gcount()));
+    line.resize(std::min(line.find('\n'), line.size()));
+    if (line.size() > kMaxTokenBytes)
+        return refused("its first line must be no longer than " + std::to_string(kMaxTokenBytes) + " bytes");
+    const std::size_t begin = std::min(line.find_first_not_of(kBlanks), line.size());
+    const std::size_t end = line.find_last_not_of(kBlanks) + 1;  // npos + 1 is 0
+    for (std::size_t i = begin; i < end; ++i)
+        if (line[i] < 0x21 || line[i] > 0x7E)
+            return refused("byte " + std::to_string(i + 1) +
+                           " of its first line is none that HTTP carries in a token: 0x21..0x7E");
+    const std::string token = line.substr(begin, std::max(begin, end) - begin);
+    if (token.size() < kMinTokenBytes) return refused("must hold a token of at least 16 bytes in its first line");
     struct stat status {};
     if (warning != nullptr && ::stat(path.c_str(), &status) == 0 && (status.st_mode & (S_IROTH | S_IWOTH)) != 0)
         *warning = "the token file '" + path + "' can be read by every user of this machine";

@@ -77,12 +77,9 @@ TEST_F(ConfigTest, EveryErrorNamesItsLine) {
     EXPECT_EQ(exit_code, 78);
     const struct {
         const char *line, *what;
-    } rows[] = {{"line 2", "did you mean max-clients"},
-                {"line 4", "must be a number, not"},
-                {"line 5", "5000"},
-                {"line 6", "must be a string"},
-                {"line 7", "true or false"},
-                {"line 8", "net is no option"}};
+    } rows[] = {
+        {"line 2", "did you mean max-clients"}, {"line 4", "must be a number, not"}, {"line 5", "5000"},
+        {"line 6", "must be a string"},         {"line 7", "true or false"},         {"line 8", "net is no option"}};
     for (const auto& row : rows) {
         const std::size_t at = err.find(row.line);
         ASSERT_NE(at, std::string::npos) << row.line << "\n" << err;
@@ -124,7 +121,7 @@ TEST_F(ConfigTest, TheCommandLineKeepsItsExitCode) {
 }
 
 TEST_F(ConfigTest, WhatIsPrintedGivesTheSameOptions) {
-    const std::string config = file("size = \"320x200\"\nhost-name = [\"a\\\"b\"]\n");
+    const std::string config = file("size = \"320x200\"\nstate = \"a\\\"b\"\n");
     set("GONIOD_DEAD_TIMEOUT", "45");
     EXPECT_FALSE(parse({"--config", config, "--max-clients", "9", "--print-config"}));
     EXPECT_EQ(exit_code, 0);
@@ -139,8 +136,120 @@ TEST_F(ConfigTest, WhatIsPrintedGivesTheSameOptions) {
     ASSERT_TRUE(again) << err;
     EXPECT_EQ(again->limits.clients, 9u);
     EXPECT_EQ(again->limits.dead, std::chrono::seconds(45));
-    EXPECT_EQ(again->host_names, std::vector<std::string>{"a\"b"});
+    EXPECT_EQ(again->state_file, "a\"b");
     EXPECT_FALSE(again->keep_up) << "a default that is printed is not given";
+}
+
+TEST_F(ConfigTest, ValuesThatStopTheStartAreErrorsWithTheirLines) {
+    const std::string config = file(
+        "listen = \"abc\"\nsacn = \"bad\"\nartnet = \"bad\"\nosc = \"1.2.3.4:99999\"\nsize = \"foo\"\nbox = [\"q\"]\n"
+        "technique = \"bogus\"\nsamples = 5000\nscene = \"no.gltf\"\npatch = \"no.toml\"\nsurface-map = \"/\"\n"
+        "host-name = [\"a\", \"*\"]\nupload-dir = \"/dev/null/up\"\nsurface-replay = \"none\"\n");
+    EXPECT_FALSE(parse({"--config", config, "--check-config"}));
+    EXPECT_EQ(exit_code, 78);
+    for (int line = 1; line <= 14; ++line)
+        EXPECT_NE(err.find("line " + std::to_string(line) + ":"), std::string::npos) << line << "\n" << err;
+    EXPECT_EQ(out, "");
+    for (const char* size : {"17x17", "18x19", "8x16", "16x4098", "16x", "16x16x16", "+16x16", "016", "0x10"}) {
+        EXPECT_FALSE(parse({"--size", size})) << size;
+        EXPECT_EQ(exit_code, 2) << size;
+    }
+    for (const char* listen : {"8080", ":80", "a b:80", "gonio.example:80", "127.0.0.1:", "127.0.0.1:65536", "[]:80"})
+        EXPECT_FALSE(parse({"--listen", listen})) << listen;
+    EXPECT_EQ(parse({"--listen", "[::1]:80"})->host, "::1");
+    EXPECT_EQ(parse({"--box", "12aB:00Ff=x.toml"})->boxes, std::vector<std::string>{"12ab:00ff=x.toml"});
+    EXPECT_EQ(parse({"--size", "16x4096"})->height_px, 4096);
+    EXPECT_TRUE(parse({"--scene", "atrium", "--patch", file("", "patch.toml")})) << err;
+}
+
+TEST_F(ConfigTest, SamplesFitTheTechnique) {
+    EXPECT_FALSE(parse({"--config", file("samples = 5\n"), "--check-config"}));
+    EXPECT_EQ(exit_code, 78);
+    EXPECT_NE(err.find("--samples"), std::string::npos) << err;
+    EXPECT_EQ(parse({"--samples", "5", "--technique", "seed"})->samples, 5u);
+    const std::string show = (folder / "show").string();
+    EXPECT_TRUE(parse({"--samples", "5", "--state", show})) << "the saved show may use seed";
+    EXPECT_FALSE(parse({"--samples", "5", "--state", show, "--technique", "default"}));
+}
+
+TEST_F(ConfigTest, UploadsNeedAFolderThatCanBe) {
+    EXPECT_TRUE(parse({"--upload-dir", (folder / "to" / "be" / "made").string()})) << err;
+    EXPECT_FALSE(fs::exists(folder / "to")) << "checking makes nothing";
+    EXPECT_TRUE(parse({"--upload-dir", folder.string() + "/"})) << err;
+    for (const std::string& bad : {file("", "plain"), file("", "plain") + "/below", std::string(300, 'x')}) {
+        EXPECT_FALSE(parse({"--upload-dir", bad})) << bad;
+        EXPECT_EQ(exit_code, 2);
+        EXPECT_NE(err.find("--upload-dir"), std::string::npos) << err;
+    }
+}
+
+TEST_F(ConfigTest, NoNumberIsNotANumber) {
+    for (const char* option :
+         {"--target-fps", "--header-timeout", "--ping-interval", "--dead-timeout", "--write-timeout",
+          "--identify-timeout", "--key-interval", "--still-timeout", "--max-updates", "--max-update-burst"})
+        for (const char* value : {"nan", "-nan", "inf", "-inf", "1e400", "0", "1x", ""}) {
+            EXPECT_FALSE(parse({std::string(option) + "=" + value})) << option << " " << value;
+            EXPECT_EQ(exit_code, 2) << option << " " << value;
+        }
+    EXPECT_FALSE(parse({"--config", file("max-updates = nan\n")}));
+    EXPECT_NE(err.find("line 1"), std::string::npos) << err;
+}
+
+TEST_F(ConfigTest, NumbersArePrintedAsTheyAreRead) {
+    EXPECT_FALSE(parse({"--print-config", "--header-timeout", ".5", "--target-fps", "60.", "--max-clients", "010",
+                        "--max-local-clients", "00", "--device", "-01", "--max-header-kib", "+7"}));
+    EXPECT_EQ(exit_code, 0);
+    for (const char* line : {"header-timeout = 0.5 ", "target-fps = 60 ", "max-clients = 8 ", "max-local-clients = 0 ",
+                             "device = -1 ", "max-header-kib = 7 "})
+        EXPECT_NE(out.find("\n" + std::string(line)), std::string::npos) << line << "\n" << out;
+    const auto again = parse({"--config", file(out)});
+    ASSERT_TRUE(again) << err;
+    EXPECT_EQ(again->limits.clients, 8u);
+    EXPECT_EQ(again->limits.header, std::chrono::milliseconds(500));
+    EXPECT_EQ(again->device, -1);
+}
+
+TEST_F(ConfigTest, AVariableCannotEmptyAList) {
+    set("GONIOD_SCENE_ROOT", ",");
+    EXPECT_FALSE(parse({"--config", file("scene-root = [\"/\"]\n")}));
+    EXPECT_EQ(exit_code, 78);
+    EXPECT_NE(err.find("GONIOD_SCENE_ROOT"), std::string::npos) << err;
+}
+
+TEST_F(ConfigTest, AnEmptyTextIsAValue) {
+    const auto options = parse({"--config", file("patch = \"\"\nsacn = \"off\"\ntoken-file = \"\"\n")});
+    ASSERT_TRUE(options) << err;
+    EXPECT_EQ(options->token_file, "");
+}
+
+TEST_F(ConfigTest, HostNamesAreNamesOrAddresses) {
+    for (const char* good : {"gonio", "a.example", "A-1.example.", "my_host", "10.0.0.1", "::1", "2001:db8::7"})
+        EXPECT_TRUE(parse({"--host-name=" + std::string(good)})) << good << err;
+    for (const std::string& bad :
+         {std::string("*"), std::string("a b"), std::string("http://x:1"), std::string("x:1"), std::string("a..b"),
+          std::string("."), std::string("-a"), std::string("a/"), std::string("*.example"), std::string(64, 'a'),
+          std::string("b\xC3\xBCro.example")}) {
+        EXPECT_FALSE(parse({"--host-name=" + bad})) << bad;
+        EXPECT_EQ(exit_code, 2);
+    }
+    EXPECT_EQ(parse({"--host-name=[::1]"})->host_names, std::vector<std::string>{"::1"}) << "CLI11's list";
+    EXPECT_FALSE(parse({"--config", file("host-name = [\"\"]\n")}));
+    EXPECT_NE(err.find("line 1"), std::string::npos) << err;
+}
+
+TEST_F(ConfigTest, OriginsAreSchemeHostAndPort) {
+    for (const char* good :
+         {"https://x", "http://a.example:8080", "HTTPS://x", "http://[::1]:80", "https://[2001:db8::7]"})
+        EXPECT_TRUE(parse({"--allow-origin", good})) << good << err;
+    for (const char* bad : {"*", "foo", "null", "https://", "https://x/a", "https://x//", "https://*",
+                            "https://x:", "ws://x", "https://x:0", "https://x:65536", "https://x:1:2", "https://u@x",
+                            "http://::1", "http://[::1", "http://[::1]x", "https://x?y"}) {
+        EXPECT_FALSE(parse({"--allow-origin", bad})) << bad;
+        EXPECT_EQ(exit_code, 2) << bad;
+    }
+    EXPECT_FALSE(parse({"--config", file("allow-origin = [\"\"]\n")}));
+    EXPECT_FALSE(parse({"--allow-origin", "https://x:1/"}));
+    EXPECT_NE(err.find("'https://x:1' without the slash"), std::string::npos) << err;
 }
 
 TEST_F(ConfigTest, OptionsThatDoNotGoTogetherAreErrors) {
@@ -169,6 +278,35 @@ TEST_F(ConfigTest, ATokenThatOthersCanReadIsWarnedOf) {
     fs::permissions(path, fs::perms::owner_read);
     EXPECT_TRUE(read_token(path, &warning));
     EXPECT_EQ(warning, "");
+}
+
+TEST_F(ConfigTest, ATokenIsWhatHttpCanCarry) {
+    const std::string token = "0123456789abcdef";
+    for (const std::string& text : {token, token + "\r\n", " \t" + token + "\t \r\nmore", token + "\n\xFF\n"}) {
+        const auto read = read_token(file(text, "token"));
+        ASSERT_TRUE(read) << text;
+        EXPECT_EQ(*read, token);
+    }
+    const struct {
+        std::string text, what;
+    } rows[] = {{"secret89 abcdefgh\n", "byte 9 "},
+                {" secret89abc\tdefgh\n", "byte 13 "},
+                {"secret89abcdefg\xC3\xA4\n", "byte 16 "},
+                {"\xEF\xBB\xBFsecret89abcdefgh\n", "byte 1 "},
+                {std::string("secret89\0abcdefgh", 17), "byte 9 "},
+                {"secret89abcdefg\x7F\n", "byte 16 "},
+                {"secret89abcdefg    \n", "at least 16 bytes"},
+                {"", "at least 16 bytes"},
+                {" \t\r\nsecret89abcdefgh", "at least 16 bytes"},
+                {std::string(5000, 's'), "no longer than 4096"}};
+    for (const auto& row : rows) {
+        const auto read = read_token(file(row.text, "token"));
+        ASSERT_FALSE(read) << row.text;
+        EXPECT_NE(read.error().message.find(row.what), std::string::npos) << read.error().text();
+        EXPECT_EQ(read.error().text().find("secret"), std::string::npos) << read.error().text();
+    }
+    EXPECT_NE(read_token((folder / "none").string()).error().text().find("cannot be read"), std::string::npos);
+    EXPECT_FALSE(read_token(folder.string()));
 }
 
 }  // namespace
