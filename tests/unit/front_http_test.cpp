@@ -1,5 +1,8 @@
 // What the front answers to plain HTTP.
+#include <thread>
+
 #include "front_fixture.h"
+#include "server/net/http_rules.h"
 
 namespace gonio {
 namespace {
@@ -136,6 +139,42 @@ TEST_F(FrontTest, AnMjpegClientThatLeavesIsForgotten) {
         ASSERT_TRUE(wait_demand([](const Demand& d) { return d.jpeg; }));
     }
     EXPECT_TRUE(wait_demand([](const Demand& d) { return !d.jpeg && d.clients == 0; }));
+}
+
+// The time of a write is that without any progress.
+TEST_F(FrontTest, WhoeverReadsSlowlyGetsAllOfAStill) {
+    options.limits.write_stall = 400ms;
+    start();
+    Client client(front->port(), 32 << 10);
+    client.send("GET /v1/frame.png HTTP/1.1\r\nHost: localhost\r\n\r\n");
+    ASSERT_TRUE(wait_for([&] { return requests.size() == 1; }));
+    const std::string image(6 << 20, 'p');
+    v1::ServerMessage answer;
+    answer.mutable_capture()->set_format("png");
+    answer.mutable_capture()->set_image(image);
+    front->reply(requests[0].first, answer);
+    for (int i = 0; i < 12; ++i) {  // three times as long as a write may take
+        ASSERT_TRUE(client.receive());
+        std::this_thread::sleep_for(100ms);
+    }
+    EXPECT_EQ(client.read_response(), 200);
+    EXPECT_EQ(client.body.size(), image.size());
+}
+
+TEST(HttpRules, HostsAreNamesAndAddressesWithAPort) {
+    FrontOptions options;
+    options.host = "::";
+    using asio::ip::make_address;
+    const auto v4 = make_address("192.0.2.2"), mapped = make_address("::ffff:192.0.2.2");
+    EXPECT_TRUE(allowed_host("192.0.2.2:8080", options, v4));
+    EXPECT_TRUE(allowed_host("192.0.2.2:8080", options, mapped)) << "a dual-stack listener";
+    EXPECT_TRUE(allowed_host("[::ffff:192.0.2.2]", options, v4));
+    EXPECT_FALSE(allowed_host("192.0.2.3", options, mapped));
+    EXPECT_TRUE(allowed_host("[fe80::1]:80", options, make_address("fe80::1%1")));
+    EXPECT_TRUE(allowed_host("[::1]:80", options, v4));
+    for (const char* bad :
+         {"localhost:80; script-src *", "[::1]evil", "localhost:evil", "[::1", "", ":80", "localhost:80:80"})
+        EXPECT_FALSE(allowed_host(bad, options, v4)) << bad;
 }
 
 }  // namespace

@@ -189,5 +189,39 @@ TEST(SceneAccess, OnlyWhatClientsMayLoad) {
     fs::remove_all(folder);
 }
 
+TEST_F(FrontUploadsTest, OnlyWholeFilesReplaceOthers) {
+    start_with_uploads();
+    ASSERT_EQ(put("a.ies", "whole"), 201);
+    const auto status_of = [&](const std::string& headers) {
+        Client client(front->port());
+        client.send("PUT /v1/uploads/a.ies HTTP/1.1\r\nHost: localhost\r\n" + headers + "\r\n");
+        return client.read_response();
+    };
+    EXPECT_EQ(status_of(""), 411);
+    EXPECT_EQ(status_of("Transfer-Encoding: gzip\r\n"), 400);
+    EXPECT_EQ(put("a.ies", "part", "Content-Range: bytes 5-8/9\r\n"), 400);
+    EXPECT_EQ(put("a.ies", "packed", "Content-Encoding: gzip\r\n"), 415);
+    EXPECT_EQ(content("a.ies"), "whole");
+    EXPECT_EQ(files(), 1u);
+}
+
+TEST_F(FrontUploadsTest, FilesBegunTogetherKeepTheLimitToo) {
+    options.limits.upload_files = 1;
+    start_with_uploads();
+    Client first(front->port()), second(front->port());
+    const auto begin = [&](Client& client, const std::string& name) {
+        client.send("PUT /v1/uploads/" + name + " HTTP/1.1\r\nHost: localhost\r\nContent-Length: 4\r\n\r\nha");
+    };
+    begin(first, "a.ies");
+    begin(second, "b.ies");
+    ASSERT_TRUE(wait_for([&] { return files() == 2; })) << "both are being written";
+    first.send("lf");
+    EXPECT_EQ(first.read_response(), 201);
+    second.send("lf");
+    EXPECT_EQ(second.read_response(), 507);
+    EXPECT_EQ(content("a.ies"), "half");
+    EXPECT_EQ(files(), 1u);
+}
+
 }  // namespace
 }  // namespace gonio

@@ -187,5 +187,21 @@ TEST_F(LanesTest, TheBudgetOfASharedLaneIsThatOfItsFastestViewerThatFollows) {
     EXPECT_LE(wish(lanes, kSharedLane, now).budget_bytes, 2e6 / 8 * 0.033);
 }
 
+TEST_F(LanesTest, WhatWasNotWrittenCannotBeAcknowledged) {
+    Lanes lanes(rules(1));
+    lanes.join(1, now);
+    lanes.published(kFirstPrivateLane, true, now);
+    lanes.published(kFirstPrivateLane, false, now);
+    const std::uint32_t first = lanes.take_credit(1), second = lanes.take_credit(1);
+    EXPECT_EQ(wish(lanes, kFirstPrivateLane, now).credit, 0u);
+    lanes.acknowledged(1, second, 0ms, now);
+    EXPECT_EQ(wish(lanes, kFirstPrivateLane, now).credit, 0u) << "both wait behind a slow socket";
+    lanes.wrote(1, first, 1000, now);
+    lanes.acknowledged(1, second, 0ms, now);
+    EXPECT_EQ(wish(lanes, kFirstPrivateLane, now).credit, 0u);
+    lanes.acknowledged(1, first, 0ms, now);
+    EXPECT_EQ(wish(lanes, kFirstPrivateLane, now).credit, 1u);
+}
+
 }  // namespace
 }  // namespace gonio

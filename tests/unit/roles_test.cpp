@@ -83,5 +83,15 @@ TEST_F(RolesTest, TheLeaseEndsWithTheConnection) {
     EXPECT_FALSE(roles.forget(0));
 }
 
+// What is cut in the middle of a character is no UTF-8, and no protobuf client could read a message that holds it.
+TEST_F(RolesTest, NamesAreCutBetweenCharactersAndHoldNoControls) {
+    identify(7, std::string(127, 'x') + "\xC3\xA9", "controller");
+    ASSERT_EQ(code(roles.acquire(7, false, 0)), "ok");
+    EXPECT_EQ(roles.control().name(), std::string(127, 'x'));
+    identify(8, "evil\n[critical] \x1b[31m\xff", "controller");
+    ASSERT_EQ(code(roles.acquire(8, true, 0)), "ok");
+    EXPECT_EQ(roles.control().name(), "evil?[critical] ?[31m?");
+}
+
 }  // namespace
 }  // namespace gonio
