@@ -210,6 +210,49 @@ TEST_F(SavedShow, LightsThatWereRemovedStayAwayAndTheirNamesMayBeTaken) {
     expect_same_scene(scene, back().scene);
 }
 
+// Fourteen lights at 4096x4096 are more than layers may take; twelve are not.
+TEST_F(SavedShow, ASizeThatOnlyTheRemainingLightsAllowComesBack) {
+    auto many = std::make_shared<SceneAsset>(*asset);
+    while (many->lights.size() < 14) {
+        many->lights.push_back(many->lights[0]);
+        many->lights.back().name = "n" + std::to_string(many->lights.size());
+    }
+    asset = many;
+    scene = scene_of(asset, 7);
+    v1::Command size, remove;
+    size.mutable_set_size()->set_width_px(4096);
+    size.mutable_set_size()->set_height_px(4096);
+    const auto refused = apply(scene, size, {});
+    ASSERT_FALSE(refused);
+    EXPECT_NE(refused.error().message.find("exceeds 4 GiB"), std::string::npos) << refused.error().text();
+    for (const char* name : {"n5", "n6"}) {
+        remove.mutable_remove_light()->set_name(name);
+        run(remove);
+    }
+    run(size);
+    const RestoredShow restored = back();
+    EXPECT_EQ(restored.warnings, std::vector<std::string>{});
+    expect_same_scene(scene, restored.scene);
+}
+
+TEST_F(SavedShow, APresetOfMoreLightsThanTheSizeAllowsComesBackWhole) {
+    for (int i = 2; i < 14; ++i) run(light("n" + std::to_string(i), i / 2.0, true), web(100), "mine.ies");
+    v1::Command save, remove, size;
+    save.mutable_save_preset()->set_name("all");
+    run(save);
+    for (int i = 2; i < 13; ++i) {
+        remove.mutable_remove_light()->set_name("n" + std::to_string(i));
+        run(remove);
+    }
+    size.mutable_set_size()->set_width_px(4096);
+    size.mutable_set_size()->set_height_px(4096);
+    run(size);
+    ASSERT_EQ(scene.presets.at("all")->size(), 14u);
+    const RestoredShow restored = back();
+    EXPECT_EQ(restored.warnings, std::vector<std::string>{});
+    expect_same_scene(scene, restored.scene);
+}
+
 TEST_F(SavedShow, RevisionsGoOn) {
     saved::Show show = show_of(scene, texts);
     show.set_complete(true);
