@@ -7,6 +7,7 @@
 #include <set>
 
 #include "ies/writers.h"
+#include "protocol/upload_name.h"
 #include "server/assets/assets.h"
 #include "server/scene/apply.h"
 #include "server/scene/preset.h"
@@ -28,8 +29,10 @@ std::string hash_of(std::string_view text) {
     return digits;
 }
 
-// A path that means the same file from another folder; the names of built-in scenes as they are.
+// A path that means the same file from another folder. Names of built-in scenes and uploads stay as they are, also
+// where the working folder has files that are called so.
 std::string lasting_name(const std::string& scene) {
+    if (scene == "cornell" || scene == "atrium" || scene.starts_with(kUploadPrefix)) return scene;
     std::error_code error;
     if (!std::filesystem::is_regular_file(scene, error)) return scene;
     const auto path = std::filesystem::weakly_canonical(scene, error);
@@ -333,7 +336,7 @@ std::string write_show(const saved::Show& show) {
 
 Revision revision_after(const saved::Show& show) {
     const Revision step = show.complete() ? 1 : kUnsavedRevisions;
-    return show.scene_rev() > UINT32_MAX - step ? 1 : show.scene_rev() + step;
+    return show.scene_rev() >= kMaxSavedRevision ? 1 : show.scene_rev() + step;
 }
 
 bool is_scene_of(const saved::Show& show, const std::string& scene) {

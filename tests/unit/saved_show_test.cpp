@@ -5,6 +5,8 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <filesystem>
+#include <fstream>
 
 #include "protocol/gonio.pb.h"
 #include "server/assets/assets.h"
@@ -260,6 +262,46 @@ TEST_F(SavedShow, RevisionsGoOn) {
     show.set_complete(false);
     EXPECT_EQ(revision_after(show), scene.scene_rev + kUnsavedRevisions);
     EXPECT_GE(restore_show(show, asset, true).scene.scene_rev, scene.scene_rev + kUnsavedRevisions);
+}
+
+// However large the number in the file is, changes get revisions of their own.
+TEST_F(SavedShow, RevisionsBeginAnewBeforeTheyEnd) {
+    saved::Show show = show_of(scene, texts);
+    for (const bool complete : {false, true}) {
+        show.set_complete(complete);
+        show.set_scene_rev(kMaxSavedRevision - 1);
+        EXPECT_GE(revision_after(show), kMaxSavedRevision);
+        for (const Revision last : {kMaxSavedRevision, UINT32_MAX - kUnsavedRevisions, UINT32_MAX - 1, UINT32_MAX}) {
+            show.set_scene_rev(last);
+            EXPECT_EQ(revision_after(show), 1u) << last;
+            scene = restore_show(show, asset, true).scene;
+            const Revision before = scene.scene_rev;
+            run(light(first, 1.5));
+            EXPECT_EQ(scene.scene_rev, before + 1) << last;
+        }
+    }
+}
+
+// Files of the names of what is no file do not stand in for it.
+TEST_F(SavedShow, NamesOfBuiltInScenesAndUploadsAreNoFiles) {
+    namespace fs = std::filesystem;
+    const fs::path before = fs::current_path(), folder = fs::path(testing::TempDir()) / "gonio-saved-names";
+    fs::remove_all(folder);
+    fs::create_directories(folder);
+    fs::current_path(folder);
+    for (const char* name : {"cornell", "atrium", "upload:room.gltf", "room.gltf"}) std::ofstream(name) << "x";
+    const auto saved_name = [&](const std::string& name) {
+        auto named = std::make_shared<SceneAsset>(*asset);
+        named->name = name;
+        const saved::Show show = show_of(scene_of(named), texts);
+        EXPECT_TRUE(is_scene_of(show, name)) << name;
+        return show.scene();
+    };
+    for (const char* name : {"cornell", "atrium", "upload:room.gltf"}) EXPECT_EQ(saved_name(name), name);
+    EXPECT_EQ(saved_name("room.gltf"), fs::canonical("room.gltf").string());
+    EXPECT_EQ(saved_name("./cornell"), fs::canonical("cornell").string());
+    fs::current_path(before);
+    fs::remove_all(folder);
 }
 
 TEST_F(SavedShow, WhatCannotComeBackIsAWarningAndTheRestComesBack) {
