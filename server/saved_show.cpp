@@ -7,6 +7,7 @@
 #include <set>
 
 #include "ies/writers.h"
+#include "protocol/upload_name.h"
 #include "server/assets/assets.h"
 #include "server/scene/apply.h"
 #include "server/scene/preset.h"
@@ -28,8 +29,10 @@ std::string hash_of(std::string_view text) {
     return digits;
 }
 
-// A path that means the same file from another folder; the names of built-in scenes as they are.
+// A path that means the same file from another folder. Names of built-in scenes and uploads stay as they are, also
+// where the working folder has files that are called so.
 std::string lasting_name(const std::string& scene) {
+    if (scene == "cornell" || scene == "atrium" || scene.starts_with(kUploadPrefix)) return scene;
     std::error_code error;
     if (!std::filesystem::is_regular_file(scene, error)) return scene;
     const auto path = std::filesystem::weakly_canonical(scene, error);
@@ -128,11 +131,15 @@ public:
         *set.mutable_color_rgb() = light.color_rgb();
     }
 
-    void restore_size_and_technique() {
-        v1::Command size, technique;
+    // After the lights: how large a picture may be depends on how many there are.
+    void restore_size() {
+        v1::Command size;
         size.mutable_set_size()->set_width_px(show_.size_px_size() == 2 ? show_.size_px(0) : 0);
         size.mutable_set_size()->set_height_px(show_.size_px_size() == 2 ? show_.size_px(1) : 0);
         run(size, "the size");
+    }
+    void restore_technique() {
+        v1::Command technique;
         technique.mutable_set_technique()->set_technique(show_.technique());
         technique.mutable_set_technique()->set_samples(show_.samples());
         run(technique, "the technique");
@@ -144,6 +151,7 @@ public:
             stage.lights.clear();
             stage.groups.clear();
             stage.presets.clear();
+            stage.width_px = stage.height_px = 16;  // nobody looks at it: a preset may have more lights than the show
             for (const saved::Light& light : preset.lights())
                 add(stage, light, "light '" + light.name() + "' of preset '" + preset.name() + "'");
             v1::Command save;
@@ -328,7 +336,7 @@ std::string write_show(const saved::Show& show) {
 
 Revision revision_after(const saved::Show& show) {
     const Revision step = show.complete() ? 1 : kUnsavedRevisions;
-    return show.scene_rev() > UINT32_MAX - step ? 1 : show.scene_rev() + step;
+    return show.scene_rev() >= kMaxSavedRevision ? 1 : show.scene_rev() + step;
 }
 
 bool is_scene_of(const saved::Show& show, const std::string& scene) {
@@ -337,12 +345,13 @@ bool is_scene_of(const saved::Show& show, const std::string& scene) {
 
 RestoredShow restore_show(const saved::Show& show, std::shared_ptr<const SceneAsset> asset, bool same_scene) {
     Restorer restorer(show, scene_of(std::move(asset), revision_after(show)));
-    restorer.restore_size_and_technique();
+    restorer.restore_technique();
     restorer.restore_presets();
     if (same_scene) {
         restorer.restore_lights();
         restorer.restore_camera();
     }
+    restorer.restore_size();
     restorer.restore_settings();
     return restorer.result();
 }

@@ -17,6 +17,8 @@ inline constexpr std::uint32_t kSavedVersion = 1;
 inline constexpr std::size_t kMaxSavedBytes = std::size_t{256} << 20;  // a larger file is not read: "too_large"
 // Revisions that clients may have seen though no file holds them, because the program was killed or the disk was full.
 inline constexpr Revision kUnsavedRevisions = 1'000'000;
+// From here on revisions begin at 1 again, so that none is ever close to the last that fits.
+inline constexpr Revision kMaxSavedRevision = Revision{1} << 31;
 
 // Profiles as text, kept from one show to the next: writing a web takes longer than all else.
 class ProfileTexts {
@@ -43,7 +45,8 @@ saved::Show show_of(const Scene& scene, ProfileTexts& texts);
 Result<saved::Show> read_show(std::string_view json);
 std::string write_show(const saved::Show& show);
 
-// Result: the revision with which a server goes on that has read the show: greater than any that a client has seen.
+// Result: the revision with which a server goes on that has read the show: greater than any that a client has seen,
+// and 1 after kMaxSavedRevision.
 Revision revision_after(const saved::Show& show);
 // Whether a scene's name means the saved scene.
 bool is_scene_of(const saved::Show& show, const std::string& scene);

@@ -8,12 +8,14 @@
 
 #include "protocol/patch_toml.h"
 #include "protocol/surface_toml.h"
+#include "protocol/upload_name.h"
 #include "server/assets/assets.h"
 #include "server/atomic_file.h"
 #include "server/null_renderer.h"
 #include "server/oneshot.h"
 #include "server/render/renderer.h"
 #include "server/scene/apply.h"
+#include "server/scene_access.h"
 #include "server/state_file.h"
 
 namespace gonio {
@@ -70,6 +72,17 @@ std::shared_ptr<const SceneAsset> asset_of(const std::string& file) {
     return *asset;
 }
 
+// The scene of a saved show: an upload or a file below a --scene-root as clients name them, else any file. Errors: as
+// of load_scene.
+Result<std::shared_ptr<const SceneAsset>> saved_asset(const Options& options, const std::string& name) {
+    const bool upload = name.starts_with(kUploadPrefix);
+    if (upload && options.upload_folder.empty())
+        return Error{"not_found", "scene", name, "Uploads are kept where --upload-dir names a folder."};
+    const auto path = scene_path({true, options.scene_roots, options.upload_folder}, name);
+    if (!path && upload) return path.error();
+    return load_scene(path ? *path : name, name);
+}
+
 // Brings the saved show back. Result: the scene, or nothing where there is none to bring back.
 Scene saved_scene(const Options& options, const saved::Show& show) {
     if (options.scene_given && !is_scene_of(show, options.scene)) {
@@ -77,7 +90,7 @@ Scene saved_scene(const Options& options, const saved::Show& show) {
         set_show_aside(options.state_file);
         return scene_of(asset_of(options.scene), revision_after(show));
     }
-    auto asset = load_scene(show.scene());
+    auto asset = saved_asset(options, show.scene());
     const bool same_scene = static_cast<bool>(asset);
     if (!same_scene) {
         spdlog::warn("state: the scene '{}' cannot be loaded: {}; '{}' is shown instead", show.scene(),

@@ -14,8 +14,21 @@ namespace gonio {
 
 using Clock = std::chrono::steady_clock;
 
-StateFile::StateFile(std::string path, std::chrono::milliseconds interval, std::chrono::milliseconds retry)
-    : path_(std::move(path)), interval_(interval), retry_(retry), thread_([this] { work(); }) {}
+StateFile::StateFile(std::string path, std::chrono::milliseconds interval, std::chrono::milliseconds retry,
+                     std::size_t most_bytes)
+    : path_(std::move(path)), interval_(interval), retry_(retry), most_bytes_(most_bytes), thread_([this] {
+          work();
+      }) {}
+
+Result<bool> StateFile::write(const std::string& json) const {
+    if (json.empty()) return Error{"file_unwritable", "", path_, "a name in it is not UTF-8"};
+    if (json.size() > most_bytes_) {
+        return Error{
+            "too_large", "", path_,
+            "the show has " + std::to_string(json.size()) + " bytes, its file at most " + std::to_string(most_bytes_)};
+    }
+    return write_file_atomically(path_, json);
+}
 
 StateFile::~StateFile() {
     close();
@@ -43,9 +56,7 @@ const StateFile::Told& StateFile::told() {
 bool StateFile::save(const Scene& scene, bool complete) {
     saved::Show show = show_of(scene, texts_);
     show.set_complete(complete);
-    const std::string json = write_show(show);
-    const Result<bool> written = json.empty() ? Error{"file_unwritable", "", path_, "a name in it is not UTF-8"}
-                                              : write_file_atomically(path_, json);
+    const Result<bool> written = write(write_show(show));
     const std::string error = written ? "" : written.error().text();
     if (!error.empty() && saving_.error.empty())
         spdlog::warn("state: not saved: {}; it is tried again", error);

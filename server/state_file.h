@@ -17,16 +17,17 @@ namespace gonio {
 inline constexpr std::chrono::milliseconds kSaveInterval{1000};
 inline constexpr std::chrono::milliseconds kSaveRetry{5000};  // after a failure, unless a change comes first
 
-// Keeps PATH up to date. A write that fails (a full disk, a folder without rights) is said in the log once and tried
-// again; the show goes on.
+// Keeps PATH up to date. A write that fails (a full disk, a folder without rights, a show that is too large to be read
+// again) is said in the log once and tried again; the old file stays and the show goes on.
 class StateFile {
 public:
     struct Told {
         std::uint32_t saves = 0;
         std::string error;  // of the last try; empty: it went well
     };
+    // most_bytes: of the file; a show that is larger is not written, since no start would read it.
     explicit StateFile(std::string path, std::chrono::milliseconds interval = kSaveInterval,
-                       std::chrono::milliseconds retry = kSaveRetry);
+                       std::chrono::milliseconds retry = kSaveRetry, std::size_t most_bytes = kMaxSavedBytes);
     ~StateFile();
     StateFile(const StateFile&) = delete;
     StateFile& operator=(const StateFile&) = delete;
@@ -44,9 +45,11 @@ public:
 private:
     void work();
     bool save(const Scene& scene, bool complete);
+    Result<bool> write(const std::string& json) const;
 
     std::string path_;
     std::chrono::milliseconds interval_, retry_;
+    std::size_t most_bytes_;
     Latest<Scene> scenes_;
     Latest<Told> news_;
     Told told_;    // the render thread's

@@ -1,6 +1,7 @@
 // The node tree of a glTF scene -> instances, cameras and the places of lights, in double.
 #include <tiny_gltf.h>
 
+#include <algorithm>
 #include <cmath>
 #include <glm/gtc/matrix_transform.hpp>
 #include <map>
@@ -13,6 +14,8 @@
 
 namespace gonio {
 namespace {
+
+constexpr double kMinFov_rad = 0.02, kMaxFov_rad = 3.0;  // as of set_camera
 
 bool is_finite(const glm::dmat4& matrix) {
     for (int c = 0; c < 4; ++c) {
@@ -175,9 +178,14 @@ private:
         const Bounds& bounds = import_.scene.bounds;
         for (std::size_t i = 0; i < import_.scene.cameras.size(); ++i) {
             Camera& camera = import_.scene.cameras[i];
-            if (!(camera.fov_rad > 1e-4 && camera.fov_rad < std::numbers::pi)) {
-                return Error{"bad_gltf", "/cameras/" + std::to_string(camera_indices_[i]) + "/perspective/yfov",
-                             std::to_string(camera.fov_rad), "the field of view must lie between 0 and pi"};
+            const std::string where = "/cameras/" + std::to_string(camera_indices_[i]) + "/perspective/yfov";
+            if (!(camera.fov_rad > 0.0 && camera.fov_rad < std::numbers::pi)) {
+                return Error{"bad_gltf", where, std::to_string(camera.fov_rad),
+                             "the field of view must lie between 0 and pi"};
+            }
+            if (camera.fov_rad < kMinFov_rad || camera.fov_rad > kMaxFov_rad) {
+                import_.warn("a field of view was moved into 0.02 to 3 rad (" + where + ")");
+                camera.fov_rad = std::clamp(camera.fov_rad, kMinFov_rad, kMaxFov_rad);
             }
             if (import_.scene.instances.empty()) continue;
             const glm::dvec3 forward = camera.target - camera.eye;

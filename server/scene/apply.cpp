@@ -417,7 +417,8 @@ void check_layers(const Scene& scene) {
     const std::size_t pixels = static_cast<std::size_t>(scene.width_px) * static_cast<std::size_t>(scene.height_px);
     if (pixels * scene.lights.size() * kLayerBytesPerPixel <= kMaxLayerBytes) return;
     refuse("too_large", "size_px", std::to_string(scene.width_px) + "x" + std::to_string(scene.height_px),
-           "the irradiance of " + std::to_string(scene.lights.size()) + " lights at this size exceeds 2 GiB");
+           "the irradiance of " + std::to_string(scene.lights.size()) + " lights at this size exceeds " +
+               std::to_string(kMaxLayerBytes >> 30) + " GiB");
 }
 
 Revision newest_part(const Scene& scene) {

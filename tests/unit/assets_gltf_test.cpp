@@ -11,6 +11,7 @@
 
 #include "ies/synthetic.h"
 #include "server/assets/assets.h"
+#include "server/scene/apply.h"
 #include "tests/unit/assets_gltf_fixture.h"
 
 namespace gonio {
@@ -205,6 +206,29 @@ TEST_F(AssetsGltf, CameraLooksAlongMinusZ) {
     EXPECT_EQ(camera.eye, glm::dvec3(1, 2, 3));
     const glm::dvec3 forward = glm::normalize(camera.target - camera.eye);
     EXPECT_NEAR(forward.x, -1.0, 1e-12);
+}
+
+// What the file says is what set_camera can say again, as a restart does.
+TEST_F(AssetsGltf, FieldsOfViewAreThoseThatSetCameraTakes) {
+    Json document = triangle();
+    document["nodes"].push_back(Json::parse(R"({"camera": 0, "translation": [0, 0, 3]})"));
+    document["scenes"][0]["nodes"] = {0, 1};
+    const struct {
+        double yfov, is;
+    } cases[] = {{0.001, 0.02}, {1e-6, 0.02}, {0.02, 0.02}, {0.03, 0.03}, {3.0, 3.0}, {3.1, 3.0}};
+    for (const auto& [yfov, is] : cases) {
+        SCOPED_TRACE(yfov);
+        document["cameras"] = Json::array({{{"type", "perspective"}, {"perspective", {{"yfov", yfov}, {"znear", 1}}}}});
+        const auto asset = good(document);
+        ASSERT_EQ(asset->cameras.size(), 1u);
+        EXPECT_EQ(asset->cameras[0].fov_rad, is);
+        EXPECT_EQ(warns(*asset, "/cameras/0/perspective/yfov"), yfov != is);
+        Scene scene = scene_of(asset);
+        v1::Command command;
+        command.mutable_set_camera()->set_fov_rad(scene.camera.fov_rad);
+        const auto applied = apply(scene, command, {});
+        EXPECT_TRUE(applied) << applied.error().text();
+    }
 }
 
 Json with_punctual(Json document) {

@@ -5,6 +5,8 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <filesystem>
+#include <fstream>
 
 #include "protocol/gonio.pb.h"
 #include "server/assets/assets.h"
@@ -210,6 +212,49 @@ TEST_F(SavedShow, LightsThatWereRemovedStayAwayAndTheirNamesMayBeTaken) {
     expect_same_scene(scene, back().scene);
 }
 
+// Fourteen lights at 4096x4096 are more than layers may take; twelve are not.
+TEST_F(SavedShow, ASizeThatOnlyTheRemainingLightsAllowComesBack) {
+    auto many = std::make_shared<SceneAsset>(*asset);
+    while (many->lights.size() < 14) {
+        many->lights.push_back(many->lights[0]);
+        many->lights.back().name = "n" + std::to_string(many->lights.size());
+    }
+    asset = many;
+    scene = scene_of(asset, 7);
+    v1::Command size, remove;
+    size.mutable_set_size()->set_width_px(4096);
+    size.mutable_set_size()->set_height_px(4096);
+    const auto refused = apply(scene, size, {});
+    ASSERT_FALSE(refused);
+    EXPECT_NE(refused.error().message.find("exceeds 4 GiB"), std::string::npos) << refused.error().text();
+    for (const char* name : {"n5", "n6"}) {
+        remove.mutable_remove_light()->set_name(name);
+        run(remove);
+    }
+    run(size);
+    const RestoredShow restored = back();
+    EXPECT_EQ(restored.warnings, std::vector<std::string>{});
+    expect_same_scene(scene, restored.scene);
+}
+
+TEST_F(SavedShow, APresetOfMoreLightsThanTheSizeAllowsComesBackWhole) {
+    for (int i = 2; i < 14; ++i) run(light("n" + std::to_string(i), i / 2.0, true), web(100), "mine.ies");
+    v1::Command save, remove, size;
+    save.mutable_save_preset()->set_name("all");
+    run(save);
+    for (int i = 2; i < 13; ++i) {
+        remove.mutable_remove_light()->set_name("n" + std::to_string(i));
+        run(remove);
+    }
+    size.mutable_set_size()->set_width_px(4096);
+    size.mutable_set_size()->set_height_px(4096);
+    run(size);
+    ASSERT_EQ(scene.presets.at("all")->size(), 14u);
+    const RestoredShow restored = back();
+    EXPECT_EQ(restored.warnings, std::vector<std::string>{});
+    expect_same_scene(scene, restored.scene);
+}
+
 TEST_F(SavedShow, RevisionsGoOn) {
     saved::Show show = show_of(scene, texts);
     show.set_complete(true);
@@ -217,6 +262,46 @@ TEST_F(SavedShow, RevisionsGoOn) {
     show.set_complete(false);
     EXPECT_EQ(revision_after(show), scene.scene_rev + kUnsavedRevisions);
     EXPECT_GE(restore_show(show, asset, true).scene.scene_rev, scene.scene_rev + kUnsavedRevisions);
+}
+
+// However large the number in the file is, changes get revisions of their own.
+TEST_F(SavedShow, RevisionsBeginAnewBeforeTheyEnd) {
+    saved::Show show = show_of(scene, texts);
+    for (const bool complete : {false, true}) {
+        show.set_complete(complete);
+        show.set_scene_rev(kMaxSavedRevision - 1);
+        EXPECT_GE(revision_after(show), kMaxSavedRevision);
+        for (const Revision last : {kMaxSavedRevision, UINT32_MAX - kUnsavedRevisions, UINT32_MAX - 1, UINT32_MAX}) {
+            show.set_scene_rev(last);
+            EXPECT_EQ(revision_after(show), 1u) << last;
+            scene = restore_show(show, asset, true).scene;
+            const Revision before = scene.scene_rev;
+            run(light(first, 1.5));
+            EXPECT_EQ(scene.scene_rev, before + 1) << last;
+        }
+    }
+}
+
+// Files of the names of what is no file do not stand in for it.
+TEST_F(SavedShow, NamesOfBuiltInScenesAndUploadsAreNoFiles) {
+    namespace fs = std::filesystem;
+    const fs::path before = fs::current_path(), folder = fs::path(testing::TempDir()) / "gonio-saved-names";
+    fs::remove_all(folder);
+    fs::create_directories(folder);
+    fs::current_path(folder);
+    for (const char* name : {"cornell", "atrium", "upload:room.gltf", "room.gltf"}) std::ofstream(name) << "x";
+    const auto saved_name = [&](const std::string& name) {
+        auto named = std::make_shared<SceneAsset>(*asset);
+        named->name = name;
+        const saved::Show show = show_of(scene_of(named), texts);
+        EXPECT_TRUE(is_scene_of(show, name)) << name;
+        return show.scene();
+    };
+    for (const char* name : {"cornell", "atrium", "upload:room.gltf"}) EXPECT_EQ(saved_name(name), name);
+    EXPECT_EQ(saved_name("room.gltf"), fs::canonical("room.gltf").string());
+    EXPECT_EQ(saved_name("./cornell"), fs::canonical("cornell").string());
+    fs::current_path(before);
+    fs::remove_all(folder);
 }
 
 TEST_F(SavedShow, WhatCannotComeBackIsAWarningAndTheRestComesBack) {

@@ -118,6 +118,42 @@ TEST_F(StateFileTest, AFullDiskIsSaidAndTriedAgainAndTheOldFileStays) {
     EXPECT_TRUE(until([&] { return file.told().error.empty(); }));
 }
 
+// What the next start would refuse to read takes the place of nothing.
+TEST_F(StateFileTest, AShowTooLargeToReadIsSaidAndTheOldFileStays) {
+    { StateFile(path, 1ms, 10ms).put(scene); }
+    const std::size_t most = text_of(path).size() + 1000;
+    StateFile file(path, 20ms, 60ms, most);
+    const auto group = [&](const char* light) {
+        v1::Command command;
+        command.mutable_set_group()->set_name(std::string(kMaxNameBytes, 'g'));
+        if (*light) command.mutable_set_group()->add_lights(light);
+        ASSERT_TRUE(apply(scene, command, {}));
+    };
+    group(scene.lights[0].name.c_str());
+    file.put(scene);
+    ASSERT_TRUE(until([&] { return on_disk() && on_disk()->groups_size() == 1; })) << file.told().error;
+    const std::string before = text_of(path);
+    for (int i = 0; i < 40; ++i) {
+        v1::Command command;
+        command.mutable_save_preset()->set_name("preset " + std::to_string(i));
+        ASSERT_TRUE(apply(scene, command, {}));
+    }
+    file.put(scene);
+    ASSERT_TRUE(until([&] { return !file.told().error.empty(); }));
+    EXPECT_NE(file.told().error.find("at most " + std::to_string(most)), std::string::npos) << file.told().error;
+    EXPECT_EQ(text_of(path), before);
+    EXPECT_EQ(files(), std::vector<std::string>{"show.json"});
+    for (int i = 0; i < 40; ++i) {
+        v1::Command command;
+        command.mutable_remove_preset()->set_name("preset " + std::to_string(i));
+        ASSERT_TRUE(apply(scene, command, {}));
+    }
+    group("");
+    file.put(scene);
+    EXPECT_TRUE(until([&] { return on_disk()->groups_size() == 0; }));
+    EXPECT_TRUE(until([&] { return file.told().error.empty(); }));
+}
+
 TEST_F(StateFileTest, AFolderThatIsGoneComesBack) {
     fs::remove_all(folder);
     StateFile file(path, 20ms, 60ms);

@@ -1,0 +1,84 @@
+// The scene that goniod begins with, where a show was saved: found again however a client had named it.
+#include "server/start.h"
+
+#include <gtest/gtest.h>
+
+#include "server/saved_show.h"
+#include "server/scene/apply.h"
+#include "tests/unit/assets_gltf_fixture.h"
+
+namespace gonio {
+namespace {
+
+class FirstScene : public GltfFixture {
+protected:
+    void SetUp() override {
+        GltfFixture::SetUp();
+        write("room.gltf", triangle().dump());
+        options.state_file = directory_.parent_path() / "show.json";
+    }
+    // Saves what a client did who loaded room.gltf under this name. Result: the scene's name in the file.
+    std::string save(const std::string& name) {
+        auto asset = load_scene(directory_ / "room.gltf", name);
+        EXPECT_TRUE(asset) << asset.error().text();
+        Scene scene = scene_of(*asset, 5);
+        v1::Command command;
+        command.mutable_set_camera()->set_fov_rad(1.25);
+        EXPECT_TRUE(apply(scene, command, {}));
+        ProfileTexts texts;
+        const saved::Show show = show_of(scene, texts);
+        std::ofstream(options.state_file) << write_show(show);
+        return show.scene();
+    }
+    bool set_aside() const { return std::filesystem::exists(options.state_file + ".aside"); }
+
+    Options options;
+};
+
+TEST_F(FirstScene, AnUploadComesBackFromItsFolder) {
+    options.upload_folder = directory_;
+    ASSERT_EQ(save("upload:room.gltf"), "upload:room.gltf");
+    const Scene scene = first_scene(options);
+    EXPECT_EQ(scene.asset->name, "upload:room.gltf") << "clients see the name that they gave";
+    EXPECT_EQ(scene.asset->triangles(), 1u);
+    EXPECT_EQ(scene.camera.fov_rad, 1.25);
+    EXPECT_FALSE(set_aside());
+}
+
+TEST_F(FirstScene, AnUploadThatIsGoneIsSetAside) {
+    for (const char* folder : {"", "scene"}) {  // the private one; one without the file
+        options.upload_folder = *folder ? (directory_ / folder).string() : "";
+        save("upload:room.gltf");
+        const Scene scene = first_scene(options);
+        EXPECT_EQ(scene.asset->name, "cornell") << folder;
+        EXPECT_TRUE(set_aside()) << folder;
+        std::filesystem::remove(options.state_file + ".aside");
+    }
+    // No name leaves the folder.
+    options.upload_folder = directory_ / "uploads";
+    std::filesystem::create_directory(options.upload_folder);
+    save("upload:../room.gltf");
+    EXPECT_EQ(first_scene(options).asset->name, "cornell");
+    EXPECT_TRUE(set_aside());
+}
+
+TEST_F(FirstScene, ANameBelowASceneRootComesBack) {
+    options.scene_roots = {directory_};
+    ASSERT_EQ(save("room.gltf"), "room.gltf");
+    const Scene scene = first_scene(options);
+    EXPECT_EQ(scene.asset->name, "room.gltf");
+    EXPECT_EQ(scene.camera.fov_rad, 1.25);
+    EXPECT_FALSE(set_aside());
+}
+
+// Roots bind clients; goniod itself was started with this scene.
+TEST_F(FirstScene, AFileOutsideTheSceneRootsComesBack) {
+    options.scene_roots = {directory_ / "elsewhere"};
+    const std::string path = std::filesystem::canonical(directory_ / "room.gltf");
+    ASSERT_EQ(save(path), path);
+    EXPECT_EQ(first_scene(options).camera.fov_rad, 1.25);
+    EXPECT_FALSE(set_aside());
+}
+
+}  // namespace
+}  // namespace gonio
