@@ -3,6 +3,7 @@
 #include <sys/stat.h>
 
 #include <CLI/CLI.hpp>
+#include <algorithm>
 #include <cmath>
 #include <filesystem>
 #include <fstream>
@@ -14,7 +15,9 @@
 namespace gonio {
 namespace {
 
-constexpr std::size_t kMinTokenBytes = 16;  // 128 bits where every byte is a random one; a hexadecimal one has 32
+constexpr std::size_t kMinTokenBytes = 16;    // 128 bits where every byte is a random one; a hexadecimal one has 32
+constexpr std::size_t kMaxTokenBytes = 4096;  // of its line
+constexpr const char* kBlanks = " \t\r";      // beside a token, which editors and copying leave
 
 void add_seconds(CLI::App& app, const char* name, std::chrono::milliseconds& value, const char* what) {
     const double now_s = static_cast<double>(value.count()) * 1e-3;
@@ -119,13 +122,25 @@ bool is_loopback(const std::string& host) {
 
 Result<std::string> read_token(const std::string& path, std::string* warning) {
     if (path.empty()) return std::string();
-    std::ifstream file(path);
-    std::string token;
-    std::getline(file, token);
-    while (!token.empty() && (token.back() == '\r' || token.back() == ' ')) token.pop_back();
-    if (!file.is_open() || file.bad() || token.size() < kMinTokenBytes)
-        return Error{"file_unreadable", "--token-file", path,
-                     "must hold a token of at least 16 bytes in its first line"};
+    const auto refused = [&](const std::string& message) {
+        return Error{"file_unreadable", "--token-file", path, message};
+    };
+    std::ifstream file(path, std::ios::binary);
+    std::string line(kMaxTokenBytes + 1, '\0');
+    file.read(line.data(), static_cast<std::streamsize>(line.size()));
+    if (!file.is_open() || file.bad()) return refused("cannot be read");
+    line.resize(static_cast<std::size_t>(file.gcount()));
+    line.resize(std::min(line.find('\n'), line.size()));
+    if (line.size() > kMaxTokenBytes)
+        return refused("its first line must be no longer than " + std::to_string(kMaxTokenBytes) + " bytes");
+    const std::size_t begin = std::min(line.find_first_not_of(kBlanks), line.size());
+    const std::size_t end = line.find_last_not_of(kBlanks) + 1;  // npos + 1 is 0
+    for (std::size_t i = begin; i < end; ++i)
+        if (line[i] < 0x21 || line[i] > 0x7E)
+            return refused("byte " + std::to_string(i + 1) +
+                           " of its first line is none that HTTP carries in a token: 0x21..0x7E");
+    const std::string token = line.substr(begin, std::max(begin, end) - begin);
+    if (token.size() < kMinTokenBytes) return refused("must hold a token of at least 16 bytes in its first line");
     struct stat status {};
     if (warning != nullptr && ::stat(path.c_str(), &status) == 0 && (status.st_mode & (S_IROTH | S_IWOTH)) != 0)
         *warning = "the token file '" + path + "' can be read by every user of this machine";

@@ -21,8 +21,9 @@ FrontOptions front_options(const Options& options);
 
 bool is_loopback(const std::string& host);
 
-// Result: the token of the file; empty where path is. Errors: "file_unreadable" (also a token under 16 bytes). Others
-// than its owner may read it: *warning says so.
+// Result: the token of the file, its first line without blanks at the ends; empty where path is. Errors:
+// "file_unreadable" (also a token under 16 bytes, or with a byte that HTTP does not carry; the message names the
+// byte's place, never its value). Others than its owner may read it: *warning says so.
 Result<std::string> read_token(const std::string& path, std::string* warning = nullptr);
 
 }  // namespace gonio

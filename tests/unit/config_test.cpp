@@ -198,5 +198,34 @@ TEST_F(ConfigTest, ATokenThatOthersCanReadIsWarnedOf) {
     EXPECT_EQ(warning, "");
 }
 
+TEST_F(ConfigTest, ATokenIsWhatHttpCanCarry) {
+    const std::string token = "0123456789abcdef";
+    for (const std::string& text : {token, token + "\r\n", " \t" + token + "\t \r\nmore", token + "\n\xFF\n"}) {
+        const auto read = read_token(file(text, "token"));
+        ASSERT_TRUE(read) << text;
+        EXPECT_EQ(*read, token);
+    }
+    const struct {
+        std::string text, what;
+    } rows[] = {{"secret89 abcdefgh\n", "byte 9 "},
+                {" secret89abc\tdefgh\n", "byte 13 "},
+                {"secret89abcdefg\xC3\xA4\n", "byte 16 "},
+                {"\xEF\xBB\xBFsecret89abcdefgh\n", "byte 1 "},
+                {std::string("secret89\0abcdefgh", 17), "byte 9 "},
+                {"secret89abcdefg\x7F\n", "byte 16 "},
+                {"secret89abcdefg    \n", "at least 16 bytes"},
+                {"", "at least 16 bytes"},
+                {" \t\r\nsecret89abcdefgh", "at least 16 bytes"},
+                {std::string(5000, 's'), "no longer than 4096"}};
+    for (const auto& row : rows) {
+        const auto read = read_token(file(row.text, "token"));
+        ASSERT_FALSE(read) << row.text;
+        EXPECT_NE(read.error().message.find(row.what), std::string::npos) << read.error().text();
+        EXPECT_EQ(read.error().text().find("secret"), std::string::npos) << read.error().text();
+    }
+    EXPECT_NE(read_token((folder / "none").string()).error().text().find("cannot be read"), std::string::npos);
+    EXPECT_FALSE(read_token(folder.string()));
+}
+
 }  // namespace
 }  // namespace gonio
