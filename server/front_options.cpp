@@ -11,6 +11,7 @@
 #include "protocol/codec.h"
 #include "protocol/toml_read.h"
 #include "server/net/tls.h"
+#include "server/option_checks.h"
 
 namespace gonio {
 namespace {
@@ -23,7 +24,7 @@ void add_seconds(CLI::App& app, const char* name, std::chrono::milliseconds& val
     const double now_s = static_cast<double>(value.count()) * 1e-3;
     app.add_option_function<double>(
            name, [&value](double s) { value = std::chrono::milliseconds(std::lround(s * 1000)); }, what)
-        ->check(CLI::Range(0.01, 86'400.0))
+        ->check(finite_in(0.01, 86'400))
         ->default_str(toml_read::number_text(now_s));
 }
 
@@ -46,13 +47,15 @@ void add_front_options(CLI::App& app, Options& options) {
     FrontLimits& limits = options.limits;
     app.add_option("--tls-cert", options.tls_certificate, "PEM file: the certificate chain; with --tls-key: https");
     app.add_option("--tls-key", options.tls_key, "PEM file: the key of --tls-cert; both are read again on SIGHUP");
-    app.add_option(
-        "--host-name", options.host_names,
-        "a name that requests may have in Host, beside localhost and addresses; may be given more than once");
+    app.add_option("--host-name", options.host_names,
+                   "a name that requests may have in Host, beside localhost and addresses; may be given more than once")
+        ->check(host_name());
     app.add_option("--allow-origin", options.origins,
-                   "scheme://host:port of pages elsewhere that may use this server; may be given more than once");
+                   "scheme://host:port of pages elsewhere that may use this server; may be given more than once")
+        ->check(page_origin());
     app.add_option("--upload-dir", options.upload_folder,
-                   "folder for uploaded files, kept; default: a private one, removed at the end");
+                   "folder for uploaded files, kept; default: a private one, removed at the end")
+        ->check(upload_folder());
     app.add_option("--scene-root", options.scene_roots,
                    "folder below which clients may load scene files; may be given more than once. Default: everywhere "
                    "while --listen is a loopback address, else nowhere");
@@ -85,10 +88,10 @@ void add_front_options(CLI::App& app, Options& options) {
                           4);
     add_count(app, "--max-outstanding", limits.outstanding, 1, "unanswered requests of a client; one more is busy");
     app.add_option("--max-updates", limits.updates_per_s, "commands of a client a second; more are told slow_down")
-        ->check(CLI::Range(0.1, 1e6))
+        ->check(finite_in(0.1, 1e6))
         ->capture_default_str();
     app.add_option("--max-update-burst", limits.update_burst, "commands that a client may send at once")
-        ->check(CLI::Range(1.0, 1e6))
+        ->check(finite_in(1, 1e6))
         ->capture_default_str();
     app.add_option("--max-side", limits.side_px, "pixels of a picture's or capture's side that clients may ask for")
         ->check(CLI::Range(16, 4096))

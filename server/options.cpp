@@ -9,12 +9,14 @@
 #include "protocol/e131.h"
 #include "server/config.h"
 #include "server/front_options.h"
+#include "server/option_checks.h"
 #include "server/stream/lanes.h"
 
 namespace gonio {
 namespace {
 
 constexpr int kUsage = 2, kBadConfig = 78;  // EX_CONFIG
+constexpr unsigned kMinVpls = 16, kMaxSamples = 4096;
 
 void parse(CLI::App& app, const std::vector<std::string>& arguments) {
     app.parse(std::vector<std::string>(arguments.rbegin(), arguments.rend()));  // CLI11 takes them from the back
@@ -24,11 +26,11 @@ void print_lines(const std::vector<std::string>& lines, const char* what) {
     for (const std::string& line : lines) std::cerr << "goniod: " << what << line << "\n";
 }
 
-// Result: " (FILE line N)" where the option that the sentence begins with came from there.
-std::string source_of(const Settings& settings, const std::string& sentence) {
-    for (const auto& [name, source] : settings.sources)
-        if (sentence.starts_with("--" + name + ":")) return " (" + source + ")";
-    return "";
+// default takes 16 samples and more; which technique a saved show has is known when it is read.
+std::vector<std::string> check_samples(const Options& options) {
+    const bool is_default = options.technique == "default" && (options.technique_given || options.state_file.empty());
+    if (!is_default || options.samples.value_or(kMinVpls) >= kMinVpls) return {};
+    return {"--samples must be 16..4096 for --technique default, not " + std::to_string(*options.samples)};
 }
 
 }  // namespace
@@ -54,20 +56,29 @@ std::optional<Options> parse_options(std::vector<std::string> arguments, int& ex
     app.add_flag("--print-config", print_config, "print the options as they are, with where each came from, and end")
         ->configurable(false);
     app.get_help_ptr()->configurable(false);
-    app.add_option("--scene", options.scene, "cornell, atrium, or a .gltf or .glb file")->capture_default_str();
-    app.add_option("--listen", listen, "HOST:PORT; port 0 picks a free one")->capture_default_str();
+    app.add_option("--scene", options.scene, "cornell, atrium, or a .gltf or .glb file")
+        ->check(scene_name())
+        ->capture_default_str();
+    app.add_option("--listen", listen, "HOST:PORT; port 0 picks a free one")
+        ->check(listen_place())
+        ->capture_default_str();
     app.add_option("--token-file", options.token_file, "file that holds the bearer token clients must show");
     app.add_option("--device", options.device, "index of the EGL device; default: the first that works");
     app.add_option("--renderer", options.renderer, "gl; null: grey pictures without GL, for tests")
         ->check(CLI::IsMember({"gl", "null"}))
         ->group("");
-    app.add_option("--technique", options.technique, "default, seed or seed-disk")->capture_default_str();
+    app.add_option("--technique", options.technique, "default, seed or seed-disk")
+        ->check(CLI::IsMember({"default", "seed", "seed-disk"}))
+        ->capture_default_str();
     app.add_option("--samples", samples, "VPLs of default (16..4096), directions per fragment of seed (1..4096)")
+        ->check(CLI::Range(1U, kMaxSamples))
         ->default_str("");
-    app.add_option("--size", size, "WIDTHxHEIGHT of the picture, even, 16..4096")->capture_default_str();
+    app.add_option("--size", size, "WIDTHxHEIGHT of the picture, even, 16..4096")
+        ->check(picture_size())
+        ->capture_default_str();
     app.add_option("--target-fps", options.target_fps,
                    "frames a second: never more, and while something moves no fewer: pictures get smaller and coarser")
-        ->check(CLI::Range(1.0, 1000.0))
+        ->check(finite_in(1, 1000))
         ->capture_default_str();
     app.add_option(
            "--encoder", options.encoder,
@@ -82,28 +93,33 @@ std::optional<Options> parse_options(std::vector<std::string> arguments, int& ex
                    "where direct light is shaded: gl (shadow maps), simd (rays on the CPU), auto")
         ->check(CLI::IsMember({"auto", "gl", "simd"}))
         ->capture_default_str();
-    app.add_option("--oneshot", options.oneshot, "JOB.json: capture its frames and end, without a network");
+    app.add_option("--oneshot", options.oneshot, "JOB.json: capture its frames and end, without a network")
+        ->check(readable_file());
     app.add_option("--out", options.out, "folder for the captures of --oneshot")->capture_default_str();
     app.add_flag("--gl-debug", options.gl_debug, "count and print GL debug messages");
     std::string sacn, artnet, osc;
     bool ignore_preview = false;
-    app.add_option("--sacn", sacn, "listen for sACN on ADDRESS[:5568]; 0.0.0.0: all interfaces. Default: off");
-    app.add_option("--artnet", artnet, "listen for Art-Net on ADDRESS[:6454], likewise");
-    app.add_option("--osc", osc, "listen for OSC on ADDRESS[:9000], UDP and TCP, likewise");
+    app.add_option("--sacn", sacn, "listen for sACN on ADDRESS[:5568]; 0.0.0.0: all interfaces. Default: off")
+        ->check(udp_place());
+    app.add_option("--artnet", artnet, "listen for Art-Net on ADDRESS[:6454], likewise")->check(udp_place());
+    app.add_option("--osc", osc, "listen for OSC on ADDRESS[:9000], UDP and TCP, likewise")->check(udp_place());
     app.add_flag("--ignore-preview", ignore_preview, "leave out sACN packets with the preview bit");
-    app.add_option("--patch", options.patch_file, "PATCH.toml: which slots drive what (docs/consoles.md)");
+    app.add_option("--patch", options.patch_file, "PATCH.toml: which slots drive what (docs/consoles.md)")
+        ->check(readable_file());
     std::string surfaces = "on";
     app.add_option("--surfaces", surfaces, "on: use fader boxes that are plugged in (docs/faders.md); off")
         ->check(CLI::IsMember({"on", "off"}))
         ->capture_default_str();
     app.add_option("--box", options.boxes,
-                   "VVVV:PPPP: a device that is a fader box though it is not known as one; =FILE gives it a profile");
+                   "VVVV:PPPP: a device that is a fader box though it is not known as one; =FILE gives it a profile")
+        ->check(fader_box());
     app.add_option("--midi", options.midi, "how MIDI boxes are reached: usb (libusb), alsa, auto")
         ->check(CLI::IsMember({"auto", "usb", "alsa"}))
         ->capture_default_str();
-    app.add_option("--surface-map", options.surface_map, "MAP.toml: what the controls of fader boxes drive");
-    app.add_option("--surface-replay", options.surface_replay,
-                   "FILE: a recorded box, beside those that are plugged in");
+    app.add_option("--surface-map", options.surface_map, "MAP.toml: what the controls of fader boxes drive")
+        ->check(readable_file());
+    app.add_option("--surface-replay", options.surface_replay, "FILE: a recorded box, beside those that are plugged in")
+        ->check(readable_file());
     app.add_option("--state", options.state_file,
                    "FILE: the show is saved there when it changes and restored at the start; default: none");
     app.add_option("--inject", options.inject,
@@ -126,56 +142,26 @@ std::optional<Options> parse_options(std::vector<std::string> arguments, int& ex
         options.technique_given = app.count("--technique") > 0;
         options.keep_up = app.count("--target-fps") > 0;
         options.surfaces = surfaces == "on";
-        for (std::string& box : options.boxes) {
-            const auto hex = [&](std::size_t i) {
-                return i < box.size() && std::isxdigit(static_cast<unsigned char>(box[i])) != 0;
-            };
-            bool good = box.size() == 9 || (box.size() > 10 && box[9] == '=');
-            for (std::size_t i = 0; i < 9; ++i) good = good && (i == 4 ? box[i] == ':' : hex(i));
-            if (!good) throw CLI::ValidationError("--box", "must be VVVV:PPPP or VVVV:PPPP=FILE, not '" + box + "'");
+        for (std::string& box : options.boxes)
             for (std::size_t i = 0; i < 9; ++i)
                 box[i] = static_cast<char>(std::tolower(static_cast<unsigned char>(box[i])));
-        }
-        const auto listen_at = [](const char* option, const std::string& text, std::uint16_t port) {
-            std::optional<UdpPeer> place;
-            if (text.empty() || text == "off") return place;
-            const auto peer = parse_peer(text, port);
-            if (!peer) throw CLI::ValidationError(option, peer.error().message + ", not '" + text + "'");
-            place = *peer;
-            return place;
-        };
-        options.inputs.sacn = listen_at("--sacn", sacn, kE131Port);
-        options.inputs.artnet = listen_at("--artnet", artnet, kArtnetPort);
-        options.inputs.osc = listen_at("--osc", osc, kOscPort);
+        options.inputs.sacn = *read_udp_place(sacn, kE131Port);
+        options.inputs.artnet = *read_udp_place(artnet, kArtnetPort);
+        options.inputs.osc = *read_udp_place(osc, kOscPort);
         options.inputs.accept_preview = !ignore_preview;
-        const std::size_t colon = listen.rfind(':');
-        if (colon == std::string::npos || colon == 0)
-            throw CLI::ValidationError("--listen", "must be HOST:PORT, not '" + listen + "'");
-        options.host = listen.substr(0, colon);
-        if (options.host.front() == '[' && options.host.back() == ']')
-            options.host = options.host.substr(1, options.host.size() - 2);
-        unsigned port = 0;
-        if (!CLI::detail::lexical_cast(listen.substr(colon + 1), port) || port > 65535) {
-            throw CLI::ValidationError("--listen", "the port must be 0..65535, not '" + listen.substr(colon + 1) + "'");
-        }
-        options.port = static_cast<std::uint16_t>(port);
-        const std::size_t x = size.find('x');
-        if (x == std::string::npos || !CLI::detail::lexical_cast(size.substr(0, x), options.width_px) ||
-            !CLI::detail::lexical_cast(size.substr(x + 1), options.height_px)) {
-            throw CLI::ValidationError("--size", "must be WIDTHxHEIGHT, not '" + size + "'");
-        }
+        const auto place = read_listen(listen);
+        options.host = place->host;
+        options.port = place->port;
+        const auto pixels = read_size(size);
+        options.width_px = pixels->width_px;
+        options.height_px = pixels->height_px;
         if (app.count("--samples") > 0) options.samples = samples;
     } catch (const CLI::ParseError& error) {
-        const std::string source = source_of(settings, error.what());
-        if (!source.empty()) {
-            print_lines({error.what() + source}, "");
-            exit_code = kBadConfig;
-            return std::nullopt;
-        }
         exit_code = app.exit(error) == 0 ? 0 : kUsage;
         return std::nullopt;
     }
-    const std::vector<std::string> errors = check_front_options(options);
+    std::vector<std::string> errors = check_front_options(options);
+    for (std::string& error : check_samples(options)) errors.push_back(std::move(error));
     print_lines(errors, "");
     exit_code = errors.empty() ? 0 : kBadConfig;
     if (print_config) std::cout << print_settings(app, settings);

@@ -13,6 +13,7 @@
 #include "protocol/upload_name.h"
 #include "server/config.h"
 #include "server/net/http_target.h"
+#include "server/option_checks.h"
 
 namespace gonio::fuzz {
 
@@ -50,7 +51,7 @@ inline void check_config(std::string_view text) {
     app.add_option("--config", config)->configurable(false);
     app.add_option("--scene", scene);
     app.add_option("--listen", listen);
-    app.add_option("--target-fps", fps)->check(CLI::Range(1.0, 1000.0));
+    app.add_option("--target-fps", fps)->check(finite_in(1, 1000));
     app.add_option("--max-clients", clients);
     app.add_option("--box", boxes);
     app.add_flag("--gl-debug", debug);

@@ -77,12 +77,9 @@ TEST_F(ConfigTest, EveryErrorNamesItsLine) {
     EXPECT_EQ(exit_code, 78);
     const struct {
         const char *line, *what;
-    } rows[] = {{"line 2", "did you mean max-clients"},
-                {"line 4", "must be a number, not"},
-                {"line 5", "5000"},
-                {"line 6", "must be a string"},
-                {"line 7", "true or false"},
-                {"line 8", "net is no option"}};
+    } rows[] = {
+        {"line 2", "did you mean max-clients"}, {"line 4", "must be a number, not"}, {"line 5", "5000"},
+        {"line 6", "must be a string"},         {"line 7", "true or false"},         {"line 8", "net is no option"}};
     for (const auto& row : rows) {
         const std::size_t at = err.find(row.line);
         ASSERT_NE(at, std::string::npos) << row.line << "\n" << err;
@@ -143,6 +140,61 @@ TEST_F(ConfigTest, WhatIsPrintedGivesTheSameOptions) {
     EXPECT_FALSE(again->keep_up) << "a default that is printed is not given";
 }
 
+TEST_F(ConfigTest, ValuesThatStopTheStartAreErrorsWithTheirLines) {
+    const std::string config = file(
+        "listen = \"abc\"\nsacn = \"bad\"\nartnet = \"bad\"\nosc = \"1.2.3.4:99999\"\nsize = \"foo\"\nbox = [\"q\"]\n"
+        "technique = \"bogus\"\nsamples = 5000\nscene = \"no.gltf\"\npatch = \"no.toml\"\nsurface-map = \"/\"\n"
+        "host-name = [\"a\", \"*\"]\nupload-dir = \"/dev/null/up\"\nsurface-replay = \"none\"\n");
+    EXPECT_FALSE(parse({"--config", config, "--check-config"}));
+    EXPECT_EQ(exit_code, 78);
+    for (int line = 1; line <= 14; ++line)
+        EXPECT_NE(err.find("line " + std::to_string(line) + ":"), std::string::npos) << line << "\n" << err;
+    EXPECT_EQ(out, "");
+    for (const char* size : {"17x17", "18x19", "8x16", "16x4098", "16x", "16x16x16", "+16x16", "016", "0x10"}) {
+        EXPECT_FALSE(parse({"--size", size})) << size;
+        EXPECT_EQ(exit_code, 2) << size;
+    }
+    for (const char* listen : {"8080", ":80", "a b:80", "gonio.example:80", "127.0.0.1:", "127.0.0.1:65536", "[]:80"})
+        EXPECT_FALSE(parse({"--listen", listen})) << listen;
+    EXPECT_EQ(parse({"--listen", "[::1]:80"})->host, "::1");
+    EXPECT_EQ(parse({"--box", "12aB:00Ff=x.toml"})->boxes, std::vector<std::string>{"12ab:00ff=x.toml"});
+    EXPECT_EQ(parse({"--size", "16x4096"})->height_px, 4096);
+    EXPECT_TRUE(parse({"--scene", "atrium", "--patch", file("", "patch.toml")})) << err;
+}
+
+TEST_F(ConfigTest, SamplesFitTheTechnique) {
+    EXPECT_FALSE(parse({"--config", file("samples = 5\n"), "--check-config"}));
+    EXPECT_EQ(exit_code, 78);
+    EXPECT_NE(err.find("--samples"), std::string::npos) << err;
+    EXPECT_EQ(parse({"--samples", "5", "--technique", "seed"})->samples, 5u);
+    const std::string show = (folder / "show").string();
+    EXPECT_TRUE(parse({"--samples", "5", "--state", show})) << "the saved show may use seed";
+    EXPECT_FALSE(parse({"--samples", "5", "--state", show, "--technique", "default"}));
+}
+
+TEST_F(ConfigTest, UploadsNeedAFolderThatCanBe) {
+    EXPECT_TRUE(parse({"--upload-dir", (folder / "to" / "be" / "made").string()})) << err;
+    EXPECT_FALSE(fs::exists(folder / "to")) << "checking makes nothing";
+    EXPECT_TRUE(parse({"--upload-dir", folder.string() + "/"})) << err;
+    for (const std::string& bad : {file("", "plain"), file("", "plain") + "/below", std::string(300, 'x')}) {
+        EXPECT_FALSE(parse({"--upload-dir", bad})) << bad;
+        EXPECT_EQ(exit_code, 2);
+        EXPECT_NE(err.find("--upload-dir"), std::string::npos) << err;
+    }
+}
+
+TEST_F(ConfigTest, NoNumberIsNotANumber) {
+    for (const char* option :
+         {"--target-fps", "--header-timeout", "--ping-interval", "--dead-timeout", "--write-timeout",
+          "--identify-timeout", "--key-interval", "--still-timeout", "--max-updates", "--max-update-burst"})
+        for (const char* value : {"nan", "-nan", "inf", "-inf", "1e400", "0", "1x", ""}) {
+            EXPECT_FALSE(parse({std::string(option) + "=" + value})) << option << " " << value;
+            EXPECT_EQ(exit_code, 2) << option << " " << value;
+        }
+    EXPECT_FALSE(parse({"--config", file("max-updates = nan\n")}));
+    EXPECT_NE(err.find("line 1"), std::string::npos) << err;
+}
+
 TEST_F(ConfigTest, NumbersArePrintedAsTheyAreRead) {
     EXPECT_FALSE(parse({"--print-config", "--header-timeout", ".5", "--target-fps", "60.", "--max-clients", "010",
                         "--max-local-clients", "00", "--device", "-01", "--max-header-kib", "+7"}));
@@ -168,6 +220,36 @@ TEST_F(ConfigTest, AnEmptyTextIsAValue) {
     const auto options = parse({"--config", file("patch = \"\"\nsacn = \"off\"\ntoken-file = \"\"\n")});
     ASSERT_TRUE(options) << err;
     EXPECT_EQ(options->token_file, "");
+}
+
+TEST_F(ConfigTest, HostNamesAreNamesOrAddresses) {
+    for (const char* good : {"gonio", "a.example", "A-1.example.", "my_host", "10.0.0.1", "::1", "2001:db8::7"})
+        EXPECT_TRUE(parse({"--host-name=" + std::string(good)})) << good << err;
+    for (const std::string& bad :
+         {std::string("*"), std::string("a b"), std::string("http://x:1"), std::string("x:1"), std::string("a..b"),
+          std::string("."), std::string("-a"), std::string("a/"), std::string("*.example"), std::string(64, 'a'),
+          std::string("b\xC3\xBCro.example")}) {
+        EXPECT_FALSE(parse({"--host-name=" + bad})) << bad;
+        EXPECT_EQ(exit_code, 2);
+    }
+    EXPECT_EQ(parse({"--host-name=[::1]"})->host_names, std::vector<std::string>{"::1"}) << "CLI11's list";
+    EXPECT_FALSE(parse({"--config", file("host-name = [\"\"]\n")}));
+    EXPECT_NE(err.find("line 1"), std::string::npos) << err;
+}
+
+TEST_F(ConfigTest, OriginsAreSchemeHostAndPort) {
+    for (const char* good :
+         {"https://x", "http://a.example:8080", "HTTPS://x", "http://[::1]:80", "https://[2001:db8::7]"})
+        EXPECT_TRUE(parse({"--allow-origin", good})) << good << err;
+    for (const char* bad : {"*", "foo", "null", "https://", "https://x/a", "https://x//", "https://*",
+                            "https://x:", "ws://x", "https://x:0", "https://x:65536", "https://x:1:2", "https://u@x",
+                            "http://::1", "http://[::1", "http://[::1]x", "https://x?y"}) {
+        EXPECT_FALSE(parse({"--allow-origin", bad})) << bad;
+        EXPECT_EQ(exit_code, 2) << bad;
+    }
+    EXPECT_FALSE(parse({"--config", file("allow-origin = [\"\"]\n")}));
+    EXPECT_FALSE(parse({"--allow-origin", "https://x:1/"}));
+    EXPECT_NE(err.find("'https://x:1' without the slash"), std::string::npos) << err;
 }
 
 TEST_F(ConfigTest, OptionsThatDoNotGoTogetherAreErrors) {
