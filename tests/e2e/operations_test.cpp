@@ -141,28 +141,28 @@ TEST(Operations, HttpsWithACertificateThatIsReloaded) {
 
 TEST(Operations, ATokenIsChangedWhileItRuns) {
     TemporaryFolder folder;
-    const std::string token = folder.file("token", "the first token of two\n");
+    const std::string token = folder.file("token", "the-first-token-of-two\n");
     DaemonProcess daemon({"--size", "64x64", "--token-file", token});
     const auto metrics = [&](const std::string& shown) {
         const std::string header = folder.file("auth", "Authorization: Bearer " + shown);
         return curl(folder, "-H @" + header + " " + daemon.url() + "/metrics");
     };
     EXPECT_EQ(curl(folder, daemon.url() + "/metrics").status, 401);
-    const Answer told = metrics("the first token of two");
+    const Answer told = metrics("the-first-token-of-two");
     EXPECT_EQ(told.status, 200);
     for (const char* name :
          {"gonio_frames_rendered_total ", "gonio_render_seconds_count ", "gonio_scene_revision ",
           "gonio_build_info{version=", "gonio_frames_encoded_total{codec=\"h264\",lane=\"private\"} "})
         EXPECT_NE(told.body.find(std::string("\n") + name), std::string::npos) << name;
-    folder.file("token", "the second token of two\n");
+    folder.file("token", "the-second-token-of-two\n");
     kill(daemon.pid(), SIGHUP);
     int status = 0;
     for (int i = 0; i < 4 && status != 200; ++i) {  // fewer than the wrong tokens that are allowed
         std::this_thread::sleep_for(std::chrono::milliseconds(300));
-        status = metrics("the second token of two").status;
+        status = metrics("the-second-token-of-two").status;
     }
     EXPECT_EQ(status, 200);
-    EXPECT_EQ(metrics("the first token of two").status, 401);
+    EXPECT_EQ(metrics("the-first-token-of-two").status, 401);
 }
 
 TEST(Operations, ScenesAreUploadedAndTheRestOfTheDiskIsNotLoaded) {

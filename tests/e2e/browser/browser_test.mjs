@@ -523,7 +523,7 @@ async function fallback(browser, server) {
 // a scene that is dropped onto it.
 async function locked(browser) {
     const token = join(mkdtempSync(join(tmpdir(), "gonio-")), "token");
-    writeFileSync(token, "a token for this test\n", {mode: 0o600});
+    writeFileSync(token, "a-token-for-this-test\n", {mode: 0o600});
     const server = await startServer("127.0.0.1:0", ["--token-file", token]);
     const page = await browser.newPage();
     const addresses = [];
@@ -531,7 +531,7 @@ async function locked(browser) {
     await page.addInitScript(() => { delete window.VideoDecoder; });
     await page.goto(server.url);
     await page.locator("#token").waitFor();
-    await page.locator("#token input").fill("a token for this test");
+    await page.locator("#token input").fill("a-token-for-this-test");
     await page.locator("#token button").click();
     await until("an MJPEG picture", () => page.evaluate(() => document.getElementById("still").naturalWidth > 0));
     const shown = await picture(page, "#still");
