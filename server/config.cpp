@@ -2,11 +2,11 @@
 
 #include <CLI/CLI.hpp>
 #include <algorithm>
-#include <fstream>
 #include <numeric>
 #include <optional>
 
 #include "protocol/toml_read.h"
+#include "server/bounded_file.h"
 
 namespace gonio {
 namespace {
@@ -154,15 +154,12 @@ private:
     }
 
     void read_file(const std::string& name) {
-        std::ifstream file(name, std::ios::binary);
-        std::string text(kMaxConfigBytes + 1, '\0');
-        file.read(text.data(), static_cast<std::streamsize>(text.size()));
-        text.resize(static_cast<std::size_t>(file.gcount()));
-        if (!file.is_open() || file.bad()) {
+        const auto text = read_bounded_file(name, kMaxConfigBytes);
+        if (!text) {
             result_.errors.push_back(name + ": the file cannot be read");
             return;
         }
-        const auto read = toml_read::read({text, kMaxConfigBytes, "bad_config", "a configuration file"},
+        const auto read = toml_read::read({*text, kMaxConfigBytes, "bad_config", "a configuration file"},
                                           [&](const toml::table& table) {
                                               for (const auto& [key, node] : table) read_key(name, key, node);
                                           });

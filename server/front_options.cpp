@@ -6,10 +6,10 @@
 #include <algorithm>
 #include <cmath>
 #include <filesystem>
-#include <fstream>
 
 #include "protocol/codec.h"
 #include "protocol/toml_read.h"
+#include "server/bounded_file.h"
 #include "server/net/tls.h"
 #include "server/option_checks.h"
 
@@ -128,12 +128,9 @@ Result<std::string> read_token(const std::string& path, std::string* warning) {
     const auto refused = [&](const std::string& message) {
         return Error{"file_unreadable", "--token-file", path, message};
     };
-    std::ifstream file(path, std::ios::binary);
-    std::string line(kMaxTokenBytes + 1, '\0');
-    file.read(line.data(), static_cast<std::streamsize>(line.size()));
-    if (!file.is_open() || file.bad()) return refused("cannot be read");
-    line.resize(static_cast<std::size_t>(file.gcount()));
-    line.resize(std::min(line.find('\n'), line.size()));
+    const auto text = read_bounded_file(path, kMaxTokenBytes);
+    if (!text) return refused("cannot be read");
+    const std::string line = text->substr(0, text->find('\n'));
     if (line.size() > kMaxTokenBytes)
         return refused("its first line must be no longer than " + std::to_string(kMaxTokenBytes) + " bytes");
     const std::size_t begin = std::min(line.find_first_not_of(kBlanks), line.size());

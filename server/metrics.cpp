@@ -32,7 +32,7 @@ void add_line(std::string& text, std::string_view name, std::string_view labels,
 }
 
 std::string with_bound(std::string_view labels, double bound_s) {
-    return std::string(labels) + (labels.empty() ? "" : ",") + "le=\"" + number(bound_s) + "\"";
+    return std::string(labels) + (labels.empty() ? "" : ",") + label("le", number(bound_s));
 }
 
 void add_plain(std::string& text, const char* name, const char* kind, const char* help, double value) {
@@ -134,6 +134,10 @@ std::string Metrics::text() const {
         }
     }
     return text;
+}
+
+std::string label(std::string_view name, std::string_view value) {
+    return std::string(name) + "=\"" + std::string(value) + "\"";
 }
 
 std::string process_metrics_text() {

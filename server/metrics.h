@@ -97,6 +97,9 @@ private:
     std::vector<std::function<void()>> refreshes_;
 };
 
+// Result: name="value", as Metrics takes labels; several are joined by commas. value: without quotes and backslashes.
+std::string label(std::string_view name, std::string_view value);
+
 // Memory, file descriptors, processor time and start of this process, under the names that Prometheus' clients use;
 // read from /proc.
 std::string process_metrics_text();

@@ -6,6 +6,7 @@
 #include <nlohmann/json.hpp>
 
 #include "protocol/words.h"
+#include "server/bounded_file.h"
 #include "server/capture_file.h"
 #include "server/command_files.h"
 #include "server/query.h"
@@ -113,14 +114,11 @@ void write_capture(Renderer& renderer, const Scene& scene, const Json& capture, 
 }
 
 Json read_job(const std::string& job_file) {
-    std::ifstream file(job_file, std::ios::binary);
-    std::string text(kMaxJobBytes + 1, '\0');
-    file.read(text.data(), static_cast<std::streamsize>(text.size()));
-    text.resize(static_cast<std::size_t>(file.gcount()));
-    if (file.bad() || (text.empty() && !file.eof())) refuse(job_file, "", "the job cannot be read");
-    if (text.size() > kMaxJobBytes) refuse(job_file, "", "a job may have at most 16 MiB");
+    const auto text = read_bounded_file(job_file, kMaxJobBytes);
+    if (!text) refuse(job_file, "", "the job cannot be read");
+    if (text->size() > kMaxJobBytes) refuse(job_file, "", "a job may have at most 16 MiB");
     try {
-        return Json::parse(text);
+        return Json::parse(*text);
     } catch (const Json::parse_error& error) {
         refuse(job_file, "byte " + std::to_string(error.byte), "the job is not JSON");
     }

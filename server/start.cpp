@@ -1,7 +1,6 @@
 #include "server/start.h"
 
 #include <algorithm>
-#include <fstream>
 #include <stdexcept>
 
 #include <spdlog/spdlog.h>
@@ -11,6 +10,7 @@
 #include "protocol/upload_name.h"
 #include "server/assets/assets.h"
 #include "server/atomic_file.h"
+#include "server/bounded_file.h"
 #include "server/null_renderer.h"
 #include "server/oneshot.h"
 #include "server/render/renderer.h"
@@ -22,13 +22,9 @@ namespace gonio {
 namespace {
 
 std::string read_text(const std::string& path, std::size_t most_bytes, const char* what) {
-    std::ifstream file(path, std::ios::binary);
-    std::string text(most_bytes + 1, '\0');
-    file.read(text.data(), static_cast<std::streamsize>(text.size()));
-    text.resize(static_cast<std::size_t>(file.gcount()));
-    if (!file.is_open() || file.bad())
-        throw std::invalid_argument("cannot read the " + std::string(what) + " '" + path + "'");
-    return text;
+    auto text = read_bounded_file(path, most_bytes);
+    if (!text) throw std::invalid_argument("cannot read the " + std::string(what) + " '" + path + "'");
+    return std::move(*text);
 }
 
 void apply_file(Scene& scene, const v1::Command& command, const std::string& path) {

@@ -5,12 +5,6 @@
 #include <stdexcept>
 
 namespace gonio {
-namespace {
-
-// Of a lane's budget for a frame: what it may take at 30 frames a second.
-constexpr std::uint32_t kBitsPerBudgetByte = 8 * 30;
-
-}  // namespace
 
 LaneEncoders::Setup encoder_setup(const Options& options, int width_px, int height_px) {
     LaneEncoders::Setup setup;
@@ -62,7 +56,7 @@ void add_lane_figures(v1::Stats& stats, const LaneEncoders& encoders, const Lane
         lane.set_viewers(wish.viewers);
         lane.set_frames(counts.frames);
         lane.set_key_frames(counts.keys);
-        lane.set_bitrate_bps(wish.budget_bytes * kBitsPerBudgetByte);
+        lane.set_bitrate_bps(wish.bitrate_bps());
         lane.set_gated(wish.gated);
     }
     if (mjpeg_clients == 0) return;

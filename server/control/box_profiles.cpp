@@ -2,10 +2,10 @@
 
 #include <algorithm>
 #include <filesystem>
-#include <fstream>
 
 #include "protocol/qxi.h"
 #include "protocol/surface_toml.h"
+#include "server/bounded_file.h"
 #include "server/control/shipped_profiles.h"
 
 namespace gonio {
@@ -14,12 +14,9 @@ namespace {
 constexpr const char* kQlcFolder = "/usr/share/qlcplus/inputprofiles";  // Debian's qlcplus-data
 
 Result<std::string> content(const std::filesystem::path& path) {
-    std::ifstream file(path, std::ios::binary);
-    std::string text(kMaxSurfaceFileBytes + 1, '\0');
-    file.read(text.data(), static_cast<std::streamsize>(text.size()));
-    text.resize(static_cast<std::size_t>(file.gcount()));
-    if (!file.is_open() || file.bad()) return Error{"not_found", path.string(), "", "the profile cannot be read"};
-    return text;
+    auto text = read_bounded_file(path.string(), kMaxSurfaceFileBytes);
+    if (!text) return Error{"not_found", path.string(), "", "the profile cannot be read"};
+    return std::move(*text);
 }
 
 Result<BoxProfile> read_file(const std::filesystem::path& path) {

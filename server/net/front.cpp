@@ -1,3 +1,4 @@
+#include "server/net/http_rules.h"
 #include "server/net/lane_metrics.h"
 #include "server/net/sessions.h"
 
@@ -14,20 +15,12 @@ namespace {
 constexpr auto kAcceptRetry = std::chrono::milliseconds(100);  // after accept failed, e.g. no file descriptor left
 constexpr auto kFarewell = std::chrono::milliseconds(500);     // for Goodbye and the closing handshakes
 
-// Result: the address as the limits tell clients apart: an IPv6 client owns a /64, an IPv4 one may come mapped.
+// address: a plain one. Result: it as the limits tell clients apart: an IPv6 client owns a /64.
 std::string client_address(const asio::ip::address& address) {
     if (address.is_v4()) return address.to_string();
-    const asio::ip::address_v6 v6 = address.to_v6();
-    if (v6.is_v4_mapped()) return asio::ip::make_address_v4(asio::ip::v4_mapped, v6).to_string();
-    auto bytes = v6.to_bytes();
+    auto bytes = address.to_v6().to_bytes();
     std::fill(bytes.begin() + 8, bytes.end(), 0);
     return asio::ip::address_v6(bytes).to_string() + "/64";
-}
-
-bool is_local(const asio::ip::address& address) {
-    if (address.is_v6() && address.to_v6().is_v4_mapped())
-        return asio::ip::make_address_v4(asio::ip::v4_mapped, address.to_v6()).is_loopback();
-    return address.is_loopback();
 }
 
 class BeastFront final : public Front {
@@ -104,8 +97,7 @@ public:
             if (message.has_result() &&
                 hub_.updates.answered(session, message.request_id(), result.code() == "ok", result.scene_rev()))
                 hub_.options.metrics
-                    ->counter("updates_total", "Commands of clients, by their result.",
-                              "result=\"" + result.code() + "\"")
+                    ->counter("updates_total", "Commands of clients, by their result.", label("result", result.code()))
                     .add();
             if (const auto peer = found->second.lock()) peer->on_reply(std::move(message));
         });
@@ -199,8 +191,9 @@ private:
             accept();
             const tcp::endpoint remote = socket.remote_endpoint(error);
             if (error) return;  // gone already
-            const std::string address = client_address(remote.address());
-            const bool local = is_local(remote.address());
+            const asio::ip::address plain_remote = plain_address(remote.address());
+            const std::string address = client_address(plain_remote);
+            const bool local = plain_remote.is_loopback();
             if (!hub_.room_for_connection(address, local)) {  // closed with `socket`
                 hub_.count_rejected("connections");
                 return;

@@ -28,12 +28,12 @@ using SessionId = std::uint32_t;  // 0: nobody
 // What the viewers want now; changes are told through Callbacks::demand.
 struct Demand {
     std::vector<LaneWish> lanes;  // those that have viewers
-    bool h264 = false;            // one of them has credit
-    bool key = false;             // one of them wants a key frame
     bool jpeg = false;            // at least one MJPEG client that took the last part
     unsigned jpeg_clients = 0;    // MJPEG clients, with or without a wish for the next part
     unsigned clients = 0;
     bool operator==(const Demand&) const = default;
+    bool h264() const;  // a viewer has credit
+    bool key() const;   // a viewer wants a key frame
 };
 
 struct FrontOptions {

@@ -32,16 +32,15 @@ std::string host_without_port(std::string_view header) {
     return lower(host);
 }
 
-// The address as people write it: without the interface that a link-local one came in by, IPv4 as such.
-asio::ip::address plain(const asio::ip::address& address) {
+}  // namespace
+
+asio::ip::address plain_address(const asio::ip::address& address) {
     if (!address.is_v6()) return address;
     asio::ip::address_v6 v6 = address.to_v6();
     if (v6.is_v4_mapped()) return asio::ip::make_address_v4(asio::ip::v4_mapped, v6);
     v6.scope_id(0);
     return v6;
 }
-
-}  // namespace
 
 bool allowed_host(std::string_view header, const FrontOptions& options, const asio::ip::address& local) {
     const std::string host = host_without_port(header);
@@ -51,7 +50,7 @@ bool allowed_host(std::string_view header, const FrontOptions& options, const as
         if (host == lower(name)) return true;
     error_code error;
     const auto address = asio::ip::make_address(host, error);
-    return !error && (plain(address).is_loopback() || plain(address) == plain(local));
+    return !error && (plain_address(address).is_loopback() || plain_address(address) == plain_address(local));
 }
 
 bool allowed_origin(std::string_view origin, std::string_view host, const FrontOptions& options) {

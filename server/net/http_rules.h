@@ -13,6 +13,10 @@ inline std::string_view view_of(beast::string_view text) {
     return {text.data(), text.size()};
 }
 
+// Result: the address as people write it: without the interface that a link-local one came in by, IPv4 as such where a
+// listener for both saw it mapped.
+asio::ip::address plain_address(const asio::ip::address& address);
+
 // host: as of a Host header, with or without its port. A name that somebody else's DNS may point here is refused, or a
 // foreign page could rebind its own name to this server and pass the Origin check. Addresses cannot be rebound:
 // loopback ones and `local`, the one that the connection came in on, are allowed, and the names that the options list.

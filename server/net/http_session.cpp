@@ -295,7 +295,7 @@ private:
         }
         hub_.options.metrics
             ->counter("http_requests_total", "Requests, by the status of their answer.",
-                      "code=\"" + std::to_string(response.result_int()) + "\"")
+                      label("code", std::to_string(response.result_int())))
             .add();
         response_ = std::make_unique<Response>(std::move(response));
         serializer_.emplace(*response_);

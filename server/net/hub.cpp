@@ -1,5 +1,7 @@
 #include "server/net/hub.h"
 
+#include <algorithm>
+
 namespace gonio {
 
 using Clock = std::chrono::steady_clock;
@@ -59,14 +61,11 @@ bool Hub::room_for_connection(const std::string& address, bool local) const {
 
 void Hub::count_clients(const char* transport, int change) {
     const int now = clients_by_transport_[transport] += change;
-    options.metrics->gauge("clients", "Clients that are connected.", "transport=\"" + std::string(transport) + "\"")
-        .set(now);
+    options.metrics->gauge("clients", "Clients that are connected.", label("transport", transport)).set(now);
 }
 
 void Hub::count_rejected(const char* reason) {
-    options.metrics
-        ->counter("ws_rejected_total", "WebSocket clients that were turned away.",
-                  "reason=\"" + std::string(reason) + "\"")
+    options.metrics->counter("ws_rejected_total", "WebSocket clients that were turned away.", label("reason", reason))
         .add();
 }
 
@@ -114,15 +113,19 @@ void Hub::tell_moved() {
         if (const auto peer = find(id)) peer->on_moved();
 }
 
+bool Demand::h264() const {
+    return std::any_of(lanes.begin(), lanes.end(), [](const LaneWish& wish) { return wish.credit > 0; });
+}
+
+bool Demand::key() const {
+    return std::any_of(lanes.begin(), lanes.end(), [](const LaneWish& wish) { return wish.key; });
+}
+
 void Hub::update_demand() {
     if (stopping) return;
     const auto now = Clock::now();
     Demand demand;
     demand.lanes = lanes.wishes(now);
-    for (const LaneWish& wish : demand.lanes) {
-        demand.h264 |= wish.credit > 0;
-        demand.key |= wish.key;
-    }
     demand.jpeg = mjpeg_takers > 0;
     demand.jpeg_clients = mjpeg_clients;
     demand.clients = clients;

@@ -5,14 +5,7 @@
 namespace gonio {
 namespace {
 
-std::string label(std::string_view name, std::string_view value) {
-    return std::string(name) + "=\"" + std::string(value) + "\"";
-}
-
 constexpr std::array kEncoders = {"h264_nvenc", "h264_vaapi", "libx264", "mjpeg"};
-
-// What a lane's budget for a frame stands for, at 30 frames a second.
-constexpr double kBitsPerBudgetByte = 8 * 30;
 
 }  // namespace
 
@@ -42,7 +35,7 @@ void show_lanes(const Hub& hub) {
         Sum& sum = sums[lane_kind(wish.lane)];
         ++sum.lanes;
         sum.viewers += wish.viewers;
-        sum.bitrate_bps += wish.budget_bytes * kBitsPerBudgetByte;
+        sum.bitrate_bps += wish.bitrate_bps();
     }
     for (const auto& [kind, sum] : sums) {
         const std::string lane = label("lane", kind);

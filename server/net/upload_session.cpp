@@ -118,7 +118,7 @@ private:
                   "\r\nCache-Control: no-store\r\nX-Content-Type-Options: nosniff\r\nConnection: close\r\n\r\n" + text;
         hub_.options.metrics
             ->counter("http_requests_total", "Requests, by the status of their answer.",
-                      "code=\"" + std::to_string(static_cast<unsigned>(status)) + "\"")
+                      label("code", std::to_string(static_cast<unsigned>(status))))
             .add();
         accepted_.stream.expires_after(hub_.options.limits.write_stall);
         asio::async_write(accepted_.stream, asio::buffer(answer_),

@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "protocol/gonio.pb.h"
+#include "server/clock.h"
 #include "server/scene/scene.h"
 
 namespace gonio {
@@ -39,8 +40,6 @@ struct CaptureJob {
     std::int64_t started_ns = 0;
     std::shared_ptr<CapturedPicture> picture;
 };
-
-std::int64_t monotonic_ns();
 
 class LiveRenderer {
 public:

@@ -28,11 +28,6 @@ struct Renderer::InFlight {
     std::shared_ptr<const std::vector<std::uint8_t>> nv12;  // or it is here already
 };
 
-std::int64_t monotonic_ns() {
-    return std::chrono::duration_cast<std::chrono::nanoseconds>(std::chrono::steady_clock::now().time_since_epoch())
-        .count();
-}
-
 Renderer::Renderer(const gl::Context& context, Gather gather)
     : direct_by_rays_(gather == Gather::simd || (gather == Gather::automatic && context.software())) {
     glEnable(GL_TEXTURE_CUBE_MAP_SEAMLESS);

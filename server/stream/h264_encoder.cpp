@@ -4,6 +4,7 @@
 #include <thread>
 #include <utility>
 
+#include "server/clock.h"
 #include "server/queue.h"
 #include "server/stream/encoder.h"
 #include "server/stream/h264_stream.h"
@@ -72,11 +73,6 @@ const Kind* find_kind(const std::string& name) {
     for (const Kind& kind : kKinds)
         if (name == kind.name) return &kind;
     return nullptr;
-}
-
-std::int64_t monotonic_ns() {
-    return std::chrono::duration_cast<std::chrono::nanoseconds>(std::chrono::steady_clock::now().time_since_epoch())
-        .count();
 }
 
 std::string av_text(int code) {

@@ -5,6 +5,7 @@
 #include <cstdlib>
 #include <cstring>
 
+#include "server/clock.h"
 #include "server/stream/encoder.h"
 
 // jpeglib.h needs FILE and size_t declared before it.
@@ -168,9 +169,7 @@ Result<EncodedFrame> encode_jpeg_frame(const Picture& picture, int quality_perce
     frame.scene_rev = picture.scene_rev;
     frame.drained_ns = picture.drained_ns;
     frame.rendered_ns = picture.rendered_ns;
-    frame.encoded_ns =
-        std::chrono::duration_cast<std::chrono::nanoseconds>(std::chrono::steady_clock::now().time_since_epoch())
-            .count();
+    frame.encoded_ns = monotonic_ns();
     return frame;
 }
 

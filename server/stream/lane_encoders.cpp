@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <thread>
 
+#include "server/clock.h"
 #include "server/stream/h264_stream.h"
 
 namespace gonio {
@@ -14,11 +15,6 @@ constexpr std::size_t kMostTokens = 256;  // a slot has at most one
 // The last kind that is left is opened anew, but not for ever: so many failures without as many good frames between.
 constexpr unsigned kMostFailures = 3;
 constexpr unsigned kGoodFrames = 100;
-
-std::int64_t now_ns() {
-    return std::chrono::duration_cast<std::chrono::nanoseconds>(std::chrono::steady_clock::now().time_since_epoch())
-        .count();
-}
 
 // Whether a P frame says no more than that nothing changed: skipped macroblocks cost next to nothing.
 bool is_sharp(const EncodedFrame& frame, const Picture& picture) {
@@ -158,7 +154,7 @@ struct LaneEncoders::Shared {
     // Result: false where the slot was abandoned, and its thread with it.
     bool run(const std::shared_ptr<Slot>& slot, std::size_t thread) {
         slot->thread = thread;
-        slot->began_ns = now_ns();
+        slot->began_ns = monotonic_ns();
         auto waiting = Slot::Phase::waiting;
         slot->phase.compare_exchange_strong(waiting, Slot::Phase::running);
         const auto job = slot->jobs.try_take();
@@ -275,7 +271,7 @@ std::vector<LaneId> LaneEncoders::check() {
     std::vector<LaneId> lost;
     for (auto& [lane, stuck] : slots_) {
         if (stuck->phase.load() != Slot::Phase::running) continue;
-        if (now_ns() - stuck->began_ns.load() < std::chrono::nanoseconds(shared_->setup.stuck).count()) continue;
+        if (monotonic_ns() - stuck->began_ns.load() < std::chrono::nanoseconds(shared_->setup.stuck).count()) continue;
         auto running = Slot::Phase::running;
         if (!stuck->phase.compare_exchange_strong(running, Slot::Phase::abandoned)) continue;
         const std::size_t thread = stuck->thread;

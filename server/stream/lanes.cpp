@@ -80,7 +80,6 @@ std::vector<Lanes::Share> Lanes::published(LaneId lane_id, bool key, Time now) {
         shares.push_back({id, verdict});
         if (!waited && viewer.gate.waits_for_key()) {
             ++lane.gated;
-            ++gatings_;
             gated(id, viewer, now);
         } else if (verdict == VideoGate::Verdict::send) {
             took(id, viewer, now);
@@ -178,6 +177,12 @@ std::vector<LaneWish> Lanes::wishes(Time now) const {
         result.push_back(wish);
     }
     return result;
+}
+
+std::uint64_t Lanes::gatings() const {
+    std::uint64_t sum = 0;
+    for (const auto& [id, lane] : lanes_) sum += lane.gated;
+    return sum;
 }
 
 std::optional<Lanes::Time> Lanes::due(Time now) const {

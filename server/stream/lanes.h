@@ -33,6 +33,7 @@ struct LaneWish {
     std::uint32_t budget_bytes = 0;      // of a frame, by the link of its fastest viewer; 0: no limit
     std::uint32_t frames = 0, keys = 0;  // published so far
     std::uint32_t gated = 0;             // how often a viewer was made to wait for a key frame
+    std::uint32_t bitrate_bps() const { return budget_bytes * 8 * 30; }  // at 30 frames a second
     bool operator==(const LaneWish&) const = default;
 };
 
@@ -86,7 +87,7 @@ public:
     // Result: when a wish changes by the passing of time alone.
     std::optional<Time> due(Time now) const;
     // Result: how often any viewer was made to wait for a key frame; never falls.
-    std::uint64_t gatings() const { return gatings_; }
+    std::uint64_t gatings() const;
 
 private:
     struct Viewer {
@@ -113,7 +114,6 @@ private:
     std::map<ViewerId, Viewer> viewers_;  // ids grow: in the order in which they came
     std::map<LaneId, Lane> lanes_;        // that ever had a viewer
     std::vector<ViewerId> moved_;
-    std::uint64_t gatings_ = 0;
 };
 
 }  // namespace gonio

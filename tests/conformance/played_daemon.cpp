@@ -3,6 +3,8 @@
 #include <filesystem>
 #include <stdexcept>
 
+#include "server/clock.h"
+
 namespace gonio::conformance {
 
 constexpr EmbeddedFile kPage[] = {{"index.html", "<!doctype html><title>x</title>"}};
@@ -72,7 +74,7 @@ unsigned PlayedDaemon::captures_asked() const {
 }
 bool PlayedDaemon::key_wanted() const {
     const std::lock_guard lock(mutex_);
-    return demand_.key;
+    return demand_.key();
 }
 
 void PlayedDaemon::publish(std::uint32_t scene_rev, bool key, std::size_t bytes) {
@@ -80,8 +82,7 @@ void PlayedDaemon::publish(std::uint32_t scene_rev, bool key, std::size_t bytes)
     frame.data.assign(bytes, std::byte{0x65});
     frame.key = key;
     frame.scene_rev = scene_rev;
-    frame.drained_ns = frame.rendered_ns = frame.encoded_ns =
-        std::chrono::steady_clock::now().time_since_epoch() / std::chrono::nanoseconds(1);
+    frame.drained_ns = frame.rendered_ns = frame.encoded_ns = monotonic_ns();
     front_->publish_h264(std::move(frame), false);
 }
 

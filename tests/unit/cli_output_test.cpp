@@ -121,10 +121,10 @@ struct CliRun : testing::Test {
             return true;
         };
         callbacks.demand = [this](Demand demand) {
-            if (!demand.h264 || !front) return;
+            if (!demand.h264() || !front) return;
             EncodedFrame frame;
             frame.data.assign(10, std::byte{0x42});
-            frame.key = demand.key;
+            frame.key = demand.key();
             frame.scene_rev = rev;
             front->publish_h264(std::move(frame), true);
         };

@@ -268,7 +268,7 @@ TEST_F(FrontLimitsTest, ReadinessAndMetricsAreTold) {
     EXPECT_EQ(client.get("/readyz"), 200);
     Client viewer(front->port());
     viewer.join(kSubprotocolJson, true, false);
-    ASSERT_TRUE(wait_demand([](const Demand& d) { return d.key; }));
+    ASSERT_TRUE(wait_demand([](const Demand& d) { return d.key(); }));
     front->publish_h264(frame(1, true), true);
     viewer.acknowledge(viewer.read_frame().seq());
     v1::ClientMessage sync;  // after the acknowledgement

@@ -216,7 +216,7 @@ TEST_F(FrontTest, TwoViewersSeeTheSamePicture) {
     Client a(front->port()), b(front->port());
     a.join(kSubprotocolJson, true, false);
     b.join(kSubprotocolProto, true, false);
-    ASSERT_TRUE(wait_demand([](const Demand& d) { return d.h264 && d.key && d.clients == 2; }));
+    ASSERT_TRUE(wait_demand([](const Demand& d) { return d.h264() && d.key() && d.clients == 2; }));
     front->publish_h264(frame(7, true), true);
     for (Client* client : {&a, &b}) {
         const auto packet = client->read_frame();
@@ -232,7 +232,7 @@ TEST_F(FrontTest, TwoViewersSeeTheSamePicture) {
         EXPECT_EQ(header.encode_us, 1500u);
         EXPECT_EQ(packet.payload[32], '\x65');
     }
-    ASSERT_TRUE(wait_demand([](const Demand& d) { return d.h264 && !d.key; }));
+    ASSERT_TRUE(wait_demand([](const Demand& d) { return d.h264() && !d.key(); }));
     EXPECT_EQ(front->packets_sent(), 2u);
 }
 
@@ -241,7 +241,7 @@ TEST_F(FrontTest, WithoutAcknowledgementTwoFramesThenAKeyFrameWithTheNewest) {
     Client lazy(front->port()), quick(front->port());
     lazy.join(kSubprotocolJson, true, false);
     quick.join(kSubprotocolJson, true, false);
-    ASSERT_TRUE(wait_demand([](const Demand& d) { return d.key && d.clients == 2; }));
+    ASSERT_TRUE(wait_demand([](const Demand& d) { return d.key() && d.clients == 2; }));
     std::uint32_t quick_frames = 0;
     for (std::uint32_t rev = 1; rev <= 10; ++rev) {
         front->publish_h264(frame(rev, rev == 1), rev == 10);
@@ -249,7 +249,7 @@ TEST_F(FrontTest, WithoutAcknowledgementTwoFramesThenAKeyFrameWithTheNewest) {
         ASSERT_EQ(packet.header().scene_rev, rev);
         quick.acknowledge(packet.seq());
         ++quick_frames;
-        ASSERT_TRUE(wait_demand([](const Demand& d) { return d.h264; }));
+        ASSERT_TRUE(wait_demand([](const Demand& d) { return d.h264(); }));
     }
     EXPECT_EQ(quick_frames, 10u);  // not slowed down
     EXPECT_EQ(lazy.read_frame().header().scene_rev, 1u);
@@ -258,7 +258,7 @@ TEST_F(FrontTest, WithoutAcknowledgementTwoFramesThenAKeyFrameWithTheNewest) {
     EXPECT_EQ(lazy.read_frame(150).opcode, -1);  // no third
     lazy.acknowledge(second.seq());
     EXPECT_EQ(lazy.read_frame(150).opcode, -1);  // a delta would not decode
-    ASSERT_TRUE(wait_demand([](const Demand& d) { return d.key; }));
+    ASSERT_TRUE(wait_demand([](const Demand& d) { return d.key(); }));
     front->publish_h264(frame(10, true), true);
     const auto newest = lazy.read_frame();
     EXPECT_TRUE(newest.header().key);
@@ -270,10 +270,10 @@ TEST_F(FrontTest, ALoneViewerWithoutCreditStopsTheDemand) {
     start();
     Client viewer(front->port());
     viewer.join(kSubprotocolJson, true, false);
-    ASSERT_TRUE(wait_demand([](const Demand& d) { return d.key; }));
+    ASSERT_TRUE(wait_demand([](const Demand& d) { return d.key(); }));
     front->publish_h264(frame(1, true), false);
     front->publish_h264(frame(2, false), false);
-    ASSERT_TRUE(wait_demand([](const Demand& d) { return !d.h264 && d.clients == 1; }));
+    ASSERT_TRUE(wait_demand([](const Demand& d) { return !d.h264() && d.clients == 1; }));
     front->publish_h264(frame(3, false), true);  // was in the encoder when the credit ran out: the last of a movement
     EXPECT_EQ(viewer.read_frame().header().scene_rev, 1u);
     EXPECT_EQ(viewer.read_frame().header().scene_rev, 2u);
@@ -283,7 +283,7 @@ TEST_F(FrontTest, ALoneViewerWithoutCreditStopsTheDemand) {
     EXPECT_EQ(last.header().scene_rev, 3u);  // arrives, and needs no key frame
     EXPECT_FALSE(last.header().key);
     viewer.acknowledge(3);
-    EXPECT_TRUE(wait_demand([](const Demand& d) { return d.h264 && !d.key; }));
+    EXPECT_TRUE(wait_demand([](const Demand& d) { return d.h264() && !d.key(); }));
 }
 
 TEST_F(FrontTest, KeyFramesOnRequestAtMostOncePerInterval) {
@@ -291,15 +291,15 @@ TEST_F(FrontTest, KeyFramesOnRequestAtMostOncePerInterval) {
     start();
     Client viewer(front->port());
     viewer.join(kSubprotocolJson, true, false);
-    ASSERT_TRUE(wait_demand([](const Demand& d) { return d.key; }));
+    ASSERT_TRUE(wait_demand([](const Demand& d) { return d.key(); }));
     front->publish_h264(frame(1, true), false);
     viewer.acknowledge(viewer.read_frame().seq());
-    ASSERT_TRUE(wait_demand([](const Demand& d) { return d.h264 && !d.key; }));
+    ASSERT_TRUE(wait_demand([](const Demand& d) { return d.h264() && !d.key(); }));
     const auto begin = std::chrono::steady_clock::now();
     v1::ClientMessage request;
     request.mutable_request_keyframe();
     viewer.say(request);
-    ASSERT_TRUE(wait_demand([](const Demand& d) { return d.key; }));
+    ASSERT_TRUE(wait_demand([](const Demand& d) { return d.key(); }));
     EXPECT_GT(std::chrono::steady_clock::now() - begin, 200ms);
 }
 
@@ -325,9 +325,9 @@ TEST_F(FrontTest, AViewerThatLeavesIsForgotten) {
     {
         Client viewer(front->port());
         viewer.join(kSubprotocolJson, true, true);
-        ASSERT_TRUE(wait_demand([](const Demand& d) { return d.h264 && d.clients == 1; }));
+        ASSERT_TRUE(wait_demand([](const Demand& d) { return d.h264() && d.clients == 1; }));
     }
-    EXPECT_TRUE(wait_demand([](const Demand& d) { return !d.h264 && d.clients == 0; }));
+    EXPECT_TRUE(wait_demand([](const Demand& d) { return !d.h264() && d.clients == 0; }));
     front->publish_h264(frame(1, true), true);
     front->broadcast({});
     EXPECT_EQ(Client(front->port()).get("/healthz"), 200);

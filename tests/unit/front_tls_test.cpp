@@ -176,7 +176,7 @@ TEST_F(FrontTlsTest, VideoPassesWholeAndInOrder) {
     auto connection = Connection::open(address("first"), wanted);
     ASSERT_TRUE(connection) << connection.error().text();
     for (std::uint32_t i = 1; i <= 5; ++i) {
-        ASSERT_TRUE(wait_demand([](const Demand& d) { return d.h264; }));
+        ASSERT_TRUE(wait_demand([](const Demand& d) { return d.h264(); }));
         front->publish_h264(frame(i, i == 1, 100'000), false);  // many records
         const auto event = (*connection)->next();
         ASSERT_TRUE(event);
