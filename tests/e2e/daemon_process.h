@@ -16,6 +16,11 @@ struct Finished {
 // Runs a program of the build to its end.
 Finished run_program(const std::string& name, const std::vector<std::string>& arguments);
 
+// User and system time that a process has used, s.
+double cpu_seconds(pid_t pid);
+// Memory of a process that is in RAM, MiB.
+double resident_mib(pid_t pid);
+
 // A gonio that was started and is killed at the end of its scope, whatever it does; its output is thrown away.
 class KilledClient {
 public:

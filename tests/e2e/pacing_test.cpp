@@ -6,7 +6,6 @@
 #include <atomic>
 #include <cmath>
 #include <cstdlib>
-#include <fstream>
 #include <memory>
 #include <thread>
 
@@ -93,13 +92,6 @@ Watched watch(Client& viewer, std::chrono::seconds time) {
         }
     }
     return watched;
-}
-
-double resident_mib(pid_t pid) {
-    std::ifstream file("/proc/" + std::to_string(pid) + "/statm");
-    double pages = 0;
-    file >> pages >> pages;
-    return pages * static_cast<double>(::sysconf(_SC_PAGESIZE)) / (1 << 20);
 }
 
 // A line of this rate, 20 ms each way, that shows a moving picture for a while.
@@ -223,15 +215,6 @@ TEST(Pacing, ACommandIsSeenInTheNextFrame) {
     std::printf("command to its frame at the viewer: p50 %.1f ms, p90 %.1f ms; its render and encode p50 %.1f ms\n",
                 quantile(times_ms, 0.5), quantile(times_ms, 0.9), quantile(frame_ms, 0.5));
     EXPECT_LT(quantile(times_ms, 0.5), 250.0);
-}
-
-double cpu_seconds(pid_t pid) {
-    std::ifstream file("/proc/" + std::to_string(pid) + "/stat");
-    std::string field;
-    double ticks = 0;
-    for (int i = 1; i <= 15 && file >> field; ++i)
-        if (i >= 14) ticks += std::stod(field);  // utime, stime
-    return ticks / static_cast<double>(::sysconf(_SC_CLK_TCK));
 }
 
 // What more viewers cost: everybody goes on getting pictures. The figures are printed; docs/streaming.md has those of
