@@ -22,7 +22,7 @@ using Json = nlohmann::json;
 
 std::chrono::seconds measuring_time() {
     const char* given = std::getenv("GONIO_PACING_SECONDS");
-    return std::chrono::seconds(given ? std::max(2, std::atoi(given)) : 6);
+    return std::chrono::seconds(given ? std::max(2, std::atoi(given)) : 4);
 }
 
 std::uint16_t port_of(const std::string& url) {
@@ -267,7 +267,7 @@ TEST(Pacing, AStillPictureSharpensAndThenIsSilent) {
     viewer.keeps_pings = true;
     {
         const Mover mover(port_of(daemon.url()));
-        watch(viewer, 2s);
+        watch(viewer, 1s);
     }
     bool final = false;
     unsigned after_final = 0;
