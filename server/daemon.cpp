@@ -139,6 +139,8 @@ int run_daemon(const Options& options) {
     reload_now();
     Service service;  // ends before the front that it asks
 
+    Histogram& readback_seconds = metrics->histogram(
+        "readback_seconds", "What the render thread waits for a picture's last passes and copies it to memory.");
     std::unique_ptr<Inputs> inputs;
     if (options.inputs.any()) {
         auto opened = Inputs::start(options.inputs, [&] { queue.wake(); });
@@ -205,6 +207,7 @@ int run_daemon(const Options& options) {
     scene_rev.set(stage.scene().scene_rev);
     running = &stage;
     front->publish_state(stage.state());
+                readback_seconds.observe(static_cast<double>(picture.readback_ns) * 1e-9);
     consoles.publish_state(stage.state());
     if (state_file) state_file->put(stage.scene());  // whether it can be written is known at the start
 

@@ -7,6 +7,7 @@
 
 #include "protocol/frame_header.h"
 #include "protocol/shortened_text.h"
+#include "server/net/lane_metrics.h"
 #include "server/net/message_limits.h"
 #include "server/net/token_bucket.h"
 
@@ -36,6 +37,7 @@ public:
           updates_(hub.options.limits.updates_per_s, hub.options.limits.update_burst),
           ack_seconds_(
               hub.options.metrics->histogram("ack_rtt_seconds", "From sending a frame to its acknowledgement.")),
+          send_seconds_(send_seconds(*hub.options.metrics)),
           tick_(socket_.get_executor()) {
         hub_.count_clients("websocket", 1);
     }
@@ -324,6 +326,8 @@ private:
     }
 
     // ---- video
+        if (outgoing_.kind == Kind::video)
+            send_seconds_.observe(std::chrono::duration<double>(Clock::now() - write_began_).count());
     void send_video(const std::shared_ptr<const EncodedFrame>& frame, bool final) {
         FrameHeader header;
         header.seq = hub_.lanes.take_credit(id_);
@@ -446,7 +450,7 @@ private:
         Clock::time_point at;
     };
     std::array<Sent, 8> sent_at_{};  // the last frames, for the round trip of their acknowledgements
-    Histogram& ack_seconds_;
+    Histogram &ack_seconds_, &send_seconds_;
     SessionId id_ = 0;
     HttpRequest request_;
     beast::flat_buffer buffer_;

@@ -150,9 +150,9 @@ TEST(Operations, ATokenIsChangedWhileItRuns) {
     EXPECT_EQ(curl(folder, daemon.url() + "/metrics").status, 401);
     const Answer told = metrics("the-first-token-of-two");
     EXPECT_EQ(told.status, 200);
-    for (const char* name :
-         {"gonio_frames_rendered_total ", "gonio_render_seconds_count ", "gonio_scene_revision ",
-          "gonio_build_info{version=", "gonio_frames_encoded_total{codec=\"h264\",lane=\"private\"} "})
+    for (const char* name : {"gonio_frames_rendered_total ", "gonio_render_seconds_count ",
+                             "gonio_readback_seconds_count ", "gonio_scene_revision ", "gonio_build_info{version=",
+                             "gonio_frames_encoded_total{codec=\"h264\",lane=\"private\"} "})
         EXPECT_NE(told.body.find(std::string("\n") + name), std::string::npos) << name;
     folder.file("token", "the-second-token-of-two\n");
     kill(daemon.pid(), SIGHUP);
