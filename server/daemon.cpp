@@ -53,8 +53,8 @@ int run_daemon(const Options& options) {
     spdlog::set_default_logger(spdlog::stderr_logger_mt("goniod"));
     set_log_level(options);
     std::string token_warning;
-    const auto token = read_token(options.token_file, &token_warning);
-    if (!token) throw std::runtime_error(token.error().text());
+    const auto tokens = read_tokens(options, &token_warning);
+    if (!tokens) throw std::runtime_error(tokens.error().text());
     if (!token_warning.empty()) spdlog::warn("{}", token_warning);
     Inbox inbox;
     Queue<Work>& queue = inbox.queue;
@@ -121,7 +121,7 @@ int run_daemon(const Options& options) {
     FrontOptions listen = front_options(options);
     listen.metrics = metrics;
     listen.uploads = uploads.get();
-    listen.token = *token;
+    listen.tokens = *tokens;
     listen.server_name = "goniod " GONIO_VERSION;
     listen.renderer = renderer_name;
     listen.encoder = encoders.encoder();

@@ -220,12 +220,13 @@ private:
     }
 
     void on_identify(const v1::Identify& identify) {
-        if (!hub_.options.token.empty()) {
+        const Right right = hub_.options.tokens.right_of(identify.token());
+        if (hub_.options.tokens.asked()) {
             if (hub_.auth.blocked(place_->address(), Clock::now()).count() > 0) {
                 hub_.count_rejected("auth_rate");
                 return close(kTooManyFailures, "too many wrong tokens from this address; wait a minute");
             }
-            if (!equal_in_constant_time(identify.token(), hub_.options.token)) {
+            if (right == Right::none) {
                 // Who shows none does not guess: the page asks for it then.
                 if (!identify.token().empty()) hub_.auth.failed(place_->address(), Clock::now());
                 hub_.count_rejected("auth");
@@ -235,7 +236,10 @@ private:
         const std::string& role = identify.role();
         if (!role.empty() && role != "controller" && role != "viewer")
             return close(kNotIdentified, "the role must be controller or viewer");
-        if (!hub_.identified(id_, identify)) return close(websocket::close_code::try_again_later, "the server is busy");
+        v1::Identify told = identify;
+        if (right == Right::look) told.set_role("viewer");
+        if (!hub_.identified(id_, std::move(told)))
+            return close(websocket::close_code::try_again_later, "the server is busy");
         identified_ = true;
         wants_video_ = identify.video();
         wants_state_ = identify.state();
@@ -322,12 +326,12 @@ private:
     void end_write(error_code error) {
         writing_ = false;
         if (error) return end();
+        if (outgoing_.kind == Kind::video)
+            send_seconds_.observe(std::chrono::duration<double>(Clock::now() - write_began_).count());
         write_next();
     }
 
     // ---- video
-        if (outgoing_.kind == Kind::video)
-            send_seconds_.observe(std::chrono::duration<double>(Clock::now() - write_began_).count());
     void send_video(const std::shared_ptr<const EncodedFrame>& frame, bool final) {
         FrameHeader header;
         header.seq = hub_.lanes.take_credit(id_);
