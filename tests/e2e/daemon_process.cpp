@@ -115,7 +115,7 @@ bool KilledClient::ended() const {
     return waitid(P_PID, static_cast<id_t>(pid_), &info, WEXITED | WNOHANG | WNOWAIT) == 0 && info.si_pid == pid_;
 }
 
-DaemonProcess::DaemonProcess(std::vector<std::string> arguments) {
+DaemonProcess::DaemonProcess(std::vector<std::string> arguments, const std::function<void(pid_t)>& meanwhile) {
     arguments.insert(arguments.begin(), {"--listen", "127.0.0.1:0"});
     // Under ThreadSanitizer no GL runs: its drivers are not made for it.
     if (const char* renderer = std::getenv("GONIO_TEST_RENDERER"))
@@ -128,7 +128,8 @@ DaemonProcess::DaemonProcess(std::vector<std::string> arguments) {
     while (line.find('\n') == std::string::npos) {
         pollfd ready{out_fd_, POLLIN, 0};
         if (std::chrono::steady_clock::now() > deadline) throw std::runtime_error("goniod printed no READY line");
-        if (poll(&ready, 1, 200) <= 0) continue;
+        if (meanwhile) meanwhile(pid_);
+        if (poll(&ready, 1, meanwhile ? 2 : 200) <= 0) continue;
         char c;
         if (read(out_fd_, &c, 1) != 1) throw std::runtime_error("goniod ended before READY");
         line += c;

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <sys/types.h>
+#include <functional>
 #include <nlohmann/json.hpp>
 #include <string>
 #include <vector>
@@ -35,8 +36,9 @@ private:
 
 class DaemonProcess {
 public:
-    // Starts goniod with --listen 127.0.0.1:0 and the arguments, and waits for its READY line (60 s).
-    explicit DaemonProcess(std::vector<std::string> arguments = {});
+    // Starts goniod with --listen 127.0.0.1:0 and the arguments, and waits for its READY line (60 s). meanwhile: called
+    // again and again until then.
+    explicit DaemonProcess(std::vector<std::string> arguments = {}, const std::function<void(pid_t)>& meanwhile = {});
     ~DaemonProcess();
     DaemonProcess(const DaemonProcess&) = delete;
 
