@@ -162,7 +162,7 @@ private:
 TEST(Surfaces, SixtyFourLightsRiddenAtOnce) {
     TemporaryFolder folder;
     const char* const full = std::getenv("GONIO_RIDE_SIZE");
-    const std::string size = full != nullptr ? full : "320x320";
+    const std::string size = full != nullptr ? full : "160x160";
     const int from_ms = full != nullptr ? 15000 : 8000, for_ms = full != nullptr ? 4000 : 3000;
     constexpr int kLights = 64;
     std::string text = "midi 1234:5678 Wing\n", map;
