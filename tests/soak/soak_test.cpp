@@ -44,7 +44,7 @@ double minutes_wanted() {
 
 // Pictures between two losses of the GL context.
 std::string loss_every() {
-    return minutes_wanted() < 2 ? "150" : "3000";
+    return minutes_wanted() < 2 ? "150" : "600";
 }
 
 struct Footprint {
