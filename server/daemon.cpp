@@ -2,6 +2,7 @@
 
 #include <atomic>
 #include <cstdio>
+#include <future>
 #include <stdexcept>
 #include <thread>
 
@@ -9,6 +10,7 @@
 #include <spdlog/spdlog.h>
 
 #include "client/web/page.h"
+#include "server/atomic_file.h"
 #include "server/consoles.h"
 #include "server/front_options.h"
 #include "server/gpu.h"
@@ -28,7 +30,23 @@
 namespace gonio {
 namespace {
 
-constexpr std::uint32_t kReconnectAfterMs = 1000;  // a service is started again by then
+constexpr std::uint32_t kReconnectAfterMs = 1000;   // a service is started again by then
+constexpr std::chrono::milliseconds kDiscard{100};  // for the private folder, where the end does not wait
+
+// The end does not wait for a disk that hangs either.
+void discard_uploads(const std::shared_ptr<UploadStore>& uploads) {
+    auto done = std::make_shared<std::promise<void>>();
+    std::thread([uploads, done] {
+        uploads->discard(kDiscard);
+        done->set_value();
+    }).detach();
+    done->get_future().wait_for(kDiscard + kDiscard / 2);
+}
+
+// A disk that never answers, for tests (`--inject state-hangs`).
+Result<bool> write_for_ever(const std::string&, std::string_view) {
+    for (;;) std::this_thread::sleep_for(std::chrono::hours(1));
+}
 
 // The GL context is lost. Result: whether there is another, with a renderer; not where the program shall end.
 bool renew(Gpu& gpu, Stage& stage, Front& front, Queue<Work>& queue) {
@@ -53,13 +71,14 @@ int run_daemon(const Options& options) {
     spdlog::set_default_logger(spdlog::stderr_logger_mt("goniod"));
     set_log_level(options);
     std::string token_warning;
-    const auto token = read_token(options.token_file, &token_warning);
-    if (!token) throw std::runtime_error(token.error().text());
+    const auto tokens = read_tokens(options, &token_warning);
+    if (!tokens) throw std::runtime_error(tokens.error().text());
     if (!token_warning.empty()) spdlog::warn("{}", token_warning);
     Inbox inbox;
     Queue<Work>& queue = inbox.queue;
     std::atomic<std::shared_ptr<Front>> front_to_stop;
     std::atomic<std::shared_ptr<StateFile>> state_to_save;
+    std::atomic<std::shared_ptr<UploadStore>> uploads_to_discard;
     std::atomic<bool> reload_wanted{false};  // also while there is no front yet
     const auto reload_now = [&] {
         if (const auto serving = front_to_stop.load(); serving && reload_wanted.exchange(false))
@@ -81,16 +100,21 @@ int run_daemon(const Options& options) {
                                              if (saving) saving->close_within(std::chrono::milliseconds(100));
                                          },
                                          [&] {
+                                             if (const auto store = uploads_to_discard.load()) discard_uploads(store);
+                                         },
+                                         [&] {
                                              reload_wanted = true;
                                              reload_now();
                                          }});
     std::optional<Scene> scene;
     SurfaceOptions boxes;
     GpuFaults faults;
+    bool state_hangs = false;
     try {
         scene = first_scene(options);
         boxes = surface_options(options);
-        for (const std::string& fault : options.inject) add_fault(faults, fault);
+        for (const std::string& fault : options.inject)
+            fault == "state-hangs" ? void(state_hangs = true) : add_fault(faults, fault);
     } catch (const std::invalid_argument& error) {
         std::fprintf(stderr, "goniod: %s\n", error.what());
         return 2;
@@ -100,11 +124,12 @@ int run_daemon(const Options& options) {
     spdlog::info("{}", gpu.context() ? gpu.context()->description() : "no GL: grey pictures (--renderer null)");
     const std::string renderer_name = gpu.context() ? gpu.context()->renderer() : "null";
 
-    std::unique_ptr<UploadStore> uploads;  // before the front that writes them
+    std::shared_ptr<UploadStore> uploads;  // before the front that writes them
     if (options.limits.upload_bytes > 0) {
         auto opened = UploadStore::open(options.upload_folder, options.limits);
         if (!opened) throw std::runtime_error(opened.error().text());
         uploads = std::move(*opened);
+        uploads_to_discard = uploads;
     }
     std::shared_ptr<Front> front;
     LaneEncoders encoders(encoder_setup(options, scene->width_px, scene->height_px),
@@ -114,6 +139,8 @@ int run_daemon(const Options& options) {
     metrics->gauge("build_info", "The program's version.", "version=\"" GONIO_VERSION "\"").set(1);
     Histogram& render_seconds =
         metrics->histogram("render_seconds", "From draining the commands to the picture in memory.");
+    Histogram& readback_seconds = metrics->histogram(
+        "readback_seconds", "What the render thread waits for a picture's last passes and copies it to memory.");
     Counter& rendered = metrics->counter("frames_rendered_total", "Pictures that left the renderer.");
     Counter& gpu_resets = metrics->counter("gpu_resets_total", "GL contexts that were lost and made anew.");
     Counter& saves = metrics->counter("state_saves_total", "Shows that were written to the state file.");
@@ -121,7 +148,7 @@ int run_daemon(const Options& options) {
     FrontOptions listen = front_options(options);
     listen.metrics = metrics;
     listen.uploads = uploads.get();
-    listen.token = *token;
+    listen.tokens = *tokens;
     listen.server_name = "goniod " GONIO_VERSION;
     listen.renderer = renderer_name;
     listen.encoder = encoders.encoder();
@@ -160,7 +187,9 @@ int run_daemon(const Options& options) {
 
     Loader loader;
     std::shared_ptr<StateFile> state_file;
-    if (!options.state_file.empty()) state_file = std::make_shared<StateFile>(options.state_file);
+    if (!options.state_file.empty())
+        state_file = std::make_shared<StateFile>(options.state_file, kSaveInterval, kSaveRetry, kMaxSavedBytes,
+                                                 state_hangs ? write_for_ever : write_file_atomically);
     state_to_save = state_file;
     Stage stage(
         gpu.take_renderer(), std::move(*scene), renderer_name, queue, loader,
@@ -178,6 +207,7 @@ int run_daemon(const Options& options) {
                 hands.picture_out(picture.scene_rev, picture.rendered_ns);
                 rendered.add();
                 render_seconds.observe(static_cast<double>(picture.rendered_ns - picture.drained_ns) * 1e-9);
+                readback_seconds.observe(static_cast<double>(picture.readback_ns) * 1e-9);
                 feed.show(std::move(picture), monotonic_ns());
             },
             [&] {

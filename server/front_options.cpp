@@ -123,11 +123,9 @@ bool is_loopback(const std::string& host) {
     return host == "localhost" || host == "::1" || host.rfind("127.", 0) == 0;
 }
 
-Result<std::string> read_token(const std::string& path, std::string* warning) {
+Result<std::string> read_token(const std::string& path, std::string* warning, const char* option) {
     if (path.empty()) return std::string();
-    const auto refused = [&](const std::string& message) {
-        return Error{"file_unreadable", "--token-file", path, message};
-    };
+    const auto refused = [&](const std::string& message) { return Error{"file_unreadable", option, path, message}; };
     const auto text = read_bounded_file(path, kMaxTokenBytes);
     if (!text) return refused("cannot be read");
     const std::string line = text->substr(0, text->find('\n'));
@@ -147,12 +145,28 @@ Result<std::string> read_token(const std::string& path, std::string* warning) {
     return token;
 }
 
+Result<Tokens> read_tokens(const Options& options, std::string* warnings) {
+    std::string of_all, of_viewers;
+    const auto all = read_token(options.token_file, &of_all);
+    if (!all) return all.error();
+    const auto viewers = read_token(options.viewer_token_file, &of_viewers, "--viewer-token-file");
+    if (!viewers) return viewers.error();
+    const auto refused = [&](const char* message) {
+        return Error{"invalid_argument", "--viewer-token-file", options.viewer_token_file, message};
+    };
+    if (all->empty() && !viewers->empty())
+        return refused("needs --token-file too: without it everybody may change all");
+    if (!viewers->empty() && *all == *viewers) return refused("must hold another token than --token-file");
+    if (warnings != nullptr) *warnings = of_all + (of_all.empty() || of_viewers.empty() ? "" : "; ") + of_viewers;
+    return Tokens{*all, *viewers};
+}
+
 std::vector<std::string> check_front_options(const Options& options) {
     std::vector<std::string> errors;
     if (!is_loopback(options.host) && options.token_file.empty())
         errors.push_back("listening on " + options.host +
                          " needs --token-file: only loopback addresses may go without");
-    if (const auto token = read_token(options.token_file); !token) errors.push_back(token.error().text());
+    if (const auto tokens = read_tokens(options); !tokens) errors.push_back(tokens.error().text());
     if (options.tls_certificate.empty() != options.tls_key.empty()) {
         errors.push_back("--tls-cert and --tls-key belong together");
     } else if (!options.tls_certificate.empty()) {

@@ -63,6 +63,8 @@ std::optional<Options> parse_options(std::vector<std::string> arguments, int& ex
         ->check(listen_place())
         ->capture_default_str();
     app.add_option("--token-file", options.token_file, "file that holds the bearer token clients must show");
+    app.add_option("--viewer-token-file", options.viewer_token_file,
+                   "file that holds another token: whoever shows it may look and ask, not change or upload anything");
     app.add_option("--device", options.device, "index of the EGL device; default: the first that works");
     app.add_option("--renderer", options.renderer, "gl; null: grey pictures without GL, for tests")
         ->check(CLI::IsMember({"gl", "null"}))

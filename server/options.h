@@ -15,7 +15,7 @@ struct Options {
     std::string scene = "cornell";
     std::string host = "127.0.0.1";
     std::uint16_t port = 8080;
-    std::string token_file;
+    std::string token_file, viewer_token_file;
     std::string technique = "default";
     std::optional<unsigned> samples;
     int width_px = 800, height_px = 800;

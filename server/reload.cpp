@@ -17,10 +17,10 @@ void reload(const Options& options, Front& front) {
     else
         spdlog::warn("reload: the options are wrong now; the log level stays");
     std::string warning;
-    if (const auto token = read_token(options.token_file, &warning); !token)
-        spdlog::error("reload: the old token stays: {}", token.error().text());
+    if (const auto tokens = read_tokens(options, &warning); !tokens)
+        spdlog::error("reload: the old tokens stay: {}", tokens.error().text());
     else
-        front.set_token(*token);
+        front.set_tokens(*tokens);
     if (!warning.empty()) spdlog::warn("{}", warning);
     if (const auto loaded = front.reload_tls(); !loaded)
         spdlog::error("reload: the old certificate stays: {}", loaded.error().text());

@@ -1,4 +1,4 @@
-// What SIGHUP does: certificate, token file and log level are read again, file and environment with them.
+// What SIGHUP does: certificate, token files and log level are read again, file and environment with them.
 #pragma once
 
 #include "server/net/front.h"

@@ -69,6 +69,7 @@ void Signals::watch() {
             if (signal.ssi_signo == SIGHUP) {
                 actions_.reload();
             } else if (first) {
+                actions_.discard();
                 hurry_idle_threads();
                 _exit(128 + static_cast<int>(signal.ssi_signo));
             } else {
@@ -84,6 +85,7 @@ void Signals::watch() {
         }
         if (Clock::now() - *first >= kEndAfter) {
             actions_.last();
+            actions_.discard();
             hurry_idle_threads();
             _exit(0);
         }

@@ -18,6 +18,7 @@ public:
         std::function<void()> stop;      // at the first SIGINT or SIGTERM
         std::function<void()> farewell;  // a second later, if the program still runs: clients must be told by now
         std::function<void()> last;      // right before it is ended with exit code 0, because something holds it up
+        std::function<void()> discard;   // right before each end that does not wait: what must not stay behind
         std::function<void()> reload;    // at SIGHUP
     };
     // A second SIGINT or SIGTERM ends the program at once, with exit code 128 + its number.

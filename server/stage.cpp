@@ -450,7 +450,7 @@ void Stage::answer_stats(const Work& work) {
 
 void Stage::begin_frame(std::int64_t drained_ns) {
     draws([&] {
-        if (renderer_->frames_in_flight() >= kMaxFramesInFlight) publish(*renderer_->finish_frame(true));
+        if (renderer_->frames_in_flight() >= kMaxFramesInFlight) take_frame(true);
         // A frame that lights nothing anew keeps the picture's size, and with it what the picture is made of.
         const std::int64_t now_ns = monotonic_ns();
         if (lights_anew() || owes()) renderer_->set_effort(budget_.choose(now_ns));
@@ -481,11 +481,20 @@ void Stage::refine() {
 
 void Stage::finish_frames(bool wait) {
     draws([&] {
-        while (auto frame = renderer_->finish_frame(wait)) publish(std::move(*frame));
+        while (take_frame(wait)) {
+        }
     });
 }
 
-void Stage::publish(FinishedFrame frame) {
+bool Stage::take_frame(bool wait) {
+    const std::int64_t began_ns = monotonic_ns();
+    auto frame = renderer_->finish_frame(wait);
+    if (!frame) return false;
+    publish(std::move(*frame), monotonic_ns() - began_ns);
+    return true;
+}
+
+void Stage::publish(FinishedFrame frame, std::int64_t readback_ns) {
     if (out_.gpu_lost()) return;
     const auto& passes = frame.report.passes();
     const bool heavy = std::any_of(passes.begin(), passes.end(), [](const v1::PassReport& row) {
@@ -496,7 +505,7 @@ void Stage::publish(FinishedFrame frame) {
     if (frame.nv12) {
         ++frames_rendered_;
         out_.picture({frame.report.scene_rev(), frame.width_px, frame.height_px, frame.nv12, frame.drained_ns,
-                      frame.rendered_ns});
+                      frame.rendered_ns, readback_ns});
     }
     std::erase_if(waiting_, [&](const Waiting& waiting) {
         if (frame.report.scene_rev() < waiting.rev) return false;

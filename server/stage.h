@@ -144,7 +144,9 @@ private:
     void continue_late();
     void continue_grid();
     void forget_session(std::uint32_t session);
-    void publish(FinishedFrame frame);
+    // Takes the oldest frame from the renderer. Result: false where none is finished.
+    bool take_frame(bool wait);
+    void publish(FinishedFrame frame, std::int64_t readback_ns);
     void apply_command(const Work& work);
     std::optional<Error> refuses(const Work& work);
     void answer_control(const Work& work, const std::optional<Error>& refused, std::uint32_t holder_before);

@@ -8,17 +8,18 @@
 
 #include <spdlog/spdlog.h>
 
-#include "server/atomic_file.h"
-
 namespace gonio {
 
 using Clock = std::chrono::steady_clock;
 
 StateFile::StateFile(std::string path, std::chrono::milliseconds interval, std::chrono::milliseconds retry,
-                     std::size_t most_bytes)
-    : path_(std::move(path)), interval_(interval), retry_(retry), most_bytes_(most_bytes), thread_([this] {
-          work();
-      }) {}
+                     std::size_t most_bytes, WriteFile to_disk)
+    : path_(std::move(path)),
+      interval_(interval),
+      retry_(retry),
+      most_bytes_(most_bytes),
+      to_disk_(std::move(to_disk)),
+      thread_([this] { work(); }) {}
 
 Result<bool> StateFile::write(const std::string& json) const {
     if (json.empty()) return Error{"file_unwritable", "", path_, "a name in it is not UTF-8"};
@@ -27,7 +28,7 @@ Result<bool> StateFile::write(const std::string& json) const {
             "too_large", "", path_,
             "the show has " + std::to_string(json.size()) + " bytes, its file at most " + std::to_string(most_bytes_)};
     }
-    return write_file_atomically(path_, json);
+    return to_disk_(path_, json);
 }
 
 StateFile::~StateFile() {

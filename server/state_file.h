@@ -4,10 +4,12 @@
 #include <atomic>
 #include <chrono>
 #include <cstdint>
+#include <functional>
 #include <optional>
 #include <string>
 #include <thread>
 
+#include "server/atomic_file.h"
 #include "server/queue.h"
 #include "server/saved_show.h"
 
@@ -21,13 +23,16 @@ inline constexpr std::chrono::milliseconds kSaveRetry{5000};  // after a failure
 // again) is said in the log once and tried again; the old file stays and the show goes on.
 class StateFile {
 public:
+    using WriteFile = std::function<Result<bool>(const std::string& path, std::string_view bytes)>;
     struct Told {
         std::uint32_t saves = 0;
         std::string error;  // of the last try; empty: it went well
     };
-    // most_bytes: of the file; a show that is larger is not written, since no start would read it.
+    // most_bytes: of the file; a show that is larger is not written, since no start would read it. to_disk: writes the
+    // file (server/atomic_file.h).
     explicit StateFile(std::string path, std::chrono::milliseconds interval = kSaveInterval,
-                       std::chrono::milliseconds retry = kSaveRetry, std::size_t most_bytes = kMaxSavedBytes);
+                       std::chrono::milliseconds retry = kSaveRetry, std::size_t most_bytes = kMaxSavedBytes,
+                       WriteFile to_disk = write_file_atomically);
     ~StateFile();
     StateFile(const StateFile&) = delete;
     StateFile& operator=(const StateFile&) = delete;
@@ -50,6 +55,7 @@ private:
     std::string path_;
     std::chrono::milliseconds interval_, retry_;
     std::size_t most_bytes_;
+    WriteFile to_disk_;
     Latest<Scene> scenes_;
     Latest<Told> news_;
     Told told_;    // the render thread's

@@ -153,6 +153,8 @@ int send_change(const Session& session, const v1::ClientMessage& message) {
 // load scene FILE --upload: sends the file, then has the server load it.
 int load_upload(const Session& session, const std::string& file) {
     const std::string name = std::filesystem::path(file).filename().string();
+    if (session.role == "viewer")
+        return session.fail({"permission", "load scene", file, "a viewer may look and ask, not upload anything"});
     if (const auto sent = upload(session.address, session.token, file, name); !sent) return session.fail(sent.error());
     v1::ClientMessage message;
     message.mutable_command()->mutable_load_scene()->set_file(std::string(kUploadPrefix) + name);

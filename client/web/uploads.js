@@ -1,5 +1,6 @@
 // Scene files from this computer: chosen or dropped onto the picture, uploaded, loaded.
 
+import {pageRole} from "./control.js";
 import {h, setText} from "./dom.js";
 
 const kEndings = [".glb", ".gltf"];
@@ -40,6 +41,7 @@ export class Uploads {
     }
 
     async send(file) {
+        if (pageRole === "viewer") return;
         if (!kEndings.some((ending) => file.name.toLowerCase().endsWith(ending))) {
             this.#refused("unsupported", file.name, "Only .glb and .gltf files are scenes.");
             return;

@@ -147,8 +147,8 @@ public:
     void set_ready(bool ready) override {
         asio::post(context_, [this, ready] { hub_.ready = ready; });
     }
-    void set_token(std::string token) override {
-        asio::post(context_, [this, token = std::move(token)] { hub_.options.token = token; });
+    void set_tokens(Tokens tokens) override {
+        asio::post(context_, [this, tokens = std::move(tokens)] { hub_.options.tokens = tokens; });
     }
     Result<bool> reload_tls() override {
         if (!secure()) return true;

@@ -16,6 +16,7 @@
 #include "protocol/codec.h"
 #include "server/metrics.h"
 #include "server/net/front_limits.h"
+#include "server/net/tokens.h"
 #include "server/stream/encoder.h"
 #include "server/stream/lanes.h"
 
@@ -39,7 +40,7 @@ struct Demand {
 struct FrontOptions {
     std::string host = "127.0.0.1";
     std::uint16_t port = 8080;             // 0: any free one
-    std::string token;                     // empty: none asked for
+    Tokens tokens;                         // that clients must show
     std::string tls_certificate, tls_key;  // PEM files; both or none: then plain HTTP
     std::vector<std::string> host_names;   // that the Host header may have, beside localhost and addresses
     std::vector<std::string> origins;      // of pages elsewhere that may use this server
@@ -93,8 +94,8 @@ public:
     virtual void post(std::function<void()> call) = 0;
     // What /readyz answers: pictures come. False until it is told.
     virtual void set_ready(bool ready) = 0;
-    // Clients that come from now on must show this token.
-    virtual void set_token(std::string token) = 0;
+    // Clients that come from now on must show one of these.
+    virtual void set_tokens(Tokens tokens) = 0;
     // Reads the certificate and key again, for connections that come from now on. Errors: "bad_certificate"; then the
     // old ones stay.
     virtual Result<bool> reload_tls() = 0;

@@ -91,7 +91,7 @@ private:
             if (socket) hub_.count_rejected("origin");
             return refuse(http::status::forbidden, "Pages of another origin may not use this server.");
         }
-        if (upload) return admitted() ? answer_upload(*upload) : void();
+        if (upload) return admitted(Right::change) ? answer_upload(*upload) : void();
         answer(*target, host);
     }
 
@@ -105,12 +105,12 @@ private:
         }
         if (path == "/v1/ws") return upgrade();
         if (path == "/metrics") {
-            if (!admitted()) return;
+            if (!admitted(Right::look)) return;
             return respond(http::status::ok, "text/plain; version=0.0.4; charset=utf-8",
                            hub_.options.metrics->text() + process_metrics_text());
         }
         if (path == "/v1/mjpeg" || is_still(target)) {
-            if (!admitted()) return;
+            if (!admitted(Right::look)) return;
             if (request_.method() == http::verb::head)
                 return refuse(http::status::method_not_allowed, "Only GET is answered here.");
             if (is_still(target)) return ask_still(target);
@@ -126,16 +126,21 @@ private:
         refuse(http::status::not_found, "There is no such page.");
     }
 
-    // Result: whether the client showed the token, where one is asked for; else it has been answered.
-    bool admitted() {
-        if (hub_.options.token.empty()) return true;
+    // Result: whether the client showed a token that lets it do so, where one is asked for; else it has been answered.
+    bool admitted(Right needed) {
+        if (!hub_.options.tokens.asked()) return true;
         const auto now = Clock::now();
         if (const auto wait = hub_.auth.blocked(place_->address(), now); wait.count() > 0) {
             refuse(http::status::too_many_requests, "Too many wrong tokens came from this address.", wait);
             return false;
         }
         const auto given = bearer_token(view_of(request_[http::field::authorization]));
-        if (given && equal_in_constant_time(*given, hub_.options.token)) return true;
+        const Right right = given ? hub_.options.tokens.right_of(*given) : Right::none;
+        if (right >= needed) return true;
+        if (right == Right::look) {
+            refuse(http::status::forbidden, "permission: this token lets its owner look, not change anything.");
+            return false;
+        }
         if (given) hub_.auth.failed(place_->address(), now);  // who shows none does not guess
         refuse(http::status::unauthorized, "This needs Authorization: Bearer TOKEN.");
         return false;
@@ -173,7 +178,7 @@ private:
         }
         if (buffer_.size() != 0)
             return refuse(http::status::bad_request, "The client must wait for the answer to its upgrade.");
-        if (!hub_.options.token.empty()) {
+        if (hub_.options.tokens.asked()) {
             if (const auto wait = hub_.auth.blocked(place_->address(), Clock::now()); wait.count() > 0) {
                 hub_.count_rejected("auth_rate");
                 return refuse(http::status::too_many_requests, "Too many wrong tokens came from this address.", wait);

@@ -145,14 +145,4 @@ bool Hub::identified(SessionId id, v1::Identify identify) {
     return !stopping && (!callbacks.identified || callbacks.identified(id, std::move(identify)));
 }
 
-bool equal_in_constant_time(std::string_view given, std::string_view secret) {
-    volatile unsigned difference = given.size() == secret.size() ? 0 : 1;
-    for (std::size_t i = 0; i < given.size(); ++i) {
-        const auto a = static_cast<unsigned char>(given[i]);
-        const auto b = static_cast<unsigned char>(secret.empty() ? 0 : secret[i % secret.size()]);
-        difference = difference | (a ^ b);
-    }
-    return difference == 0;
-}
-
 }  // namespace gonio

@@ -130,7 +130,4 @@ private:
     std::map<std::string, int> clients_by_transport_;
 };
 
-// Result: whether both are equal, in a time that depends on the length of `given` only.
-bool equal_in_constant_time(std::string_view given, std::string_view secret);
-
 }  // namespace gonio

@@ -19,6 +19,10 @@ void count_frame(Metrics& metrics, const EncodedFrame& frame, std::string_view c
     if (video && frame.key) metrics.counter("idr_total", "Key frames that left an encoder.", label("lane", lane)).add();
 }
 
+Histogram& send_seconds(Metrics& metrics) {
+    return metrics.histogram("send_seconds", "From giving a frame to a socket until the system has taken all of it.");
+}
+
 void show_lanes(const Hub& hub) {
     Metrics& metrics = *hub.options.metrics;
     const std::string& now =
@@ -44,6 +48,8 @@ void show_lanes(const Hub& hub) {
         metrics.gauge("encoder_bitrate_bps", "What measured links let the lanes' encoders take; 0: all.", lane)
             .set(sum.bitrate_bps);
     }
+    metrics.gauge("inflight_bytes", "Video that was given to viewers' sockets and is not acknowledged.")
+        .set(static_cast<double>(hub.lanes.bytes_in_flight()));
     Counter& gated = metrics.counter("client_gated_total", "How often a viewer was made to wait for a key frame.");
     gated.add(hub.lanes.gatings() - gated.value());
 }

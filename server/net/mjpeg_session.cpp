@@ -1,5 +1,6 @@
 // multipart/x-mixed-replace: the picture for browsers without WebCodecs. Browsers show a part only when the header of
 // the next one has arrived, so that header is sent right behind each picture ("advance headers"), without a length.
+#include "server/net/lane_metrics.h"
 #include "server/net/sessions.h"
 
 #include <array>
@@ -30,6 +31,7 @@ public:
         : hub_(hub),
           place_(std::move(accepted.place)),
           socket_(std::move(accepted.stream)),
+          send_seconds_(send_seconds(*hub.options.metrics)),
           stall_(socket_.get_executor()) {}
     ~MjpegSession() override { forget(); }
     MjpegSession(const MjpegSession&) = delete;
@@ -73,16 +75,20 @@ private:
     }
     void write(const std::array<asio::const_buffer, 3>& buffers) {
         writing_ = true;
+        const auto began = std::chrono::steady_clock::now();
         // Asked before each part: a client that takes something has its time anew.
         const auto next = [self = shared_from_this()](error_code error, std::size_t) -> std::size_t {
             if (error) return 0;
             self->expect_progress();
             return kPartBytes;
         };
-        asio::async_write(socket_, buffers, next, [self = shared_from_this()](error_code error, std::size_t) {
+        asio::async_write(socket_, buffers, next, [self = shared_from_this(), began](error_code error, std::size_t) {
             self->writing_ = false;
             self->stall_.cancel();
             if (error) return self->end();
+            if (self->sent_)  // else it was the preamble
+                self->send_seconds_.observe(
+                    std::chrono::duration<double>(std::chrono::steady_clock::now() - began).count());
             if (self->pending_) return self->write_pending();
             self->update_demand();
         });
@@ -119,6 +125,7 @@ private:
     Hub& hub_;
     std::shared_ptr<const Place> place_;
     NetStream socket_;
+    Histogram& send_seconds_;
     asio::steady_timer stall_;
     SessionId id_ = 0;
     std::array<char, 256> ignored_{};

@@ -7,6 +7,7 @@
 #include <cerrno>
 #include <cstring>
 #include <filesystem>
+#include <thread>
 
 #include "protocol/upload_name.h"
 
@@ -49,8 +50,20 @@ UploadStore::UploadStore(std::string folder, bool own, int fd, const FrontLimits
 
 UploadStore::~UploadStore() {
     ::close(fd_);
-    std::error_code ignored;
-    if (own_) fs::remove_all(folder_, ignored);
+    discard(std::chrono::milliseconds(0));
+}
+
+bool UploadStore::discard(std::chrono::milliseconds time) const {
+    if (!own_) return true;
+    const auto end = std::chrono::steady_clock::now() + time;
+    for (;;) {
+        // A file that appears behind the one that removes keeps the folder: once more then.
+        std::error_code failed, gone;
+        fs::remove_all(folder_, failed);
+        if (!fs::exists(folder_, gone)) return true;
+        if (std::chrono::steady_clock::now() >= end) return false;
+        std::this_thread::sleep_for(std::chrono::milliseconds(1));
+    }
 }
 
 // What an earlier run left unfinished is removed.

@@ -1,7 +1,8 @@
 // The folder of uploaded files: names, bounds, and whole files only. No sockets. After open() everything is the disk
-// thread's, but folder().
+// thread's, but folder() and discard().
 #pragma once
 
+#include <chrono>
 #include <cstdint>
 #include <memory>
 #include <span>
@@ -30,6 +31,9 @@ public:
     UploadStore& operator=(const UploadStore&) = delete;
 
     const std::string& folder() const { return folder_; }
+    // Removes a private folder with its content, for good; any thread, also while the disk thread writes. Nothing can
+    // be uploaded after it. Result: false where it is still there after that time.
+    bool discard(std::chrono::milliseconds time) const;
 
     // declared_bytes: what the client said it sends, 0 if it said nothing. Errors: "invalid_argument" (name),
     // "too_large" (one file), "full" (all files, their number, the disk), "file_unwritable".

@@ -7,6 +7,7 @@
 
 #include "protocol/frame_header.h"
 #include "protocol/shortened_text.h"
+#include "server/net/lane_metrics.h"
 #include "server/net/message_limits.h"
 #include "server/net/token_bucket.h"
 
@@ -36,6 +37,7 @@ public:
           updates_(hub.options.limits.updates_per_s, hub.options.limits.update_burst),
           ack_seconds_(
               hub.options.metrics->histogram("ack_rtt_seconds", "From sending a frame to its acknowledgement.")),
+          send_seconds_(send_seconds(*hub.options.metrics)),
           tick_(socket_.get_executor()) {
         hub_.count_clients("websocket", 1);
     }
@@ -218,12 +220,13 @@ private:
     }
 
     void on_identify(const v1::Identify& identify) {
-        if (!hub_.options.token.empty()) {
+        const Right right = hub_.options.tokens.right_of(identify.token());
+        if (hub_.options.tokens.asked()) {
             if (hub_.auth.blocked(place_->address(), Clock::now()).count() > 0) {
                 hub_.count_rejected("auth_rate");
                 return close(kTooManyFailures, "too many wrong tokens from this address; wait a minute");
             }
-            if (!equal_in_constant_time(identify.token(), hub_.options.token)) {
+            if (right == Right::none) {
                 // Who shows none does not guess: the page asks for it then.
                 if (!identify.token().empty()) hub_.auth.failed(place_->address(), Clock::now());
                 hub_.count_rejected("auth");
@@ -233,7 +236,10 @@ private:
         const std::string& role = identify.role();
         if (!role.empty() && role != "controller" && role != "viewer")
             return close(kNotIdentified, "the role must be controller or viewer");
-        if (!hub_.identified(id_, identify)) return close(websocket::close_code::try_again_later, "the server is busy");
+        v1::Identify told = identify;
+        if (right == Right::look) told.set_role("viewer");
+        if (!hub_.identified(id_, std::move(told)))
+            return close(websocket::close_code::try_again_later, "the server is busy");
         identified_ = true;
         wants_video_ = identify.video();
         wants_state_ = identify.state();
@@ -320,6 +326,8 @@ private:
     void end_write(error_code error) {
         writing_ = false;
         if (error) return end();
+        if (outgoing_.kind == Kind::video)
+            send_seconds_.observe(std::chrono::duration<double>(Clock::now() - write_began_).count());
         write_next();
     }
 
@@ -446,7 +454,7 @@ private:
         Clock::time_point at;
     };
     std::array<Sent, 8> sent_at_{};  // the last frames, for the round trip of their acknowledgements
-    Histogram& ack_seconds_;
+    Histogram &ack_seconds_, &send_seconds_;
     SessionId id_ = 0;
     HttpRequest request_;
     beast::flat_buffer buffer_;

@@ -20,6 +20,7 @@ struct Picture {
     // NV12, BT.709 limited range, tightly packed: height rows of Y, then height/2 rows of interleaved Cb Cr.
     std::shared_ptr<const std::vector<std::uint8_t>> nv12;
     std::int64_t drained_ns = 0, rendered_ns = 0;  // monotonic clock: queue drained; NV12 in memory
+    std::int64_t readback_ns = 0;                  // how long the render thread waited for it and copied it
 };
 
 struct EncodedFrame {

@@ -185,6 +185,12 @@ std::uint64_t Lanes::gatings() const {
     return sum;
 }
 
+std::size_t Lanes::bytes_in_flight() const {
+    std::size_t sum = 0;
+    for (const auto& [id, viewer] : viewers_) sum += viewer.link.bytes_in_flight();
+    return sum;
+}
+
 std::optional<Lanes::Time> Lanes::due(Time now) const {
     std::optional<Time> soonest;
     for (const auto& [id, viewer] : viewers_) {

@@ -88,6 +88,8 @@ public:
     std::optional<Time> due(Time now) const;
     // Result: how often any viewer was made to wait for a key frame; never falls.
     std::uint64_t gatings() const;
+    // Result: of all viewers' frames that were given to their sockets and not acknowledged.
+    std::size_t bytes_in_flight() const;
 
 private:
     struct Viewer {

@@ -48,6 +48,12 @@ void Link::acknowledged(std::uint32_t seq, Duration decode, Time now) {
     budget_bytes_ = budget_of_samples();
 }
 
+std::size_t Link::bytes_in_flight() const {
+    std::size_t sum = 0;
+    for (const Flight& flight : flights_) sum += flight.bytes;
+    return sum;
+}
+
 void Link::round_trip(Duration time, Time now) {
     tell_rtt(time, now);
 }

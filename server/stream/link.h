@@ -36,6 +36,8 @@ public:
     // Result: how large a frame may be so that the link is done with it in kFrameTime, in steps of a fifth; 0: as large
     // as it likes.
     std::uint32_t frame_budget_bytes() const { return budget_bytes_; }
+    // Result: of frames that were given to the socket and not acknowledged.
+    std::size_t bytes_in_flight() const;
     // Result: how many frames may be on their way: 3 where two would leave a long link idle.
     std::uint32_t window(Time now) const;
 

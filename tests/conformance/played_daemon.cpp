@@ -1,5 +1,7 @@
 #include "tests/conformance/played_daemon.h"
 
+#include <sys/resource.h>
+
 #include <filesystem>
 #include <stdexcept>
 
@@ -98,6 +100,14 @@ bool PlayedDaemon::wait_for_captures(unsigned count, std::chrono::milliseconds t
 std::size_t open_descriptors() {
     const std::filesystem::directory_iterator all("/proc/self/fd");
     return static_cast<std::size_t>(std::distance(begin(all), end(all)));
+}
+
+std::size_t raise_descriptor_limit() {
+    rlimit files{};
+    getrlimit(RLIMIT_NOFILE, &files);
+    files.rlim_cur = files.rlim_max;
+    setrlimit(RLIMIT_NOFILE, &files);
+    return files.rlim_cur;
 }
 
 }  // namespace gonio::conformance

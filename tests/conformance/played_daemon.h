@@ -40,5 +40,7 @@ private:
 
 // Descriptors that this process has open.
 std::size_t open_descriptors();
+// As many as the system lets it have. Result: how many.
+std::size_t raise_descriptor_limit();
 
 }  // namespace gonio::conformance

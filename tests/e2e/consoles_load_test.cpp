@@ -128,39 +128,40 @@ TEST_F(ConsoleLoads, SixtyFourUniversesAt44HzLoseNothingAndRenderNothing) {
     // Frames of the composite, timed by goniod itself: without packets, and then among them.
     const auto frame_ms = [&] {
         std::vector<double> times;
-        for (int i = 0; i < 25; ++i) {
+        for (int i = 0; i < 15; ++i) {
             const unsigned rev = daemon->rev({"set", "exposure", i % 2 == 0 ? "5" : "6"});
             times.push_back(daemon->json({"report", "--rev", std::to_string(rev)})["frame_ms"]);
         }
         std::sort(times.begin(), times.end());
         return times[times.size() / 2];
     };
+    constexpr int kRounds = 110;  // 2.5 s
     const double quiet_ms = frame_ms();
     const Json before = daemon->json({"stats"});
     const double cpu = cpu_seconds(daemon->pid());
     const auto start = std::chrono::steady_clock::now();
-    rounds(220, true);
+    rounds(kRounds, true);
     const double time = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
     const double share = (cpu_seconds(daemon->pid()) - cpu) / time;
     std::this_thread::sleep_for(500ms);
     const Json after = daemon->json({"stats"});
-    std::thread sending([&] { rounds(220, true); });
+    std::thread sending([&] { rounds(kRounds, true); });
     const double busy_ms = frame_ms();
     sending.join();
     std::this_thread::sleep_for(500ms);
     std::printf("64 universes at %.1f Hz: %.1f %% of one core; a frame takes %.2f ms without and %.2f ms among them\n",
-                220 / time, 100 * share, quiet_ms, busy_ms);
+                kRounds / time, 100 * share, quiet_ms, busy_ms);
     // Machines differ and have other things to do: this guards against packets that hold up frames, not against noise.
     EXPECT_LT(busy_ms, 2.0 * quiet_ms + 2.0);
     // Pictures a second at a viewer, of a scene that OSC changes more often than frames are due.
     const auto seen_fps = [&](bool among) {
         const Viewer viewer(daemon->url());
-        std::thread packets_too([&] { rounds(among ? 110 : 0, true); });
+        std::thread packets_too([&] { rounds(among ? 88 : 0, true); });
         Udp panel;
         int pictures = 0;
         const auto begin = std::chrono::steady_clock::now();
         auto counted = begin;
-        for (int i = 0; std::chrono::steady_clock::now() < begin + 2500ms; ++i) {
+        for (int i = 0; std::chrono::steady_clock::now() < begin + 2000ms; ++i) {
             panel.send("127.0.0.1", ports["osc"], osc("/exposure", {5.0F + 0.01F * static_cast<float>(i % 100)}));
             std::this_thread::sleep_for(8ms);
             if (i == 50) pictures = viewer.pictures(), counted = std::chrono::steady_clock::now();
@@ -231,7 +232,7 @@ TEST_F(ConsoleLoads, LevelsThatMoveIn64UniversesAreOneChangeAFrame) {
         const double cpu = cpu_seconds(daemon->pid());
         const int pictures = viewer != nullptr ? viewer->pictures() : 0;
         const auto begin = std::chrono::steady_clock::now();
-        rounds(132);
+        rounds(88);
         const double time = std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
         const double share = (cpu_seconds(daemon->pid()) - cpu) / time;
         const Json after = daemon->json({"stats"});

@@ -398,13 +398,14 @@ TEST(ConsoleOptions, NothingListensUnlessAskedAndBadPlacesAreNamed) {
     DaemonProcess daemon({"--size", "64x64"});
     EXPECT_TRUE(daemon.json({"sources"})["endpoints"].empty());
     EXPECT_NE(daemon.gonio({"sources"}).out.find("--sacn"), std::string::npos);
-    for (const char* option : {"--sacn", "--artnet", "--osc"}) {
-        DaemonProcess listening({"--size", "64x64", option, "127.0.0.1:0"});
+    {
+        DaemonProcess listening(
+            {"--size", "64x64", "--sacn", "127.0.0.1:0", "--artnet", "127.0.0.1:0", "--osc", "127.0.0.1:0"});
         listening.json({"stats"});
         std::this_thread::sleep_for(500ms);
         const double before = cpu_seconds(listening.pid());
         std::this_thread::sleep_for(1s);
-        EXPECT_LT(cpu_seconds(listening.pid()) - before, 0.2) << option << ": who hears nothing does nothing";
+        EXPECT_LT(cpu_seconds(listening.pid()) - before, 0.2) << "who hears nothing does nothing";
     }
     for (const char* option : {"--sacn", "--artnet", "--osc"}) {
         const Finished bad = run_program("goniod", {option, "everywhere"});

@@ -80,6 +80,23 @@ Finished run_program(const std::string& name, const std::vector<std::string>& ar
     return result;
 }
 
+double cpu_seconds(pid_t pid) {
+    std::ifstream file("/proc/" + std::to_string(pid) + "/stat");
+    const std::string text((std::istreambuf_iterator<char>(file)), {});
+    std::istringstream fields(text.substr(text.rfind(')') + 2));  // the name before it may hold blanks
+    std::string skipped;
+    for (int i = 0; i < 11; ++i) fields >> skipped;
+    double user = 0, system = 0;
+    fields >> user >> system;
+    return (user + system) / static_cast<double>(sysconf(_SC_CLK_TCK));
+}
+
+double resident_mib(pid_t pid) {
+    double size = 0, resident = 0;
+    std::ifstream("/proc/" + std::to_string(pid) + "/statm") >> size >> resident;
+    return resident * static_cast<double>(sysconf(_SC_PAGESIZE)) / (1 << 20);
+}
+
 KilledClient::KilledClient(const std::string& url, std::vector<std::string> words) {
     words.insert(words.begin(), {"--server", url});
     const Spawned process = spawn("gonio", words, true);
@@ -98,7 +115,7 @@ bool KilledClient::ended() const {
     return waitid(P_PID, static_cast<id_t>(pid_), &info, WEXITED | WNOHANG | WNOWAIT) == 0 && info.si_pid == pid_;
 }
 
-DaemonProcess::DaemonProcess(std::vector<std::string> arguments) {
+DaemonProcess::DaemonProcess(std::vector<std::string> arguments, const std::function<void(pid_t)>& meanwhile) {
     arguments.insert(arguments.begin(), {"--listen", "127.0.0.1:0"});
     // Under ThreadSanitizer no GL runs: its drivers are not made for it.
     if (const char* renderer = std::getenv("GONIO_TEST_RENDERER"))
@@ -111,12 +128,14 @@ DaemonProcess::DaemonProcess(std::vector<std::string> arguments) {
     while (line.find('\n') == std::string::npos) {
         pollfd ready{out_fd_, POLLIN, 0};
         if (std::chrono::steady_clock::now() > deadline) throw std::runtime_error("goniod printed no READY line");
-        if (poll(&ready, 1, 200) <= 0) continue;
+        if (meanwhile) meanwhile(pid_);
+        if (poll(&ready, 1, meanwhile ? 2 : 200) <= 0) continue;
         char c;
         if (read(out_fd_, &c, 1) != 1) throw std::runtime_error("goniod ended before READY");
         line += c;
     }
-    if (line.rfind("READY http://", 0) != 0 && line.rfind("READY https://", 0) != 0) throw std::runtime_error("unexpected first line: " + line);
+    if (line.rfind("READY http://", 0) != 0 && line.rfind("READY https://", 0) != 0)
+        throw std::runtime_error("unexpected first line: " + line);
     url_ = line.substr(6, line.size() - 7);
 }
 

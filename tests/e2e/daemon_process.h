@@ -2,6 +2,7 @@
 #pragma once
 
 #include <sys/types.h>
+#include <functional>
 #include <nlohmann/json.hpp>
 #include <string>
 #include <vector>
@@ -15,6 +16,11 @@ struct Finished {
 
 // Runs a program of the build to its end.
 Finished run_program(const std::string& name, const std::vector<std::string>& arguments);
+
+// User and system time that a process has used, s.
+double cpu_seconds(pid_t pid);
+// Memory of a process that is in RAM, MiB.
+double resident_mib(pid_t pid);
 
 // A gonio that was started and is killed at the end of its scope, whatever it does; its output is thrown away.
 class KilledClient {
@@ -30,8 +36,9 @@ private:
 
 class DaemonProcess {
 public:
-    // Starts goniod with --listen 127.0.0.1:0 and the arguments, and waits for its READY line (60 s).
-    explicit DaemonProcess(std::vector<std::string> arguments = {});
+    // Starts goniod with --listen 127.0.0.1:0 and the arguments, and waits for its READY line (60 s). meanwhile: called
+    // again and again until then.
+    explicit DaemonProcess(std::vector<std::string> arguments = {}, const std::function<void(pid_t)>& meanwhile = {});
     ~DaemonProcess();
     DaemonProcess(const DaemonProcess&) = delete;
 

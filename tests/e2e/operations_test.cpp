@@ -150,9 +150,9 @@ TEST(Operations, ATokenIsChangedWhileItRuns) {
     EXPECT_EQ(curl(folder, daemon.url() + "/metrics").status, 401);
     const Answer told = metrics("the-first-token-of-two");
     EXPECT_EQ(told.status, 200);
-    for (const char* name :
-         {"gonio_frames_rendered_total ", "gonio_render_seconds_count ", "gonio_scene_revision ",
-          "gonio_build_info{version=", "gonio_frames_encoded_total{codec=\"h264\",lane=\"private\"} "})
+    for (const char* name : {"gonio_frames_rendered_total ", "gonio_render_seconds_count ",
+                             "gonio_readback_seconds_count ", "gonio_scene_revision ", "gonio_build_info{version=",
+                             "gonio_frames_encoded_total{codec=\"h264\",lane=\"private\"} "})
         EXPECT_NE(told.body.find(std::string("\n") + name), std::string::npos) << name;
     folder.file("token", "the-second-token-of-two\n");
     kill(daemon.pid(), SIGHUP);
@@ -163,6 +163,53 @@ TEST(Operations, ATokenIsChangedWhileItRuns) {
     }
     EXPECT_EQ(status, 200);
     EXPECT_EQ(metrics("the-first-token-of-two").status, 401);
+}
+
+// SIGHUP comes when the tokens have been read and nobody listens yet: it is remembered.
+TEST(Operations, ATokenIsChangedWhileItStarts) {
+    TemporaryFolder folder;
+    const std::string token = folder.file("token", "the-first-token-of-two\n");
+    bool hung_up = false;
+    DaemonProcess daemon({"--size", "64x64", "--token-file", token}, [&](pid_t pid) {
+        // The libraries of the GL driver are loaded long after the tokens and before the first picture.
+        std::ifstream maps("/proc/" + std::to_string(pid) + "/maps");
+        const std::string text((std::istreambuf_iterator<char>(maps)), {});
+        if (hung_up || text.find("libEGL_mesa") == std::string::npos) return;
+        folder.file("token", "the-second-token-of-two\n");
+        hung_up = kill(pid, SIGHUP) == 0;
+    });
+    if (!hung_up) GTEST_SKIP() << "another GL driver than Mesa's";
+    const auto status = [&](const std::string& shown) {
+        const std::string header = folder.file("auth", "Authorization: Bearer " + shown);
+        return curl(folder, "-H @" + header + " " + daemon.url() + "/metrics").status;
+    };
+    EXPECT_EQ(status("the-second-token-of-two"), 200);
+    EXPECT_EQ(status("the-first-token-of-two"), 401);
+}
+
+TEST(Operations, AViewersTokenLooksAndChangesNothing) {
+    TemporaryFolder folder;
+    const std::string token = folder.file("token", "the-token-of-all-rights\n"),
+                      viewers = folder.file("viewers", "the-token-of-the-viewers\n"),
+                      scene = folder.file("floor.gltf", floor_gltf(0.5));
+    DaemonProcess daemon({"--size", "64x64", "--token-file", token, "--viewer-token-file", viewers});
+    const auto gonio = [&](const std::string& shown, std::vector<std::string> words) {
+        words.insert(words.begin(), {"--token-file", shown});
+        return daemon.gonio(words);
+    };
+    EXPECT_EQ(gonio(viewers, {"get"}).exit_code, 0);
+    EXPECT_EQ(gonio(viewers, {"capture", folder.path("look.png")}).exit_code, 0);
+    for (const std::vector<std::string>& words : {std::vector<std::string>{"set", "exposure", "3"},
+                                                  {"load", "scene", scene, "--upload"},
+                                                  {"--role", "controller", "set", "exposure", "3"}}) {
+        const Finished refused = gonio(viewers, words);
+        EXPECT_EQ(refused.exit_code, 1) << words[0];
+        EXPECT_NE(refused.err.find("permission"), std::string::npos) << refused.err;
+    }
+    EXPECT_EQ(gonio(token, {"load", "scene", scene, "--upload"}).exit_code, 0);
+    const Finished own = gonio(token, {"--role", "viewer", "load", "scene", scene, "--upload"});
+    EXPECT_EQ(own.exit_code, 1) << "whoever only wants to look uploads nothing either";
+    EXPECT_NE(own.err.find("permission"), std::string::npos) << own.err;
 }
 
 TEST(Operations, ScenesAreUploadedAndTheRestOfTheDiskIsNotLoaded) {

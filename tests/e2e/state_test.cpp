@@ -354,6 +354,38 @@ TEST_F(Ending, TheSecondSignalEndsAtOnce) {
     EXPECT_LT(std::chrono::duration<double>(Clock::now() - began).count(), 1.0);
 }
 
+// The folders of uploads below a folder.
+std::size_t upload_folders(const std::string& below) {
+    std::size_t count = 0;
+    for (const auto& entry : std::filesystem::directory_iterator(below))
+        count += entry.path().filename().string().starts_with("goniod-uploads-");
+    return count;
+}
+
+// The state file's disk never answers: the end does not wait for it, and leaves nothing behind that is private.
+TEST_F(Ending, WhileTheDiskOfTheStateHangs) {
+    TemporaryFolder folder;
+    const std::string state = folder.path("show.json"), scene = folder.file("floor.gltf", floor_gltf(0.5));
+    for (const bool twice : {false, true}) {
+        setenv("XDG_RUNTIME_DIR", folder.path("").c_str(), 1);
+        start({"--state", state, "--inject", "state-hangs"});
+        unsetenv("XDG_RUNTIME_DIR");
+        daemon->rev({"load", "scene", scene, "--upload"});
+        ASSERT_EQ(upload_folders(folder.path("")), 1u);
+        const auto began = Clock::now();
+        if (twice) {
+            kill(daemon->pid(), SIGTERM);
+            std::this_thread::sleep_for(300ms);
+        }
+        EXPECT_EQ(daemon->stop(), twice ? 128 + SIGTERM : 0);
+        const double took_s = std::chrono::duration<double>(Clock::now() - began).count();
+        EXPECT_LT(took_s, twice ? 1.5 : 2.5);
+        EXPECT_GT(took_s, twice ? 0.3 : 1.5) << "nothing held it up";
+        EXPECT_EQ(upload_folders(folder.path("")), 0u);
+        EXPECT_FALSE(std::filesystem::exists(state));
+    }
+}
+
 TEST(Roles, ViewersTheLeaseAndConflicts) {
     DaemonProcess daemon({"--size", "64x64", "--renderer", "null"});
     const auto refused = [&](std::vector<std::string> words) -> Json {

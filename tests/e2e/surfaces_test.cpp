@@ -203,22 +203,22 @@ TEST(Surfaces, SixtyFourLightsRiddenAtOnce) {
 TEST(Surfaces, FaderToFrameAt1kHz) {
     TemporaryFolder folder;
     std::string text = "midi 1397:00bc Motor Box\n";
-    constexpr int kEvents = 5000;
+    constexpr int kEvents = 3000;
     for (int i = 0; i < kEvents; ++i) text += bend(2000 + i, 1, static_cast<unsigned>(i * 37 % 16384));
     DaemonProcess daemon({"--size", "320x320", "--surface-replay", folder.file("box.txt", text)});
     const Viewer viewer(daemon);
     pause_ms(1200);
     const auto before = daemon.json({"stats"})["frames_rendered"].get<unsigned>();
-    pause_ms(6500);
+    pause_ms(kEvents + 1500);
     const Json stats = daemon.json({"stats"});
     const unsigned frames = stats["frames_rendered"].get<unsigned>() - before;
     const double median_ms = daemon.json({"surfaces"})["latency_ms"];
     EXPECT_DOUBLE_EQ(level_of(daemon, 0), (kEvents - 1) * 37 % 16384 / 16383.0)
         << "the last position is the one that stays";
     // A machine that is busy elsewhere makes fewer frames: then of those.
-    const double frame_ms = std::max(1000.0 / 60, 5000.0 / std::max(frames, 1u));
+    const double frame_ms = std::max(1000.0 / 60, 1.0 * kEvents / std::max(frames, 1u));
     EXPECT_LE(median_ms, 1.5 * frame_ms) << "from the first event that a frame had not shown";
-    EXPECT_GE(frames, 100u);
+    EXPECT_GE(frames, kEvents / 50u);
     const unsigned rev = stats["scene_rev"];
     const Json report = daemon.json({"report", "--rev", std::to_string(rev)});
     for (const Json& pass : report["passes"])
@@ -226,7 +226,7 @@ TEST(Surfaces, FaderToFrameAt1kHz) {
             EXPECT_TRUE(pass["name"] == "composite" || pass["name"] == "nv12") << pass["name"];
         }
     RecordProperty("median_ms", std::to_string(median_ms));
-    std::printf("fader to frame: %.1f ms median, %u frames in 5 s\n", median_ms, frames);
+    std::printf("fader to frame: %.1f ms median, %u frames in %d s\n", median_ms, frames, kEvents / 1000);
 }
 
 }  // namespace

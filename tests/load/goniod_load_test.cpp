@@ -1,15 +1,12 @@
 // The same hundred viewers and two thousand idle sockets on a whole goniod whose light moves; its limits are raised by
 // options. What it costs the process is printed: docs/operations.md has the figures.
 #include <gtest/gtest.h>
-#include <sys/resource.h>
-#include <unistd.h>
 
 #include <cmath>
 #include <cstdio>
-#include <fstream>
-#include <sstream>
 #include <thread>
 
+#include "tests/conformance/played_daemon.h"
 #include "tests/e2e/daemon_process.h"
 #include "tests/load/swarm.h"
 #include "tests/soak/operator.h"
@@ -22,37 +19,17 @@ using Clock = std::chrono::steady_clock;
 
 constexpr int kViewers = 100, kIdle = 2000;
 
-double resident_kib(pid_t pid) {
-    double size = 0, resident = 0;
-    std::ifstream("/proc/" + std::to_string(pid) + "/statm") >> size >> resident;
-    return resident * static_cast<double>(sysconf(_SC_PAGESIZE)) / 1024;
-}
-
-double cpu_s(pid_t pid) {
-    std::ifstream file("/proc/" + std::to_string(pid) + "/stat");
-    std::string text((std::istreambuf_iterator<char>(file)), {});
-    std::istringstream fields(text.substr(text.rfind(')') + 2));
-    std::string skipped;
-    for (int i = 0; i < 11; ++i) fields >> skipped;
-    double user = 0, system = 0;
-    fields >> user >> system;
-    return (user + system) / static_cast<double>(sysconf(_SC_CLK_TCK));
-}
-
 TEST(LoadGoniod, AHundredViewersAmongTwoThousandIdleSockets) {
-    rlimit files{};
-    getrlimit(RLIMIT_NOFILE, &files);
-    files.rlim_cur = files.rlim_max;
-    setrlimit(RLIMIT_NOFILE, &files);
-    if (files.rlim_cur < kViewers + kIdle + 100) GTEST_SKIP() << "only " << files.rlim_cur << " descriptors";
+    const std::size_t most = conformance::raise_descriptor_limit();
+    if (most < kViewers + kIdle + 100) GTEST_SKIP() << "only " << most << " descriptors";
     test::DaemonProcess daemon(
         {"--size", "320x320", "--surfaces", "off", "--max-clients", "2200", "--max-connections", "2300"});
     const auto port = static_cast<std::uint16_t>(std::stoi(daemon.url().substr(daemon.url().rfind(':') + 1)));
     Swarm swarm(port);
     soak::Operator lamp(port);
-    const double before_kib = resident_kib(daemon.pid());
+    const double before_mib = test::resident_mib(daemon.pid());
     for (int i = 0; i < kIdle; ++i) ASSERT_GT(swarm.join(Kind::idle), 0) << "idle socket " << i;
-    const double idle_kib = (resident_kib(daemon.pid()) - before_kib) / kIdle;
+    const double idle_kib = (test::resident_mib(daemon.pid()) - before_mib) * 1024 / kIdle;
     for (int i = 0; i < kViewers; ++i) ASSERT_GT(swarm.join(Kind::viewer), 0) << "viewer " << i;
 
     const auto move = [&](std::chrono::milliseconds time) {
@@ -70,22 +47,22 @@ TEST(LoadGoniod, AHundredViewersAmongTwoThousandIdleSockets) {
     };
     ASSERT_TRUE(move(2s));
     swarm.reset_tallies();
-    const double cpu = cpu_s(daemon.pid());
+    const double cpu = test::cpu_seconds(daemon.pid());
     const auto began = Clock::now();
     ASSERT_TRUE(move(4s));
     const double wall_s = std::chrono::duration<double>(Clock::now() - began).count();
-    const double share = (cpu_s(daemon.pid()) - cpu) / wall_s;
+    const double share = (test::cpu_seconds(daemon.pid()) - cpu) / wall_s;
     for (const auto until = Clock::now() + 15s;; std::this_thread::sleep_for(20ms)) {
         int behind = 0;
         for (const Tally& viewer : swarm.tallies(Kind::viewer)) behind += viewer.newest_rev != lamp.newest_rev();
         if (behind == 0) break;
         ASSERT_LT(Clock::now(), until) << behind << " viewers do not see revision " << lamp.newest_rev();
     }
-    std::uint64_t fewest = UINT64_MAX, most = 0;
+    std::uint64_t fewest = UINT64_MAX, most_frames = 0;
     std::vector<std::uint32_t> latencies;
     for (const Tally& viewer : swarm.tallies(Kind::viewer)) {
         fewest = std::min(fewest, viewer.frames);
-        most = std::max(most, viewer.frames);
+        most_frames = std::max(most_frames, viewer.frames);
         EXPECT_EQ(viewer.older, 0u);
         EXPECT_FALSE(viewer.gone);
         latencies.insert(latencies.end(), viewer.latency_us.begin(), viewer.latency_us.end());
@@ -98,7 +75,7 @@ TEST(LoadGoniod, AHundredViewersAmongTwoThousandIdleSockets) {
         "load: goniod with %d viewers and %d idle sockets: %llu to %llu frames each in %.1f s, NV12 to client p50 %.1f "
         "ms, "
         "p99 %.1f ms; %.1f KiB an idle socket; %.0f %% of a core\n",
-        kViewers, kIdle, static_cast<unsigned long long>(fewest), static_cast<unsigned long long>(most), wall_s,
+        kViewers, kIdle, static_cast<unsigned long long>(fewest), static_cast<unsigned long long>(most_frames), wall_s,
         percentile_ms(latencies, 0.5), percentile_ms(latencies, 0.99), idle_kib, 100 * share);
     EXPECT_EQ(daemon.stop(), 0);
 }

@@ -3,7 +3,6 @@
 // docs/operations.md's.
 #include <gtest/gtest.h>
 #include <malloc.h>
-#include <sys/resource.h>
 
 #include <chrono>
 #include <cstdio>
@@ -40,11 +39,8 @@ struct Load : testing::Test {
     std::uint32_t rev = 1;
 
     void SetUp() override {
-        rlimit files{};
-        getrlimit(RLIMIT_NOFILE, &files);
-        files.rlim_cur = files.rlim_max;
-        setrlimit(RLIMIT_NOFILE, &files);
-        if (files.rlim_cur < 2 * (kViewers + kIdle) + 100) GTEST_SKIP() << "only " << files.rlim_cur << " descriptors";
+        const std::size_t most = conformance::raise_descriptor_limit();
+        if (most < 2 * (kViewers + kIdle) + 100) GTEST_SKIP() << "only " << most << " descriptors";
     }
     // Frames as a renderer makes them: one after the other, a key frame where one is wanted.
     void stream(std::chrono::milliseconds time) {

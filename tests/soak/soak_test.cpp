@@ -1,6 +1,7 @@
-// goniod for a long time: lights, faders and cameras move, viewers of every kind come and go, photometry is uploaded,
-// stills are taken; then a pause, after which every viewer's newest frame is the newest state's. Memory and descriptors
-// stay what they were. GONIO_SOAK_MINUTES sets the time (./dev soak); without it a short version runs.
+// goniod for a long time: lights, faders and cameras move, viewers of every kind come and go beside one on a narrow
+// line, photometry and scenes are uploaded, stills are taken, the GL context is lost; then a pause, after which every
+// viewer's newest frame is the newest state's and /metrics is what Prometheus reads. Memory and descriptors stay what
+// they were. GONIO_SOAK_MINUTES sets the time (./dev soak); without it a short version runs.
 #include <gtest/gtest.h>
 #include <unistd.h>
 
@@ -17,7 +18,9 @@
 
 #include "tests/e2e/daemon_process.h"
 #include "tests/load/swarm.h"
+#include "tests/soak/metrics_text.h"
 #include "tests/soak/operator.h"
+#include "tests/throttle/throttle_proxy.h"
 
 namespace gonio::soak {
 namespace {
@@ -37,6 +40,11 @@ constexpr std::size_t kMostViewers = 8;
 double minutes_wanted() {
     const char* text = std::getenv("GONIO_SOAK_MINUTES");
     return text == nullptr ? kShortMinutes : std::max(std::atof(text), 0.05);
+}
+
+// Pictures between two losses of the GL context.
+std::string loss_every() {
+    return minutes_wanted() < 2 ? "150" : "600";
 }
 
 struct Footprint {
@@ -82,18 +90,33 @@ std::string fetch_still(std::uint16_t port, std::uint32_t rev) {
     return image.size() == bytes && image.starts_with("\xff\xd8\xff") ? "" : "a still that is no JPEG";
 }
 
+// Result: the answer's status and body; 0 where none came.
+std::pair<int, std::string> answer_of(std::uint16_t port, const std::string& request) {
+    RawPeer peer(port);
+    const auto until = Clock::now() + 20s;
+    peer.send(request);
+    const std::string head = peer.read_head(until);
+    const std::size_t length = head.find("Content-Length: ");
+    if (!head.starts_with("HTTP/1.1 ") || length == std::string::npos) return {0, ""};
+    return {std::stoi(head.substr(9)), peer.read_bytes(std::stoul(head.substr(length + 16)), until)};
+}
+
 class Soak : public testing::Test {
 protected:
-    test::DaemonProcess daemon_{{"--size", "320x320", "--surfaces", "off"}};
+    test::DaemonProcess daemon_{
+        {"--size", "320x320", "--surfaces", "off", "--inject", "gl-loss-every=" + loss_every()}};
     const std::uint16_t port_ =
         static_cast<std::uint16_t>(std::stoi(daemon_.url().substr(daemon_.url().rfind(':') + 1)));
     load::Swarm swarm_{port_};
+    test::ThrottleProxy line_{port_, {1e6, 20ms, 16 << 10}};
+    load::Swarm far_{line_.port()};  // one viewer at the end of a line of 1 Mb/s
     Operator operator_{port_};
     std::mt19937 random_{30};
     std::vector<int> viewers_, guests_;  // guests: slow and deaf ones
     std::future<std::string> still_;
     std::string light_ = "luminaire";
-    std::uint64_t tick_ = 0, joins_ = 0, uploads_ = 0, stills_ = 0, frames_ = 0, pauses_ = 0;
+    std::uint64_t tick_ = 0, joins_ = 0, uploads_ = 0, scenes_ = 0, stills_ = 0, frames_ = 0, pauses_ = 0;
+    double losses_ = 0;
     std::vector<std::uint32_t> latency_us_;
 
     double any(double from, double to) { return std::uniform_real_distribution<double>(from, to)(random_); }
@@ -156,6 +179,32 @@ protected:
         recall.mutable_recall_preset()->set_name("look");
         operator_.send(recall);
     }
+    // A scene comes by HTTP, is shown, and makes room for the first one again, whose lights then move on.
+    void upload_scene() {
+        const std::string scene = test::floor_gltf(any(0.2, 0.8));
+        const auto [status, said] =
+            answer_of(port_, "PUT /v1/uploads/soak.gltf HTTP/1.1\r\nHost: localhost\r\nContent-Length: " +
+                                 std::to_string(scene.size()) + "\r\n\r\n" + scene);
+        ASSERT_TRUE(status == 200 || status == 201) << status << " " << said;
+        for (const char* file : {"upload:soak.gltf", "cornell"}) {
+            v1::Command load;
+            load.mutable_load_scene()->set_file(file);
+            operator_.send(load);
+            ASSERT_TRUE(operator_.settle(20s)) << file << " is not loaded";
+        }
+        ++scenes_;
+    }
+    void scrape() {
+        const auto [status, text] = answer_of(port_, "GET /metrics HTTP/1.1\r\nHost: localhost\r\n\r\n");
+        ASSERT_EQ(status, 200);
+        EXPECT_EQ(metrics_fault(text), "");
+        for (const char* name :
+             {"gonio_frames_rendered_total", "gonio_render_seconds_count", "gonio_readback_seconds_count",
+              "gonio_send_seconds_count", "gonio_uploaded_bytes_total"})
+            EXPECT_GT(metric_value(text, name), 0) << name;
+        EXPECT_GE(metric_value(text, "gonio_inflight_bytes"), 0);
+        losses_ = metric_value(text, "gonio_gpu_resets_total");
+    }
     void come_and_go() {
         joins_ += 1;
         if (viewers_.size() < 2 || (viewers_.size() < kMostViewers && random_() % 2 == 0)) {
@@ -201,6 +250,7 @@ protected:
             if (tick_ % 45 == 7) upload();
             if (tick_ % 50 == 9) take_still();
             if (tick_ % 240 == 100) rearrange();
+            if (tick_ % 240 == 200) upload_scene();
             operator_.listen();
         }
         ASSERT_TRUE(operator_.settle(20s)) << "commands without an answer";
@@ -216,12 +266,21 @@ protected:
             std::string behind;
             for (const Tally& viewer : swarm_.tallies(Kind::viewer))
                 if (viewer.newest_rev != newest) behind += " " + std::to_string(viewer.newest_rev);
+            for (const Tally& viewer : far_.tallies(Kind::viewer))
+                if (viewer.newest_rev != newest) behind += " (far) " + std::to_string(viewer.newest_rev);
             if (behind.empty()) break;
             ASSERT_LT(Clock::now(), until) << "the scene is at " << newest << ", viewers see" << behind;
         }
         ++pauses_;
         for (const Tally& viewer : swarm_.tallies(Kind::viewer)) account(viewer);
         swarm_.reset_tallies();
+        for (const Tally& viewer : far_.tallies(Kind::viewer)) {
+            EXPECT_GT(viewer.frames, 0u) << "nothing came over the narrow line";
+            EXPECT_EQ(viewer.older, 0u);
+            EXPECT_FALSE(viewer.gone) << "the far viewer was closed with " << viewer.close_code;
+        }
+        far_.reset_tallies();
+        scrape();
     }
 };
 
@@ -232,6 +291,9 @@ TEST_F(Soak, StaysCurrentAndOfOneSize) {
     const auto first = operator_.ask(get, 10s);
     ASSERT_TRUE(first && first->state().lights_size() > 0);
     light_ = first->state().lights(0).name();
+
+    const int far = far_.join(Kind::viewer);
+    ASSERT_GT(far, 0) << "the far viewer was refused";
 
     const auto began = Clock::now();
     const auto minute = [&] { return std::chrono::duration<double>(Clock::now() - began).count() / 60; };
@@ -256,6 +318,8 @@ TEST_F(Soak, StaysCurrentAndOfOneSize) {
     }
     while (!viewers_.empty()) leave(viewers_, 0);
     while (!guests_.empty()) leave(guests_, 0);
+    far_.leave(far, true);
+    EXPECT_GT(losses_, 0) << "the GL context was never lost";
     std::size_t left = 0;
     for (const auto until = Clock::now() + 10s; Clock::now() < until; std::this_thread::sleep_for(50ms))
         if ((left = footprint(daemon_.pid(), 0).descriptors) <= descriptors) break;
@@ -274,14 +338,15 @@ TEST_F(Soak, StaysCurrentAndOfOneSize) {
         EXPECT_LT(growth, 0.05) << "resident memory grows";
     }
     std::printf(
-        "soak: %.1f min, %llu answers, %llu frames to viewers, %llu comings and goings, %llu uploads, %llu stills, "
+        "soak: %.1f min, %llu answers, %llu frames to viewers, %llu comings and goings, %llu uploads, %llu scenes, "
+        "%llu stills, %.0f contexts lost, "
         "%llu pauses, "
         "all current; resident %.1f -> %.1f MiB (%+.1f %%), descriptors %zu -> %zu; NV12 to client p50 %.1f ms, p99 "
         "%.1f ms\n",
         minute(), static_cast<unsigned long long>(operator_.answered()), static_cast<unsigned long long>(frames_),
         static_cast<unsigned long long>(joins_), static_cast<unsigned long long>(uploads_),
-        static_cast<unsigned long long>(stills_), static_cast<unsigned long long>(pauses_),
-        early.empty() ? samples.front().resident_mib : mean(early),
+        static_cast<unsigned long long>(scenes_), static_cast<unsigned long long>(stills_), losses_,
+        static_cast<unsigned long long>(pauses_), early.empty() ? samples.front().resident_mib : mean(early),
         late.empty() ? samples.back().resident_mib : mean(late), 100 * growth, descriptors, left,
         load::percentile_ms(latency_us_, 0.5), load::percentile_ms(latency_us_, 0.99));
     EXPECT_EQ(daemon_.stop(), 0);

@@ -258,6 +258,14 @@ TEST_F(ConfigTest, OptionsThatDoNotGoTogetherAreErrors) {
     EXPECT_NE(err.find("--token-file"), std::string::npos);
     EXPECT_TRUE(parse({"--listen", "0.0.0.0:0", "--token-file", file("0123456789abcdef\n", "token")}));
     EXPECT_FALSE(parse({"--token-file", file("short\n", "short")}));
+    const std::string token = file("0123456789abcdef\n", "token");
+    EXPECT_TRUE(parse({"--token-file", token, "--viewer-token-file", file("fedcba9876543210\n", "viewers")}));
+    EXPECT_FALSE(parse({"--viewer-token-file", token}));
+    EXPECT_NE(err.find("--viewer-token-file"), std::string::npos) << err;
+    EXPECT_NE(err.find("--token-file too"), std::string::npos) << err;
+    EXPECT_FALSE(parse({"--token-file", token, "--viewer-token-file", file(" 0123456789abcdef", "same")}));
+    EXPECT_NE(err.find("another token"), std::string::npos) << err;
+    EXPECT_FALSE(parse({"--token-file", token, "--viewer-token-file", file("short", "short")}));
     EXPECT_FALSE(parse({"--tls-cert", file("", "c")}));
     EXPECT_NE(err.find("belong together"), std::string::npos);
     EXPECT_FALSE(parse({"--tls-cert", file("x", "c"), "--tls-key", file("x", "k")}));

@@ -6,6 +6,7 @@
 #include <random>
 
 #include "tests/fuzz/console_check.h"
+#include "tests/fuzz/damaged.h"
 
 namespace gonio {
 namespace {
@@ -39,15 +40,9 @@ TEST(ConsoleReplay, MutatedFiles) {
     const auto files = corpus();
     std::mt19937 random(20260102);
     for (int round = 0; round < 4000; ++round) {
-        std::string text = files[random() % files.size()];
-        for (unsigned k = 0; k < 1 + random() % 4 && !text.empty(); ++k) {
-            const std::size_t at = random() % text.size();
-            if (random() % 4 == 0)
-                text.erase(at, random() % 5);
-            else
-                text[at] = static_cast<char>(random());
-        }
-        check_all(text);
+        const std::string& file = files[random() % files.size()];
+        const unsigned changes = 1 + random() % 4;
+        check_all(fuzz::damaged(file, changes, random));
     }
 }
 

@@ -15,7 +15,7 @@ protected:
     void SetUp() override {
         FrontOptions options;
         options.port = 0;
-        options.token = token;
+        options.tokens = {token, viewer_token};
         Front::Callbacks callbacks;
         callbacks.identified = [this](SessionId session, v1::Identify identify) {
             std::lock_guard lock(mutex);
@@ -33,17 +33,17 @@ protected:
         state.mutable_control()->set_holder(holder);
         return state;
     }
-    void identify(Client& client, const std::string& role) const {
+    void identify(Client& client, const std::string& role, const std::string& shown = "a token of many letters") const {
         ASSERT_EQ(client.upgrade(kSubprotocolJson), 101);
         ASSERT_TRUE(client.read_message());  // Hello
         v1::ClientMessage message;
         message.mutable_identify()->set_client("a page");
         message.mutable_identify()->set_state(true);
-        message.mutable_identify()->set_token(token);
+        message.mutable_identify()->set_token(shown);
         message.mutable_identify()->set_role(role);
         client.say(message);
     }
-    const std::string token = "a token of many letters";
+    const std::string token = "a token of many letters", viewer_token = "another of as many letters";
     std::mutex mutex;
     std::vector<std::pair<SessionId, v1::Identify>> identified;
     bool takes = true;
@@ -62,6 +62,22 @@ TEST_F(FrontClients, WhoTheyAreIsToldWithoutTheToken) {
     EXPECT_EQ(identified[0].second.role(), "viewer");
     EXPECT_EQ(identified[0].second.client(), "a page");
     EXPECT_EQ(identified[0].second.token(), "");
+}
+
+TEST_F(FrontClients, AViewersTokenMakesAViewerWhateverItAsksFor) {
+    for (const char* role : {"", "controller", "viewer"}) {
+        Client client(front->port());
+        identify(client, role, viewer_token);
+        const auto ready = client.read_message();
+        ASSERT_TRUE(ready && ready->has_ready()) << role;
+        std::lock_guard lock(mutex);
+        EXPECT_EQ(identified.back().second.role(), "viewer") << role;
+        EXPECT_EQ(identified.back().second.token(), "");
+    }
+    Client wrong(front->port());
+    identify(wrong, "viewer", "another of as many lettern");
+    EXPECT_FALSE(wrong.read_message());
+    EXPECT_EQ(wrong.last.close_code(), 4003);
 }
 
 TEST_F(FrontClients, AnUnknownRoleIs4002) {

@@ -161,6 +161,64 @@ TEST_F(FrontTest, WhoeverReadsSlowlyGetsAllOfAStill) {
     EXPECT_EQ(client.body.size(), image.size());
 }
 
+TEST_F(FrontTest, WhoeverNeverReadsItsStillIsDropped) {
+    options.limits.write_stall = 300ms;
+    start();
+    Client client(front->port(), 64 << 10);
+    client.send("GET /v1/frame.png HTTP/1.1\r\nHost: localhost\r\n\r\n");
+    ASSERT_TRUE(wait_for([&] { return requests.size() == 1; }));
+    v1::ServerMessage answer;
+    answer.mutable_capture()->set_format("png");
+    answer.mutable_capture()->set_image(std::string(6 << 20, 'p'));
+    front->reply(requests[0].first, answer);
+    std::this_thread::sleep_for(900ms);
+    // What lies in buffers can still be read, then comes the end: far from all.
+    EXPECT_TRUE(client.receive_end());
+    EXPECT_LT(client.received.size(), std::size_t{4} << 20);
+    EXPECT_EQ(Client(front->port()).get("/healthz"), 200);
+}
+
+// One that reads now and then gets whole pictures, the newest; one that never reads is dropped; a third feels neither.
+TEST_F(FrontTest, SlowReadersOfMjpegGetTheNewestOrAreDropped) {
+    options.limits.write_stall = 1500ms;
+    start();
+    const auto begin = [](Client& client) {
+        client.send("GET /v1/mjpeg HTTP/1.1\r\nHost: localhost\r\n\r\n");
+        return client.receive_until("image/jpeg\r\n\r\n");
+    };
+    constexpr std::uint32_t kPictures = 30;
+    const std::string last(1000, static_cast<char>(kPictures));
+    Client slow(front->port(), 64 << 10), deaf(front->port(), 4096), fast(front->port());
+    ASSERT_TRUE(begin(slow) && begin(deaf) && begin(fast));
+    ASSERT_TRUE(wait_demand([](const Demand& d) { return d.jpeg_clients == 3; }));
+    std::size_t slow_bytes = 0;
+    bool slow_saw_the_last = false;
+    std::thread reading([&] {
+        for (const auto until = std::chrono::steady_clock::now() + 20s;
+             !slow_saw_the_last && !slow.closed && std::chrono::steady_clock::now() < until;) {
+            slow.receive(100);
+            slow_saw_the_last = slow.received.find(last) != std::string::npos;
+            slow_bytes += slow.received.size();
+            slow.received.clear();
+            std::this_thread::sleep_for(15ms);
+        }
+    });
+    for (std::uint32_t rev = 1; rev <= kPictures; ++rev) {
+        EncodedFrame picture = frame(rev, true, 1'000'000);
+        std::fill(picture.data.begin(), picture.data.end(), static_cast<std::byte>(rev));
+        picture.rendered_ns = rev;
+        front->publish_jpeg(picture);
+        fast.received.clear();
+        EXPECT_TRUE(fast.receive_until("--gonio-frame\r\n")) << "picture " << rev;
+        const std::size_t end = fast.received.find("\r\n--gonio-frame");
+        EXPECT_TRUE(end != std::string::npos && end > 0 && fast.received[end - 1] == static_cast<char>(rev)) << rev;
+    }
+    reading.join();
+    EXPECT_TRUE(slow_saw_the_last) << "the newest picture";
+    EXPECT_LT(slow_bytes, std::size_t{15'000'000}) << "those between were left out, not kept for it";
+    EXPECT_TRUE(wait_demand([](const Demand& d) { return d.jpeg_clients == 2; })) << "the deaf one is still there";
+}
+
 TEST(HttpRules, HostsAreNamesAndAddressesWithAPort) {
     FrontOptions options;
     options.host = "::";

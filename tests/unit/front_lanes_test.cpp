@@ -100,8 +100,31 @@ TEST_F(FrontLanesTest, MetricsTellOfEncoderAndLanes) {
          {"gonio_encoder_info{encoder=\"libx264\"} 1\n", "gonio_encoder_info{encoder=\"h264_nvenc\"} 0\n",
           "gonio_lane_viewers{lane=\"private\"} 1\n", "gonio_lane_viewers{lane=\"shared\"} 1\n",
           "gonio_lane_viewers{lane=\"low\"} 0\n", "gonio_idr_total{lane=\"private\"} 1\n",
-          "gonio_frames_encoded_total{codec=\"h264\",lane=\"private\"} 2\n", "gonio_client_gated_total 0\n"})
+          "gonio_frames_encoded_total{codec=\"h264\",lane=\"private\"} 2\n", "gonio_client_gated_total 0\n",
+          "# TYPE gonio_send_seconds histogram\n", "gonio_send_seconds_count 2\n"})
         EXPECT_NE(scraper.body.find(line), std::string::npos) << line << scraper.body;
+    // Two frames are on their way until they are acknowledged.
+    const std::string in_flight = "gonio_inflight_bytes " + std::to_string(2 * (100 + kFrameHeaderBytes)) + "\n";
+    EXPECT_NE(scraper.body.find(in_flight), std::string::npos) << in_flight << scraper.body;
+    own.acknowledge(2);
+    for (int i = 0; i < 100 && scraper.body.find("gonio_inflight_bytes 0\n") == std::string::npos; ++i)
+        ASSERT_EQ(scraper.get("/metrics"), 200);
+    EXPECT_NE(scraper.body.find("gonio_inflight_bytes 0\n"), std::string::npos) << scraper.body;
+}
+
+TEST_F(FrontLanesTest, PartsOfMjpegAreCountedAsSent) {
+    start(1);
+    Client viewer(front->port()), scraper(front->port());
+    viewer.send("GET /v1/mjpeg HTTP/1.1\r\nHost: localhost\r\n\r\n");
+    ASSERT_TRUE(viewer.receive_until("image/jpeg\r\n\r\n"));
+    EncodedFrame picture;
+    picture.data.assign(4, std::byte{'e'});
+    picture.rendered_ns = picture.began_ns = picture.encoded_ns = 5'000'000;
+    front->publish_jpeg(picture);
+    ASSERT_TRUE(viewer.receive_until("eeee\r\n--gonio-frame"));
+    for (int i = 0; i < 100 && scraper.body.find("gonio_send_seconds_count 1\n") == std::string::npos; ++i)
+        ASSERT_EQ(scraper.get("/metrics"), 200);
+    EXPECT_NE(scraper.body.find("gonio_send_seconds_count 1\n"), std::string::npos) << scraper.body;
 }
 
 TEST_F(FrontLanesTest, APromotedViewerIsToldAndBeginsWithAKeyFrame) {

@@ -85,7 +85,7 @@ TEST(LateWork, WaitsForItsRevisionOrItsTime) {
 struct FrontLimitsTest : FrontTest {};
 
 TEST_F(FrontLimitsTest, WrongTokensAreCountedThenNothingIsAnswered) {
-    options.token = "0123456789abcdef";
+    options.tokens.all = "0123456789abcdef";
     options.limits.auth_failures = 2;
     start();
     const std::string right = "Authorization: Bearer 0123456789abcdef\r\n", wrong = "Authorization: Bearer x\r\n";
@@ -112,9 +112,9 @@ TEST_F(FrontLimitsTest, WrongTokensAreCountedThenNothingIsAnswered) {
 }
 
 TEST_F(FrontLimitsTest, ANewTokenIsAskedForFromNowOn) {
-    options.token = "0123456789abcdef";
+    options.tokens.all = "0123456789abcdef";
     start();
-    front->set_token("fedcba9876543210");
+    front->set_tokens({"fedcba9876543210", ""});
     EXPECT_EQ(Client(front->port()).get("/metrics", "Authorization: Bearer fedcba9876543210\r\n"), 200);
     EXPECT_EQ(Client(front->port()).get("/metrics", "Authorization: Bearer 0123456789abcdef\r\n"), 401);
 }

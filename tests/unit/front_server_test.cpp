@@ -77,7 +77,7 @@ TEST_F(FrontTest, IdentifyMustComeFirstAndInTime) {
 }
 
 TEST_F(FrontTest, TheTokenIsAskedFor) {
-    options.token = "correct horse";
+    options.tokens.all = "correct horse";
     start();
     for (const char* wrong : {"", "correct hors", "correct horsf", "correct horse "}) {
         Client client(front->port());

@@ -135,11 +135,41 @@ TEST_F(FrontUploadsTest, AClientThatLeavesLeavesNothing) {
 }
 
 TEST_F(FrontUploadsTest, NeedTheTokenAndTheRightOrigin) {
-    options.token = "0123456789abcdef";
+    options.tokens.all = "0123456789abcdef";
     start_with_uploads();
     EXPECT_EQ(put("a.glb", "x"), 401);
     EXPECT_EQ(put("a.glb", "x", "Authorization: Bearer 0123456789abcdef\r\nOrigin: http://evil.example\r\n"), 403);
     EXPECT_EQ(put("a.glb", "x", "Authorization: Bearer 0123456789abcdef\r\n"), 201);
+}
+
+TEST_F(FrontUploadsTest, AViewersTokenLooksAndUploadsNothing) {
+    options.tokens = {"0123456789abcdef", "fedcba9876543210"};
+    options.limits.auth_failures = 1;
+    start_with_uploads();
+    const std::string viewer = "Authorization: Bearer fedcba9876543210\r\n",
+                      owner = "Authorization: Bearer 0123456789abcdef\r\n";
+    EXPECT_EQ(put("a.glb", "x", viewer), 403);
+    EXPECT_NE(said.find("permission"), std::string::npos) << said;
+    EXPECT_EQ(files(), 0u);
+    EXPECT_EQ(put("a.glb", "x", owner), 201) << "it was no wrong guess";
+    EXPECT_EQ(put("a.glb", "y", viewer), 403);
+    EXPECT_EQ(content("a.glb"), "x");
+    EXPECT_EQ(Client(front->port()).get("/v1/uploads/a.glb", viewer, "", "DELETE"), 403);
+    EXPECT_EQ(files(), 1u);
+    EXPECT_EQ(Client(front->port()).get("/metrics", viewer), 200);
+    EXPECT_EQ(Client(front->port()).get("/v1/uploads/a.glb", owner, "", "DELETE"), 200);
+}
+
+TEST_F(FrontUploadsTest, APrivateFolderIsDiscardedWhileItIsWritten) {
+    start_with_uploads();
+    ASSERT_EQ(put("a.glb", "x"), 201);
+    Client writing(front->port());
+    writing.send("PUT /v1/uploads/b.glb HTTP/1.1\r\nHost: localhost\r\nContent-Length: 1000\r\n\r\nsome");
+    ASSERT_TRUE(files_become(2));
+    EXPECT_TRUE(store->discard(std::chrono::milliseconds(500)));
+    EXPECT_FALSE(fs::exists(store->folder()));
+    EXPECT_GE(put("c.glb", "x"), 500) << "nothing comes back";
+    EXPECT_FALSE(fs::exists(store->folder()));
 }
 
 TEST_F(FrontUploadsTest, ThePrivateFolderGoesWithItsStore) {

@@ -5,6 +5,7 @@
 #include <fstream>
 #include <random>
 
+#include "tests/fuzz/damaged.h"
 #include "tests/fuzz/message_check.h"
 
 namespace gonio {
@@ -17,15 +18,8 @@ TEST(MessageReplay, TheCorpusAndDamagedCopiesOfIt) {
         std::ifstream file(entry.path(), std::ios::binary);
         const std::string whole((std::istreambuf_iterator<char>(file)), {});
         const std::string name = entry.path().filename();
-        for (int i = 0; i < 20; ++i) {
-            std::string bytes = whole;
-            for (int change = 0; change < i && !bytes.empty(); ++change) {
-                const std::size_t at = random() % bytes.size();
-                if (random() % 4 == 0)
-                    bytes.erase(at, 1 + random() % 8);
-                else
-                    bytes[at] = static_cast<char>(random());
-            }
+        for (unsigned i = 0; i < 20; ++i) {
+            const std::string bytes = fuzz::damaged(whole, i, random);
             if (name.starts_with("server")) {
                 fuzz::check_server_bytes(bytes);
             } else {

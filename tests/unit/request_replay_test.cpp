@@ -5,6 +5,7 @@
 #include <fstream>
 #include <random>
 
+#include "tests/fuzz/damaged.h"
 #include "tests/fuzz/request_check.h"
 
 namespace gonio {
@@ -16,15 +17,8 @@ TEST(RequestReplay, TheCorpusAndDamagedCopiesOfIt) {
     for (const auto& entry : std::filesystem::directory_iterator(GONIO_SOURCE_DIR "/tests/fuzz/request_corpus")) {
         std::ifstream file(entry.path(), std::ios::binary);
         const std::string whole((std::istreambuf_iterator<char>(file)), {});
-        for (int i = 0; i < 60; ++i) {
-            std::string text = whole;
-            for (int change = 0; change < i && !text.empty(); ++change) {
-                const std::size_t at = random() % text.size();
-                if (random() % 4 == 0)
-                    text.erase(at, 1 + random() % 8);
-                else
-                    text[at] = static_cast<char>(random());
-            }
+        for (unsigned i = 0; i < 60; ++i) {
+            const std::string text = fuzz::damaged(whole, i, random);
             fuzz::check_target(text);
             fuzz::check_config(text);
             ++inputs;

@@ -88,6 +88,23 @@ TEST_F(StageRoles, AViewerAsksButChangesNothing) {
     EXPECT_TRUE(changes.empty());
 }
 
+// It was allowed to when it asked; nobody is there for the answer.
+TEST_F(StageRoles, ACommandWithAFileIsCarriedOutThoughItsSenderHungUp) {
+    v1::Command load;
+    load.mutable_load_scene()->set_file("atrium");
+    EXPECT_EQ(command(1, load), "") << "it is being read";
+    leave(1);
+    EXPECT_EQ(command(1, fov(1)), "permission") << "who has gone may change nothing";
+    auto read = queue.pop_for(std::chrono::seconds(60));
+    ASSERT_TRUE(read);
+    EXPECT_TRUE(read->read);
+    stage->take(std::move(*read));
+    EXPECT_EQ(stage->state().scene(), "atrium");
+    ASSERT_FALSE(changes.empty());
+    EXPECT_EQ(changes.back().by(), 1u);
+    EXPECT_EQ(reply.result().code(), "ok");
+}
+
 TEST_F(StageRoles, ChangesNameWhoMadeThem) {
     ASSERT_EQ(command(2, fov(1)), "ok");
     EXPECT_EQ(changes.back().by(), 2u);
