@@ -6,6 +6,7 @@
 #include "server/capture_file.h"
 #include "server/command_files.h"
 #include "server/meter_reply.h"
+#include "server/render/effort.h"
 #include "server/scene/console.h"
 #include "server/scene/state.h"
 
@@ -14,8 +15,6 @@ namespace {
 
 // A slice of a meter grid: live frames wait no longer than this and one point.
 constexpr std::int64_t kSliceNs = 15'000'000;
-// Some ten seconds on two cores at 800 × 800 in a simple scene.
-constexpr int kRefineRounds = 10;
 
 }  // namespace
 

@@ -15,11 +15,15 @@ struct Effort {
 
 // From all that is wanted downwards. Relative times: cornell, everything recomputed.
 inline constexpr std::array<Effort, 5> kEfforts = {{
-    {1.0, 1u << 16, 512, 2, 1.0},
+    {1.0, 1u << 16, 512, 1, 1.0},
     {1.0, 2048, 256, 1, 0.76},
     {0.75, 2048, 256, 1, 0.45},
     {0.5, 1024, 256, 1, 0.22},
     {0.375, 1024, 128, 1, 0.13},
 }};
+
+// Rounds of a still picture's refinement, of all luminaires together: some ten seconds on two cores at 800 × 800 in a
+// simple scene.
+inline constexpr int kRefineRounds = 10;
 
 }  // namespace gonio

@@ -1,133 +1,138 @@
 #include "server/shade/close_blocks.h"
 
 #include <algorithm>
-#include <numeric>
+
+#include "server/shade/near_light.h"
+#include "server/shade/occlusion.h"
+#include "server/shade/point_packet.h"
+#include "server/trace/sources.h"
 
 namespace gonio::shade {
 namespace {
 
-// Blocks whose curvature is below this are left to the common windows: 3 degrees within two grid points.
-constexpr float kLeastCurvature = 0.04f;
-// Two grid points apart on one surface, unless further apart than this many steps of the grid.
-constexpr float kSameSurface = 12.0f;
+constexpr int kSide = 4;  // grid points; a block is a packet of rays
+static_assert(kSide * kSide == trace::kPacket);
 
-// Sum over the block's points of 1 − cosine between their normals and those two points on, where it is one surface that
-// bends rather than an edge or another surface behind.
-float curvature(const Grid& grid, float depth_per_point, int first_x, int first_y) {
-    const auto vec = [&](int first, std::size_t at) {
-        return glm::vec3(grid.values[first][at], grid.values[first + 1][at], grid.values[first + 2][at]);
-    };
-    float sum = 0.0f;
-    for (int y = first_y; y < std::min(first_y + kCloseSide, grid.height); ++y) {
-        for (int x = first_x; x < std::min(first_x + kCloseSide, grid.width); ++x) {
-            const auto at = static_cast<std::size_t>(grid.at(x, y));
-            if (!(grid.values[6][at] > 0.0f)) continue;
-            const glm::vec3 position = vec(0, at), normal = vec(3, at);
-            const float far = kSameSurface * depth_per_point * grid.values[6][at];
-            for (const std::ptrdiff_t step : {std::ptrdiff_t{2}, 2 * grid.stride}) {
-                const std::size_t other = at + static_cast<std::size_t>(step);
-                const float cosine = glm::dot(normal, vec(3, other));
-                const glm::vec3 d = vec(0, other) - position;
-                if (cosine > 0.0f && glm::dot(d, d) < far * far) sum += std::max(0.0f, 1.0f - cosine);
-            }
-        }
+// A block differs slightly if the square of its contrast over its mean is below this part of the picture's mean.
+constexpr double kSlight = 0.01;
+
+// Figures: docs/performance.md.
+constexpr std::size_t kListed = 1024;  // the first VPLs of the list, among which those to ask are chosen
+constexpr unsigned kAsked = 48;        // VPLs that all points of a block ask
+constexpr unsigned kNearRays = 8;      // short rays of each point
+
+// Asks VPLs of the list, each as likely as it brings much to all points together (systematic resampling).
+void ask_by_share(const LightView& light, float kappa, VplQuery& query) {
+    const std::span<const Vpl> vpls(light.vpls.vpls.data(), std::min(kListed, light.vpls.vpls.size()));
+    static thread_local std::vector<float> brings, in_all;
+    brings.resize(vpls.size() * kLanes);
+    in_all.resize(vpls.size());
+    terms(query.points(), glm::vec3(light.position), vpls, kappa, brings.data(), in_all.data());
+    double total = 0.0;
+    for (const float sum : in_all) total += static_cast<double>(sum);
+    if (!(total > 0.0)) return;
+    const double step = total / kAsked;
+    double passed = 0.0, next = 0.5 * step;
+    for (std::size_t v = 0; v < vpls.size(); ++v) {
+        passed += static_cast<double>(in_all[v]);
+        int times = 0;
+        for (; next <= passed; next += step) ++times;
+        if (times > 0) query.ask(light, vpls[v], &brings[v * kLanes], static_cast<float>(times) / in_all[v]);
     }
-    return sum;
 }
 
 }  // namespace
 
-void choose_close_blocks(const Grid& grid, float depth_per_point, float share, CloseBlocks& close, Pool& pool) {
-    close.blocks.clear();
-    const int columns = (grid.width + kCloseSide - 1) / kCloseSide, rows = (grid.height + kCloseSide - 1) / kCloseSide;
+std::vector<glm::ivec2> choose_close_blocks(const Grid& grid, const Planes& light, float share) {
+    const int columns = (grid.width + kSide - 1) / kSide, rows = (grid.height + kSide - 1) / kSide;
     const auto most = static_cast<std::size_t>(share * static_cast<float>(columns * rows));
-    if (most == 0) return;
-    std::vector<float> curved(static_cast<std::size_t>(columns) * static_cast<std::size_t>(rows));
-    pool.run(rows, [&](int row) {
-        for (int column = 0; column < columns; ++column)
-            curved[static_cast<std::size_t>(row * columns + column)] =
-                curvature(grid, depth_per_point, column * kCloseSide, row * kCloseSide);
-    });
-    std::vector<int> order(curved.size());
-    std::iota(order.begin(), order.end(), 0);
-    std::erase_if(order, [&](int block) { return curved[static_cast<std::size_t>(block)] < kLeastCurvature; });
-    if (order.size() > most) {
-        std::nth_element(
-            order.begin(), order.begin() + static_cast<std::ptrdiff_t>(most), order.end(), [&](int a, int b) {
-                const float of_a = curved[static_cast<std::size_t>(a)], of_b = curved[static_cast<std::size_t>(b)];
-                return of_a != of_b ? of_a > of_b : a < b;
-            });
-        order.resize(most);
-    }
-    if (order.empty()) return;
-    std::sort(order.begin(), order.end());
-    close.columns = columns;
-    close.is_close.assign(curved.size(), 0);
-    for (int block : order) {
-        close.is_close[static_cast<std::size_t>(block)] = 1;
-        close.blocks.emplace_back(block % columns * kCloseSide, block / columns * kCloseSide);
-    }
-
-    for (std::vector<float>& plane : close.normals) plane.assign(grid.size() + kLanes, 0.0f);
-    close.nodes.resize((grid.width + kCloseNodeStride - 1) / kCloseNodeStride,
-                       (grid.height + kCloseNodeStride - 1) / kCloseNodeStride);
-    for (std::vector<float>& array : close.points) array.assign(kCloseSide * kCloseSide * close.blocks.size(), 0.0f);
-    for (std::size_t i = 0; i < close.blocks.size(); ++i) {
-        for (int k = 0; k < kCloseSide * kCloseSide; ++k) {
-            const int x = close.blocks[i].x + k % kCloseSide, y = close.blocks[i].y + k / kCloseSide;
-            if (x >= grid.width || y >= grid.height) continue;
-            const auto at = static_cast<std::size_t>(grid.at(x, y));
-            const std::size_t to = kCloseSide * kCloseSide * i + static_cast<std::size_t>(k);
-            for (int a = 0; a < 6; ++a) close.points[a][to] = grid.values[a][at];
-            for (int a = 0; a < 3; ++a) close.normals[a][at] = grid.values[a + 3][at];
-            if (x % kCloseNodeStride != 0 || y % kCloseNodeStride != 0) continue;
-            const auto node = static_cast<std::size_t>(close.nodes.at(x / kCloseNodeStride, y / kCloseNodeStride));
-            for (int a = 0; a < 7; ++a) close.nodes.values[a][node] = grid.values[a][at];
-        }
-    }
-}
-
-void gather_close(const CloseBlocks& close, const Grid& grid, const VplCast& cast, const glm::vec3& origin, float kappa,
-                  float weight, const std::function<void(int, int, const glm::vec3&)>& put, Pool& pool) {
-    constexpr std::size_t kPoints = kCloseSide * kCloseSide, kTogether = 2;  // blocks
-    static_assert(kPoints % kLanes == 0);
-    const std::size_t count = close.blocks.size();
-    pool.run(static_cast<int>((count + kTogether - 1) / kTogether), [&](int job) {
-        const std::size_t first = static_cast<std::size_t>(job) * kTogether,
-                          n = std::min(kTogether, count - first) * kPoints;
-        alignas(64) float rgb[3][kTogether * kPoints];
-        gather(points_at(close.points, static_cast<std::ptrdiff_t>(first * kPoints)), n, origin, cast.vpls, kappa,
-               weight, rgb[0], rgb[1], rgb[2]);
-        for (std::size_t i = 0; i < n; ++i) {
-            const glm::ivec2 block = close.blocks[first + i / kPoints];
-            const int x = block.x + static_cast<int>(i % kCloseSide),
-                      y = block.y + static_cast<int>(i % kPoints / kCloseSide);
-            if (x < grid.width && y < grid.height) put(x, y, {rgb[0][i], rgb[1][i], rgb[2][i]});
-        }
-    });
-}
-
-void filter_close(const CloseBlocks& close, const Grid& grid, float near_per_depth, const Planes& in, const Planes& own,
-                  Planes& out, Pool& pool) {
-    const Window tent{3, {-1, 0, 1, 0}, {1.0f, 2.0f, 1.0f, 0.0f}};
-    pool.run(static_cast<int>(close.blocks.size()), [&](int block) {
-        const glm::ivec2 first = close.blocks[static_cast<std::size_t>(block)];
-        const int width = std::min(kCloseSide, grid.width - first.x);
-        for (int y = first.y; y < std::min(first.y + kCloseSide, grid.height); ++y) {
-            const std::ptrdiff_t at = grid.at(first.x, y);
-            GridRows rows{points_at(grid.values, at), grid.values[6].data() + at, grid.stride};
-            rows.points.nx = close.normals[0].data() + at;
-            rows.points.ny = close.normals[1].data() + at;
-            rows.points.nz = close.normals[2].data() + at;
-            alignas(64) float filtered[3][kLanes];
-            const float* const from[3] = {in[0].data() + at, in[1].data() + at, in[2].data() + at};
-            float* const to[3] = {filtered[0], filtered[1], filtered[2]};
-            filter_row(rows, 0, width, tent, near_per_depth, 3, from, to);
-            for (std::size_t k = 0; k < 3; ++k) {
-                for (int x = 0; x < width; ++x) {
-                    const auto i = static_cast<std::size_t>(at + x);
-                    out[k][i] = own[k][i] + filtered[k][x];
+    if (most == 0) return {};
+    struct Block {
+        double contrast;
+        glm::ivec2 first;
+    };
+    std::vector<Block> found;
+    double all = 0.0;
+    int all_lit = 0;
+    for (int row = 0; row < rows; ++row) {
+        for (int column = 0; column < columns; ++column) {
+            const glm::ivec2 first(column * kSide, row * kSide);
+            double low = 0.0, high = 0.0, sum = 0.0;
+            int lit = 0;
+            for (int y = first.y; y < std::min(first.y + kSide, grid.height); ++y) {
+                for (int x = first.x; x < std::min(first.x + kSide, grid.width); ++x) {
+                    const auto at = static_cast<std::size_t>(grid.at(x, y));
+                    if (!(grid.values[6][at] > 0.0f)) continue;
+                    const double value = trace::luminance(glm::dvec3(light[0][at], light[1][at], light[2][at]));
+                    low = lit == 0 ? value : std::min(low, value);
+                    high = std::max(high, value);
+                    sum += value;
+                    ++lit;
                 }
+            }
+            if (sum > 0.0) found.push_back({(high - low) * (high - low) * lit / sum, first});
+            all += sum;
+            all_lit += lit;
+        }
+    }
+    const double least = kSlight * all / std::max(all_lit, 1);
+    std::erase_if(found, [&](const Block& block) { return block.contrast < least; });
+    if (found.size() > most) {
+        std::nth_element(found.begin(), found.begin() + static_cast<std::ptrdiff_t>(most), found.end(),
+                         [](const Block& a, const Block& b) { return a.contrast > b.contrast; });
+        found.resize(most);
+    }
+    std::vector<glm::ivec2> result;
+    for (const Block& block : found) result.push_back(block.first);
+    return result;
+}
+
+void light_close_blocks(const std::vector<glm::ivec2>& blocks, const ScreenGrid& screen, const LightView& light,
+                        Planes& out, Pool& pool) {
+    constexpr std::size_t kPoints = trace::kPacket, kTogether = 4;  // blocks share the loads of VPLs
+    const Grid& grid = screen.grid;
+    const Quality& quality = screen.quality;
+    const unsigned near_rays = quality.near_rays > 0 ? kNearRays : 0;
+    const std::vector<glm::vec3> directions = stratified_directions(near_rays, quality.round);
+    pool.run(static_cast<int>((blocks.size() + kTogether - 1) / kTogether), [&](int job) {
+        const std::size_t first = static_cast<std::size_t>(job) * kTogether,
+                          count = std::min(kTogether, blocks.size() - first);
+        alignas(64) float arrays[kArrays][kTogether * kPoints] = {}, rgb[3][kTogether * kPoints];
+        std::size_t at[kTogether * kPoints];
+        unsigned active[kTogether] = {};
+        for (std::size_t i = 0; i < count * kPoints; ++i) {
+            const int k = static_cast<int>(i % kPoints), x = blocks[first + i / kPoints].x + k % kSide,
+                      y = blocks[first + i / kPoints].y + k / kSide;
+            at[i] = static_cast<std::size_t>(grid.at(std::min(x, grid.width - 1), std::min(y, grid.height - 1)));
+            for (int a = 0; a < kArrays; ++a) arrays[a][i] = grid.values[a][at[i]];
+            if (x < grid.width && y < grid.height && grid.values[6][at[i]] > 0.0f) active[i / kPoints] |= 1u << k;
+        }
+        gather({arrays[0], arrays[1], arrays[2], arrays[3], arrays[4], arrays[5]}, count * kPoints,
+               glm::vec3(light.position), light.vpls.vpls, quality.kappa, light.unit_m2, rgb[0], rgb[1], rgb[2]);
+        for (std::size_t b = 0; b < count; ++b) {
+            const std::size_t own = b * kPoints;
+            PointPacket on, off;
+            for (int i = 0; i < trace::kPacket; ++i) {
+                on.set(i, grid.values, at[own + static_cast<std::size_t>(i)]);
+                off.set_off(i, grid.values, at[own + static_cast<std::size_t>(i)], light.geometry);
+            }
+            VplQuery query(off, active[b]);
+            if (quality.node_vpls > 0) ask_by_share(light, quality.kappa, query);
+            NearSums near;
+            Directions about_z;
+            for (unsigned r = 0; r < near_rays; ++r) {
+                for (int i = 0; i < trace::kPacket; ++i)
+                    about_z.set(i, directions[static_cast<unsigned>(i) * near_rays + r]);
+                add_near_light(light, on.points(), active[b], about_z, quality.kappa, near);
+            }
+            const float share = light.unit_m2 / static_cast<float>(std::max(near_rays, 1u));
+            for (int i = 0; i < trace::kPacket; ++i) {
+                if ((active[b] >> i & 1u) == 0) continue;
+                const std::size_t k = own + static_cast<std::size_t>(i), to = at[k];
+                const float seen = query.seen(i);
+                out[0][to] = rgb[0][k] * seen + near.red[i] * share;
+                out[1][to] = rgb[1][k] * seen + near.green[i] * share;
+                out[2][to] = rgb[2][k] * seen + near.blue[i] * share;
             }
         }
     });

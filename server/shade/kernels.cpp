@@ -44,7 +44,8 @@ void Gather(const Points& points, std::size_t count, const glm::vec3& origin, st
     }
 }
 
-void Terms(const Points& points, const glm::vec3& origin, std::span<const Vpl> vpls, float kappa, float* out) {
+void Terms(const Points& points, const glm::vec3& origin, std::span<const Vpl> vpls, float kappa, float* out,
+           float* in_all) {
     const std::size_t lanes = hn::Lanes(Tag());
     const Vec3 from = spread(origin);
     for (std::size_t i = 0; i < kLanes; i += lanes) {
@@ -55,8 +56,11 @@ void Terms(const Points& points, const glm::vec3& origin, std::span<const Vpl> v
             const Vec3 at(vpl.position_area.x, vpl.position_area.y, vpl.position_area.z);
             const Vec3 facing(vpl.normal.x, vpl.normal.y, vpl.normal.z);
             const float light = 0.2126f * vpl.intensity.x + 0.7152f * vpl.intensity.y + 0.0722f * vpl.intensity.z;
-            store(Float(light) * vpl_geometry_shared(p - at, facing, n, Float(kappa * vpl.position_area.w)),
-                  out + v * kLanes + i);
+            const Float term =
+                Float(light) * vpl_geometry_shared(p - at, facing, n, Float(kappa * vpl.position_area.w));
+            store(term, out + v * kLanes + i);
+            if (in_all != nullptr)
+                in_all[v] = (i == 0 ? 0.0f : in_all[v]) + hn::GetLane(hn::SumOfLanes(Tag(), term.raw));
         }
     }
 }
@@ -249,8 +253,9 @@ void gather(const Points& points, std::size_t count, const glm::vec3& origin, st
             float weight, float* red, float* green, float* blue) {
     HWY_DYNAMIC_DISPATCH(Gather)(points, count, origin, vpls, kappa, weight, red, green, blue);
 }
-void terms(const Points& points, const glm::vec3& origin, std::span<const Vpl> vpls, float kappa, float* out) {
-    HWY_DYNAMIC_DISPATCH(Terms)(points, origin, vpls, kappa, out);
+void terms(const Points& points, const glm::vec3& origin, std::span<const Vpl> vpls, float kappa, float* out,
+           float* in_all) {
+    HWY_DYNAMIC_DISPATCH(Terms)(points, origin, vpls, kappa, out, in_all);
 }
 void filter_row(const GridRows& grid, std::ptrdiff_t row, int width, const Window& window, float near_per_depth,
                 int planes, const float* const* in, float* const* out) {

@@ -5,6 +5,7 @@
 #include <numbers>
 
 #include "server/shade/merged.h"
+#include "server/trace/sampler.h"
 
 #undef HWY_TARGET_INCLUDE
 #define HWY_TARGET_INCLUDE "server/shade/near_light.cpp"
@@ -166,6 +167,15 @@ namespace {
 // 0.3 % of the light.
 constexpr float kReach = 4.0f;
 }  // namespace
+
+std::vector<glm::vec3> stratified_directions(unsigned rays, unsigned round) {
+    std::vector<glm::vec3> directions;
+    const unsigned count = trace::kPacket * rays;
+    for (unsigned i = 0; i < count; ++i)
+        directions.push_back(
+            trace::cosine_hemisphere(trace::scrambled_pair(i + round * count, 0x68bc21ebu, 0x02e5be93u)));
+    return directions;
+}
 
 float near_reach(const VplCast& vpls, float kappa) {
     return kReach * std::sqrt(kappa * static_cast<float>(vpls.mean_area_m2) / std::numbers::pi_v<float>);

@@ -15,6 +15,10 @@ struct Directions {
     }
 };
 
+// Result: for each of sixteen points `rays` directions, cosine-distributed about +Z, those of a point in a row, each a
+// stratum of its own. round: which part of the sequence.
+std::vector<glm::vec3> stratified_directions(unsigned rays, unsigned round);
+
 // Sums of what rays bring, rgb per candela of peak.
 struct alignas(64) NearSums {
     float red[trace::kPacket] = {}, green[trace::kPacket] = {}, blue[trace::kPacket] = {};

@@ -1,21 +1,44 @@
-#include <algorithm>
-#include <cmath>
+#include "server/shade/occlusion.h"
 
-#include "server/shade/point_packet.h"
-#include "server/shade/screen.h"
+#include <algorithm>
 
 namespace gonio::shade {
-namespace {
 
-// Result: 2 planes in the shape of `nodes`. near_per_depth: as of filter_row.
-Planes trace_nodes(const Grid& nodes, const Quality& quality, float near_per_depth, const LightView& light,
-                   Pool& pool) {
+VplQuery::VplQuery(const PointPacket& points, unsigned active) : points_(points), active_(active) {
+    for (int i = 0; i < trace::kPacket; ++i) {
+        rays_.from_x[i] = points.array[0][i], rays_.from_y[i] = points.array[1][i],
+        rays_.from_z[i] = points.array[2][i];
+        rays_.far[i] = 1.0f;
+    }
+}
+
+void VplQuery::ask(const LightView& light, const Vpl& vpl, const float* brings, float weight) {
+    unsigned lit = 0;
+    for (int i = 0; i < trace::kPacket; ++i) lit |= (brings[i] > 0.0f ? 1u : 0u) << i;
+    lit &= active_;
+    if (lit == 0) return;
+    const glm::vec3 p = glm::vec3(light.position) + glm::vec3(vpl.position_area);
+    const glm::vec3 to = p + glm::vec3(vpl.normal) * (4.0f * light.geometry.step_off(p));
+    for (int i = 0; i < trace::kPacket; ++i) {
+        rays_.along_x[i] = to.x - rays_.from_x[i], rays_.along_y[i] = to.y - rays_.from_y[i],
+        rays_.along_z[i] = to.z - rays_.from_z[i];
+    }
+    const unsigned stopped = light.geometry.occluded(rays_, lit);
+    for (int i = 0; i < trace::kPacket; ++i) {
+        open_[i] += weight * brings[i];
+        if ((stopped >> i & 1u) != 0) blocked_[i] += weight * brings[i];
+    }
+}
+
+Planes trace_occlusion(const ScreenGrid& screen, const LightView& light, Pool& pool) {
+    const Grid& nodes = screen.nodes;
+    const Quality& quality = screen.quality;
+    const float near_per_depth = kWindowNear * screen.depth_per_point * static_cast<float>(quality.node_stride);
     Planes result(2, std::vector<float>(nodes.size() + kLanes, 0.0f));
     if (light.vpls.dark() || quality.node_vpls == 0) return result;  // nothing is blocked
     Planes raw = result;
     const unsigned asked = std::min(quality.node_vpls, static_cast<unsigned>(light.vpls.vpls.size()));
     const unsigned per_node = std::max(1u, asked / 4);
-    const glm::vec3 origin(light.position);
     // Sixteen nodes of the same parity at a time: a block of 4 × 4 of them, 8 × 8 nodes wide, asks the same VPLs.
     const int blocks_x = (nodes.width + 7) / 8, blocks_y = (nodes.height + 7) / 8;
     pool.run(blocks_x * blocks_y * 4, [&](int job) {
@@ -26,44 +49,21 @@ Planes trace_nodes(const Grid& nodes, const Quality& quality, float near_per_dep
         for (int i = 0; i < trace::kPacket; ++i) {
             const int x = block_x + i % 4 * 2 + parity % 2, y = block_y + i / 4 * 2 + parity / 2;
             at[i] = static_cast<std::size_t>(nodes.at(std::min(x, nodes.width - 1), std::min(y, nodes.height - 1)));
-            packet.set(i, nodes.values, at[i], light.geometry);
+            packet.set_off(i, nodes.values, at[i], light.geometry);
             if (x < nodes.width && y < nodes.height && nodes.values[6][at[i]] > 0.0f) active |= 1u << i;
         }
         if (active == 0) return;
-        const Points points = packet.points();
         // The first VPLs of the list are a stratified sample of the whole, their quarters again.
         const std::span<const Vpl> vpls(light.vpls.vpls.data() + static_cast<std::size_t>(parity) * per_node, per_node);
-        static thread_local std::vector<float> light_of;
-        light_of.resize(vpls.size() * kLanes);
-        terms(points, origin, vpls, quality.kappa, light_of.data());
-        alignas(64) float open[trace::kPacket] = {}, blocked[trace::kPacket] = {};
-        trace::RayPacket query;
-        for (int i = 0; i < trace::kPacket; ++i)
-            query.from_x[i] = points.x[i], query.from_y[i] = points.y[i], query.from_z[i] = points.z[i];
-        for (std::size_t v = 0; v < vpls.size(); ++v) {
-            const Vpl& vpl = vpls[v];
-            const float* brings = &light_of[v * kLanes];
-            unsigned lit = 0;
-            for (int i = 0; i < trace::kPacket; ++i) lit |= (brings[i] > 0.0f ? 1u : 0u) << i;
-            lit &= active;
-            if (lit == 0) continue;
-            const glm::vec3 p = origin + glm::vec3(vpl.position_area);
-            const glm::vec3 to = p + glm::vec3(vpl.normal) * (4.0f * light.geometry.step_off(p));
-            for (int i = 0; i < trace::kPacket; ++i) {
-                query.along_x[i] = to.x - query.from_x[i], query.along_y[i] = to.y - query.from_y[i],
-                query.along_z[i] = to.z - query.from_z[i];
-                query.far[i] = 1.0f;
-            }
-            const unsigned stopped = light.geometry.occluded(query, lit);
-            for (int i = 0; i < trace::kPacket; ++i) {
-                open[i] += brings[i];
-                if ((stopped >> i & 1u) != 0) blocked[i] += brings[i];
-            }
-        }
+        static thread_local std::vector<float> brings;
+        brings.resize(vpls.size() * kLanes);
+        terms(packet.points(), glm::vec3(light.position), vpls, quality.kappa, brings.data(), nullptr);
+        VplQuery query(packet, active);
+        for (std::size_t v = 0; v < vpls.size(); ++v) query.ask(light, vpls[v], &brings[v * kLanes]);
         for (int i = 0; i < trace::kPacket; ++i) {
             if ((active >> i & 1u) == 0) continue;
-            raw[0][at[i]] = open[i];
-            raw[1][at[i]] = blocked[i];
+            raw[0][at[i]] = query.open(i);
+            raw[1][at[i]] = query.blocked(i);
         }
     });
     for (std::vector<float>& plane : raw) nodes.extend(plane);
@@ -77,20 +77,6 @@ Planes trace_nodes(const Grid& nodes, const Quality& quality, float near_per_dep
     const GridRows rows = nodes.rows();
     pool.run(nodes.height, [&](int y) { filter_row(rows, y, nodes.width, tent, near_per_depth, 2, in, out); });
     for (std::vector<float>& plane : result) nodes.extend(plane);
-    return result;
-}
-
-}  // namespace
-
-Occlusion trace_occlusion(const ScreenGrid& screen, const LightView& light, Pool& pool) {
-    const auto near_per_depth = [&](int stride) {
-        return kWindowNear * screen.depth_per_point * static_cast<float>(stride);
-    };
-    const Quality& quality = screen.quality;
-    Occlusion result;
-    result.planes = trace_nodes(screen.nodes, quality, near_per_depth(quality.node_stride), light, pool);
-    if (screen.close.any())
-        result.close = trace_nodes(screen.close.nodes, quality, near_per_depth(kCloseNodeStride), light, pool);
     return result;
 }
 

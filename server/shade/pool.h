@@ -23,22 +23,29 @@ public:
     Pool(const Pool&) = delete;
     Pool& operator=(const Pool&) = delete;
 
-    // Runs job(0 … count − 1) in any order, on any of the threads, and returns when all are done. Not reentrant.
+    // Runs job(0 … count − 1) in any order, on any of the threads, and returns when all are done; a thread that comes
+    // too late for any of them is not waited for. Not reentrant.
     void run(int count, const std::function<void(int)>& job) {
         if (count <= 0) return;
         job_ = &job;
         count_ = count;
-        next_ = 0;
-        busy_ = static_cast<int>(workers_.size());
+        undone_ = count;
+        untaken_ = count;
         ++generation_;
         generation_.notify_all();
         work();
-        for (int left; (left = busy_.load()) != 0;) busy_.wait(left);
+        for (int left; (left = undone_.load()) != 0;) undone_.wait(left);
     }
 
 private:
     void work() {
-        for (int i; (i = next_.fetch_add(1)) < count_;) (*job_)(i);
+        for (int left = untaken_.load(); left > 0;) {
+            if (!untaken_.compare_exchange_weak(left, left - 1)) continue;
+            // Whoever has taken one is waited for: until it is done, `job_` and `count_` are those of its run.
+            (*job_)(count_ - left);
+            if (undone_.fetch_sub(1) == 1) undone_.notify_all();
+            left = untaken_.load();
+        }
     }
     void wait_for_work(const std::stop_token& stop) {
         for (std::uint32_t seen = 0;;) {
@@ -46,13 +53,12 @@ private:
             seen = generation_.load();
             if (stop.stop_requested()) return;
             work();
-            if (busy_.fetch_sub(1) == 1) busy_.notify_all();
         }
     }
 
     const std::function<void(int)>* job_ = nullptr;
     int count_ = 0;
-    std::atomic<int> next_{0}, busy_{0};
+    std::atomic<int> untaken_{0}, undone_{0};
     std::atomic<std::uint32_t> generation_{0};
     std::vector<std::jthread> workers_;
 };

@@ -6,7 +6,7 @@ namespace gonio::shade {
 namespace {
 
 constexpr unsigned kVpls = 8192;
-constexpr Quality kRound{1, true, 4, 1024, 4, 16.0f};
+constexpr Quality kRound{1, true, 4, 1024, 4, 16.0f, 0, 0.06f};
 constexpr int kBandRows = 40;
 // Rows around a band that its windows see: three points of the grid; two nodes and the tent over their neighbours.
 constexpr int kMargin = 16;
@@ -52,7 +52,7 @@ bool Refinement::continue_with(const Surfaces& surfaces, const LightView& light,
     quality.round = static_cast<unsigned>(round_);
     make_grid(band_, quality, grid_, pool);
     if (interrupted()) return false;
-    const Occlusion occlusion = trace_occlusion(grid_, own, pool);
+    const Planes occlusion = trace_occlusion(grid_, own, pool);
     if (interrupted()) return false;
     const Planes light_of = gather_grid(grid_, own, occlusion, pool);
     pool.run(end - next_row_, [&](int row) {

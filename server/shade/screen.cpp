@@ -4,6 +4,7 @@
 #include <cmath>
 #include <glm/gtc/packing.hpp>
 
+#include "server/shade/close_blocks.h"
 #include "server/shade/near_light.h"
 #include "server/shade/point_packet.h"
 #include "server/trace/sampler.h"
@@ -115,16 +116,7 @@ void make_grid(const Surfaces& surfaces, const Quality& quality, ScreenGrid& scr
     }
     for (std::vector<float>& array : nodes.values) nodes.extend(array);
 
-    choose_close_blocks(grid, screen.depth_per_point, quality.close_share, screen.close, pool);
-
-    const auto draw_directions = [&](unsigned rays, std::vector<glm::vec3>& directions) {
-        directions.clear();
-        for (unsigned i = 0; i < kTiles * rays; ++i)
-            directions.push_back(trace::cosine_hemisphere(
-                trace::scrambled_pair(i + quality.round * kTiles * rays, 0x68bc21ebu, 0x02e5be93u)));
-    };
-    draw_directions(quality.near_rays, screen.near_directions);
-    draw_directions(2 * quality.near_rays, screen.close_directions);
+    screen.near_directions = stratified_directions(quality.near_rays, quality.round);
     screen.tile_width = (grid.width + kTileSide - 1) / kTileSide;
     screen.tile_height = (grid.height + kTileSide - 1) / kTileSide;
     constexpr std::size_t kPad = 2 * kLanes;
@@ -161,8 +153,7 @@ Planes filtered(const ScreenGrid& screen, Planes& planes, Pool& pool) {
 }
 
 // The light near contacts at 4 × 4 neighbouring points from (x, y) on: near_rays short rays each, a stratum of its own
-// for each of the sixteen, so that any window of 4 × 4 holds all of them; twice as many in a close block. Adds to
-// `out`.
+// for each of the sixteen, so that any window of 4 × 4 holds all of them. Adds to `out`.
 void near_light_at(const ScreenGrid& screen, const LightView& light, int x, int y, Planes& out) {
     const Grid& grid = screen.grid;
     PointPacket packet;
@@ -178,11 +169,10 @@ void near_light_at(const ScreenGrid& screen, const LightView& light, int x, int 
     const Points points = packet.points();
     NearSums sums;
     Directions about_z;
-    const std::vector<glm::vec3>& directions =
-        screen.close.holds(x, y) ? screen.close_directions : screen.near_directions;
-    const auto rays = static_cast<unsigned>(directions.size() / kTiles);
+    const unsigned rays = screen.quality.near_rays;
     for (unsigned r = 0; r < rays; ++r) {
-        for (int i = 0; i < trace::kPacket; ++i) about_z.set(i, directions[static_cast<unsigned>(i) * rays + r]);
+        for (int i = 0; i < trace::kPacket; ++i)
+            about_z.set(i, screen.near_directions[static_cast<unsigned>(i) * rays + r]);
         add_near_light(light, points, active, about_z, screen.quality.kappa, sums);
     }
     const float share = light.unit_m2 / static_cast<float>(rays);
@@ -196,7 +186,7 @@ void near_light_at(const ScreenGrid& screen, const LightView& light, int x, int 
 
 }  // namespace
 
-Planes gather_grid(const ScreenGrid& screen, const LightView& light, const Occlusion& occlusion, Pool& pool) {
+Planes gather_grid(const ScreenGrid& screen, const LightView& light, const Planes& occlusion, Pool& pool) {
     const Grid& grid = screen.grid;
     const Planes nothing(3, std::vector<float>(grid.size() + kLanes, 0.0f));
     if (light.vpls.dark()) return nothing;
@@ -219,26 +209,15 @@ Planes gather_grid(const ScreenGrid& screen, const LightView& light, const Occlu
                tiled[0].data() + at, tiled[1].data() + at, tiled[2].data() + at);
     });
 
-    if (screen.close.any()) {
-        const auto put = [&](int x, int y, const glm::vec3& rgb) {
-            for (int k = 0; k < 3; ++k) tiled[k][screen.tiled_index(x, y)] = rgb[k];
-        };
-        gather_close(screen.close, grid, light.vpls, glm::vec3(light.position), screen.quality.kappa, light.unit_m2,
-                     put, pool);
-    }
-
     // The part of the light that nothing blocks at grid point (x, y), 0..1.
     const auto seen_at = [&](int x, int y) {
-        const bool close = screen.close.holds(x, y);
-        const Grid& nodes = close ? screen.close.nodes : screen.nodes;
-        const Planes& planes = close ? occlusion.close : occlusion.planes;
-        const int stride = close ? kCloseNodeStride : screen.quality.node_stride;
-        const Corners corners = corners_around(grid, nodes, stride, x, y,
+        const int stride = screen.quality.node_stride;
+        const Corners corners = corners_around(grid, screen.nodes, stride, x, y,
                                                kUpsampleNear * screen.depth_per_point * static_cast<float>(stride));
         float open = 0.0f, blocked = 0.0f;
         for (int c = 0; c < 4; ++c) {
-            open += corners.weight[c] * planes[0][static_cast<std::size_t>(corners.at[c])];
-            blocked += corners.weight[c] * planes[1][static_cast<std::size_t>(corners.at[c])];
+            open += corners.weight[c] * occlusion[0][static_cast<std::size_t>(corners.at[c])];
+            blocked += corners.weight[c] * occlusion[1][static_cast<std::size_t>(corners.at[c])];
         }
         return open > 0.0f ? std::clamp(1.0f - blocked / open, 0.0f, 1.0f) : 1.0f;
     };
@@ -262,13 +241,13 @@ Planes gather_grid(const ScreenGrid& screen, const LightView& light, const Occlu
             for (std::size_t i = 0; i < to[k].size(); ++i) to[k][i] += from[k][i];
         }
     };
-    // Near light is interleaved always; the list where the quality says so, and not in close blocks.
+    // Near light is interleaved always; the list where the quality says so.
     Planes result;
     if (interleaved) {
         Planes both = gathered;
         add(both, near_light);
         result = filtered(screen, both, pool);
-        filter_close(screen.close, grid, kWindowNear * screen.depth_per_point, near_light, gathered, result, pool);
+        light_close_blocks(choose_close_blocks(grid, result, screen.quality.close_share), screen, light, result, pool);
     } else {
         result = filtered(screen, near_light, pool);
         add(result, gathered);

@@ -8,7 +8,6 @@
 #include <vector>
 
 #include "server/scene/eye.h"
-#include "server/shade/close_blocks.h"
 #include "server/shade/grid.h"
 #include "server/shade/kernels.h"
 #include "server/shade/looks.h"
@@ -26,7 +25,7 @@ struct Quality {
     unsigned near_rays = 1;    // short rays of each grid point, of one of 16 strata
     float kappa = 4.0f;        // how much near light the rays give back rather than VPLs (vpl.glsl)
     unsigned round = 0;        // which part of the short rays' sequence
-    float close_share = 0.0f;  // of the blocks of 4 × 4 grid points, looked at closely; 0 unless interleaved
+    float close_share = 0.0f;  // of the blocks of 4 × 4 grid points (close_blocks.h); 0 unless interleaved
 };
 
 // The depth and normals of a target and the rays through its pixels; rows from the bottom.
@@ -61,11 +60,9 @@ struct ScreenGrid {
     Quality quality;
     float depth_per_point = 0.0f;  // distance of neighbouring grid points per metre of depth
     Grid grid, nodes;
-    CloseBlocks close;
     // The grid's points rearranged into 4 × 4 tiles, each padded to whole kLanes: points of a tile share VPLs and rays.
     std::vector<float> tiled[6];
-    // Of the short rays about +Z, near_rays for each place of a tile; twice as many in close blocks.
-    std::vector<glm::vec3> near_directions, close_directions;
+    std::vector<glm::vec3> near_directions;  // of the short rays about +Z, near_rays for each place of a tile
     std::size_t tile_size = 0;
     int tile_width = 0, tile_height = 0;
     std::size_t tiled_index(int x, int y) const {
@@ -76,11 +73,6 @@ struct ScreenGrid {
 // screen: of any former grid, whose memory is used again.
 void make_grid(const Surfaces& surfaces, const Quality& quality, ScreenGrid& screen, Pool& pool);
 
-// Of one luminaire on the nodes of a grid, filtered: all light of the VPLs looked at, and the blocked part of it.
-struct Occlusion {
-    Planes planes;  // 2, in the shape of ScreenGrid::nodes
-    Planes close;   // likewise of CloseBlocks::nodes; none where no block is close
-};
 struct MergedList;  // merged.h
 struct LightView {
     const trace::Geometry& geometry;
@@ -94,10 +86,12 @@ struct LightView {
     const MergedList* merged =
         nullptr;  // all luminaires of a list instead: vpls are its own, position the local origin
 };
-Occlusion trace_occlusion(const ScreenGrid& screen, const LightView& light, Pool& pool);
+// Result: of one luminaire on the nodes of a grid, filtered: all light of the VPLs looked at, and the blocked part of
+// it; 2 planes in the shape of ScreenGrid::nodes.
+Planes trace_occlusion(const ScreenGrid& screen, const LightView& light, Pool& pool);
 
 // Result: irradiance per candela of peak × unit_m2 at every grid point: 3 planes in the shape of ScreenGrid::grid.
-Planes gather_grid(const ScreenGrid& screen, const LightView& light, const Occlusion& occlusion, Pool& pool);
+Planes gather_grid(const ScreenGrid& screen, const LightView& light, const Planes& occlusion, Pool& pool);
 
 // out: 4 half floats per pixel, surfaces.row_length pixels a row.
 void upsample(const Surfaces& surfaces, const ScreenGrid& screen, const Planes& light, std::vector<std::uint16_t>& out,

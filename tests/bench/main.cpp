@@ -11,6 +11,7 @@
 #include "tests/bench/lights.h"
 #include "tests/bench/machine.h"
 #include "tests/bench/pareto.h"
+#include "tests/bench/refinement.h"
 #include "tests/bench/report.h"
 #include "tests/bench/scaling.h"
 #include "tests/stress/stress.h"
@@ -110,6 +111,13 @@ int main(int argc, char** argv) {
     pareto->add_option("--svg", svg, "write the plot to this file");
     pareto->add_option("--device", options.device, "index of the EGL device");
     pareto->add_flag("--json", json, "print rows as JSON");
+    gonio::bench::RefinementOptions refinement_options;
+    CLI::App* refinement =
+        app.add_subcommand("refinement", "how the error of a picture that nobody touches falls with time");
+    refinement->add_option("--scene", refinement_options.scene, "only cornell, atrium, corridor");
+    refinement->add_option("--cache", refinement_options.cache, "folder of computed references")->capture_default_str();
+    refinement->add_option("--device", refinement_options.device, "index of the EGL device");
+    refinement->add_flag("--json", refinement_options.json, "print rows as JSON");
     bool machine_json = false;
     CLI::App* machine = app.add_subcommand("machine", "what the machine can do: arithmetic, memory, the VPLs' kernel");
     machine->add_flag("--json", machine_json, "print as JSON");
@@ -128,6 +136,8 @@ int main(int argc, char** argv) {
         if (stressed->parsed()) return gonio::stress::run_stress(stress, std::cout);
         if (machine->parsed()) {
             gonio::bench::print_machine(gonio::bench::measure_machine(), machine_json, std::cout);
+        } else if (refinement->parsed()) {
+            gonio::bench::run_refinement(refinement_options, std::cout, std::cerr);
         } else if (report->parsed()) {
             gonio::bench::write_report(gonio::bench::make_report(results, page_template), docs);
         } else if (pareto->parsed()) {

@@ -47,16 +47,6 @@ constexpr double kRateTolerance = 0.3;
 constexpr Pace kQuickPace = {0.5, 3, 5};
 constexpr ReferenceSettings kQuickReference = {64, 128, 0.05, 60.0};
 
-std::vector<double> shown_lx(const std::vector<glm::vec3>& picture, int width_px, std::span<const Receiver> receivers) {
-    std::vector<double> values;
-    for (const Receiver& r : receivers) {
-        values.push_back(glsl64::luminance(
-            glm::dvec3(picture[static_cast<std::size_t>(r.pixel.y) * static_cast<std::size_t>(width_px) +
-                               static_cast<std::size_t>(r.pixel.x)])));
-    }
-    return values;
-}
-
 // One frame of the scene as it stands, and its errors. The technique has no occlusion to leave out, so that its
 // unoccluded part is what it shows.
 void measure_errors(Renderer& renderer, const Scene& scene, const Reference& reference, ParetoRow& row) {
@@ -80,6 +70,7 @@ ParetoRow measure(const gl::Context& context, LaneEncoders& encoder, Scene scene
     row.samples = setting.samples;
     row.points = reference.receivers.size();
     row.empty_pixels = reference.empty_pixels;
+    row.seam_pixels = reference.seam_pixels;
     row.cached = reference.cached;
     row.mean_lx = std::accumulate(reference.truth_lx.begin(), reference.truth_lx.end(), 0.0) /
                   static_cast<double>(std::max<std::size_t>(row.points, 1));
@@ -101,7 +92,8 @@ ParetoRow measure(const gl::Context& context, LaneEncoders& encoder, Scene scene
     row.indirect_ms = times.indirect_ms;
     row.frames = times.frame_ms.size();
     if (seed) {
-        const double covered = static_cast<double>(row.points) / static_cast<double>(row.points + row.empty_pixels);
+        const auto shown = static_cast<double>(row.points + row.seam_pixels);
+        const double covered = shown / (shown + static_cast<double>(row.empty_pixels));
         const double samples =
             covered * scene.width_px * scene.height_px * setting.samples * static_cast<double>(scene.lights.size());
         row.seed_rate_ratio = median(predicted_ns) * 1e-6 * samples / times.gather_ms;

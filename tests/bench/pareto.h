@@ -32,7 +32,7 @@ struct ParetoRow {
     Errors rsm;            // of the unoccluded part, against the dense sum
     Errors truth;          // of what is shown, against the path tracer
     double mean_lx = 0.0;  // of the truth
-    std::size_t points = 0, empty_pixels = 0;
+    std::size_t points = 0, empty_pixels = 0, seam_pixels = 0;
     double seed_rate_ratio = 0.0;  // time that the micro-benchmark predicts over the time measured; 0: not a seed row
     bool is_void = false;          // a seed row off its prediction by more than 30 %
     bool front = false;            // no valid row of the same case is both faster and nearer to the truth

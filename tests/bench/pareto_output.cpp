@@ -32,6 +32,7 @@ nlohmann::ordered_json json_of(const ParetoRow& row) {
             {"triangles", row.triangles},
             {"points", row.points},
             {"empty_pixels", row.empty_pixels},
+            {"seam_pixels", row.seam_pixels},
             {"mean_truth_lx", row.mean_lx},
             {"reference_cached", row.cached},
             {"seed_rate_ratio", row.seed_rate_ratio > 0.0 ? nlohmann::ordered_json(row.seed_rate_ratio) : nullptr},
@@ -73,8 +74,8 @@ void print_pareto(const ParetoResult& result, std::ostream& out) {
         if (before == nullptr || !same_case(*before, row)) {
             out << "\n"
                 << case_title(row) << " (" << row.triangles << " triangles, " << row.points << " points, "
-                << row.empty_pixels << " empty, reference noise " << std::setprecision(4) << std::fixed
-                << row.truth.noise << ")\n"
+                << row.empty_pixels << " empty, " << row.seam_pixels << " on seams, reference noise "
+                << std::setprecision(4) << std::fixed << row.truth.noise << ")\n"
                 << "technique samples  frame ms    p95 ms indirect ms | rmse rsm bias rsm |  rmse  rmse99    p95    p99"
                    "    bias | rate ratio\n";
         }

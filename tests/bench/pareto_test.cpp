@@ -169,7 +169,7 @@ TEST(Pareto, QuickRunHoldsItsInvariants) {
         EXPECT_GE(row["frame_p95_ms"], row["frame_ms"]);
         EXPECT_GE(row["rmse_truth"], row["rmse99_truth"]);
         EXPECT_GE(row["p99_truth"], row["p95_truth"]);
-        EXPECT_EQ(row["points"].get<int>() + row["empty_pixels"].get<int>(), 64 * 64);
+        EXPECT_EQ(row["points"].get<int>() + row["empty_pixels"].get<int>() + row["seam_pixels"].get<int>(), 64 * 64);
         EXPECT_LE(row["reference_noise"], json["reference"]["noise_wanted"]);
         EXPECT_EQ(row["seed_rate_ratio"].is_number(), row["technique"] == "seed");
     }

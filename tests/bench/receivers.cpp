@@ -84,6 +84,16 @@ std::vector<Receiver> receivers_of(const Scene& scene, std::span<const glm::ivec
     return receivers;
 }
 
+std::vector<double> shown_lx(const std::vector<glm::vec3>& picture, int width_px, std::span<const Receiver> receivers) {
+    std::vector<double> values;
+    for (const Receiver& r : receivers) {
+        values.push_back(glsl64::luminance(
+            glm::dvec3(picture[static_cast<std::size_t>(r.pixel.y) * static_cast<std::size_t>(width_px) +
+                               static_cast<std::size_t>(r.pixel.x)])));
+    }
+    return values;
+}
+
 std::vector<double> dense_rsm_lx(const Scene& scene, std::span<const Receiver> receivers, int rsm_size) {
     Programs programs;
     const GpuScene geometry(scene.asset);

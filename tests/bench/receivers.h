@@ -20,6 +20,9 @@ struct Receiver {
 // Result: those of the pixels that show a surface, in order, from the same G-buffer pass as the live picture.
 std::vector<Receiver> receivers_of(const Scene& scene, std::span<const glm::ivec2> pixels);
 
+// Result: luminance of a picture's rgb (rows from the bottom) at each receiver's pixel.
+std::vector<double> shown_lx(const std::vector<glm::vec3>& picture, int width_px, std::span<const Receiver> receivers);
+
 // Result: indirect illuminance of one unoccluded bounce at each receiver, lux (Rec. 709 luminance): the sum of all
 // lights over all texels of an RSM of rsm_size² texels a face, with the area-bounded kernel, in double precision.
 std::vector<double> dense_rsm_lx(const Scene& scene, std::span<const Receiver> receivers, int rsm_size);

@@ -13,6 +13,7 @@
 
 #include "server/scene/apply.h"
 #include "server/trace/reference.h"
+#include "server/trace/world.h"
 #include "shaders/lib/as_cpp.h"
 #include "tests/bench/errors.h"
 
@@ -202,6 +203,39 @@ void trace_truth(const Scene& scene, const ReferenceSettings& settings, Referenc
     }
 }
 
+// Result: whether another surface passes within a hundred-thousandth of the scene's extent of the point, along its own.
+bool on_seam(const trace::Geometry& geometry, const Receiver& receiver) {
+    const glm::vec3 normal(receiver.normal), p = geometry.local(receiver.position);
+    const glm::vec3 off = p + normal * (4.0f * geometry.step_off(p));
+    const glm::vec3 side =
+        glm::normalize(glm::cross(normal, std::abs(normal.y) < 0.9f ? glm::vec3(0, 1, 0) : glm::vec3(1, 0, 0)));
+    const float reach = 1e-5f * geometry.extent();
+    constexpr int kDirections = 8;
+    for (int i = 0; i < kDirections / 2; ++i) {
+        const float angle = glm::radians(360.0f) * static_cast<float>(i) / kDirections;
+        const glm::vec3 along = (side * std::cos(angle) + glm::cross(normal, side) * std::sin(angle)) * reach;
+        if (geometry.occluded(off - along, off + along)) return true;
+    }
+    return false;
+}
+
+void leave_out_seams(const Scene& scene, Reference& reference) {
+    const auto world = trace::make_world(scene);
+    std::size_t kept = 0;
+    for (std::size_t i = 0; i < reference.receivers.size(); ++i) {
+        if (on_seam(*world->geometry, reference.receivers[i])) continue;
+        reference.receivers[kept] = reference.receivers[i];
+        reference.rsm_lx[kept] = reference.rsm_lx[i];
+        reference.truth_lx[kept] = reference.truth_lx[i];
+        reference.truth_variance[kept] = reference.truth_variance[i];
+        ++kept;
+    }
+    reference.seam_pixels = reference.receivers.size() - kept;
+    reference.receivers.resize(kept);
+    for (std::vector<double>* values : {&reference.rsm_lx, &reference.truth_lx, &reference.truth_variance})
+        values->resize(kept);
+}
+
 }  // namespace
 
 Reference reference_of(const Scene& scene, const ReferenceSettings& settings, const std::filesystem::path& cache,
@@ -212,7 +246,10 @@ Reference reference_of(const Scene& scene, const ReferenceSettings& settings, co
     const std::filesystem::path path = cache / name;
     const auto pixels = stratified_pixels(scene.width_px, scene.height_px, settings.cells);
     Reference reference;
-    if (load(path, hash, pixels.size(), reference)) return reference;
+    if (load(path, hash, pixels.size(), reference)) {
+        leave_out_seams(scene, reference);
+        return reference;
+    }
     std::filesystem::create_directories(cache);
     reference = {};
     reference.receivers = receivers_of(scene, pixels);
@@ -223,6 +260,7 @@ Reference reference_of(const Scene& scene, const ReferenceSettings& settings, co
     reference.rsm_lx = dense_rsm_lx(scene, reference.receivers, settings.rsm_size);
     trace_truth(scene, settings, reference, progress);
     store(path, hash, reference);
+    leave_out_seams(scene, reference);
     return reference;
 }
 

@@ -28,7 +28,7 @@ static Revisions revisions(const Scene& scene, const Light& light) {
 struct ScreenLight {
     shade::Surfaces surfaces;
     shade::ScreenGrid grid;
-    std::vector<shade::Occlusion> occlusion;  // by layer
+    std::vector<shade::Planes> occlusion;  // by layer
     std::vector<std::uint16_t> halves;        // scratch: what is uploaded
     std::vector<float> floats;
     std::vector<shade::PointLight> points;  // by layer, of meters
@@ -42,7 +42,7 @@ struct ScreenLight {
     std::uint64_t indirect_single = 0;          // LightLayer::version of the only luminaire it shows; 0: it is a sum
     struct Merged {
         shade::MergedList list;
-        shade::Occlusion occlusion;
+        shade::Planes occlusion;
         shade::Lattice lattice;
         std::vector<std::uint16_t> direct, indirect;  // 4 per pixel, per cd of the list's reference × the layers' unit
     } merged;
@@ -66,7 +66,7 @@ struct ScreenLight {
 namespace {
 
 // Figures per setting: docs/performance.md.
-constexpr shade::Quality kLive{4, true, 4, 512, 2, 16.0f, 0, 0.05f};
+constexpr shade::Quality kLive{4, true, 4, 512, 1, 16.0f, 0, 0.06f};
 constexpr shade::Quality kStill{1, true, 4, 512, 3, 16.0f};
 constexpr shade::Quality kPrecise{1, false, 2, 1024, 4, 16.0f};
 

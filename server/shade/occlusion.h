@@ -1,0 +1,27 @@
+// Sixteen points that ask VPLs, by a ray each, whether they see them.
+#pragma once
+
+#include "server/shade/point_packet.h"
+#include "server/shade/screen.h"
+
+namespace gonio::shade {
+
+class VplQuery {
+public:
+    // points: off their surfaces; active: the lanes that ask.
+    VplQuery(const PointPacket& points, unsigned active);
+    Points points() const { return points_.points(); }
+    // brings: what the VPL brings to each point if nothing stands between; counts `weight` times.
+    void ask(const LightView& light, const Vpl& vpl, const float* brings, float weight = 1.0f);
+    float open(int i) const { return open_[i]; }        // all that those asked bring
+    float blocked(int i) const { return blocked_[i]; }  // of it
+    float seen(int i) const { return open_[i] > 0.0f ? 1.0f - blocked_[i] / open_[i] : 1.0f; }
+
+private:
+    PointPacket points_;
+    unsigned active_;
+    trace::RayPacket rays_;
+    alignas(64) float open_[trace::kPacket] = {}, blocked_[trace::kPacket] = {};
+};
+
+}  // namespace gonio::shade
