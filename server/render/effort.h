@@ -9,17 +9,17 @@ struct Effort {
     double scale;        // of the picture's sides
     unsigned vpls;       // at most; fewer if the scene asks for fewer
     unsigned node_vpls;  // server/shade/screen.h
-    unsigned near_rays;  // likewise
+    float close_share;   // likewise
     double cost;         // a frame's time over that of the first, about (docs/performance.md)
 };
 
 // From all that is wanted downwards. Relative times: cornell, everything recomputed.
 inline constexpr std::array<Effort, 5> kEfforts = {{
-    {1.0, 1u << 16, 512, 1, 1.0},
-    {1.0, 2048, 256, 1, 0.76},
-    {0.75, 2048, 256, 1, 0.45},
-    {0.5, 1024, 256, 1, 0.22},
-    {0.375, 1024, 128, 1, 0.13},
+    {1.0, 1u << 16, 512, 0.06f, 1.0},
+    {1.0, 2048, 256, 0.0f, 0.64},
+    {0.75, 2048, 256, 0.0f, 0.36},
+    {0.5, 1024, 256, 0.0f, 0.18},
+    {0.375, 1024, 128, 0.0f, 0.1},
 }};
 
 // Rounds of a still picture's refinement, of all luminaires together: some ten seconds on two cores at 800 × 800 in a

@@ -5,6 +5,7 @@
 #include "server/shade/near_light.h"
 #include "server/shade/occlusion.h"
 #include "server/shade/point_packet.h"
+#include "server/trace/sampler.h"
 #include "server/trace/sources.h"
 
 namespace gonio::shade {
@@ -16,12 +17,16 @@ static_assert(kSide * kSide == trace::kPacket);
 // A block differs slightly if the square of its contrast over its mean is below this part of the picture's mean.
 constexpr double kSlight = 0.01;
 
+// Blocks of that much more contrast than is chosen at all show nothing but their own estimate.
+constexpr double kFade = 0.5;
+
 // Figures: docs/performance.md.
 constexpr std::size_t kListed = 1024;  // the first VPLs of the list, among which those to ask are chosen
 constexpr unsigned kAsked = 48;        // VPLs that all points of a block ask
-constexpr unsigned kNearRays = 8;      // short rays of each point
+constexpr unsigned kNearRays = 12;     // short rays of each point
 
-// Asks VPLs of the list, each as likely as it brings much to all points together (systematic resampling).
+// Asks VPLs of the list, each as likely as it brings much to all points together. A VPL's number in the draw is its own
+// for ever: as a luminaire glides, the choice changes by one VPL now and then.
 void ask_by_share(const LightView& light, float kappa, VplQuery& query) {
     const std::span<const Vpl> vpls(light.vpls.vpls.data(), std::min(kListed, light.vpls.vpls.size()));
     static thread_local std::vector<float> brings, in_all;
@@ -31,19 +36,17 @@ void ask_by_share(const LightView& light, float kappa, VplQuery& query) {
     double total = 0.0;
     for (const float sum : in_all) total += static_cast<double>(sum);
     if (!(total > 0.0)) return;
-    const double step = total / kAsked;
-    double passed = 0.0, next = 0.5 * step;
-    for (std::size_t v = 0; v < vpls.size(); ++v) {
-        passed += static_cast<double>(in_all[v]);
-        int times = 0;
-        for (; next <= passed; next += step) ++times;
-        if (times > 0) query.ask(light, vpls[v], &brings[v * kLanes], static_cast<float>(times) / in_all[v]);
+    const float per_light = static_cast<float>(kAsked / total);
+    std::uint32_t drawn = 0;
+    for (std::size_t v = 0; v < vpls.size(); ++v, drawn += 0x9e3779b9u) {  // even: multiples of the golden ratio
+        const float chance = std::min(1.0f, in_all[v] * per_light);
+        if (trace::unit_interval(drawn) < chance) query.ask(light, vpls[v], &brings[v * kLanes], 1.0f / chance);
     }
 }
 
 }  // namespace
 
-std::vector<glm::ivec2> choose_close_blocks(const Grid& grid, const Planes& light, float share) {
+std::vector<CloseBlock> choose_close_blocks(const Grid& grid, const Planes& light, float share) {
     const int columns = (grid.width + kSide - 1) / kSide, rows = (grid.height + kSide - 1) / kSide;
     const auto most = static_cast<std::size_t>(share * static_cast<float>(columns * rows));
     if (most == 0) return {};
@@ -76,18 +79,22 @@ std::vector<glm::ivec2> choose_close_blocks(const Grid& grid, const Planes& ligh
         }
     }
     const double least = kSlight * all / std::max(all_lit, 1);
-    std::erase_if(found, [&](const Block& block) { return block.contrast < least; });
+    std::erase_if(found, [&](const Block& block) { return block.contrast <= least; });
+    double cut = least;
     if (found.size() > most) {
-        std::nth_element(found.begin(), found.begin() + static_cast<std::ptrdiff_t>(most), found.end(),
+        const auto next = found.begin() + static_cast<std::ptrdiff_t>(most);
+        std::nth_element(found.begin(), next, found.end(),
                          [](const Block& a, const Block& b) { return a.contrast > b.contrast; });
+        cut = next->contrast;
         found.resize(most);
     }
-    std::vector<glm::ivec2> result;
-    for (const Block& block : found) result.push_back(block.first);
+    std::vector<CloseBlock> result;
+    for (const Block& block : found)
+        result.push_back({block.first, static_cast<float>(std::min((block.contrast / cut - 1.0) / kFade, 1.0))});
     return result;
 }
 
-void light_close_blocks(const std::vector<glm::ivec2>& blocks, const ScreenGrid& screen, const LightView& light,
+void light_close_blocks(const std::vector<CloseBlock>& blocks, const ScreenGrid& screen, const LightView& light,
                         Planes& out, Pool& pool) {
     constexpr std::size_t kPoints = trace::kPacket, kTogether = 4;  // blocks share the loads of VPLs
     const Grid& grid = screen.grid;
@@ -101,8 +108,8 @@ void light_close_blocks(const std::vector<glm::ivec2>& blocks, const ScreenGrid&
         std::size_t at[kTogether * kPoints];
         unsigned active[kTogether] = {};
         for (std::size_t i = 0; i < count * kPoints; ++i) {
-            const int k = static_cast<int>(i % kPoints), x = blocks[first + i / kPoints].x + k % kSide,
-                      y = blocks[first + i / kPoints].y + k / kSide;
+            const int k = static_cast<int>(i % kPoints), x = blocks[first + i / kPoints].first.x + k % kSide,
+                      y = blocks[first + i / kPoints].first.y + k / kSide;
             at[i] = static_cast<std::size_t>(grid.at(std::min(x, grid.width - 1), std::min(y, grid.height - 1)));
             for (int a = 0; a < kArrays; ++a) arrays[a][i] = grid.values[a][at[i]];
             if (x < grid.width && y < grid.height && grid.values[6][at[i]] > 0.0f) active[i / kPoints] |= 1u << k;
@@ -125,14 +132,14 @@ void light_close_blocks(const std::vector<glm::ivec2>& blocks, const ScreenGrid&
                     about_z.set(i, directions[static_cast<unsigned>(i) * near_rays + r]);
                 add_near_light(light, on.points(), active[b], about_z, quality.kappa, near);
             }
-            const float share = light.unit_m2 / static_cast<float>(std::max(near_rays, 1u));
+            const float per_ray = light.unit_m2 / static_cast<float>(std::max(near_rays, 1u)),
+                        share = blocks[first + b].share;
             for (int i = 0; i < trace::kPacket; ++i) {
                 if ((active[b] >> i & 1u) == 0) continue;
                 const std::size_t k = own + static_cast<std::size_t>(i), to = at[k];
-                const float seen = query.seen(i);
-                out[0][to] = rgb[0][k] * seen + near.red[i] * share;
-                out[1][to] = rgb[1][k] * seen + near.green[i] * share;
-                out[2][to] = rgb[2][k] * seen + near.blue[i] * share;
+                const float seen = query.seen(i), close[3] = {near.red[i], near.green[i], near.blue[i]};
+                for (std::size_t c = 0; c < 3; ++c)
+                    out[c][to] += share * (rgb[c][k] * seen + close[c] * per_ray - out[c][to]);
             }
         }
     });

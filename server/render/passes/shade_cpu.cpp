@@ -100,7 +100,7 @@ void set_grid(const PassContext& context) {
     const Effort& effort = kEfforts[context.effort];
     if (context.effort > 0) {
         quality.node_vpls = effort.node_vpls;
-        quality.near_rays = effort.near_rays;
+        quality.close_share = effort.close_share;
     }
     if (!context.occluded) {
         quality.node_vpls = quality.near_rays = 0;
