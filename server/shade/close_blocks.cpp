@@ -21,14 +21,21 @@ constexpr double kSlight = 0.01;
 constexpr double kFade = 0.5;
 
 // Figures: docs/performance.md.
-constexpr std::size_t kListed = 1024;  // the first VPLs of the list, among which those to ask are chosen
-constexpr unsigned kAsked = 48;        // VPLs that all points of a block ask
-constexpr unsigned kNearRays = 12;     // short rays of each point
+constexpr unsigned kSummed = 2048;  // VPLs of the list that are summed
+constexpr unsigned kListed = 1024;  // those among which the ones to ask are chosen
+constexpr unsigned kAsked = 48;     // VPLs that all points of a block ask
+constexpr unsigned kNearRays = 8;   // short rays of each point
+
+// The first of the list's subsets, each a stratified sample of the whole, that hold about so many VPLs.
+std::span<const Vpl> first_subsets(const VplCast& cast, unsigned about) {
+    const unsigned subsets = std::clamp(about / std::max(cast.per_subset, 1u), 1u, kSubsets);
+    return std::span(cast.vpls).first(std::min(cast.vpls.size(), std::size_t{subsets} * cast.per_subset));
+}
 
 // Asks VPLs of the list, each as likely as it brings much to all points together. A VPL's number in the draw is its own
 // for ever: as a luminaire glides, the choice changes by one VPL now and then.
 void ask_by_share(const LightView& light, float kappa, VplQuery& query) {
-    const std::span<const Vpl> vpls(light.vpls.vpls.data(), std::min(kListed, light.vpls.vpls.size()));
+    const std::span<const Vpl> vpls = first_subsets(light.vpls, kListed);
     static thread_local std::vector<float> brings, in_all;
     brings.resize(vpls.size() * kLanes);
     in_all.resize(vpls.size());
@@ -101,6 +108,9 @@ void light_close_blocks(const std::vector<CloseBlock>& blocks, const ScreenGrid&
     const Quality& quality = screen.quality;
     const unsigned near_rays = quality.near_rays > 0 ? kNearRays : 0;
     const std::vector<glm::vec3> directions = stratified_directions(near_rays, quality.round);
+    const std::span<const Vpl> summed = first_subsets(light.vpls, kSummed);
+    const float each = light.unit_m2 * static_cast<float>(kSubsets * light.vpls.per_subset) /
+                       static_cast<float>(std::max<std::size_t>(summed.size(), 1));
     pool.run(static_cast<int>((blocks.size() + kTogether - 1) / kTogether), [&](int job) {
         const std::size_t first = static_cast<std::size_t>(job) * kTogether,
                           count = std::min(kTogether, blocks.size() - first);
@@ -115,7 +125,7 @@ void light_close_blocks(const std::vector<CloseBlock>& blocks, const ScreenGrid&
             if (x < grid.width && y < grid.height && grid.values[6][at[i]] > 0.0f) active[i / kPoints] |= 1u << k;
         }
         gather({arrays[0], arrays[1], arrays[2], arrays[3], arrays[4], arrays[5]}, count * kPoints,
-               glm::vec3(light.position), light.vpls.vpls, quality.kappa, light.unit_m2, rgb[0], rgb[1], rgb[2]);
+               glm::vec3(light.position), summed, quality.kappa, each, rgb[0], rgb[1], rgb[2]);
         for (std::size_t b = 0; b < count; ++b) {
             const std::size_t own = b * kPoints;
             PointPacket on, off;

@@ -18,8 +18,8 @@ struct CloseBlock {
 // which glides makes no block jump from one estimate to the other.
 std::vector<CloseBlock> choose_close_blocks(const Grid& grid, const Planes& light, float share);
 
-// Mixes into `out` at the points of these blocks: irradiance as of gather_grid, from the whole list, from rays to VPLs
-// that are chosen for each block by what they bring, and from short rays of each point's own.
+// Mixes into `out` at the points of these blocks: irradiance as of gather_grid, from half of the list, from rays to
+// VPLs that are chosen for each block by what they bring, and from short rays of each point's own.
 void light_close_blocks(const std::vector<CloseBlock>& blocks, const ScreenGrid& screen, const LightView& light,
                         Planes& out, Pool& pool);
 

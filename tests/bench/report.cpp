@@ -138,16 +138,20 @@ struct Work {
 };
 constexpr double kFlopsPerEvaluation = 37.0;
 std::vector<Work> work_of(const Json& row) {
-    const double side = row.at("side_px"), pixels = side * side, points = pixels / 16.0, nodes = points / 16.0;
+    const double side = row.at("side_px"), pixels = side * side, points = pixels / 16.0, nodes = points / 16.0,
+                 close = 0.06 * points;  // server/shade/close_blocks.h
     const double evaluations = row.at("vpl_evaluations"), rays = row.at("occlusion_rays");
-    return {{"gbuffer", 0.0, 0.0, pixels * 16.0, "depth 4, normal 4, albedo 8 bytes a pixel written"},
-            {"direct", 0.0, pixels / 4.0, pixels * 14.0,
-             "depth and normal read, 4 + 2 bytes a pixel written; a ray for 2 × 2 pixels"},
-            {"occlusion", rays * kFlopsPerEvaluation, rays, nodes * 28.0, "a term and a ray for each node and VPL"},
-            {"gather", evaluations * kFlopsPerEvaluation, points * 2.0, points * 52.0,
-             "the sums over the VPLs; 2 short rays a point; points and nodes read, light written"},
-            {"composite", 0.0, 0.0, pixels * 35.5,
-             "depth, normal, albedo and direct read, indirect brought to the pixels and read, NV12 written"}};
+    return {
+        {"gbuffer", 0.0, 0.0, pixels * 16.0, "depth 4, normal 4, albedo 8 bytes a pixel written"},
+        {"direct", 0.0, pixels / 4.0, pixels * 14.0,
+         "depth and normal read, 4 + 2 bytes a pixel written; a ray for 2 × 2 pixels"},
+        {"occlusion", rays * kFlopsPerEvaluation, rays, nodes * 28.0, "a term and a ray for each node and VPL"},
+        {"gather", (evaluations + close * (2048.0 + 1024.0)) * kFlopsPerEvaluation, points + close * (48.0 + 8.0),
+         points * 52.0,
+         "the sums over the VPLs, in close blocks over 2,048 and 1,024 again; a short ray a point, in close blocks 8 "
+         "and 48 to VPLs; points and nodes read, light written"},
+        {"composite", 0.0, 0.0, pixels * 35.5,
+         "depth, normal, albedo and direct read, indirect brought to the pixels and read, NV12 written"}};
 }
 
 std::string limits_table(const Json& scaling, const Json& machine) {
@@ -162,6 +166,19 @@ std::string limits_table(const Json& scaling, const Json& machine) {
                     work.flops > 0.0 ? fixed(work.flops * 1e-6, 1) : "",
                     work.flops > 0.0 ? fixed(work.flops / flops_per_ms, 2) : "", fixed(work.bytes * 1e-6, 1),
                     fixed(work.bytes / bytes_per_ms, 2), work.rays > 0.0 ? fixed(work.rays * 1e-6, 2) : "", work.what});
+    }
+    return table;
+}
+
+std::string refinement_table(const Json& refinement) {
+    std::string table = head_of({"scene", "seconds", "rounds", "rmse", "rmse99", "p95", "bias"});
+    std::string before;
+    for (const Json& row : refinement.at("rows")) {
+        const std::string scene = row.at("scene").get<std::string>();
+        table += row_of({scene == before ? "" : scene, fixed(row.at("seconds"), 2), whole(row.at("rounds")),
+                         fixed(row.at("rmse"), 3), fixed(row.at("rmse99"), 3), fixed(row.at("p95"), 2),
+                         signed_figure(row.at("bias"))});
+        before = scene;
     }
     return table;
 }
@@ -296,11 +313,12 @@ std::map<std::string, std::string> figures_of(const Json& frames, const Json& sc
 Report make_report(const std::filesystem::path& results, const std::filesystem::path& page_template) {
     const Json frames = read_json(results / "frames.json"), lights = read_json(results / "lights.json"),
                scaling = read_json(results / "scaling.json"), pareto = read_pareto(results),
-               machine = read_json(results / "machine.json");
+               machine = read_json(results / "machine.json"), refinement = read_json(results / "refinement.json");
     const std::map<std::string, std::string> tables = {{"frames", frames_table(frames)},
                                                        {"scaling", scaling_table(scaling)},
                                                        {"lights", lights_table(lights)},
                                                        {"limits", limits_table(scaling, machine)},
+                                                       {"refinement", refinement_table(refinement)},
                                                        {"pareto", pareto_table(pareto)}};
     const auto figures = figures_of(frames, scaling, pareto, machine);
     const std::string text = read_text(page_template);
