@@ -17,15 +17,6 @@ static_assert(kSide * kSide == trace::kPacket);
 // A block differs slightly if the square of its contrast over its mean is below this part of the picture's mean.
 constexpr double kSlight = 0.01;
 
-// Blocks of that much more contrast than is chosen at all show nothing but their own estimate.
-constexpr double kFade = 0.5;
-
-// Figures: docs/performance.md.
-constexpr unsigned kSummed = 2048;  // VPLs of the list that are summed
-constexpr unsigned kListed = 1024;  // those among which the ones to ask are chosen
-constexpr unsigned kAsked = 48;     // VPLs that all points of a block ask
-constexpr unsigned kNearRays = 8;   // short rays of each point
-
 // The first of the list's subsets, each a stratified sample of the whole, that hold about so many VPLs.
 std::span<const Vpl> first_subsets(const VplCast& cast, unsigned about) {
     const unsigned subsets = std::clamp(about / std::max(cast.per_subset, 1u), 1u, kSubsets);
@@ -34,16 +25,16 @@ std::span<const Vpl> first_subsets(const VplCast& cast, unsigned about) {
 
 // Asks VPLs of the list, each as likely as it brings much to all points together. A VPL's number in the draw is its own
 // for ever: as a luminaire glides, the choice changes by one VPL now and then.
-void ask_by_share(const LightView& light, float kappa, VplQuery& query) {
-    const std::span<const Vpl> vpls = first_subsets(light.vpls, kListed);
+void ask_by_share(const LightView& light, const Quality& quality, VplQuery& query) {
+    const std::span<const Vpl> vpls = first_subsets(light.vpls, quality.close.listed);
     static thread_local std::vector<float> brings, in_all;
     brings.resize(vpls.size() * kLanes);
     in_all.resize(vpls.size());
-    terms(query.points(), glm::vec3(light.position), vpls, kappa, brings.data(), in_all.data());
+    terms(query.points(), glm::vec3(light.position), vpls, quality.kappa, brings.data(), in_all.data());
     double total = 0.0;
     for (const float sum : in_all) total += static_cast<double>(sum);
     if (!(total > 0.0)) return;
-    const float per_light = static_cast<float>(kAsked / total);
+    const float per_light = static_cast<float>(quality.close.asked / total);
     std::uint32_t drawn = 0;
     for (std::size_t v = 0; v < vpls.size(); ++v, drawn += 0x9e3779b9u) {  // even: multiples of the golden ratio
         const float chance = std::min(1.0f, in_all[v] * per_light);
@@ -53,9 +44,9 @@ void ask_by_share(const LightView& light, float kappa, VplQuery& query) {
 
 }  // namespace
 
-std::vector<CloseBlock> choose_close_blocks(const Grid& grid, const Planes& light, float share) {
+std::vector<CloseBlock> choose_close_blocks(const Grid& grid, const Planes& light, const Close& close) {
     const int columns = (grid.width + kSide - 1) / kSide, rows = (grid.height + kSide - 1) / kSide;
-    const auto most = static_cast<std::size_t>(share * static_cast<float>(columns * rows));
+    const auto most = static_cast<std::size_t>(close.share * static_cast<float>(columns * rows));
     if (most == 0) return {};
     struct Block {
         double contrast;
@@ -95,9 +86,11 @@ std::vector<CloseBlock> choose_close_blocks(const Grid& grid, const Planes& ligh
         cut = next->contrast;
         found.resize(most);
     }
+    const auto fade = static_cast<double>(close.fade);
     std::vector<CloseBlock> result;
     for (const Block& block : found)
-        result.push_back({block.first, static_cast<float>(std::min((block.contrast / cut - 1.0) / kFade, 1.0))});
+        result.push_back(
+            {block.first, static_cast<float>(std::min((block.contrast / cut - 1.0) / std::max(fade, 1e-6), 1.0))});
     return result;
 }
 
@@ -106,9 +99,9 @@ void light_close_blocks(const std::vector<CloseBlock>& blocks, const ScreenGrid&
     constexpr std::size_t kPoints = trace::kPacket, kTogether = 4;  // blocks share the loads of VPLs
     const Grid& grid = screen.grid;
     const Quality& quality = screen.quality;
-    const unsigned near_rays = quality.near_rays > 0 ? kNearRays : 0;
+    const unsigned near_rays = quality.near_rays > 0 ? quality.close.near_rays : 0;
     const std::vector<glm::vec3> directions = stratified_directions(near_rays, quality.round);
-    const std::span<const Vpl> summed = first_subsets(light.vpls, kSummed);
+    const std::span<const Vpl> summed = first_subsets(light.vpls, quality.close.summed);
     const float each = light.unit_m2 * static_cast<float>(kSubsets * light.vpls.per_subset) /
                        static_cast<float>(std::max<std::size_t>(summed.size(), 1));
     pool.run(static_cast<int>((blocks.size() + kTogether - 1) / kTogether), [&](int job) {
@@ -134,7 +127,7 @@ void light_close_blocks(const std::vector<CloseBlock>& blocks, const ScreenGrid&
                 off.set_off(i, grid.values, at[own + static_cast<std::size_t>(i)], light.geometry);
             }
             VplQuery query(off, active[b]);
-            if (quality.node_vpls > 0) ask_by_share(light, quality.kappa, query);
+            if (quality.node_vpls > 0) ask_by_share(light, quality, query);
             NearSums near;
             Directions about_z;
             for (unsigned r = 0; r < near_rays; ++r) {

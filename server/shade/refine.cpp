@@ -6,7 +6,8 @@ namespace gonio::shade {
 namespace {
 
 constexpr unsigned kVpls = 8192;
-constexpr Quality kRound{1, true, 4, 1024, 4, 16.0f, 0, 0.06f};
+// Nothing glides: blocks need not fade.
+constexpr Quality kRound{1, true, 4, 1024, 4, 16.0f, 0, {0.06f, 0.0f, kVpls, 64, 1024, 12}};
 constexpr int kBandRows = 40;
 // Rows around a band that its windows see: three points of the grid; two nodes and the tent over their neighbours.
 constexpr int kMargin = 16;

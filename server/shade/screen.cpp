@@ -247,7 +247,7 @@ Planes gather_grid(const ScreenGrid& screen, const LightView& light, const Plane
         Planes both = gathered;
         add(both, near_light);
         result = filtered(screen, both, pool);
-        light_close_blocks(choose_close_blocks(grid, result, screen.quality.close_share), screen, light, result, pool);
+        light_close_blocks(choose_close_blocks(grid, result, screen.quality.close), screen, light, result, pool);
     } else {
         result = filtered(screen, near_light, pool);
         add(result, gathered);

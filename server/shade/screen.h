@@ -16,6 +16,16 @@
 
 namespace gonio::shade {
 
+// What is done where light differs most within a few points (close_blocks.h).
+struct Close {
+    float share = 0.0f;      // of the blocks of 4 × 4 grid points that are chosen, at most; 0 unless interleaved
+    float fade = 0.5f;       // blocks of that much more contrast than the next in line show their own estimate alone
+    unsigned summed = 2048;  // VPLs that each point sums, in whole subsets
+    unsigned asked = 48;     // of `listed`, that all points of a block ask, about
+    unsigned listed = 1024;  // likewise in whole subsets
+    unsigned near_rays = 8;  // short rays of each point
+};
+
 // How fine a target is computed.
 struct Quality {
     int step = 4;              // pixels between grid points: 4, or 1: every pixel
@@ -25,7 +35,7 @@ struct Quality {
     unsigned near_rays = 1;    // short rays of each grid point, of one of 16 strata
     float kappa = 4.0f;        // how much near light the rays give back rather than VPLs (vpl.glsl)
     unsigned round = 0;        // which part of the short rays' sequence
-    float close_share = 0.0f;  // of the blocks of 4 × 4 grid points (close_blocks.h); 0 unless interleaved
+    Close close;
 };
 
 // The depth and normals of a target and the rays through its pixels; rows from the bottom.

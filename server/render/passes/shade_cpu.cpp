@@ -66,7 +66,7 @@ struct ScreenLight {
 namespace {
 
 // Figures per setting: docs/performance.md.
-constexpr shade::Quality kLive{4, true, 4, 512, 1, 16.0f, 0, 0.06f};
+constexpr shade::Quality kLive{4, true, 4, 512, 1, 16.0f, 0, {0.06f}};
 constexpr shade::Quality kStill{1, true, 4, 512, 3, 16.0f};
 constexpr shade::Quality kPrecise{1, false, 2, 1024, 4, 16.0f};
 
@@ -100,7 +100,7 @@ void set_grid(const PassContext& context) {
     const Effort& effort = kEfforts[context.effort];
     if (context.effort > 0) {
         quality.node_vpls = effort.node_vpls;
-        quality.close_share = effort.close_share;
+        quality.close.share = effort.close_share;
     }
     if (!context.occluded) {
         quality.node_vpls = quality.near_rays = 0;
