@@ -33,6 +33,14 @@ namespace {
 constexpr std::uint32_t kReconnectAfterMs = 1000;   // a service is started again by then
 constexpr std::chrono::milliseconds kDiscard{100};  // for the private folder, where the end does not wait
 
+// What the signals' thread is told of, until this ends.
+template <typename T>
+struct Forgotten {
+    std::atomic<std::shared_ptr<T>>& slot;
+    explicit Forgotten(std::atomic<std::shared_ptr<T>>& kept) : slot(kept) {}
+    ~Forgotten() { slot.store({}); }
+};
+
 // The end does not wait for a disk that hangs either.
 void discard_uploads(const std::shared_ptr<UploadStore>& uploads) {
     auto done = std::make_shared<std::promise<void>>();
@@ -86,6 +94,7 @@ int run_daemon(const Options& options) {
     };
     // Declared first, it ends last: it bounds the time that the others take.
     std::optional<Signals> signals;
+    const Forgotten forgotten_uploads(uploads_to_discard);  // the folder goes while the signals still watch
     if (serves)
         signals.emplace(Signals::Actions{[&] {
                                              if (const auto stopping = front_to_stop.load()) stopping->stop_accepting();
@@ -157,11 +166,7 @@ int run_daemon(const Options& options) {
     if (!started) throw std::runtime_error(started.error().text());
     front = std::move(*started);
     // Before all else at the end: what the front speaks to goes after it.
-    struct Forgotten {
-        std::atomic<std::shared_ptr<Front>>& slot;
-        explicit Forgotten(std::atomic<std::shared_ptr<Front>>& kept) : slot(kept) {}
-        ~Forgotten() { slot.store({}); }
-    } forgotten(front_to_stop);
+    const Forgotten forgotten_front(front_to_stop);
     front_to_stop = front;
     reload_now();
     Service service;  // ends before the front that it asks

@@ -27,7 +27,7 @@ bool is_loopback(const std::string& host);
 Result<std::string> read_token(const std::string& path, std::string* warning = nullptr,
                                const char* option = "--token-file");
 // Result: the tokens of both files. Errors: those of read_token; "invalid_argument" where a viewer's is alone or the
-// same as the other. warnings: of both, in lines.
+// same as the other. warnings: of both, in one line.
 Result<Tokens> read_tokens(const Options& options, std::string* warnings = nullptr);
 
 }  // namespace gonio

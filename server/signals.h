@@ -9,7 +9,7 @@
 namespace gonio {
 
 // From the first signal on, whatever the other threads are at.
-inline constexpr std::chrono::milliseconds kFarewellAfter{1000}, kEndAfter{1850};
+inline constexpr std::chrono::milliseconds kFarewellAfter{1000}, kEndAfter{1700};
 
 class Signals {
 public:

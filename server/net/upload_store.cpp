@@ -60,7 +60,7 @@ bool UploadStore::discard(std::chrono::milliseconds time) const {
         // A file that appears behind the one that removes keeps the folder: once more then.
         std::error_code failed, gone;
         fs::remove_all(folder_, failed);
-        if (!fs::exists(folder_, gone)) return true;
+        if (!fs::exists(folder_, gone) && !gone) return true;
         if (std::chrono::steady_clock::now() >= end) return false;
         std::this_thread::sleep_for(std::chrono::milliseconds(1));
     }

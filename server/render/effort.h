@@ -15,7 +15,7 @@ struct Effort {
 
 // From all that is wanted downwards. Relative times: cornell, everything recomputed.
 inline constexpr std::array<Effort, 5> kEfforts = {{
-    {1.0, 1u << 16, 512, 0.06f, 1.0},
+    {1.0, 1u << 16, 512, 0.07f, 1.0},
     {1.0, 2048, 256, 0.0f, 0.64},
     {0.75, 2048, 256, 0.0f, 0.36},
     {0.5, 1024, 256, 0.0f, 0.18},

@@ -23,21 +23,20 @@ std::span<const Vpl> first_subsets(const VplCast& cast, unsigned about) {
     return std::span(cast.vpls).first(std::min(cast.vpls.size(), std::size_t{subsets} * cast.per_subset));
 }
 
-// Asks VPLs of the list, each as likely as it brings much to all points together. A VPL's number in the draw is its own
-// for ever: as a luminaire glides, the choice changes by one VPL now and then.
+// Asks VPLs of the list, each as likely as it brings much. A VPL's number in the draw is its own for ever: as a
+// luminaire glides, the choice changes by one VPL now and then.
 void ask_by_share(const LightView& light, const Quality& quality, VplQuery& query) {
     const std::span<const Vpl> vpls = first_subsets(light.vpls, quality.close.listed);
-    static thread_local std::vector<float> brings, in_all;
+    static thread_local std::vector<float> brings, share;
     brings.resize(vpls.size() * kLanes);
-    in_all.resize(vpls.size());
-    terms(query.points(), glm::vec3(light.position), vpls, quality.kappa, brings.data(), in_all.data());
-    double total = 0.0;
-    for (const float sum : in_all) total += static_cast<double>(sum);
-    if (!(total > 0.0)) return;
-    const float per_light = static_cast<float>(quality.close.asked / total);
-    std::uint32_t drawn = 0;
-    for (std::size_t v = 0; v < vpls.size(); ++v, drawn += 0x9e3779b9u) {  // even: multiples of the golden ratio
-        const float chance = std::min(1.0f, in_all[v] * per_light);
+    share.resize(vpls.size());
+    terms(query.points(), glm::vec3(light.position), vpls, quality.kappa, brings.data());
+    if (!shares(brings.data(), vpls.size(), share.data())) return;
+    // Multiples of the golden ratio are even; from one half on none of them is so small that a VPL which brings next to
+    // nothing were asked, and counted for all those like it.
+    std::uint32_t drawn = 0x80000000u;
+    for (std::size_t v = 0; v < vpls.size(); ++v, drawn += 0x9e3779b9u) {
+        const float chance = std::min(1.0f, share[v] * static_cast<float>(quality.close.asked));
         if (trace::unit_interval(drawn) < chance) query.ask(light, vpls[v], &brings[v * kLanes], 1.0f / chance);
     }
 }
@@ -45,8 +44,9 @@ void ask_by_share(const LightView& light, const Quality& quality, VplQuery& quer
 }  // namespace
 
 std::vector<CloseBlock> choose_close_blocks(const Grid& grid, const Planes& light, const Close& close) {
-    const int columns = (grid.width + kSide - 1) / kSide, rows = (grid.height + kSide - 1) / kSide;
-    const auto most = static_cast<std::size_t>(close.share * static_cast<float>(columns * rows));
+    const int columns = (grid.width + kSide - 1) / kSide, first_row = close.from_row / kSide,
+              end_row = (std::min(grid.height, close.to_row) + kSide - 1) / kSide;
+    const auto most = static_cast<std::size_t>(close.share * static_cast<float>(columns * (end_row - first_row)));
     if (most == 0) return {};
     struct Block {
         double contrast;
@@ -55,7 +55,7 @@ std::vector<CloseBlock> choose_close_blocks(const Grid& grid, const Planes& ligh
     std::vector<Block> found;
     double all = 0.0;
     int all_lit = 0;
-    for (int row = 0; row < rows; ++row) {
+    for (int row = first_row; row < end_row; ++row) {
         for (int column = 0; column < columns; ++column) {
             const glm::ivec2 first(column * kSide, row * kSide);
             double low = 0.0, high = 0.0, sum = 0.0;
@@ -138,7 +138,8 @@ void light_close_blocks(const std::vector<CloseBlock>& blocks, const ScreenGrid&
             const float per_ray = light.unit_m2 / static_cast<float>(std::max(near_rays, 1u)),
                         share = blocks[first + b].share;
             for (int i = 0; i < trace::kPacket; ++i) {
-                if ((active[b] >> i & 1u) == 0) continue;
+                // One that none of those asked could light keeps what it has.
+                if ((active[b] >> i & 1u) == 0 || (quality.node_vpls > 0 && !(query.open(i) > 0.0f))) continue;
                 const std::size_t k = own + static_cast<std::size_t>(i), to = at[k];
                 const float seen = query.seen(i), close[3] = {near.red[i], near.green[i], near.blue[i]};
                 for (std::size_t c = 0; c < 3; ++c)

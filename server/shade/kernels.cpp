@@ -44,8 +44,7 @@ void Gather(const Points& points, std::size_t count, const glm::vec3& origin, st
     }
 }
 
-void Terms(const Points& points, const glm::vec3& origin, std::span<const Vpl> vpls, float kappa, float* out,
-           float* in_all) {
+void Terms(const Points& points, const glm::vec3& origin, std::span<const Vpl> vpls, float kappa, float* out) {
     const std::size_t lanes = hn::Lanes(Tag());
     const Vec3 from = spread(origin);
     for (std::size_t i = 0; i < kLanes; i += lanes) {
@@ -56,13 +55,24 @@ void Terms(const Points& points, const glm::vec3& origin, std::span<const Vpl> v
             const Vec3 at(vpl.position_area.x, vpl.position_area.y, vpl.position_area.z);
             const Vec3 facing(vpl.normal.x, vpl.normal.y, vpl.normal.z);
             const float light = 0.2126f * vpl.intensity.x + 0.7152f * vpl.intensity.y + 0.0722f * vpl.intensity.z;
-            const Float term =
-                Float(light) * vpl_geometry_shared(p - at, facing, n, Float(kappa * vpl.position_area.w));
-            store(term, out + v * kLanes + i);
-            if (in_all != nullptr)
-                in_all[v] = (i == 0 ? 0.0f : in_all[v]) + hn::GetLane(hn::SumOfLanes(Tag(), term.raw));
+            store(Float(light) * vpl_geometry_shared(p - at, facing, n, Float(kappa * vpl.position_area.w)),
+                  out + v * kLanes + i);
         }
     }
+}
+
+bool Shares(const float* terms, std::size_t count, float* out) {
+    const Tag tag;
+    float all = 0.0f;
+    for (std::size_t v = 0; v < count; ++v) {
+        Float sum;
+        for (std::size_t i = 0; i < kLanes; i += hn::Lanes(tag)) sum = sum + load(terms + v * kLanes + i);
+        out[v] = hn::GetLane(hn::SumOfLanes(tag, sum.raw));
+        all += out[v];
+    }
+    if (!(all > 1e-30f)) return false;
+    for (std::size_t v = 0; v < count; ++v) out[v] /= all;
+    return true;
 }
 
 void FilterRow(const GridRows& grid, std::ptrdiff_t row, int width, const Window& window, float near_per_depth,
@@ -226,6 +236,7 @@ namespace gonio::shade {
 
 HWY_EXPORT(Gather);
 HWY_EXPORT(Terms);
+HWY_EXPORT(Shares);
 HWY_EXPORT(FilterRow);
 HWY_EXPORT(UpsampleRow);
 HWY_EXPORT(DirectRow);
@@ -253,9 +264,11 @@ void gather(const Points& points, std::size_t count, const glm::vec3& origin, st
             float weight, float* red, float* green, float* blue) {
     HWY_DYNAMIC_DISPATCH(Gather)(points, count, origin, vpls, kappa, weight, red, green, blue);
 }
-void terms(const Points& points, const glm::vec3& origin, std::span<const Vpl> vpls, float kappa, float* out,
-           float* in_all) {
-    HWY_DYNAMIC_DISPATCH(Terms)(points, origin, vpls, kappa, out, in_all);
+void terms(const Points& points, const glm::vec3& origin, std::span<const Vpl> vpls, float kappa, float* out) {
+    HWY_DYNAMIC_DISPATCH(Terms)(points, origin, vpls, kappa, out);
+}
+bool shares(const float* terms, std::size_t count, float* out) {
+    return HWY_DYNAMIC_DISPATCH(Shares)(terms, count, out);
 }
 void filter_row(const GridRows& grid, std::ptrdiff_t row, int width, const Window& window, float near_per_depth,
                 int planes, const float* const* in, float* const* out) {

@@ -29,10 +29,11 @@ struct Points {
 void gather(const Points& points, std::size_t count, const glm::vec3& origin, std::span<const Vpl> vpls, float kappa,
             float weight, float* red, float* green, float* blue);
 
-// The single terms of that sum as luminance at kLanes points: out[v × kLanes + lane]; in_all[v]: over the lanes; may be
-// null.
-void terms(const Points& points, const glm::vec3& origin, std::span<const Vpl> vpls, float kappa, float* out,
-           float* in_all);
+// The single terms of that sum as luminance at kLanes points: out[v × kLanes + lane].
+void terms(const Points& points, const glm::vec3& origin, std::span<const Vpl> vpls, float kappa, float* out);
+// out[v]: of `count` such VPLs, each one's share in what all bring to all lanes. Result: false where they bring
+// nothing.
+bool shares(const float* terms, std::size_t count, float* out);
 
 // A grid's rows as the filters read them: row r starts at r × stride; Grid::kBorder values and kLanes more may be
 // read on both sides of what is written.

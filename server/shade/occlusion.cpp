@@ -57,7 +57,7 @@ Planes trace_occlusion(const ScreenGrid& screen, const LightView& light, Pool& p
         const std::span<const Vpl> vpls(light.vpls.vpls.data() + static_cast<std::size_t>(parity) * per_node, per_node);
         static thread_local std::vector<float> brings;
         brings.resize(vpls.size() * kLanes);
-        terms(packet.points(), glm::vec3(light.position), vpls, quality.kappa, brings.data(), nullptr);
+        terms(packet.points(), glm::vec3(light.position), vpls, quality.kappa, brings.data());
         VplQuery query(packet, active);
         for (std::size_t v = 0; v < vpls.size(); ++v) query.ask(light, vpls[v], &brings[v * kLanes]);
         for (int i = 0; i < trace::kPacket; ++i) {

@@ -24,7 +24,7 @@ public:
     Pool& operator=(const Pool&) = delete;
 
     // Runs job(0 … count − 1) in any order, on any of the threads, and returns when all are done; a thread that comes
-    // too late for any of them is not waited for. Not reentrant.
+    // too late for any of them is not waited for. Not reentrant; a job that throws ends the program.
     void run(int count, const std::function<void(int)>& job) {
         if (count <= 0) return;
         job_ = &job;
@@ -38,7 +38,7 @@ public:
     }
 
 private:
-    void work() {
+    void work() noexcept {
         for (int left = untaken_.load(); left > 0;) {
             if (!untaken_.compare_exchange_weak(left, left - 1)) continue;
             // Whoever has taken one is waited for: until it is done, `job_` and `count_` are those of its run.

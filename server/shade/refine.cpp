@@ -51,6 +51,8 @@ bool Refinement::continue_with(const Surfaces& surfaces, const LightView& light,
     take_band(surfaces, first, last - first, band_);
     Quality quality = kRound;
     quality.round = static_cast<unsigned>(round_);
+    quality.close.from_row = next_row_ - first;
+    quality.close.to_row = end - first;
     make_grid(band_, quality, grid_, pool);
     if (interrupted()) return false;
     const Planes occlusion = trace_occlusion(grid_, own, pool);

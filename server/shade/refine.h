@@ -19,9 +19,9 @@ public:
     bool finished() const { return round_ >= rounds_; }
     int rounds_done() const { return round_; }
     int rounds() const { return rounds_; }
-    // Does a band of rows of the round: some tens of milliseconds. rays: the luminaire's, of any round; light: its
-    // other fields. interrupted: asked between the steps of a band; if true the band is given up and done again later.
-    // Result: whether that completed a round.
+    // Does a band of rows of the round: some 100 ms at 800 pixels a row. rays: the luminaire's, of any round; light:
+    // its other fields. interrupted: asked between the steps of a band; if true the band is given up and done again
+    // later. Result: whether that completed a round.
     bool continue_with(const Surfaces& surfaces, const LightView& light, Pool& pool,
                        const std::function<bool()>& interrupted);
     // out: the mean of the rounds so far, rgb and 1 in half floats, surfaces.row_length pixels a row, irradiance per

@@ -24,6 +24,7 @@ struct Close {
     unsigned asked = 48;     // of `listed`, that all points of a block ask, about
     unsigned listed = 1024;  // likewise in whole subsets
     unsigned near_rays = 8;  // short rays of each point
+    int from_row = 0, to_row = 1 << 24;  // of the grid, multiples of 4: blocks are chosen between these
 };
 
 // How fine a target is computed.

@@ -139,17 +139,17 @@ struct Work {
 constexpr double kFlopsPerEvaluation = 37.0;
 std::vector<Work> work_of(const Json& row) {
     const double side = row.at("side_px"), pixels = side * side, points = pixels / 16.0, nodes = points / 16.0,
-                 close = 0.06 * points;  // server/shade/close_blocks.h
+                 close = 0.07 * points;  // server/render/effort.h
     const double evaluations = row.at("vpl_evaluations"), rays = row.at("occlusion_rays");
     return {
         {"gbuffer", 0.0, 0.0, pixels * 16.0, "depth 4, normal 4, albedo 8 bytes a pixel written"},
         {"direct", 0.0, pixels / 4.0, pixels * 14.0,
          "depth and normal read, 4 + 2 bytes a pixel written; a ray for 2 × 2 pixels"},
         {"occlusion", rays * kFlopsPerEvaluation, rays, nodes * 28.0, "a term and a ray for each node and VPL"},
-        {"gather", (evaluations + close * (2048.0 + 1024.0)) * kFlopsPerEvaluation, points + close * (48.0 + 8.0),
+        {"gather", (evaluations + close * (2048.0 + 1024.0)) * kFlopsPerEvaluation, points + close * (64.0 + 8.0),
          points * 52.0,
          "the sums over the VPLs, in close blocks over 2,048 and 1,024 again; a short ray a point, in close blocks 8 "
-         "and 48 to VPLs; points and nodes read, light written"},
+         "and 64 to VPLs; points and nodes read, light written"},
         {"composite", 0.0, 0.0, pixels * 35.5,
          "depth, normal, albedo and direct read, indirect brought to the pixels and read, NV12 written"}};
 }

@@ -29,7 +29,7 @@ struct ScreenLight {
     shade::Surfaces surfaces;
     shade::ScreenGrid grid;
     std::vector<shade::Planes> occlusion;  // by layer
-    std::vector<std::uint16_t> halves;        // scratch: what is uploaded
+    std::vector<std::uint16_t> halves;     // scratch: what is uploaded
     std::vector<float> floats;
     std::vector<shade::PointLight> points;  // by layer, of meters
     // Where layers stay on the CPU.
@@ -66,7 +66,7 @@ struct ScreenLight {
 namespace {
 
 // Figures per setting: docs/performance.md.
-constexpr shade::Quality kLive{4, true, 4, 512, 1, 16.0f, 0, {0.06f}};
+constexpr shade::Quality kLive{4, true, 4, 512, 1, 16.0f, 0, {kEfforts[0].close_share, 0.5f, 2048, 64}};
 constexpr shade::Quality kStill{1, true, 4, 512, 3, 16.0f};
 constexpr shade::Quality kPrecise{1, false, 2, 1024, 4, 16.0f};
 
