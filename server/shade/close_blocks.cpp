@@ -11,8 +11,7 @@
 namespace gonio::shade {
 namespace {
 
-constexpr int kSide = 4;  // grid points; a block is a packet of rays
-static_assert(kSide * kSide == trace::kPacket);
+constexpr int kSide = Patch::kSide;  // grid points
 
 // A block differs slightly if the square of its contrast over its mean is below this part of the picture's mean.
 constexpr double kSlight = 0.01;
@@ -101,46 +100,31 @@ void light_close_blocks(const std::vector<CloseBlock>& blocks, const ScreenGrid&
     const Quality& quality = screen.quality;
     const unsigned near_rays = quality.near_rays > 0 ? quality.close.near_rays : 0;
     const std::vector<glm::vec3> directions = stratified_directions(near_rays, quality.round);
+    const float per_ray = light.unit_m2 / static_cast<float>(std::max(near_rays, 1u));
     const std::span<const Vpl> summed = first_subsets(light.vpls, quality.close.summed);
     const float each = light.unit_m2 * static_cast<float>(kSubsets * light.vpls.per_subset) /
                        static_cast<float>(std::max<std::size_t>(summed.size(), 1));
     pool.run(static_cast<int>((blocks.size() + kTogether - 1) / kTogether), [&](int job) {
         const std::size_t first = static_cast<std::size_t>(job) * kTogether,
                           count = std::min(kTogether, blocks.size() - first);
-        alignas(64) float arrays[kArrays][kTogether * kPoints] = {}, rgb[3][kTogether * kPoints];
-        std::size_t at[kTogether * kPoints];
-        unsigned active[kTogether] = {};
-        for (std::size_t i = 0; i < count * kPoints; ++i) {
-            const int k = static_cast<int>(i % kPoints), x = blocks[first + i / kPoints].first.x + k % kSide,
-                      y = blocks[first + i / kPoints].first.y + k / kSide;
-            at[i] = static_cast<std::size_t>(grid.at(std::min(x, grid.width - 1), std::min(y, grid.height - 1)));
-            for (int a = 0; a < kArrays; ++a) arrays[a][i] = grid.values[a][at[i]];
-            if (x < grid.width && y < grid.height && grid.values[6][at[i]] > 0.0f) active[i / kPoints] |= 1u << k;
+        Patch patches[kTogether];
+        alignas(64) float arrays[kArrays][kTogether * kPoints], rgb[3][kTogether * kPoints];
+        for (std::size_t b = 0; b < count; ++b) {
+            patches[b] = patch_at(grid, blocks[first + b].first.x, blocks[first + b].first.y);
+            for (int a = 0; a < kArrays; ++a) std::copy_n(patches[b].points.array[a], kPoints, arrays[a] + b * kPoints);
         }
         gather({arrays[0], arrays[1], arrays[2], arrays[3], arrays[4], arrays[5]}, count * kPoints,
                glm::vec3(light.position), summed, quality.kappa, each, rgb[0], rgb[1], rgb[2]);
         for (std::size_t b = 0; b < count; ++b) {
-            const std::size_t own = b * kPoints;
-            PointPacket on, off;
-            for (int i = 0; i < trace::kPacket; ++i) {
-                on.set(i, grid.values, at[own + static_cast<std::size_t>(i)]);
-                off.set_off(i, grid.values, at[own + static_cast<std::size_t>(i)], light.geometry);
-            }
-            VplQuery query(off, active[b]);
+            const Patch& patch = patches[b];
+            VplQuery query(patch.points.off(light.geometry), patch.active);
             if (quality.node_vpls > 0) ask_by_share(light, quality, query);
-            NearSums near;
-            Directions about_z;
-            for (unsigned r = 0; r < near_rays; ++r) {
-                for (int i = 0; i < trace::kPacket; ++i)
-                    about_z.set(i, directions[static_cast<unsigned>(i) * near_rays + r]);
-                add_near_light(light, on.points(), active[b], about_z, quality.kappa, near);
-            }
-            const float per_ray = light.unit_m2 / static_cast<float>(std::max(near_rays, 1u)),
-                        share = blocks[first + b].share;
+            const NearSums near = near_light(light, patch.points.points(), patch.active, directions, quality.kappa);
+            const float share = blocks[first + b].share;
             for (int i = 0; i < trace::kPacket; ++i) {
                 // One that none of those asked could light keeps what it has.
-                if ((active[b] >> i & 1u) == 0 || (quality.node_vpls > 0 && !(query.open(i) > 0.0f))) continue;
-                const std::size_t k = own + static_cast<std::size_t>(i), to = at[k];
+                if ((patch.active >> i & 1u) == 0 || (quality.node_vpls > 0 && !(query.open(i) > 0.0f))) continue;
+                const std::size_t k = b * kPoints + static_cast<std::size_t>(i), to = patch.at[i];
                 const float seen = query.seen(i), close[3] = {near.red[i], near.green[i], near.blue[i]};
                 for (std::size_t c = 0; c < 3; ++c)
                     out[c][to] += share * (rgb[c][k] * seen + close[c] * per_ray - out[c][to]);

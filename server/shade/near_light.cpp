@@ -210,5 +210,17 @@ void add_near_light(const LightView& light, const Points& points, unsigned activ
     }
 }
 
+NearSums near_light(const LightView& light, const Points& points, unsigned active,
+                    const std::vector<glm::vec3>& directions, float kappa) {
+    NearSums sums;
+    Directions about_z;
+    const std::size_t rays = directions.size() / trace::kPacket;
+    for (std::size_t r = 0; r < rays; ++r) {
+        for (int i = 0; i < trace::kPacket; ++i) about_z.set(i, directions[static_cast<std::size_t>(i) * rays + r]);
+        add_near_light(light, points, active, about_z, kappa, sums);
+    }
+    return sums;
+}
+
 }  // namespace gonio::shade
 #endif

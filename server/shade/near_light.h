@@ -31,5 +31,8 @@ float near_reach(const VplCast& vpls, float kappa);
 // surfaces; about_z: drawn as their cosine, turned to each point's normal.
 void add_near_light(const LightView& light, const Points& points, unsigned active, const Directions& about_z,
                     float kappa, NearSums& sums);
+// Result: the sums of stratified_directions, each point along its own.
+NearSums near_light(const LightView& light, const Points& points, unsigned active,
+                    const std::vector<glm::vec3>& directions, float kappa);
 
 }  // namespace gonio::shade

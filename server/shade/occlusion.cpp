@@ -49,7 +49,7 @@ Planes trace_occlusion(const ScreenGrid& screen, const LightView& light, Pool& p
         for (int i = 0; i < trace::kPacket; ++i) {
             const int x = block_x + i % 4 * 2 + parity % 2, y = block_y + i / 4 * 2 + parity / 2;
             at[i] = static_cast<std::size_t>(nodes.at(std::min(x, nodes.width - 1), std::min(y, nodes.height - 1)));
-            packet.set_off(i, nodes.values, at[i], light.geometry);
+            packet.set(i, nodes.values, at[i]);
             if (x < nodes.width && y < nodes.height && nodes.values[6][at[i]] > 0.0f) active |= 1u << i;
         }
         if (active == 0) return;
@@ -57,8 +57,8 @@ Planes trace_occlusion(const ScreenGrid& screen, const LightView& light, Pool& p
         const std::span<const Vpl> vpls(light.vpls.vpls.data() + static_cast<std::size_t>(parity) * per_node, per_node);
         static thread_local std::vector<float> brings;
         brings.resize(vpls.size() * kLanes);
-        terms(packet.points(), glm::vec3(light.position), vpls, quality.kappa, brings.data());
-        VplQuery query(packet, active);
+        VplQuery query(packet.off(light.geometry), active);
+        terms(query.points(), glm::vec3(light.position), vpls, quality.kappa, brings.data());
         for (std::size_t v = 0; v < vpls.size(); ++v) query.ask(light, vpls[v], &brings[v * kLanes]);
         for (int i = 0; i < trace::kPacket; ++i) {
             if ((active >> i & 1u) == 0) continue;

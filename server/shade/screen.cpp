@@ -155,32 +155,16 @@ Planes filtered(const ScreenGrid& screen, Planes& planes, Pool& pool) {
 // The light near contacts at 4 × 4 neighbouring points from (x, y) on: near_rays short rays each, a stratum of its own
 // for each of the sixteen, so that any window of 4 × 4 holds all of them. Adds to `out`.
 void near_light_at(const ScreenGrid& screen, const LightView& light, int x, int y, Planes& out) {
-    const Grid& grid = screen.grid;
-    PointPacket packet;
-    std::size_t at[trace::kPacket];
-    unsigned active = 0;
+    const Patch patch = patch_at(screen.grid, x, y);
+    if (patch.active == 0) return;
+    const NearSums sums =
+        near_light(light, patch.points.points(), patch.active, screen.near_directions, screen.quality.kappa);
+    const float share = light.unit_m2 / static_cast<float>(screen.quality.near_rays);
     for (int i = 0; i < trace::kPacket; ++i) {
-        const int px = x + i % kTileSide, py = y + i / kTileSide;
-        at[i] = static_cast<std::size_t>(grid.at(std::min(px, grid.width - 1), std::min(py, grid.height - 1)));
-        for (int k = 0; k < kArrays; ++k) packet.array[k][i] = grid.values[k][at[i]];
-        if (px < grid.width && py < grid.height && grid.values[6][at[i]] > 0.0f) active |= 1u << i;
-    }
-    if (active == 0) return;
-    const Points points = packet.points();
-    NearSums sums;
-    Directions about_z;
-    const unsigned rays = screen.quality.near_rays;
-    for (unsigned r = 0; r < rays; ++r) {
-        for (int i = 0; i < trace::kPacket; ++i)
-            about_z.set(i, screen.near_directions[static_cast<unsigned>(i) * rays + r]);
-        add_near_light(light, points, active, about_z, screen.quality.kappa, sums);
-    }
-    const float share = light.unit_m2 / static_cast<float>(rays);
-    for (int i = 0; i < trace::kPacket; ++i) {
-        if ((active >> i & 1u) == 0) continue;
-        out[0][at[i]] += sums.red[i] * share;
-        out[1][at[i]] += sums.green[i] * share;
-        out[2][at[i]] += sums.blue[i] * share;
+        if ((patch.active >> i & 1u) == 0) continue;
+        out[0][patch.at[i]] += sums.red[i] * share;
+        out[1][patch.at[i]] += sums.green[i] * share;
+        out[2][patch.at[i]] += sums.blue[i] * share;
     }
 }
 

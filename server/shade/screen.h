@@ -21,7 +21,7 @@ struct Close {
     float share = 0.0f;      // of the blocks of 4 × 4 grid points that are chosen, at most; 0 unless interleaved
     float fade = 0.5f;       // blocks of that much more contrast than the next in line show their own estimate alone
     unsigned summed = 2048;  // VPLs that each point sums, in whole subsets
-    unsigned asked = 48;     // of `listed`, that all points of a block ask, about
+    unsigned asked = 64;     // of `listed`, that all points of a block ask, about
     unsigned listed = 1024;  // likewise in whole subsets
     unsigned near_rays = 8;  // short rays of each point
     int from_row = 0, to_row = 1 << 24;  // of the grid, multiples of 4: blocks are chosen between these

@@ -220,10 +220,10 @@ bool on_seam(const trace::Geometry& geometry, const Receiver& receiver) {
 }
 
 void leave_out_seams(const Scene& scene, Reference& reference) {
-    const auto world = trace::make_world(scene);
+    const trace::Geometry geometry(scene.asset);
     std::size_t kept = 0;
     for (std::size_t i = 0; i < reference.receivers.size(); ++i) {
-        if (on_seam(*world->geometry, reference.receivers[i])) continue;
+        if (on_seam(geometry, reference.receivers[i])) continue;
         reference.receivers[kept] = reference.receivers[i];
         reference.rsm_lx[kept] = reference.rsm_lx[i];
         reference.truth_lx[kept] = reference.truth_lx[i];
@@ -246,20 +246,18 @@ Reference reference_of(const Scene& scene, const ReferenceSettings& settings, co
     const std::filesystem::path path = cache / name;
     const auto pixels = stratified_pixels(scene.width_px, scene.height_px, settings.cells);
     Reference reference;
-    if (load(path, hash, pixels.size(), reference)) {
-        leave_out_seams(scene, reference);
-        return reference;
+    if (!load(path, hash, pixels.size(), reference)) {
+        std::filesystem::create_directories(cache);
+        reference = {};
+        reference.receivers = receivers_of(scene, pixels);
+        reference.empty_pixels = pixels.size() - reference.receivers.size();
+        progress << "  reference " << name << ": " << reference.receivers.size() << " points, dense sum of "
+                 << scene.lights.size() << " luminaires\n"
+                 << std::flush;
+        reference.rsm_lx = dense_rsm_lx(scene, reference.receivers, settings.rsm_size);
+        trace_truth(scene, settings, reference, progress);
+        store(path, hash, reference);
     }
-    std::filesystem::create_directories(cache);
-    reference = {};
-    reference.receivers = receivers_of(scene, pixels);
-    reference.empty_pixels = pixels.size() - reference.receivers.size();
-    progress << "  reference " << name << ": " << reference.receivers.size() << " points, dense sum of "
-             << scene.lights.size() << " luminaires\n"
-             << std::flush;
-    reference.rsm_lx = dense_rsm_lx(scene, reference.receivers, settings.rsm_size);
-    trace_truth(scene, settings, reference, progress);
-    store(path, hash, reference);
     leave_out_seams(scene, reference);
     return reference;
 }

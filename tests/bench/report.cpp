@@ -12,6 +12,8 @@
 #include <tuple>
 #include <vector>
 
+#include "server/render/effort.h"
+#include "server/shade/screen.h"
 #include "tests/bench/pareto.h"
 
 namespace gonio::bench {
@@ -134,22 +136,24 @@ struct Work {
     double flops;  // counted: docs/performance.md says how
     double rays;   // 0: not counted
     double bytes;  // that are read or written at least once
-    const char* what;
+    std::string what;
 };
 constexpr double kFlopsPerEvaluation = 37.0;
 std::vector<Work> work_of(const Json& row) {
     const double side = row.at("side_px"), pixels = side * side, points = pixels / 16.0, nodes = points / 16.0,
-                 close = 0.07 * points;  // server/render/effort.h
+                 close = static_cast<double>(kEfforts[0].close_share) * points;
+    constexpr shade::Close kClose;
+    const double sums = kClose.summed + kClose.listed, rays_of_close = kClose.asked + kClose.near_rays;
     const double evaluations = row.at("vpl_evaluations"), rays = row.at("occlusion_rays");
     return {
         {"gbuffer", 0.0, 0.0, pixels * 16.0, "depth 4, normal 4, albedo 8 bytes a pixel written"},
         {"direct", 0.0, pixels / 4.0, pixels * 14.0,
          "depth and normal read, 4 + 2 bytes a pixel written; a ray for 2 × 2 pixels"},
         {"occlusion", rays * kFlopsPerEvaluation, rays, nodes * 28.0, "a term and a ray for each node and VPL"},
-        {"gather", (evaluations + close * (2048.0 + 1024.0)) * kFlopsPerEvaluation, points + close * (64.0 + 8.0),
-         points * 52.0,
-         "the sums over the VPLs, in close blocks over 2,048 and 1,024 again; a short ray a point, in close blocks 8 "
-         "and 64 to VPLs; points and nodes read, light written"},
+        {"gather", (evaluations + close * sums) * kFlopsPerEvaluation, points + close * rays_of_close, points * 52.0,
+         "the sums over the VPLs, in close blocks over " + whole(kClose.summed) + " and " + whole(kClose.listed) +
+             " again; a short ray a point, in close blocks " + whole(kClose.near_rays) + " and " + whole(kClose.asked) +
+             " to VPLs; points and nodes read, light written"},
         {"composite", 0.0, 0.0, pixels * 35.5,
          "depth, normal, albedo and direct read, indirect brought to the pixels and read, NV12 written"}};
 }

@@ -39,7 +39,8 @@ struct Template : testing::Test {
 };
 
 TEST_F(Template, NamesStandForTablesAndFigures) {
-    const std::string all = "{{frames}}\n{{scaling}}\n{{lights}}\n{{limits}}\n{{refinement}}\n{{pareto}}\nat {{threads}} threads.";
+    const std::string all =
+        "{{frames}}\n{{scaling}}\n{{lights}}\n{{limits}}\n{{refinement}}\n{{pareto}}\nat {{threads}} threads.";
     const std::string page = make(all);
     EXPECT_TRUE(page.ends_with("\nat 2 threads."));
     EXPECT_TRUE(page.starts_with("| scene | technique |"));

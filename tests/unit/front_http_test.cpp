@@ -10,6 +10,14 @@ namespace {
 using namespace test;
 using namespace std::chrono_literals;
 
+v1::ServerMessage png(const std::string& image, std::uint32_t scene_rev = 0) {
+    v1::ServerMessage answer;
+    answer.mutable_capture()->set_format("png");
+    answer.mutable_capture()->set_image(image);
+    answer.mutable_capture()->set_scene_rev(scene_rev);
+    return answer;
+}
+
 TEST_F(FrontTest, ServesHealthAndPage) {
     start();
     Client client(front->port());
@@ -80,11 +88,7 @@ TEST_F(FrontTest, StillsAreCaptureQueries) {
     ASSERT_TRUE(wait_for([&] { return requests.size() == 1; }));
     ASSERT_TRUE(requests[0].second.has_capture());
     EXPECT_EQ(requests[0].second.capture().format(), "png");
-    v1::ServerMessage answer;
-    answer.mutable_capture()->set_format("png");
-    answer.mutable_capture()->set_image("PNGBYTES");
-    answer.mutable_capture()->set_scene_rev(9);
-    front->reply(requests[0].first, answer);
+    front->reply(requests[0].first, png("PNGBYTES", 9));
     EXPECT_EQ(client.read_response(), 200);
     EXPECT_EQ(client.body, "PNGBYTES");
     EXPECT_NE(client.head.find("Content-Type: image/png"), std::string::npos);
@@ -149,10 +153,7 @@ TEST_F(FrontTest, WhoeverReadsSlowlyGetsAllOfAStill) {
     client.send("GET /v1/frame.png HTTP/1.1\r\nHost: localhost\r\n\r\n");
     ASSERT_TRUE(wait_for([&] { return requests.size() == 1; }));
     const std::string image(6 << 20, 'p');
-    v1::ServerMessage answer;
-    answer.mutable_capture()->set_format("png");
-    answer.mutable_capture()->set_image(image);
-    front->reply(requests[0].first, answer);
+    front->reply(requests[0].first, png(image));
     for (int i = 0; i < 12; ++i) {  // three times as long as a write may take
         ASSERT_TRUE(client.receive());
         std::this_thread::sleep_for(100ms);
@@ -167,10 +168,7 @@ TEST_F(FrontTest, WhoeverNeverReadsItsStillIsDropped) {
     Client client(front->port(), 64 << 10);
     client.send("GET /v1/frame.png HTTP/1.1\r\nHost: localhost\r\n\r\n");
     ASSERT_TRUE(wait_for([&] { return requests.size() == 1; }));
-    v1::ServerMessage answer;
-    answer.mutable_capture()->set_format("png");
-    answer.mutable_capture()->set_image(std::string(6 << 20, 'p'));
-    front->reply(requests[0].first, answer);
+    front->reply(requests[0].first, png(std::string(6 << 20, 'p')));
     std::this_thread::sleep_for(900ms);
     // What lies in buffers can still be read, then comes the end: far from all.
     EXPECT_TRUE(client.receive_end());

@@ -66,7 +66,7 @@ struct ScreenLight {
 namespace {
 
 // Figures per setting: docs/performance.md.
-constexpr shade::Quality kLive{4, true, 4, 512, 1, 16.0f, 0, {kEfforts[0].close_share, 0.5f, 2048, 64}};
+constexpr shade::Quality kLive{4, true, 4, 512, 1, 16.0f, 0, {kEfforts[0].close_share}};
 constexpr shade::Quality kStill{1, true, 4, 512, 3, 16.0f};
 constexpr shade::Quality kPrecise{1, false, 2, 1024, 4, 16.0f};
 
