@@ -4,6 +4,7 @@
 #include <gtest/gtest.h>
 #include <poll.h>
 #include <spawn.h>
+#include <sys/mman.h>
 #include <sys/wait.h>
 #include <unistd.h>
 
@@ -13,6 +14,7 @@
 #include <cstdlib>
 #include <filesystem>
 #include <fstream>
+#include <iostream>
 #include <sstream>
 #include <stdexcept>
 #include <thread>
@@ -33,22 +35,25 @@ struct Spawned {
     int out, err;
 };
 
-Spawned spawn(const std::string& name, const std::vector<std::string>& arguments, bool with_err) {
+// err: the read end of a pipe, or with `to_file` a file in memory that has all of it.
+Spawned spawn(const std::string& name, const std::vector<std::string>& arguments, bool to_file = false) {
     const std::string path = program_path(name);
     std::vector<char*> argv = {const_cast<char*>(path.c_str())};
     for (const std::string& argument : arguments) argv.push_back(const_cast<char*>(argument.c_str()));
     argv.push_back(nullptr);
-    int out[2], err[2] = {-1, -1};
-    if (pipe2(out, O_CLOEXEC) != 0 || (with_err && pipe2(err, O_CLOEXEC) != 0)) throw std::runtime_error("pipe");
+    int out[2], err[2];
+    if (to_file) err[0] = err[1] = memfd_create("log", MFD_CLOEXEC);
+    if (pipe2(out, O_CLOEXEC) != 0 || (to_file ? err[0] < 0 : pipe2(err, O_CLOEXEC) != 0))
+        throw std::runtime_error("pipe");
     posix_spawn_file_actions_t actions;
     posix_spawn_file_actions_init(&actions);
     posix_spawn_file_actions_adddup2(&actions, out[1], 1);
-    if (with_err) posix_spawn_file_actions_adddup2(&actions, err[1], 2);
+    posix_spawn_file_actions_adddup2(&actions, err[1], 2);
     pid_t pid = -1;
     const int failed = posix_spawn(&pid, path.c_str(), &actions, nullptr, argv.data(), environ);
     posix_spawn_file_actions_destroy(&actions);
     close(out[1]);
-    if (with_err) close(err[1]);
+    if (!to_file) close(err[1]);
     if (failed != 0) throw std::runtime_error("cannot start " + path);
     return {pid, out[0], err[0]};
 }
@@ -56,7 +61,7 @@ Spawned spawn(const std::string& name, const std::vector<std::string>& arguments
 }  // namespace
 
 Finished run_program(const std::string& name, const std::vector<std::string>& arguments) {
-    const Spawned process = spawn(name, arguments, true);
+    const Spawned process = spawn(name, arguments);
     Finished result;
     std::array<pollfd, 2> fds = {pollfd{process.out, POLLIN, 0}, pollfd{process.err, POLLIN, 0}};
     for (int open = 2; open > 0;) {
@@ -99,7 +104,7 @@ double resident_mib(pid_t pid) {
 
 KilledClient::KilledClient(const std::string& url, std::vector<std::string> words) {
     words.insert(words.begin(), {"--server", url});
-    const Spawned process = spawn("gonio", words, true);
+    const Spawned process = spawn("gonio", words);
     pid_ = process.pid;
     close(process.out);
     close(process.err);
@@ -120,31 +125,50 @@ DaemonProcess::DaemonProcess(std::vector<std::string> arguments, const std::func
     // Under ThreadSanitizer no GL runs: its drivers are not made for it.
     if (const char* renderer = std::getenv("GONIO_TEST_RENDERER"))
         arguments.insert(arguments.end(), {"--renderer", renderer});
-    const Spawned process = spawn("goniod", arguments, false);
+    const Spawned process = spawn("goniod", arguments, true);
     pid_ = process.pid;
     out_fd_ = process.out;
-    std::string line;
+    log_fd_ = process.err;
+    try {
+        const std::string line = ready_line(meanwhile);
+        if (line.rfind("READY http://", 0) != 0 && line.rfind("READY https://", 0) != 0)
+            throw std::runtime_error("unexpected first line: " + line);
+        url_ = line.substr(6);
+    } catch (const std::exception&) {
+        end(true);
+        throw;
+    }
+}
+
+std::string DaemonProcess::ready_line(const std::function<void(pid_t)>& meanwhile) const {
     const auto deadline = std::chrono::steady_clock::now() + std::chrono::seconds(60);
-    while (line.find('\n') == std::string::npos) {
+    for (std::string line;;) {
         pollfd ready{out_fd_, POLLIN, 0};
         if (std::chrono::steady_clock::now() > deadline) throw std::runtime_error("goniod printed no READY line");
         if (meanwhile) meanwhile(pid_);
         if (poll(&ready, 1, meanwhile ? 2 : 200) <= 0) continue;
         char c;
         if (read(out_fd_, &c, 1) != 1) throw std::runtime_error("goniod ended before READY");
+        if (c == '\n') return line;
         line += c;
     }
-    if (line.rfind("READY http://", 0) != 0 && line.rfind("READY https://", 0) != 0)
-        throw std::runtime_error("unexpected first line: " + line);
-    url_ = line.substr(6, line.size() - 7);
 }
 
 DaemonProcess::~DaemonProcess() {
+    end(testing::Test::HasFailure());
+}
+
+void DaemonProcess::end(bool show_log) {
     if (pid_ > 0 && stop() < 0) {
         kill(pid_, SIGKILL);
         waitpid(pid_, nullptr, 0);
     }
     close(out_fd_);
+    char buffer[65536];
+    off_t at = 0;
+    for (ssize_t n; show_log && (n = pread(log_fd_, buffer, sizeof buffer, at)) > 0; at += n)
+        std::cerr.write(buffer, n);
+    close(log_fd_);
 }
 
 bool DaemonProcess::alive() const {

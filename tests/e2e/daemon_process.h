@@ -34,6 +34,7 @@ private:
     pid_t pid_ = -1;
 };
 
+// Its log (stderr) is shown at the end of a test that failed.
 class DaemonProcess {
 public:
     // Starts goniod with --listen 127.0.0.1:0 and the arguments, and waits for its READY line (60 s). meanwhile: called
@@ -55,9 +56,12 @@ public:
     unsigned rev(std::vector<std::string> words) const;
 
 private:
+    std::string ready_line(const std::function<void(pid_t)>& meanwhile) const;
+    void end(bool show_log);
+
     std::string url_;
     pid_t pid_ = -1;
-    int out_fd_ = -1;
+    int out_fd_ = -1, log_fd_ = -1;
 };
 
 // A folder that is removed with its content.
