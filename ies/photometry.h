@@ -22,6 +22,7 @@ struct Diagnostic {
     int line = 0;          // 1-based; 0 where no line is meant
     int column = 0;        // 1-based, in bytes
     std::string message;   // one sentence
+    bool operator==(const Diagnostic&) const = default;
 };
 
 // The planes that the file gives, before unfolding.
@@ -50,6 +51,7 @@ struct Provenance {
     int file_vertical_angles = 0;    // as written in the file, before unfolding
     int file_horizontal_angles = 0;  // planes whose values the file holds
     std::vector<std::pair<std::string, std::string>> keywords;  // in file order, [MORE] joined; key "" = label line
+    bool operator==(const Provenance&) const = default;
 };
 
 // TILT=INCLUDE: how the lamp's output follows the luminaire's tilt (LM-63-2002 clause 5.6 ff.).
@@ -59,6 +61,7 @@ struct TiltTable {
     int lamp_geometry = 1;
     std::vector<double> angle_rad;  // ascending, 0 = aimed straight down
     std::vector<double> factor;     // same count; >= 0; 1 at angle 0
+    bool operator==(const TiltTable&) const = default;
 };
 
 // Result: the factor on all candela at this tilt (angle between aim and nadir, 0..pi), linear between the entries and
@@ -82,6 +85,7 @@ enum class OpeningShape : std::uint8_t {
 struct Opening {
     OpeningShape shape = OpeningShape::point;
     Length width, length, height;
+    bool operator==(const Opening&) const = default;
 };
 
 // One of the lamp sets of a EULUMDAT file.
@@ -92,6 +96,7 @@ struct LampSet {
     std::string colour_appearance;
     std::string colour_rendering;
     double watts = 0.0;
+    bool operator==(const LampSet&) const = default;
 };
 
 // What a EULUMDAT file says beyond the web, in its own units and order (line numbers of the format in brackets).
@@ -110,6 +115,7 @@ struct EulumdatFields {
     std::vector<LampSet> lamp_sets;                           // (26)
     std::array<double, 10> direct_ratios{};                   // (27)
     std::size_t lamp_set = 0;                                 // the one that the candela are for
+    bool operator==(const EulumdatFields&) const = default;
 };
 
 struct Photometry {
@@ -121,6 +127,7 @@ struct Photometry {
     // LM-63-2019 table 2, as digits ("1.10000"); empty in other formats.
     std::string file_generation_type;
     std::optional<EulumdatFields> eulumdat;  // set by read_eulumdat only
+    bool operator==(const Photometry&) const = default;
 };
 
 inline constexpr std::size_t kMaxFileBytes = 64u << 20;  // larger files are refused: "too_large"

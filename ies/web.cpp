@@ -60,8 +60,12 @@ LuminousIntensity intensity(const PhotometricWeb& web, const Direction& directio
             h = std::atan2(-y, -z);
             break;
     }
-    const Bracket bv = bracket(web.v_rad, v);
-    const Bracket bh = bracket(web.h_rad, h);
+    return intensity_at(web, Angle::radians(v), Angle::radians(h));
+}
+
+LuminousIntensity intensity_at(const PhotometricWeb& web, Angle v, Angle h) {
+    const Bracket bv = bracket(web.v_rad, v.radians());
+    const Bracket bh = bracket(web.h_rad, h.radians());
     if (!bv.inside || !bh.inside) return {};
     const double near_h = std::lerp(double{web.at(bh.low, bv.low)}, double{web.at(bh.low, bv.low + 1)}, bv.fraction);
     const double far_h =

@@ -30,11 +30,15 @@ struct PhotometricWeb {
     std::vector<float> candela;
 
     float at(std::size_t h, std::size_t v) const { return candela[h * v_rad.size() + v]; }
+    bool operator==(const PhotometricWeb&) const = default;
 };
 
 // Result: I(direction), bilinear in (v, h), 0 outside the measured range. direction: luminaire frame, need not be
 // of unit length; a zero vector gives 0. Any thread.
 LuminousIntensity intensity(const PhotometricWeb& web, const Direction& direction);
+
+// The same at a direction's (v, h) in the web's goniometer.
+LuminousIntensity intensity_at(const PhotometricWeb& web, Angle v, Angle h);
 
 // Result: the direction named by (v, h) in the web's goniometer, unit length.
 Direction direction_of(Goniometer goniometer, Angle v, Angle h);

@@ -28,44 +28,48 @@ std::shared_ptr<const WebGpu> upload_web(const Profile& profile) {
     return gpu;
 }
 
-void prepare_maps(LightGpu& light, std::size_t lights, bool with_position, int rsm_size) {
-    using gl::Filter;
-    const int shadow_size = lights > 16 ? kShadowSize / 2 : kShadowSize;
-    if (light.shadow_size != shadow_size) {
-        light.shadow_size = shadow_size;
-        light.shadow = gl::make_texture_cube("shadow", GL_DEPTH_COMPONENT32F, shadow_size, Filter::linear);
-        glTextureParameteri(light.shadow.id(), GL_TEXTURE_COMPARE_MODE, GL_COMPARE_REF_TO_TEXTURE);
-        glTextureParameteri(light.shadow.id(), GL_TEXTURE_COMPARE_FUNC, GL_GEQUAL);
-        light.shadow_fbo = gl::make_framebuffer("shadow", {}, light.shadow.id());
-        light.shadow_faces = {};
-    }
-    if (light.rsm_size != rsm_size || (with_position && !light.rsm_with_position)) {
-        light.rsm_size = rsm_size;
-        light.rsm_with_position = with_position;
-        light.radial_depth = gl::make_texture_cube("rsm radial depth", GL_R32F, rsm_size, Filter::nearest);
-        light.normal = gl::make_texture_cube("rsm normal", GL_RG16_SNORM, rsm_size, Filter::nearest);
-        light.albedo = gl::make_texture_cube("rsm albedo", GL_RGBA16F, rsm_size, Filter::nearest);
-        light.rsm_depth = gl::make_texture_cube("rsm depth", GL_DEPTH_COMPONENT32F, rsm_size, Filter::nearest);
-        if (with_position) {
-            light.position = gl::make_texture_cube("rsm position", GL_RGBA32F, rsm_size, Filter::nearest);
-            light.rsm_fbo = gl::make_framebuffer(
-                "rsm", {light.radial_depth.id(), light.normal.id(), light.albedo.id(), light.position.id()},
-                light.rsm_depth.id());
-        } else {
-            light.position = gl::Texture();
-            light.rsm_fbo = gl::make_framebuffer("rsm", {light.radial_depth.id(), light.normal.id(), light.albedo.id()},
-                                                 light.rsm_depth.id());
-        }
-        light.flux = gl::make_texture_cube("rsm flux", GL_RGBA32F, rsm_size, Filter::nearest);
-        light.flux_fbo = gl::make_framebuffer("rsm flux", {light.flux.id()}, 0);
-        light.rsm_faces = {};
-    }
-    if (light.mask_size != light.web->mask_size) {
-        light.mask_size = light.web->mask_size;
-        light.mask =
-            gl::make_texture_cube("mask", GL_RGBA32F, light.mask_size, Filter::linear, gl::mip_levels(light.mask_size));
-        light.mask_fbo = gl::make_framebuffer("mask", {light.mask.id()}, 0);
-    }
+int shadow_size_of(std::size_t lights) {
+    return lights > 16 ? kShadowSize / 2 : kShadowSize;
+}
+
+bool make_shadow(LightGpu& light, std::size_t lights) {
+    const int size = shadow_size_of(lights);
+    if (light.shadow_size == size) return false;
+    light.shadow_size = size;
+    light.shadow = gl::make_texture_cube("shadow", GL_DEPTH_COMPONENT32F, size, gl::Filter::linear);
+    glTextureParameteri(light.shadow.id(), GL_TEXTURE_COMPARE_MODE, GL_COMPARE_REF_TO_TEXTURE);
+    glTextureParameteri(light.shadow.id(), GL_TEXTURE_COMPARE_FUNC, GL_GEQUAL);
+    light.shadow_fbo = gl::make_framebuffer("shadow", {}, light.shadow.id());
+    light.shadow_faces = {};
+    return true;
+}
+
+void make_rsm(LightGpu& light, bool with_position) {
+    if (light.rsm_fbo.id() != 0 && (light.rsm_with_position || !with_position)) return;
+    const auto cube = [&](const char* name, GLenum format) {
+        return gl::make_texture_cube(name, format, light.rsm_size, gl::Filter::nearest);
+    };
+    light.rsm_with_position = with_position;
+    light.radial_depth = cube("rsm radial depth", GL_R32F);
+    light.normal = cube("rsm normal", GL_RG16_SNORM);
+    light.albedo = cube("rsm albedo", GL_RGBA16F);
+    light.rsm_depth = cube("rsm depth", GL_DEPTH_COMPONENT32F);
+    light.flux = cube("rsm flux", GL_RGBA32F);
+    if (with_position) light.position = cube("rsm position", GL_RGBA32F);
+    const GLuint depth = light.radial_depth.id(), normal = light.normal.id(), albedo = light.albedo.id();
+    light.rsm_fbo =
+        with_position ? gl::make_framebuffer("rsm", {depth, normal, albedo, light.position.id()}, light.rsm_depth.id())
+                      : gl::make_framebuffer("rsm", {depth, normal, albedo}, light.rsm_depth.id());
+    light.flux_fbo = gl::make_framebuffer("rsm flux", {light.flux.id()}, 0);
+    light.rsm_faces = {};
+}
+
+void make_mask(LightGpu& light) {
+    if (light.mask_size == light.web->mask_size) return;
+    light.mask_size = light.web->mask_size;
+    light.mask =
+        gl::make_texture_cube("mask", GL_RGBA32F, light.mask_size, gl::Filter::linear, gl::mip_levels(light.mask_size));
+    light.mask_fbo = gl::make_framebuffer("mask", {light.mask.id()}, 0);
 }
 
 float mask_lod(const LightGpu& light) {

@@ -1,4 +1,5 @@
-// One luminaire's maps on the GPU. Shadow and RSM belong to a position, the mask to a profile and an orientation.
+// One luminaire's maps on the GPU, made by the first pass that writes them. Shadow and RSM belong to a position, the
+// mask to a profile and an orientation.
 #pragma once
 
 #include <memory>
@@ -11,7 +12,7 @@
 
 namespace gonio {
 
-inline constexpr int kRsmSize = 128;      // texels per face side, unless prepare_maps is asked for others
+inline constexpr int kRsmSize = 128;      // texels per face side
 inline constexpr int kShadowSize = 1024;  // likewise; halved beyond 16 lights, which keeps 64 lights below 0.5 GiB
 
 // The photometric web of a profile, shared by the lights that use it.
@@ -33,7 +34,7 @@ struct LightGpu {
     gl::Texture shadow;  // size² × 6 DEPTH32F, near / axis distance, 0: nothing there
     gl::Framebuffer shadow_fbo;
     int shadow_size = 0;
-    int rsm_size = 0;          // RSM in the comments below
+    int rsm_size = kRsmSize;   // RSM in the comments below; benches measure against finer maps
     gl::Texture radial_depth;  // RSM² × 6 R32F, m, 0: nothing there
     gl::Texture normal;        // RSM² × 6 RG16_SNORM, octahedral, world
     gl::Texture albedo;        // RSM² × 6 RGBA16F, linear reflectance
@@ -64,9 +65,11 @@ struct LightGpu {
 };
 
 std::shared_ptr<const WebGpu> upload_web(const Profile& profile);
-// Makes what is missing for this number of lights; with_position: for the seed technique. rsm_size: benches measure
-// against finer maps.
-void prepare_maps(LightGpu& light, std::size_t lights, bool with_position, int rsm_size = kRsmSize);
+int shadow_size_of(std::size_t lights);
+// Each makes what is missing. Result: whether the map is new and empty.
+bool make_shadow(LightGpu& light, std::size_t lights);
+void make_rsm(LightGpu& light, bool with_position);  // with_position: for the seed technique
+void make_mask(LightGpu& light);
 
 // Result: the mask's mip level whose texels are as large as the RSM's.
 float mask_lod(const LightGpu& light);

@@ -67,7 +67,8 @@ struct Builder {
         };
         const unsigned shadow_faces = faces(gpu.shadow_faces), rsm_faces = faces(gpu.rsm_faces);
         Pass& shadow_pass = named(add(
-            "shadow", shadow, {}, {light.position_rev, scene.geometry_rev, static_cast<std::uint64_t>(gpu.shadow_size)},
+            "shadow", shadow, {},
+            {light.position_rev, scene.geometry_rev, static_cast<std::uint64_t>(shadow_size_of(scene.lights.size()))},
             [=, &light, &gpu] { return run_shadow(shared, light, gpu, shadow_faces); }));
         shadow_pass.stale |= shadow_faces != 0;
         Pass& rsm_pass = named(add("rsm", rsm, {}, {light.position_rev, scene.geometry_rev},

@@ -72,7 +72,6 @@ void Renderer::prepare(const Scene& scene, bool live) {
             else if (!gpu.rays)
                 cached = gpu.rays = std::make_shared<const shade::VplRays>(light.profile, vpls);
         }
-        prepare_maps(gpu, scene.lights.size(), scene.technique != Technique::standard);
         if (gpu.reached_profile_rev != light.profile_rev || gpu.reached_aim_rev != light.aim_rev) {
             gpu.reached_profile_rev = light.profile_rev;
             gpu.reached_aim_rev = light.aim_rev;

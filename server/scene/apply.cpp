@@ -87,6 +87,14 @@ Light* find_light(Scene& scene, const std::string& name) {
     return at == scene.lights.end() ? nullptr : &*at;
 }
 
+// Result: the same profile as a light has it already, so that they share what is made of it; or the one given.
+std::shared_ptr<const Profile> shared_profile(const Scene& scene, const std::shared_ptr<const Profile>& profile) {
+    for (const Light& light : scene.lights) {
+        if (light.profile == profile || *light.profile == *profile) return light.profile;
+    }
+    return profile;
+}
+
 // Pan, tilt and roll of an orientation that was given otherwise.
 void take_angles(Light& light) {
     const PanTiltRoll angles = angles_of(light.world_from_light);
@@ -125,7 +133,7 @@ void set_one_light(Scene& scene, Light& light, const v1::SetLight& set, const Lo
     if (set.color_rgb_size() > 0) {
         change(scene, light.color, checked_vector(set.color_rgb(), 0.0, 1e4, prefix + "color_rgb"), light.level_rev);
     }
-    if (loaded.profile) change(scene, light.profile, loaded.profile, light.profile_rev);
+    if (loaded.profile) change(scene, light.profile, shared_profile(scene, loaded.profile), light.profile_rev);
 }
 
 void set_light(Scene& scene, const v1::SetLight& set, const Loaded& loaded) {
@@ -150,7 +158,7 @@ void add_light(Scene& scene, const v1::SetLight& set, const Loaded& loaded) {
     Light light;
     light.id = scene.next_light_id++;
     light.name = name;
-    light.profile = loaded.profile;
+    light.profile = shared_profile(scene, loaded.profile);
     light.world_from_light = orientation_of({});
     light.position = (scene.asset->bounds.min + scene.asset->bounds.max) * 0.5;
     light.position_rev = light.aim_rev = light.profile_rev = light.level_rev = scene.scene_rev + 1;

@@ -70,6 +70,7 @@ struct Profile {
     ies::Photometry photometry;
     double max_cd = 0.0;   // peak of the web
     double flux_lm = 0.0;  // its integral
+    bool operator==(const Profile&) const = default;
 };
 
 // A light as a scene file describes it, before it becomes a Light of the running scene.

@@ -27,6 +27,14 @@ glm::dvec3 direction_at(double cos_polar, double azimuth) {
     return {sine * std::cos(azimuth), sine * std::sin(azimuth), -cos_polar};
 }
 
+// polar, azimuth: those of direction_at, rad. Type C webs have the same angles.
+LuminousIntensity intensity_in(const ies::PhotometricWeb& web, double polar, double azimuth) {
+    if (web.goniometer == ies::Goniometer::type_c)
+        return ies::intensity_at(web, Angle::radians(polar), Angle::radians(azimuth));
+    const glm::dvec3 d = direction_at(std::cos(polar), azimuth);
+    return ies::intensity(web, {d.x, d.y, d.z});
+}
+
 // Result: the cell of a direction in the luminaire frame: polar × kAzimuth + azimuth.
 std::size_t cell_at(const glm::dvec3& d) {
     const double polar = std::atan2(std::sqrt(d.x * d.x + d.y * d.y), -d.z);
@@ -50,8 +58,7 @@ DirectionTable::DirectionTable(std::shared_ptr<const Profile> profile) : profile
     };
     for (int v = 0; v < nodes_v; ++v) {
         for (int h = 0; h < nodes_h; ++h) {
-            const glm::dvec3 d = direction_at(std::cos(0.5 * v * kPolarStep), 0.5 * h * kAzimuthStep);
-            at(v, h) = static_cast<float>(ies::intensity(web, {d.x, d.y, d.z}).in(cd));
+            at(v, h) = static_cast<float>(intensity_in(web, 0.5 * v * kPolarStep, 0.5 * h * kAzimuthStep).in(cd));
         }
     }
     // The largest intensity that is seen in each cell: on its nodes, and on the web's own angles that cross it. Between

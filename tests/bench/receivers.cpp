@@ -107,7 +107,7 @@ std::vector<double> dense_rsm_lx(const Scene& scene, std::span<const Receiver> r
         LightGpu gpu;
         gpu.profile = light.profile;
         gpu.web = upload_web(*light.profile);
-        prepare_maps(gpu, scene.lights.size(), false, rsm_size);
+        gpu.rsm_size = rsm_size;
         const PassContext context{programs, geometry, scene, target, eye, traced, {}, looks, pool};
         run_rsm(context, light, gpu, 63u);
         run_mask(context, light, gpu);

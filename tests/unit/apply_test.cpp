@@ -257,5 +257,25 @@ TEST(Orientation, AimTakesC0FromWorldX) {
     }
 }
 
+// Each command brings its own copy of what it read.
+TEST(Apply, LightsShareEqualProfiles) {
+    Scene scene = some_scene();
+    const auto with = [](const char* name) { return Loaded{.profile = some_profile(name)}; };
+    const auto add = [](v1::Command& c) { c.mutable_add_light()->mutable_light()->set_name("new"); };
+    ASSERT_TRUE(run(scene, add, with("two")));
+    const auto set = [](v1::Command& c) { c.mutable_set_light()->set_name("key"); };
+    ASSERT_TRUE(run(scene, set, with("two")));
+    EXPECT_EQ(scene.lights[0].profile, scene.lights[2].profile);
+    EXPECT_NE(scene.lights[0].profile, scene.lights[1].profile);
+    const Revision before = scene.lights[1].profile_rev;
+    ASSERT_TRUE(run(
+        scene, [](v1::Command& c) { c.mutable_set_light()->set_name("fill"); }, with("one")));
+    EXPECT_EQ(scene.lights[1].profile_rev, before) << "it has this one";
+    auto brighter = std::make_shared<Profile>(*some_profile("two"));
+    brighter->photometry.web.candela[3] = 101;
+    ASSERT_TRUE(run(scene, set, {.profile = brighter}));
+    EXPECT_EQ(scene.lights[0].profile, brighter);
+}
+
 }  // namespace
 }  // namespace gonio

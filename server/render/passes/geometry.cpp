@@ -48,6 +48,7 @@ PassRun run_meter_gbuffer(const PassContext& context) {
 }
 
 PassRun run_shadow(const PassContext& context, const Light& light, LightGpu& gpu, unsigned faces) {
+    if (make_shadow(gpu, context.scene.lights.size())) faces = gpu.reached;
     for (int face = 0; face < 6; ++face) {
         if ((faces >> face & 1u) != 0) clear_face(gpu.shadow.id(), gpu.shadow_size, face, GL_DEPTH_COMPONENT, GL_FLOAT);
     }
@@ -59,6 +60,7 @@ PassRun run_shadow(const PassContext& context, const Light& light, LightGpu& gpu
 }
 
 PassRun run_rsm(const PassContext& context, const Light& light, LightGpu& gpu, unsigned faces) {
+    make_rsm(gpu, context.scene.technique != Technique::standard);
     // Faces that are not rendered and hold another position's scene are emptied, so that nothing stale is shown.
     const unsigned kept = missing_faces(gpu.rsm_faces, 63u, light.position_rev, context.scene.geometry_rev) ^ 63u;
     for (int face = 0; face < 6; ++face) {

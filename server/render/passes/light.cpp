@@ -9,6 +9,7 @@ glm::mat3 light_from_world(const Light& light) {
 }
 
 PassRun run_mask(const PassContext& context, const Light& light, LightGpu& gpu) {
+    make_mask(gpu);
     const int size = gpu.mask_size;
     // Small masks stand for coarse webs: more midpoints per texel there, one where texels are far finer than the web.
     gl::Defines defines = {{"CUBE", "1"}, {"SUB", size <= 128 ? "3" : size <= 256 ? "2" : "1"}};
