@@ -161,6 +161,16 @@ void MixHalves(const float* from, float factor, float share, std::size_t count, 
     }
 }
 
+void AddHalves(const std::uint16_t* from, float factor, std::size_t count, float* to) {
+    const Tag tag;
+    const hn::Rebind<hwy::float16_t, Tag> halves;
+    const hn::RebindToUnsigned<decltype(halves)> bits;
+    for (std::size_t i = 0; i < count; i += hn::Lanes(tag)) {
+        const Float value = hn::PromoteTo(tag, hn::BitCast(halves, hn::LoadU(bits, from + i)));
+        store(load(to + i) + value * Float(factor), to + i);
+    }
+}
+
 void UpsampleRow(const GridRows& grid, const float* const* values, int y, int width, const Rays& rays,
                  float near_per_depth, const float* depth, const std::uint32_t* normal, std::uint16_t* out,
                  std::uint8_t* lost) {
@@ -242,6 +252,7 @@ HWY_EXPORT(UpsampleRow);
 HWY_EXPORT(DirectRow);
 HWY_EXPORT(ToHalves);
 HWY_EXPORT(MixHalves);
+HWY_EXPORT(AddHalves);
 
 Web web_of(const std::uint32_t* words) {
     const std::size_t n_v = words[1], n_h = words[2];
@@ -290,6 +301,9 @@ void to_halves(const float* from, std::size_t count, std::uint16_t* to) {
 }
 void mix_halves(const float* from, float factor, float share, std::size_t count, std::uint16_t* to) {
     HWY_DYNAMIC_DISPATCH(MixHalves)(from, factor, share, count, to);
+}
+void add_halves(const std::uint16_t* from, float factor, std::size_t count, float* to) {
+    HWY_DYNAMIC_DISPATCH(AddHalves)(from, factor, count, to);
 }
 
 }  // namespace gonio::shade

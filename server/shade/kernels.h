@@ -95,5 +95,7 @@ void to_halves(const float* from, std::size_t count, std::uint16_t* to);
 
 // to = share × (factor × from) + (1 − share) × to, half floats; count: a multiple of kLanes; likewise bounded.
 void mix_halves(const float* from, float factor, float share, std::size_t count, std::uint16_t* to);
+// to: plus factor × from. Any count that is a multiple of 4; both arrays end on whole lanes.
+void add_halves(const std::uint16_t* from, float factor, std::size_t count, float* to);
 
 }  // namespace gonio::shade

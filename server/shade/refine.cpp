@@ -6,8 +6,14 @@ namespace gonio::shade {
 namespace {
 
 constexpr unsigned kVpls = 8192;
-// Nothing glides: blocks need not fade.
+// Nothing glides: blocks need not fade. From the third round on more of them are looked at: then windows are what is
+// left of the error.
 constexpr Quality kRound{1, true, 4, 1024, 4, 16.0f, 0, {0.06f, 0.0f, kVpls, 64, 1024, 12}};
+constexpr float kLaterShare = 0.25f;
+constexpr int kFirstRounds = 2;
+// Its error is another one and some 1.7 times a round's: weighed by its variance, the live picture is a third of a
+// round.
+constexpr float kLiveRounds = 1.0f / 3.0f;
 constexpr int kBandRows = 40;
 // Rows around a band that its windows see: three points of the grid; two nodes and the tent over their neighbours.
 constexpr int kMargin = 16;
@@ -32,6 +38,7 @@ void take_band(const Surfaces& from, int first, int rows, Surfaces& band) {
 void Refinement::start(int rounds) {
     round_ = next_row_ = 0;
     rounds_ = rounds;
+    weight_ = 0.0f;
     rays_.reset();
 }
 
@@ -51,6 +58,7 @@ bool Refinement::continue_with(const Surfaces& surfaces, const LightView& light,
     take_band(surfaces, first, last - first, band_);
     Quality quality = kRound;
     quality.round = static_cast<unsigned>(round_);
+    if (round_ >= kFirstRounds) quality.close.share = kLaterShare;
     quality.close.from_row = next_row_ - first;
     quality.close.to_row = end - first;
     make_grid(band_, quality, grid_, pool);
@@ -71,17 +79,35 @@ bool Refinement::continue_with(const Surfaces& surfaces, const LightView& light,
     if (end < surfaces.height) return false;
     next_row_ = 0;
     ++round_;
+    weight_ += 1.0f;
     rays_.reset();
     return true;
 }
 
+namespace {
+// Values at a time, of 4 per pixel.
+constexpr std::size_t kPiece = std::size_t{1} << 14;
+// piece(first, count) of `all` values.
+template <typename Piece>
+void in_pieces(std::size_t all, Pool& pool, const Piece& piece) {
+    pool.run(static_cast<int>((all + kPiece - 1) / kPiece), [&](int i) {
+        const std::size_t first = static_cast<std::size_t>(i) * kPiece;
+        piece(first, std::min(kPiece, all - first));
+    });
+}
+}  // namespace
+
+void Refinement::count(const std::vector<std::uint16_t>& live, Pool& pool) {
+    in_pieces(sums_.size(), pool, [&](std::size_t first, std::size_t count) {
+        add_halves(live.data() + first, kLiveRounds, count, sums_.data() + first);
+    });
+    weight_ += kLiveRounds;
+}
+
 void Refinement::mean(float share, std::vector<std::uint16_t>& out, Pool& pool) const {
-    const float per_round = 1.0f / static_cast<float>(std::max(round_, 1));
     out.resize(sums_.size());
-    constexpr std::size_t kPiece = std::size_t{1} << 14;
-    pool.run(static_cast<int>((sums_.size() + kPiece - 1) / kPiece), [&](int piece) {
-        const std::size_t first = static_cast<std::size_t>(piece) * kPiece;
-        mix_halves(sums_.data() + first, per_round, share, std::min(kPiece, sums_.size() - first), out.data() + first);
+    in_pieces(sums_.size(), pool, [&](std::size_t first, std::size_t count) {
+        mix_halves(sums_.data() + first, 1.0f / weight_, share, count, out.data() + first);
     });
 }
 

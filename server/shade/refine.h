@@ -24,6 +24,8 @@ public:
     // later. Result: whether that completed a round.
     bool continue_with(const Surfaces& surfaces, const LightView& light, Pool& pool,
                        const std::function<bool()>& interrupted);
+    // After the first round: the live picture counts too, as a part of a round. live: as `out` below.
+    void count(const std::vector<std::uint16_t>& live, Pool& pool);
     // out: the mean of the rounds so far, rgb and 1 in half floats, surfaces.row_length pixels a row, irradiance per
     // candela of peak × unit_m2; share: of it, and the rest of what `out` holds already.
     void mean(float share, std::vector<std::uint16_t>& out, Pool& pool) const;
@@ -31,6 +33,7 @@ public:
 private:
     int round_ = 0, rounds_ = 0, next_row_ = 0;
     std::vector<float> sums_;  // 4 per pixel
+    float weight_ = 0.0f;      // rounds that they hold
     std::optional<VplRays> rays_;
     VplCast vpls_;
     Surfaces band_;

@@ -333,6 +333,7 @@ PassRun run_refine(const PassContext& context, int layer) {
         shade::LightLayer& grid = layer_of(screen, layer);
         grid_floats(grid, grid_size(screen), screen.grid_sum);
         shade::upsample(screen.surfaces, screen.grid, screen.grid_sum, own.refined, context.pool);
+        screen.refinement.count(own.refined, context.pool);
         for (auto& plane : grid.indirect) std::fill(plane.begin(), plane.end(), std::uint16_t{0});
         grid.version = ++screen.writes;
         screen.indirect_sum.reset();
