@@ -8,7 +8,7 @@
 
 namespace gonio {
 
-class NullRenderer final : public LiveRenderer {
+class NullRenderer : public LiveRenderer {
 public:
     // Result: the luma of every pixel of a live picture of this revision, 16..235 (BT.709 limited range).
     static std::uint8_t luma_of(Revision scene_rev);

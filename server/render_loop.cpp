@@ -59,10 +59,18 @@ std::optional<Work> RenderLoop::wait(const Plan& plan, std::int64_t now_ns) {
                   feed_.rest_in_ns(now_ns), std::max<std::int64_t>(stage_.rest_in_ns(), 1'000'000)})));
 }
 
+// Ends before the queue is empty where that takes long: a frame that is due comes first then.
 void RenderLoop::drain(std::optional<Work> first) {
+    constexpr std::int64_t kDrainNs = 10'000'000;
+    const std::int64_t began_ns = monotonic_ns();
     const auto left = inbox_.left.try_take();  // before what they said is drained
-    for (std::optional<Work> work = std::move(first); work; work = inbox_.queue.try_pop())
+    for (std::optional<Work> work = std::move(first); work; work = inbox_.queue.try_pop()) {
         stage_.take(std::move(*work));
+        if (monotonic_ns() - began_ns <= kDrainNs) continue;
+        if (left)
+            inbox_.left.merge([&](std::set<SessionId>& sessions) { sessions.insert(left->begin(), left->end()); });
+        return;
+    }
     for (const SessionId session : left.value_or(std::set<SessionId>())) {
         Work gone;
         gone.session = session;

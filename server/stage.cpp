@@ -13,8 +13,8 @@
 namespace gonio {
 namespace {
 
-// A slice of a meter grid: live frames wait no longer than this and one point.
-constexpr std::int64_t kSliceNs = 15'000'000;
+// A slice of meters: live frames wait no longer than this and one point.
+constexpr std::int64_t kSliceNs = 8'000'000;
 
 }  // namespace
 
@@ -278,15 +278,8 @@ void Stage::answer_meter(const Work& work) {
     if (request->quality == Quality::reference) {
         return submit_reference({work.session, work.message.request_id(), scene_, std::move(*request)}, work);
     }
-    if (request->grid) {
-        if (grids_waiting_.size() >= kMaxGrids)
-            return refuse(work, {"busy", "", "", "too many meter grids are waiting"});
-        grids_waiting_.push_back({work, scene_, std::move(*request), {}});
-        return;
-    }
-    const auto reading = read_meter(scene_, request->points.front(), request->quality);
-    if (!reading) return refuse(work, {"unavailable", "", "", "the GPU was lost meanwhile; try again"});
-    answer(work, meter_message({*reading}, false));
+    if (meters_waiting_.size() >= kMaxMeters) return refuse(work, {"busy", "", "", "too many meters are waiting"});
+    meters_waiting_.push_back({work, scene_, std::move(*request), {}});
 }
 
 void Stage::answer_capture(const Work& work) {
@@ -315,7 +308,7 @@ void Stage::submit_reference(ReferenceJob job, const Work& work) {
 void Stage::continue_work() {
     if (roles_.expire(monotonic_ns())) tell_control(0);
     continue_late();
-    continue_grid();
+    continue_meter();
     continue_capture();
     reference_.tick();
 }
@@ -328,19 +321,20 @@ void Stage::continue_late() {
                        "the scene has not reached this revision within 30 s"});
 }
 
-void Stage::continue_grid() {
-    if (grids_waiting_.empty()) return;
-    Metering& grid = grids_waiting_.front();
+void Stage::continue_meter() {
     const std::int64_t started_ns = monotonic_ns();
-    while (grid.readings.size() < grid.request.points.size()) {
-        if (monotonic_ns() - started_ns > kSliceNs) return;
-        const trace::MeterPoint& point = grid.request.points[grid.readings.size()];
-        auto reading = read_meter(grid.scene, point, grid.request.quality);
-        if (!reading) return;  // goes on with the next renderer
-        grid.readings.push_back(std::move(*reading));
+    while (!meters_waiting_.empty()) {
+        Metering& meter = meters_waiting_.front();
+        while (meter.readings.size() < meter.request.points.size()) {
+            if (monotonic_ns() - started_ns > kSliceNs) return;
+            const trace::MeterPoint& point = meter.request.points[meter.readings.size()];
+            auto reading = read_meter(meter.scene, point, meter.request.quality);
+            if (!reading) return;  // goes on with the next renderer
+            meter.readings.push_back(std::move(*reading));
+        }
+        answer(meter.work, meter_message(std::move(meter.readings), meter.request.grid));
+        meters_waiting_.pop_front();
     }
-    answer(grid.work, meter_message(std::move(grid.readings), true));
-    grids_waiting_.pop_front();
 }
 
 void Stage::continue_capture() {
@@ -376,7 +370,7 @@ void Stage::continue_capture() {
 
 void Stage::forget_session(std::uint32_t session) {
     std::erase_if(captures_waiting_, [&](const Capturing& capturing) { return capturing.work.session == session; });
-    std::erase_if(grids_waiting_, [&](const Metering& metering) { return metering.work.session == session; });
+    std::erase_if(meters_waiting_, [&](const Metering& metering) { return metering.work.session == session; });
     std::erase_if(waiting_, [&](const Waiting& waiting) { return waiting.session == session; });
     late_.forget([&](const Work& work) { return work.session == session; });
     reference_.forget_session(session);

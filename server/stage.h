@@ -40,7 +40,7 @@ struct Work {
 
 inline constexpr std::size_t kMaxWork = 1024;         // messages waiting for the render thread; beyond it: "busy"
 inline constexpr std::size_t kMaxCaptures = 8;        // default of set_most_captures()
-inline constexpr std::size_t kMaxGrids = 8;           // grids of interactive and rsm meters likewise
+inline constexpr std::size_t kMaxMeters = 64;         // interactive and rsm meters, points and grids, likewise
 inline constexpr std::size_t kMaxReports = 256;       // frame reports kept for `report --rev`
 inline constexpr std::size_t kMaxFramesInFlight = 3;  // the readback ring
 // Report queries that wait for their frame, and captures that wait for their revision; beyond it: "busy".
@@ -94,8 +94,8 @@ public:
     void set_scene_access(SceneAccess access) { scene_access_ = std::move(access); }
     // Captures that are rendered one after the other; beyond it: "busy".
     void set_most_captures(std::size_t most) { most_captures_ = most; }
-    bool busy() const { return !captures_waiting_.empty() || !grids_waiting_.empty(); }
-    // Between two frames: one tile of the oldest capture, a slice of the oldest meter grid; each is sent off when it is
+    bool busy() const { return !captures_waiting_.empty() || !meters_waiting_.empty(); }
+    // Between two frames: one tile of the oldest capture, a slice of the oldest meters; each is sent off when it is
     // complete. Reference jobs start and tell of their progress.
     void continue_work();
     // Frames that light anew keep within this time: smaller pictures of fewer VPLs while something moves, the whole one
@@ -142,7 +142,7 @@ private:
     bool lights_anew() const;
     void continue_capture();
     void continue_late();
-    void continue_grid();
+    void continue_meter();
     void forget_session(std::uint32_t session);
     // Takes the oldest frame from the renderer. Result: false where none is finished.
     bool take_frame(bool wait);
@@ -182,7 +182,7 @@ private:
     std::deque<v1::FrameReport> reports_;
     std::vector<Waiting> waiting_;
     std::deque<Capturing> captures_waiting_;
-    std::deque<Metering> grids_waiting_;
+    std::deque<Metering> meters_waiting_;
     LateWork<Work> late_{kMaxWaiting, kMaxWait};
     std::size_t most_captures_ = kMaxCaptures;
     SceneAccess scene_access_;
