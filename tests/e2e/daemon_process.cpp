@@ -8,6 +8,7 @@
 #include <sys/wait.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <array>
 #include <chrono>
 #include <csignal>
@@ -123,7 +124,8 @@ bool KilledClient::ended() const {
 DaemonProcess::DaemonProcess(std::vector<std::string> arguments, const std::function<void(pid_t)>& meanwhile) {
     arguments.insert(arguments.begin(), {"--listen", "127.0.0.1:0"});
     // Under ThreadSanitizer no GL runs: its drivers are not made for it.
-    if (const char* renderer = std::getenv("GONIO_TEST_RENDERER"))
+    const char* renderer = std::getenv("GONIO_TEST_RENDERER");
+    if (renderer != nullptr && std::find(arguments.begin(), arguments.end(), "--renderer") == arguments.end())
         arguments.insert(arguments.end(), {"--renderer", renderer});
     const Spawned process = spawn("goniod", arguments, true);
     pid_ = process.pid;
