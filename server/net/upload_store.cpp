@@ -1,6 +1,7 @@
 #include "server/net/upload_store.h"
 
 #include <fcntl.h>
+#include <sys/file.h>
 #include <sys/stat.h>
 #include <unistd.h>
 
@@ -40,8 +41,14 @@ Result<std::unique_ptr<UploadStore>> UploadStore::open(const std::string& folder
     }
     const int fd = ::open(path.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC);
     if (fd < 0) return unwritable(path, errno);
+    // Until the descriptor is closed, also by a kill. Where the disk knows no locks the folder is nobody's for sure.
+    const bool held = ::flock(fd, LOCK_EX | LOCK_NB) == 0;
+    if (!held && errno == EWOULDBLOCK) {
+        ::close(fd);
+        return Error{"busy", path, "", "Another server uses this folder for uploads; each needs one of its own."};
+    }
     std::unique_ptr<UploadStore> store(new UploadStore(path, folder.empty(), fd, limits));
-    store->count();
+    store->count(held);
     return store;
 }
 
@@ -66,13 +73,13 @@ bool UploadStore::discard(std::chrono::milliseconds time) const {
     }
 }
 
-// What an earlier run left unfinished is removed.
-void UploadStore::count() {
+// What an earlier run left unfinished is removed, where nobody else can be at it.
+void UploadStore::count(bool held) {
     std::error_code ignored;
     for (const fs::directory_entry& entry : fs::directory_iterator(folder_, ignored)) {
         const std::string name = entry.path().filename().string();
         if (name.starts_with(".part-")) {
-            unlinkat(fd_, name.c_str(), 0);
+            if (held) unlinkat(fd_, name.c_str(), 0);
         } else if (entry.is_regular_file(ignored)) {
             ++files_;
             bytes_ += entry.file_size(ignored);

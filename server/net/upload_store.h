@@ -24,7 +24,7 @@ class UploadStore {
 public:
     // folder: made if it is missing, and kept; what lies in it counts. Empty: a fresh one that only this user may read,
     // in $XDG_RUNTIME_DIR or the folder for temporary files, removed with its content at the end. Errors:
-    // "file_unwritable".
+    // "file_unwritable"; "busy" where another store, of whatever process, holds the folder.
     static Result<std::unique_ptr<UploadStore>> open(const std::string& folder, const FrontLimits& limits);
     ~UploadStore();
     UploadStore(const UploadStore&) = delete;
@@ -49,7 +49,7 @@ public:
 private:
     UploadStore(std::string folder, bool own, int fd, const FrontLimits& limits);
     std::uint64_t size_of(const std::string& name, bool& exists) const;
-    void count();
+    void count(bool held);
 
     std::string folder_;
     bool own_;

@@ -134,6 +134,28 @@ TEST_F(FrontUploadsTest, AClientThatLeavesLeavesNothing) {
     EXPECT_TRUE(files_become(0));
 }
 
+TEST(UploadFolder, IsOneStoresAlone) {
+    std::string pattern = (fs::temp_directory_path() / "gonio-store-XXXXXX").string();
+    const fs::path folder = mkdtemp(pattern.data());
+    const fs::path left = folder / ".part-1-1";
+    std::ofstream(left) << "of a run that was killed";
+    auto first = UploadStore::open(folder, {});
+    ASSERT_TRUE(first) << first.error().text();
+    EXPECT_FALSE(fs::exists(left));
+    auto part = (*first)->begin("a.glb", 0);
+    ASSERT_TRUE(part);
+    const auto second = UploadStore::open(folder, {});
+    ASSERT_FALSE(second);
+    EXPECT_EQ(second.error().code, "busy");
+    EXPECT_EQ(second.error().where, fs::canonical(folder));
+    EXPECT_TRUE(fs::exists(folder / part->temporary_name)) << "it is being written";
+    EXPECT_TRUE((*first)->finish(*part));
+    EXPECT_TRUE(fs::exists(folder / "a.glb"));
+    first->reset();
+    EXPECT_TRUE(UploadStore::open(folder, {})) << "free again";
+    fs::remove_all(folder);
+}
+
 TEST_F(FrontUploadsTest, NeedTheTokenAndTheRightOrigin) {
     options.tokens.all = "0123456789abcdef";
     start_with_uploads();
