@@ -156,7 +156,7 @@ private:
     void read_file(const std::string& name) {
         const auto text = read_bounded_file(name, kMaxConfigBytes);
         if (!text) {
-            result_.errors.push_back(name + ": the file cannot be read");
+            result_.errors.push_back(name + ": the file " + text.error().message);
             return;
         }
         const auto read = toml_read::read({*text, kMaxConfigBytes, "bad_config", "a configuration file"},

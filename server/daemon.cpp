@@ -1,5 +1,6 @@
 #include "server/daemon.h"
 
+#include <algorithm>
 #include <atomic>
 #include <cstdio>
 #include <future>
@@ -51,10 +52,19 @@ void discard_uploads(const std::shared_ptr<UploadStore>& uploads) {
     done->get_future().wait_for(kDiscard + kDiscard / 2);
 }
 
-// A disk that never answers, for tests (`--inject state-hangs`).
+// Disks that never answer, for tests (`--inject state-hangs`, `--inject reload-hangs`).
 Result<bool> write_for_ever(const std::string&, std::string_view) {
     for (;;) std::this_thread::sleep_for(std::chrono::hours(1));
 }
+Reread read_for_ever() {
+    for (;;) std::this_thread::sleep_for(std::chrono::hours(1));
+}
+
+// Nothing is reloaded into a front that ends.
+struct EndOfReloading {
+    Reloading& reloading;
+    ~EndOfReloading() { reloading.end(); }
+};
 
 // The GL context is lost. Result: whether there is another, with a renderer; not where the program shall end.
 bool renew(Gpu& gpu, Stage& stage, Front& front, Queue<Work>& queue) {
@@ -77,7 +87,7 @@ int run_daemon(const Options& options) {
     const bool serves = options.oneshot.empty();
     if (serves) Signals::block();
     spdlog::set_default_logger(spdlog::stderr_logger_mt("goniod"));
-    set_log_level(options);
+    set_log_level(options.log_level);
     std::string token_warning;
     const auto tokens = read_tokens(options, &token_warning);
     if (!tokens) throw std::runtime_error(tokens.error().text());
@@ -87,11 +97,8 @@ int run_daemon(const Options& options) {
     std::atomic<std::shared_ptr<Front>> front_to_stop;
     std::atomic<std::shared_ptr<StateFile>> state_to_save;
     std::atomic<std::shared_ptr<UploadStore>> uploads_to_discard;
-    std::atomic<bool> reload_wanted{false};  // also while there is no front yet
-    const auto reload_now = [&] {
-        if (const auto serving = front_to_stop.load(); serving && reload_wanted.exchange(false))
-            reload(options, *serving);
-    };
+    const bool reload_hangs = std::ranges::find(options.inject, "reload-hangs") != options.inject.end();
+    Reloading reloading(reload_hangs ? read_for_ever : std::function([options] { return read_again(options); }));
     // Declared first, it ends last: it bounds the time that the others take.
     std::optional<Signals> signals;
     const Forgotten forgotten_uploads(uploads_to_discard);  // the folder goes while the signals still watch
@@ -111,10 +118,7 @@ int run_daemon(const Options& options) {
                                          [&] {
                                              if (const auto store = uploads_to_discard.load()) discard_uploads(store);
                                          },
-                                         [&] {
-                                             reload_wanted = true;
-                                             reload_now();
-                                         }});
+                                         [&] { reloading.ask(); }});
     std::optional<Scene> scene;
     SurfaceOptions boxes;
     GpuFaults faults;
@@ -122,8 +126,12 @@ int run_daemon(const Options& options) {
     try {
         scene = first_scene(options);
         boxes = surface_options(options);
-        for (const std::string& fault : options.inject)
-            fault == "state-hangs" ? void(state_hangs = true) : add_fault(faults, fault);
+        for (const std::string& fault : options.inject) {
+            if (fault == "state-hangs")
+                state_hangs = true;
+            else if (fault != "reload-hangs")
+                add_fault(faults, fault);
+        }
     } catch (const std::invalid_argument& error) {
         std::fprintf(stderr, "goniod: %s\n", error.what());
         return 2;
@@ -168,7 +176,8 @@ int run_daemon(const Options& options) {
     // Before all else at the end: what the front speaks to goes after it.
     const Forgotten forgotten_front(front_to_stop);
     front_to_stop = front;
-    reload_now();
+    const EndOfReloading end_of_reloading{reloading};
+    reloading.begin([serving = front.get()](const Reread& reread) { use_again(reread, *serving); });
     Service service;  // ends before the front that it asks
 
     std::unique_ptr<Inputs> inputs;

@@ -20,12 +20,15 @@ constexpr std::size_t kMinTokenBytes = 16;    // 128 bits where every byte is a 
 constexpr std::size_t kMaxTokenBytes = 4096;  // of its line
 constexpr const char* kBlanks = " \t\r";      // beside a token, which editors and copying leave
 
+std::string seconds_text(std::chrono::milliseconds time) {
+    return toml_read::number_text(static_cast<double>(time.count()) * 1e-3);
+}
+
 void add_seconds(CLI::App& app, const char* name, std::chrono::milliseconds& value, const char* what) {
-    const double now_s = static_cast<double>(value.count()) * 1e-3;
     app.add_option_function<double>(
            name, [&value](double s) { value = std::chrono::milliseconds(std::lround(s * 1000)); }, what)
         ->check(finite_in(0.01, 86'400))
-        ->default_str(toml_read::number_text(now_s));
+        ->default_str(seconds_text(value));
 }
 
 template <typename Bytes>
@@ -49,6 +52,7 @@ void add_front_options(CLI::App& app, Options& options) {
     app.add_option("--tls-key", options.tls_key, "PEM file: the key of --tls-cert; both are read again on SIGHUP");
     app.add_option("--host-name", options.host_names,
                    "a name that requests may have in Host, beside localhost and addresses; may be given more than once")
+        ->allow_extra_args(false)  // else CLI11 takes "[::1]" for a list
         ->check(host_name());
     app.add_option("--allow-origin", options.origins,
                    "scheme://host:port of pages elsewhere that may use this server; may be given more than once")
@@ -58,7 +62,8 @@ void add_front_options(CLI::App& app, Options& options) {
         ->check(upload_folder());
     app.add_option("--scene-root", options.scene_roots,
                    "folder below which clients may load scene files; may be given more than once. Default: everywhere "
-                   "while --listen is a loopback address, else nowhere");
+                   "while --listen is a loopback address, else nowhere")
+        ->allow_extra_args(false);
     app.add_option("--log-level", options.log_level, "trace, debug, info, warn, error or off; read again on SIGHUP")
         ->check(CLI::IsMember({"trace", "debug", "info", "warn", "error", "off"}))
         ->capture_default_str();
@@ -127,7 +132,7 @@ Result<std::string> read_token(const std::string& path, std::string* warning, co
     if (path.empty()) return std::string();
     const auto refused = [&](const std::string& message) { return Error{"file_unreadable", option, path, message}; };
     const auto text = read_bounded_file(path, kMaxTokenBytes);
-    if (!text) return refused("cannot be read");
+    if (!text) return refused(text.error().message);
     const std::string line = text->substr(0, text->find('\n'));
     if (line.size() > kMaxTokenBytes)
         return refused("its first line must be no longer than " + std::to_string(kMaxTokenBytes) + " bytes");
@@ -161,25 +166,33 @@ Result<Tokens> read_tokens(const Options& options, std::string* warnings) {
     return Tokens{*all, *viewers};
 }
 
-std::vector<std::string> check_front_options(const Options& options) {
-    std::vector<std::string> errors;
+std::vector<OptionFault> check_front_options(const Options& options) {
+    std::vector<OptionFault> faults;
     if (!is_loopback(options.host) && options.token_file.empty())
-        errors.push_back("listening on " + options.host +
-                         " needs --token-file: only loopback addresses may go without");
-    if (const auto tokens = read_tokens(options); !tokens) errors.push_back(tokens.error().text());
+        faults.push_back(
+            {{"listen"},
+             "listening on " + options.host + " needs --token-file: only loopback addresses may go without"});
+    if (const auto tokens = read_tokens(options); !tokens)
+        faults.push_back({{tokens.error().where.substr(2)}, tokens.error().text()});  // it names the option
     if (options.tls_certificate.empty() != options.tls_key.empty()) {
-        errors.push_back("--tls-cert and --tls-key belong together");
+        faults.push_back({{"tls-cert", "tls-key"},
+                          std::string("--tls-cert and --tls-key belong together: --tls-") +
+                              (options.tls_key.empty() ? "key" : "cert") + " is missing"});
     } else if (!options.tls_certificate.empty()) {
         if (const auto tls = load_tls(options.tls_certificate, options.tls_key); !tls)
-            errors.push_back(tls.error().text());
+            faults.push_back({{tls.error().where == options.tls_key ? "tls-key" : "tls-cert"}, tls.error().text()});
     }
     for (const std::string& root : options.scene_roots) {
         std::error_code failed;
-        if (!std::filesystem::is_directory(root, failed)) errors.push_back("--scene-root " + root + " is no folder");
+        if (!std::filesystem::is_directory(root, failed))
+            faults.push_back({{"scene-root"}, "--scene-root " + root + " is no folder"});
     }
     const FrontLimits& limits = options.limits;
-    if (limits.dead <= limits.ping) errors.push_back("--dead-timeout must be longer than --ping-interval");
-    return errors;
+    if (limits.dead <= limits.ping)
+        faults.push_back({{"dead-timeout", "ping-interval"},
+                          "--dead-timeout must be longer than --ping-interval: " + seconds_text(limits.dead) +
+                              " s is not longer than " + seconds_text(limits.ping) + " s"});
+    return faults;
 }
 
 }  // namespace gonio

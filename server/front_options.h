@@ -12,9 +12,14 @@ namespace gonio {
 
 void add_front_options(CLI::App& app, Options& options);
 
-// Result: what is wrong with options that depend on each other or on files, a sentence each: an address that is not
-// loopback without a token, a certificate without its key, a token that is too short. Reads the files.
-std::vector<std::string> check_front_options(const Options& options);
+// What is wrong with options that depend on each other or on files.
+struct OptionFault {
+    std::vector<std::string> options;  // that it is about, without their dashes
+    std::string text;                  // a sentence
+};
+// Result: an address that is not loopback without a token, a certificate without its key, a token that is too short.
+// Reads the files.
+std::vector<OptionFault> check_front_options(const Options& options);
 
 // Result: where and how to listen; what the program is and shows is left to the caller.
 FrontOptions front_options(const Options& options);

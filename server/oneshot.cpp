@@ -115,7 +115,7 @@ void write_capture(Renderer& renderer, const Scene& scene, const Json& capture, 
 
 Json read_job(const std::string& job_file) {
     const auto text = read_bounded_file(job_file, kMaxJobBytes);
-    if (!text) refuse(job_file, "", "the job cannot be read");
+    if (!text) refuse(job_file, "", "the job " + text.error().message);
     if (text->size() > kMaxJobBytes) refuse(job_file, "", "a job may have at most 16 MiB");
     try {
         return Json::parse(*text);

@@ -96,11 +96,12 @@ std::string check_box(const std::string& box) {
     return good ? "" : "must be VVVV:PPPP or VVVV:PPPP=FILE, not " + quoted(box);
 }
 
-// Nothing is opened: the file may be a pipe that can be read once.
+// Nothing is opened: that is the start's to do. Only regular files are read (server/bounded_file.h).
 std::string check_file(const std::string& path) {
     std::error_code failed;
     if (fs::is_directory(path, failed)) return quoted(path) + " is a folder, not a file";
-    return access(path.c_str(), R_OK) == 0 ? "" : "cannot read the file " + quoted(path);
+    if (access(path.c_str(), R_OK) != 0) return "cannot read the file " + quoted(path);
+    return fs::is_regular_file(path, failed) ? "" : quoted(path) + " is no regular file";
 }
 
 std::string check_file_if_any(const std::string& path) {

@@ -27,10 +27,20 @@ void print_lines(const std::vector<std::string>& lines, const char* what) {
 }
 
 // default takes 16 samples and more; which technique a saved show has is known when it is read.
-std::vector<std::string> check_samples(const Options& options) {
+std::vector<OptionFault> check_samples(const Options& options) {
     const bool is_default = options.technique == "default" && (options.technique_given || options.state_file.empty());
     if (!is_default || options.samples.value_or(kMinVpls) >= kMinVpls) return {};
-    return {"--samples must be 16..4096 for --technique default, not " + std::to_string(*options.samples)};
+    return {{{"samples", "technique"},
+             "--samples must be 16..4096 for --technique default, not " + std::to_string(*options.samples)}};
+}
+
+// Result: the fault, behind the lines and variables that its options came from.
+std::string placed(const OptionFault& fault, const Settings& settings) {
+    std::string places;
+    for (const std::string& name : fault.options)
+        if (const auto source = settings.sources.find(name); source != settings.sources.end())
+            places += (places.empty() ? "" : ", ") + source->second;
+    return places.empty() ? fault.text : places + ": " + fault.text;
 }
 
 }  // namespace
@@ -162,8 +172,9 @@ std::optional<Options> parse_options(std::vector<std::string> arguments, int& ex
         exit_code = app.exit(error) == 0 ? 0 : kUsage;
         return std::nullopt;
     }
-    std::vector<std::string> errors = check_front_options(options);
-    for (std::string& error : check_samples(options)) errors.push_back(std::move(error));
+    std::vector<std::string> errors;
+    for (const OptionFault& fault : check_front_options(options)) errors.push_back(placed(fault, settings));
+    for (const OptionFault& fault : check_samples(options)) errors.push_back(placed(fault, settings));
     print_lines(errors, "");
     exit_code = errors.empty() ? 0 : kBadConfig;
     if (print_config) std::cout << print_settings(app, settings);

@@ -19,7 +19,7 @@ public:
         std::function<void()> farewell;  // a second later, if the program still runs: clients must be told by now
         std::function<void()> last;      // right before it is ended with exit code 0, because something holds it up
         std::function<void()> discard;   // right before each end that does not wait: what must not stay behind
-        std::function<void()> reload;    // at SIGHUP
+        std::function<void()> reload;    // at SIGHUP; like stop it must not wait, or nobody hears the next signal
     };
     // A second SIGINT or SIGTERM ends the program at once, with exit code 128 + its number.
     explicit Signals(Actions actions);

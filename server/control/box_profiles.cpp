@@ -15,8 +15,8 @@ constexpr const char* kQlcFolder = "/usr/share/qlcplus/inputprofiles";  // Debia
 
 Result<std::string> content(const std::filesystem::path& path) {
     auto text = read_bounded_file(path.string(), kMaxSurfaceFileBytes);
-    if (!text) return Error{"not_found", path.string(), "", "the profile cannot be read"};
-    return std::move(*text);
+    if (!text) return Error{"not_found", path.string(), "", "the profile " + text.error().message};
+    return text;
 }
 
 Result<BoxProfile> read_file(const std::filesystem::path& path) {

@@ -150,12 +150,9 @@ public:
     void set_tokens(Tokens tokens) override {
         asio::post(context_, [this, tokens = std::move(tokens)] { hub_.options.tokens = tokens; });
     }
-    Result<bool> reload_tls() override {
-        if (!secure()) return true;
-        auto tls = load_tls(hub_.options.tls_certificate, hub_.options.tls_key);
-        if (!tls) return tls.error();
-        asio::post(context_, [this, tls = *tls] { hub_.tls = tls; });
-        return true;
+    void set_tls(std::shared_ptr<TlsContext> tls) override {
+        if (!secure()) return;
+        asio::post(context_, [this, tls = std::move(tls)] { hub_.tls = tls; });
     }
 
 private:

@@ -23,6 +23,7 @@
 namespace gonio {
 
 class UploadStore;
+struct TlsContext;
 
 using SessionId = std::uint32_t;  // 0: nobody
 
@@ -96,9 +97,8 @@ public:
     virtual void set_ready(bool ready) = 0;
     // Clients that come from now on must show one of these.
     virtual void set_tokens(Tokens tokens) = 0;
-    // Reads the certificate and key again, for connections that come from now on. Errors: "bad_certificate"; then the
-    // old ones stay.
-    virtual Result<bool> reload_tls() = 0;
+    // For connections that come from now on, where secure(); others keep what they have.
+    virtual void set_tls(std::shared_ptr<TlsContext> tls) = 0;
 };
 
 }  // namespace gonio

@@ -1,6 +1,23 @@
 #include "server/net/tls_context.h"
 
+#include "server/bounded_file.h"
+
 namespace gonio {
+namespace {
+
+constexpr std::size_t kMaxPemBytes = 1 << 20;  // a long chain has some 20 KiB
+
+Result<std::string> read_pem(const std::string& file) {
+    const auto refusal = [&](const std::string& why) {
+        return Error{"bad_certificate", file, "", "The file cannot be used for TLS: it " + why + "."};
+    };
+    auto text = read_bounded_file(file, kMaxPemBytes);
+    if (!text) return refusal(text.error().message);
+    if (text->size() > kMaxPemBytes) return refusal("has more than 1 MiB");
+    return text;
+}
+
+}  // namespace
 
 Result<std::shared_ptr<TlsContext>> load_tls(const std::string& certificate_file, const std::string& key_file) {
     auto tls = std::make_shared<TlsContext>();
@@ -14,12 +31,16 @@ Result<std::shared_ptr<TlsContext>> load_tls(const std::string& certificate_file
                         error);
     if (error) return refusal("", error);
     SSL_CTX_set_min_proto_version(context.native_handle(), TLS1_2_VERSION);
-    context.use_certificate_chain_file(certificate_file, error);
+    const auto certificate = read_pem(certificate_file);
+    if (!certificate) return certificate.error();
+    context.use_certificate_chain(asio::buffer(*certificate), error);
     if (error) return refusal(certificate_file, error);
     // An encrypted key would ask a terminal for its password.
     context.set_password_callback([](std::size_t, asio::ssl::context::password_purpose) { return std::string(); },
                                   error);
-    context.use_private_key_file(key_file, asio::ssl::context::pem, error);
+    const auto key = read_pem(key_file);
+    if (!key) return key.error();
+    context.use_private_key(asio::buffer(*key), asio::ssl::context::pem, error);
     if (error) return refusal(key_file, error);
     if (SSL_CTX_check_private_key(context.native_handle()) != 1)
         return Error{"bad_certificate", key_file, "", "The key is not the one of the certificate."};

@@ -166,11 +166,16 @@ void DaemonProcess::end(bool show_log) {
         waitpid(pid_, nullptr, 0);
     }
     close(out_fd_);
-    char buffer[65536];
-    off_t at = 0;
-    for (ssize_t n; show_log && (n = pread(log_fd_, buffer, sizeof buffer, at)) > 0; at += n)
-        std::cerr.write(buffer, n);
+    if (show_log) std::cerr << log();
     close(log_fd_);
+}
+
+std::string DaemonProcess::log() const {
+    std::string text;
+    char buffer[65536];
+    for (ssize_t n; (n = pread(log_fd_, buffer, sizeof buffer, static_cast<off_t>(text.size()))) > 0;)
+        text.append(buffer, static_cast<std::size_t>(n));
+    return text;
 }
 
 bool DaemonProcess::alive() const {

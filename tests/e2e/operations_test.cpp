@@ -1,5 +1,6 @@
 // goniod as a service: stills, TLS, configuration, uploads, metrics, signals; with curl(1), which somebody else wrote.
 #include <gtest/gtest.h>
+#include <sys/stat.h>
 
 #include <csignal>
 #include <filesystem>
@@ -163,6 +164,42 @@ TEST(Operations, ATokenIsChangedWhileItRuns) {
     }
     EXPECT_EQ(status, 200);
     EXPECT_EQ(metrics("the-first-token-of-two").status, 401);
+}
+
+// A pipe stands where files were: it is refused at once, what stays is said, and the end is as prompt as ever.
+TEST(Operations, AReloadSaysWhatStays) {
+    TemporaryFolder folder;
+    ASSERT_TRUE(make_certificate(folder.path(""), "used"));
+    const std::string token = folder.file("token", "the-first-token-of-two\n"), certificate = folder.path("used.crt"),
+                      whole = folder.path("whole.crt");
+    DaemonProcess daemon({"--size", "64x64", "--renderer", "null", "--token-file", token, "--tls-cert", certificate,
+                          "--tls-key", folder.path("used.key")});
+    const auto last_line = [&](const char* awaited) {
+        std::string line;
+        for (int i = 0; i < 100 && line.find(awaited) == std::string::npos; ++i) {
+            std::this_thread::sleep_for(std::chrono::milliseconds(20));
+            const std::string log = daemon.log();
+            line = log.substr(0, log.find_last_not_of('\n') + 1);
+            line = line.substr(line.rfind('\n') + 1);
+        }
+        return line;
+    };
+    kill(daemon.pid(), SIGHUP);
+    EXPECT_NE(last_line("reloaded").find("reloaded"), std::string::npos);
+    std::filesystem::rename(certificate, whole);
+    ASSERT_EQ(mkfifo(certificate.c_str(), 0600), 0);
+    kill(daemon.pid(), SIGHUP);
+    EXPECT_NE(last_line("as before").find("as before: the log level, the certificate"), std::string::npos);
+    EXPECT_NE(daemon.log().find("no regular file"), std::string::npos);
+    std::filesystem::remove(token);
+    std::filesystem::rename(whole, certificate);
+    ASSERT_EQ(mkfifo(token.c_str(), 0600), 0);
+    kill(daemon.pid(), SIGHUP);
+    EXPECT_NE(last_line("the tokens").find("as before: the log level, the tokens"), std::string::npos);
+    EXPECT_EQ(curl(folder, "--cacert " + certificate + " " + daemon.url() + "/readyz").status, 200);
+    const auto began = std::chrono::steady_clock::now();
+    EXPECT_EQ(daemon.stop(), 0);
+    EXPECT_LT(std::chrono::duration<double>(std::chrono::steady_clock::now() - began).count(), 2.5);
 }
 
 // SIGHUP comes when the tokens have been read and nobody listens yet: it is remembered.

@@ -386,6 +386,28 @@ TEST_F(Ending, WhileTheDiskOfTheStateHangs) {
     }
 }
 
+// What SIGHUP reads again lies on a disk that never answers: the signals after it are heard all the same.
+TEST_F(Ending, WhileAReloadHangs) {
+    TemporaryFolder folder;
+    const auto hang_up = [&] {
+        for (int i = 0; i < 2; ++i) {
+            kill(daemon->pid(), SIGHUP);
+            std::this_thread::sleep_for(100ms);
+        }
+    };
+    start({"--inject", "reload-hangs"});
+    hang_up();
+    EXPECT_EQ(daemon->log().find("reloaded"), std::string::npos) << "it hangs";
+    expect_prompt_end();
+    start({"--inject", "reload-hangs", "--inject", "state-hangs", "--state", folder.path("show.json")});
+    hang_up();
+    const auto began = Clock::now();
+    kill(daemon->pid(), SIGTERM);
+    std::this_thread::sleep_for(300ms);
+    EXPECT_EQ(daemon->stop(), 128 + SIGTERM) << "the second one ends it at once";
+    EXPECT_LT(std::chrono::duration<double>(Clock::now() - began).count(), 1.5);
+}
+
 TEST(Roles, ViewersTheLeaseAndConflicts) {
     DaemonProcess daemon({"--size", "64x64", "--renderer", "null"});
     const auto refused = [&](std::vector<std::string> words) -> Json {

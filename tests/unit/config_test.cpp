@@ -2,6 +2,7 @@
 #include "server/config.h"
 
 #include <gtest/gtest.h>
+#include <sys/stat.h>
 
 #include <CLI/CLI.hpp>
 #include <cstdlib>
@@ -162,6 +163,52 @@ TEST_F(ConfigTest, ValuesThatStopTheStartAreErrorsWithTheirLines) {
     EXPECT_TRUE(parse({"--scene", "atrium", "--patch", file("", "patch.toml")})) << err;
 }
 
+// What is wrong only beside other options, or with a file that an option names.
+TEST_F(ConfigTest, FaultsOfMoreThanOneOptionNameTheirLinesToo) {
+    const struct {
+        const char *text, *begins, *holds;
+    } rows[] = {
+        {"\nsamples = 3\n", " line 2: --samples", "not 3"},
+        {"samples = 3\n\ntechnique = \"default\"\n", " line 3: --samples", "goniod.toml line 1, "},
+        {"dead-timeout = 5\n", " line 1: --dead-timeout", "5 s is not longer than 10 s"},
+        {"\nping-interval = 40\n", " line 2: --dead-timeout", "30 s is not longer than 40 s"},
+        {"\n\ntoken-file = \"/nope\"\n", " line 3: cannot be read", "--token-file: /nope"},
+        {"\nscene-root = [\"/nope\"]\n", " line 2: --scene-root", "/nope"},
+        {"\ntls-cert = \"x\"\n", " line 2: --tls-cert", "--tls-key is missing"},
+        {"tls-cert = \"/nope\"\ntls-key = \"/nope/either\"\n", " line 1: ", "/nope"},
+        {"\nlisten = \"0.0.0.0:80\"\n", " line 2: listening", "0.0.0.0"},
+    };
+    for (const auto& row : rows) {
+        EXPECT_FALSE(parse({"--config", file(row.text), "--check-config"})) << row.text;
+        EXPECT_EQ(exit_code, 78);
+        EXPECT_NE(err.find(row.begins), std::string::npos) << row.text << err;
+        EXPECT_NE(err.find(row.holds), std::string::npos) << row.text << err;
+    }
+    set("GONIOD_DEAD_TIMEOUT", "7");
+    EXPECT_FALSE(parse({}));
+    EXPECT_NE(err.find("goniod: GONIOD_DEAD_TIMEOUT: --dead-timeout"), std::string::npos) << err;
+    EXPECT_FALSE(parse({"--dead-timeout", "5"}));
+    EXPECT_NE(err.find("goniod: --dead-timeout"), std::string::npos) << "the command line needs no place: " << err;
+}
+
+// Whoever opens or reads a pipe or a device may wait for ever.
+TEST_F(ConfigTest, OnlyRegularFilesAreRead) {
+    EXPECT_FALSE(parse({"--config", "/dev/null"}));
+    ASSERT_EQ(exit_code, 78) << "also without a pipe, which would hold up this test";
+    EXPECT_NE(err.find("/dev/null: the file is no regular file"), std::string::npos) << err;
+    const std::string pipe = (folder / "pipe").string();
+    ASSERT_EQ(mkfifo(pipe.c_str(), 0600), 0);
+    for (const std::vector<std::string>& arguments : {std::vector<std::string>{"--config", pipe},
+                                                      {"--token-file", pipe},
+                                                      {"--tls-cert", pipe, "--tls-key", pipe},
+                                                      {"--patch", pipe},
+                                                      {"--surface-map", folder.string()}}) {
+        EXPECT_FALSE(parse(arguments)) << arguments[0];
+        EXPECT_TRUE(err.find("no regular file") != std::string::npos || err.find("a folder") != std::string::npos)
+            << arguments[0] << ": " << err;
+    }
+}
+
 TEST_F(ConfigTest, SamplesFitTheTechnique) {
     EXPECT_FALSE(parse({"--config", file("samples = 5\n"), "--check-config"}));
     EXPECT_EQ(exit_code, 78);
@@ -232,7 +279,13 @@ TEST_F(ConfigTest, HostNamesAreNamesOrAddresses) {
         EXPECT_FALSE(parse({"--host-name=" + bad})) << bad;
         EXPECT_EQ(exit_code, 2);
     }
-    EXPECT_EQ(parse({"--host-name=[::1]"})->host_names, std::vector<std::string>{"::1"}) << "CLI11's list";
+    for (const char* text : {"host-name = [\"[::1]\"]\n", "host-name = \"[a,b]\"\n"}) {
+        EXPECT_FALSE(parse({"--config", file(text)})) << text;
+        EXPECT_NE(err.find("line 1"), std::string::npos) << err;
+        EXPECT_NE(err.find("brackets"), std::string::npos) << err;
+    }
+    EXPECT_FALSE(parse({"--host-name=[::1]"})) << "no list of CLI11 either";
+    EXPECT_EQ(parse({"--host-name", "a", "--host-name", "b"})->host_names, (std::vector<std::string>{"a", "b"}));
     EXPECT_FALSE(parse({"--config", file("host-name = [\"\"]\n")}));
     EXPECT_NE(err.find("line 1"), std::string::npos) << err;
 }
