@@ -36,6 +36,19 @@ void sync_folder(const std::string& path) {
     ::close(fd);
 }
 
+constexpr int kMostAside = 99;
+
+std::string aside_name(const std::string& path, const std::string& ending, int number) {
+    return path + ending + (number > 1 ? "-" + std::to_string(number) : "");
+}
+
+bool is_same_file(const std::string& a, const std::string& b) {
+    struct stat of_a {
+    }, of_b{};
+    return ::stat(a.c_str(), &of_a) == 0 && ::stat(b.c_str(), &of_b) == 0 && of_a.st_dev == of_b.st_dev &&
+           of_a.st_ino == of_b.st_ino;
+}
+
 }  // namespace
 
 Result<bool> write_file_atomically(const std::string& path, std::string_view bytes) {
@@ -59,10 +72,24 @@ Result<bool> write_file_atomically(const std::string& path, std::string_view byt
 }
 
 Result<std::string> set_file_aside(const std::string& path, const std::string& ending) {
-    std::string name = path + ending;
-    for (int i = 2; i < 100 && ::access(name.c_str(), F_OK) == 0; ++i) name = path + ending + "-" + std::to_string(i);
+    int i = 1;
+    while (i < kMostAside && ::access(aside_name(path, ending, i).c_str(), F_OK) == 0) ++i;
+    const std::string name = aside_name(path, ending, i);
     if (std::rename(path.c_str(), name.c_str()) != 0) return unwritable(path, errno);
     return name;
+}
+
+Result<std::string> keep_file_aside(const std::string& path, const std::string& ending) {
+    for (int i = 1; i <= kMostAside; ++i) {
+        const std::string name = aside_name(path, ending, i);
+        if (::link(path.c_str(), name.c_str()) == 0) {
+            sync_folder(path);
+            return name;
+        }
+        if (errno != EEXIST) break;
+        if (is_same_file(path, name)) return name;
+    }
+    return set_file_aside(path, ending);
 }
 
 }  // namespace gonio

@@ -16,4 +16,8 @@ Result<bool> write_file_atomically(const std::string& path, std::string_view byt
 // new name. Errors: "file_unwritable".
 Result<std::string> set_file_aside(const std::string& path, const std::string& ending);
 
+// Gives a file such a name as well, so that its content outlives being replaced; one that it has from earlier will do.
+// Where the disk knows no second names it is renamed. Result and errors: as of set_file_aside.
+Result<std::string> keep_file_aside(const std::string& path, const std::string& ending);
+
 }  // namespace gonio

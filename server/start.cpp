@@ -23,7 +23,7 @@ namespace {
 
 std::string read_text(const std::string& path, std::size_t most_bytes, const char* what) {
     auto text = read_bounded_file(path, most_bytes);
-    if (!text) throw std::invalid_argument("cannot read the " + std::string(what) + " '" + path + "'");
+    if (!text) throw std::invalid_argument("the " + std::string(what) + " '" + path + "' " + text.error().message);
     return std::move(*text);
 }
 
@@ -54,9 +54,9 @@ void apply_option(Scene& scene, const v1::Command& command) {
     if (!applied) throw std::invalid_argument(applied.error().text());
 }
 
-// The state file's content is of another scene, or its scene is gone: the show must not be overwritten.
-void set_show_aside(const std::string& path) {
-    const auto aside = set_file_aside(path, ".aside");
+// Not all of the state file is in the scene that is shown: what is saved next must not be the end of the rest.
+void keep_show_aside(const std::string& path) {
+    const auto aside = keep_file_aside(path, ".aside");
     if (!aside) throw std::invalid_argument(aside.error().text());
     spdlog::warn("state: the show that was saved is kept as {}", *aside);
 }
@@ -79,24 +79,26 @@ Result<std::shared_ptr<const SceneAsset>> saved_asset(const Options& options, co
     return load_scene(path ? *path : name, name);
 }
 
-// Brings the saved show back. Result: the scene, or nothing where there is none to bring back.
-Scene saved_scene(const Options& options, const saved::Show& show) {
+struct Restored {
+    Scene scene;
+    bool whole = true;  // it has everything that was saved
+};
+
+// Brings the saved show back, as far as it can be.
+Restored saved_scene(const Options& options, const saved::Show& show) {
     if (options.scene_given && !is_scene_of(show, options.scene)) {
         spdlog::warn("state: '{}' was saved, --scene asks for '{}'", show.scene(), options.scene);
-        set_show_aside(options.state_file);
-        return scene_of(asset_of(options.scene), revision_after(show));
+        return {scene_of(asset_of(options.scene), revision_after(show)), false};
     }
     auto asset = saved_asset(options, show.scene());
     const bool same_scene = static_cast<bool>(asset);
-    if (!same_scene) {
+    if (!same_scene)
         spdlog::warn("state: the scene '{}' cannot be loaded: {}; '{}' is shown instead", show.scene(),
                      asset.error().text(), options.scene);
-        set_show_aside(options.state_file);
-    }
     RestoredShow restored = restore_show(show, same_scene ? *asset : asset_of(options.scene), same_scene);
     for (const std::string& warning : restored.warnings) spdlog::warn("state: {}", warning);
     spdlog::info("state: restored from {}, revision {}", options.state_file, restored.scene.scene_rev);
-    return std::move(restored.scene);
+    return {std::move(restored.scene), same_scene && restored.warnings.empty()};
 }
 
 Renderer::Gather gather_of(const Options& options) {
@@ -128,7 +130,7 @@ SurfaceOptions surface_options(const Options& options) {
 Scene first_scene(const Options& options) {
     std::optional<saved::Show> show;
     if (!options.state_file.empty()) show = read_state_file(options.state_file);
-    Scene scene = show ? saved_scene(options, *show) : scene_of(asset_of(options.scene));
+    auto [scene, whole] = show ? saved_scene(options, *show) : Restored{scene_of(asset_of(options.scene))};
     const bool restored = show.has_value();
     if (!restored || options.size_given) {
         v1::Command size;
@@ -147,7 +149,8 @@ Scene first_scene(const Options& options) {
     }
     if (!options.patch_file.empty()) patch_scene(scene, options.patch_file);
     if (!options.surface_map.empty()) map_surfaces(scene, options.surface_map);
-    return scene;
+    if (!whole && options.oneshot.empty()) keep_show_aside(options.state_file);  // a job saves nothing
+    return std::move(scene);
 }
 
 std::function<Gpu::Made()> gpu_maker(const Options& options) {

@@ -192,6 +192,26 @@ TEST(SavedShow, AnotherSceneOnTheCommandLineAndABadFileKeepWhatWasThere) {
     EXPECT_EQ(text_of(file + ".bad"), cornell.substr(0, cornell.size() / 2));
 }
 
+TEST(SavedShow, WhatCannotBeRestoredIsKeptAside) {
+    const TemporaryFolder folder;
+    const std::string file = folder.path("show.json");
+    {
+        DaemonProcess daemon({"--size", "64x64", "--state", file, "--renderer", "null"});
+        daemon.rev({"add", "light", "spot", "--profile", "narrow_spot", "--position", "1,3,0"});
+        daemon.rev({"preset", "save", "look"});
+        EXPECT_EQ(daemon.stop(), 0);
+    }
+    Json show = show_in(file);
+    show["profiles"][0]["photometry"] = "SUVTTkE6TE0tNjMtMjAwMgpicm9rZW4=";  // a header and nothing else
+    const std::string broken = show.dump();
+    std::ofstream(file) << broken;
+    DaemonProcess daemon({"--state", file, "--renderer", "null"});
+    ASSERT_TRUE(until([&] { return text_of(file) != broken && show_in(file).is_object(); }));
+    EXPECT_EQ(show_in(file)["lights"].size(), show["lights"].size() - 1) << "what is shown is what is saved";
+    EXPECT_EQ(text_of(file + ".aside"), broken) << "and the lost light is not gone";
+    EXPECT_NE(daemon.log().find("is kept as " + file + ".aside"), std::string::npos);
+}
+
 TEST(SavedShow, AFullDiskEndsNothing) {
     const TemporaryFolder folder;
     const std::string file = folder.path("show.json");

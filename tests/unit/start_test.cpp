@@ -3,6 +3,7 @@
 
 #include <gtest/gtest.h>
 
+#include "server/atomic_file.h"
 #include "server/saved_show.h"
 #include "server/scene/apply.h"
 #include "tests/unit/assets_gltf_fixture.h"
@@ -29,6 +30,10 @@ protected:
         const saved::Show show = show_of(scene, texts);
         std::ofstream(options.state_file) << write_show(show);
         return show.scene();
+    }
+    static std::string read(const std::string& path) {
+        std::ifstream file(path, std::ios::binary);
+        return {std::istreambuf_iterator<char>(file), {}};
     }
     bool set_aside() const { return std::filesystem::exists(options.state_file + ".aside"); }
 
@@ -60,6 +65,29 @@ TEST_F(FirstScene, AnUploadThatIsGoneIsSetAside) {
     save("upload:../room.gltf");
     EXPECT_EQ(first_scene(options).asset->name, "cornell");
     EXPECT_TRUE(set_aside());
+}
+
+// One thing of the show cannot be brought back: the next save must not be the end of it.
+TEST_F(FirstScene, APartOfAShowIsKeptAsideWhole) {
+    const std::string path = std::filesystem::canonical(directory_ / "room.gltf");
+    save(path);
+    saved::Show show = *read_show(read(options.state_file));
+    show.set_technique("no such technique");
+    const std::string broken = write_show(show);
+    std::ofstream(options.state_file) << broken;
+    options.oneshot = "job.json";
+    EXPECT_EQ(first_scene(options).camera.fov_rad, 1.25) << "the rest comes back";
+    EXPECT_FALSE(set_aside()) << "a job saves nothing";
+    options.oneshot.clear();
+    options.patch_file = directory_ / "none.toml";
+    EXPECT_THROW(first_scene(options), std::invalid_argument);
+    EXPECT_FALSE(set_aside()) << "nor does a start that fails";
+    options.patch_file.clear();
+    for (int i = 0; i < 2; ++i) EXPECT_EQ(first_scene(options).camera.fov_rad, 1.25);
+    EXPECT_EQ(read(options.state_file), broken) << "the next start has it too, should this one end before it saves";
+    EXPECT_FALSE(std::filesystem::exists(options.state_file + ".aside-2")) << "the same one";
+    ASSERT_TRUE(write_file_atomically(options.state_file, "the next save"));
+    EXPECT_EQ(read(options.state_file + ".aside"), broken);
 }
 
 TEST_F(FirstScene, ANameBelowASceneRootComesBack) {
