@@ -48,7 +48,7 @@ public:
     pid_t pid() const { return pid_; }
     // Sends SIGTERM; result: the exit code, or -1 if it did not end within 5 s.
     int stop();
-    // What it has logged so far; also after its end.
+    // What it has logged so far; also after stop().
     std::string log() const;
 
     Finished gonio(std::vector<std::string> words) const;
