@@ -27,7 +27,8 @@ struct FrontLimits {
     // ---- requests
     std::size_t message_bytes = 2 << 20;            // of one control message; more is closed with 1009
     std::size_t queued_messages = 256;              // control messages waiting for one slow client
-    unsigned outstanding = 32;                      // unanswered requests of one client; one more is refused: "busy"
+    std::size_t queued_bytes = 64 << 20;            // of them; an answer waits alone, or must fit: else "busy" instead
+    unsigned outstanding = 32;                      // requests of one client without answer sent; one more is "busy"
     double updates_per_s = 240;                     // commands of one client; more are refused: "slow_down"
     double update_burst = 480;                      // that many at once
     int side_px = 4096;                             // width and height of pictures; larger ones are refused

@@ -41,6 +41,8 @@ public:
     virtual void on_h264(const std::shared_ptr<const EncodedFrame>&, bool /*final*/, VideoGate::Verdict) {}
     virtual void on_jpeg(const std::shared_ptr<const EncodedFrame>&) {}
     virtual void on_shutdown() = 0;  // says goodbye where it can and ends
+    // Result: of messages that are queued or being written; video is counted by Hub::lanes.
+    virtual std::size_t waiting_bytes() const { return 0; }
 };
 
 // A connection's place among those that the limits count; ends with its last owner.

@@ -82,8 +82,17 @@ public:
     }
 
     void on_reply(v1::ServerMessage message) override {
-        if (message.request_id() != 0 && outstanding_ > 0) --outstanding_;
-        push(SharedMessage(std::move(message)).bytes(encoding_));
+        const std::uint32_t request_id = message.request_id();
+        auto bytes = SharedMessage(std::move(message)).bytes(encoding_);
+        if (request_id == 0) return push(std::move(bytes));
+        if (const std::size_t waiting = waiting_bytes(); waiting > 0 && over_bound(waiting + bytes->size()))
+            bytes = encoded_refusal(request_id, full_of(waiting), kBusyRetry);
+        push(std::move(bytes), Kind::reply);
+    }
+    std::size_t waiting_bytes() const override {
+        std::size_t sum = writing_ ? outgoing_.message_bytes() : 0;
+        for (const Outgoing& waiting : queue_) sum += waiting.message_bytes();
+        return sum;
     }
     void on_state_published() override {
         if (identified_ && !ready_) send_ready();
@@ -127,16 +136,18 @@ public:
     }
 
 private:
-    enum class Kind : std::uint8_t { answer, state_changed, whole_state, video };
+    // reply: ends a request that counts as outstanding; note: any other message that is no state.
+    enum class Kind : std::uint8_t { note, reply, state_changed, whole_state, video };
+    static bool is_state(Kind kind) { return kind == Kind::state_changed || kind == Kind::whole_state; }
     // Messages leave in the order in which they were pushed, so that no frame overtakes its VideoConfig.
     struct Outgoing {
-        std::shared_ptr<const std::string> bytes;  // of answer and state_changed
-        Kind kind;
+        std::shared_ptr<const std::string> bytes;  // of messages; of whole_state from its sending on
+        Kind kind = Kind::note;
         std::uint32_t scene_rev = 0;                // of state_changed
         std::shared_ptr<const EncodedFrame> frame;  // of video, with its header
         std::array<std::byte, kFrameHeaderBytes> header{};
         std::uint32_t seq = 0;
-        bool is_state() const { return kind == Kind::state_changed || kind == Kind::whole_state; }
+        std::size_t message_bytes() const { return bytes ? bytes->size() : 0; }
     };
 
     // ---- reading
@@ -191,6 +202,10 @@ private:
             retry = kBusyRetry;
             error = Error{"busy", "", std::to_string(outstanding_),
                           "So many requests of this client are unanswered; wait for some."};
+        }
+        if (const std::size_t waiting = waiting_bytes(); !error && is_query(message) && over_bound(waiting)) {
+            retry = kBusyRetry;
+            error = full_of(waiting);
         }
         if (!error && message.has_command()) {
             retry = updates_.take(now);
@@ -271,29 +286,39 @@ private:
     }
     void refuse(std::uint32_t request_id, const Error& error,
                 std::chrono::milliseconds retry = std::chrono::milliseconds(0)) {
+        push(encoded_refusal(request_id, error, retry));
+    }
+    std::shared_ptr<const std::string> encoded_refusal(std::uint32_t request_id, const Error& error,
+                                                       std::chrono::milliseconds retry) const {
         v1::ServerMessage message;
         message.set_request_id(request_id);
         *message.mutable_result() = refusal(error);
         message.mutable_result()->set_retry_after_ms(static_cast<std::uint32_t>(retry.count()));
-        push(SharedMessage(std::move(message)).bytes(encoding_));
+        return SharedMessage(std::move(message)).bytes(encoding_);
+    }
+    bool over_bound(std::size_t bytes) const { return bytes > hub_.options.limits.queued_bytes; }
+    static Error full_of(std::size_t waiting) {
+        return {"busy", "", std::to_string(waiting), "So many bytes wait for this client; read them first."};
     }
 
-    void push(std::shared_ptr<const std::string> bytes, Kind kind = Kind::answer, std::uint32_t scene_rev = 0) {
+    void push(std::shared_ptr<const std::string> bytes, Kind kind = Kind::note, std::uint32_t scene_rev = 0) {
         if (closing_ || ended_) return;
-        if (queue_.size() >= hub_.options.limits.queued_messages && !make_room(kind)) return;
+        const bool full = queue_.size() >= hub_.options.limits.queued_messages ||
+                          (kind == Kind::state_changed && over_bound(waiting_bytes() + bytes->size()));
+        if (full && !make_room(kind)) return;
         queue_.push_back({std::move(bytes), kind, scene_rev, nullptr});
         write_next();
     }
     // At the bound all waiting changes of the state become one message with the whole state, encoded when it is sent. A
     // client that lets answers pile up is closed. Result: whether the new message is still to be queued.
     bool make_room(Kind kind) {
-        const std::size_t removed = std::erase_if(queue_, [](const Outgoing& o) { return o.is_state(); });
-        if (removed == 0 && kind == Kind::answer) {
+        const std::size_t removed = std::erase_if(queue_, [](const Outgoing& o) { return is_state(o.kind); });
+        if (removed == 0 && !is_state(kind)) {
             close(kTooSlow, "too many messages wait for this client");
             return false;
         }
         queue_.push_back({nullptr, Kind::whole_state, 0, nullptr});
-        return kind == Kind::answer;
+        return !is_state(kind);
     }
 
     void write_next() {
@@ -328,6 +353,8 @@ private:
         if (error) return end();
         if (outgoing_.kind == Kind::video)
             send_seconds_.observe(std::chrono::duration<double>(Clock::now() - write_began_).count());
+        if (outgoing_.kind == Kind::reply && outstanding_ > 0) --outstanding_;
+        outgoing_ = {};  // a picture's bytes go now, not with the next message
         write_next();
     }
 
@@ -448,7 +475,7 @@ private:
     websocket::stream<NetStream> socket_;
     Encoding encoding_;
     TokenBucket updates_;
-    unsigned outstanding_ = 0;  // requests that were not answered yet
+    unsigned outstanding_ = 0;  // requests whose answer was not sent yet
     struct Sent {
         std::uint32_t seq = 0;  // 0: none
         Clock::time_point at;
@@ -461,7 +488,7 @@ private:
 
     bool identified_ = false, ready_ = false, wants_video_ = false, wants_state_ = false;
     bool writing_ = false, pinging_ = false, closing_ = false, close_when_sent_ = false, ended_ = false;
-    std::deque<Outgoing> queue_;         // at most FrontLimits::queued_messages, and a whole state
+    std::deque<Outgoing> queue_;         // at most FrontLimits::queued_messages and queued_bytes, and a whole state
     Outgoing outgoing_{};                // being written
     std::uint32_t whole_state_rev_ = 0;  // of the last whole state that was sent
 

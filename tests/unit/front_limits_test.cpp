@@ -202,6 +202,105 @@ TEST_F(FrontLimitsTest, UnansweredRequestsAreBounded) {
     EXPECT_TRUE(wait_for([&] { return requests.size() == 3; }));
 }
 
+// A query, and an answer to it with a picture of so many bytes.
+v1::ClientMessage capture(std::uint32_t id) {
+    v1::ClientMessage query;
+    query.set_request_id(id);
+    query.mutable_capture()->set_format("exr");
+    return query;
+}
+v1::ServerMessage picture(std::uint32_t id, std::size_t bytes) {
+    v1::ServerMessage answer;
+    answer.set_request_id(id);
+    answer.mutable_capture()->set_image(std::string(bytes, 'x'));
+    return answer;
+}
+// Result: gonio_inflight_bytes; what was sent before has been dealt with by then.
+double in_flight(std::uint16_t port) {
+    Client scraper(port);
+    EXPECT_EQ(scraper.get("/metrics"), 200);
+    const std::string name = "\ngonio_inflight_bytes ";
+    const std::size_t at = scraper.body.find(name);
+    return at == std::string::npos ? -1 : std::stod(scraper.body.substr(at + name.size()));
+}
+
+constexpr std::size_t kMore = 8 << 20;  // than the kernel takes for a reader with a small buffer
+
+TEST_F(FrontLimitsTest, AnswersThatWaitForASlowReaderAreBoundedInBytes) {
+    options.limits.queued_bytes = 1 << 20;
+    options.limits.write_stall = 20s;
+    start();
+    Client slow(front->port(), 4096);
+    slow.join(kSubprotocolProto, false, false);
+    slow.say(capture(1));
+    slow.say(capture(2));
+    ASSERT_TRUE(wait_for([&] { return requests.size() == 2; }));
+    front->reply(requests[0].first, picture(1, kMore));    // larger than the bound, alone
+    front->reply(requests[0].first, picture(2, 1 << 10));  // does not fit
+    EXPECT_GE(in_flight(front->port()), kMore);
+    slow.say(capture(3));  // while more than the bound waits
+    EXPECT_LT(in_flight(front->port()), kMore + (1 << 10)) << "two refusals wait, no picture";
+    {
+        std::lock_guard lock(mutex);
+        EXPECT_EQ(requests.size(), 2u) << "nothing is rendered for whoever does not read";
+    }
+    const auto first = slow.read_message();
+    ASSERT_TRUE(first && first->has_capture());
+    EXPECT_EQ(first->capture().image().size(), kMore);
+    for (const std::uint32_t id : {2u, 3u}) {
+        const auto refused = slow.read_message();
+        ASSERT_TRUE(refused && refused->has_result()) << id;
+        EXPECT_EQ(refused->request_id(), id);
+        EXPECT_EQ(refused->result().code(), "busy");
+        EXPECT_GT(refused->result().retry_after_ms(), 0u);
+    }
+    slow.say(capture(4));
+    ASSERT_TRUE(wait_for([&] { return requests.size() == 3; })) << "who has read is served again";
+    front->reply(requests[0].first, picture(4, 1 << 10));
+    const auto last = slow.read_message();
+    EXPECT_TRUE(last && last->has_capture());
+    EXPECT_EQ(in_flight(front->port()), 0);
+}
+
+TEST_F(FrontLimitsTest, ARequestIsOutstandingUntilItsAnswerIsSent) {
+    options.limits.outstanding = 1;
+    options.limits.write_stall = 20s;
+    start();
+    Client slow(front->port(), 4096);
+    slow.join(kSubprotocolProto, false, false);
+    slow.say(capture(1));
+    ASSERT_TRUE(wait_for([&] { return requests.size() == 1; }));
+    front->reply(requests[0].first, picture(1, kMore));
+    EXPECT_GE(in_flight(front->port()), kMore);
+    slow.say(capture(2));
+    in_flight(front->port());
+    const auto first = slow.read_message(), second = slow.read_message();
+    ASSERT_TRUE(first && first->has_capture() && second && second->has_result());
+    EXPECT_EQ(second->request_id(), 2u);
+    EXPECT_EQ(second->result().code(), "busy");
+    slow.say(capture(3));
+    EXPECT_TRUE(wait_for([&] { return requests.size() == 2; }));
+}
+
+TEST_F(FrontLimitsTest, QueriesThatNobodyCanBeAnsweredAreRefused) {
+    start();
+    Client client(front->port());
+    client.join(kSubprotocolJson, false, false);
+    for (const char* query :
+         {"get_state", "meter", "capture", "report", "stats", "profile", "sources", "patch", "surfaces", "learn"}) {
+        client.send_frame(1, std::string("{\"") + query + "\":{}}");
+        const auto answer = client.read_message();
+        ASSERT_TRUE(answer && answer->has_result()) << query;
+        EXPECT_EQ(answer->request_id(), 0u);
+        EXPECT_EQ(answer->result().code(), "invalid_argument");
+        EXPECT_EQ(answer->result().field(), "request_id");
+    }
+    client.send_frame(1, R"({"command":{"set_master":{"ratio":0.5}}})");
+    client.send_frame(1, R"({"acquire_control":{}})");
+    ASSERT_TRUE(wait_for([&] { return requests.size() == 2; }));
+    EXPECT_TRUE(requests[0].second.has_command() && requests[1].second.has_acquire_control());
+}
+
 TEST_F(FrontLimitsTest, PicturesOverTheSideAreRefused) {
     options.limits.side_px = 1000;
     start();
@@ -272,6 +371,7 @@ TEST_F(FrontLimitsTest, ReadinessAndMetricsAreTold) {
     front->publish_h264(frame(1, true), true);
     viewer.acknowledge(viewer.read_frame().seq());
     v1::ClientMessage sync;  // after the acknowledgement
+    sync.set_request_id(1);
     sync.mutable_stats();
     viewer.say(sync);
     ASSERT_TRUE(wait_for([&] { return !requests.empty(); }));

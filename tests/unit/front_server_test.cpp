@@ -130,6 +130,7 @@ TEST_F(FrontTest, MalformedMessagesAreAnsweredAndTheConnectionStays) {
         EXPECT_NE(answer->result().code(), "ok");
     }
     v1::ClientMessage stats;
+    stats.set_request_id(1);
     stats.mutable_stats();
     proto.say(stats);
     EXPECT_TRUE(wait_for([&] { return requests.size() == 1; }));
@@ -335,8 +336,15 @@ TEST_F(FrontTest, AViewerThatLeavesIsForgotten) {
 
 // ---------------------------------------------------------------------------------------------------- slow clients
 
-TEST_F(FrontTest, AReaderThatStopsGetsOneWholeStateInsteadOfManyChanges) {
-    options.limits.queued_messages = 16;
+struct StateQueue {
+    const char* name;
+    std::size_t messages, bytes;
+};
+struct FrontStateQueues : FrontTest, testing::WithParamInterface<StateQueue> {};
+
+TEST_P(FrontStateQueues, AReaderThatStopsGetsOneWholeStateInsteadOfManyChanges) {
+    options.limits.queued_messages = GetParam().messages;
+    options.limits.queued_bytes = GetParam().bytes;
     options.limits.write_stall = 20s;
     start();
     Client slow(front->port(), 4096);
@@ -368,6 +376,10 @@ TEST_F(FrontTest, AReaderThatStopsGetsOneWholeStateInsteadOfManyChanges) {
     EXPECT_LT(messages, kChanges);
     EXPECT_EQ(newest, kChanges);
 }
+
+INSTANTIATE_TEST_SUITE_P(Bounds, FrontStateQueues,
+                         testing::Values(StateQueue{"Messages", 16, 64 << 20}, StateQueue{"Bytes", 256, 1 << 20}),
+                         [](const auto& test) { return std::string(test.param.name); });
 
 TEST_F(FrontTest, AReaderThatStopsIsDropped) {
     options.limits.write_stall = 300ms;
