@@ -21,6 +21,7 @@ constexpr auto kClosing = std::chrono::seconds(2);  // for the closing handshake
 
 // Close codes of PROTOCOL.md.
 constexpr std::uint16_t kNotIdentified = 4002, kWrongToken = 4003, kTooManyFailures = 4008, kTooSlow = 4009;
+constexpr std::size_t kUpdateBytes = 64 << 10;               // of a message: every whole one counts as a command more
 constexpr auto kBusyRetry = std::chrono::milliseconds(100);  // of "busy"
 
 std::uint32_t microseconds(std::int64_t from_ns, std::int64_t to_ns) {
@@ -50,9 +51,9 @@ public:
     WebSocketSession& operator=(const WebSocketSession&) = delete;
 
     void start(HttpRequest request) {
-        id_ = hub_.add(shared_from_this(), place_);
+        id_ = hub_.add_stranger(shared_from_this(), place_);
         if (id_ == 0) return;
-        accepted_ = last_heard_ = Clock::now();
+        accepted_ = Clock::now();
         schedule_tick();  // bounds the upgrade too
         request_ = std::move(request);
         socket_.set_option(
@@ -63,9 +64,9 @@ public:
         socket_.read_message_max(hub_.options.limits.identify_bytes);
         socket_.auto_fragment(false);
         socket_.control_callback([this](websocket::frame_type kind, beast::string_view) {
-            last_heard_ = Clock::now();
+            const auto now = Clock::now();
             if (kind == websocket::frame_type::pong && std::exchange(probing_, false) && hub_.lanes.watches(id_))
-                hub_.lanes.round_trip(id_, last_heard_ - last_ping_, last_heard_);
+                hub_.lanes.round_trip(id_, now - last_ping_, now);
         });
         socket_.async_accept(request_, [self = shared_from_this()](error_code error) {
             if (error) return self->end();
@@ -126,6 +127,9 @@ public:
                 break;
         }
     }
+    void on_crowded_out() override {
+        turn_away(websocket::close_code::try_again_later, "too many others have not identified either");
+    }
     void on_shutdown() override {
         v1::ServerMessage message;
         message.mutable_goodbye()->set_reason("The server stops.");
@@ -154,7 +158,6 @@ private:
     void read() {
         socket_.async_read(buffer_, [self = shared_from_this()](error_code error, std::size_t) {
             if (error) return self->end();
-            self->last_heard_ = Clock::now();
             const std::string message(static_cast<const char*>(self->buffer_.data().data()), self->buffer_.size());
             self->buffer_.consume(self->buffer_.size());
             if (self->closing_) return self->read();
@@ -164,12 +167,21 @@ private:
     }
 
     void on_message(std::string_view bytes, bool is_text) {
-        Result<v1::ClientMessage> message = decode(bytes, is_text);
         if (!identified_) {
+            const Result<v1::ClientMessage> message = decode(bytes, is_text);
             if (!message || !message->has_identify())
                 return close(kNotIdentified, "Identify must be the first message");
             return on_identify(message->identify());
         }
+        // Reading a long message takes time even where it is refused.
+        if (const auto more = static_cast<double>(bytes.size() / kUpdateBytes); more > 0) {
+            const auto retry = updates_.take(Clock::now(), more);
+            if (retry.count() > 0) {
+                const std::string_view first = encoding_ == Encoding::proto ? bytes.substr(0, kUpdateBytes) : bytes;
+                return refuse(peek_request_id(encoding_, body(first)), too_fast(), retry);
+            }
+        }
+        Result<v1::ClientMessage> message = decode(bytes, is_text);
         if (!message) {
             const bool right_frame = is_text == (encoding_ == Encoding::json);
             return refuse(right_frame ? peek_request_id(encoding_, body(bytes)) : 0, message.error());
@@ -209,9 +221,7 @@ private:
         }
         if (!error && message.has_command()) {
             retry = updates_.take(now);
-            if (retry.count() > 0)
-                error = Error{"slow_down", "", print_number(limits.updates_per_s) + "/s",
-                              "This client sends more commands than that; none of this one was applied."};
+            if (retry.count() > 0) error = too_fast();
         }
         if (error) {
             refuse(message.request_id(), *error, retry);
@@ -219,6 +229,11 @@ private:
         }
         if (message.has_command()) hub_.updates.arrived(id_, message.request_id(), now);
         return true;
+    }
+
+    Error too_fast() const {
+        return {"slow_down", "", print_number(hub_.options.limits.updates_per_s) + "/s",
+                "This client sends more commands than that; none of this one was applied."};
     }
 
     std::string_view body(std::string_view bytes) const {
@@ -253,6 +268,10 @@ private:
             return close(kNotIdentified, "the role must be controller or viewer");
         v1::Identify told = identify;
         if (right == Right::look) told.set_role("viewer");
+        if (!hub_.make_client(id_)) {
+            hub_.count_rejected("clients");
+            return close(websocket::close_code::try_again_later, "there are too many clients already");
+        }
         if (!hub_.identified(id_, std::move(told)))
             return close(websocket::close_code::try_again_later, "the server is busy");
         identified_ = true;
@@ -425,17 +444,20 @@ private:
     void check_times() {
         const FrontLimits& limits = hub_.options.limits;
         const auto now = Clock::now();
-        const auto silence = now - last_heard_;
+        const NetStream& stream = socket_.next_layer();
+        // Who takes a long message piece by piece is there too: no ping gets past it.
+        const auto taken = writing_ ? stream.last_written() : accepted_;
+        const auto silence = now - std::max({accepted_, stream.last_read(), taken});
         if (closing_) {
             if (now - closing_since_ > kClosing) end();
-        } else if (writing_ && now - std::max(write_began_, socket_.next_layer().last_written()) > limits.write_stall) {
+        } else if (writing_ && now - std::max(write_began_, stream.last_written()) > limits.write_stall) {
             spdlog::info("net: client {} does not read; dropped", id_);
             end();
         } else if (silence > limits.dead) {
             spdlog::info("net: client {} is silent; dropped", id_);
             end();
         } else if (!identified_ && now - accepted_ > limits.identify) {
-            socket_.is_open() ? close(kNotIdentified, "Identify did not come in time") : end();
+            turn_away(kNotIdentified, "Identify did not come in time");
         } else if (silence > limits.ping && now - last_ping_ > limits.ping && !pinging_ && socket_.is_open()) {
             ping();
         }
@@ -448,6 +470,8 @@ private:
             if (error) self->end();
         });
     }
+    // Also while the upgrade is under way.
+    void turn_away(std::uint16_t code, const char* reason) { socket_.is_open() ? close(code, reason) : end(); }
     void close(std::uint16_t code, const char* reason) {
         if (closing_ || ended_) return;
         closing_ = true;
@@ -500,7 +524,7 @@ private:
     bool held_final_ = false;
 
     asio::steady_timer tick_;
-    Clock::time_point accepted_, last_heard_, last_ping_, write_began_, closing_since_;
+    Clock::time_point accepted_, last_ping_, write_began_, closing_since_;
 };
 
 }  // namespace

@@ -48,6 +48,14 @@ TEST(TokenBucket, ABurstThenTheRate) {
     EXPECT_GT(bucket.take(start + 1h).count(), 0) << "what was saved up is bounded";
 }
 
+TEST(TokenBucket, WhatWasTakenTooMuchIsWaitedFor) {
+    TokenBucket bucket(10, 3);
+    const Time start = Time() + 1h;
+    EXPECT_EQ(bucket.take(start, 8).count(), 0) << "however much it is, while one is there";
+    EXPECT_EQ(bucket.take(start), 600ms);
+    EXPECT_EQ(bucket.take(start + 601ms).count(), 0);
+}
+
 TEST(UpdateClock, MeasuresFromArrivalToTheFirstFrame) {
     UpdateClock clock;
     const Time start = Time() + 1h;
@@ -123,12 +131,41 @@ TEST_F(FrontLimitsTest, OneAddressHasItsShare) {
     options.limits.local_clients = 2;
     start();
     Client a(front->port()), b(front->port());
-    ASSERT_EQ(a.upgrade(kSubprotocolJson), 101);
-    ASSERT_EQ(b.upgrade(kSubprotocolJson), 101);
+    a.join(kSubprotocolJson, false, false);
+    b.join(kSubprotocolJson, false, false);
     EXPECT_EQ(Client(front->port()).upgrade(kSubprotocolJson), 429);
     EXPECT_EQ(Client(front->port()).get("/v1/mjpeg"), 429);
     EXPECT_EQ(Client(front->port()).get("/v1/frame.png"), 429);
     EXPECT_EQ(Client(front->port()).get("/healthz"), 200);
+}
+
+TEST_F(FrontLimitsTest, WhoHasNotIdentifiedTakesNoPlaceAndTheOldestMakesRoom) {
+    for (const bool by_address : {false, true}) {
+        front.reset();
+        options.limits.clients = by_address ? 64 : 2;
+        options.limits.local_clients = by_address ? 2 : 0;
+        start();
+        std::vector<std::unique_ptr<Client>> strangers;
+        for (int i = 0; i < 4; ++i) {
+            strangers.push_back(std::make_unique<Client>(front->port()));
+            ASSERT_EQ(strangers.back()->upgrade(kSubprotocolJson), 101);
+            ASSERT_TRUE(strangers.back()->read_message()) << "Hello";
+        }
+        for (int i = 0; i < 2; ++i) {
+            EXPECT_FALSE(strangers[i]->read_message());
+            EXPECT_EQ(strangers[i]->last.close_code(), 1013) << i;
+        }
+        Client client(front->port()), late(front->port());
+        client.join(kSubprotocolJson, false, false);  // the third stranger leaves
+        ASSERT_EQ(late.upgrade(kSubprotocolJson), 101);
+        ASSERT_TRUE(late.read_message());
+        strangers[3]->identify(false, false);
+        const auto ready = strangers[3]->read_message();
+        EXPECT_TRUE(ready && ready->has_ready()) << "the newer ones are still there";
+        late.identify(false, false);
+        EXPECT_FALSE(late.read_message());
+        EXPECT_EQ(late.last.close_code(), 1013) << "two clients are there meanwhile";
+    }
 }
 
 TEST_F(FrontLimitsTest, ConnectionsOverTheLimitAreClosed) {
@@ -173,6 +210,31 @@ TEST_F(FrontLimitsTest, CommandsOverTheRateAreToldToSlowDown) {
     client.say(query);
     EXPECT_TRUE(wait_for([&] { return requests.size() == 4 && requests.back().second.has_get_state(); }))
         << "queries are not counted";
+}
+
+TEST_F(FrontLimitsTest, LongMessagesCountBeforeTheyAreRead) {
+    options.limits.updates_per_s = 1;
+    options.limits.update_burst = 3;
+    start();
+    for (const std::string_view subprotocol : {kSubprotocolJson, kSubprotocolProto}) {
+        Client client(front->port());
+        client.join(subprotocol, false, false);
+        const bool json = client.encoding == Encoding::json;
+        client.send_frame(json ? 1 : 2, "\x01" + std::string(300 << 10, json ? '[' : '\xff'));
+        const auto bad = client.read_message();
+        ASSERT_TRUE(bad && bad->has_result());
+        EXPECT_EQ(bad->result().code(), "bad_message");
+        v1::ClientMessage command;
+        command.set_request_id(7);
+        command.mutable_command()->mutable_load_scene()->set_file(std::string(100 << 10, 'x'));
+        client.say(command);
+        const auto refused = client.read_message();
+        ASSERT_TRUE(refused && refused->has_result());
+        EXPECT_EQ(refused->request_id(), 7u);
+        EXPECT_EQ(refused->result().code(), "slow_down");
+        EXPECT_GT(refused->result().retry_after_ms(), 1000u);
+    }
+    EXPECT_TRUE(requests.empty());
 }
 
 TEST_F(FrontLimitsTest, UnansweredRequestsAreBounded) {
