@@ -91,6 +91,8 @@ void add_front_options(CLI::App& app, Options& options) {
     add_size<std::size_t>(app, "--max-queued-messages", limits.queued_messages, 1, 1'000'000,
                           "messages that wait for a slow client; then it is told the state anew, or closed with 4009",
                           4);
+    add_size<std::size_t>(app, "--max-queued-mib", limits.queued_bytes, 1 << 20, 1 << 16,
+                          "MiB that wait for a slow client; an answer for which there is no room becomes busy");
     add_count(app, "--max-outstanding", limits.outstanding, 1, "unanswered requests of a client; one more is busy");
     app.add_option("--max-updates", limits.updates_per_s, "commands of a client a second; more are told slow_down")
         ->check(finite_in(0.1, 1e6))

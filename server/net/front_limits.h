@@ -9,7 +9,8 @@ namespace gonio {
 
 struct FrontLimits {
     // ---- connections
-    unsigned clients = 64;              // WebSocket and MJPEG clients and stills under way; one more is answered 503
+    unsigned clients = 64;              // WebSocket and MJPEG clients and stills under way; one more is answered 503.
+                                        // As many sockets may not have identified; one more closes the oldest
     unsigned clients_per_address = 16;  // of one address that is not loopback; one more is answered 429
     unsigned local_clients = 0;         // the same of loopback addresses; 0: no limit but `clients`
     unsigned connections = 256;         // of any kind; one more is closed unanswered
@@ -27,8 +28,9 @@ struct FrontLimits {
     // ---- requests
     std::size_t message_bytes = 2 << 20;            // of one control message; more is closed with 1009
     std::size_t queued_messages = 256;              // control messages waiting for one slow client
-    unsigned outstanding = 32;                      // unanswered requests of one client; one more is refused: "busy"
-    double updates_per_s = 240;                     // commands of one client; more are refused: "slow_down"
+    std::size_t queued_bytes = 64 << 20;            // of them; an answer waits alone, or must fit: else "busy" instead
+    unsigned outstanding = 32;                      // requests of one client without answer sent; one more is "busy"
+    double updates_per_s = 240;                     // commands, and 64 KiB, of one client; more is told "slow_down"
     double update_burst = 480;                      // that many at once
     int side_px = 4096;                             // width and height of pictures; larger ones are refused
     std::chrono::milliseconds key_interval{1'000};  // least time between two key frames that one client makes the

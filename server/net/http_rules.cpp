@@ -32,6 +32,13 @@ std::string host_without_port(std::string_view header) {
     return lower(host);
 }
 
+// Whether nothing stands in it that could mean something where it is repeated, in a header or a page.
+bool is_plain_host(std::string_view host) {
+    return std::all_of(host.begin(), host.end(), [](char c) {
+        return (c >= 'a' && c <= 'z') || (c >= '0' && c <= '9') || c == '.' || c == '-' || c == ':';
+    });
+}
+
 }  // namespace
 
 asio::ip::address plain_address(const asio::ip::address& address) {
@@ -45,9 +52,11 @@ asio::ip::address plain_address(const asio::ip::address& address) {
 bool allowed_host(std::string_view header, const FrontOptions& options, const asio::ip::address& local) {
     const std::string host = host_without_port(header);
     if (host.empty()) return false;
-    if (host == "localhost" || host.ends_with(".localhost") || host == lower(options.host)) return true;
+    if (host == lower(options.host)) return true;
     for (const std::string& name : options.host_names)
         if (host == lower(name)) return true;
+    if (!is_plain_host(host)) return false;
+    if (host == "localhost" || host.ends_with(".localhost")) return true;  // RFC 6761 6.3: never of a foreign DNS
     error_code error;
     const auto address = asio::ip::make_address(host, error);
     return !error && (plain_address(address).is_loopback() || plain_address(address) == plain_address(local));
@@ -124,9 +133,9 @@ http::status status_of(std::string_view code) {
         {"busy", http::status::service_unavailable},     {"unavailable", http::status::service_unavailable},
         {"slow_down", http::status::too_many_requests},  {"timeout", http::status::gateway_timeout},
         {"invalid_argument", http::status::bad_request}, {"unsupported", http::status::bad_request},
-        {"bad_target", http::status::bad_request},       {"too_large", http::status::payload_too_large},
-        {"full", http::status::insufficient_storage},    {"permission", http::status::forbidden},
-        {"not_found", http::status::not_found}};
+        {"bad_message", http::status::bad_request},      {"bad_target", http::status::bad_request},
+        {"too_large", http::status::payload_too_large},  {"full", http::status::insufficient_storage},
+        {"permission", http::status::forbidden},         {"not_found", http::status::not_found}};
     for (const Row& row : rows)
         if (row.code == code) return row.status;
     return http::status::internal_server_error;

@@ -19,7 +19,8 @@ asio::ip::address plain_address(const asio::ip::address& address);
 
 // host: as of a Host header, with or without its port. A name that somebody else's DNS may point here is refused, or a
 // foreign page could rebind its own name to this server and pass the Origin check. Addresses cannot be rebound:
-// loopback ones and `local`, the one that the connection came in on, are allowed, and the names that the options list.
+// loopback ones and `local`, the one that the connection came in on, are allowed, localhost and what ends with
+// .localhost, and the names that the options list. Beyond those only letters, digits and .-: stand in what is allowed.
 bool allowed_host(std::string_view host, const FrontOptions& options, const asio::ip::address& local);
 // host: of the same request. Without TLS an https: origin is allowed too: a proxy in front may have it.
 bool allowed_origin(std::string_view origin, std::string_view host, const FrontOptions& options);

@@ -7,6 +7,7 @@
 #include <boost/beast/websocket/rfc6455.hpp>
 #include <optional>
 
+#include "protocol/shortened_text.h"
 #include "server/net/http_rules.h"
 #include "server/net/http_target.h"
 #include "server/net/message_limits.h"
@@ -17,6 +18,8 @@ namespace {
 
 using Clock = std::chrono::steady_clock;
 using Response = http::response<http::string_body>;
+
+constexpr std::size_t kShownBytes = 128;  // of a value that is refused
 
 class HttpSession final : public Peer, public std::enable_shared_from_this<HttpSession> {
 public:
@@ -84,12 +87,14 @@ private:
         const bool socket = target->path == "/v1/ws";
         if (!allowed_host(host, hub_.options, local)) {
             if (socket) hub_.count_rejected("host");
-            return refuse(http::status::forbidden, "This server does not go by the name in the Host header.");
+            return refuse(http::status::forbidden,
+                          {"permission", "Host", host, "This server does not go by that name."});
         }
-        if (request_.count(http::field::origin) &&
-            !allowed_origin(view_of(request_[http::field::origin]), host, hub_.options)) {
+        const std::string origin(view_of(request_[http::field::origin]));
+        if (request_.count(http::field::origin) && !allowed_origin(origin, host, hub_.options)) {
             if (socket) hub_.count_rejected("origin");
-            return refuse(http::status::forbidden, "Pages of another origin may not use this server.");
+            return refuse(http::status::forbidden,
+                          {"permission", "Origin", origin, "Pages of another origin may not use this server."});
         }
         if (upload) return admitted(Right::change) ? answer_upload(*upload) : void();
         answer(*target, host);
@@ -123,7 +128,7 @@ private:
         for (const EmbeddedFile& file : hub_.options.page)
             if (file.name == name)
                 return respond(http::status::ok, content_type(name), std::string(file.content), host);
-        refuse(http::status::not_found, "There is no such page.");
+        refuse(http::status::not_found, {"not_found", "", path, "There is no such page."});
     }
 
     // Result: whether the client showed a token that lets it do so, where one is asked for; else it has been answered.
@@ -147,7 +152,8 @@ private:
     }
 
     void answer_upload(const std::string& name) {
-        if (hub_.options.uploads == nullptr) return refuse(http::status::not_found, "This server takes no uploads.");
+        if (hub_.options.uploads == nullptr)
+            return refuse(http::status::not_found, {"not_found", "", name, "This server takes no uploads."});
         if (request_.method() == http::verb::put) {
             if (const auto fault = upload_fault(request_)) return refuse(fault->status, fault->sentence);
             return start_upload_session(hub_, {std::move(stream_), place_}, std::move(buffer_), std::move(*parser_),
@@ -158,8 +164,9 @@ private:
         hub_.on_disk([self = shared_from_this(), name]() mutable {
             const bool removed = self->hub_.options.uploads->remove(name);
             const auto executor = self->stream_.get_executor();
-            asio::post(executor, [self = std::move(self), removed] {
-                if (!removed) return self->refuse(http::status::not_found, "There is no such upload.");
+            asio::post(executor, [self = std::move(self), name, removed] {
+                if (!removed)
+                    return self->refuse(http::status::not_found, {"not_found", "", name, "There is no such upload."});
                 self->respond(http::status::ok, "text/plain; charset=utf-8", "removed\n");
             });
         });
@@ -290,6 +297,12 @@ private:
         if (status == http::status::unauthorized) response.set(http::field::www_authenticate, "Bearer");
         if (status == http::status::upgrade_required) response.set(http::field::upgrade, "websocket");
         send(std::move(response));
+    }
+
+    // Names the offending value, as much of it as is fit to print.
+    void refuse(http::status status, Error error) {
+        error.value = shortened_text(error.value, kShownBytes);
+        refuse(status, said(error));
     }
 
     void send(Response response) {

@@ -47,9 +47,12 @@ Hub::Hub(const FrontOptions& given, Front::Callbacks given_callbacks)
       auth(given.limits.auth_failures),
       lanes({.private_lanes = given.private_lanes, .key_interval = given.limits.key_interval}) {}
 
+unsigned Hub::most_clients_of(const Place& place) const {
+    return place.local() ? options.limits.local_clients : options.limits.clients_per_address;
+}
+
 bool Hub::full_for(const Place& place) const {
-    const FrontLimits& limits = options.limits;
-    const unsigned most = place.local() ? limits.local_clients : limits.clients_per_address;
+    const unsigned most = most_clients_of(place);
     return most > 0 && count_of(clients_of, place.address()) >= most;
 }
 
@@ -71,10 +74,43 @@ void Hub::count_rejected(const char* reason) {
 
 SessionId Hub::add(const std::shared_ptr<Peer>& peer, const std::shared_ptr<const Place>& place) {
     if (full() || full_for(*place) || stopping) return 0;
+    ++clients_of[place->address()];
+    return keep(peer, place);
+}
+
+SessionId Hub::add_stranger(const std::shared_ptr<Peer>& peer, const std::shared_ptr<const Place>& place) {
+    if (stopping) return 0;
+    make_room_for_stranger(*place);
+    return strangers_.emplace_back(keep(peer, place));
+}
+
+bool Hub::make_client(SessionId id) {
+    const Place& place = *place_of.at(id);
+    if (full() || full_for(place)) return false;
+    std::erase(strangers_, id);
+    ++clients_of[place.address()];
+    return true;
+}
+
+void Hub::make_room_for_stranger(const Place& place) {
+    const auto is_neighbour = [&](SessionId id) { return place_of.at(id)->address() == place.address(); };
+    const unsigned most = most_clients_of(place);
+    auto leaves = strangers_.end();
+    if (most > 0 && std::count_if(strangers_.begin(), strangers_.end(), is_neighbour) >= most)
+        leaves = std::find_if(strangers_.begin(), strangers_.end(), is_neighbour);
+    else if (strangers_.size() >= options.limits.clients)
+        leaves = strangers_.begin();
+    if (leaves == strangers_.end()) return;
+    const auto peer = find(*leaves);
+    remove(*leaves);
+    count_rejected("unidentified");
+    if (peer) peer->on_crowded_out();
+}
+
+SessionId Hub::keep(const std::shared_ptr<Peer>& peer, const std::shared_ptr<const Place>& place) {
     while (next_id_ == 0 || peers.contains(next_id_)) ++next_id_;
     peers[next_id_] = peer;
     place_of[next_id_] = place;
-    ++clients_of[place->address()];
     return next_id_++;
 }
 
@@ -82,7 +118,7 @@ void Hub::remove(SessionId id) {
     if (peers.erase(id) == 0) return;
     if (lanes.watches(id)) lanes.leave(id, Clock::now());
     const auto place = place_of.find(id);
-    take_one(clients_of, place->second->address());
+    if (std::erase(strangers_, id) == 0) take_one(clients_of, place->second->address());
     place_of.erase(place);
     if (!stopping && callbacks.closed) callbacks.closed(id);
     tell_moved();

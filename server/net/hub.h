@@ -2,6 +2,7 @@
 #pragma once
 
 #include <atomic>
+#include <deque>
 #include <functional>
 #include <map>
 #include <memory>
@@ -40,7 +41,10 @@ public:
     virtual void on_moved() {}         // to another lane
     virtual void on_h264(const std::shared_ptr<const EncodedFrame>&, bool /*final*/, VideoGate::Verdict) {}
     virtual void on_jpeg(const std::shared_ptr<const EncodedFrame>&) {}
-    virtual void on_shutdown() = 0;  // says goodbye where it can and ends
+    virtual void on_shutdown() = 0;   // says goodbye where it can and ends
+    virtual void on_crowded_out() {}  // its place went to another before it identified
+    // Result: of messages that are queued or being written; video is counted by Hub::lanes.
+    virtual std::size_t waiting_bytes() const { return 0; }
 };
 
 // A connection's place among those that the limits count; ends with its last owner.
@@ -90,8 +94,13 @@ struct Hub {
 
     // Result: the id of a new client; 0 at a limit of clients.
     SessionId add(const std::shared_ptr<Peer>& peer, const std::shared_ptr<const Place>& place);
+    // Result: the id of a socket that has not identified. It takes no client's place; there are as many places for
+    // such, and where they are taken the oldest (of the same address, where that has its share) goes. 0: stopping.
+    SessionId add_stranger(const std::shared_ptr<Peer>& peer, const std::shared_ptr<const Place>& place);
+    // id: of add_stranger(). Result: whether it is a client now; false at a limit of clients.
+    bool make_client(SessionId id);
     void remove(SessionId id);
-    bool full() const { return peers.size() >= options.limits.clients; }
+    bool full() const { return peers.size() - strangers_.size() >= options.limits.clients; }
     // Whether the address has as many clients as it may.
     bool full_for(const Place& place) const;
     bool room_for_connection(const std::string& address, bool local) const;
@@ -125,7 +134,12 @@ struct Hub {
     }
 
 private:
+    SessionId keep(const std::shared_ptr<Peer>& peer, const std::shared_ptr<const Place>& place);
+    void make_room_for_stranger(const Place& place);
+    unsigned most_clients_of(const Place& place) const;  // 0: no limit of its address
+
     SessionId next_id_ = 1;
+    std::deque<SessionId> strangers_;  // of `peers`, the oldest first
     std::optional<Demand> told_;
     std::map<std::string, int> clients_by_transport_;
 };

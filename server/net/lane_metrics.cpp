@@ -48,8 +48,13 @@ void show_lanes(const Hub& hub) {
         metrics.gauge("encoder_bitrate_bps", "What measured links let the lanes' encoders take; 0: all.", lane)
             .set(sum.bitrate_bps);
     }
-    metrics.gauge("inflight_bytes", "Video that was given to viewers' sockets and is not acknowledged.")
-        .set(static_cast<double>(hub.lanes.bytes_in_flight()));
+    std::size_t in_flight = hub.lanes.bytes_in_flight();
+    for (const auto& [id, session] : hub.peers)
+        if (const auto peer = session.lock()) in_flight += peer->waiting_bytes();
+    metrics
+        .gauge("inflight_bytes",
+               "Video that was given to viewers' sockets and is not acknowledged, and messages that wait for clients.")
+        .set(static_cast<double>(in_flight));
     Counter& gated = metrics.counter("client_gated_total", "How often a viewer was made to wait for a key frame.");
     gated.add(hub.lanes.gatings() - gated.value());
 }

@@ -28,7 +28,7 @@ struct NetStream::Impl {
     std::unique_ptr<asio::ssl::stream<beast::tcp_stream&>> tls;
     std::vector<char> record;  // being written
     std::array<char, 1024> drained{};
-    std::chrono::steady_clock::time_point wrote{};
+    std::chrono::steady_clock::time_point wrote{}, read{};
 };
 
 NetStream::NetStream(tcp::socket socket) : impl_(std::make_unique<Impl>(std::move(socket))) {}
@@ -38,6 +38,10 @@ NetStream& NetStream::operator=(NetStream&&) noexcept = default;
 
 std::chrono::steady_clock::time_point NetStream::last_written() const {
     return impl_->wrote;
+}
+
+std::chrono::steady_clock::time_point NetStream::last_read() const {
+    return impl_->read;
 }
 
 NetStream::executor_type NetStream::get_executor() noexcept {
@@ -80,8 +84,12 @@ void NetStream::async_shut_down(Done done) {
 }
 
 void NetStream::read_some(const Buffers<asio::mutable_buffer>& buffers, Moved moved) {
-    if (impl_->tls) return impl_->tls->async_read_some(buffers[0], std::move(moved));
-    impl_->plain.async_read_some(buffers, std::move(moved));
+    Moved noted = [impl = impl_.get(), moved = std::move(moved)](error_code error, std::size_t bytes) {
+        if (bytes > 0) impl->read = std::chrono::steady_clock::now();
+        moved(error, bytes);
+    };
+    if (impl_->tls) return impl_->tls->async_read_some(buffers[0], std::move(noted));
+    impl_->plain.async_read_some(buffers, std::move(noted));
 }
 
 void NetStream::write_some(const Buffers<asio::const_buffer>& buffers, Moved moved) {

@@ -30,6 +30,8 @@ public:
     bool is_open() const { return socket().is_open(); }
     // When the other side last took something, as far as its window and this machine's buffer tell; never: the epoch.
     std::chrono::steady_clock::time_point last_written() const;
+    // When bytes came from it, also of a message that is not whole; never: the epoch.
+    std::chrono::steady_clock::time_point last_read() const;
     // Of operations that begin from now on: they end with beast::error::timeout.
     void expires_after(std::chrono::nanoseconds time);
     void expires_never();

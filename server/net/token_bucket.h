@@ -12,8 +12,9 @@ public:
     using Time = std::chrono::steady_clock::time_point;
     TokenBucket(double per_s, double burst) : per_s_(per_s), burst_(burst), left_(burst) {}
 
-    // Result: zero, and one is taken; else when one will be there, at least 1 ms.
-    std::chrono::milliseconds take(Time now) {
+    // Result: zero, and `count` are taken; else when one will be there, at least 1 ms. One is enough to take more: what
+    // was taken too much is waited for afterwards.
+    std::chrono::milliseconds take(Time now, double count = 1) {
         if (now > filled_) {
             left_ = filled_ == Time()
                         ? burst_
@@ -21,7 +22,7 @@ public:
             filled_ = now;
         }
         if (left_ >= 1) {
-            left_ -= 1;
+            left_ -= count;
             return std::chrono::milliseconds(0);
         }
         return std::chrono::milliseconds(std::max(1L, std::lround(std::ceil((1 - left_) / per_s_ * 1000))));

@@ -18,6 +18,13 @@ constexpr std::size_t kChunkBytes = 64 << 10;
 constexpr auto kLinger = std::chrono::seconds(2);  // for the client to read why its upload ends early
 constexpr std::string_view kContinue = "HTTP/1.1 100 Continue\r\n\r\n";
 
+// Whether what came breaks HTTP. A client that leaves in the middle, or brings nothing for too long, does not.
+bool is_fault_of_body(error_code error) {
+    return error.category() == http::make_error_code(http::error::bad_chunk).category() &&
+           error != http::error::need_buffer && error != http::error::partial_message &&
+           error != http::error::end_of_stream;
+}
+
 class UploadSession final : public std::enable_shared_from_this<UploadSession> {
 public:
     UploadSession(Hub& hub, Accepted accepted, beast::flat_buffer buffer,
@@ -73,6 +80,9 @@ private:
                               [self = shared_from_this()](error_code error, std::size_t) { self->on_read(error); });
     }
     void on_read(error_code error) {
+        if (is_fault_of_body(error))
+            return refuse({"bad_message", "", name_,
+                           "The body is not what its Transfer-Encoding says it is: " + error.message() + "."});
         if (error && error != http::error::need_buffer) return abandon();
         const std::size_t bytes = chunk_.size() - parser_.get().body().size;
         if (bytes == 0) return read();  // the header of a chunk, or its end

@@ -21,6 +21,7 @@ constexpr auto kClosing = std::chrono::seconds(2);  // for the closing handshake
 
 // Close codes of PROTOCOL.md.
 constexpr std::uint16_t kNotIdentified = 4002, kWrongToken = 4003, kTooManyFailures = 4008, kTooSlow = 4009;
+constexpr std::size_t kUpdateBytes = 64 << 10;               // of a message: every whole one counts as a command more
 constexpr auto kBusyRetry = std::chrono::milliseconds(100);  // of "busy"
 
 std::uint32_t microseconds(std::int64_t from_ns, std::int64_t to_ns) {
@@ -50,9 +51,9 @@ public:
     WebSocketSession& operator=(const WebSocketSession&) = delete;
 
     void start(HttpRequest request) {
-        id_ = hub_.add(shared_from_this(), place_);
+        id_ = hub_.add_stranger(shared_from_this(), place_);
         if (id_ == 0) return;
-        accepted_ = last_heard_ = Clock::now();
+        accepted_ = Clock::now();
         schedule_tick();  // bounds the upgrade too
         request_ = std::move(request);
         socket_.set_option(
@@ -63,9 +64,9 @@ public:
         socket_.read_message_max(hub_.options.limits.identify_bytes);
         socket_.auto_fragment(false);
         socket_.control_callback([this](websocket::frame_type kind, beast::string_view) {
-            last_heard_ = Clock::now();
+            const auto now = Clock::now();
             if (kind == websocket::frame_type::pong && std::exchange(probing_, false) && hub_.lanes.watches(id_))
-                hub_.lanes.round_trip(id_, last_heard_ - last_ping_, last_heard_);
+                hub_.lanes.round_trip(id_, now - last_ping_, now);
         });
         socket_.async_accept(request_, [self = shared_from_this()](error_code error) {
             if (error) return self->end();
@@ -82,8 +83,17 @@ public:
     }
 
     void on_reply(v1::ServerMessage message) override {
-        if (message.request_id() != 0 && outstanding_ > 0) --outstanding_;
-        push(SharedMessage(std::move(message)).bytes(encoding_));
+        const std::uint32_t request_id = message.request_id();
+        auto bytes = SharedMessage(std::move(message)).bytes(encoding_);
+        if (request_id == 0) return push(std::move(bytes));
+        if (const std::size_t waiting = waiting_bytes(); waiting > 0 && over_bound(waiting + bytes->size()))
+            bytes = encoded_refusal(request_id, full_of(waiting), kBusyRetry);
+        push(std::move(bytes), Kind::reply);
+    }
+    std::size_t waiting_bytes() const override {
+        std::size_t sum = writing_ ? outgoing_.message_bytes() : 0;
+        for (const Outgoing& waiting : queue_) sum += waiting.message_bytes();
+        return sum;
     }
     void on_state_published() override {
         if (identified_ && !ready_) send_ready();
@@ -117,6 +127,9 @@ public:
                 break;
         }
     }
+    void on_crowded_out() override {
+        turn_away(websocket::close_code::try_again_later, "too many others have not identified either");
+    }
     void on_shutdown() override {
         v1::ServerMessage message;
         message.mutable_goodbye()->set_reason("The server stops.");
@@ -127,23 +140,24 @@ public:
     }
 
 private:
-    enum class Kind : std::uint8_t { answer, state_changed, whole_state, video };
+    // reply: ends a request that counts as outstanding; note: any other message that is no state.
+    enum class Kind : std::uint8_t { note, reply, state_changed, whole_state, video };
+    static bool is_state(Kind kind) { return kind == Kind::state_changed || kind == Kind::whole_state; }
     // Messages leave in the order in which they were pushed, so that no frame overtakes its VideoConfig.
     struct Outgoing {
-        std::shared_ptr<const std::string> bytes;  // of answer and state_changed
-        Kind kind;
+        std::shared_ptr<const std::string> bytes;  // of messages; of whole_state from its sending on
+        Kind kind = Kind::note;
         std::uint32_t scene_rev = 0;                // of state_changed
         std::shared_ptr<const EncodedFrame> frame;  // of video, with its header
         std::array<std::byte, kFrameHeaderBytes> header{};
         std::uint32_t seq = 0;
-        bool is_state() const { return kind == Kind::state_changed || kind == Kind::whole_state; }
+        std::size_t message_bytes() const { return bytes ? bytes->size() : 0; }
     };
 
     // ---- reading
     void read() {
         socket_.async_read(buffer_, [self = shared_from_this()](error_code error, std::size_t) {
             if (error) return self->end();
-            self->last_heard_ = Clock::now();
             const std::string message(static_cast<const char*>(self->buffer_.data().data()), self->buffer_.size());
             self->buffer_.consume(self->buffer_.size());
             if (self->closing_) return self->read();
@@ -153,12 +167,21 @@ private:
     }
 
     void on_message(std::string_view bytes, bool is_text) {
-        Result<v1::ClientMessage> message = decode(bytes, is_text);
         if (!identified_) {
+            const Result<v1::ClientMessage> message = decode(bytes, is_text);
             if (!message || !message->has_identify())
                 return close(kNotIdentified, "Identify must be the first message");
             return on_identify(message->identify());
         }
+        // Reading a long message takes time even where it is refused.
+        if (const auto more = static_cast<double>(bytes.size() / kUpdateBytes); more > 0) {
+            const auto retry = updates_.take(Clock::now(), more);
+            if (retry.count() > 0) {
+                const std::string_view first = encoding_ == Encoding::proto ? bytes.substr(0, kUpdateBytes) : bytes;
+                return refuse(peek_request_id(encoding_, body(first)), too_fast(), retry);
+            }
+        }
+        Result<v1::ClientMessage> message = decode(bytes, is_text);
         if (!message) {
             const bool right_frame = is_text == (encoding_ == Encoding::json);
             return refuse(right_frame ? peek_request_id(encoding_, body(bytes)) : 0, message.error());
@@ -192,11 +215,13 @@ private:
             error = Error{"busy", "", std::to_string(outstanding_),
                           "So many requests of this client are unanswered; wait for some."};
         }
+        if (const std::size_t waiting = waiting_bytes(); !error && is_query(message) && over_bound(waiting)) {
+            retry = kBusyRetry;
+            error = full_of(waiting);
+        }
         if (!error && message.has_command()) {
             retry = updates_.take(now);
-            if (retry.count() > 0)
-                error = Error{"slow_down", "", print_number(limits.updates_per_s) + "/s",
-                              "This client sends more commands than that; none of this one was applied."};
+            if (retry.count() > 0) error = too_fast();
         }
         if (error) {
             refuse(message.request_id(), *error, retry);
@@ -204,6 +229,11 @@ private:
         }
         if (message.has_command()) hub_.updates.arrived(id_, message.request_id(), now);
         return true;
+    }
+
+    Error too_fast() const {
+        return {"slow_down", "", print_number(hub_.options.limits.updates_per_s) + "/s",
+                "This client sends more commands than that; none of this one was applied."};
     }
 
     std::string_view body(std::string_view bytes) const {
@@ -238,6 +268,10 @@ private:
             return close(kNotIdentified, "the role must be controller or viewer");
         v1::Identify told = identify;
         if (right == Right::look) told.set_role("viewer");
+        if (!hub_.make_client(id_)) {
+            hub_.count_rejected("clients");
+            return close(websocket::close_code::try_again_later, "there are too many clients already");
+        }
         if (!hub_.identified(id_, std::move(told)))
             return close(websocket::close_code::try_again_later, "the server is busy");
         identified_ = true;
@@ -271,29 +305,39 @@ private:
     }
     void refuse(std::uint32_t request_id, const Error& error,
                 std::chrono::milliseconds retry = std::chrono::milliseconds(0)) {
+        push(encoded_refusal(request_id, error, retry));
+    }
+    std::shared_ptr<const std::string> encoded_refusal(std::uint32_t request_id, const Error& error,
+                                                       std::chrono::milliseconds retry) const {
         v1::ServerMessage message;
         message.set_request_id(request_id);
         *message.mutable_result() = refusal(error);
         message.mutable_result()->set_retry_after_ms(static_cast<std::uint32_t>(retry.count()));
-        push(SharedMessage(std::move(message)).bytes(encoding_));
+        return SharedMessage(std::move(message)).bytes(encoding_);
+    }
+    bool over_bound(std::size_t bytes) const { return bytes > hub_.options.limits.queued_bytes; }
+    static Error full_of(std::size_t waiting) {
+        return {"busy", "", std::to_string(waiting), "So many bytes wait for this client; read them first."};
     }
 
-    void push(std::shared_ptr<const std::string> bytes, Kind kind = Kind::answer, std::uint32_t scene_rev = 0) {
+    void push(std::shared_ptr<const std::string> bytes, Kind kind = Kind::note, std::uint32_t scene_rev = 0) {
         if (closing_ || ended_) return;
-        if (queue_.size() >= hub_.options.limits.queued_messages && !make_room(kind)) return;
+        const bool full = queue_.size() >= hub_.options.limits.queued_messages ||
+                          (kind == Kind::state_changed && over_bound(waiting_bytes() + bytes->size()));
+        if (full && !make_room(kind)) return;
         queue_.push_back({std::move(bytes), kind, scene_rev, nullptr});
         write_next();
     }
     // At the bound all waiting changes of the state become one message with the whole state, encoded when it is sent. A
     // client that lets answers pile up is closed. Result: whether the new message is still to be queued.
     bool make_room(Kind kind) {
-        const std::size_t removed = std::erase_if(queue_, [](const Outgoing& o) { return o.is_state(); });
-        if (removed == 0 && kind == Kind::answer) {
+        const std::size_t removed = std::erase_if(queue_, [](const Outgoing& o) { return is_state(o.kind); });
+        if (removed == 0 && !is_state(kind)) {
             close(kTooSlow, "too many messages wait for this client");
             return false;
         }
         queue_.push_back({nullptr, Kind::whole_state, 0, nullptr});
-        return kind == Kind::answer;
+        return !is_state(kind);
     }
 
     void write_next() {
@@ -328,6 +372,8 @@ private:
         if (error) return end();
         if (outgoing_.kind == Kind::video)
             send_seconds_.observe(std::chrono::duration<double>(Clock::now() - write_began_).count());
+        if (outgoing_.kind == Kind::reply && outstanding_ > 0) --outstanding_;
+        outgoing_ = {};  // a picture's bytes go now, not with the next message
         write_next();
     }
 
@@ -398,17 +444,20 @@ private:
     void check_times() {
         const FrontLimits& limits = hub_.options.limits;
         const auto now = Clock::now();
-        const auto silence = now - last_heard_;
+        const NetStream& stream = socket_.next_layer();
+        // Who takes a long message piece by piece is there too: no ping gets past it.
+        const auto taken = writing_ ? stream.last_written() : accepted_;
+        const auto silence = now - std::max({accepted_, stream.last_read(), taken});
         if (closing_) {
             if (now - closing_since_ > kClosing) end();
-        } else if (writing_ && now - std::max(write_began_, socket_.next_layer().last_written()) > limits.write_stall) {
+        } else if (writing_ && now - std::max(write_began_, stream.last_written()) > limits.write_stall) {
             spdlog::info("net: client {} does not read; dropped", id_);
             end();
         } else if (silence > limits.dead) {
             spdlog::info("net: client {} is silent; dropped", id_);
             end();
         } else if (!identified_ && now - accepted_ > limits.identify) {
-            socket_.is_open() ? close(kNotIdentified, "Identify did not come in time") : end();
+            turn_away(kNotIdentified, "Identify did not come in time");
         } else if (silence > limits.ping && now - last_ping_ > limits.ping && !pinging_ && socket_.is_open()) {
             ping();
         }
@@ -421,6 +470,8 @@ private:
             if (error) self->end();
         });
     }
+    // Also while the upgrade is under way.
+    void turn_away(std::uint16_t code, const char* reason) { socket_.is_open() ? close(code, reason) : end(); }
     void close(std::uint16_t code, const char* reason) {
         if (closing_ || ended_) return;
         closing_ = true;
@@ -448,7 +499,7 @@ private:
     websocket::stream<NetStream> socket_;
     Encoding encoding_;
     TokenBucket updates_;
-    unsigned outstanding_ = 0;  // requests that were not answered yet
+    unsigned outstanding_ = 0;  // requests whose answer was not sent yet
     struct Sent {
         std::uint32_t seq = 0;  // 0: none
         Clock::time_point at;
@@ -461,7 +512,7 @@ private:
 
     bool identified_ = false, ready_ = false, wants_video_ = false, wants_state_ = false;
     bool writing_ = false, pinging_ = false, closing_ = false, close_when_sent_ = false, ended_ = false;
-    std::deque<Outgoing> queue_;         // at most FrontLimits::queued_messages, and a whole state
+    std::deque<Outgoing> queue_;         // at most FrontLimits::queued_messages and queued_bytes, and a whole state
     Outgoing outgoing_{};                // being written
     std::uint32_t whole_state_rev_ = 0;  // of the last whole state that was sent
 
@@ -473,7 +524,7 @@ private:
     bool held_final_ = false;
 
     asio::steady_timer tick_;
-    Clock::time_point accepted_, last_heard_, last_ping_, write_began_, closing_since_;
+    Clock::time_point accepted_, last_ping_, write_began_, closing_since_;
 };
 
 }  // namespace

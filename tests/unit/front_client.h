@@ -102,7 +102,8 @@ public:
                        std::string(subprotocol) + "\r\n" + headers,
                    host);
     }
-    void send_frame(int opcode, const std::string& payload) {
+    void send_frame(int opcode, const std::string& payload) { send(frame(opcode, payload)); }
+    static std::string frame(int opcode, const std::string& payload) {
         std::string frame(1, static_cast<char>(0x80 | opcode));
         if (payload.size() < 126) {
             frame += static_cast<char>(0x80 | payload.size());
@@ -113,7 +114,7 @@ public:
                 frame += static_cast<char>(payload.size() >> (8 * byte) & 0xff);
         }
         frame += std::string("\0\0\0\0", 4);  // a mask of zeros
-        send(frame + payload);
+        return frame + payload;
     }
     struct Frame {
         int opcode = -1;  // -1: nothing came

@@ -55,6 +55,22 @@ TEST_F(FrontTest, ForeignHostsAndOriginsAreRefused) {
     EXPECT_EQ(nameless.read_response(), 400);
 }
 
+TEST_F(FrontTest, RefusalsTellCodeAndValue) {
+    start();
+    Client client(front->port());
+    EXPECT_EQ(client.get("/no%20page"), 404);
+    EXPECT_EQ(client.body, "not_found: There is no such page. (/no page)\n");
+    EXPECT_EQ(client.get("/" + std::string(1000, 'x')), 404);
+    EXPECT_LT(client.body.size(), 200u) << client.body;
+    EXPECT_EQ(client.get("/", "", "evil.example"), 403);
+    EXPECT_EQ(client.body, "permission: This server does not go by that name. (Host: evil.example)\n");
+    EXPECT_EQ(client.get("/", "", "a\xff;b.localhost"), 403);
+    EXPECT_EQ(client.body, "permission: This server does not go by that name. (Host: a?;b.localhost)\n");
+    EXPECT_EQ(client.get("/", "Origin: http://evil.example\r\n"), 403);
+    EXPECT_EQ(client.body,
+              "permission: Pages of another origin may not use this server. (Origin: http://evil.example)\n");
+}
+
 TEST_F(FrontTest, BadRequestsAreAnsweredAndClosed) {
     options.limits.header = 300ms;
     start();
@@ -228,9 +244,14 @@ TEST(HttpRules, HostsAreNamesAndAddressesWithAPort) {
     EXPECT_FALSE(allowed_host("192.0.2.3", options, mapped));
     EXPECT_TRUE(allowed_host("[fe80::1]:80", options, make_address("fe80::1%1")));
     EXPECT_TRUE(allowed_host("[::1]:80", options, v4));
+    EXPECT_TRUE(allowed_host("app.localhost:80", options, v4));
     for (const char* bad :
-         {"localhost:80; script-src *", "[::1]evil", "localhost:evil", "[::1", "", ":80", "localhost:80:80"})
+         {"localhost:80; script-src *", "[::1]evil", "localhost:evil", "[::1", "", ":80", "localhost:80:80",
+          "a;script-src.localhost", "a b.localhost", "'self'.localhost", "\"a\".localhost", "a\t.localhost",
+          "*.localhost", "\xc3\xa4.localhost", "[::1 ]", "[::1%lo]"})
         EXPECT_FALSE(allowed_host(bad, options, v4)) << bad;
+    options.host_names = {"my_box"};
+    EXPECT_TRUE(allowed_host("MY_BOX:80", options, v4)) << "who lists a name means it";
 }
 
 }  // namespace

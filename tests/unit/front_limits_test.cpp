@@ -48,6 +48,14 @@ TEST(TokenBucket, ABurstThenTheRate) {
     EXPECT_GT(bucket.take(start + 1h).count(), 0) << "what was saved up is bounded";
 }
 
+TEST(TokenBucket, WhatWasTakenTooMuchIsWaitedFor) {
+    TokenBucket bucket(10, 3);
+    const Time start = Time() + 1h;
+    EXPECT_EQ(bucket.take(start, 8).count(), 0) << "however much it is, while one is there";
+    EXPECT_EQ(bucket.take(start), 600ms);
+    EXPECT_EQ(bucket.take(start + 601ms).count(), 0);
+}
+
 TEST(UpdateClock, MeasuresFromArrivalToTheFirstFrame) {
     UpdateClock clock;
     const Time start = Time() + 1h;
@@ -123,12 +131,41 @@ TEST_F(FrontLimitsTest, OneAddressHasItsShare) {
     options.limits.local_clients = 2;
     start();
     Client a(front->port()), b(front->port());
-    ASSERT_EQ(a.upgrade(kSubprotocolJson), 101);
-    ASSERT_EQ(b.upgrade(kSubprotocolJson), 101);
+    a.join(kSubprotocolJson, false, false);
+    b.join(kSubprotocolJson, false, false);
     EXPECT_EQ(Client(front->port()).upgrade(kSubprotocolJson), 429);
     EXPECT_EQ(Client(front->port()).get("/v1/mjpeg"), 429);
     EXPECT_EQ(Client(front->port()).get("/v1/frame.png"), 429);
     EXPECT_EQ(Client(front->port()).get("/healthz"), 200);
+}
+
+TEST_F(FrontLimitsTest, WhoHasNotIdentifiedTakesNoPlaceAndTheOldestMakesRoom) {
+    for (const bool by_address : {false, true}) {
+        front.reset();
+        options.limits.clients = by_address ? 64 : 2;
+        options.limits.local_clients = by_address ? 2 : 0;
+        start();
+        std::vector<std::unique_ptr<Client>> strangers;
+        for (int i = 0; i < 4; ++i) {
+            strangers.push_back(std::make_unique<Client>(front->port()));
+            ASSERT_EQ(strangers.back()->upgrade(kSubprotocolJson), 101);
+            ASSERT_TRUE(strangers.back()->read_message()) << "Hello";
+        }
+        for (int i = 0; i < 2; ++i) {
+            EXPECT_FALSE(strangers[i]->read_message());
+            EXPECT_EQ(strangers[i]->last.close_code(), 1013) << i;
+        }
+        Client client(front->port()), late(front->port());
+        client.join(kSubprotocolJson, false, false);  // the third stranger leaves
+        ASSERT_EQ(late.upgrade(kSubprotocolJson), 101);
+        ASSERT_TRUE(late.read_message());
+        strangers[3]->identify(false, false);
+        const auto ready = strangers[3]->read_message();
+        EXPECT_TRUE(ready && ready->has_ready()) << "the newer ones are still there";
+        late.identify(false, false);
+        EXPECT_FALSE(late.read_message());
+        EXPECT_EQ(late.last.close_code(), 1013) << "two clients are there meanwhile";
+    }
 }
 
 TEST_F(FrontLimitsTest, ConnectionsOverTheLimitAreClosed) {
@@ -175,6 +212,31 @@ TEST_F(FrontLimitsTest, CommandsOverTheRateAreToldToSlowDown) {
         << "queries are not counted";
 }
 
+TEST_F(FrontLimitsTest, LongMessagesCountBeforeTheyAreRead) {
+    options.limits.updates_per_s = 1;
+    options.limits.update_burst = 3;
+    start();
+    for (const std::string_view subprotocol : {kSubprotocolJson, kSubprotocolProto}) {
+        Client client(front->port());
+        client.join(subprotocol, false, false);
+        const bool json = client.encoding == Encoding::json;
+        client.send_frame(json ? 1 : 2, "\x01" + std::string(300 << 10, json ? '[' : '\xff'));
+        const auto bad = client.read_message();
+        ASSERT_TRUE(bad && bad->has_result());
+        EXPECT_EQ(bad->result().code(), "bad_message");
+        v1::ClientMessage command;
+        command.set_request_id(7);
+        command.mutable_command()->mutable_load_scene()->set_file(std::string(100 << 10, 'x'));
+        client.say(command);
+        const auto refused = client.read_message();
+        ASSERT_TRUE(refused && refused->has_result());
+        EXPECT_EQ(refused->request_id(), 7u);
+        EXPECT_EQ(refused->result().code(), "slow_down");
+        EXPECT_GT(refused->result().retry_after_ms(), 1000u);
+    }
+    EXPECT_TRUE(requests.empty());
+}
+
 TEST_F(FrontLimitsTest, UnansweredRequestsAreBounded) {
     options.limits.outstanding = 2;
     start();
@@ -200,6 +262,105 @@ TEST_F(FrontLimitsTest, UnansweredRequestsAreBounded) {
     query.set_request_id(4);
     client.say(query);
     EXPECT_TRUE(wait_for([&] { return requests.size() == 3; }));
+}
+
+// A query, and an answer to it with a picture of so many bytes.
+v1::ClientMessage capture(std::uint32_t id) {
+    v1::ClientMessage query;
+    query.set_request_id(id);
+    query.mutable_capture()->set_format("exr");
+    return query;
+}
+v1::ServerMessage picture(std::uint32_t id, std::size_t bytes) {
+    v1::ServerMessage answer;
+    answer.set_request_id(id);
+    answer.mutable_capture()->set_image(std::string(bytes, 'x'));
+    return answer;
+}
+// Result: gonio_inflight_bytes; what was sent before has been dealt with by then.
+double in_flight(std::uint16_t port) {
+    Client scraper(port);
+    EXPECT_EQ(scraper.get("/metrics"), 200);
+    const std::string name = "\ngonio_inflight_bytes ";
+    const std::size_t at = scraper.body.find(name);
+    return at == std::string::npos ? -1 : std::stod(scraper.body.substr(at + name.size()));
+}
+
+constexpr std::size_t kMore = 8 << 20;  // than the kernel takes for a reader with a small buffer
+
+TEST_F(FrontLimitsTest, AnswersThatWaitForASlowReaderAreBoundedInBytes) {
+    options.limits.queued_bytes = 1 << 20;
+    options.limits.write_stall = 20s;
+    start();
+    Client slow(front->port(), 4096);
+    slow.join(kSubprotocolProto, false, false);
+    slow.say(capture(1));
+    slow.say(capture(2));
+    ASSERT_TRUE(wait_for([&] { return requests.size() == 2; }));
+    front->reply(requests[0].first, picture(1, kMore));    // larger than the bound, alone
+    front->reply(requests[0].first, picture(2, 1 << 10));  // does not fit
+    EXPECT_GE(in_flight(front->port()), kMore);
+    slow.say(capture(3));  // while more than the bound waits
+    EXPECT_LT(in_flight(front->port()), kMore + (1 << 10)) << "two refusals wait, no picture";
+    {
+        std::lock_guard lock(mutex);
+        EXPECT_EQ(requests.size(), 2u) << "nothing is rendered for whoever does not read";
+    }
+    const auto first = slow.read_message();
+    ASSERT_TRUE(first && first->has_capture());
+    EXPECT_EQ(first->capture().image().size(), kMore);
+    for (const std::uint32_t id : {2u, 3u}) {
+        const auto refused = slow.read_message();
+        ASSERT_TRUE(refused && refused->has_result()) << id;
+        EXPECT_EQ(refused->request_id(), id);
+        EXPECT_EQ(refused->result().code(), "busy");
+        EXPECT_GT(refused->result().retry_after_ms(), 0u);
+    }
+    slow.say(capture(4));
+    ASSERT_TRUE(wait_for([&] { return requests.size() == 3; })) << "who has read is served again";
+    front->reply(requests[0].first, picture(4, 1 << 10));
+    const auto last = slow.read_message();
+    EXPECT_TRUE(last && last->has_capture());
+    EXPECT_EQ(in_flight(front->port()), 0);
+}
+
+TEST_F(FrontLimitsTest, ARequestIsOutstandingUntilItsAnswerIsSent) {
+    options.limits.outstanding = 1;
+    options.limits.write_stall = 20s;
+    start();
+    Client slow(front->port(), 4096);
+    slow.join(kSubprotocolProto, false, false);
+    slow.say(capture(1));
+    ASSERT_TRUE(wait_for([&] { return requests.size() == 1; }));
+    front->reply(requests[0].first, picture(1, kMore));
+    EXPECT_GE(in_flight(front->port()), kMore);
+    slow.say(capture(2));
+    in_flight(front->port());
+    const auto first = slow.read_message(), second = slow.read_message();
+    ASSERT_TRUE(first && first->has_capture() && second && second->has_result());
+    EXPECT_EQ(second->request_id(), 2u);
+    EXPECT_EQ(second->result().code(), "busy");
+    slow.say(capture(3));
+    EXPECT_TRUE(wait_for([&] { return requests.size() == 2; }));
+}
+
+TEST_F(FrontLimitsTest, QueriesThatNobodyCanBeAnsweredAreRefused) {
+    start();
+    Client client(front->port());
+    client.join(kSubprotocolJson, false, false);
+    for (const char* query :
+         {"get_state", "meter", "capture", "report", "stats", "profile", "sources", "patch", "surfaces", "learn"}) {
+        client.send_frame(1, std::string("{\"") + query + "\":{}}");
+        const auto answer = client.read_message();
+        ASSERT_TRUE(answer && answer->has_result()) << query;
+        EXPECT_EQ(answer->request_id(), 0u);
+        EXPECT_EQ(answer->result().code(), "invalid_argument");
+        EXPECT_EQ(answer->result().field(), "request_id");
+    }
+    client.send_frame(1, R"({"command":{"set_master":{"ratio":0.5}}})");
+    client.send_frame(1, R"({"acquire_control":{}})");
+    ASSERT_TRUE(wait_for([&] { return requests.size() == 2; }));
+    EXPECT_TRUE(requests[0].second.has_command() && requests[1].second.has_acquire_control());
 }
 
 TEST_F(FrontLimitsTest, PicturesOverTheSideAreRefused) {
@@ -272,6 +433,7 @@ TEST_F(FrontLimitsTest, ReadinessAndMetricsAreTold) {
     front->publish_h264(frame(1, true), true);
     viewer.acknowledge(viewer.read_frame().seq());
     v1::ClientMessage sync;  // after the acknowledgement
+    sync.set_request_id(1);
     sync.mutable_stats();
     viewer.say(sync);
     ASSERT_TRUE(wait_for([&] { return !requests.empty(); }));

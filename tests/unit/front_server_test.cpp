@@ -130,6 +130,7 @@ TEST_F(FrontTest, MalformedMessagesAreAnsweredAndTheConnectionStays) {
         EXPECT_NE(answer->result().code(), "ok");
     }
     v1::ClientMessage stats;
+    stats.set_request_id(1);
     stats.mutable_stats();
     proto.say(stats);
     EXPECT_TRUE(wait_for([&] { return requests.size() == 1; }));
@@ -188,8 +189,8 @@ TEST_F(FrontTest, OneClientTooManyIs503) {
     options.limits.clients = 2;
     start();
     Client a(front->port()), b(front->port());
-    ASSERT_EQ(a.upgrade(kSubprotocolJson), 101);
-    ASSERT_EQ(b.upgrade(kSubprotocolJson), 101);
+    a.join(kSubprotocolJson, false, false);
+    b.join(kSubprotocolJson, false, false);
     EXPECT_EQ(Client(front->port()).upgrade(kSubprotocolJson), 503);
     EXPECT_EQ(Client(front->port()).get("/v1/mjpeg"), 503);
     EXPECT_EQ(Client(front->port()).get("/healthz"), 200);
@@ -335,8 +336,15 @@ TEST_F(FrontTest, AViewerThatLeavesIsForgotten) {
 
 // ---------------------------------------------------------------------------------------------------- slow clients
 
-TEST_F(FrontTest, AReaderThatStopsGetsOneWholeStateInsteadOfManyChanges) {
-    options.limits.queued_messages = 16;
+struct StateQueue {
+    const char* name;
+    std::size_t messages, bytes;
+};
+struct FrontStateQueues : FrontTest, testing::WithParamInterface<StateQueue> {};
+
+TEST_P(FrontStateQueues, AReaderThatStopsGetsOneWholeStateInsteadOfManyChanges) {
+    options.limits.queued_messages = GetParam().messages;
+    options.limits.queued_bytes = GetParam().bytes;
     options.limits.write_stall = 20s;
     start();
     Client slow(front->port(), 4096);
@@ -369,6 +377,10 @@ TEST_F(FrontTest, AReaderThatStopsGetsOneWholeStateInsteadOfManyChanges) {
     EXPECT_EQ(newest, kChanges);
 }
 
+INSTANTIATE_TEST_SUITE_P(Bounds, FrontStateQueues,
+                         testing::Values(StateQueue{"Messages", 16, 64 << 20}, StateQueue{"Bytes", 256, 1 << 20}),
+                         [](const auto& test) { return std::string(test.param.name); });
+
 TEST_F(FrontTest, AReaderThatStopsIsDropped) {
     options.limits.write_stall = 300ms;
     start();
@@ -388,6 +400,38 @@ TEST_F(FrontTest, ASilentClientIsPingedThenDropped) {
     silent.keeps_pings = true;
     EXPECT_EQ(silent.read_frame(1000).opcode, 9);  // never answered
     EXPECT_TRUE(wait_demand([](const Demand& d) { return d.clients == 0; }));
+}
+
+TEST_F(FrontTest, WhoSendsOrTakesALongMessageSlowlyIsNotSilent) {
+    options.limits.ping = 100ms;
+    options.limits.dead = 400ms;
+    start();
+    Client sender(front->port());
+    sender.join(kSubprotocolJson, false, false);
+    const std::string bytes = Client::frame(1, R"({"request_id":1,"stats":{}})" + std::string(20'000, ' '));
+    for (std::size_t at = 0; at < bytes.size(); at += 1000) {  // over a second
+        sender.send(bytes.substr(at, 1000));
+        std::this_thread::sleep_for(50ms);
+    }
+    ASSERT_TRUE(wait_for([&] { return requests.size() == 1; })) << "it was dropped in the middle of its message";
+    Client taker(front->port(), 4096);
+    taker.join(kSubprotocolProto, false, false);
+    v1::ClientMessage query;
+    query.set_request_id(1);
+    query.mutable_capture();
+    taker.say(query);
+    ASSERT_TRUE(wait_for([&] { return requests.size() == 2; }));
+    v1::ServerMessage answer;
+    answer.set_request_id(1);
+    answer.mutable_capture()->set_image(std::string(8 << 20, 'x'));
+    front->reply(requests[1].first, answer);
+    const auto began = std::chrono::steady_clock::now();
+    while (std::chrono::steady_clock::now() - began < 1s) {
+        ASSERT_TRUE(taker.receive()) << "it was dropped in the middle of its answer";
+        std::this_thread::sleep_for(20ms);
+    }
+    const auto whole = taker.read_message();
+    EXPECT_TRUE(whole && whole->has_capture());
 }
 
 TEST_F(FrontTest, PublishingFromManyThreadsIsSafe) {

@@ -93,6 +93,20 @@ TEST_F(FrontUploadsTest, ChunksAndExpectedBodiesAreRead) {
     EXPECT_EQ(content("b.ies"), "hi");
 }
 
+TEST_F(FrontUploadsTest, ChunksThatAreNoneAre400) {
+    start_with_uploads();
+    for (const char* body : {"zz\r\nabcde\r\n0\r\n\r\n", "3\r\nabcXX\r\n0\r\n\r\n", "3\r\nabc\r\nzz\r\n"}) {
+        Client client(front->port());
+        client.send("PUT /v1/uploads/a.ies HTTP/1.1\r\nHost: localhost\r\nTransfer-Encoding: chunked\r\n\r\n" +
+                    std::string(body));
+        EXPECT_EQ(client.read_response(), 400) << body;
+        EXPECT_EQ(client.body.find("bad_message: "), 0u) << client.body;
+        EXPECT_NE(client.body.find("a.ies"), std::string::npos) << client.body;
+        EXPECT_TRUE(client.receive_end());
+    }
+    EXPECT_TRUE(files_become(0));
+}
+
 TEST_F(FrontUploadsTest, NamesThatAreNoNamesAreRefused) {
     start_with_uploads();
     for (const char* bad : {"..%2Fx.glb", "%2Fetc%2Fx.glb", "x.txt", ".part-1.glb", "a%20b.glb", ""})
