@@ -30,7 +30,7 @@ struct FrontLimits {
     std::size_t queued_messages = 256;              // control messages waiting for one slow client
     std::size_t queued_bytes = 64 << 20;            // of them; an answer waits alone, or must fit: else "busy" instead
     unsigned outstanding = 32;                      // requests of one client without answer sent; one more is "busy"
-    double updates_per_s = 240;                     // commands, and 64 KiB, of one client; more is told "slow_down"
+    double updates_per_s = 240;                     // commands, and 16 KiB, of one client; more is told "slow_down"
     double update_burst = 480;                      // that many at once
     int side_px = 4096;                             // width and height of pictures; larger ones are refused
     std::chrono::milliseconds key_interval{1'000};  // least time between two key frames that one client makes the

@@ -21,7 +21,7 @@ constexpr auto kClosing = std::chrono::seconds(2);  // for the closing handshake
 
 // Close codes of PROTOCOL.md.
 constexpr std::uint16_t kNotIdentified = 4002, kWrongToken = 4003, kTooManyFailures = 4008, kTooSlow = 4009;
-constexpr std::size_t kUpdateBytes = 64 << 10;               // of a message: every whole one counts as a command more
+constexpr std::size_t kUpdateBytes = 16 << 10;               // of a message: every whole one counts as a command more
 constexpr auto kBusyRetry = std::chrono::milliseconds(100);  // of "busy"
 
 std::uint32_t microseconds(std::int64_t from_ns, std::int64_t to_ns) {
