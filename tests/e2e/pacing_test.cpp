@@ -125,8 +125,8 @@ void shows_fresh_frames(const DaemonProcess& daemon, double bits_per_s, double m
 TEST(Pacing, ANarrowLineShowsFreshFramesForAsLongAsItLasts) {
     const DaemonProcess daemon({"--size", "640x640"});
     shows_fresh_frames(daemon, 3e6, 120);
-    // Less than the picture would take: the line is full. Of frames of Link::kLeastBudgetBytes, 55 ms each there, two are
-    // on their way.
+    // Less than the picture would take: the line is full. Of frames of Link::kLeastBudgetBytes, 55 ms each there, two
+    // are on their way.
     shows_fresh_frames(daemon, 0.6e6, 20 + 3 * 55);
 }
 
