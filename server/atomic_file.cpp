@@ -42,13 +42,6 @@ std::string aside_name(const std::string& path, const std::string& ending, int n
     return path + ending + (number > 1 ? "-" + std::to_string(number) : "");
 }
 
-bool is_same_file(const std::string& a, const std::string& b) {
-    struct stat of_a {
-    }, of_b{};
-    return ::stat(a.c_str(), &of_a) == 0 && ::stat(b.c_str(), &of_b) == 0 && of_a.st_dev == of_b.st_dev &&
-           of_a.st_ino == of_b.st_ino;
-}
-
 }  // namespace
 
 Result<bool> write_file_atomically(const std::string& path, std::string_view bytes) {
@@ -87,7 +80,8 @@ Result<std::string> keep_file_aside(const std::string& path, const std::string& 
             return name;
         }
         if (errno != EEXIST) break;
-        if (is_same_file(path, name)) return name;
+        std::error_code failed;
+        if (std::filesystem::equivalent(path, name, failed)) return name;
     }
     return set_file_aside(path, ending);
 }

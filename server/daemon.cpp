@@ -97,8 +97,12 @@ int run_daemon(const Options& options) {
     std::atomic<std::shared_ptr<Front>> front_to_stop;
     std::atomic<std::shared_ptr<StateFile>> state_to_save;
     std::atomic<std::shared_ptr<UploadStore>> uploads_to_discard;
-    const bool reload_hangs = std::ranges::find(options.inject, "reload-hangs") != options.inject.end();
-    Reloading reloading(reload_hangs ? read_for_ever : std::function([options] { return read_again(options); }));
+    const auto hangs = [&](const char* fault) {
+        return std::ranges::find(options.inject, fault) != options.inject.end();
+    };
+    const bool state_hangs = hangs("state-hangs");
+    Reloading reloading(hangs("reload-hangs") ? read_for_ever
+                                              : std::function([options] { return read_again(options); }));
     // Declared first, it ends last: it bounds the time that the others take.
     std::optional<Signals> signals;
     const Forgotten forgotten_uploads(uploads_to_discard);  // the folder goes while the signals still watch
@@ -122,16 +126,11 @@ int run_daemon(const Options& options) {
     std::optional<Scene> scene;
     SurfaceOptions boxes;
     GpuFaults faults;
-    bool state_hangs = false;
     try {
         scene = first_scene(options);
         boxes = surface_options(options);
-        for (const std::string& fault : options.inject) {
-            if (fault == "state-hangs")
-                state_hangs = true;
-            else if (fault != "reload-hangs")
-                add_fault(faults, fault);
-        }
+        for (const std::string& fault : options.inject)
+            if (fault != "state-hangs" && fault != "reload-hangs") add_fault(faults, fault);
     } catch (const std::invalid_argument& error) {
         std::fprintf(stderr, "goniod: %s\n", error.what());
         return 2;

@@ -64,15 +64,6 @@ constexpr std::size_t kFewest = 8;
 // Values at a time: three sums of them stay in the second cache while layer after layer is added.
 constexpr std::size_t kChunk = 8192;
 
-// job(first, count) over `size` values, a multiple of kLanes.
-template <typename Job>
-void for_chunks(std::size_t size, Pool& pool, const Job& job) {
-    pool.run(static_cast<int>((size + kChunk - 1) / kChunk), [&](int chunk) {
-        const std::size_t first = static_cast<std::size_t>(chunk) * kChunk;
-        job(first, std::min(kChunk, size - first));
-    });
-}
-
 }  // namespace
 
 void LayerSum::take(std::vector<LayerTerm> terms, std::size_t most, bool direct, bool indirect, Pool& pool) {
@@ -144,7 +135,7 @@ void LayerSum::keep(std::span<const LayerTerm> terms, bool anew, Pool& pool) {
     const LightLayer& shape = *terms.front().layer;
     if (with_direct_) {
         prepare(direct_, shape.direct.size());
-        for_chunks(shape.direct.size(), pool, [&](std::size_t first, std::size_t count) {
+        pool.run_chunks(shape.direct.size(), kChunk, [&](std::size_t first, std::size_t count) {
             std::int32_t* const sums[] = {&direct_[0][first], &direct_[1][first], &direct_[2][first]};
             if (anew) {
                 for (std::int32_t* sum : sums) std::fill_n(sum, count, 0);
@@ -156,7 +147,7 @@ void LayerSum::keep(std::span<const LayerTerm> terms, bool anew, Pool& pool) {
     if (!with_indirect_) return;
     prepare(indirect_, shape.indirect[0].size());
     for (std::size_t k = 0; k < 3; ++k) {
-        for_chunks(shape.indirect[k].size(), pool, [&](std::size_t first, std::size_t count) {
+        pool.run_chunks(shape.indirect[k].size(), kChunk, [&](std::size_t first, std::size_t count) {
             std::int32_t* sum = &indirect_[k][first];
             if (anew) std::fill_n(sum, count, 0);
             for (const LayerTerm& term : terms) HWY_DYNAMIC_DISPATCH(AddPlane)
@@ -171,7 +162,7 @@ const std::int32_t* LayerSum::kept_direct(int channel) const {
 
 void LayerSum::indirect(float per_quantum, Planes& out, Pool& pool) const {
     for (std::size_t k = 0; k < 3; ++k) {
-        for_chunks(out[k].size() / kLanes * kLanes, pool, [&](std::size_t first, std::size_t count) {
+        pool.run_chunks(out[k].size() / kLanes * kLanes, kChunk, [&](std::size_t first, std::size_t count) {
             static thread_local std::vector<std::int32_t> sum;
             sum.resize(kChunk);
             if (any_kept_)

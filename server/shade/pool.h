@@ -1,7 +1,9 @@
 // The fork-join pool of the render thread's SIMD work: as many threads as cores, the caller among them.
 #pragma once
 
+#include <algorithm>
 #include <atomic>
+#include <cstddef>
 #include <cstdint>
 #include <functional>
 #include <thread>
@@ -35,6 +37,15 @@ public:
         generation_.notify_all();
         work();
         for (int left; (left = undone_.load()) != 0;) undone_.wait(left);
+    }
+
+    // Runs job(first, count) over `size` values, `chunk` at a time, the last time fewer; else as run().
+    template <typename Job>
+    void run_chunks(std::size_t size, std::size_t chunk, const Job& job) {
+        run(static_cast<int>((size + chunk - 1) / chunk), [&](int i) {
+            const std::size_t first = static_cast<std::size_t>(i) * chunk;
+            job(first, std::min(chunk, size - first));
+        });
     }
 
 private:

@@ -15,6 +15,7 @@ constexpr int kFirstRounds = 2;
 // round.
 constexpr float kLiveRounds = 1.0f / 3.0f;
 constexpr int kBandRows = 40;
+constexpr std::size_t kPiece = std::size_t{1} << 14;  // values at a time, of 4 per pixel
 // Rows around a band that its windows see: three points of the grid; two nodes and the tent over their neighbours.
 constexpr int kMargin = 16;
 static_assert(kMargin % 4 == 0 && kMargin >= 3 * kRound.node_stride);
@@ -84,21 +85,8 @@ bool Refinement::continue_with(const Surfaces& surfaces, const LightView& light,
     return true;
 }
 
-namespace {
-// Values at a time, of 4 per pixel.
-constexpr std::size_t kPiece = std::size_t{1} << 14;
-// piece(first, count) of `all` values.
-template <typename Piece>
-void in_pieces(std::size_t all, Pool& pool, const Piece& piece) {
-    pool.run(static_cast<int>((all + kPiece - 1) / kPiece), [&](int i) {
-        const std::size_t first = static_cast<std::size_t>(i) * kPiece;
-        piece(first, std::min(kPiece, all - first));
-    });
-}
-}  // namespace
-
 void Refinement::count(const std::vector<std::uint16_t>& live, Pool& pool) {
-    in_pieces(sums_.size(), pool, [&](std::size_t first, std::size_t count) {
+    pool.run_chunks(sums_.size(), kPiece, [&](std::size_t first, std::size_t count) {
         add_halves(live.data() + first, kLiveRounds, count, sums_.data() + first);
     });
     weight_ += kLiveRounds;
@@ -106,7 +94,7 @@ void Refinement::count(const std::vector<std::uint16_t>& live, Pool& pool) {
 
 void Refinement::mean(float share, std::vector<std::uint16_t>& out, Pool& pool) const {
     out.resize(sums_.size());
-    in_pieces(sums_.size(), pool, [&](std::size_t first, std::size_t count) {
+    pool.run_chunks(sums_.size(), kPiece, [&](std::size_t first, std::size_t count) {
         mix_halves(sums_.data() + first, 1.0f / weight_, share, count, out.data() + first);
     });
 }
