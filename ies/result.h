@@ -26,10 +26,13 @@ struct Error {
     }
 };
 
-// Result: a number as errors show it, at most 12 characters or so: "0.25", "1e+300", "nan".
+// Result: a number as errors show it, at most 12 characters or so: "0.25", "4294967295", "1e+300", "nan".
 inline std::string print_number(double value) {
+    constexpr double kAllDigits = 1e10;  // below it a whole number shows all of them
+    const bool whole =
+        value > -kAllDigits && value < kAllDigits && value == static_cast<double>(static_cast<long long>(value));
     char text[32];
-    std::snprintf(text, sizeof text, "%.6g", value);
+    std::snprintf(text, sizeof text, whole ? "%.0f" : "%.6g", value);
     return text;
 }
 

@@ -1,6 +1,7 @@
 #include "server/atomic_file.h"
 
 #include <fcntl.h>
+#include <sys/file.h>
 #include <sys/stat.h>
 #include <unistd.h>
 
@@ -8,6 +9,7 @@
 #include <cstdio>
 #include <filesystem>
 #include <system_error>
+#include <tuple>
 
 namespace gonio {
 namespace {
@@ -37,6 +39,7 @@ void sync_folder(const std::string& path) {
 }
 
 constexpr int kMostAside = 99;
+constexpr int kMostLinks = 40;  // as the kernel follows
 
 std::string aside_name(const std::string& path, const std::string& ending, int number) {
     return path + ending + (number > 1 ? "-" + std::to_string(number) : "");
@@ -46,6 +49,8 @@ std::string aside_name(const std::string& path, const std::string& ending, int n
 
 Result<bool> write_file_atomically(const std::string& path, std::string_view bytes) {
     const std::string part = path + ".part";
+    struct stat before {};
+    const bool replaces = ::stat(path.c_str(), &before) == 0;
     const int fd = ::open(part.c_str(), O_WRONLY | O_CREAT | O_TRUNC | O_CLOEXEC | O_NOFOLLOW | O_NONBLOCK, 0644);
     if (fd < 0) return unwritable(path, errno);  // ENXIO: a pipe that nobody reads
     struct stat status {};
@@ -53,6 +58,7 @@ Result<bool> write_file_atomically(const std::string& path, std::string_view byt
         ::close(fd);
         return unwritable(path, EINVAL);
     }
+    if (replaces) std::ignore = ::fchmod(fd, before.st_mode & 0777);  // not every file system has permissions
     int reason = write_whole(fd, bytes);
     if (::close(fd) != 0 && reason == 0) reason = errno;
     if (reason == 0 && std::rename(part.c_str(), path.c_str()) != 0) reason = errno;
@@ -62,6 +68,29 @@ Result<bool> write_file_atomically(const std::string& path, std::string_view byt
     }
     sync_folder(path);
     return true;
+}
+
+std::string behind_links(std::string path) {
+    namespace fs = std::filesystem;
+    std::error_code failed;
+    for (int i = 0; i < kMostLinks && fs::is_symlink(path, failed); ++i) {
+        const fs::path target = fs::read_symlink(path, failed);
+        if (failed) break;
+        path = (fs::path(path).parent_path() / target).string();
+    }
+    return path;
+}
+
+Result<FileLock> FileLock::take(const std::string& path) {
+    const int fd = ::open((path + ".lock").c_str(), O_RDWR | O_CREAT | O_CLOEXEC | O_NOFOLLOW | O_NONBLOCK, 0600);
+    FileLock lock(fd);
+    if (fd >= 0 && ::flock(fd, LOCK_EX | LOCK_NB) != 0 && errno == EWOULDBLOCK)
+        return Error{"busy", path, "", "Another server keeps its show in this file; each needs one of its own."};
+    return lock;
+}
+
+FileLock::~FileLock() {
+    if (fd_ >= 0) ::close(fd_);
 }
 
 Result<std::string> set_file_aside(const std::string& path, const std::string& ending) {

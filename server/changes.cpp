@@ -41,6 +41,7 @@ std::vector<TouchedProperty> touched_properties(const Scene& scene, const v1::Co
             if (const Light* light = find_light(scene, set.name())) {
                 touch_set(*light, set, touched);
             } else if (const auto group = scene.groups.find(set.name()); group != scene.groups.end()) {
+                touched.push_back({"groups", scene.groups_rev});
                 for (const std::string& name : group->second)
                     if (const Light* one = find_light(scene, name)) touch_set(*one, set, touched);
             }
@@ -52,12 +53,14 @@ std::vector<TouchedProperty> touched_properties(const Scene& scene, const v1::Co
             break;
         case v1::Command::kRemoveLight:
             touched.push_back({"lights." + command.remove_light().name(), scene.lights_rev});
+            if (const Light* light = find_light(scene, command.remove_light().name())) touch_all(*light, touched);
             touched.push_back({"groups", scene.groups_rev});
             touched.push_back({"view", scene.view_rev});  // shows another light where it showed this one
             break;
         case v1::Command::kRecallPreset: {
             const auto preset = scene.presets.find(command.recall_preset().name());
             if (preset == scene.presets.end()) break;
+            touched.push_back({"presets." + preset->first, scene.presets_rev});
             for (const PresetLight& kept : *preset->second)
                 if (const Light* light = find_light(scene, kept.name)) touch_all(*light, touched);
             break;

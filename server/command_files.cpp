@@ -1,6 +1,7 @@
 #include "server/command_files.h"
 
 #include "server/assets/assets.h"
+#include "server/trace/geometry.h"
 
 namespace gonio {
 
@@ -24,6 +25,7 @@ Result<Loaded> read_files(const v1::Command& command, const SceneAccess& access)
         auto asset = load_scene(*path, file);
         if (!asset) return asset.error();
         loaded.asset = *asset;
+        loaded.traced = std::make_shared<const trace::Geometry>(loaded.asset);
     }
     if (const v1::Profile* profile = profile_of(command)) {
         const std::string& bytes = profile->photometry();

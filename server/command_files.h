@@ -1,4 +1,5 @@
-// The files that come with a command -> what apply() takes. May run on any thread; reads scene files from disk.
+// The files that come with a command -> what apply() takes. May run on any thread; reads scene files from disk, and
+// makes what takes long of them.
 #pragma once
 
 #include "ies/result.h"
@@ -12,7 +13,8 @@ inline constexpr std::size_t kMaxProfileBytes = 1u << 20;  // a larger uploaded 
 
 // Result: whether the command has to be read before it can be applied: a scene, or a light's profile.
 bool needs_files(const v1::Command& command);
-// Errors: of scene_path, load_scene, make_profile and builtin_profile; "too_large".
+// Errors: of scene_path, load_scene, make_profile and builtin_profile; "too_large". Throws std::exception where there
+// is not enough memory.
 Result<Loaded> read_files(const v1::Command& command, const SceneAccess& access = {});
 
 }  // namespace gonio

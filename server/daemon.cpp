@@ -83,7 +83,9 @@ bool renew(Gpu& gpu, Stage& stage, Front& front, Queue<Work>& queue) {
 
 }  // namespace
 
-int run_daemon(const Options& options) {
+int run_daemon(const Options& given) {
+    Options options = given;
+    options.state_file = behind_links(std::move(options.state_file));
     const bool serves = options.oneshot.empty();
     if (serves) Signals::block();
     spdlog::set_default_logger(spdlog::stderr_logger_mt("goniod"));
@@ -123,6 +125,12 @@ int run_daemon(const Options& options) {
                                              if (const auto store = uploads_to_discard.load()) discard_uploads(store);
                                          },
                                          [&] { reloading.ask(); }});
+    std::optional<FileLock> show_lock;
+    if (serves && !options.state_file.empty()) {
+        auto taken = FileLock::take(options.state_file);
+        if (!taken) throw std::runtime_error(taken.error().text());
+        show_lock.emplace(std::move(*taken));
+    }
     std::optional<Scene> scene;
     SurfaceOptions boxes;
     GpuFaults faults;
@@ -268,6 +276,7 @@ int run_daemon(const Options& options) {
     RenderLoop loop(inbox, stage, feed, consoles, hands, frame_time);
     while (!queue.closed()) {
         service.render();
+        front->came_by();
         loop.turn();
         if (state_file) saves.add(state_file->told().saves - saves.value());
         if (!gpu.lost()) continue;

@@ -147,11 +147,15 @@ bool Stage::send_to_loader(Work work) {
     auto shared = std::make_shared<Work>(std::move(work));
     const bool accepted = loader_.submit([shared, &queue = queue_, access = scene_access_] {
         shared->read = true;
-        Result<Loaded> loaded = read_files(shared->message.command(), access);
-        if (loaded) {
-            shared->loaded = std::move(*loaded);
-        } else {
-            shared->failure = loaded.error();
+        try {
+            Result<Loaded> loaded = read_files(shared->message.command(), access);
+            if (loaded)
+                shared->loaded = std::move(*loaded);
+            else
+                shared->failure = loaded.error();
+        } catch (const std::exception& exception) {
+            shared->failure =
+                Error{"too_large", "command", "", std::string("the file cannot be held: ") + exception.what()};
         }
         // The queue may be full for a moment; the result of a finished read is worth waiting for.
         while (!queue.closed() && !queue.push(*shared)) std::this_thread::sleep_for(std::chrono::milliseconds(5));

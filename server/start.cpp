@@ -17,6 +17,7 @@
 #include "server/scene/apply.h"
 #include "server/scene_access.h"
 #include "server/state_file.h"
+#include "server/trace/geometry.h"
 
 namespace gonio {
 namespace {
@@ -150,6 +151,7 @@ Scene first_scene(const Options& options) {
     if (!options.patch_file.empty()) patch_scene(scene, options.patch_file);
     if (!options.surface_map.empty()) map_surfaces(scene, options.surface_map);
     if (!whole && options.oneshot.empty()) keep_show_aside(options.state_file);  // a job saves nothing
+    scene.traced = std::make_shared<const trace::Geometry>(scene.asset);
     return std::move(scene);
 }
 

@@ -2,7 +2,7 @@
 // Events: "status" (see `status`), "ready" (Ready), "changed" (StateChanged), "config" (VideoConfig),
 // "progress" (Progress), "video" (ArrayBuffer), "refused" (Result with a code other than "ok"), "applied" ({sent_ms, scene_rev}).
 
-import {pageRole} from "./control.js";
+import {addressOf, pageRole} from "./control.js";
 
 const kFirstDelayMs = 250;
 const kMaxDelayMs = 10000;
@@ -122,6 +122,8 @@ export class Connection extends EventTarget {
     }
 
     #ready(ready) {
+        const address = addressOf(ready.role);
+        if (address) return location.replace(address);
         clearTimeout(this.#timer);
         this.#attempt = 0;
         this.#setStatus({state: "live", text: "Live"});

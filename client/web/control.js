@@ -1,5 +1,5 @@
 // Who holds the camera, and a button to take or release it. Held by this page it is kept until it is released.
-// A page with ?role=viewer only looks: what would change something is inert.
+// A page with ?role=viewer only looks: what would change something is inert. Whose token is a viewer's comes there by itself.
 
 import {h, setText} from "./dom.js";
 
@@ -29,6 +29,14 @@ export function controlPanel(store, node, connection) {
         if (store.holdsCamera && !timer) timer = setInterval(() => ask({acquire_control: {}}), kRenewMs);
         if (!store.holdsCamera && timer) timer = clearInterval(timer) ?? 0;
     }};
+}
+
+// Result: the address of this page as the server lets it be, where it is another than that of `pageRole`; else null.
+export function addressOf(role) {
+    if (role !== "viewer" || pageRole === "viewer") return null;
+    const address = new URL(location.href);
+    address.searchParams.set("role", "viewer");
+    return address.href;
 }
 
 // Everything but the picture and what only asks.

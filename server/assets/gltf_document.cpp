@@ -3,7 +3,9 @@
 #include <tiny_gltf.h>
 
 #include <algorithm>
+#include <cerrno>
 #include <cstdint>
+#include <cstring>
 #include <fstream>
 #include <nlohmann/json.hpp>
 #include <optional>
@@ -16,6 +18,11 @@ namespace {
 
 namespace fs = std::filesystem;
 using Json = nlohmann::json;
+
+// There is such a file, but no descriptor is left, or the disk fails.
+Error unreadable(const std::string& path) {
+    return {"file_unreadable", path, "", std::string("the scene file cannot be read: ") + std::strerror(errno)};
+}
 
 struct Container {
     std::string_view json;
@@ -149,13 +156,14 @@ Result<GltfDocument> read_gltf_document(const std::string& path) {
     GltfDocument result;
     result.directory = fs::absolute(path, failed).parent_path();
     std::ifstream stream(path, std::ios::binary);
+    if (!stream) return unreadable(path);
     const std::uintmax_t size = fs::file_size(path, failed);
-    if (failed || !stream) return Error{"not_found", path, "", "the scene file cannot be read"};
+    if (failed) return unreadable(path);
     if (size > kMaxSceneFileBytes) return Error{"too_large", path, std::to_string(size), "the scene file is too large"};
     std::vector<std::byte> file(size);
     stream.read(reinterpret_cast<char*>(file.data()), static_cast<std::streamsize>(size));
     if (static_cast<std::uintmax_t>(stream.gcount()) != size) {
-        return Error{"not_found", path, "", "the scene file cannot be read"};
+        return unreadable(path);
     }
 
     auto container = open_container(file);

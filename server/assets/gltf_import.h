@@ -11,7 +11,7 @@ namespace gonio {
 
 // Limits on what a small file may grow into; beyond them: "too_large".
 inline constexpr std::size_t kMaxSceneIndices = std::size_t{1} << 28;    // over all meshes
-inline constexpr std::size_t kMaxSceneTriangles = std::size_t{1} << 28;  // counted per instance
+inline constexpr std::size_t kMaxSceneTriangles = std::size_t{1} << 24;  // per instance: some 150 bytes each to trace
 inline constexpr std::size_t kMaxSceneInstances = std::size_t{1} << 20;
 inline constexpr std::size_t kMaxSceneTexels = std::size_t{1} << 28;  // over all images
 

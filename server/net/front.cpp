@@ -145,10 +145,15 @@ public:
     }
     void post(std::function<void()> call) override { asio::post(context_, std::move(call)); }
     void set_ready(bool ready) override {
+        came_by();
         asio::post(context_, [this, ready] { hub_.ready = ready; });
     }
+    void came_by() override { hub_.came_by = std::chrono::steady_clock::now(); }
     void set_tokens(Tokens tokens) override {
-        asio::post(context_, [this, tokens = std::move(tokens)] { hub_.options.tokens = tokens; });
+        asio::post(context_, [this, tokens = std::move(tokens)] {
+            hub_.options.tokens = tokens;
+            hub_.for_each([](Peer& peer) { peer.on_tokens(); });
+        });
     }
     void set_tls(std::shared_ptr<TlsContext> tls) override {
         if (!secure()) return;

@@ -95,7 +95,10 @@ public:
     virtual void post(std::function<void()> call) = 0;
     // What /readyz answers: pictures come. False until it is told.
     virtual void set_ready(bool ready) = 0;
-    // Clients that come from now on must show one of these.
+    // The render thread has come by; where it does not for FrontLimits::stuck, /readyz says so. Any thread; costs a
+    // store.
+    virtual void came_by() = 0;
+    // From now on clients must show one of these; who showed another, or has less right by it now, is closed.
     virtual void set_tokens(Tokens tokens) = 0;
     // For connections that come from now on, where secure(); others keep what they have.
     virtual void set_tls(std::shared_ptr<TlsContext> tls) = 0;

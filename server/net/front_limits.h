@@ -37,6 +37,8 @@ struct FrontLimits {
                                                     // encoder produce, the first apart
     std::chrono::milliseconds still{60'000};        // a still picture that is not there by then is answered 504
 
+    std::chrono::milliseconds stuck{5'000};  // without a turn of the render thread, then /readyz is 503
+
     // ---- uploads
     std::uint64_t upload_bytes = std::uint64_t{256} << 20;         // of one file; more is answered 413
     std::uint64_t upload_total_bytes = std::uint64_t{1024} << 20;  // of all files; more is answered 507

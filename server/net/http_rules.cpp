@@ -69,6 +69,12 @@ bool allowed_origin(std::string_view origin, std::string_view host, const FrontO
     return given == "https://" + own || (options.tls_certificate.empty() && given == "http://" + own);
 }
 
+bool foreign_page(const HttpRequest& request, const FrontOptions& options) {
+    const std::string_view site = view_of(request["Sec-Fetch-Site"]);
+    const bool opened = view_of(request["Sec-Fetch-Dest"]) == "document";
+    return (site == "cross-site" || site == "same-site") && !opened && options.origins.empty();
+}
+
 std::optional<std::string_view> bearer_token(std::string_view authorization) {
     constexpr std::string_view scheme = "bearer ";
     if (lower(authorization.substr(0, scheme.size())) != scheme) return std::nullopt;

@@ -25,6 +25,10 @@ bool allowed_host(std::string_view host, const FrontOptions& options, const asio
 // host: of the same request. Without TLS an https: origin is allowed too: a proxy in front may have it.
 bool allowed_origin(std::string_view origin, std::string_view host, const FrontOptions& options);
 
+// Result: whether the picture is part of a page elsewhere, as browsers tell (Fetch Metadata: Sec-Fetch-Site), which for
+// an <img> send no Origin. Not what somebody opens by a link, and nothing where the options list origins.
+bool foreign_page(const HttpRequest& request, const FrontOptions& options);
+
 // Result: the token of "Bearer TOKEN"; nothing for other schemes.
 std::optional<std::string_view> bearer_token(std::string_view authorization);
 

@@ -19,7 +19,9 @@ namespace {
 using Clock = std::chrono::steady_clock;
 using Response = http::response<http::string_body>;
 
-constexpr std::size_t kShownBytes = 128;  // of a value that is refused
+constexpr std::size_t kShownBytes = 128;   // of a value that is refused
+constexpr std::size_t kWaitingQueues = 4;  // of FrontLimits::queued_bytes, for one address: no further stills then
+constexpr auto kWatch = std::chrono::milliseconds(500);  // between two looks whether a still's client is there
 
 class HttpSession final : public Peer, public std::enable_shared_from_this<HttpSession> {
 public:
@@ -27,8 +29,12 @@ public:
         : hub_(hub),
           place_(std::move(accepted.place)),
           stream_(std::move(accepted.stream)),
-          still_timer_(stream_.get_executor()) {}
-    ~HttpSession() override { hub_.remove(still_id_); }
+          still_timer_(stream_.get_executor()),
+          watch_timer_(stream_.get_executor()) {}
+    ~HttpSession() override {
+        hub_.remove(still_id_);
+        hub_.remove(told_id_);
+    }
     HttpSession(const HttpSession&) = delete;
     HttpSession& operator=(const HttpSession&) = delete;
 
@@ -39,10 +45,12 @@ public:
         answer_still(std::move(message));
     }
     void on_shutdown() override {
-        still_timer_.cancel();
-        stream_.close();
-        hub_.remove(still_id_);
+        if (still_id_ == 0) return;
+        end_wait();
+        keep_alive_ = false;
+        refuse(http::status::service_unavailable, "The server ends.");
     }
+    std::size_t waiting_bytes() const override { return response_ ? response_->body().size() : 0; }
 
 private:
     void read() {
@@ -106,6 +114,8 @@ private:
         if (path == "/healthz") return respond(http::status::ok, "text/plain; charset=utf-8", "ok\n");
         if (path == "/readyz") {
             if (!hub_.ready) return refuse(http::status::service_unavailable, "No pictures come now.");
+            if (Clock::now() - hub_.came_by.load() > hub_.options.limits.stuck)
+                return refuse(http::status::service_unavailable, "The renderer does not answer.");
             return respond(http::status::ok, "text/plain; charset=utf-8", "ok\n");
         }
         if (path == "/v1/ws") return upgrade();
@@ -115,6 +125,8 @@ private:
                            hub_.options.metrics->text() + process_metrics_text());
         }
         if (path == "/v1/mjpeg" || is_still(target)) {
+            if (foreign_page(request_, hub_.options))
+                return refuse(http::status::forbidden, "Pages of another origin may not use this server.");
             if (!admitted(Right::look)) return;
             if (request_.method() == http::verb::head)
                 return refuse(http::status::method_not_allowed, "Only GET is answered here.");
@@ -122,7 +134,8 @@ private:
             if (hub_.full_for(*place_)) return refuse_full_address();
             if (hub_.full()) return refuse(http::status::service_unavailable, "There are too many clients already.");
             stream_.expires_never();
-            return start_mjpeg_session(hub_, {std::move(stream_), place_});
+            const auto token = bearer_token(view_of(request_[http::field::authorization]));
+            return start_mjpeg_session(hub_, {std::move(stream_), place_}, std::string(token.value_or("")));
         }
         const std::string_view name = path == "/" ? "index.html" : std::string_view(path).substr(1);
         for (const EmbeddedFile& file : hub_.options.page)
@@ -215,6 +228,8 @@ private:
         if (const auto error = over_limit(hub_.options.limits, message))
             return refuse(http::status::bad_request, said(*error));
         if (hub_.full_for(*place_)) return refuse_full_address();
+        if (hub_.waiting_bytes_of(*place_) >= kWaitingQueues * hub_.options.limits.queued_bytes)
+            return refuse(http::status::service_unavailable, "Too much waits for clients of this address.");
         still_id_ = hub_.add(shared_from_this(), place_);
         if (still_id_ == 0) return refuse(http::status::service_unavailable, "There are too many clients already.");
         if (!hub_.request(still_id_, std::move(message))) {
@@ -225,13 +240,15 @@ private:
         wait_for_still();
         watch_for_end();
     }
-    // Nobody renders for a client that has gone. One that has sent its next request meanwhile (or, under TLS, its
-    // goodbye) is not watched any longer: the time for stills bounds it.
+    // Nobody renders for a client that has gone. What it sent before (its next request; under TLS its goodbye) lies
+    // in front of the end of what can be read, so the connection's state is asked.
     void watch_for_end() {
-        stream_.socket().async_wait(tcp::socket::wait_read, [self = shared_from_this()](error_code error) {
-            if (error || self->still_id_ == 0 || self->stream_.socket().available(error) > 0) return;
-            self->hub_.remove(std::exchange(self->still_id_, 0));
+        watch_timer_.expires_after(kWatch);
+        watch_timer_.async_wait([self = shared_from_this()](error_code error) {
+            if (error || self->still_id_ == 0) return;
+            if (!self->stream_.peer_has_gone()) return self->watch_for_end();
             self->still_timer_.cancel();
+            self->hub_.remove(std::exchange(self->still_id_, 0));
             self->stream_.close();
         });
     }
@@ -241,16 +258,21 @@ private:
         still_timer_.expires_after(hub_.options.limits.still);
         still_timer_.async_wait([self = shared_from_this()](error_code error) {
             if (error || self->still_id_ == 0) return;
-            self->hub_.remove(std::exchange(self->still_id_, 0));
+            self->end_wait();
             self->refuse(http::status::gateway_timeout, "The picture was not rendered in time.");
         });
+    }
+    // What comes now is the answer.
+    void end_wait() {
+        told_id_ = std::exchange(still_id_, 0);
+        still_timer_.cancel();
+        watch_timer_.cancel();
     }
 
     void answer_still(v1::ServerMessage message) {
         if (still_id_ == 0) return;
-        hub_.remove(std::exchange(still_id_, 0));
-        const auto self = shared_from_this();  // the timer's handler holds the only other reference
-        still_timer_.cancel();
+        const auto self = shared_from_this();  // the timers' handlers hold the only other references
+        end_wait();
         if (message.has_capture()) {
             Response response = make_response(http::status::ok, content_type("." + message.capture().format()),
                                               std::move(*message.mutable_capture()->mutable_image()));
@@ -334,7 +356,9 @@ private:
         serializer_.reset();
         response_.reset();
         request_ = {};
-        if (error || hub_.stopping) return;
+        hub_.remove(std::exchange(told_id_, 0));
+        if (error) return;
+        if (hub_.stopping) keep_alive_ = false;
         if (keep_alive_) return read();
         linger();
     }
@@ -346,13 +370,14 @@ private:
     Hub& hub_;
     std::shared_ptr<const Place> place_;
     NetStream stream_;
-    asio::steady_timer still_timer_;
+    asio::steady_timer still_timer_, watch_timer_;
     beast::flat_buffer buffer_;
     std::optional<http::request_parser<http::empty_body>> parser_;
     HttpRequest request_{};
     std::unique_ptr<Response> response_;
     std::optional<http::response_serializer<http::string_body>> serializer_;
-    SessionId still_id_ = 0;
+    SessionId still_id_ = 0;  // waits for a picture
+    SessionId told_id_ = 0;   // is being answered: keeps its place until all of it was sent
     bool keep_alive_ = false;
     const char* allowed_methods_ = "GET, HEAD";  // of the target
 };

@@ -114,6 +114,14 @@ SessionId Hub::keep(const std::shared_ptr<Peer>& peer, const std::shared_ptr<con
     return next_id_++;
 }
 
+std::size_t Hub::waiting_bytes_of(const Place& place) const {
+    std::size_t sum = 0;
+    for (const auto& [id, session] : peers)
+        if (const auto peer = session.lock(); peer && place_of.at(id)->address() == place.address())
+            sum += peer->waiting_bytes();
+    return sum;
+}
+
 void Hub::remove(SessionId id) {
     if (peers.erase(id) == 0) return;
     if (lanes.watches(id)) lanes.leave(id, Clock::now());

@@ -43,7 +43,9 @@ public:
     virtual void on_jpeg(const std::shared_ptr<const EncodedFrame>&) {}
     virtual void on_shutdown() = 0;   // says goodbye where it can and ends
     virtual void on_crowded_out() {}  // its place went to another before it identified
-    // Result: of messages that are queued or being written; video is counted by Hub::lanes.
+    // Other tokens are asked for now: who shows none of them ends.
+    virtual void on_tokens() {}
+    // Result: of messages or an answer that wait or are being written; video is counted by Hub::lanes.
     virtual std::size_t waiting_bytes() const { return 0; }
 };
 
@@ -81,7 +83,8 @@ struct Hub {
     AuthGuard auth;
     UpdateClock updates;
     bool ready = false;
-    std::function<void(std::function<void()>)> on_disk;  // runs the call on the disk thread
+    std::atomic<std::chrono::steady_clock::time_point> came_by{};  // the render thread, last; any thread
+    std::function<void(std::function<void()>)> on_disk;            // runs the call on the disk thread
     std::optional<v1::State> state;
     Lanes lanes;
     std::map<LaneId, v1::VideoConfig> streams;  // what the encoder of each lane makes
@@ -103,6 +106,8 @@ struct Hub {
     bool full() const { return peers.size() - strangers_.size() >= options.limits.clients; }
     // Whether the address has as many clients as it may.
     bool full_for(const Place& place) const;
+    // Result: of answers and messages that wait for clients of this address.
+    std::size_t waiting_bytes_of(const Place& place) const;
     bool room_for_connection(const std::string& address, bool local) const;
     void count_clients(const char* transport, int change);
     void count_rejected(const char* reason);

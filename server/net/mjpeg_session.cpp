@@ -27,9 +27,10 @@ constexpr std::size_t kPartBytes = 64 << 10;  // written at once
 
 class MjpegSession final : public Peer, public std::enable_shared_from_this<MjpegSession> {
 public:
-    MjpegSession(Hub& hub, Accepted accepted)
+    MjpegSession(Hub& hub, Accepted accepted, std::string token)
         : hub_(hub),
           place_(std::move(accepted.place)),
+          token_(std::move(token)),
           socket_(std::move(accepted.stream)),
           send_seconds_(send_seconds(*hub.options.metrics)),
           stall_(socket_.get_executor()) {}
@@ -58,6 +59,9 @@ public:
         if (!writing_) write_pending();
     }
     void on_shutdown() override { end(); }
+    void on_tokens() override {
+        if (hub_.options.tokens.right_of(token_) == Right::none) end();
+    }
 
 private:
     // Nothing is expected from the client; a completed read means that it is gone.
@@ -124,6 +128,7 @@ private:
 
     Hub& hub_;
     std::shared_ptr<const Place> place_;
+    std::string token_;  // that was shown
     NetStream socket_;
     Histogram& send_seconds_;
     asio::steady_timer stall_;
@@ -135,8 +140,8 @@ private:
 
 }  // namespace
 
-void start_mjpeg_session(Hub& hub, Accepted accepted) {
-    std::make_shared<MjpegSession>(hub, std::move(accepted))->start();
+void start_mjpeg_session(Hub& hub, Accepted accepted, std::string token) {
+    std::make_shared<MjpegSession>(hub, std::move(accepted), std::move(token))->start();
 }
 
 }  // namespace gonio

@@ -1,5 +1,9 @@
 #include "server/net/net_stream.h"
 
+#include <netinet/in.h>
+#include <netinet/tcp.h>
+#include <sys/socket.h>
+
 #include <boost/asio/ssl/stream.hpp>
 
 #include "server/net/tls_context.h"
@@ -61,6 +65,12 @@ void NetStream::expires_after(std::chrono::nanoseconds time) {
 }
 void NetStream::expires_never() {
     impl_->plain.expires_never();
+}
+bool NetStream::peer_has_gone() const {
+    tcp_info info{};
+    socklen_t size = sizeof info;
+    const int fd = impl_->plain.socket().native_handle();
+    return ::getsockopt(fd, IPPROTO_TCP, TCP_INFO, &info, &size) == 0 && info.tcpi_state != TCP_ESTABLISHED;
 }
 void NetStream::close() {
     impl_->plain.close();

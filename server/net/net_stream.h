@@ -36,6 +36,8 @@ public:
     void expires_after(std::chrono::nanoseconds time);
     void expires_never();
     void close();
+    // Whether the other side has ended or reset the connection, also where what it sent before was not read.
+    bool peer_has_gone() const;
     // The server's part of the TLS handshake; all that follows is encrypted.
     void async_handshake(const std::shared_ptr<TlsContext>& tls, Done done);
     // Says that nothing follows (close_notify, FIN), and reads away what the other side still sends until it ends too:

@@ -23,7 +23,7 @@ void start_secure_session(Hub& hub, Accepted accepted);
 void start_http_session(Hub& hub, Accepted accepted);
 // The caller has checked Host, Origin, the limits of clients and the subprotocol.
 void start_websocket_session(Hub& hub, Accepted accepted, HttpRequest request, Encoding encoding);
-void start_mjpeg_session(Hub& hub, Accepted accepted);
+void start_mjpeg_session(Hub& hub, Accepted accepted, std::string token);
 // A PUT whose header was read, and checked like the others; ends the connection. buffer: what came behind the header.
 void start_upload_session(Hub& hub, Accepted accepted, beast::flat_buffer buffer,
                           http::request_parser<http::empty_body>&& header, std::string name);

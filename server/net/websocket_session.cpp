@@ -127,6 +127,11 @@ public:
                 break;
         }
     }
+    void on_tokens() override {
+        if (!identified_ || hub_.options.tokens.right_of(token_) >= right_) return;
+        hub_.count_rejected("auth");
+        close(kWrongToken, "the token does not hold any more");
+    }
     void on_crowded_out() override {
         turn_away(websocket::close_code::try_again_later, "too many others have not identified either");
     }
@@ -219,7 +224,8 @@ private:
             retry = kBusyRetry;
             error = full_of(waiting);
         }
-        if (!error && message.has_command()) {
+        // The camera's lease is told to everybody, like a change.
+        if (!error && (message.has_command() || message.has_acquire_control() || message.has_release_control())) {
             retry = updates_.take(now);
             if (retry.count() > 0) error = too_fast();
         }
@@ -275,6 +281,9 @@ private:
         if (!hub_.identified(id_, std::move(told)))
             return close(websocket::close_code::try_again_later, "the server is busy");
         identified_ = true;
+        token_ = identify.token();
+        right_ = right;
+        role_ = right == Right::look || role == "viewer" ? "viewer" : "controller";
         wants_video_ = identify.video();
         wants_state_ = identify.state();
         socket_.read_message_max(hub_.options.limits.message_bytes + 1);  // and the kind byte
@@ -294,6 +303,7 @@ private:
     std::shared_ptr<const std::string> take_whole_state() {
         v1::ServerMessage message;
         message.mutable_ready()->set_client_id(id_);
+        message.mutable_ready()->set_role(role_);
         if (hub_.state) *message.mutable_ready()->mutable_state() = *hub_.state;
         told_stream_ = hub_.video_config(watching_ ? hub_.lanes.lane_of(id_) : kSharedLane);
         *message.mutable_ready()->mutable_video_config() = told_stream_;
@@ -511,6 +521,9 @@ private:
     beast::flat_buffer buffer_;
 
     bool identified_ = false, ready_ = false, wants_video_ = false, wants_state_ = false;
+    const char* role_ = "";
+    std::string token_;  // that was shown, and what it lets do
+    Right right_ = Right::none;
     bool writing_ = false, pinging_ = false, closing_ = false, close_when_sent_ = false, ended_ = false;
     std::deque<Outgoing> queue_;         // at most FrontLimits::queued_messages and queued_bytes, and a whole state
     Outgoing outgoing_{};                // being written

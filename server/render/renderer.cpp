@@ -42,7 +42,7 @@ void Renderer::inspect_with(std::function<void(const Inspected&)> visit) {
 void Renderer::prepare(const Scene& scene, bool live) {
     if (!geometry_ || &geometry_->asset() != scene.asset.get()) {
         geometry_ = std::make_unique<GpuScene>(scene.asset);
-        traced_ = std::make_shared<const trace::Geometry>(scene.asset);
+        traced_ = scene.traced ? scene.traced : std::make_shared<const trace::Geometry>(scene.asset);
         looks_ = std::make_unique<const shade::Looks>(shade::make_looks(*traced_));
         clusters_ = std::make_unique<const shade::Clusters>(direct_by_rays_ ? shade::make_clusters(*traced_)
                                                                             : shade::Clusters{});

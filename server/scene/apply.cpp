@@ -340,6 +340,7 @@ void recall_preset(Scene& scene, const v1::RecallPreset& recall) {
 void load_scene(Scene& scene, const Loaded& loaded) {
     if (!loaded.asset) refuse("invalid_argument", "load_scene.file", "", "no scene was loaded");
     Scene fresh = scene_of(loaded.asset, scene.scene_rev + 1);
+    fresh.traced = loaded.traced;
     fresh.scene_rev = scene.scene_rev;
     fresh.next_light_id += scene.next_light_id;
     for (Light& light : fresh.lights) light.id += scene.next_light_id;

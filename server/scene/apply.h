@@ -15,9 +15,10 @@ namespace gonio {
 
 // What a command's files turned into, read off the render thread before the command is applied.
 struct Loaded {
-    std::shared_ptr<const SceneAsset> asset;  // of load_scene
-    std::shared_ptr<const Profile> profile;   // of set_light or add_light
-    std::shared_ptr<const Preset> preset;     // of save_preset: this one instead of the lights as they are
+    std::shared_ptr<const SceneAsset> asset;        // of load_scene
+    std::shared_ptr<const Profile> profile;         // of set_light or add_light
+    std::shared_ptr<const Preset> preset;           // of save_preset: this one instead of the lights as they are
+    std::shared_ptr<const trace::Geometry> traced;  // of `asset`, or null
 };
 
 struct Applied {

@@ -20,6 +20,9 @@ namespace v1 {
 class SetPatch;
 class SetSurfaces;
 }  // namespace v1
+namespace trace {
+class Geometry;
+}  // namespace trace
 
 struct Bounds {
     glm::dvec3 min{1e300};
@@ -155,6 +158,7 @@ inline constexpr std::uint32_t kDefaultSeedSamples =
 
 struct Scene {
     std::shared_ptr<const SceneAsset> asset;
+    std::shared_ptr<const trace::Geometry> traced;  // of `asset`; null: whoever needs it makes one
     std::vector<Light> lights;
     std::map<std::string, std::vector<std::string>> groups;  // name -> light names
     std::shared_ptr<const v1::SetPatch> patch;               // of consoles; null: the default patch

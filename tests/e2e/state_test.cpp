@@ -231,6 +231,26 @@ TEST(SavedShow, AFullDiskEndsNothing) {
     EXPECT_TRUE(until([&] { return daemon.json({"stats"})["state_error"] == ""; }));
 }
 
+TEST(SavedShow, IsOneServersAloneAndStaysBehindItsLink) {
+    const TemporaryFolder folder;
+    const std::string file = folder.path("real.json"), link = folder.path("link.json");
+    std::filesystem::create_symlink("real.json", link);
+    const std::vector<std::string> options{"--size", "64x64", "--renderer", "null", "--state"};
+    const auto with = [&](const std::string& path) {
+        std::vector<std::string> all = options;
+        all.push_back(path);
+        return all;
+    };
+    DaemonProcess daemon(with(link));
+    daemon.rev({"set", "master", "0.5"});
+    EXPECT_TRUE(until([&] { return show_in(file)["master_ratio"] == 0.5; }));
+    EXPECT_TRUE(std::filesystem::is_symlink(link));
+    const Finished other = run_program("goniod", with(file));
+    EXPECT_EQ(other.exit_code, 69);
+    EXPECT_NE(other.err.find("Another server"), std::string::npos) << other.err;
+    EXPECT_NE(other.err.find(file), std::string::npos) << other.err;
+}
+
 TEST(Limits, WithoutDescriptorsTheServerGoesOn) {
     const TemporaryFolder folder;
     const std::string file = folder.path("show.json");

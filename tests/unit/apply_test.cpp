@@ -120,6 +120,8 @@ TEST(Apply, RefusalsNameFieldAndValueAndChangeNothing) {
     expect_refused(
         scene, [](v1::Command& c) { c.mutable_set_technique()->set_samples(5000); }, "invalid_argument",
         "set_technique.samples");
+    const auto many = run(scene, [](v1::Command& c) { c.mutable_set_technique()->set_samples(4294967295U); });
+    EXPECT_EQ(many.error().value, "4294967295") << "all its digits";
     expect_refused(
         scene, [](v1::Command& c) { c.mutable_set_camera()->set_fov_rad(0); }, "invalid_argument",
         "set_camera.fov_rad");

@@ -1,5 +1,6 @@
 // glTF import: every refusal has a code, a place and the offending value; nothing from a file crashes or runs away.
 #include <gtest/gtest.h>
+#include <sys/resource.h>
 
 #include <filesystem>
 #include <limits>
@@ -172,6 +173,25 @@ TEST_F(AssetsGltfRefusal, PathsThatLeaveTheDirectory) {
     refused(document, "unsupported", "/buffers/0/uri", "file:///dev/zero");
 }
 
+TEST_F(AssetsGltfRefusal, SmallFilesThatGrowTooLarge) {
+    constexpr int kTriangles = 1 << 14;
+    std::string indices;
+    for (int i = 0; i < kTriangles; ++i) indices += std::string("\0\1\2", 3);
+    Json document = triangle();
+    document["meshes"][0]["primitives"][0]["indices"] = add_accessor(document, indices, 5121, 3 * kTriangles, "SCALAR");
+    const auto with_nodes = [&](int count) {
+        document["nodes"] = Json::array();
+        document["scenes"][0]["nodes"] = Json::array();
+        for (int i = 0; i < count; ++i) {
+            document["nodes"].push_back({{"mesh", 0}});
+            document["scenes"][0]["nodes"].push_back(i);
+        }
+        return document;
+    };
+    EXPECT_TRUE(load(with_nodes(1 << 10))) << "2^24 triangles";
+    refused(with_nodes((1 << 10) + 1), "too_large", "/nodes/1024/mesh", "0");
+}
+
 TEST_F(AssetsGltfRefusal, IesLights) {
     Json document = triangle();
     document["nodes"][0]["extensions"]["EXT_lights_ies"]["light"] = 0;
@@ -189,6 +209,18 @@ TEST_F(AssetsGltfRefusal, IesLights) {
     light = {{"uri", "good.ies"}};
     document["nodes"][0]["extensions"]["EXT_lights_ies"]["multiplier"] = -1;
     refused(document, "bad_gltf", "/nodes/0/extensions/EXT_lights_ies/multiplier", "-1");
+}
+
+TEST_F(AssetsGltfRefusal, AFileThatIsThereIsNotMissedForWantOfADescriptor) {
+    const std::string path = write("there.gltf", triangle().dump());
+    rlimit before{};
+    ASSERT_EQ(getrlimit(RLIMIT_NOFILE, &before), 0);
+    const rlimit none{0, before.rlim_max};
+    ASSERT_EQ(setrlimit(RLIMIT_NOFILE, &none), 0);
+    const auto refused = load_scene(path);
+    setrlimit(RLIMIT_NOFILE, &before);
+    expect(refused, "file_unreadable", path, "");
+    EXPECT_TRUE(load_scene(path));
 }
 
 TEST_F(AssetsGltfRefusal, FilesThatAreNoGltf) {

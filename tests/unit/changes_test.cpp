@@ -121,6 +121,19 @@ TEST_F(ChangesTest, GroupsAndPresetsStandForTheirLights) {
     ASSERT_EQ(run(at(recall, scene.scene_rev), kBob), "ok");
     EXPECT_EQ(run(at(level(0.1), scene.scene_rev - 1), kAnn), "conflict") << "Bob's recall changed it";
     EXPECT_EQ(run(at(pan(0.1), before), kAnn), "ok") << "the recall did not turn it";
+    const Revision known = scene.scene_rev;
+    v1::Command fill, wider = group;
+    fill.mutable_add_light()->mutable_light()->set_name("fill");
+    Loaded loaded;
+    loaded.profile = scene.lights[0].profile;
+    ASSERT_EQ(run(fill, kAnn, loaded), "ok");
+    wider.mutable_set_group()->add_lights("fill");
+    ASSERT_EQ(run(wider, kAnn), "ok");
+    EXPECT_EQ(run(at(both, known), kBob), "conflict") << "other lights than Bob means";
+    EXPECT_EQ(refused.where, "groups");
+    ASSERT_EQ(run(save, kAnn), "ok");
+    EXPECT_EQ(run(at(recall, known), kBob), "conflict") << "another look than Bob means";
+    EXPECT_EQ(refused.where, "presets.look");
 }
 
 TEST_F(ChangesTest, LightsThatComeAndGo) {
@@ -135,6 +148,10 @@ TEST_F(ChangesTest, LightsThatComeAndGo) {
     EXPECT_EQ(run(at(set, before), kBob), "conflict");
     remove.mutable_remove_light()->set_name("spot");
     EXPECT_EQ(run(at(remove, before), kBob), "conflict");
+    const Revision there = scene.scene_rev;
+    ASSERT_EQ(run(set, kAnn), "ok");
+    EXPECT_EQ(run(at(remove, there), kBob), "conflict") << "Ann has set it since";
+    EXPECT_EQ(refused.where, "lights.spot.level_ratio");
     EXPECT_EQ(run(at(remove, scene.scene_rev), kBob), "ok");
     EXPECT_EQ(run(at(add, before), kAnn, loaded), "conflict") << "Bob removed it meanwhile";
 }

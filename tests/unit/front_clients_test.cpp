@@ -60,6 +60,7 @@ TEST_F(FrontClients, WhoTheyAreIsToldWithoutTheToken) {
     EXPECT_EQ(identified[0].first, ready->ready().client_id());
     EXPECT_NE(ready->ready().client_id(), 0u);
     EXPECT_EQ(identified[0].second.role(), "viewer");
+    EXPECT_EQ(ready->ready().role(), "viewer");
     EXPECT_EQ(identified[0].second.client(), "a page");
     EXPECT_EQ(identified[0].second.token(), "");
 }
@@ -70,6 +71,7 @@ TEST_F(FrontClients, AViewersTokenMakesAViewerWhateverItAsksFor) {
         identify(client, role, viewer_token);
         const auto ready = client.read_message();
         ASSERT_TRUE(ready && ready->has_ready()) << role;
+        EXPECT_EQ(ready->ready().role(), "viewer") << role;
         std::lock_guard lock(mutex);
         EXPECT_EQ(identified.back().second.role(), "viewer") << role;
         EXPECT_EQ(identified.back().second.token(), "");
@@ -119,6 +121,7 @@ TEST_F(FrontClients, GoodbyeComesAfterTheAnswersAndSaysWhenToComeBack) {
     identify(client, "");
     const auto ready = client.read_message();
     ASSERT_TRUE(ready && ready->has_ready());
+    EXPECT_EQ(ready->ready().role(), "controller");
     v1::ServerMessage answer;
     answer.set_request_id(5);
     answer.mutable_result()->set_code("ok");

@@ -21,6 +21,7 @@ struct FrontTest : testing::Test {
     std::mutex mutex;
     std::condition_variable changed;
     std::vector<std::pair<SessionId, v1::ClientMessage>> requests;
+    std::vector<SessionId> gone;
     std::vector<Demand> demands;
     bool accept_requests = true;
 
@@ -40,6 +41,11 @@ struct FrontTest : testing::Test {
             requests.emplace_back(session, std::move(message));
             changed.notify_all();
             return true;
+        };
+        callbacks.closed = [this](SessionId session) {
+            std::lock_guard lock(mutex);
+            gone.push_back(session);
+            changed.notify_all();
         };
         callbacks.demand = [this](Demand demand) {
             std::lock_guard lock(mutex);

@@ -127,6 +127,51 @@ TEST_F(FrontTest, AStillThatDoesNotComeIs504) {
     EXPECT_EQ(Client(front->port()).get("/v1/frame.jpg"), 504);
 }
 
+TEST_F(FrontTest, AStillWhoseClientLeavesIsForgottenAlsoBehindWhatItSentBefore) {
+    start();
+    for (const char* behind : {"", "GET /healthz HTTP/1.1\r\n"}) {
+        Client(front->port()).send(std::string("GET /v1/frame.png HTTP/1.1\r\nHost: localhost\r\n\r\n") + behind);
+        ASSERT_TRUE(wait_for([&] { return !requests.empty() && gone.size() == requests.size(); })) << behind;
+    }
+    Client patient(front->port());
+    patient.send(
+        "GET /v1/frame.png HTTP/1.1\r\nHost: localhost\r\n\r\nGET /healthz HTTP/1.1\r\nHost: localhost\r\n\r\n");
+    ASSERT_TRUE(wait_for([&] { return requests.size() == 3; }));
+    std::this_thread::sleep_for(700ms);
+    front->reply(requests[2].first, png("PNGBYTES", 9));
+    EXPECT_EQ(patient.read_response(), 200);
+    EXPECT_EQ(patient.read_response(), 200) << "the next request";
+    EXPECT_EQ(patient.body, "ok\n");
+}
+
+TEST_F(FrontTest, PagesElsewhereShowNoPictures) {
+    options.limits.still = 50ms;
+    start();
+    Client client(front->port());
+    const auto asked = [&](const char* site, const char* destination) {
+        return client.get("/v1/frame.png",
+                          std::string("Sec-Fetch-Site: ") + site + "\r\nSec-Fetch-Dest: " + destination + "\r\n");
+    };
+    EXPECT_EQ(asked("cross-site", "image"), 403);
+    EXPECT_EQ(asked("same-site", "image"), 403) << "another port of the same host";
+    EXPECT_EQ(asked("cross-site", "iframe"), 403);
+    EXPECT_EQ(client.get("/v1/mjpeg", "Sec-Fetch-Site: cross-site\r\nSec-Fetch-Dest: image\r\n"), 403);
+    EXPECT_EQ(asked("same-origin", "image"), 504) << "the page's own";
+    EXPECT_EQ(asked("cross-site", "document"), 504) << "a link that somebody followed";
+    EXPECT_EQ(asked("none", "document"), 504) << "an address that somebody typed";
+}
+
+TEST_F(FrontTest, AStillThatWaitsAtTheEndIs503) {
+    start();
+    Client client(front->port());
+    client.send("GET /v1/frame.png HTTP/1.1\r\nHost: localhost\r\n\r\n");
+    ASSERT_TRUE(wait_for([&] { return requests.size() == 1; }));
+    front.reset();
+    EXPECT_EQ(client.read_response(), 503);
+    EXPECT_NE(client.head.find("Connection: close"), std::string::npos) << client.head;
+    EXPECT_TRUE(client.receive_end());
+}
+
 TEST_F(FrontTest, MjpegSendsTheNextPartsHeaderAtOnce) {
     start();
     Client client(front->port());

@@ -127,6 +127,38 @@ TEST_F(FrontLimitsTest, ANewTokenIsAskedForFromNowOn) {
     EXPECT_EQ(Client(front->port()).get("/metrics", "Authorization: Bearer 0123456789abcdef\r\n"), 401);
 }
 
+TEST_F(FrontLimitsTest, WhoShowedATokenThatHoldsNoMoreIsClosed) {
+    options.tokens = {"0123456789abcdef", "0123456789viewer"};
+    start();
+    Client all(front->port()), looks(front->port()), pictures(front->port());
+    const auto identify = [](Client& client, const char* token) {
+        ASSERT_EQ(client.upgrade(kSubprotocolJson), 101);
+        ASSERT_TRUE(client.read_message());  // Hello
+        v1::ClientMessage message;
+        message.mutable_identify()->set_token(token);
+        client.say(message);
+        ASSERT_TRUE(client.read_message());  // Ready
+    };
+    identify(all, "0123456789abcdef");
+    identify(looks, "0123456789viewer");
+    pictures.send("GET /v1/mjpeg HTTP/1.1\r\nHost: localhost\r\nAuthorization: Bearer 0123456789abcdef\r\n\r\n");
+    ASSERT_TRUE(pictures.receive_until("--gonio-frame"));
+    // What let do everything lets look only now, and the viewers' token is as before.
+    front->set_tokens({"fedcba9876543210", "0123456789viewer"});
+    EXPECT_FALSE(all.read_message());
+    EXPECT_EQ(all.last.close_code(), 4003);
+    EXPECT_TRUE(pictures.receive_end());
+    v1::ClientMessage question;
+    question.set_request_id(1);
+    question.mutable_get_state();
+    looks.say(question);
+    EXPECT_TRUE(wait_for([&] { return !requests.empty() && requests.back().second.has_get_state(); }));
+    // The tokens change places.
+    front->set_tokens({"0123456789viewer", "fedcba9876543210"});
+    looks.say(question);
+    EXPECT_TRUE(wait_for([&] { return requests.size() >= 2; })) << "more right than before is no reason to close";
+}
+
 TEST_F(FrontLimitsTest, OneAddressHasItsShare) {
     options.limits.local_clients = 2;
     start();
@@ -210,6 +242,22 @@ TEST_F(FrontLimitsTest, CommandsOverTheRateAreToldToSlowDown) {
     client.say(query);
     EXPECT_TRUE(wait_for([&] { return requests.size() == 4 && requests.back().second.has_get_state(); }))
         << "queries are not counted";
+}
+
+TEST_F(FrontLimitsTest, TheCamerasLeaseCountsLikeACommand) {
+    options.limits.updates_per_s = 1;
+    options.limits.update_burst = 3;
+    start();
+    Client client(front->port());
+    client.join(kSubprotocolJson, false, false);
+    v1::ClientMessage acquire, release;
+    acquire.mutable_acquire_control()->set_take(true);
+    release.mutable_release_control();
+    for (const v1::ClientMessage* message : {&acquire, &release, &acquire, &release}) client.say(*message);
+    const auto answer = client.read_message();
+    ASSERT_TRUE(answer && answer->has_result());
+    EXPECT_EQ(answer->result().code(), "slow_down");
+    EXPECT_EQ(requests.size(), 3u);
 }
 
 TEST_F(FrontLimitsTest, LongMessagesCountBeforeTheyAreRead) {
@@ -419,6 +467,45 @@ TEST_F(FrontLimitsTest, WithoutFileDescriptorsThePortComesBack) {
     ASSERT_EQ(setrlimit(RLIMIT_NOFILE, &before), 0);
     EXPECT_EQ(waiting.read_response(), 200) << "accepted once there are descriptors again";
     EXPECT_EQ(Client(front->port()).get("/healthz"), 200);
+}
+
+TEST_F(FrontLimitsTest, ARendererThatDoesNotComeByIsNotReady) {
+    options.limits.stuck = 200ms;
+    start();
+    front->set_ready(true);
+    Client client(front->port());
+    EXPECT_EQ(client.get("/readyz"), 200);
+    std::this_thread::sleep_for(300ms);
+    EXPECT_EQ(client.get("/readyz"), 503);
+    EXPECT_EQ(client.get("/healthz"), 200);
+    front->came_by();
+    EXPECT_EQ(client.get("/readyz"), 200);
+}
+
+TEST_F(FrontLimitsTest, AStillKeepsItsPlaceUntilItIsSentAndMuchThatWaitsStopsFurtherOnes) {
+    options.limits.clients = 2;
+    options.limits.queued_bytes = 1 << 20;
+    start();
+    const char* const still = "GET /v1/frame.exr HTTP/1.1\r\nHost: localhost\r\n\r\n";
+    Client slow(front->port(), 4096);
+    slow.send(still);
+    ASSERT_TRUE(wait_for([&] { return requests.size() == 1; }));
+    v1::ServerMessage picture;
+    picture.mutable_capture()->set_format("exr");
+    picture.mutable_capture()->set_image(std::string(std::size_t{8} << 20, 'x'));
+    front->reply(requests[0].first, picture);
+    EXPECT_TRUE(slow.receive());
+    EXPECT_EQ(Client(front->port()).get("/v1/frame.png"), 503) << "8 MiB wait, 4 may";
+    {
+        Client other(front->port());
+        other.join(kSubprotocolJson, false, false);
+        EXPECT_EQ(Client(front->port()).get("/v1/mjpeg"), 503) << "the still has a client's place";
+    }
+    EXPECT_EQ(slow.read_response(), 200);
+    EXPECT_EQ(slow.body.size(), std::size_t{8} << 20);
+    Client next(front->port());
+    next.send(still);
+    EXPECT_TRUE(wait_for([&] { return requests.size() == 2; })) << "all was sent";
 }
 
 TEST_F(FrontLimitsTest, ReadinessAndMetricsAreTold) {

@@ -63,6 +63,12 @@ public:
         X509_free(certificate);
         return name;
     }
+    // Says goodbye and goes, whatever was asked.
+    void leave(const std::string& asked) {
+        SSL_write(ssl_, asked.data(), static_cast<int>(asked.size()));
+        SSL_shutdown(ssl_);
+        ::shutdown(socket_, SHUT_WR);
+    }
     bool connected = false, ended_cleanly = false;
 
 private:
@@ -108,6 +114,13 @@ TEST_F(FrontTlsTest, ServesPagesOverTls) {
     EXPECT_TRUE(client.ended_cleanly) << "with close_notify";
     EXPECT_FALSE(SecureClient(front->port(), TLS1_1_VERSION).connected);
     EXPECT_TRUE(SecureClient(front->port(), TLS1_2_VERSION).connected);
+}
+
+TEST_F(FrontTlsTest, AStillWhoseClientLeavesIsForgotten) {
+    start();
+    SecureClient client(front->port());
+    client.leave("GET /v1/frame.png HTTP/1.1\r\nHost: localhost\r\n\r\n");
+    EXPECT_TRUE(wait_for([&] { return requests.size() == 1 && gone.size() == 1; })) << "its close_notify is not read";
 }
 
 TEST_F(FrontTlsTest, PlainHttpIsToldSoAndClosed) {

@@ -85,7 +85,7 @@ TEST(MeterQuery, EveryRefusalNamesCodeFieldAndValue) {
     const Case cases[] = {
         {"invalid_argument", "meter.point_m", "", [](auto& q) { q.clear_point_m(); }},
         {"invalid_argument", "meter.point_m", "1,nan,-2", [&](auto& q) { q.set_point_m(1, nan); }},
-        {"invalid_argument", "meter.point_m", "1,0,2e+06", [](auto& q) { q.set_point_m(2, 2e6); }},
+        {"invalid_argument", "meter.point_m", "1,0,2000000", [](auto& q) { q.set_point_m(2, 2e6); }},
         {"invalid_argument", "meter.normal", "0,3,0,1", [](auto& q) { q.add_normal(1); }},
         {"invalid_argument", "meter.normal", "0,0,0", [](auto& q) { q.set_normal(1, 0); }},
         {"unsupported", "meter.quality", "baked", [](auto& q) { q.set_quality("baked"); }},
@@ -105,7 +105,7 @@ TEST(MeterQuery, EveryRefusalNamesCodeFieldAndValue) {
         {"invalid_argument", "meter.count", "3,0", [](auto& q) { q = some_grid(3, 0); }},
         {"invalid_argument", "meter.count", "3", [](auto& q) { q.add_count(3); }},
         {"too_large", "meter.count", "64,65", [](auto& q) { q = some_grid(64, 65); }},
-        {"too_large", "meter.count", "4.29497e+09,4.29497e+09",
+        {"too_large", "meter.count", "4294967295,4294967295",
          [](auto& q) { q = some_grid(4294967295u, 4294967295u); }},
         {"invalid_argument", "meter.u_m", "",
          [](auto& q) {

@@ -210,6 +210,37 @@ TEST_F(StateFileTest, ABadFileIsKeptUnderAnotherName) {
     EXPECT_THROW(read_state_file(path), std::invalid_argument);
 }
 
+TEST_F(StateFileTest, APrivateFileStaysPrivate) {
+    std::ofstream(path) << "old";
+    fs::permissions(path, fs::perms::owner_read | fs::perms::owner_write);
+    ASSERT_TRUE(write_file_atomically(path, "new"));
+    EXPECT_EQ(fs::status(path).permissions(), fs::perms::owner_read | fs::perms::owner_write);
+    EXPECT_EQ(text_of(path), "new");
+}
+
+TEST_F(StateFileTest, LinksLeadToWhatTheyName) {
+    fs::create_directory(folder + "/far");
+    fs::create_symlink("far/show.json", folder + "/near");
+    fs::create_symlink(folder + "/near", folder + "/nearer");
+    EXPECT_EQ(behind_links(folder + "/nearer"), folder + "/far/show.json") << "which need not exist";
+    EXPECT_EQ(behind_links(path), path);
+    fs::create_symlink("round", folder + "/round");
+    EXPECT_EQ(behind_links(folder + "/round"), folder + "/round");
+}
+
+TEST_F(StateFileTest, OneServersAlone) {
+    {
+        const auto lock = FileLock::take(path);
+        ASSERT_TRUE(lock);
+        const auto other = FileLock::take(path);
+        ASSERT_FALSE(other);
+        EXPECT_EQ(other.error().code, "busy");
+        EXPECT_EQ(other.error().where, path);
+    }
+    EXPECT_TRUE(FileLock::take(path));
+    EXPECT_TRUE(FileLock::take(folder + "/gone/show.json")) << "the first save says what is wrong with it";
+}
+
 TEST_F(StateFileTest, ALinkInTheWayIsNotFollowed) {
     std::ofstream(folder + "/other") << "precious";
     fs::create_symlink(folder + "/other", path + ".part");

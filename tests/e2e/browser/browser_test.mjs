@@ -6,7 +6,7 @@ import {spawn} from "node:child_process";
 import {createSocket} from "node:dgram";
 import {existsSync, mkdtempSync, writeFileSync} from "node:fs";
 import {tmpdir} from "node:os";
-import {join} from "node:path";
+import {dirname, join} from "node:path";
 
 const kChromium = process.env.GONIO_CHROMIUM ?? "/usr/bin/chromium";
 const kArguments = ["--no-sandbox", "--disable-gpu", "--disable-quic", "--no-first-run",
@@ -532,7 +532,9 @@ async function fallback(browser, server) {
 async function locked(browser) {
     const token = join(mkdtempSync(join(tmpdir(), "gonio-")), "token");
     writeFileSync(token, "a-token-for-this-test\n", {mode: 0o600});
-    const server = await startServer("127.0.0.1:0", ["--token-file", token]);
+    const viewers = join(dirname(token), "viewers");
+    writeFileSync(viewers, "a-token-for-viewers\n", {mode: 0o600});
+    const server = await startServer("127.0.0.1:0", ["--token-file", token, "--viewer-token-file", viewers]);
     const page = await browser.newPage();
     const addresses = [];
     page.on("request", (request) => addresses.push(request.url()));
@@ -549,6 +551,16 @@ async function locked(browser) {
         buffer: Buffer.from(JSON.stringify({asset: {version: "2.0"}, scenes: [{nodes: []}], scene: 0}))});
     await until("the uploaded scene", async () => (await state(page)).scene === "upload:a-scene.gltf");
     check(!addresses.some((address) => address.includes("token")), "an uploaded scene is loaded; no address holds the token");
+    const looker = await browser.newPage();
+    listen(looker);
+    await looker.goto(server.url);
+    await looker.locator("#token input").fill("a-token-for-viewers");
+    await looker.locator("#token button").click();
+    await until("the viewer's page", async () => /Viewing only/.test(await looker.locator("#control").innerText()));
+    await until("its state", () => looker.evaluate(() => document.getElementById("left").inert));
+    check(new URL(looker.url()).searchParams.get("role") === "viewer" && !(await looker.locator("#token").isVisible()),
+        "a viewer's token opens a page that only looks");
+    await looker.close();
     await page.close();
     await end(server.child, "SIGTERM");
 }
