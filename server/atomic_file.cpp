@@ -51,13 +51,9 @@ Result<bool> write_file_atomically(const std::string& path, std::string_view byt
     const std::string part = path + ".part";
     struct stat before {};
     const bool replaces = ::stat(path.c_str(), &before) == 0;
-    const int fd = ::open(part.c_str(), O_WRONLY | O_CREAT | O_TRUNC | O_CLOEXEC | O_NOFOLLOW | O_NONBLOCK, 0644);
-    if (fd < 0) return unwritable(path, errno);  // ENXIO: a pipe that nobody reads
-    struct stat status {};
-    if (::fstat(fd, &status) != 0 || !S_ISREG(status.st_mode)) {
-        ::close(fd);
-        return unwritable(path, EINVAL);
-    }
+    ::unlink(part.c_str());  // of a writer that was killed
+    const int fd = ::open(part.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC | O_NOFOLLOW, replaces ? 0600 : 0644);
+    if (fd < 0) return unwritable(path, errno);
     if (replaces) std::ignore = ::fchmod(fd, before.st_mode & 0777);  // not every file system has permissions
     int reason = write_whole(fd, bytes);
     if (::close(fd) != 0 && reason == 0) reason = errno;
@@ -82,11 +78,20 @@ std::string behind_links(std::string path) {
 }
 
 Result<FileLock> FileLock::take(const std::string& path) {
-    const int fd = ::open((path + ".lock").c_str(), O_RDWR | O_CREAT | O_CLOEXEC | O_NOFOLLOW | O_NONBLOCK, 0600);
-    FileLock lock(fd);
-    if (fd >= 0 && ::flock(fd, LOCK_EX | LOCK_NB) != 0 && errno == EWOULDBLOCK)
+    struct stat status {};
+    if (::stat(path.c_str(), &status) == 0 && !S_ISREG(status.st_mode)) return FileLock(-1, 0);
+    // Readable for all: another user's server must be able to ask for it.
+    const int fd = ::open((path + ".lock").c_str(), O_RDONLY | O_CREAT | O_CLOEXEC | O_NOFOLLOW | O_NONBLOCK, 0644);
+    if (fd < 0) return FileLock(-1, errno);
+    FileLock lock(fd, 0);
+    if (::flock(fd, LOCK_EX | LOCK_NB) == 0) return lock;
+    if (errno == EWOULDBLOCK)
         return Error{"busy", path, "", "Another server keeps its show in this file; each needs one of its own."};
-    return lock;
+    return FileLock(-1, errno);
+}
+
+std::string FileLock::why_not() const {
+    return reason_ == 0 ? "" : std::generic_category().message(reason_);
 }
 
 FileLock::~FileLock() {

@@ -20,15 +20,17 @@ std::string behind_links(std::string path);
 // Holds PATH.lock (flock(2)), which stays on the disk, against other processes until its end.
 class FileLock {
 public:
-    // Errors: "busy": another process holds it. Where it cannot be made or the disk knows no locks, nothing is held.
+    // Errors: "busy": another process holds it. Where it cannot be made, or the disk knows no locks, nothing is held,
+    // and why_not() says why; where the path is no regular file, nothing is made.
     static Result<FileLock> take(const std::string& path);
-    FileLock(FileLock&& other) noexcept : fd_(std::exchange(other.fd_, -1)) {}
+    FileLock(FileLock&& other) noexcept : fd_(std::exchange(other.fd_, -1)), reason_(other.reason_) {}
     FileLock& operator=(FileLock&&) = delete;
     ~FileLock();
+    std::string why_not() const;
 
 private:
-    explicit FileLock(int fd) : fd_(fd) {}
-    int fd_;
+    FileLock(int fd, int reason) : fd_(fd), reason_(reason) {}
+    int fd_, reason_;
 };
 
 // Renames a file to the first free one of PATH<ending>, PATH<ending>-2 … -99 (the last one is replaced). Result: its

@@ -41,7 +41,7 @@ std::vector<TouchedProperty> touched_properties(const Scene& scene, const v1::Co
             if (const Light* light = find_light(scene, set.name())) {
                 touch_set(*light, set, touched);
             } else if (const auto group = scene.groups.find(set.name()); group != scene.groups.end()) {
-                touched.push_back({"groups", scene.groups_rev});
+                touched.push_back({"groups." + group->first, scene.groups_rev});
                 for (const std::string& name : group->second)
                     if (const Light* one = find_light(scene, name)) touch_set(*one, set, touched);
             }
@@ -54,7 +54,9 @@ std::vector<TouchedProperty> touched_properties(const Scene& scene, const v1::Co
         case v1::Command::kRemoveLight:
             touched.push_back({"lights." + command.remove_light().name(), scene.lights_rev});
             if (const Light* light = find_light(scene, command.remove_light().name())) touch_all(*light, touched);
-            touched.push_back({"groups", scene.groups_rev});
+            for (const auto& [name, lights] : scene.groups)
+                if (std::ranges::find(lights, command.remove_light().name()) != lights.end())
+                    touched.push_back({"groups." + name, scene.groups_rev});
             touched.push_back({"view", scene.view_rev});  // shows another light where it showed this one
             break;
         case v1::Command::kRecallPreset: {
@@ -90,7 +92,7 @@ std::vector<TouchedProperty> touched_properties(const Scene& scene, const v1::Co
             touched.push_back({"camera", scene.camera_rev});
             break;
         case v1::Command::kSetGroup:
-            touched.push_back({"groups", scene.groups_rev});
+            touched.push_back({"groups." + command.set_group().name(), scene.groups_rev});
             break;
         case v1::Command::kSetSize:
             touched.push_back({"size_px", scene.size_rev});

@@ -129,6 +129,9 @@ int run_daemon(const Options& given) {
     if (serves && !options.state_file.empty()) {
         auto taken = FileLock::take(options.state_file);
         if (!taken) throw std::runtime_error(taken.error().text());
+        if (const std::string why = taken->why_not(); !why.empty())
+            spdlog::warn("state: {}.lock cannot be held: {}; nothing keeps another server from this show",
+                         options.state_file, why);
         show_lock.emplace(std::move(*taken));
     }
     std::optional<Scene> scene;

@@ -20,8 +20,8 @@ namespace fs = std::filesystem;
 using Json = nlohmann::json;
 
 // There is such a file, but no descriptor is left, or the disk fails.
-Error unreadable(const std::string& path) {
-    return {"file_unreadable", path, "", std::string("the scene file cannot be read: ") + std::strerror(errno)};
+Error unreadable(const std::string& path, int reason) {
+    return {"file_unreadable", path, "", std::string("the scene file cannot be read: ") + std::strerror(reason)};
 }
 
 struct Container {
@@ -156,14 +156,14 @@ Result<GltfDocument> read_gltf_document(const std::string& path) {
     GltfDocument result;
     result.directory = fs::absolute(path, failed).parent_path();
     std::ifstream stream(path, std::ios::binary);
-    if (!stream) return unreadable(path);
+    if (!stream) return unreadable(path, errno);
     const std::uintmax_t size = fs::file_size(path, failed);
-    if (failed) return unreadable(path);
+    if (failed) return unreadable(path, failed.value());
     if (size > kMaxSceneFileBytes) return Error{"too_large", path, std::to_string(size), "the scene file is too large"};
     std::vector<std::byte> file(size);
     stream.read(reinterpret_cast<char*>(file.data()), static_cast<std::streamsize>(size));
     if (static_cast<std::uintmax_t>(stream.gcount()) != size) {
-        return unreadable(path);
+        return unreadable(path, errno);
     }
 
     auto container = open_container(file);

@@ -62,17 +62,27 @@ bool allowed_host(std::string_view header, const FrontOptions& options, const as
     return !error && (plain_address(address).is_loopback() || plain_address(address) == plain_address(local));
 }
 
+static bool listed_origin(std::string_view origin, const FrontOptions& options) {
+    const std::string given = lower(origin);
+    return std::any_of(options.origins.begin(), options.origins.end(),
+                       [&](const std::string& allowed) { return given == lower(allowed); });
+}
+
 bool allowed_origin(std::string_view origin, std::string_view host, const FrontOptions& options) {
+    if (listed_origin(origin, options)) return true;
     const std::string given = lower(origin), own = lower(host);
-    for (const std::string& allowed : options.origins)
-        if (given == lower(allowed)) return true;
     return given == "https://" + own || (options.tls_certificate.empty() && given == "http://" + own);
 }
 
 bool foreign_page(const HttpRequest& request, const FrontOptions& options) {
     const std::string_view site = view_of(request["Sec-Fetch-Site"]);
-    const bool opened = view_of(request["Sec-Fetch-Dest"]) == "document";
-    return (site == "cross-site" || site == "same-site") && !opened && options.origins.empty();
+    if (site != "cross-site" && site != "same-site") return false;
+    // By a link, that is, and not ahead of it.
+    if (view_of(request["Sec-Fetch-Dest"]) == "document" && !request.count("Sec-Purpose")) return false;
+    const std::string_view page = view_of(request[http::field::referer]);
+    const std::size_t host = page.find("://");
+    const std::size_t path = host == page.npos ? host : page.find('/', host + 3);
+    return !listed_origin(page.substr(0, path), options);
 }
 
 std::optional<std::string_view> bearer_token(std::string_view authorization) {

@@ -26,7 +26,8 @@ bool allowed_host(std::string_view host, const FrontOptions& options, const asio
 bool allowed_origin(std::string_view origin, std::string_view host, const FrontOptions& options);
 
 // Result: whether the picture is part of a page elsewhere, as browsers tell (Fetch Metadata: Sec-Fetch-Site), which for
-// an <img> send no Origin. Not what somebody opens by a link, and nothing where the options list origins.
+// an <img> send no Origin. Not what somebody opens by a link, nor where the Referer is of an origin that the options
+// list.
 bool foreign_page(const HttpRequest& request, const FrontOptions& options);
 
 // Result: the token of "Bearer TOKEN"; nothing for other schemes.

@@ -19,8 +19,7 @@ namespace {
 using Clock = std::chrono::steady_clock;
 using Response = http::response<http::string_body>;
 
-constexpr std::size_t kShownBytes = 128;   // of a value that is refused
-constexpr std::size_t kWaitingQueues = 4;  // of FrontLimits::queued_bytes, for one address: no further stills then
+constexpr std::size_t kShownBytes = 128;                 // of a value that is refused
 constexpr auto kWatch = std::chrono::milliseconds(500);  // between two looks whether a still's client is there
 
 class HttpSession final : public Peer, public std::enable_shared_from_this<HttpSession> {
@@ -126,7 +125,9 @@ private:
         }
         if (path == "/v1/mjpeg" || is_still(target)) {
             if (foreign_page(request_, hub_.options))
-                return refuse(http::status::forbidden, "Pages of another origin may not use this server.");
+                return refuse(http::status::forbidden,
+                              {"permission", "Sec-Fetch-Site", std::string(view_of(request_["Sec-Fetch-Site"])),
+                               "Pages of another origin may not use this server."});
             if (!admitted(Right::look)) return;
             if (request_.method() == http::verb::head)
                 return refuse(http::status::method_not_allowed, "Only GET is answered here.");
@@ -134,8 +135,7 @@ private:
             if (hub_.full_for(*place_)) return refuse_full_address();
             if (hub_.full()) return refuse(http::status::service_unavailable, "There are too many clients already.");
             stream_.expires_never();
-            const auto token = bearer_token(view_of(request_[http::field::authorization]));
-            return start_mjpeg_session(hub_, {std::move(stream_), place_}, std::string(token.value_or("")));
+            return start_mjpeg_session(hub_, {std::move(stream_), place_}, std::string(shown_token()));
         }
         const std::string_view name = path == "/" ? "index.html" : std::string_view(path).substr(1);
         for (const EmbeddedFile& file : hub_.options.page)
@@ -144,6 +144,10 @@ private:
         refuse(http::status::not_found, {"not_found", "", path, "There is no such page."});
     }
 
+    // Result: empty where none was shown.
+    std::string_view shown_token() const {
+        return bearer_token(view_of(request_[http::field::authorization])).value_or("");
+    }
     // Result: whether the client showed a token that lets it do so, where one is asked for; else it has been answered.
     bool admitted(Right needed) {
         if (!hub_.options.tokens.asked()) return true;
@@ -153,7 +157,7 @@ private:
             return false;
         }
         const auto given = bearer_token(view_of(request_[http::field::authorization]));
-        const Right right = given ? hub_.options.tokens.right_of(*given) : Right::none;
+        const Right right = hub_.options.tokens.right_of(shown_token());
         if (right >= needed) return true;
         if (right == Right::look) {
             refuse(http::status::forbidden, "permission: this token lets its owner look, not change anything.");
@@ -170,7 +174,7 @@ private:
         if (request_.method() == http::verb::put) {
             if (const auto fault = upload_fault(request_)) return refuse(fault->status, fault->sentence);
             return start_upload_session(hub_, {std::move(stream_), place_}, std::move(buffer_), std::move(*parser_),
-                                        name);
+                                        name, std::string(shown_token()));
         }
         if (request_.method() != http::verb::delete_)
             return refuse(http::status::method_not_allowed, "Uploads are written by PUT and removed by DELETE.");
@@ -228,7 +232,7 @@ private:
         if (const auto error = over_limit(hub_.options.limits, message))
             return refuse(http::status::bad_request, said(*error));
         if (hub_.full_for(*place_)) return refuse_full_address();
-        if (hub_.waiting_bytes_of(*place_) >= kWaitingQueues * hub_.options.limits.queued_bytes)
+        if (hub_.too_much_waits_for(*place_))
             return refuse(http::status::service_unavailable, "Too much waits for clients of this address.");
         still_id_ = hub_.add(shared_from_this(), place_);
         if (still_id_ == 0) return refuse(http::status::service_unavailable, "There are too many clients already.");
@@ -273,6 +277,8 @@ private:
         if (still_id_ == 0) return;
         const auto self = shared_from_this();  // the timers' handlers hold the only other references
         end_wait();
+        if (hub_.options.tokens.right_of(shown_token()) == Right::none)
+            return refuse(http::status::unauthorized, "The token does not hold any more.");
         if (message.has_capture()) {
             Response response = make_response(http::status::ok, content_type("." + message.capture().format()),
                                               std::move(*message.mutable_capture()->mutable_image()));

@@ -114,12 +114,12 @@ SessionId Hub::keep(const std::shared_ptr<Peer>& peer, const std::shared_ptr<con
     return next_id_++;
 }
 
-std::size_t Hub::waiting_bytes_of(const Place& place) const {
+bool Hub::too_much_waits_for(const Place& place) const {
     std::size_t sum = 0;
     for (const auto& [id, session] : peers)
         if (const auto peer = session.lock(); peer && place_of.at(id)->address() == place.address())
             sum += peer->waiting_bytes();
-    return sum;
+    return sum >= (most_clients_of(place) > 0 ? 4 : 16) * options.limits.queued_bytes;
 }
 
 void Hub::remove(SessionId id) {

@@ -106,8 +106,9 @@ struct Hub {
     bool full() const { return peers.size() - strangers_.size() >= options.limits.clients; }
     // Whether the address has as many clients as it may.
     bool full_for(const Place& place) const;
-    // Result: of answers and messages that wait for clients of this address.
-    std::size_t waiting_bytes_of(const Place& place) const;
+    // Whether clients of this address wait for more than four times FrontLimits::queued_bytes; sixteen times, of an
+    // address that has no limit of its own. No further stills are begun for them then.
+    bool too_much_waits_for(const Place& place) const;
     bool room_for_connection(const std::string& address, bool local) const;
     void count_clients(const char* transport, int change);
     void count_rejected(const char* reason);

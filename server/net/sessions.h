@@ -26,6 +26,6 @@ void start_websocket_session(Hub& hub, Accepted accepted, HttpRequest request, E
 void start_mjpeg_session(Hub& hub, Accepted accepted, std::string token);
 // A PUT whose header was read, and checked like the others; ends the connection. buffer: what came behind the header.
 void start_upload_session(Hub& hub, Accepted accepted, beast::flat_buffer buffer,
-                          http::request_parser<http::empty_body>&& header, std::string name);
+                          http::request_parser<http::empty_body>&& header, std::string name, std::string token);
 
 }  // namespace gonio

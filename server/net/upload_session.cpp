@@ -28,12 +28,13 @@ bool is_fault_of_body(error_code error) {
 class UploadSession final : public std::enable_shared_from_this<UploadSession> {
 public:
     UploadSession(Hub& hub, Accepted accepted, beast::flat_buffer buffer,
-                  http::request_parser<http::empty_body>&& header, std::string name)
+                  http::request_parser<http::empty_body>&& header, std::string name, std::string token)
         : hub_(hub),
           accepted_(std::move(accepted)),
           buffer_(std::move(buffer)),
           parser_(std::move(header)),
           name_(std::move(name)),
+          token_(std::move(token)),
           chunk_(kChunkBytes) {}
     ~UploadSession() {
         // Only where the front ended in between; the disk thread has ended before.
@@ -97,6 +98,8 @@ private:
             });
     }
     void finish() {
+        if (hub_.options.tokens.right_of(token_) != Right::change)
+            return refuse({"permission", "", name_, "The token does not hold any more."});
         open_ = false;
         on_disk<bool>(
             [this] { return hub_.options.uploads->finish(part_); },
@@ -143,7 +146,7 @@ private:
     Accepted accepted_;
     beast::flat_buffer buffer_;
     http::request_parser<http::buffer_body> parser_;
-    std::string name_, answer_;
+    std::string name_, token_, answer_;
     std::vector<char> chunk_;
     UploadPart part_;
     bool open_ = false;  // part_ is to be finished or abandoned
@@ -152,8 +155,9 @@ private:
 }  // namespace
 
 void start_upload_session(Hub& hub, Accepted accepted, beast::flat_buffer buffer,
-                          http::request_parser<http::empty_body>&& header, std::string name) {
-    std::make_shared<UploadSession>(hub, std::move(accepted), std::move(buffer), std::move(header), std::move(name))
+                          http::request_parser<http::empty_body>&& header, std::string name, std::string token) {
+    std::make_shared<UploadSession>(hub, std::move(accepted), std::move(buffer), std::move(header), std::move(name),
+                                    std::move(token))
         ->start();
 }
 

@@ -130,7 +130,13 @@ TEST_F(ChangesTest, GroupsAndPresetsStandForTheirLights) {
     wider.mutable_set_group()->add_lights("fill");
     ASSERT_EQ(run(wider, kAnn), "ok");
     EXPECT_EQ(run(at(both, known), kBob), "conflict") << "other lights than Bob means";
-    EXPECT_EQ(refused.where, "groups");
+    EXPECT_EQ(refused.where, "groups.all");
+    v1::Command another = group;
+    another.mutable_set_group()->set_name("another");
+    const Revision wide = scene.scene_rev;
+    ASSERT_EQ(run(another, kAnn), "ok");
+    EXPECT_EQ(run(at(both, wide), kBob), "ok") << "another group is another";
+    ASSERT_EQ(run(both, kAnn), "ok");
     ASSERT_EQ(run(save, kAnn), "ok");
     EXPECT_EQ(run(at(recall, known), kBob), "conflict") << "another look than Bob means";
     EXPECT_EQ(refused.where, "presets.look");
@@ -169,8 +175,8 @@ TEST_F(ChangesTest, EveryCommandNamesItsProperties) {
     commands["patch"].mutable_set_patch();
     commands["surfaces"].mutable_set_surfaces();
     commands["presets.a"].mutable_save_preset()->set_name("a");
-    commands["groups"].mutable_set_group()->set_name("g");
-    commands["groups"].mutable_set_group()->add_lights(name);
+    commands["groups.g"].mutable_set_group()->set_name("g");
+    commands["groups.g"].mutable_set_group()->add_lights(name);
     commands["lights." + name + ".aim"] = pan(0.5);
     commands["lights." + name + ".position"].mutable_set_light()->set_name(name);
     for (int i = 0; i < 3; ++i) commands["lights." + name + ".position"].mutable_set_light()->add_position_m(i);

@@ -159,6 +159,17 @@ TEST_F(FrontTest, PagesElsewhereShowNoPictures) {
     EXPECT_EQ(asked("same-origin", "image"), 504) << "the page's own";
     EXPECT_EQ(asked("cross-site", "document"), 504) << "a link that somebody followed";
     EXPECT_EQ(asked("none", "document"), 504) << "an address that somebody typed";
+    EXPECT_EQ(asked("cross-site", "document\r\nSec-Purpose: prefetch;prerender"), 403) << "ahead of a click";
+    EXPECT_EQ(asked("cross-site", "image\r\nReferer: https://listed.example/"), 403);
+    EXPECT_EQ(client.body.substr(0, 12), "permission: ");
+    front.reset();
+    options.origins = {"https://listed.example"};
+    start();
+    Client listed(front->port());
+    const std::string from = "Sec-Fetch-Site: cross-site\r\nSec-Fetch-Dest: image\r\nReferer: https://";
+    EXPECT_EQ(listed.get("/v1/frame.png", from + "listed.example/page\r\n"), 504);
+    EXPECT_EQ(listed.get("/v1/frame.png", from + "unlisted.example/page\r\n"), 403);
+    EXPECT_EQ(listed.get("/v1/frame.png", from + "listed.example.evil/\r\n"), 403);
 }
 
 TEST_F(FrontTest, AStillThatWaitsAtTheEndIs503) {

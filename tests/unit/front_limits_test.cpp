@@ -484,6 +484,7 @@ TEST_F(FrontLimitsTest, ARendererThatDoesNotComeByIsNotReady) {
 
 TEST_F(FrontLimitsTest, AStillKeepsItsPlaceUntilItIsSentAndMuchThatWaitsStopsFurtherOnes) {
     options.limits.clients = 2;
+    options.limits.local_clients = 3;
     options.limits.queued_bytes = 1 << 20;
     start();
     const char* const still = "GET /v1/frame.exr HTTP/1.1\r\nHost: localhost\r\n\r\n";

@@ -58,6 +58,26 @@ TEST(UploadName, IsNoPath) {
     EXPECT_FALSE(is_upload_name(std::string(61, 'a') + ".glb"));
 }
 
+TEST_F(FrontUploadsTest, ATokenThatIsWithdrawnMeanwhileFinishesNothing) {
+    options.tokens.all = "0123456789abcdef";
+    start_with_uploads();
+    const std::string token = "Authorization: Bearer 0123456789abcdef\r\n";
+    Client upload(front->port()), still(front->port());
+    upload.send("PUT /v1/uploads/a.glb HTTP/1.1\r\nHost: localhost\r\nContent-Length: 4\r\n" + token + "\r\nab");
+    still.send("GET /v1/frame.png HTTP/1.1\r\nHost: localhost\r\n" + token + "\r\n");
+    ASSERT_TRUE(wait_for([&] { return requests.size() == 1; }));
+    ASSERT_TRUE(files_become(1));
+    front->set_tokens({"fedcba9876543210", ""});
+    upload.send("cd");
+    EXPECT_EQ(upload.read_response(), 403);
+    EXPECT_TRUE(files_become(0));
+    v1::ServerMessage picture;
+    picture.mutable_capture()->set_format("png");
+    picture.mutable_capture()->set_image("PNGBYTES");
+    front->reply(requests[0].first, picture);
+    EXPECT_EQ(still.read_response(), 401);
+}
+
 TEST_F(FrontUploadsTest, FilesArriveWholeAndAreReplacedAndRemoved) {
     start_with_uploads();
     const std::string body(300'000, 'x');

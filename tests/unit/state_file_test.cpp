@@ -237,15 +237,31 @@ TEST_F(StateFileTest, OneServersAlone) {
         EXPECT_EQ(other.error().code, "busy");
         EXPECT_EQ(other.error().where, path);
     }
-    EXPECT_TRUE(FileLock::take(path));
-    EXPECT_TRUE(FileLock::take(folder + "/gone/show.json")) << "the first save says what is wrong with it";
+    EXPECT_EQ(FileLock::take(path)->why_not(), "");
+    EXPECT_EQ(fs::status(path + ".lock").permissions() & fs::perms::others_read, fs::perms::others_read)
+        << "another user's server asks too";
+    EXPECT_NE(FileLock::take(folder + "/gone/show.json")->why_not(), "");
+    fs::create_symlink(folder + "/elsewhere", folder + "/other.json.lock");
+    EXPECT_NE(FileLock::take(folder + "/other.json")->why_not(), "");
+    EXPECT_EQ(FileLock::take(folder)->why_not(), "");
+    EXPECT_FALSE(fs::exists(folder + ".lock")) << "nothing is made beside what is no file";
 }
 
 TEST_F(StateFileTest, ALinkInTheWayIsNotFollowed) {
     std::ofstream(folder + "/other") << "precious";
     fs::create_symlink(folder + "/other", path + ".part");
-    EXPECT_FALSE(write_file_atomically(path, "new"));
+    EXPECT_TRUE(write_file_atomically(path, "new"));
     EXPECT_EQ(text_of(folder + "/other"), "precious");
+    EXPECT_EQ(text_of(path), "new");
+    // What a writer left that was killed, of a show that nobody may write to.
+    fs::permissions(path, fs::perms::owner_read);
+    std::ofstream(path + ".part") << "half";
+    fs::permissions(path + ".part", fs::perms::owner_read);
+    EXPECT_TRUE(write_file_atomically(path, "newer"));
+    EXPECT_EQ(text_of(path), "newer");
+    fs::create_directory(path + ".part");
+    EXPECT_FALSE(write_file_atomically(path, "newest"));
+    EXPECT_EQ(text_of(path), "newer");
 }
 
 }  // namespace
