@@ -104,6 +104,15 @@ TEST(Cornell, ReadyStateAndCostTable) {
     EXPECT_FALSE(aim.contains("gbuffer"));
 }
 
+// Result: seconds that all threads of the process had a processor.
+double cpu_seconds(pid_t pid) {
+    clockid_t clock{};
+    timespec time{};
+    EXPECT_EQ(clock_getcpuclockid(pid, &clock), 0);
+    EXPECT_EQ(clock_gettime(clock, &time), 0);
+    return static_cast<double>(time.tv_sec) + 1e-9 * static_cast<double>(time.tv_nsec);
+}
+
 TEST(Cornell, NothingHappensWhileNothingChanges) {
     DaemonProcess daemon({"--size", "256x256"});
     // A viewer watches for the whole test.
@@ -122,8 +131,12 @@ TEST(Cornell, NothingHappensWhileNothingChanges) {
     }
     EXPECT_TRUE(before["settled"].get<bool>());
     EXPECT_GE(before["frames_encoded"].get<int>(), 2 + 4) << "refined ones among them";
+    const double began_s = cpu_seconds(daemon.pid());
     std::this_thread::sleep_for(std::chrono::seconds(3));
+    const double share = (cpu_seconds(daemon.pid()) - began_s) / 3.0;
     const Json after = daemon.json({"stats"});
+    std::printf("nothing changes: %.2f %% of a core\n", 100.0 * share);
+    EXPECT_LT(share, 0.01);
     for (const char* counter : {"frames_rendered", "frames_encoded", "packets_sent"})
         EXPECT_EQ(before[counter], after[counter]) << counter;
     daemon.stop();  // which ends the viewer
