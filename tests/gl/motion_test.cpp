@@ -2,6 +2,7 @@
 // would.
 #include <algorithm>
 #include <cmath>
+#include <cstdio>
 
 #include "server/assets/assets.h"
 #include "server/scene/apply.h"
@@ -48,6 +49,8 @@ void moves_smoothly(const std::shared_ptr<const SceneAsset>& asset, double media
         mean += trace::luminance(truth[i].indirect_lx) / static_cast<double>(receivers.points.size());
     }
     std::sort(off.begin(), off.end());
+    std::printf("a millimetre: median %.2f %%, p95 %.2f %%, most %.1f %% of the mean\n",
+                100 * off[off.size() / 2] / mean, 100 * off[off.size() * 95 / 100] / mean, 100 * off.back() / mean);
     EXPECT_LT(off[off.size() / 2] / mean, median);
     EXPECT_LT(off[off.size() * 95 / 100] / mean, p95);
     EXPECT_LT(off.back() / mean, most) << "no spot flashes";
