@@ -40,10 +40,12 @@ struct Template : testing::Test {
 
 TEST_F(Template, NamesStandForTablesAndFigures) {
     const std::string all =
-        "{{frames}}\n{{scaling}}\n{{lights}}\n{{limits}}\n{{refinement}}\n{{pareto}}\nat {{threads}} threads.";
+        "{{frames}}\n{{scaling}}\n{{lights}}\n{{limits}}\n{{refinement}}\n{{pareto}}\n{{goals}}\nat {{threads}} "
+        "threads.";
     const std::string page = make(all);
     EXPECT_TRUE(page.ends_with("\nat 2 threads."));
     EXPECT_TRUE(page.starts_with("| scene | technique |"));
+    EXPECT_NE(page.find("| cornell, everything anew | 49 frames/s | 21.2 frames/s | no |"), page.npos) << "frames.json";
     EXPECT_THROW(make(all + " {{speed}}"), std::runtime_error);
     EXPECT_THROW(make(all + " {{threads"), std::runtime_error);
     EXPECT_THROW(make("{{frames}}"), std::runtime_error) << "tables that nobody would see";
