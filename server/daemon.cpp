@@ -160,7 +160,7 @@ int run_daemon(const Options& given) {
     }
     std::shared_ptr<Front> front;
     LaneEncoders encoders(encoder_setup(options, scene->width_px, scene->height_px),
-                          encoder_outputs(front, [&queue] { queue.wake(); }));
+                          encoder_outputs(front, [&queue] { queue.wake(Queue<Work>::Wake::soon); }));
     LaneFeed feed(encoders);
     auto metrics = std::make_shared<Metrics>();
     metrics->gauge("build_info", "The program's version.", "version=\"" GONIO_VERSION "\"").set(1);

@@ -34,7 +34,7 @@ public:
     std::optional<T> pop_for(std::chrono::nanoseconds time) {
         std::unique_lock lock(mutex_);
         ready_.wait_for(lock, time, [&] { return closed_ || woken_ || !values_.empty(); });
-        woken_ = false;
+        woken_ = pressing_ = false;
         return take();
     }
     // Waits for a value; empty once closed and drained.
@@ -43,17 +43,20 @@ public:
         ready_.wait(lock, [&] { return closed_ || !values_.empty(); });
         return take();
     }
-    void wake() {
+    // now: it is pressing, too.
+    enum class Wake { now, soon };
+    void wake(Wake when = Wake::now) {
         {
             std::lock_guard lock(mutex_);
             woken_ = true;
+            if (when == Wake::now) pressing_ = true;
         }
         ready_.notify_one();
     }
-    // Whether pop_for would return at once.
-    bool ready() const {
+    // Whether what came should interrupt the work of the one that pops.
+    bool pressing() const {
         std::lock_guard lock(mutex_);
-        return closed_ || woken_ || !values_.empty();
+        return closed_ || pressing_ || !values_.empty();
     }
     void close() {
         {
@@ -79,7 +82,7 @@ private:
     std::deque<T> values_;
     std::size_t capacity_;
     bool closed_ = false;
-    bool woken_ = false;
+    bool woken_ = false, pressing_ = false;
 };
 
 // A single slot: a newer value replaces an older one that nobody took.

@@ -14,7 +14,7 @@ Front::Callbacks Inbox::callbacks() {
         },
         [this](Demand newest) {
             demands.put(std::move(newest));
-            queue.wake();
+            queue.wake(Queue<Work>::Wake::soon);
         },
         [this](SessionId session) {
             Work gone;

@@ -27,7 +27,7 @@ Stage::Stage(std::unique_ptr<LiveRenderer> renderer, Scene scene, std::string re
       loader_(loader),
       out_(std::move(outputs)),
       changes_(scene_.scene_rev),
-      reference_({out_.reply, [&queue] { queue.wake(); }}) {
+      reference_({out_.reply, [&queue] { queue.wake(Queue<Work>::Wake::soon); }}) {
     renderer_->set_refinement(kRefineRounds);
 }
 
@@ -473,7 +473,7 @@ std::int64_t Stage::rest_in_ns() const {
 }
 
 void Stage::refine() {
-    draws([&] { better_ = renderer_->refine(scene_, [this] { return queue_.ready(); }); });
+    draws([&] { better_ = renderer_->refine(scene_, [this] { return queue_.pressing(); }); });
 }
 
 void Stage::finish_frames(bool wait) {

@@ -118,7 +118,7 @@ public:
     bool owes() const { return watched_ && budget_.owes(monotonic_ns()); }
     // Whether it is time to: nothing changed for Budget::kRestNs.
     bool rests() const { return monotonic_ns() - changed_ns_ >= Budget::kRestNs; }
-    // Does some tens of milliseconds of that, less if a message comes.
+    // Does up to some 0.2 s of that, a few milliseconds if a message comes.
     void refine();
     const Scene& scene() const { return scene_; }
     // Result: all that clients know of the scene and of who holds the camera.

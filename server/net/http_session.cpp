@@ -135,7 +135,7 @@ private:
             if (hub_.full_for(*place_)) return refuse_full_address();
             if (hub_.full()) return refuse(http::status::service_unavailable, "There are too many clients already.");
             stream_.expires_never();
-            return start_mjpeg_session(hub_, {std::move(stream_), place_}, std::string(shown_token()));
+            return start_mjpeg_session(hub_, {std::move(stream_), place_}, std::string(shown_token().value_or("")));
         }
         const std::string_view name = path == "/" ? "index.html" : std::string_view(path).substr(1);
         for (const EmbeddedFile& file : hub_.options.page)
@@ -144,9 +144,9 @@ private:
         refuse(http::status::not_found, {"not_found", "", path, "There is no such page."});
     }
 
-    // Result: empty where none was shown.
-    std::string_view shown_token() const {
-        return bearer_token(view_of(request_[http::field::authorization])).value_or("");
+    // Result: nothing where none was shown.
+    std::optional<std::string_view> shown_token() const {
+        return bearer_token(view_of(request_[http::field::authorization]));
     }
     // Result: whether the client showed a token that lets it do so, where one is asked for; else it has been answered.
     bool admitted(Right needed) {
@@ -156,8 +156,8 @@ private:
             refuse(http::status::too_many_requests, "Too many wrong tokens came from this address.", wait);
             return false;
         }
-        const auto given = bearer_token(view_of(request_[http::field::authorization]));
-        const Right right = hub_.options.tokens.right_of(shown_token());
+        const auto given = shown_token();
+        const Right right = hub_.options.tokens.right_of(given.value_or(""));
         if (right >= needed) return true;
         if (right == Right::look) {
             refuse(http::status::forbidden, "permission: this token lets its owner look, not change anything.");
@@ -174,7 +174,7 @@ private:
         if (request_.method() == http::verb::put) {
             if (const auto fault = upload_fault(request_)) return refuse(fault->status, fault->sentence);
             return start_upload_session(hub_, {std::move(stream_), place_}, std::move(buffer_), std::move(*parser_),
-                                        name, std::string(shown_token()));
+                                        name, std::string(shown_token().value_or("")));
         }
         if (request_.method() != http::verb::delete_)
             return refuse(http::status::method_not_allowed, "Uploads are written by PUT and removed by DELETE.");
@@ -277,7 +277,7 @@ private:
         if (still_id_ == 0) return;
         const auto self = shared_from_this();  // the timers' handlers hold the only other references
         end_wait();
-        if (hub_.options.tokens.right_of(shown_token()) == Right::none)
+        if (hub_.options.tokens.right_of(shown_token().value_or("")) == Right::none)
             return refuse(http::status::unauthorized, "The token does not hold any more.");
         if (message.has_capture()) {
             Response response = make_response(http::status::ok, content_type("." + message.capture().format()),

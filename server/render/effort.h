@@ -17,9 +17,9 @@ struct Effort {
 inline constexpr std::array<Effort, 5> kEfforts = {{
     {1.0, 1u << 16, 512, 0.07f, 1.0},
     {1.0, 2048, 256, 0.0f, 0.64},
-    {0.75, 2048, 256, 0.0f, 0.36},
-    {0.5, 1024, 256, 0.0f, 0.18},
-    {0.375, 1024, 128, 0.0f, 0.1},
+    {0.75, 2048, 256, 0.0f, 0.39},
+    {0.5, 1024, 256, 0.0f, 0.21},
+    {0.375, 1024, 128, 0.0f, 0.13},
 }};
 
 // Rounds of a still picture's refinement, of all luminaires together: some ten seconds on two cores at 800 × 800 in a

@@ -52,8 +52,9 @@ public:
     // While nothing moves, the live picture gets better: from now on `rounds` times for one luminaire, fewer in turn
     // for each of several, never for more than kMostRefined of them. 0 (the default): it stays as it is.
     virtual void set_refinement(int rounds) = 0;
-    // Does a part of that, some tens of milliseconds, for the scene of the last begin_frame. interrupted: asked now and
-    // then, whether to stop at once. Result: whether another frame of the same scene shows something better.
+    // Does a part of that, up to some 0.2 s, for the scene of the last begin_frame. interrupted: asked every
+    // few milliseconds, whether to stop at once. Result: whether another frame of the same scene shows something
+    // better.
     virtual bool refine(const Scene& scene, const std::function<bool()>& interrupted) = 0;
     // Whether refine() has nothing left to do.
     virtual bool refined(const Scene& scene) = 0;

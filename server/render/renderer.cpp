@@ -42,7 +42,7 @@ void Renderer::inspect_with(std::function<void(const Inspected&)> visit) {
 void Renderer::prepare(const Scene& scene, bool live) {
     if (!geometry_ || &geometry_->asset() != scene.asset.get()) {
         geometry_ = std::make_unique<GpuScene>(scene.asset);
-        traced_ = scene.traced ? scene.traced : std::make_shared<const trace::Geometry>(scene.asset);
+        traced_ = trace::geometry_of(scene);
         looks_ = std::make_unique<const shade::Looks>(shade::make_looks(*traced_));
         clusters_ = std::make_unique<const shade::Clusters>(direct_by_rays_ ? shade::make_clusters(*traced_)
                                                                             : shade::Clusters{});
@@ -55,6 +55,7 @@ void Renderer::prepare(const Scene& scene, bool live) {
     });
     for (const Light& light : scene.lights) {
         LightGpu& gpu = lights_[light.id];
+        if (gpu.rsm_fbo.id() == 0) gpu.rsm_size = rsm_size_;
         if (gpu.profile != light.profile) {
             std::weak_ptr<const WebGpu>& cached = webs_[light.profile.get()];
             gpu.web = cached.lock();

@@ -61,6 +61,8 @@ public:
     // Whether the live picture's indirect light is blocked by what stands in its way, with its near light; true unless
     // a bench wants the unoccluded part alone.
     void set_occluded(bool occluded);
+    // Texels per face side of the reflective shadow maps that are made from now on: benches compare sizes.
+    void set_rsm_size(int texels) { rsm_size_ = texels; }
     // Result: the illuminance in lux, per channel, that the live picture shows at each of its pixels, rows from the
     // bottom, 0 where there is no surface: the live target's layers times the lights' weights, as the composite pass
     // adds them. scene: the one of the last begin_frame. Reads whole layers back: for measuring, not for every frame.
@@ -87,6 +89,7 @@ private:
     int refine_rounds_ = 0;
     std::size_t effort_ = 0;
     bool occluded_ = true;
+    int rsm_size_ = kRsmSize;
     Programs programs_;
     std::unique_ptr<GpuScene> geometry_;
     std::map<std::uint32_t, LightGpu> lights_;  // by Light::id

@@ -28,14 +28,14 @@ public:
     // Runs job(0 … count − 1) in any order, on any of the threads, and returns when all are done; a thread that comes
     // too late for any of them is not waited for. Not reentrant; a job that throws ends the program.
     void run(int count, const std::function<void(int)>& job) {
-        if (count <= 0) return;
+        if (count <= 0 || ask()) return;
         job_ = &job;
         count_ = count;
         undone_ = count;
         untaken_ = count;
         ++generation_;
         generation_.notify_all();
-        work();
+        work(true);
         for (int left; (left = undone_.load()) != 0;) undone_.wait(left);
     }
 
@@ -48,9 +48,33 @@ public:
         });
     }
 
+    // Asks before each job that the caller of run() takes; once the answer is yes, jobs that nobody has begun are left
+    // out, in this run and in all until the end of this object. One at a time.
+    class Interruptible {
+    public:
+        Interruptible(Pool& pool, const std::function<bool()>& interrupted) : pool_(pool) {
+            pool_.interrupted_ = &interrupted;
+            pool_.stopped_ = false;
+        }
+        ~Interruptible() { pool_.interrupted_ = nullptr; }
+        Interruptible(const Interruptible&) = delete;
+        Interruptible& operator=(const Interruptible&) = delete;
+        // Result: whether jobs may have been left out. Does not ask.
+        bool stopped() const { return pool_.stopped_; }
+
+    private:
+        Pool& pool_;
+    };
+
 private:
-    void work() noexcept {
+    // Caller's thread. Result: whether nothing is to be begun any more.
+    bool ask() noexcept { return interrupted_ != nullptr && (stopped_ = stopped_ || (*interrupted_)()); }
+    void leave_out() noexcept {
+        if (const int left = untaken_.exchange(0); left > 0) undone_ -= left;
+    }
+    void work(bool asks = false) noexcept {
         for (int left = untaken_.load(); left > 0;) {
+            if (asks && ask()) return leave_out();
             if (!untaken_.compare_exchange_weak(left, left - 1)) continue;
             // Whoever has taken one is waited for: until it is done, `job_` and `count_` are those of its run.
             (*job_)(count_ - left);
@@ -67,6 +91,8 @@ private:
         }
     }
 
+    const std::function<bool()>* interrupted_ = nullptr;  // these two: the caller's alone
+    bool stopped_ = false;
     const std::function<void(int)>* job_ = nullptr;
     int count_ = 0;
     std::atomic<int> untaken_{0}, undone_{0};

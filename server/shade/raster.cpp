@@ -14,6 +14,14 @@
 #ifndef GONIO_SHADE_RASTER_STRIP
 #define GONIO_SHADE_RASTER_STRIP
 namespace gonio::shade {
+// A cluster's vertices in homogeneous screen coordinates: pixel = (x / w, y / w), w = distance along the view axis, m;
+// and the first and the last pixel centre that may lie on either side of them, all where they are behind the eye.
+struct OnScreen {
+    static constexpr std::int32_t kEverywhereLow = -(1 << 20), kEverywhereHigh = 1 << 20;
+    static constexpr std::size_t kSize = kClusterVertices + kLanes;
+    alignas(64) float x[kSize], y[kSize], w[kSize];
+    alignas(64) std::int32_t low_x[kSize], high_x[kSize], low_y[kSize], high_y[kSize];
+};
 inline constexpr int kStripRows = 16;
 // One strip of rows, first_row … first_row + rows − 1, of a picture; arrays start at its first row.
 struct Strip {
@@ -37,15 +45,36 @@ namespace HWY_NAMESPACE {
 #include "server/shade/lanes.h"
 #include "server/shade/look_lanes.h"
 
-// Homogeneous screen coordinates of a cluster's vertices: pixel = (x / w, y / w), w = distance along the view axis, m.
-void Project(const glm::mat3& screen_from_local, const glm::vec3& eye, std::size_t count, const float* x,
-             const float* y, const float* z, float* out_x, float* out_y, float* out_w) {
+// A cluster's vertices, from its arrays' place `first` on, on the screen.
+void Project(const glm::mat3& screen_from_local, const glm::vec3& eye, std::size_t count, const Clusters& clusters,
+             std::size_t first, float near_m, OnScreen& out) {
+    const Tag tag;
+    const IntTag ints;
     const glm::mat3& m = screen_from_local;
-    for (std::size_t i = 0; i < count; i += hn::Lanes(Tag())) {
-        const Vec3 p = Vec3(load(x + i), load(y + i), load(z + i)) - Vec3(eye.x, eye.y, eye.z);
-        store(dot(p, Vec3(m[0][0], m[1][0], m[2][0])), out_x + i);
-        store(dot(p, Vec3(m[0][1], m[1][1], m[2][1])), out_y + i);
-        store(dot(p, Vec3(m[0][2], m[1][2], m[2][2])), out_w + i);
+    for (std::size_t i = 0; i < count; i += hn::Lanes(tag)) {
+        const std::size_t at = first + i;
+        const Vec3 p = Vec3(load(clusters.x.data() + at), load(clusters.y.data() + at), load(clusters.z.data() + at)) -
+                       Vec3(eye.x, eye.y, eye.z);
+        const Float x = dot(p, Vec3(m[0][0], m[1][0], m[2][0])), y = dot(p, Vec3(m[0][1], m[1][1], m[2][1])),
+                    w = dot(p, Vec3(m[0][2], m[1][2], m[2][2]));
+        store(x, out.x + i), store(y, out.y + i), store(w, out.w + i);
+        const Mask ahead = Float(near_m) < w;
+        // Far outside the picture any pixel will do. Two roundings of the place, and a thousandth of a pixel more.
+        const auto pixels = [&](Float across, std::int32_t* low, std::int32_t* high) {
+            const Float pixel = min(max(mix(Float(0.0f),
+                                            Float(hn::Div(across.raw, hn::Max(w.raw, hn::Set(tag, near_m)))), ahead),
+                                        Float(-1e5f)),
+                                    Float(1e5f)),
+                        slack = Float(1e-3f) + abs(pixel) * Float(2.4e-7f);
+            const auto bound = [&](Float value, std::int32_t behind) {
+                return hn::IfThenElse(hn::RebindMask(ints, ahead), hn::ConvertTo(ints, value.raw),
+                                      hn::Set(ints, behind));
+            };
+            hn::StoreU(bound(Float(hn::Ceil((pixel - slack).raw)), OnScreen::kEverywhereLow), ints, low + i);
+            hn::StoreU(bound(Float(hn::Floor((pixel + slack).raw)), OnScreen::kEverywhereHigh), ints, high + i);
+        };
+        pixels(x, out.low_x, out.high_x);
+        pixels(y, out.low_y, out.high_y);
     }
 }
 
@@ -245,27 +274,26 @@ struct Frustum {
     }
 };
 
-// One triangle's corners on the screen -> its setup. Result: whether it covers the centre of a pixel, perhaps.
-bool set_up(const glm::dvec3* v, bool one_sided, int width, int height, double near_m, Setup& setup) {
-    // All corners beyond one side of the picture, or behind the eye.
+// A triangle of a cluster -> its setup. Result: whether it covers the centre of a pixel, perhaps.
+bool set_up(const OnScreen& screen, const std::array<std::uint8_t, 3>& corner, bool one_sided, int width, int height,
+            double near_m, Setup& setup) {
+    const auto [a, b, c] = corner;
+    const int left = std::max(0, std::min({screen.low_x[a], screen.low_x[b], screen.low_x[c]})),
+              right = std::min(width - 1, std::max({screen.high_x[a], screen.high_x[b], screen.high_x[c]})),
+              bottom = std::max(0, std::min({screen.low_y[a], screen.low_y[b], screen.low_y[c]})),
+              top = std::min(height - 1, std::max({screen.high_y[a], screen.high_y[b], screen.high_y[c]}));
+    if (left > right || bottom > top) return false;
+    glm::dvec3 v[3];
+    for (std::size_t k = 0; k < 3; ++k)
+        v[k] = glm::dvec3(glm::vec3(screen.x[corner[k]], screen.y[corner[k]], screen.w[corner[k]]));
+    // All corners behind the eye, or beyond one side of the picture.
     const auto all = [&](auto beyond) { return beyond(v[0]) && beyond(v[1]) && beyond(v[2]); };
-    const double right = width - 1, top = height - 1;
     if (all([&](const glm::dvec3& p) { return p.z <= near_m; }) || all([](const glm::dvec3& p) { return p.x < 0.0; }) ||
         all([](const glm::dvec3& p) { return p.y < 0.0; }) ||
-        all([&](const glm::dvec3& p) { return p.x > right * p.z; }) ||
-        all([&](const glm::dvec3& p) { return p.y > top * p.z; }))
+        all([&](const glm::dvec3& p) { return p.x > (width - 1) * p.z; }) ||
+        all([&](const glm::dvec3& p) { return p.y > (height - 1) * p.z; }))
         return false;
-    double x0 = 0.0, y0 = 0.0, x1 = right, y1 = top;
-    if (v[0].z > near_m && v[1].z > near_m && v[2].z > near_m) {
-        const double px[3] = {v[0].x / v[0].z, v[1].x / v[1].z, v[2].x / v[2].z},
-                     py[3] = {v[0].y / v[0].z, v[1].y / v[1].z, v[2].y / v[2].z};
-        constexpr double kSlack = 1e-3;  // pixels
-        x0 = std::max(x0, std::ceil(std::min({px[0], px[1], px[2]}) - kSlack));
-        y0 = std::max(y0, std::ceil(std::min({py[0], py[1], py[2]}) - kSlack));
-        x1 = std::min(x1, std::floor(std::max({px[0], px[1], px[2]}) + kSlack));
-        y1 = std::min(y1, std::floor(std::max({py[0], py[1], py[2]}) + kSlack));
-    }
-    if (x0 > x1 || y0 > y1) return false;
+    const double x0 = left, y0 = bottom, x1 = right, y1 = top;
     glm::dvec3 edge[3] = {glm::cross(v[1], v[2]), glm::cross(v[2], v[0]), glm::cross(v[0], v[1])};
     const double volume = glm::dot(v[0], edge[0]);  // > 0: counter-clockwise on the screen, y up
     // Seen edge-on its sign and its depth would be rounding alone: corners are known to 6e-8 of themselves.
@@ -326,24 +354,19 @@ unsigned draw_surfaces(const Clusters& clusters, const Looks& looks, bool emissi
         const auto chunk = static_cast<std::size_t>(job);
         std::vector<std::uint32_t>* bins = &raster.bins[chunk * strips];
         for (std::size_t s = 0; s < strips; ++s) bins[s].clear();
-        alignas(64) float x[kClusterVertices + kLanes], y[kClusterVertices + kLanes], w[kClusterVertices + kLanes];
+        OnScreen screen;
         const std::size_t end = std::min(clusters.clusters.size(), (chunk + 1) * kClustersPerChunk);
         for (std::size_t c = chunk * kClustersPerChunk; c < end; ++c) {
             const Cluster& cluster = clusters.clusters[c];
             if (!frustum.meets(cluster) || !frustum.sees_front(cluster)) continue;
             ++drawn[chunk];
-            const std::size_t first = cluster.first_vertex;
             HWY_DYNAMIC_DISPATCH(Project)
-            (screen_from_local, rays.eye, cluster.vertices, clusters.x.data() + first, clusters.y.data() + first,
-             clusters.z.data() + first, x, y, w);
+            (screen_from_local, rays.eye, cluster.vertices, clusters, cluster.first_vertex, rays.near_m, screen);
             for (std::uint32_t t = cluster.first_triangle; t < cluster.first_triangle + cluster.triangles; ++t) {
                 const auto& [corner, look] = clusters.triangles[t];
-                glm::dvec3 v[3];
-                for (std::size_t k = 0; k < 3; ++k)
-                    v[k] = glm::dvec3(static_cast<double>(x[corner[k]]), static_cast<double>(y[corner[k]]),
-                                      static_cast<double>(w[corner[k]]));
                 Setup& setup = raster.setups[look];
-                if (!set_up(v, cluster.one_sided, width, height, static_cast<double>(rays.near_m), setup)) continue;
+                if (!set_up(screen, corner, cluster.one_sided, width, height, static_cast<double>(rays.near_m), setup))
+                    continue;
                 setup.alpha_mask = cluster.alpha_mask ? 1u : 0u;
                 const int last = setup.y1 / kStripRows;
                 for (int s = setup.y0 / kStripRows; s <= last; ++s) bins[s].push_back(look);

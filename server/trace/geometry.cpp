@@ -3,6 +3,7 @@
 #include <embree3/rtcore.h>
 
 #include <cmath>
+#include <cstring>
 #include <limits>
 #include <stdexcept>
 
@@ -221,17 +222,21 @@ namespace {
 
 // Embree's form of a packet; valid: -1 for active rays.
 void fill(RTCRay16& to, int* valid, const RayPacket& from, unsigned active) {
-    for (int i = 0; i < kPacket; ++i) {
-        valid[i] = (active >> i & 1u) != 0 ? -1 : 0;
-        to.org_x[i] = from.from_x[i], to.org_y[i] = from.from_y[i], to.org_z[i] = from.from_z[i];
-        to.dir_x[i] = from.along_x[i], to.dir_y[i] = from.along_y[i], to.dir_z[i] = from.along_z[i];
-        to.tnear[i] = 0.0f;
-        to.tfar[i] = from.far[i];
-        to.time[i] = 0.0f;
-        to.mask[i] = ~0u;
-        to.id[i] = static_cast<unsigned>(i);
-        to.flags[i] = 0;
-    }
+    static_assert(sizeof(from.from_x) == sizeof(to.org_x));
+    constexpr std::size_t kBytes = sizeof(to.org_x);
+    std::memcpy(to.org_x, from.from_x, kBytes);
+    std::memcpy(to.org_y, from.from_y, kBytes);
+    std::memcpy(to.org_z, from.from_z, kBytes);
+    std::memcpy(to.dir_x, from.along_x, kBytes);
+    std::memcpy(to.dir_y, from.along_y, kBytes);
+    std::memcpy(to.dir_z, from.along_z, kBytes);
+    std::memcpy(to.tfar, from.far, kBytes);
+    std::memset(to.tnear, 0, kBytes);
+    std::memset(to.time, 0, kBytes);
+    std::memset(to.mask, 0xff, kBytes);
+    std::memset(to.id, 0, kBytes);
+    std::memset(to.flags, 0, kBytes);
+    for (int i = 0; i < kPacket; ++i) valid[i] = -static_cast<int>(active >> i & 1u);
 }
 
 }  // namespace
@@ -277,6 +282,10 @@ unsigned Geometry::closest(const RayPacket& rays, unsigned active, SurfaceHit* h
         hits[i].distance = met_at.distance[i];
     }
     return met;
+}
+
+std::shared_ptr<const Geometry> geometry_of(const Scene& scene) {
+    return scene.traced ? scene.traced : std::make_shared<const Geometry>(scene.asset);
 }
 
 }  // namespace gonio::trace

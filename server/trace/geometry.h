@@ -88,4 +88,7 @@ private:
     std::unique_ptr<Embree> embree_;
 };
 
+// Result: the scene's own, or one that is made now, which takes long.
+std::shared_ptr<const Geometry> geometry_of(const Scene& scene);
+
 }  // namespace gonio::trace

@@ -54,7 +54,7 @@ std::shared_ptr<const World> make_world(const Scene& scene, const World* previou
         world->geometry = previous->geometry;
         world->emitters = previous->emitters;
     } else {
-        world->geometry = scene.traced ? scene.traced : std::make_shared<const Geometry>(scene.asset);
+        world->geometry = geometry_of(scene);
         world->emitters = emitters_of(*world->geometry);
     }
     world->luminaires =

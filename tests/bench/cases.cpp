@@ -1,6 +1,9 @@
 #include "tests/bench/cases.h"
 
+#include <algorithm>
+#include <map>
 #include <stdexcept>
+#include <utility>
 
 #include "server/assets/assets.h"
 #include "server/scene/apply.h"
@@ -22,7 +25,39 @@ const Lighting kLightings[] = {{"cornell", 1000.0, {-0.9, -1.0, -0.35}},
                                {"atrium", 4000.0, {0.7, -1.0, 0.55}},
                                {"corridor", 800.0, {2.27, -1.85, -0.8}}};
 
+// Neighbours share the vertices in the middle of their edges.
+void split(Mesh& mesh) {
+    std::map<std::pair<std::uint32_t, std::uint32_t>, std::uint32_t> middles;
+    const auto middle = [&](std::uint32_t a, std::uint32_t b) {
+        const auto [found, fresh] =
+            middles.try_emplace(std::minmax(a, b), static_cast<std::uint32_t>(mesh.vertices.size()));
+        if (fresh) {
+            const Vertex p = mesh.vertices[a], q = mesh.vertices[b];
+            const glm::vec3 normal = p.normal + q.normal;
+            mesh.vertices.push_back({0.5f * (p.position + q.position),
+                                     glm::dot(normal, normal) > 0.0f ? glm::normalize(normal) : p.normal,
+                                     0.5f * (p.uv + q.uv)});
+        }
+        return found->second;
+    };
+    std::vector<std::uint32_t> indices;
+    for (std::size_t i = 0; i + 2 < mesh.indices.size(); i += 3) {
+        const std::uint32_t a = mesh.indices[i], b = mesh.indices[i + 1], c = mesh.indices[i + 2], ab = middle(a, b),
+                            bc = middle(b, c), ca = middle(c, a);
+        indices.insert(indices.end(), {a, ab, ca, ab, b, bc, ca, bc, c, ab, bc, ca});
+    }
+    mesh.indices = std::move(indices);
+}
+
 }  // namespace
+
+std::shared_ptr<const SceneAsset> split_triangles(const SceneAsset& asset, int times) {
+    auto result = std::make_shared<SceneAsset>(asset);
+    for (Mesh& mesh : result->meshes) {
+        for (int i = 0; i < times; ++i) split(mesh);
+    }
+    return result;
+}
 
 std::shared_ptr<const SceneAsset> bench_asset(const std::string& name) {
     if (name == "corridor") return test::make_corridor();

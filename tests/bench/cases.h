@@ -14,6 +14,9 @@ namespace gonio::bench {
 // std::runtime_error with one sentence where it cannot be read or has no luminaire.
 std::shared_ptr<const SceneAsset> bench_asset(const std::string& name);
 
+// Result: the same surfaces in more triangles: `times` times each becomes four.
+std::shared_ptr<const SceneAsset> split_triangles(const SceneAsset& asset, int times);
+
 // One scene in one light.
 struct Case {
     std::string scene;  // as bench_asset takes it

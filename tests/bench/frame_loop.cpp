@@ -40,6 +40,22 @@ std::map<std::string, double> PassTimes::medians() const {
     return result;
 }
 
+std::vector<glm::dvec3> positions_of(const Scene& scene) {
+    std::vector<glm::dvec3> home;
+    for (const Light& light : scene.lights) home.push_back(light.position);
+    return home;
+}
+
+void wander(Scene& scene, const std::vector<glm::dvec3>& home, int n) {
+    ++scene.scene_rev;
+    for (std::size_t i = 0; i < scene.lights.size(); ++i) {
+        Light& light = scene.lights[i];
+        light.position = home[i] + 0.05 * glm::dvec3(std::cos(0.3 * n), 0.0, std::sin(0.3 * n));
+        light.position_rev = light.aim_rev = scene.scene_rev;
+    }
+    scene.camera_rev = scene.scene_rev;
+}
+
 std::unique_ptr<LaneEncoders> make_idle_encoder() {
     LaneEncoders::Setup setup;
     setup.kinds = {"libx264"};
@@ -59,21 +75,14 @@ void encode_beside(LaneEncoders& encoder, const FinishedFrame& frame) {
 
 FrameTimes time_frames(Renderer& renderer, LaneEncoders& encoder, Scene scene, const Pace& pace,
                        const std::function<void()>& between) {
-    std::vector<glm::dvec3> home;
-    for (const Light& light : scene.lights) home.push_back(light.position);
+    const std::vector<glm::dvec3> home = positions_of(scene);
     FrameTimes times;
     std::vector<double> indirect_ms, gather_ms;
     double spent_ms = 0.0;
     int warm_up = 2;  // shaders are compiled in the first frame; a second one fills the rings
     for (int frame = 0; static_cast<int>(times.frame_ms.size()) < pace.most_frames; ++frame) {
         if (static_cast<int>(times.frame_ms.size()) >= pace.least_frames && spent_ms >= pace.seconds * 1e3) break;
-        ++scene.scene_rev;
-        for (std::size_t i = 0; i < scene.lights.size(); ++i) {
-            Light& light = scene.lights[i];
-            light.position = home[i] + 0.05 * glm::dvec3(std::cos(0.3 * frame), 0.0, std::sin(0.3 * frame));
-            light.position_rev = light.aim_rev = scene.scene_rev;
-        }
-        scene.camera_rev = scene.scene_rev;
+        wander(scene, home, frame);
         renderer.begin_frame(scene, monotonic_ns());
         const auto done = renderer.finish_frame(true);
         const v1::FrameReport& report = done->report;

@@ -25,6 +25,11 @@ private:
     std::map<std::string, std::vector<double>> ms_;
 };
 
+// Where a scene's luminaires stand, and all of them moved on from there along a circle of 5 cm, the camera counted as
+// moved, so that every pass runs in frame number n.
+std::vector<glm::dvec3> positions_of(const Scene& scene);
+void wander(Scene& scene, const std::vector<glm::dvec3>& home, int n);
+
 // How long to measure, after warm-up.
 struct Pace {
     double seconds = 20.0;
@@ -45,9 +50,8 @@ std::unique_ptr<LaneEncoders> make_idle_encoder();
 // Gives it a frame's picture, where it has one, and does not wait.
 void encode_beside(LaneEncoders& encoder, const FinishedFrame& frame);
 
-// Times frames of a scene, at least one luminaire, as large as the scene says. Every luminaire wanders on a circle of
-// 5 cm and the camera counts as moved, so that every pass runs in every frame. between: called after each timed frame,
-// outside its time; may be empty. Render thread.
+// Times frames of a scene that wanders, at least one luminaire, as large as the scene says. between: called after each
+// timed frame, outside its time; may be empty. Render thread.
 FrameTimes time_frames(Renderer& renderer, LaneEncoders& encoder, Scene scene, const Pace& pace,
                        const std::function<void()>& between = {});
 

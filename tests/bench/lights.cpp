@@ -13,6 +13,7 @@
 
 #include "server/render/renderer.h"
 #include "server/scene/apply.h"
+#include "tests/bench/cases.h"
 #include "tests/bench/frame_loop.h"
 #include "tests/scenes/bench_scenes.h"
 
@@ -24,6 +25,7 @@ constexpr std::size_t kLeastFrames = 10, kMostFrames = 100, kMostSettling = 1000
 // A scene before a run of changes, and the change of frame number n to it.
 struct Change {
     const char* name;
+    bool everywhere;  // in scenes of one luminaire too, not only under the stage's
     void (*make)(Scene& scene, const Scene& home, int n);
 };
 
@@ -33,24 +35,30 @@ void set_level(Scene& scene, std::size_t light, int n) {
 }
 
 constexpr Change kChanges[] = {
-    {"level_one", [](Scene& scene, const Scene&, int n) { set_level(scene, scene.lights.size() / 2, n); }},
-    {"level_all",
+    {"level_one", true, [](Scene& scene, const Scene&, int n) { set_level(scene, scene.lights.size() / 2, n); }},
+    {"color_one", true,
+     [](Scene& scene, const Scene&, int n) {
+         Light& light = scene.lights[scene.lights.size() / 2];
+         light.color = 0.6 + 0.4 * glm::dvec3(std::cos(0.37 * n), std::sin(0.37 * n), -std::cos(0.37 * n));
+         light.level_rev = scene.scene_rev;
+     }},
+    {"level_all", false,
      [](Scene& scene, const Scene&, int n) {
          for (std::size_t i = 0; i < scene.lights.size(); ++i) set_level(scene, i, n + static_cast<int>(i));
      }},
-    {"exposure",
+    {"exposure", true,
      [](Scene& scene, const Scene& home, int n) {
          scene.exposure_ev100 = home.exposure_ev100 + std::sin(0.11 * n);
          scene.exposure_rev = scene.scene_rev;
      }},
-    {"move_one",
+    {"move_one", false,
      [](Scene& scene, const Scene& home, int n) {
          const std::size_t which = scene.lights.size() / 2;
          scene.lights[which].position =
              home.lights[which].position + 0.3 * glm::dvec3(std::cos(0.3 * n), 0.0, std::sin(0.3 * n));
          scene.lights[which].position_rev = scene.lights[which].aim_rev = scene.scene_rev;
      }},
-    {"orbit",
+    {"orbit", false,
      [](Scene& scene, const Scene& home, int n) {
          const glm::dvec3 from = home.camera.eye - home.camera.target;
          const double turn = 0.35 * std::sin(0.03 * n), c = std::cos(turn), s = std::sin(turn);
@@ -82,6 +90,7 @@ void settle(Renderer& renderer, LaneEncoders& encoder, const Scene& scene, Light
 LightsRow measure(Renderer& renderer, LaneEncoders& encoder, const Scene& home, const Change& change, double seconds) {
     Scene scene = home;
     LightsRow row;
+    row.scene = scene.asset->name;
     row.lights = scene.lights.size();
     row.change = change.name;
     settle(renderer, encoder, scene, row);
@@ -109,11 +118,12 @@ LightsRow measure(Renderer& renderer, LaneEncoders& encoder, const Scene& home, 
 }
 
 void print_table(const std::vector<LightsRow>& rows, std::ostream& out) {
-    out << "change       lights   median ms    p95 ms       FPS   rate   settling: frames      ms  passes, ms\n"
+    out << "scene    change       lights   median ms    p95 ms       FPS   rate   settling: frames      ms  passes, "
+           "ms\n"
         << std::fixed;
     for (const LightsRow& row : rows) {
-        out << std::left << std::setw(11) << row.change << std::right << std::setw(8) << row.lights
-            << std::setprecision(2) << std::setw(12) << row.frame_ms << std::setw(10) << row.frame_p95_ms
+        out << std::left << std::setw(9) << row.scene << std::setw(11) << row.change << std::right << std::setw(8)
+            << row.lights << std::setprecision(2) << std::setw(12) << row.frame_ms << std::setw(10) << row.frame_p95_ms
             << std::setprecision(1) << std::setw(10) << 1e3 / row.frame_ms << std::setprecision(2) << std::setw(7)
             << row.rate << std::setw(19) << row.settling_frames << std::setprecision(0) << std::setw(8)
             << row.settling_ms << std::setprecision(1);
@@ -128,10 +138,10 @@ void print_json(const std::vector<LightsRow>& rows, const std::string& renderer,
                 std::ostream& out) {
     nlohmann::json json = {{"renderer", renderer},
                            {"size", {options.width_px, options.height_px}},
-                           {"threads", std::thread::hardware_concurrency()},
-                           {"scene", "stage"}};
+                           {"threads", std::thread::hardware_concurrency()}};
     for (const LightsRow& row : rows) {
-        json["rows"].push_back({{"lights", row.lights},
+        json["rows"].push_back({{"scene", row.scene},
+                                {"lights", row.lights},
                                 {"change", row.change},
                                 {"frame_ms", row.frame_ms},
                                 {"frame_p95_ms", row.frame_p95_ms},
@@ -150,36 +160,37 @@ void run_lights(const LightsOptions& options, std::ostream& out) {
     const auto context = gl::Context::create({options.device, false});
     const auto encoder = make_idle_encoder();
     std::vector<LightsRow> rows;
-    for (const int side : {1, 2, 4, 8}) {
-        const auto count = static_cast<std::size_t>(side * side);
-        if (options.lights != 0 && options.lights != count) continue;
-        Scene scene = scene_of(test::make_stage(side));
+    const auto measure_scene = [&](Scene scene, bool everything) {
+        if (options.lights != 0 && options.lights != scene.lights.size()) return;
+        if (!options.scene.empty() && options.scene != scene.asset->name) return;
         scene.width_px = options.width_px & ~1;
         scene.height_px = options.height_px & ~1;
         Renderer renderer(*context);
         for (const Change& change : kChanges) {
-            if (options.change.empty() || options.change == change.name)
+            if ((everything || change.everywhere) && (options.change.empty() || options.change == change.name))
                 rows.push_back(measure(renderer, *encoder, scene, change, options.seconds));
         }
-    }
+    };
+    for (const int side : {1, 2, 4, 8}) measure_scene(scene_of(test::make_stage(side)), true);
+    for (const char* name : {"cornell", "atrium"}) measure_scene(scene_of(bench_asset(name)), false);
     if (rows.empty())
-        throw std::runtime_error("the stage has 1, 4, 16 or 64 luminaires; see gonio-bench lights --help for changes");
+        throw std::runtime_error("nothing of that scene, number and change: see gonio-bench lights --help");
     std::stable_sort(rows.begin(), rows.end(), [](const LightsRow& a, const LightsRow& b) {
         const auto place = [](const LightsRow& row) {
             return std::find_if(std::begin(kChanges), std::end(kChanges),
                                 [&](const Change& change) { return row.change == change.name; });
         };
-        return place(a) < place(b);
+        return std::pair(a.scene != "stage", place(a)) < std::pair(b.scene != "stage", place(b));
     });
     for (LightsRow& row : rows) {
         const auto single = std::find_if(rows.begin(), rows.end(), [&](const LightsRow& other) {
-            return other.lights == 1 && other.change == row.change;
+            return other.scene == row.scene && other.lights == 1 && other.change == row.change;
         });
         if (single != rows.end()) row.rate = single->frame_ms / row.frame_ms;
     }
     if (options.json) return print_json(rows, context->renderer(), options, out);
-    out << context->description() << "; " << std::thread::hardware_concurrency() << " threads; stage, "
-        << options.width_px << "x" << options.height_px << "; rate: frame rate over that of one luminaire\n";
+    out << context->description() << "; " << std::thread::hardware_concurrency() << " threads; " << options.width_px
+        << "x" << options.height_px << "; rate: frame rate over that of one luminaire\n";
     print_table(rows, out);
 }
 

@@ -1,4 +1,5 @@
-// gonio-bench lights: what a change costs with 1, 4, 16 and 64 luminaires over the stage.
+// gonio-bench lights: what a change costs with 1, 4, 16 and 64 luminaires over the stage, and of what runs the
+// composite only with the one luminaire of cornell and of atrium.
 #pragma once
 
 #include <cstddef>
@@ -12,17 +13,19 @@ namespace gonio::bench {
 struct LightsOptions {
     int width_px = 800, height_px = 800;
     double seconds = 5.0;    // per row, after warm-up; at least 10 frames, at most 100
-    std::size_t lights = 0;  // only this many luminaires; 0: 1, 4, 16 and 64
+    std::string scene;       // only this one of stage, cornell, atrium; empty: all
+    std::size_t lights = 0;  // only this many luminaires; 0: all numbers
     std::string change;      // only this one of LightsRow::change; empty: all
     bool json = false;
     int device = -1;
 };
 
-// One change made in every frame of a stage under so many luminaires, nothing else moving. Times are from draining the
+// One change made in every frame of a scene under so many luminaires, nothing else moving. Times are from draining the
 // queue to NV12 in memory with the H.264 encoder beside it.
 struct LightsRow {
+    std::string scene;
     std::size_t lights = 0;
-    std::string change;  // level_one, level_all, exposure, move_one, orbit
+    std::string change;  // level_one, color_one, level_all, exposure, move_one, orbit
     double frame_ms = 0.0, frame_p95_ms = 0.0;
     double rate = 0.0;  // frame rate over that of one luminaire under the same change; 0: not measured
     std::size_t frames = 0;

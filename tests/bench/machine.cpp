@@ -5,10 +5,15 @@
 #include <functional>
 #include <nlohmann/json.hpp>
 #include <ostream>
+#include <stdexcept>
 #include <thread>
 #include <vector>
 
+#include "server/scene/apply.h"
 #include "server/shade/kernels.h"
+#include "server/stream/encoder.h"
+#include "tests/bench/cases.h"
+#include "tests/bench/frame_loop.h"
 
 namespace gonio::bench {
 namespace {
@@ -46,9 +51,31 @@ double best_s(unsigned threads, const std::function<void(unsigned)>& work) {
     return best;
 }
 
+// Pictures as `gonio-bench frames` encodes them: everything lit anew in each.
+double encoder_ms(const gl::Context& context) {
+    constexpr int kPictures = 40;
+    Renderer renderer(context);
+    Scene scene = scene_of(bench_asset("cornell"));
+    const auto home = positions_of(scene);
+    auto encoder = H264Encoder::open(scene.width_px, scene.height_px);
+    if (!encoder) throw std::runtime_error(encoder.error().text());
+    std::vector<double> times_ms;
+    for (int n = 0; n < kPictures; ++n) {
+        wander(scene, home, n);
+        renderer.begin_frame(scene, monotonic_ns());
+        const FinishedFrame done = *renderer.finish_frame(true);
+        const Picture picture{done.report.scene_rev(), done.width_px,   done.height_px, done.nv12,
+                              done.drained_ns,         done.rendered_ns};
+        const auto frame = (*encoder)->encode(picture, n == 0);
+        if (!frame) throw std::runtime_error(frame.error().text());
+        if (n > 0) times_ms.push_back(static_cast<double>(frame->encoded_ns - frame->began_ns) * 1e-6);
+    }
+    return median(std::move(times_ms));
+}
+
 }  // namespace
 
-MachineRates measure_machine() {
+MachineRates measure_machine(const gl::Context& context) {
     MachineRates rates;
     rates.threads = std::max(1u, std::thread::hardware_concurrency());
     const double threads = rates.threads;
@@ -84,20 +111,34 @@ MachineRates measure_machine() {
         kept[i] += red[0];
     });
     rates.vpl_evaluations_per_s = threads * kRepeats * kPoints * kVpls / s;
+    for (const char* scene : {"cornell", "atrium"}) rates.rays.push_back(measure_rays(scene));
+    rates.encoder_ms = encoder_ms(context);
     return rates;
 }
 
 void print_machine(const MachineRates& rates, bool json, std::ostream& out) {
     if (json) {
-        const nlohmann::ordered_json all = {{"threads", rates.threads},
-                                            {"flops_per_s", rates.flops_per_s},
-                                            {"bytes_per_s", rates.bytes_per_s},
-                                            {"vpl_evaluations_per_s", rates.vpl_evaluations_per_s}};
+        nlohmann::ordered_json all = {{"threads", rates.threads},
+                                      {"flops_per_s", rates.flops_per_s},
+                                      {"bytes_per_s", rates.bytes_per_s},
+                                      {"vpl_evaluations_per_s", rates.vpl_evaluations_per_s},
+                                      {"encoder_ms", rates.encoder_ms}};
+        for (const RayRates& rays : rates.rays) {
+            all["rays"].push_back({{"scene", rays.scene},
+                                   {"shadow_per_s", rays.shadow_per_s},
+                                   {"vpl_per_s", rays.vpl_per_s},
+                                   {"short_per_s", rays.short_per_s}});
+        }
         out << all.dump(2) << "\n";
         return;
     }
     out << rates.threads << " threads: " << rates.flops_per_s * 1e-9 << " Gflop/s, " << rates.bytes_per_s * 1e-9
-        << " GB/s, " << rates.vpl_evaluations_per_s * 1e-9 << " G VPL evaluations/s\n";
+        << " GB/s, " << rates.vpl_evaluations_per_s * 1e-9 << " G VPL evaluations/s; " << rates.encoder_ms
+        << " ms a frame encoded\n";
+    for (const RayRates& rays : rates.rays) {
+        out << rays.scene << ", M rays/s: " << rays.shadow_per_s * 1e-6 << " to the luminaire, "
+            << rays.vpl_per_s * 1e-6 << " to VPLs, " << rays.short_per_s * 1e-6 << " short\n";
+    }
 }
 
 }  // namespace gonio::bench

@@ -78,8 +78,10 @@ int main(int argc, char** argv) {
     gonio::bench::LightsOptions lights_options;
     std::string lights_size;
     CLI::App* lights = app.add_subcommand("lights", "frame times against the number of luminaires, one change a row");
+    lights->add_option("--scene", lights_options.scene, "only stage, cornell, atrium");
     lights->add_option("--lights", lights_options.lights, "only 1, 4, 16 or 64 luminaires");
-    lights->add_option("--change", lights_options.change, "only level_one, level_all, exposure, move_one, orbit");
+    lights->add_option("--change", lights_options.change,
+                       "only level_one, color_one, level_all, exposure, move_one, orbit");
     lights->add_option("--size", lights_size, "WIDTHxHEIGHT; default: 800x800")->check(kSize);
     lights->add_option("--seconds", lights_options.seconds, "time per row; at least 10 and at most 100 frames")
         ->check(CLI::Range(0.1, 600.0))
@@ -88,8 +90,8 @@ int main(int argc, char** argv) {
     lights->add_flag("--json", lights_options.json, "print rows as JSON");
 
     gonio::ScalingOptions scaling_options;
-    CLI::App* scaling =
-        app.add_subcommand("scaling", "frame times by pass against size, VPLs and scene: a Markdown table");
+    CLI::App* scaling = app.add_subcommand(
+        "scaling", "frame times by pass against size, VPLs, scene and triangles; RSM sizes; efforts");
     scaling->add_option("--seconds", scaling_options.seconds, "time per row; at least 10 and at most 100 frames")
         ->check(CLI::Range(0.1, 600.0))
         ->capture_default_str();
@@ -119,7 +121,8 @@ int main(int argc, char** argv) {
     refinement->add_option("--device", refinement_options.device, "index of the EGL device");
     refinement->add_flag("--json", refinement_options.json, "print rows as JSON");
     bool machine_json = false;
-    CLI::App* machine = app.add_subcommand("machine", "what the machine can do: arithmetic, memory, the VPLs' kernel");
+    CLI::App* machine = app.add_subcommand(
+        "machine", "what the machine can do: arithmetic, memory, the VPLs' kernel, rays, the encoder");
     machine->add_flag("--json", machine_json, "print as JSON");
 
     std::string results, page_template = "tests/bench/performance.in.md", docs = "docs";
@@ -135,7 +138,8 @@ int main(int argc, char** argv) {
         app.parse(argc, argv);
         if (stressed->parsed()) return gonio::stress::run_stress(stress, std::cout);
         if (machine->parsed()) {
-            gonio::bench::print_machine(gonio::bench::measure_machine(), machine_json, std::cout);
+            const auto context = gonio::gl::Context::create({-1, false});
+            gonio::bench::print_machine(gonio::bench::measure_machine(*context), machine_json, std::cout);
         } else if (refinement->parsed()) {
             gonio::bench::run_refinement(refinement_options, std::cout, std::cerr);
         } else if (report->parsed()) {

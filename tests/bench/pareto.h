@@ -17,8 +17,9 @@ struct ParetoOptions {
     std::string scene, profile, technique;
     std::size_t lights = 0;
     int width_px = 0, height_px = 0;  // 0: 800 × 800; quick: 192 × 192. Made even
-    double seconds = 30.0;            // of frames per row, after warm-up; at least 5 frames, at most 50
-    bool quick = false;               // one case, few frames, a coarser reference: for checking that it works
+    // Of frames per row, after warm-up; of the seed technique 10 at most. At least 5 frames, at most 50.
+    double seconds = 30.0;
+    bool quick = false;  // one case, few frames, a coarser reference: for checking that it works
     std::filesystem::path cache = "build/reference-cache";
 };
 

@@ -155,10 +155,15 @@ std::string plot_svg(const Plot& plot) {
             return glm::dvec2(x0 + axis_x.place(at.x) * kPanelWidth, y0 + (1.0 - axis_y.place(at.y)) * kPanelHeight);
         };
         svg += text_at(x0, y0 - 8, panel.title, "panel");
+        double free_from = -1e9;  // where the last label ends
         for (double tick : axis_x.ticks) {
             const double x = place({tick, axis_y.ticks.front()}).x;
-            svg += line_at(x, y0, x, y0 + kPanelHeight, "grid") +
-                   text_at(x, y0 + kPanelHeight + 16, tick_text(tick), "tick quiet mid");
+            svg += line_at(x, y0, x, y0 + kPanelHeight, "grid");
+            const std::string text = tick_text(tick);
+            const double half = 3.5 * static_cast<double>(text.size());
+            if (x - half < free_from) continue;
+            svg += text_at(x, y0 + kPanelHeight + 16, text, "tick quiet mid");
+            free_from = x + half;
         }
         for (double tick : axis_y.ticks) {
             const double y = place({axis_x.ticks.front(), tick}).y;

@@ -5,7 +5,6 @@
 #include <cstdio>
 #include <fstream>
 #include <map>
-#include <nlohmann/json.hpp>
 #include <set>
 #include <sstream>
 #include <stdexcept>
@@ -13,14 +12,14 @@
 #include <vector>
 
 #include "server/budget.h"
-#include "server/render/effort.h"
-#include "server/shade/screen.h"
+#include "server/render/light_gpu.h"
+#include "server/shade/kernels.h"
+#include "tests/bench/operations.h"
 #include "tests/bench/pareto.h"
+#include "tests/bench/report_parts.h"
 
 namespace gonio::bench {
 namespace {
-
-using Json = nlohmann::json;
 
 std::string read_text(const std::filesystem::path& path) {
     std::ifstream in(path, std::ios::binary);
@@ -34,243 +33,6 @@ Json read_json(const std::filesystem::path& path) {
     Json json = Json::parse(read_text(path), nullptr, false);
     if (json.is_discarded()) throw std::runtime_error(path.string() + " is not JSON");
     return json;
-}
-
-std::string fixed(double x, int digits) {
-    char text[64];
-    std::snprintf(text, sizeof text, "%.*f", digits, x);
-    return text;
-}
-// Digits with a comma at every third: 2092 reads 2,092.
-std::string whole(double x) {
-    const std::string digits = fixed(std::round(x), 0);
-    std::string text;
-    for (std::size_t i = 0; i < digits.size(); ++i) {
-        if (i > 0 && (digits.size() - i) % 3 == 0) text += ',';
-        text += digits[i];
-    }
-    return text;
-}
-// Three figures of numbers below a thousand.
-std::string figure(double x) {
-    return x >= 99.95 ? whole(x) : fixed(x, x >= 9.995 ? 1 : 2);
-}
-std::string signed_figure(double x) {
-    return (x < 0.0 ? "" : "+") + fixed(x, 3);
-}
-
-std::string row_of(const std::vector<std::string>& cells) {
-    std::string row = "|";
-    for (const std::string& cell : cells) row.append(" ").append(cell).append(cell.empty() ? "|" : " |");
-    row += '\n';
-    return row;
-}
-std::string head_of(const std::vector<std::string>& cells) {
-    std::string rule = "|";
-    for (std::size_t i = 0; i < cells.size(); ++i) rule += "---|";
-    return row_of(cells) + rule + "\n";
-}
-
-const Json& row_where(const Json& file, const std::map<std::string, Json>& fields) {
-    for (const Json& row : file.at("rows")) {
-        if (std::all_of(fields.begin(), fields.end(), [&](const auto& f) { return row.at(f.first) == f.second; }))
-            return row;
-    }
-    throw std::runtime_error("the results lack the row " + Json(fields).dump());
-}
-
-std::string frames_table(const Json& frames) {
-    std::string table =
-        head_of({"scene", "technique", "samples", "min FPS", "max FPS", "average FPS", "median ms", "indirect ms"});
-    std::string before;
-    for (const Json& row : frames.at("rows")) {
-        const std::string scene = row.at("scene").get<std::string>();
-        table +=
-            row_of({scene == before ? "" : scene + ", " + whole(row.at("triangles")) + " triangles",
-                    row.at("technique"), whole(row.at("samples")), figure(row.at("fps_min")), figure(row.at("fps_max")),
-                    figure(row.at("fps_average")), figure(row.at("frame_ms")), figure(row.at("indirect_ms"))});
-        before = scene;
-    }
-    return table;
-}
-
-constexpr const char* kPasses[] = {"gbuffer", "direct", "vpl", "occlusion", "gather", "composite"};
-
-std::string scaling_table(const Json& scaling) {
-    std::vector<std::string> head = {"scene", "triangles", "size", "VPLs", "frame ms"};
-    head.insert(head.end(), std::begin(kPasses), std::end(kPasses));
-    head.insert(head.end(), {"VPL evaluations, 10⁶", "occlusion rays, 10⁶"});
-    std::string table = head_of(head);
-    for (const Json& row : scaling.at("rows")) {
-        std::vector<std::string> cells = {row.at("scene"), whole(row.at("triangles")),
-                                          std::to_string(row.at("side_px").get<int>()) + "²", whole(row.at("vpls")),
-                                          fixed(row.at("frame_ms"), 1)};
-        for (const char* pass : kPasses) cells.push_back(fixed(row.at("pass_ms").value(pass, 0.0), 1));
-        cells.push_back(fixed(row.at("vpl_evaluations").get<double>() * 1e-6, 2));
-        cells.push_back(fixed(row.at("occlusion_rays").get<double>() * 1e-6, 2));
-        table += row_of(cells);
-    }
-    return table;
-}
-
-std::string lights_table(const Json& lights) {
-    const std::pair<const char*, const char*> changes[] = {{"level_one", "level of one"},
-                                                           {"level_all", "level of all"},
-                                                           {"exposure", "exposure"},
-                                                           {"move_one", "position of one"},
-                                                           {"orbit", "camera"}};
-    std::string table = head_of({"what changes", "1", "4", "16", "64", "rate at 16", "rate at 64"});
-    for (const auto& [name, title] : changes) {
-        std::vector<std::string> cells = {title};
-        for (const int count : {1, 4, 16, 64})
-            cells.push_back(figure(row_where(lights, {{"change", name}, {"lights", count}}).at("frame_ms")));
-        for (const int count : {16, 64})
-            cells.push_back(fixed(row_where(lights, {{"change", name}, {"lights", count}}).at("rate"), 2));
-        table += row_of(cells);
-    }
-    return table;
-}
-
-// What a pass of the default technique must do at the least, of side² pixels.
-struct Work {
-    const char* pass;
-    double flops;  // counted: docs/performance.md says how
-    double rays;   // 0: not counted
-    double bytes;  // that are read or written at least once
-    std::string what;
-};
-constexpr double kFlopsPerEvaluation = 37.0;
-std::vector<Work> work_of(const Json& row) {
-    const double side = row.at("side_px"), pixels = side * side, points = pixels / 16.0, nodes = points / 16.0,
-                 close = static_cast<double>(kEfforts[0].close_share) * points;
-    constexpr shade::Close kClose;
-    const double sums = kClose.summed + kClose.listed, rays_of_close = kClose.asked + kClose.near_rays;
-    const double evaluations = row.at("vpl_evaluations"), rays = row.at("occlusion_rays");
-    return {
-        {"gbuffer", 0.0, 0.0, pixels * 16.0, "depth 4, normal 4, albedo 8 bytes a pixel written"},
-        {"direct", 0.0, pixels / 4.0, pixels * 14.0,
-         "depth and normal read, 4 + 2 bytes a pixel written; a ray for 2 × 2 pixels"},
-        {"occlusion", rays * kFlopsPerEvaluation, rays, nodes * 28.0, "a term and a ray for each node and VPL"},
-        {"gather", (evaluations + close * sums) * kFlopsPerEvaluation, points + close * rays_of_close, points * 52.0,
-         "the sums over the VPLs, in close blocks over " + whole(kClose.summed) + " and " + whole(kClose.listed) +
-             " again; a short ray a point, in close blocks " + whole(kClose.near_rays) + " and " + whole(kClose.asked) +
-             " to VPLs; points and nodes read, light written"},
-        {"composite", 0.0, 0.0, pixels * 35.5,
-         "depth, normal, albedo and direct read, indirect brought to the pixels and read, NV12 written"}};
-}
-
-std::string limits_table(const Json& scaling, const Json& machine) {
-    const Json& row = row_where(scaling, {{"scene", "cornell"}, {"side_px", 800}, {"vpls", 4096}});
-    const double flops_per_ms = machine.at("flops_per_s").get<double>() * 1e-3,
-                 bytes_per_ms = machine.at("bytes_per_s").get<double>() * 1e-3;
-    std::string table = head_of({"pass", "measured ms", "arithmetic, 10⁶ operations", "at the machine's rate, ms",
-                                 "memory, MB", "at the machine's rate, ms", "rays, 10⁶", "counted"});
-    for (const Work& work : work_of(row)) {
-        table +=
-            row_of({work.pass, fixed(row.at("pass_ms").value(work.pass, 0.0), 1),
-                    work.flops > 0.0 ? fixed(work.flops * 1e-6, 1) : "",
-                    work.flops > 0.0 ? fixed(work.flops / flops_per_ms, 2) : "", fixed(work.bytes * 1e-6, 1),
-                    fixed(work.bytes / bytes_per_ms, 2), work.rays > 0.0 ? fixed(work.rays * 1e-6, 2) : "", work.what});
-    }
-    return table;
-}
-
-std::string refinement_table(const Json& refinement) {
-    std::string table = head_of({"scene", "seconds", "rounds", "rmse", "rmse99", "p95", "bias"});
-    std::string before;
-    for (const Json& row : refinement.at("rows")) {
-        const std::string scene = row.at("scene").get<std::string>();
-        table += row_of({scene == before ? "" : scene, fixed(row.at("seconds"), 2), whole(row.at("rounds")),
-                         fixed(row.at("rmse"), 3), fixed(row.at("rmse99"), 3), fixed(row.at("p95"), 2),
-                         signed_figure(row.at("bias"))});
-        before = scene;
-    }
-    return table;
-}
-
-std::string pareto_table(const Json& pareto) {
-    std::string table = head_of({"scene, luminaires, profile", "technique", "samples", "median ms", "indirect ms",
-                                 "rmse_rsm", "rmse_truth", "rmse99", "p95", "bias", "front"});
-    std::string before;
-    for (const Json& row : pareto.at("rows")) {
-        const std::string title = row.at("scene").get<std::string>() + ", " +
-                                  std::to_string(row.at("lights").get<int>()) + ", " +
-                                  row.at("profile").get<std::string>();
-        table += row_of({title == before ? "" : title, row.at("technique"), whole(row.at("samples")),
-                         figure(row.at("frame_ms")), figure(row.at("indirect_ms")), fixed(row.at("rmse_rsm"), 2),
-                         fixed(row.at("rmse_truth"), 3), fixed(row.at("rmse99_truth"), 3),
-                         fixed(row.at("p95_truth"), 2), signed_figure(row.at("bias")),
-                         row.at("void").get<bool>()    ? "void"
-                         : row.at("front").get<bool>() ? "yes"
-                                                       : ""});
-        before = title;
-    }
-    return table;
-}
-
-std::string met(bool is) {
-    return is ? "yes" : "no";
-}
-
-// What was asked for at the default setting, and what is.
-std::string goals_table(const Json& frames, const Json& lights, const Json& pareto, const Json& refinement) {
-    std::string table = head_of({"what", "goal", "here", "met"});
-    for (const auto& [scene, fps] : {std::pair("cornell", 49.0), {"atrium", 47.0}}) {
-        const Json& seed = row_where(frames, {{"scene", scene}, {"technique", "seed"}, {"samples", 400}});
-        const Json& own = row_where(frames, {{"scene", scene}, {"technique", "default"}, {"samples", 4096}});
-        const double rate = own.at("fps_average"), indirect_ms = own.at("indirect_ms"),
-                     seed_ms = seed.at("indirect_ms");
-        table += row_of({std::string(scene) + ", everything anew", fixed(fps, 0) + " frames/s",
-                         fixed(rate, 1) + " frames/s", met(rate >= fps)});
-        table += row_of({std::string(scene) + ", indirect light against `seed --samples 400`",
-                         "1/100: " + fixed(seed_ms / 100.0, 1) + " ms",
-                         "1/" + fixed(seed_ms / indirect_ms, 0) + ": " + fixed(indirect_ms, 1) + " ms",
-                         met(100.0 * indirect_ms <= seed_ms)});
-    }
-    for (const Json& row : pareto.at("rows")) {
-        if (row.at("technique") != "default" || row.at("samples") != 4096) continue;
-        const bool strict = row.at("scene") == "cornell" && row.at("profile") == "wide";
-        const double most = strict ? 0.08 : 0.13, rmse = row.at("rmse_truth"), rmse99 = row.at("rmse99_truth"),
-                     p95 = row.at("p95_truth"), bias = row.at("bias");
-        table += row_of({row.at("scene").get<std::string>() + ", " + row.at("profile").get<std::string>() +
-                             ": rmse; rmse99; p95; bias",
-                         fixed(most, 2) + "; 0.11; 0.35; 0.03",
-                         fixed(rmse, 3) + "; " + fixed(rmse99, 3) + "; " + fixed(p95, 2) + "; " + signed_figure(bias),
-                         met(rmse <= most) + "; " + met(rmse99 <= 0.11) + "; " + met(p95 <= 0.35) + "; " +
-                             met(std::abs(bias) <= 0.03)});
-    }
-    // The server waits so long before it refines.
-    constexpr double kRest_s = static_cast<double>(Budget::kRestNs) * 1e-9;
-    for (const auto& [scene, time_s, most] :
-         {std::tuple("cornell", 2.0, 0.035), {"cornell", 10.0, 0.02}, {"atrium", 2.0, 0.08}, {"atrium", 10.0, 0.02}}) {
-        double shown = 0.0, from_s = 0.0;
-        bool comes = false;
-        for (const Json& row : refinement.at("rows")) {
-            if (row.at("scene") != scene) continue;
-            const double at_s = row.at("seconds").get<double>() + kRest_s;
-            if (at_s <= time_s) shown = row.at("rmse");
-            if (!comes && row.at("rmse") <= most) comes = true, from_s = at_s;
-        }
-        table +=
-            row_of({std::string(scene) + ", wide, " + fixed(time_s, 0) + " s after the last change", fixed(most, 3),
-                    fixed(shown, 3) + (shown <= most ? ""
-                                       : comes       ? "; there after " + fixed(from_s, 1) + " s"
-                                                     : "; never there"),
-                    met(shown <= most)});
-    }
-    for (const auto& [change, title, count, least] : {std::tuple("move_one", "one moves among ", 16, 0.7),
-                                                      {"move_one", "one moves among ", 64, 0.7},
-                                                      {"orbit", "the camera among ", 16, 0.5},
-                                                      {"orbit", "the camera among ", 64, 0.2}}) {
-        const double rate = row_where(lights, {{"change", change}, {"lights", count}}).at("rate");
-        table += row_of({"stage, " + (title + std::to_string(count)) + ": frame rate over that of one", fixed(least, 1),
-                         fixed(rate, 2), met(rate >= least)});
-    }
-    for (const auto& [change, title] : {std::pair("level_one", "level"), {"exposure", "exposure"}}) {
-        const double ms = row_where(lights, {{"change", change}, {"lights", 1}}).at("frame_ms");
-        table += row_of({std::string("stage, one luminaire: ") + title, "6 ms", fixed(ms, 1) + " ms", met(ms <= 6.0)});
-    }
-    return table;
 }
 
 // As write_json wrote it; what the plot needs.
@@ -337,34 +99,54 @@ Json read_pareto(const std::filesystem::path& results) {
     return all;
 }
 
+// Result: the numbers on the line of ies.txt that begins so: files and megabytes a second, times of scanning.
+std::vector<double> numbers_of(const std::string& text, const std::string& begin) {
+    std::istringstream lines(text);
+    for (std::string line; std::getline(lines, line);) {
+        if (!line.starts_with(begin)) continue;
+        std::vector<double> numbers(3);
+        if (std::sscanf(line.c_str() + begin.size(), "%lf files/s %lf MB/s %lf x", &numbers[0], &numbers[1],
+                        &numbers[2]) == 3)
+            return numbers;
+    }
+    throw std::runtime_error("ies.txt lacks the line '" + begin + "'");
+}
+
 // Single figures of the text.
-std::map<std::string, std::string> figures_of(const Json& frames, const Json& scaling, const Json& pareto,
-                                              const Json& machine) {
-    std::map<std::string, std::string> figures = {
-        {"renderer", pareto.at("renderer")},
-        {"cpu", pareto.at("cpu")},
-        {"threads", std::to_string(pareto.at("threads").get<int>())},
-        {"gflops", figure(machine.at("flops_per_s").get<double>() * 1e-9)},
-        {"gbytes", figure(machine.at("bytes_per_s").get<double>() * 1e-9)},
-        {"gevaluations", figure(machine.at("vpl_evaluations_per_s").get<double>() * 1e-9)},
-        {"flops_per_evaluation", fixed(kFlopsPerEvaluation, 0)},
-        {"kernel_share", fixed(100.0 * machine.at("vpl_evaluations_per_s").get<double>() * kFlopsPerEvaluation /
-                                   machine.at("flops_per_s").get<double>(),
-                               0)}};
-    for (const char* scene : {"cornell", "atrium"}) {
-        const Json& seed = row_where(frames, {{"scene", scene}, {"technique", "seed"}, {"samples", 400}});
+std::map<std::string, std::string> figures_of(const Saved& saved) {
+    const Json &frames = saved.frames, &pareto = saved.pareto, &machine = saved.machine;
+    std::map<std::string, std::string> figures = limit_figures(saved.scaling, machine);
+    figures.insert({{"renderer", pareto.at("renderer")},
+                    {"cpu", pareto.at("cpu")},
+                    {"threads", std::to_string(pareto.at("threads").get<int>())},
+                    {"gflops", figure(machine.at("flops_per_s").get<double>() * 1e-9)},
+                    {"gbytes", figure(machine.at("bytes_per_s").get<double>() * 1e-9)},
+                    {"gevaluations", figure(machine.at("vpl_evaluations_per_s").get<double>() * 1e-9)},
+                    {"kernel_share", fixed(100.0 * machine.at("vpl_evaluations_per_s").get<double>() *
+                                               kFlopsPerEvaluation / machine.at("flops_per_s").get<double>(),
+                                           0)},
+                    {"seed_samples", std::to_string(saved.scaling.at("seed_samples").get<int>())},
+                    {"lanes", std::to_string(shade::kLanes)},
+                    {"rsm_size", std::to_string(kRsmSize)},
+                    {"pareto_gaps", pareto_gaps(pareto)}});
+    for (const auto& [scene, fps] : kPaperFps) {
         const Json& own = row_where(frames, {{"scene", scene}, {"technique", "default"}, {"samples", 4096}});
         const std::string name = scene;
-        figures[name + "_times"] = whole(seed.at("indirect_ms").get<double>() / own.at("indirect_ms").get<double>());
+        figures[name + "_times"] = whole(seed_indirect_ms(saved, scene) / own.at("indirect_ms").get<double>());
         figures[name + "_fps"] = figure(own.at("fps_average"));
-        figures[name + "_missing"] =
-            fixed((scene == std::string("cornell") ? 49.0 : 47.0) / own.at("fps_average").get<double>(), 1);
-        const Json& passes = row_where(scaling, {{"scene", scene}, {"side_px", 800}, {"vpls", 4096}});
-        figures[name + "_frame_ms"] = fixed(passes.at("frame_ms"), 1);
-        figures[name + "_gbuffer_ms"] = fixed(passes.at("pass_ms").at("gbuffer"), 1);
-        figures[name + "_occlusion_rate"] = figure(passes.at("occlusion_rays").get<double>() * 1e-3 /
-                                                   passes.at("pass_ms").at("occlusion").get<double>());
+        figures[name + "_missing"] = fixed(fps / own.at("fps_average").get<double>(), 1);
     }
+    // Of each pixel that shows a surface, as the grid's points do.
+    const Json& counts = one_where(saved.scaling.at("counts"), {{"scene", "cornell"}});
+    const double shown = counts.at("points").get<double>() * 16.0;
+    figures["seed_sample_ns"] =
+        figure(row_where(frames, {{"scene", "cornell"}, {"technique", "seed"}, {"samples", 400}})
+                   .at("indirect_ms")
+                   .get<double>() *
+               1e6 / (400.0 * shown));
+    const std::vector<double> ies = numbers_of(saved.ies, "read_photometry  ");
+    figures["ies_rate"] = whole(std::round(ies[0] / 100.0) * 100.0);
+    figures["ies_times"] = fixed(ies[2], 2);
     std::vector<double> ratios;
     double least_noise = 1.0, most_noise = 0.0;
     for (const Json& row : pareto.at("rows")) {
@@ -396,17 +178,26 @@ std::map<std::string, std::string> figures_of(const Json& frames, const Json& sc
 }  // namespace
 
 Report make_report(const std::filesystem::path& results, const std::filesystem::path& page_template) {
-    const Json frames = read_json(results / "frames.json"), lights = read_json(results / "lights.json"),
-               scaling = read_json(results / "scaling.json"), pareto = read_pareto(results),
-               machine = read_json(results / "machine.json"), refinement = read_json(results / "refinement.json");
-    const std::map<std::string, std::string> tables = {{"frames", frames_table(frames)},
-                                                       {"scaling", scaling_table(scaling)},
-                                                       {"lights", lights_table(lights)},
-                                                       {"goals", goals_table(frames, lights, pareto, refinement)},
-                                                       {"limits", limits_table(scaling, machine)},
-                                                       {"refinement", refinement_table(refinement)},
-                                                       {"pareto", pareto_table(pareto)}};
-    const auto figures = figures_of(frames, scaling, pareto, machine);
+    const Saved saved = {read_json(results / "frames.json"),
+                         read_json(results / "lights.json"),
+                         read_json(results / "scaling.json"),
+                         read_pareto(results),
+                         read_json(results / "machine.json"),
+                         read_json(results / "refinement.json"),
+                         std::filesystem::exists(results / "stress.json") ? read_json(results / "stress.json") : Json(),
+                         read_text(results / "ies.txt")};
+    const std::map<std::string, std::string> tables = {{"frames", frames_table(saved.frames)},
+                                                       {"scaling", scaling_table(saved.scaling)},
+                                                       {"rsm", rsm_table(saved.scaling)},
+                                                       {"efforts", efforts_table(saved.scaling)},
+                                                       {"lights", lights_table(saved.lights)},
+                                                       {"goals", goals_table(saved)},
+                                                       {"operations", operations_table(saved.scaling)},
+                                                       {"limits", limits_table(saved.scaling, saved.machine)},
+                                                       {"refinement", refinement_table(saved.refinement)},
+                                                       {"pareto", pareto_table(saved.pareto)},
+                                                       {"stress", stress_table(saved.stress)}};
+    const auto figures = figures_of(saved);
     const std::string text = read_text(page_template);
     Report report;
     std::set<std::string> used;
@@ -427,7 +218,7 @@ Report make_report(const std::filesystem::path& results, const std::filesystem::
     for (const auto& [name, table] : tables) {
         if (!used.contains(name)) throw std::runtime_error(page_template.string() + " does not use {{" + name + "}}");
     }
-    report.pareto_svg = pareto_svg(result_of(pareto));
+    report.pareto_svg = pareto_svg(result_of(saved.pareto));
     return report;
 }
 

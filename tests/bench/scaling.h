@@ -1,5 +1,6 @@
-// What a frame of the default technique costs, pass by pass, against the picture's size, the number of VPLs, and the
-// scene: with the operations that each pass counts, and the rate that makes.
+// What a frame of the default technique costs, pass by pass, against the picture's size, the number of VPLs, the scene
+// and its triangles; what reflective shadow maps of several sizes cost that use them; what each effort
+// (server/render/effort.h) costs; and how often the kernels run.
 #pragma once
 
 #include <iosfwd>

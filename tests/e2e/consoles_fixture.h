@@ -109,7 +109,7 @@ public:
     explicit Viewer(const std::string& url) : fd_(socket(AF_INET, SOCK_STREAM | SOCK_CLOEXEC, 0)) {
         sockaddr_in at{};
         at.sin_family = AF_INET;
-        at.sin_port = htons(static_cast<std::uint16_t>(std::stoi(url.substr(url.rfind(':') + 1))));
+        at.sin_port = htons(port_of(url));
         at.sin_addr.s_addr = htonl(INADDR_LOOPBACK);
         const std::string request = "GET /v1/mjpeg HTTP/1.1\r\nHost: 127.0.0.1\r\n\r\n";
         if (connect(fd_, reinterpret_cast<const sockaddr*>(&at), sizeof at) != 0 ||

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <sys/types.h>
+#include <cstdint>
 #include <functional>
 #include <nlohmann/json.hpp>
 #include <string>
@@ -33,6 +34,11 @@ public:
 private:
     pid_t pid_ = -1;
 };
+
+// Result: of a URL such as http://127.0.0.1:8470.
+inline std::uint16_t port_of(const std::string& url) {
+    return static_cast<std::uint16_t>(std::stoi(url.substr(url.rfind(':') + 1)));
+}
 
 // Its log (stderr) is shown at the end of a test that failed.
 class DaemonProcess {

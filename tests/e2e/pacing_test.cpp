@@ -10,6 +10,7 @@
 #include <thread>
 
 #include "tests/e2e/daemon_process.h"
+#include "tests/e2e/mover.h"
 #include "tests/throttle/throttle_proxy.h"
 #include "tests/unit/front_client.h"
 
@@ -25,10 +26,6 @@ std::chrono::seconds measuring_time() {
     return std::chrono::seconds(given ? std::max(2, std::atoi(given)) : 4);
 }
 
-std::uint16_t port_of(const std::string& url) {
-    return static_cast<std::uint16_t>(std::stoi(url.substr(url.rfind(':') + 1)));
-}
-
 double milliseconds_since(std::uint64_t monotonic_ns) {
     return static_cast<double>(Clock::now().time_since_epoch().count() - static_cast<std::int64_t>(monotonic_ns)) *
            1e-6;
@@ -41,32 +38,10 @@ double quantile(std::vector<double> values, double share) {
     return *at;
 }
 
-// Swings the camera as fast as frames come, until its end: every picture is another, all over.
-class Mover {
-public:
-    explicit Mover(std::uint16_t port) : client_(port) {
-        client_.join(kSubprotocolProto, false, false);
-        thread_ = std::thread([this] {
-            for (int step = 0; !stop_; ++step) {
-                v1::ClientMessage message;
-                auto& camera = *message.mutable_command()->mutable_set_camera();
-                for (const double x : {0.8 * std::sin(0.12 * step), 2.0, 6.5}) camera.add_eye_m(x);
-                client_.say(message);
-                std::this_thread::sleep_for(16ms);
-            }
-        });
-    }
-    ~Mover() {
-        stop_ = true;
-        thread_.join();
-    }
-    Mover(const Mover&) = delete;
-
-private:
-    Client client_;
-    std::atomic<bool> stop_{false};
-    std::thread thread_;
-};
+// As fast as frames come: every picture is another, all over.
+void swing_camera(v1::Command& command, int step) {
+    for (const double x : {0.8 * std::sin(0.12 * step), 2.0, 6.5}) command.mutable_set_camera()->add_eye_m(x);
+}
 
 struct Watched {
     std::vector<double> ages_ms;  // of each picture when it was whole: from its place in the server's memory
@@ -100,7 +75,7 @@ void shows_fresh_frames(const DaemonProcess& daemon, double bits_per_s, double m
     Client viewer(line.port());
     viewer.join(kSubprotocolProto, true, false);
     viewer.keeps_pings = true;
-    const Mover mover(port_of(daemon.url()));
+    const Mover mover(port_of(daemon.url()), swing_camera);
     watch(viewer, 2s);  // until the line is known
     const auto time = measuring_time();
     const Watched watched = watch(viewer, time);
@@ -137,7 +112,7 @@ TEST(Pacing, SlowReadersAreNobodyElsesTrouble) {
     Client first(port), fast(port);
     first.join(kSubprotocolProto, true, false);
     fast.join(kSubprotocolProto, true, false);  // in the shared lane, as those below
-    const Mover mover(port);
+    const Mover mover(port, swing_camera);
     std::atomic<bool> stop{false};
     std::thread own([&] {
         while (!stop) watch(first, 1s);
@@ -232,7 +207,7 @@ TEST(Pacing, ManyViewersShareWhatThereIs) {
             viewers.push_back(std::make_unique<Client>(port));
             viewers.back()->join(kSubprotocolProto, true, false);
         }
-        const Mover mover(port);
+        const Mover mover(port, swing_camera);
         const auto time = std::getenv("GONIO_PACING_SECONDS") ? 8s : 2s;
         std::vector<double> ages_ms;
         std::vector<std::size_t> frames(count);
@@ -268,7 +243,7 @@ TEST(Pacing, AStillPictureSharpensAndThenIsSilent) {
     viewer.join(kSubprotocolProto, true, false);
     viewer.keeps_pings = true;
     {
-        const Mover mover(port_of(daemon.url()));
+        const Mover mover(port_of(daemon.url()), swing_camera);
         watch(viewer, 1s);
     }
     bool final = false;

@@ -63,7 +63,7 @@ public:
         setsockopt(fd_, SOL_SOCKET, SO_RCVBUF, &small, sizeof small);
         sockaddr_in at{};
         at.sin_family = AF_INET;
-        at.sin_port = htons(static_cast<std::uint16_t>(std::stoi(url.substr(url.rfind(':') + 1))));
+        at.sin_port = htons(port_of(url));
         at.sin_addr.s_addr = htonl(INADDR_LOOPBACK);
         EXPECT_EQ(connect(fd_, reinterpret_cast<const sockaddr*>(&at), sizeof at), 0);
         EXPECT_EQ(write(fd_, says.data(), says.size()), static_cast<ssize_t>(says.size()));

@@ -294,6 +294,60 @@ TEST_P(Cost, ViewModeRunsTheCompositeAndWhatWasCulledWhileItMoved) {
     EXPECT_EQ(only_frame(), picture_of());
 }
 
+// A scene that is loaded: everything once, then nothing. Several luminaires are first lit as one, as when the camera
+// moves.
+TEST_P(Cost, ALoadedSceneRunsEverythingOnce) {
+    auto asset = std::make_shared<SceneAsset>(*scene.asset);
+    asset->lights.clear();
+    for (const Light& light : scene.lights)
+        asset->lights.push_back({light.name, light.position, light.world_from_light, light.profile, 1.0, light.color});
+    Loaded loaded;
+    loaded.asset = asset;
+    ASSERT_TRUE(apply(scene, command_of([](v1::Command& c) { c.mutable_load_scene()->set_file("again"); }), loaded));
+    scene.width_px = scene.height_px = 96;  // the scene's own are the default
+    std::map<std::string, int> times;
+    std::size_t frames = 0;
+    do {
+        for (const std::string& name : frame()) ++times[name];
+        ASSERT_LE(++frames, scene.lights.size() + 1);
+    } while (!settled);
+    Ran all = both(surfaces(), picture_of());
+    std::vector<std::string> own_passes = {"vpl", "occlusion", "direct", "gather"};
+    if (shadow_maps()) own_passes.push_back("shadow");
+    for (const Light& light : scene.lights) all = both(all, of(light.name, own_passes));
+    if (merges()) all = both(all, {"merge", "occlusion", "direct", "gather"});
+    Ran seen;
+    for (const auto& [name, count] : times) {
+        seen.insert(name);
+        EXPECT_EQ(count, merges() && name == "composite" ? 2 : 1) << name;
+    }
+    EXPECT_EQ(seen, all);
+    EXPECT_EQ(only_frame(), Ran{});
+}
+
+// What nobody touches gets better by its own passes, one luminaire at a time, and ends.
+TEST_P(Cost, RefinementRunsRefineAndComposite) {
+    constexpr int kRounds = 2;
+    renderer.set_refinement(kRounds);
+    frame();
+    std::map<std::string, int> times;
+    for (int steps = 0; !renderer.refined(scene) && steps < 1000; ++steps) {
+        if (!renderer.refine(scene, [] { return false; })) continue;
+        Ran ran = only_frame();
+        EXPECT_EQ(ran.erase("composite"), 1u);
+        ASSERT_EQ(ran.size(), 1u);
+        EXPECT_TRUE(ran.begin()->starts_with("refine:")) << *ran.begin();
+        ++times[*ran.begin()];
+        EXPECT_NE(picture, nullptr);
+    }
+    EXPECT_TRUE(renderer.refined(scene));
+    // The first round of each comes in four steps.
+    const int each = std::max(1, kRounds / static_cast<int>(scene.lights.size()));
+    EXPECT_EQ(times.size(), shadow_maps() ? 0 : scene.lights.size()) << "pictures that shaders light stay as they are";
+    for (const auto& [name, count] : times) EXPECT_EQ(count, each + 3) << name;
+    EXPECT_EQ(only_frame(), Ran{});
+}
+
 TEST_P(Cost, ACaptureAndAMeterLeaveTheLivePassesClean) {
     ASSERT_TRUE(renderer.capture(scene, View::illuminance, 64, 48, true));
     renderer.meter(scene, {0, 0.01, 1.5}, {0, 1, 0}, Renderer::MeterQuality::rsm);

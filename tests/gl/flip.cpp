@@ -192,13 +192,6 @@ Picture picture_of_nv12(const std::vector<std::uint8_t>& nv12, int width, int he
     return picture;
 }
 
-Picture picture_of_rgba(const std::vector<std::uint8_t>& rgba, int width, int height) {
-    Picture picture{width, height, {}};
-    for (std::size_t i = 0; i + 3 < rgba.size(); i += 4)
-        picture.srgb.push_back(glm::vec3(rgba[i], rgba[i + 1], rgba[i + 2]) / 255.0f);
-    return picture;
-}
-
 std::vector<float> flip(const Picture& reference, const Picture& shown, float pixels_per_degree) {
     const Planes a = opponent(reference), b = opponent(shown);
     const std::vector<glm::vec3> colours_a = seen_colours(a, pixels_per_degree),

@@ -12,9 +12,8 @@ struct Picture {
     int width = 0, height = 0;
     std::vector<glm::vec3> srgb;  // encoded, 0..1, row by row
 };
-// Of NV12 (BT.709, limited range) and of RGBA bytes, rows from the top.
+// Of NV12 (BT.709, limited range), rows from the top.
 Picture picture_of_nv12(const std::vector<std::uint8_t>& nv12, int width, int height);
-Picture picture_of_rgba(const std::vector<std::uint8_t>& rgba, int width, int height);
 
 // Pixels per degree of the paper's observer: 0.7 m from a screen 0.7 m wide with 3,840 pixels.
 inline constexpr float kPixelsPerDegree = 67.0206f;

@@ -1,18 +1,16 @@
-// The live picture at the default setting, still and moving, against the reference quality (every pixel a grid point
-// and a shadow ray), by what an eye sees of the difference (flip.h): below a bound that frames with a fault exceed.
+// The live picture at the default setting, still and moving, against the path tracer's one bounce in windows of it, by
+// what an eye sees of the difference (flip.h): below a bound that frames with a fault exceed.
 #include <algorithm>
 #include <cmath>
-#include <functional>
+#include <cstdio>
 
-#include "server/assets/assets.h"
 #include "server/scene/apply.h"
 #include "tests/gl/flip.h"
+#include "tests/gl/look_session.h"
 #include "tests/gl/test_context.h"
 
 namespace gonio::test {
 namespace {
-
-constexpr int kSide = 800;
 
 Picture flat(const glm::vec3& srgb) {
     return {64, 64, std::vector<glm::vec3>(64 * 64, srgb)};
@@ -51,90 +49,86 @@ TEST(Flip, FinePatternsVanishAndEdgesCount) {
     EXPECT_GT(map[32 * 64 + 29], map[32 * 64 + 5]) << "beside the edge more than far from it";
 }
 
-// What is shown, and the same scene in reference quality.
-Picture shown_of(Renderer& renderer, const Scene& scene) {
-    renderer.begin_frame(scene, monotonic_ns());
-    const FinishedFrame frame = *renderer.finish_frame(true);
-    return picture_of_nv12(*frame.nv12, frame.width_px, frame.height_px);
+// Mean FLIP over windows of the picture.
+double off_by(const std::vector<Traced>& truth, const Picture& live, const Scene& scene, View view) {
+    double sum = 0.0;
+    for (const Traced& traced : truth)
+        sum += mean_flip(shown_of(traced, traced.indirect_lx, scene, view), part_of(live, traced.window));
+    return sum / static_cast<double>(truth.size());
 }
-Picture reference_of(Renderer& renderer, const Scene& scene) {
-    return picture_of_rgba(renderer.capture(scene, scene.view, kSide, kSide, false)->rgba8, kSide, kSide);
+// What the truth's own noise counts: halves of its samples against each other; the mean of both is off by less.
+double noise_of(const std::vector<Traced>& truth, const Scene& scene, View view) {
+    double sum = 0.0;
+    for (const Traced& traced : truth)
+        sum += mean_flip(shown_of(traced, traced.half_lx[0], scene, view),
+                         shown_of(traced, traced.half_lx[1], scene, view));
+    return sum / static_cast<double>(truth.size());
 }
 
-// Mean FLIP of the whole picture and of its indirect light alone.
+// Of the still picture and of two windows with small parts while it moves.
 struct Bounds {
-    double beauty, indirect;
+    double beauty, indirect, moving_beauty, moving_indirect;
+    double aside_m;  // so much of a shift of the luminaire is seen
 };
 
-// A session as a viewer has it: one renderer, the picture at the default setting.
-class Session {
-public:
-    Session(const std::shared_ptr<const SceneAsset>& asset) : home(scene_of(asset)) {
-        home.camera.eye += glm::dvec3(0.013, 0.007, 0.0);  // else edges run through the centres of pixels
-        home.width_px = home.height_px = kSide;
-    }
-    // The camera turned about its target, the luminaire shifted.
-    Scene moved(double turn_rad, double shift_m) const {
-        Scene scene = home;
-        const glm::dvec3 from = home.camera.eye - home.camera.target;
-        const double c = std::cos(turn_rad), s = std::sin(turn_rad);
-        scene.camera.eye = home.camera.target + glm::dvec3(c * from.x + s * from.z, from.y, c * from.z - s * from.x);
-        scene.lights[0].position.x += shift_m;
-        return scene;
-    }
-    Picture live(const Scene& scene, View view) { return shown_of(renderer_, stamped(scene, view)); }
-    Picture reference(const Scene& scene, View view) { return reference_of(renderer_, stamped(scene, view)); }
-    // Without occlusion.
-    Picture bare(const Scene& scene, View view) {
-        Renderer renderer(context(), Renderer::Gather::simd);
-        renderer.set_occluded(false);
-        return shown_of(renderer, stamped(scene, view));
-    }
-
-    Scene home;
-
-private:
-    Scene stamped(Scene scene, View view) {
-        scene.view = view;
-        scene.camera_rev = scene.lights[0].position_rev = scene.view_rev = scene.scene_rev = ++revision_;
-        return scene;
-    }
-
-    Renderer renderer_{context(), Renderer::Gather::simd};
-    Revision revision_ = 1;
-};
-
-void looks_right(const std::shared_ptr<const SceneAsset>& asset, const Bounds& bounds) {
-    Session session(asset);
+void looks_right(const std::string& name, const Bounds& bounds) {
+    LookSession session(name);
+    const Scene& home = session.home;
     for (const View view : {View::beauty, View::indirect}) {
-        const double bound = view == View::beauty ? bounds.beauty : bounds.indirect;
-        const Picture truth = session.reference(session.home, view);
-        EXPECT_LT(mean_flip(truth, session.live(session.home, view)), bound) << "still, " << view_name(view);
-        // The bounds are tight: what is wrong is seen.
-        Scene few = session.home;
+        const std::vector<Traced>& truth = session.traced_home();
+        const auto off = [&](const Picture& live) { return off_by(truth, live, home, view); };
+        Scene few = home;
         few.samples = 256;
-        EXPECT_GT(mean_flip(truth, session.live(few, view)), bound) << "256 VPLs, " << view_name(view);
-        EXPECT_GT(mean_flip(truth, session.live(session.moved(0.0, 0.05), view)), bound)
-            << "the luminaire 5 cm off, " << view_name(view);
-        EXPECT_GT(mean_flip(truth, session.bare(session.home, view)), bound) << "unoccluded, " << view_name(view);
+        const double still = off(session.live(home, view)), of_few = off(session.live(few, view)),
+                     aside = off(session.live(session.moved(0.0, bounds.aside_m), view)),
+                     bare = off(session.unoccluded(home, view));
+        std::printf("%s, %s: FLIP %.4f; 256 VPLs %.4f, luminaire %.2f m off %.4f, unoccluded %.4f; noise %.4f\n",
+                    name.c_str(), view_name(view), still, of_few, bounds.aside_m, aside, bare,
+                    noise_of(truth, home, view));
+        const double bound = view == View::beauty ? bounds.beauty : bounds.indirect;
+        EXPECT_LT(still, bound) << view_name(view);
+        // The bounds are tight: what is wrong is seen.
+        EXPECT_GT(of_few, bound) << view_name(view);
+        EXPECT_GT(bare, bound) << view_name(view);
+        if (view == View::beauty) {
+            EXPECT_GT(aside, bound);
+        }
     }
-    // An orbit, then a move of the luminaire: every fourth frame is looked at.
-    const View view = View::beauty;
-    for (int n = 1; n <= 16; ++n) {
-        const Scene scene = session.moved(0.02 * std::min(n, 8), 0.03 * std::max(0, n - 8));
-        const Picture live = session.live(scene, view);
-        if (n % 4 == 0) {
-            EXPECT_LT(mean_flip(session.reference(scene, view), live), bounds.beauty) << "frame " << n;
+    // The last frames of an orbit and of a move of the luminaire; the one four frames older is too old.
+    for (const bool orbit : {true, false}) {
+        constexpr int kFrames = 5;
+        const auto scene_at = [&](int n) {
+            return orbit ? session.moved(0.02 * n, 0.0) : session.moved(0.02 * kFrames, bounds.aside_m * n);
+        };
+        const Scene last = scene_at(kFrames);
+        const std::vector<Traced> truth = session.traced(last, 1, 2);
+        for (const View view : {View::beauty, View::indirect}) {
+            double off = 0.0, older = 0.0;
+            for (int n = 1; n <= kFrames; ++n) {
+                const Picture live = session.live(scene_at(n), view);
+                if (n == kFrames - 4) older = off_by(truth, live, last, view);
+                if (n == kFrames) off = off_by(truth, live, last, view);
+            }
+            const double bare = off_by(truth, session.unoccluded(last, view), last, view);
+            std::printf("%s, %s, %s: FLIP %.4f; four frames late %.4f, unoccluded %.4f; noise %.4f\n", name.c_str(),
+                        view_name(view), orbit ? "orbit" : "luminaire moves", off, older, bare,
+                        noise_of(truth, last, view));
+            const double bound = view == View::beauty ? bounds.moving_beauty : bounds.moving_indirect;
+            EXPECT_LT(off, bound) << (orbit ? "orbit, " : "luminaire, ") << view_name(view);
+            EXPECT_GT(bare, bound);
+            if (orbit || view == View::beauty) {
+                EXPECT_GT(older, bound) << (orbit ? "orbit" : "luminaire");
+            }
         }
     }
 }
 
 TEST(Image, Cornell) {
-    looks_right(make_cornell(), {0.045, 0.047});
+    looks_right("cornell", {0.112, 0.123, 0.135, 0.143, 0.05});
 }
 
 TEST(Image, Atrium) {
-    looks_right(make_atrium(), {0.072, 0.082});
+    looks_right("atrium", {0.1, 0.11, 0.12, 0.14, 0.2});
 }
 
 }  // namespace

@@ -1,6 +1,8 @@
 // A picture that nobody touches gets better, without light that was not there, and at the price of its own passes only.
+#include <algorithm>
 #include <cmath>
-
+#include <cstdio>
+#include <cstdlib>
 #include <set>
 
 #include "server/assets/assets.h"
@@ -25,6 +27,7 @@ struct Refine : testing::Test {
     Ran frame() {
         renderer.begin_frame(scene, monotonic_ns());
         const auto done = renderer.finish_frame(true);
+        if (done->nv12) picture = *done->nv12;
         Ran ran;
         for (const v1::PassReport& row : done->report.passes()) {
             if (row.state() == "ran") ran.insert(row.name());
@@ -45,6 +48,7 @@ struct Refine : testing::Test {
 
     Renderer renderer;
     Scene scene;
+    std::vector<std::uint8_t> picture;  // the newest
 };
 
 // The path tracer's one bounce at 256 pixels, against what the picture shows there.
@@ -77,6 +81,47 @@ TEST_F(Refine, RunsItsOwnPassesAndEnds) {
     EXPECT_EQ(refine_to_the_end(), 3 + 3) << "three rounds, the first in four steps";
     EXPECT_EQ(frame(), Ran{}) << "nothing is left";
     EXPECT_FALSE(renderer.refine(scene, [] { return false; }));
+}
+
+// In 8-bit luma: the mean over the picture, and what one pixel in a thousand exceeds.
+struct Step {
+    double mean = 0.0;
+    int most = 0;
+};
+Step step_between(const std::vector<std::uint8_t>& before, const std::vector<std::uint8_t>& after, std::size_t pixels) {
+    Step step;
+    std::vector<int> changes;
+    for (std::size_t i = 0; i < pixels; ++i) {
+        changes.push_back(std::abs(before[i] - after[i]));
+        step.mean += changes.back() / static_cast<double>(pixels);
+    }
+    const auto at = changes.begin() + static_cast<std::ptrdiff_t>(pixels * 999 / 1000);
+    std::nth_element(changes.begin(), at, changes.end());
+    step.most = *at;
+    return step;
+}
+
+// From one shown picture to the next the light changes by little: no step is more than 0.4 of all that refinement
+// changes. The first round shown at once would be nine tenths of it.
+TEST_F(Refine, DoesNotPop) {
+    const auto pixels = static_cast<std::size_t>(scene.width_px * scene.height_px);
+    std::vector<std::vector<std::uint8_t>> shown = {picture};
+    while (!renderer.refined(scene)) {
+        if (!renderer.refine(scene, [] { return false; })) continue;
+        frame();
+        shown.push_back(picture);
+    }
+    const Step whole = step_between(shown.front(), shown.back(), pixels);
+    std::printf("refinement: %.2f, %d of 255; steps:", whole.mean, whole.most);
+    for (std::size_t i = 1; i < shown.size(); ++i) {
+        const Step step = step_between(shown[i - 1], shown[i], pixels);
+        std::printf(" %.2f, %d;", step.mean, step.most);
+        EXPECT_LT(step.mean, 0.4 * whole.mean) << i;
+        EXPECT_LT(step.most, 0.4 * whole.most) << i;
+        EXPECT_LT(step.mean, 0.6) << i;
+    }
+    std::printf("\n");
+    EXPECT_GT(whole.mean, 1.5) << "else there is nothing to fade";
 }
 
 TEST_F(Refine, ALevelKeepsItAndAMoveEndsIt) {
@@ -154,6 +199,36 @@ TEST_F(Refine, StopsWhenItIsAsked) {
     EXPECT_FALSE(renderer.refine(scene, [&] { return ++asked > 0; }));
     EXPECT_GT(asked, 0);
     EXPECT_EQ(frame(), Ran{});
+}
+
+// Whoever asks for something now and then, such as a status page, neither waits for a band nor keeps it from ending.
+TEST_F(Refine, EndsAlthoughItIsInterruptedAgainAndAgain) {
+    const std::vector<glm::vec3> live = renderer.live_illuminance(scene, true);
+    // The whole picture is a band at first. Seven of eight calls are stopped, while VPLs are cast or later.
+    renderer.set_refinement(4);
+    int stopped = 0, calls = 0, whole = 0;
+    while (calls < 1000 && !renderer.refined(scene)) {
+        int asked = 0;
+        const int last = calls % 8 == 0 ? 1 << 30 : 2 + calls * 97 % std::max(whole / 2, 1);
+        const bool better = renderer.refine(scene, [&] { return ++asked >= last; });
+        if (calls++ == 0) whole = asked;
+        if (asked >= last) {
+            ++stopped;
+            EXPECT_FALSE(better);
+        }
+        if (better) frame();
+    }
+    EXPECT_TRUE(renderer.refined(scene));
+    EXPECT_GE(stopped, 5) << calls;
+    // What was given up has left nothing behind: every pixel is lit about as before.
+    double before = 0.0, after = 0.0;
+    const std::vector<glm::vec3> now = renderer.live_illuminance(scene, true);
+    for (std::size_t i = 0; i < live.size(); ++i) {
+        before += trace::luminance(glm::dvec3(live[i]));
+        after += trace::luminance(glm::dvec3(now[i]));
+        EXPECT_EQ(now[i] == glm::vec3(0.0f), live[i] == glm::vec3(0.0f)) << i;
+    }
+    EXPECT_NEAR(after / before, 1.0, 0.03);
 }
 
 }  // namespace

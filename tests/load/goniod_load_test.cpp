@@ -24,7 +24,7 @@ TEST(LoadGoniod, AHundredViewersAmongTwoThousandIdleSockets) {
     if (most < kViewers + kIdle + 100) GTEST_SKIP() << "only " << most << " descriptors";
     test::DaemonProcess daemon(
         {"--size", "320x320", "--surfaces", "off", "--max-clients", "2200", "--max-connections", "2300"});
-    const auto port = static_cast<std::uint16_t>(std::stoi(daemon.url().substr(daemon.url().rfind(':') + 1)));
+    const std::uint16_t port = test::port_of(daemon.url());
     Swarm swarm(port);
     soak::Operator lamp(port);
     const double before_mib = test::resident_mib(daemon.pid());

@@ -105,8 +105,7 @@ class Soak : public testing::Test {
 protected:
     test::DaemonProcess daemon_{
         {"--size", "320x320", "--surfaces", "off", "--inject", "gl-loss-every=" + loss_every()}};
-    const std::uint16_t port_ =
-        static_cast<std::uint16_t>(std::stoi(daemon_.url().substr(daemon_.url().rfind(':') + 1)));
+    const std::uint16_t port_ = test::port_of(daemon_.url());
     load::Swarm swarm_{port_};
     test::ThrottleProxy line_{port_, {1e6, 20ms, 16 << 10}};
     load::Swarm far_{line_.port()};  // one viewer at the end of a line of 1 Mb/s

@@ -2,6 +2,11 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
+#include <atomic>
+#include <functional>
+#include <vector>
+
 namespace gonio::shade {
 namespace {
 
@@ -13,6 +18,55 @@ TEST(Pool, RunsEveryJobOnceThroughManyShortRuns) {
         pool.run(static_cast<int>(done.size()), [&](int job) { done[static_cast<std::size_t>(job)] += run + 1; });
         for (const int by : done) ASSERT_EQ(by, run + 1);
     }
+}
+
+TEST(Pool, AsksBeforeEachJobAndLeavesOutTheRest) {
+    Pool pool(1);  // the caller alone: it asks before the run and before each job
+    for (int yes_at = 0; yes_at < 30; ++yes_at) {
+        int asked = 0, done = 0;
+        const auto count = [&](int) { ++done; };
+        {
+            const std::function<bool()> interrupted = [&] { return asked++ == yes_at; };
+            const Pool::Interruptible work(pool, interrupted);
+            pool.run(20, count);
+            EXPECT_EQ(done, std::clamp(yes_at - 1, 0, 20));
+            EXPECT_EQ(work.stopped(), yes_at <= 20);
+            if (work.stopped()) pool.run(20, count);  // though the answer is no again
+            EXPECT_EQ(done, std::clamp(yes_at - 1, 0, 20));
+        }
+        done = 0;
+        pool.run(20, count);
+        EXPECT_EQ(done, 20);
+    }
+}
+
+TEST(Pool, DoesNoJobTwiceAndWaitsForThoseBegunWhenInterrupted) {
+    Pool pool(3);
+    int stopped = 0;
+    for (int round = 0; round < 200; ++round) {
+        std::vector<std::atomic<int>> done(500);
+        std::atomic<int> running = 0;
+        int asked = 0;
+        const std::function<bool()> interrupted = [&] { return ++asked > round % 20 + 1; };
+        const Pool::Interruptible work(pool, interrupted);
+        pool.run(500, [&](int job) {
+            ++running;
+            for (int i = 0; i < 200; ++i) done[static_cast<std::size_t>(job)].load();
+            ++done[static_cast<std::size_t>(job)];
+            --running;
+        });
+        ASSERT_EQ(running, 0);
+        int all = 0;
+        for (const auto& times : done) {
+            ASSERT_LE(times, 1);
+            all += times;
+        }
+        if (!work.stopped()) {
+            ASSERT_EQ(all, 500);
+        }
+        stopped += all < 500;
+    }
+    EXPECT_GT(stopped, 0);
 }
 
 }  // namespace

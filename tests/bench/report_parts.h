@@ -1,0 +1,52 @@
+// What the parts of the report share: saved results, numbers as text, Markdown tables.
+#pragma once
+
+#include <map>
+#include <nlohmann/json.hpp>
+#include <string>
+#include <utility>
+#include <vector>
+
+namespace gonio::bench {
+
+using Json = nlohmann::json;
+
+std::string fixed(double x, int digits);
+std::string whole(double x);          // a comma at every third digit: 2092 reads 2,092
+std::string figure(double x);         // three figures of numbers below a thousand
+std::string signed_figure(double x);  // three digits behind the point
+std::string row_of(const std::vector<std::string>& cells);
+std::string head_of(const std::vector<std::string>& cells);
+
+// Result: the first of `rows`, or of a file's rows, that has these fields. Throws std::runtime_error where there is
+// none.
+const Json& one_where(const Json& rows, const std::map<std::string, Json>& fields);
+const Json& row_where(const Json& file, const std::map<std::string, Json>& fields);
+// The row of the default setting in a scene, of scaling.json.
+const Json& default_row(const Json& scaling, const std::string& scene);
+
+// What a folder of results holds. stress: null where it was not run.
+struct Saved {
+    Json frames, lights, scaling, pareto, machine, refinement, stress;
+    std::string ies;  // as ies-bench prints it
+};
+
+// Frames a second of the seed paper on its GPU.
+inline constexpr std::pair<const char*, double> kPaperFps[] = {{"cornell", 49.0}, {"atrium", 47.0}};
+
+std::string frames_table(const Json& frames);
+std::string scaling_table(const Json& scaling);
+std::string rsm_table(const Json& scaling);
+std::string efforts_table(const Json& scaling);
+std::string lights_table(const Json& lights);
+std::string refinement_table(const Json& refinement);
+std::string pareto_table(const Json& pareto);
+std::string stress_table(const Json& stress);
+// Result: the quickest that the seed technique's 400 samples were anywhere, ms: what held them up must not make a goal.
+double seed_indirect_ms(const Saved& saved, const char* scene);
+// What was asked for at the default setting, and what is.
+std::string goals_table(const Saved& saved);
+// Which cases of `gonio-bench pareto` the results lack, as a sentence.
+std::string pareto_gaps(const Json& pareto);
+
+}  // namespace gonio::bench
