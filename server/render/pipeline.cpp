@@ -240,13 +240,13 @@ std::vector<Pass> build_pipeline(const FrameInputs& in) {
     b.add(raster ? "gbuffer-gl" : "gbuffer", b.per_target(Slot::gbuffer), {}, {scene.geometry_rev, scene.camera_rev},
           [context = b.context, meter = metered] { return meter ? run_meter_gbuffer(context) : run_gbuffer(context); });
     if (raster) {
-        b.add("gbuffer", b.per_target(Slot::grid), {}, {scene.geometry_rev, scene.camera_rev}, [context = b.context] {
-             return run_raster(context);
-         }).on_gpu = false;
+        b.add("gbuffer", b.per_target(Slot::grid), {}, {scene.geometry_rev, scene.camera_rev, in.effort},
+              [context = b.context] { return run_raster(context); })
+            .on_gpu = false;
     } else if (!metered && !b.seed) {
-        b.add("gbuffer-readback", b.per_target(Slot::grid), {b.per_target(Slot::gbuffer)}, {}, [context = b.context] {
-             return run_grid(context);
-         }).on_gpu = false;
+        b.add("gbuffer-readback", b.per_target(Slot::grid), {b.per_target(Slot::gbuffer)}, {in.effort},
+              [context = b.context] { return run_grid(context); })
+            .on_gpu = false;
     }
     for (std::size_t i = 0; i < scene.lights.size(); ++i) b.add_light(i);
     if (scene.lights.empty()) {

@@ -24,7 +24,7 @@ std::span<const Vpl> first_subsets(const VplCast& cast, unsigned about) {
 
 // Asks VPLs of the list, each as likely as it brings much. A VPL's number in the draw is its own for ever: as a
 // luminaire glides, the choice changes by one VPL now and then.
-void ask_by_share(const LightView& light, const Quality& quality, VplQuery& query) {
+void ask_by_share(const LightView& light, const Quality& quality, unsigned asked, VplQuery& query) {
     const std::span<const Vpl> vpls = first_subsets(light.vpls, quality.close.listed);
     static thread_local std::vector<float> brings, share;
     brings.resize(vpls.size() * kLanes);
@@ -35,7 +35,7 @@ void ask_by_share(const LightView& light, const Quality& quality, VplQuery& quer
     // nothing were asked, and counted for all those like it.
     std::uint32_t drawn = 0x80000000u;
     for (std::size_t v = 0; v < vpls.size(); ++v, drawn += 0x9e3779b9u) {
-        const float chance = std::min(1.0f, share[v] * static_cast<float>(quality.close.asked));
+        const float chance = std::min(1.0f, share[v] * static_cast<float>(asked));
         if (trace::unit_interval(drawn) < chance) query.ask(light, vpls[v], &brings[v * kLanes], 1.0f / chance);
     }
 }
@@ -93,10 +93,20 @@ std::vector<CloseBlock> choose_close_blocks(const Grid& grid, const Planes& ligh
     return result;
 }
 
-void light_close_blocks(const std::vector<CloseBlock>& blocks, const ScreenGrid& screen, const LightView& light,
-                        Planes& out, Pool& pool) {
-    constexpr std::size_t kPoints = trace::kPacket, kTogether = 4;  // blocks share the loads of VPLs
-    const Grid& grid = screen.grid;
+namespace {
+
+// Sixteen points, and what share of what is shown there becomes their own estimate.
+struct Shared {
+    Patch patch;
+    float share;
+};
+
+// patch_of: number -> Shared, for so many. keep: what is shown stays where none of the VPLs asked could light a point.
+template <typename PatchOf>
+void light_patches(std::size_t number, const PatchOf& patch_of, unsigned asked, bool keep, const ScreenGrid& screen,
+                   const LightView& light, Planes& out, Pool& pool) {
+    if (number == 0) return;
+    constexpr std::size_t kPoints = trace::kPacket, kTogether = 4;  // they share the loads of VPLs
     const Quality& quality = screen.quality;
     const unsigned near_rays = quality.near_rays > 0 ? quality.close.near_rays : 0;
     const std::vector<glm::vec3> directions = stratified_directions(near_rays, quality.round);
@@ -104,26 +114,26 @@ void light_close_blocks(const std::vector<CloseBlock>& blocks, const ScreenGrid&
     const std::span<const Vpl> summed = first_subsets(light.vpls, quality.close.summed);
     const float each = light.unit_m2 * static_cast<float>(kSubsets * light.vpls.per_subset) /
                        static_cast<float>(std::max<std::size_t>(summed.size(), 1));
-    pool.run(static_cast<int>((blocks.size() + kTogether - 1) / kTogether), [&](int job) {
+    pool.run(static_cast<int>((number + kTogether - 1) / kTogether), [&](int job) {
         const std::size_t first = static_cast<std::size_t>(job) * kTogether,
-                          count = std::min(kTogether, blocks.size() - first);
-        Patch patches[kTogether];
+                          count = std::min(kTogether, number - first);
+        Shared shared[kTogether];
         alignas(64) float arrays[kArrays][kTogether * kPoints], rgb[3][kTogether * kPoints];
         for (std::size_t b = 0; b < count; ++b) {
-            patches[b] = patch_at(grid, blocks[first + b].first.x, blocks[first + b].first.y);
-            for (int a = 0; a < kArrays; ++a) std::copy_n(patches[b].points.array[a], kPoints, arrays[a] + b * kPoints);
+            shared[b] = patch_of(first + b);
+            for (int a = 0; a < kArrays; ++a)
+                std::copy_n(shared[b].patch.points.array[a], kPoints, arrays[a] + b * kPoints);
         }
         gather({arrays[0], arrays[1], arrays[2], arrays[3], arrays[4], arrays[5]}, count * kPoints,
                glm::vec3(light.position), summed, quality.kappa, each, rgb[0], rgb[1], rgb[2]);
         for (std::size_t b = 0; b < count; ++b) {
-            const Patch& patch = patches[b];
+            const auto& [patch, share] = shared[b];
             VplQuery query(patch.points.off(light.geometry), patch.active);
-            if (quality.node_vpls > 0) ask_by_share(light, quality, query);
+            if (quality.node_vpls > 0) ask_by_share(light, quality, asked, query);
             const NearSums near = near_light(light, patch.points.points(), patch.active, directions, quality.kappa);
-            const float share = blocks[first + b].share;
             for (int i = 0; i < trace::kPacket; ++i) {
-                // One that none of those asked could light keeps what it has.
-                if ((patch.active >> i & 1u) == 0 || (quality.node_vpls > 0 && !(query.open(i) > 0.0f))) continue;
+                const bool unknown = quality.node_vpls > 0 && !(query.open(i) > 0.0f);
+                if ((patch.active >> i & 1u) == 0 || (unknown && keep)) continue;
                 const std::size_t k = b * kPoints + static_cast<std::size_t>(i), to = patch.at[i];
                 const float seen = query.seen(i), close[3] = {near.red[i], near.green[i], near.blue[i]};
                 for (std::size_t c = 0; c < 3; ++c)
@@ -131,6 +141,27 @@ void light_close_blocks(const std::vector<CloseBlock>& blocks, const ScreenGrid&
             }
         }
     });
+}
+
+}  // namespace
+
+void light_close_blocks(const std::vector<CloseBlock>& blocks, const ScreenGrid& screen, const LightView& light,
+                        Planes& out, Pool& pool) {
+    light_patches(
+        blocks.size(),
+        [&](std::size_t i) {
+            return Shared{patch_at(screen.grid, blocks[i].first.x, blocks[i].first.y), blocks[i].share};
+        },
+        screen.quality.close.asked, true, screen, light, out, pool);
+}
+
+void light_second_points(const ScreenGrid& screen, const LightView& light, Planes& out, Pool& pool) {
+    light_patches(
+        screen.second_packets.size(),
+        [&](std::size_t i) {
+            return Shared{screen.second_packets[i], 1.0f};
+        },
+        screen.quality.close.asked / 2, false, screen, light, out, pool);
 }
 
 }  // namespace gonio::shade

@@ -1,5 +1,5 @@
-// The blocks of 4 × 4 grid points within which the light differs most, at contacts and folds: windows mix there what
-// differs. Each of their points is estimated for itself, with more rays.
+// Points that are lit each for itself, with more rays: those of the blocks of 4 × 4 grid points within which the light
+// differs most, at contacts and folds, where windows mix what differs; and second points (second_points.h).
 #pragma once
 
 #include <glm/glm.hpp>
@@ -22,5 +22,9 @@ std::vector<CloseBlock> choose_close_blocks(const Grid& grid, const Planes& ligh
 // to VPLs that are chosen for each block by what they bring, and from short rays of each point's own.
 void light_close_blocks(const std::vector<CloseBlock>& blocks, const ScreenGrid& screen, const LightView& light,
                         Planes& out, Pool& pool);
+
+// Sets `out` likewise at the second points, with half as many rays to VPLs; where none of those asked could light a
+// point, nothing is taken to be hidden from it.
+void light_second_points(const ScreenGrid& screen, const LightView& light, Planes& out, Pool& pool);
 
 }  // namespace gonio::shade

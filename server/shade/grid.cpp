@@ -4,9 +4,10 @@
 
 namespace gonio::shade {
 
-void Grid::resize(int new_width, int new_height) {
+void Grid::resize(int new_width, int new_height, std::size_t new_spare) {
     width = new_width;
     height = new_height;
+    spare = (new_spare + kLanes - 1) / kLanes * kLanes;
     // Rows end in a border and the widest vector that starts at the last value.
     stride = (width + 2 * kBorder + static_cast<std::ptrdiff_t>(kLanes) + 15) / 16 * 16;
     for (std::vector<float>& array : values) array.assign(size() + kLanes, 0.0f);

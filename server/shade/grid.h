@@ -1,4 +1,5 @@
-// Points on a picture's surfaces in rows, with a border all around, so that windows need no edges.
+// Points on a picture's surfaces in rows, with a border all around, so that windows need no edges; and some beside
+// them.
 #pragma once
 
 #include <cstddef>
@@ -12,13 +13,15 @@ struct Grid {
     static constexpr int kBorder = 4;
     int width = 0, height = 0;
     std::ptrdiff_t stride = 0;
+    std::size_t spare = 0;         // places for points outside the rows, from first_spare() on
     std::vector<float> values[7];  // x y z nx ny nz depth
 
-    void resize(int new_width, int new_height);  // all values become 0
+    void resize(int new_width, int new_height, std::size_t new_spare = 0);  // all values become 0
     std::ptrdiff_t at(int x, int y) const { return (y + kBorder) * stride + x + kBorder; }
-    std::size_t size() const {
+    std::size_t first_spare() const {
         return static_cast<std::size_t>(stride) * static_cast<std::size_t>(height + 2 * kBorder);
     }
+    std::size_t size() const { return first_spare() + spare; }
     GridRows rows() const;  // row 0, column 0 at the origin of the pointers
     // Repeats the outermost values of an array of this shape into its border.
     void extend(std::vector<float>& plane) const;

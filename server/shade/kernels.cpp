@@ -171,26 +171,30 @@ void AddHalves(const std::uint16_t* from, float factor, std::size_t count, float
     }
 }
 
-void UpsampleRow(const GridRows& grid, const float* const* values, int y, int width, const Rays& rays,
-                 float near_per_depth, const float* depth, const std::uint32_t* normal, std::uint16_t* out,
-                 std::uint8_t* lost) {
+// The lower left of the four grid points around pixels 4k + phase of a row is point k + this one.
+HWY_INLINE std::ptrdiff_t left_of(int phase) {
+    return phase < 2 ? -1 : 0;
+}
+HWY_INLINE std::ptrdiff_t row_below(int y) {
+    return y >= 2 ? (y - 2) / 4 : -1;
+}
+
+void WeightsRow(const GridRows& grid, int y, int width, const Rays& rays, float near_per_depth, const float* depth,
+                const std::uint32_t* normal, std::uint32_t* weights, std::uint8_t* poor) {
     const Tag tag;
     const IntTag ints;
-    const hn::Rebind<hwy::float16_t, Tag> halves;
     const auto lanes = static_cast<std::ptrdiff_t>(hn::Lanes(tag));
-    const std::ptrdiff_t low = y >= 2 ? (y - 2) / 4 : -1;
+    const std::ptrdiff_t low = row_below(y);
     const float along_y = static_cast<float>(y - 2) * 0.25f - static_cast<float>(low);
     const Points& p = grid.points;
     const glm::vec3 start = rays.corner + static_cast<float>(y) * rays.up;
-    HWY_ALIGN float plane[3][4 * kLanes];
-    HWY_ALIGN float found[4 * kLanes];
     for (std::ptrdiff_t x = 0; x < width; x += 4 * lanes) {
         Raw d[4];
         hn::LoadInterleaved4(tag, depth + x, d[0], d[1], d[2], d[3]);
         hn::Vec<IntTag> packed[4];
         hn::LoadInterleaved4(ints, reinterpret_cast<const std::int32_t*>(normal) + x, packed[0], packed[1], packed[2],
                              packed[3]);
-        Raw result[3][4], total[4];
+        hn::Vec<IntTag> result[4], poorly = hn::Zero(ints);
         for (int phase = 0; phase < 4; ++phase) {
             // The pixel's surface.
             const Float column = Float(hn::MulAdd(hn::ConvertTo(tag, hn::Iota(ints, 0)), hn::Set(tag, 4.0f),
@@ -198,42 +202,75 @@ void UpsampleRow(const GridRows& grid, const float* const* values, int y, int wi
             const Float z = Float(rays.near_m) / max(Float(d[phase]), Float(1e-30f));
             const Vec3 position = surface_point(rays, start, column, z), n = unpack_normal(packed[phase]);
             const Float per_near = Float(1.0f) / max(z * Float(near_per_depth), Float(1e-30f));
-            // Its four grid points: pixel 4k + phase lies between points k - 1 and k (phases 0, 1) or k and k + 1.
-            const std::ptrdiff_t left = x / 4 + (phase < 2 ? -1 : 0);
+            const std::ptrdiff_t left = x / 4 + left_of(phase);
             const float along_x =
                 phase < 2 ? 0.5f + 0.25f * static_cast<float>(phase) : 0.25f * static_cast<float>(phase - 2);
-            Float sum(1e-12f), r, g, b;
+            Float sum, weight[4];
             for (int corner = 0; corner < 4; ++corner) {
                 const std::ptrdiff_t at = (low + corner / 2) * grid.stride + left + corner % 2;
                 const float bilinear =
                     (corner % 2 == 0 ? 1.0f - along_x : along_x) * (corner / 2 == 0 ? 1.0f - along_y : along_y) + 1e-3f;
                 const Vec3 q(load(p.x + at), load(p.y + at), load(p.z + at)),
                     m(load(p.nx + at), load(p.ny + at), load(p.nz + at));
-                const Float weight = surface_likeness(dot(n, m), dot(n, q - position) * per_near) * Float(bilinear);
-                sum = sum + weight;
-                r = r + weight * load(values[0] + at), g = g + weight * load(values[1] + at),
-                b = b + weight * load(values[2] + at);
+                weight[corner] = surface_likeness(dot(n, m), dot(n, q - position) * per_near) * Float(bilinear);
+                sum = sum + weight[corner];
             }
-            const Float per_sum = Float(1.0f) / sum;
-            result[0][phase] = (r * per_sum).raw, result[1][phase] = (g * per_sum).raw,
-            result[2][phase] = (b * per_sum).raw;
-            // Pixels without a surface are dark and not lost.
-            total[phase] = hn::IfThenElse(hn::Gt(d[phase], hn::Zero(tag)), sum.raw, hn::Set(tag, 1.0f));
-            for (auto& k : result) k[phase] = hn::IfThenElseZero(hn::Gt(d[phase], hn::Zero(tag)), k[phase]);
+            const Mask shown = hn::Gt(d[phase], hn::Zero(tag)), good = hn::Ge(sum.raw, hn::Set(tag, kPoorlyAlike)),
+                       any = hn::Ge(sum.raw, hn::Set(tag, kLeastAlike));
+            poorly =
+                hn::Add(poorly, hn::IfThenElseZero(hn::RebindMask(ints, hn::AndNot(good, shown)), hn::Set(ints, 1)));
+            const Float scale = hn::IfThenElseZero(
+                hn::And(any, shown), (mix(Float(127.0f), Float(255.0f), good) / max(sum, Float(kLeastAlike))).raw);
+            const auto byte = [&](int corner) { return hn::NearestInt((weight[corner] * scale).raw); };
+            result[phase] = hn::Or(hn::Or(byte(0), hn::ShiftLeft<8>(byte(1))),
+                                   hn::Or(hn::ShiftLeft<16>(byte(2)), hn::ShiftLeft<24>(byte(3))));
+        }
+        hn::StoreInterleaved4(result[0], result[1], result[2], result[3], ints,
+                              reinterpret_cast<std::int32_t*>(weights) + x);
+        const hn::Rebind<std::uint8_t, Tag> bytes;
+        hn::StoreU(hn::DemoteTo(bytes, poorly), bytes, poor + x / 4);
+    }
+}
+
+void UpsampleRow(const float* const* values, std::ptrdiff_t stride, int y, int width, const std::uint32_t* weights,
+                 std::uint16_t* out) {
+    const Tag tag;
+    const IntTag ints;
+    const hn::Rebind<hwy::float16_t, Tag> halves;
+    const hn::RebindToUnsigned<decltype(halves)> half_bits;
+    const auto lanes = static_cast<std::ptrdiff_t>(hn::Lanes(tag));
+    const std::ptrdiff_t low = row_below(y);
+    HWY_ALIGN float plane[3][4 * kLanes];
+    for (std::ptrdiff_t x = 0; x < width; x += 4 * lanes) {
+        hn::Vec<IntTag> packed[4];
+        hn::LoadInterleaved4(ints, reinterpret_cast<const std::int32_t*>(weights) + x, packed[0], packed[1], packed[2],
+                             packed[3]);
+        Raw result[3][4];
+        for (int phase = 0; phase < 4; ++phase) {
+            const auto byte = [&](hn::Vec<IntTag> bits) -> Float {
+                return hn::ConvertTo(tag, hn::And(bits, hn::Set(ints, 255)));
+            };
+            const Float weight[4] = {byte(packed[phase]), byte(hn::ShiftRight<8>(packed[phase])),
+                                     byte(hn::ShiftRight<16>(packed[phase])), byte(hn::ShiftRight<24>(packed[phase]))};
+            const Float per_sum = Float(1.0f) / max(weight[0] + weight[1] + weight[2] + weight[3], Float(1.0f));
+            const std::ptrdiff_t at = low * stride + x / 4 + left_of(phase);
+            for (int k = 0; k < 3; ++k) {
+                const float* value = values[k] + at;
+                const Float sum = weight[0] * load(value) + weight[1] * load(value + 1) +
+                                  weight[2] * load(value + stride) + weight[3] * load(value + stride + 1);
+                result[k][phase] = (sum * per_sum).raw;
+            }
         }
         for (int k = 0; k < 3; ++k)
             hn::StoreInterleaved4(result[k][0], result[k][1], result[k][2], result[k][3], tag, plane[k]);
-        hn::StoreInterleaved4(total[0], total[1], total[2], total[3], tag, found);
         for (std::ptrdiff_t i = 0; i < 4 * lanes; i += lanes) {
             const auto half = [&](const float* from) {
-                return hn::BitCast(hn::RebindToUnsigned<decltype(halves)>(),
+                return hn::BitCast(half_bits,
                                    hn::DemoteTo(halves, hn::Min(hn::Load(tag, from + i), hn::Set(tag, 65504.0f))));
             };
-            const auto one = hn::Set(hn::RebindToUnsigned<decltype(halves)>(), std::uint16_t{0x3c00});
-            hn::StoreInterleaved4(half(plane[0]), half(plane[1]), half(plane[2]), one,
-                                  hn::RebindToUnsigned<decltype(halves)>(), out + 4 * (x + i));
+            hn::StoreInterleaved4(half(plane[0]), half(plane[1]), half(plane[2]),
+                                  hn::Set(half_bits, std::uint16_t{0x3c00}), half_bits, out + 4 * (x + i));
         }
-        for (std::ptrdiff_t i = 0; i < 4 * lanes; ++i) lost[x + i] = found[i] < 0.02f;
     }
 }
 
@@ -248,6 +285,7 @@ HWY_EXPORT(Gather);
 HWY_EXPORT(Terms);
 HWY_EXPORT(Shares);
 HWY_EXPORT(FilterRow);
+HWY_EXPORT(WeightsRow);
 HWY_EXPORT(UpsampleRow);
 HWY_EXPORT(DirectRow);
 HWY_EXPORT(ToHalves);
@@ -285,10 +323,13 @@ void filter_row(const GridRows& grid, std::ptrdiff_t row, int width, const Windo
                 int planes, const float* const* in, float* const* out) {
     HWY_DYNAMIC_DISPATCH(FilterRow)(grid, row, width, window, near_per_depth, planes, in, out);
 }
-void upsample_row(const GridRows& grid, const float* const* values, int y, int width, const Rays& rays,
-                  float near_per_depth, const float* depth, const std::uint32_t* normal, std::uint16_t* out,
-                  std::uint8_t* lost) {
-    HWY_DYNAMIC_DISPATCH(UpsampleRow)(grid, values, y, width, rays, near_per_depth, depth, normal, out, lost);
+void weights_row(const GridRows& grid, int y, int width, const Rays& rays, float near_per_depth, const float* depth,
+                 const std::uint32_t* normal, std::uint32_t* weights, std::uint8_t* poor) {
+    HWY_DYNAMIC_DISPATCH(WeightsRow)(grid, y, width, rays, near_per_depth, depth, normal, weights, poor);
+}
+void upsample_row(const float* const* values, std::ptrdiff_t stride, int y, int width, const std::uint32_t* weights,
+                  std::uint16_t* out) {
+    HWY_DYNAMIC_DISPATCH(UpsampleRow)(values, stride, y, width, weights, out);
 }
 void direct_row(const DirectLight& light, int y, int width, const Rays& rays, float off_m, float off_per_depth,
                 const float* depth, const std::uint32_t* normal, float* lux_per_cd, float* from_x, float* from_y,

@@ -60,13 +60,20 @@ struct Rays {
     glm::vec3 corner, right, up;
     float near_m;
 };
-// One row of `width` pixels, a multiple of 4·kLanes: joint bilateral upsampling of a grid of one point per 4 × 4
-// pixels, point (i, j) standing at pixel (4i + 2, 4j + 2). depth: near / distance, 0 no surface; normal: octahedral, 2
-// snorm16 in 4 bytes. out: 4 half floats per pixel, rgb and 1. lost[x] != 0 afterwards: no grid point resembles this
-// pixel.
-void upsample_row(const GridRows& grid, const float* const* values, int y, int width, const Rays& rays,
-                  float near_per_depth, const float* depth, const std::uint32_t* normal, std::uint16_t* out,
-                  std::uint8_t* lost);
+// One row of `width` pixels, a multiple of 4·kLanes: the weights of the four points around each in a joint bilateral
+// upsampling of a grid of one point per 4 × 4 pixels, point (i, j) standing at pixel (4i + 2, 4j + 2): a byte each, the
+// lower left in the lowest, lower right, upper left, upper right. Where they are alike, 1 on one plane, by less than
+// kPoorlyAlike all in all, the bytes sum to some 127, else to 255; by less than kLeastAlike, or without a surface: 0.
+// depth: near / distance, 0 no surface; normal: octahedral, 2 snorm16 in 4 bytes. poor: of every four pixels, how many
+// show a surface that the points are poorly alike.
+inline constexpr float kPoorlyAlike = 0.2f, kLeastAlike = 0.02f;
+inline constexpr unsigned kPoorSum = 192;  // a smaller one is poor
+void weights_row(const GridRows& grid, int y, int width, const Rays& rays, float near_per_depth, const float* depth,
+                 const std::uint32_t* normal, std::uint32_t* weights, std::uint8_t* poor);
+// The same row from the values of such a grid, by these weights. stride: of the grid's rows. out: 4 half floats per
+// pixel, rgb and 1.
+void upsample_row(const float* const* values, std::ptrdiff_t stride, int y, int width, const std::uint32_t* weights,
+                  std::uint16_t* out);
 
 // A photometric web as the kernels read it.
 struct Web {

@@ -109,7 +109,7 @@ void PlaceCell(Block& block, std::size_t which, const Rays& rays, int x, int y, 
             total = total + share[corner];
         }
         // Little likeness with any of the four is none.
-        const Mask alike = hn::And(surface, Float(0.2f) < total);
+        const Mask alike = hn::And(surface, Float(kPoorlyAlike) < total);
         const Float per_total = hn::IfThenElseZero(alike, (Float(1.0f) / max(total, Float(0.1f))).raw);
         for (int corner = 0; corner < 4; ++corner) {
             const Float own = share[corner] * per_total;
@@ -357,7 +357,7 @@ void merged_direct(const Surfaces& surfaces, const ScreenGrid& screen, const tra
     const Grid& grid = screen.grid;
     out.resize(surfaces.row_length * static_cast<std::size_t>(surfaces.height) * 4);
     lattice.resize(list.lights.size());
-    for (std::vector<float>& plane : lattice) plane.resize(grid.size() + kLanes);
+    for (std::vector<float>& plane : lattice) plane.resize(grid.first_spare() + kLanes);
     std::vector<Start> starts;
     for (const MergedLight& light : list.lights)
         starts.push_back({4.0f * geometry.step_off(light.position), kOffPerPixel * surfaces.depth_per_pixel});
@@ -371,7 +371,7 @@ void merged_direct(const Surfaces& surfaces, const ScreenGrid& screen, const tra
     // Cell (i, j) lies between the grid points i - 1 and i; the grid's border stands for those beyond the picture.
     const int columns = grid.width + 1, rows = grid.height + 1;
     const int blocks_x = (columns + kBlockSide - 1) / kBlockSide, blocks_y = (rows + kBlockSide - 1) / kBlockSide;
-    const float near_per_depth = 2.0f * screen.depth_per_point;
+    const float near_per_depth = kUpsampleNear * screen.depth_per_point;
     GridRows all = grid.rows();
     const std::ptrdiff_t origin = grid.at(0, 0);
     for (const float** array :

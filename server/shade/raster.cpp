@@ -392,6 +392,11 @@ unsigned draw_surfaces(const Clusters& clusters, const Looks& looks, bool emissi
             for (const std::uint32_t t : raster.bins[chunk * strips + static_cast<std::size_t>(job)])
                 HWY_DYNAMIC_DISPATCH(RasterTriangle)(looks, raster.setups[t], t, strip);
         }
+        // Whole vectors were drawn: nothing is beyond the picture.
+        for (std::ptrdiff_t y = 0; y < strip.rows; ++y) {
+            std::fill(strip.depth + y * strip.row_length + width, strip.depth + (y + 1) * strip.row_length, 0.0f);
+            std::fill(strip.nearest + y * strip.row_length + width, strip.nearest + (y + 1) * strip.row_length, 0u);
+        }
         HWY_DYNAMIC_DISPATCH(ShadeStrip)(looks, raster.setups.data(), strip, rays, surfaces.depth_per_pixel);
     });
     unsigned total = 0;

@@ -8,7 +8,7 @@ namespace {
 constexpr unsigned kVpls = 8192;
 // Nothing glides: blocks need not fade. From the third round on more of them are looked at: then windows are what is
 // left of the error.
-constexpr Quality kRound{1, true, 4, 1024, 4, 16.0f, 0, {0.06f, 0.0f, kVpls, 64, 1024, 12}};
+constexpr Quality kRound{1, true, 4, 1024, 4, 16.0f, 0, 0.0f, {0.06f, 0.0f, kVpls, 64, 1024, 12}};
 constexpr float kLaterShare = 0.25f;
 constexpr int kFirstRounds = 2;
 // Its error is another one and some 1.7 times a round's: weighed by its variance, the live picture is a third of a

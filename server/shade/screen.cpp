@@ -2,19 +2,16 @@
 
 #include <algorithm>
 #include <cmath>
-#include <glm/gtc/packing.hpp>
 
 #include "server/shade/close_blocks.h"
 #include "server/shade/near_light.h"
-#include "server/shade/point_packet.h"
+#include "server/shade/second_points.h"
+#include "server/shade/upsample.h"
 #include "server/trace/sampler.h"
 #include "shaders/lib/as_cpp.h"
 
 namespace gonio::shade {
 namespace {
-
-// Distance off a plane that is still near, in grid steps, for bringing values to finer points.
-constexpr float kUpsampleNear = 2.0f;
 
 // The four nodes, one in `stride` points, around grid point (x, y) and their weights for bringing node values to it.
 struct Corners {
@@ -89,7 +86,8 @@ void make_grid(const Surfaces& surfaces, const Quality& quality, ScreenGrid& scr
     screen.depth_per_point = surfaces.depth_per_pixel * static_cast<float>(quality.step);
     const int step = quality.step;
     Grid& grid = screen.grid;
-    grid.resize((surfaces.width + step - 1) / step, (surfaces.height + step - 1) / step);
+    const int width = (surfaces.width + step - 1) / step, height = (surfaces.height + step - 1) / step;
+    grid.resize(width, height, step > 1 ? most_second_points(width, height) : 0);
     pool.run(grid.height, [&](int y) {
         for (int x = 0; x < grid.width; ++x) {
             const Spot spot = spot_at(surfaces, std::min(x * step + step / 2, surfaces.width - 1),
@@ -116,6 +114,13 @@ void make_grid(const Surfaces& surfaces, const Quality& quality, ScreenGrid& scr
     }
     for (std::vector<float>& array : nodes.values) nodes.extend(array);
 
+    screen.second_packets.clear();
+    screen.second.clear();
+    if (step > 1) {
+        make_weights(surfaces, screen, pool);
+        if (quality.second_share > 0.0f) find_second_points(surfaces, screen, pool);
+        take_after(surfaces, screen, pool);
+    }
     screen.near_directions = stratified_directions(quality.near_rays, quality.round);
     screen.tile_width = (grid.width + kTileSide - 1) / kTileSide;
     screen.tile_height = (grid.height + kTileSide - 1) / kTileSide;
@@ -231,6 +236,7 @@ Planes gather_grid(const ScreenGrid& screen, const LightView& light, const Plane
         Planes both = gathered;
         add(both, near_light);
         result = filtered(screen, both, pool);
+        light_second_points(screen, light, result, pool);
         light_close_blocks(choose_close_blocks(grid, result, screen.quality.close), screen, light, result, pool);
     } else {
         result = filtered(screen, near_light, pool);
@@ -238,47 +244,6 @@ Planes gather_grid(const ScreenGrid& screen, const LightView& light, const Plane
     }
     for (std::vector<float>& plane : result) grid.extend(plane);
     return result;
-}
-
-void upsample(const Surfaces& surfaces, const ScreenGrid& screen, const Planes& light, std::vector<std::uint16_t>& out,
-              Pool& pool) {
-    const Grid& grid = screen.grid;
-    const float* values[3];
-    for (std::size_t k = 0; k < 3; ++k) values[k] = light[k].data() + grid.at(0, 0);
-    const float near_per_depth = kUpsampleNear * screen.depth_per_point;
-    const GridRows rows = grid.rows();
-    out.resize(surfaces.row_length * static_cast<std::size_t>(surfaces.height) * 4);
-    pool.run(surfaces.height, [&](int y) {
-        static thread_local std::vector<std::uint8_t> lost;
-        lost.resize(surfaces.row_length);
-        const std::size_t row = static_cast<std::size_t>(y) * surfaces.row_length;
-        upsample_row(rows, values, y, static_cast<int>(surfaces.row_length), surfaces.rays, near_per_depth,
-                     surfaces.depth.data() + row, surfaces.normal.data() + row, out.data() + 4 * row, lost.data());
-        // A pixel that none of its four grid points resembles takes the most alike of the sixteen around it.
-        for (int x = 0; x < surfaces.width; ++x) {
-            if (lost[static_cast<std::size_t>(x)] == 0) continue;
-            const Spot spot = spot_at(surfaces, x, y);
-            float best = 0.0f;
-            std::ptrdiff_t from = -1;
-            for (int k = 0; k < 16; ++k) {
-                const int gx = std::clamp((x + 2) / 4 - 2 + k % 4, 0, grid.width - 1),
-                          gy = std::clamp((y + 2) / 4 - 2 + k / 4, 0, grid.height - 1);
-                const auto at = static_cast<std::size_t>(grid.at(gx, gy));
-                const glm::vec3 n(grid.values[3][at], grid.values[4][at], grid.values[5][at]),
-                    q(grid.values[0][at], grid.values[1][at], grid.values[2][at]);
-                const float alike =
-                    glsl::surface_likeness(glm::dot(spot.normal, n),
-                                           glm::dot(spot.normal, q - spot.position) / (spot.depth * near_per_depth)) +
-                    1e-4f * glm::dot(n, n) /
-                        (1.0f + glm::dot(q - spot.position, q - spot.position) / (spot.depth * spot.depth));
-                if (alike > best) best = alike, from = static_cast<std::ptrdiff_t>(at);
-            }
-            if (from < 0) continue;
-            for (std::size_t k = 0; k < 3; ++k)
-                out[4 * (row + static_cast<std::size_t>(x)) + k] =
-                    glm::packHalf1x16(std::min(light[k][static_cast<std::size_t>(from)], 65504.0f));
-        }
-    });
 }
 
 PointLight at_point(const LightView& light, const glm::dvec3& point, const glm::dvec3& normal) {

@@ -11,6 +11,7 @@
 #include "server/shade/grid.h"
 #include "server/shade/kernels.h"
 #include "server/shade/looks.h"
+#include "server/shade/point_packet.h"
 #include "server/shade/pool.h"
 #include "server/shade/vpl_rays.h"
 
@@ -36,6 +37,8 @@ struct Quality {
     unsigned near_rays = 1;    // short rays of each grid point, of one of 16 strata
     float kappa = 4.0f;        // how much near light the rays give back rather than VPLs (vpl.glsl)
     unsigned round = 0;        // which part of the short rays' sequence
+    float second_share =
+        0.0f;  // of the cells of 4 × 4 pixels that get a second point, at most 1/16; 0 unless interleaved, of step 4
     Close close;
 };
 
@@ -62,15 +65,37 @@ Spot spot_at(const Surfaces& surfaces, int x, int y);
 
 // Distance off a plane that is still near for windows of points, in steps of their grid.
 inline constexpr float kWindowNear = 4.0f;
+// The same for bringing values to finer points.
+inline constexpr float kUpsampleNear = 2.0f;
 
 inline constexpr int kTileSide = 4;
 inline constexpr std::size_t kTiles = kTileSide * kTileSide;
+
+// How a grid's values come to the pixels (upsample.h).
+struct ToPixels {
+    std::vector<std::uint32_t> weights;  // of weights_row, Surfaces::row_length a row
+    std::vector<std::uint8_t> poor;      // likewise, a quarter of it a row
+    struct Odd {
+        std::uint32_t x, from;
+        float share;
+    };
+    // By row: pixels that do not follow their weights, in order, and the points in the grid's arrays that each is the
+    // sum of.
+    std::vector<std::vector<Odd>> odd;
+    // Whether the four points around a pixel of a surface are poorly like it.
+    static bool is_poor(std::uint32_t weights) {
+        return (weights & 255u) + (weights >> 8 & 255u) + (weights >> 16 & 255u) + (weights >> 24) < kPoorSum;
+    }
+};
 
 // What does not depend on the luminaires: made once per camera.
 struct ScreenGrid {
     Quality quality;
     float depth_per_point = 0.0f;  // distance of neighbouring grid points per metre of depth
     Grid grid, nodes;
+    ToPixels to_pixels;                 // step 4 only
+    std::vector<std::uint32_t> second;  // by Grid::at of the cell: its second point, 0 none; empty: none at all
+    std::vector<Patch> second_packets;  // all of them, neighbours together
     // The grid's points rearranged into 4 × 4 tiles, each padded to whole kLanes: points of a tile share VPLs and rays.
     std::vector<float> tiled[6];
     std::vector<glm::vec3> near_directions;  // of the short rays about +Z, near_rays for each place of a tile
@@ -103,10 +128,6 @@ Planes trace_occlusion(const ScreenGrid& screen, const LightView& light, Pool& p
 
 // Result: irradiance per candela of peak × unit_m2 at every grid point: 3 planes in the shape of ScreenGrid::grid.
 Planes gather_grid(const ScreenGrid& screen, const LightView& light, const Planes& occlusion, Pool& pool);
-
-// out: 4 half floats per pixel, surfaces.row_length pixels a row.
-void upsample(const Surfaces& surfaces, const ScreenGrid& screen, const Planes& light, std::vector<std::uint16_t>& out,
-              Pool& pool);
 
 // out: direct illuminance per candela of peak, surfaces.row_length pixels a row. every_pixel: a shadow ray for each
 // that light could reach; else one for 2 × 2 pixels on a plane, and for each of them only where their neighbours' rays

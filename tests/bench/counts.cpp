@@ -1,6 +1,7 @@
 #include "tests/bench/counts.h"
 
 #include <algorithm>
+#include <bit>
 #include <cmath>
 
 #include "tests/bench/ray_rates.h"
@@ -96,6 +97,8 @@ PictureCounts count_picture(const std::string& name, const Scene& scene) {
     };
     counts.points = shown(picture.grid.grid);
     counts.nodes = shown(picture.grid.nodes);
+    for (const shade::Patch& packet : picture.grid.second_packets)
+        counts.second_points += static_cast<std::size_t>(std::popcount(packet.active));
     counts.vpl_rays = vpl_rays_of(picture);
     counts.emissive = std::any_of(scene.asset->materials.begin(), scene.asset->materials.end(),
                                   [](const Material& m) { return m.emissive_nit != glm::vec3(0.0f); });

@@ -19,6 +19,7 @@ struct PictureCounts {
     std::size_t textured = 0;                 // of them in steps in which a pixel has a texture
     std::size_t blocks = 0, lit_blocks = 0;   // of 2 × 2 pixels; those whose pixels the luminaire all reaches
     std::size_t points = 0, nodes = 0;        // of the grid, on surfaces
+    std::size_t second_points = 0;            // beside the grid
     std::size_t vpl_rays = 0;                 // of the nodes, to VPLs that could light them
     bool emissive = false;
     bool web_symmetric = false, web_even = false;

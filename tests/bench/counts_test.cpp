@@ -26,6 +26,7 @@ TEST(Counts, OfAWallThatFillsThePicture) {
     EXPECT_EQ(counts.lit_blocks, counts.blocks);
     EXPECT_EQ(counts.points, 32u * 32u);
     EXPECT_EQ(counts.nodes, 8u * 8u);
+    EXPECT_EQ(counts.second_points, 0u);
     EXPECT_EQ(counts.vpl_rays, 0u) << "VPLs on the wall itself cannot light it";
     EXPECT_TRUE(counts.web_even);
     EXPECT_FALSE(counts.emissive);

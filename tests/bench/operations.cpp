@@ -19,8 +19,10 @@ struct Counted {
     double close() const { return static_cast<double>(kEfforts[0].close_share) * points(); }
     double terms() const { return row.at("occlusion_rays"); }
     double evaluations() const { return row.at("vpl_evaluations"); }
-    double short_rays() const { return of("points") + close() * kClose.near_rays; }
-    double asked() const { return close() * kClose.asked; }
+    // Points that are lit each for itself; second points with half the rays to VPLs.
+    double own() const { return close() + of("second_points"); }
+    double short_rays() const { return of("points") + own() * kClose.near_rays; }
+    double asked() const { return (close() + 0.5 * of("second_points")) * kClose.asked; }
     static constexpr shade::Close kClose{};
 };
 Counted counted_in(const Json& scaling, const std::string& scene) {
@@ -59,6 +61,9 @@ constexpr Step kSteps[] = {
     {"gbuffer", "ShadeStrip: texture", 230, "pixel with one",
      "place 10, width on the surface 33, level 21, two levels of four texels 150, mixed 16",
      [](const Counted& c) { return c.of("textured"); }},
+    {"gbuffer", "WeightsRow", 174, "pixel",
+     "depth 6, position 14, normal 28, 1/near 7, four points of 25, 255 over their sum 11, bytes 8",
+     [](const Counted& c) { return c.of("pixels"); }},
     {"direct", "DirectRow", 102, "pixel",
      "depth 6, position 13, normal 28, way to the luminaire 9, cosine 13, ray's start 8, turned 15, quotient 7, "
      "choices 3",
@@ -80,9 +85,9 @@ constexpr Step kSteps[] = {
     {"gather", "Gather", kFlopsPerEvaluation, "point and VPL",
      "difference 3, its square 5, two cosines 10, signs and bounds 3, numerator 1, denominator 4, quotient 5, three "
      "colours 6",
-     [](const Counted& c) { return c.evaluations() + c.close() * Counted::kClose.summed; }},
-    {"gather", "Terms, Shares", 33, "point of a close block and VPL", "as Gather, with one colour, and their sum",
-     [](const Counted& c) { return c.close() * Counted::kClose.listed; }},
+     [](const Counted& c) { return c.evaluations() + c.own() * Counted::kClose.summed; }},
+    {"gather", "Terms, Shares", 33, "point of a close block or second one, and VPL",
+     "as Gather, with one colour, and their sum", [](const Counted& c) { return c.own() * Counted::kClose.listed; }},
     {"gather", "ShortRays, Brings", 446, "short ray",
      "the ray 46; what it meets: place 39, three normals 123, way to the luminaire 59, the web twice 127, weight 32, "
      "colours 20",
@@ -90,8 +95,8 @@ constexpr Step kSteps[] = {
     {"gather", "seen_at", 172, "point", "four nodes of 40, 12 more", [](const Counted& c) { return c.points(); }, true},
     {"gather", "FilterRow", 511, "point", "sixteen neighbours of 31, 15 more",
      [](const Counted& c) { return c.points(); }},
-    {"composite", "UpsampleRow", 199, "pixel",
-     "depth 6, position 14, normal 28, four points of 31, 1/sums 12, colours 8, half floats 7",
+    {"composite", "UpsampleRow", 43, "pixel",
+     "four weights 4, one over their sum 9, three colours of 7 and by it 24, half floats 6",
      [](const Counted& c) { return c.of("pixels"); }},
     {"composite", "SumRow", 13, "pixel", "half float 1, three colours in quanta 12",
      [](const Counted& c) { return c.of("pixels"); }},
@@ -114,7 +119,8 @@ double none(const Counted&) {
 }
 constexpr auto kPixels = [](const Counted& c) { return c.pixels(); };
 constexpr Pass kPasses[] = {
-    {"gbuffer", 16.0, kPixels, "a pixel: depth 4, normal 4, albedo 8 written", none, none, none},
+    {"gbuffer", 20.25, kPixels, "a pixel: depth 4, normal 4, albedo 8, weights 4 and how many are poor 0.25 written",
+     none, none, none},
     {"direct", 14.0, kPixels, "a pixel: depth and normal read, 4 + 2 written",
      [](const Counted& c) { return c.of("lit_blocks"); }, none, none},
     {"occlusion", 28.0, [](const Counted& c) { return c.points() / 16.0; }, "a node", none,
@@ -122,7 +128,7 @@ constexpr Pass kPasses[] = {
     {"gather", 52.0, [](const Counted& c) { return c.points(); }, "a point: points and nodes read, light written", none,
      [](const Counted& c) { return c.asked(); }, [](const Counted& c) { return c.short_rays(); }},
     {"composite", 35.5, kPixels,
-     "a pixel: depth, normal, albedo, direct read, indirect brought there and read, NV12 written", none, none, none}};
+     "a pixel: weights, depth, albedo, direct read, indirect brought there and read, NV12 written", none, none, none}};
 
 // Milliseconds and amounts of one pass, or of all.
 struct Limit {

@@ -115,13 +115,13 @@ std::string rsm_table(const Json& scaling) {
 
 std::string efforts_table(const Json& scaling) {
     std::string table = head_of({"effort", "of the sides", "VPLs at most", "for occlusion", "close blocks, %",
-                                 "frame ms", "of the first's time", "reckoned with"});
+                                 "second points, %", "frame ms", "of the first's time", "reckoned with"});
     std::size_t number = 0;
     for (const Json& row : scaling.at("efforts")) {
-        table +=
-            row_of({std::to_string(number), figure(row.at("scale")), whole(row.at("vpls")), whole(row.at("node_vpls")),
-                    fixed(100.0 * row.at("close_share").get<double>(), 0), figure(row.at("frame_ms")),
-                    fixed(row.at("cost"), 2), number < kEfforts.size() ? fixed(kEfforts[number].cost, 2) : ""});
+        table += row_of({std::to_string(number), figure(row.at("scale")), whole(row.at("vpls")),
+                         whole(row.at("node_vpls")), fixed(100.0 * row.at("close_share").get<double>(), 0),
+                         fixed(100.0 * row.at("second_share").get<double>(), 0), figure(row.at("frame_ms")),
+                         fixed(row.at("cost"), 2), number < kEfforts.size() ? fixed(kEfforts[number].cost, 2) : ""});
         ++number;
     }
     return table;

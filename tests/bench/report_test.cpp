@@ -14,7 +14,7 @@ namespace gonio::bench {
 namespace {
 
 const std::filesystem::path kSource = GONIO_SOURCE_DIR;
-const std::filesystem::path kResults = kSource / "tests/bench/results/amd-epyc-2";
+const std::filesystem::path kResults = kSource / "tests/bench/results/intel-r-xeon-r-processor-2";
 
 std::string text_of(const std::filesystem::path& path) {
     std::ostringstream text;
@@ -24,7 +24,7 @@ std::string text_of(const std::filesystem::path& path) {
 
 TEST(Report, ThePageIsWhatTheCommandWrites) {
     const Report report = make_report(kResults, kSource / "tests/bench/performance.in.md");
-    const char* again = "run: gonio-bench report tests/bench/results/amd-epyc-2";
+    const char* again = "run: gonio-bench report tests/bench/results/intel-r-xeon-r-processor-2";
     EXPECT_TRUE(report.markdown == text_of(kSource / "docs/performance.md")) << again;
     EXPECT_TRUE(report.pareto_svg == text_of(kSource / "docs/images/pareto.svg")) << again;
     EXPECT_EQ(report.markdown.find("{{"), std::string::npos);

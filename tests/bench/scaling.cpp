@@ -201,6 +201,7 @@ nlohmann::json json_of(const bench::PictureCounts& counts) {
             {"lit_blocks", counts.lit_blocks},
             {"points", counts.points},
             {"nodes", counts.nodes},
+            {"second_points", counts.second_points},
             {"vpl_rays", counts.vpl_rays},
             {"emissive", counts.emissive},
             {"web_symmetric", counts.web_symmetric},
@@ -227,7 +228,8 @@ void print_json(const Results& results, const std::string& renderer, std::ostrea
                                    {"scale", effort.scale},
                                    {"vpls", effort.vpls},
                                    {"node_vpls", effort.node_vpls},
-                                   {"close_share", effort.close_share}});
+                                   {"close_share", effort.close_share},
+                                   {"second_share", effort.second_share}});
     }
     for (const Row& row : results.rows) {
         json["rows"].push_back({{"scene", row.which.scene},

@@ -53,8 +53,10 @@ TEST(Display, TheCpuDrawsWhatGlDraws) {
     Scene scene = scene_of(make_atrium());
     scene.width_px = 320;
     scene.height_px = 240;
-    const Difference found = between(scene, View::indirect);  // its light is the same; shadow maps would differ
-    EXPECT_LT(found.off, 0.01);
+    // Its light is the same; shadow maps would differ. But where a pixel's rounding decides, another one is its cell's
+    // second point.
+    const Difference found = between(scene, View::indirect);
+    EXPECT_LT(found.off, 0.02);
     EXPECT_LT(std::abs(found.bias), 0.15);
 }
 

@@ -14,6 +14,7 @@
 #include "server/shade/merged.h"
 #include "server/shade/raster.h"
 #include "server/shade/refine.h"
+#include "server/shade/upsample.h"
 
 namespace gonio {
 
@@ -66,7 +67,7 @@ struct ScreenLight {
 namespace {
 
 // Figures per setting: docs/performance.md.
-constexpr shade::Quality kLive{4, true, 4, 512, 1, 16.0f, 0, {kEfforts[0].close_share}};
+constexpr shade::Quality kLive{4, true, 4, 512, 1, 16.0f, 0, kEfforts[0].second_share, {kEfforts[0].close_share}};
 constexpr shade::Quality kStill{1, true, 4, 512, 3, 16.0f};
 constexpr shade::Quality kPrecise{1, false, 2, 1024, 4, 16.0f};
 
@@ -101,6 +102,7 @@ void set_grid(const PassContext& context) {
     if (context.effort > 0) {
         quality.node_vpls = effort.node_vpls;
         quality.close.share = effort.close_share;
+        quality.second_share = effort.second_share;
     }
     if (!context.occluded) {
         quality.node_vpls = quality.near_rays = 0;

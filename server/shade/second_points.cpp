@@ -1,0 +1,117 @@
+#include "server/shade/second_points.h"
+
+#include <algorithm>
+#include <array>
+
+namespace gonio::shade {
+namespace {
+
+constexpr int kCell = 4;      // pixels
+constexpr int kTogether = 8;  // rows of cells whose points come column by column: packets of neighbours
+
+// How many pixels of a cell show a surface that the points around them are poorly like.
+int poor_pixels(const Surfaces& surfaces, const ScreenGrid& screen, int cell_x, int cell_y) {
+    int count = 0;
+    for (int y = cell_y * kCell; y < std::min((cell_y + 1) * kCell, surfaces.height); ++y) {
+        const std::size_t row = static_cast<std::size_t>(y) * surfaces.row_length / kCell;
+        count += screen.to_pixels.poor[row + static_cast<std::size_t>(cell_x)];
+    }
+    return count;
+}
+
+// The middle one of them, row by row.
+Spot middle_poor(const Surfaces& surfaces, const ScreenGrid& screen, int cell_x, int cell_y, int count) {
+    int before = count / 2;
+    for (int y = cell_y * kCell; y < std::min((cell_y + 1) * kCell, surfaces.height); ++y) {
+        for (int x = cell_x * kCell; x < std::min((cell_x + 1) * kCell, surfaces.width); ++x) {
+            const std::size_t at = static_cast<std::size_t>(y) * surfaces.row_length + static_cast<std::size_t>(x);
+            if (!ToPixels::is_poor(screen.to_pixels.weights[at]) || !(surfaces.depth[at] > 0.0f)) continue;
+            if (before-- == 0) return spot_at(surfaces, x, y);
+        }
+    }
+    return {};
+}
+
+// Takes `some` of `of`, evenly.
+struct Some {
+    std::size_t some, of, sum = 0;
+    bool next() {
+        sum += some;
+        if (sum < of) return false;
+        sum -= of;
+        return true;
+    }
+};
+
+// Points in packets of sixteen.
+class Packets {
+public:
+    explicit Packets(ScreenGrid& screen) : screen_(screen) {}
+    void add(std::size_t at) {
+        patch_.points.set(count_, screen_.grid.values, at);
+        patch_.at[count_] = at;
+        patch_.active |= 1u << count_;
+        if (++count_ == trace::kPacket) end();
+    }
+    // What is left of a packet is its last point, not active.
+    void end() {
+        if (count_ == 0) return;
+        for (int i = count_; i < trace::kPacket; ++i) {
+            patch_.at[i] = patch_.at[count_ - 1];
+            patch_.points.set(i, screen_.grid.values, patch_.at[i]);
+        }
+        screen_.second_packets.push_back(patch_);
+        patch_ = Patch();
+        count_ = 0;
+    }
+
+private:
+    ScreenGrid& screen_;
+    Patch patch_;
+    int count_ = 0;
+};
+
+}  // namespace
+
+void find_second_points(const Surfaces& surfaces, ScreenGrid& screen, Pool& pool) {
+    Grid& grid = screen.grid;
+    std::vector<std::uint8_t> poor(grid.first_spare());
+    pool.run(grid.height, [&](int y) {
+        for (int x = 0; x < grid.width; ++x)
+            poor[static_cast<std::size_t>(grid.at(x, y))] =
+                static_cast<std::uint8_t>(poor_pixels(surfaces, screen, x, y));
+    });
+
+    // Cells with as many such pixels or more fit; of those with one less, so many of each `rest.of`.
+    std::array<std::size_t, kCell * kCell + 1> cells{};
+    for (const std::uint8_t count : poor) ++cells[count];
+    const auto most = std::min(grid.spare, static_cast<std::size_t>(screen.quality.second_share *
+                                                                    static_cast<float>(grid.width * grid.height)));
+    std::size_t least = cells.size(), taken = 0;
+    while (least > 1 && taken + cells[least - 1] <= most) taken += cells[--least];
+    Some rest{most - taken, least > 1 ? cells[least - 1] : 0};
+
+    screen.second.assign(grid.first_spare(), 0);
+    std::size_t next = grid.first_spare();
+    Packets packets(screen);
+    for (int first = 0; first < grid.height; first += kTogether) {
+        for (int x = 0; x < grid.width; ++x) {
+            for (int y = first; y < std::min(first + kTogether, grid.height); ++y) {
+                const auto at = static_cast<std::size_t>(grid.at(x, y));
+                const bool wanted = poor[at] >= least || (least > 1 && poor[at] + 1u == least && rest.next());
+                if (!wanted) continue;
+                const Spot spot = middle_poor(surfaces, screen, x, y, poor[at]);
+                for (int k = 0; k < 3; ++k) {
+                    grid.values[k][next] = spot.position[k];
+                    grid.values[k + 3][next] = spot.normal[k];
+                }
+                grid.values[6][next] = spot.depth;
+                screen.second[at] = static_cast<std::uint32_t>(next);
+                packets.add(next++);
+            }
+        }
+        packets.end();
+    }
+}
+
+}  // namespace gonio::shade

@@ -1,0 +1,42 @@
+// Efforts (--target-fps): less while something moves, all of it afterwards.
+#include "server/render/effort.h"
+#include <set>
+#include <string>
+
+#include "server/assets/assets.h"
+#include "server/scene/apply.h"
+#include "tests/gl/test_context.h"
+#include "tests/scenes/show.h"
+
+namespace gonio::test {
+namespace {
+
+// What was made with less effort does not stay: a picture shown after an orbit is that of a renderer which knows no
+// other.
+TEST(Efforts, TheWholePictureComesBack) {
+    Scene scene = scene_of(make_atrium());
+    scene.width_px = 322;  // not a multiple of the grid's four pixels
+    scene.height_px = 182;
+    scene.samples = kEfforts[1].vpls;  // so that no VPL tells one effort from the other
+    Renderer fresh(context(), Renderer::Gather::simd), moved(context(), Renderer::Gather::simd);
+    show(fresh, scene);
+    const std::vector<glm::vec3> whole = fresh.live_illuminance(scene, true);
+
+    ASSERT_EQ(kEfforts[1].scale, 1.0);
+    moved.set_effort(1);
+    show(moved, scene);
+    const std::vector<glm::vec3> less = moved.live_illuminance(scene, true);
+    EXPECT_NE(less, whole) << "it is less";
+    moved.set_effort(0);
+    moved.begin_frame(scene, monotonic_ns());
+    const auto frame = moved.finish_frame(true);
+    std::set<std::string> ran;
+    for (const v1::PassReport& row : frame->report.passes()) {
+        if (row.state() == "ran") ran.insert(row.name());
+    }
+    EXPECT_EQ(ran, (std::set<std::string>{"gbuffer", "direct", "occlusion", "gather", "composite"}));
+    EXPECT_EQ(moved.live_illuminance(scene, true), whole);
+}
+
+}  // namespace
+}  // namespace gonio::test
