@@ -228,7 +228,7 @@ std::string pareto_gaps(const Json& pareto) {
             note(without_seed);
     }
     std::string text;
-    if (!without_seed.empty()) text += " Seed rows were not kept of " + without_seed + ".";
+    if (!without_seed.empty()) text += " Seed rows were not measured of " + without_seed + ".";
     if (!without_any.empty()) text += " No rows were kept of " + without_any + ".";
     return text.empty() ? "All cases are here." : text.substr(1);
 }
