@@ -13,6 +13,14 @@ void Grid::resize(int new_width, int new_height, std::size_t new_spare) {
     for (std::vector<float>& array : values) array.assign(size() + kLanes, 0.0f);
 }
 
+void Grid::set(std::size_t at, const glm::vec3& position, const glm::vec3& normal, float depth) {
+    for (int k = 0; k < 3; ++k) {
+        values[k][at] = position[k];
+        values[k + 3][at] = normal[k];
+    }
+    values[6][at] = depth;
+}
+
 GridRows Grid::rows() const {
     return {points_at(values, at(0, 0)), values[6].data() + at(0, 0), stride};
 }

@@ -3,6 +3,7 @@
 #pragma once
 
 #include <cstddef>
+#include <glm/glm.hpp>
 #include <vector>
 
 #include "server/shade/kernels.h"
@@ -22,6 +23,9 @@ struct Grid {
         return static_cast<std::size_t>(stride) * static_cast<std::size_t>(height + 2 * kBorder);
     }
     std::size_t size() const { return first_spare() + spare; }
+    glm::vec3 position(std::size_t at) const { return {values[0][at], values[1][at], values[2][at]}; }
+    glm::vec3 normal(std::size_t at) const { return {values[3][at], values[4][at], values[5][at]}; }
+    void set(std::size_t at, const glm::vec3& position, const glm::vec3& normal, float depth);
     GridRows rows() const;  // row 0, column 0 at the origin of the pointers
     // Repeats the outermost values of an array of this shape into its border.
     void extend(std::vector<float>& plane) const;

@@ -30,6 +30,29 @@ void VplQuery::ask(const LightView& light, const Vpl& vpl, const float* brings, 
     }
 }
 
+int asking_nodes(const ScreenGrid& screen) {
+    return (screen.nodes.width + 7) / 8 * ((screen.nodes.height + 7) / 8) * 4;
+}
+
+AskingNodes asking_nodes_at(const ScreenGrid& screen, const VplCast& cast, int number) {
+    const Grid& nodes = screen.nodes;
+    const int parity = number % 4, blocks_x = (nodes.width + 7) / 8, block_x = number / 4 % blocks_x * 8,
+              block_y = number / 4 / blocks_x * 8;
+    AskingNodes result;
+    Patch& patch = result.nodes;
+    for (int i = 0; i < trace::kPacket; ++i) {
+        const int x = block_x + i % 4 * 2 + parity % 2, y = block_y + i / 4 * 2 + parity / 2;
+        patch.at[i] = static_cast<std::size_t>(nodes.at(std::min(x, nodes.width - 1), std::min(y, nodes.height - 1)));
+        patch.points.set(i, nodes.values, patch.at[i]);
+        if (x < nodes.width && y < nodes.height && nodes.values[6][patch.at[i]] > 0.0f) patch.active |= 1u << i;
+    }
+    // The first VPLs of the list are a stratified sample of the whole, their quarters again.
+    const unsigned asked = std::min(screen.quality.node_vpls, static_cast<unsigned>(cast.vpls.size()));
+    const std::size_t per_node = std::max(1u, asked / 4);
+    result.vpls = std::span(cast.vpls).subspan(static_cast<std::size_t>(parity) * per_node, per_node);
+    return result;
+}
+
 Planes trace_occlusion(const ScreenGrid& screen, const LightView& light, Pool& pool) {
     const Grid& nodes = screen.nodes;
     const Quality& quality = screen.quality;
@@ -37,33 +60,18 @@ Planes trace_occlusion(const ScreenGrid& screen, const LightView& light, Pool& p
     Planes result(2, std::vector<float>(nodes.size() + kLanes, 0.0f));
     if (light.vpls.dark() || quality.node_vpls == 0) return result;  // nothing is blocked
     Planes raw = result;
-    const unsigned asked = std::min(quality.node_vpls, static_cast<unsigned>(light.vpls.vpls.size()));
-    const unsigned per_node = std::max(1u, asked / 4);
-    // Sixteen nodes of the same parity at a time: a block of 4 × 4 of them, 8 × 8 nodes wide, asks the same VPLs.
-    const int blocks_x = (nodes.width + 7) / 8, blocks_y = (nodes.height + 7) / 8;
-    pool.run(blocks_x * blocks_y * 4, [&](int job) {
-        const int parity = job % 4, block_x = job / 4 % blocks_x * 8, block_y = job / 4 / blocks_x * 8;
-        PointPacket packet;
-        std::size_t at[trace::kPacket];
-        unsigned active = 0;
-        for (int i = 0; i < trace::kPacket; ++i) {
-            const int x = block_x + i % 4 * 2 + parity % 2, y = block_y + i / 4 * 2 + parity / 2;
-            at[i] = static_cast<std::size_t>(nodes.at(std::min(x, nodes.width - 1), std::min(y, nodes.height - 1)));
-            packet.set(i, nodes.values, at[i]);
-            if (x < nodes.width && y < nodes.height && nodes.values[6][at[i]] > 0.0f) active |= 1u << i;
-        }
-        if (active == 0) return;
-        // The first VPLs of the list are a stratified sample of the whole, their quarters again.
-        const std::span<const Vpl> vpls(light.vpls.vpls.data() + static_cast<std::size_t>(parity) * per_node, per_node);
+    pool.run(asking_nodes(screen), [&](int job) {
+        const auto [patch, vpls] = asking_nodes_at(screen, light.vpls, job);
+        if (patch.active == 0) return;
         static thread_local std::vector<float> brings;
         brings.resize(vpls.size() * kLanes);
-        VplQuery query(packet.off(light.geometry), active);
+        VplQuery query(patch.points.off(light.geometry), patch.active);
         terms(query.points(), glm::vec3(light.position), vpls, quality.kappa, brings.data());
         for (std::size_t v = 0; v < vpls.size(); ++v) query.ask(light, vpls[v], &brings[v * kLanes]);
         for (int i = 0; i < trace::kPacket; ++i) {
-            if ((active >> i & 1u) == 0) continue;
-            raw[0][at[i]] = query.open(i);
-            raw[1][at[i]] = query.blocked(i);
+            if ((patch.active >> i & 1u) == 0) continue;
+            raw[0][patch.at[i]] = query.open(i);
+            raw[1][patch.at[i]] = query.blocked(i);
         }
     });
     for (std::vector<float>& plane : raw) nodes.extend(plane);

@@ -1,6 +1,8 @@
 // Sixteen points that ask VPLs, by a ray each, whether they see them.
 #pragma once
 
+#include <span>
+
 #include "server/shade/point_packet.h"
 #include "server/shade/screen.h"
 
@@ -23,5 +25,14 @@ private:
     trace::RayPacket rays_;
     alignas(64) float open_[trace::kPacket] = {}, blocked_[trace::kPacket] = {};
 };
+
+// Sixteen nodes of the same parity, a block of 4 × 4 of them, 8 × 8 nodes wide, and the VPLs that they ask together.
+struct AskingNodes {
+    Patch nodes;
+    std::span<const Vpl> vpls;
+};
+// How many of them a grid has, and one of them. The grid's node_vpls is not 0, the list not dark.
+int asking_nodes(const ScreenGrid& screen);
+AskingNodes asking_nodes_at(const ScreenGrid& screen, const VplCast& cast, int number);
 
 }  // namespace gonio::shade

@@ -15,28 +15,23 @@ namespace {
 
 // The four nodes, one in `stride` points, around grid point (x, y) and their weights for bringing node values to it.
 struct Corners {
-    std::ptrdiff_t at[4];
+    std::size_t at[4];
     float weight[4];
     float total = 0.0f;
 };
 Corners corners_around(const Grid& grid, const Grid& nodes, int stride, int x, int y, float near_per_depth) {
-    const std::ptrdiff_t own = grid.at(x, y);
-    const auto vec = [](const Grid& g, int first, std::ptrdiff_t at) {
-        return glm::vec3(g.values[first][static_cast<std::size_t>(at)],
-                         g.values[first + 1][static_cast<std::size_t>(at)],
-                         g.values[first + 2][static_cast<std::size_t>(at)]);
-    };
-    const glm::vec3 position = vec(grid, 0, own), normal = vec(grid, 3, own);
-    const float per_near = 1.0f / std::max(grid.values[6][static_cast<std::size_t>(own)] * near_per_depth, 1e-30f);
+    const auto own = static_cast<std::size_t>(grid.at(x, y));
+    const glm::vec3 position = grid.position(own), normal = grid.normal(own);
+    const float per_near = 1.0f / std::max(grid.values[6][own] * near_per_depth, 1e-30f);
     const int low_x = x / stride, low_y = y / stride;
     const float along_x = static_cast<float>(x - low_x * stride) / static_cast<float>(stride),
                 along_y = static_cast<float>(y - low_y * stride) / static_cast<float>(stride);
     Corners result;
     for (int k = 0; k < 4; ++k) {
-        const std::ptrdiff_t at = nodes.at(low_x + k % 2, low_y + k / 2);
+        const auto at = static_cast<std::size_t>(nodes.at(low_x + k % 2, low_y + k / 2));
         const float bilinear =
             (k % 2 == 0 ? 1.0f - along_x : along_x) * (k / 2 == 0 ? 1.0f - along_y : along_y) + 1e-3f;
-        const glm::vec3 n = vec(nodes, 3, at), q = vec(nodes, 0, at);
+        const glm::vec3 n = nodes.normal(at), q = nodes.position(at);
         result.at[k] = at;
         result.weight[k] =
             bilinear * (glsl::surface_likeness(glm::dot(normal, n), glm::dot(normal, q - position) * per_near) +
@@ -92,12 +87,7 @@ void make_grid(const Surfaces& surfaces, const Quality& quality, ScreenGrid& scr
         for (int x = 0; x < grid.width; ++x) {
             const Spot spot = spot_at(surfaces, std::min(x * step + step / 2, surfaces.width - 1),
                                       std::min(y * step + step / 2, surfaces.height - 1));
-            const auto at = static_cast<std::size_t>(grid.at(x, y));
-            for (int k = 0; k < 3; ++k) {
-                grid.values[k][at] = spot.position[k];
-                grid.values[k + 3][at] = spot.normal[k];
-            }
-            grid.values[6][at] = spot.depth;
+            grid.set(static_cast<std::size_t>(grid.at(x, y)), spot.position, spot.normal, spot.depth);
         }
     });
     for (std::vector<float>& array : grid.values) grid.extend(array);
@@ -205,8 +195,8 @@ Planes gather_grid(const ScreenGrid& screen, const LightView& light, const Plane
                                                kUpsampleNear * screen.depth_per_point * static_cast<float>(stride));
         float open = 0.0f, blocked = 0.0f;
         for (int c = 0; c < 4; ++c) {
-            open += corners.weight[c] * occlusion[0][static_cast<std::size_t>(corners.at[c])];
-            blocked += corners.weight[c] * occlusion[1][static_cast<std::size_t>(corners.at[c])];
+            open += corners.weight[c] * occlusion[0][corners.at[c]];
+            blocked += corners.weight[c] * occlusion[1][corners.at[c]];
         }
         return open > 0.0f ? std::clamp(1.0f - blocked / open, 0.0f, 1.0f) : 1.0f;
     };

@@ -101,11 +101,7 @@ void find_second_points(const Surfaces& surfaces, ScreenGrid& screen, Pool& pool
                 const bool wanted = poor[at] >= least || (least > 1 && poor[at] + 1u == least && rest.next());
                 if (!wanted) continue;
                 const Spot spot = middle_poor(surfaces, screen, x, y, poor[at]);
-                for (int k = 0; k < 3; ++k) {
-                    grid.values[k][next] = spot.position[k];
-                    grid.values[k + 3][next] = spot.normal[k];
-                }
-                grid.values[6][next] = spot.depth;
+                grid.set(next, spot.position, spot.normal, spot.depth);
                 screen.second[at] = static_cast<std::uint32_t>(next);
                 packets.add(next++);
             }

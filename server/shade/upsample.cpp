@@ -17,11 +17,9 @@ std::size_t row_of(const Surfaces& surfaces, int y) {
 
 // How like a pixel's surface a point of the grid's arrays is, 0..1.
 float likeness(const Grid& grid, std::size_t at, const Spot& spot, float near_per_depth) {
-    const auto vec = [&](int first) {
-        return glm::vec3(grid.values[first][at], grid.values[first + 1][at], grid.values[first + 2][at]);
-    };
-    return glsl::surface_likeness(glm::dot(spot.normal, vec(3)),
-                                  glm::dot(spot.normal, vec(0) - spot.position) / (spot.depth * near_per_depth));
+    return glsl::surface_likeness(
+        glm::dot(spot.normal, grid.normal(at)),
+        glm::dot(spot.normal, grid.position(at) - spot.position) / (spot.depth * near_per_depth));
 }
 
 // Adds the second points around pixel x, those of its cell and of the eight around it, by their likeness. Result:
@@ -51,7 +49,7 @@ std::size_t most_alike(const Grid& grid, int x, int y, const Spot& spot, float n
         const auto at = static_cast<std::size_t>(grid.at(std::clamp((x + 2) / 4 - 2 + k % 4, 0, grid.width - 1),
                                                          std::clamp((y + 2) / 4 - 2 + k / 4, 0, grid.height - 1)));
         if (!(grid.values[6][at] > 0.0f)) continue;
-        const glm::vec3 to = glm::vec3(grid.values[0][at], grid.values[1][at], grid.values[2][at]) - spot.position;
+        const glm::vec3 to = grid.position(at) - spot.position;
         const float alike =
             likeness(grid, at, spot, near_per_depth) + 1e-4f / (1.0f + glm::dot(to, to) / (spot.depth * spot.depth));
         if (alike > best) best = alike, from = at;

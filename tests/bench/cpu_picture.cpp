@@ -1,13 +1,10 @@
 #include "tests/bench/cpu_picture.h"
 
-#include "server/render/effort.h"
+#include "server/render/quality.h"
 #include "server/render/web_buffer.h"
 
 namespace gonio::bench {
 namespace {
-
-// As server/render/passes/shade_cpu.cpp has it.
-constexpr shade::Quality kLive{4, true, 4, 512, 1, 16.0f, 0, kEfforts[0].second_share};
 
 glm::dmat3 turn_of(const Light& light) {
     return glm::dmat3(glm::mat3_cast(light.world_from_light));

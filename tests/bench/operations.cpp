@@ -1,7 +1,6 @@
 #include "tests/bench/operations.h"
 
-#include "server/render/effort.h"
-#include "server/shade/screen.h"
+#include "server/render/quality.h"
 
 namespace gonio::bench {
 namespace {
@@ -16,14 +15,14 @@ struct Counted {
     double of(const char* name) const { return counts.at(name); }
     double pixels() const { return row.at("side_px").get<double>() * row.at("side_px").get<double>(); }
     double points() const { return pixels() / 16.0; }
-    double close() const { return static_cast<double>(kEfforts[0].close_share) * points(); }
+    double close() const { return static_cast<double>(kClose.share) * points(); }
     double terms() const { return row.at("occlusion_rays"); }
     double evaluations() const { return row.at("vpl_evaluations"); }
     // Points that are lit each for itself; second points with half the rays to VPLs.
     double own() const { return close() + of("second_points"); }
     double short_rays() const { return of("points") + own() * kClose.near_rays; }
     double asked() const { return (close() + 0.5 * of("second_points")) * kClose.asked; }
-    static constexpr shade::Close kClose{};
+    static constexpr shade::Close kClose = kLive.close;
 };
 Counted counted_in(const Json& scaling, const std::string& scene) {
     const Json& row = default_row(scaling, scene);

@@ -73,7 +73,7 @@ std::vector<Packet> shadow_packets(const CpuPicture& picture) {
     return packets;
 }
 
-// Sixteen nodes of a block and what each of the VPLs they ask brings (server/shade/occlusion.cpp).
+// Sixteen nodes off their surfaces and what each of the VPLs they ask brings.
 struct Asking {
     shade::PointPacket points;
     unsigned active = 0;
@@ -81,29 +81,15 @@ struct Asking {
     std::vector<float> brings;
 };
 std::vector<Asking> askings(const CpuPicture& picture) {
-    const shade::Grid& nodes = picture.grid.nodes;
-    const shade::Quality& quality = picture.grid.quality;
-    const std::size_t per_node = std::min<std::size_t>(quality.node_vpls, picture.vpls.vpls.size()) / 4;
     const glm::vec3 light(picture.light.position - picture.geometry.origin());
     std::vector<Asking> all;
-    for (int block_y = 0; block_y < nodes.height; block_y += 8) {
-        for (int job = 0; job < (nodes.width + 7) / 8 * 4; ++job) {
-            const int parity = job % 4, block_x = job / 4 * 8;
-            Asking one;
-            for (int i = 0; i < trace::kPacket; ++i) {
-                const int x = block_x + i % 4 * 2 + parity % 2, y = block_y + i / 4 * 2 + parity / 2;
-                const auto at =
-                    static_cast<std::size_t>(nodes.at(std::min(x, nodes.width - 1), std::min(y, nodes.height - 1)));
-                one.points.set(i, nodes.values, at);
-                if (x < nodes.width && y < nodes.height && nodes.values[6][at] > 0.0f) one.active |= 1u << i;
-            }
-            if (one.active == 0) continue;
-            one.points = one.points.off(picture.geometry);
-            one.vpls = std::span(picture.vpls.vpls).subspan(static_cast<std::size_t>(parity) * per_node, per_node);
-            one.brings.resize(per_node * shade::kLanes);
-            shade::terms(one.points.points(), light, one.vpls, quality.kappa, one.brings.data());
-            all.push_back(std::move(one));
-        }
+    for (int number = 0; number < shade::asking_nodes(picture.grid); ++number) {
+        const auto [patch, vpls] = shade::asking_nodes_at(picture.grid, picture.vpls, number);
+        if (patch.active == 0) continue;
+        Asking one{patch.points.off(picture.geometry), patch.active, vpls, {}};
+        one.brings.resize(vpls.size() * shade::kLanes);
+        shade::terms(one.points.points(), light, vpls, picture.grid.quality.kappa, one.brings.data());
+        all.push_back(std::move(one));
     }
     return all;
 }

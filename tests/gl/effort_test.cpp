@@ -29,12 +29,8 @@ TEST(Efforts, TheWholePictureComesBack) {
     EXPECT_NE(less, whole) << "it is less";
     moved.set_effort(0);
     moved.begin_frame(scene, monotonic_ns());
-    const auto frame = moved.finish_frame(true);
-    std::set<std::string> ran;
-    for (const v1::PassReport& row : frame->report.passes()) {
-        if (row.state() == "ran") ran.insert(row.name());
-    }
-    EXPECT_EQ(ran, (std::set<std::string>{"gbuffer", "direct", "occlusion", "gather", "composite"}));
+    EXPECT_EQ(passes_run(moved.finish_frame(true)->report),
+              (std::set<std::string>{"gbuffer", "direct", "occlusion", "gather", "composite"}));
     EXPECT_EQ(moved.live_illuminance(scene, true), whole);
 }
 

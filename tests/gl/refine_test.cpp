@@ -11,6 +11,7 @@
 #include "server/trace/world.h"
 #include "tests/gl/picture_points.h"
 #include "tests/gl/test_context.h"
+#include "tests/scenes/show.h"
 
 namespace gonio::test {
 namespace {
@@ -28,11 +29,7 @@ struct Refine : testing::Test {
         renderer.begin_frame(scene, monotonic_ns());
         const auto done = renderer.finish_frame(true);
         if (done->nv12) picture = *done->nv12;
-        Ran ran;
-        for (const v1::PassReport& row : done->report.passes()) {
-            if (row.state() == "ran") ran.insert(row.name());
-        }
-        return ran;
+        return passes_run(done->report);
     }
     // Result: pictures that came of it.
     int refine_to_the_end() {

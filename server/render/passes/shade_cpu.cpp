@@ -8,6 +8,7 @@
 
 #include "server/render/passes/passes.h"
 #include "server/render/passes/screen.h"
+#include "server/render/quality.h"
 #include "server/scene/apply.h"
 #include "server/shade/display.h"
 #include "server/shade/layers.h"
@@ -65,11 +66,6 @@ struct ScreenLight {
 };
 
 namespace {
-
-// Figures per setting: docs/performance.md.
-constexpr shade::Quality kLive{4, true, 4, 512, 1, 16.0f, 0, kEfforts[0].second_share, {kEfforts[0].close_share}};
-constexpr shade::Quality kStill{1, true, 4, 512, 3, 16.0f};
-constexpr shade::Quality kPrecise{1, false, 2, 1024, 4, 16.0f};
 
 const shade::Quality& quality_of(TargetKind kind) {
     return kind == TargetKind::live ? kLive : kind == TargetKind::still ? kStill : kPrecise;
