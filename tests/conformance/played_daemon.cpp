@@ -80,12 +80,20 @@ bool PlayedDaemon::key_wanted() const {
 }
 
 void PlayedDaemon::publish(std::uint32_t scene_rev, bool key, std::size_t bytes) {
-    EncodedFrame frame;
-    frame.data.assign(bytes, std::byte{0x65});
-    frame.key = key;
-    frame.scene_rev = scene_rev;
-    frame.drained_ns = frame.rendered_ns = frame.encoded_ns = monotonic_ns();
-    front_->publish_h264(std::move(frame), false);
+    std::vector<LaneWish> wishes;
+    {
+        const std::lock_guard lock(mutex_);
+        wishes = demand_.lanes;
+    }
+    for (const LaneWish& wish : wishes) {
+        EncodedFrame frame;
+        frame.data.assign(bytes, std::byte{0x65});
+        frame.key = key || wish.key;
+        frame.lane = wish.lane;
+        frame.scene_rev = scene_rev;
+        frame.drained_ns = frame.rendered_ns = frame.encoded_ns = monotonic_ns();
+        front_->publish_h264(std::move(frame), false);
+    }
 }
 
 bool PlayedDaemon::wait_until_alone(std::chrono::milliseconds time) {

@@ -22,7 +22,8 @@ public:
     unsigned clients() const;  // identified, as the demand counts them
     unsigned sessions_closed() const;
     unsigned captures_asked() const;
-    void publish(std::uint32_t scene_rev, bool key, std::size_t bytes);  // an H.264 frame
+    // An H.264 frame for every lane that has viewers: an IDR where the lane wants one, everywhere with `key`.
+    void publish(std::uint32_t scene_rev, bool key, std::size_t bytes);
     bool key_wanted() const;
     // Whether every client that ever identified has gone within this time.
     bool wait_until_alone(std::chrono::milliseconds time);
