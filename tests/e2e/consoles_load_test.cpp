@@ -3,6 +3,7 @@
 #include <filesystem>
 
 #include "tests/e2e/consoles_fixture.h"
+#include "tests/e2e/measured.h"
 
 namespace gonio::test {
 namespace {
@@ -136,7 +137,6 @@ TEST_F(ConsoleLoads, SixtyFourUniversesAt44HzLoseNothingAndRenderNothing) {
         return times[times.size() / 2];
     };
     constexpr int kRounds = 110;  // 2.5 s
-    const double quiet_ms = frame_ms();
     const Json before = daemon->json({"stats"});
     const double cpu = cpu_seconds(daemon->pid());
     const auto start = std::chrono::steady_clock::now();
@@ -145,14 +145,17 @@ TEST_F(ConsoleLoads, SixtyFourUniversesAt44HzLoseNothingAndRenderNothing) {
     const double share = (cpu_seconds(daemon->pid()) - cpu) / time;
     std::this_thread::sleep_for(500ms);
     const Json after = daemon->json({"stats"});
-    std::thread sending([&] { rounds(kRounds, true); });
-    const double busy_ms = frame_ms();
-    sending.join();
-    std::this_thread::sleep_for(500ms);
-    std::printf("64 universes at %.1f Hz: %.1f %% of one core; a frame takes %.2f ms without and %.2f ms among them\n",
-                kRounds / time, 100 * share, quiet_ms, busy_ms);
+    std::printf("64 universes at %.1f Hz: %.1f %% of one core\n", kRounds / time, 100 * share);
     // Machines differ and have other things to do: this guards against packets that hold up frames, not against noise.
-    EXPECT_LT(busy_ms, 2.0 * quiet_ms + 2.0);
+    holds_in_one_of_three([&] {
+        const double quiet_ms = frame_ms();
+        std::thread sending([&] { rounds(kRounds, true); });
+        const double busy_ms = frame_ms();
+        sending.join();
+        std::this_thread::sleep_for(500ms);
+        std::printf("a frame takes %.2f ms without and %.2f ms among them\n", quiet_ms, busy_ms);
+        return unless(busy_ms < 2.0 * quiet_ms + 2.0, "packets hold up frames");
+    });
     // Pictures a second at a viewer, of a scene that OSC changes more often than frames are due.
     const auto seen_fps = [&](bool among) {
         const Viewer viewer(daemon->url());
@@ -171,9 +174,11 @@ TEST_F(ConsoleLoads, SixtyFourUniversesAt44HzLoseNothingAndRenderNothing) {
         packets_too.join();
         return fps;
     };
-    const double alone_fps = seen_fps(false), among_fps = seen_fps(true);
-    std::printf("a viewer sees %.1f frames/s without and %.1f among them\n", alone_fps, among_fps);
-    EXPECT_GT(among_fps, 0.7 * alone_fps);
+    holds_in_one_of_three([&] {
+        const double alone_fps = seen_fps(false), among_fps = seen_fps(true);
+        std::printf("a viewer sees %.1f frames/s without and %.1f among them\n", alone_fps, among_fps);
+        return unless(among_fps > 0.7 * alone_fps, "packets hold up a viewer");
+    });
     std::this_thread::sleep_for(500ms);
     const Json end = daemon->json({"stats"});
     EXPECT_EQ(before["frames_rendered"], after["frames_rendered"]);
