@@ -66,9 +66,9 @@ struct Faults : testing::Test {
 
     void SetUp() override {
         raise_descriptor_limit();
-        ASSERT_TRUE(health(port));
-        wait_for_descriptors(open_descriptors() - 1);  // the server's end of that
         descriptors = open_descriptors();
+        ASSERT_TRUE(health(port));
+        ASSERT_TRUE(wait_for_descriptors(descriptors)) << "the server's end of that";
     }
     void TearDown() override {
         EXPECT_TRUE(daemon.wait_until_alone(5s)) << "somebody who has left is still known";
