@@ -140,7 +140,7 @@ TEST(Trace, ReproducibleAndHonest) {
     const Scene scene = scene_of(make_cornell());
     const auto world = trace::make_world(scene);
     std::vector<MeterPoint> points;
-    for (int i = 0; i < 48; ++i) points.push_back({{-0.7 + 0.2 * (i % 8), 0.02, -0.6 + 0.2 * (i / 8)}, {0, 1, 0}});
+    for (int i = 0; i < 48; ++i) points.push_back({{-0.7 + 0.2 * (i % 8), 0.02, 0.9 + 0.15 * (i / 8)}, {0, 1, 0}});
     Settings settings;
     settings.noise = 0.01;
     settings.threads = 1;
