@@ -75,29 +75,65 @@ bool Shares(const float* terms, std::size_t count, float* out) {
     return true;
 }
 
-void FilterRow(const GridRows& grid, std::ptrdiff_t row, int width, const Window& window, float near_per_depth,
-               int planes, const float* const* in, float* const* out) {
-    const auto lanes = static_cast<std::ptrdiff_t>(hn::Lanes(Tag()));
-    const Points& p = grid.points;
-    for (std::ptrdiff_t x = 0; x < width; x += lanes) {
+// The point in the middle of a window, and how alike it another one of the grid is.
+struct Middle {
+    Middle(const GridRows& grid, std::ptrdiff_t at, float near_per_depth)
+        : points(grid.points),
+          position(load(points.x + at), load(points.y + at), load(points.z + at)),
+          normal(load(points.nx + at), load(points.ny + at), load(points.nz + at)),
+          per_near(Float(1.0f) / max(load(grid.depth + at) * Float(near_per_depth), Float(1e-30f))) {}
+    Float likeness(std::ptrdiff_t other) const {
+        const Vec3 q(load(points.x + other), load(points.y + other), load(points.z + other));
+        const Vec3 n(load(points.nx + other), load(points.ny + other), load(points.nz + other));
+        return surface_likeness(dot(normal, n), dot(normal, q - position) * per_near);
+    }
+    const Points& points;
+    Vec3 position, normal;
+    Float per_near;
+};
+
+void FilterRow(const GridRows& grid, std::ptrdiff_t row, int width, float near_per_depth, const float* const* in,
+               float* const* out) {
+    for (std::ptrdiff_t x = 0; x < width; x += static_cast<std::ptrdiff_t>(hn::Lanes(Tag()))) {
         const std::ptrdiff_t at = row * grid.stride + x;
-        const Vec3 position(load(p.x + at), load(p.y + at), load(p.z + at)),
-            normal(load(p.nx + at), load(p.ny + at), load(p.nz + at));
-        const Float per_near = Float(1.0f) / max(load(grid.depth + at) * Float(near_per_depth), Float(1e-30f));
+        const Middle middle(grid, at, near_per_depth);
         Float total(1e-12f), sums[3];
-        for (int b = 0; b < window.taps; ++b) {
-            for (int a = 0; a < window.taps; ++a) {
-                const std::ptrdiff_t other = at + window.offset[b] * grid.stride + window.offset[a];
-                const Vec3 q(load(p.x + other), load(p.y + other), load(p.z + other));
-                const Vec3 n(load(p.nx + other), load(p.ny + other), load(p.nz + other));
-                const Float weight = surface_likeness(dot(normal, n), dot(normal, q - position) * per_near) *
-                                     Float(window.weight[a] * window.weight[b]);
+        for (int b = -2; b < 2; ++b) {
+            for (int a = -2; a < 2; ++a) {
+                const std::ptrdiff_t other = at + b * grid.stride + a;
+                const Float weight = middle.likeness(other);
                 total = total + weight;
-                for (int k = 0; k < planes; ++k) sums[k] = sums[k] + weight * load(in[k] + other);
+                for (int k = 0; k < 3; ++k) sums[k] = sums[k] + weight * load(in[k] + other);
             }
         }
         const Float per_total = Float(1.0f) / total;
-        for (int k = 0; k < planes; ++k) store(sums[k] * per_total, out[k] + at);
+        for (int k = 0; k < 3; ++k) store(sums[k] * per_total, out[k] + at);
+    }
+}
+
+void FilterNodesRow(const GridRows& grid, std::ptrdiff_t row, int width, float near_per_depth, const NodeShares& in,
+                    float* open, float* blocked) {
+    constexpr float kErrors = 4.0f;
+    for (std::ptrdiff_t x = 0; x < width; x += static_cast<std::ptrdiff_t>(hn::Lanes(Tag()))) {
+        const std::ptrdiff_t at = row * grid.stride + x;
+        const Middle middle(grid, at, near_per_depth);
+        const Float share = load(in.share + at), variance = load(in.variance + at);
+        Float total(1e-12f), all, stopped;
+        for (int b = -1; b <= 1; ++b) {
+            for (int a = -1; a <= 1; ++a) {
+                const std::ptrdiff_t other = at + b * grid.stride + a;
+                const Float off = share - load(in.share + other), noise = variance + load(in.variance + other);
+                const Float differ = off * off / max(noise * Float(kErrors * kErrors), Float(1e-12f));
+                const Float same = max(Float(1.0f) - differ, Float(0.0f));
+                const Float weight =
+                    middle.likeness(other) * same * same * Float((a == 0 ? 2.0f : 1.0f) * (b == 0 ? 2.0f : 1.0f));
+                total = total + weight;
+                all = all + weight * load(in.open + other);
+                stopped = stopped + weight * load(in.blocked + other);
+            }
+        }
+        const Float per_total = Float(1.0f) / total;
+        store(all * per_total, open + at), store(stopped * per_total, blocked + at);
     }
 }
 
@@ -285,6 +321,7 @@ HWY_EXPORT(Gather);
 HWY_EXPORT(Terms);
 HWY_EXPORT(Shares);
 HWY_EXPORT(FilterRow);
+HWY_EXPORT(FilterNodesRow);
 HWY_EXPORT(WeightsRow);
 HWY_EXPORT(UpsampleRow);
 HWY_EXPORT(DirectRow);
@@ -319,9 +356,13 @@ void terms(const Points& points, const glm::vec3& origin, std::span<const Vpl> v
 bool shares(const float* terms, std::size_t count, float* out) {
     return HWY_DYNAMIC_DISPATCH(Shares)(terms, count, out);
 }
-void filter_row(const GridRows& grid, std::ptrdiff_t row, int width, const Window& window, float near_per_depth,
-                int planes, const float* const* in, float* const* out) {
-    HWY_DYNAMIC_DISPATCH(FilterRow)(grid, row, width, window, near_per_depth, planes, in, out);
+void filter_row(const GridRows& grid, std::ptrdiff_t row, int width, float near_per_depth, const float* const* in,
+                float* const* out) {
+    HWY_DYNAMIC_DISPATCH(FilterRow)(grid, row, width, near_per_depth, in, out);
+}
+void filter_nodes_row(const GridRows& grid, std::ptrdiff_t row, int width, float near_per_depth, const NodeShares& in,
+                      float* open, float* blocked) {
+    HWY_DYNAMIC_DISPATCH(FilterNodesRow)(grid, row, width, near_per_depth, in, open, blocked);
 }
 void weights_row(const GridRows& grid, int y, int width, const Rays& rays, float near_per_depth, const float* depth,
                  const std::uint32_t* normal, std::uint32_t* weights, std::uint8_t* poor) {

@@ -42,16 +42,20 @@ struct GridRows {
     const float* depth;  // distance along the view axis, m
     std::ptrdiff_t stride;
 };
-// out[k][i] = mean of in[k] over a window of the row's points, weighted by surface_likeness and by (columns × rows)
-// tent weights: offsets[a] with weights[a], a < taps, grid steps away in both directions. near_per_depth:
-// the distance off a point's plane that is still near, per metre of depth. planes: at most 3.
-struct Window {
-    int taps;
-    int offset[4];
-    float weight[4];
+// out[k][i] = mean of in[k], k < 3, over the window of 4 × 4 of the row's points from two before each on, weighted by
+// surface_likeness. near_per_depth: the distance off a point's plane that is still near, per metre of depth.
+void filter_row(const GridRows& grid, std::ptrdiff_t row, int width, float near_per_depth, const float* const* in,
+                float* const* out);
+// What nodes learned by asking, each for itself: all that the VPLs asked bring, what of it is blocked, as a share, and
+// the variance of that share.
+struct NodeShares {
+    const float *open, *blocked, *share, *variance;
 };
-void filter_row(const GridRows& grid, std::ptrdiff_t row, int width, const Window& window, float near_per_depth,
-                int planes, const float* const* in, float* const* out);
+// open and blocked: means over the window of 3 × 3 nodes around each of the row, weighted by a tent, by
+// surface_likeness, and by how well shares agree: from 1 where they are equal down to 0 where they differ by four
+// standard errors of their difference, that is, where the two see other things.
+void filter_nodes_row(const GridRows& grid, std::ptrdiff_t row, int width, float near_per_depth, const NodeShares& in,
+                      float* open, float* blocked);
 
 // How pixels look at the scene: the ray through pixel (x, y), counted from the bottom left, is
 // corner + x × right + y × up, one metre deep.

@@ -25,8 +25,10 @@ void VplQuery::ask(const LightView& light, const Vpl& vpl, const float* brings, 
     }
     const unsigned stopped = light.geometry.occluded(rays_, lit);
     for (int i = 0; i < trace::kPacket; ++i) {
-        open_[i] += weight * brings[i];
-        if ((stopped >> i & 1u) != 0) blocked_[i] += weight * brings[i];
+        const float value = weight * brings[i];
+        open_[i] += value;
+        squares_[i] += static_cast<double>(value) * static_cast<double>(value);
+        if ((stopped >> i & 1u) != 0) blocked_[i] += value;
     }
 }
 
@@ -59,7 +61,8 @@ Planes trace_occlusion(const ScreenGrid& screen, const LightView& light, Pool& p
     const float near_per_depth = kWindowNear * screen.depth_per_point * static_cast<float>(quality.node_stride);
     Planes result(2, std::vector<float>(nodes.size() + kLanes, 0.0f));
     if (light.vpls.dark() || quality.node_vpls == 0) return result;  // nothing is blocked
-    Planes raw = result;
+    Planes raw(4, result[0]);
+    std::fill(raw[3].begin(), raw[3].end(), VplQuery::kUnknownVariance);
     pool.run(asking_nodes(screen), [&](int job) {
         const auto [patch, vpls] = asking_nodes_at(screen, light.vpls, job);
         if (patch.active == 0) return;
@@ -72,18 +75,18 @@ Planes trace_occlusion(const ScreenGrid& screen, const LightView& light, Pool& p
             if ((patch.active >> i & 1u) == 0) continue;
             raw[0][patch.at[i]] = query.open(i);
             raw[1][patch.at[i]] = query.blocked(i);
+            raw[2][patch.at[i]] = 1.0f - query.seen(i);
+            raw[3][patch.at[i]] = query.variance(i);
         }
     });
     for (std::vector<float>& plane : raw) nodes.extend(plane);
     // 2 × 2 nodes ask different VPLs: a tent over 3 × 3 holds each of the four sets equally.
-    const Window tent{3, {-1, 0, 1, 0}, {1.0f, 2.0f, 1.0f, 0.0f}};
-    const float* in[2];
-    float* out[2];
-    for (int k = 0; k < 2; ++k)
-        in[k] = raw[static_cast<std::size_t>(k)].data() + nodes.at(0, 0),
-        out[k] = result[static_cast<std::size_t>(k)].data() + nodes.at(0, 0);
     const GridRows rows = nodes.rows();
-    pool.run(nodes.height, [&](int y) { filter_row(rows, y, nodes.width, tent, near_per_depth, 2, in, out); });
+    const auto first = static_cast<std::size_t>(nodes.at(0, 0));
+    const NodeShares in{&raw[0][first], &raw[1][first], &raw[2][first], &raw[3][first]};
+    pool.run(nodes.height, [&](int y) {
+        filter_nodes_row(rows, y, nodes.width, near_per_depth, in, &result[0][first], &result[1][first]);
+    });
     for (std::vector<float>& plane : result) nodes.extend(plane);
     return result;
 }

@@ -140,10 +140,9 @@ Planes filtered(const ScreenGrid& screen, Planes& planes, Pool& pool) {
         in[k] = planes[k].data() + grid.at(0, 0);
         out[k] = result[k].data() + grid.at(0, 0);
     }
-    const Window window{4, {-2, -1, 0, 1}, {1.0f, 1.0f, 1.0f, 1.0f}};
     const GridRows rows = grid.rows();
     pool.run(grid.height,
-             [&](int y) { filter_row(rows, y, grid.width, window, kWindowNear * screen.depth_per_point, 3, in, out); });
+             [&](int y) { filter_row(rows, y, grid.width, kWindowNear * screen.depth_per_point, in, out); });
     return result;
 }
 
