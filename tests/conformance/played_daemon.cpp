@@ -82,7 +82,9 @@ bool PlayedDaemon::key_wanted() const {
 void PlayedDaemon::publish(std::uint32_t scene_rev, bool key, std::size_t bytes) {
     std::vector<LaneWish> wishes;
     {
-        const std::lock_guard lock(mutex_);
+        // A viewer may have its Ready before its wish is told.
+        std::unique_lock lock(mutex_);
+        changed_.wait_for(lock, std::chrono::seconds(1), [&] { return !demand_.lanes.empty(); });
         wishes = demand_.lanes;
     }
     for (const LaneWish& wish : wishes) {

@@ -140,12 +140,12 @@ TEST_F(Load, AReaderThatNeverReadsAndOneAtATenthHinderNobody) {
     const double ratio = median(beside) / median(alone);
     std::printf(
         "load: 20 viewers p99 %.2f ms alone, %.2f ms beside a deaf and a tenth-speed reader (ratio %.2f), the least "
-        "got "
-        "%llu and %llu frames, %.0f KiB held\n",
+        "got %llu and %llu frames, %.0f KiB held\n",
         median(alone), median(beside), ratio, static_cast<unsigned long long>(frames_alone),
         static_cast<unsigned long long>(frames_beside), static_cast<double>(mallinfo2().uordblks - before) / 1024);
-    // Latencies are the machine's as much as the front's; frames that do not come are the front's.
     EXPECT_GT(2 * frames_beside, frames_alone) << "viewers are served much less beside slow readers";
+    // Latencies are the machine's as much as the front's, whose fault shows in each of the three.
+    EXPECT_LT(*std::min_element(beside.begin(), beside.end()), 2 * median(alone) + 5);
 }
 
 }  // namespace
