@@ -25,10 +25,8 @@ void VplQuery::ask(const LightView& light, const Vpl& vpl, const float* brings, 
     }
     const unsigned stopped = light.geometry.occluded(rays_, lit);
     for (int i = 0; i < trace::kPacket; ++i) {
-        const float value = weight * brings[i];
-        open_[i] += value;
-        squares_[i] += static_cast<double>(value) * static_cast<double>(value);
-        if ((stopped >> i & 1u) != 0) blocked_[i] += value;
+        open_[i] += weight * brings[i];
+        if ((stopped >> i & 1u) != 0) blocked_[i] += weight * brings[i];
     }
 }
 
@@ -55,6 +53,28 @@ AskingNodes asking_nodes_at(const ScreenGrid& screen, const VplCast& cast, int n
     return result;
 }
 
+namespace {
+
+constexpr float kUnknownVariance = 1e6f;  // of a share of nothing
+
+// The variance of each point's blocked share as an estimate of what all VPLs would say, if what a VPL brings tells
+// nothing of whether it is seen: at most a quarter over the effective number of VPLs asked (Kish 1965), (Σ w)² / Σ w².
+// brings: of those VPLs, as terms() writes it.
+void share_variances(const std::vector<float>& brings, float* out) {
+    double sums[kLanes] = {}, squares[kLanes] = {};  // floats would not hold the squares of bright VPLs
+    for (std::size_t v = 0; v < brings.size(); v += kLanes) {
+        for (std::size_t i = 0; i < kLanes; ++i) {
+            const auto value = static_cast<double>(brings[v + i]);
+            sums[i] += value;
+            squares[i] += value * value;
+        }
+    }
+    for (std::size_t i = 0; i < kLanes; ++i)
+        out[i] = sums[i] > 0.0 ? static_cast<float>(0.25 * squares[i] / (sums[i] * sums[i])) : kUnknownVariance;
+}
+
+}  // namespace
+
 Planes trace_occlusion(const ScreenGrid& screen, const LightView& light, Pool& pool) {
     const Grid& nodes = screen.nodes;
     const Quality& quality = screen.quality;
@@ -62,7 +82,7 @@ Planes trace_occlusion(const ScreenGrid& screen, const LightView& light, Pool& p
     Planes result(2, std::vector<float>(nodes.size() + kLanes, 0.0f));
     if (light.vpls.dark() || quality.node_vpls == 0) return result;  // nothing is blocked
     Planes raw(4, result[0]);
-    std::fill(raw[3].begin(), raw[3].end(), VplQuery::kUnknownVariance);
+    std::fill(raw[3].begin(), raw[3].end(), kUnknownVariance);
     pool.run(asking_nodes(screen), [&](int job) {
         const auto [patch, vpls] = asking_nodes_at(screen, light.vpls, job);
         if (patch.active == 0) return;
@@ -71,16 +91,18 @@ Planes trace_occlusion(const ScreenGrid& screen, const LightView& light, Pool& p
         VplQuery query(patch.points.off(light.geometry), patch.active);
         terms(query.points(), glm::vec3(light.position), vpls, quality.kappa, brings.data());
         for (std::size_t v = 0; v < vpls.size(); ++v) query.ask(light, vpls[v], &brings[v * kLanes]);
+        float variances[kLanes];
+        share_variances(brings, variances);
         for (int i = 0; i < trace::kPacket; ++i) {
             if ((patch.active >> i & 1u) == 0) continue;
             raw[0][patch.at[i]] = query.open(i);
             raw[1][patch.at[i]] = query.blocked(i);
             raw[2][patch.at[i]] = 1.0f - query.seen(i);
-            raw[3][patch.at[i]] = query.variance(i);
+            raw[3][patch.at[i]] = variances[i];
         }
     });
     for (std::vector<float>& plane : raw) nodes.extend(plane);
-    // 2 × 2 nodes ask different VPLs: a tent over 3 × 3 holds each of the four sets equally.
+    // 2 × 2 nodes ask different VPLs: a tent over 3 × 3 holds each of the four sets equally where all are alike.
     const GridRows rows = nodes.rows();
     const auto first = static_cast<std::size_t>(nodes.at(0, 0));
     const NodeShares in{&raw[0][first], &raw[1][first], &raw[2][first], &raw[3][first]};

@@ -10,7 +10,6 @@ namespace gonio::shade {
 
 class VplQuery {
 public:
-    static constexpr float kUnknownVariance = 1e6f;
     // points: off their surfaces; active: the lanes that ask.
     VplQuery(const PointPacket& points, unsigned active);
     Points points() const { return points_.points(); }
@@ -19,19 +18,12 @@ public:
     float open(int i) const { return open_[i]; }        // all that those asked bring
     float blocked(int i) const { return blocked_[i]; }  // of it
     float seen(int i) const { return open_[i] > 0.0f ? 1.0f - blocked_[i] / open_[i] : 1.0f; }
-    // At most that of seen() as an estimate of what all VPLs would say: a quarter over the effective number of those
-    // asked (Kish 1965), (Σ w)² / Σ w². Of a point that none can light: as of one that knows nothing.
-    float variance(int i) const {
-        const double all = static_cast<double>(open_[i]);
-        return all > 0.0 ? static_cast<float>(0.25 * squares_[i] / (all * all)) : kUnknownVariance;
-    }
 
 private:
     PointPacket points_;
     unsigned active_;
     trace::RayPacket rays_;
     alignas(64) float open_[trace::kPacket] = {}, blocked_[trace::kPacket] = {};
-    double squares_[trace::kPacket] = {};  // beyond what a float holds, of bright VPLs
 };
 
 // Sixteen nodes of the same parity, a block of 4 × 4 of them, 8 × 8 nodes wide, and the VPLs that they ask together.
