@@ -22,13 +22,6 @@ namespace gonio::test {
 using Json = nlohmann::json;
 using namespace std::chrono_literals;
 
-inline std::set<std::string> ran(const Json& report) {
-    std::set<std::string> names;
-    for (const Json& pass : report["passes"])
-        if (pass["state"] == "ran") names.insert(pass["name"]);
-    return names;
-}
-
 inline Packet osc(const std::string& address, std::vector<OscArgument> arguments = {}) {
     return encode_osc({kOscImmediately, address, std::move(arguments)});
 }
@@ -70,7 +63,7 @@ protected:
     // The frame that shows the newest change ran the composite, and where it is a pass of its own NV12, only.
     void expect_composite_only() {
         const unsigned rev = daemon->json({"get", "scene_rev"});
-        std::set<std::string> names = ran(daemon->json({"report", "--rev", std::to_string(rev)}));
+        std::set<std::string> names = passes_ran(daemon->json({"report", "--rev", std::to_string(rev)}));
         names.erase("nv12");
         names.erase("refine");  // of the same light, in time that nobody asked for
         EXPECT_EQ(names, (std::set<std::string>{"composite"}));

@@ -86,6 +86,13 @@ Finished run_program(const std::string& name, const std::vector<std::string>& ar
     return result;
 }
 
+std::set<std::string> passes_ran(const nlohmann::json& report) {
+    std::set<std::string> names;
+    for (const nlohmann::json& pass : report["passes"])
+        if (pass["state"] == "ran") names.insert(pass["name"]);
+    return names;
+}
+
 double cpu_seconds(pid_t pid) {
     clockid_t clock{};
     timespec time{};

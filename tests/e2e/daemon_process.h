@@ -5,6 +5,7 @@
 #include <cstdint>
 #include <functional>
 #include <nlohmann/json.hpp>
+#include <set>
 #include <string>
 #include <vector>
 
@@ -17,6 +18,9 @@ struct Finished {
 
 // Runs a program of the build to its end.
 Finished run_program(const std::string& name, const std::vector<std::string>& arguments);
+
+// Names of the passes that ran, of a frame's report.
+std::set<std::string> passes_ran(const nlohmann::json& report);
 
 // User and system time that a process has used, s.
 double cpu_seconds(pid_t pid);

@@ -181,23 +181,16 @@ TEST(Surfaces, SixtyFourLightsRiddenAtOnce) {
                     std::to_string(-1.6 + i % 8 * 0.45) + ",3.5," + std::to_string(-1.6 + i / 8 * 0.45)});
     const Viewer viewer(daemon);
     std::this_thread::sleep_until(begin + std::chrono::milliseconds(kFrom_ms + 1000));
-    const auto ran = [&] {
-        std::set<std::string> names;
-        const Json report = daemon.json({"report"});
-        for (const Json& pass : report["passes"])
-            if (pass["state"] == "ran") names.insert(pass["name"]);
-        return names;
-    };
     // Their layers are made first, once somebody looks.
     const std::set<std::string> composite{"composite"};
-    EXPECT_TRUE(within(3000, [&] { return ran() == composite; }));
+    EXPECT_TRUE(within(3000, [&] { return passes_ran(daemon.json({"report"})) == composite; }));
     const auto ridden_until = begin + std::chrono::milliseconds(kFrom_ms + kFor_ms);
     ASSERT_LT(std::chrono::steady_clock::now(), ridden_until - std::chrono::milliseconds(3000))
         << "lights came too late";
     const Json before = daemon.json({"stats"});
     pause_ms(2000);
     const Json report = daemon.json({"report"}), after = daemon.json({"stats"});
-    EXPECT_EQ(ran(), composite);
+    EXPECT_EQ(passes_ran(report), composite);
     EXPECT_LT(resident_mib(daemon.pid()) - one_mib, 16.0 * kLights) << "of layers; nothing here needs a light's maps";
     const int frames = after["frames_rendered"].get<int>() - before["frames_rendered"].get<int>();
     EXPECT_GT(frames, 5);

@@ -4,8 +4,6 @@
 #include <cmath>
 #include <cstdio>
 
-#include "server/trace/reference.h"
-#include "server/trace/world.h"
 #include "tests/gl/picture_points.h"
 #include "tests/gl/test_context.h"
 #include "tests/scenes/show.h"
@@ -33,30 +31,18 @@ Scene laths() {
 
 TEST(Occlusion, ShadowsOfLaths) {
     const Scene scene = laths();
-    const auto world = trace::make_world(scene);
-    const auto [points, pixels] = points_of(scene, *world->geometry, 13);
-    trace::Settings settings;
-    settings.bounces = 1;
-    settings.noise = 0.03;
-    const std::vector<trace::Reading> truth = trace::measure(*world, points, settings);
-
+    const TracedPoints traced = traced_points(scene, 13, 0.03);
     Renderer renderer(context(), Renderer::Gather::simd);
     show(renderer, scene);
-    const std::vector<glm::vec3> shown = renderer.live_illuminance(scene, true);
-    double mean = 0.0, squares = 0.0;
-    std::size_t dark = 0;
-    for (const trace::Reading& reading : truth) mean += trace::luminance(reading.indirect_lx);
-    mean /= static_cast<double>(truth.size());
-    for (std::size_t i = 0; i < points.size(); ++i) {
-        const double is = trace::luminance(truth[i].indirect_lx),
-                     off = trace::luminance(glm::dvec3(shown[pixels[i]])) - is;
-        dark += is < 0.1 * mean;
-        squares += off * off;
-    }
-    const auto count = static_cast<double>(points.size());
-    const double rms = std::sqrt(squares / count) / mean;
-    std::printf("%zu points, %zu in shadow, rms %.3f\n", points.size(), dark, rms);
-    EXPECT_GT(10 * dark, points.size()) << "the laths' shadows";
+    const double rms = rms_of(traced, renderer.live_illuminance(scene, true));
+    double all = 0.0;
+    for (const trace::Reading& reading : traced.truth) all += trace::luminance(reading.indirect_lx);
+    const double dim = 0.1 * all / static_cast<double>(traced.truth.size());
+    const auto dark = std::count_if(traced.truth.begin(), traced.truth.end(), [&](const trace::Reading& reading) {
+        return trace::luminance(reading.indirect_lx) < dim;
+    });
+    std::printf("%zu points, %td in shadow, rms %.3f\n", traced.points.size(), dark, rms);
+    EXPECT_GT(10 * dark, static_cast<std::ptrdiff_t>(traced.points.size())) << "the laths' shadows";
     EXPECT_LT(rms, 0.15);  // mixed over 3 × 3 nodes, whatever they see: 0.18
 }
 

@@ -1,7 +1,10 @@
 #include "tests/gl/picture_points.h"
 
+#include <cmath>
+
 #include "server/shade/raster.h"
 #include "server/shade/screen.h"
+#include "server/trace/world.h"
 
 namespace gonio::test {
 
@@ -22,6 +25,28 @@ PicturePoints points_of(const Scene& scene, const trace::Geometry& geometry, int
         }
     }
     return found;
+}
+
+TracedPoints traced_points(const Scene& scene, int step, double noise) {
+    const auto world = trace::make_world(scene);
+    TracedPoints traced{points_of(scene, *world->geometry, step), {}};
+    trace::Settings settings;
+    settings.bounces = 1;
+    settings.noise = noise;
+    traced.truth = trace::measure(*world, traced.points, settings);
+    return traced;
+}
+
+double rms_of(const TracedPoints& traced, const std::vector<glm::vec3>& shown_lx) {
+    double squares = 0.0, mean = 0.0;
+    for (std::size_t i = 0; i < traced.points.size(); ++i) {
+        const double is = trace::luminance(traced.truth[i].indirect_lx),
+                     off = trace::luminance(glm::dvec3(shown_lx[traced.pixels[i]])) - is;
+        squares += off * off;
+        mean += is;
+    }
+    const auto count = static_cast<double>(traced.points.size());
+    return std::sqrt(squares / count) / (mean / count);
 }
 
 }  // namespace gonio::test

@@ -16,4 +16,12 @@ struct PicturePoints {
 // Result: of every step-th row and column, from step / 2 on, those pixels that show a surface.
 PicturePoints points_of(const Scene& scene, const trace::Geometry& geometry, int step);
 
+// Such points and the path tracer's one bounce there, to this noise.
+struct TracedPoints : PicturePoints {
+    std::vector<trace::Reading> truth;
+};
+TracedPoints traced_points(const Scene& scene, int step, double noise);
+// Result: rms of what a picture shows there less the truth (luminance of indirect light), over the truth's mean.
+double rms_of(const TracedPoints& traced, const std::vector<glm::vec3>& shown_lx);
+
 }  // namespace gonio::test

@@ -8,7 +8,6 @@
 #include "server/assets/assets.h"
 #include "server/scene/apply.h"
 #include "server/trace/reference.h"
-#include "server/trace/world.h"
 #include "tests/gl/picture_points.h"
 #include "tests/gl/test_context.h"
 #include "tests/scenes/show.h"
@@ -50,21 +49,17 @@ struct Refine : testing::Test {
 
 // The path tracer's one bounce at 256 pixels, against what the picture shows there.
 TEST_F(Refine, ComesNearerToTheTruth) {
-    const auto world = trace::make_world(scene);
-    const auto [points, pixels] = points_of(scene, *world->geometry, 10);
-    trace::Settings settings;
-    settings.bounces = 1;
-    settings.noise = 0.01;
-    const std::vector<trace::Reading> truth = trace::measure(*world, points, settings);
-    const auto error = [&, &points = points, &pixels = pixels] {
+    const TracedPoints traced = traced_points(scene, 10, 0.01);
+    const auto error = [&] {
         const std::vector<glm::vec3> shown = renderer.live_illuminance(scene, true);
         double squares = 0.0, mean = 0.0;
-        for (std::size_t i = 0; i < points.size(); ++i) {
-            const double off = trace::luminance(glm::dvec3(shown[pixels[i]])) - trace::luminance(truth[i].indirect_lx);
-            squares += off * off - truth[i].indirect_error_lx * truth[i].indirect_error_lx;
-            mean += trace::luminance(truth[i].indirect_lx);
+        for (std::size_t i = 0; i < traced.points.size(); ++i) {
+            const double off =
+                trace::luminance(glm::dvec3(shown[traced.pixels[i]])) - trace::luminance(traced.truth[i].indirect_lx);
+            squares += off * off - traced.truth[i].indirect_error_lx * traced.truth[i].indirect_error_lx;
+            mean += trace::luminance(traced.truth[i].indirect_lx);
         }
-        const auto count = static_cast<double>(points.size());
+        const auto count = static_cast<double>(traced.points.size());
         return std::sqrt(std::max(squares, 0.0) / count) / (mean / count);
     };
     const double live = error();
