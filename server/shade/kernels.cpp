@@ -75,33 +75,36 @@ bool Shares(const float* terms, std::size_t count, float* out) {
     return true;
 }
 
-// The point in the middle of a window, and how alike it another one of the grid is.
-struct Middle {
-    Middle(const GridRows& grid, std::ptrdiff_t at, float near_per_depth)
-        : points(grid.points),
-          position(load(points.x + at), load(points.y + at), load(points.z + at)),
-          normal(load(points.nx + at), load(points.ny + at), load(points.nz + at)),
-          per_near(Float(1.0f) / max(load(grid.depth + at) * Float(near_per_depth), Float(1e-30f))) {}
-    Float likeness(std::ptrdiff_t other) const {
-        const Vec3 q(load(points.x + other), load(points.y + other), load(points.z + other));
-        const Vec3 n(load(points.nx + other), load(points.ny + other), load(points.nz + other));
-        return surface_likeness(dot(normal, n), dot(normal, q - position) * per_near);
-    }
-    const Points& points;
+// A place on a surface; likeness: how like it a point of a grid is.
+struct Place {
     Vec3 position, normal;
     Float per_near;
+    Float likeness(const Points& points, std::ptrdiff_t at) const {
+        const Vec3 q(load(points.x + at), load(points.y + at), load(points.z + at));
+        const Vec3 n(load(points.nx + at), load(points.ny + at), load(points.nz + at));
+        return surface_likeness(dot(normal, n), dot(normal, q - position) * per_near);
+    }
 };
+HWY_INLINE Float per_near_of(Float depth, float near_per_depth) {
+    return Float(1.0f) / max(depth * Float(near_per_depth), Float(1e-30f));
+}
+HWY_INLINE Place place_at(const GridRows& grid, std::ptrdiff_t at, float near_per_depth) {
+    const Points& p = grid.points;
+    return {Vec3(load(p.x + at), load(p.y + at), load(p.z + at)),
+            Vec3(load(p.nx + at), load(p.ny + at), load(p.nz + at)),
+            per_near_of(load(grid.depth + at), near_per_depth)};
+}
 
 void FilterRow(const GridRows& grid, std::ptrdiff_t row, int width, float near_per_depth, const float* const* in,
                float* const* out) {
     for (std::ptrdiff_t x = 0; x < width; x += static_cast<std::ptrdiff_t>(hn::Lanes(Tag()))) {
         const std::ptrdiff_t at = row * grid.stride + x;
-        const Middle middle(grid, at, near_per_depth);
+        const Place middle = place_at(grid, at, near_per_depth);
         Float total(1e-12f), sums[3];
         for (int b = -2; b < 2; ++b) {
             for (int a = -2; a < 2; ++a) {
                 const std::ptrdiff_t other = at + b * grid.stride + a;
-                const Float weight = middle.likeness(other);
+                const Float weight = middle.likeness(grid.points, other);
                 total = total + weight;
                 for (int k = 0; k < 3; ++k) sums[k] = sums[k] + weight * load(in[k] + other);
             }
@@ -116,7 +119,7 @@ void FilterNodesRow(const GridRows& grid, std::ptrdiff_t row, int width, float n
     constexpr float kErrors = 4.0f;
     for (std::ptrdiff_t x = 0; x < width; x += static_cast<std::ptrdiff_t>(hn::Lanes(Tag()))) {
         const std::ptrdiff_t at = row * grid.stride + x;
-        const Middle middle(grid, at, near_per_depth);
+        const Place middle = place_at(grid, at, near_per_depth);
         const Float share = load(in.share + at), variance = load(in.variance + at);
         Float total(1e-12f), all, stopped;
         for (int b = -1; b <= 1; ++b) {
@@ -125,8 +128,8 @@ void FilterNodesRow(const GridRows& grid, std::ptrdiff_t row, int width, float n
                 const Float off = share - load(in.share + other), noise = variance + load(in.variance + other);
                 const Float differ = off * off / max(noise * Float(kErrors * kErrors), Float(1e-12f));
                 const Float same = max(Float(1.0f) - differ, Float(0.0f));
-                const Float weight =
-                    middle.likeness(other) * same * same * Float((a == 0 ? 2.0f : 1.0f) * (b == 0 ? 2.0f : 1.0f));
+                const Float weight = middle.likeness(grid.points, other) * same * same *
+                                     Float((a == 0 ? 2.0f : 1.0f) * (b == 0 ? 2.0f : 1.0f));
                 total = total + weight;
                 all = all + weight * load(in.open + other);
                 stopped = stopped + weight * load(in.blocked + other);
@@ -222,7 +225,6 @@ void WeightsRow(const GridRows& grid, int y, int width, const Rays& rays, float 
     const auto lanes = static_cast<std::ptrdiff_t>(hn::Lanes(tag));
     const std::ptrdiff_t low = row_below(y);
     const float along_y = static_cast<float>(y - 2) * 0.25f - static_cast<float>(low);
-    const Points& p = grid.points;
     const glm::vec3 start = rays.corner + static_cast<float>(y) * rays.up;
     for (std::ptrdiff_t x = 0; x < width; x += 4 * lanes) {
         Raw d[4];
@@ -236,8 +238,8 @@ void WeightsRow(const GridRows& grid, int y, int width, const Rays& rays, float 
             const Float column = Float(hn::MulAdd(hn::ConvertTo(tag, hn::Iota(ints, 0)), hn::Set(tag, 4.0f),
                                                   hn::Set(tag, static_cast<float>(x + phase))));
             const Float z = Float(rays.near_m) / max(Float(d[phase]), Float(1e-30f));
-            const Vec3 position = surface_point(rays, start, column, z), n = unpack_normal(packed[phase]);
-            const Float per_near = Float(1.0f) / max(z * Float(near_per_depth), Float(1e-30f));
+            const Place pixel{surface_point(rays, start, column, z), unpack_normal(packed[phase]),
+                              per_near_of(z, near_per_depth)};
             const std::ptrdiff_t left = x / 4 + left_of(phase);
             const float along_x =
                 phase < 2 ? 0.5f + 0.25f * static_cast<float>(phase) : 0.25f * static_cast<float>(phase - 2);
@@ -246,9 +248,7 @@ void WeightsRow(const GridRows& grid, int y, int width, const Rays& rays, float 
                 const std::ptrdiff_t at = (low + corner / 2) * grid.stride + left + corner % 2;
                 const float bilinear =
                     (corner % 2 == 0 ? 1.0f - along_x : along_x) * (corner / 2 == 0 ? 1.0f - along_y : along_y) + 1e-3f;
-                const Vec3 q(load(p.x + at), load(p.y + at), load(p.z + at)),
-                    m(load(p.nx + at), load(p.ny + at), load(p.nz + at));
-                weight[corner] = surface_likeness(dot(n, m), dot(n, q - position) * per_near) * Float(bilinear);
+                weight[corner] = pixel.likeness(grid.points, at) * Float(bilinear);
                 sum = sum + weight[corner];
             }
             const Mask shown = hn::Gt(d[phase], hn::Zero(tag)), good = hn::Ge(sum.raw, hn::Set(tag, kPoorlyAlike)),

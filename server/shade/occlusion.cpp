@@ -59,18 +59,17 @@ constexpr float kUnknownVariance = 1e6f;  // of a share of nothing
 
 // The variance of each point's blocked share as an estimate of what all VPLs would say, if what a VPL brings tells
 // nothing of whether it is seen: at most a quarter over the effective number of VPLs asked (Kish 1965), (Σ w)² / Σ w².
-// brings: of those VPLs, as terms() writes it.
-void share_variances(const std::vector<float>& brings, float* out) {
-    double sums[kLanes] = {}, squares[kLanes] = {};  // floats would not hold the squares of bright VPLs
+// brings: of those VPLs, as terms() writes it; query: that asked them.
+void share_variances(const std::vector<float>& brings, const VplQuery& query, float* out) {
+    double squares[kLanes] = {};  // floats would not hold those of bright VPLs
     for (std::size_t v = 0; v < brings.size(); v += kLanes) {
-        for (std::size_t i = 0; i < kLanes; ++i) {
-            const auto value = static_cast<double>(brings[v + i]);
-            sums[i] += value;
-            squares[i] += value * value;
-        }
+        for (std::size_t i = 0; i < kLanes; ++i)
+            squares[i] += static_cast<double>(brings[v + i]) * static_cast<double>(brings[v + i]);
     }
-    for (std::size_t i = 0; i < kLanes; ++i)
-        out[i] = sums[i] > 0.0 ? static_cast<float>(0.25 * squares[i] / (sums[i] * sums[i])) : kUnknownVariance;
+    for (int i = 0; i < trace::kPacket; ++i) {
+        const auto all = static_cast<double>(query.open(i));
+        out[i] = all > 0.0 ? static_cast<float>(0.25 * squares[i] / (all * all)) : kUnknownVariance;
+    }
 }
 
 }  // namespace
@@ -92,7 +91,7 @@ Planes trace_occlusion(const ScreenGrid& screen, const LightView& light, Pool& p
         terms(query.points(), glm::vec3(light.position), vpls, quality.kappa, brings.data());
         for (std::size_t v = 0; v < vpls.size(); ++v) query.ask(light, vpls[v], &brings[v * kLanes]);
         float variances[kLanes];
-        share_variances(brings, variances);
+        share_variances(brings, query, variances);
         for (int i = 0; i < trace::kPacket; ++i) {
             if ((patch.active >> i & 1u) == 0) continue;
             raw[0][patch.at[i]] = query.open(i);

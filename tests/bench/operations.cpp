@@ -78,7 +78,7 @@ constexpr Step kSteps[] = {
     {"direct", "ShadowRays", 3, "ray", "its direction", [](const Counted& c) { return c.of("lit_blocks"); }, true},
     {"occlusion", "Terms", 32, "node and VPL", "as Gather, with one colour",
      [](const Counted& c) { return c.terms(); }},
-    {"occlusion", "VplQuery", 11, "node and VPL", "direction 3, two sums 4; variance: square and two sums 4",
+    {"occlusion", "VplQuery", 9, "node and VPL", "direction 3, two sums 4; variance: square and sum 2",
      [](const Counted& c) { return c.terms(); }},
     {"occlusion", "FilterNodesRow", 401, "node", "nine neighbours of 43, 14 more",
      [](const Counted& c) { return c.points() / 16.0; }},
