@@ -15,12 +15,14 @@ public:
 
     void begin_frame(const Scene& scene, std::int64_t drained_ns) override;
     void set_effort(std::size_t) override {}
-    void set_refinement(int) override {}
+    void set_refinement(bool) override {}
     bool refine(const Scene&, const std::function<bool()>&) override { return false; }
     bool refined(const Scene&) override { return true; }
     std::optional<FinishedFrame> finish_frame(bool wait) override;
     std::size_t frames_in_flight() const override { return finished_.size(); }
     bool settled() const override { return true; }
+    bool ready(const Scene&) override { return true; }
+    v1::TransportStats transport_stats() const override { return {}; }
     // Grey, too: the luma as sRGB, or as the value in the view's unit. One tile.
     std::unique_ptr<CaptureJob> begin_capture(const Scene& scene, View view, int width_px, int height_px,
                                               bool raw) override;

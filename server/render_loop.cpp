@@ -48,6 +48,7 @@ RenderLoop::Plan RenderLoop::plan(std::int64_t now_ns) {
 
 std::optional<Work> RenderLoop::wait(const Plan& plan, std::int64_t now_ns) {
     if ((plan.due && plan.wait_ns == 0) || stage_.busy()) return inbox_.queue.try_pop();
+    if (stage_.waits()) return inbox_.queue.pop_for(std::chrono::milliseconds(2));
     if (plan.refining) return inbox_.queue.pop_for(std::chrono::nanoseconds(0));
     if (stage_.frames_in_flight()) return inbox_.queue.pop_for(std::chrono::milliseconds(1));
     const std::int64_t frame_ns = plan.due ? plan.wait_ns

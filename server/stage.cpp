@@ -28,7 +28,7 @@ Stage::Stage(std::unique_ptr<LiveRenderer> renderer, Scene scene, std::string re
       out_(std::move(outputs)),
       changes_(scene_.scene_rev),
       reference_({out_.reply, [&queue] { queue.wake(Queue<Work>::Wake::soon); }}) {
-    renderer_->set_refinement(kRefineRounds);
+    renderer_->set_refinement(true);
 }
 
 void Stage::answer(const Work& work, v1::ServerMessage message) {
@@ -59,7 +59,7 @@ bool Stage::draws(const Draw& draw) {
 
 void Stage::set_renderer(std::unique_ptr<LiveRenderer> renderer) {
     renderer_ = std::move(renderer);
-    renderer_->set_refinement(kRefineRounds);
+    renderer_->set_refinement(true);
     ++gpu_resets_;
     rendered_rev_ = 0;
     better_ = refined_ = false;
@@ -310,6 +310,7 @@ void Stage::submit_reference(ReferenceJob job, const Work& work) {
 }
 
 void Stage::continue_work() {
+    not_ready_ = false;
     if (roles_.expire(monotonic_ns())) tell_control(0);
     continue_late();
     continue_meter();
@@ -325,8 +326,16 @@ void Stage::continue_late() {
                        "the scene has not reached this revision within 30 s"});
 }
 
+bool Stage::ready(const Scene& scene) {
+    bool there = false;
+    draws([&] { there = renderer_->ready(scene); });
+    not_ready_ = !there;
+    return there;
+}
+
 void Stage::continue_meter() {
     const std::int64_t started_ns = monotonic_ns();
+    if (!meters_waiting_.empty() && !ready(meters_waiting_.front().scene)) return;
     while (!meters_waiting_.empty()) {
         Metering& meter = meters_waiting_.front();
         while (meter.readings.size() < meter.request.points.size()) {
@@ -342,7 +351,7 @@ void Stage::continue_meter() {
 }
 
 void Stage::continue_capture() {
-    if (captures_waiting_.empty()) return;
+    if (captures_waiting_.empty() || !ready(captures_waiting_.front().job->scene)) return;
     bool complete = false;
     const bool there = draws([&] { complete = renderer_->continue_capture(*captures_waiting_.front().job); });
     if (!there || !complete) return;  // without the GPU it begins anew with the next renderer
@@ -441,6 +450,8 @@ void Stage::answer_stats(const Work& work) {
     stats.set_settled(stats.settled() && settled());
     stats.set_renderer(renderer_name_);
     stats.set_gpu_resets(gpu_resets_);
+    if (renderer_) *stats.mutable_transport() = renderer_->transport_stats();
+    stats.set_transport_ready(stats.transport().ready());
     reference_.add_counters(stats);
     answer(work, std::move(message));
 }

@@ -94,7 +94,9 @@ public:
     void set_scene_access(SceneAccess access) { scene_access_ = std::move(access); }
     // Captures that are rendered one after the other; beyond it: "busy".
     void set_most_captures(std::size_t most) { most_captures_ = most; }
-    bool busy() const { return !captures_waiting_.empty() || !meters_waiting_.empty(); }
+    bool busy() const { return waits() && !not_ready_; }
+    // Whether captures or meters wait, for what other threads make too.
+    bool waits() const { return !captures_waiting_.empty() || !meters_waiting_.empty(); }
     // Between two frames: one tile of the oldest capture, a slice of the oldest meters; each is sent off when it is
     // complete. Reference jobs start and tell of their progress.
     void continue_work();
@@ -143,6 +145,7 @@ private:
     void continue_capture();
     void continue_late();
     void continue_meter();
+    bool ready(const Scene& scene);
     void forget_session(std::uint32_t session);
     // Takes the oldest frame from the renderer. Result: false where none is finished.
     bool take_frame(bool wait);
@@ -176,6 +179,7 @@ private:
     Revision rendered_rev_ = 0;
     Budget budget_;
     std::int64_t changed_ns_ = INT64_MIN / 2;                  // when a frame of a new revision began
+    bool not_ready_ = false;  // what captures or meters of a scene need is being made
     bool watched_ = false, better_ = false, refined_ = false;  // better_: another frame shows more than the last
     Fade fade_;
     std::uint32_t fade_by_ = 0;  // whose recall it is

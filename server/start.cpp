@@ -163,7 +163,9 @@ std::function<Gpu::Made()> gpu_maker(const Options& options) {
             return made;
         }
         made.context = gl::Context::create({options.device, options.gl_debug});
-        made.renderer = std::make_unique<Renderer>(*made.context, gather_of(options));
+        auto renderer = std::make_unique<Renderer>(*made.context, gather_of(options));
+        renderer->make_transport_beside();
+        made.renderer = std::move(renderer);
         return made;
     };
 }

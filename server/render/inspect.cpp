@@ -91,18 +91,13 @@ void inspect_slot(const FrameInputs& inputs, const SlotRef& slot, const Inspecto
         case Slot::flux:
             read.texture("flux", light->flux, 4);
             break;
-        case Slot::vpl: {
-            std::vector<float> positions, areas, normals, intensities;
-            for (const shade::Vpl& vpl : light->vpls.vpls) {
-                positions.insert(positions.end(), &vpl.position_area[0], &vpl.position_area[0] + 3);
-                areas.push_back(vpl.position_area[3]);
-                normals.insert(normals.end(), &vpl.normal[0], &vpl.normal[0] + 4);
-                intensities.insert(intensities.end(), &vpl.intensity[0], &vpl.intensity[0] + 4);
-            }
-            read.values("vpl_position", 3, true, positions);
-            read.values("vpl_area", 1, false, areas);
-            read.values("vpl_normal", 4, true, normals);
-            read.values("vpl_intensity", 4, false, intensities);
+        case Slot::surfels:
+            read.values("surfel_direct", 1, false, light->surfel_direct);
+            break;
+        case Slot::solve: {
+            std::vector<float> flat;
+            for (const glm::vec4& e : light->irradiance.indirect) flat.insert(flat.end(), &e[0], &e[0] + 3);
+            read.values("surfel_indirect", 3, false, flat);
             break;
         }
         case Slot::direct:
@@ -125,10 +120,10 @@ void inspect_slot(const FrameInputs& inputs, const SlotRef& slot, const Inspecto
             if (inputs.raw == 0) read.texture("display", target.display, 4);
             break;
         case Slot::layers:
-        case Slot::refined:
+        case Slot::weights:
         case Slot::grid:
         case Slot::merged:
-        case Slot::occlusion:  // the CPU's own, in padded rows; what becomes of them is the gather's layer
+        case Slot::merged_solve:  // the CPU's own; what becomes of them is the gather's layer
             break;
         case Slot::nv12:
             if (const auto* bytes = made_nv12(target)) {

@@ -8,7 +8,7 @@
 #include "server/gl/objects.h"
 #include "server/render/rsm_texels.h"
 #include "server/scene/scene.h"
-#include "server/shade/vpl_rays.h"
+#include "server/transport/solve.h"
 
 namespace gonio {
 
@@ -60,8 +60,10 @@ struct LightGpu {
     RsmTexels texels;  // read back by the flux pass
     std::uint64_t texels_rsm_version = 0;
     std::uint64_t rsm_version = 0;               // counts runs of the rsm pass
-    std::shared_ptr<const shade::VplRays> rays;  // of `profile`
-    shade::VplCast vpls;
+    // Of the default technique, per candela of peak × GpuScene::layer_unit_m2.
+    std::vector<float> surfel_direct;   // direct illuminance at the transport's surfels
+    bool moves = false;                 // it has changed since it was solved
+    transport::Irradiance irradiance;
 };
 
 std::shared_ptr<const WebGpu> upload_web(const Profile& profile);

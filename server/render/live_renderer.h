@@ -49,9 +49,8 @@ public:
     virtual void begin_frame(const Scene& scene, std::int64_t drained_ns) = 0;
     // How much work the next live frames are: an index into kEfforts.
     virtual void set_effort(std::size_t effort) = 0;
-    // While nothing moves, the live picture gets better: from now on `rounds` times for one luminaire, fewer in turn
-    // for each of several, never for more than kMostRefined of them. 0 (the default): it stays as it is.
-    virtual void set_refinement(int rounds) = 0;
+    // Whether the live picture gets better while nothing moves; by default it stays as it is.
+    virtual void set_refinement(bool wanted) = 0;
     // Does a part of that, up to some 0.2 s, for the scene of the last begin_frame. interrupted: asked every
     // few milliseconds, whether to stop at once. Result: whether another frame of the same scene shows something
     // better.
@@ -64,6 +63,10 @@ public:
     // Whether the newest live frame is all there is to come of its scene: else one more frame of the same scene shows
     // more of it.
     virtual bool settled() const = 0;
+    // Whether captures and meters of this scene can be made, of all the light there is to be; begins what that needs.
+    virtual bool ready(const Scene& scene) = 0;
+    // Result: what is known of the scene's transport (PROTOCOL.md).
+    virtual v1::TransportStats transport_stats() const = 0;
 
     // Starts a capture of the scene as it is now, at its own size; the live passes stay clean. raw: values in the
     // view's unit (lux, cd/m², cd, m) in full precision instead of display colours. Sizes are at least 1.

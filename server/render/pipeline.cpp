@@ -57,7 +57,8 @@ struct Builder {
         const PassContext shared = context;  // by value: passes outlive the builder
         const SlotRef gbuffer = per_target(Slot::gbuffer), shadow = per_light(Slot::shadow, light.id),
                       rsm = per_light(Slot::rsm, light.id), mask = per_light(Slot::mask, light.id),
-                      flux = per_light(Slot::flux, light.id), vpl = per_light(Slot::vpl, light.id);
+                      flux = per_light(Slot::flux, light.id), surfels = per_light(Slot::surfels, light.id),
+                      solved = per_light(Slot::solve, light.id);
         const auto named = [&](Pass& pass) -> Pass& {
             pass.light = light.name;
             return pass;
@@ -81,11 +82,13 @@ struct Builder {
             pass.on_gpu = false;
             return named(pass);
         };
-        cpu(add("vpl", vpl, {},
-                {light.position_rev, light.aim_rev, light.profile_rev, scene.geometry_rev, scene.samples,
-                 gpu.rays ? gpu.rays->asked : 0u},
-                [=, &light, &gpu] { return run_vpl(shared, light, gpu); }))
+        cpu(add("surfels", surfels, {},
+                {light.position_rev, light.aim_rev, light.profile_rev, scene.geometry_rev, in.surface()},
+                [=, &light, &gpu] { return run_surfels(shared, light, gpu); }))
             .absent = seed;
+        Pass& solve = cpu(add("solve", solved, {surfels}, {in.generation}, [=, &gpu] { return run_solve(shared, gpu); }));
+        solve.absent = seed;
+        solve.stale |= !gpu.irradiance.converged;
         const bool metered = in.meter != FrameInputs::Meter::none, rays = in.direct_by_rays && !seed;
         const SlotRef grid = per_target(Slot::grid);
         Pass& direct = named(add("direct", per_target(Slot::direct, light.id), {rays && !metered ? grid : gbuffer},
@@ -103,24 +106,17 @@ struct Builder {
                       {scene.samples, static_cast<std::uint64_t>(layer)},
                       [=, &light, &gpu] { return run_gather_seed(shared, light, gpu, layer); }));
         } else if (metered) {
-            cpu(add("gather", per_target(Slot::gather, light.id), {gbuffer, vpl}, {light.position_rev},
-                    [=, &light, &gpu] { return run_gather_point(shared, light, gpu, layer); }));
+            cpu(add("gather", per_target(Slot::gather, light.id), {gbuffer, solved}, {light.position_rev},
+                    [=, &gpu] { return run_gather_point(shared, gpu, layer); }));
         } else {
-            const SlotRef occlusion = per_target(Slot::occlusion, light.id);
-            cpu(add("occlusion", occlusion, {grid, vpl}, {static_cast<std::uint64_t>(layer)},
-                    [=, &light, &gpu] { return run_occlusion(shared, light, gpu, layer); }));
-            cpu(add("gather", per_target(Slot::gather, light.id), {grid, vpl, occlusion},
-                    {static_cast<std::uint64_t>(layer)},
-                    [=, &light, &gpu] { return run_gather(shared, light, gpu, layer); }));
+            cpu(add("gather", per_target(Slot::gather, light.id), {per_target(Slot::weights), solved},
+                    {static_cast<std::uint64_t>(layer), grid_links_shown(in.target)},
+                    [=, &gpu] { return run_gather(shared, gpu, layer); }));
         }
-        const Refined better = in.refines() ? refined(in.target, scene, layer, in.refine_rounds) : Refined{};
-        if (in.refines())
-            cpu(add("refine", per_target(Slot::refined, light.id), {per_target(Slot::gather, light.id)}, {better.shown},
-                    [=] { return run_refine(shared, layer); }));
         if (on_cpu && !shown_on_cpu) {
             named(add("layers", per_target(Slot::layers, light.id),
                       {per_target(Slot::direct, light.id),
-                       per_target(better.shown > 0 ? Slot::refined : Slot::gather, light.id)},
+                       per_target(Slot::gather, light.id)},
                       {static_cast<std::uint64_t>(layer)},
                       [=] { return run_layers(shared.target, layer, shared.pool); }));
         }
@@ -129,13 +125,13 @@ struct Builder {
     // All luminaires at once. The passes have their names and no luminaire.
     void add_merged() {
         const SlotRef merged = per_target(Slot::merged), grid = per_target(Slot::grid),
-                      occlusion = per_target(Slot::occlusion);
+                      solved = per_target(Slot::merged_solve);
         std::vector<SlotRef> reads;
         std::vector<std::uint64_t> key = {scene.lights_rev, scene.geometry_rev};
         for (const Light& light : scene.lights) {
             const glm::dvec3 weight = light_weight(scene, light);
             for (int k = 0; k < 3; ++k) key.push_back(bits(weight[k]));
-            if (weight != glm::dvec3(0.0)) reads.push_back(per_light(Slot::vpl, light.id));
+            if (weight != glm::dvec3(0.0)) reads.push_back(per_light(Slot::surfels, light.id));
         }
         const std::vector<const LightGpu*> lights(in.lights.begin(), in.lights.end());
         const PassContext shared = context;
@@ -145,9 +141,10 @@ struct Builder {
         };
         cpu("merge", merged, std::move(reads), std::move(key), [=] { return run_merge(shared, lights); });
         cpu("direct", per_target(Slot::direct), {grid, merged}, {}, [=] { return run_direct_merged(shared); });
-        cpu("occlusion", occlusion, {grid, merged}, {}, [=] { return run_occlusion_merged(shared, *lights[0]); });
-        cpu("gather", per_target(Slot::gather), {grid, merged, occlusion}, {},
-            [=] { return run_gather_merged(shared, *lights[0]); });
+        cpu("solve", solved, {merged}, {in.generation}, [=] { return run_solve_merged(shared); });
+        passes.back().stale |= !merged_converged(in.target);
+        cpu("gather", per_target(Slot::gather), {per_target(Slot::weights), solved}, {grid_links_shown(in.target)},
+            [=] { return run_gather_merged(shared); });
     }
 
     void add_composite() {
@@ -179,9 +176,7 @@ struct Builder {
             } else {
                 if (direct) reads.push_back(per_target(Slot::direct, light.id));
                 if (indirect) {
-                    const bool better =
-                        in.refines() && refined(in.target, scene, static_cast<int>(i), in.refine_rounds).shown > 0;
-                    reads.push_back(per_target(better ? Slot::refined : Slot::gather, light.id));
+                    reads.push_back(per_target(Slot::gather, light.id));
                 }
             }
             key.push_back(light.level_rev);
@@ -219,12 +214,12 @@ bool FrameInputs::shades_on_cpu() const {
            meter == Meter::none;
 }
 
-bool FrameInputs::refines() const {
-    return refine_rounds > 0 && shades_on_cpu() && occluded && shows_indirect(view);
+std::uint64_t FrameInputs::surface() const {
+    return reinterpret_cast<std::uintptr_t>(transport != nullptr ? transport->surface.get() : nullptr);
 }
 
 PassContext FrameInputs::context() const {
-    return {programs, geometry, scene, target, eye, traced, clusters, looks, pool, occluded, shades_on_cpu(), effort};
+    return {programs, geometry, scene, target, eye, traced, clusters, looks, pool, transport, shades_on_cpu(), effort};
 }
 
 bool FrameInputs::can_merge() const {
@@ -248,9 +243,14 @@ std::vector<Pass> build_pipeline(const FrameInputs& in) {
               [context = b.context] { return run_grid(context); })
             .on_gpu = false;
     }
+    if (!metered && !b.seed) {
+        b.add("gather-weights", b.per_target(Slot::weights), {b.per_target(Slot::grid)}, {in.surface()},
+              [context = b.context] { return run_gather_weights(context); })
+            .on_gpu = false;
+    }
     for (std::size_t i = 0; i < scene.lights.size(); ++i) b.add_light(i);
     if (scene.lights.empty()) {
-        for (const char* name : {"shadow", "rsm", "mask", "rsm-flux", "vpl", "occlusion", "direct", "gather"}) {
+        for (const char* name : {"shadow", "rsm", "mask", "rsm-flux", "surfels", "solve", "direct", "gather"}) {
             Pass& pass = b.passes.emplace_back();
             pass.name = name;
             pass.absent = true;

@@ -22,17 +22,16 @@ struct FrameInputs {
     const trace::Geometry& traced;
     const shade::Clusters& clusters;
     const shade::Looks& looks;
-    shade::Pool& pool;
+    Pool& pool;
     bool direct_by_rays = false;
-    bool occluded = true;  // else indirect light goes through walls: for measuring
+    const transport::Transport* transport = nullptr;  // null: not made yet
+    std::uint64_t generation = 0;                     // counts what `transport` was
     enum class Meter : std::uint8_t { none, interactive, rsm };
     Meter meter = Meter::none;  // else the G-buffer is a single point and nothing is composited; rsm: texels are wanted
     // Whether the live picture's light stays on the CPU; a view that only shaders show asks for it (run_layers).
     bool shades_on_cpu() const;
     std::size_t effort = 0;  // index into kEfforts
-    int refine_rounds = 0;   // of the live picture's luminaires while nothing moves
-    // Result: whether the picture is one that gets better while nothing moves.
-    bool refines() const;
+    std::uint64_t surface() const;  // tells one set of surfels from another
     PassContext context() const;
     // Whether the picture can be made of all luminaires at once: several of them, shaded and shown on the CPU.
     bool can_merge() const;

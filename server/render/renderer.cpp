@@ -5,6 +5,7 @@
 #include <cmath>
 #include <cstring>
 #include <set>
+#include <thread>
 #include <utility>
 
 #include "server/render/indirect_estimate.h"
@@ -43,10 +44,12 @@ void Renderer::prepare(const Scene& scene, bool live) {
     if (!geometry_ || &geometry_->asset() != scene.asset.get()) {
         geometry_ = std::make_unique<GpuScene>(scene.asset);
         traced_ = trace::geometry_of(scene);
+        builder_.reset();
         looks_ = std::make_unique<const shade::Looks>(shade::make_looks(*traced_));
         clusters_ = std::make_unique<const shade::Clusters>(direct_by_rays_ ? shade::make_clusters(*traced_)
                                                                             : shade::Clusters{});
     }
+    if (scene.technique == Technique::standard) prepare_transport(scene);
     std::erase_if(lights_, [&](const auto& entry) {
         const bool gone = live && std::none_of(scene.lights.begin(), scene.lights.end(),
                                                [&](const Light& l) { return l.id == entry.first; });
@@ -61,17 +64,6 @@ void Renderer::prepare(const Scene& scene, bool live) {
             gpu.web = cached.lock();
             if (!gpu.web) cached = gpu.web = upload_web(*light.profile);
             gpu.profile = light.profile;
-            gpu.rays = nullptr;
-        }
-        const unsigned vpls = vpls_of(scene, live);
-        if (scene.technique == Technique::standard && (!gpu.rays || gpu.rays->asked != vpls)) {
-            std::weak_ptr<const shade::VplRays>& cached = rays_[{light.profile.get(), vpls}];
-            const std::shared_ptr<const shade::VplRays> old = gpu.rays;
-            gpu.rays = cached.lock();
-            if (!gpu.rays && old)
-                cached = gpu.rays = std::make_shared<const shade::VplRays>(old->table, vpls, 0);
-            else if (!gpu.rays)
-                cached = gpu.rays = std::make_shared<const shade::VplRays>(light.profile, vpls);
         }
         if (gpu.reached_profile_rev != light.profile_rev || gpu.reached_aim_rev != light.aim_rev) {
             gpu.reached_profile_rev = light.profile_rev;
@@ -83,7 +75,6 @@ void Renderer::prepare(const Scene& scene, bool live) {
         }
     }
     std::erase_if(webs_, [](const auto& entry) { return entry.second.expired(); });
-    std::erase_if(rays_, [](const auto& entry) { return entry.second.expired(); });
     if (!live) return;
     const int layers = static_cast<int>(std::max<std::size_t>(scene.lights.size(), 1));
     // Even sides, as NV12 wants them.
@@ -99,63 +90,62 @@ void Renderer::prepare(const Scene& scene, bool live) {
     }
 }
 
-unsigned Renderer::vpls_of(const Scene& scene, bool live) const {
-    return live ? std::min(scene.samples, kEfforts[effort_].vpls) : scene.samples;
+void Renderer::prepare_transport(const Scene& scene) {
+    if (!builder_) {
+        std::vector<glm::vec3> places = {traced_->local(scene.camera.eye)};
+        for (const Light& light : scene.lights) places.push_back(traced_->local(light.position));
+        builder_ = std::make_unique<transport::Builder>(traced_, std::move(places),
+                                                        transport::SurfelSettings{}, transport_beside_);
+    }
+    if (!transport_beside_) builder_->wait();
+    auto newest = builder_->newest();
+    if (newest == transport_) return;
+    transport_ = std::move(newest);
+    ++generation_;
+}
+
+bool Renderer::ready(const Scene& scene) {
+    if (scene.technique != Technique::standard) return true;
+    prepare(scene, false);
+    return builder_->done() && !newer_transport();
 }
 
 FrameInputs Renderer::inputs_of(const Scene& scene, const Target& target, const Eye& eye) {
-    FrameInputs inputs{programs_,  *geometry_, scene, target,          eye,      {}, scene.view, *traced_,
-                       *clusters_, *looks_,    pool_, direct_by_rays_, occluded_};
+    FrameInputs inputs{programs_,  *geometry_, scene, target,          eye,           {},         scene.view, *traced_,
+                       *clusters_, *looks_,    pool_, direct_by_rays_, transport_.get(), generation_};
     for (const Light& light : scene.lights) inputs.lights.push_back(&lights_.at(light.id));
-    if (target.id == live_.id) {
-        inputs.refine_rounds = rounds_of(scene);
-        inputs.effort = effort_;
-    }
+    if (target.id == live_.id) inputs.effort = effort_;
     return inputs;
 }
 
-int Renderer::rounds_of(const Scene& scene) const {
-    if (refine_rounds_ == 0 || scene.lights.empty() || scene.lights.size() > kMostRefined) return 0;
-    return std::max(1, refine_rounds_ / static_cast<int>(scene.lights.size()));
-}
-
-namespace {
-
-// Result: the first layer that can still get better, -1: none.
-int unrefined_layer(const FrameInputs& inputs) {
-    if (!inputs.refines()) return -1;
-    const int count = static_cast<int>(inputs.lights.size());
-    for (int layer = 0; layer < count; ++layer) {
-        if (!refined(inputs.target, inputs.scene, layer, inputs.refine_rounds).finished) return layer;
-    }
-    return -1;
-}
-
-int rounds_shown(const FrameInputs& inputs) {
-    int least = inputs.refine_rounds;
-    if (!inputs.refines()) return 0;
-    for (std::size_t i = 0; i < inputs.lights.size(); ++i)
-        least = std::min(least, refined(inputs.target, inputs.scene, static_cast<int>(i), least).rounds);
-    return least;
-}
-
-}  // namespace
-
 bool Renderer::refine(const Scene& scene, const std::function<bool()>& interrupted) {
+    if (scene.technique != Technique::standard) return false;
     prepare(scene, true);  // a capture of an older scene may have been here
     const Eye eye = eye_of(scene.camera, scene.width_px, scene.height_px);
     const FrameInputs inputs = inputs_of(scene, live_, eye);
-    const int layer = unrefined_layer(inputs);
-    if (layer < 0) return false;
-    const auto light = static_cast<std::size_t>(layer);
-    return continue_refinement(inputs.context(), scene.lights[light], *inputs.lights[light], layer,
-                               inputs.refine_rounds, interrupted);
+    if (!builder_->done()) {  // another generation will come: nothing is worth tracing twice
+        std::this_thread::sleep_for(std::chrono::milliseconds(interrupted() ? 0 : 4));
+        return newer_transport();
+    }
+    return continue_grid_links(inputs.context(), interrupted);
 }
 
 bool Renderer::refined(const Scene& scene) {
+    if (scene.technique != Technique::standard || !refines_) return true;
     prepare(scene, true);
-    const Eye eye = eye_of(scene.camera, scene.width_px, scene.height_px);
-    return unrefined_layer(inputs_of(scene, live_, eye)) < 0;
+    return builder_->done() && !newer_transport() && !grid_links_left(live_);
+}
+
+v1::TransportStats Renderer::transport_stats() const {
+    v1::TransportStats stats;
+    stats.set_ready(builder_ && builder_->done());
+    if (transport_) {
+        stats.set_surfels(static_cast<std::uint32_t>(transport_->surface->surfels.count));
+        stats.set_links_per_surfel(transport_->links.per_surfel());
+        stats.set_bytes(static_cast<double>(transport_->bytes()));
+        stats.set_seconds(transport_->seconds);
+    }
+    return stats;
 }
 
 v1::FrameReport Renderer::run(const FrameInputs& inputs, std::vector<SlotRef> wanted, Timers& timers) {
@@ -173,8 +163,10 @@ v1::FrameReport Renderer::run(const FrameInputs& inputs, std::vector<SlotRef> wa
         });
     report.set_scene_rev(inputs.scene.scene_rev);
     for (v1::PassReport& row : rows) *report.add_passes() = std::move(row);
-    // Every wanted pass has run to its end: asked again, nothing would, unless luminaires' own layers are to follow.
-    report.set_settled(!inputs.merged);
+    // Asked again nothing would run, unless luminaires' own layers or more bounces are to follow.
+    const bool all = !inputs.merged && outdated(build_pipeline(inputs), wanted, ledger_).empty();
+    if (inputs.target.id == live_.id) settled_ = all;
+    report.set_settled(all && (inputs.scene.technique != Technique::standard || builder_->done()));
     return report;
 }
 
@@ -224,8 +216,10 @@ void Renderer::begin_frame(const Scene& scene, std::int64_t drained_ns) {
     frame->report.set_width_px(static_cast<std::uint32_t>(live_.width_px));
     frame->report.set_height_px(static_cast<std::uint32_t>(live_.height_px));
     frame->report.set_effort(static_cast<std::uint32_t>(effort_));
-    if (scene.technique == Technique::standard) frame->report.set_vpls(vpls_of(scene, true));
-    frame->report.set_refined_rounds(static_cast<std::uint32_t>(rounds_shown(inputs)));
+    if (transport_ && scene.technique == Technique::standard) {
+        frame->report.set_links(transport_->links.per_surfel());
+        frame->report.set_refined_rounds(static_cast<std::uint32_t>(grid_links_shown(live_)));
+    }
     const auto& passes = frame->report.passes();
     frame->picture = std::any_of(passes.begin(), passes.end(),
                                  [](const auto& row) { return row.name() == "nv12" && row.state() == "ran"; });
@@ -284,11 +278,6 @@ std::optional<FinishedFrame> Renderer::finish_frame(bool wait) {
     return done;
 }
 
-void Renderer::set_occluded(bool occluded) {
-    occluded_ = occluded;
-    ledger_.forget_target(live_.id);
-}
-
 std::vector<glm::vec3> Renderer::live_illuminance(const Scene& scene, bool indirect) {
     std::vector<glm::vec3> weights;  // cd
     for (const Light& light : scene.lights)
@@ -312,7 +301,6 @@ v1::MeterReading Renderer::meter(const Scene& scene, const glm::dvec3& point, co
                                  MeterQuality quality) {
     Scene metered = scene;
     if (quality == MeterQuality::rsm) metered.technique = Technique::standard;
-    if (metered.technique != scene.technique) metered.samples = kDefaultVpls;
     prepare(metered, false);
     const Target target = make_target(next_target_++, TargetKind::precise, 1, 1, metered.lights.size(), false);
     // The eye stands one metre above the point and looks straight down at it.
@@ -343,6 +331,8 @@ v1::MeterReading Renderer::meter(const Scene& scene, const glm::dvec3& point, co
         direct_lx += weight * (static_cast<double>(direct) / unit_m2);
         const glm::dvec3 from_light = point - metered.lights[i].position;
         glm::dvec3 bounced = glm::dvec3(indirect) / unit_m2;
+        if (quality != MeterQuality::rsm && metered.technique == Technique::standard)
+            bounced = point_light(target, i).light;
         if (quality == MeterQuality::rsm) {
             // Each half of the texels, doubled, is an estimate of its own; half their difference is the mean's error.
             const auto halves = checkerboard_irradiance(gpu.texels, from_light, unit_normal);
@@ -357,9 +347,9 @@ v1::MeterReading Renderer::meter(const Scene& scene, const glm::dvec3& point, co
                 sum += part_lx;
                 squares += part_lx * part_lx;
             }
-            constexpr double kParts = shade::kSubsets;
+            constexpr double kParts = kMeterParts;
             variance += std::max(0.0, squares - sum * sum / kParts) / (kParts * (kParts - 1.0));
-            samples += gpu.vpls.per_subset * shade::kSubsets;
+            samples = kMeterLinks;
         }
         indirect_lx += weight * bounced;
     }

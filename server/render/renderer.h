@@ -21,6 +21,7 @@
 #include "server/render/programs.h"
 #include "server/render/target.h"
 #include "server/scene/scene.h"
+#include "server/transport/transport.h"
 
 namespace gonio {
 
@@ -32,8 +33,6 @@ struct Clusters;
 struct Looks;
 }  // namespace shade
 
-inline constexpr std::size_t kMostRefined = 16;  // luminaires: each keeps 8 bytes a pixel
-
 class Renderer final : public LiveRenderer {
 public:
     // Where the direct light of the default technique is computed: by shaders with a shadow map, or on the CPU with a
@@ -44,7 +43,7 @@ public:
 
     void begin_frame(const Scene& scene, std::int64_t drained_ns) override;
     void set_effort(std::size_t effort) override { effort_ = effort; }
-    void set_refinement(int rounds) override { refine_rounds_ = rounds; }
+    void set_refinement(bool wanted) override { refines_ = wanted; }
     bool refine(const Scene& scene, const std::function<bool()>& interrupted) override;
     bool refined(const Scene& scene) override;
     std::optional<FinishedFrame> finish_frame(bool wait) override;
@@ -58,16 +57,18 @@ public:
                                                    bool raw);
     v1::MeterReading meter(const Scene& scene, const glm::dvec3& point, const glm::dvec3& normal,
                            MeterQuality quality) override;
-    // Whether the live picture's indirect light is blocked by what stands in its way, with its near light; true unless
-    // a bench wants the unoccluded part alone.
-    void set_occluded(bool occluded);
     // Texels per face side of the reflective shadow maps that are made from now on: benches compare sizes.
     void set_rsm_size(int texels) { rsm_size_ = texels; }
     // Result: the illuminance in lux, per channel, that the live picture shows at each of its pixels, rows from the
     // bottom, 0 where there is no surface: the live target's layers times the lights' weights, as the composite pass
     // adds them. scene: the one of the last begin_frame. Reads whole layers back: for measuring, not for every frame.
     std::vector<glm::vec3> live_illuminance(const Scene& scene, bool indirect);
-    bool settled() const override { return !merged_; }
+    bool settled() const override { return settled_ && !newer_transport(); }
+    bool ready(const Scene& scene) override;
+    // From now on the transport of a scene is made beside frames, by threads that yield to everything else; before, the
+    // first frame of a scene waits for it.
+    void make_transport_beside() { transport_beside_ = true; }
+    v1::TransportStats transport_stats() const override;
 
     // From now on visits what every pass writes, of live frames, captures and meters, before anything uses it
     // (server/render/inspect.h). Slow: everything is read back. Empty: stops.
@@ -78,27 +79,28 @@ private:
 
     // live: for a live frame; else for a capture or a meter of a scene that may be older.
     void prepare(const Scene& scene, bool live);
+    void prepare_transport(const Scene& scene);
     v1::FrameReport run(const FrameInputs& inputs, std::vector<SlotRef> wanted, Timers& timers);
     void choose_layers(FrameInputs& inputs);
     FrameInputs inputs_of(const Scene& scene, const Target& target, const Eye& eye);
 
-    int rounds_of(const Scene& scene) const;
-    unsigned vpls_of(const Scene& scene, bool live) const;
+    bool newer_transport() const { return builder_ && builder_->newest() != transport_; }
 
     const bool direct_by_rays_;
-    int refine_rounds_ = 0;
+    bool refines_ = false, transport_beside_ = false, settled_ = true;
     std::size_t effort_ = 0;
-    bool occluded_ = true;
     int rsm_size_ = kRsmSize;
     Programs programs_;
     std::unique_ptr<GpuScene> geometry_;
     std::map<std::uint32_t, LightGpu> lights_;  // by Light::id
     std::map<const Profile*, std::weak_ptr<const WebGpu>> webs_;
-    std::map<std::pair<const Profile*, unsigned>, std::weak_ptr<const shade::VplRays>> rays_;  // and how many
     std::shared_ptr<const trace::Geometry> traced_;
+    std::unique_ptr<transport::Builder> builder_;              // of `traced_`
+    std::shared_ptr<const transport::Transport> transport_;  // what passes read
+    std::uint64_t generation_ = 0;                            // counts what it was
     std::unique_ptr<const shade::Looks> looks_;
     std::unique_ptr<const shade::Clusters> clusters_;  // empty where GL draws the live G-buffer
-    shade::Pool pool_;
+    Pool pool_;
     Ledger ledger_;
     Target live_;
     bool merged_ = false;         // the newest live picture shows all luminaires at once

@@ -2,6 +2,7 @@
 // are targets of different size and precision; all run the same passes.
 #pragma once
 
+#include <array>
 #include <cstdint>
 #include <memory>
 
@@ -17,9 +18,6 @@ enum class TargetKind : std::uint8_t { live, still, precise };
 
 struct ScreenLight;  // passes/shade_cpu.cpp
 std::shared_ptr<ScreenLight> make_screen_light();
-namespace shade {
-struct PointLight;
-}
 
 struct Target {
     std::uint32_t id = 0;
@@ -43,8 +41,15 @@ struct Target {
     gl::Framebuffer nv12_fbo;
 };
 
+// Irradiance at one point per candela of peak, rgb: the mean of independent parts.
+inline constexpr std::size_t kMeterParts = 16;
+inline constexpr unsigned kMeterLinks = 8192;  // rays, all in all
+struct PointLight {
+    glm::dvec3 light{0.0};
+    std::array<glm::dvec3, kMeterParts> parts{};
+};
 // Result: what the gather pass of an interactive meter found for a light, of the default technique.
-const shade::PointLight& point_light(const Target& target, std::size_t layer);
+const PointLight& point_light(const Target& target, std::size_t layer);
 // Result: an empty target; its size is at least 1 × 1.
 Target make_target(std::uint32_t id, TargetKind kind, int width_px, int height_px, std::size_t lights, bool emissive);
 

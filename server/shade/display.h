@@ -7,7 +7,7 @@
 #include <span>
 
 #include "server/shade/layers.h"
-#include "server/shade/pool.h"
+#include "server/pool.h"
 
 namespace gonio::shade {
 

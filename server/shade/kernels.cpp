@@ -148,36 +148,41 @@ HWY_INLINE Vec3 surface_point(const Rays& rays, const glm::vec3& start, Float co
                                   z;
 }
 
+// Unoccluded illuminance per candela of peak × unit_m2 at p; n: the normal there.
+HWY_INLINE Float arrives(const DirectLight& light, const Vec3& p, const Vec3& n) {
+    const Vec3 to = p - spread(light.position);
+    const Float d2 = max(dot(to, to), Float(1e-12f));
+    const Float cosine = -dot(n, to) * inversesqrt(d2);
+    const Mask lit = Float(0.0f) < cosine;
+    if (hn::AllFalse(Tag(), lit)) return Float(0.0f);
+    const Float value = web_ratio(light.web, turned(light.light_from_world, to)) * cosine / d2 * Float(light.unit_m2);
+    return hn::IfThenElseZero(lit, value.raw);
+}
+
 void DirectRow(const DirectLight& light, int y, int width, const Rays& rays, float off_m, float off_per_depth,
                const float* depth, const std::uint32_t* normal, float* lux_per_cd, float* from_x, float* from_y,
                float* from_z) {
     const Tag tag;
     const IntTag ints;
     const glm::vec3 start = rays.corner + static_cast<float>(y) * rays.up;
-    const glm::mat3& m = light.light_from_world;
     for (int x = 0; x < width; x += static_cast<int>(hn::Lanes(tag))) {
         const Raw d = hn::LoadU(tag, depth + x);
         const Float z = Float(rays.near_m) / max(Float(d), Float(1e-30f));
         const Float column = hn::ConvertTo(tag, hn::Iota(ints, x));
         const Vec3 p = surface_point(rays, start, column, z);
         const Vec3 n = unpack_normal(hn::LoadU(ints, reinterpret_cast<const std::int32_t*>(normal) + x));
-        const Vec3 to = p - spread(light.position);
-        const Float d2 = max(dot(to, to), Float(1e-12f));
-        const Float cosine = -dot(n, to) * inversesqrt(d2);
         const Raw off = (Float(off_m) + z * Float(off_per_depth)).raw;
         const Vec3 from = p + n * Float(off);
         store(from.x, from_x + x), store(from.y, from_y + x), store(from.z, from_z + x);
-        const Mask lit = hn::And(hn::Gt(d, hn::Zero(tag)), hn::Gt(cosine.raw, hn::Zero(tag)));
-        if (hn::AllFalse(tag, lit)) {
-            store(Float(0.0f), lux_per_cd + x);
-            continue;
-        }
-        const Vec3 in_light(Float(m[0][0]) * to.x + Float(m[1][0]) * to.y + Float(m[2][0]) * to.z,
-                            Float(m[0][1]) * to.x + Float(m[1][1]) * to.y + Float(m[2][1]) * to.z,
-                            Float(m[0][2]) * to.x + Float(m[1][2]) * to.y + Float(m[2][2]) * to.z);
-        const Float value = web_ratio(light.web, in_light) * cosine / d2 * Float(light.unit_m2);
-        hn::StoreU(hn::IfThenElseZero(lit, value.raw), tag, lux_per_cd + x);
+        hn::StoreU(hn::IfThenElseZero(hn::Gt(d, hn::Zero(tag)), arrives(light, p, n).raw), tag, lux_per_cd + x);
     }
+}
+
+void DirectPoints(const DirectLight& light, const Points& points, std::size_t count, float* lux_per_cd) {
+    for (std::size_t i = 0; i < count; i += hn::Lanes(Tag()))
+        store(arrives(light, Vec3(load(points.x + i), load(points.y + i), load(points.z + i)),
+                      Vec3(load(points.nx + i), load(points.ny + i), load(points.nz + i))),
+              lux_per_cd + i);
 }
 
 void ToHalves(const float* from, std::size_t count, std::uint16_t* to) {
@@ -325,6 +330,7 @@ HWY_EXPORT(FilterNodesRow);
 HWY_EXPORT(WeightsRow);
 HWY_EXPORT(UpsampleRow);
 HWY_EXPORT(DirectRow);
+HWY_EXPORT(DirectPoints);
 HWY_EXPORT(ToHalves);
 HWY_EXPORT(MixHalves);
 HWY_EXPORT(AddHalves);
@@ -377,6 +383,9 @@ void direct_row(const DirectLight& light, int y, int width, const Rays& rays, fl
                 float* from_z) {
     HWY_DYNAMIC_DISPATCH(DirectRow)
     (light, y, width, rays, off_m, off_per_depth, depth, normal, lux_per_cd, from_x, from_y, from_z);
+}
+void direct_points(const DirectLight& light, const Points& points, std::size_t count, float* lux_per_cd) {
+    HWY_DYNAMIC_DISPATCH(DirectPoints)(light, points, count, lux_per_cd);
 }
 void to_halves(const float* from, std::size_t count, std::uint16_t* to) {
     HWY_DYNAMIC_DISPATCH(ToHalves)(from, count, to);

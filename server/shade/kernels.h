@@ -101,6 +101,9 @@ void direct_row(const DirectLight& light, int y, int width, const Rays& rays, fl
                 const float* depth, const std::uint32_t* normal, float* lux_per_cd, float* from_x, float* from_y,
                 float* from_z);
 
+// The same at `count` points, a multiple of kLanes, whatever stands between.
+void direct_points(const DirectLight& light, const Points& points, std::size_t count, float* lux_per_cd);
+
 // Half floats of `count` floats, a multiple of kLanes; what is greater becomes 65,504.
 void to_halves(const float* from, std::size_t count, std::uint16_t* to);
 

@@ -8,7 +8,7 @@
 #include <span>
 #include <vector>
 
-#include "server/shade/pool.h"
+#include "server/pool.h"
 #include "server/shade/screen.h"
 
 namespace gonio::shade {

@@ -8,7 +8,7 @@
 
 #include "server/shade/clusters.h"
 #include "server/shade/kernels.h"
-#include "server/shade/pool.h"
+#include "server/pool.h"
 
 namespace gonio::shade {
 

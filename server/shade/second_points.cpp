@@ -7,7 +7,7 @@ namespace gonio::shade {
 namespace {
 
 constexpr int kCell = 4;      // pixels
-constexpr int kTogether = 8;  // rows of cells whose points come column by column: packets of neighbours
+constexpr int kTogether = 8;  // rows of cells whose points come column by column, neighbours together
 
 // How many pixels of a cell show a surface that the points around them are poorly like.
 int poor_pixels(const Surfaces& surfaces, const ScreenGrid& screen, int cell_x, int cell_y) {
@@ -43,34 +43,6 @@ struct Some {
     }
 };
 
-// Points in packets of sixteen.
-class Packets {
-public:
-    explicit Packets(ScreenGrid& screen) : screen_(screen) {}
-    void add(std::size_t at) {
-        patch_.points.set(count_, screen_.grid.values, at);
-        patch_.at[count_] = at;
-        patch_.active |= 1u << count_;
-        if (++count_ == trace::kPacket) end();
-    }
-    // What is left of a packet is its last point, not active.
-    void end() {
-        if (count_ == 0) return;
-        for (int i = count_; i < trace::kPacket; ++i) {
-            patch_.at[i] = patch_.at[count_ - 1];
-            patch_.points.set(i, screen_.grid.values, patch_.at[i]);
-        }
-        screen_.second_packets.push_back(patch_);
-        patch_ = Patch();
-        count_ = 0;
-    }
-
-private:
-    ScreenGrid& screen_;
-    Patch patch_;
-    int count_ = 0;
-};
-
 }  // namespace
 
 void find_second_points(const Surfaces& surfaces, ScreenGrid& screen, Pool& pool) {
@@ -93,7 +65,6 @@ void find_second_points(const Surfaces& surfaces, ScreenGrid& screen, Pool& pool
 
     screen.second.assign(grid.first_spare(), 0);
     std::size_t next = grid.first_spare();
-    Packets packets(screen);
     for (int first = 0; first < grid.height; first += kTogether) {
         for (int x = 0; x < grid.width; ++x) {
             for (int y = first; y < std::min(first + kTogether, grid.height); ++y) {
@@ -103,10 +74,9 @@ void find_second_points(const Surfaces& surfaces, ScreenGrid& screen, Pool& pool
                 const Spot spot = middle_poor(surfaces, screen, x, y, poor[at]);
                 grid.set(next, spot.position, spot.normal, spot.depth);
                 screen.second[at] = static_cast<std::uint32_t>(next);
-                packets.add(next++);
+                ++next;
             }
         }
-        packets.end();
     }
 }
 

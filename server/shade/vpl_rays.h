@@ -8,7 +8,7 @@
 #include <vector>
 
 #include "server/shade/kernels.h"
-#include "server/shade/pool.h"
+#include "server/pool.h"
 #include "server/trace/sources.h"
 
 namespace gonio::shade {

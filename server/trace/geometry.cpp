@@ -60,14 +60,8 @@ struct Geometry::Embree {
         }
     }
     static bool stops(const Part& part, const Context& context, const RTCFilterFunctionNArguments& args, unsigned i) {
-        float alpha = part.material->base_color.a;
-        if (part.base_color != nullptr) {
-            const auto triangle = static_cast<int>(RTCHitN_primID(args.hit, args.N, i));
-            const glm::vec2 uv =
-                context.geometry->uv_at(part, triangle, RTCHitN_u(args.hit, args.N, i), RTCHitN_v(args.hit, args.N, i));
-            alpha *= sample(*part.base_color, uv, part.material->repeat_s, part.material->repeat_t).a;
-        }
-        return alpha >= part.material->alpha_cutoff;
+        return !context.geometry->is_hole(part, static_cast<int>(RTCHitN_primID(args.hit, args.N, i)),
+                                          RTCHitN_u(args.hit, args.N, i), RTCHitN_v(args.hit, args.N, i));
     }
 };
 
@@ -138,6 +132,25 @@ glm::vec2 Geometry::uv_at(const Part& part, int triangle, float u, float v) cons
     const std::uint32_t* index = &part.mesh->indices[static_cast<std::size_t>(triangle) * 3];
     const std::vector<Vertex>& vertices = part.mesh->vertices;
     return (1.0f - u - v) * vertices[index[0]].uv + u * vertices[index[1]].uv + v * vertices[index[2]].uv;
+}
+
+bool Geometry::is_hole(const Part& part, int triangle, float u, float v) const {
+    if (!part.material->alpha_mask) return false;
+    float alpha = part.material->base_color.a;
+    if (part.base_color != nullptr)
+        alpha *= sample(*part.base_color, uv_at(part, triangle, u, v), part.material->repeat_s, part.material->repeat_t).a;
+    return alpha < part.material->alpha_cutoff;
+}
+
+bool Geometry::surface_at(int instance, int triangle, float u, float v, bool front, SurfaceHit& hit) const {
+    if (is_hole(parts_[static_cast<std::size_t>(instance)], triangle, u, v)) return false;
+    const auto c = corners(instance, triangle);
+    const glm::vec3 normal = glm::cross(c[1] - c[0], c[2] - c[0]);
+    const float length2 = glm::dot(normal, normal);
+    if (!(length2 > 0.0f)) return false;
+    const glm::vec3 unit = normal / std::sqrt(length2);
+    hit = surface(static_cast<unsigned>(instance), static_cast<unsigned>(triangle), u, v, unit, front ? -unit : unit);
+    return true;
 }
 
 glm::vec3 Geometry::emission_at(int instance, int triangle, float u, float v) const {

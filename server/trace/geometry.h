@@ -61,6 +61,10 @@ public:
     // Half the scene's diagonal, m.
     float extent() const { return extent_; }
 
+    // What a ray would meet at barycentric (u, v) on the front or the back of a triangle; distance 0. Result: false in a
+    // hole of an alpha mask, or where the triangle has no area.
+    bool surface_at(int instance, int triangle, float u, float v, bool front, SurfaceHit& hit) const;
+
     // A triangle's corners, local, m.
     std::array<glm::vec3, 3> corners(int instance, int triangle) const;
     // Result: emission of the front at barycentric (u, v), cd/m².
@@ -79,6 +83,7 @@ private:
     friend struct Embree;
     SurfaceHit surface(unsigned instance, unsigned triangle, float u, float v, glm::vec3 geometric,
                        const glm::vec3& direction) const;
+    bool is_hole(const Part& part, int triangle, float u, float v) const;
     glm::vec2 uv_at(const Part& part, int triangle, float u, float v) const;
 
     std::shared_ptr<const SceneAsset> asset_;

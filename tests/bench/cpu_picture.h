@@ -18,7 +18,7 @@ struct CpuPicture {
     explicit CpuPicture(const Scene& scene);
     shade::LightView light_view() const;
 
-    shade::Pool pool;
+    Pool pool;
     trace::Geometry geometry;
     shade::Looks looks;
     shade::Clusters clusters;

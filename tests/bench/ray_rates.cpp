@@ -20,7 +20,7 @@ struct Packet {
 };
 
 // Result: `rays` over the seconds that the jobs take on all threads, the best of several runs.
-double rate(shade::Pool& pool, int jobs, double rays, const std::function<void(int)>& job) {
+double rate(Pool& pool, int jobs, double rays, const std::function<void(int)>& job) {
     double best = 1e30;
     for (int run = 0; run < 7; ++run) {
         const auto begin = std::chrono::steady_clock::now();
@@ -38,7 +38,7 @@ double rays_of(const std::vector<Packet>& packets) {
 
 // A row of packets is a job.
 constexpr std::size_t kPerJob = 64;
-double rate(shade::Pool& pool, const std::vector<Packet>& packets, const std::function<void(const Packet&)>& trace) {
+double rate(Pool& pool, const std::vector<Packet>& packets, const std::function<void(const Packet&)>& trace) {
     return rate(pool, static_cast<int>((packets.size() + kPerJob - 1) / kPerJob), rays_of(packets), [&](int job) {
         const std::size_t first = static_cast<std::size_t>(job) * kPerJob;
         for (std::size_t i = first; i < std::min(packets.size(), first + kPerJob); ++i) trace(packets[i]);

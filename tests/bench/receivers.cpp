@@ -65,7 +65,7 @@ std::vector<Receiver> receivers_of(const Scene& scene, std::span<const glm::ivec
     shade::Surfaces surfaces;
     shade::look_through(eye, geometry, gpu.near_m(), scene.width_px, scene.height_px, surfaces);
     shade::Raster raster;
-    shade::Pool pool;
+    Pool pool;
     // Where two surfaces meet in the centre of a pixel, the one that the live picture shows.
     shade::draw_surfaces(shade::make_clusters(geometry), shade::make_looks(geometry), false, surfaces, raster, pool);
     std::vector<Receiver> receivers;
@@ -101,7 +101,7 @@ std::vector<double> dense_rsm_lx(const Scene& scene, std::span<const Receiver> r
     const Eye eye;  // light passes look at neither
     const trace::Geometry traced(scene.asset);
     const shade::Looks looks;
-    shade::Pool pool(1);
+    Pool pool(1);
     std::vector<double> sum_lx(receivers.size(), 0.0);
     for (const Light& light : scene.lights) {
         LightGpu gpu;

@@ -21,7 +21,7 @@ namespace gonio::bench {
 namespace {
 
 // Part of the hash: raise it when the same scene gets other values, by a change of the passes or of the path tracer.
-constexpr std::uint32_t kVersion = 3;
+constexpr std::uint32_t kVersion = 4;
 
 // FNV-1a, 64 bits, over the object representation of plain values.
 struct Hash {
@@ -88,7 +88,7 @@ std::uint64_t content_hash(const Scene& scene, const ReferenceSettings& settings
     return h.value;
 }
 
-// The file: this header, then receivers, then three arrays of doubles. Of this machine only, as a cache is.
+// The file: this header, then receivers, then five arrays of doubles. Of this machine only, as a cache is.
 struct Header {
     char magic[8] = {'g', 'o', 'n', 'i', 'o', 'r', 'e', 'f'};
     std::uint64_t hash = 0, receivers = 0, empty_pixels = 0;
@@ -118,7 +118,8 @@ bool load(const std::filesystem::path& path, std::uint64_t hash, std::size_t mos
     if (n > most) return false;
     reference.empty_pixels = header.empty_pixels;
     reference.cached = read(in, reference.receivers, n) && read(in, reference.rsm_lx, n) &&
-                       read(in, reference.truth_lx, n) && read(in, reference.truth_variance, n);
+                       read(in, reference.truth_lx, n) && read(in, reference.truth_variance, n) &&
+                       read(in, reference.all_lx, n) && read(in, reference.all_variance, n);
     return reference.cached;
 }
 
@@ -134,6 +135,8 @@ void store(const std::filesystem::path& path, std::uint64_t hash, const Referenc
     write(out, reference.rsm_lx);
     write(out, reference.truth_lx);
     write(out, reference.truth_variance);
+    write(out, reference.all_lx);
+    write(out, reference.all_variance);
     out.close();
     if (!out) throw std::runtime_error("cannot write " + unfinished.string());
     std::filesystem::rename(unfinished, path);
@@ -142,27 +145,29 @@ void store(const std::filesystem::path& path, std::uint64_t hash, const Referenc
 // Rounds of twice as many samples each, every one from its own seed, of those points that need them: the root of the
 // mean variance over all points falls fastest for its cost where a point's samples are proportional to the deviation of
 // one sample there. The estimates of it are the path tracer's own.
-void trace_truth(const Scene& scene, const ReferenceSettings& settings, Reference& reference, std::ostream& progress) {
+void trace_truth(const Scene& scene, int bounces, const ReferenceSettings& settings,
+                 const std::vector<Receiver>& receivers, std::vector<double>& truth_lx,
+                 std::vector<double>& truth_variance, std::ostream& progress) {
     constexpr std::uint32_t kFirstRound = 256;
     const auto world = trace::make_world(scene);
-    const std::size_t n = reference.receivers.size();
+    const std::size_t n = receivers.size();
     struct Sum {
         double samples = 0.0, lx = 0.0, variance = 0.0;  // weighted by samples, by their square
     };
     std::vector<Sum> sums(n);
     std::vector<std::size_t> active(n);
     std::iota(active.begin(), active.end(), std::size_t{0});
-    reference.truth_lx.assign(n, 0.0);
-    reference.truth_variance.assign(n, 0.0);
+    truth_lx.assign(n, 0.0);
+    truth_variance.assign(n, 0.0);
     const auto begin = std::chrono::steady_clock::now();
     double traced = 0.0;
     trace::Settings wanted;
-    wanted.bounces = 1;
+    wanted.bounces = bounces;
     wanted.noise = 0.0;
     wanted.max_passes = kFirstRound;
     while (!active.empty()) {
         std::vector<trace::MeterPoint> points;
-        for (std::size_t i : active) points.push_back({reference.receivers[i].position, reference.receivers[i].normal});
+        for (std::size_t i : active) points.push_back({receivers[i].position, receivers[i].normal});
         const std::vector<trace::Reading> readings = trace::measure(*world, points, wanted);
         for (std::size_t k = 0; k < active.size(); ++k) {
             const double samples = readings[k].samples;
@@ -175,16 +180,16 @@ void trace_truth(const Scene& scene, const ReferenceSettings& settings, Referenc
         double mean_lx = 0.0, mean_variance = 0.0, mean_deviation = 0.0;
         std::vector<double> deviation(n);  // of one sample
         for (std::size_t i = 0; i < n; ++i) {
-            reference.truth_lx[i] = sums[i].lx / sums[i].samples;
-            reference.truth_variance[i] = sums[i].variance / (sums[i].samples * sums[i].samples);
-            deviation[i] = std::sqrt(reference.truth_variance[i] * sums[i].samples);
-            mean_lx += reference.truth_lx[i] / static_cast<double>(n);
-            mean_variance += reference.truth_variance[i] / static_cast<double>(n);
+            truth_lx[i] = sums[i].lx / sums[i].samples;
+            truth_variance[i] = sums[i].variance / (sums[i].samples * sums[i].samples);
+            deviation[i] = std::sqrt(truth_variance[i] * sums[i].samples);
+            mean_lx += truth_lx[i] / static_cast<double>(n);
+            mean_variance += truth_variance[i] / static_cast<double>(n);
             mean_deviation += deviation[i] / static_cast<double>(n);
         }
         const double goal_lx = settings.noise * mean_lx;
         const double spent_s = std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
-        progress << "  truth: " << active.size() << " points more, " << static_cast<std::uint64_t>(traced / 1e3)
+        progress << "  truth of " << (bounces < 0 ? "all bounces: " : "one bounce: ") << active.size() << " points more, " << static_cast<std::uint64_t>(traced / 1e3)
                  << "k samples in all, noise " << std::sqrt(mean_variance) / std::max(mean_lx, 1e-300) << ", "
                  << spent_s << " s\n"
                  << std::flush;
@@ -228,11 +233,14 @@ void leave_out_seams(const Scene& scene, Reference& reference) {
         reference.rsm_lx[kept] = reference.rsm_lx[i];
         reference.truth_lx[kept] = reference.truth_lx[i];
         reference.truth_variance[kept] = reference.truth_variance[i];
+        reference.all_lx[kept] = reference.all_lx[i];
+        reference.all_variance[kept] = reference.all_variance[i];
         ++kept;
     }
     reference.seam_pixels = reference.receivers.size() - kept;
     reference.receivers.resize(kept);
-    for (std::vector<double>* values : {&reference.rsm_lx, &reference.truth_lx, &reference.truth_variance})
+    for (std::vector<double>* values : {&reference.rsm_lx, &reference.truth_lx, &reference.truth_variance,
+                                        &reference.all_lx, &reference.all_variance})
         values->resize(kept);
 }
 
@@ -255,7 +263,9 @@ Reference reference_of(const Scene& scene, const ReferenceSettings& settings, co
                  << scene.lights.size() << " luminaires\n"
                  << std::flush;
         reference.rsm_lx = dense_rsm_lx(scene, reference.receivers, settings.rsm_size);
-        trace_truth(scene, settings, reference, progress);
+        trace_truth(scene, 1, settings, reference.receivers, reference.truth_lx, reference.truth_variance, progress);
+        trace_truth(scene, trace::kAllBounces, settings, reference.receivers, reference.all_lx, reference.all_variance,
+                    progress);
         store(path, hash, reference);
     }
     leave_out_seams(scene, reference);

@@ -12,8 +12,8 @@ namespace gonio::bench {
 struct ReferenceSettings {
     int cells = 64;          // per side of the picture: one pixel in each
     int rsm_size = 256;      // texels per face side of the dense sum's map
-    double noise = 0.005;    // of the truth: root of the mean variance over the mean
-    double seconds = 600.0;  // spent on the truth at most; what is reached by then is kept, and stated
+    double noise = 0.005;    // of the truths: root of the mean variance over the mean
+    double seconds = 600.0;  // spent on each of the two truths at most; what is reached by then is kept, and stated
 };
 
 struct Reference {
@@ -23,6 +23,8 @@ struct Reference {
     std::vector<double> rsm_lx;          // one unoccluded bounce, dense sum
     std::vector<double> truth_lx;        // one bounce with exact visibility, path traced
     std::vector<double> truth_variance;  // of it, lux²
+    std::vector<double> all_lx;          // every bounce, path traced
+    std::vector<double> all_variance;    // of it, lux²
     bool cached = false;                 // came from disk
 };
 

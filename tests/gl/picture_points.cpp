@@ -11,7 +11,7 @@ namespace gonio::test {
 PicturePoints points_of(const Scene& scene, const trace::Geometry& geometry, int step) {
     shade::Surfaces surfaces;
     shade::Raster raster;
-    shade::Pool pool;
+    Pool pool;
     shade::look_through(eye_of(scene.camera, scene.width_px, scene.height_px), geometry, 1e-4f, scene.width_px,
                         scene.height_px, surfaces);
     shade::draw_surfaces(shade::make_clusters(geometry), shade::make_looks(geometry), false, surfaces, raster, pool);

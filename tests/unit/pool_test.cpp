@@ -1,4 +1,4 @@
-#include "server/shade/pool.h"
+#include "server/pool.h"
 
 #include <gtest/gtest.h>
 

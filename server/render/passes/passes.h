@@ -13,6 +13,7 @@
 #include "server/scene/scene.h"
 #include "server/shade/clusters.h"
 #include "server/shade/screen.h"
+#include "server/transport/transport.h"
 
 namespace gonio {
 
@@ -26,8 +27,8 @@ struct PassContext {
     const trace::Geometry& traced;
     const shade::Clusters& clusters;
     const shade::Looks& looks;
-    shade::Pool& pool;
-    bool occluded = true;
+    Pool& pool;
+    const transport::Transport* transport = nullptr;  // null: not made yet, there is no indirect light
     bool layers_on_cpu = false;  // what the CPU shades stays there; run_layers takes it to the target's textures
     std::size_t effort = 0;      // index into kEfforts
 };
@@ -54,43 +55,39 @@ PassRun run_direct_point(const PassContext& context, const Light& light, const L
 PassRun run_raster(const PassContext& context);
 // The same, read back from the target's textures.
 PassRun run_grid(const PassContext& context);
-// What the luminaire's rays meet: its VPLs.
-PassRun run_vpl(const PassContext& context, const Light& light, LightGpu& gpu);
-// Which share of the VPLs' light is blocked, and the light near contacts, on the grid's nodes.
-PassRun run_occlusion(const PassContext& context, const Light& light, const LightGpu& gpu, int layer);
-// All of it at the target's pixels, into a layer.
-PassRun run_gather(const PassContext& context, const Light& light, const LightGpu& gpu, int layer);
-// A still picture's layer, refined (server/shade/refine.h). Does a bounded part of the work; interrupted: asked now and
-// then, whether to stop at once. Result: whether run_refine has something better to show than before.
-bool continue_refinement(const PassContext& context, const Light& light, const LightGpu& gpu, int layer, int rounds,
-                         const std::function<bool()>& interrupted);
-// Puts it into the layer.
-PassRun run_refine(const PassContext& context, int layer);
-struct Refined {
-    unsigned shown = 0;     // counts what run_refine was given since the layer was gathered
-    bool finished = false;  // all `rounds` of it are shown
-    int rounds = 0;         // that are complete
-};
-// Nothing is, if the layer was gathered of another state of the scene.
-Refined refined(const Target& target, const Scene& scene, int layer, int rounds);
+// Direct light of a luminaire at the transport's surfels; every bounce among them.
+PassRun run_surfels(const PassContext& context, const Light& light, LightGpu& gpu);
+PassRun run_solve(const PassContext& context, LightGpu& gpu);
+// How the grid's points see the surfels; of stills with links of the points' own.
+PassRun run_gather_weights(const PassContext& context);
+// Irradiance at the target's pixels, into a layer.
+PassRun run_gather(const PassContext& context, const LightGpu& gpu, int layer);
+// While nothing moves: traces links of the live grid's points, until there are more to be shown (result: true), or
+// `interrupted`, asked every few milliseconds, says so.
+bool continue_grid_links(const PassContext& context, const std::function<bool()>& interrupted);
+bool grid_links_left(const Target& target);
+// Result: generations of them that a gather reads.
+std::uint64_t grid_links_shown(const Target& target);
 // The same at the one point of a meter.
-PassRun run_gather_point(const PassContext& context, const Light& light, const LightGpu& gpu, int layer);
+PassRun run_gather_point(const PassContext& context, const LightGpu& gpu, int layer);
 // The seed paper's indirect pass into a layer.
 PassRun run_gather_seed(const PassContext& context, const Light& light, const LightGpu& gpu, int layer);
 // The CPU's layers of one light -> the target's, for run_composite.
-PassRun run_layers(const Target& target, int layer, shade::Pool& pool);
-// All luminaires' VPLs and weights -> one list (server/shade/merged.h), and what follows from it for all at once.
+PassRun run_layers(const Target& target, int layer, Pool& pool);
+// All luminaires at their weights as one (server/shade/merged.h), and what follows from it for all at once.
 PassRun run_merge(const PassContext& context, std::span<const LightGpu* const> lights);
 PassRun run_direct_merged(const PassContext& context);
-PassRun run_occlusion_merged(const PassContext& context, const LightGpu& any);
-PassRun run_gather_merged(const PassContext& context, const LightGpu& any);
+PassRun run_solve_merged(const PassContext& context);
+PassRun run_gather_merged(const PassContext& context);
+// Whether the last run of run_solve_merged went on until no bounce brought anything.
+bool merged_converged(const Target& target);
 // All layers on the CPU -> NV12 on the CPU: the beauty, direct and indirect views. merged: what the list's passes made
 // instead.
 PassRun run_composite_cpu(const PassContext& context, View view, std::span<const LightGpu* const> lights, bool merged);
 // Result: the illuminance in lux, rgb per pixel, rows from the bottom, that the CPU's layers hold, or the list's passes
 // (merged). weights: by layer, cd.
 std::vector<glm::vec3> cpu_illuminance(const Target& target, std::span<const glm::vec3> weights, float layer_unit_m2,
-                                       bool merged, bool indirect, shade::Pool& pool);
+                                       bool merged, bool indirect, Pool& pool);
 // Result: the picture that run_composite_cpu has just made; null if shaders make it.
 const std::vector<std::uint8_t>* made_nv12(const Target& target);
 // Result: the picture that run_composite_cpu made since the last call; null if it did not run.

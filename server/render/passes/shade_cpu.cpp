@@ -8,83 +8,19 @@
 
 #include "server/render/passes/passes.h"
 #include "server/render/passes/screen.h"
+#include "server/render/passes/screen_light.h"
 #include "server/render/quality.h"
 #include "server/scene/apply.h"
 #include "server/shade/display.h"
-#include "server/shade/layers.h"
-#include "server/shade/merged.h"
-#include "server/shade/raster.h"
-#include "server/shade/refine.h"
 #include "server/shade/upsample.h"
 
 namespace gonio {
-
-// What a layer of a luminaire depends on.
-using Revisions = std::array<std::uint64_t, 7>;
-static Revisions revisions(const Scene& scene, const Light& light) {
-    return {light.id,           light.position_rev, light.aim_rev, light.profile_rev,
-            scene.geometry_rev, scene.camera_rev,   scene.samples};
-}
-
-// The CPU's side of one target: what it reads of the G-buffer, and what it made of it per light.
-struct ScreenLight {
-    shade::Surfaces surfaces;
-    shade::ScreenGrid grid;
-    std::vector<shade::Planes> occlusion;  // by layer
-    std::vector<std::uint16_t> halves;     // scratch: what is uploaded
-    std::vector<float> floats;
-    std::vector<shade::PointLight> points;  // by layer, of meters
-    // Where layers stay on the CPU.
-    std::vector<shade::LightLayer> layers;
-    std::uint64_t writes = 0;  // to them
-    shade::LayerSum sum;
-    shade::Planes grid_sum;                     // scratch: 3 planes in the shape of the grid
-    std::vector<std::uint16_t> indirect;        // 4 per pixel: the sum of the luminaires' indirect light
-    std::optional<std::uint64_t> indirect_sum;  // LayerSum::changes() it was made from; none: an older grid
-    std::uint64_t indirect_single = 0;          // LightLayer::version of the only luminaire it shows; 0: it is a sum
-    struct Merged {
-        shade::MergedList list;
-        shade::Planes occlusion;
-        shade::Lattice lattice;
-        std::vector<std::uint16_t> direct, indirect;  // 4 per pixel, per cd of the list's reference × the layers' unit
-    } merged;
-    // What is known of a layer's refinement.
-    struct Refining {
-        Revisions of{};                      // what the layer was gathered of
-        std::uint64_t gathered = 0;          // counts gathers
-        int rounds = 0, fade = 0;            // that are complete; steps of fading to the first
-        unsigned shown = 0;                  // counts what run_refine was given
-        std::vector<std::uint16_t> refined;  // 4 per pixel; not empty: instead of the layer's grid, which is dark then
-    };
-    std::vector<Refining> refining;
-    shade::Refinement refinement;      // of one luminaire at a time
-    int refined_layer = -1;            // whose
-    std::uint64_t refined_gather = 0;  // its `gathered` when that began
-    shade::Raster raster;              // of it, where the G-buffer is read from GL, the colours only
-    std::shared_ptr<std::vector<std::uint8_t>> nv12;
-    std::vector<std::shared_ptr<std::vector<std::uint8_t>>> pictures;  // made before; those nobody holds are used again
-};
 
 namespace {
 
 const shade::Quality& quality_of(TargetKind kind) {
     return kind == TargetKind::live ? kLive : kind == TargetKind::still ? kStill : kPrecise;
 }
-
-shade::LightView view_of(const PassContext& context, const Light& light, const LightGpu& gpu) {
-    return {context.traced,
-            *gpu.rays,
-            gpu.vpls,
-            light.position - context.traced.origin(),
-            glm::dmat3(glm::mat3_cast(light.world_from_light)),
-            shade::web_of(gpu.web->words.data()),
-            context.looks,
-            context.geometry.layer_unit_m2()};
-}
-
-}  // namespace
-
-namespace {
 
 void set_view(const PassContext& context) {
     const Target& target = context.target;
@@ -94,16 +30,7 @@ void set_view(const PassContext& context) {
 
 void set_grid(const PassContext& context) {
     shade::Quality quality = quality_of(context.target.kind);
-    const Effort& effort = kEfforts[context.effort];
-    if (context.effort > 0) {
-        quality.node_vpls = effort.node_vpls;
-        quality.close.share = effort.close_share;
-        quality.second_share = effort.second_share;
-    }
-    if (!context.occluded) {
-        quality.node_vpls = quality.near_rays = 0;
-        quality.kappa = 1.0f;  // the kernel bounded by the area alone
-    }
+    if (context.effort > 0) quality.second_share = kEfforts[context.effort].second_share;
     ScreenLight& screen = *context.target.screen;
     shade::make_grid(screen.surfaces, quality, screen.grid, context.pool);
     screen.indirect_sum.reset();
@@ -146,33 +73,6 @@ PassRun run_grid(const PassContext& context) {
     return {};
 }
 
-PassRun run_vpl(const PassContext& context, const Light& light, LightGpu& gpu) {
-    gpu.vpls = shade::cast(*gpu.rays, context.traced, light.position - context.traced.origin(),
-                           glm::dmat3(glm::mat3_cast(light.world_from_light)), context.pool);
-    return {};
-}
-
-PassRun run_occlusion(const PassContext& context, const Light& light, const LightGpu& gpu, int layer) {
-    ScreenLight& screen = *context.target.screen;
-    screen.occlusion.resize(std::max(screen.occlusion.size(), static_cast<std::size_t>(layer) + 1));
-    screen.occlusion[static_cast<std::size_t>(layer)] =
-        shade::trace_occlusion(screen.grid, view_of(context, light, gpu), context.pool);
-    return {};
-}
-
-namespace {
-
-ScreenLight::Refining& refining_of(ScreenLight& screen, int layer) {
-    screen.refining.resize(std::max(screen.refining.size(), static_cast<std::size_t>(layer) + 1));
-    return screen.refining[static_cast<std::size_t>(layer)];
-}
-
-shade::LightLayer& layer_of(ScreenLight& screen, int layer) {
-    screen.layers.resize(std::max(screen.layers.size(), static_cast<std::size_t>(layer) + 1));
-    return screen.layers[static_cast<std::size_t>(layer)];
-}
-
-// values: surfaces.row_length pixels a row.
 void upload(const gl::Texture& array, const shade::Surfaces& s, int layer, GLenum format, GLenum type,
             const void* values) {
     glPixelStorei(GL_UNPACK_ALIGNMENT, 2);
@@ -180,8 +80,6 @@ void upload(const gl::Texture& array, const shade::Surfaces& s, int layer, GLenu
     glTextureSubImage3D(array.id(), 0, 0, 0, layer, s.width, s.height, 1, format, type, values);
     glPixelStorei(GL_UNPACK_ROW_LENGTH, 0);
 }
-
-}  // namespace
 
 PassRun run_direct_rays(const PassContext& context, const Light& light, const LightGpu& gpu, int layer) {
     const Target& target = context.target;
@@ -228,50 +126,7 @@ PassRun run_direct_point(const PassContext& context, const Light& light, const L
     return {};
 }
 
-PassRun run_gather(const PassContext& context, const Light& light, const LightGpu& gpu, int layer) {
-    const Target& target = context.target;
-    ScreenLight& screen = *target.screen;
-    const shade::Surfaces& s = screen.surfaces;
-    const shade::Planes planes = shade::gather_grid(screen.grid, view_of(context, light, gpu),
-                                                    screen.occlusion[static_cast<std::size_t>(layer)], context.pool);
-    if (screen.grid.quality.step > 1) {
-        if (context.layers_on_cpu) {
-            shade::LightLayer& own = layer_of(screen, layer);
-            for (std::size_t k = 0; k < 3; ++k) {
-                own.indirect[k].resize(planes[k].size() / shade::kLanes * shade::kLanes);
-                shade::to_halves(planes[k].data(), own.indirect[k].size(), own.indirect[k].data());
-            }
-            own.version = ++screen.writes;
-            ScreenLight::Refining& refining = refining_of(screen, layer);
-            refining.of = revisions(context.scene, light);
-            ++refining.gathered;
-            refining.rounds = refining.fade = 0;
-            refining.shown = 0;
-            refining.refined.clear();
-            return {};
-        }
-        shade::upsample(s, screen.grid, planes, screen.halves, context.pool);
-        upload(target.indirect, s, layer, GL_RGBA, GL_HALF_FLOAT, screen.halves.data());
-        return {};
-    }
-    const float greatest = target.kind == TargetKind::precise ? 3e38f : 65504.0f;  // what the layer can hold
-    screen.floats.resize(static_cast<std::size_t>(s.width) * static_cast<std::size_t>(s.height) * 4);
-    context.pool.run(s.height, [&](int row) {
-        float* to = screen.floats.data() + static_cast<std::size_t>(row) * static_cast<std::size_t>(s.width) * 4;
-        for (int x = 0; x < s.width; ++x, to += 4) {
-            const auto at = static_cast<std::size_t>(screen.grid.grid.at(x, row));
-            for (std::size_t k = 0; k < 3; ++k) to[k] = std::min(planes[k][at], greatest);
-            to[3] = 1.0f;
-        }
-    });
-    glTextureSubImage3D(target.indirect.id(), 0, 0, 0, layer, s.width, s.height, 1, GL_RGBA, GL_FLOAT,
-                        screen.floats.data());
-    return {};
-}
-
 namespace {
-// The first round differs most from the live picture: it comes in so many steps, without a pop.
-constexpr int kFadeSteps = 4;
 
 // out: 3 planes in the shape of the grid.
 void grid_floats(const shade::LightLayer& layer, std::size_t size, shade::Planes& out) {
@@ -287,81 +142,14 @@ std::size_t grid_size(const ScreenLight& screen) {
     return screen.grid.grid.size() + shade::kLanes;
 }
 
-// Whether the refinement's sums are of this layer as it is.
-bool refines_now(ScreenLight& screen, int layer) {
-    return screen.refined_layer == layer && screen.refined_gather == refining_of(screen, layer).gathered;
-}
-
 }  // namespace
 
-bool continue_refinement(const PassContext& context, const Light& light, const LightGpu& gpu, int layer, int rounds,
-                         const std::function<bool()>& interrupted) {
-    ScreenLight& screen = *context.target.screen;
-    ScreenLight::Refining& own = refining_of(screen, layer);
-    const bool mine = refines_now(screen, layer) && screen.refinement.rounds() == rounds;
-    if (own.fade > 0 && own.fade < kFadeSteps) {
-        if (mine) {
-            ++own.fade;
-            ++own.shown;
-            return true;
-        }
-        own.fade = kFadeSteps;  // another luminaire has taken its sums: it stays as it is until there are new ones
-        own.rounds = 0;
-    }
-    if (!mine) {
-        screen.refined_layer = layer;
-        screen.refined_gather = own.gathered;
-        screen.refinement.start(rounds);
-    }
-    if (!screen.refinement.continue_with(screen.surfaces, view_of(context, light, gpu), context.pool, interrupted))
-        return false;
-    if (screen.refinement.rounds_done() <= own.rounds)
-        return false;  // begun anew, and not yet as good as what is shown
-    own.rounds = screen.refinement.rounds_done();
-    own.fade = std::max(own.fade, 1);
-    ++own.shown;
-    return true;
-}
-
-PassRun run_refine(const PassContext& context, int layer) {
-    ScreenLight& screen = *context.target.screen;
-    ScreenLight::Refining& own = refining_of(screen, layer);
-    if (own.shown == 0 || !refines_now(screen, layer)) return {};  // gathered anew in this very frame
-    if (own.refined.empty()) {                                     // from now on the layer is at the pixels
-        shade::LightLayer& grid = layer_of(screen, layer);
-        grid_floats(grid, grid_size(screen), screen.grid_sum);
-        shade::upsample(screen.surfaces, screen.grid, screen.grid_sum, own.refined, context.pool);
-        screen.refinement.count(own.refined, context.pool);
-        for (auto& plane : grid.indirect) std::fill(plane.begin(), plane.end(), std::uint16_t{0});
-        grid.version = ++screen.writes;
-        screen.indirect_sum.reset();
-    }
-    // Of what lies between the layer as it is and the mean, so that the steps are even.
-    const float share = 1.0f / static_cast<float>(kFadeSteps + 1 - own.fade);
-    screen.refinement.mean(share, own.refined, context.pool);
-    return {};
-}
-
-Refined refined(const Target& target, const Scene& scene, int layer, int rounds) {
-    const ScreenLight& screen = *target.screen;
-    const auto index = static_cast<std::size_t>(layer);
-    if (index >= screen.refining.size()) return {};
-    const ScreenLight::Refining& own = screen.refining[index];
-    if (own.of != revisions(scene, scene.lights[index])) return {};
-    return {own.shown, own.rounds >= rounds && own.fade == kFadeSteps, own.rounds};
-}
-
-PassRun run_layers(const Target& target, int layer, shade::Pool& pool) {
+PassRun run_layers(const Target& target, int layer, Pool& pool) {
     ScreenLight& screen = *target.screen;
     const shade::LightLayer& own = layer_of(screen, layer);
     // A part that no view has asked for yet is empty.
     if (!own.direct.empty()) upload(target.direct, screen.surfaces, layer, GL_RED, GL_HALF_FLOAT, own.direct.data());
     if (own.indirect[0].empty()) return {};
-    const std::vector<std::uint16_t>& refined = refining_of(screen, layer).refined;
-    if (!refined.empty()) {
-        upload(target.indirect, screen.surfaces, layer, GL_RGBA, GL_HALF_FLOAT, refined.data());
-        return {};
-    }
     grid_floats(own, grid_size(screen), screen.grid_sum);
     shade::upsample(screen.surfaces, screen.grid, screen.grid_sum, screen.halves, pool);
     screen.indirect_sum.reset();
@@ -370,7 +158,7 @@ PassRun run_layers(const Target& target, int layer, shade::Pool& pool) {
 }
 
 std::vector<glm::vec3> cpu_illuminance(const Target& target, std::span<const glm::vec3> weights, float layer_unit_m2,
-                                       bool merged, bool indirect, shade::Pool& pool) {
+                                       bool merged, bool indirect, Pool& pool) {
     ScreenLight& screen = *target.screen;
     const shade::Surfaces& s = screen.surfaces;
     std::vector<glm::vec3> lux(static_cast<std::size_t>(s.width) * static_cast<std::size_t>(s.height));
@@ -398,14 +186,7 @@ std::vector<glm::vec3> cpu_illuminance(const Target& target, std::span<const glm
     shade::Planes sum(3, std::vector<float>(grid_size(screen), 0.0f)), own;
     for (std::size_t i = 0; i < weights.size(); ++i) {
         const shade::LightLayer& layer = layer_of(screen, static_cast<int>(i));
-        const std::vector<std::uint16_t>& refined = refining_of(screen, static_cast<int>(i)).refined;
-        if (indirect && !refined.empty()) {
-            const glm::vec3 unit_lx = weights[i] / layer_unit_m2;
-            for_pixels([&](std::size_t at, glm::vec3& to) {
-                for (int k = 0; k < 3; ++k)
-                    to[k] += unit_lx[k] * glm::unpackHalf1x16(refined[4 * at + static_cast<std::size_t>(k)]);
-            });
-        } else if (indirect && !layer.indirect[0].empty()) {
+        if (indirect && !layer.indirect[0].empty()) {
             grid_floats(layer, grid_size(screen), own);
             for (std::size_t k = 0; k < 3; ++k) {
                 const float weight = weights[i][static_cast<int>(k)] / reference;
@@ -424,56 +205,42 @@ std::vector<glm::vec3> cpu_illuminance(const Target& target, std::span<const glm
 }
 
 PassRun run_merge(const PassContext& context, std::span<const LightGpu* const> lights) {
-    std::vector<shade::MergedSource> sources;
+    ScreenLight::Merged& merged = context.target.screen->merged;
+    shade::MergedList& list = merged.list;
+    list = {};
+    const auto weight_of = [&](std::size_t i) {
+        return glm::vec3(light_weight(context.scene, context.scene.lights[i]) *
+                         static_cast<double>(lights[i]->web->peak_cd));
+    };
     for (std::size_t i = 0; i < lights.size(); ++i) {
-        const Light& light = context.scene.lights[i];
-        const LightGpu& gpu = *lights[i];
-        const glm::vec3 weight(light_weight(context.scene, light) * static_cast<double>(gpu.web->peak_cd));
-        if (weight == glm::vec3(0.0f)) continue;  // its VPLs may be of long ago
-        sources.push_back({*gpu.rays, gpu.vpls, shade::web_of(gpu.web->words.data()), gpu.web->beam_cos,
-                           light.position - context.traced.origin(), glm::dmat3(glm::mat3_cast(light.world_from_light)),
-                           weight});
+        const glm::vec3 weight = weight_of(i);
+        list.reference = std::max({list.reference, weight.x, weight.y, weight.z});
     }
-    context.target.screen->merged.list = shade::merge(sources, context.pool);
+    std::vector<glm::vec4>& direct = merged.irradiance.direct;
+    direct.clear();
+    if (!(list.reference > 0.0f)) return {};
+    const std::size_t surfels = context.transport != nullptr ? context.transport->surface->surfels.count : 0;
+    direct.assign(surfels, glm::vec4(0.0f));
+    merged.moves = true;
+    for (std::size_t i = 0; i < lights.size(); ++i) {
+        const glm::vec3 weight = weight_of(i) / list.reference;
+        if (weight == glm::vec3(0.0f)) continue;  // its light may be of long ago
+        const Light& light = context.scene.lights[i];
+        list.lights.push_back({glm::vec3(light.position - context.traced.origin()), light_from_world(light),
+                               shade::web_of(lights[i]->web->words.data()), weight, lights[i]->web->beam_cos});
+        const std::vector<float>& own = lights[i]->surfel_direct;
+        if (own.size() < surfels) continue;
+        context.pool.run_chunks(surfels, 4096, [&](std::size_t first, std::size_t count) {
+            for (std::size_t k = first; k < first + count; ++k) direct[k] += glm::vec4(weight * own[k], 0.0f);
+        });
+    }
     return {};
 }
-
-namespace {
-
-// any: a luminaire; nothing of its own is read.
-shade::LightView merged_view(const PassContext& context, const shade::MergedList& list, const LightGpu& any) {
-    return {context.traced,
-            *any.rays,
-            list.vpls,
-            glm::dvec3(0.0),
-            glm::dmat3(1.0),
-            shade::web_of(any.web->words.data()),
-            context.looks,
-            context.geometry.layer_unit_m2(),
-            &list};
-}
-
-}  // namespace
 
 PassRun run_direct_merged(const PassContext& context) {
     ScreenLight& screen = *context.target.screen;
     shade::merged_direct(screen.surfaces, screen.grid, context.traced, screen.merged.list,
                          context.geometry.layer_unit_m2(), screen.merged.lattice, screen.merged.direct, context.pool);
-    return {};
-}
-
-PassRun run_occlusion_merged(const PassContext& context, const LightGpu& any) {
-    ScreenLight& screen = *context.target.screen;
-    screen.merged.occlusion =
-        shade::trace_occlusion(screen.grid, merged_view(context, screen.merged.list, any), context.pool);
-    return {};
-}
-
-PassRun run_gather_merged(const PassContext& context, const LightGpu& any) {
-    ScreenLight& screen = *context.target.screen;
-    const shade::Planes planes = shade::gather_grid(screen.grid, merged_view(context, screen.merged.list, any),
-                                                    screen.merged.occlusion, context.pool);
-    shade::upsample(screen.surfaces, screen.grid, planes, screen.merged.indirect, context.pool);
     return {};
 }
 
@@ -509,9 +276,6 @@ PassRun run_composite_cpu(const PassContext& context, View view, std::span<const
                                       (static_cast<double>(lights[i]->web->peak_cd) / unit * shown_per_lux * kQuanta);
             if (quanta == glm::dvec3(0.0)) continue;
             // Nothing times infinity would be no number.
-            const std::vector<std::uint16_t>& better = refining_of(screen, static_cast<int>(i)).refined;
-            if (indirect && !better.empty())
-                refined.push_back({better.data(), glm::vec3(glm::min(quanta * (rest / kQuanta), glm::dvec3(1e30)))});
             terms.push_back({scene.lights[i].id, &layer_of(screen, static_cast<int>(i)),
                              glm::vec3(glm::min(quanta, glm::dvec3(1e30)))});
         }
@@ -524,7 +288,7 @@ PassRun run_composite_cpu(const PassContext& context, View view, std::span<const
             display.layers = screen.sum.others();
             for (int k = 0; k < 3; ++k) display.kept_direct[k] = screen.sum.kept_direct(k);
         }
-        if (indirect && alone && refined.empty()) {
+        if (indirect && alone) {
             // At the pixels once for all its levels.
             if (screen.indirect_single != first.layer->version) {
                 grid_floats(*first.layer, grid_size(screen), screen.grid_sum);
@@ -565,22 +329,6 @@ const std::vector<std::uint8_t>* made_nv12(const Target& target) {
 
 std::shared_ptr<const std::vector<std::uint8_t>> take_nv12(const Target& target) {
     return std::move(target.screen->nv12);
-}
-
-PassRun run_gather_point(const PassContext& context, const Light& light, const LightGpu& gpu, int layer) {
-    const Eye& eye = context.eye;
-    std::vector<shade::PointLight>& points = context.target.screen->points;
-    points.resize(context.scene.lights.size());
-    shade::PointLight& found = points[static_cast<std::size_t>(layer)];
-    found = shade::at_point(view_of(context, light, gpu), eye.position + eye.forward - context.traced.origin(),
-                            -eye.forward);
-    const glm::vec4 value(glm::vec3(found.light * static_cast<double>(context.geometry.layer_unit_m2())), 1.0f);
-    glTextureSubImage3D(context.target.indirect.id(), 0, 0, 0, layer, 1, 1, 1, GL_RGBA, GL_FLOAT, &value[0]);
-    return {};
-}
-
-const shade::PointLight& point_light(const Target& target, std::size_t layer) {
-    return target.screen->points.at(layer);
 }
 
 std::shared_ptr<ScreenLight> make_screen_light() {

@@ -9,7 +9,7 @@
 #include <thread>
 #include <vector>
 
-namespace gonio::shade {
+namespace gonio {
 
 class Pool {
 public:
@@ -100,4 +100,4 @@ private:
     std::vector<std::jthread> workers_;
 };
 
-}  // namespace gonio::shade
+}  // namespace gonio

@@ -1,0 +1,195 @@
+// The indirect light of the default technique: direct light at surfels, every bounce among them, and from there to the
+// target's points (server/transport, server/shade/grid_light.h).
+#include <algorithm>
+#include <bit>
+#include <cmath>
+#include <utility>
+
+#include "server/render/passes/passes.h"
+#include "server/render/passes/screen_light.h"
+#include "server/shade/surfel_light.h"
+#include "server/shade/upsample.h"
+#include "server/trace/sampler.h"
+
+namespace gonio {
+namespace {
+
+using transport::Transport;
+
+bool there(const PassContext& context) {
+    return context.transport != nullptr && context.transport->surface->surfels.count > 0;
+}
+
+}  // namespace
+
+PassRun run_surfels(const PassContext& context, const Light& light, LightGpu& gpu) {
+    gpu.surfel_direct.clear();
+    gpu.moves = true;
+    if (!there(context)) return {};
+    shade::direct_at_surfels(context.transport->surface->surfels, context.traced,
+                             {glm::vec3(light.position - context.traced.origin()), light_from_world(light),
+                              shade::web_of(gpu.web->words.data()), context.geometry.layer_unit_m2()},
+                             gpu.surfel_direct, context.pool);
+    return {};
+}
+
+namespace {
+
+// One bounce after the other while it moves, all of them when it rests.
+void solve_light(const PassContext& context, bool moves, transport::Irradiance& light) {
+    const Transport& transport = *context.transport;
+    const bool live = context.target.kind == TargetKind::live;
+    transport::solve(transport.surface->surfels, transport.links, {},
+                     moves && live ? transport::kMoving : transport::kAtRest, light, context.pool);
+}
+
+}  // namespace
+
+PassRun run_solve(const PassContext& context, LightGpu& gpu) {
+    const bool moves = std::exchange(gpu.moves, false);
+    if (!there(context) || gpu.surfel_direct.empty()) {
+        gpu.irradiance = {};
+        gpu.irradiance.converged = true;
+        return {};
+    }
+    const std::size_t count = context.transport->surface->surfels.count;
+    gpu.irradiance.direct.resize(count);
+    for (std::size_t i = 0; i < count; ++i) gpu.irradiance.direct[i] = glm::vec4(glm::vec3(gpu.surfel_direct[i]), 0.0f);
+    solve_light(context, moves, gpu.irradiance);
+    return {};
+}
+
+PassRun run_solve_merged(const PassContext& context) {
+    ScreenLight::Merged& merged = context.target.screen->merged;
+    const bool moves = std::exchange(merged.moves, false);
+    if (!there(context) || merged.irradiance.direct.empty()) {
+        merged.irradiance.indirect.clear();
+        merged.irradiance.converged = true;
+        return {};
+    }
+    solve_light(context, moves, merged.irradiance);
+    return {};
+}
+
+bool merged_converged(const Target& target) {
+    return target.screen->merged.irradiance.converged;
+}
+
+PassRun run_gather_weights(const PassContext& context) {
+    ScreenLight& screen = *context.target.screen;
+    screen.links = {};
+    if (!there(context)) return {};
+    const bool drawn_here = context.layers_on_cpu && !context.clusters.empty();
+    shade::find_surfels(screen.surfaces, drawn_here ? &screen.raster : nullptr, context.looks, screen.grid,
+                        *context.transport, screen.links, context.pool);
+    if (context.target.kind == TargetKind::live) return {};
+    while (screen.links.generations.size() < screen.grid.quality.generations || screen.links.next != 0)
+        shade::trace_grid_links(screen.grid, *context.transport, screen.links, context.pool);
+    return {};
+}
+
+bool continue_grid_links(const PassContext& context, const std::function<bool()>& interrupted) {
+    ScreenLight& screen = *context.target.screen;
+    if (!there(context)) return false;
+    // What is shown changes with 1, 2, 4 … generations.
+    const auto shows = [&] { return (screen.links.generations.size() & (screen.links.generations.size() - 1)) == 0; };
+    while (grid_links_left(context.target) && !interrupted()) {
+        if (shade::trace_grid_links(screen.grid, *context.transport, screen.links, context.pool) && shows()) return true;
+    }
+    return false;
+}
+
+bool grid_links_left(const Target& target) {
+    const ScreenLight& screen = *target.screen;
+    return !screen.links.around.empty() &&
+           (screen.links.generations.size() < screen.grid.quality.generations || screen.links.next != 0);
+}
+
+std::uint64_t grid_links_shown(const Target& target) {
+    const shade::GridLinks& links = target.screen->links;
+    return links.complete() == 0 ? 0 : std::bit_floor(links.complete());
+}
+
+PassRun run_gather(const PassContext& context, const LightGpu& gpu, int layer) {
+    const Target& target = context.target;
+    ScreenLight& screen = *target.screen;
+    const shade::Surfaces& s = screen.surfaces;
+    shade::Planes planes(3, std::vector<float>(screen.grid.grid.size() + shade::kLanes, 0.0f));
+    if (there(context))
+        planes = shade::irradiance_at_grid(screen.grid, *context.transport, screen.links, gpu.irradiance, {}, context.pool);
+    if (screen.grid.quality.step > 1) {
+        if (context.layers_on_cpu) {
+            shade::LightLayer& own = layer_of(screen, layer);
+            for (std::size_t k = 0; k < 3; ++k) {
+                own.indirect[k].resize(planes[k].size() / shade::kLanes * shade::kLanes);
+                shade::to_halves(planes[k].data(), own.indirect[k].size(), own.indirect[k].data());
+            }
+            own.version = ++screen.writes;
+            return {};
+        }
+        shade::upsample(s, screen.grid, planes, screen.halves, context.pool);
+        upload(target.indirect, s, layer, GL_RGBA, GL_HALF_FLOAT, screen.halves.data());
+        return {};
+    }
+    const float greatest = target.kind == TargetKind::precise ? 3e38f : 65504.0f;  // what the layer can hold
+    screen.floats.resize(static_cast<std::size_t>(s.width) * static_cast<std::size_t>(s.height) * 4);
+    context.pool.run(s.height, [&](int row) {
+        float* to = screen.floats.data() + static_cast<std::size_t>(row) * static_cast<std::size_t>(s.width) * 4;
+        for (int x = 0; x < s.width; ++x, to += 4) {
+            const auto at = static_cast<std::size_t>(screen.grid.grid.at(x, row));
+            for (std::size_t k = 0; k < 3; ++k) to[k] = std::min(planes[k][at], greatest);
+            to[3] = 1.0f;
+        }
+    });
+    glTextureSubImage3D(target.indirect.id(), 0, 0, 0, layer, s.width, s.height, 1, GL_RGBA, GL_FLOAT,
+                        screen.floats.data());
+    return {};
+}
+
+PassRun run_gather_merged(const PassContext& context) {
+    ScreenLight& screen = *context.target.screen;
+    shade::Planes planes(3, std::vector<float>(screen.grid.grid.size() + shade::kLanes, 0.0f));
+    if (there(context))
+        planes = shade::irradiance_at_grid(screen.grid, *context.transport, screen.links, screen.merged.irradiance, {},
+                                           context.pool);
+    shade::upsample(screen.surfaces, screen.grid, planes, screen.merged.indirect, context.pool);
+    return {};
+}
+
+PassRun run_gather_point(const PassContext& context, const LightGpu& gpu, int layer) {
+    constexpr unsigned kLinks = kMeterLinks;
+    static_assert(kLinks % (kMeterParts * trace::kPacket) == 0);
+    ScreenLight& screen = *context.target.screen;
+    screen.points.resize(context.scene.lights.size());
+    PointLight& found = screen.points[static_cast<std::size_t>(layer)];
+    found = {};
+    if (!there(context) || gpu.irradiance.indirect.empty()) return {};
+    const Transport::Surface& surface = *context.transport->surface;
+    if (screen.point_ids.empty()) {  // the same for all luminaires
+        screen.point_ids.resize(kLinks);
+        const glm::vec3 p = context.traced.local(context.eye.position + context.eye.forward), n(-context.eye.forward);
+        trace::HitPacket hits;
+        for (unsigned k = 0; k < kLinks; k += trace::kPacket)
+            transport::follow(transport::make_fan(p + n * (4.0f * context.traced.step_off(p)), n, n, 1, k),
+                              context.traced, surface.surfels, *surface.cells, hits, screen.point_ids.data() + k);
+    }
+    constexpr double kPerPart = kLinks / kMeterParts;
+    for (unsigned k = 0; k < kLinks; ++k) {
+        const std::size_t id = screen.point_ids[k];
+        if (id == surface.surfels.count) continue;
+        const glm::vec4 sum = gpu.irradiance.direct[id] + gpu.irradiance.indirect[id];
+        found.parts[k / (kLinks / kMeterParts)] += glm::dvec3(surface.surfels.albedo[id] * glm::vec3(sum)) / kPerPart;
+    }
+    const double unit_m2 = static_cast<double>(context.geometry.layer_unit_m2());
+    for (glm::dvec3& part : found.parts) {
+        part /= unit_m2;
+        found.light += part / static_cast<double>(kMeterParts);
+    }
+    return {};
+}
+
+const PointLight& point_light(const Target& target, std::size_t layer) {
+    return target.screen->points.at(layer);
+}
+
+}  // namespace gonio

@@ -1,0 +1,56 @@
+// The CPU's side of one target of the default technique: shared by the passes that fill it. Render thread.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <memory>
+#include <optional>
+#include <vector>
+
+#include "server/render/target.h"
+#include "server/shade/grid_light.h"
+#include "server/shade/layers.h"
+#include "server/shade/merged.h"
+#include "server/shade/raster.h"
+
+namespace gonio {
+
+// The CPU's side of one target: what it reads of the G-buffer, and what it made of it per light.
+struct ScreenLight {
+    shade::Surfaces surfaces;
+    shade::ScreenGrid grid;
+    shade::GridLinks links;                // of the grid, to the surfels
+    std::vector<std::uint16_t> halves;     // scratch: what is uploaded
+    std::vector<float> floats;
+    std::vector<PointLight> points;        // by layer, of meters
+    std::vector<std::uint16_t> point_ids;  // of a meter's links
+    // Where layers stay on the CPU.
+    std::vector<shade::LightLayer> layers;
+    std::uint64_t writes = 0;  // to them
+    shade::LayerSum sum;
+    shade::Planes grid_sum;                     // scratch: 3 planes in the shape of the grid
+    std::vector<std::uint16_t> indirect;        // 4 per pixel: the sum of the luminaires' indirect light
+    std::optional<std::uint64_t> indirect_sum;  // LayerSum::changes() it was made from; none: an older grid
+    std::uint64_t indirect_single = 0;          // LightLayer::version of the only luminaire it shows; 0: it is a sum
+    struct Merged {
+        shade::MergedList list;
+        transport::Irradiance irradiance;  // in the list's unit
+        bool moves = false;                // it has changed since it was solved
+        shade::Lattice lattice;
+        std::vector<std::uint16_t> direct, indirect;  // 4 per pixel, per cd of the list's reference × the layers' unit
+    } merged;
+    shade::Raster raster;              // of it, where the G-buffer is read from GL, the colours only
+    std::shared_ptr<std::vector<std::uint8_t>> nv12;
+    std::vector<std::shared_ptr<std::vector<std::uint8_t>>> pictures;  // made before; those nobody holds are used again
+};
+
+inline shade::LightLayer& layer_of(ScreenLight& screen, int layer) {
+    screen.layers.resize(std::max(screen.layers.size(), static_cast<std::size_t>(layer) + 1));
+    return screen.layers[static_cast<std::size_t>(layer)];
+}
+
+// values: surfaces.row_length pixels a row.
+void upload(const gl::Texture& array, const shade::Surfaces& surfaces, int layer, GLenum format, GLenum type,
+            const void* values);
+
+}  // namespace gonio

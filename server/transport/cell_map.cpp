@@ -1,0 +1,90 @@
+#include "server/transport/cell_map.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace gonio::transport {
+namespace {
+
+constexpr std::uint32_t kUnknown = ~0u, kDivided = 1u << 16;
+constexpr float kCellRadii = 0.7f;                          // a cell's edge, of the surfels' radius
+constexpr std::size_t kMostCells = std::size_t{1} << 24;    // in all; beyond, cells are larger
+
+}  // namespace
+
+CellMap::CellMap(const trace::Geometry& geometry, const Surfels& surfels) : geometry_(geometry), surfels_(surfels) {
+    const SceneAsset& asset = geometry.asset();
+    std::vector<float> longest;
+    for (std::size_t i = 0; i < asset.instances.size(); ++i) {
+        first_triangle_.push_back(static_cast<std::uint32_t>(longest.size()));
+        const Mesh& mesh = asset.meshes[static_cast<std::size_t>(asset.instances[i].mesh)];
+        for (std::size_t t = 0; t < mesh.indices.size() / 3; ++t) {
+            const auto c = geometry.corners(static_cast<int>(i), static_cast<int>(t));
+            longest.push_back(std::max({glm::distance(c[0], c[1]), glm::distance(c[1], c[2]), glm::distance(c[2], c[0])}));
+        }
+    }
+    const auto side_of = [](float edge, float cell) -> std::uint32_t {
+        return edge > cell && cell > 0.0f ? static_cast<std::uint32_t>(std::min(std::ceil(edge / cell), 4096.0f)) : 1u;
+    };
+    float cell = kCellRadii * surfels.radius_m;
+    for (;; cell *= 1.5f) {
+        std::size_t size = 0;
+        for (const float edge : longest) size += std::size_t{2} * side_of(edge, cell) * side_of(edge, cell);
+        if (size <= std::max(kMostCells, 2 * longest.size())) break;
+    }
+    triangles_.reserve(longest.size());
+    for (const float edge : longest) {
+        const std::uint32_t side = side_of(edge, cell);
+        triangles_.push_back({static_cast<std::uint32_t>(size_), side});
+        size_ += std::size_t{2} * side * side;
+    }
+    cells_.reset(new std::atomic<std::uint32_t>[size_]);
+    for (std::size_t i = 0; i < size_; ++i) cells_[i].store(kUnknown, std::memory_order_relaxed);
+}
+
+std::uint16_t CellMap::surfel_at(unsigned instance, unsigned triangle, float u, float v, bool front) const {
+    const Triangle& own = triangles_[first_triangle_[instance] + triangle];
+    const auto place = [&](float share) {
+        return std::min(static_cast<std::uint32_t>(std::max(share, 0.0f) * static_cast<float>(own.side)), own.side - 1);
+    };
+    const std::uint32_t cell = place(v) * own.side + place(u);
+    std::atomic<std::uint32_t>& slot = cells_[own.first + (front ? 0u : own.side * own.side) + cell];
+    std::uint32_t value = slot.load(std::memory_order_relaxed);
+    if (value == kUnknown) {  // threads that come at once find the same
+        value = fill(instance, triangle, cell, own.side, front);
+        slot.store(value, std::memory_order_relaxed);
+    }
+    if ((value & kDivided) == 0) return static_cast<std::uint16_t>(value);
+    trace::SurfaceHit hit;
+    const auto i = static_cast<int>(instance), t = static_cast<int>(triangle);
+    if (!geometry_.surface_at(i, t, u, v, front, hit)) return static_cast<std::uint16_t>(surfels_.count);
+    return surfels_.visible_from(geometry_, {hit.position, hit.normal, hit.geometric});
+}
+
+std::uint32_t CellMap::fill(unsigned instance, unsigned triangle, std::uint32_t cell, std::uint32_t side,
+                            bool front) const {
+    const auto i = static_cast<int>(instance), t = static_cast<int>(triangle);
+    const float edge = 1.0f / static_cast<float>(side), u0 = static_cast<float>(cell % side) * edge,
+                v0 = static_cast<float>(cell / side) * edge;
+    // A cell on the diagonal is half a square.
+    const bool half = u0 + v0 + 1.5f * edge > 1.0f;
+    const float middle = (half ? 1.0f / 3.0f : 0.5f) * edge;
+    trace::SurfaceHit hit;
+    if (!geometry_.surface_at(i, t, u0 + middle, v0 + middle, front, hit)) {
+        // A hole in the middle says nothing of the rest.
+        return static_cast<std::uint32_t>(surfels_.count) | kDivided;
+    }
+    const std::uint16_t id = surfels_.visible_from(geometry_, {hit.position, hit.normal, hit.geometric});
+    if (id == surfels_.count) return id;
+    // What stands in the cell hides the surfel from one of its corners.
+    constexpr float kIn = 0.03f;  // of a cell: corners often lie on the edge of the next wall
+    const glm::vec2 corners[4] = {{kIn, kIn}, {1.0f - 2.0f * kIn, kIn}, {kIn, 1.0f - 2.0f * kIn}, {1.0f - kIn, 1.0f - kIn}};
+    for (int k = 0; k < (half ? 3 : 4); ++k) {
+        trace::SurfaceHit corner;
+        if (!geometry_.surface_at(i, t, u0 + corners[k].x * edge, v0 + corners[k].y * edge, front, corner)) continue;
+        if (!surfels_.sees(geometry_, {corner.position, corner.normal, corner.geometric}, id)) return id | kDivided;
+    }
+    return id;
+}
+
+}  // namespace gonio::transport

@@ -1,0 +1,72 @@
+#include "server/transport/links.h"
+
+#include <limits>
+
+#include "server/trace/sampler.h"
+
+namespace gonio::transport {
+
+Fan make_fan(const glm::vec3& from, const glm::vec3& normal, const glm::vec3& geometric, std::uint32_t stream,
+             unsigned first) {
+    Fan fan;
+    const std::uint32_t u = trace::mix_bits(stream, 0x3c6ef372u), v = trace::mix_bits(stream, 0xa54ff53au);
+    for (unsigned i = 0; i < trace::kPacket; ++i) {
+        const glm::vec3 d = trace::around(normal, trace::cosine_hemisphere(trace::scrambled_pair(first + i, u, v)));
+        fan.rays.from_x[i] = from.x, fan.rays.from_y[i] = from.y, fan.rays.from_z[i] = from.z;
+        fan.rays.along_x[i] = d.x, fan.rays.along_y[i] = d.y, fan.rays.along_z[i] = d.z;
+        fan.rays.far[i] = std::numeric_limits<float>::infinity();
+        if (glm::dot(d, geometric) > 0.0f) fan.active |= 1u << i;
+    }
+    return fan;
+}
+
+unsigned follow(const Fan& fan, const trace::Geometry& geometry, const Surfels& surfels, const CellMap& cells,
+                trace::HitPacket& hits, std::uint16_t* ids) {
+    const unsigned met = geometry.closest(fan.rays, fan.active, hits);
+    for (unsigned i = 0; i < trace::kPacket; ++i) {
+        ids[i] = static_cast<std::uint16_t>(surfels.count);
+        if ((met >> i & 1u) == 0) continue;
+        const float facing = fan.rays.along_x[i] * hits.normal_x[i] + fan.rays.along_y[i] * hits.normal_y[i] +
+                             fan.rays.along_z[i] * hits.normal_z[i];
+        ids[i] = cells.surfel_at(hits.instance[i], hits.triangle[i], hits.u[i], hits.v[i], facing < 0.0f);
+    }
+    return met;
+}
+
+std::shared_ptr<const LinkBlock> trace_links(const trace::Geometry& geometry, const Surfels& surfels,
+                                             const CellMap& cells, unsigned first, unsigned count, Pool& pool,
+                                             const std::function<bool()>& stopped) {
+    auto block = std::make_shared<LinkBlock>();
+    block->first = first;
+    block->count = count;
+    block->ids.resize((surfels.count + 1) * count, static_cast<std::uint16_t>(surfels.count));
+    constexpr std::size_t kChunk = 64;
+    pool.run_chunks(surfels.count, kChunk, [&](std::size_t begin, std::size_t size) {
+        if (stopped()) return;
+        trace::HitPacket hits;
+        for (std::size_t i = begin; i < begin + size; ++i) {
+            const glm::vec3 p = surfels.position(i), from = p + surfels.geometric[i] * geometry.step_off(p);
+            for (unsigned k = 0; k < count; k += trace::kPacket)
+                follow(make_fan(from, surfels.normal(i), surfels.geometric[i], static_cast<std::uint32_t>(i), first + k),
+                       geometry, surfels, cells, hits, block->ids.data() + i * count + k);
+        }
+    });
+    return stopped() ? nullptr : block;
+}
+
+ReverseBlock reverse(const LinkBlock& block, std::size_t surfels) {
+    ReverseBlock result;
+    result.count = block.count;
+    result.first.assign(surfels + 2, 0);
+    const std::size_t links = surfels * block.count;
+    for (std::size_t k = 0; k < links; ++k) ++result.first[block.ids[k] + 1u];
+    for (std::size_t j = 0; j <= surfels; ++j) result.first[j + 1] += result.first[j];
+    std::vector<std::uint32_t> next(result.first.begin(), result.first.end() - 1);
+    result.from.resize(links);
+    for (std::size_t k = 0; k < links; ++k)
+        result.from[next[block.ids[k]]++] = static_cast<std::uint16_t>(k / block.count);
+    result.from.resize(result.first[surfels]);  // those that meet nothing are the last
+    return result;
+}
+
+}  // namespace gonio::transport

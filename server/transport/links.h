@@ -1,0 +1,52 @@
+// Links: from each surfel cosine-distributed rays, each kept as the id of the surfel that it meets. Geometry stands
+// still while lights and cameras move, so they are traced once (direct-to-indirect transfer, Hasan et al. 2006).
+#pragma once
+
+#include <cstdint>
+#include <functional>
+#include <memory>
+#include <vector>
+
+#include "server/transport/cell_map.h"
+
+namespace gonio::transport {
+
+// Links first … first + count − 1 of every surfel: ids[surfel × count + k]; Surfels::count: nothing was met.
+struct LinkBlock {
+    unsigned first = 0, count = 0;  // multiples of 16
+    std::vector<std::uint16_t> ids;
+};
+
+// The same by where they lead: from[first[j]] … from[first[j + 1] − 1] are the surfels whose links meet surfel j, one
+// for each link. For light that falls on few surfels.
+struct ReverseBlock {
+    unsigned count = 0;  // links of each surfel
+    std::vector<std::uint32_t> first;
+    std::vector<std::uint16_t> from;
+};
+ReverseBlock reverse(const LinkBlock& block, std::size_t surfels);
+
+// The generations of a surfel's links: an error falls by the root of how many there are. Those after the last are kept
+// in reverse: a narrow beam lights so few surfels that a mean over 512 links is noisy.
+inline constexpr unsigned kGenerations[] = {16, 128, 512};
+inline constexpr unsigned kReverseGenerations[] = {1024, 2048};
+
+// Result: those links of all surfels, Owen-scrambled Sobol points about the shading normal; rays below the geometric
+// one meet nothing. stopped: asked now and then; when true the result is null.
+std::shared_ptr<const LinkBlock> trace_links(const trace::Geometry& geometry, const Surfels& surfels,
+                                             const CellMap& cells, unsigned first, unsigned count, Pool& pool,
+                                             const std::function<bool()>& stopped);
+
+// Sixteen rays of one place: the points first … first + 15 of its sequence.
+struct Fan {
+    trace::RayPacket rays;
+    unsigned active = 0;
+};
+// from: where they start; stream: which scrambling of the sequence.
+Fan make_fan(const glm::vec3& from, const glm::vec3& normal, const glm::vec3& geometric, std::uint32_t stream,
+             unsigned first);
+// ids: of the surfels that the rays meet. hits: filled where a ray meets anything (result: bits).
+unsigned follow(const Fan& fan, const trace::Geometry& geometry, const Surfels& surfels, const CellMap& cells,
+                trace::HitPacket& hits, std::uint16_t* ids);
+
+}  // namespace gonio::transport

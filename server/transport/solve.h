@@ -1,0 +1,56 @@
+// Irradiance at the surfels after every diffuse bounce: E = T(rho (E0 + E)), T the mean over a surfel's links.
+// E0: direct illuminance; pi times what a surface emits itself counts like reflected light. Render thread.
+#pragma once
+
+#include <cstdint>
+#include <glm/glm.hpp>
+#include <memory>
+#include <span>
+#include <vector>
+
+#include "server/transport/links.h"
+
+namespace gonio::transport {
+
+// What links lead to, as gathers read it: half floats, 4 a surfel, and a black entry after the last; × `unit`.
+struct Table {
+    std::vector<std::uint16_t> halves;
+    float unit = 0.0f;  // 0: all is black
+};
+// values: per surfel. Scaled so that the greatest is 1000: half floats hold the rest to 2^-24 of it.
+void make_table(std::span<const glm::vec4> values, Table& table, Pool& pool);
+// sums[i] += share × the sum over ids[i × count …] of the table, in its unit: for `size` places.
+void gather(const Table& table, const std::uint16_t* ids, unsigned count, std::size_t size, float share,
+            glm::vec4* sums);
+// out[i] = the weighted sum over ids[i × kNeighbours …] of the table, × its unit.
+void blend(const Table& table, const std::uint16_t* const* ids, const float* weights, std::size_t size, glm::vec4* out);
+
+// The links of a scene, as far as they are traced.
+struct Links {
+    std::vector<std::shared_ptr<const LinkBlock>> blocks;
+    std::vector<std::shared_ptr<const ReverseBlock>> reversed;  // after these
+    unsigned per_surfel() const { return blocks.empty() ? 0 : blocks.back()->first + blocks.back()->count; }
+};
+
+// The light of one luminaire, or of several at once, in any one unit.
+struct Irradiance {
+    std::vector<glm::vec4> direct;    // E0 at each surfel, rgb
+    std::vector<glm::vec4> indirect;  // E, rgb; empty: never solved
+    bool converged = false;           // to Accuracy::rest
+};
+
+struct Accuracy {
+    double change;  // the sum over all surfels may change by this much in a bounce more, of itself
+    unsigned most;  // bounces computed in one call
+};
+inline constexpr Accuracy kMoving{0.02, 6}, kAtRest{2e-4, 24};
+// Solves from what `light.indirect` holds, the light of the frame before. emission: pi L of each surfel, × what makes
+// cd/m² this unit; may be empty. Result: bounces computed.
+unsigned solve(const Surfels& surfels, const Links& links, std::span<const glm::vec4> emission, const Accuracy& accuracy,
+               Irradiance& light, Pool& pool);
+
+// What reaches an eye or another surface from each surfel, pi × radiance: rho (E0 + E).
+void radiosity(const Surfels& surfels, const Irradiance& light, std::span<const glm::vec4> emission,
+               std::vector<glm::vec4>& out, Pool& pool);
+
+}  // namespace gonio::transport

@@ -1,0 +1,410 @@
+#include "server/transport/surfels.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <numbers>
+#include <numeric>
+
+#include "server/trace/sampler.h"
+
+namespace gonio::transport {
+namespace {
+
+constexpr float kReach = 2.5f;      // radii within which surfels are looked for
+constexpr int kCandidates = 8;      // tried for each surfel that is wanted
+constexpr float kDartRadius = 0.75f;  // of the square root of a surfel's share of the area
+constexpr int kPaths = 60'000, kPathLength = 8;
+
+std::uint32_t hash_of(const glm::ivec3& cell) {
+    return trace::mix_bits(trace::mix_bits(static_cast<std::uint32_t>(cell.x), static_cast<std::uint32_t>(cell.y)),
+                           static_cast<std::uint32_t>(cell.z));
+}
+glm::ivec3 cell_at(const glm::vec3& p, float side_m) {
+    return glm::ivec3(glm::floor(p / side_m));
+}
+std::uint32_t power_of_two(std::size_t least) {
+    std::uint32_t size = 1024;
+    while (size < least) size *= 2;
+    return size;
+}
+
+// Whether a short ray between two places on surfaces is free, or a path so high above both: on a rounded surface rays
+// between its points pass below it.
+bool in_sight(const trace::Geometry& geometry, const glm::vec3& p, const glm::vec3& n, const glm::vec3& q,
+              const glm::vec3& m, float above_m) {
+    const glm::vec3 from = p + n * (4.0f * geometry.step_off(p)), to = q + m * (4.0f * geometry.step_off(q));
+    if (!geometry.occluded(from, to)) return true;
+    const glm::vec3 high = p + n * above_m, high_other = q + m * above_m;
+    return !geometry.occluded(from, high) && !geometry.occluded(high, high_other) && !geometry.occluded(high_other, to);
+}
+
+// Places that walks met, some in each coarse cell of space, by the axis that their surface faces.
+class Reached {
+public:
+    Reached(float side_m, std::size_t cells) : side_m_(side_m), slots_(power_of_two(64 * cells), 0) {}
+    void add(const glm::vec3& p, const glm::vec3& normal) {
+        std::uint32_t& slot = slots_[slot_of(p, normal)];
+        if (slot == 0) {
+            some_.emplace_back();
+            slot = static_cast<std::uint32_t>(some_.size());
+        }
+        Some& some = some_[slot - 1];
+        if (some.count < kSome) some.place[some.count++] = {p, normal};
+    }
+    // Whether one of them is in sight: else it is on the other side of a wall.
+    bool sees(const trace::Geometry& geometry, const glm::vec3& p, const glm::vec3& normal) const {
+        const std::uint32_t slot = slots_[slot_of(p, normal)];
+        if (slot == 0) return false;
+        const Some& some = some_[slot - 1];
+        for (int i = 0; i < some.count; ++i) {
+            if (in_sight(geometry, p, normal, some.place[i].first, some.place[i].second, 0.1f * side_m_)) return true;
+        }
+        return false;
+    }
+
+private:
+    static constexpr int kSome = 6;
+    struct Some {
+        int count = 0;
+        std::pair<glm::vec3, glm::vec3> place[kSome];
+    };
+    std::size_t slot_of(const glm::vec3& p, const glm::vec3& n) const {
+        const glm::vec3 a = glm::abs(n);
+        const int axis = a.x > a.y && a.x > a.z ? 0 : a.y > a.z ? 1 : 2;
+        const auto bin = static_cast<std::uint32_t>(2 * axis + (n[axis] < 0.0f ? 1 : 0));
+        return trace::mix_bits(hash_of(cell_at(p, side_m_)), bin) & (slots_.size() - 1);
+    }
+    float side_m_;
+    std::vector<std::uint32_t> slots_;
+    std::vector<Some> some_;
+};
+
+struct Candidate {
+    glm::vec3 position, normal, geometric, albedo, emission_nit;
+};
+
+// All triangles by the area up to them, so that points are drawn evenly.
+struct Areas {
+    std::vector<double> running{0.0};
+    std::vector<std::pair<int, int>> which;  // instance, triangle
+
+    explicit Areas(const trace::Geometry& geometry) {
+        const SceneAsset& asset = geometry.asset();
+        for (std::size_t i = 0; i < asset.instances.size(); ++i) {
+            const Mesh& mesh = asset.meshes[static_cast<std::size_t>(asset.instances[i].mesh)];
+            for (std::size_t t = 0; t < mesh.indices.size() / 3; ++t) {
+                const auto c = geometry.corners(static_cast<int>(i), static_cast<int>(t));
+                const glm::dvec3 a(c[0]), b(c[1]), d(c[2]);
+                const double area = 0.5 * glm::length(glm::cross(b - a, d - a));
+                if (!(area > 0.0) || !std::isfinite(area)) continue;
+                running.push_back(running.back() + area);
+                which.emplace_back(static_cast<int>(i), static_cast<int>(t));
+            }
+        }
+    }
+    double both_sides_m2() const { return 2.0 * running.back(); }
+};
+
+}  // namespace
+
+std::uint32_t Surfels::cell_of(const glm::ivec3& cell) const {
+    return hash_of(cell) & static_cast<std::uint32_t>(first_.size() - 2);
+}
+
+std::size_t Surfels::near(const Place& at, std::span<std::uint16_t> found) const {
+    if (count == 0) return 0;
+    const float side = kReach * radius_m, r2 = radius_m * radius_m;
+    struct Found {
+        float distance;
+        std::uint16_t id;
+    };
+    Found best[2 * kNeighbours];
+    std::size_t size = 0;
+    const std::size_t most = std::min(found.size(), std::size(best));
+    const glm::ivec3 low = cell_at(at.position - side, side), high = cell_at(at.position + side, side);
+    std::uint32_t seen[64];
+    std::size_t cells = 0;
+    for (int z = low.z; z <= high.z; ++z) {
+        for (int y = low.y; y <= high.y; ++y) {
+            for (int x = low.x; x <= high.x; ++x) {
+                const std::uint32_t cell = cell_of({x, y, z});
+                if (std::find(seen, seen + cells, cell) != seen + cells || cells == std::size(seen)) continue;
+                seen[cells++] = cell;
+                for (std::uint32_t k = first_[cell]; k < first_[cell + 1]; ++k) {
+                    const std::uint16_t id = ids_[k];
+                    const glm::vec3 d = position(id) - at.position;
+                    const float d2 = glm::dot(d, d);
+                    if (d2 > side * side) continue;
+                    const float agree = glm::dot(at.normal, normal(id));
+                    if (agree <= 0.0f || glm::dot(at.geometric, geometric[id]) <= 0.0f) continue;
+                    const float off = glm::dot(d, at.normal);
+                    // Those that agree poorly come after all others.
+                    const float distance =
+                        d2 + 4.0f * off * off + 2.0f * r2 * (1.0f - agree) + (agree > 0.5f ? 0.0f : 1e3f * r2);
+                    if (size == most && distance >= best[size - 1].distance) continue;
+                    if (size < most) ++size;
+                    std::size_t slot = size - 1;
+                    for (; slot > 0 && best[slot - 1].distance > distance; --slot) best[slot] = best[slot - 1];
+                    best[slot] = {distance, id};
+                }
+            }
+        }
+    }
+    for (std::size_t i = 0; i < size; ++i) found[i] = best[i].id;
+    return size;
+}
+
+bool Surfels::sees(const trace::Geometry& geometry, const Place& at, std::size_t id) const {
+    constexpr float kAbove = 0.5f;  // radii
+    return in_sight(geometry, at.position, at.geometric, position(id), geometric[id], kAbove * radius_m);
+}
+
+std::uint16_t Surfels::visible_from(const trace::Geometry& geometry, const Place& at) const {
+    std::uint16_t found[8];
+    const std::size_t size = near(at, found);
+    for (std::size_t i = 0; i < size; ++i) {
+        if (sees(geometry, at, found[i])) return found[i];
+    }
+    return static_cast<std::uint16_t>(count);
+}
+
+class Placement {
+public:
+    Placement(const trace::Geometry& geometry, std::span<const glm::vec3> seeds, const SurfelSettings& settings,
+              Pool& pool, const std::function<bool()>& stopped)
+        : geometry_(geometry), seeds_(seeds), settings_(settings), pool_(pool), stopped_(stopped), areas_(geometry) {}
+
+    Surfels run() {
+        Surfels surfels;
+        const double all_m2 = areas_.both_sides_m2();
+        if (!(all_m2 > 0.0) || seeds_.empty()) return surfels;
+        const auto wanted = [&](double m2) {
+            return std::clamp(m2 / (settings_.spacing_m * settings_.spacing_m), static_cast<double>(settings_.least),
+                              static_cast<double>(settings_.most));
+        };
+        // Half of all sides are inside walls and things, about.
+        const double guess = wanted(0.5 * all_m2);
+        Reached reached(3.0f * static_cast<float>(std::sqrt(0.5 * all_m2 / guess)), static_cast<std::size_t>(guess));
+        walk(reached);
+        if (stopped_()) return {};
+        // A first, sparse set says how much of the area is reached.
+        const std::vector<Candidate> few = candidates(static_cast<std::size_t>(2.0 * guess), 0x51ed270bu, reached);
+        const double reached_m2 = all_m2 * static_cast<double>(few.size()) / (2.0 * guess);
+        const double count = wanted(reached_m2);
+        if (few.empty() || stopped_()) return {};
+        surfels.radius_m = kDartRadius * static_cast<float>(std::sqrt(reached_m2 / count));
+        const auto tried = static_cast<std::size_t>(kCandidates * count * all_m2 / std::max(reached_m2, 1e-3 * all_m2));
+        const std::vector<Candidate> all = candidates(tried, 0x2545f491u, reached);
+        if (stopped_()) return {};
+        throw_darts(all, surfels);
+        make_grid(surfels);
+        collect(all, all_m2 / static_cast<double>(tried), surfels);
+        if (stopped_()) return {};
+        find_neighbours(surfels);
+        return surfels;
+    }
+
+private:
+    // Diffuse random walks from the seeds.
+    void walk(Reached& reached) {
+        constexpr int kPackets = kPaths / trace::kPacket;
+        std::vector<std::vector<std::pair<glm::vec3, glm::vec3>>> met(kPackets);
+        pool_.run(kPackets, [&](int packet) {
+            trace::RayPacket rays;
+            trace::SurfaceHit hits[trace::kPacket];
+            unsigned active = ~0u >> (32 - trace::kPacket);
+            const auto set = [&](int i, const glm::vec3& from, const glm::vec3& along) {
+                rays.from_x[i] = from.x, rays.from_y[i] = from.y, rays.from_z[i] = from.z;
+                rays.along_x[i] = along.x, rays.along_y[i] = along.y, rays.along_z[i] = along.z;
+                rays.far[i] = std::numeric_limits<float>::infinity();
+            };
+            for (int step = 0; step < kPathLength && active != 0; ++step) {
+                for (int i = 0; i < trace::kPacket; ++i) {
+                    if ((active >> i & 1u) == 0) continue;
+                    const auto path = static_cast<std::uint32_t>(packet * trace::kPacket + i);
+                    trace::Sample sample(trace::mix_bits(static_cast<std::uint32_t>(step), 0x68bc21ebu), path);
+                    const glm::vec2 random = sample.next();
+                    if (step == 0) {
+                        const float z = 1.0f - 2.0f * random.x, r = std::sqrt(std::max(0.0f, 1.0f - z * z)),
+                                    phi = 2.0f * std::numbers::pi_v<float> * random.y;
+                        const glm::vec3 from = seeds_[path % seeds_.size()];
+                        const glm::vec3 d(r * std::cos(phi), r * std::sin(phi), z);
+                        set(i, from + d * geometry_.step_off(from), d);
+                    } else {
+                        const trace::SurfaceHit& at = hits[i];
+                        set(i, at.position + at.geometric * geometry_.step_off(at.position),
+                            trace::around(at.geometric, trace::cosine_hemisphere(random)));
+                    }
+                }
+                active &= geometry_.closest(rays, active, hits);
+                for (int i = 0; i < trace::kPacket; ++i) {
+                    if ((active >> i & 1u) != 0)
+                        met[static_cast<std::size_t>(packet)].emplace_back(hits[i].position, hits[i].geometric);
+                }
+            }
+        });
+        for (const auto& places : met) {
+            for (const auto& [position, normal] : places) reached.add(position, normal);
+        }
+    }
+
+    // Points drawn evenly over both sides of all triangles, those that light reaches. Two pairs of numbers for each,
+    // independent of each other.
+    std::vector<Candidate> candidates(std::size_t count, std::uint32_t seed, const Reached& reached) {
+        constexpr std::size_t kChunk = 4096;
+        std::vector<std::vector<Candidate>> found((count + kChunk - 1) / kChunk);
+        pool_.run_chunks(count, kChunk, [&](std::size_t first, std::size_t size) {
+            std::vector<Candidate>& to = found[first / kChunk];
+            for (std::size_t i = first; i < first + size; ++i) {
+                const auto index = static_cast<std::uint32_t>(i);
+                trace::Sample sample(seed, index);
+                const glm::vec2 which = sample.next(), where = sample.next();
+                const double at = static_cast<double>(which.x) * areas_.running.back();
+                const auto above = std::upper_bound(areas_.running.begin() + 1, areas_.running.end() - 1, at);
+                const auto [instance, triangle] =
+                    areas_.which[static_cast<std::size_t>(above - areas_.running.begin()) - 1];
+                const float root = std::sqrt(where.x), u = root * (1.0f - where.y), v = root * where.y;
+                trace::SurfaceHit hit;
+                if (!geometry_.surface_at(instance, triangle, u, v, which.y < 0.5f, hit)) continue;
+                if (reached.sees(geometry_, hit.position, hit.geometric))
+                    to.push_back({hit.position, hit.normal, hit.geometric, hit.albedo, hit.emission});
+            }
+        });
+        std::vector<Candidate> all;
+        for (const auto& some : found) all.insert(all.end(), some.begin(), some.end());
+        return all;
+    }
+
+    void throw_darts(const std::vector<Candidate>& all, Surfels& surfels) {
+        std::vector<std::uint32_t> order(all.size());
+        std::iota(order.begin(), order.end(), 0u);
+        std::sort(order.begin(), order.end(), [](std::uint32_t a, std::uint32_t b) {
+            return trace::mix_bits(a, 0x9e3779b9u) < trace::mix_bits(b, 0x9e3779b9u);
+        });
+        const float r = surfels.radius_m, r2 = r * r;
+        const std::uint32_t slots = power_of_two(4 * settings_.most);
+        constexpr std::uint32_t kEnd = ~0u;
+        std::vector<std::uint32_t> head(slots, kEnd), next, taken;
+        const auto conflicts = [&](const Candidate& c) {
+            const glm::ivec3 cell = cell_at(c.position, r);
+            for (int k = 0; k < 27; ++k) {
+                const glm::ivec3 around = cell + glm::ivec3(k % 3 - 1, k / 3 % 3 - 1, k / 9 - 1);
+                for (std::uint32_t s = head[hash_of(around) & (slots - 1)]; s != kEnd; s = next[s]) {
+                    const Candidate& other = all[taken[s]];
+                    const glm::vec3 d = other.position - c.position;
+                    const float off = glm::dot(d, c.normal);
+                    if (glm::dot(d, d) + 3.0f * off * off < r2 &&
+                        glm::dot(other.normal, c.normal) > std::numbers::sqrt2_v<float> / 2.0f)
+                        return true;
+                }
+            }
+            return false;
+        };
+        for (const std::uint32_t i : order) {
+            if (taken.size() == kMostSurfels - 1) break;
+            if (conflicts(all[i])) continue;
+            std::uint32_t& slot = head[hash_of(cell_at(all[i].position, r)) & (slots - 1)];
+            next.push_back(slot);
+            slot = static_cast<std::uint32_t>(taken.size());
+            taken.push_back(i);
+        }
+        // Neighbours in space are neighbours in memory.
+        const auto code = [&](std::uint32_t i) {
+            const glm::vec3 share =
+                glm::clamp((all[i].position + geometry_.extent()) / (2.0f * geometry_.extent()), 0.0f, 1.0f);
+            std::uint64_t bits = 0;
+            for (int axis = 0; axis < 3; ++axis) {
+                const auto q = static_cast<std::uint64_t>(share[axis] * 1048575.0f);
+                for (int b = 0; b < 20; ++b) bits |= (q >> b & 1u) << (3 * b + axis);
+            }
+            return bits;
+        };
+        std::vector<std::pair<std::uint64_t, std::uint32_t>> sorted;
+        for (const std::uint32_t i : taken) sorted.emplace_back(code(i), i);
+        std::sort(sorted.begin(), sorted.end());
+        surfels.count = sorted.size();
+        for (std::vector<float>& values : surfels.place)
+            values.assign((surfels.count + 2 * kPadding) / kPadding * kPadding, 0.0f);
+        for (std::size_t i = 0; i < surfels.count; ++i) {
+            const Candidate& c = all[sorted[i].second];
+            for (int k = 0; k < 3; ++k)
+                surfels.place[k][i] = c.position[k], surfels.place[k + 3][i] = c.normal[k];
+            surfels.geometric.push_back(c.geometric);
+            surfels.albedo.push_back(c.albedo);
+            surfels.emission_nit.push_back(c.emission_nit);
+        }
+    }
+
+    static void make_grid(Surfels& s) {
+        const std::uint32_t cells = power_of_two(s.count);
+        s.first_.assign(cells + 1, 0);
+        const float side = kReach * s.radius_m;
+        std::vector<std::uint32_t> cell(s.count);
+        for (std::size_t i = 0; i < s.count; ++i) {
+            cell[i] = hash_of(cell_at(s.position(i), side)) & (cells - 1);
+            ++s.first_[cell[i] + 1];
+        }
+        std::partial_sum(s.first_.begin(), s.first_.end(), s.first_.begin());
+        std::vector<std::uint32_t> next(s.first_.begin(), s.first_.end() - 1);
+        s.ids_.resize(s.count);
+        for (std::size_t i = 0; i < s.count; ++i) s.ids_[next[cell[i]]++] = static_cast<std::uint16_t>(i);
+    }
+
+    // What the candidates nearest to each surfel look like, on the mean, and how much area they stand for.
+    void collect(const std::vector<Candidate>& all, double area_m2, Surfels& s) {
+        std::vector<std::uint16_t> nearest(all.size());
+        pool_.run_chunks(all.size(), 1024, [&](std::size_t first, std::size_t count) {
+            for (std::size_t i = first; i < first + count; ++i) {
+                std::uint16_t found[1] = {static_cast<std::uint16_t>(s.count)};
+                s.near({all[i].position, all[i].normal, all[i].geometric}, found);
+                nearest[i] = found[0];
+            }
+        });
+        std::vector<float> members(s.count, 1.0f);  // itself
+        for (std::size_t i = 0; i < all.size(); ++i) {
+            const std::size_t to = nearest[i];
+            if (to == s.count) continue;
+            members[to] += 1.0f;
+            s.albedo[to] += all[i].albedo;
+            s.emission_nit[to] += all[i].emission_nit;
+        }
+        for (std::size_t i = 0; i < s.count; ++i) {
+            s.albedo[i] /= members[i];
+            s.emission_nit[i] /= members[i];
+            s.area_m2.push_back(static_cast<float>(area_m2) * (members[i] - 1.0f));
+        }
+    }
+
+    void find_neighbours(Surfels& s) {
+        s.neighbours.resize(s.count);
+        pool_.run_chunks(s.count, 256, [&](std::size_t first, std::size_t count) {
+            for (std::size_t i = first; i < first + count; ++i) {
+                const Surfels::Place at{s.position(i), s.normal(i), s.geometric[i]};
+                std::uint16_t found[2 * kNeighbours];
+                const std::size_t size = s.near(at, found);
+                auto& own = s.neighbours[i];
+                own.fill(static_cast<std::uint16_t>(s.count));
+                own[0] = static_cast<std::uint16_t>(i);
+                std::size_t next = 1;
+                for (std::size_t k = 0; k < size && next < kNeighbours; ++k) {
+                    if (found[k] != i && s.sees(geometry_, at, found[k])) own[next++] = found[k];
+                }
+            }
+        });
+    }
+
+    const trace::Geometry& geometry_;
+    std::span<const glm::vec3> seeds_;
+    SurfelSettings settings_;
+    Pool& pool_;
+    const std::function<bool()>& stopped_;
+    Areas areas_;
+};
+
+Surfels place_surfels(const trace::Geometry& geometry, std::span<const glm::vec3> seeds, const SurfelSettings& settings,
+                      Pool& pool, const std::function<bool()>& stopped) {
+    return Placement(geometry, seeds, settings, pool, stopped).run();
+}
+
+}  // namespace gonio::transport

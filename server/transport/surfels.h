@@ -1,0 +1,64 @@
+// Surfels: oriented discs spread evenly over all surfaces that light can reach, each side of a triangle on its own
+// (Lehtinen et al. 2008, "A Meshless Hierarchical Representation for Light Transport"). Irradiance is solved at them.
+// Made once per scene; immutable, any thread. Coordinates are local (server/trace/geometry.h), m.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <functional>
+#include <glm/glm.hpp>
+#include <span>
+#include <vector>
+
+#include "server/pool.h"
+#include "server/trace/geometry.h"
+
+namespace gonio::transport {
+
+inline constexpr std::size_t kMostSurfels = 65'535;  // ids have 16 bits
+inline constexpr std::size_t kNeighbours = 16;
+inline constexpr std::size_t kPadding = 16;  // arrays that kernels read end on whole vectors
+
+struct Surfels {
+    std::size_t count = 0;
+    float radius_m = 0.0f;        // surfels of like normals are no nearer to each other
+    std::vector<float> place[6];  // x y z of the centre, x y z of the shading normal; padded
+    std::vector<glm::vec3> geometric, albedo, emission_nit;  // means of the surface around; albedo 0..1 per channel
+    std::vector<float> area_m2;
+    // By surfel: those near it that it sees, itself first; `count`: none.
+    std::vector<std::array<std::uint16_t, kNeighbours>> neighbours;
+
+    glm::vec3 position(std::size_t i) const { return {place[0][i], place[1][i], place[2][i]}; }
+    glm::vec3 normal(std::size_t i) const { return {place[3][i], place[4][i], place[5][i]}; }
+
+    // Places on a surface, as surfels are asked for.
+    struct Place {
+        glm::vec3 position, normal, geometric;
+    };
+    // Result: the ids of those within 2.5 radii whose normals agree within 60 degrees, else within 90, the nearest
+    // first: distance², four times that off the plane, and the normals' difference. At most `most`.
+    std::size_t near(const Place& place, std::span<std::uint16_t> found) const;
+    // Result: the first of them that the place sees; `count`: none.
+    std::uint16_t visible_from(const trace::Geometry& geometry, const Place& place) const;
+    // Whether a short ray meets the surfel, or a path half a radius above the surface: on a rounded one rays between its
+    // points pass below it.
+    bool sees(const trace::Geometry& geometry, const Place& place, std::size_t id) const;
+
+private:
+    friend class Placement;
+    // A hashed grid of cells of 2.5 radii: ids of cell c are ids_[first_[c]] … ids_[first_[c + 1]] − 1.
+    std::vector<std::uint32_t> first_;
+    std::vector<std::uint16_t> ids_;
+    std::uint32_t cell_of(const glm::ivec3& cell) const;
+};
+
+struct SurfelSettings {
+    double spacing_m = 0.06;  // wanted; the counts win
+    std::size_t least = 16'000, most = 40'000;
+};
+// seeds: places that light comes from or is looked at from, local; walks from them decide which surfaces are reached.
+// stopped: asked now and then; when true the result is empty.
+Surfels place_surfels(const trace::Geometry& geometry, std::span<const glm::vec3> seeds, const SurfelSettings& settings,
+                      Pool& pool, const std::function<bool()>& stopped);
+
+}  // namespace gonio::transport

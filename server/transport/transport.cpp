@@ -1,0 +1,79 @@
+#include "server/transport/transport.h"
+
+#include <pthread.h>
+#include <sched.h>
+
+#include <algorithm>
+#include <chrono>
+#include <numbers>
+
+namespace gonio::transport {
+
+std::size_t Transport::bytes() const {
+    const Surfels& s = surface->surfels;
+    std::size_t sum = surface->cells->bytes() + s.count * (6 * sizeof(float) + 3 * sizeof(glm::vec3) + sizeof(float) +
+                                                           sizeof(s.neighbours[0]) + 2 * sizeof(std::uint32_t));
+    for (const auto& block : links.blocks) sum += block->ids.size() * sizeof(std::uint16_t);
+    for (const auto& block : links.reversed)
+        sum += block->from.size() * sizeof(std::uint16_t) + block->first.size() * sizeof(std::uint32_t);
+    return sum;
+}
+
+Builder::Builder(std::shared_ptr<const trace::Geometry> geometry, std::vector<glm::vec3> seeds,
+                 const SurfelSettings& settings, bool idle)
+    : thread_([this, geometry = std::move(geometry), seeds = std::move(seeds), settings, idle]() mutable {
+          make(std::move(geometry), seeds, settings, idle);
+          done_ = true;
+          done_.notify_all();
+      }) {}
+
+Builder::~Builder() {
+    stopped_ = true;
+}
+
+void Builder::wait() {
+    done_.wait(false);
+}
+
+void Builder::make(std::shared_ptr<const trace::Geometry> geometry, const std::vector<glm::vec3>& seeds,
+                   const SurfelSettings& settings, bool idle) {
+    if (idle) {
+        const sched_param none{};
+        pthread_setschedparam(pthread_self(), SCHED_IDLE, &none);  // refused: it works at normal priority
+    }
+    const auto began = std::chrono::steady_clock::now();
+    Pool pool;  // its threads are of this one's priority
+    const std::function<bool()> stopped = [this] { return stopped_.load(std::memory_order_relaxed); };
+    auto surface = std::make_shared<Transport::Surface>();
+    surface->geometry = geometry;
+    surface->surfels = place_surfels(*geometry, seeds, settings, pool, stopped);
+    const Surfels& surfels = surface->surfels;
+    if (stopped()) return;
+    surface->cells = std::make_unique<const CellMap>(*geometry, surfels);
+    for (std::size_t i = 0; i < surfels.count; ++i) {
+        if (surfels.emission_nit[i] == glm::vec3(0.0f)) continue;
+        surface->emission.resize(surfels.count, glm::vec4(0.0f));
+        surface->emission[i] = glm::vec4(surfels.emission_nit[i] * std::numbers::pi_v<float>, 0.0f);
+    }
+    Links links;
+    unsigned first = 0;
+    const auto publish = [&](unsigned last) {
+        first = last;
+        const std::chrono::duration<double> spent = std::chrono::steady_clock::now() - began;
+        newest_ = std::make_shared<const Transport>(Transport{surface, links, spent.count()});
+    };
+    for (const unsigned last : kGenerations) {
+        auto block = trace_links(*geometry, surfels, *surface->cells, first, last - first, pool, stopped);
+        if (!block) return;
+        links.blocks.push_back(std::move(block));
+        publish(last);
+    }
+    for (const unsigned last : kReverseGenerations) {
+        const auto block = trace_links(*geometry, surfels, *surface->cells, first, last - first, pool, stopped);
+        if (!block) return;
+        links.reversed.push_back(std::make_shared<const ReverseBlock>(reverse(*block, surfels.count)));
+        publish(last);
+    }
+}
+
+}  // namespace gonio::transport

@@ -1,0 +1,53 @@
+// A scene's transport as far as it is made, and the thread that makes it.
+#pragma once
+
+#include <atomic>
+#include <memory>
+#include <thread>
+#include <vector>
+
+#include "server/transport/solve.h"
+
+namespace gonio::transport {
+
+// What stands still while lights and cameras move. Immutable; any thread.
+struct Transport {
+    struct Surface {  // shared by all generations
+        std::shared_ptr<const trace::Geometry> geometry;
+        Surfels surfels;
+        std::unique_ptr<const CellMap> cells;
+        std::vector<glm::vec4> emission;  // pi L of each surfel, lux; empty: nothing emits
+    };
+    std::shared_ptr<const Surface> surface;
+    Links links;
+    double seconds = 0.0;  // that making it took
+    std::size_t bytes() const;
+};
+
+// Makes the generations of a scene's transport one after the other, on threads of its own that yield to everything else
+// on the machine. Made, asked and destroyed on the render thread.
+class Builder {
+public:
+    // seeds: local places of luminaires and eyes. idle: else at normal priority.
+    Builder(std::shared_ptr<const trace::Geometry> geometry, std::vector<glm::vec3> seeds,
+            const SurfelSettings& settings, bool idle);
+    ~Builder();
+    Builder(const Builder&) = delete;
+    Builder& operator=(const Builder&) = delete;
+
+    // Result: the newest generation; null: none yet.
+    std::shared_ptr<const Transport> newest() const { return newest_.load(); }
+    bool done() const { return done_; }
+    // Returns when all generations are there.
+    void wait();
+
+private:
+    void make(std::shared_ptr<const trace::Geometry> geometry, const std::vector<glm::vec3>& seeds,
+              const SurfelSettings& settings, bool idle);
+
+    std::atomic<std::shared_ptr<const Transport>> newest_;
+    std::atomic<bool> done_ = false, stopped_ = false;
+    std::jthread thread_;
+};
+
+}  // namespace gonio::transport
