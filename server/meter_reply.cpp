@@ -4,7 +4,7 @@
 
 namespace gonio {
 
-v1::MeterReading meter_reading(const glm::dvec3& point_m, const trace::Reading& found) {
+v1::MeterReading meter_reading(const glm::dvec3& point_m, const trace::Reading& found, int bounces) {
     const auto photopic = [](const glm::dvec3& rgb) { return glm::dot(rgb, glm::dvec3(0.2126, 0.7152, 0.0722)); };
     v1::MeterReading reading;
     reading.set_direct_lx(photopic(found.direct_lx));
@@ -18,6 +18,7 @@ v1::MeterReading meter_reading(const glm::dvec3& point_m, const trace::Reading& 
     reading.set_direct_error_lx(found.direct_error_lx);
     reading.set_indirect_error_lx(found.indirect_error_lx);
     reading.set_samples(found.samples);
+    reading.set_bounces(bounces == trace::kAllBounces ? "all" : std::to_string(bounces));
     return reading;
 }
 

@@ -70,7 +70,7 @@ bool NullRenderer::continue_capture(CaptureJob& job) {
     return true;
 }
 
-v1::MeterReading NullRenderer::meter(const Scene&, const glm::dvec3& point, const glm::dvec3&, MeterQuality) {
+v1::MeterReading NullRenderer::meter(const Scene&, const glm::dvec3& point, const glm::dvec3&, MeterQuality, int) {
     v1::MeterReading reading;
     for (int channel = 0; channel < 3; ++channel) {
         reading.add_direct_rgb_lx(0);

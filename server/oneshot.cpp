@@ -60,7 +60,8 @@ void apply_words(Scene& scene, const Json& words, const std::string& place) {
 CapturedPicture render(Renderer& renderer, const Scene& scene, const CaptureRequest& request) {
     if (request.quality == Quality::reference)
         return trace_capture(trace::make_world(scene), scene, request, {}, [](const trace::Progress&) {})->picture;
-    return *renderer.capture(scene, request.view, request.width_px, request.height_px, request.format == "exr");
+    return *renderer.capture(scene, request.view, request.width_px, request.height_px, request.format == "exr",
+                             request.settings.bounces);
 }
 
 void write_capture(Renderer& renderer, const Scene& scene, const Json& capture, const std::string& place,

@@ -38,8 +38,15 @@ Result<trace::Settings> settings_of(const Query& query, Quality quality, const s
     settings.openings = query.openings();
     const std::string& bounces = query.bounces();
     if (quality != Quality::reference) {
-        if (bounces != "" && bounces != "1")
-            return Error{"unsupported", place + ".bounces", bounces, "this quality has one bounce"};
+        const bool one = quality == Quality::rsm;
+        if (bounces == "1" || (one && bounces.empty())) {
+            settings.bounces = 1;
+        } else if (bounces == "0" && !one) {
+            settings.bounces = 0;
+        } else if (bounces != "" && (one || bounces != "all")) {
+            return Error{"unsupported", place + ".bounces", bounces,
+                         one ? "this quality has one bounce" : "this quality has 0, 1 or all bounces"};
+        }
         if (query.has_noise_ratio()) {
             return Error{"unsupported", place + ".noise_ratio", print_number(query.noise_ratio()),
                          "only reference quality works towards a noise"};

@@ -44,7 +44,7 @@ v1::ServerMessage measured_message(const trace::World& world, const MeterRequest
         settings.seed += static_cast<std::uint32_t>(first);  // the errors of a grid's points are independent
         const auto measured = trace::measure(world, std::span(request.points).subspan(first, count), settings, stop);
         for (std::size_t i = 0; i < measured.size(); ++i)
-            readings.push_back(meter_reading(request.points[first + i].position, measured[i]));
+            readings.push_back(meter_reading(request.points[first + i].position, measured[i], settings.bounces));
         each({static_cast<std::uint32_t>(readings.size()), 0.0});
     }
     return meter_message(std::move(readings), request.grid);

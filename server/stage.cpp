@@ -65,8 +65,10 @@ void Stage::set_renderer(std::unique_ptr<LiveRenderer> renderer) {
     better_ = refined_ = false;
     for (Capturing& capturing : captures_waiting_) {
         const CaptureJob& job = *capturing.job;
+        const int bounces = job.bounces;
         capturing.job =
             renderer_->begin_capture(job.scene, job.view, job.picture->width_px, job.picture->height_px, job.raw);
+        capturing.job->bounces = bounces;
     }
 }
 
@@ -266,12 +268,13 @@ void Stage::tell_inputs(Revision before, std::uint32_t by) {
 }
 
 // Result: nothing where the GPU was lost.
-std::optional<v1::MeterReading> Stage::read_meter(const Scene& scene, const trace::MeterPoint& point, Quality quality) {
+std::optional<v1::MeterReading> Stage::read_meter(const Scene& scene, const trace::MeterPoint& point, Quality quality,
+                                                  int bounces) {
     std::optional<v1::MeterReading> reading;
     const bool there = draws([&] {
         reading = renderer_->meter(
             scene, point.position, point.normal,
-            quality == Quality::rsm ? LiveRenderer::MeterQuality::rsm : LiveRenderer::MeterQuality::interactive);
+            quality == Quality::rsm ? LiveRenderer::MeterQuality::rsm : LiveRenderer::MeterQuality::interactive, bounces);
     });
     return there ? reading : std::nullopt;
 }
@@ -303,6 +306,7 @@ void Stage::answer_capture(const Work& work) {
     captures_waiting_.push_back({work, request->format,
                                  renderer_->begin_capture(scene_, request->view, request->width_px, request->height_px,
                                                           request->format == "exr")});
+    captures_waiting_.back().job->bounces = request->settings.bounces;
 }
 
 void Stage::submit_reference(ReferenceJob job, const Work& work) {
@@ -341,7 +345,7 @@ void Stage::continue_meter() {
         while (meter.readings.size() < meter.request.points.size()) {
             if (monotonic_ns() - started_ns > kSliceNs) return;
             const trace::MeterPoint& point = meter.request.points[meter.readings.size()];
-            auto reading = read_meter(meter.scene, point, meter.request.quality);
+            auto reading = read_meter(meter.scene, point, meter.request.quality, meter.request.settings.bounces);
             if (!reading) return;  // goes on with the next renderer
             meter.readings.push_back(std::move(*reading));
         }

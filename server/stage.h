@@ -157,7 +157,8 @@ private:
     void begin_fade(const v1::Command& command, std::uint32_t by);
     template <typename Draw>
     bool draws(const Draw& draw);
-    std::optional<v1::MeterReading> read_meter(const Scene& scene, const trace::MeterPoint& point, Quality quality);
+    std::optional<v1::MeterReading> read_meter(const Scene& scene, const trace::MeterPoint& point, Quality quality,
+                                                int bounces);
     bool send_to_loader(Work work);  // result: false where too much waits; then the client has been told
     void answer_meter(const Work& work);
     void answer_capture(const Work& work);

@@ -175,6 +175,7 @@ int run_job(const Options& options, Scene scene) {
     const auto context = gl::Context::create({options.device, options.gl_debug});
     spdlog::info("{}", context->description());
     Renderer renderer(*context, gather_of(options));
+    renderer.set_links(transport::kMostLinks);
     return run_oneshot(renderer, std::move(scene), options.oneshot, options.out);
 }
 

@@ -114,6 +114,7 @@ bool Renderer::continue_capture(CaptureJob& job) {
                        static_cast<double>(target_height) / picture.height_px};
     FrameInputs inputs = inputs_of(job.scene, target, eye);
     inputs.view = job.view;
+    inputs.bounces = job.bounces;
     gl::Texture values;
     gl::Framebuffer values_fbo;
     if (job.raw) {
@@ -138,8 +139,9 @@ bool Renderer::continue_capture(CaptureJob& job) {
 }
 
 std::shared_ptr<const CapturedPicture> Renderer::capture(const Scene& scene, View view, int width_px, int height_px,
-                                                         bool raw) {
+                                                         bool raw, int bounces) {
     const std::unique_ptr<CaptureJob> job = begin_capture(scene, view, width_px, height_px, raw);
+    job->bounces = bounces;
     while (!continue_capture(*job)) {
     }
     return job->picture;

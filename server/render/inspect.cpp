@@ -92,6 +92,7 @@ void inspect_slot(const FrameInputs& inputs, const SlotRef& slot, const Inspecto
             read.texture("flux", light->flux, 4);
             break;
         case Slot::surfels:
+            read.item.unit = inputs.geometry.layer_unit_m2();
             read.values("surfel_direct", 1, false, light->surfel_direct);
             break;
         case Slot::solve: {

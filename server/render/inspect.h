@@ -19,6 +19,7 @@ struct Inspected {
     int channels = 4;         // per texel in `values`
     bool has_sign = false;    // directions and positions; everything else is an amount that is never negative
     bool half_float = false;  // 65,504 at most, 11 bits from 6e-5 on
+    float unit = 1.0f;        // of values, lux per candela of peak: of surfels only
     std::span<const float> values;
 };
 using Inspector = std::function<void(const Inspected&)>;

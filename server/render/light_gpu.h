@@ -8,6 +8,7 @@
 #include "server/gl/objects.h"
 #include "server/render/rsm_texels.h"
 #include "server/scene/scene.h"
+#include "server/shade/vpl_rays.h"
 #include "server/transport/solve.h"
 
 namespace gonio {
@@ -64,6 +65,12 @@ struct LightGpu {
     std::vector<float> surfel_direct;   // direct illuminance at the transport's surfels
     bool moves = false;                 // it has changed since it was solved
     transport::Irradiance irradiance;
+    struct Exact {  // the first bounce of a narrow light that rests
+        shade::VplCast vpls;
+        std::vector<glm::vec4> first;
+        std::size_t next = 0;  // surfel: those before have theirs; all of them: it counts
+    } exact;
+    bool has_exact() const { return exact.next > 0 && exact.next == exact.first.size(); }
 };
 
 std::shared_ptr<const WebGpu> upload_web(const Profile& profile);

@@ -12,6 +12,7 @@
 #include "protocol/gonio.pb.h"
 #include "server/clock.h"
 #include "server/scene/scene.h"
+#include "server/trace/reference.h"
 
 namespace gonio {
 
@@ -36,6 +37,7 @@ struct CaptureJob {
     Scene scene;
     View view = View::beauty;
     bool raw = false;
+    int bounces = trace::kAllBounces;  // of indirect light: all, 1 or 0; the seed technique has one
     int tile_px = 0, next_tile = 0;
     std::int64_t started_ns = 0;
     std::shared_ptr<CapturedPicture> picture;
@@ -75,12 +77,13 @@ public:
     // Renders the job's next tile, a bounded amount of work, so that live frames come in between. Result: whether the
     // picture is complete.
     virtual bool continue_capture(CaptureJob& job) = 0;
-    // Illuminance at a point: interactive: the picture's own shadow, VPLs and occlusion; rsm: direct likewise, indirect
-    // the unoccluded sum over all RSM texels in double precision. Errors: of the mean of 16 independent parts, of the
-    // two halves of a checkerboard of texels; none for the seed techniques.
+    // Illuminance at a point: interactive: a shadow ray, and links of the point's own to the transport's surfels (bounces:
+    // all, 1 or 0); rsm: direct likewise, indirect the unoccluded sum over all RSM texels in double precision. Errors: of
+    // the mean of 16 independent parts and the transport's own; of the two halves of a checkerboard of texels; none for
+    // the seed techniques.
     enum class MeterQuality { interactive, rsm };
     virtual v1::MeterReading meter(const Scene& scene, const glm::dvec3& point, const glm::dvec3& normal,
-                                   MeterQuality quality) = 0;
+                                   MeterQuality quality, int bounces = trace::kAllBounces) = 0;
 };
 
 }  // namespace gonio

@@ -1,5 +1,6 @@
 #include "server/render/pipeline.h"
 
+#include <algorithm>
 #include <bit>
 
 #include "server/scene/apply.h"
@@ -50,11 +51,17 @@ struct Builder {
         return pass;
     }
 
+    // Whether it stands as it did in the frame before.
+    bool rests(const Light& light) const {
+        return std::max({light.position_rev, light.aim_rev, light.profile_rev}) <= in.seen_rev;
+    }
+
     void add_light(std::size_t i) {
         const Light& light = scene.lights[i];
         LightGpu& gpu = *in.lights[i];
         const int layer = static_cast<int>(i);
-        const PassContext shared = context;  // by value: passes outlive the builder
+        PassContext shared = context;  // by value: passes outlive the builder
+        shared.rests = rests(light);
         const SlotRef gbuffer = per_target(Slot::gbuffer), shadow = per_light(Slot::shadow, light.id),
                       rsm = per_light(Slot::rsm, light.id), mask = per_light(Slot::mask, light.id),
                       flux = per_light(Slot::flux, light.id), surfels = per_light(Slot::surfels, light.id),
@@ -86,7 +93,7 @@ struct Builder {
                 {light.position_rev, light.aim_rev, light.profile_rev, scene.geometry_rev, in.surface()},
                 [=, &light, &gpu] { return run_surfels(shared, light, gpu); }))
             .absent = seed;
-        Pass& solve = cpu(add("solve", solved, {surfels}, {in.generation}, [=, &gpu] { return run_solve(shared, gpu); }));
+        Pass& solve = cpu(add("solve", solved, {surfels}, {in.generation, in.solve_links(), gpu.has_exact() ? 1u : 0u}, [=, &gpu] { return run_solve(shared, gpu); }));
         solve.absent = seed;
         solve.stale |= !gpu.irradiance.converged;
         const bool metered = in.meter != FrameInputs::Meter::none, rays = in.direct_by_rays && !seed;
@@ -134,14 +141,15 @@ struct Builder {
             if (weight != glm::dvec3(0.0)) reads.push_back(per_light(Slot::surfels, light.id));
         }
         const std::vector<const LightGpu*> lights(in.lights.begin(), in.lights.end());
-        const PassContext shared = context;
+        PassContext shared = context;
+        shared.rests = std::all_of(scene.lights.begin(), scene.lights.end(), [&](const Light& l) { return rests(l); });
         const auto cpu = [&](const char* name, SlotRef writes, std::vector<SlotRef> from, std::vector<std::uint64_t> by,
                              std::function<PassRun()> run) {
             add(name, writes, std::move(from), std::move(by), std::move(run)).on_gpu = false;
         };
         cpu("merge", merged, std::move(reads), std::move(key), [=] { return run_merge(shared, lights); });
         cpu("direct", per_target(Slot::direct), {grid, merged}, {}, [=] { return run_direct_merged(shared); });
-        cpu("solve", solved, {merged}, {in.generation}, [=] { return run_solve_merged(shared); });
+        cpu("solve", solved, {merged}, {in.generation, in.solve_links()}, [=] { return run_solve_merged(shared); });
         passes.back().stale |= !merged_converged(in.target);
         cpu("gather", per_target(Slot::gather), {per_target(Slot::weights), solved}, {grid_links_shown(in.target)},
             [=] { return run_gather_merged(shared); });
@@ -218,8 +226,12 @@ std::uint64_t FrameInputs::surface() const {
     return reinterpret_cast<std::uintptr_t>(transport != nullptr ? transport->surface.get() : nullptr);
 }
 
+std::uint64_t FrameInputs::solve_links() const {
+    return target.kind == TargetKind::live ? kEfforts[effort].links : kEfforts[0].links;
+}
+
 PassContext FrameInputs::context() const {
-    return {programs, geometry, scene, target, eye, traced, clusters, looks, pool, transport, shades_on_cpu(), effort};
+    return {programs, geometry, scene, target, eye, traced, clusters, looks, pool, transport, bounces, false, shades_on_cpu(), effort};
 }
 
 bool FrameInputs::can_merge() const {

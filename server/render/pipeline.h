@@ -26,15 +26,18 @@ struct FrameInputs {
     bool direct_by_rays = false;
     const transport::Transport* transport = nullptr;  // null: not made yet
     std::uint64_t generation = 0;                     // counts what `transport` was
+    int bounces = trace::kAllBounces;                 // or 1, or 0: of captures and meters
     enum class Meter : std::uint8_t { none, interactive, rsm };
     Meter meter = Meter::none;  // else the G-buffer is a single point and nothing is composited; rsm: texels are wanted
     // Whether the live picture's light stays on the CPU; a view that only shaders show asks for it (run_layers).
     bool shades_on_cpu() const;
     std::size_t effort = 0;  // index into kEfforts
     std::uint64_t surface() const;  // tells one set of surfels from another
+    std::uint64_t solve_links() const;  // that the solve follows, at most
     PassContext context() const;
     // Whether the picture can be made of all luminaires at once: several of them, shaded and shown on the CPU.
     bool can_merge() const;
+    Revision seen_rev = 0;              // the scene's in the live frame before
     bool merged = false;                // it is; else of the luminaires' own layers
     std::vector<std::uint32_t> refill;  // ids of luminaires whose own layers are made besides
     GLuint raw = 0;                     // composite values into this framebuffer instead of the display

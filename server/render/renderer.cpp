@@ -45,6 +45,8 @@ void Renderer::prepare(const Scene& scene, bool live) {
         geometry_ = std::make_unique<GpuScene>(scene.asset);
         traced_ = trace::geometry_of(scene);
         builder_.reset();
+        transport_.reset();
+        ++generation_;
         looks_ = std::make_unique<const shade::Looks>(shade::make_looks(*traced_));
         clusters_ = std::make_unique<const shade::Clusters>(direct_by_rays_ ? shade::make_clusters(*traced_)
                                                                             : shade::Clusters{});
@@ -90,16 +92,64 @@ void Renderer::prepare(const Scene& scene, bool live) {
     }
 }
 
+namespace {
+
+// Transports outlive their renderer: one that is made after the GPU was lost goes on with them. Two scenes' at most,
+// while anybody holds the scene. Render thread.
+struct Known {
+    std::weak_ptr<const SceneAsset> asset;
+    unsigned links = 0;
+    std::vector<glm::vec3> seeds;
+    std::shared_ptr<transport::Builder> builder;
+};
+std::deque<Known>& known_transports() {
+    static std::deque<Known> known;
+    std::erase_if(known, [](const Known& one) { return one.asset.expired(); });
+    if (known.size() > 2) known.pop_front();
+    return known;
+}
+
+}  // namespace
+
 void Renderer::prepare_transport(const Scene& scene) {
-    if (!builder_) {
-        std::vector<glm::vec3> places = {traced_->local(scene.camera.eye)};
-        for (const Light& light : scene.lights) places.push_back(traced_->local(light.position));
-        builder_ = std::make_unique<transport::Builder>(traced_, std::move(places),
-                                                        transport::SurfelSettings{}, transport_beside_);
+    auto& known = known_transports();
+    const auto own = std::find_if(known.begin(), known.end(), [&](const Known& one) {
+        return one.asset.lock() == scene.asset && one.links == links_;
+    });
+    std::vector<glm::vec3> places = {traced_->local(scene.camera.eye)};
+    for (const Light& light : scene.lights) places.push_back(traced_->local(light.position));
+    const auto begin = [&] {
+        builder_ = std::make_shared<transport::Builder>(traced_, seeds_, links_, transport_beside_);
+        if (own != known.end()) known.erase(own);
+        known.push_back({scene.asset, links_, seeds_, builder_});
+    };
+    if (!builder_ && own != known.end()) {
+        builder_ = own->builder;
+        seeds_ = own->seeds;
+    } else if (!builder_) {
+        seeds_ = places;
+        begin();
     }
     if (!transport_beside_) builder_->wait();
+    // A luminaire or an eye has come to where no light could go before.
+    if (builder_->done() && builder_->newest() && seeded_rev_ != scene.scene_rev) {
+        seeded_rev_ = scene.scene_rev;
+        const std::size_t before = seeds_.size();  // a place next to one of them has had its turn
+        for (const glm::vec3& place : places) {
+            const bool new_here = std::none_of(seeds_.begin(), seeds_.end(), [&](const glm::vec3& seed) {
+                return glm::distance(seed, place) < 0.02f * traced_->extent();
+            });
+            if (new_here && seeds_.size() < kMostSeeds && !transport::reaches(*builder_->newest(), place))
+                seeds_.push_back(place);
+        }
+        if (seeds_.size() > before) {
+            begin();
+            if (!transport_beside_) builder_->wait();
+        }
+    }
     auto newest = builder_->newest();
-    if (newest == transport_) return;
+    if (newest == transport_ || (!newest && transport_ && &transport_->surface->geometry->asset() == scene.asset.get()))
+        return;
     transport_ = std::move(newest);
     ++generation_;
 }
@@ -127,13 +177,23 @@ bool Renderer::refine(const Scene& scene, const std::function<bool()>& interrupt
         std::this_thread::sleep_for(std::chrono::milliseconds(interrupted() ? 0 : 4));
         return newer_transport();
     }
+    if (!inputs.merged) {
+        for (std::size_t i = 0; i < scene.lights.size(); ++i) {
+            if (first_bounce_left(inputs.context(), *inputs.lights[i]))
+                return continue_first_bounce(inputs.context(), scene.lights[i], *inputs.lights[i], interrupted);
+        }
+    }
     return continue_grid_links(inputs.context(), interrupted);
 }
 
 bool Renderer::refined(const Scene& scene) {
     if (scene.technique != Technique::standard || !refines_) return true;
     prepare(scene, true);
-    return builder_->done() && !newer_transport() && !grid_links_left(live_);
+    if (!builder_->done() || newer_transport() || grid_links_left(live_)) return false;
+    const Eye eye = eye_of(scene.camera, scene.width_px, scene.height_px);
+    const PassContext context = inputs_of(scene, live_, eye).context();
+    return std::none_of(scene.lights.begin(), scene.lights.end(),
+                        [&](const Light& light) { return first_bounce_left(context, lights_.at(light.id)); });
 }
 
 v1::TransportStats Renderer::transport_stats() const {
@@ -175,7 +235,7 @@ v1::FrameReport Renderer::run(const FrameInputs& inputs, std::vector<SlotRef> wa
 // made on its own, those at level 0 last, and with the last of them the picture is theirs.
 void Renderer::choose_layers(FrameInputs& inputs) {
     const Scene& scene = inputs.scene;
-    const Revision last = std::exchange(last_rev_, scene.scene_rev);
+    const Revision last = inputs.seen_rev = std::exchange(last_rev_, scene.scene_rev);
     const bool merged_before = std::exchange(merged_, false);
     if (!inputs.can_merge()) return;
     const std::vector<Pass> passes = build_pipeline(inputs);
@@ -298,7 +358,7 @@ std::vector<glm::vec3> Renderer::live_illuminance(const Scene& scene, bool indir
 }
 
 v1::MeterReading Renderer::meter(const Scene& scene, const glm::dvec3& point, const glm::dvec3& unit_normal,
-                                 MeterQuality quality) {
+                                 MeterQuality quality, int bounces) {
     Scene metered = scene;
     if (quality == MeterQuality::rsm) metered.technique = Technique::standard;
     prepare(metered, false);
@@ -311,6 +371,7 @@ v1::MeterReading Renderer::meter(const Scene& scene, const glm::dvec3& point, co
         glm::cross(unit_normal, std::abs(unit_normal.y) < 0.9 ? glm::dvec3(0, 1, 0) : glm::dvec3(1, 0, 0)));
     eye.up = glm::cross(eye.right, eye.forward);
     FrameInputs inputs = inputs_of(metered, target, eye);
+    inputs.bounces = bounces;
     inputs.meter = quality == MeterQuality::rsm ? FrameInputs::Meter::rsm : FrameInputs::Meter::interactive;
     Timers timers;
     run(inputs, wanted_slots(inputs, false), timers);
@@ -365,7 +426,12 @@ v1::MeterReading Renderer::meter(const Scene& scene, const glm::dvec3& point, co
     }
     if (quality == MeterQuality::rsm || metered.technique == Technique::standard) {
         reading.set_direct_error_lx(0.0);  // the web itself, evaluated
-        reading.set_indirect_error_lx(std::sqrt(variance));
+        // The transport's own error beside that of the point's links: measured against the reference (docs/accuracy.md).
+        constexpr double kTransportError = 0.02;
+        const bool traced = quality != MeterQuality::rsm;
+        reading.set_indirect_error_lx(
+            std::sqrt(variance + (traced ? std::pow(kTransportError * reading.indirect_lx(), 2.0) : 0.0)));
+        reading.set_bounces(!traced || bounces == 1 ? "1" : bounces == 0 ? "0" : "all");
     }
     reading.set_samples(samples);
     return reading;

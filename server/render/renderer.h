@@ -33,6 +33,9 @@ struct Clusters;
 struct Looks;
 }  // namespace shade
 
+// Places that walks for surfels begin at: luminaires, eyes, and where these came later.
+inline constexpr std::size_t kMostSeeds = 2048;
+
 class Renderer final : public LiveRenderer {
 public:
     // Where the direct light of the default technique is computed: by shaders with a shadow map, or on the CPU with a
@@ -54,9 +57,9 @@ public:
     bool continue_capture(CaptureJob& job) override;
     // Both in one, for whoever has time.
     std::shared_ptr<const CapturedPicture> capture(const Scene& scene, View view, int width_px, int height_px,
-                                                   bool raw);
+                                                   bool raw, int bounces = trace::kAllBounces);
     v1::MeterReading meter(const Scene& scene, const glm::dvec3& point, const glm::dvec3& normal,
-                           MeterQuality quality) override;
+                           MeterQuality quality, int bounces = trace::kAllBounces) override;
     // Texels per face side of the reflective shadow maps that are made from now on: benches compare sizes.
     void set_rsm_size(int texels) { rsm_size_ = texels; }
     // Result: the illuminance in lux, per channel, that the live picture shows at each of its pixels, rows from the
@@ -67,7 +70,12 @@ public:
     bool ready(const Scene& scene) override;
     // From now on the transport of a scene is made beside frames, by threads that yield to everything else; before, the
     // first frame of a scene waits for it.
-    void make_transport_beside() { transport_beside_ = true; }
+    void make_transport_beside() {
+        transport_beside_ = true;
+        links_ = transport::kMostLinks;
+    }
+    // So many links of each surfel are made, from the next scene on; by default those for all but narrow beams.
+    void set_links(unsigned most) { links_ = most; }
     v1::TransportStats transport_stats() const override;
 
     // From now on visits what every pass writes, of live frames, captures and meters, before anything uses it
@@ -84,7 +92,7 @@ private:
     void choose_layers(FrameInputs& inputs);
     FrameInputs inputs_of(const Scene& scene, const Target& target, const Eye& eye);
 
-    bool newer_transport() const { return builder_ && builder_->newest() != transport_; }
+    bool newer_transport() const { return builder_ && builder_->newest() && builder_->newest() != transport_; }
 
     const bool direct_by_rays_;
     bool refines_ = false, transport_beside_ = false, settled_ = true;
@@ -95,7 +103,10 @@ private:
     std::map<std::uint32_t, LightGpu> lights_;  // by Light::id
     std::map<const Profile*, std::weak_ptr<const WebGpu>> webs_;
     std::shared_ptr<const trace::Geometry> traced_;
-    std::unique_ptr<transport::Builder> builder_;              // of `traced_`
+    std::shared_ptr<transport::Builder> builder_;             // of `traced_`
+    std::vector<glm::vec3> seeds_;                            // that it began with, and places it is to begin anew with
+    Revision seeded_rev_ = 0;                                 // of the scene whose places were looked at
+    unsigned links_ = transport::kMostBlockLinks;
     std::shared_ptr<const transport::Transport> transport_;  // what passes read
     std::uint64_t generation_ = 0;                            // counts what it was
     std::unique_ptr<const shade::Looks> looks_;

@@ -11,9 +11,6 @@ namespace {
 using transport::kNeighbours;
 using transport::Surfels;
 
-// Surfels further away than this many radii count nothing.
-constexpr float kBlendRadii = 2.2f;
-
 // The surfel of the surface at p, found by the triangle that a pixel shows.
 std::uint16_t surfel_of(const transport::Transport::Surface& surface, const Looks& looks, std::uint32_t triangle,
                         const glm::vec3& p, const glm::vec3& eye) {
@@ -26,29 +23,6 @@ std::uint16_t surfel_of(const transport::Transport::Surface& surface, const Look
     const float u = glm::clamp(glm::dot(glm::cross(d, b), n) * per_n2, 0.0f, 1.0f),
                 v = glm::clamp(glm::dot(glm::cross(a, d), n) * per_n2, 0.0f, 1.0f - u);
     return surface.cells->surfel_at(instance, own, u, v, glm::dot(eye - p, n) > 0.0f);
-}
-
-// How much each of the surfels around one counts at a place.
-void weigh(const Surfels& surfels, const std::array<std::uint16_t, kNeighbours>& around, const glm::vec3& p,
-           const glm::vec3& n, float* weights) {
-    const float reach = kBlendRadii * surfels.radius_m, per_reach2 = 1.0f / (reach * reach);
-    float sum = 0.0f;
-    for (std::size_t k = 0; k < kNeighbours; ++k) {
-        weights[k] = 0.0f;
-        const std::uint16_t id = around[k];
-        if (id == surfels.count) continue;
-        const glm::vec3 d = surfels.position(id) - p, m = surfels.normal(id);
-        const float off = glm::dot(d, n), off_other = glm::dot(d, m), agree = glm::dot(n, m) - 0.45f;
-        const float near =
-            1.0f - (glm::dot(d, d) + 8.0f * (off * off + off_other * off_other)) * per_reach2;
-        if (near > 0.0f && agree > 0.0f) weights[k] = near * near * agree;
-        sum += weights[k];
-    }
-    if (!(sum > 1e-6f)) {  // alone, and not much like the place
-        weights[0] = sum = 1.0f;
-        std::fill(weights + 1, weights + kNeighbours, 0.0f);
-    }
-    for (std::size_t k = 0; k < kNeighbours; ++k) weights[k] /= sum;
 }
 
 template <typename Job>
@@ -83,7 +57,9 @@ void find_surfels(const Surfaces& surfaces, const Raster* raster, const Looks& l
         if (!(grid.values[6][at] > 0.0f)) return;
         const glm::vec3 p = grid.position(at), n = grid.normal(at);
         std::uint32_t triangle = 0;
-        if (raster != nullptr && x >= 0) {
+        if (raster != nullptr && x < 0) {
+            triangle = raster->nearest[screen.second_pixels[at - grid.first_spare()]];
+        } else if (raster != nullptr) {
             const int px = std::min(x * step + step / 2, surfaces.width - 1),
                       py = std::min(y * step + step / 2, surfaces.height - 1);
             triangle = raster->nearest[static_cast<std::size_t>(py) * surfaces.row_length + static_cast<std::size_t>(px)];
@@ -93,7 +69,7 @@ void find_surfels(const Surfaces& surfaces, const Raster* raster, const Looks& l
                                       : surfels.visible_from(*surface.geometry, {p, n, n});
         if (own == surfels.count) return;
         links.around[at] = surfels.neighbours[own].data();
-        weigh(surfels, surfels.neighbours[own], p, n, links.weights.data() + at * kNeighbours);
+        transport::weigh(surfels, surfels.neighbours[own].data(), p, n, links.weights.data() + at * kNeighbours);
     });
 }
 
@@ -133,25 +109,25 @@ bool trace_grid_links(const ScreenGrid& screen, const transport::Transport& tran
 }
 
 Planes irradiance_at_grid(const ScreenGrid& screen, const transport::Transport& transport, const GridLinks& links,
-                          const transport::Irradiance& light, std::span<const glm::vec4> emission, Pool& pool) {
+                          const SurfelLight& light, Pool& pool) {
     const Grid& grid = screen.grid;
-    const Surfels& surfels = transport.surface->surfels;
     Planes planes(3, std::vector<float>(grid.size() + kLanes, 0.0f));
-    if (surfels.count == 0 || light.indirect.empty()) return planes;
-    transport::Table irradiance, sent;
+    if (transport.surface->surfels.count == 0 || light.indirect.empty()) return planes;
+    transport::Table irradiance, first_bounce, sent;
     transport::make_table(light.indirect, irradiance, pool);
     const std::size_t complete = links.complete();
-    if (complete > 0) {
-        std::vector<glm::vec4> values;
-        transport::radiosity(surfels, light, emission, values, pool);
-        transport::make_table(values, sent, pool);
-    }
+    if (complete > 0) transport::make_table(light.sent, sent, pool);
+    const bool shared = complete > 0 && light.share > 0.0f;
+    if (shared) transport::make_table(light.first, first_bounce, pool);
     constexpr std::size_t kChunk = 512;
     const float per_link = complete > 0 ? 1.0f / static_cast<float>(complete * trace::kPacket) : 0.0f;
     pool.run_chunks(grid.size(), kChunk, [&](std::size_t first, std::size_t count) {
-        glm::vec4 around[kChunk], own[kChunk] = {};
+        glm::vec4 around[kChunk], own[kChunk] = {}, given[kChunk] = {};
         transport::blend(irradiance, links.around.data() + first, links.weights.data() + first * kNeighbours, count,
                          around);
+        if (shared)
+            transport::blend(first_bounce, links.around.data() + first, links.weights.data() + first * kNeighbours,
+                             count, given);
         for (std::size_t g = 0; g < complete; ++g)
             transport::gather(sent, links.generations[g].data() + first * trace::kPacket, trace::kPacket, count,
                               sent.unit * per_link, own);
@@ -161,7 +137,7 @@ Planes irradiance_at_grid(const ScreenGrid& screen, const transport::Transport& 
                 // Where most of what a point sees is far away, the surfels around it see the same.
                 const float near = links.nearness[first + i];
                 const float share = links.around[first + i] == nullptr ? 1.0f : glm::smoothstep(0.04f, 0.16f, near);
-                value = glm::mix(value, own[i], share);
+                value = glm::mix(value, own[i] + light.share * given[i], share);
             }
             for (int k = 0; k < 3; ++k) planes[static_cast<std::size_t>(k)][first + i] = value[k];
         }

@@ -32,9 +32,15 @@ void find_surfels(const Surfaces& surfaces, const Raster* raster, const Looks& l
 // Traces a part of the next generation of the points' links, some milliseconds. Result: whether one is complete now.
 bool trace_grid_links(const ScreenGrid& screen, const transport::Transport& transport, GridLinks& links, Pool& pool);
 
-// Result: indirect irradiance at every point, 3 planes in the shape of the grid. light: solved on this transport.
-// emission: as solve() takes it.
+// Irradiance at the surfels and what it makes them send (transport::radiosity).
+struct SurfelLight {
+    std::span<const glm::vec4> indirect;
+    std::span<const glm::vec4> first;  // of it, what points take from the surfels around them even where they have links
+    float share = 0.0f;                // of their own: few links would meet where it comes from; `sent` is without it
+    std::span<const glm::vec4> sent;
+};
+// Result: indirect irradiance at every point, 3 planes in the shape of the grid.
 Planes irradiance_at_grid(const ScreenGrid& screen, const transport::Transport& transport, const GridLinks& links,
-                          const transport::Irradiance& light, std::span<const glm::vec4> emission, Pool& pool);
+                          const SurfelLight& light, Pool& pool);
 
 }  // namespace gonio::shade

@@ -58,6 +58,7 @@ void make_grid(const Surfaces& surfaces, const Quality& quality, ScreenGrid& scr
     for (std::vector<float>& array : grid.values) grid.extend(array);
 
     screen.second.clear();
+    screen.second_pixels.clear();
     if (step > 1) {
         make_weights(surfaces, screen, pool);
         if (quality.second_share > 0.0f) find_second_points(surfaces, screen, pool);

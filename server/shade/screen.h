@@ -71,6 +71,7 @@ struct ScreenGrid {
     Grid grid;
     ToPixels to_pixels;                 // step 4 only
     std::vector<std::uint32_t> second;  // by Grid::at of the cell: its second point, 0 none; empty: none at all
+    std::vector<std::uint32_t> second_pixels;  // by second point: where in the picture's arrays it lies
 };
 // screen: of any former grid, whose memory is used again.
 void make_grid(const Surfaces& surfaces, const Quality& quality, ScreenGrid& screen, Pool& pool);

@@ -19,14 +19,17 @@ int poor_pixels(const Surfaces& surfaces, const ScreenGrid& screen, int cell_x, 
     return count;
 }
 
+struct Pixel {
+    int x = 0, y = 0;
+};
 // The middle one of them, row by row.
-Spot middle_poor(const Surfaces& surfaces, const ScreenGrid& screen, int cell_x, int cell_y, int count) {
+Pixel middle_poor(const Surfaces& surfaces, const ScreenGrid& screen, int cell_x, int cell_y, int count) {
     int before = count / 2;
     for (int y = cell_y * kCell; y < std::min((cell_y + 1) * kCell, surfaces.height); ++y) {
         for (int x = cell_x * kCell; x < std::min((cell_x + 1) * kCell, surfaces.width); ++x) {
             const std::size_t at = static_cast<std::size_t>(y) * surfaces.row_length + static_cast<std::size_t>(x);
             if (!ToPixels::is_poor(screen.to_pixels.weights[at]) || !(surfaces.depth[at] > 0.0f)) continue;
-            if (before-- == 0) return spot_at(surfaces, x, y);
+            if (before-- == 0) return {x, y};
         }
     }
     return {};
@@ -71,7 +74,11 @@ void find_second_points(const Surfaces& surfaces, ScreenGrid& screen, Pool& pool
                 const auto at = static_cast<std::size_t>(grid.at(x, y));
                 const bool wanted = poor[at] >= least || (least > 1 && poor[at] + 1u == least && rest.next());
                 if (!wanted) continue;
-                const Spot spot = middle_poor(surfaces, screen, x, y, poor[at]);
+                const Pixel pixel = middle_poor(surfaces, screen, x, y, poor[at]);
+                const Spot spot = spot_at(surfaces, pixel.x, pixel.y);
+                screen.second_pixels.push_back(static_cast<std::uint32_t>(pixel.y) *
+                                                   static_cast<std::uint32_t>(surfaces.row_length) +
+                                               static_cast<std::uint32_t>(pixel.x));
                 grid.set(next, spot.position, spot.normal, spot.depth);
                 screen.second[at] = static_cast<std::uint32_t>(next);
                 ++next;

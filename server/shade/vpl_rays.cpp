@@ -83,4 +83,32 @@ VplCast cast(const VplRays& rays, const trace::Geometry& geometry, const glm::dv
     return result;
 }
 
+glm::vec3 from_vpls(const trace::Geometry& geometry, const VplCast& vpls, const glm::vec3& light, const glm::vec3& point,
+                    const glm::vec3& normal, const glm::vec3& geometric) {
+    const glm::vec3 from = point + geometric * (4.0f * geometry.step_off(point));
+    glm::vec3 sum(0.0f), brings[trace::kPacket];
+    trace::RayPacket rays;
+    int waiting = 0;
+    const auto send = [&] {
+        const unsigned hidden = waiting > 0 ? geometry.occluded(rays, (1u << waiting) - 1u) : 0u;
+        for (int i = 0; i < waiting; ++i) {
+            if ((hidden >> i & 1u) == 0) sum += brings[i];
+        }
+        waiting = 0;
+    };
+    for (const Vpl& vpl : vpls.vpls) {
+        const glm::vec3 at = light + glm::vec3(vpl.position_area), facing(vpl.normal), d = point - at;
+        const float share = glsl::vpl_geometry_shared(d, facing, normal, vpl.position_area.w);
+        if (!(share > 0.0f)) continue;
+        brings[waiting] = glm::vec3(vpl.intensity) * share;
+        const glm::vec3 along = at + facing * (4.0f * geometry.step_off(at)) - from;
+        rays.from_x[waiting] = from.x, rays.from_y[waiting] = from.y, rays.from_z[waiting] = from.z;
+        rays.along_x[waiting] = along.x, rays.along_y[waiting] = along.y, rays.along_z[waiting] = along.z;
+        rays.far[waiting] = 1.0f;
+        if (++waiting == trace::kPacket) send();
+    }
+    send();
+    return sum;
+}
+
 }  // namespace gonio::shade

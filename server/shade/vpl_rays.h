@@ -45,4 +45,9 @@ struct VplCast {
 VplCast cast(const VplRays& rays, const trace::Geometry& geometry, const glm::dvec3& position,
              const glm::dmat3& world_from_light, Pool& pool);
 
+// Result: irradiance at a surface point from all of the VPLs that it sees, per candela of peak, 1/m², with a ray to
+// each. light: local place of the luminaire. Any thread.
+glm::vec3 from_vpls(const trace::Geometry& geometry, const VplCast& vpls, const glm::vec3& light, const glm::vec3& point,
+                    const glm::vec3& normal, const glm::vec3& geometric);
+
 }  // namespace gonio::shade

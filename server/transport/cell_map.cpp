@@ -7,6 +7,7 @@ namespace gonio::transport {
 namespace {
 
 constexpr std::uint32_t kUnknown = ~0u, kDivided = 1u << 16;
+constexpr float kUndividedRadii = 0.35f;                    // smaller ones are never divided
 constexpr float kCellRadii = 0.7f;                          // a cell's edge, of the surfels' radius
 constexpr std::size_t kMostCells = std::size_t{1} << 24;    // in all; beyond, cells are larger
 
@@ -58,7 +59,10 @@ std::uint16_t CellMap::surfel_at(unsigned instance, unsigned triangle, float u, 
     trace::SurfaceHit hit;
     const auto i = static_cast<int>(instance), t = static_cast<int>(triangle);
     if (!geometry_.surface_at(i, t, u, v, front, hit)) return static_cast<std::uint16_t>(surfels_.count);
-    return surfels_.visible_from(geometry_, {hit.position, hit.normal, hit.geometric});
+    const Surfels::Place place_hit{hit.position, hit.normal, hit.geometric};
+    const auto known = static_cast<std::uint16_t>(value);
+    if (known < surfels_.count && surfels_.sees(geometry_, place_hit, known)) return known;
+    return surfels_.visible_from(geometry_, place_hit);
 }
 
 std::uint32_t CellMap::fill(unsigned instance, unsigned triangle, std::uint32_t cell, std::uint32_t side,
@@ -76,6 +80,10 @@ std::uint32_t CellMap::fill(unsigned instance, unsigned triangle, std::uint32_t 
     }
     const std::uint16_t id = surfels_.visible_from(geometry_, {hit.position, hit.normal, hit.geometric});
     if (id == surfels_.count) return id;
+    // A cell much smaller than a surfel stands for itself.
+    const auto c = geometry_.corners(i, t);
+    const float longest = std::max({glm::distance(c[0], c[1]), glm::distance(c[1], c[2]), glm::distance(c[2], c[0])});
+    if (longest * edge < kUndividedRadii * surfels_.radius_m) return id;
     // What stands in the cell hides the surfel from one of its corners.
     constexpr float kIn = 0.03f;  // of a cell: corners often lie on the edge of the next wall
     const glm::vec2 corners[4] = {{kIn, kIn}, {1.0f - 2.0f * kIn, kIn}, {kIn, 1.0f - 2.0f * kIn}, {1.0f - kIn, 1.0f - kIn}};

@@ -42,6 +42,40 @@ void Gather(const std::uint16_t* table, const std::uint16_t* ids, unsigned count
     }
 }
 
+// weights: of the surfels `ids` at p.
+void Weigh(const float* const* place, const std::uint16_t* ids, const glm::vec3& p, const glm::vec3& n, float reach,
+           float* weights) {
+    const hn::CappedTag<float, kNeighbours> tag;
+    const hn::RebindToSigned<decltype(tag)> ints;
+    const hn::Rebind<std::uint16_t, decltype(tag)> shorts;
+    using V = hn::Vec<decltype(tag)>;
+    const auto set = [&](float x) { return hn::Set(tag, x); };
+    const auto dot = [&](V ax, V ay, V az, V bx, V by, V bz) {
+        return hn::MulAdd(ax, bx, hn::MulAdd(ay, by, hn::Mul(az, bz)));
+    };
+    V sum = hn::Zero(tag);
+    for (std::size_t k = 0; k < kNeighbours; k += hn::Lanes(tag)) {
+        const auto id = hn::PromoteTo(ints, hn::LoadU(shorts, ids + k));
+        const auto at = [&](int i) { return hn::GatherIndex(tag, place[i], id); };
+        const V dx = hn::Sub(at(0), set(p.x)), dy = hn::Sub(at(1), set(p.y)), dz = hn::Sub(at(2), set(p.z));
+        const V mx = at(3), my = at(4), mz = at(5), nx = set(n.x), ny = set(n.y), nz = set(n.z);
+        const V off = dot(dx, dy, dz, nx, ny, nz), off_other = dot(dx, dy, dz, mx, my, mz),
+                agree = hn::Max(hn::Sub(dot(mx, my, mz, nx, ny, nz), set(0.45f)), hn::Zero(tag));
+        const V far = hn::MulAdd(hn::MulAdd(off, off, hn::Mul(off_other, off_other)), set(8.0f), dot(dx, dy, dz, dx, dy, dz));
+        const V near = hn::Max(hn::NegMulAdd(far, set(1.0f / (reach * reach)), set(1.0f)), hn::Zero(tag));
+        const V weight = hn::Mul(hn::Mul(near, near), agree);  // 0 for an id of none: its normal is 0
+        hn::StoreU(weight, tag, weights + k);
+        sum = hn::Add(sum, weight);
+    }
+    const float all = hn::GetLane(hn::SumOfLanes(tag, sum));
+    if (!(all > 1e-6f)) {  // alone, and not much like the place
+        for (std::size_t k = 0; k < kNeighbours; ++k) weights[k] = k == 0 ? 1.0f : 0.0f;
+        return;
+    }
+    for (std::size_t k = 0; k < kNeighbours; k += hn::Lanes(tag))
+        hn::StoreU(hn::Mul(hn::LoadU(tag, weights + k), set(1.0f / all)), tag, weights + k);
+}
+
 void Blend(const std::uint16_t* table, const std::uint16_t* const* ids, const float* weights, std::size_t size,
            float unit, glm::vec4* out) {
     const Four four;
@@ -77,6 +111,7 @@ namespace gonio::transport {
 
 HWY_EXPORT(Gather);
 HWY_EXPORT(Blend);
+HWY_EXPORT(Weigh);
 HWY_EXPORT(Halve);
 
 namespace {
@@ -91,6 +126,14 @@ constexpr unsigned kLaterLinks = 128;
 void gather(const Table& table, const std::uint16_t* ids, unsigned count, std::size_t size, float share,
             glm::vec4* sums) {
     HWY_DYNAMIC_DISPATCH(Gather)(table.halves.data(), ids, count, size, share, sums);
+}
+
+void weigh(const Surfels& surfels, const std::uint16_t* ids, const glm::vec3& p, const glm::vec3& n, float* weights) {
+    // Surfels further away than this many radii count nothing.
+    constexpr float kBlendRadii = 2.2f;
+    const float* place[6];
+    for (std::size_t k = 0; k < 6; ++k) place[k] = surfels.place[k].data();
+    HWY_DYNAMIC_DISPATCH(Weigh)(place, ids, p, n, kBlendRadii * surfels.radius_m, weights);
 }
 
 void blend(const Table& table, const std::uint16_t* const* ids, const float* weights, std::size_t size,
@@ -115,13 +158,25 @@ void make_table(std::span<const glm::vec4> values, Table& table, Pool& pool) {
     });
 }
 
-void radiosity(const Surfels& surfels, const Irradiance& light, std::span<const glm::vec4> emission,
-               std::vector<glm::vec4>& out, Pool& pool) {
+Links first_of(const Links& links, unsigned most) {
+    Links few;
+    for (const auto& block : links.blocks) {
+        if (block->first == 0 || block->first + block->count <= most) few.blocks.push_back(block);
+    }
+    unsigned count = few.per_surfel();
+    for (const auto& block : links.reversed) {
+        if ((count += block->count) <= most) few.reversed.push_back(block);
+    }
+    return few;
+}
+
+void radiosity(const Surfels& surfels, std::span<const glm::vec4> direct, std::span<const glm::vec4> indirect,
+               std::span<const glm::vec4> emission, std::vector<glm::vec4>& out, Pool& pool) {
     out.resize(surfels.count);
     pool.run_chunks(surfels.count, kChunk, [&](std::size_t first, std::size_t count) {
         for (std::size_t i = first; i < first + count; ++i) {
-            glm::vec4 sum = light.direct.empty() ? glm::vec4(0.0f) : light.direct[i];
-            if (!light.indirect.empty()) sum += light.indirect[i];
+            glm::vec4 sum = direct.empty() ? glm::vec4(0.0f) : direct[i];
+            if (!indirect.empty()) sum += indirect[i];
             out[i] = glm::vec4(surfels.albedo[i], 0.0f) * sum;
             if (!emission.empty()) out[i] += emission[i];
         }
@@ -148,31 +203,39 @@ void transfer(const Links& links, const Table& table, unsigned most, std::vector
     });
 }
 
-// Where the brightest tenth of the surfels sends all but a five-hundredth of the light, the mean of `out` over the
-// links becomes one over the reversed ones too; up to a fiftieth, in part.
-void add_reversed(const Surfels& surfels, const Links& links, const std::vector<glm::vec4>& sent,
-                  std::vector<glm::vec4>& out, Pool& pool) {
-    if (links.reversed.empty()) return;
+// The brightest tenth of the surfels, without those that send next to nothing.
+struct Brightest {
+    std::vector<std::uint16_t> ids;
+    float narrow = 0.0f;  // 1 where they send all but a five-hundredth of the light, 0 where all but a fiftieth
+};
+Brightest brightest_of(const Surfels& surfels, const std::vector<glm::vec4>& sent) {
     const std::size_t n = surfels.count, few = n / 10;
-    const auto power = [&](std::size_t i) {
-        return surfels.area_m2[i] * (0.2126f * sent[i].r + 0.7152f * sent[i].g + 0.0722f * sent[i].b);
-    };
     std::vector<std::pair<float, std::uint16_t>> by_power(n);
     double all = 0.0, theirs = 0.0;
     for (std::size_t i = 0; i < n; ++i) {
-        by_power[i] = {power(i), static_cast<std::uint16_t>(i)};
-        all += static_cast<double>(by_power[i].first);
+        const float power = surfels.area_m2[i] * (0.2126f * sent[i].r + 0.7152f * sent[i].g + 0.0722f * sent[i].b);
+        by_power[i] = {power, static_cast<std::uint16_t>(i)};
+        all += static_cast<double>(power);
     }
-    std::nth_element(by_power.begin(), by_power.begin() + static_cast<std::ptrdiff_t>(few), by_power.end(),
+    const auto end = by_power.begin() + static_cast<std::ptrdiff_t>(few);
+    std::nth_element(by_power.begin(), end, by_power.end(),
                      [](const auto& a, const auto& b) { return a.first > b.first; });
-    by_power.resize(few);
-    // Those that send next to nothing are left out too.
-    std::erase_if(by_power, [&](const auto& one) { return !(static_cast<double>(one.first) * static_cast<double>(n) > 1e-4 * all); });
-    for (const auto& one : by_power) theirs += static_cast<double>(one.first);
-    const double x = std::clamp((theirs / std::max(all, 1e-300) - 0.98) / (0.998 - 0.98), 0.0, 1.0),
-                 weight = x * x * (3.0 - 2.0 * x);
-    if (!(weight > 0.0)) return;
+    Brightest result;
+    for (auto one = by_power.begin(); one != end; ++one) {
+        if (!(static_cast<double>(one->first) * static_cast<double>(n) > 1e-4 * all)) continue;
+        theirs += static_cast<double>(one->first);
+        result.ids.push_back(one->second);
+    }
+    const double x = std::clamp((theirs / std::max(all, 1e-300) - 0.98) / (0.998 - 0.98), 0.0, 1.0);
+    result.narrow = static_cast<float>(x * x * (3.0 - 2.0 * x));
+    return result;
+}
 
+// The mean of `out` over the links becomes one over the reversed ones too.
+void add_reversed(const Surfels& surfels, const Links& links, const Brightest& brightest,
+                  const std::vector<glm::vec4>& sent, std::vector<glm::vec4>& out, Pool& pool) {
+    if (links.reversed.empty() || !(brightest.narrow > 0.0f)) return;
+    const std::size_t n = surfels.count;
     constexpr std::size_t kParts = 4;
     std::vector<std::vector<glm::vec4>> sums(kParts);
     unsigned more = 0;
@@ -180,19 +243,19 @@ void add_reversed(const Surfels& surfels, const Links& links, const std::vector<
     pool.run(kParts, [&](int part) {
         std::vector<glm::vec4>& sum = sums[static_cast<std::size_t>(part)];
         sum.assign(n, glm::vec4(0.0f));
-        for (std::size_t k = static_cast<std::size_t>(part); k < by_power.size(); k += kParts) {
-            const std::size_t j = by_power[k].second;
+        for (std::size_t k = static_cast<std::size_t>(part); k < brightest.ids.size(); k += kParts) {
+            const std::size_t j = brightest.ids[k];
             const glm::vec4 value = sent[j];
             for (const auto& block : links.reversed) {
                 for (std::uint32_t at = block->first[j]; at < block->first[j + 1]; ++at) sum[block->from[at]] += value;
             }
         }
     });
-    const auto count = static_cast<float>(links.per_surfel()), extra = static_cast<float>(weight) * static_cast<float>(more);
+    const auto count = static_cast<float>(links.per_surfel()), extra = brightest.narrow * static_cast<float>(more);
     pool.run_chunks(n, kChunk, [&](std::size_t begin, std::size_t size) {
         for (std::size_t i = begin; i < begin + size; ++i) {
             const glm::vec4 sum = sums[0][i] + sums[1][i] + sums[2][i] + sums[3][i];
-            out[i] = (out[i] * count + sum * static_cast<float>(weight)) / (count + extra);
+            out[i] = (out[i] * count + sum * brightest.narrow) / (count + extra);
         }
     });
 }
@@ -203,20 +266,27 @@ double sum_of(const glm::vec4& v) {
 
 }  // namespace
 
-unsigned solve(const Surfels& surfels, const Links& links, std::span<const glm::vec4> emission, const Accuracy& accuracy,
-               Irradiance& light, Pool& pool) {
+unsigned solve(const Surfels& surfels, const Links& links, std::span<const glm::vec4> emission,
+               std::span<const glm::vec4> exact, const Accuracy& accuracy, Irradiance& light, Pool& pool) {
     const std::size_t n = surfels.count;
-    Table table;
-    std::vector<glm::vec4> sent(n), first(n), next(n);
     // The first bounce follows all links; what comes after it is smoother.
-    const Irradiance once{light.direct, {}, false};
-    radiosity(surfels, once, emission, sent, pool);
+    std::vector<glm::vec4>& first = light.first;
+    first.resize(n);
+    Table table;
+    std::vector<glm::vec4> sent(n), next(n);
+    radiosity(surfels, light.direct, {}, emission, sent, pool);
+    const Brightest brightest = brightest_of(surfels, sent);
+    light.narrow = brightest.narrow;
     make_table(sent, table, pool);
     transfer(links, table, ~0u, first, pool);
-    add_reversed(surfels, links, sent, first, pool);
+    if (exact.empty()) {
+        add_reversed(surfels, links, brightest, sent, first, pool);
+    } else {
+        for (std::size_t i = 0; i < n; ++i) first[i] = glm::mix(first[i], exact[i], brightest.narrow);
+    }
     light.converged = false;
-    const bool cold = light.indirect.size() != n;
-    if (cold) light.indirect = first;
+    // What rests is solved from the start: it does not depend on what was shown before.
+    if (light.indirect.size() != n || accuracy.change <= kAtRest.change) light.indirect = first;
     std::vector<double> changes((n + kChunk - 1) / kChunk), sums(changes.size());
     double last = 0.0;
     for (unsigned bounce = 1;; ++bounce) {

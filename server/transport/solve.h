@@ -22,6 +22,9 @@ void make_table(std::span<const glm::vec4> values, Table& table, Pool& pool);
 // sums[i] += share × the sum over ids[i × count …] of the table, in its unit: for `size` places.
 void gather(const Table& table, const std::uint16_t* ids, unsigned count, std::size_t size, float share,
             glm::vec4* sums);
+// weights: how much each of kNeighbours surfels counts at a place, of sum 1: by distance, and by how far they and it lie
+// off each other's plane and face the same way; if none does, the first alone.
+void weigh(const Surfels& surfels, const std::uint16_t* ids, const glm::vec3& p, const glm::vec3& n, float* weights);
 // out[i] = the weighted sum over ids[i × kNeighbours …] of the table, × its unit.
 void blend(const Table& table, const std::uint16_t* const* ids, const float* weights, std::size_t size, glm::vec4* out);
 
@@ -32,10 +35,15 @@ struct Links {
     unsigned per_surfel() const { return blocks.empty() ? 0 : blocks.back()->first + blocks.back()->count; }
 };
 
+// Result: no more than so many of a surfel's links.
+Links first_of(const Links& links, unsigned most);
+
 // The light of one luminaire, or of several at once, in any one unit.
 struct Irradiance {
     std::vector<glm::vec4> direct;    // E0 at each surfel, rgb
     std::vector<glm::vec4> indirect;  // E, rgb; empty: never solved
+    std::vector<glm::vec4> first;     // of it, what comes after one bounce
+    float narrow = 0.0f;              // 0..1: how far E0 is all on few surfels, which few links meet
     bool converged = false;           // to Accuracy::rest
 };
 
@@ -44,13 +52,14 @@ struct Accuracy {
     unsigned most;  // bounces computed in one call
 };
 inline constexpr Accuracy kMoving{0.02, 6}, kAtRest{2e-4, 24};
-// Solves from what `light.indirect` holds, the light of the frame before. emission: pi L of each surfel, × what makes
-// cd/m² this unit; may be empty. Result: bounces computed.
-unsigned solve(const Surfels& surfels, const Links& links, std::span<const glm::vec4> emission, const Accuracy& accuracy,
-               Irradiance& light, Pool& pool);
+// Solves from what `light.indirect` holds, the light of the frame before; at rest from the start. emission: pi L of each surfel, × what makes
+// cd/m² this unit; may be empty. exact: the first bounce of a narrow light, found by other means; empty: by links.
+// Result: bounces computed.
+unsigned solve(const Surfels& surfels, const Links& links, std::span<const glm::vec4> emission,
+               std::span<const glm::vec4> exact, const Accuracy& accuracy, Irradiance& light, Pool& pool);
 
-// What reaches an eye or another surface from each surfel, pi × radiance: rho (E0 + E).
-void radiosity(const Surfels& surfels, const Irradiance& light, std::span<const glm::vec4> emission,
-               std::vector<glm::vec4>& out, Pool& pool);
+// What reaches an eye or another surface from each surfel, pi × radiance: rho (E0 + E). Each may be empty: none.
+void radiosity(const Surfels& surfels, std::span<const glm::vec4> direct, std::span<const glm::vec4> indirect,
+               std::span<const glm::vec4> emission, std::vector<glm::vec4>& out, Pool& pool);
 
 }  // namespace gonio::transport

@@ -11,7 +11,8 @@
 namespace gonio::transport {
 namespace {
 
-constexpr float kReach = 2.5f;      // radii within which surfels are looked for
+constexpr float kCell = 1.25f;      // side of the grid's cells, radii
+constexpr float kNear = 1.3f, kReach = 2.5f;  // radii within which surfels are looked for, first and then
 constexpr int kCandidates = 8;      // tried for each surfel that is wanted
 constexpr float kDartRadius = 0.75f;  // of the square root of a surfel's share of the area
 constexpr int kPaths = 60'000, kPathLength = 8;
@@ -112,9 +113,9 @@ std::uint32_t Surfels::cell_of(const glm::ivec3& cell) const {
     return hash_of(cell) & static_cast<std::uint32_t>(first_.size() - 2);
 }
 
-std::size_t Surfels::near(const Place& at, std::span<std::uint16_t> found) const {
+std::size_t Surfels::near(const Place& at, float radii, std::span<std::uint16_t> found) const {
     if (count == 0) return 0;
-    const float side = kReach * radius_m, r2 = radius_m * radius_m;
+    const float side = kCell * radius_m, reach = radii * radius_m, r2 = radius_m * radius_m;
     struct Found {
         float distance;
         std::uint16_t id;
@@ -122,20 +123,16 @@ std::size_t Surfels::near(const Place& at, std::span<std::uint16_t> found) const
     Found best[2 * kNeighbours];
     std::size_t size = 0;
     const std::size_t most = std::min(found.size(), std::size(best));
-    const glm::ivec3 low = cell_at(at.position - side, side), high = cell_at(at.position + side, side);
-    std::uint32_t seen[64];
-    std::size_t cells = 0;
-    for (int z = low.z; z <= high.z; ++z) {
-        for (int y = low.y; y <= high.y; ++y) {
-            for (int x = low.x; x <= high.x; ++x) {
-                const std::uint32_t cell = cell_of({x, y, z});
-                if (std::find(seen, seen + cells, cell) != seen + cells || cells == std::size(seen)) continue;
-                seen[cells++] = cell;
-                for (std::uint32_t k = first_[cell]; k < first_[cell + 1]; ++k) {
+    const glm::ivec3 low = cell_at(at.position - reach, side), high = cell_at(at.position + reach, side);
+    for (glm::ivec3 cell(low); cell.z <= high.z; ++cell.z) {
+        for (cell.y = low.y; cell.y <= high.y; ++cell.y) {
+            for (cell.x = low.x; cell.x <= high.x; ++cell.x) {
+                const std::uint32_t slot = cell_of(cell);
+                for (std::uint32_t k = first_[slot]; k < first_[slot + 1]; ++k) {
                     const std::uint16_t id = ids_[k];
-                    const glm::vec3 d = position(id) - at.position;
+                    const glm::vec3 q = position(id), d = q - at.position;
                     const float d2 = glm::dot(d, d);
-                    if (d2 > side * side) continue;
+                    if (d2 > reach * reach || cell_at(q, side) != cell) continue;
                     const float agree = glm::dot(at.normal, normal(id));
                     if (agree <= 0.0f || glm::dot(at.geometric, geometric[id]) <= 0.0f) continue;
                     const float off = glm::dot(d, at.normal);
@@ -144,9 +141,9 @@ std::size_t Surfels::near(const Place& at, std::span<std::uint16_t> found) const
                         d2 + 4.0f * off * off + 2.0f * r2 * (1.0f - agree) + (agree > 0.5f ? 0.0f : 1e3f * r2);
                     if (size == most && distance >= best[size - 1].distance) continue;
                     if (size < most) ++size;
-                    std::size_t slot = size - 1;
-                    for (; slot > 0 && best[slot - 1].distance > distance; --slot) best[slot] = best[slot - 1];
-                    best[slot] = {distance, id};
+                    std::size_t to = size - 1;
+                    for (; to > 0 && best[to - 1].distance > distance; --to) best[to] = best[to - 1];
+                    best[to] = {distance, id};
                 }
             }
         }
@@ -162,9 +159,11 @@ bool Surfels::sees(const trace::Geometry& geometry, const Place& at, std::size_t
 
 std::uint16_t Surfels::visible_from(const trace::Geometry& geometry, const Place& at) const {
     std::uint16_t found[8];
-    const std::size_t size = near(at, found);
-    for (std::size_t i = 0; i < size; ++i) {
-        if (sees(geometry, at, found[i])) return found[i];
+    for (const float radii : {kNear, kReach}) {
+        const std::size_t size = near(at, radii, found);
+        for (std::size_t i = 0; i < size; ++i) {
+            if (sees(geometry, at, found[i])) return found[i];
+        }
     }
     return static_cast<std::uint16_t>(count);
 }
@@ -339,7 +338,7 @@ private:
     static void make_grid(Surfels& s) {
         const std::uint32_t cells = power_of_two(s.count);
         s.first_.assign(cells + 1, 0);
-        const float side = kReach * s.radius_m;
+        const float side = kCell * s.radius_m;
         std::vector<std::uint32_t> cell(s.count);
         for (std::size_t i = 0; i < s.count; ++i) {
             cell[i] = hash_of(cell_at(s.position(i), side)) & (cells - 1);
@@ -357,7 +356,8 @@ private:
         pool_.run_chunks(all.size(), 1024, [&](std::size_t first, std::size_t count) {
             for (std::size_t i = first; i < first + count; ++i) {
                 std::uint16_t found[1] = {static_cast<std::uint16_t>(s.count)};
-                s.near({all[i].position, all[i].normal, all[i].geometric}, found);
+                const Surfels::Place at{all[i].position, all[i].normal, all[i].geometric};
+                if (s.near(at, kNear, found) == 0) s.near(at, kReach, found);
                 nearest[i] = found[0];
             }
         });
@@ -382,7 +382,7 @@ private:
             for (std::size_t i = first; i < first + count; ++i) {
                 const Surfels::Place at{s.position(i), s.normal(i), s.geometric[i]};
                 std::uint16_t found[2 * kNeighbours];
-                const std::size_t size = s.near(at, found);
+                const std::size_t size = s.near(at, kReach, found);
                 auto& own = s.neighbours[i];
                 own.fill(static_cast<std::uint16_t>(s.count));
                 own[0] = static_cast<std::uint16_t>(i);

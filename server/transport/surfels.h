@@ -35,9 +35,9 @@ struct Surfels {
     struct Place {
         glm::vec3 position, normal, geometric;
     };
-    // Result: the ids of those within 2.5 radii whose normals agree within 60 degrees, else within 90, the nearest
+    // Result: the ids of those within so many radii whose normals agree within 60 degrees, else within 90, the nearest
     // first: distance², four times that off the plane, and the normals' difference. At most `most`.
-    std::size_t near(const Place& place, std::span<std::uint16_t> found) const;
+    std::size_t near(const Place& place, float radii, std::span<std::uint16_t> found) const;
     // Result: the first of them that the place sees; `count`: none.
     std::uint16_t visible_from(const trace::Geometry& geometry, const Place& place) const;
     // Whether a short ray meets the surfel, or a path half a radius above the surface: on a rounded one rays between its
@@ -46,7 +46,7 @@ struct Surfels {
 
 private:
     friend class Placement;
-    // A hashed grid of cells of 2.5 radii: ids of cell c are ids_[first_[c]] … ids_[first_[c + 1]] − 1.
+    // A hashed grid of cells of one side: ids of those that share slot c are ids_[first_[c]] … ids_[first_[c + 1]] − 1.
     std::vector<std::uint32_t> first_;
     std::vector<std::uint16_t> ids_;
     std::uint32_t cell_of(const glm::ivec3& cell) const;

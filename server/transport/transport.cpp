@@ -20,9 +20,9 @@ std::size_t Transport::bytes() const {
 }
 
 Builder::Builder(std::shared_ptr<const trace::Geometry> geometry, std::vector<glm::vec3> seeds,
-                 const SurfelSettings& settings, bool idle)
-    : thread_([this, geometry = std::move(geometry), seeds = std::move(seeds), settings, idle]() mutable {
-          make(std::move(geometry), seeds, settings, idle);
+                 unsigned links, bool idle)
+    : thread_([this, geometry = std::move(geometry), seeds = std::move(seeds), links, idle]() mutable {
+          make(std::move(geometry), seeds, links, idle);
           done_ = true;
           done_.notify_all();
       }) {}
@@ -36,7 +36,7 @@ void Builder::wait() {
 }
 
 void Builder::make(std::shared_ptr<const trace::Geometry> geometry, const std::vector<glm::vec3>& seeds,
-                   const SurfelSettings& settings, bool idle) {
+                   unsigned most, bool idle) {
     if (idle) {
         const sched_param none{};
         pthread_setschedparam(pthread_self(), SCHED_IDLE, &none);  // refused: it works at normal priority
@@ -46,7 +46,7 @@ void Builder::make(std::shared_ptr<const trace::Geometry> geometry, const std::v
     const std::function<bool()> stopped = [this] { return stopped_.load(std::memory_order_relaxed); };
     auto surface = std::make_shared<Transport::Surface>();
     surface->geometry = geometry;
-    surface->surfels = place_surfels(*geometry, seeds, settings, pool, stopped);
+    surface->surfels = place_surfels(*geometry, seeds, {}, pool, stopped);
     const Surfels& surfels = surface->surfels;
     if (stopped()) return;
     surface->cells = std::make_unique<const CellMap>(*geometry, surfels);
@@ -63,17 +63,37 @@ void Builder::make(std::shared_ptr<const trace::Geometry> geometry, const std::v
         newest_ = std::make_shared<const Transport>(Transport{surface, links, spent.count()});
     };
     for (const unsigned last : kGenerations) {
+        if (last > most) return;
         auto block = trace_links(*geometry, surfels, *surface->cells, first, last - first, pool, stopped);
         if (!block) return;
         links.blocks.push_back(std::move(block));
         publish(last);
     }
     for (const unsigned last : kReverseGenerations) {
+        if (last > most) return;
         const auto block = trace_links(*geometry, surfels, *surface->cells, first, last - first, pool, stopped);
         if (!block) return;
         links.reversed.push_back(std::make_shared<const ReverseBlock>(reverse(*block, surfels.count)));
         publish(last);
     }
+}
+
+bool reaches(const Transport& transport, const glm::vec3& place) {
+    const Transport::Surface& surface = *transport.surface;
+    constexpr unsigned kRays = 4 * trace::kPacket;  // half about +Y, half about −Y
+    unsigned met = 0, known = 0;
+    trace::HitPacket hits;
+    std::uint16_t ids[trace::kPacket];
+    for (unsigned first = 0; first < kRays; first += trace::kPacket) {
+        const glm::vec3 up(0.0f, first < kRays / 2 ? 1.0f : -1.0f, 0.0f);
+        const unsigned found = follow(make_fan(place, up, up, 7, first), *surface.geometry, surface.surfels,
+                                      *surface.cells, hits, ids);
+        for (unsigned i = 0; i < trace::kPacket; ++i) {
+            met += found >> i & 1u;
+            known += (found >> i & 1u) != 0 && ids[i] != surface.surfels.count ? 1u : 0u;
+        }
+    }
+    return 8 * (met - known) <= met;
 }
 
 }  // namespace gonio::transport

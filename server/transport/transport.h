@@ -28,9 +28,9 @@ struct Transport {
 // on the machine. Made, asked and destroyed on the render thread.
 class Builder {
 public:
-    // seeds: local places of luminaires and eyes. idle: else at normal priority.
-    Builder(std::shared_ptr<const trace::Geometry> geometry, std::vector<glm::vec3> seeds,
-            const SurfelSettings& settings, bool idle);
+    // seeds: local places of luminaires and eyes. links: of each surfel, no generation beyond. idle: else at normal
+    // priority.
+    Builder(std::shared_ptr<const trace::Geometry> geometry, std::vector<glm::vec3> seeds, unsigned links, bool idle);
     ~Builder();
     Builder(const Builder&) = delete;
     Builder& operator=(const Builder&) = delete;
@@ -42,12 +42,15 @@ public:
     void wait();
 
 private:
-    void make(std::shared_ptr<const trace::Geometry> geometry, const std::vector<glm::vec3>& seeds,
-              const SurfelSettings& settings, bool idle);
+    void make(std::shared_ptr<const trace::Geometry> geometry, const std::vector<glm::vec3>& seeds, unsigned links,
+              bool idle);
 
     std::atomic<std::shared_ptr<const Transport>> newest_;
     std::atomic<bool> done_ = false, stopped_ = false;
     std::jthread thread_;
 };
+
+// Whether what a luminaire or an eye at this place sees has surfels: else walks from it have to find them.
+bool reaches(const Transport& transport, const glm::vec3& place);
 
 }  // namespace gonio::transport

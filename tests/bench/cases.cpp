@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <map>
 #include <stdexcept>
+#include <string_view>
 #include <utility>
 
 #include "server/assets/assets.h"
@@ -14,7 +15,7 @@
 namespace gonio::bench {
 namespace {
 
-// The two test profiles of one-luminaire scenes. aim: of the beam, so that it strikes an edge (cornell), the colonnade
+// The test profiles of one-luminaire scenes. aim: of the beams, so that it strikes an edge (cornell), the colonnade
 // (atrium), the doorway (corridor).
 struct Lighting {
     const char* scene;
@@ -24,6 +25,17 @@ struct Lighting {
 const Lighting kLightings[] = {{"cornell", 1000.0, {-0.9, -1.0, -0.35}},
                                {"atrium", 4000.0, {0.7, -1.0, 0.55}},
                                {"corridor", 800.0, {2.27, -1.85, -0.8}}};
+
+// times: its candela over those of "wide". cos^power has half of them at so many degrees across.
+struct Shape {
+    const char* profile;
+    double times, power;
+    bool everywhere;  // in the corridor too
+};
+constexpr Shape kShapes[] = {{"wide", 1.0, 2.0, true},
+                             {"beam", 10.0, 30.0, true},
+                             {"beam12", 40.0, 125.0, false},
+                             {"beam6", 40.0, 500.0, false}};
 
 // Neighbours share the vertices in the middle of their edges.
 void split(Mesh& mesh) {
@@ -71,7 +83,10 @@ std::shared_ptr<const SceneAsset> bench_asset(const std::string& name) {
 std::vector<Case> bench_cases(const std::string& scene) {
     std::vector<Case> cases;
     for (const Lighting& lighting : kLightings) {
-        for (const char* profile : {"wide", "beam"}) cases.push_back({lighting.scene, profile, 0});
+        for (const Shape& shape : kShapes) {
+            if (shape.everywhere || std::string_view(lighting.scene) != "corridor")
+                cases.push_back({lighting.scene, shape.profile, 0});
+        }
     }
     for (const int side : {1, 2, 4, 8}) cases.push_back({"stage", "downlight", side});
     if (scene.empty()) return cases;
@@ -84,12 +99,13 @@ Scene scene_of_case(const Case& which) {
     Scene scene = scene_of(which.side > 0 ? test::make_stage(which.side) : bench_asset(which.scene));
     scene.width_px = scene.height_px = 800;
     for (const Lighting& lighting : kLightings) {
-        if (which.scene != lighting.scene) continue;
-        const bool wide = which.profile == "wide";
-        if (!wide && which.profile != "beam") continue;
-        for (Light& light : scene.lights) {
-            light.profile = test::cosine_power(wide ? lighting.candela : 10.0 * lighting.candela, wide ? 2.0 : 30.0);
-            light.world_from_light = orientation_aiming(wide ? glm::dvec3(0, -1, 0) : lighting.aim);
+        for (const Shape& shape : kShapes) {
+            if (which.scene != lighting.scene || which.profile != shape.profile) continue;
+            for (Light& light : scene.lights) {
+                light.profile = test::cosine_power(shape.times * lighting.candela, shape.power);
+                light.world_from_light =
+                    orientation_aiming(which.profile == "wide" ? glm::dvec3(0, -1, 0) : lighting.aim);
+            }
         }
     }
     return scene;

@@ -20,13 +20,14 @@ std::shared_ptr<const SceneAsset> split_triangles(const SceneAsset& asset, int t
 // One scene in one light.
 struct Case {
     std::string scene;  // as bench_asset takes it
-    // "wide": I0 cos² straight down; "beam": I0 cos³⁰, tilted; else the scene's own luminaires as they are.
+    // "wide": I0 cos² straight down; "beam", "beam12", "beam6": I0 cosⁿ of 24, 12 and 6 degrees, tilted; else the
+    // scene's own luminaires as they are.
     std::string profile;
     int side = 0;  // of the stage's square grid of luminaires; 0: the scene's own
 };
 
-// Result: all cases measured by default: cornell, atrium and corridor wide and with a beam, the stage with 1, 4, 16 and
-// 64 luminaires. scene: only this one's; of a file: the file's own luminaires.
+// Result: all cases measured by default: cornell, atrium and corridor wide and with a beam, the first two with narrower
+// ones too, the stage with 1, 4, 16 and 64 luminaires. scene: only this one's; of a file: the file's own luminaires.
 std::vector<Case> bench_cases(const std::string& scene);
 
 // Result: the scene of a case, at 800 × 800 pixels, default technique. Throws as bench_asset.

@@ -7,7 +7,7 @@
 namespace gonio::bench {
 namespace {
 
-constexpr std::string_view kIndirectPasses[] = {"vpl", "occlusion", "gather", "reconstruction"};
+constexpr std::string_view kIndirectPasses[] = {"gather-weights", "surfels", "merge", "solve", "gather"};
 
 // GPU passes are timed on the GPU, passes that work on the CPU there; a software GL runs them in between.
 double pass_ms(const v1::FrameReport& report, std::string_view name) {
@@ -56,6 +56,12 @@ void wander(Scene& scene, const std::vector<glm::dvec3>& home, int n) {
     scene.camera_rev = scene.scene_rev;
 }
 
+void sway(Scene& scene, const std::vector<glm::dvec3>& home, int n) {
+    Light& light = scene.lights.at(0);
+    light.position = home[0] + glm::dvec3(n % 2 != 0 ? 0.02 : 0.0, 0.0, 0.0);
+    light.position_rev = light.aim_rev = ++scene.scene_rev;
+}
+
 std::unique_ptr<LaneEncoders> make_idle_encoder() {
     LaneEncoders::Setup setup;
     setup.kinds = {"libx264"};
@@ -73,7 +79,7 @@ void encode_beside(LaneEncoders& encoder, const FinishedFrame& frame) {
     encoder.put(kFirstPrivateLane, std::move(job));
 }
 
-FrameTimes time_frames(Renderer& renderer, LaneEncoders& encoder, Scene scene, const Pace& pace,
+FrameTimes time_frames(Renderer& renderer, LaneEncoders& encoder, Scene scene, const Pace& pace, Motion motion,
                        const std::function<void()>& between) {
     const std::vector<glm::dvec3> home = positions_of(scene);
     FrameTimes times;
@@ -82,7 +88,7 @@ FrameTimes time_frames(Renderer& renderer, LaneEncoders& encoder, Scene scene, c
     int warm_up = 2;  // shaders are compiled in the first frame; a second one fills the rings
     for (int frame = 0; static_cast<int>(times.frame_ms.size()) < pace.most_frames; ++frame) {
         if (static_cast<int>(times.frame_ms.size()) >= pace.least_frames && spent_ms >= pace.seconds * 1e3) break;
-        wander(scene, home, frame);
+        motion(scene, home, frame);
         renderer.begin_frame(scene, monotonic_ns());
         const auto done = renderer.finish_frame(true);
         const v1::FrameReport& report = done->report;

@@ -19,6 +19,7 @@ struct Setting {
     Technique technique;
     unsigned samples;
 };
+// Of the default technique the samples are of no account.
 constexpr Setting kSettings[] = {
     {Technique::seed, 400}, {Technique::seed, 100}, {Technique::seed_disk, 400}, {Technique::standard, kDefaultVpls}};
 
@@ -37,7 +38,7 @@ Row measure(Renderer& renderer, LaneEncoders& encoder, const Setting& setting, c
     scene.technique = setting.technique;
     scene.samples = setting.samples;
     return {asset->name, technique_name(setting.technique), asset->triangles(), setting.samples,
-            bench::time_frames(renderer, encoder, scene, {options.seconds})};
+            bench::time_frames(renderer, encoder, scene, {options.seconds}, bench::wander)};
 }
 
 double mean(const std::vector<double>& values) {
@@ -96,6 +97,7 @@ void run_frames(const FramesOptions& options, std::ostream& out) {
         const auto asset = bench::bench_asset(name);
         for (const Setting& setting : kSettings) {
             Renderer renderer(*context);  // one that has met the seed technique would go on making its position map
+            renderer.set_links(transport::kMostLinks);
             rows.push_back(measure(renderer, *encoder, setting, options, asset));
         }
     }

@@ -166,6 +166,7 @@ void run_lights(const LightsOptions& options, std::ostream& out) {
         scene.width_px = options.width_px & ~1;
         scene.height_px = options.height_px & ~1;
         Renderer renderer(*context);
+        renderer.set_links(transport::kMostLinks);
         for (const Change& change : kChanges) {
             if ((everything || change.everywhere) && (options.change.empty() || options.change == change.name))
                 rows.push_back(measure(renderer, *encoder, scene, change, options.seconds));

@@ -5,13 +5,14 @@
 #include <functional>
 #include <nlohmann/json.hpp>
 #include <ostream>
+#include <random>
 #include <stdexcept>
 #include <thread>
 #include <vector>
 
 #include "server/scene/apply.h"
-#include "server/shade/kernels.h"
 #include "server/stream/encoder.h"
+#include "server/transport/solve.h"
 #include "tests/bench/cases.h"
 #include "tests/bench/frame_loop.h"
 
@@ -93,24 +94,22 @@ MachineRates measure_machine(const gl::Context& context) {
                             for (std::size_t k = 0; k < kFloats; ++k) a[k] = b[k] + 0.5f * c[k];
                         });
 
-    // Of the default technique: 512 points at a time, a subset of 256 VPLs.
-    constexpr std::size_t kPoints = 512, kVpls = 256;
-    std::vector<shade::Vpl> vpls(kVpls);
-    for (std::size_t v = 0; v < kVpls; ++v)
-        vpls[v] = {{0.01f * static_cast<float>(v), 2.0f, 0.5f, 0.01f}, {0, -1, 0, 0}, {1, 1, 1, 0}};
-    std::vector<std::vector<float>> points(6, std::vector<float>(kPoints, 0.0f));
-    points[4].assign(kPoints, 1.0f);
-    constexpr int kRepeats = 200;
-    const double s = best_s(rates.threads, [&](unsigned i) {
-        std::vector<float> red(kPoints), green(kPoints), blue(kPoints);
-        for (int n = 0; n < kRepeats; ++n)
-            shade::gather({points[0].data(), points[1].data(), points[2].data(), points[3].data(), points[4].data(),
-                           points[5].data()},
-                          kPoints, glm::vec3(0.1f * static_cast<float>(n), 0.0f, 0.0f), vpls, 16.0f, 1.0f, red.data(),
-                          green.data(), blue.data());
-        kept[i] += red[0];
-    });
-    rates.vpl_evaluations_per_s = threads * kRepeats * kPoints * kVpls / s;
+    // A bounce among so many surfels.
+    constexpr std::size_t kSurfels = 32'768;
+    constexpr unsigned kLinks = 512;
+    Pool pool;
+    transport::Table table;
+    transport::make_table(std::vector<glm::vec4>(kSurfels, glm::vec4(1.0f)), table, pool);
+    std::vector<std::uint16_t> ids(kSurfels * kLinks);
+    std::mt19937 random;
+    for (std::uint16_t& id : ids) id = static_cast<std::uint16_t>(random() % kSurfels);
+    std::vector<glm::vec4> sums(kSurfels);
+    rates.links_per_s =
+        static_cast<double>(ids.size()) / best_s(1, [&](unsigned) {
+            pool.run_chunks(kSurfels, 256, [&](std::size_t first, std::size_t count) {
+                transport::gather(table, ids.data() + first * kLinks, kLinks, count, 1.0f, sums.data() + first);
+            });
+        });
     for (const char* scene : {"cornell", "atrium"}) rates.rays.push_back(measure_rays(scene));
     rates.encoder_ms = encoder_ms(context);
     return rates;
@@ -121,23 +120,20 @@ void print_machine(const MachineRates& rates, bool json, std::ostream& out) {
         nlohmann::ordered_json all = {{"threads", rates.threads},
                                       {"flops_per_s", rates.flops_per_s},
                                       {"bytes_per_s", rates.bytes_per_s},
-                                      {"vpl_evaluations_per_s", rates.vpl_evaluations_per_s},
+                                      {"links_per_s", rates.links_per_s},
                                       {"encoder_ms", rates.encoder_ms}};
         for (const RayRates& rays : rates.rays) {
-            all["rays"].push_back({{"scene", rays.scene},
-                                   {"shadow_per_s", rays.shadow_per_s},
-                                   {"vpl_per_s", rays.vpl_per_s},
-                                   {"short_per_s", rays.short_per_s}});
+            all["rays"].push_back(
+                {{"scene", rays.scene}, {"shadow_per_s", rays.shadow_per_s}, {"link_per_s", rays.link_per_s}});
         }
         out << all.dump(2) << "\n";
         return;
     }
     out << rates.threads << " threads: " << rates.flops_per_s * 1e-9 << " Gflop/s, " << rates.bytes_per_s * 1e-9
-        << " GB/s, " << rates.vpl_evaluations_per_s * 1e-9 << " G VPL evaluations/s; " << rates.encoder_ms
-        << " ms a frame encoded\n";
+        << " GB/s, " << rates.links_per_s * 1e-9 << " G links/s; " << rates.encoder_ms << " ms a frame encoded\n";
     for (const RayRates& rays : rates.rays) {
         out << rays.scene << ", M rays/s: " << rays.shadow_per_s * 1e-6 << " to the luminaire, "
-            << rays.vpl_per_s * 1e-6 << " to VPLs, " << rays.short_per_s * 1e-6 << " short\n";
+            << rays.link_per_s * 1e-6 << " of links\n";
     }
 }
 

@@ -90,17 +90,17 @@ int main(int argc, char** argv) {
     lights->add_flag("--json", lights_options.json, "print rows as JSON");
 
     gonio::ScalingOptions scaling_options;
-    CLI::App* scaling = app.add_subcommand(
-        "scaling", "frame times by pass against size, VPLs, scene and triangles; RSM sizes; efforts");
+    CLI::App* scaling =
+        app.add_subcommand("scaling", "frame times by pass against size, scene and triangles; RSM sizes; efforts");
     scaling->add_option("--seconds", scaling_options.seconds, "time per row; at least 10 and at most 100 frames")
         ->check(CLI::Range(0.1, 600.0))
         ->capture_default_str();
     scaling->add_option("--device", scaling_options.device, "index of the EGL device");
     scaling->add_flag("--json", scaling_options.json, "print rows as JSON");
 
-    CLI::App* pareto = app.add_subcommand("pareto", "run time against error of every technique and budget");
+    CLI::App* pareto = app.add_subcommand("pareto", "run time against error of every technique");
     pareto->add_option("--scene", pareto_options.scene, "only cornell, atrium, corridor, stage; or a file");
-    pareto->add_option("--profile", pareto_options.profile, "only wide, beam, downlight");
+    pareto->add_option("--profile", pareto_options.profile, "only wide, beam, beam12, beam6, downlight");
     pareto->add_option("--lights", pareto_options.lights, "only cases with this many luminaires");
     pareto->add_option("--technique", pareto_options.technique, "only default, seed");
     pareto->add_option("--size", pareto_size, "WIDTHxHEIGHT; default: 800x800")->check(kSize);
@@ -121,8 +121,8 @@ int main(int argc, char** argv) {
     refinement->add_option("--device", refinement_options.device, "index of the EGL device");
     refinement->add_flag("--json", refinement_options.json, "print rows as JSON");
     bool machine_json = false;
-    CLI::App* machine = app.add_subcommand(
-        "machine", "what the machine can do: arithmetic, memory, the VPLs' kernel, rays, the encoder");
+    CLI::App* machine =
+        app.add_subcommand("machine", "what the machine can do: arithmetic, memory, links, rays, the encoder");
     machine->add_flag("--json", machine_json, "print as JSON");
 
     std::string results, page_template = "tests/bench/performance.in.md", docs = "docs";

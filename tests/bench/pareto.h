@@ -1,4 +1,4 @@
-// gonio-bench pareto: run time against error of every technique at several budgets, in one process.
+// gonio-bench pareto: run time against error of every technique, the seed's at several budgets, in one process.
 #pragma once
 
 #include <cstdint>
@@ -28,15 +28,17 @@ struct ParetoRow {
     std::string scene, profile, technique;
     std::size_t lights = 0, triangles = 0;
     unsigned samples = 0;
-    double frame_ms = 0.0, frame_p95_ms = 0.0, indirect_ms = 0.0;
+    double frame_ms = 0.0, frame_p95_ms = 0.0, indirect_ms = 0.0;  // everything recomputed
+    double move_ms = 0.0, move_indirect_ms = 0.0;                  // only the first luminaire moves; 0: a seed row
     std::size_t frames = 0;
-    Errors rsm;            // of the unoccluded part, against the dense sum
-    Errors truth;          // of what is shown, against the path tracer
-    double mean_lx = 0.0;  // of the truth
+    // Of what is shown while the first luminaire moves: every bounce by the default technique, one by the seed's.
+    Errors rsm;            // against the dense sum
+    Errors truth, all;     // against the path tracer, its first bounce and all of them
+    double mean_lx = 0.0;  // of the first bounce
     std::size_t points = 0, empty_pixels = 0, seam_pixels = 0;
     double seed_rate_ratio = 0.0;  // time that the micro-benchmark predicts over the time measured; 0: not a seed row
     bool is_void = false;          // a seed row off its prediction by more than 30 %
-    bool front = false;            // no valid row of the same case is both faster and nearer to the truth
+    bool front = false;            // no valid row of the same case is both faster and nearer to all bounces
     bool cached = false;           // the reference came from disk
 };
 

@@ -20,6 +20,8 @@ nlohmann::ordered_json json_of(const ParetoRow& row) {
             {"frame_ms", row.frame_ms},
             {"frame_p95_ms", row.frame_p95_ms},
             {"indirect_ms", row.indirect_ms},
+            {"move_ms", row.move_ms},
+            {"move_indirect_ms", row.move_indirect_ms},
             {"rmse_rsm", row.rsm.rmse},
             {"bias_rsm", row.rsm.bias},
             {"rmse_truth", row.truth.rmse},
@@ -28,6 +30,12 @@ nlohmann::ordered_json json_of(const ParetoRow& row) {
             {"p99_truth", row.truth.p99},
             {"bias", row.truth.bias},
             {"reference_noise", row.truth.noise},
+            {"rmse_all", row.all.rmse},
+            {"rmse99_all", row.all.rmse99},
+            {"p95_all", row.all.p95},
+            {"p99_all", row.all.p99},
+            {"bias_all", row.all.bias},
+            {"noise_all", row.all.noise},
             {"frames", row.frames},
             {"triangles", row.triangles},
             {"points", row.points},
@@ -67,17 +75,18 @@ std::string run_line(const ParetoResult& result) {
 
 void print_pareto(const ParetoResult& result, std::ostream& out) {
     out << machine_line(result) << "; " << run_line(result)
-        << "\neverything recomputed in each frame, all luminaires moving; errors relative to "
-        << "the mean, indirect light of one bounce\n";
+        << "\neverything recomputed in each frame, all luminaires moving (move: one, nothing else); errors while one "
+           "moves, "
+        << "relative to the mean of all bounces\n";
     const ParetoRow* before = nullptr;
     for (const ParetoRow& row : result.rows) {
         if (before == nullptr || !same_case(*before, row)) {
             out << "\n"
                 << case_title(row) << " (" << row.triangles << " triangles, " << row.points << " points, "
                 << row.empty_pixels << " empty, " << row.seam_pixels << " on seams, reference noise "
-                << std::setprecision(4) << std::fixed << row.truth.noise << ")\n"
-                << "technique samples  frame ms    p95 ms indirect ms | rmse rsm bias rsm |  rmse  rmse99    p95    p99"
-                   "    bias | rate ratio\n";
+                << std::setprecision(4) << std::fixed << row.all.noise << ")\n"
+                << "technique samples  frame ms    p95 ms indirect ms   move ms indirect ms | rmse rsm bias rsm |"
+                   "  rmse  rmse99    p95    p99    bias | rate ratio\n";
         }
         before = &row;
         const auto number = [&](double x, int width, int digits) {
@@ -87,17 +96,19 @@ void print_pareto(const ParetoResult& result, std::ostream& out) {
         number(row.frame_ms, 10, 1);
         number(row.frame_p95_ms, 10, 1);
         number(row.indirect_ms, 12, 1);
+        number(row.move_ms, 10, 1);
+        number(row.move_indirect_ms, 12, 1);
         number(row.rsm.rmse, 11, 4);
         number(row.rsm.bias, 9, 4);
-        number(row.truth.rmse, 9, 3);
-        number(row.truth.rmse99, 7, 3);
-        number(row.truth.p95, 7, 2);
-        number(row.truth.p99, 7, 2);
-        number(row.truth.bias, 8, 3);
+        number(row.all.rmse, 9, 3);
+        number(row.all.rmse99, 7, 3);
+        number(row.all.p95, 7, 2);
+        number(row.all.p99, 7, 2);
+        number(row.all.bias, 8, 3);
         if (row.seed_rate_ratio > 0.0) number(row.seed_rate_ratio, 13, 2);
         out << (row.is_void ? " void" : "") << (row.front ? " *" : "") << "\n";
     }
-    out << "* on the front: nothing valid in the same case is both faster and nearer to the truth\n";
+    out << "* on the front: nothing valid in the same case is both faster and nearer to the reference\n";
 }
 
 void write_json(const ParetoResult& result, std::ostream& out) {
@@ -108,7 +119,7 @@ void write_json(const ParetoResult& result, std::ostream& out) {
         {"load_average", {{"before", result.load_before}, {"after", result.load_after}}},
         {"size", {result.width_px, result.height_px}},
         {"quick", result.quick},
-        {"reference", {{"noise_wanted", result.noise_wanted}, {"rsm_size", result.rsm_size}, {"bounces", 1}}},
+        {"reference", {{"noise_wanted", result.noise_wanted}, {"rsm_size", result.rsm_size}, {"bounces", {1, "all"}}}},
         {"rows", nlohmann::ordered_json::array()}};
     for (const ParetoRow& row : result.rows) json["rows"].push_back(json_of(row));
     out << json.dump(1) << "\n";
@@ -136,7 +147,7 @@ std::string pareto_svg(const ParetoResult& result) {
               machine_line(result),
               run_line(result),
               "frame time, ms (median, everything recomputed)",
-              "relative rms error against the path tracer (one bounce)",
+              "relative rms error against the path tracer (all bounces)",
               "best choice (Pareto front)",
               {}};
     const ParetoRow* before = nullptr;
@@ -147,7 +158,7 @@ std::string pareto_svg(const ParetoResult& result) {
         PlotPanel& panel = plot.panels.back();
         if (panel.series.empty() || panel.series.back().name != row.technique)
             panel.series.push_back({row.technique, {}});
-        const glm::dvec2 at(row.frame_ms, row.truth.rmse);
+        const glm::dvec2 at(row.frame_ms, row.all.rmse);
         panel.series.back().points.push_back({at, std::to_string(row.samples)});
         if (row.front) panel.front.push_back(at);
     }

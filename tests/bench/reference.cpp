@@ -189,9 +189,9 @@ void trace_truth(const Scene& scene, int bounces, const ReferenceSettings& setti
         }
         const double goal_lx = settings.noise * mean_lx;
         const double spent_s = std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
-        progress << "  truth of " << (bounces < 0 ? "all bounces: " : "one bounce: ") << active.size() << " points more, " << static_cast<std::uint64_t>(traced / 1e3)
-                 << "k samples in all, noise " << std::sqrt(mean_variance) / std::max(mean_lx, 1e-300) << ", "
-                 << spent_s << " s\n"
+        progress << "  truth of " << (bounces < 0 ? "all bounces: " : "one bounce: ") << active.size()
+                 << " points more, " << static_cast<std::uint64_t>(traced / 1e3) << "k samples in all, noise "
+                 << std::sqrt(mean_variance) / std::max(mean_lx, 1e-300) << ", " << spent_s << " s\n"
                  << std::flush;
         if (mean_variance <= goal_lx * goal_lx) return;
         // All that are still active have been in every round. One that a few lucky samples made look quiet gets a

@@ -7,7 +7,6 @@
 #include <stdexcept>
 #include <vector>
 
-#include "server/render/effort.h"
 #include "server/render/renderer.h"
 #include "tests/bench/cases.h"
 #include "tests/bench/errors.h"
@@ -27,14 +26,15 @@ struct Row {
 void measure(const gl::Context& context, const Case& which, const Reference& reference, std::vector<Row>& rows) {
     const Scene scene = scene_of_case(which);
     Renderer renderer(context);
-    renderer.set_refinement(kRefineRounds);
+    renderer.set_links(transport::kMostLinks);
+    renderer.set_refinement(true);
     test::show(renderer, scene);
     double spent_s = 0.0;
     unsigned rounds = 0;
     const auto measure_errors = [&] {
         rows.push_back({which.scene, spent_s, rounds,
                         errors_of(shown_lx(renderer.live_illuminance(scene, true), scene.width_px, reference.receivers),
-                                  reference.truth_lx, reference.truth_variance)});
+                                  reference.all_lx, reference.all_variance)});
     };
     measure_errors();
     for (bool more = true; more;) {

@@ -14,7 +14,8 @@ struct RefinementOptions {
     bool json = false;
 };
 // Each scene with its wide profile at 800×800: the live picture and each that refining it shows, after how many
-// seconds, and its errors as of `gonio-bench pareto`. Errors are measured between the pictures, outside the time.
+// seconds, and its errors against all bounces as of `gonio-bench pareto`. Errors are measured between the pictures,
+// outside the time.
 void run_refinement(const RefinementOptions& options, std::ostream& out, std::ostream& progress);
 
 }  // namespace gonio::bench

@@ -13,8 +13,6 @@
 
 #include "server/budget.h"
 #include "server/render/light_gpu.h"
-#include "server/shade/kernels.h"
-#include "tests/bench/operations.h"
 #include "tests/bench/pareto.h"
 #include "tests/bench/report_parts.h"
 
@@ -54,7 +52,7 @@ ParetoResult result_of(const Json& pareto) {
         to.lights = row.at("lights");
         to.samples = row.at("samples");
         to.frame_ms = row.at("frame_ms");
-        to.truth.rmse = row.at("rmse_truth");
+        to.all.rmse = row.at("rmse_all");
         to.is_void = row.at("void");
         to.front = row.at("front");
     }
@@ -93,7 +91,7 @@ Json read_pareto(const std::filesystem::path& results) {
     for (const auto& [name, of_case] : cases) {
         std::vector<glm::dvec2> points;
         for (const Json* row : of_case)
-            points.emplace_back(row->at("frame_ms").get<double>(), row->at("rmse_truth").get<double>());
+            points.emplace_back(row->at("frame_ms").get<double>(), row->at("rmse_all").get<double>());
         for (const std::size_t i : pareto_front(points)) (*of_case[i])["front"] = true;
     }
     return all;
@@ -115,55 +113,41 @@ std::vector<double> numbers_of(const std::string& text, const std::string& begin
 // Single figures of the text.
 std::map<std::string, std::string> figures_of(const Saved& saved) {
     const Json &frames = saved.frames, &pareto = saved.pareto, &machine = saved.machine;
-    std::map<std::string, std::string> figures = limit_figures(saved.scaling, machine);
-    figures.insert({{"renderer", pareto.at("renderer")},
-                    {"cpu", pareto.at("cpu")},
-                    {"threads", std::to_string(pareto.at("threads").get<int>())},
-                    {"gflops", figure(machine.at("flops_per_s").get<double>() * 1e-9)},
-                    {"gbytes", figure(machine.at("bytes_per_s").get<double>() * 1e-9)},
-                    {"gevaluations", figure(machine.at("vpl_evaluations_per_s").get<double>() * 1e-9)},
-                    {"kernel_share", fixed(100.0 * machine.at("vpl_evaluations_per_s").get<double>() *
-                                               kFlopsPerEvaluation / machine.at("flops_per_s").get<double>(),
-                                           0)},
-                    {"seed_samples", std::to_string(saved.scaling.at("seed_samples").get<int>())},
-                    {"lanes", std::to_string(shade::kLanes)},
-                    {"rsm_size", std::to_string(kRsmSize)},
-                    {"pareto_gaps", pareto_gaps(pareto)}});
+    std::map<std::string, std::string> figures = {
+        {"renderer", pareto.at("renderer")},
+        {"cpu", pareto.at("cpu")},
+        {"threads", std::to_string(pareto.at("threads").get<int>())},
+        {"gflops", figure(machine.at("flops_per_s").get<double>() * 1e-9)},
+        {"gbytes", figure(machine.at("bytes_per_s").get<double>() * 1e-9)},
+        {"glinks", figure(machine.at("links_per_s").get<double>() * 1e-9)},
+        {"encoder_ms", figure(machine.at("encoder_ms"))},
+        {"seed_samples", std::to_string(saved.scaling.at("seed_samples").get<int>())},
+        {"rsm_size", std::to_string(kRsmSize)},
+        {"pareto_gaps", pareto_gaps(pareto)}};
     for (const auto& [scene, fps] : kPaperFps) {
-        const Json& own = row_where(frames, {{"scene", scene}, {"technique", "default"}, {"samples", 4096}});
+        const Json& own = row_where(frames, {{"scene", scene}, {"technique", "default"}});
         const std::string name = scene;
-        figures[name + "_times"] = whole(seed_indirect_ms(saved, scene) / own.at("indirect_ms").get<double>());
-        figures[name + "_fps"] = figure(own.at("fps_average"));
+        figures[name + "_times"] =
+            whole(least_of_seed(saved, scene, "indirect_ms") / own.at("indirect_ms").get<double>());
         figures[name + "_missing"] = fixed(fps / own.at("fps_average").get<double>(), 1);
+        const Json& rays = one_where(machine.at("rays"), {{"scene", scene}});
+        figures[name + "_shadow_rate"] = fixed(rays.at("shadow_per_s").get<double>() * 1e-6, 1);
+        figures[name + "_link_rate"] = fixed(rays.at("link_per_s").get<double>() * 1e-6, 1);
     }
-    // Of each pixel that shows a surface, as the grid's points do.
-    const Json& counts = one_where(saved.scaling.at("counts"), {{"scene", "cornell"}});
-    const double shown = counts.at("points").get<double>() * 16.0;
+    const Json& seed = row_where(pareto, {{"scene", "cornell"}, {"technique", "seed"}, {"samples", 400}});
+    const double shown = seed.at("points").get<double>() + seed.at("seam_pixels").get<double>();
     figures["seed_sample_ns"] =
-        figure(row_where(frames, {{"scene", "cornell"}, {"technique", "seed"}, {"samples", 400}})
-                   .at("indirect_ms")
-                   .get<double>() *
-               1e6 / (400.0 * shown));
+        figure(seed.at("indirect_ms").get<double>() * 1e6 * (shown + seed.at("empty_pixels").get<double>()) /
+               (400.0 * shown * pareto.at("size").at(0).get<double>() * pareto.at("size").at(1).get<double>()));
     const std::vector<double> ies = numbers_of(saved.ies, "read_photometry  ");
     figures["ies_rate"] = whole(std::round(ies[0] / 100.0) * 100.0);
     figures["ies_times"] = fixed(ies[2], 2);
     std::vector<double> ratios;
     double least_noise = 1.0, most_noise = 0.0;
     for (const Json& row : pareto.at("rows")) {
-        least_noise = std::min(least_noise, row.at("reference_noise").get<double>());
-        most_noise = std::max(most_noise, row.at("reference_noise").get<double>());
+        least_noise = std::min(least_noise, row.at("noise_all").get<double>());
+        most_noise = std::max(most_noise, row.at("noise_all").get<double>());
         if (!row.at("seed_rate_ratio").is_null()) ratios.push_back(row.at("seed_rate_ratio"));
-        if (row.at("technique") != "default" || row.at("samples") != 4096) continue;
-        const std::string name = "_" + row.at("scene").get<std::string>() + "_" + row.at("profile").get<std::string>() +
-                                 "_" + std::to_string(row.at("lights").get<int>());
-        figures["error" + name] = fixed(row.at("rmse_truth"), 3);
-        figures["error99" + name] = fixed(row.at("rmse99_truth"), 3);
-        figures["p95" + name] = fixed(row.at("p95_truth"), 2);
-        if (name == "_cornell_wide_1")
-            figures["pareto_slower"] = fixed(
-                row.at("frame_ms").get<double>() /
-                    row_where(frames, {{"scene", "cornell"}, {"technique", "default"}}).at("frame_ms").get<double>(),
-                1);
     }
     figures["noise_least"] = fixed(least_noise, 4);
     figures["noise_most"] = fixed(most_noise, 4);
@@ -192,8 +176,6 @@ Report make_report(const std::filesystem::path& results, const std::filesystem::
                                                        {"efforts", efforts_table(saved.scaling)},
                                                        {"lights", lights_table(saved.lights)},
                                                        {"goals", goals_table(saved)},
-                                                       {"operations", operations_table(saved.scaling)},
-                                                       {"limits", limits_table(saved.scaling, saved.machine)},
                                                        {"refinement", refinement_table(saved.refinement)},
                                                        {"pareto", pareto_table(saved.pareto)},
                                                        {"stress", stress_table(saved.stress)}};

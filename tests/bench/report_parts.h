@@ -22,8 +22,6 @@ std::string head_of(const std::vector<std::string>& cells);
 // none.
 const Json& one_where(const Json& rows, const std::map<std::string, Json>& fields);
 const Json& row_where(const Json& file, const std::map<std::string, Json>& fields);
-// The row of the default setting in a scene, of scaling.json.
-const Json& default_row(const Json& scaling, const std::string& scene);
 
 // What a folder of results holds. stress: null where it was not run.
 struct Saved {
@@ -42,8 +40,9 @@ std::string lights_table(const Json& lights);
 std::string refinement_table(const Json& refinement);
 std::string pareto_table(const Json& pareto);
 std::string stress_table(const Json& stress);
-// Result: the quickest that the seed technique's 400 samples were anywhere, ms: what held them up must not make a goal.
-double seed_indirect_ms(const Saved& saved, const char* scene);
+// Result: the least time of this name that the seed technique's 400 samples took in a scene anywhere, ms: what held
+// them up must not make a goal.
+double least_of_seed(const Saved& saved, const char* scene, const char* ms);
 // What was asked for at the default setting, and what is.
 std::string goals_table(const Saved& saved);
 // Which cases of `gonio-bench pareto` the results lack, as a sentence.

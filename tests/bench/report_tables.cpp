@@ -55,10 +55,6 @@ const Json& row_where(const Json& file, const std::map<std::string, Json>& field
     return one_where(file.at("rows"), fields);
 }
 
-const Json& default_row(const Json& scaling, const std::string& scene) {
-    return row_where(scaling, {{"scene", scene}, {"splits", 0}, {"side_px", 800}, {"vpls", 4096}});
-}
-
 std::string frames_table(const Json& frames) {
     std::string table =
         head_of({"scene", "technique", "samples", "min FPS", "max FPS", "average FPS", "median ms", "indirect ms"});
@@ -74,23 +70,21 @@ std::string frames_table(const Json& frames) {
     return table;
 }
 
-static constexpr const char* kPasses[] = {"gbuffer", "direct", "vpl", "occlusion", "gather", "composite"};
+static constexpr const char* kPasses[] = {"gbuffer", "gather-weights", "surfels",  "solve",
+                                          "direct",  "gather",         "composite"};
 
 std::string scaling_table(const Json& scaling) {
-    std::vector<std::string> head = {"scene", "triangles", "size", "VPLs", "frame ms"};
+    std::vector<std::string> head = {"scene", "triangles", "size", "frame ms"};
     head.insert(head.end(), std::begin(kPasses), std::end(kPasses));
-    head.insert(head.end(), {"VPL evaluations, 10⁶", "occlusion rays, 10⁶"});
     std::string table = head_of(head);
     for (const Json& row : scaling.at("rows")) {
         const int splits = row.at("splits");
         const std::string scene = row.at("scene").get<std::string>() +
                                   (splits > 0 ? ", " + fixed(std::pow(4.0, splits), 0) + " for each triangle" : "");
         std::vector<std::string> cells = {scene, whole(row.at("triangles")),
-                                          std::to_string(row.at("side_px").get<int>()) + "²", whole(row.at("vpls")),
+                                          std::to_string(row.at("side_px").get<int>()) + "²",
                                           fixed(row.at("frame_ms"), 1)};
         for (const char* pass : kPasses) cells.push_back(fixed(row.at("pass_ms").value(pass, 0.0), 1));
-        cells.push_back(fixed(row.at("vpl_evaluations").get<double>() * 1e-6, 2));
-        cells.push_back(fixed(row.at("occlusion_rays").get<double>() * 1e-6, 2));
         table += row_of(cells);
     }
     return table;
@@ -99,27 +93,23 @@ std::string scaling_table(const Json& scaling) {
 std::string rsm_table(const Json& scaling) {
     std::string table = head_of({"texels a face", "in all", "map ms", "flux ms", "cube of depths ms", "seed: map ms",
                                  "seed: gather ms", "seed: frame ms", "its gather as predicted, ms"});
-    // Every pixel that shows a surface, as the grid's points do.
-    const double samples = one_where(scaling.at("counts"), {{"scene", "cornell"}}).at("points").get<double>() * 16.0 *
-                           scaling.at("seed_samples").get<double>();
     for (const Json& row : scaling.at("rsm")) {
         const double size = row.at("size");
         std::vector<std::string> cells = {fixed(size, 0) + "²", whole(6.0 * size * size)};
-        for (const char* ms : {"rsm_ms", "flux_ms", "shadow_ms", "seed_rsm_ms", "seed_gather_ms", "seed_frame_ms"})
+        for (const char* ms :
+             {"rsm_ms", "flux_ms", "shadow_ms", "seed_rsm_ms", "seed_gather_ms", "seed_frame_ms", "seed_predicted_ms"})
             cells.push_back(figure(row.at(ms)));
-        cells.push_back(figure(row.at("seed_predicted_ns").get<double>() * 1e-6 * samples));
         table += row_of(cells);
     }
     return table;
 }
 
 std::string efforts_table(const Json& scaling) {
-    std::string table = head_of({"effort", "of the sides", "VPLs at most", "for occlusion", "close blocks, %",
-                                 "second points, %", "frame ms", "of the first's time", "reckoned with"});
+    std::string table = head_of({"effort", "of the sides", "links of a surfel", "second points, %", "frame ms",
+                                 "of the first's time", "reckoned with"});
     std::size_t number = 0;
     for (const Json& row : scaling.at("efforts")) {
-        table += row_of({std::to_string(number), figure(row.at("scale")), whole(row.at("vpls")),
-                         whole(row.at("node_vpls")), fixed(100.0 * row.at("close_share").get<double>(), 0),
+        table += row_of({std::to_string(number), figure(row.at("scale")), whole(row.at("links")),
                          fixed(100.0 * row.at("second_share").get<double>(), 0), figure(row.at("frame_ms")),
                          fixed(row.at("cost"), 2), number < kEfforts.size() ? fixed(kEfforts[number].cost, 2) : ""});
         ++number;
@@ -159,16 +149,17 @@ std::string refinement_table(const Json& refinement) {
 
 std::string pareto_table(const Json& pareto) {
     std::string table = head_of({"scene, luminaires, profile", "technique", "samples", "median ms", "indirect ms",
-                                 "rmse_rsm", "rmse_truth", "rmse99", "p95", "bias", "front"});
+                                 "move ms", "its indirect", "rmse_rsm", "rmse", "rmse99", "p95", "bias", "front"});
     std::string before;
     for (const Json& row : pareto.at("rows")) {
         const std::string title = row.at("scene").get<std::string>() + ", " +
                                   std::to_string(row.at("lights").get<int>()) + ", " +
                                   row.at("profile").get<std::string>();
+        const auto move = [&](const char* ms) { return row.at(ms) > 0.0 ? figure(row.at(ms)) : ""; };
         table += row_of({title == before ? "" : title, row.at("technique"), whole(row.at("samples")),
-                         figure(row.at("frame_ms")), figure(row.at("indirect_ms")), fixed(row.at("rmse_rsm"), 2),
-                         fixed(row.at("rmse_truth"), 3), fixed(row.at("rmse99_truth"), 3),
-                         fixed(row.at("p95_truth"), 2), signed_figure(row.at("bias")),
+                         figure(row.at("frame_ms")), figure(row.at("indirect_ms")), move("move_ms"),
+                         move("move_indirect_ms"), fixed(row.at("rmse_rsm"), 2), fixed(row.at("rmse_all"), 3),
+                         fixed(row.at("rmse99_all"), 3), fixed(row.at("p95_all"), 2), signed_figure(row.at("bias_all")),
                          row.at("void").get<bool>()    ? "void"
                          : row.at("front").get<bool>() ? "yes"
                                                        : ""});

@@ -1,7 +1,6 @@
 #include "tests/bench/scaling.h"
 
 #include <algorithm>
-#include <cmath>
 #include <iomanip>
 #include <map>
 #include <memory>
@@ -14,8 +13,9 @@
 #include "server/render/web_buffer.h"
 #include "server/scene/apply.h"
 #include "tests/bench/cases.h"
-#include "tests/bench/counts.h"
+#include "tests/bench/errors.h"
 #include "tests/bench/frame_loop.h"
+#include "tests/bench/receivers.h"
 #include "tests/bench/seed_rate.h"
 #include "tests/scenes/bench_scenes.h"
 
@@ -25,34 +25,15 @@ namespace {
 struct Case {
     const char* scene;
     int side_px;
-    unsigned vpls;
     int splits = 0;  // as of split_triangles
 };
 // One thing at a time, from the default on.
-constexpr Case kCases[] = {{"cornell", 800, 4096},  {"cornell", 200, 4096},    {"cornell", 400, 4096},
-                           {"cornell", 1200, 4096}, {"cornell", 1600, 4096},   {"cornell", 800, 256},
-                           {"cornell", 800, 1024},  {"corridor", 800, 4096},   {"stage", 800, 4096},
-                           {"atrium", 800, 4096},   {"cornell", 800, 4096, 1}, {"cornell", 800, 4096, 2}};
+constexpr Case kCases[] = {{"cornell", 800},    {"cornell", 200},   {"cornell", 400}, {"cornell", 1200},
+                           {"cornell", 1600},   {"corridor", 800},  {"stage", 800},   {"atrium", 800},
+                           {"cornell", 800, 1}, {"cornell", 800, 2}};
 constexpr int kRsmSizes[] = {64, 128, 256, 512};
 constexpr unsigned kSeedSamples = 100;
-constexpr const char* kPasses[] = {"gbuffer", "direct", "vpl", "occlusion", "gather", "composite"};
-
-struct Row {
-    Case which;
-    std::size_t triangles = 0;
-    double frame_ms = 0.0;
-    std::map<std::string, double> pass_ms;  // medians
-
-    // What the gather counts: one grid point per 4 × 4 pixels sums a sixteenth of the list.
-    double evaluations() const {
-        const double points = std::pow(std::ceil(which.side_px / 4.0), 2.0);
-        return points * which.vpls / 16.0;
-    }
-    // What the occlusion counts at most: every fourth grid point asks 128 VPLs.
-    double occlusion_rays() const {
-        return std::pow(std::ceil(which.side_px / 16.0), 2.0) * std::min(128.0, which.vpls / 4.0);
-    }
-};
+constexpr const char* kPasses[] = {"gbuffer", "gather-weights", "surfels", "solve", "direct", "gather", "composite"};
 
 // The stage under one luminaire, as the others are.
 std::shared_ptr<const SceneAsset> asset_of(const Case& which) {
@@ -86,14 +67,18 @@ Timed measure(Renderer& renderer, Scene scene, double seconds, int least_frames)
     return {bench::median(frames), passes.medians()};
 }
 
+struct Row {
+    Case which;
+    std::size_t triangles = 0;
+    Timed timed;
+};
 Row measure_case(const gl::Context& context, const Case& which, double seconds) {
     const auto asset = asset_of(which);
     Scene scene = scene_of(asset);
     scene.width_px = scene.height_px = which.side_px;
-    scene.samples = which.vpls;
     Renderer renderer(context);
-    const Timed timed = measure(renderer, std::move(scene), seconds, 10);
-    return {which, asset->triangles(), timed.frame_ms, timed.pass_ms};
+    renderer.set_links(transport::kMostLinks);
+    return {which, asset->triangles(), measure(renderer, std::move(scene), seconds, 10)};
 }
 
 // Reflective shadow maps of one size, in cornell: what they and the cube of depths take to make on shaders, and the
@@ -102,7 +87,7 @@ struct RsmRow {
     int size = 0;
     double rsm_ms = 0.0, flux_ms = 0.0, shadow_ms = 0.0;
     double seed_rsm_ms = 0.0, seed_gather_ms = 0.0, seed_frame_ms = 0.0;
-    double seed_predicted_ns = 0.0;  // per sample of a pixel that shows a surface: SeedRate's
+    double seed_predicted_ms = 0.0;  // of the gather: SeedRate's
 };
 RsmRow measure_rsm(const gl::Context& context, int size, double seconds) {
     RsmRow row;
@@ -127,7 +112,10 @@ RsmRow measure_rsm(const gl::Context& context, int size, double seconds) {
     bench::SeedRate rate(size, mask_face_size(scene.lights.at(0).profile->photometry.web));
     std::vector<double> predicted_ns;
     for (int i = 0; i < 3; ++i) predicted_ns.push_back(rate.ns_per_sample(scene.width_px, scene.height_px, 25));
-    row.seed_predicted_ns = bench::median(predicted_ns);
+    const auto pixels = bench::stratified_pixels(scene.width_px, scene.height_px, 64);
+    const auto shown = static_cast<double>(bench::receivers_of(scene, pixels).size());
+    row.seed_predicted_ms = bench::median(predicted_ns) * 1e-6 * kSeedSamples * scene.width_px * scene.height_px *
+                            shown / static_cast<double>(pixels.size());
     return row;
 }
 
@@ -138,6 +126,7 @@ std::vector<double> measure_efforts(const gl::Context& context, double seconds) 
     std::vector<std::unique_ptr<Renderer>> renderers;
     for (std::size_t effort = 0; effort < kEfforts.size(); ++effort) {
         renderers.push_back(std::make_unique<Renderer>(context));
+        renderers.back()->set_links(transport::kMostLinks);
         renderers.back()->set_effort(effort);
     }
     std::vector<std::vector<double>> turns(kEfforts.size());
@@ -154,29 +143,20 @@ struct Results {
     std::vector<Row> rows;
     std::vector<RsmRow> rsm;
     std::vector<double> efforts_ms;
-    std::vector<bench::PictureCounts> counts;
 };
 
 void print_table(const Results& results, std::ostream& out) {
-    out << "| scene | triangles | size | VPLs | frame ms |";
+    out << "| scene | triangles | size | frame ms |";
     for (const char* pass : kPasses) out << " " << pass << " |";
-    out << " VPL evaluations, 10⁶ | occlusion rays, 10⁶ |\n|---|---|---|---|---|";
-    for (std::size_t i = 0; i < std::size(kPasses) + 2; ++i) out << "---|";
-    out << "\n" << std::fixed;
+    out << "\n|---|---|---|---|";
+    for (std::size_t i = 0; i < std::size(kPasses); ++i) out << "---|";
+    out << "\n" << std::fixed << std::setprecision(1);
     for (const Row& row : results.rows) {
         out << "| " << row.which.scene << " | " << row.triangles << " | " << row.which.side_px << "² | "
-            << row.which.vpls << " | " << std::setprecision(1) << row.frame_ms << " |";
-        for (const char* pass : kPasses) {
-            const auto found = row.pass_ms.find(pass);
-            if (found == row.pass_ms.end())
-                out << " |";
-            else
-                out << " " << found->second << " |";
-        }
-        out << " " << std::setprecision(2) << row.evaluations() * 1e-6 << " | " << row.occlusion_rays() * 1e-6
-            << " |\n";
+            << row.timed.frame_ms << " |";
+        for (const char* pass : kPasses) out << " " << row.timed.pass(pass) << " |";
+        out << "\n";
     }
-    out << std::setprecision(1);
     for (const RsmRow& row : results.rsm)
         out << "\nRSM of " << row.size << "² a face: " << row.rsm_ms << " ms, flux " << row.flux_ms << " ms, seed "
             << kSeedSamples << ": map " << row.seed_rsm_ms << " ms, gather " << row.seed_gather_ms << " ms, frame "
@@ -187,30 +167,8 @@ void print_table(const Results& results, std::ostream& out) {
     out << "\n";
 }
 
-nlohmann::json json_of(const bench::PictureCounts& counts) {
-    return {{"scene", counts.scene},
-            {"vertices", counts.vertices},
-            {"triangles", counts.triangles},
-            {"drawn", counts.drawn},
-            {"rows", counts.rows},
-            {"wide_rows", counts.wide_rows},
-            {"covered", counts.covered},
-            {"pixels", counts.pixels},
-            {"textured", counts.textured},
-            {"blocks", counts.blocks},
-            {"lit_blocks", counts.lit_blocks},
-            {"points", counts.points},
-            {"nodes", counts.nodes},
-            {"second_points", counts.second_points},
-            {"vpl_rays", counts.vpl_rays},
-            {"emissive", counts.emissive},
-            {"web_symmetric", counts.web_symmetric},
-            {"web_even", counts.web_even}};
-}
-
 void print_json(const Results& results, const std::string& renderer, std::ostream& out) {
     nlohmann::json json = {{"renderer", renderer}, {"seed_samples", kSeedSamples}};
-    for (const bench::PictureCounts& counts : results.counts) json["counts"].push_back(json_of(counts));
     for (const RsmRow& row : results.rsm) {
         json["rsm"].push_back({{"size", row.size},
                                {"rsm_ms", row.rsm_ms},
@@ -219,16 +177,14 @@ void print_json(const Results& results, const std::string& renderer, std::ostrea
                                {"seed_rsm_ms", row.seed_rsm_ms},
                                {"seed_gather_ms", row.seed_gather_ms},
                                {"seed_frame_ms", row.seed_frame_ms},
-                               {"seed_predicted_ns", row.seed_predicted_ns}});
+                               {"seed_predicted_ms", row.seed_predicted_ms}});
     }
     for (const double ms : results.efforts_ms) {
         const Effort& effort = kEfforts[json["efforts"].size()];
         json["efforts"].push_back({{"frame_ms", ms},
                                    {"cost", ms / results.efforts_ms[0]},
                                    {"scale", effort.scale},
-                                   {"vpls", effort.vpls},
-                                   {"node_vpls", effort.node_vpls},
-                                   {"close_share", effort.close_share},
+                                   {"links", std::min(effort.links, transport::kMostLinks)},
                                    {"second_share", effort.second_share}});
     }
     for (const Row& row : results.rows) {
@@ -236,11 +192,8 @@ void print_json(const Results& results, const std::string& renderer, std::ostrea
                                 {"splits", row.which.splits},
                                 {"triangles", row.triangles},
                                 {"side_px", row.which.side_px},
-                                {"vpls", row.which.vpls},
-                                {"frame_ms", row.frame_ms},
-                                {"pass_ms", row.pass_ms},
-                                {"vpl_evaluations", row.evaluations()},
-                                {"occlusion_rays", row.occlusion_rays()}});
+                                {"frame_ms", row.timed.frame_ms},
+                                {"pass_ms", row.timed.pass_ms}});
     }
     out << json.dump(2) << "\n";
 }
@@ -253,8 +206,6 @@ void run_scaling(const ScalingOptions& options, std::ostream& out) {
     for (const Case& which : kCases) results.rows.push_back(measure_case(*context, which, options.seconds));
     for (const int size : kRsmSizes) results.rsm.push_back(measure_rsm(*context, size, options.seconds));
     results.efforts_ms = measure_efforts(*context, options.seconds);
-    for (const char* scene : {"cornell", "atrium"})
-        results.counts.push_back(bench::count_picture(scene, scene_of(bench::bench_asset(scene))));
     if (options.json)
         print_json(results, context->renderer(), out);
     else

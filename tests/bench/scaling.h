@@ -1,6 +1,5 @@
-// What a frame of the default technique costs, pass by pass, against the picture's size, the number of VPLs, the scene
-// and its triangles; what reflective shadow maps of several sizes cost that use them; what each effort
-// (server/render/effort.h) costs; and how often the kernels run.
+// What a frame of the default technique costs, pass by pass, against the picture's size, the scene and its triangles;
+// what reflective shadow maps of several sizes cost that use them; and what each effort (server/render/effort.h) costs.
 #pragma once
 
 #include <iosfwd>

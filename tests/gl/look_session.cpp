@@ -41,7 +41,7 @@ const std::vector<Window>& windows_of(const std::string& scene) {
     return windows.at(scene);
 }
 
-constexpr std::uint32_t kHalfSamples = 128;  // of a pixel's one bounce
+constexpr std::uint32_t kHalfSamples = 128;  // of a pixel's indirect light
 
 float byte_of(float encoded) {
     return std::round(std::clamp(encoded, 0.0f, 1.0f) * 255.0f) / 255.0f;
@@ -80,7 +80,6 @@ Traced trace_window(const trace::World& world, const Scene& scene, const Window&
     for (auto* light : {&traced.direct_lx, &traced.half_lx[0], &traced.half_lx[1], &traced.indirect_lx})
         light->assign(traced.hit.size(), glm::vec3(0.0f));
     trace::Settings settings;
-    settings.bounces = 1;
     settings.noise = 0.0;
     settings.max_passes = kHalfSamples;
     for (auto& half : traced.half_lx) {
@@ -124,12 +123,6 @@ Scene LookSession::stamped(Scene scene, View view) {
 
 Picture LookSession::live(const Scene& scene, View view) {
     return shown(renderer_, stamped(scene, view));
-}
-
-Picture LookSession::unoccluded(const Scene& scene, View view) {
-    Renderer renderer(context(), Renderer::Gather::simd);
-    renderer.set_occluded(false);
-    return shown(renderer, stamped(scene, view));
 }
 
 std::vector<glm::vec3> LookSession::live_lx(const Scene& scene) {

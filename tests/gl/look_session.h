@@ -1,5 +1,5 @@
 // A scene as a viewer has it, at the default setting and the default size, and what the path tracer sees of it: exact
-// direct light and one bounce at the centres of pixels, in windows of the picture that show each kind of place.
+// direct light and every bounce at the centres of pixels, in windows of the picture that show each kind of place.
 #pragma once
 
 #include <cstdint>
@@ -23,7 +23,7 @@ struct Traced {
     std::vector<std::uint8_t> hit;  // whether there is a surface
     std::vector<glm::vec3> position, normal, albedo;
     std::vector<glm::vec3> direct_lx;
-    std::vector<glm::vec3> half_lx[2];   // one bounce, of independent samples
+    std::vector<glm::vec3> half_lx[2];   // every bounce, of independent samples
     std::vector<glm::vec3> indirect_lx;  // mean of the halves
     std::size_t at(int x, int y) const { return static_cast<std::size_t>(y * window.width + x); }
 };
@@ -38,7 +38,6 @@ public:
 
     // The whole picture, shown by a renderer that goes on from what was shown before.
     Picture live(const Scene& scene, View view);
-    Picture unoccluded(const Scene& scene, View view);
     // Indirect light of the whole picture, lux, rows from the bottom.
     std::vector<glm::vec3> live_lx(const Scene& scene);
 

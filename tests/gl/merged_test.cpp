@@ -135,7 +135,7 @@ TEST_F(MergedAtrium, ShowsTheLightOfTheLuminairesOwnLayers) {
     EXPECT_LT(indirect.rms99, 0.15);
 }
 
-// Both against one path-traced bounce, at points all over the stage.
+// Both against the path tracer, at points all over the stage.
 TEST_P(Merged, AgreesWithTheReference) {
     std::vector<trace::MeterPoint> points;
     for (double x = -5.5; x <= 5.5; x += 1.0) {
@@ -165,7 +165,6 @@ TEST_P(Merged, AgreesWithTheReference) {
         return false;
     });
     trace::Settings settings;
-    settings.bounces = 1;
     settings.noise = 0.01;
     const auto truth = trace::measure(*trace::make_world(scene), points, settings);
     const auto errors = [&](const char* name) {

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <cstdio>
 
+#include "server/trace/sources.h"
 #include "tests/gl/picture_points.h"
 #include "tests/gl/test_context.h"
 #include "tests/scenes/show.h"

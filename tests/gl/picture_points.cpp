@@ -31,7 +31,7 @@ TracedPoints traced_points(const Scene& scene, int step, double noise) {
     const auto world = trace::make_world(scene);
     TracedPoints traced{points_of(scene, *world->geometry, step), {}};
     trace::Settings settings;
-    settings.bounces = 1;
+    settings.bounces = trace::kAllBounces;
     settings.noise = noise;
     traced.truth = trace::measure(*world, traced.points, settings);
     return traced;

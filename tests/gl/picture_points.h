@@ -16,7 +16,7 @@ struct PicturePoints {
 // Result: of every step-th row and column, from step / 2 on, those pixels that show a surface.
 PicturePoints points_of(const Scene& scene, const trace::Geometry& geometry, int step);
 
-// Such points and the path tracer's one bounce there, to this noise.
+// Such points and the path tracer's light there after every bounce, to this noise.
 struct TracedPoints : PicturePoints {
     std::vector<trace::Reading> truth;
 };

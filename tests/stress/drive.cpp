@@ -61,7 +61,7 @@ struct BufferChecks {
         if (!item.has_sign) negative().note(-static_cast<double>(least), where);
         const std::string name = item.name;
         if (name == "flux") check_flux(item, where);
-        if (name == "vpl_intensity") check_list(item, where);
+        if (name == "surfel_direct") note_exitance(item);
         if (name == "indirect" && item.scene.technique == Technique::standard) check_exitance(item, where);
     }
 
@@ -86,31 +86,23 @@ struct BufferChecks {
                         where);
     }
 
-    // The list is a sample of the beam: its total may differ by a little.
-    template <typename Where>
-    void check_list(const Inspected& item, const Where& where) {
-        glm::dvec3 sum(0.0);
-        double& greatest = exitance[item.light->id];
-        greatest = 0.0;
-        for (const shade::Vpl& vpl : item.maps->vpls.vpls) {
-            const glm::dvec3 intensity(vpl.intensity);
-            sum += intensity * std::numbers::pi;
-            const double area_over_pi = static_cast<double>(vpl.position_area.w);
-            if (area_over_pi > 0.0)
-                greatest = std::max(greatest, std::max({intensity.r, intensity.g, intensity.b}) / area_over_pi);
-        }
-        check_reflected(item, std::max({sum.r, sum.g, sum.b}), "vpl: flux reflected / (emitted x albedo)", 1.005,
-                        where);
+    // What surfaces can send after every bounce: each is at most as bright as the brightest place, rho times what falls
+    // there, over what no bounce absorbs.
+    void note_exitance(const Inspected& item) {
+        const double albedo = greatest_albedo(*item.scene.asset);
+        const double most = item.values.empty() ? 0.0
+                                                : static_cast<double>(*std::max_element(item.values.begin(), item.values.end()));
+        exitance[item.light->id] = albedo < 1.0 ? most * albedo / (1.0 - albedo) / static_cast<double>(item.unit) : 1e300;
     }
 
     // No point can receive more from diffuse surfaces than the exitance of the brightest of them, if they fill the
-    // whole hemisphere. The exitance is known at the list's points only, and near light is sampled: 1.25 allows for it.
+    // whole hemisphere. Direct light is known at the surfels only: 1.25 allows for it.
     template <typename Where>
     void check_exitance(const Inspected& item, const Where& where) {
         float most = 0.0f;
         for (std::size_t i = 0; i < item.values.size(); i += 4)
             most = std::max({most, item.values[i], item.values[i + 1], item.values[i + 2]});
-        if (!exitance.contains(item.light->id)) return;  // its list was made before anybody watched
+        if (!exitance.contains(item.light->id)) return;  // it was lit before anybody watched
         const double limit = exitance[item.light->id];
         bench.findings.of(bench.group, "bounced illuminance / greatest exitance", 1.25)
             .note(limit > 0.0   ? static_cast<double>(most) / limit

@@ -18,10 +18,10 @@ class SlowMeters : public NullRenderer {
 public:
     explicit SlowMeters(int& points) : points_(points) {}
     v1::MeterReading meter(const Scene& scene, const glm::dvec3& point, const glm::dvec3& normal,
-                           MeterQuality quality) override {
+                           MeterQuality quality, int bounces) override {
         ++points_;
         std::this_thread::sleep_for(5ms);
-        return NullRenderer::meter(scene, point, normal, quality);
+        return NullRenderer::meter(scene, point, normal, quality, bounces);
     }
 
 private:

@@ -3,11 +3,13 @@
 #include <algorithm>
 #include <bit>
 #include <cmath>
+#include <numbers>
 #include <utility>
 
 #include "server/render/passes/passes.h"
 #include "server/render/passes/screen_light.h"
 #include "server/shade/surfel_light.h"
+#include "server/shade/vpl_rays.h"
 #include "server/shade/upsample.h"
 #include "server/trace/sampler.h"
 
@@ -24,6 +26,7 @@ bool there(const PassContext& context) {
 
 PassRun run_surfels(const PassContext& context, const Light& light, LightGpu& gpu) {
     gpu.surfel_direct.clear();
+    gpu.exact = {};
     gpu.moves = true;
     if (!there(context)) return {};
     shade::direct_at_surfels(context.transport->surface->surfels, context.traced,
@@ -36,10 +39,11 @@ PassRun run_surfels(const PassContext& context, const Light& light, LightGpu& gp
 namespace {
 
 // One bounce after the other while it moves, all of them when it rests.
-void solve_light(const PassContext& context, bool moves, transport::Irradiance& light) {
+void solve_light(const PassContext& context, bool moves, std::span<const glm::vec4> exact, transport::Irradiance& light) {
     const Transport& transport = *context.transport;
-    const bool live = context.target.kind == TargetKind::live;
-    transport::solve(transport.surface->surfels, transport.links, {},
+    const bool live = context.target.kind == TargetKind::live && !context.rests;
+    transport::solve(transport.surface->surfels,
+                     transport::first_of(transport.links, kEfforts[context.effort].links), {}, exact,
                      moves && live ? transport::kMoving : transport::kAtRest, light, context.pool);
 }
 
@@ -55,7 +59,7 @@ PassRun run_solve(const PassContext& context, LightGpu& gpu) {
     const std::size_t count = context.transport->surface->surfels.count;
     gpu.irradiance.direct.resize(count);
     for (std::size_t i = 0; i < count; ++i) gpu.irradiance.direct[i] = glm::vec4(glm::vec3(gpu.surfel_direct[i]), 0.0f);
-    solve_light(context, moves, gpu.irradiance);
+    solve_light(context, moves, gpu.has_exact() ? std::span<const glm::vec4>(gpu.exact.first) : std::span<const glm::vec4>(), gpu.irradiance);
     return {};
 }
 
@@ -67,7 +71,7 @@ PassRun run_solve_merged(const PassContext& context) {
         merged.irradiance.converged = true;
         return {};
     }
-    solve_light(context, moves, merged.irradiance);
+    solve_light(context, moves, {}, merged.irradiance);
     return {};
 }
 
@@ -77,8 +81,10 @@ bool merged_converged(const Target& target) {
 
 PassRun run_gather_weights(const PassContext& context) {
     ScreenLight& screen = *context.target.screen;
-    screen.links = {};
-    if (!there(context)) return {};
+    if (!there(context)) {
+        screen.links = {};
+        return {};
+    }
     const bool drawn_here = context.layers_on_cpu && !context.clusters.empty();
     shade::find_surfels(screen.surfaces, drawn_here ? &screen.raster : nullptr, context.looks, screen.grid,
                         *context.transport, screen.links, context.pool);
@@ -99,6 +105,61 @@ bool continue_grid_links(const PassContext& context, const std::function<bool()>
     return false;
 }
 
+bool first_bounce_left(const PassContext& context, const LightGpu& gpu) {
+    return there(context) && gpu.irradiance.narrow > 0.0f &&
+           gpu.exact.next < context.transport->surface->surfels.count;
+}
+
+bool continue_first_bounce(const PassContext& context, const Light& light, LightGpu& gpu,
+                           const std::function<bool()>& interrupted) {
+    constexpr unsigned kRays = 1024;
+    constexpr std::size_t kPart = 2048, kChunk = 128;
+    const transport::Surfels& surfels = context.transport->surface->surfels;
+    if (gpu.exact.next == 0) {
+        const shade::VplRays rays(light.profile, kRays);
+        gpu.exact.vpls = shade::cast(rays, context.traced, light.position - context.traced.origin(),
+                                     glm::dmat3(glm::mat3_cast(light.world_from_light)), context.pool);
+        gpu.exact.first.assign(surfels.count, glm::vec4(0.0f));
+    }
+    // Where a VPL stands for more than a point, links take its share: of the light of a surfel that is lit by E0 and seen
+    // by G = cos cos' / d² the part q / (1 + q), q = G A / pi, A = Phi / (n E0) what one of n VPLs stands for there.
+    const transport::Links links = transport::first_of(context.transport->links, transport::kMostBlockLinks);
+    const std::vector<glm::vec4>& lit = gpu.irradiance.direct;
+    const auto area_lm = static_cast<float>(light.profile->flux_lm / (light.profile->max_cd * kRays)) *
+                         context.geometry.layer_unit_m2() / std::numbers::pi_v<float>;
+    const auto near = [&](std::size_t i) {
+        glm::vec3 sum(0.0f);
+        const glm::vec3 p = surfels.position(i), n = surfels.normal(i);
+        for (const auto& block : links.blocks) {
+            for (unsigned k = 0; k < block->count; ++k) {
+                const std::size_t j = block->ids[i * block->count + k];
+                if (j == surfels.count || !(lit[j].g > 0.0f)) continue;
+                const glm::vec3 d = surfels.position(j) - p;
+                const float d2 = std::max(glm::dot(d, d), 1e-12f);
+                const float geometry =
+                    std::max(glm::dot(d, n), 0.0f) * std::max(-glm::dot(d, surfels.normal(j)), 0.0f) / (d2 * d2);
+                const float q = geometry * area_lm / lit[j].g;
+                sum += surfels.albedo[j] * lit[j].g * (q / (1.0f + q));
+            }
+        }
+        return sum / static_cast<float>(std::max(links.per_surfel(), 1u));
+    };
+    const glm::vec3 origin = context.traced.local(light.position);
+    const float unit_m2 = context.geometry.layer_unit_m2();
+    while (gpu.exact.next < surfels.count) {
+        if (interrupted()) return false;
+        const std::size_t begin = gpu.exact.next, end = std::min(begin + kPart, surfels.count);
+        context.pool.run_chunks(end - begin, kChunk, [&](std::size_t from, std::size_t count) {
+            for (std::size_t i = begin + from; i < begin + from + count; ++i)
+                gpu.exact.first[i] = glm::vec4(
+                    shade::from_vpls(context.traced, gpu.exact.vpls, origin, surfels.position(i), surfels.normal(i),
+                                     surfels.geometric[i]) * unit_m2 + near(i), 0.0f);
+        });
+        gpu.exact.next = end;
+    }
+    return true;
+}
+
 bool grid_links_left(const Target& target) {
     const ScreenLight& screen = *target.screen;
     return !screen.links.around.empty() &&
@@ -110,13 +171,38 @@ std::uint64_t grid_links_shown(const Target& target) {
     return links.complete() == 0 ? 0 : std::bit_floor(links.complete());
 }
 
+namespace {
+
+// Indirect irradiance at the grid's points.
+shade::Planes gathered(const PassContext& context, const transport::Irradiance& light) {
+    ScreenLight& screen = *context.target.screen;
+    if (!there(context) || light.indirect.empty() || context.bounces == 0)
+        return shade::Planes(3, std::vector<float>(screen.grid.grid.size() + shade::kLanes, 0.0f));
+    const Transport& transport = *context.transport;
+    const bool one = context.bounces == 1;
+    std::vector<glm::vec4> sent, direct;
+    if (screen.links.complete() > 0) {
+        std::span<const glm::vec4> lit = light.direct;
+        if (light.narrow > 0.0f) {
+            direct = light.direct;
+            for (glm::vec4& value : direct) value *= 1.0f - light.narrow;
+            lit = direct;
+        }
+        transport::radiosity(transport.surface->surfels, lit, one ? std::span<const glm::vec4>() : light.indirect, {},
+                             sent, context.pool);
+    }
+    return shade::irradiance_at_grid(screen.grid, transport, screen.links,
+                                     {one ? light.first : light.indirect, light.first, light.narrow, sent},
+                                     context.pool);
+}
+
+}  // namespace
+
 PassRun run_gather(const PassContext& context, const LightGpu& gpu, int layer) {
     const Target& target = context.target;
     ScreenLight& screen = *target.screen;
     const shade::Surfaces& s = screen.surfaces;
-    shade::Planes planes(3, std::vector<float>(screen.grid.grid.size() + shade::kLanes, 0.0f));
-    if (there(context))
-        planes = shade::irradiance_at_grid(screen.grid, *context.transport, screen.links, gpu.irradiance, {}, context.pool);
+    const shade::Planes planes = gathered(context, gpu.irradiance);
     if (screen.grid.quality.step > 1) {
         if (context.layers_on_cpu) {
             shade::LightLayer& own = layer_of(screen, layer);
@@ -148,11 +234,8 @@ PassRun run_gather(const PassContext& context, const LightGpu& gpu, int layer) {
 
 PassRun run_gather_merged(const PassContext& context) {
     ScreenLight& screen = *context.target.screen;
-    shade::Planes planes(3, std::vector<float>(screen.grid.grid.size() + shade::kLanes, 0.0f));
-    if (there(context))
-        planes = shade::irradiance_at_grid(screen.grid, *context.transport, screen.links, screen.merged.irradiance, {},
-                                           context.pool);
-    shade::upsample(screen.surfaces, screen.grid, planes, screen.merged.indirect, context.pool);
+    shade::upsample(screen.surfaces, screen.grid, gathered(context, screen.merged.irradiance), screen.merged.indirect,
+                    context.pool);
     return {};
 }
 
@@ -163,7 +246,7 @@ PassRun run_gather_point(const PassContext& context, const LightGpu& gpu, int la
     screen.points.resize(context.scene.lights.size());
     PointLight& found = screen.points[static_cast<std::size_t>(layer)];
     found = {};
-    if (!there(context) || gpu.irradiance.indirect.empty()) return {};
+    if (!there(context) || gpu.irradiance.indirect.empty() || context.bounces == 0) return {};
     const Transport::Surface& surface = *context.transport->surface;
     if (screen.point_ids.empty()) {  // the same for all luminaires
         screen.point_ids.resize(kLinks);
@@ -177,7 +260,8 @@ PassRun run_gather_point(const PassContext& context, const LightGpu& gpu, int la
     for (unsigned k = 0; k < kLinks; ++k) {
         const std::size_t id = screen.point_ids[k];
         if (id == surface.surfels.count) continue;
-        const glm::vec4 sum = gpu.irradiance.direct[id] + gpu.irradiance.indirect[id];
+        glm::vec4 sum = gpu.irradiance.direct[id];
+        if (context.bounces != 1) sum += gpu.irradiance.indirect[id];
         found.parts[k / (kLinks / kMeterParts)] += glm::dvec3(surface.surfels.albedo[id] * glm::vec3(sum)) / kPerPart;
     }
     const double unit_m2 = static_cast<double>(context.geometry.layer_unit_m2());
