@@ -28,8 +28,8 @@ public:
                                               bool raw) override;
     bool continue_capture(CaptureJob& job) override;
     // Darkness: 0 lx everywhere.
-    v1::MeterReading meter(const Scene& scene, const glm::dvec3& point, const glm::dvec3& normal,
-                           MeterQuality quality, int bounces) override;
+    v1::MeterReading meter(const Scene& scene, const glm::dvec3& point, const glm::dvec3& normal, MeterQuality quality,
+                           int bounces) override;
 
 private:
     std::deque<FinishedFrame> finished_;

@@ -274,7 +274,8 @@ std::optional<v1::MeterReading> Stage::read_meter(const Scene& scene, const trac
     const bool there = draws([&] {
         reading = renderer_->meter(
             scene, point.position, point.normal,
-            quality == Quality::rsm ? LiveRenderer::MeterQuality::rsm : LiveRenderer::MeterQuality::interactive, bounces);
+            quality == Quality::rsm ? LiveRenderer::MeterQuality::rsm : LiveRenderer::MeterQuality::interactive,
+            bounces);
     });
     return there ? reading : std::nullopt;
 }

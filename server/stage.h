@@ -158,7 +158,7 @@ private:
     template <typename Draw>
     bool draws(const Draw& draw);
     std::optional<v1::MeterReading> read_meter(const Scene& scene, const trace::MeterPoint& point, Quality quality,
-                                                int bounces);
+                                               int bounces);
     bool send_to_loader(Work work);  // result: false where too much waits; then the client has been told
     void answer_meter(const Work& work);
     void answer_capture(const Work& work);
@@ -180,7 +180,7 @@ private:
     Revision rendered_rev_ = 0;
     Budget budget_;
     std::int64_t changed_ns_ = INT64_MIN / 2;                  // when a frame of a new revision began
-    bool not_ready_ = false;  // what captures or meters of a scene need is being made
+    bool not_ready_ = false;                                   // what captures or meters of a scene need is being made
     bool watched_ = false, better_ = false, refined_ = false;  // better_: another frame shows more than the last
     Fade fade_;
     std::uint32_t fade_by_ = 0;  // whose recall it is

@@ -60,12 +60,13 @@ struct LightGpu {
 
     RsmTexels texels;  // read back by the flux pass
     std::uint64_t texels_rsm_version = 0;
-    std::uint64_t rsm_version = 0;               // counts runs of the rsm pass
+    std::uint64_t rsm_version = 0;  // counts runs of the rsm pass
     // Of the default technique, per candela of peak × GpuScene::layer_unit_m2.
-    std::vector<float> surfel_direct;   // direct illuminance at the transport's surfels
-    bool moves = false;                 // it has changed since it was solved
+    std::vector<float> surfel_direct;  // direct illuminance at the transport's surfels
+    bool moves = false;                // it has changed since it was solved
     transport::Irradiance irradiance;
-    struct Exact {  // the first bounce of a narrow light that rests
+    std::shared_ptr<const shade::VplRays> rays;  // of `profile`, of a narrow light
+    struct Exact {                               // the first bounce of a narrow light that rests
         shade::VplCast vpls;
         std::vector<glm::vec4> first;
         std::size_t next = 0;  // surfel: those before have theirs; all of them: it counts

@@ -77,10 +77,10 @@ public:
     // Renders the job's next tile, a bounded amount of work, so that live frames come in between. Result: whether the
     // picture is complete.
     virtual bool continue_capture(CaptureJob& job) = 0;
-    // Illuminance at a point: interactive: a shadow ray, and links of the point's own to the transport's surfels (bounces:
-    // all, 1 or 0); rsm: direct likewise, indirect the unoccluded sum over all RSM texels in double precision. Errors: of
-    // the mean of 16 independent parts and the transport's own; of the two halves of a checkerboard of texels; none for
-    // the seed techniques.
+    // Illuminance at a point: interactive: a shadow ray, and links of the point's own to the transport's surfels
+    // (bounces: all, 1 or 0); rsm: direct likewise, indirect the unoccluded sum over all RSM texels in double
+    // precision. Errors: of the mean of 16 independent parts and the transport's own; of the two halves of a
+    // checkerboard of texels; none for the seed techniques.
     enum class MeterQuality { interactive, rsm };
     virtual v1::MeterReading meter(const Scene& scene, const glm::dvec3& point, const glm::dvec3& normal,
                                    MeterQuality quality, int bounces = trace::kAllBounces) = 0;

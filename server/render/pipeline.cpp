@@ -93,7 +93,8 @@ struct Builder {
                 {light.position_rev, light.aim_rev, light.profile_rev, scene.geometry_rev, in.surface()},
                 [=, &light, &gpu] { return run_surfels(shared, light, gpu); }))
             .absent = seed;
-        Pass& solve = cpu(add("solve", solved, {surfels}, {in.generation, in.solve_links(), gpu.has_exact() ? 1u : 0u}, [=, &gpu] { return run_solve(shared, gpu); }));
+        Pass& solve = cpu(add("solve", solved, {surfels}, {in.generation, in.solve_links(), gpu.has_exact() ? 1u : 0u},
+                              [=, &gpu] { return run_solve(shared, gpu); }));
         solve.absent = seed;
         solve.stale |= !gpu.irradiance.converged;
         const bool metered = in.meter != FrameInputs::Meter::none, rays = in.direct_by_rays && !seed;
@@ -114,7 +115,7 @@ struct Builder {
                       [=, &light, &gpu] { return run_gather_seed(shared, light, gpu, layer); }));
         } else if (metered) {
             cpu(add("gather", per_target(Slot::gather, light.id), {gbuffer, solved}, {light.position_rev},
-                    [=, &gpu] { return run_gather_point(shared, gpu, layer); }));
+                    [=, &light, &gpu] { return run_gather_point(shared, light, gpu, layer); }));
         } else {
             cpu(add("gather", per_target(Slot::gather, light.id), {per_target(Slot::weights), solved},
                     {static_cast<std::uint64_t>(layer), grid_links_shown(in.target)},
@@ -122,8 +123,7 @@ struct Builder {
         }
         if (on_cpu && !shown_on_cpu) {
             named(add("layers", per_target(Slot::layers, light.id),
-                      {per_target(Slot::direct, light.id),
-                       per_target(Slot::gather, light.id)},
+                      {per_target(Slot::direct, light.id), per_target(Slot::gather, light.id)},
                       {static_cast<std::uint64_t>(layer)},
                       [=] { return run_layers(shared.target, layer, shared.pool); }));
         }
@@ -231,7 +231,8 @@ std::uint64_t FrameInputs::solve_links() const {
 }
 
 PassContext FrameInputs::context() const {
-    return {programs, geometry, scene, target, eye, traced, clusters, looks, pool, transport, bounces, false, shades_on_cpu(), effort};
+    return {programs, geometry, scene,     target,  eye,   traced,          clusters,
+            looks,    pool,     transport, bounces, false, shades_on_cpu(), effort};
 }
 
 bool FrameInputs::can_merge() const {

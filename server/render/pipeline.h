@@ -31,8 +31,8 @@ struct FrameInputs {
     Meter meter = Meter::none;  // else the G-buffer is a single point and nothing is composited; rsm: texels are wanted
     // Whether the live picture's light stays on the CPU; a view that only shaders show asks for it (run_layers).
     bool shades_on_cpu() const;
-    std::size_t effort = 0;  // index into kEfforts
-    std::uint64_t surface() const;  // tells one set of surfels from another
+    std::size_t effort = 0;             // index into kEfforts
+    std::uint64_t surface() const;      // tells one set of surfels from another
     std::uint64_t solve_links() const;  // that the solve follows, at most
     PassContext context() const;
     // Whether the picture can be made of all luminaires at once: several of them, shaded and shown on the CPU.

@@ -66,6 +66,7 @@ void Renderer::prepare(const Scene& scene, bool live) {
             gpu.web = cached.lock();
             if (!gpu.web) cached = gpu.web = upload_web(*light.profile);
             gpu.profile = light.profile;
+            gpu.rays = nullptr;
         }
         if (gpu.reached_profile_rev != light.profile_rev || gpu.reached_aim_rev != light.aim_rev) {
             gpu.reached_profile_rev = light.profile_rev;
@@ -119,7 +120,8 @@ void Renderer::prepare_transport(const Scene& scene) {
     std::vector<glm::vec3> places = {traced_->local(scene.camera.eye)};
     for (const Light& light : scene.lights) places.push_back(traced_->local(light.position));
     const auto begin = [&] {
-        builder_ = std::make_shared<transport::Builder>(traced_, seeds_, links_, transport_beside_);
+        builder_ = std::make_shared<transport::Builder>(
+            traced_, seeds_, surfels_, std::min(links_, transport::kMostBlockLinks), transport_beside_);
         if (own != known.end()) known.erase(own);
         known.push_back({scene.asset, links_, seeds_, builder_});
     };
@@ -130,6 +132,13 @@ void Renderer::prepare_transport(const Scene& scene) {
         seeds_ = places;
         begin();
     }
+    // Those for narrow beams are made where there is one.
+    if (links_ > transport::kMostBlockLinks &&
+        std::any_of(scene.lights.begin(), scene.lights.end(), [&](const Light& light) {
+            const auto gpu = lights_.find(light.id);
+            return gpu != lights_.end() && gpu->second.irradiance.narrow > 0.0f;
+        }))
+        builder_->want(links_);
     if (!transport_beside_) builder_->wait();
     // A luminaire or an eye has come to where no light could go before.
     if (builder_->done() && builder_->newest() && seeded_rev_ != scene.scene_rev) {
@@ -161,8 +170,9 @@ bool Renderer::ready(const Scene& scene) {
 }
 
 FrameInputs Renderer::inputs_of(const Scene& scene, const Target& target, const Eye& eye) {
-    FrameInputs inputs{programs_,  *geometry_, scene, target,          eye,           {},         scene.view, *traced_,
-                       *clusters_, *looks_,    pool_, direct_by_rays_, transport_.get(), generation_};
+    FrameInputs inputs{programs_,        *geometry_, scene,      target,  eye,   {},
+                       scene.view,       *traced_,   *clusters_, *looks_, pool_, direct_by_rays_,
+                       transport_.get(), generation_};
     for (const Light& light : scene.lights) inputs.lights.push_back(&lights_.at(light.id));
     if (target.id == live_.id) inputs.effort = effort_;
     return inputs;
@@ -224,9 +234,10 @@ v1::FrameReport Renderer::run(const FrameInputs& inputs, std::vector<SlotRef> wa
     report.set_scene_rev(inputs.scene.scene_rev);
     for (v1::PassReport& row : rows) *report.add_passes() = std::move(row);
     // Asked again nothing would run, unless luminaires' own layers or more bounces are to follow.
-    const bool all = !inputs.merged && outdated(build_pipeline(inputs), wanted, ledger_).empty();
+    const bool seed = inputs.scene.technique != Technique::standard;
+    const bool all = !inputs.merged && (seed || outdated(build_pipeline(inputs), wanted, ledger_).empty());
     if (inputs.target.id == live_.id) settled_ = all;
-    report.set_settled(all && (inputs.scene.technique != Technique::standard || builder_->done()));
+    report.set_settled(all && (seed || builder_->done()));
     return report;
 }
 
@@ -426,7 +437,8 @@ v1::MeterReading Renderer::meter(const Scene& scene, const glm::dvec3& point, co
     }
     if (quality == MeterQuality::rsm || metered.technique == Technique::standard) {
         reading.set_direct_error_lx(0.0);  // the web itself, evaluated
-        // The transport's own error beside that of the point's links: measured against the reference (docs/accuracy.md).
+        // The transport's own error beside that of the point's links: measured against the reference
+        // (docs/accuracy.md).
         constexpr double kTransportError = 0.02;
         const bool traced = quality != MeterQuality::rsm;
         reading.set_indirect_error_lx(

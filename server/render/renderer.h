@@ -56,10 +56,10 @@ public:
                                               bool raw) override;
     bool continue_capture(CaptureJob& job) override;
     // Both in one, for whoever has time.
-    std::shared_ptr<const CapturedPicture> capture(const Scene& scene, View view, int width_px, int height_px,
-                                                   bool raw, int bounces = trace::kAllBounces);
-    v1::MeterReading meter(const Scene& scene, const glm::dvec3& point, const glm::dvec3& normal,
-                           MeterQuality quality, int bounces = trace::kAllBounces) override;
+    std::shared_ptr<const CapturedPicture> capture(const Scene& scene, View view, int width_px, int height_px, bool raw,
+                                                   int bounces = trace::kAllBounces);
+    v1::MeterReading meter(const Scene& scene, const glm::dvec3& point, const glm::dvec3& normal, MeterQuality quality,
+                           int bounces = trace::kAllBounces) override;
     // Texels per face side of the reflective shadow maps that are made from now on: benches compare sizes.
     void set_rsm_size(int texels) { rsm_size_ = texels; }
     // Result: the illuminance in lux, per channel, that the live picture shows at each of its pixels, rows from the
@@ -76,6 +76,7 @@ public:
     }
     // So many links of each surfel are made, from the next scene on; by default those for all but narrow beams.
     void set_links(unsigned most) { links_ = most; }
+    void set_surfels(const transport::SurfelSettings& settings) { surfels_ = settings; }
     v1::TransportStats transport_stats() const override;
 
     // From now on visits what every pass writes, of live frames, captures and meters, before anything uses it
@@ -103,12 +104,13 @@ private:
     std::map<std::uint32_t, LightGpu> lights_;  // by Light::id
     std::map<const Profile*, std::weak_ptr<const WebGpu>> webs_;
     std::shared_ptr<const trace::Geometry> traced_;
-    std::shared_ptr<transport::Builder> builder_;             // of `traced_`
-    std::vector<glm::vec3> seeds_;                            // that it began with, and places it is to begin anew with
-    Revision seeded_rev_ = 0;                                 // of the scene whose places were looked at
+    std::shared_ptr<transport::Builder> builder_;  // of `traced_`
+    std::vector<glm::vec3> seeds_;                 // that it began with, and places it is to begin anew with
+    Revision seeded_rev_ = 0;                      // of the scene whose places were looked at
+    transport::SurfelSettings surfels_;
     unsigned links_ = transport::kMostBlockLinks;
     std::shared_ptr<const transport::Transport> transport_;  // what passes read
-    std::uint64_t generation_ = 0;                            // counts what it was
+    std::uint64_t generation_ = 0;                           // counts what it was
     std::unique_ptr<const shade::Looks> looks_;
     std::unique_ptr<const shade::Clusters> clusters_;  // empty where GL draws the live G-buffer
     Pool pool_;

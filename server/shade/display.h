@@ -6,8 +6,8 @@
 #include <glm/glm.hpp>
 #include <span>
 
-#include "server/shade/layers.h"
 #include "server/pool.h"
+#include "server/shade/layers.h"
 
 namespace gonio::shade {
 

@@ -50,6 +50,7 @@ void find_surfels(const Surfaces& surfaces, const Raster* raster, const Looks& l
     links.around.assign(grid.size(), nullptr);
     links.weights.resize(grid.size() * kNeighbours);
     links.generations.clear();
+    links.most = screen.quality.generations;
     links.nearness.assign(grid.size(), 0.0f);
     links.next = 0;
     if (surfels.count == 0) return;
@@ -62,11 +63,11 @@ void find_surfels(const Surfaces& surfaces, const Raster* raster, const Looks& l
         } else if (raster != nullptr) {
             const int px = std::min(x * step + step / 2, surfaces.width - 1),
                       py = std::min(y * step + step / 2, surfaces.height - 1);
-            triangle = raster->nearest[static_cast<std::size_t>(py) * surfaces.row_length + static_cast<std::size_t>(px)];
+            triangle =
+                raster->nearest[static_cast<std::size_t>(py) * surfaces.row_length + static_cast<std::size_t>(px)];
         }
-        const std::uint16_t own = triangle > 0
-                                      ? surfel_of(surface, looks, triangle - 1, p, surfaces.rays.eye)
-                                      : surfels.visible_from(*surface.geometry, {p, n, n});
+        const std::uint16_t own = triangle > 0 ? surfel_of(surface, looks, triangle - 1, p, surfaces.rays.eye)
+                                               : surfels.visible_from(*surface.geometry, {p, n, n});
         if (own == surfels.count) return;
         links.around[at] = surfels.neighbours[own].data();
         transport::weigh(surfels, surfels.neighbours[own].data(), p, n, links.weights.data() + at * kNeighbours);
@@ -78,7 +79,7 @@ bool trace_grid_links(const ScreenGrid& screen, const transport::Transport& tran
     const transport::Transport::Surface& surface = *transport.surface;
     const Surfels& surfels = surface.surfels;
     if (links.next == 0) {
-        if (links.generations.size() == kMostGenerations) return false;
+        if (links.generations.size() == links.most) return false;
         links.generations.emplace_back(grid.size() * trace::kPacket, static_cast<std::uint16_t>(surfels.count));
     }
     const std::size_t generation = links.generations.size() - 1;
@@ -92,10 +93,10 @@ bool trace_grid_links(const ScreenGrid& screen, const transport::Transport& tran
             if (!(grid.values[6][at] > 0.0f)) continue;
             const glm::vec3 p = grid.position(at), n = grid.normal(at);
             // Depth and normals are those of pixels, not exact.
-            const float off = 4.0f * surface.geometry->step_off(p) + 0.005f * screen.depth_per_point * grid.values[6][at];
-            const transport::Fan fan =
-                transport::make_fan(p + n * off, n, n, static_cast<std::uint32_t>(at),
-                                    static_cast<unsigned>(generation) * trace::kPacket);
+            const float off =
+                4.0f * surface.geometry->step_off(p) + 0.005f * screen.depth_per_point * grid.values[6][at];
+            const transport::Fan fan = transport::make_fan(p + n * off, n, n, static_cast<std::uint32_t>(at),
+                                                           static_cast<unsigned>(generation) * trace::kPacket);
             const unsigned met = transport::follow(fan, *surface.geometry, surfels, *surface.cells, hits,
                                                    ids.data() + at * trace::kPacket);
             for (int i = 0; i < trace::kPacket; ++i) {
@@ -115,7 +116,7 @@ Planes irradiance_at_grid(const ScreenGrid& screen, const transport::Transport& 
     if (transport.surface->surfels.count == 0 || light.indirect.empty()) return planes;
     transport::Table irradiance, first_bounce, sent;
     transport::make_table(light.indirect, irradiance, pool);
-    const std::size_t complete = links.complete();
+    const std::size_t complete = links.shown();
     if (complete > 0) transport::make_table(light.sent, sent, pool);
     const bool shared = complete > 0 && light.share > 0.0f;
     if (shared) transport::make_table(light.first, first_bounce, pool);

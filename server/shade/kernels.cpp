@@ -18,63 +18,6 @@ namespace HWY_NAMESPACE {
 #include "server/shade/look_lanes.h"
 #include "server/shade/web_lanes.h"
 
-void Gather(const Points& points, std::size_t count, const glm::vec3& origin, std::span<const Vpl> vpls, float kappa,
-            float weight, float* red, float* green, float* blue) {
-    const std::size_t lanes = hn::Lanes(Tag());
-    const Vec3 from = spread(origin);
-    // Two vectors at a time share the loads of a VPL.
-    for (std::size_t i = 0; i < count; i += 2 * lanes) {
-        const std::size_t j = i + lanes < count ? i + lanes : i;
-        const Vec3 p = Vec3(load(points.x + i), load(points.y + i), load(points.z + i)) - from;
-        const Vec3 q = Vec3(load(points.x + j), load(points.y + j), load(points.z + j)) - from;
-        const Vec3 n(load(points.nx + i), load(points.ny + i), load(points.nz + i));
-        const Vec3 m(load(points.nx + j), load(points.ny + j), load(points.nz + j));
-        Vec3 sum_p, sum_q;
-        for (const Vpl& vpl : vpls) {
-            const Vec3 at(vpl.position_area.x, vpl.position_area.y, vpl.position_area.z);
-            const Vec3 facing(vpl.normal.x, vpl.normal.y, vpl.normal.z);
-            const Vec3 color(vpl.intensity.x, vpl.intensity.y, vpl.intensity.z);
-            const Float area(kappa * vpl.position_area.w);
-            sum_p = sum_p + color * vpl_geometry_shared(p - at, facing, n, area);
-            sum_q = sum_q + color * vpl_geometry_shared(q - at, facing, m, area);
-        }
-        const Float w(weight);
-        store(sum_p.x * w, red + i), store(sum_p.y * w, green + i), store(sum_p.z * w, blue + i);
-        store(sum_q.x * w, red + j), store(sum_q.y * w, green + j), store(sum_q.z * w, blue + j);
-    }
-}
-
-void Terms(const Points& points, const glm::vec3& origin, std::span<const Vpl> vpls, float kappa, float* out) {
-    const std::size_t lanes = hn::Lanes(Tag());
-    const Vec3 from = spread(origin);
-    for (std::size_t i = 0; i < kLanes; i += lanes) {
-        const Vec3 p = Vec3(load(points.x + i), load(points.y + i), load(points.z + i)) - from;
-        const Vec3 n(load(points.nx + i), load(points.ny + i), load(points.nz + i));
-        for (std::size_t v = 0; v < vpls.size(); ++v) {
-            const Vpl& vpl = vpls[v];
-            const Vec3 at(vpl.position_area.x, vpl.position_area.y, vpl.position_area.z);
-            const Vec3 facing(vpl.normal.x, vpl.normal.y, vpl.normal.z);
-            const float light = 0.2126f * vpl.intensity.x + 0.7152f * vpl.intensity.y + 0.0722f * vpl.intensity.z;
-            store(Float(light) * vpl_geometry_shared(p - at, facing, n, Float(kappa * vpl.position_area.w)),
-                  out + v * kLanes + i);
-        }
-    }
-}
-
-bool Shares(const float* terms, std::size_t count, float* out) {
-    const Tag tag;
-    float all = 0.0f;
-    for (std::size_t v = 0; v < count; ++v) {
-        Float sum;
-        for (std::size_t i = 0; i < kLanes; i += hn::Lanes(tag)) sum = sum + load(terms + v * kLanes + i);
-        out[v] = hn::GetLane(hn::SumOfLanes(tag, sum.raw));
-        all += out[v];
-    }
-    if (!(all > 1e-30f)) return false;
-    for (std::size_t v = 0; v < count; ++v) out[v] /= all;
-    return true;
-}
-
 // A place on a surface; likeness: how like it a point of a grid is.
 struct Place {
     Vec3 position, normal;
@@ -93,51 +36,6 @@ HWY_INLINE Place place_at(const GridRows& grid, std::ptrdiff_t at, float near_pe
     return {Vec3(load(p.x + at), load(p.y + at), load(p.z + at)),
             Vec3(load(p.nx + at), load(p.ny + at), load(p.nz + at)),
             per_near_of(load(grid.depth + at), near_per_depth)};
-}
-
-void FilterRow(const GridRows& grid, std::ptrdiff_t row, int width, float near_per_depth, const float* const* in,
-               float* const* out) {
-    for (std::ptrdiff_t x = 0; x < width; x += static_cast<std::ptrdiff_t>(hn::Lanes(Tag()))) {
-        const std::ptrdiff_t at = row * grid.stride + x;
-        const Place middle = place_at(grid, at, near_per_depth);
-        Float total(1e-12f), sums[3];
-        for (int b = -2; b < 2; ++b) {
-            for (int a = -2; a < 2; ++a) {
-                const std::ptrdiff_t other = at + b * grid.stride + a;
-                const Float weight = middle.likeness(grid.points, other);
-                total = total + weight;
-                for (int k = 0; k < 3; ++k) sums[k] = sums[k] + weight * load(in[k] + other);
-            }
-        }
-        const Float per_total = Float(1.0f) / total;
-        for (int k = 0; k < 3; ++k) store(sums[k] * per_total, out[k] + at);
-    }
-}
-
-void FilterNodesRow(const GridRows& grid, std::ptrdiff_t row, int width, float near_per_depth, const NodeShares& in,
-                    float* open, float* blocked) {
-    constexpr float kErrors = 4.0f;
-    for (std::ptrdiff_t x = 0; x < width; x += static_cast<std::ptrdiff_t>(hn::Lanes(Tag()))) {
-        const std::ptrdiff_t at = row * grid.stride + x;
-        const Place middle = place_at(grid, at, near_per_depth);
-        const Float share = load(in.share + at), variance = load(in.variance + at);
-        Float total(1e-12f), all, stopped;
-        for (int b = -1; b <= 1; ++b) {
-            for (int a = -1; a <= 1; ++a) {
-                const std::ptrdiff_t other = at + b * grid.stride + a;
-                const Float off = share - load(in.share + other), noise = variance + load(in.variance + other);
-                const Float differ = off * off / max(noise * Float(kErrors * kErrors), Float(1e-12f));
-                const Float same = max(Float(1.0f) - differ, Float(0.0f));
-                const Float weight = middle.likeness(grid.points, other) * same * same *
-                                     Float((a == 0 ? 2.0f : 1.0f) * (b == 0 ? 2.0f : 1.0f));
-                total = total + weight;
-                all = all + weight * load(in.open + other);
-                stopped = stopped + weight * load(in.blocked + other);
-            }
-        }
-        const Float per_total = Float(1.0f) / total;
-        store(all * per_total, open + at), store(stopped * per_total, blocked + at);
-    }
 }
 
 // The point that a pixel of this column shows; z: its depth, m.
@@ -192,27 +90,6 @@ void ToHalves(const float* from, std::size_t count, std::uint16_t* to) {
     for (std::size_t i = 0; i < count; i += hn::Lanes(tag))
         hn::StoreU(hn::BitCast(bits, hn::DemoteTo(halves, hn::Min(hn::LoadU(tag, from + i), hn::Set(tag, 65504.0f)))),
                    bits, to + i);
-}
-
-void MixHalves(const float* from, float factor, float share, std::size_t count, std::uint16_t* to) {
-    const Tag tag;
-    const hn::Rebind<hwy::float16_t, Tag> halves;
-    const hn::RebindToUnsigned<decltype(halves)> bits;
-    for (std::size_t i = 0; i < count; i += hn::Lanes(tag)) {
-        const Float old = hn::PromoteTo(tag, hn::BitCast(halves, hn::LoadU(bits, to + i)));
-        const Float mixed = load(from + i) * Float(factor * share) + old * Float(1.0f - share);
-        hn::StoreU(hn::BitCast(bits, hn::DemoteTo(halves, min(mixed, Float(65504.0f)).raw)), bits, to + i);
-    }
-}
-
-void AddHalves(const std::uint16_t* from, float factor, std::size_t count, float* to) {
-    const Tag tag;
-    const hn::Rebind<hwy::float16_t, Tag> halves;
-    const hn::RebindToUnsigned<decltype(halves)> bits;
-    for (std::size_t i = 0; i < count; i += hn::Lanes(tag)) {
-        const Float value = hn::PromoteTo(tag, hn::BitCast(halves, hn::LoadU(bits, from + i)));
-        store(load(to + i) + value * Float(factor), to + i);
-    }
 }
 
 // The lower left of the four grid points around pixels 4k + phase of a row is point k + this one.
@@ -322,18 +199,11 @@ HWY_AFTER_NAMESPACE();
 #if HWY_ONCE
 namespace gonio::shade {
 
-HWY_EXPORT(Gather);
-HWY_EXPORT(Terms);
-HWY_EXPORT(Shares);
-HWY_EXPORT(FilterRow);
-HWY_EXPORT(FilterNodesRow);
 HWY_EXPORT(WeightsRow);
 HWY_EXPORT(UpsampleRow);
 HWY_EXPORT(DirectRow);
 HWY_EXPORT(DirectPoints);
 HWY_EXPORT(ToHalves);
-HWY_EXPORT(MixHalves);
-HWY_EXPORT(AddHalves);
 
 Web web_of(const std::uint32_t* words) {
     const std::size_t n_v = words[1], n_h = words[2];
@@ -351,24 +221,6 @@ Web web_of(const std::uint32_t* words) {
     };
     return {words, n_h == 2 && std::equal(column, column + n_v, column + n_v), even(values, n_v),
             even(values + n_v, n_h)};
-}
-void gather(const Points& points, std::size_t count, const glm::vec3& origin, std::span<const Vpl> vpls, float kappa,
-            float weight, float* red, float* green, float* blue) {
-    HWY_DYNAMIC_DISPATCH(Gather)(points, count, origin, vpls, kappa, weight, red, green, blue);
-}
-void terms(const Points& points, const glm::vec3& origin, std::span<const Vpl> vpls, float kappa, float* out) {
-    HWY_DYNAMIC_DISPATCH(Terms)(points, origin, vpls, kappa, out);
-}
-bool shares(const float* terms, std::size_t count, float* out) {
-    return HWY_DYNAMIC_DISPATCH(Shares)(terms, count, out);
-}
-void filter_row(const GridRows& grid, std::ptrdiff_t row, int width, float near_per_depth, const float* const* in,
-                float* const* out) {
-    HWY_DYNAMIC_DISPATCH(FilterRow)(grid, row, width, near_per_depth, in, out);
-}
-void filter_nodes_row(const GridRows& grid, std::ptrdiff_t row, int width, float near_per_depth, const NodeShares& in,
-                      float* open, float* blocked) {
-    HWY_DYNAMIC_DISPATCH(FilterNodesRow)(grid, row, width, near_per_depth, in, open, blocked);
 }
 void weights_row(const GridRows& grid, int y, int width, const Rays& rays, float near_per_depth, const float* depth,
                  const std::uint32_t* normal, std::uint32_t* weights, std::uint8_t* poor) {
@@ -389,12 +241,6 @@ void direct_points(const DirectLight& light, const Points& points, std::size_t c
 }
 void to_halves(const float* from, std::size_t count, std::uint16_t* to) {
     HWY_DYNAMIC_DISPATCH(ToHalves)(from, count, to);
-}
-void mix_halves(const float* from, float factor, float share, std::size_t count, std::uint16_t* to) {
-    HWY_DYNAMIC_DISPATCH(MixHalves)(from, factor, share, count, to);
-}
-void add_halves(const std::uint16_t* from, float factor, std::size_t count, float* to) {
-    HWY_DYNAMIC_DISPATCH(AddHalves)(from, factor, count, to);
 }
 
 }  // namespace gonio::shade

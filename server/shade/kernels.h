@@ -1,4 +1,4 @@
-// The few SIMD kernels that pay: gathering VPLs, filtering the grid, bringing the grid to the pixels. Highway picks the
+// The few SIMD kernels that pay: direct light, and bringing the grid to the pixels. Highway picks the
 // instruction set at run time. Pure functions; any thread; pointers may be unaligned.
 #pragma once
 
@@ -24,39 +24,13 @@ struct Points {
     const float *x, *y, *z, *nx, *ny, *nz;
 };
 
-// out = weight × the sum over the VPLs at `count` points (a multiple of kLanes): irradiance per candela of peak, 1/m².
-// origin: what VPL positions are relative to, local, m. kappa: how much near light is left to rays (vpl.glsl).
-void gather(const Points& points, std::size_t count, const glm::vec3& origin, std::span<const Vpl> vpls, float kappa,
-            float weight, float* red, float* green, float* blue);
-
-// The single terms of that sum as luminance at kLanes points: out[v × kLanes + lane].
-void terms(const Points& points, const glm::vec3& origin, std::span<const Vpl> vpls, float kappa, float* out);
-// out[v]: of `count` such VPLs, each one's share in what all bring to all lanes. Result: false where they bring
-// nothing.
-bool shares(const float* terms, std::size_t count, float* out);
-
-// A grid's rows as the filters read them: row r starts at r × stride; Grid::kBorder values and kLanes more may be
+// A grid's rows as kernels read them: row r starts at r × stride; Grid::kBorder values and kLanes more may be
 // read on both sides of what is written.
 struct GridRows {
     Points points;
     const float* depth;  // distance along the view axis, m
     std::ptrdiff_t stride;
 };
-// out[k][i] = mean of in[k], k < 3, over the window of 4 × 4 of the row's points from two before each on, weighted by
-// surface_likeness. near_per_depth: the distance off a point's plane that is still near, per metre of depth.
-void filter_row(const GridRows& grid, std::ptrdiff_t row, int width, float near_per_depth, const float* const* in,
-                float* const* out);
-// What nodes learned by asking, each for itself: all that the VPLs asked bring, what of it is blocked, as a share, and
-// the variance of that share.
-struct NodeShares {
-    const float *open, *blocked, *share, *variance;
-};
-// open and blocked: means over the window of 3 × 3 nodes around each of the row, weighted by a tent, by
-// surface_likeness, and by how well shares agree: from 1 where they are equal down to 0 where they differ by four
-// standard errors of their difference, that is, where the two see other things.
-void filter_nodes_row(const GridRows& grid, std::ptrdiff_t row, int width, float near_per_depth, const NodeShares& in,
-                      float* open, float* blocked);
-
 // How pixels look at the scene: the ray through pixel (x, y), counted from the bottom left, is
 // corner + x × right + y × up, one metre deep.
 struct Rays {
@@ -106,10 +80,5 @@ void direct_points(const DirectLight& light, const Points& points, std::size_t c
 
 // Half floats of `count` floats, a multiple of kLanes; what is greater becomes 65,504.
 void to_halves(const float* from, std::size_t count, std::uint16_t* to);
-
-// to = share × (factor × from) + (1 − share) × to, half floats; count: a multiple of kLanes; likewise bounded.
-void mix_halves(const float* from, float factor, float share, std::size_t count, std::uint16_t* to);
-// to: plus factor × from. Any count that is a multiple of 4; both arrays end on whole lanes.
-void add_halves(const std::uint16_t* from, float factor, std::size_t count, float* to);
 
 }  // namespace gonio::shade

@@ -15,8 +15,8 @@ struct MergedLight {
     glm::vec3 position;  // local, m
     glm::mat3 light_from_world;
     Web web;
-    glm::vec3 weight;   // over the list's `reference`
-    float beam_cos;     // dark where the angle from its photometric zero has a smaller cosine
+    glm::vec3 weight;  // over the list's `reference`
+    float beam_cos;    // dark where the angle from its photometric zero has a smaller cosine
 };
 
 struct MergedList {

@@ -6,9 +6,9 @@
 #include <cstdint>
 #include <vector>
 
+#include "server/pool.h"
 #include "server/shade/clusters.h"
 #include "server/shade/kernels.h"
-#include "server/pool.h"
 
 namespace gonio::shade {
 

@@ -1,24 +1,24 @@
-// Indirect light on the pixels of one target, on the CPU: VPLs gathered without occlusion on a coarse interleaved grid,
-// times the share of their light that is not blocked, traced on a coarser grid still, plus what the gather leaves out
-// near contact, given back by short rays; brought to the pixels by joint bilateral upsampling (docs/rendering.md).
+// A picture's surfaces and the grid of points on them that indirect light is found at: one per 4 × 4 pixels of a live
+// picture, from which joint bilateral upsampling brings it to the pixels, or one per pixel (docs/rendering.md).
 #pragma once
 
 #include <glm/glm.hpp>
 #include <vector>
 
+#include "server/pool.h"
 #include "server/scene/eye.h"
 #include "server/shade/grid.h"
 #include "server/shade/kernels.h"
 #include "server/trace/geometry.h"
-#include "server/pool.h"
 
 namespace gonio::shade {
 
 // How fine a target is computed.
 struct Quality {
-    int step = 4;                // pixels between grid points: 4, or 1: every pixel
-    unsigned generations = 16;   // of sixteen links of each point's own, at most (grid_light.h)
-    float second_share = 0.0f;   // of the cells of 4 × 4 pixels that get a second point, at most 1/16; 0 unless of step 4
+    int step = 4;               // pixels between grid points: 4, or 1: every pixel
+    unsigned generations = 16;  // of sixteen links of each point's own, at most (grid_light.h)
+    float second_share =
+        0.0f;  // of the cells of 4 × 4 pixels that get a second point, at most 1/16; 0 unless of step 4
 };
 
 // The depth and normals of a target and the rays through its pixels; rows from the bottom.
@@ -42,9 +42,7 @@ struct Spot {
 };
 Spot spot_at(const Surfaces& surfaces, int x, int y);
 
-// Distance off a plane that is still near for windows of points, in steps of their grid.
-inline constexpr float kWindowNear = 4.0f;
-// The same for bringing values to finer points.
+// Distance off a plane that is still near when values are brought to finer points, in steps of their grid.
 inline constexpr float kUpsampleNear = 2.0f;
 
 // How a grid's values come to the pixels (upsample.h).
@@ -69,8 +67,8 @@ struct ScreenGrid {
     Quality quality;
     float depth_per_point = 0.0f;  // distance of neighbouring grid points per metre of depth
     Grid grid;
-    ToPixels to_pixels;                 // step 4 only
-    std::vector<std::uint32_t> second;  // by Grid::at of the cell: its second point, 0 none; empty: none at all
+    ToPixels to_pixels;                        // step 4 only
+    std::vector<std::uint32_t> second;         // by Grid::at of the cell: its second point, 0 none; empty: none at all
     std::vector<std::uint32_t> second_pixels;  // by second point: where in the picture's arrays it lies
 };
 // screen: of any former grid, whose memory is used again.

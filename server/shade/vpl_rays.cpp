@@ -83,8 +83,8 @@ VplCast cast(const VplRays& rays, const trace::Geometry& geometry, const glm::dv
     return result;
 }
 
-glm::vec3 from_vpls(const trace::Geometry& geometry, const VplCast& vpls, const glm::vec3& light, const glm::vec3& point,
-                    const glm::vec3& normal, const glm::vec3& geometric) {
+glm::vec3 from_vpls(const trace::Geometry& geometry, std::span<const Vpl> vpls, const glm::vec3& light,
+                    const glm::vec3& point, const glm::vec3& normal, const glm::vec3& geometric) {
     const glm::vec3 from = point + geometric * (4.0f * geometry.step_off(point));
     glm::vec3 sum(0.0f), brings[trace::kPacket];
     trace::RayPacket rays;
@@ -96,7 +96,7 @@ glm::vec3 from_vpls(const trace::Geometry& geometry, const VplCast& vpls, const 
         }
         waiting = 0;
     };
-    for (const Vpl& vpl : vpls.vpls) {
+    for (const Vpl& vpl : vpls) {
         const glm::vec3 at = light + glm::vec3(vpl.position_area), facing(vpl.normal), d = point - at;
         const float share = glsl::vpl_geometry_shared(d, facing, normal, vpl.position_area.w);
         if (!(share > 0.0f)) continue;

@@ -5,10 +5,11 @@
 
 #include <glm/glm.hpp>
 #include <memory>
+#include <span>
 #include <vector>
 
-#include "server/shade/kernels.h"
 #include "server/pool.h"
+#include "server/shade/kernels.h"
 #include "server/trace/sources.h"
 
 namespace gonio::shade {
@@ -47,7 +48,7 @@ VplCast cast(const VplRays& rays, const trace::Geometry& geometry, const glm::dv
 
 // Result: irradiance at a surface point from all of the VPLs that it sees, per candela of peak, 1/m², with a ray to
 // each. light: local place of the luminaire. Any thread.
-glm::vec3 from_vpls(const trace::Geometry& geometry, const VplCast& vpls, const glm::vec3& light, const glm::vec3& point,
-                    const glm::vec3& normal, const glm::vec3& geometric);
+glm::vec3 from_vpls(const trace::Geometry& geometry, std::span<const Vpl> vpls, const glm::vec3& light,
+                    const glm::vec3& point, const glm::vec3& normal, const glm::vec3& geometric);
 
 }  // namespace gonio::shade

@@ -138,7 +138,8 @@ bool Geometry::is_hole(const Part& part, int triangle, float u, float v) const {
     if (!part.material->alpha_mask) return false;
     float alpha = part.material->base_color.a;
     if (part.base_color != nullptr)
-        alpha *= sample(*part.base_color, uv_at(part, triangle, u, v), part.material->repeat_s, part.material->repeat_t).a;
+        alpha *=
+            sample(*part.base_color, uv_at(part, triangle, u, v), part.material->repeat_s, part.material->repeat_t).a;
     return alpha < part.material->alpha_cutoff;
 }
 

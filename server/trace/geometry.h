@@ -61,8 +61,8 @@ public:
     // Half the scene's diagonal, m.
     float extent() const { return extent_; }
 
-    // What a ray would meet at barycentric (u, v) on the front or the back of a triangle; distance 0. Result: false in a
-    // hole of an alpha mask, or where the triangle has no area.
+    // What a ray would meet at barycentric (u, v) on the front or the back of a triangle; distance 0. Result: false in
+    // a hole of an alpha mask, or where the triangle has no area.
     bool surface_at(int instance, int triangle, float u, float v, bool front, SurfaceHit& hit) const;
 
     // A triangle's corners, local, m.

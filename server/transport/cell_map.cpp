@@ -7,9 +7,9 @@ namespace gonio::transport {
 namespace {
 
 constexpr std::uint32_t kUnknown = ~0u, kDivided = 1u << 16;
-constexpr float kUndividedRadii = 0.35f;                    // smaller ones are never divided
-constexpr float kCellRadii = 0.7f;                          // a cell's edge, of the surfels' radius
-constexpr std::size_t kMostCells = std::size_t{1} << 24;    // in all; beyond, cells are larger
+constexpr float kUndividedRadii = 0.35f;                  // smaller ones are never divided
+constexpr float kCellRadii = 0.7f;                        // a cell's edge, of the surfels' radius
+constexpr std::size_t kMostCells = std::size_t{1} << 24;  // in all; beyond, cells are larger
 
 }  // namespace
 
@@ -21,7 +21,8 @@ CellMap::CellMap(const trace::Geometry& geometry, const Surfels& surfels) : geom
         const Mesh& mesh = asset.meshes[static_cast<std::size_t>(asset.instances[i].mesh)];
         for (std::size_t t = 0; t < mesh.indices.size() / 3; ++t) {
             const auto c = geometry.corners(static_cast<int>(i), static_cast<int>(t));
-            longest.push_back(std::max({glm::distance(c[0], c[1]), glm::distance(c[1], c[2]), glm::distance(c[2], c[0])}));
+            longest.push_back(
+                std::max({glm::distance(c[0], c[1]), glm::distance(c[1], c[2]), glm::distance(c[2], c[0])}));
         }
     }
     const auto side_of = [](float edge, float cell) -> std::uint32_t {
@@ -86,7 +87,8 @@ std::uint32_t CellMap::fill(unsigned instance, unsigned triangle, std::uint32_t 
     if (longest * edge < kUndividedRadii * surfels_.radius_m) return id;
     // What stands in the cell hides the surfel from one of its corners.
     constexpr float kIn = 0.03f;  // of a cell: corners often lie on the edge of the next wall
-    const glm::vec2 corners[4] = {{kIn, kIn}, {1.0f - 2.0f * kIn, kIn}, {kIn, 1.0f - 2.0f * kIn}, {1.0f - kIn, 1.0f - kIn}};
+    const glm::vec2 corners[4] = {
+        {kIn, kIn}, {1.0f - 2.0f * kIn, kIn}, {kIn, 1.0f - 2.0f * kIn}, {1.0f - kIn, 1.0f - kIn}};
     for (int k = 0; k < (half ? 3 : 4); ++k) {
         trace::SurfaceHit corner;
         if (!geometry_.surface_at(i, t, u0 + corners[k].x * edge, v0 + corners[k].y * edge, front, corner)) continue;

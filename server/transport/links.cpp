@@ -47,8 +47,9 @@ std::shared_ptr<const LinkBlock> trace_links(const trace::Geometry& geometry, co
         for (std::size_t i = begin; i < begin + size; ++i) {
             const glm::vec3 p = surfels.position(i), from = p + surfels.geometric[i] * geometry.step_off(p);
             for (unsigned k = 0; k < count; k += trace::kPacket)
-                follow(make_fan(from, surfels.normal(i), surfels.geometric[i], static_cast<std::uint32_t>(i), first + k),
-                       geometry, surfels, cells, hits, block->ids.data() + i * count + k);
+                follow(
+                    make_fan(from, surfels.normal(i), surfels.geometric[i], static_cast<std::uint32_t>(i), first + k),
+                    geometry, surfels, cells, hits, block->ids.data() + i * count + k);
         }
     });
     return stopped() ? nullptr : block;

@@ -61,7 +61,8 @@ void Weigh(const float* const* place, const std::uint16_t* ids, const glm::vec3&
         const V mx = at(3), my = at(4), mz = at(5), nx = set(n.x), ny = set(n.y), nz = set(n.z);
         const V off = dot(dx, dy, dz, nx, ny, nz), off_other = dot(dx, dy, dz, mx, my, mz),
                 agree = hn::Max(hn::Sub(dot(mx, my, mz, nx, ny, nz), set(0.45f)), hn::Zero(tag));
-        const V far = hn::MulAdd(hn::MulAdd(off, off, hn::Mul(off_other, off_other)), set(8.0f), dot(dx, dy, dz, dx, dy, dz));
+        const V far =
+            hn::MulAdd(hn::MulAdd(off, off, hn::Mul(off_other, off_other)), set(8.0f), dot(dx, dy, dz, dx, dy, dz));
         const V near = hn::Max(hn::NegMulAdd(far, set(1.0f / (reach * reach)), set(1.0f)), hn::Zero(tag));
         const V weight = hn::Mul(hn::Mul(near, near), agree);  // 0 for an id of none: its normal is 0
         hn::StoreU(weight, tag, weights + k);
@@ -97,8 +98,9 @@ void Halve(const glm::vec4* values, std::size_t size, float factor, std::uint16_
     const Four four;
     for (std::size_t i = 0; i < size; ++i) {
         for (std::size_t lane = 0; lane < 4; lane += kStep)
-            hn::StoreU(hn::DemoteTo(FourHalves(), hn::Mul(hn::LoadU(four, &values[i][0] + lane), hn::Set(four, factor))),
-                       FourHalves(), reinterpret_cast<hwy::float16_t*>(halves) + 4 * i + lane);
+            hn::StoreU(
+                hn::DemoteTo(FourHalves(), hn::Mul(hn::LoadU(four, &values[i][0] + lane), hn::Set(four, factor))),
+                FourHalves(), reinterpret_cast<hwy::float16_t*>(halves) + 4 * i + lane);
     }
 }
 
@@ -275,7 +277,8 @@ unsigned solve(const Surfels& surfels, const Links& links, std::span<const glm::
     Table table;
     std::vector<glm::vec4> sent(n), next(n);
     radiosity(surfels, light.direct, {}, emission, sent, pool);
-    const Brightest brightest = brightest_of(surfels, sent);
+    const bool rests = accuracy.change <= kAtRest.change;
+    const Brightest brightest = links.reversed.empty() && !rests ? Brightest() : brightest_of(surfels, sent);
     light.narrow = brightest.narrow;
     make_table(sent, table, pool);
     transfer(links, table, ~0u, first, pool);
@@ -286,7 +289,7 @@ unsigned solve(const Surfels& surfels, const Links& links, std::span<const glm::
     }
     light.converged = false;
     // What rests is solved from the start: it does not depend on what was shown before.
-    if (light.indirect.size() != n || accuracy.change <= kAtRest.change) light.indirect = first;
+    if (light.indirect.size() != n || rests) light.indirect = first;
     std::vector<double> changes((n + kChunk - 1) / kChunk), sums(changes.size());
     double last = 0.0;
     for (unsigned bounce = 1;; ++bounce) {
@@ -312,11 +315,11 @@ unsigned solve(const Surfels& surfels, const Links& links, std::span<const glm::
         for (std::size_t c = 0; c < changes.size(); ++c) change += changes[c], sum += sums[c];
         const bool enough = !(change > accuracy.change * sum);
         if (enough || bounce == accuracy.most) {
-            light.converged = enough && accuracy.change <= kAtRest.change;
+            light.converged = enough && rests;
             return bounce;
         }
         // What is still to come falls by the same ratio each time, about: taken in one step, now and then.
-        const double ratio = last > 0.0 ? std::min(change / last, 0.95) : 0.0;
+        const double ratio = last > 0.0 ? std::min(change / last, 0.99) : 0.0;
         if (ratio > 0.0 && bounce % 3 == 0) {
             const auto more = static_cast<float>(ratio / (1.0 - ratio));
             pool.run_chunks(n, kChunk, [&](std::size_t begin, std::size_t count) {

@@ -22,8 +22,8 @@ void make_table(std::span<const glm::vec4> values, Table& table, Pool& pool);
 // sums[i] += share × the sum over ids[i × count …] of the table, in its unit: for `size` places.
 void gather(const Table& table, const std::uint16_t* ids, unsigned count, std::size_t size, float share,
             glm::vec4* sums);
-// weights: how much each of kNeighbours surfels counts at a place, of sum 1: by distance, and by how far they and it lie
-// off each other's plane and face the same way; if none does, the first alone.
+// weights: how much each of kNeighbours surfels counts at a place, of sum 1: by distance, and by how far they and it
+// lie off each other's plane and face the same way; if none does, the first alone.
 void weigh(const Surfels& surfels, const std::uint16_t* ids, const glm::vec3& p, const glm::vec3& n, float* weights);
 // out[i] = the weighted sum over ids[i × kNeighbours …] of the table, × its unit.
 void blend(const Table& table, const std::uint16_t* const* ids, const float* weights, std::size_t size, glm::vec4* out);
@@ -51,10 +51,10 @@ struct Accuracy {
     double change;  // the sum over all surfels may change by this much in a bounce more, of itself
     unsigned most;  // bounces computed in one call
 };
-inline constexpr Accuracy kMoving{0.02, 6}, kAtRest{2e-4, 24};
-// Solves from what `light.indirect` holds, the light of the frame before; at rest from the start. emission: pi L of each surfel, × what makes
-// cd/m² this unit; may be empty. exact: the first bounce of a narrow light, found by other means; empty: by links.
-// Result: bounces computed.
+inline constexpr Accuracy kMoving{0.02, 6}, kAtRest{2e-4, 80};
+// Solves from what `light.indirect` holds, the light of the frame before; at rest from the start. emission: pi L of
+// each surfel, × what makes cd/m² this unit; may be empty. exact: the first bounce of a narrow light, found by other
+// means; empty: by links. Result: bounces computed.
 unsigned solve(const Surfels& surfels, const Links& links, std::span<const glm::vec4> emission,
                std::span<const glm::vec4> exact, const Accuracy& accuracy, Irradiance& light, Pool& pool);
 

@@ -11,10 +11,10 @@
 namespace gonio::transport {
 namespace {
 
-constexpr float kCell = 1.25f;      // side of the grid's cells, radii
+constexpr float kCell = 1.25f;                // side of the grid's cells, radii
 constexpr float kNear = 1.3f, kReach = 2.5f;  // radii within which surfels are looked for, first and then
-constexpr int kCandidates = 8;      // tried for each surfel that is wanted
-constexpr float kDartRadius = 0.75f;  // of the square root of a surfel's share of the area
+constexpr int kCandidates = 8;                // tried for each surfel that is wanted
+constexpr float kDartRadius = 0.75f;          // of the square root of a surfel's share of the area
 constexpr int kPaths = 60'000, kPathLength = 8;
 
 std::uint32_t hash_of(const glm::ivec3& cell) {
@@ -327,8 +327,7 @@ private:
             values.assign((surfels.count + 2 * kPadding) / kPadding * kPadding, 0.0f);
         for (std::size_t i = 0; i < surfels.count; ++i) {
             const Candidate& c = all[sorted[i].second];
-            for (int k = 0; k < 3; ++k)
-                surfels.place[k][i] = c.position[k], surfels.place[k + 3][i] = c.normal[k];
+            for (int k = 0; k < 3; ++k) surfels.place[k][i] = c.position[k], surfels.place[k + 3][i] = c.normal[k];
             surfels.geometric.push_back(c.geometric);
             surfels.albedo.push_back(c.albedo);
             surfels.emission_nit.push_back(c.emission_nit);

@@ -21,8 +21,8 @@ inline constexpr std::size_t kPadding = 16;  // arrays that kernels read end on 
 
 struct Surfels {
     std::size_t count = 0;
-    float radius_m = 0.0f;        // surfels of like normals are no nearer to each other
-    std::vector<float> place[6];  // x y z of the centre, x y z of the shading normal; padded
+    float radius_m = 0.0f;                                   // surfels of like normals are no nearer to each other
+    std::vector<float> place[6];                             // x y z of the centre, x y z of the shading normal; padded
     std::vector<glm::vec3> geometric, albedo, emission_nit;  // means of the surface around; albedo 0..1 per channel
     std::vector<float> area_m2;
     // By surfel: those near it that it sees, itself first; `count`: none.
@@ -40,8 +40,8 @@ struct Surfels {
     std::size_t near(const Place& place, float radii, std::span<std::uint16_t> found) const;
     // Result: the first of them that the place sees; `count`: none.
     std::uint16_t visible_from(const trace::Geometry& geometry, const Place& place) const;
-    // Whether a short ray meets the surfel, or a path half a radius above the surface: on a rounded one rays between its
-    // points pass below it.
+    // Whether a short ray meets the surfel, or a path half a radius above the surface: on a rounded one rays between
+    // its points pass below it.
     bool sees(const trace::Geometry& geometry, const Place& place, std::size_t id) const;
 
 private:

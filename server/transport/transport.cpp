@@ -20,23 +20,39 @@ std::size_t Transport::bytes() const {
 }
 
 Builder::Builder(std::shared_ptr<const trace::Geometry> geometry, std::vector<glm::vec3> seeds,
-                 unsigned links, bool idle)
-    : thread_([this, geometry = std::move(geometry), seeds = std::move(seeds), links, idle]() mutable {
-          make(std::move(geometry), seeds, links, idle);
-          done_ = true;
-          done_.notify_all();
+                 const SurfelSettings& settings, unsigned links, bool idle)
+    : wanted_(links), thread_([this, geometry = std::move(geometry), seeds = std::move(seeds), settings, idle]() mutable {
+          make(std::move(geometry), seeds, settings, idle);
+          made_ = ~0u;  // all there can be
+          made_.notify_all();
       }) {}
 
 Builder::~Builder() {
     stopped_ = true;
+    ++wanted_;
+    wanted_.notify_all();
+}
+
+void Builder::want(unsigned links) {
+    if (links <= wanted_) return;
+    wanted_ = links;
+    wanted_.notify_all();
 }
 
 void Builder::wait() {
-    done_.wait(false);
+    for (unsigned made = made_; made < wanted_; made = made_) made_.wait(made);
+}
+
+bool Builder::wanted(unsigned links) {
+    for (unsigned wanted = wanted_; wanted < links; wanted = wanted_) {
+        if (stopped_) return false;
+        wanted_.wait(wanted);
+    }
+    return !stopped_;
 }
 
 void Builder::make(std::shared_ptr<const trace::Geometry> geometry, const std::vector<glm::vec3>& seeds,
-                   unsigned most, bool idle) {
+                   const SurfelSettings& settings, bool idle) {
     if (idle) {
         const sched_param none{};
         pthread_setschedparam(pthread_self(), SCHED_IDLE, &none);  // refused: it works at normal priority
@@ -46,7 +62,7 @@ void Builder::make(std::shared_ptr<const trace::Geometry> geometry, const std::v
     const std::function<bool()> stopped = [this] { return stopped_.load(std::memory_order_relaxed); };
     auto surface = std::make_shared<Transport::Surface>();
     surface->geometry = geometry;
-    surface->surfels = place_surfels(*geometry, seeds, {}, pool, stopped);
+    surface->surfels = place_surfels(*geometry, seeds, settings, pool, stopped);
     const Surfels& surfels = surface->surfels;
     if (stopped()) return;
     surface->cells = std::make_unique<const CellMap>(*geometry, surfels);
@@ -56,26 +72,38 @@ void Builder::make(std::shared_ptr<const trace::Geometry> geometry, const std::v
         surface->emission[i] = glm::vec4(surfels.emission_nit[i] * std::numbers::pi_v<float>, 0.0f);
     }
     Links links;
-    unsigned first = 0;
-    const auto publish = [&](unsigned last) {
-        first = last;
-        const std::chrono::duration<double> spent = std::chrono::steady_clock::now() - began;
-        newest_ = std::make_shared<const Transport>(Transport{surface, links, spent.count()});
-    };
-    for (const unsigned last : kGenerations) {
-        if (last > most) return;
+    unsigned first = 0, published = 0;
+    const auto trace_to = [&](unsigned last) {
         auto block = trace_links(*geometry, surfels, *surface->cells, first, last - first, pool, stopped);
+        if (block) first = last;
+        return block;
+    };
+    const auto publish = [&] {
+        if (published != first) {
+            published = first;
+            const std::chrono::duration<double> spent = std::chrono::steady_clock::now() - began;
+            newest_ = std::make_shared<const Transport>(Transport{surface, links, spent.count()});
+        }
+        made_ = first;
+        made_.notify_all();
+    };
+    // Each that is published makes every light anew: the first, all but the reversed ones, all.
+    for (const unsigned last : kGenerations) {
+        if (wanted_ < last) publish();
+        if (!wanted(last)) return;
+        auto block = trace_to(last);
         if (!block) return;
         links.blocks.push_back(std::move(block));
-        publish(last);
+        if (last == kGenerations[0]) publish();
     }
+    publish();
     for (const unsigned last : kReverseGenerations) {
-        if (last > most) return;
-        const auto block = trace_links(*geometry, surfels, *surface->cells, first, last - first, pool, stopped);
+        if (!wanted(last)) return;
+        const auto block = trace_to(last);
         if (!block) return;
         links.reversed.push_back(std::make_shared<const ReverseBlock>(reverse(*block, surfels.count)));
-        publish(last);
     }
+    publish();
 }
 
 bool reaches(const Transport& transport, const glm::vec3& place) {
@@ -86,8 +114,8 @@ bool reaches(const Transport& transport, const glm::vec3& place) {
     std::uint16_t ids[trace::kPacket];
     for (unsigned first = 0; first < kRays; first += trace::kPacket) {
         const glm::vec3 up(0.0f, first < kRays / 2 ? 1.0f : -1.0f, 0.0f);
-        const unsigned found = follow(make_fan(place, up, up, 7, first), *surface.geometry, surface.surfels,
-                                      *surface.cells, hits, ids);
+        const unsigned found =
+            follow(make_fan(place, up, up, 7, first), *surface.geometry, surface.surfels, *surface.cells, hits, ids);
         for (unsigned i = 0; i < trace::kPacket; ++i) {
             met += found >> i & 1u;
             known += (found >> i & 1u) != 0 && ids[i] != surface.surfels.count ? 1u : 0u;

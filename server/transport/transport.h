@@ -28,25 +28,31 @@ struct Transport {
 // on the machine. Made, asked and destroyed on the render thread.
 class Builder {
 public:
-    // seeds: local places of luminaires and eyes. links: of each surfel, no generation beyond. idle: else at normal
-    // priority.
-    Builder(std::shared_ptr<const trace::Geometry> geometry, std::vector<glm::vec3> seeds, unsigned links, bool idle);
+    // seeds: local places of luminaires and eyes. links: of each surfel, no generation beyond until more are wanted.
+    // idle: else at normal priority.
+    Builder(std::shared_ptr<const trace::Geometry> geometry, std::vector<glm::vec3> seeds,
+            const SurfelSettings& settings, unsigned links, bool idle);
     ~Builder();
     Builder(const Builder&) = delete;
     Builder& operator=(const Builder&) = delete;
 
     // Result: the newest generation; null: none yet.
     std::shared_ptr<const Transport> newest() const { return newest_.load(); }
-    bool done() const { return done_; }
-    // Returns when all generations are there.
+    // Whether all links that are wanted are there.
+    bool done() const { return made_ >= wanted_; }
+    // Goes on to so many links of each surfel.
+    void want(unsigned links);
+    // Returns when they are there.
     void wait();
 
 private:
-    void make(std::shared_ptr<const trace::Geometry> geometry, const std::vector<glm::vec3>& seeds, unsigned links,
-              bool idle);
+    void make(std::shared_ptr<const trace::Geometry> geometry, const std::vector<glm::vec3>& seeds,
+              const SurfelSettings& settings, bool idle);
+    bool wanted(unsigned links);  // its thread: waits until that is known
 
     std::atomic<std::shared_ptr<const Transport>> newest_;
-    std::atomic<bool> done_ = false, stopped_ = false;
+    std::atomic<unsigned> wanted_, made_ = 0;
+    std::atomic<bool> stopped_ = false;
     std::jthread thread_;
 };
 

@@ -124,9 +124,9 @@ double block_difference(const Rgb& picture, const Rgb& truth, const std::vector<
 // The interactive picture's illuminance, split by the two views that show each part times albedo / pi.
 void interactive_pictures(const gl::Context& context, const Scene& scene, Rgb& direct, Rgb& indirect) {
     Renderer renderer(context);
-    const auto total = renderer.capture(scene, View::illuminance, kCrossPx, kCrossPx, true);
-    const auto d = renderer.capture(scene, View::direct, kCrossPx, kCrossPx, true);
-    const auto i = renderer.capture(scene, View::indirect, kCrossPx, kCrossPx, true);
+    const auto total = renderer.capture(scene, View::illuminance, kCrossPx, kCrossPx, true, 1);
+    const auto d = renderer.capture(scene, View::direct, kCrossPx, kCrossPx, true, 1);
+    const auto i = renderer.capture(scene, View::indirect, kCrossPx, kCrossPx, true, 1);
     const Rgb all = rgb_of(total->values, 4), by_direct = rgb_of(d->values, 4), by_indirect = rgb_of(i->values, 4);
     for (std::size_t p = 0; p < kPixels; ++p) {
         glm::dvec3 share(0.0);

@@ -49,7 +49,7 @@ std::vector<Value> by_renderer(Renderer& renderer, const Case& c, Renderer::Mete
     for (const Figure& figure : c.figures) {
         Value sum;
         for (const Sample& sample : figure.samples) {
-            const auto reading = renderer.meter(c.scene, sample.position, sample.normal, quality);
+            const auto reading = renderer.meter(c.scene, sample.position, sample.normal, quality, c.settings.bounces);
             if (counts(c.part, Part::direct)) sum.value += sample.weight * reading.direct_lx();
             if (counts(c.part, Part::indirect)) sum.value += sample.weight * reading.indirect_lx();
         }

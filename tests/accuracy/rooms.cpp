@@ -36,7 +36,8 @@ std::vector<Case> integrating_sphere() {
         c.settings.bounces = all ? trace::kAllBounces : 1;
         c.settings.noise = 0.002;
         if (all) {
-            c.limit = "one bounce: short by the factor 1 - rho";
+            c.limit = "rsm has one bounce: short by the factor 1 - rho";
+            c.interactive_tolerance = 0.01;
         } else {
             c.rsm_tolerance = 0.005;
             c.interactive_tolerance = 0.01;
@@ -95,7 +96,8 @@ std::vector<Case> plates() {
              Part::indirect,
              {{"upper", {above}, rho * lux / (1 - rho * rho)}, {"lower", {under}, rho * rho * lux / (1 - rho * rho)}}};
     all.settings.noise = 0.001;
-    all.limit = "one bounce";
+    all.limit = "rsm has one bounce";
+    all.interactive_tolerance = 0.02;
     return {std::move(one), std::move(all)};
 }
 

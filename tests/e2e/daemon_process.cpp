@@ -205,6 +205,15 @@ Finished DaemonProcess::gonio(std::vector<std::string> words) const {
     return run_program("gonio", words);
 }
 
+bool DaemonProcess::transport_ready() const {
+    const auto until = std::chrono::steady_clock::now() + std::chrono::seconds(20);
+    while (std::chrono::steady_clock::now() < until) {
+        if (json({"stats"}).at("transport_ready").get<bool>()) return true;
+        std::this_thread::sleep_for(std::chrono::milliseconds(100));
+    }
+    return false;
+}
+
 nlohmann::json DaemonProcess::json(std::vector<std::string> words) const {
     words.insert(words.begin(), "--json");
     const Finished done = gonio(words);

@@ -109,6 +109,7 @@ TEST(Pacing, ANarrowLineShowsFreshFramesForAsLongAsItLasts) {
 // hold.
 std::string slow_readers_trouble_nobody() {
     DaemonProcess daemon({"--size", "320x320", "--max-private-lanes", "1"});
+    if (!daemon.transport_ready()) return "no transport";
     const std::uint16_t port = port_of(daemon.url());
     Client first(port), fast(port);
     first.join(kSubprotocolProto, true, false);

@@ -42,7 +42,8 @@ TEST(Reference, AllQualitiesReadTheInverseSquareLaw) {
         for (const char* bounces : {"0", "1", "7", "all"}) {
             const Finished done = daemon.gonio(
                 {"meter", "--point", "0,0,0", "--normal", "0,1,0", "--quality", quality, "--bounces", bounces});
-            const bool has = std::string(quality) == "reference" || std::string(bounces) == "1";
+            const bool has = std::string(quality) == "reference" || std::string(bounces) == "1" ||
+                             (std::string(quality) == "interactive" && std::string(bounces) != "7");
             EXPECT_EQ(done.exit_code, has ? 0 : 1) << quality << " " << bounces << done.err;
         }
     }
@@ -97,18 +98,17 @@ TEST(Reference, AGreatGridLetsFramesThroughAndLeavesPassesClean) {
     EXPECT_FALSE(grid.ended()) << "all of that happened beside it";
 }
 
-// The spread of its parts tells how far the list of virtual point lights is from the traced single bounce.
-TEST(Reference, InteractiveErrorsCoverTheSampling) {
+// What it says of its error covers how far the interactive meter is from the traced light of every bounce.
+TEST(Reference, InteractiveErrorsCoverWhatTheyLeaveOut) {
     DaemonProcess daemon({"--size", "64x64"});
-    daemon.rev({"set", "technique", "default", "--samples", "256"});
     double squares = 0.0, spread = 0.0;
     for (const char* point : {"0,0,1.5", "-1.2,0,0.4", "1.5,0,-1.5", "0.7,0,1.9", "-1.8,0,1.8", "1.1,0,0.9"}) {
         const Json list = daemon.json({"meter", "--point", point, "--normal", "0,1,0"});
-        const Json all = daemon.json({"meter", "--point", point, "--normal", "0,1,0", "--quality", "reference",
-                                      "--bounces", "1", "--noise", "0.002"});
+        const Json all =
+            daemon.json({"meter", "--point", point, "--normal", "0,1,0", "--quality", "reference", "--noise", "0.002"});
         const double off = list["indirect_lx"].get<double>() - all["indirect_lx"].get<double>();
         const double error = list["indirect_error_lx"].get<double>();
-        EXPECT_EQ(list["samples"], 256);
+        EXPECT_EQ(list["bounces"], "all");
         EXPECT_LE(std::abs(off), 4 * std::hypot(error, all["indirect_error_lx"].get<double>())) << point;
         squares += off * off;
         spread += error * error;

@@ -160,7 +160,7 @@ private:
 // late. How many frames that makes is printed, not judged: docs/faders.md has the figure of an idle machine.
 TEST(Surfaces, SixtyFourLightsRiddenAtOnce) {
     TemporaryFolder folder;
-    constexpr int kLights = 64, kFrom_ms = 3000, kFor_ms = 8000;
+    constexpr int kLights = 64, kFrom_ms = 8000, kFor_ms = 9000;
     std::string text = "midi 1234:5678 Wing\n", map;
     for (int at = kFrom_ms; at < kFrom_ms + kFor_ms; at += 10) {
         for (int i = 0; i < kLights; ++i) {
@@ -175,6 +175,7 @@ TEST(Surfaces, SixtyFourLightsRiddenAtOnce) {
     DaemonProcess daemon({"--size", "400x400", "--surface-replay", folder.file("box.txt", text), "--surface-map",
                           folder.file("map.toml", map)});
     const auto begin = std::chrono::steady_clock::now();  // the box has begun by now
+    EXPECT_TRUE(daemon.transport_ready());
     const double one_mib = resident_mib(daemon.pid());
     for (int i = 1; i < kLights; ++i)
         daemon.rev({"add", "light", "l" + std::to_string(i), "--profile", "narrow_spot", "--position",

@@ -132,8 +132,12 @@ protected:
     Ran moving_frame() {
         Ran ran = frame();
         EXPECT_FALSE(settled);
+        const auto first_faces = faces;
+        const auto first_states = states;
         EXPECT_EQ(frame(), picture_of(of(own, {"solve", "gather"})));
         EXPECT_TRUE(settled);
+        faces = first_faces;
+        states = first_states;
         return ran;
     }
     // A frame after a change that must not leave anything to follow.
@@ -331,8 +335,12 @@ TEST_P(Cost, ALoadedSceneRunsEverythingOnce) {
         seen.insert(name);
         // What lights all at once, or the only luminaire, is solved to the end after the first picture.
         const bool own_pass = name.find(':') != std::string::npos;
-        const bool solved = name.starts_with("solve") || name.starts_with("gather") || name == "composite" || name == "nv12";
-        const int most = !solved || name == "gather-weights" ? 1 : own_pass && merges() ? 1 : own_pass || !merges() ? 2 : 3;
+        const bool solved =
+            name.starts_with("solve") || name.starts_with("gather") || name == "composite" || name == "nv12";
+        const int most = !solved || name == "gather-weights" ? 1
+                         : own_pass && merges()              ? 1
+                         : own_pass || !merges()             ? 2
+                                                             : 3;
         EXPECT_GE(count, 1) << name;
         EXPECT_LE(count, most) << name;
     }
@@ -350,7 +358,8 @@ TEST_P(Cost, RefinementRunsGatherAndComposite) {
         // Of several luminaires all at once, and then one by one.
         do {
             for (const std::string& name : frame())
-                EXPECT_TRUE(name.starts_with("gather") || name.starts_with("solve") || name == "composite" || name == "nv12")
+                EXPECT_TRUE(name.starts_with("gather") || name.starts_with("solve") || name == "composite" ||
+                            name == "nv12")
                     << name;
         } while (!settled);
         ++pictures;

@@ -109,7 +109,8 @@ TEST(Indirect, MaskIntegratesToTheFlux) {
     }
 }
 
-// Points on the surfaces of the Cornell room, in and out of the blocks' shadow of the bounce: the first bounce, and all.
+// Points on the surfaces of the Cornell room, in and out of the blocks' shadow of the bounce: the first bounce, and
+// all.
 TEST(Indirect, AgreesWithTheReference) {
     Renderer renderer(context(), gather());
     const Scene scene = scene_of(make_cornell());
@@ -135,8 +136,8 @@ TEST(Indirect, AgreesWithTheReference) {
             EXPECT_LT(std::abs(off), 3.0 * reading.indirect_error_lx() + 3.0 * truth[i].indirect_error_lx) << i;
         }
         const double rms = std::sqrt(squares / static_cast<double>(points.size()));
-        std::printf("%s: rms error against the reference %.4f, bias %.4f\n", bounces == 1 ? "one bounce" : "all bounces",
-                    rms, excess / sum);
+        std::printf("%s: rms error against the reference %.4f, bias %.4f\n",
+                    bounces == 1 ? "one bounce" : "all bounces", rms, excess / sum);
         EXPECT_LT(rms, 0.03);
         EXPECT_LT(std::abs(excess / sum), 0.02);
     }

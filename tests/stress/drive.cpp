@@ -90,9 +90,10 @@ struct BufferChecks {
     // there, over what no bounce absorbs.
     void note_exitance(const Inspected& item) {
         const double albedo = greatest_albedo(*item.scene.asset);
-        const double most = item.values.empty() ? 0.0
-                                                : static_cast<double>(*std::max_element(item.values.begin(), item.values.end()));
-        exitance[item.light->id] = albedo < 1.0 ? most * albedo / (1.0 - albedo) / static_cast<double>(item.unit) : 1e300;
+        const double most =
+            item.values.empty() ? 0.0 : static_cast<double>(*std::max_element(item.values.begin(), item.values.end()));
+        exitance[item.light->id] =
+            albedo < 1.0 ? most * albedo / (1.0 - albedo) / static_cast<double>(item.unit) : 1e300;
     }
 
     // No point can receive more from diffuse surfaces than the exitance of the brightest of them, if they fill the

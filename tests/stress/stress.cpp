@@ -42,6 +42,8 @@ int run_stress(const Options& options, std::ostream& out) {
     }
     Findings findings;
     Renderer renderer(*context);
+    renderer.set_surfels({0.06, 1000, 4000});  // many scenes: what fewer surfels lose in accuracy the bounds allow
+    renderer.set_links(128);
     const auto start = std::chrono::steady_clock::now();
     Bench bench{renderer, findings, options.seed, options.seconds < kBriefSeconds, start, "", ""};
     bench.until = start + std::chrono::duration_cast<std::chrono::steady_clock::duration>(

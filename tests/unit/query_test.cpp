@@ -105,8 +105,7 @@ TEST(MeterQuery, EveryRefusalNamesCodeFieldAndValue) {
         {"invalid_argument", "meter.count", "3,0", [](auto& q) { q = some_grid(3, 0); }},
         {"invalid_argument", "meter.count", "3", [](auto& q) { q.add_count(3); }},
         {"too_large", "meter.count", "64,65", [](auto& q) { q = some_grid(64, 65); }},
-        {"too_large", "meter.count", "4294967295,4294967295",
-         [](auto& q) { q = some_grid(4294967295u, 4294967295u); }},
+        {"too_large", "meter.count", "4294967295,4294967295", [](auto& q) { q = some_grid(4294967295u, 4294967295u); }},
         {"invalid_argument", "meter.u_m", "",
          [](auto& q) {
              q = some_grid(2, 2);
@@ -201,7 +200,7 @@ TEST(CaptureQuery, EveryRefusalNamesCodeFieldAndValue) {
         {"invalid_argument", "capture.view", "pretty", [](auto& q) { q.set_view("pretty"); }},
         {"invalid_argument", "capture.format", "gif", [](auto& q) { q.set_format("gif"); }},
         {"unsupported", "capture.quality", "rsm", [](auto& q) { q.set_quality("rsm"); }},
-        {"unsupported", "capture.bounces", "all", [](auto& q) { q.set_bounces("all"); }},
+        {"unsupported", "capture.bounces", "2", [](auto& q) { q.set_bounces("2"); }},
         {"unsupported", "capture.noise_ratio", "0.01", [](auto& q) { q.set_noise_ratio(0.01); }},
         {"unsupported", "capture.openings", "true", [](auto& q) { q.set_openings(true); }},
         {"invalid_argument", "capture.width_px", "5000x600", [](auto& q) { q.set_width_px(5000); }},

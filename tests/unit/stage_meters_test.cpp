@@ -17,8 +17,8 @@ using namespace std::chrono_literals;
 class SlowMeters : public NullRenderer {
 public:
     explicit SlowMeters(int& points) : points_(points) {}
-    v1::MeterReading meter(const Scene& scene, const glm::dvec3& point, const glm::dvec3& normal,
-                           MeterQuality quality, int bounces) override {
+    v1::MeterReading meter(const Scene& scene, const glm::dvec3& point, const glm::dvec3& normal, MeterQuality quality,
+                           int bounces) override {
         ++points_;
         std::this_thread::sleep_for(5ms);
         return NullRenderer::meter(scene, point, normal, quality, bounces);

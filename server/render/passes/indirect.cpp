@@ -9,8 +9,8 @@
 #include "server/render/passes/passes.h"
 #include "server/render/passes/screen_light.h"
 #include "server/shade/surfel_light.h"
-#include "server/shade/vpl_rays.h"
 #include "server/shade/upsample.h"
+#include "server/shade/vpl_rays.h"
 #include "server/trace/sampler.h"
 
 namespace gonio {
@@ -39,12 +39,12 @@ PassRun run_surfels(const PassContext& context, const Light& light, LightGpu& gp
 namespace {
 
 // One bounce after the other while it moves, all of them when it rests.
-void solve_light(const PassContext& context, bool moves, std::span<const glm::vec4> exact, transport::Irradiance& light) {
+void solve_light(const PassContext& context, bool moves, std::span<const glm::vec4> exact,
+                 transport::Irradiance& light) {
     const Transport& transport = *context.transport;
     const bool live = context.target.kind == TargetKind::live && !context.rests;
-    transport::solve(transport.surface->surfels,
-                     transport::first_of(transport.links, kEfforts[context.effort].links), {}, exact,
-                     moves && live ? transport::kMoving : transport::kAtRest, light, context.pool);
+    transport::solve(transport.surface->surfels, transport::first_of(transport.links, kEfforts[context.effort].links),
+                     {}, exact, moves && live ? transport::kMoving : transport::kAtRest, light, context.pool);
 }
 
 }  // namespace
@@ -59,7 +59,9 @@ PassRun run_solve(const PassContext& context, LightGpu& gpu) {
     const std::size_t count = context.transport->surface->surfels.count;
     gpu.irradiance.direct.resize(count);
     for (std::size_t i = 0; i < count; ++i) gpu.irradiance.direct[i] = glm::vec4(glm::vec3(gpu.surfel_direct[i]), 0.0f);
-    solve_light(context, moves, gpu.has_exact() ? std::span<const glm::vec4>(gpu.exact.first) : std::span<const glm::vec4>(), gpu.irradiance);
+    solve_light(context, moves,
+                gpu.has_exact() ? std::span<const glm::vec4>(gpu.exact.first) : std::span<const glm::vec4>(),
+                gpu.irradiance);
     return {};
 }
 
@@ -97,49 +99,71 @@ PassRun run_gather_weights(const PassContext& context) {
 bool continue_grid_links(const PassContext& context, const std::function<bool()>& interrupted) {
     ScreenLight& screen = *context.target.screen;
     if (!there(context)) return false;
-    // What is shown changes with 1, 2, 4 … generations.
-    const auto shows = [&] { return (screen.links.generations.size() & (screen.links.generations.size() - 1)) == 0; };
+    const std::size_t before = screen.links.shown();
     while (grid_links_left(context.target) && !interrupted()) {
-        if (shade::trace_grid_links(screen.grid, *context.transport, screen.links, context.pool) && shows()) return true;
+        shade::trace_grid_links(screen.grid, *context.transport, screen.links, context.pool);
+        if (screen.links.shown() != before) return true;
     }
     return false;
 }
 
 bool first_bounce_left(const PassContext& context, const LightGpu& gpu) {
-    return there(context) && gpu.irradiance.narrow > 0.0f &&
-           gpu.exact.next < context.transport->surface->surfels.count;
+    return there(context) && gpu.irradiance.narrow > 0.0f && gpu.exact.next < context.transport->surface->surfels.count;
 }
+
+namespace {
+
+// Where a VPL stands for more than a point, links take its share: of the light of a surfel that is lit by E0 and seen
+// by G = cos cos' / d² the part q / (1 + q), q = G A / pi, A = Phi / (n E0) what one of n VPLs stands for there.
+struct Sharing {
+    const transport::Surfels& surfels;
+    const std::vector<glm::vec4>& direct;
+    float flux_over_n_pi;
+
+    Sharing(const PassContext& context, const Light& light, const LightGpu& gpu, std::size_t vpls)
+        : surfels(context.transport->surface->surfels),
+          direct(gpu.irradiance.direct),
+          flux_over_n_pi(
+              static_cast<float>(light.profile->flux_lm / (light.profile->max_cd * static_cast<double>(vpls))) *
+              context.geometry.layer_unit_m2() / std::numbers::pi_v<float>) {}
+    // Of the link from a place to surfel j.
+    float of_link(const glm::vec3& p, const glm::vec3& n, std::size_t j) const {
+        const glm::vec3 d = surfels.position(j) - p;
+        const float d2 = std::max(glm::dot(d, d), 1e-12f);
+        const float geometry =
+            std::max(glm::dot(d, n), 0.0f) * std::max(-glm::dot(d, surfels.normal(j)), 0.0f) / (d2 * d2);
+        const float q = geometry * flux_over_n_pi / std::max(direct[j].g, 1e-30f);
+        return q / (1.0f + q);
+    }
+};
+
+shade::VplCast cast_vpls(const PassContext& context, const Light& light, LightGpu& gpu, unsigned count) {
+    if (!gpu.rays || gpu.rays->asked != count) gpu.rays = std::make_shared<const shade::VplRays>(light.profile, count);
+    return shade::cast(*gpu.rays, context.traced, light.position - context.traced.origin(),
+                       glm::dmat3(glm::mat3_cast(light.world_from_light)), context.pool);
+}
+
+}  // namespace
 
 bool continue_first_bounce(const PassContext& context, const Light& light, LightGpu& gpu,
                            const std::function<bool()>& interrupted) {
-    constexpr unsigned kRays = 1024;
+    constexpr unsigned kVpls = 1024;
     constexpr std::size_t kPart = 2048, kChunk = 128;
     const transport::Surfels& surfels = context.transport->surface->surfels;
     if (gpu.exact.next == 0) {
-        const shade::VplRays rays(light.profile, kRays);
-        gpu.exact.vpls = shade::cast(rays, context.traced, light.position - context.traced.origin(),
-                                     glm::dmat3(glm::mat3_cast(light.world_from_light)), context.pool);
+        gpu.exact.vpls = cast_vpls(context, light, gpu, kVpls);
         gpu.exact.first.assign(surfels.count, glm::vec4(0.0f));
     }
-    // Where a VPL stands for more than a point, links take its share: of the light of a surfel that is lit by E0 and seen
-    // by G = cos cos' / d² the part q / (1 + q), q = G A / pi, A = Phi / (n E0) what one of n VPLs stands for there.
+    const Sharing sharing(context, light, gpu, kVpls);
     const transport::Links links = transport::first_of(context.transport->links, transport::kMostBlockLinks);
-    const std::vector<glm::vec4>& lit = gpu.irradiance.direct;
-    const auto area_lm = static_cast<float>(light.profile->flux_lm / (light.profile->max_cd * kRays)) *
-                         context.geometry.layer_unit_m2() / std::numbers::pi_v<float>;
     const auto near = [&](std::size_t i) {
         glm::vec3 sum(0.0f);
         const glm::vec3 p = surfels.position(i), n = surfels.normal(i);
         for (const auto& block : links.blocks) {
             for (unsigned k = 0; k < block->count; ++k) {
                 const std::size_t j = block->ids[i * block->count + k];
-                if (j == surfels.count || !(lit[j].g > 0.0f)) continue;
-                const glm::vec3 d = surfels.position(j) - p;
-                const float d2 = std::max(glm::dot(d, d), 1e-12f);
-                const float geometry =
-                    std::max(glm::dot(d, n), 0.0f) * std::max(-glm::dot(d, surfels.normal(j)), 0.0f) / (d2 * d2);
-                const float q = geometry * area_lm / lit[j].g;
-                sum += surfels.albedo[j] * lit[j].g * (q / (1.0f + q));
+                if (j == surfels.count || !(sharing.direct[j].g > 0.0f)) continue;
+                sum += surfels.albedo[j] * (sharing.direct[j].g * sharing.of_link(p, n, j));
             }
         }
         return sum / static_cast<float>(std::max(links.per_surfel(), 1u));
@@ -150,10 +174,11 @@ bool continue_first_bounce(const PassContext& context, const Light& light, Light
         if (interrupted()) return false;
         const std::size_t begin = gpu.exact.next, end = std::min(begin + kPart, surfels.count);
         context.pool.run_chunks(end - begin, kChunk, [&](std::size_t from, std::size_t count) {
-            for (std::size_t i = begin + from; i < begin + from + count; ++i)
-                gpu.exact.first[i] = glm::vec4(
-                    shade::from_vpls(context.traced, gpu.exact.vpls, origin, surfels.position(i), surfels.normal(i),
-                                     surfels.geometric[i]) * unit_m2 + near(i), 0.0f);
+            for (std::size_t i = begin + from; i < begin + from + count; ++i) {
+                const glm::vec3 far = shade::from_vpls(context.traced, gpu.exact.vpls.vpls, origin, surfels.position(i),
+                                                       surfels.normal(i), surfels.geometric[i]);
+                gpu.exact.first[i] = glm::vec4(far * unit_m2 + near(i), 0.0f);
+            }
         });
         gpu.exact.next = end;
     }
@@ -167,8 +192,7 @@ bool grid_links_left(const Target& target) {
 }
 
 std::uint64_t grid_links_shown(const Target& target) {
-    const shade::GridLinks& links = target.screen->links;
-    return links.complete() == 0 ? 0 : std::bit_floor(links.complete());
+    return target.screen->links.shown();
 }
 
 namespace {
@@ -181,7 +205,7 @@ shade::Planes gathered(const PassContext& context, const transport::Irradiance& 
     const Transport& transport = *context.transport;
     const bool one = context.bounces == 1;
     std::vector<glm::vec4> sent, direct;
-    if (screen.links.complete() > 0) {
+    if (screen.links.shown() > 0) {
         std::span<const glm::vec4> lit = light.direct;
         if (light.narrow > 0.0f) {
             direct = light.direct;
@@ -239,36 +263,47 @@ PassRun run_gather_merged(const PassContext& context) {
     return {};
 }
 
-PassRun run_gather_point(const PassContext& context, const LightGpu& gpu, int layer) {
-    constexpr unsigned kLinks = kMeterLinks;
-    static_assert(kLinks % (kMeterParts * trace::kPacket) == 0);
+PassRun run_gather_point(const PassContext& context, const Light& light, LightGpu& gpu, int layer) {
+    constexpr unsigned kVpls = 4096, kPerPart = kMeterLinks / kMeterParts;
+    static_assert(kPerPart % trace::kPacket == 0 && shade::kSubsets == kMeterParts);
     ScreenLight& screen = *context.target.screen;
     screen.points.resize(context.scene.lights.size());
     PointLight& found = screen.points[static_cast<std::size_t>(layer)];
     found = {};
     if (!there(context) || gpu.irradiance.indirect.empty() || context.bounces == 0) return {};
     const Transport::Surface& surface = *context.transport->surface;
+    const transport::Surfels& surfels = surface.surfels;
+    const glm::vec3 p = context.traced.local(context.eye.position + context.eye.forward), n(-context.eye.forward);
     if (screen.point_ids.empty()) {  // the same for all luminaires
-        screen.point_ids.resize(kLinks);
-        const glm::vec3 p = context.traced.local(context.eye.position + context.eye.forward), n(-context.eye.forward);
+        screen.point_ids.resize(kMeterLinks);
         trace::HitPacket hits;
-        for (unsigned k = 0; k < kLinks; k += trace::kPacket)
+        for (unsigned k = 0; k < kMeterLinks; k += trace::kPacket)
             transport::follow(transport::make_fan(p + n * (4.0f * context.traced.step_off(p)), n, n, 1, k),
-                              context.traced, surface.surfels, *surface.cells, hits, screen.point_ids.data() + k);
+                              context.traced, surfels, *surface.cells, hits, screen.point_ids.data() + k);
     }
-    constexpr double kPerPart = kLinks / kMeterParts;
-    for (unsigned k = 0; k < kLinks; ++k) {
+    // Light that is all on few surfels, which few links meet, comes from VPLs.
+    const float narrow = gpu.irradiance.narrow;
+    const Sharing sharing(context, light, gpu, kVpls);
+    for (unsigned k = 0; k < kMeterLinks; ++k) {
         const std::size_t id = screen.point_ids[k];
-        if (id == surface.surfels.count) continue;
+        if (id == surfels.count) continue;
         glm::vec4 sum = gpu.irradiance.direct[id];
+        if (narrow > 0.0f && sum.g > 0.0f) sum *= 1.0f - narrow + narrow * sharing.of_link(p, n, id);
         if (context.bounces != 1) sum += gpu.irradiance.indirect[id];
-        found.parts[k / (kLinks / kMeterParts)] += glm::dvec3(surface.surfels.albedo[id] * glm::vec3(sum)) / kPerPart;
+        found.parts[k / kPerPart] += glm::dvec3(surfels.albedo[id] * glm::vec3(sum)) / static_cast<double>(kPerPart);
     }
     const double unit_m2 = static_cast<double>(context.geometry.layer_unit_m2());
-    for (glm::dvec3& part : found.parts) {
-        part /= unit_m2;
-        found.light += part / static_cast<double>(kMeterParts);
+    for (glm::dvec3& part : found.parts) part /= unit_m2;
+    if (narrow > 0.0f) {
+        const shade::VplCast cast = cast_vpls(context, light, gpu, kVpls);
+        for (std::size_t i = 0; i < kMeterParts; ++i) {
+            const auto subset = std::span(cast.vpls).subspan(i * cast.per_subset, cast.per_subset);
+            found.parts[i] +=
+                glm::dvec3(shade::from_vpls(context.traced, subset, context.traced.local(light.position), p, n, n)) *
+                static_cast<double>(narrow * static_cast<float>(kMeterParts));
+        }
     }
+    for (const glm::dvec3& part : found.parts) found.light += part / static_cast<double>(kMeterParts);
     return {};
 }
 

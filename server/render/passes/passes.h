@@ -30,8 +30,8 @@ struct PassContext {
     const shade::Looks& looks;
     Pool& pool;
     const transport::Transport* transport = nullptr;  // null: not made yet, there is no indirect light
-    int bounces = trace::kAllBounces;                  // or 1, or 0: of captures and meters
-    bool rests = false;                                // nothing it lights moves: solve to the end
+    int bounces = trace::kAllBounces;                 // or 1, or 0: of captures and meters
+    bool rests = false;                               // nothing it lights moves: solve to the end
     bool layers_on_cpu = false;  // what the CPU shades stays there; run_layers takes it to the target's textures
     std::size_t effort = 0;      // index into kEfforts
 };
@@ -69,15 +69,15 @@ PassRun run_gather(const PassContext& context, const LightGpu& gpu, int layer);
 // `interrupted`, asked every few milliseconds, says so.
 bool continue_grid_links(const PassContext& context, const std::function<bool()>& interrupted);
 bool grid_links_left(const Target& target);
-// While nothing moves: the first bounce of a narrow light, by VPLs that each surfel sends a ray to. Result: whether it is
-// there for run_solve.
+// While nothing moves: the first bounce of a narrow light, by VPLs that each surfel sends a ray to. Result: whether it
+// is there for run_solve.
 bool continue_first_bounce(const PassContext& context, const Light& light, LightGpu& gpu,
                            const std::function<bool()>& interrupted);
 bool first_bounce_left(const PassContext& context, const LightGpu& gpu);
 // Result: generations of them that a gather reads.
 std::uint64_t grid_links_shown(const Target& target);
 // The same at the one point of a meter.
-PassRun run_gather_point(const PassContext& context, const LightGpu& gpu, int layer);
+PassRun run_gather_point(const PassContext& context, const Light& light, LightGpu& gpu, int layer);
 // The seed paper's indirect pass into a layer.
 PassRun run_gather_seed(const PassContext& context, const Light& light, const LightGpu& gpu, int layer);
 // The CPU's layers of one light -> the target's, for run_composite.

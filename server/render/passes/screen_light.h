@@ -19,8 +19,8 @@ namespace gonio {
 struct ScreenLight {
     shade::Surfaces surfaces;
     shade::ScreenGrid grid;
-    shade::GridLinks links;                // of the grid, to the surfels
-    std::vector<std::uint16_t> halves;     // scratch: what is uploaded
+    shade::GridLinks links;             // of the grid, to the surfels
+    std::vector<std::uint16_t> halves;  // scratch: what is uploaded
     std::vector<float> floats;
     std::vector<PointLight> points;        // by layer, of meters
     std::vector<std::uint16_t> point_ids;  // of a meter's links
@@ -39,7 +39,7 @@ struct ScreenLight {
         shade::Lattice lattice;
         std::vector<std::uint16_t> direct, indirect;  // 4 per pixel, per cd of the list's reference × the layers' unit
     } merged;
-    shade::Raster raster;              // of it, where the G-buffer is read from GL, the colours only
+    shade::Raster raster;  // of it, where the G-buffer is read from GL, the colours only
     std::shared_ptr<std::vector<std::uint8_t>> nv12;
     std::vector<std::shared_ptr<std::vector<std::uint8_t>>> pictures;  // made before; those nobody holds are used again
 };
