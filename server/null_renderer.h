@@ -22,7 +22,11 @@ public:
     std::size_t frames_in_flight() const override { return finished_.size(); }
     bool settled() const override { return true; }
     bool ready(const Scene&) override { return true; }
-    v1::TransportStats transport_stats() const override { return {}; }
+    v1::TransportStats transport_stats() const override {
+        v1::TransportStats stats;
+        stats.set_ready(true);
+        return stats;
+    }
     // Grey, too: the luma as sRGB, or as the value in the view's unit. One tile.
     std::unique_ptr<CaptureJob> begin_capture(const Scene& scene, View view, int width_px, int height_px,
                                               bool raw) override;

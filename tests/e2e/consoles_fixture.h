@@ -35,6 +35,7 @@ protected:
         arguments.insert(arguments.end(), more.begin(), more.end());
         daemon.reset();
         daemon = std::make_unique<DaemonProcess>(arguments);
+        ASSERT_TRUE(daemon->transport_ready());
         light = daemon->json({"get", "lights[0].name"});
         const Json table = daemon->json({"sources"});
         for (const Json& endpoint : table["endpoints"]) {

@@ -60,6 +60,8 @@ std::string triple(double x, double y, double z) {
 TEST(Cornell, ReadyStateAndCostTable) {
     DaemonProcess daemon({"--size", "320x320"});
     ASSERT_TRUE(daemon.transport_ready());
+    for (int i = 0; i < 20 && !daemon.json({"report"})["settled"].get<bool>(); ++i) {
+    }
     const Json state = daemon.json({"get"});
     ASSERT_TRUE(state["scene_rev"].is_number_unsigned());
     EXPECT_EQ(state["scene"], "cornell");
