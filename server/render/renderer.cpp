@@ -148,7 +148,7 @@ void Renderer::prepare_transport(const Scene& scene) {
             const bool new_here = std::none_of(seeds_.begin(), seeds_.end(), [&](const glm::vec3& seed) {
                 return glm::distance(seed, place) < 0.02f * traced_->extent();
             });
-            if (new_here && seeds_.size() < kMostSeeds && !transport::reaches(*builder_->newest(), place))
+            if (new_here && seeds_.size() < places.size() + kMostLaterSeeds && !transport::reaches(*builder_->newest(), place))
                 seeds_.push_back(place);
         }
         if (seeds_.size() > before) {

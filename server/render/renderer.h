@@ -33,8 +33,8 @@ struct Clusters;
 struct Looks;
 }  // namespace shade
 
-// Places that walks for surfels begin at: luminaires, eyes, and where these came later.
-inline constexpr std::size_t kMostSeeds = 2048;
+// Places where luminaires or eyes came later and that walks for surfels begin at too: of a scene.
+inline constexpr std::size_t kMostLaterSeeds = 8;
 
 class Renderer final : public LiveRenderer {
 public:
