@@ -358,7 +358,7 @@ async function meter(page) {
     for (const [i, letter] of ["x", "y", "z"].entries()) await page.locator(`input[aria-label='Point ${letter}']`).fill(["0", "0", "1.5"][i]);
     const lux = (text) => Number(/^([\d.]+) lx ±/.exec(text)?.[1]);
     const live = await read();
-    check(lux(live) > 1 && /direct .* lx · indirect .* lx ± .* · 4096 samples/.test(live), "the meter panel reads lux with its error", live);
+    check(lux(live) > 1 && /direct .* lx · indirect .* lx ± .* · 8192 samples/.test(live), "the meter panel reads lux with its error", live);
     await page.locator("#meter-quality").selectOption("rsm");
     check(await page.locator("#meter-capture").isHidden(), "what is a meter only offers no capture");
     await page.locator("#meter-quality").selectOption("reference");
