@@ -8,9 +8,9 @@
 
 namespace gonio::shade {
 VplRays::VplRays(std::shared_ptr<const Profile> profile, unsigned count)
-    : VplRays(std::make_shared<const trace::DirectionTable>(std::move(profile)), count, 0) {}
+    : VplRays(std::make_shared<const trace::DirectionTable>(std::move(profile)), count) {}
 
-VplRays::VplRays(std::shared_ptr<const trace::DirectionTable> directions, unsigned count, unsigned set)
+VplRays::VplRays(std::shared_ptr<const trace::DirectionTable> directions, unsigned count)
     : table(std::move(directions)), asked(count), per_subset((count + kSubsets - 1) / kSubsets) {
     peak_cd = table->profile()->max_cd;
     if (table->dark() || !(peak_cd > 0.0)) {
@@ -19,12 +19,11 @@ VplRays::VplRays(std::shared_ptr<const trace::DirectionTable> directions, unsign
     }
     const unsigned n = per_subset * kSubsets;
     rays.reserve(n);
-    const std::uint32_t first_seed = set == 0 ? 0x2545f491u : trace::mix_bits(set, 1),
-                        second_seed = set == 0 ? 0x9e3779b9u : trace::mix_bits(set, 2);
+    constexpr std::uint32_t kFirstSeed = 0x2545f491u, kSecondSeed = 0x9e3779b9u;
     for (unsigned i = 0; i < n; ++i) {
         // Consecutive blocks of an Owen-scrambled Sobol sequence are stratified each for itself.
         double density = 0.0;
-        const glm::dvec3 d = table->draw(trace::scrambled_pair(i, first_seed, second_seed), density);
+        const glm::dvec3 d = table->draw(trace::scrambled_pair(i, kFirstSeed, kSecondSeed), density);
         Ray ray{glm::vec3(d), 0.0f, 0.0f};
         if (density > 0.0) {
             const double sr = 1.0 / (n * density);
@@ -46,8 +45,6 @@ VplCast cast(const VplRays& rays, const trace::Geometry& geometry, const glm::dv
     // A luminaire mounted on a surface does not light the spot it hides: its rays start a step away.
     const float start = geometry.step_off(from);
     const int packets = static_cast<int>(rays.rays.size()) / trace::kPacket;
-    std::vector<double> areas(static_cast<std::size_t>(packets));
-    std::vector<int> lit(static_cast<std::size_t>(packets));
     pool.run(packets, [&](int packet) {
         trace::RayPacket query;
         trace::SurfaceHit hits[trace::kPacket];
@@ -73,13 +70,8 @@ VplCast cast(const VplRays& rays, const trace::Geometry& geometry, const glm::dv
                 glm::vec4(glm::vec3(glm::dvec3(hit.position) - position), area / std::numbers::pi_v<float>);
             vpl.normal = glm::vec4(hit.normal, 0.0f);
             vpl.intensity = glm::vec4(hit.albedo * (ray[i].flux_lm_per_cd / std::numbers::pi_v<float>), 0.0f);
-            areas[static_cast<std::size_t>(packet)] += static_cast<double>(area);
-            ++lit[static_cast<std::size_t>(packet)];
         }
     });
-    int count = 0;
-    for (std::size_t i = 0; i < areas.size(); ++i) result.mean_area_m2 += areas[i], count += lit[i];
-    if (count > 0) result.mean_area_m2 /= count;
     return result;
 }
 

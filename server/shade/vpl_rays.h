@@ -30,8 +30,7 @@ struct VplRays {
     std::vector<Ray> rays;  // subset by subset
 
     VplRays(std::shared_ptr<const Profile> profile, unsigned count);
-    // set: which of the sequences; each is stratified for itself.
-    VplRays(std::shared_ptr<const trace::DirectionTable> table, unsigned count, unsigned set);
+    VplRays(std::shared_ptr<const trace::DirectionTable> table, unsigned count);
 };
 
 // What the rays of a luminaire met: VPLs relative to the luminaire, world axes, in the rays' order; those that left the
@@ -39,8 +38,6 @@ struct VplRays {
 struct VplCast {
     std::vector<Vpl> vpls;
     unsigned per_subset = 0;
-    double mean_area_m2 = 0.0;  // that a lit VPL stands for
-    bool dark() const { return mean_area_m2 <= 0.0; }
 };
 // position: local. Render thread.
 VplCast cast(const VplRays& rays, const trace::Geometry& geometry, const glm::dvec3& position,

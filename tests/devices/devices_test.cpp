@@ -109,10 +109,12 @@ TEST_F(Devices, AHidBoxIsFoundReadShownPulledAndPluggedAgain) {
 }
 
 TEST_F(Devices, AUsbMidiBoxIsTakenFromTheKernelReadAndShown) {
+    hid->plug();
     start();
-    usb->plug();  // while the thread runs
+    live(kHid);   // the thread runs
+    usb->plug();  // and hears of it
     const v1::SurfaceDevice row = live(kKorg);
-    EXPECT_EQ(row.transport(), "usb-midi");
+    ASSERT_EQ(row.transport(), "usb-midi");
     EXPECT_EQ(row.profile(), "Korg nanoKONTROL2");
     EXPECT_EQ(row.product(), "nanoKONTROL2");
     EXPECT_TRUE(usb->detached());

@@ -401,7 +401,7 @@ TEST(ConsoleOptions, NothingListensUnlessAskedAndBadPlacesAreNamed) {
     {
         DaemonProcess listening(
             {"--size", "64x64", "--sacn", "127.0.0.1:0", "--artnet", "127.0.0.1:0", "--osc", "127.0.0.1:0"});
-        listening.json({"stats"});
+        listening.transport_ready();
         std::this_thread::sleep_for(500ms);
         const double before = cpu_seconds(listening.pid());
         std::this_thread::sleep_for(1s);

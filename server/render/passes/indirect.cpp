@@ -1,7 +1,6 @@
 // The indirect light of the default technique: direct light at surfels, every bounce among them, and from there to the
 // target's points (server/transport, server/shade/grid_light.h).
 #include <algorithm>
-#include <bit>
 #include <cmath>
 #include <numbers>
 #include <utility>
@@ -11,7 +10,6 @@
 #include "server/shade/surfel_light.h"
 #include "server/shade/upsample.h"
 #include "server/shade/vpl_rays.h"
-#include "server/trace/sampler.h"
 
 namespace gonio {
 namespace {
@@ -91,7 +89,7 @@ PassRun run_gather_weights(const PassContext& context) {
     shade::find_surfels(screen.surfaces, drawn_here ? &screen.raster : nullptr, context.looks, screen.grid,
                         *context.transport, screen.links, context.pool);
     if (context.target.kind == TargetKind::live) return {};
-    while (screen.links.generations.size() < screen.grid.quality.generations || screen.links.next != 0)
+    while (grid_links_left(context.target))
         shade::trace_grid_links(screen.grid, *context.transport, screen.links, context.pool);
     return {};
 }
@@ -138,7 +136,10 @@ struct Sharing {
 };
 
 shade::VplCast cast_vpls(const PassContext& context, const Light& light, LightGpu& gpu, unsigned count) {
-    if (!gpu.rays || gpu.rays->asked != count) gpu.rays = std::make_shared<const shade::VplRays>(light.profile, count);
+    if (!gpu.rays)
+        gpu.rays = std::make_shared<const shade::VplRays>(light.profile, count);
+    else if (gpu.rays->asked != count)  // a meter's beside the picture's: of the same table of directions
+        gpu.rays = std::make_shared<const shade::VplRays>(gpu.rays->table, count);
     return shade::cast(*gpu.rays, context.traced, light.position - context.traced.origin(),
                        glm::dmat3(glm::mat3_cast(light.world_from_light)), context.pool);
 }

@@ -90,6 +90,9 @@ class Server:
         if not match:
             raise RuntimeError(f"goniod said {ready!r}")
         self.url = match[1]
+        while not self.ask("stats")["transport_ready"]:
+            time.sleep(0.1)
+        self.ask("report")  # the frame that shows its links; the next one need not
 
     def ask(self, *words):
         done = subprocess.run([self.gonio, "--server", self.url, "--json", *words], capture_output=True, text=True)
