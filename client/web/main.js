@@ -38,7 +38,7 @@ const parts = [
 onlyLook([$("left"), $("inspector"), $("scene"), $("views")]);
 new Uploads(connection, toasts, $("scene"), $("screen"), (file) => connection.command({load_scene: {file}}));
 followSelection(store, connection);
-statsStrip(store, video, connection, $("stats"), $("format"), {report, meter, consoles, surfaces});
+const transport = statsStrip(store, video, connection, $("stats"), $("format"), {report, meter, consoles, surfaces});
 
 store.addEventListener("update", () => {
     parts.forEach((part) => part.update());
@@ -82,6 +82,7 @@ Object.defineProperty(window, "gonio", {value: Object.freeze({
     get connected() { return connection.live; },
     get mode() { return video.mode; },
     get gaps() { return video.gaps; },
+    get transportReady() { return transport.ready; },
     get state() { return structuredClone(store.state); },
 })});
 

@@ -6,6 +6,7 @@ import {saveCapture} from "./capture.js";
 const kWindowMs = 1000;
 const kRefreshMs = 250;
 const kResponseFadeMs = 5000;
+const kTransportPollMs = 500;
 
 // Time from sending a change to the first picture that contains it, seen from here.
 class ResponseMeter {
@@ -35,6 +36,29 @@ class ResponseMeter {
     }
 }
 
+// What the picture lacks while the transport of a new scene is traced: asked for until every bounce is there.
+class TransportWatch {
+    text = "";
+    ready = false;
+
+    constructor(store, connection) {
+        let scene = null, asking = false;
+        connection.addEventListener("ready", () => { scene = null; });
+        setInterval(async () => {
+            const {scene: now, technique} = store.state ?? {};
+            if (now !== scene) this.ready = false, scene = now;
+            if (asking || this.ready || !store.state) return;
+            asking = true;
+            const {stats} = await connection.request({stats: {}}).catch(() => ({}));
+            asking = false;
+            if (!stats || now !== scene) return;
+            this.ready = stats.transport_ready || technique !== "default";
+            const links = stats.transport?.links_per_surfel ?? 0;
+            this.text = this.ready ? "" : links ? `bounces from ${links} links so far` : "direct light so far";
+        }, kTransportPollMs);
+    }
+}
+
 // A button that opens and closes a panel.
 function panelButton(panel, id, text) {
     const button = h("button", {type: "button", class: "quiet", id: `${id}-toggle`, "aria-controls": id, "aria-expanded": "false",
@@ -45,7 +69,7 @@ function panelButton(panel, id, text) {
     return button;
 }
 
-// format: where size and codec are told.
+// format: where size and codec are told. Result: what the picture lacks.
 export function statsStrip(store, video, connection, node, format, {report, meter, consoles, surfaces}) {
     const cell = (name, title) => {
         const value = h("b");
@@ -65,6 +89,7 @@ export function statsStrip(store, video, connection, node, format, {report, mete
         panelButton(surfaces, "surfaces", "Faders"),
         panelButton(report, "report", "Frame report"), still);
 
+    const transport = new TransportWatch(store, connection);
     const responses = new ResponseMeter();
     let frames = [], last = null;
     connection.addEventListener("applied", (event) => responses.applied(event.detail));
@@ -97,8 +122,9 @@ export function statsStrip(store, video, connection, node, format, {report, mete
         }
         const name = {h264: "H.264", mjpeg: "MJPEG", still: "Stills"}[video.mode];
         const {encoder, lane} = video.mode === "h264" ? video.stream : {};
-        setText(format, [`${video.size.join(" × ")} ${name}`, encoder, lane && `${lane} lane`].filter(Boolean).join(" · "));
+        setText(format, [`${video.size.join(" × ")} ${name}`, encoder, lane && `${lane} lane`, transport.text].filter(Boolean).join(" · "));
     }, kRefreshMs);
+    return transport;
 }
 
 async function saveStill(store, connection) {

@@ -1,7 +1,6 @@
 #include "server/transport/transport.h"
 
-#include <pthread.h>
-#include <sched.h>
+#include <sys/resource.h>
 
 #include <algorithm>
 #include <chrono>
@@ -20,9 +19,9 @@ std::size_t Transport::bytes() const {
 }
 
 Builder::Builder(std::shared_ptr<const trace::Geometry> geometry, std::vector<glm::vec3> seeds,
-                 const SurfelSettings& settings, unsigned links, bool idle)
-    : wanted_(links), thread_([this, geometry = std::move(geometry), seeds = std::move(seeds), settings, idle]() mutable {
-          make(std::move(geometry), seeds, settings, idle);
+                 const SurfelSettings& settings, unsigned links, bool beside)
+    : wanted_(links), thread_([this, geometry = std::move(geometry), seeds = std::move(seeds), settings, beside]() mutable {
+          make(std::move(geometry), seeds, settings, beside);
           made_ = ~0u;  // all there can be
           made_.notify_all();
       }) {}
@@ -52,11 +51,10 @@ bool Builder::wanted(unsigned links) {
 }
 
 void Builder::make(std::shared_ptr<const trace::Geometry> geometry, const std::vector<glm::vec3>& seeds,
-                   const SurfelSettings& settings, bool idle) {
-    if (idle) {
-        const sched_param none{};
-        pthread_setschedparam(pthread_self(), SCHED_IDLE, &none);  // refused: it works at normal priority
-    }
+                   const SurfelSettings& settings, bool beside) {
+    // Of a machine that is busy it gets a quarter (weights of nice 5 and 0: 335 and 1024), as does what waits for it;
+    // SCHED_IDLE gets nothing.
+    if (beside) setpriority(PRIO_PROCESS, 0, 5);  // Linux: this thread and those that it starts
     const auto began = std::chrono::steady_clock::now();
     Pool pool;  // its threads are of this one's priority
     const std::function<bool()> stopped = [this] { return stopped_.load(std::memory_order_relaxed); };

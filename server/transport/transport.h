@@ -24,14 +24,13 @@ struct Transport {
     std::size_t bytes() const;
 };
 
-// Makes the generations of a scene's transport one after the other, on threads of its own that yield to everything else
-// on the machine. Made, asked and destroyed on the render thread.
+// Makes the generations of a scene's transport one after the other, on threads of its own. Made, asked and destroyed on the render thread.
 class Builder {
 public:
     // seeds: local places of luminaires and eyes. links: of each surfel, no generation beyond until more are wanted.
-    // idle: else at normal priority.
+    // beside: at a quarter of the weight of what else is busy (frames); else at normal priority.
     Builder(std::shared_ptr<const trace::Geometry> geometry, std::vector<glm::vec3> seeds,
-            const SurfelSettings& settings, unsigned links, bool idle);
+            const SurfelSettings& settings, unsigned links, bool beside);
     ~Builder();
     Builder(const Builder&) = delete;
     Builder& operator=(const Builder&) = delete;
@@ -47,7 +46,7 @@ public:
 
 private:
     void make(std::shared_ptr<const trace::Geometry> geometry, const std::vector<glm::vec3>& seeds,
-              const SurfelSettings& settings, bool idle);
+              const SurfelSettings& settings, bool beside);
     bool wanted(unsigned links);  // its thread: waits until that is known
 
     std::atomic<std::shared_ptr<const Transport>> newest_;

@@ -111,6 +111,7 @@ const state = (page) => page.evaluate(() => window.gonio.state);
 
 // Until the picture shows everything that the page was told of, and has come to rest.
 async function settled(page) {
+    await until("every bounce", () => page.evaluate(() => window.gonio.transportReady));
     await until("a picture of the newest revision", () => page.evaluate(() => window.gonio.shownRev >= window.gonio.sceneRev));
     let frames = -1;
     await until("a picture at rest", async () => {
@@ -140,7 +141,9 @@ async function run(page, server) {
     await page.goto(server.url);
     await until("a decoded frame", () => page.evaluate(() => window.gonio.framesDecoded > 0));
     check(await page.evaluate(() => window.gonio.connected && window.gonio.mode === "h264"), "the page is connected and decodes H.264");
+    await until("what the picture lacks so far", async () => /so far$/.test(await page.locator("#format").textContent()));
     const first = await settled(page);
+    check(!/so far/.test(await page.locator("#format").textContent()), "the page says what the picture lacks until every bounce is there");
     check(first.spread > 4, "the decoded picture is not uniform", `spread ${first.spread.toFixed(1)}`);
     const start = await state(page);
     const light = start.lights[0].name;
