@@ -28,6 +28,7 @@ enum class Slot : std::uint8_t {
     weights,
     merged,
     merged_solve,
+    emitted,
     direct,
     gather,
     layers,

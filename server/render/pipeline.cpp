@@ -51,6 +51,7 @@ struct Builder {
         return pass;
     }
 
+    bool emits() const { return in.geometry.emissive() && !seed; }
     // Whether it stands as it did in the frame before.
     bool rests(const Light& light) const {
         return std::max({light.position_rev, light.aim_rev, light.profile_rev}) <= in.seen_rev;
@@ -169,6 +170,7 @@ struct Builder {
         const LightGpu* shown = lights.empty() ? nullptr : lights[shown_index];
         if (in.view < View::mask || in.view == View::solid)
             reads.push_back(per_target(shown_on_cpu ? Slot::grid : Slot::gbuffer));
+        if (emits() && in.view < View::mask) reads.push_back(per_target(Slot::emitted));
         if (in.merged) {
             if (shows_direct(in.view)) reads.push_back(per_target(Slot::direct));
             if (shows_indirect(in.view)) reads.push_back(per_target(Slot::gather));
@@ -261,6 +263,13 @@ std::vector<Pass> build_pipeline(const FrameInputs& in) {
               [context = b.context] { return run_gather_weights(context); })
             .on_gpu = false;
     }
+    Pass& emitted = b.add("gather-emitted", b.per_target(Slot::emitted),
+                          {metered ? b.per_target(Slot::gbuffer) : b.per_target(Slot::weights)},
+                          {in.generation, metered ? 0 : grid_links_shown(in.target)}, [context = b.context, metered] {
+                              return metered ? run_gather_emitted_point(context) : run_gather_emitted(context);
+                          });
+    emitted.on_gpu = false;
+    emitted.absent = !b.emits();
     for (std::size_t i = 0; i < scene.lights.size(); ++i) b.add_light(i);
     if (scene.lights.empty()) {
         for (const char* name : {"shadow", "rsm", "mask", "rsm-flux", "surfels", "solve", "direct", "gather"}) {
@@ -288,6 +297,8 @@ std::vector<SlotRef> wanted_slots(const FrameInputs& in, bool nv12) {
         }
         return wanted;
     }
+    if (in.geometry.emissive() && in.scene.technique == Technique::standard && in.meter != FrameInputs::Meter::rsm)
+        wanted.push_back({Slot::emitted, in.target.id, 0});
     for (const Light& light : in.scene.lights) {
         wanted.push_back({Slot::direct, in.target.id, light.id});
         wanted.push_back(in.meter == FrameInputs::Meter::rsm ? SlotRef{Slot::flux, 0, light.id}

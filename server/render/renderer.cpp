@@ -10,6 +10,7 @@
 
 #include "server/render/indirect_estimate.h"
 #include "server/render/inspect.h"
+#include "server/render/passes/screen_light.h"
 #include "server/render/pipeline.h"
 #include "server/render/timers.h"
 #include "server/render/web_buffer.h"
@@ -148,7 +149,8 @@ void Renderer::prepare_transport(const Scene& scene) {
             const bool new_here = std::none_of(seeds_.begin(), seeds_.end(), [&](const glm::vec3& seed) {
                 return glm::distance(seed, place) < 0.02f * traced_->extent();
             });
-            if (new_here && seeds_.size() < places.size() + kMostLaterSeeds && !transport::reaches(*builder_->newest(), place))
+            if (new_here && seeds_.size() < places.size() + kMostLaterSeeds &&
+                !transport::reaches(*builder_->newest(), place))
                 seeds_.push_back(place);
         }
         if (seeds_.size() > before) {
@@ -358,6 +360,12 @@ std::vector<glm::vec3> Renderer::live_illuminance(const Scene& scene, bool indir
     std::vector<glm::vec3> sum(static_cast<std::size_t>(live_.width_px) * static_cast<std::size_t>(live_.height_px));
     std::vector<glm::vec3> layer(sum.size());
     glPixelStorei(GL_PACK_ALIGNMENT, 1);
+    if (live_.emissive) {
+        glGetTextureSubImage(live_.emitted.id(), 0, 0, 0, indirect ? 1 : 0, live_.width_px, live_.height_px, 1, GL_RGB,
+                             GL_FLOAT, static_cast<GLsizei>(layer.size() * sizeof(glm::vec3)), layer.data());
+        const float unit_lx = live_.screen->emitted_unit_lx[indirect ? 1 : 0];
+        for (std::size_t p = 0; p < sum.size(); ++p) sum[p] += unit_lx * layer[p];
+    }
     for (std::size_t i = 0; i < scene.lights.size(); ++i) {
         const glm::vec3 weight = weights[i] / geometry_->layer_unit_m2();
         glGetTextureSubImage(indirect ? live_.indirect.id() : live_.direct.id(), 0, 0, 0, static_cast<GLint>(i),
@@ -387,9 +395,19 @@ v1::MeterReading Renderer::meter(const Scene& scene, const glm::dvec3& point, co
     Timers timers;
     run(inputs, wanted_slots(inputs, false), timers);
     glm::dvec3 direct_lx(0.0), indirect_lx(0.0);
-    double variance = 0.0;  // of the indirect luminance, lx²; luminaires are independent
+    double variance = 0.0, direct_variance = 0.0;  // of the luminance, lx²; luminaires are independent
     unsigned samples = 0;
     const auto photopic = [](const glm::dvec3& rgb) { return glm::dot(rgb, glm::dvec3(0.2126, 0.7152, 0.0722)); };
+    const auto variance_of = [&](const PointLight& light, const glm::dvec3& weight) {
+        double sum = 0.0, squares = 0.0;
+        for (const glm::dvec3& part : light.parts) {
+            const double part_lx = photopic(weight * part);
+            sum += part_lx;
+            squares += part_lx * part_lx;
+        }
+        constexpr double kParts = kMeterParts;
+        return std::max(0.0, squares - sum * sum / kParts) / (kParts * (kParts - 1.0));
+    };
     for (std::size_t i = 0; i < metered.lights.size(); ++i) {
         const LightGpu& gpu = *inputs.lights[i];
         const glm::dvec3 weight = light_weight(metered, metered.lights[i]) * static_cast<double>(gpu.web->peak_cd);
@@ -413,17 +431,17 @@ v1::MeterReading Renderer::meter(const Scene& scene, const glm::dvec3& point, co
             variance += error * error;
             samples += lit_texels(gpu.texels);
         } else if (metered.technique == Technique::standard) {
-            double sum = 0.0, squares = 0.0;
-            for (const glm::dvec3& part : point_light(target, i).parts) {
-                const double part_lx = photopic(weight * part);
-                sum += part_lx;
-                squares += part_lx * part_lx;
-            }
-            constexpr double kParts = kMeterParts;
-            variance += std::max(0.0, squares - sum * sum / kParts) / (kParts * (kParts - 1.0));
+            variance += variance_of(point_light(target, i), weight);
             samples = kMeterLinks;
         }
         indirect_lx += weight * bounced;
+    }
+    if (quality != MeterQuality::rsm && metered.technique == Technique::standard) {
+        const auto& [emitted_direct, emitted_bounced] = emitted_point(target);
+        direct_lx += emitted_direct.light;
+        indirect_lx += emitted_bounced.light;
+        direct_variance = variance_of(emitted_direct, glm::dvec3(1.0));
+        variance += variance_of(emitted_bounced, glm::dvec3(1.0));
     }
     ledger_.forget_target(target.id);
     v1::MeterReading reading;
@@ -436,7 +454,7 @@ v1::MeterReading Renderer::meter(const Scene& scene, const glm::dvec3& point, co
         reading.add_point_m(point[k]);
     }
     if (quality == MeterQuality::rsm || metered.technique == Technique::standard) {
-        reading.set_direct_error_lx(0.0);  // the web itself, evaluated
+        reading.set_direct_error_lx(std::sqrt(direct_variance));  // of luminaires 0: the web itself, evaluated
         // The transport's own error beside that of the point's links: measured against the reference
         // (docs/accuracy.md).
         constexpr double kTransportError = 0.02;

@@ -21,6 +21,9 @@ Target make_target(std::uint32_t id, TargetKind kind, int width_px, int height_p
     if (emissive) {
         t.emission = gl::make_texture_2d("emission", GL_RGBA32F, width_px, height_px, Filter::nearest);
         t.gbuffer = gl::make_framebuffer("gbuffer", {t.normal.id(), t.albedo.id(), t.emission.id()}, t.depth.id());
+        t.emitted = gl::make_texture_array("emitted light", precise ? GL_RGBA32F : GL_RGBA16F, width_px, height_px, 2,
+                                           Filter::nearest);
+        glClearTexImage(t.emitted.id(), 0, GL_RGBA, GL_FLOAT, nullptr);
     } else {
         t.gbuffer = gl::make_framebuffer("gbuffer", {t.normal.id(), t.albedo.id()}, t.depth.id());
     }

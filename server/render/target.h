@@ -31,10 +31,12 @@ struct Target {
     gl::Texture albedo;    // W×H RGBA16F, linear reflectance
     gl::Texture emission;  // W×H RGBA32F, cd/m², the sun included; only where the scene has emitters
     gl::Framebuffer gbuffer;
-    gl::Texture direct;     // W×H×lights R16F (precise: R32F), lux per candela of the light's peak × layer_unit_m2
-    gl::Texture indirect;   // W×H×lights RGBA16F (precise: RGBA32F), rgb likewise
-    gl::Framebuffer layer;  // re-attached to one layer at a time
-    gl::Texture display;    // W×H RGBA8, sRGB-encoded R'G'B'
+    gl::Texture direct;    // W×H×lights R16F (precise: R32F), lux per candela of the light's peak × layer_unit_m2
+    gl::Texture indirect;  // W×H×lights RGBA16F (precise: RGBA32F), rgb likewise
+    gl::Texture emitted;   // W×H×2 RGBA16F (precise: RGBA32F), lux × ScreenLight::emitted_unit_lx: light of emissive
+                           // surfaces, direct and after bounces; only where the scene has emitters
+    gl::Framebuffer layer;                // re-attached to one layer at a time
+    gl::Texture display;                  // W×H RGBA8, sRGB-encoded R'G'B'
     gl::Framebuffer display_fbo;          // display with the G-buffer's depth, for the solid overlay
     std::shared_ptr<ScreenLight> screen;  // the CPU's side of the light
     gl::Texture nv12;                     // W × 3H/2 R8

@@ -116,7 +116,7 @@ Planes irradiance_at_grid(const ScreenGrid& screen, const transport::Transport& 
     if (transport.surface->surfels.count == 0 || light.indirect.empty()) return planes;
     transport::Table irradiance, first_bounce, sent;
     transport::make_table(light.indirect, irradiance, pool);
-    const std::size_t complete = links.shown();
+    const std::size_t complete = light.sent.empty() ? 0 : links.shown();
     if (complete > 0) transport::make_table(light.sent, sent, pool);
     const bool shared = complete > 0 && light.share > 0.0f;
     if (shared) transport::make_table(light.first, first_bounce, pool);

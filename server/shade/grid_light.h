@@ -42,11 +42,11 @@ bool trace_grid_links(const ScreenGrid& screen, const transport::Transport& tran
 struct SurfelLight {
     std::span<const glm::vec4> indirect;
     std::span<const glm::vec4>
-        first;           // of it, what points take from the surfels around them even where they have links
-    float share = 0.0f;  // of their own: few links would meet where it comes from; `sent` is without it
-    std::span<const glm::vec4> sent;
+        first;                        // of it, what points take from the surfels around them even where they have links
+    float share = 0.0f;               // of their own: few links would meet where it comes from; `sent` is without it
+    std::span<const glm::vec4> sent;  // empty: all comes from the surfels around
 };
-// Result: indirect irradiance at every point, 3 planes in the shape of the grid.
+// Result: irradiance at every point, 3 planes in the shape of the grid.
 Planes irradiance_at_grid(const ScreenGrid& screen, const transport::Transport& transport, const GridLinks& links,
                           const SurfelLight& light, Pool& pool);
 

@@ -173,14 +173,13 @@ Links first_of(const Links& links, unsigned most) {
 }
 
 void radiosity(const Surfels& surfels, std::span<const glm::vec4> direct, std::span<const glm::vec4> indirect,
-               std::span<const glm::vec4> emission, std::vector<glm::vec4>& out, Pool& pool) {
+               std::vector<glm::vec4>& out, Pool& pool) {
     out.resize(surfels.count);
     pool.run_chunks(surfels.count, kChunk, [&](std::size_t first, std::size_t count) {
         for (std::size_t i = first; i < first + count; ++i) {
             glm::vec4 sum = direct.empty() ? glm::vec4(0.0f) : direct[i];
             if (!indirect.empty()) sum += indirect[i];
             out[i] = glm::vec4(surfels.albedo[i], 0.0f) * sum;
-            if (!emission.empty()) out[i] += emission[i];
         }
     });
 }
@@ -268,15 +267,15 @@ double sum_of(const glm::vec4& v) {
 
 }  // namespace
 
-unsigned solve(const Surfels& surfels, const Links& links, std::span<const glm::vec4> emission,
-               std::span<const glm::vec4> exact, const Accuracy& accuracy, Irradiance& light, Pool& pool) {
+unsigned solve(const Surfels& surfels, const Links& links, std::span<const glm::vec4> exact, const Accuracy& accuracy,
+               Irradiance& light, Pool& pool) {
     const std::size_t n = surfels.count;
     // The first bounce follows all links; what comes after it is smoother.
     std::vector<glm::vec4>& first = light.first;
     first.resize(n);
     Table table;
     std::vector<glm::vec4> sent(n), next(n);
-    radiosity(surfels, light.direct, {}, emission, sent, pool);
+    radiosity(surfels, light.direct, {}, sent, pool);
     const bool rests = accuracy.change <= kAtRest.change;
     const Brightest brightest = links.reversed.empty() && !rests ? Brightest() : brightest_of(surfels, sent);
     light.narrow = brightest.narrow;

@@ -1,5 +1,5 @@
 // Irradiance at the surfels after every diffuse bounce: E = T(rho (E0 + E)), T the mean over a surfel's links.
-// E0: direct illuminance; pi times what a surface emits itself counts like reflected light. Render thread.
+// E0: direct illuminance. One thread at a time.
 #pragma once
 
 #include <cstdint>
@@ -52,14 +52,13 @@ struct Accuracy {
     unsigned most;  // bounces computed in one call
 };
 inline constexpr Accuracy kMoving{0.02, 6}, kAtRest{2e-4, 80};
-// Solves from what `light.indirect` holds, the light of the frame before; at rest from the start. emission: pi L of
-// each surfel, × what makes cd/m² this unit; may be empty. exact: the first bounce of a narrow light, found by other
-// means; empty: by links. Result: bounces computed.
-unsigned solve(const Surfels& surfels, const Links& links, std::span<const glm::vec4> emission,
-               std::span<const glm::vec4> exact, const Accuracy& accuracy, Irradiance& light, Pool& pool);
+// Solves from what `light.indirect` holds, the light of the frame before; at rest from the start. exact: the first
+// bounce of a narrow light, found by other means; empty: by links. Result: bounces computed.
+unsigned solve(const Surfels& surfels, const Links& links, std::span<const glm::vec4> exact, const Accuracy& accuracy,
+               Irradiance& light, Pool& pool);
 
 // What reaches an eye or another surface from each surfel, pi × radiance: rho (E0 + E). Each may be empty: none.
 void radiosity(const Surfels& surfels, std::span<const glm::vec4> direct, std::span<const glm::vec4> indirect,
-               std::span<const glm::vec4> emission, std::vector<glm::vec4>& out, Pool& pool);
+               std::vector<glm::vec4>& out, Pool& pool);
 
 }  // namespace gonio::transport

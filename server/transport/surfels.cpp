@@ -82,7 +82,7 @@ private:
 };
 
 struct Candidate {
-    glm::vec3 position, normal, geometric, albedo, emission_nit;
+    glm::vec3 position, normal, geometric, albedo;
 };
 
 // All triangles by the area up to them, so that points are drawn evenly.
@@ -267,7 +267,7 @@ private:
                 trace::SurfaceHit hit;
                 if (!geometry_.surface_at(instance, triangle, u, v, which.y < 0.5f, hit)) continue;
                 if (reached.sees(geometry_, hit.position, hit.geometric))
-                    to.push_back({hit.position, hit.normal, hit.geometric, hit.albedo, hit.emission});
+                    to.push_back({hit.position, hit.normal, hit.geometric, hit.albedo});
             }
         });
         std::vector<Candidate> all;
@@ -330,7 +330,6 @@ private:
             for (int k = 0; k < 3; ++k) surfels.place[k][i] = c.position[k], surfels.place[k + 3][i] = c.normal[k];
             surfels.geometric.push_back(c.geometric);
             surfels.albedo.push_back(c.albedo);
-            surfels.emission_nit.push_back(c.emission_nit);
         }
     }
 
@@ -366,11 +365,9 @@ private:
             if (to == s.count) continue;
             members[to] += 1.0f;
             s.albedo[to] += all[i].albedo;
-            s.emission_nit[to] += all[i].emission_nit;
         }
         for (std::size_t i = 0; i < s.count; ++i) {
             s.albedo[i] /= members[i];
-            s.emission_nit[i] /= members[i];
             s.area_m2.push_back(static_cast<float>(area_m2) * (members[i] - 1.0f));
         }
     }

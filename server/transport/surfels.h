@@ -21,9 +21,9 @@ inline constexpr std::size_t kPadding = 16;  // arrays that kernels read end on 
 
 struct Surfels {
     std::size_t count = 0;
-    float radius_m = 0.0f;                                   // surfels of like normals are no nearer to each other
-    std::vector<float> place[6];                             // x y z of the centre, x y z of the shading normal; padded
-    std::vector<glm::vec3> geometric, albedo, emission_nit;  // means of the surface around; albedo 0..1 per channel
+    float radius_m = 0.0f;                     // surfels of like normals are no nearer to each other
+    std::vector<float> place[6];               // x y z of the centre, x y z of the shading normal; padded
+    std::vector<glm::vec3> geometric, albedo;  // means of the surface around; albedo 0..1 per channel
     std::vector<float> area_m2;
     // By surfel: those near it that it sees, itself first; `count`: none.
     std::vector<std::array<std::uint16_t, kNeighbours>> neighbours;

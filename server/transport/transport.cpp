@@ -4,9 +4,50 @@
 
 #include <algorithm>
 #include <chrono>
-#include <numbers>
+#include <cstdint>
+#include <functional>
+
+#include "server/trace/path.h"
 
 namespace gonio::transport {
+
+namespace {
+
+// Direct illuminance of emissive surfaces at the surfels, lux: by the reference's own estimator.
+std::vector<glm::vec4> lit_by_emitters(const Surfels& surfels, const trace::World& world, Pool& pool,
+                                       const std::function<bool()>& stopped) {
+    constexpr std::uint32_t kSamples = 64;
+    constexpr std::size_t kChunk = 64;
+    std::vector<glm::vec4> lit(surfels.count, glm::vec4(0.0f));
+    pool.run_chunks(surfels.count, kChunk, [&](std::size_t first, std::size_t count) {
+        if (stopped()) return;
+        for (std::size_t i = first; i < first + count; ++i) {
+            const glm::vec3 p = surfels.position(i), geometric = surfels.geometric[i];
+            const trace::Receiver at{p, p + geometric * world.geometry->step_off(p), surfels.normal(i), geometric};
+            for (std::uint32_t k = 0; k < kSamples; ++k) {
+                trace::Sample sample(static_cast<std::uint32_t>(i), k);
+                lit[i] += glm::vec4(trace::trace_path(world, at, 0, false, sample).direct, 0.0f);
+            }
+            lit[i] /= static_cast<float>(kSamples);
+        }
+    });
+    return lit;
+}
+
+// What emissive surfaces light is reached from before them: from some, where there are many.
+void add_seeds(const trace::World& world, std::vector<glm::vec3>& seeds) {
+    constexpr std::size_t kMost = 16;
+    const std::vector<trace::Emitter>& list = world.emitters.list;
+    const std::size_t every = std::max<std::size_t>(1, list.size() / kMost);
+    for (std::size_t i = 0; i < list.size(); i += every) {
+        const glm::vec3 middle = (list[i].corner[0] + list[i].corner[1] + list[i].corner[2]) / 3.0f,
+                        off = list[i].normal * (4.0f * world.geometry->step_off(middle));
+        seeds.push_back(middle + off);
+        if (list[i].double_sided) seeds.push_back(middle - off);
+    }
+}
+
+}  // namespace
 
 std::size_t Transport::bytes() const {
     const Surfels& s = surface->surfels;
@@ -15,13 +56,14 @@ std::size_t Transport::bytes() const {
     for (const auto& block : links.blocks) sum += block->ids.size() * sizeof(std::uint16_t);
     for (const auto& block : links.reversed)
         sum += block->from.size() * sizeof(std::uint16_t) + block->first.size() * sizeof(std::uint32_t);
-    return sum;
+    return sum + 3 * emitted.direct.size() * sizeof(glm::vec4);
 }
 
 Builder::Builder(std::shared_ptr<const trace::Geometry> geometry, std::vector<glm::vec3> seeds,
                  const SurfelSettings& settings, unsigned links, bool beside)
-    : wanted_(links), thread_([this, geometry = std::move(geometry), seeds = std::move(seeds), settings, beside]() mutable {
-          make(std::move(geometry), seeds, settings, beside);
+    : wanted_(links),
+      thread_([this, geometry = std::move(geometry), seeds = std::move(seeds), settings, beside]() mutable {
+          make(std::move(geometry), std::move(seeds), settings, beside);
           made_ = ~0u;  // all there can be
           made_.notify_all();
       }) {}
@@ -50,7 +92,7 @@ bool Builder::wanted(unsigned links) {
     return !stopped_;
 }
 
-void Builder::make(std::shared_ptr<const trace::Geometry> geometry, const std::vector<glm::vec3>& seeds,
+void Builder::make(std::shared_ptr<const trace::Geometry> geometry, std::vector<glm::vec3> seeds,
                    const SurfelSettings& settings, bool beside) {
     // Of a machine that is busy it gets a quarter (weights of nice 5 and 0: 335 and 1024), as does what waits for it;
     // SCHED_IDLE gets nothing.
@@ -60,15 +102,15 @@ void Builder::make(std::shared_ptr<const trace::Geometry> geometry, const std::v
     const std::function<bool()> stopped = [this] { return stopped_.load(std::memory_order_relaxed); };
     auto surface = std::make_shared<Transport::Surface>();
     surface->geometry = geometry;
+    surface->emitters = {geometry, {}, {}, trace::emitters_of(*geometry)};
+    add_seeds(surface->emitters, seeds);
     surface->surfels = place_surfels(*geometry, seeds, settings, pool, stopped);
     const Surfels& surfels = surface->surfels;
     if (stopped()) return;
     surface->cells = std::make_unique<const CellMap>(*geometry, surfels);
-    for (std::size_t i = 0; i < surfels.count; ++i) {
-        if (surfels.emission_nit[i] == glm::vec3(0.0f)) continue;
-        surface->emission.resize(surfels.count, glm::vec4(0.0f));
-        surface->emission[i] = glm::vec4(surfels.emission_nit[i] * std::numbers::pi_v<float>, 0.0f);
-    }
+    Irradiance emitted;
+    if (!surface->emitters.emitters.empty())
+        emitted.direct = lit_by_emitters(surfels, surface->emitters, pool, stopped);
     Links links;
     unsigned first = 0, published = 0;
     const auto trace_to = [&](unsigned last) {
@@ -80,7 +122,9 @@ void Builder::make(std::shared_ptr<const trace::Geometry> geometry, const std::v
         if (published != first) {
             published = first;
             const std::chrono::duration<double> spent = std::chrono::steady_clock::now() - began;
-            newest_ = std::make_shared<const Transport>(Transport{surface, links, spent.count()});
+            if (!emitted.direct.empty()) solve(surfels, links, {}, kAtRest, emitted, pool);
+            emitted.narrow = 0.0f;  // nothing is drawn from where it shines
+            newest_ = std::make_shared<const Transport>(Transport{surface, links, emitted, spent.count()});
         }
         made_ = first;
         made_.notify_all();

@@ -6,6 +6,7 @@
 #include <thread>
 #include <vector>
 
+#include "server/trace/world.h"
 #include "server/transport/solve.h"
 
 namespace gonio::transport {
@@ -16,15 +17,17 @@ struct Transport {
         std::shared_ptr<const trace::Geometry> geometry;
         Surfels surfels;
         std::unique_ptr<const CellMap> cells;
-        std::vector<glm::vec4> emission;  // pi L of each surfel, lux; empty: nothing emits
+        trace::World emitters;  // emissive surfaces alone
     };
     std::shared_ptr<const Surface> surface;
     Links links;
+    Irradiance emitted;    // light of emissive surfaces, lux; empty: there are none
     double seconds = 0.0;  // that making it took
     std::size_t bytes() const;
 };
 
-// Makes the generations of a scene's transport one after the other, on threads of its own. Made, asked and destroyed on the render thread.
+// Makes the generations of a scene's transport one after the other, on threads of its own. Made, asked and destroyed on
+// the render thread.
 class Builder {
 public:
     // seeds: local places of luminaires and eyes. links: of each surfel, no generation beyond until more are wanted.
@@ -45,7 +48,7 @@ public:
     void wait();
 
 private:
-    void make(std::shared_ptr<const trace::Geometry> geometry, const std::vector<glm::vec3>& seeds,
+    void make(std::shared_ptr<const trace::Geometry> geometry, std::vector<glm::vec3> seeds,
               const SurfelSettings& settings, bool beside);
     bool wanted(unsigned links);  // its thread: waits until that is known
 

@@ -14,6 +14,8 @@ layout(binding = 0) uniform sampler2DArray direct_layers;    // lux per weight
 layout(binding = 1) uniform sampler2DArray indirect_layers;  // rgb, lux per weight
 layout(binding = 2) uniform sampler2D albedo;
 layout(binding = 3) uniform sampler2D emissive;              // cd/m²
+layout(binding = 5) uniform sampler2DArray emitted_light;    // of emissive surfaces: direct, after bounces
+layout(location = 5) uniform vec2 emitted_unit_lx;           // lux per value of its layers
 layout(binding = 4) uniform samplerCube cube;                // mask and rsm views
 layout(binding = 8) uniform sampler2D gbuffer_depth;
 in vec2 ndc;
@@ -86,6 +88,12 @@ void main() {
     vec3 emitted = vec3(0.0);
 #ifdef EMISSIVE
     emitted = texelFetch(emissive, pixel, 0).rgb;
+#if VIEW != VIEW_INDIRECT
+    direct_lx += emitted_unit_lx.x * texelFetch(emitted_light, ivec3(pixel, 0), 0).rgb;
+#endif
+#if VIEW != VIEW_DIRECT
+    indirect_lx += emitted_unit_lx.y * texelFetch(emitted_light, ivec3(pixel, 1), 0).rgb;
+#endif
 #endif
     vec3 total_lx = direct_lx + indirect_lx;
     bool hit = texelFetch(gbuffer_depth, pixel, 0).r > 0.0;

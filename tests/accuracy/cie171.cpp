@@ -85,7 +85,8 @@ std::vector<Case> area_source() {
                   Part::direct,
                   figures_of_53()};
     emissive.settings.noise = 0.002;
-    emissive.limit = "emissive surfaces light nothing in the real-time qualities";
+    emissive.limit = "emissive surfaces light nothing in rsm";
+    emissive.interactive_tolerance = 0.02;
     return {std::move(opening), std::move(emissive)};
 }
 

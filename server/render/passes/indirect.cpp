@@ -10,6 +10,7 @@
 #include "server/shade/surfel_light.h"
 #include "server/shade/upsample.h"
 #include "server/shade/vpl_rays.h"
+#include "server/trace/path.h"
 
 namespace gonio {
 namespace {
@@ -42,7 +43,7 @@ void solve_light(const PassContext& context, bool moves, std::span<const glm::ve
     const Transport& transport = *context.transport;
     const bool live = context.target.kind == TargetKind::live && !context.rests;
     transport::solve(transport.surface->surfels, transport::first_of(transport.links, kEfforts[context.effort].links),
-                     {}, exact, moves && live ? transport::kMoving : transport::kAtRest, light, context.pool);
+                     exact, moves && live ? transport::kMoving : transport::kAtRest, light, context.pool);
 }
 
 }  // namespace
@@ -213,36 +214,25 @@ shade::Planes gathered(const PassContext& context, const transport::Irradiance& 
             for (glm::vec4& value : direct) value *= 1.0f - light.narrow;
             lit = direct;
         }
-        transport::radiosity(transport.surface->surfels, lit, one ? std::span<const glm::vec4>() : light.indirect, {},
-                             sent, context.pool);
+        transport::radiosity(transport.surface->surfels, lit, one ? std::span<const glm::vec4>() : light.indirect, sent,
+                             context.pool);
     }
     return shade::irradiance_at_grid(screen.grid, transport, screen.links,
                                      {one ? light.first : light.indirect, light.first, light.narrow, sent},
                                      context.pool);
 }
 
-}  // namespace
-
-PassRun run_gather(const PassContext& context, const LightGpu& gpu, int layer) {
-    const Target& target = context.target;
-    ScreenLight& screen = *target.screen;
+// Planes in the shape of the grid -> a layer of a texture. halves: scratch, 4 a pixel.
+void to_pixels(const PassContext& context, const shade::Planes& planes, const gl::Texture& array, int layer,
+               std::vector<std::uint16_t>& halves) {
+    ScreenLight& screen = *context.target.screen;
     const shade::Surfaces& s = screen.surfaces;
-    const shade::Planes planes = gathered(context, gpu.irradiance);
     if (screen.grid.quality.step > 1) {
-        if (context.layers_on_cpu) {
-            shade::LightLayer& own = layer_of(screen, layer);
-            for (std::size_t k = 0; k < 3; ++k) {
-                own.indirect[k].resize(planes[k].size() / shade::kLanes * shade::kLanes);
-                shade::to_halves(planes[k].data(), own.indirect[k].size(), own.indirect[k].data());
-            }
-            own.version = ++screen.writes;
-            return {};
-        }
-        shade::upsample(s, screen.grid, planes, screen.halves, context.pool);
-        upload(target.indirect, s, layer, GL_RGBA, GL_HALF_FLOAT, screen.halves.data());
-        return {};
+        shade::upsample(s, screen.grid, planes, halves, context.pool);
+        upload(array, s, layer, GL_RGBA, GL_HALF_FLOAT, halves.data());
+        return;
     }
-    const float greatest = target.kind == TargetKind::precise ? 3e38f : 65504.0f;  // what the layer can hold
+    const float greatest = context.target.kind == TargetKind::precise ? 3e38f : 65504.0f;  // what the layer can hold
     screen.floats.resize(static_cast<std::size_t>(s.width) * static_cast<std::size_t>(s.height) * 4);
     context.pool.run(s.height, [&](int row) {
         float* to = screen.floats.data() + static_cast<std::size_t>(row) * static_cast<std::size_t>(s.width) * 4;
@@ -252,8 +242,48 @@ PassRun run_gather(const PassContext& context, const LightGpu& gpu, int layer) {
             to[3] = 1.0f;
         }
     });
-    glTextureSubImage3D(target.indirect.id(), 0, 0, 0, layer, s.width, s.height, 1, GL_RGBA, GL_FLOAT,
-                        screen.floats.data());
+    glTextureSubImage3D(array.id(), 0, 0, 0, layer, s.width, s.height, 1, GL_RGBA, GL_FLOAT, screen.floats.data());
+}
+
+}  // namespace
+
+PassRun run_gather(const PassContext& context, const LightGpu& gpu, int layer) {
+    const Target& target = context.target;
+    ScreenLight& screen = *target.screen;
+    const shade::Planes planes = gathered(context, gpu.irradiance);
+    if (context.layers_on_cpu) {
+        shade::LightLayer& own = layer_of(screen, layer);
+        for (std::size_t k = 0; k < 3; ++k) {
+            own.indirect[k].resize(planes[k].size() / shade::kLanes * shade::kLanes);
+            shade::to_halves(planes[k].data(), own.indirect[k].size(), own.indirect[k].data());
+        }
+        own.version = ++screen.writes;
+        return {};
+    }
+    to_pixels(context, planes, target.indirect, layer, screen.halves);
+    return {};
+}
+
+PassRun run_gather_emitted(const PassContext& context) {
+    ScreenLight& screen = *context.target.screen;
+    const transport::Irradiance none, &light = there(context) ? context.transport->emitted : none;
+    for (const int after_bounces : {0, 1}) {
+        shade::Planes planes;
+        if (after_bounces != 0)
+            planes = gathered(context, light);
+        else if (there(context))
+            planes =
+                shade::irradiance_at_grid(screen.grid, *context.transport, screen.links, {light.direct}, context.pool);
+        float greatest = 0.0f;
+        for (const auto& plane : planes) greatest = std::max(greatest, *std::max_element(plane.begin(), plane.end()));
+        const auto part = static_cast<std::size_t>(after_bounces);
+        screen.emitted_unit_lx[part] = greatest / 1000.0f;  // half floats hold the rest to 2^-24 of it
+        if (!(greatest > 0.0f)) continue;
+        for (auto& plane : planes) {
+            for (float& value : plane) value *= 1000.0f / greatest;
+        }
+        to_pixels(context, planes, context.target.emitted, after_bounces, screen.emitted[part]);
+    }
     return {};
 }
 
@@ -264,34 +294,96 @@ PassRun run_gather_merged(const PassContext& context) {
     return {};
 }
 
+namespace {
+
+constexpr unsigned kLinksPerPart = kMeterLinks / kMeterParts;
+
+// Where a meter stands, local, and which way it faces.
+struct Point {
+    glm::vec3 p, n, start;  // start: of its rays
+    explicit Point(const PassContext& context)
+        : p(context.traced.local(context.eye.position + context.eye.forward)),
+          n(-context.eye.forward),
+          start(p + n * (4.0f * context.traced.step_off(p))) {}
+};
+
+// Result: the surfels that a meter's links lead to, the same for all light.
+const std::vector<std::uint16_t>& links_of(const Point& point, const PassContext& context) {
+    std::vector<std::uint16_t>& ids = context.target.screen->point_ids;
+    if (!ids.empty()) return ids;
+    const Transport::Surface& surface = *context.transport->surface;
+    ids.resize(kMeterLinks);
+    trace::HitPacket hits;
+    for (unsigned k = 0; k < kMeterLinks; k += trace::kPacket)
+        transport::follow(transport::make_fan(point.start, point.n, point.n, 1, k), context.traced, surface.surfels,
+                          *surface.cells, hits, ids.data() + k);
+    return ids;
+}
+
+void set_mean(PointLight& light) {
+    for (const glm::dvec3& part : light.parts) light.light += part / static_cast<double>(kMeterParts);
+}
+
+}  // namespace
+
+PassRun run_gather_emitted_point(const PassContext& context) {
+    constexpr std::uint32_t kSamplesPerPart = 256;
+    std::array<PointLight, 2>& found = context.target.screen->emitted_point;
+    found = {};
+    if (!there(context) || context.transport->emitted.direct.empty()) return {};
+    const Transport& transport = *context.transport;
+    const transport::Surfels& surfels = transport.surface->surfels;
+    const Point point(context);
+    const trace::Receiver at{point.p, point.start, point.n, point.n};
+    context.pool.run(static_cast<int>(kMeterParts), [&](int part) {
+        glm::dvec3& sum = found[0].parts[static_cast<std::size_t>(part)];
+        for (std::uint32_t k = 0; k < kSamplesPerPart; ++k) {
+            trace::Sample sample(static_cast<std::uint32_t>(part), k);
+            sum += glm::dvec3(trace::trace_path(transport.surface->emitters, at, 0, false, sample).direct);
+        }
+        sum /= static_cast<double>(kSamplesPerPart);
+    });
+    set_mean(found[0]);
+    if (context.bounces == 0) return {};
+    const std::vector<std::uint16_t>& ids = links_of(point, context);
+    for (unsigned k = 0; k < kMeterLinks; ++k) {
+        if (ids[k] == surfels.count) continue;
+        glm::vec4 sum = transport.emitted.direct[ids[k]];
+        if (context.bounces != 1) sum += transport.emitted.indirect[ids[k]];
+        found[1].parts[k / kLinksPerPart] +=
+            glm::dvec3(surfels.albedo[ids[k]] * glm::vec3(sum)) / static_cast<double>(kLinksPerPart);
+    }
+    set_mean(found[1]);
+    return {};
+}
+
+const std::array<PointLight, 2>& emitted_point(const Target& target) {
+    return target.screen->emitted_point;
+}
+
 PassRun run_gather_point(const PassContext& context, const Light& light, LightGpu& gpu, int layer) {
-    constexpr unsigned kVpls = 4096, kPerPart = kMeterLinks / kMeterParts;
-    static_assert(kPerPart % trace::kPacket == 0 && shade::kSubsets == kMeterParts);
+    constexpr unsigned kVpls = 4096;
+    static_assert(kLinksPerPart % trace::kPacket == 0 && shade::kSubsets == kMeterParts);
     ScreenLight& screen = *context.target.screen;
     screen.points.resize(context.scene.lights.size());
     PointLight& found = screen.points[static_cast<std::size_t>(layer)];
     found = {};
     if (!there(context) || gpu.irradiance.indirect.empty() || context.bounces == 0) return {};
-    const Transport::Surface& surface = *context.transport->surface;
-    const transport::Surfels& surfels = surface.surfels;
-    const glm::vec3 p = context.traced.local(context.eye.position + context.eye.forward), n(-context.eye.forward);
-    if (screen.point_ids.empty()) {  // the same for all luminaires
-        screen.point_ids.resize(kMeterLinks);
-        trace::HitPacket hits;
-        for (unsigned k = 0; k < kMeterLinks; k += trace::kPacket)
-            transport::follow(transport::make_fan(p + n * (4.0f * context.traced.step_off(p)), n, n, 1, k),
-                              context.traced, surfels, *surface.cells, hits, screen.point_ids.data() + k);
-    }
+    const transport::Surfels& surfels = context.transport->surface->surfels;
+    const Point point(context);
+    const glm::vec3 p = point.p, n = point.n;
+    const std::vector<std::uint16_t>& ids = links_of(point, context);
     // Light that is all on few surfels, which few links meet, comes from VPLs.
     const float narrow = gpu.irradiance.narrow;
     const Sharing sharing(context, light, gpu, kVpls);
     for (unsigned k = 0; k < kMeterLinks; ++k) {
-        const std::size_t id = screen.point_ids[k];
+        const std::size_t id = ids[k];
         if (id == surfels.count) continue;
         glm::vec4 sum = gpu.irradiance.direct[id];
         if (narrow > 0.0f && sum.g > 0.0f) sum *= 1.0f - narrow + narrow * sharing.of_link(p, n, id);
         if (context.bounces != 1) sum += gpu.irradiance.indirect[id];
-        found.parts[k / kPerPart] += glm::dvec3(surfels.albedo[id] * glm::vec3(sum)) / static_cast<double>(kPerPart);
+        found.parts[k / kLinksPerPart] +=
+            glm::dvec3(surfels.albedo[id] * glm::vec3(sum)) / static_cast<double>(kLinksPerPart);
     }
     const double unit_m2 = static_cast<double>(context.geometry.layer_unit_m2());
     for (glm::dvec3& part : found.parts) part /= unit_m2;
@@ -304,7 +396,7 @@ PassRun run_gather_point(const PassContext& context, const Light& light, LightGp
                 static_cast<double>(narrow * static_cast<float>(kMeterParts));
         }
     }
-    for (const glm::dvec3& part : found.parts) found.light += part / static_cast<double>(kMeterParts);
+    set_mean(found);
     return {};
 }
 

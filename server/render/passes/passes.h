@@ -1,6 +1,7 @@
 // The passes themselves: each sets all GL state it needs, does one job and says what it drew. Render thread.
 #pragma once
 
+#include <array>
 #include <functional>
 
 #include "server/gl/objects.h"
@@ -78,6 +79,10 @@ bool first_bounce_left(const PassContext& context, const LightGpu& gpu);
 std::uint64_t grid_links_shown(const Target& target);
 // The same at the one point of a meter.
 PassRun run_gather_point(const PassContext& context, const Light& light, LightGpu& gpu, int layer);
+// Light of emissive surfaces at the target's pixels or the point of a meter: direct, and after bounces.
+PassRun run_gather_emitted(const PassContext& context);
+PassRun run_gather_emitted_point(const PassContext& context);
+const std::array<PointLight, 2>& emitted_point(const Target& target);
 // The seed paper's indirect pass into a layer.
 PassRun run_gather_seed(const PassContext& context, const Light& light, const LightGpu& gpu, int layer);
 // The CPU's layers of one light -> the target's, for run_composite.

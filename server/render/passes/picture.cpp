@@ -4,6 +4,7 @@
 
 #include "server/render/passes/passes.h"
 #include "server/render/passes/screen.h"
+#include "server/render/passes/screen_light.h"
 #include "server/scene/apply.h"
 
 namespace gonio {
@@ -33,7 +34,12 @@ PassRun run_composite(const PassContext& context, View view, const LightGpu* sho
     glBindTextureUnit(0, target.direct.id());
     glBindTextureUnit(1, target.indirect.id());
     glBindTextureUnit(2, target.albedo.id());
-    if (target.emissive) glBindTextureUnit(3, target.emission.id());
+    if (target.emissive) {
+        glBindTextureUnit(3, target.emission.id());
+        glBindTextureUnit(5, target.emitted.id());
+        const std::array<float, 2>& unit_lx = target.screen->emitted_unit_lx;
+        glProgramUniform2f(program, 5, unit_lx[0], unit_lx[1]);
+    }
     glBindTextureUnit(8, target.depth.id());
     float scale = 1.0f;
     if (shown != nullptr) {

@@ -27,6 +27,10 @@ struct ScreenLight {
     // Where layers stay on the CPU.
     std::vector<shade::LightLayer> layers;
     std::uint64_t writes = 0;  // to them
+    // Light of emissive surfaces: direct, and after bounces.
+    std::array<std::vector<std::uint16_t>, 2> emitted;  // 4 per pixel, × emitted_unit_lx; live targets only
+    std::array<float, 2> emitted_unit_lx{};             // 0: there is none
+    std::array<PointLight, 2> emitted_point;            // of meters, lux
     shade::LayerSum sum;
     shade::Planes grid_sum;                     // scratch: 3 planes in the shape of the grid
     std::vector<std::uint16_t> indirect;        // 4 per pixel: the sum of the luminaires' indirect light

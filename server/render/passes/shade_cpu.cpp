@@ -175,6 +175,8 @@ std::vector<glm::vec3> cpu_illuminance(const Target& target, std::span<const glm
                 to[k] += glm::unpackHalf1x16(halves[4 * at + static_cast<std::size_t>(k)]) * unit_lx;
         });
     };
+    const std::size_t part = indirect ? 1 : 0;
+    if (screen.emitted_unit_lx[part] > 0.0f) add_rgb(screen.emitted[part], screen.emitted_unit_lx[part]);
     if (merged) {
         add_rgb(indirect ? screen.merged.indirect : screen.merged.direct, screen.merged.list.reference / layer_unit_m2);
         return lux;
@@ -308,6 +310,11 @@ PassRun run_composite_cpu(const PassContext& context, View view, std::span<const
             }
             display.indirect = {screen.indirect.data(), static_cast<float>(rest)};
         }
+    }
+    for (const std::size_t part : {0u, 1u}) {
+        if (screen.emitted_unit_lx[part] > 0.0f && (part == 0 ? direct : indirect))
+            refined.push_back({screen.emitted[part].data(),
+                               glm::vec3(screen.emitted_unit_lx[part] * static_cast<float>(shown_per_lux * rest))});
     }
     const std::size_t bytes =
         static_cast<std::size_t>(display.width) * static_cast<std::size_t>(display.height) / 2 * 3;
