@@ -255,7 +255,8 @@ int run_daemon(const Options& given) {
         });
     if (options.keep_up) stage.set_budget(1e3 / options.target_fps);
     stage.set_most_captures(options.max_captures);
-    stage.set_scene_access({is_loopback(options.host), options.scene_roots, uploads ? uploads->folder() : ""});
+    stage.set_scene_access(
+        {is_loopback(options.host), options.scene_roots, uploads ? uploads->folder() : "", options.max_albedo});
     scene_rev.set(stage.scene().scene_rev);
     running = &stage;
     front->publish_state(stage.state());

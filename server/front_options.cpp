@@ -93,6 +93,11 @@ void add_front_options(CLI::App& app, Options& options) {
                           4);
     add_size<std::size_t>(app, "--max-queued-mib", limits.queued_bytes, 1 << 20, 1 << 16,
                           "MiB that wait for a slow client; an answer for which there is no room becomes busy");
+    add_size<std::size_t>(app, "--max-transport-mib", options.transport_bytes, 1 << 20, 4096,
+                          "MiB for how surfaces exchange light; less: coarser indirect light", 16);
+    app.add_option("--max-albedo", options.max_albedo, "reflectance of scene files; what exceeds it is bounded")
+        ->check(finite_in(0.0, 0.99))
+        ->capture_default_str();
     add_count(app, "--max-outstanding", limits.outstanding, 1, "unanswered requests of a client; one more is busy");
     app.add_option("--max-updates", limits.updates_per_s, "commands of a client a second; more are told slow_down")
         ->check(finite_in(0.1, 1e6))

@@ -6,6 +6,7 @@
 #include <string>
 #include <vector>
 
+#include "server/assets/assets.h"
 #include "server/net/front_limits.h"
 #include "server/net/udp_inputs.h"
 
@@ -43,7 +44,9 @@ struct Options {
     std::string upload_folder;                                              // empty: a private one
     std::vector<std::string> scene_roots;                                   // below which clients may load scene files
     std::string log_level = "info";
-    unsigned max_captures = 8;  // that wait for each other
+    unsigned max_captures = 8;                             // that wait for each other
+    std::size_t transport_bytes = std::size_t{256} << 20;  // SurfelSettings::bytes
+    double max_albedo = kMaxAlbedo;                        // of scene files; beyond it is bounded
     FrontLimits limits;
     std::vector<std::string> arguments;  // as given: SIGHUP reads file and environment again
 };

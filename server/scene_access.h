@@ -1,4 +1,4 @@
-// Which files on this machine a client may load as a scene. Reads the file system; any thread.
+// Which files on this machine a client may load as a scene, and how. Reads the file system; any thread.
 #pragma once
 
 #include <string>
@@ -13,6 +13,7 @@ struct SceneAccess {
     std::vector<std::string>
         roots;                  // folders: files below them, links followed; relative names are sought in them first
     std::string upload_folder;  // of "upload:NAME"; empty: there are no uploads
+    double max_albedo = 0.95;   // as of load_scene
 };
 
 // file: as of load_scene. Result: what to open: the name of a built-in scene as it is, else a path.

@@ -62,8 +62,8 @@ void keep_show_aside(const std::string& path) {
     spdlog::warn("state: the show that was saved is kept as {}", *aside);
 }
 
-std::shared_ptr<const SceneAsset> asset_of(const std::string& file) {
-    auto asset = load_scene(file);
+std::shared_ptr<const SceneAsset> asset_of(const std::string& file, double max_albedo) {
+    auto asset = load_scene(file, "", max_albedo);
     if (!asset) throw std::invalid_argument("cannot load the scene '" + file + "': " + asset.error().text());
     for (const std::string& warning : (*asset)->warnings) spdlog::warn("{}: {}", file, warning);
     return *asset;
@@ -75,9 +75,9 @@ Result<std::shared_ptr<const SceneAsset>> saved_asset(const Options& options, co
     const bool upload = name.starts_with(kUploadPrefix);
     if (upload && options.upload_folder.empty())
         return Error{"not_found", "scene", name, "Uploads are kept where --upload-dir names a folder."};
-    const auto path = scene_path({true, options.scene_roots, options.upload_folder}, name);
+    const auto path = scene_path({true, options.scene_roots, options.upload_folder, options.max_albedo}, name);
     if (!path && upload) return path.error();
-    return load_scene(path ? *path : name, name);
+    return load_scene(path ? *path : name, name, options.max_albedo);
 }
 
 struct Restored {
@@ -89,14 +89,15 @@ struct Restored {
 Restored saved_scene(const Options& options, const saved::Show& show) {
     if (options.scene_given && !is_scene_of(show, options.scene)) {
         spdlog::warn("state: '{}' was saved, --scene asks for '{}'", show.scene(), options.scene);
-        return {scene_of(asset_of(options.scene), revision_after(show)), false};
+        return {scene_of(asset_of(options.scene, options.max_albedo), revision_after(show)), false};
     }
     auto asset = saved_asset(options, show.scene());
     const bool same_scene = static_cast<bool>(asset);
     if (!same_scene)
         spdlog::warn("state: the scene '{}' cannot be loaded: {}; '{}' is shown instead", show.scene(),
                      asset.error().text(), options.scene);
-    RestoredShow restored = restore_show(show, same_scene ? *asset : asset_of(options.scene), same_scene);
+    RestoredShow restored =
+        restore_show(show, same_scene ? *asset : asset_of(options.scene, options.max_albedo), same_scene);
     for (const std::string& warning : restored.warnings) spdlog::warn("state: {}", warning);
     spdlog::info("state: restored from {}, revision {}", options.state_file, restored.scene.scene_rev);
     return {std::move(restored.scene), same_scene && restored.warnings.empty()};
@@ -131,7 +132,8 @@ SurfaceOptions surface_options(const Options& options) {
 Scene first_scene(const Options& options) {
     std::optional<saved::Show> show;
     if (!options.state_file.empty()) show = read_state_file(options.state_file);
-    auto [scene, whole] = show ? saved_scene(options, *show) : Restored{scene_of(asset_of(options.scene))};
+    auto [scene, whole] =
+        show ? saved_scene(options, *show) : Restored{scene_of(asset_of(options.scene, options.max_albedo))};
     const bool restored = show.has_value();
     if (!restored || options.size_given) {
         v1::Command size;
@@ -155,6 +157,12 @@ Scene first_scene(const Options& options) {
     return std::move(scene);
 }
 
+static transport::SurfelSettings surfels_of(const Options& options) {
+    transport::SurfelSettings settings;
+    settings.bytes = options.transport_bytes;
+    return settings;
+}
+
 std::function<Gpu::Made()> gpu_maker(const Options& options) {
     return [options] {
         Gpu::Made made;
@@ -165,6 +173,7 @@ std::function<Gpu::Made()> gpu_maker(const Options& options) {
         made.context = gl::Context::create({options.device, options.gl_debug});
         auto renderer = std::make_unique<Renderer>(*made.context, gather_of(options));
         renderer->make_transport_beside();
+        renderer->set_surfels(surfels_of(options));
         made.renderer = std::move(renderer);
         return made;
     };
@@ -176,6 +185,7 @@ int run_job(const Options& options, Scene scene) {
     spdlog::info("{}", context->description());
     Renderer renderer(*context, gather_of(options));
     renderer.set_links(transport::kMostLinks);
+    renderer.set_surfels(surfels_of(options));
     return run_oneshot(renderer, std::move(scene), options.oneshot, options.out);
 }
 

@@ -17,12 +17,16 @@ namespace gonio {
 inline constexpr std::size_t kMaxSceneFileBytes = std::size_t{1} << 30;  // .gltf, .glb and each buffer: "too_large"
 inline constexpr std::size_t kMaxSceneVertices = std::size_t{1} << 26;   // over all meshes: "too_large"
 inline constexpr int kMaxImagePx = 8192;                                 // per side: "too_large"
+// Of surfaces in files, per channel. glTF's default is 1, and light between such walls never ends; white paint has 0.9.
+inline constexpr double kMaxAlbedo = 0.95;
 
 // name: "cornell" or "atrium" (generated in code), or the path of a .gltf or .glb.
 // Errors: "not_found", "bad_gltf", "out_of_bounds", "missing_file", "bad_image", "bad_profile", "too_large",
 // "unsupported"; `where` is a JSON pointer into the glTF ("/accessors/3/byteOffset") or a file name.
 // shown: what the scene is called, and its file in errors, instead of `name`; empty: that.
-Result<std::shared_ptr<const SceneAsset>> load_scene(const std::string& name, const std::string& shown = "");
+// max_albedo: what a file's surfaces reflect at most, 0..1; more is bounded, and a warning says of how many materials.
+Result<std::shared_ptr<const SceneAsset>> load_scene(const std::string& name, const std::string& shown = "",
+                                                     double max_albedo = kMaxAlbedo);
 
 // The built-in scenes, metres. cornell: a box with two blocks and a sculpture of about 33,000 triangles in all;
 // atrium: a colonnaded court of at least 262,000 triangles, textured. Both with one luminaire and one camera.

@@ -1,7 +1,10 @@
 #include "server/assets/gltf.h"
 
 #include <algorithm>
+#include <cmath>
+#include <cstdint>
 #include <exception>
+#include <vector>
 
 #include "protocol/shortened_text.h"
 #include "server/assets/gltf_document.h"
@@ -16,7 +19,49 @@ void GltfImport::warn(std::string sentence) {
     warnings.push_back(warnings.size() + 1 == kMaxWarnings ? "more warnings were left out" : std::move(sentence));
 }
 
-Result<std::shared_ptr<const SceneAsset>> load_gltf(const std::string& path, const std::string& name) {
+namespace {
+
+void bound_albedo(GltfImport& import, double most) {
+    const auto white = static_cast<float>(most);
+    // The sRGB curve of IEC 61966-2-1.
+    const double encoded = most <= 0.0031308 ? 12.92 * most : 1.055 * std::pow(most, 1.0 / 2.4) - 0.055;
+    const auto bright = static_cast<std::uint8_t>(255.0 * encoded);
+    std::vector<bool> used(import.scene.materials.size()), seen(import.scene.images.size()),
+        too_bright(import.scene.images.size());
+    for (const Mesh& mesh : import.scene.meshes) used[static_cast<std::size_t>(mesh.material)] = true;
+    int bounded = 0;
+    for (std::size_t i = 0; i < import.scene.materials.size(); ++i) {
+        Material& material = import.scene.materials[i];
+        bool exceeds = false;
+        if (material.base_color_image < 0) {
+            for (int k = 0; k < 3; ++k) {
+                exceeds |= material.base_color[k] > white;
+                material.base_color[k] = std::min(material.base_color[k], white);
+            }
+        } else {  // the factor only darkens
+            const auto image = static_cast<std::size_t>(material.base_color_image);
+            if (!seen[image]) {
+                std::vector<std::uint8_t>& rgba = import.scene.images[image].rgba;
+                for (std::size_t p = 0; p + 3 < rgba.size(); p += 4) {
+                    for (std::size_t k = p; k < p + 3; ++k) {
+                        if (rgba[k] > bright) rgba[k] = bright, too_bright[image] = true;
+                    }
+                }
+                seen[image] = true;
+            }
+            exceeds = too_bright[image];
+        }
+        bounded += exceeds && used[i] ? 1 : 0;
+    }
+    if (bounded > 0)
+        import.warn(std::to_string(bounded) + (bounded == 1 ? " material reflects" : " materials reflect") +
+                    " more than --max-albedo and was bounded there: surfaces that lose no light never end a bounce");
+}
+
+}  // namespace
+
+Result<std::shared_ptr<const SceneAsset>> load_gltf(const std::string& path, const std::string& name,
+                                                    double max_albedo) {
     try {
         const auto document = read_gltf_document(path);
         if (!document) return document.error();
@@ -28,6 +73,7 @@ Result<std::shared_ptr<const SceneAsset>> load_gltf(const std::string& path, con
             const auto done = step(import);
             if (!done) return done.error();
         }
+        bound_albedo(import, max_albedo);
         if (scene->instances.empty()) import.warn("the scene has no triangles");
         return std::shared_ptr<const SceneAsset>(std::move(scene));
     } catch (const std::exception& error) {

@@ -9,7 +9,8 @@
 
 namespace gonio {
 
-// name: of the result. Result and errors as of load_scene. Opens nothing outside the file's own directory.
-Result<std::shared_ptr<const SceneAsset>> load_gltf(const std::string& path, const std::string& name);
+// name: of the result. Result, errors and max_albedo as of load_scene. Opens nothing outside the file's own directory.
+Result<std::shared_ptr<const SceneAsset>> load_gltf(const std::string& path, const std::string& name,
+                                                    double max_albedo);
 
 }  // namespace gonio

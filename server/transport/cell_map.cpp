@@ -7,13 +7,13 @@ namespace gonio::transport {
 namespace {
 
 constexpr std::uint32_t kUnknown = ~0u, kDivided = 1u << 16;
-constexpr float kUndividedRadii = 0.35f;                  // smaller ones are never divided
-constexpr float kCellRadii = 0.7f;                        // a cell's edge, of the surfels' radius
-constexpr std::size_t kMostCells = std::size_t{1} << 24;  // in all; beyond, cells are larger
+constexpr float kUndividedRadii = 0.35f;  // smaller ones are never divided
+constexpr float kCellRadii = 0.7f;        // a cell's edge, of the surfels' radius
 
 }  // namespace
 
-CellMap::CellMap(const trace::Geometry& geometry, const Surfels& surfels) : geometry_(geometry), surfels_(surfels) {
+CellMap::CellMap(const trace::Geometry& geometry, const Surfels& surfels, std::size_t most_bytes)
+    : geometry_(geometry), surfels_(surfels) {
     const SceneAsset& asset = geometry.asset();
     std::vector<float> longest;
     for (std::size_t i = 0; i < asset.instances.size(); ++i) {
@@ -32,7 +32,8 @@ CellMap::CellMap(const trace::Geometry& geometry, const Surfels& surfels) : geom
     for (;; cell *= 1.5f) {
         std::size_t size = 0;
         for (const float edge : longest) size += std::size_t{2} * side_of(edge, cell) * side_of(edge, cell);
-        if (size <= std::max(kMostCells, 2 * longest.size())) break;
+        const std::size_t bytes = size * sizeof(std::uint32_t) + longest.size() * sizeof(Triangle);
+        if (bytes <= std::max(most_bytes, kLeastBytesPerTriangle * longest.size())) break;
     }
     triangles_.reserve(longest.size());
     for (const float edge : longest) {

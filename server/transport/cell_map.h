@@ -14,8 +14,9 @@ namespace gonio::transport {
 
 class CellMap {
 public:
-    // Both outlive it.
-    CellMap(const trace::Geometry& geometry, const Surfels& surfels);
+    // Both outlive it. most_bytes: beyond, cells are larger, down to one a triangle and side.
+    CellMap(const trace::Geometry& geometry, const Surfels& surfels, std::size_t most_bytes);
+    static constexpr std::size_t kLeastBytesPerTriangle = 16;
 
     // Result: the surfel nearest to barycentric (u, v) on the front or the back of a triangle that nothing hides from
     // there; `surfels.count`: none. The same for every place of a cell, unless something stands in the cell.

@@ -55,6 +55,9 @@ private:
 struct SurfelSettings {
     double spacing_m = 0.06;  // wanted; the counts win
     std::size_t least = 16'000, most = 40'000;
+    // Of surfels, cells (a quarter of it) and links; each triangle takes 16 bytes and there are 1,000 surfels though it
+    // were exceeded.
+    std::size_t bytes = std::size_t{256} << 20;
 };
 // seeds: places that light comes from or is looked at from, local; walks from them decide which surfaces are reached.
 // stopped: asked now and then; when true the result is empty.

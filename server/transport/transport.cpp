@@ -34,6 +34,21 @@ std::vector<glm::vec4> lit_by_emitters(const Surfels& surfels, const trace::Worl
     return lit;
 }
 
+// As many surfels as fit beside the cells, a few if there is no room.
+SurfelSettings within_bytes(SurfelSettings settings, const trace::Geometry& geometry) {
+    constexpr std::size_t kFewest = 1000;
+    // Links and, of those kept in reverse, where they start; places, means, neighbours; darts may pack more densely.
+    constexpr std::size_t kEach = (sizeof(std::uint16_t) * kMostLinks + 256) * 11 / 10;
+    std::size_t triangles = 0;
+    for (const Instance& one : geometry.asset().instances)
+        triangles += geometry.asset().meshes[static_cast<std::size_t>(one.mesh)].indices.size() / 3;
+    const std::size_t cells = std::max(settings.bytes / 4, triangles * CellMap::kLeastBytesPerTriangle);
+    const std::size_t room = settings.bytes > cells ? (settings.bytes - cells) / kEach : 0;
+    settings.most = std::clamp(room, kFewest, settings.most);
+    settings.least = std::min(settings.least, settings.most);
+    return settings;
+}
+
 // What emissive surfaces light is reached from before them: from some, where there are many.
 void add_seeds(const trace::World& world, std::vector<glm::vec3>& seeds) {
     constexpr std::size_t kMost = 16;
@@ -104,10 +119,10 @@ void Builder::make(std::shared_ptr<const trace::Geometry> geometry, std::vector<
     surface->geometry = geometry;
     surface->emitters = {geometry, {}, {}, trace::emitters_of(*geometry)};
     add_seeds(surface->emitters, seeds);
-    surface->surfels = place_surfels(*geometry, seeds, settings, pool, stopped);
+    surface->surfels = place_surfels(*geometry, seeds, within_bytes(settings, *geometry), pool, stopped);
     const Surfels& surfels = surface->surfels;
     if (stopped()) return;
-    surface->cells = std::make_unique<const CellMap>(*geometry, surfels);
+    surface->cells = std::make_unique<const CellMap>(*geometry, surfels, settings.bytes / 4);
     Irradiance emitted;
     if (!surface->emitters.emitters.empty())
         emitted.direct = lit_by_emitters(surfels, surface->emitters, pool, stopped);

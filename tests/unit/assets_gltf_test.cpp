@@ -30,7 +30,28 @@ TEST_F(AssetsGltf, TriangleLoads) {
     for (const Vertex& vertex : mesh.vertices) EXPECT_EQ(vertex.normal, glm::vec3(0, 0, 1));
     EXPECT_EQ(scene->bounds.max, glm::dvec3(1, 1, 0));
     EXPECT_GE(scene->materials.size(), 1u);
-    EXPECT_TRUE(scene->warnings.empty());
+    // It has no material: glTF's default is white, and reflects all light.
+    EXPECT_EQ(scene->materials.at(static_cast<std::size_t>(mesh.material)).base_color,
+              glm::vec4(0.95f, 0.95f, 0.95f, 1.0f));
+    ASSERT_EQ(scene->warnings.size(), 1u);
+    EXPECT_NE(scene->warnings[0].find("--max-albedo"), std::string::npos);
+}
+
+TEST_F(AssetsGltf, ReflectancesAreBounded) {
+    Json document = triangle();
+    document["materials"] = Json::parse(R"([{"pbrMetallicRoughness": {"baseColorFactor": [1, 0.3, 0.9, 0.99]}},
+        {"pbrMetallicRoughness": {"baseColorFactor": [0.9, 0.3, 0.2, 1]}}])");
+    document["meshes"][0]["primitives"][0]["material"] = 0;
+    const std::string path = write("white.gltf", document.dump());
+    const auto usual = load_scene(path), dark = load_scene(path, "", 0.5);
+    ASSERT_TRUE(usual && dark);
+    EXPECT_EQ((*usual)->materials[0].base_color, glm::vec4(0.95f, 0.3f, 0.9f, 0.99f));
+    EXPECT_EQ((*usual)->warnings.size(), 1u);
+    EXPECT_EQ((*dark)->materials[0].base_color, glm::vec4(0.5f, 0.3f, 0.5f, 0.99f));
+    document["meshes"][0]["primitives"][0]["material"] = 1;
+    const auto grey = load_scene(write("grey.gltf", document.dump()));
+    ASSERT_TRUE(grey);
+    EXPECT_TRUE((*grey)->warnings.empty()) << "what no mesh shows is not worth a word";
 }
 
 TEST_F(AssetsGltf, NodesMultiplyInDouble) {
@@ -155,7 +176,9 @@ TEST_F(AssetsGltf, ImagesBecomeRgba8) {
         const auto scene = good(textured("data:image/png;base64," + std::string(png)));
         ASSERT_EQ(scene->images.size(), 1u);
         ASSERT_EQ(scene->images[0].rgba.size(), rgba.size());
-        for (std::size_t i = 0; i < rgba.size(); ++i) EXPECT_EQ(scene->images[0].rgba[i], rgba[i]) << i;
+        // 249 is the last that reflects no more than 0.95.
+        for (std::size_t i = 0; i < rgba.size(); ++i)
+            EXPECT_EQ(scene->images[0].rgba[i], i % 4 == 3 ? rgba[i] : std::min(rgba[i], 249)) << i;
     }
 }
 

@@ -177,6 +177,21 @@ TEST(Transport, ASheetHasTwoSides) {
     }
 }
 
+// With a sixteenth of the memory there are fewer surfels; the light is the same but for its detail.
+TEST(Transport, KeepsToItsBytes) {
+    const Scene scene = scene_of(make_cornell());
+    const auto geometry = std::make_shared<const trace::Geometry>(scene.asset);
+    const std::vector<glm::vec3> seeds = {geometry->local(scene.lights[0].position)};
+    SurfelSettings settings;
+    settings.bytes = std::size_t{16} << 20;
+    Builder builder(geometry, seeds, settings, kMostLinks, false);
+    builder.wait();
+    EXPECT_LE(builder.newest()->bytes(), settings.bytes);
+    EXPECT_GT(builder.newest()->bytes(), settings.bytes / 2);
+    EXPECT_EQ(builder.newest()->links.per_surfel(), kMostBlockLinks);
+    EXPECT_GT(builder.newest()->surface->surfels.count, 1000u);
+}
+
 // A room whose walls all emit L: E0 = pi L everywhere, and with every bounce E0 / (1 - rho).
 TEST(Transport, AWhiteFurnace) {
     Scene scene = room({3, 2, 2.5}, 0.5f, {1, 1, 1});
