@@ -65,7 +65,7 @@ struct LightGpu {
     std::vector<float> surfel_direct;  // direct illuminance at the transport's surfels
     bool moves = false;                // it has changed since it was solved
     transport::Irradiance irradiance;
-    std::shared_ptr<const shade::VplRays> rays;  // of `profile`, of a narrow light
+    std::shared_ptr<const shade::VplRays> rays;  // of `profile`, where asked for
     struct Exact {                               // the first bounce of a narrow light that rests
         shade::VplCast vpls;
         std::vector<glm::vec4> first;

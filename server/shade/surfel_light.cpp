@@ -1,6 +1,85 @@
 #include "server/shade/surfel_light.h"
 
+#include <limits>
+
 namespace gonio::shade {
+namespace {
+
+// 1: all light falls on so few surfels that their centres are no fair sample of it.
+float spot_share(const transport::Surfels& surfels, const std::vector<float>& direct) {
+    double sum = 0.0, squares = 0.0;
+    for (std::size_t i = 0; i < surfels.count; ++i) {
+        const double flux = static_cast<double>(direct[i]) * static_cast<double>(surfels.area_m2[i]);
+        sum += flux, squares += flux * flux;
+    }
+    return squares > 0.0 ? 1.0f - glm::smoothstep(8.0f, 32.0f, static_cast<float>(sum * sum / squares)) : 1.0f;
+}
+
+// 1: the luminaire is nearer to the surfel than others are.
+float near_share(const transport::Surfels& surfels, std::size_t i, const glm::vec3& light) {
+    return 1.0f - glm::smoothstep(2.0f, 4.0f, glm::distance(surfels.position(i), light) / surfels.radius_m);
+}
+
+}  // namespace
+
+bool takes_flux(const transport::Surfels& surfels, const glm::vec3& light, const std::vector<float>& direct) {
+    for (std::size_t i = 0; i < surfels.count; ++i) {
+        if (near_share(surfels, i, light) > 0.0f) return true;
+    }
+    return spot_share(surfels, direct) > 0.0f;
+}
+
+void take_flux(const VplRays& rays, const transport::Transport::Surface& surface, const glm::vec3& light,
+               const glm::mat3& world_from_light, float unit_m2, std::vector<float>& out, Pool& pool) {
+    const transport::Surfels& surfels = surface.surfels;
+    const float start = surface.geometry->step_off(light);
+    using transport::kNeighbours;
+    struct End {
+        const std::uint16_t* around = nullptr;  // kNeighbours surfels; null: nothing is met
+        float weights[kNeighbours];
+    };
+    std::vector<End> ends(rays.rays.size());
+    pool.run(static_cast<int>(ends.size() / trace::kPacket), [&](int packet) {
+        const std::size_t first = static_cast<std::size_t>(packet) * trace::kPacket;
+        transport::Fan fan;
+        for (std::size_t i = 0; i < trace::kPacket; ++i) {
+            const glm::vec3 d = world_from_light * rays.rays[first + i].direction, o = light + d * start;
+            fan.rays.from_x[i] = o.x, fan.rays.from_y[i] = o.y, fan.rays.from_z[i] = o.z;
+            fan.rays.along_x[i] = d.x, fan.rays.along_y[i] = d.y, fan.rays.along_z[i] = d.z;
+            fan.rays.far[i] = std::numeric_limits<float>::infinity();
+            if (rays.rays[first + i].flux_lm_per_cd > 0.0f) fan.active |= 1u << i;
+        }
+        trace::HitPacket hits;
+        std::uint16_t ids[trace::kPacket];
+        transport::follow(fan, *surface.geometry, surfels, *surface.cells, hits, ids);
+        for (std::size_t i = 0; i < trace::kPacket; ++i) {
+            if (ids[i] == surfels.count) continue;
+            const glm::vec3 d = world_from_light * rays.rays[first + i].direction;
+            End& end = ends[first + i];
+            end.around = surfels.neighbours[ids[i]].data();
+            transport::weigh(surfels, end.around, light + d * (start + hits.distance[i]), surfels.normal(ids[i]),
+                             end.weights);
+        }
+    });
+    // In all the luminaire's flux, though few rays may meet the beam.
+    double all = 0.0;
+    for (const VplRays::Ray& ray : rays.rays) all += static_cast<double>(ray.flux_lm_per_cd);
+    const Profile& profile = *rays.table->profile();
+    const float right = all > 0.0 ? static_cast<float>(profile.flux_lm / profile.max_cd / all) : 0.0f;
+    std::vector<float> taken(surfels.count, 0.0f);
+    for (std::size_t i = 0; i < ends.size(); ++i) {
+        if (ends[i].around == nullptr) continue;
+        const float flux = rays.rays[i].flux_lm_per_cd * right * unit_m2;
+        for (std::size_t k = 0; k < kNeighbours; ++k) {
+            const std::size_t id = ends[i].around[k];
+            if (id != surfels.count && surfels.area_m2[id] > 0.0f)
+                taken[id] += flux * ends[i].weights[k] / surfels.area_m2[id];
+        }
+    }
+    const float everywhere = spot_share(surfels, out);
+    for (std::size_t i = 0; i < surfels.count; ++i)
+        out[i] = glm::mix(out[i], taken[i], std::max(everywhere, near_share(surfels, i, light)));
+}
 
 void direct_at_surfels(const transport::Surfels& surfels, const trace::Geometry& geometry, const DirectLight& light,
                        std::vector<float>& out, Pool& pool) {

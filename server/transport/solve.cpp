@@ -314,7 +314,7 @@ unsigned solve(const Surfels& surfels, const Links& links, std::span<const glm::
         for (std::size_t c = 0; c < changes.size(); ++c) change += changes[c], sum += sums[c];
         const bool enough = !(change > accuracy.change * sum);
         if (enough || bounce == accuracy.most) {
-            light.converged = enough && rests;
+            light.converged = rests;  // if not yet at the end, another run from the start gets no further
             return bounce;
         }
         // What is still to come falls by the same ratio each time, about: taken in one step, now and then.

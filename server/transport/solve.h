@@ -44,7 +44,7 @@ struct Irradiance {
     std::vector<glm::vec4> indirect;  // E, rgb; empty: never solved
     std::vector<glm::vec4> first;     // of it, what comes after one bounce
     float narrow = 0.0f;              // 0..1: how far E0 is all on few surfels, which few links meet
-    bool converged = false;           // to Accuracy::rest
+    bool converged = false;           // solved at rest
 };
 
 struct Accuracy {

@@ -7,6 +7,7 @@
 #include <numeric>
 
 #include "server/trace/sampler.h"
+#include "server/transport/solve.h"
 
 namespace gonio::transport {
 namespace {
@@ -388,6 +389,16 @@ private:
                 }
             }
         });
+        // A few candidates say little of one surfel's area; those around are of like size.
+        std::vector<float> areas(s.count);
+        for (std::size_t i = 0; i < s.count; ++i) {
+            float weights[kNeighbours];
+            weigh(s, s.neighbours[i].data(), s.position(i), s.normal(i), weights);
+            for (std::size_t k = 0; k < kNeighbours; ++k) {
+                if (s.neighbours[i][k] != s.count) areas[i] += weights[k] * s.area_m2[s.neighbours[i][k]];
+            }
+        }
+        s.area_m2 = std::move(areas);
     }
 
     const trace::Geometry& geometry_;

@@ -28,6 +28,8 @@ protected:
     Cost() : Cost(GetParam()) {}
     explicit Cost(const Case& which) : renderer(context(), gather()), scene(scene_of(asset(which.scene))) {
         scene.width_px = scene.height_px = 96;
+        renderer.set_surfels({0.06, 1000, 4000});  // which passes run does not depend on how many there are
+        renderer.set_links(128);
         // Shadow maps of many luminaires take a software GL seconds.
         const std::size_t lights = which.lights != 0 ? which.lights : shadow_maps() ? 3 : 12;
         const glm::dvec3 home = scene.lights[0].position;

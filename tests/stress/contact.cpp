@@ -132,12 +132,13 @@ void singularity(Bench& bench) {
     // Towards the wall along the axis of its brightest point: bounded by the wall's own exitance.
     const double exitance = rho * candela / (1.5 * 1.5);
     for (const Quality quality : {Quality::interactive, Quality::rsm}) {
-        Finding& finding = bench.findings.of(bench.group,
-                                             quality == Quality::rsm ? "rsm illuminance / exitance, swept to contact"
-                                                                     : "list illuminance / exitance, swept to contact",
-                                             1.05);
+        Finding& finding =
+            bench.findings.of(bench.group,
+                              quality == Quality::rsm ? "rsm illuminance / exitance, swept to contact"
+                                                      : "interactive illuminance / exitance, swept to contact",
+                              1.05);
         for (double gap : distances) {
-            const double lux = read_meter(bench, scene, {{0.0, 1.5, -3 + gap}, {0, 0, -1}}, quality).indirect_lx();
+            const double lux = read_meter(bench, scene, {{0.0, 1.5, -3 + gap}, {0, 0, -1}}, quality, 1).indirect_lx();
             finding.note(lux / exitance, [&] { return metres(gap); });
             finding.profile.emplace_back(metres(gap), lux / exitance);
         }
@@ -150,15 +151,15 @@ void singularity(Bench& bench) {
     for (const Path& path : {Path{"edge", {0.5, 0, -3}, {0, 0, 1}}, Path{"corner", {-3, 0, -3}, {1, 0, 1}}}) {
         for (const Quality quality : {Quality::interactive, Quality::rsm}) {
             const bool rsm = quality == Quality::rsm;
-            const std::string name = std::string(rsm ? "rsm" : "list") + " error towards the " + path.name;
-            // The sum over all texels loses light near contact; list and short rays together must not.
+            const std::string name = std::string(rsm ? "rsm" : "interactive") + " error towards the " + path.name;
+            // The sum over all texels loses light near contact; links must not.
             Finding& near = bench.findings.of(bench.group, name + ", 1 mm to 5 cm", rsm ? 1.0 : 0.1);
             Finding& far = bench.findings.of(bench.group, name + ", from 10 cm", rsm ? 0.03 : 0.05);
             for (double distance : distances) {
                 const glm::dvec3 point = path.foot + path.away * distance, up(0, 1, 0);
                 const double truth =
                     bounced(back, rho, candela, light, point, up) + bounced(side, rho, candela, light, point, up);
-                const double error = read_meter(bench, scene, {point, up}, quality).indirect_lx() / truth - 1.0;
+                const double error = read_meter(bench, scene, {point, up}, quality, 1).indirect_lx() / truth - 1.0;
                 Finding& finding = distance < 0.1 ? near : far;
                 finding.note(std::abs(error), [&] { return metres(distance); });
                 finding.profile.emplace_back(metres(distance), error);

@@ -204,8 +204,9 @@ std::vector<Placed> box(const glm::dvec3& min, const glm::dvec3& max, double ref
     return pieces;
 }
 
-v1::MeterReading read_meter(Bench& bench, const Scene& scene, const Meter& meter, Renderer::MeterQuality quality) {
-    const v1::MeterReading reading = bench.renderer.meter(scene, meter.point, meter.normal, quality);
+v1::MeterReading read_meter(Bench& bench, const Scene& scene, const Meter& meter, Renderer::MeterQuality quality,
+                            int bounces) {
+    const v1::MeterReading reading = bench.renderer.meter(scene, meter.point, meter.normal, quality, bounces);
     std::vector<float> values;
     for (double v : {reading.direct_lx(), reading.indirect_lx(), reading.total_lx()})
         values.push_back(static_cast<float>(v));
@@ -219,8 +220,8 @@ v1::MeterReading read_meter(Bench& bench, const Scene& scene, const Meter& meter
     return reading;
 }
 
-std::vector<float> values_of(Bench& bench, const Scene& scene, View view, int width_px, int height_px) {
-    std::vector<float> values = bench.renderer.capture(scene, view, width_px, height_px, true)->values;
+std::vector<float> values_of(Bench& bench, const Scene& scene, View view, int width_px, int height_px, int bounces) {
+    std::vector<float> values = bench.renderer.capture(scene, view, width_px, height_px, true, bounces)->values;
     if (view != View::rsm_normal) check_values(bench, values, std::string("exr capture of ") + view_name(view));
     return values;
 }

@@ -34,13 +34,15 @@ struct Meter {
 };
 // Live frame, PNG and EXR captures and meters, with each technique; every buffer is checked on the way.
 void drive(Bench& bench, Scene& scene, std::span<const Meter> meters);
-// A meter reading, checked like every other.
-v1::MeterReading read_meter(Bench& bench, const Scene& scene, const Meter& meter, Renderer::MeterQuality quality);
+// A meter reading, checked like every other. bounces: as of Renderer::meter.
+v1::MeterReading read_meter(Bench& bench, const Scene& scene, const Meter& meter, Renderer::MeterQuality quality,
+                            int bounces = trace::kAllBounces);
 // Reference readings, checked likewise.
 std::vector<trace::Reading> read_reference(Bench& bench, const Scene& scene, std::span<const Meter> meters,
                                            const trace::Settings& settings);
 // Values of a capture, checked likewise; 4 per pixel.
-std::vector<float> values_of(Bench& bench, const Scene& scene, View view, int width_px, int height_px);
+std::vector<float> values_of(Bench& bench, const Scene& scene, View view, int width_px, int height_px,
+                             int bounces = trace::kAllBounces);
 
 // While alive, checks every buffer that a renderer writes and shows it to `also`.
 class BufferWatch {

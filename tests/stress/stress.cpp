@@ -11,9 +11,11 @@ struct Case {
     const char* name;
     void (*run)(Bench&);
 };
-constexpr Case kCases[] = {{"contact", contact},     {"singularity", singularity}, {"scale", scale},
-                           {"intensity", intensity}, {"degenerate", degenerate},   {"seams", seams},
-                           {"steps", steps},         {"convergence", convergence}, {"fuzz", fuzz}};
+constexpr Case kCases[] = {{"contact", contact},       {"singularity", singularity},
+                           {"scale", scale},           {"intensity", intensity},
+                           {"degenerate", degenerate}, {"seams", seams},
+                           {"steps", steps},           {"convergence", convergence},
+                           {"bounces", bounces},       {"fuzz", fuzz}};
 // Below this many seconds the sweeps are thinned out.
 constexpr double kBriefSeconds = 60.0;
 
@@ -43,7 +45,7 @@ int run_stress(const Options& options, std::ostream& out) {
     Findings findings;
     Renderer renderer(*context);
     renderer.set_surfels({0.06, 1000, 4000});  // many scenes: what fewer surfels lose in accuracy the bounds allow
-    renderer.set_links(128);
+    renderer.set_links(kLinks);
     const auto start = std::chrono::steady_clock::now();
     Bench bench{renderer, findings, options.seed, options.seconds < kBriefSeconds, start, "", ""};
     bench.until = start + std::chrono::duration_cast<std::chrono::steady_clock::duration>(

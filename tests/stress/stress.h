@@ -15,6 +15,9 @@
 
 namespace gonio::stress {
 
+// Of the renderer, but where a case says otherwise: many scenes are made.
+inline constexpr unsigned kLinks = 128;
+
 struct Options {
     double seconds = 120.0;  // about; shared among the cases, the random scenes take what is left
     std::uint64_t seed = 1;
@@ -42,6 +45,7 @@ void degenerate(Bench& bench);   // pencil beams, triangles and texture coordina
 void seams(Bench& bench);        // flux of mask and RSM in every direction
 void steps(Bench& bench);        // small turns and moves of a luminaire
 void convergence(Bench& bench);  // RSM resolutions
+void bounces(Bench& bench);      // every bounce: reflectances up to 0.99, surfaces that coincide
 void fuzz(Bench& bench);         // random scenes
 
 // Adds `stress` with its options. Result: the subcommand; options live until the arguments are parsed.

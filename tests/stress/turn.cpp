@@ -165,10 +165,10 @@ void steps(Bench& bench) {
         if (bench.brief && &motion != &motions[0] && &motion != &motions[3]) continue;
         const std::string name = motion.name;
         Finding& dense = excess("sphere: rsm jump, steps of " + name, 0.005);
-        Finding& list = excess("sphere: list jump, steps of " + name, 0.01);
+        Finding& links = excess("sphere: interactive jump, steps of " + name, 0.01);
         Scene scene = scene_of_pieces({room}, {light_seed(profile, {0.4, 0.3, 0.2})});
         scene.samples = kDefaultVpls;
-        double before_dense[3] = {}, before_list[3] = {};
+        double before_dense[3] = {}, before_links[3] = {};
         for (int k = 0; k <= count; ++k) {
             Light& light = scene.lights[0];
             light.position = glm::dvec3(0.4, 0.3, 0.2) + motion.step_m * static_cast<double>(k);
@@ -178,13 +178,13 @@ void steps(Bench& bench) {
                 bench.context = "step " + std::to_string(k) + ", point " + std::to_string(p);
                 const auto where = [&] { return bench.context; };
                 const double d = read_meter(bench, scene, points[p], Quality::rsm).indirect_lx() / truth;
-                const double l = read_meter(bench, scene, points[p], Quality::interactive).indirect_lx() / truth;
+                const double l = read_meter(bench, scene, points[p], Quality::interactive, 1).indirect_lx() / truth;
                 if (k > 0) {
                     dense.note(std::abs(d - before_dense[p]), where);
-                    list.note(std::abs(l - before_list[p]), where);
+                    links.note(std::abs(l - before_links[p]), where);
                 }
                 before_dense[p] = d;
-                before_list[p] = l;
+                before_links[p] = l;
             }
         }
     }

@@ -17,6 +17,16 @@ namespace {
 
 using transport::Transport;
 
+constexpr unsigned kVplsAtRest = 1024;  // of the picture
+
+const shade::VplRays& rays_of(const Light& light, LightGpu& gpu, unsigned count) {
+    if (!gpu.rays)
+        gpu.rays = std::make_shared<const shade::VplRays>(light.profile, count);
+    else if (gpu.rays->asked != count)  // a meter's beside the picture's: of the same table of directions
+        gpu.rays = std::make_shared<const shade::VplRays>(gpu.rays->table, count);
+    return *gpu.rays;
+}
+
 bool there(const PassContext& context) {
     return context.transport != nullptr && context.transport->surface->surfels.count > 0;
 }
@@ -28,10 +38,15 @@ PassRun run_surfels(const PassContext& context, const Light& light, LightGpu& gp
     gpu.exact = {};
     gpu.moves = true;
     if (!there(context)) return {};
-    shade::direct_at_surfels(context.transport->surface->surfels, context.traced,
-                             {glm::vec3(light.position - context.traced.origin()), light_from_world(light),
-                              shade::web_of(gpu.web->words.data()), context.geometry.layer_unit_m2()},
+    const Transport::Surface& surface = *context.transport->surface;
+    const glm::vec3 place(light.position - context.traced.origin());
+    const float unit_m2 = context.geometry.layer_unit_m2();
+    shade::direct_at_surfels(surface.surfels, context.traced,
+                             {place, light_from_world(light), shade::web_of(gpu.web->words.data()), unit_m2},
                              gpu.surfel_direct, context.pool);
+    if (light.profile->flux_lm > 0.0 && shade::takes_flux(surface.surfels, place, gpu.surfel_direct))
+        shade::take_flux(rays_of(light, gpu, kVplsAtRest), surface, place,
+                         glm::mat3_cast(glm::quat(light.world_from_light)), unit_m2, gpu.surfel_direct, context.pool);
     return {};
 }
 
@@ -137,11 +152,7 @@ struct Sharing {
 };
 
 shade::VplCast cast_vpls(const PassContext& context, const Light& light, LightGpu& gpu, unsigned count) {
-    if (!gpu.rays)
-        gpu.rays = std::make_shared<const shade::VplRays>(light.profile, count);
-    else if (gpu.rays->asked != count)  // a meter's beside the picture's: of the same table of directions
-        gpu.rays = std::make_shared<const shade::VplRays>(gpu.rays->table, count);
-    return shade::cast(*gpu.rays, context.traced, light.position - context.traced.origin(),
+    return shade::cast(rays_of(light, gpu, count), context.traced, light.position - context.traced.origin(),
                        glm::dmat3(glm::mat3_cast(light.world_from_light)), context.pool);
 }
 
@@ -149,14 +160,13 @@ shade::VplCast cast_vpls(const PassContext& context, const Light& light, LightGp
 
 bool continue_first_bounce(const PassContext& context, const Light& light, LightGpu& gpu,
                            const std::function<bool()>& interrupted) {
-    constexpr unsigned kVpls = 1024;
     constexpr std::size_t kPart = 2048, kChunk = 128;
     const transport::Surfels& surfels = context.transport->surface->surfels;
     if (gpu.exact.next == 0) {
-        gpu.exact.vpls = cast_vpls(context, light, gpu, kVpls);
+        gpu.exact.vpls = cast_vpls(context, light, gpu, kVplsAtRest);
         gpu.exact.first.assign(surfels.count, glm::vec4(0.0f));
     }
-    const Sharing sharing(context, light, gpu, kVpls);
+    const Sharing sharing(context, light, gpu, kVplsAtRest);
     const transport::Links links = transport::first_of(context.transport->links, transport::kMostBlockLinks);
     const auto near = [&](std::size_t i) {
         glm::vec3 sum(0.0f);
