@@ -28,8 +28,7 @@ protected:
     Cost() : Cost(GetParam()) {}
     explicit Cost(const Case& which) : renderer(context(), gather()), scene(scene_of(asset(which.scene))) {
         scene.width_px = scene.height_px = 96;
-        renderer.set_surfels({0.06, 1000, 4000});  // which passes run does not depend on how many there are
-        renderer.set_links(128);
+        make_coarse(renderer);
         // Shadow maps of many luminaires take a software GL seconds.
         const std::size_t lights = which.lights != 0 ? which.lights : shadow_maps() ? 3 : 12;
         const glm::dvec3 home = scene.lights[0].position;
@@ -43,6 +42,11 @@ protected:
         if (lights == 1) scene.lights[0].profile = *builtin_profile("narrow_spot");
         own = scene.lights[std::min<std::size_t>(lights, 2) - 1].name;
         settle();
+    }
+    // Which passes run does not depend on how many surfels and links there are.
+    static void make_coarse(Renderer& renderer) {
+        renderer.set_surfels({0.06, 1000, 4000});
+        renderer.set_links(128);
     }
     static std::shared_ptr<const SceneAsset> asset(const std::string& name) {
         static std::map<std::string, std::shared_ptr<const SceneAsset>> made;
@@ -417,6 +421,7 @@ TEST_P(Cost, SameInputsGiveTheSameBytes) {
     while (!settled) frame();
     EXPECT_TRUE(*first == *picture) << "camera";
     Renderer fresh(context(), gather());
+    make_coarse(fresh);
     do {
         fresh.begin_frame(scene, monotonic_ns());
         if (const auto shown = fresh.finish_frame(true)->nv12) picture = shown;
