@@ -66,19 +66,23 @@ void take_flux(const VplRays& rays, const transport::Transport::Surface& surface
     for (const VplRays::Ray& ray : rays.rays) all += static_cast<double>(ray.flux_lm_per_cd);
     const Profile& profile = *rays.table->profile();
     const float right = all > 0.0 ? static_cast<float>(profile.flux_lm / profile.max_cd / all) : 0.0f;
-    std::vector<float> taken(surfels.count, 0.0f);
+    std::vector<float> taken(surfels.count, 0.0f), landed(surfels.count, 0.0f);
     for (std::size_t i = 0; i < ends.size(); ++i) {
         if (ends[i].around == nullptr) continue;
         const float flux = rays.rays[i].flux_lm_per_cd * right * unit_m2;
         for (std::size_t k = 0; k < kNeighbours; ++k) {
             const std::size_t id = ends[i].around[k];
-            if (id != surfels.count && surfels.area_m2[id] > 0.0f)
-                taken[id] += flux * ends[i].weights[k] / surfels.area_m2[id];
+            if (id == surfels.count || !(surfels.area_m2[id] > 0.0f)) continue;
+            taken[id] += flux * ends[i].weights[k] / surfels.area_m2[id];
+            landed[id] += ends[i].weights[k];
         }
     }
     const float everywhere = spot_share(surfels, out);
-    for (std::size_t i = 0; i < surfels.count; ++i)
-        out[i] = glm::mix(out[i], taken[i], std::max(everywhere, near_share(surfels, i, light)));
+    for (std::size_t i = 0; i < surfels.count; ++i) {
+        // A few rays say less than the centre, however near.
+        const float enough = glm::smoothstep(4.0f, 16.0f, landed[i]);
+        out[i] = glm::mix(out[i], taken[i], std::max(everywhere, enough * near_share(surfels, i, light)));
+    }
 }
 
 void direct_at_surfels(const transport::Surfels& surfels, const trace::Geometry& geometry, const DirectLight& light,
