@@ -23,10 +23,7 @@ public:
     // Result: bits of the hidden rays so far; sent off when the packet is full.
     bool add(const glm::vec3& from) {
         const int i = count_++;
-        query_.from_x[i] = from.x, query_.from_y[i] = from.y, query_.from_z[i] = from.z;
-        query_.along_x[i] = light_.x - from.x, query_.along_y[i] = light_.y - from.y,
-        query_.along_z[i] = light_.z - from.z;
-        query_.far[i] = 1.0f - 1e-5f;  // a luminaire mounted on a surface is not hidden by it
+        query_.set(i, from, light_ - from, 1.0f - 1e-5f);  // a luminaire mounted on a surface is not hidden by it
         return count_ == trace::kPacket;
     }
     unsigned send() {

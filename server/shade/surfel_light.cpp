@@ -1,7 +1,5 @@
 #include "server/shade/surfel_light.h"
 
-#include <limits>
-
 namespace gonio::shade {
 namespace {
 
@@ -43,10 +41,8 @@ void take_flux(const VplRays& rays, const transport::Transport::Surface& surface
         const std::size_t first = static_cast<std::size_t>(packet) * trace::kPacket;
         transport::Fan fan;
         for (std::size_t i = 0; i < trace::kPacket; ++i) {
-            const glm::vec3 d = world_from_light * rays.rays[first + i].direction, o = light + d * start;
-            fan.rays.from_x[i] = o.x, fan.rays.from_y[i] = o.y, fan.rays.from_z[i] = o.z;
-            fan.rays.along_x[i] = d.x, fan.rays.along_y[i] = d.y, fan.rays.along_z[i] = d.z;
-            fan.rays.far[i] = std::numeric_limits<float>::infinity();
+            const glm::vec3 d = world_from_light * rays.rays[first + i].direction;
+            fan.rays.set(static_cast<int>(i), light + d * start, d);
             if (rays.rays[first + i].flux_lm_per_cd > 0.0f) fan.active |= 1u << i;
         }
         trace::HitPacket hits;
@@ -115,11 +111,8 @@ void direct_at_surfels(const transport::Surfels& surfels, const trace::Geometry&
                 out[i] = 0.0f;
                 continue;
             }
-            const glm::vec3 along = p + surfels.geometric[i] * (4.0f * geometry.step_off(p)) - light.position,
-                            from = light.position + along * kStart;
-            rays.from_x[waiting] = from.x, rays.from_y[waiting] = from.y, rays.from_z[waiting] = from.z;
-            rays.along_x[waiting] = along.x, rays.along_y[waiting] = along.y, rays.along_z[waiting] = along.z;
-            rays.far[waiting] = 1.0f - 2.0f * kStart;
+            const glm::vec3 along = p + surfels.geometric[i] * (4.0f * geometry.step_off(p)) - light.position;
+            rays.set(waiting, light.position + along * kStart, along, 1.0f - 2.0f * kStart);
             asked[waiting++] = i;
             if (waiting == trace::kPacket) send();
         }

@@ -51,10 +51,8 @@ VplCast cast(const VplRays& rays, const trace::Geometry& geometry, const glm::dv
         unsigned active = 0;
         const VplRays::Ray* ray = &rays.rays[static_cast<std::size_t>(packet) * trace::kPacket];
         for (int i = 0; i < trace::kPacket; ++i) {
-            const glm::vec3 d = turn * ray[i].direction, o = from + d * start;
-            query.from_x[i] = o.x, query.from_y[i] = o.y, query.from_z[i] = o.z;
-            query.along_x[i] = d.x, query.along_y[i] = d.y, query.along_z[i] = d.z;
-            query.far[i] = std::numeric_limits<float>::infinity();
+            const glm::vec3 d = turn * ray[i].direction;
+            query.set(i, from + d * start, d);
             if (ray[i].flux_lm_per_cd > 0.0f) active |= 1u << i;
         }
         const unsigned met = geometry.closest(query, active, hits);
@@ -93,10 +91,7 @@ glm::vec3 from_vpls(const trace::Geometry& geometry, std::span<const Vpl> vpls, 
         const float share = glsl::vpl_geometry_shared(d, facing, normal, vpl.position_area.w);
         if (!(share > 0.0f)) continue;
         brings[waiting] = glm::vec3(vpl.intensity) * share;
-        const glm::vec3 along = at + facing * (4.0f * geometry.step_off(at)) - from;
-        rays.from_x[waiting] = from.x, rays.from_y[waiting] = from.y, rays.from_z[waiting] = from.z;
-        rays.along_x[waiting] = along.x, rays.along_y[waiting] = along.y, rays.along_z[waiting] = along.z;
-        rays.far[waiting] = 1.0f;
+        rays.set(waiting, from, at + facing * (4.0f * geometry.step_off(at)) - from, 1.0f);
         if (++waiting == trace::kPacket) send();
     }
     send();

@@ -4,6 +4,7 @@
 #pragma once
 
 #include <glm/glm.hpp>
+#include <limits>
 #include <memory>
 #include <vector>
 
@@ -28,6 +29,12 @@ struct alignas(64) RayPacket {
     float from_x[kPacket], from_y[kPacket], from_z[kPacket];
     float along_x[kPacket], along_y[kPacket], along_z[kPacket];
     float far[kPacket];
+    void set(int i, const glm::vec3& from, const glm::vec3& along,
+             float far_along = std::numeric_limits<float>::infinity()) {
+        from_x[i] = from.x, from_y[i] = from.y, from_z[i] = from.z;
+        along_x[i] = along.x, along_y[i] = along.y, along_z[i] = along.z;
+        far[i] = far_along;
+    }
 };
 // What they meet: distance, the triangle's plane (of any length, its front's) and where on it.
 struct alignas(64) HitPacket {

@@ -1,7 +1,5 @@
 #include "server/transport/links.h"
 
-#include <limits>
-
 #include "server/trace/sampler.h"
 
 namespace gonio::transport {
@@ -12,9 +10,7 @@ Fan make_fan(const glm::vec3& from, const glm::vec3& normal, const glm::vec3& ge
     const std::uint32_t u = trace::mix_bits(stream, 0x3c6ef372u), v = trace::mix_bits(stream, 0xa54ff53au);
     for (unsigned i = 0; i < trace::kPacket; ++i) {
         const glm::vec3 d = trace::around(normal, trace::cosine_hemisphere(trace::scrambled_pair(first + i, u, v)));
-        fan.rays.from_x[i] = from.x, fan.rays.from_y[i] = from.y, fan.rays.from_z[i] = from.z;
-        fan.rays.along_x[i] = d.x, fan.rays.along_y[i] = d.y, fan.rays.along_z[i] = d.z;
-        fan.rays.far[i] = std::numeric_limits<float>::infinity();
+        fan.rays.set(static_cast<int>(i), from, d);
         if (glm::dot(d, geometric) > 0.0f) fan.active |= 1u << i;
     }
     return fan;

@@ -214,11 +214,6 @@ private:
             trace::RayPacket rays;
             trace::SurfaceHit hits[trace::kPacket];
             unsigned active = ~0u >> (32 - trace::kPacket);
-            const auto set = [&](int i, const glm::vec3& from, const glm::vec3& along) {
-                rays.from_x[i] = from.x, rays.from_y[i] = from.y, rays.from_z[i] = from.z;
-                rays.along_x[i] = along.x, rays.along_y[i] = along.y, rays.along_z[i] = along.z;
-                rays.far[i] = std::numeric_limits<float>::infinity();
-            };
             for (int step = 0; step < kPathLength && active != 0; ++step) {
                 for (int i = 0; i < trace::kPacket; ++i) {
                     if ((active >> i & 1u) == 0) continue;
@@ -230,11 +225,11 @@ private:
                                     phi = 2.0f * std::numbers::pi_v<float> * random.y;
                         const glm::vec3 from = seeds_[path % seeds_.size()];
                         const glm::vec3 d(r * std::cos(phi), r * std::sin(phi), z);
-                        set(i, from + d * geometry_.step_off(from), d);
+                        rays.set(i, from + d * geometry_.step_off(from), d);
                     } else {
                         const trace::SurfaceHit& at = hits[i];
-                        set(i, at.position + at.geometric * geometry_.step_off(at.position),
-                            trace::around(at.geometric, trace::cosine_hemisphere(random)));
+                        rays.set(i, at.position + at.geometric * geometry_.step_off(at.position),
+                                 trace::around(at.geometric, trace::cosine_hemisphere(random)));
                     }
                 }
                 active &= geometry_.closest(rays, active, hits);

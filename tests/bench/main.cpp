@@ -109,6 +109,11 @@ int main(int argc, char** argv) {
         ->capture_default_str();
     pareto->add_flag("--quick", pareto_options.quick, "one case, few frames, a coarse reference: checks, not figures");
     pareto->add_option("--cache", pareto_options.cache, "folder of computed references")->capture_default_str();
+    pareto
+        ->add_option("--reference-seconds", pareto_options.reference_seconds,
+                     "spent on each truth at most; rows say how sure it is")
+        ->check(CLI::Range(1.0, 86400.0))
+        ->capture_default_str();
     pareto->add_option("--csv", csv, "write the rows to this file");
     pareto->add_option("--svg", svg, "write the plot to this file");
     pareto->add_option("--device", options.device, "index of the EGL device");
@@ -118,6 +123,11 @@ int main(int argc, char** argv) {
         app.add_subcommand("refinement", "how the error of a picture that nobody touches falls with time");
     refinement->add_option("--scene", refinement_options.scene, "only cornell, atrium, corridor");
     refinement->add_option("--cache", refinement_options.cache, "folder of computed references")->capture_default_str();
+    refinement
+        ->add_option("--reference-seconds", refinement_options.reference_seconds,
+                     "spent on each truth at most; rows say how sure it is")
+        ->check(CLI::Range(1.0, 86400.0))
+        ->capture_default_str();
     refinement->add_option("--device", refinement_options.device, "index of the EGL device");
     refinement->add_flag("--json", refinement_options.json, "print rows as JSON");
     bool machine_json = false;

@@ -141,7 +141,8 @@ double load_average() {
 }  // namespace
 
 ParetoResult run_pareto(const gl::Context& context, const ParetoOptions& options, std::ostream& progress) {
-    const ReferenceSettings reference_settings = options.quick ? kQuickReference : ReferenceSettings{};
+    ReferenceSettings reference_settings = options.quick ? kQuickReference : ReferenceSettings{};
+    if (!options.quick) reference_settings.seconds = options.reference_seconds;
     const Pace pace = options.quick ? kQuickPace : Pace{options.seconds};
     const int side = options.quick ? 192 : 800;
     ParetoResult result;

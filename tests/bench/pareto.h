@@ -21,6 +21,7 @@ struct ParetoOptions {
     double seconds = 30.0;
     bool quick = false;  // one case, few frames, a coarser reference: for checking that it works
     std::filesystem::path cache = "build/reference-cache";
+    double reference_seconds = 600.0;  // ReferenceSettings::seconds
 };
 
 // One technique at one budget in one case.

@@ -58,10 +58,7 @@ std::vector<transport::Fan> shadow_packets(const Scene& scene, const trace::Geom
                 const std::size_t at = static_cast<std::size_t>(y) * s.row_length + static_cast<std::size_t>(x);
                 if (!(lux_per_cd[at] > 0.0f)) continue;
                 const glm::vec3 start(from[0][at], from[1][at], from[2][at]), along = direct.position - start;
-                trace::RayPacket& rays = packet.rays;
-                rays.from_x[count] = start.x, rays.from_y[count] = start.y, rays.from_z[count] = start.z;
-                rays.along_x[count] = along.x, rays.along_y[count] = along.y, rays.along_z[count] = along.z;
-                rays.far[count++] = 1.0f - 1e-5f;
+                packet.rays.set(count++, start, along, 1.0f - 1e-5f);
             }
             packet.active = (1u << count) - 1u;
             if (count > 0) packets.push_back(packet);

@@ -58,7 +58,9 @@ void run_refinement(const RefinementOptions& options, std::ostream& out, std::os
     for (const char* scene : {"cornell", "atrium", "corridor"}) {
         if (!options.scene.empty() && options.scene != scene) continue;
         const Case which{scene, "wide"};
-        measure(*context, which, reference_of(scene_of_case(which), {}, options.cache, progress), rows);
+        ReferenceSettings settings;
+        settings.seconds = options.reference_seconds;
+        measure(*context, which, reference_of(scene_of_case(which), settings, options.cache, progress), rows);
     }
     if (rows.empty()) throw std::runtime_error("no scene is left: see gonio-bench refinement --help");
     if (options.json) {

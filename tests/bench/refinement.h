@@ -12,6 +12,7 @@ struct RefinementOptions {
     std::string scene;  // only this one of cornell, atrium, corridor
     std::filesystem::path cache = "build/reference-cache";
     bool json = false;
+    double reference_seconds = 600.0;  // ReferenceSettings::seconds
 };
 // Each scene with its wide profile at 800×800: the live picture and each that refining it shows, after how many
 // seconds, and its errors against all bounces as of `gonio-bench pareto`. Errors are measured between the pictures,
