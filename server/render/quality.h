@@ -7,7 +7,7 @@
 namespace gonio {
 
 inline constexpr shade::Quality kLive{4, 16, kEfforts[0].second_share};
-inline constexpr shade::Quality kStill{1, 1};
+inline constexpr shade::Quality kStill = kLive;  // as the live picture once it rests
 inline constexpr shade::Quality kPrecise{1, 4};
 
 }  // namespace gonio

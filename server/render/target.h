@@ -12,8 +12,8 @@
 
 namespace gonio {
 
-// live: indirect light on a grid of 4 pixels, NV12. still: at each pixel, interleaved: pictures to look at.
-// precise: 32-bit float layers, the whole VPL list at each pixel: values to rely on.
+// live: indirect light on a grid of 4 pixels, NV12. still: the same once it rests: pictures to look at.
+// precise: 32-bit float layers, links of its own at each pixel: values to rely on.
 enum class TargetKind : std::uint8_t { live, still, precise };
 
 struct ScreenLight;  // passes/shade_cpu.cpp
