@@ -360,7 +360,7 @@ std::vector<glm::vec3> Renderer::live_illuminance(const Scene& scene, bool indir
     std::vector<glm::vec3> sum(static_cast<std::size_t>(live_.width_px) * static_cast<std::size_t>(live_.height_px));
     std::vector<glm::vec3> layer(sum.size());
     glPixelStorei(GL_PACK_ALIGNMENT, 1);
-    if (live_.emissive) {
+    if (live_.emissive && scene.technique == Technique::standard) {
         glGetTextureSubImage(live_.emitted.id(), 0, 0, 0, indirect ? 1 : 0, live_.width_px, live_.height_px, 1, GL_RGB,
                              GL_FLOAT, static_cast<GLsizei>(layer.size() * sizeof(glm::vec3)), layer.data());
         const float unit_lx = live_.screen->emitted_unit_lx[indirect ? 1 : 0];

@@ -114,6 +114,20 @@ TEST_P(Emission, CostsNothingUntilTheCameraMoves) {
     EXPECT_EQ(frame(), Ran{});
 }
 
+// The seed technique has none of it, whatever was shown before.
+TEST_P(Emission, SeedHasNoneOfIt) {
+    scene.lights[0].level_ratio = 0.0;
+    scene.lights[0].level_rev = ++scene.scene_rev;
+    settle();
+    scene.technique = Technique::seed;
+    scene.samples = 16;
+    scene.technique_rev = ++scene.scene_rev;
+    frame();
+    for (const bool indirect : {false, true}) {
+        for (const glm::vec3& lx : renderer.live_illuminance(scene, indirect)) ASSERT_EQ(lx, glm::vec3(0.0f));
+    }
+}
+
 // What a picture shows of the panel itself, and of a room that nothing else lights.
 TEST_P(Emission, AloneInTheRoom) {
     scene.lights.clear();

@@ -38,7 +38,8 @@ PassRun run_composite(const PassContext& context, View view, const LightGpu* sho
         glBindTextureUnit(3, target.emission.id());
         glBindTextureUnit(5, target.emitted.id());
         const std::array<float, 2>& unit_lx = target.screen->emitted_unit_lx;
-        glProgramUniform2f(program, 5, unit_lx[0], unit_lx[1]);
+        const float has = context.scene.technique == Technique::standard ? 1.0f : 0.0f;  // seed: of an earlier frame
+        glProgramUniform2f(program, 5, has * unit_lx[0], has * unit_lx[1]);
     }
     glBindTextureUnit(8, target.depth.id());
     float scale = 1.0f;
