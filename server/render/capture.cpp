@@ -102,7 +102,7 @@ bool Renderer::continue_capture(CaptureJob& job) {
     const int width = std::min(job.tile_px, picture.width_px - x),
               height = std::min(job.tile_px, picture.height_px - y);
     const bool whole = columns == 1 && rows == 1;
-    const int margin = job.raw || whole ? 0 : kMargin;
+    const int margin = whole ? 0 : kMargin;
     const int target_width = width + 2 * margin, target_height = height + 2 * margin;
 
     prepare(job.scene, false);

@@ -31,6 +31,7 @@ enum class Slot : std::uint8_t {
     emitted,
     direct,
     gather,
+    gathered,
     layers,
     picture,
     nv12

@@ -117,6 +117,18 @@ void inspect_slot(const FrameInputs& inputs, const SlotRef& slot, const Inspecto
             if (inputs.shades_on_cpu()) run_layers(target, layer, inputs.pool);
             read.texture("indirect", target.indirect, 4, false, layer, inputs.geometry.layer_unit_m2());
             break;
+        case Slot::emitted:
+            for (int part = 0; part < 2 && target.emissive; ++part)
+                read.texture("emitted", target.emitted, 4, false, part);
+            break;
+        case Slot::gathered:
+            for (std::size_t i = 0; i < inputs.lights.size(); ++i) {
+                read.item.light = &inputs.scene.lights[i];
+                read.item.maps = inputs.lights[i];
+                read.texture("indirect", target.indirect, 4, false, static_cast<int>(i),
+                             inputs.geometry.layer_unit_m2());
+            }
+            break;
         case Slot::picture:
             if (inputs.raw == 0) read.texture("display", target.display, 4);
             break;

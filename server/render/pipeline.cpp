@@ -51,6 +51,8 @@ struct Builder {
         return pass;
     }
 
+    // Captures gather at their pixels at once; the live picture while it rests.
+    bool gathers_at_once() const { return in.target.kind != TargetKind::live && !seed; }
     bool emits() const { return in.geometry.emissive() && !seed; }
     // Whether it stands as it did in the frame before.
     bool rests(const Light& light) const {
@@ -119,13 +121,12 @@ struct Builder {
                     [=, &light, &gpu] { return run_gather_point(shared, light, gpu, layer); }));
         } else {
             cpu(add("gather", per_target(Slot::gather, light.id), {per_target(Slot::weights), solved},
-                    {static_cast<std::uint64_t>(layer), grid_links_shown(in.target)},
-                    [=, &gpu] { return run_gather(shared, gpu, layer); }));
+                    {static_cast<std::uint64_t>(layer)}, [=, &gpu] { return run_gather(shared, gpu, layer); }));
         }
         if (on_cpu && !shown_on_cpu) {
             named(add("layers", per_target(Slot::layers, light.id),
                       {per_target(Slot::direct, light.id), per_target(Slot::gather, light.id)},
-                      {static_cast<std::uint64_t>(layer)},
+                      {static_cast<std::uint64_t>(layer), final_gathers(in.target)},
                       [=] { return run_layers(shared.target, layer, shared.pool); }));
         }
     }
@@ -152,7 +153,7 @@ struct Builder {
         cpu("direct", per_target(Slot::direct), {grid, merged}, {}, [=] { return run_direct_merged(shared); });
         cpu("solve", solved, {merged}, {in.generation, in.solve_links()}, [=] { return run_solve_merged(shared); });
         passes.back().stale |= !merged_converged(in.target);
-        cpu("gather", per_target(Slot::gather), {per_target(Slot::weights), solved}, {grid_links_shown(in.target)},
+        cpu("gather", per_target(Slot::gather), {per_target(Slot::weights), solved}, {},
             [=] { return run_gather_merged(shared); });
     }
 
@@ -164,13 +165,15 @@ struct Builder {
                                           scene.master_rev,
                                           scene.lights_rev,
                                           scene.geometry_rev,
-                                          in.merged ? 1u : 0u};
+                                          in.merged ? 1u : 0u,
+                                          final_gathers(in.target)};
         std::vector<const LightGpu*> lights(in.lights.begin(), in.lights.end());
         const std::size_t shown_index = shown_light(scene);
         const LightGpu* shown = lights.empty() ? nullptr : lights[shown_index];
         if (in.view < View::mask || in.view == View::solid)
             reads.push_back(per_target(shown_on_cpu ? Slot::grid : Slot::gbuffer));
         if (emits() && in.view < View::mask) reads.push_back(per_target(Slot::emitted));
+        if (gathers_at_once() && shows_indirect(in.view)) reads.push_back(per_target(Slot::gathered));
         if (in.merged) {
             if (shows_direct(in.view)) reads.push_back(per_target(Slot::direct));
             if (shows_indirect(in.view)) reads.push_back(per_target(Slot::gather));
@@ -264,8 +267,8 @@ std::vector<Pass> build_pipeline(const FrameInputs& in) {
             .on_gpu = false;
     }
     Pass& emitted = b.add("gather-emitted", b.per_target(Slot::emitted),
-                          {metered ? b.per_target(Slot::gbuffer) : b.per_target(Slot::weights)},
-                          {in.generation, metered ? 0 : grid_links_shown(in.target)}, [context = b.context, metered] {
+                          {metered ? b.per_target(Slot::gbuffer) : b.per_target(Slot::weights)}, {in.generation},
+                          [context = b.context, metered] {
                               return metered ? run_gather_emitted_point(context) : run_gather_emitted(context);
                           });
     emitted.on_gpu = false;
@@ -279,6 +282,14 @@ std::vector<Pass> build_pipeline(const FrameInputs& in) {
         }
     }
     if (in.can_merge()) b.add_merged();
+    if (!metered && b.gathers_at_once()) {
+        std::vector<SlotRef> reads = {b.per_target(Slot::weights)};
+        if (b.emits()) reads.push_back(b.per_target(Slot::emitted));
+        for (const Light& light : scene.lights) reads.push_back(b.per_target(Slot::gather, light.id));
+        b.add("gather-pixels", b.per_target(Slot::gathered), std::move(reads), {},
+              [context = b.context, lights = in.lights] { return run_final_gather(context, lights); })
+            .on_gpu = false;
+    }
     if (!metered) b.add_composite();
     if (!metered && !b.shown_on_cpu && in.target.kind == TargetKind::live) {
         b.add("nv12", b.per_target(Slot::nv12), {b.per_target(Slot::picture)}, {},

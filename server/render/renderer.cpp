@@ -180,6 +180,11 @@ FrameInputs Renderer::inputs_of(const Scene& scene, const Target& target, const 
     return inputs;
 }
 
+// Whether the final gather has what it would refine: luminaires' own layers, and they are shown.
+bool Renderer::gathers(const Scene& scene) const {
+    return !merged_ && scene.view < View::mask && scene.view != View::direct;
+}
+
 bool Renderer::refine(const Scene& scene, const std::function<bool()>& interrupted) {
     if (scene.technique != Technique::standard) return false;
     prepare(scene, true);  // a capture of an older scene may have been here
@@ -195,15 +200,17 @@ bool Renderer::refine(const Scene& scene, const std::function<bool()>& interrupt
                 return continue_first_bounce(inputs.context(), scene.lights[i], *inputs.lights[i], interrupted);
         }
     }
-    return continue_grid_links(inputs.context(), interrupted);
+    return gathers(scene) && continue_final_gather(inputs.context(), inputs.lights, interrupted);
 }
 
 bool Renderer::refined(const Scene& scene) {
     if (scene.technique != Technique::standard || !refines_) return true;
     prepare(scene, true);
-    if (!builder_->done() || newer_transport() || grid_links_left(live_)) return false;
+    if (!builder_->done() || newer_transport()) return false;
     const Eye eye = eye_of(scene.camera, scene.width_px, scene.height_px);
-    const PassContext context = inputs_of(scene, live_, eye).context();
+    const FrameInputs inputs = inputs_of(scene, live_, eye);
+    const PassContext context = inputs.context();
+    if (gathers(scene) && final_gather_left(context, inputs.lights)) return false;
     return std::none_of(scene.lights.begin(), scene.lights.end(),
                         [&](const Light& light) { return first_bounce_left(context, lights_.at(light.id)); });
 }
@@ -291,7 +298,7 @@ void Renderer::begin_frame(const Scene& scene, std::int64_t drained_ns) {
     frame->report.set_effort(static_cast<std::uint32_t>(effort_));
     if (transport_ && scene.technique == Technique::standard) {
         frame->report.set_links(transport_->links.per_surfel());
-        frame->report.set_refined_rounds(static_cast<std::uint32_t>(grid_links_shown(live_)));
+        frame->report.set_refined_rounds(merged_ ? 0 : final_gather_passes(inputs.context(), inputs.lights));
     }
     const auto& passes = frame->report.passes();
     frame->picture = std::any_of(passes.begin(), passes.end(),

@@ -93,6 +93,7 @@ private:
     void choose_layers(FrameInputs& inputs);
     FrameInputs inputs_of(const Scene& scene, const Target& target, const Eye& eye);
 
+    bool gathers(const Scene& scene) const;
     bool newer_transport() const { return builder_ && builder_->newest() && builder_->newest() != transport_; }
 
     const bool direct_by_rays_;

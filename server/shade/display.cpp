@@ -55,28 +55,21 @@ HWY_INLINE Float tone(const float* table, Float x) {
     return mix(low + (high - low) * share, bounded * Float(12.92f), bounded < Float(0x1p-14f));
 }
 
-// One row of the direct light that is kept by luminaire, in quanta. Layer after layer: as many streams at once as there
-// are luminaires would be too many for the caches.
+// One row of the light that is kept by luminaire at the pixels, in quanta. Layer after layer: as many streams at once
+// as there are luminaires would be too many for the caches.
 void SumRow(const Display& display, int y, std::int32_t* const* sum) {
-    const IntTag ints;
     const std::size_t row = static_cast<std::size_t>(y) * display.row_length, length = display.row_length;
     for (int k = 0; k < 3; ++k) {
-        if (display.kept_direct[k] != nullptr)
-            std::copy_n(display.kept_direct[k] + row, length, sum[k]);
+        if (display.kept_pixels[k] != nullptr)
+            std::copy_n(display.kept_pixels[k] + row, length, sum[k]);
         else
             std::fill_n(sum[k], length, 0);
     }
-    const Float cap(display.cap);
     for (const LayerTerm& term : display.layers) {
-        const std::uint16_t* light = term.layer->direct.data() + row;
-        const Float red(term.quanta.x), green(term.quanta.y), blue(term.quanta.z);
-        for (std::size_t x = 0; x < length; x += hn::Lanes(ints)) {
-            const Float value = from_half(hn::LoadU(HalfBits(), light + x));
-            const auto add = [&](Float quanta, std::int32_t* to) {
-                hn::StoreU(hn::Add(hn::LoadU(ints, to + x), whole_quanta(value, quanta, cap)), ints, to + x);
-            };
-            add(red, sum[0]), add(green, sum[1]), add(blue, sum[2]);
-        }
+        if (const std::uint16_t* light = term.direct_pixels())
+            add_direct(light + row, term.quanta, display.cap, length, sum);
+        if (const std::uint16_t* light = term.indirect_pixels())
+            add_rgb(light + 4 * row, term.quanta, display.cap, length, sum);
     }
 }
 

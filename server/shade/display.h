@@ -16,8 +16,9 @@ namespace gonio::shade {
 struct Display {
     int width = 0, height = 0;  // even
     std::size_t row_length = 0;
-    // Direct light of luminaires kept apart, in quanta: what was summed before, null for nothing, plus the layers.
-    const std::int32_t* kept_direct[3] = {};
+    // Light of luminaires kept apart, at the pixels, in quanta: what was summed before, null for nothing, plus the
+    // layers.
+    const std::int32_t* kept_pixels[3] = {};
     std::span<const LayerTerm> layers;
     float cap = 0.0f;  // of each term, quanta
     float per_quantum = 0.0f;
@@ -27,7 +28,7 @@ struct Display {
         float unit = 0.0f;  // display units per value
     };
     Rgb direct, indirect;
-    // Indirect light of luminaires whose layers are at the pixels, likewise, with units per channel.
+    // Light in units per channel: indirect of a single luminaire; that of emissive surfaces.
     struct Refined {
         const std::uint16_t* halves;
         glm::vec3 units;

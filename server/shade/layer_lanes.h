@@ -16,3 +16,24 @@ HWY_INLINE Vec3 load_rgb(const std::uint16_t* pixels) {
 HWY_INLINE hn::Vec<IntTag> whole_quanta(Float value, Float quanta, Float cap) {
     return hn::NearestInt(min(value * quanta, cap).raw);
 }
+HWY_INLINE void add_quanta(Float value, Float quanta, Float cap, std::int32_t* sum) {
+    const IntTag ints;
+    hn::StoreU(hn::Add(hn::LoadU(ints, sum), whole_quanta(value, quanta, cap)), ints, sum);
+}
+// Adds `count` values of a layer, a multiple of the lanes, to three sums, each with its own factor.
+HWY_INLINE void add_direct(const std::uint16_t* light, const glm::vec3& quanta, float cap, std::size_t count,
+                           std::int32_t* const* sums) {
+    for (std::size_t i = 0; i < count; i += hn::Lanes(Tag())) {
+        const Float value = from_half(hn::LoadU(HalfBits(), light + i));
+        for (int k = 0; k < 3; ++k) add_quanta(value, Float(quanta[k]), Float(cap), sums[k] + i);
+    }
+}
+HWY_INLINE void add_rgb(const std::uint16_t* light, const glm::vec3& quanta, float cap, std::size_t count,
+                        std::int32_t* const* sums) {
+    for (std::size_t i = 0; i < count; i += hn::Lanes(Tag())) {
+        const Vec3 rgb = load_rgb(light + 4 * i);
+        add_quanta(rgb.x, Float(quanta.x), Float(cap), sums[0] + i);
+        add_quanta(rgb.y, Float(quanta.y), Float(cap), sums[1] + i);
+        add_quanta(rgb.z, Float(quanta.z), Float(cap), sums[2] + i);
+    }
+}

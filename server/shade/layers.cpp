@@ -14,27 +14,15 @@ namespace HWY_NAMESPACE {
 #include "server/shade/lanes.h"
 #include "server/shade/layer_lanes.h"
 
-// Adds a layer's values, `count` of them, a multiple of the lanes, to three sums, each with its own factor.
-void AddDirect(const std::uint16_t* light, const glm::vec3& quanta, float cap, std::size_t count, std::int32_t* red,
-               std::int32_t* green, std::int32_t* blue) {
-    const IntTag ints;
-    const Float r(quanta.x), g(quanta.y), b(quanta.z), most(cap);
-    for (std::size_t i = 0; i < count; i += hn::Lanes(ints)) {
-        const Float value = from_half(hn::LoadU(HalfBits(), light + i));
-        const auto add = [&](Float factor, std::int32_t* sum) {
-            hn::StoreU(hn::Add(hn::LoadU(ints, sum + i), whole_quanta(value, factor, most)), ints, sum + i);
-        };
-        add(r, red), add(g, green), add(b, blue);
-    }
+// What a term shows at `count` pixels from `first` on.
+void AddPixels(const LayerTerm& term, float cap, std::size_t first, std::size_t count, std::int32_t* const* sums) {
+    if (const std::uint16_t* light = term.direct_pixels()) add_direct(light + first, term.quanta, cap, count, sums);
+    if (const std::uint16_t* light = term.indirect_pixels()) add_rgb(light + 4 * first, term.quanta, cap, count, sums);
 }
 
 void AddPlane(const std::uint16_t* light, float quanta, float cap, std::size_t count, std::int32_t* sum) {
-    const IntTag ints;
-    const Float factor(quanta), most(cap);
-    for (std::size_t i = 0; i < count; i += hn::Lanes(ints)) {
-        const Float value = from_half(hn::LoadU(HalfBits(), light + i));
-        hn::StoreU(hn::Add(hn::LoadU(ints, sum + i), whole_quanta(value, factor, most)), ints, sum + i);
-    }
+    for (std::size_t i = 0; i < count; i += hn::Lanes(Tag()))
+        add_quanta(from_half(hn::LoadU(HalfBits(), light + i)), Float(quanta), Float(cap), sum + i);
 }
 
 void ToFloats(const std::int32_t* sum, float factor, std::size_t count, float* out) {
@@ -51,7 +39,7 @@ HWY_AFTER_NAMESPACE();
 #if HWY_ONCE
 namespace gonio::shade {
 
-HWY_EXPORT(AddDirect);
+HWY_EXPORT(AddPixels);
 HWY_EXPORT(AddPlane);
 HWY_EXPORT(ToFloats);
 
@@ -66,25 +54,27 @@ constexpr std::size_t kChunk = 8192;
 
 }  // namespace
 
-void LayerSum::take(std::vector<LayerTerm> terms, std::size_t most, bool direct, bool indirect, Pool& pool) {
+void LayerSum::take(std::vector<LayerTerm> terms, std::size_t most, std::size_t pixels, std::size_t points,
+                    Pool& pool) {
     ++pictures_;
     // No sum of so many terms overflows.
-    const float cap = static_cast<float>((std::int64_t{1} << 31) / static_cast<std::int64_t>(most + 1));
-    bool valid = any_kept_ && cap == cap_ && (with_direct_ || !direct) && (with_indirect_ || !indirect);
+    const float cap = static_cast<float>((std::int64_t{1} << 31) / static_cast<std::int64_t>(2 * most + 1));
+    bool valid = any_kept_ && cap == cap_ && pixels_[0].size() == pixels && grid_[0].size() == points;
     bool moved = cap != cap_;
     cap_ = cap;
 
     std::map<std::uint32_t, Known> now;
     std::vector<std::uint32_t> changed;
     for (const LayerTerm& term : terms) {
-        Known known{term.layer->version, 0, term.quanta, false};
+        Known known{term.layer->version, 0, term.quanta, term.direct, term.indirect, false};
         const auto before = known_.find(term.light);
         if (before != known_.end()) {
             known.changed_in = before->second.changed_in;
             known.kept = before->second.kept;
         }
         if (before == known_.end() || before->second.version != known.version ||
-            before->second.quanta != known.quanta) {
+            before->second.quanta != known.quanta || before->second.direct != known.direct ||
+            before->second.indirect != known.indirect) {
             changed.push_back(term.light);
             valid = valid && !known.kept;
         }
@@ -113,10 +103,11 @@ void LayerSum::take(std::vector<LayerTerm> terms, std::size_t most, bool direct,
         if (!known.kept && rests && same) quiet.push_back(term);
     }
     if (quiet.size() >= kFewest) {
-        // A part that is not looked at may be old in what is added now.
-        with_direct_ = direct && (with_direct_ || !valid);
-        with_indirect_ = indirect && (with_indirect_ || !valid);
-        keep(quiet, !valid, pool);
+        if (!valid) {
+            for (auto& sum : pixels_) sum.assign(pixels, 0);
+            for (auto& sum : grid_) sum.assign(points, 0);
+        }
+        keep(quiet, pool);
         valid = true;
     }
     any_kept_ = valid;
@@ -126,51 +117,41 @@ void LayerSum::take(std::vector<LayerTerm> terms, std::size_t most, bool direct,
     }
 }
 
-// Adds terms to what is kept; anew: after forgetting it.
-void LayerSum::keep(std::span<const LayerTerm> terms, bool anew, Pool& pool) {
+// Adds terms to what is kept.
+void LayerSum::keep(std::span<const LayerTerm> terms, Pool& pool) {
     for (const LayerTerm& term : terms) known_[term.light].kept = true;
-    const auto prepare = [&](std::array<std::vector<std::int32_t>, 3>& sums, std::size_t size) {
-        for (auto& sum : sums) sum.resize(size);
-    };
-    const LightLayer& shape = *terms.front().layer;
-    if (with_direct_) {
-        prepare(direct_, shape.direct.size());
-        pool.run_chunks(shape.direct.size(), kChunk, [&](std::size_t first, std::size_t count) {
-            std::int32_t* const sums[] = {&direct_[0][first], &direct_[1][first], &direct_[2][first]};
-            if (anew) {
-                for (std::int32_t* sum : sums) std::fill_n(sum, count, 0);
-            }
-            for (const LayerTerm& term : terms) HWY_DYNAMIC_DISPATCH(AddDirect)
-            (term.layer->direct.data() + first, term.quanta, cap_, count, sums[0], sums[1], sums[2]);
-        });
-    }
-    if (!with_indirect_) return;
-    prepare(indirect_, shape.indirect[0].size());
+    pool.run_chunks(pixels_[0].size(), kChunk, [&](std::size_t first, std::size_t count) {
+        std::int32_t* const sums[] = {&pixels_[0][first], &pixels_[1][first], &pixels_[2][first]};
+        for (const LayerTerm& term : terms) HWY_DYNAMIC_DISPATCH(AddPixels)(term, cap_, first, count, sums);
+    });
     for (std::size_t k = 0; k < 3; ++k) {
-        pool.run_chunks(shape.indirect[k].size(), kChunk, [&](std::size_t first, std::size_t count) {
-            std::int32_t* sum = &indirect_[k][first];
-            if (anew) std::fill_n(sum, count, 0);
-            for (const LayerTerm& term : terms) HWY_DYNAMIC_DISPATCH(AddPlane)
-            (term.layer->indirect[k].data() + first, term.quanta[static_cast<int>(k)], cap_, count, sum);
+        pool.run_chunks(grid_[k].size(), kChunk, [&](std::size_t first, std::size_t count) {
+            for (const LayerTerm& term : terms) {
+                if (term.on_grid()) HWY_DYNAMIC_DISPATCH(AddPlane)
+                (term.layer->indirect[k].data() + first, term.quanta[static_cast<int>(k)], cap_, count,
+                 &grid_[k][first]);
+            }
         });
     }
 }
 
-const std::int32_t* LayerSum::kept_direct(int channel) const {
-    return any_kept_ ? direct_[static_cast<std::size_t>(channel)].data() : nullptr;
+const std::int32_t* LayerSum::kept_pixels(int channel) const {
+    return any_kept_ ? pixels_[static_cast<std::size_t>(channel)].data() : nullptr;
 }
 
-void LayerSum::indirect(float per_quantum, Planes& out, Pool& pool) const {
+void LayerSum::grid(float per_quantum, Planes& out, Pool& pool) const {
     for (std::size_t k = 0; k < 3; ++k) {
         pool.run_chunks(out[k].size() / kLanes * kLanes, kChunk, [&](std::size_t first, std::size_t count) {
             static thread_local std::vector<std::int32_t> sum;
             sum.resize(kChunk);
             if (any_kept_)
-                std::copy_n(indirect_[k].data() + first, count, sum.data());
+                std::copy_n(grid_[k].data() + first, count, sum.data());
             else
                 std::fill_n(sum.data(), count, 0);
-            for (const LayerTerm& term : others_) HWY_DYNAMIC_DISPATCH(AddPlane)
-            (term.layer->indirect[k].data() + first, term.quanta[static_cast<int>(k)], cap_, count, sum.data());
+            for (const LayerTerm& term : others_) {
+                if (term.on_grid()) HWY_DYNAMIC_DISPATCH(AddPlane)
+                (term.layer->indirect[k].data() + first, term.quanta[static_cast<int>(k)], cap_, count, sum.data());
+            }
             HWY_DYNAMIC_DISPATCH(ToFloats)(sum.data(), per_quantum, count, out[k].data() + first);
         });
     }

@@ -14,11 +14,13 @@
 namespace gonio::shade {
 
 // One luminaire's light per candela of its peak × a unit that all share, in half floats: 2 bytes a pixel for the direct
-// light, 6 a grid point for the indirect. Reconstruction is linear in the grid's values, so that what is brought to the
-// pixels is the sum of all luminaires' grids, once.
+// light, 6 a grid point for the indirect, 8 a pixel once that is gathered. Reconstruction is linear in the grid's
+// values, so that what is brought to the pixels is the sum of all luminaires' grids, once.
 struct LightLayer {
     std::vector<std::uint16_t> direct;                   // at the pixels, Surfaces::row_length a row
     std::array<std::vector<std::uint16_t>, 3> indirect;  // rgb, in the shape of ScreenGrid::grid
+    std::vector<std::uint16_t> gathered;                 // indirect, at the pixels, rgb and 1; empty: not yet
+    unsigned passes = 0;                                 // of the final gather that are in it
     std::uint64_t version = 0;                           // another one with every change
 };
 
@@ -27,6 +29,12 @@ struct LayerTerm {
     std::uint32_t light = 0;  // its id
     const LightLayer* layer = nullptr;
     glm::vec3 quanta{0.0f};
+    bool direct = false, indirect = false;  // what is shown
+    const std::uint16_t* direct_pixels() const { return direct ? layer->direct.data() : nullptr; }
+    const std::uint16_t* indirect_pixels() const {
+        return indirect && !layer->gathered.empty() ? layer->gathered.data() : nullptr;
+    }
+    bool on_grid() const { return indirect && layer->gathered.empty(); }
 };
 
 // Sums in whole quanta: a term is rounded to integers and bounded by cap() before it is added, so that a sum is the
@@ -35,15 +43,15 @@ class LayerSum {
 public:
     // The terms of the next picture, each of another light, no more than `most` ever. Luminaires that have not changed
     // for a while are summed up and kept, 13 bytes a pixel in all, so that a picture reads the kept sum and the others
-    // only.
-    void take(std::vector<LayerTerm> terms, std::size_t most, bool direct, bool indirect, Pool& pool);
+    // only. pixels, points: that a layer holds of each kind.
+    void take(std::vector<LayerTerm> terms, std::size_t most, std::size_t pixels, std::size_t points, Pool& pool);
 
-    // Of the direct light: what is kept, row_length pixels a row, null if nothing is; and the terms to be added to it.
-    const std::int32_t* kept_direct(int channel) const;
+    // At the pixels: what is kept, row_length a row, null if nothing is; and the terms to be added to it.
+    const std::int32_t* kept_pixels(int channel) const;
     std::span<const LayerTerm> others() const { return others_; }
     float cap() const { return cap_; }
-    // out: 3 planes in the shape of the grid: all terms' indirect light × per_quantum.
-    void indirect(float per_quantum, Planes& out, Pool& pool) const;
+    // out: 3 planes in the shape of the grid: indirect light of all terms on it × per_quantum.
+    void grid(float per_quantum, Planes& out, Pool& pool) const;
     // Counts pictures that differ from the one before.
     std::uint64_t changes() const { return changes_; }
 
@@ -51,13 +59,13 @@ private:
     struct Known {
         std::uint64_t version = 0, changed_in = 0;  // changed_in: the last picture in which it changed among few
         glm::vec3 quanta{0.0f};
-        bool kept = false;
+        bool direct = false, indirect = false, kept = false;
     };
-    void keep(std::span<const LayerTerm> terms, bool anew, Pool& pool);
+    void keep(std::span<const LayerTerm> terms, Pool& pool);
 
     std::map<std::uint32_t, Known> known_;  // by light
-    std::array<std::vector<std::int32_t>, 3> direct_, indirect_;
-    bool with_direct_ = false, with_indirect_ = false, any_kept_ = false;
+    std::array<std::vector<std::int32_t>, 3> pixels_, grid_;
+    bool any_kept_ = false;
     std::vector<LayerTerm> others_;
     float cap_ = 0.0f;
     std::uint64_t pictures_ = 0, changes_ = 0;

@@ -41,17 +41,15 @@ Spot spot_at(const Surfaces& s, int x, int y) {
     return spot;
 }
 
-void make_grid(const Surfaces& surfaces, const Quality& quality, ScreenGrid& screen, Pool& pool) {
-    screen.quality = quality;
-    screen.depth_per_point = surfaces.depth_per_pixel * static_cast<float>(quality.step);
-    const int step = quality.step;
+void make_grid(const Surfaces& surfaces, float second_share, ScreenGrid& screen, Pool& pool) {
+    screen.depth_per_point = surfaces.depth_per_pixel * static_cast<float>(kStep);
     Grid& grid = screen.grid;
-    const int width = (surfaces.width + step - 1) / step, height = (surfaces.height + step - 1) / step;
-    grid.resize(width, height, step > 1 ? most_second_points(width, height) : 0);
+    const int width = (surfaces.width + kStep - 1) / kStep, height = (surfaces.height + kStep - 1) / kStep;
+    grid.resize(width, height, most_second_points(width, height));
     pool.run(grid.height, [&](int y) {
         for (int x = 0; x < grid.width; ++x) {
-            const Spot spot = spot_at(surfaces, std::min(x * step + step / 2, surfaces.width - 1),
-                                      std::min(y * step + step / 2, surfaces.height - 1));
+            const Spot spot = spot_at(surfaces, std::min(x * kStep + kStep / 2, surfaces.width - 1),
+                                      std::min(y * kStep + kStep / 2, surfaces.height - 1));
             grid.set(static_cast<std::size_t>(grid.at(x, y)), spot.position, spot.normal, spot.depth);
         }
     });
@@ -59,11 +57,9 @@ void make_grid(const Surfaces& surfaces, const Quality& quality, ScreenGrid& scr
 
     screen.second.clear();
     screen.second_pixels.clear();
-    if (step > 1) {
-        make_weights(surfaces, screen, pool);
-        if (quality.second_share > 0.0f) find_second_points(surfaces, screen, pool);
-        take_after(surfaces, screen, pool);
-    }
+    make_weights(surfaces, screen, pool);
+    if (second_share > 0.0f) find_second_points(surfaces, second_share, screen, pool);
+    take_after(surfaces, screen, pool);
 }
 
 }  // namespace gonio::shade

@@ -1,5 +1,5 @@
-// A picture's surfaces and the grid of points on them that indirect light is found at: one per 4 × 4 pixels of a live
-// picture, from which joint bilateral upsampling brings it to the pixels, or one per pixel (docs/rendering.md).
+// A picture's surfaces and the grid of points on them that indirect light is found at while anything moves: one per
+// 4 × 4 pixels, from which joint bilateral upsampling brings it to the pixels (docs/rendering.md).
 #pragma once
 
 #include <glm/glm.hpp>
@@ -13,13 +13,7 @@
 
 namespace gonio::shade {
 
-// How fine a target is computed.
-struct Quality {
-    int step = 4;               // pixels between grid points: 4, or 1: every pixel
-    unsigned generations = 16;  // of sixteen links of each point's own, at most (grid_light.h)
-    float second_share =
-        0.0f;  // of the cells of 4 × 4 pixels that get a second point, at most 1/16; 0 unless of step 4
-};
+inline constexpr int kStep = 4;  // pixels between points of a grid
 
 // The depth and normals of a target and the rays through its pixels; rows from the bottom.
 struct Surfaces {
@@ -64,15 +58,15 @@ struct ToPixels {
 
 // What does not depend on the luminaires: made once per camera.
 struct ScreenGrid {
-    Quality quality;
     float depth_per_point = 0.0f;  // distance of neighbouring grid points per metre of depth
     Grid grid;
-    ToPixels to_pixels;                        // step 4 only
+    ToPixels to_pixels;
     std::vector<std::uint32_t> second;         // by Grid::at of the cell: its second point, 0 none; empty: none at all
     std::vector<std::uint32_t> second_pixels;  // by second point: where in the picture's arrays it lies
 };
-// screen: of any former grid, whose memory is used again.
-void make_grid(const Surfaces& surfaces, const Quality& quality, ScreenGrid& screen, Pool& pool);
+// screen: of any former grid, whose memory is used again. second_share: of the cells of 4 × 4 pixels that get a second
+// point, at most 1/16.
+void make_grid(const Surfaces& surfaces, float second_share, ScreenGrid& screen, Pool& pool);
 
 // out: direct illuminance per candela of peak, surfaces.row_length pixels a row. every_pixel: a shadow ray for each
 // that light could reach; else one for 2 × 2 pixels on a plane, and for each of them only where their neighbours' rays

@@ -48,7 +48,7 @@ struct Some {
 
 }  // namespace
 
-void find_second_points(const Surfaces& surfaces, ScreenGrid& screen, Pool& pool) {
+void find_second_points(const Surfaces& surfaces, float share, ScreenGrid& screen, Pool& pool) {
     Grid& grid = screen.grid;
     std::vector<std::uint8_t> poor(grid.first_spare());
     pool.run(grid.height, [&](int y) {
@@ -60,8 +60,8 @@ void find_second_points(const Surfaces& surfaces, ScreenGrid& screen, Pool& pool
     // Cells with as many such pixels or more fit; of those with one less, so many of each `rest.of`.
     std::array<std::size_t, kCell * kCell + 1> cells{};
     for (const std::uint8_t count : poor) ++cells[count];
-    const auto most = std::min(grid.spare, static_cast<std::size_t>(screen.quality.second_share *
-                                                                    static_cast<float>(grid.width * grid.height)));
+    const auto most =
+        std::min(grid.spare, static_cast<std::size_t>(share * static_cast<float>(grid.width * grid.height)));
     std::size_t least = cells.size(), taken = 0;
     while (least > 1 && taken + cells[least - 1] <= most) taken += cells[--least];
     Some rest{most - taken, least > 1 ? cells[least - 1] : 0};

@@ -1,5 +1,7 @@
 #include "server/shade/surfel_light.h"
 
+#include "server/shade/grid.h"
+
 namespace gonio::shade {
 namespace {
 
@@ -81,42 +83,44 @@ void take_flux(const VplRays& rays, const transport::Transport::Surface& surface
     }
 }
 
+void direct_at_points(const Points& points, std::span<const glm::vec3> geometric, const trace::Geometry& geometry,
+                      const DirectLight& light, float* out) {
+    // A luminaire on a surface does not light what it is mounted on, nor is it hidden by it.
+    constexpr float kStart = 1e-5f;
+    direct_points(light, points, (geometric.size() + kLanes - 1) / kLanes * kLanes, out);
+    trace::RayPacket rays;
+    std::size_t asked[trace::kPacket];
+    int waiting = 0;
+    const auto send = [&] {
+        const unsigned hidden = waiting > 0 ? geometry.occluded(rays, (1u << waiting) - 1u) : 0u;
+        for (int i = 0; i < waiting; ++i) {
+            if ((hidden >> i & 1u) != 0) out[asked[i]] = 0.0f;
+        }
+        waiting = 0;
+    };
+    for (std::size_t i = 0; i < geometric.size(); ++i) {
+        if (!(out[i] > 0.0f)) continue;
+        const glm::vec3 p(points.x[i], points.y[i], points.z[i]), to = light.position - p;
+        if (glm::dot(to, geometric[i]) <= 0.0f) {
+            out[i] = 0.0f;
+            continue;
+        }
+        const glm::vec3 along = p + geometric[i] * (4.0f * geometry.step_off(p)) - light.position;
+        rays.set(waiting, light.position + along * kStart, along, 1.0f - 2.0f * kStart);
+        asked[waiting++] = i;
+        if (waiting == trace::kPacket) send();
+    }
+    send();
+}
+
 void direct_at_surfels(const transport::Surfels& surfels, const trace::Geometry& geometry, const DirectLight& light,
                        std::vector<float>& out, Pool& pool) {
     constexpr std::size_t kChunk = 512;
     static_assert(kChunk % kLanes == 0 && kLanes == transport::kPadding);
-    // A luminaire on a surface does not light what it is mounted on, nor is it hidden by it.
-    constexpr float kStart = 1e-5f;
     out.resize(surfels.place[0].size());
     pool.run_chunks(surfels.count, kChunk, [&](std::size_t first, std::size_t count) {
-        const std::vector<float>* at = surfels.place;
-        direct_points(light,
-                      {at[0].data() + first, at[1].data() + first, at[2].data() + first, at[3].data() + first,
-                       at[4].data() + first, at[5].data() + first},
-                      (count + kLanes - 1) / kLanes * kLanes, out.data() + first);
-        trace::RayPacket rays;
-        std::size_t asked[trace::kPacket];
-        int waiting = 0;
-        const auto send = [&] {
-            const unsigned hidden = waiting > 0 ? geometry.occluded(rays, (1u << waiting) - 1u) : 0u;
-            for (int i = 0; i < waiting; ++i) {
-                if ((hidden >> i & 1u) != 0) out[asked[i]] = 0.0f;
-            }
-            waiting = 0;
-        };
-        for (std::size_t i = first; i < first + count; ++i) {
-            if (!(out[i] > 0.0f)) continue;
-            const glm::vec3 p = surfels.position(i), to = light.position - p;
-            if (glm::dot(to, surfels.geometric[i]) <= 0.0f) {
-                out[i] = 0.0f;
-                continue;
-            }
-            const glm::vec3 along = p + surfels.geometric[i] * (4.0f * geometry.step_off(p)) - light.position;
-            rays.set(waiting, light.position + along * kStart, along, 1.0f - 2.0f * kStart);
-            asked[waiting++] = i;
-            if (waiting == trace::kPacket) send();
-        }
-        send();
+        direct_at_points(points_at(surfels.place, static_cast<std::ptrdiff_t>(first)),
+                         std::span(surfels.geometric).subspan(first, count), geometry, light, out.data() + first);
     });
 }
 

@@ -1,6 +1,7 @@
 // Direct light at the surfels of a scene: where its transport starts (server/transport).
 #pragma once
 
+#include <span>
 #include <vector>
 
 #include "server/pool.h"
@@ -14,6 +15,11 @@ namespace gonio::shade {
 // where light could reach it. Render thread.
 void direct_at_surfels(const transport::Surfels& surfels, const trace::Geometry& geometry, const DirectLight& light,
                        std::vector<float>& out, Pool& pool);
+
+// The same at some points, whose arrays end on whole vectors of kLanes and their results too. geometric: normals of the
+// surfaces that they lie on, unit. Any thread.
+void direct_at_points(const Points& points, std::span<const glm::vec3> geometric, const trace::Geometry& geometry,
+                      const DirectLight& light, float* out);
 
 // Centres of surfels miss what falls between them: a spot that is smaller than they lie apart, and the light of a
 // luminaire that is nearer to a surface. There the luminaire's rays count, each with its flux over the areas of the

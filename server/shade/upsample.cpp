@@ -99,26 +99,28 @@ void take_after(const Surfaces& surfaces, ScreenGrid& screen, Pool& pool) {
     });
 }
 
-void upsample(const Surfaces& surfaces, const ScreenGrid& screen, const Planes& light, std::vector<std::uint16_t>& out,
-              Pool& pool) {
+void upsample_line(const Surfaces& surfaces, const ScreenGrid& screen, const Planes& light, int y, std::uint16_t* out) {
     const Grid& grid = screen.grid;
     const float* values[3];
     for (std::size_t k = 0; k < 3; ++k) values[k] = light[k].data() + grid.at(0, 0);
+    upsample_row(values, grid.stride, y, static_cast<int>(surfaces.row_length),
+                 screen.to_pixels.weights.data() + row_of(surfaces, y), out);
+    const std::vector<ToPixels::Odd>& odd = screen.to_pixels.odd[static_cast<std::size_t>(y)];
+    for (std::size_t i = 0; i < odd.size();) {
+        const std::uint32_t x = odd[i].x;
+        glm::vec3 sum(0.0f);
+        for (; i < odd.size() && odd[i].x == x; ++i)
+            sum += odd[i].share * glm::vec3(light[0][odd[i].from], light[1][odd[i].from], light[2][odd[i].from]);
+        for (int k = 0; k < 3; ++k)
+            out[4 * x + static_cast<std::size_t>(k)] = glm::packHalf1x16(std::min(sum[k], 65504.0f));
+    }
+}
+
+void upsample(const Surfaces& surfaces, const ScreenGrid& screen, const Planes& light, std::vector<std::uint16_t>& out,
+              Pool& pool) {
     out.resize(row_of(surfaces, surfaces.height) * 4);
-    pool.run(surfaces.height, [&](int y) {
-        const std::size_t row = row_of(surfaces, y);
-        upsample_row(values, grid.stride, y, static_cast<int>(surfaces.row_length),
-                     screen.to_pixels.weights.data() + row, out.data() + 4 * row);
-        const std::vector<ToPixels::Odd>& odd = screen.to_pixels.odd[static_cast<std::size_t>(y)];
-        for (std::size_t i = 0; i < odd.size();) {
-            const std::uint32_t x = odd[i].x;
-            glm::vec3 sum(0.0f);
-            for (; i < odd.size() && odd[i].x == x; ++i)
-                sum += odd[i].share * glm::vec3(light[0][odd[i].from], light[1][odd[i].from], light[2][odd[i].from]);
-            for (int k = 0; k < 3; ++k)
-                out[4 * (row + x) + static_cast<std::size_t>(k)] = glm::packHalf1x16(std::min(sum[k], 65504.0f));
-        }
-    });
+    pool.run(surfaces.height,
+             [&](int y) { upsample_line(surfaces, screen, light, y, out.data() + 4 * row_of(surfaces, y)); });
 }
 
 }  // namespace gonio::shade

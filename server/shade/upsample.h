@@ -19,5 +19,7 @@ void take_after(const Surfaces& surfaces, ScreenGrid& screen, Pool& pool);
 // light: 3 planes in the shape of the grid. out: 4 half floats per pixel, surfaces.row_length pixels a row.
 void upsample(const Surfaces& surfaces, const ScreenGrid& screen, const Planes& light, std::vector<std::uint16_t>& out,
               Pool& pool);
+// The same of row y alone. Any thread.
+void upsample_line(const Surfaces& surfaces, const ScreenGrid& screen, const Planes& light, int y, std::uint16_t* out);
 
 }  // namespace gonio::shade

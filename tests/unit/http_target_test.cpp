@@ -33,7 +33,9 @@ TEST(HttpTarget, WhatIsNoTargetIsRefused) {
                             "/%00", "/a%0a", "/%ff", "/%c0%af", "/x?a=%g1", "/x#y", "/\x01", "http://\x7f/"}) {
         const auto target = parse_target(bad);
         EXPECT_FALSE(target) << bad;
-        if (!target) EXPECT_EQ(target.error().code, "bad_target") << bad;
+        if (!target) {
+            EXPECT_EQ(target.error().code, "bad_target") << bad;
+        }
     }
     EXPECT_EQ(parse_target("/" + std::string(kMaxTargetBytes, 'a')).error().code, "too_large");
     std::string many = "/x?a";

@@ -25,32 +25,41 @@ protected:
             plane.resize(kPoints);
             for (auto& value : plane) value = glm::packHalf1x16(uniform(random));
         }
+        layer.gathered.clear();  // now and then it is
+        if (uniform(random) < 1.0f) layer.gathered.resize(4 * kPixels);
+        for (auto& value : layer.gathered) value = glm::packHalf1x16(uniform(random));
         layer.version = ++versions;
     }
     std::vector<LayerTerm> terms() const {
         std::vector<LayerTerm> result;
         for (std::size_t i = 0; i < kLights; ++i) {
             if (weights[i] != glm::vec3(0.0f))
-                result.push_back({static_cast<std::uint32_t>(i + 1), &layers[i], weights[i]});
+                result.push_back({static_cast<std::uint32_t>(i + 1), &layers[i], weights[i], direct, indirect});
         }
         return result;
     }
-    // All of a sum: direct light of three channels, then indirect.
+    // All of a sum: at the pixels three channels, then on the grid.
     std::vector<float> values(LayerSum& of) {
-        of.take(terms(), kLights, true, true, pool);
+        of.take(terms(), kLights, kPixels, kPoints, pool);
         others = of.others().size();
         std::vector<float> all;
         for (int k = 0; k < 3; ++k) {
             for (std::size_t p = 0; p < kPixels; ++p) {
-                std::int32_t total = of.kept_direct(k) != nullptr ? of.kept_direct(k)[p] : 0;
-                for (const LayerTerm& term : of.others())
-                    total += static_cast<std::int32_t>(std::nearbyint(
-                        std::min(glm::unpackHalf1x16(term.layer->direct[p]) * term.quanta[k], of.cap())));
+                std::int32_t total = of.kept_pixels(k) != nullptr ? of.kept_pixels(k)[p] : 0;
+                const auto add = [&](std::uint16_t half, float quanta) {
+                    total += static_cast<std::int32_t>(
+                        std::nearbyint(std::min(glm::unpackHalf1x16(half) * quanta, of.cap())));
+                };
+                for (const LayerTerm& term : of.others()) {
+                    const auto channel = static_cast<std::size_t>(k);
+                    if (term.direct_pixels() != nullptr) add(term.direct_pixels()[p], term.quanta[k]);
+                    if (term.indirect_pixels() != nullptr) add(term.indirect_pixels()[4 * p + channel], term.quanta[k]);
+                }
                 all.push_back(static_cast<float>(total));
             }
         }
         Planes planes(3, std::vector<float>(kPoints));
-        of.indirect(1.0f, planes, pool);
+        of.grid(1.0f, planes, pool);
         for (const auto& plane : planes) all.insert(all.end(), plane.begin(), plane.end());
         return all;
     }
@@ -65,6 +74,7 @@ protected:
     std::vector<LightLayer> layers;
     std::vector<glm::vec3> weights;
     std::size_t others = 0;
+    bool direct = true, indirect = true;  // are shown
     LayerSum sum;
     Pool pool;
 };
@@ -84,6 +94,8 @@ TEST_F(Layers, NoHistoryShows) {
     std::uniform_int_distribution<std::size_t> pick(0, kLights - 1);
     for (int picture = 0; picture < 300; ++picture) {
         const std::size_t light = pick(random) % (1 + static_cast<std::size_t>(picture) / 20);
+        if (picture % 11 == 0) direct = !direct || !indirect;
+        if (picture % 13 == 0) indirect = !indirect || !direct;
         switch (picture % 7) {
             case 0:
                 renew(light);

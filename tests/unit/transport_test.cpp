@@ -201,10 +201,11 @@ TEST(Transport, AWhiteFurnace) {
     const Made made(scene);
     const Irradiance& light = made.transport->emitted;
     ASSERT_EQ(light.direct.size(), made.surfels().count);
-    constexpr float kE0 = 2.0f * std::numbers::pi_v<float>;
+    constexpr double kE0 = 2.0 * std::numbers::pi;
     EXPECT_NEAR(made.mean(light.direct), kE0, 0.002 * kE0);
     EXPECT_NEAR(made.mean(light.indirect), kE0, 0.005 * kE0) << "E0 rho / (1 - rho)";
-    for (std::size_t i = 0; i < made.surfels().count; ++i) EXPECT_NEAR(light.indirect[i].g, kE0, 0.025f * kE0) << i;
+    for (std::size_t i = 0; i < made.surfels().count; ++i)
+        EXPECT_NEAR(static_cast<double>(light.indirect[i].g), kE0, 0.025 * kE0) << i;
 }
 
 // What rests does not depend on what was shown before; while it moves, one or two bounces a frame follow.

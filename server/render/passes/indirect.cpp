@@ -98,27 +98,13 @@ bool merged_converged(const Target& target) {
 PassRun run_gather_weights(const PassContext& context) {
     ScreenLight& screen = *context.target.screen;
     if (!there(context)) {
-        screen.links = {};
+        screen.weights = {};
         return {};
     }
     const bool drawn_here = context.layers_on_cpu && !context.clusters.empty();
     shade::find_surfels(screen.surfaces, drawn_here ? &screen.raster : nullptr, context.looks, screen.grid,
-                        *context.transport, screen.links, context.pool);
-    if (context.target.kind == TargetKind::live) return {};
-    while (grid_links_left(context.target))
-        shade::trace_grid_links(screen.grid, *context.transport, screen.links, context.pool);
+                        *context.transport, screen.weights, context.pool);
     return {};
-}
-
-bool continue_grid_links(const PassContext& context, const std::function<bool()>& interrupted) {
-    ScreenLight& screen = *context.target.screen;
-    if (!there(context)) return false;
-    const std::size_t before = screen.links.shown();
-    while (grid_links_left(context.target) && !interrupted()) {
-        shade::trace_grid_links(screen.grid, *context.transport, screen.links, context.pool);
-        if (screen.links.shown() != before) return true;
-    }
-    return false;
 }
 
 bool first_bounce_left(const PassContext& context, const LightGpu& gpu) {
@@ -197,62 +183,15 @@ bool continue_first_bounce(const PassContext& context, const Light& light, Light
     return true;
 }
 
-bool grid_links_left(const Target& target) {
-    const ScreenLight& screen = *target.screen;
-    return !screen.links.around.empty() &&
-           (screen.links.generations.size() < screen.grid.quality.generations || screen.links.next != 0);
-}
-
-std::uint64_t grid_links_shown(const Target& target) {
-    return target.screen->links.shown();
-}
-
 namespace {
 
 // Indirect irradiance at the grid's points.
 shade::Planes gathered(const PassContext& context, const transport::Irradiance& light) {
     ScreenLight& screen = *context.target.screen;
-    if (!there(context) || light.indirect.empty() || context.bounces == 0)
-        return shade::Planes(3, std::vector<float>(screen.grid.grid.size() + shade::kLanes, 0.0f));
-    const Transport& transport = *context.transport;
-    const bool one = context.bounces == 1;
-    std::vector<glm::vec4> sent, direct;
-    if (screen.links.shown() > 0) {
-        std::span<const glm::vec4> lit = light.direct;
-        if (light.narrow > 0.0f) {
-            direct = light.direct;
-            for (glm::vec4& value : direct) value *= 1.0f - light.narrow;
-            lit = direct;
-        }
-        transport::radiosity(transport.surface->surfels, lit, one ? std::span<const glm::vec4>() : light.indirect, sent,
-                             context.pool);
-    }
-    return shade::irradiance_at_grid(screen.grid, transport, screen.links,
-                                     {one ? light.first : light.indirect, light.first, light.narrow, sent},
-                                     context.pool);
-}
-
-// Planes in the shape of the grid -> a layer of a texture. halves: scratch, 4 a pixel.
-void to_pixels(const PassContext& context, const shade::Planes& planes, const gl::Texture& array, int layer,
-               std::vector<std::uint16_t>& halves) {
-    ScreenLight& screen = *context.target.screen;
-    const shade::Surfaces& s = screen.surfaces;
-    if (screen.grid.quality.step > 1) {
-        shade::upsample(s, screen.grid, planes, halves, context.pool);
-        upload(array, s, layer, GL_RGBA, GL_HALF_FLOAT, halves.data());
-        return;
-    }
-    const float greatest = context.target.kind == TargetKind::precise ? 3e38f : 65504.0f;  // what the layer can hold
-    screen.floats.resize(static_cast<std::size_t>(s.width) * static_cast<std::size_t>(s.height) * 4);
-    context.pool.run(s.height, [&](int row) {
-        float* to = screen.floats.data() + static_cast<std::size_t>(row) * static_cast<std::size_t>(s.width) * 4;
-        for (int x = 0; x < s.width; ++x, to += 4) {
-            const auto at = static_cast<std::size_t>(screen.grid.grid.at(x, row));
-            for (std::size_t k = 0; k < 3; ++k) to[k] = std::min(planes[k][at], greatest);
-            to[3] = 1.0f;
-        }
-    });
-    glTextureSubImage3D(array.id(), 0, 0, 0, layer, s.width, s.height, 1, GL_RGBA, GL_FLOAT, screen.floats.data());
+    std::span<const glm::vec4> surfels;
+    if (there(context) && !light.indirect.empty() && context.bounces != 0)
+        surfels = context.bounces == 1 ? light.first : light.indirect;
+    return shade::irradiance_at_grid(screen.grid, screen.weights, surfels, context.pool);
 }
 
 }  // namespace
@@ -261,29 +200,32 @@ PassRun run_gather(const PassContext& context, const LightGpu& gpu, int layer) {
     const Target& target = context.target;
     ScreenLight& screen = *target.screen;
     const shade::Planes planes = gathered(context, gpu.irradiance);
+    shade::LightLayer& own = layer_of(screen, layer);
+    own.gathered = {};
+    own.passes = 0;
+    own.version = ++screen.writes;
     if (context.layers_on_cpu) {
-        shade::LightLayer& own = layer_of(screen, layer);
         for (std::size_t k = 0; k < 3; ++k) {
             own.indirect[k].resize(planes[k].size() / shade::kLanes * shade::kLanes);
             shade::to_halves(planes[k].data(), own.indirect[k].size(), own.indirect[k].data());
         }
-        own.version = ++screen.writes;
         return {};
     }
-    to_pixels(context, planes, target.indirect, layer, screen.halves);
+    shade::upsample(screen.surfaces, screen.grid, planes, screen.halves, context.pool);
+    upload(target.indirect, screen.surfaces, layer, GL_RGBA, GL_HALF_FLOAT, screen.halves.data());
     return {};
 }
 
 PassRun run_gather_emitted(const PassContext& context) {
-    ScreenLight& screen = *context.target.screen;
+    const Target& target = context.target;
+    ScreenLight& screen = *target.screen;
     const transport::Irradiance none, &light = there(context) ? context.transport->emitted : none;
+    screen.emitted_passes = 0;
+    screen.emitted_version = ++screen.writes;
     for (const int after_bounces : {0, 1}) {
-        shade::Planes planes;
-        if (after_bounces != 0)
-            planes = gathered(context, light);
-        else if (there(context))
-            planes =
-                shade::irradiance_at_grid(screen.grid, *context.transport, screen.links, {light.direct}, context.pool);
+        shade::Planes planes = after_bounces != 0
+                                   ? gathered(context, light)
+                                   : shade::irradiance_at_grid(screen.grid, screen.weights, light.direct, context.pool);
         float greatest = 0.0f;
         for (const auto& plane : planes) greatest = std::max(greatest, *std::max_element(plane.begin(), plane.end()));
         const auto part = static_cast<std::size_t>(after_bounces);
@@ -292,7 +234,8 @@ PassRun run_gather_emitted(const PassContext& context) {
         for (auto& plane : planes) {
             for (float& value : plane) value *= 1000.0f / greatest;
         }
-        to_pixels(context, planes, context.target.emitted, after_bounces, screen.emitted[part]);
+        shade::upsample(screen.surfaces, screen.grid, planes, screen.emitted[part], context.pool);
+        upload(target.emitted, screen.surfaces, after_bounces, GL_RGBA, GL_HALF_FLOAT, screen.emitted[part].data());
     }
     return {};
 }

@@ -3,6 +3,7 @@
 
 #include <array>
 #include <functional>
+#include <span>
 
 #include "server/gl/objects.h"
 #include "server/render/effort.h"
@@ -62,21 +63,26 @@ PassRun run_grid(const PassContext& context);
 // Direct light of a luminaire at the transport's surfels; every bounce among them.
 PassRun run_surfels(const PassContext& context, const Light& light, LightGpu& gpu);
 PassRun run_solve(const PassContext& context, LightGpu& gpu);
-// How the grid's points see the surfels; of stills with links of the points' own.
+// How the grid's points see the surfels.
 PassRun run_gather_weights(const PassContext& context);
 // Irradiance at the target's pixels, into a layer.
 PassRun run_gather(const PassContext& context, const LightGpu& gpu, int layer);
-// While nothing moves: traces links of the live grid's points, until there are more to be shown (result: true), or
-// `interrupted`, asked every few milliseconds, says so.
-bool continue_grid_links(const PassContext& context, const std::function<bool()>& interrupted);
-bool grid_links_left(const Target& target);
+// The same, and that of emissive surfaces, by a final gather (server/shade/final_gather.h) of all luminaires at once:
+// of captures.
+PassRun run_final_gather(const PassContext& context, std::span<LightGpu* const> lights);
+// Of the live picture while nothing moves: until a pass of it can be shown (result: true), or `interrupted`, asked
+// every few milliseconds, says so.
+bool continue_final_gather(const PassContext& context, std::span<LightGpu* const> lights,
+                           const std::function<bool()>& interrupted);
+// Result: passes that every luminaire of the live picture has had; and a number that changes with each.
+unsigned final_gather_passes(const PassContext& context, std::span<LightGpu* const> lights);
+bool final_gather_left(const PassContext& context, std::span<LightGpu* const> lights);
+std::uint64_t final_gathers(const Target& target);
 // While nothing moves: the first bounce of a narrow light, by VPLs that each surfel sends a ray to. Result: whether it
 // is there for run_solve.
 bool continue_first_bounce(const PassContext& context, const Light& light, LightGpu& gpu,
                            const std::function<bool()>& interrupted);
 bool first_bounce_left(const PassContext& context, const LightGpu& gpu);
-// Result: generations of them that a gather reads.
-std::uint64_t grid_links_shown(const Target& target);
 // The same at the one point of a meter.
 PassRun run_gather_point(const PassContext& context, const Light& light, LightGpu& gpu, int layer);
 // Light of emissive surfaces at the target's pixels or the point of a meter: direct, and after bounces.

@@ -7,7 +7,9 @@
 #include <optional>
 #include <vector>
 
+#include "server/render/light_gpu.h"
 #include "server/render/target.h"
+#include "server/shade/final_gather.h"
 #include "server/shade/grid_light.h"
 #include "server/shade/layers.h"
 #include "server/shade/merged.h"
@@ -19,7 +21,7 @@ namespace gonio {
 struct ScreenLight {
     shade::Surfaces surfaces;
     shade::ScreenGrid grid;
-    shade::GridLinks links;             // of the grid, to the surfels
+    shade::GridWeights weights;
     std::vector<std::uint16_t> halves;  // scratch: what is uploaded
     std::vector<float> floats;
     std::vector<PointLight> points;        // by layer, of meters
@@ -31,6 +33,18 @@ struct ScreenLight {
     std::array<std::vector<std::uint16_t>, 2> emitted;  // 4 per pixel, × emitted_unit_lx; live targets only
     std::array<float, 2> emitted_unit_lx{};             // 0: there is none
     std::array<PointLight, 2> emitted_point;            // of meters, lux
+    unsigned emitted_passes = 0;                        // of the final gather that are in the second
+    std::uint64_t emitted_version = 0;                  // another one with every change
+    // The final gather that is at work.
+    struct Gathering {
+        std::unique_ptr<shade::FinalGather> work;
+        // By source: index of its luminaire, the number of them for emissive surfaces; version of its layer when it
+        // began; what it has made.
+        std::vector<std::pair<std::size_t, std::uint64_t>> wanted;
+        std::vector<std::vector<std::uint16_t>> pixels;   // as of LightLayer::gathered
+        std::vector<std::shared_ptr<const WebGpu>> webs;  // that `work` reads
+    } gathering;
+    std::uint64_t gathered = 0;  // counts passes of it that were completed
     shade::LayerSum sum;
     shade::Planes grid_sum;                     // scratch: 3 planes in the shape of the grid
     std::vector<std::uint16_t> indirect;        // 4 per pixel: the sum of the luminaires' indirect light

@@ -6,10 +6,10 @@
 #include <numbers>
 #include <optional>
 
+#include "server/render/effort.h"
 #include "server/render/passes/passes.h"
 #include "server/render/passes/screen.h"
 #include "server/render/passes/screen_light.h"
-#include "server/render/quality.h"
 #include "server/scene/apply.h"
 #include "server/shade/display.h"
 #include "server/shade/upsample.h"
@@ -18,10 +18,6 @@ namespace gonio {
 
 namespace {
 
-const shade::Quality& quality_of(TargetKind kind) {
-    return kind == TargetKind::live ? kLive : kind == TargetKind::still ? kStill : kPrecise;
-}
-
 void set_view(const PassContext& context) {
     const Target& target = context.target;
     shade::look_through(context.eye, context.traced, context.geometry.near_m(), target.width_px, target.height_px,
@@ -29,10 +25,8 @@ void set_view(const PassContext& context) {
 }
 
 void set_grid(const PassContext& context) {
-    shade::Quality quality = quality_of(context.target.kind);
-    if (context.effort > 0) quality.second_share = kEfforts[context.effort].second_share;
     ScreenLight& screen = *context.target.screen;
-    shade::make_grid(screen.surfaces, quality, screen.grid, context.pool);
+    shade::make_grid(screen.surfaces, kEfforts[context.effort].second_share, screen.grid, context.pool);
     screen.indirect_sum.reset();
 }
 
@@ -148,8 +142,10 @@ PassRun run_layers(const Target& target, int layer, Pool& pool) {
     ScreenLight& screen = *target.screen;
     const shade::LightLayer& own = layer_of(screen, layer);
     // A part that no view has asked for yet is empty.
+    if (!own.gathered.empty())
+        upload(target.indirect, screen.surfaces, layer, GL_RGBA, GL_HALF_FLOAT, own.gathered.data());
     if (!own.direct.empty()) upload(target.direct, screen.surfaces, layer, GL_RED, GL_HALF_FLOAT, own.direct.data());
-    if (own.indirect[0].empty()) return {};
+    if (own.indirect[0].empty() || !own.gathered.empty()) return {};
     grid_floats(own, grid_size(screen), screen.grid_sum);
     shade::upsample(screen.surfaces, screen.grid, screen.grid_sum, screen.halves, pool);
     screen.indirect_sum.reset();
@@ -188,7 +184,13 @@ std::vector<glm::vec3> cpu_illuminance(const Target& target, std::span<const glm
     shade::Planes sum(3, std::vector<float>(grid_size(screen), 0.0f)), own;
     for (std::size_t i = 0; i < weights.size(); ++i) {
         const shade::LightLayer& layer = layer_of(screen, static_cast<int>(i));
-        if (indirect && !layer.indirect[0].empty()) {
+        if (indirect && !layer.gathered.empty()) {
+            for_pixels([&](std::size_t at, glm::vec3& to) {
+                for (int k = 0; k < 3; ++k)
+                    to[k] += glm::unpackHalf1x16(layer.gathered[4 * at + static_cast<std::size_t>(k)]) * weights[i][k] /
+                             layer_unit_m2;
+            });
+        } else if (indirect && !layer.indirect[0].empty()) {
             grid_floats(layer, grid_size(screen), own);
             for (std::size_t k = 0; k < 3; ++k) {
                 const float weight = weights[i][static_cast<int>(k)] / reference;
@@ -279,18 +281,19 @@ PassRun run_composite_cpu(const PassContext& context, View view, std::span<const
             if (quanta == glm::dvec3(0.0)) continue;
             // Nothing times infinity would be no number.
             terms.push_back({scene.lights[i].id, &layer_of(screen, static_cast<int>(i)),
-                             glm::vec3(glm::min(quanta, glm::dvec3(1e30)))});
+                             glm::vec3(glm::min(quanta, glm::dvec3(1e30))), direct, indirect});
         }
         const bool any = !terms.empty(), alone = terms.size() == 1;
         const shade::LayerTerm first = any ? terms.front() : shade::LayerTerm{};
-        screen.sum.take(std::move(terms), lights.size(), direct, indirect, context.pool);
+        const bool on_grid =
+            std::any_of(terms.begin(), terms.end(), [](const shade::LayerTerm& term) { return term.on_grid(); });
+        screen.sum.take(std::move(terms), lights.size(), screen.surfaces.depth.size(),
+                        grid_size(screen) / shade::kLanes * shade::kLanes, context.pool);
         display.cap = screen.sum.cap();
         display.per_quantum = static_cast<float>(rest / kQuanta);
-        if (direct) {
-            display.layers = screen.sum.others();
-            for (int k = 0; k < 3; ++k) display.kept_direct[k] = screen.sum.kept_direct(k);
-        }
-        if (indirect && alone) {
+        display.layers = screen.sum.others();
+        for (int k = 0; k < 3; ++k) display.kept_pixels[k] = screen.sum.kept_pixels(k);
+        if (on_grid && alone) {
             // At the pixels once for all its levels.
             if (screen.indirect_single != first.layer->version) {
                 grid_floats(*first.layer, grid_size(screen), screen.grid_sum);
@@ -299,12 +302,12 @@ PassRun run_composite_cpu(const PassContext& context, View view, std::span<const
                 screen.indirect_sum.reset();
             }
             refined.push_back({screen.indirect.data(), first.quanta * static_cast<float>(rest / kQuanta)});
-        } else if (indirect && any) {
+        } else if (on_grid) {
             screen.indirect_single = 0;
             if (screen.indirect_sum != screen.sum.changes()) {
                 screen.grid_sum.resize(3);
                 for (std::vector<float>& plane : screen.grid_sum) plane.resize(grid_size(screen));
-                screen.sum.indirect(static_cast<float>(1.0 / kQuanta), screen.grid_sum, context.pool);
+                screen.sum.grid(static_cast<float>(1.0 / kQuanta), screen.grid_sum, context.pool);
                 shade::upsample(screen.surfaces, screen.grid, screen.grid_sum, screen.indirect, context.pool);
                 screen.indirect_sum = screen.sum.changes();
             }
