@@ -95,6 +95,8 @@ void add_front_options(CLI::App& app, Options& options) {
                           "MiB that wait for a slow client; an answer for which there is no room becomes busy");
     add_size<std::size_t>(app, "--max-transport-mib", options.transport_bytes, 1 << 20, 4096,
                           "MiB for how surfaces exchange light; less: coarser indirect light", 16);
+    add_size<std::size_t>(app, "--max-layers-mib", options.layer_bytes, 1 << 20, 65536,
+                          "MiB for luminaires' own light in the live picture; beyond, they are summed", 16);
     app.add_option("--max-albedo", options.max_albedo, "reflectance of scene files; what exceeds it is bounded")
         ->check(finite_in(0.0, 0.99))
         ->capture_default_str();

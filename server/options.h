@@ -46,6 +46,7 @@ struct Options {
     std::string log_level = "info";
     unsigned max_captures = 8;                             // that wait for each other
     std::size_t transport_bytes = std::size_t{256} << 20;  // SurfelSettings::bytes
+    std::size_t layer_bytes = std::size_t{2} << 30;        // Renderer::set_layer_bytes
     double max_albedo = kMaxAlbedo;                        // of scene files; beyond it is bounded
     FrontLimits limits;
     std::vector<std::string> arguments;  // as given: SIGHUP reads file and environment again

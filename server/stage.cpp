@@ -286,6 +286,9 @@ void Stage::answer_meter(const Work& work) {
     if (request->quality == Quality::reference) {
         return submit_reference({work.session, work.message.request_id(), scene_, std::move(*request)}, work);
     }
+    if (request->quality == Quality::rsm && scene_.lights.size() > kMostLayers)
+        return refuse(work, {"too_many_lights", "meter.quality", "rsm",
+                             "reflective shadow maps are made of at most " + std::to_string(kMostLayers) + " lights"});
     if (meters_waiting_.size() >= kMaxMeters) return refuse(work, {"busy", "", "", "too many meters are waiting"});
     meters_waiting_.push_back({work, scene_, std::move(*request), {}});
 }

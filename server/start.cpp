@@ -174,6 +174,7 @@ std::function<Gpu::Made()> gpu_maker(const Options& options) {
         auto renderer = std::make_unique<Renderer>(*made.context, gather_of(options));
         renderer->make_transport_beside();
         renderer->set_surfels(surfels_of(options));
+        renderer->set_layer_bytes(options.layer_bytes);
         made.renderer = std::move(renderer);
         return made;
     };

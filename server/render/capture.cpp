@@ -22,7 +22,7 @@ bool shows_cube(View view) {
 
 int tile_side(const Scene& scene, View view, bool raw) {
     if (shows_cube(view)) return 4096;
-    const double lights = std::max<double>(1.0, static_cast<double>(scene.lights.size()));
+    const double lights = std::max<double>(1.0, static_cast<double>(std::min(scene.lights.size(), kMostLayers)));
     const double samples = scene.technique != Technique::standard ? scene.samples
                            : raw                                  ? kPreciseSamples
                                                                   : kStillSamples;
@@ -105,9 +105,10 @@ bool Renderer::continue_capture(CaptureJob& job) {
     const int margin = whole ? 0 : kMargin;
     const int target_width = width + 2 * margin, target_height = height + 2 * margin;
 
-    prepare(job.scene, false);
-    const Target target = make_target(next_target_++, job.raw ? TargetKind::precise : TargetKind::still, target_width,
-                                      target_height, job.scene.lights.size(), geometry_->emissive());
+    prepare(job.scene, false, job.view < View::mask && job.view != View::direct);
+    const Target target =
+        make_target(next_target_++, job.raw ? TargetKind::precise : TargetKind::still, target_width, target_height,
+                    std::min(job.scene.lights.size(), kMostLayers), geometry_->emissive());
     Eye eye = eye_of(job.scene.camera, picture.width_px, picture.height_px);
     eye.window_centre = {(2.0 * x + width) / picture.width_px - 1.0, 1.0 - (2.0 * y + height) / picture.height_px};
     eye.window_half = {static_cast<double>(target_width) / picture.width_px,

@@ -32,6 +32,7 @@ enum class Slot : std::uint8_t {
     direct,
     gather,
     gathered,
+    besides,
     layers,
     picture,
     nv12

@@ -60,12 +60,12 @@ struct Reader {
 void inspect_slot(const FrameInputs& inputs, const SlotRef& slot, const Inspector& visit) {
     Reader read{inputs, {inputs.scene, nullptr, nullptr, slot, "", 4, false, false, {}}, visit};
     const Target& target = inputs.target;
-    int layer = 0;
+    int layer = -1;
     for (std::size_t i = 0; i < inputs.lights.size(); ++i) {
         if (inputs.scene.lights[i].id != slot.light) continue;
         read.item.light = &inputs.scene.lights[i];
         read.item.maps = inputs.lights[i];
-        layer = static_cast<int>(i);
+        layer = inputs.layers[i];
     }
     const LightGpu* light = read.item.maps;
     switch (slot.slot) {
@@ -102,31 +102,32 @@ void inspect_slot(const FrameInputs& inputs, const SlotRef& slot, const Inspecto
             break;
         }
         case Slot::direct:
-            if (slot.light == 0) {
-                read.merged("merged_direct", false);
+            if (layer < 0) {
+                if (slot.light == 0) read.merged("merged_direct", false);
                 break;
             }
             if (inputs.shades_on_cpu()) run_layers(target, layer, inputs.pool);
             read.texture("direct", target.direct, 1, false, layer, inputs.geometry.layer_unit_m2());
             break;
         case Slot::gather:
-            if (slot.light == 0) {
-                read.merged("merged_indirect", true);
+            if (layer < 0) {
+                if (slot.light == 0) read.merged("merged_indirect", true);
                 break;
             }
             if (inputs.shades_on_cpu()) run_layers(target, layer, inputs.pool);
             read.texture("indirect", target.indirect, 4, false, layer, inputs.geometry.layer_unit_m2());
             break;
-        case Slot::emitted:
-            for (int part = 0; part < 2 && target.emissive; ++part)
-                read.texture("emitted", target.emitted, 4, false, part);
+        case Slot::besides:
+            for (int part = 0; part < 2; ++part) read.texture("besides", target.besides, 4, false, part);
+            break;
+        case Slot::emitted:  // of `besides`
             break;
         case Slot::gathered:
             for (std::size_t i = 0; i < inputs.lights.size(); ++i) {
                 read.item.light = &inputs.scene.lights[i];
                 read.item.maps = inputs.lights[i];
-                read.texture("indirect", target.indirect, 4, false, static_cast<int>(i),
-                             inputs.geometry.layer_unit_m2());
+                if (inputs.layers[i] < 0) continue;
+                read.texture("indirect", target.indirect, 4, false, inputs.layers[i], inputs.geometry.layer_unit_m2());
             }
             break;
         case Slot::picture:

@@ -26,6 +26,9 @@ std::uint64_t bits(double value) {
     return std::bit_cast<std::uint64_t>(value);
 }
 
+// SlotRef::light of what luminaires that are summed share.
+constexpr std::uint32_t kSummed = ~std::uint32_t{0};
+
 struct Builder {
     const FrameInputs& in;
     std::vector<Pass> passes;
@@ -53,6 +56,17 @@ struct Builder {
 
     // Captures gather at their pixels at once; the live picture while it rests.
     bool gathers_at_once() const { return in.target.kind != TargetKind::live && !seed; }
+    // What the picture shows that is in no layer.
+    std::vector<SlotRef> besides() const {
+        std::vector<SlotRef> slots;
+        const bool any = in.view < View::mask || in.view == View::solid;
+        if (seed || !any) return slots;
+        if (emits()) slots.push_back(per_target(Slot::emitted));
+        if (in.layered() == scene.lights.size()) return slots;
+        if (in.view != View::indirect) slots.push_back(per_target(Slot::direct, kSummed));
+        if (in.view != View::direct) slots.push_back(per_target(Slot::gather, kSummed));
+        return slots;
+    }
     bool emits() const { return in.geometry.emissive() && !seed; }
     // Whether it stands as it did in the frame before.
     bool rests(const Light& light) const {
@@ -62,7 +76,7 @@ struct Builder {
     void add_light(std::size_t i) {
         const Light& light = scene.lights[i];
         LightGpu& gpu = *in.lights[i];
-        const int layer = static_cast<int>(i);
+        const int layer = in.layers[i];
         PassContext shared = context;  // by value: passes outlive the builder
         shared.rests = rests(light);
         const SlotRef gbuffer = per_target(Slot::gbuffer), shadow = per_light(Slot::shadow, light.id),
@@ -76,6 +90,20 @@ struct Builder {
         const auto faces = [&](const LightGpu::Faces& made) {
             return seed ? gpu.reached : missing_faces(made, gpu.reached, light.position_rev, scene.geometry_rev);
         };
+        const auto cpu = [&](Pass& pass) -> Pass& {
+            pass.on_gpu = false;
+            return named(pass);
+        };
+        const auto add_surfels = [&] {
+            cpu(add("surfels", surfels, {},
+                    {light.position_rev, light.aim_rev, light.profile_rev, scene.geometry_rev, in.surface()},
+                    [=, &light, &gpu] { return run_surfels(shared, light, gpu); }))
+                .absent = seed;
+        };
+        if (layer < 0 && !(i == shown_light(scene) && in.view >= View::mask)) {
+            add_surfels();
+            return;
+        }
         const unsigned shadow_faces = faces(gpu.shadow_faces), rsm_faces = faces(gpu.rsm_faces);
         Pass& shadow_pass = named(add(
             "shadow", shadow, {},
@@ -88,14 +116,8 @@ struct Builder {
         named(add("mask", mask, {}, {light.profile_rev, light.aim_rev},
                   [=, &light, &gpu] { return run_mask(shared, light, gpu); }));
         named(add("rsm-flux", flux, {rsm, mask}, {}, [=, &gpu] { return run_flux(shared, gpu); }));
-        const auto cpu = [&](Pass& pass) -> Pass& {
-            pass.on_gpu = false;
-            return named(pass);
-        };
-        cpu(add("surfels", surfels, {},
-                {light.position_rev, light.aim_rev, light.profile_rev, scene.geometry_rev, in.surface()},
-                [=, &light, &gpu] { return run_surfels(shared, light, gpu); }))
-            .absent = seed;
+        add_surfels();
+        if (layer < 0) return;
         Pass& solve = cpu(add("solve", solved, {surfels}, {in.generation, in.solve_links(), gpu.has_exact() ? 1u : 0u},
                               [=, &gpu] { return run_solve(shared, gpu); }));
         solve.absent = seed;
@@ -131,30 +153,49 @@ struct Builder {
         }
     }
 
-    // All luminaires at once. The passes have their names and no luminaire.
-    void add_merged() {
-        const SlotRef merged = per_target(Slot::merged), grid = per_target(Slot::grid),
-                      solved = per_target(Slot::merged_solve);
+    // Several luminaires at once. The passes have no luminaire.
+    void add_merged(Together which) {
+        const bool summed = which == Together::summed;
+        const std::uint32_t id = summed ? kSummed : 0;
+        const std::string prefix = summed ? "summed-" : "";
+        const SlotRef merged = per_target(Slot::merged, id), grid = per_target(Slot::grid),
+                      solved = per_target(Slot::merged_solve, id);
         std::vector<SlotRef> reads;
         std::vector<std::uint64_t> key = {scene.lights_rev, scene.geometry_rev};
-        for (const Light& light : scene.lights) {
-            const glm::dvec3 weight = light_weight(scene, light);
+        for (std::size_t i = 0; i < scene.lights.size(); ++i) {
+            const Light& light = scene.lights[i];
+            const bool both = in.in_sum.contains(light.id);
+            if ((in.layers[i] < 0) != summed && !both) continue;
+            key.push_back(light.id);
+            const glm::dvec3 weight = summed ? context.weight_in_sum(light, in.layers[i]) : context.layer_weight(light);
             for (int k = 0; k < 3; ++k) key.push_back(bits(weight[k]));
             if (weight != glm::dvec3(0.0)) reads.push_back(per_light(Slot::surfels, light.id));
         }
         const std::vector<const LightGpu*> lights(in.lights.begin(), in.lights.end());
         PassContext shared = context;
-        shared.rests = std::all_of(scene.lights.begin(), scene.lights.end(), [&](const Light& l) { return rests(l); });
+        shared.rests = true;
+        for (std::size_t i = 0; i < scene.lights.size(); ++i)
+            shared.rests &= (summed && in.layers[i] >= 0) || rests(scene.lights[i]);
         const auto cpu = [&](const char* name, SlotRef writes, std::vector<SlotRef> from, std::vector<std::uint64_t> by,
                              std::function<PassRun()> run) {
-            add(name, writes, std::move(from), std::move(by), std::move(run)).on_gpu = false;
+            add(prefix + name, writes, std::move(from), std::move(by), std::move(run)).on_gpu = false;
         };
-        cpu("merge", merged, std::move(reads), std::move(key), [=] { return run_merge(shared, lights); });
-        cpu("direct", per_target(Slot::direct), {grid, merged}, {}, [=] { return run_direct_merged(shared); });
-        cpu("solve", solved, {merged}, {in.generation, in.solve_links()}, [=] { return run_solve_merged(shared); });
-        passes.back().stale |= !merged_converged(in.target);
-        cpu("gather", per_target(Slot::gather), {per_target(Slot::weights), solved}, {},
-            [=] { return run_gather_merged(shared); });
+        cpu("merge", merged, std::move(reads), std::move(key), [=] { return run_merge(shared, lights, which); });
+        const bool metered = in.meter != FrameInputs::Meter::none;
+        if (metered)
+            cpu("direct", per_target(Slot::direct, id), {merged}, {},
+                [=] { return run_direct_point_summed(shared, lights); });
+        else
+            cpu("direct", per_target(Slot::direct, id), {grid, merged}, {},
+                [=] { return run_direct_merged(shared, which); });
+        cpu("solve", solved, {merged}, {in.generation, in.solve_links()},
+            [=] { return run_solve_merged(shared, which); });
+        passes.back().stale |= !merged_converged(in.target, which);
+        if (metered)
+            cpu("gather", per_target(Slot::gather, id), {solved}, {}, [=] { return run_gather_point_summed(shared); });
+        else
+            cpu("gather", per_target(Slot::gather, id), {per_target(Slot::weights), solved}, {},
+                [=] { return run_gather_merged(shared, which); });
     }
 
     void add_composite() {
@@ -172,7 +213,12 @@ struct Builder {
         const LightGpu* shown = lights.empty() ? nullptr : lights[shown_index];
         if (in.view < View::mask || in.view == View::solid)
             reads.push_back(per_target(shown_on_cpu ? Slot::grid : Slot::gbuffer));
-        if (emits() && in.view < View::mask) reads.push_back(per_target(Slot::emitted));
+        if (shown_on_cpu) {
+            const std::vector<SlotRef> more = besides();
+            reads.insert(reads.end(), more.begin(), more.end());
+        } else if (!besides().empty()) {
+            reads.push_back(per_target(Slot::besides));
+        }
         if (gathers_at_once() && shows_indirect(in.view)) reads.push_back(per_target(Slot::gathered));
         if (in.merged) {
             if (shows_direct(in.view)) reads.push_back(per_target(Slot::direct));
@@ -180,6 +226,9 @@ struct Builder {
         }
         for (std::size_t i = 0; i < scene.lights.size(); ++i) {
             const Light& light = scene.lights[i];
+            key.push_back(light.level_rev);
+            if (in.view == View::solid) key.insert(key.end(), {light.position_rev, light.aim_rev, light.profile_rev});
+            if (in.layers[i] < 0) continue;  // of the summed slots
             const bool direct = shows_direct(in.view) || in.view == View::solid,
                        indirect = shows_indirect(in.view) || in.view == View::solid;
             if (in.merged) {
@@ -192,8 +241,6 @@ struct Builder {
                     reads.push_back(per_target(Slot::gather, light.id));
                 }
             }
-            key.push_back(light.level_rev);
-            if (in.view == View::solid) key.insert(key.end(), {light.position_rev, light.aim_rev, light.profile_rev});
         }
         if (shown != nullptr && in.view >= View::mask && in.view <= View::rsm_flux) {
             const std::uint32_t id = scene.lights[shown_index].id;
@@ -235,13 +282,27 @@ std::uint64_t FrameInputs::solve_links() const {
     return target.kind == TargetKind::live ? kEfforts[effort].links : kEfforts[0].links;
 }
 
+glm::dvec3 PassContext::weight_in_sum(const Light& light, int layer) const {
+    if (layer < 0) return own_weight(light);
+    const auto own = in_sum->find(light.id);
+    return own != in_sum->end() ? own->second : glm::dvec3(0.0);
+}
+
+glm::dvec3 PassContext::layer_weight(const Light& light) const {
+    return light_weight(scene, light) - scene.master_ratio * weight_in_sum(light, 0);
+}
+
 PassContext FrameInputs::context() const {
-    return {programs, geometry, scene,     target,  eye,   traced,          clusters,
-            looks,    pool,     transport, bounces, false, shades_on_cpu(), effort};
+    return {programs,  geometry, scene, target,          eye,    traced, clusters, looks, pool,
+            transport, bounces,  false, shades_on_cpu(), effort, layers, &in_sum};
 }
 
 bool FrameInputs::can_merge() const {
-    return shades_on_cpu() && view <= View::indirect && scene.lights.size() > 1;
+    return shades_on_cpu() && view <= View::indirect && layered() > 1;
+}
+
+std::size_t FrameInputs::layered() const {
+    return layers.size() - static_cast<std::size_t>(std::count(layers.begin(), layers.end(), -1));
 }
 
 std::vector<Pass> build_pipeline(const FrameInputs& in) {
@@ -281,13 +342,24 @@ std::vector<Pass> build_pipeline(const FrameInputs& in) {
             pass.absent = true;
         }
     }
-    if (in.can_merge()) b.add_merged();
+    if (in.can_merge()) b.add_merged(Together::layered);
+    if (in.layered() < scene.lights.size()) b.add_merged(Together::summed);
     if (!metered && b.gathers_at_once()) {
         std::vector<SlotRef> reads = {b.per_target(Slot::weights)};
         if (b.emits()) reads.push_back(b.per_target(Slot::emitted));
-        for (const Light& light : scene.lights) reads.push_back(b.per_target(Slot::gather, light.id));
+        for (std::size_t i = 0; i < scene.lights.size(); ++i) {
+            if (in.layers[i] >= 0) reads.push_back(b.per_target(Slot::gather, scene.lights[i].id));
+        }
+        if (in.layered() < scene.lights.size()) reads.push_back(b.per_target(Slot::gather, kSummed));
         b.add("gather-pixels", b.per_target(Slot::gathered), std::move(reads), {},
               [context = b.context, lights = in.lights] { return run_final_gather(context, lights); })
+            .on_gpu = false;
+    }
+    if (!metered && !b.shown_on_cpu && !b.besides().empty()) {
+        std::vector<SlotRef> reads = b.besides();
+        if (b.gathers_at_once() && shows_indirect(in.view)) reads.push_back(b.per_target(Slot::gathered));
+        b.add("besides", b.per_target(Slot::besides), std::move(reads), {final_gathers(in.target), scene.master_rev},
+              [context = b.context] { return run_besides(context); })
             .on_gpu = false;
     }
     if (!metered) b.add_composite();
@@ -310,7 +382,13 @@ std::vector<SlotRef> wanted_slots(const FrameInputs& in, bool nv12) {
     }
     if (in.geometry.emissive() && in.scene.technique == Technique::standard && in.meter != FrameInputs::Meter::rsm)
         wanted.push_back({Slot::emitted, in.target.id, 0});
-    for (const Light& light : in.scene.lights) {
+    if (in.layered() < in.scene.lights.size()) {
+        wanted.push_back({Slot::direct, in.target.id, kSummed});
+        wanted.push_back({Slot::gather, in.target.id, kSummed});
+    }
+    for (std::size_t i = 0; i < in.scene.lights.size(); ++i) {
+        if (in.layers[i] < 0) continue;
+        const Light& light = in.scene.lights[i];
         wanted.push_back({Slot::direct, in.target.id, light.id});
         wanted.push_back(in.meter == FrameInputs::Meter::rsm ? SlotRef{Slot::flux, 0, light.id}
                                                              : SlotRef{Slot::gather, in.target.id, light.id});

@@ -2,6 +2,7 @@
 // docs/rendering.md.
 #pragma once
 
+#include <map>
 #include <memory>
 #include <vector>
 
@@ -26,6 +27,9 @@ struct FrameInputs {
     bool direct_by_rays = false;
     const transport::Transport* transport = nullptr;  // null: not made yet
     std::uint64_t generation = 0;                     // counts what `transport` was
+    std::vector<int> layers;                          // PassContext::layers
+    std::map<std::uint32_t, glm::dvec3> in_sum;       // PassContext::in_sum
+    std::size_t layered() const;                      // lights that have one
     int bounces = trace::kAllBounces;                 // or 1, or 0: of captures and meters
     enum class Meter : std::uint8_t { none, interactive, rsm };
     Meter meter = Meter::none;  // else the G-buffer is a single point and nothing is composited; rsm: texels are wanted

@@ -41,7 +41,7 @@ void Renderer::inspect_with(std::function<void(const Inspected&)> visit) {
 }
 
 // Brings GPU objects in line with the scene: geometry, lights' maps, the live target.
-void Renderer::prepare(const Scene& scene, bool live) {
+void Renderer::prepare(const Scene& scene, bool live, bool bounces) {
     if (!geometry_ || &geometry_->asset() != scene.asset.get()) {
         geometry_ = std::make_unique<GpuScene>(scene.asset);
         traced_ = trace::geometry_of(scene);
@@ -52,7 +52,7 @@ void Renderer::prepare(const Scene& scene, bool live) {
         clusters_ = std::make_unique<const shade::Clusters>(direct_by_rays_ ? shade::make_clusters(*traced_)
                                                                             : shade::Clusters{});
     }
-    if (scene.technique == Technique::standard) prepare_transport(scene);
+    if (scene.technique == Technique::standard && bounces) prepare_transport(scene);
     std::erase_if(lights_, [&](const auto& entry) {
         const bool gone = live && std::none_of(scene.lights.begin(), scene.lights.end(),
                                                [&](const Light& l) { return l.id == entry.first; });
@@ -80,18 +80,96 @@ void Renderer::prepare(const Scene& scene, bool live) {
     }
     std::erase_if(webs_, [](const auto& entry) { return entry.second.expired(); });
     if (!live) return;
-    const int layers = static_cast<int>(std::max<std::size_t>(scene.lights.size(), 1));
     // Even sides, as NV12 wants them.
     const double scale = scene.technique == Technique::standard ? kEfforts[effort_].scale : 1.0;
     const auto scaled = [&](int side_px) {
         return scale < 1.0 ? std::max(16, static_cast<int>(std::lround(side_px * scale / 2.0)) * 2) : side_px;
     };
     const int wide = scaled(scene.width_px), high = scaled(scene.height_px);
+    // What a layer takes of pixels, on the CPU and as textures, and of surfels.
+    constexpr std::size_t kPixelBytes = 28, kSurfelBytes = 72;
+    const std::size_t one = static_cast<std::size_t>(wide) * static_cast<std::size_t>(high) * kPixelBytes +
+                            (transport_ ? transport_->surface->surfels.count * kSurfelBytes : 0);
+    layer_count_ = std::clamp<std::size_t>(layer_bytes_ / one, 1, kMostLayers);
+    if (scene.technique != Technique::standard) layer_count_ = kMostLayers;
+    keep_layers(scene);
+    const int layers = static_cast<int>(std::clamp<std::size_t>(scene.lights.size(), 1, layer_count_));
     if (live_.width_px != wide || live_.height_px != high || live_.layer_count < layers ||
         live_.emissive != geometry_->emissive()) {
         ledger_.forget_target(live_.id);
-        live_ = make_target(next_target_++, TargetKind::live, wide, high, scene.lights.size(), geometry_->emissive());
+        live_ = make_target(next_target_++, TargetKind::live, wide, high, static_cast<std::size_t>(layers),
+                            geometry_->emissive());
     }
+}
+
+// Which luminaires have a layer, where not all can: those that have, and those that change, as long as they fit; where
+// they do not, half of those that changed longest ago go first, so that not every one that comes makes another one go.
+void Renderer::keep_layers(const Scene& scene) {
+    const Revision last = std::exchange(layered_rev_, scene.scene_rev);
+    if (scene.lights.size() <= layer_count_) {
+        layered_.clear();
+        in_sum_.clear();
+        return;
+    }
+    if (last == scene.scene_rev) return;
+    layered_.resize(layer_count_, 0);
+    std::vector<std::pair<Revision, std::uint32_t>> kept;
+    std::vector<const Light*> coming;
+    for (const Light& light : scene.lights) {
+        const Revision placed = std::max({light.position_rev, light.aim_rev, light.profile_rev}),
+                       changed = std::max(placed, light.level_rev);
+        if (std::find(layered_.begin(), layered_.end(), light.id) != layered_.end())
+            kept.emplace_back(changed, light.id);
+        else if (changed > last && last > 0)
+            coming.push_back(&light);
+        if (placed > last) in_sum_.erase(light.id);
+    }
+    const auto take_from = [&](std::uint32_t id) {
+        std::replace(layered_.begin(), layered_.end(), id, std::uint32_t{0});
+        if (const auto gpu = lights_.find(id); gpu != lights_.end()) {
+            LightGpu bare;
+            bare.web = gpu->second.web;
+            bare.profile = gpu->second.profile;
+            gpu->second = std::move(bare);
+        }
+        ledger_.forget_light(id);
+        in_sum_.clear();  // the sum is made anew with it
+    };
+    for (const std::uint32_t id : std::vector(layered_)) {
+        const bool here = std::any_of(kept.begin(), kept.end(), [&](const auto& one) { return one.second == id; });
+        if (id != 0 && !here) take_from(id);
+    }
+    if (scene.lights_rev > last) in_sum_.clear();
+    if (coming.size() > layer_count_) {  // the sum follows them
+        in_sum_.clear();
+        return;
+    }
+    const std::size_t all = kept.size() + coming.size();
+    if (all > layer_count_) {
+        std::sort(kept.begin(), kept.end());
+        const std::size_t going = std::max(all - layer_count_, kept.size() / 2);
+        for (std::size_t i = 0; i < going; ++i) take_from(kept[i].second);
+    }
+    for (const Light* light : coming) {
+        *std::find(layered_.begin(), layered_.end(), 0u) = light->id;
+        // Until the picture rests the sum goes on with what it was summed at, and its layer shows the difference.
+        const auto was = weights_.find(light->id);
+        const bool in_place = std::max({light->position_rev, light->aim_rev, light->profile_rev}) <= last;
+        if (in_place && was != weights_.end() && scene.lights_rev <= last) in_sum_[light->id] = was->second;
+    }
+}
+
+// By light: its layer of a target, -1: it is summed.
+std::vector<int> Renderer::layers_of(const Scene& scene, const Target& target) const {
+    std::vector<int> layers(scene.lights.size());
+    const std::size_t fit = target.id == live_.id ? layer_count_ : kMostLayers;
+    for (std::size_t i = 0; i < layers.size(); ++i) {
+        const auto own = std::find(layered_.begin(), layered_.end(), scene.lights[i].id);
+        layers[i] = layers.size() <= fit    ? static_cast<int>(i)
+                    : own != layered_.end() ? static_cast<int>(own - layered_.begin())
+                                            : -1;
+    }
+    return layers;
 }
 
 namespace {
@@ -172,9 +250,23 @@ bool Renderer::ready(const Scene& scene) {
 }
 
 FrameInputs Renderer::inputs_of(const Scene& scene, const Target& target, const Eye& eye) {
-    FrameInputs inputs{programs_,        *geometry_, scene,      target,  eye,   {},
-                       scene.view,       *traced_,   *clusters_, *looks_, pool_, direct_by_rays_,
-                       transport_.get(), generation_};
+    FrameInputs inputs{programs_,
+                       *geometry_,
+                       scene,
+                       target,
+                       eye,
+                       {},
+                       scene.view,
+                       *traced_,
+                       *clusters_,
+                       *looks_,
+                       pool_,
+                       direct_by_rays_,
+                       transport_.get(),
+                       generation_,
+                       layers_of(scene, target),
+                       {}};
+    if (target.id == live_.id) inputs.in_sum = in_sum_;
     for (const Light& light : scene.lights) inputs.lights.push_back(&lights_.at(light.id));
     if (target.id == live_.id) inputs.effort = effort_;
     return inputs;
@@ -194,9 +286,13 @@ bool Renderer::refine(const Scene& scene, const std::function<bool()>& interrupt
         std::this_thread::sleep_for(std::chrono::milliseconds(interrupted() ? 0 : 4));
         return newer_transport();
     }
+    if (!in_sum_.empty()) {
+        in_sum_.clear();
+        return true;
+    }
     if (!inputs.merged) {
         for (std::size_t i = 0; i < scene.lights.size(); ++i) {
-            if (first_bounce_left(inputs.context(), *inputs.lights[i]))
+            if (inputs.layers[i] >= 0 && first_bounce_left(inputs.context(), *inputs.lights[i]))
                 return continue_first_bounce(inputs.context(), scene.lights[i], *inputs.lights[i], interrupted);
         }
     }
@@ -206,13 +302,15 @@ bool Renderer::refine(const Scene& scene, const std::function<bool()>& interrupt
 bool Renderer::refined(const Scene& scene) {
     if (scene.technique != Technique::standard || !refines_) return true;
     prepare(scene, true);
-    if (!builder_->done() || newer_transport()) return false;
+    if (!builder_->done() || newer_transport() || !in_sum_.empty()) return false;
     const Eye eye = eye_of(scene.camera, scene.width_px, scene.height_px);
     const FrameInputs inputs = inputs_of(scene, live_, eye);
     const PassContext context = inputs.context();
     if (gathers(scene) && final_gather_left(context, inputs.lights)) return false;
-    return std::none_of(scene.lights.begin(), scene.lights.end(),
-                        [&](const Light& light) { return first_bounce_left(context, lights_.at(light.id)); });
+    for (std::size_t i = 0; i < scene.lights.size(); ++i) {
+        if (inputs.layers[i] >= 0 && first_bounce_left(context, *inputs.lights[i])) return false;
+    }
+    return true;
 }
 
 v1::TransportStats Renderer::transport_stats() const {
@@ -270,9 +368,13 @@ void Renderer::choose_layers(FrameInputs& inputs) {
         const bool rests = std::max({light.position_rev, light.aim_rev, light.profile_rev}) <= last;
         if (rests) waiting.emplace_back(light_weight(scene, light) == glm::dvec3(0.0), light.id);
     }
-    const bool many = stale > 2 + scene.lights.size() / 4;
+    const bool many = stale > 2 + inputs.layered() / 4;
     merged_ = grid_moves ? stale > 0 : stale > 1 && (merged_before || many);
     inputs.merged = merged_;
+    if (merged_) {  // the sum is made anew, or what moves was never in it
+        in_sum_.clear();
+        inputs.in_sum.clear();
+    }
     if (!merged_ || grid_moves || waiting.empty()) return;
     // In turn, so that none that goes on moving holds up the others.
     std::sort(waiting.begin(), waiting.end());
@@ -287,6 +389,10 @@ void Renderer::begin_frame(const Scene& scene, std::int64_t drained_ns) {
     prepare(scene, true);
     const Eye eye = eye_of(scene.camera, scene.width_px, scene.height_px);
     FrameInputs inputs = inputs_of(scene, live_, eye);
+    if (inputs.layered() < scene.lights.size()) {
+        weights_.clear();
+        for (const Light& light : scene.lights) weights_.emplace(light.id, own_weight(light));
+    }
     choose_layers(inputs);
     auto frame = std::make_unique<InFlight>();
     frame->drained_ns = drained_ns;
@@ -359,22 +465,31 @@ std::optional<FinishedFrame> Renderer::finish_frame(bool wait) {
 }
 
 std::vector<glm::vec3> Renderer::live_illuminance(const Scene& scene, bool indirect) {
-    std::vector<glm::vec3> weights;  // cd
-    for (const Light& light : scene.lights)
-        weights.emplace_back(light_weight(scene, light) * static_cast<double>(lights_.at(light.id).web->peak_cd));
+    const std::vector<int> layers = layers_of(scene, live_);
+    std::vector<glm::vec3> weights(static_cast<std::size_t>(live_.layer_count), glm::vec3(0.0f));  // cd
+    for (std::size_t i = 0; i < layers.size(); ++i) {
+        const Light& light = scene.lights[i];
+        const auto summed = in_sum_.find(light.id);
+        if (layers[i] >= 0)
+            weights[static_cast<std::size_t>(layers[i])] =
+                glm::vec3((light_weight(scene, light) -
+                           (summed != in_sum_.end() ? scene.master_ratio * summed->second : glm::dvec3(0.0))) *
+                          static_cast<double>(lights_.at(light.id).web->peak_cd));
+    }
     if (direct_by_rays_ && scene.technique == Technique::standard)
         return cpu_illuminance(live_, weights, geometry_->layer_unit_m2(), merged_, indirect, pool_);
     std::vector<glm::vec3> sum(static_cast<std::size_t>(live_.width_px) * static_cast<std::size_t>(live_.height_px));
     std::vector<glm::vec3> layer(sum.size());
     glPixelStorei(GL_PACK_ALIGNMENT, 1);
-    if (live_.emissive && scene.technique == Technique::standard) {
-        glGetTextureSubImage(live_.emitted.id(), 0, 0, 0, indirect ? 1 : 0, live_.width_px, live_.height_px, 1, GL_RGB,
+    const float unit_lx = live_.screen->besides_unit_lx[indirect ? 1 : 0];
+    if (unit_lx > 0.0f && scene.technique == Technique::standard) {
+        glGetTextureSubImage(live_.besides.id(), 0, 0, 0, indirect ? 1 : 0, live_.width_px, live_.height_px, 1, GL_RGB,
                              GL_FLOAT, static_cast<GLsizei>(layer.size() * sizeof(glm::vec3)), layer.data());
-        const float unit_lx = live_.screen->emitted_unit_lx[indirect ? 1 : 0];
         for (std::size_t p = 0; p < sum.size(); ++p) sum[p] += unit_lx * layer[p];
     }
-    for (std::size_t i = 0; i < scene.lights.size(); ++i) {
+    for (std::size_t i = 0; i < weights.size(); ++i) {
         const glm::vec3 weight = weights[i] / geometry_->layer_unit_m2();
+        if (weight == glm::vec3(0.0f)) continue;
         glGetTextureSubImage(indirect ? live_.indirect.id() : live_.direct.id(), 0, 0, 0, static_cast<GLint>(i),
                              live_.width_px, live_.height_px, 1, GL_RGB, GL_FLOAT,
                              static_cast<GLsizei>(layer.size() * sizeof(glm::vec3)), layer.data());
@@ -388,7 +503,8 @@ v1::MeterReading Renderer::meter(const Scene& scene, const glm::dvec3& point, co
     Scene metered = scene;
     if (quality == MeterQuality::rsm) metered.technique = Technique::standard;
     prepare(metered, false);
-    const Target target = make_target(next_target_++, TargetKind::precise, 1, 1, metered.lights.size(), false);
+    const Target target =
+        make_target(next_target_++, TargetKind::precise, 1, 1, std::min(metered.lights.size(), kMostLayers), false);
     // The eye stands one metre above the point and looks straight down at it.
     Eye eye;
     eye.position = point + unit_normal;
@@ -416,11 +532,12 @@ v1::MeterReading Renderer::meter(const Scene& scene, const glm::dvec3& point, co
         return std::max(0.0, squares - sum * sum / kParts) / (kParts * (kParts - 1.0));
     };
     for (std::size_t i = 0; i < metered.lights.size(); ++i) {
+        if (inputs.layers[i] < 0) continue;
         const LightGpu& gpu = *inputs.lights[i];
         const glm::dvec3 weight = light_weight(metered, metered.lights[i]) * static_cast<double>(gpu.web->peak_cd);
         float direct = 0.0f;
         glm::vec4 indirect(0.0f);
-        const auto layer = static_cast<GLint>(i);
+        const auto layer = static_cast<GLint>(inputs.layers[i]);
         glGetTextureSubImage(target.direct.id(), 0, 0, 0, layer, 1, 1, 1, GL_RED, GL_FLOAT, sizeof direct, &direct);
         glGetTextureSubImage(target.indirect.id(), 0, 0, 0, layer, 1, 1, 1, GL_RGBA, GL_FLOAT, sizeof indirect,
                              &indirect[0]);
@@ -429,7 +546,7 @@ v1::MeterReading Renderer::meter(const Scene& scene, const glm::dvec3& point, co
         const glm::dvec3 from_light = point - metered.lights[i].position;
         glm::dvec3 bounced = glm::dvec3(indirect) / unit_m2;
         if (quality != MeterQuality::rsm && metered.technique == Technique::standard)
-            bounced = point_light(target, i).light;
+            bounced = point_light(target, static_cast<std::size_t>(layer)).light;
         if (quality == MeterQuality::rsm) {
             // Each half of the texels, doubled, is an estimate of its own; half their difference is the mean's error.
             const auto halves = checkerboard_irradiance(gpu.texels, from_light, unit_normal);
@@ -438,17 +555,18 @@ v1::MeterReading Renderer::meter(const Scene& scene, const glm::dvec3& point, co
             variance += error * error;
             samples += lit_texels(gpu.texels);
         } else if (metered.technique == Technique::standard) {
-            variance += variance_of(point_light(target, i), weight);
+            variance += variance_of(point_light(target, static_cast<std::size_t>(layer)), weight);
             samples = kMeterLinks;
         }
         indirect_lx += weight * bounced;
     }
     if (quality != MeterQuality::rsm && metered.technique == Technique::standard) {
-        const auto& [emitted_direct, emitted_bounced] = emitted_point(target);
-        direct_lx += emitted_direct.light;
-        indirect_lx += emitted_bounced.light;
-        direct_variance = variance_of(emitted_direct, glm::dvec3(1.0));
-        variance += variance_of(emitted_bounced, glm::dvec3(1.0));
+        for (const auto& [direct, bounced] : {emitted_point(target), summed_point(target)}) {
+            direct_lx += direct.light;
+            indirect_lx += bounced.light;
+            direct_variance += variance_of(direct, glm::dvec3(1.0));
+            variance += variance_of(bounced, glm::dvec3(1.0));
+        }
     }
     ledger_.forget_target(target.id);
     v1::MeterReading reading;

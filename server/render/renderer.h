@@ -77,6 +77,10 @@ public:
     // So many links of each surfel are made, from the next scene on; by default those for all but narrow beams.
     void set_links(unsigned most) { links_ = most; }
     void set_surfels(const transport::SurfelSettings& settings) { surfels_ = settings; }
+    // Of the live picture's luminaires so many keep their light apart as fit into this, kMostLayers at most and one at
+    // least: those that changed last. The others are summed; one of them that changes has to be taken out of the sum,
+    // which lights all the others anew, once.
+    void set_layer_bytes(std::size_t bytes) { layer_bytes_ = bytes; }
     v1::TransportStats transport_stats() const override;
 
     // From now on visits what every pass writes, of live frames, captures and meters, before anything uses it
@@ -86,11 +90,14 @@ public:
 private:
     struct InFlight;
 
-    // live: for a live frame; else for a capture or a meter of a scene that may be older.
-    void prepare(const Scene& scene, bool live);
+    // live: for a live frame; else for a capture or a meter of a scene that may be older. bounces: light after bounces
+    // is asked for.
+    void prepare(const Scene& scene, bool live, bool bounces = true);
     void prepare_transport(const Scene& scene);
     v1::FrameReport run(const FrameInputs& inputs, std::vector<SlotRef> wanted, Timers& timers);
     void choose_layers(FrameInputs& inputs);
+    void keep_layers(const Scene& scene);
+    std::vector<int> layers_of(const Scene& scene, const Target& target) const;
     FrameInputs inputs_of(const Scene& scene, const Target& target, const Eye& eye);
 
     bool gathers(const Scene& scene) const;
@@ -117,9 +124,14 @@ private:
     Pool pool_;
     Ledger ledger_;
     Target live_;
-    bool merged_ = false;         // the newest live picture shows all luminaires at once
-    std::uint32_t refilled_ = 0;  // id of the last luminaire whose own layers followed
-    Revision last_rev_ = 0;       // of the last live frame
+    std::size_t layer_bytes_ = std::size_t{2} << 30, layer_count_ = kMostLayers;
+    std::vector<std::uint32_t> layered_;          // by layer: id of its luminaire, 0: free; used where not all have one
+    Revision layered_rev_ = 0;                    // of the scene they were chosen for
+    std::map<std::uint32_t, glm::dvec3> in_sum_;  // PassContext::in_sum
+    std::map<std::uint32_t, glm::dvec3> weights_;  // by id, of the newest live frame; where some are summed
+    bool merged_ = false;                          // the newest live picture shows all luminaires at once
+    std::uint32_t refilled_ = 0;                   // id of the last luminaire whose own layers followed
+    Revision last_rev_ = 0;                        // of the last live frame
     std::uint32_t next_target_ = 1;
     std::deque<std::unique_ptr<InFlight>> in_flight_;
     std::vector<gl::Buffer> free_readbacks_;

@@ -5,7 +5,7 @@
 
 namespace gonio {
 
-Target make_target(std::uint32_t id, TargetKind kind, int width_px, int height_px, std::size_t lights, bool emissive) {
+Target make_target(std::uint32_t id, TargetKind kind, int width_px, int height_px, std::size_t layers, bool emissive) {
     using gl::Filter;
     Target t;
     t.id = id;
@@ -14,16 +14,13 @@ Target make_target(std::uint32_t id, TargetKind kind, int width_px, int height_p
     t.kind = kind;
     const bool precise = kind == TargetKind::precise;
     t.emissive = emissive;
-    t.layer_count = static_cast<int>(std::max<std::size_t>(lights, 1));
+    t.layer_count = static_cast<int>(std::max<std::size_t>(layers, 1));
     t.depth = gl::make_texture_2d("depth", GL_DEPTH_COMPONENT32F, width_px, height_px, Filter::nearest);
     t.normal = gl::make_texture_2d("normal", GL_RG16_SNORM, width_px, height_px, Filter::nearest);
     t.albedo = gl::make_texture_2d("albedo", GL_RGBA16F, width_px, height_px, Filter::nearest);
     if (emissive) {
         t.emission = gl::make_texture_2d("emission", GL_RGBA32F, width_px, height_px, Filter::nearest);
         t.gbuffer = gl::make_framebuffer("gbuffer", {t.normal.id(), t.albedo.id(), t.emission.id()}, t.depth.id());
-        t.emitted = gl::make_texture_array("emitted light", precise ? GL_RGBA32F : GL_RGBA16F, width_px, height_px, 2,
-                                           Filter::nearest);
-        glClearTexImage(t.emitted.id(), 0, GL_RGBA, GL_FLOAT, nullptr);
     } else {
         t.gbuffer = gl::make_framebuffer("gbuffer", {t.normal.id(), t.albedo.id()}, t.depth.id());
     }
@@ -31,6 +28,7 @@ Target make_target(std::uint32_t id, TargetKind kind, int width_px, int height_p
                                       Filter::nearest);
     t.indirect = gl::make_texture_array("indirect", precise ? GL_RGBA32F : GL_RGBA16F, width_px, height_px,
                                         t.layer_count, Filter::nearest);
+    t.besides = gl::make_texture_array("besides", GL_RGBA16F, width_px, height_px, 2, Filter::nearest);
     GLuint layer = 0;
     glCreateFramebuffers(1, &layer);
     t.layer = gl::Framebuffer(layer);

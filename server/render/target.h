@@ -31,10 +31,10 @@ struct Target {
     gl::Texture albedo;    // W×H RGBA16F, linear reflectance
     gl::Texture emission;  // W×H RGBA32F, cd/m², the sun included; only where the scene has emitters
     gl::Framebuffer gbuffer;
-    gl::Texture direct;    // W×H×lights R16F (precise: R32F), lux per candela of the light's peak × layer_unit_m2
-    gl::Texture indirect;  // W×H×lights RGBA16F (precise: RGBA32F), rgb likewise
-    gl::Texture emitted;   // W×H×2 RGBA16F (precise: RGBA32F), lux × ScreenLight::emitted_unit_lx: light of emissive
-                           // surfaces, direct and after bounces; only where the scene has emitters
+    gl::Texture direct;    // W×H×layers R16F (precise: R32F), lux per candela of the light's peak × layer_unit_m2
+    gl::Texture indirect;  // W×H×layers RGBA16F (precise: RGBA32F), rgb likewise
+    gl::Texture besides;  // W×H×2 RGBA16F, lux × ScreenLight::besides_unit_lx: light without a layer, direct and after
+                          // bounces
     gl::Framebuffer layer;                // re-attached to one layer at a time
     gl::Texture display;                  // W×H RGBA8, sRGB-encoded R'G'B'
     gl::Framebuffer display_fbo;          // display with the G-buffer's depth, for the solid overlay
@@ -53,6 +53,6 @@ struct PointLight {
 // Result: what the gather pass of an interactive meter found for a light, of the default technique.
 const PointLight& point_light(const Target& target, std::size_t layer);
 // Result: an empty target; its size is at least 1 × 1.
-Target make_target(std::uint32_t id, TargetKind kind, int width_px, int height_px, std::size_t lights, bool emissive);
+Target make_target(std::uint32_t id, TargetKind kind, int width_px, int height_px, std::size_t layers, bool emissive);
 
 }  // namespace gonio

@@ -423,6 +423,10 @@ double tilt_factor_of(const Light& light) {
 }
 
 void check_layers(const Scene& scene) {
+    if (scene.technique == Technique::standard) return;
+    if (scene.lights.size() > kMostLayers)
+        refuse("too_many_lights", "technique", std::to_string(scene.lights.size()),
+               "the seed technique renders at most " + std::to_string(kMostLayers) + " lights");
     const std::size_t pixels = static_cast<std::size_t>(scene.width_px) * static_cast<std::size_t>(scene.height_px);
     if (pixels * scene.lights.size() * kLayerBytesPerPixel <= kMaxLayerBytes) return;
     refuse("too_large", "size_px", std::to_string(scene.width_px) + "x" + std::to_string(scene.height_px),
@@ -564,7 +568,11 @@ Scene scene_of(std::shared_ptr<const SceneAsset> asset, Revision revision) {
 }
 
 glm::dvec3 light_weight(const Scene& scene, const Light& light) {
-    return light.color * (light.level_ratio * light.multiplier * light.tilt_factor * scene.master_ratio);
+    return own_weight(light) * scene.master_ratio;
+}
+
+glm::dvec3 own_weight(const Light& light) {
+    return light.color * (light.level_ratio * light.multiplier * light.tilt_factor);
 }
 
 const char* view_name(View view) {

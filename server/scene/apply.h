@@ -42,6 +42,8 @@ Scene scene_of(std::shared_ptr<const SceneAsset> asset, Revision revision = 1);
 
 // Result: level × multiplier × TILT factor × master × colour: what the light's candela are multiplied by, per channel.
 glm::dvec3 light_weight(const Scene& scene, const Light& light);
+// The same without the master.
+glm::dvec3 own_weight(const Light& light);
 
 // Names of View and Technique on the wire; nullptr-free: every enum value has one.
 const char* view_name(View view);

@@ -183,12 +183,13 @@ struct Scene {
     std::uint32_t next_light_id = 1;
 };
 
-inline constexpr std::size_t kMaxLights = 64;    // one more is refused: "too_many_lights"
+inline constexpr std::size_t kMaxLights = 1024;  // one more is refused: "too_many_lights"
 inline constexpr std::size_t kMaxGroups = 64;    // likewise "too_many_groups"
 inline constexpr std::size_t kMaxPresets = 256;  // likewise "too_many_presets"
 inline constexpr std::size_t kMaxNameBytes = 128;
-// The live picture keeps each light's irradiance in 20 bytes a pixel, on the CPU and as textures; a size or light that
-// would take more than this in all is refused: "too_large".
+// Lights of which a picture keeps each one's irradiance apart. The seed technique does of all, in 20 bytes a pixel: a
+// size or light that would take more than this in all is refused: "too_large".
+inline constexpr std::size_t kMostLayers = 64;
 inline constexpr std::size_t kLayerBytesPerPixel = 20;
 inline constexpr std::size_t kMaxLayerBytes = std::size_t{4} << 30;
 

@@ -14,7 +14,7 @@ HWY_INLINE Vec3 load_rgb(const std::uint16_t* pixels) {
 }
 // A term of LayerSum (server/shade/layers.h).
 HWY_INLINE hn::Vec<IntTag> whole_quanta(Float value, Float quanta, Float cap) {
-    return hn::NearestInt(min(value * quanta, cap).raw);
+    return hn::NearestInt(max(min(value * quanta, cap), -cap).raw);
 }
 HWY_INLINE void add_quanta(Float value, Float quanta, Float cap, std::int32_t* sum) {
     const IntTag ints;

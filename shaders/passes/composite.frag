@@ -5,7 +5,7 @@
 #include "lib/octahedral.glsl"
 #include "lib/vpl.glsl"
 #include "lib/display.glsl"
-layout(std140, binding = 0) uniform WeightBlock { LightWeight weights[GONIO_MAX_LIGHTS]; };
+layout(std140, binding = 0) uniform WeightBlock { LightWeight weights[GONIO_MAX_LAYERS]; };
 layout(location = 1) uniform int light_count;
 layout(location = 2) uniform float ev100;
 layout(location = 3) uniform float gain;         // of the indirect view
@@ -14,8 +14,8 @@ layout(binding = 0) uniform sampler2DArray direct_layers;    // lux per weight
 layout(binding = 1) uniform sampler2DArray indirect_layers;  // rgb, lux per weight
 layout(binding = 2) uniform sampler2D albedo;
 layout(binding = 3) uniform sampler2D emissive;              // cd/m²
-layout(binding = 5) uniform sampler2DArray emitted_light;    // of emissive surfaces: direct, after bounces
-layout(location = 5) uniform vec2 emitted_unit_lx;           // lux per value of its layers
+layout(binding = 5) uniform sampler2DArray besides;          // light without a layer: direct, after bounces
+layout(location = 5) uniform vec2 besides_unit_lx;           // lux per value of it; 0: there is none
 layout(binding = 4) uniform samplerCube cube;                // mask and rsm views
 layout(binding = 8) uniform sampler2D gbuffer_depth;
 in vec2 ndc;
@@ -77,6 +77,7 @@ void main() {
     vec3 direct_lx = vec3(0.0);
     vec3 indirect_lx = vec3(0.0);
     for (int k = 0; k < light_count; ++k) {
+        if (weights[k].rgb.rgb == vec3(0.0)) continue;
 #if VIEW != VIEW_INDIRECT
         direct_lx += weights[k].rgb.rgb * texelFetch(direct_layers, ivec3(pixel, k), 0).r;
 #endif
@@ -88,12 +89,12 @@ void main() {
     vec3 emitted = vec3(0.0);
 #ifdef EMISSIVE
     emitted = texelFetch(emissive, pixel, 0).rgb;
+#endif
 #if VIEW != VIEW_INDIRECT
-    direct_lx += emitted_unit_lx.x * texelFetch(emitted_light, ivec3(pixel, 0), 0).rgb;
+    if (besides_unit_lx.x > 0.0) direct_lx += besides_unit_lx.x * texelFetch(besides, ivec3(pixel, 0), 0).rgb;
 #endif
 #if VIEW != VIEW_DIRECT
-    indirect_lx += emitted_unit_lx.y * texelFetch(emitted_light, ivec3(pixel, 1), 0).rgb;
-#endif
+    if (besides_unit_lx.y > 0.0) indirect_lx += besides_unit_lx.y * texelFetch(besides, ivec3(pixel, 1), 0).rgb;
 #endif
     vec3 total_lx = direct_lx + indirect_lx;
     bool hit = texelFetch(gbuffer_depth, pixel, 0).r > 0.0;

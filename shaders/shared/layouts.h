@@ -25,7 +25,7 @@ struct DrawInstance {
     uint pad2;
 };
 
-#define GONIO_MAX_LIGHTS 64
+#define GONIO_MAX_LAYERS 64
 #define GONIO_MAX_SEED_DIRECTIONS 4096
 
 #ifdef __cplusplus

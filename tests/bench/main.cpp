@@ -79,7 +79,7 @@ int main(int argc, char** argv) {
     std::string lights_size;
     CLI::App* lights = app.add_subcommand("lights", "frame times against the number of luminaires, one change a row");
     lights->add_option("--scene", lights_options.scene, "only stage, cornell, atrium");
-    lights->add_option("--lights", lights_options.lights, "only 1, 4, 16 or 64 luminaires");
+    lights->add_option("--lights", lights_options.lights, "only 1, 4, 16, 64 or 484 luminaires");
     lights->add_option("--change", lights_options.change,
                        "only level_one, color_one, level_all, exposure, move_one, orbit");
     lights->add_option("--size", lights_size, "WIDTHxHEIGHT; default: 800x800")->check(kSize);

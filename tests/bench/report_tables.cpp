@@ -121,13 +121,13 @@ std::string lights_table(const Json& lights) {
     const std::pair<const char*, const char*> changes[] = {
         {"level_one", "level of one"}, {"color_one", "colour of one"},  {"level_all", "level of all"},
         {"exposure", "exposure"},      {"move_one", "position of one"}, {"orbit", "camera"}};
-    std::string table = head_of({"what changes", "1", "4", "16", "64", "rate at 16", "rate at 64"});
+    std::string table = head_of({"what changes", "1", "4", "16", "64", "484", "rate at 16", "rate at 64"});
     const auto row = [&](const char* change, int count) -> const Json& {
         return row_where(lights, {{"scene", "stage"}, {"change", change}, {"lights", count}});
     };
     for (const auto& [name, title] : changes) {
         std::vector<std::string> cells = {title};
-        for (const int count : {1, 4, 16, 64}) cells.push_back(figure(row(name, count).at("frame_ms")));
+        for (const int count : {1, 4, 16, 64, 484}) cells.push_back(figure(row(name, count).at("frame_ms")));
         for (const int count : {16, 64}) cells.push_back(fixed(row(name, count).at("rate"), 2));
         table += row_of(cells);
     }

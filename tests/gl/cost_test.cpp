@@ -43,11 +43,6 @@ protected:
         own = scene.lights[std::min<std::size_t>(lights, 2) - 1].name;
         settle();
     }
-    // Which passes run does not depend on how many surfels and links there are.
-    static void make_coarse(Renderer& renderer) {
-        renderer.set_surfels({0.06, 1000, 4000});
-        renderer.set_links(128);
-    }
     static std::shared_ptr<const SceneAsset> asset(const std::string& name) {
         static std::map<std::string, std::shared_ptr<const SceneAsset>> made;
         if (!made[name]) made[name] = *load_scene(name);

@@ -11,6 +11,7 @@ double meter_direct(Renderer& renderer, const Scene& scene, const glm::dvec3& po
 
 TEST(Direct, IsotropicThousandCandelaTwoMetresAboveAFloorGives250Lux) {
     Renderer renderer(context(), gather());
+    make_coarse(renderer);
     const Scene scene = floor_scene(10.0, 0.0f, isotropic(1000.0), {0, 2, 0});
     EXPECT_NEAR(meter_direct(renderer, scene, {0, 0, 0}, {0, 1, 0}), 250.0, 0.25);
 }
@@ -18,6 +19,7 @@ TEST(Direct, IsotropicThousandCandelaTwoMetresAboveAFloorGives250Lux) {
 // CIE 171:2006 case 5.2, closed form I0·9/(9+r²)² for a Lambertian point source 3 m above the floor, I0 = 1000 cd.
 TEST(Direct, Cie171Case52) {
     Renderer renderer(context(), gather());
+    make_coarse(renderer);
     const Scene scene = floor_scene(8.0, 0.0f, cosine_power(1000.0, 1.0), {0, 3, 0});
     for (const glm::dvec2 p : {glm::dvec2{0, 0},
                                {0.5, 0},
@@ -38,6 +40,7 @@ TEST(Direct, Cie171Case52) {
 // I = 1000 cos²: E at 0, 1, 2 and 4 m follows cos² · cos / d²; a table that is squared by mistake does not.
 TEST(Direct, CosineSquaredIsNotSquaredAgain) {
     Renderer renderer(context(), gather());
+    make_coarse(renderer);
     const Scene scene = floor_scene(20.0, 0.0f, cosine_power(1000.0, 2.0), {0, 2, 0});
     for (double x : {0.0, 1.0, 2.0, 4.0}) {
         const double d2 = x * x + 4.0, c = 2.0 / std::sqrt(d2), expected = 1000.0 * c * c * c / d2;
@@ -76,6 +79,7 @@ TEST(Direct, TurnedLuminairesAtTwentyPointsInMeterAndPicture) {
     for (const Turn& turn :
          {Turn{"downlight", 0.3, 0.4, 0.9}, Turn{"wall_washer", -1.1, 0.5, 2.2}, Turn{"batwing", 2.0, 0.7, -0.6}}) {
         Renderer renderer(context(), gather());
+        make_coarse(renderer);
         const auto profile = *builtin_profile(turn.profile);
         const glm::dvec3 light(0.4, 3.0, -0.3);
         Scene scene = floor_scene(40.0, 0.0f, profile, light, orientation_of({turn.pan, turn.tilt, turn.roll}));
@@ -114,6 +118,7 @@ TEST(Direct, AnAsymmetricLawTurnedEveryWay) {
     const glm::dvec3 light(0.4, 3.0, -0.3);
     for (const PanTiltRoll& turn : {PanTiltRoll{0, 0, 0}, {0, 0, 1.0}, {0.8, 0.4, 0.0}, {-2.0, 0.7, 2.5}}) {
         Renderer renderer(context(), gather());
+        make_coarse(renderer);
         const Scene scene = floor_scene(40.0, 0.0f, profile, light, orientation_of(turn));
         // C0 and C90 written out from pan, tilt and roll, as in expected_lux.
         const glm::dvec3 aim(-std::sin(turn.tilt_rad) * std::sin(turn.pan_rad), -std::cos(turn.tilt_rad),
@@ -132,6 +137,7 @@ TEST(Direct, AnAsymmetricLawTurnedEveryWay) {
 
 TEST(Direct, APlaneDoesNotShadowItselfAtGrazingAngles) {
     Renderer renderer(context(), gather());
+    make_coarse(renderer);
     const Scene scene = floor_scene(60.0, 0.0f, isotropic(1000.0), {0, 1, 0});
     for (double x : {0.1, 1.0, 3.0, 10.0, 25.0}) {
         const double expected = 1000.0 / std::pow(x * x + 1.0, 1.5);
@@ -147,6 +153,7 @@ TEST(Direct, ABoardFacingTheLightOffTheCubesAxesDoesNotShadowItself) {
     const glm::dvec3 light(0.1, 0.2, 0.3);
     for (const glm::dvec3& towards : {glm::dvec3{1, 1, 1}, {1, -1, 0}, {-0.7, -0.7, 0.2}, {0.2, 1, 0.9}}) {
         Renderer renderer(context());
+        make_coarse(renderer);
         const glm::dvec3 d = glm::normalize(towards), x = glm::normalize(glm::cross(d, glm::dvec3(0, 1, 0.1))),
                          y = glm::cross(x, d);
         const double h = 3.0;
@@ -174,6 +181,7 @@ TEST(Direct, ABoardFacingTheLightOffTheCubesAxesDoesNotShadowItself) {
 
 TEST(Direct, AWallCastsAShadowFromBothSides) {
     Renderer renderer(context(), gather());
+    make_coarse(renderer);
     for (const bool flipped : {false, true}) {
         const glm::dvec3 a(-1, 1, 1), b(1, 1, 1), c(1, 1, -1), d(-1, 1, -1);
         Scene scene = scene_with({{quad({-5, 0, 5}, {5, 0, 5}, {5, 0, -5}, {-5, 0, -5}), glm::vec3(0)},
@@ -188,6 +196,7 @@ TEST(Direct, AWallCastsAShadowFromBothSides) {
 
 TEST(Direct, TwoHalvesMakeOneWhole) {
     Renderer renderer(context(), gather());
+    make_coarse(renderer);
     Scene one = floor_scene(10.0, 0.5f, isotropic(1000.0), {0.3, 2, 0});
     Scene two = floor_scene(10.0, 0.5f, isotropic(500.0), {0.3, 2, 0});
     two.lights.push_back(two.lights[0]);
@@ -200,6 +209,7 @@ TEST(Direct, TwoHalvesMakeOneWhole) {
 
 TEST(Direct, LevelMultiplierColourAndMasterMultiply) {
     Renderer renderer(context(), gather());
+    make_coarse(renderer);
     Scene scene = floor_scene(10.0, 0.0f, isotropic(1000.0), {0, 2, 0});
     scene.lights[0].level_ratio = 0.5;
     scene.lights[0].multiplier = 3.0;
@@ -216,6 +226,7 @@ TEST(Direct, LevelMultiplierColourAndMasterMultiply) {
 // LM-63 TILT=INCLUDE: the lamp gives 0.6 of its light when the luminaire is tilted by 60 degrees.
 TEST(Direct, TheTiltFactorFollowsTheLuminairesTilt) {
     Renderer renderer(context(), gather());
+    make_coarse(renderer);
     auto profile = std::make_shared<Profile>(*isotropic(1000.0));
     profile->photometry.tilt = ies::TiltTable{1, {0.0, std::numbers::pi / 3, std::numbers::pi}, {1.0, 0.6, 0.6}};
     Scene scene = floor_scene(10.0, 0.0f, profile, {0, 2, 0});
@@ -246,6 +257,7 @@ TEST(Direct, GoniometerTypesAgree) {
         }
         profile->max_cd = 1000.0;
         Renderer renderer(context(), gather());
+        make_coarse(renderer);
         const Scene scene = floor_scene(10.0, 0.0f, profile, {0, 2, 0}, orientation_of({0.4, 0.5, 0.3}));
         const glm::dvec3 aim(-std::sin(0.5) * std::sin(0.4), -std::cos(0.5), -std::sin(0.5) * std::cos(0.4));
         for (const glm::dvec3& p : {glm::dvec3{0, 0, 0}, {0.7, 0, -1.1}, {-1.3, 0, 0.4}, {0.2, 0, -2.6}}) {
@@ -264,6 +276,7 @@ TEST(Direct, TenKilometresAwayNothingChanges) {
     double lux[2];
     for (int k = 0; k < 2; ++k) {
         Renderer renderer(context(), gather());
+        make_coarse(renderer);
         const glm::dvec3 offset = k == 0 ? glm::dvec3(0) : away;
         const Scene scene =
             scene_with({{quad({-3, 0, 3}, {3, 0, 3}, {3, 0, -3}, {-3, 0, -3}), glm::vec3(0.5f)},
@@ -279,6 +292,7 @@ TEST(Direct, TenKilometresAwayNothingChanges) {
 // the meter reads at the pixels' points, seams or not.
 TEST(Direct, TilesMakeOnePicture) {
     Renderer renderer(context(), gather());
+    make_coarse(renderer);
     Scene scene = floor_scene(20.0, 0.0f, cosine_power(1000.0, 1.0), {0.5, 2.5, 0.2});
     scene.camera = {{0.0, 6.0, 0.001}, {0.0, 0.0, 0.0}, 0.8};
     const int width = 600, height = 400;
@@ -304,6 +318,7 @@ TEST(Direct, TilesMakeOnePicture) {
 
 TEST(Direct, EmittersShowTheirLuminanceAndTakeNoPartInIlluminance) {
     Renderer renderer(context(), gather());
+    make_coarse(renderer);
     Scene scene =
         scene_with({{quad({-5, 0, 5}, {5, 0, 5}, {5, 0, -5}, {-5, 0, -5}), glm::vec3(0.5f), glm::vec3(120.0f)}},
                    isotropic(1000.0), {0, 2, 0});
@@ -319,6 +334,7 @@ TEST(Direct, EmittersShowTheirLuminanceAndTakeNoPartInIlluminance) {
 TEST(Direct, AnEmitterAsBrightAsTheSunKeepsItsLuminance) {
     for (const float nits : {1e5f, 1.6e9f}) {
         Renderer renderer(context());
+        make_coarse(renderer);
         Scene scene =
             scene_with({{quad({-5, 0, 5}, {5, 0, 5}, {5, 0, -5}, {-5, 0, -5}), glm::vec3(0), glm::vec3(nits)}},
                        isotropic(1000.0), {0, 2, 0});

@@ -9,6 +9,7 @@ namespace {
 
 std::shared_ptr<const std::vector<std::uint8_t>> picture(Renderer::Gather gather, Scene scene, View view) {
     Renderer renderer(context(), gather);
+    make_coarse(renderer);
     scene.view = view;
     renderer.begin_frame(scene, monotonic_ns());
     return renderer.finish_frame(true)->nv12;

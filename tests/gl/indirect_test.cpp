@@ -181,9 +181,11 @@ TEST(Indirect, ContactIsBounded) {
 }
 
 TEST(Indirect, ADarkProfileAndAMillionCandelaAreBothFinite) {
+    const Scene room = scene_with({{inward_sphere(2.0, 64), glm::vec3(0.5f)}}, isotropic(1.0), {0.1, 0, 0});
     for (double candela : {0.0, 1e-30, 1e6, 1e12}) {
         Renderer renderer(context(), gather());
-        Scene scene = scene_with({{inward_sphere(2.0, 64), glm::vec3(0.5f)}}, isotropic(candela), {0.1, 0, 0});
+        Scene scene = room;
+        scene.lights[0].profile = isotropic(candela);
         const auto reading = renderer.meter(scene, {2, 0, 0}, {-1, 0, 0}, Quality::interactive);
         EXPECT_TRUE(std::isfinite(reading.total_lx())) << candela;
         // All bounces of rho = 0.5: once more than the first.

@@ -173,7 +173,7 @@ TEST(Apply, GroupsSetEveryMember) {
     EXPECT_EQ(scene.groups.at("all"), std::vector<std::string>{"key"});
 }
 
-TEST(Apply, TheSixtyFifthLightIsRefused) {
+TEST(Apply, OneLightTooManyIsRefused) {
     Scene scene = some_scene();
     for (std::size_t i = 2; i <= kMaxLights; ++i) {
         const auto result = run(
@@ -186,8 +186,34 @@ TEST(Apply, TheSixtyFifthLightIsRefused) {
     }
 }
 
-TEST(Apply, LightsTimesPixelsAreBounded) {
+// Its paper's technique keeps all of them apart.
+TEST(Apply, TheSeedTechniqueHasSixtyFourLights) {
     Scene scene = some_scene();
+    const auto add = [&](int i) {
+        return run(scene,
+                   [&](v1::Command& c) { c.mutable_add_light()->mutable_light()->set_name("n" + std::to_string(i)); },
+                   {nullptr, some_profile("x")});
+    };
+    const auto seed = [&] {
+        return run(scene, [](v1::Command& c) { c.mutable_set_technique()->set_technique("seed"); });
+    };
+    while (scene.lights.size() < kMostLayers) ASSERT_TRUE(add(static_cast<int>(scene.lights.size())));
+    ASSERT_TRUE(seed());
+    const auto more = add(64);
+    ASSERT_FALSE(more);
+    EXPECT_EQ(more.error().code, "too_many_lights");
+    EXPECT_EQ(scene.lights.size(), kMostLayers);
+    ASSERT_TRUE(run(scene, [](v1::Command& c) { c.mutable_set_technique()->set_technique("default"); }));
+    ASSERT_TRUE(add(64));
+    const auto refused = seed();
+    ASSERT_FALSE(refused);
+    EXPECT_EQ(refused.error().code, "too_many_lights");
+    EXPECT_EQ(scene.technique, Technique::standard);
+}
+
+TEST(Apply, LightsTimesPixelsAreBoundedForTheSeedTechnique) {
+    Scene scene = some_scene();
+    ASSERT_TRUE(run(scene, [](v1::Command& c) { c.mutable_set_technique()->set_technique("seed"); }));
     const auto size = [&](unsigned side) {
         return run(scene, [&](v1::Command& c) {
             c.mutable_set_size()->set_width_px(side);

@@ -212,7 +212,7 @@ TEST_F(SavedShow, LightsThatWereRemovedStayAwayAndTheirNamesMayBeTaken) {
     expect_same_scene(scene, back().scene);
 }
 
-// Fourteen lights at 4096x4096 are more than layers may take; twelve are not.
+// Fourteen lights at 4096x4096 are more than the seed technique may take; twelve are not.
 TEST_F(SavedShow, ASizeThatOnlyTheRemainingLightsAllowComesBack) {
     auto many = std::make_shared<SceneAsset>(*asset);
     while (many->lights.size() < 14) {
@@ -221,7 +221,9 @@ TEST_F(SavedShow, ASizeThatOnlyTheRemainingLightsAllowComesBack) {
     }
     asset = many;
     scene = scene_of(asset, 7);
-    v1::Command size, remove;
+    v1::Command technique, size, remove;
+    technique.mutable_set_technique()->set_technique("seed");
+    run(technique);
     size.mutable_set_size()->set_width_px(4096);
     size.mutable_set_size()->set_height_px(4096);
     const auto refused = apply(scene, size, {});
@@ -239,7 +241,7 @@ TEST_F(SavedShow, ASizeThatOnlyTheRemainingLightsAllowComesBack) {
 
 TEST_F(SavedShow, APresetOfMoreLightsThanTheSizeAllowsComesBackWhole) {
     for (int i = 2; i < 14; ++i) run(light("n" + std::to_string(i), i / 2.0, true), web(100), "mine.ies");
-    v1::Command save, remove, size;
+    v1::Command save, remove, size, technique;
     save.mutable_save_preset()->set_name("all");
     run(save);
     for (int i = 2; i < 13; ++i) {
@@ -249,6 +251,8 @@ TEST_F(SavedShow, APresetOfMoreLightsThanTheSizeAllowsComesBackWhole) {
     size.mutable_set_size()->set_width_px(4096);
     size.mutable_set_size()->set_height_px(4096);
     run(size);
+    technique.mutable_set_technique()->set_technique("seed");
+    run(technique);
     ASSERT_EQ(scene.presets.at("all")->size(), 14u);
     const RestoredShow restored = back();
     EXPECT_EQ(restored.warnings, std::vector<std::string>{});

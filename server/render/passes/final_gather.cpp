@@ -16,9 +16,21 @@ bool there(const PassContext& context) {
     return context.transport != nullptr && context.transport->surface->surfels.count > 0 && context.bounces != 0;
 }
 
-bool emits(const PassContext& context) {
-    return context.target.emissive && !context.transport->emitted.indirect.empty() &&
-           context.target.screen->emitted_unit_lx[1] > 0.0f;
+// Light without a layer, and where it comes from.
+struct Whole {
+    ScreenLight::Besides* shown;
+    const transport::Irradiance* irradiance;
+    float unit;  // of `shown` in that of `irradiance`
+};
+std::vector<Whole> wholes(const PassContext& context) {
+    ScreenLight& screen = *context.target.screen;
+    std::vector<Whole> found;
+    const auto add = [&](ScreenLight::Besides& shown, const transport::Irradiance& irradiance, float unit) {
+        if (shown.unit_lx[1] > 0.0f && !irradiance.indirect.empty()) found.push_back({&shown, &irradiance, unit});
+    };
+    add(screen.emitted, context.transport->emitted, screen.emitted.unit_lx[1]);
+    add(screen.summed, screen.summed_list.irradiance, 1.0f);
+    return found;
 }
 
 // light: null: emissive surfaces. exact: links that end nearby take its direct light where they end.
@@ -47,8 +59,17 @@ shade::GatherSource source_of(const PassContext& context, const Light* light, co
     return source;
 }
 
-bool lit(const LightGpu& gpu) {
-    return !gpu.irradiance.indirect.empty();
+// Result: whether a light has a layer and light in it.
+bool layered(const PassContext& context, std::span<LightGpu* const> lights, std::size_t i) {
+    return context.layers[i] >= 0 && !lights[i]->irradiance.indirect.empty();
+}
+
+// values × 1/unit -> 4 half floats a pixel.
+void to_halves(std::span<const glm::vec4> values, float unit, std::uint16_t* to) {
+    for (const glm::vec4& value : values) {
+        for (int k = 0; k < 3; ++k) *to++ = glm::packHalf1x16(glm::clamp(value[k] / unit, 0.0f, 65504.0f));
+        *to++ = glm::packHalf1x16(1.0f);
+    }
 }
 
 void to_texture(const gl::Texture& array, int layer, const shade::Surfaces& s, const std::vector<float>& rgba) {
@@ -66,33 +87,33 @@ PassRun run_final_gather(const PassContext& context, std::span<LightGpu* const> 
     shade::FinalGather gather{precise ? shade::kPrecisePass : shade::kStillPass};
     std::vector<int> layers;
     for (std::size_t i = 0; i < lights.size(); ++i) {
-        if (!lit(*lights[i])) continue;
+        if (!layered(context, lights, i)) continue;
         gather.sources.push_back(source_of(context, &context.scene.lights[i], lights[i], lights[i]->irradiance,
                                            lights.size() <= shade::kMostExactLights));
-        layers.push_back(static_cast<int>(i));
+        layers.push_back(context.layers[i]);
     }
-    const std::size_t luminaires = layers.size();
-    if (emits(context))
-        gather.sources.push_back(source_of(context, nullptr, nullptr, context.transport->emitted, false));
+    const std::vector<Whole> besides = wholes(context);
+    for (const Whole& whole : besides) {
+        gather.sources.push_back(source_of(context, nullptr, nullptr, *whole.irradiance, false));
+        whole.shown->pixels[1].resize(4 * s.depth.size());
+    }
     const auto width = static_cast<std::size_t>(s.width);
-    std::vector<std::vector<float>> values(gather.sources.size(),
+    std::vector<std::vector<float>> values(layers.size(),
                                            std::vector<float>(4 * width * static_cast<std::size_t>(s.height), 1.0f));
     const auto keep = [&](std::size_t source, int y, std::span<const glm::vec4> row) {
-        const float unit = source < luminaires ? 1.0f : screen.emitted_unit_lx[1];
+        if (source >= layers.size()) {
+            const Whole& whole = besides[source - layers.size()];
+            to_halves(row, whole.unit, whole.shown->pixels[1].data() + 4 * s.row_length * static_cast<std::size_t>(y));
+            return;
+        }
         float* to = values[source].data() + 4 * width * static_cast<std::size_t>(y);
         for (std::size_t x = 0; x < width; ++x) {
-            for (int k = 0; k < 3; ++k)
-                to[4 * x + static_cast<std::size_t>(k)] = glm::clamp(row[x][k] / unit, 0.0f, greatest);
+            for (int k = 0; k < 3; ++k) to[4 * x + static_cast<std::size_t>(k)] = glm::clamp(row[x][k], 0.0f, greatest);
         }
     };
     while (!shade::continue_gather(s, screen.grid, *context.transport, gather, keep, context.pool)) {
     }
-    for (std::size_t i = 0; i < values.size(); ++i) {
-        if (i < luminaires)
-            to_texture(context.target.indirect, layers[i], s, values[i]);
-        else
-            to_texture(context.target.emitted, 1, s, values[i]);
-    }
+    for (std::size_t i = 0; i < layers.size(); ++i) to_texture(context.target.indirect, layers[i], s, values[i]);
     return {};
 }
 
@@ -101,9 +122,10 @@ unsigned final_gather_passes(const PassContext& context, std::span<LightGpu* con
     ScreenLight& screen = *context.target.screen;
     unsigned least = kLivePasses;
     for (std::size_t i = 0; i < lights.size(); ++i) {
-        if (lit(*lights[i])) least = std::min(least, layer_of(screen, static_cast<int>(i)).passes);
+        if (layered(context, lights, i)) least = std::min(least, layer_of(screen, context.layers[i]).passes);
     }
-    return emits(context) ? std::min(least, screen.emitted_passes) : least;
+    for (const Whole& whole : wholes(context)) least = std::min(least, whole.shown->passes);
+    return least;
 }
 
 bool final_gather_left(const PassContext& context, std::span<LightGpu* const> lights) {
@@ -122,58 +144,55 @@ bool continue_final_gather(const PassContext& context, std::span<LightGpu* const
     const shade::Surfaces& s = screen.surfaces;
     const unsigned passes = final_gather_passes(context, lights);
     // Those that have had the fewest passes, from the same light as when it began.
-    const std::size_t emitted = lights.size();
+    const std::vector<Whole> besides = wholes(context);
     std::vector<std::pair<std::size_t, std::uint64_t>> wanted;
     for (std::size_t i = 0; i < lights.size(); ++i) {
-        const shade::LightLayer& layer = layer_of(screen, static_cast<int>(i));
-        if (lit(*lights[i]) && layer.passes == passes) wanted.emplace_back(i, layer.version);
+        if (!layered(context, lights, i)) continue;
+        const shade::LightLayer& layer = layer_of(screen, context.layers[i]);
+        if (layer.passes == passes) wanted.emplace_back(i, layer.version);
     }
     const std::size_t luminaires = wanted.size();
-    if (emits(context) && screen.emitted_passes == passes) wanted.emplace_back(emitted, screen.emitted_version);
+    for (std::size_t k = 0; k < besides.size(); ++k) {
+        if (besides[k].shown->passes == passes) wanted.emplace_back(lights.size() + k, besides[k].shown->version);
+    }
     if (!own.work || own.wanted != wanted) {
         own.work = std::make_unique<shade::FinalGather>();
         own.work->pass = shade::kLivePasses[passes];
         own.wanted = wanted;
         own.webs.clear();
         own.pixels.assign(wanted.size(), std::vector<std::uint16_t>(4 * s.depth.size(), 0));
-        for (const auto& [i, version] : wanted) {
-            if (i != emitted) own.webs.push_back(lights[i]->web);
-            own.work->sources.push_back(i == emitted
-                                            ? source_of(context, nullptr, nullptr, context.transport->emitted, false)
-                                            : source_of(context, &context.scene.lights[i], lights[i],
-                                                        lights[i]->irradiance, luminaires <= shade::kMostExactLights));
+        for (std::size_t k = 0; k < wanted.size(); ++k) {
+            const std::size_t i = wanted[k].first;
+            if (k < luminaires) own.webs.push_back(lights[i]->web);
+            own.work->sources.push_back(
+                k < luminaires ? source_of(context, &context.scene.lights[i], lights[i], lights[i]->irradiance,
+                                           luminaires <= shade::kMostExactLights)
+                               : source_of(context, nullptr, nullptr, *besides[i - lights.size()].irradiance, false));
         }
     }
     const auto keep = [&](std::size_t source, int y, std::span<const glm::vec4> row) {
-        const float unit = source < luminaires ? 1.0f : screen.emitted_unit_lx[1];
-        std::uint16_t* to = own.pixels[source].data() + 4 * s.row_length * static_cast<std::size_t>(y);
-        for (std::size_t x = 0; x < row.size(); ++x) {
-            for (int k = 0; k < 3; ++k)
-                to[4 * x + static_cast<std::size_t>(k)] =
-                    glm::packHalf1x16(glm::clamp(row[x][k] / unit, 0.0f, 65504.0f));
-            to[4 * x + 3] = glm::packHalf1x16(1.0f);
-        }
+        const float unit = source < luminaires ? 1.0f : besides[wanted[source].first - lights.size()].unit;
+        to_halves(row, unit, own.pixels[source].data() + 4 * s.row_length * static_cast<std::size_t>(y));
     };
     while (!shade::continue_gather(s, screen.grid, *context.transport, *own.work, keep, context.pool)) {
         if (interrupted()) return false;
     }
     for (std::size_t k = 0; k < wanted.size(); ++k) {
-        const std::size_t i = wanted[k].first;
         std::vector<std::uint16_t>& pixels = own.pixels[k];
-        if (!context.layers_on_cpu) {
-            const bool light = i != emitted;
-            upload(light ? context.target.indirect : context.target.emitted, s, light ? static_cast<int>(i) : 1,
-                   GL_RGBA, GL_HALF_FLOAT, pixels.data());
-        }
-        if (i == emitted) {
-            screen.emitted_passes = passes + 1;
-            screen.emitted[1] = std::move(pixels);
+        if (k >= luminaires) {
+            ScreenLight::Besides& shown = *besides[wanted[k].first - lights.size()].shown;
+            shown.passes = passes + 1;
+            shown.pixels[1] = std::move(pixels);
             continue;
         }
-        shade::LightLayer& layer = layer_of(screen, static_cast<int>(i));
+        const int index = context.layers[wanted[k].first];
+        shade::LightLayer& layer = layer_of(screen, index);
         layer.passes = passes + 1;
         layer.version = ++screen.writes;
-        if (context.layers_on_cpu) layer.gathered = std::move(pixels);
+        if (context.layers_on_cpu)
+            layer.gathered = std::move(pixels);
+        else
+            upload(context.target.indirect, s, index, GL_RGBA, GL_HALF_FLOAT, pixels.data());
     }
     own = {};
     ++screen.gathered;

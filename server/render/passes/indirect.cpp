@@ -79,8 +79,8 @@ PassRun run_solve(const PassContext& context, LightGpu& gpu) {
     return {};
 }
 
-PassRun run_solve_merged(const PassContext& context) {
-    ScreenLight::Merged& merged = context.target.screen->merged;
+PassRun run_solve_merged(const PassContext& context, Together which) {
+    ScreenLight::Merged& merged = merged_of(context.target, which);
     const bool moves = std::exchange(merged.moves, false);
     if (!there(context) || merged.irradiance.direct.empty()) {
         merged.irradiance.indirect.clear();
@@ -91,8 +91,8 @@ PassRun run_solve_merged(const PassContext& context) {
     return {};
 }
 
-bool merged_converged(const Target& target) {
-    return target.screen->merged.irradiance.converged;
+bool merged_converged(const Target& target, Together which) {
+    return merged_of(target, which).irradiance.converged;
 }
 
 PassRun run_gather_weights(const PassContext& context) {
@@ -217,11 +217,10 @@ PassRun run_gather(const PassContext& context, const LightGpu& gpu, int layer) {
 }
 
 PassRun run_gather_emitted(const PassContext& context) {
-    const Target& target = context.target;
-    ScreenLight& screen = *target.screen;
+    ScreenLight& screen = *context.target.screen;
     const transport::Irradiance none, &light = there(context) ? context.transport->emitted : none;
-    screen.emitted_passes = 0;
-    screen.emitted_version = ++screen.writes;
+    screen.emitted.passes = 0;
+    screen.emitted.version = ++screen.writes;
     for (const int after_bounces : {0, 1}) {
         shade::Planes planes = after_bounces != 0
                                    ? gathered(context, light)
@@ -229,21 +228,25 @@ PassRun run_gather_emitted(const PassContext& context) {
         float greatest = 0.0f;
         for (const auto& plane : planes) greatest = std::max(greatest, *std::max_element(plane.begin(), plane.end()));
         const auto part = static_cast<std::size_t>(after_bounces);
-        screen.emitted_unit_lx[part] = greatest / 1000.0f;  // half floats hold the rest to 2^-24 of it
+        screen.emitted.unit_lx[part] = greatest / 1000.0f;  // half floats hold the rest to 2^-24 of it
         if (!(greatest > 0.0f)) continue;
         for (auto& plane : planes) {
             for (float& value : plane) value *= 1000.0f / greatest;
         }
-        shade::upsample(screen.surfaces, screen.grid, planes, screen.emitted[part], context.pool);
-        upload(target.emitted, screen.surfaces, after_bounces, GL_RGBA, GL_HALF_FLOAT, screen.emitted[part].data());
+        shade::upsample(screen.surfaces, screen.grid, planes, screen.emitted.pixels[part], context.pool);
     }
     return {};
 }
 
-PassRun run_gather_merged(const PassContext& context) {
+PassRun run_gather_merged(const PassContext& context, Together which) {
     ScreenLight& screen = *context.target.screen;
-    shade::upsample(screen.surfaces, screen.grid, gathered(context, screen.merged.irradiance), screen.merged.indirect,
-                    context.pool);
+    ScreenLight::Merged& merged = merged_of(context.target, which);
+    shade::upsample(screen.surfaces, screen.grid, gathered(context, merged.irradiance),
+                    which == Together::summed ? screen.summed.pixels[1] : merged.indirect, context.pool);
+    if (which == Together::summed) {
+        screen.summed.passes = 0;
+        screen.summed.version = ++screen.writes;
+    }
     return {};
 }
 
@@ -277,6 +280,23 @@ void set_mean(PointLight& light) {
     for (const glm::dvec3& part : light.parts) light.light += part / static_cast<double>(kMeterParts);
 }
 
+// light: at the surfels, × unit_lx. Result: lux after bounces.
+PointLight bounced_at(const Point& point, const PassContext& context, const transport::Irradiance& light,
+                      double unit_lx) {
+    const transport::Surfels& surfels = context.transport->surface->surfels;
+    const std::vector<std::uint16_t>& ids = links_of(point, context);
+    PointLight found;
+    for (unsigned k = 0; k < kMeterLinks; ++k) {
+        if (ids[k] == surfels.count) continue;
+        glm::vec4 sum = light.direct[ids[k]];
+        if (context.bounces != 1) sum += light.indirect[ids[k]];
+        found.parts[k / kLinksPerPart] +=
+            glm::dvec3(surfels.albedo[ids[k]] * glm::vec3(sum)) * (unit_lx / static_cast<double>(kLinksPerPart));
+    }
+    set_mean(found);
+    return found;
+}
+
 }  // namespace
 
 PassRun run_gather_emitted_point(const PassContext& context) {
@@ -285,7 +305,6 @@ PassRun run_gather_emitted_point(const PassContext& context) {
     found = {};
     if (!there(context) || context.transport->emitted.direct.empty()) return {};
     const Transport& transport = *context.transport;
-    const transport::Surfels& surfels = transport.surface->surfels;
     const Point point(context);
     const trace::Receiver at{point.p, point.start, point.n, point.n};
     context.pool.run(static_cast<int>(kMeterParts), [&](int part) {
@@ -297,21 +316,26 @@ PassRun run_gather_emitted_point(const PassContext& context) {
         sum /= static_cast<double>(kSamplesPerPart);
     });
     set_mean(found[0]);
-    if (context.bounces == 0) return {};
-    const std::vector<std::uint16_t>& ids = links_of(point, context);
-    for (unsigned k = 0; k < kMeterLinks; ++k) {
-        if (ids[k] == surfels.count) continue;
-        glm::vec4 sum = transport.emitted.direct[ids[k]];
-        if (context.bounces != 1) sum += transport.emitted.indirect[ids[k]];
-        found[1].parts[k / kLinksPerPart] +=
-            glm::dvec3(surfels.albedo[ids[k]] * glm::vec3(sum)) / static_cast<double>(kLinksPerPart);
-    }
-    set_mean(found[1]);
+    if (context.bounces != 0) found[1] = bounced_at(point, context, transport.emitted, 1.0);
     return {};
 }
 
 const std::array<PointLight, 2>& emitted_point(const Target& target) {
     return target.screen->emitted_point;
+}
+
+PassRun run_gather_point_summed(const PassContext& context) {
+    ScreenLight& screen = *context.target.screen;
+    const transport::Irradiance& light = screen.summed_list.irradiance;
+    screen.summed_point[1] = {};
+    if (!there(context) || light.indirect.empty() || context.bounces == 0) return {};
+    screen.summed_point[1] = bounced_at(Point(context), context, light,
+                                        static_cast<double>(screen.summed.unit_lx[1]) * context.scene.master_ratio);
+    return {};
+}
+
+const std::array<PointLight, 2>& summed_point(const Target& target) {
+    return target.screen->summed_point;
 }
 
 PassRun run_gather_point(const PassContext& context, const Light& light, LightGpu& gpu, int layer) {

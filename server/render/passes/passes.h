@@ -3,6 +3,7 @@
 
 #include <array>
 #include <functional>
+#include <map>
 #include <span>
 
 #include "server/gl/objects.h"
@@ -34,8 +35,14 @@ struct PassContext {
     const transport::Transport* transport = nullptr;  // null: not made yet, there is no indirect light
     int bounces = trace::kAllBounces;                 // or 1, or 0: of captures and meters
     bool rests = false;                               // nothing it lights moves: solve to the end
-    bool layers_on_cpu = false;  // what the CPU shades stays there; run_layers takes it to the target's textures
-    std::size_t effort = 0;      // index into kEfforts
+    bool layers_on_cpu = false;   // what the CPU shades stays there; run_layers takes it to the target's textures
+    std::size_t effort = 0;       // index into kEfforts
+    std::span<const int> layers;  // by light: where its own light is kept; -1: it is summed with others
+    // By id of a light with a layer: its weight in the sum, which it is still in, though its level has changed since.
+    const std::map<std::uint32_t, glm::dvec3>* in_sum = nullptr;
+    // Result: the weight of its layer; and in the sum, which the master dims as a whole.
+    glm::dvec3 layer_weight(const Light& light) const;
+    glm::dvec3 weight_in_sum(const Light& light, int layer) const;
 };
 
 // G-buffer of the target from its eye.
@@ -89,17 +96,25 @@ PassRun run_gather_point(const PassContext& context, const Light& light, LightGp
 PassRun run_gather_emitted(const PassContext& context);
 PassRun run_gather_emitted_point(const PassContext& context);
 const std::array<PointLight, 2>& emitted_point(const Target& target);
+// The same of luminaires that are summed.
+PassRun run_direct_point_summed(const PassContext& context, std::span<const LightGpu* const> lights);
+PassRun run_gather_point_summed(const PassContext& context);
+const std::array<PointLight, 2>& summed_point(const Target& target);
 // The seed paper's indirect pass into a layer.
 PassRun run_gather_seed(const PassContext& context, const Light& light, const LightGpu& gpu, int layer);
 // The CPU's layers of one light -> the target's, for run_composite.
 PassRun run_layers(const Target& target, int layer, Pool& pool);
-// All luminaires at their weights as one (server/shade/merged.h), and what follows from it for all at once.
-PassRun run_merge(const PassContext& context, std::span<const LightGpu* const> lights);
-PassRun run_direct_merged(const PassContext& context);
-PassRun run_solve_merged(const PassContext& context);
-PassRun run_gather_merged(const PassContext& context);
+// Luminaires at their weights as one (server/shade/merged.h), and what follows from it for all at once: of those with
+// layers, while their layers are old, or of those that are summed.
+enum class Together : std::uint8_t { layered, summed };
+PassRun run_merge(const PassContext& context, std::span<const LightGpu* const> lights, Together which);
+PassRun run_direct_merged(const PassContext& context, Together which);
+PassRun run_solve_merged(const PassContext& context, Together which);
+PassRun run_gather_merged(const PassContext& context, Together which);
 // Whether the last run of run_solve_merged went on until no bounce brought anything.
-bool merged_converged(const Target& target);
+bool merged_converged(const Target& target, Together which);
+// Light without a layer -> the target's texture, for run_composite.
+PassRun run_besides(const PassContext& context);
 // All layers on the CPU -> NV12 on the CPU: the beauty, direct and indirect views. merged: what the list's passes made
 // instead.
 PassRun run_composite_cpu(const PassContext& context, View view, std::span<const LightGpu* const> lights, bool merged);

@@ -19,28 +19,30 @@ PassRun run_composite(const PassContext& context, View view, const LightGpu* sho
     begin_screen(context.programs, raw != 0 ? raw : target.display_fbo.id(), program, target.width_px,
                  target.height_px);
 
-    std::vector<layouts::LightWeight> weights(GONIO_MAX_LIGHTS);
+    static_assert(GONIO_MAX_LAYERS == kMostLayers);
+    std::vector<layouts::LightWeight> weights(GONIO_MAX_LAYERS);
+    int layers = 0;
     for (std::size_t i = 0; i < lights.size(); ++i) {
-        const glm::dvec3 weight = light_weight(context.scene, context.scene.lights[i]) *
+        const glm::dvec3 weight = context.layer_weight(context.scene.lights[i]) *
                                   static_cast<double>(lights[i]->web->peak_cd / context.geometry.layer_unit_m2());
-        weights[i].rgb = glm::vec4(glm::vec3(weight), 0.0f);
+        if (context.layers[i] < 0) continue;
+        weights[static_cast<std::size_t>(context.layers[i])].rgb = glm::vec4(glm::vec3(weight), 0.0f);
+        layers = std::max(layers, context.layers[i] + 1);
     }
     const gl::Buffer block =
         gl::make_buffer("light weights", weights.size() * sizeof(layouts::LightWeight), weights.data());
     glBindBufferBase(GL_UNIFORM_BUFFER, 0, block.id());
-    glProgramUniform1i(program, 1, static_cast<GLint>(lights.size()));
+    glProgramUniform1i(program, 1, layers);
     glProgramUniform1f(program, 2, static_cast<float>(context.scene.exposure_ev100));
     glProgramUniform1f(program, 3, static_cast<float>(context.scene.view_gain));
     glBindTextureUnit(0, target.direct.id());
     glBindTextureUnit(1, target.indirect.id());
     glBindTextureUnit(2, target.albedo.id());
-    if (target.emissive) {
-        glBindTextureUnit(3, target.emission.id());
-        glBindTextureUnit(5, target.emitted.id());
-        const std::array<float, 2>& unit_lx = target.screen->emitted_unit_lx;
-        const float has = context.scene.technique == Technique::standard ? 1.0f : 0.0f;  // seed: of an earlier frame
-        glProgramUniform2f(program, 5, has * unit_lx[0], has * unit_lx[1]);
-    }
+    if (target.emissive) glBindTextureUnit(3, target.emission.id());
+    glBindTextureUnit(5, target.besides.id());
+    const std::array<float, 2>& unit_lx = target.screen->besides_unit_lx;
+    const float has = context.scene.technique == Technique::standard ? 1.0f : 0.0f;  // seed: of an earlier frame
+    glProgramUniform2f(program, 5, has * unit_lx[0], has * unit_lx[1]);
     glBindTextureUnit(8, target.depth.id());
     float scale = 1.0f;
     if (shown != nullptr) {

@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "server/render/light_gpu.h"
+#include "server/render/passes/passes.h"
 #include "server/render/target.h"
 #include "server/shade/final_gather.h"
 #include "server/shade/grid_light.h"
@@ -29,17 +30,21 @@ struct ScreenLight {
     // Where layers stay on the CPU.
     std::vector<shade::LightLayer> layers;
     std::uint64_t writes = 0;  // to them
-    // Light of emissive surfaces: direct, and after bounces.
-    std::array<std::vector<std::uint16_t>, 2> emitted;  // 4 per pixel, × emitted_unit_lx; live targets only
-    std::array<float, 2> emitted_unit_lx{};             // 0: there is none
-    std::array<PointLight, 2> emitted_point;            // of meters, lux
-    unsigned emitted_passes = 0;                        // of the final gather that are in the second
-    std::uint64_t emitted_version = 0;                  // another one with every change
+    // Light without a layer: of emissive surfaces, and of luminaires that are summed. Each direct, and after bounces.
+    struct Besides {
+        std::array<std::vector<std::uint16_t>, 2> pixels;  // 4 per pixel, × unit_lx
+        std::array<float, 2> unit_lx{};                    // 0: there is none
+        float gain = 1.0f;                                 // of the picture: the master, where it is not in the pixels
+        unsigned passes = 0;                               // of the final gather that are in the second
+        std::uint64_t version = 0;                         // another one with every change
+    } emitted, summed;
+    std::array<float, 2> besides_unit_lx{};                 // of Target::besides, which is both
+    std::array<PointLight, 2> emitted_point, summed_point;  // of meters, lux
     // The final gather that is at work.
     struct Gathering {
         std::unique_ptr<shade::FinalGather> work;
-        // By source: index of its luminaire, the number of them for emissive surfaces; version of its layer when it
-        // began; what it has made.
+        // By source: index of its luminaire, the number of them for emissive surfaces, one more for summed luminaires;
+        // version of its layer when it began; what it has made.
         std::vector<std::pair<std::size_t, std::uint64_t>> wanted;
         std::vector<std::vector<std::uint16_t>> pixels;   // as of LightLayer::gathered
         std::vector<std::shared_ptr<const WebGpu>> webs;  // that `work` reads
@@ -56,11 +61,15 @@ struct ScreenLight {
         bool moves = false;                // it has changed since it was solved
         shade::Lattice lattice;
         std::vector<std::uint16_t> direct, indirect;  // 4 per pixel, per cd of the list's reference × the layers' unit
-    } merged;
-    shade::Raster raster;  // of it, where the G-buffer is read from GL, the colours only
+    } merged, summed_list;                            // of luminaires with layers while those are old; of the others
+    shade::Raster raster;                             // of it, where the G-buffer is read from GL, the colours only
     std::shared_ptr<std::vector<std::uint8_t>> nv12;
     std::vector<std::shared_ptr<std::vector<std::uint8_t>>> pictures;  // made before; those nobody holds are used again
 };
+
+inline ScreenLight::Merged& merged_of(const Target& target, Together which) {
+    return which == Together::summed ? target.screen->summed_list : target.screen->merged;
+}
 
 inline shade::LightLayer& layer_of(ScreenLight& screen, int layer) {
     screen.layers.resize(std::max(screen.layers.size(), static_cast<std::size_t>(layer) + 1));

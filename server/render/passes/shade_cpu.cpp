@@ -99,24 +99,42 @@ PassRun run_direct_rays(const PassContext& context, const Light& light, const Li
     return {};
 }
 
-PassRun run_direct_point(const PassContext& context, const Light& light, const LightGpu& gpu, int layer) {
+namespace {
+
+// Result: direct illuminance at the point of a meter per candela of the luminaire's peak, 1/m².
+double direct_at_point(const PassContext& context, const Light& light, const LightGpu& gpu) {
     const Eye& eye = context.eye;
     const glm::dvec3 normal = -eye.forward, point = eye.position + eye.forward;
     const glm::dvec3 d = point - light.position;
     const double d2 = glm::dot(d, d), cosine = -glm::dot(d, normal) / std::sqrt(d2);
-    float value = 0.0f;
-    if (d2 > 0.0 && cosine > 0.0 && gpu.web->peak_cd > 0.0f) {
-        const glm::dvec3 in_light = glm::transpose(glm::dmat3(glm::mat3_cast(light.world_from_light))) * d;
-        const double ratio =
-            ies::intensity(light.profile->photometry.web, {in_light.x, in_light.y, in_light.z}).in(cd) /
-            light.profile->max_cd;
-        const glm::vec3 local = context.traced.local(point);
-        const glm::vec3 from = local + glm::vec3(normal) * (4.0f * context.traced.step_off(local));
-        if (ratio > 0.0 && !context.traced.occluded(from, context.traced.local(light.position)))
-            value = static_cast<float>(ratio * cosine / d2);
-    }
-    value *= context.geometry.layer_unit_m2();
+    if (!(d2 > 0.0 && cosine > 0.0 && gpu.web->peak_cd > 0.0f)) return 0.0;
+    const glm::dvec3 in_light = glm::transpose(glm::dmat3(glm::mat3_cast(light.world_from_light))) * d;
+    const double ratio = ies::intensity(light.profile->photometry.web, {in_light.x, in_light.y, in_light.z}).in(cd) /
+                         light.profile->max_cd;
+    const glm::vec3 local = context.traced.local(point);
+    const glm::vec3 from = local + glm::vec3(normal) * (4.0f * context.traced.step_off(local));
+    const bool lit = ratio > 0.0 && !context.traced.occluded(from, context.traced.local(light.position));
+    return lit ? ratio * cosine / d2 : 0.0;
+}
+
+}  // namespace
+
+PassRun run_direct_point(const PassContext& context, const Light& light, const LightGpu& gpu, int layer) {
+    const float value = static_cast<float>(direct_at_point(context, light, gpu)) * context.geometry.layer_unit_m2();
     glTextureSubImage3D(context.target.direct.id(), 0, 0, 0, layer, 1, 1, 1, GL_RED, GL_FLOAT, &value);
+    return {};
+}
+
+PassRun run_direct_point_summed(const PassContext& context, std::span<const LightGpu* const> lights) {
+    PointLight& found = context.target.screen->summed_point[0];
+    found = {};
+    for (std::size_t i = 0; i < lights.size(); ++i) {
+        if (context.layers[i] >= 0) continue;
+        const Light& light = context.scene.lights[i];
+        found.light += context.scene.master_ratio * context.weight_in_sum(light, -1) *
+                       (static_cast<double>(lights[i]->web->peak_cd) * direct_at_point(context, light, *lights[i]));
+    }
+    found.parts.fill(found.light);
     return {};
 }
 
@@ -172,14 +190,17 @@ std::vector<glm::vec3> cpu_illuminance(const Target& target, std::span<const glm
         });
     };
     const std::size_t part = indirect ? 1 : 0;
-    if (screen.emitted_unit_lx[part] > 0.0f) add_rgb(screen.emitted[part], screen.emitted_unit_lx[part]);
+    for (const ScreenLight::Besides* besides : {&screen.emitted, &screen.summed}) {
+        if (besides->unit_lx[part] > 0.0f) add_rgb(besides->pixels[part], besides->gain * besides->unit_lx[part]);
+    }
     if (merged) {
         add_rgb(indirect ? screen.merged.indirect : screen.merged.direct, screen.merged.list.reference / layer_unit_m2);
         return lux;
     }
     // Planes relative to the greatest weight: half floats hold what is brought to the pixels.
     float reference = 0.0f;
-    for (const glm::vec3& weight : weights) reference = std::max({reference, weight.x, weight.y, weight.z});
+    for (const glm::vec3& weight : weights)
+        reference = std::max({reference, std::abs(weight.x), std::abs(weight.y), std::abs(weight.z)});
     if (!(reference > 0.0f)) return lux;
     shade::Planes sum(3, std::vector<float>(grid_size(screen), 0.0f)), own;
     for (std::size_t i = 0; i < weights.size(); ++i) {
@@ -208,17 +229,27 @@ std::vector<glm::vec3> cpu_illuminance(const Target& target, std::span<const glm
     return lux;
 }
 
-PassRun run_merge(const PassContext& context, std::span<const LightGpu* const> lights) {
-    ScreenLight::Merged& merged = context.target.screen->merged;
+PassRun run_merge(const PassContext& context, std::span<const LightGpu* const> lights, Together which) {
+    ScreenLight& screen = *context.target.screen;
+    ScreenLight::Merged& merged = merged_of(context.target, which);
     shade::MergedList& list = merged.list;
     list = {};
     const auto weight_of = [&](std::size_t i) {
-        return glm::vec3(light_weight(context.scene, context.scene.lights[i]) *
-                         static_cast<double>(lights[i]->web->peak_cd));
+        const Light& light = context.scene.lights[i];
+        glm::dvec3 weight(0.0);
+        if (which == Together::summed)
+            weight = context.weight_in_sum(light, context.layers[i]);
+        else if (context.layers[i] >= 0)
+            weight = context.layer_weight(light);
+        return glm::vec3(weight * static_cast<double>(lights[i]->web->peak_cd));
     };
     for (std::size_t i = 0; i < lights.size(); ++i) {
-        const glm::vec3 weight = weight_of(i);
+        const glm::vec3 weight = glm::abs(weight_of(i));
         list.reference = std::max({list.reference, weight.x, weight.y, weight.z});
+    }
+    if (which == Together::summed) {
+        screen.summed.unit_lx.fill(list.reference / context.geometry.layer_unit_m2());
+        screen.summed.version = ++screen.writes;
     }
     std::vector<glm::vec4>& direct = merged.irradiance.direct;
     direct.clear();
@@ -241,16 +272,89 @@ PassRun run_merge(const PassContext& context, std::span<const LightGpu* const> l
     return {};
 }
 
-PassRun run_direct_merged(const PassContext& context) {
+namespace {
+
+// Sums rgb at the pixels, 4 values each.
+struct PixelSum {
+    std::vector<float> values;
+    explicit PixelSum(const shade::Surfaces& s) : values(4 * s.depth.size(), 0.0f) {}
+    void to_halves(std::vector<std::uint16_t>& out) const {
+        out.resize(values.size());
+        for (std::size_t i = 0; i < values.size(); ++i) out[i] = glm::packHalf1x16(std::min(values[i], 65504.0f));
+    }
+};
+
+}  // namespace
+
+PassRun run_direct_merged(const PassContext& context, Together which) {
     ScreenLight& screen = *context.target.screen;
-    shade::merged_direct(screen.surfaces, screen.grid, context.traced, screen.merged.list,
-                         context.geometry.layer_unit_m2(), screen.merged.lattice, screen.merged.direct, context.pool);
+    ScreenLight::Merged& merged = merged_of(context.target, which);
+    const shade::Surfaces& s = screen.surfaces;
+    const std::vector<shade::MergedLight>& lights = merged.list.lights;
+    const float unit_m2 = context.geometry.layer_unit_m2();
+    std::vector<std::uint16_t>& out = which == Together::summed ? screen.summed.pixels[0] : merged.direct;
+    if (context.target.kind != TargetKind::live) {  // a ray from every pixel to every luminaire
+        PixelSum sum(s);
+        for (const shade::MergedLight& light : lights) {
+            shade::direct_light(s, context.traced, {light.position, light.light_from_world, light.web, unit_m2}, true,
+                                screen.floats, context.pool);
+            for (std::size_t i = 0; i < s.depth.size(); ++i) {
+                for (int k = 0; k < 3; ++k)
+                    sum.values[4 * i + static_cast<std::size_t>(k)] += light.weight[k] * screen.floats[i];
+            }
+        }
+        sum.to_halves(out);
+        return {};
+    }
+    const auto part = [&](std::size_t first, std::vector<std::uint16_t>& halves) {
+        const auto begin = lights.begin() + static_cast<std::ptrdiff_t>(first),
+                   end = lights.begin() +
+                         static_cast<std::ptrdiff_t>(std::min(first + shade::kMostMerged, lights.size()));
+        shade::merged_direct(s, screen.grid, context.traced, {{begin, end}, merged.list.reference}, unit_m2,
+                             merged.lattice, halves, context.pool);
+    };
+    if (lights.size() <= shade::kMostMerged) {
+        part(0, out);
+        return {};
+    }
+    PixelSum sum(s);
+    for (std::size_t first = 0; first < lights.size(); first += shade::kMostMerged) {
+        part(first, screen.halves);
+        for (std::size_t i = 0; i < sum.values.size(); ++i) sum.values[i] += glm::unpackHalf1x16(screen.halves[i]);
+    }
+    sum.to_halves(out);
+    return {};
+}
+
+PassRun run_besides(const PassContext& context) {
+    ScreenLight& screen = *context.target.screen;
+    const shade::Surfaces& s = screen.surfaces;
+    screen.summed.gain = static_cast<float>(context.scene.master_ratio);
+    screen.besides_unit_lx = {};
+    for (const std::size_t part : {0u, 1u}) {
+        std::vector<float> sum(4 * s.depth.size(), 0.0f);
+        float greatest = 0.0f;
+        for (const ScreenLight::Besides* besides : {&screen.emitted, &screen.summed}) {
+            if (!(besides->unit_lx[part] > 0.0f) || besides->pixels[part].size() != sum.size()) continue;
+            for (std::size_t i = 0; i < sum.size(); ++i) {
+                sum[i] += glm::unpackHalf1x16(besides->pixels[part][i]) * besides->gain * besides->unit_lx[part];
+                if (i % 4 != 3) greatest = std::max(greatest, sum[i]);
+            }
+        }
+        if (!(greatest > 0.0f)) continue;
+        for (float& value : sum) value *= 1000.0f / greatest;  // half floats hold the rest to 2^-24 of it
+        screen.besides_unit_lx[part] = greatest / 1000.0f;
+        upload(context.target.besides, s, static_cast<int>(part), GL_RGBA, GL_FLOAT, sum.data());
+    }
     return {};
 }
 
 PassRun run_composite_cpu(const PassContext& context, View view, std::span<const LightGpu* const> lights, bool merged) {
     ScreenLight& screen = *context.target.screen;
     const Scene& scene = context.scene;
+    if (std::none_of(context.layers.begin(), context.layers.end(), [](int layer) { return layer < 0; }))
+        screen.summed = {};
+    screen.summed.gain = static_cast<float>(scene.master_ratio);
     shade::Display display;
     display.width = screen.surfaces.width;
     display.height = screen.surfaces.height;
@@ -276,18 +380,19 @@ PassRun run_composite_cpu(const PassContext& context, View view, std::span<const
     } else {
         std::vector<shade::LayerTerm> terms;
         for (std::size_t i = 0; i < lights.size(); ++i) {
-            const glm::dvec3 quanta = light_weight(scene, scene.lights[i]) *
+            if (context.layers[i] < 0) continue;
+            const glm::dvec3 quanta = context.layer_weight(scene.lights[i]) *
                                       (static_cast<double>(lights[i]->web->peak_cd) / unit * shown_per_lux * kQuanta);
             if (quanta == glm::dvec3(0.0)) continue;
             // Nothing times infinity would be no number.
-            terms.push_back({scene.lights[i].id, &layer_of(screen, static_cast<int>(i)),
-                             glm::vec3(glm::min(quanta, glm::dvec3(1e30))), direct, indirect});
+            terms.push_back({scene.lights[i].id, &layer_of(screen, context.layers[i]),
+                             glm::vec3(glm::clamp(quanta, -1e30, 1e30)), direct, indirect});
         }
         const bool any = !terms.empty(), alone = terms.size() == 1;
         const shade::LayerTerm first = any ? terms.front() : shade::LayerTerm{};
         const bool on_grid =
             std::any_of(terms.begin(), terms.end(), [](const shade::LayerTerm& term) { return term.on_grid(); });
-        screen.sum.take(std::move(terms), lights.size(), screen.surfaces.depth.size(),
+        screen.sum.take(std::move(terms), std::min(lights.size(), kMostLayers), screen.surfaces.depth.size(),
                         grid_size(screen) / shade::kLanes * shade::kLanes, context.pool);
         display.cap = screen.sum.cap();
         display.per_quantum = static_cast<float>(rest / kQuanta);
@@ -315,9 +420,11 @@ PassRun run_composite_cpu(const PassContext& context, View view, std::span<const
         }
     }
     for (const std::size_t part : {0u, 1u}) {
-        if (screen.emitted_unit_lx[part] > 0.0f && (part == 0 ? direct : indirect))
-            refined.push_back({screen.emitted[part].data(),
-                               glm::vec3(screen.emitted_unit_lx[part] * static_cast<float>(shown_per_lux * rest))});
+        for (const ScreenLight::Besides* besides : {&screen.emitted, &screen.summed}) {
+            if (besides->unit_lx[part] > 0.0f && (part == 0 ? direct : indirect))
+                refined.push_back({besides->pixels[part].data(), glm::vec3(besides->gain * besides->unit_lx[part] *
+                                                                           static_cast<float>(shown_per_lux * rest))});
+        }
     }
     const std::size_t bytes =
         static_cast<std::size_t>(display.width) * static_cast<std::size_t>(display.height) / 2 * 3;
