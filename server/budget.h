@@ -25,7 +25,7 @@ public:
     // Result: when that will be, ns from now; INT64_MAX: not at all.
     std::int64_t owes_in_ns(std::int64_t now_ns) const;
 
-    static constexpr std::int64_t kRestNs = 300'000'000;
+    static constexpr std::int64_t kRestNs = 200'000'000;
 
 private:
     bool rests(std::int64_t now_ns) const { return now_ns - last_heavy_ns_ >= kRestNs; }

@@ -344,7 +344,7 @@ v1::FrameReport Renderer::run(const FrameInputs& inputs, std::vector<SlotRef> wa
     const bool seed = inputs.scene.technique != Technique::standard;
     const bool all = !inputs.merged && (seed || outdated(build_pipeline(inputs), wanted, ledger_).empty());
     if (inputs.target.id == live_.id) settled_ = all;
-    report.set_settled(all && (seed || builder_->done()));
+    report.set_settled(all && (seed || !builder_ || builder_->done()));
     return report;
 }
 

@@ -71,7 +71,7 @@ struct Tracer {
                                glm::normalize(surfaces.rays.eye - spot.position) * (0.1f * pixel_m);
         const auto parts = static_cast<unsigned>(gather.pass.tile * gather.pass.tile);
         const unsigned packet = generation * parts + part_of(static_cast<int>(x), y, gather.pass.tile);
-        const transport::Fan fan = transport::make_fan(from, spot.normal, spot.normal, 0, packet * trace::kPacket);
+        const transport::Fan fan = transport::make_fan(from, spot.normal, spot.normal, gather.directions[packet]);
         trace::HitPacket hits;
         const unsigned met = transport::follow(fan, *surface.geometry, surface.surfels, *surface.cells, hits, ids);
         float near = 0.0f;
@@ -193,6 +193,10 @@ bool continue_gather(const Surfaces& surfaces, const ScreenGrid& screen, const t
     const auto width = static_cast<std::size_t>(surfaces.width);
     const int reach = gather.pass.tile / 2;
     if (gather.rows.empty()) {
+        const auto packets =
+            kNearLinks * gather.pass.generations * static_cast<unsigned>(gather.pass.tile * gather.pass.tile);
+        for (unsigned k = 0; k < packets; ++k)
+            gather.directions.push_back(transport::fan_directions(0, k * trace::kPacket));
         gather.rows.resize(static_cast<std::size_t>(gather.pass.tile) + 1);
         for (FinalGather::Row& row : gather.rows) {
             row.spots.resize(width);

@@ -43,7 +43,8 @@ struct FinalGather {
         std::vector<float> near;                  // 0: averaged over the tile; 1: the pixel's own alone
         std::vector<std::vector<glm::vec4>> own;  // by source
     };
-    std::vector<Row> rows;  // the newest
+    std::vector<Row> rows;                             // the newest
+    std::vector<transport::FanDirections> directions;  // of the links, by generation and part of the tile
 };
 
 // Traces a part of the next row, some milliseconds. done(source, y, values): called for each complete row y, rgb

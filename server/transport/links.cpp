@@ -4,12 +4,19 @@
 
 namespace gonio::transport {
 
-Fan make_fan(const glm::vec3& from, const glm::vec3& normal, const glm::vec3& geometric, std::uint32_t stream,
-             unsigned first) {
-    Fan fan;
+FanDirections fan_directions(std::uint32_t stream, unsigned first) {
     const std::uint32_t u = trace::mix_bits(stream, 0x3c6ef372u), v = trace::mix_bits(stream, 0xa54ff53au);
+    FanDirections directions;
+    for (unsigned i = 0; i < trace::kPacket; ++i)
+        directions[i] = trace::cosine_hemisphere(trace::scrambled_pair(first + i, u, v));
+    return directions;
+}
+
+Fan make_fan(const glm::vec3& from, const glm::vec3& normal, const glm::vec3& geometric,
+             const FanDirections& directions) {
+    Fan fan;
     for (unsigned i = 0; i < trace::kPacket; ++i) {
-        const glm::vec3 d = trace::around(normal, trace::cosine_hemisphere(trace::scrambled_pair(first + i, u, v)));
+        const glm::vec3 d = trace::around(normal, directions[i]);
         fan.rays.set(static_cast<int>(i), from, d);
         if (glm::dot(d, geometric) > 0.0f) fan.active |= 1u << i;
     }
@@ -43,9 +50,9 @@ std::shared_ptr<const LinkBlock> trace_links(const trace::Geometry& geometry, co
         for (std::size_t i = begin; i < begin + size; ++i) {
             const glm::vec3 p = surfels.position(i), from = p + surfels.geometric[i] * geometry.step_off(p);
             for (unsigned k = 0; k < count; k += trace::kPacket)
-                follow(
-                    make_fan(from, surfels.normal(i), surfels.geometric[i], static_cast<std::uint32_t>(i), first + k),
-                    geometry, surfels, cells, hits, block->ids.data() + i * count + k);
+                follow(make_fan(from, surfels.normal(i), surfels.geometric[i],
+                                fan_directions(static_cast<std::uint32_t>(i), first + k)),
+                       geometry, surfels, cells, hits, block->ids.data() + i * count + k);
         }
     });
     return stopped() ? nullptr : block;

@@ -2,6 +2,7 @@
 // still while lights and cameras move, so they are traced once (direct-to-indirect transfer, Hasan et al. 2006).
 #pragma once
 
+#include <array>
 #include <cstdint>
 #include <functional>
 #include <iterator>
@@ -29,7 +30,7 @@ ReverseBlock reverse(const LinkBlock& block, std::size_t surfels);
 
 // The generations of a surfel's links: an error falls by the root of how many there are. Those after the last are kept
 // in reverse: a narrow beam lights so few surfels that a mean over 512 links is noisy.
-inline constexpr unsigned kGenerations[] = {16, 128, 512};
+inline constexpr unsigned kGenerations[] = {16, 128, 256, 512};
 inline constexpr unsigned kMostBlockLinks = kGenerations[std::size(kGenerations) - 1];
 inline constexpr unsigned kReverseGenerations[] = {1024, 2048};
 inline constexpr unsigned kMostLinks = kReverseGenerations[std::size(kReverseGenerations) - 1];
@@ -45,9 +46,12 @@ struct Fan {
     trace::RayPacket rays;
     unsigned active = 0;
 };
-// from: where they start; stream: which scrambling of the sequence.
-Fan make_fan(const glm::vec3& from, const glm::vec3& normal, const glm::vec3& geometric, std::uint32_t stream,
-             unsigned first);
+// Their directions about +Z: cosine-distributed. stream: which scrambling of the sequence.
+using FanDirections = std::array<glm::vec3, trace::kPacket>;
+FanDirections fan_directions(std::uint32_t stream, unsigned first);
+// from: where they start.
+Fan make_fan(const glm::vec3& from, const glm::vec3& normal, const glm::vec3& geometric,
+             const FanDirections& directions);
 // ids: of the surfels that the rays meet. hits: filled where a ray meets anything (result: bits).
 unsigned follow(const Fan& fan, const trace::Geometry& geometry, const Surfels& surfels, const CellMap& cells,
                 trace::HitPacket& hits, std::uint16_t* ids);

@@ -120,8 +120,8 @@ namespace {
 
 constexpr float kGreatest = 1000.0f;
 constexpr std::size_t kChunk = 1024;  // surfels a job
-// Later bounces are smooth: they follow this many of the links.
-constexpr unsigned kLaterLinks = 128;
+// Later bounces are smooth: they follow this many of the links; the first, while its light moves, so many.
+constexpr unsigned kLaterLinks = 128, kMovingLinks = 256;
 
 }  // namespace
 
@@ -186,28 +186,29 @@ void radiosity(const Surfels& surfels, std::span<const glm::vec4> direct, std::s
 
 namespace {
 
-// out = the mean over each surfel's links of what the table holds, with at most that many links.
-void transfer(const Links& links, const Table& table, unsigned most, std::vector<glm::vec4>& out, Pool& pool) {
+// out = the mean over each surfel's links of what the table holds, with at most that many links. Result: of how many.
+unsigned transfer(const Links& links, const Table& table, unsigned most, std::vector<glm::vec4>& out, Pool& pool) {
     std::fill(out.begin(), out.end(), glm::vec4(0.0f));
-    if (!(table.unit > 0.0f) || links.blocks.empty()) return;
-    float weight = 0.0f;
+    unsigned count = 0;
     std::vector<const LinkBlock*> used;
     for (const auto& block : links.blocks) {
         if (block->first > 0 && block->first + block->count > most) break;
         used.push_back(block.get());
-        weight += static_cast<float>(block->count);
+        count += block->count;
     }
-    pool.run_chunks(out.size(), kChunk, [&](std::size_t first, std::size_t count) {
+    if (!(table.unit > 0.0f) || count == 0) return count;
+    pool.run_chunks(out.size(), kChunk, [&](std::size_t first, std::size_t size) {
         for (const LinkBlock* block : used)
-            gather(table, block->ids.data() + first * block->count, block->count, count, table.unit / weight,
-                   out.data() + first);
+            gather(table, block->ids.data() + first * block->count, block->count, size,
+                   table.unit / static_cast<float>(count), out.data() + first);
     });
+    return count;
 }
 
 // The brightest tenth of the surfels, without those that send next to nothing.
 struct Brightest {
     std::vector<std::uint16_t> ids;
-    float narrow = 0.0f;  // 1 where they send all but a five-hundredth of the light, 0 where all but a fiftieth
+    float narrow = 0.0f;  // 1 where they send all but a five-hundredth of the light, 0 where all but a hundredth
 };
 Brightest brightest_of(const Surfels& surfels, const std::vector<glm::vec4>& sent) {
     const std::size_t n = surfels.count, few = n / 10;
@@ -223,17 +224,17 @@ Brightest brightest_of(const Surfels& surfels, const std::vector<glm::vec4>& sen
                      [](const auto& a, const auto& b) { return a.first > b.first; });
     Brightest result;
     for (auto one = by_power.begin(); one != end; ++one) {
-        if (!(static_cast<double>(one->first) * static_cast<double>(n) > 1e-4 * all)) continue;
+        if (!(static_cast<double>(one->first) * static_cast<double>(n) > 0.02 * all)) continue;
         theirs += static_cast<double>(one->first);
         result.ids.push_back(one->second);
     }
-    const double x = std::clamp((theirs / std::max(all, 1e-300) - 0.98) / (0.998 - 0.98), 0.0, 1.0);
+    const double x = std::clamp((theirs / std::max(all, 1e-300) - 0.99) / (0.998 - 0.99), 0.0, 1.0);
     result.narrow = static_cast<float>(x * x * (3.0 - 2.0 * x));
     return result;
 }
 
-// The mean of `out` over the links becomes one over the reversed ones too.
-void add_reversed(const Surfels& surfels, const Links& links, const Brightest& brightest,
+// The mean of `out` over so many links becomes one over the reversed ones too.
+void add_reversed(const Surfels& surfels, const Links& links, unsigned followed, const Brightest& brightest,
                   const std::vector<glm::vec4>& sent, std::vector<glm::vec4>& out, Pool& pool) {
     if (links.reversed.empty() || !(brightest.narrow > 0.0f)) return;
     const std::size_t n = surfels.count;
@@ -252,7 +253,7 @@ void add_reversed(const Surfels& surfels, const Links& links, const Brightest& b
             }
         }
     });
-    const auto count = static_cast<float>(links.per_surfel()), extra = brightest.narrow * static_cast<float>(more);
+    const auto count = static_cast<float>(followed), extra = brightest.narrow * static_cast<float>(more);
     pool.run_chunks(n, kChunk, [&](std::size_t begin, std::size_t size) {
         for (std::size_t i = begin; i < begin + size; ++i) {
             const glm::vec4 sum = sums[0][i] + sums[1][i] + sums[2][i] + sums[3][i];
@@ -270,7 +271,6 @@ double sum_of(const glm::vec4& v) {
 unsigned solve(const Surfels& surfels, const Links& links, std::span<const glm::vec4> exact, const Accuracy& accuracy,
                Irradiance& light, Pool& pool) {
     const std::size_t n = surfels.count;
-    // The first bounce follows all links; what comes after it is smoother.
     std::vector<glm::vec4>& first = light.first;
     first.resize(n);
     Table table;
@@ -280,9 +280,9 @@ unsigned solve(const Surfels& surfels, const Links& links, std::span<const glm::
     const Brightest brightest = links.reversed.empty() && !rests ? Brightest() : brightest_of(surfels, sent);
     light.narrow = brightest.narrow;
     make_table(sent, table, pool);
-    transfer(links, table, ~0u, first, pool);
+    const unsigned followed = transfer(links, table, rests ? ~0u : kMovingLinks, first, pool);
     if (exact.empty()) {
-        add_reversed(surfels, links, brightest, sent, first, pool);
+        add_reversed(surfels, links, followed, brightest, sent, first, pool);
     } else {
         for (std::size_t i = 0; i < n; ++i) first[i] = glm::mix(first[i], exact[i], brightest.narrow);
     }

@@ -172,7 +172,7 @@ bool reaches(const Transport& transport, const glm::vec3& place) {
     for (unsigned first = 0; first < kRays; first += trace::kPacket) {
         const glm::vec3 up(0.0f, first < kRays / 2 ? 1.0f : -1.0f, 0.0f);
         const unsigned found =
-            follow(make_fan(place, up, up, 7, first), *surface.geometry, surface.surfels, *surface.cells, hits, ids);
+            follow(make_fan(place, up, up, fan_directions(7, first)), *surface.geometry, surface.surfels, *surface.cells, hits, ids);
         for (unsigned i = 0; i < trace::kPacket; ++i) {
             met += found >> i & 1u;
             known += (found >> i & 1u) != 0 && ids[i] != surface.surfels.count ? 1u : 0u;

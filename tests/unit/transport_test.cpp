@@ -75,7 +75,7 @@ TEST(Transport, SurfelsCoverWhatLightReachesAndNothingElse) {
     std::uint16_t ids[trace::kPacket];
     for (std::size_t i = 0; i < s.count; i += 5) {
         const glm::vec3 p = s.position(i);
-        const Fan fan = make_fan(p + s.geometric[i] * made.geometry->step_off(p), s.normal(i), s.geometric[i], 77, 0);
+        const Fan fan = make_fan(p + s.geometric[i] * made.geometry->step_off(p), s.normal(i), s.geometric[i], fan_directions(77, 0));
         const unsigned found = follow(fan, *made.geometry, s, *made.transport->surface->cells, hits, ids);
         for (unsigned k = 0; k < trace::kPacket; ++k) {
             if ((found >> k & 1u) == 0) continue;

@@ -271,7 +271,7 @@ const std::vector<std::uint16_t>& links_of(const Point& point, const PassContext
     ids.resize(kMeterLinks);
     trace::HitPacket hits;
     for (unsigned k = 0; k < kMeterLinks; k += trace::kPacket)
-        transport::follow(transport::make_fan(point.start, point.n, point.n, 1, k), context.traced, surface.surfels,
+        transport::follow(transport::make_fan(point.start, point.n, point.n, transport::fan_directions(1, k)), context.traced, surface.surfels,
                           *surface.cells, hits, ids.data() + k);
     return ids;
 }
