@@ -87,7 +87,7 @@ Texture make_texture_cube(std::string_view label, GLenum format, int size, Filte
     return texture;
 }
 
-Framebuffer make_framebuffer(std::string_view label, std::initializer_list<GLuint> colors, GLuint depth) {
+Framebuffer make_framebuffer(std::string_view label, const std::vector<GLuint>& colors, GLuint depth) {
     GLuint id = 0;
     glCreateFramebuffers(1, &id);
     Framebuffer framebuffer(id);

@@ -7,6 +7,7 @@
 #include <cstddef>
 #include <string_view>
 #include <utility>
+#include <vector>
 
 namespace gonio::gl {
 
@@ -79,7 +80,7 @@ Texture make_texture_array(std::string_view label, GLenum format, int width, int
 Texture make_texture_cube(std::string_view label, GLenum format, int size, Filter filter, int levels = 1);
 
 // Attachments at level 0; a cube or array texture is attached with all its layers. depth may be 0.
-Framebuffer make_framebuffer(std::string_view label, std::initializer_list<GLuint> colors, GLuint depth);
+Framebuffer make_framebuffer(std::string_view label, const std::vector<GLuint>& colors, GLuint depth);
 
 int mip_levels(int size);
 

@@ -69,9 +69,12 @@ GpuScene::GpuScene(std::shared_ptr<const SceneAsset> asset) : asset_(std::move(a
         vertices.insert(vertices.end(), mesh.vertices.begin(), mesh.vertices.end());
         indices.insert(indices.end(), mesh.indices.begin(), mesh.indices.end());
     }
+    std::uint32_t triangles = 0;
     for (std::size_t i = 0; i < asset_->instances.size(); ++i) {
         const Instance& instance = asset_->instances[i];
         groups_[static_cast<std::size_t>(instance.mesh)].instances.push_back(static_cast<int>(i));
+        first_triangle_.push_back(triangles);
+        triangles += groups_[static_cast<std::size_t>(instance.mesh)].index_count / 3;
         bounds_.push_back(
             world_bounds(asset_->meshes[static_cast<std::size_t>(instance.mesh)], instance.world_from_mesh));
     }
@@ -103,9 +106,13 @@ GpuScene::GpuScene(std::shared_ptr<const SceneAsset> asset) : asset_(std::move(a
     attribute(3, 4, offsetof(layouts::DrawInstance, row0), 1);
     attribute(4, 4, offsetof(layouts::DrawInstance, row1), 1);
     attribute(5, 4, offsetof(layouts::DrawInstance, row2), 1);
-    glEnableVertexArrayAttrib(id, 6);
-    glVertexArrayAttribIFormat(id, 6, 1, GL_UNSIGNED_INT, offsetof(layouts::DrawInstance, face));
-    glVertexArrayAttribBinding(id, 6, 1);
+    const std::pair<GLuint, std::size_t> whole[] = {{6, offsetof(layouts::DrawInstance, face)},
+                                                    {7, offsetof(layouts::DrawInstance, first_triangle)}};
+    for (const auto& [index, offset] : whole) {
+        glEnableVertexArrayAttrib(id, index);
+        glVertexArrayAttribIFormat(id, index, 1, GL_UNSIGNED_INT, static_cast<GLuint>(offset));
+        glVertexArrayAttribBinding(id, index, 1);
+    }
     glVertexArrayBindingDivisor(id, 1, 1);
 
     for (std::size_t i = 0; i < asset_->images.size(); ++i)
@@ -123,7 +130,7 @@ GpuScene::GpuScene(std::shared_ptr<const SceneAsset> asset) : asset_(std::move(a
 
 PassRun GpuScene::draw(Mode mode, Programs& programs, const glm::dvec3& eye, const glm::mat4& clip_from_local,
                        unsigned faces) const {
-    const bool cube = mode != Mode::gbuffer;
+    const bool cells = mode == Mode::gbuffer_cells, cube = mode != Mode::gbuffer && !cells;
     std::array<Planes, 6> planes;
     if (cube) {
         for (int face = 0; face < 6; ++face) planes[static_cast<std::size_t>(face)] = face_planes(face);
@@ -145,7 +152,8 @@ PassRun GpuScene::draw(Mode mode, Programs& programs, const glm::dvec3& eye, con
             const glm::mat4 rows = glm::mat4(glm::transpose(rebased));
             for (unsigned face = 0; face < 6; ++face) {
                 if ((faces >> face & 1u) == 0 || !meets(planes[face], centre, half)) continue;
-                instances.push_back({rows[0], rows[1], rows[2], face, 0, 0, 0});
+                instances.push_back(
+                    {rows[0], rows[1], rows[2], face, first_triangle_[static_cast<std::size_t>(index)], 0, 0});
             }
         }
         ranges[g].second = static_cast<std::uint32_t>(instances.size()) - ranges[g].first;
@@ -158,6 +166,11 @@ PassRun GpuScene::draw(Mode mode, Programs& programs, const glm::dvec3& eye, con
         gl::make_buffer("draw instances", instances.size() * sizeof(layouts::DrawInstance), instances.data());
     glVertexArrayVertexBuffer(vertex_array_.id(), 1, instance_buffer.id(), 0, sizeof(layouts::DrawInstance));
     glBindVertexArray(vertex_array_.id());
+    if (cells) {
+        static_assert(sizeof(Vertex) == 8 * sizeof(float) && offsetof(Vertex, position) == 0);  // shaders/lib/cell.glsl
+        glBindBufferBase(GL_SHADER_STORAGE_BUFFER, 2, vertices_.id());
+        glBindBufferBase(GL_SHADER_STORAGE_BUFFER, 3, indices_.id());
+    }
     for (std::size_t g = 0; g < groups_.size(); ++g) {
         if (ranges[g].second == 0 || groups_[g].index_count == 0) continue;
         const Material& material = asset_->materials[static_cast<std::size_t>(groups_[g].material)];
@@ -176,6 +189,7 @@ PassRun GpuScene::draw(Mode mode, Programs& programs, const glm::dvec3& eye, con
             defines.emplace_back("EMISSIVE", "1");
             if (material.emissive_image >= 0) defines.emplace_back("EMISSIVE_TEXTURED", "1");
         }
+        if (cells) defines.emplace_back("CELLS", emissive_ ? "3" : "2");
         const GLuint program = programs.get("passes/mesh.vert", fragment, defines);
         glUseProgram(program);
         if (cube)
@@ -186,6 +200,8 @@ PassRun GpuScene::draw(Mode mode, Programs& programs, const glm::dvec3& eye, con
             glProgramUniform4fv(program, 2, 1, &material.base_color[0]);
             if (material.alpha_mask) glProgramUniform1f(program, 4, material.alpha_cutoff);
             if (!cube && emissive_) glProgramUniform3fv(program, 3, 1, &material.emissive_nit[0]);
+            if (cells)
+                glProgramUniform2ui(program, 6, groups_[g].first_index, static_cast<GLuint>(groups_[g].base_vertex));
         }
         const GLuint sampler = samplers_[(material.repeat_s ? 1 : 0) + (material.repeat_t ? 2 : 0)].id();
         if (textured) {

@@ -36,9 +36,10 @@ public:
     // diagonal from a luminaire, and lose digits beyond eight diagonals.
     float layer_unit_m2() const { return layer_unit_m2_; }
 
-    enum class Mode { gbuffer, shadow, rsm, rsm_seed };
+    enum class Mode { gbuffer, gbuffer_cells, shadow, rsm, rsm_seed };
     // Draws all meshes that meet the view. gbuffer: into the bound framebuffer from `eye`, clip_from_local = projection
-    // × view without translation. The others: into the cube faces of `faces` (bit f) around `eye`.
+    // × view without translation; gbuffer_cells: with Target::cell. The others: into the cube faces of `faces` (bit f)
+    // around `eye`.
     PassRun draw(Mode mode, Programs& programs, const glm::dvec3& eye, const glm::mat4& clip_from_local,
                  unsigned faces) const;
 
@@ -49,7 +50,8 @@ private:
     std::vector<gl::Texture> images_;
     gl::Sampler samplers_[4];  // repeat_s + 2 · repeat_t
     std::vector<DrawGroup> groups_;
-    std::vector<Bounds> bounds_;  // per instance, world
+    std::vector<Bounds> bounds_;                 // per instance, world
+    std::vector<std::uint32_t> first_triangle_;  // likewise, among those of all instances
     bool emissive_ = false;
     float near_m_ = 1e-4f;
     float layer_unit_m2_ = 1.0f;

@@ -26,6 +26,7 @@ enum class Slot : std::uint8_t {
     surfels,
     solve,
     weights,
+    weights_gl,
     merged,
     merged_solve,
     emitted,

@@ -135,6 +135,7 @@ void inspect_slot(const FrameInputs& inputs, const SlotRef& slot, const Inspecto
             break;
         case Slot::layers:
         case Slot::weights:
+        case Slot::weights_gl:
         case Slot::grid:
         case Slot::merged:
         case Slot::merged_solve:  // the CPU's own; what becomes of them is the gather's layer

@@ -35,7 +35,7 @@ struct Builder {
     const Scene& scene = in.scene;
     const std::uint32_t target = in.target.id;
     const bool seed = in.scene.technique != Technique::standard;
-    const bool on_cpu = in.shades_on_cpu();
+    const bool on_cpu = in.shades_on_cpu(), by_gl = in.gathers_by_gl();
     const bool shown_on_cpu = on_cpu && in.view <= View::indirect;
     const PassContext context = in.context();
 
@@ -59,8 +59,8 @@ struct Builder {
     // What the picture shows that is in no layer.
     std::vector<SlotRef> besides() const {
         std::vector<SlotRef> slots;
-        const bool any = in.view < View::mask || in.view == View::solid;
-        if (seed || !any) return slots;
+        if ((in.view >= View::mask && in.view != View::solid) || !in.has_besides()) return slots;
+        if (by_gl && in.merged && shows_indirect(in.view)) slots.push_back(per_target(Slot::merged_solve));
         if (emits()) slots.push_back(per_target(Slot::emitted));
         if (in.layered() == scene.lights.size()) return slots;
         if (in.view != View::indirect) slots.push_back(per_target(Slot::direct, kSummed));
@@ -141,6 +141,9 @@ struct Builder {
         } else if (metered) {
             cpu(add("gather", per_target(Slot::gather, light.id), {gbuffer, solved}, {light.position_rev},
                     [=, &light, &gpu] { return run_gather_point(shared, light, gpu, layer); }));
+        } else if (by_gl) {
+            named(add("gather", per_target(Slot::gather, light.id), {per_target(Slot::weights_gl), solved},
+                      {static_cast<std::uint64_t>(layer)}, [=, &gpu] { return run_gather_gl(shared, gpu, layer); }));
         } else {
             cpu(add("gather", per_target(Slot::gather, light.id), {per_target(Slot::weights), solved},
                     {static_cast<std::uint64_t>(layer)}, [=, &gpu] { return run_gather(shared, gpu, layer); }));
@@ -185,7 +188,7 @@ struct Builder {
         if (metered)
             cpu("direct", per_target(Slot::direct, id), {merged}, {},
                 [=] { return run_direct_point_summed(shared, lights); });
-        else
+        else if (summed || !by_gl)
             cpu("direct", per_target(Slot::direct, id), {grid, merged}, {},
                 [=] { return run_direct_merged(shared, which); });
         cpu("solve", solved, {merged}, {in.generation, in.solve_links()},
@@ -193,9 +196,9 @@ struct Builder {
         passes.back().stale |= !merged_converged(in.target, which);
         if (metered)
             cpu("gather", per_target(Slot::gather, id), {solved}, {}, [=] { return run_gather_point_summed(shared); });
-        else
-            cpu("gather", per_target(Slot::gather, id), {per_target(Slot::weights), solved}, {},
-                [=] { return run_gather_merged(shared, which); });
+        else if (summed || !by_gl)
+            cpu("gather", per_target(Slot::gather, id), {per_target(by_gl ? Slot::weights_gl : Slot::weights), solved},
+                {}, [=] { return run_gather_merged(shared, which); });
     }
 
     void add_composite() {
@@ -220,7 +223,7 @@ struct Builder {
             reads.push_back(per_target(Slot::besides));
         }
         if (gathers_at_once() && shows_indirect(in.view)) reads.push_back(per_target(Slot::gathered));
-        if (in.merged) {
+        if (in.merged && !by_gl) {
             if (shows_direct(in.view)) reads.push_back(per_target(Slot::direct));
             if (shows_indirect(in.view)) reads.push_back(per_target(Slot::gather));
         }
@@ -231,8 +234,8 @@ struct Builder {
             if (in.layers[i] < 0) continue;  // of the summed slots
             const bool direct = shows_direct(in.view) || in.view == View::solid,
                        indirect = shows_indirect(in.view) || in.view == View::solid;
-            if (in.merged) {
-                // The list reads them all.
+            if (in.merged) {  // the list reads them all
+                if (by_gl && direct) reads.push_back(per_target(Slot::direct, light.id));
             } else if (on_cpu && !shown_on_cpu) {
                 if (direct || indirect) reads.push_back(per_target(Slot::layers, light.id));
             } else {
@@ -274,6 +277,11 @@ bool FrameInputs::shades_on_cpu() const {
            meter == Meter::none;
 }
 
+bool FrameInputs::gathers_by_gl() const {
+    return !direct_by_rays && scene.technique == Technique::standard && target.kind == TargetKind::live &&
+           meter == Meter::none;
+}
+
 std::uint64_t FrameInputs::surface() const {
     return reinterpret_cast<std::uintptr_t>(transport != nullptr ? transport->surface.get() : nullptr);
 }
@@ -292,13 +300,19 @@ glm::dvec3 PassContext::layer_weight(const Light& light) const {
     return light_weight(scene, light) - scene.master_ratio * weight_in_sum(light, 0);
 }
 
+bool FrameInputs::has_besides() const {
+    return scene.technique == Technique::standard &&
+           (geometry.emissive() || layered() < scene.lights.size() || (merged && gathers_by_gl()));
+}
+
 PassContext FrameInputs::context() const {
-    return {programs,  geometry, scene, target,          eye,    traced, clusters, looks, pool,
-            transport, bounces,  false, shades_on_cpu(), effort, layers, &in_sum};
+    return {programs, geometry,      scene,     target,  eye,    traced,          clusters,
+            looks,    pool,          transport, bounces, false,  shades_on_cpu(), gathers_by_gl(),
+            merged,   has_besides(), effort,    layers,  &in_sum};
 }
 
 bool FrameInputs::can_merge() const {
-    return shades_on_cpu() && view <= View::indirect && layered() > 1;
+    return (shades_on_cpu() ? view <= View::indirect : gathers_by_gl() && view < View::mask) && layered() > 1;
 }
 
 std::size_t FrameInputs::layered() const {
@@ -310,11 +324,15 @@ std::vector<Pass> build_pipeline(const FrameInputs& in) {
     const bool metered = in.meter != FrameInputs::Meter::none;
     const Scene& scene = in.scene;
     b.passes.reserve(4 + 8 * scene.lights.size());
-    const bool raster = b.on_cpu && !in.clusters.empty();  // then GL draws it for views that only shaders show
-    b.add(raster ? "gbuffer-gl" : "gbuffer", b.per_target(Slot::gbuffer), {}, {scene.geometry_rev, scene.camera_rev},
+    // The CPU draws a G-buffer of its own: the other is for views that only shaders show, or shaders show all and it is
+    // for what rays find.
+    const bool raster = (b.on_cpu || b.by_gl) && !in.clusters.empty();
+    const std::string beside = b.by_gl ? "-cpu" : "";
+    b.add(raster && b.on_cpu ? "gbuffer-gl" : "gbuffer", b.per_target(Slot::gbuffer), {},
+          {scene.geometry_rev, scene.camera_rev},
           [context = b.context, meter = metered] { return meter ? run_meter_gbuffer(context) : run_gbuffer(context); });
     if (raster) {
-        b.add("gbuffer", b.per_target(Slot::grid), {}, {scene.geometry_rev, scene.camera_rev, in.effort},
+        b.add("gbuffer" + beside, b.per_target(Slot::grid), {}, {scene.geometry_rev, scene.camera_rev, in.effort},
               [context = b.context] { return run_raster(context); })
             .on_gpu = false;
     } else if (!metered && !b.seed) {
@@ -323,13 +341,18 @@ std::vector<Pass> build_pipeline(const FrameInputs& in) {
             .on_gpu = false;
     }
     if (!metered && !b.seed) {
-        b.add("gather-weights", b.per_target(Slot::weights), {b.per_target(Slot::grid)}, {in.surface()},
+        b.add("gather-weights" + beside, b.per_target(Slot::weights), {b.per_target(Slot::grid)}, {in.surface()},
               [context = b.context] { return run_gather_weights(context); })
             .on_gpu = false;
     }
+    if (b.by_gl)
+        b.add("gather-weights", b.per_target(Slot::weights_gl), {b.per_target(Slot::gbuffer)}, {in.generation},
+              [context = b.context] { return run_gather_weights_gl(context); });
     Pass& emitted = b.add("gather-emitted", b.per_target(Slot::emitted),
-                          {metered ? b.per_target(Slot::gbuffer) : b.per_target(Slot::weights)}, {in.generation},
-                          [context = b.context, metered] {
+                          {b.per_target(metered   ? Slot::gbuffer
+                                        : b.by_gl ? Slot::weights_gl
+                                                  : Slot::weights)},
+                          {in.generation}, [context = b.context, metered] {
                               return metered ? run_gather_emitted_point(context) : run_gather_emitted(context);
                           });
     emitted.on_gpu = false;
@@ -358,9 +381,10 @@ std::vector<Pass> build_pipeline(const FrameInputs& in) {
     if (!metered && !b.shown_on_cpu && !b.besides().empty()) {
         std::vector<SlotRef> reads = b.besides();
         if (b.gathers_at_once() && shows_indirect(in.view)) reads.push_back(b.per_target(Slot::gathered));
-        b.add("besides", b.per_target(Slot::besides), std::move(reads), {final_gathers(in.target), scene.master_rev},
-              [context = b.context] { return run_besides(context); })
-            .on_gpu = false;
+        if (b.by_gl) reads.push_back(b.per_target(Slot::weights_gl));
+        b.add("besides", b.per_target(Slot::besides), std::move(reads),
+              {final_gathers(in.target), scene.master_rev, in.merged ? 1u : 0u},
+              [context = b.context] { return run_besides(context); });
     }
     if (!metered) b.add_composite();
     if (!metered && !b.shown_on_cpu && in.target.kind == TargetKind::live) {

@@ -35,11 +35,14 @@ struct FrameInputs {
     Meter meter = Meter::none;  // else the G-buffer is a single point and nothing is composited; rsm: texels are wanted
     // Whether the live picture's light stays on the CPU; a view that only shaders show asks for it (run_layers).
     bool shades_on_cpu() const;
+    // Whether its indirect light is gathered by shaders.
+    bool gathers_by_gl() const;
     std::size_t effort = 0;             // index into kEfforts
     std::uint64_t surface() const;      // tells one set of surfels from another
     std::uint64_t solve_links() const;  // that the solve follows, at most
+    bool has_besides() const;           // light without a layer
     PassContext context() const;
-    // Whether the picture can be made of all luminaires at once: several of them, shaded and shown on the CPU.
+    // Whether the picture can be made of all luminaires at once: several of them, and it shows them.
     bool can_merge() const;
     Revision seen_rev = 0;              // the scene's in the live frame before
     bool merged = false;                // it is; else of the luminaires' own layers

@@ -49,9 +49,13 @@ void Renderer::prepare(const Scene& scene, bool live, bool bounces) {
         transport_.reset();
         ++generation_;
         looks_ = std::make_unique<const shade::Looks>(shade::make_looks(*traced_));
-        clusters_ = std::make_unique<const shade::Clusters>(direct_by_rays_ ? shade::make_clusters(*traced_)
-                                                                            : shade::Clusters{});
+        clusters_.reset();
     }
+    // Where shaders shade, rays want a G-buffer of the CPU's for what is summed and for what rests alone.
+    if (!clusters_ || (clusters_->empty() && (refines_ || scene.lights.size() > kMostLayers)))
+        clusters_ = std::make_unique<const shade::Clusters>(
+            direct_by_rays_ || refines_ || scene.lights.size() > kMostLayers ? shade::make_clusters(*traced_)
+                                                                             : shade::Clusters{});
     if (scene.technique == Technique::standard && bounces) prepare_transport(scene);
     std::erase_if(lights_, [&](const auto& entry) {
         const bool gone = live && std::none_of(scene.lights.begin(), scene.lights.end(),
@@ -98,7 +102,7 @@ void Renderer::prepare(const Scene& scene, bool live, bool bounces) {
         live_.emissive != geometry_->emissive()) {
         ledger_.forget_target(live_.id);
         live_ = make_target(next_target_++, TargetKind::live, wide, high, static_cast<std::size_t>(layers),
-                            geometry_->emissive());
+                            geometry_->emissive(), !direct_by_rays_);
     }
 }
 
@@ -179,6 +183,7 @@ namespace {
 struct Known {
     std::weak_ptr<const SceneAsset> asset;
     unsigned links = 0;
+    bool cells = false;
     std::vector<glm::vec3> seeds;
     std::shared_ptr<transport::Builder> builder;
 };
@@ -194,15 +199,16 @@ std::deque<Known>& known_transports() {
 void Renderer::prepare_transport(const Scene& scene) {
     auto& known = known_transports();
     const auto own = std::find_if(known.begin(), known.end(), [&](const Known& one) {
-        return one.asset.lock() == scene.asset && one.links == links_;
+        return one.asset.lock() == scene.asset && one.links == links_ && (one.cells || direct_by_rays_);
     });
     std::vector<glm::vec3> places = {traced_->local(scene.camera.eye)};
     for (const Light& light : scene.lights) places.push_back(traced_->local(light.position));
     const auto begin = [&] {
-        builder_ = std::make_shared<transport::Builder>(
-            traced_, seeds_, surfels_, std::min(links_, transport::kMostBlockLinks), transport_beside_);
+        builder_ = std::make_shared<transport::Builder>(traced_, seeds_, surfels_,
+                                                        std::min(links_, transport::kMostBlockLinks), transport_beside_,
+                                                        !direct_by_rays_);
         if (own != known.end()) known.erase(own);
-        known.push_back({scene.asset, links_, seeds_, builder_});
+        known.push_back({scene.asset, links_, !direct_by_rays_, seeds_, builder_});
     };
     if (!builder_ && own != known.end()) {
         builder_ = own->builder;
@@ -296,7 +302,14 @@ bool Renderer::refine(const Scene& scene, const std::function<bool()>& interrupt
                 return continue_first_bounce(inputs.context(), scene.lights[i], *inputs.lights[i], interrupted);
         }
     }
-    return gathers(scene) && continue_final_gather(inputs.context(), inputs.lights, interrupted);
+    if (!gathers(scene)) return false;
+    if (inputs.gathers_by_gl()) {  // its surfaces, which frames have no need of
+        std::vector<Pass> passes = build_pipeline(inputs);
+        const SlotRef wanted[] = {{Slot::grid, live_.id, 0}, {Slot::weights, live_.id, 0}};
+        execute(
+            passes, wanted, ledger_, [](std::size_t) {}, [](std::size_t) {});
+    }
+    return continue_final_gather(inputs.context(), inputs.lights, interrupted);
 }
 
 bool Renderer::refined(const Scene& scene) {
@@ -358,17 +371,20 @@ void Renderer::choose_layers(FrameInputs& inputs) {
     if (!inputs.can_merge()) return;
     const std::vector<Pass> passes = build_pipeline(inputs);
     const std::set<SlotRef> old = outdated(passes, wanted_slots(inputs, true), ledger_);
-    const bool grid_moves = old.contains({Slot::grid, live_.id, 0});
+    // Shaders have each luminaire's own light by the way, once it is solved.
+    const bool by_gl = inputs.gathers_by_gl(), grid_moves = !by_gl && old.contains({Slot::grid, live_.id, 0});
     std::vector<std::pair<bool, std::uint32_t>> waiting;  // dark, id
     std::size_t stale = 0;
     for (const Light& light : scene.lights) {
-        if (!old.contains({Slot::direct, live_.id, light.id}) && !old.contains({Slot::gather, live_.id, light.id}))
-            continue;
+        const bool is_old = by_gl ? old.contains({Slot::solve, 0, light.id})
+                                  : old.contains({Slot::direct, live_.id, light.id}) ||
+                                        old.contains({Slot::gather, live_.id, light.id});
+        if (!is_old) continue;
         ++stale;
         const bool rests = std::max({light.position_rev, light.aim_rev, light.profile_rev}) <= last;
         if (rests) waiting.emplace_back(light_weight(scene, light) == glm::dvec3(0.0), light.id);
     }
-    const bool many = stale > 2 + inputs.layered() / 4;
+    const bool many = stale > (by_gl ? 4 : 2) + inputs.layered() / 4;
     merged_ = grid_moves ? stale > 0 : stale > 1 && (merged_before || many);
     inputs.merged = merged_;
     if (merged_) {  // the sum is made anew, or what moves was never in it
@@ -482,12 +498,13 @@ std::vector<glm::vec3> Renderer::live_illuminance(const Scene& scene, bool indir
     std::vector<glm::vec3> layer(sum.size());
     glPixelStorei(GL_PACK_ALIGNMENT, 1);
     const float unit_lx = live_.screen->besides_unit_lx[indirect ? 1 : 0];
-    if (unit_lx > 0.0f && scene.technique == Technique::standard) {
+    const bool besides = geometry_->emissive() || scene.lights.size() > layer_count_ || merged_;
+    if (unit_lx > 0.0f && besides && scene.technique == Technique::standard) {
         glGetTextureSubImage(live_.besides.id(), 0, 0, 0, indirect ? 1 : 0, live_.width_px, live_.height_px, 1, GL_RGB,
                              GL_FLOAT, static_cast<GLsizei>(layer.size() * sizeof(glm::vec3)), layer.data());
         for (std::size_t p = 0; p < sum.size(); ++p) sum[p] += unit_lx * layer[p];
     }
-    for (std::size_t i = 0; i < weights.size(); ++i) {
+    for (std::size_t i = 0; i < weights.size() && !(indirect && merged_); ++i) {
         const glm::vec3 weight = weights[i] / geometry_->layer_unit_m2();
         if (weight == glm::vec3(0.0f)) continue;
         glGetTextureSubImage(indirect ? live_.indirect.id() : live_.direct.id(), 0, 0, 0, static_cast<GLint>(i),

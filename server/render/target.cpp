@@ -5,7 +5,8 @@
 
 namespace gonio {
 
-Target make_target(std::uint32_t id, TargetKind kind, int width_px, int height_px, std::size_t layers, bool emissive) {
+Target make_target(std::uint32_t id, TargetKind kind, int width_px, int height_px, std::size_t layers, bool emissive,
+                   bool gathers) {
     using gl::Filter;
     Target t;
     t.id = id;
@@ -18,12 +19,19 @@ Target make_target(std::uint32_t id, TargetKind kind, int width_px, int height_p
     t.depth = gl::make_texture_2d("depth", GL_DEPTH_COMPONENT32F, width_px, height_px, Filter::nearest);
     t.normal = gl::make_texture_2d("normal", GL_RG16_SNORM, width_px, height_px, Filter::nearest);
     t.albedo = gl::make_texture_2d("albedo", GL_RGBA16F, width_px, height_px, Filter::nearest);
+    std::vector<GLuint> colors = {t.normal.id(), t.albedo.id()};
     if (emissive) {
         t.emission = gl::make_texture_2d("emission", GL_RGBA32F, width_px, height_px, Filter::nearest);
-        t.gbuffer = gl::make_framebuffer("gbuffer", {t.normal.id(), t.albedo.id(), t.emission.id()}, t.depth.id());
-    } else {
-        t.gbuffer = gl::make_framebuffer("gbuffer", {t.normal.id(), t.albedo.id()}, t.depth.id());
+        colors.push_back(t.emission.id());
     }
+    if (gathers) {
+        t.cell = gl::make_texture_2d("cell", GL_RG32UI, width_px, height_px, Filter::nearest);
+        colors.push_back(t.cell.id());
+        t.weights = gl::make_texture_2d("weights", GL_RGBA32UI, width_px, height_px, Filter::nearest);
+        t.surfel = gl::make_texture_2d("surfel", GL_R16UI, width_px, height_px, Filter::nearest);
+        t.weights_fbo = gl::make_framebuffer("weights", {t.weights.id(), t.surfel.id()}, 0);
+    }
+    t.gbuffer = gl::make_framebuffer("gbuffer", colors, t.depth.id());
     t.direct = gl::make_texture_array("direct", precise ? GL_R32F : GL_R16F, width_px, height_px, t.layer_count,
                                       Filter::nearest);
     t.indirect = gl::make_texture_array("indirect", precise ? GL_RGBA32F : GL_RGBA16F, width_px, height_px,

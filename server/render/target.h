@@ -30,7 +30,11 @@ struct Target {
     gl::Texture normal;    // W×H RG16_SNORM, octahedral, world
     gl::Texture albedo;    // W×H RGBA16F, linear reflectance
     gl::Texture emission;  // W×H RGBA32F, cd/m², the sun included; only where the scene has emitters
+    gl::Texture cell;      // W×H RG32UI, shaders/lib/cell.glsl, 0: no surface; only where shaders gather
     gl::Framebuffer gbuffer;
+    gl::Texture weights;  // W×H RGBA32UI and W×H R16UI, shaders/passes/gather_weights.frag; likewise
+    gl::Texture surfel;
+    gl::Framebuffer weights_fbo;
     gl::Texture direct;    // W×H×layers R16F (precise: R32F), lux per candela of the light's peak × layer_unit_m2
     gl::Texture indirect;  // W×H×layers RGBA16F (precise: RGBA32F), rgb likewise
     gl::Texture besides;  // W×H×2 RGBA16F, lux × ScreenLight::besides_unit_lx: light without a layer, direct and after
@@ -52,7 +56,8 @@ struct PointLight {
 };
 // Result: what the gather pass of an interactive meter found for a light, of the default technique.
 const PointLight& point_light(const Target& target, std::size_t layer);
-// Result: an empty target; its size is at least 1 × 1.
-Target make_target(std::uint32_t id, TargetKind kind, int width_px, int height_px, std::size_t layers, bool emissive);
+// gathers: shaders gather its indirect light. Result: an empty target; its size is at least 1 × 1.
+Target make_target(std::uint32_t id, TargetKind kind, int width_px, int height_px, std::size_t layers, bool emissive,
+                   bool gathers = false);
 
 }  // namespace gonio

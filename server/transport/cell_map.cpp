@@ -77,25 +77,80 @@ std::uint32_t CellMap::fill(unsigned instance, unsigned triangle, std::uint32_t 
     const float middle = (half ? 1.0f / 3.0f : 0.5f) * edge;
     trace::SurfaceHit hit;
     if (!geometry_.surface_at(i, t, u0 + middle, v0 + middle, front, hit)) {
-        // A hole in the middle says nothing of the rest.
-        return static_cast<std::uint32_t>(surfels_.count) | kDivided;
+        return static_cast<std::uint32_t>(surfels_.count) | kDivided;  // a hole in the middle says nothing of the rest
     }
     const std::uint16_t id = surfels_.visible_from(geometry_, {hit.position, hit.normal, hit.geometric});
-    if (id == surfels_.count) return id;
     // A cell much smaller than a surfel stands for itself.
     const auto c = geometry_.corners(i, t);
     const float longest = std::max({glm::distance(c[0], c[1]), glm::distance(c[1], c[2]), glm::distance(c[2], c[0])});
     if (longest * edge < kUndividedRadii * surfels_.radius_m) return id;
-    // What stands in the cell hides the surfel from one of its corners.
+    // What stands in the cell hides the surfel from one of its corners, or from its middle alone.
     constexpr float kIn = 0.03f;  // of a cell: corners often lie on the edge of the next wall
     const glm::vec2 corners[4] = {
         {kIn, kIn}, {1.0f - 2.0f * kIn, kIn}, {kIn, 1.0f - 2.0f * kIn}, {1.0f - kIn, 1.0f - kIn}};
     for (int k = 0; k < (half ? 3 : 4); ++k) {
         trace::SurfaceHit corner;
         if (!geometry_.surface_at(i, t, u0 + corners[k].x * edge, v0 + corners[k].y * edge, front, corner)) continue;
-        if (!surfels_.sees(geometry_, {corner.position, corner.normal, corner.geometric}, id)) return id | kDivided;
+        const Surfels::Place place{corner.position, corner.normal, corner.geometric};
+        if (id == surfels_.count ? surfels_.visible_from(geometry_, place) != id : !surfels_.sees(geometry_, place, id))
+            return id | kDivided;
     }
     return id;
+}
+
+CellMap::Table CellMap::table(bool small, Pool& pool) const {
+    constexpr std::uint32_t kFew = 2;  // cells along an edge
+    const auto none = static_cast<std::uint16_t>(surfels_.count);
+    Table table;
+    table.triangles.resize(triangles_.size());
+    table.cells.assign(size_ + size_ % 2, none);
+    const auto set_side = [&](unsigned instance, unsigned triangle, bool front) {
+        const Triangle& own = triangles_[first_triangle_[instance] + triangle];
+        const std::uint32_t side = own.side, first = own.first + (front ? 0u : side * side);
+        std::vector<bool> known(std::size_t{side} * side, false);
+        bool any = false;
+        const auto take = [&](std::uint32_t cell, std::uint32_t value) {
+            if (value == kUnknown || (value & ~kDivided) == surfels_.count) return;
+            table.cells[first + cell] = static_cast<std::uint16_t>(value);
+            known[cell] = any = true;
+        };
+        for (std::uint32_t cell = 0; cell < side * side; ++cell)
+            take(cell, cells_[first + cell].load(std::memory_order_relaxed));
+        if (!any && small && side <= kFew) {
+            const std::uint32_t value = fill(instance, triangle, 0, side, front);
+            cells_[first].store(value, std::memory_order_relaxed);
+            take(0, value);
+        }
+        if (!any) return;
+        const auto spread = [&](std::uint32_t cell, bool has, std::uint32_t from) {
+            if (known[cell] || !has || !known[from]) return;
+            table.cells[first + cell] = table.cells[first + from];
+            known[cell] = true;
+        };
+        for (std::uint32_t v = 0; v < side; ++v) {
+            for (std::uint32_t u = 0; u + v < side; ++u) {
+                spread(v * side + u, u > 0, v * side + u - 1);
+                spread(v * side + u, v > 0, (v - 1) * side + u);
+            }
+        }
+        for (std::uint32_t v = side; v-- > 0;) {
+            for (std::uint32_t u = side - v; u-- > 0;) {
+                spread(v * side + u, u + v + 1 < side, v * side + u + 1);
+                spread(v * side + u, u + v + 1 < side, (v + 1) * side + u);
+            }
+        }
+    };
+    for (unsigned i = 0; i < first_triangle_.size(); ++i) {
+        const std::size_t end = i + 1 < first_triangle_.size() ? first_triangle_[i + 1] : triangles_.size();
+        pool.run_chunks(end - first_triangle_[i], 64, [&](std::size_t first, std::size_t count) {
+            for (std::size_t t = first; t < first + count; ++t) {
+                const Triangle& own = triangles_[first_triangle_[i] + t];
+                table.triangles[first_triangle_[i] + t] = {own.first, own.side};
+                for (const bool front : {true, false}) set_side(i, static_cast<unsigned>(t), front);
+            }
+        });
+    }
+    return table;
 }
 
 }  // namespace gonio::transport

@@ -131,8 +131,6 @@ void gather(const Table& table, const std::uint16_t* ids, unsigned count, std::s
 }
 
 void weigh(const Surfels& surfels, const std::uint16_t* ids, const glm::vec3& p, const glm::vec3& n, float* weights) {
-    // Surfels further away than this many radii count nothing.
-    constexpr float kBlendRadii = 2.2f;
     const float* place[6];
     for (std::size_t k = 0; k < 6; ++k) place[k] = surfels.place[k].data();
     HWY_DYNAMIC_DISPATCH(Weigh)(place, ids, p, n, kBlendRadii * surfels.radius_m, weights);

@@ -22,6 +22,8 @@ void make_table(std::span<const glm::vec4> values, Table& table, Pool& pool);
 // sums[i] += share × the sum over ids[i × count …] of the table, in its unit: for `size` places.
 void gather(const Table& table, const std::uint16_t* ids, unsigned count, std::size_t size, float share,
             glm::vec4* sums);
+// Surfels further away than this many radii count nothing.
+inline constexpr float kBlendRadii = 2.2f;
 // weights: how much each of kNeighbours surfels counts at a place, of sum 1: by distance, and by how far they and it
 // lie off each other's plane and face the same way; if none does, the first alone.
 void weigh(const Surfels& surfels, const std::uint16_t* ids, const glm::vec3& p, const glm::vec3& n, float* weights);

@@ -71,14 +71,15 @@ std::size_t Transport::bytes() const {
     for (const auto& block : links.blocks) sum += block->ids.size() * sizeof(std::uint16_t);
     for (const auto& block : links.reversed)
         sum += block->from.size() * sizeof(std::uint16_t) + block->first.size() * sizeof(std::uint32_t);
+    if (cells) sum += cells->triangles.size() * sizeof(glm::uvec2) + cells->cells.size() * sizeof(std::uint16_t);
     return sum + 3 * emitted.direct.size() * sizeof(glm::vec4);
 }
 
 Builder::Builder(std::shared_ptr<const trace::Geometry> geometry, std::vector<glm::vec3> seeds,
-                 const SurfelSettings& settings, unsigned links, bool beside)
+                 const SurfelSettings& settings, unsigned links, bool beside, bool cells)
     : wanted_(links),
-      thread_([this, geometry = std::move(geometry), seeds = std::move(seeds), settings, beside]() mutable {
-          make(std::move(geometry), std::move(seeds), settings, beside);
+      thread_([this, geometry = std::move(geometry), seeds = std::move(seeds), settings, beside, cells]() mutable {
+          make(std::move(geometry), std::move(seeds), settings, beside, cells);
           made_ = ~0u;  // all there can be
           made_.notify_all();
       }) {}
@@ -108,7 +109,7 @@ bool Builder::wanted(unsigned links) {
 }
 
 void Builder::make(std::shared_ptr<const trace::Geometry> geometry, std::vector<glm::vec3> seeds,
-                   const SurfelSettings& settings, bool beside) {
+                   const SurfelSettings& settings, bool beside, bool cells) {
     // Of a machine that is busy it gets a quarter (weights of nice 5 and 0: 335 and 1024), as does what waits for it;
     // SCHED_IDLE gets nothing.
     if (beside) setpriority(PRIO_PROCESS, 0, 5);  // Linux: this thread and those that it starts
@@ -122,7 +123,8 @@ void Builder::make(std::shared_ptr<const trace::Geometry> geometry, std::vector<
     surface->surfels = place_surfels(*geometry, seeds, within_bytes(settings, *geometry), pool, stopped);
     const Surfels& surfels = surface->surfels;
     if (stopped()) return;
-    surface->cells = std::make_unique<const CellMap>(*geometry, surfels, settings.bytes / 4);
+    surface->cells = std::make_unique<const CellMap>(*geometry, surfels,
+                                                     settings.bytes / (cells ? 6 : 4));  // a table is half as large
     Irradiance emitted;
     if (!surface->emitters.emitters.empty())
         emitted.direct = lit_by_emitters(surfels, surface->emitters, pool, stopped);
@@ -139,7 +141,10 @@ void Builder::make(std::shared_ptr<const trace::Geometry> geometry, std::vector<
             const std::chrono::duration<double> spent = std::chrono::steady_clock::now() - began;
             if (!emitted.direct.empty()) solve(surfels, links, {}, kAtRest, emitted, pool);
             emitted.narrow = 0.0f;  // nothing is drawn from where it shines
-            newest_ = std::make_shared<const Transport>(Transport{surface, links, emitted, spent.count()});
+            std::shared_ptr<const CellMap::Table> table;
+            if (cells)
+                table = std::make_shared<const CellMap::Table>(surface->cells->table(first > kGenerations[0], pool));
+            newest_ = std::make_shared<const Transport>(Transport{surface, links, emitted, spent.count(), table});
         }
         made_ = first;
         made_.notify_all();
@@ -171,8 +176,8 @@ bool reaches(const Transport& transport, const glm::vec3& place) {
     std::uint16_t ids[trace::kPacket];
     for (unsigned first = 0; first < kRays; first += trace::kPacket) {
         const glm::vec3 up(0.0f, first < kRays / 2 ? 1.0f : -1.0f, 0.0f);
-        const unsigned found =
-            follow(make_fan(place, up, up, fan_directions(7, first)), *surface.geometry, surface.surfels, *surface.cells, hits, ids);
+        const unsigned found = follow(make_fan(place, up, up, fan_directions(7, first)), *surface.geometry,
+                                      surface.surfels, *surface.cells, hits, ids);
         for (unsigned i = 0; i < trace::kPacket; ++i) {
             met += found >> i & 1u;
             known += (found >> i & 1u) != 0 && ids[i] != surface.surfels.count ? 1u : 0u;

@@ -21,8 +21,9 @@ struct Transport {
     };
     std::shared_ptr<const Surface> surface;
     Links links;
-    Irradiance emitted;    // light of emissive surfaces, lux; empty: there are none
-    double seconds = 0.0;  // that making it took
+    Irradiance emitted;                           // light of emissive surfaces, lux; empty: there are none
+    double seconds = 0.0;                         // that making it took
+    std::shared_ptr<const CellMap::Table> cells;  // of the surface's, as far as it is filled; null: not asked for
     std::size_t bytes() const;
 };
 
@@ -31,9 +32,10 @@ struct Transport {
 class Builder {
 public:
     // seeds: local places of luminaires and eyes. links: of each surfel, no generation beyond until more are wanted.
-    // beside: at a quarter of the weight of what else is busy (frames); else at normal priority.
+    // beside: at a quarter of the weight of what else is busy (frames); else at normal priority. cells:
+    // Transport::cells is asked for.
     Builder(std::shared_ptr<const trace::Geometry> geometry, std::vector<glm::vec3> seeds,
-            const SurfelSettings& settings, unsigned links, bool beside);
+            const SurfelSettings& settings, unsigned links, bool beside, bool cells);
     ~Builder();
     Builder(const Builder&) = delete;
     Builder& operator=(const Builder&) = delete;
@@ -49,7 +51,7 @@ public:
 
 private:
     void make(std::shared_ptr<const trace::Geometry> geometry, std::vector<glm::vec3> seeds,
-              const SurfelSettings& settings, bool beside);
+              const SurfelSettings& settings, bool beside, bool cells);
     bool wanted(unsigned links);  // its thread: waits until that is known
 
     std::atomic<std::shared_ptr<const Transport>> newest_;

@@ -15,6 +15,7 @@ layout(binding = 1) uniform sampler2DArray indirect_layers;  // rgb, lux per wei
 layout(binding = 2) uniform sampler2D albedo;
 layout(binding = 3) uniform sampler2D emissive;              // cd/m²
 layout(binding = 5) uniform sampler2DArray besides;          // light without a layer: direct, after bounces
+layout(location = 6) uniform bool indirect_in_layers;        // else `besides` has it of all luminaires
 layout(location = 5) uniform vec2 besides_unit_lx;           // lux per value of it; 0: there is none
 layout(binding = 4) uniform samplerCube cube;                // mask and rsm views
 layout(binding = 8) uniform sampler2D gbuffer_depth;
@@ -82,7 +83,8 @@ void main() {
         direct_lx += weights[k].rgb.rgb * texelFetch(direct_layers, ivec3(pixel, k), 0).r;
 #endif
 #if VIEW != VIEW_DIRECT
-        indirect_lx += weights[k].rgb.rgb * texelFetch(indirect_layers, ivec3(pixel, k), 0).rgb;
+        if (indirect_in_layers)
+            indirect_lx += weights[k].rgb.rgb * texelFetch(indirect_layers, ivec3(pixel, k), 0).rgb;
 #endif
     }
     vec3 rho_over_pi = texelFetch(albedo, pixel, 0).rgb / 3.14159265358979;

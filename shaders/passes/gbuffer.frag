@@ -9,6 +9,10 @@ layout(location = 1) out vec4 out_albedo;  // linear reflectance
 #ifdef EMISSIVE
 layout(location = 2) out vec4 out_emissive;  // cd/m²
 #endif
+#ifdef CELLS
+#include "lib/cell.glsl"
+layout(location = CELLS) out uvec2 out_cell;
+#endif
 void main() {
     vec4 color = material_base_color(uv);
 #ifdef MASKED
@@ -22,5 +26,8 @@ void main() {
     emitted *= texture(emissive_texture, uv).rgb;
 #endif
     out_emissive = vec4(emitted, 1.0);
+#endif
+#ifdef CELLS
+    out_cell = cell_of_fragment();
 #endif
 }

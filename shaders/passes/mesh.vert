@@ -8,6 +8,11 @@ layout(location = 3) in vec4 in_row0;      // DrawInstance
 layout(location = 4) in vec4 in_row1;
 layout(location = 5) in vec4 in_row2;
 layout(location = 6) in uint in_face;
+#ifdef CELLS
+layout(location = 7) in uint in_first_triangle;
+out vec3 mesh_position;
+flat out uint first_triangle;
+#endif
 layout(location = 0) uniform mat4 clip_from_local;  // camera only: world axes, camera-relative -> clip
 layout(location = 1) uniform float near_m;          // cube only; depth = near / axis distance (reversed, infinite)
 out vec3 position;  // world axes, relative to the camera or the light, m
@@ -20,6 +25,10 @@ void main() {
     // Cofactors: the inverse transpose without its division, so that flattened meshes stay finite.
     normal = cross(m[1], m[2]) * in_normal.x + cross(m[2], m[0]) * in_normal.y + cross(m[0], m[1]) * in_normal.z;
     uv = in_uv;
+#ifdef CELLS
+    mesh_position = in_position;
+    first_triangle = in_first_triangle;
+#endif
 #ifdef CUBE
     vec3 q = cube_project(int(in_face), position);
     gl_Position = vec4(q.xy, near_m, q.z);

@@ -20,12 +20,13 @@ struct DrawInstance {
     vec4 row1;
     vec4 row2;
     uint face;  // cube face 0..5 = +X -X +Y -Y +Z -Z; 0 for the camera
+    uint first_triangle;  // of the instance among all
     uint pad0;
     uint pad1;
-    uint pad2;
 };
 
 #define GONIO_MAX_LAYERS 64
+#define GONIO_NO_SURFEL 65535u
 #define GONIO_MAX_SEED_DIRECTIONS 4096
 
 #ifdef __cplusplus

@@ -84,7 +84,7 @@ protected:
     }
     // Passes that find the surfaces that the camera sees.
     static Ran surfaces() {
-        return shadow_maps() ? Ran{"gbuffer", "gbuffer-readback", "gather-weights"} : Ran{"gbuffer", "gather-weights"};
+        return {"gbuffer", "gather-weights"};
     }
     // The named passes of a light.
     static Ran of(const std::string& light, const std::vector<std::string>& names) {

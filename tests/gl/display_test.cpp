@@ -10,9 +10,20 @@ namespace {
 std::shared_ptr<const std::vector<std::uint8_t>> picture(Renderer::Gather gather, Scene scene, View view) {
     Renderer renderer(context(), gather);
     make_coarse(renderer);
+    renderer.set_refinement(true);  // at rest both gather at every pixel
     scene.view = view;
-    renderer.begin_frame(scene, monotonic_ns());
-    return renderer.finish_frame(true)->nv12;
+    std::shared_ptr<const std::vector<std::uint8_t>> newest;
+    const auto frame = [&] {
+        renderer.begin_frame(scene, monotonic_ns());
+        const auto done = renderer.finish_frame(true);
+        if (done->nv12) newest = done->nv12;
+        return done->report.settled();
+    };
+    while (!frame()) {
+    }
+    while (!renderer.refined(scene)) renderer.refine(scene, [] { return false; });
+    frame();
+    return newest;
 }
 
 // How two pictures differ: the share of values that are more than 2 codes apart, and the mean difference in codes.

@@ -164,9 +164,10 @@ TEST_F(Summed, ACaptureAndTheOtherViewsShowThem) {
 TEST_F(Summed, FiveHundredAndAThousand) {
     const Scene whole = parted(1);
     const auto direct = lit(whole, false), indirect = lit(whole, true);
+    const double limit = gather() == Renderer::Gather::gl ? 0.02 : 0.01;  // rays beside a shadow map
     for (const std::size_t lights : {std::size_t{500}, kMaxLights}) {
         const Scene scene = parted(lights);
-        EXPECT_LT(difference(direct, lit(scene, false)), 0.01) << lights;
+        EXPECT_LT(difference(direct, lit(scene, false)), limit) << lights;
         EXPECT_LT(difference(indirect, lit(scene, true)), 0.01) << lights;
         if (lights < kMaxLights) continue;
         const auto reading = [&](const Scene& of) {

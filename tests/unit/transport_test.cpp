@@ -19,7 +19,7 @@ struct Made {
     explicit Made(const Scene& scene)
         : geometry(std::make_shared<const trace::Geometry>(scene.asset)),
           light(geometry->local(scene.lights.at(0).position)),
-          builder(geometry, {light}, {}, kMostBlockLinks, false) {
+          builder(geometry, {light}, {}, kMostBlockLinks, false, false) {
         builder.wait();
         transport = builder.newest();
         const Surfels& s = surfels();
@@ -141,7 +141,7 @@ TEST(Transport, NothingLeaksThroughAWall) {
     scene.lights[0].position = {1.0, 2.0, 1.0};
     const auto geometry = std::make_shared<const trace::Geometry>(asset);
     // Both halves have surfels.
-    Builder builder(geometry, {geometry->local({1, 2, 1}), geometry->local({3, 2, 1})}, {}, kMostBlockLinks, false);
+    Builder builder(geometry, {geometry->local({1, 2, 1}), geometry->local({3, 2, 1})}, {}, kMostBlockLinks, false, false);
     builder.wait();
     const auto transport = builder.newest();
     const Surfels& s = transport->surface->surfels;
@@ -184,7 +184,7 @@ TEST(Transport, KeepsToItsBytes) {
     const std::vector<glm::vec3> seeds = {geometry->local(scene.lights[0].position)};
     SurfelSettings settings;
     settings.bytes = std::size_t{16} << 20;
-    Builder builder(geometry, seeds, settings, kMostLinks, false);
+    Builder builder(geometry, seeds, settings, kMostLinks, false, false);
     builder.wait();
     EXPECT_LE(builder.newest()->bytes(), settings.bytes);
     EXPECT_GT(builder.newest()->bytes(), settings.bytes / 2);

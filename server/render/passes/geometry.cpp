@@ -30,10 +30,13 @@ PassRun run_gbuffer(const PassContext& context) {
     const Target& target = context.target;
     begin_raster(target.gbuffer.id(), target.width_px, target.height_px);
     const float zero[4] = {0, 0, 0, 0};
+    const GLuint none[4] = {};
     for (int i = 0; i < (target.emissive ? 3 : 2); ++i)
         glClearNamedFramebufferfv(target.gbuffer.id(), GL_COLOR, i, zero);
+    if (target.cell) glClearNamedFramebufferuiv(target.gbuffer.id(), GL_COLOR, target.emissive ? 3 : 2, none);
     glClearNamedFramebufferfv(target.gbuffer.id(), GL_DEPTH, 0, zero);
-    return context.geometry.draw(GpuScene::Mode::gbuffer, context.programs, context.eye.position,
+    const auto mode = target.cell ? GpuScene::Mode::gbuffer_cells : GpuScene::Mode::gbuffer;
+    return context.geometry.draw(mode, context.programs, context.eye.position,
                                  clip_from_local(context.eye, context.geometry.near_m()), 1);
 }
 

@@ -101,7 +101,7 @@ PassRun run_gather_weights(const PassContext& context) {
         screen.weights = {};
         return {};
     }
-    const bool drawn_here = context.layers_on_cpu && !context.clusters.empty();
+    const bool drawn_here = (context.layers_on_cpu || context.gathers) && !context.clusters.empty();
     shade::find_surfels(screen.surfaces, drawn_here ? &screen.raster : nullptr, context.looks, screen.grid,
                         *context.transport, screen.weights, context.pool);
     return {};
@@ -222,6 +222,13 @@ PassRun run_gather_emitted(const PassContext& context) {
     screen.emitted.passes = 0;
     screen.emitted.version = ++screen.writes;
     for (const int after_bounces : {0, 1}) {
+        if (context.gathers) {  // run_besides does
+            transport::Table table;
+            transport::make_table(after_bounces != 0 ? light.indirect : light.direct, table, context.pool);
+            screen.emitted.unit_lx[static_cast<std::size_t>(after_bounces)] = table.unit;
+            screen.emitted.pixels[static_cast<std::size_t>(after_bounces)].clear();
+            continue;
+        }
         shade::Planes planes = after_bounces != 0
                                    ? gathered(context, light)
                                    : shade::irradiance_at_grid(screen.grid, screen.weights, light.direct, context.pool);
@@ -241,8 +248,11 @@ PassRun run_gather_emitted(const PassContext& context) {
 PassRun run_gather_merged(const PassContext& context, Together which) {
     ScreenLight& screen = *context.target.screen;
     ScreenLight::Merged& merged = merged_of(context.target, which);
-    shade::upsample(screen.surfaces, screen.grid, gathered(context, merged.irradiance),
-                    which == Together::summed ? screen.summed.pixels[1] : merged.indirect, context.pool);
+    if (context.gathers)
+        screen.summed.pixels[1].clear();  // run_besides gathers it
+    else
+        shade::upsample(screen.surfaces, screen.grid, gathered(context, merged.irradiance),
+                        which == Together::summed ? screen.summed.pixels[1] : merged.indirect, context.pool);
     if (which == Together::summed) {
         screen.summed.passes = 0;
         screen.summed.version = ++screen.writes;
@@ -271,8 +281,8 @@ const std::vector<std::uint16_t>& links_of(const Point& point, const PassContext
     ids.resize(kMeterLinks);
     trace::HitPacket hits;
     for (unsigned k = 0; k < kMeterLinks; k += trace::kPacket)
-        transport::follow(transport::make_fan(point.start, point.n, point.n, transport::fan_directions(1, k)), context.traced, surface.surfels,
-                          *surface.cells, hits, ids.data() + k);
+        transport::follow(transport::make_fan(point.start, point.n, point.n, transport::fan_directions(1, k)),
+                          context.traced, surface.surfels, *surface.cells, hits, ids.data() + k);
     return ids;
 }
 

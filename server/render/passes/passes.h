@@ -36,6 +36,9 @@ struct PassContext {
     int bounces = trace::kAllBounces;                 // or 1, or 0: of captures and meters
     bool rests = false;                               // nothing it lights moves: solve to the end
     bool layers_on_cpu = false;   // what the CPU shades stays there; run_layers takes it to the target's textures
+    bool gathers = false;         // shaders gather the indirect light of the live picture
+    bool merged = false;          // it is of all luminaires at once
+    bool besides = false;         // Target::besides is a part of the picture
     std::size_t effort = 0;       // index into kEfforts
     std::span<const int> layers;  // by light: where its own light is kept; -1: it is summed with others
     // By id of a light with a layer: its weight in the sum, which it is still in, though its level has changed since.
@@ -70,10 +73,12 @@ PassRun run_grid(const PassContext& context);
 // Direct light of a luminaire at the transport's surfels; every bounce among them.
 PassRun run_surfels(const PassContext& context, const Light& light, LightGpu& gpu);
 PassRun run_solve(const PassContext& context, LightGpu& gpu);
-// How the grid's points see the surfels.
+// How the grid's points see the surfels; how the pixels do, by shader.
 PassRun run_gather_weights(const PassContext& context);
-// Irradiance at the target's pixels, into a layer.
+PassRun run_gather_weights_gl(const PassContext& context);
+// Irradiance at the target's pixels, into a layer; the same by shader.
 PassRun run_gather(const PassContext& context, const LightGpu& gpu, int layer);
+PassRun run_gather_gl(const PassContext& context, const LightGpu& gpu, int layer);
 // The same, and that of emissive surfaces, by a final gather (server/shade/final_gather.h) of all luminaires at once:
 // of captures.
 PassRun run_final_gather(const PassContext& context, std::span<LightGpu* const> lights);
@@ -113,7 +118,8 @@ PassRun run_solve_merged(const PassContext& context, Together which);
 PassRun run_gather_merged(const PassContext& context, Together which);
 // Whether the last run of run_solve_merged went on until no bounce brought anything.
 bool merged_converged(const Target& target, Together which);
-// Light without a layer -> the target's texture, for run_composite.
+// Light without a layer, and where shaders gather that of all luminaires at once -> the target's texture, for
+// run_composite.
 PassRun run_besides(const PassContext& context);
 // All layers on the CPU -> NV12 on the CPU: the beauty, direct and indirect views. merged: what the list's passes made
 // instead.

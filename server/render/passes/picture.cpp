@@ -41,8 +41,9 @@ PassRun run_composite(const PassContext& context, View view, const LightGpu* sho
     if (target.emissive) glBindTextureUnit(3, target.emission.id());
     glBindTextureUnit(5, target.besides.id());
     const std::array<float, 2>& unit_lx = target.screen->besides_unit_lx;
-    const float has = context.scene.technique == Technique::standard ? 1.0f : 0.0f;  // seed: of an earlier frame
+    const float has = context.besides ? 1.0f : 0.0f;  // else of an earlier frame
     glProgramUniform2f(program, 5, has * unit_lx[0], has * unit_lx[1]);
+    glProgramUniform1i(program, 6, context.merged ? 0 : 1);
     glBindTextureUnit(8, target.depth.id());
     float scale = 1.0f;
     if (shown != nullptr) {

@@ -38,7 +38,7 @@ struct ScreenLight {
         unsigned passes = 0;                               // of the final gather that are in the second
         std::uint64_t version = 0;                         // another one with every change
     } emitted, summed;
-    std::array<float, 2> besides_unit_lx{};                 // of Target::besides, which is both
+    std::array<float, 2> besides_unit_lx{};                 // of Target::besides, which is all of it
     std::array<PointLight, 2> emitted_point, summed_point;  // of meters, lux
     // The final gather that is at work.
     struct Gathering {
@@ -62,7 +62,12 @@ struct ScreenLight {
         shade::Lattice lattice;
         std::vector<std::uint16_t> direct, indirect;  // 4 per pixel, per cd of the list's reference × the layers' unit
     } merged, summed_list;                            // of luminaires with layers while those are old; of the others
-    shade::Raster raster;                             // of it, where the G-buffer is read from GL, the colours only
+    struct OnGpu {                                    // where shaders gather: what they read
+        std::shared_ptr<const transport::Transport::Surface> surface;
+        std::shared_ptr<const transport::CellMap::Table> cells;
+        gl::Buffer surfels, around, triangle_buffer, cell_buffer;
+    } on_gpu;
+    shade::Raster raster;  // of it, where the G-buffer is read from GL, the colours only
     std::shared_ptr<std::vector<std::uint8_t>> nv12;
     std::vector<std::shared_ptr<std::vector<std::uint8_t>>> pictures;  // made before; those nobody holds are used again
 };

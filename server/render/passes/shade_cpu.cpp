@@ -326,29 +326,6 @@ PassRun run_direct_merged(const PassContext& context, Together which) {
     return {};
 }
 
-PassRun run_besides(const PassContext& context) {
-    ScreenLight& screen = *context.target.screen;
-    const shade::Surfaces& s = screen.surfaces;
-    screen.summed.gain = static_cast<float>(context.scene.master_ratio);
-    screen.besides_unit_lx = {};
-    for (const std::size_t part : {0u, 1u}) {
-        std::vector<float> sum(4 * s.depth.size(), 0.0f);
-        float greatest = 0.0f;
-        for (const ScreenLight::Besides* besides : {&screen.emitted, &screen.summed}) {
-            if (!(besides->unit_lx[part] > 0.0f) || besides->pixels[part].size() != sum.size()) continue;
-            for (std::size_t i = 0; i < sum.size(); ++i) {
-                sum[i] += glm::unpackHalf1x16(besides->pixels[part][i]) * besides->gain * besides->unit_lx[part];
-                if (i % 4 != 3) greatest = std::max(greatest, sum[i]);
-            }
-        }
-        if (!(greatest > 0.0f)) continue;
-        for (float& value : sum) value *= 1000.0f / greatest;  // half floats hold the rest to 2^-24 of it
-        screen.besides_unit_lx[part] = greatest / 1000.0f;
-        upload(context.target.besides, s, static_cast<int>(part), GL_RGBA, GL_FLOAT, sum.data());
-    }
-    return {};
-}
-
 PassRun run_composite_cpu(const PassContext& context, View view, std::span<const LightGpu* const> lights, bool merged) {
     ScreenLight& screen = *context.target.screen;
     const Scene& scene = context.scene;

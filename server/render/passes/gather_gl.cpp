@@ -1,0 +1,165 @@
+// The indirect light of the live picture where shaders make it: irradiance at the surfels goes up, each pixel blends
+// that of those around it; nothing is read back.
+#include <algorithm>
+#include <glm/gtc/packing.hpp>
+
+#include "server/render/passes/passes.h"
+#include "server/render/passes/screen.h"
+#include "server/render/passes/screen_light.h"
+
+namespace gonio {
+namespace {
+
+constexpr float kGreatestHalf = 65504.0f;
+
+// Brings the surfels and cells of the transport to the GPU, where they are not there yet.
+void upload_surfels(const PassContext& context) {
+    ScreenLight::OnGpu& own = context.target.screen->on_gpu;
+    const transport::Transport& transport = *context.transport;
+    const transport::Surfels& surfels = transport.surface->surfels;
+    if (own.surface != transport.surface) {
+        own.surface = transport.surface;
+        std::vector<glm::vec4> places(2 * (surfels.count + 1), glm::vec4(0.0f));
+        for (std::size_t i = 0; i < surfels.count; ++i) {
+            places[2 * i] = glm::vec4(surfels.position(i), 0.0f);
+            places[2 * i + 1] = glm::vec4(surfels.normal(i), 0.0f);
+        }
+        own.surfels = gl::make_buffer("surfels", places.size() * sizeof(glm::vec4), places.data());
+        own.around =
+            gl::make_buffer("surfels around", surfels.count * sizeof(surfels.neighbours[0]), surfels.neighbours.data());
+    }
+    if (own.cells != transport.cells) {
+        own.cells = transport.cells;
+        const auto& [triangles, cells] = *transport.cells;
+        own.triangle_buffer =
+            gl::make_buffer("triangles of cells", triangles.size() * sizeof(glm::uvec2), triangles.data());
+        own.cell_buffer = gl::make_buffer("cells", cells.size() * sizeof(std::uint16_t), cells.data());
+    }
+}
+
+bool there(const PassContext& context) {
+    return context.transport != nullptr && context.transport->surface->surfels.count > 0;
+}
+
+// Draws what the pixels see of the light of the surfels. unit: of the table's values in the layer's. add: to what is
+// there.
+void draw_irradiance(const PassContext& context, GLuint framebuffer, const transport::Table& table, float unit,
+                     bool add) {
+    const Target& target = context.target;
+    const gl::Buffer irradiance =
+        gl::make_buffer("irradiance", table.halves.size() * sizeof(std::uint16_t), table.halves.data());
+    const GLuint program = context.programs.get("passes/screen.vert", "passes/gather.frag");
+    begin_screen(context.programs, framebuffer, program, target.width_px, target.height_px);
+    glProgramUniform1f(program, 1, unit);
+    glProgramUniform1f(program, 2, kGreatestHalf);
+    glBindTextureUnit(0, target.weights.id());
+    glBindTextureUnit(1, target.surfel.id());
+    glBindBufferBase(GL_SHADER_STORAGE_BUFFER, 5, target.screen->on_gpu.around.id());
+    glBindBufferBase(GL_SHADER_STORAGE_BUFFER, 6, irradiance.id());
+    if (add) glEnable(GL_BLEND);
+    glBlendFunc(GL_ONE, GL_ONE);
+    draw_screen();
+    glDisable(GL_BLEND);
+}
+
+}  // namespace
+
+PassRun run_gather_weights_gl(const PassContext& context) {
+    if (!there(context)) return {};
+    upload_surfels(context);
+    const Target& target = context.target;
+    const ScreenLight::OnGpu& own = target.screen->on_gpu;
+    const transport::Surfels& surfels = context.transport->surface->surfels;
+    const GLuint program = context.programs.get("passes/screen.vert", "passes/gather_weights.frag");
+    begin_screen(context.programs, target.weights_fbo.id(), program, target.width_px, target.height_px);
+    bind_surface(program, context, context.traced.origin());  // local places
+    glProgramUniform1ui(program, 1, static_cast<GLuint>(surfels.count));
+    const float reach_m = transport::kBlendRadii * surfels.radius_m;
+    glProgramUniform1f(program, 2, 1.0f / (reach_m * reach_m));
+    glBindTextureUnit(10, target.cell.id());
+    const GLuint buffers[] = {own.triangle_buffer.id(), own.cell_buffer.id(), own.surfels.id(), own.around.id()};
+    for (GLuint i = 0; i < 4; ++i) glBindBufferBase(GL_SHADER_STORAGE_BUFFER, 2 + i, buffers[i]);
+    draw_screen();
+    return {0, 1};
+}
+
+PassRun run_gather_gl(const PassContext& context, const LightGpu& gpu, int layer) {
+    layer_of(*context.target.screen, layer).passes = 0;
+    layer_of(*context.target.screen, layer).version = ++context.target.screen->writes;
+    const GLuint framebuffer = layer_framebuffer(context.target, context.target.indirect.id(), layer);
+    transport::Table table;
+    if (there(context)) transport::make_table(gpu.irradiance.indirect, table, context.pool);
+    if (!(table.unit > 0.0f)) {
+        const float black[4] = {};
+        glClearNamedFramebufferfv(framebuffer, GL_COLOR, 0, black);
+        return {};
+    }
+    draw_irradiance(context, framebuffer, table, table.unit, false);
+    return {0, 1};
+}
+
+PassRun run_besides(const PassContext& context) {
+    ScreenLight& screen = *context.target.screen;
+    const shade::Surfaces& s = screen.surfaces;
+    const double master = context.scene.master_ratio;
+    screen.summed.gain = static_cast<float>(master);
+    screen.besides_unit_lx = {};
+    const transport::Irradiance none, &emitted = there(context) ? context.transport->emitted : none;
+    PassRun run;
+    for (const std::size_t part : {0u, 1u}) {
+        std::vector<float> sum;
+        float greatest_lx = 0.0f;
+        // By shaders; unit_lx: of the table's values.
+        struct Drawn {
+            transport::Table table;
+            float unit_lx;
+        };
+        std::vector<Drawn> drawn;
+        const auto draw = [&](const std::vector<glm::vec4>& at_surfels, float unit_lx) {
+            Drawn one;
+            transport::make_table(at_surfels, one.table, context.pool);
+            one.unit_lx = one.table.unit * unit_lx;
+            if (!(one.unit_lx > 0.0f)) return;
+            greatest_lx += 1000.0f * one.unit_lx;  // of a table, and so of what is blended from it
+            drawn.push_back(std::move(one));
+        };
+        const auto add = [&](const ScreenLight::Besides& besides, const transport::Irradiance& light, float unit_lx) {
+            const std::vector<std::uint16_t>& pixels = besides.pixels[part];
+            if (!(besides.unit_lx[part] > 0.0f)) return;
+            if (context.gathers && pixels.empty()) {
+                draw(part == 0 ? light.direct : light.indirect, unit_lx);
+                return;
+            }
+            sum.resize(pixels.size(), 0.0f);
+            float greatest = 0.0f;
+            for (std::size_t i = 0; i < pixels.size(); ++i) {
+                const float value = glm::unpackHalf1x16(pixels[i]) * besides.gain * besides.unit_lx[part];
+                sum[i] += value;
+                if (i % 4 != 3) greatest = std::max(greatest, value);
+            }
+            greatest_lx += greatest;
+        };
+        add(screen.emitted, emitted, 1.0f);
+        add(screen.summed, screen.summed_list.irradiance, screen.summed.gain * screen.summed.unit_lx[1]);
+        if (context.merged && part == 1)
+            draw(screen.merged.irradiance.indirect, screen.merged.list.reference / context.geometry.layer_unit_m2());
+        if (!(greatest_lx > 0.0f)) continue;
+        const float unit_lx = screen.besides_unit_lx[part] = greatest_lx / 1000.0f;  // halves hold the rest to 2^-24
+        const GLuint framebuffer =
+            layer_framebuffer(context.target, context.target.besides.id(), static_cast<int>(part));
+        if (sum.empty()) {
+            const float black[4] = {};
+            glClearNamedFramebufferfv(framebuffer, GL_COLOR, 0, black);
+        } else {
+            for (float& value : sum) value /= unit_lx;
+            upload(context.target.besides, s, static_cast<int>(part), GL_RGBA, GL_FLOAT, sum.data());
+        }
+        for (const Drawn& one : drawn) {
+            draw_irradiance(context, framebuffer, one.table, one.unit_lx / unit_lx, true);
+            ++run.draws;
+        }
+    }
+    return run;
+}
+
+}  // namespace gonio

@@ -1,0 +1,27 @@
+// Irradiance of the pixels: of the surfels around each (gather_weights.frag).
+#include "shared/layouts.h"
+layout(binding = 0) uniform usampler2D weights;
+layout(binding = 1) uniform usampler2D surfel;
+layout(std430, binding = 5) readonly buffer AroundBlock { uint around[]; };           // sixteen a surfel, two a word
+layout(std430, binding = 6) readonly buffer IrradianceBlock { uvec2 irradiance[]; };  // transport::Table
+layout(location = 1) uniform float unit;      // of its values in the layer's
+layout(location = 2) uniform float greatest;  // that the layer can hold
+layout(location = 0) out vec4 out_irradiance;
+
+void main() {
+    ivec2 pixel = ivec2(gl_FragCoord.xy);
+    uint own = texelFetch(surfel, pixel, 0).r;
+    out_irradiance = vec4(0.0, 0.0, 0.0, 1.0);
+    if (own == GONIO_NO_SURFEL) return;
+    uvec4 bytes = texelFetch(weights, pixel, 0);
+    vec3 sum = vec3(0.0);
+    float all = 0.0;
+    for (uint k = 0u; k < 16u; ++k) {
+        float weight = float(bitfieldExtract(bytes[k >> 2], int(8u * (k & 3u)), 8));
+        if (weight == 0.0) continue;
+        uvec2 halves = irradiance[bitfieldExtract(around[8u * own + (k >> 1)], int(16u * (k & 1u)), 16)];
+        sum += weight * vec3(unpackHalf2x16(halves.x), unpackHalf2x16(halves.y).x);
+        all += weight;
+    }
+    out_irradiance.rgb = min(sum / all * unit, vec3(greatest));
+}
