@@ -16,13 +16,14 @@ public:
     void begin_frame(const Scene& scene, std::int64_t drained_ns) override;
     void set_effort(std::size_t) override {}
     void set_refinement(bool) override {}
+    void set_watched(bool) override {}
     bool refine(const Scene&, const std::function<bool()>&) override { return false; }
     bool refined(const Scene&) override { return true; }
     std::optional<FinishedFrame> finish_frame(bool wait) override;
     std::size_t frames_in_flight() const override { return finished_.size(); }
     bool settled() const override { return true; }
     bool ready(const Scene&) override { return true; }
-    v1::TransportStats transport_stats() const override {
+    v1::TransportStats transport_stats() override {
         v1::TransportStats stats;
         stats.set_ready(true);
         return stats;

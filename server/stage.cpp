@@ -1,6 +1,7 @@
 #include "server/stage.h"
 
 #include <algorithm>
+#include <utility>
 
 #include "protocol/codec.h"
 #include "server/capture_file.h"
@@ -29,6 +30,7 @@ Stage::Stage(std::unique_ptr<LiveRenderer> renderer, Scene scene, std::string re
       changes_(scene_.scene_rev),
       reference_({out_.reply, [&queue] { queue.wake(Queue<Work>::Wake::soon); }}) {
     renderer_->set_refinement(true);
+    renderer_->set_watched(watched_);
 }
 
 void Stage::answer(const Work& work, v1::ServerMessage message) {
@@ -60,6 +62,7 @@ bool Stage::draws(const Draw& draw) {
 void Stage::set_renderer(std::unique_ptr<LiveRenderer> renderer) {
     renderer_ = std::move(renderer);
     renderer_->set_refinement(true);
+    renderer_->set_watched(watched_);
     ++gpu_resets_;
     rendered_rev_ = 0;
     better_ = refined_ = false;
@@ -476,6 +479,10 @@ void Stage::begin_frame(std::int64_t drained_ns) {
         better_ = false;
         refined_ = renderer_->refined(scene_);
     });
+}
+
+void Stage::set_watched(bool watched) {
+    if (std::exchange(watched_, watched) != watched && renderer_) renderer_->set_watched(watched);
 }
 
 bool Stage::lights_anew() const {

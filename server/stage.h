@@ -107,7 +107,7 @@ public:
     // refinement; INT64_MAX: nothing.
     std::int64_t rest_in_ns() const;
     // While nobody looks, the picture is not refined, and what was asked for is all there is.
-    void set_watched(bool watched) { watched_ = watched; }
+    void set_watched(bool watched);
     // Whether the picture can be refined: it shows the scene as it stands, and somebody looks.
     bool refinable() const { return watched_ && !frame_wanted() && budget_.chosen() == 0 && !refined_; }
     // Whether no picture will come until something changes.

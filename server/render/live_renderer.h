@@ -53,6 +53,9 @@ public:
     virtual void set_effort(std::size_t effort) = 0;
     // Whether the live picture gets better while nothing moves; by default it stays as it is.
     virtual void set_refinement(bool wanted) = 0;
+    // Whether anybody looks; by default somebody does. While nobody does, nor asks for a capture, a meter or the
+    // transport itself, nothing of the transport is made.
+    virtual void set_watched(bool watched) = 0;
     // Does a part of that, up to some 0.2 s, for the scene of the last begin_frame. interrupted: asked every
     // few milliseconds, whether to stop at once. Result: whether another frame of the same scene shows something
     // better.
@@ -67,8 +70,8 @@ public:
     virtual bool settled() const = 0;
     // Whether captures and meters of this scene can be made, of all the light there is to be; begins what that needs.
     virtual bool ready(const Scene& scene) = 0;
-    // Result: what is known of the scene's transport (PROTOCOL.md).
-    virtual v1::TransportStats transport_stats() const = 0;
+    // Result: what is known of the scene's transport (PROTOCOL.md). From then on it is made, looked at or not.
+    virtual v1::TransportStats transport_stats() = 0;
 
     // Starts a capture of the scene as it is now, at its own size; the live passes stay clean. raw: values in the
     // view's unit (lux, cd/m², cd, m) in full precision instead of display colours. Sizes are at least 1.

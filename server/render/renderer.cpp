@@ -207,6 +207,7 @@ void Renderer::prepare_transport(const Scene& scene) {
         builder_ = std::make_shared<transport::Builder>(traced_, seeds_, surfels_,
                                                         std::min(links_, transport::kMostBlockLinks), transport_beside_,
                                                         !direct_by_rays_);
+        if (transport_beside_) builder_->hold(!watched_);
         if (own != known.end()) known.erase(own);
         known.push_back({scene.asset, links_, !direct_by_rays_, seeds_, builder_});
     };
@@ -249,9 +250,15 @@ void Renderer::prepare_transport(const Scene& scene) {
     ++generation_;
 }
 
+void Renderer::set_watched(bool watched) {
+    watched_ = watched;
+    if (builder_ && transport_beside_) builder_->hold(!watched);
+}
+
 bool Renderer::ready(const Scene& scene) {
     if (scene.technique != Technique::standard) return true;
     prepare(scene, false);
+    builder_->hold(false);
     return builder_->done() && !newer_transport();
 }
 
@@ -326,14 +333,15 @@ bool Renderer::refined(const Scene& scene) {
     return true;
 }
 
-v1::TransportStats Renderer::transport_stats() const {
+v1::TransportStats Renderer::transport_stats() {
+    if (builder_) builder_->hold(false);
     v1::TransportStats stats;
     stats.set_ready(builder_ && builder_->done());
-    if (transport_) {
-        stats.set_surfels(static_cast<std::uint32_t>(transport_->surface->surfels.count));
-        stats.set_links_per_surfel(transport_->links.per_surfel());
-        stats.set_bytes(static_cast<double>(transport_->bytes()));
-        stats.set_seconds(transport_->seconds);
+    if (const auto newest = builder_ && builder_->newest() ? builder_->newest() : transport_) {
+        stats.set_surfels(static_cast<std::uint32_t>(newest->surface->surfels.count));
+        stats.set_links_per_surfel(newest->links.per_surfel());
+        stats.set_bytes(static_cast<double>(newest->bytes()));
+        stats.set_seconds(newest->seconds);
     }
     return stats;
 }

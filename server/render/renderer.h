@@ -47,6 +47,7 @@ public:
     void begin_frame(const Scene& scene, std::int64_t drained_ns) override;
     void set_effort(std::size_t effort) override { effort_ = effort; }
     void set_refinement(bool wanted) override { refines_ = wanted; }
+    void set_watched(bool watched) override;
     bool refine(const Scene& scene, const std::function<bool()>& interrupted) override;
     bool refined(const Scene& scene) override;
     std::optional<FinishedFrame> finish_frame(bool wait) override;
@@ -81,7 +82,7 @@ public:
     // least: those that changed last. The others are summed; one of them that changes has to be taken out of the sum,
     // which lights all the others anew, once.
     void set_layer_bytes(std::size_t bytes) { layer_bytes_ = bytes; }
-    v1::TransportStats transport_stats() const override;
+    v1::TransportStats transport_stats() override;
 
     // From now on visits what every pass writes, of live frames, captures and meters, before anything uses it
     // (server/render/inspect.h). Slow: everything is read back. Empty: stops.
@@ -104,7 +105,7 @@ private:
     bool newer_transport() const { return builder_ && builder_->newest() && builder_->newest() != transport_; }
 
     const bool direct_by_rays_;
-    bool refines_ = false, transport_beside_ = false, settled_ = true;
+    bool watched_ = true, refines_ = false, transport_beside_ = false, settled_ = true;
     std::size_t effort_ = 0;
     int rsm_size_ = kRsmSize;
     Programs programs_;

@@ -86,6 +86,7 @@ Builder::Builder(std::shared_ptr<const trace::Geometry> geometry, std::vector<gl
 
 Builder::~Builder() {
     stopped_ = true;
+    hold(false);
     ++wanted_;
     wanted_.notify_all();
 }
@@ -100,12 +101,22 @@ void Builder::wait() {
     for (unsigned made = made_; made < wanted_; made = made_) made_.wait(made);
 }
 
+void Builder::hold(bool held) {
+    held_ = held;
+    held_.notify_all();
+}
+
+bool Builder::stopped() const {
+    held_.wait(true);
+    return stopped_.load(std::memory_order_relaxed);
+}
+
 bool Builder::wanted(unsigned links) {
     for (unsigned wanted = wanted_; wanted < links; wanted = wanted_) {
         if (stopped_) return false;
         wanted_.wait(wanted);
     }
-    return !stopped_;
+    return !stopped();
 }
 
 void Builder::make(std::shared_ptr<const trace::Geometry> geometry, std::vector<glm::vec3> seeds,
@@ -113,25 +124,25 @@ void Builder::make(std::shared_ptr<const trace::Geometry> geometry, std::vector<
     // Of a machine that is busy it gets a quarter (weights of nice 5 and 0: 335 and 1024), as does what waits for it;
     // SCHED_IDLE gets nothing.
     if (beside) setpriority(PRIO_PROCESS, 0, 5);  // Linux: this thread and those that it starts
+    if (stopped()) return;
     const auto began = std::chrono::steady_clock::now();
     Pool pool;  // its threads are of this one's priority
-    const std::function<bool()> stopped = [this] { return stopped_.load(std::memory_order_relaxed); };
+    const std::function<bool()> ends = [this] { return stopped(); };
     auto surface = std::make_shared<Transport::Surface>();
     surface->geometry = geometry;
     surface->emitters = {geometry, {}, {}, trace::emitters_of(*geometry)};
     add_seeds(surface->emitters, seeds);
-    surface->surfels = place_surfels(*geometry, seeds, within_bytes(settings, *geometry), pool, stopped);
+    surface->surfels = place_surfels(*geometry, seeds, within_bytes(settings, *geometry), pool, ends);
     const Surfels& surfels = surface->surfels;
     if (stopped()) return;
     surface->cells = std::make_unique<const CellMap>(*geometry, surfels,
                                                      settings.bytes / (cells ? 6 : 4));  // a table is half as large
     Irradiance emitted;
-    if (!surface->emitters.emitters.empty())
-        emitted.direct = lit_by_emitters(surfels, surface->emitters, pool, stopped);
+    if (!surface->emitters.emitters.empty()) emitted.direct = lit_by_emitters(surfels, surface->emitters, pool, ends);
     Links links;
     unsigned first = 0, published = 0;
     const auto trace_to = [&](unsigned last) {
-        auto block = trace_links(*geometry, surfels, *surface->cells, first, last - first, pool, stopped);
+        auto block = trace_links(*geometry, surfels, *surface->cells, first, last - first, pool, ends);
         if (block) first = last;
         return block;
     };

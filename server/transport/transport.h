@@ -48,15 +48,18 @@ public:
     void want(unsigned links);
     // Returns when they are there.
     void wait();
+    // Stops working, within some milliseconds, until told to go on.
+    void hold(bool held);
 
 private:
     void make(std::shared_ptr<const trace::Geometry> geometry, std::vector<glm::vec3> seeds,
               const SurfelSettings& settings, bool beside, bool cells);
     bool wanted(unsigned links);  // its thread: waits until that is known
+    bool stopped() const;         // its threads: waits while it is held
 
     std::atomic<std::shared_ptr<const Transport>> newest_;
     std::atomic<unsigned> wanted_, made_ = 0;
-    std::atomic<bool> stopped_ = false;
+    std::atomic<bool> stopped_ = false, held_ = false;
     std::jthread thread_;
 };
 

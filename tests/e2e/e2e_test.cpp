@@ -113,6 +113,23 @@ TEST(Cornell, ReadyStateAndCostTable) {
     EXPECT_FALSE(aim.contains("gbuffer"));
 }
 
+// Nobody looks, nobody asks: no surfel and no link is made.
+TEST(Cornell, NothingIsPreparedForNobody) {
+    DaemonProcess daemon({"--size", "256x256"});
+    std::this_thread::sleep_for(std::chrono::milliseconds(500));
+    const double began_s = cpu_seconds(daemon.pid());
+    std::this_thread::sleep_for(std::chrono::seconds(1));
+    EXPECT_LT(cpu_seconds(daemon.pid()) - began_s, 0.1);
+    Json stats = daemon.json({"stats"});  // which asks for it
+    EXPECT_FALSE(stats["transport_ready"].get<bool>());
+    for (int i = 0; i < 600 && !stats["transport_ready"].get<bool>(); ++i) {
+        std::this_thread::sleep_for(std::chrono::milliseconds(100));
+        stats = daemon.json({"stats"});
+    }
+    EXPECT_TRUE(stats["transport_ready"].get<bool>());
+    EXPECT_GT(stats["transport"]["surfels"].get<int>(), 10'000);
+}
+
 TEST(Cornell, NothingHappensWhileNothingChanges) {
     DaemonProcess daemon({"--size", "256x256"});
     // A viewer watches for the whole test.

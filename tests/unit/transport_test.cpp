@@ -75,7 +75,8 @@ TEST(Transport, SurfelsCoverWhatLightReachesAndNothingElse) {
     std::uint16_t ids[trace::kPacket];
     for (std::size_t i = 0; i < s.count; i += 5) {
         const glm::vec3 p = s.position(i);
-        const Fan fan = make_fan(p + s.geometric[i] * made.geometry->step_off(p), s.normal(i), s.geometric[i], fan_directions(77, 0));
+        const Fan fan = make_fan(p + s.geometric[i] * made.geometry->step_off(p), s.normal(i), s.geometric[i],
+                                 fan_directions(77, 0));
         const unsigned found = follow(fan, *made.geometry, s, *made.transport->surface->cells, hits, ids);
         for (unsigned k = 0; k < trace::kPacket; ++k) {
             if ((found >> k & 1u) == 0) continue;
@@ -141,7 +142,8 @@ TEST(Transport, NothingLeaksThroughAWall) {
     scene.lights[0].position = {1.0, 2.0, 1.0};
     const auto geometry = std::make_shared<const trace::Geometry>(asset);
     // Both halves have surfels.
-    Builder builder(geometry, {geometry->local({1, 2, 1}), geometry->local({3, 2, 1})}, {}, kMostBlockLinks, false, false);
+    Builder builder(geometry, {geometry->local({1, 2, 1}), geometry->local({3, 2, 1})}, {}, kMostBlockLinks, false,
+                    false);
     builder.wait();
     const auto transport = builder.newest();
     const Surfels& s = transport->surface->surfels;
@@ -240,6 +242,23 @@ TEST(Transport, DegenerateTriangles) {
     const Made made(scene);
     EXPECT_GT(made.surfels().count, 1000u);
     for (const glm::vec4& value : made.irradiance.indirect) EXPECT_TRUE(std::isfinite(value.g));
+}
+
+// Nobody looks, nobody asks: nothing is made; and it ends though it is held.
+TEST(Transport, IsHeldAndGoesOn) {
+    const auto geometry = std::make_shared<const trace::Geometry>(make_cornell());
+    const std::vector<glm::vec3> seeds = {geometry->local({0.0, 1.0, 0.0})};
+    Builder held(geometry, seeds, {}, kMostBlockLinks, false, false);
+    held.hold(true);
+    Builder free(geometry, seeds, {}, kMostBlockLinks, false, false);
+    free.wait();
+    EXPECT_EQ(held.newest(), nullptr);
+    held.hold(false);
+    held.wait();
+    ASSERT_NE(held.newest(), nullptr);
+    EXPECT_EQ(held.newest()->surface->surfels.count, free.newest()->surface->surfels.count);
+    Builder never(geometry, seeds, {}, kMostBlockLinks, false, false);
+    never.hold(true);
 }
 
 }  // namespace
