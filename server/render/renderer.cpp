@@ -182,6 +182,7 @@ namespace {
 // while anybody holds the scene. Render thread.
 struct Known {
     std::weak_ptr<const SceneAsset> asset;
+    transport::SurfelSettings surfels;
     unsigned links = 0;
     bool cells = false;
     std::vector<glm::vec3> seeds;
@@ -199,7 +200,8 @@ std::deque<Known>& known_transports() {
 void Renderer::prepare_transport(const Scene& scene) {
     auto& known = known_transports();
     const auto own = std::find_if(known.begin(), known.end(), [&](const Known& one) {
-        return one.asset.lock() == scene.asset && one.links == links_ && (one.cells || direct_by_rays_);
+        return one.asset.lock() == scene.asset && one.surfels == surfels_ && one.links == links_ &&
+               (one.cells || direct_by_rays_);
     });
     std::vector<glm::vec3> places = {traced_->local(scene.camera.eye)};
     for (const Light& light : scene.lights) places.push_back(traced_->local(light.position));
@@ -209,7 +211,7 @@ void Renderer::prepare_transport(const Scene& scene) {
                                                         !direct_by_rays_);
         if (transport_beside_) builder_->hold(!watched_);
         if (own != known.end()) known.erase(own);
-        known.push_back({scene.asset, links_, !direct_by_rays_, seeds_, builder_});
+        known.push_back({scene.asset, surfels_, links_, !direct_by_rays_, seeds_, builder_});
     };
     if (!builder_ && own != known.end()) {
         builder_ = own->builder;

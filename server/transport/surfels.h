@@ -58,6 +58,7 @@ struct SurfelSettings {
     // Of surfels, cells (a quarter of it) and links; each triangle takes 16 bytes and there are 1,000 surfels though it
     // were exceeded.
     std::size_t bytes = std::size_t{256} << 20;
+    bool operator==(const SurfelSettings&) const = default;
 };
 // seeds: places that light comes from or is looked at from, local; walks from them decide which surfaces are reached.
 // stopped: asked now and then; when true the result is empty.

@@ -46,7 +46,7 @@ Difference between(const Scene& scene, View view) {
 
 // Direct light differs at shadow edges only (rays against a shadow map), the rest by rounding.
 TEST(Display, TheCpuShowsWhatShadersShow) {
-    Scene scene = scene_of(make_cornell());
+    Scene scene = scene_of(builtin("cornell"));
     scene.camera.eye += glm::dvec3(0.013, 0.007, 0.0);  // else edges of the room run through the centres of pixels
     scene.width_px = 272;                               // not a multiple of the kernels' 64 pixels
     scene.height_px = 250;
@@ -62,7 +62,7 @@ TEST(Display, TheCpuShowsWhatShadersShow) {
 // Textures, alpha masks, two-sided leaves and small triangles: the CPU rasterises what GL does. Levels of textures are
 // told from a triangle's own scale rather than from neighbouring pixels.
 TEST(Display, TheCpuDrawsWhatGlDraws) {
-    Scene scene = scene_of(make_atrium());
+    Scene scene = scene_of(builtin("atrium"));
     scene.width_px = 320;
     scene.height_px = 240;
     // Its light is the same; shadow maps would differ. But where a pixel's rounding decides, another one is its cell's

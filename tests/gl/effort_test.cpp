@@ -14,7 +14,7 @@ namespace {
 // What was made with less effort does not stay: a picture shown after an orbit is that of a renderer which knows no
 // other.
 TEST(Efforts, TheWholePictureComesBack) {
-    Scene scene = scene_of(make_atrium());
+    Scene scene = scene_of(builtin("atrium"));
     scene.width_px = 322;  // not a multiple of the grid's four pixels
     scene.height_px = 182;
     Renderer fresh(context(), Renderer::Gather::simd), moved(context(), Renderer::Gather::simd);

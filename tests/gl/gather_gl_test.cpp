@@ -4,7 +4,6 @@
 #include <map>
 #include <string>
 
-#include "server/assets/assets.h"
 #include "server/scene/apply.h"
 #include "tests/gl/test_context.h"
 #include "tests/scenes/bench_scenes.h"
@@ -15,8 +14,7 @@ namespace {
 class GatherGl : public testing::TestWithParam<const char*> {
 protected:
     Scene scene_of_size(int side_px) const {
-        static const auto cornell = make_cornell(), atrium = make_atrium();
-        Scene scene = scene_of(std::string(GetParam()) == "cornell" ? cornell : atrium);
+        Scene scene = scene_of(builtin(GetParam()));
         scene.width_px = scene.height_px = side_px;
         return scene;
     }

@@ -113,7 +113,7 @@ TEST(Indirect, MaskIntegratesToTheFlux) {
 // all.
 TEST(Indirect, AgreesWithTheReference) {
     Renderer renderer(context(), gather());
-    const Scene scene = scene_of(make_cornell());
+    const Scene scene = scene_of(builtin("cornell"));
     const std::vector<trace::MeterPoint> points = {
         {{-1.999, 1.0, 0.5}, {1, 0, 0}}, {{1.999, 2.2, 0.0}, {-1, 0, 0}},  {{0.0, 3.999, 0.9}, {0, -1, 0}},
         {{0.5, 2.5, -1.999}, {0, 0, 1}}, {{-1.4, 0.001, 1.2}, {0, 1, 0}},  {{-0.5, 3.999, -1.0}, {0, -1, 0}},
@@ -216,7 +216,7 @@ TEST(Indirect, SeedTechniqueReadsTheSphereInTheMean) {
 // the one that `--technique seed` means. Root mean square over the picture, relative to its mean.
 TEST(Indirect, SeedOverTheSphereBeatsSeedInADisk) {
     Renderer renderer(context(), gather());
-    Scene scene = scene_of(make_cornell());
+    Scene scene = scene_of(builtin("cornell"));
     const auto picture = [&](Technique technique, unsigned samples) {
         scene.technique = technique;
         scene.samples = samples;

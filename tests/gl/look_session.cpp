@@ -94,10 +94,18 @@ Traced trace_window(const trace::World& world, const Scene& scene, const Window&
     return traced;
 }
 
+// The same asset for all sessions, which so share surfels that begin at one eye and luminaire: limits are of those.
+const std::shared_ptr<const SceneAsset>& asset_of(const std::string& scene) {
+    static std::map<std::string, std::shared_ptr<const SceneAsset>> assets;
+    auto& asset = assets[scene];
+    if (!asset) asset = *load_scene(scene);
+    return asset;
+}
+
 }  // namespace
 
 LookSession::LookSession(const std::string& scene)
-    : home(scene_of(*load_scene(scene))),
+    : home(scene_of(asset_of(scene))),
       name_(scene),
       windows_(windows_of(scene)),
       renderer_(context(), Renderer::Gather::simd) {

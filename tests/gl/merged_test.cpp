@@ -117,7 +117,7 @@ TEST_P(Merged, ShowsNarrowBeams) {
 // Shadows of things as thin as railings.
 class MergedAtrium : public Merging {
 protected:
-    MergedAtrium() : Merging(*load_scene("atrium")) {}
+    MergedAtrium() : Merging(builtin("atrium")) {}
 };
 TEST_F(MergedAtrium, ShowsTheLightOfTheLuminairesOwnLayers) {
     const Light first = scene.lights[0];

@@ -94,11 +94,11 @@ void moves_smoothly(const std::shared_ptr<const SceneAsset>& asset, const Off& b
 }
 
 TEST(Motion, AMillimetreInCornell) {
-    moves_smoothly(make_cornell(), {0.002, 0.01, 0.03});
+    moves_smoothly(builtin("cornell"), {0.002, 0.01, 0.03});
 }
 
 TEST(Motion, AMillimetreInTheAtrium) {
-    moves_smoothly(make_atrium(), {0.004, 0.02, 0.08});  // small leaves come and go from the light
+    moves_smoothly(builtin("atrium"), {0.004, 0.02, 0.08});  // small leaves come and go from the light
 }
 
 // Receivers at 2 m from the luminaire, relative to their own illuminance; where that is less than a twentieth of the
@@ -115,11 +115,11 @@ void moves_smoothly_at_2_m(const Scene& scene, int step, std::uint32_t samples, 
 
 TEST(Motion, AMillimetreAtTwoMetresInCornell) {
     // The worst are in the sculpture's own shadow, where windows over the grid see round its folds.
-    moves_smoothly_at_2_m(scene_of(make_cornell()), 6, 1024, {0.0025, 0.01, 0.12});
+    moves_smoothly_at_2_m(scene_of(builtin("cornell")), 6, 1024, {0.0025, 0.01, 0.12});
 }
 
 TEST(Motion, AMillimetreAtTwoMetresInTheAtrium) {
-    Scene scene = scene_of(make_atrium());
+    Scene scene = scene_of(builtin("atrium"));
     scene.lights[0].position = {-6.0, 2.0, 0.3};  // above the floor, before the camera
     // All receivers share what is left: VPLs that glide over the flutes of columns turn with them. 1 % is not reached.
     moves_smoothly_at_2_m(scene, 4, 2048, {0.01, 0.02, 0.04});

@@ -16,7 +16,7 @@ namespace {
 using Ran = std::set<std::string>;
 
 struct Refine : testing::Test {
-    Refine() : renderer(context(), Renderer::Gather::simd), scene(scene_of(make_cornell())) {
+    Refine() : renderer(context(), Renderer::Gather::simd), scene(scene_of(builtin("cornell"))) {
         scene.camera.eye += glm::dvec3(0.013, 0.007, 0.0);
         scene.width_px = scene.height_px = 320;
         renderer.set_refinement(true);

@@ -3,6 +3,10 @@
 
 #include <gtest/gtest.h>
 
+#include <memory>
+#include <string_view>
+
+#include "server/assets/assets.h"
 #include "server/gl/context.h"
 #include "server/render/renderer.h"
 #include "tests/scenes/scenes.h"
@@ -18,6 +22,12 @@ Renderer::Gather gather();
 inline void make_coarse(Renderer& renderer) {
     renderer.set_surfels({0.06, 1000, 4000});
     renderer.set_links(128);
+}
+
+// The built-in scenes, the same asset each time: a renderer takes the surfels and links of the one before.
+inline const std::shared_ptr<const SceneAsset>& builtin(std::string_view name) {
+    static const std::shared_ptr<const SceneAsset> cornell = make_cornell(), atrium = make_atrium();
+    return name == "cornell" ? cornell : atrium;
 }
 
 }  // namespace gonio::test
