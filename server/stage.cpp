@@ -521,7 +521,7 @@ void Stage::publish(FinishedFrame frame, std::int64_t readback_ns) {
     if (out_.gpu_lost()) return;
     const auto& passes = frame.report.passes();
     const bool heavy = std::any_of(passes.begin(), passes.end(), [](const v1::PassReport& row) {
-        return row.state() == "ran" && (row.name() == "gather" || row.name() == "direct");
+        return row.state() == "ran" && (row.name().ends_with("gather") || row.name().ends_with("direct"));
     });
     budget_.took(frame.report.frame_ms(), heavy, frame.rendered_ns);
     if (refinable() || (watched_ && budget_.chosen() != 0)) frame.report.set_settled(false);

@@ -26,6 +26,7 @@ struct WebGpu {
     float beam_cos = -1.0f;  // beam_cosine
     bool uniform = false;    // equally spaced angles
     int mask_size = 64;
+    mutable std::shared_ptr<const shade::VplRays> rays;  // where asked for
 };
 
 struct LightGpu {
@@ -65,7 +66,6 @@ struct LightGpu {
     std::vector<float> surfel_direct;  // direct illuminance at the transport's surfels
     bool moves = false;                // it has changed since it was solved
     transport::Irradiance irradiance;
-    std::shared_ptr<const shade::VplRays> rays;  // of `profile`, where asked for
     struct Exact {                               // the first bounce of a narrow light that rests
         shade::VplCast vpls;
         std::vector<glm::vec4> first;

@@ -283,7 +283,7 @@ bool FrameInputs::gathers_by_gl() const {
 }
 
 std::uint64_t FrameInputs::surface() const {
-    return reinterpret_cast<std::uintptr_t>(transport != nullptr ? transport->surface.get() : nullptr);
+    return transport != nullptr ? transport->surface->number : 0;
 }
 
 std::uint64_t FrameInputs::solve_links() const {

@@ -71,7 +71,6 @@ void Renderer::prepare(const Scene& scene, bool live, bool bounces) {
             gpu.web = cached.lock();
             if (!gpu.web) cached = gpu.web = upload_web(*light.profile);
             gpu.profile = light.profile;
-            gpu.rays = nullptr;
         }
         if (gpu.reached_profile_rev != light.profile_rev || gpu.reached_aim_rev != light.aim_rev) {
             gpu.reached_profile_rev = light.profile_rev;
@@ -90,10 +89,12 @@ void Renderer::prepare(const Scene& scene, bool live, bool bounces) {
         return scale < 1.0 ? std::max(16, static_cast<int>(std::lround(side_px * scale / 2.0)) * 2) : side_px;
     };
     const int wide = scaled(scene.width_px), high = scaled(scene.height_px);
-    // What a layer takes of pixels, on the CPU and as textures, and of surfels.
+    // What a layer takes of pixels, on the CPU and as textures, of surfels, and of its cube of depths.
     constexpr std::size_t kPixelBytes = 28, kSurfelBytes = 72;
+    const auto cube = static_cast<std::size_t>(shadow_size_of(scene.lights.size()));
     const std::size_t one = static_cast<std::size_t>(wide) * static_cast<std::size_t>(high) * kPixelBytes +
-                            (transport_ ? transport_->surface->surfels.count * kSurfelBytes : 0);
+                            (transport_ ? transport_->surface->surfels.count * kSurfelBytes : 0) +
+                            (direct_by_rays_ ? 0 : 6 * sizeof(float) * cube * cube);
     layer_count_ = std::clamp<std::size_t>(layer_bytes_ / one, 1, kMostLayers);
     if (scene.technique != Technique::standard) layer_count_ = kMostLayers;
     keep_layers(scene);
@@ -115,19 +116,7 @@ void Renderer::keep_layers(const Scene& scene) {
         in_sum_.clear();
         return;
     }
-    if (last == scene.scene_rev) return;
-    layered_.resize(layer_count_, 0);
-    std::vector<std::pair<Revision, std::uint32_t>> kept;
-    std::vector<const Light*> coming;
-    for (const Light& light : scene.lights) {
-        const Revision placed = std::max({light.position_rev, light.aim_rev, light.profile_rev}),
-                       changed = std::max(placed, light.level_rev);
-        if (std::find(layered_.begin(), layered_.end(), light.id) != layered_.end())
-            kept.emplace_back(changed, light.id);
-        else if (changed > last && last > 0)
-            coming.push_back(&light);
-        if (placed > last) in_sum_.erase(light.id);
-    }
+    if (last == scene.scene_rev && layered_.size() == layer_count_) return;
     const auto take_from = [&](std::uint32_t id) {
         std::replace(layered_.begin(), layered_.end(), id, std::uint32_t{0});
         if (const auto gpu = lights_.find(id); gpu != lights_.end()) {
@@ -139,6 +128,24 @@ void Renderer::keep_layers(const Scene& scene) {
         ledger_.forget_light(id);
         in_sum_.clear();  // the sum is made anew with it
     };
+    while (layered_.size() > layer_count_) {  // the picture is larger than it was
+        if (layered_.back() != 0) take_from(layered_.back());
+        layered_.pop_back();
+    }
+    layered_.resize(layer_count_, 0);
+    std::vector<std::pair<Revision, std::uint32_t>> kept;
+    std::vector<const Light*> coming;
+    for (const Light& light : scene.lights) {
+        const Revision placed = std::max({light.position_rev, light.aim_rev, light.profile_rev}),
+                       changed = std::max(placed, light.level_rev);
+        if (std::find(layered_.begin(), layered_.end(), light.id) != layered_.end())
+            kept.emplace_back(changed, light.id);
+        else if (changed > last && last > 0)
+            coming.push_back(&light);
+        else if (!lights_.at(light.id).irradiance.indirect.empty())
+            take_from(light.id);  // when all had one
+        if (placed > last) in_sum_.erase(light.id);
+    }
     for (const std::uint32_t id : std::vector(layered_)) {
         const bool here = std::any_of(kept.begin(), kept.end(), [&](const auto& one) { return one.second == id; });
         if (id != 0 && !here) take_from(id);
@@ -216,6 +223,7 @@ void Renderer::prepare_transport(const Scene& scene) {
     if (!builder_ && own != known.end()) {
         builder_ = own->builder;
         seeds_ = own->seeds;
+        if (transport_beside_) builder_->hold(!watched_);
     } else if (!builder_) {
         seeds_ = places;
         begin();
@@ -419,6 +427,8 @@ void Renderer::begin_frame(const Scene& scene, std::int64_t drained_ns) {
         weights_.clear();
         for (const Light& light : scene.lights) weights_.emplace(light.id, own_weight(light));
     }
+    else
+        live_.screen->summed = {};
     choose_layers(inputs);
     auto frame = std::make_unique<InFlight>();
     frame->drained_ns = drained_ns;
@@ -583,11 +593,11 @@ v1::MeterReading Renderer::meter(const Scene& scene, const glm::dvec3& point, co
             samples += lit_texels(gpu.texels);
         } else if (metered.technique == Technique::standard) {
             variance += variance_of(point_light(target, static_cast<std::size_t>(layer)), weight);
-            samples = kMeterLinks;
         }
         indirect_lx += weight * bounced;
     }
     if (quality != MeterQuality::rsm && metered.technique == Technique::standard) {
+        samples = kMeterLinks;
         for (const auto& [direct, bounced] : {emitted_point(target), summed_point(target)}) {
             direct_lx += direct.light;
             indirect_lx += bounced.light;

@@ -98,7 +98,7 @@ std::uint32_t CellMap::fill(unsigned instance, unsigned triangle, std::uint32_t 
     return id;
 }
 
-CellMap::Table CellMap::table(bool small, Pool& pool) const {
+CellMap::Table CellMap::table(Pool& pool) const {
     constexpr std::uint32_t kFew = 2;  // cells along an edge
     const auto none = static_cast<std::uint16_t>(surfels_.count);
     Table table;
@@ -116,7 +116,7 @@ CellMap::Table CellMap::table(bool small, Pool& pool) const {
         };
         for (std::uint32_t cell = 0; cell < side * side; ++cell)
             take(cell, cells_[first + cell].load(std::memory_order_relaxed));
-        if (!any && small && side <= kFew) {
+        if (!any && side <= kFew) {
             const std::uint32_t value = fill(instance, triangle, 0, side, front);
             cells_[first].store(value, std::memory_order_relaxed);
             take(0, value);

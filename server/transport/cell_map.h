@@ -22,12 +22,13 @@ public:
     // there; `surfels.count`: none. The same for every place of a cell, unless something stands in the cell.
     std::uint16_t surfel_at(unsigned instance, unsigned triangle, float u, float v, bool front) const;
     // What shaders read in its place: ids by cell, `surfels.count` none. Cells that no ray has ended in yet take after
-    // those next to them. small: of triangles of few cells that no ray has ended on, one is filled.
+    // those next to them; of triangles of few cells that no ray has ended on, one is filled. A cell in which what is seen
+    // differs has the surfel of its middle.
     struct Table {
         std::vector<glm::uvec2> triangles;  // first cell, cells along each edge; the back's follow the front's
         std::vector<std::uint16_t> cells;   // v × that + u
     };
-    Table table(bool small, Pool& pool) const;
+    Table table(Pool& pool) const;
     std::size_t bytes() const { return size_ * sizeof(std::uint32_t) + triangles_.size() * sizeof(Triangle); }
 
 private:

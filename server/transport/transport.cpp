@@ -35,14 +35,14 @@ std::vector<glm::vec4> lit_by_emitters(const Surfels& surfels, const trace::Worl
 }
 
 // As many surfels as fit beside the cells, a few if there is no room.
-SurfelSettings within_bytes(SurfelSettings settings, const trace::Geometry& geometry) {
+SurfelSettings within_bytes(SurfelSettings settings, const trace::Geometry& geometry, bool table) {
     constexpr std::size_t kFewest = 1000;
     // Links and, of those kept in reverse, where they start; places, means, neighbours; darts may pack more densely.
     constexpr std::size_t kEach = (sizeof(std::uint16_t) * kMostLinks + 256) * 11 / 10;
     std::size_t triangles = 0;
     for (const Instance& one : geometry.asset().instances)
         triangles += geometry.asset().meshes[static_cast<std::size_t>(one.mesh)].indices.size() / 3;
-    const std::size_t cells = std::max(settings.bytes / 4, triangles * CellMap::kLeastBytesPerTriangle);
+    const std::size_t cells = std::max(settings.bytes / 4, triangles * (CellMap::kLeastBytesPerTriangle + (table ? 12 : 0)));
     const std::size_t room = settings.bytes > cells ? (settings.bytes - cells) / kEach : 0;
     settings.most = std::clamp(room, kFewest, settings.most);
     settings.least = std::min(settings.least, settings.most);
@@ -128,11 +128,13 @@ void Builder::make(std::shared_ptr<const trace::Geometry> geometry, std::vector<
     const auto began = std::chrono::steady_clock::now();
     Pool pool;  // its threads are of this one's priority
     const std::function<bool()> ends = [this] { return stopped(); };
+    static std::atomic<std::uint64_t> surfaces = 0;
     auto surface = std::make_shared<Transport::Surface>();
+    surface->number = ++surfaces;
     surface->geometry = geometry;
     surface->emitters = {geometry, {}, {}, trace::emitters_of(*geometry)};
     add_seeds(surface->emitters, seeds);
-    surface->surfels = place_surfels(*geometry, seeds, within_bytes(settings, *geometry), pool, ends);
+    surface->surfels = place_surfels(*geometry, seeds, within_bytes(settings, *geometry, cells), pool, ends);
     const Surfels& surfels = surface->surfels;
     if (stopped()) return;
     surface->cells = std::make_unique<const CellMap>(*geometry, surfels,
@@ -154,7 +156,7 @@ void Builder::make(std::shared_ptr<const trace::Geometry> geometry, std::vector<
             emitted.narrow = 0.0f;  // nothing is drawn from where it shines
             std::shared_ptr<const CellMap::Table> table;
             if (cells)
-                table = std::make_shared<const CellMap::Table>(surface->cells->table(first > kGenerations[0], pool));
+                table = std::make_shared<const CellMap::Table>(surface->cells->table(pool));
             newest_ = std::make_shared<const Transport>(Transport{surface, links, emitted, spent.count(), table});
         }
         made_ = first;

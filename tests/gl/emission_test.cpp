@@ -5,6 +5,7 @@
 
 #include "tests/gl/picture_points.h"
 #include "tests/gl/test_context.h"
+#include "tests/scenes/show.h"
 
 namespace gonio::test {
 namespace {
@@ -125,6 +126,40 @@ TEST_P(Emission, SeedHasNoneOfIt) {
     frame();
     for (const bool indirect : {false, true}) {
         for (const glm::vec3& lx : renderer.live_illuminance(scene, indirect)) ASSERT_EQ(lx, glm::vec3(0.0f));
+    }
+}
+
+// Light of luminaires that were summed does not stay when all that remain have layers.
+TEST_P(Emission, SummedLightGoesWithItsLuminaires) {
+    renderer.set_layer_bytes(2 * (160 * 160 * 28 + 20'000 * 72));
+    const Light one = scene.lights[0];
+    for (int i = 0; i < 8; ++i) {
+        scene.lights.push_back(one);
+        scene.lights.back().id = scene.next_light_id++;
+        scene.lights.back().name += std::to_string(i);
+    }
+    scene.lights_rev = ++scene.scene_rev;
+    settle();
+    for (const View view : {View::luminance, View::beauty}) {
+        scene.view = view;
+        scene.view_rev = ++scene.scene_rev;
+        settle();
+    }
+    scene.lights.resize(1);
+    scene.lights_rev = ++scene.scene_rev;
+    scene.view = View::luminance;
+    scene.view_rev = scene.scene_rev;
+    settle();
+    Renderer fresh(context(), GetParam());
+    show(fresh, scene);
+    for (const bool indirect : {false, true}) {
+        const auto shown = renderer.live_illuminance(scene, indirect), wanted = fresh.live_illuminance(scene, indirect);
+        double off = 0.0, sum = 0.0;
+        for (std::size_t i = 0; i < shown.size(); ++i) {
+            off += static_cast<double>(std::abs(shown[i].g - wanted[i].g));
+            sum += static_cast<double>(wanted[i].g);
+        }
+        EXPECT_LT(off, 0.01 * sum);
     }
 }
 

@@ -160,6 +160,23 @@ TEST_F(Summed, ACaptureAndTheOtherViewsShowThem) {
     EXPECT_TRUE(frame(scene).contains("besides") || gather() == Renderer::Gather::gl);
 }
 
+// A smaller picture has room for more layers; the whole one that follows, of the same revision, for fewer again.
+TEST_F(Summed, FewerLayersWhenThePictureGrows) {
+    make_room(4);
+    Scene scene = parted(20);
+    show(renderer, scene);
+    renderer.set_effort(3);
+    for (std::size_t light = 0; light < 8; ++light) level(scene, light, 0.9);
+    show(renderer, scene);
+    renderer.set_effort(0);
+    const auto whole = lit(scene, true);
+    Renderer fresh(context(), gather());
+    make_coarse(fresh);
+    show(fresh, scene);
+    EXPECT_LT(difference(fresh.live_illuminance(scene, true), whole), 0.01);
+    EXPECT_LT(difference(fresh.live_illuminance(scene, false), renderer.live_illuminance(scene, false)), 0.02);
+}
+
 // As many as a scene holds.
 TEST_F(Summed, FiveHundredAndAThousand) {
     const Scene whole = parted(1);

@@ -186,12 +186,14 @@ TEST(Transport, KeepsToItsBytes) {
     const std::vector<glm::vec3> seeds = {geometry->local(scene.lights[0].position)};
     SurfelSettings settings;
     settings.bytes = std::size_t{16} << 20;
-    Builder builder(geometry, seeds, settings, kMostLinks, false, false);
-    builder.wait();
-    EXPECT_LE(builder.newest()->bytes(), settings.bytes);
-    EXPECT_GT(builder.newest()->bytes(), settings.bytes / 2);
-    EXPECT_EQ(builder.newest()->links.per_surfel(), kMostBlockLinks);
-    EXPECT_GT(builder.newest()->surface->surfels.count, 1000u);
+    for (const bool cells : {false, true}) {
+        Builder builder(geometry, seeds, settings, kMostLinks, false, cells);
+        builder.wait();
+        EXPECT_LE(builder.newest()->bytes(), settings.bytes);
+        EXPECT_GT(builder.newest()->bytes(), settings.bytes / 2);
+        EXPECT_EQ(builder.newest()->links.per_surfel(), kMostBlockLinks);
+        EXPECT_GT(builder.newest()->surface->surfels.count, 1000u);
+    }
 }
 
 // A room whose walls all emit L: E0 = pi L everywhere, and with every bounce E0 / (1 - rho).

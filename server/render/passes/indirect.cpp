@@ -19,12 +19,13 @@ using transport::Transport;
 
 constexpr unsigned kVplsAtRest = 1024;  // of the picture
 
-const shade::VplRays& rays_of(const Light& light, LightGpu& gpu, unsigned count) {
-    if (!gpu.rays)
-        gpu.rays = std::make_shared<const shade::VplRays>(light.profile, count);
-    else if (gpu.rays->asked != count)  // a meter's beside the picture's: of the same table of directions
-        gpu.rays = std::make_shared<const shade::VplRays>(gpu.rays->table, count);
-    return *gpu.rays;
+const shade::VplRays& rays_of(const Light& light, const LightGpu& gpu, unsigned count) {
+    std::shared_ptr<const shade::VplRays>& rays = gpu.web->rays;
+    if (!rays)
+        rays = std::make_shared<const shade::VplRays>(light.profile, count);
+    else if (rays->asked != count)  // a meter's beside the picture's: of the same table of directions
+        rays = std::make_shared<const shade::VplRays>(rays->table, count);
+    return *rays;
 }
 
 bool there(const PassContext& context) {

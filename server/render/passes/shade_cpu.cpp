@@ -329,8 +329,6 @@ PassRun run_direct_merged(const PassContext& context, Together which) {
 PassRun run_composite_cpu(const PassContext& context, View view, std::span<const LightGpu* const> lights, bool merged) {
     ScreenLight& screen = *context.target.screen;
     const Scene& scene = context.scene;
-    if (std::none_of(context.layers.begin(), context.layers.end(), [](int layer) { return layer < 0; }))
-        screen.summed = {};
     screen.summed.gain = static_cast<float>(scene.master_ratio);
     shade::Display display;
     display.width = screen.surfaces.width;
