@@ -66,7 +66,7 @@ struct LightGpu {
     std::vector<float> surfel_direct;  // direct illuminance at the transport's surfels
     bool moves = false;                // it has changed since it was solved
     transport::Irradiance irradiance;
-    struct Exact {                               // the first bounce of a narrow light that rests
+    struct Exact {  // the first bounce of a narrow light that rests
         shade::VplCast vpls;
         std::vector<glm::vec4> first;
         std::size_t next = 0;  // surfel: those before have theirs; all of them: it counts

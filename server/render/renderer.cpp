@@ -423,12 +423,12 @@ void Renderer::begin_frame(const Scene& scene, std::int64_t drained_ns) {
     prepare(scene, true);
     const Eye eye = eye_of(scene.camera, scene.width_px, scene.height_px);
     FrameInputs inputs = inputs_of(scene, live_, eye);
+    weights_.clear();
     if (inputs.layered() < scene.lights.size()) {
-        weights_.clear();
         for (const Light& light : scene.lights) weights_.emplace(light.id, own_weight(light));
-    }
-    else
+    } else {
         live_.screen->summed = {};
+    }
     choose_layers(inputs);
     auto frame = std::make_unique<InFlight>();
     frame->drained_ns = drained_ns;

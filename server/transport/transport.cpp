@@ -42,7 +42,8 @@ SurfelSettings within_bytes(SurfelSettings settings, const trace::Geometry& geom
     std::size_t triangles = 0;
     for (const Instance& one : geometry.asset().instances)
         triangles += geometry.asset().meshes[static_cast<std::size_t>(one.mesh)].indices.size() / 3;
-    const std::size_t cells = std::max(settings.bytes / 4, triangles * (CellMap::kLeastBytesPerTriangle + (table ? 12 : 0)));
+    const std::size_t cells =
+        std::max(settings.bytes / 4, triangles * (CellMap::kLeastBytesPerTriangle + (table ? 12 : 0)));
     const std::size_t room = settings.bytes > cells ? (settings.bytes - cells) / kEach : 0;
     settings.most = std::clamp(room, kFewest, settings.most);
     settings.least = std::min(settings.least, settings.most);
@@ -155,8 +156,7 @@ void Builder::make(std::shared_ptr<const trace::Geometry> geometry, std::vector<
             if (!emitted.direct.empty()) solve(surfels, links, {}, kAtRest, emitted, pool);
             emitted.narrow = 0.0f;  // nothing is drawn from where it shines
             std::shared_ptr<const CellMap::Table> table;
-            if (cells)
-                table = std::make_shared<const CellMap::Table>(surface->cells->table(pool));
+            if (cells) table = std::make_shared<const CellMap::Table>(surface->cells->table(pool));
             newest_ = std::make_shared<const Transport>(Transport{surface, links, emitted, spent.count(), table});
         }
         made_ = first;

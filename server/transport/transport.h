@@ -13,7 +13,7 @@ namespace gonio::transport {
 
 // What stands still while lights and cameras move. Immutable; any thread.
 struct Transport {
-    struct Surface {  // shared by all generations
+    struct Surface {               // shared by all generations
         std::uint64_t number = 0;  // never used twice
         std::shared_ptr<const trace::Geometry> geometry;
         Surfels surfels;
