@@ -105,11 +105,12 @@ public:
     int tiles() const { return tiles_; }
     // Result: root mean square over the places of a cell of this side.
     double rms(int side) const {
+        const auto rough = side == kTile ? without_curvature() : sums_;
         std::vector<double> cell(static_cast<std::size_t>(side * side));
         for (int y = 0; y < kTile; ++y)
             for (int x = 0; x < kTile; ++x)
                 cell[static_cast<std::size_t>(y % side * side + x % side)] +=
-                    sums_[static_cast<std::size_t>(y * kTile + x)] / tiles_ * side * side / (kTile * kTile);
+                    rough[static_cast<std::size_t>(y * kTile + x)] / tiles_ * side * side / (kTile * kTile);
         double mean = 0.0, squares = 0.0;
         for (double value : cell) mean += value / static_cast<double>(cell.size());
         for (double value : cell) squares += (value - mean) * (value - mean) / static_cast<double>(cell.size());
@@ -117,6 +118,24 @@ public:
     }
 
 private:
+    // The sums less what light has that falls or rises over the whole floor: 1, x, y, xy and, over 16 places from -1
+    // to 1, the second Legendre polynomials, all orthogonal. (A cell of 4 px does not see them.)
+    std::array<double, kTile * kTile> without_curvature() const {
+        std::array<double, kTile* kTile> rough = sums_;
+        const auto place = [](int i) { return (i - (kTile - 1) / 2.0) / (kTile / 2.0); };
+        const auto second = [&](double u) { return u * u - (1.0 - 1.0 / (kTile * kTile)) / 3.0; };
+        for (int term = 0; term < 6; ++term) {
+            const auto value = [&](int i) {
+                const double x = place(i % kTile), y = place(i / kTile);
+                return std::array{1.0, x, y, x * y, second(x), second(y)}[static_cast<std::size_t>(term)];
+            };
+            double product = 0.0, square = 0.0;
+            for (int i = 0; i < kTile * kTile; ++i)
+                product += rough[static_cast<std::size_t>(i)] * value(i), square += value(i) * value(i);
+            for (int i = 0; i < kTile * kTile; ++i) rough[static_cast<std::size_t>(i)] -= product / square * value(i);
+        }
+        return rough;
+    }
     // A mean over 17 × 17 pixels, the outermost counting half: blind to the tile's period and to slopes.
     static double around(const Traced& traced, const Luminances& live, int x, int y) {
         double sum = 0.0;
