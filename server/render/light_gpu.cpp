@@ -11,6 +11,7 @@ std::shared_ptr<const WebGpu> upload_web(const Profile& profile) {
     gpu->words = pack_web(web);
     gpu->buffer = gl::make_buffer("web " + profile.name, gpu->words.size() * 4, gpu->words.data());
     gpu->peak_cd = static_cast<float>(profile.max_cd);
+    gpu->lit = lit_directions(web);
     gpu->beam_cos = beam_cosine(web);
     gpu->uniform = uniform_grid(web);
     gpu->mask_size = mask_face_size(web);

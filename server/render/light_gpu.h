@@ -23,8 +23,9 @@ struct WebGpu {
     gl::Buffer solid_vertices, solid_indices;  // photometric solid: position and normal, 6 floats per vertex, cd
     GLsizei solid_index_count = 0;
     float peak_cd = 0.0f;
-    float beam_cos = -1.0f;  // beam_cosine
-    bool uniform = false;    // equally spaced angles
+    std::vector<glm::vec3> lit;  // lit_directions
+    float beam_cos = -1.0f;      // beam_cosine
+    bool uniform = false;        // equally spaced angles
     int mask_size = 64;
     mutable std::shared_ptr<const shade::VplRays> rays;  // where asked for
 };

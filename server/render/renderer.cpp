@@ -75,10 +75,7 @@ void Renderer::prepare(const Scene& scene, bool live, bool bounces) {
         if (gpu.reached_profile_rev != light.profile_rev || gpu.reached_aim_rev != light.aim_rev) {
             gpu.reached_profile_rev = light.profile_rev;
             gpu.reached_aim_rev = light.aim_rev;
-            const glm::dmat3 turn = glm::mat3_cast(light.world_from_light);
-            double matrix[9];
-            for (int i = 0; i < 9; ++i) matrix[i] = turn[i / 3][i % 3];
-            gpu.reached = reached_faces(light.profile->photometry.web, matrix);
+            gpu.reached = reached_faces(gpu.web->lit, glm::mat3_cast(light.world_from_light));
         }
     }
     std::erase_if(webs_, [](const auto& entry) { return entry.second.expired(); });

@@ -1,9 +1,11 @@
 #include "server/render/web_buffer.h"
 
 #include <algorithm>
+#include <array>
 #include <bit>
 #include <cmath>
 #include <numbers>
+#include <set>
 
 namespace gonio {
 namespace {
@@ -94,20 +96,30 @@ void visit_lit_directions(const ies::PhotometricWeb& web, const Visit& visit) {
 
 }  // namespace
 
-unsigned reached_faces(const ies::PhotometricWeb& web, const double (&world_from_light)[9]) {
-    const double(&r)[9] = world_from_light;
-    unsigned faces = 0;
-    visit_lit_directions(web, [&](const ies::Direction& d, double half_v, double half_h) {
-        // Between two samples the direction turns by at most half a step each way: faces within that angle count.
-        const double margin = half_v + half_h;
-        double w[3];
-        for (int k = 0; k < 3; ++k) w[k] = r[k] * d[0] + r[3 + k] * d[1] + r[6 + k] * d[2];
-        const double largest = std::max({std::abs(w[0]), std::abs(w[1]), std::abs(w[2])});
-        for (int k = 0; k < 3; ++k) {
-            if (std::abs(w[k]) >= largest - 1.5 * margin) faces |= 1u << (2 * k + (w[k] >= 0.0 ? 0 : 1));
-        }
-        return faces != 63u;
+std::vector<glm::vec3> lit_directions(const ies::PhotometricWeb& web) {
+    // Rounded to eighths, off by half their diagonal; steps of visit_lit_directions are off by half of two.
+    constexpr double kPer = 8.0;
+    static_assert(0.87 / kPer + 2.0 * 2.5 * std::numbers::pi / 180.0 < double{kLitDirectionsOff});
+    std::set<std::array<double, 3>> rounded;
+    visit_lit_directions(web, [&](const ies::Direction& d, double, double) {
+        rounded.insert({std::round(kPer * d[0]), std::round(kPer * d[1]), std::round(kPer * d[2])});
+        return true;
     });
+    std::vector<glm::vec3> directions;
+    for (const auto& d : rounded) directions.emplace_back(glm::dvec3(d[0], d[1], d[2]) / kPer);
+    return directions;
+}
+
+unsigned reached_faces(std::span<const glm::vec3> lit_directions, const glm::mat3& world_from_light) {
+    unsigned faces = 0;
+    for (const glm::vec3& direction : lit_directions) {
+        const glm::vec3 w = world_from_light * direction, size = glm::abs(w);
+        const float largest = std::max({size.x, size.y, size.z});
+        for (int k = 0; k < 3; ++k) {
+            if (size[k] >= largest - 1.5f * kLitDirectionsOff) faces |= 1u << (2 * k + (w[k] >= 0.0f ? 0 : 1));
+        }
+        if (faces == 63u) break;
+    }
     return faces;
 }
 

@@ -2,6 +2,8 @@
 #pragma once
 
 #include <cstdint>
+#include <glm/glm.hpp>
+#include <span>
 #include <vector>
 
 #include "ies/web.h"
@@ -15,9 +17,12 @@ std::vector<std::uint32_t> pack_web(const ies::PhotometricWeb& web);
 // Result: whether both axes are equally spaced to 1e-6 of a step: the shader then computes the cell (UNIFORM_WEB).
 bool uniform_grid(const ies::PhotometricWeb& web);
 
-// Result: bit f set for every cube face (+X -X +Y -Y +Z -Z, world axes) into which the web emits at all when turned by
-// world_from_light (column-major 3×3). Conservative: a face that a lit cell touches is in.
-unsigned reached_faces(const ies::PhotometricWeb& web, const double (&world_from_light)[9]);
+// Result: where the web is not dark, on the luminaire's axes, to kLitDirectionsOff: some 900 directions at most.
+std::vector<glm::vec3> lit_directions(const ies::PhotometricWeb& web);
+inline constexpr float kLitDirectionsOff = 0.2f;  // rad
+// Result: bit f set for every cube face (+X -X +Y -Y +Z -Z, world axes) into which a web with these directions emits at
+// all. Conservative: a face that a lit cell touches is in.
+unsigned reached_faces(std::span<const glm::vec3> lit_directions, const glm::mat3& world_from_light);
 
 // Result: cosine of the angle from photometric zero, -Z, beyond which the web is dark, or a little less: at least -1.
 float beam_cosine(const ies::PhotometricWeb& web);

@@ -4,7 +4,10 @@
 #include <gtest/gtest.h>
 
 #include <bit>
+#include <cmath>
+#include <glm/gtc/quaternion.hpp>
 #include <numbers>
+#include <random>
 
 namespace gonio {
 namespace {
@@ -20,13 +23,40 @@ ies::PhotometricWeb cone(double half_deg) {
 
 TEST(WebBuffer, ReachedFacesOfANarrowBeam) {
     // World axes = luminaire axes: the beam goes to -Z, face 5.
-    const double identity[9] = {1, 0, 0, 0, 1, 0, 0, 0, 1};
-    EXPECT_EQ(reached_faces(cone(10.0), identity), 1u << 5);
-    EXPECT_EQ(reached_faces(cone(60.0), identity), 63u & ~(1u << 4));
-    EXPECT_EQ(reached_faces(cone(170.0), identity), 63u);
+    const auto reached = [](const ies::PhotometricWeb& web) {
+        return reached_faces(lit_directions(web), glm::mat3(1.0f));
+    };
+    EXPECT_EQ(reached(cone(10.0)), 1u << 5);
+    EXPECT_EQ(reached(cone(60.0)), 63u & ~(1u << 4));
+    EXPECT_EQ(reached(cone(170.0)), 63u);
     ies::PhotometricWeb dark = cone(10.0);
     for (float& c : dark.candela) c = 0.0f;
-    EXPECT_EQ(reached_faces(dark, identity), 0u);
+    EXPECT_EQ(reached(dark), 0u);
+}
+
+// A turn of a luminaire costs a look at these: few, however fine the web is.
+TEST(WebBuffer, ReachedFacesHoldEveryRayOfATurnedBeam) {
+    std::mt19937 random(1);
+    std::uniform_real_distribution<float> any(0.0f, 1.0f);
+    for (const float half_deg : {3.0f, 25.0f, 80.0f}) {
+        const std::vector<glm::vec3> lit = lit_directions(cone(half_deg));
+        EXPECT_LT(lit.size(), 1000u);
+        for (int turn = 0; turn < 200; ++turn) {
+            const glm::mat3 world_from_light(
+                glm::angleAxis(6.28f * any(random),
+                               glm::normalize(glm::vec3(any(random) - 0.5f, any(random) - 0.5f, any(random) + 1e-3f))));
+            const unsigned faces = reached_faces(lit, world_from_light);
+            for (int ray = 0; ray < 100; ++ray) {
+                const float angle = glm::radians(half_deg) * any(random), around = 6.2832f * any(random);
+                const glm::vec3 w = world_from_light * glm::vec3(std::sin(angle) * std::cos(around),
+                                                                 std::sin(angle) * std::sin(around), -std::cos(angle));
+                int axis = 0;
+                for (int k = 1; k < 3; ++k)
+                    if (std::abs(w[k]) > std::abs(w[axis])) axis = k;
+                EXPECT_TRUE(faces >> (2 * axis + (w[axis] >= 0.0f ? 0 : 1)) & 1u) << half_deg;
+            }
+        }
+    }
 }
 
 TEST(WebBuffer, MaskFollowsTheFinestFeature) {
