@@ -2,6 +2,7 @@
 // mask to a profile and an orientation.
 #pragma once
 
+#include <array>
 #include <memory>
 #include <vector>
 
@@ -63,6 +64,8 @@ struct LightGpu {
     RsmTexels texels;  // read back by the flux pass
     std::uint64_t texels_rsm_version = 0;
     std::uint64_t rsm_version = 0;  // counts runs of the rsm pass
+    // Since the scene was as these say (FrameInputs::direct_stamp) its direct light has a shadow ray from each pixel.
+    std::array<std::uint64_t, 7> each_pixel{};
     // Of the default technique, per candela of peak × GpuScene::layer_unit_m2.
     std::vector<float> surfel_direct;  // direct illuminance at the transport's surfels
     bool moves = false;                // it has changed since it was solved

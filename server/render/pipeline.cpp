@@ -124,13 +124,15 @@ struct Builder {
         solve.stale |= !gpu.irradiance.converged;
         const bool metered = in.meter != FrameInputs::Meter::none, rays = in.direct_by_rays && !seed;
         const SlotRef grid = per_target(Slot::grid);
+        const bool each_pixel =
+            rays && (in.target.kind != TargetKind::live || gpu.each_pixel == in.direct_stamp(light));
         Pass& direct = named(add("direct", per_target(Slot::direct, light.id), {rays && !metered ? grid : gbuffer},
                                  {light.position_rev, light.aim_rev, light.profile_rev, scene.geometry_rev,
-                                  static_cast<std::uint64_t>(layer)},
+                                  static_cast<std::uint64_t>(layer), each_pixel ? 1u : 0u},
                                  [=, &light, &gpu] {
                                      if (!rays) return run_direct(shared, light, gpu, layer);
                                      return metered ? run_direct_point(shared, light, gpu, layer)
-                                                    : run_direct_rays(shared, light, gpu, layer);
+                                                    : run_direct_rays(shared, light, gpu, layer, each_pixel);
                                  }));
         if (!rays) direct.reads.push_back(shadow);
         direct.on_gpu = !rays;
@@ -298,6 +300,11 @@ glm::dvec3 PassContext::weight_in_sum(const Light& light, int layer) const {
 
 glm::dvec3 PassContext::layer_weight(const Light& light) const {
     return light_weight(scene, light) - scene.master_ratio * weight_in_sum(light, 0);
+}
+
+std::array<std::uint64_t, 7> FrameInputs::direct_stamp(const Light& light) const {
+    return {light.position_rev, light.aim_rev, light.profile_rev, scene.geometry_rev,
+            scene.camera_rev,   effort,        target.id};
 }
 
 bool FrameInputs::has_besides() const {

@@ -41,6 +41,8 @@ struct FrameInputs {
     std::uint64_t surface() const;      // tells one set of surfels from another
     std::uint64_t solve_links() const;  // that the solve follows, at most
     bool has_besides() const;           // light without a layer
+    // What the direct light of a luminaire in the live picture depends on, its layer aside.
+    std::array<std::uint64_t, 7> direct_stamp(const Light& light) const;
     PassContext context() const;
     // Whether the picture can be made of all luminaires at once: several of them, and it shows them.
     bool can_merge() const;

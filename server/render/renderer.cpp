@@ -297,6 +297,17 @@ bool Renderer::gathers(const Scene& scene) const {
     return !merged_ && scene.view < View::mask && scene.view != View::direct;
 }
 
+namespace {
+
+// Whether a luminaire's direct light in the live picture is still that of few rays; one that is out does not show.
+bool direct_left(const FrameInputs& in, std::size_t i) {
+    const Light& light = in.scene.lights[i];
+    return in.shades_on_cpu() && in.layers[i] >= 0 && in.view != View::indirect &&
+           light_weight(in.scene, light) != glm::dvec3(0.0) && in.lights[i]->each_pixel != in.direct_stamp(light);
+}
+
+}  // namespace
+
 bool Renderer::refine(const Scene& scene, const std::function<bool()>& interrupted) {
     if (scene.technique != Technique::standard) return false;
     prepare(scene, true);  // a capture of an older scene may have been here
@@ -311,6 +322,12 @@ bool Renderer::refine(const Scene& scene, const std::function<bool()>& interrupt
         return true;
     }
     if (!inputs.merged) {
+        for (std::size_t i = 0; i < scene.lights.size(); ++i) {
+            if (!direct_left(inputs, i)) continue;
+            if (interrupted()) return false;
+            inputs.lights[i]->each_pixel = inputs.direct_stamp(scene.lights[i]);
+            return true;
+        }
         for (std::size_t i = 0; i < scene.lights.size(); ++i) {
             if (inputs.layers[i] >= 0 && first_bounce_left(inputs.context(), *inputs.lights[i]))
                 return continue_first_bounce(inputs.context(), scene.lights[i], *inputs.lights[i], interrupted);
@@ -335,6 +352,7 @@ bool Renderer::refined(const Scene& scene) {
     const PassContext context = inputs.context();
     if (gathers(scene) && final_gather_left(context, inputs.lights)) return false;
     for (std::size_t i = 0; i < scene.lights.size(); ++i) {
+        if (direct_left(inputs, i)) return false;
         if (inputs.layers[i] >= 0 && first_bounce_left(context, *inputs.lights[i])) return false;
     }
     return true;

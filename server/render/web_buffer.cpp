@@ -1,11 +1,9 @@
 #include "server/render/web_buffer.h"
 
 #include <algorithm>
-#include <array>
 #include <bit>
 #include <cmath>
 #include <numbers>
-#include <set>
 
 namespace gonio {
 namespace {
@@ -71,17 +69,18 @@ bool uniform_grid(const ies::PhotometricWeb& web) {
 
 namespace {
 
-// visit(direction, half_v, half_h) at the corners of steps of at most 5 degrees in every cell of the web that holds
+constexpr double kStep_rad = 2.5 * std::numbers::pi / 180.0;
+
+// visit(direction, half_v, half_h) at the corners of steps of at most kStep_rad in every cell of the web that holds
 // light; half_v, half_h: half a step, rad. Ends early where visit returns false.
 template <typename Visit>
 void visit_lit_directions(const ies::PhotometricWeb& web, const Visit& visit) {
-    constexpr double kStep = 5.0 * std::numbers::pi / 180.0;
     for (std::size_t h = 0; h + 1 < web.h_rad.size(); ++h) {
         for (std::size_t v = 0; v + 1 < web.v_rad.size(); ++v) {
             if (std::max({web.at(h, v), web.at(h, v + 1), web.at(h + 1, v), web.at(h + 1, v + 1)}) <= 0.0f) continue;
             const double dv = web.v_rad[v + 1] - web.v_rad[v], dh = web.h_rad[h + 1] - web.h_rad[h];
-            const int nv = std::max(1, static_cast<int>(std::ceil(dv / kStep))),
-                      nh = std::max(1, static_cast<int>(std::ceil(dh / kStep)));
+            const int nv = std::max(1, static_cast<int>(std::ceil(dv / kStep_rad))),
+                      nh = std::max(1, static_cast<int>(std::ceil(dh / kStep_rad)));
             for (int i = 0; i <= nv; ++i) {
                 for (int j = 0; j <= nh; ++j) {
                     const ies::Direction d =
@@ -97,16 +96,21 @@ void visit_lit_directions(const ies::PhotometricWeb& web, const Visit& visit) {
 }  // namespace
 
 std::vector<glm::vec3> lit_directions(const ies::PhotometricWeb& web) {
-    // Rounded to eighths, off by half their diagonal; steps of visit_lit_directions are off by half of two.
-    constexpr double kPer = 8.0;
-    static_assert(0.87 / kPer + 2.0 * 2.5 * std::numbers::pi / 180.0 < double{kLitDirectionsOff});
-    std::set<std::array<double, 3>> rounded;
+    // Rounded to sixteenths, off by half their diagonal; steps of visit_lit_directions are off by half of two.
+    constexpr int kPer = 16, kSide = 2 * kPer + 1;
+    static_assert(0.87 / kPer + kStep_rad < double{kLitDirectionsOff});
+    std::vector<bool> lit(std::size_t{kSide} * kSide * kSide);
     visit_lit_directions(web, [&](const ies::Direction& d, double, double) {
-        rounded.insert({std::round(kPer * d[0]), std::round(kPer * d[1]), std::round(kPer * d[2])});
+        const auto cell = [&](int k) { return static_cast<std::size_t>(std::lround(kPer * d[k]) + kPer); };
+        lit[(cell(2) * kSide + cell(1)) * kSide + cell(0)] = true;
         return true;
     });
     std::vector<glm::vec3> directions;
-    for (const auto& d : rounded) directions.emplace_back(glm::dvec3(d[0], d[1], d[2]) / kPer);
+    for (int i = 0; i < kSide * kSide * kSide; ++i) {
+        if (lit[static_cast<std::size_t>(i)])
+            directions.push_back(glm::vec3(i % kSide - kPer, i / kSide % kSide - kPer, i / (kSide * kSide) - kPer) /
+                                 static_cast<float>(kPer));
+    }
     return directions;
 }
 

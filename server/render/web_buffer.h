@@ -17,9 +17,9 @@ std::vector<std::uint32_t> pack_web(const ies::PhotometricWeb& web);
 // Result: whether both axes are equally spaced to 1e-6 of a step: the shader then computes the cell (UNIFORM_WEB).
 bool uniform_grid(const ies::PhotometricWeb& web);
 
-// Result: where the web is not dark, on the luminaire's axes, to kLitDirectionsOff: some 900 directions at most.
+// Result: where the web is not dark, on the luminaire's axes, to kLitDirectionsOff: at most some 5,000 directions.
 std::vector<glm::vec3> lit_directions(const ies::PhotometricWeb& web);
-inline constexpr float kLitDirectionsOff = 0.2f;  // rad
+inline constexpr float kLitDirectionsOff = 0.1f;  // rad
 // Result: bit f set for every cube face (+X -X +Y -Y +Z -Z, world axes) into which a web with these directions emits at
 // all. Conservative: a face that a lit cell touches is in.
 unsigned reached_faces(std::span<const glm::vec3> lit_directions, const glm::mat3& world_from_light);

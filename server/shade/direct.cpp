@@ -1,4 +1,5 @@
 #include <algorithm>
+#include <array>
 #include <cmath>
 
 #include "server/shade/screen.h"
@@ -8,190 +9,191 @@ namespace {
 
 // Shadow rays start this share of a pixel's width off its surface: depth and normals are those of pixels, not exact.
 constexpr float kOffPerPixel = 0.02f;
-// Off the plane of its neighbours by this share of its depth, a pixel may lie on another surface.
-constexpr float kOffPlane = 1e-2f;
 
-// Two by two pixels: no light reaches them; the ray of the first is seen or hidden; each has to be asked.
-enum class Block : std::uint8_t { dark, seen, hidden, mixed };
-constexpr int kBlock = 2, kStripRows = 4 * kBlock;  // a packet of rays is a square of 4 × 4 blocks
+// What is known of a square of pixels: rays from it reached the luminaire, or did not; each of its pixels is asked.
+constexpr std::uint8_t kSeen = 1, kHidden = 2, kBoth = kSeen | kHidden, kAsked = 4;
 
-// Rays to one luminaire, sent off sixteen at a time.
+// Squares of pixels, with a border of those that nothing is known of.
+struct Squares {
+    std::ptrdiff_t row;
+    std::vector<std::uint8_t> states;
+
+    Squares(int side_px, int picture_width, int picture_height)
+        : row(picture_width / side_px + 2),
+          states(static_cast<std::size_t>(row) *
+                 static_cast<std::size_t>((picture_height + side_px - 1) / side_px + 2)) {}
+    std::uint8_t& at(int x, int y) { return states[static_cast<std::size_t>((y + 1) * row + x + 1)]; }
+    // Result: what is known of a square and its eight neighbours.
+    unsigned around(int x, int y) {
+        const std::uint8_t* s = &at(x, y);
+        return s[-row - 1] | s[-row] | s[-row + 1] | s[-1] | s[0] | s[1] | s[row - 1] | s[row] | s[row + 1];
+    }
+};
+
+// Rays to one luminaire, sixteen at a time; what they find goes to the squares of those who ask, and pixels that they
+// ask for alone go dark.
 class ShadowRays {
 public:
     ShadowRays(const trace::Geometry& geometry, const glm::vec3& light) : geometry_(geometry), light_(light) {}
 
-    // Result: bits of the hidden rays so far; sent off when the packet is full.
-    bool add(const glm::vec3& from) {
-        const int i = count_++;
-        query_.set(i, from, light_ - from, 1.0f - 1e-5f);  // a luminaire mounted on a surface is not hidden by it
-        return count_ == trace::kPacket;
+    void ask(const glm::vec3& from, std::uint8_t* square, float* pixel) {
+        query_.set(count_, from, light_ - from, 1.0f - 1e-5f);  // a luminaire mounted on a surface is not hidden by it
+        asked_[static_cast<std::size_t>(count_)] = {square, pixel};
+        if (++count_ == trace::kPacket) send();
     }
-    unsigned send() {
-        const unsigned all = (1u << count_) - 1u;
-        const unsigned hidden = count_ > 0 ? geometry_.occluded(query_, all, true) : 0u;
+    void send() {
+        const unsigned hidden = count_ > 0 ? geometry_.occluded(query_, (1u << count_) - 1u, true) : 0u;
+        for (int i = 0; i < count_; ++i) {
+            const Asked& asked = asked_[static_cast<std::size_t>(i)];
+            const bool dark = (hidden >> i & 1u) != 0;
+            if (asked.square != nullptr) *asked.square |= dark ? kHidden : kSeen;
+            if (dark && asked.pixel != nullptr) *asked.pixel = 0.0f;
+        }
         count_ = 0;
-        return hidden;
     }
-    int count() const { return count_; }
 
 private:
+    struct Asked {
+        std::uint8_t* square;
+        float* pixel;
+    };
     const trace::Geometry& geometry_;
     glm::vec3 light_;
     trace::RayPacket query_;
+    std::array<Asked, trace::kPacket> asked_;
     int count_ = 0;
 };
 
-// Blocks of a picture with a border of dark ones.
-struct Blocks {
-    int width, height;
-    std::vector<Block> states;
-    // Packets of 4 × 4 blocks: the state of all of them, or mixed; with a border of dark ones.
-    int packets_x, packets_y;
-    std::vector<Block> packets;
+// A picture in one luminaire's light.
+struct Lit {
+    const Surfaces& surfaces;
+    std::vector<float>& lux;
+    float off_m, off_per_depth;
 
-    Blocks(int picture_width, int picture_height)
-        : width(picture_width / kBlock),
-          height((picture_height + kBlock - 1) / kBlock),
-          packets_x(width / 4 + 2),
-          packets_y((height + 3) / 4 + 2) {
-        states.assign(static_cast<std::size_t>(width + 2) * static_cast<std::size_t>(height + 2), Block::dark);
-        packets.assign(static_cast<std::size_t>(packets_x) * static_cast<std::size_t>(packets_y), Block::dark);
+    // In the last rows of a picture whose height is no multiple of a square's the last one counts for those above.
+    std::size_t index(int x, int y) const {
+        return static_cast<std::size_t>(std::min(y, surfaces.height - 1)) * surfaces.row_length +
+               static_cast<std::size_t>(x);
     }
-    Block& packet(int x, int y) {
-        return packets[static_cast<std::size_t>(y + 1) * static_cast<std::size_t>(packets_x) +
-                       static_cast<std::size_t>(x + 1)];
+    Square two_by_two(int x, int y) const {
+        int lit = 0;
+        for (int i = 0; i < 4; ++i) lit += lux[index(x + i % 2, y + i / 2)] > 0.0f ? 1 : 0;
+        if (lit == 0) return Square::dark;
+        const auto d = [&](int i, int j) { return surfaces.depth[index(x + i, y + j)]; };
+        const float off = std::abs(d(0, 0) + d(1, 1) - d(0, 1) - d(1, 0));
+        return lit == 4 && off <= kOffPlane * d(0, 0) ? Square::plane : Square::mixed;
     }
-    // Result: whether a packet and its neighbours are all dark or seen: nothing has to be done.
-    bool calm(int x, int y) {
-        const Block own = packet(x, y);
-        if (own != Block::dark && own != Block::seen) return false;
-        for (int j = -1; j <= 1; ++j) {
-            for (int i = -1; i <= 1; ++i) {
-                const Block other = packet(x + i, y + j);
-                if (other != own && own != Block::dark && other != Block::dark) return false;
+    glm::vec3 from(int x, int y) const {
+        const Spot spot = spot_at(surfaces, x, y);
+        return spot.position + spot.normal * (off_m + off_per_depth * spot.depth);
+    }
+    void ask_two_by_two(int x, int y, std::uint8_t* square, ShadowRays& rays) const {
+        for (int j = y; j < std::min(y + 2, surfaces.height); ++j) {
+            for (int i = x; i < x + 2; ++i) {
+                float& pixel = lux[index(i, j)];
+                if (pixel > 0.0f) rays.ask(from(i, j), square, &pixel);
             }
         }
-        return true;
     }
-    Block& at(int x, int y) {
-        return states[static_cast<std::size_t>(y + 1) * static_cast<std::size_t>(width + 2) +
-                      static_cast<std::size_t>(x + 1)];
-    }
-    // Result: whether what the block's ray found holds for all of its pixels: so it is all around.
-    bool sure(int x, int y) {
-        const Block own = at(x, y);
-        for (int j = -1; j <= 1; ++j) {
-            for (int i = -1; i <= 1; ++i) {
-                const Block other = at(x + i, y + j);
-                if (other != own && other != Block::dark) return false;
-            }
-        }
-        return own != Block::mixed;
+    void darken(int x, int y, int side) const {
+        for (int j = 0; j < side; ++j) std::fill_n(&lux[index(x, y + j)], side, 0.0f);
     }
 };
-
-// The picture's arrays at the pixels of a block: 0 1 below 2 3; in the last row of an odd picture the same twice.
-struct Corners4 {
-    std::size_t at[4];
-    Corners4(const Surfaces& s, int x, int y) {
-        const std::size_t low = static_cast<std::size_t>(y) * s.row_length + static_cast<std::size_t>(x),
-                          high = y + 1 < s.height ? low + s.row_length : low;
-        at[0] = low, at[1] = low + 1, at[2] = high, at[3] = high + 1;
-    }
-};
-
-Block looks_like(const Surfaces& s, const Corners4& corner, const std::vector<float>& lux) {
-    int lit = 0;
-    for (const std::size_t i : corner.at) lit += lux[i] > 0.0f ? 1 : 0;
-    if (lit == 0) return Block::dark;
-    // near / depth is linear on a plane.
-    const auto d = [&](int i) { return s.depth[corner.at[i]]; };
-    return lit == 4 && std::abs(d(0) + d(3) - d(1) - d(2)) <= kOffPlane * d(0) ? Block::seen : Block::mixed;
-}
 
 }  // namespace
 
 void direct_light(const Surfaces& surfaces, const trace::Geometry& geometry, const DirectLight& light, bool every_pixel,
                   std::vector<float>& out, Pool& pool) {
-    const std::size_t length = surfaces.row_length;
-    out.resize(length * static_cast<std::size_t>(surfaces.height));
-    const float off_m = 4.0f * geometry.step_off(light.position),
-                off_per_depth = kOffPerPixel * surfaces.depth_per_pixel;
-    const int strips = (surfaces.height + kStripRows - 1) / kStripRows;
-    Blocks blocks(static_cast<int>(length), surfaces.height);
-    pool.run(strips, [&](int strip) {
+    constexpr int kStripRows = 8;
+    const int length = static_cast<int>(surfaces.row_length), height = surfaces.height;
+    out.resize(surfaces.row_length * static_cast<std::size_t>(height));
+    const Lit lit{surfaces, out, 4.0f * geometry.step_off(light.position), kOffPerPixel * surfaces.depth_per_pixel};
+    Squares fours(4, length, height), parted(4, length, height), twos(2, length, height);
+    // Visits each square of 4 × 4 pixels with rays of its strip's own.
+    const auto each_four = [&](const auto& visit) {
+        pool.run((height + kStripRows - 1) / kStripRows, [&](int strip) {
+            ShadowRays rays(geometry, light.position);
+            const int top = strip * kStripRows, bottom = std::min(top + kStripRows, height);
+            for (int x = 0; x < length; x += 4)
+                for (int y = top; y < bottom; y += 4) visit(x, y, rays);
+            rays.send();
+        });
+    };
+
+    // A ray from each square on a plane.
+    constexpr int kRows = 16;
+    pool.run((height + kRows - 1) / kRows, [&](int strip) {
         static thread_local std::vector<float> from[3];
-        for (std::vector<float>& array : from) array.resize(length * kStripRows);
-        const int top = strip * kStripRows, rows = std::min(kStripRows, surfaces.height - top);
-        for (int y = 0; y < rows; ++y) {
-            const std::size_t row = static_cast<std::size_t>(top + y) * length,
-                              own = static_cast<std::size_t>(y) * length;
-            direct_row(light, top + y, static_cast<int>(length), surfaces.rays, off_m, off_per_depth,
-                       surfaces.depth.data() + row, surfaces.normal.data() + row, out.data() + row,
-                       from[0].data() + own, from[1].data() + own, from[2].data() + own);
+        static thread_local std::vector<Square> squares;
+        const std::size_t row_length = surfaces.row_length / 4;
+        for (std::vector<float>& array : from) array.resize(kRows / 4 * row_length);
+        squares.assign(kRows / 4 * row_length, Square::dark);
+        const int top = strip * kRows, bottom = std::min(top + kRows, height);
+        for (int y = top; y < bottom; ++y) {
+            const std::size_t row = lit.index(0, y);
+            direct_row(light, y, length, surfaces.rays, &surfaces.depth[row], &surfaces.normal[row], &out[row]);
+        }
+        for (int y = top; y < bottom; y += 4) {
+            const float *depth[4], *lux[4];
+            for (int j = 0; j < 4; ++j)
+                depth[j] = &surfaces.depth[lit.index(0, y + j)], lux[j] = &out[lit.index(0, y + j)];
+            const std::size_t own = static_cast<std::size_t>((y - top) / 4) * row_length;
+            squares_row(surfaces.rays, std::min(y + 1, height - 1), length, lit.off_m, lit.off_per_depth, depth,
+                        &surfaces.normal[lit.index(0, y + 1)], lux, &squares[own], &from[0][own], &from[1][own],
+                        &from[2][own]);
         }
         ShadowRays rays(geometry, light.position);
-        for (int x = 0; x < static_cast<int>(length); x += 4 * kBlock) {
-            Block* asked[trace::kPacket];
-            for (int i = 0; i < trace::kPacket; ++i) {
-                const int px = x + i % 4 * kBlock, py = top + i / 4 * kBlock;
-                if (py >= surfaces.height) break;
-                Block& block = blocks.at(px / kBlock, py / kBlock);
-                block = looks_like(surfaces, Corners4(surfaces, px, py), out);
-                if (every_pixel && block == Block::seen) block = Block::mixed;
-                if (block != Block::seen) continue;
-                const std::size_t own = static_cast<std::size_t>(py - top) * length + static_cast<std::size_t>(px);
-                asked[rays.count()] = &block;
-                rays.add({from[0][own], from[1][own], from[2][own]});
+        for (int x = 0; x < length; x += 4) {
+            for (int y = top; y < bottom; y += 4) {
+                const std::size_t i =
+                    static_cast<std::size_t>((y - top) / 4) * row_length + static_cast<std::size_t>(x / 4);
+                std::uint8_t& four = fours.at(x / 4, y / 4);
+                if (squares[i] == Square::plane && !every_pixel)
+                    rays.ask({from[0][i], from[1][i], from[2][i]}, &four, nullptr);
+                else if (squares[i] != Square::dark)
+                    four = kAsked;
             }
-            const int count = rays.count();
-            const unsigned hidden = rays.send();
-            for (int i = 0; i < count; ++i) {
-                if ((hidden >> i & 1u) != 0) *asked[i] = Block::hidden;
-            }
-            Block& packet = blocks.packet(x / (4 * kBlock), strip);
-            packet = blocks.at(x / kBlock, top / kBlock);
-            for (int i = 1; i < trace::kPacket; ++i) {
-                const int by = top / kBlock + i / 4;
-                if (by < blocks.height && blocks.at(x / kBlock + i % 4, by) != packet) packet = Block::mixed;
+        }
+        rays.send();
+    });
+    // Where those around it found otherwise, or it is on no plane: a ray from each square of 2 × 2 pixels on a plane;
+    // of others each pixel.
+    each_four([&](int x, int y, ShadowRays& rays) {
+        const std::uint8_t own = fours.at(x / 4, y / 4);
+        if (own == 0) return;
+        const bool mixed = own == kAsked;
+        const bool whole = !mixed && (fours.around(x / 4, y / 4) & kBoth) != kBoth;
+        if (whole && own == kHidden) lit.darken(x, y, 4);
+        parted.at(x / 4, y / 4) = whole ? 0 : 1;
+        for (int i = 0; i < 4; ++i) {
+            const int px = x + i % 2 * 2, py = y + i / 2 * 2;
+            if (py >= height) break;
+            std::uint8_t& two = twos.at(px / 2, py / 2);
+            const Square square = mixed ? lit.two_by_two(px, py) : Square::plane;
+            if (square == Square::mixed || (every_pixel && square != Square::dark)) {
+                lit.ask_two_by_two(px, py, &two, rays);
+                two |= kAsked;
+            } else if (whole || (!mixed && i == 0)) {
+                two = own;
+            } else if (square == Square::plane) {
+                rays.ask(lit.from(px, py), &two, nullptr);
             }
         }
     });
-    pool.run(strips, [&](int strip) {
-        ShadowRays rays(geometry, light.position);
-        std::size_t asked[trace::kPacket];
-        const auto send = [&] {
-            const int count = rays.count();
-            const unsigned hidden = rays.send();
-            for (int i = 0; i < count; ++i) {
-                if ((hidden >> i & 1u) != 0) out[asked[i]] = 0.0f;
-            }
-        };
-        const int top = strip * kStripRows, bottom = std::min(top + kStripRows, surfaces.height);
-        const auto finish = [&](int x, int y) {
-            const Block block = blocks.at(x / kBlock, y / kBlock);
-            if (block == Block::dark) return;
-            const Corners4 corner(surfaces, x, y);
-            if (blocks.sure(x / kBlock, y / kBlock)) {
-                if (block == Block::hidden) {
-                    for (const std::size_t i : corner.at) out[i] = 0.0f;
-                }
-                return;
-            }
-            for (int k = 0; k < (y + 1 < surfaces.height ? 4 : 2); ++k) {
-                if (!(out[corner.at[k]] > 0.0f)) continue;
-                const Spot spot = spot_at(surfaces, x + k % 2, y + k / 2);
-                asked[rays.count()] = corner.at[k];
-                if (rays.add(spot.position + spot.normal * (off_m + off_per_depth * spot.depth))) send();
-            }
-        };
-        for (int x = 0; x < surfaces.width; x += 4 * kBlock) {
-            if (blocks.calm(x / (4 * kBlock), strip)) continue;
-            for (int y = top; y < bottom; y += kBlock) {
-                for (int i = x; i < std::min(x + 4 * kBlock, surfaces.width); i += kBlock) finish(i, y);
-            }
+    if (every_pixel) return;
+    // Where those around it found otherwise: each pixel.
+    each_four([&](int x, int y, ShadowRays& rays) {
+        if (parted.around(x / 4, y / 4) == 0) return;
+        for (int i = 0; i < 4; ++i) {
+            const int px = x + i % 2 * 2, py = y + i / 2 * 2;
+            if (py >= height) break;
+            const std::uint8_t two = twos.at(px / 2, py / 2);
+            if (two == 0 || (two & kAsked) != 0) continue;
+            if ((twos.around(px / 2, py / 2) & kBoth) == kBoth)
+                lit.ask_two_by_two(px, py, nullptr, rays);
+            else if (two == kHidden)
+                lit.darken(px, py, 2);
         }
-        send();
     });
 }
 

@@ -57,22 +57,58 @@ HWY_INLINE Float arrives(const DirectLight& light, const Vec3& p, const Vec3& n)
     return hn::IfThenElseZero(lit, value.raw);
 }
 
-void DirectRow(const DirectLight& light, int y, int width, const Rays& rays, float off_m, float off_per_depth,
-               const float* depth, const std::uint32_t* normal, float* lux_per_cd, float* from_x, float* from_y,
-               float* from_z) {
+void DirectRow(const DirectLight& light, int y, int width, const Rays& rays, const float* depth,
+               const std::uint32_t* normal, float* lux_per_cd) {
     const Tag tag;
     const IntTag ints;
     const glm::vec3 start = rays.corner + static_cast<float>(y) * rays.up;
     for (int x = 0; x < width; x += static_cast<int>(hn::Lanes(tag))) {
         const Raw d = hn::LoadU(tag, depth + x);
-        const Float z = Float(rays.near_m) / max(Float(d), Float(1e-30f));
-        const Float column = hn::ConvertTo(tag, hn::Iota(ints, x));
-        const Vec3 p = surface_point(rays, start, column, z);
+        const Vec3 p = surface_point(rays, start, hn::ConvertTo(tag, hn::Iota(ints, x)),
+                                     Float(rays.near_m) / max(Float(d), Float(1e-30f)));
         const Vec3 n = unpack_normal(hn::LoadU(ints, reinterpret_cast<const std::int32_t*>(normal) + x));
-        const Raw off = (Float(off_m) + z * Float(off_per_depth)).raw;
-        const Vec3 from = p + n * Float(off);
-        store(from.x, from_x + x), store(from.y, from_y + x), store(from.z, from_z + x);
         hn::StoreU(hn::IfThenElseZero(hn::Gt(d, hn::Zero(tag)), arrives(light, p, n).raw), tag, lux_per_cd + x);
+    }
+}
+
+void SquaresRow(const Rays& rays, int y, int width, float off_m, float off_per_depth, const float* const* depth,
+                const std::uint32_t* normal, const float* const* lux_per_cd, Square* squares, float* from_x,
+                float* from_y, float* from_z) {
+    const Tag tag;
+    const IntTag ints;
+    const glm::vec3 start = rays.corner + static_cast<float>(y) * rays.up;
+    for (int x = 0; x < width; x += 4 * static_cast<int>(hn::Lanes(tag))) {
+        Raw d[4][4], least = hn::Set(tag, 1.0f), greatest = hn::Zero(tag);
+        for (int row = 0; row < 4; ++row) {
+            hn::LoadInterleaved4(tag, depth[row] + x, d[row][0], d[row][1], d[row][2], d[row][3]);
+            Raw lux[4];
+            hn::LoadInterleaved4(tag, lux_per_cd[row] + x, lux[0], lux[1], lux[2], lux[3]);
+            for (const Raw& value : lux) least = hn::Min(least, value), greatest = hn::Max(greatest, value);
+        }
+        // near / depth is linear on a plane.
+        const auto off_plane = [&](int row, int column, int side) {
+            return hn::Abs(hn::Sub(hn::Add(d[row][column], d[row + side][column + side]),
+                                   hn::Add(d[row][column + side], d[row + side][column])));
+        };
+        const Raw off = hn::Max(off_plane(0, 0, 3), hn::Max(hn::Max(off_plane(0, 0, 1), off_plane(0, 2, 1)),
+                                                            hn::Max(off_plane(2, 0, 1), off_plane(2, 2, 1))));
+        const Mask plane =
+            hn::And(hn::Gt(least, hn::Zero(tag)), hn::Le(off, hn::Mul(d[0][0], hn::Set(tag, kOffPlane))));
+        const auto kind = hn::IfThenElseZero(
+            hn::RebindMask(ints, hn::Gt(greatest, hn::Zero(tag))),
+            hn::IfThenElse(hn::RebindMask(ints, plane), hn::Set(ints, static_cast<std::int32_t>(Square::plane)),
+                           hn::Set(ints, static_cast<std::int32_t>(Square::mixed))));
+        const hn::Rebind<std::uint8_t, Tag> bytes;
+        hn::StoreU(hn::DemoteTo(bytes, kind), bytes, reinterpret_cast<std::uint8_t*>(squares) + x / 4);
+        hn::Vec<IntTag> packed[4];
+        hn::LoadInterleaved4(ints, reinterpret_cast<const std::int32_t*>(normal) + x, packed[0], packed[1], packed[2],
+                             packed[3]);
+        const Float z = Float(rays.near_m) / max(Float(d[1][1]), Float(1e-30f));
+        const Float column = hn::MulAdd(hn::ConvertTo(tag, hn::Iota(ints, 0)), hn::Set(tag, 4.0f),
+                                        hn::Set(tag, static_cast<float>(x + 1)));
+        const Vec3 from = surface_point(rays, start, column, z) +
+                          unpack_normal(packed[1]) * (Float(off_m) + z * Float(off_per_depth));
+        store(from.x, from_x + x / 4), store(from.y, from_y + x / 4), store(from.z, from_z + x / 4);
     }
 }
 
@@ -202,6 +238,7 @@ namespace gonio::shade {
 HWY_EXPORT(WeightsRow);
 HWY_EXPORT(UpsampleRow);
 HWY_EXPORT(DirectRow);
+HWY_EXPORT(SquaresRow);
 HWY_EXPORT(DirectPoints);
 HWY_EXPORT(ToHalves);
 
@@ -230,11 +267,15 @@ void upsample_row(const float* const* values, std::ptrdiff_t stride, int y, int 
                   std::uint16_t* out) {
     HWY_DYNAMIC_DISPATCH(UpsampleRow)(values, stride, y, width, weights, out);
 }
-void direct_row(const DirectLight& light, int y, int width, const Rays& rays, float off_m, float off_per_depth,
-                const float* depth, const std::uint32_t* normal, float* lux_per_cd, float* from_x, float* from_y,
-                float* from_z) {
-    HWY_DYNAMIC_DISPATCH(DirectRow)
-    (light, y, width, rays, off_m, off_per_depth, depth, normal, lux_per_cd, from_x, from_y, from_z);
+void direct_row(const DirectLight& light, int y, int width, const Rays& rays, const float* depth,
+                const std::uint32_t* normal, float* lux_per_cd) {
+    HWY_DYNAMIC_DISPATCH(DirectRow)(light, y, width, rays, depth, normal, lux_per_cd);
+}
+void squares_row(const Rays& rays, int y, int width, float off_m, float off_per_depth, const float* const* depth,
+                 const std::uint32_t* normal, const float* const* lux_per_cd, Square* squares, float* from_x,
+                 float* from_y, float* from_z) {
+    HWY_DYNAMIC_DISPATCH(SquaresRow)
+    (rays, y, width, off_m, off_per_depth, depth, normal, lux_per_cd, squares, from_x, from_y, from_z);
 }
 void direct_points(const DirectLight& light, const Points& points, std::size_t count, float* lux_per_cd) {
     HWY_DYNAMIC_DISPATCH(DirectPoints)(light, points, count, lux_per_cd);

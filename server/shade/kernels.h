@@ -69,11 +69,20 @@ struct DirectLight {
     float unit_m2;  // the result is measured in
 };
 // One row of `width` pixels, a multiple of kLanes: unoccluded illuminance per candela of peak × unit_m2, 0 where there
-// is no surface; and where a ray from there to the luminaire starts: off_m plus off_per_depth times the depth off the
-// surface, local, m. depth, normal: as of upsample_row.
-void direct_row(const DirectLight& light, int y, int width, const Rays& rays, float off_m, float off_per_depth,
-                const float* depth, const std::uint32_t* normal, float* lux_per_cd, float* from_x, float* from_y,
-                float* from_z);
+// is no surface. depth, normal: as of upsample_row.
+void direct_row(const DirectLight& light, int y, int width, const Rays& rays, const float* depth,
+                const std::uint32_t* normal, float* lux_per_cd);
+
+// Off the plane of its neighbours by this share of its depth, a pixel may lie on another surface.
+inline constexpr float kOffPlane = 1e-2f;
+// What a square of pixels shows: no light; light at each, on a plane; or something else.
+enum class Square : std::uint8_t { dark, plane, mixed };
+// A row of squares of 4 × 4 pixels, `width` pixels long, a multiple of 4·kLanes; and where a ray from the second pixel
+// of the second row of each starts: off_m plus off_per_depth times its depth off the surface, local, m. y: of the
+// second row; depth, lux_per_cd: four rows; normal: the second.
+void squares_row(const Rays& rays, int y, int width, float off_m, float off_per_depth, const float* const* depth,
+                 const std::uint32_t* normal, const float* const* lux_per_cd, Square* squares, float* from_x,
+                 float* from_y, float* from_z);
 
 // The same at `count` points, a multiple of kLanes, whatever stands between.
 void direct_points(const DirectLight& light, const Points& points, std::size_t count, float* lux_per_cd);

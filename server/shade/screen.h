@@ -68,9 +68,9 @@ struct ScreenGrid {
 // point, at most 1/16.
 void make_grid(const Surfaces& surfaces, float second_share, ScreenGrid& screen, Pool& pool);
 
-// out: direct illuminance per candela of peak, surfaces.row_length pixels a row. every_pixel: a shadow ray for each
-// that light could reach; else one for 2 × 2 pixels on a plane, and for each of them only where their neighbours' rays
-// end otherwise: a shadow narrower than two pixels that ends within three may be lost.
+// out: direct illuminance per candela of peak, surfaces.row_length pixels a row. every_pixel: a shadow ray for each that
+// light could reach; else one for 4 × 4 pixels on a plane, for 2 × 2 of them where the rays of those around it end
+// otherwise, and for each where that is so of these: a shadow narrower than four pixels may be lost.
 void direct_light(const Surfaces& surfaces, const trace::Geometry& geometry, const DirectLight& light, bool every_pixel,
                   std::vector<float>& out, Pool& pool);
 

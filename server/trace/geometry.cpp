@@ -20,7 +20,7 @@ struct Geometry::Embree {
         if (device == nullptr) throw std::runtime_error("Embree cannot be started on this machine");
         scene = rtcNewScene(device);
         rtcSetSceneFlags(scene, RTC_SCENE_FLAG_ROBUST | RTC_SCENE_FLAG_CONTEXT_FILTER_FUNCTION);
-        rtcSetSceneBuildQuality(scene, RTC_BUILD_QUALITY_MEDIUM);
+        rtcSetSceneBuildQuality(scene, RTC_BUILD_QUALITY_HIGH);
     }
     Embree(const Embree&) = delete;
     Embree& operator=(const Embree&) = delete;

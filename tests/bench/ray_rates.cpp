@@ -27,7 +27,7 @@ double rate(double rays, const std::function<void()>& work) {
     return rays / best;
 }
 
-// A ray for each lit block of 2 × 2 pixels, sixteen blocks a packet (server/shade/direct.cpp).
+// A ray for each lit square of 4 × 4 pixels, sixteen squares a packet (server/shade/direct.cpp).
 std::vector<transport::Fan> shadow_packets(const Scene& scene, const trace::Geometry& geometry, Pool& pool) {
     const shade::Looks looks = shade::make_looks(geometry);
     shade::Surfaces s;
@@ -39,25 +39,25 @@ std::vector<transport::Fan> shadow_packets(const Scene& scene, const trace::Geom
     const std::vector<std::uint32_t> web = pack_web(light.profile->photometry.web);
     const shade::DirectLight direct{geometry.local(light.position), light_from_world(light), shade::web_of(web.data()),
                                     1.0f};
-    std::vector<float> lux_per_cd(s.depth.size()), from[3];
-    for (std::vector<float>& array : from) array.resize(s.depth.size());
+    std::vector<float> lux_per_cd(s.depth.size());
     pool.run(s.height, [&](int y) {
         const std::size_t at = static_cast<std::size_t>(y) * s.row_length;
-        shade::direct_row(direct, y, static_cast<int>(s.row_length), s.rays, 4.0f * geometry.step_off(direct.position),
-                          0.02f * s.depth_per_pixel, s.depth.data() + at, s.normal.data() + at, lux_per_cd.data() + at,
-                          from[0].data() + at, from[1].data() + at, from[2].data() + at);
+        shade::direct_row(direct, y, static_cast<int>(s.row_length), s.rays, s.depth.data() + at, s.normal.data() + at,
+                          lux_per_cd.data() + at);
     });
     std::vector<transport::Fan> packets;
-    for (int top = 0; top < s.height; top += 8) {
-        for (int left = 0; left < s.width; left += 8) {
+    for (int top = 0; top < s.height; top += 16) {
+        for (int left = 0; left < s.width; left += 16) {
             transport::Fan packet;
             int count = 0;
             for (int i = 0; i < trace::kPacket; ++i) {
-                const int x = left + i % 4 * 2, y = top + i / 4 * 2;
+                const int x = left + i % 4 * 4 + 1, y = top + i / 4 * 4 + 1;
                 if (x >= s.width || y >= s.height) continue;
                 const std::size_t at = static_cast<std::size_t>(y) * s.row_length + static_cast<std::size_t>(x);
                 if (!(lux_per_cd[at] > 0.0f)) continue;
-                const glm::vec3 start(from[0][at], from[1][at], from[2][at]), along = direct.position - start;
+                const shade::Spot spot = shade::spot_at(s, x, y);
+                const float off_m = 4.0f * geometry.step_off(direct.position) + 0.02f * s.depth_per_pixel * spot.depth;
+                const glm::vec3 start = spot.position + spot.normal * off_m, along = direct.position - start;
                 packet.rays.set(count++, start, along, 1.0f - 1e-5f);
             }
             packet.active = (1u << count) - 1u;

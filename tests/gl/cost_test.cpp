@@ -83,9 +83,7 @@ protected:
         return light;
     }
     // Passes that find the surfaces that the camera sees.
-    static Ran surfaces() {
-        return {"gbuffer", "gather-weights"};
-    }
+    static Ran surfaces() { return {"gbuffer", "gather-weights"}; }
     // The named passes of a light.
     static Ran of(const std::string& light, const std::vector<std::string>& names) {
         Ran ran;
@@ -353,18 +351,23 @@ TEST_P(Cost, ALoadedSceneRunsEverythingOnce) {
 TEST_P(Cost, RefinementRunsGatherAndComposite) {
     renderer.set_refinement(true);
     frame();
-    int pictures = 0;
+    int pictures = 0, directs = 0;
     for (int steps = 0; !renderer.refined(scene) && steps < 1000; ++steps) {
         if (!renderer.refine(scene, [] { return false; })) continue;
         // Of several luminaires all at once, and then one by one.
         do {
-            for (const std::string& name : frame())
-                EXPECT_TRUE(name.starts_with("gather") || name.starts_with("solve") || name == "composite" ||
-                            name == "nv12")
+            for (const std::string& name : frame()) {
+                directs += name.starts_with("direct") ? 1 : 0;
+                EXPECT_TRUE(name.starts_with("gather") || name.starts_with("solve") || name.starts_with("direct") ||
+                            name == "composite" || name == "nv12")
                     << name;
+            }
         } while (!settled);
         ++pictures;
     }
+    // With a shadow ray from each pixel, once for each luminaire.
+    const bool rays = gather() != Renderer::Gather::gl;
+    EXPECT_EQ(directs, rays ? static_cast<int>(scene.lights.size()) : 0);
     EXPECT_TRUE(renderer.refined(scene));
     EXPECT_GT(pictures, 1);
     EXPECT_EQ(only_frame(), Ran{});

@@ -62,8 +62,10 @@ PassRun run_mask(const PassContext& context, const Light& light, LightGpu& gpu);
 PassRun run_flux(const PassContext& context, LightGpu& gpu);
 // Direct illuminance into a layer, by shader.
 PassRun run_direct(const PassContext& context, const Light& light, const LightGpu& gpu, int layer);
-// The same with a ray to the luminaire from every pixel; and at the one point of a meter, in double precision.
-PassRun run_direct_rays(const PassContext& context, const Light& light, const LightGpu& gpu, int layer);
+// The same by rays to the luminaire, from each pixel or as few as do while it moves (shade::direct_light); and at the
+// one point of a meter, in double precision.
+PassRun run_direct_rays(const PassContext& context, const Light& light, const LightGpu& gpu, int layer,
+                        bool each_pixel);
 PassRun run_direct_point(const PassContext& context, const Light& light, const LightGpu& gpu, int layer);
 // The indirect light of the default technique, on the CPU (server/shade).
 // The G-buffer on the CPU, and the grid that the next passes work on.

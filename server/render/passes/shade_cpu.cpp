@@ -75,7 +75,8 @@ void upload(const gl::Texture& array, const shade::Surfaces& s, int layer, GLenu
     glPixelStorei(GL_UNPACK_ROW_LENGTH, 0);
 }
 
-PassRun run_direct_rays(const PassContext& context, const Light& light, const LightGpu& gpu, int layer) {
+PassRun run_direct_rays(const PassContext& context, const Light& light, const LightGpu& gpu, int layer,
+                        bool each_pixel) {
     const Target& target = context.target;
     ScreenLight& screen = *target.screen;
     const shade::Surfaces& s = screen.surfaces;
@@ -83,7 +84,7 @@ PassRun run_direct_rays(const PassContext& context, const Light& light, const Li
     shade::direct_light(
         s, context.traced,
         {position, light_from_world(light), shade::web_of(gpu.web->words.data()), context.geometry.layer_unit_m2()},
-        target.kind != TargetKind::live, screen.floats, context.pool);
+        each_pixel, screen.floats, context.pool);
     if (target.kind == TargetKind::precise) {
         upload(target.direct, s, layer, GL_RED, GL_FLOAT, screen.floats.data());
         return {};
