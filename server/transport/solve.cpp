@@ -210,52 +210,70 @@ struct Brightest {
 };
 Brightest brightest_of(const Surfels& surfels, const std::vector<glm::vec4>& sent) {
     const std::size_t n = surfels.count, few = n / 10;
-    std::vector<std::pair<float, std::uint16_t>> by_power(n);
+    std::vector<float> power(n);
     double all = 0.0, theirs = 0.0;
     for (std::size_t i = 0; i < n; ++i) {
-        const float power = surfels.area_m2[i] * (0.2126f * sent[i].r + 0.7152f * sent[i].g + 0.0722f * sent[i].b);
-        by_power[i] = {power, static_cast<std::uint16_t>(i)};
-        all += static_cast<double>(power);
+        power[i] = surfels.area_m2[i] * (0.2126f * sent[i].r + 0.7152f * sent[i].g + 0.0722f * sent[i].b);
+        all += static_cast<double>(power[i]);
     }
-    const auto end = by_power.begin() + static_cast<std::ptrdiff_t>(few);
-    std::nth_element(by_power.begin(), end, by_power.end(),
-                     [](const auto& a, const auto& b) { return a.first > b.first; });
     Brightest result;
-    for (auto one = by_power.begin(); one != end; ++one) {
-        if (!(static_cast<double>(one->first) * static_cast<double>(n) > 0.02 * all)) continue;
-        theirs += static_cast<double>(one->first);
-        result.ids.push_back(one->second);
+    const double mean = all / static_cast<double>(std::max<std::size_t>(n, 1));
+    // Were all but a hundredth of the light a tenth's, at most a twentieth more would send a fifth of the mean.
+    const auto bright =
+        std::count_if(power.begin(), power.end(), [&](float p) { return static_cast<double>(p) > 0.2 * mean; });
+    if (static_cast<std::size_t>(bright) > few + n / 20) return result;
+    for (std::size_t i = 0; i < n; ++i) {
+        if (static_cast<double>(power[i]) > 0.02 * mean) result.ids.push_back(static_cast<std::uint16_t>(i));
     }
+    if (result.ids.size() > few) {
+        std::nth_element(result.ids.begin(), result.ids.begin() + static_cast<std::ptrdiff_t>(few), result.ids.end(),
+                         [&](std::uint16_t a, std::uint16_t b) { return power[a] > power[b]; });
+        result.ids.resize(few);
+        std::sort(result.ids.begin(), result.ids.end());
+    }
+    for (const std::uint16_t id : result.ids) theirs += static_cast<double>(power[id]);
     const double x = std::clamp((theirs / std::max(all, 1e-300) - 0.99) / (0.998 - 0.99), 0.0, 1.0);
     result.narrow = static_cast<float>(x * x * (3.0 - 2.0 * x));
     return result;
 }
 
-// The mean of `out` over so many links becomes one over the reversed ones too.
-void add_reversed(const Surfels& surfels, const Links& links, unsigned followed, const Brightest& brightest,
+// The mean of `out` over so many links becomes one over the reversed ones too: over those of the first generation, and
+// of others as long as light comes from so few surfels that all are some 3,000,000 links, or it rests.
+void add_reversed(const Surfels& surfels, const Links& links, unsigned followed, const Brightest& brightest, bool rests,
                   const std::vector<glm::vec4>& sent, std::vector<glm::vec4>& out, Pool& pool) {
     if (links.reversed.empty() || !(brightest.narrow > 0.0f)) return;
     const std::size_t n = surfels.count;
     constexpr std::size_t kParts = 4;
+    constexpr float kAll = 2.5e6f, kNone = 3.5e6f;
     std::vector<std::vector<glm::vec4>> sums(kParts);
+    std::vector<std::pair<const ReverseBlock*, float>> used;  // and the weight of its links
+    float extra = 0.0f;
     unsigned more = 0;
-    for (const auto& block : links.reversed) more += block->count;
+    for (const auto& block : links.reversed) {
+        more += block->count;
+        const float all = static_cast<float>(brightest.ids.size()) * static_cast<float>(more);
+        const float weight =
+            brightest.narrow * (used.empty() || rests ? 1.0f : glm::clamp((kNone - all) / (kNone - kAll), 0.0f, 1.0f));
+        if (!(weight > 0.0f)) break;
+        used.emplace_back(block.get(), weight);
+        extra += weight * static_cast<float>(block->count);
+    }
     pool.run(kParts, [&](int part) {
         std::vector<glm::vec4>& sum = sums[static_cast<std::size_t>(part)];
         sum.assign(n, glm::vec4(0.0f));
         for (std::size_t k = static_cast<std::size_t>(part); k < brightest.ids.size(); k += kParts) {
             const std::size_t j = brightest.ids[k];
-            const glm::vec4 value = sent[j];
-            for (const auto& block : links.reversed) {
+            for (const auto& [block, weight] : used) {
+                const glm::vec4 value = weight * sent[j];
                 for (std::uint32_t at = block->first[j]; at < block->first[j + 1]; ++at) sum[block->from[at]] += value;
             }
         }
     });
-    const auto count = static_cast<float>(followed), extra = brightest.narrow * static_cast<float>(more);
+    const auto count = static_cast<float>(followed);
     pool.run_chunks(n, kChunk, [&](std::size_t begin, std::size_t size) {
         for (std::size_t i = begin; i < begin + size; ++i) {
             const glm::vec4 sum = sums[0][i] + sums[1][i] + sums[2][i] + sums[3][i];
-            out[i] = (out[i] * count + sum * brightest.narrow) / (count + extra);
+            out[i] = (out[i] * count + sum) / (count + extra);
         }
     });
 }
@@ -280,7 +298,7 @@ unsigned solve(const Surfels& surfels, const Links& links, std::span<const glm::
     make_table(sent, table, pool);
     const unsigned followed = transfer(links, table, rests ? ~0u : kMovingLinks, first, pool);
     if (exact.empty()) {
-        add_reversed(surfels, links, followed, brightest, sent, first, pool);
+        add_reversed(surfels, links, followed, brightest, rests, sent, first, pool);
     } else {
         for (std::size_t i = 0; i < n; ++i) first[i] = glm::mix(first[i], exact[i], brightest.narrow);
     }

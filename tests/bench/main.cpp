@@ -14,6 +14,7 @@
 #include "tests/bench/refinement.h"
 #include "tests/bench/report.h"
 #include "tests/bench/scaling.h"
+#include "tests/bench/transport_bench.h"
 #include "tests/stress/stress.h"
 
 namespace {
@@ -118,6 +119,17 @@ int main(int argc, char** argv) {
     pareto->add_option("--svg", svg, "write the plot to this file");
     pareto->add_option("--device", options.device, "index of the EGL device");
     pareto->add_flag("--json", json, "print rows as JSON");
+    gonio::bench::TransportOptions transport_options;
+    CLI::App* transport = app.add_subcommand(
+        "transport", "what the transport takes beside frames, of two million triangles and of a kilometre too");
+    transport->add_option("--cache", transport_options.cache, "folder of computed references")->capture_default_str();
+    transport
+        ->add_option("--reference-seconds", transport_options.reference_seconds,
+                     "spent on each truth at most; rows say how sure it is")
+        ->capture_default_str()
+        ->check(CLI::Range(1.0, 86400.0));
+    transport->add_option("--device", transport_options.device, "index of the EGL device");
+    transport->add_flag("--json", transport_options.json, "print rows as JSON");
     gonio::bench::RefinementOptions refinement_options;
     CLI::App* refinement =
         app.add_subcommand("refinement", "how the error of a picture that nobody touches falls with time");
@@ -150,6 +162,8 @@ int main(int argc, char** argv) {
         if (machine->parsed()) {
             const auto context = gonio::gl::Context::create({-1, false});
             gonio::bench::print_machine(gonio::bench::measure_machine(*context), machine_json, std::cout);
+        } else if (transport->parsed()) {
+            gonio::bench::run_transport(transport_options, std::cout, std::cerr);
         } else if (refinement->parsed()) {
             gonio::bench::run_refinement(refinement_options, std::cout, std::cerr);
         } else if (report->parsed()) {

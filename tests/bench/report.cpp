@@ -168,6 +168,7 @@ Report make_report(const std::filesystem::path& results, const std::filesystem::
                          read_pareto(results),
                          read_json(results / "machine.json"),
                          read_json(results / "refinement.json"),
+                         read_json(results / "transport.json"),
                          std::filesystem::exists(results / "stress.json") ? read_json(results / "stress.json") : Json(),
                          read_text(results / "ies.txt")};
     const std::map<std::string, std::string> tables = {{"frames", frames_table(saved.frames)},
@@ -177,6 +178,7 @@ Report make_report(const std::filesystem::path& results, const std::filesystem::
                                                        {"lights", lights_table(saved.lights)},
                                                        {"goals", goals_table(saved)},
                                                        {"refinement", refinement_table(saved.refinement)},
+                                                       {"transport", transport_table(saved.transport)},
                                                        {"pareto", pareto_table(saved.pareto)},
                                                        {"stress", stress_table(saved.stress)}};
     const auto figures = figures_of(saved);

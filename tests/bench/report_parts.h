@@ -25,7 +25,7 @@ const Json& row_where(const Json& file, const std::map<std::string, Json>& field
 
 // What a folder of results holds. stress: null where it was not run.
 struct Saved {
-    Json frames, lights, scaling, pareto, machine, refinement, stress;
+    Json frames, lights, scaling, pareto, machine, refinement, transport, stress;
     std::string ies;  // as ies-bench prints it
 };
 
@@ -38,6 +38,7 @@ std::string rsm_table(const Json& scaling);
 std::string efforts_table(const Json& scaling);
 std::string lights_table(const Json& lights);
 std::string refinement_table(const Json& refinement);
+std::string transport_table(const Json& transport);
 std::string pareto_table(const Json& pareto);
 std::string stress_table(const Json& stress);
 // Result: the least time of this name that the seed technique's 400 samples took in a scene anywhere, ms: what held

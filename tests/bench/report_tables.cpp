@@ -134,6 +134,20 @@ std::string lights_table(const Json& lights) {
     return table;
 }
 
+std::string transport_table(const Json& transport) {
+    std::string table =
+        head_of({"scene", "triangles", "m", "surfels", "links of each", "MiB", "first after s", "all after s",
+                 "frame meanwhile ms", "at most ms", "afterwards ms", "rmse", "rmse99", "bias"});
+    for (const Json& row : transport.at("rows"))
+        table += row_of({row.at("scene"), whole(row.at("triangles")), figure(row.at("extent_m")),
+                         whole(row.at("surfels")), whole(row.at("links")),
+                         fixed(row.at("bytes").get<double>() / (1 << 20), 0), fixed(row.at("first_s"), 1),
+                         fixed(row.at("ready_s"), 1), figure(row.at("meanwhile_ms")), figure(row.at("longest_ms")),
+                         figure(row.at("later_ms")), fixed(row.at("rmse"), 3), fixed(row.at("rmse99"), 3),
+                         fixed(row.at("bias"), 3)});
+    return table;
+}
+
 std::string refinement_table(const Json& refinement) {
     std::string table = head_of({"scene", "seconds", "rounds", "rmse", "rmse99", "p95", "bias"});
     std::string before;

@@ -49,7 +49,7 @@ struct Template : testing::Test {
 TEST_F(Template, NamesStandForTablesAndFigures) {
     if (!measured()) GTEST_SKIP();
     const std::string all =
-        "{{frames}}\n{{scaling}}\n{{rsm}}\n{{efforts}}\n{{lights}}\n{{refinement}}\n"
+        "{{frames}}\n{{scaling}}\n{{rsm}}\n{{efforts}}\n{{lights}}\n{{refinement}}\n{{transport}}\n"
         "{{pareto}}\n{{goals}}\n{{stress}}\nat {{threads}} threads.";
     const std::string page = make(all);
     EXPECT_TRUE(page.ends_with("\nat 2 threads."));
