@@ -15,16 +15,19 @@ float spot_share(const transport::Surfels& surfels, const std::vector<float>& di
     return squares > 0.0 ? 1.0f - glm::smoothstep(8.0f, 32.0f, static_cast<float>(sum * sum / squares)) : 1.0f;
 }
 
+constexpr float kNearRadii = 4.0f;
 // 1: the luminaire is nearer to the surfel than others are.
 float near_share(const transport::Surfels& surfels, std::size_t i, const glm::vec3& light) {
-    return 1.0f - glm::smoothstep(2.0f, 4.0f, glm::distance(surfels.position(i), light) / surfels.radius_m);
+    return 1.0f - glm::smoothstep(2.0f, kNearRadii, glm::distance(surfels.position(i), light) / surfels.radius_m);
 }
 
 }  // namespace
 
 bool takes_flux(const transport::Surfels& surfels, const glm::vec3& light, const std::vector<float>& direct) {
+    const float near_m = kNearRadii * surfels.radius_m;
     for (std::size_t i = 0; i < surfels.count; ++i) {
-        if (near_share(surfels, i, light) > 0.0f) return true;
+        const glm::vec3 d = surfels.position(i) - light;
+        if (glm::dot(d, d) < near_m * near_m) return true;
     }
     return spot_share(surfels, direct) > 0.0f;
 }
