@@ -158,6 +158,16 @@ void make_table(std::span<const glm::vec4> values, Table& table, Pool& pool) {
     });
 }
 
+// Result: how many of a surfel's links are in whole blocks of the first `most`; the first block in any case.
+static unsigned count_of(const Links& links, unsigned most) {
+    unsigned count = 0;
+    for (const auto& block : links.blocks) {
+        if (block->first > 0 && block->first + block->count > most) break;
+        count = block->first + block->count;
+    }
+    return count;
+}
+
 Links first_of(const Links& links, unsigned most) {
     Links few;
     for (const auto& block : links.blocks) {
@@ -184,23 +194,20 @@ void radiosity(const Surfels& surfels, std::span<const glm::vec4> direct, std::s
 
 namespace {
 
-// out = the mean over each surfel's links of what the table holds, with at most that many links. Result: of how many.
-unsigned transfer(const Links& links, const Table& table, unsigned most, std::vector<glm::vec4>& out, Pool& pool) {
-    std::fill(out.begin(), out.end(), glm::vec4(0.0f));
-    unsigned count = 0;
-    std::vector<const LinkBlock*> used;
-    for (const auto& block : links.blocks) {
-        if (block->first > 0 && block->first + block->count > most) break;
-        used.push_back(block.get());
-        count += block->count;
-    }
-    if (!(table.unit > 0.0f) || count == 0) return count;
+// out = base + share × the sum of what the table holds over the links `from` … `to` − 1 of each surfel.
+void transfer(const Links& links, unsigned from, unsigned to, const Table& table, float share,
+              const std::vector<glm::vec4>& base, std::vector<glm::vec4>& out, Pool& pool) {
+    out.resize(base.size());
     pool.run_chunks(out.size(), kChunk, [&](std::size_t first, std::size_t size) {
-        for (const LinkBlock* block : used)
-            gather(table, block->ids.data() + first * block->count, block->count, size,
-                   table.unit / static_cast<float>(count), out.data() + first);
+        if (&out != &base)
+            std::copy_n(base.begin() + static_cast<std::ptrdiff_t>(first), size,
+                        out.begin() + static_cast<std::ptrdiff_t>(first));
+        for (const auto& block : links.blocks) {
+            if (table.unit > 0.0f && block->first >= from && block->first < to)
+                gather(table, block->ids.data() + first * block->count, block->count, size, share * table.unit,
+                       out.data() + first);
+        }
     });
-    return count;
 }
 
 // The brightest tenth of the surfels, without those that send next to nothing.
@@ -237,17 +244,17 @@ Brightest brightest_of(const Surfels& surfels, const std::vector<glm::vec4>& sen
     return result;
 }
 
-// The mean of `out` over so many links becomes one over the reversed ones too: over those of the first generation, and
-// of others as long as light comes from so few surfels that all are some 3,000,000 links, or it rests.
-void add_reversed(const Surfels& surfels, const Links& links, unsigned followed, const Brightest& brightest, bool rests,
-                  const std::vector<glm::vec4>& sent, std::vector<glm::vec4>& out, Pool& pool) {
-    if (links.reversed.empty() || !(brightest.narrow > 0.0f)) return;
-    const std::size_t n = surfels.count;
+// out += the sum of what is sent over the reversed links of the brightest, those of the first generation and of others
+// as long as light comes from so few surfels that all are some 3,000,000 links, or it rests. Result: of how many links
+// of each surfel.
+float add_reversed(const Links& links, const Brightest& brightest, bool rests, const std::vector<glm::vec4>& sent,
+                   std::vector<glm::vec4>& out, Pool& pool) {
+    if (links.reversed.empty() || !(brightest.narrow > 0.0f)) return 0.0f;
     constexpr std::size_t kParts = 4;
     constexpr float kAll = 2.5e6f, kNone = 3.5e6f;
     std::vector<std::vector<glm::vec4>> sums(kParts);
     std::vector<std::pair<const ReverseBlock*, float>> used;  // and the weight of its links
-    float extra = 0.0f;
+    float count = 0.0f;
     unsigned more = 0;
     for (const auto& block : links.reversed) {
         more += block->count;
@@ -256,11 +263,11 @@ void add_reversed(const Surfels& surfels, const Links& links, unsigned followed,
             brightest.narrow * (used.empty() || rests ? 1.0f : glm::clamp((kNone - all) / (kNone - kAll), 0.0f, 1.0f));
         if (!(weight > 0.0f)) break;
         used.emplace_back(block.get(), weight);
-        extra += weight * static_cast<float>(block->count);
+        count += weight * static_cast<float>(block->count);
     }
     pool.run(kParts, [&](int part) {
         std::vector<glm::vec4>& sum = sums[static_cast<std::size_t>(part)];
-        sum.assign(n, glm::vec4(0.0f));
+        sum.assign(out.size(), glm::vec4(0.0f));
         for (std::size_t k = static_cast<std::size_t>(part); k < brightest.ids.size(); k += kParts) {
             const std::size_t j = brightest.ids[k];
             for (const auto& [block, weight] : used) {
@@ -269,13 +276,10 @@ void add_reversed(const Surfels& surfels, const Links& links, unsigned followed,
             }
         }
     });
-    const auto count = static_cast<float>(followed);
-    pool.run_chunks(n, kChunk, [&](std::size_t begin, std::size_t size) {
-        for (std::size_t i = begin; i < begin + size; ++i) {
-            const glm::vec4 sum = sums[0][i] + sums[1][i] + sums[2][i] + sums[3][i];
-            out[i] = (out[i] * count + sum) / (count + extra);
-        }
+    pool.run_chunks(out.size(), kChunk, [&](std::size_t begin, std::size_t size) {
+        for (std::size_t i = begin; i < begin + size; ++i) out[i] += sums[0][i] + sums[1][i] + sums[2][i] + sums[3][i];
     });
+    return count;
 }
 
 double sum_of(const glm::vec4& v) {
@@ -287,37 +291,51 @@ double sum_of(const glm::vec4& v) {
 unsigned solve(const Surfels& surfels, const Links& links, std::span<const glm::vec4> exact, const Accuracy& accuracy,
                Irradiance& light, Pool& pool) {
     const std::size_t n = surfels.count;
-    std::vector<glm::vec4>& first = light.first;
-    first.resize(n);
     Table table;
-    std::vector<glm::vec4> sent(n), next(n);
-    radiosity(surfels, light.direct, {}, sent, pool);
+    std::vector<glm::vec4> sent(n), rest(n, glm::vec4(0.0f)), next;
+    // sent = rho (share × E0 + E).
+    const auto send = [&](float share, std::span<const glm::vec4> indirect) {
+        pool.run_chunks(n, kChunk, [&](std::size_t begin, std::size_t count) {
+            for (std::size_t i = begin; i < begin + count; ++i)
+                sent[i] = glm::vec4(surfels.albedo[i], 0.0f) *
+                          (share * light.direct[i] + (indirect.empty() ? glm::vec4(0.0f) : indirect[i]));
+        });
+        make_table(sent, table, pool);
+    };
     const bool rests = accuracy.change <= kAtRest.change;
+    send(1.0f, {});
     const Brightest brightest = links.reversed.empty() && !rests ? Brightest() : brightest_of(surfels, sent);
     light.narrow = brightest.narrow;
-    make_table(sent, table, pool);
-    const unsigned followed = transfer(links, table, rests ? ~0u : kMovingLinks, first, pool);
-    if (exact.empty()) {
-        add_reversed(surfels, links, followed, brightest, rests, sent, first, pool);
-    } else {
-        for (std::size_t i = 0; i < n; ++i) first[i] = glm::mix(first[i], exact[i], brightest.narrow);
-    }
+    // The first bounce is a mean over more links than later ones follow: what those find of it is the same in each
+    // bounce, and what the others find goes along with E.
+    const unsigned near = count_of(links, kLaterLinks), all = count_of(links, rests ? ~0u : kMovingLinks);
+    const float more = exact.empty() ? add_reversed(links, brightest, rests, sent, rest, pool) : 0.0f,
+                exactly = exact.empty() ? 0.0f : brightest.narrow,
+                share = (1.0f - exactly) / std::max(static_cast<float>(all) + more, 1.0f),
+                per_link = 1.0f / static_cast<float>(std::max(near, 1u));
+    for (std::size_t i = 0; i < n && brightest.narrow > 0.0f; ++i)
+        rest[i] = exact.empty() ? share * rest[i] : exactly * exact[i];
+    transfer(links, near, all, table, share, rest, rest, pool);
+    const float direct = share / per_link;
+    // One bounce more. out: E.
+    const auto bounce_of = [&](std::span<const glm::vec4> indirect, std::vector<glm::vec4>& out) {
+        send(direct, indirect);
+        transfer(links, 0, near, table, per_link, rest, out, pool);
+    };
     light.converged = false;
     // What rests is solved from the start: it does not depend on what was shown before.
-    if (light.indirect.size() != n || rests) light.indirect = first;
+    if (light.indirect.size() != n || rests) {
+        bounce_of({}, light.first);
+        light.indirect = light.first;
+    }
     std::vector<double> changes((n + kChunk - 1) / kChunk), sums(changes.size());
     double last = 0.0;
     for (unsigned bounce = 1;; ++bounce) {
-        pool.run_chunks(n, kChunk, [&](std::size_t begin, std::size_t count) {
-            for (std::size_t i = begin; i < begin + count; ++i)
-                sent[i] = glm::vec4(surfels.albedo[i], 0.0f) * light.indirect[i];
-        });
-        make_table(sent, table, pool);
-        transfer(links, table, kLaterLinks, next, pool);
+        bounce_of(light.indirect, next);
         pool.run_chunks(n, kChunk, [&](std::size_t begin, std::size_t count) {
             double change = 0.0, sum = 0.0;
             for (std::size_t i = begin; i < begin + count; ++i) {
-                const glm::vec4 value = first[i] + next[i];
+                const glm::vec4 value = next[i];
                 change += static_cast<double>(surfels.area_m2[i]) * sum_of(value - light.indirect[i]);
                 sum += static_cast<double>(surfels.area_m2[i]) * sum_of(value);
                 next[i] = value - light.indirect[i];
@@ -336,10 +354,10 @@ unsigned solve(const Surfels& surfels, const Links& links, std::span<const glm::
         // What is still to come falls by the same ratio each time, about: taken in one step, now and then.
         const double ratio = last > 0.0 ? std::min(change / last, 0.99) : 0.0;
         if (ratio > 0.0 && bounce % 3 == 0) {
-            const auto more = static_cast<float>(ratio / (1.0 - ratio));
+            const auto ahead = static_cast<float>(ratio / (1.0 - ratio));
             pool.run_chunks(n, kChunk, [&](std::size_t begin, std::size_t count) {
                 for (std::size_t i = begin; i < begin + count; ++i)
-                    light.indirect[i] = glm::max(light.indirect[i] + next[i] * more, glm::vec4(0.0f));
+                    light.indirect[i] = glm::max(light.indirect[i] + next[i] * ahead, glm::vec4(0.0f));
             });
             last = 0.0;
         } else {
