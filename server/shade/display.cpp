@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "server/shade/kernels.h"
+#include "server/shade/upsample.h"
 
 #undef HWY_TARGET_INCLUDE
 #define HWY_TARGET_INCLUDE "server/shade/display.cpp"
@@ -19,15 +20,23 @@
 #define GONIO_SHADE_TONE_TABLE
 #include "shaders/lib/as_cpp.h"
 namespace gonio::shade {
-// 256 values per octave, linear between them: within 1e-5 of the curve. Below 2^-14 the curve is 12.92 x.
+// 256 values per octave, linear between them: within 1e-5 of the curve. Below 2^-14 the curve is 12.92 x. An entry has
+// its value and how much greater the next is, of 65,535 and of as much again.
 inline constexpr std::uint32_t kToneFirst = (127 - 14) << 8, kToneEntries = 21 << 8;
-inline const float* tone_table() {
+inline constexpr float kToneUnit = 65535.0f;
+inline const std::int32_t* tone_table() {
     static const auto table = [] {
-        std::array<float, kToneEntries + 2> values{};
-        for (std::uint32_t i = 0; i < values.size(); ++i) {
-            values[i] = glsl::srgb_encode(glsl::shoulder(std::bit_cast<float>((kToneFirst + i) << 15)));
+        const auto value = [](std::uint32_t i) {
+            return glsl::srgb_encode(glsl::shoulder(std::bit_cast<float>((kToneFirst + i) << 15)));
+        };
+        std::array<std::int32_t, kToneEntries> entries{};
+        for (std::uint32_t i = 0; i < entries.size(); ++i) {
+            const auto low = static_cast<std::uint32_t>(value(i) * kToneUnit + 0.5f);
+            const float more = value(i + 1) * kToneUnit - static_cast<float>(low);
+            entries[i] =
+                static_cast<std::int32_t>(low << 16 | static_cast<std::uint32_t>(std::max(more * 256.0f, 0.0f) + 0.5f));
         }
-        return values;
+        return entries;
     }();
     return table.data();
 }
@@ -42,17 +51,19 @@ namespace HWY_NAMESPACE {
 #include "server/shade/layer_lanes.h"
 
 // Gamma-encoded value of a display-linear one.
-HWY_INLINE Float tone(const float* table, Float x) {
+HWY_INLINE Float tone(const std::int32_t* table, Float x) {
     const Tag tag;
     const IntTag ints;
     const Float bounded = min(max(x, Float(0.0f)), Float(100.0f));
     const auto bits = hn::BitCast(ints, bounded.raw);
     const auto index =
         hn::Max(hn::Sub(hn::ShiftRight<15>(bits), hn::Set(ints, static_cast<int>(kToneFirst))), hn::Zero(ints));
-    const Float share =
-        hn::Mul(hn::ConvertTo(tag, hn::And(bits, hn::Set(ints, 0x7fff))), hn::Set(tag, 1.0f / 32768.0f));
-    const Float low = hn::GatherIndex(tag, table, index), high = hn::GatherIndex(tag, table + 1, index);
-    return mix(low + (high - low) * share, bounded * Float(12.92f), bounded < Float(0x1p-14f));
+    const Float share = hn::ConvertTo(tag, hn::And(bits, hn::Set(ints, 0x7fff)));
+    const auto entry = hn::GatherIndex(ints, table, index);
+    const Float low = hn::ConvertTo(tag, hn::And(hn::ShiftRight<16>(entry), hn::Set(ints, 0xffff))),
+                more = hn::ConvertTo(tag, hn::And(entry, hn::Set(ints, 0xffff)));
+    return mix((low + more * share * Float(1.0f / (256.0f * 32768.0f))) * Float(1.0f / kToneUnit),
+               bounded * Float(12.92f), bounded < Float(0x1p-14f));
 }
 
 // One row of the light that is kept by luminaire at the pixels, in quanta. Layer after layer: as many streams at once
@@ -73,9 +84,9 @@ void SumRow(const Display& display, int y, std::int32_t* const* sum) {
     }
 }
 
-// One row of gamma-encoded R'G'B' with ordered dither. kept: of SumRow.
-void EncodeRow(const Display& display, int y, const float* table, float scale, const std::int32_t* const* kept,
-               float* red, float* green, float* blue) {
+// One row of gamma-encoded R'G'B' with ordered dither. kept: of SumRow. indirect: what the grid brings to it, or null.
+void EncodeRow(const Display& display, int y, const std::int32_t* table, float scale, const std::int32_t* const* kept,
+               const std::uint16_t* indirect, float* red, float* green, float* blue) {
     const Tag tag;
     const IntTag ints;
     const auto lanes = hn::Lanes(tag);
@@ -87,13 +98,11 @@ void EncodeRow(const Display& display, int y, const float* table, float scale, c
         Vec3 light;
         const auto units = [&](int k) { return hn::ConvertTo(tag, hn::LoadU(ints, kept[k] + x)); };
         light = Vec3(units(0), units(1), units(2)) * Float(display.per_quantum);
-        for (const Display::Rgb& rgb : {display.direct, display.indirect}) {
-            if (rgb.halves != nullptr) light = light + load_rgb(rgb.halves + 4 * at) * Float(rgb.unit);
-        }
-        for (const Display::Refined& layer : display.refined) {
-            const Vec3 rgb = load_rgb(layer.halves + 4 * at);
+        if (indirect != nullptr) light = light + load_rgb(indirect + 4 * x) * Float(display.on_grid.unit);
+        for (const Display::Others& other : display.others) {
+            const Vec3 rgb = load_rgb(other.halves + 4 * at);
             light =
-                light + Vec3(rgb.x * Float(layer.units.x), rgb.y * Float(layer.units.y), rgb.z * Float(layer.units.z));
+                light + Vec3(rgb.x * Float(other.units.x), rgb.y * Float(other.units.y), rgb.z * Float(other.units.z));
         }
         const Vec3 albedo = load_rgb(display.albedo + 4 * at);
         Vec3 shown(light.x * albedo.x, light.y * albedo.y, light.z * albedo.z);
@@ -159,7 +168,7 @@ HWY_EXPORT(EncodeRow);
 HWY_EXPORT(Nv12Rows);
 
 void to_nv12(const Display& display, std::uint8_t* nv12, Pool& pool) {
-    const float* table = tone_table();
+    const std::int32_t* table = tone_table();
     const float scale = glsl::expose(glm::vec3(1.0f), display.ev100).x;
     const auto width = static_cast<std::size_t>(display.width), length = display.row_length;
     // Eight pairs of rows a job: its scratch stays in the cache.
@@ -168,18 +177,24 @@ void to_nv12(const Display& display, std::uint8_t* nv12, Pool& pool) {
     pool.run((pairs + kPairs - 1) / kPairs, [&](int job) {
         static thread_local std::vector<float> rgb;
         static thread_local std::vector<std::int32_t> quanta;
+        static thread_local std::vector<std::uint16_t> from_grid;
         static thread_local std::vector<std::uint8_t> bytes;
         quanta.resize(3 * length);
         rgb.resize(6 * length);
+        from_grid.resize(4 * length);
         bytes.resize(3 * length);
         float* const upper[3] = {rgb.data(), rgb.data() + length, rgb.data() + 2 * length};
         float* const lower[3] = {rgb.data() + 3 * length, rgb.data() + 4 * length, rgb.data() + 5 * length};
+        const Display::OnGrid& on_grid = display.on_grid;
+        std::uint16_t* const indirect = on_grid.planes != nullptr ? from_grid.data() : nullptr;
         std::int32_t* const kept[3] = {quanta.data(), quanta.data() + length, quanta.data() + 2 * length};
         for (int pair = job * kPairs; pair < std::min(pairs, (job + 1) * kPairs); ++pair) {
             const int top = display.height - 1 - 2 * pair;
             for (const auto& [y, row] : {std::pair(top, upper), std::pair(top - 1, lower)}) {
                 HWY_DYNAMIC_DISPATCH(SumRow)(display, y, kept);
-                HWY_DYNAMIC_DISPATCH(EncodeRow)(display, y, table, scale, kept, row[0], row[1], row[2]);
+                if (indirect != nullptr)
+                    upsample_line(*on_grid.surfaces, *on_grid.screen, *on_grid.planes, y, indirect);
+                HWY_DYNAMIC_DISPATCH(EncodeRow)(display, y, table, scale, kept, indirect, row[0], row[1], row[2]);
             }
             HWY_DYNAMIC_DISPATCH(Nv12Rows)
             (upper, lower, length, bytes.data(), bytes.data() + length, bytes.data() + 2 * length);

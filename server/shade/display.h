@@ -22,18 +22,19 @@ struct Display {
     std::span<const LayerTerm> layers;
     float cap = 0.0f;  // of each term, quanta
     float per_quantum = 0.0f;
-    // Light in half floats, 4 per pixel: rgb and 1; null: none.
-    struct Rgb {
-        const std::uint16_t* halves = nullptr;
+    // Indirect light on the grid, in units; no planes: none.
+    struct OnGrid {
+        const Surfaces* surfaces = nullptr;
+        const ScreenGrid* screen = nullptr;
+        const Planes* planes = nullptr;
         float unit = 0.0f;  // display units per value
-    };
-    Rgb direct, indirect;
-    // Light in units per channel: indirect of a single luminaire; that of emissive surfaces.
-    struct Refined {
+    } on_grid;
+    // Light of all others in half floats, 4 per pixel: rgb and 1; in units per channel.
+    struct Others {
         const std::uint16_t* halves;
         glm::vec3 units;
     };
-    std::span<const Refined> refined;
+    std::span<const Others> others;
     const std::uint16_t* albedo = nullptr;  // half floats, 4 per pixel: linear reflectance
     const float* emission = nullptr;        // 4 per pixel, cd/m²; null: nothing emits or it is not shown
     const float* depth = nullptr;           // 0: no surface

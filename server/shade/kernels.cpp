@@ -128,6 +128,14 @@ void ToHalves(const float* from, std::size_t count, std::uint16_t* to) {
                    bits, to + i);
 }
 
+void FromHalves(const std::uint16_t* from, std::size_t count, float* to) {
+    const Tag tag;
+    const hn::Rebind<hwy::float16_t, Tag> halves;
+    for (std::size_t i = 0; i < count; i += hn::Lanes(tag))
+        hn::StoreU(hn::PromoteTo(tag, hn::LoadU(halves, reinterpret_cast<const hwy::float16_t*>(from) + i)), tag,
+                   to + i);
+}
+
 // The lower left of the four grid points around pixels 4k + phase of a row is point k + this one.
 HWY_INLINE std::ptrdiff_t left_of(int phase) {
     return phase < 2 ? -1 : 0;
@@ -241,6 +249,7 @@ HWY_EXPORT(DirectRow);
 HWY_EXPORT(SquaresRow);
 HWY_EXPORT(DirectPoints);
 HWY_EXPORT(ToHalves);
+HWY_EXPORT(FromHalves);
 
 Web web_of(const std::uint32_t* words) {
     const std::size_t n_v = words[1], n_h = words[2];
@@ -282,6 +291,9 @@ void direct_points(const DirectLight& light, const Points& points, std::size_t c
 }
 void to_halves(const float* from, std::size_t count, std::uint16_t* to) {
     HWY_DYNAMIC_DISPATCH(ToHalves)(from, count, to);
+}
+void from_halves(const std::uint16_t* from, std::size_t count, float* to) {
+    HWY_DYNAMIC_DISPATCH(FromHalves)(from, count, to);
 }
 
 }  // namespace gonio::shade

@@ -89,5 +89,6 @@ void direct_points(const DirectLight& light, const Points& points, std::size_t c
 
 // Half floats of `count` floats, a multiple of kLanes; what is greater becomes 65,504.
 void to_halves(const float* from, std::size_t count, std::uint16_t* to);
+void from_halves(const std::uint16_t* from, std::size_t count, float* to);
 
 }  // namespace gonio::shade

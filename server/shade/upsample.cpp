@@ -1,7 +1,6 @@
 #include "server/shade/upsample.h"
 
 #include <algorithm>
-#include <glm/gtc/packing.hpp>
 
 #include "shaders/lib/as_cpp.h"
 
@@ -106,13 +105,23 @@ void upsample_line(const Surfaces& surfaces, const ScreenGrid& screen, const Pla
     upsample_row(values, grid.stride, y, static_cast<int>(surfaces.row_length),
                  screen.to_pixels.weights.data() + row_of(surfaces, y), out);
     const std::vector<ToPixels::Odd>& odd = screen.to_pixels.odd[static_cast<std::size_t>(y)];
-    for (std::size_t i = 0; i < odd.size();) {
+    static thread_local std::vector<float> sums;  // 4 for each pixel of `odd`
+    static thread_local std::vector<std::uint16_t> halves;
+    sums.assign(4 * odd.size() + kLanes, 1.0f);
+    std::size_t pixels = 0;
+    for (std::size_t i = 0; i < odd.size(); ++pixels) {
         const std::uint32_t x = odd[i].x;
         glm::vec3 sum(0.0f);
         for (; i < odd.size() && odd[i].x == x; ++i)
             sum += odd[i].share * glm::vec3(light[0][odd[i].from], light[1][odd[i].from], light[2][odd[i].from]);
-        for (int k = 0; k < 3; ++k)
-            out[4 * x + static_cast<std::size_t>(k)] = glm::packHalf1x16(std::min(sum[k], 65504.0f));
+        for (int k = 0; k < 3; ++k) sums[4 * pixels + static_cast<std::size_t>(k)] = sum[k];
+    }
+    halves.resize(sums.size());
+    to_halves(sums.data(), (4 * pixels + kLanes - 1) / kLanes * kLanes, halves.data());
+    pixels = 0;
+    for (std::size_t i = 0; i < odd.size(); ++i) {
+        if (i > 0 && odd[i].x == odd[i - 1].x) continue;
+        std::copy_n(halves.data() + 4 * pixels++, 3, out + 4 * odd[i].x);
     }
 }
 

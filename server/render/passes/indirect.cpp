@@ -249,15 +249,17 @@ PassRun run_gather_emitted(const PassContext& context) {
 PassRun run_gather_merged(const PassContext& context, Together which) {
     ScreenLight& screen = *context.target.screen;
     ScreenLight::Merged& merged = merged_of(context.target, which);
+    if (which == Together::layered) {
+        merged.indirect = gathered(context, merged.irradiance);
+        return {};
+    }
     if (context.gathers)
         screen.summed.pixels[1].clear();  // run_besides gathers it
     else
-        shade::upsample(screen.surfaces, screen.grid, gathered(context, merged.irradiance),
-                        which == Together::summed ? screen.summed.pixels[1] : merged.indirect, context.pool);
-    if (which == Together::summed) {
-        screen.summed.passes = 0;
-        screen.summed.version = ++screen.writes;
-    }
+        shade::upsample(screen.surfaces, screen.grid, gathered(context, merged.irradiance), screen.summed.pixels[1],
+                        context.pool);
+    screen.summed.passes = 0;
+    screen.summed.version = ++screen.writes;
     return {};
 }
 

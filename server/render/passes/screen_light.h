@@ -51,18 +51,19 @@ struct ScreenLight {
     } gathering;
     std::uint64_t gathered = 0;  // counts passes of it that were completed
     shade::LayerSum sum;
-    shade::Planes grid_sum;                     // scratch: 3 planes in the shape of the grid
-    std::vector<std::uint16_t> indirect;        // 4 per pixel: the sum of the luminaires' indirect light
-    std::optional<std::uint64_t> indirect_sum;  // LayerSum::changes() it was made from; none: an older grid
-    std::uint64_t indirect_single = 0;          // LightLayer::version of the only luminaire it shows; 0: it is a sum
+    shade::Planes grid_sum;  // 3 planes in the shape of the grid: the sum of the luminaires' indirect light
+    std::optional<std::uint64_t>
+        summed_changes;  // LayerSum::changes() it was made from; none: scratch, or an older grid
     struct Merged {
         shade::MergedList list;
         transport::Irradiance irradiance;  // in the list's unit
         bool moves = false;                // it has changed since it was solved
         shade::Lattice lattice;
-        std::vector<std::uint16_t> direct, indirect;  // 4 per pixel, per cd of the list's reference × the layers' unit
-    } merged, summed_list;                            // of luminaires with layers while those are old; of the others
-    struct OnGpu {                                    // where shaders gather: what they read
+        // Per cd of the list's reference × the layers' unit: 4 per pixel; planes of the grid.
+        std::vector<std::uint16_t> direct;
+        shade::Planes indirect;
+    } merged, summed_list;  // of luminaires with layers while those are old; of the others
+    struct OnGpu {          // where shaders gather: what they read
         std::shared_ptr<const transport::Transport::Surface> surface;
         std::shared_ptr<const transport::CellMap::Table> cells;
         gl::Buffer surfels, around, triangle_buffer, cell_buffer;

@@ -27,7 +27,7 @@ void set_view(const PassContext& context) {
 void set_grid(const PassContext& context) {
     ScreenLight& screen = *context.target.screen;
     shade::make_grid(screen.surfaces, kEfforts[context.effort].second_share, screen.grid, context.pool);
-    screen.indirect_sum.reset();
+    screen.summed_changes.reset();
 }
 
 }  // namespace
@@ -142,13 +142,13 @@ PassRun run_direct_point_summed(const PassContext& context, std::span<const Ligh
 namespace {
 
 // out: 3 planes in the shape of the grid.
-void grid_floats(const shade::LightLayer& layer, std::size_t size, shade::Planes& out) {
+void grid_floats(const shade::LightLayer& layer, std::size_t size, shade::Planes& out, Pool& pool) {
     out.resize(3);
-    for (std::size_t k = 0; k < 3; ++k) {
+    pool.run(3, [&](int channel) {
+        const auto k = static_cast<std::size_t>(channel);
         out[k].assign(size, 0.0f);
-        for (std::size_t i = 0; i < layer.indirect[k].size(); ++i)
-            out[k][i] = glm::unpackHalf1x16(layer.indirect[k][i]);
-    }
+        shade::from_halves(layer.indirect[k].data(), layer.indirect[k].size(), out[k].data());
+    });
 }
 
 std::size_t grid_size(const ScreenLight& screen) {
@@ -165,9 +165,9 @@ PassRun run_layers(const Target& target, int layer, Pool& pool) {
         upload(target.indirect, screen.surfaces, layer, GL_RGBA, GL_HALF_FLOAT, own.gathered.data());
     if (!own.direct.empty()) upload(target.direct, screen.surfaces, layer, GL_RED, GL_HALF_FLOAT, own.direct.data());
     if (own.indirect[0].empty() || !own.gathered.empty()) return {};
-    grid_floats(own, grid_size(screen), screen.grid_sum);
+    grid_floats(own, grid_size(screen), screen.grid_sum, pool);
     shade::upsample(screen.surfaces, screen.grid, screen.grid_sum, screen.halves, pool);
-    screen.indirect_sum.reset();
+    screen.summed_changes.reset();
     upload(target.indirect, screen.surfaces, layer, GL_RGBA, GL_HALF_FLOAT, screen.halves.data());
     return {};
 }
@@ -195,7 +195,9 @@ std::vector<glm::vec3> cpu_illuminance(const Target& target, std::span<const glm
         if (besides->unit_lx[part] > 0.0f) add_rgb(besides->pixels[part], besides->gain * besides->unit_lx[part]);
     }
     if (merged) {
-        add_rgb(indirect ? screen.merged.indirect : screen.merged.direct, screen.merged.list.reference / layer_unit_m2);
+        std::vector<std::uint16_t> halves;
+        if (indirect) shade::upsample(s, screen.grid, screen.merged.indirect, halves, pool);
+        add_rgb(indirect ? halves : screen.merged.direct, screen.merged.list.reference / layer_unit_m2);
         return lux;
     }
     // Planes relative to the greatest weight: half floats hold what is brought to the pixels.
@@ -213,7 +215,7 @@ std::vector<glm::vec3> cpu_illuminance(const Target& target, std::span<const glm
                              layer_unit_m2;
             });
         } else if (indirect && !layer.indirect[0].empty()) {
-            grid_floats(layer, grid_size(screen), own);
+            grid_floats(layer, grid_size(screen), own, pool);
             for (std::size_t k = 0; k < 3; ++k) {
                 const float weight = weights[i][static_cast<int>(k)] / reference;
                 for (std::size_t p = 0; p < own[k].size(); ++p) sum[k][p] += own[k][p] * weight;
@@ -340,7 +342,7 @@ PassRun run_composite_cpu(const PassContext& context, View view, std::span<const
     if (context.target.emissive && view == View::beauty) display.emission = screen.raster.emission.data();
     display.depth = screen.surfaces.depth.data();
     display.ev100 = static_cast<float>(scene.exposure_ev100);
-    std::vector<shade::Display::Refined> refined;
+    std::vector<shade::Display::Others> others;
     // Quanta of 2^-18 of what an exposure of whole stops shows as 1 on a white surface (lib/display.glsl): far below
     // what 8 bits show, and the same for all exposures in between.
     constexpr double kQuanta = 0x1p18;
@@ -351,8 +353,8 @@ PassRun run_composite_cpu(const PassContext& context, View view, std::span<const
     if (merged) {
         const auto factor =
             static_cast<float>(static_cast<double>(screen.merged.list.reference) / unit * shown_per_lux * rest);
-        if (direct) display.direct = {screen.merged.direct.data(), factor};
-        if (indirect) display.indirect = {screen.merged.indirect.data(), factor};
+        if (direct) others.push_back({screen.merged.direct.data(), glm::vec3(factor)});
+        if (indirect) display.on_grid = {&screen.surfaces, &screen.grid, &screen.merged.indirect, factor};
     } else {
         std::vector<shade::LayerTerm> terms;
         for (std::size_t i = 0; i < lights.size(); ++i) {
@@ -364,8 +366,6 @@ PassRun run_composite_cpu(const PassContext& context, View view, std::span<const
             terms.push_back({scene.lights[i].id, &layer_of(screen, context.layers[i]),
                              glm::vec3(glm::clamp(quanta, -1e30, 1e30)), direct, indirect});
         }
-        const bool any = !terms.empty(), alone = terms.size() == 1;
-        const shade::LayerTerm first = any ? terms.front() : shade::LayerTerm{};
         const bool on_grid =
             std::any_of(terms.begin(), terms.end(), [](const shade::LayerTerm& term) { return term.on_grid(); });
         screen.sum.take(std::move(terms), std::min(lights.size(), kMostLayers), screen.surfaces.depth.size(),
@@ -374,32 +374,21 @@ PassRun run_composite_cpu(const PassContext& context, View view, std::span<const
         display.per_quantum = static_cast<float>(rest / kQuanta);
         display.layers = screen.sum.others();
         for (int k = 0; k < 3; ++k) display.kept_pixels[k] = screen.sum.kept_pixels(k);
-        if (on_grid && alone) {
-            // At the pixels once for all its levels.
-            if (screen.indirect_single != first.layer->version) {
-                grid_floats(*first.layer, grid_size(screen), screen.grid_sum);
-                shade::upsample(screen.surfaces, screen.grid, screen.grid_sum, screen.indirect, context.pool);
-                screen.indirect_single = first.layer->version;
-                screen.indirect_sum.reset();
-            }
-            refined.push_back({screen.indirect.data(), first.quanta * static_cast<float>(rest / kQuanta)});
-        } else if (on_grid) {
-            screen.indirect_single = 0;
-            if (screen.indirect_sum != screen.sum.changes()) {
+        if (on_grid) {
+            if (screen.summed_changes != screen.sum.changes()) {
                 screen.grid_sum.resize(3);
                 for (std::vector<float>& plane : screen.grid_sum) plane.resize(grid_size(screen));
                 screen.sum.grid(static_cast<float>(1.0 / kQuanta), screen.grid_sum, context.pool);
-                shade::upsample(screen.surfaces, screen.grid, screen.grid_sum, screen.indirect, context.pool);
-                screen.indirect_sum = screen.sum.changes();
+                screen.summed_changes = screen.sum.changes();
             }
-            display.indirect = {screen.indirect.data(), static_cast<float>(rest)};
+            display.on_grid = {&screen.surfaces, &screen.grid, &screen.grid_sum, static_cast<float>(rest)};
         }
     }
     for (const std::size_t part : {0u, 1u}) {
         for (const ScreenLight::Besides* besides : {&screen.emitted, &screen.summed}) {
             if (besides->unit_lx[part] > 0.0f && (part == 0 ? direct : indirect))
-                refined.push_back({besides->pixels[part].data(), glm::vec3(besides->gain * besides->unit_lx[part] *
-                                                                           static_cast<float>(shown_per_lux * rest))});
+                others.push_back({besides->pixels[part].data(), glm::vec3(besides->gain * besides->unit_lx[part] *
+                                                                          static_cast<float>(shown_per_lux * rest))});
         }
     }
     const std::size_t bytes =
@@ -411,7 +400,7 @@ PassRun run_composite_cpu(const PassContext& context, View view, std::span<const
     if (free == pictures.end())
         free = pictures.insert(pictures.end(), std::make_shared<std::vector<std::uint8_t>>(bytes));
     screen.nv12 = *free;
-    display.refined = refined;
+    display.others = others;
     shade::to_nv12(display, screen.nv12->data(), context.pool);
     return {};
 }
