@@ -78,7 +78,8 @@ void Project(const glm::mat3& screen_from_local, const glm::vec3& eye, std::size
     }
 }
 
-void RasterTriangle(const Looks& looks, const Setup& s, std::uint32_t triangle, const Strip& strip) {
+// place: of the setup, kept where it is the nearest.
+void RasterTriangle(const Looks& looks, const Setup& s, std::uint32_t place, const Strip& strip) {
     const Tag tag;
     const IntTag ints;
     const auto lanes = static_cast<int>(hn::Lanes(tag));
@@ -119,36 +120,41 @@ void RasterTriangle(const Looks& looks, const Setup& s, std::uint32_t triangle, 
                 hn::And(hn::Ge(hn::Min(e0.raw, hn::Min(e1.raw, e2.raw)), hn::Zero(tag)), hn::Gt(d.raw, old.raw)),
                 hn::Lt(d.raw, hn::Set(tag, 1.0f)));
             if (hn::AllFalse(tag, shown)) continue;
-            if (s.alpha_mask != 0) {
+            if ((s.triangle & Setup::kAlphaMask) != 0) {
                 HWY_ALIGN float w1[kLanes], w2[kLanes], sum[kLanes], open[kLanes];
                 store(e1, w1), store(e2, w2), store(d, sum);
                 hn::Store(hn::IfThenElseZero(shown, hn::Set(tag, 1.0f)), tag, open);
                 for (int i = 0; i < lanes; ++i) {
-                    if (open[i] != 0.0f && is_hole(looks, triangle, w1[i] / sum[i], w2[i] / sum[i])) open[i] = 0.0f;
+                    if (open[i] != 0.0f &&
+                        is_hole(looks, s.triangle & ~Setup::kAlphaMask, w1[i] / sum[i], w2[i] / sum[i]))
+                        open[i] = 0.0f;
                 }
                 shown = hn::Gt(hn::Load(tag, open), hn::Zero(tag));
             }
             hn::BlendedStore(d.raw, shown, tag, depth + x);
-            hn::BlendedStore(hn::Set(ints, static_cast<int>(triangle) + 1), hn::RebindMask(ints, shown), ints,
+            hn::BlendedStore(hn::Set(ints, static_cast<int>(place) + 1), hn::RebindMask(ints, shown), ints,
                              reinterpret_cast<std::int32_t*>(nearest + x));
         }
     }
 }
 
-// What the nearest triangles look like at `lanes` pixels from x on. One: all of them show the same triangle.
+// What the nearest triangles look like at `lanes` pixels from x on; strip.nearest becomes that of the scene. nearest:
+// of setups, and 1. One: all pixels show the same triangle.
 template <bool kOne>
 HWY_INLINE void shade_pixels(const Looks& looks, const Setup* setups, const Strip& strip, int x, int y,
                              hn::Vec<IntTag> nearest, const Rays& rays, float pixel_per_depth) {
     const Tag tag;
     const IntTag ints;
-    const auto triangle = hn::Max(hn::Sub(nearest, hn::Set(ints, 1)), hn::Zero(ints));
-    const auto first = static_cast<std::size_t>(hn::GetLane(triangle));
-    const auto setup_at = hn::ShiftLeft<4>(triangle), look_at = hn::ShiftLeft<2>(triangle);
+    const auto own = hn::Max(hn::Sub(nearest, hn::Set(ints, 1)), hn::Zero(ints)), setup_at = hn::ShiftLeft<4>(own);
+    const auto first_setup = static_cast<std::size_t>(hn::GetLane(own));
     static_assert(sizeof(Setup) == 64 && sizeof(Looks::Triangle) == 16 && sizeof(Looks::Paint) == 32);
     const auto setup = [&](std::size_t word) -> Float {
         const float* base = reinterpret_cast<const float*>(setups) + word;
-        return kOne ? hn::Set(tag, base[first * 16]) : hn::GatherIndex(tag, base, setup_at);
+        return kOne ? hn::Set(tag, base[first_setup * 16]) : hn::GatherIndex(tag, base, setup_at);
     };
+    const auto triangle = hn::And(hn::BitCast(ints, setup(15).raw), hn::Set(ints, 0x7fffffff)),
+               look_at = hn::ShiftLeft<2>(triangle);
+    const auto first = static_cast<std::size_t>(hn::GetLane(triangle));
     const auto look = [&](std::size_t word) {
         const auto* base = reinterpret_cast<const std::int32_t*>(looks.triangles.data()) + word;
         return kOne ? hn::Set(ints, base[first * 4]) : hn::GatherIndex(ints, base, look_at);
@@ -164,9 +170,11 @@ HWY_INLINE void shade_pixels(const Looks& looks, const Setup* setups, const Stri
     const Float w2 = Float(1.0f) - w0 - w1;
     Vec3 n = unpack_normal(look(0)) * w0 + unpack_normal(look(1)) * w1 + unpack_normal(look(2)) * w2;
     n = n * (setup(12) * inversesqrt(max(dot(n, n), Float(1e-30f))));
-    const Mask hit = hn::RebindMask(tag, hn::Gt(nearest, hn::Zero(ints)));
-    hn::StoreU(hn::IfThenElseZero(hn::RebindMask(ints, hit), pack_normal(n)), ints,
-               reinterpret_cast<std::int32_t*>(strip.normal + at));
+    const auto shown = hn::Gt(nearest, hn::Zero(ints));
+    const Mask hit = hn::RebindMask(tag, shown);
+    hn::StoreU(hn::IfThenElseZero(shown, hn::Add(triangle, hn::Set(ints, 1))), ints,
+               reinterpret_cast<std::int32_t*>(strip.nearest + at));
+    hn::StoreU(hn::IfThenElseZero(shown, pack_normal(n)), ints, reinterpret_cast<std::int32_t*>(strip.normal + at));
 
     const auto material = look(3);
     const auto paint_at = hn::ShiftLeft<3>(material);
@@ -356,6 +364,7 @@ unsigned draw_surfaces(const Clusters& clusters, const Looks& looks, bool emissi
         for (std::size_t s = 0; s < strips; ++s) bins[s].clear();
         OnScreen screen;
         const std::size_t end = std::min(clusters.clusters.size(), (chunk + 1) * kClustersPerChunk);
+        std::uint32_t place = clusters.clusters[chunk * kClustersPerChunk].first_triangle;
         for (std::size_t c = chunk * kClustersPerChunk; c < end; ++c) {
             const Cluster& cluster = clusters.clusters[c];
             if (!frustum.meets(cluster) || !frustum.sees_front(cluster)) continue;
@@ -364,12 +373,13 @@ unsigned draw_surfaces(const Clusters& clusters, const Looks& looks, bool emissi
             (screen_from_local, rays.eye, cluster.vertices, clusters, cluster.first_vertex, rays.near_m, screen);
             for (std::uint32_t t = cluster.first_triangle; t < cluster.first_triangle + cluster.triangles; ++t) {
                 const auto& [corner, look] = clusters.triangles[t];
-                Setup& setup = raster.setups[look];
+                Setup& setup = raster.setups[place];
                 if (!set_up(screen, corner, cluster.one_sided, width, height, static_cast<double>(rays.near_m), setup))
                     continue;
-                setup.alpha_mask = cluster.alpha_mask ? 1u : 0u;
+                setup.triangle = look | (cluster.alpha_mask ? Setup::kAlphaMask : 0u);
                 const int last = setup.y1 / kStripRows;
-                for (int s = setup.y0 / kStripRows; s <= last; ++s) bins[s].push_back(look);
+                for (int s = setup.y0 / kStripRows; s <= last; ++s) bins[s].push_back(place);
+                ++place;
             }
         }
     });

@@ -16,18 +16,19 @@ struct Surfaces;
 
 // 64 bytes: a triangle that meets the picture. Edge k is a·x + b·y + c, x and y in pixels from (x0, y0): depth times
 // the weight of corner k, negative outside; `depth` their sum, near / distance.
-struct Setup {
+struct alignas(64) Setup {
     float edge[3][3];
     float depth[3];
     float turn;  // −1: its back is seen
     std::int16_t x0, y0, x1, y1;
-    std::uint32_t alpha_mask;
+    std::uint32_t triangle;  // of the scene, and kAlphaMask
+    static constexpr std::uint32_t kAlphaMask = 1u << 31;
 };
 
 // What a picture keeps from frame to frame.
 struct Raster {
-    std::vector<Setup> setups;                     // by triangle of the scene; those of this frame's bins are valid
-    std::vector<std::vector<std::uint32_t>> bins;  // of looks, by chunk of clusters and strip
+    std::vector<Setup> setups;  // a chunk of clusters has as many places as triangles, filled from the first on
+    std::vector<std::vector<std::uint32_t>> bins;  // of setups, by chunk of clusters and strip
     std::vector<std::uint32_t> nearest;            // per pixel: triangle + 1, 0 none
     std::vector<std::uint16_t> albedo;             // per pixel 4 half floats: linear reflectance, 1
     std::vector<float> emission;                   // per pixel 4: cd/m²; empty unless the scene has emitters
