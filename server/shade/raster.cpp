@@ -1,5 +1,7 @@
 #include "server/shade/raster.h"
 
+#include <hwy/cache_control.h>
+
 #include <algorithm>
 #include <cmath>
 #include <cstring>
@@ -84,6 +86,7 @@ void RasterTriangle(const Looks& looks, const Setup& s, std::uint32_t place, con
     const IntTag ints;
     const auto lanes = static_cast<int>(hn::Lanes(tag));
     const int low = std::max<int>(s.y0, strip.first_row), high = std::min<int>(s.y1, strip.first_row + strip.rows - 1);
+    bool any = false;
     for (int y = low; y <= high; ++y) {
         const auto dy = static_cast<float>(y - s.y0);
         float row[3];
@@ -131,10 +134,16 @@ void RasterTriangle(const Looks& looks, const Setup& s, std::uint32_t place, con
                 }
                 shown = hn::Gt(hn::Load(tag, open), hn::Zero(tag));
             }
+            any = true;
             hn::BlendedStore(d.raw, shown, tag, depth + x);
             hn::BlendedStore(hn::Set(ints, static_cast<int>(place) + 1), hn::RebindMask(ints, shown), ints,
                              reinterpret_cast<std::int32_t*>(nearest + x));
         }
+    }
+    if (any) {  // ShadeStrip will want these
+        const std::uint32_t triangle = s.triangle & ~Setup::kAlphaMask;
+        hwy::Prefetch(&looks.triangles[triangle]);
+        if (!looks.places.empty()) hwy::Prefetch(&looks.places[triangle]);
     }
 }
 
@@ -399,8 +408,8 @@ unsigned draw_surfaces(const Clusters& clusters, const Looks& looks, bool emissi
         std::fill_n(strip.nearest, count, 0u);
         // Chunk by chunk: of two triangles at the same depth the first stays, whatever thread set them up.
         for (std::size_t chunk = 0; chunk < chunks; ++chunk) {
-            for (const std::uint32_t t : raster.bins[chunk * strips + static_cast<std::size_t>(job)])
-                HWY_DYNAMIC_DISPATCH(RasterTriangle)(looks, raster.setups[t], t, strip);
+            for (const std::uint32_t place : raster.bins[chunk * strips + static_cast<std::size_t>(job)])
+                HWY_DYNAMIC_DISPATCH(RasterTriangle)(looks, raster.setups[place], place, strip);
         }
         // Whole vectors were drawn: nothing is beyond the picture.
         for (std::ptrdiff_t y = 0; y < strip.rows; ++y) {
