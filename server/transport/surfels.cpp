@@ -12,7 +12,7 @@
 namespace gonio::transport {
 namespace {
 
-constexpr float kCell = 1.25f;                // side of the grid's cells, radii
+constexpr float kCell = 3.0f;                // side of the grid's cells, radii
 constexpr float kNear = 1.3f, kReach = 2.5f;  // radii within which surfels are looked for, first and then
 constexpr int kCandidates = 8;                // tried for each surfel that is wanted
 constexpr float kDartRadius = 0.75f;          // of the square root of a surfel's share of the area

@@ -96,8 +96,8 @@ TEST(Reference, BothAreTheClosedFormInASphere) {
     scene.camera = {{0.0, 0.0, 0.5}, {0.3, -0.2, -2.0}, 1.2};
     scene.width_px = scene.height_px = 64;
     std::ostringstream progress;
-    const Reference reference = reference_of(scene, {24, 256, 0.01, 60.0}, folder.path, progress);
-    ASSERT_EQ(reference.receivers.size(), 24u * 24u);
+    const Reference reference = reference_of(scene, {16, 128, 0.01, 60.0}, folder.path, progress);
+    ASSERT_EQ(reference.receivers.size(), 16u * 16u);
     const double expected = 0.5 * profile->flux_lm / (16 * std::numbers::pi);
     const std::vector<double> exact(reference.receivers.size(), expected);
     const Errors rsm = errors_of(reference.rsm_lx, exact, {}), truth = errors_of(reference.truth_lx, exact, {}),

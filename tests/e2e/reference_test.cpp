@@ -105,7 +105,7 @@ TEST(Reference, InteractiveErrorsCoverWhatTheyLeaveOut) {
     for (const char* point : {"0,0,1.5", "-1.2,0,0.4", "1.5,0,-1.5", "0.7,0,1.9", "-1.8,0,1.8", "1.1,0,0.9"}) {
         const Json list = daemon.json({"meter", "--point", point, "--normal", "0,1,0"});
         const Json all =
-            daemon.json({"meter", "--point", point, "--normal", "0,1,0", "--quality", "reference", "--noise", "0.002"});
+            daemon.json({"meter", "--point", point, "--normal", "0,1,0", "--quality", "reference", "--noise", "0.003"});
         const double off = list["indirect_lx"].get<double>() - all["indirect_lx"].get<double>();
         const double error = list["indirect_error_lx"].get<double>();
         EXPECT_EQ(list["bounces"], "all");

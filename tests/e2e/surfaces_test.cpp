@@ -160,7 +160,7 @@ private:
 // late. How many frames that makes is printed, not judged: docs/faders.md has the figure of an idle machine.
 TEST(Surfaces, SixtyFourLightsRiddenAtOnce) {
     TemporaryFolder folder;
-    constexpr int kLights = 64, kFrom_ms = 8000, kFor_ms = 9000;
+    constexpr int kLights = 64, kFrom_ms = 6500, kFor_ms = 6000;
     std::string text = "midi 1234:5678 Wing\n", map;
     for (int at = kFrom_ms; at < kFrom_ms + kFor_ms; at += 10) {
         for (int i = 0; i < kLights; ++i) {

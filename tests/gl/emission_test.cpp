@@ -67,7 +67,7 @@ INSTANTIATE_TEST_SUITE_P(Shading, Emission, testing::Values(Renderer::Gather::gl
                          [](const auto& test) { return test.param == Renderer::Gather::gl ? "gl" : "simd"; });
 
 TEST_P(Emission, LightsThePictureAsTheReferenceSays) {
-    const TracedPoints traced = traced_points(scene, 20, 0.01);
+    static const TracedPoints traced = traced_points(scene, 20, 0.01);
     ASSERT_GT(traced.points.size(), 50u);
     for (const bool at_rest : {false, true}) {
         if (at_rest)

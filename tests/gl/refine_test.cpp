@@ -48,7 +48,7 @@ struct Refine : testing::Test {
 };
 
 TEST_F(Refine, ComesNearerToTheTruth) {
-    const TracedPoints traced = traced_points(scene, 10, 0.01);
+    const TracedPoints traced = traced_points(scene, 14, 0.01);
     const double live = rms_of(traced, renderer.live_illuminance(scene, true));
     EXPECT_EQ(refine_to_the_end(), 2);
     const double refined = rms_of(traced, renderer.live_illuminance(scene, true));
