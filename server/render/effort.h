@@ -6,19 +6,19 @@
 namespace gonio {
 
 struct Effort {
-    double scale;        // of the picture's sides
-    unsigned links;      // of each surfel that the solve follows, at most
-    float second_share;  // server/shade/screen.h
-    double cost;         // a frame's time over that of the first, about (docs/performance.md)
+    double scale;     // of the picture's sides
+    unsigned links;   // of each surfel that the solve follows, at most
+    bool own_points;  // server/shade/screen.h
+    double cost;      // a frame's time over that of the first, about (docs/performance.md)
 };
 
 // From all that is wanted downwards. Relative times: cornell, everything recomputed.
 inline constexpr std::array<Effort, 5> kEfforts = {{
-    {1.0, ~0u, 1.0f / 16.0f, 1.0},
-    {1.0, 128, 0.0f, 0.75},
-    {0.75, 128, 0.0f, 0.5},
-    {0.5, 128, 0.0f, 0.33},
-    {0.375, 16, 0.0f, 0.22},
+    {1.0, ~0u, true, 1.0},
+    {1.0, 128, false, 0.75},
+    {0.75, 128, false, 0.5},
+    {0.5, 128, false, 0.33},
+    {0.375, 16, false, 0.22},
 }};
 
 }  // namespace gonio

@@ -52,7 +52,7 @@ void find_surfels(const Surfaces& surfaces, const Raster* raster, const Looks& l
         const glm::vec3 p = grid.position(at), n = grid.normal(at);
         std::uint32_t triangle = 0;
         if (raster != nullptr && x < 0) {
-            triangle = raster->nearest[screen.second_pixels[at - grid.first_spare()]];
+            triangle = raster->nearest[screen.own_pixels[at - grid.first_spare()]];
         } else if (raster != nullptr) {
             const int px = std::min(x * kStep + kStep / 2, surfaces.width - 1),
                       py = std::min(y * kStep + kStep / 2, surfaces.height - 1);

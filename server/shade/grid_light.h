@@ -11,7 +11,7 @@
 
 namespace gonio::shade {
 
-// The surfels around a grid's points, in the shape of ScreenGrid::grid, its second points with it. The same for all
+// The surfels around a grid's points, in the shape of ScreenGrid::grid, points outside its rows with it. The same for all
 // light.
 struct GridWeights {
     std::vector<const std::uint16_t*> around;  // kNeighbours of them, or null: none

@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <cmath>
 
-#include "server/shade/second_points.h"
 #include "server/shade/upsample.h"
 #include "shaders/lib/as_cpp.h"
 
@@ -41,11 +40,13 @@ Spot spot_at(const Surfaces& s, int x, int y) {
     return spot;
 }
 
-void make_grid(const Surfaces& surfaces, float second_share, ScreenGrid& screen, Pool& pool) {
+void make_grid(const Surfaces& surfaces, bool own_points, ScreenGrid& screen, Pool& pool) {
     screen.depth_per_point = surfaces.depth_per_pixel * static_cast<float>(kStep);
     Grid& grid = screen.grid;
     const int width = (surfaces.width + kStep - 1) / kStep, height = (surfaces.height + kStep - 1) / kStep;
-    grid.resize(width, height, most_second_points(width, height));
+    // Layers keep their shape as efforts change.
+    const std::size_t places = static_cast<std::size_t>(width * height) * kStep * kStep / kOwnPoints;
+    grid.resize(width, height, places);
     pool.run(grid.height, [&](int y) {
         for (int x = 0; x < grid.width; ++x) {
             const Spot spot = spot_at(surfaces, std::min(x * kStep + kStep / 2, surfaces.width - 1),
@@ -55,11 +56,8 @@ void make_grid(const Surfaces& surfaces, float second_share, ScreenGrid& screen,
     });
     for (std::vector<float>& array : grid.values) grid.extend(array);
 
-    screen.second.clear();
-    screen.second_pixels.clear();
     make_weights(surfaces, screen, pool);
-    if (second_share > 0.0f) find_second_points(surfaces, second_share, screen, pool);
-    take_after(surfaces, screen, pool);
+    take_after(surfaces, own_points ? places : 0, screen, pool);
 }
 
 }  // namespace gonio::shade

@@ -45,10 +45,8 @@ struct ToPixels {
     std::vector<std::uint8_t> poor;      // likewise, a quarter of it a row
     struct Odd {
         std::uint32_t x, from;
-        float share;
     };
-    // By row: pixels that do not follow their weights, in order, and the points in the grid's arrays that each is the
-    // sum of.
+    // By row: pixels that do not follow their weights, in order, and the point in the grid's arrays that each is of.
     std::vector<std::vector<Odd>> odd;
     // Whether the four points around a pixel of a surface are poorly like it.
     static bool is_poor(std::uint32_t weights) {
@@ -61,12 +59,14 @@ struct ScreenGrid {
     float depth_per_point = 0.0f;  // distance of neighbouring grid points per metre of depth
     Grid grid;
     ToPixels to_pixels;
-    std::vector<std::uint32_t> second;         // by Grid::at of the cell: its second point, 0 none; empty: none at all
-    std::vector<std::uint32_t> second_pixels;  // by second point: where in the picture's arrays it lies
+    // Where surfaces are finer than the grid pixels have points of their own, outside its rows. By such a point: where
+    // its pixel lies in the picture's arrays.
+    std::vector<std::uint32_t> own_pixels;
 };
-// screen: of any former grid, whose memory is used again. second_share: of the cells of 4 × 4 pixels that get a second
-// point, at most 1/16.
-void make_grid(const Surfaces& surfaces, float second_share, ScreenGrid& screen, Pool& pool);
+// screen: of any former grid, whose memory is used again. own_points: whether pixels get points of their own, at most
+// one of kOwnPoints.
+inline constexpr std::size_t kOwnPoints = 16;
+void make_grid(const Surfaces& surfaces, bool own_points, ScreenGrid& screen, Pool& pool);
 
 // out: direct illuminance per candela of peak, surfaces.row_length pixels a row. every_pixel: a shadow ray for each that
 // light could reach; else one for 4 × 4 pixels on a plane, for 2 × 2 of them where the rays of those around it end

@@ -105,12 +105,12 @@ std::string rsm_table(const Json& scaling) {
 }
 
 std::string efforts_table(const Json& scaling) {
-    std::string table = head_of({"effort", "of the sides", "links of a surfel", "second points, %", "frame ms",
+    std::string table = head_of({"effort", "of the sides", "links of a surfel", "points of pixels' own", "frame ms",
                                  "of the first's time", "reckoned with"});
     std::size_t number = 0;
     for (const Json& row : scaling.at("efforts")) {
         table += row_of({std::to_string(number), figure(row.at("scale")), whole(row.at("links")),
-                         fixed(100.0 * row.at("second_share").get<double>(), 0), figure(row.at("frame_ms")),
+                         row.at("own_points").get<bool>() ? "yes" : "no", figure(row.at("frame_ms")),
                          fixed(row.at("cost"), 2), number < kEfforts.size() ? fixed(kEfforts[number].cost, 2) : ""});
         ++number;
     }
@@ -139,12 +139,12 @@ std::string transport_table(const Json& transport) {
         head_of({"scene", "triangles", "m", "surfels", "links of each", "MiB", "first after s", "all after s",
                  "frame meanwhile ms", "at most ms", "afterwards ms", "rmse", "rmse99", "bias"});
     for (const Json& row : transport.at("rows"))
-        table += row_of({row.at("scene"), whole(row.at("triangles")), figure(row.at("extent_m")),
-                         whole(row.at("surfels")), whole(row.at("links")),
-                         fixed(row.at("bytes").get<double>() / (1 << 20), 0), fixed(row.at("first_s"), 1),
-                         fixed(row.at("ready_s"), 1), figure(row.at("meanwhile_ms")), figure(row.at("longest_ms")),
-                         figure(row.at("later_ms")), fixed(row.at("rmse"), 3), fixed(row.at("rmse99"), 3),
-                         fixed(row.at("bias"), 3)});
+        table +=
+            row_of({row.at("scene"), whole(row.at("triangles")), figure(row.at("extent_m")), whole(row.at("surfels")),
+                    whole(row.at("links")), fixed(row.at("bytes").get<double>() / (1 << 20), 0),
+                    fixed(row.at("first_s"), 1), fixed(row.at("ready_s"), 1), figure(row.at("meanwhile_ms")),
+                    figure(row.at("longest_ms")), figure(row.at("later_ms")), fixed(row.at("rmse"), 3),
+                    fixed(row.at("rmse99"), 3), fixed(row.at("bias"), 3)});
     return table;
 }
 

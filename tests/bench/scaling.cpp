@@ -185,7 +185,7 @@ void print_json(const Results& results, const std::string& renderer, std::ostrea
                                    {"cost", ms / results.efforts_ms[0]},
                                    {"scale", effort.scale},
                                    {"links", std::min(effort.links, transport::kMostLinks)},
-                                   {"second_share", effort.second_share}});
+                                   {"own_points", effort.own_points}});
     }
     for (const Row& row : results.rows) {
         json["rows"].push_back({{"scene", row.which.scene},

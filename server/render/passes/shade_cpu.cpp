@@ -26,7 +26,7 @@ void set_view(const PassContext& context) {
 
 void set_grid(const PassContext& context) {
     ScreenLight& screen = *context.target.screen;
-    shade::make_grid(screen.surfaces, kEfforts[context.effort].second_share, screen.grid, context.pool);
+    shade::make_grid(screen.surfaces, kEfforts[context.effort].own_points, screen.grid, context.pool);
     screen.summed_changes.reset();
 }
 
