@@ -215,14 +215,20 @@ struct Brightest {
     std::vector<std::uint16_t> ids;
     float narrow = 0.0f;  // 1 where they send all but a five-hundredth of the light, 0 where all but a hundredth
 };
-Brightest brightest_of(const Surfels& surfels, const std::vector<glm::vec4>& sent) {
+Brightest brightest_of(const Surfels& surfels, const std::vector<glm::vec4>& sent, Pool& pool) {
     const std::size_t n = surfels.count, few = n / 10;
     std::vector<float> power(n);
+    std::vector<double> sums((n + kChunk - 1) / kChunk);
+    pool.run_chunks(n, kChunk, [&](std::size_t begin, std::size_t count) {
+        double sum = 0.0;
+        for (std::size_t i = begin; i < begin + count; ++i) {
+            power[i] = surfels.area_m2[i] * (0.2126f * sent[i].r + 0.7152f * sent[i].g + 0.0722f * sent[i].b);
+            sum += static_cast<double>(power[i]);
+        }
+        sums[begin / kChunk] = sum;
+    });
     double all = 0.0, theirs = 0.0;
-    for (std::size_t i = 0; i < n; ++i) {
-        power[i] = surfels.area_m2[i] * (0.2126f * sent[i].r + 0.7152f * sent[i].g + 0.0722f * sent[i].b);
-        all += static_cast<double>(power[i]);
-    }
+    for (const double sum : sums) all += sum;
     Brightest result;
     const double mean = all / static_cast<double>(std::max<std::size_t>(n, 1));
     // Were all but a hundredth of the light a tenth's, at most a twentieth more would send a fifth of the mean.
@@ -304,7 +310,7 @@ unsigned solve(const Surfels& surfels, const Links& links, std::span<const glm::
     };
     const bool rests = accuracy.change <= kAtRest.change;
     send(1.0f, {});
-    const Brightest brightest = links.reversed.empty() && !rests ? Brightest() : brightest_of(surfels, sent);
+    const Brightest brightest = links.reversed.empty() && !rests ? Brightest() : brightest_of(surfels, sent, pool);
     light.narrow = brightest.narrow;
     // The first bounce is a mean over more links than later ones follow: what those find of it is the same in each
     // bounce, and what the others find goes along with E.

@@ -73,7 +73,10 @@ PassRun run_solve(const PassContext& context, LightGpu& gpu) {
     }
     const std::size_t count = context.transport->surface->surfels.count;
     gpu.irradiance.direct.resize(count);
-    for (std::size_t i = 0; i < count; ++i) gpu.irradiance.direct[i] = glm::vec4(glm::vec3(gpu.surfel_direct[i]), 0.0f);
+    context.pool.run_chunks(count, 4096, [&](std::size_t first, std::size_t size) {
+        for (std::size_t i = first; i < first + size; ++i)
+            gpu.irradiance.direct[i] = glm::vec4(glm::vec3(gpu.surfel_direct[i]), 0.0f);
+    });
     solve_light(context, moves,
                 gpu.has_exact() ? std::span<const glm::vec4>(gpu.exact.first) : std::span<const glm::vec4>(),
                 gpu.irradiance);
