@@ -250,23 +250,27 @@ Brightest brightest_of(const Surfels& surfels, const std::vector<glm::vec4>& sen
     return result;
 }
 
-// out += the sum of what is sent over the reversed links of the brightest, those of the first generation and of others
-// as long as light comes from so few surfels that all are some 3,000,000 links, or it rests. Result: of how many links
-// of each surfel.
-float add_reversed(const Links& links, const Brightest& brightest, bool rests, const std::vector<glm::vec4>& sent,
+// Result: 1 where light comes from so few surfels that all links reversed to them are less than some 3,000,000, or it
+// rests; 0 where they are more.
+float few_of(const Links& links, const Brightest& brightest, bool rests) {
+    constexpr float kAll = 2.5e6f, kNone = 3.5e6f;
+    unsigned each = 0;
+    for (const auto& block : links.reversed) each += block->count;
+    const float all = static_cast<float>(brightest.ids.size()) * static_cast<float>(each);
+    return rests ? 1.0f : glm::clamp((kNone - all) / (kNone - kAll), 0.0f, 1.0f);
+}
+
+// out += the sum of what is sent over the reversed links of the brightest, those of the first generation and, with the
+// weight `few`, of the others. Result: of how many links of each surfel.
+float add_reversed(const Links& links, const Brightest& brightest, float few, const std::vector<glm::vec4>& sent,
                    std::vector<glm::vec4>& out, Pool& pool) {
     if (links.reversed.empty() || !(brightest.narrow > 0.0f)) return 0.0f;
     constexpr std::size_t kParts = 4;
-    constexpr float kAll = 2.5e6f, kNone = 3.5e6f;
     std::vector<std::vector<glm::vec4>> sums(kParts);
     std::vector<std::pair<const ReverseBlock*, float>> used;  // and the weight of its links
     float count = 0.0f;
-    unsigned more = 0;
     for (const auto& block : links.reversed) {
-        more += block->count;
-        const float all = static_cast<float>(brightest.ids.size()) * static_cast<float>(more);
-        const float weight =
-            brightest.narrow * (used.empty() || rests ? 1.0f : glm::clamp((kNone - all) / (kNone - kAll), 0.0f, 1.0f));
+        const float weight = brightest.narrow * (used.empty() ? 1.0f : few);
         if (!(weight > 0.0f)) break;
         used.emplace_back(block.get(), weight);
         count += weight * static_cast<float>(block->count);
@@ -315,13 +319,17 @@ unsigned solve(const Surfels& surfels, const Links& links, std::span<const glm::
     // The first bounce is a mean over more links than later ones follow: what those find of it is the same in each
     // bounce, and what the others find goes along with E.
     const unsigned near = count_of(links, kLaterLinks), all = count_of(links, rests ? ~0u : kMovingLinks);
-    const float more = exact.empty() ? add_reversed(links, brightest, rests, sent, rest, pool) : 0.0f,
-                exactly = exact.empty() ? 0.0f : brightest.narrow,
-                share = (1.0f - exactly) / std::max(static_cast<float>(all) + more, 1.0f),
-                per_link = 1.0f / static_cast<float>(std::max(near, 1u));
+    const float few = few_of(links, brightest, rests);
+    const float more = exact.empty() ? add_reversed(links, brightest, few, sent, rest, pool) : 0.0f;
+    const float exactly = exact.empty() ? 0.0f : brightest.narrow;
+    // So many reversed links of the first generation stand for the links that later bounces do not follow.
+    const float others = more > 0.0f ? 1.0f - brightest.narrow * (1.0f - few) : 1.0f;
+    const float counted = static_cast<float>(near) + others * static_cast<float>(all - near) + more;
+    const float share = (1.0f - exactly) / std::max(counted, 1.0f);
+    const float per_link = 1.0f / static_cast<float>(std::max(near, 1u));
     for (std::size_t i = 0; i < n && brightest.narrow > 0.0f; ++i)
         rest[i] = exact.empty() ? share * rest[i] : exactly * exact[i];
-    transfer(links, near, all, table, share, rest, rest, pool);
+    if (others > 0.0f) transfer(links, near, all, table, others * share, rest, rest, pool);
     const float direct = share / per_link;
     // One bounce more. out: E.
     const auto bounce_of = [&](std::span<const glm::vec4> indirect, std::vector<glm::vec4>& out) {
