@@ -143,14 +143,16 @@ bool Geometry::is_hole(const Part& part, int triangle, float u, float v) const {
     return alpha < part.material->alpha_cutoff;
 }
 
-bool Geometry::surface_at(int instance, int triangle, float u, float v, bool front, SurfaceHit& hit) const {
+bool Geometry::surface_at(int instance, int triangle, float u, float v, bool front, SurfaceHit& hit,
+                          bool colours) const {
     if (is_hole(parts_[static_cast<std::size_t>(instance)], triangle, u, v)) return false;
     const auto c = corners(instance, triangle);
     const glm::vec3 normal = glm::cross(c[1] - c[0], c[2] - c[0]);
     const float length2 = glm::dot(normal, normal);
     if (!(length2 > 0.0f)) return false;
     const glm::vec3 unit = normal / std::sqrt(length2);
-    hit = surface(static_cast<unsigned>(instance), static_cast<unsigned>(triangle), u, v, unit, front ? -unit : unit);
+    hit = surface(static_cast<unsigned>(instance), static_cast<unsigned>(triangle), u, v, unit, front ? -unit : unit,
+                  colours);
     return true;
 }
 
@@ -178,13 +180,13 @@ bool Geometry::closest(const glm::vec3& from, const glm::vec3& direction, float 
     if (query.hit.geomID == RTC_INVALID_GEOMETRY_ID) return false;
 
     hit = surface(query.hit.geomID, query.hit.primID, query.hit.u, query.hit.v,
-                  {query.hit.Ng_x, query.hit.Ng_y, query.hit.Ng_z}, direction);
+                  {query.hit.Ng_x, query.hit.Ng_y, query.hit.Ng_z}, direction, true);
     hit.distance = query.ray.tfar;
     return true;
 }
 
 SurfaceHit Geometry::surface(unsigned instance, unsigned triangle, float hit_u, float hit_v, glm::vec3 geometric,
-                             const glm::vec3& direction) const {
+                             const glm::vec3& direction, bool colours) const {
     SurfaceHit hit;
     const Part& part = parts_[instance];
     // A hit on an edge would lie in the plane of the wall next to it and see neither side of that: it is taken a little
@@ -209,6 +211,7 @@ SurfaceHit Geometry::surface(unsigned instance, unsigned triangle, float hit_u, 
     const float length2 = glm::dot(smooth, smooth);
     hit.normal = length2 > 1e-30f ? smooth * (1.0f / std::sqrt(length2)) : hit.geometric;
     if (glm::dot(hit.normal, hit.geometric) < 0.0f) hit.normal = -hit.normal;
+    if (!colours) return hit;
     hit.albedo = glm::vec3(part.material->base_color);
     if (part.base_color != nullptr) {
         hit.albedo *= glm::vec3(sample(*part.base_color, uv_at(part, hit.triangle, u, v), part.material->repeat_s,
@@ -285,14 +288,14 @@ unsigned Geometry::closest(const RayPacket& rays, unsigned active, HitPacket& hi
     return met & active;
 }
 
-unsigned Geometry::closest(const RayPacket& rays, unsigned active, SurfaceHit* hits) const {
+unsigned Geometry::closest(const RayPacket& rays, unsigned active, SurfaceHit* hits, bool colours) const {
     HitPacket met_at;
     const unsigned met = closest(rays, active, met_at);
     for (int i = 0; i < kPacket; ++i) {
         if ((met >> i & 1u) == 0) continue;
         hits[i] = surface(met_at.instance[i], met_at.triangle[i], met_at.u[i], met_at.v[i],
                           {met_at.normal_x[i], met_at.normal_y[i], met_at.normal_z[i]},
-                          {rays.along_x[i], rays.along_y[i], rays.along_z[i]});
+                          {rays.along_x[i], rays.along_y[i], rays.along_z[i]}, colours);
         hits[i].distance = met_at.distance[i];
     }
     return met;

@@ -61,7 +61,8 @@ public:
     // coherent: the rays lie side by side.
     unsigned occluded(const RayPacket& rays, unsigned active, bool coherent = false) const;
     // The same for the nearest surface. hits: kPacket, filled where the result has a bit.
-    unsigned closest(const RayPacket& rays, unsigned active, SurfaceHit* hits) const;
+    // colours: albedo and emission are asked for.
+    unsigned closest(const RayPacket& rays, unsigned active, SurfaceHit* hits, bool colours = true) const;
     unsigned closest(const RayPacket& rays, unsigned active, HitPacket& hits) const;
     // Result: a step along a normal that leaves the surface at p for certain, m: about a hundred roundings of p.
     float step_off(const glm::vec3& p) const;
@@ -70,7 +71,8 @@ public:
 
     // What a ray would meet at barycentric (u, v) on the front or the back of a triangle; distance 0. Result: false in
     // a hole of an alpha mask, or where the triangle has no area.
-    bool surface_at(int instance, int triangle, float u, float v, bool front, SurfaceHit& hit) const;
+    bool surface_at(int instance, int triangle, float u, float v, bool front, SurfaceHit& hit,
+                    bool colours = true) const;
 
     // A triangle's corners, local, m.
     std::array<glm::vec3, 3> corners(int instance, int triangle) const;
@@ -89,7 +91,7 @@ private:
     };
     friend struct Embree;
     SurfaceHit surface(unsigned instance, unsigned triangle, float u, float v, glm::vec3 geometric,
-                       const glm::vec3& direction) const;
+                       const glm::vec3& direction, bool colours) const;
     bool is_hole(const Part& part, int triangle, float u, float v) const;
     glm::vec2 uv_at(const Part& part, int triangle, float u, float v) const;
 

@@ -60,7 +60,7 @@ std::uint16_t CellMap::surfel_at(unsigned instance, unsigned triangle, float u, 
     if ((value & kDivided) == 0) return static_cast<std::uint16_t>(value);
     trace::SurfaceHit hit;
     const auto i = static_cast<int>(instance), t = static_cast<int>(triangle);
-    if (!geometry_.surface_at(i, t, u, v, front, hit)) return static_cast<std::uint16_t>(surfels_.count);
+    if (!geometry_.surface_at(i, t, u, v, front, hit, false)) return static_cast<std::uint16_t>(surfels_.count);
     const Surfels::Place place_hit{hit.position, hit.normal, hit.geometric};
     const auto known = static_cast<std::uint16_t>(value);
     if (known < surfels_.count && surfels_.sees(geometry_, place_hit, known)) return known;
@@ -76,7 +76,7 @@ std::uint32_t CellMap::fill(unsigned instance, unsigned triangle, std::uint32_t 
     const bool half = u0 + v0 + 1.5f * edge > 1.0f;
     const float middle = (half ? 1.0f / 3.0f : 0.5f) * edge;
     trace::SurfaceHit hit;
-    if (!geometry_.surface_at(i, t, u0 + middle, v0 + middle, front, hit)) {
+    if (!geometry_.surface_at(i, t, u0 + middle, v0 + middle, front, hit, false)) {
         return static_cast<std::uint32_t>(surfels_.count) | kDivided;  // a hole in the middle says nothing of the rest
     }
     const std::uint16_t id = surfels_.visible_from(geometry_, {hit.position, hit.normal, hit.geometric});
@@ -90,7 +90,8 @@ std::uint32_t CellMap::fill(unsigned instance, unsigned triangle, std::uint32_t 
         {kIn, kIn}, {1.0f - 2.0f * kIn, kIn}, {kIn, 1.0f - 2.0f * kIn}, {1.0f - kIn, 1.0f - kIn}};
     for (int k = 0; k < (half ? 3 : 4); ++k) {
         trace::SurfaceHit corner;
-        if (!geometry_.surface_at(i, t, u0 + corners[k].x * edge, v0 + corners[k].y * edge, front, corner)) continue;
+        if (!geometry_.surface_at(i, t, u0 + corners[k].x * edge, v0 + corners[k].y * edge, front, corner, false))
+            continue;
         const Surfels::Place place{corner.position, corner.normal, corner.geometric};
         if (id == surfels_.count ? surfels_.visible_from(geometry_, place) != id : !surfels_.sees(geometry_, place, id))
             return id | kDivided;

@@ -45,9 +45,8 @@ std::shared_ptr<const LinkBlock> trace_links(const trace::Geometry& geometry, co
     block->ids.resize((surfels.count + 1) * count, static_cast<std::uint16_t>(surfels.count));
     constexpr std::size_t kChunk = 64;
     pool.run_chunks(surfels.count, kChunk, [&](std::size_t begin, std::size_t size) {
-        if (stopped()) return;
         trace::HitPacket hits;
-        for (std::size_t i = begin; i < begin + size; ++i) {
+        for (std::size_t i = begin; i < begin + size && !stopped(); ++i) {
             const glm::vec3 p = surfels.position(i), from = p + surfels.geometric[i] * geometry.step_off(p);
             for (unsigned k = 0; k < count; k += trace::kPacket)
                 follow(make_fan(from, surfels.normal(i), surfels.geometric[i],

@@ -12,10 +12,10 @@
 namespace gonio::transport {
 namespace {
 
-constexpr float kCell = 3.0f;                // side of the grid's cells, radii
+constexpr float kCell = 3.0f;                 // side of the grid's cells, radii
 constexpr float kNear = 1.3f, kReach = 2.5f;  // radii within which surfels are looked for, first and then
-constexpr int kCandidates = 8;                // tried for each surfel that is wanted
-constexpr float kDartRadius = 0.75f;          // of the square root of a surfel's share of the area
+constexpr int kCandidates = 6;                // tried for each surfel that is wanted
+constexpr float kDartRadius = 0.74f;          // of the square root of a surfel's share of the area
 constexpr int kPaths = 60'000, kPathLength = 8;
 
 std::uint32_t hash_of(const glm::ivec3& cell) {
@@ -211,6 +211,7 @@ private:
         constexpr int kPackets = kPaths / trace::kPacket;
         std::vector<std::vector<std::pair<glm::vec3, glm::vec3>>> met(kPackets);
         pool_.run(kPackets, [&](int packet) {
+            if (stopped_()) return;
             trace::RayPacket rays;
             trace::SurfaceHit hits[trace::kPacket];
             unsigned active = ~0u >> (32 - trace::kPacket);
@@ -232,7 +233,7 @@ private:
                                  trace::around(at.geometric, trace::cosine_hemisphere(random)));
                     }
                 }
-                active &= geometry_.closest(rays, active, hits);
+                active &= geometry_.closest(rays, active, hits, false);
                 for (int i = 0; i < trace::kPacket; ++i) {
                     if ((active >> i & 1u) != 0)
                         met[static_cast<std::size_t>(packet)].emplace_back(hits[i].position, hits[i].geometric);
@@ -244,19 +245,23 @@ private:
         }
     }
 
-    // Points drawn evenly over both sides of all triangles, those that light reaches. Two pairs of numbers for each,
-    // independent of each other.
+    // Points drawn evenly over both sides of all triangles, one from each share of their area, those that light
+    // reaches. Two pairs of numbers for each, independent of each other.
     std::vector<Candidate> candidates(std::size_t count, std::uint32_t seed, const Reached& reached) {
-        constexpr std::size_t kChunk = 4096;
+        constexpr std::size_t kChunk = 1024;
+        const double area = areas_.running.back() / static_cast<double>(count);  // each one's share
         std::vector<std::vector<Candidate>> found((count + kChunk - 1) / kChunk);
         pool_.run_chunks(count, kChunk, [&](std::size_t first, std::size_t size) {
+            if (stopped_()) return;
             std::vector<Candidate>& to = found[first / kChunk];
+            auto above = std::upper_bound(areas_.running.begin() + 1, areas_.running.end() - 1,
+                                          area * static_cast<double>(first));
             for (std::size_t i = first; i < first + size; ++i) {
                 const auto index = static_cast<std::uint32_t>(i);
                 trace::Sample sample(seed, index);
                 const glm::vec2 which = sample.next(), where = sample.next();
-                const double at = static_cast<double>(which.x) * areas_.running.back();
-                const auto above = std::upper_bound(areas_.running.begin() + 1, areas_.running.end() - 1, at);
+                const double at = area * (static_cast<double>(i) + static_cast<double>(which.x));
+                while (*above <= at && above + 1 < areas_.running.end()) ++above;
                 const auto [instance, triangle] =
                     areas_.which[static_cast<std::size_t>(above - areas_.running.begin()) - 1];
                 const float root = std::sqrt(where.x), u = root * (1.0f - where.y), v = root * where.y;
@@ -272,21 +277,27 @@ private:
     }
 
     void throw_darts(const std::vector<Candidate>& all, Surfels& surfels) {
-        std::vector<std::uint32_t> order(all.size());
-        std::iota(order.begin(), order.end(), 0u);
-        std::sort(order.begin(), order.end(), [](std::uint32_t a, std::uint32_t b) {
-            return trace::mix_bits(a, 0x9e3779b9u) < trace::mix_bits(b, 0x9e3779b9u);
-        });
-        const float r = surfels.radius_m, r2 = r * r;
+        std::vector<std::uint64_t> order(all.size());  // random bits and, below them, which candidate
+        for (std::uint32_t i = 0; i < all.size(); ++i)
+            order[i] = std::uint64_t{trace::mix_bits(i, 0x9e3779b9u)} << 32 | i;
+        std::sort(order.begin(), order.end());
+        const float r = surfels.radius_m, r2 = r * r, side = 2.0f * r;
         const std::uint32_t slots = power_of_two(4 * settings_.most);
         constexpr std::uint32_t kEnd = ~0u;
-        std::vector<std::uint32_t> head(slots, kEnd), next, taken;
+        struct Taken {
+            glm::vec3 position, normal;
+            std::uint32_t next, which;
+        };
+        std::vector<std::uint32_t> head(slots, kEnd);
+        std::vector<Taken> taken;
         const auto conflicts = [&](const Candidate& c) {
-            const glm::ivec3 cell = cell_at(c.position, r);
-            for (int k = 0; k < 27; ++k) {
-                const glm::ivec3 around = cell + glm::ivec3(k % 3 - 1, k / 3 % 3 - 1, k / 9 - 1);
-                for (std::uint32_t s = head[hash_of(around) & (slots - 1)]; s != kEnd; s = next[s]) {
-                    const Candidate& other = all[taken[s]];
+            // The cells that a sphere of radius r meets: two along each axis at most.
+            const glm::ivec3 low = cell_at(c.position - r, side), span = cell_at(c.position + r, side) - low;
+            for (int k = 0; k < 8; ++k) {
+                const glm::ivec3 step(k & 1, k >> 1 & 1, k >> 2);
+                if (glm::any(glm::greaterThan(step, span))) continue;
+                for (std::uint32_t s = head[hash_of(low + step) & (slots - 1)]; s != kEnd; s = taken[s].next) {
+                    const Taken& other = taken[s];
                     const glm::vec3 d = other.position - c.position;
                     const float off = glm::dot(d, c.normal);
                     if (glm::dot(d, d) + 3.0f * off * off < r2 &&
@@ -296,13 +307,14 @@ private:
             }
             return false;
         };
-        for (const std::uint32_t i : order) {
+        for (const std::uint64_t random : order) {
+            const auto i = static_cast<std::uint32_t>(random);
             if (taken.size() == kMostSurfels - 1) break;
-            if (conflicts(all[i])) continue;
-            std::uint32_t& slot = head[hash_of(cell_at(all[i].position, r)) & (slots - 1)];
-            next.push_back(slot);
-            slot = static_cast<std::uint32_t>(taken.size());
-            taken.push_back(i);
+            const Candidate& one = all[i];
+            if (conflicts(one)) continue;
+            std::uint32_t& slot = head[hash_of(cell_at(one.position, side)) & (slots - 1)];
+            taken.push_back({one.position, one.normal, slot, i});
+            slot = static_cast<std::uint32_t>(taken.size() - 1);
         }
         // Neighbours in space are neighbours in memory.
         const auto code = [&](std::uint32_t i) {
@@ -316,7 +328,7 @@ private:
             return bits;
         };
         std::vector<std::pair<std::uint64_t, std::uint32_t>> sorted;
-        for (const std::uint32_t i : taken) sorted.emplace_back(code(i), i);
+        for (const Taken& one : taken) sorted.emplace_back(code(one.which), one.which);
         std::sort(sorted.begin(), sorted.end());
         surfels.count = sorted.size();
         for (std::vector<float>& values : surfels.place)
@@ -348,6 +360,7 @@ private:
     void collect(const std::vector<Candidate>& all, double area_m2, Surfels& s) {
         std::vector<std::uint16_t> nearest(all.size());
         pool_.run_chunks(all.size(), 1024, [&](std::size_t first, std::size_t count) {
+            if (stopped_()) return;
             for (std::size_t i = first; i < first + count; ++i) {
                 std::uint16_t found[1] = {static_cast<std::uint16_t>(s.count)};
                 const Surfels::Place at{all[i].position, all[i].normal, all[i].geometric};
@@ -371,6 +384,7 @@ private:
     void find_neighbours(Surfels& s) {
         s.neighbours.resize(s.count);
         pool_.run_chunks(s.count, 256, [&](std::size_t first, std::size_t count) {
+            if (stopped_()) return;
             for (std::size_t i = first; i < first + count; ++i) {
                 const Surfels::Place at{s.position(i), s.normal(i), s.geometric[i]};
                 std::uint16_t found[2 * kNeighbours];
