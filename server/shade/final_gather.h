@@ -8,6 +8,7 @@
 #include <span>
 #include <vector>
 
+#include "server/shade/direct.h"
 #include "server/shade/screen.h"
 #include "server/transport/transport.h"
 

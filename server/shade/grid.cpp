@@ -21,10 +21,6 @@ void Grid::set(std::size_t at, const glm::vec3& position, const glm::vec3& norma
     values[6][at] = depth;
 }
 
-GridRows Grid::rows() const {
-    return {points_at(values, at(0, 0)), values[6].data() + at(0, 0), stride};
-}
-
 void Grid::extend(std::vector<float>& plane) const {
     for (int y = 0; y < height; ++y) {
         for (int b = 1; b <= kBorder; ++b) {

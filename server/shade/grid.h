@@ -26,16 +26,16 @@ struct Grid {
     glm::vec3 position(std::size_t at) const { return {values[0][at], values[1][at], values[2][at]}; }
     glm::vec3 normal(std::size_t at) const { return {values[3][at], values[4][at], values[5][at]}; }
     void set(std::size_t at, const glm::vec3& position, const glm::vec3& normal, float depth);
-    GridRows rows() const;  // row 0, column 0 at the origin of the pointers
     // Repeats the outermost values of an array of this shape into its border.
     void extend(std::vector<float>& plane) const;
 };
 using Planes = std::vector<std::vector<float>>;
 
 // The points from `at` on of the six arrays x y z nx ny nz.
-inline Points points_at(const std::vector<float>* arrays, std::ptrdiff_t at) {
-    return {arrays[0].data() + at, arrays[1].data() + at, arrays[2].data() + at,
-            arrays[3].data() + at, arrays[4].data() + at, arrays[5].data() + at};
+template <typename Array>
+Points points_at(const Array* arrays, std::size_t at) {
+    const auto from = [&](int k) { return std::data(arrays[k]) + at; };
+    return {from(0), from(1), from(2), from(3), from(4), from(5)};
 }
 
 }  // namespace gonio::shade

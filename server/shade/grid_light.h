@@ -11,8 +11,8 @@
 
 namespace gonio::shade {
 
-// The surfels around a grid's points, in the shape of ScreenGrid::grid, points outside its rows with it. The same for all
-// light.
+// The surfels around a grid's points, in the shape of ScreenGrid::grid, points outside its rows with it. The same for
+// all light.
 struct GridWeights {
     std::vector<const std::uint16_t*> around;  // kNeighbours of them, or null: none
     std::vector<float> weights;                // kNeighbours a point, of sum 1

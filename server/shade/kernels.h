@@ -1,4 +1,4 @@
-// The few SIMD kernels that pay: direct light, and bringing the grid to the pixels. Highway picks the
+// The few SIMD kernels that pay: bringing the grid to the pixels, half floats. Highway picks the
 // instruction set at run time. Pure functions; any thread; pointers may be unaligned.
 #pragma once
 
@@ -24,13 +24,6 @@ struct Points {
     const float *x, *y, *z, *nx, *ny, *nz;
 };
 
-// A grid's rows as kernels read them: row r starts at r × stride; Grid::kBorder values and kLanes more may be
-// read on both sides of what is written.
-struct GridRows {
-    Points points;
-    const float* depth;  // distance along the view axis, m
-    std::ptrdiff_t stride;
-};
 // How pixels look at the scene: the ray through pixel (x, y), counted from the bottom left, is
 // corner + x × right + y × up, one metre deep.
 struct Rays {
@@ -42,12 +35,13 @@ struct Rays {
 // upsampling of a grid of one point per 4 × 4 pixels, point (i, j) standing at pixel (4i + 2, 4j + 2): a byte each, the
 // lower left in the lowest, lower right, upper left, upper right. Where they are alike, 1 on one plane, by less than
 // kPoorlyAlike all in all, the bytes sum to some 127, else to 255; by less than kLeastAlike, or without a surface: 0.
+// grid: its first point, stride values a row; Grid::kBorder points beyond its edges and kLanes more may be read.
 // depth: near / distance, 0 no surface; normal: octahedral, 2 snorm16 in 4 bytes. poor: of every four pixels, how many
 // show a surface that the points are poorly alike.
 inline constexpr float kPoorlyAlike = 0.2f, kLeastAlike = 0.02f;
 inline constexpr unsigned kPoorSum = 192;  // a smaller one is poor
-void weights_row(const GridRows& grid, int y, int width, const Rays& rays, float near_per_depth, const float* depth,
-                 const std::uint32_t* normal, std::uint32_t* weights, std::uint8_t* poor);
+void weights_row(const Points& grid, std::ptrdiff_t stride, int y, int width, const Rays& rays, float near_per_depth,
+                 const float* depth, const std::uint32_t* normal, std::uint32_t* weights, std::uint8_t* poor);
 // The same row from the values of such a grid, by these weights. stride: of the grid's rows. out: 4 half floats per
 // pixel, rgb and 1.
 void upsample_row(const float* const* values, std::ptrdiff_t stride, int y, int width, const std::uint32_t* weights,
@@ -61,34 +55,10 @@ struct Web {
 };
 Web web_of(const std::uint32_t* words);
 
-// A luminaire as the direct light's kernel sees it.
-struct DirectLight {
-    glm::vec3 position;  // local, m
-    glm::mat3 light_from_world;
-    Web web;
-    float unit_m2;  // the result is measured in
-};
-// One row of `width` pixels, a multiple of kLanes: unoccluded illuminance per candela of peak × unit_m2, 0 where there
-// is no surface. depth, normal: as of upsample_row.
-void direct_row(const DirectLight& light, int y, int width, const Rays& rays, const float* depth,
-                const std::uint32_t* normal, float* lux_per_cd);
-
-// Off the plane of its neighbours by this share of its depth, a pixel may lie on another surface.
-inline constexpr float kOffPlane = 1e-2f;
-// What a square of pixels shows: no light; light at each, on a plane; or something else.
-enum class Square : std::uint8_t { dark, plane, mixed };
-// A row of squares of 4 × 4 pixels, `width` pixels long, a multiple of 4·kLanes; and where a ray from the second pixel
-// of the second row of each starts: off_m plus off_per_depth times its depth off the surface, local, m. y: of the
-// second row; depth, lux_per_cd: four rows; normal: the second.
-void squares_row(const Rays& rays, int y, int width, float off_m, float off_per_depth, const float* const* depth,
-                 const std::uint32_t* normal, const float* const* lux_per_cd, Square* squares, float* from_x,
-                 float* from_y, float* from_z);
-
-// The same at `count` points, a multiple of kLanes, whatever stands between.
-void direct_points(const DirectLight& light, const Points& points, std::size_t count, float* lux_per_cd);
-
 // Half floats of `count` floats, a multiple of kLanes; what is greater becomes 65,504.
 void to_halves(const float* from, std::size_t count, std::uint16_t* to);
+// The same of three arrays: 4 half floats each, rgb and 1.
+void rgb_to_halves(const float* r, const float* g, const float* b, std::size_t count, std::uint16_t* to);
 void from_halves(const std::uint16_t* from, std::size_t count, float* to);
 
 }  // namespace gonio::shade

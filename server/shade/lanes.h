@@ -115,7 +115,6 @@ HWY_INLINE Vec3 turned(const glm::mat3& m, const Vec3& v) {
 #define vec3 Vec3
 namespace {
 #include "shaders/lib/edge_weight.glsl"
-#include "shaders/lib/vpl.glsl"
 #include "shaders/lib/web.glsl"
 }  // namespace
 #undef float

@@ -7,6 +7,9 @@ using Halves = hn::Rebind<hwy::float16_t, Tag>;
 HWY_INLINE Float from_half(hn::Vec<HalfBits> bits) {
     return hn::PromoteTo(Tag(), hn::BitCast(Halves(), bits));
 }
+HWY_INLINE hn::Vec<HalfBits> to_half(Float x) {  // what is greater becomes 65,504
+    return hn::BitCast(HalfBits(), hn::DemoteTo(Halves(), min(x, Float(65504.0f)).raw));
+}
 HWY_INLINE Vec3 load_rgb(const std::uint16_t* pixels) {
     hn::Vec<HalfBits> r, g, b, a;
     hn::LoadInterleaved4(HalfBits(), pixels, r, g, b, a);

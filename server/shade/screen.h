@@ -68,10 +68,4 @@ struct ScreenGrid {
 inline constexpr std::size_t kOwnPoints = 16;
 void make_grid(const Surfaces& surfaces, bool own_points, ScreenGrid& screen, Pool& pool);
 
-// out: direct illuminance per candela of peak, surfaces.row_length pixels a row. every_pixel: a shadow ray for each that
-// light could reach; else one for 4 × 4 pixels on a plane, for 2 × 2 of them where the rays of those around it end
-// otherwise, and for each where that is so of these: a shadow narrower than four pixels may be lost.
-void direct_light(const Surfaces& surfaces, const trace::Geometry& geometry, const DirectLight& light, bool every_pixel,
-                  std::vector<float>& out, Pool& pool);
-
 }  // namespace gonio::shade

@@ -122,8 +122,8 @@ void direct_at_surfels(const transport::Surfels& surfels, const trace::Geometry&
     static_assert(kChunk % kLanes == 0 && kLanes == transport::kPadding);
     out.resize(surfels.place[0].size());
     pool.run_chunks(surfels.count, kChunk, [&](std::size_t first, std::size_t count) {
-        direct_at_points(points_at(surfels.place, static_cast<std::ptrdiff_t>(first)),
-                         std::span(surfels.geometric).subspan(first, count), geometry, light, out.data() + first);
+        direct_at_points(points_at(surfels.place, first), std::span(surfels.geometric).subspan(first, count), geometry,
+                         light, out.data() + first);
     });
 }
 

@@ -5,7 +5,7 @@
 #include <vector>
 
 #include "server/pool.h"
-#include "server/shade/kernels.h"
+#include "server/shade/direct.h"
 #include "server/shade/vpl_rays.h"
 #include "server/transport/transport.h"
 

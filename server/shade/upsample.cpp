@@ -37,13 +37,14 @@ std::size_t most_alike(const Grid& grid, int x, int y, const Spot& spot, float n
 }  // namespace
 
 void make_weights(const Surfaces& surfaces, ScreenGrid& screen, Pool& pool) {
-    const GridRows rows = screen.grid.rows();
+    const Grid& grid = screen.grid;
+    const Points points = points_at(grid.values, static_cast<std::size_t>(grid.at(0, 0)));
     ToPixels& to = screen.to_pixels;
     to.weights.resize(row_of(surfaces, surfaces.height));
     to.poor.resize(to.weights.size() / 4);
     pool.run(surfaces.height, [&](int y) {
         const std::size_t row = row_of(surfaces, y);
-        weights_row(rows, y, static_cast<int>(surfaces.row_length), surfaces.rays,
+        weights_row(points, grid.stride, y, static_cast<int>(surfaces.row_length), surfaces.rays,
                     kUpsampleNear * screen.depth_per_point, surfaces.depth.data() + row, surfaces.normal.data() + row,
                     to.weights.data() + row, to.poor.data() + row / 4);
     });

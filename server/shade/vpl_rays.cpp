@@ -12,7 +12,7 @@ VplRays::VplRays(std::shared_ptr<const Profile> profile, unsigned count)
 
 VplRays::VplRays(std::shared_ptr<const trace::DirectionTable> directions, unsigned count)
     : table(std::move(directions)), asked(count), per_subset((count + kSubsets - 1) / kSubsets) {
-    peak_cd = table->profile()->max_cd;
+    const double peak_cd = table->profile()->max_cd;
     if (table->dark() || !(peak_cd > 0.0)) {
         per_subset = 0;
         return;

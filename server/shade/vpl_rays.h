@@ -19,7 +19,6 @@ inline constexpr unsigned kSubsets = 16;
 // The rays of a profile in its luminaire's frame. Immutable.
 struct VplRays {
     std::shared_ptr<const trace::DirectionTable> table;
-    double peak_cd = 0.0;
     unsigned asked = 0;       // rays that the constructor was asked for
     unsigned per_subset = 0;  // rays of each of kSubsets subsets, every one a stratified sample of its own
     struct Ray {

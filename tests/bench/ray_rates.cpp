@@ -9,6 +9,7 @@
 #include "server/render/passes/passes.h"
 #include "server/render/web_buffer.h"
 #include "server/scene/apply.h"
+#include "server/shade/direct.h"
 #include "server/shade/raster.h"
 #include "server/transport/links.h"
 #include "tests/bench/cases.h"
@@ -27,7 +28,7 @@ double rate(double rays, const std::function<void()>& work) {
     return rays / best;
 }
 
-// A ray for each lit square of 4 × 4 pixels, sixteen squares a packet (server/shade/direct.cpp).
+// A ray for each lit point of the grid, sixteen points a packet (server/shade/direct.cpp).
 std::vector<transport::Fan> shadow_packets(const Scene& scene, const trace::Geometry& geometry, Pool& pool) {
     const shade::Looks looks = shade::make_looks(geometry);
     shade::Surfaces s;
@@ -39,19 +40,25 @@ std::vector<transport::Fan> shadow_packets(const Scene& scene, const trace::Geom
     const std::vector<std::uint32_t> web = pack_web(light.profile->photometry.web);
     const shade::DirectLight direct{geometry.local(light.position), light_from_world(light), shade::web_of(web.data()),
                                     1.0f};
-    std::vector<float> lux_per_cd(s.depth.size());
-    pool.run(s.height, [&](int y) {
-        const std::size_t at = static_cast<std::size_t>(y) * s.row_length;
-        shade::direct_row(direct, y, static_cast<int>(s.row_length), s.rays, s.depth.data() + at, s.normal.data() + at,
-                          lux_per_cd.data() + at);
-    });
+    std::vector<float> places[6], lux_per_cd(s.depth.size());
+    for (std::vector<float>& values : places) values.resize(s.depth.size());
+    for (int y = 0; y < s.height; ++y) {
+        for (int x = 0; x < s.width; ++x) {
+            const shade::Spot spot = shade::spot_at(s, x, y);
+            for (int k = 0; k < 3; ++k) {
+                const std::size_t at = static_cast<std::size_t>(y) * s.row_length + static_cast<std::size_t>(x);
+                places[k][at] = spot.position[k], places[k + 3][at] = spot.normal[k];
+            }
+        }
+    }
+    shade::direct_points(direct, shade::points_at(places, 0), lux_per_cd.size(), lux_per_cd.data());
     std::vector<transport::Fan> packets;
     for (int top = 0; top < s.height; top += 16) {
         for (int left = 0; left < s.width; left += 16) {
             transport::Fan packet;
             int count = 0;
             for (int i = 0; i < trace::kPacket; ++i) {
-                const int x = left + i % 4 * 4 + 1, y = top + i / 4 * 4 + 1;
+                const int x = left + i % 4 * 4 + 2, y = top + i / 4 * 4 + 2;
                 if (x >= s.width || y >= s.height) continue;
                 const std::size_t at = static_cast<std::size_t>(y) * s.row_length + static_cast<std::size_t>(x);
                 if (!(lux_per_cd[at] > 0.0f)) continue;

@@ -142,7 +142,7 @@ PassRun run_besides(const PassContext& context) {
         add(screen.emitted, emitted, 1.0f);
         add(screen.summed, screen.summed_list.irradiance, screen.summed.gain * screen.summed.unit_lx[1]);
         if (context.merged && part == 1)
-            draw(screen.merged.irradiance.indirect, screen.merged.list.reference / context.geometry.layer_unit_m2());
+            draw(screen.merged.irradiance.indirect, screen.merged.reference / context.geometry.layer_unit_m2());
         if (!(greatest_lx > 0.0f)) continue;
         const float unit_lx = screen.besides_unit_lx[part] = greatest_lx / 1000.0f;  // halves hold the rest to 2^-24
         const GLuint framebuffer =

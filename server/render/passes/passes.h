@@ -111,7 +111,7 @@ const std::array<PointLight, 2>& summed_point(const Target& target);
 PassRun run_gather_seed(const PassContext& context, const Light& light, const LightGpu& gpu, int layer);
 // The CPU's layers of one light -> the target's, for run_composite.
 PassRun run_layers(const Target& target, int layer, Pool& pool);
-// Luminaires at their weights as one (server/shade/merged.h), and what follows from it for all at once: of those with
+// Luminaires at their weights as one (docs/rendering.md), and what follows from it for all at once: of those with
 // layers, while their layers are old, or of those that are summed.
 enum class Together : std::uint8_t { layered, summed };
 PassRun run_merge(const PassContext& context, std::span<const LightGpu* const> lights, Together which);

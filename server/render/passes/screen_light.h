@@ -10,10 +10,10 @@
 #include "server/render/light_gpu.h"
 #include "server/render/passes/passes.h"
 #include "server/render/target.h"
+#include "server/shade/direct.h"
 #include "server/shade/final_gather.h"
 #include "server/shade/grid_light.h"
 #include "server/shade/layers.h"
-#include "server/shade/merged.h"
 #include "server/shade/raster.h"
 
 namespace gonio {
@@ -23,8 +23,9 @@ struct ScreenLight {
     shade::Surfaces surfaces;
     shade::ScreenGrid grid;
     shade::GridWeights weights;
-    std::vector<std::uint16_t> halves;  // scratch: what is uploaded
-    std::vector<float> floats;
+    std::vector<std::uint16_t> halves;     // scratch: what is uploaded
+    shade::Planes direct;                  // scratch: direct light in floats
+    shade::Lattice lattice;                // and what of it is asked at the grid
     std::vector<PointLight> points;        // by layer, of meters
     std::vector<std::uint16_t> point_ids;  // of a meter's links
     // Where layers stay on the CPU.
@@ -55,11 +56,11 @@ struct ScreenLight {
     std::optional<std::uint64_t>
         summed_changes;  // LayerSum::changes() it was made from; none: scratch, or an older grid
     struct Merged {
-        shade::MergedList list;
-        transport::Irradiance irradiance;  // in the list's unit
+        std::vector<shade::DirectLight> lights;  // those with weight
+        float reference = 0.0f;            // the greatest weight, cd: what their light is measured per; 0: all are dark
+        transport::Irradiance irradiance;  // in that unit
         bool moves = false;                // it has changed since it was solved
-        shade::Lattice lattice;
-        // Per cd of the list's reference × the layers' unit: 4 per pixel; planes of the grid.
+        // Per cd of the reference × the layers' unit: 4 per pixel; planes of the grid.
         std::vector<std::uint16_t> direct;
         shade::Planes indirect;
     } merged, summed_list;  // of luminaires with layers while those are old; of the others

@@ -75,25 +75,34 @@ void upload(const gl::Texture& array, const shade::Surfaces& s, int layer, GLenu
     glPixelStorei(GL_UNPACK_ROW_LENGTH, 0);
 }
 
+namespace {
+
+shade::DirectLight direct_light_of(const PassContext& context, const Light& light, const LightGpu& gpu) {
+    return {context.traced.local(light.position), light_from_world(light), shade::web_of(gpu.web->words.data()),
+            context.geometry.layer_unit_m2(), gpu.web->beam_cos};
+}
+
+}  // namespace
+
 PassRun run_direct_rays(const PassContext& context, const Light& light, const LightGpu& gpu, int layer,
                         bool each_pixel) {
     const Target& target = context.target;
     ScreenLight& screen = *target.screen;
     const shade::Surfaces& s = screen.surfaces;
-    const glm::vec3 position(light.position - context.traced.origin());
-    shade::direct_light(
-        s, context.traced,
-        {position, light_from_world(light), shade::web_of(gpu.web->words.data()), context.geometry.layer_unit_m2()},
-        each_pixel, screen.floats, context.pool);
+    const shade::DirectLight own = direct_light_of(context, light, gpu);
+    screen.direct.resize(1);
+    shade::direct_light(s, screen.grid, context.traced, std::span(&own, 1), each_pixel, screen.direct, screen.lattice,
+                        context.pool);
+    const std::vector<float>& lux = screen.direct[0];
     if (target.kind == TargetKind::precise) {
-        upload(target.direct, s, layer, GL_RED, GL_FLOAT, screen.floats.data());
+        upload(target.direct, s, layer, GL_RED, GL_FLOAT, lux.data());
         return {};
     }
     std::vector<std::uint16_t>& halves = context.layers_on_cpu ? layer_of(screen, layer).direct : screen.halves;
-    halves.resize(screen.floats.size());
+    halves.resize(lux.size());
     context.pool.run(s.height, [&](int row) {
         const std::size_t at = static_cast<std::size_t>(row) * s.row_length;
-        shade::to_halves(screen.floats.data() + at, s.row_length, halves.data() + at);
+        shade::to_halves(lux.data() + at, s.row_length, halves.data() + at);
     });
     if (context.layers_on_cpu) layer_of(screen, layer).version = ++screen.writes;
     if (!context.layers_on_cpu) upload(target.direct, s, layer, GL_RED, GL_HALF_FLOAT, halves.data());
@@ -197,7 +206,7 @@ std::vector<glm::vec3> cpu_illuminance(const Target& target, std::span<const glm
     if (merged) {
         std::vector<std::uint16_t> halves;
         if (indirect) shade::upsample(s, screen.grid, screen.merged.indirect, halves, pool);
-        add_rgb(indirect ? halves : screen.merged.direct, screen.merged.list.reference / layer_unit_m2);
+        add_rgb(indirect ? halves : screen.merged.direct, screen.merged.reference / layer_unit_m2);
         return lux;
     }
     // Planes relative to the greatest weight: half floats hold what is brought to the pixels.
@@ -235,8 +244,8 @@ std::vector<glm::vec3> cpu_illuminance(const Target& target, std::span<const glm
 PassRun run_merge(const PassContext& context, std::span<const LightGpu* const> lights, Together which) {
     ScreenLight& screen = *context.target.screen;
     ScreenLight::Merged& merged = merged_of(context.target, which);
-    shade::MergedList& list = merged.list;
-    list = {};
+    merged.lights.clear();
+    merged.reference = 0.0f;
     const auto weight_of = [&](std::size_t i) {
         const Light& light = context.scene.lights[i];
         glm::dvec3 weight(0.0);
@@ -248,24 +257,23 @@ PassRun run_merge(const PassContext& context, std::span<const LightGpu* const> l
     };
     for (std::size_t i = 0; i < lights.size(); ++i) {
         const glm::vec3 weight = glm::abs(weight_of(i));
-        list.reference = std::max({list.reference, weight.x, weight.y, weight.z});
+        merged.reference = std::max({merged.reference, weight.x, weight.y, weight.z});
     }
     if (which == Together::summed) {
-        screen.summed.unit_lx.fill(list.reference / context.geometry.layer_unit_m2());
+        screen.summed.unit_lx.fill(merged.reference / context.geometry.layer_unit_m2());
         screen.summed.version = ++screen.writes;
     }
     std::vector<glm::vec4>& direct = merged.irradiance.direct;
     direct.clear();
-    if (!(list.reference > 0.0f)) return {};
+    if (!(merged.reference > 0.0f)) return {};
     const std::size_t surfels = context.transport != nullptr ? context.transport->surface->surfels.count : 0;
     direct.assign(surfels, glm::vec4(0.0f));
     merged.moves = true;
     for (std::size_t i = 0; i < lights.size(); ++i) {
-        const glm::vec3 weight = weight_of(i) / list.reference;
+        const glm::vec3 weight = weight_of(i) / merged.reference;
         if (weight == glm::vec3(0.0f)) continue;  // its light may be of long ago
-        const Light& light = context.scene.lights[i];
-        list.lights.push_back({glm::vec3(light.position - context.traced.origin()), light_from_world(light),
-                               shade::web_of(lights[i]->web->words.data()), weight, lights[i]->web->beam_cos});
+        merged.lights.push_back(direct_light_of(context, context.scene.lights[i], *lights[i]));
+        merged.lights.back().weight = weight;
         const std::vector<float>& own = lights[i]->surfel_direct;
         if (own.size() < surfels) continue;
         context.pool.run_chunks(surfels, 4096, [&](std::size_t first, std::size_t count) {
@@ -275,57 +283,20 @@ PassRun run_merge(const PassContext& context, std::span<const LightGpu* const> l
     return {};
 }
 
-namespace {
-
-// Sums rgb at the pixels, 4 values each.
-struct PixelSum {
-    std::vector<float> values;
-    explicit PixelSum(const shade::Surfaces& s) : values(4 * s.depth.size(), 0.0f) {}
-    void to_halves(std::vector<std::uint16_t>& out) const {
-        out.resize(values.size());
-        for (std::size_t i = 0; i < values.size(); ++i) out[i] = glm::packHalf1x16(std::min(values[i], 65504.0f));
-    }
-};
-
-}  // namespace
-
 PassRun run_direct_merged(const PassContext& context, Together which) {
     ScreenLight& screen = *context.target.screen;
     ScreenLight::Merged& merged = merged_of(context.target, which);
     const shade::Surfaces& s = screen.surfaces;
-    const std::vector<shade::MergedLight>& lights = merged.list.lights;
-    const float unit_m2 = context.geometry.layer_unit_m2();
     std::vector<std::uint16_t>& out = which == Together::summed ? screen.summed.pixels[0] : merged.direct;
-    if (context.target.kind != TargetKind::live) {  // a ray from every pixel to every luminaire
-        PixelSum sum(s);
-        for (const shade::MergedLight& light : lights) {
-            shade::direct_light(s, context.traced, {light.position, light.light_from_world, light.web, unit_m2}, true,
-                                screen.floats, context.pool);
-            for (std::size_t i = 0; i < s.depth.size(); ++i) {
-                for (int k = 0; k < 3; ++k)
-                    sum.values[4 * i + static_cast<std::size_t>(k)] += light.weight[k] * screen.floats[i];
-            }
-        }
-        sum.to_halves(out);
-        return {};
-    }
-    const auto part = [&](std::size_t first, std::vector<std::uint16_t>& halves) {
-        const auto begin = lights.begin() + static_cast<std::ptrdiff_t>(first),
-                   end = lights.begin() +
-                         static_cast<std::ptrdiff_t>(std::min(first + shade::kMostMerged, lights.size()));
-        shade::merged_direct(s, screen.grid, context.traced, {{begin, end}, merged.list.reference}, unit_m2,
-                             merged.lattice, halves, context.pool);
-    };
-    if (lights.size() <= shade::kMostMerged) {
-        part(0, out);
-        return {};
-    }
-    PixelSum sum(s);
-    for (std::size_t first = 0; first < lights.size(); first += shade::kMostMerged) {
-        part(first, screen.halves);
-        for (std::size_t i = 0; i < sum.values.size(); ++i) sum.values[i] += glm::unpackHalf1x16(screen.halves[i]);
-    }
-    sum.to_halves(out);
+    screen.direct.resize(3);
+    shade::direct_light(s, screen.grid, context.traced, merged.lights, context.target.kind != TargetKind::live,
+                        screen.direct, screen.lattice, context.pool);
+    out.resize(4 * s.depth.size());
+    context.pool.run(s.height, [&](int row) {
+        const std::size_t at = static_cast<std::size_t>(row) * s.row_length;
+        shade::rgb_to_halves(screen.direct[0].data() + at, screen.direct[1].data() + at, screen.direct[2].data() + at,
+                             s.row_length, out.data() + 4 * at);
+    });
     return {};
 }
 
@@ -352,7 +323,7 @@ PassRun run_composite_cpu(const PassContext& context, View view, std::span<const
                  unit = static_cast<double>(context.geometry.layer_unit_m2());
     if (merged) {
         const auto factor =
-            static_cast<float>(static_cast<double>(screen.merged.list.reference) / unit * shown_per_lux * rest);
+            static_cast<float>(static_cast<double>(screen.merged.reference) / unit * shown_per_lux * rest);
         if (direct) others.push_back({screen.merged.direct.data(), glm::vec3(factor)});
         if (indirect) display.on_grid = {&screen.surfaces, &screen.grid, &screen.merged.indirect, factor};
     } else {
