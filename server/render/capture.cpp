@@ -93,6 +93,31 @@ std::unique_ptr<CaptureJob> Renderer::begin_capture(const Scene& scene, View vie
     return job;
 }
 
+// The first bounce of up to eight narrow lights, as a picture that rests has it, in steps. Where lights of the live
+// scene move meanwhile it begins anew each time, and is left out in the end. Result: whether that is done.
+bool Renderer::continue_first_bounces(CaptureJob& job, const FrameInputs& inputs) {
+    constexpr std::size_t kMostLights = 8;
+    constexpr std::int64_t kStepNs = 250'000'000, kMostNs = 60'000'000'000;
+    const Scene& scene = job.scene;
+    if (job.next_tile > 0 || scene.lights.size() > kMostLights || scene.technique != Technique::standard ||
+        job.bounces == 0 || job.view >= View::mask || job.view == View::direct || job.first_bounce_ns > kMostNs)
+        return true;
+    const std::int64_t began_ns = monotonic_ns();
+    std::vector<SlotRef> solved;
+    for (const Light& light : scene.lights) solved.push_back({Slot::solve, 0, light.id});
+    std::vector<Pass> passes = build_pipeline(inputs);
+    execute(
+        passes, solved, ledger_, [](std::size_t) {}, [](std::size_t) {});
+    const auto late = [&] { return monotonic_ns() > began_ns + kStepNs; };
+    bool done = true;
+    for (std::size_t i = 0; i < scene.lights.size() && done; ++i) {
+        if (first_bounce_left(inputs.context(), *inputs.lights[i]))
+            done = continue_first_bounce(inputs.context(), scene.lights[i], *inputs.lights[i], late);
+    }
+    job.first_bounce_ns += monotonic_ns() - began_ns;
+    return done;
+}
+
 bool Renderer::continue_capture(CaptureJob& job) {
     CapturedPicture& picture = *job.picture;
     const int columns = (picture.width_px + job.tile_px - 1) / job.tile_px,
@@ -116,6 +141,10 @@ bool Renderer::continue_capture(CaptureJob& job) {
     FrameInputs inputs = inputs_of(job.scene, target, eye);
     inputs.view = job.view;
     inputs.bounces = job.bounces;
+    if (!continue_first_bounces(job, inputs)) {
+        ledger_.forget_target(target.id);
+        return false;
+    }
     gl::Texture values;
     gl::Framebuffer values_fbo;
     if (job.raw) {

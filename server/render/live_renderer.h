@@ -40,6 +40,7 @@ struct CaptureJob {
     int bounces = trace::kAllBounces;  // of indirect light: all, 1 or 0; the seed technique has one
     int tile_px = 0, next_tile = 0;
     std::int64_t started_ns = 0;
+    std::int64_t first_bounce_ns = 0;  // spent on narrow lights
     std::shared_ptr<CapturedPicture> picture;
 };
 

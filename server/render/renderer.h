@@ -96,6 +96,7 @@ private:
     void prepare(const Scene& scene, bool live, bool bounces = true);
     void prepare_transport(const Scene& scene);
     v1::FrameReport run(const FrameInputs& inputs, std::vector<SlotRef> wanted, Timers& timers);
+    bool continue_first_bounces(CaptureJob& job, const FrameInputs& inputs);
     void choose_layers(FrameInputs& inputs);
     void keep_layers(const Scene& scene);
     std::vector<int> layers_of(const Scene& scene, const Target& target) const;

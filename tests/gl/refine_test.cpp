@@ -59,6 +59,34 @@ TEST_F(Refine, ComesNearerToTheTruth) {
     EXPECT_FALSE(renderer.refine(scene, [] { return false; }));
 }
 
+// A still of a narrow beam has its first bounce from where the beam falls, as the refined picture has it: links alone,
+// of which few meet so small a spot, would make it grainy. (In a renderer of its own: what was refined is kept.)
+TEST(Narrow, StillsAreTheRefinedPictures) {
+    Scene scene = scene_of(builtin("cornell"));
+    scene.lights.at(0).profile = cosine_power(20'000.0, 500.0);
+    scene.width_px = scene.height_px = 96;
+    Renderer renderer(context(), gather());
+    renderer.set_surfels({0.06, 1000, 4000});
+    renderer.set_links(transport::kMostLinks);
+    const auto still = [&] { return renderer.capture(scene, View::indirect, 96, 96, true)->values; };
+    const std::vector<float> before = still();
+    renderer.set_refinement(true);
+    show(renderer, scene);
+    while (!renderer.refined(scene)) {
+        if (!renderer.refine(scene, [] { return false; })) continue;
+        renderer.begin_frame(scene, monotonic_ns());
+        renderer.finish_frame(true);
+    }
+    const std::vector<float> after = still();
+    double squares = 0.0, sum = 0.0;
+    for (std::size_t i = 0; i < before.size(); ++i) {
+        squares += static_cast<double>((before[i] - after[i]) * (before[i] - after[i]));
+        sum += static_cast<double>(after[i]);
+    }
+    const double n = static_cast<double>(before.size());
+    EXPECT_LT(std::sqrt(squares / n), 1e-3 * sum / n);
+}
+
 // While it moves a shadow narrower than four pixels may be lost; at rest each pixel has a ray of its own.
 TEST_F(Refine, ShadowsAreThoseOfEachPixel) {
     const auto picture = renderer.capture(scene, View::direct, scene.width_px, scene.height_px, true);
