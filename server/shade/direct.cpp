@@ -24,6 +24,7 @@ struct Tile {
     alignas(64) float place[6][kTilePixels], depth[kTilePixels];  // as of Points; 0: no surface
     alignas(64) std::uint32_t weights[kTilePixels];               // ToPixels::weights
     alignas(64) float light[3][kTilePixels];                      // the sum
+    glm::vec3 least, greatest;                                    // corners of a box around the surfaces
     // Pixels that need a ray of their own, and what it would bring.
     std::uint16_t asking[kTilePixels];
     float lux[kTilePixels];
@@ -67,7 +68,7 @@ bool PlaceTile(Tile& tile, const Surfaces& s, const std::uint32_t* weights) {
     const Tag tag;
     const IntTag ints;
     const std::size_t lanes = hn::Lanes(tag);
-    Mask any = Float(0.0f) < Float(0.0f);
+    Vec3 least(Float(1e30f), Float(1e30f), Float(1e30f)), greatest(Float(-1e30f), Float(-1e30f), Float(-1e30f));
     for (int row = 0; row < kTileRows; ++row) {
         const int y = tile.first_y + row;
         const bool inside = y < s.height;
@@ -91,11 +92,17 @@ bool PlaceTile(Tile& tile, const Surfaces& s, const std::uint32_t* weights) {
                 store(n.x, tile.place[3] + at), store(n.y, tile.place[4] + at), store(n.z, tile.place[5] + at);
                 store(hn::IfThenElseZero(surface, z.raw), tile.depth + at);
                 hn::StoreU(weight[phase], ints, reinterpret_cast<std::int32_t*>(tile.weights) + at);
-                any = hn::Or(any, surface);
+                const auto widen = [&](Float value, Float& low, Float& high) {
+                    low = mix(low, min(low, value), surface), high = mix(high, max(high, value), surface);
+                };
+                widen(p.x, least.x, greatest.x), widen(p.y, least.y, greatest.y), widen(p.z, least.z, greatest.z);
             }
         }
     }
-    return !hn::AllFalse(tag, any);
+    const auto lowest = [](Float x) { return hn::GetLane(hn::MinOfLanes(Tag(), x.raw)); };
+    tile.least = {lowest(least.x), lowest(least.y), lowest(least.z)};
+    tile.greatest = {-lowest(-greatest.x), -lowest(-greatest.y), -lowest(-greatest.z)};
+    return tile.least.x <= tile.greatest.x;
 }
 
 // What the four grid points around pixels say: sums of the weights, of those that see the luminaire, and of I / I_peak;
@@ -234,16 +241,8 @@ constexpr std::size_t kMostAtOnce = 64;  // luminaires: bits of a mask, and plan
 // With more luminaires than so many a shadow of one of them is faint.
 constexpr std::size_t kDense = 4;
 
-// Result: bits of the luminaires whose beam meets a sphere around those of the points that have a depth.
-std::uint64_t beams_at(std::span<const DirectLight> lights, const Points& points, const float* depth,
-                       std::size_t count) {
-    glm::vec3 least(1e30f), greatest(-1e30f);
-    for (std::size_t i = 0; i < count; ++i) {
-        if (!(depth[i] > 0.0f)) continue;
-        const glm::vec3 p(points.x[i], points.y[i], points.z[i]);
-        least = glm::min(least, p);
-        greatest = glm::max(greatest, p);
-    }
+// Result: bits of the luminaires whose beam meets the sphere around a box.
+std::uint64_t beams_at(std::span<const DirectLight> lights, const glm::vec3& least, const glm::vec3& greatest) {
     if (!(least.x <= greatest.x)) return 0;
     const glm::vec3 centre = 0.5f * (least + greatest);
     const float radius = 0.5f * glm::length(greatest - least);
@@ -284,6 +283,7 @@ struct GridBlock {
     alignas(64) float place[6][64], depth[64];
     std::size_t at[64];
     unsigned active[4] = {};  // of a packet: with a surface
+    glm::vec3 least{1e30f}, greatest{-1e30f};
 
     GridBlock(const Grid& grid, int x, int y) {
         for (std::size_t i = 0; i < 64; ++i) {
@@ -292,7 +292,10 @@ struct GridBlock {
             at[i] = static_cast<std::size_t>(grid.at(std::min(px, grid.width - 1), std::min(py, grid.height - 1)));
             for (std::size_t v = 0; v < 6; ++v) place[v][i] = grid.values[v][at[i]];
             depth[i] = grid.values[6][at[i]];
-            active[p] |= (depth[i] > 0.0f ? 1u : 0u) << k;
+            if (!(depth[i] > 0.0f)) continue;
+            active[p] |= 1u << k;
+            least = glm::min(least, grid.position(at[i]));
+            greatest = glm::max(greatest, grid.position(at[i]));
         }
     }
     // Result: whether all lie on one smooth surface.
@@ -315,7 +318,7 @@ struct GridBlock {
 // The lattice's values of a block's points.
 void ask_grid(const GridBlock& block, const Surfaces& surfaces, const trace::Geometry& geometry,
               std::span<const DirectLight> lights, bool sparse, Lattice& lattice) {
-    const std::uint64_t beams = beams_at(lights, points_at(block.place, 0), block.depth, 64);
+    const std::uint64_t beams = beams_at(lights, block.least, block.greatest);
     sparse = sparse && block.even();
     for (std::size_t k = 0; k < lights.size(); ++k) {
         bool all_seen = false, all_hidden = false;  // so say the points asked first
@@ -390,7 +393,7 @@ void direct_light(const Surfaces& surfaces, const ScreenGrid& screen, const trac
             tile.first_x = job % tiles_x * kTileColumns, tile.first_y = job / tiles_x * kTileRows;
             for (auto& plane : tile.light) std::fill_n(plane, kTilePixels, 0.0f);
             if (HWY_DYNAMIC_DISPATCH(PlaceTile)(tile, surfaces, screen.to_pixels.weights.data())) {
-                const std::uint64_t beams = beams_at(some, points_at(tile.place, 0), tile.depth, kTilePixels);
+                const std::uint64_t beams = beams_at(some, tile.least, tile.greatest);
                 for (std::size_t k = 0; k < some.size(); ++k) {
                     if ((beams >> k & 1u) == 0) continue;
                     const std::size_t asking = HWY_DYNAMIC_DISPATCH(LightTile)(
