@@ -122,9 +122,9 @@ bool Builder::wanted(unsigned links) {
 
 void Builder::make(std::shared_ptr<const trace::Geometry> geometry, std::vector<glm::vec3> seeds,
                    const SurfelSettings& settings, bool beside, bool cells) {
-    // Of a machine that is busy it gets a quarter (weights of nice 5 and 0: 335 and 1024), as does what waits for it;
+    // Of a machine that is busy it gets a fifth (weights of nice 6 and 0: 272 and 1024), as does what waits for it;
     // SCHED_IDLE gets nothing.
-    if (beside) setpriority(PRIO_PROCESS, 0, 5);  // Linux: this thread and those that it starts
+    if (beside) setpriority(PRIO_PROCESS, 0, 6);  // Linux: this thread and those that it starts
     if (stopped()) return;
     const auto began = std::chrono::steady_clock::now();
     Pool pool;  // its threads are of this one's priority
