@@ -100,7 +100,7 @@ bool Renderer::continue_first_bounces(CaptureJob& job, const FrameInputs& inputs
     constexpr std::int64_t kStepNs = 250'000'000, kMostNs = 60'000'000'000;
     const Scene& scene = job.scene;
     if (job.next_tile > 0 || scene.lights.size() > kMostLights || scene.technique != Technique::standard ||
-        job.bounces == 0 || job.view >= View::mask || job.view == View::direct || job.first_bounce_ns > kMostNs)
+        job.bounces == 0 || (job.view != View::beauty && job.view != View::indirect) || job.first_bounce_ns > kMostNs)
         return true;
     const std::int64_t began_ns = monotonic_ns();
     std::vector<SlotRef> solved;
