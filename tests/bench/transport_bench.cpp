@@ -99,7 +99,7 @@ Row measure(const gl::Context& context, const Sized& which, const TransportOptio
     row.ready_s = seconds_since(shown);
     row.stats = renderer.transport_stats();
     row.longest_ms = meanwhile.empty() ? 0.0 : *std::max_element(meanwhile.begin(), meanwhile.end());
-    for (int i = 0; i < 40; ++i) later.push_back(frame_ms());
+    while (later.size() < std::max<std::size_t>(meanwhile.size(), 40)) later.push_back(frame_ms());
     row.meanwhile_ms = meanwhile.empty() ? 0.0 : median(meanwhile);
     row.later_ms = median(later);
     scene.camera.eye = home;
