@@ -71,9 +71,9 @@ struct LightGpu {
     bool moves = false;                // it has changed since it was solved
     transport::Irradiance irradiance;
     struct Exact {  // the first bounce of a narrow light that rests
-        shade::VplCast vpls;
-        std::vector<glm::vec4> first;
-        std::size_t next = 0;  // surfel: those before have theirs; all of them: it counts
+        std::vector<shade::Vpl> vpls;
+        std::vector<glm::vec4> first, by_vpls;  // all of it; what comes from afar (shade::vpl_share)
+        std::size_t next = 0;                   // surfel: those before have theirs; all of them: it counts
     } exact;
     bool has_exact() const { return exact.next > 0 && exact.next == exact.first.size(); }
 };

@@ -4,20 +4,15 @@
 #include <cmath>
 #include <glm/gtc/packing.hpp>
 
-#include "server/shade/surfel_light.h"
 #include "server/shade/upsample.h"
 
 namespace gonio::shade {
 namespace {
 
-using transport::Surfels;
-
 // Pixels next to something, of which a mean over their links of min(1, pixel / length) is at least the first, are not
 // averaged with others, from the second on not at all, and follow as many times more links.
 constexpr float kNear = 0.05f, kNearest = 0.15f;
 constexpr unsigned kNearLinks = 4;
-// What is nearby, in radii of a surfel.
-constexpr float kExactRadii = 2.0f;
 // Rays traced at a time.
 constexpr std::size_t kPart = 32768;
 
@@ -29,42 +24,16 @@ unsigned part_of(int x, int y, int tile) {
     return tile == 4 ? four : 4 * four + kTwo[y >> 2 & 1][x >> 2 & 1];
 }
 
-// Ends of links that take direct light of their own.
-struct Ends {
-    std::vector<float> place[6];  // as of Points
-    std::vector<glm::vec3> normal;
-    std::vector<std::uint16_t> surfel;
-    std::vector<std::uint32_t> pixel;
-    std::vector<float> direct;
-
-    void clear() {
-        for (auto& values : place) values.clear();
-        normal.clear(), surfel.clear(), pixel.clear();
-    }
-    void add(const glm::vec3& p, const glm::vec3& n, std::uint16_t id, std::uint32_t x) {
-        for (int k = 0; k < 3; ++k) {
-            place[k].push_back(p[k]);
-            place[k + 3].push_back(n[k]);
-        }
-        normal.push_back(n), surfel.push_back(id), pixel.push_back(x);
-    }
-    void pad() {
-        const std::size_t whole = (normal.size() + kLanes - 1) / kLanes * kLanes;
-        for (auto& values : place) values.resize(whole, 0.0f);
-        direct.resize(whole);
-    }
-};
-
 struct Tracer {
     const Surfaces& surfaces;
     const transport::Transport::Surface& surface;
     const FinalGather& gather;
-    const bool exact;
+    const float nearby_m;  // links up to here take direct light where they end
     const int y;
     FinalGather::Row& row;
 
     // Sixteen links of a pixel, `generation` in the tile's sequence. Result: the sum of its rays' nearness.
-    float follow(std::size_t x, const Spot& spot, unsigned generation, std::uint16_t* ids, Ends& ends) const {
+    float follow(std::size_t x, const Spot& spot, unsigned generation, std::uint16_t* ids, LinkEnds& ends) const {
         const float pixel_m = surfaces.depth_per_pixel * spot.depth;
         // Depth is not exact, and a seam may be nearer than its error: nothing is between the eye and the pixel.
         const glm::vec3 from = spot.position + spot.normal * (4.0f * surface.geometry->step_off(spot.position)) +
@@ -78,22 +47,16 @@ struct Tracer {
         for (int i = 0; i < trace::kPacket; ++i) {
             if ((met >> i & 1u) == 0) continue;
             near += std::min(1.0f, pixel_m / std::max(hits.distance[i], 1e-30f));
-            if (!exact || ids[i] == surface.surfels.count ||
-                !(hits.distance[i] < kExactRadii * surface.surfels.radius_m))
-                continue;
-            const glm::vec3 d(fan.rays.along_x[i], fan.rays.along_y[i], fan.rays.along_z[i]);
-            const glm::vec3 n = glm::normalize(glm::vec3(hits.normal_x[i], hits.normal_y[i], hits.normal_z[i]));
-            ends.add(from + d * hits.distance[i], glm::dot(n, d) < 0.0f ? n : -n, ids[i],
-                     static_cast<std::uint32_t>(x));
+            if (ids[i] == surface.surfels.count || !(hits.distance[i] < nearby_m)) continue;
+            ends.add(fan, hits, i, ids[i], static_cast<std::uint32_t>(x));
         }
         return near;
     }
 
     void trace(std::size_t first, std::size_t count) const {
         static thread_local std::vector<std::uint16_t> ids, more;
-        static thread_local Ends ends;
-        const Surfels& surfels = surface.surfels;
-        const auto none = static_cast<std::uint16_t>(surfels.count);
+        static thread_local LinkEnds ends;
+        const auto none = static_cast<std::uint16_t>(surface.surfels.count);
         const unsigned generations = gather.pass.generations, links = generations * trace::kPacket;
         ids.assign(count * links, none);
         ends.clear();
@@ -125,19 +88,11 @@ struct Tracer {
                                   &row.own[i][x]);
             }
         }
-        if (ends.normal.empty()) return;
-        ends.pad();
         for (std::size_t i = 0; i < gather.sources.size(); ++i) {
-            const GatherSource& source = gather.sources[i];
-            if (!source.light) continue;
-            direct_at_points(points_at(ends.place, 0), ends.normal, *surface.geometry, *source.light,
-                             ends.direct.data());
-            for (std::size_t k = 0; k < ends.normal.size(); ++k) {
-                const std::size_t id = ends.surfel[k], x = ends.pixel[k];
-                const float share = source.share / static_cast<float>(row.near[x] > 0.0f ? all : links);
-                row.own[i][x] +=
-                    glm::vec4(surfels.albedo[id] * (share * (ends.direct[k] - glm::vec3(source.direct[id]))), 0.0f);
-            }
+            if (!gather.sources[i].ends) continue;
+            ends.each(surface, *gather.sources[i].ends, [&](std::uint32_t x, const glm::vec3& sent) {
+                row.own[i][x] += glm::vec4(sent / static_cast<float>(row.near[x] > 0.0f ? all : links), 0.0f);
+            });
         }
     }
 };
@@ -205,10 +160,12 @@ bool continue_gather(const Surfaces& surfaces, const ScreenGrid& screen, const t
         }
     }
     if (gather.next < surfaces.height) {
-        const bool exact = std::any_of(gather.sources.begin(), gather.sources.end(),
-                                       [](const GatherSource& source) { return source.light.has_value(); });
+        float radii = 0.0f;
+        for (const GatherSource& source : gather.sources) {
+            if (source.ends) radii = std::max(radii, source.ends->narrow > 0.0f ? kVplsAloneRadii : kExactRadii);
+        }
         const Tracer tracer{surfaces,    *transport.surface,
-                            gather,      exact,
+                            gather,      radii * transport.surface->surfels.radius_m,
                             gather.next, gather.rows[static_cast<std::size_t>(gather.next) % gather.rows.size()]};
         const std::size_t part = kPart / (gather.pass.generations * trace::kPacket) / kChunk * kChunk,
                           first = gather.next_x, end = std::min(first + part, width);

@@ -8,8 +8,8 @@
 #include <span>
 #include <vector>
 
-#include "server/shade/direct.h"
 #include "server/shade/screen.h"
+#include "server/shade/surfel_light.h"
 #include "server/transport/transport.h"
 
 namespace gonio::shade {
@@ -24,11 +24,10 @@ inline constexpr GatherPass kStillPass{2, 8}, kPrecisePass{4, 4};
 
 // Light that is gathered: of one luminaire, or of emissive surfaces.
 struct GatherSource {
-    transport::Table sent;             // by the surfels (transport::radiosity)
-    std::optional<DirectLight> light;  // links that end nearby take its direct light where they end, not the surfels'
-    std::vector<glm::vec4> direct;     // the surfels', which `sent` was made of; empty without `light`
-    float share = 1.0f;                // of it, what is in `sent`
-    Planes besides;                    // irradiance that is added, in the shape of the grid; empty: none
+    transport::Table sent;          // by the surfels (transport::radiosity)
+    std::vector<glm::vec4> direct;  // what `ends` refers to
+    std::optional<EndLight> ends;
+    Planes besides;  // irradiance that is added, in the shape of the grid; empty: none
 };
 // Of more luminaires than these, no link takes direct light of its own: a shadow ray for each would be too many.
 inline constexpr std::size_t kMostExactLights = 8;

@@ -11,13 +11,6 @@ namespace gonio::shade {
 
 inline constexpr std::size_t kLanes = 16;  // arrays are padded to this many floats, the widest set's lanes
 
-// One virtual point light. Positions are relative to the luminaire, world axes.
-struct Vpl {
-    glm::vec4 position_area;  // xyz: m; w: represented area / pi, m²
-    glm::vec4 normal;         // xyz: unit length, world; all zero where there is none
-    glm::vec4 intensity;      // rgb: flux / pi per candela of the profile's peak, sr^-1 · lm/cd
-};
-
 // Points that receive light, as arrays; positions in m, local (server/trace/geometry.h), normals unit or all zero where
 // there is no surface.
 struct Points {

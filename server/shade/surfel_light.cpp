@@ -116,6 +116,39 @@ void direct_at_points(const Points& points, std::span<const glm::vec3> geometric
     send();
 }
 
+void LinkEnds::clear() {
+    for (auto& values : place) values.clear();
+    normal.clear(), surfel.clear(), of.clear(), length_m.clear();
+}
+
+void LinkEnds::add(const transport::Fan& fan, const trace::HitPacket& hits, int i, std::uint16_t id,
+                   std::uint32_t receiver) {
+    const glm::vec3 d(fan.rays.along_x[i], fan.rays.along_y[i], fan.rays.along_z[i]),
+        p = glm::vec3(fan.rays.from_x[i], fan.rays.from_y[i], fan.rays.from_z[i]) + d * hits.distance[i],
+        met = glm::normalize(glm::vec3(hits.normal_x[i], hits.normal_y[i], hits.normal_z[i])),
+        n = glm::dot(met, d) < 0.0f ? met : -met;
+    for (int k = 0; k < 3; ++k) {
+        place[k].push_back(p[k]);
+        place[k + 3].push_back(n[k]);
+    }
+    normal.push_back(n), surfel.push_back(id), of.push_back(receiver), length_m.push_back(hits.distance[i]);
+}
+
+void LinkEnds::each(const transport::Transport::Surface& surface, const EndLight& light,
+                    const std::function<void(std::uint32_t, const glm::vec3&)>& adds) {
+    if (normal.empty()) return;
+    const transport::Surfels& surfels = surface.surfels;
+    direct.resize((normal.size() + kLanes - 1) / kLanes * kLanes);
+    for (auto& values : place) values.resize(direct.size(), 0.0f);
+    direct_at_points(points_at(place, 0), normal, *surface.geometry, light.light, direct.data());
+    for (std::size_t k = 0; k < normal.size(); ++k) {
+        glm::vec3 sum(light.narrow * (1.0f - vpl_share(length_m[k], surfels.radius_m)) * direct[k]);
+        if (length_m[k] < kExactRadii * surfels.radius_m)
+            sum += light.share * (direct[k] - glm::vec3(light.at_surfels[surfel[k]]));
+        if (sum != glm::vec3(0.0f)) adds(of[k], surfels.albedo[surfel[k]] * sum);
+    }
+}
+
 void direct_at_surfels(const transport::Surfels& surfels, const trace::Geometry& geometry, const DirectLight& light,
                        std::vector<float>& out, Pool& pool) {
     constexpr std::size_t kChunk = 512;

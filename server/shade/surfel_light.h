@@ -1,6 +1,7 @@
 // Direct light at the surfels of a scene: where its transport starts (server/transport).
 #pragma once
 
+#include <functional>
 #include <span>
 #include <vector>
 
@@ -20,6 +21,30 @@ void direct_at_surfels(const transport::Surfels& surfels, const trace::Geometry&
 // surfaces that they lie on, unit. Any thread.
 void direct_at_points(const Points& points, std::span<const glm::vec3> geometric, const trace::Geometry& geometry,
                       const DirectLight& light, float* out);
+
+// Links see the light of surfels; those that end nearby take a luminaire's direct light where they end.
+struct EndLight {
+    DirectLight light;
+    std::span<const glm::vec4> at_surfels;  // its direct light
+    float share = 1.0f;                     // of it, what the surfels' radiosity holds
+    float narrow = 0.0f;                    // of it, what comes by VPLs from afar (vpl_share)
+};
+struct LinkEnds {
+    std::vector<float> place[6];  // as of Points
+    std::vector<glm::vec3> normal;
+    std::vector<std::uint16_t> surfel;
+    std::vector<std::uint32_t> of;  // which of the caller's receivers the link is of
+    std::vector<float> length_m, direct;
+
+    void clear();
+    // Ray i's, which meets a surfel; for the receiver'th of the caller's.
+    void add(const transport::Fan& fan, const trace::HitPacket& hits, int i, std::uint16_t id, std::uint32_t receiver);
+    // adds(of, what the link's end sends besides its surfel) for each end with such light. Any thread.
+    void each(const transport::Transport::Surface& surface, const EndLight& light,
+              const std::function<void(std::uint32_t, const glm::vec3&)>& adds);
+};
+// How far a link is followed to what is nearby, in radii of a surfel.
+inline constexpr float kExactRadii = 2.0f;
 
 // Centres of surfels miss what falls between them: a spot that is smaller than they lie apart, and the light of a
 // luminaire that is nearer to a surface. There the luminaire's rays count, each with its flux over the areas of the

@@ -1,6 +1,5 @@
 #include "server/shade/vpl_rays.h"
 
-#include <limits>
 #include <numbers>
 
 #include "server/trace/sampler.h"
@@ -11,39 +10,30 @@ VplRays::VplRays(std::shared_ptr<const Profile> profile, unsigned count)
     : VplRays(std::make_shared<const trace::DirectionTable>(std::move(profile)), count) {}
 
 VplRays::VplRays(std::shared_ptr<const trace::DirectionTable> directions, unsigned count)
-    : table(std::move(directions)), asked(count), per_subset((count + kSubsets - 1) / kSubsets) {
+    : table(std::move(directions)), asked(count) {
     const double peak_cd = table->profile()->max_cd;
-    if (table->dark() || !(peak_cd > 0.0)) {
-        per_subset = 0;
-        return;
-    }
-    const unsigned n = per_subset * kSubsets;
+    if (table->dark() || !(peak_cd > 0.0)) return;
+    const unsigned n = (count + kSubsets - 1) / kSubsets * kSubsets;
     rays.reserve(n);
     constexpr std::uint32_t kFirstSeed = 0x2545f491u, kSecondSeed = 0x9e3779b9u;
     for (unsigned i = 0; i < n; ++i) {
         // Consecutive blocks of an Owen-scrambled Sobol sequence are stratified each for itself.
         double density = 0.0;
         const glm::dvec3 d = table->draw(trace::scrambled_pair(i, kFirstSeed, kSecondSeed), density);
-        Ray ray{glm::vec3(d), 0.0f, 0.0f};
+        Ray ray{glm::vec3(d), 0.0f};
         if (density > 0.0) {
-            const double sr = 1.0 / (n * density);
-            ray.solid_angle_sr = static_cast<float>(sr);
             ray.flux_lm_per_cd = static_cast<float>(
-                ies::intensity(table->profile()->photometry.web, {d.x, d.y, d.z}).in(cd) / peak_cd * sr);
+                ies::intensity(table->profile()->photometry.web, {d.x, d.y, d.z}).in(cd) / peak_cd / (n * density));
         }
         rays.push_back(ray);
     }
 }
 
-VplCast cast(const VplRays& rays, const trace::Geometry& geometry, const glm::dvec3& position,
-             const glm::dmat3& world_from_light, Pool& pool) {
-    VplCast result;
-    result.per_subset = rays.per_subset;
-    result.vpls.resize(rays.rays.size());
-    const glm::vec3 from(position);
-    const glm::mat3 turn(world_from_light);
+std::vector<Vpl> cast(const VplRays& rays, const trace::Geometry& geometry, const glm::vec3& position,
+                      const glm::mat3& world_from_light, Pool& pool) {
+    std::vector<Vpl> vpls(rays.rays.size());
     // A luminaire mounted on a surface does not light the spot it hides: its rays start a step away.
-    const float start = geometry.step_off(from);
+    const float start = geometry.step_off(position);
     const int packets = static_cast<int>(rays.rays.size()) / trace::kPacket;
     pool.run(packets, [&](int packet) {
         trace::RayPacket query;
@@ -51,30 +41,23 @@ VplCast cast(const VplRays& rays, const trace::Geometry& geometry, const glm::dv
         unsigned active = 0;
         const VplRays::Ray* ray = &rays.rays[static_cast<std::size_t>(packet) * trace::kPacket];
         for (int i = 0; i < trace::kPacket; ++i) {
-            const glm::vec3 d = turn * ray[i].direction;
-            query.set(i, from + d * start, d);
+            const glm::vec3 d = world_from_light * ray[i].direction;
+            query.set(i, position + d * start, d);
             if (ray[i].flux_lm_per_cd > 0.0f) active |= 1u << i;
         }
         const unsigned met = geometry.closest(query, active, hits);
         for (int i = 0; i < trace::kPacket; ++i) {
-            Vpl& vpl = result.vpls[static_cast<std::size_t>(packet * trace::kPacket + i)];
-            vpl.position_area = glm::vec4(0.0f, 0.0f, 0.0f, 1.0f);
             if ((met >> i & 1u) == 0) continue;
             const trace::SurfaceHit& hit = hits[i];
-            const glm::vec3 d(query.along_x[i], query.along_y[i], query.along_z[i]);
-            const float cosine = -glm::dot(d, hit.geometric);
-            const float area = glsl::texel_area(ray[i].solid_angle_sr, hit.distance + start, cosine);
-            vpl.position_area =
-                glm::vec4(glm::vec3(glm::dvec3(hit.position) - position), area / std::numbers::pi_v<float>);
-            vpl.normal = glm::vec4(hit.normal, 0.0f);
-            vpl.intensity = glm::vec4(hit.albedo * (ray[i].flux_lm_per_cd / std::numbers::pi_v<float>), 0.0f);
+            vpls[static_cast<std::size_t>(packet * trace::kPacket + i)] = {
+                hit.position, hit.normal, hit.albedo * (ray[i].flux_lm_per_cd / std::numbers::pi_v<float>)};
         }
     });
-    return result;
+    return vpls;
 }
 
-glm::vec3 from_vpls(const trace::Geometry& geometry, std::span<const Vpl> vpls, const glm::vec3& light,
-                    const glm::vec3& point, const glm::vec3& normal, const glm::vec3& geometric) {
+glm::vec3 from_vpls(const trace::Geometry& geometry, std::span<const Vpl> vpls, const glm::vec3& point,
+                    const glm::vec3& normal, const glm::vec3& geometric, float surfel_radius_m) {
     const glm::vec3 from = point + geometric * (4.0f * geometry.step_off(point));
     glm::vec3 sum(0.0f), brings[trace::kPacket];
     trace::RayPacket rays;
@@ -87,11 +70,12 @@ glm::vec3 from_vpls(const trace::Geometry& geometry, std::span<const Vpl> vpls, 
         waiting = 0;
     };
     for (const Vpl& vpl : vpls) {
-        const glm::vec3 at = light + glm::vec3(vpl.position_area), facing(vpl.normal), d = point - at;
-        const float share = glsl::vpl_geometry_shared(d, facing, normal, vpl.position_area.w);
+        const glm::vec3 d = vpl.position - point;
+        const float share =
+            vpl_share(glm::length(d), surfel_radius_m) * glsl::vpl_geometry(-d, vpl.normal, normal, 0.0f);
         if (!(share > 0.0f)) continue;
-        brings[waiting] = glm::vec3(vpl.intensity) * share;
-        rays.set(waiting, from, at + facing * (4.0f * geometry.step_off(at)) - from, 1.0f);
+        brings[waiting] = vpl.intensity * share;
+        rays.set(waiting, from, vpl.position + vpl.normal * (4.0f * geometry.step_off(vpl.position)) - from, 1.0f);
         if (++waiting == trace::kPacket) send();
     }
     send();

@@ -15,36 +15,41 @@
 namespace gonio::shade {
 
 inline constexpr unsigned kSubsets = 16;
+inline constexpr float kLinksAloneRadii = 2.0f, kVplsAloneRadii = 8.0f;  // in radii of surfels
 
 // The rays of a profile in its luminaire's frame. Immutable.
 struct VplRays {
     std::shared_ptr<const trace::DirectionTable> table;
-    unsigned asked = 0;       // rays that the constructor was asked for
-    unsigned per_subset = 0;  // rays of each of kSubsets subsets, every one a stratified sample of its own
+    unsigned asked = 0;  // rays that the constructor was asked for
     struct Ray {
         glm::vec3 direction;   // unit
         float flux_lm_per_cd;  // what it carries per candela of the profile's peak
-        float solid_angle_sr;  // what it stands for
     };
-    std::vector<Ray> rays;  // subset by subset
+    std::vector<Ray> rays;  // kSubsets equal subsets, every one a stratified sample of its own; a dark profile: none
 
     VplRays(std::shared_ptr<const Profile> profile, unsigned count);
     VplRays(std::shared_ptr<const trace::DirectionTable> table, unsigned count);
 };
 
-// What the rays of a luminaire met: VPLs relative to the luminaire, world axes, in the rays' order; those that left the
-// scene are dark.
-struct VplCast {
-    std::vector<Vpl> vpls;
-    unsigned per_subset = 0;
+// One virtual point light: where a ray of a luminaire ends; dark if it leaves the scene. World axes.
+struct Vpl {
+    glm::vec3 position{0.0f};   // local, m
+    glm::vec3 normal{0.0f};     // unit; all zero where there is none
+    glm::vec3 intensity{0.0f};  // along the normal, rgb, per candela of the profile's peak, sr^-1 · lm/cd
 };
-// position: local. Render thread.
-VplCast cast(const VplRays& rays, const trace::Geometry& geometry, const glm::dvec3& position,
-             const glm::dmat3& world_from_light, Pool& pool);
+// Result: those of a luminaire, in the rays' order. position: local. Render thread.
+std::vector<Vpl> cast(const VplRays& rays, const trace::Geometry& geometry, const glm::vec3& position,
+                      const glm::mat3& world_from_light, Pool& pool);
 
-// Result: irradiance at a surface point from all of the VPLs that it sees, per candela of peak, 1/m², with a ray to
-// each. light: local place of the luminaire. Any thread.
-glm::vec3 from_vpls(const trace::Geometry& geometry, std::span<const Vpl> vpls, const glm::vec3& light,
-                    const glm::vec3& point, const glm::vec3& normal, const glm::vec3& geometric);
+// The first bounce of a narrow beam comes by VPLs from afar and along links from nearby, where VPLs would be spikes.
+// Result: the VPLs' share, 0..1, over a distance; of a pixel and of the surfels around it nearly the same.
+inline float vpl_share(float distance_m, float surfel_radius_m) {
+    return glm::smoothstep(kLinksAloneRadii, kVplsAloneRadii, distance_m / surfel_radius_m);
+}
+
+// Result: irradiance at a surface point from all of the VPLs that it sees, each with its share, per candela of peak,
+// 1/m², with a ray to each. Any thread.
+glm::vec3 from_vpls(const trace::Geometry& geometry, std::span<const Vpl> vpls, const glm::vec3& point,
+                    const glm::vec3& normal, const glm::vec3& geometric, float surfel_radius_m);
 
 }  // namespace gonio::shade

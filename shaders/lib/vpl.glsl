@@ -10,15 +10,6 @@ float vpl_geometry(vec3 d, vec3 n_p, vec3 n, float area_over_pi) {
     return cosines / max(d2 * (d2 + area_over_pi), 1e-36f);
 }
 
-// Result: the same factor for a point that shares its light with cosine-distributed rays: kappa_area_over_pi is kappa
-// times the area / pi that the point stands for, m². What this leaves out near contact is exactly what a ray that meets
-// the same surface element gives back with the weight q / (1 + q), q = kappa · area · cos cos' / (pi r²) (docs/rendering.md).
-float vpl_geometry_shared(vec3 d, vec3 n_p, vec3 n, float kappa_area_over_pi) {
-    float d2 = dot(d, d);
-    float cosines = max(0.0f, dot(n_p, d)) * max(0.0f, -dot(n, d));
-    return cosines / (d2 * d2 + kappa_area_over_pi * cosines + 1e-36f);
-}
-
 // Result: the surface area in m² that one texel sees: solid_angle (sr) at a distance (m) on a surface met at an angle
 // whose cosine is cosine. Grazing texels are bounded at 50 times the frontal area.
 float texel_area(float solid_angle, float distance, float cosine) {

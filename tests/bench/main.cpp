@@ -134,6 +134,9 @@ int main(int argc, char** argv) {
     CLI::App* refinement =
         app.add_subcommand("refinement", "how the error of a picture that nobody touches falls with time");
     refinement->add_option("--scene", refinement_options.scene, "only cornell, atrium, corridor");
+    refinement->add_option("--profile", refinement_options.profile, "wide, beam, beam12 or beam6")
+        ->check(CLI::IsMember({"wide", "beam", "beam12", "beam6"}))
+        ->capture_default_str();
     refinement->add_option("--cache", refinement_options.cache, "folder of computed references")->capture_default_str();
     refinement
         ->add_option("--reference-seconds", refinement_options.reference_seconds,

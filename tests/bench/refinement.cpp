@@ -57,7 +57,7 @@ void run_refinement(const RefinementOptions& options, std::ostream& out, std::os
     std::vector<Row> rows;
     for (const char* scene : {"cornell", "atrium", "corridor"}) {
         if (!options.scene.empty() && options.scene != scene) continue;
-        const Case which{scene, "wide"};
+        const Case which{scene, options.profile};
         ReferenceSettings settings;
         settings.seconds = options.reference_seconds;
         measure(*context, which, reference_of(scene_of_case(which), settings, options.cache, progress), rows);

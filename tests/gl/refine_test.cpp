@@ -1,11 +1,14 @@
 // A picture that nobody touches gets better, at the price of a composite for each pass of the final gather: links of
 // the pixels' own take the place of the surfels around them.
 #include <cmath>
+#include <cstdio>
+#include <numbers>
 #include <set>
 
 #include "server/assets/assets.h"
 #include "server/scene/apply.h"
 #include "server/trace/sources.h"
+#include "server/trace/world.h"
 #include "tests/gl/picture_points.h"
 #include "tests/gl/test_context.h"
 #include "tests/scenes/show.h"
@@ -85,6 +88,67 @@ TEST(Narrow, StillsAreTheRefinedPictures) {
     }
     const double n = static_cast<double>(before.size());
     EXPECT_LT(std::sqrt(squares / n), 1e-3 * sum / n);
+}
+
+// A 6 degree beam on a floor, beside a black wall: what the wall has is one integral over the spot. There each point
+// sees its own part of the spot from within what surfels resolve.
+TEST(Narrow, BesideASpotTheWallHasTheIntegralOfIt) {
+    constexpr double kReflectance = 0.5, kHeight_m = 3.0, kOff_m = 0.2;
+    const auto profile = cosine_power(20'000.0, 500.0);
+    Scene scene = scene_with({{quad({0, 0, 2}, {4, 0, 2}, {4, 0, -2}, {0, 0, -2}), glm::vec3(kReflectance)},
+                              {quad({0, 0, 2}, {0, 0, -2}, {0, 3, -2}, {0, 3, 2}), glm::vec3(0.0f)}},
+                             profile, {kOff_m, kHeight_m, 0.1});
+    scene.camera.eye = {1.5, 0.6, 0.1};
+    scene.camera.target = {0.0, 0.4, 0.1};
+    scene.width_px = scene.height_px = 96;
+    Renderer renderer(context(), gather());
+    renderer.set_surfels({0.06, 1000, 4000});
+    renderer.set_links(transport::kMostLinks);
+    const glm::dquat light_from_world = glm::inverse(scene.lights[0].world_from_light);
+    // Result: lux at a point of the wall.
+    const auto expected = [&](const glm::dvec3& p) {
+        constexpr double kSide_m = 1.2, kStep_m = 0.003;
+        double sum = 0.0;
+        for (double x = kStep_m / 2; x < kOff_m + kSide_m / 2; x += kStep_m) {
+            for (double z = 0.1 + (kStep_m - kSide_m) / 2; z < 0.1 + kSide_m / 2; z += kStep_m) {
+                const glm::dvec3 at(x, 0.0, z), from_light = at - glm::dvec3(kOff_m, kHeight_m, 0.1), d = p - at;
+                const double r2 = glm::dot(from_light, from_light), d2 = glm::dot(d, d);
+                const glm::dvec3 along = light_from_world * from_light / std::sqrt(r2);
+                const double candela = ies::intensity(profile->photometry.web, {along.x, along.y, along.z}).in(cd);
+                const double lux = candela * kHeight_m / std::sqrt(r2) / r2;
+                sum += lux * d.y * x / (d2 * d2);
+            }
+        }
+        return sum * kStep_m * kStep_m * kReflectance / std::numbers::pi;
+    };
+    renderer.set_refinement(true);
+    show(renderer, scene);
+    while (!renderer.refined(scene)) {
+        if (!renderer.refine(scene, [] { return false; })) continue;
+        renderer.begin_frame(scene, monotonic_ns());
+        renderer.finish_frame(true);
+    }
+    const std::vector<glm::vec3> shown = renderer.live_illuminance(scene, true);
+    const PicturePoints seen = points_of(scene, *trace::make_world(scene)->geometry, 5);
+    double squares = 0.0, off = 0.0, mean = 0.0;
+    int count = 0;
+    for (std::size_t i = 0; i < seen.points.size(); ++i) {
+        if (seen.points[i].normal.x < 0.5 || seen.points[i].position.y < 0.01) continue;
+        const double is = expected(seen.points[i].position), by = static_cast<double>(shown[seen.pixels[i]].g) - is;
+        squares += by * by, off += by, mean += is, ++count;
+    }
+    ASSERT_GT(count, 100);
+    std::printf("wall beside a spot, %.1f lx: rms %.4f, bias %.4f\n", mean / count, std::sqrt(squares * count) / mean,
+                off / mean);
+    EXPECT_LT(std::sqrt(squares * count) / mean, 0.05);
+    EXPECT_LT(std::abs(off) / mean, 0.01);
+    for (const double y : {0.02, 0.05, 0.1, 0.2, 0.5, 1.5}) {
+        const glm::dvec3 p(0.0, y, 0.16);
+        const auto reading = renderer.meter(scene, p, {1, 0, 0}, Renderer::MeterQuality::interactive);
+        const double lux = expected(p);
+        std::printf("%.2f m: %.3f of %.3f lx\n", y, reading.indirect_lx(), lux);
+        EXPECT_NEAR(reading.indirect_lx(), lux, 0.002 * lux) << y;
+    }
 }
 
 // While it moves a shadow narrower than four pixels may be lost; at rest each pixel has a ray of its own.

@@ -33,28 +33,31 @@ std::vector<Whole> wholes(const PassContext& context) {
     return found;
 }
 
-// light: null: emissive surfaces. exact: links that end nearby take its direct light where they end.
+// light: null: emissive surfaces. exact: links that end nearby take its direct light where they end, and of a narrow
+// beam at rest VPLs bring what comes from further away.
 shade::GatherSource source_of(const PassContext& context, const Light* light, const LightGpu* gpu,
                               const transport::Irradiance& irradiance, bool exact) {
     const ScreenLight& screen = *context.target.screen;
     const transport::Surfels& surfels = context.transport->surface->surfels;
     const bool one = context.bounces == 1;
     shade::GatherSource source;
-    source.share = 1.0f - irradiance.narrow;
+    const float share = 1.0f - irradiance.narrow;
     std::vector<glm::vec4> lit = irradiance.direct, sent;
-    for (glm::vec4& value : lit) value *= source.share;
+    for (glm::vec4& value : lit) value *= share;
     transport::radiosity(surfels, lit, one ? std::span<const glm::vec4>() : irradiance.indirect, sent, context.pool);
     transport::make_table(sent, source.sent, context.pool);
+    const bool by_vpls = exact && irradiance.narrow > 0.0f && gpu->has_exact();
     if (irradiance.narrow > 0.0f) {  // few links would meet where it comes from
-        source.besides = shade::irradiance_at_grid(screen.grid, screen.weights, irradiance.first, context.pool);
+        source.besides = shade::irradiance_at_grid(screen.grid, screen.weights,
+                                                   by_vpls ? gpu->exact.by_vpls : irradiance.first, context.pool);
         for (std::vector<float>& plane : source.besides) {
             for (float& value : plane) value *= irradiance.narrow;
         }
     }
     if (light != nullptr && exact) {
-        source.light = {context.traced.local(light->position), light_from_world(*light),
-                        shade::web_of(gpu->web->words.data()), context.geometry.layer_unit_m2()};
         source.direct = irradiance.direct;
+        source.ends = {direct_light_of(context, *light, *gpu), source.direct, share,
+                       by_vpls ? irradiance.narrow : 0.0f};
     }
     return source;
 }

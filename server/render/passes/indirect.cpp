@@ -2,7 +2,6 @@
 // target's points (server/transport, server/shade/grid_light.h).
 #include <algorithm>
 #include <cmath>
-#include <numbers>
 #include <utility>
 
 #include "server/render/passes/passes.h"
@@ -40,14 +39,12 @@ PassRun run_surfels(const PassContext& context, const Light& light, LightGpu& gp
     gpu.moves = true;
     if (!there(context)) return {};
     const Transport::Surface& surface = *context.transport->surface;
-    const glm::vec3 place(light.position - context.traced.origin());
-    const float unit_m2 = context.geometry.layer_unit_m2();
-    shade::direct_at_surfels(surface.surfels, context.traced,
-                             {place, light_from_world(light), shade::web_of(gpu.web->words.data()), unit_m2},
-                             gpu.surfel_direct, context.pool);
-    if (light.profile->flux_lm > 0.0 && shade::takes_flux(surface.surfels, place, gpu.surfel_direct))
-        shade::take_flux(rays_of(light, gpu, kVplsAtRest), surface, place,
-                         glm::mat3_cast(glm::quat(light.world_from_light)), unit_m2, gpu.surfel_direct, context.pool);
+    const shade::DirectLight direct = direct_light_of(context, light, gpu);
+    shade::direct_at_surfels(surface.surfels, context.traced, direct, gpu.surfel_direct, context.pool);
+    if (light.profile->flux_lm > 0.0 && shade::takes_flux(surface.surfels, direct.position, gpu.surfel_direct))
+        shade::take_flux(rays_of(light, gpu, kVplsAtRest), surface, direct.position,
+                         glm::mat3_cast(glm::quat(light.world_from_light)), direct.unit_m2, gpu.surfel_direct,
+                         context.pool);
     return {};
 }
 
@@ -117,33 +114,9 @@ bool first_bounce_left(const PassContext& context, const LightGpu& gpu) {
 
 namespace {
 
-// Where a VPL stands for more than a point, links take its share: of the light of a surfel that is lit by E0 and seen
-// by G = cos cos' / d² the part q / (1 + q), q = G A / pi, A = Phi / (n E0) what one of n VPLs stands for there.
-struct Sharing {
-    const transport::Surfels& surfels;
-    const std::vector<glm::vec4>& direct;
-    float flux_over_n_pi;
-
-    Sharing(const PassContext& context, const Light& light, const LightGpu& gpu, std::size_t vpls)
-        : surfels(context.transport->surface->surfels),
-          direct(gpu.irradiance.direct),
-          flux_over_n_pi(
-              static_cast<float>(light.profile->flux_lm / (light.profile->max_cd * static_cast<double>(vpls))) *
-              context.geometry.layer_unit_m2() / std::numbers::pi_v<float>) {}
-    // Of the link from a place to surfel j.
-    float of_link(const glm::vec3& p, const glm::vec3& n, std::size_t j) const {
-        const glm::vec3 d = surfels.position(j) - p;
-        const float d2 = std::max(glm::dot(d, d), 1e-12f);
-        const float geometry =
-            std::max(glm::dot(d, n), 0.0f) * std::max(-glm::dot(d, surfels.normal(j)), 0.0f) / (d2 * d2);
-        const float q = geometry * flux_over_n_pi / std::max(direct[j].g, 1e-30f);
-        return q / (1.0f + q);
-    }
-};
-
-shade::VplCast cast_vpls(const PassContext& context, const Light& light, LightGpu& gpu, unsigned count) {
-    return shade::cast(rays_of(light, gpu, count), context.traced, light.position - context.traced.origin(),
-                       glm::dmat3(glm::mat3_cast(light.world_from_light)), context.pool);
+std::vector<shade::Vpl> cast_vpls(const PassContext& context, const Light& light, LightGpu& gpu, unsigned count) {
+    return shade::cast(rays_of(light, gpu, count), context.traced, context.traced.local(light.position),
+                       glm::mat3_cast(glm::quat(light.world_from_light)), context.pool);
 }
 
 }  // namespace
@@ -155,31 +128,32 @@ bool continue_first_bounce(const PassContext& context, const Light& light, Light
     if (gpu.exact.next == 0) {
         gpu.exact.vpls = cast_vpls(context, light, gpu, kVplsAtRest);
         gpu.exact.first.assign(surfels.count, glm::vec4(0.0f));
+        gpu.exact.by_vpls = gpu.exact.first;
     }
-    const Sharing sharing(context, light, gpu, kVplsAtRest);
     const transport::Links links = transport::first_of(context.transport->links, transport::kMostBlockLinks);
-    const auto near = [&](std::size_t i) {
+    const auto nearby = [&](std::size_t i) {
         glm::vec3 sum(0.0f);
-        const glm::vec3 p = surfels.position(i), n = surfels.normal(i);
         for (const auto& block : links.blocks) {
             for (unsigned k = 0; k < block->count; ++k) {
                 const std::size_t j = block->ids[i * block->count + k];
-                if (j == surfels.count || !(sharing.direct[j].g > 0.0f)) continue;
-                sum += surfels.albedo[j] * (sharing.direct[j].g * sharing.of_link(p, n, j));
+                if (j == surfels.count || !(gpu.irradiance.direct[j].g > 0.0f)) continue;
+                const float length_m = glm::distance(surfels.position(i), surfels.position(j));
+                sum += surfels.albedo[j] *
+                       (gpu.irradiance.direct[j].g * (1.0f - shade::vpl_share(length_m, surfels.radius_m)));
             }
         }
         return sum / static_cast<float>(std::max(links.per_surfel(), 1u));
     };
-    const glm::vec3 origin = context.traced.local(light.position);
     const float unit_m2 = context.geometry.layer_unit_m2();
     while (gpu.exact.next < surfels.count) {
         if (interrupted()) return false;
         const std::size_t begin = gpu.exact.next, end = std::min(begin + kPart, surfels.count);
         context.pool.run_chunks(end - begin, kChunk, [&](std::size_t from, std::size_t count) {
             for (std::size_t i = begin + from; i < begin + from + count; ++i) {
-                const glm::vec3 far = shade::from_vpls(context.traced, gpu.exact.vpls.vpls, origin, surfels.position(i),
-                                                       surfels.normal(i), surfels.geometric[i]);
-                gpu.exact.first[i] = glm::vec4(far * unit_m2 + near(i), 0.0f);
+                const glm::vec3 far = shade::from_vpls(context.traced, gpu.exact.vpls, surfels.position(i),
+                                                       surfels.normal(i), surfels.geometric[i], surfels.radius_m);
+                gpu.exact.by_vpls[i] = glm::vec4(far * unit_m2, 0.0f);
+                gpu.exact.first[i] = gpu.exact.by_vpls[i] + glm::vec4(nearby(i), 0.0f);
             }
         });
         gpu.exact.next = end;
@@ -279,17 +253,25 @@ struct Point {
           start(p + n * (4.0f * context.traced.step_off(p))) {}
 };
 
-// Result: the surfels that a meter's links lead to, the same for all light.
-const std::vector<std::uint16_t>& links_of(const Point& point, const PassContext& context) {
-    std::vector<std::uint16_t>& ids = context.target.screen->point_ids;
-    if (!ids.empty()) return ids;
+// Result: the surfels that a meter's links lead to, the same for all light, and the ends of those nearby.
+ScreenLight::PointLinks& links_of(const Point& point, const PassContext& context) {
+    ScreenLight::PointLinks& links = context.target.screen->point_links;
+    if (!links.ids.empty()) return links;
     const Transport::Surface& surface = *context.transport->surface;
-    ids.resize(kMeterLinks);
+    const transport::Surfels& surfels = surface.surfels;
+    links.ids.resize(kMeterLinks);
     trace::HitPacket hits;
-    for (unsigned k = 0; k < kMeterLinks; k += trace::kPacket)
-        transport::follow(transport::make_fan(point.start, point.n, point.n, transport::fan_directions(1, k)),
-                          context.traced, surface.surfels, *surface.cells, hits, ids.data() + k);
-    return ids;
+    for (unsigned k = 0; k < kMeterLinks; k += trace::kPacket) {
+        const transport::Fan fan = transport::make_fan(point.start, point.n, point.n, transport::fan_directions(1, k));
+        const unsigned met =
+            transport::follow(fan, context.traced, surfels, *surface.cells, hits, links.ids.data() + k);
+        for (int i = 0; i < trace::kPacket; ++i) {
+            if ((met >> i & 1u) != 0 && links.ids[k + static_cast<unsigned>(i)] != surfels.count &&
+                hits.distance[i] < shade::kVplsAloneRadii * surfels.radius_m)
+                links.ends.add(fan, hits, i, links.ids[k + static_cast<unsigned>(i)], k / kLinksPerPart);
+        }
+    }
+    return links;
 }
 
 void set_mean(PointLight& light) {
@@ -300,7 +282,7 @@ void set_mean(PointLight& light) {
 PointLight bounced_at(const Point& point, const PassContext& context, const transport::Irradiance& light,
                       double unit_lx) {
     const transport::Surfels& surfels = context.transport->surface->surfels;
-    const std::vector<std::uint16_t>& ids = links_of(point, context);
+    const std::vector<std::uint16_t>& ids = links_of(point, context).ids;
     PointLight found;
     for (unsigned k = 0; k < kMeterLinks; ++k) {
         if (ids[k] == surfels.count) continue;
@@ -364,29 +346,29 @@ PassRun run_gather_point(const PassContext& context, const Light& light, LightGp
     if (!there(context) || gpu.irradiance.indirect.empty() || context.bounces == 0) return {};
     const transport::Surfels& surfels = context.transport->surface->surfels;
     const Point point(context);
-    const glm::vec3 p = point.p, n = point.n;
-    const std::vector<std::uint16_t>& ids = links_of(point, context);
+    ScreenLight::PointLinks& links = links_of(point, context);
     // Light that is all on few surfels, which few links meet, comes from VPLs.
     const float narrow = gpu.irradiance.narrow;
-    const Sharing sharing(context, light, gpu, kVpls);
+    constexpr double kLink = 1.0 / static_cast<double>(kLinksPerPart);
     for (unsigned k = 0; k < kMeterLinks; ++k) {
-        const std::size_t id = ids[k];
+        const std::size_t id = links.ids[k];
         if (id == surfels.count) continue;
-        glm::vec4 sum = gpu.irradiance.direct[id];
-        if (narrow > 0.0f && sum.g > 0.0f) sum *= 1.0f - narrow + narrow * sharing.of_link(p, n, id);
+        glm::vec4 sum = gpu.irradiance.direct[id] * (1.0f - narrow);
         if (context.bounces != 1) sum += gpu.irradiance.indirect[id];
-        found.parts[k / kLinksPerPart] +=
-            glm::dvec3(surfels.albedo[id] * glm::vec3(sum)) / static_cast<double>(kLinksPerPart);
+        found.parts[k / kLinksPerPart] += glm::dvec3(surfels.albedo[id] * glm::vec3(sum)) * kLink;
     }
+    links.ends.each(*context.transport->surface,
+                    {direct_light_of(context, light, gpu), gpu.irradiance.direct, 1.0f - narrow, narrow},
+                    [&](std::uint32_t part, const glm::vec3& sent) { found.parts[part] += glm::dvec3(sent) * kLink; });
     const double unit_m2 = static_cast<double>(context.geometry.layer_unit_m2());
     for (glm::dvec3& part : found.parts) part /= unit_m2;
     if (narrow > 0.0f) {
-        const shade::VplCast cast = cast_vpls(context, light, gpu, kVpls);
+        const std::vector<shade::Vpl> vpls = cast_vpls(context, light, gpu, kVpls);
+        const std::size_t each = vpls.size() / kMeterParts;
         for (std::size_t i = 0; i < kMeterParts; ++i) {
-            const auto subset = std::span(cast.vpls).subspan(i * cast.per_subset, cast.per_subset);
-            found.parts[i] +=
-                glm::dvec3(shade::from_vpls(context.traced, subset, context.traced.local(light.position), p, n, n)) *
-                static_cast<double>(narrow * static_cast<float>(kMeterParts));
+            found.parts[i] += glm::dvec3(shade::from_vpls(context.traced, std::span(vpls).subspan(i * each, each),
+                                                          point.p, point.n, point.n, surfels.radius_m)) *
+                              static_cast<double>(narrow * static_cast<float>(kMeterParts));
         }
     }
     set_mean(found);

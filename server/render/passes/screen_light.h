@@ -23,11 +23,14 @@ struct ScreenLight {
     shade::Surfaces surfaces;
     shade::ScreenGrid grid;
     shade::GridWeights weights;
-    std::vector<std::uint16_t> halves;     // scratch: what is uploaded
-    shade::Planes direct;                  // scratch: direct light in floats
-    shade::Lattice lattice;                // and what of it is asked at the grid
-    std::vector<PointLight> points;        // by layer, of meters
-    std::vector<std::uint16_t> point_ids;  // of a meter's links
+    std::vector<std::uint16_t> halves;  // scratch: what is uploaded
+    shade::Planes direct;               // scratch: direct light in floats
+    shade::Lattice lattice;             // and what of it is asked at the grid
+    std::vector<PointLight> points;     // by layer, of meters
+    struct PointLinks {                 // of a meter
+        std::vector<std::uint16_t> ids;
+        shade::LinkEnds ends;
+    } point_links;
     // Where layers stay on the CPU.
     std::vector<shade::LightLayer> layers;
     std::uint64_t writes = 0;  // to them
@@ -83,6 +86,7 @@ inline shade::LightLayer& layer_of(ScreenLight& screen, int layer) {
     return screen.layers[static_cast<std::size_t>(layer)];
 }
 
+shade::DirectLight direct_light_of(const PassContext& context, const Light& light, const LightGpu& gpu);
 // values: surfaces.row_length pixels a row.
 void upload(const gl::Texture& array, const shade::Surfaces& surfaces, int layer, GLenum format, GLenum type,
             const void* values);

@@ -75,14 +75,10 @@ void upload(const gl::Texture& array, const shade::Surfaces& s, int layer, GLenu
     glPixelStorei(GL_UNPACK_ROW_LENGTH, 0);
 }
 
-namespace {
-
 shade::DirectLight direct_light_of(const PassContext& context, const Light& light, const LightGpu& gpu) {
     return {context.traced.local(light.position), light_from_world(light), shade::web_of(gpu.web->words.data()),
             context.geometry.layer_unit_m2(), gpu.web->beam_cos};
 }
-
-}  // namespace
 
 PassRun run_direct_rays(const PassContext& context, const Light& light, const LightGpu& gpu, int layer,
                         bool each_pixel) {
