@@ -46,6 +46,7 @@ void find_surfels(const Surfaces& surfaces, const Raster* raster, const Looks& l
     const Surfels& surfels = surface.surfels;
     weights.around.assign(grid.size(), nullptr);
     weights.weights.resize(grid.size() * kNeighbours);
+    weights.seen.clear();
     if (surfels.count == 0) return;
     for_points(grid, pool, [&](std::size_t at, int x, int y) {
         if (!(grid.values[6][at] > 0.0f)) return;
@@ -65,6 +66,12 @@ void find_surfels(const Surfaces& surfaces, const Raster* raster, const Looks& l
         weights.around[at] = surfels.neighbours[own].data();
         transport::weigh(surfels, surfels.neighbours[own].data(), p, n, weights.weights.data() + at * kNeighbours);
     });
+    weights.seen.assign(surfels.count + 1, 0);  // one for ids of none
+    for (std::size_t at = 0; at < grid.size(); ++at) {
+        if (weights.around[at] == nullptr) continue;
+        const float* weight = weights.weights.data() + at * kNeighbours;
+        for (std::size_t k = 0; k < kNeighbours; ++k) weights.seen[weights.around[at][k]] |= weight[k] > 0.0f ? 1 : 0;
+    }
 }
 
 Planes irradiance_at_grid(const ScreenGrid& screen, const GridWeights& weights, std::span<const glm::vec4> surfels,

@@ -16,6 +16,7 @@ namespace gonio::shade {
 struct GridWeights {
     std::vector<const std::uint16_t*> around;  // kNeighbours of them, or null: none
     std::vector<float> weights;                // kNeighbours a point, of sum 1
+    std::vector<std::uint8_t> seen;            // by surfel: whether it is around any point
 };
 // raster: of these surfaces; null: drawn by GL.
 void find_surfels(const Surfaces& surfaces, const Raster* raster, const Looks& looks, const ScreenGrid& screen,

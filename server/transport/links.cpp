@@ -36,6 +36,18 @@ unsigned follow(const Fan& fan, const trace::Geometry& geometry, const Surfels& 
     return met;
 }
 
+std::shared_ptr<const LinkBlock> join(const LinkBlock& a, const LinkBlock& b, std::size_t surfels) {
+    auto both = std::make_shared<LinkBlock>(LinkBlock{a.first, a.count + b.count, {}});
+    both->ids.reserve(surfels * both->count);
+    for (std::size_t i = 0; i < surfels; ++i) {
+        for (const LinkBlock* block : {&a, &b}) {
+            const auto from = block->ids.begin() + static_cast<std::ptrdiff_t>(i * block->count);
+            both->ids.insert(both->ids.end(), from, from + block->count);
+        }
+    }
+    return both;
+}
+
 std::shared_ptr<const LinkBlock> trace_links(const trace::Geometry& geometry, const Surfels& surfels,
                                              const CellMap& cells, unsigned first, unsigned count, Pool& pool,
                                              const std::function<bool()>& stopped) {

@@ -19,6 +19,9 @@ struct LinkBlock {
     std::vector<std::uint16_t> ids;
 };
 
+// One block of both; b's follow a's.
+std::shared_ptr<const LinkBlock> join(const LinkBlock& a, const LinkBlock& b, std::size_t surfels);
+
 // The same by where they lead: from[first[j]] … from[first[j + 1] − 1] are the surfels whose links meet surfel j, one
 // for each link. For light that falls on few surfels.
 struct ReverseBlock {
@@ -30,7 +33,7 @@ ReverseBlock reverse(const LinkBlock& block, std::size_t surfels);
 
 // The generations of a surfel's links: an error falls by the root of how many there are. Those after the last are kept
 // in reverse: a narrow beam lights so few surfels that a mean over 512 links is noisy.
-inline constexpr unsigned kGenerations[] = {16, 128, 256, 512};
+inline constexpr unsigned kGenerations[] = {16, 64, 128, 256, 512};
 inline constexpr unsigned kMostBlockLinks = kGenerations[std::size(kGenerations) - 1];
 inline constexpr unsigned kReverseGenerations[] = {1024, 2048};
 inline constexpr unsigned kMostLinks = kReverseGenerations[std::size(kReverseGenerations) - 1];

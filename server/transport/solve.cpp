@@ -1,7 +1,9 @@
 #include "server/transport/solve.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
+#include <cstring>
 
 #undef HWY_TARGET_INCLUDE
 #define HWY_TARGET_INCLUDE "server/transport/solve.cpp"
@@ -30,10 +32,13 @@ void Gather(const std::uint16_t* table, const std::uint16_t* ids, unsigned count
         for (std::size_t lane = 0; lane < 4; lane += kStep) {
             auto a = hn::Zero(four), b = a, c = a, d = a;
             for (unsigned k = 0; k < count; k += 4) {
-                a = hn::Add(a, entry(table + lane, ids[k]));
-                b = hn::Add(b, entry(table + lane, ids[k + 1]));
-                c = hn::Add(c, entry(table + lane, ids[k + 2]));
-                d = hn::Add(d, entry(table + lane, ids[k + 3]));
+                std::uint64_t four_ids;  // one load in place of four
+                std::memcpy(&four_ids, ids + k, sizeof four_ids);
+                const auto id = [&](int which) { return static_cast<std::uint16_t>(four_ids >> 16 * which); };
+                a = hn::Add(a, entry(table + lane, id(0)));
+                b = hn::Add(b, entry(table + lane, id(1)));
+                c = hn::Add(c, entry(table + lane, id(2)));
+                d = hn::Add(d, entry(table + lane, id(3)));
             }
             float* to = &sums[i][0] + lane;
             hn::StoreU(hn::MulAdd(hn::Add(hn::Add(a, b), hn::Add(c, d)), hn::Set(four, share), hn::LoadU(four, to)),
@@ -120,8 +125,9 @@ namespace {
 
 constexpr float kGreatest = 1000.0f;
 constexpr std::size_t kChunk = 1024;  // surfels a job
-// Later bounces are smooth: they follow this many of the links; the first, while its light moves, so many.
-constexpr unsigned kLaterLinks = 128, kMovingLinks = 256;
+// Later bounces are smooth: they follow this many of the links; the first, while its light moves, so many. Of surfels
+// that the picture does not show, whose light is averaged once more before it comes there, all follow few then.
+constexpr unsigned kLaterLinks = 128, kMovingLinks = 256, kUnseenLinks = 64;
 
 }  // namespace
 
@@ -194,20 +200,34 @@ void radiosity(const Surfels& surfels, std::span<const glm::vec4> direct, std::s
 
 namespace {
 
-// out = base + share × the sum of what the table holds over the links `from` … `to` − 1 of each surfel.
-void transfer(const Links& links, unsigned from, unsigned to, const Table& table, float share,
-              const std::vector<glm::vec4>& base, std::vector<glm::vec4>& out, Pool& pool) {
-    out.resize(base.size());
-    pool.run_chunks(out.size(), kChunk, [&](std::size_t first, std::size_t size) {
-        if (&out != &base)
-            std::copy_n(base.begin() + static_cast<std::ptrdiff_t>(first), size,
-                        out.begin() + static_cast<std::ptrdiff_t>(first));
-        for (const auto& block : links.blocks) {
-            if (table.unit > 0.0f && block->first >= from && block->first < to)
-                gather(table, block->ids.data() + first * block->count, block->count, size, share * table.unit,
-                       out.data() + first);
+// How one kind of surfel finds a bounce: E = base + per_link × the sum over its first `near` links of `table`, which
+// holds rho (direct × E0 + E). base: what the links near … all − 1, reversed and exact ones found of the first bounce.
+struct Kind {
+    unsigned near = 0, all = 0;
+    float share = 0.0f, per_link = 0.0f, direct = 0.0f;  // share: of one link in the first bounce
+    Table table;
+};
+
+// job(surfel, count, kind) for runs of surfels of one kind. seen: empty: all are of kinds[0].
+template <typename Job>
+void for_kinds(std::size_t n, std::span<const std::uint8_t> seen, std::array<Kind, 2>& kinds, Pool& pool,
+               const Job& job) {
+    pool.run_chunks(n, kChunk, [&](std::size_t first, std::size_t size) {
+        if (seen.empty()) return job(first, size, kinds[0]);
+        for (std::size_t i = first, end; i < first + size; i = end) {
+            for (end = i + 1; end < first + size && seen[end] == seen[i];) ++end;
+            job(i, end - i, kinds[seen[i] != 0 ? 0 : 1]);
         }
     });
+}
+
+// out[i] += share × the sum of what the table holds over the links `from` … `to` − 1 of surfels i … i + size − 1.
+void transfer(const Links& links, unsigned from, unsigned to, const Table& table, float share, std::size_t i,
+              std::size_t size, std::vector<glm::vec4>& out) {
+    for (const auto& block : links.blocks) {
+        if (table.unit > 0.0f && block->first >= from && block->first < to)
+            gather(table, block->ids.data() + i * block->count, block->count, size, share * table.unit, out.data() + i);
+    }
 }
 
 // The brightest tenth of the surfels, without those that send next to nothing.
@@ -298,13 +318,15 @@ double sum_of(const glm::vec4& v) {
 
 }  // namespace
 
-unsigned solve(const Surfels& surfels, const Links& links, std::span<const glm::vec4> exact, const Accuracy& accuracy,
-               Irradiance& light, Pool& pool) {
+unsigned solve(const Surfels& surfels, const Links& links, std::span<const glm::vec4> exact,
+               std::span<const std::uint8_t> seen, const Accuracy& accuracy, Irradiance& light, Pool& pool) {
     const std::size_t n = surfels.count;
-    Table table;
+    const bool rests = accuracy.change <= kAtRest.change;
+    if (rests) seen = {};
+    std::array<Kind, 2> kinds;
     std::vector<glm::vec4> sent(n), rest(n, glm::vec4(0.0f)), next;
-    // sent = rho (share × E0 + E).
-    const auto send = [&](float share, std::span<const glm::vec4> indirect) {
+    // sent = rho (share × E0 + E), and as a table.
+    const auto send = [&](float share, std::span<const glm::vec4> indirect, Table& table) {
         pool.run_chunks(n, kChunk, [&](std::size_t begin, std::size_t count) {
             for (std::size_t i = begin; i < begin + count; ++i)
                 sent[i] = glm::vec4(surfels.albedo[i], 0.0f) *
@@ -312,29 +334,39 @@ unsigned solve(const Surfels& surfels, const Links& links, std::span<const glm::
         });
         make_table(sent, table, pool);
     };
-    const bool rests = accuracy.change <= kAtRest.change;
-    send(1.0f, {});
+    send(1.0f, {}, kinds[0].table);
     const Brightest brightest = links.reversed.empty() && !rests ? Brightest() : brightest_of(surfels, sent, pool);
     light.narrow = brightest.narrow;
     // The first bounce is a mean over more links than later ones follow: what those find of it is the same in each
     // bounce, and what the others find goes along with E.
-    const unsigned near = count_of(links, kLaterLinks), all = count_of(links, rests ? ~0u : kMovingLinks);
     const float few = few_of(links, brightest, rests);
     const float more = exact.empty() ? add_reversed(links, brightest, few, sent, rest, pool) : 0.0f;
     const float exactly = exact.empty() ? 0.0f : brightest.narrow;
     // So many reversed links of the first generation stand for the links that later bounces do not follow.
     const float others = more > 0.0f ? 1.0f - brightest.narrow * (1.0f - few) : 1.0f;
-    const float counted = static_cast<float>(near) + others * static_cast<float>(all - near) + more;
-    const float share = (1.0f - exactly) / std::max(counted, 1.0f);
-    const float per_link = 1.0f / static_cast<float>(std::max(near, 1u));
-    for (std::size_t i = 0; i < n && brightest.narrow > 0.0f; ++i)
-        rest[i] = exact.empty() ? share * rest[i] : exactly * exact[i];
-    if (others > 0.0f) transfer(links, near, all, table, others * share, rest, rest, pool);
-    const float direct = share / per_link;
+    kinds[0].near = count_of(links, kLaterLinks), kinds[0].all = count_of(links, rests ? ~0u : kMovingLinks);
+    kinds[1].near = kinds[1].all = count_of(links, kUnseenLinks);
+    for (Kind& kind : kinds) {
+        const float counted = static_cast<float>(kind.near) + others * static_cast<float>(kind.all - kind.near) + more;
+        kind.share = (1.0f - exactly) / std::max(counted, 1.0f);
+        kind.per_link = 1.0f / static_cast<float>(std::max(kind.near, 1u));
+        kind.direct = kind.share / kind.per_link;
+    }
+    for_kinds(n, seen, kinds, pool, [&](std::size_t first, std::size_t size, const Kind& kind) {
+        for (std::size_t i = first; i < first + size && brightest.narrow > 0.0f; ++i)
+            rest[i] = exact.empty() ? kind.share * rest[i] : exactly * exact[i];
+        if (others > 0.0f) transfer(links, kind.near, kind.all, kinds[0].table, others * kind.share, first, size, rest);
+    });
     // One bounce more. out: E.
     const auto bounce_of = [&](std::span<const glm::vec4> indirect, std::vector<glm::vec4>& out) {
-        send(direct, indirect);
-        transfer(links, 0, near, table, per_link, rest, out, pool);
+        for (std::size_t k = 0; k < (seen.empty() ? 1 : kinds.size()); ++k)
+            send(kinds[k].direct, indirect, kinds[k].table);
+        out.resize(n);
+        for_kinds(n, seen, kinds, pool, [&](std::size_t first, std::size_t size, const Kind& kind) {
+            std::copy_n(rest.begin() + static_cast<std::ptrdiff_t>(first), size,
+                        out.begin() + static_cast<std::ptrdiff_t>(first));
+            transfer(links, 0, kind.near, kind.table, kind.per_link, first, size, out);
+        });
     };
     light.converged = false;
     // What rests is solved from the start: it does not depend on what was shown before.

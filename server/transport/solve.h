@@ -55,9 +55,10 @@ struct Accuracy {
 };
 inline constexpr Accuracy kMoving{0.02, 6}, kAtRest{2e-4, 80};
 // Solves from what `light.indirect` holds, the light of the frame before; at rest from the start. exact: the first
-// bounce of a narrow light, found by other means; empty: by links. Result: bounces computed.
-unsigned solve(const Surfels& surfels, const Links& links, std::span<const glm::vec4> exact, const Accuracy& accuracy,
-               Irradiance& light, Pool& pool);
+// bounce of a narrow light, found by other means; empty: by links. seen: by surfel, whether the picture shows it: while
+// light moves the others follow fewer links; empty: all are shown. Result: bounces computed.
+unsigned solve(const Surfels& surfels, const Links& links, std::span<const glm::vec4> exact,
+               std::span<const std::uint8_t> seen, const Accuracy& accuracy, Irradiance& light, Pool& pool);
 
 // What reaches an eye or another surface from each surfel, pi × radiance: rho (E0 + E). Each may be empty: none.
 void radiosity(const Surfels& surfels, std::span<const glm::vec4> direct, std::span<const glm::vec4> indirect,

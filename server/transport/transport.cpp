@@ -154,7 +154,7 @@ void Builder::make(std::shared_ptr<const trace::Geometry> geometry, std::vector<
         if (published != first) {
             published = first;
             const std::chrono::duration<double> spent = std::chrono::steady_clock::now() - began;
-            if (!emitted.direct.empty()) solve(surfels, links, {}, kAtRest, emitted, *pool);
+            if (!emitted.direct.empty()) solve(surfels, links, {}, {}, kAtRest, emitted, *pool);
             emitted.narrow = 0.0f;  // nothing is drawn from where it shines
             std::shared_ptr<const CellMap::Table> table;
             if (cells) table = std::make_shared<const CellMap::Table>(surface->cells->table(*pool));
@@ -169,6 +169,8 @@ void Builder::make(std::shared_ptr<const trace::Geometry> geometry, std::vector<
         if (!wanted(last)) return;
         auto block = trace_to(last);
         if (!block) return;
+        if (last == kGenerations[1])  // rows of few ids take longer
+            block = join(*std::exchange(links.blocks, {})[0], *block, surfels.count);
         links.blocks.push_back(std::move(block));
         if (last != kGenerations[0]) continue;
         publish();

@@ -32,7 +32,7 @@ struct Made {
             irradiance.direct[i] = glm::vec4(glm::vec3(cosine / d2), 0.0f);
         }
         Pool pool;
-        solve(s, transport->links, {}, kAtRest, irradiance, pool);
+        solve(s, transport->links, {}, {}, kAtRest, irradiance, pool);
     }
     const Surfels& surfels() const { return transport->surface->surfels; }
     // Mean over the surfels' areas, of one channel.
@@ -155,7 +155,7 @@ TEST(Transport, NothingLeaksThroughAWall) {
         if (x_of(i) < 2.005) light.direct[i] = glm::vec4(glm::vec3(1.0f), 0.0f), ++lit;
     }
     Pool pool;
-    solve(s, transport->links, {}, kAtRest, light, pool);
+    solve(s, transport->links, {}, {}, kAtRest, light, pool);
     for (std::size_t i = 0; i < s.count; ++i) {
         if (x_of(i) < 2.005) {
             EXPECT_GT(light.indirect[i].g, 1.0f);
@@ -219,11 +219,11 @@ TEST(Transport, SolvesFromTheFrameBefore) {
     const std::vector<glm::vec4> right = made.irradiance.indirect;
     Irradiance moving = made.irradiance;
     for (glm::vec4& value : moving.direct) value *= 1.05f;
-    EXPECT_LE(solve(made.surfels(), made.transport->links, {}, kMoving, moving, pool), 3u);
+    EXPECT_LE(solve(made.surfels(), made.transport->links, {}, {}, kMoving, moving, pool), 3u);
     EXPECT_FALSE(moving.converged);
     EXPECT_NEAR(made.mean(moving.indirect), 1.05 * made.mean(right), 0.02 * made.mean(right));
     moving.direct = made.irradiance.direct;
-    solve(made.surfels(), made.transport->links, {}, kAtRest, moving, pool);
+    solve(made.surfels(), made.transport->links, {}, {}, kAtRest, moving, pool);
     EXPECT_TRUE(moving.converged);
     EXPECT_TRUE(moving.indirect == right);
 }

@@ -55,8 +55,10 @@ void solve_light(const PassContext& context, bool moves, std::span<const glm::ve
                  transport::Irradiance& light) {
     const Transport& transport = *context.transport;
     const bool live = context.target.kind == TargetKind::live && !context.rests;
+    std::span<const std::uint8_t> seen;
+    if (live && context.layers_on_cpu) seen = context.target.screen->weights.seen;  // of this frame's camera
     transport::solve(transport.surface->surfels, transport::first_of(transport.links, kEfforts[context.effort].links),
-                     exact, moves && live ? transport::kMoving : transport::kAtRest, light, context.pool);
+                     exact, seen, moves && live ? transport::kMoving : transport::kAtRest, light, context.pool);
 }
 
 }  // namespace
