@@ -134,10 +134,10 @@ HWY_INLINE Around around_pixels(const Tile& tile, std::size_t at, const float* l
 }
 
 // Adds one luminaire's light to a tile's pixels where the grid's points agree. lattice: its values there, from the
-// first point on; null: every pixel asks. exact: the web is read at each pixel, else where it changes by a tenth
-// between the points; and all pixels of a square of 4 × 4 ask if a surface in it is turned away, whose shadow may be
-// narrow. Result: how many pixels are left, in tile.asking, square by square.
-std::size_t LightTile(Tile& tile, const DirectLight& light, const float* lattice, std::ptrdiff_t stride, bool exact,
+// first point on; null: every pixel asks. The web is read at pixels that ask, and where it changes by a tenth between
+// the points; else a pixel takes theirs, within 0.2 %. edges: all pixels of a square of 4 × 4 ask if a surface in it is
+// turned away, whose shadow may be narrow. Result: how many pixels are left, in tile.asking, square by square.
+std::size_t LightTile(Tile& tile, const DirectLight& light, const float* lattice, std::ptrdiff_t stride, bool edges,
                       std::size_t planes) {
     const Tag tag;
     // A pixel that a grid point of another mind has no more of than this follows the others.
@@ -156,7 +156,7 @@ std::size_t LightTile(Tile& tile, const DirectLight& light, const float* lattice
                 to[v] = place_of(points, 0) - spread(light.position);
                 share[v] = falloff(to[v], normal_of(points, 0));
             };
-            for (std::size_t v = 0; exact && v < kSquare; ++v) {
+            for (std::size_t v = 0; edges && v < kSquare; ++v) {
                 look(v);
                 edge = hn::Or(
                     edge, hn::AndNot(Float(0.0f) < share[v], Float(0.0f) < load(tile.depth + group + v * kLanes + i)));
@@ -177,11 +177,11 @@ std::size_t LightTile(Tile& tile, const DirectLight& light, const float* lattice
                     ratio = around.ratio / max(around.sum, Float(1.0f));
                 }
                 if (hn::AllFalse(tag, wanted)) continue;
-                if (!exact) look(v);
+                if (!edges) look(v);
                 wanted = hn::And(wanted, Float(0.0f) < share[v]);
                 const Mask lit = hn::And(wanted, hn::And(agree, seen)), asks = hn::AndNot(agree, wanted);
                 if (hn::AllFalse(tag, hn::Or(lit, asks))) continue;
-                if (exact || !hn::AllFalse(tag, hn::Or(asks, steep)))
+                if (!hn::AllFalse(tag, hn::Or(asks, steep)))
                     ratio = web_ratio(light.web, turned(light.light_from_world, to[v]));
                 const Float lux = ratio * share[v] * Float(light.unit_m2), shown = hn::IfThenElseZero(lit, lux.raw);
                 for (std::size_t k = 0; k < planes; ++k)
