@@ -1,6 +1,7 @@
 #include "server/shade/grid_light.h"
 
 #include <algorithm>
+#include <atomic>
 #include <cmath>
 
 namespace gonio::shade {
@@ -46,8 +47,9 @@ void find_surfels(const Surfaces& surfaces, const Raster* raster, const Looks& l
     const Surfels& surfels = surface.surfels;
     weights.around.assign(grid.size(), nullptr);
     weights.weights.resize(grid.size() * kNeighbours);
-    weights.seen.clear();
+    weights.seen.assign(surfels.count + 1, 0);  // one for ids of none
     if (surfels.count == 0) return;
+    std::vector<std::uint8_t> own_of_any(surfels.count, 0);
     for_points(grid, pool, [&](std::size_t at, int x, int y) {
         if (!(grid.values[6][at] > 0.0f)) return;
         const glm::vec3 p = grid.position(at), n = grid.normal(at);
@@ -64,13 +66,12 @@ void find_surfels(const Surfaces& surfaces, const Raster* raster, const Looks& l
                                                : surfels.visible_from(*surface.geometry, {p, n, n});
         if (own == surfels.count) return;
         weights.around[at] = surfels.neighbours[own].data();
-        transport::weigh(surfels, surfels.neighbours[own].data(), p, n, weights.weights.data() + at * kNeighbours);
+        transport::weigh(surfels, weights.around[at], p, n, weights.weights.data() + at * kNeighbours);
+        std::atomic_ref(own_of_any[own]).store(1, std::memory_order_relaxed);
     });
-    weights.seen.assign(surfels.count + 1, 0);  // one for ids of none
-    for (std::size_t at = 0; at < grid.size(); ++at) {
-        if (weights.around[at] == nullptr) continue;
-        const float* weight = weights.weights.data() + at * kNeighbours;
-        for (std::size_t k = 0; k < kNeighbours; ++k) weights.seen[weights.around[at][k]] |= weight[k] > 0.0f ? 1 : 0;
+    for (std::size_t i = 0; i < surfels.count; ++i) {
+        if (own_of_any[i] == 0) continue;
+        for (const std::uint16_t id : surfels.neighbours[i]) weights.seen[id] = 1;
     }
 }
 

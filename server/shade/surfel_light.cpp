@@ -1,5 +1,7 @@
 #include "server/shade/surfel_light.h"
 
+#include <limits>
+
 #include "server/shade/grid.h"
 
 namespace gonio::shade {
@@ -35,7 +37,10 @@ bool takes_flux(const transport::Surfels& surfels, const glm::vec3& light, const
 void take_flux(const VplRays& rays, const transport::Transport::Surface& surface, const glm::vec3& light,
                const glm::mat3& world_from_light, float unit_m2, std::vector<float>& out, Pool& pool) {
     const transport::Surfels& surfels = surface.surfels;
-    const float start = surface.geometry->step_off(light);
+    const float start = surface.geometry->step_off(light), everywhere = spot_share(surfels, out);
+    // Else what ends further away counts for no surfel.
+    const float reach_m = everywhere > 0.0f ? std::numeric_limits<float>::infinity()
+                                            : (kNearRadii + transport::kBlendRadii) * surfels.radius_m;
     using transport::kNeighbours;
     struct End {
         const std::uint16_t* around = nullptr;  // kNeighbours surfels; null: nothing is met
@@ -47,7 +52,7 @@ void take_flux(const VplRays& rays, const transport::Transport::Surface& surface
         transport::Fan fan;
         for (std::size_t i = 0; i < trace::kPacket; ++i) {
             const glm::vec3 d = world_from_light * rays.rays[first + i].direction;
-            fan.rays.set(static_cast<int>(i), light + d * start, d);
+            fan.rays.set(static_cast<int>(i), light + d * start, d, reach_m);
             if (rays.rays[first + i].flux_lm_per_cd > 0.0f) fan.active |= 1u << i;
         }
         trace::HitPacket hits;
@@ -78,8 +83,8 @@ void take_flux(const VplRays& rays, const transport::Transport::Surface& surface
             landed[id] += ends[i].weights[k];
         }
     }
-    const float everywhere = spot_share(surfels, out);
     for (std::size_t i = 0; i < surfels.count; ++i) {
+        if (!(landed[i] > 0.0f || everywhere > 0.0f)) continue;
         // A few rays say less than the centre, however near.
         const float enough = glm::smoothstep(4.0f, 16.0f, landed[i]);
         out[i] = glm::mix(out[i], taken[i], std::max(everywhere, enough * near_share(surfels, i, light)));
