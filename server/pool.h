@@ -6,6 +6,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <functional>
+#include <numeric>
 #include <thread>
 #include <vector>
 
@@ -46,6 +47,15 @@ public:
             const std::size_t first = static_cast<std::size_t>(i) * chunk;
             job(first, std::min(chunk, size - first));
         });
+    }
+
+    // Result: start joined with job(first, count) of each chunk, in order.
+    template <typename T, typename Job, typename Join>
+    T reduce_chunks(std::size_t size, std::size_t chunk, T start, const Job& job, const Join& join) {
+        std::vector<T> parts((size + chunk - 1) / chunk);
+        run_chunks(size, chunk,
+                   [&](std::size_t first, std::size_t count) { parts[first / chunk] = job(first, count); });
+        return std::accumulate(parts.begin(), parts.end(), start, join);
     }
 
     // Asks before each job that the caller of run() takes; once the answer is yes, jobs that nobody has begun are left

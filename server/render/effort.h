@@ -18,7 +18,7 @@ inline constexpr std::array<Effort, 5> kEfforts = {{
     {1.0, 128, false, 0.75},
     {0.75, 128, false, 0.5},
     {0.5, 128, false, 0.33},
-    {0.375, 64, false, 0.22},
+    {0.375, 128, false, 0.22},
 }};
 
 }  // namespace gonio

@@ -56,6 +56,23 @@ std::vector<std::uint32_t> pack_web(const ies::PhotometricWeb& web) {
     return words;
 }
 
+shade::Web web_of(const std::uint32_t* words) {
+    const std::size_t n_v = words[1], n_h = words[2];
+    const auto* values = reinterpret_cast<const float*>(words + 4);
+    const float* column = values + n_v + n_h + std::size_t{2} * words[3];
+    const auto even = [](const float* axis, std::size_t n) {
+        const double step =
+            (static_cast<double>(axis[n - 1]) - static_cast<double>(axis[0])) / static_cast<double>(n - 1);
+        for (std::size_t i = 0; i < n; ++i) {
+            const double off =
+                static_cast<double>(axis[i]) - static_cast<double>(axis[0]) - step * static_cast<double>(i);
+            if (std::abs(off) > 1e-6) return false;
+        }
+        return true;
+    };
+    return {words, n_h == 2 && std::equal(column, column + n_v, column + n_v), even(values, n_v),
+            even(values + n_v, n_h)};
+}
 bool uniform_grid(const ies::PhotometricWeb& web) {
     const auto uniform = [](const std::vector<double>& angles) {
         const double step = (angles.back() - angles.front()) / static_cast<double>(angles.size() - 1);

@@ -7,12 +7,15 @@
 #include <vector>
 
 #include "ies/web.h"
+#include "server/shade/kernels.h"
 
 namespace gonio {
 
 // Result: the buffer's words: header of four uint32, then floats (v angles, h angles, first-cell tables, I / I_peak).
 // A dark web gives zeros.
 std::vector<std::uint32_t> pack_web(const ies::PhotometricWeb& web);
+// Result: how kernels read such a buffer, which outlives it.
+shade::Web web_of(const std::uint32_t* words);
 
 // Result: whether both axes are equally spaced to 1e-6 of a step: the shader then computes the cell (UNIFORM_WEB).
 bool uniform_grid(const ies::PhotometricWeb& web);

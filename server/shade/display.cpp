@@ -76,12 +76,7 @@ void SumRow(const Display& display, int y, std::int32_t* const* sum) {
         else
             std::fill_n(sum[k], length, 0);
     }
-    for (const LayerTerm& term : display.layers) {
-        if (const std::uint16_t* light = term.direct_pixels())
-            add_direct(light + row, term.quanta, display.cap, length, sum);
-        if (const std::uint16_t* light = term.indirect_pixels())
-            add_rgb(light + 4 * row, term.quanta, display.cap, length, sum);
-    }
+    for (const LayerTerm& term : display.layers) add_pixels(term, display.cap, row, length, sum);
 }
 
 // One row of gamma-encoded R'G'B' with ordered dither. kept: of SumRow. indirect: what the grid brings to it, or null.

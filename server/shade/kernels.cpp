@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "server/shade/layers.h"
 #include "server/shade/looks.h"
 
 #undef HWY_TARGET_INCLUDE
@@ -127,23 +128,6 @@ HWY_EXPORT(RgbToHalves);
 HWY_EXPORT(ToHalves);
 HWY_EXPORT(FromHalves);
 
-Web web_of(const std::uint32_t* words) {
-    const std::size_t n_v = words[1], n_h = words[2];
-    const auto* values = reinterpret_cast<const float*>(words + 4);
-    const float* column = values + n_v + n_h + std::size_t{2} * words[3];
-    const auto even = [](const float* axis, std::size_t n) {
-        const double step =
-            (static_cast<double>(axis[n - 1]) - static_cast<double>(axis[0])) / static_cast<double>(n - 1);
-        for (std::size_t i = 0; i < n; ++i) {
-            const double off =
-                static_cast<double>(axis[i]) - static_cast<double>(axis[0]) - step * static_cast<double>(i);
-            if (std::abs(off) > 1e-6) return false;
-        }
-        return true;
-    };
-    return {words, n_h == 2 && std::equal(column, column + n_v, column + n_v), even(values, n_v),
-            even(values + n_v, n_h)};
-}
 void weights_row(const Points& grid, std::ptrdiff_t stride, int y, int width, const Rays& rays, float near_per_depth,
                  const float* depth, const std::uint32_t* normal, std::uint32_t* weights, std::uint8_t* poor) {
     HWY_DYNAMIC_DISPATCH(WeightsRow)(grid, stride, y, width, rays, near_per_depth, depth, normal, weights, poor);

@@ -46,7 +46,6 @@ struct Web {
     bool symmetric;              // the same in all directions around its axis
     bool even_v, even_h;         // its angles are equally spaced, within 1e-6 rad
 };
-Web web_of(const std::uint32_t* words);
 
 // Half floats of `count` floats, a multiple of kLanes; what is greater becomes 65,504.
 void to_halves(const float* from, std::size_t count, std::uint16_t* to);

@@ -23,20 +23,18 @@ HWY_INLINE void add_quanta(Float value, Float quanta, Float cap, std::int32_t* s
     const IntTag ints;
     hn::StoreU(hn::Add(hn::LoadU(ints, sum), whole_quanta(value, quanta, cap)), ints, sum);
 }
-// Adds `count` values of a layer, a multiple of the lanes, to three sums, each with its own factor.
-HWY_INLINE void add_direct(const std::uint16_t* light, const glm::vec3& quanta, float cap, std::size_t count,
+// What a term shows at `count` pixels from `first` on, a multiple of the lanes, added to three sums.
+HWY_INLINE void add_pixels(const LayerTerm& term, float cap, std::size_t first, std::size_t count,
                            std::int32_t* const* sums) {
-    for (std::size_t i = 0; i < count; i += hn::Lanes(Tag())) {
-        const Float value = from_half(hn::LoadU(HalfBits(), light + i));
-        for (int k = 0; k < 3; ++k) add_quanta(value, Float(quanta[k]), Float(cap), sums[k] + i);
+    const std::uint16_t *direct = term.direct_pixels(), *indirect = term.indirect_pixels();
+    for (std::size_t i = 0; i < count && direct != nullptr; i += hn::Lanes(Tag())) {
+        const Float value = from_half(hn::LoadU(HalfBits(), direct + first + i));
+        for (int k = 0; k < 3; ++k) add_quanta(value, Float(term.quanta[k]), Float(cap), sums[k] + i);
     }
-}
-HWY_INLINE void add_rgb(const std::uint16_t* light, const glm::vec3& quanta, float cap, std::size_t count,
-                        std::int32_t* const* sums) {
-    for (std::size_t i = 0; i < count; i += hn::Lanes(Tag())) {
-        const Vec3 rgb = load_rgb(light + 4 * i);
-        add_quanta(rgb.x, Float(quanta.x), Float(cap), sums[0] + i);
-        add_quanta(rgb.y, Float(quanta.y), Float(cap), sums[1] + i);
-        add_quanta(rgb.z, Float(quanta.z), Float(cap), sums[2] + i);
+    for (std::size_t i = 0; i < count && indirect != nullptr; i += hn::Lanes(Tag())) {
+        const Vec3 rgb = load_rgb(indirect + 4 * (first + i));
+        add_quanta(rgb.x, Float(term.quanta.x), Float(cap), sums[0] + i);
+        add_quanta(rgb.y, Float(term.quanta.y), Float(cap), sums[1] + i);
+        add_quanta(rgb.z, Float(term.quanta.z), Float(cap), sums[2] + i);
     }
 }

@@ -14,10 +14,8 @@ namespace HWY_NAMESPACE {
 #include "server/shade/lanes.h"
 #include "server/shade/layer_lanes.h"
 
-// What a term shows at `count` pixels from `first` on.
 void AddPixels(const LayerTerm& term, float cap, std::size_t first, std::size_t count, std::int32_t* const* sums) {
-    if (const std::uint16_t* light = term.direct_pixels()) add_direct(light + first, term.quanta, cap, count, sums);
-    if (const std::uint16_t* light = term.indirect_pixels()) add_rgb(light + 4 * first, term.quanta, cap, count, sums);
+    add_pixels(term, cap, first, count, sums);
 }
 
 void AddPlane(const std::uint16_t* light, float quanta, float cap, std::size_t count, std::int32_t* sum) {

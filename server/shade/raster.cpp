@@ -4,7 +4,8 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstring>
+#include <functional>
+#include <span>
 
 #include "server/shade/screen.h"
 
@@ -366,18 +367,15 @@ unsigned draw_surfaces(const Clusters& clusters, const Looks& looks, bool emissi
     raster.bins.resize(chunks * strips);
     const Frustum frustum(rays, width, height);
     const glm::mat3 screen_from_local = glm::mat3(glm::inverse(glm::dmat3(rays.right, rays.up, rays.corner)));
-    std::vector<unsigned> drawn(chunks);
-    pool.run(static_cast<int>(chunks), [&](int job) {
-        const auto chunk = static_cast<std::size_t>(job);
-        std::vector<std::uint32_t>* bins = &raster.bins[chunk * strips];
+    const auto set_up_some = [&](std::size_t first, std::size_t count) {
+        unsigned drawn = 0;
+        std::vector<std::uint32_t>* bins = &raster.bins[first / kClustersPerChunk * strips];
         for (std::size_t s = 0; s < strips; ++s) bins[s].clear();
         OnScreen screen;
-        const std::size_t end = std::min(clusters.clusters.size(), (chunk + 1) * kClustersPerChunk);
-        std::uint32_t place = clusters.clusters[chunk * kClustersPerChunk].first_triangle;
-        for (std::size_t c = chunk * kClustersPerChunk; c < end; ++c) {
-            const Cluster& cluster = clusters.clusters[c];
+        std::uint32_t place = clusters.clusters[first].first_triangle;
+        for (const Cluster& cluster : std::span(clusters.clusters).subspan(first, count)) {
             if (!frustum.meets(cluster) || !frustum.sees_front(cluster)) continue;
-            ++drawn[chunk];
+            ++drawn;
             HWY_DYNAMIC_DISPATCH(Project)
             (screen_from_local, rays.eye, cluster.vertices, clusters, cluster.first_vertex, rays.near_m, screen);
             for (std::uint32_t t = cluster.first_triangle; t < cluster.first_triangle + cluster.triangles; ++t) {
@@ -391,7 +389,10 @@ unsigned draw_surfaces(const Clusters& clusters, const Looks& looks, bool emissi
                 ++place;
             }
         }
-    });
+        return drawn;
+    };
+    const unsigned drawn =
+        pool.reduce_chunks(clusters.clusters.size(), kClustersPerChunk, 0u, set_up_some, std::plus<>());
     pool.run(static_cast<int>(strips), [&](int job) {
         Strip strip;
         strip.first_row = job * kStripRows;
@@ -418,9 +419,7 @@ unsigned draw_surfaces(const Clusters& clusters, const Looks& looks, bool emissi
         }
         HWY_DYNAMIC_DISPATCH(ShadeStrip)(looks, raster.setups.data(), strip, rays, surfaces.depth_per_pixel);
     });
-    unsigned total = 0;
-    for (const unsigned count : drawn) total += count;
-    return total;
+    return drawn;
 }
 
 }  // namespace gonio::shade

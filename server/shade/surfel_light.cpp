@@ -37,7 +37,7 @@ bool takes_flux(const transport::Surfels& surfels, const glm::vec3& light, const
 void take_flux(const VplRays& rays, const transport::Transport::Surface& surface, const glm::vec3& light,
                const glm::mat3& world_from_light, float unit_m2, std::vector<float>& out, Pool& pool) {
     const transport::Surfels& surfels = surface.surfels;
-    const float start = surface.geometry->step_off(light), everywhere = spot_share(surfels, out);
+    const float everywhere = spot_share(surfels, out);
     // Else what ends further away counts for no surfel.
     const float reach_m = everywhere > 0.0f ? std::numeric_limits<float>::infinity()
                                             : (kNearRadii + transport::kBlendRadii) * surfels.radius_m;
@@ -49,22 +49,16 @@ void take_flux(const VplRays& rays, const transport::Transport::Surface& surface
     std::vector<End> ends(rays.rays.size());
     pool.run(static_cast<int>(ends.size() / trace::kPacket), [&](int packet) {
         const std::size_t first = static_cast<std::size_t>(packet) * trace::kPacket;
-        transport::Fan fan;
-        for (std::size_t i = 0; i < trace::kPacket; ++i) {
-            const glm::vec3 d = world_from_light * rays.rays[first + i].direction;
-            fan.rays.set(static_cast<int>(i), light + d * start, d, reach_m);
-            if (rays.rays[first + i].flux_lm_per_cd > 0.0f) fan.active |= 1u << i;
-        }
+        const transport::Fan fan = fan_of(rays, packet, *surface.geometry, light, world_from_light, reach_m);
         trace::HitPacket hits;
         std::uint16_t ids[trace::kPacket];
         transport::follow(fan, *surface.geometry, surfels, *surface.cells, hits, ids);
         for (std::size_t i = 0; i < trace::kPacket; ++i) {
             if (ids[i] == surfels.count) continue;
-            const glm::vec3 d = world_from_light * rays.rays[first + i].direction;
             End& end = ends[first + i];
             end.around = surfels.neighbours[ids[i]].data();
-            transport::weigh(surfels, end.around, light + d * (start + hits.distance[i]), surfels.normal(ids[i]),
-                             end.weights);
+            transport::weigh(surfels, end.around, fan.rays.at(static_cast<int>(i), hits.distance[i]),
+                             surfels.normal(ids[i]), end.weights);
         }
     });
     // In all the luminaire's flux, though few rays may meet the beam.
@@ -96,16 +90,8 @@ void direct_at_points(const Points& points, std::span<const glm::vec3> geometric
     // A luminaire on a surface does not light what it is mounted on, nor is it hidden by it.
     constexpr float kStart = 1e-5f;
     direct_points(light, points, (geometric.size() + kLanes - 1) / kLanes * kLanes, out);
-    trace::RayPacket rays;
-    std::size_t asked[trace::kPacket];
-    int waiting = 0;
-    const auto send = [&] {
-        const unsigned hidden = waiting > 0 ? geometry.occluded(rays, (1u << waiting) - 1u) : 0u;
-        for (int i = 0; i < waiting; ++i) {
-            if ((hidden >> i & 1u) != 0) out[asked[i]] = 0.0f;
-        }
-        waiting = 0;
-    };
+    const auto take = [&](std::size_t i, bool hidden) { out[i] = hidden ? 0.0f : out[i]; };
+    trace::ShadowRays<std::size_t, decltype(take)> rays(geometry, take);
     for (std::size_t i = 0; i < geometric.size(); ++i) {
         if (!(out[i] > 0.0f)) continue;
         const glm::vec3 p(points.x[i], points.y[i], points.z[i]), to = light.position - p;
@@ -114,11 +100,9 @@ void direct_at_points(const Points& points, std::span<const glm::vec3> geometric
             continue;
         }
         const glm::vec3 along = p + geometric[i] * (4.0f * geometry.step_off(p)) - light.position;
-        rays.set(waiting, light.position + along * kStart, along, 1.0f - 2.0f * kStart);
-        asked[waiting++] = i;
-        if (waiting == trace::kPacket) send();
+        rays.add(light.position + along * kStart, along, 1.0f - 2.0f * kStart, i);
     }
-    send();
+    rays.send();
 }
 
 void LinkEnds::clear() {
@@ -128,10 +112,8 @@ void LinkEnds::clear() {
 
 void LinkEnds::add(const transport::Fan& fan, const trace::HitPacket& hits, int i, std::uint16_t id,
                    std::uint32_t receiver) {
-    const glm::vec3 d(fan.rays.along_x[i], fan.rays.along_y[i], fan.rays.along_z[i]),
-        p = glm::vec3(fan.rays.from_x[i], fan.rays.from_y[i], fan.rays.from_z[i]) + d * hits.distance[i],
-        met = glm::normalize(glm::vec3(hits.normal_x[i], hits.normal_y[i], hits.normal_z[i])),
-        n = glm::dot(met, d) < 0.0f ? met : -met;
+    const glm::vec3 p = fan.rays.at(i, hits.distance[i]), met = glm::normalize(hits.normal(i)),
+                    n = glm::dot(met, fan.rays.along(i)) < 0.0f ? met : -met;
     for (int k = 0; k < 3; ++k) {
         place[k].push_back(p[k]);
         place[k + 3].push_back(n[k]);

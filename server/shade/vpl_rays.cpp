@@ -29,23 +29,27 @@ VplRays::VplRays(std::shared_ptr<const trace::DirectionTable> directions, unsign
     }
 }
 
+transport::Fan fan_of(const VplRays& rays, int packet, const trace::Geometry& geometry, const glm::vec3& position,
+                      const glm::mat3& world_from_light, float reach_m) {
+    transport::Fan fan;
+    const float start = geometry.step_off(position);
+    const VplRays::Ray* ray = &rays.rays[static_cast<std::size_t>(packet) * trace::kPacket];
+    for (int i = 0; i < trace::kPacket; ++i) {
+        const glm::vec3 d = world_from_light * ray[i].direction;
+        fan.rays.set(i, position + d * start, d, reach_m);
+        if (ray[i].flux_lm_per_cd > 0.0f) fan.active |= 1u << i;
+    }
+    return fan;
+}
+
 std::vector<Vpl> cast(const VplRays& rays, const trace::Geometry& geometry, const glm::vec3& position,
                       const glm::mat3& world_from_light, Pool& pool) {
     std::vector<Vpl> vpls(rays.rays.size());
-    // A luminaire mounted on a surface does not light the spot it hides: its rays start a step away.
-    const float start = geometry.step_off(position);
-    const int packets = static_cast<int>(rays.rays.size()) / trace::kPacket;
-    pool.run(packets, [&](int packet) {
-        trace::RayPacket query;
+    pool.run(static_cast<int>(rays.rays.size()) / trace::kPacket, [&](int packet) {
+        const transport::Fan fan = fan_of(rays, packet, geometry, position, world_from_light);
         trace::SurfaceHit hits[trace::kPacket];
-        unsigned active = 0;
+        const unsigned met = geometry.closest(fan.rays, fan.active, hits);
         const VplRays::Ray* ray = &rays.rays[static_cast<std::size_t>(packet) * trace::kPacket];
-        for (int i = 0; i < trace::kPacket; ++i) {
-            const glm::vec3 d = world_from_light * ray[i].direction;
-            query.set(i, position + d * start, d);
-            if (ray[i].flux_lm_per_cd > 0.0f) active |= 1u << i;
-        }
-        const unsigned met = geometry.closest(query, active, hits);
         for (int i = 0; i < trace::kPacket; ++i) {
             if ((met >> i & 1u) == 0) continue;
             const trace::SurfaceHit& hit = hits[i];
@@ -59,26 +63,18 @@ std::vector<Vpl> cast(const VplRays& rays, const trace::Geometry& geometry, cons
 glm::vec3 from_vpls(const trace::Geometry& geometry, std::span<const Vpl> vpls, const glm::vec3& point,
                     const glm::vec3& normal, const glm::vec3& geometric, float surfel_radius_m) {
     const glm::vec3 from = point + geometric * (4.0f * geometry.step_off(point));
-    glm::vec3 sum(0.0f), brings[trace::kPacket];
-    trace::RayPacket rays;
-    int waiting = 0;
-    const auto send = [&] {
-        const unsigned hidden = waiting > 0 ? geometry.occluded(rays, (1u << waiting) - 1u) : 0u;
-        for (int i = 0; i < waiting; ++i) {
-            if ((hidden >> i & 1u) == 0) sum += brings[i];
-        }
-        waiting = 0;
-    };
+    glm::vec3 sum(0.0f);
+    const auto add = [&](const glm::vec3& light, bool hidden) { sum += hidden ? glm::vec3(0.0f) : light; };
+    trace::ShadowRays<glm::vec3, decltype(add)> rays(geometry, add);
     for (const Vpl& vpl : vpls) {
         const glm::vec3 d = vpl.position - point;
         const float share =
             vpl_share(glm::length(d), surfel_radius_m) * glsl::vpl_geometry(-d, vpl.normal, normal, 0.0f);
         if (!(share > 0.0f)) continue;
-        brings[waiting] = vpl.intensity * share;
-        rays.set(waiting, from, vpl.position + vpl.normal * (4.0f * geometry.step_off(vpl.position)) - from, 1.0f);
-        if (++waiting == trace::kPacket) send();
+        rays.add(from, vpl.position + vpl.normal * (4.0f * geometry.step_off(vpl.position)) - from, 1.0f,
+                 vpl.intensity * share);
     }
-    send();
+    rays.send();
     return sum;
 }
 

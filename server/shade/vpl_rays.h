@@ -4,6 +4,7 @@
 #pragma once
 
 #include <glm/glm.hpp>
+#include <limits>
 #include <memory>
 #include <span>
 #include <vector>
@@ -11,6 +12,7 @@
 #include "server/pool.h"
 #include "server/shade/kernels.h"
 #include "server/trace/sources.h"
+#include "server/transport/links.h"
 
 namespace gonio::shade {
 
@@ -30,6 +32,11 @@ struct VplRays {
     VplRays(std::shared_ptr<const Profile> profile, unsigned count);
     VplRays(std::shared_ptr<const trace::DirectionTable> table, unsigned count);
 };
+
+// Result: rays 16 × packet … + 15 of a luminaire, as far as reach_m. It does not light the spot that it is mounted on:
+// they start step_off() away. position: local.
+transport::Fan fan_of(const VplRays& rays, int packet, const trace::Geometry& geometry, const glm::vec3& position,
+                      const glm::mat3& world_from_light, float reach_m = std::numeric_limits<float>::infinity());
 
 // One virtual point light: where a ray of a luminaire ends; dark if it leaves the scene. World axes.
 struct Vpl {

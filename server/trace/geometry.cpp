@@ -293,9 +293,8 @@ unsigned Geometry::closest(const RayPacket& rays, unsigned active, SurfaceHit* h
     const unsigned met = closest(rays, active, met_at);
     for (int i = 0; i < kPacket; ++i) {
         if ((met >> i & 1u) == 0) continue;
-        hits[i] = surface(met_at.instance[i], met_at.triangle[i], met_at.u[i], met_at.v[i],
-                          {met_at.normal_x[i], met_at.normal_y[i], met_at.normal_z[i]},
-                          {rays.along_x[i], rays.along_y[i], rays.along_z[i]}, colours);
+        hits[i] = surface(met_at.instance[i], met_at.triangle[i], met_at.u[i], met_at.v[i], met_at.normal(i),
+                          rays.along(i), colours);
         hits[i].distance = met_at.distance[i];
     }
     return met;

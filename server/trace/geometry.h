@@ -35,12 +35,17 @@ struct alignas(64) RayPacket {
         along_x[i] = along.x, along_y[i] = along.y, along_z[i] = along.z;
         far[i] = far_along;
     }
+    glm::vec3 along(int i) const { return {along_x[i], along_y[i], along_z[i]}; }
+    glm::vec3 at(int i, float distance) const {
+        return glm::vec3(from_x[i], from_y[i], from_z[i]) + along(i) * distance;
+    }
 };
 // What they meet: distance, the triangle's plane (of any length, its front's) and where on it.
 struct alignas(64) HitPacket {
     float distance[kPacket], u[kPacket], v[kPacket];
     float normal_x[kPacket], normal_y[kPacket], normal_z[kPacket];
     unsigned instance[kPacket], triangle[kPacket];
+    glm::vec3 normal(int i) const { return {normal_x[i], normal_y[i], normal_z[i]}; }
 };
 
 class Geometry {
@@ -104,5 +109,31 @@ private:
 
 // Result: the scene's own, or one that is made now, which takes long.
 std::shared_ptr<const Geometry> geometry_of(const Scene& scene);
+
+// Rays to what may be hidden, given one by one and asked sixteen at a time: done(payload, hidden), in order;
+// the last with send().
+template <typename Payload, typename Done>
+class ShadowRays {
+public:
+    ShadowRays(const Geometry& geometry, Done done) : geometry_(geometry), done_(std::move(done)) {}
+    void add(const glm::vec3& from, const glm::vec3& along, float far_along, const Payload& payload) {
+        rays_.set(waiting_, from, along, far_along);
+        payloads_[waiting_++] = payload;
+        if (waiting_ == kPacket) send();
+    }
+    void send() {
+        if (waiting_ == 0) return;
+        const unsigned hidden = geometry_.occluded(rays_, ~0u >> (32 - waiting_));
+        for (int i = 0; i < waiting_; ++i) done_(payloads_[i], (hidden >> i & 1u) != 0);
+        waiting_ = 0;
+    }
+
+private:
+    const Geometry& geometry_;
+    Done done_;
+    RayPacket rays_;
+    Payload payloads_[kPacket];
+    int waiting_ = 0;
+};
 
 }  // namespace gonio::trace

@@ -26,12 +26,11 @@ Fan make_fan(const glm::vec3& from, const glm::vec3& normal, const glm::vec3& ge
 unsigned follow(const Fan& fan, const trace::Geometry& geometry, const Surfels& surfels, const CellMap& cells,
                 trace::HitPacket& hits, std::uint16_t* ids) {
     const unsigned met = geometry.closest(fan.rays, fan.active, hits);
-    for (unsigned i = 0; i < trace::kPacket; ++i) {
+    for (int i = 0; i < trace::kPacket; ++i) {
         ids[i] = static_cast<std::uint16_t>(surfels.count);
         if ((met >> i & 1u) == 0) continue;
-        const float facing = fan.rays.along_x[i] * hits.normal_x[i] + fan.rays.along_y[i] * hits.normal_y[i] +
-                             fan.rays.along_z[i] * hits.normal_z[i];
-        ids[i] = cells.surfel_at(hits.instance[i], hits.triangle[i], hits.u[i], hits.v[i], facing < 0.0f);
+        const bool front = glm::dot(fan.rays.along(i), hits.normal(i)) < 0.0f;
+        ids[i] = cells.surfel_at(hits.instance[i], hits.triangle[i], hits.u[i], hits.v[i], front);
     }
     return met;
 }

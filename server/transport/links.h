@@ -33,7 +33,7 @@ ReverseBlock reverse(const LinkBlock& block, std::size_t surfels);
 
 // The generations of a surfel's links: an error falls by the root of how many there are. Those after the last are kept
 // in reverse: a narrow beam lights so few surfels that a mean over 512 links is noisy.
-inline constexpr unsigned kGenerations[] = {16, 64, 128, 256, 512};
+inline constexpr unsigned kGenerations[] = {16, 32, 64, 128, 256, 512};
 inline constexpr unsigned kMostBlockLinks = kGenerations[std::size(kGenerations) - 1];
 inline constexpr unsigned kReverseGenerations[] = {1024, 2048};
 inline constexpr unsigned kMostLinks = kReverseGenerations[std::size(kReverseGenerations) - 1];

@@ -4,6 +4,8 @@
 #include <array>
 #include <cmath>
 #include <cstring>
+#include <functional>
+#include <utility>
 
 #undef HWY_TARGET_INCLUDE
 #define HWY_TARGET_INCLUDE "server/transport/solve.cpp"
@@ -25,10 +27,10 @@ HWY_INLINE hn::Vec<Four> entry(const std::uint16_t* halves, std::uint16_t id) {
                                                              4 * static_cast<std::size_t>(id)));
 }
 
-void Gather(const std::uint16_t* table, const std::uint16_t* ids, unsigned count, std::size_t size, float share,
-            glm::vec4* sums) {
+void Gather(const std::uint16_t* table, const std::uint16_t* ids, unsigned stride, unsigned count, std::size_t size,
+            float share, glm::vec4* sums) {
     const Four four;
-    for (std::size_t i = 0; i < size; ++i, ids += count) {
+    for (std::size_t i = 0; i < size; ++i, ids += stride) {
         for (std::size_t lane = 0; lane < 4; lane += kStep) {
             auto a = hn::Zero(four), b = a, c = a, d = a;
             for (unsigned k = 0; k < count; k += 4) {
@@ -125,15 +127,12 @@ namespace {
 
 constexpr float kGreatest = 1000.0f;
 constexpr std::size_t kChunk = 1024;  // surfels a job
-// Later bounces are smooth: they follow this many of the links; the first, while its light moves, so many. Of surfels
-// that the picture does not show, whose light is averaged once more before it comes there, all follow few then.
-constexpr unsigned kLaterLinks = 128, kMovingLinks = 256, kUnseenLinks = 64;
 
 }  // namespace
 
-void gather(const Table& table, const std::uint16_t* ids, unsigned count, std::size_t size, float share,
-            glm::vec4* sums) {
-    HWY_DYNAMIC_DISPATCH(Gather)(table.halves.data(), ids, count, size, share, sums);
+void gather(const Table& table, const std::uint16_t* ids, unsigned stride, unsigned count, std::size_t size,
+            float share, glm::vec4* sums) {
+    HWY_DYNAMIC_DISPATCH(Gather)(table.halves.data(), ids, stride, count, size, share, sums);
 }
 
 void weigh(const Surfels& surfels, const std::uint16_t* ids, const glm::vec3& p, const glm::vec3& n, float* weights) {
@@ -148,30 +147,19 @@ void blend(const Table& table, const std::uint16_t* const* ids, const float* wei
 }
 
 void make_table(std::span<const glm::vec4> values, Table& table, Pool& pool) {
-    std::vector<float> greatest((values.size() + kChunk - 1) / kChunk, 0.0f);
-    pool.run_chunks(values.size(), kChunk, [&](std::size_t first, std::size_t count) {
+    const auto greatest_of = [&](std::size_t first, std::size_t count) {
         float most = 0.0f;
-        for (std::size_t i = first; i < first + count; ++i)
-            most = std::max({most, values[i].r, values[i].g, values[i].b});
-        greatest[first / kChunk] = most;
-    });
-    const float most = values.empty() ? 0.0f : *std::max_element(greatest.begin(), greatest.end());
+        for (const glm::vec4& value : values.subspan(first, count)) most = std::max({most, value.r, value.g, value.b});
+        return most;
+    };
+    const float most =
+        pool.reduce_chunks(values.size(), kChunk, 0.0f, greatest_of, [](float a, float b) { return std::max(a, b); });
     table.halves.assign((values.size() + 1) * 4, 0);
     table.unit = std::isfinite(most) && most > 0.0f ? most / kGreatest : 0.0f;
     if (!(table.unit > 0.0f)) return;
     pool.run_chunks(values.size(), kChunk, [&](std::size_t first, std::size_t count) {
         HWY_DYNAMIC_DISPATCH(Halve)(values.data() + first, count, 1.0f / table.unit, table.halves.data() + 4 * first);
     });
-}
-
-// Result: how many of a surfel's links are in whole blocks of the first `most`; the first block in any case.
-static unsigned count_of(const Links& links, unsigned most) {
-    unsigned count = 0;
-    for (const auto& block : links.blocks) {
-        if (block->first > 0 && block->first + block->count > most) break;
-        count = block->first + block->count;
-    }
-    return count;
 }
 
 Links first_of(const Links& links, unsigned most) {
@@ -186,47 +174,36 @@ Links first_of(const Links& links, unsigned most) {
     return few;
 }
 
-void radiosity(const Surfels& surfels, std::span<const glm::vec4> direct, std::span<const glm::vec4> indirect,
-               std::vector<glm::vec4>& out, Pool& pool) {
+void radiosity(const Surfels& surfels, float share, std::span<const glm::vec4> direct,
+               std::span<const glm::vec4> indirect, std::vector<glm::vec4>& out, Pool& pool) {
     out.resize(surfels.count);
     pool.run_chunks(surfels.count, kChunk, [&](std::size_t first, std::size_t count) {
-        for (std::size_t i = first; i < first + count; ++i) {
-            glm::vec4 sum = direct.empty() ? glm::vec4(0.0f) : direct[i];
-            if (!indirect.empty()) sum += indirect[i];
-            out[i] = glm::vec4(surfels.albedo[i], 0.0f) * sum;
-        }
+        for (std::size_t i = first; i < first + count; ++i)
+            out[i] = glm::vec4(surfels.albedo[i], 0.0f) *
+                     (share * direct[i] + (indirect.empty() ? glm::vec4(0.0f) : indirect[i]));
     });
 }
 
 namespace {
 
-// How one kind of surfel finds a bounce: E = base + per_link × the sum over its first `near` links of `table`, which
-// holds rho (direct × E0 + E). base: what the links near … all − 1, reversed and exact ones found of the first bounce.
-struct Kind {
-    unsigned near = 0, all = 0;
-    float share = 0.0f, per_link = 0.0f, direct = 0.0f;  // share: of one link in the first bounce
-    Table table;
+// Later bounces are smooth: they follow the first `near` of a surfel's links. What the links after them, up to `all`,
+// find of the first bounce goes along with E.
+struct Followed {
+    unsigned near, all;
 };
+// While light moves; of surfels that the picture does not show, whose light is averaged once more before it comes
+// there.
+constexpr Followed kSeen{128, 256}, kUnseen{32, 64};
 
-// job(surfel, count, kind) for runs of surfels of one kind. seen: empty: all are of kinds[0].
-template <typename Job>
-void for_kinds(std::size_t n, std::span<const std::uint8_t> seen, std::array<Kind, 2>& kinds, Pool& pool,
-               const Job& job) {
-    pool.run_chunks(n, kChunk, [&](std::size_t first, std::size_t size) {
-        if (seen.empty()) return job(first, size, kinds[0]);
-        for (std::size_t i = first, end; i < first + size; i = end) {
-            for (end = i + 1; end < first + size && seen[end] == seen[i];) ++end;
-            job(i, end - i, kinds[seen[i] != 0 ? 0 : 1]);
-        }
-    });
-}
-
-// out[i] += share × the sum of what the table holds over the links `from` … `to` − 1 of surfels i … i + size − 1.
-void transfer(const Links& links, unsigned from, unsigned to, const Table& table, float share, std::size_t i,
-              std::size_t size, std::vector<glm::vec4>& out) {
+// sums[i] += share × the sum of what the table holds over the links `from` … `to` − 1 of surfels first … first + size
+// − 1.
+void transfer(const Links& links, unsigned from, unsigned to, const Table& table, float share, std::size_t first,
+              std::size_t size, std::vector<glm::vec4>& sums) {
     for (const auto& block : links.blocks) {
-        if (table.unit > 0.0f && block->first >= from && block->first < to)
-            gather(table, block->ids.data() + i * block->count, block->count, size, share * table.unit, out.data() + i);
+        const unsigned low = std::max(from, block->first), high = std::min(to, block->first + block->count);
+        if (table.unit > 0.0f && low < high)
+            gather(table, block->ids.data() + first * block->count + (low - block->first), block->count, high - low,
+                   size, share * table.unit, sums.data() + first);
     }
 }
 
@@ -238,17 +215,16 @@ struct Brightest {
 Brightest brightest_of(const Surfels& surfels, const std::vector<glm::vec4>& sent, Pool& pool) {
     const std::size_t n = surfels.count, few = n / 10;
     std::vector<float> power(n);
-    std::vector<double> sums((n + kChunk - 1) / kChunk);
-    pool.run_chunks(n, kChunk, [&](std::size_t begin, std::size_t count) {
+    const auto power_of = [&](std::size_t begin, std::size_t count) {
         double sum = 0.0;
         for (std::size_t i = begin; i < begin + count; ++i) {
             power[i] = surfels.area_m2[i] * (0.2126f * sent[i].r + 0.7152f * sent[i].g + 0.0722f * sent[i].b);
             sum += static_cast<double>(power[i]);
         }
-        sums[begin / kChunk] = sum;
-    });
-    double all = 0.0, theirs = 0.0;
-    for (const double sum : sums) all += sum;
+        return sum;
+    };
+    const double all = pool.reduce_chunks(n, kChunk, 0.0, power_of, std::plus<>());
+    double theirs = 0.0;
     Brightest result;
     const double mean = all / static_cast<double>(std::max<std::size_t>(n, 1));
     // Were all but a hundredth of the light a tenth's, at most a twentieth more would send a fifth of the mean.
@@ -270,14 +246,13 @@ Brightest brightest_of(const Surfels& surfels, const std::vector<glm::vec4>& sen
     return result;
 }
 
-// Result: 1 where light comes from so few surfels that all links reversed to them are less than some 3,000,000, or it
-// rests; 0 where they are more.
-float few_of(const Links& links, const Brightest& brightest, bool rests) {
-    constexpr float kAll = 2.5e6f, kNone = 3.5e6f;
+// Result: 1 where light comes from so few surfels that all links reversed to them are less than `most`, 0 where they
+// are `none` or more.
+float few_of(const Links& links, const Brightest& brightest, float most, float none) {
     unsigned each = 0;
     for (const auto& block : links.reversed) each += block->count;
     const float all = static_cast<float>(brightest.ids.size()) * static_cast<float>(each);
-    return rests ? 1.0f : glm::clamp((kNone - all) / (kNone - kAll), 0.0f, 1.0f);
+    return glm::clamp((none - all) / (none - most), 0.0f, 1.0f);
 }
 
 // out += the sum of what is sent over the reversed links of the brightest, those of the first generation and, with the
@@ -322,50 +297,58 @@ unsigned solve(const Surfels& surfels, const Links& links, std::span<const glm::
                std::span<const std::uint8_t> seen, const Accuracy& accuracy, Irradiance& light, Pool& pool) {
     const std::size_t n = surfels.count;
     const bool rests = accuracy.change <= kAtRest.change;
-    if (rests) seen = {};
-    std::array<Kind, 2> kinds;
-    std::vector<glm::vec4> sent(n), rest(n, glm::vec4(0.0f)), next;
-    // sent = rho (share × E0 + E), and as a table.
-    const auto send = [&](float share, std::span<const glm::vec4> indirect, Table& table) {
-        pool.run_chunks(n, kChunk, [&](std::size_t begin, std::size_t count) {
-            for (std::size_t i = begin; i < begin + count; ++i)
-                sent[i] = glm::vec4(surfels.albedo[i], 0.0f) *
-                          (share * light.direct[i] + (indirect.empty() ? glm::vec4(0.0f) : indirect[i]));
-        });
+    Table table;
+    std::vector<glm::vec4> sent, rest(n, glm::vec4(0.0f)), next;
+    const auto send = [&](float share, std::span<const glm::vec4> indirect) {
+        radiosity(surfels, share, light.direct, indirect, sent, pool);
         make_table(sent, table, pool);
     };
-    send(1.0f, {}, kinds[0].table);
+    send(1.0f, {});
     const Brightest brightest = links.reversed.empty() && !rests ? Brightest() : brightest_of(surfels, sent, pool);
     light.narrow = brightest.narrow;
-    // The first bounce is a mean over more links than later ones follow: what those find of it is the same in each
-    // bounce, and what the others find goes along with E.
-    const float few = few_of(links, brightest, rests);
+    const float few = rests ? 1.0f : few_of(links, brightest, 2.5e6f, 3.5e6f);
     const float more = exact.empty() ? add_reversed(links, brightest, few, sent, rest, pool) : 0.0f;
     const float exactly = exact.empty() ? 0.0f : brightest.narrow;
     // So many reversed links of the first generation stand for the links that later bounces do not follow.
     const float others = more > 0.0f ? 1.0f - brightest.narrow * (1.0f - few) : 1.0f;
-    kinds[0].near = count_of(links, kLaterLinks), kinds[0].all = count_of(links, rests ? ~0u : kMovingLinks);
-    kinds[1].near = kinds[1].all = count_of(links, kUnseenLinks);
-    for (Kind& kind : kinds) {
-        const float counted = static_cast<float>(kind.near) + others * static_cast<float>(kind.all - kind.near) + more;
-        kind.share = (1.0f - exactly) / std::max(counted, 1.0f);
-        kind.per_link = 1.0f / static_cast<float>(std::max(kind.near, 1u));
-        kind.direct = kind.share / kind.per_link;
-    }
-    for_kinds(n, seen, kinds, pool, [&](std::size_t first, std::size_t size, const Kind& kind) {
+    // The fewer surfels are bright the noisier it is, and the sooner done: time for links that else only rest has.
+    const float beyond = rests ? 1.0f : brightest.narrow * few_of(links, brightest, 1e6f, 1.5e6f);
+    const unsigned there = links.per_surfel();
+    Followed unseen = kUnseen, shown = kSeen;
+    shown.all += static_cast<unsigned>(beyond * static_cast<float>(kMostBlockLinks - shown.all)) / 16 * 16;
+    for (Followed* some : {&unseen, &shown})
+        some->near = std::min(some->near, there), some->all = std::min(some->all, there);
+    if (rests) seen = {};
+    // job(first, size, followed) for runs of surfels that follow the same.
+    const auto for_all = [&](const auto& job) {
+        pool.run_chunks(n, kChunk, [&](std::size_t first, std::size_t size) {
+            if (seen.empty()) return job(first, size, shown);
+            for (std::size_t i = first, end = i; i < first + size; i = end) {
+                while (end < first + size && seen[end] == seen[i]) ++end;
+                job(i, end - i, seen[i] != 0 ? shown : unseen);
+            }
+        });
+    };
+    // Links that count in the first bounce alone, and the part of it that those of every bounce find.
+    const auto first_alone = [&](const Followed& links_of) {
+        return others * static_cast<float>(links_of.all - links_of.near) + more;
+    };
+    const auto near = static_cast<float>(shown.near);
+    const float direct = (1.0f - exactly) * near / std::max(near + first_alone(shown), 1.0f);
+    for_all([&](std::size_t first, std::size_t size, const Followed& own) {
+        const float share = (1.0f - exactly - direct) / std::max(first_alone(own), 1.0f);
         for (std::size_t i = first; i < first + size && brightest.narrow > 0.0f; ++i)
-            rest[i] = exact.empty() ? kind.share * rest[i] : exactly * exact[i];
-        if (others > 0.0f) transfer(links, kind.near, kind.all, kinds[0].table, others * kind.share, first, size, rest);
+            rest[i] = exact.empty() ? share * rest[i] : exactly * exact[i];
+        transfer(links, own.near, own.all, table, others * share, first, size, rest);
     });
     // One bounce more. out: E.
     const auto bounce_of = [&](std::span<const glm::vec4> indirect, std::vector<glm::vec4>& out) {
-        for (std::size_t k = 0; k < (seen.empty() ? 1 : kinds.size()); ++k)
-            send(kinds[k].direct, indirect, kinds[k].table);
+        send(direct, indirect);
         out.resize(n);
-        for_kinds(n, seen, kinds, pool, [&](std::size_t first, std::size_t size, const Kind& kind) {
+        for_all([&](std::size_t first, std::size_t size, const Followed& own) {
             std::copy_n(rest.begin() + static_cast<std::ptrdiff_t>(first), size,
                         out.begin() + static_cast<std::ptrdiff_t>(first));
-            transfer(links, 0, kind.near, kind.table, kind.per_link, first, size, out);
+            transfer(links, 0, own.near, table, 1.0f / static_cast<float>(std::max(own.near, 1u)), first, size, out);
         });
     };
     light.converged = false;
@@ -374,24 +357,21 @@ unsigned solve(const Surfels& surfels, const Links& links, std::span<const glm::
         bounce_of({}, light.first);
         light.indirect = light.first;
     }
-    std::vector<double> changes((n + kChunk - 1) / kChunk), sums(changes.size());
+    // E = next, which becomes the change. Result: how much it was, and E, in all.
+    const auto take = [&](std::size_t begin, std::size_t count) {
+        glm::dvec2 sum(0.0);
+        for (std::size_t i = begin; i < begin + count; ++i) {
+            const glm::vec4 change = next[i] - light.indirect[i];
+            sum += static_cast<double>(surfels.area_m2[i]) * glm::dvec2(sum_of(change), sum_of(next[i]));
+            light.indirect[i] = std::exchange(next[i], change);
+        }
+        return sum;
+    };
     double last = 0.0;
     for (unsigned bounce = 1;; ++bounce) {
         bounce_of(light.indirect, next);
-        pool.run_chunks(n, kChunk, [&](std::size_t begin, std::size_t count) {
-            double change = 0.0, sum = 0.0;
-            for (std::size_t i = begin; i < begin + count; ++i) {
-                const glm::vec4 value = next[i];
-                change += static_cast<double>(surfels.area_m2[i]) * sum_of(value - light.indirect[i]);
-                sum += static_cast<double>(surfels.area_m2[i]) * sum_of(value);
-                next[i] = value - light.indirect[i];
-                light.indirect[i] = value;
-            }
-            changes[begin / kChunk] = change;
-            sums[begin / kChunk] = sum;
-        });
-        double change = 0.0, sum = 0.0;
-        for (std::size_t c = 0; c < changes.size(); ++c) change += changes[c], sum += sums[c];
+        const glm::dvec2 sums = pool.reduce_chunks(n, kChunk, glm::dvec2(0.0), take, std::plus<>());
+        const double change = sums.x, sum = sums.y;
         const bool enough = !(change > accuracy.change * sum);
         if (enough || bounce == accuracy.most) {
             light.converged = rests;  // if not yet at the end, another run from the start gets no further

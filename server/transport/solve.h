@@ -19,9 +19,10 @@ struct Table {
 };
 // values: per surfel. Scaled so that the greatest is 1000: half floats hold the rest to 2^-24 of it.
 void make_table(std::span<const glm::vec4> values, Table& table, Pool& pool);
-// sums[i] += share × the sum over ids[i × count …] of the table, in its unit: for `size` places.
-void gather(const Table& table, const std::uint16_t* ids, unsigned count, std::size_t size, float share,
-            glm::vec4* sums);
+// sums[i] += share × the sum over ids[i × stride] … ids[i × stride + count − 1] of the table, in its unit: for `size`
+// places. count: a multiple of 4.
+void gather(const Table& table, const std::uint16_t* ids, unsigned stride, unsigned count, std::size_t size,
+            float share, glm::vec4* sums);
 // Surfels further away than this many radii count nothing.
 inline constexpr float kBlendRadii = 2.2f;
 // weights: how much each of kNeighbours surfels counts at a place, of sum 1: by distance, and by how far they and it
@@ -60,8 +61,8 @@ inline constexpr Accuracy kMoving{0.02, 6}, kAtRest{2e-4, 80};
 unsigned solve(const Surfels& surfels, const Links& links, std::span<const glm::vec4> exact,
                std::span<const std::uint8_t> seen, const Accuracy& accuracy, Irradiance& light, Pool& pool);
 
-// What reaches an eye or another surface from each surfel, pi × radiance: rho (E0 + E). Each may be empty: none.
-void radiosity(const Surfels& surfels, std::span<const glm::vec4> direct, std::span<const glm::vec4> indirect,
-               std::vector<glm::vec4>& out, Pool& pool);
+// What reaches an eye or another surface from each surfel, pi × radiance: rho (share × E0 + E). indirect: empty: none.
+void radiosity(const Surfels& surfels, float share, std::span<const glm::vec4> direct,
+               std::span<const glm::vec4> indirect, std::vector<glm::vec4>& out, Pool& pool);
 
 }  // namespace gonio::transport

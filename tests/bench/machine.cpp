@@ -107,7 +107,7 @@ MachineRates measure_machine(const gl::Context& context) {
     rates.links_per_s =
         static_cast<double>(ids.size()) / best_s(1, [&](unsigned) {
             pool.run_chunks(kSurfels, 256, [&](std::size_t first, std::size_t count) {
-                transport::gather(table, ids.data() + first * kLinks, kLinks, count, 1.0f, sums.data() + first);
+                transport::gather(table, ids.data() + first * kLinks, kLinks, kLinks, count, 1.0f, sums.data() + first);
             });
         });
     for (const char* scene : {"cornell", "atrium"}) rates.rays.push_back(measure_rays(scene));

@@ -39,12 +39,11 @@ shade::GatherSource source_of(const PassContext& context, const Light* light, co
                               const transport::Irradiance& irradiance, bool exact) {
     const ScreenLight& screen = *context.target.screen;
     const transport::Surfels& surfels = context.transport->surface->surfels;
-    const bool one = context.bounces == 1;
     shade::GatherSource source;
     const float share = 1.0f - irradiance.narrow;
-    std::vector<glm::vec4> lit = irradiance.direct, sent;
-    for (glm::vec4& value : lit) value *= share;
-    transport::radiosity(surfels, lit, one ? std::span<const glm::vec4>() : irradiance.indirect, sent, context.pool);
+    std::vector<glm::vec4> sent;
+    const std::span<const glm::vec4> none, indirect = context.bounces == 1 ? none : irradiance.indirect;
+    transport::radiosity(surfels, share, irradiance.direct, indirect, sent, context.pool);
     transport::make_table(sent, source.sent, context.pool);
     const bool by_vpls = exact && irradiance.narrow > 0.0f && gpu->has_exact();
     if (irradiance.narrow > 0.0f) {  // few links would meet where it comes from

@@ -10,6 +10,7 @@
 #include "server/render/passes/passes.h"
 #include "server/render/passes/screen.h"
 #include "server/render/passes/screen_light.h"
+#include "server/render/web_buffer.h"
 #include "server/scene/apply.h"
 #include "server/shade/display.h"
 #include "server/shade/upsample.h"
@@ -76,7 +77,7 @@ void upload(const gl::Texture& array, const shade::Surfaces& s, int layer, GLenu
 }
 
 shade::DirectLight direct_light_of(const PassContext& context, const Light& light, const LightGpu& gpu) {
-    return {context.traced.local(light.position), light_from_world(light), shade::web_of(gpu.web->words.data()),
+    return {context.traced.local(light.position), light_from_world(light), web_of(gpu.web->words.data()),
             context.geometry.layer_unit_m2(), gpu.web->beam_cos};
 }
 
