@@ -22,6 +22,8 @@ nlohmann::ordered_json json_of(const ParetoRow& row) {
             {"indirect_ms", row.indirect_ms},
             {"move_ms", row.move_ms},
             {"move_indirect_ms", row.move_indirect_ms},
+            {"motion_over_due", row.motion_over_due},
+            {"motion_most", row.motion_most},
             {"rmse_rsm", row.rsm.rmse},
             {"bias_rsm", row.rsm.bias},
             {"rmse_truth", row.truth.rmse},
@@ -85,7 +87,8 @@ void print_pareto(const ParetoResult& result, std::ostream& out) {
                 << case_title(row) << " (" << row.triangles << " triangles, " << row.points << " points, "
                 << row.empty_pixels << " empty, " << row.seam_pixels << " on seams, reference noise "
                 << std::setprecision(4) << std::fixed << row.all.noise << ")\n"
-                << "technique samples  frame ms    p95 ms indirect ms   move ms indirect ms | rmse rsm bias rsm |"
+                << "technique samples  frame ms    p95 ms indirect ms   move ms indirect ms  mm/due | rmse rsm bias "
+                   "rsm |"
                    "  rmse  rmse99    p95    p99    bias | rate ratio\n";
         }
         before = &row;
@@ -98,6 +101,7 @@ void print_pareto(const ParetoResult& result, std::ostream& out) {
         number(row.indirect_ms, 12, 1);
         number(row.move_ms, 10, 1);
         number(row.move_indirect_ms, 12, 1);
+        number(row.motion_over_due, 8, 2);
         number(row.rsm.rmse, 11, 4);
         number(row.rsm.bias, 9, 4);
         number(row.all.rmse, 9, 3);

@@ -164,11 +164,11 @@ TEST(Pareto, QuickRunHoldsItsInvariants) {
     std::set<std::string> techniques;
     for (const auto& row : json["rows"]) {
         techniques.insert(row["technique"]);
-        for (const char* field :
-             {"lights",           "samples",  "frame_ms",        "frame_p95_ms", "indirect_ms",  "move_ms",
-              "move_indirect_ms", "rmse_rsm", "bias_rsm",        "rmse_truth",   "rmse99_truth", "p95_truth",
-              "p99_truth",        "bias",     "reference_noise", "rmse_all",     "rmse99_all",   "p95_all",
-              "p99_all",          "bias_all", "noise_all",       "frames",       "points"}) {
+        for (const char* field : {"lights",   "samples",          "frame_ms",        "frame_p95_ms", "indirect_ms",
+                                  "move_ms",  "move_indirect_ms", "motion_over_due", "motion_most",  "rmse_rsm",
+                                  "bias_rsm", "rmse_truth",       "rmse99_truth",    "p95_truth",    "p99_truth",
+                                  "bias",     "reference_noise",  "rmse_all",        "rmse99_all",   "p95_all",
+                                  "p99_all",  "bias_all",         "noise_all",       "frames",       "points"}) {
             ASSERT_TRUE(row.contains(field) && row[field].is_number()) << field;
             EXPECT_TRUE(std::isfinite(row[field].get<double>())) << field;
         }
@@ -187,6 +187,7 @@ TEST(Pareto, QuickRunHoldsItsInvariants) {
     const auto& rows = result.rows;
     EXPECT_LT(rows[0].all.rmse, std::min(rows[1].all.rmse, rows[2].all.rmse));
     EXPECT_GT(rows[0].move_ms, rows[0].move_indirect_ms);
+    EXPECT_LT(rows[0].motion_over_due, 1.5);
     EXPECT_LT(rows[2].rsm.rmse, rows[1].rsm.rmse);
     std::vector<const ParetoRow*> front;
     for (const ParetoRow& row : rows) {

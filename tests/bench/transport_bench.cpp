@@ -27,9 +27,9 @@ struct Sized {
     double larger = 1.0;  // all lengths times this, all light times its square: the same picture
 };
 constexpr Sized kSizes[] = {{"cornell", "cornell"},
-                           {"atrium", "atrium"},
-                           {"cornell, 64 for each triangle", "cornell", 3},
-                           {"cornell, 400 times as large", "cornell", 0, 400.0}};
+                            {"atrium", "atrium"},
+                            {"cornell, 64 for each triangle", "cornell", 3},
+                            {"cornell, 400 times as large", "cornell", 0, 400.0}};
 
 Scene scene_of_size(const Sized& which) {
     std::shared_ptr<const SceneAsset> asset = bench_asset(which.scene);
