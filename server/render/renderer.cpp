@@ -321,6 +321,9 @@ bool Renderer::refine(const Scene& scene, const std::function<bool()>& interrupt
         in_sum_.clear();
         return true;
     }
+    if (std::any_of(inputs.lights.begin(), inputs.lights.end(),
+                    [](const LightGpu* light) { return light->irradiance.frames_left > 0; }))
+        return true;
     if (!inputs.merged) {
         for (std::size_t i = 0; i < scene.lights.size(); ++i) {
             if (!direct_left(inputs, i)) continue;

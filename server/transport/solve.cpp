@@ -162,18 +162,6 @@ void make_table(std::span<const glm::vec4> values, Table& table, Pool& pool) {
     });
 }
 
-Links first_of(const Links& links, unsigned most) {
-    Links few;
-    for (const auto& block : links.blocks) {
-        if (block->first == 0 || block->first + block->count <= most) few.blocks.push_back(block);
-    }
-    unsigned count = few.per_surfel();
-    for (const auto& block : links.reversed) {
-        if ((count += block->count) <= most) few.reversed.push_back(block);
-    }
-    return few;
-}
-
 void radiosity(const Surfels& surfels, float share, std::span<const glm::vec4> direct,
                std::span<const glm::vec4> indirect, std::vector<glm::vec4>& out, Pool& pool) {
     out.resize(surfels.count);
@@ -259,7 +247,7 @@ float few_of(const Links& links, const Brightest& brightest, float most, float n
 // weight `few`, of the others. Result: of how many links of each surfel.
 float add_reversed(const Links& links, const Brightest& brightest, float few, const std::vector<glm::vec4>& sent,
                    std::vector<glm::vec4>& out, Pool& pool) {
-    if (links.reversed.empty() || !(brightest.narrow > 0.0f)) return 0.0f;
+    if (!(brightest.narrow > 0.0f)) return 0.0f;
     constexpr std::size_t kParts = 4;
     std::vector<std::vector<glm::vec4>> sums(kParts);
     std::vector<std::pair<const ReverseBlock*, float>> used;  // and the weight of its links
@@ -304,16 +292,17 @@ unsigned solve(const Surfels& surfels, const Links& links, std::span<const glm::
         make_table(sent, table, pool);
     };
     send(1.0f, {});
-    const Brightest brightest = links.reversed.empty() && !rests ? Brightest() : brightest_of(surfels, sent, pool);
+    const unsigned there = std::min(links.per_surfel(), accuracy.links);
+    const bool reversed = accuracy.links > there && !links.reversed.empty();
+    const Brightest brightest = reversed || rests ? brightest_of(surfels, sent, pool) : Brightest();
     light.narrow = brightest.narrow;
     const float few = rests ? 1.0f : few_of(links, brightest, 2.5e6f, 3.5e6f);
-    const float more = exact.empty() ? add_reversed(links, brightest, few, sent, rest, pool) : 0.0f;
+    const float more = exact.empty() && reversed ? add_reversed(links, brightest, few, sent, rest, pool) : 0.0f;
     const float exactly = exact.empty() ? 0.0f : brightest.narrow;
     // So many reversed links of the first generation stand for the links that later bounces do not follow.
     const float others = more > 0.0f ? 1.0f - brightest.narrow * (1.0f - few) : 1.0f;
     // The fewer surfels are bright the noisier it is, and the sooner done: time for links that else only rest has.
     const float beyond = rests ? 1.0f : brightest.narrow * few_of(links, brightest, 1e6f, 1.5e6f);
-    const unsigned there = links.per_surfel();
     Followed unseen = kUnseen, shown = kSeen;
     shown.all += static_cast<unsigned>(beyond * static_cast<float>(kMostBlockLinks - shown.all)) / 16 * 16;
     for (Followed* some : {&unseen, &shown})

@@ -2,6 +2,7 @@
 // E0: direct illuminance. One thread at a time.
 #pragma once
 
+#include <array>
 #include <cstdint>
 #include <glm/glm.hpp>
 #include <memory>
@@ -38,9 +39,6 @@ struct Links {
     unsigned per_surfel() const { return blocks.empty() ? 0 : blocks.back()->first + blocks.back()->count; }
 };
 
-// Result: no more than so many of a surfel's links.
-Links first_of(const Links& links, unsigned most);
-
 // The light of one luminaire, or of several at once, in any one unit.
 struct Irradiance {
     std::vector<glm::vec4> direct;    // E0 at each surfel, rgb
@@ -48,11 +46,16 @@ struct Irradiance {
     std::vector<glm::vec4> first;     // of it, what comes after one bounce
     float narrow = 0.0f;              // 0..1: how far E0 is all on few surfels, which few links meet
     bool converged = false;           // solved at rest
+    // Its owner's: while better links come in, what E becomes over so many frames; and what it was solved with.
+    std::vector<glm::vec4> becomes;
+    unsigned frames_left = 0;
+    std::array<std::size_t, 2> with{};
 };
 
 struct Accuracy {
-    double change;  // the sum over all surfels may change by this much in a bounce more, of itself
-    unsigned most;  // bounces computed in one call
+    double change;         // the sum over all surfels may change by this much in a bounce more, of itself
+    unsigned most;         // bounces computed in one call
+    unsigned links = ~0u;  // of each surfel that are followed, at most
 };
 inline constexpr Accuracy kMoving{0.02, 6}, kAtRest{2e-4, 80};
 // Solves from what `light.indirect` holds, the light of the frame before; at rest from the start. exact: the first

@@ -125,5 +125,33 @@ TEST(Motion, AMillimetreAtTwoMetresInTheAtrium) {
     moves_smoothly_at_2_m(scene, 4, 2048, {0.01, 0.02, 0.04});
 }
 
+// The camera turns by a tenth of a degree, the light rests: in a diffuse sphere, where all places are lit alike, no
+// pixel breathes.
+TEST(Motion, ATurnOfTheCameraLeavesTheLight) {
+    Scene scene = scene_with({{inward_sphere(2.0, 64), glm::vec3(0.5f)}}, cosine_power(1000.0, 2.0), {0.5, 0.3, 0.4});
+    scene.camera.eye = {-0.4, 0.2, 0.1};
+    scene.width_px = scene.height_px = 320;
+    Renderer renderer(context(), gather());
+    std::vector<glm::vec3> before;
+    for (int turn = 0; turn < 20; ++turn) {
+        const double angle = glm::radians(30.0 + 0.1 * turn);
+        scene.camera.target = scene.camera.eye + glm::dvec3(std::cos(angle), 0.2, std::sin(angle));
+        scene.camera_rev = ++scene.scene_rev;
+        renderer.begin_frame(scene, monotonic_ns());
+        renderer.finish_frame(true);
+        const std::vector<glm::vec3> shown = renderer.live_illuminance(scene, true);
+        std::vector<double> changes;
+        double mean = 0.0;
+        for (std::size_t i = 0; i < before.size(); ++i) {
+            changes.push_back(std::abs(static_cast<double>(shown[i].g) - static_cast<double>(before[i].g)));
+            mean += static_cast<double>(shown[i].g) / static_cast<double>(before.size());
+        }
+        before = shown;
+        if (changes.empty()) continue;
+        std::sort(changes.begin(), changes.end());
+        EXPECT_LT(changes[changes.size() * 999 / 1000], 0.02 * mean) << turn;
+    }
+}
+
 }  // namespace
 }  // namespace gonio::test

@@ -50,15 +50,37 @@ PassRun run_surfels(const PassContext& context, const Light& light, LightGpu& gp
 
 namespace {
 
-// One bounce after the other while it moves, all of them when it rests.
-void solve_light(const PassContext& context, bool moves, std::span<const glm::vec4> exact,
+// One bounce after the other while it moves, all of them when it rests. What better links, or a better first bounce,
+// find of light that rests comes into the live picture, where it is shown, over some frames.
+void solve_light(const PassContext& context, bool moves, bool shown_now, std::span<const glm::vec4> exact,
                  transport::Irradiance& light) {
+    constexpr unsigned kFadeFrames = 8;
     const Transport& transport = *context.transport;
-    const bool live = context.target.kind == TargetKind::live && !context.rests;
-    std::span<const std::uint8_t> seen;
-    if (live && context.layers_on_cpu) seen = context.target.screen->weights.seen;  // of this frame's camera
-    transport::solve(transport.surface->surfels, transport::first_of(transport.links, kEfforts[context.effort].links),
-                     exact, seen, moves && live ? transport::kMoving : transport::kAtRest, light, context.pool);
+    const transport::Links& links = transport.links;
+    // Links, or an exact first bounce; and the effort, whose change shows at once.
+    const std::array<std::size_t, 2> with = {links.per_surfel() + 2 * links.reversed.size() + (exact.empty() ? 0 : 1),
+                                             context.effort};
+    const bool live = context.target.kind == TargetKind::live,
+               fades = live && shown_now && !moves && light.with[1] == with[1];
+    if (!fades || light.frames_left == 0 || light.with != with) {
+        std::vector<glm::vec4> shown;
+        if (fades && (light.converged || light.frames_left > 0)) shown = light.indirect;
+        std::span<const std::uint8_t> seen;
+        if (live && context.layers_on_cpu) seen = context.target.screen->weights.seen;  // of this frame's camera
+        transport::Accuracy accuracy = moves && live && !context.rests ? transport::kMoving : transport::kAtRest;
+        accuracy.links = kEfforts[context.effort].links;
+        transport::solve(transport.surface->surfels, links, exact, seen, accuracy, light, context.pool);
+        light.with = with;
+        light.frames_left = !shown.empty() && shown.size() == light.indirect.size() ? kFadeFrames : 0;
+        if (light.frames_left > 0) light.becomes = std::exchange(light.indirect, std::move(shown));
+    }
+    if (light.frames_left > 0) {
+        const float share = 1.0f / static_cast<float>(light.frames_left--);
+        for (std::size_t i = 0; i < light.indirect.size(); ++i)
+            light.indirect[i] += share * (light.becomes[i] - light.indirect[i]);
+        light.converged = light.frames_left == 0;
+    }
+    if (light.frames_left == 0) light.becomes.clear();
 }
 
 }  // namespace
@@ -76,7 +98,7 @@ PassRun run_solve(const PassContext& context, LightGpu& gpu) {
         for (std::size_t i = first; i < first + size; ++i)
             gpu.irradiance.direct[i] = glm::vec4(glm::vec3(gpu.surfel_direct[i]), 0.0f);
     });
-    solve_light(context, moves,
+    solve_light(context, moves, !context.merged,
                 gpu.has_exact() ? std::span<const glm::vec4>(gpu.exact.first) : std::span<const glm::vec4>(),
                 gpu.irradiance);
     return {};
@@ -90,7 +112,7 @@ PassRun run_solve_merged(const PassContext& context, Together which) {
         merged.irradiance.converged = true;
         return {};
     }
-    solve_light(context, moves, {}, merged.irradiance);
+    solve_light(context, moves, true, {}, merged.irradiance);
     return {};
 }
 
@@ -132,7 +154,7 @@ bool continue_first_bounce(const PassContext& context, const Light& light, Light
         gpu.exact.first.assign(surfels.count, glm::vec4(0.0f));
         gpu.exact.by_vpls = gpu.exact.first;
     }
-    const transport::Links links = transport::first_of(context.transport->links, transport::kMostBlockLinks);
+    const transport::Links& links = context.transport->links;
     const auto nearby = [&](std::size_t i) {
         glm::vec3 sum(0.0f);
         for (const auto& block : links.blocks) {
