@@ -72,8 +72,15 @@ const HidBox::Known* HidBox::find_known(std::uint16_t vendor, std::uint16_t prod
     return nullptr;
 }
 
-bool is_control_box(std::uint16_t vendor, std::uint16_t product, std::uint16_t page, std::uint16_t usage) {
+bool is_of_people(std::uint16_t page, std::uint16_t usage) {
+    const bool desktop = page == 0x01 && (usage == 0x01 || usage == 0x02 || usage == 0x06 || usage == 0x07);
+    return desktop || page == 0x0D || page == 0xF1D0;
+}
+
+bool is_control_box(std::uint16_t vendor, std::uint16_t product, std::uint16_t page, std::uint16_t usage,
+                    bool of_people) {
     if (HidBox::find_known(vendor, product) != nullptr) return true;
+    if (of_people) return false;
     return (page == 0x01 && (usage == 0x04 || usage == 0x05 || usage == 0x08)) || (page == 0x0C && usage == 0x01);
 }
 

@@ -13,8 +13,11 @@ namespace gonio {
 
 // Result: whether a device that nobody named is a box of controls: joysticks, game pads, multi-axis controllers,
 // consumer controls (knobs), vendor pages of boxes in the table. Keyboards, mice, touch screens and security keys are
-// none.
-bool is_control_box(std::uint16_t vendor, std::uint16_t product, std::uint16_t page, std::uint16_t usage);
+// none. of_people: a collection of the same node is one (is_of_people): a keyboard's media keys are no box.
+bool is_control_box(std::uint16_t vendor, std::uint16_t product, std::uint16_t page, std::uint16_t usage,
+                    bool of_people = false);
+// Result: whether a collection is a keyboard, a pointer, a touch screen or a security key.
+bool is_of_people(std::uint16_t page, std::uint16_t usage);
 
 class HidBox {
 public:
@@ -41,7 +44,7 @@ private:
     };
     struct Known;
     static const Known kKnown[];
-    friend bool is_control_box(std::uint16_t, std::uint16_t, std::uint16_t, std::uint16_t);
+    friend bool is_control_box(std::uint16_t, std::uint16_t, std::uint16_t, std::uint16_t, bool);
     static const Known* find_known(std::uint16_t vendor, std::uint16_t product);
 
     std::size_t add(ControlSpec spec);

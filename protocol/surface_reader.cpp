@@ -26,6 +26,22 @@ SurfaceReader::SurfaceReader(std::span<const v1::SurfaceRow> rows, std::vector<s
         added.low = row.has_low() ? row.low() : added.property->low;
         added.high = row.has_high() ? row.high() : added.property->high;
     }
+    for (std::size_t i = 0; i < rows_.size(); ++i) rows_of_[rows_[i].row.control()].push_back(i);
+}
+
+void SurfaceReader::change_rows(std::span<const v1::SurfaceRow> rows) {
+    std::map<std::string, Row*> known;
+    for (Row& row : rows_) known.emplace(row.row.SerializeAsString(), &row);
+    SurfaceReader fresh(rows, std::move(lights_));
+    fresh.page_ = page_;
+    for (Row& row : fresh.rows_) {
+        const auto before = known.find(row.row.SerializeAsString());
+        if (before == known.end()) continue;
+        row = std::move(*before->second);
+        known.erase(before);
+        if (row.goal || row.speed != 0) ++fresh.moving_;
+    }
+    *this = std::move(fresh);
 }
 
 void SurfaceReader::rest(Row& row) {
@@ -232,18 +248,33 @@ void SurfaceReader::take_button(Row& row, const ControlInput& input, const Value
     if (share && input.presses % 2 == 1) set(row, *share > 0.5 ? 0 : 1, actions);
 }
 
+ControlInput SurfaceReader::as_button(const Row& row, const ControlInput& input) {
+    ControlInput button = input;
+    button.kind = ControlKind::button;
+    button.presses = input.kind == ControlKind::relative ? (input.clicks > 0 ? 1 : 0)
+                                                         : (input.value >= 0.5 && row.last && *row.last < 0.5 ? 1 : 0);
+    return button;
+}
+
 void SurfaceReader::take(const ControlInput& input, std::int64_t now_ns, const ValueNow& now,
                          std::vector<SurfaceAction>& actions) {
-    for (Row& row : rows_) {
-        if (row.row.control() != input.control || !means_box(row.row.device(), input.device) || !on_page(row)) continue;
-        if (input.kind == ControlKind::button)
+    const auto of_control = rows_of_.find(input.control);
+    if (of_control == rows_of_.end()) return;
+    for (const std::size_t i : of_control->second) {
+        Row& row = rows_[i];
+        if (!means_box(row.row.device(), input.device) || !on_page(row)) continue;
+        if (input.kind == ControlKind::button) {
             take_button(row, input, now, actions);
-        else if (row.property == nullptr)
+        } else if (row.property != nullptr && row.property->property == Property::preset) {
+            take_button(row, as_button(row, input), now, actions);
+            row.last = input.value;
+        } else if (row.property == nullptr) {
             continue;  // only buttons turn pages
-        else if (input.kind == ControlKind::relative)
+        } else if (input.kind == ControlKind::relative) {
             take_relative(row, input, now_ns, now, actions);
-        else
+        } else {
             take_absolute(row, input, now_ns, now, actions);
+        }
     }
 }
 
@@ -280,8 +311,11 @@ void SurfaceReader::step(std::int64_t now_ns, const ValueNow& now, std::vector<S
 
 std::optional<double> SurfaceReader::shown(const std::string& device, const std::string& control, const ValueNow& now,
                                            const std::string& recalled) const {
-    for (const Row& row : rows_) {
-        if (row.row.control() != control || !means_box(row.row.device(), device) || !on_page(row)) continue;
+    const auto of_control = rows_of_.find(control);
+    if (of_control == rows_of_.end()) return std::nullopt;
+    for (const std::size_t i : of_control->second) {
+        const Row& row = rows_[i];
+        if (!means_box(row.row.device(), device) || !on_page(row)) continue;
         if (row.property == nullptr) return row.row.has_high() && row.row.high() == page_ ? 1.0 : 0.0;
         if (row.property->property == Property::preset) return row.row.preset() == recalled ? 1.0 : 0.0;
         if (row.property->property == Property::profile) return row.profile == SIZE_MAX ? 0.0 : 1.0;

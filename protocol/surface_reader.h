@@ -53,6 +53,8 @@ public:
     // rows: checked; those that somebody set and those of profiles, which have their box's identity as device.
     // lights: the scene's names in their order, which "#n" counts.
     SurfaceReader(std::span<const v1::SurfaceRow> rows, std::vector<std::string> lights);
+    // Other rows: those that stay keep what the hand has of them, and the page stays.
+    void change_rows(std::span<const v1::SurfaceRow> rows);
     // The scene's lights have changed.
     void name_lights(std::vector<std::string> lights) { lights_ = std::move(lights); }
 
@@ -105,9 +107,12 @@ private:
     void take_relative(Row& row, const ControlInput& input, std::int64_t now_ns, const ValueNow& now,
                        std::vector<SurfaceAction>& actions);
     void take_button(Row& row, const ControlInput& input, const ValueNow& now, std::vector<SurfaceAction>& actions);
+    // A fader or knob whose row is a preset: pushed up over the middle, or turned on, it is a press.
+    static ControlInput as_button(const Row& row, const ControlInput& input);
     void rest(Row& row);
 
     std::vector<Row> rows_;
+    std::map<std::string, std::vector<std::size_t>, std::less<>> rows_of_;  // by control
     std::vector<std::string> lights_;
     std::uint32_t page_ = 1;
     unsigned moving_ = 0;  // rows with a goal or a speed

@@ -15,10 +15,6 @@ std::vector<std::string> names_of(const Scene& scene) {
     return names;
 }
 
-ValueNow values_of(const Scene& scene) {
-    return [&scene](const std::string& target, Property property) { return value_now(scene, target, property); };
-}
-
 // The rows in force: those that somebody set, then those of profiles for controls that have none.
 std::vector<v1::SurfaceRow> rows_in_force(const Scene& scene, const v1::Surfaces& table, bool defaults_only) {
     std::vector<v1::SurfaceRow> rows;
@@ -44,9 +40,8 @@ void SurfaceHands::follow_map(const Scene& scene) {
     map_is_of_ = now;
     shown_.reset();
     if (same_rows) return reader_.name_lights(names_of(scene));
-    const std::uint32_t page = reader_.page();
-    reader_ = SurfaceReader(rows_in_force(scene, table_.table, false), names_of(scene));
-    reader_.turn_to(page);
+    reader_.change_rows(rows_in_force(scene, table_.table, false));
+    reader_.name_lights(names_of(scene));
 }
 
 void SurfaceHands::take_mail() {
@@ -160,7 +155,7 @@ void SurfaceHands::serve(Stage& stage, std::int64_t now_ns) {
         for (const std::string& device : waiting_.attached) reader_.attached(device);
         const bool learning = serve_learning(now_ns);
         std::vector<SurfaceAction> actions;
-        const ValueNow now = values_of(stage.scene());
+        const ValueNow now = values_now(stage.scene());
         for (const auto& [key, heard] : waiting_.controls) {
             if (learning) continue;
             reader_.take(heard.input, now_ns, now, actions);
@@ -197,7 +192,7 @@ void SurfaceHands::show(const Scene& scene) {
     if (shown_ == now) return;
     shown_ = now;
     SurfaceWants wants;
-    const ValueNow values = values_of(scene);
+    const ValueNow values = values_now(scene);
     for (const v1::SurfaceDevice& device : table_.table.devices()) {
         for (const v1::SurfaceControl& control : device.controls()) {
             if (!control.feedback()) continue;

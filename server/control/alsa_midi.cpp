@@ -91,6 +91,7 @@ public:
                 box.product_id = static_cast<std::uint16_t>(product);
                 box.identity = box_identity(box.vendor_id, box.product_id,
                                             small_file("/sys/bus/usb/devices/" + port + "/serial"), port);
+                if (device > 0) box.identity += "/" + std::to_string(device);  // each port of a box for itself
                 box.owned = std::find(owned_.begin(), owned_.end(), id) != owned_.end();
             } else {
                 box.identity = "alsa:" + small_file(folder + "/id") + "." + std::to_string(device);

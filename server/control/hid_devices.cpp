@@ -9,6 +9,7 @@
 #include <cerrno>
 #include <filesystem>
 #include <map>
+#include <set>
 #include <thread>
 
 #include "protocol/hid_box.h"
@@ -103,13 +104,17 @@ public:
         std::vector<FoundBox> boxes;
         if (!nodes_changed()) return last_;
         hid_device_info* const list = hid_enumerate(0, 0);
+        std::set<std::string> of_people;  // nodes that are a keyboard or a pointer as well
+        for (const hid_device_info* info = list; info != nullptr; info = info->next)
+            if (is_of_people(info->usage_page, info->usage)) of_people.insert(info->path);
         for (const hid_device_info* info = list; info != nullptr; info = info->next) {
             const std::string place = std::string("hid ") + info->path;
             const bool known =
                 std::any_of(boxes.begin(), boxes.end(), [&](const FoundBox& box) { return box.place == place; });
             const std::string id = box_identity(info->vendor_id, info->product_id, "", "");
             const bool wanted = std::find(wanted_.begin(), wanted_.end(), id) != wanted_.end();
-            if (known || (!wanted && !is_control_box(info->vendor_id, info->product_id, info->usage_page, info->usage)))
+            if (known || (!wanted && !is_control_box(info->vendor_id, info->product_id, info->usage_page, info->usage,
+                                                     of_people.contains(info->path))))
                 continue;
             FoundBox box;
             box.place = place;

@@ -13,8 +13,9 @@
 namespace gonio {
 namespace {
 
-constexpr std::size_t kTransfers = 3;             // in flight: one is always waiting while another is looked at
-constexpr std::size_t kMaxUnsent = 16384;         // bytes that wait for the box; beyond it messages are refused
+constexpr std::size_t kTransfers = 3;      // in flight: one is always waiting while another is looked at
+constexpr std::size_t kMaxUnsent = 16384;  // bytes that wait for the box; beyond it messages are refused
+constexpr int kSendTries = 8;
 constexpr std::int64_t kReap_ns = 1'000'000'000;  // for cancelled transfers to come back
 
 // The MIDIStreaming interface of a device (USB MIDI 1.0: class 1, subclass 3), at alternate setting 0.
@@ -115,7 +116,7 @@ public:
         libusb_exit(context_);
     }
     bool write(std::uint8_t cable, Bytes bytes) override {
-        if (gone_ || place_.out == 0) return false;
+        if (gone_ || place_.out == 0 || std::exchange(lost_, false)) return false;
         const std::vector<std::uint8_t> packets = usb_midi_packets(cable, bytes);
         if (unsent_.size() + packets.size() > kMaxUnsent) return false;
         unsent_.insert(unsent_.end(), packets.begin(), packets.end());
@@ -131,6 +132,7 @@ public:
     void serve() {
         timeval none{0, 0};
         libusb_handle_events_timeout_completed(context_, &none, nullptr);
+        if (!gone_) send();
         if (!gone_ || told_) return;
         told_ = true;
         events_.gone("it was unplugged");
@@ -167,16 +169,30 @@ private:
         --wire.in_flight_;
         wire.sending_ = false;
         if (transfer->status == LIBUSB_TRANSFER_NO_DEVICE) wire.gone_ = true;
+        if (transfer->status == LIBUSB_TRANSFER_COMPLETED) {
+            wire.unsent_.erase(wire.unsent_.begin(), wire.unsent_.begin() + transfer->length);
+            wire.failed_ = 0;
+        } else {
+            if (transfer->status == LIBUSB_TRANSFER_STALL && !wire.closing_)
+                libusb_clear_halt(wire.handle_, transfer->endpoint);
+            wire.not_sent();
+        }
         if (!wire.closing_ && !wire.gone_) wire.send();
+    }
+    // What is not taken is sent again a few times, then forgotten: whoever writes next is told, and paints all anew.
+    void not_sent() {
+        if (++failed_ < kSendTries) return;
+        failed_ = 0;
+        lost_ = true;
+        unsent_.clear();
     }
     void send() {
         if (sending_ || unsent_.empty()) return;
         const std::size_t most = std::max<std::size_t>(4, std::min<std::size_t>(64, place_.packet_bytes) / 4 * 4);
         const std::size_t count = std::min(most, unsent_.size());
         out_buffer_.assign(unsent_.begin(), unsent_.begin() + static_cast<std::ptrdiff_t>(count));
-        unsent_.erase(unsent_.begin(), unsent_.begin() + static_cast<std::ptrdiff_t>(count));
         fill(out_, place_.out, out_buffer_, &UsbMidiWire::sent);
-        if (libusb_submit_transfer(out_) != 0) return;
+        if (libusb_submit_transfer(out_) != 0) return not_sent();  // serve() tries again
         sending_ = true;
         ++in_flight_;
     }
@@ -191,7 +207,8 @@ private:
     std::vector<std::uint8_t> out_buffer_;
     std::deque<std::uint8_t> unsent_;
     int in_flight_ = 0;
-    bool sending_ = false, gone_ = false, told_ = false, closing_ = false;
+    int failed_ = 0;  // tries of what is sent next
+    bool sending_ = false, lost_ = false, gone_ = false, told_ = false, closing_ = false;
 };
 
 class UsbMidiBackend final : public Backend {

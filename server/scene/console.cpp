@@ -244,19 +244,7 @@ std::map<std::string, std::vector<std::uint32_t>> targets_of(const Scene& scene)
     return targets;
 }
 
-std::optional<double> value_now(const Scene& scene, const std::string& target, Property property) {
-    if (row_of(property).of_camera) {
-        Orbit orbit = orbit_of(scene.camera);
-        return orbit_component(orbit, property);
-    }
-    if (property == Property::master) return scene.master_ratio;
-    if (property == Property::exposure) return scene.exposure_ev100;
-    PropertyValue named;
-    named.target = target;
-    Targets targets(scene);
-    const std::vector<std::size_t>& lights = targets.of(named);
-    if (lights.empty()) return std::nullopt;
-    const Light& light = scene.lights[lights.front()];
+static std::optional<double> value_of(const Light& light, Property property) {
     switch (property) {
         case Property::level:
             return light.level_ratio;
@@ -277,6 +265,27 @@ std::optional<double> value_now(const Scene& scene, const std::string& target, P
         default:
             return std::nullopt;
     }
+}
+
+std::function<std::optional<double>(const std::string& target, Property property)> values_now(const Scene& scene) {
+    std::map<std::string, std::size_t, std::less<>> first;  // light of each target
+    for (std::size_t i = 0; i < scene.lights.size(); ++i) first.emplace(scene.lights[i].name, i);
+    for (const auto& [name, members] : scene.groups) {
+        std::size_t least = scene.lights.size();
+        for (const std::string& member : members)
+            if (const auto light = first.find(member); light != first.end()) least = std::min(least, light->second);
+        if (least < scene.lights.size()) first.emplace(name, least);  // no group has the name of a light
+    }
+    return [&scene, first = std::move(first)](const std::string& target, Property property) -> std::optional<double> {
+        if (row_of(property).of_camera) {
+            Orbit orbit = orbit_of(scene.camera);
+            return orbit_component(orbit, property);
+        }
+        if (property == Property::master) return scene.master_ratio;
+        if (property == Property::exposure) return scene.exposure_ev100;
+        const auto light = first.find(target);
+        return light == first.end() ? std::nullopt : value_of(scene.lights[light->second], property);
+    };
 }
 
 }  // namespace gonio

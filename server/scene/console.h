@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstdint>
+#include <functional>
 #include <map>
 #include <optional>
 #include <span>
@@ -32,8 +33,9 @@ std::vector<v1::Command> commands_of(const Scene& scene, std::span<const Propert
 // before has not heard what was said to it.
 std::map<std::string, std::vector<std::uint32_t>> targets_of(const Scene& scene);
 
-// Result: the value of a property as it is now, SI; of a group, or of several lights: of the first of them. Nothing for
-// properties of three values, of names, and where there is no such target.
-std::optional<double> value_now(const Scene& scene, const std::string& target, Property property);
+// Result: what answers with the value of a property as it is now, SI; of a group: of the first of its lights; nothing
+// for properties of three values, of names, and where there is no such target. Of a scene whose lights and groups stay
+// while it is asked.
+std::function<std::optional<double>(const std::string& target, Property property)> values_now(const Scene& scene);
 
 }  // namespace gonio

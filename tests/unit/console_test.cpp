@@ -98,9 +98,9 @@ TEST_F(Console, TheCameraGoesRoundItsTarget) {
     EXPECT_NEAR(scene.camera.eye.z, 0, 1e-12);
     drive({value("", Property::elevation, std::numbers::pi / 6), value("", Property::distance, 2)});
     EXPECT_NEAR(scene.camera.eye.y, 2, 1e-12) << "both in one command";
-    EXPECT_NEAR(*value_now(scene, "", Property::distance), 2, 1e-12);
-    EXPECT_NEAR(*value_now(scene, "", Property::orbit), std::numbers::pi / 2, 1e-12);
-    EXPECT_NEAR(*value_now(scene, "", Property::elevation), std::numbers::pi / 6, 1e-12);
+    EXPECT_NEAR(*values_now(scene)("", Property::distance), 2, 1e-12);
+    EXPECT_NEAR(*values_now(scene)("", Property::orbit), std::numbers::pi / 2, 1e-12);
+    EXPECT_NEAR(*values_now(scene)("", Property::elevation), std::numbers::pi / 6, 1e-12);
 }
 
 TEST_F(Console, ValuesAreReadBackAsTheyWereSet) {
@@ -110,13 +110,13 @@ TEST_F(Console, ValuesAreReadBackAsTheyWereSet) {
         const PropertyValue one = value(row.of_scene ? "" : "spot 1", row.property, middle);
         for (const v1::Command& command : commands_of(scene, {&one, 1}))
             ASSERT_TRUE(apply(scene, command, {})) << row.name;
-        const auto now = value_now(scene, row.of_scene ? "" : "spot 1", row.property);
+        const auto now = values_now(scene)(row.of_scene ? "" : "spot 1", row.property);
         ASSERT_TRUE(now) << row.name;
         EXPECT_NEAR(*now, middle, 1e-9) << row.name;
     }
-    EXPECT_EQ(value_now(scene, "spots", Property::level), value_now(scene, "spot 1", Property::level))
+    EXPECT_EQ(values_now(scene)("spots", Property::level), values_now(scene)("spot 1", Property::level))
         << "a group: its first";
-    EXPECT_FALSE(value_now(scene, "nobody", Property::level));
+    EXPECT_FALSE(values_now(scene)("nobody", Property::level));
 }
 
 TEST_F(Console, TheLimitsOfTheTableAreThoseOfTheScene) {

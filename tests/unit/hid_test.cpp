@@ -205,6 +205,11 @@ TEST(HidBox, WhatIsABoxAndWhatIsNot) {
     EXPECT_FALSE(is_control_box(0x046d, 0xc31c, 1, 6)) << "a keyboard";
     EXPECT_FALSE(is_control_box(0x046d, 0xc077, 1, 2)) << "a mouse";
     EXPECT_FALSE(is_control_box(0x1050, 0x0407, 0xF1D0, 1)) << "a security key";
+    EXPECT_TRUE(is_control_box(0x1209, 1, 0x0C, 1)) << "a knob";
+    EXPECT_FALSE(is_control_box(0x1209, 1, 0x0C, 1, true)) << "a keyboard's media keys";
+    EXPECT_TRUE(is_control_box(0x0fd9, 0x0084, 0x0C, 1, true)) << "one that is known";
+    EXPECT_TRUE(is_of_people(1, 6) && is_of_people(1, 2) && is_of_people(0x0D, 4) && is_of_people(0xF1D0, 1));
+    EXPECT_FALSE(is_of_people(0x0C, 1) || is_of_people(1, 4));
     EXPECT_FALSE(HidBox::open(1, 2, ByteVector{0x05, 0x01, 0x09, 0x04, 0xA1, 0x01, 0xC0})) << "nothing to move";
 }
 

@@ -334,6 +334,34 @@ TEST_F(Reader, PresetsAreRecalledAndSaved) {
     EXPECT_EQ(done.back().kind, SurfaceAction::Kind::save_preset);
 }
 
+// Another map, or another box: a fader that had its value has it still, and what is new must be picked up.
+TEST_F(Reader, ARowThatStaysKeepsItsHand) {
+    with({drives("fader", "key", "level")});
+    fader(0.5, 0);
+    EXPECT_EQ(fader(0.51, 100), 1u) << "picked up";
+    reader.change_rows(std::vector{drives("other", "fill", "level"), drives("fader", "key", "level")});
+    EXPECT_EQ(fader(0.9, 1000), 1u) << "it goes on";
+    EXPECT_DOUBLE_EQ(values["key/level"], 0.9);
+    reader.change_rows(std::vector{drives("fader", "fill", "level")});
+    EXPECT_EQ(fader(0.8, 2000), 0u) << "another target is picked up anew";
+    EXPECT_DOUBLE_EQ(values["fill/level"], 0.25);
+}
+
+// Learned for a preset, a fader is a button that is pressed as it goes up over the middle.
+TEST_F(Reader, AFaderRecallsAPreset) {
+    v1::SurfaceRow row = drives("fader", "", "preset");
+    row.set_preset("warm");
+    with({row});
+    EXPECT_EQ(fader(0.9, 0), 0u) << "where it stands says nothing";
+    EXPECT_EQ(fader(0.2, 100), 0u);
+    EXPECT_EQ(fader(0.6, 200), 1u);
+    ASSERT_EQ(done.size(), 1u);
+    EXPECT_EQ(done[0].value.profile, "warm");
+    EXPECT_EQ(fader(0.8, 300), 0u) << "once";
+    EXPECT_EQ(fader(0.1, 400), 0u);
+    EXPECT_EQ(fader(1.0, 500), 1u) << "and again";
+}
+
 TEST_F(Reader, ProfilesAreChosenByPositionOrByPressing) {
     v1::SurfaceRow row = drives("fader", "key", "profile");
     for (const char* name : {"downlight", "flood", "bulb"}) row.add_profiles(name);
