@@ -22,6 +22,20 @@ std::size_t utf8_length(Bytes bytes, std::size_t at) {
     return 0;
 }
 
+std::size_t unseen_length(Bytes bytes, std::size_t at) {
+    const unsigned b = bytes[at];
+    if (b < 0x20 || b == 0x7F) return 1;
+    const auto is = [&](std::size_t i, unsigned low, unsigned high) {
+        return at + i < bytes.size() && bytes[at + i] >= low && bytes[at + i] <= high;
+    };
+    if (b == 0xC2) return is(1, 0x80, 0x9F) ? 2 : 0;  // C1
+    if (b != 0xE2) return 0;
+    return (is(1, 0x80, 0x80) && is(2, 0xA8, 0xAE)) ||       // U+2028 … 202E
+                   (is(1, 0x81, 0x81) && is(2, 0xA6, 0xA9))  // U+2066 … 2069
+               ? 3
+               : 0;
+}
+
 std::string shown_text(std::string_view text, std::size_t most) {
     std::string result(text.substr(0, most));
     for (char& c : result)
@@ -39,10 +53,10 @@ std::string shortened_text(std::string_view text, std::size_t most) {
 std::string printable_text(Bytes bytes) {
     std::string text;
     for (std::size_t at = 0; at < bytes.size() && bytes[at] != 0;) {
-        const std::size_t length = utf8_length(bytes, at);
-        if (length == 0 || bytes[at] < 0x20 || bytes[at] == 0x7f) {
+        const std::size_t length = utf8_length(bytes, at), unseen = unseen_length(bytes, at);
+        if (length == 0 || unseen > 0) {
             text += '?';
-            ++at;
+            at += std::max<std::size_t>(unseen, 1);
             continue;
         }
         for (std::size_t i = 0; i < length; ++i) text += static_cast<char>(bytes[at + i]);

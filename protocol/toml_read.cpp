@@ -50,7 +50,7 @@ Result<std::string> ascii_toml(const Text& given) {
     for (std::size_t at = 0; at < text.size();) {
         const char c = text[at];
         const bool control = (bytes[at] < 0x20 && c != '\t' && c != '\n' && c != '\r') || bytes[at] == 0x7F;
-        std::size_t step = control ? 0 : utf8_length(bytes, at);
+        std::size_t step = control || unseen_length(bytes, at) > 1 ? 0 : utf8_length(bytes, at);
         if (step > 1 && (until.empty() || until.front() == '\'')) step = 0;
         if (step == 0)
             return Error{

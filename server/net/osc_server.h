@@ -25,6 +25,8 @@ inline constexpr std::size_t kMaxOscScheduled = 1024;       // messages that wai
 inline constexpr std::size_t kMaxOscScheduledBytes = 2048;  // of one such message; a longer one is refused
 inline constexpr std::size_t kMaxOscUnsent = 256u << 10;    // bytes waiting for a TCP client; more closes it
 inline constexpr double kOscAnswerBytes = 2 << 20;  // over UDP, to whoever asked, a second; more answers are left out
+inline constexpr double kOscAddressBytes = 512 << 10;            // of it, to one IP address
+inline constexpr std::size_t kOscAmplification = 4;              // to who has not subscribed, over the bytes that asked
 inline constexpr std::int64_t kOscFarthest_ns = 60'000'000'000;  // a time tag farther ahead is refused: wrong clock
 inline constexpr std::int64_t kOscLease_ns = 60'000'000'000;     // a UDP subscriber that says nothing is dropped
 inline constexpr std::int64_t kOscIdle_ns = 300'000'000'000;     // a TCP client likewise, unless it subscribes
@@ -80,7 +82,7 @@ private:
     void receive();
     void accept_connections();
     bool is_connected(const OscClient& client) const;
-    bool may_answer(const OscClient& to, std::size_t bytes);
+    bool may_answer(const OscClient& to, std::size_t bytes, std::size_t asked_bytes);
     void serve_connection(int fd, std::uint32_t events);
     bool flush(Connection& connection);
     void close_connection(int fd);
@@ -104,9 +106,15 @@ private:
     v1::State state_;
     OscValues values_;
     std::size_t pattern_budget_ = kOscPatternBudget;  // of the packet being carried out
-    double answer_bytes_ = kOscAnswerBytes;           // that may be sent now
-    std::int64_t answered_ns_ = 0;
-    std::int64_t accept_again_ns_ = 0;  // 0: connections are being accepted
+    struct Share {                                    // of answers: bytes that may be sent now
+        double bytes;
+        std::int64_t seen_ns;
+        // Result: whether so many may be sent; then they are taken off.
+        bool take(double per_second, std::size_t wanted, std::int64_t now_ns);
+    };
+    Share answers_{kOscAnswerBytes, 0};
+    std::map<std::uint32_t, Share> answers_of_;  // by IP address, kMaxOscClients at most
+    std::int64_t accept_again_ns_ = 0;           // 0: connections are being accepted
     bool values_stale_ = true, feedback_due_ = false;
     std::int64_t fed_back_ns_ = 0;
     std::uint32_t packets_ = 0, bad_ = 0, drops_ = 0, refused_ = 0;

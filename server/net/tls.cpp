@@ -31,6 +31,9 @@ Result<std::shared_ptr<TlsContext>> load_tls(const std::string& certificate_file
                         error);
     if (error) return refusal("", error);
     SSL_CTX_set_min_proto_version(context.native_handle(), TLS1_2_VERSION);
+    // Of TLS 1.2 what RFC 9325, 4.2, recommends: a key of each connection's own, and authenticated encryption.
+    if (SSL_CTX_set_cipher_list(context.native_handle(), "ECDHE+AESGCM:ECDHE+CHACHA20") != 1)
+        return Error{"bad_certificate", "", "", "OpenSSL has none of the ciphers of TLS 1.2 that are offered."};
     const auto certificate = read_pem(certificate_file);
     if (!certificate) return certificate.error();
     context.use_certificate_chain(asio::buffer(*certificate), error);

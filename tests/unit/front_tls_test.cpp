@@ -20,8 +20,9 @@ namespace fs = std::filesystem;
 // An HTTPS client that trusts anybody and tells whom it met.
 class SecureClient {
 public:
-    SecureClient(std::uint16_t port, int most_version = TLS1_3_VERSION) {
+    SecureClient(std::uint16_t port, int most_version = TLS1_3_VERSION, const char* ciphers = nullptr) {
         context_ = SSL_CTX_new(TLS_client_method());
+        if (ciphers != nullptr) EXPECT_EQ(SSL_CTX_set_cipher_list(context_, ciphers), 1);
         SSL_CTX_set_security_level(context_, 0);  // else it would not even offer what the server is to refuse
         SSL_CTX_set_min_proto_version(context_, TLS1_VERSION);
         SSL_CTX_set_max_proto_version(context_, most_version);
@@ -102,6 +103,18 @@ struct FrontTlsTest : FrontTest {
         return *result;
     }
 };
+
+// RFC 9325, 4.2: of TLS 1.2 no key exchange by RSA and no CBC.
+TEST_F(FrontTlsTest, OfTls12OnlyEphemeralKeysAndAuthenticatedEncryption) {
+    start();
+    for (const char* refused : {"AES128-GCM-SHA256", "AES256-SHA", "ECDHE-RSA-AES128-SHA", "ECDHE-RSA-AES256-SHA384",
+                                "DHE-RSA-AES128-GCM-SHA256"})
+        EXPECT_FALSE(SecureClient(front->port(), TLS1_2_VERSION, refused).connected) << refused;
+    bool one = false;
+    for (const char* taken : {"ECDHE-RSA-AES128-GCM-SHA256", "ECDHE-ECDSA-AES128-GCM-SHA256"})
+        one |= SecureClient(front->port(), TLS1_2_VERSION, taken).connected;
+    EXPECT_TRUE(one);
+}
 
 TEST_F(FrontTlsTest, ServesPagesOverTls) {
     start();
