@@ -58,6 +58,9 @@ Result<bool> check_row(const v1::PatchRow& row, std::size_t index) {
                               "must be a number from " + print_number(property->least) + " to " +
                                   print_number(property->most) + " (radians, metres)");
     }
+    if (!row.merge().empty() && row.merge() != "latest" && !(row.merge() == "highest" && property->htp))
+        return refusal_of(index, "merge", shown_text(row.merge()),
+                          property->htp ? "must be highest or latest" : "only level and master merge by the highest");
     const bool selects = property->property == Property::profile;
     if (selects != (row.profiles_size() > 0) || static_cast<std::size_t>(row.profiles_size()) > kMaxProfiles)
         return refusal_of(index, "profiles", std::to_string(row.profiles_size()),
@@ -133,20 +136,62 @@ std::vector<DmxKey> universes_of(const v1::Patch& patch) {
 }
 
 PatchReader::PatchReader(const v1::Patch& patch) {
-    for (const v1::PatchRow& row : patch.rows())
-        rows_[key_of(row)].push_back({row, find_property(row.property()), bytes_of(row), {}, 0, {}});
+    std::map<std::pair<std::string, std::string>, Joint> same;
+    for (const v1::PatchRow& row : patch.rows()) {
+        std::vector<Row>& rows = rows_[key_of(row)];
+        const PropertyRow* property = find_property(row.property());
+        if (property->htp && row.merge() != "latest")
+            same[{row.target(), row.property()}].rows.emplace_back(key_of(row), rows.size());
+        rows.push_back({row, property, bytes_of(row), {}, 0, {}});
+    }
+    for (auto& [target, joint] : same) {
+        // Rows of one universe speak one after the other.
+        const bool several = std::any_of(joint.rows.begin(), joint.rows.end(),
+                                         [&](const auto& one) { return one.first != joint.rows.front().first; });
+        if (!several) continue;
+        for (const auto& [key, index] : joint.rows) rows_[key][index].joint = joints_.size();
+        joints_.push_back(std::move(joint));
+    }
 }
 
 void PatchReader::forget(std::string_view target) {
     for (auto& [key, rows] : rows_)
         for (Row& row : rows)
-            if (row.row.target() == target) row.said.reset();
+            if (row.row.target() == target) unsay(row);
 }
 
 void PatchReader::forget(Property property) {
     for (auto& [key, rows] : rows_)
         for (Row& row : rows)
-            if (row.property->property == property) row.said.reset();
+            if (row.property->property == property) unsay(row);
+}
+
+void PatchReader::unsay(Row& row) {
+    row.said.reset();
+    if (row.joint != SIZE_MAX) joints_[row.joint].said.reset();
+}
+
+double PatchReader::value_of(const Row& row, std::uint32_t raw) {
+    const double low = row.row.has_low() ? row.row.low() : row.property->low;
+    const double high = row.row.has_high() ? row.row.high() : row.property->high;
+    return low + (high - low) * (raw / (row.bytes == 2 ? 65535.0 : 255.0));
+}
+
+// A row that is one of several for a level or the master: the highest of them is said where it differs from before.
+void PatchReader::read_joint(Row& row, const std::optional<Raw>& raw, std::vector<PropertyValue>& values) {
+    Joint& joint = joints_[row.joint];
+    row.stands = raw ? std::optional(value_of(row, (*raw)[0])) : std::nullopt;
+    std::optional<double> highest;
+    for (const auto& [key, index] : joint.rows) {
+        const std::optional<double>& stands = rows_[key][index].stands;
+        if (stands && (!highest || *stands > *highest)) highest = stands;
+    }
+    if (!highest || highest == joint.said) return;  // where all senders are gone the last look stays
+    joint.said = highest;
+    PropertyValue& value = values.emplace_back();
+    value.target = row.row.target();
+    value.property = row.property->property;
+    value.value[0] = *highest;
 }
 
 // Result: the row's raw values by the winning sender; nothing where no sender controls all of its slots.
@@ -210,6 +255,10 @@ void PatchReader::read(const DmxKey& key, const DmxUniverse& universe, std::vect
     if (found == rows_.end()) return;
     for (Row& row : found->second) {
         std::optional<Raw> raw = decide(row, universe);
+        if (row.joint != SIZE_MAX) {
+            read_joint(row, raw, values);
+            continue;
+        }
         if (!raw) continue;
         const PropertyRow& property = *row.property;
         if (property.property == Property::profile)  // most steps of the slot choose the same one
@@ -217,14 +266,11 @@ void PatchReader::read(const DmxKey& key, const DmxUniverse& universe, std::vect
                 (*raw)[0] * static_cast<std::uint32_t>(row.row.profiles_size()) / (row.bytes == 2 ? 65536 : 256);
         if (row.said == raw) continue;
         row.said = raw;
-        const double low = row.row.has_low() ? row.row.low() : property.low;
-        const double high = row.row.has_high() ? row.row.high() : property.high;
-        const double top = row.bytes == 2 ? 65535.0 : 255.0;
         PropertyValue& value = values.emplace_back();
         value.target = row.row.target();
         value.property = property.property;
         if (property.property == Property::profile) value.profile = row.row.profiles(static_cast<int>((*raw)[0]));
-        for (unsigned i = 0; i < property.values; ++i) value.value[i] = low + (high - low) * ((*raw)[i] / top);
+        for (unsigned i = 0; i < property.values; ++i) value.value[i] = value_of(row, (*raw)[i]);
     }
 }
 

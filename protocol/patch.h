@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstddef>
+#include <cstdint>
 #include <map>
 #include <optional>
 #include <span>
@@ -45,6 +46,8 @@ public:
     // Result: what the universe, as it is now, changes. All slots of a row come from one sender's one packet. The
     // highest priority of the row's first slot wins; among equals a level or master takes the highest value (of all its
     // 16 bits), everything else the sender that changed its row last. Rows that no sender controls keep their value.
+    // Of rows of several universes for one level or master the highest value counts of those that a sender controls,
+    // unless they are merged as "latest"; of all others the one that changed last.
     std::vector<PropertyValue> read(const DmxKey& key, const DmxUniverse& universe);
     void read(const DmxKey& key, const DmxUniverse& universe, std::vector<PropertyValue>& values);  // behind others
     // The rows for the target, or of the property, speak again when their universes are next read: what they said was
@@ -66,10 +69,20 @@ private:
         std::uint32_t holder = 0;  // the sender that it listens to
         // Of each sender that has a say, at most kMaxUniverseSources; kept where the one that moved last wins.
         std::vector<std::pair<std::uint32_t, Raw>> last;
+        std::size_t joint = SIZE_MAX;    // index into joints_: with others it is merged by the highest
+        std::optional<double> stands{};  // then: what it says; nothing while no sender controls it
     };
+    struct Joint {
+        std::vector<std::pair<DmxKey, std::size_t>> rows;  // where in rows_
+        std::optional<double> said;                        // the highest, as it was said last
+    };
+    void unsay(Row& row);
+    void read_joint(Row& row, const std::optional<Raw>& raw, std::vector<PropertyValue>& values);
+    static double value_of(const Row& row, std::uint32_t raw);
     std::optional<Raw> decide(Row& row, const DmxUniverse& universe);
     const Candidate* moved_last(Row& row) const;
     std::map<DmxKey, std::vector<Row>> rows_;
+    std::vector<Joint> joints_;          // by target and property that several universes drive
     std::vector<Candidate> candidates_;  // of the row being read
 };
 

@@ -15,7 +15,7 @@ Range range_of(const toml::node& node, const PropertyRow& property) {
 }
 
 void read_fixture(const toml::table& table, v1::SetPatch& patch) {
-    only_keys(table, {"sacn", "artnet", "address", "target", "channels", "range", "profiles"}, "[[patch]]");
+    only_keys(table, {"sacn", "artnet", "address", "target", "channels", "range", "profiles", "merge"}, "[[patch]]");
     const toml::node *sacn = table.get("sacn"), *artnet = table.get("artnet");
     if ((sacn == nullptr) == (artnet == nullptr))
         refuse(table.source(), "", "a patch needs either sacn = UNIVERSE or artnet = UNIVERSE");
@@ -39,6 +39,10 @@ void read_fixture(const toml::table& table, v1::SetPatch& patch) {
                                      : whole_number(*artnet, 0, 32767, "an Art-Net port-address"));
     std::uint32_t slot = whole_number(*address, 1, 512, "an address");
     const std::string name = target != nullptr ? word(*target, "target") : "";
+    const toml::node* merge = table.get("merge");
+    const std::string merged = merge != nullptr ? word(*merge, "merge") : "";
+    if (!merged.empty() && merged != "highest" && merged != "latest")
+        refuse(merge->source(), merged, "merge is \"highest\" or \"latest\"");
     for (const toml::node& node : *channels->as_array()) {
         std::string channel = word(node, "a channel");
         if (channel == "-") {  // a slot that nothing here listens to
@@ -61,6 +65,7 @@ void read_fixture(const toml::table& table, v1::SetPatch& patch) {
         added.set_bits(bits);
         added.set_property(channel);
         if (!property->of_scene) added.set_target(name);
+        if (merged == "latest" || property->htp) added.set_merge(merged);
         if (ranges != nullptr) {
             if (const toml::node* given = ranges->get(channel)) {
                 const Range range = range_of(*given, *property);
@@ -108,6 +113,7 @@ std::string write_patch_toml(const v1::Patch& patch) {
                 "\naddress = " + std::to_string(row.address()) + "\n";
         if (!row.target().empty()) text += "target = " + quoted(row.target()) + "\n";
         text += "channels = [\"" + row.property() + (row.bits() == 16 ? ":16" : "") + "\"]\n";
+        if (!row.merge().empty()) text += "merge = " + quoted(row.merge()) + "\n";
         if (row.has_low() || row.has_high())
             text += "range." + row.property() + " = [" +
                     number_text((row.has_low() ? row.low() : property.low) / property.unit) + ", " +

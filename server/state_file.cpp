@@ -1,6 +1,7 @@
 #include "server/state_file.h"
 
 #include <sys/stat.h>
+#include <time.h>
 
 #include <cerrno>
 #include <fstream>
@@ -8,9 +9,18 @@
 
 #include <spdlog/spdlog.h>
 
+#include "server/clock.h"
+
 namespace gonio {
 
 using Clock = std::chrono::steady_clock;
+
+// Of this thread on a processor, since it began.
+static std::chrono::nanoseconds busy_time() {
+    timespec time{};
+    ::clock_gettime(CLOCK_THREAD_CPUTIME_ID, &time);
+    return std::chrono::seconds(time.tv_sec) + std::chrono::nanoseconds(time.tv_nsec);
+}
 
 StateFile::StateFile(std::string path, std::chrono::milliseconds interval, std::chrono::milliseconds retry,
                      std::size_t most_bytes, WriteFile to_disk)
@@ -48,14 +58,21 @@ bool StateFile::close_within(std::chrono::milliseconds time) {
     return ended_.load();
 }
 
+void StateFile::put(Scene scene) {
+    if (kept_ == put_) unsaved_since_ = monotonic_ns();
+    const std::uint64_t number = ++put_;
+    scenes_.put({std::move(scene), number});
+}
+
 const StateFile::Told& StateFile::told() {
     if (auto news = news_.try_take()) told_ = std::move(*news);
+    told_.unsaved_s = kept_ == put_ ? 0.0 : static_cast<double>(monotonic_ns() - unsaved_since_) * 1e-9;
     return told_;
 }
 
 // Result: whether it is on the disk.
-bool StateFile::save(const Scene& scene, bool complete) {
-    saved::Show show = show_of(scene, texts_);
+bool StateFile::save(const Waiting& waiting, std::int64_t taken_ns, bool complete) {
+    saved::Show show = show_of(waiting.scene, texts_);
     show.set_complete(complete);
     const Result<bool> written = write(write_show(show));
     const std::string error = written ? "" : written.error().text();
@@ -64,31 +81,40 @@ bool StateFile::save(const Scene& scene, bool complete) {
     else if (error.empty() && !saving_.error.empty())
         spdlog::info("state: saved again to {}", path_);
     saving_.error = error;
-    if (written) ++saving_.saves;
+    if (written) {
+        ++saving_.saves;
+        unsaved_since_ = taken_ns;  // of what came later
+        kept_ = waiting.number;
+    }
     news_.put(saving_);
     return static_cast<bool>(written);
 }
 
 void StateFile::work() {
-    std::optional<Scene> last;  // that was taken
-    bool saved = false;         // and is on the disk
+    std::optional<Waiting> last;  // that was taken
+    std::int64_t taken_ns = 0;
+    bool saved = false;  // and is on the disk
     bool closed = false;
     while (!closed) {
         // A scene that is not on the disk is not waited for, only a newer one is better.
         auto scene = last && !saved ? scenes_.try_take() : scenes_.take();
-        if (scene) last = std::move(scene);
+        if (scene) {
+            last = std::move(scene);
+            taken_ns = monotonic_ns();
+        }
         closed = scenes_.closed_within(std::chrono::nanoseconds(0));
         if (!last || closed) break;
-        const auto began = Clock::now();
-        saved = save(*last, false);
-        const auto rest = std::max<std::chrono::nanoseconds>(interval_, 20 * (Clock::now() - began));
+        const auto began = busy_time();
+        saved = save(*last, taken_ns, false);
+        const auto rest = std::clamp<std::chrono::nanoseconds>(20 * (busy_time() - began), interval_,
+                                                               std::max(interval_, kMostSaveRest));
         closed = scenes_.closed_within(rest);
         // After a failure a change is tried at once, the same scene only after a while.
         for (auto waited = rest; !saved && !closed && !scenes_.waiting() && waited < retry_; waited += interval_)
             closed = scenes_.closed_within(interval_);
     }
     if (auto newest = scenes_.try_take()) last = std::move(newest);
-    if (last) save(*last, true);
+    if (last) save(*last, monotonic_ns(), true);
     ended_ = true;
     ended_.notify_all();
 }

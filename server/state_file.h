@@ -15,8 +15,10 @@
 
 namespace gonio {
 
-// Between two writes; longer where a write takes long, so that writing takes a twentieth of a core at most.
-inline constexpr std::chrono::milliseconds kSaveInterval{1000};
+// Between two writes; where one takes long on the processor, twenty times as long, so that writing takes a twentieth of
+// a core, but ten seconds at most. A slow disk makes no pause longer: a change is on it after this pause and at most
+// two writes.
+inline constexpr std::chrono::milliseconds kSaveInterval{1000}, kMostSaveRest{10'000};
 inline constexpr std::chrono::milliseconds kSaveRetry{5000};  // after a failure, unless a change comes first
 
 // Keeps PATH up to date. A write that fails (a full disk, a folder without rights, a show that is too large to be read
@@ -26,7 +28,8 @@ public:
     using WriteFile = std::function<Result<bool>(const std::string& path, std::string_view bytes)>;
     struct Told {
         std::uint32_t saves = 0;
-        std::string error;  // of the last try; empty: it went well
+        std::string error;   // of the last try; empty: it went well
+        double unsaved_s{};  // how long the oldest change has not been on the disk; 0: all are
     };
     // most_bytes: of the file; a show that is larger is not written, since no start would read it. to_disk: writes the
     // file (server/atomic_file.h).
@@ -38,7 +41,7 @@ public:
     StateFile& operator=(const StateFile&) = delete;
 
     // The scene has changed. Render thread; does not wait for the disk.
-    void put(Scene scene) { scenes_.put(std::move(scene)); }
+    void put(Scene scene);
     // How it goes. Render thread.
     const Told& told();
     // Writes what is not on disk yet, now, and marks the show as complete; then nothing is written any more. Any
@@ -48,18 +51,25 @@ public:
     bool close_within(std::chrono::milliseconds time);
 
 private:
+    struct Waiting {
+        Scene scene;
+        std::uint64_t number;
+    };
     void work();
-    bool save(const Scene& scene, bool complete);
+    bool save(const Waiting& waiting, std::int64_t taken_ns, bool complete);
     Result<bool> write(const std::string& json) const;
 
     std::string path_;
     std::chrono::milliseconds interval_, retry_;
     std::size_t most_bytes_;
     WriteFile to_disk_;
-    Latest<Scene> scenes_;
+    Latest<Waiting> scenes_;
     Latest<Told> news_;
     Told told_;    // the render thread's
     Told saving_;  // the writer's
+    // Scenes that came, and of those the last that is on the disk; when the first came that is not, ns (clock.h).
+    std::atomic<std::uint64_t> put_{0}, kept_{0};
+    std::atomic<std::int64_t> unsaved_since_{0};
     ProfileTexts texts_;
     std::atomic<bool> ended_{false};
     std::thread thread_;

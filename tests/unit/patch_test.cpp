@@ -85,6 +85,39 @@ TEST(Patch, LevelsTakeTheHighestOfAll16Bits) {
                      0x0200 / 65535.0);
 }
 
+// One light's level from sACN and from Art-Net: the highest of those that somebody sends, as within a universe.
+TEST(Patch, LevelsTakeTheHighestOfAllProtocols) {
+    v1::PatchRow artnet = row(1, "level");
+    artnet.set_protocol("artnet");
+    artnet.set_universe(0);
+    const DmxKey other{DmxProtocol::artnet, 0};
+    PatchReader reader(patch_of({row(1, "level"), row(2, "pan"), artnet}));
+    EXPECT_EQ(reader.read(kUniverse, {{sender(1, {102, 0})}}).size(), 2u);
+    EXPECT_DOUBLE_EQ(only(reader.read(other, {{sender(2, {204})}})), 0.8);
+    EXPECT_TRUE(reader.read(kUniverse, {{sender(1, {153, 0})}}).empty()) << "below the other";
+    EXPECT_DOUBLE_EQ(only(reader.read(other, {{sender(2, {51})}})), 0.6) << "sACN's is the highest now";
+    EXPECT_TRUE(reader.read(other, {}).empty()) << "its sender has gone: the highest is as it was";
+    EXPECT_TRUE(reader.read(kUniverse, {}).empty()) << "all have: the last look stays";
+    EXPECT_DOUBLE_EQ(only(reader.read(other, {{sender(2, {51})}})), 0.2);
+    // Unless the patch says otherwise.
+    v1::PatchRow last = row(1, "level");
+    last.set_merge("latest");
+    artnet.set_merge("latest");
+    PatchReader latest(patch_of({last, artnet}));
+    EXPECT_DOUBLE_EQ(only(latest.read(kUniverse, {{sender(1, {255})}})), 1.0);
+    EXPECT_DOUBLE_EQ(only(latest.read(other, {{sender(2, {51})}})), 0.2);
+    v1::SetPatch bad;
+    *bad.add_rows() = row(1, "pan");
+    bad.mutable_rows(0)->set_merge("highest");
+    EXPECT_EQ(check_patch(bad).error().where, "set_patch.rows[0].merge");
+    const auto file = read_patch_toml(
+        "[[patch]]\nsacn = 1\naddress = 1\ntarget = \"lamp\"\nmerge = \"latest\"\nchannels = [\"level\", \"pan\"]\n");
+    ASSERT_TRUE(file) << file.error().text();
+    EXPECT_EQ(file->rows(0).merge(), "latest");
+    EXPECT_FALSE(read_patch_toml(
+        "[[patch]]\nsacn = 1\naddress = 1\ntarget = \"l\"\nmerge = \"most\"\nchannels = [\"level\"]\n"));
+}
+
 TEST(Patch, OtherPropertiesFollowWhoChangedLast) {
     PatchReader reader(patch_of({row(1, "red", 16)}));
     const auto read = [&](std::initializer_list<std::uint8_t> a, std::int64_t a_ns,

@@ -97,6 +97,29 @@ TEST_F(StateFileTest, ManyChangesAreFewWrites) {
 }
 
 // A disk without room refuses a write in the middle, as this limit does.
+// A disk that takes 200 ms for each write: every change is on it after the pause and two writes, however long it goes
+// on.
+TEST_F(StateFileTest, ASlowDiskMakesNoPauseLonger) {
+    constexpr auto kDisk = 200ms, kPause = 50ms;
+    StateFile file(path, kPause, 1s, kMaxSavedBytes, [&](const std::string& to, std::string_view bytes) {
+        std::this_thread::sleep_for(kDisk);
+        return write_file_atomically(to, bytes);
+    });
+    double longest_s = 0.0;
+    const auto end = std::chrono::steady_clock::now() + 3s;
+    for (int step = 0; std::chrono::steady_clock::now() < end; ++step) {
+        change(0.001 * (step % 900));
+        file.put(scene);
+        std::this_thread::sleep_for(10ms);
+        longest_s = std::max(longest_s, file.told().unsaved_s);
+    }
+    EXPECT_GT(longest_s, 0.2) << "it says how long";
+    EXPECT_LT(longest_s, std::chrono::duration<double>(kPause + 2 * kDisk).count() + 0.3);
+    EXPECT_GE(file.told().saves, 6u);
+    ASSERT_TRUE(until([&] { return file.told().unsaved_s == 0.0; }));
+    EXPECT_EQ(on_disk()->master_ratio(), scene.master_ratio);
+}
+
 TEST_F(StateFileTest, AFullDiskIsSaidAndTriedAgainAndTheOldFileStays) {
     std::signal(SIGXFSZ, SIG_IGN);
     StateFile file(path, 20ms, 60ms);
