@@ -1,6 +1,10 @@
 #include "server/command_files.h"
 
+#include "protocol/shortened_text.h"
 #include "server/assets/assets.h"
+#include "server/memory_room.h"
+#include "server/scene/light_tables.h"
+#include "server/shade/clusters.h"
 #include "server/trace/geometry.h"
 
 namespace gonio {
@@ -22,10 +26,11 @@ Result<Loaded> read_files(const v1::Command& command, const SceneAccess& access)
         const std::string& file = command.load_scene().file();
         const auto path = scene_path(access, file);
         if (!path) return path.error();
-        auto asset = load_scene(*path, file, access.max_albedo);
+        auto asset = load_scene(*path, file, access.max_albedo, memory_room(access.max_memory).bytes);
         if (!asset) return asset.error();
         loaded.asset = *asset;
         loaded.traced = std::make_shared<const trace::Geometry>(loaded.asset);
+        loaded.drawn = shade::make_drawn(loaded.traced, true);
     }
     if (const v1::Profile* profile = profile_of(command)) {
         const std::string& bytes = profile->photometry();
@@ -33,10 +38,11 @@ Result<Loaded> read_files(const v1::Command& command, const SceneAccess& access)
             return Error{"too_large", "profile.photometry", std::to_string(bytes.size()) + " bytes",
                          "a profile may have at most 1 MiB"};
         }
-        auto read =
-            !profile->has_photometry() ? builtin_profile(profile->name()) : make_profile(profile->name(), bytes);
+        auto read = !profile->has_photometry() ? builtin_profile(profile->name())
+                                               : make_profile(shortened_text(profile->name(), kMaxNameBytes), bytes);
         if (!read) return read.error();
         loaded.profile = *read;
+        tables_of(*loaded.profile);
     }
     return loaded;
 }

@@ -1,5 +1,7 @@
 #include "server/daemon.h"
 
+#include <malloc.h>
+
 #include <algorithm>
 #include <atomic>
 #include <cstdio>
@@ -84,6 +86,10 @@ bool renew(Gpu& gpu, Stage& stage, Front& front, Queue<Work>& queue) {
 }  // namespace
 
 int run_daemon(const Options& given) {
+    // Scenes are large and go: what is larger than this is given back at once. Left alone glibc would raise the bound to
+    // 32 MiB and keep what lies below. Frames of up to 1920×1080 are smaller: their pages are not to be made anew.
+    ::mallopt(M_MMAP_THRESHOLD, 4 << 20);
+    ::mallopt(M_TRIM_THRESHOLD, 16 << 20);
     Options options = given;
     options.state_file = behind_links(std::move(options.state_file));
     const bool serves = options.oneshot.empty();
@@ -242,6 +248,7 @@ int run_daemon(const Options& given) {
                 if (state_file) {
                     stats.set_state_saves(state_file->told().saves);
                     stats.set_state_error(state_file->told().error);
+                    stats.set_state_unsaved_s(state_file->told().unsaved_s);
                 }
                 return stats;
             },
@@ -255,8 +262,8 @@ int run_daemon(const Options& given) {
         });
     if (options.keep_up) stage.set_budget(1e3 / options.target_fps);
     stage.set_most_captures(options.max_captures);
-    stage.set_scene_access(
-        {is_loopback(options.host), options.scene_roots, uploads ? uploads->folder() : "", options.max_albedo});
+    stage.set_scene_access({is_loopback(options.host), options.scene_roots, uploads ? uploads->folder() : "",
+                            options.max_albedo, options.max_memory});
     scene_rev.set(stage.scene().scene_rev);
     running = &stage;
     front->publish_state(stage.state());

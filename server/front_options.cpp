@@ -97,6 +97,9 @@ void add_front_options(CLI::App& app, Options& options) {
                           "MiB for how surfaces exchange light; less: coarser indirect light", 16);
     add_size<std::size_t>(app, "--max-layers-mib", options.layer_bytes, 1 << 20, 65536,
                           "MiB for luminaires' own light in the live picture; beyond, they are summed", 16);
+    add_size<std::size_t>(
+        app, "--max-memory-mib", options.max_memory, 1 << 20, 1 << 22,
+        "MiB of the process, beyond which no scene is loaded; 0: what the machine and its cgroup have", 0);
     app.add_option("--max-albedo", options.max_albedo, "reflectance of scene files; what exceeds it is bounded")
         ->check(finite_in(0.0, 0.99))
         ->capture_default_str();

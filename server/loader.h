@@ -26,7 +26,10 @@ public:
 private:
     void work() {
         while (auto job = jobs_.pop())
-            if (!ending_.load()) (*job)();
+            if (!ending_.load()) {
+                (*job)();
+                job.reset();
+            }
     }
     std::atomic<bool> ending_{false};
     Queue<std::function<void()>> jobs_{kMaxLoaderJobs};

@@ -47,6 +47,7 @@ struct Options {
     unsigned max_captures = 8;                             // that wait for each other
     std::size_t transport_bytes = std::size_t{256} << 20;  // SurfelSettings::bytes
     std::size_t layer_bytes = std::size_t{2} << 30;        // Renderer::set_layer_bytes
+    std::size_t max_memory = 0;                            // of the process, bytes (memory_room); 0: no bound
     double max_albedo = kMaxAlbedo;                        // of scene files; beyond it is bounded
     FrontLimits limits;
     std::vector<std::string> arguments;  // as given: SIGHUP reads file and environment again

@@ -3,6 +3,7 @@
 #include <google/protobuf/util/json_util.h>
 
 #include <algorithm>
+#include <chrono>
 #include <filesystem>
 #include <set>
 
@@ -10,6 +11,7 @@
 #include "protocol/upload_name.h"
 #include "server/assets/assets.h"
 #include "server/scene/apply.h"
+#include "server/scene/light_tables.h"
 #include "server/scene/preset.h"
 
 namespace gonio {
@@ -96,13 +98,27 @@ private:
 // Carries out commands on a scene and keeps their refusals as warnings.
 class Restorer {
 public:
-    Restorer(const saved::Show& show, Scene scene) : show_(show), scene_(std::move(scene)) {
-        for (const saved::Profile& profile : show.profiles()) {
-            auto read = make_profile(profile.name(), profile.photometry());
-            if (read)
-                profiles_[profile.key()] = *read;
-            else
-                warn("the profile '" + profile.name() + "' cannot be read: " + read.error().text());
+    Restorer(const saved::Show& show, Scene scene, std::chrono::milliseconds profile_time)
+        : show_(show), scene_(std::move(scene)) {
+        // Those of lights first, with all that lighting needs of them.
+        std::set<std::string> shown;
+        for (const saved::Light& light : show.lights()) shown.insert(light.profile());
+        const auto until = std::chrono::steady_clock::now() + profile_time;
+        for (const bool lights : {true, false}) {
+            for (const saved::Profile& profile : show.profiles()) {
+                if (shown.contains(profile.key()) != lights) continue;
+                if (std::chrono::steady_clock::now() >= until) {
+                    warn("the profile '" + profile.name() + "' is left out: those before it took " +
+                         std::to_string(profile_time.count()) + " ms to read");
+                    continue;
+                }
+                auto read = make_profile(profile.name(), profile.photometry());
+                if (read)
+                    profiles_[profile.key()] = *read;
+                else
+                    warn("the profile '" + profile.name() + "' cannot be read: " + read.error().text());
+                if (read && lights) tables_of(**read);
+            }
         }
     }
     void warn(std::string text) { warnings_.push_back(std::move(text)); }
@@ -145,19 +161,21 @@ public:
         run(technique, "the technique");
     }
     void restore_presets() {
+        Scene empty = scene_;  // of one light at a time, so that its values are checked like any others
+        empty.lights.clear();
+        empty.groups.clear();
+        empty.presets.clear();
         for (const saved::Preset& preset : show_.presets()) {
-            // A scene of its own with the preset's lights alone, so that their values are checked like any others.
-            Scene stage = scene_;
-            stage.lights.clear();
-            stage.groups.clear();
-            stage.presets.clear();
-            stage.width_px = stage.height_px = 16;  // nobody looks at it: a preset may have more lights than the show
-            for (const saved::Light& light : preset.lights())
+            Preset lights;
+            for (const saved::Light& light : preset.lights()) {
+                Scene stage = empty;
                 add(stage, light, "light '" + light.name() + "' of preset '" + preset.name() + "'");
+                for (PresetLight& kept : preset_of(stage)) lights.push_back(std::move(kept));
+            }
             v1::Command save;
             save.mutable_save_preset()->set_name(preset.name());
             Loaded loaded;
-            loaded.preset = std::make_shared<const Preset>(preset_of(stage));
+            loaded.preset = std::make_shared<const Preset>(std::move(lights));
             run(scene_, save, loaded, "preset '" + preset.name() + "'");
         }
     }
@@ -343,8 +361,9 @@ bool is_scene_of(const saved::Show& show, const std::string& scene) {
     return scene == show.scene() || lasting_name(scene) == show.scene();
 }
 
-RestoredShow restore_show(const saved::Show& show, std::shared_ptr<const SceneAsset> asset, bool same_scene) {
-    Restorer restorer(show, scene_of(std::move(asset), revision_after(show)));
+RestoredShow restore_show(const saved::Show& show, std::shared_ptr<const SceneAsset> asset, bool same_scene,
+                          std::chrono::milliseconds profile_time) {
+    Restorer restorer(show, scene_of(std::move(asset), revision_after(show)), profile_time);
     restorer.restore_technique();
     restorer.restore_presets();
     if (same_scene) {

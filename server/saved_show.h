@@ -1,6 +1,7 @@
 // Scene <-> what is kept of it on disk (protocol/saved.proto). Pure; any thread.
 #pragma once
 
+#include <chrono>
 #include <map>
 #include <memory>
 #include <string>
@@ -14,6 +15,8 @@
 namespace gonio {
 
 inline constexpr std::uint32_t kSavedVersion = 1;
+// A service must be ready in 30 s, whatever its show holds.
+inline constexpr std::chrono::milliseconds kProfileTime{12'000};
 inline constexpr std::size_t kMaxSavedBytes = std::size_t{256} << 20;  // a larger file is not read: "too_large"
 // Revisions that clients may have seen though no file holds them, because the program was killed or the disk was full.
 inline constexpr Revision kUnsavedRevisions = 1'000'000;
@@ -56,7 +59,9 @@ struct RestoredShow {
     std::vector<std::string> warnings;  // of each thing that could not be brought back, one sentence
 };
 // The asset with all that the show says of it, brought back by commands, so that all their checks hold. same_scene: the
-// asset is the show's own scene; else lights, groups and camera are left as the asset has them.
-RestoredShow restore_show(const saved::Show& show, std::shared_ptr<const SceneAsset> asset, bool same_scene);
+// asset is the show's own scene; else lights, groups and camera are left as the asset has them. profile_time: after it
+// no profile is read any more, and lights that want one are left out.
+RestoredShow restore_show(const saved::Show& show, std::shared_ptr<const SceneAsset> asset, bool same_scene,
+                          std::chrono::milliseconds profile_time = kProfileTime);
 
 }  // namespace gonio

@@ -1,6 +1,7 @@
 #include "server/stage.h"
 
 #include <algorithm>
+#include <set>
 #include <utility>
 
 #include "protocol/codec.h"
@@ -9,6 +10,7 @@
 #include "server/meter_reply.h"
 #include "server/render/effort.h"
 #include "server/scene/console.h"
+#include "server/scene/light_tables.h"
 #include "server/scene/state.h"
 
 namespace gonio {
@@ -31,6 +33,19 @@ Stage::Stage(std::unique_ptr<LiveRenderer> renderer, Scene scene, std::string re
       reference_({out_.reply, [&queue] { queue.wake(Queue<Work>::Wake::soon); }}) {
     renderer_->set_refinement(true);
     renderer_->set_watched(watched_);
+    prepare_presets();
+}
+
+// Presets that come from a saved show bring profiles that no light had yet: the first recall must not wait for them.
+void Stage::prepare_presets() {
+    std::set<std::shared_ptr<const Profile>> profiles;
+    for (const auto& [name, preset] : scene_.presets)
+        for (const PresetLight& light : *preset)
+            if (profiles.size() < kMaxPrepared) profiles.insert(light.profile);
+    if (profiles.empty()) return;
+    loader_.submit([profiles = std::move(profiles)] {
+        for (const auto& profile : profiles) tables_of(*profile);
+    });
 }
 
 void Stage::answer(const Work& work, v1::ServerMessage message) {

@@ -39,6 +39,7 @@ struct Work {
 };
 
 inline constexpr std::size_t kMaxWork = 1024;         // messages waiting for the render thread; beyond it: "busy"
+inline constexpr std::size_t kMaxPrepared = 512;      // profiles of a saved show's presets, 1 MiB and their web each
 inline constexpr std::size_t kMaxCaptures = 8;        // default of set_most_captures()
 inline constexpr std::size_t kMaxMeters = 64;         // interactive and rsm meters, points and grids, likewise
 inline constexpr std::size_t kMaxReports = 256;       // frame reports kept for `report --rev`
@@ -159,6 +160,7 @@ private:
     bool draws(const Draw& draw);
     std::optional<v1::MeterReading> read_meter(const Scene& scene, const trace::MeterPoint& point, Quality quality,
                                                int bounces);
+    void prepare_presets();
     bool send_to_loader(Work work);  // result: false where too much waits; then the client has been told
     void answer_meter(const Work& work);
     void answer_capture(const Work& work);

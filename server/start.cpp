@@ -11,11 +11,13 @@
 #include "server/assets/assets.h"
 #include "server/atomic_file.h"
 #include "server/bounded_file.h"
+#include "server/memory_room.h"
 #include "server/null_renderer.h"
 #include "server/oneshot.h"
 #include "server/render/renderer.h"
 #include "server/scene/apply.h"
 #include "server/scene_access.h"
+#include "server/shade/clusters.h"
 #include "server/state_file.h"
 #include "server/trace/geometry.h"
 
@@ -62,8 +64,9 @@ void keep_show_aside(const std::string& path) {
     spdlog::warn("state: the show that was saved is kept as {}", *aside);
 }
 
-std::shared_ptr<const SceneAsset> asset_of(const std::string& file, double max_albedo) {
-    auto asset = load_scene(file, "", max_albedo);
+std::shared_ptr<const SceneAsset> asset_of(const Options& options) {
+    const std::string& file = options.scene;
+    auto asset = load_scene(file, "", options.max_albedo, memory_room(options.max_memory).bytes);
     if (!asset) throw std::invalid_argument("cannot load the scene '" + file + "': " + asset.error().text());
     for (const std::string& warning : (*asset)->warnings) spdlog::warn("{}: {}", file, warning);
     return *asset;
@@ -75,9 +78,9 @@ Result<std::shared_ptr<const SceneAsset>> saved_asset(const Options& options, co
     const bool upload = name.starts_with(kUploadPrefix);
     if (upload && options.upload_folder.empty())
         return Error{"not_found", "scene", name, "Uploads are kept where --upload-dir names a folder."};
-    const auto path = scene_path({true, options.scene_roots, options.upload_folder, options.max_albedo}, name);
+    const auto path = scene_path({true, options.scene_roots, options.upload_folder, options.max_albedo, 0}, name);
     if (!path && upload) return path.error();
-    return load_scene(path ? *path : name, name, options.max_albedo);
+    return load_scene(path ? *path : name, name, options.max_albedo, memory_room(options.max_memory).bytes);
 }
 
 struct Restored {
@@ -89,15 +92,14 @@ struct Restored {
 Restored saved_scene(const Options& options, const saved::Show& show) {
     if (options.scene_given && !is_scene_of(show, options.scene)) {
         spdlog::warn("state: '{}' was saved, --scene asks for '{}'", show.scene(), options.scene);
-        return {scene_of(asset_of(options.scene, options.max_albedo), revision_after(show)), false};
+        return {scene_of(asset_of(options), revision_after(show)), false};
     }
     auto asset = saved_asset(options, show.scene());
     const bool same_scene = static_cast<bool>(asset);
     if (!same_scene)
         spdlog::warn("state: the scene '{}' cannot be loaded: {}; '{}' is shown instead", show.scene(),
                      asset.error().text(), options.scene);
-    RestoredShow restored =
-        restore_show(show, same_scene ? *asset : asset_of(options.scene, options.max_albedo), same_scene);
+    RestoredShow restored = restore_show(show, same_scene ? *asset : asset_of(options), same_scene);
     for (const std::string& warning : restored.warnings) spdlog::warn("state: {}", warning);
     spdlog::info("state: restored from {}, revision {}", options.state_file, restored.scene.scene_rev);
     return {std::move(restored.scene), same_scene && restored.warnings.empty()};
@@ -132,8 +134,7 @@ SurfaceOptions surface_options(const Options& options) {
 Scene first_scene(const Options& options) {
     std::optional<saved::Show> show;
     if (!options.state_file.empty()) show = read_state_file(options.state_file);
-    auto [scene, whole] =
-        show ? saved_scene(options, *show) : Restored{scene_of(asset_of(options.scene, options.max_albedo))};
+    auto [scene, whole] = show ? saved_scene(options, *show) : Restored{scene_of(asset_of(options))};
     const bool restored = show.has_value();
     if (!restored || options.size_given) {
         v1::Command size;
@@ -154,6 +155,7 @@ Scene first_scene(const Options& options) {
     if (!options.surface_map.empty()) map_surfaces(scene, options.surface_map);
     if (!whole && options.oneshot.empty()) keep_show_aside(options.state_file);  // a job saves nothing
     scene.traced = std::make_shared<const trace::Geometry>(scene.asset);
+    if (options.oneshot.empty()) scene.drawn = shade::make_drawn(scene.traced, true);
     return std::move(scene);
 }
 

@@ -3,6 +3,7 @@
 #pragma once
 
 #include <cstddef>
+#include <cstdint>
 #include <functional>
 #include <memory>
 #include <span>
@@ -25,8 +26,10 @@ inline constexpr double kMaxAlbedo = 0.95;
 // "unsupported"; `where` is a JSON pointer into the glTF ("/accessors/3/byteOffset") or a file name.
 // shown: what the scene is called, and its file in errors, instead of `name`; empty: that.
 // max_albedo: what a file's surfaces reflect at most, 0..1; more is bounded, and a warning says of how many materials.
+// most_bytes: of memory for a file's scene while it is read, and with what the renderer makes of it; what would be more
+// is refused before it is taken: "too_large".
 Result<std::shared_ptr<const SceneAsset>> load_scene(const std::string& name, const std::string& shown = "",
-                                                     double max_albedo = kMaxAlbedo);
+                                                     double max_albedo = kMaxAlbedo, std::size_t most_bytes = SIZE_MAX);
 
 // The built-in scenes, metres. cornell: a box with two blocks and a sculpture of about 33,000 triangles in all;
 // atrium: a colonnaded court of at least 262,000 triangles, textured. Both with one luminaire and one camera.

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <cstdint>
 #include <exception>
+#include <new>
 #include <vector>
 
 #include "protocol/shortened_text.h"
@@ -17,6 +18,16 @@ void GltfImport::warn(std::string sentence) {
     if (warnings.size() >= kMaxWarnings || std::find(warnings.begin(), warnings.end(), sentence) != warnings.end())
         return;
     warnings.push_back(warnings.size() + 1 == kMaxWarnings ? "more warnings were left out" : std::move(sentence));
+}
+
+std::optional<Error> take_memory(std::size_t& room, std::size_t count, std::size_t bytes_each,
+                                 const std::string& where) {
+    if (count > room / bytes_each)
+        return Error{"too_large", where, std::to_string(count),
+                     "they would take " + std::to_string(count * bytes_each >> 20) + " MiB, of which " +
+                         std::to_string(room >> 20) + " are left (--max-memory-mib)"};
+    room -= count * bytes_each;
+    return std::nullopt;
 }
 
 namespace {
@@ -60,14 +71,15 @@ void bound_albedo(GltfImport& import, double most) {
 
 }  // namespace
 
-Result<std::shared_ptr<const SceneAsset>> load_gltf(const std::string& path, const std::string& name,
-                                                    double max_albedo) {
+Result<std::shared_ptr<const SceneAsset>> load_gltf(const std::string& path, const std::string& name, double max_albedo,
+                                                    std::size_t most_bytes) {
     try {
-        const auto document = read_gltf_document(path);
+        std::size_t room = most_bytes;
+        const auto document = read_gltf_document(path, room);
         if (!document) return document.error();
         auto scene = std::make_shared<SceneAsset>();
         scene->name = shortened_text(name, 4096);
-        GltfImport import{*document, *scene, {}, {}, 0};
+        GltfImport import{*document, *scene, {}, {}, 0, room};
         for (const std::string& warning : document->warnings) import.warn(warning);
         for (const auto step : {import_materials, import_meshes, import_nodes}) {
             const auto done = step(import);
@@ -76,8 +88,10 @@ Result<std::shared_ptr<const SceneAsset>> load_gltf(const std::string& path, con
         bound_albedo(import, max_albedo);
         if (scene->instances.empty()) import.warn("the scene has no triangles");
         return std::shared_ptr<const SceneAsset>(std::move(scene));
+    } catch (const std::bad_alloc&) {
+        return Error{"too_large", path, "", "there is not enough memory for the scene"};
     } catch (const std::exception& error) {
-        // The parts answer with Result; what is left is memory that ran out or a fault of a third-party reader.
+        // The parts answer with Result; what is left is a fault of a third-party reader.
         return Error{"bad_gltf", path, error.what(), "the scene file could not be read"};
     }
 }

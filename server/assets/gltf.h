@@ -9,8 +9,9 @@
 
 namespace gonio {
 
-// name: of the result. Result, errors and max_albedo as of load_scene. Opens nothing outside the file's own directory.
-Result<std::shared_ptr<const SceneAsset>> load_gltf(const std::string& path, const std::string& name,
-                                                    double max_albedo);
+// name: of the result. Result, errors, max_albedo and most_bytes as of load_scene. Opens nothing outside the file's own
+// directory.
+Result<std::shared_ptr<const SceneAsset>> load_gltf(const std::string& path, const std::string& name, double max_albedo,
+                                                    std::size_t most_bytes);
 
 }  // namespace gonio

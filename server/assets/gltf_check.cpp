@@ -97,10 +97,10 @@ private:
                 if (value.is_array() && value.size() == rule.length && all_numbers(value)) return std::nullopt;
                 return bad(where, value, "an array of " + std::to_string(rule.length) + " numbers is expected here");
             case RuleKind::size:
+                if (value.is_number() &&
+                    value.get<double>() > 2147483647.0)  // from 2^64 on JSON numbers are no integers
+                    return Error{"too_large", where, shown(value), "a size has at most 31 bits"};
                 if (!value.is_number_unsigned()) return bad(where, value, "a non-negative integer is expected here");
-                if (value.get<std::uint64_t>() > 0x7fffffffu) {
-                    return Error{"out_of_bounds", where, shown(value), "this number is too large"};
-                }
                 return std::nullopt;
             case RuleKind::index: {
                 if (!value.is_number_integer()) return bad(where, value, "an index is expected here");

@@ -12,6 +12,7 @@
 
 #include "server/assets/assets.h"
 #include "server/assets/gltf_check.h"
+#include "server/assets/gltf_import.h"
 
 namespace gonio {
 namespace {
@@ -108,7 +109,7 @@ Result<std::shared_ptr<const tinygltf::Model>> build_model(Json document) {
 }
 
 Result<std::vector<std::vector<std::byte>>> read_buffers(const Json& document, const fs::path& directory,
-                                                         const std::optional<Bytes>& binary) {
+                                                         const std::optional<Bytes>& binary, std::size_t& room) {
     std::vector<std::vector<std::byte>> buffers;
     const Json buffer_list = document.value("buffers", Json::array());
     for (std::size_t i = 0; i < buffer_list.size(); ++i) {
@@ -116,6 +117,7 @@ Result<std::vector<std::vector<std::byte>>> read_buffers(const Json& document, c
         const auto length = buffer_list[i]["byteLength"].get<std::size_t>();
         std::vector<std::byte> bytes;
         if (buffer_list[i].contains("uri")) {
+            if (auto full = take_memory(room, length, kBytesOfByte, where + "/byteLength")) return *full;
             auto read = read_uri(directory, buffer_list[i]["uri"].get<std::string>(), where + "/uri", length,
                                  kMaxSceneFileBytes);
             if (!read) return read.error();
@@ -149,7 +151,7 @@ void note_unread(const Json& document, std::vector<std::string>& warnings) {
 
 }  // namespace
 
-Result<GltfDocument> read_gltf_document(const std::string& path) {
+Result<GltfDocument> read_gltf_document(const std::string& path, std::size_t& room) {
     std::error_code failed;
     if (!fs::exists(path, failed)) return Error{"not_found", path, "", "there is no such scene file"};
     if (!fs::is_regular_file(path, failed)) return Error{"not_found", path, "", "this is not a regular file"};
@@ -160,6 +162,7 @@ Result<GltfDocument> read_gltf_document(const std::string& path) {
     const std::uintmax_t size = fs::file_size(path, failed);
     if (failed) return unreadable(path, failed.value());
     if (size > kMaxSceneFileBytes) return Error{"too_large", path, std::to_string(size), "the scene file is too large"};
+    if (auto full = take_memory(room, size, kBytesOfByte, path)) return *full;
     std::vector<std::byte> file(size);
     stream.read(reinterpret_cast<char*>(file.data()), static_cast<std::streamsize>(size));
     if (static_cast<std::uintmax_t>(stream.gcount()) != size) {
@@ -179,7 +182,7 @@ Result<GltfDocument> read_gltf_document(const std::string& path) {
     }
     if (auto error = check_gltf(document, container->binary.has_value())) return *error;
 
-    auto buffers = read_buffers(document, result.directory, container->binary);
+    auto buffers = read_buffers(document, result.directory, container->binary, room);
     if (!buffers) return buffers.error();
     result.buffers = std::move(*buffers);
     for (const Json& image : document.value("images", Json::array())) {

@@ -36,8 +36,9 @@ struct GltfDocument {
     std::vector<std::string> warnings;
 };
 
-// path: a .gltf or .glb file, told apart by content. Errors as of load_scene.
-Result<GltfDocument> read_gltf_document(const std::string& path);
+// path: a .gltf or .glb file, told apart by content. room: bytes of memory that may be taken, of which this takes its
+// part. Errors as of load_scene.
+Result<GltfDocument> read_gltf_document(const std::string& path, std::size_t& room);
 
 // Result: the bytes of a buffer view whose index has been checked.
 Bytes view_bytes(const GltfDocument& document, int buffer_view);

@@ -2,6 +2,8 @@
 #pragma once
 
 #include <cstdint>
+#include <optional>
+#include <string>
 #include <vector>
 
 #include "server/assets/gltf_document.h"
@@ -14,6 +16,14 @@ inline constexpr std::size_t kMaxSceneIndices = std::size_t{1} << 28;    // over
 inline constexpr std::size_t kMaxSceneTriangles = std::size_t{1} << 24;  // per instance: some 150 bytes each to trace
 inline constexpr std::size_t kMaxSceneInstances = std::size_t{1} << 20;
 inline constexpr std::size_t kMaxSceneTexels = std::size_t{1} << 28;  // over all images
+
+// Memory of each, with what is made of it: of a file's bytes while it is read, texels, vertices and corners, and of
+// triangles where an instance shows them (BVH, clusters, surfaces of links), measured and rounded up.
+inline constexpr std::size_t kBytesOfByte = 3, kBytesOfTexel = 32, kBytesOfVertex = 96, kBytesOfIndex = 12,
+                             kBytesOfTriangle = 160;
+// Takes `count` times so much off the room. Result: why not, "too_large"; then the room is as it was.
+std::optional<Error> take_memory(std::size_t& room, std::size_t count, std::size_t bytes_each,
+                                 const std::string& where);
 
 // How a material places its texture on a mesh: the texture coordinate set, and KHR_texture_transform as
 // uv' = linear * uv + offset. It is baked into the vertices.
@@ -30,6 +40,7 @@ struct GltfImport {
     std::vector<UvPlacement> uv_of_material;       // parallel to scene.materials
     std::vector<std::vector<int>> meshes_of_mesh;  // glTF mesh -> indices into scene.meshes, one per primitive
     int default_material = 0;                      // of primitives that name none
+    std::size_t room = SIZE_MAX;                   // bytes that may still be taken (take_memory)
 
     // Adds a warning once, at most kMaxWarnings in all.
     void warn(std::string sentence);

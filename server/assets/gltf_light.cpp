@@ -9,6 +9,7 @@
 #include "protocol/shortened_text.h"
 #include "server/assets/assets.h"
 #include "server/assets/gltf_import.h"
+#include "server/scene/light_tables.h"
 
 namespace gonio {
 namespace {
@@ -75,6 +76,8 @@ Result<bool> add_punctual(GltfImport& import, const LightNode& node, int index) 
         }
         if (outer > std::numbers::pi / 2.0 + 1e-6)
             import.warn("a cone angle beyond pi/2 was limited to it (" + where + ")");
+        if (!(inner < outer))
+            import.warn("the inner cone of a spot is not inside its outer one: its edge is sharp (" + where + "/spot)");
         light.profile = punctual_spot_profile(inner, outer);
     } else {
         return Error{"bad_gltf", where + "/type", from.type, "there is no such type of light"};
@@ -93,6 +96,7 @@ Result<bool> add_punctual(GltfImport& import, const LightNode& node, int index) 
     }
     if (from.range > 0.0)
         import.warn("the range of lights is ignored: light falls off by the inverse square (" + where + ")");
+    tables_of(*light.profile);
     if (has_room(import)) add_light(import, node, from.name, std::move(light));
     return true;
 }
@@ -137,6 +141,8 @@ Result<bool> add_ies(GltfImport& import, const LightNode& node, const Value& ext
         for (const auto& diagnostic : profiles[index]->photometry.diagnostics) {
             if (diagnostic.severity == "warning") import.warn(diagnostic.message + " (" + root + ")");
         }
+        const std::string& thinned = tables_of(*profiles[index]).thinned;
+        if (!thinned.empty()) import.warn(thinned + " (" + root + ")");
     }
     LightSeed light;
     light.profile = profiles[index];

@@ -137,7 +137,10 @@ private:
         if (known != loaded_.end()) return known->second;
         auto image = load_image(texture.source);
         if (!image) return image.error();
-        texels_ += static_cast<std::size_t>(image->width_px) * static_cast<std::size_t>(image->height_px);
+        const std::size_t texels =
+            static_cast<std::size_t>(image->width_px) * static_cast<std::size_t>(image->height_px);
+        texels_ += texels;
+        if (auto full = take_memory(import_.room, texels, kBytesOfTexel, "/images")) return *full;
         import_.scene.images.push_back(std::move(*image));
         return loaded_[texture.source] = static_cast<int>(import_.scene.images.size()) - 1;
     }
@@ -145,7 +148,7 @@ private:
     Result<Image> load_image(int index) {
         const auto& source = import_.document.images[static_cast<std::size_t>(index)];
         const std::string where = "/images/" + std::to_string(index);
-        const std::size_t room = kMaxSceneTexels - texels_;
+        const std::size_t room = std::min(kMaxSceneTexels - texels_, import_.room / kBytesOfTexel);
         if (source.uri.empty()) {
             if (source.buffer_view < 0) return Error{"bad_gltf", where, "", "an image without uri and bufferView"};
             return decode_image(view_bytes(import_.document, source.buffer_view), where + "/bufferView", room);

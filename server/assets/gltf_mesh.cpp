@@ -188,6 +188,7 @@ private:
         if (decoded_ > 4 * kMaxSceneVertices || count > kMaxSceneVertices) {
             return too_large(where + "/attributes/POSITION", count, "the scene has too many vertices");
         }
+        if (auto full = take_memory(import_.room, count, kBytesOfVertex, where + "/attributes/POSITION")) return *full;
         const auto positions = attribute(primitive, "POSITION", 3, count, where);
         if (!positions) return positions.error();
         mesh.vertices.resize(count);
@@ -223,6 +224,7 @@ private:
         indices_ += 3 * count;  // what a strip may grow into
         if (indices_ > 3 * kMaxSceneIndices)
             return too_large(where + "/indices", count, "the scene has too many indices");
+        if (auto full = take_memory(import_.room, count, kBytesOfIndex, where + "/indices")) return *full;
         Indices indices;
         if (primitive.indices >= 0) {
             auto read = read_indices(document_, primitive.indices);

@@ -135,11 +135,13 @@ private:
         for (const int mesh : import_.meshes_of_mesh[static_cast<std::size_t>(node.mesh)]) {
             const int facing = volume > 0.0 ? mesh : mirrored(mesh);
             auto& scene = import_.scene;
-            triangles_ += scene.meshes[static_cast<std::size_t>(facing)].indices.size() / 3;
+            const std::size_t count = scene.meshes[static_cast<std::size_t>(facing)].indices.size() / 3;
+            triangles_ += count;
             if (triangles_ > kMaxSceneTriangles || scene.instances.size() >= kMaxSceneInstances) {
                 return Error{"too_large", where + "/mesh", std::to_string(node.mesh),
                              "the scene has too many instances or triangles"};
             }
+            if (auto full = take_memory(import_.room, count, kBytesOfTriangle, where + "/mesh")) return *full;
             add_instance(scene, facing, node.name, world);
         }
         return true;

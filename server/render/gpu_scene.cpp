@@ -57,17 +57,16 @@ gl::Texture upload_image(const Image& image, int index) {
 }  // namespace
 
 GpuScene::GpuScene(std::shared_ptr<const SceneAsset> asset) : asset_(std::move(asset)) {
-    std::vector<Vertex> vertices;
-    std::vector<std::uint32_t> indices;
     groups_.resize(asset_->meshes.size());
+    std::size_t vertices = 0, indices = 0;
     for (std::size_t i = 0; i < asset_->meshes.size(); ++i) {
         const Mesh& mesh = asset_->meshes[i];
-        groups_[i].first_index = static_cast<std::uint32_t>(indices.size());
+        groups_[i].first_index = static_cast<std::uint32_t>(indices);
         groups_[i].index_count = static_cast<std::uint32_t>(mesh.indices.size());
-        groups_[i].base_vertex = static_cast<std::int32_t>(vertices.size());
+        groups_[i].base_vertex = static_cast<std::int32_t>(vertices);
         groups_[i].material = mesh.material;
-        vertices.insert(vertices.end(), mesh.vertices.begin(), mesh.vertices.end());
-        indices.insert(indices.end(), mesh.indices.begin(), mesh.indices.end());
+        vertices += mesh.vertices.size();
+        indices += mesh.indices.size();
     }
     std::uint32_t triangles = 0;
     for (std::size_t i = 0; i < asset_->instances.size(); ++i) {
@@ -85,16 +84,26 @@ GpuScene::GpuScene(std::shared_ptr<const SceneAsset> asset) : asset_(std::move(a
     near_m_ = static_cast<float>(diagonal_m * 1e-5);
     if (std::isfinite(diagonal_m))
         layer_unit_m2_ = static_cast<float>(std::exp2(std::round(2.0 * std::log2(diagonal_m / 16.0))));
+}
 
-    vertices_ = gl::make_buffer("vertices", std::max<std::size_t>(vertices.size(), 1) * sizeof(Vertex),
-                                vertices.empty() ? nullptr : vertices.data());
-    indices_ = gl::make_buffer("indices", std::max<std::size_t>(indices.size(), 1) * 4,
-                               indices.empty() ? nullptr : indices.data());
+const GpuScene::Uploaded& GpuScene::uploaded() const {
+    if (uploaded_) return *uploaded_;
+    auto made = std::make_unique<Uploaded>();
+    std::vector<Vertex> vertices;
+    std::vector<std::uint32_t> indices;
+    for (const Mesh& mesh : asset_->meshes) {
+        vertices.insert(vertices.end(), mesh.vertices.begin(), mesh.vertices.end());
+        indices.insert(indices.end(), mesh.indices.begin(), mesh.indices.end());
+    }
+    made->vertices = gl::make_buffer("vertices", std::max<std::size_t>(vertices.size(), 1) * sizeof(Vertex),
+                                     vertices.empty() ? nullptr : vertices.data());
+    made->indices = gl::make_buffer("indices", std::max<std::size_t>(indices.size(), 1) * 4,
+                                    indices.empty() ? nullptr : indices.data());
     GLuint id = 0;
     glCreateVertexArrays(1, &id);
-    vertex_array_ = gl::VertexArray(id);
-    glVertexArrayVertexBuffer(id, 0, vertices_.id(), 0, sizeof(Vertex));
-    glVertexArrayElementBuffer(id, indices_.id());
+    made->vertex_array = gl::VertexArray(id);
+    glVertexArrayVertexBuffer(id, 0, made->vertices.id(), 0, sizeof(Vertex));
+    glVertexArrayElementBuffer(id, made->indices.id());
     const auto attribute = [&](GLuint index, GLint size, std::size_t offset, GLuint binding) {
         glEnableVertexArrayAttrib(id, index);
         glVertexArrayAttribFormat(id, index, size, GL_FLOAT, GL_FALSE, static_cast<GLuint>(offset));
@@ -116,16 +125,18 @@ GpuScene::GpuScene(std::shared_ptr<const SceneAsset> asset) : asset_(std::move(a
     glVertexArrayBindingDivisor(id, 1, 1);
 
     for (std::size_t i = 0; i < asset_->images.size(); ++i)
-        images_.push_back(upload_image(asset_->images[i], static_cast<int>(i)));
+        made->images.push_back(upload_image(asset_->images[i], static_cast<int>(i)));
     for (int i = 0; i < 4; ++i) {
         GLuint sampler = 0;
         glCreateSamplers(1, &sampler);
-        samplers_[i] = gl::Sampler(sampler);
+        made->samplers[i] = gl::Sampler(sampler);
         glSamplerParameteri(sampler, GL_TEXTURE_MIN_FILTER, GL_LINEAR_MIPMAP_LINEAR);
         glSamplerParameteri(sampler, GL_TEXTURE_MAG_FILTER, GL_LINEAR);
         glSamplerParameteri(sampler, GL_TEXTURE_WRAP_S, (i & 1) != 0 ? GL_REPEAT : GL_CLAMP_TO_EDGE);
         glSamplerParameteri(sampler, GL_TEXTURE_WRAP_T, (i & 2) != 0 ? GL_REPEAT : GL_CLAMP_TO_EDGE);
     }
+    uploaded_ = std::move(made);
+    return *uploaded_;
 }
 
 PassRun GpuScene::draw(Mode mode, Programs& programs, const glm::dvec3& eye, const glm::mat4& clip_from_local,
@@ -162,14 +173,15 @@ PassRun GpuScene::draw(Mode mode, Programs& programs, const glm::dvec3& eye, con
     run.faces = cube ? static_cast<unsigned>(std::popcount(faces & 63u)) : 0;
     if (instances.empty()) return run;
 
+    const Uploaded& own = uploaded();
     const gl::Buffer instance_buffer =
         gl::make_buffer("draw instances", instances.size() * sizeof(layouts::DrawInstance), instances.data());
-    glVertexArrayVertexBuffer(vertex_array_.id(), 1, instance_buffer.id(), 0, sizeof(layouts::DrawInstance));
-    glBindVertexArray(vertex_array_.id());
+    glVertexArrayVertexBuffer(own.vertex_array.id(), 1, instance_buffer.id(), 0, sizeof(layouts::DrawInstance));
+    glBindVertexArray(own.vertex_array.id());
     if (cells) {
         static_assert(sizeof(Vertex) == 8 * sizeof(float) && offsetof(Vertex, position) == 0);  // shaders/lib/cell.glsl
-        glBindBufferBase(GL_SHADER_STORAGE_BUFFER, 2, vertices_.id());
-        glBindBufferBase(GL_SHADER_STORAGE_BUFFER, 3, indices_.id());
+        glBindBufferBase(GL_SHADER_STORAGE_BUFFER, 2, own.vertices.id());
+        glBindBufferBase(GL_SHADER_STORAGE_BUFFER, 3, own.indices.id());
     }
     for (std::size_t g = 0; g < groups_.size(); ++g) {
         if (ranges[g].second == 0 || groups_[g].index_count == 0) continue;
@@ -203,13 +215,13 @@ PassRun GpuScene::draw(Mode mode, Programs& programs, const glm::dvec3& eye, con
             if (cells)
                 glProgramUniform2ui(program, 6, groups_[g].first_index, static_cast<GLuint>(groups_[g].base_vertex));
         }
-        const GLuint sampler = samplers_[(material.repeat_s ? 1 : 0) + (material.repeat_t ? 2 : 0)].id();
+        const GLuint sampler = own.samplers[(material.repeat_s ? 1 : 0) + (material.repeat_t ? 2 : 0)].id();
         if (textured) {
-            glBindTextureUnit(0, images_[static_cast<std::size_t>(material.base_color_image)].id());
+            glBindTextureUnit(0, own.images[static_cast<std::size_t>(material.base_color_image)].id());
             glBindSampler(0, sampler);
         }
         if (!cube && material.emissive_image >= 0) {
-            glBindTextureUnit(1, images_[static_cast<std::size_t>(material.emissive_image)].id());
+            glBindTextureUnit(1, own.images[static_cast<std::size_t>(material.emissive_image)].id());
             glBindSampler(1, sampler);
         }
         // glTF culls the back of single-sided faces for the viewer; light is stopped by both sides.

@@ -44,11 +44,17 @@ public:
                  unsigned faces) const;
 
 private:
+    struct Uploaded {
+        gl::Buffer vertices, indices;
+        gl::VertexArray vertex_array;
+        std::vector<gl::Texture> images;
+        gl::Sampler samplers[4];  // repeat_s + 2 · repeat_t
+    };
+    // Made by the first draw: the CPU's passes need none of it.
+    const Uploaded& uploaded() const;
+
     std::shared_ptr<const SceneAsset> asset_;
-    gl::Buffer vertices_, indices_;
-    gl::VertexArray vertex_array_;
-    std::vector<gl::Texture> images_;
-    gl::Sampler samplers_[4];  // repeat_s + 2 · repeat_t
+    mutable std::unique_ptr<const Uploaded> uploaded_;
     std::vector<DrawGroup> groups_;
     std::vector<Bounds> bounds_;                 // per instance, world
     std::vector<std::uint32_t> first_triangle_;  // likewise, among those of all instances

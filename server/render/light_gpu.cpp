@@ -1,32 +1,41 @@
 #include "server/render/light_gpu.h"
 
 #include "ies/solid.h"
-#include "server/render/web_buffer.h"
+#include "server/scene/light_tables.h"
 
 namespace gonio {
 
-std::shared_ptr<const WebGpu> upload_web(const Profile& profile) {
-    const ies::PhotometricWeb& web = profile.photometry.web;
-    auto gpu = std::make_shared<WebGpu>();
-    gpu->words = pack_web(web);
-    gpu->buffer = gl::make_buffer("web " + profile.name, gpu->words.size() * 4, gpu->words.data());
-    gpu->peak_cd = static_cast<float>(profile.max_cd);
-    gpu->lit = lit_directions(web);
-    gpu->beam_cos = beam_cosine(web);
-    gpu->uniform = uniform_grid(web);
-    gpu->mask_size = mask_face_size(web);
-    const ies::SolidMesh solid = ies::photometric_solid(web, Angle::degrees(5.0));
-    std::vector<float> vertices;
-    for (std::size_t i = 0; i < solid.positions.size(); i += 3) {
-        vertices.insert(vertices.end(), {solid.positions[i], solid.positions[i + 1], solid.positions[i + 2],
-                                         solid.normals[i], solid.normals[i + 1], solid.normals[i + 2]});
-    }
-    if (!solid.triangles.empty()) {
-        gpu->solid_vertices = gl::make_buffer("solid vertices", vertices.size() * 4, vertices.data());
-        gpu->solid_indices = gl::make_buffer("solid indices", solid.triangles.size() * 4, solid.triangles.data());
-        gpu->solid_index_count = static_cast<GLsizei>(solid.triangles.size());
-    }
-    return gpu;
+std::shared_ptr<const WebGpu> make_web(std::shared_ptr<const Profile> profile) {
+    auto web = std::make_shared<WebGpu>();
+    web->tables = &tables_of(*profile);
+    web->peak_cd = static_cast<float>(profile->max_cd);
+    web->profile = std::move(profile);
+    return web;
+}
+
+GLuint web_buffer(const WebGpu& web) {
+    const std::vector<std::uint32_t>& words = web.tables->words;
+    if (web.buffer.id() == 0) web.buffer = gl::make_buffer("web " + web.profile->name, words.size() * 4, words.data());
+    return web.buffer.id();
+}
+
+const SolidGpu& solid_of(const WebGpu& web) {
+    if (web.solid) return *web.solid;
+    web.solid = std::make_shared<const SolidGpu>([&] {
+        SolidGpu gpu;
+        const ies::SolidMesh solid = ies::photometric_solid(web.profile->photometry.web, Angle::degrees(5.0));
+        if (solid.triangles.empty()) return gpu;
+        std::vector<float> vertices;
+        for (std::size_t i = 0; i < solid.positions.size(); i += 3) {
+            vertices.insert(vertices.end(), {solid.positions[i], solid.positions[i + 1], solid.positions[i + 2],
+                                             solid.normals[i], solid.normals[i + 1], solid.normals[i + 2]});
+        }
+        gpu.vertices = gl::make_buffer("solid vertices", vertices.size() * 4, vertices.data());
+        gpu.indices = gl::make_buffer("solid indices", solid.triangles.size() * 4, solid.triangles.data());
+        gpu.index_count = static_cast<GLsizei>(solid.triangles.size());
+        return gpu;
+    }());
+    return *web.solid;
 }
 
 int shadow_size_of(std::size_t lights) {
@@ -66,8 +75,8 @@ void make_rsm(LightGpu& light, bool with_position) {
 }
 
 void make_mask(LightGpu& light) {
-    if (light.mask_size == light.web->mask_size) return;
-    light.mask_size = light.web->mask_size;
+    if (light.mask_size == light.web->tables->mask_size) return;
+    light.mask_size = light.web->tables->mask_size;
     light.mask =
         gl::make_texture_cube("mask", GL_RGBA32F, light.mask_size, gl::Filter::linear, gl::mip_levels(light.mask_size));
     light.mask_fbo = gl::make_framebuffer("mask", {light.mask.id()}, 0);

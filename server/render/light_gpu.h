@@ -17,18 +17,21 @@ namespace gonio {
 inline constexpr int kRsmSize = 128;      // texels per face side
 inline constexpr int kShadowSize = 1024;  // likewise; halved beyond 16 lights, which keeps 64 lights below 0.5 GiB
 
-// The photometric web of a profile, shared by the lights that use it.
+// A photometric solid: position and normal, 6 floats per vertex, cd.
+struct SolidGpu {
+    gl::Buffer vertices, indices;
+    GLsizei index_count = 0;
+};
+
+// What is made of a profile, shared by the lights that use it.
 struct WebGpu {
-    std::vector<std::uint32_t> words;          // pack_web
-    gl::Buffer buffer;                         // the same; shaders/lib/web_buffer.glsl
-    gl::Buffer solid_vertices, solid_indices;  // photometric solid: position and normal, 6 floats per vertex, cd
-    GLsizei solid_index_count = 0;
+    std::shared_ptr<const Profile> profile;
+    const LightTables* tables = nullptr;  // of the profile
     float peak_cd = 0.0f;
-    std::vector<glm::vec3> lit;  // lit_directions
-    float beam_cos = -1.0f;      // beam_cosine
-    bool uniform = false;        // equally spaced angles
-    int mask_size = 64;
-    mutable std::shared_ptr<const shade::VplRays> rays;  // where asked for
+    // Where asked for: the tables' words for shaders/lib/web_buffer.glsl (web_buffer), solid_of, rays of the light.
+    mutable gl::Buffer buffer;
+    mutable std::shared_ptr<const SolidGpu> solid;
+    mutable std::shared_ptr<const shade::VplRays> rays;
 };
 
 struct LightGpu {
@@ -78,7 +81,9 @@ struct LightGpu {
     bool has_exact() const { return exact.next > 0 && exact.next == exact.first.size(); }
 };
 
-std::shared_ptr<const WebGpu> upload_web(const Profile& profile);
+std::shared_ptr<const WebGpu> make_web(std::shared_ptr<const Profile> profile);
+GLuint web_buffer(const WebGpu& web);
+const SolidGpu& solid_of(const WebGpu& web);
 int shadow_size_of(std::size_t lights);
 // Each makes what is missing. Result: whether the map is new and empty.
 bool make_shadow(LightGpu& light, std::size_t lights);

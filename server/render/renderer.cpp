@@ -13,8 +13,8 @@
 #include "server/render/passes/screen_light.h"
 #include "server/render/pipeline.h"
 #include "server/render/timers.h"
-#include "server/render/web_buffer.h"
 #include "server/scene/apply.h"
+#include "server/scene/web_buffer.h"
 #include "server/shade/screen.h"
 
 namespace gonio {
@@ -40,6 +40,26 @@ void Renderer::inspect_with(std::function<void(const Inspected&)> visit) {
     inspector_ = std::move(visit);
 }
 
+namespace {
+
+// Transports outlive their renderer: one that is made after the GPU was lost goes on with them. Of the scene that is
+// shown, and of one more that is captured meanwhile. Render thread.
+struct Known {
+    std::shared_ptr<const SceneAsset> asset;
+    transport::SurfelSettings surfels;
+    unsigned links = 0;
+    bool cells = false;
+    std::vector<glm::vec3> seeds;
+    std::shared_ptr<transport::Builder> builder;
+};
+std::deque<Known>& known_transports() {
+    static std::deque<Known> known;
+    if (known.size() > 2) known.pop_front();
+    return known;
+}
+
+}  // namespace
+
 // Brings GPU objects in line with the scene: geometry, lights' maps, the live target.
 void Renderer::prepare(const Scene& scene, bool live, bool bounces) {
     if (!geometry_ || &geometry_->asset() != scene.asset.get()) {
@@ -48,14 +68,13 @@ void Renderer::prepare(const Scene& scene, bool live, bool bounces) {
         builder_.reset();
         transport_.reset();
         ++generation_;
-        looks_ = std::make_unique<const shade::Looks>(shade::make_looks(*traced_));
-        clusters_.reset();
+        drawn_.reset();
+        if (scene.drawn && scene.drawn->geometry == traced_) drawn_ = scene.drawn;
+        if (live) std::erase_if(known_transports(), [&](const Known& one) { return one.asset != scene.asset; });
     }
     // Where shaders shade, rays want a G-buffer of the CPU's for what is summed and for what rests alone.
-    if (!clusters_ || (clusters_->empty() && (refines_ || scene.lights.size() > kMostLayers)))
-        clusters_ = std::make_unique<const shade::Clusters>(
-            direct_by_rays_ || refines_ || scene.lights.size() > kMostLayers ? shade::make_clusters(*traced_)
-                                                                             : shade::Clusters{});
+    const bool clustered = direct_by_rays_ || refines_ || scene.lights.size() > kMostLayers;
+    if (!drawn_ || (clustered && !drawn_->clustered)) drawn_ = shade::make_drawn(traced_, clustered);
     if (scene.technique == Technique::standard && bounces) prepare_transport(scene);
     std::erase_if(lights_, [&](const auto& entry) {
         const bool gone = live && std::none_of(scene.lights.begin(), scene.lights.end(),
@@ -69,13 +88,13 @@ void Renderer::prepare(const Scene& scene, bool live, bool bounces) {
         if (gpu.profile != light.profile) {
             std::weak_ptr<const WebGpu>& cached = webs_[light.profile.get()];
             gpu.web = cached.lock();
-            if (!gpu.web) cached = gpu.web = upload_web(*light.profile);
+            if (!gpu.web) cached = gpu.web = make_web(light.profile);
             gpu.profile = light.profile;
         }
         if (gpu.reached_profile_rev != light.profile_rev || gpu.reached_aim_rev != light.aim_rev) {
             gpu.reached_profile_rev = light.profile_rev;
             gpu.reached_aim_rev = light.aim_rev;
-            gpu.reached = reached_faces(gpu.web->lit, glm::mat3_cast(light.world_from_light));
+            gpu.reached = reached_faces(gpu.web->tables->lit, glm::mat3_cast(light.world_from_light));
         }
     }
     std::erase_if(webs_, [](const auto& entry) { return entry.second.expired(); });
@@ -180,31 +199,10 @@ std::vector<int> Renderer::layers_of(const Scene& scene, const Target& target) c
     return layers;
 }
 
-namespace {
-
-// Transports outlive their renderer: one that is made after the GPU was lost goes on with them. Two scenes' at most,
-// while anybody holds the scene. Render thread.
-struct Known {
-    std::weak_ptr<const SceneAsset> asset;
-    transport::SurfelSettings surfels;
-    unsigned links = 0;
-    bool cells = false;
-    std::vector<glm::vec3> seeds;
-    std::shared_ptr<transport::Builder> builder;
-};
-std::deque<Known>& known_transports() {
-    static std::deque<Known> known;
-    std::erase_if(known, [](const Known& one) { return one.asset.expired(); });
-    if (known.size() > 2) known.pop_front();
-    return known;
-}
-
-}  // namespace
-
 void Renderer::prepare_transport(const Scene& scene) {
     auto& known = known_transports();
     const auto own = std::find_if(known.begin(), known.end(), [&](const Known& one) {
-        return one.asset.lock() == scene.asset && one.surfels == surfels_ && one.links == links_ &&
+        return one.asset == scene.asset && one.surfels == surfels_ && one.links == links_ &&
                (one.cells || direct_by_rays_);
     });
     std::vector<glm::vec3> places = {traced_->local(scene.camera.eye)};
@@ -278,8 +276,8 @@ FrameInputs Renderer::inputs_of(const Scene& scene, const Target& target, const 
                        {},
                        scene.view,
                        *traced_,
-                       *clusters_,
-                       *looks_,
+                       drawn_->clusters,
+                       drawn_->looks,
                        pool_,
                        direct_by_rays_,
                        transport_.get(),

@@ -121,8 +121,7 @@ private:
     unsigned links_ = transport::kMostBlockLinks;
     std::shared_ptr<const transport::Transport> transport_;  // what passes read
     std::uint64_t generation_ = 0;                           // counts what it was
-    std::unique_ptr<const shade::Looks> looks_;
-    std::unique_ptr<const shade::Clusters> clusters_;  // empty where GL draws the live G-buffer
+    std::shared_ptr<const shade::Drawn> drawn_;              // without clusters where GL draws the live G-buffer
     Pool pool_;
     Ledger ledger_;
     Target live_;

@@ -10,6 +10,7 @@
 #include "protocol/shortened_text.h"
 #include "protocol/surface_map.h"
 #include "server/scene/console.h"
+#include "server/scene/light_tables.h"
 #include "server/scene/orientation.h"
 #include "server/scene/preset.h"
 
@@ -67,9 +68,10 @@ std::string checked_name(const std::string& name, const std::string& field) {
     if (name.empty() || name.size() > kMaxNameBytes) {
         refuse("invalid_argument", field, shortened_text(name, kMaxNameBytes), "must have 1 to 128 bytes");
     }
-    for (unsigned char c : name) {
-        if (c < 0x20 || c == 0x7f) refuse("invalid_argument", field, name, "must not hold control characters");
-    }
+    const std::string shown = shortened_text(name, kMaxNameBytes);
+    if (shown != name)
+        refuse("invalid_argument", field, shown,
+               "must be UTF-8 without control characters, also none of the direction of writing");
     return name;
 }
 
@@ -341,12 +343,15 @@ void load_scene(Scene& scene, const Loaded& loaded) {
     if (!loaded.asset) refuse("invalid_argument", "load_scene.file", "", "no scene was loaded");
     Scene fresh = scene_of(loaded.asset, scene.scene_rev + 1);
     fresh.traced = loaded.traced;
+    fresh.drawn = loaded.drawn;
     fresh.scene_rev = scene.scene_rev;
     fresh.next_light_id += scene.next_light_id;
     for (Light& light : fresh.lights) light.id += scene.next_light_id;
     // What belongs to the viewer rather than to the scene stays.
     fresh.patch = scene.patch;
     fresh.surfaces = scene.surfaces;
+    fresh.presets = scene.presets;  // of lights by name: files are written anew, and scenes come back
+    fresh.presets_rev = scene.presets_rev;
     fresh.view = scene.view;
     fresh.view_gain = scene.view_gain;
     fresh.master_ratio = scene.master_ratio;
@@ -354,13 +359,6 @@ void load_scene(Scene& scene, const Loaded& loaded) {
     fresh.samples = scene.samples;
     fresh.width_px = scene.width_px;
     fresh.height_px = scene.height_px;
-    // A preset serves as long as there is a light that it knows: files are written anew and loaded again.
-    for (const auto& [name, preset] : scene.presets) {
-        const bool knows_one = std::any_of(preset->begin(), preset->end(), [&](const PresetLight& kept) {
-            return find_light(fresh, kept.name) != nullptr;
-        });
-        if (knows_one) fresh.presets.emplace(name, preset);
-    }
     scene = std::move(fresh);
 }
 
@@ -465,6 +463,8 @@ Result<Applied> apply(Scene& scene, const v1::Command& command, const Loaded& lo
         for (const ies::Diagnostic& d : loaded.profile->photometry.diagnostics) {
             applied.warnings.push_back(d.code + " (line " + std::to_string(d.line) + "): " + d.message);
         }
+        const std::string& thinned = tables_of(*loaded.profile).thinned;
+        if (!thinned.empty()) applied.warnings.push_back(thinned);
     }
     if (loaded.asset) applied.warnings = loaded.asset->warnings;
     if (command.has_set_surfaces() || command.has_map_control()) applied.warnings = surface_warnings(scene);

@@ -9,6 +9,7 @@
 #include <glm/gtc/quaternion.hpp>
 #include <map>
 #include <memory>
+#include <mutex>
 #include <string>
 #include <vector>
 
@@ -23,6 +24,10 @@ class SetSurfaces;
 namespace trace {
 class Geometry;
 }  // namespace trace
+namespace shade {
+struct Drawn;
+}  // namespace shade
+struct LightTables;
 
 struct Bounds {
     glm::dvec3 min{1e300};
@@ -67,12 +72,23 @@ struct Instance {
     std::string node;  // glTF node name, for messages
 };
 
+// What is made of a profile once it is asked for (light_tables.h). A copy of the profile makes its own.
+struct LightTablesOnce {
+    mutable std::mutex mutex;
+    mutable std::shared_ptr<const LightTables> made;
+    LightTablesOnce() = default;
+    LightTablesOnce(const LightTablesOnce&) {}
+    LightTablesOnce& operator=(const LightTablesOnce&) = delete;
+    bool operator==(const LightTablesOnce&) const { return true; }
+};
+
 // A profile as lights share it.
 struct Profile {
     std::string name;
     ies::Photometry photometry;
     double max_cd = 0.0;   // peak of the web
     double flux_lm = 0.0;  // its integral
+    LightTablesOnce tables;
     bool operator==(const Profile&) const = default;
 };
 
@@ -159,6 +175,7 @@ inline constexpr std::uint32_t kDefaultSeedSamples =
 struct Scene {
     std::shared_ptr<const SceneAsset> asset;
     std::shared_ptr<const trace::Geometry> traced;  // of `asset`; null: whoever needs it makes one
+    std::shared_ptr<const shade::Drawn> drawn;      // of `traced`; likewise
     std::vector<Light> lights;
     std::map<std::string, std::vector<std::string>> groups;  // name -> light names
     std::shared_ptr<const v1::SetPatch> patch;               // of consoles; null: the default patch

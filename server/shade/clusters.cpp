@@ -112,4 +112,9 @@ Clusters make_clusters(const trace::Geometry& geometry) {
     return result;
 }
 
+std::shared_ptr<const Drawn> make_drawn(std::shared_ptr<const trace::Geometry> geometry, bool clustered) {
+    return std::make_shared<const Drawn>(
+        Drawn{geometry, make_looks(*geometry), clustered, clustered ? make_clusters(*geometry) : Clusters()});
+}
+
 }  // namespace gonio::shade

@@ -5,6 +5,7 @@
 #include <array>
 #include <cstdint>
 #include <glm/glm.hpp>
+#include <memory>
 #include <vector>
 
 #include "server/shade/looks.h"
@@ -41,5 +42,15 @@ struct Clusters {
 
 // Result: none if the scene has more than kMostTriangles.
 Clusters make_clusters(const trace::Geometry& geometry);
+
+// What the CPU's passes read of a scene.
+struct Drawn {
+    std::shared_ptr<const trace::Geometry> geometry;
+    Looks looks;
+    bool clustered;  // else no clusters were asked for
+    Clusters clusters;
+};
+// In a second for a million triangles. Any thread.
+std::shared_ptr<const Drawn> make_drawn(std::shared_ptr<const trace::Geometry> geometry, bool clustered);
 
 }  // namespace gonio::shade

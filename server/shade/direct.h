@@ -6,6 +6,7 @@
 #include <glm/glm.hpp>
 #include <span>
 
+#include "server/scene/web_buffer.h"
 #include "server/shade/screen.h"
 
 namespace gonio::shade {
@@ -14,7 +15,7 @@ namespace gonio::shade {
 struct DirectLight {
     glm::vec3 position;  // local, m
     glm::mat3 light_from_world;
-    Web web;
+    PackedWeb web;
     float unit_m2;
     float beam_cos = -1.0f;  // dark where the angle from its photometric zero has a smaller cosine
     glm::vec3 weight{1.0f};  // what it counts in each plane of a picture

@@ -40,13 +40,6 @@ void weights_row(const Points& grid, std::ptrdiff_t stride, int y, int width, co
 void upsample_row(const float* const* values, std::ptrdiff_t stride, int y, int width, const std::uint32_t* weights,
                   std::uint16_t* out);
 
-// A photometric web as the kernels read it.
-struct Web {
-    const std::uint32_t* words;  // of pack_web (server/render/web_buffer.h)
-    bool symmetric;              // the same in all directions around its axis
-    bool even_v, even_h;         // its angles are equally spaced, within 1e-6 rad
-};
-
 // Half floats of `count` floats, a multiple of kLanes; what is greater becomes 65,504.
 void to_halves(const float* from, std::size_t count, std::uint16_t* to);
 // The same of three arrays: 4 half floats each, rgb and 1.

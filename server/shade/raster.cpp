@@ -359,7 +359,9 @@ unsigned draw_surfaces(const Clusters& clusters, const Looks& looks, bool emissi
     raster.nearest.resize(pixels);
     raster.albedo.resize(4 * pixels);
     if (emissive) raster.emission.resize(4 * pixels);
-    raster.setups.resize(looks.triangles.size());
+    if (const std::size_t wanted = looks.triangles.size() + 1; raster.places < wanted || raster.places > 2 * wanted)
+        raster.setups = std::make_unique_for_overwrite<Setup[]>(raster.places = wanted);
+    raster.setups[0] = {};  // which pixels without a surface look at
 
     constexpr std::size_t kClustersPerChunk = 32;
     const std::size_t chunks = (clusters.clusters.size() + kClustersPerChunk - 1) / kClustersPerChunk;
@@ -417,7 +419,7 @@ unsigned draw_surfaces(const Clusters& clusters, const Looks& looks, bool emissi
             std::fill(strip.depth + y * strip.row_length + width, strip.depth + (y + 1) * strip.row_length, 0.0f);
             std::fill(strip.nearest + y * strip.row_length + width, strip.nearest + (y + 1) * strip.row_length, 0u);
         }
-        HWY_DYNAMIC_DISPATCH(ShadeStrip)(looks, raster.setups.data(), strip, rays, surfaces.depth_per_pixel);
+        HWY_DYNAMIC_DISPATCH(ShadeStrip)(looks, raster.setups.get(), strip, rays, surfaces.depth_per_pixel);
     });
     return drawn;
 }

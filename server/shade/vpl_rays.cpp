@@ -6,24 +6,22 @@
 #include "shaders/lib/as_cpp.h"
 
 namespace gonio::shade {
-VplRays::VplRays(std::shared_ptr<const Profile> profile, unsigned count)
-    : VplRays(std::make_shared<const trace::DirectionTable>(std::move(profile)), count) {}
 
-VplRays::VplRays(std::shared_ptr<const trace::DirectionTable> directions, unsigned count)
-    : table(std::move(directions)), asked(count) {
-    const double peak_cd = table->profile()->max_cd;
-    if (table->dark() || !(peak_cd > 0.0)) return;
+VplRays::VplRays(std::shared_ptr<const Profile> of_profile, unsigned count) : profile(std::move(of_profile)) {
+    const DirectionTable& directions = tables_of(*profile).directions;
+    const double peak_cd = profile->max_cd;
+    if (directions.dark() || !(peak_cd > 0.0)) return;
     const unsigned n = (count + kSubsets - 1) / kSubsets * kSubsets;
     rays.reserve(n);
     constexpr std::uint32_t kFirstSeed = 0x2545f491u, kSecondSeed = 0x9e3779b9u;
     for (unsigned i = 0; i < n; ++i) {
         // Consecutive blocks of an Owen-scrambled Sobol sequence are stratified each for itself.
         double density = 0.0;
-        const glm::dvec3 d = table->draw(trace::scrambled_pair(i, kFirstSeed, kSecondSeed), density);
+        const glm::dvec3 d = directions.draw(trace::scrambled_pair(i, kFirstSeed, kSecondSeed), density);
         Ray ray{glm::vec3(d), 0.0f};
         if (density > 0.0) {
-            ray.flux_lm_per_cd = static_cast<float>(
-                ies::intensity(table->profile()->photometry.web, {d.x, d.y, d.z}).in(cd) / peak_cd / (n * density));
+            ray.flux_lm_per_cd = static_cast<float>(ies::intensity(profile->photometry.web, {d.x, d.y, d.z}).in(cd) /
+                                                    peak_cd / (n * density));
         }
         rays.push_back(ray);
     }

@@ -21,8 +21,7 @@ inline constexpr float kLinksAloneRadii = 2.0f, kVplsAloneRadii = 8.0f;  // in r
 
 // The rays of a profile in its luminaire's frame. Immutable.
 struct VplRays {
-    std::shared_ptr<const trace::DirectionTable> table;
-    unsigned asked = 0;  // rays that the constructor was asked for
+    std::shared_ptr<const Profile> profile;
     struct Ray {
         glm::vec3 direction;   // unit
         float flux_lm_per_cd;  // what it carries per candela of the profile's peak
@@ -30,7 +29,6 @@ struct VplRays {
     std::vector<Ray> rays;  // kSubsets equal subsets, every one a stratified sample of its own; a dark profile: none
 
     VplRays(std::shared_ptr<const Profile> profile, unsigned count);
-    VplRays(std::shared_ptr<const trace::DirectionTable> table, unsigned count);
 };
 
 // Result: rays 16 × packet … + 15 of a luminaire, as far as reach_m. It does not light the spot that it is mounted on:

@@ -1,4 +1,4 @@
-// Photometric webs (server/render/web_buffer.h) for SIMD lanes. Included inside HWY_NAMESPACE after lanes.h, once per
+// Photometric webs (server/scene/web_buffer.h) for SIMD lanes. Included inside HWY_NAMESPACE after lanes.h, once per
 // instruction set; therefore without an include guard and without a namespace of its own.
 
 // Where x falls on a web's axis (shaders/lib/web_buffer.glsl for lanes): cell + fraction; outside: whether it lies
@@ -29,7 +29,7 @@ HWY_INLINE Float web_place(bool even, const float* axis, int n, const float* tab
 }
 
 // I(d) / I_peak; d: luminaire frame, any length > 0.
-HWY_INLINE Float web_ratio(const Web& web, const Vec3& d) {
+HWY_INLINE Float web_ratio(const PackedWeb& web, const Vec3& d) {
     const Tag tag;
     const IntTag ints;
     const std::uint32_t* words = web.words;

@@ -50,7 +50,7 @@ double importance(const Luminaire& luminaire, const Receiver& at) {
     const double d2 = std::max({glm::dot(d, d), luminaire.opening_radius_m * luminaire.opening_radius_m, 1e-12});
     const glm::dvec3 direction = d / std::max(glm::length(d), 1e-12);
     const double cosine = std::max(0.0, -glm::dot(direction, glm::dvec3(at.normal)));
-    const double mean_cd = luminaire.profile().flux_lm / (4.0 * std::numbers::pi);
+    const double mean_cd = luminaire.profile->flux_lm / (4.0 * std::numbers::pi);
     return static_cast<double>(luminance(luminaire.weight)) *
            (luminaire.intensity_cd(direction) * cosine + 0.05 * mean_cd) / d2;
 }
@@ -88,7 +88,7 @@ double light_density(const World& world, std::size_t index, const Luminaire& lum
     const glm::dvec3 in_luminaire = glm::transpose(luminaire.world_from_light) * arrival.from_source;
     const double chosen = (world.running[index + 1] - world.running[index]) / world.running.back();
     const double cosine = std::max(0.0, -glm::dot(arrival.from_source, glm::dvec3(at.geometric)));
-    return chosen * luminaire.table->density(in_luminaire) * cosine / (arrival.distance * arrival.distance);
+    return chosen * luminaire.directions->density(in_luminaire) * cosine / (arrival.distance * arrival.distance);
 }
 
 // Direct illuminance from all luminaires, each emitting from source_of(luminaire), lux rgb.
@@ -158,7 +158,7 @@ PathLight trace_path(const World& world, Receiver x, int bounces, bool openings,
             const Luminaire& luminaire = world.luminaires[index];
             const glm::dvec3 source = source_point(luminaire, openings, sample);
             double density = 0.0;
-            const glm::dvec3 emitted = luminaire.world_from_light * luminaire.table->draw(sample.next(), density);
+            const glm::dvec3 emitted = luminaire.world_from_light * luminaire.directions->draw(sample.next(), density);
             SurfaceHit z;
             // A luminaire mounted on a surface does not light the spot it hides.
             const float near = geometry.step_off(glm::vec3(source));

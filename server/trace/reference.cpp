@@ -57,8 +57,7 @@ std::shared_ptr<const World> make_world(const Scene& scene, const World* previou
         world->geometry = geometry_of(scene);
         world->emitters = emitters_of(*world->geometry);
     }
-    world->luminaires =
-        luminaires_of(scene, *world->geometry, previous != nullptr ? previous->luminaires : std::vector<Luminaire>{});
+    world->luminaires = luminaires_of(scene, *world->geometry);
     world->running.push_back(0.0);
     for (const Luminaire& luminaire : world->luminaires)
         world->running.push_back(world->running.back() + static_cast<double>(luminaire.power));

@@ -13,7 +13,7 @@
 #include <tuple>
 
 #include "server/render/renderer.h"
-#include "server/render/web_buffer.h"
+#include "server/scene/web_buffer.h"
 #include "server/scene/apply.h"
 #include "shaders/lib/as_cpp.h"
 #include "tests/bench/cases.h"

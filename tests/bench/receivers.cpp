@@ -6,7 +6,7 @@
 #include <thread>
 
 #include "server/render/passes/passes.h"
-#include "server/render/web_buffer.h"
+#include "server/scene/web_buffer.h"
 #include "server/scene/apply.h"
 #include "server/shade/raster.h"
 #include "server/shade/screen.h"
@@ -106,7 +106,7 @@ std::vector<double> dense_rsm_lx(const Scene& scene, std::span<const Receiver> r
     for (const Light& light : scene.lights) {
         LightGpu gpu;
         gpu.profile = light.profile;
-        gpu.web = upload_web(*light.profile);
+        gpu.web = make_web(light.profile);
         gpu.rsm_size = rsm_size;
         const PassContext context{programs, geometry, scene, target, eye, traced, {}, looks, pool};
         run_rsm(context, light, gpu, 63u);

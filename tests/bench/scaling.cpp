@@ -10,7 +10,7 @@
 #include <vector>
 
 #include "server/render/renderer.h"
-#include "server/render/web_buffer.h"
+#include "server/scene/web_buffer.h"
 #include "server/scene/apply.h"
 #include "tests/bench/cases.h"
 #include "tests/bench/errors.h"

@@ -268,5 +268,86 @@ TEST(Pacing, AStillPictureSharpensAndThenIsSilent) {
     EXPECT_EQ(after_final, 0u);
 }
 
+// The longest that a client waits for the answer to a command, and for a picture of a movement, for so long.
+struct Waits {
+    double answer_ms = 0, picture_ms = 0;
+};
+Waits longest_waits(const DaemonProcess& daemon, std::chrono::seconds time) {
+    Client viewer(port_of(daemon.url())), asking(port_of(daemon.url()));
+    viewer.join(kSubprotocolProto, true, false);
+    asking.join(kSubprotocolProto, false, false);
+    std::atomic<bool> stop{false};
+    Waits waits;
+    std::thread asks([&] {
+        for (std::uint32_t id = 1; !stop; ++id) {
+            v1::ClientMessage message;
+            message.set_request_id(id);
+            message.mutable_command()->mutable_set_master()->set_ratio(0.5 + 0.4 * std::sin(0.1 * id));
+            const auto begin = Clock::now();
+            asking.say(message);
+            bool answered = false;
+            while (!answered && Clock::now() - begin < 10s) {
+                const Client::Frame frame = asking.read_frame(1000);
+                if (frame.opcode != 2 || frame.payload.empty() || frame.payload[0] != 1) continue;
+                const auto heard = decode_server_message(Encoding::proto, std::string_view(frame.payload).substr(1));
+                answered = heard && heard->request_id() == id;
+            }
+            waits.answer_ms =
+                std::max(waits.answer_ms, std::chrono::duration<double, std::milli>(Clock::now() - begin).count());
+            std::this_thread::sleep_for(20ms);
+        }
+    });
+    auto last = Clock::now();
+    for (const auto end = last + time; Clock::now() < end;) {
+        const Client::Frame frame = viewer.read_frame(100);
+        if (frame.opcode == 2 && !frame.payload.empty() && frame.payload[0] == 2) {
+            viewer.acknowledge(frame.seq());
+            const auto now = Clock::now();
+            waits.picture_ms =
+                std::max(waits.picture_ms, std::chrono::duration<double, std::milli>(now - last).count());
+            last = now;
+        }
+    }
+    stop = true;
+    asks.join();
+    return waits;
+}
+
+// Beside captures and a camera that swings, in a scene of many lights.
+std::string ten_that_never_read_hold_up_nobody() {
+    TemporaryFolder folder;
+    DaemonProcess daemon({"--size", "320x320"});
+    if (!daemon.transport_ready()) return "no transport";
+    for (int i = 0; i < 31; ++i)
+        daemon.rev({"add", "light", "light " + std::to_string(i), "--profile", "downlight", "--position",
+                    std::to_string(-1.5 + 0.1 * i) + ",3,0"});
+    const std::uint16_t port = port_of(daemon.url());
+    daemon.gonio({"capture", folder.path("still.exr"), "--size", "320x320"});  // what it compiles is there then
+    const Mover mover(port, swing_camera);
+    std::atomic<bool> stop{false};
+    std::thread captures([&] {
+        while (!stop) daemon.gonio({"capture", folder.path("still.exr"), "--size", "320x320"});
+    });
+    const auto time = measuring_time();
+    const Waits alone = longest_waits(daemon, time);
+    std::vector<std::unique_ptr<Client>> deaf;
+    for (int i = 0; i < 10; ++i) {
+        deaf.push_back(std::make_unique<Client>(port, 4096));
+        deaf.back()->join(kSubprotocolProto, true, true);
+    }
+    std::this_thread::sleep_for(1s);
+    const Waits beside = longest_waits(daemon, time);
+    stop = true;
+    captures.join();
+    std::printf("longest waits, alone: answer %.0f ms, picture %.0f ms; beside ten that never read: %.0f, %.0f\n",
+                alone.answer_ms, alone.picture_ms, beside.answer_ms, beside.picture_ms);
+    return unless(beside.answer_ms < 2 * alone.answer_ms + 100, "answers wait") +
+           unless(beside.picture_ms < 2 * alone.picture_ms + 100, "pictures wait");
+}
+
+TEST(Pacing, TenThatNeverReadHoldUpNobody) {
+    holds_in_one_of_three(ten_that_never_read_hold_up_nobody);
+}
+
 }  // namespace
 }  // namespace gonio::test

@@ -334,6 +334,22 @@ TEST_F(SavedShow, WhatCannotComeBackIsAWarningAndTheRestComesBack) {
     EXPECT_EQ(restored.scene.camera.fov_rad, scene_of(asset).camera.fov_rad);
 }
 
+// Whatever a show holds, a service is ready in time: what did not fit is named.
+TEST_F(SavedShow, ProfilesThatTakeTooLongAreLeftOutByName) {
+    make_show();
+    ProfileTexts texts;
+    const RestoredShow restored = restore_show(show_of(scene, texts), asset, true, std::chrono::milliseconds(0));
+    const auto says = [&](const std::string& text) {
+        return std::any_of(restored.warnings.begin(), restored.warnings.end(),
+                           [&](const std::string& one) { return one.find(text) != std::string::npos; });
+    };
+    EXPECT_TRUE(says("profile 'mine.ies' is left out"));
+    EXPECT_TRUE(says("profile 'spot.ies' is left out"));
+    EXPECT_TRUE(says("light 'wash' is not restored: its profile is missing"));
+    EXPECT_EQ(restored.scene.lights.size(), 2u) << "those of the scene's file, with its profiles";
+    EXPECT_EQ(restored.scene.master_ratio, scene.master_ratio) << "all else is there";
+}
+
 TEST_F(SavedShow, OfAnotherSceneOnlyTheSettingsComeBack) {
     make_show();
     const RestoredShow restored = back(*load_scene("cornell"), false);

@@ -1,5 +1,5 @@
 // Web packing without GL.
-#include "server/render/web_buffer.h"
+#include "server/scene/web_buffer.h"
 
 #include <gtest/gtest.h>
 
@@ -8,6 +8,8 @@
 #include <glm/gtc/quaternion.hpp>
 #include <numbers>
 #include <random>
+
+#include "server/scene/direction_table.h"
 
 namespace gonio {
 namespace {
@@ -24,7 +26,7 @@ ies::PhotometricWeb cone(double half_deg) {
 TEST(WebBuffer, ReachedFacesOfANarrowBeam) {
     // World axes = luminaire axes: the beam goes to -Z, face 5.
     const auto reached = [](const ies::PhotometricWeb& web) {
-        return reached_faces(lit_directions(web), glm::mat3(1.0f));
+        return reached_faces(DirectionTable(web).lit_directions(), glm::mat3(1.0f));
     };
     EXPECT_EQ(reached(cone(10.0)), 1u << 5);
     EXPECT_EQ(reached(cone(60.0)), 63u & ~(1u << 4));
@@ -39,7 +41,7 @@ TEST(WebBuffer, ReachedFacesHoldEveryRayOfATurnedBeam) {
     std::mt19937 random(1);
     std::uniform_real_distribution<float> any(0.0f, 1.0f);
     for (const float half_deg : {3.0f, 25.0f, 80.0f}) {
-        const std::vector<glm::vec3> lit = lit_directions(cone(half_deg));
+        const std::vector<glm::vec3> lit = DirectionTable(cone(half_deg)).lit_directions();
         EXPECT_LT(lit.size(), 4000u);
         for (int turn = 0; turn < 200; ++turn) {
             const glm::mat3 world_from_light(
@@ -68,7 +70,7 @@ TEST(WebBuffer, MaskFollowsTheFinestFeature) {
 }
 
 TEST(WebBuffer, HeaderAndPeak) {
-    const auto words = pack_web(cone(30.0));
+    const auto words = pack_web(cone(30.0), 100.0);
     EXPECT_EQ(words[0], 0u);
     EXPECT_EQ(words[1], 4u);
     EXPECT_EQ(words[2], 2u);

@@ -20,10 +20,7 @@ constexpr unsigned kVplsAtRest = 1024;  // of the picture
 
 const shade::VplRays& rays_of(const Light& light, const LightGpu& gpu, unsigned count) {
     std::shared_ptr<const shade::VplRays>& rays = gpu.web->rays;
-    if (!rays)
-        rays = std::make_shared<const shade::VplRays>(light.profile, count);
-    else if (rays->asked != count)  // a meter's beside the picture's: of the same table of directions
-        rays = std::make_shared<const shade::VplRays>(rays->table, count);
+    if (!rays || rays->rays.size() != count) rays = std::make_shared<const shade::VplRays>(light.profile, count);
     return *rays;
 }
 

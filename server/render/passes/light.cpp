@@ -13,14 +13,14 @@ PassRun run_mask(const PassContext& context, const Light& light, LightGpu& gpu) 
     const int size = gpu.mask_size;
     // Small masks stand for coarse webs: more midpoints per texel there, one where texels are far finer than the web.
     gl::Defines defines = {{"CUBE", "1"}, {"SUB", size <= 128 ? "3" : size <= 256 ? "2" : "1"}};
-    if (gpu.web->uniform) defines.emplace_back("UNIFORM_WEB", "1");
+    if (gpu.web->tables->uniform) defines.emplace_back("UNIFORM_WEB", "1");
     const GLuint program = context.programs.get("passes/screen.vert", "passes/mask.frag", defines);
     begin_screen(context.programs, gpu.mask_fbo.id(), program, size, size);
     const glm::mat3 turn = light_from_world(light);
     glProgramUniformMatrix3fv(program, 1, 1, GL_FALSE, &turn[0][0]);
     glProgramUniform1f(program, 2, gpu.web->peak_cd);
     glProgramUniform1i(program, 3, size);
-    glBindBufferBase(GL_SHADER_STORAGE_BUFFER, 1, gpu.web->buffer.id());
+    glBindBufferBase(GL_SHADER_STORAGE_BUFFER, 1, web_buffer(*gpu.web));
     PassRun run;
     for (int face = 0; face < 6; ++face) {
         if ((gpu.reached >> face & 1u) == 0) {

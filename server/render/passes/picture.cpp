@@ -99,16 +99,17 @@ PassRun run_solid(const PassContext& context, std::span<const LightGpu* const> l
     PassRun run;
     for (std::size_t i = 0; i < lights.size(); ++i) {
         const WebGpu& web = *lights[i]->web;
-        if (web.solid_index_count == 0 || web.peak_cd <= 0.0f) continue;
+        const SolidGpu& solid = solid_of(web);
+        if (solid.index_count == 0 || web.peak_cd <= 0.0f) continue;
         const Light& light = context.scene.lights[i];
         const glm::dmat4 local = glm::translate(glm::dmat4(1), light.position - context.eye.position) *
                                  glm::mat4_cast(light.world_from_light) *
                                  glm::scale(glm::dmat4(1), glm::dvec3(radius_m / static_cast<double>(web.peak_cd)));
         const glm::mat4 local_from_solid(local);
         glProgramUniformMatrix4fv(program, 1, 1, GL_FALSE, &local_from_solid[0][0]);
-        glVertexArrayVertexBuffer(vertex_array.id(), 0, web.solid_vertices.id(), 0, 24);
-        glVertexArrayElementBuffer(vertex_array.id(), web.solid_indices.id());
-        glDrawElements(GL_TRIANGLES, web.solid_index_count, GL_UNSIGNED_INT, nullptr);
+        glVertexArrayVertexBuffer(vertex_array.id(), 0, solid.vertices.id(), 0, 24);
+        glVertexArrayElementBuffer(vertex_array.id(), solid.indices.id());
+        glDrawElements(GL_TRIANGLES, solid.index_count, GL_UNSIGNED_INT, nullptr);
         ++run.draws;
     }
     glPolygonMode(GL_FRONT_AND_BACK, GL_FILL);

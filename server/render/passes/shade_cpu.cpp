@@ -10,8 +10,8 @@
 #include "server/render/passes/passes.h"
 #include "server/render/passes/screen.h"
 #include "server/render/passes/screen_light.h"
-#include "server/render/web_buffer.h"
 #include "server/scene/apply.h"
+#include "server/scene/web_buffer.h"
 #include "server/shade/display.h"
 #include "server/shade/upsample.h"
 
@@ -77,8 +77,8 @@ void upload(const gl::Texture& array, const shade::Surfaces& s, int layer, GLenu
 }
 
 shade::DirectLight direct_light_of(const PassContext& context, const Light& light, const LightGpu& gpu) {
-    return {context.traced.local(light.position), light_from_world(light), web_of(gpu.web->words.data()),
-            context.geometry.layer_unit_m2(), gpu.web->beam_cos};
+    return {context.traced.local(light.position), light_from_world(light), web_of(gpu.web->tables->words.data()),
+            context.geometry.layer_unit_m2(), gpu.web->tables->beam_cos};
 }
 
 PassRun run_direct_rays(const PassContext& context, const Light& light, const LightGpu& gpu, int layer,

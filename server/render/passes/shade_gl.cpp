@@ -35,7 +35,7 @@ void bind_unit(GLuint program, const PassContext& context) {
 PassRun run_direct(const PassContext& context, const Light& light, const LightGpu& gpu, int layer) {
     const Target& target = context.target;
     gl::Defines defines;
-    if (gpu.web->uniform) defines.emplace_back("UNIFORM_WEB", "1");
+    if (gpu.web->tables->uniform) defines.emplace_back("UNIFORM_WEB", "1");
     const GLuint program = context.programs.get("passes/screen.vert", "passes/direct.frag", defines);
     begin_screen(context.programs, layer_framebuffer(target, target.direct.id(), layer), program, target.width_px,
                  target.height_px);
@@ -46,7 +46,7 @@ PassRun run_direct(const PassContext& context, const Light& light, const LightGp
     glProgramUniform1f(program, 2, context.geometry.near_m());
     glProgramUniform1f(program, 3, 2.0f / static_cast<float>(gpu.shadow_size));
     glBindTextureUnit(0, gpu.shadow.id());
-    glBindBufferBase(GL_SHADER_STORAGE_BUFFER, 1, gpu.web->buffer.id());
+    glBindBufferBase(GL_SHADER_STORAGE_BUFFER, 1, web_buffer(*gpu.web));
     draw_screen();
     return {0, 1};
 }

@@ -1,0 +1,37 @@
+// What lighting computes of a profile.
+#pragma once
+
+#include <optional>
+#include <string>
+
+#include "server/scene/direction_table.h"
+#include "server/scene/scene.h"
+#include "server/scene/web_buffer.h"
+
+namespace gonio {
+
+// Finer steps of a web than a picture shows, 2 mm at 10 m: lighting takes means over them (ies::thinned).
+inline constexpr double kLeastStepV_deg = 0.01, kLeastStepH_deg = 0.05;
+
+// Immutable. Bounded by its web, of 36,000 × 14,400 angles at most, and ies::kMaxGridValues.
+struct LightTables {
+    explicit LightTables(const Profile& profile) : LightTables(profile, web_for_lighting(profile)) {}
+
+    std::string thinned;  // a sentence for the report where the web was too fine; else empty
+    DirectionTable directions;
+    std::vector<std::uint32_t> words;  // pack_web
+    std::vector<glm::vec3> lit;        // DirectionTable::lit_directions
+    float beam_cos;                    // DirectionTable::beam_cosine
+    bool uniform;                      // equally spaced angles
+    int mask_size;                     // mask_face_size
+
+private:
+    static std::optional<ies::PhotometricWeb> web_for_lighting(const Profile& profile);  // none: its own
+    LightTables(const Profile& profile, const std::optional<ies::PhotometricWeb>& thin);
+};
+
+// Result: the profile's, made when first asked for: in some milliseconds, of the finest webs in half a second. Who
+// would hold the render thread asks before the profile gets there. Any thread.
+const LightTables& tables_of(const Profile& profile);
+
+}  // namespace gonio

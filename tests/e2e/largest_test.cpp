@@ -1,0 +1,226 @@
+// The largest files and commands that are accepted, while somebody watches a picture that moves: none of them holds up
+// the others.
+#include <gtest/gtest.h>
+#include <sys/resource.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <atomic>
+#include <cmath>
+#include <cstdio>
+#include <cstring>
+#include <fstream>
+#include <thread>
+
+#include "server/command_files.h"
+#include "server/scene/scene.h"
+#include "tests/e2e/daemon_process.h"
+#include "tests/e2e/measured.h"
+#include "tests/e2e/mover.h"
+
+namespace gonio::test {
+namespace {
+
+using Clock = std::chrono::steady_clock;
+using Json = nlohmann::json;
+
+// A valid Type C file with so many vertical angles.
+std::string fine_ies(int angles) {
+    std::string text = "IESNA:LM-63-2002\n[TEST] x\n[TESTLAB] x\n[ISSUEDATE] x\n[MANUFAC] x\nTILT=NONE\n1 -1 1 " +
+                       std::to_string(angles) + " 1 1 2 0 0 0\n1 1 10\n";
+    char number[32];
+    for (int i = 0; i < angles; ++i) {
+        std::snprintf(number, sizeof number, "%.7g\n", 180.0 * i / (angles - 1));
+        text += number;
+    }
+    text += "0\n";
+    for (int i = 0; i < angles; ++i) text += i % 3 == 0 ? "9\n" : "8\n";
+    return text;
+}
+
+// A lit floor of 2 × side² triangles with hills, as one .glb.
+std::string hills_glb(int side) {
+    std::vector<float> places, normals;
+    std::vector<std::uint32_t> indices;
+    for (int y = 0; y <= side; ++y) {
+        for (int x = 0; x <= side; ++x) {
+            const float px = 20.0f * static_cast<float>(x) / static_cast<float>(side) - 10.0f,
+                        pz = 20.0f * static_cast<float>(y) / static_cast<float>(side) - 10.0f;
+            places.insert(places.end(), {px, 0.2f * std::sin(3 * px) * std::cos(2 * pz), pz});
+            normals.insert(normals.end(), {0, 1, 0});
+        }
+    }
+    const auto at = [&](int x, int y) { return static_cast<std::uint32_t>(y * (side + 1) + x); };
+    for (int y = 0; y < side; ++y) {
+        for (int x = 0; x < side; ++x)
+            indices.insert(indices.end(),
+                           {at(x, y), at(x, y + 1), at(x + 1, y), at(x + 1, y), at(x, y + 1), at(x + 1, y + 1)});
+    }
+    std::string binary;
+    const auto put = [&](const auto& values) {
+        binary.append(reinterpret_cast<const char*>(values.data()), values.size() * sizeof values[0]);
+        return values.size() * sizeof values[0];
+    };
+    const std::size_t a = put(places), b = put(normals), c = put(indices), count = places.size() / 3;
+    Json gltf = {
+        {"asset", {{"version", "2.0"}}},
+        {"scene", 0},
+        {"scenes", {{{"nodes", {0, 1}}}}},
+        {"nodes",
+         {{{"mesh", 0}},
+          {{"name", "luminaire"},
+           {"translation", {0, 4, 0}},
+           {"rotation", {-0.70710678, 0, 0, 0.70710678}},
+           {"extensions", {{"KHR_lights_punctual", {{"light", 0}}}}}}}},
+        {"extensionsUsed", {"KHR_lights_punctual"}},
+        {"extensions", {{"KHR_lights_punctual", {{"lights", {{{"type", "point"}, {"intensity", 500}}}}}}}},
+        {"materials", {{{"pbrMetallicRoughness", {{"baseColorFactor", {0.5, 0.5, 0.5, 1}}}}}}},
+        {"meshes",
+         {{{"primitives", {{{"attributes", {{"POSITION", 0}, {"NORMAL", 1}}}, {"indices", 2}, {"material", 0}}}}}}},
+        {"buffers", {{{"byteLength", binary.size()}}}},
+        {"bufferViews",
+         {{{"buffer", 0}, {"byteOffset", 0}, {"byteLength", a}},
+          {{"buffer", 0}, {"byteOffset", a}, {"byteLength", b}},
+          {{"buffer", 0}, {"byteOffset", a + b}, {"byteLength", c}}}},
+        {"accessors",
+         {{{"bufferView", 0},
+           {"componentType", 5126},
+           {"count", count},
+           {"type", "VEC3"},
+           {"min", {-10, -1, -10}},
+           {"max", {10, 1, 10}}},
+          {{"bufferView", 1}, {"componentType", 5126}, {"count", count}, {"type", "VEC3"}},
+          {{"bufferView", 2}, {"componentType", 5125}, {"count", indices.size()}, {"type", "SCALAR"}}}}};
+    std::string json = gltf.dump();
+    json.resize((json.size() + 3) / 4 * 4, ' ');
+    const auto word = [](std::size_t value) {
+        const auto bits = static_cast<std::uint32_t>(value);
+        return std::string(reinterpret_cast<const char*>(&bits), 4);
+    };
+    return "glTF" + word(2) + word(28 + json.size() + binary.size()) + word(json.size()) + "JSON" + json +
+           word(binary.size()) + std::string("BIN\0", 4) + binary;
+}
+
+// Whoever watches, and when each picture came.
+class Watcher {
+public:
+    explicit Watcher(std::uint16_t port) : viewer_(port) {
+        viewer_.join(kSubprotocolProto, true, false);
+        thread_ = std::thread([this] {
+            while (!stop_) {
+                const Client::Frame frame = viewer_.read_frame(200);
+                if (frame.opcode == 9) viewer_.send_frame(10, frame.payload);
+                if (frame.opcode != 2 || frame.payload.empty() || frame.payload[0] != 2) continue;
+                viewer_.acknowledge(frame.seq());
+                const std::lock_guard lock(mutex_);
+                came_.push_back(Clock::now());
+            }
+        });
+    }
+    ~Watcher() {
+        stop_ = true;
+        thread_.join();
+    }
+    Watcher(const Watcher&) = delete;
+    // Median and longest of the gaps between pictures since the last call, ms.
+    std::pair<double, double> gaps_ms() {
+        const std::lock_guard lock(mutex_);
+        std::vector<double> gaps;
+        for (std::size_t i = 1; i < came_.size(); ++i)
+            gaps.push_back(std::chrono::duration<double, std::milli>(came_[i] - came_[i - 1]).count());
+        came_.erase(came_.begin(), came_.end() - (came_.empty() ? 0 : 1));
+        if (gaps.empty()) return {0.0, 1e9};
+        std::sort(gaps.begin(), gaps.end());
+        return {gaps[gaps.size() / 2], gaps.back()};
+    }
+
+private:
+    Client viewer_;
+    std::mutex mutex_;
+    std::vector<Clock::time_point> came_;
+    std::atomic<bool> stop_{false};
+    std::thread thread_;
+};
+
+// Runs it while the picture moves, with a second before and after. Result: what did not hold.
+std::string holds_up_nobody(Watcher& watcher, const char* what, const std::function<void()>& run) {
+    watcher.gaps_ms();
+    std::this_thread::sleep_for(std::chrono::seconds(1));
+    const auto begin = Clock::now();
+    run();
+    const double took_ms = std::chrono::duration<double, std::milli>(Clock::now() - begin).count();
+    std::this_thread::sleep_for(std::chrono::seconds(1));
+    const auto [median, longest] = watcher.gaps_ms();
+    std::printf("%s: answered in %.0f ms; pictures every %.1f ms, at most %.1f\n", what, took_ms, median, longest);
+    return unless(longest <= 3 * median, std::string(what) + " holds up pictures");
+}
+
+TEST(Largest, NothingThatIsAcceptedHoldsUpThePicture) {
+    TemporaryFolder folder;
+    const std::string ies = folder.file("fine.ies", fine_ies(kMaxProfileBytes / 11));
+    const std::string scene = folder.file("hills.glb", hills_glb(1000));
+    std::string patch;
+    for (int i = 0; i < 4096; ++i)
+        patch += "[[patch]]\nsacn = " + std::to_string(1 + i / 512) + "\naddress = " + std::to_string(1 + i % 512) +
+                 "\ntarget = \"luminaire\"\nchannels = [\"level\"]\n";
+    const std::string rows = folder.file("patch.toml", patch);
+    holds_in_one_of_three([&] {
+        DaemonProcess daemon({"--size", "160x160", "--scene-root", folder.path("")});
+        if (!daemon.transport_ready()) return std::string("no transport");
+        const Mover mover(port_of(daemon.url()), [](v1::Command& command, int step) {
+            command.mutable_set_exposure()->set_ev100(6 + 0.5 * std::sin(0.1 * step));
+        });
+        Watcher watcher(port_of(daemon.url()));
+        std::string missed = holds_up_nobody(watcher, "nothing", [] {});
+        missed += holds_up_nobody(watcher, "photometry", [&] {
+            for (int i = 0; i < 7; ++i)
+                daemon.rev({"add", "light", "fine" + std::to_string(i), "--profile", ies, "--position", "0,3,0"});
+        });
+        missed += holds_up_nobody(watcher, "patch", [&] { EXPECT_EQ(daemon.gonio({"patch", rows}).exit_code, 0); });
+        missed += holds_up_nobody(watcher, "preset", [&] {
+            daemon.rev({"preset", "save", "all"});
+            daemon.rev({"preset", "recall", "all"});
+        });
+        missed += holds_up_nobody(watcher, "scene", [&] { daemon.rev({"load", "scene", scene}); });
+        return missed;
+    });
+}
+
+// 2 million triangles take some 400 MiB while they are read: where these are not left the scene is refused before it
+// takes any, by whichever bound, and all else goes on. What is loaded is given back with the next scene.
+TEST(Largest, ASceneThatDoesNotFitIsRefusedAndOneThatGoesIsGivenBack) {
+    TemporaryFolder folder;
+    const std::string scene = folder.file("hills.glb", hills_glb(1000));
+    const auto refused = [&](const DaemonProcess& daemon) {
+        const Finished loaded = daemon.gonio({"load", "scene", scene, "--json"});
+        EXPECT_EQ(loaded.exit_code, 1);
+        EXPECT_NE(loaded.out.find("too_large"), std::string::npos) << loaded.out << loaded.err;
+        EXPECT_TRUE(daemon.alive());
+        daemon.rev({"load", "scene", "cornell"});
+    };
+    {
+        const DaemonProcess daemon({"--size", "160x160", "--max-memory-mib", "600"});
+        refused(daemon);
+    }
+    DaemonProcess daemon({"--size", "160x160"});
+    const double before_mib = resident_mib(daemon.pid());
+    rlimit unlimited{}, tight{};
+    ASSERT_EQ(::prlimit(daemon.pid(), RLIMIT_AS, nullptr, &unlimited), 0);
+    std::size_t pages = 0;
+    std::ifstream("/proc/" + std::to_string(daemon.pid()) + "/statm") >> pages;
+    tight.rlim_cur = pages * static_cast<std::size_t>(::sysconf(_SC_PAGESIZE)) + (300u << 20);
+    tight.rlim_max = unlimited.rlim_max;
+    ASSERT_EQ(::prlimit(daemon.pid(), RLIMIT_AS, &tight, nullptr), 0);
+    refused(daemon);
+    ASSERT_EQ(::prlimit(daemon.pid(), RLIMIT_AS, &unlimited, nullptr), 0);
+    daemon.rev({"load", "scene", scene});
+    EXPECT_TRUE(daemon.transport_ready());
+    const double loaded_mib = resident_mib(daemon.pid());
+    EXPECT_GT(loaded_mib, before_mib + 200);
+    daemon.rev({"load", "scene", "cornell"});
+    EXPECT_TRUE(daemon.transport_ready());
+    EXPECT_LT(resident_mib(daemon.pid()), before_mib + 0.25 * (loaded_mib - before_mib));
+}
+
+}  // namespace
+}  // namespace gonio::test
