@@ -85,6 +85,21 @@ std::size_t too_deep_at(std::string_view json) {
     return std::string_view::npos;
 }
 
+// type: as protobuf's JSON parser names it. Result: what a value of it is.
+std::string words_of_type(const std::string& type) {
+    static constexpr std::pair<std::string_view, std::string_view> kWords[] = {
+        {"TYPE_UINT32", "a whole number from 0 to 4294967295"},
+        {"TYPE_INT32", "a whole number from -2147483648 to 2147483647"},
+        {"TYPE_DOUBLE", "a number"},
+        {"TYPE_BOOL", "true or false"},
+        {"TYPE_STRING", "a text"},
+        {"TYPE_BYTES", "a text in base64"},
+    };
+    for (const auto& [name, words] : kWords)
+        if (type == name) return std::string(words);
+    return "a " + type;
+}
+
 // protobuf's JSON parser says "(path): what" for a value of the wrong type and "what.\nthe line\n   ^" for bad syntax.
 Error json_refusal(std::string text) {
     Error error{"bad_message", "", "", ""};
@@ -109,7 +124,7 @@ Error json_refusal(std::string text) {
     constexpr std::string_view invalid = "invalid value ", type = " for type ";
     if (const std::size_t end = text.rfind(type); text.starts_with(invalid) && end != std::string::npos) {
         error.value = shown(std::string_view(text).substr(invalid.size(), end - invalid.size()));
-        error.message = "The JSON value is not a " + text.substr(end + type.size()) + ".";
+        error.message = "The JSON value is not " + words_of_type(text.substr(end + type.size())) + ".";
         return error;
     }
     if (text.starts_with(": ")) text.erase(0, 2);
@@ -199,7 +214,8 @@ std::uint32_t peek_request_id(Encoding encoding, std::string_view bytes) {
     std::uint64_t id = 0;
     for (; at < bytes.size() && bytes[at] >= '0' && bytes[at] <= '9' && id <= UINT32_MAX; ++at)
         id = id * 10 + static_cast<std::uint64_t>(bytes[at] - '0');
-    return id <= UINT32_MAX ? static_cast<std::uint32_t>(id) : 0;
+    const bool whole = at >= bytes.size() || std::string_view(".eE").find(bytes[at]) == std::string_view::npos;
+    return whole && id <= UINT32_MAX ? static_cast<std::uint32_t>(id) : 0;
 }
 
 }  // namespace gonio

@@ -119,6 +119,26 @@ TEST(Codec, JsonUsesTheNamesOfTheTableAndPrintsDefaults) {
     EXPECT_NE(json.find("\"lights\":[]"), std::string::npos);
 }
 
+// A number that is none of the field's is refused in words, to the request that has it and to no other.
+TEST(Codec, NumbersThatDoNotFitAreRefusedInWords) {
+    for (const auto& [number, id] :
+         {std::pair{"1e30", 0u}, {"3.5", 0u}, {"4294967296", 0u}, {"9223372036854775808", 0u}}) {
+        const std::string text = std::string(R"({"request_id":)") + number + R"(,"get_state":{}})";
+        const auto message = decode_client_message(Encoding::json, text);
+        ASSERT_FALSE(message) << number;
+        EXPECT_EQ(message.error().code, "bad_message");
+        EXPECT_EQ(message.error().where, "request_id");
+        EXPECT_EQ(message.error().message, "The JSON value is not a whole number from 0 to 4294967295.");
+        EXPECT_EQ(peek_request_id(Encoding::json, text), id) << number;
+    }
+    const std::string text = R"({"request_id":7,"command":{"set_size":{"width_px":9223372036854775808}}})";
+    const auto message = decode_client_message(Encoding::json, text);
+    ASSERT_FALSE(message);
+    EXPECT_EQ(message.error().where, "command.set_size.width_px");
+    EXPECT_EQ(message.error().value, "9223372036854775808");
+    EXPECT_EQ(peek_request_id(Encoding::json, text), 7u);
+}
+
 TEST(Codec, BothSpellingsOfANameAndUnknownFieldsAreAccepted) {
     const auto message = decode_client_message(
         Encoding::json,
