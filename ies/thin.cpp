@@ -34,7 +34,7 @@ void take_means(const std::vector<double>& angles, const std::vector<std::size_t
         integral.push_back(integral.back() + 0.5 * (angles[i] - angles[i - 1]) *
                                                  (static_cast<double>(from[i - 1]) + static_cast<double>(from[i])));
     const auto until = [&](double x, std::size_t from_index) {
-        std::size_t i = from_index;
+        std::size_t i = std::min(from_index, angles.size() - 2);
         while (i + 2 < angles.size() && angles[i + 1] <= x) ++i;
         const double along = x - angles[i], slope = (static_cast<double>(from[i + 1]) - static_cast<double>(from[i])) /
                                                     (angles[i + 1] - angles[i]);

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <set>
 
 #include "ies/synthetic.h"
 #include "protocol/artnet.h"
@@ -136,21 +137,22 @@ std::vector<DmxKey> universes_of(const v1::Patch& patch) {
 }
 
 PatchReader::PatchReader(const v1::Patch& patch) {
-    std::map<std::pair<std::string, std::string>, Joint> same;
-    for (const v1::PatchRow& row : patch.rows()) {
-        std::vector<Row>& rows = rows_[key_of(row)];
-        const PropertyRow* property = find_property(row.property());
-        if (property->htp && row.merge() != "latest")
-            same[{row.target(), row.property()}].rows.emplace_back(key_of(row), rows.size());
-        rows.push_back({row, property, bytes_of(row), {}, 0, {}});
+    for (const v1::PatchRow& row : patch.rows())
+        rows_[key_of(row)].push_back({row, find_property(row.property()), bytes_of(row), {}, 0, {}});
+    std::map<std::pair<std::string, Property>, std::pair<std::vector<Row*>, std::set<DmxKey>>> same;
+    for (auto& [key, rows] : rows_) {
+        for (Row& row : rows) {
+            if (!row.property->htp || row.row.merge() == "latest") continue;
+            auto& [together, universes] = same[{row.row.target(), row.property->property}];
+            together.push_back(&row);
+            universes.insert(key);
+        }
     }
-    for (auto& [target, joint] : same) {
-        // Rows of one universe speak one after the other.
-        const bool several = std::any_of(joint.rows.begin(), joint.rows.end(),
-                                         [&](const auto& one) { return one.first != joint.rows.front().first; });
-        if (!several) continue;
-        for (const auto& [key, index] : joint.rows) rows_[key][index].joint = joints_.size();
-        joints_.push_back(std::move(joint));
+    for (const auto& [target, found] : same) {
+        const auto& [together, universes] = found;
+        if (universes.size() < 2) continue;  // rows of one universe speak one after the other
+        for (Row* row : together) row->joint = joints_.size();
+        joints_.push_back({{together.begin(), together.end()}, {}, false});
     }
 }
 
@@ -177,20 +179,17 @@ double PatchReader::value_of(const Row& row, std::uint32_t raw) {
     return low + (high - low) * (raw / (row.bytes == 2 ? 65535.0 : 255.0));
 }
 
-// A row that is one of several for a level or the master: the highest of them is said where it differs from before.
-void PatchReader::read_joint(Row& row, const std::optional<Raw>& raw, std::vector<PropertyValue>& values) {
-    Joint& joint = joints_[row.joint];
-    row.stands = raw ? std::optional(value_of(row, (*raw)[0])) : std::nullopt;
+// Of several rows for a level or the master the highest is said, where it differs from before.
+void PatchReader::say_highest(Joint& joint, std::vector<PropertyValue>& values) {
     std::optional<double> highest;
-    for (const auto& [key, index] : joint.rows) {
-        const std::optional<double>& stands = rows_[key][index].stands;
-        if (stands && (!highest || *stands > *highest)) highest = stands;
-    }
+    for (const Row* row : joint.rows)
+        if (row->stands && (!highest || *row->stands > *highest)) highest = row->stands;
+    joint.read = false;
     if (!highest || highest == joint.said) return;  // where all senders are gone the last look stays
     joint.said = highest;
     PropertyValue& value = values.emplace_back();
-    value.target = row.row.target();
-    value.property = row.property->property;
+    value.target = joint.rows.front()->row.target();
+    value.property = joint.rows.front()->property->property;
     value.value[0] = *highest;
 }
 
@@ -256,7 +255,8 @@ void PatchReader::read(const DmxKey& key, const DmxUniverse& universe, std::vect
     for (Row& row : found->second) {
         std::optional<Raw> raw = decide(row, universe);
         if (row.joint != SIZE_MAX) {
-            read_joint(row, raw, values);
+            row.stands = raw ? std::optional(value_of(row, (*raw)[0])) : std::nullopt;
+            joints_[row.joint].read = true;
             continue;
         }
         if (!raw) continue;
@@ -272,6 +272,8 @@ void PatchReader::read(const DmxKey& key, const DmxUniverse& universe, std::vect
         if (property.property == Property::profile) value.profile = row.row.profiles(static_cast<int>((*raw)[0]));
         for (unsigned i = 0; i < property.values; ++i) value.value[i] = value_of(row, (*raw)[i]);
     }
+    for (const Row& row : found->second)
+        if (row.joint != SIZE_MAX && joints_[row.joint].read) say_highest(joints_[row.joint], values);
 }
 
 }  // namespace gonio

@@ -41,6 +41,8 @@ std::vector<DmxKey> universes_of(const v1::Patch& patch);
 class PatchReader {
 public:
     PatchReader() = default;
+    PatchReader(PatchReader&&) = default;
+    PatchReader& operator=(PatchReader&&) = default;
     explicit PatchReader(const v1::Patch& patch);  // rows must have been checked
 
     // Result: what the universe, as it is now, changes. All slots of a row come from one sender's one packet. The
@@ -73,11 +75,12 @@ private:
         std::optional<double> stands{};  // then: what it says; nothing while no sender controls it
     };
     struct Joint {
-        std::vector<std::pair<DmxKey, std::size_t>> rows;  // where in rows_
-        std::optional<double> said;                        // the highest, as it was said last
+        std::vector<const Row*> rows;  // in rows_, which does not change any more
+        std::optional<double> said;    // the highest, as it was said last
+        bool read = false;             // a row of it has been, just now
     };
     void unsay(Row& row);
-    void read_joint(Row& row, const std::optional<Raw>& raw, std::vector<PropertyValue>& values);
+    static void say_highest(Joint& joint, std::vector<PropertyValue>& values);
     static double value_of(const Row& row, std::uint32_t raw);
     std::optional<Raw> decide(Row& row, const DmxUniverse& universe);
     const Candidate* moved_last(Row& row) const;

@@ -78,6 +78,7 @@ void SurfaceReader::turn_to(std::uint32_t page) {
         row.said.reset();
         row.before.reset();
         row.profile = SIZE_MAX;
+        if (row.property != nullptr && row.property->property == Property::preset) row.last.reset();
     }
 }
 

@@ -38,6 +38,7 @@ std::optional<std::size_t> entry_in(const std::filesystem::path& file, const std
 std::size_t room_in_cgroups(std::filesystem::path folder, const std::filesystem::path& top, const char* most,
                             const char* used, const char* cached) {
     std::size_t room = kNone;
+    if (!folder.string().starts_with(top.string())) folder = top;  // outside of what is mounted
     for (;; folder = folder.parent_path()) {
         const auto limit = number_in(folder / most), taken = number_in(folder / used);
         if (limit && taken) {
@@ -51,20 +52,18 @@ std::size_t room_in_cgroups(std::filesystem::path folder, const std::filesystem:
 
 }  // namespace
 
-MemoryRoom memory_room(std::size_t most_bytes, const std::string& proc, const std::string& cgroups) {
-    MemoryRoom room{kNone, "available"};
-    const auto bound = [&](std::size_t bytes, const char* by) {
-        if (bytes < room.bytes) room = {bytes, by};
-    };
-    if (const auto available = entry_in(proc + "/meminfo", "MemAvailable:")) bound(*available * 1024, "available");
+std::size_t memory_room(std::size_t most_bytes, const std::string& proc, const std::string& cgroups) {
+    std::size_t room = kNone;
+    const auto bound = [&](std::size_t bytes) { room = std::min(room, bytes); };
+    if (const auto available = entry_in(proc + "/meminfo", "MemAvailable:")) bound(*available * 1024);
     std::size_t virtual_pages = 0, resident_pages = 0;
     std::ifstream(proc + "/self/statm") >> virtual_pages >> resident_pages;
     const auto page = static_cast<std::size_t>(::sysconf(_SC_PAGESIZE));
     const auto left = [](std::size_t most, std::size_t used) { return most > used ? most - used : 0; };
-    if (most_bytes > 0) bound(left(most_bytes, resident_pages * page), "--max-memory-mib");
+    if (most_bytes > 0) bound(left(most_bytes, resident_pages * page));
     rlimit address_space{};
     if (::getrlimit(RLIMIT_AS, &address_space) == 0 && address_space.rlim_cur != RLIM_INFINITY)
-        bound(left(address_space.rlim_cur, virtual_pages * page), "ulimit -v");
+        bound(left(address_space.rlim_cur, virtual_pages * page));
     std::ifstream own(proc + "/self/cgroup");
     for (std::string line; std::getline(own, line);) {
         // "0::/path" (version 2), or "N:controllers:/path".
@@ -74,13 +73,11 @@ MemoryRoom memory_room(std::size_t most_bytes, const std::string& proc, const st
         const std::filesystem::path top(cgroups);
         if (controllers.empty())
             bound(room_in_cgroups((top / path.substr(std::min<std::size_t>(path.size(), 1))).lexically_normal(), top,
-                                  "memory.max", "memory.current", "inactive_file"),
-                  "cgroup");
+                                  "memory.max", "memory.current", "inactive_file"));
         else if ((',' + controllers + ',').find(",memory,") != std::string::npos)
             bound(room_in_cgroups(
-                      (top / "memory" / path.substr(std::min<std::size_t>(path.size(), 1))).lexically_normal(), top,
-                      "memory.limit_in_bytes", "memory.usage_in_bytes", "total_inactive_file"),
-                  "cgroup");
+                (top / "memory" / path.substr(std::min<std::size_t>(path.size(), 1))).lexically_normal(), top,
+                "memory.limit_in_bytes", "memory.usage_in_bytes", "total_inactive_file"));
     }
     return room;
 }

@@ -44,7 +44,10 @@ void Stage::prepare_presets() {
             if (profiles.size() < kMaxPrepared) profiles.insert(light.profile);
     if (profiles.empty()) return;
     loader_.submit([profiles = std::move(profiles)] {
-        for (const auto& profile : profiles) tables_of(*profile);
+        try {
+            for (const auto& profile : profiles) tables_of(*profile);
+        } catch (const std::bad_alloc&) {  // then whoever needs one tries again
+        }
     });
 }
 

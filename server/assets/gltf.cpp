@@ -25,7 +25,7 @@ std::optional<Error> take_memory(std::size_t& room, std::size_t count, std::size
     if (count > room / bytes_each)
         return Error{"too_large", where, std::to_string(count),
                      "they would take " + std::to_string(count * bytes_each >> 20) + " MiB, of which " +
-                         std::to_string(room >> 20) + " are left (--max-memory-mib)"};
+                         std::to_string(room >> 20) + " are left"};
     room -= count * bytes_each;
     return std::nullopt;
 }

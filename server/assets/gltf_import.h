@@ -2,8 +2,11 @@
 #pragma once
 
 #include <cstdint>
+#include <map>
+#include <memory>
 #include <optional>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "server/assets/gltf_document.h"
@@ -20,7 +23,8 @@ inline constexpr std::size_t kMaxSceneTexels = std::size_t{1} << 28;  // over al
 // Memory of each, with what is made of it: of a file's bytes while it is read, texels, vertices and corners, and of
 // triangles where an instance shows them (BVH, clusters, surfaces of links), measured and rounded up.
 inline constexpr std::size_t kBytesOfByte = 3, kBytesOfTexel = 32, kBytesOfVertex = 96, kBytesOfIndex = 12,
-                             kBytesOfTriangle = 160;
+                             kBytesOfTriangle = 160,
+                             kBytesOfProfile = 3 << 19;
 // Takes `count` times so much off the room. Result: why not, "too_large"; then the room is as it was.
 std::optional<Error> take_memory(std::size_t& room, std::size_t count, std::size_t bytes_each,
                                  const std::string& where);
@@ -41,6 +45,7 @@ struct GltfImport {
     std::vector<std::vector<int>> meshes_of_mesh;  // glTF mesh -> indices into scene.meshes, one per primitive
     int default_material = 0;                      // of primitives that name none
     std::size_t room = SIZE_MAX;                   // bytes that may still be taken (take_memory)
+    std::map<std::pair<double, double>, std::shared_ptr<const Profile>> spots{};  // by inner and outer cone, rad
 
     // Adds a warning once, at most kMaxWarnings in all.
     void warn(std::string sentence);

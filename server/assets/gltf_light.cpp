@@ -61,6 +61,7 @@ void add_light(GltfImport& import, const LightNode& node, const std::string& fal
 Result<bool> add_punctual(GltfImport& import, const LightNode& node, int index) {
     const tinygltf::Light& from = import.document.model->lights[static_cast<std::size_t>(index)];
     const std::string where = "/extensions/KHR_lights_punctual/lights/" + std::to_string(index);
+    if (!has_room(import)) return true;
     if (from.type == "directional") {
         import.warn("directional lights are not supported (" + where + ")");
         return true;
@@ -78,7 +79,12 @@ Result<bool> add_punctual(GltfImport& import, const LightNode& node, int index) 
             import.warn("a cone angle beyond pi/2 was limited to it (" + where + ")");
         if (!(inner < outer))
             import.warn("the inner cone of a spot is not inside its outer one: its edge is sharp (" + where + "/spot)");
-        light.profile = punctual_spot_profile(inner, outer);
+        std::shared_ptr<const Profile>& spot = import.spots[{inner, outer}];
+        if (!spot) {
+            if (auto full = take_memory(import.room, 1, kBytesOfProfile, where)) return *full;
+            spot = punctual_spot_profile(inner, outer);
+        }
+        light.profile = spot;
     } else {
         return Error{"bad_gltf", where + "/type", from.type, "there is no such type of light"};
     }
@@ -97,7 +103,7 @@ Result<bool> add_punctual(GltfImport& import, const LightNode& node, int index) 
     if (from.range > 0.0)
         import.warn("the range of lights is ignored: light falls off by the inverse square (" + where + ")");
     tables_of(*light.profile);
-    if (has_room(import)) add_light(import, node, from.name, std::move(light));
+    add_light(import, node, from.name, std::move(light));
     return true;
 }
 
@@ -134,7 +140,9 @@ Result<bool> add_ies(GltfImport& import, const LightNode& node, const Value& ext
     const auto index = static_cast<std::size_t>(extension.Get("light").GetNumberAsInt());
     const std::string root = "/extensions/EXT_lights_ies/lights/" + std::to_string(index);
     const std::string where = "/nodes/" + std::to_string(node.index) + "/extensions/EXT_lights_ies";
+    if (!has_room(import)) return true;
     if (!profiles[index]) {
+        if (auto full = take_memory(import.room, 1, kBytesOfProfile, root)) return *full;
         auto profile = read_ies_profile(import.document, import.document.ies_lights[index], root);
         if (!profile) return profile.error();
         profiles[index] = *profile;
@@ -156,7 +164,7 @@ Result<bool> add_ies(GltfImport& import, const LightNode& node, const Value& ext
         if (!read) return read.error();
         light.color = *read;
     }
-    if (has_room(import)) add_light(import, node, profiles[index]->name, std::move(light));
+    add_light(import, node, profiles[index]->name, std::move(light));
     return true;
 }
 

@@ -1,6 +1,8 @@
 // Photometric files and plain lights -> the profiles that lights share.
 #include <algorithm>
 #include <cmath>
+#include <map>
+#include <mutex>
 #include <numbers>
 
 #include "ies/photometry_file.h"
@@ -43,9 +45,15 @@ Result<std::shared_ptr<const Profile>> make_profile(std::string name, std::strin
 }
 
 Result<std::shared_ptr<const Profile>> builtin_profile(const std::string& name) {
+    static std::mutex mutex;
+    static std::map<std::string, std::shared_ptr<const Profile>> made;  // each of ies::synthetic_luminaires once
+    const std::lock_guard lock(mutex);
+    if (const auto known = made.find(name); known != made.end()) return known->second;
     const std::string text = ies::synthetic_lm63(name);
     if (text.empty()) return Error{"not_found", "profile", name, "there is no built-in profile of this name"};
-    return make_profile(name, text);
+    auto profile = make_profile(name, text);
+    if (profile) made.emplace(name, *profile);
+    return profile;
 }
 
 std::shared_ptr<const Profile> punctual_point_profile() {

@@ -98,6 +98,7 @@ bool BoxLink::tick(std::int64_t now_ns, SurfaceMail& mail) {
             if (const auto value = wanted_.find(specs[i].name); value != wanted_.end()) painter_.want(i, value->second);
     }
     if (wire_ == nullptr) return moved;
+    if (wire_->lost()) painter_.repaint();
     for (const auto& [control, value] : painter_.due(specs, now_ns, kStrokesAtOnce)) {
         if (auto* midi = std::get_if<MidiBox>(&codec_)) {
             const auto message = midi->show(control, value);

@@ -15,7 +15,7 @@ namespace {
 
 constexpr std::size_t kTransfers = 3;      // in flight: one is always waiting while another is looked at
 constexpr std::size_t kMaxUnsent = 16384;  // bytes that wait for the box; beyond it messages are refused
-constexpr int kSendTries = 8;
+constexpr std::int64_t kSendAgain_ns = 20'000'000, kSendFor_ns = 1'000'000'000;
 constexpr std::int64_t kReap_ns = 1'000'000'000;  // for cancelled transfers to come back
 
 // The MIDIStreaming interface of a device (USB MIDI 1.0: class 1, subclass 3), at alternate setting 0.
@@ -116,13 +116,16 @@ public:
         libusb_exit(context_);
     }
     bool write(std::uint8_t cable, Bytes bytes) override {
-        if (gone_ || place_.out == 0 || std::exchange(lost_, false)) return false;
+        if (gone_ || place_.out == 0) return false;
         const std::vector<std::uint8_t> packets = usb_midi_packets(cable, bytes);
         if (unsent_.size() + packets.size() > kMaxUnsent) return false;
         unsent_.insert(unsent_.end(), packets.begin(), packets.end());
         send();
         return true;
     }
+    bool lost() override { return std::exchange(lost_, false); }
+    // Result: when serve() has something to do though nothing came; 0: never.
+    std::int64_t due_ns() const { return unsent_.empty() || sending_ ? 0 : again_ns_; }
     void watch(std::vector<pollfd>& fds) const {
         const libusb_pollfd** const list = libusb_get_pollfds(context_);
         for (const libusb_pollfd** one = list; one != nullptr && *one != nullptr; ++one)
@@ -171,7 +174,7 @@ private:
         if (transfer->status == LIBUSB_TRANSFER_NO_DEVICE) wire.gone_ = true;
         if (transfer->status == LIBUSB_TRANSFER_COMPLETED) {
             wire.unsent_.erase(wire.unsent_.begin(), wire.unsent_.begin() + transfer->length);
-            wire.failed_ = 0;
+            wire.failing_since_ns_ = wire.again_ns_ = 0;
         } else {
             if (transfer->status == LIBUSB_TRANSFER_STALL && !wire.closing_)
                 libusb_clear_halt(wire.handle_, transfer->endpoint);
@@ -179,15 +182,18 @@ private:
         }
         if (!wire.closing_ && !wire.gone_) wire.send();
     }
-    // What is not taken is sent again a few times, then forgotten: whoever writes next is told, and paints all anew.
+    // What is not taken is sent again for a while, then forgotten, and the box is painted anew.
     void not_sent() {
-        if (++failed_ < kSendTries) return;
-        failed_ = 0;
+        const std::int64_t now_ns = device_clock_ns();
+        if (failing_since_ns_ == 0) failing_since_ns_ = now_ns;
+        again_ns_ = now_ns + kSendAgain_ns;
+        if (now_ns - failing_since_ns_ < kSendFor_ns) return;
+        failing_since_ns_ = 0;
         lost_ = true;
         unsent_.clear();
     }
     void send() {
-        if (sending_ || unsent_.empty()) return;
+        if (sending_ || unsent_.empty() || device_clock_ns() < again_ns_) return;
         const std::size_t most = std::max<std::size_t>(4, std::min<std::size_t>(64, place_.packet_bytes) / 4 * 4);
         const std::size_t count = std::min(most, unsent_.size());
         out_buffer_.assign(unsent_.begin(), unsent_.begin() + static_cast<std::ptrdiff_t>(count));
@@ -207,7 +213,7 @@ private:
     std::vector<std::uint8_t> out_buffer_;
     std::deque<std::uint8_t> unsent_;
     int in_flight_ = 0;
-    int failed_ = 0;  // tries of what is sent next
+    std::int64_t failing_since_ns_ = 0, again_ns_ = 0;  // of what is sent next; 0: it does not fail
     bool sending_ = false, lost_ = false, gone_ = false, told_ = false, closing_ = false;
 };
 
@@ -289,6 +295,12 @@ public:
             fds.push_back({(*one)->fd, (*one)->events, 0});
         libusb_free_pollfds(list);
     }
+    std::int64_t due_ns() const override {
+        std::int64_t due = 0;
+        for (const UsbMidiWire* wire : wires_)
+            if (const std::int64_t own = wire->due_ns(); own != 0 && (due == 0 || own < due)) due = own;
+        return due;
+    }
     void serve() override {
         for (UsbMidiWire* wire : std::list<UsbMidiWire*>(wires_)) wire->serve();
         timeval none{0, 0};
@@ -303,6 +315,7 @@ private:
         Held(std::unique_ptr<UsbMidiWire> wire, std::list<UsbMidiWire*>& wires)
             : wire_(std::move(wire)), wires_(wires) {}
         ~Held() override { wires_.remove(wire_.get()); }
+        bool lost() override { return wire_->lost(); }
         bool write(std::uint8_t cable, Bytes bytes) override { return wire_->write(cable, bytes); }
 
     private:

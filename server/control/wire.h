@@ -45,6 +45,8 @@ public:
     // A MIDI message for a cable, or a HID report with its id in front (cable 0). Result: false: not taken, because too
     // much is on its way or the box is gone.
     virtual bool write(std::uint8_t cable, Bytes bytes) = 0;
+    // Result: whether what was taken has been lost since this was asked last: the box is to be painted anew.
+    virtual bool lost() { return false; }
 };
 
 class Backend {

@@ -106,7 +106,7 @@ void Renderer::prepare(const Scene& scene, bool live, bool bounces) {
     };
     const int wide = scaled(scene.width_px), high = scaled(scene.height_px);
     // What a layer takes of pixels, on the CPU and as textures, of surfels, and of its cube of depths.
-    constexpr std::size_t kPixelBytes = 28, kSurfelBytes = 72;
+    constexpr std::size_t kPixelBytes = 28, kSurfelBytes = 100;
     const auto cube = static_cast<std::size_t>(shadow_size_of(scene.lights.size()));
     const std::size_t one = static_cast<std::size_t>(wide) * static_cast<std::size_t>(high) * kPixelBytes +
                             (transport_ ? transport_->surface->surfels.count * kSurfelBytes : 0) +
@@ -319,9 +319,9 @@ bool Renderer::refine(const Scene& scene, const std::function<bool()>& interrupt
         in_sum_.clear();
         return true;
     }
-    if (std::any_of(inputs.lights.begin(), inputs.lights.end(),
-                    [](const LightGpu* light) { return light->irradiance.frames_left > 0; }))
-        return true;
+    if (!inputs.merged && scene.view < View::mask && scene.view != View::direct)  // else no frame would count them down
+        for (std::size_t i = 0; i < scene.lights.size(); ++i)
+            if (inputs.layers[i] >= 0 && inputs.lights[i]->irradiance.frames_left > 0) return true;
     if (!inputs.merged) {
         for (std::size_t i = 0; i < scene.lights.size(); ++i) {
             if (!direct_left(inputs, i)) continue;

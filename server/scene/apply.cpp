@@ -463,7 +463,7 @@ Result<Applied> apply(Scene& scene, const v1::Command& command, const Loaded& lo
         for (const ies::Diagnostic& d : loaded.profile->photometry.diagnostics) {
             applied.warnings.push_back(d.code + " (line " + std::to_string(d.line) + "): " + d.message);
         }
-        const std::string& thinned = tables_of(*loaded.profile).thinned;
+        const std::string thinned = known_thinned(*loaded.profile);
         if (!thinned.empty()) applied.warnings.push_back(thinned);
     }
     if (loaded.asset) applied.warnings = loaded.asset->warnings;

@@ -32,4 +32,9 @@ const LightTables& tables_of(const Profile& profile) {
     return *profile.tables.made;
 }
 
+std::string known_thinned(const Profile& profile) {
+    const std::lock_guard lock(profile.tables.mutex);
+    return profile.tables.made ? profile.tables.made->thinned : "";
+}
+
 }  // namespace gonio

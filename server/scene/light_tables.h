@@ -33,5 +33,7 @@ private:
 // Result: the profile's, made when first asked for: in some milliseconds, of the finest webs in half a second. Who
 // would hold the render thread asks before the profile gets there. Any thread.
 const LightTables& tables_of(const Profile& profile);
+// Result: LightTables::thinned of tables that are made already; else empty.
+std::string known_thinned(const Profile& profile);
 
 }  // namespace gonio

@@ -1,4 +1,4 @@
-// GLSL only: the photometric web in a storage buffer, looked up bilinearly. Layout written by server/render/web_buffer.cpp:
+// GLSL only: the photometric web in a storage buffer, looked up bilinearly. Layout written by server/scene/web_buffer.cpp:
 // header, then v angles, h angles, first-cell tables of v and h, then intensity / peak, h-major.
 layout(std430, binding = 1) readonly buffer WebBuffer {
     uint web_goniometer;   // 0 C, 1 B, 2 A

@@ -96,7 +96,6 @@ TEST_F(StateFileTest, ManyChangesAreFewWrites) {
     EXPECT_EQ(on_disk()->master_ratio(), 0.99);
 }
 
-// A disk without room refuses a write in the middle, as this limit does.
 // A disk that takes 200 ms for each write: every change is on it after the pause and two writes, however long it goes
 // on.
 TEST_F(StateFileTest, ASlowDiskMakesNoPauseLonger) {
@@ -120,6 +119,7 @@ TEST_F(StateFileTest, ASlowDiskMakesNoPauseLonger) {
     EXPECT_EQ(on_disk()->master_ratio(), scene.master_ratio);
 }
 
+// A disk without room refuses a write in the middle, as this limit does.
 TEST_F(StateFileTest, AFullDiskIsSaidAndTriedAgainAndTheOldFileStays) {
     std::signal(SIGXFSZ, SIG_IGN);
     StateFile file(path, 20ms, 60ms);
