@@ -186,6 +186,32 @@ TEST(Largest, NothingThatIsAcceptedHoldsUpThePicture) {
     });
 }
 
+// Seven of the largest photometric files in a saved show: a service must be ready in 30 s (packaging/goniod.service).
+TEST(Largest, AShowOfTheLargestFilesIsReadyInTime) {
+    TemporaryFolder folder;
+    const std::string state = folder.path("show.json");
+    std::vector<std::string> names = {"luminaire"};
+    {
+        DaemonProcess daemon({"--size", "160x160", "--state", state});
+        for (int i = 0; i < 7; ++i) {
+            const std::string number = std::to_string(i);
+            std::string text = fine_ies(kMaxProfileBytes / 11);
+            text.replace(text.find("[TEST] x"), 8, "[TEST] " + number);  // each a file of its own
+            names.push_back("fine" + number);
+            daemon.rev(
+                {"add", "light", names.back(), "--profile", folder.file(number + ".ies", text), "--position", "0,3,0"});
+        }
+        EXPECT_EQ(daemon.stop(), 0);
+    }
+    const auto begin = Clock::now();
+    DaemonProcess daemon({"--size", "160x160", "--state", state});
+    EXPECT_LT(Clock::now() - begin, std::chrono::seconds(30));
+    std::vector<std::string> restored;
+    const Json scene = daemon.json({"get"});
+    for (const Json& light : scene["lights"]) restored.push_back(light["name"]);
+    EXPECT_EQ(restored, names);
+}
+
 // 2 million triangles take some 400 MiB while they are read: where these are not left the scene is refused before it
 // takes any, by whichever bound, and all else goes on. What is loaded is given back with the next scene.
 TEST(Largest, ASceneThatDoesNotFitIsRefusedAndOneThatGoesIsGivenBack) {
