@@ -1,7 +1,5 @@
 // Webs whose angles lie closer than lighting can tell apart.
 #include <algorithm>
-#include <span>
-#include <utility>
 
 #include "ies/web.h"
 

@@ -26,7 +26,12 @@ SurfaceReader::SurfaceReader(std::span<const v1::SurfaceRow> rows, std::vector<s
         added.low = row.has_low() ? row.low() : added.property->low;
         added.high = row.has_high() ? row.high() : added.property->high;
     }
-    for (std::size_t i = 0; i < rows_.size(); ++i) rows_of_[rows_[i].row.control()].push_back(i);
+    for (std::size_t i = 0; i < rows_.size(); ++i) by_control_[rows_[i].row.control()].push_back(i);
+}
+
+std::span<const std::size_t> SurfaceReader::rows_of(const std::string& control) const {
+    const auto found = by_control_.find(control);
+    return found == by_control_.end() ? std::span<const std::size_t>() : found->second;
 }
 
 void SurfaceReader::change_rows(std::span<const v1::SurfaceRow> rows) {
@@ -259,9 +264,7 @@ ControlInput SurfaceReader::as_button(const Row& row, const ControlInput& input)
 
 void SurfaceReader::take(const ControlInput& input, std::int64_t now_ns, const ValueNow& now,
                          std::vector<SurfaceAction>& actions) {
-    const auto of_control = rows_of_.find(input.control);
-    if (of_control == rows_of_.end()) return;
-    for (const std::size_t i : of_control->second) {
+    for (const std::size_t i : rows_of(input.control)) {
         Row& row = rows_[i];
         if (!means_box(row.row.device(), input.device) || !on_page(row)) continue;
         if (input.kind == ControlKind::button) {
@@ -312,9 +315,7 @@ void SurfaceReader::step(std::int64_t now_ns, const ValueNow& now, std::vector<S
 
 std::optional<double> SurfaceReader::shown(const std::string& device, const std::string& control, const ValueNow& now,
                                            const std::string& recalled) const {
-    const auto of_control = rows_of_.find(control);
-    if (of_control == rows_of_.end()) return std::nullopt;
-    for (const std::size_t i : of_control->second) {
+    for (const std::size_t i : rows_of(control)) {
         const Row& row = rows_[i];
         if (!means_box(row.row.device(), device) || !on_page(row)) continue;
         if (row.property == nullptr) return row.row.has_high() && row.row.high() == page_ ? 1.0 : 0.0;

@@ -107,12 +107,14 @@ private:
     void take_relative(Row& row, const ControlInput& input, std::int64_t now_ns, const ValueNow& now,
                        std::vector<SurfaceAction>& actions);
     void take_button(Row& row, const ControlInput& input, const ValueNow& now, std::vector<SurfaceAction>& actions);
+    // Result: indices of a control's rows, on any page and box.
+    std::span<const std::size_t> rows_of(const std::string& control) const;
     // A fader or knob whose row is a preset: pushed up over the middle, or turned on, it is a press.
     static ControlInput as_button(const Row& row, const ControlInput& input);
     void rest(Row& row);
 
     std::vector<Row> rows_;
-    std::map<std::string, std::vector<std::size_t>, std::less<>> rows_of_;  // by control
+    std::map<std::string, std::vector<std::size_t>, std::less<>> by_control_;
     std::vector<std::string> lights_;
     std::uint32_t page_ = 1;
     unsigned moving_ = 0;  // rows with a goal or a speed

@@ -86,8 +86,8 @@ bool renew(Gpu& gpu, Stage& stage, Front& front, Queue<Work>& queue) {
 }  // namespace
 
 int run_daemon(const Options& given) {
-    // Scenes are large and go: what is larger than this is given back at once. Left alone glibc would raise the bound to
-    // 32 MiB and keep what lies below. Frames of up to 1920×1080 are smaller: their pages are not to be made anew.
+    // Scenes are large and go: what is larger than this is given back at once. Left alone glibc would raise the bound
+    // to 32 MiB and keep what lies below. Frames of up to 1920×1080 are smaller: their pages are not to be made anew.
     ::mallopt(M_MMAP_THRESHOLD, 4 << 20);
     ::mallopt(M_TRIM_THRESHOLD, 16 << 20);
     Options options = given;

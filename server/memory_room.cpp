@@ -70,14 +70,13 @@ std::size_t memory_room(std::size_t most_bytes, const std::string& proc, const s
         const std::size_t first = line.find(':'), second = line.find(':', first + 1);
         if (second == std::string::npos) continue;
         const std::string controllers = line.substr(first + 1, second - first - 1), path = line.substr(second + 1);
-        const std::filesystem::path top(cgroups);
+        const std::filesystem::path top(cgroups), below = path.substr(std::min<std::size_t>(path.size(), 1));
         if (controllers.empty())
-            bound(room_in_cgroups((top / path.substr(std::min<std::size_t>(path.size(), 1))).lexically_normal(), top,
-                                  "memory.max", "memory.current", "inactive_file"));
+            bound(room_in_cgroups((top / below).lexically_normal(), top, "memory.max", "memory.current",
+                                  "inactive_file"));
         else if ((',' + controllers + ',').find(",memory,") != std::string::npos)
-            bound(room_in_cgroups(
-                (top / "memory" / path.substr(std::min<std::size_t>(path.size(), 1))).lexically_normal(), top,
-                "memory.limit_in_bytes", "memory.usage_in_bytes", "total_inactive_file"));
+            bound(room_in_cgroups((top / "memory" / below).lexically_normal(), top, "memory.limit_in_bytes",
+                                  "memory.usage_in_bytes", "total_inactive_file"));
     }
     return room;
 }

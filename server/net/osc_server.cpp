@@ -28,6 +28,14 @@ std::size_t bytes_of(const OscValues& values) {
     return bytes;
 }
 
+// Takes the entry with the earliest time out of a map that is full.
+template <typename Map, typename Time>
+void make_room(Map& map, std::size_t most, const Time& time_of) {
+    if (map.size() < most) return;
+    map.erase(std::min_element(map.begin(), map.end(),
+                               [&](const auto& a, const auto& b) { return time_of(a.second) < time_of(b.second); }));
+}
+
 void set(int fd, int level, int option, int value) {
     setsockopt(fd, level, option, &value, sizeof value);
 }
@@ -109,25 +117,15 @@ bool OscServer::is_connected(const OscClient& client) const {
                        [&](const auto& one) { return one.second.client == client; });
 }
 
-bool OscServer::Share::take(double per_second, std::size_t wanted, std::int64_t now_ns) {
-    bytes = std::min(per_second, bytes + static_cast<double>(now_ns - seen_ns) * 1e-9 * per_second);
-    seen_ns = now_ns;
-    if (bytes < static_cast<double>(wanted)) return false;
-    bytes -= static_cast<double>(wanted);
-    return true;
-}
-
-// Whether an answer to a message may be sent: whoever forges an address on UDP shall not make this machine a hose.
-bool OscServer::may_answer(const OscClient& to, std::size_t bytes, std::size_t asked_bytes) {
+// Whether an answer may be sent: whoever forges an address on UDP shall not make this machine a hose.
+bool OscServer::may_answer(const OscClient& to, std::size_t bytes) {
     if (to.tcp) return true;
-    if (!subscribers_.contains(to) && bytes > kOscAmplification * asked_bytes) return false;
-    const std::int64_t now_ns = clock_ns(CLOCK_MONOTONIC);
-    if (!answers_of_.contains(to.peer.ip) && answers_of_.size() >= kMaxOscClients)
-        answers_of_.erase(std::min_element(answers_of_.begin(), answers_of_.end(), [](const auto& a, const auto& b) {
-            return a.second.seen_ns < b.second.seen_ns;
-        }));
-    Share& own = answers_of_.try_emplace(to.peer.ip, Share{kOscAddressBytes, now_ns}).first->second;
-    return own.take(kOscAddressBytes, bytes, now_ns) && answers_.take(kOscAnswerBytes, bytes, now_ns);
+    const auto now = std::chrono::steady_clock::now();
+    if (!answers_of_.contains(to.peer.ip))
+        make_room(answers_of_, kMaxOscClients, [](const TokenBucket& bucket) { return bucket.asked(); });
+    TokenBucket& own = answers_of_.try_emplace(to.peer.ip, kOscAddressBytes, kOscAddressBytes).first->second;
+    const auto count = static_cast<double>(bytes);
+    return own.take_whole(now, count) && answers_.take_whole(now, count);
 }
 
 void OscServer::serve_connection(int fd, std::uint32_t events) {
@@ -203,11 +201,7 @@ void OscServer::take(Bytes packet, const OscClient& from) {
     ++packets_;
     pattern_budget_ = kOscPatternBudget;
     auto messages = decode_osc(packet);
-    if (!rows_.contains(from) && rows_.size() >= kMaxOscClients) {
-        rows_.erase(std::min_element(rows_.begin(), rows_.end(), [](const auto& a, const auto& b) {
-            return a.second.heard_ns < b.second.heard_ns;
-        }));
-    }
+    if (!rows_.contains(from)) make_room(rows_, kMaxOscClients, [](const Row& row) { return row.heard_ns; });
     Row& row = rows_[from];
     ++row.packets;
     row.heard_ns = now_ns;
@@ -245,7 +239,7 @@ void OscServer::act(const OscMessage& message, const OscClient& from, std::int64
     if (!action) return refuse(message, from, action.error(), now_ns);
     if (std::holds_alternative<OscPing>(*action)) {
         const std::vector<std::uint8_t> pong = encode_osc({kOscImmediately, "/gonio/pong", message.arguments});
-        if (may_answer(from, pong.size(), pong.size())) send(from, from.peer, pong);
+        if (may_answer(from, pong.size())) send(from, from.peer, pong);
     } else if (std::holds_alternative<OscUnsubscribe>(*action)) {
         subscribers_.erase(from);
     } else if (const auto* wish = std::get_if<OscSubscribe>(&*action)) {
@@ -255,7 +249,10 @@ void OscServer::act(const OscMessage& message, const OscClient& from, std::int64
         if (!selected) return refuse(message, from, selected.error(), now_ns);
         if (selected->empty())
             return refuse(message, from, {"not_found", message.address, "", "there is no such value"}, now_ns);
-        if (!may_answer(from, bytes_of(*selected), encode_osc(message).size()))
+        // To who has not subscribed, and may be somebody else: not much more than was asked.
+        const bool amplifies = !from.tcp && !subscribers_.contains(from) &&
+                               bytes_of(*selected) > kOscAmplification * encode_osc(message).size();
+        if (amplifies || !may_answer(from, bytes_of(*selected)))
             return refuse(message, from, {"busy", message.address, "", "too much is asked for, or too often"}, now_ns);
         send_values(from, from.peer, *selected);
     } else {
@@ -283,7 +280,7 @@ void OscServer::subscribe(const OscSubscribe& wish, const OscMessage& message, c
     const auto known = subscribers_.find(from);
     const bool told =
         known != subscribers_.end() && known->second.to == to && now_ns - known->second.told_ns < kOscRetell_ns;
-    if (!told && !may_answer(from, bytes_of(values()), bytes_of(values())))
+    if (!told && !may_answer(from, bytes_of(values())))
         return refuse(message, from, {"busy", message.address, "", "too many answers are asked for"}, now_ns);
     Subscriber& subscriber = subscribers_[from];
     subscriber.to = to;
@@ -307,7 +304,7 @@ void OscServer::tell_refusal(const OscClient& to, const std::string& address, co
     const auto subscriber = subscribers_.find(to);
     if (subscriber == subscribers_.end() || address.starts_with("/gonio/")) return;
     const auto packet = encode_osc({kOscImmediately, "/gonio/error", {error.code, address, error.message}});
-    if (may_answer(to, packet.size(), packet.size())) send(to, subscriber->second.to, packet);
+    if (may_answer(to, packet.size())) send(to, subscriber->second.to, packet);
 }
 
 void OscServer::publish_state(v1::State state) {

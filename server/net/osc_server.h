@@ -13,6 +13,7 @@
 
 #include "protocol/gonio.pb.h"
 #include "protocol/osc_space.h"
+#include "server/net/token_bucket.h"
 #include "server/net/watch.h"
 
 namespace gonio {
@@ -82,7 +83,7 @@ private:
     void receive();
     void accept_connections();
     bool is_connected(const OscClient& client) const;
-    bool may_answer(const OscClient& to, std::size_t bytes, std::size_t asked_bytes);
+    bool may_answer(const OscClient& to, std::size_t bytes);
     void serve_connection(int fd, std::uint32_t events);
     bool flush(Connection& connection);
     void close_connection(int fd);
@@ -105,16 +106,10 @@ private:
     std::multimap<std::int64_t, std::pair<OscClient, OscMessage>> scheduled_;  // by monotonic time
     v1::State state_;
     OscValues values_;
-    std::size_t pattern_budget_ = kOscPatternBudget;  // of the packet being carried out
-    struct Share {                                    // of answers: bytes that may be sent now
-        double bytes;
-        std::int64_t seen_ns;
-        // Result: whether so many may be sent; then they are taken off.
-        bool take(double per_second, std::size_t wanted, std::int64_t now_ns);
-    };
-    Share answers_{kOscAnswerBytes, 0};
-    std::map<std::uint32_t, Share> answers_of_;  // by IP address, kMaxOscClients at most
-    std::int64_t accept_again_ns_ = 0;           // 0: connections are being accepted
+    std::size_t pattern_budget_ = kOscPatternBudget;         // of the packet being carried out
+    TokenBucket answers_{kOscAnswerBytes, kOscAnswerBytes};  // bytes
+    std::map<std::uint32_t, TokenBucket> answers_of_;        // by IP address, kMaxOscClients at most
+    std::int64_t accept_again_ns_ = 0;                       // 0: connections are being accepted
     bool values_stale_ = true, feedback_due_ = false;
     std::int64_t fed_back_ns_ = 0;
     std::uint32_t packets_ = 0, bad_ = 0, drops_ = 0, refused_ = 0;

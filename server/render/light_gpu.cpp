@@ -21,21 +21,18 @@ GLuint web_buffer(const WebGpu& web) {
 
 const SolidGpu& solid_of(const WebGpu& web) {
     if (web.solid) return *web.solid;
-    web.solid = std::make_shared<const SolidGpu>([&] {
-        SolidGpu gpu;
-        const ies::SolidMesh solid = ies::photometric_solid(web.profile->photometry.web, Angle::degrees(5.0));
-        if (solid.triangles.empty()) return gpu;
-        std::vector<float> vertices;
-        for (std::size_t i = 0; i < solid.positions.size(); i += 3) {
-            vertices.insert(vertices.end(), {solid.positions[i], solid.positions[i + 1], solid.positions[i + 2],
-                                             solid.normals[i], solid.normals[i + 1], solid.normals[i + 2]});
-        }
-        gpu.vertices = gl::make_buffer("solid vertices", vertices.size() * 4, vertices.data());
-        gpu.indices = gl::make_buffer("solid indices", solid.triangles.size() * 4, solid.triangles.data());
-        gpu.index_count = static_cast<GLsizei>(solid.triangles.size());
-        return gpu;
-    }());
-    return *web.solid;
+    SolidGpu& gpu = web.solid.emplace();
+    const ies::SolidMesh solid = ies::photometric_solid(web.profile->photometry.web, Angle::degrees(5.0));
+    if (solid.triangles.empty()) return gpu;
+    std::vector<float> vertices;
+    for (std::size_t i = 0; i < solid.positions.size(); i += 3) {
+        vertices.insert(vertices.end(), {solid.positions[i], solid.positions[i + 1], solid.positions[i + 2],
+                                         solid.normals[i], solid.normals[i + 1], solid.normals[i + 2]});
+    }
+    gpu.vertices = gl::make_buffer("solid vertices", vertices.size() * 4, vertices.data());
+    gpu.indices = gl::make_buffer("solid indices", solid.triangles.size() * 4, solid.triangles.data());
+    gpu.index_count = static_cast<GLsizei>(solid.triangles.size());
+    return gpu;
 }
 
 int shadow_size_of(std::size_t lights) {

@@ -4,6 +4,7 @@
 
 #include <array>
 #include <memory>
+#include <optional>
 #include <vector>
 
 #include "server/gl/objects.h"
@@ -30,7 +31,7 @@ struct WebGpu {
     float peak_cd = 0.0f;
     // Where asked for: the tables' words for shaders/lib/web_buffer.glsl (web_buffer), solid_of, rays of the light.
     mutable gl::Buffer buffer;
-    mutable std::shared_ptr<const SolidGpu> solid;
+    mutable std::optional<SolidGpu> solid;
     mutable std::shared_ptr<const shade::VplRays> rays;
 };
 

@@ -267,8 +267,8 @@ static std::optional<double> value_of(const Light& light, Property property) {
     }
 }
 
-std::function<std::optional<double>(const std::string& target, Property property)> values_now(const Scene& scene) {
-    std::map<std::string, std::size_t, std::less<>> first;  // light of each target
+ValueNow values_now(const Scene& scene) {
+    std::map<std::string, std::size_t> first;  // light of each target
     for (std::size_t i = 0; i < scene.lights.size(); ++i) first.emplace(scene.lights[i].name, i);
     for (const auto& [name, members] : scene.groups) {
         std::size_t least = scene.lights.size();

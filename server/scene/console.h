@@ -2,7 +2,6 @@
 #pragma once
 
 #include <cstdint>
-#include <functional>
 #include <map>
 #include <optional>
 #include <span>
@@ -12,6 +11,7 @@
 #include "ies/result.h"
 #include "protocol/gonio.pb.h"
 #include "protocol/property.h"
+#include "protocol/surface_reader.h"
 #include "server/scene/scene.h"
 
 namespace gonio {
@@ -36,6 +36,6 @@ std::map<std::string, std::vector<std::uint32_t>> targets_of(const Scene& scene)
 // Result: what answers with the value of a property as it is now, SI; of a group: of the first of its lights; nothing
 // for properties of three values, of names, and where there is no such target. Of a scene whose lights and groups stay
 // while it is asked.
-std::function<std::optional<double>(const std::string& target, Property property)> values_now(const Scene& scene);
+ValueNow values_now(const Scene& scene);
 
 }  // namespace gonio

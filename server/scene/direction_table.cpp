@@ -82,17 +82,13 @@ void see_type_c(const ies::PhotometricWeb& web, Cells& cells) {
     const std::size_t n_v = web.v_rad.size();
     std::vector<float> plane(n_v);
     const auto row_of = [](double v) { return std::clamp(static_cast<int>(v / kPolarStep), 0, kPolar - 1); };
-    const auto see_plane = [&](int column, bool on_edge) {
-        const auto raise = [&](int row, float candela) {
-            cells.raise(row, column, candela);
-            if (on_edge) cells.raise(row, (column + kAzimuth - 1) % kAzimuth, candela);
-        };
-        for (std::size_t v = 0; v < n_v; ++v) raise(row_of(web.v_rad[v]), plane[v]);
+    // What lies within a cell and on no edge is at its middle node.
+    const auto see_plane = [&](int node_h) {
+        for (std::size_t v = 0; v < n_v; ++v) cells.raise_node(2 * row_of(web.v_rad[v]) + 1, node_h, plane[v]);
         for (int v = 0; v < Cells::kNodesV; ++v) {
             const Steps::At& at = v_steps.at[static_cast<std::size_t>(v)];
-            if (!at.inside) continue;
-            const float candela = plane[at.low] + at.fraction * (plane[at.low + 1] - plane[at.low]);
-            for (int row = std::max((v - 1) / 2, 0); row <= std::min(v / 2, kPolar - 1); ++row) raise(row, candela);
+            if (at.inside)
+                cells.raise_node(v, node_h, plane[at.low] + at.fraction * (plane[at.low + 1] - plane[at.low]));
         }
     };
     for (int h = 0; h < Cells::kNodesH; ++h) {
@@ -100,11 +96,11 @@ void see_type_c(const ies::PhotometricWeb& web, Cells& cells) {
         if (!at.inside) continue;
         for (std::size_t v = 0; v < n_v; ++v)
             plane[v] = web.at(at.low, v) + at.fraction * (web.at(at.low + 1, v) - web.at(at.low, v));
-        see_plane(h / 2, h % 2 == 0);
+        see_plane(h);
     }
     for (std::size_t h = 0; h < web.h_rad.size(); ++h) {
         std::copy_n(web.candela.begin() + static_cast<std::ptrdiff_t>(h * n_v), n_v, plane.begin());
-        see_plane(std::clamp(static_cast<int>(web.h_rad[h] / kAzimuthStep), 0, kAzimuth - 1), false);
+        see_plane(2 * std::clamp(static_cast<int>(web.h_rad[h] / kAzimuthStep), 0, kAzimuth - 1) + 1);
     }
 }
 

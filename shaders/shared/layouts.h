@@ -19,7 +19,7 @@ struct DrawInstance {
     vec4 row0;  // rows of the 3×4 matrix: mesh space -> world axes, rebased to the camera or the light, m
     vec4 row1;
     vec4 row2;
-    uint face;  // cube face 0..5 = +X -X +Y -Y +Z -Z; 0 for the camera
+    uint face;            // cube face 0..5 = +X -X +Y -Y +Z -Z; 0 for the camera
     uint first_triangle;  // of the instance among all
     uint pad0;
     uint pad1;

@@ -13,8 +13,8 @@
 #include <tuple>
 
 #include "server/render/renderer.h"
-#include "server/scene/web_buffer.h"
 #include "server/scene/apply.h"
+#include "server/scene/web_buffer.h"
 #include "shaders/lib/as_cpp.h"
 #include "tests/bench/cases.h"
 #include "tests/bench/frame_loop.h"

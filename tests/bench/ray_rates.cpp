@@ -7,8 +7,8 @@
 #include <vector>
 
 #include "server/render/passes/passes.h"
-#include "server/scene/light_tables.h"
 #include "server/scene/apply.h"
+#include "server/scene/light_tables.h"
 #include "server/shade/direct.h"
 #include "server/shade/raster.h"
 #include "server/transport/links.h"
@@ -37,7 +37,8 @@ std::vector<transport::Fan> shadow_packets(const Scene& scene, const trace::Geom
                         scene.width_px, scene.height_px, s);
     shade::draw_surfaces(shade::make_clusters(geometry), looks, false, s, raster, pool);
     const Light& light = scene.lights.at(0);
-    const shade::DirectLight direct{geometry.local(light.position), light_from_world(light), web_of(tables_of(*light.profile).words.data()), 1.0f};
+    const shade::DirectLight direct{geometry.local(light.position), light_from_world(light),
+                                    web_of(tables_of(*light.profile).words.data()), 1.0f};
     std::vector<float> places[6], lux_per_cd(s.depth.size());
     for (std::vector<float>& values : places) values.resize(s.depth.size());
     for (int y = 0; y < s.height; ++y) {

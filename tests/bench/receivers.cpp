@@ -6,8 +6,8 @@
 #include <thread>
 
 #include "server/render/passes/passes.h"
-#include "server/scene/web_buffer.h"
 #include "server/scene/apply.h"
+#include "server/scene/web_buffer.h"
 #include "server/shade/raster.h"
 #include "server/shade/screen.h"
 #include "shaders/lib/as_cpp.h"

@@ -10,8 +10,8 @@
 #include <vector>
 
 #include "server/render/renderer.h"
-#include "server/scene/web_buffer.h"
 #include "server/scene/apply.h"
+#include "server/scene/web_buffer.h"
 #include "tests/bench/cases.h"
 #include "tests/bench/errors.h"
 #include "tests/bench/frame_loop.h"

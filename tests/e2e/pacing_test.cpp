@@ -57,15 +57,11 @@ Watched watch(Client& viewer, std::chrono::seconds time) {
     Watched watched;
     const auto end = Clock::now() + time;
     while (Clock::now() < end) {
-        const Client::Frame frame = viewer.read_frame(1000);
-        if (frame.opcode == 9) {
-            viewer.send_frame(10, frame.payload);
-        } else if (frame.opcode == 2 && !frame.payload.empty() && frame.payload[0] == 2) {
-            watched.ages_ms.push_back(milliseconds_since(frame.header().rendered_ns));
-            watched.bytes += frame.payload.size();
-            watched.keys += frame.header().key;
-            viewer.acknowledge(frame.seq());
-        }
+        const auto picture = viewer.read_picture(1000);
+        if (!picture) continue;
+        watched.ages_ms.push_back(milliseconds_since(picture->header().rendered_ns));
+        watched.bytes += picture->payload.size();
+        watched.keys += picture->header().key;
     }
     return watched;
 }
@@ -129,12 +125,9 @@ std::string slow_readers_trouble_nobody() {
     std::atomic<unsigned> tenth_frames{0};
     std::thread slow([&] {
         while (!stop) {
-            const Client::Frame frame = tenth.read_frame(500);
-            if (frame.opcode == 2 && !frame.payload.empty() && frame.payload[0] == 2) {
-                tenth.acknowledge(frame.seq());
-                ++tenth_frames;
-                std::this_thread::sleep_for(300ms);
-            }
+            if (!tenth.read_picture(500)) continue;
+            ++tenth_frames;
+            std::this_thread::sleep_for(300ms);
         }
     });
     watch(fast, 1s);
@@ -299,14 +292,10 @@ Waits longest_waits(const DaemonProcess& daemon, std::chrono::seconds time) {
     });
     auto last = Clock::now();
     for (const auto end = last + time; Clock::now() < end;) {
-        const Client::Frame frame = viewer.read_frame(100);
-        if (frame.opcode == 2 && !frame.payload.empty() && frame.payload[0] == 2) {
-            viewer.acknowledge(frame.seq());
-            const auto now = Clock::now();
-            waits.picture_ms =
-                std::max(waits.picture_ms, std::chrono::duration<double, std::milli>(now - last).count());
-            last = now;
-        }
+        if (!viewer.read_picture(100)) continue;
+        const auto now = Clock::now();
+        waits.picture_ms = std::max(waits.picture_ms, std::chrono::duration<double, std::milli>(now - last).count());
+        last = now;
     }
     stop = true;
     asks.join();

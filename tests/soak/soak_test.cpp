@@ -1,7 +1,7 @@
 // goniod for a long time: lights, faders and cameras move, viewers of every kind come and go beside one on a narrow
-// line, photometry and scenes are uploaded, stills are taken, the GL context is lost; then a pause, after which every
-// viewer's newest frame is the newest state's and /metrics is what Prometheus reads. Memory and descriptors stay what
-// they were. GONIO_SOAK_MINUTES sets the time (./dev soak); without it a short version runs.
+// line, photometry and scenes are uploaded, the largest too, stills are taken, the GL context is lost; then a pause,
+// after which every viewer's newest frame is the newest state's and /metrics is what Prometheus reads. Memory and
+// descriptors stay what they were. GONIO_SOAK_MINUTES sets the time (./dev soak); without it a short version runs.
 #include <gtest/gtest.h>
 #include <unistd.h>
 
@@ -16,7 +16,9 @@
 #include <numeric>
 #include <random>
 
+#include "server/command_files.h"
 #include "tests/e2e/daemon_process.h"
+#include "tests/e2e/largest_files.h"
 #include "tests/load/swarm.h"
 #include "tests/soak/metrics_text.h"
 #include "tests/soak/operator.h"
@@ -156,7 +158,8 @@ protected:
         command.mutable_set_light()->set_name(light_);
         v1::Profile& profile = *command.mutable_set_light()->mutable_profile();
         profile.set_name("soak" + std::to_string(uploads_) + ".ies");
-        profile.set_photometry(test::isotropic_ies(any(100, 2000)));
+        profile.set_photometry(uploads_ % 8 == 5 ? test::fine_ies(kMaxProfileBytes / 11)
+                                                 : test::isotropic_ies(any(100, 2000)));
         operator_.send(command);
         ++uploads_;
     }
@@ -180,12 +183,14 @@ protected:
     }
     // A scene comes by HTTP, is shown, and makes room for the first one again, whose lights then move on.
     void upload_scene() {
-        const std::string scene = test::floor_gltf(any(0.2, 0.8));
+        const bool large = scenes_ % 4 == 2;
+        const std::string name = large ? "hills.glb" : "soak.gltf",
+                          scene = large ? test::hills_glb(800) : test::floor_gltf(any(0.2, 0.8));
         const auto [status, said] =
-            answer_of(port_, "PUT /v1/uploads/soak.gltf HTTP/1.1\r\nHost: localhost\r\nContent-Length: " +
+            answer_of(port_, "PUT /v1/uploads/" + name + " HTTP/1.1\r\nHost: localhost\r\nContent-Length: " +
                                  std::to_string(scene.size()) + "\r\n\r\n" + scene);
         ASSERT_TRUE(status == 200 || status == 201) << status << " " << said;
-        for (const char* file : {"upload:soak.gltf", "cornell"}) {
+        for (const std::string& file : {"upload:" + name, std::string("cornell")}) {
             v1::Command load;
             load.mutable_load_scene()->set_file(file);
             operator_.send(load);

@@ -377,7 +377,9 @@ TEST(AssetsSharedScenes, BrokenOnesAreRefusedAndTheOthersLoad) {
         const auto scene = load_scene(entry.path());
         if (entry.path().parent_path().filename() == "BoundsChecking") {
             ASSERT_FALSE(scene) << entry.path();
-            EXPECT_TRUE(scene.error().code == "too_large" || scene.error().code == "out_of_bounds" || scene.error().code == "bad_gltf") << entry.path();
+            EXPECT_TRUE(scene.error().code == "too_large" || scene.error().code == "out_of_bounds" ||
+                        scene.error().code == "bad_gltf")
+                << entry.path();
             EXPECT_EQ(scene.error().where[0], '/') << entry.path();
             EXPECT_FALSE(scene.error().value.empty()) << entry.path();
             ++refused;

@@ -178,6 +178,14 @@ public:
         message.mutable_identify()->set_token(token);
         say(message);
     }
+    // Result: the next frame where it is a picture, which is acknowledged; a ping is answered.
+    std::optional<Frame> read_picture(int timeout_ms) {
+        Frame frame = read_frame(timeout_ms);
+        if (frame.opcode == 9) send_frame(10, frame.payload);
+        if (frame.opcode != 2 || frame.payload.empty() || frame.payload[0] != 2) return std::nullopt;
+        acknowledge(frame.seq());
+        return frame;
+    }
     void acknowledge(std::uint32_t seq) {
         v1::ClientMessage message;
         message.mutable_frame_ack()->set_seq(seq);

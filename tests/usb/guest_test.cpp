@@ -117,6 +117,30 @@ TEST(Guest, AFaderInTheHandIsNotMoved) {
     EXPECT_NE(std::find(after.begin(), after.end(), 0xE0), after.end());
 }
 
+// For a second it is sent again; then it is given up and the box painted anew.
+TEST(Guest, WhatIsNotSentReachesTheBoxLater) {
+    User user;
+    ASSERT_TRUE(user.device_is(kBox, "usb-midi", "live")) << user.error(kBox, "usb-midi");
+    const auto lit = [](const ByteVector& got, std::uint8_t note) {
+        const ByteVector lamp = {0x90, note, 127};
+        return std::search(got.begin(), got.end(), lamp.begin(), lamp.end()) != got.end();
+    };
+    gadget().midi_within(500);
+    user.fail_output(true);
+    user.show(kBox, "mute 2", 1);
+    EXPECT_FALSE(lit(gadget().midi_within(300), 17));
+    user.fail_output(false);
+    EXPECT_TRUE(lit(gadget().midi_until({0x90, 17, 127}), 17));
+    gadget().midi_within(200);
+    user.fail_output(true);
+    user.show(kBox, "mute 4", 1);
+    EXPECT_FALSE(lit(gadget().midi_within(1500), 19));
+    user.fail_output(false);
+    const ByteVector anew = gadget().midi_within(1000);
+    EXPECT_TRUE(lit(anew, 17)) << "all that it showed";
+    EXPECT_TRUE(lit(anew, 19));
+}
+
 TEST(Guest, ASecondProgramIsRefusedWithAClearSentence) {
     User first;
     ASSERT_TRUE(first.device_is(kBox, "usb-midi", "live")) << first.error(kBox, "usb-midi");

@@ -1,12 +1,15 @@
 #include "tests/usb/user.h"
 
 #include <grp.h>
+#include <libusb.h>
 #include <poll.h>
 #include <signal.h>
+#include <sys/mman.h>
 #include <sys/socket.h>
 #include <sys/wait.h>
 #include <unistd.h>
 
+#include <atomic>
 #include <chrono>
 #include <cmath>
 #include <cstdio>
@@ -17,6 +20,14 @@
 
 namespace gonio::test {
 namespace {
+
+// Shared with the processes of all users: whether libusb refuses what goes to a box.
+std::atomic<bool>& output_fails() {
+    static auto* const shared =
+        new (::mmap(nullptr, sizeof(std::atomic<bool>), PROT_READ | PROT_WRITE, MAP_SHARED | MAP_ANONYMOUS, -1, 0))
+            std::atomic<bool>(false);
+    return *shared;
+}
 
 constexpr uid_t kUser = 1000;
 constexpr gid_t kGroup = 990;  // gonio, as in the guest's /etc/group
@@ -64,7 +75,17 @@ constexpr gid_t kGroup = 990;  // gonio, as in the guest's /etc/group
 
 }  // namespace
 
+// Linked in the place of libusb's own (--wrap).
+extern "C" {
+int __real_libusb_submit_transfer(libusb_transfer* transfer);
+int __wrap_libusb_submit_transfer(libusb_transfer* transfer) {
+    const bool out = (transfer->endpoint & LIBUSB_ENDPOINT_IN) == 0;
+    return out && output_fails() ? LIBUSB_ERROR_IO : __real_libusb_submit_transfer(transfer);
+}
+}
+
 User::User(bool alsa) {
+    output_fails() = false;
     int sockets[2];
     if (socketpair(AF_UNIX, SOCK_STREAM, 0, sockets) != 0) std::abort();
     pid_ = fork();
@@ -144,6 +165,10 @@ void User::pause() const {
 
 void User::resume() const {
     kill(pid_, SIGCONT);
+}
+
+void User::fail_output(bool fails) const {
+    output_fails() = fails;
 }
 
 double User::last(const std::string& control) const {

@@ -24,6 +24,7 @@ public:
     // While the process stands still nothing is read or sent: until the box's side is ready.
     void pause() const;
     void resume() const;
+    void fail_output(bool fails) const;  // whether libusb refuses to send
     double last(const std::string& control) const;
     void show(const std::string& identity, const std::string& control, double value);
     unsigned moved() const { return moved_; }  // lines about controls so far
