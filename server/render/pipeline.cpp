@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <bit>
+#include <utility>
 
 #include "server/scene/apply.h"
 
@@ -73,6 +74,15 @@ struct Builder {
         return std::max({light.position_rev, light.aim_rev, light.profile_rev}) <= in.seen_rev;
     }
 
+    // Whether it is solved in this frame although nothing it depends on is new. Solving to the end takes as long as a
+    // frame: in the live picture one luminaire a frame.
+    bool solves_now(const Light& light, const transport::Irradiance& solved) {
+        if (solved.converged) return false;
+        if (in.target.kind != TargetKind::live || solved.frames_left > 0 || !rests(light)) return true;
+        return !std::exchange(solves_one_, true);
+    }
+    bool solves_one_ = false;
+
     void add_light(std::size_t i) {
         const Light& light = scene.lights[i];
         LightGpu& gpu = *in.lights[i];
@@ -121,7 +131,7 @@ struct Builder {
         Pass& solve = cpu(add("solve", solved, {surfels}, {in.generation, in.solve_links(), gpu.has_exact() ? 1u : 0u},
                               [=, &gpu] { return run_solve(shared, gpu); }));
         solve.absent = seed;
-        solve.stale |= !gpu.irradiance.converged;
+        solve.stale |= solves_now(light, gpu.irradiance);
         const bool metered = in.meter != FrameInputs::Meter::none, rays = in.direct_by_rays && !seed;
         const SlotRef grid = per_target(Slot::grid);
         const bool each_pixel =
@@ -161,6 +171,7 @@ struct Builder {
     // Several luminaires at once. The passes have no luminaire.
     void add_merged(Together which) {
         const bool summed = which == Together::summed;
+        const bool alone = in.refill.empty();  // else this frame solves one of them to the end
         const std::uint32_t id = summed ? kSummed : 0;
         const std::string prefix = summed ? "summed-" : "";
         const SlotRef merged = per_target(Slot::merged, id), grid = per_target(Slot::grid),
@@ -178,7 +189,7 @@ struct Builder {
         }
         const std::vector<const LightGpu*> lights(in.lights.begin(), in.lights.end());
         PassContext shared = context;
-        shared.rests = true;
+        shared.rests = alone;
         for (std::size_t i = 0; i < scene.lights.size(); ++i)
             shared.rests &= (summed && in.layers[i] >= 0) || rests(scene.lights[i]);
         const auto cpu = [&](const char* name, SlotRef writes, std::vector<SlotRef> from, std::vector<std::uint64_t> by,
@@ -195,7 +206,7 @@ struct Builder {
                 [=] { return run_direct_merged(shared, which); });
         cpu("solve", solved, {merged}, {in.generation, in.solve_links()},
             [=] { return run_solve_merged(shared, which); });
-        passes.back().stale |= !merged_converged(in.target, which);
+        passes.back().stale |= alone && !merged_converged(in.target, which);
         if (metered)
             cpu("gather", per_target(Slot::gather, id), {solved}, {}, [=] { return run_gather_point_summed(shared); });
         else if (summed || !by_gl)

@@ -319,7 +319,7 @@ bool Renderer::refine(const Scene& scene, const std::function<bool()>& interrupt
         in_sum_.clear();
         return true;
     }
-    if (!inputs.merged && scene.view < View::mask && scene.view != View::direct)  // else no frame would count them down
+    if (gathers(scene))  // else no frame would count them down
         for (std::size_t i = 0; i < scene.lights.size(); ++i)
             if (inputs.layers[i] >= 0 && inputs.lights[i]->irradiance.frames_left > 0) return true;
     if (!inputs.merged) {
@@ -426,6 +426,9 @@ void Renderer::choose_layers(FrameInputs& inputs) {
         inputs.in_sum.clear();
     }
     if (!merged_ || grid_moves || waiting.empty()) return;
+    // What is shown comes first: the solve of all at once to its end.
+    const std::set<SlotRef> left = outdated(build_pipeline(inputs), wanted_slots(inputs, true), ledger_);
+    if (left.contains({Slot::merged_solve, live_.id, 0}) && !left.contains({Slot::merged, live_.id, 0})) return;
     // In turn, so that none that goes on moving holds up the others.
     std::sort(waiting.begin(), waiting.end());
     const bool dark = waiting.front().first;
