@@ -4,8 +4,8 @@
 #include <cstddef>
 #include <string_view>
 
+#include "ies/core/result.h"
 #include "ies/photometry.h"
-#include "ies/result.h"
 
 namespace gonio::ies {
 

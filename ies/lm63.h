@@ -3,8 +3,8 @@
 
 #include <string_view>
 
+#include "ies/core/result.h"
 #include "ies/photometry.h"
-#include "ies/result.h"
 
 namespace gonio::ies {
 

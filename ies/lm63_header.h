@@ -8,7 +8,7 @@
 #include <utility>
 #include <vector>
 
-#include "ies/result.h"
+#include "ies/core/result.h"
 #include "ies/text_scan.h"
 
 namespace gonio::ies::detail {

@@ -9,7 +9,7 @@
 #include <utility>
 #include <vector>
 
-#include "ies/units.h"
+#include "ies/core/units.h"
 #include "ies/web.h"
 
 namespace gonio::ies {

@@ -7,8 +7,8 @@
 #include <optional>
 #include <vector>
 
+#include "ies/core/units.h"
 #include "ies/photometry.h"
-#include "ies/units.h"
 #include "ies/web.h"
 
 namespace gonio::ies {

@@ -6,7 +6,7 @@
 #include <string>
 #include <string_view>
 
-#include "ies/units.h"
+#include "ies/core/units.h"
 
 namespace gonio::ies {
 

@@ -7,8 +7,8 @@
 #include <string_view>
 #include <vector>
 
+#include "ies/core/result.h"
 #include "ies/photometry.h"
-#include "ies/result.h"
 
 namespace gonio::ies::detail {
 

@@ -6,7 +6,7 @@
 #include <cstdint>
 #include <vector>
 
-#include "ies/units.h"
+#include "ies/core/units.h"
 
 namespace gonio::ies {
 

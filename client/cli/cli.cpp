@@ -14,11 +14,11 @@
 #include "client/cli/photometry.h"
 #include "client/cli/surfaces.h"
 #include "client/cli/transport.h"
-#include "protocol/codec.h"
-#include "protocol/patch_toml.h"
-#include "protocol/surface_toml.h"
-#include "protocol/upload_name.h"
-#include "protocol/words.h"
+#include "protocol/dmx/patch_toml.h"
+#include "protocol/schema/codec.h"
+#include "protocol/schema/upload_name.h"
+#include "protocol/schema/words.h"
+#include "protocol/surface/surface_toml.h"
 
 namespace gonio {
 namespace {

@@ -3,7 +3,7 @@
 
 #include <string>
 
-#include "protocol/gonio.pb.h"
+#include "protocol/schema/gonio.pb.h"
 
 namespace gonio {
 

@@ -4,7 +4,7 @@
 #include <chrono>
 #include <thread>
 
-#include "protocol/words.h"
+#include "protocol/schema/words.h"
 
 namespace gonio {
 namespace {

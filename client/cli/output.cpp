@@ -5,7 +5,7 @@
 #include <cstdio>
 #include <nlohmann/json.hpp>
 
-#include "protocol/codec.h"
+#include "protocol/schema/codec.h"
 
 namespace gonio {
 namespace {

@@ -4,8 +4,8 @@
 #include <string>
 #include <string_view>
 
-#include "ies/result.h"
-#include "protocol/gonio.pb.h"
+#include "ies/core/result.h"
+#include "protocol/schema/gonio.pb.h"
 
 namespace gonio {
 

@@ -3,9 +3,9 @@
 #include <cstdio>
 #include <set>
 
-#include "protocol/property.h"
-#include "protocol/surface_map.h"
-#include "protocol/words.h"
+#include "protocol/schema/property.h"
+#include "protocol/schema/words.h"
+#include "protocol/surface/surface_map.h"
 
 namespace gonio {
 namespace {

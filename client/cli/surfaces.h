@@ -5,8 +5,8 @@
 #include <span>
 #include <string>
 
-#include "ies/result.h"
-#include "protocol/gonio.pb.h"
+#include "ies/core/result.h"
+#include "protocol/schema/gonio.pb.h"
 
 namespace gonio {
 

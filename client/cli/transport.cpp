@@ -11,7 +11,7 @@
 #include <boost/beast/websocket/stream.hpp>
 #include <cstring>
 
-#include "protocol/codec.h"
+#include "protocol/schema/codec.h"
 
 namespace gonio {
 namespace {

@@ -7,9 +7,9 @@
 #include <string>
 #include <vector>
 
-#include "ies/result.h"
-#include "protocol/frame_header.h"
-#include "protocol/gonio.pb.h"
+#include "ies/core/result.h"
+#include "protocol/schema/frame_header.h"
+#include "protocol/schema/gonio.pb.h"
 
 namespace gonio {
 

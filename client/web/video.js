@@ -11,7 +11,7 @@ const kStillMinIntervalMs = 250;
 const kMjpegRetryMs = 1000;
 const kMjpegWatchMs = 200;
 
-// The header of protocol/frame_header.h; null where the message is no video frame of a known version.
+// The header of protocol/schema/frame_header.h; null where the message is no video frame of a known version.
 export function parseFrameHeader(buffer) {
     if (buffer.byteLength <= kHeaderBytes) return null;
     const view = new DataView(buffer);

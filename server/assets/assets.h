@@ -10,7 +10,7 @@
 #include <string>
 #include <vector>
 
-#include "ies/result.h"
+#include "ies/core/result.h"
 #include "server/scene/scene.h"
 
 namespace gonio {

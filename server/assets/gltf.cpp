@@ -7,7 +7,7 @@
 #include <new>
 #include <vector>
 
-#include "protocol/shortened_text.h"
+#include "protocol/text/shortened_text.h"
 #include "server/assets/gltf_document.h"
 #include "server/assets/gltf_import.h"
 

@@ -4,7 +4,7 @@
 #include <memory>
 #include <string>
 
-#include "ies/result.h"
+#include "ies/core/result.h"
 #include "server/scene/scene.h"
 
 namespace gonio {

@@ -7,7 +7,7 @@
 #include <optional>
 #include <string_view>
 
-#include "ies/result.h"
+#include "ies/core/result.h"
 
 namespace gonio {
 

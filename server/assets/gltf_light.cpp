@@ -6,7 +6,7 @@
 #include <numbers>
 #include <string>
 
-#include "protocol/shortened_text.h"
+#include "protocol/text/shortened_text.h"
 #include "server/assets/assets.h"
 #include "server/assets/gltf_import.h"
 #include "server/scene/light_tables.h"

@@ -5,7 +5,7 @@
 #include <span>
 #include <string>
 
-#include "ies/result.h"
+#include "ies/core/result.h"
 #include "server/scene/scene.h"
 
 namespace gonio {

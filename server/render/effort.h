@@ -8,7 +8,7 @@ namespace gonio {
 struct Effort {
     double scale;     // of the picture's sides
     unsigned links;   // of each surfel that the solve follows, at most
-    bool own_points;  // server/shade/screen.h
+    bool own_points;  // server/lighting/screen.h
     double cost;      // a frame's time over that of the first, about (docs/performance.md)
 };
 

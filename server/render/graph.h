@@ -12,7 +12,7 @@
 #include <string>
 #include <vector>
 
-#include "protocol/gonio.pb.h"
+#include "protocol/schema/gonio.pb.h"
 
 namespace gonio {
 

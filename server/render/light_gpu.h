@@ -8,9 +8,9 @@
 #include <vector>
 
 #include "server/gl/objects.h"
+#include "server/lighting/vpl_rays.h"
 #include "server/render/rsm_texels.h"
 #include "server/scene/scene.h"
-#include "server/shade/vpl_rays.h"
 #include "server/transport/solve.h"
 
 namespace gonio {

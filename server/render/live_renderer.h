@@ -1,5 +1,6 @@
 // What the stage asks of a renderer. The renderer proper is Renderer (renderer.h); NullRenderer
-// (server/null_renderer.h) makes grey pictures without any GL, for tests of everything around it. Render thread only.
+// (server/session/null_renderer.h) makes grey pictures without any GL, for tests of everything around it. Render thread
+// only.
 #pragma once
 
 #include <cstddef>
@@ -9,8 +10,8 @@
 #include <optional>
 #include <vector>
 
-#include "protocol/gonio.pb.h"
-#include "server/clock.h"
+#include "protocol/schema/gonio.pb.h"
+#include "server/base/clock.h"
 #include "server/scene/scene.h"
 #include "server/trace/reference.h"
 

@@ -8,6 +8,7 @@
 #include <thread>
 #include <utility>
 
+#include "server/lighting/screen.h"
 #include "server/render/indirect_estimate.h"
 #include "server/render/inspect.h"
 #include "server/render/passes/screen_light.h"
@@ -15,7 +16,6 @@
 #include "server/render/timers.h"
 #include "server/scene/apply.h"
 #include "server/scene/web_buffer.h"
-#include "server/shade/screen.h"
 
 namespace gonio {
 

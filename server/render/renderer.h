@@ -10,8 +10,8 @@
 #include <optional>
 #include <vector>
 
-#include "ies/result.h"
-#include "protocol/gonio.pb.h"
+#include "ies/core/result.h"
+#include "protocol/schema/gonio.pb.h"
 #include "server/gl/context.h"
 #include "server/render/effort.h"
 #include "server/render/gpu_scene.h"

@@ -5,7 +5,7 @@
 #include <utility>
 #include <vector>
 
-#include "protocol/gonio.pb.h"
+#include "protocol/schema/gonio.pb.h"
 #include "server/gl/objects.h"
 
 namespace gonio {

@@ -6,9 +6,9 @@
 #include <optional>
 #include <sstream>
 
-#include "protocol/patch.h"
-#include "protocol/shortened_text.h"
-#include "protocol/surface_map.h"
+#include "protocol/dmx/patch.h"
+#include "protocol/surface/surface_map.h"
+#include "protocol/text/shortened_text.h"
 #include "server/scene/console.h"
 #include "server/scene/light_tables.h"
 #include "server/scene/orientation.h"

@@ -7,8 +7,8 @@
 #include <string>
 #include <vector>
 
-#include "ies/result.h"
-#include "protocol/gonio.pb.h"
+#include "ies/core/result.h"
+#include "protocol/schema/gonio.pb.h"
 #include "server/scene/scene.h"
 
 namespace gonio {

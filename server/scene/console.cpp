@@ -4,9 +4,9 @@
 #include <string_view>
 #include <unordered_map>
 
-#include "protocol/osc.h"
-#include "protocol/patch.h"
-#include "protocol/surface_map.h"
+#include "protocol/dmx/patch.h"
+#include "protocol/osc/osc.h"
+#include "protocol/surface/surface_map.h"
 
 namespace gonio {
 namespace {

@@ -8,10 +8,10 @@
 #include <string>
 #include <vector>
 
-#include "ies/result.h"
-#include "protocol/gonio.pb.h"
-#include "protocol/property.h"
-#include "protocol/surface_reader.h"
+#include "ies/core/result.h"
+#include "protocol/schema/gonio.pb.h"
+#include "protocol/schema/property.h"
+#include "protocol/surface/surface_reader.h"
 #include "server/scene/scene.h"
 
 namespace gonio {

@@ -9,7 +9,7 @@
 #include <string>
 #include <vector>
 
-#include "ies/result.h"
+#include "ies/core/result.h"
 
 namespace gonio {
 

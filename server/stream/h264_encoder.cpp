@@ -4,8 +4,8 @@
 #include <thread>
 #include <utility>
 
-#include "server/clock.h"
-#include "server/queue.h"
+#include "server/base/clock.h"
+#include "server/base/queue.h"
 #include "server/stream/encoder.h"
 #include "server/stream/h264_stream.h"
 

@@ -5,7 +5,7 @@
 #include <cstdlib>
 #include <cstring>
 
-#include "server/clock.h"
+#include "server/base/clock.h"
 #include "server/stream/encoder.h"
 
 // jpeglib.h needs FILE and size_t declared before it.

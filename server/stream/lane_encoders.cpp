@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <thread>
 
-#include "server/clock.h"
+#include "server/base/clock.h"
 #include "server/stream/h264_stream.h"
 
 namespace gonio {

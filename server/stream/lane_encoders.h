@@ -12,7 +12,7 @@
 #include <string>
 #include <vector>
 
-#include "server/queue.h"
+#include "server/base/queue.h"
 #include "server/stream/encoder.h"
 #include "server/stream/lanes.h"
 

@@ -10,7 +10,7 @@
 #include <span>
 #include <vector>
 
-#include "server/pool.h"
+#include "server/base/pool.h"
 #include "server/trace/geometry.h"
 
 namespace gonio::transport {

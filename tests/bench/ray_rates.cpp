@@ -6,11 +6,11 @@
 #include <functional>
 #include <vector>
 
+#include "server/lighting/direct.h"
+#include "server/lighting/raster.h"
 #include "server/render/passes/passes.h"
 #include "server/scene/apply.h"
 #include "server/scene/light_tables.h"
-#include "server/shade/direct.h"
-#include "server/shade/raster.h"
 #include "server/transport/links.h"
 #include "tests/bench/cases.h"
 
@@ -28,7 +28,7 @@ double rate(double rays, const std::function<void()>& work) {
     return rays / best;
 }
 
-// A ray for each lit point of the grid, sixteen points a packet (server/shade/direct.cpp).
+// A ray for each lit point of the grid, sixteen points a packet (server/lighting/direct.cpp).
 std::vector<transport::Fan> shadow_packets(const Scene& scene, const trace::Geometry& geometry, Pool& pool) {
     const shade::Looks looks = shade::make_looks(geometry);
     shade::Surfaces s;

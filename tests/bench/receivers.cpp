@@ -5,11 +5,11 @@
 #include <numbers>
 #include <thread>
 
+#include "server/lighting/raster.h"
+#include "server/lighting/screen.h"
 #include "server/render/passes/passes.h"
 #include "server/scene/apply.h"
 #include "server/scene/web_buffer.h"
-#include "server/shade/raster.h"
-#include "server/shade/screen.h"
 #include "shaders/lib/as_cpp.h"
 
 namespace gonio::bench {

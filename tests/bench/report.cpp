@@ -11,8 +11,8 @@
 #include <tuple>
 #include <vector>
 
-#include "server/budget.h"
 #include "server/render/light_gpu.h"
+#include "server/session/budget.h"
 #include "tests/bench/pareto.h"
 #include "tests/bench/report_parts.h"
 

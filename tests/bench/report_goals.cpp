@@ -2,7 +2,7 @@
 #include <cmath>
 #include <tuple>
 
-#include "server/budget.h"
+#include "server/session/budget.h"
 #include "tests/bench/report_parts.h"
 
 namespace gonio::bench {

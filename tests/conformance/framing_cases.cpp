@@ -1,5 +1,5 @@
 // RFC 6455 section 5: frames, fragments, control frames; and the sizes of section 10.4.
-#include "protocol/codec.h"
+#include "protocol/schema/codec.h"
 #include "tests/conformance/cases.h"
 #include "tests/conformance/raw_peer.h"
 

@@ -5,7 +5,7 @@
 #include <filesystem>
 #include <stdexcept>
 
-#include "server/clock.h"
+#include "server/base/clock.h"
 
 namespace gonio::conformance {
 

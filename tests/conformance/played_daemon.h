@@ -8,7 +8,7 @@
 #include <mutex>
 #include <vector>
 
-#include "server/net/front.h"
+#include "server/http/front.h"
 
 namespace gonio::conformance {
 

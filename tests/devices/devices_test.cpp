@@ -5,7 +5,7 @@
 #include <cstdlib>
 #include <thread>
 
-#include "server/control/surfaces.h"
+#include "server/surfaces/surfaces.h"
 #include "tests/devices/mock_devices.h"
 
 namespace gonio::test {

@@ -13,7 +13,7 @@
 #include <sstream>
 #include <thread>
 
-#include "protocol/osc.h"
+#include "protocol/osc/osc.h"
 #include "tests/console/udp.h"
 #include "tests/e2e/daemon_process.h"
 

@@ -12,8 +12,8 @@
 #include <fstream>
 #include <thread>
 
-#include "server/command_files.h"
 #include "server/scene/scene.h"
+#include "server/session/command_files.h"
 #include "tests/e2e/daemon_process.h"
 #include "tests/e2e/largest_files.h"
 #include "tests/e2e/measured.h"

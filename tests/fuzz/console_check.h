@@ -4,13 +4,13 @@
 #include <cstdlib>
 #include <string_view>
 
-#include "protocol/artnet.h"
-#include "protocol/artnet_sources.h"
-#include "protocol/e131.h"
-#include "protocol/osc_space.h"
-#include "protocol/patch.h"
-#include "protocol/patch_toml.h"
-#include "protocol/sacn_sources.h"
+#include "protocol/dmx/artnet.h"
+#include "protocol/dmx/artnet_sources.h"
+#include "protocol/dmx/e131.h"
+#include "protocol/dmx/patch.h"
+#include "protocol/dmx/patch_toml.h"
+#include "protocol/dmx/sacn_sources.h"
+#include "protocol/osc/osc_space.h"
 
 namespace gonio::fuzz {
 

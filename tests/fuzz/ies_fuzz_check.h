@@ -8,8 +8,8 @@
 #include <numbers>
 #include <string_view>
 
+#include "ies/core/result.h"
 #include "ies/photometry.h"
-#include "ies/result.h"
 
 namespace gonio::ies::fuzz {
 

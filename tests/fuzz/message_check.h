@@ -9,8 +9,8 @@
 #include <string>
 #include <string_view>
 
-#include "protocol/codec.h"
-#include "protocol/frame_header.h"
+#include "protocol/schema/codec.h"
+#include "protocol/schema/frame_header.h"
 #include "server/scene/apply.h"
 #include "server/scene/state.h"
 

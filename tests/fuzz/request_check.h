@@ -10,10 +10,10 @@
 #include <string>
 #include <string_view>
 
-#include "protocol/upload_name.h"
-#include "server/config.h"
-#include "server/net/http_target.h"
-#include "server/option_checks.h"
+#include "protocol/schema/upload_name.h"
+#include "server/app/config.h"
+#include "server/app/option_checks.h"
+#include "server/http/http_target.h"
 
 namespace gonio::fuzz {
 

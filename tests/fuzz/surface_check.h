@@ -6,11 +6,11 @@
 #include <set>
 #include <string_view>
 
-#include "protocol/hid_box.h"
-#include "protocol/midi_box.h"
-#include "protocol/qxi.h"
-#include "protocol/surface_map.h"
-#include "protocol/surface_toml.h"
+#include "protocol/surface/hid_box.h"
+#include "protocol/surface/midi_box.h"
+#include "protocol/surface/qxi.h"
+#include "protocol/surface/surface_map.h"
+#include "protocol/surface/surface_toml.h"
 
 namespace gonio::fuzz {
 

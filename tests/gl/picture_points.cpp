@@ -2,8 +2,8 @@
 
 #include <cmath>
 
-#include "server/shade/raster.h"
-#include "server/shade/screen.h"
+#include "server/lighting/raster.h"
+#include "server/lighting/screen.h"
 #include "server/trace/world.h"
 
 namespace gonio::test {

@@ -9,8 +9,8 @@
 #include <cmath>
 #include <ctime>
 
-#include "protocol/codec.h"
-#include "protocol/frame_header.h"
+#include "protocol/schema/codec.h"
+#include "protocol/schema/frame_header.h"
 #include "tests/conformance/raw_peer.h"
 
 namespace gonio::load {

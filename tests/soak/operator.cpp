@@ -2,7 +2,7 @@
 
 #include <stdexcept>
 
-#include "protocol/codec.h"
+#include "protocol/schema/codec.h"
 
 namespace gonio::soak {
 

@@ -8,7 +8,7 @@
 #include <string>
 #include <vector>
 
-#include "protocol/gonio.pb.h"
+#include "protocol/schema/gonio.pb.h"
 #include "tests/conformance/raw_peer.h"
 
 namespace gonio::soak {

@@ -16,7 +16,7 @@
 #include <numeric>
 #include <random>
 
-#include "server/command_files.h"
+#include "server/session/command_files.h"
 #include "tests/e2e/daemon_process.h"
 #include "tests/e2e/largest_files.h"
 #include "tests/load/swarm.h"

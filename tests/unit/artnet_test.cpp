@@ -1,8 +1,8 @@
 // Art-Net: byte vectors, the reply, and the merge of two senders on a clock that the test turns.
 #include <gtest/gtest.h>
 
-#include "protocol/artnet.h"
-#include "protocol/artnet_sources.h"
+#include "protocol/dmx/artnet.h"
+#include "protocol/dmx/artnet_sources.h"
 #include "tests/console/packets.h"
 
 namespace gonio {

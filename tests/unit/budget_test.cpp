@@ -1,5 +1,5 @@
 // The frame-time budget against a machine of known speed, with a clock of its own.
-#include "server/budget.h"
+#include "server/session/budget.h"
 
 #include <gtest/gtest.h>
 

@@ -1,5 +1,5 @@
 // base_rev: whose change stands between a client and what it wants to set.
-#include "server/changes.h"
+#include "server/session/changes.h"
 
 #include <gtest/gtest.h>
 

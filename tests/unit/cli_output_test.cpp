@@ -9,7 +9,7 @@
 #include "client/cli/cli.h"
 #include "client/cli/output.h"
 #include "client/cli/transport.h"
-#include "server/net/front.h"
+#include "server/http/front.h"
 
 namespace gonio {
 namespace {

@@ -8,7 +8,7 @@
 #include <numbers>
 #include <sstream>
 
-#include "protocol/words.h"
+#include "protocol/schema/words.h"
 
 namespace gonio {
 namespace {

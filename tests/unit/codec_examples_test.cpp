@@ -6,14 +6,14 @@
 #include <set>
 #include <sstream>
 
-#include "protocol/codec.h"
-#include "protocol/frame_header.h"
+#include "protocol/schema/codec.h"
+#include "protocol/schema/frame_header.h"
 
 namespace gonio {
 namespace {
 
 std::string protocol_page() {
-    std::ifstream file(GONIO_SOURCE_DIR "/protocol/PROTOCOL.md");
+    std::ifstream file(GONIO_SOURCE_DIR "/protocol/schema/PROTOCOL.md");
     std::stringstream text;
     text << file.rdbuf();
     return text.str();

@@ -5,7 +5,7 @@
 #include <limits>
 #include <random>
 
-#include "protocol/codec.h"
+#include "protocol/schema/codec.h"
 
 namespace gonio {
 namespace {

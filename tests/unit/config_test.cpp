@@ -1,5 +1,5 @@
 // Options from a file and the environment.
-#include "server/config.h"
+#include "server/app/config.h"
 
 #include <gtest/gtest.h>
 #include <sys/stat.h>
@@ -9,8 +9,8 @@
 #include <filesystem>
 #include <fstream>
 
-#include "server/front_options.h"
-#include "server/options.h"
+#include "server/app/front_options.h"
+#include "server/app/options.h"
 
 namespace gonio {
 namespace {

@@ -1,8 +1,8 @@
 // sACN: byte vectors of each packet, and each rule of arbitration on a clock that the test turns.
 #include <gtest/gtest.h>
 
-#include "protocol/e131.h"
-#include "protocol/sacn_sources.h"
+#include "protocol/dmx/e131.h"
+#include "protocol/dmx/sacn_sources.h"
 #include "tests/console/packets.h"
 
 namespace gonio {

@@ -1,7 +1,7 @@
 // The frame header's bytes are a contract with the page and with other people's clients.
 #include <gtest/gtest.h>
 
-#include "protocol/frame_header.h"
+#include "protocol/schema/frame_header.h"
 
 namespace gonio {
 namespace {

@@ -12,8 +12,8 @@
 #include <optional>
 #include <string>
 
-#include "protocol/codec.h"
-#include "protocol/frame_header.h"
+#include "protocol/schema/codec.h"
+#include "protocol/schema/frame_header.h"
 
 namespace gonio::test {
 

@@ -1,7 +1,7 @@
 // The front over real sockets on a free port; the daemon behind it is played by the test.
 #pragma once
 
-#include "server/net/front.h"
+#include "server/http/front.h"
 
 #include <condition_variable>
 #include <mutex>

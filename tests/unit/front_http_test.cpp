@@ -2,7 +2,7 @@
 #include <thread>
 
 #include "front_fixture.h"
-#include "server/net/http_rules.h"
+#include "server/http/http_rules.h"
 
 namespace gonio {
 namespace {

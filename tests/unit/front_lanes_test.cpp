@@ -4,7 +4,7 @@
 #include <mutex>
 
 #include "front_client.h"
-#include "server/net/front.h"
+#include "server/http/front.h"
 
 namespace gonio {
 namespace {

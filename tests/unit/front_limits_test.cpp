@@ -2,10 +2,10 @@
 #include <sys/resource.h>
 
 #include "front_fixture.h"
-#include "server/late_work.h"
-#include "server/net/auth_guard.h"
-#include "server/net/token_bucket.h"
-#include "server/net/update_clock.h"
+#include "server/base/token_bucket.h"
+#include "server/http/auth_guard.h"
+#include "server/http/update_clock.h"
+#include "server/session/late_work.h"
 
 namespace gonio {
 namespace {

@@ -8,7 +8,7 @@
 #include "certificate.h"
 #include "client/cli/transport.h"
 #include "front_fixture.h"
-#include "server/net/tls.h"
+#include "server/http/tls.h"
 
 namespace gonio {
 namespace {

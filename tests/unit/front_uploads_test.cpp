@@ -4,9 +4,9 @@
 
 #include "client/cli/transport.h"
 #include "front_fixture.h"
-#include "protocol/upload_name.h"
-#include "server/net/upload_store.h"
-#include "server/scene_access.h"
+#include "protocol/schema/upload_name.h"
+#include "server/http/upload_store.h"
+#include "server/session/scene_access.h"
 
 namespace gonio {
 namespace {

@@ -1,11 +1,11 @@
 // The loss of the GPU: what it does to a stage, and when the program gives up. Over the renderer without GL.
-#include "server/gpu.h"
+#include "server/session/gpu.h"
 
 #include <gtest/gtest.h>
 
 #include "server/assets/assets.h"
-#include "server/null_renderer.h"
-#include "server/stage.h"
+#include "server/session/null_renderer.h"
+#include "server/session/stage.h"
 
 namespace gonio {
 namespace {

@@ -3,7 +3,7 @@
 
 #include <cmath>
 
-#include "protocol/hid_box.h"
+#include "protocol/surface/hid_box.h"
 
 namespace gonio {
 namespace {

@@ -1,4 +1,4 @@
-#include "server/net/http_target.h"
+#include "server/http/http_target.h"
 
 #include <gtest/gtest.h>
 

@@ -4,7 +4,7 @@
 #include <glm/gtc/packing.hpp>
 #include <random>
 
-#include "server/shade/layers.h"
+#include "server/lighting/layers.h"
 
 namespace gonio::shade {
 namespace {

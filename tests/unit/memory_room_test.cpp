@@ -1,5 +1,5 @@
 // What memory is left, from files as the kernel writes them.
-#include "server/memory_room.h"
+#include "server/base/memory_room.h"
 
 #include <gtest/gtest.h>
 #include <unistd.h>

@@ -1,4 +1,4 @@
-#include "server/metrics.h"
+#include "server/base/metrics.h"
 
 #include <gtest/gtest.h>
 #include <sys/socket.h>
@@ -10,7 +10,7 @@
 #include <filesystem>
 #include <thread>
 
-#include "server/service.h"
+#include "server/app/service.h"
 
 namespace gonio {
 namespace {

@@ -1,7 +1,7 @@
 // MIDI by byte vectors: USB packets, raw streams, keys, boxes with 14-bit faders and every kind of endless encoder.
 #include <gtest/gtest.h>
 
-#include "protocol/midi_box.h"
+#include "protocol/surface/midi_box.h"
 
 namespace gonio {
 namespace {

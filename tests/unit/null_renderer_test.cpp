@@ -1,5 +1,5 @@
 // The renderer without GL: what tests of everything around it rely on.
-#include "server/null_renderer.h"
+#include "server/session/null_renderer.h"
 
 #include <gtest/gtest.h>
 

@@ -8,7 +8,7 @@
 #include <ctime>
 #include <functional>
 
-#include "server/net/osc_server.h"
+#include "server/inputs/osc_server.h"
 #include "tests/console/udp.h"
 
 namespace gonio {

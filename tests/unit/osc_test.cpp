@@ -6,8 +6,8 @@
 #include <cstdio>
 #include <numbers>
 
-#include "protocol/osc.h"
-#include "protocol/osc_space.h"
+#include "protocol/osc/osc.h"
+#include "protocol/osc/osc_space.h"
 
 namespace gonio {
 namespace {

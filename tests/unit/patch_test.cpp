@@ -4,10 +4,10 @@
 #include <cmath>
 #include <numbers>
 
-#include "protocol/artnet.h"
-#include "protocol/e131.h"
-#include "protocol/patch.h"
-#include "protocol/patch_toml.h"
+#include "protocol/dmx/artnet.h"
+#include "protocol/dmx/e131.h"
+#include "protocol/dmx/patch.h"
+#include "protocol/dmx/patch_toml.h"
 
 namespace gonio {
 namespace {

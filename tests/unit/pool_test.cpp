@@ -1,4 +1,4 @@
-#include "server/pool.h"
+#include "server/base/pool.h"
 
 #include <gtest/gtest.h>
 

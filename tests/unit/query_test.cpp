@@ -1,11 +1,11 @@
 // What clients ask of meters and captures: every default, every refusal with code, field and value.
-#include "server/query.h"
+#include "server/session/query.h"
 
 #include <gtest/gtest.h>
 
 #include <functional>
 
-#include "server/meter_reply.h"
+#include "server/session/meter_reply.h"
 #include "tests/scenes/scenes.h"
 
 namespace gonio {

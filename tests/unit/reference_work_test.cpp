@@ -1,12 +1,12 @@
 // Reference jobs on their thread: answered in order, bounded, given up with their client; and their pictures developed.
-#include "server/reference_work.h"
+#include "server/session/reference_work.h"
 
 #include <gtest/gtest.h>
 
 #include <cstring>
 #include <set>
 
-#include "server/traced_capture.h"
+#include "server/session/traced_capture.h"
 #include "tests/scenes/scenes.h"
 
 namespace gonio {

@@ -1,5 +1,5 @@
 // Reading again at SIGHUP: one after the other, and nobody waits for a disk that hangs.
-#include "server/reload.h"
+#include "server/app/reload.h"
 
 #include <gtest/gtest.h>
 

@@ -1,5 +1,5 @@
 // Who may change what, and who holds the camera.
-#include "server/roles.h"
+#include "server/session/roles.h"
 
 #include <gtest/gtest.h>
 

@@ -1,5 +1,5 @@
 // What is kept of a scene between two runs: every property comes back, and what cannot is said.
-#include "server/saved_show.h"
+#include "server/show/saved_show.h"
 
 #include <google/protobuf/util/message_differencer.h>
 #include <gtest/gtest.h>
@@ -8,7 +8,7 @@
 #include <filesystem>
 #include <fstream>
 
-#include "protocol/gonio.pb.h"
+#include "protocol/schema/gonio.pb.h"
 #include "server/assets/assets.h"
 #include "server/scene/apply.h"
 #include "server/scene/orientation.h"

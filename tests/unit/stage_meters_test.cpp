@@ -5,8 +5,8 @@
 #include <thread>
 
 #include "server/assets/assets.h"
-#include "server/null_renderer.h"
-#include "server/stage.h"
+#include "server/session/null_renderer.h"
+#include "server/session/stage.h"
 
 namespace gonio {
 namespace {

@@ -2,8 +2,8 @@
 #include <gtest/gtest.h>
 
 #include "server/assets/assets.h"
-#include "server/null_renderer.h"
-#include "server/stage.h"
+#include "server/session/null_renderer.h"
+#include "server/session/stage.h"
 
 namespace gonio {
 namespace {

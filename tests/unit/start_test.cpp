@@ -1,11 +1,11 @@
 // The scene that goniod begins with, where a show was saved: found again however a client had named it.
-#include "server/start.h"
+#include "server/app/start.h"
 
 #include <gtest/gtest.h>
 
-#include "server/atomic_file.h"
-#include "server/saved_show.h"
+#include "server/base/atomic_file.h"
 #include "server/scene/apply.h"
+#include "server/show/saved_show.h"
 #include "tests/unit/assets_gltf_fixture.h"
 
 namespace gonio {

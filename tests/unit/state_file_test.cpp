@@ -1,5 +1,5 @@
 // The show on disk: written by its own thread, whole or not at all, and tried again where the disk refuses.
-#include "server/state_file.h"
+#include "server/show/state_file.h"
 
 #include <gtest/gtest.h>
 #include <sys/resource.h>
@@ -13,7 +13,7 @@
 #include <fstream>
 
 #include "server/assets/assets.h"
-#include "server/atomic_file.h"
+#include "server/base/atomic_file.h"
 #include "server/scene/apply.h"
 
 namespace gonio {

@@ -5,10 +5,10 @@
 #include <fstream>
 #include <sstream>
 
-#include "protocol/midi_box.h"
-#include "protocol/qxi.h"
-#include "protocol/surface_map.h"
-#include "protocol/surface_toml.h"
+#include "protocol/surface/midi_box.h"
+#include "protocol/surface/qxi.h"
+#include "protocol/surface/surface_map.h"
+#include "protocol/surface/surface_toml.h"
 
 namespace gonio {
 namespace {
@@ -22,7 +22,7 @@ std::string content(const std::filesystem::path& path) {
 
 BoxProfile shipped(const char* name) {
     const auto profile =
-        read_box_toml(content(std::string(GONIO_SOURCE_DIR "/server/control/profiles/") + name + ".toml"));
+        read_box_toml(content(std::string(GONIO_SOURCE_DIR "/server/surfaces/profiles/") + name + ".toml"));
     EXPECT_TRUE(profile) << name << ": " << profile.error().text();
     return profile ? *profile : BoxProfile{};
 }

@@ -3,9 +3,9 @@
 #include <gtest/gtest.h>
 
 #include "client/cli/surfaces.h"
-#include "server/control/box_profiles.h"
-#include "server/control/replay.h"
-#include "server/control/surfaces.h"
+#include "server/surfaces/box_profiles.h"
+#include "server/surfaces/replay.h"
+#include "server/surfaces/surfaces.h"
 
 namespace gonio {
 namespace {

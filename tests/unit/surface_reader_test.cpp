@@ -3,9 +3,9 @@
 
 #include <cmath>
 
-#include "protocol/surface_map.h"
-#include "protocol/surface_painter.h"
-#include "protocol/surface_reader.h"
+#include "protocol/surface/surface_map.h"
+#include "protocol/surface/surface_painter.h"
+#include "protocol/surface/surface_reader.h"
 
 namespace gonio {
 namespace {

@@ -5,8 +5,8 @@
 #include <chrono>
 #include <thread>
 
-#include "protocol/osc.h"
-#include "server/net/udp_inputs.h"
+#include "protocol/osc/osc.h"
+#include "server/inputs/udp_inputs.h"
 #include "tests/console/udp.h"
 
 namespace gonio {

@@ -3,8 +3,8 @@
 
 #include <net/if.h>
 
-#include "protocol/e131.h"
-#include "server/net/udp_socket.h"
+#include "protocol/dmx/e131.h"
+#include "server/inputs/udp_socket.h"
 #include "tests/console/udp.h"
 
 namespace gonio {

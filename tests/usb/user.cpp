@@ -16,7 +16,7 @@
 #include <cstdlib>
 #include <sstream>
 
-#include "server/control/surfaces.h"
+#include "server/surfaces/surfaces.h"
 
 namespace gonio::test {
 namespace {

@@ -1,11 +1,11 @@
-// Indirect light at the pixels of captures, and of the live picture while it rests (server/shade/final_gather.h).
+// Indirect light at the pixels of captures, and of the live picture while it rests (server/lighting/final_gather.h).
 #include <algorithm>
 #include <glm/gtc/packing.hpp>
 #include <limits>
 
+#include "server/lighting/surfel_light.h"
 #include "server/render/passes/passes.h"
 #include "server/render/passes/screen_light.h"
-#include "server/shade/surfel_light.h"
 
 namespace gonio {
 namespace {

@@ -1,14 +1,14 @@
 // The indirect light of the default technique: direct light at surfels, every bounce among them, and from there to the
-// target's points (server/transport, server/shade/grid_light.h).
+// target's points (server/transport, server/lighting/grid_light.h).
 #include <algorithm>
 #include <cmath>
 #include <utility>
 
+#include "server/lighting/surfel_light.h"
+#include "server/lighting/upsample.h"
+#include "server/lighting/vpl_rays.h"
 #include "server/render/passes/passes.h"
 #include "server/render/passes/screen_light.h"
-#include "server/shade/surfel_light.h"
-#include "server/shade/upsample.h"
-#include "server/shade/vpl_rays.h"
 #include "server/trace/path.h"
 
 namespace gonio {

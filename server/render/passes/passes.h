@@ -7,6 +7,8 @@
 #include <span>
 
 #include "server/gl/objects.h"
+#include "server/lighting/clusters.h"
+#include "server/lighting/screen.h"
 #include "server/render/effort.h"
 #include "server/render/gpu_scene.h"
 #include "server/render/graph.h"
@@ -14,8 +16,6 @@
 #include "server/render/programs.h"
 #include "server/render/target.h"
 #include "server/scene/scene.h"
-#include "server/shade/clusters.h"
-#include "server/shade/screen.h"
 #include "server/trace/reference.h"
 #include "server/transport/transport.h"
 
@@ -67,7 +67,7 @@ PassRun run_direct(const PassContext& context, const Light& light, const LightGp
 PassRun run_direct_rays(const PassContext& context, const Light& light, const LightGpu& gpu, int layer,
                         bool each_pixel);
 PassRun run_direct_point(const PassContext& context, const Light& light, const LightGpu& gpu, int layer);
-// The indirect light of the default technique, on the CPU (server/shade).
+// The indirect light of the default technique, on the CPU (server/lighting).
 // The G-buffer on the CPU, and the grid that the next passes work on.
 PassRun run_raster(const PassContext& context);
 // The same, read back from the target's textures.
@@ -81,8 +81,8 @@ PassRun run_gather_weights_gl(const PassContext& context);
 // Irradiance at the target's pixels, into a layer; the same by shader.
 PassRun run_gather(const PassContext& context, const LightGpu& gpu, int layer);
 PassRun run_gather_gl(const PassContext& context, const LightGpu& gpu, int layer);
-// The same, and that of emissive surfaces, by a final gather (server/shade/final_gather.h) of all luminaires at once:
-// of captures.
+// The same, and that of emissive surfaces, by a final gather (server/lighting/final_gather.h) of all luminaires at
+// once: of captures.
 PassRun run_final_gather(const PassContext& context, std::span<LightGpu* const> lights);
 // Of the live picture while nothing moves: until a pass of it can be shown (result: true), or `interrupted`, asked
 // every few milliseconds, says so.

@@ -7,14 +7,14 @@
 #include <optional>
 #include <vector>
 
+#include "server/lighting/direct.h"
+#include "server/lighting/final_gather.h"
+#include "server/lighting/grid_light.h"
+#include "server/lighting/layers.h"
+#include "server/lighting/raster.h"
 #include "server/render/light_gpu.h"
 #include "server/render/passes/passes.h"
 #include "server/render/target.h"
-#include "server/shade/direct.h"
-#include "server/shade/final_gather.h"
-#include "server/shade/grid_light.h"
-#include "server/shade/layers.h"
-#include "server/shade/raster.h"
 
 namespace gonio {
 

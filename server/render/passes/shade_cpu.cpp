@@ -1,4 +1,4 @@
-// The default technique's light: the CPU's passes between the G-buffer and the layers (server/shade).
+// The default technique's light: the CPU's passes between the G-buffer and the layers (server/lighting).
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -6,14 +6,14 @@
 #include <numbers>
 #include <optional>
 
+#include "server/lighting/display.h"
+#include "server/lighting/upsample.h"
 #include "server/render/effort.h"
 #include "server/render/passes/passes.h"
 #include "server/render/passes/screen.h"
 #include "server/render/passes/screen_light.h"
 #include "server/scene/apply.h"
 #include "server/scene/web_buffer.h"
-#include "server/shade/display.h"
-#include "server/shade/upsample.h"
 
 namespace gonio {
 

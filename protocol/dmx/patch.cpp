@@ -1,0 +1,279 @@
+#include "protocol/dmx/patch.h"
+
+#include <algorithm>
+#include <cmath>
+#include <set>
+
+#include "ies/synthetic.h"
+#include "protocol/dmx/artnet.h"
+#include "protocol/dmx/e131.h"
+#include "protocol/text/text_bytes.h"
+
+namespace gonio {
+namespace {
+
+constexpr std::size_t kMaxProfiles = 256;
+constexpr std::size_t kMaxNameLength = 128;
+
+unsigned bytes_of(const v1::PatchRow& row) {
+    return row.bits() == 16 ? 2 : 1;
+}
+
+Error refusal_of(std::size_t row, const char* field, std::string value, std::string message) {
+    return {"invalid_argument", "set_patch.rows[" + std::to_string(row) + "]." + field, std::move(value),
+            std::move(message)};
+}
+
+Result<bool> check_row(const v1::PatchRow& row, std::size_t index) {
+    const bool sacn = row.protocol() == "sacn";
+    if (!sacn && row.protocol() != "artnet")
+        return refusal_of(index, "protocol", shown_text(row.protocol()), "must be sacn or artnet");
+    if (sacn ? row.universe() < 1 || row.universe() > kE131MaxUniverse : row.universe() > kArtnetMaxUniverse)
+        return refusal_of(index, "universe", std::to_string(row.universe()),
+                          sacn ? "sACN universes are 1 to 63999" : "Art-Net port-addresses are 0 to 32767");
+    const PropertyRow* property = find_property(row.property());
+    if (property == nullptr || property->property == Property::preset)
+        return refusal_of(index, "property", shown_text(row.property()),
+                          "must be level, red, green, blue, color, pan, tilt, roll, x, y, z, position, aim, profile, "
+                          "master, exposure, orbit, elevation or distance");
+    if (row.bits() != 0 && row.bits() != 8 && row.bits() != 16)
+        return refusal_of(index, "bits", std::to_string(row.bits()), "must be 8 or 16");
+    if (row.address() < 1 || row.address() > kDmxSlots)
+        return refusal_of(index, "address", std::to_string(row.address()), "addresses are 1 to 512");
+    const unsigned slots = property->values * bytes_of(row);
+    if (row.address() - 1 + slots > kDmxSlots)
+        return refusal_of(index, "address", std::to_string(row.address()),
+                          "its " + std::to_string(slots) + " slots reach beyond 512");
+    if (property->of_scene != row.target().empty())
+        return refusal_of(
+            index, "target", shown_text(row.target()),
+            property->of_scene ? "a property of the scene has no target" : "must name a light or a group");
+    if (row.target().size() > kMaxNameLength)
+        return refusal_of(index, "target", shown_text(row.target()), "a name has at most 128 bytes");
+    for (const auto& [given, value, field] :
+         {std::tuple{row.has_low(), row.low(), "low"}, {row.has_high(), row.high(), "high"}}) {
+        if (!given && !property->has_range)
+            return refusal_of(index, field, "", "positions need the range that the slots stand for");
+        if (given && !(value >= property->least && value <= property->most))
+            return refusal_of(index, field, print_number(value),
+                              "must be a number from " + print_number(property->least) + " to " +
+                                  print_number(property->most) + " (radians, metres)");
+    }
+    if (!row.merge().empty() && row.merge() != "latest" && !(row.merge() == "highest" && property->htp))
+        return refusal_of(index, "merge", shown_text(row.merge()),
+                          property->htp ? "must be highest or latest" : "only level and master merge by the highest");
+    const bool selects = property->property == Property::profile;
+    if (selects != (row.profiles_size() > 0) || static_cast<std::size_t>(row.profiles_size()) > kMaxProfiles)
+        return refusal_of(index, "profiles", std::to_string(row.profiles_size()),
+                          selects ? "must list 1 to 256 profiles" : "only the property profile has a list of profiles");
+    const auto luminaires = ies::synthetic_luminaires();
+    for (const std::string& name : row.profiles()) {
+        const bool known = std::any_of(luminaires.begin(), luminaires.end(),
+                                       [&](const auto& luminaire) { return luminaire.name == name; });
+        if (!known) return refusal_of(index, "profiles", shown_text(name), "is not the name of a built-in luminaire");
+    }
+    return true;
+}
+
+}  // namespace
+
+Result<bool> check_patch(const v1::SetPatch& patch) {
+    const auto rows = static_cast<std::size_t>(patch.rows_size());
+    if (patch.use_default() && rows > 0)
+        return Error{"conflict", "set_patch.use_default", std::to_string(rows) + " rows",
+                     "the default patch cannot be asked for together with rows"};
+    if (rows > kMaxPatchRows)
+        return Error{"too_large", "set_patch.rows", std::to_string(rows), "a patch has at most 4,096 rows"};
+    for (std::size_t i = 0; i < rows; ++i)
+        if (auto checked = check_row(patch.rows(static_cast<int>(i)), i); !checked) return checked;
+    return true;
+}
+
+v1::Patch default_patch(std::span<const std::string> lights) {
+    v1::Patch patch;
+    patch.set_is_default(true);
+    for (const DmxKey& key : {DmxKey{DmxProtocol::sacn, 1}, DmxKey{DmxProtocol::artnet, 0}}) {
+        for (std::size_t i = 0; i < lights.size() && i < kDmxSlots; ++i) {
+            v1::PatchRow& row = *patch.add_rows();
+            row.set_protocol(dmx_protocol_name(key.protocol));
+            row.set_universe(key.universe);
+            row.set_address(static_cast<std::uint32_t>(i + 1));
+            row.set_target(lights[i]);
+            row.set_property("level");
+            row.set_bits(8);
+        }
+    }
+    return patch;
+}
+
+std::vector<std::string> patch_limits(const v1::Patch& patch) {
+    std::vector<std::uint16_t> sacn, artnet;
+    for (const DmxKey& key : universes_of(patch))
+        (key.protocol == DmxProtocol::sacn ? sacn : artnet).push_back(key.universe);
+    std::vector<std::string> warnings;
+    if (sacn.size() > kMaxJoinedUniverses)
+        warnings.push_back("the patch uses " + std::to_string(sacn.size()) + " sACN universes: of those from " +
+                           std::to_string(sacn[kMaxJoinedUniverses]) +
+                           " on only unicast is heard, no more than 512 are joined");
+    const auto pages = art_pages(artnet);
+    if (pages.size() > kMaxArtPages)
+        warnings.push_back("the patch uses " + std::to_string(artnet.size()) +
+                           " Art-Net port-addresses: consoles that ask are not told of those from " +
+                           std::to_string(pages[kMaxArtPages][0]) + " on, 255 replies are all there can be");
+    return warnings;
+}
+
+DmxKey key_of(const v1::PatchRow& row) {
+    return {row.protocol() == "sacn" ? DmxProtocol::sacn : DmxProtocol::artnet,
+            static_cast<std::uint16_t>(row.universe())};
+}
+
+std::vector<DmxKey> universes_of(const v1::Patch& patch) {
+    std::vector<DmxKey> keys;
+    for (const v1::PatchRow& row : patch.rows()) keys.push_back(key_of(row));
+    std::sort(keys.begin(), keys.end());
+    keys.erase(std::unique(keys.begin(), keys.end()), keys.end());
+    return keys;
+}
+
+PatchReader::PatchReader(const v1::Patch& patch) {
+    for (const v1::PatchRow& row : patch.rows())
+        rows_[key_of(row)].push_back({row, find_property(row.property()), bytes_of(row), {}, 0, {}});
+    std::map<std::pair<std::string, Property>, std::pair<std::vector<Row*>, std::set<DmxKey>>> same;
+    for (auto& [key, rows] : rows_) {
+        for (Row& row : rows) {
+            if (!row.property->htp || row.row.merge() == "latest") continue;
+            auto& [together, universes] = same[{row.row.target(), row.property->property}];
+            together.push_back(&row);
+            universes.insert(key);
+        }
+    }
+    for (const auto& [target, found] : same) {
+        const auto& [together, universes] = found;
+        if (universes.size() < 2) continue;  // rows of one universe speak one after the other
+        for (Row* row : together) row->joint = joints_.size();
+        joints_.push_back({{together.begin(), together.end()}, {}, false});
+    }
+}
+
+void PatchReader::forget(std::string_view target) {
+    for (auto& [key, rows] : rows_)
+        for (Row& row : rows)
+            if (row.row.target() == target) unsay(row);
+}
+
+void PatchReader::forget(Property property) {
+    for (auto& [key, rows] : rows_)
+        for (Row& row : rows)
+            if (row.property->property == property) unsay(row);
+}
+
+void PatchReader::unsay(Row& row) {
+    row.said.reset();
+    if (row.joint != SIZE_MAX) joints_[row.joint].said.reset();
+}
+
+double PatchReader::value_of(const Row& row, std::uint32_t raw) {
+    const double low = row.row.has_low() ? row.row.low() : row.property->low;
+    const double high = row.row.has_high() ? row.row.high() : row.property->high;
+    return low + (high - low) * (raw / (row.bytes == 2 ? 65535.0 : 255.0));
+}
+
+// Of several rows for a level or the master the highest is said, where it differs from before.
+void PatchReader::say_highest(Joint& joint, std::vector<PropertyValue>& values) {
+    std::optional<double> highest;
+    for (const Row* row : joint.rows)
+        if (row->stands && (!highest || *row->stands > *highest)) highest = row->stands;
+    joint.read = false;
+    if (!highest || highest == joint.said) return;  // where all senders are gone the last look stays
+    joint.said = highest;
+    PropertyValue& value = values.emplace_back();
+    value.target = joint.rows.front()->row.target();
+    value.property = joint.rows.front()->property->property;
+    value.value[0] = *highest;
+}
+
+// Result: the row's raw values by the winning sender; nothing where no sender controls all of its slots.
+std::optional<PatchReader::Raw> PatchReader::decide(Row& row, const DmxUniverse& universe) {
+    const std::size_t first = row.row.address() - 1, count = row.property->values * row.bytes;
+    candidates_.clear();
+    std::uint8_t rank = 1;
+    for (const DmxSource& source : universe.sources) {
+        const auto begin = source.rank.begin() + static_cast<std::ptrdiff_t>(first);
+        const auto end = begin + static_cast<std::ptrdiff_t>(count);
+        if (std::find(begin, end, 0) != end || *begin < rank) continue;
+        if (*begin > rank) candidates_.clear();
+        rank = *begin;
+        Raw raw{};
+        for (std::size_t slot = 0; slot < count; ++slot)
+            raw[slot / row.bytes] = raw[slot / row.bytes] << 8 | source.levels[first + slot];
+        candidates_.push_back({&source, raw});
+    }
+    const Candidate* winner = nullptr;
+    if (row.property->htp) {
+        for (const Candidate& candidate : candidates_)
+            if (winner == nullptr || candidate.raw[0] > winner->raw[0]) winner = &candidate;
+    } else {
+        winner = moved_last(row);
+    }
+    if (winner == nullptr) return std::nullopt;
+    row.holder = winner->source->id;
+    return winner->raw;
+}
+
+// Result: the candidate that moved the row's slots last; where nobody did now, the holder, or, if it has gone, whoever
+// changed last. The row remembers what each said.
+const PatchReader::Candidate* PatchReader::moved_last(Row& row) const {
+    const Candidate* winner = nullptr;
+    for (const Candidate& candidate : candidates_) {
+        const auto last = std::find_if(row.last.begin(), row.last.end(),
+                                       [&](const auto& one) { return one.first == candidate.source->id; });
+        const bool moved = last == row.last.end() || last->second != candidate.raw;
+        const bool later = winner == nullptr || candidate.source->changed_ns > winner->source->changed_ns;
+        if (moved && later) winner = &candidate;
+    }
+    for (const Candidate& candidate : candidates_)
+        if (winner == nullptr && candidate.source->id == row.holder) winner = &candidate;
+    if (winner == nullptr) {
+        for (const Candidate& candidate : candidates_)
+            if (winner == nullptr || candidate.source->changed_ns > winner->source->changed_ns) winner = &candidate;
+    }
+    row.last.clear();
+    for (const Candidate& candidate : candidates_) row.last.emplace_back(candidate.source->id, candidate.raw);
+    return winner;
+}
+
+std::vector<PropertyValue> PatchReader::read(const DmxKey& key, const DmxUniverse& universe) {
+    std::vector<PropertyValue> values;
+    read(key, universe, values);
+    return values;
+}
+
+void PatchReader::read(const DmxKey& key, const DmxUniverse& universe, std::vector<PropertyValue>& values) {
+    const auto found = rows_.find(key);
+    if (found == rows_.end()) return;
+    for (Row& row : found->second) {
+        std::optional<Raw> raw = decide(row, universe);
+        if (row.joint != SIZE_MAX) {
+            row.stands = raw ? std::optional(value_of(row, (*raw)[0])) : std::nullopt;
+            joints_[row.joint].read = true;
+            continue;
+        }
+        if (!raw) continue;
+        const PropertyRow& property = *row.property;
+        if (property.property == Property::profile)  // most steps of the slot choose the same one
+            (*raw)[0] =
+                (*raw)[0] * static_cast<std::uint32_t>(row.row.profiles_size()) / (row.bytes == 2 ? 65536 : 256);
+        if (row.said == raw) continue;
+        row.said = raw;
+        PropertyValue& value = values.emplace_back();
+        value.target = row.row.target();
+        value.property = property.property;
+        if (property.property == Property::profile) value.profile = row.row.profiles(static_cast<int>((*raw)[0]));
+        for (unsigned i = 0; i < property.values; ++i) value.value[i] = value_of(row, (*raw)[i]);
+    }
+    for (const Row& row : found->second)
+        if (row.joint != SIZE_MAX && joints_[row.joint].read) say_highest(joints_[row.joint], values);
+}
+
+}  // namespace gonio

@@ -1,0 +1,131 @@
+#include "protocol/dmx/patch_toml.h"
+
+#include "protocol/dmx/patch.h"
+#include "protocol/text/toml_read.h"
+
+namespace gonio {
+namespace {
+
+using namespace toml_read;
+
+// In the unit that people write, to SI.
+Range range_of(const toml::node& node, const PropertyRow& property) {
+    const Range written = range(node);
+    return {written.low * property.unit, written.high * property.unit};
+}
+
+void read_fixture(const toml::table& table, v1::SetPatch& patch) {
+    only_keys(table, {"sacn", "artnet", "address", "target", "channels", "range", "profiles", "merge"}, "[[patch]]");
+    const toml::node *sacn = table.get("sacn"), *artnet = table.get("artnet");
+    if ((sacn == nullptr) == (artnet == nullptr))
+        refuse(table.source(), "", "a patch needs either sacn = UNIVERSE or artnet = UNIVERSE");
+    const toml::node *address = table.get("address"), *channels = table.get("channels"), *target = table.get("target");
+    if (address == nullptr) refuse(table.source(), "", "a patch needs an address");
+    if (channels == nullptr || !channels->is_array())
+        refuse(table.source(), "", "a patch needs channels = [\"level\", …]");
+    const toml::table* ranges = nullptr;
+    if (const toml::node* node = table.get("range")) {
+        ranges = node->as_table();
+        if (ranges == nullptr) refuse(node->source(), text_of(*node), "range is a table: range.pan = [-180, 180]");
+        for (const auto& [key, value] : *ranges) {
+            const PropertyRow* property = find_property(key.str());
+            if (property == nullptr) refuse(key.source(), std::string(key.str()), "is no property");
+            range_of(value, *property);
+        }
+    }
+    v1::PatchRow row;
+    row.set_protocol(sacn != nullptr ? "sacn" : "artnet");
+    row.set_universe(sacn != nullptr ? whole_number(*sacn, 1, 63999, "an sACN universe")
+                                     : whole_number(*artnet, 0, 32767, "an Art-Net port-address"));
+    std::uint32_t slot = whole_number(*address, 1, 512, "an address");
+    const std::string name = target != nullptr ? word(*target, "target") : "";
+    const toml::node* merge = table.get("merge");
+    const std::string merged = merge != nullptr ? word(*merge, "merge") : "";
+    if (!merged.empty() && merged != "highest" && merged != "latest")
+        refuse(merge->source(), merged, "merge is \"highest\" or \"latest\"");
+    for (const toml::node& node : *channels->as_array()) {
+        std::string channel = word(node, "a channel");
+        if (channel == "-") {  // a slot that nothing here listens to
+            ++slot;
+            continue;
+        }
+        std::uint32_t bits = 8;
+        if (const std::size_t colon = channel.find(':'); colon != std::string::npos) {
+            if (channel.substr(colon) == ":16")
+                bits = 16;
+            else if (channel.substr(colon) != ":8")
+                refuse(node.source(), channel, "a channel has 8 or 16 bits: \"pan:16\"");
+            channel.resize(colon);
+        }
+        const PropertyRow* property = find_property(channel);
+        if (property == nullptr) refuse(node.source(), channel, "is no property");
+        v1::PatchRow& added = *patch.add_rows();
+        added = row;
+        added.set_address(slot);
+        added.set_bits(bits);
+        added.set_property(channel);
+        if (!property->of_scene) added.set_target(name);
+        if (merged == "latest" || property->htp) added.set_merge(merged);
+        if (ranges != nullptr) {
+            if (const toml::node* given = ranges->get(channel)) {
+                const Range range = range_of(*given, *property);
+                added.set_low(range.low);
+                added.set_high(range.high);
+            }
+        }
+        if (property->property == Property::profile) {
+            const toml::node* list = table.get("profiles");
+            if (list == nullptr || !list->is_array()) refuse(node.source(), channel, "needs profiles = [NAME, …]");
+            for (const toml::node& profile : *list->as_array()) added.add_profiles(word(profile, "a profile"));
+        }
+        if (patch.rows_size() > static_cast<int>(kMaxPatchRows))
+            refuse({"too_large", "channels", std::to_string(patch.rows_size()), "a patch has at most 4,096 rows"});
+        // Checked here, where the place in the file is still known.
+        v1::SetPatch alone;
+        *alone.add_rows() = added;
+        if (const auto checked = check_patch(alone); !checked)
+            refuse(node.source(), channel + (checked.error().value.empty() ? "" : " " + checked.error().value),
+                   checked.error().message);
+        slot += property->values * (bits / 8);
+    }
+}
+
+}  // namespace
+
+Result<v1::SetPatch> read_patch_toml(std::string_view text) {
+    v1::SetPatch patch;
+    const auto done = read({text, kMaxPatchFileBytes, "bad_patch", "a patch file"}, [&](const toml::table& file) {
+        only_keys(file, {"patch"}, "a patch file");
+        const toml::node* list = file.get("patch");
+        if (list == nullptr) return;  // an empty file patches nothing
+        if (!list->is_array_of_tables()) refuse(list->source(), "patch", "write [[patch]], one for each fixture");
+        for (const toml::node& node : *list->as_array()) read_fixture(*node.as_table(), patch);
+    });
+    if (!done) return done.error();
+    return patch;
+}
+
+std::string write_patch_toml(const v1::Patch& patch) {
+    std::string text;
+    for (const v1::PatchRow& row : patch.rows()) {
+        const PropertyRow& property = *find_property(row.property());
+        text += "[[patch]]\n" + row.protocol() + " = " + std::to_string(row.universe()) +
+                "\naddress = " + std::to_string(row.address()) + "\n";
+        if (!row.target().empty()) text += "target = " + quoted(row.target()) + "\n";
+        text += "channels = [\"" + row.property() + (row.bits() == 16 ? ":16" : "") + "\"]\n";
+        if (!row.merge().empty()) text += "merge = " + quoted(row.merge()) + "\n";
+        if (row.has_low() || row.has_high())
+            text += "range." + row.property() + " = [" +
+                    number_text((row.has_low() ? row.low() : property.low) / property.unit) + ", " +
+                    number_text((row.has_high() ? row.high() : property.high) / property.unit) + "]\n";
+        if (row.profiles_size() > 0) {
+            text += "profiles = [";
+            for (int i = 0; i < row.profiles_size(); ++i) text += (i > 0 ? ", " : "") + quoted(row.profiles(i));
+            text += "]\n";
+        }
+        text += "\n";
+    }
+    return text;
+}
+
+}  // namespace gonio

@@ -1,0 +1,177 @@
+#include "protocol/osc/osc_space.h"
+
+#include <cmath>
+#include <numbers>
+#include <string_view>
+
+#include "protocol/text/text_bytes.h"
+
+namespace gonio {
+namespace {
+
+constexpr std::size_t kMaxTextBytes = 128;  // of a name among the arguments
+
+// Views into the address.
+std::vector<std::string_view> parts_of(std::string_view address) {
+    std::vector<std::string_view> parts;
+    for (std::size_t at = 1; at <= address.size();) {
+        const std::size_t slash = std::min(address.find('/', at), address.size());
+        parts.push_back(address.substr(at, slash - at));
+        at = slash + 1;
+    }
+    return parts;
+}
+
+Error wrong_argument(const OscMessage& message, std::string value, std::string wanted) {
+    return {"invalid_argument", message.address, std::move(value), std::move(wanted)};
+}
+
+Result<OscAction> service(const OscMessage& message, std::string_view name) {
+    if (name == "ping") return OscAction(OscPing{});
+    if (name == "unsubscribe") return OscAction(OscUnsubscribe{});
+    if (name != "subscribe") return Error{"not_found", message.address, "", "there is no such address"};
+    if (message.arguments.empty()) return OscAction(OscSubscribe{});
+    const auto port = osc_number(message.arguments[0]);
+    if (!port || !(*port >= 1 && *port <= 65535) || *port != std::floor(*port))
+        return wrong_argument(message, port ? print_number(*port) : "", "the port must be a number from 1 to 65535");
+    return OscAction(OscSubscribe{static_cast<std::uint16_t>(*port)});
+}
+
+Result<PropertyValue> value_of(const OscMessage& message, const PropertyRow& property, PropertyValue value) {
+    value.property = property.property;
+    if (property.by_name) {
+        const auto* name = std::get_if<std::string>(&message.arguments[0]);
+        if (name == nullptr)
+            return wrong_argument(message, "",
+                                  property.property == Property::preset
+                                      ? "a preset is a string: its name, and the fade in seconds after it"
+                                      : "a profile is a string: the name of a built-in luminaire");
+        if (name->size() > kMaxTextBytes)
+            return wrong_argument(message, shown_text(*name), "a name has at most 128 bytes");
+        value.profile = *name;
+        if (property.property == Property::preset && message.arguments.size() > 1) {
+            const auto fade_s = osc_number(message.arguments[1]);
+            if (!fade_s) return wrong_argument(message, "argument 2", "must be a number: the fade in seconds");
+            value.value[0] = *fade_s;
+        }
+        return value;
+    }
+    if (message.arguments.size() < property.values)
+        return wrong_argument(message, std::to_string(message.arguments.size()) + " arguments",
+                              "needs " + std::to_string(property.values) + " numbers");
+    for (unsigned i = 0; i < property.values; ++i) {
+        const auto number = osc_number(message.arguments[i]);
+        if (!number) return wrong_argument(message, "argument " + std::to_string(i + 1), "must be a number");
+        value.value[i] = *number * property.unit;
+    }
+    return value;
+}
+
+// Result: the message's value for each property that `part` names. Where it is a pattern those are left out that do not
+// take the arguments.
+Result<OscAction> set_values(const OscMessage& message, std::string_view part, const PropertyValue& value) {
+    const bool of_scene = value.target.empty(), pattern = is_osc_pattern(part);
+    OscSet set;
+    Error why{"not_found", message.address, "", "there is no such address"};
+    for (const PropertyRow& property : property_table()) {
+        if (property.of_scene != of_scene || !osc_matches(part, property.name)) continue;
+        auto one = value_of(message, property, value);
+        if (one)
+            set.push_back(std::move(*one));
+        else if (set.empty() && why.code == "not_found")
+            why = one.error();
+        if (!one && !pattern) return one.error();
+    }
+    if (set.empty()) return why;
+    return OscAction(std::move(set));
+}
+
+OscArgument real(double value) {
+    return static_cast<float>(value);
+}
+
+std::vector<OscArgument> vector_of(const google::protobuf::RepeatedField<double>& field) {
+    std::vector<OscArgument> arguments;
+    for (const double value : field) arguments.push_back(real(value));
+    return arguments;
+}
+
+}  // namespace
+
+Result<OscAction> osc_action(const OscMessage& message) {
+    const std::vector<std::string_view> parts = parts_of(message.address);
+    if (parts.size() == 2 && parts[0] == "gonio") return service(message, parts[1]);
+    if (message.arguments.empty()) return OscAction(OscQuery{});
+    if (parts.size() == 1) return set_values(message, parts[0], {});
+    PropertyValue value;
+    const bool of_light = parts.size() == 3 && osc_matches(parts[0], "light");
+    const bool of_group = parts.size() == 3 && osc_matches(parts[0], "group");
+    if (!of_light && !of_group) return Error{"not_found", message.address, "", "there is no such address"};
+    if (of_light != of_group) value.kind = of_light ? PropertyValue::Kind::light : PropertyValue::Kind::group;
+    value.pattern = is_osc_pattern(parts[1]);
+    value.target = value.pattern ? std::string(parts[1]) : decode_osc_name(parts[1]);
+    if (value.target.empty()) return Error{"not_found", message.address, "", "there is no such address"};
+    return set_values(message, parts[2], value);
+}
+
+static void put_light(OscValues& values, const std::string& root, const v1::Light& light) {
+    constexpr double kDegrees = 180.0 / std::numbers::pi;
+    values[root + "level"] = {real(light.level_ratio())};
+    values[root + "color"] = vector_of(light.color_rgb());
+    values[root + "pan"] = {real(light.pan_rad() * kDegrees)};
+    values[root + "tilt"] = {real(light.tilt_rad() * kDegrees)};
+    values[root + "roll"] = {real(light.roll_rad() * kDegrees)};
+    values[root + "position"] = vector_of(light.position());
+    values[root + "aim"] = vector_of(light.aim());
+    values[root + "profile"] = {light.profile()};
+    static constexpr const char* kColors[] = {"red", "green", "blue"};
+    static constexpr const char* kAxes[] = {"x", "y", "z"};
+    for (int i = 0; i < 3 && light.color_rgb_size() == 3 && light.position_size() == 3; ++i) {
+        values[root + kColors[i]] = {real(light.color_rgb(i))};
+        values[root + kAxes[i]] = {real(light.position(i))};
+    }
+}
+
+OscValues osc_values(const v1::State& state) {
+    OscValues values;
+    std::map<std::string_view, const v1::Light*> lights;
+    for (const v1::Light& light : state.lights()) {
+        lights[light.name()] = &light;
+        put_light(values, "/light/" + encode_osc_name(light.name()) + "/", light);
+    }
+    for (const v1::Group& group : state.groups()) {
+        const auto first = group.lights_size() > 0 ? lights.find(group.lights(0)) : lights.end();
+        if (first != lights.end()) put_light(values, "/group/" + encode_osc_name(group.name()) + "/", *first->second);
+    }
+    values["/master"] = {real(state.master_ratio())};
+    values["/exposure"] = {real(state.exposure_ev100())};
+    return values;
+}
+
+Result<OscValues> osc_select(const OscValues& values, const std::string& pattern, std::size_t& budget) {
+    OscValues selected;
+    if (!is_osc_pattern(pattern)) {
+        if (const auto found = values.find(pattern); found != values.end()) selected.insert(*found);
+        return selected;
+    }
+    const std::vector<std::string_view> wanted = parts_of(pattern);
+    std::vector<std::map<std::string_view, bool>> known(wanted.size());  // of each part: names that were compared
+    for (const auto& [address, arguments] : values) {
+        const std::vector<std::string_view> parts = parts_of(address);
+        bool matches = parts.size() == wanted.size();
+        for (std::size_t i = 0; matches && i < parts.size(); ++i) {
+            auto found = known[i].find(parts[i]);
+            if (found == known[i].end()) {
+                if (budget < wanted[i].size())
+                    return Error{"too_large", pattern, "", "the patterns of one packet compare too much"};
+                budget -= wanted[i].size();
+                found = known[i].emplace(parts[i], osc_matches(wanted[i], parts[i])).first;
+            }
+            matches = found->second;
+        }
+        if (matches) selected.emplace(address, arguments);
+    }
+    return selected;
+}
+
+}  // namespace gonio

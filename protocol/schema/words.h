@@ -1,0 +1,62 @@
+// The words of a `gonio` command that changes the scene -> a Command; used by the CLI and by JOB.json alike.
+// Here degrees become radians and "x,y,z" becomes a vector. What is a number is passed on as it is, also nan: the
+// server decides what it accepts.
+#pragma once
+
+#include <functional>
+#include <optional>
+#include <span>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "ies/core/result.h"
+#include "protocol/schema/gonio.pb.h"
+
+namespace gonio {
+
+// An option of a command line. `set` gets the option's value and says whether it could read it; it is empty for a flag
+// and then `flag` is set.
+struct WordOption {
+    std::string_view name;  // "--level"
+    std::function<bool(const std::string&)> set;
+    bool* flag = nullptr;
+};
+
+// Result: the words that are neither options nor their values, in order. "--name value" and "--name=value" are read; a
+// negative number is a word, not an option; after "--" everything is a word.
+// Errors: "usage" with the option as place and the word as value.
+Result<std::vector<std::string>> parse_words(std::span<const std::string> words, std::span<const WordOption> options,
+                                             std::size_t min_positional, std::size_t max_positional);
+
+// words: e.g. {"set", "light", "key", "--level", "0.5"}; where the first word is none of load, set, add, remove, group
+// and preset, "set" is understood; --base-rev N goes with each. Errors: "usage".
+Result<v1::Command> command_from_words(std::span<const std::string> words);
+
+// words: those after "meter": --point and --normal are needed, whether the others fit is the server's business.
+// Errors: "usage".
+Result<v1::MeterQuery> meter_from_words(std::span<const std::string> words);
+
+// What a capture's words say: the file to write, and the query with the format of its name.
+struct CaptureWords {
+    std::string file;
+    v1::CaptureQuery query;
+};
+// words: those after "capture". Errors: "usage".
+Result<CaptureWords> capture_from_words(std::span<const std::string> words);
+// Result: "png", "jpg" or "exr" by the file's name; nothing for other names.
+std::optional<std::string> capture_format(const std::string& file);
+
+// If the command names a profile that is a file here, puts the file's content into the command (at most one byte more
+// than the 1 MiB that a server accepts). Result: whether it did. Errors: "file_unreadable".
+Result<bool> attach_profile_file(v1::Command& command);
+
+// Whole text -> number; locale-independent; "nan" and "inf" are numbers.
+std::optional<double> parse_number(std::string_view text);
+std::optional<std::uint32_t> parse_count(std::string_view text);
+// "1,2,3" -> numbers; how many there must be is the server's business.
+std::optional<std::vector<double>> parse_vector(std::string_view text);
+// "800x600" -> width, height.
+std::optional<std::pair<std::uint32_t, std::uint32_t>> parse_size(std::string_view text);
+
+}  // namespace gonio

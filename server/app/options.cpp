@@ -1,0 +1,186 @@
+#include "server/app/options.h"
+
+#include <CLI/CLI.hpp>
+#include <cctype>
+#include <cstdio>
+#include <iostream>
+
+#include "protocol/dmx/artnet.h"
+#include "protocol/dmx/e131.h"
+#include "server/app/config.h"
+#include "server/app/front_options.h"
+#include "server/app/option_checks.h"
+#include "server/stream/lanes.h"
+
+namespace gonio {
+namespace {
+
+constexpr int kUsage = 2, kBadConfig = 78;  // EX_CONFIG
+constexpr unsigned kMinVpls = 16, kMaxSamples = 4096;
+
+void parse(CLI::App& app, const std::vector<std::string>& arguments) {
+    app.parse(std::vector<std::string>(arguments.rbegin(), arguments.rend()));  // CLI11 takes them from the back
+}
+
+void print_lines(const std::vector<std::string>& lines, const char* what) {
+    for (const std::string& line : lines) std::cerr << "goniod: " << what << line << "\n";
+}
+
+// default takes 16 samples and more; which technique a saved show has is known when it is read.
+std::vector<OptionFault> check_samples(const Options& options) {
+    const bool is_default = options.technique == "default" && (options.technique_given || options.state_file.empty());
+    if (!is_default || options.samples.value_or(kMinVpls) >= kMinVpls) return {};
+    return {{{"samples", "technique"},
+             "--samples must be 16..4096 for --technique default, not " + std::to_string(*options.samples)}};
+}
+
+// Result: the fault, behind the lines and variables that its options came from.
+std::string placed(const OptionFault& fault, const Settings& settings) {
+    std::string places;
+    for (const std::string& name : fault.options)
+        if (const auto source = settings.sources.find(name); source != settings.sources.end())
+            places += (places.empty() ? "" : ", ") + source->second;
+    return places.empty() ? fault.text : places + ": " + fault.text;
+}
+
+}  // namespace
+
+std::optional<Options> parse_options(int argc, char** argv, int& exit_code) {
+    return parse_options(std::vector<std::string>(argv + 1, argv + argc), exit_code);
+}
+
+std::optional<Options> parse_options(std::vector<std::string> arguments, int& exit_code) {
+    Options options;
+    options.arguments = arguments;
+    std::string listen = "127.0.0.1:8080", size = "800x800";
+    unsigned samples = 0;
+    CLI::App app{"goniod: headless lighting-previsualisation server"};
+    app.option_defaults()->always_capture_default();
+    app.set_version_flag("--version", "goniod " GONIO_VERSION)->configurable(false);
+    std::string config_file;
+    bool check_config = false, print_config = false;
+    app.add_option("--config", config_file, "TOML file of options, a name without its dashes = a value a line")
+        ->configurable(false);
+    app.add_flag("--check-config", check_config, "say what is wrong with options, file and variables, and end")
+        ->configurable(false);
+    app.add_flag("--print-config", print_config, "print the options as they are, with where each came from, and end")
+        ->configurable(false);
+    app.get_help_ptr()->configurable(false);
+    app.add_option("--scene", options.scene, "cornell, atrium, or a .gltf or .glb file")
+        ->check(scene_name())
+        ->capture_default_str();
+    app.add_option("--listen", listen, "HOST:PORT; port 0 picks a free one")
+        ->check(listen_place())
+        ->capture_default_str();
+    app.add_option("--token-file", options.token_file, "file that holds the bearer token clients must show");
+    app.add_option("--viewer-token-file", options.viewer_token_file,
+                   "file that holds another token: whoever shows it may look and ask, not change or upload anything");
+    app.add_option("--device", options.device, "index of the EGL device; default: the first that works");
+    app.add_option("--renderer", options.renderer, "gl; null: grey pictures without GL, for tests")
+        ->check(CLI::IsMember({"gl", "null"}))
+        ->group("");
+    app.add_option("--technique", options.technique, "default, seed or seed-disk")
+        ->check(CLI::IsMember({"default", "seed", "seed-disk"}))
+        ->capture_default_str();
+    app.add_option("--samples", samples, "VPLs of default (16..4096), directions per fragment of seed (1..4096)")
+        ->check(CLI::Range(1U, kMaxSamples))
+        ->default_str("");
+    app.add_option("--size", size, "WIDTHxHEIGHT of the picture, even, 16..4096")
+        ->check(picture_size())
+        ->capture_default_str();
+    app.add_option("--target-fps", options.target_fps,
+                   "frames a second: never more, and while something moves no fewer: pictures get smaller and coarser")
+        ->check(finite_in(1, 1000))
+        ->capture_default_str();
+    app.add_option(
+           "--encoder", options.encoder,
+           "of the video: nvenc, vaapi, libx264; auto: the first that works; mjpeg: no H.264, MJPEG and stills alone")
+        ->check(CLI::IsMember({"auto", "nvenc", "vaapi", "libx264", "mjpeg"}))
+        ->capture_default_str();
+    app.add_option("--max-private-lanes", options.max_private_lanes,
+                   "viewers that get an encoder of their own, fitted to their link; all others share one; 0..64")
+        ->check(CLI::Range(0U, kMostPrivateLanes))
+        ->capture_default_str();
+    app.add_option("--gather", options.gather,
+                   "where direct light is shaded: gl (shadow maps), simd (rays on the CPU), auto")
+        ->check(CLI::IsMember({"auto", "gl", "simd"}))
+        ->capture_default_str();
+    app.add_option("--oneshot", options.oneshot, "JOB.json: capture its frames and end, without a network")
+        ->check(readable_file());
+    app.add_option("--out", options.out, "folder for the captures of --oneshot")->capture_default_str();
+    app.add_flag("--gl-debug", options.gl_debug, "count and print GL debug messages");
+    std::string sacn, artnet, osc;
+    bool ignore_preview = false;
+    app.add_option("--sacn", sacn, "listen for sACN on ADDRESS[:5568]; 0.0.0.0: all interfaces. Default: off")
+        ->check(udp_place());
+    app.add_option("--artnet", artnet, "listen for Art-Net on ADDRESS[:6454], likewise")->check(udp_place());
+    app.add_option("--osc", osc, "listen for OSC on ADDRESS[:9000], UDP and TCP, likewise")->check(udp_place());
+    app.add_flag("--ignore-preview", ignore_preview, "leave out sACN packets with the preview bit");
+    app.add_option("--patch", options.patch_file, "PATCH.toml: which slots drive what (docs/consoles.md)")
+        ->check(readable_file());
+    std::string surfaces = "on";
+    app.add_option("--surfaces", surfaces, "on: use fader boxes that are plugged in (docs/faders.md); off")
+        ->check(CLI::IsMember({"on", "off"}))
+        ->capture_default_str();
+    app.add_option("--box", options.boxes,
+                   "VVVV:PPPP: a device that is a fader box though it is not known as one; =FILE gives it a profile")
+        ->check(fader_box());
+    app.add_option("--midi", options.midi, "how MIDI boxes are reached: usb (libusb), alsa, auto")
+        ->check(CLI::IsMember({"auto", "usb", "alsa"}))
+        ->capture_default_str();
+    app.add_option("--surface-map", options.surface_map, "MAP.toml: what the controls of fader boxes drive")
+        ->check(readable_file());
+    app.add_option("--surface-replay", options.surface_replay, "FILE: a recorded box, beside those that are plugged in")
+        ->check(readable_file());
+    app.add_option("--state", options.state_file,
+                   "FILE: the show is saved there when it changes and restored at the start; default: none");
+    app.add_option("--inject", options.inject,
+                   "a fault, for tests: gl-loss-after=N, gl-loss-every=N, gl-rebuild-fails=N")
+        ->group("");
+    add_front_options(app, options);
+    Settings settings;
+    try {
+        parse(app, arguments);
+        settings = complete_settings(app, arguments, ::environ);
+        print_lines(settings.warnings, "warning: ");
+        print_lines(settings.errors, "");
+        if (!settings.errors.empty()) {
+            exit_code = kBadConfig;
+            return std::nullopt;
+        }
+        parse(app, settings.arguments);
+        options.scene_given = app.count("--scene") > 0;
+        options.size_given = app.count("--size") > 0;
+        options.technique_given = app.count("--technique") > 0;
+        options.keep_up = app.count("--target-fps") > 0;
+        options.surfaces = surfaces == "on";
+        for (std::string& box : options.boxes)
+            for (std::size_t i = 0; i < 9; ++i)
+                box[i] = static_cast<char>(std::tolower(static_cast<unsigned char>(box[i])));
+        options.inputs.sacn = *read_udp_place(sacn, kE131Port);
+        options.inputs.artnet = *read_udp_place(artnet, kArtnetPort);
+        options.inputs.osc = *read_udp_place(osc, kOscPort);
+        options.inputs.accept_preview = !ignore_preview;
+        const auto place = read_listen(listen);
+        options.host = place->host;
+        options.port = place->port;
+        const auto pixels = read_size(size);
+        options.width_px = pixels->width_px;
+        options.height_px = pixels->height_px;
+        if (app.count("--samples") > 0) options.samples = samples;
+    } catch (const CLI::ParseError& error) {
+        exit_code = app.exit(error) == 0 ? 0 : kUsage;
+        return std::nullopt;
+    }
+    std::vector<std::string> errors;
+    for (const OptionFault& fault : check_front_options(options)) errors.push_back(placed(fault, settings));
+    for (const OptionFault& fault : check_samples(options)) errors.push_back(placed(fault, settings));
+    print_lines(errors, "");
+    exit_code = errors.empty() ? 0 : kBadConfig;
+    if (print_config) std::cout << print_settings(app, settings);
+    if (check_config && errors.empty()) std::cout << "ok\n";
+    if (!errors.empty() || print_config || check_config) return std::nullopt;
+    return options;
+}
+
+}  // namespace gonio

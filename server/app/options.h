@@ -1,0 +1,61 @@
+// Options of goniod: command line, environment and configuration file (docs/operations.md).
+#pragma once
+
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "server/assets/assets.h"
+#include "server/http/front_limits.h"
+#include "server/inputs/udp_inputs.h"
+
+namespace gonio {
+
+struct Options {
+    std::string scene = "cornell";
+    std::string host = "127.0.0.1";
+    std::uint16_t port = 8080;
+    std::string token_file, viewer_token_file;
+    std::string technique = "default";
+    std::optional<unsigned> samples;
+    int width_px = 800, height_px = 800;
+    double target_fps = 60.0;        // no frame is rendered sooner than 1/target_fps after the last
+    bool keep_up = false;            // --target-fps was given: frames are made to fit it
+    std::string encoder = "auto";    // of H.264: nvenc, vaapi, libx264; mjpeg: none
+    unsigned max_private_lanes = 4;  // viewers that have an encoder of their own; all others share one
+    std::string gather = "auto";     // gl, simd
+    int device = -1;
+    std::string renderer = "gl";     // null: grey pictures without GL, for tests
+    std::string oneshot, out = ".";  // JOB.json and the folder its captures go to; empty: serve
+    bool gl_debug = false;
+    InputOptions inputs;             // of consoles; all off unless asked for: these protocols know no passwords
+    std::string patch_file;          // TOML; empty: the default patch
+    bool surfaces = true;            // look for fader boxes
+    std::string midi = "auto";       // usb, alsa
+    std::vector<std::string> boxes;  // VVVV:PPPP or VVVV:PPPP=PROFILE
+    std::string surface_map;         // TOML; empty: what the profiles of the boxes say
+    std::string surface_replay;      // a recorded box; empty: none
+    std::string state_file;          // where the show is kept between two runs; empty: nowhere
+    bool scene_given = false, size_given = false, technique_given = false;  // else the saved show's
+    std::vector<std::string> inject;                                        // faults, for tests (server/session/gpu.h)
+    std::string tls_certificate, tls_key;                                   // PEM files; both or none
+    std::vector<std::string> host_names, origins;                           // that requests may come for, and from
+    std::string upload_folder;                                              // empty: a private one
+    std::vector<std::string> scene_roots;                                   // below which clients may load scene files
+    std::string log_level = "info";
+    unsigned max_captures = 8;                             // that wait for each other
+    std::size_t transport_bytes = std::size_t{256} << 20;  // SurfelSettings::bytes
+    std::size_t layer_bytes = std::size_t{2} << 30;        // Renderer::set_layer_bytes
+    std::size_t max_memory = 0;                            // of the process, bytes (memory_room); 0: no bound
+    double max_albedo = kMaxAlbedo;                        // of scene files; beyond it is bounded
+    FrontLimits limits;
+    std::vector<std::string> arguments;  // as given: SIGHUP reads file and environment again
+};
+
+// Result: the options; nothing if the program is to end with `exit_code`: 0 (what was asked for was printed), 2 (an
+// argument is wrong) or 78 (the configuration file or a variable is).
+std::optional<Options> parse_options(int argc, char** argv, int& exit_code);
+std::optional<Options> parse_options(std::vector<std::string> arguments, int& exit_code);
+
+}  // namespace gonio

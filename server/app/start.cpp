@@ -1,0 +1,195 @@
+#include "server/app/start.h"
+
+#include <algorithm>
+#include <stdexcept>
+
+#include <spdlog/spdlog.h>
+
+#include "protocol/dmx/patch_toml.h"
+#include "protocol/schema/upload_name.h"
+#include "protocol/surface/surface_toml.h"
+#include "server/app/oneshot.h"
+#include "server/assets/assets.h"
+#include "server/base/atomic_file.h"
+#include "server/base/bounded_file.h"
+#include "server/base/memory_room.h"
+#include "server/lighting/clusters.h"
+#include "server/render/renderer.h"
+#include "server/scene/apply.h"
+#include "server/session/null_renderer.h"
+#include "server/session/scene_access.h"
+#include "server/show/state_file.h"
+#include "server/trace/geometry.h"
+
+namespace gonio {
+namespace {
+
+std::string read_text(const std::string& path, std::size_t most_bytes, const char* what) {
+    auto text = read_bounded_file(path, most_bytes);
+    if (!text) throw std::invalid_argument("the " + std::string(what) + " '" + path + "' " + text.error().message);
+    return std::move(*text);
+}
+
+void apply_file(Scene& scene, const v1::Command& command, const std::string& path) {
+    const auto applied = apply(scene, command, {});
+    if (!applied) throw std::invalid_argument(path + ": " + applied.error().text());
+    for (const std::string& warning : applied->warnings) spdlog::warn("{}: {}", path, warning);
+}
+
+void patch_scene(Scene& scene, const std::string& path) {
+    auto patch = read_patch_toml(read_text(path, kMaxPatchFileBytes, "patch"));
+    if (!patch) throw std::invalid_argument(path + ": " + patch.error().text());
+    v1::Command command;
+    *command.mutable_set_patch() = std::move(*patch);
+    apply_file(scene, command, path);
+}
+
+void map_surfaces(Scene& scene, const std::string& path) {
+    auto map = read_surfaces_toml(read_text(path, kMaxSurfaceFileBytes, "map"));
+    if (!map) throw std::invalid_argument(path + ": " + map.error().text());
+    v1::Command command;
+    *command.mutable_set_surfaces() = std::move(*map);
+    apply_file(scene, command, path);
+}
+
+void apply_option(Scene& scene, const v1::Command& command) {
+    const auto applied = apply(scene, command, {});
+    if (!applied) throw std::invalid_argument(applied.error().text());
+}
+
+// Not all of the state file is in the scene that is shown: what is saved next must not be the end of the rest.
+void keep_show_aside(const std::string& path) {
+    const auto aside = keep_file_aside(path, ".aside");
+    if (!aside) throw std::invalid_argument(aside.error().text());
+    spdlog::warn("state: the show that was saved is kept as {}", *aside);
+}
+
+std::shared_ptr<const SceneAsset> asset_of(const Options& options) {
+    const std::string& file = options.scene;
+    auto asset = load_scene(file, "", options.max_albedo, memory_room(options.max_memory));
+    if (!asset) throw std::invalid_argument("cannot load the scene '" + file + "': " + asset.error().text());
+    for (const std::string& warning : (*asset)->warnings) spdlog::warn("{}: {}", file, warning);
+    return *asset;
+}
+
+// The scene of a saved show: an upload or a file below a --scene-root as clients name them, else any file. Errors: as
+// of load_scene.
+Result<std::shared_ptr<const SceneAsset>> saved_asset(const Options& options, const std::string& name) {
+    const bool upload = name.starts_with(kUploadPrefix);
+    if (upload && options.upload_folder.empty())
+        return Error{"not_found", "scene", name, "Uploads are kept where --upload-dir names a folder."};
+    const auto path = scene_path({true, options.scene_roots, options.upload_folder, options.max_albedo, 0}, name);
+    if (!path && upload) return path.error();
+    return load_scene(path ? *path : name, name, options.max_albedo, memory_room(options.max_memory));
+}
+
+struct Restored {
+    Scene scene;
+    bool whole = true;  // it has everything that was saved
+};
+
+// Brings the saved show back, as far as it can be.
+Restored saved_scene(const Options& options, const saved::Show& show) {
+    if (options.scene_given && !is_scene_of(show, options.scene)) {
+        spdlog::warn("state: '{}' was saved, --scene asks for '{}'", show.scene(), options.scene);
+        return {scene_of(asset_of(options), revision_after(show)), false};
+    }
+    auto asset = saved_asset(options, show.scene());
+    const bool same_scene = static_cast<bool>(asset);
+    if (!same_scene)
+        spdlog::warn("state: the scene '{}' cannot be loaded: {}; '{}' is shown instead", show.scene(),
+                     asset.error().text(), options.scene);
+    RestoredShow restored = restore_show(show, same_scene ? *asset : asset_of(options), same_scene);
+    for (const std::string& warning : restored.warnings) spdlog::warn("state: {}", warning);
+    spdlog::info("state: restored from {}, revision {}", options.state_file, restored.scene.scene_rev);
+    return {std::move(restored.scene), same_scene && restored.warnings.empty()};
+}
+
+Renderer::Gather gather_of(const Options& options) {
+    return options.gather == "gl"     ? Renderer::Gather::gl
+           : options.gather == "simd" ? Renderer::Gather::simd
+                                      : Renderer::Gather::automatic;
+}
+
+}  // namespace
+
+SurfaceOptions surface_options(const Options& options) {
+    SurfaceOptions surfaces;
+    surfaces.on = options.surfaces;
+    surfaces.midi = options.midi == "usb"    ? SurfaceOptions::Midi::usb
+                    : options.midi == "alsa" ? SurfaceOptions::Midi::alsa
+                                             : SurfaceOptions::Midi::automatic;
+    for (const std::string& box : options.boxes) {  // VVVV:PPPP or VVVV:PPPP=PROFILE
+        const std::string id = box.substr(0, box.find('='));
+        surfaces.boxes.push_back(id);
+        if (id.size() < box.size()) surfaces.profiles[id] = box.substr(id.size() + 1);
+    }
+    if (options.surface_replay.empty()) return surfaces;
+    auto replay = read_replay(read_text(options.surface_replay, std::size_t{64} << 20, "replay"));
+    if (!replay) throw std::invalid_argument(options.surface_replay + ": " + replay.error().text());
+    surfaces.replay = std::move(*replay);
+    return surfaces;
+}
+
+Scene first_scene(const Options& options) {
+    std::optional<saved::Show> show;
+    if (!options.state_file.empty()) show = read_state_file(options.state_file);
+    auto [scene, whole] = show ? saved_scene(options, *show) : Restored{scene_of(asset_of(options))};
+    const bool restored = show.has_value();
+    if (!restored || options.size_given) {
+        v1::Command size;
+        size.mutable_set_size()->set_width_px(static_cast<std::uint32_t>(std::max(options.width_px, 0)));
+        size.mutable_set_size()->set_height_px(static_cast<std::uint32_t>(std::max(options.height_px, 0)));
+        apply_option(scene, size);
+    }
+    if (!restored || options.technique_given || options.samples) {
+        v1::Command technique;
+        if (!restored || options.technique_given)
+            technique.mutable_set_technique()->set_technique(options.technique);
+        else
+            technique.mutable_set_technique();
+        if (options.samples) technique.mutable_set_technique()->set_samples(*options.samples);
+        apply_option(scene, technique);
+    }
+    if (!options.patch_file.empty()) patch_scene(scene, options.patch_file);
+    if (!options.surface_map.empty()) map_surfaces(scene, options.surface_map);
+    if (!whole && options.oneshot.empty()) keep_show_aside(options.state_file);  // a job saves nothing
+    scene.traced = std::make_shared<const trace::Geometry>(scene.asset);
+    if (options.oneshot.empty()) scene.drawn = shade::make_drawn(scene.traced, true);
+    return std::move(scene);
+}
+
+static transport::SurfelSettings surfels_of(const Options& options) {
+    transport::SurfelSettings settings;
+    settings.bytes = options.transport_bytes;
+    return settings;
+}
+
+std::function<Gpu::Made()> gpu_maker(const Options& options) {
+    return [options] {
+        Gpu::Made made;
+        if (options.renderer == "null") {
+            made.renderer = std::make_unique<NullRenderer>();
+            return made;
+        }
+        made.context = gl::Context::create({options.device, options.gl_debug});
+        auto renderer = std::make_unique<Renderer>(*made.context, gather_of(options));
+        renderer->make_transport_beside();
+        renderer->set_surfels(surfels_of(options));
+        renderer->set_layer_bytes(options.layer_bytes);
+        made.renderer = std::move(renderer);
+        return made;
+    };
+}
+
+int run_job(const Options& options, Scene scene) {
+    if (options.renderer == "null") throw std::runtime_error("--oneshot needs --renderer gl");
+    const auto context = gl::Context::create({options.device, options.gl_debug});
+    spdlog::info("{}", context->description());
+    Renderer renderer(*context, gather_of(options));
+    renderer.set_links(transport::kMostLinks);
+    renderer.set_surfels(surfels_of(options));
+    return run_oneshot(renderer, std::move(scene), options.oneshot, options.out);
+}
+
+}  // namespace gonio

@@ -1,0 +1,25 @@
+// What goniod begins with: the scene with its patch and map, as options and the saved show say.
+#pragma once
+
+#include "server/app/options.h"
+#include "server/scene/scene.h"
+#include "server/session/gpu.h"
+#include "server/surfaces/surfaces.h"
+
+namespace gonio {
+
+// Result: the scene. With options.state_file it is the one that was saved there, as far as it can be brought back; what
+// the command line says explicitly wins. Throws std::invalid_argument with one sentence where an option is wrong.
+Scene first_scene(const Options& options);
+
+// Result: what makes the GL context and its renderer, at the start and after a loss. It throws std::runtime_error where
+// there is no GPU.
+std::function<Gpu::Made()> gpu_maker(const Options& options);
+
+// Captures the frames of options.oneshot. Result: the exit code.
+int run_job(const Options& options, Scene scene);
+
+// Throws std::invalid_argument likewise.
+SurfaceOptions surface_options(const Options& options);
+
+}  // namespace gonio

@@ -1,0 +1,48 @@
+// Files from outside, read into memory as far as a reader takes them.
+#pragma once
+
+#include <fcntl.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <array>
+#include <cerrno>
+#include <cstddef>
+#include <string>
+#include <system_error>
+
+#include "ies/core/result.h"
+
+namespace gonio {
+
+// Result: the file's first `most_bytes` and one more, by which its reader sees that there is too much. Regular files
+// only: whoever opens or reads a pipe or a device may wait for ever. Errors: "file_unreadable" with the path as place
+// and a message whose subject is the file ("is no regular file"). Any thread; it takes as long as the disk.
+inline Result<std::string> read_bounded_file(const std::string& path, std::size_t most_bytes) {
+    const auto refused = [&](const std::string& why) { return Error{"file_unreadable", path, "", why}; };
+    const auto unreadable = [&](int number) {
+        return refused("cannot be read: " + std::generic_category().message(number));
+    };
+    const int fd = ::open(path.c_str(), O_RDONLY | O_CLOEXEC | O_NOCTTY | O_NONBLOCK);
+    if (fd < 0) return unreadable(errno);
+    struct stat status {};
+    if (::fstat(fd, &status) != 0 || !S_ISREG(status.st_mode)) {
+        ::close(fd);
+        return refused("is no regular file");
+    }
+    std::string text;
+    std::array<char, 65536> block;
+    ssize_t got = 1;
+    while (got > 0 && text.size() <= most_bytes) {
+        got = ::read(fd, block.data(), std::min(block.size(), most_bytes + 1 - text.size()));
+        if (got > 0) text.append(block.data(), static_cast<std::size_t>(got));
+        if (got < 0 && errno == EINTR) got = 1;
+    }
+    const int number = errno;
+    ::close(fd);
+    if (got < 0) return unreadable(number);
+    return text;
+}
+
+}  // namespace gonio

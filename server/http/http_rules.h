@@ -1,0 +1,52 @@
+// What an HTTP request may ask for: hosts, origins, addresses, tokens; and the small tables of HTTP. Pure functions.
+#pragma once
+
+#include <optional>
+#include <string>
+#include <string_view>
+
+#include "server/http/sessions.h"
+
+namespace gonio {
+
+inline std::string_view view_of(beast::string_view text) {
+    return {text.data(), text.size()};
+}
+
+// Result: the address as people write it: without the interface that a link-local one came in by, IPv4 as such where a
+// listener for both saw it mapped.
+asio::ip::address plain_address(const asio::ip::address& address);
+
+// host: as of a Host header, with or without its port. A name that somebody else's DNS may point here is refused, or a
+// foreign page could rebind its own name to this server and pass the Origin check. Addresses cannot be rebound:
+// loopback ones and `local`, the one that the connection came in on, are allowed, localhost and what ends with
+// .localhost, and the names that the options list. Beyond those only letters, digits and .-: stand in what is allowed.
+bool allowed_host(std::string_view host, const FrontOptions& options, const asio::ip::address& local);
+// host: of the same request. Without TLS an https: origin is allowed too: a proxy in front may have it.
+bool allowed_origin(std::string_view origin, std::string_view host, const FrontOptions& options);
+
+// Result: whether the picture is part of a page elsewhere, as browsers tell (Fetch Metadata: Sec-Fetch-Site), which for
+// an <img> send no Origin. Not what somebody opens by a link, nor where the Referer is of an origin that the options
+// list.
+bool foreign_page(const HttpRequest& request, const FrontOptions& options);
+
+// Result: the token of "Bearer TOKEN"; nothing for other schemes.
+std::optional<std::string_view> bearer_token(std::string_view authorization);
+
+// Result: the first subprotocol of the request that this server speaks.
+std::optional<Encoding> chosen_encoding(const HttpRequest& request);
+
+// What keeps a PUT from being read as the file it means.
+struct UploadFault {
+    http::status status;
+    const char* sentence;
+};
+// Result: nothing where the body is a whole file: its length is told or it comes in chunks, it is no part of one
+// (Content-Range, RFC 9110 14.5) and not compressed.
+std::optional<UploadFault> upload_fault(const HttpRequest& request);
+
+std::string_view content_type(std::string_view name);  // by the ending of a file's name
+// Result: the status for a refusal with this code of PROTOCOL.md.
+http::status status_of(std::string_view code);
+
+}  // namespace gonio

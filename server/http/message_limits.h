@@ -1,0 +1,49 @@
+// Limits of the front on what a message asks for, before anybody else sees it. Pure.
+#pragma once
+
+#include <optional>
+
+#include "ies/core/result.h"
+#include "protocol/schema/gonio.pb.h"
+#include "server/http/front_limits.h"
+
+namespace gonio {
+
+// Whether its answer is what was asked for, and not just whether it was done.
+inline bool is_query(const v1::ClientMessage& message) {
+    switch (message.message_case()) {
+        case v1::ClientMessage::kGetState:
+        case v1::ClientMessage::kMeter:
+        case v1::ClientMessage::kCapture:
+        case v1::ClientMessage::kReport:
+        case v1::ClientMessage::kStats:
+        case v1::ClientMessage::kProfile:
+        case v1::ClientMessage::kSources:
+        case v1::ClientMessage::kPatch:
+        case v1::ClientMessage::kSurfaces:
+        case v1::ClientMessage::kLearn:
+            return true;
+        default:
+            return false;
+    }
+}
+
+// Result: why the message is refused; nothing if it is not.
+inline std::optional<Error> over_limit(const FrontLimits& limits, const v1::ClientMessage& message) {
+    if (message.request_id() == 0 && is_query(message))
+        return Error{"invalid_argument", "request_id", "0", "must be another number: the answer goes by it"};
+    const auto side = static_cast<std::uint32_t>(limits.side_px);
+    const auto refusal = [&](const char* field, std::uint32_t width, std::uint32_t height) -> std::optional<Error> {
+        if (width <= side && height <= side) return std::nullopt;
+        return Error{"invalid_argument", field, std::to_string(width) + "x" + std::to_string(height),
+                     "must be at most " + std::to_string(side) + " pixels a side here"};
+    };
+    if (message.has_capture())
+        return refusal("capture.width_px", message.capture().width_px(), message.capture().height_px());
+    if (message.has_command() && message.command().has_set_size())
+        return refusal("set_size.width_px", message.command().set_size().width_px(),
+                       message.command().set_size().height_px());
+    return std::nullopt;
+}
+
+}  // namespace gonio

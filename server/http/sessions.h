@@ -1,0 +1,31 @@
+// The kinds of connection. Each session owns itself through its pending operations and ends with its socket.
+#pragma once
+
+#include "server/http/net_stream.h"
+
+#include <boost/beast/http/parser.hpp>
+
+#include "server/http/hub.h"
+
+namespace gonio {
+
+using HttpRequest = http::request<http::empty_body>;
+
+// A connection as it passes from one session to the next.
+struct Accepted {
+    NetStream stream;
+    std::shared_ptr<const Place> place;
+};
+
+// The TLS handshake, then the requests; a client that speaks plain HTTP is told so and closed.
+void start_secure_session(Hub& hub, Accepted accepted);
+// Answers the requests of one connection; hands it over where it becomes a WebSocket, an upload or an MJPEG stream.
+void start_http_session(Hub& hub, Accepted accepted);
+// The caller has checked Host, Origin, the limits of clients and the subprotocol.
+void start_websocket_session(Hub& hub, Accepted accepted, HttpRequest request, Encoding encoding);
+void start_mjpeg_session(Hub& hub, Accepted accepted, std::string token);
+// A PUT whose header was read, and checked like the others; ends the connection. buffer: what came behind the header.
+void start_upload_session(Hub& hub, Accepted accepted, beast::flat_buffer buffer,
+                          http::request_parser<http::empty_body>&& header, std::string name, std::string token);
+
+}  // namespace gonio

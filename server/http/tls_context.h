@@ -1,0 +1,16 @@
+// What TlsContext is, for the two .cpp files that know OpenSSL.
+#pragma once
+
+#include "server/http/beast.h"
+
+#include <boost/asio/ssl/context.hpp>
+
+#include "server/http/tls.h"
+
+namespace gonio {
+
+struct TlsContext {
+    asio::ssl::context context{asio::ssl::context::tls_server};
+};
+
+}  // namespace gonio

@@ -1,0 +1,411 @@
+#include "server/lighting/direct.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "server/lighting/looks.h"
+
+#undef HWY_TARGET_INCLUDE
+#define HWY_TARGET_INCLUDE "server/lighting/direct.cpp"
+#include <hwy/foreach_target.h>
+#include <hwy/highway.h>
+
+#ifndef GONIO_SHADE_DIRECT_TILE
+#define GONIO_SHADE_DIRECT_TILE
+namespace gonio::shade {
+
+// As many pixels as stay in the cache while one luminaire after the other lights them. Pixels 4 apart follow each
+// other: pixel (x, y) is number (4 y + x % 4) kLanes + x / 4.
+inline constexpr int kTileRows = 8, kTileColumns = 4 * static_cast<int>(kLanes);
+inline constexpr std::size_t kTilePixels = kTileRows * kTileColumns, kSquare = 16;
+
+struct Tile {
+    int first_x = 0, first_y = 0;
+    alignas(64) float place[6][kTilePixels], depth[kTilePixels];  // as of Points; 0: no surface
+    alignas(64) std::uint32_t weights[kTilePixels];               // ToPixels::weights
+    alignas(64) float light[3][kTilePixels];                      // the sum
+    glm::vec3 least, greatest;                                    // corners of a box around the surfaces
+    // Pixels that need a ray of their own, and what it would bring.
+    std::uint16_t asking[kTilePixels];
+    float lux[kTilePixels];
+};
+
+// Marks a grid point that receives no light: hidden or turned away (negative), or beyond the beam.
+inline constexpr float kNoLight = 1e-20f;
+
+}  // namespace gonio::shade
+#endif
+
+HWY_BEFORE_NAMESPACE();
+namespace gonio::shade {
+namespace HWY_NAMESPACE {
+
+#include "server/lighting/lanes.h"
+#include "server/lighting/look_lanes.h"
+#include "server/lighting/pixel_lanes.h"
+#include "server/lighting/web_lanes.h"
+
+// Where light comes to a surface: cosine / distance², 0 from behind; to: from the luminaire.
+HWY_INLINE Float falloff(const Vec3& to, const Vec3& n) {
+    const Float per_d = inversesqrt(max(dot(to, to), Float(1e-12f)));
+    return max(-dot(n, to), Float(0.0f)) * per_d * per_d * per_d;
+}
+
+void DirectPoints(const DirectLight& light, const Points& points, std::size_t count, float* lux, float* ratio) {
+    for (std::size_t i = 0; i < count; i += hn::Lanes(Tag())) {
+        const auto at = static_cast<std::ptrdiff_t>(i);
+        const Vec3 to = place_of(points, at) - spread(light.position);
+        const Float share = falloff(to, normal_of(points, at));
+        const bool dark = ratio == nullptr && hn::AllFalse(Tag(), Float(0.0f) < share);
+        const Float value = dark ? Float(0.0f) : web_ratio(light.web, turned(light.light_from_world, to));
+        store(value * share * Float(light.unit_m2), lux + i);
+        if (ratio != nullptr) store(value, ratio + i);
+    }
+}
+
+// Fills in a tile's surfaces. weights: of the picture. Result: whether there are any.
+bool PlaceTile(Tile& tile, const Surfaces& s, const std::uint32_t* weights) {
+    const Tag tag;
+    const IntTag ints;
+    const std::size_t lanes = hn::Lanes(tag);
+    Vec3 least(Float(1e30f), Float(1e30f), Float(1e30f)), greatest(Float(-1e30f), Float(-1e30f), Float(-1e30f));
+    for (int row = 0; row < kTileRows; ++row) {
+        const int y = tile.first_y + row;
+        const bool inside = y < s.height;
+        const std::size_t from = static_cast<std::size_t>(inside ? y : 0) * s.row_length;
+        const glm::vec3 start = s.rays.corner + static_cast<float>(y) * s.rays.up;
+        for (std::size_t i = 0; i < kLanes; i += lanes) {
+            const std::size_t x = static_cast<std::size_t>(tile.first_x) + 4 * i;
+            Raw depth[4];
+            hn::Vec<IntTag> normal[4], weight[4];
+            hn::LoadInterleaved4(tag, s.depth.data() + from + x, depth[0], depth[1], depth[2], depth[3]);
+            hn::LoadInterleaved4(ints, reinterpret_cast<const std::int32_t*>(s.normal.data() + from + x), normal[0],
+                                 normal[1], normal[2], normal[3]);
+            hn::LoadInterleaved4(ints, reinterpret_cast<const std::int32_t*>(weights + from + x), weight[0], weight[1],
+                                 weight[2], weight[3]);
+            for (std::size_t phase = 0; phase < 4; ++phase) {
+                const std::size_t at = (4 * static_cast<std::size_t>(row) + phase) * kLanes + i;
+                const Mask surface = inside ? Float(0.0f) < Float(depth[phase]) : Float(0.0f) < Float(0.0f);
+                const Float z = Float(s.rays.near_m) / max(Float(depth[phase]), Float(1e-30f));
+                const Vec3 p = surface_point(s.rays, start, column_of(x + phase), z), n = unpack_normal(normal[phase]);
+                store(p.x, tile.place[0] + at), store(p.y, tile.place[1] + at), store(p.z, tile.place[2] + at);
+                store(n.x, tile.place[3] + at), store(n.y, tile.place[4] + at), store(n.z, tile.place[5] + at);
+                store(hn::IfThenElseZero(surface, z.raw), tile.depth + at);
+                hn::StoreU(weight[phase], ints, reinterpret_cast<std::int32_t*>(tile.weights) + at);
+                const auto widen = [&](Float value, Float& low, Float& high) {
+                    low = mix(low, min(low, value), surface), high = mix(high, max(high, value), surface);
+                };
+                widen(p.x, least.x, greatest.x), widen(p.y, least.y, greatest.y), widen(p.z, least.z, greatest.z);
+            }
+        }
+    }
+    const auto lowest = [](Float x) { return hn::GetLane(hn::MinOfLanes(Tag(), x.raw)); };
+    tile.least = {lowest(least.x), lowest(least.y), lowest(least.z)};
+    tile.greatest = {-lowest(-greatest.x), -lowest(-greatest.y), -lowest(-greatest.z)};
+    return tile.least.x <= tile.greatest.x;
+}
+
+// What the four grid points around pixels say: sums of the weights, of those that see the luminaire, and of I / I_peak;
+// the least and the greatest of it among those that count.
+struct Around {
+    Float sum, open, ratio, least, greatest;
+    HWY_INLINE Around() : least(1e30f) {}
+};
+HWY_INLINE Around around_pixels(const Tile& tile, std::size_t at, const float* lattice, std::ptrdiff_t stride) {
+    const Tag tag;
+    const IntTag ints;
+    const int y = tile.first_y + static_cast<int>(at / (4 * kLanes)), phase = static_cast<int>(at / kLanes % 4);
+    const float* corner =
+        lattice + row_below(y) * stride + tile.first_x / 4 + static_cast<std::ptrdiff_t>(at % kLanes) + left_of(phase);
+    auto weights = hn::LoadU(ints, reinterpret_cast<const std::int32_t*>(tile.weights) + at);
+    Around a;
+    for (const float* from : {corner, corner + 1, corner + stride, corner + stride + 1}) {
+        const Float weight = hn::ConvertTo(tag, hn::And(weights, hn::Set(ints, 255))), value = load(from),
+                    size = abs(value);
+        const Mask counts = Float(0.0f) < weight;
+        weights = hn::ShiftRight<8>(weights);
+        a.sum = a.sum + weight;
+        a.open = a.open + mix(Float(0.0f), weight, Float(0.0f) < value);
+        a.ratio = a.ratio + weight * size;
+        a.least = mix(a.least, min(a.least, size), counts);
+        a.greatest = mix(a.greatest, max(a.greatest, size), counts);
+    }
+    return a;
+}
+
+// Adds one luminaire's light to a tile's pixels where the grid's points agree. lattice: its values there, from the
+// first point on; null: every pixel asks. The web is read at pixels that ask, and where it changes by a tenth between
+// the points; else a pixel takes theirs, within 0.2 %. edges: all pixels of a square of 4 × 4 ask if a surface in it is
+// turned away, whose shadow may be narrow. Result: how many pixels are left, in tile.asking, square by square.
+std::size_t LightTile(Tile& tile, const DirectLight& light, const float* lattice, std::ptrdiff_t stride, bool edges,
+                      std::size_t planes) {
+    const Tag tag;
+    // A pixel that a grid point of another mind has no more of than this follows the others.
+    constexpr float kOpinion = 0.05f;
+    const Mask none = Float(0.0f) < Float(0.0f);
+    std::size_t asking = 0;
+    HWY_ALIGN float brings[kSquare * kLanes];
+    for (std::size_t group = 0; group < kTilePixels; group += kSquare * kLanes) {
+        bool any = false;
+        for (std::size_t i = 0; i < kLanes; i += hn::Lanes(tag)) {
+            Vec3 to[kSquare];
+            Float share[kSquare];
+            Mask edge = none;
+            const auto look = [&](std::size_t v) {
+                const Points points = points_at(tile.place, group + v * kLanes + i);
+                to[v] = place_of(points, 0) - spread(light.position);
+                share[v] = falloff(to[v], normal_of(points, 0));
+            };
+            for (std::size_t v = 0; edges && v < kSquare; ++v) {
+                look(v);
+                edge = hn::Or(
+                    edge, hn::AndNot(Float(0.0f) < share[v], Float(0.0f) < load(tile.depth + group + v * kLanes + i)));
+            }
+            for (std::size_t v = 0; v < kSquare; ++v) {
+                const std::size_t at = group + v * kLanes + i;
+                Mask wanted = Float(0.0f) < load(tile.depth + at), agree = none, seen = none, steep = none;
+                store(Float(0.0f), brings + v * kLanes + i);
+                Float ratio;
+                if (lattice != nullptr) {
+                    const Around around = around_pixels(tile, at, lattice, stride);
+                    const Mask alike = hn::AndNot(edge, Float(static_cast<float>(kPoorSum) - 0.5f) < around.sum),
+                               light_there = hn::And(Float(0.0f) < around.open, Float(kNoLight) < around.greatest);
+                    wanted = hn::And(wanted, hn::Or(hn::Not(alike), light_there));
+                    seen = around.sum * Float(1.0f - kOpinion) < around.open;
+                    agree = hn::And(alike, hn::Or(seen, around.open < around.sum * Float(kOpinion)));
+                    steep = hn::And(Float(0.002f) < around.greatest, around.least < around.greatest * Float(0.9f));
+                    ratio = around.ratio / max(around.sum, Float(1.0f));
+                }
+                if (hn::AllFalse(tag, wanted)) continue;
+                if (!edges) look(v);
+                wanted = hn::And(wanted, Float(0.0f) < share[v]);
+                const Mask lit = hn::And(wanted, hn::And(agree, seen)), asks = hn::AndNot(agree, wanted);
+                if (hn::AllFalse(tag, hn::Or(lit, asks))) continue;
+                if (!hn::AllFalse(tag, hn::Or(asks, steep)))
+                    ratio = web_ratio(light.web, turned(light.light_from_world, to[v]));
+                const Float lux = ratio * share[v] * Float(light.unit_m2), shown = hn::IfThenElseZero(lit, lux.raw);
+                for (std::size_t k = 0; k < planes; ++k)
+                    store(load(tile.light[k] + at) + shown * Float(light.weight[static_cast<int>(k)]),
+                          tile.light[k] + at);
+                store(hn::IfThenElseZero(asks, lux.raw), brings + v * kLanes + i);
+                any |= !hn::AllFalse(tag, asks);
+            }
+        }
+        for (std::size_t k = 0; any && k < kSquare * kLanes; ++k) {
+            const std::size_t at = k % kSquare * kLanes + k / kSquare;
+            tile.asking[asking] = static_cast<std::uint16_t>(group + at);
+            tile.lux[asking] = brings[at];
+            asking += brings[at] > 0.0f ? 1 : 0;
+        }
+    }
+    return asking;
+}
+
+// Tile -> picture. adds: to what is there.
+void StoreTile(const Tile& tile, const Surfaces& s, Planes& planes, bool adds) {
+    const Tag tag;
+    for (std::size_t k = 0; k < planes.size(); ++k) {
+        for (int row = 0; row < std::min(kTileRows, s.height - tile.first_y); ++row) {
+            float* to = planes[k].data() + static_cast<std::size_t>(tile.first_y + row) * s.row_length +
+                        static_cast<std::size_t>(tile.first_x);
+            for (std::size_t i = 0; i < kLanes; i += hn::Lanes(tag)) {
+                const float* from = tile.light[k] + 4 * static_cast<std::size_t>(row) * kLanes + i;
+                Raw sum[4] = {hn::Zero(tag), hn::Zero(tag), hn::Zero(tag), hn::Zero(tag)};
+                if (adds) hn::LoadInterleaved4(tag, to + 4 * i, sum[0], sum[1], sum[2], sum[3]);
+                for (std::size_t p = 0; p < 4; ++p) sum[p] = hn::Add(sum[p], hn::LoadU(tag, from + p * kLanes));
+                hn::StoreInterleaved4(sum[0], sum[1], sum[2], sum[3], tag, to + 4 * i);
+            }
+        }
+    }
+}
+
+}  // namespace HWY_NAMESPACE
+}  // namespace gonio::shade
+HWY_AFTER_NAMESPACE();
+
+#if HWY_ONCE
+namespace gonio::shade {
+
+HWY_EXPORT(DirectPoints);
+HWY_EXPORT(PlaceTile);
+HWY_EXPORT(LightTile);
+HWY_EXPORT(StoreTile);
+
+void direct_points(const DirectLight& light, const Points& points, std::size_t count, float* lux, float* ratio) {
+    HWY_DYNAMIC_DISPATCH(DirectPoints)(light, points, count, lux, ratio);
+}
+
+namespace {
+
+constexpr std::size_t kMostAtOnce = 64;  // luminaires: bits of a mask, and planes of the lattice
+// With more luminaires than so many a shadow of one of them is faint.
+constexpr std::size_t kDense = 4;
+
+// Result: bits of the luminaires whose beam meets the sphere around a box.
+std::uint64_t beams_at(std::span<const DirectLight> lights, const glm::vec3& least, const glm::vec3& greatest) {
+    if (!(least.x <= greatest.x)) return 0;
+    const glm::vec3 centre = 0.5f * (least + greatest);
+    const float radius = 0.5f * glm::length(greatest - least);
+    std::uint64_t result = 0;
+    for (std::size_t k = 0; k < lights.size(); ++k) {
+        const DirectLight& light = lights[k];
+        const glm::vec3 d = light.light_from_world * (centre - light.position);
+        const float distance = glm::length(d);
+        bool meets = light.beam_cos <= -1.0f || distance <= 1.001f * radius;
+        if (!meets) {
+            const float angle = std::acos(std::clamp(-d.z / distance, -1.0f, 1.0f));
+            meets = angle <= std::acos(light.beam_cos) + std::asin(std::min(1.0f, radius / distance)) + 1e-3f;
+        }
+        result |= static_cast<std::uint64_t>(meets ? 1 : 0) << k;
+    }
+    return result;
+}
+
+// Sixteen shadow rays to a luminaire, of `active` points. Result: bits of those that nothing stops.
+unsigned unhidden(const trace::Geometry& geometry, const DirectLight& light, const Surfaces& surfaces,
+                  const Points& points, const float* depth, unsigned active) {
+    // They start this share of a pixel's width off its surface: depth and normals are those of pixels, not exact.
+    constexpr float kOffPerPixel = 0.02f;
+    const float off_m = 4.0f * geometry.step_off(light.position), per_depth = kOffPerPixel * surfaces.depth_per_pixel;
+    trace::RayPacket rays;
+    for (int i = 0; i < trace::kPacket; ++i) {
+        const float off = off_m + per_depth * depth[i];
+        const glm::vec3 from(points.x[i] + off * points.nx[i], points.y[i] + off * points.ny[i],
+                             points.z[i] + off * points.nz[i]);
+        rays.set(i, from, light.position - from, 1.0f - 1e-5f);  // one mounted on a surface is not hidden by it
+    }
+    return active & ~geometry.occluded(rays, active, true);
+}
+
+// 8 × 8 points of a grid, beyond its edges the last ones again: four packets of every other one each.
+struct GridBlock {
+    static constexpr int kSide = 8;
+    alignas(64) float place[6][64], depth[64];
+    std::size_t at[64];
+    unsigned active[4] = {};  // of a packet: with a surface
+    glm::vec3 least{1e30f}, greatest{-1e30f};
+
+    GridBlock(const Grid& grid, int x, int y) {
+        for (std::size_t i = 0; i < 64; ++i) {
+            const int p = static_cast<int>(i / 16), k = static_cast<int>(i % 16);
+            const int px = x + k % 4 * 2 + p % 2, py = y + k / 4 * 2 + p / 2;
+            at[i] = static_cast<std::size_t>(grid.at(std::min(px, grid.width - 1), std::min(py, grid.height - 1)));
+            for (std::size_t v = 0; v < 6; ++v) place[v][i] = grid.values[v][at[i]];
+            depth[i] = grid.values[6][at[i]];
+            if (!(depth[i] > 0.0f)) continue;
+            active[p] |= 1u << k;
+            least = glm::min(least, grid.position(at[i]));
+            greatest = glm::max(greatest, grid.position(at[i]));
+        }
+    }
+    // Result: whether all lie on one smooth surface.
+    bool even() const {
+        const auto vec = [&](std::size_t v, std::size_t i) {
+            return glm::vec3(place[v][i], place[v + 1][i], place[v + 2][i]);
+        };
+        for (std::size_t i = 0; i < 64; ++i) {
+            const std::size_t first = i % 16, next = i % 4 < 3 ? i + 1 : i;
+            const glm::vec3 n = vec(3, first), off = vec(0, i) - vec(0, first), across = vec(0, next) - vec(0, i);
+            if (!(depth[i] > 0.0f) || glm::dot(n, vec(3, i)) < 0.98f ||
+                std::abs(glm::dot(n, off)) > 0.1f * glm::length(off) ||
+                std::abs(glm::dot(n, across)) > 0.1f * glm::length(across))
+                return false;
+        }
+        return true;
+    }
+};
+
+// The lattice's values of a block's points.
+void ask_grid(const GridBlock& block, const Surfaces& surfaces, const trace::Geometry& geometry,
+              std::span<const DirectLight> lights, bool sparse, Lattice& lattice) {
+    const std::uint64_t beams = beams_at(lights, block.least, block.greatest);
+    sparse = sparse && block.even();
+    for (std::size_t k = 0; k < lights.size(); ++k) {
+        bool all_seen = false, all_hidden = false;  // so say the points asked first
+        for (std::size_t p = 0; p < 4; ++p) {
+            const std::size_t first = p * trace::kPacket;
+            const unsigned active = block.active[p];
+            alignas(64) float lux[trace::kPacket] = {}, ratio[trace::kPacket] = {};
+            unsigned lit = 0;
+            if ((beams >> k & 1u) != 0 && active != 0) {
+                direct_points(lights[k], points_at(block.place, first), trace::kPacket, lux, ratio);
+                for (int i = 0; i < trace::kPacket; ++i) lit |= (lux[i] > 0.0f ? 1u : 0u) << i;
+                lit &= active;
+            }
+            unsigned seen = all_seen ? lit : 0u;
+            if (lit != 0 && !all_seen && !all_hidden) {
+                seen = unhidden(geometry, lights[k], surfaces, points_at(block.place, first), block.depth + first, lit);
+            }
+            if (p == 0 && sparse && lit == active) all_seen = seen == lit, all_hidden = seen == 0;
+            for (std::size_t i = 0; i < trace::kPacket; ++i) {
+                const float value = std::max(ratio[i], kNoLight);
+                const bool dark = ratio[i] <= 0.0f && (active >> i & 1u) != 0;
+                lattice[k][block.at[first + i]] = (seen >> i & 1u) != 0 || dark ? value : -value;
+            }
+        }
+    }
+}
+
+// Lights the pixels that a tile's grid points leave.
+void ask_pixels(Tile& tile, std::size_t asking, const Surfaces& surfaces, const trace::Geometry& geometry,
+                const DirectLight& light, std::size_t planes) {
+    for (std::size_t first = 0; first < asking; first += trace::kPacket) {
+        const std::size_t count = std::min<std::size_t>(trace::kPacket, asking - first);
+        alignas(64) float values[7][trace::kPacket] = {};
+        for (std::size_t i = 0; i < count; ++i) {
+            const std::size_t pixel = tile.asking[first + i];
+            for (std::size_t v = 0; v < 6; ++v) values[v][i] = tile.place[v][pixel];
+            values[6][i] = tile.depth[pixel];
+        }
+        const unsigned seen = unhidden(geometry, light, surfaces, points_at(values, 0), values[6], (1u << count) - 1u);
+        for (std::size_t i = 0; i < count; ++i) {
+            if ((seen >> i & 1u) == 0) continue;
+            for (std::size_t k = 0; k < planes; ++k)
+                tile.light[k][tile.asking[first + i]] += light.weight[static_cast<int>(k)] * tile.lux[first + i];
+        }
+    }
+}
+
+}  // namespace
+
+void direct_light(const Surfaces& surfaces, const ScreenGrid& screen, const trace::Geometry& geometry,
+                  std::span<const DirectLight> lights, bool every_pixel, Planes& out, Lattice& lattice, Pool& pool) {
+    const Grid& grid = screen.grid;
+    for (std::vector<float>& plane : out) plane.resize(surfaces.row_length * static_cast<std::size_t>(surfaces.height));
+    const int across = (grid.width + GridBlock::kSide - 1) / GridBlock::kSide,
+              down = (grid.height + GridBlock::kSide - 1) / GridBlock::kSide;
+    const int tiles_x = static_cast<int>(surfaces.row_length) / kTileColumns,
+              tiles_y = (surfaces.height + kTileRows - 1) / kTileRows;
+    const bool many = lights.size() > kDense;
+    for (std::size_t first = 0; first == 0 || first < lights.size(); first += kMostAtOnce) {
+        const auto some = lights.subspan(first, std::min(kMostAtOnce, lights.size() - first));
+        if (!every_pixel) {
+            lattice.resize(std::max(lattice.size(), some.size()));
+            for (std::vector<float>& plane : lattice) plane.resize(grid.first_spare() + kLanes);
+            pool.run(across * down, [&](int job) {
+                const GridBlock block(grid, job % across * GridBlock::kSide, job / across * GridBlock::kSide);
+                ask_grid(block, surfaces, geometry, some, many, lattice);
+            });
+            pool.run(static_cast<int>(some.size()), [&](int k) { grid.extend(lattice[static_cast<std::size_t>(k)]); });
+        }
+        pool.run(tiles_x * tiles_y, [&](int job) {
+            static thread_local Tile tile;
+            tile.first_x = job % tiles_x * kTileColumns, tile.first_y = job / tiles_x * kTileRows;
+            for (auto& plane : tile.light) std::fill_n(plane, kTilePixels, 0.0f);
+            if (HWY_DYNAMIC_DISPATCH(PlaceTile)(tile, surfaces, screen.to_pixels.weights.data())) {
+                const std::uint64_t beams = beams_at(some, tile.least, tile.greatest);
+                for (std::size_t k = 0; k < some.size(); ++k) {
+                    if ((beams >> k & 1u) == 0) continue;
+                    const std::size_t asking = HWY_DYNAMIC_DISPATCH(LightTile)(
+                        tile, some[k], every_pixel ? nullptr : lattice[k].data() + grid.at(0, 0), grid.stride, !many,
+                        out.size());
+                    ask_pixels(tile, asking, surfaces, geometry, some[k], out.size());
+                }
+            }
+            HWY_DYNAMIC_DISPATCH(StoreTile)(tile, surfaces, out, first > 0);
+        });
+    }
+}
+
+}  // namespace gonio::shade
+#endif

@@ -1,0 +1,38 @@
+// Direct light of luminaires: at points, and at the pixels of a picture, of one luminaire or of many in one pass.
+// Visibility is the same over most of a picture: it is asked at the grid's points, and at the pixels between those that
+// do not agree.
+#pragma once
+
+#include <glm/glm.hpp>
+#include <span>
+
+#include "server/lighting/screen.h"
+#include "server/scene/web_buffer.h"
+
+namespace gonio::shade {
+
+// A luminaire. Its light is measured in unit_m2: illuminance per candela of its peak × unit_m2.
+struct DirectLight {
+    glm::vec3 position;  // local, m
+    glm::mat3 light_from_world;
+    PackedWeb web;
+    float unit_m2;
+    float beam_cos = -1.0f;  // dark where the angle from its photometric zero has a smaller cosine
+    glm::vec3 weight{1.0f};  // what it counts in each plane of a picture
+};
+
+// At `count` points, a multiple of kLanes: light that arrives if nothing stands between, 0 where it comes from behind;
+// ratio: I / I_peak, or null. Any thread.
+void direct_points(const DirectLight& light, const Points& points, std::size_t count, float* lux,
+                   float* ratio = nullptr);
+
+// Scratch of direct_light: per luminaire I / I_peak at every point of ScreenGrid::grid, negative where it is hidden.
+using Lattice = Planes;
+// out: 1 or 3 planes, surfaces.row_length floats a row: the sum of all luminaires' light × weight. A shadow ray goes to
+// each luminaire from every point of the grid, of more than four from every other one first; a pixel whose points agree
+// takes their answer, the others send their own: a shadow narrower than the grid may be lost. every_pixel: a ray from
+// each that light could reach. Render thread.
+void direct_light(const Surfaces& surfaces, const ScreenGrid& screen, const trace::Geometry& geometry,
+                  std::span<const DirectLight> lights, bool every_pixel, Planes& out, Lattice& lattice, Pool& pool);
+
+}  // namespace gonio::shade

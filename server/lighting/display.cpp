@@ -1,0 +1,206 @@
+#include "server/lighting/display.h"
+
+#include <algorithm>
+#include <array>
+#include <bit>
+#include <cmath>
+#include <cstring>
+#include <vector>
+
+#include "server/lighting/kernels.h"
+#include "server/lighting/upsample.h"
+
+#undef HWY_TARGET_INCLUDE
+#define HWY_TARGET_INCLUDE "server/lighting/display.cpp"
+#include <hwy/foreach_target.h>
+#include <hwy/highway.h>
+
+// The tone curve as a table over the bits of its argument, defined once for all instruction sets.
+#ifndef GONIO_SHADE_TONE_TABLE
+#define GONIO_SHADE_TONE_TABLE
+#include "shaders/lib/as_cpp.h"
+namespace gonio::shade {
+// 256 values per octave, linear between them: within 1e-5 of the curve. Below 2^-14 the curve is 12.92 x. An entry has
+// its value and how much greater the next is, of 65,535 and of as much again.
+inline constexpr std::uint32_t kToneFirst = (127 - 14) << 8, kToneEntries = 21 << 8;
+inline constexpr float kToneUnit = 65535.0f;
+inline const std::int32_t* tone_table() {
+    static const auto table = [] {
+        const auto value = [](std::uint32_t i) {
+            return glsl::srgb_encode(glsl::shoulder(std::bit_cast<float>((kToneFirst + i) << 15)));
+        };
+        std::array<std::int32_t, kToneEntries> entries{};
+        for (std::uint32_t i = 0; i < entries.size(); ++i) {
+            const auto low = static_cast<std::uint32_t>(value(i) * kToneUnit + 0.5f);
+            const float more = value(i + 1) * kToneUnit - static_cast<float>(low);
+            entries[i] =
+                static_cast<std::int32_t>(low << 16 | static_cast<std::uint32_t>(std::max(more * 256.0f, 0.0f) + 0.5f));
+        }
+        return entries;
+    }();
+    return table.data();
+}
+}  // namespace gonio::shade
+#endif
+
+HWY_BEFORE_NAMESPACE();
+namespace gonio::shade {
+namespace HWY_NAMESPACE {
+
+#include "server/lighting/lanes.h"
+#include "server/lighting/layer_lanes.h"
+
+// Gamma-encoded value of a display-linear one.
+HWY_INLINE Float tone(const std::int32_t* table, Float x) {
+    const Tag tag;
+    const IntTag ints;
+    const Float bounded = min(max(x, Float(0.0f)), Float(100.0f));
+    const auto bits = hn::BitCast(ints, bounded.raw);
+    const auto index =
+        hn::Max(hn::Sub(hn::ShiftRight<15>(bits), hn::Set(ints, static_cast<int>(kToneFirst))), hn::Zero(ints));
+    const Float share = hn::ConvertTo(tag, hn::And(bits, hn::Set(ints, 0x7fff)));
+    const auto entry = hn::GatherIndex(ints, table, index);
+    const Float low = hn::ConvertTo(tag, hn::And(hn::ShiftRight<16>(entry), hn::Set(ints, 0xffff))),
+                more = hn::ConvertTo(tag, hn::And(entry, hn::Set(ints, 0xffff)));
+    return mix((low + more * share * Float(1.0f / (256.0f * 32768.0f))) * Float(1.0f / kToneUnit),
+               bounded * Float(12.92f), bounded < Float(0x1p-14f));
+}
+
+// One row of the light that is kept by luminaire at the pixels, in quanta. Layer after layer: as many streams at once
+// as there are luminaires would be too many for the caches.
+void SumRow(const Display& display, int y, std::int32_t* const* sum) {
+    const std::size_t row = static_cast<std::size_t>(y) * display.row_length, length = display.row_length;
+    for (int k = 0; k < 3; ++k) {
+        if (display.kept_pixels[k] != nullptr)
+            std::copy_n(display.kept_pixels[k] + row, length, sum[k]);
+        else
+            std::fill_n(sum[k], length, 0);
+    }
+    for (const LayerTerm& term : display.layers) add_pixels(term, display.cap, row, length, sum);
+}
+
+// One row of gamma-encoded R'G'B' with ordered dither. kept: of SumRow. indirect: what the grid brings to it, or null.
+void EncodeRow(const Display& display, int y, const std::int32_t* table, float scale, const std::int32_t* const* kept,
+               const std::uint16_t* indirect, float* red, float* green, float* blue) {
+    const Tag tag;
+    const IntTag ints;
+    const auto lanes = hn::Lanes(tag);
+    const std::size_t row = static_cast<std::size_t>(y) * display.row_length;
+    HWY_ALIGN float dither[kLanes];
+    for (int i = 0; i < static_cast<int>(kLanes); ++i) dither[i] = glsl::display_dither(i, y);
+    for (std::size_t x = 0; x < display.row_length; x += lanes) {
+        const std::size_t at = row + x;
+        Vec3 light;
+        const auto units = [&](int k) { return hn::ConvertTo(tag, hn::LoadU(ints, kept[k] + x)); };
+        light = Vec3(units(0), units(1), units(2)) * Float(display.per_quantum);
+        if (indirect != nullptr) light = light + load_rgb(indirect + 4 * x) * Float(display.on_grid.unit);
+        for (const Display::Others& other : display.others) {
+            const Vec3 rgb = load_rgb(other.halves + 4 * at);
+            light =
+                light + Vec3(rgb.x * Float(other.units.x), rgb.y * Float(other.units.y), rgb.z * Float(other.units.z));
+        }
+        const Vec3 albedo = load_rgb(display.albedo + 4 * at);
+        Vec3 shown(light.x * albedo.x, light.y * albedo.y, light.z * albedo.z);
+        if (display.emission != nullptr) {
+            Raw r, g, b, a;
+            hn::LoadInterleaved4(tag, display.emission + 4 * at, r, g, b, a);
+            shown = shown + Vec3(r, g, b) * Float(scale);
+        }
+        const Mask hit = Float(0.0f) < load(display.depth + x + row);
+        const Float off(load(dither)), none(glsl::background_shade());
+        store(mix(none, tone(table, shown.x) + off, hit), red + x);
+        store(mix(none, tone(table, shown.y) + off, hit), green + x);
+        store(mix(none, tone(table, shown.z) + off, hit), blue + x);
+    }
+}
+
+HWY_INLINE hn::Vec<hn::Rebind<std::uint8_t, Tag>> to_byte(Float x) {
+    return hn::DemoteTo(hn::Rebind<std::uint8_t, Tag>(), hn::NearestInt(x.raw));
+}
+
+// Two rows of R'G'B', the upper first -> two rows of Y' and one of Cb Cr (BT.709, limited range; lib/display.glsl).
+void Nv12Rows(const float* const* upper, const float* const* lower, std::size_t width, std::uint8_t* upper_y,
+              std::uint8_t* lower_y, std::uint8_t* chroma) {
+    const Tag tag;
+    const auto lanes = hn::Lanes(tag);
+    const hn::Rebind<std::uint8_t, Tag> bytes;
+    const auto luma = [](Float r, Float g, Float b) {
+        return r * Float(0.2126f) + g * Float(0.7152f) + b * Float(0.0722f);
+    };
+    for (std::size_t x = 0; x < width; x += 2 * lanes) {
+        Float mean[3];
+        for (int k = 0; k < 3; ++k) {
+            Raw a, b, c, d;
+            hn::LoadInterleaved2(tag, upper[k] + x, a, b);
+            hn::LoadInterleaved2(tag, lower[k] + x, c, d);
+            mean[k] = (Float(a) + Float(b) + Float(c) + Float(d)) * Float(0.25f);
+        }
+        const Float y = luma(mean[0], mean[1], mean[2]);
+        const Float cb = Float(128.0f) + (mean[2] - y) * Float(224.0f / 1.8556f),
+                    cr = Float(128.0f) + (mean[0] - y) * Float(224.0f / 1.5748f);
+        hn::StoreInterleaved2(to_byte(cb), to_byte(cr), bytes, chroma + x);
+        for (std::size_t i = x; i < x + 2 * lanes; i += lanes) {
+            const auto store_y = [&](const float* const* rgb, std::uint8_t* to) {
+                hn::StoreU(
+                    to_byte(Float(16.0f) + luma(load(rgb[0] + i), load(rgb[1] + i), load(rgb[2] + i)) * Float(219.0f)),
+                    bytes, to + i);
+            };
+            store_y(upper, upper_y);
+            store_y(lower, lower_y);
+        }
+    }
+}
+
+}  // namespace HWY_NAMESPACE
+}  // namespace gonio::shade
+HWY_AFTER_NAMESPACE();
+
+#if HWY_ONCE
+namespace gonio::shade {
+
+HWY_EXPORT(SumRow);
+HWY_EXPORT(EncodeRow);
+HWY_EXPORT(Nv12Rows);
+
+void to_nv12(const Display& display, std::uint8_t* nv12, Pool& pool) {
+    const std::int32_t* table = tone_table();
+    const float scale = glsl::expose(glm::vec3(1.0f), display.ev100).x;
+    const auto width = static_cast<std::size_t>(display.width), length = display.row_length;
+    // Eight pairs of rows a job: its scratch stays in the cache.
+    constexpr int kPairs = 8;
+    const int pairs = display.height / 2;
+    pool.run((pairs + kPairs - 1) / kPairs, [&](int job) {
+        static thread_local std::vector<float> rgb;
+        static thread_local std::vector<std::int32_t> quanta;
+        static thread_local std::vector<std::uint16_t> from_grid;
+        static thread_local std::vector<std::uint8_t> bytes;
+        quanta.resize(3 * length);
+        rgb.resize(6 * length);
+        from_grid.resize(4 * length);
+        bytes.resize(3 * length);
+        float* const upper[3] = {rgb.data(), rgb.data() + length, rgb.data() + 2 * length};
+        float* const lower[3] = {rgb.data() + 3 * length, rgb.data() + 4 * length, rgb.data() + 5 * length};
+        const Display::OnGrid& on_grid = display.on_grid;
+        std::uint16_t* const indirect = on_grid.planes != nullptr ? from_grid.data() : nullptr;
+        std::int32_t* const kept[3] = {quanta.data(), quanta.data() + length, quanta.data() + 2 * length};
+        for (int pair = job * kPairs; pair < std::min(pairs, (job + 1) * kPairs); ++pair) {
+            const int top = display.height - 1 - 2 * pair;
+            for (const auto& [y, row] : {std::pair(top, upper), std::pair(top - 1, lower)}) {
+                HWY_DYNAMIC_DISPATCH(SumRow)(display, y, kept);
+                if (indirect != nullptr)
+                    upsample_line(*on_grid.surfaces, *on_grid.screen, *on_grid.planes, y, indirect);
+                HWY_DYNAMIC_DISPATCH(EncodeRow)(display, y, table, scale, kept, indirect, row[0], row[1], row[2]);
+            }
+            HWY_DYNAMIC_DISPATCH(Nv12Rows)
+            (upper, lower, length, bytes.data(), bytes.data() + length, bytes.data() + 2 * length);
+            std::uint8_t* luma = nv12 + static_cast<std::size_t>(2 * pair) * width;
+            std::memcpy(luma, bytes.data(), width);
+            std::memcpy(luma + width, bytes.data() + length, width);
+            std::memcpy(nv12 + (static_cast<std::size_t>(display.height) + static_cast<std::size_t>(pair)) * width,
+                        bytes.data() + 2 * length, width);
+        }
+    });
+}
+
+}  // namespace gonio::shade
+#endif

@@ -1,0 +1,47 @@
+// The last step on the CPU: irradiance layers, weights and reflectance to the NV12 picture that the encoder takes, in
+// one pass over the pixels; what shaders/passes/composite.frag and nv12.frag do on a GPU, from the same maths.
+#pragma once
+
+#include <cstdint>
+#include <glm/glm.hpp>
+#include <span>
+
+#include "server/base/pool.h"
+#include "server/lighting/layers.h"
+
+namespace gonio::shade {
+
+// Arrays hold row_length pixels a row, a multiple of 4·kLanes, rows from the bottom. Light is in display units where
+// the reflectance is 1: display-linear value, 1 the brightest that is not clipped.
+struct Display {
+    int width = 0, height = 0;  // even
+    std::size_t row_length = 0;
+    // Light of luminaires kept apart, at the pixels, in quanta: what was summed before, null for nothing, plus the
+    // layers.
+    const std::int32_t* kept_pixels[3] = {};
+    std::span<const LayerTerm> layers;
+    float cap = 0.0f;  // of each term, quanta
+    float per_quantum = 0.0f;
+    // Indirect light on the grid, in units; no planes: none.
+    struct OnGrid {
+        const Surfaces* surfaces = nullptr;
+        const ScreenGrid* screen = nullptr;
+        const Planes* planes = nullptr;
+        float unit = 0.0f;  // display units per value
+    } on_grid;
+    // Light of all others in half floats, 4 per pixel: rgb and 1; in units per channel.
+    struct Others {
+        const std::uint16_t* halves;
+        glm::vec3 units;
+    };
+    std::span<const Others> others;
+    const std::uint16_t* albedo = nullptr;  // half floats, 4 per pixel: linear reflectance
+    const float* emission = nullptr;        // 4 per pixel, cd/m²; null: nothing emits or it is not shown
+    const float* depth = nullptr;           // 0: no surface
+    float ev100 = 0.0f;
+};
+
+// nv12: width × height · 3/2 bytes, rows from the top.
+void to_nv12(const Display& display, std::uint8_t* nv12, Pool& pool);
+
+}  // namespace gonio::shade

@@ -1,0 +1,47 @@
+// The G-buffer on the CPU: clusters are culled, their triangles set up in homogeneous screen coordinates (Olano and
+// Greer 1997: nothing is clipped) and rasterised in strips of rows, and what is nearest is shaded where it lies in
+// the cache.
+#pragma once
+
+#include <cstdint>
+#include <memory>
+#include <vector>
+
+#include "server/base/pool.h"
+#include "server/lighting/clusters.h"
+#include "server/lighting/kernels.h"
+
+namespace gonio::shade {
+
+struct Surfaces;
+
+// 64 bytes: a triangle that meets the picture. Edge k is a·x + b·y + c, x and y in pixels from (x0, y0): depth times
+// the weight of corner k, negative outside; `depth` their sum, near / distance.
+struct alignas(64) Setup {
+    float edge[3][3];
+    float depth[3];
+    float turn;  // −1: its back is seen
+    std::int16_t x0, y0, x1, y1;
+    std::uint32_t triangle;  // of the scene, and kAlphaMask
+    static constexpr std::uint32_t kAlphaMask = 1u << 31;
+};
+
+// What a picture keeps from frame to frame.
+struct Raster {
+    // A chunk of clusters has as many places as triangles, filled from the first on: memory that no triangle needs is
+    // never touched.
+    std::unique_ptr<Setup[]> setups;
+    std::size_t places = 0;
+    std::vector<std::vector<std::uint32_t>> bins;  // of setups, by chunk of clusters and strip
+    std::vector<std::uint32_t> nearest;            // per pixel: triangle + 1, 0 none
+    std::vector<std::uint16_t> albedo;             // per pixel 4 half floats: linear reflectance, 1
+    std::vector<float> emission;                   // per pixel 4: cd/m²; empty unless the scene has emitters
+};
+
+// Fills depth and normals of `surfaces` (whose size and rays are set) and the raster's albedo and, if `emissive`,
+// emission. Backs of one-sided surfaces are left out, holes of alpha masks too. Result: clusters that were drawn.
+// Render thread.
+unsigned draw_surfaces(const Clusters& clusters, const Looks& looks, bool emissive, Surfaces& surfaces, Raster& raster,
+                       Pool& pool);
+
+}  // namespace gonio::shade

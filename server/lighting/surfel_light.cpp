@@ -1,0 +1,149 @@
+#include "server/lighting/surfel_light.h"
+
+#include <limits>
+
+#include "server/lighting/grid.h"
+
+namespace gonio::shade {
+namespace {
+
+// 1: all light falls on so few surfels that their centres are no fair sample of it.
+float spot_share(const transport::Surfels& surfels, const std::vector<float>& direct) {
+    double sum = 0.0, squares = 0.0;
+    for (std::size_t i = 0; i < surfels.count; ++i) {
+        const double flux = static_cast<double>(direct[i]) * static_cast<double>(surfels.area_m2[i]);
+        sum += flux, squares += flux * flux;
+    }
+    return squares > 0.0 ? 1.0f - glm::smoothstep(8.0f, 32.0f, static_cast<float>(sum * sum / squares)) : 1.0f;
+}
+
+constexpr float kNearRadii = 4.0f;
+// 1: the luminaire is nearer to the surfel than others are.
+float near_share(const transport::Surfels& surfels, std::size_t i, const glm::vec3& light) {
+    return 1.0f - glm::smoothstep(2.0f, kNearRadii, glm::distance(surfels.position(i), light) / surfels.radius_m);
+}
+
+}  // namespace
+
+bool takes_flux(const transport::Surfels& surfels, const glm::vec3& light, const std::vector<float>& direct) {
+    const float near_m = kNearRadii * surfels.radius_m;
+    for (std::size_t i = 0; i < surfels.count; ++i) {
+        const glm::vec3 d = surfels.position(i) - light;
+        if (glm::dot(d, d) < near_m * near_m) return true;
+    }
+    return spot_share(surfels, direct) > 0.0f;
+}
+
+void take_flux(const VplRays& rays, const transport::Transport::Surface& surface, const glm::vec3& light,
+               const glm::mat3& world_from_light, float unit_m2, std::vector<float>& out, Pool& pool) {
+    const transport::Surfels& surfels = surface.surfels;
+    const float everywhere = spot_share(surfels, out);
+    // Else what ends further away counts for no surfel.
+    const float reach_m = everywhere > 0.0f ? std::numeric_limits<float>::infinity()
+                                            : (kNearRadii + transport::kBlendRadii) * surfels.radius_m;
+    using transport::kNeighbours;
+    struct End {
+        const std::uint16_t* around = nullptr;  // kNeighbours surfels; null: nothing is met
+        float weights[kNeighbours];
+    };
+    std::vector<End> ends(rays.rays.size());
+    pool.run(static_cast<int>(ends.size() / trace::kPacket), [&](int packet) {
+        const std::size_t first = static_cast<std::size_t>(packet) * trace::kPacket;
+        const transport::Fan fan = fan_of(rays, packet, *surface.geometry, light, world_from_light, reach_m);
+        trace::HitPacket hits;
+        std::uint16_t ids[trace::kPacket];
+        transport::follow(fan, *surface.geometry, surfels, *surface.cells, hits, ids);
+        for (std::size_t i = 0; i < trace::kPacket; ++i) {
+            if (ids[i] == surfels.count) continue;
+            End& end = ends[first + i];
+            end.around = surfels.neighbours[ids[i]].data();
+            transport::weigh(surfels, end.around, fan.rays.at(static_cast<int>(i), hits.distance[i]),
+                             surfels.normal(ids[i]), end.weights);
+        }
+    });
+    // In all the luminaire's flux, though few rays may meet the beam.
+    double all = 0.0;
+    for (const VplRays::Ray& ray : rays.rays) all += static_cast<double>(ray.flux_lm_per_cd);
+    const float right = all > 0.0 ? static_cast<float>(rays.profile->flux_lm / rays.profile->max_cd / all) : 0.0f;
+    std::vector<float> taken(surfels.count, 0.0f), landed(surfels.count, 0.0f);
+    for (std::size_t i = 0; i < ends.size(); ++i) {
+        if (ends[i].around == nullptr) continue;
+        const float flux = rays.rays[i].flux_lm_per_cd * right * unit_m2;
+        for (std::size_t k = 0; k < kNeighbours; ++k) {
+            const std::size_t id = ends[i].around[k];
+            if (id == surfels.count || !(surfels.area_m2[id] > 0.0f)) continue;
+            taken[id] += flux * ends[i].weights[k] / surfels.area_m2[id];
+            landed[id] += ends[i].weights[k];
+        }
+    }
+    for (std::size_t i = 0; i < surfels.count; ++i) {
+        if (!(landed[i] > 0.0f || everywhere > 0.0f)) continue;
+        // A few rays say less than the centre, however near.
+        const float enough = glm::smoothstep(4.0f, 16.0f, landed[i]);
+        out[i] = glm::mix(out[i], taken[i], std::max(everywhere, enough * near_share(surfels, i, light)));
+    }
+}
+
+void direct_at_points(const Points& points, std::span<const glm::vec3> geometric, const trace::Geometry& geometry,
+                      const DirectLight& light, float* out) {
+    // A luminaire on a surface does not light what it is mounted on, nor is it hidden by it.
+    constexpr float kStart = 1e-5f;
+    direct_points(light, points, (geometric.size() + kLanes - 1) / kLanes * kLanes, out);
+    const auto take = [&](std::size_t i, bool hidden) { out[i] = hidden ? 0.0f : out[i]; };
+    trace::ShadowRays<std::size_t, decltype(take)> rays(geometry, take);
+    for (std::size_t i = 0; i < geometric.size(); ++i) {
+        if (!(out[i] > 0.0f)) continue;
+        const glm::vec3 p(points.x[i], points.y[i], points.z[i]), to = light.position - p;
+        if (glm::dot(to, geometric[i]) <= 0.0f) {
+            out[i] = 0.0f;
+            continue;
+        }
+        const glm::vec3 along = p + geometric[i] * (4.0f * geometry.step_off(p)) - light.position;
+        rays.add(light.position + along * kStart, along, 1.0f - 2.0f * kStart, i);
+    }
+    rays.send();
+}
+
+void LinkEnds::clear() {
+    for (auto& values : place) values.clear();
+    normal.clear(), surfel.clear(), of.clear(), length_m.clear();
+}
+
+void LinkEnds::add(const transport::Fan& fan, const trace::HitPacket& hits, int i, std::uint16_t id,
+                   std::uint32_t receiver) {
+    const glm::vec3 p = fan.rays.at(i, hits.distance[i]), met = glm::normalize(hits.normal(i)),
+                    n = glm::dot(met, fan.rays.along(i)) < 0.0f ? met : -met;
+    for (int k = 0; k < 3; ++k) {
+        place[k].push_back(p[k]);
+        place[k + 3].push_back(n[k]);
+    }
+    normal.push_back(n), surfel.push_back(id), of.push_back(receiver), length_m.push_back(hits.distance[i]);
+}
+
+void LinkEnds::each(const transport::Transport::Surface& surface, const EndLight& light,
+                    const std::function<void(std::uint32_t, const glm::vec3&)>& adds) {
+    if (normal.empty()) return;
+    const transport::Surfels& surfels = surface.surfels;
+    direct.resize((normal.size() + kLanes - 1) / kLanes * kLanes);
+    for (auto& values : place) values.resize(direct.size(), 0.0f);
+    direct_at_points(points_at(place, 0), normal, *surface.geometry, light.light, direct.data());
+    for (std::size_t k = 0; k < normal.size(); ++k) {
+        glm::vec3 sum(light.narrow * (1.0f - vpl_share(length_m[k], surfels.radius_m)) * direct[k]);
+        if (length_m[k] < kExactRadii * surfels.radius_m)
+            sum += light.share * (direct[k] - glm::vec3(light.at_surfels[surfel[k]]));
+        if (sum != glm::vec3(0.0f)) adds(of[k], surfels.albedo[surfel[k]] * sum);
+    }
+}
+
+void direct_at_surfels(const transport::Surfels& surfels, const trace::Geometry& geometry, const DirectLight& light,
+                       std::vector<float>& out, Pool& pool) {
+    constexpr std::size_t kChunk = 512;
+    static_assert(kChunk % kLanes == 0 && kLanes == transport::kPadding);
+    out.resize(surfels.place[0].size());
+    pool.run_chunks(surfels.count, kChunk, [&](std::size_t first, std::size_t count) {
+        direct_at_points(points_at(surfels.place, first), std::span(surfels.geometric).subspan(first, count), geometry,
+                         light, out.data() + first);
+    });
+}
+
+}  // namespace gonio::shade

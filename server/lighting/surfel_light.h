@@ -1,0 +1,58 @@
+// Direct light at the surfels of a scene: where its transport starts (server/transport).
+#pragma once
+
+#include <functional>
+#include <span>
+#include <vector>
+
+#include "server/base/pool.h"
+#include "server/lighting/direct.h"
+#include "server/lighting/vpl_rays.h"
+#include "server/transport/transport.h"
+
+namespace gonio::shade {
+
+// out: direct illuminance of each surfel per candela of peak × unit_m2, from its centre, with a ray from the luminaire
+// where light could reach it. Render thread.
+void direct_at_surfels(const transport::Surfels& surfels, const trace::Geometry& geometry, const DirectLight& light,
+                       std::vector<float>& out, Pool& pool);
+
+// The same at some points, whose arrays end on whole vectors of kLanes and their results too. geometric: normals of the
+// surfaces that they lie on, unit. Any thread.
+void direct_at_points(const Points& points, std::span<const glm::vec3> geometric, const trace::Geometry& geometry,
+                      const DirectLight& light, float* out);
+
+// Links see the light of surfels; those that end nearby take a luminaire's direct light where they end.
+struct EndLight {
+    DirectLight light;
+    std::span<const glm::vec4> at_surfels;  // its direct light
+    float share = 1.0f;                     // of it, what the surfels' radiosity holds
+    float narrow = 0.0f;                    // of it, what comes by VPLs from afar (vpl_share)
+};
+struct LinkEnds {
+    std::vector<float> place[6];  // as of Points
+    std::vector<glm::vec3> normal;
+    std::vector<std::uint16_t> surfel;
+    std::vector<std::uint32_t> of;  // which of the caller's receivers the link is of
+    std::vector<float> length_m, direct;
+
+    void clear();
+    // Ray i's, which meets a surfel; for the receiver'th of the caller's.
+    void add(const transport::Fan& fan, const trace::HitPacket& hits, int i, std::uint16_t id, std::uint32_t receiver);
+    // adds(of, what the link's end sends besides its surfel) for each end with such light. Any thread.
+    void each(const transport::Transport::Surface& surface, const EndLight& light,
+              const std::function<void(std::uint32_t, const glm::vec3&)>& adds);
+};
+// How far a link is followed to what is nearby, in radii of a surfel.
+inline constexpr float kExactRadii = 2.0f;
+
+// Centres of surfels miss what falls between them: a spot that is smaller than they lie apart, and the light of a
+// luminaire that is nearer to a surface. There the luminaire's rays count, each with its flux over the areas of the
+// surfels around its end: no flux is lost.
+// Result: whether there is such light.
+bool takes_flux(const transport::Surfels& surfels, const glm::vec3& light, const std::vector<float>& direct);
+// out: as of direct_at_surfels. rays: of the luminaire's profile. Render thread.
+void take_flux(const VplRays& rays, const transport::Transport::Surface& surface, const glm::vec3& light,
+               const glm::mat3& world_from_light, float unit_m2, std::vector<float>& out, Pool& pool);
+
+}  // namespace gonio::shade

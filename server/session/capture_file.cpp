@@ -1,0 +1,56 @@
+#include "server/session/capture_file.h"
+
+#include "server/assets/assets.h"
+
+namespace gonio {
+namespace {
+
+struct ValueFormat {
+    const char* unit;
+    int channels;
+};
+
+ValueFormat value_format(View view) {
+    switch (view) {
+        case View::illuminance:
+            return {"lx", 1};
+        case View::luminance:
+            return {"cd/m2", 1};
+        case View::mask:
+            return {"cd", 1};
+        case View::rsm_depth:
+            return {"m", 1};
+        case View::rsm_normal:
+            return {"1", 3};
+        case View::rsm_flux:
+            return {"lm/cd", 3};
+        default:
+            return {"cd/m2", 3};
+    }
+}
+
+// Keeps the first `channels` of each four.
+template <typename T>
+std::vector<T> first_channels(const std::vector<T>& rgba, int channels) {
+    std::vector<T> result;
+    result.reserve(rgba.size() / 4 * static_cast<std::size_t>(channels));
+    for (std::size_t i = 0; i < rgba.size(); i += 4) {
+        for (int k = 0; k < channels; ++k) result.push_back(rgba[i + static_cast<std::size_t>(k)]);
+    }
+    return result;
+}
+
+}  // namespace
+
+Result<std::vector<std::byte>> encode_capture(const CapturedPicture& picture, View view, const std::string& format) {
+    if (format == "exr") {
+        const ValueFormat values = value_format(view);
+        return encode_exr(
+            {picture.width_px, picture.height_px, values.channels, first_channels(picture.values, values.channels)},
+            values.unit);
+    }
+    const BytePicture bytes{picture.width_px, picture.height_px, first_channels(picture.rgba8, 3)};
+    return format == "jpg" ? encode_jpeg(bytes, 92) : encode_png(bytes);
+}
+
+}  // namespace gonio

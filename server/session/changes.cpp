@@ -1,0 +1,155 @@
+#include "server/session/changes.h"
+
+#include <algorithm>
+
+namespace gonio {
+namespace {
+
+void touch_set(const Light& light, const v1::SetLight& set, std::vector<TouchedProperty>& touched) {
+    const std::string path = "lights." + light.name + ".";
+    if (set.position_m_size() > 0) touched.push_back({path + "position", light.position_rev});
+    if (set.aim_size() > 0 || set.has_pan_rad() || set.has_tilt_rad() || set.has_roll_rad())
+        touched.push_back({path + "aim", light.aim_rev});
+    if (set.has_level_ratio()) touched.push_back({path + "level_ratio", light.level_rev});
+    if (set.color_rgb_size() > 0) touched.push_back({path + "color_rgb", light.level_rev});
+    if (set.has_profile()) touched.push_back({path + "profile", light.profile_rev});
+}
+
+void touch_all(const Light& light, std::vector<TouchedProperty>& touched) {
+    const std::string path = "lights." + light.name + ".";
+    for (const auto& [name, rev] : {std::pair("position", light.position_rev),
+                                    {"aim", light.aim_rev},
+                                    {"level_ratio", light.level_rev},
+                                    {"color_rgb", light.level_rev},
+                                    {"profile", light.profile_rev}})
+        touched.push_back({path + name, rev});
+}
+
+const Light* find_light(const Scene& scene, const std::string& name) {
+    const auto at =
+        std::find_if(scene.lights.begin(), scene.lights.end(), [&](const Light& light) { return light.name == name; });
+    return at == scene.lights.end() ? nullptr : &*at;
+}
+
+}  // namespace
+
+std::vector<TouchedProperty> touched_properties(const Scene& scene, const v1::Command& command) {
+    std::vector<TouchedProperty> touched;
+    switch (command.command_case()) {
+        case v1::Command::kSetLight: {
+            const v1::SetLight& set = command.set_light();
+            if (const Light* light = find_light(scene, set.name())) {
+                touch_set(*light, set, touched);
+            } else if (const auto group = scene.groups.find(set.name()); group != scene.groups.end()) {
+                touched.push_back({"groups." + group->first, scene.groups_rev});
+                for (const std::string& name : group->second)
+                    if (const Light* one = find_light(scene, name)) touch_set(*one, set, touched);
+            }
+            break;
+        }
+        case v1::Command::kAddLight:
+            touched.push_back({"lights." + command.add_light().light().name(), scene.lights_rev});
+            if (const Light* light = find_light(scene, command.add_light().light().name())) touch_all(*light, touched);
+            break;
+        case v1::Command::kRemoveLight:
+            touched.push_back({"lights." + command.remove_light().name(), scene.lights_rev});
+            if (const Light* light = find_light(scene, command.remove_light().name())) touch_all(*light, touched);
+            for (const auto& [name, lights] : scene.groups)
+                if (std::ranges::find(lights, command.remove_light().name()) != lights.end())
+                    touched.push_back({"groups." + name, scene.groups_rev});
+            touched.push_back({"view", scene.view_rev});  // shows another light where it showed this one
+            break;
+        case v1::Command::kRecallPreset: {
+            const auto preset = scene.presets.find(command.recall_preset().name());
+            if (preset == scene.presets.end()) break;
+            touched.push_back({"presets." + preset->first, scene.presets_rev});
+            for (const PresetLight& kept : *preset->second)
+                if (const Light* light = find_light(scene, kept.name)) touch_all(*light, touched);
+            break;
+        }
+        case v1::Command::kSavePreset:
+            touched.push_back({"presets." + command.save_preset().name(), scene.presets_rev});
+            break;
+        case v1::Command::kRemovePreset:
+            touched.push_back({"presets." + command.remove_preset().name(), scene.presets_rev});
+            break;
+        case v1::Command::kLoadScene:
+            touched.push_back({"scene", scene.geometry_rev});
+            break;
+        case v1::Command::kSetTechnique:
+            touched.push_back({"technique", scene.technique_rev});
+            break;
+        case v1::Command::kSetView:
+            touched.push_back({"view", scene.view_rev});
+            break;
+        case v1::Command::kSetExposure:
+            touched.push_back({"exposure_ev100", scene.exposure_rev});
+            break;
+        case v1::Command::kSetMaster:
+            touched.push_back({"master_ratio", scene.master_rev});
+            break;
+        case v1::Command::kSetCamera:
+            touched.push_back({"camera", scene.camera_rev});
+            break;
+        case v1::Command::kSetGroup:
+            touched.push_back({"groups." + command.set_group().name(), scene.groups_rev});
+            break;
+        case v1::Command::kSetSize:
+            touched.push_back({"size_px", scene.size_rev});
+            break;
+        case v1::Command::kSetPatch:
+            touched.push_back({"patch", scene.patch_rev});
+            break;
+        case v1::Command::kSetSurfaces:
+        case v1::Command::kMapControl:
+            touched.push_back({"surfaces", scene.surfaces_rev});
+            break;
+        case v1::Command::COMMAND_NOT_SET:
+            break;
+    }
+    return touched;
+}
+
+std::optional<Error> Changes::conflict(const Scene& scene, const v1::Command& command, Revision base_rev,
+                                       std::uint32_t by) const {
+    if (base_rev > scene.scene_rev) {
+        return Error{"invalid_argument", "command.base_rev", std::to_string(base_rev),
+                     "the scene is at revision " + std::to_string(scene.scene_rev)};
+    }
+    const auto refused = [&](const std::string& path, const Change& change) -> std::optional<Error> {
+        if (change.rev <= base_rev || change.by == by) return std::nullopt;
+        return Error{"conflict", path, std::to_string(change.rev),
+                     change.by == 0 ? "it was changed after revision " + std::to_string(base_rev)
+                                    : "client " + std::to_string(change.by) + " changed it after revision " +
+                                          std::to_string(base_rev)};
+    };
+    if (command.has_load_scene()) {  // replaces everything
+        for (const auto& [path, change] : changes_)
+            if (auto error = refused(path, change)) return error;
+        return refused("scene", floor_);
+    }
+    for (const TouchedProperty& touched : touched_properties(scene, command)) {
+        const auto found = changes_.find(touched.path);
+        if (auto error = refused(touched.path, found == changes_.end() ? floor_ : found->second)) return error;
+    }
+    return std::nullopt;
+}
+
+void Changes::note(const Scene& after, Revision before, const v1::Command& command, std::uint32_t by) {
+    if (after.scene_rev == before) return;
+    if (command.has_load_scene()) {
+        changes_.clear();
+        floor_ = {after.scene_rev, by};
+        return;
+    }
+    for (TouchedProperty& touched : touched_properties(after, command)) {
+        if (touched.part_rev <= before) continue;
+        if (changes_.size() >= kMaxChanges) {
+            changes_.clear();
+            floor_ = {after.scene_rev, 0};
+        }
+        changes_[std::move(touched.path)] = {after.scene_rev, by};
+    }
+}
+
+}  // namespace gonio

@@ -1,0 +1,20 @@
+// The files that come with a command -> what apply() takes. May run on any thread; reads scene files from disk, and
+// makes what takes long of them.
+#pragma once
+
+#include "ies/core/result.h"
+#include "protocol/schema/gonio.pb.h"
+#include "server/scene/apply.h"
+#include "server/session/scene_access.h"
+
+namespace gonio {
+
+inline constexpr std::size_t kMaxProfileBytes = 1u << 20;  // a larger uploaded profile is refused: "too_large"
+
+// Result: whether the command has to be read before it can be applied: a scene, or a light's profile.
+bool needs_files(const v1::Command& command);
+// Errors: of scene_path, load_scene, make_profile and builtin_profile; "too_large". Throws std::exception where there
+// is not enough memory.
+Result<Loaded> read_files(const v1::Command& command, const SceneAccess& access = {});
+
+}  // namespace gonio

@@ -1,0 +1,43 @@
+// The worker that reads files off the render thread: scenes, photometry; and encodes captured pictures.
+#pragma once
+
+#include <sys/resource.h>
+
+#include <atomic>
+#include <functional>
+#include <thread>
+
+#include "server/base/queue.h"
+
+namespace gonio {
+
+// One thread, jobs in order. Jobs hold value copies and hand their results to a queue. At kMaxLoaderJobs waiting jobs,
+// submit returns false.
+inline constexpr std::size_t kMaxLoaderJobs = 64;
+
+class Loader {
+public:
+    Loader() : thread_([this] { work(); }) {}
+    ~Loader() {  // jobs that wait are not begun any more
+        ending_ = true;
+        jobs_.close();
+        thread_.join();
+    }
+    bool submit(std::function<void()> job) { return jobs_.push(std::move(job)); }
+
+private:
+    void work() {
+        // Of a machine that is busy a tenth of what frames and encoders get (weights of nice 10 and 0: 110 and 1024).
+        setpriority(PRIO_PROCESS, 0, 10);  // Linux: this thread and those that it starts
+        while (auto job = jobs_.pop())
+            if (!ending_.load()) {
+                (*job)();
+                job.reset();
+            }
+    }
+    std::atomic<bool> ending_{false};
+    Queue<std::function<void()>> jobs_{kMaxLoaderJobs};
+    std::thread thread_;
+};
+
+}  // namespace gonio

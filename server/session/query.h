@@ -1,0 +1,46 @@
+// What clients ask of meters and captures -> checked requests. Pure functions, any thread.
+#pragma once
+
+#include <cstdint>
+#include <string>
+#include <vector>
+
+#include "ies/core/result.h"
+#include "protocol/schema/gonio.pb.h"
+#include "server/scene/scene.h"
+#include "server/trace/reference.h"
+
+namespace gonio {
+
+// interactive: the picture's own maps and virtual point lights; rsm (meters only): the sum over all texels in double
+// precision; reference: path tracing.
+enum class Quality : std::uint8_t { interactive, rsm, reference };
+
+inline constexpr std::uint32_t kMaxGridPoints = 4096;  // of one meter query; more are refused: "too_large"
+inline constexpr int kMaxBounces = 64;                 // more are asked for as "all"
+inline constexpr double kMinNoise = 0.0005, kMaxNoise = 0.5;
+inline constexpr double kMeterNoise = 0.005, kCaptureNoise = 0.02;  // where a query names none
+
+struct MeterRequest {
+    Quality quality = Quality::interactive;
+    std::vector<trace::MeterPoint> points;  // one, or NU·NV of a grid, i fastest
+    bool grid = false;
+    trace::Settings settings;  // of reference
+};
+// Errors: "invalid_argument" (vectors, count, bounces, noise), "too_large" (count), "unsupported" (quality; bounces,
+// noise or openings that the quality does not have).
+Result<MeterRequest> check_meter(const v1::MeterQuery& query);
+
+// What a query asks for, its defaults taken from the scene.
+struct CaptureRequest {
+    Quality quality = Quality::interactive;
+    View view = View::beauty;
+    std::string format;  // "png", "jpg" or "exr"
+    int width_px = 0, height_px = 0;
+    trace::Settings settings;  // of reference
+};
+// Errors: "invalid_argument" (view, format, size of 1 to 4096 a side, bounces, noise), "unsupported" (quality; view,
+// bounces, noise or openings that the quality does not have).
+Result<CaptureRequest> check_capture(const Scene& scene, const v1::CaptureQuery& query);
+
+}  // namespace gonio

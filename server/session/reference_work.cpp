@@ -1,0 +1,182 @@
+#include "server/session/reference_work.h"
+
+#include <pthread.h>
+#include <sched.h>
+
+#include <algorithm>
+
+#include "protocol/schema/codec.h"
+#include "server/session/capture_file.h"
+#include "server/session/meter_reply.h"
+#include "server/session/traced_capture.h"
+
+namespace gonio {
+namespace {
+
+constexpr std::int64_t kTellNs = 1'000'000'000;
+constexpr std::size_t kPointsPerCall = 16;  // of a grid, between two looks at the clock
+
+struct Reached {
+    std::uint32_t samples = 0;
+    double noise = 0.0;  // 0: not known yet
+};
+
+}  // namespace
+
+// One job while the worker has it.
+struct ReferenceWork::Run {
+    ReferenceJob job;
+    std::stop_source stop;
+    std::int64_t started_ns = 0;
+    Latest<Reached> news;  // from the worker
+    Reached reached;       // the render thread's
+    std::atomic<bool> ended = false;
+};
+
+namespace {
+
+v1::ServerMessage measured_message(const trace::World& world, const MeterRequest& request, std::stop_token stop,
+                                   const std::function<void(Reached)>& each) {
+    std::vector<v1::MeterReading> readings;
+    for (std::size_t first = 0; first < request.points.size() && !stop.stop_requested(); first += kPointsPerCall) {
+        const std::size_t count = std::min(kPointsPerCall, request.points.size() - first);
+        trace::Settings settings = request.settings;
+        settings.seed += static_cast<std::uint32_t>(first);  // the errors of a grid's points are independent
+        const auto measured = trace::measure(world, std::span(request.points).subspan(first, count), settings, stop);
+        for (std::size_t i = 0; i < measured.size(); ++i)
+            readings.push_back(meter_reading(request.points[first + i].position, measured[i], settings.bounces));
+        each({static_cast<std::uint32_t>(readings.size()), 0.0});
+    }
+    return meter_message(std::move(readings), request.grid);
+}
+
+v1::ServerMessage capture_message(const TracedCapture& capture, const CaptureRequest& request, Revision scene_rev) {
+    v1::ServerMessage message;
+    const CapturedPicture& picture = capture.picture;
+    const Result<std::vector<std::byte>> image = encode_capture(picture, request.view, request.format);
+    if (!image) {
+        *message.mutable_result() = refusal(image.error());
+        return message;
+    }
+    v1::CaptureResult& result = *message.mutable_capture();
+    result.set_format(request.format);
+    result.set_image(std::string(reinterpret_cast<const char*>(image->data()), image->size()));
+    result.set_width_px(static_cast<std::uint32_t>(picture.width_px));
+    result.set_height_px(static_cast<std::uint32_t>(picture.height_px));
+    result.set_scene_rev(scene_rev);
+    result.set_samples(capture.progress.passes);
+    result.set_noise_ratio(capture.progress.noise);
+    return message;
+}
+
+}  // namespace
+
+ReferenceWork::ReferenceWork(Outputs outputs) : out_(std::move(outputs)), worker_([this] { work(); }) {}
+
+ReferenceWork::~ReferenceWork() {
+    if (running_) running_->stop.request_stop();
+    inbox_.close();
+    worker_.join();
+}
+
+bool ReferenceWork::submit(ReferenceJob job) {
+    if (waiting_.size() >= kMaxReferenceJobs) return false;
+    if (!running_ && waiting_.empty()) told_ns_ = monotonic_ns();  // what is done within a second needs no progress
+    waiting_.push_back(std::move(job));
+    tick();
+    return true;
+}
+
+void ReferenceWork::forget_session(std::uint32_t session) {
+    cancelled_ += static_cast<std::uint32_t>(
+        std::erase_if(waiting_, [&](const ReferenceJob& job) { return job.session == session; }));
+    if (running_ && running_->job.session == session && !running_->ended.load() && !running_->stop.stop_requested()) {
+        running_->stop.request_stop();
+        ++cancelled_;
+    }
+}
+
+void ReferenceWork::tick() {
+    if (running_ && running_->ended.load()) running_.reset();
+    if (!running_ && !waiting_.empty()) {
+        running_ = std::make_shared<Run>();
+        running_->job = std::move(waiting_.front());
+        waiting_.pop_front();
+        running_->started_ns = monotonic_ns();
+        inbox_.push(running_);
+    }
+    const std::int64_t now = monotonic_ns();
+    if (!running_ || now - told_ns_ < kTellNs) return;
+    told_ns_ = now;
+    tell_progress();
+}
+
+void ReferenceWork::tell_progress() {
+    if (const auto news = running_->news.try_take()) running_->reached = *news;
+    const auto tell = [&](const ReferenceJob& job, v1::Progress progress) {
+        if (job.request_id == 0) return;
+        progress.set_request(job.request_id);
+        v1::ServerMessage message;
+        *message.mutable_progress() = std::move(progress);
+        out_.reply(job.session, std::move(message));
+    };
+    v1::Progress progress;
+    progress.set_samples(running_->reached.samples);
+    progress.set_noise_ratio(running_->reached.noise);
+    progress.set_seconds(static_cast<double>(told_ns_ - running_->started_ns) * 1e-9);
+    if (!running_->stop.stop_requested()) tell(running_->job, progress);
+    for (std::size_t i = 0; i < waiting_.size(); ++i) {
+        v1::Progress wait;
+        wait.set_jobs_before(static_cast<std::uint32_t>(i + 1));
+        tell(waiting_[i], wait);
+    }
+}
+
+void ReferenceWork::add_counters(v1::Stats& stats) const {
+    stats.set_reference_waiting(static_cast<std::uint32_t>(waiting_.size()));
+    stats.set_reference_running(running_ && !running_->ended.load() ? 1 : 0);
+    stats.set_reference_done(done_.load());
+    stats.set_reference_cancelled(cancelled_);
+    stats.set_reference_passes(passes_.load());
+}
+
+void ReferenceWork::work() {
+    // What this thread starts inherits its scheduling: the threads that build the acceleration structure too.
+    const sched_param none{};
+    pthread_setschedparam(pthread_self(), SCHED_IDLE, &none);
+    // Of the last job: the next one takes over what still fits. It keeps a scene that was replaced until then.
+    std::shared_ptr<const trace::World> latest;
+    while (const auto next = inbox_.pop()) {
+        Run& run = **next;
+        const ReferenceJob& job = run.job;
+        const std::stop_token stop = run.stop.get_token();
+        std::uint32_t counted = 0;
+        const auto note = [&](Reached reached) {
+            passes_ += reached.samples - counted;
+            counted = reached.samples;
+            run.news.put(reached);
+        };
+        std::shared_ptr<const trace::World> world;
+        if (!stop.stop_requested()) latest = world = trace::make_world(job.scene, latest.get());
+        v1::ServerMessage message;
+        if (const auto* meter = std::get_if<MeterRequest>(&job.request)) {
+            if (world) message = measured_message(*world, *meter, stop, note);
+        } else if (world) {
+            const CaptureRequest& capture = std::get<CaptureRequest>(job.request);
+            const auto traced = trace_capture(world, job.scene, capture, stop, [&](const trace::Progress& progress) {
+                note({progress.passes, progress.noise < 1.0 ? progress.noise : 0.0});
+            });
+            if (traced) message = capture_message(*traced, capture, job.scene.scene_rev);
+        }
+        const bool answered = !stop.stop_requested();
+        if (answered) ++done_;
+        run.ended = true;  // before the answer: whoever has it and goes away has cancelled nothing
+        if (answered && job.request_id != 0) {
+            message.set_request_id(job.request_id);
+            out_.reply(job.session, std::move(message));
+        }
+        out_.ended();
+    }
+}
+
+}  // namespace gonio

@@ -1,0 +1,113 @@
+#include "server/session/render_loop.h"
+
+#include <algorithm>
+
+namespace gonio {
+
+Front::Callbacks Inbox::callbacks() {
+    return {
+        [this](SessionId session, v1::ClientMessage message) {
+            Work work;
+            work.session = session;
+            work.message = std::move(message);
+            return queue.push(std::move(work));
+        },
+        [this](Demand newest) {
+            demands.put(std::move(newest));
+            queue.wake(Queue<Work>::Wake::soon);
+        },
+        [this](SessionId session) {
+            Work gone;
+            gone.session = session;
+            gone.closed = true;
+            if (queue.push(std::move(gone))) return;
+            left.merge([&](std::set<SessionId>& sessions) { sessions.insert(session); });
+            queue.wake();
+        },
+        [this](SessionId session, v1::Identify identify) {
+            Work work;
+            work.session = session;
+            *work.message.mutable_identify() = std::move(identify);
+            return queue.push(std::move(work));
+        },
+    };
+}
+
+RenderLoop::Plan RenderLoop::plan(std::int64_t now_ns) {
+    Plan plan;
+    plan.viewer = feed_.wanted();
+    const bool moves = hands_.waiting(now_ns) || stage_.fading();
+    // Somebody must be able to take a picture: a viewer with credit, or a report that is waited for.
+    plan.due = ((stage_.frame_wanted() || moves) && plan.viewer) || stage_.report_wanted();
+    plan.wait_ns = plan.due ? std::max<std::int64_t>(0, last_begin_ns_ + frame_ns_ - now_ns) : 0;
+    stage_.set_watched(feed_.watched());
+    plan.refining = stage_.refinable() && stage_.rests() && plan.viewer && !plan.due && !stage_.fading() &&
+                    !consoles_.anything_waits();
+    return plan;
+}
+
+std::optional<Work> RenderLoop::wait(const Plan& plan, std::int64_t now_ns) {
+    if ((plan.due && plan.wait_ns == 0) || stage_.busy()) return inbox_.queue.try_pop();
+    if (stage_.waits()) return inbox_.queue.pop_for(std::chrono::milliseconds(2));
+    if (plan.refining) return inbox_.queue.pop_for(std::chrono::nanoseconds(0));
+    if (stage_.frames_in_flight()) return inbox_.queue.pop_for(std::chrono::milliseconds(1));
+    const std::int64_t frame_ns = plan.due ? plan.wait_ns
+                                  : stage_.fading()
+                                      ? std::clamp<std::int64_t>(last_moved_ns_ + frame_ns_ - now_ns, 0, frame_ns_)
+                                      : std::int64_t{250'000'000};
+    return inbox_.queue.pop_for(std::chrono::nanoseconds(
+        std::min({frame_ns, consoles_.sleep_ns(now_ns), plan.due ? plan.wait_ns : hands_.sleep_ns(now_ns),
+                  feed_.rest_in_ns(now_ns), std::max<std::int64_t>(stage_.rest_in_ns(), 1'000'000)})));
+}
+
+// Ends before the queue is empty where that takes long: a frame that is due comes first then.
+void RenderLoop::drain(std::optional<Work> first) {
+    constexpr std::int64_t kDrainNs = 10'000'000;
+    const std::int64_t began_ns = monotonic_ns();
+    const auto left = inbox_.left.try_take();  // before what they said is drained
+    for (std::optional<Work> work = std::move(first); work; work = inbox_.queue.try_pop()) {
+        stage_.take(std::move(*work));
+        if (monotonic_ns() - began_ns <= kDrainNs) continue;
+        if (left)
+            inbox_.left.merge([&](std::set<SessionId>& sessions) { sessions.insert(left->begin(), left->end()); });
+        return;
+    }
+    for (const SessionId session : left.value_or(std::set<SessionId>())) {
+        Work gone;
+        gone.session = session;
+        gone.closed = true;
+        stage_.take(std::move(gone));
+    }
+}
+
+void RenderLoop::turn() {
+    const std::int64_t now_ns = monotonic_ns();
+    const Plan plan = this->plan(now_ns);
+    std::optional<Work> work = wait(plan, now_ns);
+    const std::int64_t drained_ns = monotonic_ns();
+    drain(std::move(work));
+    consoles_.serve(stage_, drained_ns);
+    // Hands and fades move the scene right before a frame, so that it holds the newest; without one as often.
+    const bool starts = plan.due && plan.wait_ns == 0;
+    if (starts || (!plan.due && drained_ns - last_moved_ns_ >= frame_ns_)) {
+        last_moved_ns_ = drained_ns;
+        stage_.advance_fade(drained_ns);
+        hands_.serve(stage_, drained_ns);
+    }
+    if (auto demand = inbox_.demands.try_take()) {
+        inbox_.demand = std::move(*demand);
+        feed_.want(inbox_.demand.lanes, inbox_.demand.jpeg, inbox_.demand.jpeg_clients);
+    }
+    if (starts && (stage_.frame_wanted() || stage_.report_wanted())) {
+        last_begin_ns_ = drained_ns;
+        stage_.begin_frame(drained_ns);
+    }
+    const bool more = stage_.frame_wanted() && plan.viewer;
+    stage_.finish_frames(!more && stage_.frames_in_flight());
+    // A viewer that joined or fell behind is served from the newest picture, as a key frame.
+    feed_.serve(monotonic_ns(), more, stage_.complete());
+    stage_.continue_work();
+    if (plan.refining && stage_.refinable() && !stage_.busy()) stage_.refine();  // what was drained may have changed it
+}
+
+}  // namespace gonio

@@ -1,0 +1,97 @@
+#include "server/session/traced_capture.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "shaders/lib/as_cpp.h"
+
+namespace gonio {
+namespace {
+
+constexpr double kRefineSeconds = 0.25;  // between two reports of progress
+
+trace::Quantity quantity_of(View view) {
+    switch (view) {
+        case View::direct:
+            return trace::Quantity::radiance_direct;
+        case View::indirect:
+            return trace::Quantity::radiance_indirect;
+        case View::illuminance:
+            return trace::Quantity::irradiance;
+        default:
+            return trace::Quantity::radiance;
+    }
+}
+
+// Result: the value of the view in its unit: an rgb of cd/m², or lux or cd/m² three times.
+glm::vec3 view_value(const glm::vec3& traced, View view, double gain) {
+    if (view == View::illuminance || view == View::luminance) return glm::vec3(glsl::luminance(traced));
+    return view == View::indirect ? traced * static_cast<float>(gain) : traced;
+}
+
+glm::vec3 display_color(const glm::vec3& value, View view, double ev100) {
+    if (view == View::illuminance) return glsl::illuminance_color(value.x);
+    if (view == View::luminance) return glsl::luminance_color(value.x);
+    return glsl::expose(value, static_cast<float>(ev100));
+}
+
+std::uint8_t byte_of(float encoded) {
+    return static_cast<std::uint8_t>(std::lround(std::clamp(encoded, 0.0f, 1.0f) * 255.0f));
+}
+
+}  // namespace
+
+std::optional<TracedCapture> trace_capture(std::shared_ptr<const trace::World> world, const Scene& scene,
+                                           const CaptureRequest& request, std::stop_token stop,
+                                           const std::function<void(const trace::Progress&)>& each) {
+    trace::PictureRequest asked;
+    asked.camera = scene.camera;
+    asked.width_px = request.width_px;
+    asked.height_px = request.height_px;
+    asked.quantity = quantity_of(request.view);
+    asked.antialias = request.format != "exr";
+    trace::Picture traced(std::move(world), asked, request.settings);
+    TracedCapture capture;
+    do {
+        capture.progress = traced.refine(kRefineSeconds, stop);
+        each(capture.progress);
+    } while (!capture.progress.complete && !stop.stop_requested());
+    if (stop.stop_requested()) return std::nullopt;
+    capture.picture = develop(traced.values(), scene, request);
+    return capture;
+}
+
+CapturedPicture develop(const std::vector<float>& values, const Scene& scene, const CaptureRequest& request) {
+    CapturedPicture picture;
+    picture.width_px = request.width_px;
+    picture.height_px = request.height_px;
+    const bool raw = request.format == "exr";
+    if (raw)
+        picture.values.resize(values.size());
+    else
+        picture.rgba8.resize(values.size());
+    for (std::size_t i = 0; i < values.size(); i += 4) {
+        const float coverage = values[i + 3];  // of the pixel by surfaces
+        const glm::vec3 traced(values[i], values[i + 1], values[i + 2]);
+        if (raw) {
+            const glm::vec3 value = view_value(traced, request.view, scene.view_gain);
+            for (int k = 0; k < 3; ++k) picture.values[i + static_cast<std::size_t>(k)] = value[k];
+            picture.values[i + 3] = coverage;
+            continue;
+        }
+        const int x = static_cast<int>(i / 4) % picture.width_px,
+                  y = picture.height_px - 1 - static_cast<int>(i / 4) / picture.width_px;
+        glm::vec3 encoded(glsl::background_shade());
+        if (coverage > 0.0f) {
+            const glm::vec3 value = view_value(traced / coverage, request.view, scene.view_gain);
+            const glm::vec3 shown =
+                glsl::encode_display(display_color(value, request.view, scene.exposure_ev100), x, y);
+            encoded = glm::mix(encoded, shown, coverage);
+        }
+        for (int k = 0; k < 3; ++k) picture.rgba8[i + static_cast<std::size_t>(k)] = byte_of(encoded[k]);
+        picture.rgba8[i + 3] = 255;
+    }
+    return picture;
+}
+
+}  // namespace gonio

@@ -1,0 +1,31 @@
+// A capture in reference quality: the path tracer's values -> the picture that a client asked for. Any thread, no GL.
+#pragma once
+
+#include <functional>
+#include <optional>
+#include <stop_token>
+#include <vector>
+
+#include "server/render/renderer.h"
+#include "server/session/query.h"
+#include "server/trace/reference.h"
+
+namespace gonio {
+
+struct TracedCapture {
+    CapturedPicture picture;  // no report: no pass ran
+    trace::Progress progress;
+};
+
+// Renders until the noise of request.settings is reached; `each` is told a few times a second. Pictures to look at
+// (png, jpg) are antialiased, values (exr) are those at pixel centres, as interactive captures have them. Result:
+// nothing if stopped.
+std::optional<TracedCapture> trace_capture(std::shared_ptr<const trace::World> world, const Scene& scene,
+                                           const CaptureRequest& request, std::stop_token stop,
+                                           const std::function<void(const trace::Progress&)>& each);
+
+// values: as trace::Picture holds them for the request's view. Result: the picture, exposed and encoded as
+// shaders/passes/composite.frag does it, or its values in the view's unit.
+CapturedPicture develop(const std::vector<float>& values, const Scene& scene, const CaptureRequest& request);
+
+}  // namespace gonio

@@ -1,0 +1,378 @@
+#include "server/show/saved_show.h"
+
+#include <google/protobuf/util/json_util.h>
+
+#include <algorithm>
+#include <chrono>
+#include <filesystem>
+#include <set>
+
+#include "ies/writers.h"
+#include "protocol/schema/upload_name.h"
+#include "server/assets/assets.h"
+#include "server/scene/apply.h"
+#include "server/scene/light_tables.h"
+#include "server/scene/preset.h"
+
+namespace gonio {
+namespace {
+
+template <typename Field>
+void put(Field* field, const glm::dvec3& v) {
+    for (int i = 0; i < 3; ++i) field->Add(v[i]);
+}
+
+// FNV-1a, 64 bits: names a profile within one file.
+std::string hash_of(std::string_view text) {
+    std::uint64_t hash = 14695981039346656037u;
+    for (const char c : text) hash = (hash ^ static_cast<unsigned char>(c)) * 1099511628211u;
+    char digits[17];
+    std::snprintf(digits, sizeof digits, "%016llx", static_cast<unsigned long long>(hash));
+    return digits;
+}
+
+// A path that means the same file from another folder. Names of built-in scenes and uploads stay as they are, also
+// where the working folder has files that are called so.
+std::string lasting_name(const std::string& scene) {
+    if (scene == "cornell" || scene == "atrium" || scene.starts_with(kUploadPrefix)) return scene;
+    std::error_code error;
+    if (!std::filesystem::is_regular_file(scene, error)) return scene;
+    const auto path = std::filesystem::weakly_canonical(scene, error);
+    return error ? scene : path.string();
+}
+
+const LightSeed* seed_named(const SceneAsset& asset, const std::string& name) {
+    const auto at = std::find_if(asset.lights.begin(), asset.lights.end(),
+                                 [&](const LightSeed& seed) { return seed.name == name; });
+    return at == asset.lights.end() ? nullptr : &*at;
+}
+
+// Result: the lights of the scene file that are not in the scene any more. Those that are stand in the file's order.
+std::vector<std::string> removed_lights(const Scene& scene) {
+    std::vector<std::string> removed;
+    auto light = scene.lights.begin();
+    for (const LightSeed& seed : scene.asset->lights) {
+        if (light != scene.lights.end() && light->name == seed.name && light->multiplier == seed.multiplier)
+            ++light;
+        else
+            removed.push_back(seed.name);
+    }
+    return removed;
+}
+
+class Writer {
+public:
+    Writer(const Scene& scene, ProfileTexts& texts, saved::Show& show) : scene_(scene), texts_(texts), show_(show) {}
+
+    // light: Light or PresetLight.
+    template <typename AnyLight>
+    void put_light(const AnyLight& light, saved::Light& out) {
+        out.set_name(light.name);
+        put(out.mutable_position_m(), light.position);
+        out.set_pan_rad(light.pan_rad);
+        out.set_tilt_rad(light.tilt_rad);
+        out.set_roll_rad(light.roll_rad);
+        out.set_level_ratio(light.level_ratio);
+        put(out.mutable_color_rgb(), light.color);
+        const LightSeed* own = seed_named(*scene_.asset, light.name);
+        if (own != nullptr && own->profile == light.profile) {
+            out.set_scene_profile(light.name);
+            return;
+        }
+        const ProfileTexts::Text& text = texts_.of(light.profile);
+        out.set_profile(text.key);
+        if (!written_.insert(text.key).second) return;
+        saved::Profile& profile = *show_.add_profiles();
+        profile.set_key(text.key);
+        profile.set_name(light.profile->name);
+        profile.set_photometry(text.lm63);
+    }
+
+private:
+    const Scene& scene_;
+    ProfileTexts& texts_;
+    saved::Show& show_;
+    std::set<std::string> written_;
+};
+
+// Carries out commands on a scene and keeps their refusals as warnings.
+class Restorer {
+public:
+    Restorer(const saved::Show& show, Scene scene, std::chrono::milliseconds profile_time)
+        : show_(show), scene_(std::move(scene)) {
+        // Those of lights first, with all that lighting needs of them.
+        std::set<std::string> shown;
+        for (const saved::Light& light : show.lights()) shown.insert(light.profile());
+        const auto until = std::chrono::steady_clock::now() + profile_time;
+        for (const bool lights : {true, false}) {
+            for (const saved::Profile& profile : show.profiles()) {
+                if (shown.contains(profile.key()) != lights) continue;
+                if (std::chrono::steady_clock::now() >= until) {
+                    warn("the profile '" + profile.name() + "' is left out: those before it took " +
+                         std::to_string(profile_time.count()) + " ms to read");
+                    continue;
+                }
+                auto read = make_profile(profile.name(), profile.photometry());
+                if (read)
+                    profiles_[profile.key()] = *read;
+                else
+                    warn("the profile '" + profile.name() + "' cannot be read: " + read.error().text());
+                if (read && lights) tables_of(**read);
+            }
+        }
+    }
+    void warn(std::string text) { warnings_.push_back(std::move(text)); }
+    bool run(Scene& scene, const v1::Command& command, const Loaded& loaded, const std::string& what) {
+        const auto applied = apply(scene, command, loaded);
+        if (!applied) warn(what + " is not restored: " + applied.error().text());
+        return static_cast<bool>(applied);
+    }
+    void run(const v1::Command& command, const std::string& what) { run(scene_, command, {}, what); }
+
+    std::shared_ptr<const Profile> profile_of(const saved::Light& light) const {
+        if (light.has_scene_profile()) {
+            const LightSeed* own = seed_named(*scene_.asset, light.scene_profile());
+            return own == nullptr ? nullptr : own->profile;
+        }
+        const auto found = profiles_.find(light.profile());
+        return found == profiles_.end() ? nullptr : found->second;
+    }
+    static void fill(v1::SetLight& set, const saved::Light& light) {
+        set.set_name(light.name());
+        *set.mutable_position_m() = light.position_m();
+        set.set_pan_rad(light.pan_rad());
+        set.set_tilt_rad(light.tilt_rad());
+        set.set_roll_rad(light.roll_rad());
+        set.set_level_ratio(light.level_ratio());
+        *set.mutable_color_rgb() = light.color_rgb();
+    }
+
+    // After the lights: how large a picture may be depends on how many there are.
+    void restore_size() {
+        v1::Command size;
+        size.mutable_set_size()->set_width_px(show_.size_px_size() == 2 ? show_.size_px(0) : 0);
+        size.mutable_set_size()->set_height_px(show_.size_px_size() == 2 ? show_.size_px(1) : 0);
+        run(size, "the size");
+    }
+    void restore_technique() {
+        v1::Command technique;
+        technique.mutable_set_technique()->set_technique(show_.technique());
+        technique.mutable_set_technique()->set_samples(show_.samples());
+        run(technique, "the technique");
+    }
+    void restore_presets() {
+        Scene empty = scene_;  // of one light at a time, so that its values are checked like any others
+        empty.lights.clear();
+        empty.groups.clear();
+        empty.presets.clear();
+        for (const saved::Preset& preset : show_.presets()) {
+            Preset lights;
+            for (const saved::Light& light : preset.lights()) {
+                Scene stage = empty;
+                add(stage, light, "light '" + light.name() + "' of preset '" + preset.name() + "'");
+                for (PresetLight& kept : preset_of(stage)) lights.push_back(std::move(kept));
+            }
+            v1::Command save;
+            save.mutable_save_preset()->set_name(preset.name());
+            Loaded loaded;
+            loaded.preset = std::make_shared<const Preset>(std::move(lights));
+            run(scene_, save, loaded, "preset '" + preset.name() + "'");
+        }
+    }
+    void add(Scene& scene, const saved::Light& light, const std::string& what) {
+        Loaded loaded;
+        loaded.profile = profile_of(light);
+        if (!loaded.profile) {
+            warn(what + " is not restored: " +
+                 (light.has_scene_profile() ? "the scene file does not have it any more" : "its profile is missing"));
+            return;
+        }
+        v1::Command command;
+        fill(*command.mutable_add_light()->mutable_light(), light);
+        run(scene, command, loaded, what);
+    }
+    bool has(const std::string& name) const {
+        return std::any_of(scene_.lights.begin(), scene_.lights.end(),
+                           [&](const Light& light) { return light.name == name; });
+    }
+    void restore_lights() {
+        if (!show_.recalled().empty()) {
+            v1::Command recall;  // the lights get their own values next
+            recall.mutable_recall_preset()->set_name(show_.recalled());
+            run(recall, "that preset '" + show_.recalled() + "' was recalled");
+        }
+        for (const std::string& name : show_.removed_lights()) {
+            if (!has(name)) continue;  // the file does not have it any more: all the better
+            v1::Command remove;
+            remove.mutable_remove_light()->set_name(name);
+            run(remove, "that light '" + name + "' was removed");
+        }
+        for (const saved::Light& light : show_.lights()) {
+            const std::string what = "light '" + light.name() + "'";
+            if (!has(light.name())) {
+                add(scene_, light, what);
+                continue;
+            }
+            Loaded loaded;
+            loaded.profile = profile_of(light);
+            if (!loaded.profile) warn("the profile of " + what + " is missing: it has the scene file's");
+            v1::Command command;
+            fill(*command.mutable_set_light(), light);
+            run(scene_, command, loaded, what);
+        }
+        for (const v1::Group& group : show_.groups()) {
+            v1::Command command;
+            command.mutable_set_group()->set_name(group.name());
+            *command.mutable_set_group()->mutable_lights() = group.lights();
+            run(command, "group '" + group.name() + "'");
+        }
+    }
+    void restore_camera() {
+        v1::Command command;
+        v1::SetCamera& set = *command.mutable_set_camera();
+        *set.mutable_eye_m() = show_.camera().eye_m();
+        *set.mutable_target_m() = show_.camera().target_m();
+        set.set_fov_rad(show_.camera().fov_rad());
+        run(command, "the camera");
+        v1::Command exposure;
+        exposure.mutable_set_exposure()->set_ev100(show_.exposure_ev100());
+        run(exposure, "the exposure");
+        v1::Command light;
+        light.mutable_set_view()->set_light(show_.view_light());
+        run(light, "the view's light");
+    }
+    void restore_settings() {
+        v1::Command view;
+        view.mutable_set_view()->set_view(show_.view());
+        view.mutable_set_view()->set_gain(show_.view_gain());
+        run(view, "the view");
+        v1::Command master;
+        master.mutable_set_master()->set_ratio(show_.master_ratio());
+        run(master, "the master");
+        if (show_.has_patch()) {
+            v1::Command patch;
+            *patch.mutable_set_patch() = show_.patch();
+            run(patch, "the patch");
+        }
+        if (show_.has_surfaces()) {
+            v1::Command surfaces;
+            *surfaces.mutable_set_surfaces() = show_.surfaces();
+            run(surfaces, "the map of the fader boxes");
+        }
+    }
+    RestoredShow result() { return {std::move(scene_), std::move(warnings_)}; }
+
+private:
+    const saved::Show& show_;
+    Scene scene_;
+    std::map<std::string, std::shared_ptr<const Profile>> profiles_;
+    std::vector<std::string> warnings_;
+};
+
+}  // namespace
+
+const ProfileTexts::Text& ProfileTexts::of(const std::shared_ptr<const Profile>& profile) {
+    auto [entry, fresh] = texts_.try_emplace(profile);
+    entry->second.used = true;
+    if (fresh) {
+        std::string lm63 = ies::write_lm63(profile->photometry);
+        entry->second.text = {hash_of(profile->name + '\0' + lm63), std::move(lm63)};
+    }
+    return entry->second.text;
+}
+
+void ProfileTexts::forget_unused() {
+    for (auto entry = texts_.begin(); entry != texts_.end();)
+        entry = std::exchange(entry->second.used, false) ? std::next(entry) : texts_.erase(entry);
+}
+
+saved::Show show_of(const Scene& scene, ProfileTexts& texts) {
+    saved::Show show;
+    Writer writer(scene, texts, show);
+    show.set_version(kSavedVersion);
+    show.set_scene_rev(scene.scene_rev);
+    show.set_scene(lasting_name(scene.asset->name));
+    show.set_technique(technique_name(scene.technique));
+    show.set_samples(scene.samples);
+    show.add_size_px(static_cast<std::uint32_t>(scene.width_px));
+    show.add_size_px(static_cast<std::uint32_t>(scene.height_px));
+    show.set_view(view_name(scene.view));
+    show.set_view_gain(scene.view_gain);
+    show.set_view_light(scene.view_light);
+    show.set_exposure_ev100(scene.exposure_ev100);
+    show.set_master_ratio(scene.master_ratio);
+    put(show.mutable_camera()->mutable_eye_m(), scene.camera.eye);
+    put(show.mutable_camera()->mutable_target_m(), scene.camera.target);
+    show.mutable_camera()->set_fov_rad(scene.camera.fov_rad);
+    for (const Light& light : scene.lights) writer.put_light(light, *show.add_lights());
+    for (std::string& name : removed_lights(scene)) show.add_removed_lights(std::move(name));
+    for (const auto& [name, lights] : scene.groups) {
+        v1::Group& group = *show.add_groups();
+        group.set_name(name);
+        group.mutable_lights()->Add(lights.begin(), lights.end());
+    }
+    for (const auto& [name, lights] : scene.presets) {
+        saved::Preset& preset = *show.add_presets();
+        preset.set_name(name);
+        for (const PresetLight& light : *lights) writer.put_light(light, *preset.add_lights());
+    }
+    show.set_recalled(scene.recalled);
+    if (scene.patch) *show.mutable_patch() = *scene.patch;
+    if (scene.surfaces) *show.mutable_surfaces() = *scene.surfaces;
+    texts.forget_unused();
+    return show;
+}
+
+Result<saved::Show> read_show(std::string_view json) {
+    if (json.size() > kMaxSavedBytes)
+        return Error{"too_large", "", std::to_string(json.size()) + " bytes", "a saved show has at most 256 MiB"};
+    saved::Show show;
+    google::protobuf::util::JsonParseOptions options;
+    options.ignore_unknown_fields = true;
+    const auto status = google::protobuf::util::JsonStringToMessage({json.data(), json.size()}, &show, options);
+    if (!status.ok()) {
+        const std::string why(status.message());  // the lines after the first show the place
+        return Error{"bad_state", "", "", "It is not a saved show: " + why.substr(0, why.find('\n'))};
+    }
+    if (show.version() == 0) return Error{"bad_state", "version", "0", "It is not a saved show."};
+    if (show.version() > kSavedVersion) {
+        return Error{"unsupported", "version", std::to_string(show.version()),
+                     "It was saved by a later version of the program."};
+    }
+    return show;
+}
+
+std::string write_show(const saved::Show& show) {
+    google::protobuf::util::JsonPrintOptions options;
+    options.add_whitespace = true;
+    options.preserve_proto_field_names = true;
+    options.always_print_primitive_fields = true;
+    std::string json;
+    if (!google::protobuf::util::MessageToJsonString(show, &json, options).ok()) json.clear();
+    return json;
+}
+
+Revision revision_after(const saved::Show& show) {
+    const Revision step = show.complete() ? 1 : kUnsavedRevisions;
+    return show.scene_rev() >= kMaxSavedRevision ? 1 : show.scene_rev() + step;
+}
+
+bool is_scene_of(const saved::Show& show, const std::string& scene) {
+    return scene == show.scene() || lasting_name(scene) == show.scene();
+}
+
+RestoredShow restore_show(const saved::Show& show, std::shared_ptr<const SceneAsset> asset, bool same_scene,
+                          std::chrono::milliseconds profile_time) {
+    Restorer restorer(show, scene_of(std::move(asset), revision_after(show)), profile_time);
+    restorer.restore_technique();
+    restorer.restore_presets();
+    if (same_scene) {
+        restorer.restore_lights();
+        restorer.restore_camera();
+    }
+    restorer.restore_size();
+    restorer.restore_settings();
+    return restorer.result();
+}
+
+}  // namespace gonio

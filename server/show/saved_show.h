@@ -1,0 +1,67 @@
+// Scene <-> what is kept of it on disk (protocol/schema/saved.proto). Pure; any thread.
+#pragma once
+
+#include <chrono>
+#include <map>
+#include <memory>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "ies/core/result.h"
+#include "protocol/schema/saved.pb.h"
+#include "server/scene/scene.h"
+
+namespace gonio {
+
+inline constexpr std::uint32_t kSavedVersion = 1;
+// A service must be ready in 30 s, whatever its show holds.
+inline constexpr std::chrono::milliseconds kProfileTime{12'000};
+inline constexpr std::size_t kMaxSavedBytes = std::size_t{256} << 20;  // a larger file is not read: "too_large"
+// Revisions that clients may have seen though no file holds them, because the program was killed or the disk was full.
+inline constexpr Revision kUnsavedRevisions = 1'000'000;
+// From here on revisions begin at 1 again, so that none is ever close to the last that fits.
+inline constexpr Revision kMaxSavedRevision = Revision{1} << 31;
+
+// Profiles as text, kept from one show to the next: writing a web takes longer than all else.
+class ProfileTexts {
+public:
+    struct Text {
+        std::string key, lm63;
+    };
+    const Text& of(const std::shared_ptr<const Profile>& profile);
+    // Forgets those that nobody asked for since the last call.
+    void forget_unused();
+
+private:
+    struct Entry {
+        Text text;
+        bool used = true;
+    };
+    std::map<std::shared_ptr<const Profile>, Entry> texts_;
+};
+
+// Result: everything of the scene that makes the show.
+saved::Show show_of(const Scene& scene, ProfileTexts& texts);
+
+// Errors: "bad_state" (no JSON of this message), "unsupported" (of a later version), "too_large".
+Result<saved::Show> read_show(std::string_view json);
+std::string write_show(const saved::Show& show);
+
+// Result: the revision with which a server goes on that has read the show: greater than any that a client has seen,
+// and 1 after kMaxSavedRevision.
+Revision revision_after(const saved::Show& show);
+// Whether a scene's name means the saved scene.
+bool is_scene_of(const saved::Show& show, const std::string& scene);
+
+struct RestoredShow {
+    Scene scene;
+    std::vector<std::string> warnings;  // of each thing that could not be brought back, one sentence
+};
+// The asset with all that the show says of it, brought back by commands, so that all their checks hold. same_scene: the
+// asset is the show's own scene; else lights, groups and camera are left as the asset has them. profile_time: after it
+// no profile is read any more, and lights that want one are left out.
+RestoredShow restore_show(const saved::Show& show, std::shared_ptr<const SceneAsset> asset, bool same_scene,
+                          std::chrono::milliseconds profile_time = kProfileTime);
+
+}  // namespace gonio

@@ -1,0 +1,138 @@
+#include "server/surfaces/alsa_midi.h"
+
+#include <fcntl.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <cerrno>
+#include <cstdio>
+#include <filesystem>
+#include <list>
+
+namespace gonio {
+namespace {
+
+constexpr std::size_t kMaxUnsent = 16384;  // bytes that wait for the port
+
+class AlsaWire final : public Wire {
+public:
+    AlsaWire(int fd, WireEvents events, std::list<AlsaWire*>& wires)
+        : fd_(fd), events_(std::move(events)), wires_(wires) {
+        wires_.push_back(this);
+    }
+    ~AlsaWire() override {
+        wires_.remove(this);
+        ::close(fd_);
+    }
+    bool write(std::uint8_t, Bytes bytes) override {
+        if (gone_ || unsent_.size() + bytes.size() > kMaxUnsent) return false;
+        unsent_.insert(unsent_.end(), bytes.begin(), bytes.end());
+        flush();
+        return true;
+    }
+    pollfd watch() const { return {fd_, static_cast<short>(unsent_.empty() ? POLLIN : POLLIN | POLLOUT), 0}; }
+    void serve() {
+        std::uint8_t buffer[1024];
+        for (ssize_t count = 1; count > 0 && !gone_;) {
+            count = ::read(fd_, buffer, sizeof buffer);
+            if (count < 0) gone_ = errno != EAGAIN && errno != EINTR;
+            if (count <= 0) break;
+            std::vector<MidiMessage> messages;
+            const std::size_t bad = stream_.take({buffer, static_cast<std::size_t>(count)}, messages);
+            events_.midi(messages, bad, device_clock_ns());
+        }
+        flush();
+        pollfd state{fd_, 0, 0};
+        if (!gone_ && ::poll(&state, 1, 0) > 0) gone_ = (state.revents & (POLLERR | POLLHUP | POLLNVAL)) != 0;
+        if (!gone_ || told_) return;
+        told_ = true;
+        events_.gone("it was unplugged");
+    }
+
+private:
+    void flush() {
+        while (!unsent_.empty() && !gone_) {
+            const ssize_t count = ::write(fd_, unsent_.data(), unsent_.size());
+            if (count < 0) gone_ = errno != EAGAIN && errno != EINTR;
+            if (count <= 0) return;
+            unsent_.erase(unsent_.begin(), unsent_.begin() + count);
+        }
+    }
+    int fd_;
+    WireEvents events_;
+    std::list<AlsaWire*>& wires_;
+    MidiStream stream_;
+    std::vector<std::uint8_t> unsent_;
+    bool gone_ = false, told_ = false;
+};
+
+class AlsaBackend final : public Backend {
+public:
+    explicit AlsaBackend(std::vector<std::string> owned) : owned_(std::move(owned)) {}
+
+    std::vector<FoundBox> scan() override {
+        std::vector<FoundBox> boxes;
+        std::error_code error;
+        for (const auto& entry : std::filesystem::directory_iterator("/dev/snd", error)) {
+            const std::string name = entry.path().filename().string();
+            unsigned card = 0, device = 0;
+            if (std::sscanf(name.c_str(), "midiC%uD%u", &card, &device) != 2) continue;
+            const std::string folder = "/proc/asound/card" + std::to_string(card);
+            FoundBox box;
+            box.place = "alsa " + entry.path().string();
+            box.transport = "alsa-midi";
+            box.product = small_file(folder + "/midi" + std::to_string(device));
+            box.product = box.product.substr(0, box.product.find('\n'));
+            unsigned vendor = 0, product = 0;
+            const std::string id = small_file(folder + "/usbid");
+            if (std::sscanf(id.c_str(), "%4x:%4x", &vendor, &product) == 2) {
+                const std::string port = usb_port_of("/sys/class/sound/card" + std::to_string(card) + "/device");
+                box.vendor_id = static_cast<std::uint16_t>(vendor);
+                box.product_id = static_cast<std::uint16_t>(product);
+                box.identity = box_identity(box.vendor_id, box.product_id,
+                                            small_file("/sys/bus/usb/devices/" + port + "/serial"), port);
+                if (device > 0) box.identity += "/" + std::to_string(device);  // each port of a box for itself
+                box.owned = std::find(owned_.begin(), owned_.end(), id) != owned_.end();
+            } else {
+                box.identity = "alsa:" + small_file(folder + "/id") + "." + std::to_string(device);
+            }
+            boxes.push_back(std::move(box));
+        }
+        return boxes;
+    }
+
+    Result<std::unique_ptr<Wire>> open(const FoundBox& box, WireEvents events) override {
+        const std::string path = box.place.substr(5);
+        int fd = -1;
+        for (const int direction : {O_RDWR, O_RDONLY}) {  // some ports only speak
+            fd = ::open(path.c_str(), direction | O_NONBLOCK | O_CLOEXEC);
+            if (fd >= 0 || errno == EACCES || errno == EBUSY) break;
+        }
+        if (fd < 0 && (errno == EACCES || errno == EPERM))
+            return Error{"no_permission", path, "",
+                         "there is no permission to use it; its user must be in the group audio"};
+        if (fd < 0 && (errno == EBUSY || errno == EAGAIN))
+            return Error{"claimed", path, "", "another program owns it; close that program"};
+        if (fd < 0) return Error{"vanished", path, "", "it is not there any more"};
+        return std::unique_ptr<Wire>(std::make_unique<AlsaWire>(fd, std::move(events), wires_));
+    }
+
+    void watch(std::vector<pollfd>& fds) const override {
+        for (const AlsaWire* wire : wires_) fds.push_back(wire->watch());
+    }
+    void serve() override {
+        for (AlsaWire* wire : std::list<AlsaWire*>(wires_)) wire->serve();
+    }
+
+private:
+    std::vector<std::string> owned_;
+    std::list<AlsaWire*> wires_;
+};
+
+}  // namespace
+
+std::unique_ptr<Backend> make_alsa_midi_backend(std::vector<std::string> owned) {
+    return std::make_unique<AlsaBackend>(std::move(owned));
+}
+
+}  // namespace gonio

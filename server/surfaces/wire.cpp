@@ -1,0 +1,45 @@
+#include "server/surfaces/wire.h"
+
+#include <algorithm>
+#include <cstdio>
+#include <filesystem>
+#include <fstream>
+
+#include "protocol/text/text_bytes.h"
+
+namespace gonio {
+
+std::string box_identity(std::uint16_t vendor, std::uint16_t product, const std::string& serial,
+                         const std::string& port) {
+    char id[16];
+    std::snprintf(id, sizeof id, "%04x:%04x", vendor, product);
+    const bool tells = !serial.empty() && serial.size() <= 64 &&
+                       std::any_of(serial.begin(), serial.end(), [](char c) { return c != '0' && c != ' '; });
+    if (tells) return std::string(id) + ":" + shown_text(serial, 64);
+    return port.empty() ? id : std::string(id) + "@" + port;
+}
+
+std::string small_file(const std::string& path) {
+    std::ifstream file(path, std::ios::binary);
+    std::string text(4096, '\0');
+    file.read(text.data(), static_cast<std::streamsize>(text.size()));
+    text.resize(static_cast<std::size_t>(file.gcount()));
+    while (!text.empty() && (text.back() == '\n' || text.back() == '\0')) text.pop_back();
+    return text;
+}
+
+// In ".../usb1/1-2/1-2.3/1-2.3:1.0/…" the interface has a colon; what stands before it is the port.
+std::string usb_port_of(const std::string& sysfs_path) {
+    std::error_code error;
+    const std::filesystem::path real = std::filesystem::canonical(sysfs_path, error);
+    if (error) return {};
+    for (const auto& part : real) {
+        const std::string name = part.string();
+        const std::size_t colon = name.find(':'), dash = name.find('-');
+        if (colon != name.npos && dash != name.npos && dash < colon && name[0] >= '0' && name[0] <= '9')
+            return name.substr(0, colon);
+    }
+    return {};
+}
+
+}  // namespace gonio
