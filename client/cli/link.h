@@ -62,8 +62,8 @@ public:
         return beast::error::timeout;
     }
 
-    // Looks the server up, connects, and shakes hands. Errors: "unreachable"; "untrusted": its certificate is not from
-    // an authority that is known here, or of another name.
+    // MaterialTable the server up, connects, and shakes hands. Errors: "unreachable"; "untrusted": its certificate is
+    // not from an authority that is known here, or of another name.
     Result<bool> connect(const ServerAddress& address, Stream& stream) {
         beast::tcp_stream& lowest = beast::get_lowest_layer(stream);
         const auto unreachable = [&](const error_code& error) {

@@ -1,5 +1,5 @@
-// MIDI 1.0 as fader boxes speak it: USB-MIDI event packets (USB Device Class Definition for MIDI Devices 1.0, clause
-// 4), the byte stream of a raw port, and names for messages. Pure.
+// MIDI 1.0 as control surfaces speak it: USB-MIDI event packets (USB Device Class Definition for MIDI Devices 1.0,
+// clause 4), the byte stream of a raw port, and names for messages. Pure.
 #pragma once
 
 #include <array>
@@ -17,7 +17,7 @@ namespace gonio {
 
 // One channel message. System messages carry no control and are skipped.
 struct MidiMessage {
-    std::uint8_t cable = 0;  // 0..15: which of a box's ports
+    std::uint8_t cable = 0;  // 0..15: which of a surface's ports
     std::uint8_t status = 0;
     std::array<std::uint8_t, 2> data{};  // the second is 0 where the message has only one
     auto operator<=>(const MidiMessage&) const = default;
@@ -45,7 +45,7 @@ std::vector<std::uint8_t> usb_midi_packets(std::uint8_t cable, Bytes message);
 
 enum class MidiKind : std::uint8_t { cc, note, bend, pressure, poly, program };
 
-// Which control of a box a message belongs to.
+// Which control of a surface a message belongs to.
 struct MidiKey {
     std::uint8_t cable = 0;
     MidiKind kind = MidiKind::cc;

@@ -40,14 +40,14 @@ std::string printable(const char* text) {
     return printable_text(Bytes(reinterpret_cast<const std::uint8_t*>(text), std::strlen(text))).substr(0, 60);
 }
 
-// What QLC+ calls 0..255, as the 7 bits that a box is sent.
+// What QLC+ calls 0..255, as the 7 bits that a surface is sent.
 std::uint8_t feedback_value(pugi::xml_attribute attribute, unsigned otherwise) {
     return static_cast<std::uint8_t>(std::min(attribute.as_uint(otherwise), 255u) / 2);
 }
 
 }  // namespace
 
-Result<BoxProfile> read_qxi(std::string_view text) {
+Result<SurfaceProfile> read_qxi(std::string_view text) {
     if (text.size() > kMaxSurfaceFileBytes)
         return Error{"too_large", "", std::to_string(text.size()) + " bytes", "an input profile has at most 1024 KiB"};
     pugi::xml_document document;
@@ -59,7 +59,7 @@ Result<BoxProfile> read_qxi(std::string_view text) {
     const std::string type = root.child("Type").text().as_string("MIDI");
     if (type != "MIDI")
         return Error{"unsupported", "Type", shown_text(type), "only input profiles of MIDI boxes can be used"};
-    BoxProfile profile;
+    SurfaceProfile profile;
     profile.name = printable(
         (std::string(root.child("Manufacturer").text().as_string()) + " " + root.child("Model").text().as_string())
             .c_str());
@@ -79,7 +79,7 @@ Result<BoxProfile> read_qxi(std::string_view text) {
         if (!key) continue;
         if (any_channel) key->channel = 0;
         if (!inputs.insert(*key).second) continue;  // the first of two counts, as in QLC+
-        if (profile.controls.size() >= kMaxBoxControls)
+        if (profile.controls.size() >= kMaxSurfaceControls)
             return Error{"too_large", "Channel", shown_text(number_text), "a box has at most 1,024 controls"};
         const std::string kind = channel.child("Type").text().as_string();
         ControlSpec spec;

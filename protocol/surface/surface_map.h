@@ -1,4 +1,4 @@
-// What the controls of fader boxes drive: checks and arithmetic on the rows of gonio.proto. Pure.
+// What the controls of control surfaces drive: checks and arithmetic on the rows of gonio.proto. Pure.
 #pragma once
 
 #include <cstddef>
@@ -29,7 +29,7 @@ Result<v1::SetSurfaces> mapped(const v1::SetSurfaces& rows, const v1::MapControl
 
 // Result: n of "#n" (1..4096), else nothing.
 std::optional<std::uint32_t> light_number(std::string_view target);
-// Result: whether a row for `device` means the box: "*", its "vvvv:pppp", or all of its identity.
+// Result: whether a row for `device` means the surface: "*", its "vvvv:pppp", or all of its identity.
 bool means_box(std::string_view device, std::string_view identity);
 // Result: whether both rows are for one control on one page.
 bool same_control(const v1::SurfaceRow& a, const v1::SurfaceRow& b);

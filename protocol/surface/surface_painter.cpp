@@ -52,7 +52,7 @@ void SurfacePainter::heard(std::size_t control, const ControlSpec& spec, const C
         else
             state.shown = event.value;
     } else if (spec.kind == ControlKind::button) {
-        state.shown.reset();  // many boxes switch the lamp of a button by themselves
+        state.shown.reset();  // many surfaces switch the lamp of a button by themselves
     }
 }
 

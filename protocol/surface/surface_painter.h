@@ -1,4 +1,4 @@
-// What a box is shown, and when: only what differs from what it shows already, not too often, and never against the
+// What a surface is shown, and when: only what differs from what it shows already, not too often, and never against the
 // hand. Pure: time is a parameter.
 #pragma once
 
@@ -6,7 +6,7 @@
 #include <optional>
 #include <vector>
 
-#include "protocol/surface/box.h"
+#include "protocol/surface/surface_profile.h"
 
 namespace gonio {
 
@@ -19,10 +19,10 @@ public:
 
     // What a control shall show, 0..1.
     void want(std::size_t control, double value);
-    // The box has told of a control: it shows that value itself now. A motor that moved has to be told its own
+    // The surface has told of a control: it shows that value itself now. A motor that moved has to be told its own
     // position, or it springs back (Mackie Control).
     void heard(std::size_t control, const ControlSpec& spec, const ControlEvent& event, std::int64_t now_ns);
-    // Everything is sent again: the box is new, or has forgotten.
+    // Everything is sent again: the surface is new, or has forgotten.
     void repaint();
 
     struct Stroke {

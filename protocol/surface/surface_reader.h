@@ -1,5 +1,5 @@
-// From what hands do on boxes to values of the scene: soft takeover, curves, deadband, smoothing, pages. Pure: time and
-// the scene's present values are parameters.
+// From what hands do on surfaces to values of the scene: soft takeover, curves, deadband, smoothing, pages. Pure: time
+// and the scene's present values are parameters.
 #pragma once
 
 #include <cstdint>
@@ -12,7 +12,7 @@
 
 #include "protocol/schema/gonio.pb.h"
 #include "protocol/schema/property.h"
-#include "protocol/surface/box.h"
+#include "protocol/surface/surface_profile.h"
 
 namespace gonio {
 
@@ -50,7 +50,7 @@ using ValueNow = std::function<std::optional<double>(const std::string& target, 
 class SurfaceReader {
 public:
     SurfaceReader() = default;
-    // rows: checked; those that somebody set and those of profiles, which have their box's identity as device.
+    // rows: checked; those that somebody set and those of profiles, which have their surface's identity as device.
     // lights: the scene's names in their order, which "#n" counts.
     SurfaceReader(std::span<const v1::SurfaceRow> rows, std::vector<std::string> lights);
     // Other rows: those that stay keep what the hand has of them, and the page stays.
@@ -58,7 +58,7 @@ public:
     // The scene's lights have changed.
     void name_lights(std::vector<std::string> lights) { lights_ = std::move(lights); }
 
-    // A box has come: where its controls stand is not known, they have to be picked up.
+    // A surface has come: where its controls stand is not known, they have to be picked up.
     void attached(const std::string& device);
 
     std::uint32_t page() const { return page_; }
@@ -74,8 +74,8 @@ public:
     // Result: whether step() has more to do.
     bool moving() const { return moving_ > 0; }
 
-    // Result: where the control stands for the scene as it is (0..1), to be shown on the box: of a button 1 where what
-    // it does is in force. Nothing for controls that drive nothing on this page. recalled: the preset in force.
+    // Result: where the control stands for the scene as it is (0..1), to be shown on the surface: of a button 1 where
+    // what it does is in force. Nothing for controls that drive nothing on this page. recalled: the preset in force.
     std::optional<double> shown(const std::string& device, const std::string& control, const ValueNow& now,
                                 const std::string& recalled) const;
 
@@ -107,7 +107,7 @@ private:
     void take_relative(Row& row, const ControlInput& input, std::int64_t now_ns, const ValueNow& now,
                        std::vector<SurfaceAction>& actions);
     void take_button(Row& row, const ControlInput& input, const ValueNow& now, std::vector<SurfaceAction>& actions);
-    // Result: indices of a control's rows, on any page and box.
+    // Result: indices of a control's rows, on any page and surface.
     std::span<const std::size_t> rows_of(const std::string& control) const;
     // A fader or knob whose row is a preset: pushed up over the middle, or turned on, it is a press.
     static ControlInput as_button(const Row& row, const ControlInput& input);

@@ -122,7 +122,7 @@ bool is_usb_id(const std::string& text) {
     return true;
 }
 
-void read_controls(const toml::table& table, BoxProfile& profile) {
+void read_controls(const toml::table& table, SurfaceProfile& profile) {
     only_keys(table,
               {"name", "inputs", "kind", "bits", "clicks", "noise", "touch", "show", "on", "off", "output", "drives",
                "range", "mode", "curve", "takeover", "smooth_s", "step", "stride"},
@@ -164,7 +164,7 @@ void read_controls(const toml::table& table, BoxProfile& profile) {
         spec.input = keys[i];
         spec.output = outputs[i];
         if (!touches.empty()) spec.touch = touches[i];
-        if (profile.controls.size() >= kMaxBoxControls)
+        if (profile.controls.size() >= kMaxSurfaceControls)
             refuse({"too_large", "control", "", "a box has at most 1,024 controls"});
         profile.controls.push_back(spec);
         const toml::node* drives = table.get("drives");
@@ -183,7 +183,7 @@ void read_controls(const toml::table& table, BoxProfile& profile) {
 
 // The names and the messages, fine halves too, of the controls from `first` on are nobody's yet. table: where they
 // stand.
-void check_controls(const toml::table& table, const BoxProfile& profile, std::size_t first) {
+void check_controls(const toml::table& table, const SurfaceProfile& profile, std::size_t first) {
     const auto messages = [](const ControlSpec& control) {
         std::vector<MidiKey> keys = {*control.input};
         if (control.pair)
@@ -261,8 +261,8 @@ const toml::array* tables(const toml::table& file, const char* key, const char* 
 
 }  // namespace
 
-Result<BoxProfile> read_box_toml(std::string_view text) {
-    BoxProfile profile;
+Result<SurfaceProfile> read_surface_profile(std::string_view text) {
+    SurfaceProfile profile;
     const auto done = read({text, kMaxSurfaceFileBytes, "bad_surface", "a profile"}, [&](const toml::table& file) {
         only_keys(file, {"name", "usb", "hello", "repaint_s", "control"}, "a profile");
         if (const toml::node* node = file.get("name")) profile.name = word(*node, "name");

@@ -1,5 +1,5 @@
-// Files of fader boxes (TOML, docs/faders.md): what a box has (a profile), and what its controls drive (a map). Pure;
-// toml++ stays in the .cpp file.
+// Files of control surfaces (TOML, docs/faders.md): what a surface has (a profile), and what its controls drive (a
+// map). Pure; toml++ stays in the .cpp file.
 #pragma once
 
 #include <string>
@@ -7,14 +7,14 @@
 
 #include "ies/core/result.h"
 #include "protocol/schema/gonio.pb.h"
-#include "protocol/surface/box.h"
+#include "protocol/surface/surface_profile.h"
 
 namespace gonio {
 
 inline constexpr std::size_t kMaxSurfaceFileBytes = 1u << 20;  // more is refused: "too_large"
 
 // Result: the profile. Errors: "bad_surface" with "line L column C" as place and the offending value; "too_large".
-Result<BoxProfile> read_box_toml(std::string_view text);
+Result<SurfaceProfile> read_surface_profile(std::string_view text);
 
 // Result: the map, its rows checked. Errors: likewise.
 Result<v1::SetSurfaces> read_surfaces_toml(std::string_view text);

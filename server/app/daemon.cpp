@@ -13,20 +13,20 @@
 #include <spdlog/spdlog.h>
 
 #include "client/web/page.h"
-#include "server/app/front_options.h"
+#include "server/app/http_options.h"
 #include "server/app/reload.h"
 #include "server/app/service.h"
 #include "server/app/signals.h"
 #include "server/app/start.h"
 #include "server/app/stream_out.h"
 #include "server/base/atomic_file.h"
-#include "server/http/front.h"
+#include "server/http/http_server.h"
 #include "server/http/upload_store.h"
 #include "server/session/consoles.h"
 #include "server/session/gpu.h"
 #include "server/session/render_loop.h"
-#include "server/session/stage.h"
-#include "server/session/surface_hands.h"
+#include "server/session/render_session.h"
+#include "server/session/surface_input.h"
 #include "server/show/state_file.h"
 #include "server/stream/lane_feed.h"
 
@@ -62,24 +62,24 @@ Reread read_for_ever() {
     for (;;) std::this_thread::sleep_for(std::chrono::hours(1));
 }
 
-// Nothing is reloaded into a front that ends.
+// Nothing is reloaded into a HTTP server that ends.
 struct EndOfReloading {
     Reloading& reloading;
     ~EndOfReloading() { reloading.end(); }
 };
 
 // The GL context is lost. Result: whether there is another, with a renderer; not where the program shall end.
-bool renew(Gpu& gpu, Stage& stage, Front& front, Queue<Work>& queue) {
+bool renew(Gpu& gpu, RenderSession& render_session, HttpServer& http_server, Queue<Work>& queue) {
     spdlog::warn("gpu: the GL context is lost; everything in it is made anew");
-    front.set_ready(false);
-    stage.drop_renderer();
+    http_server.set_ready(false);
+    render_session.drop_renderer();
     auto renderer = gpu.rebuild([&] {
         for (int i = 0; i < 20 && !queue.closed(); ++i) std::this_thread::sleep_for(std::chrono::milliseconds(50));
         return !queue.closed();
     });
     if (!renderer) return false;
-    stage.set_renderer(std::move(renderer));
-    front.set_ready(true);
+    render_session.set_renderer(std::move(renderer));
+    http_server.set_ready(true);
     return true;
 }
 
@@ -102,7 +102,7 @@ int run_daemon(const Options& given) {
     if (!token_warning.empty()) spdlog::warn("{}", token_warning);
     Inbox inbox;
     Queue<Work>& queue = inbox.queue;
-    std::atomic<std::shared_ptr<Front>> front_to_stop;
+    std::atomic<std::shared_ptr<HttpServer>> front_to_stop;
     std::atomic<std::shared_ptr<StateFile>> state_to_save;
     std::atomic<std::shared_ptr<UploadStore>> uploads_to_discard;
     const auto hangs = [&](const char* fault) {
@@ -157,16 +157,16 @@ int run_daemon(const Options& given) {
     spdlog::info("{}", gpu.context() ? gpu.context()->description() : "no GL: grey pictures (--renderer null)");
     const std::string renderer_name = gpu.context() ? gpu.context()->renderer() : "null";
 
-    std::shared_ptr<UploadStore> uploads;  // before the front that writes them
+    std::shared_ptr<UploadStore> uploads;  // before the HTTP server that writes them
     if (options.limits.upload_bytes > 0) {
         auto opened = UploadStore::open(options.upload_folder, options.limits);
         if (!opened) throw std::runtime_error(opened.error().text());
         uploads = std::move(*opened);
         uploads_to_discard = uploads;
     }
-    std::shared_ptr<Front> front;
+    std::shared_ptr<HttpServer> http_server;
     LaneEncoders encoders(encoder_setup(options, scene->width_px, scene->height_px),
-                          encoder_outputs(front, [&queue] { queue.wake(Queue<Work>::Wake::soon); }));
+                          encoder_outputs(http_server, [&queue] { queue.wake(Queue<Work>::Wake::soon); }));
     LaneFeed feed(encoders);
     auto metrics = std::make_shared<Metrics>();
     metrics->gauge("build_info", "The program's version.", "version=\"" GONIO_VERSION "\"").set(1);
@@ -178,7 +178,7 @@ int run_daemon(const Options& given) {
     Counter& gpu_resets = metrics->counter("gpu_resets_total", "GL contexts that were lost and made anew.");
     Counter& saves = metrics->counter("state_saves_total", "Shows that were written to the state file.");
     Gauge& scene_rev = metrics->gauge("scene_revision", "Of the scene.");
-    FrontOptions listen = front_options(options);
+    HttpOptions listen = front_options(options);
     listen.metrics = metrics;
     listen.uploads = uploads.get();
     listen.tokens = *tokens;
@@ -186,15 +186,15 @@ int run_daemon(const Options& given) {
     listen.renderer = renderer_name;
     listen.encoder = encoders.encoder();
     listen.page = page_files();
-    auto started = Front::start(listen, inbox.callbacks());
+    auto started = HttpServer::start(listen, inbox.callbacks());
     if (!started) throw std::runtime_error(started.error().text());
-    front = std::move(*started);
-    // Before all else at the end: what the front speaks to goes after it.
+    http_server = std::move(*started);
+    // Before all else at the end: what the HTTP server speaks to goes after it.
     const Forgotten forgotten_front(front_to_stop);
-    front_to_stop = front;
+    front_to_stop = http_server;
     const EndOfReloading end_of_reloading{reloading};
-    reloading.begin([serving = front.get()](const Reread& reread) { use_again(reread, *serving); });
-    Service service;  // ends before the front that it asks
+    reloading.begin([serving = http_server.get()](const Reread& reread) { use_again(reread, *serving); });
+    Service service;  // ends before the HTTP server that it asks
 
     std::unique_ptr<Inputs> inputs;
     if (options.inputs.any()) {
@@ -204,16 +204,16 @@ int run_daemon(const Options& given) {
     }
     const auto frame_time = std::chrono::nanoseconds(static_cast<std::int64_t>(1e9 / options.target_fps));
     Consoles consoles(inputs.get(), frame_time.count());
-    std::unique_ptr<Surfaces> surfaces;
+    std::unique_ptr<ControlSurfaces> surfaces;
     if (boxes.on || boxes.replay) {
-        auto opened = Surfaces::start(boxes, [&] { queue.wake(); });
+        auto opened = ControlSurfaces::start(boxes, [&] { queue.wake(); });
         if (!opened) throw std::runtime_error(opened.error().text());
         surfaces = std::move(*opened);
     }
-    SurfaceHands hands(surfaces.get(), frame_time.count(), [&](std::uint32_t session, v1::ServerMessage message) {
-        front->reply(session, std::move(message));
+    SurfaceInput hands(surfaces.get(), frame_time.count(), [&](std::uint32_t session, v1::ServerMessage message) {
+        http_server->reply(session, std::move(message));
     });
-    Stage* running = nullptr;  // for what is asked about the scene
+    RenderSession* running = nullptr;  // for what is asked about the scene
 
     Loader loader;
     std::shared_ptr<StateFile> state_file;
@@ -221,15 +221,15 @@ int run_daemon(const Options& given) {
         state_file = std::make_shared<StateFile>(options.state_file, kSaveInterval, kSaveRetry, kMaxSavedBytes,
                                                  state_hangs ? write_for_ever : write_file_atomically);
     state_to_save = state_file;
-    Stage stage(
+    RenderSession render_session(
         gpu.take_renderer(), std::move(*scene), renderer_name, queue, loader,
         {
-            [&](std::uint32_t session, v1::ServerMessage message) { front->reply(session, std::move(message)); },
+            [&](std::uint32_t session, v1::ServerMessage message) { http_server->reply(session, std::move(message)); },
             [&](v1::State state, v1::StateChanged change) {
                 scene_rev.set(state.scene_rev());
                 consoles.publish_state(state);
-                front->publish_state(std::move(state));
-                front->broadcast(std::move(change));
+                http_server->publish_state(std::move(state));
+                http_server->broadcast(std::move(change));
                 if (state_file) state_file->put(running->scene());
             },
             [&](Picture picture) {
@@ -243,7 +243,7 @@ int run_daemon(const Options& given) {
             [&] {
                 v1::Stats stats;
                 add_lane_figures(stats, encoders, feed, inbox.demand.jpeg_clients, monotonic_ns());
-                stats.set_packets_sent(front->packets_sent());
+                stats.set_packets_sent(http_server->packets_sent());
                 stats.set_clients(inbox.demand.clients);
                 if (state_file) {
                     stats.set_state_saves(state_file->told().saves);
@@ -260,47 +260,48 @@ int run_daemon(const Options& given) {
             [&](std::uint32_t session) { hands.forget_session(session); },
             [&] { return gpu.lost(); },
         });
-    if (options.keep_up) stage.set_budget(1e3 / options.target_fps);
-    stage.set_most_captures(options.max_captures);
-    stage.set_scene_access({is_loopback(options.host), options.scene_roots, uploads ? uploads->folder() : "",
-                            options.max_albedo, options.max_memory});
-    scene_rev.set(stage.scene().scene_rev);
-    running = &stage;
-    front->publish_state(stage.state());
-    consoles.publish_state(stage.state());
-    if (state_file) state_file->put(stage.scene());  // whether it can be written is known at the start
+    if (options.keep_up) render_session.set_budget(1e3 / options.target_fps);
+    render_session.set_most_captures(options.max_captures);
+    render_session.set_scene_access({is_loopback(options.host), options.scene_roots, uploads ? uploads->folder() : "",
+                                     options.max_albedo, options.max_memory});
+    scene_rev.set(render_session.scene().scene_rev);
+    running = &render_session;
+    http_server->publish_state(render_session.state());
+    consoles.publish_state(render_session.state());
+    if (state_file) state_file->put(render_session.scene());  // whether it can be written is known at the start
 
     // READY means: a first frame has been rendered and encoded, so that whoever connects sees a picture at once.
-    stage.begin_frame(monotonic_ns());
-    stage.finish_frames(true);
+    render_session.begin_frame(monotonic_ns());
+    render_session.finish_frames(true);
     const LaneId first_lane = options.max_private_lanes > 0 ? kFirstPrivateLane : kSharedLane;
     encoders.encode_first(first_lane, feed.newest());
     feed.tried(first_lane);
-    front->set_ready(true);
+    http_server->set_ready(true);
     service.tell("READY=1");
-    service.watch([&](std::function<void()> call) { front->post(std::move(call)); });
-    std::printf("READY %s://%s:%u\n", front->secure() ? "https" : "http",
+    service.watch([&](std::function<void()> call) { http_server->post(std::move(call)); });
+    std::printf("READY %s://%s:%u\n", http_server->secure() ? "https" : "http",
                 options.host.find(':') == std::string::npos ? options.host.c_str() : ("[" + options.host + "]").c_str(),
-                front->port());
+                http_server->port());
     std::fflush(stdout);
 
-    RenderLoop loop(inbox, stage, feed, consoles, hands, frame_time);
+    RenderLoop loop(inbox, render_session, feed, consoles, hands, frame_time);
     while (!queue.closed()) {
         service.render();
-        front->came_by();
+        http_server->came_by();
         loop.turn();
         if (state_file) saves.add(state_file->told().saves - saves.value());
         if (!gpu.lost()) continue;
         gpu_resets.add();
-        if (!renew(gpu, stage, *front, queue)) break;
+        if (!renew(gpu, render_session, *http_server, queue)) break;
     }
-    front->set_ready(false);
+    http_server->set_ready(false);
     service.tell("STOPPING=1");
     // What was taken in before the signal is carried out and answered; then clients are told.
-    while (auto work = queue.try_pop()) stage.take(std::move(*work));
-    front->stop(kReconnectAfterMs);
+    while (auto work = queue.try_pop()) render_session.take(std::move(*work));
+    http_server->stop(kReconnectAfterMs);
     if (state_file) state_file->close();
-    // What was declared last ends first: loader and encoder are joined while the front they speak to still stands.
+    // What was declared last ends first: loader and encoder are joined while the HTTP server they speak to still
+    // stands.
     spdlog::info("stopping");
     return 0;
 }

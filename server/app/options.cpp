@@ -8,7 +8,7 @@
 #include "protocol/dmx/artnet.h"
 #include "protocol/dmx/e131.h"
 #include "server/app/config.h"
-#include "server/app/front_options.h"
+#include "server/app/http_options.h"
 #include "server/app/option_checks.h"
 #include "server/stream/lanes.h"
 

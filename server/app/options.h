@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "server/assets/assets.h"
-#include "server/http/front_limits.h"
+#include "server/http/http_limits.h"
 #include "server/inputs/udp_inputs.h"
 
 namespace gonio {
@@ -49,7 +49,7 @@ struct Options {
     std::size_t layer_bytes = std::size_t{2} << 30;        // Renderer::set_layer_bytes
     std::size_t max_memory = 0;                            // of the process, bytes (memory_room); 0: no bound
     double max_albedo = kMaxAlbedo;                        // of scene files; beyond it is bounded
-    FrontLimits limits;
+    HttpLimits limits;
     std::vector<std::string> arguments;  // as given: SIGHUP reads file and environment again
 };
 

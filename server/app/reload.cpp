@@ -6,7 +6,7 @@
 
 #include <spdlog/spdlog.h>
 
-#include "server/app/front_options.h"
+#include "server/app/http_options.h"
 #include "server/http/tls.h"
 
 namespace gonio {
@@ -34,10 +34,10 @@ Reread read_again(const Options& options) {
     return now;
 }
 
-void use_again(const Reread& reread, Front& front) {
+void use_again(const Reread& reread, HttpServer& http_server) {
     if (reread.log_level) set_log_level(*reread.log_level);
-    if (reread.tokens) front.set_tokens(*reread.tokens);
-    if (reread.tls) front.set_tls(reread.tls);
+    if (reread.tokens) http_server.set_tokens(*reread.tokens);
+    if (reread.tls) http_server.set_tls(reread.tls);
     if (!reread.warning.empty()) spdlog::warn("{}", reread.warning);
     std::string names;
     for (const Reread::Kept& kept : reread.kept) {

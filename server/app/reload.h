@@ -8,7 +8,7 @@
 #include <vector>
 
 #include "server/app/options.h"
-#include "server/http/front.h"
+#include "server/http/http_server.h"
 
 namespace gonio {
 
@@ -26,8 +26,8 @@ struct Reread {
 
 // Reads the files and changes nothing; it takes as long as the disk. Any thread.
 Reread read_again(const Options& options);
-// Makes the front and the log use it, and logs what stays. Any thread; it does not wait.
-void use_again(const Reread& reread, Front& front);
+// Makes the HTTP server and the log use it, and logs what stays. Any thread; it does not wait.
+void use_again(const Reread& reread, HttpServer& http_server);
 
 // Reads on a thread of its own, one after the other, because a disk may hang: nobody waits for it, the end neither. All
 // functions: any thread.

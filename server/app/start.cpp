@@ -121,7 +121,7 @@ SurfaceOptions surface_options(const Options& options) {
                                              : SurfaceOptions::Midi::automatic;
     for (const std::string& box : options.boxes) {  // VVVV:PPPP or VVVV:PPPP=PROFILE
         const std::string id = box.substr(0, box.find('='));
-        surfaces.boxes.push_back(id);
+        surfaces.taken.push_back(id);
         if (id.size() < box.size()) surfaces.profiles[id] = box.substr(id.size() + 1);
     }
     if (options.surface_replay.empty()) return surfaces;
@@ -155,7 +155,7 @@ Scene first_scene(const Options& options) {
     if (!options.surface_map.empty()) map_surfaces(scene, options.surface_map);
     if (!whole && options.oneshot.empty()) keep_show_aside(options.state_file);  // a job saves nothing
     scene.traced = std::make_shared<const trace::Geometry>(scene.asset);
-    if (options.oneshot.empty()) scene.drawn = shade::make_drawn(scene.traced, true);
+    if (options.oneshot.empty()) scene.drawn = lighting::make_drawn(scene.traced, true);
     return std::move(scene);
 }
 

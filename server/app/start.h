@@ -4,7 +4,7 @@
 #include "server/app/options.h"
 #include "server/scene/scene.h"
 #include "server/session/gpu.h"
-#include "server/surfaces/surfaces.h"
+#include "server/surfaces/control_surfaces.h"
 
 namespace gonio {
 

@@ -23,22 +23,22 @@ LaneEncoders::Setup encoder_setup(const Options& options, int width_px, int heig
     return setup;
 }
 
-LaneEncoders::Outputs encoder_outputs(const std::shared_ptr<Front>& front, std::function<void()> wake) {
+LaneEncoders::Outputs encoder_outputs(const std::shared_ptr<HttpServer>& http_server, std::function<void()> wake) {
     LaneEncoders::Outputs out;
-    out.stream = [&front](LaneId lane, const VideoStream& stream) {
+    out.stream = [&http_server](LaneId lane, const VideoStream& stream) {
         v1::VideoConfig config;
         config.set_codec(stream.codec);
         config.set_encoder(stream.encoder);
         config.set_width_px(static_cast<std::uint32_t>(stream.width_px));
         config.set_height_px(static_cast<std::uint32_t>(stream.height_px));
-        front->publish_video_config(std::move(config), lane);
+        http_server->publish_video_config(std::move(config), lane);
     };
-    out.h264 = [&front](EncodedFrame frame, bool final) { front->publish_h264(std::move(frame), final); };
-    out.jpeg = [&front](EncodedFrame frame) { front->publish_jpeg(std::move(frame)); };
+    out.h264 = [&http_server](EncodedFrame frame, bool final) { http_server->publish_h264(std::move(frame), final); };
+    out.jpeg = [&http_server](EncodedFrame frame) { http_server->publish_jpeg(std::move(frame)); };
     out.idle = std::move(wake);
-    out.given_up = [&front] {
+    out.given_up = [&http_server] {
         spdlog::error("no H.264 encoder works any more: viewers get MJPEG and stills");
-        front->stop_h264();
+        http_server->stop_h264();
     };
     out.trouble = [](const std::string& line) { spdlog::warn("encoder: {}", line); };
     return out;

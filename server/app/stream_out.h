@@ -1,4 +1,4 @@
-// Joins the encoders of the lanes to the front and to the counters.
+// Joins the encoders of the lanes to the HTTP server and to the counters.
 #pragma once
 
 #include <cstdint>
@@ -7,7 +7,7 @@
 
 #include "protocol/schema/gonio.pb.h"
 #include "server/app/options.h"
-#include "server/http/front.h"
+#include "server/http/http_server.h"
 #include "server/stream/lane_feed.h"
 
 namespace gonio {
@@ -16,8 +16,9 @@ namespace gonio {
 // Throws std::runtime_error where one was asked for by name and does not work.
 LaneEncoders::Setup encoder_setup(const Options& options, int width_px, int height_px);
 
-// Result: what publishes through `front`, which must stand before the first picture is encoded. wake: a job is done.
-LaneEncoders::Outputs encoder_outputs(const std::shared_ptr<Front>& front, std::function<void()> wake);
+// Result: what publishes through `HTTP server`, which must stand before the first picture is encoded. wake: a job is
+// done.
+LaneEncoders::Outputs encoder_outputs(const std::shared_ptr<HttpServer>& http_server, std::function<void()> wake);
 
 // Fills frames_encoded, encoder, lanes and settled.
 void add_lane_figures(v1::Stats& stats, const LaneEncoders& encoders, const LaneFeed& feed, unsigned mjpeg_clients,

@@ -49,7 +49,7 @@ asio::ip::address plain_address(const asio::ip::address& address) {
     return v6;
 }
 
-bool allowed_host(std::string_view header, const FrontOptions& options, const asio::ip::address& local) {
+bool allowed_host(std::string_view header, const HttpOptions& options, const asio::ip::address& local) {
     const std::string host = host_without_port(header);
     if (host.empty()) return false;
     if (host == lower(options.host)) return true;
@@ -62,19 +62,19 @@ bool allowed_host(std::string_view header, const FrontOptions& options, const as
     return !error && (plain_address(address).is_loopback() || plain_address(address) == plain_address(local));
 }
 
-static bool listed_origin(std::string_view origin, const FrontOptions& options) {
+static bool listed_origin(std::string_view origin, const HttpOptions& options) {
     const std::string given = lower(origin);
     return std::any_of(options.origins.begin(), options.origins.end(),
                        [&](const std::string& allowed) { return given == lower(allowed); });
 }
 
-bool allowed_origin(std::string_view origin, std::string_view host, const FrontOptions& options) {
+bool allowed_origin(std::string_view origin, std::string_view host, const HttpOptions& options) {
     if (listed_origin(origin, options)) return true;
     const std::string given = lower(origin), own = lower(host);
     return given == "https://" + own || (options.tls_certificate.empty() && given == "http://" + own);
 }
 
-bool foreign_page(const HttpRequest& request, const FrontOptions& options) {
+bool foreign_page(const HttpRequest& request, const HttpOptions& options) {
     const std::string_view site = view_of(request["Sec-Fetch-Site"]);
     if (site != "cross-site" && site != "same-site") return false;
     // By a link, that is, and not ahead of it.

@@ -21,14 +21,14 @@ asio::ip::address plain_address(const asio::ip::address& address);
 // foreign page could rebind its own name to this server and pass the Origin check. Addresses cannot be rebound:
 // loopback ones and `local`, the one that the connection came in on, are allowed, localhost and what ends with
 // .localhost, and the names that the options list. Beyond those only letters, digits and .-: stand in what is allowed.
-bool allowed_host(std::string_view host, const FrontOptions& options, const asio::ip::address& local);
-// host: of the same request. Without TLS an https: origin is allowed too: a proxy in front may have it.
-bool allowed_origin(std::string_view origin, std::string_view host, const FrontOptions& options);
+bool allowed_host(std::string_view host, const HttpOptions& options, const asio::ip::address& local);
+// host: of the same request. Without TLS an https: origin is allowed too: a proxy in HTTP server may have it.
+bool allowed_origin(std::string_view origin, std::string_view host, const HttpOptions& options);
 
 // Result: whether the picture is part of a page elsewhere, as browsers tell (Fetch Metadata: Sec-Fetch-Site), which for
 // an <img> send no Origin. Not what somebody opens by a link, nor where the Referer is of an origin that the options
 // list.
-bool foreign_page(const HttpRequest& request, const FrontOptions& options);
+bool foreign_page(const HttpRequest& request, const HttpOptions& options);
 
 // Result: the token of "Bearer TOKEN"; nothing for other schemes.
 std::optional<std::string_view> bearer_token(std::string_view authorization);

@@ -24,15 +24,15 @@ constexpr auto kWatch = std::chrono::milliseconds(500);  // between two looks wh
 
 class HttpSession final : public Peer, public std::enable_shared_from_this<HttpSession> {
 public:
-    HttpSession(Hub& hub, Accepted accepted)
-        : hub_(hub),
+    HttpSession(SessionRegistry& registry, Accepted accepted)
+        : registry_(registry),
           place_(std::move(accepted.place)),
           stream_(std::move(accepted.stream)),
           still_timer_(stream_.get_executor()),
           watch_timer_(stream_.get_executor()) {}
     ~HttpSession() override {
-        hub_.remove(still_id_);
-        hub_.remove(told_id_);
+        registry_.remove(still_id_);
+        registry_.remove(told_id_);
     }
     HttpSession(const HttpSession&) = delete;
     HttpSession& operator=(const HttpSession&) = delete;
@@ -54,15 +54,15 @@ public:
 private:
     void read() {
         parser_.emplace();
-        parser_->header_limit(static_cast<std::uint32_t>(hub_.options.limits.header_bytes));
+        parser_->header_limit(static_cast<std::uint32_t>(registry_.options.limits.header_bytes));
         parser_->body_limit(boost::none);  // an upload's is its own
-        stream_.expires_after(hub_.options.limits.header);
+        stream_.expires_after(registry_.options.limits.header);
         http::async_read_header(stream_, buffer_, *parser_,
                                 [self = shared_from_this()](error_code error, std::size_t) { self->on_read(error); });
     }
 
     void on_read(error_code error) {
-        if (error == http::error::end_of_stream || error == beast::error::timeout || hub_.stopping) return;
+        if (error == http::error::end_of_stream || error == beast::error::timeout || registry_.stopping) return;
         if (error == http::error::header_limit)
             return refuse(http::status::request_header_fields_too_large, "The request header is too long.");
         if (error.category() == http::make_error_code(http::error::end_of_stream).category())
@@ -92,14 +92,14 @@ private:
         error_code error;
         const auto local = stream_.socket().local_endpoint(error).address();
         const bool socket = target->path == "/v1/ws";
-        if (!allowed_host(host, hub_.options, local)) {
-            if (socket) hub_.count_rejected("host");
+        if (!allowed_host(host, registry_.options, local)) {
+            if (socket) registry_.count_rejected("host");
             return refuse(http::status::forbidden,
                           {"permission", "Host", host, "This server does not go by that name."});
         }
         const std::string origin(view_of(request_[http::field::origin]));
-        if (request_.count(http::field::origin) && !allowed_origin(origin, host, hub_.options)) {
-            if (socket) hub_.count_rejected("origin");
+        if (request_.count(http::field::origin) && !allowed_origin(origin, host, registry_.options)) {
+            if (socket) registry_.count_rejected("origin");
             return refuse(http::status::forbidden,
                           {"permission", "Origin", origin, "Pages of another origin may not use this server."});
         }
@@ -112,8 +112,8 @@ private:
         const std::string& path = target.path;
         if (path == "/healthz") return respond(http::status::ok, "text/plain; charset=utf-8", "ok\n");
         if (path == "/readyz") {
-            if (!hub_.ready) return refuse(http::status::service_unavailable, "No pictures come now.");
-            if (Clock::now() - hub_.came_by.load() > hub_.options.limits.stuck)
+            if (!registry_.ready) return refuse(http::status::service_unavailable, "No pictures come now.");
+            if (Clock::now() - registry_.came_by.load() > registry_.options.limits.stuck)
                 return refuse(http::status::service_unavailable, "The renderer does not answer.");
             return respond(http::status::ok, "text/plain; charset=utf-8", "ok\n");
         }
@@ -121,10 +121,10 @@ private:
         if (path == "/metrics") {
             if (!admitted(Right::look)) return;
             return respond(http::status::ok, "text/plain; version=0.0.4; charset=utf-8",
-                           hub_.options.metrics->text() + process_metrics_text());
+                           registry_.options.metrics->text() + process_metrics_text());
         }
         if (path == "/v1/mjpeg" || is_still(target)) {
-            if (foreign_page(request_, hub_.options))
+            if (foreign_page(request_, registry_.options))
                 return refuse(http::status::forbidden,
                               {"permission", "Sec-Fetch-Site", std::string(view_of(request_["Sec-Fetch-Site"])),
                                "Pages of another origin may not use this server."});
@@ -132,13 +132,15 @@ private:
             if (request_.method() == http::verb::head)
                 return refuse(http::status::method_not_allowed, "Only GET is answered here.");
             if (is_still(target)) return ask_still(target);
-            if (hub_.full_for(*place_)) return refuse_full_address();
-            if (hub_.full()) return refuse(http::status::service_unavailable, "There are too many clients already.");
+            if (registry_.full_for(*place_)) return refuse_full_address();
+            if (registry_.full())
+                return refuse(http::status::service_unavailable, "There are too many clients already.");
             stream_.expires_never();
-            return start_mjpeg_session(hub_, {std::move(stream_), place_}, std::string(shown_token().value_or("")));
+            return start_mjpeg_session(registry_, {std::move(stream_), place_},
+                                       std::string(shown_token().value_or("")));
         }
         const std::string_view name = path == "/" ? "index.html" : std::string_view(path).substr(1);
-        for (const EmbeddedFile& file : hub_.options.page)
+        for (const EmbeddedFile& file : registry_.options.page)
             if (file.name == name)
                 return respond(http::status::ok, content_type(name), std::string(file.content), host);
         refuse(http::status::not_found, {"not_found", "", path, "There is no such page."});
@@ -150,36 +152,36 @@ private:
     }
     // Result: whether the client showed a token that lets it do so, where one is asked for; else it has been answered.
     bool admitted(Right needed) {
-        if (!hub_.options.tokens.asked()) return true;
+        if (!registry_.options.tokens.asked()) return true;
         const auto now = Clock::now();
-        if (const auto wait = hub_.auth.blocked(place_->address(), now); wait.count() > 0) {
+        if (const auto wait = registry_.auth.blocked(place_->address(), now); wait.count() > 0) {
             refuse(http::status::too_many_requests, "Too many wrong tokens came from this address.", wait);
             return false;
         }
         const auto given = shown_token();
-        const Right right = hub_.options.tokens.right_of(given.value_or(""));
+        const Right right = registry_.options.tokens.right_of(given.value_or(""));
         if (right >= needed) return true;
         if (right == Right::look) {
             refuse(http::status::forbidden, "permission: this token lets its owner look, not change anything.");
             return false;
         }
-        if (given) hub_.auth.failed(place_->address(), now);  // who shows none does not guess
+        if (given) registry_.auth.failed(place_->address(), now);  // who shows none does not guess
         refuse(http::status::unauthorized, "This needs Authorization: Bearer TOKEN.");
         return false;
     }
 
     void answer_upload(const std::string& name) {
-        if (hub_.options.uploads == nullptr)
+        if (registry_.options.uploads == nullptr)
             return refuse(http::status::not_found, {"not_found", "", name, "This server takes no uploads."});
         if (request_.method() == http::verb::put) {
             if (const auto fault = upload_fault(request_)) return refuse(fault->status, fault->sentence);
-            return start_upload_session(hub_, {std::move(stream_), place_}, std::move(buffer_), std::move(*parser_),
-                                        name, std::string(shown_token().value_or("")));
+            return start_upload_session(registry_, {std::move(stream_), place_}, std::move(buffer_),
+                                        std::move(*parser_), name, std::string(shown_token().value_or("")));
         }
         if (request_.method() != http::verb::delete_)
             return refuse(http::status::method_not_allowed, "Uploads are written by PUT and removed by DELETE.");
-        hub_.on_disk([self = shared_from_this(), name]() mutable {
-            const bool removed = self->hub_.options.uploads->remove(name);
+        registry_.on_disk([self = shared_from_this(), name]() mutable {
+            const bool removed = self->registry_.options.uploads->remove(name);
             const auto executor = self->stream_.get_executor();
             asio::post(executor, [self = std::move(self), name, removed] {
                 if (!removed)
@@ -197,27 +199,27 @@ private:
         if (const auto fault = handshake_fault(request_)) return refuse(http::status::bad_request, std::string(*fault));
         const std::optional<Encoding> encoding = chosen_encoding(request_);
         if (!encoding) {
-            hub_.count_rejected("subprotocol");
+            registry_.count_rejected("subprotocol");
             return refuse(http::status::bad_request, "The subprotocol must be gonio.v1.proto or gonio.v1.json.");
         }
         if (buffer_.size() != 0)
             return refuse(http::status::bad_request, "The client must wait for the answer to its upgrade.");
-        if (hub_.options.tokens.asked()) {
-            if (const auto wait = hub_.auth.blocked(place_->address(), Clock::now()); wait.count() > 0) {
-                hub_.count_rejected("auth_rate");
+        if (registry_.options.tokens.asked()) {
+            if (const auto wait = registry_.auth.blocked(place_->address(), Clock::now()); wait.count() > 0) {
+                registry_.count_rejected("auth_rate");
                 return refuse(http::status::too_many_requests, "Too many wrong tokens came from this address.", wait);
             }
         }
-        if (hub_.full_for(*place_)) {
-            hub_.count_rejected("clients_of_address");
+        if (registry_.full_for(*place_)) {
+            registry_.count_rejected("clients_of_address");
             return refuse_full_address();
         }
-        if (hub_.full()) {
-            hub_.count_rejected("clients");
+        if (registry_.full()) {
+            registry_.count_rejected("clients");
             return refuse(http::status::service_unavailable, "There are too many clients already.");
         }
         stream_.expires_never();
-        start_websocket_session(hub_, {std::move(stream_), place_}, std::move(request_), *encoding);
+        start_websocket_session(registry_, {std::move(stream_), place_}, std::move(request_), *encoding);
     }
     void refuse_full_address() {
         refuse(http::status::too_many_requests, "This address has too many clients already.");
@@ -229,15 +231,15 @@ private:
         v1::ClientMessage message;
         message.set_request_id(1);
         *message.mutable_capture() = std::move(*query);
-        if (const auto error = over_limit(hub_.options.limits, message))
+        if (const auto error = over_limit(registry_.options.limits, message))
             return refuse(http::status::bad_request, said(*error));
-        if (hub_.full_for(*place_)) return refuse_full_address();
-        if (hub_.too_much_waits_for(*place_))
+        if (registry_.full_for(*place_)) return refuse_full_address();
+        if (registry_.too_much_waits_for(*place_))
             return refuse(http::status::service_unavailable, "Too much waits for clients of this address.");
-        still_id_ = hub_.add(shared_from_this(), place_);
+        still_id_ = registry_.add(shared_from_this(), place_);
         if (still_id_ == 0) return refuse(http::status::service_unavailable, "There are too many clients already.");
-        if (!hub_.request(still_id_, std::move(message))) {
-            hub_.remove(std::exchange(still_id_, 0));
+        if (!registry_.request(still_id_, std::move(message))) {
+            registry_.remove(std::exchange(still_id_, 0));
             return refuse(http::status::service_unavailable, "The renderer is busy.");
         }
         stream_.expires_never();
@@ -245,21 +247,21 @@ private:
         watch_for_end();
     }
     // Nobody renders for a client that has gone. What it sent before (its next request; under TLS its goodbye) lies
-    // in front of the end of what can be read, so the connection's state is asked.
+    // in HTTP server of the end of what can be read, so the connection's state is asked.
     void watch_for_end() {
         watch_timer_.expires_after(kWatch);
         watch_timer_.async_wait([self = shared_from_this()](error_code error) {
             if (error || self->still_id_ == 0) return;
             if (!self->stream_.peer_has_gone()) return self->watch_for_end();
             self->still_timer_.cancel();
-            self->hub_.remove(std::exchange(self->still_id_, 0));
+            self->registry_.remove(std::exchange(self->still_id_, 0));
             self->stream_.close();
         });
     }
     // Again whenever the renderer tells of its progress.
     void wait_for_still() {
         if (still_id_ == 0) return;
-        still_timer_.expires_after(hub_.options.limits.still);
+        still_timer_.expires_after(registry_.options.limits.still);
         still_timer_.async_wait([self = shared_from_this()](error_code error) {
             if (error || self->still_id_ == 0) return;
             self->end_wait();
@@ -277,7 +279,7 @@ private:
         if (still_id_ == 0) return;
         const auto self = shared_from_this();  // the timers' handlers hold the only other references
         end_wait();
-        if (hub_.options.tokens.right_of(shown_token().value_or("")) == Right::none)
+        if (registry_.options.tokens.right_of(shown_token().value_or("")) == Right::none)
             return refuse(http::status::unauthorized, "The token does not hold any more.");
         if (message.has_capture()) {
             Response response = make_response(http::status::ok, content_type("." + message.capture().format()),
@@ -339,20 +341,20 @@ private:
             response.body().clear();
             response.content_length(length);
         }
-        hub_.options.metrics
+        registry_.options.metrics
             ->counter("http_requests_total", "Requests, by the status of their answer.",
                       label("code", std::to_string(response.result_int())))
             .add();
         response_ = std::make_unique<Response>(std::move(response));
         serializer_.emplace(*response_);
         if (request_.method() != http::verb::head) return write_some();
-        stream_.expires_after(hub_.options.limits.write_stall);
+        stream_.expires_after(registry_.options.limits.write_stall);
         http::async_write_header(stream_, *serializer_,
                                  [self = shared_from_this()](error_code error, std::size_t) { self->on_sent(error); });
     }
     // A client that takes something has its time anew.
     void write_some() {
-        stream_.expires_after(hub_.options.limits.write_stall);
+        stream_.expires_after(registry_.options.limits.write_stall);
         http::async_write_some(stream_, *serializer_, [self = shared_from_this()](error_code error, std::size_t) {
             if (!error && !self->serializer_->is_done()) return self->write_some();
             self->on_sent(error);
@@ -362,9 +364,9 @@ private:
         serializer_.reset();
         response_.reset();
         request_ = {};
-        hub_.remove(std::exchange(told_id_, 0));
+        registry_.remove(std::exchange(told_id_, 0));
         if (error) return;
-        if (hub_.stopping) keep_alive_ = false;
+        if (registry_.stopping) keep_alive_ = false;
         if (keep_alive_) return read();
         linger();
     }
@@ -373,7 +375,7 @@ private:
         stream_.async_shut_down([self = shared_from_this()](error_code) {});
     }
 
-    Hub& hub_;
+    SessionRegistry& registry_;
     std::shared_ptr<const Place> place_;
     NetStream stream_;
     asio::steady_timer still_timer_, watch_timer_;
@@ -390,8 +392,8 @@ private:
 
 }  // namespace
 
-void start_http_session(Hub& hub, Accepted accepted) {
-    std::make_shared<HttpSession>(hub, std::move(accepted))->start();
+void start_http_session(SessionRegistry& registry, Accepted accepted) {
+    std::make_shared<HttpSession>(registry, std::move(accepted))->start();
 }
 
 }  // namespace gonio

@@ -23,10 +23,11 @@ Histogram& send_seconds(Metrics& metrics) {
     return metrics.histogram("send_seconds", "From giving a frame to a socket until the system has taken all of it.");
 }
 
-void show_lanes(const Hub& hub) {
-    Metrics& metrics = *hub.options.metrics;
-    const std::string& now =
-        hub.has_h264() && !hub.newest_stream.encoder().empty() ? hub.newest_stream.encoder() : hub.options.encoder;
+void show_lanes(const SessionRegistry& registry) {
+    Metrics& metrics = *registry.options.metrics;
+    const std::string& now = registry.has_h264() && !registry.newest_stream.encoder().empty()
+                                 ? registry.newest_stream.encoder()
+                                 : registry.options.encoder;
     for (const char* encoder : kEncoders)
         metrics.gauge("encoder_info", "1 for the encoder of the video.", label("encoder", encoder))
             .set(encoder == now ? 1 : 0);
@@ -35,7 +36,7 @@ void show_lanes(const Hub& hub) {
         double bitrate_bps = 0;
     };
     std::map<std::string, Sum> sums = {{"private", {}}, {"shared", {}}, {"low", {}}};
-    for (const LaneWish& wish : hub.lanes.wishes(Lanes::Time::clock::now())) {
+    for (const LaneRequest& wish : registry.lanes.wishes(Lanes::Time::clock::now())) {
         Sum& sum = sums[lane_kind(wish.lane)];
         ++sum.lanes;
         sum.viewers += wish.viewers;
@@ -48,15 +49,15 @@ void show_lanes(const Hub& hub) {
         metrics.gauge("encoder_bitrate_bps", "What measured links let the lanes' encoders take; 0: all.", lane)
             .set(sum.bitrate_bps);
     }
-    std::size_t in_flight = hub.lanes.bytes_in_flight();
-    for (const auto& [id, session] : hub.peers)
+    std::size_t in_flight = registry.lanes.bytes_in_flight();
+    for (const auto& [id, session] : registry.peers)
         if (const auto peer = session.lock()) in_flight += peer->waiting_bytes();
     metrics
         .gauge("inflight_bytes",
                "Video that was given to viewers' sockets and is not acknowledged, and messages that wait for clients.")
         .set(static_cast<double>(in_flight));
     Counter& gated = metrics.counter("client_gated_total", "How often a viewer was made to wait for a key frame.");
-    gated.add(hub.lanes.gatings() - gated.value());
+    gated.add(registry.lanes.gatings() - gated.value());
 }
 
 }  // namespace gonio

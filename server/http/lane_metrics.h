@@ -1,7 +1,7 @@
 // Frames, encoders and lanes for /metrics. Net thread.
 #pragma once
 
-#include "server/http/hub.h"
+#include "server/http/session_registry.h"
 
 namespace gonio {
 
@@ -12,6 +12,6 @@ void count_frame(Metrics& metrics, const EncodedFrame& frame, std::string_view c
 Histogram& send_seconds(Metrics& metrics);
 
 // Sets the gauges of the encoder and of the lanes as they are now, and counts what came to them since the last call.
-void show_lanes(const Hub& hub);
+void show_lanes(const SessionRegistry& registry);
 
 }  // namespace gonio

@@ -1,11 +1,11 @@
-// Limits of the front on what a message asks for, before anybody else sees it. Pure.
+// Limits of the HTTP server on what a message asks for, before anybody else sees it. Pure.
 #pragma once
 
 #include <optional>
 
 #include "ies/core/result.h"
 #include "protocol/schema/gonio.pb.h"
-#include "server/http/front_limits.h"
+#include "server/http/http_limits.h"
 
 namespace gonio {
 
@@ -29,7 +29,7 @@ inline bool is_query(const v1::ClientMessage& message) {
 }
 
 // Result: why the message is refused; nothing if it is not.
-inline std::optional<Error> over_limit(const FrontLimits& limits, const v1::ClientMessage& message) {
+inline std::optional<Error> over_limit(const HttpLimits& limits, const v1::ClientMessage& message) {
     if (message.request_id() == 0 && is_query(message))
         return Error{"invalid_argument", "request_id", "0", "must be another number: the answer goes by it"};
     const auto side = static_cast<std::uint32_t>(limits.side_px);

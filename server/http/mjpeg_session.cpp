@@ -27,25 +27,25 @@ constexpr std::size_t kPartBytes = 64 << 10;  // written at once
 
 class MjpegSession final : public Peer, public std::enable_shared_from_this<MjpegSession> {
 public:
-    MjpegSession(Hub& hub, Accepted accepted, std::string token)
-        : hub_(hub),
+    MjpegSession(SessionRegistry& registry, Accepted accepted, std::string token)
+        : registry_(registry),
           place_(std::move(accepted.place)),
           token_(std::move(token)),
           socket_(std::move(accepted.stream)),
-          send_seconds_(send_seconds(*hub.options.metrics)),
+          send_seconds_(send_seconds(*registry.options.metrics)),
           stall_(socket_.get_executor()) {}
     ~MjpegSession() override { forget(); }
     MjpegSession(const MjpegSession&) = delete;
     MjpegSession& operator=(const MjpegSession&) = delete;
 
     void start() {
-        id_ = hub_.add(shared_from_this(), place_);
+        id_ = registry_.add(shared_from_this(), place_);
         if (id_ == 0) return end();
-        ++hub_.clients;
-        ++hub_.mjpeg_clients;
-        hub_.count_clients("mjpeg", 1);
+        ++registry_.clients;
+        ++registry_.mjpeg_clients;
+        registry_.count_clients("mjpeg", 1);
         read();
-        pending_ = hub_.last_jpeg;
+        pending_ = registry_.last_jpeg;
         write({asio::buffer(kPreamble), asio::const_buffer(), asio::const_buffer()});
         update_demand();
     }
@@ -60,7 +60,7 @@ public:
     }
     void on_shutdown() override { end(); }
     void on_tokens() override {
-        if (hub_.options.tokens.right_of(token_) == Right::none) end();
+        if (registry_.options.tokens.right_of(token_) == Right::none) end();
     }
 
 private:
@@ -73,7 +73,7 @@ private:
     }
     void write_pending() {
         sent_ = std::exchange(pending_, nullptr);
-        ++hub_.packets_sent;
+        ++registry_.packets_sent;
         write({asio::buffer(sent_->data), asio::buffer(kBetween), asio::const_buffer()});
         update_demand();
     }
@@ -98,19 +98,19 @@ private:
         });
     }
     void expect_progress() {
-        stall_.expires_after(hub_.options.limits.write_stall);
+        stall_.expires_after(registry_.options.limits.write_stall);
         stall_.async_wait([self = shared_from_this()](error_code error) {
             if (!error) self->end();
         });
     }
     void update_demand() {
         set_takes(!ended_ && !writing_ && !pending_);
-        hub_.update_demand();
+        registry_.update_demand();
     }
     void set_takes(bool takes) {
         if (takes == takes_) return;
         takes_ = takes;
-        takes ? ++hub_.mjpeg_takers : --hub_.mjpeg_takers;
+        takes ? ++registry_.mjpeg_takers : --registry_.mjpeg_takers;
     }
     void end() {
         stall_.cancel();
@@ -120,13 +120,13 @@ private:
     void forget() {
         if (std::exchange(ended_, true) || id_ == 0) return;
         set_takes(false);
-        --hub_.clients;
-        hub_.count_clients("mjpeg", -1);
-        if (--hub_.mjpeg_clients == 0) hub_.last_jpeg = nullptr;
-        hub_.remove(id_);
+        --registry_.clients;
+        registry_.count_clients("mjpeg", -1);
+        if (--registry_.mjpeg_clients == 0) registry_.last_jpeg = nullptr;
+        registry_.remove(id_);
     }
 
-    Hub& hub_;
+    SessionRegistry& registry_;
     std::shared_ptr<const Place> place_;
     std::string token_;  // that was shown
     NetStream socket_;
@@ -140,8 +140,8 @@ private:
 
 }  // namespace
 
-void start_mjpeg_session(Hub& hub, Accepted accepted, std::string token) {
-    std::make_shared<MjpegSession>(hub, std::move(accepted), std::move(token))->start();
+void start_mjpeg_session(SessionRegistry& registry, Accepted accepted, std::string token) {
+    std::make_shared<MjpegSession>(registry, std::move(accepted), std::move(token))->start();
 }
 
 }  // namespace gonio

@@ -18,11 +18,11 @@ constexpr std::string_view kPlainAnswer =
 
 class SecureStart final : public std::enable_shared_from_this<SecureStart> {
 public:
-    SecureStart(Hub& hub, Accepted accepted)
-        : hub_(hub), accepted_(std::move(accepted)), timer_(accepted_.stream.get_executor()) {}
+    SecureStart(SessionRegistry& registry, Accepted accepted)
+        : registry_(registry), accepted_(std::move(accepted)), timer_(accepted_.stream.get_executor()) {}
 
     void start() {
-        timer_.expires_after(hub_.options.limits.header);
+        timer_.expires_after(registry_.options.limits.header);
         timer_.async_wait([self = shared_from_this()](error_code error) {
             if (!error && !self->handed_over_) self->accepted_.stream.close();
         });
@@ -42,17 +42,17 @@ private:
                                          self->accepted_.stream.async_shut_down([self](error_code) { self->end(); });
                                      });
         }
-        accepted_.stream.async_handshake(hub_.tls, [self = shared_from_this()](error_code failed) {
+        accepted_.stream.async_handshake(registry_.tls, [self = shared_from_this()](error_code failed) {
             self->timer_.cancel();
-            if (self->hub_.stopping) return;
+            if (self->registry_.stopping) return;
             self->handed_over_ = true;
-            if (!failed) return start_http_session(self->hub_, std::move(self->accepted_));
-            self->hub_.options.metrics->counter("tls_failures_total", "TLS handshakes that failed.").add();
+            if (!failed) return start_http_session(self->registry_, std::move(self->accepted_));
+            self->registry_.options.metrics->counter("tls_failures_total", "TLS handshakes that failed.").add();
         });
     }
     void end() { timer_.cancel(); }  // the connection closes with the last handler
 
-    Hub& hub_;
+    SessionRegistry& registry_;
     Accepted accepted_;
     asio::steady_timer timer_;
     bool handed_over_ = false;
@@ -60,8 +60,8 @@ private:
 
 }  // namespace
 
-void start_secure_session(Hub& hub, Accepted accepted) {
-    std::make_shared<SecureStart>(hub, std::move(accepted))->start();
+void start_secure_session(SessionRegistry& registry, Accepted accepted) {
+    std::make_shared<SecureStart>(registry, std::move(accepted))->start();
 }
 
 }  // namespace gonio

@@ -5,7 +5,7 @@
 
 #include <boost/beast/http/parser.hpp>
 
-#include "server/http/hub.h"
+#include "server/http/session_registry.h"
 
 namespace gonio {
 
@@ -18,14 +18,14 @@ struct Accepted {
 };
 
 // The TLS handshake, then the requests; a client that speaks plain HTTP is told so and closed.
-void start_secure_session(Hub& hub, Accepted accepted);
+void start_secure_session(SessionRegistry& registry, Accepted accepted);
 // Answers the requests of one connection; hands it over where it becomes a WebSocket, an upload or an MJPEG stream.
-void start_http_session(Hub& hub, Accepted accepted);
+void start_http_session(SessionRegistry& registry, Accepted accepted);
 // The caller has checked Host, Origin, the limits of clients and the subprotocol.
-void start_websocket_session(Hub& hub, Accepted accepted, HttpRequest request, Encoding encoding);
-void start_mjpeg_session(Hub& hub, Accepted accepted, std::string token);
+void start_websocket_session(SessionRegistry& registry, Accepted accepted, HttpRequest request, Encoding encoding);
+void start_mjpeg_session(SessionRegistry& registry, Accepted accepted, std::string token);
 // A PUT whose header was read, and checked like the others; ends the connection. buffer: what came behind the header.
-void start_upload_session(Hub& hub, Accepted accepted, beast::flat_buffer buffer,
+void start_upload_session(SessionRegistry& registry, Accepted accepted, beast::flat_buffer buffer,
                           http::request_parser<http::empty_body>&& header, std::string name, std::string token);
 
 }  // namespace gonio

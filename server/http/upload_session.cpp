@@ -27,9 +27,9 @@ bool is_fault_of_body(error_code error) {
 
 class UploadSession final : public std::enable_shared_from_this<UploadSession> {
 public:
-    UploadSession(Hub& hub, Accepted accepted, beast::flat_buffer buffer,
+    UploadSession(SessionRegistry& registry, Accepted accepted, beast::flat_buffer buffer,
                   http::request_parser<http::empty_body>&& header, std::string name, std::string token)
-        : hub_(hub),
+        : registry_(registry),
           accepted_(std::move(accepted)),
           buffer_(std::move(buffer)),
           parser_(std::move(header)),
@@ -37,14 +37,14 @@ public:
           token_(std::move(token)),
           chunk_(kChunkBytes) {}
     ~UploadSession() {
-        // Only where the front ended in between; the disk thread has ended before.
-        if (open_) hub_.options.uploads->abandon(part_);
+        // Only where the HTTP server ended in between; the disk thread has ended before.
+        if (open_) registry_.options.uploads->abandon(part_);
     }
 
     void start() {
         const auto declared = parser_.content_length();
         const std::uint64_t bytes = declared ? *declared : 0;
-        on_disk<UploadPart>([this, bytes] { return hub_.options.uploads->begin(name_, bytes); },
+        on_disk<UploadPart>([this, bytes] { return registry_.options.uploads->begin(name_, bytes); },
                             [this](Result<UploadPart> part) {
                                 if (!part) return refuse(part.error());
                                 part_ = std::move(*part);
@@ -57,7 +57,7 @@ private:
     // Calls `work` on the disk thread, then `then` with its result on this one.
     template <typename T, typename Work, typename Then>
     void on_disk(Work work, Then then) {
-        hub_.on_disk([self = shared_from_this(), work, then]() mutable {
+        registry_.on_disk([self = shared_from_this(), work, then]() mutable {
             auto result = std::make_shared<Result<T>>(work());
             const auto executor = self->accepted_.stream.get_executor();
             asio::post(executor, [self = std::move(self), result, then] { then(std::move(*result)); });
@@ -65,7 +65,7 @@ private:
     }
     void is_expected() {
         if (!beast::iequals(parser_.get()[http::field::expect], "100-continue")) return read();
-        accepted_.stream.expires_after(hub_.options.limits.write_stall);
+        accepted_.stream.expires_after(registry_.options.limits.write_stall);
         asio::async_write(accepted_.stream, asio::buffer(kContinue),
                           [self = shared_from_this()](error_code error, std::size_t) {
                               if (error) return self->abandon();
@@ -76,7 +76,7 @@ private:
         if (parser_.is_done()) return finish();
         parser_.get().body().data = chunk_.data();
         parser_.get().body().size = chunk_.size();
-        accepted_.stream.expires_after(hub_.options.limits.write_stall);
+        accepted_.stream.expires_after(registry_.options.limits.write_stall);
         http::async_read_some(accepted_.stream, buffer_, parser_,
                               [self = shared_from_this()](error_code error, std::size_t) { self->on_read(error); });
     }
@@ -89,7 +89,7 @@ private:
         if (bytes == 0) return read();  // the header of a chunk, or its end
         on_disk<bool>(
             [this, bytes] {
-                return hub_.options.uploads->write(part_, {chunk_.data(), bytes});
+                return registry_.options.uploads->write(part_, {chunk_.data(), bytes});
             },
             [this](Result<bool> written) {
                 if (!written) return refuse(written.error());
@@ -98,24 +98,24 @@ private:
             });
     }
     void finish() {
-        if (hub_.options.tokens.right_of(token_) != Right::change)
+        if (registry_.options.tokens.right_of(token_) != Right::change)
             return refuse({"permission", "", name_, "The token does not hold any more."});
         open_ = false;
-        on_disk<bool>(
-            [this] { return hub_.options.uploads->finish(part_); },
-            [this](Result<bool> replaced) {
-                if (!replaced) return refuse(replaced.error());
-                spdlog::info("net: uploaded {} of {} bytes", part_.name, part_.bytes);
-                hub_.options.metrics->counter("uploaded_bytes_total", "Bytes of complete uploads.").add(part_.bytes);
-                answer(*replaced ? http::status::ok : http::status::created, "application/json",
-                       "{\"name\":\"" + part_.name + "\",\"bytes\":" + std::to_string(part_.bytes) + "}\n");
-            });
+        on_disk<bool>([this] { return registry_.options.uploads->finish(part_); },
+                      [this](Result<bool> replaced) {
+                          if (!replaced) return refuse(replaced.error());
+                          spdlog::info("net: uploaded {} of {} bytes", part_.name, part_.bytes);
+                          registry_.options.metrics->counter("uploaded_bytes_total", "Bytes of complete uploads.")
+                              .add(part_.bytes);
+                          answer(*replaced ? http::status::ok : http::status::created, "application/json",
+                                 "{\"name\":\"" + part_.name + "\",\"bytes\":" + std::to_string(part_.bytes) + "}\n");
+                      });
     }
     void abandon() {
         if (!std::exchange(open_, false)) return;
         on_disk<bool>(
             [this] {
-                hub_.options.uploads->abandon(part_);
+                registry_.options.uploads->abandon(part_);
                 return Result<bool>(true);
             },
             [](const Result<bool>&) {});
@@ -129,11 +129,11 @@ private:
                   std::string(view_of(http::obsolete_reason(status))) + "\r\nContent-Type: " + type +
                   "\r\nContent-Length: " + std::to_string(text.size()) +
                   "\r\nCache-Control: no-store\r\nX-Content-Type-Options: nosniff\r\nConnection: close\r\n\r\n" + text;
-        hub_.options.metrics
+        registry_.options.metrics
             ->counter("http_requests_total", "Requests, by the status of their answer.",
                       label("code", std::to_string(static_cast<unsigned>(status))))
             .add();
-        accepted_.stream.expires_after(hub_.options.limits.write_stall);
+        accepted_.stream.expires_after(registry_.options.limits.write_stall);
         asio::async_write(accepted_.stream, asio::buffer(answer_),
                           [self = shared_from_this()](error_code error, std::size_t) {
                               if (error) return;
@@ -142,7 +142,7 @@ private:
                           });
     }
 
-    Hub& hub_;
+    SessionRegistry& registry_;
     Accepted accepted_;
     beast::flat_buffer buffer_;
     http::request_parser<http::buffer_body> parser_;
@@ -154,10 +154,10 @@ private:
 
 }  // namespace
 
-void start_upload_session(Hub& hub, Accepted accepted, beast::flat_buffer buffer,
+void start_upload_session(SessionRegistry& registry, Accepted accepted, beast::flat_buffer buffer,
                           http::request_parser<http::empty_body>&& header, std::string name, std::string token) {
-    std::make_shared<UploadSession>(hub, std::move(accepted), std::move(buffer), std::move(header), std::move(name),
-                                    std::move(token))
+    std::make_shared<UploadSession>(registry, std::move(accepted), std::move(buffer), std::move(header),
+                                    std::move(name), std::move(token))
         ->start();
 }
 

@@ -25,7 +25,7 @@ Error unwritable(const std::string& place, int number) {
 
 }  // namespace
 
-Result<std::unique_ptr<UploadStore>> UploadStore::open(const std::string& folder, const FrontLimits& limits) {
+Result<std::unique_ptr<UploadStore>> UploadStore::open(const std::string& folder, const HttpLimits& limits) {
     std::string path = folder;
     std::error_code failed;
     if (folder.empty()) {
@@ -52,7 +52,7 @@ Result<std::unique_ptr<UploadStore>> UploadStore::open(const std::string& folder
     return store;
 }
 
-UploadStore::UploadStore(std::string folder, bool own, int fd, const FrontLimits& limits)
+UploadStore::UploadStore(std::string folder, bool own, int fd, const HttpLimits& limits)
     : folder_(std::move(folder)), own_(own), fd_(fd), limits_(limits) {}
 
 UploadStore::~UploadStore() {

@@ -9,7 +9,7 @@
 #include <string>
 
 #include "ies/core/result.h"
-#include "server/http/front_limits.h"
+#include "server/http/http_limits.h"
 
 namespace gonio {
 
@@ -25,7 +25,7 @@ public:
     // folder: made if it is missing, and kept; what lies in it counts. Empty: a fresh one that only this user may read,
     // in $XDG_RUNTIME_DIR or the folder for temporary files, removed with its content at the end. Errors:
     // "file_unwritable"; "busy" where another store, of whatever process, holds the folder.
-    static Result<std::unique_ptr<UploadStore>> open(const std::string& folder, const FrontLimits& limits);
+    static Result<std::unique_ptr<UploadStore>> open(const std::string& folder, const HttpLimits& limits);
     ~UploadStore();
     UploadStore(const UploadStore&) = delete;
     UploadStore& operator=(const UploadStore&) = delete;
@@ -47,14 +47,14 @@ public:
     bool remove(const std::string& name);
 
 private:
-    UploadStore(std::string folder, bool own, int fd, const FrontLimits& limits);
+    UploadStore(std::string folder, bool own, int fd, const HttpLimits& limits);
     std::uint64_t size_of(const std::string& name, bool& exists) const;
     void count(bool held);
 
     std::string folder_;
     bool own_;
     int fd_;
-    FrontLimits limits_;
+    HttpLimits limits_;
     std::uint64_t bytes_ = 0;  // of whole files and of parts
     unsigned files_ = 0, next_part_ = 0;
 };

@@ -30,28 +30,28 @@ std::uint32_t microseconds(std::int64_t from_ns, std::int64_t to_ns) {
 
 class WebSocketSession final : public Peer, public std::enable_shared_from_this<WebSocketSession> {
 public:
-    WebSocketSession(Hub& hub, Accepted accepted, Encoding encoding)
-        : hub_(hub),
+    WebSocketSession(SessionRegistry& registry, Accepted accepted, Encoding encoding)
+        : registry_(registry),
           place_(std::move(accepted.place)),
           socket_(std::move(accepted.stream)),
           encoding_(encoding),
-          updates_(hub.options.limits.updates_per_s, hub.options.limits.update_burst),
+          updates_(registry.options.limits.updates_per_s, registry.options.limits.update_burst),
           ack_seconds_(
-              hub.options.metrics->histogram("ack_rtt_seconds", "From sending a frame to its acknowledgement.")),
-          send_seconds_(send_seconds(*hub.options.metrics)),
+              registry.options.metrics->histogram("ack_rtt_seconds", "From sending a frame to its acknowledgement.")),
+          send_seconds_(send_seconds(*registry.options.metrics)),
           tick_(socket_.get_executor()) {
-        hub_.count_clients("websocket", 1);
+        registry_.count_clients("websocket", 1);
     }
     ~WebSocketSession() override {
-        hub_.count_clients("websocket", -1);
+        registry_.count_clients("websocket", -1);
         count(false);
-        hub_.remove(id_);
+        registry_.remove(id_);
     }
     WebSocketSession(const WebSocketSession&) = delete;
     WebSocketSession& operator=(const WebSocketSession&) = delete;
 
     void start(HttpRequest request) {
-        id_ = hub_.add_stranger(shared_from_this(), place_);
+        id_ = registry_.add_stranger(shared_from_this(), place_);
         if (id_ == 0) return;
         accepted_ = Clock::now();
         schedule_tick();  // bounds the upgrade too
@@ -61,21 +61,21 @@ public:
                 const auto name = encoding == Encoding::proto ? kSubprotocolProto : kSubprotocolJson;
                 response.set(http::field::sec_websocket_protocol, beast::string_view(name.data(), name.size()));
             }));
-        socket_.read_message_max(hub_.options.limits.identify_bytes);
+        socket_.read_message_max(registry_.options.limits.identify_bytes);
         socket_.auto_fragment(false);
         socket_.control_callback([this](websocket::frame_type kind, beast::string_view) {
             const auto now = Clock::now();
-            if (kind == websocket::frame_type::pong && std::exchange(probing_, false) && hub_.lanes.watches(id_))
-                hub_.lanes.round_trip(id_, now - last_ping_, now);
+            if (kind == websocket::frame_type::pong && std::exchange(probing_, false) && registry_.lanes.watches(id_))
+                registry_.lanes.round_trip(id_, now - last_ping_, now);
         });
         socket_.async_accept(request_, [self = shared_from_this()](error_code error) {
             if (error) return self->end();
             v1::ServerMessage message;
             v1::Hello& hello = *message.mutable_hello();
-            hello.set_server(self->hub_.options.server_name);
-            hello.set_renderer(self->hub_.options.renderer);
-            hello.set_encoder(self->hub_.options.encoder);
-            if (self->hub_.has_h264()) hello.add_features("h264");
+            hello.set_server(self->registry_.options.server_name);
+            hello.set_renderer(self->registry_.options.renderer);
+            hello.set_encoder(self->registry_.options.encoder);
+            if (self->registry_.has_h264()) hello.add_features("h264");
             for (const char* feature : {"mjpeg", "still"}) hello.add_features(feature);
             self->push(SharedMessage(std::move(message)).bytes(self->encoding_));
             self->read();
@@ -108,7 +108,7 @@ public:
     void on_video_config() override {
         if (!ready_ || !wants_video_) return;
         held_ = nullptr;  // of the stream before
-        if (!hub_.has_h264()) watch(false);
+        if (!registry_.has_h264()) watch(false);
         tell_stream();
     }
     void on_moved() override { on_video_config(); }
@@ -128,8 +128,8 @@ public:
         }
     }
     void on_tokens() override {
-        if (!identified_ || hub_.options.tokens.right_of(token_) >= right_) return;
-        hub_.count_rejected("auth");
+        if (!identified_ || registry_.options.tokens.right_of(token_) >= right_) return;
+        registry_.count_rejected("auth");
         close(kWrongToken, "the token does not hold any more");
     }
     void on_crowded_out() override {
@@ -138,7 +138,7 @@ public:
     void on_shutdown() override {
         v1::ServerMessage message;
         message.mutable_goodbye()->set_reason("The server stops.");
-        message.mutable_goodbye()->set_reconnect_after_ms(hub_.reconnect_after_ms);
+        message.mutable_goodbye()->set_reconnect_after_ms(registry_.reconnect_after_ms);
         push(SharedMessage(std::move(message)).bytes(encoding_));
         close_when_sent_ = true;
         write_next();
@@ -197,13 +197,13 @@ private:
                 return on_frame_ack(message->frame_ack());
             case v1::ClientMessage::kRequestKeyframe:
                 held_ = nullptr;
-                if (watching_) hub_.lanes.need_key(id_);
-                return hub_.update_demand();
+                if (watching_) registry_.lanes.need_key(id_);
+                return registry_.update_demand();
             case v1::ClientMessage::kIdentify:
                 return refuse(request_id, {"unexpected", "identify", "", "This connection is identified already."});
             default:
                 if (!admit(*message)) return;
-                if (!hub_.request(id_, std::move(*message)))
+                if (!registry_.request(id_, std::move(*message)))
                     return refuse(request_id, {"busy", "", "", "The renderer has too much to do; try again."},
                                   kBusyRetry);
                 if (request_id != 0) ++outstanding_;
@@ -211,7 +211,7 @@ private:
     }
     // Result: whether the request is within the limits; else it has been refused.
     bool admit(const v1::ClientMessage& message) {
-        const FrontLimits& limits = hub_.options.limits;
+        const HttpLimits& limits = registry_.options.limits;
         const auto now = Clock::now();
         std::optional<Error> error = over_limit(limits, message);
         std::chrono::milliseconds retry(0);
@@ -233,12 +233,12 @@ private:
             refuse(message.request_id(), *error, retry);
             return false;
         }
-        if (message.has_command()) hub_.updates.arrived(id_, message.request_id(), now);
+        if (message.has_command()) registry_.updates.arrived(id_, message.request_id(), now);
         return true;
     }
 
     Error too_fast() const {
-        return {"slow_down", "", print_number(hub_.options.limits.updates_per_s) + "/s",
+        return {"slow_down", "", print_number(registry_.options.limits.updates_per_s) + "/s",
                 "This client sends more commands than that; none of this one was applied."};
     }
 
@@ -256,16 +256,16 @@ private:
     }
 
     void on_identify(const v1::Identify& identify) {
-        const Right right = hub_.options.tokens.right_of(identify.token());
-        if (hub_.options.tokens.asked()) {
-            if (hub_.auth.blocked(place_->address(), Clock::now()).count() > 0) {
-                hub_.count_rejected("auth_rate");
+        const Right right = registry_.options.tokens.right_of(identify.token());
+        if (registry_.options.tokens.asked()) {
+            if (registry_.auth.blocked(place_->address(), Clock::now()).count() > 0) {
+                registry_.count_rejected("auth_rate");
                 return close(kTooManyFailures, "too many wrong tokens from this address; wait a minute");
             }
             if (right == Right::none) {
                 // Who shows none does not guess: the page asks for it then.
-                if (!identify.token().empty()) hub_.auth.failed(place_->address(), Clock::now());
-                hub_.count_rejected("auth");
+                if (!identify.token().empty()) registry_.auth.failed(place_->address(), Clock::now());
+                registry_.count_rejected("auth");
                 return close(kWrongToken, "the token is wrong");
             }
         }
@@ -274,11 +274,11 @@ private:
             return close(kNotIdentified, "the role must be controller or viewer");
         v1::Identify told = identify;
         if (right == Right::look) told.set_role("viewer");
-        if (!hub_.make_client(id_)) {
-            hub_.count_rejected("clients");
+        if (!registry_.make_client(id_)) {
+            registry_.count_rejected("clients");
             return close(websocket::close_code::try_again_later, "there are too many clients already");
         }
-        if (!hub_.identified(id_, std::move(told)))
+        if (!registry_.identified(id_, std::move(told)))
             return close(websocket::close_code::try_again_later, "the server is busy");
         identified_ = true;
         token_ = identify.token();
@@ -286,26 +286,26 @@ private:
         role_ = right == Right::look || role == "viewer" ? "viewer" : "controller";
         wants_video_ = identify.video();
         wants_state_ = identify.state();
-        socket_.read_message_max(hub_.options.limits.message_bytes + 1);  // and the kind byte
+        socket_.read_message_max(registry_.options.limits.message_bytes + 1);  // and the kind byte
         spdlog::info("net: client {} is {}", id_, shortened_text(identify.client(), 128));
-        if (hub_.state) send_ready();
+        if (registry_.state) send_ready();
     }
 
     // ---- writing
     void send_ready() {
         ready_ = true;
         count(true);
-        if (wants_video_ && hub_.has_h264()) watch(true);
+        if (wants_video_ && registry_.has_h264()) watch(true);
         push(nullptr, Kind::whole_state);
-        hub_.update_demand();
+        registry_.update_demand();
     }
     // Changes that wait behind the whole state and are contained in it are dropped: revisions never go back.
     std::shared_ptr<const std::string> take_whole_state() {
         v1::ServerMessage message;
         message.mutable_ready()->set_client_id(id_);
         message.mutable_ready()->set_role(role_);
-        if (hub_.state) *message.mutable_ready()->mutable_state() = *hub_.state;
-        told_stream_ = hub_.video_config(watching_ ? hub_.lanes.lane_of(id_) : kSharedLane);
+        if (registry_.state) *message.mutable_ready()->mutable_state() = *registry_.state;
+        told_stream_ = registry_.video_config(watching_ ? registry_.lanes.lane_of(id_) : kSharedLane);
         *message.mutable_ready()->mutable_video_config() = told_stream_;
         whole_state_rev_ = message.ready().state().scene_rev();
         std::erase_if(queue_, [rev = whole_state_rev_](const Outgoing& waiting) {
@@ -325,14 +325,14 @@ private:
         message.mutable_result()->set_retry_after_ms(static_cast<std::uint32_t>(retry.count()));
         return SharedMessage(std::move(message)).bytes(encoding_);
     }
-    bool over_bound(std::size_t bytes) const { return bytes > hub_.options.limits.queued_bytes; }
+    bool over_bound(std::size_t bytes) const { return bytes > registry_.options.limits.queued_bytes; }
     static Error full_of(std::size_t waiting) {
         return {"busy", "", std::to_string(waiting), "So many bytes wait for this client; read them first."};
     }
 
     void push(std::shared_ptr<const std::string> bytes, Kind kind = Kind::note, std::uint32_t scene_rev = 0) {
         if (closing_ || ended_) return;
-        const bool full = queue_.size() >= hub_.options.limits.queued_messages ||
+        const bool full = queue_.size() >= registry_.options.limits.queued_messages ||
                           (kind == Kind::state_changed && over_bound(waiting_bytes() + bytes->size()));
         if (full && !make_room(kind)) return;
         queue_.push_back({std::move(bytes), kind, scene_rev, nullptr});
@@ -362,9 +362,9 @@ private:
         write_began_ = Clock::now();
         const auto done = [self = shared_from_this()](error_code error, std::size_t) { self->end_write(error); };
         if (outgoing_.kind == Kind::video) {
-            ++hub_.packets_sent;
+            ++registry_.packets_sent;
             const std::size_t bytes = outgoing_.header.size() + outgoing_.frame->data.size();
-            if (watching_ && hub_.lanes.wrote(id_, outgoing_.seq, bytes, write_began_) && !pinging_) {
+            if (watching_ && registry_.lanes.wrote(id_, outgoing_.seq, bytes, write_began_) && !pinging_) {
                 probing_ = true;
                 ping();
             }
@@ -390,7 +390,7 @@ private:
     // ---- video
     void send_video(const std::shared_ptr<const EncodedFrame>& frame, bool final) {
         FrameHeader header;
-        header.seq = hub_.lanes.take_credit(id_);
+        header.seq = registry_.lanes.take_credit(id_);
         sent_at_[header.seq % sent_at_.size()] = {header.seq, Clock::now()};
         header.key = frame->key;
         header.final = final;
@@ -406,9 +406,9 @@ private:
         observe_ack(ack.seq());
         if (!watching_) return;
         const bool goes =
-            hub_.lanes.acknowledged(id_, ack.seq(), std::chrono::microseconds(ack.decode_us()), Clock::now());
+            registry_.lanes.acknowledged(id_, ack.seq(), std::chrono::microseconds(ack.decode_us()), Clock::now());
         if (goes && held_) send_video(std::exchange(held_, nullptr), held_final_);
-        hub_.update_demand();
+        registry_.update_demand();
     }
     void observe_ack(std::uint32_t seq) {
         auto& sent = sent_at_[seq % sent_at_.size()];
@@ -420,15 +420,15 @@ private:
         if (watches == watching_) return;
         watching_ = watches;
         if (watches)
-            hub_.lanes.join(id_, Clock::now());
+            registry_.lanes.join(id_, Clock::now());
         else
-            hub_.lanes.leave(id_, Clock::now());
+            registry_.lanes.leave(id_, Clock::now());
     }
     // Where the lane's frames are others than the client knows of.
     void tell_stream() {
         v1::ServerMessage message;
         v1::VideoConfig& now = *message.mutable_video_config();
-        now = hub_.video_config(watching_ ? hub_.lanes.lane_of(id_) : kSharedLane);
+        now = registry_.video_config(watching_ ? registry_.lanes.lane_of(id_) : kSharedLane);
         if (now.SerializeAsString() == told_stream_.SerializeAsString()) return;
         told_stream_ = now;
         push(SharedMessage(std::move(message)).bytes(encoding_));
@@ -436,12 +436,12 @@ private:
     void count(bool counts) {
         if (counts == counted_) return;
         counted_ = counts;
-        counts ? ++hub_.clients : --hub_.clients;
+        counts ? ++registry_.clients : --registry_.clients;
     }
 
     // ---- time and end
     void schedule_tick() {
-        const FrontLimits& limits = hub_.options.limits;
+        const HttpLimits& limits = registry_.options.limits;
         const auto shortest = std::min({limits.identify, limits.ping, limits.write_stall});
         tick_.expires_after(std::clamp<std::chrono::milliseconds>(shortest / 5, std::chrono::milliseconds(20),
                                                                   std::chrono::milliseconds(1000)));
@@ -452,7 +452,7 @@ private:
         });
     }
     void check_times() {
-        const FrontLimits& limits = hub_.options.limits;
+        const HttpLimits& limits = registry_.options.limits;
         const auto now = Clock::now();
         const NetStream& stream = socket_.next_layer();
         // Who takes a long message piece by piece is there too: no ping gets past it.
@@ -492,8 +492,8 @@ private:
         watch(false);
         socket_.async_close(websocket::close_reason(static_cast<websocket::close_code>(code), reason),
                             [self = shared_from_this()](error_code) { self->end(); });
-        hub_.tell_moved();
-        hub_.update_demand();
+        registry_.tell_moved();
+        registry_.update_demand();
     }
     void end() {
         if (std::exchange(ended_, true)) return;
@@ -501,10 +501,10 @@ private:
         watching_ = false;  // remove() takes leave of the lanes
         tick_.cancel();
         beast::get_lowest_layer(socket_).close();
-        hub_.remove(id_);
+        registry_.remove(id_);
     }
 
-    Hub& hub_;
+    SessionRegistry& registry_;
     std::shared_ptr<const Place> place_;
     websocket::stream<NetStream> socket_;
     Encoding encoding_;
@@ -525,12 +525,12 @@ private:
     std::string token_;  // that was shown, and what it lets do
     Right right_ = Right::none;
     bool writing_ = false, pinging_ = false, closing_ = false, close_when_sent_ = false, ended_ = false;
-    std::deque<Outgoing> queue_;         // at most FrontLimits::queued_messages and queued_bytes, and a whole state
+    std::deque<Outgoing> queue_;         // at most HttpLimits::queued_messages and queued_bytes, and a whole state
     Outgoing outgoing_{};                // being written
     std::uint32_t whole_state_rev_ = 0;  // of the last whole state that was sent
 
-    bool watching_ = false;  // is a viewer of Hub::lanes
-    bool counted_ = false;   // in Hub::clients
+    bool watching_ = false;  // is a viewer of SessionRegistry::lanes
+    bool counted_ = false;   // in SessionRegistry::clients
     bool probing_ = false;   // the ping that is out measures the link
     v1::VideoConfig told_stream_;
     std::shared_ptr<const EncodedFrame> held_;
@@ -542,8 +542,8 @@ private:
 
 }  // namespace
 
-void start_websocket_session(Hub& hub, Accepted accepted, HttpRequest request, Encoding encoding) {
-    std::make_shared<WebSocketSession>(hub, std::move(accepted), encoding)->start(std::move(request));
+void start_websocket_session(SessionRegistry& registry, Accepted accepted, HttpRequest request, Encoding encoding) {
+    std::make_shared<WebSocketSession>(registry, std::move(accepted), encoding)->start(std::move(request));
 }
 
 }  // namespace gonio

@@ -107,7 +107,7 @@ public:
         return true;
     }
 
-    Latest<InputMail>& mail() override { return mail_; }
+    Latest<InputUpdates>& updates() override { return updates_; }
     Latest<v1::Sources>& table() override { return table_; }
     void listen_to(std::vector<DmxKey> universes) override {
         new_wanted_.put(std::move(universes));
@@ -324,20 +324,21 @@ private:
             views.push_back(std::make_shared<const DmxUniverse>(
                 key.protocol == DmxProtocol::sacn ? sacn_.universe(key.universe) : artnet_.universe(key.universe)));
         }
-        const bool fresh = mail_.merge([&](InputMail& mail) {
-            for (std::size_t i = 0; i < changed.size(); ++i) mail.universes[changed[i]] = std::move(views[i]);
+        const bool fresh = updates_.merge([&](InputUpdates& updates) {
+            for (std::size_t i = 0; i < changed.size(); ++i) updates.universes[changed[i]] = std::move(views[i]);
         });
         if (fresh) wake_();
     }
     bool post_osc(const OscClient& from, const std::string& address, OscSet values) {
         bool taken = false;
         const bool pattern = values[0].pattern;
-        const bool fresh = mail_.merge([&](InputMail& mail) {
-            const bool room = mail.osc.size() < kMaxOscMail && (!pattern || mail.osc_patterns < kMaxOscPatternMail);
-            const bool known = mail.osc.contains(address);
+        const bool fresh = updates_.merge([&](InputUpdates& updates) {
+            const bool room =
+                updates.osc.size() < kMaxOscUpdates && (!pattern || updates.osc_patterns < kMaxOscPatternMail);
+            const bool known = updates.osc.contains(address);
             taken = known || room;
-            if (!known && taken && pattern) ++mail.osc_patterns;
-            if (taken) mail.osc[address] = {from, std::move(values), ++osc_order_};
+            if (!known && taken && pattern) ++updates.osc_patterns;
+            if (taken) updates.osc[address] = {from, std::move(values), ++osc_order_};
         });
         if (fresh) wake_();
         return taken;
@@ -358,7 +359,7 @@ private:
 
     InputOptions options_;
     std::function<void()> wake_;
-    Latest<InputMail> mail_;
+    Latest<InputUpdates> updates_;
     Latest<v1::Sources> table_;
     Latest<std::vector<DmxKey>> new_wanted_;
     Latest<v1::State> new_state_;

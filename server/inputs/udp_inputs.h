@@ -26,11 +26,11 @@ struct InputOptions {
     bool any() const { return sacn || artnet || osc; }
 };
 
-inline constexpr std::size_t kMaxOscMail = 4096;        // OSC addresses waiting for the render thread; more: refused
+inline constexpr std::size_t kMaxOscUpdates = 4096;     // OSC addresses waiting for the render thread; more: refused
 inline constexpr std::size_t kMaxOscPatternMail = 128;  // patterns among them, which are compared with every name
 
 // What arrived since the render thread last looked: of each universe and each OSC address the newest.
-struct InputMail {
+struct InputUpdates {
     struct Osc {
         OscClient from;
         OscSet values;
@@ -43,14 +43,14 @@ struct InputMail {
 
 class Inputs {
 public:
-    // wake: called on the inputs' thread when the mail is no longer empty. Errors: "listen_failed".
+    // wake: called on the inputs' thread when the latest updates is no longer empty. Errors: "listen_failed".
     static Result<std::unique_ptr<Inputs>> start(const InputOptions& options, std::function<void()> wake);
     virtual ~Inputs() = default;  // closes everything and joins
 
-    // Render thread. The mail; the source table, a new one four times a second.
-    virtual Latest<InputMail>& mail() = 0;
+    // Render thread. The latest updates; the source table, a new one four times a second.
+    virtual Latest<InputUpdates>& updates() = 0;
     virtual Latest<v1::Sources>& table() = 0;
-    // The universes that the patch uses: joined, told to consoles that ask, and sent by mail.
+    // The universes that the patch uses: joined, told to consoles that ask, and sent by latest updates.
     virtual void listen_to(std::vector<DmxKey> universes) = 0;
     virtual void publish_state(v1::State state) = 0;
     // What the scene refused; beyond 256 that wait they are only counted. Of DMX it is the endpoint's last error.

@@ -7,7 +7,7 @@
 
 #include "server/lighting/kernels.h"
 
-namespace gonio::shade {
+namespace gonio::lighting {
 namespace {
 
 // Result: a triangle's vertices in the same order of going round, from the least on.
@@ -86,7 +86,7 @@ void add_instance(Clusters& result, const trace::Geometry& geometry, const Insta
             result.x.push_back(p.x), result.y.push_back(p.y), result.z.push_back(p.z);
         }
         for (std::vector<float>* array : {&result.x, &result.y, &result.z})
-            array->resize((array->size() + kLanes - 1) / kLanes * kLanes, 0.0f);
+            array->resize((array->size() + kSimdWidth - 1) / kSimdWidth * kSimdWidth, 0.0f);
         for (unsigned t = 0; t < piece.triangle_count; ++t) {
             const unsigned char* c = corners + 3 * t;
             result.triangles.push_back({{c[0], c[1], c[2]}, first_look + pieces.triangles[triangle++]});
@@ -114,7 +114,7 @@ Clusters make_clusters(const trace::Geometry& geometry) {
 
 std::shared_ptr<const Drawn> make_drawn(std::shared_ptr<const trace::Geometry> geometry, bool clustered) {
     return std::make_shared<const Drawn>(
-        Drawn{geometry, make_looks(*geometry), clustered, clustered ? make_clusters(*geometry) : Clusters()});
+        Drawn{geometry, make_material_table(*geometry), clustered, clustered ? make_clusters(*geometry) : Clusters()});
 }
 
-}  // namespace gonio::shade
+}  // namespace gonio::lighting

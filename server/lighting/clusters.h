@@ -8,9 +8,9 @@
 #include <memory>
 #include <vector>
 
-#include "server/lighting/looks.h"
+#include "server/lighting/material_table.h"
 
-namespace gonio::shade {
+namespace gonio::lighting {
 
 // Beyond this many triangles, counted per instance, the CPU keeps no clusters and GL draws the G-buffer: some 100 bytes
 // each, with the setups of a picture.
@@ -18,7 +18,7 @@ inline constexpr std::size_t kMostTriangles = std::size_t{1} << 22;
 inline constexpr std::size_t kClusterVertices = 64, kClusterTriangles = 124;  // meshlets' usual size
 
 struct Cluster {
-    std::uint32_t first_vertex = 0;    // into Clusters::x, y, z: a multiple of kLanes
+    std::uint32_t first_vertex = 0;    // into Clusters::x, y, z: a multiple of kSimdWidth
     std::uint32_t first_triangle = 0;  // into Clusters::triangles
     std::uint16_t vertices = 0, triangles = 0;
     bool one_sided = true;     // its backs are not seen
@@ -34,7 +34,7 @@ struct Clusters {
     std::vector<float> x, y, z;  // vertices, local, m
     struct Triangle {
         std::array<std::uint8_t, 3> corner;  // counted from its cluster's first vertex
-        std::uint32_t look;                  // index into Looks::triangles
+        std::uint32_t look;                  // index into MaterialTable::triangles
     };
     std::vector<Triangle> triangles;
     bool empty() const { return clusters.empty(); }
@@ -46,11 +46,11 @@ Clusters make_clusters(const trace::Geometry& geometry);
 // What the CPU's passes read of a scene.
 struct Drawn {
     std::shared_ptr<const trace::Geometry> geometry;
-    Looks looks;
+    MaterialTable material_table;
     bool clustered;  // else no clusters were asked for
     Clusters clusters;
 };
 // In a second for a million triangles. Any thread.
 std::shared_ptr<const Drawn> make_drawn(std::shared_ptr<const trace::Geometry> geometry, bool clustered);
 
-}  // namespace gonio::shade
+}  // namespace gonio::lighting

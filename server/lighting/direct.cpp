@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "server/lighting/looks.h"
+#include "server/lighting/material_table.h"
 
 #undef HWY_TARGET_INCLUDE
 #define HWY_TARGET_INCLUDE "server/lighting/direct.cpp"
@@ -12,11 +12,11 @@
 
 #ifndef GONIO_SHADE_DIRECT_TILE
 #define GONIO_SHADE_DIRECT_TILE
-namespace gonio::shade {
+namespace gonio::lighting {
 
 // As many pixels as stay in the cache while one luminaire after the other lights them. Pixels 4 apart follow each
-// other: pixel (x, y) is number (4 y + x % 4) kLanes + x / 4.
-inline constexpr int kTileRows = 8, kTileColumns = 4 * static_cast<int>(kLanes);
+// other: pixel (x, y) is number (4 y + x % 4) kSimdWidth + x / 4.
+inline constexpr int kTileRows = 8, kTileColumns = 4 * static_cast<int>(kSimdWidth);
 inline constexpr std::size_t kTilePixels = kTileRows * kTileColumns, kSquare = 16;
 
 struct Tile {
@@ -33,17 +33,17 @@ struct Tile {
 // Marks a grid point that receives no light: hidden or turned away (negative), or beyond the beam.
 inline constexpr float kNoLight = 1e-20f;
 
-}  // namespace gonio::shade
+}  // namespace gonio::lighting
 #endif
 
 HWY_BEFORE_NAMESPACE();
-namespace gonio::shade {
+namespace gonio::lighting {
 namespace HWY_NAMESPACE {
 
-#include "server/lighting/lanes.h"
-#include "server/lighting/look_lanes.h"
-#include "server/lighting/pixel_lanes.h"
-#include "server/lighting/web_lanes.h"
+#include "server/lighting/simd.h"
+#include "server/lighting/simd_materials.h"
+#include "server/lighting/simd_pixels.h"
+#include "server/lighting/simd_web.h"
 
 // Where light comes to a surface: cosine / distance², 0 from behind; to: from the luminaire.
 HWY_INLINE Float falloff(const Vec3& to, const Vec3& n) {
@@ -64,7 +64,7 @@ void DirectPoints(const DirectLight& light, const Points& points, std::size_t co
 }
 
 // Fills in a tile's surfaces. weights: of the picture. Result: whether there are any.
-bool PlaceTile(Tile& tile, const Surfaces& s, const std::uint32_t* weights) {
+bool PlaceTile(Tile& tile, const GBuffer& s, const std::uint32_t* weights) {
     const Tag tag;
     const IntTag ints;
     const std::size_t lanes = hn::Lanes(tag);
@@ -74,7 +74,7 @@ bool PlaceTile(Tile& tile, const Surfaces& s, const std::uint32_t* weights) {
         const bool inside = y < s.height;
         const std::size_t from = static_cast<std::size_t>(inside ? y : 0) * s.row_length;
         const glm::vec3 start = s.rays.corner + static_cast<float>(y) * s.rays.up;
-        for (std::size_t i = 0; i < kLanes; i += lanes) {
+        for (std::size_t i = 0; i < kSimdWidth; i += lanes) {
             const std::size_t x = static_cast<std::size_t>(tile.first_x) + 4 * i;
             Raw depth[4];
             hn::Vec<IntTag> normal[4], weight[4];
@@ -84,7 +84,7 @@ bool PlaceTile(Tile& tile, const Surfaces& s, const std::uint32_t* weights) {
             hn::LoadInterleaved4(ints, reinterpret_cast<const std::int32_t*>(weights + from + x), weight[0], weight[1],
                                  weight[2], weight[3]);
             for (std::size_t phase = 0; phase < 4; ++phase) {
-                const std::size_t at = (4 * static_cast<std::size_t>(row) + phase) * kLanes + i;
+                const std::size_t at = (4 * static_cast<std::size_t>(row) + phase) * kSimdWidth + i;
                 const Mask surface = inside ? Float(0.0f) < Float(depth[phase]) : Float(0.0f) < Float(0.0f);
                 const Float z = Float(s.rays.near_m) / max(Float(depth[phase]), Float(1e-30f));
                 const Vec3 p = surface_point(s.rays, start, column_of(x + phase), z), n = unpack_normal(normal[phase]);
@@ -114,9 +114,9 @@ struct Around {
 HWY_INLINE Around around_pixels(const Tile& tile, std::size_t at, const float* lattice, std::ptrdiff_t stride) {
     const Tag tag;
     const IntTag ints;
-    const int y = tile.first_y + static_cast<int>(at / (4 * kLanes)), phase = static_cast<int>(at / kLanes % 4);
-    const float* corner =
-        lattice + row_below(y) * stride + tile.first_x / 4 + static_cast<std::ptrdiff_t>(at % kLanes) + left_of(phase);
+    const int y = tile.first_y + static_cast<int>(at / (4 * kSimdWidth)), phase = static_cast<int>(at / kSimdWidth % 4);
+    const float* corner = lattice + row_below(y) * stride + tile.first_x / 4 +
+                          static_cast<std::ptrdiff_t>(at % kSimdWidth) + left_of(phase);
     auto weights = hn::LoadU(ints, reinterpret_cast<const std::int32_t*>(tile.weights) + at);
     Around a;
     for (const float* from : {corner, corner + 1, corner + stride, corner + stride + 1}) {
@@ -144,27 +144,27 @@ std::size_t LightTile(Tile& tile, const DirectLight& light, const float* lattice
     constexpr float kOpinion = 0.05f;
     const Mask none = Float(0.0f) < Float(0.0f);
     std::size_t asking = 0;
-    HWY_ALIGN float brings[kSquare * kLanes];
-    for (std::size_t group = 0; group < kTilePixels; group += kSquare * kLanes) {
+    HWY_ALIGN float contribution[kSquare * kSimdWidth];
+    for (std::size_t group = 0; group < kTilePixels; group += kSquare * kSimdWidth) {
         bool any = false;
-        for (std::size_t i = 0; i < kLanes; i += hn::Lanes(tag)) {
+        for (std::size_t i = 0; i < kSimdWidth; i += hn::Lanes(tag)) {
             Vec3 to[kSquare];
             Float share[kSquare];
             Mask edge = none;
             const auto look = [&](std::size_t v) {
-                const Points points = points_at(tile.place, group + v * kLanes + i);
+                const Points points = points_at(tile.place, group + v * kSimdWidth + i);
                 to[v] = place_of(points, 0) - spread(light.position);
                 share[v] = falloff(to[v], normal_of(points, 0));
             };
             for (std::size_t v = 0; edges && v < kSquare; ++v) {
                 look(v);
-                edge = hn::Or(
-                    edge, hn::AndNot(Float(0.0f) < share[v], Float(0.0f) < load(tile.depth + group + v * kLanes + i)));
+                edge = hn::Or(edge, hn::AndNot(Float(0.0f) < share[v],
+                                               Float(0.0f) < load(tile.depth + group + v * kSimdWidth + i)));
             }
             for (std::size_t v = 0; v < kSquare; ++v) {
-                const std::size_t at = group + v * kLanes + i;
+                const std::size_t at = group + v * kSimdWidth + i;
                 Mask wanted = Float(0.0f) < load(tile.depth + at), agree = none, seen = none, steep = none;
-                store(Float(0.0f), brings + v * kLanes + i);
+                store(Float(0.0f), contribution + v * kSimdWidth + i);
                 Float ratio;
                 if (lattice != nullptr) {
                     const Around around = around_pixels(tile, at, lattice, stride);
@@ -179,40 +179,40 @@ std::size_t LightTile(Tile& tile, const DirectLight& light, const float* lattice
                 if (hn::AllFalse(tag, wanted)) continue;
                 if (!edges) look(v);
                 wanted = hn::And(wanted, Float(0.0f) < share[v]);
-                const Mask lit = hn::And(wanted, hn::And(agree, seen)), asks = hn::AndNot(agree, wanted);
-                if (hn::AllFalse(tag, hn::Or(lit, asks))) continue;
-                if (!hn::AllFalse(tag, hn::Or(asks, steep)))
+                const Mask lit = hn::And(wanted, hn::And(agree, seen)), casts_ray = hn::AndNot(agree, wanted);
+                if (hn::AllFalse(tag, hn::Or(lit, casts_ray))) continue;
+                if (!hn::AllFalse(tag, hn::Or(casts_ray, steep)))
                     ratio = web_ratio(light.web, turned(light.light_from_world, to[v]));
                 const Float lux = ratio * share[v] * Float(light.unit_m2), shown = hn::IfThenElseZero(lit, lux.raw);
                 for (std::size_t k = 0; k < planes; ++k)
                     store(load(tile.light[k] + at) + shown * Float(light.weight[static_cast<int>(k)]),
                           tile.light[k] + at);
-                store(hn::IfThenElseZero(asks, lux.raw), brings + v * kLanes + i);
-                any |= !hn::AllFalse(tag, asks);
+                store(hn::IfThenElseZero(casts_ray, lux.raw), contribution + v * kSimdWidth + i);
+                any |= !hn::AllFalse(tag, casts_ray);
             }
         }
-        for (std::size_t k = 0; any && k < kSquare * kLanes; ++k) {
-            const std::size_t at = k % kSquare * kLanes + k / kSquare;
+        for (std::size_t k = 0; any && k < kSquare * kSimdWidth; ++k) {
+            const std::size_t at = k % kSquare * kSimdWidth + k / kSquare;
             tile.asking[asking] = static_cast<std::uint16_t>(group + at);
-            tile.lux[asking] = brings[at];
-            asking += brings[at] > 0.0f ? 1 : 0;
+            tile.lux[asking] = contribution[at];
+            asking += contribution[at] > 0.0f ? 1 : 0;
         }
     }
     return asking;
 }
 
 // Tile -> picture. adds: to what is there.
-void StoreTile(const Tile& tile, const Surfaces& s, Planes& planes, bool adds) {
+void StoreTile(const Tile& tile, const GBuffer& s, Planes& planes, bool adds) {
     const Tag tag;
     for (std::size_t k = 0; k < planes.size(); ++k) {
         for (int row = 0; row < std::min(kTileRows, s.height - tile.first_y); ++row) {
             float* to = planes[k].data() + static_cast<std::size_t>(tile.first_y + row) * s.row_length +
                         static_cast<std::size_t>(tile.first_x);
-            for (std::size_t i = 0; i < kLanes; i += hn::Lanes(tag)) {
-                const float* from = tile.light[k] + 4 * static_cast<std::size_t>(row) * kLanes + i;
+            for (std::size_t i = 0; i < kSimdWidth; i += hn::Lanes(tag)) {
+                const float* from = tile.light[k] + 4 * static_cast<std::size_t>(row) * kSimdWidth + i;
                 Raw sum[4] = {hn::Zero(tag), hn::Zero(tag), hn::Zero(tag), hn::Zero(tag)};
                 if (adds) hn::LoadInterleaved4(tag, to + 4 * i, sum[0], sum[1], sum[2], sum[3]);
-                for (std::size_t p = 0; p < 4; ++p) sum[p] = hn::Add(sum[p], hn::LoadU(tag, from + p * kLanes));
+                for (std::size_t p = 0; p < 4; ++p) sum[p] = hn::Add(sum[p], hn::LoadU(tag, from + p * kSimdWidth));
                 hn::StoreInterleaved4(sum[0], sum[1], sum[2], sum[3], tag, to + 4 * i);
             }
         }
@@ -220,11 +220,11 @@ void StoreTile(const Tile& tile, const Surfaces& s, Planes& planes, bool adds) {
 }
 
 }  // namespace HWY_NAMESPACE
-}  // namespace gonio::shade
+}  // namespace gonio::lighting
 HWY_AFTER_NAMESPACE();
 
 #if HWY_ONCE
-namespace gonio::shade {
+namespace gonio::lighting {
 
 HWY_EXPORT(DirectPoints);
 HWY_EXPORT(PlaceTile);
@@ -262,11 +262,11 @@ std::uint64_t beams_at(std::span<const DirectLight> lights, const glm::vec3& lea
 }
 
 // Sixteen shadow rays to a luminaire, of `active` points. Result: bits of those that nothing stops.
-unsigned unhidden(const trace::Geometry& geometry, const DirectLight& light, const Surfaces& surfaces,
+unsigned unhidden(const trace::Geometry& geometry, const DirectLight& light, const GBuffer& gbuffer,
                   const Points& points, const float* depth, unsigned active) {
     // They start this share of a pixel's width off its surface: depth and normals are those of pixels, not exact.
     constexpr float kOffPerPixel = 0.02f;
-    const float off_m = 4.0f * geometry.step_off(light.position), per_depth = kOffPerPixel * surfaces.depth_per_pixel;
+    const float off_m = 4.0f * geometry.step_off(light.position), per_depth = kOffPerPixel * gbuffer.depth_per_pixel;
     trace::RayPacket rays;
     for (int i = 0; i < trace::kPacket; ++i) {
         const float off = off_m + per_depth * depth[i];
@@ -316,7 +316,7 @@ struct GridBlock {
 };
 
 // The lattice's values of a block's points.
-void ask_grid(const GridBlock& block, const Surfaces& surfaces, const trace::Geometry& geometry,
+void ask_grid(const GridBlock& block, const GBuffer& gbuffer, const trace::Geometry& geometry,
               std::span<const DirectLight> lights, bool sparse, Lattice& lattice) {
     const std::uint64_t beams = beams_at(lights, block.least, block.greatest);
     sparse = sparse && block.even();
@@ -334,7 +334,7 @@ void ask_grid(const GridBlock& block, const Surfaces& surfaces, const trace::Geo
             }
             unsigned seen = all_seen ? lit : 0u;
             if (lit != 0 && !all_seen && !all_hidden) {
-                seen = unhidden(geometry, lights[k], surfaces, points_at(block.place, first), block.depth + first, lit);
+                seen = unhidden(geometry, lights[k], gbuffer, points_at(block.place, first), block.depth + first, lit);
             }
             if (p == 0 && sparse && lit == active) all_seen = seen == lit, all_hidden = seen == 0;
             for (std::size_t i = 0; i < trace::kPacket; ++i) {
@@ -347,7 +347,7 @@ void ask_grid(const GridBlock& block, const Surfaces& surfaces, const trace::Geo
 }
 
 // Lights the pixels that a tile's grid points leave.
-void ask_pixels(Tile& tile, std::size_t asking, const Surfaces& surfaces, const trace::Geometry& geometry,
+void ask_pixels(Tile& tile, std::size_t asking, const GBuffer& gbuffer, const trace::Geometry& geometry,
                 const DirectLight& light, std::size_t planes) {
     for (std::size_t first = 0; first < asking; first += trace::kPacket) {
         const std::size_t count = std::min<std::size_t>(trace::kPacket, asking - first);
@@ -357,7 +357,7 @@ void ask_pixels(Tile& tile, std::size_t asking, const Surfaces& surfaces, const 
             for (std::size_t v = 0; v < 6; ++v) values[v][i] = tile.place[v][pixel];
             values[6][i] = tile.depth[pixel];
         }
-        const unsigned seen = unhidden(geometry, light, surfaces, points_at(values, 0), values[6], (1u << count) - 1u);
+        const unsigned seen = unhidden(geometry, light, gbuffer, points_at(values, 0), values[6], (1u << count) - 1u);
         for (std::size_t i = 0; i < count; ++i) {
             if ((seen >> i & 1u) == 0) continue;
             for (std::size_t k = 0; k < planes; ++k)
@@ -368,23 +368,23 @@ void ask_pixels(Tile& tile, std::size_t asking, const Surfaces& surfaces, const 
 
 }  // namespace
 
-void direct_light(const Surfaces& surfaces, const ScreenGrid& screen, const trace::Geometry& geometry,
+void direct_light(const GBuffer& gbuffer, const ScreenGrid& screen, const trace::Geometry& geometry,
                   std::span<const DirectLight> lights, bool every_pixel, Planes& out, Lattice& lattice, Pool& pool) {
     const Grid& grid = screen.grid;
-    for (std::vector<float>& plane : out) plane.resize(surfaces.row_length * static_cast<std::size_t>(surfaces.height));
+    for (std::vector<float>& plane : out) plane.resize(gbuffer.row_length * static_cast<std::size_t>(gbuffer.height));
     const int across = (grid.width + GridBlock::kSide - 1) / GridBlock::kSide,
               down = (grid.height + GridBlock::kSide - 1) / GridBlock::kSide;
-    const int tiles_x = static_cast<int>(surfaces.row_length) / kTileColumns,
-              tiles_y = (surfaces.height + kTileRows - 1) / kTileRows;
+    const int tiles_x = static_cast<int>(gbuffer.row_length) / kTileColumns,
+              tiles_y = (gbuffer.height + kTileRows - 1) / kTileRows;
     const bool many = lights.size() > kDense;
     for (std::size_t first = 0; first == 0 || first < lights.size(); first += kMostAtOnce) {
         const auto some = lights.subspan(first, std::min(kMostAtOnce, lights.size() - first));
         if (!every_pixel) {
             lattice.resize(std::max(lattice.size(), some.size()));
-            for (std::vector<float>& plane : lattice) plane.resize(grid.first_spare() + kLanes);
+            for (std::vector<float>& plane : lattice) plane.resize(grid.first_spare() + kSimdWidth);
             pool.run(across * down, [&](int job) {
                 const GridBlock block(grid, job % across * GridBlock::kSide, job / across * GridBlock::kSide);
-                ask_grid(block, surfaces, geometry, some, many, lattice);
+                ask_grid(block, gbuffer, geometry, some, many, lattice);
             });
             pool.run(static_cast<int>(some.size()), [&](int k) { grid.extend(lattice[static_cast<std::size_t>(k)]); });
         }
@@ -392,20 +392,20 @@ void direct_light(const Surfaces& surfaces, const ScreenGrid& screen, const trac
             static thread_local Tile tile;
             tile.first_x = job % tiles_x * kTileColumns, tile.first_y = job / tiles_x * kTileRows;
             for (auto& plane : tile.light) std::fill_n(plane, kTilePixels, 0.0f);
-            if (HWY_DYNAMIC_DISPATCH(PlaceTile)(tile, surfaces, screen.to_pixels.weights.data())) {
+            if (HWY_DYNAMIC_DISPATCH(PlaceTile)(tile, gbuffer, screen.to_pixels.weights.data())) {
                 const std::uint64_t beams = beams_at(some, tile.least, tile.greatest);
                 for (std::size_t k = 0; k < some.size(); ++k) {
                     if ((beams >> k & 1u) == 0) continue;
                     const std::size_t asking = HWY_DYNAMIC_DISPATCH(LightTile)(
                         tile, some[k], every_pixel ? nullptr : lattice[k].data() + grid.at(0, 0), grid.stride, !many,
                         out.size());
-                    ask_pixels(tile, asking, surfaces, geometry, some[k], out.size());
+                    ask_pixels(tile, asking, gbuffer, geometry, some[k], out.size());
                 }
             }
-            HWY_DYNAMIC_DISPATCH(StoreTile)(tile, surfaces, out, first > 0);
+            HWY_DYNAMIC_DISPATCH(StoreTile)(tile, gbuffer, out, first > 0);
         });
     }
 }
 
-}  // namespace gonio::shade
+}  // namespace gonio::lighting
 #endif

@@ -9,7 +9,7 @@
 #include "server/lighting/screen.h"
 #include "server/scene/web_buffer.h"
 
-namespace gonio::shade {
+namespace gonio::lighting {
 
 // A luminaire. Its light is measured in unit_m2: illuminance per candela of its peak × unit_m2.
 struct DirectLight {
@@ -21,8 +21,8 @@ struct DirectLight {
     glm::vec3 weight{1.0f};  // what it counts in each plane of a picture
 };
 
-// At `count` points, a multiple of kLanes: light that arrives if nothing stands between, 0 where it comes from behind;
-// ratio: I / I_peak, or null. Any thread.
+// At `count` points, a multiple of kSimdWidth: light that arrives if nothing stands between, 0 where it comes from
+// behind; ratio: I / I_peak, or null. Any thread.
 void direct_points(const DirectLight& light, const Points& points, std::size_t count, float* lux,
                    float* ratio = nullptr);
 
@@ -32,7 +32,7 @@ using Lattice = Planes;
 // each luminaire from every point of the grid, of more than four from every other one first; a pixel whose points agree
 // takes their answer, the others send their own: a shadow narrower than the grid may be lost. every_pixel: a ray from
 // each that light could reach. Render thread.
-void direct_light(const Surfaces& surfaces, const ScreenGrid& screen, const trace::Geometry& geometry,
+void direct_light(const GBuffer& gbuffer, const ScreenGrid& screen, const trace::Geometry& geometry,
                   std::span<const DirectLight> lights, bool every_pixel, Planes& out, Lattice& lattice, Pool& pool);
 
-}  // namespace gonio::shade
+}  // namespace gonio::lighting

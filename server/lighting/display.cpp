@@ -19,7 +19,7 @@
 #ifndef GONIO_SHADE_TONE_TABLE
 #define GONIO_SHADE_TONE_TABLE
 #include "shaders/lib/as_cpp.h"
-namespace gonio::shade {
+namespace gonio::lighting {
 // 256 values per octave, linear between them: within 1e-5 of the curve. Below 2^-14 the curve is 12.92 x. An entry has
 // its value and how much greater the next is, of 65,535 and of as much again.
 inline constexpr std::uint32_t kToneFirst = (127 - 14) << 8, kToneEntries = 21 << 8;
@@ -40,15 +40,15 @@ inline const std::int32_t* tone_table() {
     }();
     return table.data();
 }
-}  // namespace gonio::shade
+}  // namespace gonio::lighting
 #endif
 
 HWY_BEFORE_NAMESPACE();
-namespace gonio::shade {
+namespace gonio::lighting {
 namespace HWY_NAMESPACE {
 
-#include "server/lighting/lanes.h"
-#include "server/lighting/layer_lanes.h"
+#include "server/lighting/simd.h"
+#include "server/lighting/simd_layers.h"
 
 // Gamma-encoded value of a display-linear one.
 HWY_INLINE Float tone(const std::int32_t* table, Float x) {
@@ -86,8 +86,8 @@ void EncodeRow(const Display& display, int y, const std::int32_t* table, float s
     const IntTag ints;
     const auto lanes = hn::Lanes(tag);
     const std::size_t row = static_cast<std::size_t>(y) * display.row_length;
-    HWY_ALIGN float dither[kLanes];
-    for (int i = 0; i < static_cast<int>(kLanes); ++i) dither[i] = glsl::display_dither(i, y);
+    HWY_ALIGN float dither[kSimdWidth];
+    for (int i = 0; i < static_cast<int>(kSimdWidth); ++i) dither[i] = glsl::display_dither(i, y);
     for (std::size_t x = 0; x < display.row_length; x += lanes) {
         const std::size_t at = row + x;
         Vec3 light;
@@ -152,11 +152,11 @@ void Nv12Rows(const float* const* upper, const float* const* lower, std::size_t 
 }
 
 }  // namespace HWY_NAMESPACE
-}  // namespace gonio::shade
+}  // namespace gonio::lighting
 HWY_AFTER_NAMESPACE();
 
 #if HWY_ONCE
-namespace gonio::shade {
+namespace gonio::lighting {
 
 HWY_EXPORT(SumRow);
 HWY_EXPORT(EncodeRow);
@@ -187,8 +187,7 @@ void to_nv12(const Display& display, std::uint8_t* nv12, Pool& pool) {
             const int top = display.height - 1 - 2 * pair;
             for (const auto& [y, row] : {std::pair(top, upper), std::pair(top - 1, lower)}) {
                 HWY_DYNAMIC_DISPATCH(SumRow)(display, y, kept);
-                if (indirect != nullptr)
-                    upsample_line(*on_grid.surfaces, *on_grid.screen, *on_grid.planes, y, indirect);
+                if (indirect != nullptr) upsample_line(*on_grid.gbuffer, *on_grid.screen, *on_grid.planes, y, indirect);
                 HWY_DYNAMIC_DISPATCH(EncodeRow)(display, y, table, scale, kept, indirect, row[0], row[1], row[2]);
             }
             HWY_DYNAMIC_DISPATCH(Nv12Rows)
@@ -202,5 +201,5 @@ void to_nv12(const Display& display, std::uint8_t* nv12, Pool& pool) {
     });
 }
 
-}  // namespace gonio::shade
+}  // namespace gonio::lighting
 #endif

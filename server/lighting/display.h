@@ -9,10 +9,10 @@
 #include "server/base/pool.h"
 #include "server/lighting/layers.h"
 
-namespace gonio::shade {
+namespace gonio::lighting {
 
-// Arrays hold row_length pixels a row, a multiple of 4·kLanes, rows from the bottom. Light is in display units where
-// the reflectance is 1: display-linear value, 1 the brightest that is not clipped.
+// Arrays hold row_length pixels a row, a multiple of 4·kSimdWidth, rows from the bottom. Light is in display units
+// where the reflectance is 1: display-linear value, 1 the brightest that is not clipped.
 struct Display {
     int width = 0, height = 0;  // even
     std::size_t row_length = 0;
@@ -24,7 +24,7 @@ struct Display {
     float per_quantum = 0.0f;
     // Indirect light on the grid, in units; no planes: none.
     struct OnGrid {
-        const Surfaces* surfaces = nullptr;
+        const GBuffer* gbuffer = nullptr;
         const ScreenGrid* screen = nullptr;
         const Planes* planes = nullptr;
         float unit = 0.0f;  // display units per value
@@ -44,4 +44,4 @@ struct Display {
 // nv12: width × height · 3/2 bytes, rows from the top.
 void to_nv12(const Display& display, std::uint8_t* nv12, Pool& pool);
 
-}  // namespace gonio::shade
+}  // namespace gonio::lighting

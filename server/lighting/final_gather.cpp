@@ -6,7 +6,7 @@
 
 #include "server/lighting/upsample.h"
 
-namespace gonio::shade {
+namespace gonio::lighting {
 namespace {
 
 // Pixels next to something, of which a mean over their links of min(1, pixel / length) is at least the first, are not
@@ -25,7 +25,7 @@ unsigned part_of(int x, int y, int tile) {
 }
 
 struct Tracer {
-    const Surfaces& surfaces;
+    const GBuffer& gbuffer;
     const transport::Transport::Surface& surface;
     const FinalGather& gather;
     const float nearby_m;  // links up to here take direct light where they end
@@ -34,10 +34,10 @@ struct Tracer {
 
     // Sixteen links of a pixel, `generation` in the tile's sequence. Result: the sum of its rays' nearness.
     float follow(std::size_t x, const Spot& spot, unsigned generation, std::uint16_t* ids, LinkEnds& ends) const {
-        const float pixel_m = surfaces.depth_per_pixel * spot.depth;
+        const float pixel_m = gbuffer.depth_per_pixel * spot.depth;
         // Depth is not exact, and a seam may be nearer than its error: nothing is between the eye and the pixel.
         const glm::vec3 from = spot.position + spot.normal * (4.0f * surface.geometry->step_off(spot.position)) +
-                               glm::normalize(surfaces.rays.eye - spot.position) * (0.1f * pixel_m);
+                               glm::normalize(gbuffer.rays.eye - spot.position) * (0.1f * pixel_m);
         const auto parts = static_cast<unsigned>(gather.pass.tile * gather.pass.tile);
         const unsigned packet = generation * parts + part_of(static_cast<int>(x), y, gather.pass.tile);
         const transport::Fan fan = transport::make_fan(from, spot.normal, spot.normal, gather.directions[packet]);
@@ -61,7 +61,7 @@ struct Tracer {
         ids.assign(count * links, none);
         ends.clear();
         for (std::size_t x = first; x < first + count; ++x) {
-            const Spot spot = row.spots[x] = spot_at(surfaces, static_cast<int>(x), y);
+            const Spot spot = row.spots[x] = spot_at(gbuffer, static_cast<int>(x), y);
             row.near[x] = 0.0f;
             if (!(spot.depth > 0.0f)) continue;
             float near = 0.0f;
@@ -98,7 +98,7 @@ struct Tracer {
 };
 
 // out[x]: the mean over the tile around a pixel of row y, of what lies on its plane and faces its way.
-void average(const FinalGather& gather, const Surfaces& surfaces, int y, std::size_t x,
+void average(const FinalGather& gather, const GBuffer& gbuffer, int y, std::size_t x,
              std::vector<std::vector<glm::vec4>>& out) {
     constexpr float kFacing = 0.97f;  // cosine
     const int reach = gather.pass.tile / 2;
@@ -110,7 +110,7 @@ void average(const FinalGather& gather, const Surfaces& surfaces, int y, std::si
     const float near = own.near[x];
     for (std::size_t i = 0; i < out.size(); ++i) out[i][x] = own.own[i][x] * near;
     if (!(near < 1.0f) || !(spot.depth > 0.0f)) return;
-    const float off_m = surfaces.depth_per_pixel * spot.depth;
+    const float off_m = gbuffer.depth_per_pixel * spot.depth;
     struct Tap {
         int v;
         std::size_t u;
@@ -118,9 +118,9 @@ void average(const FinalGather& gather, const Surfaces& surfaces, int y, std::si
     } taps[81];
     int count = 0;
     float total = 0.0f;
-    for (int v = std::max(y - reach, 0); v <= std::min(y + reach, surfaces.height - 1); ++v) {
+    for (int v = std::max(y - reach, 0); v <= std::min(y + reach, gbuffer.height - 1); ++v) {
         for (int u = std::max(static_cast<int>(x) - reach, 0);
-             u <= std::min(static_cast<int>(x) + reach, surfaces.width - 1); ++u) {
+             u <= std::min(static_cast<int>(x) + reach, gbuffer.width - 1); ++u) {
             const Spot& other = row_at(v).spots[static_cast<std::size_t>(u)];
             if (!(other.depth > 0.0f) || glm::dot(other.normal, spot.normal) < kFacing ||
                 std::abs(glm::dot(other.position - spot.position, spot.normal)) > off_m)
@@ -141,11 +141,11 @@ void average(const FinalGather& gather, const Surfaces& surfaces, int y, std::si
 
 }  // namespace
 
-bool continue_gather(const Surfaces& surfaces, const ScreenGrid& screen, const transport::Transport& transport,
+bool continue_gather(const GBuffer& gbuffer, const ScreenGrid& screen, const transport::Transport& transport,
                      FinalGather& gather, const std::function<void(std::size_t, int, std::span<const glm::vec4>)>& done,
                      Pool& pool) {
     constexpr std::size_t kChunk = 32;
-    const auto width = static_cast<std::size_t>(surfaces.width);
+    const auto width = static_cast<std::size_t>(gbuffer.width);
     const int reach = gather.pass.tile / 2;
     if (gather.rows.empty()) {
         const auto packets =
@@ -159,12 +159,12 @@ bool continue_gather(const Surfaces& surfaces, const ScreenGrid& screen, const t
             row.own.assign(gather.sources.size(), std::vector<glm::vec4>(width));
         }
     }
-    if (gather.next < surfaces.height) {
+    if (gather.next < gbuffer.height) {
         float radii = 0.0f;
         for (const GatherSource& source : gather.sources) {
             if (source.ends) radii = std::max(radii, source.ends->narrow > 0.0f ? kVplsAloneRadii : kExactRadii);
         }
-        const Tracer tracer{surfaces,    *transport.surface,
+        const Tracer tracer{gbuffer,     *transport.surface,
                             gather,      radii * transport.surface->surfels.radius_m,
                             gather.next, gather.rows[static_cast<std::size_t>(gather.next) % gather.rows.size()]};
         const std::size_t part = kPart / (gather.pass.generations * trace::kPacket) / kChunk * kChunk,
@@ -176,16 +176,16 @@ bool continue_gather(const Surfaces& surfaces, const ScreenGrid& screen, const t
         gather.next_x = 0;
     }
     const int y = gather.next - reach;
-    if (y >= 0 && y < surfaces.height) {
+    if (y >= 0 && y < gbuffer.height) {
         std::vector<std::vector<glm::vec4>> values(gather.sources.size(), std::vector<glm::vec4>(width));
         pool.run_chunks(width, kChunk, [&](std::size_t first, std::size_t count) {
-            for (std::size_t x = first; x < first + count; ++x) average(gather, surfaces, y, x, values);
+            for (std::size_t x = first; x < first + count; ++x) average(gather, gbuffer, y, x, values);
         });
         std::vector<std::uint16_t> halves;
         for (std::size_t i = 0; i < values.size(); ++i) {
             if (!gather.sources[i].besides.empty()) {
-                halves.resize(4 * surfaces.row_length);
-                upsample_line(surfaces, screen, gather.sources[i].besides, y, halves.data());
+                halves.resize(4 * gbuffer.row_length);
+                upsample_line(gbuffer, screen, gather.sources[i].besides, y, halves.data());
                 for (std::size_t x = 0; x < width; ++x) {
                     for (int k = 0; k < 3; ++k)
                         values[i][x][k] += glm::unpackHalf1x16(halves[4 * x + static_cast<std::size_t>(k)]);
@@ -194,7 +194,7 @@ bool continue_gather(const Surfaces& surfaces, const ScreenGrid& screen, const t
             done(i, y, values[i]);
         }
     }
-    return ++gather.next >= surfaces.height + reach;
+    return ++gather.next >= gbuffer.height + reach;
 }
 
-}  // namespace gonio::shade
+}  // namespace gonio::lighting

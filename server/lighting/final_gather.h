@@ -12,7 +12,7 @@
 #include "server/lighting/surfel_light.h"
 #include "server/transport/transport.h"
 
-namespace gonio::shade {
+namespace gonio::lighting {
 
 struct GatherPass {
     unsigned generations;  // of trace::kPacket links of each pixel
@@ -49,8 +49,8 @@ struct FinalGather {
 
 // Traces a part of the next row, some milliseconds. done(source, y, values): called for each complete row y, rgb
 // irradiance by pixel, on the caller's thread. Result: whether all are. Render thread.
-bool continue_gather(const Surfaces& surfaces, const ScreenGrid& screen, const transport::Transport& transport,
+bool continue_gather(const GBuffer& gbuffer, const ScreenGrid& screen, const transport::Transport& transport,
                      FinalGather& gather, const std::function<void(std::size_t, int, std::span<const glm::vec4>)>& done,
                      Pool& pool);
 
-}  // namespace gonio::shade
+}  // namespace gonio::lighting

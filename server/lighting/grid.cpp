@@ -2,15 +2,15 @@
 
 #include <algorithm>
 
-namespace gonio::shade {
+namespace gonio::lighting {
 
 void Grid::resize(int new_width, int new_height, std::size_t new_spare) {
     width = new_width;
     height = new_height;
-    spare = (new_spare + kLanes - 1) / kLanes * kLanes;
+    spare = (new_spare + kSimdWidth - 1) / kSimdWidth * kSimdWidth;
     // Rows end in a border and the widest vector that starts at the last value.
-    stride = (width + 2 * kBorder + static_cast<std::ptrdiff_t>(kLanes) + 15) / 16 * 16;
-    for (std::vector<float>& array : values) array.assign(size() + kLanes, 0.0f);
+    stride = (width + 2 * kBorder + static_cast<std::ptrdiff_t>(kSimdWidth) + 15) / 16 * 16;
+    for (std::vector<float>& array : values) array.assign(size() + kSimdWidth, 0.0f);
 }
 
 void Grid::set(std::size_t at, const glm::vec3& position, const glm::vec3& normal, float depth) {
@@ -34,4 +34,4 @@ void Grid::extend(std::vector<float>& plane) const {
     }
 }
 
-}  // namespace gonio::shade
+}  // namespace gonio::lighting

@@ -8,7 +8,7 @@
 
 #include "server/lighting/kernels.h"
 
-namespace gonio::shade {
+namespace gonio::lighting {
 
 struct Grid {
     static constexpr int kBorder = 4;
@@ -38,4 +38,4 @@ Points points_at(const Array* arrays, std::size_t at) {
     return {from(0), from(1), from(2), from(3), from(4), from(5)};
 }
 
-}  // namespace gonio::shade
+}  // namespace gonio::lighting

@@ -4,18 +4,19 @@
 #include <atomic>
 #include <cmath>
 
-namespace gonio::shade {
+namespace gonio::lighting {
 namespace {
 
 using transport::kNeighbours;
 using transport::Surfels;
 
 // The surfel of the surface at p, found by the triangle that a pixel shows.
-std::uint16_t surfel_of(const transport::Transport::Surface& surface, const Looks& looks, std::uint32_t triangle,
-                        const glm::vec3& p, const glm::vec3& eye) {
-    const auto above = std::upper_bound(looks.first_triangle.begin(), looks.first_triangle.end(), triangle);
-    const auto instance = static_cast<std::uint32_t>(above - looks.first_triangle.begin()) - 1;
-    const std::uint32_t own = triangle - looks.first_triangle[instance];
+std::uint16_t surfel_of(const transport::Transport::Surface& surface, const MaterialTable& material_table,
+                        std::uint32_t triangle, const glm::vec3& p, const glm::vec3& eye) {
+    const auto above =
+        std::upper_bound(material_table.first_triangle.begin(), material_table.first_triangle.end(), triangle);
+    const auto instance = static_cast<std::uint32_t>(above - material_table.first_triangle.begin()) - 1;
+    const std::uint32_t own = triangle - material_table.first_triangle[instance];
     const auto c = surface.geometry->corners(static_cast<int>(instance), static_cast<int>(own));
     const glm::vec3 a = c[1] - c[0], b = c[2] - c[0], n = glm::cross(a, b), d = p - c[0];
     const float per_n2 = 1.0f / std::max(glm::dot(n, n), 1e-30f);
@@ -40,8 +41,8 @@ void for_points(const Grid& grid, Pool& pool, const Job& job) {
 
 }  // namespace
 
-void find_surfels(const Surfaces& surfaces, const Raster* raster, const Looks& looks, const ScreenGrid& screen,
-                  const transport::Transport& transport, GridWeights& weights, Pool& pool) {
+void find_surfels(const GBuffer& gbuffer, const Raster* raster, const MaterialTable& material_table,
+                  const ScreenGrid& screen, const transport::Transport& transport, GridWeights& weights, Pool& pool) {
     const Grid& grid = screen.grid;
     const transport::Transport::Surface& surface = *transport.surface;
     const Surfels& surfels = surface.surfels;
@@ -57,12 +58,12 @@ void find_surfels(const Surfaces& surfaces, const Raster* raster, const Looks& l
         if (raster != nullptr && x < 0) {
             triangle = raster->nearest[screen.own_pixels[at - grid.first_spare()]];
         } else if (raster != nullptr) {
-            const int px = std::min(x * kStep + kStep / 2, surfaces.width - 1),
-                      py = std::min(y * kStep + kStep / 2, surfaces.height - 1);
+            const int px = std::min(x * kStep + kStep / 2, gbuffer.width - 1),
+                      py = std::min(y * kStep + kStep / 2, gbuffer.height - 1);
             triangle =
-                raster->nearest[static_cast<std::size_t>(py) * surfaces.row_length + static_cast<std::size_t>(px)];
+                raster->nearest[static_cast<std::size_t>(py) * gbuffer.row_length + static_cast<std::size_t>(px)];
         }
-        const std::uint16_t own = triangle > 0 ? surfel_of(surface, looks, triangle - 1, p, surfaces.rays.eye)
+        const std::uint16_t own = triangle > 0 ? surfel_of(surface, material_table, triangle - 1, p, gbuffer.rays.eye)
                                                : surfels.visible_from(*surface.geometry, {p, n, n});
         if (own == surfels.count) return;
         weights.around[at] = surfels.neighbours[own].data();
@@ -79,7 +80,7 @@ Planes irradiance_at_grid(const ScreenGrid& screen, const GridWeights& weights, 
                           Pool& pool) {
     constexpr std::size_t kChunk = 512;
     const Grid& grid = screen.grid;
-    Planes planes(3, std::vector<float>(grid.size() + kLanes, 0.0f));
+    Planes planes(3, std::vector<float>(grid.size() + kSimdWidth, 0.0f));
     if (surfels.empty()) return planes;
     transport::Table irradiance;
     transport::make_table(surfels, irradiance, pool);
@@ -95,4 +96,4 @@ Planes irradiance_at_grid(const ScreenGrid& screen, const GridWeights& weights, 
     return planes;
 }
 
-}  // namespace gonio::shade
+}  // namespace gonio::lighting

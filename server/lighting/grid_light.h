@@ -4,12 +4,12 @@
 #include <cstdint>
 #include <vector>
 
-#include "server/lighting/looks.h"
+#include "server/lighting/material_table.h"
 #include "server/lighting/raster.h"
 #include "server/lighting/screen.h"
 #include "server/transport/transport.h"
 
-namespace gonio::shade {
+namespace gonio::lighting {
 
 // The surfels around a grid's points, in the shape of ScreenGrid::grid, points outside its rows with it. The same for
 // all light.
@@ -19,11 +19,11 @@ struct GridWeights {
     std::vector<std::uint8_t> seen;            // by surfel: whether it is around any point
 };
 // raster: of these surfaces; null: drawn by GL.
-void find_surfels(const Surfaces& surfaces, const Raster* raster, const Looks& looks, const ScreenGrid& screen,
-                  const transport::Transport& transport, GridWeights& weights, Pool& pool);
+void find_surfels(const GBuffer& gbuffer, const Raster* raster, const MaterialTable& material_table,
+                  const ScreenGrid& screen, const transport::Transport& transport, GridWeights& weights, Pool& pool);
 
 // surfels: irradiance at each. Result: at every point, 3 planes in the shape of the grid.
 Planes irradiance_at_grid(const ScreenGrid& screen, const GridWeights& weights, std::span<const glm::vec4> surfels,
                           Pool& pool);
 
-}  // namespace gonio::shade
+}  // namespace gonio::lighting

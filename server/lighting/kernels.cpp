@@ -4,7 +4,7 @@
 #include <cmath>
 
 #include "server/lighting/layers.h"
-#include "server/lighting/looks.h"
+#include "server/lighting/material_table.h"
 
 #undef HWY_TARGET_INCLUDE
 #define HWY_TARGET_INCLUDE "server/lighting/kernels.cpp"
@@ -12,13 +12,13 @@
 #include <hwy/highway.h>
 
 HWY_BEFORE_NAMESPACE();
-namespace gonio::shade {
+namespace gonio::lighting {
 namespace HWY_NAMESPACE {
 
-#include "server/lighting/lanes.h"
-#include "server/lighting/layer_lanes.h"
-#include "server/lighting/look_lanes.h"
-#include "server/lighting/pixel_lanes.h"
+#include "server/lighting/simd.h"
+#include "server/lighting/simd_layers.h"
+#include "server/lighting/simd_materials.h"
+#include "server/lighting/simd_pixels.h"
 
 void ToHalves(const float* from, std::size_t count, std::uint16_t* to) {
     for (std::size_t i = 0; i < count; i += hn::Lanes(Tag())) hn::StoreU(to_half(load(from + i)), HalfBits(), to + i);
@@ -88,7 +88,7 @@ void UpsampleRow(const float* const* values, std::ptrdiff_t stride, int y, int w
     const IntTag ints;
     const auto lanes = static_cast<std::ptrdiff_t>(hn::Lanes(tag));
     const std::ptrdiff_t low = row_below(y);
-    HWY_ALIGN float plane[3][4 * kLanes];
+    HWY_ALIGN float plane[3][4 * kSimdWidth];
     for (std::ptrdiff_t x = 0; x < width; x += 4 * lanes) {
         hn::Vec<IntTag> packed[4];
         hn::LoadInterleaved4(ints, reinterpret_cast<const std::int32_t*>(weights) + x, packed[0], packed[1], packed[2],
@@ -116,11 +116,11 @@ void UpsampleRow(const float* const* values, std::ptrdiff_t stride, int y, int w
 }
 
 }  // namespace HWY_NAMESPACE
-}  // namespace gonio::shade
+}  // namespace gonio::lighting
 HWY_AFTER_NAMESPACE();
 
 #if HWY_ONCE
-namespace gonio::shade {
+namespace gonio::lighting {
 
 HWY_EXPORT(WeightsRow);
 HWY_EXPORT(UpsampleRow);
@@ -146,5 +146,5 @@ void from_halves(const std::uint16_t* from, std::size_t count, float* to) {
     HWY_DYNAMIC_DISPATCH(FromHalves)(from, count, to);
 }
 
-}  // namespace gonio::shade
+}  // namespace gonio::lighting
 #endif

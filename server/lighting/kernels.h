@@ -7,9 +7,9 @@
 #include <glm/glm.hpp>
 #include <span>
 
-namespace gonio::shade {
+namespace gonio::lighting {
 
-inline constexpr std::size_t kLanes = 16;  // arrays are padded to this many floats, the widest set's lanes
+inline constexpr std::size_t kSimdWidth = 16;  // arrays are padded to this many floats, the widest set's lanes
 
 // Points that receive light, as arrays; positions in m, local (server/trace/geometry.h), normals unit or all zero where
 // there is no surface.
@@ -24,13 +24,13 @@ struct Rays {
     glm::vec3 corner, right, up;
     float near_m;
 };
-// One row of `width` pixels, a multiple of 4·kLanes: the weights of the four points around each in a joint bilateral
-// upsampling of a grid of one point per 4 × 4 pixels, point (i, j) standing at pixel (4i + 2, 4j + 2): a byte each, the
-// lower left in the lowest, lower right, upper left, upper right. Where they are alike, 1 on one plane, by less than
-// kPoorlyAlike all in all, the bytes sum to some 127, else to 255; by less than kLeastAlike, or without a surface: 0.
-// grid: its first point, stride values a row; Grid::kBorder points beyond its edges and kLanes more may be read.
-// depth: near / distance, 0 no surface; normal: octahedral, 2 snorm16 in 4 bytes. poor: of every four pixels, how many
-// show a surface that the points are poorly alike.
+// One row of `width` pixels, a multiple of 4·kSimdWidth: the weights of the four points around each in a joint
+// bilateral upsampling of a grid of one point per 4 × 4 pixels, point (i, j) standing at pixel (4i + 2, 4j + 2): a byte
+// each, the lower left in the lowest, lower right, upper left, upper right. Where they are alike, 1 on one plane, by
+// less than kPoorlyAlike all in all, the bytes sum to some 127, else to 255; by less than kLeastAlike, or without a
+// surface: 0. grid: its first point, stride values a row; Grid::kBorder points beyond its edges and kSimdWidth more may
+// be read. depth: near / distance, 0 no surface; normal: octahedral, 2 snorm16 in 4 bytes. poor: of every four pixels,
+// how many show a surface that the points are poorly alike.
 inline constexpr float kPoorlyAlike = 0.2f, kLeastAlike = 0.02f;
 inline constexpr unsigned kPoorSum = 192;  // a smaller one is poor
 void weights_row(const Points& grid, std::ptrdiff_t stride, int y, int width, const Rays& rays, float near_per_depth,
@@ -40,10 +40,10 @@ void weights_row(const Points& grid, std::ptrdiff_t stride, int y, int width, co
 void upsample_row(const float* const* values, std::ptrdiff_t stride, int y, int width, const std::uint32_t* weights,
                   std::uint16_t* out);
 
-// Half floats of `count` floats, a multiple of kLanes; what is greater becomes 65,504.
+// Half floats of `count` floats, a multiple of kSimdWidth; what is greater becomes 65,504.
 void to_halves(const float* from, std::size_t count, std::uint16_t* to);
 // The same of three arrays: 4 half floats each, rgb and 1.
 void rgb_to_halves(const float* r, const float* g, const float* b, std::size_t count, std::uint16_t* to);
 void from_halves(const std::uint16_t* from, std::size_t count, float* to);
 
-}  // namespace gonio::shade
+}  // namespace gonio::lighting

@@ -8,11 +8,11 @@
 #include <hwy/highway.h>
 
 HWY_BEFORE_NAMESPACE();
-namespace gonio::shade {
+namespace gonio::lighting {
 namespace HWY_NAMESPACE {
 
-#include "server/lighting/lanes.h"
-#include "server/lighting/layer_lanes.h"
+#include "server/lighting/simd.h"
+#include "server/lighting/simd_layers.h"
 
 void AddPixels(const LayerTerm& term, float cap, std::size_t first, std::size_t count, std::int32_t* const* sums) {
     add_pixels(term, cap, first, count, sums);
@@ -31,11 +31,11 @@ void ToFloats(const std::int32_t* sum, float factor, std::size_t count, float* o
 }
 
 }  // namespace HWY_NAMESPACE
-}  // namespace gonio::shade
+}  // namespace gonio::lighting
 HWY_AFTER_NAMESPACE();
 
 #if HWY_ONCE
-namespace gonio::shade {
+namespace gonio::lighting {
 
 HWY_EXPORT(AddPixels);
 HWY_EXPORT(AddPlane);
@@ -139,7 +139,7 @@ const std::int32_t* LayerSum::kept_pixels(int channel) const {
 
 void LayerSum::grid(float per_quantum, Planes& out, Pool& pool) const {
     for (std::size_t k = 0; k < 3; ++k) {
-        pool.run_chunks(out[k].size() / kLanes * kLanes, kChunk, [&](std::size_t first, std::size_t count) {
+        pool.run_chunks(out[k].size() / kSimdWidth * kSimdWidth, kChunk, [&](std::size_t first, std::size_t count) {
             static thread_local std::vector<std::int32_t> sum;
             sum.resize(kChunk);
             if (any_kept_)
@@ -155,5 +155,5 @@ void LayerSum::grid(float per_quantum, Planes& out, Pool& pool) const {
     }
 }
 
-}  // namespace gonio::shade
+}  // namespace gonio::lighting
 #endif

@@ -11,13 +11,13 @@
 #include "server/base/pool.h"
 #include "server/lighting/screen.h"
 
-namespace gonio::shade {
+namespace gonio::lighting {
 
 // One luminaire's light per candela of its peak × a unit that all share, in half floats: 2 bytes a pixel for the direct
 // light, 6 a grid point for the indirect, 8 a pixel once that is gathered. Reconstruction is linear in the grid's
 // values, so that what is brought to the pixels is the sum of all luminaires' grids, once.
 struct LightLayer {
-    std::vector<std::uint16_t> direct;                   // at the pixels, Surfaces::row_length a row
+    std::vector<std::uint16_t> direct;                   // at the pixels, GBuffer::row_length a row
     std::array<std::vector<std::uint16_t>, 3> indirect;  // rgb, in the shape of ScreenGrid::grid
     std::vector<std::uint16_t> gathered;                 // indirect, at the pixels, rgb and 1; empty: not yet
     unsigned passes = 0;                                 // of the final gather that are in it
@@ -71,4 +71,4 @@ private:
     std::uint64_t pictures_ = 0, changes_ = 0;
 };
 
-}  // namespace gonio::shade
+}  // namespace gonio::lighting

@@ -16,12 +16,12 @@
 
 #ifndef GONIO_SHADE_RASTER_STRIP
 #define GONIO_SHADE_RASTER_STRIP
-namespace gonio::shade {
+namespace gonio::lighting {
 // A cluster's vertices in homogeneous screen coordinates: pixel = (x / w, y / w), w = distance along the view axis, m;
 // and the first and the last pixel centre that may lie on either side of them, all where they are behind the eye.
 struct OnScreen {
     static constexpr std::int32_t kEverywhereLow = -(1 << 20), kEverywhereHigh = 1 << 20;
-    static constexpr std::size_t kSize = kClusterVertices + kLanes;
+    static constexpr std::size_t kSize = kClusterVertices + kSimdWidth;
     alignas(64) float x[kSize], y[kSize], w[kSize];
     alignas(64) std::int32_t low_x[kSize], high_x[kSize], low_y[kSize], high_y[kSize];
 };
@@ -37,16 +37,16 @@ struct Strip {
     float* emission;  // null: not wanted
 };
 // Whether a triangle's alpha mask is open where its corners 1 and 2 have these weights.
-bool is_hole(const Looks& looks, std::uint32_t triangle, float corner1, float corner2);
-}  // namespace gonio::shade
+bool is_hole(const MaterialTable& material_table, std::uint32_t triangle, float corner1, float corner2);
+}  // namespace gonio::lighting
 #endif
 
 HWY_BEFORE_NAMESPACE();
-namespace gonio::shade {
+namespace gonio::lighting {
 namespace HWY_NAMESPACE {
 
-#include "server/lighting/lanes.h"
-#include "server/lighting/look_lanes.h"
+#include "server/lighting/simd.h"
+#include "server/lighting/simd_materials.h"
 
 // A cluster's vertices, from its arrays' place `first` on, on the screen.
 void Project(const glm::mat3& screen_from_local, const glm::vec3& eye, std::size_t count, const Clusters& clusters,
@@ -82,7 +82,7 @@ void Project(const glm::mat3& screen_from_local, const glm::vec3& eye, std::size
 }
 
 // place: of the setup, kept where it is the nearest.
-void RasterTriangle(const Looks& looks, const Setup& s, std::uint32_t place, const Strip& strip) {
+void RasterTriangle(const MaterialTable& material_table, const Setup& s, std::uint32_t place, const Strip& strip) {
     const Tag tag;
     const IntTag ints;
     const auto lanes = static_cast<int>(hn::Lanes(tag));
@@ -125,12 +125,12 @@ void RasterTriangle(const Looks& looks, const Setup& s, std::uint32_t place, con
                 hn::Lt(d.raw, hn::Set(tag, 1.0f)));
             if (hn::AllFalse(tag, shown)) continue;
             if ((s.triangle & Setup::kAlphaMask) != 0) {
-                HWY_ALIGN float w1[kLanes], w2[kLanes], sum[kLanes], open[kLanes];
+                HWY_ALIGN float w1[kSimdWidth], w2[kSimdWidth], sum[kSimdWidth], open[kSimdWidth];
                 store(e1, w1), store(e2, w2), store(d, sum);
                 hn::Store(hn::IfThenElseZero(shown, hn::Set(tag, 1.0f)), tag, open);
                 for (int i = 0; i < lanes; ++i) {
                     if (open[i] != 0.0f &&
-                        is_hole(looks, s.triangle & ~Setup::kAlphaMask, w1[i] / sum[i], w2[i] / sum[i]))
+                        is_hole(material_table, s.triangle & ~Setup::kAlphaMask, w1[i] / sum[i], w2[i] / sum[i]))
                         open[i] = 0.0f;
                 }
                 shown = hn::Gt(hn::Load(tag, open), hn::Zero(tag));
@@ -143,21 +143,21 @@ void RasterTriangle(const Looks& looks, const Setup& s, std::uint32_t place, con
     }
     if (any) {  // ShadeStrip will want these
         const std::uint32_t triangle = s.triangle & ~Setup::kAlphaMask;
-        hwy::Prefetch(&looks.triangles[triangle]);
-        if (!looks.places.empty()) hwy::Prefetch(&looks.places[triangle]);
+        hwy::Prefetch(&material_table.triangles[triangle]);
+        if (!material_table.places.empty()) hwy::Prefetch(&material_table.places[triangle]);
     }
 }
 
 // What the nearest triangles look like at `lanes` pixels from x on; strip.nearest becomes that of the scene. nearest:
 // of setups, and 1. One: all pixels show the same triangle.
 template <bool kOne>
-HWY_INLINE void shade_pixels(const Looks& looks, const Setup* setups, const Strip& strip, int x, int y,
+HWY_INLINE void shade_pixels(const MaterialTable& material_table, const Setup* setups, const Strip& strip, int x, int y,
                              hn::Vec<IntTag> nearest, const Rays& rays, float pixel_per_depth) {
     const Tag tag;
     const IntTag ints;
     const auto own = hn::Max(hn::Sub(nearest, hn::Set(ints, 1)), hn::Zero(ints)), setup_at = hn::ShiftLeft<4>(own);
     const auto first_setup = static_cast<std::size_t>(hn::GetLane(own));
-    static_assert(sizeof(Setup) == 64 && sizeof(Looks::Triangle) == 16 && sizeof(Looks::Paint) == 32);
+    static_assert(sizeof(Setup) == 64 && sizeof(MaterialTable::Triangle) == 16 && sizeof(MaterialTable::Paint) == 32);
     const auto setup = [&](std::size_t word) -> Float {
         const float* base = reinterpret_cast<const float*>(setups) + word;
         return kOne ? hn::Set(tag, base[first_setup * 16]) : hn::GatherIndex(tag, base, setup_at);
@@ -166,7 +166,7 @@ HWY_INLINE void shade_pixels(const Looks& looks, const Setup* setups, const Stri
                look_at = hn::ShiftLeft<2>(triangle);
     const auto first = static_cast<std::size_t>(hn::GetLane(triangle));
     const auto look = [&](std::size_t word) {
-        const auto* base = reinterpret_cast<const std::int32_t*>(looks.triangles.data()) + word;
+        const auto* base = reinterpret_cast<const std::int32_t*>(material_table.triangles.data()) + word;
         return kOne ? hn::Set(ints, base[first * 4]) : hn::GatherIndex(ints, base, look_at);
     };
     const Raw corner = setup(13).raw;
@@ -190,21 +190,21 @@ HWY_INLINE void shade_pixels(const Looks& looks, const Setup* setups, const Stri
     const auto paint_at = hn::ShiftLeft<3>(material);
     const auto first_paint = static_cast<std::size_t>(hn::GetLane(material));
     const auto paint = [&](std::size_t word) -> Float {
-        const float* base = reinterpret_cast<const float*>(looks.materials.data()) + word;
+        const float* base = reinterpret_cast<const float*>(material_table.materials.data()) + word;
         return kOne ? hn::Set(tag, base[first_paint * 8]) : hn::GatherIndex(tag, base, paint_at);
     };
     Vec3 albedo(paint(0), paint(1), paint(2)), emission;
     if (strip.emission != nullptr) emission = Vec3(paint(4), paint(5), paint(6));
-    if (!looks.textures.empty()) {
+    if (!material_table.textures.empty()) {
         const auto image = hn::BitCast(ints, paint(3).raw), glow = hn::BitCast(ints, paint(7).raw);
         const auto none = hn::Set(ints, -1);
         const bool has_image = !hn::AllTrue(ints, hn::Eq(image, none)),
                    has_glow = strip.emission != nullptr && !hn::AllTrue(ints, hn::Eq(glow, none));
         if (has_image || has_glow) {
             const auto place_of = hn::Mul(triangle, hn::Set(ints, 7));
-            static_assert(sizeof(Looks::Place) == 28);
+            static_assert(sizeof(MaterialTable::Place) == 28);
             const auto part = [&](std::size_t word) -> Float {
-                const float* base = reinterpret_cast<const float*>(looks.places.data()) + word;
+                const float* base = reinterpret_cast<const float*>(material_table.places.data()) + word;
                 return kOne ? hn::Set(tag, base[first * 7]) : hn::GatherIndex(tag, base, place_of);
             };
             const Vec2 uv(part(0) * w0 + part(2) * w1 + part(4) * w2, part(1) * w0 + part(3) * w1 + part(5) * w2);
@@ -215,8 +215,8 @@ HWY_INLINE void shade_pixels(const Looks& looks, const Setup* setups, const Stri
                            Float(start.z) + column * Float(rays.right.z));
             const Float slope = abs(dot(n, ray)) * inversesqrt(dot(ray, ray));
             const Float width = Float(rays.near_m * pixel_per_depth) * per_depth / max(slope, Float(0.02f)) * part(6);
-            if (has_image) albedo = textured(looks, image, uv, width, albedo);
-            if (has_glow) emission = textured(looks, glow, uv, width, emission);
+            if (has_image) albedo = textured(material_table, image, uv, width, albedo);
+            if (has_glow) emission = textured(material_table, glow, uv, width, emission);
         }
     }
     const hn::Rebind<hwy::float16_t, Tag> halves;
@@ -232,7 +232,8 @@ HWY_INLINE void shade_pixels(const Looks& looks, const Setup* setups, const Stri
                               strip.emission + 4 * at);
 }
 
-void ShadeStrip(const Looks& looks, const Setup* setups, const Strip& strip, const Rays& rays, float pixel_per_depth) {
+void ShadeStrip(const MaterialTable& material_table, const Setup* setups, const Strip& strip, const Rays& rays,
+                float pixel_per_depth) {
     const Tag tag;
     const IntTag ints;
     const auto lanes = static_cast<int>(hn::Lanes(tag));
@@ -241,21 +242,21 @@ void ShadeStrip(const Looks& looks, const Setup* setups, const Strip& strip, con
         for (int x = 0; x < static_cast<int>(strip.row_length); x += lanes) {
             const auto which = hn::LoadU(ints, reinterpret_cast<const std::int32_t*>(nearest + x));
             if (hn::AllTrue(ints, hn::Eq(which, hn::Set(ints, static_cast<int>(nearest[x])))))
-                shade_pixels<true>(looks, setups, strip, x, y, which, rays, pixel_per_depth);
+                shade_pixels<true>(material_table, setups, strip, x, y, which, rays, pixel_per_depth);
             else
-                shade_pixels<false>(looks, setups, strip, x, y, which, rays, pixel_per_depth);
+                shade_pixels<false>(material_table, setups, strip, x, y, which, rays, pixel_per_depth);
         }
     }
 }
 
 }  // namespace HWY_NAMESPACE
-}  // namespace gonio::shade
+}  // namespace gonio::lighting
 HWY_AFTER_NAMESPACE();
 
 #if HWY_ONCE
 #include "server/trace/texture.h"
 
-namespace gonio::shade {
+namespace gonio::lighting {
 
 HWY_EXPORT(Project);
 HWY_EXPORT(RasterTriangle);
@@ -336,30 +337,31 @@ bool set_up(const OnScreen& screen, const std::array<std::uint8_t, 3>& corner, b
 
 }  // namespace
 
-bool is_hole(const Looks& looks, std::uint32_t triangle, float corner1, float corner2) {
-    const Material& material = looks.asset->materials[looks.triangles[triangle].material];
+bool is_hole(const MaterialTable& material_table, std::uint32_t triangle, float corner1, float corner2) {
+    const Material& material = material_table.asset->materials[material_table.triangles[triangle].material];
     float alpha = material.base_color.a;
     if (material.base_color_image >= 0) {
-        const Looks::Place& place = looks.places[triangle];
+        const MaterialTable::Place& place = material_table.places[triangle];
         const glm::vec2 uv = (1.0f - corner1 - corner2) * place.uv[0] + corner1 * place.uv[1] + corner2 * place.uv[2];
-        alpha *= trace::sample(looks.asset->images[static_cast<std::size_t>(material.base_color_image)], uv,
+        alpha *= trace::sample(material_table.asset->images[static_cast<std::size_t>(material.base_color_image)], uv,
                                material.repeat_s, material.repeat_t)
                      .a;
     }
     return alpha < material.alpha_cutoff;
 }
 
-unsigned draw_surfaces(const Clusters& clusters, const Looks& looks, bool emissive, Surfaces& surfaces, Raster& raster,
-                       Pool& pool) {
-    const Rays& rays = surfaces.rays;
-    const int width = surfaces.width, height = surfaces.height;
-    const std::size_t pixels = surfaces.row_length * static_cast<std::size_t>(height);
-    surfaces.depth.resize(pixels);
-    surfaces.normal.resize(pixels);
+unsigned draw_gbuffer(const Clusters& clusters, const MaterialTable& material_table, bool emissive, GBuffer& gbuffer,
+                      Raster& raster, Pool& pool) {
+    const Rays& rays = gbuffer.rays;
+    const int width = gbuffer.width, height = gbuffer.height;
+    const std::size_t pixels = gbuffer.row_length * static_cast<std::size_t>(height);
+    gbuffer.depth.resize(pixels);
+    gbuffer.normal.resize(pixels);
     raster.nearest.resize(pixels);
     raster.albedo.resize(4 * pixels);
     if (emissive) raster.emission.resize(4 * pixels);
-    if (const std::size_t wanted = looks.triangles.size() + 1; raster.places < wanted || raster.places > 2 * wanted)
+    if (const std::size_t wanted = material_table.triangles.size() + 1;
+        raster.places < wanted || raster.places > 2 * wanted)
         raster.setups = std::make_unique_for_overwrite<Setup[]>(raster.places = wanted);
     raster.setups[0] = {};  // which pixels without a surface look at
 
@@ -399,11 +401,11 @@ unsigned draw_surfaces(const Clusters& clusters, const Looks& looks, bool emissi
         Strip strip;
         strip.first_row = job * kStripRows;
         strip.rows = std::min(kStripRows, height - strip.first_row);
-        strip.row_length = static_cast<std::ptrdiff_t>(surfaces.row_length);
+        strip.row_length = static_cast<std::ptrdiff_t>(gbuffer.row_length);
         const std::ptrdiff_t at = strip.first_row * strip.row_length;
-        strip.depth = surfaces.depth.data() + at;
+        strip.depth = gbuffer.depth.data() + at;
         strip.nearest = raster.nearest.data() + at;
-        strip.normal = surfaces.normal.data() + at;
+        strip.normal = gbuffer.normal.data() + at;
         strip.albedo = raster.albedo.data() + 4 * at;
         strip.emission = emissive ? raster.emission.data() + 4 * at : nullptr;
         const auto count = static_cast<std::size_t>(strip.rows * strip.row_length);
@@ -412,17 +414,17 @@ unsigned draw_surfaces(const Clusters& clusters, const Looks& looks, bool emissi
         // Chunk by chunk: of two triangles at the same depth the first stays, whatever thread set them up.
         for (std::size_t chunk = 0; chunk < chunks; ++chunk) {
             for (const std::uint32_t place : raster.bins[chunk * strips + static_cast<std::size_t>(job)])
-                HWY_DYNAMIC_DISPATCH(RasterTriangle)(looks, raster.setups[place], place, strip);
+                HWY_DYNAMIC_DISPATCH(RasterTriangle)(material_table, raster.setups[place], place, strip);
         }
         // Whole vectors were drawn: nothing is beyond the picture.
         for (std::ptrdiff_t y = 0; y < strip.rows; ++y) {
             std::fill(strip.depth + y * strip.row_length + width, strip.depth + (y + 1) * strip.row_length, 0.0f);
             std::fill(strip.nearest + y * strip.row_length + width, strip.nearest + (y + 1) * strip.row_length, 0u);
         }
-        HWY_DYNAMIC_DISPATCH(ShadeStrip)(looks, raster.setups.get(), strip, rays, surfaces.depth_per_pixel);
+        HWY_DYNAMIC_DISPATCH(ShadeStrip)(material_table, raster.setups.get(), strip, rays, gbuffer.depth_per_pixel);
     });
     return drawn;
 }
 
-}  // namespace gonio::shade
+}  // namespace gonio::lighting
 #endif

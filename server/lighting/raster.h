@@ -11,9 +11,9 @@
 #include "server/lighting/clusters.h"
 #include "server/lighting/kernels.h"
 
-namespace gonio::shade {
+namespace gonio::lighting {
 
-struct Surfaces;
+struct GBuffer;
 
 // 64 bytes: a triangle that meets the picture. Edge k is a·x + b·y + c, x and y in pixels from (x0, y0): depth times
 // the weight of corner k, negative outside; `depth` their sum, near / distance.
@@ -41,7 +41,7 @@ struct Raster {
 // Fills depth and normals of `surfaces` (whose size and rays are set) and the raster's albedo and, if `emissive`,
 // emission. Backs of one-sided surfaces are left out, holes of alpha masks too. Result: clusters that were drawn.
 // Render thread.
-unsigned draw_surfaces(const Clusters& clusters, const Looks& looks, bool emissive, Surfaces& surfaces, Raster& raster,
-                       Pool& pool);
+unsigned draw_gbuffer(const Clusters& clusters, const MaterialTable& material_table, bool emissive, GBuffer& gbuffer,
+                      Raster& raster, Pool& pool);
 
-}  // namespace gonio::shade
+}  // namespace gonio::lighting

@@ -6,11 +6,11 @@
 #include "server/lighting/upsample.h"
 #include "shaders/lib/as_cpp.h"
 
-namespace gonio::shade {
-void look_through(const Eye& eye, const trace::Geometry& geometry, float near_m, int width, int height, Surfaces& s) {
+namespace gonio::lighting {
+void look_through(const Eye& eye, const trace::Geometry& geometry, float near_m, int width, int height, GBuffer& s) {
     s.width = width;
     s.height = height;
-    constexpr std::size_t kRow = 4 * kLanes;
+    constexpr std::size_t kRow = 4 * kSimdWidth;
     s.row_length = (static_cast<std::size_t>(width) + kRow - 1) / kRow * kRow;
     s.depth.resize(s.row_length * static_cast<std::size_t>(height));
     s.normal.resize(s.depth.size());
@@ -25,7 +25,7 @@ void look_through(const Eye& eye, const trace::Geometry& geometry, float near_m,
     s.depth_per_pixel = static_cast<float>(glm::length(up));
 }
 
-Spot spot_at(const Surfaces& s, int x, int y) {
+Spot spot_at(const GBuffer& s, int x, int y) {
     const std::size_t at = static_cast<std::size_t>(y) * s.row_length + static_cast<std::size_t>(x);
     Spot spot;
     if (!(s.depth[at] > 0.0f)) return spot;
@@ -40,24 +40,24 @@ Spot spot_at(const Surfaces& s, int x, int y) {
     return spot;
 }
 
-void make_grid(const Surfaces& surfaces, bool own_points, ScreenGrid& screen, Pool& pool) {
-    screen.depth_per_point = surfaces.depth_per_pixel * static_cast<float>(kStep);
+void make_grid(const GBuffer& gbuffer, bool own_points, ScreenGrid& screen, Pool& pool) {
+    screen.depth_per_point = gbuffer.depth_per_pixel * static_cast<float>(kStep);
     Grid& grid = screen.grid;
-    const int width = (surfaces.width + kStep - 1) / kStep, height = (surfaces.height + kStep - 1) / kStep;
-    // Layers keep their shape as efforts change.
+    const int width = (gbuffer.width + kStep - 1) / kStep, height = (gbuffer.height + kStep - 1) / kStep;
+    // Layers keep their shape as quality levels change.
     const std::size_t places = static_cast<std::size_t>(width * height) * kStep * kStep / kOwnPoints;
     grid.resize(width, height, places);
     pool.run(grid.height, [&](int y) {
         for (int x = 0; x < grid.width; ++x) {
-            const Spot spot = spot_at(surfaces, std::min(x * kStep + kStep / 2, surfaces.width - 1),
-                                      std::min(y * kStep + kStep / 2, surfaces.height - 1));
+            const Spot spot = spot_at(gbuffer, std::min(x * kStep + kStep / 2, gbuffer.width - 1),
+                                      std::min(y * kStep + kStep / 2, gbuffer.height - 1));
             grid.set(static_cast<std::size_t>(grid.at(x, y)), spot.position, spot.normal, spot.depth);
         }
     });
     for (std::vector<float>& array : grid.values) grid.extend(array);
 
-    make_weights(surfaces, screen, pool);
-    take_after(surfaces, own_points ? places : 0, screen, pool);
+    make_weights(gbuffer, screen, pool);
+    take_after(gbuffer, own_points ? places : 0, screen, pool);
 }
 
-}  // namespace gonio::shade
+}  // namespace gonio::lighting

@@ -11,37 +11,37 @@
 #include "server/scene/eye.h"
 #include "server/trace/geometry.h"
 
-namespace gonio::shade {
+namespace gonio::lighting {
 
 inline constexpr int kStep = 4;  // pixels between points of a grid
 
 // The depth and normals of a target and the rays through its pixels; rows from the bottom.
-struct Surfaces {
+struct GBuffer {
     int width = 0, height = 0;
     Rays rays;
     float depth_per_pixel = 0.0f;       // width of a pixel per metre of depth
     std::vector<float> depth;           // near / distance; 0 no surface; row_length floats a row
     std::vector<std::uint32_t> normal;  // octahedral, 2 snorm16
-    std::size_t row_length = 0;         // a multiple of 4·kLanes
+    std::size_t row_length = 0;         // a multiple of 4·kSimdWidth
 };
 
 // Sets a picture's size and rays and makes room for its surfaces. near_m: whose share of the distance depth is.
 void look_through(const Eye& eye, const trace::Geometry& geometry, float near_m, int width, int height,
-                  Surfaces& surfaces);
+                  GBuffer& gbuffer);
 
 // What one pixel shows; depth 0: no surface.
 struct Spot {
     glm::vec3 position{0.0f}, normal{0.0f};  // local, m; unit
     float depth = 0.0f;                      // along the view axis, m
 };
-Spot spot_at(const Surfaces& surfaces, int x, int y);
+Spot spot_at(const GBuffer& gbuffer, int x, int y);
 
 // Distance off a plane that is still near when values are brought to finer points, in steps of their grid.
 inline constexpr float kUpsampleNear = 2.0f;
 
 // How a grid's values come to the pixels (upsample.h).
 struct ToPixels {
-    std::vector<std::uint32_t> weights;  // of weights_row, Surfaces::row_length a row
+    std::vector<std::uint32_t> weights;  // of weights_row, GBuffer::row_length a row
     std::vector<std::uint8_t> poor;      // likewise, a quarter of it a row
     struct Odd {
         std::uint32_t x, from;
@@ -66,6 +66,6 @@ struct ScreenGrid {
 // screen: of any former grid, whose memory is used again. own_points: whether pixels get points of their own, at most
 // one of kOwnPoints.
 inline constexpr std::size_t kOwnPoints = 16;
-void make_grid(const Surfaces& surfaces, bool own_points, ScreenGrid& screen, Pool& pool);
+void make_grid(const GBuffer& gbuffer, bool own_points, ScreenGrid& screen, Pool& pool);
 
-}  // namespace gonio::shade
+}  // namespace gonio::lighting

@@ -4,7 +4,7 @@
 
 #include "server/lighting/grid.h"
 
-namespace gonio::shade {
+namespace gonio::lighting {
 namespace {
 
 // 1: all light falls on so few surfels that their centres are no fair sample of it.
@@ -88,7 +88,7 @@ void direct_at_points(const Points& points, std::span<const glm::vec3> geometric
                       const DirectLight& light, float* out) {
     // A luminaire on a surface does not light what it is mounted on, nor is it hidden by it.
     constexpr float kStart = 1e-5f;
-    direct_points(light, points, (geometric.size() + kLanes - 1) / kLanes * kLanes, out);
+    direct_points(light, points, (geometric.size() + kSimdWidth - 1) / kSimdWidth * kSimdWidth, out);
     const auto take = [&](std::size_t i, bool hidden) { out[i] = hidden ? 0.0f : out[i]; };
     trace::ShadowRays<std::size_t, decltype(take)> rays(geometry, take);
     for (std::size_t i = 0; i < geometric.size(); ++i) {
@@ -124,7 +124,7 @@ void LinkEnds::each(const transport::Transport::Surface& surface, const EndLight
                     const std::function<void(std::uint32_t, const glm::vec3&)>& adds) {
     if (normal.empty()) return;
     const transport::Surfels& surfels = surface.surfels;
-    direct.resize((normal.size() + kLanes - 1) / kLanes * kLanes);
+    direct.resize((normal.size() + kSimdWidth - 1) / kSimdWidth * kSimdWidth);
     for (auto& values : place) values.resize(direct.size(), 0.0f);
     direct_at_points(points_at(place, 0), normal, *surface.geometry, light.light, direct.data());
     for (std::size_t k = 0; k < normal.size(); ++k) {
@@ -138,7 +138,7 @@ void LinkEnds::each(const transport::Transport::Surface& surface, const EndLight
 void direct_at_surfels(const transport::Surfels& surfels, const trace::Geometry& geometry, const DirectLight& light,
                        std::vector<float>& out, Pool& pool) {
     constexpr std::size_t kChunk = 512;
-    static_assert(kChunk % kLanes == 0 && kLanes == transport::kPadding);
+    static_assert(kChunk % kSimdWidth == 0 && kSimdWidth == transport::kPadding);
     out.resize(surfels.place[0].size());
     pool.run_chunks(surfels.count, kChunk, [&](std::size_t first, std::size_t count) {
         direct_at_points(points_at(surfels.place, first), std::span(surfels.geometric).subspan(first, count), geometry,
@@ -146,4 +146,4 @@ void direct_at_surfels(const transport::Surfels& surfels, const trace::Geometry&
     });
 }
 
-}  // namespace gonio::shade
+}  // namespace gonio::lighting

@@ -10,15 +10,15 @@
 #include "server/lighting/vpl_rays.h"
 #include "server/transport/transport.h"
 
-namespace gonio::shade {
+namespace gonio::lighting {
 
 // out: direct illuminance of each surfel per candela of peak × unit_m2, from its centre, with a ray from the luminaire
 // where light could reach it. Render thread.
 void direct_at_surfels(const transport::Surfels& surfels, const trace::Geometry& geometry, const DirectLight& light,
                        std::vector<float>& out, Pool& pool);
 
-// The same at some points, whose arrays end on whole vectors of kLanes and their results too. geometric: normals of the
-// surfaces that they lie on, unit. Any thread.
+// The same at some points, whose arrays end on whole vectors of kSimdWidth and their results too. geometric: normals of
+// the surfaces that they lie on, unit. Any thread.
 void direct_at_points(const Points& points, std::span<const glm::vec3> geometric, const trace::Geometry& geometry,
                       const DirectLight& light, float* out);
 
@@ -55,4 +55,4 @@ bool takes_flux(const transport::Surfels& surfels, const glm::vec3& light, const
 void take_flux(const VplRays& rays, const transport::Transport::Surface& surface, const glm::vec3& light,
                const glm::mat3& world_from_light, float unit_m2, std::vector<float>& out, Pool& pool);
 
-}  // namespace gonio::shade
+}  // namespace gonio::lighting

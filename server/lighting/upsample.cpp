@@ -4,11 +4,11 @@
 
 #include "shaders/lib/as_cpp.h"
 
-namespace gonio::shade {
+namespace gonio::lighting {
 namespace {
 
-std::size_t row_of(const Surfaces& surfaces, int y) {
-    return static_cast<std::size_t>(y) * surfaces.row_length;
+std::size_t row_of(const GBuffer& gbuffer, int y) {
+    return static_cast<std::size_t>(y) * gbuffer.row_length;
 }
 
 // How like a pixel's surface a point of the grid's arrays is, 0..1.
@@ -36,32 +36,32 @@ std::size_t most_alike(const Grid& grid, int x, int y, const Spot& spot, float n
 
 }  // namespace
 
-void make_weights(const Surfaces& surfaces, ScreenGrid& screen, Pool& pool) {
+void make_weights(const GBuffer& gbuffer, ScreenGrid& screen, Pool& pool) {
     const Grid& grid = screen.grid;
     const Points points = points_at(grid.values, static_cast<std::size_t>(grid.at(0, 0)));
     ToPixels& to = screen.to_pixels;
-    to.weights.resize(row_of(surfaces, surfaces.height));
+    to.weights.resize(row_of(gbuffer, gbuffer.height));
     to.poor.resize(to.weights.size() / 4);
-    pool.run(surfaces.height, [&](int y) {
-        const std::size_t row = row_of(surfaces, y);
-        weights_row(points, grid.stride, y, static_cast<int>(surfaces.row_length), surfaces.rays,
-                    kUpsampleNear * screen.depth_per_point, surfaces.depth.data() + row, surfaces.normal.data() + row,
+    pool.run(gbuffer.height, [&](int y) {
+        const std::size_t row = row_of(gbuffer, y);
+        weights_row(points, grid.stride, y, static_cast<int>(gbuffer.row_length), gbuffer.rays,
+                    kUpsampleNear * screen.depth_per_point, gbuffer.depth.data() + row, gbuffer.normal.data() + row,
                     to.weights.data() + row, to.poor.data() + row / 4);
     });
 }
 
-void take_after(const Surfaces& surfaces, std::size_t most, ScreenGrid& screen, Pool& pool) {
+void take_after(const GBuffer& gbuffer, std::size_t most, ScreenGrid& screen, Pool& pool) {
     ToPixels& to = screen.to_pixels;
-    const auto height = static_cast<std::size_t>(surfaces.height);
+    const auto height = static_cast<std::size_t>(gbuffer.height);
     to.odd.resize(height);
-    pool.run(surfaces.height, [&](int y) {
+    pool.run(gbuffer.height, [&](int y) {
         std::vector<ToPixels::Odd>& odd = to.odd[static_cast<std::size_t>(y)];
         odd.clear();
-        const std::size_t row = row_of(surfaces, y);
-        for (std::size_t x = 0; x < static_cast<std::size_t>(surfaces.width); ++x) {
+        const std::size_t row = row_of(gbuffer, y);
+        for (std::size_t x = 0; x < static_cast<std::size_t>(gbuffer.width); ++x) {
             if (to.poor[(row + x) / 4] == 0)
                 x |= 3;
-            else if (ToPixels::is_poor(to.weights[row + x]) && surfaces.depth[row + x] > 0.0f)
+            else if (ToPixels::is_poor(to.weights[row + x]) && gbuffer.depth[row + x] > 0.0f)
                 odd.push_back({static_cast<std::uint32_t>(x), 0});
         }
     });
@@ -69,14 +69,14 @@ void take_after(const Surfaces& surfaces, std::size_t most, ScreenGrid& screen, 
     for (const auto& odd : to.odd) before.push_back(before.back() + odd.size());
     const std::size_t wanted = before.back(), own = std::min({wanted, most, screen.grid.spare});
     screen.own_pixels.resize(own);
-    pool.run(surfaces.height, [&](int y) {
+    pool.run(gbuffer.height, [&](int y) {
         std::vector<ToPixels::Odd>& odd = to.odd[static_cast<std::size_t>(y)];
         std::size_t kept = 0;
         for (std::size_t i = 0; i < odd.size(); ++i) {
             ToPixels::Odd pixel = odd[i];
-            const std::size_t at = row_of(surfaces, y) + pixel.x, nth = before[static_cast<std::size_t>(y)] + i,
+            const std::size_t at = row_of(gbuffer, y) + pixel.x, nth = before[static_cast<std::size_t>(y)] + i,
                               point = nth * own / wanted;
-            const Spot spot = spot_at(surfaces, static_cast<int>(pixel.x), y);
+            const Spot spot = spot_at(gbuffer, static_cast<int>(pixel.x), y);
             if ((nth + 1) * own / wanted > point) {  // so many of those that want one, evenly
                 pixel.from = static_cast<std::uint32_t>(screen.grid.first_spare() + point);
                 screen.own_pixels[point] = static_cast<std::uint32_t>(at);
@@ -91,16 +91,16 @@ void take_after(const Surfaces& surfaces, std::size_t most, ScreenGrid& screen, 
     });
 }
 
-void upsample_line(const Surfaces& surfaces, const ScreenGrid& screen, const Planes& light, int y, std::uint16_t* out) {
+void upsample_line(const GBuffer& gbuffer, const ScreenGrid& screen, const Planes& light, int y, std::uint16_t* out) {
     const Grid& grid = screen.grid;
     const float* values[3];
     for (std::size_t k = 0; k < 3; ++k) values[k] = light[k].data() + grid.at(0, 0);
-    upsample_row(values, grid.stride, y, static_cast<int>(surfaces.row_length),
-                 screen.to_pixels.weights.data() + row_of(surfaces, y), out);
+    upsample_row(values, grid.stride, y, static_cast<int>(gbuffer.row_length),
+                 screen.to_pixels.weights.data() + row_of(gbuffer, y), out);
     const std::vector<ToPixels::Odd>& odd = screen.to_pixels.odd[static_cast<std::size_t>(y)];
     static thread_local std::vector<float> own;  // 4 for each pixel of `odd`
     static thread_local std::vector<std::uint16_t> halves;
-    own.resize((4 * odd.size() + kLanes - 1) / kLanes * kLanes);
+    own.resize((4 * odd.size() + kSimdWidth - 1) / kSimdWidth * kSimdWidth);
     halves.resize(own.size());
     for (std::size_t i = 0; i < odd.size(); ++i) {
         for (std::size_t k = 0; k < 3; ++k) own[4 * i + k] = light[k][odd[i].from];
@@ -109,11 +109,11 @@ void upsample_line(const Surfaces& surfaces, const ScreenGrid& screen, const Pla
     for (std::size_t i = 0; i < odd.size(); ++i) std::copy_n(halves.data() + 4 * i, 3, out + 4 * odd[i].x);
 }
 
-void upsample(const Surfaces& surfaces, const ScreenGrid& screen, const Planes& light, std::vector<std::uint16_t>& out,
+void upsample(const GBuffer& gbuffer, const ScreenGrid& screen, const Planes& light, std::vector<std::uint16_t>& out,
               Pool& pool) {
-    out.resize(row_of(surfaces, surfaces.height) * 4);
-    pool.run(surfaces.height,
-             [&](int y) { upsample_line(surfaces, screen, light, y, out.data() + 4 * row_of(surfaces, y)); });
+    out.resize(row_of(gbuffer, gbuffer.height) * 4);
+    pool.run(gbuffer.height,
+             [&](int y) { upsample_line(gbuffer, screen, light, y, out.data() + 4 * row_of(gbuffer, y)); });
 }
 
-}  // namespace gonio::shade
+}  // namespace gonio::lighting

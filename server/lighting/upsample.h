@@ -7,20 +7,20 @@
 
 #include "server/lighting/screen.h"
 
-namespace gonio::shade {
+namespace gonio::lighting {
 
 // Fills in the weights and where they are poor. screen: its grid is made.
-void make_weights(const Surfaces& surfaces, ScreenGrid& screen, Pool& pool);
+void make_weights(const GBuffer& gbuffer, ScreenGrid& screen, Pool& pool);
 
 // Fills in what pixels with poor weights take after rather than these: a point of their own, as many as there are
 // places outside the grid's rows and at most so many; those without one and without any weights take the most alike of
 // sixteen points around.
-void take_after(const Surfaces& surfaces, std::size_t most_own, ScreenGrid& screen, Pool& pool);
+void take_after(const GBuffer& gbuffer, std::size_t most_own, ScreenGrid& screen, Pool& pool);
 
 // light: 3 planes in the shape of the grid. out: 4 half floats per pixel, surfaces.row_length pixels a row.
-void upsample(const Surfaces& surfaces, const ScreenGrid& screen, const Planes& light, std::vector<std::uint16_t>& out,
+void upsample(const GBuffer& gbuffer, const ScreenGrid& screen, const Planes& light, std::vector<std::uint16_t>& out,
               Pool& pool);
 // The same of row y alone. Any thread.
-void upsample_line(const Surfaces& surfaces, const ScreenGrid& screen, const Planes& light, int y, std::uint16_t* out);
+void upsample_line(const GBuffer& gbuffer, const ScreenGrid& screen, const Planes& light, int y, std::uint16_t* out);
 
-}  // namespace gonio::shade
+}  // namespace gonio::lighting

@@ -5,7 +5,7 @@
 #include "server/trace/sampler.h"
 #include "shaders/lib/as_cpp.h"
 
-namespace gonio::shade {
+namespace gonio::lighting {
 
 VplRays::VplRays(std::shared_ptr<const Profile> of_profile, unsigned count) : profile(std::move(of_profile)) {
     const DirectionTable& directions = tables_of(*profile).directions;
@@ -76,4 +76,4 @@ glm::vec3 from_vpls(const trace::Geometry& geometry, std::span<const Vpl> vpls, 
     return sum;
 }
 
-}  // namespace gonio::shade
+}  // namespace gonio::lighting

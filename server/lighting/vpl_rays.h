@@ -14,7 +14,7 @@
 #include "server/trace/sources.h"
 #include "server/transport/links.h"
 
-namespace gonio::shade {
+namespace gonio::lighting {
 
 inline constexpr unsigned kSubsets = 16;
 inline constexpr float kLinksAloneRadii = 2.0f, kVplsAloneRadii = 8.0f;  // in radii of surfels
@@ -57,4 +57,4 @@ inline float vpl_share(float distance_m, float surfel_radius_m) {
 glm::vec3 from_vpls(const trace::Geometry& geometry, std::span<const Vpl> vpls, const glm::vec3& point,
                     const glm::vec3& normal, const glm::vec3& geometric, float surfel_radius_m);
 
-}  // namespace gonio::shade
+}  // namespace gonio::lighting

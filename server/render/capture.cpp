@@ -107,7 +107,7 @@ bool Renderer::continue_first_bounces(CaptureJob& job, const FrameInputs& inputs
     for (const Light& light : scene.lights) solved.push_back({Slot::solve, 0, light.id});
     std::vector<Pass> passes = build_pipeline(inputs);
     execute(
-        passes, solved, ledger_, [](std::size_t) {}, [](std::size_t) {});
+        passes, solved, pass_cache_, [](std::size_t) {}, [](std::size_t) {});
     const auto late = [&] { return monotonic_ns() > began_ns + kStepNs; };
     bool done = true;
     for (std::size_t i = 0; i < scene.lights.size() && done; ++i) {
@@ -142,7 +142,7 @@ bool Renderer::continue_capture(CaptureJob& job) {
     inputs.view = job.view;
     inputs.bounces = job.bounces;
     if (!continue_first_bounces(job, inputs)) {
-        ledger_.forget_target(target.id);
+        pass_cache_.forget_target(target.id);
         return false;
     }
     gl::Texture values;
@@ -162,7 +162,7 @@ bool Renderer::continue_capture(CaptureJob& job) {
               target_width, margin, picture.rgba8, picture.width_px, x, y, width, height);
     }
     timers.resolve(report);
-    ledger_.forget_target(target.id);
+    pass_cache_.forget_target(target.id);
     add_report(picture.report, report);
     picture.report.set_frame_ms(static_cast<double>(monotonic_ns() - job.started_ns) * 1e-6);
     return ++job.next_tile == columns * rows;

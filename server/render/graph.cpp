@@ -4,11 +4,11 @@
 
 namespace gonio {
 
-void Ledger::forget_target(std::uint32_t target) {
+void PassCache::forget_target(std::uint32_t target) {
     std::erase_if(entries_, [&](const auto& entry) { return entry.first.target == target; });
 }
 
-void Ledger::forget_light(std::uint32_t light) {
+void PassCache::forget_light(std::uint32_t light) {
     std::erase_if(entries_, [&](const auto& entry) { return entry.first.light == light; });
 }
 
@@ -25,7 +25,7 @@ std::set<SlotRef> needed_for(std::span<const Pass> passes, std::span<const SlotR
 
 }  // namespace
 
-std::set<SlotRef> outdated(std::span<const Pass> passes, std::span<const SlotRef> wanted, const Ledger& ledger) {
+std::set<SlotRef> outdated(std::span<const Pass> passes, std::span<const SlotRef> wanted, const PassCache& pass_cache) {
     const std::set<SlotRef> needed = needed_for(passes, wanted);
     std::set<SlotRef> result;
     for (const Pass& pass : passes) {
@@ -33,18 +33,18 @@ std::set<SlotRef> outdated(std::span<const Pass> passes, std::span<const SlotRef
         bool old = pass.stale;
         std::vector<std::uint64_t> key = pass.key;
         for (const SlotRef& slot : pass.reads) {
-            const auto read = ledger.entries_.find(slot);
-            key.push_back(read != ledger.entries_.end() ? read->second.version : 0);
+            const auto read = pass_cache.entries_.find(slot);
+            key.push_back(read != pass_cache.entries_.end() ? read->second.version : 0);
             old = old || result.contains(slot);
         }
-        const auto own = ledger.entries_.find(pass.writes);
-        if (old || own == ledger.entries_.end() || own->second.version == 0 || own->second.key != key)
+        const auto own = pass_cache.entries_.find(pass.writes);
+        if (old || own == pass_cache.entries_.end() || own->second.version == 0 || own->second.key != key)
             result.insert(pass.writes);
     }
     return result;
 }
 
-std::vector<v1::PassReport> execute(std::span<Pass> passes, std::span<const SlotRef> wanted, Ledger& ledger,
+std::vector<v1::PassReport> execute(std::span<Pass> passes, std::span<const SlotRef> wanted, PassCache& pass_cache,
                                     const std::function<void(std::size_t)>& before,
                                     const std::function<void(std::size_t)>& after) {
     const std::set<SlotRef> needed = needed_for(passes, wanted);
@@ -64,8 +64,8 @@ std::vector<v1::PassReport> execute(std::span<Pass> passes, std::span<const Slot
             continue;
         }
         std::vector<std::uint64_t> key = pass.key;
-        for (const SlotRef& slot : pass.reads) key.push_back(ledger.entries_[slot].version);
-        Ledger::Entry& entry = ledger.entries_[pass.writes];
+        for (const SlotRef& slot : pass.reads) key.push_back(pass_cache.entries_[slot].version);
+        PassCache::Entry& entry = pass_cache.entries_[pass.writes];
         if (!pass.stale && entry.version > 0 && entry.key == key) {
             row.set_state("clean");
             continue;
@@ -75,7 +75,7 @@ std::vector<v1::PassReport> execute(std::span<Pass> passes, std::span<const Slot
         const PassRun run = pass.run();
         after(i);
         entry.key = std::move(key);
-        entry.version = ++ledger.newest_version_;
+        entry.version = ++pass_cache.newest_version_;
         row.set_state("ran");
         row.set_faces(run.faces);
         row.set_draws(run.draws);

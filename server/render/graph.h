@@ -65,15 +65,15 @@ struct Pass {
 };
 
 // What each slot was last made from. Lives as long as the slots do.
-class Ledger {
+class PassCache {
 public:
     // Forgets all slots of a target or of a light, whose textures are gone.
     void forget_target(std::uint32_t target);
     void forget_light(std::uint32_t light);
 
 private:
-    friend std::set<SlotRef> outdated(std::span<const Pass>, std::span<const SlotRef>, const Ledger&);
-    friend std::vector<v1::PassReport> execute(std::span<Pass>, std::span<const SlotRef>, Ledger&,
+    friend std::set<SlotRef> outdated(std::span<const Pass>, std::span<const SlotRef>, const PassCache&);
+    friend std::vector<v1::PassReport> execute(std::span<Pass>, std::span<const SlotRef>, PassCache&,
                                                const std::function<void(std::size_t)>&,
                                                const std::function<void(std::size_t)>&);
     struct Entry {
@@ -85,12 +85,12 @@ private:
 };
 
 // Result: of the slots that `wanted` needs those whose passes would run.
-std::set<SlotRef> outdated(std::span<const Pass> passes, std::span<const SlotRef> wanted, const Ledger& ledger);
+std::set<SlotRef> outdated(std::span<const Pass> passes, std::span<const SlotRef> wanted, const PassCache& pass_cache);
 
 // Runs the passes in the order given, each at most once. passes: every slot is written by at most one of them and read
 // only by later ones. wanted: slots somebody looks at. before/after(i) surround each run (timers). Result: one row per
 // pass, in order, cpu_ms filled.
-std::vector<v1::PassReport> execute(std::span<Pass> passes, std::span<const SlotRef> wanted, Ledger& ledger,
+std::vector<v1::PassReport> execute(std::span<Pass> passes, std::span<const SlotRef> wanted, PassCache& pass_cache,
                                     const std::function<void(std::size_t)>& before,
                                     const std::function<void(std::size_t)>& after);
 

@@ -32,7 +32,7 @@ struct WebGpu {
     // Where asked for: the tables' words for shaders/lib/web_buffer.glsl (web_buffer), solid_of, rays of the light.
     mutable gl::Buffer buffer;
     mutable std::optional<SolidGpu> solid;
-    mutable std::shared_ptr<const shade::VplRays> rays;
+    mutable std::shared_ptr<const lighting::VplRays> rays;
 };
 
 struct LightGpu {
@@ -75,8 +75,8 @@ struct LightGpu {
     bool moves = false;                // it has changed since it was solved
     transport::Irradiance irradiance;
     struct Exact {  // the first bounce of a narrow light that rests
-        std::vector<shade::Vpl> vpls;
-        std::vector<glm::vec4> first, by_vpls;  // all of it; what comes from afar (shade::vpl_share)
+        std::vector<lighting::Vpl> vpls;
+        std::vector<glm::vec4> first, by_vpls;  // all of it; what comes from afar (lighting::vpl_share)
         std::size_t next = 0;                   // surfel: those before have theirs; all of them: it counts
     } exact;
     bool has_exact() const { return exact.next > 0 && exact.next == exact.first.size(); }

@@ -51,8 +51,8 @@ public:
 
     // Starts a live frame of the scene: runs what moved. drained_ns: when its commands left the queue.
     virtual void begin_frame(const Scene& scene, std::int64_t drained_ns) = 0;
-    // How much work the next live frames are: an index into kEfforts.
-    virtual void set_effort(std::size_t effort) = 0;
+    // How much work the next live frames are: an index into kQualityLevels.
+    virtual void set_quality_level(std::size_t quality_level) = 0;
     // Whether the live picture gets better while nothing moves; by default it stays as it is.
     virtual void set_refinement(bool wanted) = 0;
     // Whether anybody looks; by default somebody does. While nobody does, nor asks for a capture, a meter or the

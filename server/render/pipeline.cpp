@@ -300,7 +300,7 @@ std::uint64_t FrameInputs::surface() const {
 }
 
 std::uint64_t FrameInputs::solve_links() const {
-    return target.kind == TargetKind::live ? kEfforts[effort].links : kEfforts[0].links;
+    return target.kind == TargetKind::live ? kQualityLevels[quality_level].links : kQualityLevels[0].links;
 }
 
 glm::dvec3 PassContext::weight_in_sum(const Light& light, int layer) const {
@@ -315,7 +315,7 @@ glm::dvec3 PassContext::layer_weight(const Light& light) const {
 
 std::array<std::uint64_t, 7> FrameInputs::direct_stamp(const Light& light) const {
     return {light.position_rev, light.aim_rev, light.profile_rev, scene.geometry_rev,
-            scene.camera_rev,   effort,        target.id};
+            scene.camera_rev,   quality_level, target.id};
 }
 
 bool FrameInputs::has_besides() const {
@@ -324,9 +324,9 @@ bool FrameInputs::has_besides() const {
 }
 
 PassContext FrameInputs::context() const {
-    return {programs, geometry,      scene,     target,  eye,    traced,          clusters,
-            looks,    pool,          transport, bounces, false,  shades_on_cpu(), gathers_by_gl(),
-            merged,   has_besides(), effort,    layers,  &in_sum};
+    return {programs,       geometry,      scene,         target,  eye,    traced,          clusters,
+            material_table, pool,          transport,     bounces, false,  shades_on_cpu(), gathers_by_gl(),
+            merged,         has_besides(), quality_level, layers,  &in_sum};
 }
 
 bool FrameInputs::can_merge() const {
@@ -350,11 +350,12 @@ std::vector<Pass> build_pipeline(const FrameInputs& in) {
           {scene.geometry_rev, scene.camera_rev},
           [context = b.context, meter = metered] { return meter ? run_meter_gbuffer(context) : run_gbuffer(context); });
     if (raster) {
-        b.add("gbuffer" + beside, b.per_target(Slot::grid), {}, {scene.geometry_rev, scene.camera_rev, in.effort},
+        b.add("gbuffer" + beside, b.per_target(Slot::grid), {},
+              {scene.geometry_rev, scene.camera_rev, in.quality_level},
               [context = b.context] { return run_raster(context); })
             .on_gpu = false;
     } else if (!metered && !b.seed) {
-        b.add("gbuffer-readback", b.per_target(Slot::grid), {b.per_target(Slot::gbuffer)}, {in.effort},
+        b.add("gbuffer-readback", b.per_target(Slot::grid), {b.per_target(Slot::gbuffer)}, {in.quality_level},
               [context = b.context] { return run_grid(context); })
             .on_gpu = false;
     }

@@ -21,8 +21,8 @@ struct FrameInputs {
     std::vector<LightGpu*> lights;
     View view;
     const trace::Geometry& traced;
-    const shade::Clusters& clusters;
-    const shade::Looks& looks;
+    const lighting::Clusters& clusters;
+    const lighting::MaterialTable& material_table;
     Pool& pool;
     bool direct_by_rays = false;
     const transport::Transport* transport = nullptr;  // null: not made yet
@@ -37,7 +37,7 @@ struct FrameInputs {
     bool shades_on_cpu() const;
     // Whether its indirect light is gathered by shaders.
     bool gathers_by_gl() const;
-    std::size_t effort = 0;             // index into kEfforts
+    std::size_t quality_level = 0;      // index into kQualityLevels
     std::uint64_t surface() const;      // tells one set of surfels from another
     std::uint64_t solve_links() const;  // that the solve follows, at most
     bool has_besides() const;           // light without a layer

@@ -74,12 +74,12 @@ void Renderer::prepare(const Scene& scene, bool live, bool bounces) {
     }
     // Where shaders shade, rays want a G-buffer of the CPU's for what is summed and for what rests alone.
     const bool clustered = direct_by_rays_ || refines_ || scene.lights.size() > kMostLayers;
-    if (!drawn_ || (clustered && !drawn_->clustered)) drawn_ = shade::make_drawn(traced_, clustered);
+    if (!drawn_ || (clustered && !drawn_->clustered)) drawn_ = lighting::make_drawn(traced_, clustered);
     if (scene.technique == Technique::standard && bounces) prepare_transport(scene);
     std::erase_if(lights_, [&](const auto& entry) {
         const bool gone = live && std::none_of(scene.lights.begin(), scene.lights.end(),
                                                [&](const Light& l) { return l.id == entry.first; });
-        if (gone) ledger_.forget_light(entry.first);
+        if (gone) pass_cache_.forget_light(entry.first);
         return gone;
     });
     for (const Light& light : scene.lights) {
@@ -100,7 +100,7 @@ void Renderer::prepare(const Scene& scene, bool live, bool bounces) {
     std::erase_if(webs_, [](const auto& entry) { return entry.second.expired(); });
     if (!live) return;
     // Even sides, as NV12 wants them.
-    const double scale = scene.technique == Technique::standard ? kEfforts[effort_].scale : 1.0;
+    const double scale = scene.technique == Technique::standard ? kQualityLevels[quality_level_].scale : 1.0;
     const auto scaled = [&](int side_px) {
         return scale < 1.0 ? std::max(16, static_cast<int>(std::lround(side_px * scale / 2.0)) * 2) : side_px;
     };
@@ -117,7 +117,7 @@ void Renderer::prepare(const Scene& scene, bool live, bool bounces) {
     const int layers = static_cast<int>(std::clamp<std::size_t>(scene.lights.size(), 1, layer_count_));
     if (live_.width_px != wide || live_.height_px != high || live_.layer_count < layers ||
         live_.emissive != geometry_->emissive()) {
-        ledger_.forget_target(live_.id);
+        pass_cache_.forget_target(live_.id);
         live_ = make_target(next_target_++, TargetKind::live, wide, high, static_cast<std::size_t>(layers),
                             geometry_->emissive(), !direct_by_rays_);
     }
@@ -141,7 +141,7 @@ void Renderer::keep_layers(const Scene& scene) {
             bare.profile = gpu->second.profile;
             gpu->second = std::move(bare);
         }
-        ledger_.forget_light(id);
+        pass_cache_.forget_light(id);
         in_sum_.clear();  // the sum is made anew with it
     };
     while (layered_.size() > layer_count_) {  // the picture is larger than it was
@@ -277,7 +277,7 @@ FrameInputs Renderer::inputs_of(const Scene& scene, const Target& target, const 
                        scene.view,
                        *traced_,
                        drawn_->clusters,
-                       drawn_->looks,
+                       drawn_->material_table,
                        pool_,
                        direct_by_rays_,
                        transport_.get(),
@@ -286,7 +286,7 @@ FrameInputs Renderer::inputs_of(const Scene& scene, const Target& target, const 
                        {}};
     if (target.id == live_.id) inputs.in_sum = in_sum_;
     for (const Light& light : scene.lights) inputs.lights.push_back(&lights_.at(light.id));
-    if (target.id == live_.id) inputs.effort = effort_;
+    if (target.id == live_.id) inputs.quality_level = quality_level_;
     return inputs;
 }
 
@@ -339,7 +339,7 @@ bool Renderer::refine(const Scene& scene, const std::function<bool()>& interrupt
         std::vector<Pass> passes = build_pipeline(inputs);
         const SlotRef wanted[] = {{Slot::grid, live_.id, 0}, {Slot::weights, live_.id, 0}};
         execute(
-            passes, wanted, ledger_, [](std::size_t) {}, [](std::size_t) {});
+            passes, wanted, pass_cache_, [](std::size_t) {}, [](std::size_t) {});
     }
     return continue_final_gather(inputs.context(), inputs.lights, interrupted);
 }
@@ -377,7 +377,7 @@ v1::FrameReport Renderer::run(const FrameInputs& inputs, std::vector<SlotRef> wa
     gl::Query before;
     v1::FrameReport report;
     std::vector<v1::PassReport> rows = execute(
-        passes, wanted, ledger_,
+        passes, wanted, pass_cache_,
         [&](std::size_t row) {
             if (passes[row].on_gpu) before = Timers::stamp();
         },
@@ -389,7 +389,7 @@ v1::FrameReport Renderer::run(const FrameInputs& inputs, std::vector<SlotRef> wa
     for (v1::PassReport& row : rows) *report.add_passes() = std::move(row);
     // Asked again nothing would run, unless luminaires' own layers or more bounces are to follow.
     const bool seed = inputs.scene.technique != Technique::standard;
-    const bool all = !inputs.merged && (seed || outdated(build_pipeline(inputs), wanted, ledger_).empty());
+    const bool all = !inputs.merged && (seed || outdated(build_pipeline(inputs), wanted, pass_cache_).empty());
     if (inputs.target.id == live_.id) settled_ = all;
     report.set_settled(all && (seed || !builder_ || builder_->done()));
     return report;
@@ -404,7 +404,7 @@ void Renderer::choose_layers(FrameInputs& inputs) {
     const bool merged_before = std::exchange(merged_, false);
     if (!inputs.can_merge()) return;
     const std::vector<Pass> passes = build_pipeline(inputs);
-    const std::set<SlotRef> old = outdated(passes, wanted_slots(inputs, true), ledger_);
+    const std::set<SlotRef> old = outdated(passes, wanted_slots(inputs, true), pass_cache_);
     // Shaders have each luminaire's own light by the way, once it is solved.
     const bool by_gl = inputs.gathers_by_gl(), grid_moves = !by_gl && old.contains({Slot::grid, live_.id, 0});
     std::vector<std::pair<bool, std::uint32_t>> waiting;  // dark, id
@@ -427,7 +427,7 @@ void Renderer::choose_layers(FrameInputs& inputs) {
     }
     if (!merged_ || grid_moves || waiting.empty()) return;
     // What is shown comes first: the solve of all at once to its end.
-    const std::set<SlotRef> left = outdated(build_pipeline(inputs), wanted_slots(inputs, true), ledger_);
+    const std::set<SlotRef> left = outdated(build_pipeline(inputs), wanted_slots(inputs, true), pass_cache_);
     if (left.contains({Slot::merged_solve, live_.id, 0}) && !left.contains({Slot::merged, live_.id, 0})) return;
     // In turn, so that none that goes on moving holds up the others.
     std::sort(waiting.begin(), waiting.end());
@@ -456,7 +456,7 @@ void Renderer::begin_frame(const Scene& scene, std::int64_t drained_ns) {
     frame->report = run(inputs, wanted_slots(inputs, true), frame->timers);
     frame->report.set_width_px(static_cast<std::uint32_t>(live_.width_px));
     frame->report.set_height_px(static_cast<std::uint32_t>(live_.height_px));
-    frame->report.set_effort(static_cast<std::uint32_t>(effort_));
+    frame->report.set_effort(static_cast<std::uint32_t>(quality_level_));
     if (transport_ && scene.technique == Technique::standard) {
         frame->report.set_links(transport_->links.per_surfel());
         frame->report.set_refined_rounds(merged_ ? 0 : final_gather_passes(inputs.context(), inputs.lights));
@@ -624,7 +624,7 @@ v1::MeterReading Renderer::meter(const Scene& scene, const glm::dvec3& point, co
             variance += variance_of(bounced, glm::dvec3(1.0));
         }
     }
-    ledger_.forget_target(target.id);
+    pass_cache_.forget_target(target.id);
     v1::MeterReading reading;
     reading.set_direct_lx(photopic(direct_lx));
     reading.set_indirect_lx(photopic(indirect_lx));

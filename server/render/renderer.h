@@ -13,12 +13,12 @@
 #include "ies/core/result.h"
 #include "protocol/schema/gonio.pb.h"
 #include "server/gl/context.h"
-#include "server/render/effort.h"
 #include "server/render/gpu_scene.h"
 #include "server/render/graph.h"
 #include "server/render/light_gpu.h"
 #include "server/render/live_renderer.h"
 #include "server/render/programs.h"
+#include "server/render/quality_level.h"
 #include "server/render/target.h"
 #include "server/scene/scene.h"
 #include "server/transport/transport.h"
@@ -28,10 +28,10 @@ namespace gonio {
 struct FrameInputs;
 struct Inspected;
 struct Timers;
-namespace shade {
+namespace lighting {
 struct Clusters;
-struct Looks;
-}  // namespace shade
+struct MaterialTable;
+}  // namespace lighting
 
 // Places where luminaires or eyes came later and that walks for surfels begin at too: of a scene.
 inline constexpr std::size_t kMostLaterSeeds = 8;
@@ -45,7 +45,7 @@ public:
     ~Renderer() override;
 
     void begin_frame(const Scene& scene, std::int64_t drained_ns) override;
-    void set_effort(std::size_t effort) override { effort_ = effort; }
+    void set_quality_level(std::size_t quality_level) override { quality_level_ = quality_level; }
     void set_refinement(bool wanted) override { refines_ = wanted; }
     void set_watched(bool watched) override;
     bool refine(const Scene& scene, const std::function<bool()>& interrupted) override;
@@ -107,7 +107,7 @@ private:
 
     const bool direct_by_rays_;
     bool watched_ = true, refines_ = false, transport_beside_ = false, settled_ = true;
-    std::size_t effort_ = 0;
+    std::size_t quality_level_ = 0;
     int rsm_size_ = kRsmSize;
     Programs programs_;
     std::unique_ptr<GpuScene> geometry_;
@@ -121,9 +121,9 @@ private:
     unsigned links_ = transport::kMostBlockLinks;
     std::shared_ptr<const transport::Transport> transport_;  // what passes read
     std::uint64_t generation_ = 0;                           // counts what it was
-    std::shared_ptr<const shade::Drawn> drawn_;              // without clusters where GL draws the live G-buffer
+    std::shared_ptr<const lighting::Drawn> drawn_;           // without clusters where GL draws the live G-buffer
     Pool pool_;
-    Ledger ledger_;
+    PassCache pass_cache_;
     Target live_;
     std::size_t layer_bytes_ = std::size_t{2} << 30, layer_count_ = kMostLayers;
     std::vector<std::uint32_t> layered_;          // by layer: id of its luminaire, 0: free; used where not all have one

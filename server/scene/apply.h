@@ -19,7 +19,7 @@ struct Loaded {
     std::shared_ptr<const Profile> profile;         // of set_light or add_light
     std::shared_ptr<const Preset> preset;           // of save_preset: this one instead of the lights as they are
     std::shared_ptr<const trace::Geometry> traced;  // of `asset`, or null
-    std::shared_ptr<const shade::Drawn> drawn;      // of `traced`, or null
+    std::shared_ptr<const lighting::Drawn> drawn;   // of `traced`, or null
 };
 
 struct Applied {

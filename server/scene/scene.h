@@ -24,9 +24,9 @@ class SetSurfaces;
 namespace trace {
 class Geometry;
 }  // namespace trace
-namespace shade {
+namespace lighting {
 struct Drawn;
-}  // namespace shade
+}  // namespace lighting
 struct LightTables;
 
 struct Bounds {
@@ -61,7 +61,7 @@ struct Material {
 // One glTF primitive: triangles with one material.
 struct Mesh {
     std::vector<Vertex> vertices;
-    std::vector<std::uint32_t> indices;  // 3 per triangle, counter-clockwise from the front
+    std::vector<std::uint32_t> indices;  // 3 per triangle, counter-clockwise from the HTTP server
     int material = 0;                    // index into SceneAsset::materials
     Bounds bounds;                       // mesh space
 };
@@ -175,7 +175,7 @@ inline constexpr std::uint32_t kDefaultSeedSamples =
 struct Scene {
     std::shared_ptr<const SceneAsset> asset;
     std::shared_ptr<const trace::Geometry> traced;  // of `asset`; null: whoever needs it makes one
-    std::shared_ptr<const shade::Drawn> drawn;      // of `traced`; likewise
+    std::shared_ptr<const lighting::Drawn> drawn;   // of `traced`; likewise
     std::vector<Light> lights;
     std::map<std::string, std::vector<std::string>> groups;  // name -> light names
     std::shared_ptr<const v1::SetPatch> patch;               // of consoles; null: the default patch

@@ -30,7 +30,7 @@ Result<Loaded> read_files(const v1::Command& command, const SceneAccess& access)
         if (!asset) return asset.error();
         loaded.asset = *asset;
         loaded.traced = std::make_shared<const trace::Geometry>(loaded.asset);
-        loaded.drawn = shade::make_drawn(loaded.traced, true);
+        loaded.drawn = lighting::make_drawn(loaded.traced, true);
     }
     if (const v1::Profile* profile = profile_of(command)) {
         const std::string& bytes = profile->photometry();

@@ -40,32 +40,32 @@ void Consoles::read_all_again() {
 }
 
 bool Consoles::anything_waits() const {
-    return inputs_ != nullptr && (!waiting_.universes.empty() || inputs_->mail().waiting());
+    return inputs_ != nullptr && (!waiting_.universes.empty() || inputs_->updates().waiting());
 }
 
-void Consoles::serve(Stage& stage, std::int64_t now_ns) {
+void Consoles::serve(RenderSession& render_session, std::int64_t now_ns) {
     if (inputs_ == nullptr) return;
-    follow_patch(stage.scene());
+    follow_patch(render_session.scene());
     if (retry_ns_ != 0 && now_ns >= retry_ns_) {
         retry_ns_ = 0;
         read_all_again();
     }
     if (!anything_waits() || now_ns - served_ns_ < interval_ns_) return;
     served_ns_ = now_ns;
-    if (auto mail = inputs_->mail().try_take()) {
-        for (auto& [key, universe] : mail->universes) waiting_.universes[key] = std::move(universe);
-        waiting_.osc = std::move(mail->osc);
+    if (auto updates = inputs_->updates().try_take()) {
+        for (auto& [key, universe] : updates->universes) waiting_.universes[key] = std::move(universe);
+        waiting_.osc = std::move(updates->osc);
     }
-    const Revision before = stage.scene().scene_rev;
-    apply_dmx(stage, DmxProtocol::sacn, now_ns);
-    apply_dmx(stage, DmxProtocol::artnet, now_ns);
-    apply_osc(stage);
-    stage.tell_inputs(before);
+    const Revision before = render_session.scene().scene_rev;
+    apply_dmx(render_session, DmxProtocol::sacn, now_ns);
+    apply_dmx(render_session, DmxProtocol::artnet, now_ns);
+    apply_osc(render_session);
+    render_session.tell_inputs(before);
     waiting_ = {};
 }
 
 // All universes of a protocol, as one command for each light.
-void Consoles::apply_dmx(Stage& stage, DmxProtocol protocol, std::int64_t now_ns) {
+void Consoles::apply_dmx(RenderSession& render_session, DmxProtocol protocol, std::int64_t now_ns) {
     values_.clear();
     for (const auto& [key, universe] : waiting_.universes) {
         if (key.protocol != protocol) continue;
@@ -73,7 +73,7 @@ void Consoles::apply_dmx(Stage& stage, DmxProtocol protocol, std::int64_t now_ns
         reader_.read(key, *universe, values_);
     }
     if (values_.empty()) return;
-    for (std::optional<Error>& refused : stage.apply_inputs(commands_of(stage.scene(), values_))) {
+    for (std::optional<Error>& refused : render_session.apply_inputs(commands_of(render_session.scene(), values_))) {
         if (!refused) continue;
         if (refused->code == "busy") {  // what else is refused cannot be until the console says something else
             reader_.forget(Property::profile);
@@ -84,16 +84,16 @@ void Consoles::apply_dmx(Stage& stage, DmxProtocol protocol, std::int64_t now_ns
 }
 
 // One after the other: "red" fills up with what the message before it has set.
-void Consoles::apply_osc(Stage& stage) {
-    std::vector<const std::pair<const std::string, InputMail::Osc>*> in_order;
+void Consoles::apply_osc(RenderSession& render_session) {
+    std::vector<const std::pair<const std::string, InputUpdates::Osc>*> in_order;
     for (const auto& one : waiting_.osc) in_order.push_back(&one);
     std::sort(in_order.begin(), in_order.end(), [](auto* a, auto* b) { return a->second.order < b->second.order; });
     for (const auto* one : in_order) {
         const auto& [address, osc] = *one;
-        const std::vector<v1::Command> commands = commands_of(stage.scene(), osc.values);
+        const std::vector<v1::Command> commands = commands_of(render_session.scene(), osc.values);
         std::optional<Error> error;
         if (commands.empty()) error = Error{"not_found", address, "", "there is no light or group of this name"};
-        for (std::optional<Error>& refused : stage.apply_inputs(commands))
+        for (std::optional<Error>& refused : render_session.apply_inputs(commands))
             if (refused) error = std::move(refused);
         if (error) inputs_->tell_refusal(osc.from, address, std::move(*error));
     }

@@ -1,5 +1,5 @@
-// Consoles on the render thread: drains their mail once a frame, reads it through the patch, and applies what comes
-// out.
+// Consoles on the render thread: drains their latest updates once a frame, reads it through the patch, and applies what
+// comes out.
 #pragma once
 
 #include <array>
@@ -10,7 +10,7 @@
 
 #include "protocol/dmx/patch.h"
 #include "server/inputs/udp_inputs.h"
-#include "server/session/stage.h"
+#include "server/session/render_session.h"
 
 namespace gonio {
 
@@ -20,7 +20,7 @@ public:
     Consoles(Inputs* inputs, std::int64_t interval_ns) : inputs_(inputs), interval_ns_(interval_ns) {}
 
     // Applies what arrived, unless the last time was less than the interval ago.
-    void serve(Stage& stage, std::int64_t now_ns);
+    void serve(RenderSession& render_session, std::int64_t now_ns);
     // Result: how long the render thread may sleep with regard to what waits here.
     std::int64_t sleep_ns(std::int64_t now_ns) const;
     // Whether the scene will change when the interval is over.
@@ -32,14 +32,14 @@ public:
 private:
     void follow_patch(const Scene& scene);
     void read_all_again();
-    void apply_dmx(Stage& stage, DmxProtocol protocol, std::int64_t now_ns);
-    void apply_osc(Stage& stage);
+    void apply_dmx(RenderSession& render_session, DmxProtocol protocol, std::int64_t now_ns);
+    void apply_osc(RenderSession& render_session);
 
     Inputs* inputs_;
     std::int64_t interval_ns_;
     std::int64_t served_ns_ = 0;
     std::int64_t retry_ns_ = 0;  // when the universes are read again because something was busy; 0: it was not
-    InputMail waiting_;
+    InputUpdates waiting_;
     std::map<DmxKey, std::shared_ptr<const DmxUniverse>> universes_;  // the newest of each that the patch uses
     PatchReader reader_;
     std::vector<PropertyValue> values_;  // of the frame being applied; kept for its memory

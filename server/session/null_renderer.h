@@ -14,7 +14,7 @@ public:
     static std::uint8_t luma_of(Revision scene_rev);
 
     void begin_frame(const Scene& scene, std::int64_t drained_ns) override;
-    void set_effort(std::size_t) override {}
+    void set_quality_level(std::size_t) override {}
     void set_refinement(bool) override {}
     void set_watched(bool) override {}
     bool refine(const Scene&, const std::function<bool()>&) override { return false; }

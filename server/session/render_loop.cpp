@@ -4,7 +4,7 @@
 
 namespace gonio {
 
-Front::Callbacks Inbox::callbacks() {
+HttpServer::Callbacks Inbox::callbacks() {
     return {
         [this](SessionId session, v1::ClientMessage message) {
             Work work;
@@ -36,28 +36,28 @@ Front::Callbacks Inbox::callbacks() {
 RenderLoop::Plan RenderLoop::plan(std::int64_t now_ns) {
     Plan plan;
     plan.viewer = feed_.wanted();
-    const bool moves = hands_.waiting(now_ns) || stage_.fading();
+    const bool moves = surface_input_.waiting(now_ns) || render_session_.fading();
     // Somebody must be able to take a picture: a viewer with credit, or a report that is waited for.
-    plan.due = ((stage_.frame_wanted() || moves) && plan.viewer) || stage_.report_wanted();
+    plan.due = ((render_session_.frame_wanted() || moves) && plan.viewer) || render_session_.report_wanted();
     plan.wait_ns = plan.due ? std::max<std::int64_t>(0, last_begin_ns_ + frame_ns_ - now_ns) : 0;
-    stage_.set_watched(feed_.watched());
-    plan.refining = stage_.refinable() && stage_.rests() && plan.viewer && !plan.due && !stage_.fading() &&
-                    !consoles_.anything_waits();
+    render_session_.set_watched(feed_.watched());
+    plan.refining = render_session_.refinable() && render_session_.rests() && plan.viewer && !plan.due &&
+                    !render_session_.fading() && !consoles_.anything_waits();
     return plan;
 }
 
 std::optional<Work> RenderLoop::wait(const Plan& plan, std::int64_t now_ns) {
-    if ((plan.due && plan.wait_ns == 0) || stage_.busy()) return inbox_.queue.try_pop();
-    if (stage_.waits()) return inbox_.queue.pop_for(std::chrono::milliseconds(2));
+    if ((plan.due && plan.wait_ns == 0) || render_session_.busy()) return inbox_.queue.try_pop();
+    if (render_session_.waits()) return inbox_.queue.pop_for(std::chrono::milliseconds(2));
     if (plan.refining) return inbox_.queue.pop_for(std::chrono::nanoseconds(0));
-    if (stage_.frames_in_flight()) return inbox_.queue.pop_for(std::chrono::milliseconds(1));
+    if (render_session_.frames_in_flight()) return inbox_.queue.pop_for(std::chrono::milliseconds(1));
     const std::int64_t frame_ns = plan.due ? plan.wait_ns
-                                  : stage_.fading()
+                                  : render_session_.fading()
                                       ? std::clamp<std::int64_t>(last_moved_ns_ + frame_ns_ - now_ns, 0, frame_ns_)
                                       : std::int64_t{250'000'000};
     return inbox_.queue.pop_for(std::chrono::nanoseconds(
-        std::min({frame_ns, consoles_.sleep_ns(now_ns), plan.due ? plan.wait_ns : hands_.sleep_ns(now_ns),
-                  feed_.rest_in_ns(now_ns), std::max<std::int64_t>(stage_.rest_in_ns(), 1'000'000)})));
+        std::min({frame_ns, consoles_.sleep_ns(now_ns), plan.due ? plan.wait_ns : surface_input_.sleep_ns(now_ns),
+                  feed_.rest_in_ns(now_ns), std::max<std::int64_t>(render_session_.rest_in_ns(), 1'000'000)})));
 }
 
 // Ends before the queue is empty where that takes long: a frame that is due comes first then.
@@ -66,7 +66,7 @@ void RenderLoop::drain(std::optional<Work> first) {
     const std::int64_t began_ns = monotonic_ns();
     const auto left = inbox_.left.try_take();  // before what they said is drained
     for (std::optional<Work> work = std::move(first); work; work = inbox_.queue.try_pop()) {
-        stage_.take(std::move(*work));
+        render_session_.take(std::move(*work));
         if (monotonic_ns() - began_ns <= kDrainNs) continue;
         if (left)
             inbox_.left.merge([&](std::set<SessionId>& sessions) { sessions.insert(left->begin(), left->end()); });
@@ -76,7 +76,7 @@ void RenderLoop::drain(std::optional<Work> first) {
         Work gone;
         gone.session = session;
         gone.closed = true;
-        stage_.take(std::move(gone));
+        render_session_.take(std::move(gone));
     }
 }
 
@@ -86,28 +86,29 @@ void RenderLoop::turn() {
     std::optional<Work> work = wait(plan, now_ns);
     const std::int64_t drained_ns = monotonic_ns();
     drain(std::move(work));
-    consoles_.serve(stage_, drained_ns);
+    consoles_.serve(render_session_, drained_ns);
     // Hands and fades move the scene right before a frame, so that it holds the newest; without one as often.
     const bool starts = plan.due && plan.wait_ns == 0;
     if (starts || (!plan.due && drained_ns - last_moved_ns_ >= frame_ns_)) {
         last_moved_ns_ = drained_ns;
-        stage_.advance_fade(drained_ns);
-        hands_.serve(stage_, drained_ns);
+        render_session_.advance_fade(drained_ns);
+        surface_input_.serve(render_session_, drained_ns);
     }
     if (auto demand = inbox_.demands.try_take()) {
         inbox_.demand = std::move(*demand);
         feed_.want(inbox_.demand.lanes, inbox_.demand.jpeg, inbox_.demand.jpeg_clients);
     }
-    if (starts && (stage_.frame_wanted() || stage_.report_wanted())) {
+    if (starts && (render_session_.frame_wanted() || render_session_.report_wanted())) {
         last_begin_ns_ = drained_ns;
-        stage_.begin_frame(drained_ns);
+        render_session_.begin_frame(drained_ns);
     }
-    const bool more = stage_.frame_wanted() && plan.viewer;
-    stage_.finish_frames(!more && stage_.frames_in_flight());
+    const bool more = render_session_.frame_wanted() && plan.viewer;
+    render_session_.finish_frames(!more && render_session_.frames_in_flight());
     // A viewer that joined or fell behind is served from the newest picture, as a key frame.
-    feed_.serve(monotonic_ns(), more, stage_.complete());
-    stage_.continue_work();
-    if (plan.refining && stage_.refinable() && !stage_.busy()) stage_.refine();  // what was drained may have changed it
+    feed_.serve(monotonic_ns(), more, render_session_.complete());
+    render_session_.continue_work();
+    if (plan.refining && render_session_.refinable() && !render_session_.busy())
+        render_session_.refine();  // what was drained may have changed it
 }
 
 }  // namespace gonio

@@ -6,10 +6,10 @@
 #include <cstdint>
 #include <set>
 
-#include "server/http/front.h"
+#include "server/http/http_server.h"
 #include "server/session/consoles.h"
-#include "server/session/stage.h"
-#include "server/session/surface_hands.h"
+#include "server/session/render_session.h"
+#include "server/session/surface_input.h"
 #include "server/stream/lane_feed.h"
 
 namespace gonio {
@@ -21,20 +21,20 @@ struct Inbox {
     Latest<std::set<SessionId>> left;  // sessions whose end found the queue full
     Demand demand;                     // the newest that was taken; the render thread's own
 
-    // What the front tells: into here.
-    Front::Callbacks callbacks();
+    // What the HTTP server tells: into here.
+    HttpServer::Callbacks callbacks();
 };
 
 class RenderLoop {
 public:
     // frame_time: no frame begins sooner after the last.
-    RenderLoop(Inbox& inbox, Stage& stage, LaneFeed& feed, Consoles& consoles, SurfaceHands& hands,
+    RenderLoop(Inbox& inbox, RenderSession& render_session, LaneFeed& feed, Consoles& consoles, SurfaceInput& hands,
                std::chrono::nanoseconds frame_time)
         : inbox_(inbox),
-          stage_(stage),
+          render_session_(render_session),
           feed_(feed),
           consoles_(consoles),
-          hands_(hands),
+          surface_input_(hands),
           frame_ns_(frame_time.count()) {}
 
     // Waits until something is due, at most 250 ms, and does it.
@@ -52,10 +52,10 @@ private:
     void drain(std::optional<Work> first);
 
     Inbox& inbox_;
-    Stage& stage_;
+    RenderSession& render_session_;
     LaneFeed& feed_;
     Consoles& consoles_;
-    SurfaceHands& hands_;
+    SurfaceInput& surface_input_;
     std::int64_t frame_ns_;
     std::int64_t last_begin_ns_ = 0, last_moved_ns_ = 0;
 };

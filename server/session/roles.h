@@ -41,7 +41,7 @@ private:
     };
     Error held(const char* where) const;
 
-    std::map<std::uint32_t, Client> clients_;  // as many as the front lets in
+    std::map<std::uint32_t, Client> clients_;  // as many as the HTTP server lets in
     std::uint32_t holder_ = 0;
     std::int64_t until_ns_ = 0;
 };

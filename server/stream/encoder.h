@@ -35,7 +35,7 @@ struct EncodedFrame {
 inline constexpr double kCrf = 23.0;  // x264's scale of quality: 6 more halve the bits
 
 // How one frame is to be encoded.
-struct FrameWish {
+struct FrameRequest {
     bool key = false;                // as an IDR with SPS and PPS in-band
     std::uint32_t budget_bytes = 0;  // it shall not be larger, whatever that costs in quality; 0: no limit
     double crf = kCrf;               // the quality where the budget allows it, 0..51
@@ -50,8 +50,10 @@ public:
     static Result<std::unique_ptr<H264Encoder>> open(int width_px, int height_px, const std::string& kind = "libx264");
     virtual ~H264Encoder() = default;
     // picture must have the encoder's size. Errors: "encoder_failed".
-    virtual Result<EncodedFrame> encode(const Picture& picture, const FrameWish& wish) = 0;
-    Result<EncodedFrame> encode(const Picture& picture, bool key) { return encode(picture, FrameWish{key, 0, kCrf}); }
+    virtual Result<EncodedFrame> encode(const Picture& picture, const FrameRequest& wish) = 0;
+    Result<EncodedFrame> encode(const Picture& picture, bool key) {
+        return encode(picture, FrameRequest{key, 0, kCrf});
+    }
     virtual std::string codec_string() const = 0;  // for WebCodecs, e.g. "avc1.42C020"
 };
 

@@ -97,7 +97,7 @@ public:
         grey.height_px = height_px;
         grey.nv12 = std::make_shared<const std::vector<std::uint8_t>>(
             static_cast<std::size_t>(width_px) * static_cast<std::size_t>(height_px) * 3 / 2, std::uint8_t{128});
-        const Result<EncodedFrame> trial = encode(grey, FrameWish{true, 0, kCrf});
+        const Result<EncodedFrame> trial = encode(grey, FrameRequest{true, 0, kCrf});
         if (!trial) return unavailable(trial.error().message);
         const auto info = read_stream_info(trial->data);
         if (!info) return unavailable("its first frame has no SPS");
@@ -106,7 +106,7 @@ public:
         return true;
     }
 
-    Result<EncodedFrame> encode(const Picture& picture, const FrameWish& wish) override {
+    Result<EncodedFrame> encode(const Picture& picture, const FrameRequest& wish) override {
         const auto width = static_cast<std::size_t>(width_px_), height = static_cast<std::size_t>(height_px_);
         if (picture.width_px != width_px_ || picture.height_px != height_px_ || !picture.nv12 ||
             picture.nv12->size() != width * height * 3 / 2)
@@ -157,7 +157,7 @@ private:
         return {"encoder_failed", kind_->name, value, "The picture could not be encoded: " + what + "."};
     }
 
-    Result<bool> open_context(const FrameWish& wish) {
+    Result<bool> open_context(const FrameRequest& wish) {
         const AVCodec* codec = avcodec_find_encoder_by_name(kind_->name);
         if (!codec) return unavailable("libavcodec has no " + std::string(kind_->name));
         context_.reset(avcodec_alloc_context3(codec));
@@ -206,7 +206,7 @@ private:
     }
 
     // Constant quality under a limit that each kind spells in its own way.
-    void add_rate(AVDictionary*& dictionary, const FrameWish& wish) {
+    void add_rate(AVDictionary*& dictionary, const FrameRequest& wish) {
         crf_ = wish.crf;
         budget_bytes_ = wish.budget_bytes;
         const std::string crf = std::to_string(wish.crf);
@@ -231,7 +231,7 @@ private:
         context_->rc_max_rate = bits * kNominalFps;
     }
     // Running encoders of libx264 and NVENC look at these fields before each frame and take new values without an IDR.
-    Result<bool> limit(const FrameWish& wish) {
+    Result<bool> limit(const FrameRequest& wish) {
         if (wish.crf == crf_ && wish.budget_bytes == budget_bytes_) return true;
         if (kind_->reopens) {
             // Not for a change that nobody would notice: the IDR that it costs would be.

@@ -94,7 +94,7 @@ struct LaneEncoders::Shared {
     }
     // Result: the frame; an error where no kind of encoder makes it. fresh: an encoder was opened for it.
     Result<EncodedFrame> encode(Slot& slot, const LaneJob& job, bool& fresh, std::vector<std::string>& trouble) {
-        FrameWish wish = job.wish;
+        FrameRequest wish = job.wish;
         wish.key = slot.key_owed.exchange(false) || wish.key;
         for (;;) {
             if (!slot.encoder || job.picture.width_px != slot.width_px || job.picture.height_px != slot.height_px) {

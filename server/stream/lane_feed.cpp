@@ -18,7 +18,7 @@ void LaneFeed::show(Picture picture, std::int64_t now_ns) {
     shown_ns_ = now_ns;
 }
 
-void LaneFeed::want(std::vector<LaneWish> wishes, bool jpeg, unsigned jpeg_clients) {
+void LaneFeed::want(std::vector<LaneRequest> wishes, bool jpeg, unsigned jpeg_clients) {
     wishes_ = std::move(wishes);
     if (jpeg_clients_ == 0) jpeg_picture_ = 0;  // whoever comes first has not seen the newest picture
     jpeg_ = jpeg;
@@ -30,22 +30,22 @@ void LaneFeed::tried(LaneId lane) {
 }
 
 // Frames that the viewers' side does not know of yet have taken their credit already.
-bool LaneFeed::can_take(const LaneWish& wish) const {
+bool LaneFeed::can_take(const LaneRequest& wish) const {
     return wish.credit > encoders_.counts(wish.lane).frames - wish.frames;
 }
 
 bool LaneFeed::watched() const {
-    return jpeg_ || (encoders_.works() &&
-                     std::any_of(wishes_.begin(), wishes_.end(), [](const LaneWish& wish) { return wish.credit > 0; }));
+    return jpeg_ || (encoders_.works() && std::any_of(wishes_.begin(), wishes_.end(),
+                                                      [](const LaneRequest& wish) { return wish.credit > 0; }));
 }
 
 bool LaneFeed::wanted() const {
     if (jpeg_ && encoders_.takes_jpeg()) return true;
     return std::any_of(wishes_.begin(), wishes_.end(),
-                       [&](const LaneWish& wish) { return encoders_.takes(wish.lane) && can_take(wish); });
+                       [&](const LaneRequest& wish) { return encoders_.takes(wish.lane) && can_take(wish); });
 }
 
-LaneFeed::Turn LaneFeed::turn(const LaneWish& wish, std::int64_t now_ns, bool more, bool settled) const {
+LaneFeed::Turn LaneFeed::turn(const LaneRequest& wish, std::int64_t now_ns, bool more, bool settled) const {
     if (!encoders_.takes(wish.lane) || !can_take(wish)) return Turn::none;
     const auto found = lanes_.find(wish.lane);
     const Lane lane = found == lanes_.end() ? Lane{} : found->second;
@@ -60,7 +60,7 @@ LaneFeed::Turn LaneFeed::turn(const LaneWish& wish, std::int64_t now_ns, bool mo
     return lane.repeats < kRepeats || settled ? Turn::repeat : Turn::none;
 }
 
-void LaneFeed::give(const LaneWish& wish, Turn turn, std::int64_t now_ns, bool settled) {
+void LaneFeed::give(const LaneRequest& wish, Turn turn, std::int64_t now_ns, bool settled) {
     Lane& lane = lanes_[wish.lane];
     lane.repeats = turn == Turn::repeat ? lane.repeats + 1 : 0;
     lane.picture = number_;
@@ -78,7 +78,7 @@ void LaneFeed::serve(std::int64_t now_ns, bool more, bool settled) {
     settled_ = settled;
     for (const LaneId lost : encoders_.check()) lanes_[lost].picture = 0;
     if (number_ == 0) return;
-    for (const LaneWish& wish : wishes_) {
+    for (const LaneRequest& wish : wishes_) {
         const Turn its = turn(wish, now_ns, more, settled);
         if (its != Turn::none) give(wish, its, now_ns, settled);
     }
@@ -91,8 +91,8 @@ void LaneFeed::serve(std::int64_t now_ns, bool more, bool settled) {
 
 void LaneFeed::close_empty(std::int64_t now_ns) {
     for (auto lane = lanes_.begin(); lane != lanes_.end();) {
-        const bool viewers =
-            std::any_of(wishes_.begin(), wishes_.end(), [&](const LaneWish& wish) { return wish.lane == lane->first; });
+        const bool viewers = std::any_of(wishes_.begin(), wishes_.end(),
+                                         [&](const LaneRequest& wish) { return wish.lane == lane->first; });
         std::int64_t& since = lane->second.empty_since_ns;
         since = viewers ? 0 : since == 0 ? now_ns : since;
         if (viewers || now_ns - since < kCloseEmptyNs) {
@@ -106,7 +106,7 @@ void LaneFeed::close_empty(std::int64_t now_ns) {
 
 std::int64_t LaneFeed::rest_in_ns(std::int64_t now_ns) const {
     const std::int64_t quiet_at_ns = std::max(now_ns, shown_ns_ + kQuietNs);
-    const bool repeats = std::any_of(wishes_.begin(), wishes_.end(), [&](const LaneWish& wish) {
+    const bool repeats = std::any_of(wishes_.begin(), wishes_.end(), [&](const LaneRequest& wish) {
         return turn(wish, quiet_at_ns, more_, settled_) == Turn::repeat;
     });
     return repeats ? quiet_at_ns - now_ns : INT64_MAX;
@@ -115,7 +115,7 @@ std::int64_t LaneFeed::rest_in_ns(std::int64_t now_ns) const {
 bool LaneFeed::at_rest(std::int64_t now_ns) const {
     if (jpeg_ && jpeg_picture_ != number_) return false;
     if (!encoders_.works()) return true;
-    return std::all_of(wishes_.begin(), wishes_.end(), [&](const LaneWish& wish) {
+    return std::all_of(wishes_.begin(), wishes_.end(), [&](const LaneRequest& wish) {
         const auto found = lanes_.find(wish.lane);
         if (found == lanes_.end()) return wish.credit == 0;
         if (!encoders_.idle(wish.lane)) return false;
@@ -126,7 +126,7 @@ bool LaneFeed::at_rest(std::int64_t now_ns) const {
 
 std::vector<LaneFeed::Row> LaneFeed::rows() const {
     std::vector<Row> rows;
-    for (const LaneWish& wish : wishes_) rows.push_back({wish, encoders_.counts(wish.lane)});
+    for (const LaneRequest& wish : wishes_) rows.push_back({wish, encoders_.counts(wish.lane)});
     return rows;
 }
 

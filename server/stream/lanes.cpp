@@ -118,38 +118,38 @@ void Lanes::restarted(LaneId lane) {
 
 bool Lanes::wrote(ViewerId id, std::uint32_t seq, std::size_t bytes, Time now) {
     Viewer& viewer = viewers_.at(id);
-    const bool alone = viewer.link.window(now) > 1;  // it narrows to 1 while frames are on their way before a ping
-    const bool probe = alone && viewer.link.wants_probe(now);
-    if (probe) viewer.link.probed(now);
+    const bool alone = viewer.bandwidth.window(now) > 1;  // it narrows to 1 while frames are on their way before a ping
+    const bool probe = alone && viewer.bandwidth.wants_probe(now);
+    if (probe) viewer.bandwidth.probed(now);
     viewer.written = seq;
-    viewer.link.wrote(seq, bytes, now);
-    viewer.gate.set_window(viewer.link.window(now));
+    viewer.bandwidth.wrote(seq, bytes, now);
+    viewer.gate.set_window(viewer.bandwidth.window(now));
     return probe;
 }
 
-bool Lanes::acknowledged(ViewerId id, std::uint32_t seq, Link::Duration decode, Time now) {
+bool Lanes::acknowledged(ViewerId id, std::uint32_t seq, Bandwidth::Duration decode, Time now) {
     Viewer& viewer = viewers_.at(id);
     // Nobody can have what was not written yet: the acknowledgement would only open the way for more.
-    if (seq <= viewer.written && viewer.gate.acknowledge(seq)) viewer.link.acknowledged(seq, decode, now);
-    viewer.gate.set_window(viewer.link.window(now));
+    if (seq <= viewer.written && viewer.gate.acknowledge(seq)) viewer.bandwidth.acknowledged(seq, decode, now);
+    viewer.gate.set_window(viewer.bandwidth.window(now));
     return viewer.gate.sends_held();
 }
 
-void Lanes::round_trip(ViewerId id, Link::Duration time, Time now) {
-    viewers_.at(id).link.round_trip(time, now);
+void Lanes::round_trip(ViewerId id, Bandwidth::Duration time, Time now) {
+    viewers_.at(id).bandwidth.round_trip(time, now);
 }
 
 bool Lanes::key_due(const Lane& lane, Time now) const {
     return !lane.last_key || now - *lane.last_key >= rules_.key_interval;
 }
 
-std::vector<LaneWish> Lanes::wishes(Time now) const {
+std::vector<LaneRequest> Lanes::wishes(Time now) const {
     constexpr std::uint32_t kUnlimited = UINT32_MAX;
-    std::map<LaneId, LaneWish> wishes;
+    std::map<LaneId, LaneRequest> wishes;
     for (const auto& [id, viewer] : viewers_) {
         const Lane& lane = lanes_.at(viewer.lane);
         auto [at, fresh] = wishes.try_emplace(viewer.lane);
-        LaneWish& wish = at->second;
+        LaneRequest& wish = at->second;
         if (fresh) {
             wish.lane = viewer.lane;
             wish.frames = lane.frames;
@@ -159,7 +159,7 @@ std::vector<LaneWish> Lanes::wishes(Time now) const {
         ++wish.viewers;
         const bool waits = viewer.gate.waits_for_key();
         if (!waits) {  // whoever waits does not lead
-            const std::uint32_t budget = viewer.link.frame_budget_bytes();
+            const std::uint32_t budget = viewer.bandwidth.frame_budget_bytes();
             wish.budget_bytes = std::max(wish.budget_bytes, budget == 0 ? kUnlimited : budget);
         }
         if (waits && !key_due(lane, now)) continue;  // a delta would be of no use to it
@@ -167,11 +167,11 @@ std::vector<LaneWish> Lanes::wishes(Time now) const {
         wish.credit = std::max(wish.credit, spare);
         wish.key = wish.key || (waits && spare > 0);
     }
-    std::vector<LaneWish> result;
+    std::vector<LaneRequest> result;
     for (auto& [id, wish] : wishes) {
         // Nobody leads: all wait for the key frame that this wish is about.
         for (const auto& [viewer_id, viewer] : viewers_) {
-            if (wish.budget_bytes == 0 && viewer.lane == id) wish.budget_bytes = viewer.link.frame_budget_bytes();
+            if (wish.budget_bytes == 0 && viewer.lane == id) wish.budget_bytes = viewer.bandwidth.frame_budget_bytes();
         }
         if (wish.budget_bytes == kUnlimited) wish.budget_bytes = 0;
         result.push_back(wish);
@@ -187,7 +187,7 @@ std::uint64_t Lanes::gatings() const {
 
 std::size_t Lanes::bytes_in_flight() const {
     std::size_t sum = 0;
-    for (const auto& [id, viewer] : viewers_) sum += viewer.link.bytes_in_flight();
+    for (const auto& [id, viewer] : viewers_) sum += viewer.bandwidth.bytes_in_flight();
     return sum;
 }
 

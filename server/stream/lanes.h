@@ -11,7 +11,7 @@
 #include <optional>
 #include <vector>
 
-#include "server/stream/link.h"
+#include "server/stream/bandwidth.h"
 #include "server/stream/video_gate.h"
 
 namespace gonio {
@@ -25,7 +25,7 @@ const char* lane_kind(LaneId lane);
 
 // What a lane wants now. Wishes reach the encoders later than frames reach the viewers: `frames` and `keys` say which
 // of them the wish knows of, so that what is on its way between is not wished for twice.
-struct LaneWish {
+struct LaneRequest {
     LaneId lane = kSharedLane;
     unsigned viewers = 0;
     unsigned credit = 0;                 // frames that its fastest viewer can take
@@ -34,13 +34,13 @@ struct LaneWish {
     std::uint32_t frames = 0, keys = 0;  // published so far
     std::uint32_t gated = 0;             // how often a viewer was made to wait for a key frame
     std::uint32_t bitrate_bps() const { return budget_bytes * 8 * 30; }  // at 30 frames a second
-    bool operator==(const LaneWish&) const = default;
+    bool operator==(const LaneRequest&) const = default;
 };
 
 class Lanes {
 public:
     using ViewerId = std::uint32_t;
-    using Time = Link::Time;
+    using Time = Bandwidth::Time;
     struct Rules {
         unsigned private_lanes = 0;                    // at most kMostPrivateLanes
         std::chrono::milliseconds key_interval{1000};  // least time between two IDRs of a lane that viewers ask for
@@ -79,11 +79,11 @@ public:
     // answered.
     bool wrote(ViewerId viewer, std::uint32_t seq, std::size_t bytes, Time now);
     // Result: whether the frame held back goes out now.
-    bool acknowledged(ViewerId viewer, std::uint32_t seq, Link::Duration decode, Time now);
-    void round_trip(ViewerId viewer, Link::Duration time, Time now);
+    bool acknowledged(ViewerId viewer, std::uint32_t seq, Bandwidth::Duration decode, Time now);
+    void round_trip(ViewerId viewer, Bandwidth::Duration time, Time now);
 
     // Result: one wish for each lane that has viewers, by lane.
-    std::vector<LaneWish> wishes(Time now) const;
+    std::vector<LaneRequest> wishes(Time now) const;
     // Result: when a wish changes by the passing of time alone.
     std::optional<Time> due(Time now) const;
     // Result: how often any viewer was made to wait for a key frame; never falls.
@@ -95,7 +95,7 @@ private:
     struct Viewer {
         LaneId lane = kSharedLane;
         VideoGate gate;
-        Link link;
+        Bandwidth bandwidth;
         std::uint32_t written = 0;  // the last frame that was given to the socket
         std::vector<Time> gatings;  // of the last while; at most Rules::gatings
         Time good_since{};          // in the low lane: took every frame since then

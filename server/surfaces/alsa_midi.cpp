@@ -70,39 +70,39 @@ class AlsaBackend final : public Backend {
 public:
     explicit AlsaBackend(std::vector<std::string> owned) : owned_(std::move(owned)) {}
 
-    std::vector<FoundBox> scan() override {
-        std::vector<FoundBox> boxes;
+    std::vector<FoundSurface> scan() override {
+        std::vector<FoundSurface> surfaces;
         std::error_code error;
         for (const auto& entry : std::filesystem::directory_iterator("/dev/snd", error)) {
             const std::string name = entry.path().filename().string();
             unsigned card = 0, device = 0;
             if (std::sscanf(name.c_str(), "midiC%uD%u", &card, &device) != 2) continue;
             const std::string folder = "/proc/asound/card" + std::to_string(card);
-            FoundBox box;
-            box.place = "alsa " + entry.path().string();
-            box.transport = "alsa-midi";
-            box.product = small_file(folder + "/midi" + std::to_string(device));
-            box.product = box.product.substr(0, box.product.find('\n'));
+            FoundSurface surface;
+            surface.place = "alsa " + entry.path().string();
+            surface.transport = "alsa-midi";
+            surface.product = small_file(folder + "/midi" + std::to_string(device));
+            surface.product = surface.product.substr(0, surface.product.find('\n'));
             unsigned vendor = 0, product = 0;
             const std::string id = small_file(folder + "/usbid");
             if (std::sscanf(id.c_str(), "%4x:%4x", &vendor, &product) == 2) {
                 const std::string port = usb_port_of("/sys/class/sound/card" + std::to_string(card) + "/device");
-                box.vendor_id = static_cast<std::uint16_t>(vendor);
-                box.product_id = static_cast<std::uint16_t>(product);
-                box.identity = box_identity(box.vendor_id, box.product_id,
-                                            small_file("/sys/bus/usb/devices/" + port + "/serial"), port);
-                if (device > 0) box.identity += "/" + std::to_string(device);  // each port of a box for itself
-                box.owned = std::find(owned_.begin(), owned_.end(), id) != owned_.end();
+                surface.vendor_id = static_cast<std::uint16_t>(vendor);
+                surface.product_id = static_cast<std::uint16_t>(product);
+                surface.identity = surface_identity(surface.vendor_id, surface.product_id,
+                                                    small_file("/sys/bus/usb/devices/" + port + "/serial"), port);
+                if (device > 0) surface.identity += "/" + std::to_string(device);  // each port of a surface for itself
+                surface.owned = std::find(owned_.begin(), owned_.end(), id) != owned_.end();
             } else {
-                box.identity = "alsa:" + small_file(folder + "/id") + "." + std::to_string(device);
+                surface.identity = "alsa:" + small_file(folder + "/id") + "." + std::to_string(device);
             }
-            boxes.push_back(std::move(box));
+            surfaces.push_back(std::move(surface));
         }
-        return boxes;
+        return surfaces;
     }
 
-    Result<std::unique_ptr<Wire>> open(const FoundBox& box, WireEvents events) override {
-        const std::string path = box.place.substr(5);
+    Result<std::unique_ptr<Wire>> open(const FoundSurface& surface, WireEvents events) override {
+        const std::string path = surface.place.substr(5);
         int fd = -1;
         for (const int direction : {O_RDWR, O_RDONLY}) {  // some ports only speak
             fd = ::open(path.c_str(), direction | O_NONBLOCK | O_CLOEXEC);

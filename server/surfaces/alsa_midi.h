@@ -1,5 +1,5 @@
-// Raw MIDI ports of the kernel's sound system (/dev/snd/midiCxDy), the second way to a box: for those that are shared
-// with other programs, on other buses, or virtual. Needs no library and nothing where there is no sound.
+// Raw MIDI ports of the kernel's sound system (/dev/snd/midiCxDy), the second way to a surface: for those that are
+// shared with other programs, on other buses, or virtual. Needs no library and nothing where there is no sound.
 #pragma once
 
 #include <memory>

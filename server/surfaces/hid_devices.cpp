@@ -12,7 +12,7 @@
 #include <set>
 #include <thread>
 
-#include "protocol/surface/hid_box.h"
+#include "protocol/surface/hid_surface.h"
 #include "server/base/queue.h"
 
 namespace gonio {
@@ -100,8 +100,8 @@ public:
     }
     ~HidBackend() override { hid_exit(); }
 
-    std::vector<FoundBox> scan() override {
-        std::vector<FoundBox> boxes;
+    std::vector<FoundSurface> scan() override {
+        std::vector<FoundSurface> surfaces;
         if (!nodes_changed()) return last_;
         hid_device_info* const list = hid_enumerate(0, 0);
         std::set<std::string> of_people;  // nodes that are a keyboard or a pointer as well
@@ -109,34 +109,34 @@ public:
             if (is_of_people(info->usage_page, info->usage)) of_people.insert(info->path);
         for (const hid_device_info* info = list; info != nullptr; info = info->next) {
             const std::string place = std::string("hid ") + info->path;
-            const bool known =
-                std::any_of(boxes.begin(), boxes.end(), [&](const FoundBox& box) { return box.place == place; });
-            const std::string id = box_identity(info->vendor_id, info->product_id, "", "");
+            const bool known = std::any_of(surfaces.begin(), surfaces.end(),
+                                           [&](const FoundSurface& surface) { return surface.place == place; });
+            const std::string id = surface_identity(info->vendor_id, info->product_id, "", "");
             const bool wanted = std::find(wanted_.begin(), wanted_.end(), id) != wanted_.end();
             if (known || (!wanted && !is_control_box(info->vendor_id, info->product_id, info->usage_page, info->usage,
                                                      of_people.contains(info->path))))
                 continue;
-            FoundBox box;
-            box.place = place;
-            box.transport = "hid";
-            box.vendor_id = info->vendor_id;
-            box.product_id = info->product_id;
-            box.product = narrow(info->product_string);
+            FoundSurface surface;
+            surface.place = place;
+            surface.transport = "hid";
+            surface.vendor_id = info->vendor_id;
+            surface.product_id = info->product_id;
+            surface.product = narrow(info->product_string);
             const std::string folder =
                 "/sys/class/hidraw/" + std::filesystem::path(info->path).filename().string() + "/device";
-            box.identity =
-                box_identity(info->vendor_id, info->product_id, narrow(info->serial_number), usb_port_of(folder));
+            surface.identity =
+                surface_identity(info->vendor_id, info->product_id, narrow(info->serial_number), usb_port_of(folder));
             const std::string descriptor = descriptor_at(folder + "/report_descriptor");
-            box.descriptor.assign(descriptor.begin(), descriptor.end());
-            box.owned = true;
-            boxes.push_back(std::move(box));
+            surface.descriptor.assign(descriptor.begin(), descriptor.end());
+            surface.owned = true;
+            surfaces.push_back(std::move(surface));
         }
         hid_free_enumeration(list);
-        return last_ = boxes;
+        return last_ = surfaces;
     }
 
-    Result<std::unique_ptr<Wire>> open(const FoundBox& box, WireEvents events) override {
-        const std::string path = box.place.substr(4);
+    Result<std::unique_ptr<Wire>> open(const FoundSurface& surface, WireEvents events) override {
+        const std::string path = surface.place.substr(4);
         // hidapi's own words are "Unable to open": what the system says is clearer.
         const int fd = ::open(path.c_str(), O_RDWR | O_CLOEXEC | O_NONBLOCK);
         const int why = errno;
@@ -205,7 +205,7 @@ private:
     std::uint32_t next_id_ = 1;
     bool scanned_ = false;
     std::vector<std::string> last_names_;
-    std::vector<FoundBox> last_;
+    std::vector<FoundSurface> last_;
 };
 
 }  // namespace

@@ -29,7 +29,7 @@ bool read_bytes(std::string_view text, std::vector<std::uint8_t>& bytes) {
     return true;
 }
 
-bool read_head(std::string_view line, FoundBox& box) {
+bool read_head(std::string_view line, FoundSurface& surface) {
     unsigned vendor = 0, product = 0;
     int used = 0;
     char kind[8] = "";
@@ -39,22 +39,22 @@ bool read_head(std::string_view line, FoundBox& box) {
     if (name != "midi" && name != "hid") return false;
     std::string_view rest = line.substr(std::min<std::size_t>(static_cast<std::size_t>(used), line.size()));
     const std::size_t slash = rest.find(" / ");
-    if (slash != rest.npos && !read_bytes(rest.substr(slash + 3), box.descriptor)) return false;
-    box.product = shown_text(rest.substr(0, slash), 64);
-    box.vendor_id = static_cast<std::uint16_t>(vendor);
-    box.product_id = static_cast<std::uint16_t>(product);
-    box.identity = box_identity(box.vendor_id, box.product_id, "", "replay");
-    box.place = "replay " + name;
-    box.transport = "replay";
-    box.owned = true;
+    if (slash != rest.npos && !read_bytes(rest.substr(slash + 3), surface.descriptor)) return false;
+    surface.product = shown_text(rest.substr(0, slash), 64);
+    surface.vendor_id = static_cast<std::uint16_t>(vendor);
+    surface.product_id = static_cast<std::uint16_t>(product);
+    surface.identity = surface_identity(surface.vendor_id, surface.product_id, "", "replay");
+    surface.place = "replay " + name;
+    surface.transport = "replay";
+    surface.owned = true;
     return true;
 }
 
 class ReplayBackend final : public Backend {
 public:
     explicit ReplayBackend(Replay replay) : replay_(std::move(replay)) {}
-    std::vector<FoundBox> scan() override { return {replay_.box}; }
-    Result<std::unique_ptr<Wire>> open(const FoundBox&, WireEvents events) override {
+    std::vector<FoundSurface> scan() override { return {replay_.surface}; }
+    Result<std::unique_ptr<Wire>> open(const FoundSurface&, WireEvents events) override {
         events_ = std::move(events);
         began_ns_ = device_clock_ns();
         next_ = 0;
@@ -68,7 +68,7 @@ public:
         const std::int64_t now_ns = device_clock_ns();
         for (; began_ns_ != 0 && next_ < replay_.lines.size() && due_ns() <= now_ns; ++next_) {
             const ReplayLine& line = replay_.lines[next_];
-            if (replay_.box.place == "replay hid") {
+            if (replay_.surface.place == "replay hid") {
                 events_.report(line.bytes, due_ns());
                 continue;
             }
@@ -103,8 +103,8 @@ Result<Replay> read_replay(std::string_view text) {
         while (line.ends_with(' ') || line.ends_with('\r')) line.remove_suffix(1);
         while (line.starts_with(' ')) line.remove_prefix(1);
         if (line.empty()) continue;
-        if (replay.box.place.empty()) {
-            if (!read_head(line, replay.box))
+        if (replay.surface.place.empty()) {
+            if (!read_head(line, replay.surface))
                 return bad(number, line, "the first line names the box: midi 0944:0117 NAME, or hid 0b33:0030 NAME");
             continue;
         }
@@ -122,7 +122,7 @@ Result<Replay> read_replay(std::string_view text) {
             return Error{"too_large", "line " + std::to_string(number), "", "a replay has at most 1,000,000 lines"};
         replay.lines.push_back(std::move(added));
     }
-    if (replay.box.place.empty()) return bad(number, "", "the file names no box");
+    if (replay.surface.place.empty()) return bad(number, "", "the file names no box");
     return replay;
 }
 

@@ -1,9 +1,9 @@
-// A box that is a file: what a real one sent, line by line, at its times. For tests, measurements and reports of
+// A surface that is a file: what a real one sent, line by line, at its times. For tests, measurements and reports of
 // faults.
 //
 //   midi 0944:0117 nanoKONTROL2     or   hid 1209:0001 Name / 05 01 09 …   (its report descriptor; lines hold reports)
 //   0.0   B0 02 78
-//   1.0   B0 02 79                       milliseconds since the box came, and its bytes
+//   1.0   B0 02 79                       milliseconds since the surface came, and its bytes
 #pragma once
 
 #include <memory>
@@ -20,7 +20,7 @@ struct ReplayLine {
     std::vector<std::uint8_t> bytes;
 };
 struct Replay {
-    FoundBox box;
+    FoundSurface surface;
     std::vector<ReplayLine> lines;  // ascending
 };
 inline constexpr std::size_t kMaxReplayLines = 1'000'000;

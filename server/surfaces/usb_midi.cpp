@@ -14,7 +14,7 @@ namespace gonio {
 namespace {
 
 constexpr std::size_t kTransfers = 3;      // in flight: one is always waiting while another is looked at
-constexpr std::size_t kMaxUnsent = 16384;  // bytes that wait for the box; beyond it messages are refused
+constexpr std::size_t kMaxUnsent = 16384;  // bytes that wait for the surface; beyond it messages are refused
 constexpr std::int64_t kSendAgain_ns = 20'000'000, kSendFor_ns = 1'000'000'000;
 constexpr std::int64_t kReap_ns = 1'000'000'000;  // for cancelled transfers to come back
 
@@ -182,7 +182,7 @@ private:
         }
         if (!wire.closing_ && !wire.gone_) wire.send();
     }
-    // What is not taken is sent again for a while, then forgotten, and the box is painted anew.
+    // What is not taken is sent again for a while, then forgotten, and the surface is painted anew.
     void not_sent() {
         const std::int64_t now_ns = device_clock_ns();
         if (failing_since_ns_ == 0) failing_since_ns_ = now_ns;
@@ -226,10 +226,10 @@ public:
         libusb_exit(monitor_);
     }
 
-    std::vector<FoundBox> scan() override {
+    std::vector<FoundSurface> scan() override {
         begin_monitor();
         if (!devices_changed()) return last_;
-        std::vector<FoundBox> boxes;
+        std::vector<FoundSurface> surfaces;
         libusb_context* context = nullptr;
         if (libusb_init(&context) != 0) {  // no USB on this machine, or not yet
             scanned_ = false;
@@ -240,34 +240,34 @@ public:
         for (ssize_t i = 0; i < count; ++i) {
             libusb_device_descriptor descriptor{};
             if (libusb_get_device_descriptor(list[i], &descriptor) != 0 || !midi_place(list[i])) continue;
-            FoundBox box;
-            box.place = place_of(list[i]);
-            box.transport = "usb-midi";
-            box.vendor_id = descriptor.idVendor;
-            box.product_id = descriptor.idProduct;
+            FoundSurface surface;
+            surface.place = place_of(list[i]);
+            surface.transport = "usb-midi";
+            surface.vendor_id = descriptor.idVendor;
+            surface.product_id = descriptor.idProduct;
             const std::string port = port_of(list[i]), folder = "/sys/bus/usb/devices/" + port;
-            box.product = small_file(folder + "/product");  // the device itself cannot be asked without permission
-            box.identity =
-                box_identity(descriptor.idVendor, descriptor.idProduct, small_file(folder + "/serial"), port);
-            const std::string id = box_identity(descriptor.idVendor, descriptor.idProduct, "", "");
-            box.owned = std::find(owned_.begin(), owned_.end(), id) != owned_.end();
-            boxes.push_back(std::move(box));
+            surface.product = small_file(folder + "/product");  // the device itself cannot be asked without permission
+            surface.identity =
+                surface_identity(descriptor.idVendor, descriptor.idProduct, small_file(folder + "/serial"), port);
+            const std::string id = surface_identity(descriptor.idVendor, descriptor.idProduct, "", "");
+            surface.owned = std::find(owned_.begin(), owned_.end(), id) != owned_.end();
+            surfaces.push_back(std::move(surface));
         }
         if (list != nullptr) libusb_free_device_list(list, 1);
         libusb_exit(context);
-        return last_ = boxes;
+        return last_ = surfaces;
     }
 
-    Result<std::unique_ptr<Wire>> open(const FoundBox& box, WireEvents events) override {
+    Result<std::unique_ptr<Wire>> open(const FoundSurface& surface, WireEvents events) override {
         libusb_context* context = nullptr;
-        if (const int code = libusb_init(&context); code != 0) return error_of(code, box.place);
+        if (const int code = libusb_init(&context); code != 0) return error_of(code, surface.place);
         libusb_device** list = nullptr;
         const ssize_t count = libusb_get_device_list(context, &list);
         libusb_device_handle* handle = nullptr;
         std::optional<UsbMidiPlace> place;
         int code = LIBUSB_ERROR_NO_DEVICE;
         for (ssize_t i = 0; i < count && handle == nullptr; ++i) {
-            if (place_of(list[i]) != box.place) continue;
+            if (place_of(list[i]) != surface.place) continue;
             place = midi_place(list[i]);
             code = place ? libusb_open(list[i], &handle) : LIBUSB_ERROR_NOT_FOUND;
         }
@@ -279,10 +279,10 @@ public:
         }
         if (code != 0) {
             libusb_exit(context);
-            return error_of(code, box.place);
+            return error_of(code, surface.place);
         }
         auto wire = std::make_unique<UsbMidiWire>(context, handle, *place, std::move(events));
-        if (code = wire->begin(); code != 0) return error_of(code, box.place);
+        if (code = wire->begin(); code != 0) return error_of(code, surface.place);
         wires_.push_back(wire.get());
         return std::unique_ptr<Wire>(std::make_unique<Held>(std::move(wire), wires_));
     }
@@ -359,7 +359,7 @@ private:
     libusb_hotplug_callback_handle callback_ = 0;
     bool monitoring_ = false, changed_ = false, scanned_ = false;
     std::vector<std::string> last_names_;
-    std::vector<FoundBox> last_;
+    std::vector<FoundSurface> last_;
 };
 
 }  // namespace

@@ -1,5 +1,5 @@
-// Class-compliant USB-MIDI boxes over libusb, without the kernel's sound system: alternate setting 0, three transfers
-// in flight for each box.
+// Class-compliant USB-MIDI surfaces over libusb, without the kernel's sound system: alternate setting 0, three
+// transfers in flight for each surface.
 #pragma once
 
 #include <memory>

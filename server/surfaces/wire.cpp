@@ -9,8 +9,8 @@
 
 namespace gonio {
 
-std::string box_identity(std::uint16_t vendor, std::uint16_t product, const std::string& serial,
-                         const std::string& port) {
+std::string surface_identity(std::uint16_t vendor, std::uint16_t product, const std::string& serial,
+                             const std::string& port) {
     char id[16];
     std::snprintf(id, sizeof id, "%04x:%04x", vendor, product);
     const bool tells = !serial.empty() && serial.size() <= 64 &&

@@ -30,27 +30,27 @@ double rate(double rays, const std::function<void()>& work) {
 
 // A ray for each lit point of the grid, sixteen points a packet (server/lighting/direct.cpp).
 std::vector<transport::Fan> shadow_packets(const Scene& scene, const trace::Geometry& geometry, Pool& pool) {
-    const shade::Looks looks = shade::make_looks(geometry);
-    shade::Surfaces s;
-    shade::Raster raster;
-    shade::look_through(eye_of(scene.camera, scene.width_px, scene.height_px), geometry, 2e-5f * geometry.extent(),
-                        scene.width_px, scene.height_px, s);
-    shade::draw_surfaces(shade::make_clusters(geometry), looks, false, s, raster, pool);
+    const lighting::MaterialTable looks = lighting::make_material_table(geometry);
+    lighting::GBuffer s;
+    lighting::Raster raster;
+    lighting::look_through(eye_of(scene.camera, scene.width_px, scene.height_px), geometry, 2e-5f * geometry.extent(),
+                           scene.width_px, scene.height_px, s);
+    lighting::draw_gbuffer(lighting::make_clusters(geometry), looks, false, s, raster, pool);
     const Light& light = scene.lights.at(0);
-    const shade::DirectLight direct{geometry.local(light.position), light_from_world(light),
-                                    web_of(tables_of(*light.profile).words.data()), 1.0f};
+    const lighting::DirectLight direct{geometry.local(light.position), light_from_world(light),
+                                       web_of(tables_of(*light.profile).words.data()), 1.0f};
     std::vector<float> places[6], lux_per_cd(s.depth.size());
     for (std::vector<float>& values : places) values.resize(s.depth.size());
     for (int y = 0; y < s.height; ++y) {
         for (int x = 0; x < s.width; ++x) {
-            const shade::Spot spot = shade::spot_at(s, x, y);
+            const lighting::Spot spot = lighting::spot_at(s, x, y);
             for (int k = 0; k < 3; ++k) {
                 const std::size_t at = static_cast<std::size_t>(y) * s.row_length + static_cast<std::size_t>(x);
                 places[k][at] = spot.position[k], places[k + 3][at] = spot.normal[k];
             }
         }
     }
-    shade::direct_points(direct, shade::points_at(places, 0), lux_per_cd.size(), lux_per_cd.data());
+    lighting::direct_points(direct, lighting::points_at(places, 0), lux_per_cd.size(), lux_per_cd.data());
     std::vector<transport::Fan> packets;
     for (int top = 0; top < s.height; top += 16) {
         for (int left = 0; left < s.width; left += 16) {
@@ -61,7 +61,7 @@ std::vector<transport::Fan> shadow_packets(const Scene& scene, const trace::Geom
                 if (x >= s.width || y >= s.height) continue;
                 const std::size_t at = static_cast<std::size_t>(y) * s.row_length + static_cast<std::size_t>(x);
                 if (!(lux_per_cd[at] > 0.0f)) continue;
-                const shade::Spot spot = shade::spot_at(s, x, y);
+                const lighting::Spot spot = lighting::spot_at(s, x, y);
                 const float off_m = 4.0f * geometry.step_off(direct.position) + 0.02f * s.depth_per_pixel * spot.depth;
                 const glm::vec3 start = spot.position + spot.normal * off_m, along = direct.position - start;
                 packet.rays.set(count++, start, along, 1.0f - 1e-5f);

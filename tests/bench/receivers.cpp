@@ -62,24 +62,25 @@ std::vector<Receiver> receivers_of(const Scene& scene, std::span<const glm::ivec
     const GpuScene gpu(scene.asset);
     const trace::Geometry geometry(scene.asset);
     const Eye eye = eye_of(scene.camera, scene.width_px, scene.height_px);
-    shade::Surfaces surfaces;
-    shade::look_through(eye, geometry, gpu.near_m(), scene.width_px, scene.height_px, surfaces);
-    shade::Raster raster;
+    lighting::GBuffer gbuffer;
+    lighting::look_through(eye, geometry, gpu.near_m(), scene.width_px, scene.height_px, gbuffer);
+    lighting::Raster raster;
     Pool pool;
     // Where two surfaces meet in the centre of a pixel, the one that the live picture shows.
-    shade::draw_surfaces(shade::make_clusters(geometry), shade::make_looks(geometry), false, surfaces, raster, pool);
+    lighting::draw_gbuffer(lighting::make_clusters(geometry), lighting::make_material_table(geometry), false, gbuffer,
+                           raster, pool);
     std::vector<Receiver> receivers;
     for (const glm::ivec2& pixel : pixels) {
         const std::size_t at =
-            static_cast<std::size_t>(pixel.y) * surfaces.row_length + static_cast<std::size_t>(pixel.x);
-        if (!(surfaces.depth[at] > 0.0f)) continue;
+            static_cast<std::size_t>(pixel.y) * gbuffer.row_length + static_cast<std::size_t>(pixel.x);
+        if (!(gbuffer.depth[at] > 0.0f)) continue;
         // As shaders/lib/surface.glsl, in double.
         const double x = (pixel.x + 0.5) / scene.width_px * 2.0 - 1.0,
                      y = (pixel.y + 0.5) / scene.height_px * 2.0 - 1.0;
         const glm::dvec3 ray = eye.forward + eye.right * (x * eye.tan_half_x) + eye.up * (y * eye.tan_half_y);
-        const double along = static_cast<double>(gpu.near_m()) / static_cast<double>(surfaces.depth[at]);
+        const double along = static_cast<double>(gpu.near_m()) / static_cast<double>(gbuffer.depth[at]);
         receivers.push_back(
-            {pixel, eye.position + ray * along, glm::dvec3(shade::spot_at(surfaces, pixel.x, pixel.y).normal)});
+            {pixel, eye.position + ray * along, glm::dvec3(lighting::spot_at(gbuffer, pixel.x, pixel.y).normal)});
     }
     return receivers;
 }
@@ -100,7 +101,7 @@ std::vector<double> dense_rsm_lx(const Scene& scene, std::span<const Receiver> r
     const Target target = make_target(1, TargetKind::precise, 1, 1, 1, false);
     const Eye eye;  // light passes look at neither
     const trace::Geometry traced(scene.asset);
-    const shade::Looks looks;
+    const lighting::MaterialTable looks;
     Pool pool(1);
     std::vector<double> sum_lx(receivers.size(), 0.0);
     for (const Light& light : scene.lights) {

@@ -6,7 +6,7 @@
 #include <set>
 #include <stdexcept>
 
-#include "server/render/effort.h"
+#include "server/render/quality_level.h"
 #include "tests/bench/cases.h"
 
 namespace gonio::bench {
@@ -111,7 +111,8 @@ std::string efforts_table(const Json& scaling) {
     for (const Json& row : scaling.at("efforts")) {
         table += row_of({std::to_string(number), figure(row.at("scale")), whole(row.at("links")),
                          row.at("own_points").get<bool>() ? "yes" : "no", figure(row.at("frame_ms")),
-                         fixed(row.at("cost"), 2), number < kEfforts.size() ? fixed(kEfforts[number].cost, 2) : ""});
+                         fixed(row.at("cost"), 2),
+                         number < kQualityLevels.size() ? fixed(kQualityLevels[number].cost, 2) : ""});
         ++number;
     }
     return table;

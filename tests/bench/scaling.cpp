@@ -124,14 +124,14 @@ std::vector<double> measure_efforts(const gl::Context& context, double seconds) 
     constexpr int kTurns = 5;
     const Scene scene = scene_of(bench::bench_asset("cornell"));
     std::vector<std::unique_ptr<Renderer>> renderers;
-    for (std::size_t effort = 0; effort < kEfforts.size(); ++effort) {
+    for (std::size_t effort = 0; effort < kQualityLevels.size(); ++effort) {
         renderers.push_back(std::make_unique<Renderer>(context));
         renderers.back()->set_links(transport::kMostLinks);
-        renderers.back()->set_effort(effort);
+        renderers.back()->set_quality_level(effort);
     }
-    std::vector<std::vector<double>> turns(kEfforts.size());
+    std::vector<std::vector<double>> turns(kQualityLevels.size());
     for (int turn = 0; turn < kTurns; ++turn) {
-        for (std::size_t effort = 0; effort < kEfforts.size(); ++effort)
+        for (std::size_t effort = 0; effort < kQualityLevels.size(); ++effort)
             turns[effort].push_back(measure(*renderers[effort], scene, seconds / kTurns, 5).frame_ms);
     }
     std::vector<double> frame_ms;
@@ -180,7 +180,7 @@ void print_json(const Results& results, const std::string& renderer, std::ostrea
                                {"seed_predicted_ms", row.seed_predicted_ms}});
     }
     for (const double ms : results.efforts_ms) {
-        const Effort& effort = kEfforts[json["efforts"].size()];
+        const QualityLevel& effort = kQualityLevels[json["efforts"].size()];
         json["efforts"].push_back({{"frame_ms", ms},
                                    {"cost", ms / results.efforts_ms[0]},
                                    {"scale", effort.scale},

@@ -1,5 +1,6 @@
 // What a frame of the default technique costs, pass by pass, against the picture's size, the scene and its triangles;
-// what reflective shadow maps of several sizes cost that use them; and what each effort (server/render/effort.h) costs.
+// what reflective shadow maps of several sizes cost that use them; and what each effort (server/render/quality_level.h)
+// costs.
 #pragma once
 
 #include <iosfwd>

@@ -20,8 +20,8 @@ using namespace std::chrono_literals;
 
 constexpr auto kSoon = 3s;
 
-FrontLimits limits_of_tests() {
-    FrontLimits limits;
+HttpLimits limits_of_tests() {
+    HttpLimits limits;
     limits.clients = 2000;
     limits.connections = 2000;
     limits.header = 1000ms;

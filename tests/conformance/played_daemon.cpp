@@ -11,14 +11,14 @@ namespace gonio::conformance {
 
 constexpr EmbeddedFile kPage[] = {{"index.html", "<!doctype html><title>x</title>"}};
 
-PlayedDaemon::PlayedDaemon(const FrontLimits& limits) {
-    FrontOptions options;
+PlayedDaemon::PlayedDaemon(const HttpLimits& limits) {
+    HttpOptions options;
     options.port = 0;
     options.server_name = "goniod test";
     options.renderer = "none";
     options.page = kPage;
     options.limits = limits;
-    Front::Callbacks callbacks;
+    HttpServer::Callbacks callbacks;
     callbacks.request = [this](SessionId session, const v1::ClientMessage& message) { return take(session, message); };
     callbacks.demand = [this](Demand demand) {
         const std::lock_guard lock(mutex_);
@@ -30,7 +30,7 @@ PlayedDaemon::PlayedDaemon(const FrontLimits& limits) {
         ++closed_;
         changed_.notify_all();
     };
-    auto started = Front::start(options, std::move(callbacks));
+    auto started = HttpServer::start(options, std::move(callbacks));
     if (!started) throw std::runtime_error(started.error().text());
     front_ = std::move(*started);
     v1::State state;
@@ -80,14 +80,14 @@ bool PlayedDaemon::key_wanted() const {
 }
 
 void PlayedDaemon::publish(std::uint32_t scene_rev, bool key, std::size_t bytes) {
-    std::vector<LaneWish> wishes;
+    std::vector<LaneRequest> wishes;
     {
         // A viewer may have its Ready before its wish is told.
         std::unique_lock lock(mutex_);
         changed_.wait_for(lock, std::chrono::seconds(1), [&] { return !demand_.lanes.empty(); });
         wishes = demand_.lanes;
     }
-    for (const LaneWish& wish : wishes) {
+    for (const LaneRequest& wish : wishes) {
         EncodedFrame frame;
         frame.data.assign(bytes, std::byte{0x65});
         frame.key = key || wish.key;

@@ -8,17 +8,17 @@
 #include <mutex>
 #include <vector>
 
-#include "server/http/front.h"
+#include "server/http/http_server.h"
 
 namespace gonio::conformance {
 
 class PlayedDaemon {
 public:
-    explicit PlayedDaemon(const FrontLimits& limits);
+    explicit PlayedDaemon(const HttpLimits& limits);
     ~PlayedDaemon() { front_.reset(); }
 
     std::uint16_t port() const { return front_->port(); }
-    Front& front() { return *front_; }
+    HttpServer& front() { return *front_; }
     unsigned clients() const;  // identified, as the demand counts them
     unsigned sessions_closed() const;
     unsigned captures_asked() const;
@@ -36,7 +36,7 @@ private:
     std::condition_variable changed_;
     Demand demand_;
     unsigned closed_ = 0, captures_ = 0;
-    std::unique_ptr<Front> front_;
+    std::unique_ptr<HttpServer> front_;
 };
 
 // Descriptors that this process has open.

@@ -212,7 +212,7 @@ private:
 // The cases and what went wrong in each, once for all tests.
 struct AllCases {
     PlayedDaemon daemon{[] {
-        FrontLimits limits;
+        HttpLimits limits;
         limits.clients = 1000;
         limits.connections = 1000;
         limits.header = 2500ms;

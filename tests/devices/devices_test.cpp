@@ -5,7 +5,7 @@
 #include <cstdlib>
 #include <thread>
 
-#include "server/surfaces/surfaces.h"
+#include "server/surfaces/control_surfaces.h"
 #include "tests/devices/mock_devices.h"
 
 namespace gonio::test {
@@ -24,7 +24,7 @@ protected:
         g_object_unref(testbed);
     }
     void start(SurfaceOptions options = {}) {
-        auto started = Surfaces::start(options, [] {});
+        auto started = ControlSurfaces::start(options, [] {});
         ASSERT_TRUE(started) << started.error().text();
         surfaces = std::move(*started);
     }
@@ -46,8 +46,8 @@ protected:
     // Result: what the control said next; -99 after 2 s.
     double heard(const std::string& control) {
         for (int i = 0; i < 400; ++i) {
-            if (auto mail = surfaces->mail().try_take())
-                for (const auto& [key, one] : mail->controls) values[key.second] = one.input;
+            if (auto updates = surfaces->updates().try_take())
+                for (const auto& [key, one] : updates->controls) values[key.second] = one.input;
             if (const auto at = values.find(control); at != values.end()) {
                 const double value = at->second.value;
                 presses = at->second.presses;
@@ -62,7 +62,7 @@ protected:
     UMockdevTestbed* testbed = nullptr;
     std::unique_ptr<MockHid> hid;
     std::unique_ptr<MockUsbMidi> usb;
-    std::unique_ptr<Surfaces> surfaces;
+    std::unique_ptr<ControlSurfaces> surfaces;
     SurfaceTable table;
     std::map<std::string, ControlInput> values;
     unsigned presses = 0;

@@ -13,12 +13,12 @@
 #include <thread>
 
 #include "server/assets/assets.h"
-#include "server/render/effort.h"
+#include "server/render/quality_level.h"
 #include "server/transport/links.h"
 #include "tests/e2e/daemon_process.h"
 #include "tests/e2e/measured.h"
 #include "tests/e2e/mover.h"
-#include "tests/unit/front_client.h"
+#include "tests/unit/http_client.h"
 
 namespace gonio::test {
 namespace {
@@ -232,8 +232,8 @@ std::string keeps_up_with_a_frame_rate() {
     for (const Json& report : moving) {
         const int effort = report["effort"];
         ++efforts[effort];
-        EXPECT_LT(effort, static_cast<int>(kEfforts.size()));
-        const Effort& chosen = kEfforts.at(static_cast<std::size_t>(effort));
+        EXPECT_LT(effort, static_cast<int>(kQualityLevels.size()));
+        const QualityLevel& chosen = kQualityLevels.at(static_cast<std::size_t>(effort));
         EXPECT_NEAR(report["width_px"].get<int>(), kSide * chosen.scale, 2.0);
         EXPECT_EQ(report["height_px"], report["width_px"]);
         EXPECT_EQ(report["refined_rounds"].get<int>(), 0);

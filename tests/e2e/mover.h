@@ -7,7 +7,7 @@
 #include <string>
 #include <thread>
 
-#include "tests/unit/front_client.h"
+#include "tests/unit/http_client.h"
 
 namespace gonio::test {
 

@@ -13,7 +13,7 @@
 #include "tests/e2e/measured.h"
 #include "tests/e2e/mover.h"
 #include "tests/throttle/throttle_proxy.h"
-#include "tests/unit/front_client.h"
+#include "tests/unit/http_client.h"
 
 namespace gonio::test {
 namespace {
@@ -96,8 +96,8 @@ std::string shows_fresh_frames(const DaemonProcess& daemon, double bits_per_s, d
 TEST(Pacing, ANarrowLineShowsFreshFramesForAsLongAsItLasts) {
     const DaemonProcess daemon({"--size", "640x640"});
     holds_in_one_of_three([&] { return shows_fresh_frames(daemon, 3e6, 120); });
-    // Less than the picture would take: the line is full. Of frames of Link::kLeastBudgetBytes, 55 ms each there, two
-    // are on their way.
+    // Less than the picture would take: the line is full. Of frames of Bandwidth::kLeastBudgetBytes, 55 ms each there,
+    // two are on their way.
     holds_in_one_of_three([&] { return shows_fresh_frames(daemon, 0.6e6, 20 + 3 * 55); });
 }
 

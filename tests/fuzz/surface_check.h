@@ -6,8 +6,8 @@
 #include <set>
 #include <string_view>
 
-#include "protocol/surface/hid_box.h"
-#include "protocol/surface/midi_box.h"
+#include "protocol/surface/hid_surface.h"
+#include "protocol/surface/midi_surface.h"
 #include "protocol/surface/qxi.h"
 #include "protocol/surface/surface_map.h"
 #include "protocol/surface/surface_toml.h"
@@ -26,14 +26,14 @@ inline void check_events(const std::vector<ControlEvent>& events, const std::vec
 }
 
 inline void check_controls(const std::vector<ControlSpec>& controls) {
-    promise(controls.size() <= kMaxBoxControls);
+    promise(controls.size() <= kMaxSurfaceControls);
     for (const ControlSpec& control : controls) {
         promise(!control.name.empty() && control.name.size() <= 128);
         if (control.kind == ControlKind::absolute) promise(control.steps > 0);
     }
 }
 
-inline void check_box(const BoxProfile& profile, Bytes bytes) {
+inline void check_box(const SurfaceProfile& profile, Bytes bytes) {
     check_controls(profile.controls);
     std::set<std::string> names;
     for (const ControlSpec& control : profile.controls) promise(names.insert(control.name).second);
@@ -42,7 +42,7 @@ inline void check_box(const BoxProfile& profile, Bytes bytes) {
         v1::SurfaceRow again;
         promise(again.ParseFromString(row.SerializeAsString()));
     }
-    MidiBox box(profile);
+    MidiSurface box(profile);
     std::vector<MidiMessage> messages;
     MidiStream stream;
     read_usb_midi(bytes, messages);
@@ -72,7 +72,7 @@ inline void check_hid(Bytes bytes) {
     if (bytes.size() < 6) return;
     const auto vendor = be16(bytes, 0), product = be16(bytes, 2);
     const std::size_t size = std::min<std::size_t>(be16(bytes, 4), bytes.size() - 6);
-    auto box = HidBox::open(vendor, product, bytes.subspan(6, size));
+    auto box = HidSurface::open(vendor, product, bytes.subspan(6, size));
     if (!box) return promise(!box.error().code.empty() && !box.error().message.empty());
     check_controls(box->controls());
     for (Bytes rest = bytes.subspan(6 + size); !rest.empty();) {
@@ -87,7 +87,7 @@ inline void check_hid(Bytes bytes) {
 
 inline void check_files(std::string_view text) {
     const Bytes bytes(reinterpret_cast<const std::uint8_t*>(text.data()), text.size());
-    if (const auto profile = read_box_toml(text)) check_box(*profile, bytes);
+    if (const auto profile = read_surface_profile(text)) check_box(*profile, bytes);
     if (const auto profile = read_qxi(text)) check_box(*profile, bytes);
     const auto map = read_surfaces_toml(text);
     if (!map) return promise(!map.error().code.empty() && !map.error().message.empty());

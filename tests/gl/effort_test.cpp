@@ -1,7 +1,7 @@
 // Efforts (--target-fps): less while something moves, all of it afterwards.
-#include "server/render/effort.h"
 #include <set>
 #include <string>
+#include "server/render/quality_level.h"
 
 #include "server/assets/assets.h"
 #include "server/scene/apply.h"
@@ -21,12 +21,12 @@ TEST(Efforts, TheWholePictureComesBack) {
     show(fresh, scene);
     const std::vector<glm::vec3> whole = fresh.live_illuminance(scene, true);
 
-    ASSERT_EQ(kEfforts[1].scale, 1.0);
-    moved.set_effort(1);
+    ASSERT_EQ(kQualityLevels[1].scale, 1.0);
+    moved.set_quality_level(1);
     show(moved, scene);
     const std::vector<glm::vec3> less = moved.live_illuminance(scene, true);
     EXPECT_NE(less, whole) << "it is less";
-    moved.set_effort(0);
+    moved.set_quality_level(0);
     moved.begin_frame(scene, monotonic_ns());
     EXPECT_EQ(passes_run(moved.finish_frame(true)->report),
               (std::set<std::string>{"gbuffer", "gather-weights", "solve", "direct", "gather", "composite"}));

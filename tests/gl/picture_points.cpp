@@ -9,16 +9,17 @@
 namespace gonio::test {
 
 PicturePoints points_of(const Scene& scene, const trace::Geometry& geometry, int step) {
-    shade::Surfaces surfaces;
-    shade::Raster raster;
+    lighting::GBuffer gbuffer;
+    lighting::Raster raster;
     Pool pool;
-    shade::look_through(eye_of(scene.camera, scene.width_px, scene.height_px), geometry, 1e-4f, scene.width_px,
-                        scene.height_px, surfaces);
-    shade::draw_surfaces(shade::make_clusters(geometry), shade::make_looks(geometry), false, surfaces, raster, pool);
+    lighting::look_through(eye_of(scene.camera, scene.width_px, scene.height_px), geometry, 1e-4f, scene.width_px,
+                           scene.height_px, gbuffer);
+    lighting::draw_gbuffer(lighting::make_clusters(geometry), lighting::make_material_table(geometry), false, gbuffer,
+                           raster, pool);
     PicturePoints found;
     for (int y = step / 2; y < scene.height_px; y += step) {
         for (int x = step / 2; x < scene.width_px; x += step) {
-            const shade::Spot spot = shade::spot_at(surfaces, x, y);
+            const lighting::Spot spot = lighting::spot_at(gbuffer, x, y);
             if (!(spot.depth > 0.0f)) continue;
             found.points.push_back({geometry.origin() + glm::dvec3(spot.position), glm::dvec3(spot.normal)});
             found.pixels.push_back(static_cast<std::size_t>(y * scene.width_px + x));

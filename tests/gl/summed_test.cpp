@@ -165,10 +165,10 @@ TEST_F(Summed, FewerLayersWhenThePictureGrows) {
     make_room(4);
     Scene scene = parted(20);
     show(renderer, scene);
-    renderer.set_effort(3);
+    renderer.set_quality_level(3);
     for (std::size_t light = 0; light < 8; ++light) level(scene, light, 0.9);
     show(renderer, scene);
-    renderer.set_effort(0);
+    renderer.set_quality_level(0);
     const auto whole = lit(scene, true);
     Renderer fresh(context(), gather());
     make_coarse(fresh);

@@ -28,8 +28,8 @@ double cpu_s() {
 }
 
 struct Load : testing::Test {
-    static FrontLimits limits() {
-        FrontLimits limits;
+    static HttpLimits limits() {
+        HttpLimits limits;
         limits.clients = kViewers + kIdle + 10;
         limits.connections = kViewers + kIdle + 20;
         return limits;

@@ -14,7 +14,7 @@ struct Machine {
 
     std::size_t heavy_frame() {
         const std::size_t effort = budget.choose(now_ns);
-        const double ms = full_ms * kEfforts[effort].cost;
+        const double ms = full_ms * kQualityLevels[effort].cost;
         now_ns += static_cast<std::int64_t>(ms * 1e6);
         budget.took(ms, true, now_ns);
         return effort;
@@ -36,8 +36,9 @@ TEST(Budget, KeepsUpWithinHalfASecond) {
         Machine machine{Budget(1000.0 / 60.0), full_ms};
         while (machine.now_ns < 500'000'000) machine.heavy_frame();
         const std::size_t effort = machine.heavy_frame();
-        EXPECT_LE(full_ms * kEfforts[effort].cost, 1000.0 / 60.0) << full_ms;
-        EXPECT_GT(full_ms * kEfforts[effort - 1].cost, 0.95 * 1000.0 / 60.0) << "no less than need be, " << full_ms;
+        EXPECT_LE(full_ms * kQualityLevels[effort].cost, 1000.0 / 60.0) << full_ms;
+        EXPECT_GT(full_ms * kQualityLevels[effort - 1].cost, 0.95 * 1000.0 / 60.0)
+            << "no less than need be, " << full_ms;
     }
 }
 
@@ -48,7 +49,7 @@ TEST(Budget, ALoadThatComesAndGoes) {
     machine.full_ms = 75.0;
     const std::int64_t loaded_ns = machine.now_ns;
     while (machine.now_ns < loaded_ns + 500'000'000) machine.heavy_frame();
-    EXPECT_LE(75.0 * kEfforts[machine.heavy_frame()].cost, 1000.0 / 30.0);
+    EXPECT_LE(75.0 * kQualityLevels[machine.heavy_frame()].cost, 1000.0 / 30.0);
     machine.full_ms = 20.0;
     const std::int64_t free_ns = machine.now_ns;
     while (machine.now_ns < free_ns + 500'000'000) machine.heavy_frame();

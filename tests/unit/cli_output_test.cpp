@@ -9,7 +9,7 @@
 #include "client/cli/cli.h"
 #include "client/cli/output.h"
 #include "client/cli/transport.h"
-#include "server/http/front.h"
+#include "server/http/http_server.h"
 
 namespace gonio {
 namespace {
@@ -108,14 +108,14 @@ TEST(CliOutput, ServerUrls) {
 
 // A daemon that knows one light and answers at once.
 struct CliRun : testing::Test {
-    std::unique_ptr<Front> front;
+    std::unique_ptr<HttpServer> front;
     std::string out, err;
     std::atomic<std::uint32_t> rev = 7;
 
     void SetUp() override {
-        FrontOptions options;
+        HttpOptions options;
         options.port = 0;
-        Front::Callbacks callbacks;
+        HttpServer::Callbacks callbacks;
         callbacks.request = [this](SessionId session, v1::ClientMessage message) {
             answer(session, message);
             return true;
@@ -128,7 +128,7 @@ struct CliRun : testing::Test {
             frame.scene_rev = rev;
             front->publish_h264(std::move(frame), true);
         };
-        auto started = Front::start(options, std::move(callbacks));
+        auto started = HttpServer::start(options, std::move(callbacks));
         ASSERT_TRUE(started);
         front = std::move(*started);
         front->publish_state(example_state());

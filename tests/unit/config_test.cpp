@@ -9,7 +9,7 @@
 #include <filesystem>
 #include <fstream>
 
-#include "server/app/front_options.h"
+#include "server/app/http_options.h"
 #include "server/app/options.h"
 
 namespace gonio {

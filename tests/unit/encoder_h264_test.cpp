@@ -259,7 +259,7 @@ TEST(H264Encoder, ARunningEncoderTakesAnotherBudgetWithoutAnIdr) {
     ASSERT_TRUE(encoder);
     Decoder decoder;
     const auto encode = [&](int step, std::uint32_t budget_bytes) {
-        auto frame = (*encoder)->encode(noisy_picture(step), FrameWish{false, budget_bytes, kCrf});
+        auto frame = (*encoder)->encode(noisy_picture(step), FrameRequest{false, budget_bytes, kCrf});
         EXPECT_TRUE(frame);
         EXPECT_EQ(frame->key, step == 0);
         EXPECT_TRUE(decoder.decode(*frame));
@@ -281,11 +281,11 @@ TEST(H264Encoder, RepeatsOfAPictureSharpenItUntilNothingIsLeft) {
     ASSERT_TRUE(encoder);
     Decoder decoder;
     for (int step = 0; step < 10; ++step)
-        ASSERT_TRUE(decoder.decode(*(*encoder)->encode(noisy_picture(step), FrameWish{false, 6'000, kCrf})));
+        ASSERT_TRUE(decoder.decode(*(*encoder)->encode(noisy_picture(step), FrameRequest{false, 6'000, kCrf})));
     const Picture still = noisy_picture(9);
     const double moving_db = luma_psnr_db(still, *decoder.frame);
     for (int repeat = 0; repeat < 8; ++repeat)
-        ASSERT_TRUE(decoder.decode(*(*encoder)->encode(still, FrameWish{false, 6'000, kCrf})));
+        ASSERT_TRUE(decoder.decode(*(*encoder)->encode(still, FrameRequest{false, 6'000, kCrf})));
     EXPECT_GT(luma_psnr_db(still, *decoder.frame), moving_db + 1.0);
 }
 

@@ -5,7 +5,7 @@
 
 #include "server/assets/assets.h"
 #include "server/session/null_renderer.h"
-#include "server/session/stage.h"
+#include "server/session/render_session.h"
 
 namespace gonio {
 namespace {
@@ -76,7 +76,7 @@ protected:
         ASSERT_TRUE(asset);
         Scene scene = scene_of(*asset);
         scene.width_px = scene.height_px = 32;
-        StageOutputs outputs;
+        SessionOutputs outputs;
         outputs.reply = [this](std::uint32_t, v1::ServerMessage message) { replies.push(std::move(message)); };
         outputs.state = [](v1::State, v1::StateChanged) {};
         outputs.picture = [this](Picture picture) { pictures.push_back(std::move(picture)); };
@@ -113,7 +113,7 @@ protected:
     Queue<Work> queue{100};
     Loader loader;
     std::vector<Picture> pictures;
-    std::optional<Stage> stage;
+    std::optional<RenderSession> stage;
 };
 
 TEST_F(StageOnLosingGpu, NoPictureIsShownOfALostContextAndOneIsDueAfterwards) {

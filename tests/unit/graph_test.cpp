@@ -7,7 +7,7 @@ namespace gonio {
 namespace {
 
 struct Graph {
-    Ledger ledger;
+    PassCache pass_cache;
     std::uint64_t a_rev = 1, b_rev = 1;
     bool with_absent = false;
     std::string order;
@@ -33,7 +33,7 @@ struct Graph {
         std::string states;
         std::vector<Pass> all = passes();
         for (const v1::PassReport& row : execute(
-                 all, wanted, ledger, [](std::size_t) {}, [](std::size_t) {}))
+                 all, wanted, pass_cache, [](std::size_t) {}, [](std::size_t) {}))
             states += row.state().substr(0, 2) + " ";
         return states;
     }
@@ -69,21 +69,21 @@ TEST(Graph, OutdatedSlotsAreThoseThatRunNext) {
     Graph g;
     const SlotRef wanted[] = {kPicture}, lamp{Slot::shadow, 0, 7};
     using Slots = std::set<SlotRef>;
-    EXPECT_EQ(outdated(g.passes(), wanted, g.ledger), (Slots{kGbuffer, lamp, kPicture}));
+    EXPECT_EQ(outdated(g.passes(), wanted, g.pass_cache), (Slots{kGbuffer, lamp, kPicture}));
     g.run({kPicture});
-    EXPECT_EQ(outdated(g.passes(), wanted, g.ledger), Slots{});
+    EXPECT_EQ(outdated(g.passes(), wanted, g.pass_cache), Slots{});
     g.b_rev = 2;
-    EXPECT_EQ(outdated(g.passes(), wanted, g.ledger), (Slots{lamp, kPicture}));
+    EXPECT_EQ(outdated(g.passes(), wanted, g.pass_cache), (Slots{lamp, kPicture}));
     const SlotRef gbuffer[] = {kGbuffer};
-    EXPECT_EQ(outdated(g.passes(), gbuffer, g.ledger), Slots{}) << "nobody wants the rest";
+    EXPECT_EQ(outdated(g.passes(), gbuffer, g.pass_cache), Slots{}) << "nobody wants the rest";
     EXPECT_EQ(g.run({kPicture}), "cl ra ra ");
-    EXPECT_EQ(outdated(g.passes(), wanted, g.ledger), Slots{});
+    EXPECT_EQ(outdated(g.passes(), wanted, g.pass_cache), Slots{});
 }
 
 TEST(Graph, ForgottenSlotsRunAgain) {
     Graph g;
     g.run({kPicture});
-    g.ledger.forget_light(7);
+    g.pass_cache.forget_light(7);
     EXPECT_EQ(g.run({kPicture}), "cl ra ra ");
 }
 

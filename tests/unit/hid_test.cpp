@@ -3,7 +3,7 @@
 
 #include <cmath>
 
-#include "protocol/surface/hid_box.h"
+#include "protocol/surface/hid_surface.h"
 
 namespace gonio {
 namespace {
@@ -19,13 +19,13 @@ const ByteVector kFaderBox = {0x05, 0x01, 0x09, 0x04, 0xA1, 0x01, 0x85, 0x01, 0x
                               0x08, 0x19, 0x01, 0x29, 0x10, 0x75, 0x01, 0x95, 0x10, 0x91, 0x02, 0x85, 0x03, 0x06,
                               0x00, 0xFF, 0x09, 0x01, 0x26, 0xFF, 0x00, 0x75, 0x08, 0x95, 0x04, 0xB1, 0x02, 0xC0};
 
-std::vector<ControlEvent> take(HidBox& box, const ByteVector& report) {
+std::vector<ControlEvent> take(HidSurface& box, const ByteVector& report) {
     std::vector<ControlEvent> events;
     EXPECT_TRUE(box.take(report, events));
     return events;
 }
 
-std::size_t named(const HidBox& box, const std::string& name) {
+std::size_t named(const HidSurface& box, const std::string& name) {
     for (std::size_t i = 0; i < box.controls().size(); ++i)
         if (box.controls()[i].name == name) return i;
     ADD_FAILURE() << "no control " << name;
@@ -80,8 +80,8 @@ TEST(HidDescriptor, SignedValuesAndFieldsThatStraddleBytes) {
     EXPECT_FALSE(has_hid_field(descriptor->fields[1], Bytes(report).first(2)));
 }
 
-TEST(HidBox, AnyDeviceByItsDescriptor) {
-    auto box = HidBox::open(0x1209, 0x0001, kFaderBox);
+TEST(HidSurface, AnyDeviceByItsDescriptor) {
+    auto box = HidSurface::open(0x1209, 0x0001, kFaderBox);
     ASSERT_TRUE(box);
     ASSERT_EQ(box->controls().size(), 24u);
     EXPECT_EQ(box->controls()[0].name, "slider 1");
@@ -111,8 +111,8 @@ TEST(HidBox, AnyDeviceByItsDescriptor) {
     EXPECT_TRUE(none.empty());
 }
 
-TEST(HidBox, LampsOfTheDescriptorBelongToItsButtons) {
-    auto box = HidBox::open(0x1209, 0x0001, kFaderBox);
+TEST(HidSurface, LampsOfTheDescriptorBelongToItsButtons) {
+    auto box = HidSurface::open(0x1209, 0x0001, kFaderBox);
     ASSERT_TRUE(box);
     EXPECT_EQ(box->show(named(*box, "button 1"), 1), (ByteVector{2, 1, 0}));
     EXPECT_EQ(box->show(named(*box, "button 10"), 1), (ByteVector{2, 1, 2})) << "the others stay as they were";
@@ -120,11 +120,11 @@ TEST(HidBox, LampsOfTheDescriptorBelongToItsButtons) {
     EXPECT_TRUE(box->show(0, 1).empty()) << "a slider without a motor";
 }
 
-TEST(HidBox, RelativeAxesAndArraysOfButtons) {
+TEST(HidSurface, RelativeAxesAndArraysOfButtons) {
     // A wheel of 8 bits, relative; an array of two slots for buttons 1 to 8.
-    auto box = HidBox::open(1, 2, ByteVector{0x05, 0x01, 0x09, 0x08, 0xA1, 0x01, 0x09, 0x38, 0x15, 0x81, 0x25, 0x7F,
-                                             0x75, 0x08, 0x95, 0x01, 0x81, 0x06, 0x05, 0x09, 0x19, 0x01, 0x29, 0x08,
-                                             0x15, 0x01, 0x25, 0x08, 0x75, 0x08, 0x95, 0x02, 0x81, 0x00, 0xC0});
+    auto box = HidSurface::open(1, 2, ByteVector{0x05, 0x01, 0x09, 0x08, 0xA1, 0x01, 0x09, 0x38, 0x15, 0x81, 0x25, 0x7F,
+                                                 0x75, 0x08, 0x95, 0x01, 0x81, 0x06, 0x05, 0x09, 0x19, 0x01, 0x29, 0x08,
+                                                 0x15, 0x01, 0x25, 0x08, 0x75, 0x08, 0x95, 0x02, 0x81, 0x00, 0xC0});
     ASSERT_TRUE(box) << box.error().text();
     const std::size_t wheel = named(*box, "wheel"), three = named(*box, "button 3"), five = named(*box, "button 5");
     EXPECT_EQ(box->controls()[wheel].kind, ControlKind::relative);
@@ -135,8 +135,8 @@ TEST(HidBox, RelativeAxesAndArraysOfButtons) {
     EXPECT_EQ(value_in(take(*box, {0, 0, 0}), five), 0);
 }
 
-TEST(HidBox, ShuttlePro) {
-    auto box = HidBox::open(0x0b33, 0x0030, {});
+TEST(HidSurface, ShuttlePro) {
+    auto box = HidSurface::open(0x0b33, 0x0030, {});
     ASSERT_TRUE(box);
     take(*box, {0, 250, 0, 0, 0});
     auto events = take(*box, {0xF9, 3, 0, 0x01, 0x40});  // shuttle -7, jog on by 9 over the wrap, buttons 1 and 15
@@ -149,8 +149,8 @@ TEST(HidBox, ShuttlePro) {
     EXPECT_FALSE(box->take(ByteVector{0, 1, 0}, none));
 }
 
-TEST(HidBox, PowerMate) {
-    auto box = HidBox::open(0x077d, 0x0410, {});
+TEST(HidSurface, PowerMate) {
+    auto box = HidSurface::open(0x077d, 0x0410, {});
     ASSERT_TRUE(box);
     const auto events = take(*box, {1, 0xFD, 0, 0, 0, 0});
     EXPECT_EQ(value_in(events, 0), -3);
@@ -158,8 +158,8 @@ TEST(HidBox, PowerMate) {
     EXPECT_EQ(box->show(0, 0.5), (ByteVector{0, 128}));
 }
 
-TEST(HidBox, SpaceMouseOldAndNew) {
-    auto box = HidBox::open(0x256f, 0xc635, {});
+TEST(HidSurface, SpaceMouseOldAndNew) {
+    auto box = HidSurface::open(0x256f, 0xc635, {});
     ASSERT_TRUE(box);
     auto events = take(*box, {1, 0x5E, 0x01, 0, 0, 0xA2, 0xFE});  // x 350, z -350
     EXPECT_EQ(value_in(events, 0), 1.0);
@@ -171,8 +171,8 @@ TEST(HidBox, SpaceMouseOldAndNew) {
     EXPECT_EQ(box->hello(), (ByteVector{4, 1}));
 }
 
-TEST(HidBox, StreamDeckPlus) {
-    auto box = HidBox::open(0x0fd9, 0x0084, {});
+TEST(HidSurface, StreamDeckPlus) {
+    auto box = HidSurface::open(0x0fd9, 0x0084, {});
     ASSERT_TRUE(box);
     auto events = take(*box, {1, 3, 5, 0, 1, 0xFF, 0, 2, 0, 0, 0, 0, 0, 0});
     EXPECT_EQ(value_in(events, named(*box, "dial 1")), -1);
@@ -185,8 +185,8 @@ TEST(HidBox, StreamDeckPlus) {
     EXPECT_EQ(value_in(events, named(*box, "strip")), 1.0);
 }
 
-TEST(HidBox, XKeys) {
-    auto box = HidBox::open(0x05f3, 0x0405, {});
+TEST(HidSurface, XKeys) {
+    auto box = HidSurface::open(0x05f3, 0x0405, {});
     ASSERT_TRUE(box);
     const auto events = take(*box, {0, 0, 0x01, 0x20, 0, 0x02});
     EXPECT_EQ(value_in(events, named(*box, "button 1")), 1);
@@ -199,7 +199,7 @@ TEST(HidBox, XKeys) {
     EXPECT_EQ(lamp[3], 1);
 }
 
-TEST(HidBox, WhatIsABoxAndWhatIsNot) {
+TEST(HidSurface, WhatIsABoxAndWhatIsNot) {
     EXPECT_TRUE(is_control_box(0x1209, 1, 1, 4));
     EXPECT_TRUE(is_control_box(0x0fd9, 0x0084, 0x0C, 1));
     EXPECT_FALSE(is_control_box(0x046d, 0xc31c, 1, 6)) << "a keyboard";
@@ -210,7 +210,7 @@ TEST(HidBox, WhatIsABoxAndWhatIsNot) {
     EXPECT_TRUE(is_control_box(0x0fd9, 0x0084, 0x0C, 1, true)) << "one that is known";
     EXPECT_TRUE(is_of_people(1, 6) && is_of_people(1, 2) && is_of_people(0x0D, 4) && is_of_people(0xF1D0, 1));
     EXPECT_FALSE(is_of_people(0x0C, 1) || is_of_people(1, 4));
-    EXPECT_FALSE(HidBox::open(1, 2, ByteVector{0x05, 0x01, 0x09, 0x04, 0xA1, 0x01, 0xC0})) << "nothing to move";
+    EXPECT_FALSE(HidSurface::open(1, 2, ByteVector{0x05, 0x01, 0x09, 0x04, 0xA1, 0x01, 0xC0})) << "nothing to move";
 }
 
 }  // namespace

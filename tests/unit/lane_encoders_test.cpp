@@ -62,11 +62,11 @@ struct Bench {
     public:
         Faulty(Bench& bench, Fault fault, std::unique_ptr<H264Encoder> inner, std::unique_ptr<H264Encoder> other)
             : bench_(bench), fault_(fault), inner_(std::move(inner)), other_(std::move(other)) {}
-        Result<EncodedFrame> encode(const Picture& picture, const FrameWish& wish) override {
+        Result<EncodedFrame> encode(const Picture& picture, const FrameRequest& wish) override {
             const int frame = frame_++;
             if (frame == fault_.fails_at) return Error{"encoder_failed", "", "", "injected"};
             if (frame == fault_.wrong_size_at) {
-                auto lie = other_->encode(grey_picture(64, 64, picture.scene_rev), FrameWish{true, 0, kCrf});
+                auto lie = other_->encode(grey_picture(64, 64, picture.scene_rev), FrameRequest{true, 0, kCrf});
                 return lie;
             }
             if (frame == fault_.hangs_at) {
@@ -342,9 +342,9 @@ struct FeedTest : testing::Test {
     std::int64_t now_ns = 1'000'000'000;
 
     // A viewer that takes what comes, at once.
-    LaneWish wish(LaneId lane, unsigned credit = 2, bool key = false) {
+    LaneRequest wish(LaneId lane, unsigned credit = 2, bool key = false) {
         const auto counts = encoders.counts(lane);
-        LaneWish result;
+        LaneRequest result;
         result.lane = lane;
         result.viewers = 1;
         result.credit = credit;
@@ -357,10 +357,10 @@ struct FeedTest : testing::Test {
         for (int i = 0; i < 2000 && !encoders.idle(lane); ++i) std::this_thread::sleep_for(1ms);
         ASSERT_TRUE(encoders.idle(lane));
     }
-    void serve(const std::vector<LaneWish>& wishes, bool more, bool settled) {
+    void serve(const std::vector<LaneRequest>& wishes, bool more, bool settled) {
         feed.want(wishes, false, 0);
         feed.serve(now_ns, more, settled);
-        for (const LaneWish& one : wishes) drain(one.lane);
+        for (const LaneRequest& one : wishes) drain(one.lane);
     }
     Picture textured(std::uint32_t rev) {
         auto bytes = std::make_shared<std::vector<std::uint8_t>>(320 * 240 * 3 / 2, std::uint8_t{120});
@@ -375,7 +375,7 @@ struct FeedTest : testing::Test {
 };
 
 TEST_F(FeedTest, APictureIsGivenOnceThenRepeatedUntilFinalThenSilence) {
-    LaneWish narrow = wish(kLane);
+    LaneRequest narrow = wish(kLane);
     feed.show(textured(1), now_ns);
     serve({narrow}, false, true);
     EXPECT_EQ(bench.count(), 1u);
@@ -418,7 +418,7 @@ TEST_F(FeedTest, WhileMoreIsToComeNothingIsRepeatedNorFinal) {
 
 TEST_F(FeedTest, FramesOnTheirWayTakeTheirCredit) {
     feed.show(textured(1), now_ns);
-    LaneWish stale = wish(kLane, 1);
+    LaneRequest stale = wish(kLane, 1);
     EXPECT_FALSE(feed.wanted());
     feed.want({stale}, false, 0);
     EXPECT_TRUE(feed.wanted());
@@ -435,7 +435,7 @@ TEST_F(FeedTest, FramesOnTheirWayTakeTheirCredit) {
 TEST_F(FeedTest, AJoinerOfAStillPictureGetsAKeyFrameOnce) {
     feed.show(textured(1), now_ns);
     serve({wish(kSharedLane)}, false, true);
-    LaneWish joined = wish(kSharedLane, 2, true);
+    LaneRequest joined = wish(kSharedLane, 2, true);
     serve({joined}, false, true);
     serve({joined}, false, true);  // the key frame is published, the wish does not know it
     ASSERT_EQ(bench.count(), 2u);
@@ -463,7 +463,7 @@ TEST_F(FeedTest, EncodersOfEmptyLanesAreClosed) {
     now_ns += 6'000'000'000;
     serve({}, false, true);
     drain(kLane);
-    LaneWish back = wish(kLane, 2, true);
+    LaneRequest back = wish(kLane, 2, true);
     serve({back}, false, true);
     EXPECT_EQ(bench.opened["libx264"], 2u) << "it was opened anew";
     EXPECT_EQ(bench.count(), 2u);

@@ -19,8 +19,8 @@ struct LanesTest : testing::Test {
         result.private_lanes = private_lanes;
         return result;
     }
-    static LaneWish wish(const Lanes& lanes, LaneId lane, Lanes::Time at) {
-        for (const LaneWish& one : lanes.wishes(at))
+    static LaneRequest wish(const Lanes& lanes, LaneId lane, Lanes::Time at) {
+        for (const LaneRequest& one : lanes.wishes(at))
             if (one.lane == lane) return one;
         return {.viewers = 0};
     }

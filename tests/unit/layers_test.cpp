@@ -6,7 +6,7 @@
 
 #include "server/lighting/layers.h"
 
-namespace gonio::shade {
+namespace gonio::lighting {
 namespace {
 
 constexpr std::size_t kLights = 20, kPixels = 128, kPoints = 64;
@@ -135,4 +135,4 @@ TEST_F(Layers, AnUnchangedPictureIsNoChange) {
 }
 
 }  // namespace
-}  // namespace gonio::shade
+}  // namespace gonio::lighting

@@ -1,7 +1,7 @@
 // MIDI by byte vectors: USB packets, raw streams, keys, boxes with 14-bit faders and every kind of endless encoder.
 #include <gtest/gtest.h>
 
-#include "protocol/surface/midi_box.h"
+#include "protocol/surface/midi_surface.h"
 
 namespace gonio {
 namespace {
@@ -67,8 +67,8 @@ TEST(MidiKeys, TextBothWays) {
     }
 }
 
-BoxProfile profile_with(ControlSpec spec) {
-    BoxProfile profile;
+SurfaceProfile profile_with(ControlSpec spec) {
+    SurfaceProfile profile;
     profile.controls.push_back(std::move(spec));
     return profile;
 }
@@ -82,27 +82,27 @@ ControlSpec control(const char* input, ControlKind kind, std::uint32_t steps = 1
     return spec;
 }
 
-double value_of_message(MidiBox& box, MidiMessage message, std::int64_t now_ns = 1) {
+double value_of_message(MidiSurface& box, MidiMessage message, std::int64_t now_ns = 1) {
     std::vector<ControlEvent> events;
     EXPECT_TRUE(box.take(message, now_ns, events));
     return events.empty() ? -99 : events.back().value;
 }
 
-TEST(MidiBox, APitchBendKeepsAll14Bits) {
-    MidiBox box(profile_with(control("bend 1", ControlKind::absolute, 16383)));
+TEST(MidiSurface, APitchBendKeepsAll14Bits) {
+    MidiSurface box(profile_with(control("bend 1", ControlKind::absolute, 16383)));
     EXPECT_EQ(value_of_message(box, {0, 0xE0, {0x7F, 0x7F}}), 1.0);
     EXPECT_DOUBLE_EQ(value_of_message(box, {0, 0xE0, {1, 0}}), 1.0 / 16383);
     EXPECT_DOUBLE_EQ(value_of_message(box, {0, 0xE0, {0, 0x40}}), 8192.0 / 16383);
 }
 
-TEST(MidiBox, AControllerPairWaitsForItsFineHalf) {
+TEST(MidiSurface, AControllerPairWaitsForItsFineHalf) {
     ControlSpec spec = control("cc 1/7", ControlKind::absolute, 16383);
     spec.pair = true;
-    MidiBox box(profile_with(spec));
+    MidiSurface box(profile_with(spec));
     std::vector<ControlEvent> events;
     box.take({0, 0xB0, {7, 0x40}}, 1000, events);
     EXPECT_TRUE(events.empty()) << "the fine half may follow";
-    EXPECT_EQ(box.due_ns(), 1000 + MidiBox::kPairWait_ns);
+    EXPECT_EQ(box.due_ns(), 1000 + MidiSurface::kPairWait_ns);
     box.take({0, 0xB0, {39, 0x03}}, 2000, events);
     ASSERT_EQ(events.size(), 1u);
     EXPECT_DOUBLE_EQ(events[0].value, (0x40 * 128 + 3) / 16383.0);
@@ -110,19 +110,19 @@ TEST(MidiBox, AControllerPairWaitsForItsFineHalf) {
     ASSERT_EQ(events.size(), 2u) << "a fine half alone is a movement";
     EXPECT_DOUBLE_EQ(events[1].value, (0x40 * 128 + 4) / 16383.0);
     box.take({0, 0xB0, {7, 0x41}}, 4000, events);
-    box.tick(4000 + MidiBox::kPairWait_ns - 1, events);
+    box.tick(4000 + MidiSurface::kPairWait_ns - 1, events);
     EXPECT_EQ(events.size(), 2u);
-    box.tick(4000 + MidiBox::kPairWait_ns, events);
+    box.tick(4000 + MidiSurface::kPairWait_ns, events);
     ASSERT_EQ(events.size(), 3u) << "a box that sends no fine halves";
     EXPECT_DOUBLE_EQ(events[2].value, 0x41 * 128 / 16383.0);
     EXPECT_EQ(box.due_ns(), 0);
 }
 
-TEST(MidiBox, EveryCodeOfClicks) {
+TEST(MidiSurface, EveryCodeOfClicks) {
     const auto clicks = [](RelativeCode code, std::uint8_t value) {
         ControlSpec spec = control("cc 1/16", ControlKind::relative);
         spec.code = code;
-        MidiBox box(profile_with(spec));
+        MidiSurface box(profile_with(spec));
         return value_of_message(box, {0, 0xB0, {16, value}});
     };
     EXPECT_EQ(clicks(RelativeCode::sign_bit, 0x03), 3) << "Mackie: bit 6 is the sign";
@@ -133,11 +133,11 @@ TEST(MidiBox, EveryCodeOfClicks) {
     EXPECT_EQ(clicks(RelativeCode::offset_64, 0x41), 1);
 }
 
-TEST(MidiBox, TouchLampsRingsAndMotors) {
+TEST(MidiSurface, TouchLampsRingsAndMotors) {
     ControlSpec spec = control("bend 2", ControlKind::absolute, 16383);
     spec.touch = parse_midi_keys("note 1/105")->front();
     spec.show = ShowKind::motor;
-    MidiBox box(profile_with(spec));
+    MidiSurface box(profile_with(spec));
     std::vector<ControlEvent> events;
     box.take({0, 0x90, {105, 127}}, 1, events);
     box.take({0, 0x90, {105, 0}}, 2, events);
@@ -150,16 +150,16 @@ TEST(MidiBox, TouchLampsRingsAndMotors) {
 
     spec = control("note 1/16", ControlKind::button, 0);
     spec.show = ShowKind::lamp;
-    EXPECT_EQ(MidiBox(profile_with(spec)).show(0, 1), (std::vector<std::uint8_t>{0x90, 16, 127}));
-    EXPECT_EQ(MidiBox(profile_with(spec)).show(0, 0), (std::vector<std::uint8_t>{0x90, 16, 0}));
+    EXPECT_EQ(MidiSurface(profile_with(spec)).show(0, 1), (std::vector<std::uint8_t>{0x90, 16, 127}));
+    EXPECT_EQ(MidiSurface(profile_with(spec)).show(0, 0), (std::vector<std::uint8_t>{0x90, 16, 0}));
     spec = control("cc 1/16", ControlKind::relative);
     spec.output = parse_midi_keys("cc 1/48")->front();
     spec.show = ShowKind::ring_mcu;
-    EXPECT_EQ(MidiBox(profile_with(spec)).show(0, 1), (std::vector<std::uint8_t>{0xB0, 48, 0x2B}));
+    EXPECT_EQ(MidiSurface(profile_with(spec)).show(0, 1), (std::vector<std::uint8_t>{0xB0, 48, 0x2B}));
 }
 
-TEST(MidiBox, UnknownMessagesBecomeControlsUpToABound) {
-    MidiBox box({});
+TEST(MidiSurface, UnknownMessagesBecomeControlsUpToABound) {
+    MidiSurface box({});
     EXPECT_DOUBLE_EQ(value_of_message(box, {0, 0xB4, {10, 127}}), 1.0);
     EXPECT_EQ(box.controls()[0].name, "cc 5/10");
     EXPECT_DOUBLE_EQ(value_of_message(box, {0, 0x80, {60, 64}}), 0.0) << "a note-off is a button let go";
@@ -168,7 +168,7 @@ TEST(MidiBox, UnknownMessagesBecomeControlsUpToABound) {
     for (unsigned channel = 0; channel < 8; ++channel)
         for (unsigned n = 0; n < 128; ++n)
             box.take({0, static_cast<std::uint8_t>(0xB0 | channel), {static_cast<std::uint8_t>(n), 1}}, 1, events);
-    EXPECT_EQ(box.controls().size(), kMaxBoxControls);
+    EXPECT_EQ(box.controls().size(), kMaxSurfaceControls);
     EXPECT_FALSE(box.take({1, 0xB0, {0, 1}}, 1, events));
 }
 

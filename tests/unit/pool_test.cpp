@@ -7,7 +7,7 @@
 #include <functional>
 #include <vector>
 
-namespace gonio::shade {
+namespace gonio::lighting {
 namespace {
 
 // Whoever comes too late is not waited for, and must not take jobs of the next run with the function of the last.
@@ -70,4 +70,4 @@ TEST(Pool, DoesNoJobTwiceAndWaitsForThoseBegunWhenInterrupted) {
 }
 
 }  // namespace
-}  // namespace gonio::shade
+}  // namespace gonio::lighting

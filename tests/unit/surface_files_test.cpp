@@ -5,7 +5,7 @@
 #include <fstream>
 #include <sstream>
 
-#include "protocol/surface/midi_box.h"
+#include "protocol/surface/midi_surface.h"
 #include "protocol/surface/qxi.h"
 #include "protocol/surface/surface_map.h"
 #include "protocol/surface/surface_toml.h"
@@ -20,16 +20,16 @@ std::string content(const std::filesystem::path& path) {
     return text.str();
 }
 
-BoxProfile shipped(const char* name) {
+SurfaceProfile shipped(const char* name) {
     const auto profile =
-        read_box_toml(content(std::string(GONIO_SOURCE_DIR "/server/surfaces/profiles/") + name + ".toml"));
+        read_surface_profile(content(std::string(GONIO_SOURCE_DIR "/server/surfaces/profiles/") + name + ".toml"));
     EXPECT_TRUE(profile) << name << ": " << profile.error().text();
-    return profile ? *profile : BoxProfile{};
+    return profile ? *profile : SurfaceProfile{};
 }
 
 // What the box's control says for a message, as "name value".
-std::string says(const BoxProfile& profile, MidiMessage message) {
-    MidiBox box(profile);
+std::string says(const SurfaceProfile& profile, MidiMessage message) {
+    MidiSurface box(profile);
     std::vector<ControlEvent> events;
     box.take(message, 1, events);
     if (events.empty()) return "";
@@ -37,32 +37,32 @@ std::string says(const BoxProfile& profile, MidiMessage message) {
 }
 
 TEST(ShippedProfiles, TheFactoryMapsOfTheGuide) {
-    const BoxProfile korg = shipped("korg_nanokontrol2");
+    const SurfaceProfile korg = shipped("korg_nanokontrol2");
     EXPECT_EQ(korg.usb, (std::vector<std::string>{"0944:0117"}));
     EXPECT_EQ(says(korg, {0, 0xB0, {2, 0x78}}), "slider 3");
     EXPECT_EQ(says(korg, {0, 0xB0, {23, 1}}), "knob 8");
     EXPECT_EQ(says(korg, {0, 0xB0, {64, 127}}), "record 1");
     EXPECT_EQ(says(korg, {0, 0xB0, {41, 127}}), "play");
-    const BoxProfile akai = shipped("akai_midimix");
+    const SurfaceProfile akai = shipped("akai_midimix");
     EXPECT_EQ(says(akai, {0, 0xB0, {49, 1}}), "fader 5");
     EXPECT_EQ(says(akai, {0, 0xB0, {62, 1}}), "master");
     EXPECT_EQ(says(akai, {0, 0xB0, {47, 1}}), "knob middle 5");
     EXPECT_EQ(says(akai, {0, 0x90, {22, 127}}), "mute 8");
-    const BoxProfile novation = shipped("novation_launch_control_xl");
+    const SurfaceProfile novation = shipped("novation_launch_control_xl");
     EXPECT_EQ(says(novation, {0, 0xB8, {77, 1}}), "fader 1");
     EXPECT_EQ(says(novation, {0, 0x98, {60, 127}}), "focus 8");
     EXPECT_EQ(novation.hello.size(), 9u);
-    const BoxProfile mini = shipped("behringer_xtouch_mini");
+    const SurfaceProfile mini = shipped("behringer_xtouch_mini");
     EXPECT_EQ(says(mini, {0, 0xBA, {10, 1}}), "fader B");
     EXPECT_EQ(says(mini, {0, 0xBA, {18, 1}}), "encoder B 8");
     EXPECT_EQ(mini.repaint_s, 1);
-    const BoxProfile mackie = shipped("mackie_control");
+    const SurfaceProfile mackie = shipped("mackie_control");
     EXPECT_EQ(says(mackie, {0, 0xE8, {0, 64}}), "master");
     EXPECT_EQ(says(mackie, {0, 0x90, {0x68, 127}}), "fader 1 touched");
     EXPECT_EQ(says(mackie, {0, 0xB0, {23, 0x41}}), "v-pot 8");
     EXPECT_EQ(mackie.controls[0].steps, 16383u);
-    EXPECT_EQ(MidiBox(mackie).show(8, 1), (std::vector<std::uint8_t>{0xE8, 0x7F, 0x7F}));
-    for (const BoxProfile& profile : {korg, akai, novation, mini, mackie}) {
+    EXPECT_EQ(MidiSurface(mackie).show(8, 1), (std::vector<std::uint8_t>{0xE8, 0x7F, 0x7F}));
+    for (const SurfaceProfile& profile : {korg, akai, novation, mini, mackie}) {
         EXPECT_FALSE(profile.rows.empty()) << profile.name << " drives something from the first moment";
         for (const v1::SurfaceRow& row : profile.rows) EXPECT_TRUE(check_surface_row(row, "")) << row.DebugString();
     }
@@ -70,7 +70,7 @@ TEST(ShippedProfiles, TheFactoryMapsOfTheGuide) {
 
 TEST(BoxToml, RefusalsNameLineAndValue) {
     const auto refused = [](const std::string& text) {
-        const auto profile = read_box_toml(text);
+        const auto profile = read_surface_profile(text);
         return profile ? std::string("taken")
                        : profile.error().code + " " + profile.error().where + " " + profile.error().value;
     };

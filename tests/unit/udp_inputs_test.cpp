@@ -56,7 +56,7 @@ protected:
 TEST_F(UdpInputsTest, WhatNobodyTakesIsReplacedAndWakesOnce) {
     // The patch's universes came first, as they are: silent.
     for (int i = 0; i < 200 && wakes < 1; ++i) std::this_thread::sleep_for(5ms);
-    ASSERT_EQ(inputs->mail().try_take()->universes.size(), 2u);
+    ASSERT_EQ(inputs->updates().try_take()->universes.size(), 2u);
     wakes = 0;
     for (unsigned i = 0; i < 500; ++i) {
         desk.send("127.0.0.1", ports["artnet"],
@@ -68,14 +68,14 @@ TEST_F(UdpInputsTest, WhatNobodyTakesIsReplacedAndWakesOnce) {
     ASSERT_TRUE(until("artnet", [](const auto& one) { return one.packets() == 500; }));
     ASSERT_TRUE(until("osc", [](const auto& one) { return one.packets() == 500; }));
     EXPECT_EQ(wakes, 1) << "whoever does not look is woken once, not a thousand times";
-    const auto mail = inputs->mail().try_take();
-    ASSERT_TRUE(mail);
-    ASSERT_EQ(mail->universes.size(), 1u);
-    const DmxUniverse& universe = *mail->universes.begin()->second;
+    const auto updates = inputs->updates().try_take();
+    ASSERT_TRUE(updates);
+    ASSERT_EQ(updates->universes.size(), 1u);
+    const DmxUniverse& universe = *updates->universes.begin()->second;
     ASSERT_EQ(universe.sources.size(), 1u);
     EXPECT_EQ(universe.sources[0].levels[0] | universe.sources[0].levels[1] << 8, 499) << "the newest, both bytes";
-    ASSERT_EQ(mail->osc.size(), 1u);
-    EXPECT_NEAR(mail->osc.begin()->second.values.at(0).value[0], 499.0 / 500.0, 1e-6);
+    ASSERT_EQ(updates->osc.size(), 1u);
+    EXPECT_NEAR(updates->osc.begin()->second.values.at(0).value[0], 499.0 / 500.0, 1e-6);
     // The next change wakes again.
     desk.send("127.0.0.1", ports["artnet"], test::art_dmx(0, 0, {7, 7}));
     for (int i = 0; i < 200 && wakes < 2; ++i) std::this_thread::sleep_for(5ms);
@@ -89,13 +89,13 @@ TEST_F(UdpInputsTest, PatternsThatWaitAreBounded) {
         if (i % 50 == 49) std::this_thread::sleep_for(5ms);
     }
     EXPECT_TRUE(until("osc", [](const auto& one) { return one.packets() == 200; }));
-    const auto mail = inputs->mail().try_take();
-    ASSERT_TRUE(mail);
-    EXPECT_EQ(mail->osc.size(), kMaxOscPatternMail);
+    const auto updates = inputs->updates().try_take();
+    ASSERT_TRUE(updates);
+    EXPECT_EQ(updates->osc.size(), kMaxOscPatternMail);
     EXPECT_TRUE(until("osc", [](const auto& one) { return one.refused_sources() == 200 - kMaxOscPatternMail; }));
     // Taken: there is room again.
     desk.send("127.0.0.1", ports["osc"], encode_osc({kOscImmediately, "/light/*/level", {0.5F}}));
-    EXPECT_TRUE(until("osc", [&](const auto&) { return inputs->mail().waiting(); }));
+    EXPECT_TRUE(until("osc", [&](const auto&) { return inputs->updates().waiting(); }));
 }
 
 TEST_F(UdpInputsTest, RefusalsAreCountedAlsoWhereTheyCannotBeTold) {

@@ -16,7 +16,7 @@
 #include <cstdlib>
 #include <sstream>
 
-#include "server/surfaces/surfaces.h"
+#include "server/surfaces/control_surfaces.h"
 
 namespace gonio::test {
 namespace {
@@ -32,14 +32,14 @@ std::atomic<bool>& output_fails() {
 constexpr uid_t kUser = 1000;
 constexpr gid_t kGroup = 990;  // gonio, as in the guest's /etc/group
 
-// Tells the table and the mail as lines, and takes "show IDENTITY VALUE CONTROL".
+// Tells the table and the latest updates as lines, and takes "show IDENTITY VALUE CONTROL".
 [[noreturn]] void serve(int socket, bool alsa) {
     if (setgroups(0, nullptr) != 0 || setgid(kGroup) != 0 || setuid(kUser) != 0) std::_Exit(3);
     SurfaceOptions options;
     if (alsa) options.midi = SurfaceOptions::Midi::alsa;
-    auto surfaces = Surfaces::start(options, [] {});
+    auto surfaces = ControlSurfaces::start(options, [] {});
     if (!surfaces) std::_Exit(4);
-    SurfaceWants wants;
+    SurfaceTargets wants;
     std::string input;
     for (;;) {
         std::ostringstream lines;
@@ -48,8 +48,8 @@ constexpr gid_t kGroup = 990;  // gonio, as in the guest's /etc/group
             for (const v1::SurfaceDevice& row : table->table.devices())
                 lines << "device " << row.device() << " " << row.transport() << " " << row.state() << " " << row.error()
                       << "\n";
-        if (auto mail = (*surfaces)->mail().try_take())
-            for (const auto& [key, heard] : mail->controls)
+        if (auto updates = (*surfaces)->updates().try_take())
+            for (const auto& [key, heard] : updates->controls)
                 lines << "moved "
                       << (heard.input.kind == ControlKind::relative ? heard.input.clicks : heard.input.value) << " "
                       << (heard.input.kind == ControlKind::relative ? 1 : 0) << " " << key.second << "\n";

@@ -10,7 +10,7 @@
 namespace gonio {
 namespace {
 
-constexpr auto kLivePasses = static_cast<unsigned>(std::size(shade::kLivePasses));
+constexpr auto kLivePasses = static_cast<unsigned>(std::size(lighting::kLivePasses));
 
 bool there(const PassContext& context) {
     return context.transport != nullptr && context.transport->surface->surfels.count > 0 && context.bounces != 0;
@@ -35,11 +35,11 @@ std::vector<Whole> wholes(const PassContext& context) {
 
 // light: null: emissive surfaces. exact: links that end nearby take its direct light where they end, and of a narrow
 // beam at rest VPLs bring what comes from further away.
-shade::GatherSource source_of(const PassContext& context, const Light* light, const LightGpu* gpu,
-                              const transport::Irradiance& irradiance, bool exact) {
+lighting::GatherSource source_of(const PassContext& context, const Light* light, const LightGpu* gpu,
+                                 const transport::Irradiance& irradiance, bool exact) {
     const ScreenLight& screen = *context.target.screen;
     const transport::Surfels& surfels = context.transport->surface->surfels;
-    shade::GatherSource source;
+    lighting::GatherSource source;
     const float share = 1.0f - irradiance.narrow;
     std::vector<glm::vec4> sent;
     const std::span<const glm::vec4> none, indirect = context.bounces == 1 ? none : irradiance.indirect;
@@ -47,8 +47,8 @@ shade::GatherSource source_of(const PassContext& context, const Light* light, co
     transport::make_table(sent, source.sent, context.pool);
     const bool by_vpls = exact && irradiance.narrow > 0.0f && gpu->has_exact();
     if (irradiance.narrow > 0.0f) {  // few links would meet where it comes from
-        source.besides = shade::irradiance_at_grid(screen.grid, screen.weights,
-                                                   by_vpls ? gpu->exact.by_vpls : irradiance.first, context.pool);
+        source.besides = lighting::irradiance_at_grid(screen.grid, screen.weights,
+                                                      by_vpls ? gpu->exact.by_vpls : irradiance.first, context.pool);
         for (std::vector<float>& plane : source.besides) {
             for (float& value : plane) value *= irradiance.narrow;
         }
@@ -74,7 +74,7 @@ void to_halves(std::span<const glm::vec4> values, float unit, std::uint16_t* to)
     }
 }
 
-void to_texture(const gl::Texture& array, int layer, const shade::Surfaces& s, const std::vector<float>& rgba) {
+void to_texture(const gl::Texture& array, int layer, const lighting::GBuffer& s, const std::vector<float>& rgba) {
     glTextureSubImage3D(array.id(), 0, 0, 0, layer, s.width, s.height, 1, GL_RGBA, GL_FLOAT, rgba.data());
 }
 
@@ -83,15 +83,15 @@ void to_texture(const gl::Texture& array, int layer, const shade::Surfaces& s, c
 PassRun run_final_gather(const PassContext& context, std::span<LightGpu* const> lights) {
     if (!there(context)) return {};
     ScreenLight& screen = *context.target.screen;
-    const shade::Surfaces& s = screen.surfaces;
+    const lighting::GBuffer& s = screen.gbuffer;
     const bool precise = context.target.kind == TargetKind::precise;
     const float greatest = precise ? std::numeric_limits<float>::max() : 65504.0f;  // that a layer holds
-    shade::FinalGather gather{precise ? shade::kPrecisePass : shade::kStillPass};
+    lighting::FinalGather gather{precise ? lighting::kPrecisePass : lighting::kStillPass};
     std::vector<int> layers;
     for (std::size_t i = 0; i < lights.size(); ++i) {
         if (!layered(context, lights, i)) continue;
         gather.sources.push_back(source_of(context, &context.scene.lights[i], lights[i], lights[i]->irradiance,
-                                           lights.size() <= shade::kMostExactLights));
+                                           lights.size() <= lighting::kMostExactLights));
         layers.push_back(context.layers[i]);
     }
     const std::vector<Whole> besides = wholes(context);
@@ -113,7 +113,7 @@ PassRun run_final_gather(const PassContext& context, std::span<LightGpu* const> 
             for (int k = 0; k < 3; ++k) to[4 * x + static_cast<std::size_t>(k)] = glm::clamp(row[x][k], 0.0f, greatest);
         }
     };
-    while (!shade::continue_gather(s, screen.grid, *context.transport, gather, keep, context.pool)) {
+    while (!lighting::continue_gather(s, screen.grid, *context.transport, gather, keep, context.pool)) {
     }
     for (std::size_t i = 0; i < layers.size(); ++i) to_texture(context.target.indirect, layers[i], s, values[i]);
     return {};
@@ -143,14 +143,14 @@ bool continue_final_gather(const PassContext& context, std::span<LightGpu* const
     if (!final_gather_left(context, lights)) return false;
     ScreenLight& screen = *context.target.screen;
     ScreenLight::Gathering& own = screen.gathering;
-    const shade::Surfaces& s = screen.surfaces;
+    const lighting::GBuffer& s = screen.gbuffer;
     const unsigned passes = final_gather_passes(context, lights);
     // Those that have had the fewest passes, from the same light as when it began.
     const std::vector<Whole> besides = wholes(context);
     std::vector<std::pair<std::size_t, std::uint64_t>> wanted;
     for (std::size_t i = 0; i < lights.size(); ++i) {
         if (!layered(context, lights, i)) continue;
-        const shade::LightLayer& layer = layer_of(screen, context.layers[i]);
+        const lighting::LightLayer& layer = layer_of(screen, context.layers[i]);
         if (layer.passes == passes) wanted.emplace_back(i, layer.version);
     }
     const std::size_t luminaires = wanted.size();
@@ -158,8 +158,8 @@ bool continue_final_gather(const PassContext& context, std::span<LightGpu* const
         if (besides[k].shown->passes == passes) wanted.emplace_back(lights.size() + k, besides[k].shown->version);
     }
     if (!own.work || own.wanted != wanted) {
-        own.work = std::make_unique<shade::FinalGather>();
-        own.work->pass = shade::kLivePasses[passes];
+        own.work = std::make_unique<lighting::FinalGather>();
+        own.work->pass = lighting::kLivePasses[passes];
         own.wanted = wanted;
         own.webs.clear();
         own.pixels.assign(wanted.size(), std::vector<std::uint16_t>(4 * s.depth.size(), 0));
@@ -168,7 +168,7 @@ bool continue_final_gather(const PassContext& context, std::span<LightGpu* const
             if (k < luminaires) own.webs.push_back(lights[i]->web);
             own.work->sources.push_back(
                 k < luminaires ? source_of(context, &context.scene.lights[i], lights[i], lights[i]->irradiance,
-                                           luminaires <= shade::kMostExactLights)
+                                           luminaires <= lighting::kMostExactLights)
                                : source_of(context, nullptr, nullptr, *besides[i - lights.size()].irradiance, false));
         }
     }
@@ -176,7 +176,7 @@ bool continue_final_gather(const PassContext& context, std::span<LightGpu* const
         const float unit = source < luminaires ? 1.0f : besides[wanted[source].first - lights.size()].unit;
         to_halves(row, unit, own.pixels[source].data() + 4 * s.row_length * static_cast<std::size_t>(y));
     };
-    while (!shade::continue_gather(s, screen.grid, *context.transport, *own.work, keep, context.pool)) {
+    while (!lighting::continue_gather(s, screen.grid, *context.transport, *own.work, keep, context.pool)) {
         if (interrupted()) return false;
     }
     for (std::size_t k = 0; k < wanted.size(); ++k) {
@@ -188,7 +188,7 @@ bool continue_final_gather(const PassContext& context, std::span<LightGpu* const
             continue;
         }
         const int index = context.layers[wanted[k].first];
-        shade::LightLayer& layer = layer_of(screen, index);
+        lighting::LightLayer& layer = layer_of(screen, index);
         layer.passes = passes + 1;
         layer.version = ++screen.writes;
         if (context.layers_on_cpu)

@@ -100,7 +100,7 @@ PassRun run_gather_gl(const PassContext& context, const LightGpu& gpu, int layer
 
 PassRun run_besides(const PassContext& context) {
     ScreenLight& screen = *context.target.screen;
-    const shade::Surfaces& s = screen.surfaces;
+    const lighting::GBuffer& s = screen.gbuffer;
     const double master = context.scene.master_ratio;
     screen.summed.gain = static_cast<float>(master);
     screen.besides_unit_lx = {};

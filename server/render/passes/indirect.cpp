@@ -18,9 +18,9 @@ using transport::Transport;
 
 constexpr unsigned kVplsAtRest = 1024;  // of the picture
 
-const shade::VplRays& rays_of(const Light& light, const LightGpu& gpu, unsigned count) {
-    std::shared_ptr<const shade::VplRays>& rays = gpu.web->rays;
-    if (!rays || rays->rays.size() != count) rays = std::make_shared<const shade::VplRays>(light.profile, count);
+const lighting::VplRays& rays_of(const Light& light, const LightGpu& gpu, unsigned count) {
+    std::shared_ptr<const lighting::VplRays>& rays = gpu.web->rays;
+    if (!rays || rays->rays.size() != count) rays = std::make_shared<const lighting::VplRays>(light.profile, count);
     return *rays;
 }
 
@@ -36,12 +36,12 @@ PassRun run_surfels(const PassContext& context, const Light& light, LightGpu& gp
     gpu.moves = true;
     if (!there(context)) return {};
     const Transport::Surface& surface = *context.transport->surface;
-    const shade::DirectLight direct = direct_light_of(context, light, gpu);
-    shade::direct_at_surfels(surface.surfels, context.traced, direct, gpu.surfel_direct, context.pool);
-    if (light.profile->flux_lm > 0.0 && shade::takes_flux(surface.surfels, direct.position, gpu.surfel_direct))
-        shade::take_flux(rays_of(light, gpu, kVplsAtRest), surface, direct.position,
-                         glm::mat3_cast(glm::quat(light.world_from_light)), direct.unit_m2, gpu.surfel_direct,
-                         context.pool);
+    const lighting::DirectLight direct = direct_light_of(context, light, gpu);
+    lighting::direct_at_surfels(surface.surfels, context.traced, direct, gpu.surfel_direct, context.pool);
+    if (light.profile->flux_lm > 0.0 && lighting::takes_flux(surface.surfels, direct.position, gpu.surfel_direct))
+        lighting::take_flux(rays_of(light, gpu, kVplsAtRest), surface, direct.position,
+                            glm::mat3_cast(glm::quat(light.world_from_light)), direct.unit_m2, gpu.surfel_direct,
+                            context.pool);
     return {};
 }
 
@@ -54,9 +54,9 @@ void solve_light(const PassContext& context, bool moves, bool shown_now, std::sp
     constexpr unsigned kFadeFrames = 8;
     const Transport& transport = *context.transport;
     const transport::Links& links = transport.links;
-    // Links, or an exact first bounce; and the effort, whose change shows at once.
+    // Links, or an exact first bounce; and the quality level, whose change shows at once.
     const std::array<std::size_t, 2> with = {links.per_surfel() + 2 * links.reversed.size() + (exact.empty() ? 0 : 1),
-                                             context.effort};
+                                             context.quality_level};
     const bool live = context.target.kind == TargetKind::live,
                fades = live && shown_now && !moves && light.with[1] == with[1];
     if (!fades || light.frames_left == 0 || light.with != with) {
@@ -65,7 +65,7 @@ void solve_light(const PassContext& context, bool moves, bool shown_now, std::sp
         std::span<const std::uint8_t> seen;
         if (live && context.layers_on_cpu) seen = context.target.screen->weights.seen;  // of this frame's camera
         transport::Accuracy accuracy = moves && live && !context.rests ? transport::kMoving : transport::kAtRest;
-        accuracy.links = kEfforts[context.effort].links;
+        accuracy.links = kQualityLevels[context.quality_level].links;
         transport::solve(transport.surface->surfels, links, exact, seen, accuracy, light, context.pool);
         light.with = with;
         light.frames_left = !shown.empty() && shown.size() == light.indirect.size() ? kFadeFrames : 0;
@@ -124,8 +124,8 @@ PassRun run_gather_weights(const PassContext& context) {
         return {};
     }
     const bool drawn_here = (context.layers_on_cpu || context.gathers) && !context.clusters.empty();
-    shade::find_surfels(screen.surfaces, drawn_here ? &screen.raster : nullptr, context.looks, screen.grid,
-                        *context.transport, screen.weights, context.pool);
+    lighting::find_surfels(screen.gbuffer, drawn_here ? &screen.raster : nullptr, context.material_table, screen.grid,
+                           *context.transport, screen.weights, context.pool);
     return {};
 }
 
@@ -135,9 +135,9 @@ bool first_bounce_left(const PassContext& context, const LightGpu& gpu) {
 
 namespace {
 
-std::vector<shade::Vpl> cast_vpls(const PassContext& context, const Light& light, LightGpu& gpu, unsigned count) {
-    return shade::cast(rays_of(light, gpu, count), context.traced, context.traced.local(light.position),
-                       glm::mat3_cast(glm::quat(light.world_from_light)), context.pool);
+std::vector<lighting::Vpl> cast_vpls(const PassContext& context, const Light& light, LightGpu& gpu, unsigned count) {
+    return lighting::cast(rays_of(light, gpu, count), context.traced, context.traced.local(light.position),
+                          glm::mat3_cast(glm::quat(light.world_from_light)), context.pool);
 }
 
 }  // namespace
@@ -160,7 +160,7 @@ bool continue_first_bounce(const PassContext& context, const Light& light, Light
                 if (j == surfels.count || !(gpu.irradiance.direct[j].g > 0.0f)) continue;
                 const float length_m = glm::distance(surfels.position(i), surfels.position(j));
                 sum += surfels.albedo[j] *
-                       (gpu.irradiance.direct[j].g * (1.0f - shade::vpl_share(length_m, surfels.radius_m)));
+                       (gpu.irradiance.direct[j].g * (1.0f - lighting::vpl_share(length_m, surfels.radius_m)));
             }
         }
         return sum / static_cast<float>(std::max(links.per_surfel(), 1u));
@@ -171,8 +171,8 @@ bool continue_first_bounce(const PassContext& context, const Light& light, Light
         const std::size_t begin = gpu.exact.next, end = std::min(begin + kPart, surfels.count);
         context.pool.run_chunks(end - begin, kChunk, [&](std::size_t from, std::size_t count) {
             for (std::size_t i = begin + from; i < begin + from + count; ++i) {
-                const glm::vec3 far = shade::from_vpls(context.traced, gpu.exact.vpls, surfels.position(i),
-                                                       surfels.normal(i), surfels.geometric[i], surfels.radius_m);
+                const glm::vec3 far = lighting::from_vpls(context.traced, gpu.exact.vpls, surfels.position(i),
+                                                          surfels.normal(i), surfels.geometric[i], surfels.radius_m);
                 gpu.exact.by_vpls[i] = glm::vec4(far * unit_m2, 0.0f);
                 gpu.exact.first[i] = gpu.exact.by_vpls[i] + glm::vec4(nearby(i), 0.0f);
             }
@@ -185,12 +185,12 @@ bool continue_first_bounce(const PassContext& context, const Light& light, Light
 namespace {
 
 // Indirect irradiance at the grid's points.
-shade::Planes gathered(const PassContext& context, const transport::Irradiance& light) {
+lighting::Planes gathered(const PassContext& context, const transport::Irradiance& light) {
     ScreenLight& screen = *context.target.screen;
     std::span<const glm::vec4> surfels;
     if (there(context) && !light.indirect.empty() && context.bounces != 0)
         surfels = context.bounces == 1 ? light.first : light.indirect;
-    return shade::irradiance_at_grid(screen.grid, screen.weights, surfels, context.pool);
+    return lighting::irradiance_at_grid(screen.grid, screen.weights, surfels, context.pool);
 }
 
 }  // namespace
@@ -198,20 +198,20 @@ shade::Planes gathered(const PassContext& context, const transport::Irradiance& 
 PassRun run_gather(const PassContext& context, const LightGpu& gpu, int layer) {
     const Target& target = context.target;
     ScreenLight& screen = *target.screen;
-    const shade::Planes planes = gathered(context, gpu.irradiance);
-    shade::LightLayer& own = layer_of(screen, layer);
+    const lighting::Planes planes = gathered(context, gpu.irradiance);
+    lighting::LightLayer& own = layer_of(screen, layer);
     own.gathered = {};
     own.passes = 0;
     own.version = ++screen.writes;
     if (context.layers_on_cpu) {
         for (std::size_t k = 0; k < 3; ++k) {
-            own.indirect[k].resize(planes[k].size() / shade::kLanes * shade::kLanes);
-            shade::to_halves(planes[k].data(), own.indirect[k].size(), own.indirect[k].data());
+            own.indirect[k].resize(planes[k].size() / lighting::kSimdWidth * lighting::kSimdWidth);
+            lighting::to_halves(planes[k].data(), own.indirect[k].size(), own.indirect[k].data());
         }
         return {};
     }
-    shade::upsample(screen.surfaces, screen.grid, planes, screen.halves, context.pool);
-    upload(target.indirect, screen.surfaces, layer, GL_RGBA, GL_HALF_FLOAT, screen.halves.data());
+    lighting::upsample(screen.gbuffer, screen.grid, planes, screen.halves, context.pool);
+    upload(target.indirect, screen.gbuffer, layer, GL_RGBA, GL_HALF_FLOAT, screen.halves.data());
     return {};
 }
 
@@ -228,9 +228,9 @@ PassRun run_gather_emitted(const PassContext& context) {
             screen.emitted.pixels[static_cast<std::size_t>(after_bounces)].clear();
             continue;
         }
-        shade::Planes planes = after_bounces != 0
-                                   ? gathered(context, light)
-                                   : shade::irradiance_at_grid(screen.grid, screen.weights, light.direct, context.pool);
+        lighting::Planes planes =
+            after_bounces != 0 ? gathered(context, light)
+                               : lighting::irradiance_at_grid(screen.grid, screen.weights, light.direct, context.pool);
         float greatest = 0.0f;
         for (const auto& plane : planes) greatest = std::max(greatest, *std::max_element(plane.begin(), plane.end()));
         const auto part = static_cast<std::size_t>(after_bounces);
@@ -239,7 +239,7 @@ PassRun run_gather_emitted(const PassContext& context) {
         for (auto& plane : planes) {
             for (float& value : plane) value *= 1000.0f / greatest;
         }
-        shade::upsample(screen.surfaces, screen.grid, planes, screen.emitted.pixels[part], context.pool);
+        lighting::upsample(screen.gbuffer, screen.grid, planes, screen.emitted.pixels[part], context.pool);
     }
     return {};
 }
@@ -254,8 +254,8 @@ PassRun run_gather_merged(const PassContext& context, Together which) {
     if (context.gathers)
         screen.summed.pixels[1].clear();  // run_besides gathers it
     else
-        shade::upsample(screen.surfaces, screen.grid, gathered(context, merged.irradiance), screen.summed.pixels[1],
-                        context.pool);
+        lighting::upsample(screen.gbuffer, screen.grid, gathered(context, merged.irradiance), screen.summed.pixels[1],
+                           context.pool);
     screen.summed.passes = 0;
     screen.summed.version = ++screen.writes;
     return {};
@@ -288,7 +288,7 @@ ScreenLight::PointLinks& links_of(const Point& point, const PassContext& context
             transport::follow(fan, context.traced, surfels, *surface.cells, hits, links.ids.data() + k);
         for (int i = 0; i < trace::kPacket; ++i) {
             if ((met >> i & 1u) != 0 && links.ids[k + static_cast<unsigned>(i)] != surfels.count &&
-                hits.distance[i] < shade::kVplsAloneRadii * surfels.radius_m)
+                hits.distance[i] < lighting::kVplsAloneRadii * surfels.radius_m)
                 links.ends.add(fan, hits, i, links.ids[k + static_cast<unsigned>(i)], k / kLinksPerPart);
         }
     }
@@ -359,7 +359,7 @@ const std::array<PointLight, 2>& summed_point(const Target& target) {
 
 PassRun run_gather_point(const PassContext& context, const Light& light, LightGpu& gpu, int layer) {
     constexpr unsigned kVpls = 4096;
-    static_assert(kLinksPerPart % trace::kPacket == 0 && shade::kSubsets == kMeterParts);
+    static_assert(kLinksPerPart % trace::kPacket == 0 && lighting::kSubsets == kMeterParts);
     ScreenLight& screen = *context.target.screen;
     screen.points.resize(context.scene.lights.size());
     PointLight& found = screen.points[static_cast<std::size_t>(layer)];
@@ -384,11 +384,11 @@ PassRun run_gather_point(const PassContext& context, const Light& light, LightGp
     const double unit_m2 = static_cast<double>(context.geometry.layer_unit_m2());
     for (glm::dvec3& part : found.parts) part /= unit_m2;
     if (narrow > 0.0f) {
-        const std::vector<shade::Vpl> vpls = cast_vpls(context, light, gpu, kVpls);
+        const std::vector<lighting::Vpl> vpls = cast_vpls(context, light, gpu, kVpls);
         const std::size_t each = vpls.size() / kMeterParts;
         for (std::size_t i = 0; i < kMeterParts; ++i) {
-            found.parts[i] += glm::dvec3(shade::from_vpls(context.traced, std::span(vpls).subspan(i * each, each),
-                                                          point.p, point.n, point.n, surfels.radius_m)) *
+            found.parts[i] += glm::dvec3(lighting::from_vpls(context.traced, std::span(vpls).subspan(i * each, each),
+                                                             point.p, point.n, point.n, surfels.radius_m)) *
                               static_cast<double>(narrow * static_cast<float>(kMeterParts));
         }
     }

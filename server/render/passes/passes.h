@@ -9,11 +9,11 @@
 #include "server/gl/objects.h"
 #include "server/lighting/clusters.h"
 #include "server/lighting/screen.h"
-#include "server/render/effort.h"
 #include "server/render/gpu_scene.h"
 #include "server/render/graph.h"
 #include "server/render/light_gpu.h"
 #include "server/render/programs.h"
+#include "server/render/quality_level.h"
 #include "server/render/target.h"
 #include "server/scene/scene.h"
 #include "server/trace/reference.h"
@@ -29,18 +29,18 @@ struct PassContext {
     const Target& target;
     const Eye& eye;
     const trace::Geometry& traced;
-    const shade::Clusters& clusters;
-    const shade::Looks& looks;
+    const lighting::Clusters& clusters;
+    const lighting::MaterialTable& material_table;
     Pool& pool;
     const transport::Transport* transport = nullptr;  // null: not made yet, there is no indirect light
     int bounces = trace::kAllBounces;                 // or 1, or 0: of captures and meters
     bool rests = false;                               // nothing it lights moves: solve to the end
-    bool layers_on_cpu = false;   // what the CPU shades stays there; run_layers takes it to the target's textures
-    bool gathers = false;         // shaders gather the indirect light of the live picture
-    bool merged = false;          // it is of all luminaires at once
-    bool besides = false;         // Target::besides is a part of the picture
-    std::size_t effort = 0;       // index into kEfforts
-    std::span<const int> layers;  // by light: where its own light is kept; -1: it is summed with others
+    bool layers_on_cpu = false;     // what the CPU shades stays there; run_layers takes it to the target's textures
+    bool gathers = false;           // shaders gather the indirect light of the live picture
+    bool merged = false;            // it is of all luminaires at once
+    bool besides = false;           // Target::besides is a part of the picture
+    std::size_t quality_level = 0;  // index into kQualityLevels
+    std::span<const int> layers;    // by light: where its own light is kept; -1: it is summed with others
     // By id of a light with a layer: its weight in the sum, which it is still in, though its level has changed since.
     const std::map<std::uint32_t, glm::dvec3>* in_sum = nullptr;
     // Result: the weight of its layer; and in the sum, which the master dims as a whole.
@@ -62,8 +62,8 @@ PassRun run_mask(const PassContext& context, const Light& light, LightGpu& gpu);
 PassRun run_flux(const PassContext& context, LightGpu& gpu);
 // Direct illuminance into a layer, by shader.
 PassRun run_direct(const PassContext& context, const Light& light, const LightGpu& gpu, int layer);
-// The same by rays to the luminaire, from each pixel or as few as do while it moves (shade::direct_light); and at the
-// one point of a meter, in double precision.
+// The same by rays to the luminaire, from each pixel or as few as do while it moves (lighting::direct_light); and at
+// the one point of a meter, in double precision.
 PassRun run_direct_rays(const PassContext& context, const Light& light, const LightGpu& gpu, int layer,
                         bool each_pixel);
 PassRun run_direct_point(const PassContext& context, const Light& light, const LightGpu& gpu, int layer);

@@ -1,0 +1,141 @@
+#include "server/lighting/material_table.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "server/trace/texture.h"
+#include "shaders/lib/as_cpp.h"
+
+namespace gonio::lighting {
+namespace {
+
+// Linear rgb of an image's texels.
+struct Level {
+    int width = 0, height = 0;
+    std::vector<glm::vec3> rgb;
+    const glm::vec3& at(int x, int y) const {
+        return rgb[static_cast<std::size_t>(std::min(y, height - 1)) * static_cast<std::size_t>(width) +
+                   static_cast<std::size_t>(std::min(x, width - 1))];
+    }
+};
+
+Level linear(const Image& image) {
+    Level level{image.width_px, image.height_px, {}};
+    for (std::size_t i = 0; i < image.rgba.size(); i += 4)
+        level.rgb.emplace_back(trace::srgb_decode(image.rgba[i]), trace::srgb_decode(image.rgba[i + 1]),
+                               trace::srgb_decode(image.rgba[i + 2]));
+    return level;
+}
+
+Level halved(const Level& level) {
+    Level half{std::max(1, level.width / 2), std::max(1, level.height / 2), {}};
+    for (int y = 0; y < half.height; ++y) {
+        for (int x = 0; x < half.width; ++x)
+            half.rgb.push_back(0.25f * (level.at(2 * x, 2 * y) + level.at(2 * x + 1, 2 * y) +
+                                        level.at(2 * x, 2 * y + 1) + level.at(2 * x + 1, 2 * y + 1)));
+    }
+    return half;
+}
+
+void add_texels(const Level& level, std::vector<std::uint32_t>& texels) {
+    const auto part = [](float x, float most) {
+        return static_cast<std::uint32_t>(std::lround(most * std::sqrt(std::clamp(x, 0.0f, 1.0f))));
+    };
+    for (const glm::vec3& c : level.rgb)
+        texels.push_back(part(c.r, 2047.0f) | part(c.g, 2047.0f) << 11 | part(c.b, 1023.0f) << 22);
+}
+
+float length_of_cross(const glm::vec2& a, const glm::vec2& b) {
+    return std::abs(a.x * b.y - a.y * b.x);
+}
+
+// Octahedral, 2 snorm16, as the G-buffer holds normals. n: unit.
+std::uint32_t pack_normal(const glm::vec3& n) {
+    const glm::vec2 e = glsl::octahedral_encode(n);
+    const auto part = [](float x) {
+        return static_cast<std::uint32_t>(static_cast<std::uint16_t>(std::lround(x * 32767.0f)));
+    };
+    return part(e.x) | part(e.y) << 16;
+}
+
+struct Builder {
+    const trace::Geometry& geometry;
+    MaterialTable result{};
+    std::vector<std::pair<int, MaterialTable::Texture>> images{};  // by image: its levels
+
+    // Result: index of the texture that shows `image` as `material` repeats it, -1: none.
+    std::int32_t texture_of(const Material& material, int image) {
+        if (image < 0) return -1;
+        auto known =
+            std::find_if(images.begin(), images.end(), [&](const auto& entry) { return entry.first == image; });
+        if (known == images.end()) {
+            Level level = linear(geometry.asset().images[static_cast<std::size_t>(image)]);
+            while (std::max(level.width, level.height) >= 1 << kLevels) level = halved(level);
+            MaterialTable::Texture texture{level.width, level.height, 0, 0, -1, {}, {}};
+            do {
+                if (texture.last_level >= 0) level = halved(level);
+                texture.first_texel[++texture.last_level] = static_cast<std::int32_t>(result.texels.size());
+                add_texels(level, result.texels);
+            } while (level.width > 1 || level.height > 1);
+            known = images.insert(images.end(), {image, texture});
+        }
+        MaterialTable::Texture texture = known->second;
+        texture.repeat_s = material.repeat_s ? 1 : 0;
+        texture.repeat_t = material.repeat_t ? 1 : 0;
+        result.textures.push_back(texture);
+        return static_cast<std::int32_t>(result.textures.size()) - 1;
+    }
+
+    void add_instance(int index) {
+        const SceneAsset& asset = geometry.asset();
+        const Instance& instance = asset.instances[static_cast<std::size_t>(index)];
+        const Mesh& mesh = asset.meshes[static_cast<std::size_t>(instance.mesh)];
+        result.first_triangle.push_back(static_cast<std::uint32_t>(result.triangles.size()));
+        const glm::dmat3 turn(instance.world_from_mesh);
+        const glm::dmat3 cofactor(glm::cross(turn[1], turn[2]), glm::cross(turn[2], turn[0]),
+                                  glm::cross(turn[0], turn[1]));
+        std::vector<glm::vec3> normals;  // zero where degenerate
+        for (const Vertex& vertex : mesh.vertices) {
+            const glm::dvec3 n = cofactor * glm::dvec3(vertex.normal);
+            const double length = glm::length(n);
+            normals.push_back(length > 1e-300 ? glm::vec3(n / length) : glm::vec3(0.0f));
+        }
+        for (std::size_t t = 0; t < mesh.indices.size() / 3; ++t) {
+            const auto corner = geometry.corners(index, static_cast<int>(t));
+            const glm::vec3 cross = glm::cross(corner[1] - corner[0], corner[2] - corner[0]);
+            const float twice_area = glm::length(cross);
+            const glm::vec3 own = twice_area > 0.0f ? cross / twice_area : glm::vec3(0.0f, 0.0f, 1.0f);
+            MaterialTable::Triangle look;
+            MaterialTable::Place place;
+            for (std::size_t k = 0; k < 3; ++k) {
+                const std::uint32_t vertex = mesh.indices[3 * t + k];
+                look.normal[k] = pack_normal(normals[vertex] != glm::vec3(0.0f) ? normals[vertex] : own);
+                place.uv[k] = mesh.vertices[vertex].uv;
+            }
+            look.material = static_cast<std::uint32_t>(mesh.material);
+            result.triangles.push_back(look);
+            if (asset.images.empty()) continue;
+            place.uv_per_m = std::sqrt(length_of_cross(place.uv[1] - place.uv[0], place.uv[2] - place.uv[0]) /
+                                       std::max(twice_area, 1e-30f));
+            result.places.push_back(place);
+        }
+    }
+};
+
+}  // namespace
+
+MaterialTable make_material_table(const trace::Geometry& geometry) {
+    const SceneAsset& asset = geometry.asset();
+    Builder builder{geometry};
+    builder.result.asset = &asset;
+    builder.result.triangles.reserve(asset.triangles());
+    for (std::size_t i = 0; i < asset.instances.size(); ++i) builder.add_instance(static_cast<int>(i));
+    for (const Material& material : asset.materials) {
+        builder.result.materials.push_back(
+            {glm::vec3(material.base_color), builder.texture_of(material, material.base_color_image),
+             material.emissive_nit, builder.texture_of(material, material.emissive_image)});
+    }
+    return std::move(builder.result);
+}
+
+}  // namespace gonio::lighting

@@ -1,0 +1,50 @@
+// What the triangles of a scene look like, as SIMD kernels read it where rays or pixels meet them. Made once per scene;
+// immutable, any thread.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <glm/glm.hpp>
+#include <vector>
+
+#include "server/trace/geometry.h"
+
+namespace gonio::lighting {
+
+inline constexpr std::size_t kLevels =
+    15;  // of a texture; images of 2^15 texels a side and more start at a coarser one
+
+struct MaterialTable {
+    std::vector<std::uint32_t> first_triangle;  // of an instance, into triangles; then as in its mesh
+    struct Triangle {                           // 16 bytes
+        std::uint32_t normal[3];                // shading normals, octahedral, 2 snorm16
+        std::uint32_t material;                 // index into materials
+    };
+    std::vector<Triangle> triangles;
+    struct Place {  // 28 bytes: where a triangle lies on its texture
+        glm::vec2 uv[3];
+        float uv_per_m;  // texture sides per metre of surface
+    };
+    std::vector<Place> places;  // like triangles; empty if the scene has no images
+    struct Paint {              // 32 bytes: a material
+        glm::vec3 albedo;
+        std::int32_t image;  // index into textures, -1: none
+        glm::vec3 emission_nit;
+        std::int32_t emission_image;
+    };
+    std::vector<Paint> materials;  // by SceneAsset::materials
+    struct Texture {               // 128 bytes: an image as a material repeats it
+        std::int32_t width_px, height_px;
+        std::int32_t repeat_s, repeat_t;    // 1: repeats, 0: clamped to its edge
+        std::int32_t last_level;            // levels of half the size each, down to 1 × 1
+        std::int32_t first_texel[kLevels];  // of a level, into texels
+        std::int32_t unused[12];
+    };
+    std::vector<Texture> textures;
+    std::vector<std::uint32_t> texels;  // square roots of linear rgb: 11, 11 and 10 bits from the lowest on
+    const SceneAsset* asset = nullptr;  // the geometry's, which outlives this
+};
+
+MaterialTable make_material_table(const trace::Geometry& geometry);
+
+}  // namespace gonio::lighting

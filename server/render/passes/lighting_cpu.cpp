@@ -1,0 +1,389 @@
+// The default technique's light: the CPU's passes between the G-buffer and the layers (server/lighting).
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <glm/gtc/packing.hpp>
+#include <numbers>
+#include <optional>
+
+#include "server/lighting/display.h"
+#include "server/lighting/upsample.h"
+#include "server/render/passes/passes.h"
+#include "server/render/passes/screen.h"
+#include "server/render/passes/screen_light.h"
+#include "server/render/quality_level.h"
+#include "server/scene/apply.h"
+#include "server/scene/web_buffer.h"
+
+namespace gonio {
+
+namespace {
+
+void set_view(const PassContext& context) {
+    const Target& target = context.target;
+    lighting::look_through(context.eye, context.traced, context.geometry.near_m(), target.width_px, target.height_px,
+                           target.screen->gbuffer);
+}
+
+void set_grid(const PassContext& context) {
+    ScreenLight& screen = *context.target.screen;
+    lighting::make_grid(screen.gbuffer, kQualityLevels[context.quality_level].own_points, screen.grid, context.pool);
+    screen.summed_changes.reset();
+}
+
+}  // namespace
+
+PassRun run_raster(const PassContext& context) {
+    ScreenLight& screen = *context.target.screen;
+    set_view(context);
+    const unsigned drawn = lighting::draw_gbuffer(context.clusters, context.material_table, context.target.emissive,
+                                                  screen.gbuffer, screen.raster, context.pool);
+    set_grid(context);
+    return {0, drawn};
+}
+
+PassRun run_grid(const PassContext& context) {
+    const Target& target = context.target;
+    ScreenLight& screen = *target.screen;
+    set_view(context);
+    lighting::GBuffer& s = screen.gbuffer;
+    glPixelStorei(GL_PACK_ALIGNMENT, 4);
+    glPixelStorei(GL_PACK_ROW_LENGTH, static_cast<GLint>(s.row_length));
+    const auto bytes = static_cast<GLsizei>(s.depth.size() * 4);
+    glGetTextureImage(target.depth.id(), 0, GL_DEPTH_COMPONENT, GL_FLOAT, bytes, s.depth.data());
+    glGetTextureImage(target.normal.id(), 0, GL_RG, GL_SHORT, bytes, s.normal.data());
+    if (context.layers_on_cpu) {
+        lighting::Raster& raster = screen.raster;
+        raster.albedo.resize(s.depth.size() * 4);
+        glGetTextureImage(target.albedo.id(), 0, GL_RGBA, GL_HALF_FLOAT, static_cast<GLsizei>(raster.albedo.size() * 2),
+                          raster.albedo.data());
+        if (target.emissive) {
+            raster.emission.resize(s.depth.size() * 4);
+            glGetTextureImage(target.emission.id(), 0, GL_RGBA, GL_FLOAT,
+                              static_cast<GLsizei>(raster.emission.size() * 4), raster.emission.data());
+        }
+    }
+    glPixelStorei(GL_PACK_ROW_LENGTH, 0);
+    set_grid(context);
+    return {};
+}
+
+void upload(const gl::Texture& array, const lighting::GBuffer& s, int layer, GLenum format, GLenum type,
+            const void* values) {
+    glPixelStorei(GL_UNPACK_ALIGNMENT, 2);
+    glPixelStorei(GL_UNPACK_ROW_LENGTH, static_cast<GLint>(s.row_length));
+    glTextureSubImage3D(array.id(), 0, 0, 0, layer, s.width, s.height, 1, format, type, values);
+    glPixelStorei(GL_UNPACK_ROW_LENGTH, 0);
+}
+
+lighting::DirectLight direct_light_of(const PassContext& context, const Light& light, const LightGpu& gpu) {
+    return {context.traced.local(light.position), light_from_world(light), web_of(gpu.web->tables->words.data()),
+            context.geometry.layer_unit_m2(), gpu.web->tables->beam_cos};
+}
+
+PassRun run_direct_rays(const PassContext& context, const Light& light, const LightGpu& gpu, int layer,
+                        bool each_pixel) {
+    const Target& target = context.target;
+    ScreenLight& screen = *target.screen;
+    const lighting::GBuffer& s = screen.gbuffer;
+    const lighting::DirectLight own = direct_light_of(context, light, gpu);
+    screen.direct.resize(1);
+    lighting::direct_light(s, screen.grid, context.traced, std::span(&own, 1), each_pixel, screen.direct,
+                           screen.lattice, context.pool);
+    const std::vector<float>& lux = screen.direct[0];
+    if (target.kind == TargetKind::precise) {
+        upload(target.direct, s, layer, GL_RED, GL_FLOAT, lux.data());
+        return {};
+    }
+    std::vector<std::uint16_t>& halves = context.layers_on_cpu ? layer_of(screen, layer).direct : screen.halves;
+    halves.resize(lux.size());
+    context.pool.run(s.height, [&](int row) {
+        const std::size_t at = static_cast<std::size_t>(row) * s.row_length;
+        lighting::to_halves(lux.data() + at, s.row_length, halves.data() + at);
+    });
+    if (context.layers_on_cpu) layer_of(screen, layer).version = ++screen.writes;
+    if (!context.layers_on_cpu) upload(target.direct, s, layer, GL_RED, GL_HALF_FLOAT, halves.data());
+    return {};
+}
+
+namespace {
+
+// Result: direct illuminance at the point of a meter per candela of the luminaire's peak, 1/m².
+double direct_at_point(const PassContext& context, const Light& light, const LightGpu& gpu) {
+    const Eye& eye = context.eye;
+    const glm::dvec3 normal = -eye.forward, point = eye.position + eye.forward;
+    const glm::dvec3 d = point - light.position;
+    const double d2 = glm::dot(d, d), cosine = -glm::dot(d, normal) / std::sqrt(d2);
+    if (!(d2 > 0.0 && cosine > 0.0 && gpu.web->peak_cd > 0.0f)) return 0.0;
+    const glm::dvec3 in_light = glm::transpose(glm::dmat3(glm::mat3_cast(light.world_from_light))) * d;
+    const double ratio = ies::intensity(light.profile->photometry.web, {in_light.x, in_light.y, in_light.z}).in(cd) /
+                         light.profile->max_cd;
+    const glm::vec3 local = context.traced.local(point);
+    const glm::vec3 from = local + glm::vec3(normal) * (4.0f * context.traced.step_off(local));
+    const bool lit = ratio > 0.0 && !context.traced.occluded(from, context.traced.local(light.position));
+    return lit ? ratio * cosine / d2 : 0.0;
+}
+
+}  // namespace
+
+PassRun run_direct_point(const PassContext& context, const Light& light, const LightGpu& gpu, int layer) {
+    const float value = static_cast<float>(direct_at_point(context, light, gpu)) * context.geometry.layer_unit_m2();
+    glTextureSubImage3D(context.target.direct.id(), 0, 0, 0, layer, 1, 1, 1, GL_RED, GL_FLOAT, &value);
+    return {};
+}
+
+PassRun run_direct_point_summed(const PassContext& context, std::span<const LightGpu* const> lights) {
+    PointLight& found = context.target.screen->summed_point[0];
+    found = {};
+    for (std::size_t i = 0; i < lights.size(); ++i) {
+        if (context.layers[i] >= 0) continue;
+        const Light& light = context.scene.lights[i];
+        found.light += context.scene.master_ratio * context.weight_in_sum(light, -1) *
+                       (static_cast<double>(lights[i]->web->peak_cd) * direct_at_point(context, light, *lights[i]));
+    }
+    found.parts.fill(found.light);
+    return {};
+}
+
+namespace {
+
+// out: 3 planes in the shape of the grid.
+void grid_floats(const lighting::LightLayer& layer, std::size_t size, lighting::Planes& out, Pool& pool) {
+    out.resize(3);
+    pool.run(3, [&](int channel) {
+        const auto k = static_cast<std::size_t>(channel);
+        out[k].assign(size, 0.0f);
+        lighting::from_halves(layer.indirect[k].data(), layer.indirect[k].size(), out[k].data());
+    });
+}
+
+std::size_t grid_size(const ScreenLight& screen) {
+    return screen.grid.grid.size() + lighting::kSimdWidth;
+}
+
+}  // namespace
+
+PassRun run_layers(const Target& target, int layer, Pool& pool) {
+    ScreenLight& screen = *target.screen;
+    const lighting::LightLayer& own = layer_of(screen, layer);
+    // A part that no view has asked for yet is empty.
+    if (!own.gathered.empty())
+        upload(target.indirect, screen.gbuffer, layer, GL_RGBA, GL_HALF_FLOAT, own.gathered.data());
+    if (!own.direct.empty()) upload(target.direct, screen.gbuffer, layer, GL_RED, GL_HALF_FLOAT, own.direct.data());
+    if (own.indirect[0].empty() || !own.gathered.empty()) return {};
+    grid_floats(own, grid_size(screen), screen.grid_sum, pool);
+    lighting::upsample(screen.gbuffer, screen.grid, screen.grid_sum, screen.halves, pool);
+    screen.summed_changes.reset();
+    upload(target.indirect, screen.gbuffer, layer, GL_RGBA, GL_HALF_FLOAT, screen.halves.data());
+    return {};
+}
+
+std::vector<glm::vec3> cpu_illuminance(const Target& target, std::span<const glm::vec3> weights, float layer_unit_m2,
+                                       bool merged, bool indirect, Pool& pool) {
+    ScreenLight& screen = *target.screen;
+    const lighting::GBuffer& s = screen.gbuffer;
+    std::vector<glm::vec3> lux(static_cast<std::size_t>(s.width) * static_cast<std::size_t>(s.height));
+    const auto for_pixels = [&](const auto& job) {
+        pool.run(s.height, [&](int y) {
+            const std::size_t row = static_cast<std::size_t>(y) * s.row_length;
+            glm::vec3* to = lux.data() + static_cast<std::size_t>(y) * static_cast<std::size_t>(s.width);
+            for (std::size_t x = 0; x < static_cast<std::size_t>(s.width); ++x) job(row + x, to[x]);
+        });
+    };
+    const auto add_rgb = [&](const std::vector<std::uint16_t>& halves, float unit_lx) {
+        for_pixels([&](std::size_t at, glm::vec3& to) {
+            for (int k = 0; k < 3; ++k)
+                to[k] += glm::unpackHalf1x16(halves[4 * at + static_cast<std::size_t>(k)]) * unit_lx;
+        });
+    };
+    const std::size_t part = indirect ? 1 : 0;
+    for (const ScreenLight::Besides* besides : {&screen.emitted, &screen.summed}) {
+        if (besides->unit_lx[part] > 0.0f) add_rgb(besides->pixels[part], besides->gain * besides->unit_lx[part]);
+    }
+    if (merged) {
+        std::vector<std::uint16_t> halves;
+        if (indirect) lighting::upsample(s, screen.grid, screen.merged.indirect, halves, pool);
+        add_rgb(indirect ? halves : screen.merged.direct, screen.merged.reference / layer_unit_m2);
+        return lux;
+    }
+    // Planes relative to the greatest weight: half floats hold what is brought to the pixels.
+    float reference = 0.0f;
+    for (const glm::vec3& weight : weights)
+        reference = std::max({reference, std::abs(weight.x), std::abs(weight.y), std::abs(weight.z)});
+    if (!(reference > 0.0f)) return lux;
+    lighting::Planes sum(3, std::vector<float>(grid_size(screen), 0.0f)), own;
+    for (std::size_t i = 0; i < weights.size(); ++i) {
+        const lighting::LightLayer& layer = layer_of(screen, static_cast<int>(i));
+        if (indirect && !layer.gathered.empty()) {
+            for_pixels([&](std::size_t at, glm::vec3& to) {
+                for (int k = 0; k < 3; ++k)
+                    to[k] += glm::unpackHalf1x16(layer.gathered[4 * at + static_cast<std::size_t>(k)]) * weights[i][k] /
+                             layer_unit_m2;
+            });
+        } else if (indirect && !layer.indirect[0].empty()) {
+            grid_floats(layer, grid_size(screen), own, pool);
+            for (std::size_t k = 0; k < 3; ++k) {
+                const float weight = weights[i][static_cast<int>(k)] / reference;
+                for (std::size_t p = 0; p < own[k].size(); ++p) sum[k][p] += own[k][p] * weight;
+            }
+        } else if (!indirect && !layer.direct.empty()) {
+            const glm::vec3 unit_lx = weights[i] / layer_unit_m2;
+            for_pixels([&](std::size_t at, glm::vec3& to) { to += unit_lx * glm::unpackHalf1x16(layer.direct[at]); });
+        }
+    }
+    if (!indirect) return lux;
+    std::vector<std::uint16_t> halves;
+    lighting::upsample(s, screen.grid, sum, halves, pool);
+    add_rgb(halves, reference / layer_unit_m2);
+    return lux;
+}
+
+PassRun run_merge(const PassContext& context, std::span<const LightGpu* const> lights, Together which) {
+    ScreenLight& screen = *context.target.screen;
+    ScreenLight::Merged& merged = merged_of(context.target, which);
+    merged.lights.clear();
+    merged.reference = 0.0f;
+    const auto weight_of = [&](std::size_t i) {
+        const Light& light = context.scene.lights[i];
+        glm::dvec3 weight(0.0);
+        if (which == Together::summed)
+            weight = context.weight_in_sum(light, context.layers[i]);
+        else if (context.layers[i] >= 0)
+            weight = context.layer_weight(light);
+        return glm::vec3(weight * static_cast<double>(lights[i]->web->peak_cd));
+    };
+    for (std::size_t i = 0; i < lights.size(); ++i) {
+        const glm::vec3 weight = glm::abs(weight_of(i));
+        merged.reference = std::max({merged.reference, weight.x, weight.y, weight.z});
+    }
+    if (which == Together::summed) {
+        screen.summed.unit_lx.fill(merged.reference / context.geometry.layer_unit_m2());
+        screen.summed.version = ++screen.writes;
+    }
+    std::vector<glm::vec4>& direct = merged.irradiance.direct;
+    direct.clear();
+    if (!(merged.reference > 0.0f)) return {};
+    const std::size_t surfels = context.transport != nullptr ? context.transport->surface->surfels.count : 0;
+    direct.assign(surfels, glm::vec4(0.0f));
+    merged.moves = true;
+    for (std::size_t i = 0; i < lights.size(); ++i) {
+        const glm::vec3 weight = weight_of(i) / merged.reference;
+        if (weight == glm::vec3(0.0f)) continue;  // its light may be of long ago
+        merged.lights.push_back(direct_light_of(context, context.scene.lights[i], *lights[i]));
+        merged.lights.back().weight = weight;
+        const std::vector<float>& own = lights[i]->surfel_direct;
+        if (own.size() < surfels) continue;
+        context.pool.run_chunks(surfels, 4096, [&](std::size_t first, std::size_t count) {
+            for (std::size_t k = first; k < first + count; ++k) direct[k] += glm::vec4(weight * own[k], 0.0f);
+        });
+    }
+    return {};
+}
+
+PassRun run_direct_merged(const PassContext& context, Together which) {
+    ScreenLight& screen = *context.target.screen;
+    ScreenLight::Merged& merged = merged_of(context.target, which);
+    const lighting::GBuffer& s = screen.gbuffer;
+    std::vector<std::uint16_t>& out = which == Together::summed ? screen.summed.pixels[0] : merged.direct;
+    screen.direct.resize(3);
+    lighting::direct_light(s, screen.grid, context.traced, merged.lights, context.target.kind != TargetKind::live,
+                           screen.direct, screen.lattice, context.pool);
+    out.resize(4 * s.depth.size());
+    context.pool.run(s.height, [&](int row) {
+        const std::size_t at = static_cast<std::size_t>(row) * s.row_length;
+        lighting::rgb_to_halves(screen.direct[0].data() + at, screen.direct[1].data() + at,
+                                screen.direct[2].data() + at, s.row_length, out.data() + 4 * at);
+    });
+    return {};
+}
+
+PassRun run_composite_cpu(const PassContext& context, View view, std::span<const LightGpu* const> lights, bool merged) {
+    ScreenLight& screen = *context.target.screen;
+    const Scene& scene = context.scene;
+    screen.summed.gain = static_cast<float>(scene.master_ratio);
+    lighting::Display display;
+    display.width = screen.gbuffer.width;
+    display.height = screen.gbuffer.height;
+    display.row_length = screen.gbuffer.row_length;
+    const bool direct = view != View::indirect, indirect = view != View::direct;
+    display.albedo = screen.raster.albedo.data();
+    if (context.target.emissive && view == View::beauty) display.emission = screen.raster.emission.data();
+    display.depth = screen.gbuffer.depth.data();
+    display.ev100 = static_cast<float>(scene.exposure_ev100);
+    std::vector<lighting::Display::Others> others;
+    // Quanta of 2^-18 of what an exposure of whole stops shows as 1 on a white surface (lib/display.glsl): far below
+    // what 8 bits show, and the same for all exposures in between.
+    constexpr double kQuanta = 0x1p18;
+    const double stop = std::floor(scene.exposure_ev100), rest = std::exp2(stop - scene.exposure_ev100);
+    const double gain = view == View::indirect ? scene.view_gain : 1.0;
+    const double shown_per_lux = gain / (1.2 * std::numbers::pi * std::exp2(stop)),
+                 unit = static_cast<double>(context.geometry.layer_unit_m2());
+    if (merged) {
+        const auto factor =
+            static_cast<float>(static_cast<double>(screen.merged.reference) / unit * shown_per_lux * rest);
+        if (direct) others.push_back({screen.merged.direct.data(), glm::vec3(factor)});
+        if (indirect) display.on_grid = {&screen.gbuffer, &screen.grid, &screen.merged.indirect, factor};
+    } else {
+        std::vector<lighting::LayerTerm> terms;
+        for (std::size_t i = 0; i < lights.size(); ++i) {
+            if (context.layers[i] < 0) continue;
+            const glm::dvec3 fixed_point_steps =
+                context.layer_weight(scene.lights[i]) *
+                (static_cast<double>(lights[i]->web->peak_cd) / unit * shown_per_lux * kQuanta);
+            if (fixed_point_steps == glm::dvec3(0.0)) continue;
+            // Nothing times infinity would be no number.
+            terms.push_back({scene.lights[i].id, &layer_of(screen, context.layers[i]),
+                             glm::vec3(glm::clamp(fixed_point_steps, -1e30, 1e30)), direct, indirect});
+        }
+        const bool on_grid =
+            std::any_of(terms.begin(), terms.end(), [](const lighting::LayerTerm& term) { return term.on_grid(); });
+        screen.sum.take(std::move(terms), std::min(lights.size(), kMostLayers), screen.gbuffer.depth.size(),
+                        grid_size(screen) / lighting::kSimdWidth * lighting::kSimdWidth, context.pool);
+        display.cap = screen.sum.cap();
+        display.per_quantum = static_cast<float>(rest / kQuanta);
+        display.layers = screen.sum.others();
+        for (int k = 0; k < 3; ++k) display.kept_pixels[k] = screen.sum.kept_pixels(k);
+        if (on_grid) {
+            if (screen.summed_changes != screen.sum.changes()) {
+                screen.grid_sum.resize(3);
+                for (std::vector<float>& plane : screen.grid_sum) plane.resize(grid_size(screen));
+                screen.sum.grid(static_cast<float>(1.0 / kQuanta), screen.grid_sum, context.pool);
+                screen.summed_changes = screen.sum.changes();
+            }
+            display.on_grid = {&screen.gbuffer, &screen.grid, &screen.grid_sum, static_cast<float>(rest)};
+        }
+    }
+    for (const std::size_t part : {0u, 1u}) {
+        for (const ScreenLight::Besides* besides : {&screen.emitted, &screen.summed}) {
+            if (besides->unit_lx[part] > 0.0f && (part == 0 ? direct : indirect))
+                others.push_back({besides->pixels[part].data(), glm::vec3(besides->gain * besides->unit_lx[part] *
+                                                                          static_cast<float>(shown_per_lux * rest))});
+        }
+    }
+    const std::size_t bytes =
+        static_cast<std::size_t>(display.width) * static_cast<std::size_t>(display.height) / 2 * 3;
+    auto& pictures = screen.pictures;
+    std::erase_if(pictures, [&](const auto& picture) { return picture->size() != bytes; });
+    auto free =
+        std::find_if(pictures.begin(), pictures.end(), [](const auto& picture) { return picture.use_count() == 1; });
+    if (free == pictures.end())
+        free = pictures.insert(pictures.end(), std::make_shared<std::vector<std::uint8_t>>(bytes));
+    screen.nv12 = *free;
+    display.others = others;
+    lighting::to_nv12(display, screen.nv12->data(), context.pool);
+    return {};
+}
+
+const std::vector<std::uint8_t>* made_nv12(const Target& target) {
+    return target.screen->nv12.get();
+}
+
+std::shared_ptr<const std::vector<std::uint8_t>> take_nv12(const Target& target) {
+    return std::move(target.screen->nv12);
+}
+
+std::shared_ptr<ScreenLight> make_screen_light() {
+    return std::make_shared<ScreenLight>();
+}
+
+}  // namespace gonio

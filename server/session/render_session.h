@@ -1,0 +1,200 @@
+// The render session: what runs on the render thread between the queue and the renderer. Owns the scene and the
+// renderer, applies commands, answers queries, and says when a frame is due. No sockets and no encoder: it speaks
+// through Outputs.
+#pragma once
+
+#include <deque>
+#include <functional>
+#include <memory>
+#include <optional>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "protocol/schema/gonio.pb.h"
+#include "server/base/queue.h"
+#include "server/render/live_renderer.h"
+#include "server/scene/apply.h"
+#include "server/scene/preset.h"
+#include "server/session/budget.h"
+#include "server/session/changes.h"
+#include "server/session/late_work.h"
+#include "server/session/loader.h"
+#include "server/session/query.h"
+#include "server/session/reference_work.h"
+#include "server/session/roles.h"
+#include "server/session/scene_access.h"
+#include "server/stream/encoder.h"
+
+namespace gonio {
+
+// One item of the render thread's queue.
+struct Work {
+    std::uint32_t session = 0;
+    v1::ClientMessage message;
+    Loaded loaded;                 // set when the loader has read the message's files
+    std::optional<Error> failure;  // why it could not
+    bool read = false;             // the loader has been there
+    bool closed = false;           // no message: the session has gone, and what it waits for with it
+};
+
+inline constexpr std::size_t kMaxWork = 1024;         // messages waiting for the render thread; beyond it: "busy"
+inline constexpr std::size_t kMaxPrepared = 512;      // profiles of a saved show's presets, 1 MiB and their web each
+inline constexpr std::size_t kMaxCaptures = 8;        // default of set_most_captures()
+inline constexpr std::size_t kMaxMeters = 64;         // interactive and rsm meters, points and grids, likewise
+inline constexpr std::size_t kMaxReports = 256;       // frame reports kept for `report --rev`
+inline constexpr std::size_t kMaxFramesInFlight = 3;  // the readback ring
+// Report queries that wait for their frame, and captures that wait for their revision; beyond it: "busy".
+inline constexpr std::size_t kMaxWaiting = 64;
+inline constexpr std::chrono::seconds kMaxWait{30};  // of a capture for its revision; then: "timeout"
+
+struct SessionOutputs {
+    std::function<void(std::uint32_t session, v1::ServerMessage)> reply;
+    std::function<void(v1::State, v1::StateChanged)> state;
+    std::function<void(Picture)> picture;    // a new picture left the GPU
+    std::function<v1::Stats()> counters;     // what the stream side counts; settled: it has nothing left to say
+    std::function<v1::Sources()> sources;    // the newest source table of the consoles
+    std::function<v1::Surfaces()> surfaces;  // the fader boxes and what they drive
+    // Answers the session when a control has moved; `gone` ends what the session waits for.
+    std::function<void(std::uint32_t session, std::uint32_t request_id, double timeout_s)> learn;
+    std::function<void(std::uint32_t session)> gone;
+    // Whether the GPU is lost: what the renderer gives since is void.
+    std::function<bool()> gpu_lost = [] { return false; };
+};
+
+class RenderSession {
+public:
+    RenderSession(std::unique_ptr<LiveRenderer> renderer, Scene scene, std::string renderer_name, Queue<Work>& queue,
+                  Loader& loader, SessionOutputs outputs);
+
+    // Takes one message: answers it, applies it, or sends it to the loader first.
+    void take(Work work);
+    // Applies what consoles say. Result: of each command why not, as gonio::apply_inputs(); "busy" where its files
+    // cannot be read now, "held" for the camera while a client holds it. Clients are told of the changes after a
+    // revision by tell_inputs(), once a frame. by: whose commands they are; 0: of a console or a fader box.
+    std::vector<std::optional<Error>> apply_inputs(std::span<const v1::Command> commands, std::uint32_t by = 0);
+    void tell_inputs(Revision before, std::uint32_t by = 0);
+    // Brings a preset that is being faded to where it shall be now. fading(): it wants to be called with every frame.
+    bool fading() const { return fade_.running(); }
+    void advance_fade(std::int64_t now_ns);
+    // Whether the picture is older than the scene or not all there is to come of it; or somebody waits for a report.
+    bool frame_wanted() const {
+        return rendered_rev_ != scene_.scene_rev || better_ || !renderer_->settled() || owes();
+    }
+    bool report_wanted() const { return !waiting_.empty(); }
+    // The GPU is lost: gives the renderer up, and the frames that it was at. With the next one captures and meter grids
+    // begin anew, and a picture is due.
+    void drop_renderer() { renderer_.reset(); }
+    void set_renderer(std::unique_ptr<LiveRenderer> renderer);
+    // Starts a frame of the scene as it stands now. With kMaxFramesInFlight on the GPU it first waits for the oldest.
+    void begin_frame(std::int64_t drained_ns);
+    // Publishes frames that have left the GPU; `wait` blocks for all of them.
+    void finish_frames(bool wait);
+    bool frames_in_flight() const { return renderer_->frames_in_flight() > 0; }
+    // Which scene files clients may load.
+    void set_scene_access(SceneAccess access) { scene_access_ = std::move(access); }
+    // Captures that are rendered one after the other; beyond it: "busy".
+    void set_most_captures(std::size_t most) { most_captures_ = most; }
+    bool busy() const { return waits() && !not_ready_; }
+    // Whether captures or meters wait, for what other threads make too.
+    bool waits() const { return !captures_waiting_.empty() || !meters_waiting_.empty(); }
+    // Between two frames: one tile of the oldest capture, a slice of the oldest meters; each is sent off when it is
+    // complete. Reference jobs start and tell of their progress.
+    void continue_work();
+    // Frames that light anew keep within this time: smaller pictures of fewer VPLs while something moves, the whole one
+    // when it rests.
+    void set_budget(double frame_ms) { budget_ = Budget(frame_ms); }
+    // Result: when rest brings something, ns from now: the whole picture that a small one stands for, or its
+    // refinement; INT64_MAX: nothing.
+    std::int64_t rest_in_ns() const;
+    // While nobody looks, the picture is not refined, and what was asked for is all there is.
+    void set_watched(bool watched);
+    // Whether the picture can be refined: it shows the scene as it stands, and somebody looks.
+    bool refinable() const { return watched_ && !frame_wanted() && budget_.chosen() == 0 && !refined_; }
+    // Whether no picture will come until something changes.
+    bool settled() const {
+        return !frame_wanted() && !frames_in_flight() && !refinable() && !(watched_ && budget_.chosen() != 0);
+    }
+    // Whether the newest picture is the best there will be of the scene as it stands, looked at or not.
+    bool complete() const { return !frame_wanted() && !frames_in_flight() && refined_ && budget_.chosen() == 0; }
+    // Whether somebody sees a smaller picture than there is.
+    bool owes() const { return watched_ && budget_.owes(monotonic_ns()); }
+    // Whether it is time to: nothing changed for Budget::kRestNs.
+    bool rests() const { return monotonic_ns() - changed_ns_ >= Budget::kRestNs; }
+    // Does up to some 0.2 s of that, a few milliseconds if a message comes.
+    void refine();
+    const Scene& scene() const { return scene_; }
+    // Result: all that clients know of the scene and of who holds the camera.
+    v1::State state() const;
+
+private:
+    struct Waiting {
+        std::uint32_t session, request_id, rev;
+    };
+    struct Capturing {
+        Work work;
+        std::string format;
+        std::unique_ptr<CaptureJob> job;
+    };
+    struct Metering {
+        Work work;
+        Scene scene;
+        MeterRequest request;
+        std::vector<v1::MeterReading> readings;
+    };
+    bool lights_anew() const;
+    void continue_capture();
+    void continue_late();
+    void continue_meter();
+    bool ready(const Scene& scene);
+    void forget_session(std::uint32_t session);
+    // Takes the oldest frame from the renderer. Result: false where none is finished.
+    bool take_frame(bool wait);
+    void publish(FinishedFrame frame, std::int64_t readback_ns);
+    void apply_command(const Work& work);
+    std::optional<Error> refuses(const Work& work);
+    void answer_control(const Work& work, const std::optional<Error>& refused, std::uint32_t holder_before);
+    void tell_control(std::uint32_t by);
+    void begin_fade(const v1::Command& command, std::uint32_t by);
+    template <typename Draw>
+    bool draws(const Draw& draw);
+    std::optional<v1::MeterReading> read_meter(const Scene& scene, const trace::MeterPoint& point, Quality quality,
+                                               int bounces);
+    void prepare_presets();
+    bool send_to_loader(Work work);  // result: false where too much waits; then the client has been told
+    void answer_meter(const Work& work);
+    void answer_capture(const Work& work);
+    void submit_reference(ReferenceJob job, const Work& work);
+    void answer_report(const Work& work);
+    void answer_profile(const Work& work);
+    void answer_stats(const Work& work);
+    void refuse(const Work& work, const Error& error);
+    void answer(const Work& work, v1::ServerMessage message);
+
+    std::unique_ptr<LiveRenderer> renderer_;
+    Scene scene_;
+    std::string renderer_name_;
+    Queue<Work>& queue_;
+    Loader& loader_;
+    SessionOutputs out_;
+    Roles roles_;
+    Changes changes_;
+    Revision rendered_rev_ = 0;
+    Budget budget_;
+    std::int64_t changed_ns_ = INT64_MIN / 2;                  // when a frame of a new revision began
+    bool not_ready_ = false;                                   // what captures or meters of a scene need is being made
+    bool watched_ = false, better_ = false, refined_ = false;  // better_: another frame shows more than the last
+    Fade fade_;
+    std::uint32_t fade_by_ = 0;  // whose recall it is
+    std::deque<v1::FrameReport> reports_;
+    std::vector<Waiting> waiting_;
+    std::deque<Capturing> captures_waiting_;
+    std::deque<Metering> meters_waiting_;
+    LateWork<Work> late_{kMaxWaiting, kMaxWait};
+    std::size_t most_captures_ = kMaxCaptures;
+    SceneAccess scene_access_;
+    ReferenceWork reference_;
+    std::uint32_t frames_rendered_ = 0, captures_ = 0, refused_ = 0, gpu_resets_ = 0;
+};
+
+}  // namespace gonio

@@ -1,0 +1,240 @@
+#include "server/session/surface_input.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "protocol/surface/surface_map.h"
+#include "server/scene/console.h"
+
+namespace gonio {
+namespace {
+
+std::vector<std::string> names_of(const Scene& scene) {
+    std::vector<std::string> names;
+    for (const Light& light : scene.lights) names.push_back(light.name);
+    return names;
+}
+
+// The rows in force: those that somebody set, then those of profiles for controls that have none.
+std::vector<v1::SurfaceRow> rows_in_force(const Scene& scene, const v1::Surfaces& table, bool defaults_only) {
+    std::vector<v1::SurfaceRow> rows;
+    if (scene.surfaces && !defaults_only) rows.assign(scene.surfaces->rows().begin(), scene.surfaces->rows().end());
+    if (scene.surfaces && !scene.surfaces->with_default()) return rows;
+    for (const v1::SurfaceRow& row : table.default_rows()) {
+        bool replaced = false;
+        if (scene.surfaces)
+            for (const v1::SurfaceRow& set : scene.surfaces->rows())
+                replaced = replaced || (set.control() == row.control() && means_box(set.device(), row.device()));
+        if (!replaced) rows.push_back(row);
+    }
+    return rows;
+}
+
+}  // namespace
+
+// A change of the map, of the lights or of the boxes that are there.
+void SurfaceInput::follow_map(const Scene& scene) {
+    const std::array<std::uint32_t, 4> now = {scene.surfaces_rev, scene.geometry_rev, scene.lights_rev, table_.roster};
+    if (map_is_of_ == now) return;
+    const bool same_rows = map_is_of_ && (*map_is_of_)[0] == now[0] && (*map_is_of_)[3] == now[3];
+    map_is_of_ = now;
+    shown_.reset();
+    if (same_rows) return reader_.name_lights(names_of(scene));
+    reader_.change_rows(rows_in_force(scene, table_.table, false));
+    reader_.name_lights(names_of(scene));
+}
+
+void SurfaceInput::take_mail() {
+    if (auto table = surfaces_->table().try_take()) table_ = std::move(*table);
+    auto updates = surfaces_->updates().try_take();
+    if (!updates) return;
+    for (auto& [key, heard] : updates->controls) {
+        auto [at, fresh] = waiting_.controls.try_emplace(key, heard);
+        if (fresh) continue;
+        heard.input.clicks += at->second.input.clicks;
+        heard.input.presses += at->second.input.presses;
+        heard.event_ns = at->second.event_ns;
+        at->second = std::move(heard);
+    }
+    for (std::string& device : updates->attached) waiting_.attached.push_back(std::move(device));
+}
+
+bool SurfaceInput::waiting(std::int64_t) {
+    if (surfaces_ == nullptr) return false;
+    take_mail();
+    return !waiting_.controls.empty() || reader_.moving();
+}
+
+// Result: whether somebody learns: then hands drive nothing.
+bool SurfaceInput::serve_learning(std::int64_t now_ns) {
+    while (!learning_.empty() && learning_.front().until_ns <= now_ns) {
+        answer(learning_.front(), nullptr);
+        learning_.pop_front();
+    }
+    if (learning_.empty()) return false;
+    const ControlInput* moved = nullptr;
+    for (Learning& learning : learning_) {
+        for (const auto& [key, heard] : waiting_.controls) {
+            const ControlInput& input = heard.input;
+            if (input.kind == ControlKind::button) {
+                if (input.presses > 0) moved = &input;
+                continue;
+            }
+            if (input.kind == ControlKind::relative) {
+                const double clicks = learning.from[key] += input.clicks;
+                if (std::abs(clicks) >= kLearnClicks) moved = &input;
+                continue;
+            }
+            const double from = learning.from.try_emplace(key, input.value).first->second;
+            if (std::abs(input.value - from) >= kLearnWay) moved = &input;
+        }
+    }
+    if (moved != nullptr) {
+        for (const Learning& learning : learning_) answer(learning, moved);
+        learning_.clear();
+    }
+    return true;
+}
+
+void SurfaceInput::answer(const Learning& learning, const ControlInput* moved) {
+    v1::ServerMessage message;
+    message.set_request_id(learning.request_id);
+    v1::Learned& learned = *message.mutable_learned();
+    if (moved != nullptr) {
+        learned.set_device(moved->device);
+        learned.set_control(moved->control);
+        learned.set_kind(control_kind_name(moved->kind));
+        learned.set_steps(moved->steps);
+        for (const v1::SurfaceDevice& device : table_.table.devices())
+            if (device.device() == moved->device) learned.set_product(device.product());
+    }
+    if (learning.request_id != 0) reply_(learning.session, std::move(message));
+}
+
+void SurfaceInput::learn(std::uint32_t session, std::uint32_t request_id, double timeout_s) {
+    if (learning_.size() >= kMaxLearning) {
+        answer(learning_.front(), nullptr);
+        learning_.pop_front();
+    }
+    if (surfaces_ == nullptr) return answer({session, request_id, 0, {}}, nullptr);  // no box is looked for
+    // Where a control is known to stand, a single movement is enough.
+    Learning learning{session, request_id, monotonic_ns() + static_cast<std::int64_t>(timeout_s * 1e9), {}};
+    for (const v1::SurfaceDevice& device : table_.table.devices())
+        for (const v1::SurfaceControl& control : device.controls())
+            if (control.heard() && control.kind() == "absolute")
+                learning.from[{device.device(), control.name()}] = control.value();
+    const auto at = std::find_if(learning_.begin(), learning_.end(),
+                                 [&](const Learning& other) { return other.until_ns > learning.until_ns; });
+    learning_.insert(at, std::move(learning));
+}
+
+void SurfaceInput::forget_session(std::uint32_t session) {
+    std::erase_if(learning_, [&](const Learning& learning) { return learning.session == session; });
+}
+
+void SurfaceInput::carry_out(RenderSession& render_session, const std::vector<SurfaceAction>& actions) {
+    std::vector<PropertyValue> values;
+    for (const SurfaceAction& action : actions) {
+        if (action.kind == SurfaceAction::Kind::set) {
+            values.push_back(action.value);
+            continue;
+        }
+        v1::Command command;
+        command.mutable_save_preset()->set_name(action.value.profile);
+        render_session.apply_inputs({&command, 1});
+    }
+    render_session.apply_inputs(commands_of(render_session.scene(), values));
+}
+
+void SurfaceInput::serve(RenderSession& render_session, std::int64_t now_ns) {
+    if (surfaces_ == nullptr) return;
+    take_mail();
+    follow_map(render_session.scene());
+    const Revision before = render_session.scene().scene_rev;
+    if (!waiting_.controls.empty() || !waiting_.attached.empty() || reader_.moving() || !learning_.empty()) {
+        for (const std::string& device : waiting_.attached) reader_.attached(device);
+        const bool learning = serve_learning(now_ns);
+        std::vector<SurfaceAction> actions;
+        const ValueNow now = values_now(render_session.scene());
+        for (const auto& [key, heard] : waiting_.controls) {
+            if (learning) continue;
+            reader_.take(heard.input, now_ns, now, actions);
+            since_ns_ = since_ns_ == 0 ? heard.event_ns : std::min(since_ns_, heard.event_ns);
+        }
+        if (learning)
+            reader_.let_go(actions);  // hands search for a control: nothing goes on moving meanwhile
+        else
+            reader_.step(now_ns, now, actions);
+        carry_out(render_session, actions);
+        render_session.tell_inputs(before);
+        waiting_ = {};
+        const Revision after = render_session.scene().scene_rev;
+        if (since_ns_ != 0 && after != before) unseen_.push_back({after, since_ns_});
+        if (after != before || !reader_.moving()) since_ns_ = 0;
+        if (unseen_.size() > kLatencySamples) unseen_.pop_front();
+    }
+    served_ns_ = now_ns;
+    show(render_session.scene());
+}
+
+std::int64_t SurfaceInput::sleep_ns(std::int64_t now_ns) const {
+    constexpr std::int64_t kIdle_ns = 250'000'000;
+    if (surfaces_ == nullptr) return kIdle_ns;
+    if (!waiting_.controls.empty() || reader_.moving())
+        return std::clamp<std::int64_t>(served_ns_ + interval_ns_ - now_ns, 0, kIdle_ns);
+    if (!learning_.empty()) return std::clamp<std::int64_t>(learning_.front().until_ns - now_ns, 0, kIdle_ns);
+    return kIdle_ns;
+}
+
+// Where controls stand for the scene as it is; told only where that differs from the last time.
+void SurfaceInput::show(const Scene& scene) {
+    const std::pair<Revision, std::uint32_t> now{scene.scene_rev, reader_.page()};
+    if (shown_ == now) return;
+    shown_ = now;
+    SurfaceTargets wants;
+    const ValueNow values = values_now(scene);
+    for (const v1::SurfaceDevice& device : table_.table.devices()) {
+        for (const v1::SurfaceControl& control : device.controls()) {
+            if (!control.feedback()) continue;
+            if (const auto value = reader_.shown(device.device(), control.name(), values, scene.recalled))
+                wants[device.device()][control.name()] = *value;
+            else
+                wants[device.device()][control.name()] = 0;  // what drives nothing is dark
+        }
+    }
+    if (wants == shown_values_) return;
+    shown_values_ = wants;
+    surfaces_->show(std::move(wants));
+}
+
+void SurfaceInput::picture_out(Revision scene_rev, std::int64_t rendered_ns) {
+    while (!unseen_.empty() && unseen_.front().scene_rev <= scene_rev) {
+        const std::int64_t latency_ns = rendered_ns - unseen_.front().event_ns;
+        unseen_.pop_front();
+        // What changed nothing that is seen has no picture of its own: a much later one is not its picture.
+        if (latency_ns > 1'000'000'000) continue;
+        latencies_ms_.push_back(static_cast<double>(latency_ns) * 1e-6);
+        if (latencies_ms_.size() > kLatencySamples) latencies_ms_.pop_front();
+    }
+}
+
+std::optional<double> SurfaceInput::latency_ms() const {
+    if (latencies_ms_.empty()) return std::nullopt;
+    std::vector<double> sorted(latencies_ms_.begin(), latencies_ms_.end());
+    std::nth_element(sorted.begin(), sorted.begin() + static_cast<std::ptrdiff_t>(sorted.size() / 2), sorted.end());
+    return sorted[sorted.size() / 2];
+}
+
+v1::Surfaces SurfaceInput::describe(const Scene& scene) const {
+    v1::Surfaces surfaces;
+    *surfaces.mutable_devices() = table_.table.devices();
+    if (scene.surfaces) *surfaces.mutable_rows() = scene.surfaces->rows();
+    for (v1::SurfaceRow& row : rows_in_force(scene, table_.table, true)) *surfaces.add_default_rows() = std::move(row);
+    surfaces.set_with_default(!scene.surfaces || scene.surfaces->with_default());
+    surfaces.set_page(reader_.page());
+    for (std::string& warning : surface_warnings(scene)) surfaces.add_warnings(std::move(warning));
+    if (const auto median = latency_ms()) surfaces.set_latency_ms(*median);
+    return surfaces;
+}
+
+}  // namespace gonio

@@ -1,0 +1,334 @@
+#include "server/surfaces/control_surfaces.h"
+
+#include <poll.h>
+#include <sys/eventfd.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <atomic>
+#include <list>
+#include <thread>
+
+#include <spdlog/spdlog.h>
+
+#include "server/surfaces/alsa_midi.h"
+#include "server/surfaces/hid_devices.h"
+#include "server/surfaces/surface_profiles.h"
+#include "server/surfaces/usb_midi.h"
+
+namespace gonio {
+
+std::vector<std::string> transports_of(SurfaceOptions::Midi midi, bool owned) {
+    if (midi == SurfaceOptions::Midi::usb) return {"usb-midi"};
+    if (midi == SurfaceOptions::Midi::alsa) return {"alsa-midi"};
+    if (owned) return {"usb-midi", "alsa-midi"};
+    return {"alsa-midi", "usb-midi"};
+}
+
+void Retry::failed(std::int64_t now_ns) {
+    wait_ns = wait_ns == 0 ? kFirstRetry_ns : std::min(wait_ns * 2, kLastRetry_ns);
+    next_ns = now_ns + wait_ns;
+}
+
+namespace {
+
+constexpr const char* kUnplugged = "it was unplugged";
+
+class DeviceThread final : public ControlSurfaces {
+public:
+    DeviceThread(const SurfaceOptions& options, SurfaceProfiles profiles, std::function<void()> wake)
+        : midi_(options.midi),
+          profiles_(std::move(profiles)),
+          wake_(std::move(wake)),
+          event_(eventfd(0, EFD_NONBLOCK | EFD_CLOEXEC)) {
+        std::vector<std::string> owned = profiles_.ids();
+        owned.insert(owned.end(), options.taken.begin(), options.taken.end());
+        if (options.on) {
+            backends_.push_back(make_hid_backend(options.taken, [this] { poke(); }));
+            backends_.push_back(make_usb_midi_backend(owned));
+            backends_.push_back(make_alsa_midi_backend(owned));
+        }
+        if (options.replay) backends_.push_back(make_replay_backend(*options.replay));
+        thread_ = std::thread([this] { run(); });
+    }
+    ~DeviceThread() override {
+        stop_ = true;
+        poke();
+        thread_.join();
+        links_.clear();  // wires before what they belong to
+        backends_.clear();
+        ::close(event_);
+    }
+    Latest<SurfaceUpdates>& updates() override { return updates_; }
+    Latest<SurfaceTable>& table() override { return table_; }
+    void show(SurfaceTargets wants) override {
+        wants_.put(std::move(wants));
+        poke();
+    }
+
+private:
+    struct Link {
+        std::unique_ptr<SurfaceConnection> surface;
+        Backend* backend = nullptr;
+        std::string gone;  // why; not empty: to be taken away
+    };
+    // A surface that is not connected, for the table.
+    struct Missing {
+        std::string product, transport, state, error;
+    };
+
+    void poke() {
+        const std::uint64_t one = 1;
+        [[maybe_unused]] const auto written = ::write(event_, &one, sizeof one);
+    }
+
+    void run() {
+        while (!stop_) {
+            std::vector<pollfd> fds = {{event_, POLLIN, 0}};
+            for (const auto& backend : backends_) backend->watch(fds);
+            const std::int64_t sleep_ns = std::clamp<std::int64_t>(next_ns() - device_clock_ns(), 0, kRescan_ns);
+            const timespec time{sleep_ns / 1'000'000'000, sleep_ns % 1'000'000'000};
+            ::ppoll(fds.data(), fds.size(), &time, nullptr);
+            std::uint64_t count = 0;
+            while (::read(event_, &count, sizeof count) > 0) {
+            }
+            serve();
+        }
+    }
+
+    std::int64_t next_ns() const {
+        const std::int64_t now_ns = device_clock_ns();
+        std::int64_t next = std::min(scanned_ns_ + kRescan_ns, table_stale_ ? tabled_ns_ + kTableEvery_ns : INT64_MAX);
+        const auto earlier = [&](std::int64_t at_ns) { next = at_ns == 0 ? next : std::min(next, at_ns); };
+        for (const auto& backend : backends_) earlier(backend->due_ns());
+        for (const Link& link : links_) earlier(link.surface->due_ns(now_ns));
+        for (const auto& [place, retry] : retries_) earlier(retry.next_ns);
+        return next;
+    }
+
+    void serve() {
+        pending_ = {};
+        for (const auto& backend : backends_) backend->serve();
+        drop_gone();
+        std::int64_t now_ns = device_clock_ns();
+        bool rescan = now_ns - scanned_ns_ >= kRescan_ns;
+        for (const auto& backend : backends_) rescan = backend->changed() || rescan;
+        for (const auto& [place, retry] : retries_) rescan = rescan || retry.next_ns <= now_ns;
+        if (rescan) scan(now_ns);
+        if (auto wants = wants_.try_take()) {
+            wanted_ = std::move(*wants);
+            for (Link& link : links_) link.surface->want(wanted_[link.surface->surface().identity]);
+        }
+        now_ns = device_clock_ns();
+        for (Link& link : links_) link.surface->tick(now_ns, pending_);
+        const bool news = !pending_.controls.empty() || !pending_.attached.empty();
+        if (news) send_mail();
+        table_stale_ = table_stale_ || news;
+        if (table_stale_ && (now_ns - tabled_ns_ >= kTableEvery_ns || roster_changed_)) send_table(now_ns);
+    }
+
+    // The newest of each control, added to what the render thread has not taken yet.
+    void send_mail() {
+        updates_.merge([&](SurfaceUpdates& updates) {
+            for (const std::string& device : pending_.attached) {
+                std::erase_if(updates.controls, [&](const auto& one) {
+                    return one.first.first == device && !pending_.controls.contains(one.first);
+                });
+                updates.attached.push_back(device);
+            }
+            for (auto& [key, heard] : pending_.controls) {
+                auto [at, fresh] = updates.controls.try_emplace(key, heard);
+                if (fresh) continue;
+                at->second.input.value = heard.input.value;
+                at->second.input.clicks += heard.input.clicks;
+                at->second.input.presses += heard.input.presses;
+            }
+        });
+        wake_();
+    }
+
+    void drop_gone() {
+        for (auto link = links_.begin(); link != links_.end();) {
+            if (link->gone.empty()) {
+                ++link;
+                continue;
+            }
+            const FoundSurface& surface = link->surface->surface();
+            spdlog::info("fader box {} ({}): {}", surface.identity, surface.product, link->gone);
+            missing_[surface.identity + " " + surface.transport] = {surface.product, surface.transport, "gone",
+                                                                    link->gone};
+            link = links_.erase(link);
+            roster_changed_ = table_stale_ = true;
+        }
+    }
+
+    bool connected(const std::string& identity, bool midi) const {
+        return std::any_of(links_.begin(), links_.end(), [&](const Link& link) {
+            const FoundSurface& surface = link.surface->surface();
+            return surface.identity == identity &&
+                   (surface.transport == "usb-midi" || surface.transport == "alsa-midi") == midi;
+        });
+    }
+
+    void scan(std::int64_t now_ns) {
+        scanned_ns_ = now_ns;
+        std::vector<std::pair<FoundSurface, Backend*>> found;
+        for (const auto& backend : backends_)
+            for (FoundSurface& surface : backend->scan()) found.push_back({std::move(surface), backend.get()});
+        std::erase_if(retries_, [&](const auto& retry) {
+            return std::none_of(found.begin(), found.end(),
+                                [&](const auto& one) { return one.first.place == retry.first; });
+        });
+        // A wire mostly says itself that its surface has gone; the list says it too, and either may be first.
+        for (Link& link : links_)
+            if (std::none_of(found.begin(), found.end(),
+                             [&](const auto& one) { return one.first.place == link.surface->surface().place; }))
+                link.gone = kUnplugged;
+        drop_gone();
+        for (auto& [key, missing] : missing_) {
+            const bool there = std::any_of(found.begin(), found.end(), [&key = key](const auto& one) {
+                return one.first.identity + " " + one.first.transport == key;
+            });
+            if (there || missing.state == "gone") continue;
+            missing.state = "gone";
+            missing.error = kUnplugged;
+            roster_changed_ = table_stale_ = true;
+        }
+        // The way that is tried first comes first.
+        const auto rank = [&](const FoundSurface& surface) {
+            if (surface.transport != "usb-midi" && surface.transport != "alsa-midi") return std::ptrdiff_t{0};
+            const auto order = transports_of(midi_, surface.owned);
+            return std::find(order.begin(), order.end(), surface.transport) - order.begin();
+        };
+        std::stable_sort(found.begin(), found.end(),
+                         [&](const auto& a, const auto& b) { return rank(a.first) < rank(b.first); });
+        for (auto& [surface, backend] : found) {
+            const bool midi = surface.transport == "usb-midi" || surface.transport == "alsa-midi";
+            if (midi) {
+                const auto order = transports_of(midi_, surface.owned);
+                if (std::find(order.begin(), order.end(), surface.transport) == order.end() ||
+                    connected(surface.identity, true))
+                    continue;
+            } else if (std::any_of(links_.begin(), links_.end(), [&surface = surface](const Link& link) {
+                           return link.surface->surface().place == surface.place;
+                       })) {
+                continue;
+            }
+            if (const auto retry = retries_.find(surface.place);
+                retry != retries_.end() && retry->second.next_ns > now_ns)
+                continue;
+            attach(surface, *backend, now_ns);
+        }
+    }
+
+    void attach(const FoundSurface& surface, Backend& backend, std::int64_t now_ns) {
+        const std::string id = surface_identity(surface.vendor_id, surface.product_id, "", "");
+        const std::string missing = surface.identity + " " + surface.transport;
+        const auto fail = [&](const Error& error) {
+            Retry& retry = retries_[surface.place];
+            retry.failed(now_ns);
+            Missing& row = missing_[missing];
+            if (row.error != error.message && error.code != "vanished") {
+                spdlog::warn("fader box {} ({}): {}", surface.identity, surface.product, error.text());
+                roster_changed_ = table_stale_ = true;
+            }
+            if (error.code == "vanished")
+                row = {surface.product, surface.transport, "gone", kUnplugged};  // the list is not of this moment
+            else
+                row = {surface.product, surface.transport, "waiting", error.message};
+        };
+        if (links_.size() >= kMaxSurfaces)
+            return fail({"too_large", surface.place, "", "there are too many boxes: at most 32 are used"});
+        auto made = SurfaceConnection::make(
+            surface, surface.transport == "hid" ? SurfaceProfile{} : profiles_.find(id, surface.product));
+        if (!made) return fail(made.error());
+        Link& link = links_.emplace_back();
+        link.surface = std::move(*made);
+        link.backend = &backend;
+        // Links stay where they are (a list), and wires go before them.
+        auto wire = backend.open(surface, {[this, &link](auto messages, std::size_t bad, std::int64_t t_ns) {
+                                               link.surface->take_midi(messages, bad, t_ns, pending_);
+                                               table_stale_ = true;
+                                           },
+                                           [this, &link](Bytes report, std::int64_t t_ns) {
+                                               link.surface->take_report(report, t_ns, pending_);
+                                               table_stale_ = true;
+                                           },
+                                           [&link](std::string why) { link.gone = std::move(why); }});
+        if (!wire) {
+            links_.pop_back();
+            return fail(wire.error());
+        }
+        link.surface->connect(std::move(*wire));
+        link.surface->want(wanted_[surface.identity]);
+        retries_.erase(surface.place);
+        std::erase_if(missing_, [&](const auto& row) { return row.first.starts_with(surface.identity + " "); });
+        pending_.attached.push_back(surface.identity);
+        roster_changed_ = table_stale_ = true;
+        spdlog::info("fader box {} ({}): attached by {}", surface.identity, surface.product, surface.transport);
+    }
+
+    void send_table(std::int64_t now_ns) {
+        SurfaceTable table;
+        if (roster_changed_) ++roster_;
+        roster_changed_ = table_stale_ = false;
+        tabled_ns_ = now_ns;
+        table.roster = roster_;
+        for (const Link& link : links_) {
+            const FoundSurface& surface = link.surface->surface();
+            v1::SurfaceDevice& row = *table.table.add_devices();
+            row.set_device(surface.identity);
+            row.set_product(surface.product);
+            row.set_transport(surface.transport);
+            row.set_state("live");
+            link.surface->describe(row);
+            for (const v1::SurfaceRow& drives : link.surface->rows()) {
+                v1::SurfaceRow& added = *table.table.add_default_rows();
+                added = drives;
+                added.set_device(surface.identity);
+            }
+        }
+        for (const auto& [key, missing] : missing_) {
+            v1::SurfaceDevice& row = *table.table.add_devices();
+            row.set_device(key.substr(0, key.rfind(' ')));
+            row.set_product(missing.product);
+            row.set_transport(missing.transport);
+            row.set_state(missing.state);
+            row.set_error(missing.error);
+        }
+        while (missing_.size() > kMaxSurfaces) missing_.erase(missing_.begin());
+        table_.put(std::move(table));
+        wake_();
+    }
+
+    SurfaceOptions::Midi midi_;
+    SurfaceProfiles profiles_;
+    std::function<void()> wake_;
+    int event_;
+    std::vector<std::unique_ptr<Backend>> backends_;
+    std::list<Link> links_;
+    std::map<std::string, Retry> retries_;    // by place
+    std::map<std::string, Missing> missing_;  // by "identity transport"
+    SurfaceUpdates pending_;                  // what came in this turn
+    SurfaceTargets wanted_;
+    Latest<SurfaceUpdates> updates_;
+    Latest<SurfaceTable> table_;
+    Latest<SurfaceTargets> wants_;
+    std::int64_t scanned_ns_ = 0, tabled_ns_ = 0;
+    std::uint32_t roster_ = 0;
+    bool roster_changed_ = false, table_stale_ = true;
+    std::atomic<bool> stop_{false};
+    std::thread thread_;
+};
+
+}  // namespace
+
+Result<std::unique_ptr<ControlSurfaces>> ControlSurfaces::start(const SurfaceOptions& options,
+                                                                std::function<void()> wake) {
+    auto profiles = SurfaceProfiles::load(options.profiles);
+    if (!profiles) return profiles.error();
+    return std::unique_ptr<ControlSurfaces>(
+        std::make_unique<DeviceThread>(options, std::move(*profiles), std::move(wake)));
+}
+
+}  // namespace gonio

@@ -1,0 +1,147 @@
+#include "server/surfaces/surface_connection.h"
+
+namespace gonio {
+
+SurfaceConnection::SurfaceConnection(FoundSurface surface, SurfaceProfile profile,
+                                     std::variant<MidiSurface, HidSurface> codec)
+    : surface_(std::move(surface)),
+      profile_(std::move(profile)),
+      codec_(std::move(codec)),
+      painter_(profile_.repaint_s) {}
+
+Result<std::unique_ptr<SurfaceConnection>> SurfaceConnection::make(FoundSurface surface, SurfaceProfile profile) {
+    const bool hid = surface.transport == "hid" || surface.place == "replay hid";
+    if (!hid) {
+        MidiSurface codec(profile);
+        return std::unique_ptr<SurfaceConnection>(
+            new SurfaceConnection(std::move(surface), std::move(profile), std::move(codec)));
+    }
+    auto codec = HidSurface::open(surface.vendor_id, surface.product_id, surface.descriptor);
+    if (!codec) return codec.error();
+    if (profile.name.empty()) profile.name = codec->name();
+    return std::unique_ptr<SurfaceConnection>(
+        new SurfaceConnection(std::move(surface), std::move(profile), std::move(*codec)));
+}
+
+const std::vector<ControlSpec>& SurfaceConnection::controls() const {
+    if (const auto* midi = std::get_if<MidiSurface>(&codec_)) return midi->controls();
+    return std::get<HidSurface>(codec_).controls();
+}
+
+void SurfaceConnection::connect(std::unique_ptr<Wire> wire) {
+    wire_ = std::move(wire);
+    const std::vector<std::uint8_t> hello =
+        std::holds_alternative<HidSurface>(codec_) ? std::get<HidSurface>(codec_).hello() : profile_.hello;
+    if (!hello.empty()) wire_->write(0, hello);
+}
+
+bool SurfaceConnection::put(const std::vector<ControlEvent>& events, std::int64_t t_ns, SurfaceUpdates& updates) {
+    const std::vector<ControlSpec>& specs = controls();
+    bool moved = false;
+    heard_.resize(specs.size());
+    for (const ControlEvent& event : events) {
+        const ControlSpec& spec = specs[event.control];
+        painter_.heard(event.control, spec, event, t_ns);
+        ++events_;
+        if (event.what != ControlEvent::What::moved) continue;
+        moved = true;
+        const bool relative = spec.kind == ControlKind::relative;
+        heard_[event.control] = relative ? heard_[event.control].value_or(0) + event.value : event.value;
+        SurfaceUpdates::Heard& heard = updates.controls[{surface_.identity, spec.name}];
+        ControlInput& input = heard.input;
+        if (input.control.empty()) {
+            input.device = surface_.identity;
+            heard.event_ns = t_ns;
+            input.control = spec.name;
+            input.kind = spec.kind;
+            input.steps = spec.steps;
+            input.centred = spec.centred;
+            input.motor = spec.show == ShowKind::motor;
+            input.deadband_ratio = spec.deadband_ratio;
+        }
+        if (relative)
+            input.clicks += event.value;
+        else
+            input.value = event.value;
+        if (spec.kind == ControlKind::button && event.value > 0) ++input.presses;
+    }
+    return moved;
+}
+
+bool SurfaceConnection::take_midi(std::span<const MidiMessage> messages, std::size_t bad, std::int64_t t_ns,
+                                  SurfaceUpdates& updates) {
+    auto* codec = std::get_if<MidiSurface>(&codec_);
+    if (codec == nullptr) return false;
+    ignored_ += static_cast<std::uint32_t>(bad);
+    std::vector<ControlEvent> events;
+    for (const MidiMessage& message : messages) ignored_ += codec->take(message, t_ns, events) ? 0 : 1;
+    return put(events, t_ns, updates);
+}
+
+bool SurfaceConnection::take_report(Bytes report, std::int64_t t_ns, SurfaceUpdates& updates) {
+    auto* codec = std::get_if<HidSurface>(&codec_);
+    if (codec == nullptr) return false;
+    std::vector<ControlEvent> events;
+    if (!codec->take(report, events)) ++ignored_;
+    return put(events, t_ns, updates);
+}
+
+void SurfaceConnection::want(const std::map<std::string, double>& values) {
+    wanted_ = values;
+    painted_controls_ = 0;
+}
+
+bool SurfaceConnection::tick(std::int64_t now_ns, SurfaceUpdates& updates) {
+    bool moved = false;
+    if (auto* codec = std::get_if<MidiSurface>(&codec_)) {
+        std::vector<ControlEvent> events;
+        codec->tick(now_ns, events);
+        moved = put(events, now_ns, updates);
+    }
+    const std::vector<ControlSpec>& specs = controls();
+    if (painted_controls_ != specs.size()) {
+        painted_controls_ = specs.size();
+        for (std::size_t i = 0; i < specs.size(); ++i)
+            if (const auto value = wanted_.find(specs[i].name); value != wanted_.end()) painter_.want(i, value->second);
+    }
+    if (wire_ == nullptr) return moved;
+    if (wire_->lost()) painter_.repaint();
+    for (const auto& [control, value] : painter_.due(specs, now_ns, kStrokesAtOnce)) {
+        if (auto* midi = std::get_if<MidiSurface>(&codec_)) {
+            const auto message = midi->show(control, value);
+            if (!message.empty() && !wire_->write(midi->show_cable(control), message)) painter_.repaint();
+        } else {
+            const auto report = std::get<HidSurface>(codec_).show(control, value);
+            if (!report.empty() && !wire_->write(0, report)) painter_.repaint();
+        }
+    }
+    return moved;
+}
+
+std::int64_t SurfaceConnection::due_ns(std::int64_t now_ns) const {
+    std::int64_t due = wire_ == nullptr ? 0 : painter_.due_ns(controls(), now_ns);
+    if (painted_controls_ != controls().size()) due = now_ns;
+    const auto* codec = std::get_if<MidiSurface>(&codec_);
+    const std::int64_t pair = codec == nullptr ? 0 : codec->due_ns();
+    if (due == 0 || (pair != 0 && pair < due)) due = pair == 0 ? due : pair;
+    return due;
+}
+
+void SurfaceConnection::describe(v1::SurfaceDevice& row) const {
+    row.set_profile(profile_.name);
+    row.set_events(events_);
+    row.set_ignored(ignored_);
+    const std::vector<ControlSpec>& specs = controls();
+    for (std::size_t i = 0; i < specs.size(); ++i) {
+        v1::SurfaceControl& control = *row.add_controls();
+        control.set_name(specs[i].name);
+        control.set_kind(control_kind_name(specs[i].kind));
+        control.set_steps(specs[i].steps);
+        const bool heard = i < heard_.size() && heard_[i];
+        control.set_heard(heard);
+        if (heard) control.set_value(*heard_[i]);
+        control.set_feedback(specs[i].show != ShowKind::none);
+    }
+}
+
+}  // namespace gonio

@@ -1,0 +1,66 @@
+// One attached surface: its wire, its decoder, what it is shown, and its row of the table. Lives on the device thread.
+#pragma once
+
+#include <map>
+#include <memory>
+#include <optional>
+#include <string>
+#include <variant>
+
+#include "protocol/schema/gonio.pb.h"
+#include "protocol/surface/hid_surface.h"
+#include "protocol/surface/midi_surface.h"
+#include "protocol/surface/surface_painter.h"
+#include "protocol/surface/surface_reader.h"
+#include "server/surfaces/wire.h"
+
+namespace gonio {
+
+// What hands did since somebody looked: of each control the newest.
+struct SurfaceUpdates {
+    struct Heard {
+        ControlInput input;
+        std::int64_t event_ns = 0;  // of the first of them, monotonic
+    };
+    std::map<std::pair<std::string, std::string>, Heard> controls;  // by device and control
+    std::vector<std::string> attached;  // devices that came: their controls are to be picked up
+};
+
+inline constexpr std::size_t kStrokesAtOnce = 32;  // messages sent to a surface before others have their turn
+
+class SurfaceConnection {
+public:
+    // The decoder of a surface. Errors: "bad_descriptor".
+    static Result<std::unique_ptr<SurfaceConnection>> make(FoundSurface surface, SurfaceProfile profile);
+
+    const FoundSurface& surface() const { return surface_; }
+    const std::vector<ControlSpec>& controls() const;
+    const std::vector<v1::SurfaceRow>& rows() const { return profile_.rows; }
+    void connect(std::unique_ptr<Wire> wire);
+
+    // What came over the wire; adds to the latest updates. Result: whether it did.
+    bool take_midi(std::span<const MidiMessage> messages, std::size_t bad, std::int64_t t_ns, SurfaceUpdates& updates);
+    bool take_report(Bytes report, std::int64_t t_ns, SurfaceUpdates& updates);
+    // What the controls shall show, 0..1, by name.
+    void want(const std::map<std::string, double>& values);
+    // Sends what is due. Result: whether a movement that had waited for its other half was added to the latest updates.
+    bool tick(std::int64_t now_ns, SurfaceUpdates& updates);
+    std::int64_t due_ns(std::int64_t now_ns) const;  // 0: nothing waits
+    void describe(v1::SurfaceDevice& row) const;
+
+private:
+    SurfaceConnection(FoundSurface surface, SurfaceProfile profile, std::variant<MidiSurface, HidSurface> codec);
+    bool put(const std::vector<ControlEvent>& events, std::int64_t t_ns, SurfaceUpdates& updates);
+
+    FoundSurface surface_;
+    SurfaceProfile profile_;
+    std::variant<MidiSurface, HidSurface> codec_;
+    SurfacePainter painter_;
+    std::unique_ptr<Wire> wire_;
+    std::map<std::string, double> wanted_;
+    std::size_t painted_controls_ = 0;  // how many controls there were when wanted_ was given to the painter
+    std::uint32_t events_ = 0, ignored_ = 0;
+    std::vector<std::optional<double>> heard_;  // of each control; of relative ones the sum
+};
+
+}  // namespace gonio
