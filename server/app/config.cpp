@@ -66,8 +66,11 @@ public:
     Completion(CLI::App& app, const std::vector<std::string>& arguments, char** environment)
         : app_(app), environment_(environment) {
         result_.arguments = arguments;
-        for (CLI::Option* option : app.get_options())
-            if (option->get_configurable() && !key_of(*option).empty()) options_[key_of(*option)] = option;
+        for (CLI::Option* option : app.get_options()) {
+            if (!option->get_configurable() || key_of(*option).empty()) continue;
+            options_[key_of(*option)] = option;
+            for (const std::string& name : option->get_lnames()) names_[name] = key_of(*option);
+        }
     }
 
     Settings run() {
@@ -123,12 +126,12 @@ private:
     }
 
     void read_environment() {
-        for (const auto& [key, option] : options_) {
-            const std::string name = variable_of(key);
+        for (const auto& [spelling, key] : names_) {
+            const std::string name = variable_of(spelling);
             const auto text = variable(environment_, name);
             if (!text || text->empty()) continue;
             Value value{{*text}, name};
-            if (takes_many(*option)) {
+            if (takes_many(*options_.at(key))) {
                 value.texts.clear();
                 for (std::size_t at = 0; at <= text->size();) {
                     const std::size_t end = std::min(text->find(',', at), text->size());
@@ -147,8 +150,8 @@ private:
             if (!text.starts_with(kPrefix)) continue;
             const std::string name(text.substr(0, text.find('=')));
             const bool known = name == variable_of("config") ||
-                               std::any_of(options_.begin(), options_.end(),
-                                           [&](const auto& option) { return variable_of(option.first) == name; });
+                               std::any_of(names_.begin(), names_.end(),
+                                           [&](const auto& row) { return variable_of(row.first) == name; });
             if (!known) result_.warnings.push_back("the variable " + name + " is none of goniod's options");
         }
     }
@@ -168,12 +171,13 @@ private:
 
     void read_key(const std::string& file, const toml::key& key, const toml::node& node) {
         const std::string source = file + " line " + std::to_string(key.source().begin.line);
-        const std::string name(key.str());
-        const auto found = options_.find(name);
-        if (found == options_.end()) {
-            result_.errors.push_back(source + ": " + name + " is no option" + nearest(name));
+        const std::string spelling(key.str());
+        if (!names_.contains(spelling)) {
+            result_.errors.push_back(source + ": " + spelling + " is no option" + nearest(spelling));
             return;
         }
+        const std::string& name = names_.at(spelling);
+        const auto found = options_.find(name);
         Value value{{}, source};
         std::vector<const toml::node*> nodes{&node};
         if (const toml::array* array = node.as_array(); array != nullptr && takes_many(*found->second)) {
@@ -224,7 +228,8 @@ private:
 
     CLI::App& app_;
     char** environment_;
-    std::map<std::string, CLI::Option*> options_;
+    std::map<std::string, CLI::Option*> options_;  // by key
+    std::map<std::string, std::string> names_;     // of options, old ones too -> key
     std::map<std::string, Value> values_;
     Settings result_;
 };

@@ -62,7 +62,7 @@ Reread read_for_ever() {
     for (;;) std::this_thread::sleep_for(std::chrono::hours(1));
 }
 
-// Nothing is reloaded into a HTTP server that ends.
+// Nothing is reloaded into an HTTP server that ends.
 struct EndOfReloading {
     Reloading& reloading;
     ~EndOfReloading() { reloading.end(); }

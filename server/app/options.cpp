@@ -101,9 +101,11 @@ std::optional<Options> parse_options(std::vector<std::string> arguments, int& ex
                    "viewers that get an encoder of their own, fitted to their link; all others share one; 0..64")
         ->check(CLI::Range(0U, kMostPrivateLanes))
         ->capture_default_str();
-    app.add_option("--gather", options.gather,
-                   "where direct light is shaded: gl (shadow maps), simd (rays on the CPU), auto")
-        ->check(CLI::IsMember({"auto", "gl", "simd"}))
+    app.add_option(
+           "--direct-light,--gather", options.direct_light,
+           "how direct light finds shadows: gl (shadow maps), rays (of the CPU), auto; before: --gather gl|simd")
+        ->transform(CLI::Transformer(std::map<std::string, std::string>{{"simd", "rays"}}))
+        ->check(CLI::IsMember({"auto", "gl", "rays"}))
         ->capture_default_str();
     app.add_option("--oneshot", options.oneshot, "JOB.json: capture its frames and end, without a network")
         ->check(readable_file());

@@ -20,11 +20,11 @@ struct Options {
     std::string technique = "default";
     std::optional<unsigned> samples;
     int width_px = 800, height_px = 800;
-    double target_fps = 60.0;        // no frame is rendered sooner than 1/target_fps after the last
-    bool keep_up = false;            // --target-fps was given: frames are made to fit it
-    std::string encoder = "auto";    // of H.264: nvenc, vaapi, libx264; mjpeg: none
-    unsigned max_private_lanes = 4;  // viewers that have an encoder of their own; all others share one
-    std::string gather = "auto";     // gl, simd
+    double target_fps = 60.0;           // no frame is rendered sooner than 1/target_fps after the last
+    bool keep_up = false;               // --target-fps was given: frames are made to fit it
+    std::string encoder = "auto";       // of H.264: nvenc, vaapi, libx264; mjpeg: none
+    unsigned max_private_lanes = 4;     // viewers that have an encoder of their own; all others share one
+    std::string direct_light = "auto";  // gl, rays
     int device = -1;
     std::string renderer = "gl";     // null: grey pictures without GL, for tests
     std::string oneshot, out = ".";  // JOB.json and the folder its captures go to; empty: serve

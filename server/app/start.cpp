@@ -105,10 +105,10 @@ Restored saved_scene(const Options& options, const saved::Show& show) {
     return {std::move(restored.scene), same_scene && restored.warnings.empty()};
 }
 
-Renderer::Gather gather_of(const Options& options) {
-    return options.gather == "gl"     ? Renderer::Gather::gl
-           : options.gather == "simd" ? Renderer::Gather::simd
-                                      : Renderer::Gather::automatic;
+Renderer::DirectLight direct_light_of(const Options& options) {
+    return options.direct_light == "gl"     ? Renderer::DirectLight::gl
+           : options.direct_light == "rays" ? Renderer::DirectLight::rays
+                                            : Renderer::DirectLight::automatic;
 }
 
 }  // namespace
@@ -173,7 +173,7 @@ std::function<Gpu::Made()> gpu_maker(const Options& options) {
             return made;
         }
         made.context = gl::Context::create({options.device, options.gl_debug});
-        auto renderer = std::make_unique<Renderer>(*made.context, gather_of(options));
+        auto renderer = std::make_unique<Renderer>(*made.context, direct_light_of(options));
         renderer->make_transport_beside();
         renderer->set_surfels(surfels_of(options));
         renderer->set_layer_bytes(options.layer_bytes);
@@ -186,7 +186,7 @@ int run_job(const Options& options, Scene scene) {
     if (options.renderer == "null") throw std::runtime_error("--oneshot needs --renderer gl");
     const auto context = gl::Context::create({options.device, options.gl_debug});
     spdlog::info("{}", context->description());
-    Renderer renderer(*context, gather_of(options));
+    Renderer renderer(*context, direct_light_of(options));
     renderer.set_links(transport::kMostLinks);
     renderer.set_surfels(surfels_of(options));
     return run_oneshot(renderer, std::move(scene), options.oneshot, options.out);

@@ -16,7 +16,7 @@ namespace gonio {
 // Throws std::runtime_error where one was asked for by name and does not work.
 LaneEncoders::Setup encoder_setup(const Options& options, int width_px, int height_px);
 
-// Result: what publishes through `HTTP server`, which must stand before the first picture is encoded. wake: a job is
+// Result: what publishes through `http_server`, which must stand before the first picture is encoded. wake: a job is
 // done.
 LaneEncoders::Outputs encoder_outputs(const std::shared_ptr<HttpServer>& http_server, std::function<void()> wake);
 

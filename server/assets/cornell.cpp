@@ -1,4 +1,4 @@
-// The built-in scene "cornell": a 4 m room open to the HTTP server, two blocks and a sculpture on the lower one; 33,480
+// The built-in scene "cornell": a 4 m room open to the front, two blocks and a sculpture on the lower one; 33,480
 // triangles, as in the seed paper's smaller test case. Proportions and reflectances follow the Cornell box.
 #include <glm/gtc/matrix_transform.hpp>
 #include <numbers>

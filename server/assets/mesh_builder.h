@@ -1,5 +1,5 @@
 // Small pieces from which the built-in scenes are generated. Positions in metres, +Y up, counter-clockwise from the
-// HTTP server. Nothing here reads files or draws random numbers: the same call gives the same bytes.
+// front. Nothing here reads files or draws random numbers: the same call gives the same bytes.
 #pragma once
 
 #include <functional>
@@ -16,7 +16,7 @@ inline glm::vec3 single(const glm::dvec3& x) {
     return glm::vec3(x);
 }
 
-// A flat quadrilateral a, b, c, d (counter-clockwise from the HTTP server); uv runs 0..uv_size from a to c.
+// A flat quadrilateral a, b, c, d (counter-clockwise from the front); uv runs 0..uv_size from a to c.
 void add_quad(Mesh& mesh, const glm::dvec3& a, const glm::dvec3& b, const glm::dvec3& c, const glm::dvec3& d,
               const glm::dvec2& uv_size = glm::dvec2(1.0));
 
@@ -25,7 +25,7 @@ inline constexpr unsigned kNoBottom = 1, kNoTop = 2, kNoLeft = 4, kNoRight = 8, 
 // uv_per_m: texture repeats per metre.
 void add_box(Mesh& mesh, const glm::dvec3& min, const glm::dvec3& max, unsigned left_out = 0, double uv_per_m = 1.0);
 
-// A point of a parametric surface; du x dv points to the HTTP server.
+// A point of a parametric surface; du x dv points to the front.
 using Surface = std::function<glm::dvec3(double u, double v)>;
 // (nu x nv) cells over [0, 1]^2 with smooth normals from central differences of the surface itself.
 // closed_u / closed_v: the surface is periodic there, so differences wrap around instead of stopping at the rim.

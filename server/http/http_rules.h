@@ -22,7 +22,7 @@ asio::ip::address plain_address(const asio::ip::address& address);
 // loopback ones and `local`, the one that the connection came in on, are allowed, localhost and what ends with
 // .localhost, and the names that the options list. Beyond those only letters, digits and .-: stand in what is allowed.
 bool allowed_host(std::string_view host, const HttpOptions& options, const asio::ip::address& local);
-// host: of the same request. Without TLS an https: origin is allowed too: a proxy in HTTP server may have it.
+// host: of the same request. Without TLS an https: origin is allowed too: a proxy in front may have it.
 bool allowed_origin(std::string_view origin, std::string_view host, const HttpOptions& options);
 
 // Result: whether the picture is part of a page elsewhere, as browsers tell (Fetch Metadata: Sec-Fetch-Site), which for

@@ -247,7 +247,7 @@ private:
         watch_for_end();
     }
     // Nobody renders for a client that has gone. What it sent before (its next request; under TLS its goodbye) lies
-    // in HTTP server of the end of what can be read, so the connection's state is asked.
+    // in front of the end of what can be read, so the connection's state is asked.
     void watch_for_end() {
         watch_timer_.expires_after(kWatch);
         watch_timer_.async_wait([self = shared_from_this()](error_code error) {

@@ -43,14 +43,14 @@ struct InputUpdates {
 
 class Inputs {
 public:
-    // wake: called on the inputs' thread when the latest updates is no longer empty. Errors: "listen_failed".
+    // wake: called on the inputs' thread when there are latest updates. Errors: "listen_failed".
     static Result<std::unique_ptr<Inputs>> start(const InputOptions& options, std::function<void()> wake);
     virtual ~Inputs() = default;  // closes everything and joins
 
     // Render thread. The latest updates; the source table, a new one four times a second.
     virtual Latest<InputUpdates>& updates() = 0;
     virtual Latest<v1::Sources>& table() = 0;
-    // The universes that the patch uses: joined, told to consoles that ask, and sent by latest updates.
+    // The universes that the patch uses: joined, told to consoles that ask, and sent as latest updates.
     virtual void listen_to(std::vector<DmxKey> universes) = 0;
     virtual void publish_state(v1::State state) = 0;
     // What the scene refused; beyond 256 that wait they are only counted. Of DMX it is the endpoint's last error.

@@ -66,8 +66,8 @@ HWY_INLINE Float tone(const std::int32_t* table, Float x) {
                bounded * Float(12.92f), bounded < Float(0x1p-14f));
 }
 
-// One row of the light that is kept by luminaire at the pixels, in quanta. Layer after layer: as many streams at once
-// as there are luminaires would be too many for the caches.
+// One row of the light that is kept by luminaire at the pixels, in fixed-point steps. Layer after layer: as many
+// streams at once as there are luminaires would be too many for the caches.
 void SumRow(const Display& display, int y, std::int32_t* const* sum) {
     const std::size_t row = static_cast<std::size_t>(y) * display.row_length, length = display.row_length;
     for (int k = 0; k < 3; ++k) {
@@ -92,7 +92,7 @@ void EncodeRow(const Display& display, int y, const std::int32_t* table, float s
         const std::size_t at = row + x;
         Vec3 light;
         const auto units = [&](int k) { return hn::ConvertTo(tag, hn::LoadU(ints, kept[k] + x)); };
-        light = Vec3(units(0), units(1), units(2)) * Float(display.per_quantum);
+        light = Vec3(units(0), units(1), units(2)) * Float(display.per_step);
         if (indirect != nullptr) light = light + load_rgb(indirect + 4 * x) * Float(display.on_grid.unit);
         for (const Display::Others& other : display.others) {
             const Vec3 rgb = load_rgb(other.halves + 4 * at);
@@ -171,10 +171,10 @@ void to_nv12(const Display& display, std::uint8_t* nv12, Pool& pool) {
     const int pairs = display.height / 2;
     pool.run((pairs + kPairs - 1) / kPairs, [&](int job) {
         static thread_local std::vector<float> rgb;
-        static thread_local std::vector<std::int32_t> quanta;
+        static thread_local std::vector<std::int32_t> steps;
         static thread_local std::vector<std::uint16_t> from_grid;
         static thread_local std::vector<std::uint8_t> bytes;
-        quanta.resize(3 * length);
+        steps.resize(3 * length);
         rgb.resize(6 * length);
         from_grid.resize(4 * length);
         bytes.resize(3 * length);
@@ -182,7 +182,7 @@ void to_nv12(const Display& display, std::uint8_t* nv12, Pool& pool) {
         float* const lower[3] = {rgb.data() + 3 * length, rgb.data() + 4 * length, rgb.data() + 5 * length};
         const Display::OnGrid& on_grid = display.on_grid;
         std::uint16_t* const indirect = on_grid.planes != nullptr ? from_grid.data() : nullptr;
-        std::int32_t* const kept[3] = {quanta.data(), quanta.data() + length, quanta.data() + 2 * length};
+        std::int32_t* const kept[3] = {steps.data(), steps.data() + length, steps.data() + 2 * length};
         for (int pair = job * kPairs; pair < std::min(pairs, (job + 1) * kPairs); ++pair) {
             const int top = display.height - 1 - 2 * pair;
             for (const auto& [y, row] : {std::pair(top, upper), std::pair(top - 1, lower)}) {

@@ -16,12 +16,12 @@ namespace gonio::lighting {
 struct Display {
     int width = 0, height = 0;  // even
     std::size_t row_length = 0;
-    // Light of luminaires kept apart, at the pixels, in quanta: what was summed before, null for nothing, plus the
+    // Light of luminaires kept apart, at the pixels, in steps: what was summed before, null for nothing, plus the
     // layers.
     const std::int32_t* kept_pixels[3] = {};
     std::span<const LayerTerm> layers;
-    float cap = 0.0f;  // of each term, quanta
-    float per_quantum = 0.0f;
+    float cap = 0.0f;  // of each term, fixed-point steps
+    float per_step = 0.0f;
     // Indirect light on the grid, in units; no planes: none.
     struct OnGrid {
         const GBuffer* gbuffer = nullptr;

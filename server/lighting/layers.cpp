@@ -18,9 +18,9 @@ void AddPixels(const LayerTerm& term, float cap, std::size_t first, std::size_t 
     add_pixels(term, cap, first, count, sums);
 }
 
-void AddPlane(const std::uint16_t* light, float quanta, float cap, std::size_t count, std::int32_t* sum) {
+void AddPlane(const std::uint16_t* light, float steps, float cap, std::size_t count, std::int32_t* sum) {
     for (std::size_t i = 0; i < count; i += hn::Lanes(Tag()))
-        add_quanta(from_half(hn::LoadU(HalfBits(), light + i)), Float(quanta), Float(cap), sum + i);
+        add_fixed_point(from_half(hn::LoadU(HalfBits(), light + i)), Float(steps), Float(cap), sum + i);
 }
 
 void ToFloats(const std::int32_t* sum, float factor, std::size_t count, float* out) {
@@ -64,15 +64,14 @@ void LayerSum::take(std::vector<LayerTerm> terms, std::size_t most, std::size_t 
     std::map<std::uint32_t, Known> now;
     std::vector<std::uint32_t> changed;
     for (const LayerTerm& term : terms) {
-        Known known{term.layer->version, 0, term.quanta, term.direct, term.indirect, false};
+        Known known{term.layer->version, 0, term.steps, term.direct, term.indirect, false};
         const auto before = known_.find(term.light);
         if (before != known_.end()) {
             known.changed_in = before->second.changed_in;
             known.kept = before->second.kept;
         }
-        if (before == known_.end() || before->second.version != known.version ||
-            before->second.quanta != known.quanta || before->second.direct != known.direct ||
-            before->second.indirect != known.indirect) {
+        if (before == known_.end() || before->second.version != known.version || before->second.steps != known.steps ||
+            before->second.direct != known.direct || before->second.indirect != known.indirect) {
             changed.push_back(term.light);
             valid = valid && !known.kept;
         }
@@ -126,7 +125,7 @@ void LayerSum::keep(std::span<const LayerTerm> terms, Pool& pool) {
         pool.run_chunks(grid_[k].size(), kChunk, [&](std::size_t first, std::size_t count) {
             for (const LayerTerm& term : terms) {
                 if (term.on_grid()) HWY_DYNAMIC_DISPATCH(AddPlane)
-                (term.layer->indirect[k].data() + first, term.quanta[static_cast<int>(k)], cap_, count,
+                (term.layer->indirect[k].data() + first, term.steps[static_cast<int>(k)], cap_, count,
                  &grid_[k][first]);
             }
         });
@@ -137,7 +136,7 @@ const std::int32_t* LayerSum::kept_pixels(int channel) const {
     return any_kept_ ? pixels_[static_cast<std::size_t>(channel)].data() : nullptr;
 }
 
-void LayerSum::grid(float per_quantum, Planes& out, Pool& pool) const {
+void LayerSum::grid(float per_step, Planes& out, Pool& pool) const {
     for (std::size_t k = 0; k < 3; ++k) {
         pool.run_chunks(out[k].size() / kSimdWidth * kSimdWidth, kChunk, [&](std::size_t first, std::size_t count) {
             static thread_local std::vector<std::int32_t> sum;
@@ -148,9 +147,9 @@ void LayerSum::grid(float per_quantum, Planes& out, Pool& pool) const {
                 std::fill_n(sum.data(), count, 0);
             for (const LayerTerm& term : others_) {
                 if (term.on_grid()) HWY_DYNAMIC_DISPATCH(AddPlane)
-                (term.layer->indirect[k].data() + first, term.quanta[static_cast<int>(k)], cap_, count, sum.data());
+                (term.layer->indirect[k].data() + first, term.steps[static_cast<int>(k)], cap_, count, sum.data());
             }
-            HWY_DYNAMIC_DISPATCH(ToFloats)(sum.data(), per_quantum, count, out[k].data() + first);
+            HWY_DYNAMIC_DISPATCH(ToFloats)(sum.data(), per_step, count, out[k].data() + first);
         });
     }
 }

@@ -24,11 +24,11 @@ struct LightLayer {
     std::uint64_t version = 0;                           // another one with every change
 };
 
-// A luminaire's share of one picture. quanta: per value of the layer and channel.
+// A luminaire's share of one picture. steps: per value of the layer and channel.
 struct LayerTerm {
     std::uint32_t light = 0;  // its id
     const LightLayer* layer = nullptr;
-    glm::vec3 quanta{0.0f};
+    glm::vec3 steps{0.0f};
     bool direct = false, indirect = false;  // what is shown
     const std::uint16_t* direct_pixels() const { return direct ? layer->direct.data() : nullptr; }
     const std::uint16_t* indirect_pixels() const {
@@ -37,7 +37,7 @@ struct LayerTerm {
     bool on_grid() const { return indirect && layer->gathered.empty(); }
 };
 
-// Sums in whole quanta: a term is rounded to integers and bounded by cap() before it is added, so that a sum is the
+// Sums in whole steps: a term is rounded to integers and bounded by cap() before it is added, so that a sum is the
 // same in whatever order it was made and however much of it was kept from earlier pictures.
 class LayerSum {
 public:
@@ -50,15 +50,15 @@ public:
     const std::int32_t* kept_pixels(int channel) const;
     std::span<const LayerTerm> others() const { return others_; }
     float cap() const { return cap_; }
-    // out: 3 planes in the shape of the grid: indirect light of all terms on it × per_quantum.
-    void grid(float per_quantum, Planes& out, Pool& pool) const;
+    // out: 3 planes in the shape of the grid: indirect light of all terms on it × per_step.
+    void grid(float per_step, Planes& out, Pool& pool) const;
     // Counts pictures that differ from the one before.
     std::uint64_t changes() const { return changes_; }
 
 private:
     struct Known {
         std::uint64_t version = 0, changed_in = 0;  // changed_in: the last picture in which it changed among few
-        glm::vec3 quanta{0.0f};
+        glm::vec3 steps{0.0f};
         bool direct = false, indirect = false, kept = false;
     };
     void keep(std::span<const LayerTerm> terms, Pool& pool);

@@ -16,12 +16,12 @@ HWY_INLINE Vec3 load_rgb(const std::uint16_t* pixels) {
     return {from_half(r), from_half(g), from_half(b)};
 }
 // A term of LayerSum (server/lighting/layers.h).
-HWY_INLINE hn::Vec<IntTag> whole_quanta(Float value, Float quanta, Float cap) {
-    return hn::NearestInt(max(min(value * quanta, cap), -cap).raw);
+HWY_INLINE hn::Vec<IntTag> to_fixed_point(Float value, Float steps, Float cap) {
+    return hn::NearestInt(max(min(value * steps, cap), -cap).raw);
 }
-HWY_INLINE void add_quanta(Float value, Float quanta, Float cap, std::int32_t* sum) {
+HWY_INLINE void add_fixed_point(Float value, Float steps, Float cap, std::int32_t* sum) {
     const IntTag ints;
-    hn::StoreU(hn::Add(hn::LoadU(ints, sum), whole_quanta(value, quanta, cap)), ints, sum);
+    hn::StoreU(hn::Add(hn::LoadU(ints, sum), to_fixed_point(value, steps, cap)), ints, sum);
 }
 // What a term shows at `count` pixels from `first` on, a multiple of the lanes, added to three sums.
 HWY_INLINE void add_pixels(const LayerTerm& term, float cap, std::size_t first, std::size_t count,
@@ -29,12 +29,12 @@ HWY_INLINE void add_pixels(const LayerTerm& term, float cap, std::size_t first, 
     const std::uint16_t *direct = term.direct_pixels(), *indirect = term.indirect_pixels();
     for (std::size_t i = 0; i < count && direct != nullptr; i += hn::Lanes(Tag())) {
         const Float value = from_half(hn::LoadU(HalfBits(), direct + first + i));
-        for (int k = 0; k < 3; ++k) add_quanta(value, Float(term.quanta[k]), Float(cap), sums[k] + i);
+        for (int k = 0; k < 3; ++k) add_fixed_point(value, Float(term.steps[k]), Float(cap), sums[k] + i);
     }
     for (std::size_t i = 0; i < count && indirect != nullptr; i += hn::Lanes(Tag())) {
         const Vec3 rgb = load_rgb(indirect + 4 * (first + i));
-        add_quanta(rgb.x, Float(term.quanta.x), Float(cap), sums[0] + i);
-        add_quanta(rgb.y, Float(term.quanta.y), Float(cap), sums[1] + i);
-        add_quanta(rgb.z, Float(term.quanta.z), Float(cap), sums[2] + i);
+        add_fixed_point(rgb.x, Float(term.steps.x), Float(cap), sums[0] + i);
+        add_fixed_point(rgb.y, Float(term.steps.y), Float(cap), sums[1] + i);
+        add_fixed_point(rgb.z, Float(term.steps.z), Float(cap), sums[2] + i);
     }
 }

@@ -12,7 +12,7 @@ std::size_t row_of(const GBuffer& gbuffer, int y) {
 }
 
 // How like a pixel's surface a point of the grid's arrays is, 0..1.
-float likeness(const Grid& grid, std::size_t at, const Spot& spot, float near_per_depth) {
+float edge_stopping_weight(const Grid& grid, std::size_t at, const Spot& spot, float near_per_depth) {
     return glsl::surface_likeness(
         glm::dot(spot.normal, grid.normal(at)),
         glm::dot(spot.normal, grid.position(at) - spot.position) / (spot.depth * near_per_depth));
@@ -27,8 +27,8 @@ std::size_t most_alike(const Grid& grid, int x, int y, const Spot& spot, float n
                                                          std::clamp((y + 2) / 4 - 2 + k / 4, 0, grid.height - 1)));
         if (!(grid.values[6][at] > 0.0f)) continue;
         const glm::vec3 to = grid.position(at) - spot.position;
-        const float alike =
-            likeness(grid, at, spot, near_per_depth) + 1e-4f / (1.0f + glm::dot(to, to) / (spot.depth * spot.depth));
+        const float alike = edge_stopping_weight(grid, at, spot, near_per_depth) +
+                            1e-4f / (1.0f + glm::dot(to, to) / (spot.depth * spot.depth));
         if (alike > best) best = alike, from = at;
     }
     return from;

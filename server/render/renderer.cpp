@@ -30,8 +30,9 @@ struct Renderer::InFlight {
     std::shared_ptr<const std::vector<std::uint8_t>> nv12;  // or it is here already
 };
 
-Renderer::Renderer(const gl::Context& context, Gather gather)
-    : direct_by_rays_(gather == Gather::simd || (gather == Gather::automatic && context.software())) {
+Renderer::Renderer(const gl::Context& context, DirectLight direct_light)
+    : direct_by_rays_(direct_light == DirectLight::rays ||
+                      (direct_light == DirectLight::automatic && context.software())) {
     glEnable(GL_TEXTURE_CUBE_MAP_SEAMLESS);
 }
 Renderer::~Renderer() = default;

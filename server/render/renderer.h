@@ -40,8 +40,8 @@ class Renderer final : public LiveRenderer {
 public:
     // Where the direct light of the default technique is computed: by shaders with a shadow map, or on the CPU with a
     // shadow ray per pixel; automatic: on the CPU where the GL is software anyway.
-    enum class Gather : std::uint8_t { automatic, gl, simd };
-    explicit Renderer(const gl::Context& context, Gather gather = Gather::automatic);
+    enum class DirectLight : std::uint8_t { automatic, gl, rays };
+    explicit Renderer(const gl::Context& context, DirectLight direct_light = DirectLight::automatic);
     ~Renderer() override;
 
     void begin_frame(const Scene& scene, std::int64_t drained_ns) override;

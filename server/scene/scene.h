@@ -61,7 +61,7 @@ struct Material {
 // One glTF primitive: triangles with one material.
 struct Mesh {
     std::vector<Vertex> vertices;
-    std::vector<std::uint32_t> indices;  // 3 per triangle, counter-clockwise from the HTTP server
+    std::vector<std::uint32_t> indices;  // 3 per triangle, counter-clockwise from the front
     int material = 0;                    // index into SceneAsset::materials
     Bounds bounds;                       // mesh space
 };

@@ -5,7 +5,7 @@
 namespace gonio {
 namespace {
 
-// An quality level fits if it is expected to take this share of the budget; a greater one than before only with more to
+// A quality level fits if it is expected to take this share of the budget; a greater one than before only with more to
 // spare, so that the choice does not swing.
 constexpr double kFits = 0.95, kFitsBetter = 0.8;
 

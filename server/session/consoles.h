@@ -1,5 +1,5 @@
-// Consoles on the render thread: drains their latest updates once a frame, reads it through the patch, and applies what
-// comes out.
+// Consoles on the render thread: drains their latest updates once a frame, reads them through the patch, and applies
+// what comes out.
 #pragma once
 
 #include <array>

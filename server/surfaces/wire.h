@@ -43,7 +43,7 @@ struct WireEvents {
 class Wire {
 public:
     virtual ~Wire() = default;
-    // A MIDI message for a cable, or a HID report with its id in HTTP server (cable 0). Result: false: not taken,
+    // A MIDI message for a cable, or a HID report with its id in front (cable 0). Result: false: not taken,
     // because too much is on its way or the surface is gone.
     virtual bool write(std::uint8_t cable, Bytes bytes) = 0;
     // Result: whether what was taken has been lost since this was asked last: the surface is to be painted anew.

@@ -143,7 +143,7 @@ bool Geometry::is_hole(const Part& part, int triangle, float u, float v) const {
     return alpha < part.material->alpha_cutoff;
 }
 
-bool Geometry::surface_at(int instance, int triangle, float u, float v, bool http_server, SurfaceHit& hit,
+bool Geometry::surface_at(int instance, int triangle, float u, float v, bool front, SurfaceHit& hit,
                           bool colours) const {
     if (is_hole(parts_[static_cast<std::size_t>(instance)], triangle, u, v)) return false;
     const auto c = corners(instance, triangle);
@@ -151,8 +151,8 @@ bool Geometry::surface_at(int instance, int triangle, float u, float v, bool htt
     const float length2 = glm::dot(normal, normal);
     if (!(length2 > 0.0f)) return false;
     const glm::vec3 unit = normal / std::sqrt(length2);
-    hit = surface(static_cast<unsigned>(instance), static_cast<unsigned>(triangle), u, v, unit,
-                  http_server ? -unit : unit, colours);
+    hit = surface(static_cast<unsigned>(instance), static_cast<unsigned>(triangle), u, v, unit, front ? -unit : unit,
+                  colours);
     return true;
 }
 
@@ -202,7 +202,7 @@ SurfaceHit Geometry::surface(unsigned instance, unsigned triangle, float hit_u, 
         (1.0f - u - v) * part.positions[index[0]] + u * part.positions[index[1]] + v * part.positions[index[2]];
     const float scale = std::max({std::abs(geometric.x), std::abs(geometric.y), std::abs(geometric.z)});
     geometric = scale > 0.0f ? glm::normalize(geometric / scale) : -direction;
-    // The importer winds mirrored instances so that Embree's Ng, the cross product of the edges, is the HTTP server's.
+    // The importer winds mirrored instances so that Embree's Ng, the cross product of the edges, is the front's.
     const bool from_front = glm::dot(geometric, direction) < 0.0f;
     hit.geometric = from_front ? geometric : -geometric;
     const std::vector<Vertex>& vertices = part.mesh->vertices;

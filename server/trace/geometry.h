@@ -40,7 +40,7 @@ struct alignas(64) RayPacket {
         return glm::vec3(from_x[i], from_y[i], from_z[i]) + along(i) * distance;
     }
 };
-// What they meet: distance, the triangle's plane (of any length, its HTTP server's) and where on it.
+// What they meet: distance, the triangle's plane (of any length, its front's) and where on it.
 struct alignas(64) HitPacket {
     float distance[kPacket], u[kPacket], v[kPacket];
     float normal_x[kPacket], normal_y[kPacket], normal_z[kPacket];
@@ -74,14 +74,14 @@ public:
     // Half the scene's diagonal, m.
     float extent() const { return extent_; }
 
-    // What a ray would meet at barycentric (u, v) on the HTTP server or the back of a triangle; distance 0. Result:
+    // What a ray would meet at barycentric (u, v) on the front or the back of a triangle; distance 0. Result:
     // false in a hole of an alpha mask, or where the triangle has no area.
-    bool surface_at(int instance, int triangle, float u, float v, bool http_server, SurfaceHit& hit,
+    bool surface_at(int instance, int triangle, float u, float v, bool front, SurfaceHit& hit,
                     bool colours = true) const;
 
     // A triangle's corners, local, m.
     std::array<glm::vec3, 3> corners(int instance, int triangle) const;
-    // Result: emission of the HTTP server at barycentric (u, v), cd/m².
+    // Result: emission of the front at barycentric (u, v), cd/m².
     glm::vec3 emission_at(int instance, int triangle, float u, float v) const;
 
 private:

@@ -39,7 +39,7 @@ std::vector<Luminaire> luminaires_of(const Scene& scene, const Geometry& geometr
 struct Emitter {
     int instance = 0, triangle = 0;
     std::array<glm::vec3, 3> corner;
-    glm::vec3 normal{0.0f};  // HTTP server, unit
+    glm::vec3 normal{0.0f};  // front, unit
     bool double_sided = false;
     float area_m2 = 0.0f;
 };

@@ -45,22 +45,22 @@ CellMap::CellMap(const trace::Geometry& geometry, const Surfels& surfels, std::s
     for (std::size_t i = 0; i < size_; ++i) cells_[i].store(kUnknown, std::memory_order_relaxed);
 }
 
-std::uint16_t CellMap::surfel_at(unsigned instance, unsigned triangle, float u, float v, bool http_server) const {
+std::uint16_t CellMap::surfel_at(unsigned instance, unsigned triangle, float u, float v, bool front) const {
     const Triangle& own = triangles_[first_triangle_[instance] + triangle];
     const auto place = [&](float share) {
         return std::min(static_cast<std::uint32_t>(std::max(share, 0.0f) * static_cast<float>(own.side)), own.side - 1);
     };
     const std::uint32_t cell = place(v) * own.side + place(u);
-    std::atomic<std::uint32_t>& slot = cells_[own.first + (http_server ? 0u : own.side * own.side) + cell];
+    std::atomic<std::uint32_t>& slot = cells_[own.first + (front ? 0u : own.side * own.side) + cell];
     std::uint32_t value = slot.load(std::memory_order_relaxed);
     if (value == kUnknown) {  // threads that come at once find the same
-        value = fill(instance, triangle, cell, own.side, http_server);
+        value = fill(instance, triangle, cell, own.side, front);
         slot.store(value, std::memory_order_relaxed);
     }
     if ((value & kDivided) == 0) return static_cast<std::uint16_t>(value);
     trace::SurfaceHit hit;
     const auto i = static_cast<int>(instance), t = static_cast<int>(triangle);
-    if (!geometry_.surface_at(i, t, u, v, http_server, hit, false)) return static_cast<std::uint16_t>(surfels_.count);
+    if (!geometry_.surface_at(i, t, u, v, front, hit, false)) return static_cast<std::uint16_t>(surfels_.count);
     const Surfels::Place place_hit{hit.position, hit.normal, hit.geometric};
     const auto known = static_cast<std::uint16_t>(value);
     if (known < surfels_.count && surfels_.sees(geometry_, place_hit, known)) return known;
@@ -68,7 +68,7 @@ std::uint16_t CellMap::surfel_at(unsigned instance, unsigned triangle, float u, 
 }
 
 std::uint32_t CellMap::fill(unsigned instance, unsigned triangle, std::uint32_t cell, std::uint32_t side,
-                            bool http_server) const {
+                            bool front) const {
     const auto i = static_cast<int>(instance), t = static_cast<int>(triangle);
     const float edge = 1.0f / static_cast<float>(side), u0 = static_cast<float>(cell % side) * edge,
                 v0 = static_cast<float>(cell / side) * edge;
@@ -76,7 +76,7 @@ std::uint32_t CellMap::fill(unsigned instance, unsigned triangle, std::uint32_t 
     const bool half = u0 + v0 + 1.5f * edge > 1.0f;
     const float middle = (half ? 1.0f / 3.0f : 0.5f) * edge;
     trace::SurfaceHit hit;
-    if (!geometry_.surface_at(i, t, u0 + middle, v0 + middle, http_server, hit, false)) {
+    if (!geometry_.surface_at(i, t, u0 + middle, v0 + middle, front, hit, false)) {
         return static_cast<std::uint32_t>(surfels_.count) | kDivided;  // a hole in the middle says nothing of the rest
     }
     const std::uint16_t id = surfels_.visible_from(geometry_, {hit.position, hit.normal, hit.geometric});
@@ -90,7 +90,7 @@ std::uint32_t CellMap::fill(unsigned instance, unsigned triangle, std::uint32_t 
         {kIn, kIn}, {1.0f - 2.0f * kIn, kIn}, {kIn, 1.0f - 2.0f * kIn}, {1.0f - kIn, 1.0f - kIn}};
     for (int k = 0; k < (half ? 3 : 4); ++k) {
         trace::SurfaceHit corner;
-        if (!geometry_.surface_at(i, t, u0 + corners[k].x * edge, v0 + corners[k].y * edge, http_server, corner, false))
+        if (!geometry_.surface_at(i, t, u0 + corners[k].x * edge, v0 + corners[k].y * edge, front, corner, false))
             continue;
         const Surfels::Place place{corner.position, corner.normal, corner.geometric};
         if (id == surfels_.count ? surfels_.visible_from(geometry_, place) != id : !surfels_.sees(geometry_, place, id))
@@ -105,9 +105,9 @@ CellMap::Table CellMap::table(Pool& pool) const {
     Table table;
     table.triangles.resize(triangles_.size());
     table.cells.assign(size_ + size_ % 2, none);
-    const auto set_side = [&](unsigned instance, unsigned triangle, bool http_server) {
+    const auto set_side = [&](unsigned instance, unsigned triangle, bool front) {
         const Triangle& own = triangles_[first_triangle_[instance] + triangle];
-        const std::uint32_t side = own.side, first = own.first + (http_server ? 0u : side * side);
+        const std::uint32_t side = own.side, first = own.first + (front ? 0u : side * side);
         std::vector<bool> known(std::size_t{side} * side, false);
         bool any = false;
         const auto take = [&](std::uint32_t cell, std::uint32_t value) {
@@ -118,7 +118,7 @@ CellMap::Table CellMap::table(Pool& pool) const {
         for (std::uint32_t cell = 0; cell < side * side; ++cell)
             take(cell, cells_[first + cell].load(std::memory_order_relaxed));
         if (!any && side <= kFew) {
-            const std::uint32_t value = fill(instance, triangle, 0, side, http_server);
+            const std::uint32_t value = fill(instance, triangle, 0, side, front);
             cells_[first].store(value, std::memory_order_relaxed);
             take(0, value);
         }
@@ -147,7 +147,7 @@ CellMap::Table CellMap::table(Pool& pool) const {
             for (std::size_t t = first; t < first + count; ++t) {
                 const Triangle& own = triangles_[first_triangle_[i] + t];
                 table.triangles[first_triangle_[i] + t] = {own.first, own.side};
-                for (const bool http_server : {true, false}) set_side(i, static_cast<unsigned>(t), http_server);
+                for (const bool front : {true, false}) set_side(i, static_cast<unsigned>(t), front);
             }
         });
     }

@@ -18,14 +18,14 @@ public:
     CellMap(const trace::Geometry& geometry, const Surfels& surfels, std::size_t most_bytes);
     static constexpr std::size_t kLeastBytesPerTriangle = 16;
 
-    // Result: the surfel nearest to barycentric (u, v) on the HTTP server or the back of a triangle that nothing hides
+    // Result: the surfel nearest to barycentric (u, v) on the front or the back of a triangle that nothing hides
     // from there; `surfels.count`: none. The same for every place of a cell, unless something stands in the cell.
-    std::uint16_t surfel_at(unsigned instance, unsigned triangle, float u, float v, bool http_server) const;
+    std::uint16_t surfel_at(unsigned instance, unsigned triangle, float u, float v, bool front) const;
     // What shaders read in its place: ids by cell, `surfels.count` none. Cells that no ray has ended in yet take after
     // those next to them; of triangles of few cells that no ray has ended on, one is filled. A cell in which what is
     // seen differs has the surfel of its middle.
     struct Table {
-        std::vector<glm::uvec2> triangles;  // first cell, cells along each edge; the back's follow the HTTP server's
+        std::vector<glm::uvec2> triangles;  // first cell, cells along each edge; the back's follow the front's
         std::vector<std::uint16_t> cells;   // v × that + u
     };
     Table table(Pool& pool) const;
@@ -33,11 +33,10 @@ public:
 
 private:
     struct Triangle {
-        std::uint32_t first;  // into cells_: the HTTP server's, then the back's
+        std::uint32_t first;  // into cells_: the front's, then the back's
         std::uint32_t side;   // cells along each edge
     };
-    std::uint32_t fill(unsigned instance, unsigned triangle, std::uint32_t cell, std::uint32_t side,
-                       bool http_server) const;
+    std::uint32_t fill(unsigned instance, unsigned triangle, std::uint32_t cell, std::uint32_t side, bool front) const;
 
     const trace::Geometry& geometry_;
     const Surfels& surfels_;

@@ -29,8 +29,8 @@ unsigned follow(const Fan& fan, const trace::Geometry& geometry, const Surfels& 
     for (int i = 0; i < trace::kPacket; ++i) {
         ids[i] = static_cast<std::uint16_t>(surfels.count);
         if ((met >> i & 1u) == 0) continue;
-        const bool http_server = glm::dot(fan.rays.along(i), hits.normal(i)) < 0.0f;
-        ids[i] = cells.surfel_at(hits.instance[i], hits.triangle[i], hits.u[i], hits.v[i], http_server);
+        const bool front = glm::dot(fan.rays.along(i), hits.normal(i)) < 0.0f;
+        ids[i] = cells.surfel_at(hits.instance[i], hits.triangle[i], hits.u[i], hits.v[i], front);
     }
     return met;
 }

@@ -94,7 +94,7 @@ RsmRow measure_rsm(const gl::Context& context, int size, double seconds) {
     row.size = size;
     Scene scene = scene_of(bench::bench_asset("cornell"));
     scene.view = View::rsm_flux;
-    Renderer looked_at(context, Renderer::Gather::gl);
+    Renderer looked_at(context, Renderer::DirectLight::gl);
     looked_at.set_rsm_size(size);
     const Timed maps = measure(looked_at, scene, seconds, 10);
     row.rsm_ms = maps.pass("rsm");
@@ -102,7 +102,7 @@ RsmRow measure_rsm(const gl::Context& context, int size, double seconds) {
     scene.view = View::beauty;
     scene.technique = Technique::seed;
     scene.samples = kSeedSamples;
-    Renderer seed(context, Renderer::Gather::gl);
+    Renderer seed(context, Renderer::DirectLight::gl);
     seed.set_rsm_size(size);
     const Timed frames = measure(seed, scene, seconds, 5);
     row.shadow_ms = frames.pass("shadow");

@@ -26,7 +26,7 @@ class Cost : public testing::TestWithParam<Case> {
 protected:
     using Ran = std::set<std::string>;
     Cost() : Cost(GetParam()) {}
-    explicit Cost(const Case& which) : renderer(context(), gather()), scene(scene_of(asset(which.scene))) {
+    explicit Cost(const Case& which) : renderer(context(), direct_light()), scene(scene_of(asset(which.scene))) {
         scene.width_px = scene.height_px = 96;
         make_coarse(renderer);
         // Shadow maps of many luminaires take a software GL seconds.
@@ -71,7 +71,8 @@ protected:
     void change(const std::function<void(v1::Command&)>& fill) { ASSERT_TRUE(apply(scene, command_of(fill), {})); }
 
     static bool shadow_maps() {
-        return gather() == Renderer::Gather::gl || (gather() == Renderer::Gather::automatic && !context().software());
+        return direct_light() == Renderer::DirectLight::gl ||
+               (direct_light() == Renderer::DirectLight::automatic && !context().software());
     }
     // Several luminaires are shown at once while the camera moves.
     bool merges() const { return !shadow_maps() && scene.lights.size() > 1; }
@@ -392,7 +393,7 @@ TEST_P(Cost, RefinementRunsGatherAndComposite) {
         ++pictures;
     }
     // With a shadow ray from each pixel, once for each luminaire.
-    const bool rays = gather() != Renderer::Gather::gl;
+    const bool rays = direct_light() != Renderer::DirectLight::gl;
     EXPECT_EQ(directs, rays ? static_cast<int>(scene.lights.size()) : 0);
     EXPECT_TRUE(renderer.refined(scene));
     EXPECT_GT(pictures, 1);
@@ -444,7 +445,7 @@ TEST_P(Cost, SameInputsGiveTheSameBytes) {
     }
     while (!settled) frame();
     EXPECT_TRUE(*first == *picture) << "camera";
-    Renderer fresh(context(), gather());
+    Renderer fresh(context(), direct_light());
     make_coarse(fresh);
     do {
         fresh.begin_frame(scene, monotonic_ns());

@@ -10,7 +10,7 @@ double meter_direct(Renderer& renderer, const Scene& scene, const glm::dvec3& po
 }
 
 TEST(Direct, IsotropicThousandCandelaTwoMetresAboveAFloorGives250Lux) {
-    Renderer renderer(context(), gather());
+    Renderer renderer(context(), direct_light());
     make_coarse(renderer);
     const Scene scene = floor_scene(10.0, 0.0f, isotropic(1000.0), {0, 2, 0});
     EXPECT_NEAR(meter_direct(renderer, scene, {0, 0, 0}, {0, 1, 0}), 250.0, 0.25);
@@ -18,7 +18,7 @@ TEST(Direct, IsotropicThousandCandelaTwoMetresAboveAFloorGives250Lux) {
 
 // CIE 171:2006 case 5.2, closed form I0·9/(9+r²)² for a Lambertian point source 3 m above the floor, I0 = 1000 cd.
 TEST(Direct, Cie171Case52) {
-    Renderer renderer(context(), gather());
+    Renderer renderer(context(), direct_light());
     make_coarse(renderer);
     const Scene scene = floor_scene(8.0, 0.0f, cosine_power(1000.0, 1.0), {0, 3, 0});
     for (const glm::dvec2 p : {glm::dvec2{0, 0},
@@ -39,7 +39,7 @@ TEST(Direct, Cie171Case52) {
 
 // I = 1000 cos²: E at 0, 1, 2 and 4 m follows cos² · cos / d²; a table that is squared by mistake does not.
 TEST(Direct, CosineSquaredIsNotSquaredAgain) {
-    Renderer renderer(context(), gather());
+    Renderer renderer(context(), direct_light());
     make_coarse(renderer);
     const Scene scene = floor_scene(20.0, 0.0f, cosine_power(1000.0, 2.0), {0, 2, 0});
     for (double x : {0.0, 1.0, 2.0, 4.0}) {
@@ -78,7 +78,7 @@ TEST(Direct, TurnedLuminairesAtTwentyPointsInMeterAndPicture) {
     };
     for (const Turn& turn :
          {Turn{"downlight", 0.3, 0.4, 0.9}, Turn{"wall_washer", -1.1, 0.5, 2.2}, Turn{"batwing", 2.0, 0.7, -0.6}}) {
-        Renderer renderer(context(), gather());
+        Renderer renderer(context(), direct_light());
         make_coarse(renderer);
         const auto profile = *builtin_profile(turn.profile);
         const glm::dvec3 light(0.4, 3.0, -0.3);
@@ -117,7 +117,7 @@ TEST(Direct, AnAsymmetricLawTurnedEveryWay) {
     const auto profile = profile_of("asymmetric", 1.0, law);
     const glm::dvec3 light(0.4, 3.0, -0.3);
     for (const PanTiltRoll& turn : {PanTiltRoll{0, 0, 0}, {0, 0, 1.0}, {0.8, 0.4, 0.0}, {-2.0, 0.7, 2.5}}) {
-        Renderer renderer(context(), gather());
+        Renderer renderer(context(), direct_light());
         make_coarse(renderer);
         const Scene scene = floor_scene(40.0, 0.0f, profile, light, orientation_of(turn));
         // C0 and C90 written out from pan, tilt and roll, as in expected_lux.
@@ -136,7 +136,7 @@ TEST(Direct, AnAsymmetricLawTurnedEveryWay) {
 }
 
 TEST(Direct, APlaneDoesNotShadowItselfAtGrazingAngles) {
-    Renderer renderer(context(), gather());
+    Renderer renderer(context(), direct_light());
     make_coarse(renderer);
     const Scene scene = floor_scene(60.0, 0.0f, isotropic(1000.0), {0, 1, 0});
     for (double x : {0.1, 1.0, 3.0, 10.0, 25.0}) {
@@ -180,7 +180,7 @@ TEST(Direct, ABoardFacingTheLightOffTheCubesAxesDoesNotShadowItself) {
 }
 
 TEST(Direct, AWallCastsAShadowFromBothSides) {
-    Renderer renderer(context(), gather());
+    Renderer renderer(context(), direct_light());
     make_coarse(renderer);
     for (const bool flipped : {false, true}) {
         const glm::dvec3 a(-1, 1, 1), b(1, 1, 1), c(1, 1, -1), d(-1, 1, -1);
@@ -195,7 +195,7 @@ TEST(Direct, AWallCastsAShadowFromBothSides) {
 }
 
 TEST(Direct, TwoHalvesMakeOneWhole) {
-    Renderer renderer(context(), gather());
+    Renderer renderer(context(), direct_light());
     make_coarse(renderer);
     Scene one = floor_scene(10.0, 0.5f, isotropic(1000.0), {0.3, 2, 0});
     Scene two = floor_scene(10.0, 0.5f, isotropic(500.0), {0.3, 2, 0});
@@ -208,7 +208,7 @@ TEST(Direct, TwoHalvesMakeOneWhole) {
 }
 
 TEST(Direct, LevelMultiplierColourAndMasterMultiply) {
-    Renderer renderer(context(), gather());
+    Renderer renderer(context(), direct_light());
     make_coarse(renderer);
     Scene scene = floor_scene(10.0, 0.0f, isotropic(1000.0), {0, 2, 0});
     scene.lights[0].level_ratio = 0.5;
@@ -225,7 +225,7 @@ TEST(Direct, LevelMultiplierColourAndMasterMultiply) {
 
 // LM-63 TILT=INCLUDE: the lamp gives 0.6 of its light when the luminaire is tilted by 60 degrees.
 TEST(Direct, TheTiltFactorFollowsTheLuminairesTilt) {
-    Renderer renderer(context(), gather());
+    Renderer renderer(context(), direct_light());
     make_coarse(renderer);
     auto profile = std::make_shared<Profile>(*isotropic(1000.0));
     profile->photometry.tilt = ies::TiltTable{1, {0.0, std::numbers::pi / 3, std::numbers::pi}, {1.0, 0.6, 0.6}};
@@ -256,7 +256,7 @@ TEST(Direct, GoniometerTypesAgree) {
             }
         }
         profile->max_cd = 1000.0;
-        Renderer renderer(context(), gather());
+        Renderer renderer(context(), direct_light());
         make_coarse(renderer);
         const Scene scene = floor_scene(10.0, 0.0f, profile, {0, 2, 0}, orientation_of({0.4, 0.5, 0.3}));
         const glm::dvec3 aim(-std::sin(0.5) * std::sin(0.4), -std::cos(0.5), -std::sin(0.5) * std::cos(0.4));
@@ -275,7 +275,7 @@ TEST(Direct, TenKilometresAwayNothingChanges) {
     const glm::dvec3 away(10000.0, -3000.0, 7000.0);
     double lux[2];
     for (int k = 0; k < 2; ++k) {
-        Renderer renderer(context(), gather());
+        Renderer renderer(context(), direct_light());
         make_coarse(renderer);
         const glm::dvec3 offset = k == 0 ? glm::dvec3(0) : away;
         const Scene scene =
@@ -291,7 +291,7 @@ TEST(Direct, TenKilometresAwayNothingChanges) {
 // A capture is rendered in tiles through windows of the view: so large that it takes several, it shows what
 // the meter reads at the pixels' points, seams or not.
 TEST(Direct, TilesMakeOnePicture) {
-    Renderer renderer(context(), gather());
+    Renderer renderer(context(), direct_light());
     make_coarse(renderer);
     Scene scene = floor_scene(20.0, 0.0f, cosine_power(1000.0, 1.0), {0.5, 2.5, 0.2});
     scene.camera = {{0.0, 6.0, 0.001}, {0.0, 0.0, 0.0}, 0.8};
@@ -317,7 +317,7 @@ TEST(Direct, TilesMakeOnePicture) {
 }
 
 TEST(Direct, EmittersShowTheirLuminanceAndTakeNoPartInIlluminance) {
-    Renderer renderer(context(), gather());
+    Renderer renderer(context(), direct_light());
     make_coarse(renderer);
     Scene scene =
         scene_with({{quad({-5, 0, 5}, {5, 0, 5}, {5, 0, -5}, {-5, 0, -5}), glm::vec3(0.5f), glm::vec3(120.0f)}},

@@ -7,7 +7,7 @@
 namespace gonio::test {
 namespace {
 
-std::shared_ptr<const std::vector<std::uint8_t>> picture(Renderer::Gather gather, Scene scene, View view) {
+std::shared_ptr<const std::vector<std::uint8_t>> picture(Renderer::DirectLight gather, Scene scene, View view) {
     Renderer renderer(context(), gather);
     make_coarse(renderer);
     renderer.set_refinement(true);  // at rest both gather at every pixel
@@ -31,7 +31,8 @@ struct Difference {
     double off, bias;
 };
 Difference between(const Scene& scene, View view) {
-    const auto cpu = picture(Renderer::Gather::simd, scene, view), gpu = picture(Renderer::Gather::gl, scene, view);
+    const auto cpu = picture(Renderer::DirectLight::rays, scene, view),
+               gpu = picture(Renderer::DirectLight::gl, scene, view);
     EXPECT_EQ(cpu->size(), gpu->size());
     std::size_t off = 0;
     double sum = 0.0;
@@ -77,8 +78,8 @@ TEST(Display, EmittersAndEmptinessLookTheSame) {
         {{quad({-1, 0, 1}, {1, 0, 1}, {1, 0, -1}, {-1, 0, -1}), glm::vec3(0.5f), glm::vec3(30.0f, 60.0f, 5.0f)}},
         isotropic(100.0), {0, 1.5, 0});
     scene.camera = {{0, 3, 0.001}, {0, 0, 0}, 1.2};  // sees past the emitter
-    const auto cpu = picture(Renderer::Gather::simd, scene, View::beauty),
-               gpu = picture(Renderer::Gather::gl, scene, View::beauty);
+    const auto cpu = picture(Renderer::DirectLight::rays, scene, View::beauty),
+               gpu = picture(Renderer::DirectLight::gl, scene, View::beauty);
     for (std::size_t i = 0; i < cpu->size(); ++i) ASSERT_NEAR((*cpu)[i], (*gpu)[i], 2) << i;
 }
 

@@ -34,7 +34,7 @@ Scene lit_by_a_panel() {
     return scene;
 }
 
-class Emission : public testing::TestWithParam<Renderer::Gather> {
+class Emission : public testing::TestWithParam<Renderer::DirectLight> {
 protected:
     using Ran = std::set<std::string>;
     Ran frame() {
@@ -63,8 +63,8 @@ protected:
     Scene scene = lit_by_a_panel();
     bool settled = false;
 };
-INSTANTIATE_TEST_SUITE_P(Shading, Emission, testing::Values(Renderer::Gather::gl, Renderer::Gather::simd),
-                         [](const auto& test) { return test.param == Renderer::Gather::gl ? "gl" : "simd"; });
+INSTANTIATE_TEST_SUITE_P(Shading, Emission, testing::Values(Renderer::DirectLight::gl, Renderer::DirectLight::rays),
+                         [](const auto& test) { return test.param == Renderer::DirectLight::gl ? "gl" : "simd"; });
 
 TEST_P(Emission, LightsThePictureAsTheReferenceSays) {
     static const TracedPoints traced = traced_points(scene, 20, 0.01);
@@ -99,7 +99,7 @@ TEST_P(Emission, LightsThePictureAsTheReferenceSays) {
 TEST_P(Emission, CostsNothingUntilTheCameraMoves) {
     settle();
     EXPECT_EQ(frame(), Ran{});
-    const Ran picture = GetParam() == Renderer::Gather::gl ? Ran{"composite", "nv12"} : Ran{"composite"};
+    const Ran picture = GetParam() == Renderer::DirectLight::gl ? Ran{"composite", "nv12"} : Ran{"composite"};
     scene.lights[0].level_ratio = 0.5;
     scene.lights[0].level_rev = ++scene.scene_rev;
     EXPECT_EQ(frame(), picture);

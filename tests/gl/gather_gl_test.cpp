@@ -19,7 +19,7 @@ protected:
         return scene;
     }
     // Result: indirect light at the pixels of the live picture, settled or at rest.
-    static std::vector<glm::vec3> shown(Renderer::Gather shading, const Scene& scene, bool at_rest) {
+    static std::vector<glm::vec3> shown(Renderer::DirectLight shading, const Scene& scene, bool at_rest) {
         Renderer renderer(context(), shading);
         renderer.set_refinement(at_rest);
         const auto frame = [&] {
@@ -60,7 +60,8 @@ INSTANTIATE_TEST_SUITE_P(Scenes, GatherGl, testing::Values("cornell", "atrium"),
 // others.
 TEST_P(GatherGl, BlendsAsTheCpuDoes) {
     const Scene scene = scene_of_size(800);
-    const auto gl = shown(Renderer::Gather::gl, scene, false), cpu = shown(Renderer::Gather::simd, scene, false);
+    const auto gl = shown(Renderer::DirectLight::gl, scene, false),
+               cpu = shown(Renderer::DirectLight::rays, scene, false);
     const double share = alike(gl, cpu, scene.width_px, 4);
     std::printf("%s: %.2f %% of the points within 1 %%\n", GetParam(), 100.0 * share);
     EXPECT_GT(share, 0.99);
@@ -69,7 +70,8 @@ TEST_P(GatherGl, BlendsAsTheCpuDoes) {
 // At rest every pixel has links of its own.
 TEST_P(GatherGl, AtRestEveryPixelIsTheCpus) {
     const Scene scene = scene_of_size(160);
-    const auto gl = shown(Renderer::Gather::gl, scene, true), cpu = shown(Renderer::Gather::simd, scene, true);
+    const auto gl = shown(Renderer::DirectLight::gl, scene, true),
+               cpu = shown(Renderer::DirectLight::rays, scene, true);
     const double share = alike(gl, cpu, scene.width_px, 1);
     std::printf("%s: %.2f %% of the pixels within 1 %%\n", GetParam(), 100.0 * share);
     EXPECT_GT(share, 0.99);
@@ -77,7 +79,7 @@ TEST_P(GatherGl, AtRestEveryPixelIsTheCpus) {
 
 // A console moves many heads at once: one solve, and one gather of all of them.
 TEST(GatherGlMany, ThatMoveAreSolvedAsOne) {
-    Renderer renderer(context(), Renderer::Gather::gl);
+    Renderer renderer(context(), Renderer::DirectLight::gl);
     make_coarse(renderer);
     Scene scene = scene_of(make_stage(4));
     scene.width_px = scene.height_px = 200;

@@ -23,7 +23,7 @@ double rms(const std::vector<glm::vec3>& a, const std::vector<glm::vec3>& b) {
 TEST(Generations, FadeIn) {
     constexpr std::size_t kFrames = 8;
     // Where shaders gather, the cells that rays have filled meanwhile come at once.
-    Renderer renderer(context(), Renderer::Gather::simd);
+    Renderer renderer(context(), Renderer::DirectLight::rays);
     renderer.make_transport_beside();
     // Of no other test: its transport is made while this one looks.
     Scene scene = scene_of(std::make_shared<const SceneAsset>(*builtin("cornell")));
@@ -52,7 +52,7 @@ TEST(Generations, FadeIn) {
     EXPECT_GT(links[better - 1], 0u);
     EXPECT_GT(all, 0.0);
     for (std::size_t i = better; i < end; ++i) EXPECT_LT(rms(at(i - 1), at(i)), 1.2 * all / kFrames) << i - better;
-    Renderer fresh(context(), Renderer::Gather::simd);
+    Renderer fresh(context(), Renderer::DirectLight::rays);
     show(fresh, scene);
     EXPECT_LT(rms(fresh.live_illuminance(scene, true), at(end - 1)), 0.01 * all) << "it is there in the end";
 }

@@ -23,7 +23,7 @@ TEST(Indirect, IntegratingSphere) {
                           {cosine_power(1000.0, 30.0), {-0.9, 0.6, 0.2}, {1.0, 2.0, 0.5}},
                           {*builtin_profile("wall_washer"), {0.2, -1.0, 0.7}, {-2.0, 1.2, 0.7}}};
     for (const Case& c : cases) {
-        Renderer renderer(context(), gather());
+        Renderer renderer(context(), direct_light());
         const Scene scene =
             scene_with({{inward_sphere(radius, 128), glm::vec3(rho)}}, c.profile, c.light, orientation_of(c.turn));
         const double expected = rho * c.profile->flux_lm / (4 * std::numbers::pi * radius * radius);
@@ -43,7 +43,7 @@ TEST(Indirect, IntegratingSphere) {
 
 // The same through links and surfels; and after every bounce: rho Phi / (4 pi R² (1 - rho)).
 TEST(Indirect, IntegratingSphereInThePicture) {
-    Renderer renderer(context(), gather());
+    Renderer renderer(context(), direct_light());
     const auto profile = cosine_power(1000.0, 2.0);
     Scene scene = scene_with({{inward_sphere(2.0, 128), glm::vec3(0.5f)}}, profile, {0.5, 0.3, 0.4},
                              orientation_of({0.3, 0.8, 0.0}));
@@ -62,7 +62,7 @@ TEST(Indirect, IntegratingSphereInThePicture) {
 }
 
 TEST(Indirect, AFlatPlaneAloneLightsNothing) {
-    Renderer renderer(context(), gather());
+    Renderer renderer(context(), direct_light());
     const Scene scene = floor_scene(10.0, 0.8f, isotropic(1000.0), {0, 2, 0});
     for (const Quality quality : {Quality::interactive, Quality::rsm}) {
         EXPECT_EQ(renderer.meter(scene, {0.5, 0, 0.2}, {0, 1, 0}, quality).indirect_lx(), 0.0);
@@ -74,7 +74,7 @@ TEST(Indirect, AFlatPlaneAloneLightsNothing) {
 TEST(Indirect, TurningTheLuminaireKeepsItsFlux) {
     for (const auto& profile :
          {cosine_power(1000.0, 30.0), *builtin_profile("narrow_spot"), *builtin_profile("street")}) {
-        Renderer renderer(context(), gather());
+        Renderer renderer(context(), direct_light());
         Scene scene = scene_with({{inward_sphere(3.0, 64), glm::vec3(1.0f)}}, profile, {0.3, 0.1, -0.2});
         for (int k = 0; k < 12; ++k) {
             scene.lights[0].world_from_light = orientation_of({0.7 * k, 0.13 + 0.41 * k, 1.1 * k});
@@ -91,7 +91,7 @@ TEST(Indirect, TurningTheLuminaireKeepsItsFlux) {
 // The IES light mask integrates to the flux of the web.
 TEST(Indirect, MaskIntegratesToTheFlux) {
     for (const char* name : {"downlight", "wall_washer", "bulb", "linear"}) {
-        Renderer renderer(context(), gather());
+        Renderer renderer(context(), direct_light());
         const auto profile = *builtin_profile(name);
         const Scene scene = floor_scene(4.0, 0.5f, profile, {0, 2, 0}, orientation_of({0.4, 0.9, 0.2}));
         constexpr int n = 256;  // sampled at its own centres, bilinear between the mask's texels
@@ -112,7 +112,7 @@ TEST(Indirect, MaskIntegratesToTheFlux) {
 // Points on the surfaces of the Cornell room, in and out of the blocks' shadow of the bounce: the first bounce, and
 // all.
 TEST(Indirect, AgreesWithTheReference) {
-    Renderer renderer(context(), gather());
+    Renderer renderer(context(), direct_light());
     const Scene scene = scene_of(builtin("cornell"));
     const std::vector<trace::MeterPoint> points = {
         {{-1.999, 1.0, 0.5}, {1, 0, 0}}, {{1.999, 2.2, 0.0}, {-1, 0, 0}},  {{0.0, 3.999, 0.9}, {0, -1, 0}},
@@ -145,7 +145,7 @@ TEST(Indirect, AgreesWithTheReference) {
 
 // A closed partition: what lies behind it receives nothing of the bounce.
 TEST(Indirect, ASealedRoomStaysDark) {
-    Renderer renderer(context(), gather());
+    Renderer renderer(context(), direct_light());
     const auto wall = [](double z, double facing) {
         return facing > 0 ? quad({-9, 0, z}, {9, 0, z}, {9, 9, z}, {-9, 9, z})
                           : quad({9, 0, z}, {-9, 0, z}, {-9, 9, z}, {9, 9, z});
@@ -166,7 +166,7 @@ TEST(Indirect, ASealedRoomStaysDark) {
 
 // Swept into contact with a bright wall the reading stays finite and never exceeds the wall's exitance rho · E.
 TEST(Indirect, ContactIsBounded) {
-    Renderer renderer(context(), gather());
+    Renderer renderer(context(), direct_light());
     const Scene scene = scene_with({{quad({-3, 0, 3}, {3, 0, 3}, {3, 0, -3}, {-3, 0, -3}), glm::vec3(0.8f)},
                                     {quad({-3, 0, -3}, {3, 0, -3}, {3, 3, -3}, {-3, 3, -3}), glm::vec3(0.8f)}},
                                    isotropic(1000.0), {0, 1.5, -1.5});
@@ -183,7 +183,7 @@ TEST(Indirect, ContactIsBounded) {
 TEST(Indirect, ADarkProfileAndAMillionCandelaAreBothFinite) {
     const Scene room = scene_with({{inward_sphere(2.0, 64), glm::vec3(0.5f)}}, isotropic(1.0), {0.1, 0, 0});
     for (double candela : {0.0, 1e-30, 1e6, 1e12}) {
-        Renderer renderer(context(), gather());
+        Renderer renderer(context(), direct_light());
         Scene scene = room;
         scene.lights[0].profile = isotropic(candela);
         const auto reading = renderer.meter(scene, {2, 0, 0}, {-1, 0, 0}, Quality::interactive);
@@ -198,7 +198,7 @@ TEST(Indirect, ADarkProfileAndAMillionCandelaAreBothFinite) {
 
 // The seed paper's estimator is unbiased over the whole sphere: its mean over a picture of the integrating sphere.
 TEST(Indirect, SeedTechniqueReadsTheSphereInTheMean) {
-    Renderer renderer(context(), gather());
+    Renderer renderer(context(), direct_light());
     const auto profile = cosine_power(1000.0, 2.0);
     Scene scene = scene_with({{inward_sphere(2.0, 128), glm::vec3(0.5f)}}, profile, {0.3, 0.2, 0.0});
     scene.technique = Technique::seed;
@@ -215,7 +215,7 @@ TEST(Indirect, SeedTechniqueReadsTheSphereInTheMean) {
 // Both readings of the seed paper against the sum that both estimate: the whole sphere has the lower error, so it is
 // the one that `--technique seed` means. Root mean square over the picture, relative to its mean.
 TEST(Indirect, SeedOverTheSphereBeatsSeedInADisk) {
-    Renderer renderer(context(), gather());
+    Renderer renderer(context(), direct_light());
     Scene scene = scene_of(builtin("cornell"));
     const auto picture = [&](Technique technique, unsigned samples) {
         scene.technique = technique;

@@ -108,7 +108,7 @@ LookSession::LookSession(const std::string& scene)
     : home(scene_of(asset_of(scene))),
       name_(scene),
       windows_(windows_of(scene)),
-      renderer_(context(), Renderer::Gather::simd) {
+      renderer_(context(), Renderer::DirectLight::rays) {
     home.traced = trace::geometry_of(home);
     home.camera.eye += glm::dvec3(0.013, 0.007, 0.0);  // else edges run through the centres of pixels
 }

@@ -13,10 +13,10 @@ const gl::Context& context() {
     return *the_context;
 }
 
-static Renderer::Gather the_gather = Renderer::Gather::automatic;
+static Renderer::DirectLight the_direct_light = Renderer::DirectLight::automatic;
 
-Renderer::Gather gather() {
-    return the_gather;
+Renderer::DirectLight direct_light() {
+    return the_direct_light;
 }
 
 }  // namespace gonio::test
@@ -24,9 +24,9 @@ Renderer::Gather gather() {
 int main(int argc, char** argv) {
     testing::InitGoogleTest(&argc, argv);
     for (int i = 1; i + 1 < argc; ++i) {
-        if (std::string_view(argv[i]) != "--gather") continue;
-        gonio::test::the_gather =
-            std::string_view(argv[i + 1]) == "gl" ? gonio::Renderer::Gather::gl : gonio::Renderer::Gather::simd;
+        if (std::string_view(argv[i]) != "--direct-light") continue;
+        gonio::test::the_direct_light = std::string_view(argv[i + 1]) == "gl" ? gonio::Renderer::DirectLight::gl
+                                                                              : gonio::Renderer::DirectLight::rays;
     }
     try {
         gonio::test::the_context = gonio::gl::Context::create({-1, true});

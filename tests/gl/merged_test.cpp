@@ -48,11 +48,12 @@ Difference difference(const std::vector<glm::vec3>& a, const std::vector<glm::ve
 class Merging : public testing::Test {
 protected:
     explicit Merging(const std::shared_ptr<const SceneAsset>& asset)
-        : renderer(context(), gather()), scene(scene_of(asset)) {
+        : renderer(context(), direct_light()), scene(scene_of(asset)) {
         scene.width_px = scene.height_px = 400;
     }
     void SetUp() override {
-        if (gather() == Renderer::Gather::gl || (gather() == Renderer::Gather::automatic && !context().software()))
+        if (direct_light() == Renderer::DirectLight::gl ||
+            (direct_light() == Renderer::DirectLight::automatic && !context().software()))
             GTEST_SKIP() << "luminaires are merged where the CPU shades";
     }
     bool frame() {

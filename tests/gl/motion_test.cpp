@@ -51,7 +51,7 @@ Move a_millimetre(Scene scene, int step, std::uint32_t samples, double at_m) {
     }
     const auto truth = trace::measure(*world, receivers.points, settings),
                moved_truth = trace::measure(*moved_world, receivers.points, settings);
-    Renderer renderer(context(), Renderer::Gather::simd);
+    Renderer renderer(context(), Renderer::DirectLight::rays);
     const auto shown = [&](const Scene& which) {
         show(renderer, which);
         return renderer.live_illuminance(which, true);
@@ -131,7 +131,7 @@ TEST(Motion, ATurnOfTheCameraLeavesTheLight) {
     Scene scene = scene_with({{inward_sphere(2.0, 64), glm::vec3(0.5f)}}, cosine_power(1000.0, 2.0), {0.5, 0.3, 0.4});
     scene.camera.eye = {-0.4, 0.2, 0.1};
     scene.width_px = scene.height_px = 320;
-    Renderer renderer(context(), gather());
+    Renderer renderer(context(), direct_light());
     std::vector<glm::vec3> before;
     for (int turn = 0; turn < 20; ++turn) {
         const double angle = glm::radians(30.0 + 0.1 * turn);

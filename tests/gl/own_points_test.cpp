@@ -36,7 +36,7 @@ struct Off {
 Off off_of(const Scene& scene, int step) {
     const TracedPoints traced = traced_points(scene, step, 0.01);
     EXPECT_GT(traced.points.size(), 500u);
-    Renderer renderer(context(), Renderer::Gather::simd);
+    Renderer renderer(context(), Renderer::DirectLight::rays);
     show(renderer, scene);
     Off off{rms_of(traced, renderer.live_illuminance(scene, true)), 0.0};
     double low = 0.0, high = 0.0;

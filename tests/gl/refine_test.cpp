@@ -19,7 +19,7 @@ namespace {
 using Ran = std::set<std::string>;
 
 struct Refine : testing::Test {
-    Refine() : renderer(context(), Renderer::Gather::simd), scene(scene_of(builtin("cornell"))) {
+    Refine() : renderer(context(), Renderer::DirectLight::rays), scene(scene_of(builtin("cornell"))) {
         scene.camera.eye += glm::dvec3(0.013, 0.007, 0.0);
         scene.width_px = scene.height_px = 320;
         renderer.set_refinement(true);
@@ -68,7 +68,7 @@ TEST(Narrow, StillsAreTheRefinedPictures) {
     Scene scene = scene_of(builtin("cornell"));
     scene.lights.at(0).profile = cosine_power(20'000.0, 500.0);
     scene.width_px = scene.height_px = 96;
-    Renderer renderer(context(), gather());
+    Renderer renderer(context(), direct_light());
     renderer.set_surfels({0.06, 1000, 4000});
     renderer.set_links(transport::kMostLinks);
     const auto still = [&] { return renderer.capture(scene, View::indirect, 96, 96, true)->values; };
@@ -101,7 +101,7 @@ TEST(Narrow, BesideASpotTheWallHasTheIntegralOfIt) {
     scene.camera.eye = {1.5, 0.6, 0.1};
     scene.camera.target = {0.0, 0.4, 0.1};
     scene.width_px = scene.height_px = 96;
-    Renderer renderer(context(), gather());
+    Renderer renderer(context(), direct_light());
     renderer.set_surfels({0.06, 1000, 4000});
     renderer.set_links(transport::kMostLinks);
     const glm::dquat light_from_world = glm::inverse(scene.lights[0].world_from_light);

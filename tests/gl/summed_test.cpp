@@ -42,7 +42,7 @@ double difference(const std::vector<glm::vec3>& a, const std::vector<glm::vec3>&
 }
 
 struct Summed : testing::Test {
-    Summed() : renderer(context(), gather()) { make_coarse(renderer); }
+    Summed() : renderer(context(), direct_light()) { make_coarse(renderer); }
     // So many layers fit.
     void make_room(std::size_t layers) {
         const std::size_t one = 160 * 160 * 28 + 4500 * 72;
@@ -69,7 +69,7 @@ TEST_F(Summed, ThePictureIsTheSame) {
     const auto direct = lit(whole, false), indirect = lit(whole, true);
     make_room(4);
     Scene scene = parted(20);
-    const double limit = gather() == Renderer::Gather::gl ? 0.02 : 0.01;  // shadow maps beside rays
+    const double limit = direct_light() == Renderer::DirectLight::gl ? 0.02 : 0.01;  // shadow maps beside rays
     EXPECT_LT(difference(direct, lit(scene, false)), limit);
     EXPECT_LT(difference(indirect, lit(scene, true)), 0.01);
     renderer.set_refinement(true);
@@ -109,7 +109,7 @@ TEST_F(Summed, ThePictureIsTheSame) {
 }
 
 TEST_F(Summed, OneThatIsRiddenCostsAComposite) {
-    if (gather() == Renderer::Gather::gl) GTEST_SKIP() << "passes have other names";
+    if (direct_light() == Renderer::DirectLight::gl) GTEST_SKIP() << "passes have other names";
     make_room(4);
     Scene scene = parted(20);
     show(renderer, scene);
@@ -157,7 +157,7 @@ TEST_F(Summed, ACaptureAndTheOtherViewsShowThem) {
     show(renderer, scene);
     scene.view = View::luminance;
     scene.view_rev = ++scene.scene_rev;
-    EXPECT_TRUE(frame(scene).contains("besides") || gather() == Renderer::Gather::gl);
+    EXPECT_TRUE(frame(scene).contains("besides") || direct_light() == Renderer::DirectLight::gl);
 }
 
 // A smaller picture has room for more layers; the whole one that follows, of the same revision, for fewer again.
@@ -170,7 +170,7 @@ TEST_F(Summed, FewerLayersWhenThePictureGrows) {
     show(renderer, scene);
     renderer.set_quality_level(0);
     const auto whole = lit(scene, true);
-    Renderer fresh(context(), gather());
+    Renderer fresh(context(), direct_light());
     make_coarse(fresh);
     show(fresh, scene);
     EXPECT_LT(difference(fresh.live_illuminance(scene, true), whole), 0.01);
@@ -181,7 +181,7 @@ TEST_F(Summed, FewerLayersWhenThePictureGrows) {
 TEST_F(Summed, FiveHundredAndAThousand) {
     const Scene whole = parted(1);
     const auto direct = lit(whole, false), indirect = lit(whole, true);
-    const double limit = gather() == Renderer::Gather::gl ? 0.02 : 0.01;  // rays beside a shadow map
+    const double limit = direct_light() == Renderer::DirectLight::gl ? 0.02 : 0.01;  // rays beside a shadow map
     for (const std::size_t lights : {std::size_t{500}, kMaxLights}) {
         const Scene scene = parted(lights);
         EXPECT_LT(difference(direct, lit(scene, false)), limit) << lights;

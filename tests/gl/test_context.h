@@ -15,8 +15,8 @@ namespace gonio::test {
 
 // Made before the first test, which runs on the main thread.
 const gl::Context& context();
-// How this run shades direct light: --gather gl or simd on the command line.
-Renderer::Gather gather();
+// How this run shades direct light: --direct-light gl or rays on the command line.
+Renderer::DirectLight direct_light();
 
 // For what does not depend on how many surfels and links there are: which passes run, and direct light.
 inline void make_coarse(Renderer& renderer) {

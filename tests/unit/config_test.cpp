@@ -50,6 +50,19 @@ struct ConfigTest : testing::Test {
     std::string out, err;
 };
 
+TEST_F(ConfigTest, OldSpellingsAreRead) {
+    auto options = parse({"--gather", "simd"});
+    ASSERT_TRUE(options) << err;
+    EXPECT_EQ(options->direct_light, "rays");
+    options = parse({"--config", file("gather = \"gl\"\n")});
+    ASSERT_TRUE(options) << err;
+    EXPECT_EQ(options->direct_light, "gl");
+    set("GONIOD_GATHER", "gl");
+    options = parse({});
+    ASSERT_TRUE(options) << err;
+    EXPECT_EQ(options->direct_light, "gl");
+}
+
 TEST_F(ConfigTest, FlagBeatsVariableBeatsFileBeatsDefault) {
     const std::string config = file(
         "# a show\nsize = \"320x200\"\nmax-clients = 7\ntarget-fps = 25\nheader-timeout = 2.5\n"

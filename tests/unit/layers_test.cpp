@@ -46,14 +46,14 @@ protected:
         for (int k = 0; k < 3; ++k) {
             for (std::size_t p = 0; p < kPixels; ++p) {
                 std::int32_t total = of.kept_pixels(k) != nullptr ? of.kept_pixels(k)[p] : 0;
-                const auto add = [&](std::uint16_t half, float quanta) {
+                const auto add = [&](std::uint16_t half, float steps) {
                     total += static_cast<std::int32_t>(
-                        std::nearbyint(std::min(glm::unpackHalf1x16(half) * quanta, of.cap())));
+                        std::nearbyint(std::min(glm::unpackHalf1x16(half) * steps, of.cap())));
                 };
                 for (const LayerTerm& term : of.others()) {
                     const auto channel = static_cast<std::size_t>(k);
-                    if (term.direct_pixels() != nullptr) add(term.direct_pixels()[p], term.quanta[k]);
-                    if (term.indirect_pixels() != nullptr) add(term.indirect_pixels()[4 * p + channel], term.quanta[k]);
+                    if (term.direct_pixels() != nullptr) add(term.direct_pixels()[p], term.steps[k]);
+                    if (term.indirect_pixels() != nullptr) add(term.indirect_pixels()[4 * p + channel], term.steps[k]);
                 }
                 all.push_back(static_cast<float>(total));
             }

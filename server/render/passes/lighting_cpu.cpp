@@ -311,9 +311,9 @@ PassRun run_composite_cpu(const PassContext& context, View view, std::span<const
     display.depth = screen.gbuffer.depth.data();
     display.ev100 = static_cast<float>(scene.exposure_ev100);
     std::vector<lighting::Display::Others> others;
-    // Quanta of 2^-18 of what an exposure of whole stops shows as 1 on a white surface (lib/display.glsl): far below
-    // what 8 bits show, and the same for all exposures in between.
-    constexpr double kQuanta = 0x1p18;
+    // Fixed-point steps of 2^-18 of what an exposure of whole stops shows as 1 on a white surface (lib/display.glsl):
+    // far below what 8 bits show, and the same for all exposures in between.
+    constexpr double kFixedPointSteps = 0x1p18;
     const double stop = std::floor(scene.exposure_ev100), rest = std::exp2(stop - scene.exposure_ev100);
     const double gain = view == View::indirect ? scene.view_gain : 1.0;
     const double shown_per_lux = gain / (1.2 * std::numbers::pi * std::exp2(stop)),
@@ -327,27 +327,27 @@ PassRun run_composite_cpu(const PassContext& context, View view, std::span<const
         std::vector<lighting::LayerTerm> terms;
         for (std::size_t i = 0; i < lights.size(); ++i) {
             if (context.layers[i] < 0) continue;
-            const glm::dvec3 fixed_point_steps =
+            const glm::dvec3 steps =
                 context.layer_weight(scene.lights[i]) *
-                (static_cast<double>(lights[i]->web->peak_cd) / unit * shown_per_lux * kQuanta);
-            if (fixed_point_steps == glm::dvec3(0.0)) continue;
+                (static_cast<double>(lights[i]->web->peak_cd) / unit * shown_per_lux * kFixedPointSteps);
+            if (steps == glm::dvec3(0.0)) continue;
             // Nothing times infinity would be no number.
             terms.push_back({scene.lights[i].id, &layer_of(screen, context.layers[i]),
-                             glm::vec3(glm::clamp(fixed_point_steps, -1e30, 1e30)), direct, indirect});
+                             glm::vec3(glm::clamp(steps, -1e30, 1e30)), direct, indirect});
         }
         const bool on_grid =
             std::any_of(terms.begin(), terms.end(), [](const lighting::LayerTerm& term) { return term.on_grid(); });
         screen.sum.take(std::move(terms), std::min(lights.size(), kMostLayers), screen.gbuffer.depth.size(),
                         grid_size(screen) / lighting::kSimdWidth * lighting::kSimdWidth, context.pool);
         display.cap = screen.sum.cap();
-        display.per_quantum = static_cast<float>(rest / kQuanta);
+        display.per_step = static_cast<float>(rest / kFixedPointSteps);
         display.layers = screen.sum.others();
         for (int k = 0; k < 3; ++k) display.kept_pixels[k] = screen.sum.kept_pixels(k);
         if (on_grid) {
             if (screen.summed_changes != screen.sum.changes()) {
                 screen.grid_sum.resize(3);
                 for (std::vector<float>& plane : screen.grid_sum) plane.resize(grid_size(screen));
-                screen.sum.grid(static_cast<float>(1.0 / kQuanta), screen.grid_sum, context.pool);
+                screen.sum.grid(static_cast<float>(1.0 / kFixedPointSteps), screen.grid_sum, context.pool);
                 screen.summed_changes = screen.sum.changes();
             }
             display.on_grid = {&screen.gbuffer, &screen.grid, &screen.grid_sum, static_cast<float>(rest)};

@@ -1,7 +1,7 @@
 // Efforts (--target-fps): less while something moves, all of it afterwards.
+#include "server/render/quality_level.h"
 #include <set>
 #include <string>
-#include "server/render/quality_level.h"
 
 #include "server/assets/assets.h"
 #include "server/scene/apply.h"
@@ -17,7 +17,7 @@ TEST(Efforts, TheWholePictureComesBack) {
     Scene scene = scene_of(builtin("atrium"));
     scene.width_px = 322;  // not a multiple of the grid's four pixels
     scene.height_px = 182;
-    Renderer fresh(context(), Renderer::Gather::simd), moved(context(), Renderer::Gather::simd);
+    Renderer fresh(context(), Renderer::DirectLight::rays), moved(context(), Renderer::DirectLight::rays);
     show(fresh, scene);
     const std::vector<glm::vec3> whole = fresh.live_illuminance(scene, true);
 
