@@ -1,0 +1,64 @@
+"""The sentences of README, docs and header comments that are longer than a reader can hold; a test fails on each.
+
+Tables, code, links' addresses and headings are no sentences. A formula in backquotes counts as one word.
+"""
+import pathlib
+import re
+import sys
+
+MOST_WORDS = 35
+END = re.compile(r'(?<=[.!?])["\')”]*\s+(?=[A-Z0-9"“`(\[*_])')
+
+
+def sentences(text):
+    """The sentences of plain text, each as its words; an empty line ends one too."""
+    return [words for block in re.split(r'\n\s*\n', text) for sentence in END.split(block)
+            if (words := re.findall(r'[^\W_]\S*', sentence))]
+
+
+def blank(match):
+    return re.sub(r'[^\n]', ' ', match.group())
+
+
+def prose_of_markdown(text):
+    """Markdown without what is no sentence; lines keep their numbers."""
+    text = re.sub(r'^```.*?^```', blank, text, flags=re.S | re.M)
+    text = re.sub(r'^( *\||#).*$', '', text, flags=re.M)
+    text = re.sub(r'<!--.*?-->', blank, text, flags=re.S)
+    text = re.sub(r'`[^`\n]+`', 'code', text)
+    text = re.sub(r'!?\[([^\]]*)\]\([^)]*\)', r'\1', text)
+    # A point of a list is a paragraph.
+    return re.sub(r'^( *(?:[-*]|\d+\.) )', r'\n\1', text, flags=re.M)
+
+
+def prose_of_header(text):
+    """The comments of a C++ header; what stands beside code is a paragraph of its own."""
+    lines = []
+    for line in text.split('\n'):
+        whole = re.match(r'\s*//\s?(.*)', line)
+        beside = re.search(r'\S.*?\s//\s(.*)', line)
+        lines.append(whole.group(1) if whole else '\0' + beside.group(1) + '\0' if beside else '\0')
+    return re.sub(r'`[^`\n]+`', 'code', '\n'.join(lines)).replace('\0', '\n')
+
+
+def too_long(name, text):
+    """A line for each sentence of a file that has too many words."""
+    prose = prose_of_header(text) if name.endswith('.h') else prose_of_markdown(text)
+    return [f'{name}: {len(words)} words: {" ".join(words[:8])} …' for words in sentences(prose)
+            if len(words) > MOST_WORDS]
+
+
+def main(root):
+    root = pathlib.Path(root)
+    files = [root / 'README.md', root / 'CONTRIBUTING.md', *root.glob('docs/**/*.md'), *root.glob('*/README.md')]
+    for top in ('ies', 'protocol', 'server', 'client', 'shaders'):
+        files += root.glob(top + '/**/*.h')
+    found = [line for file in sorted(set(files)) if 'notebook' not in file.parts
+             for line in too_long(str(file.relative_to(root)), file.read_text())]
+    print('\n'.join(found))
+    print(f'{len(found)} sentences of more than {MOST_WORDS} words')
+    return 1 if found else 0
+
+
+if __name__ == '__main__':
+    sys.exit(main(sys.argv[1]))
