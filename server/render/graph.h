@@ -12,7 +12,7 @@
 #include <string>
 #include <vector>
 
-#include "protocol/schema/gonio.pb.h"
+#include "protocol/schema/report.pb.h"
 
 namespace gonio {
 

@@ -10,7 +10,7 @@
 #include <optional>
 #include <vector>
 
-#include "protocol/schema/gonio.pb.h"
+#include "protocol/schema/report.pb.h"
 #include "server/base/clock.h"
 #include "server/scene/scene.h"
 #include "server/trace/reference.h"

@@ -11,7 +11,7 @@
 #include <vector>
 
 #include "ies/core/result.h"
-#include "protocol/schema/gonio.pb.h"
+#include "protocol/schema/report.pb.h"
 #include "server/gl/context.h"
 #include "server/render/gpu_scene.h"
 #include "server/render/graph.h"

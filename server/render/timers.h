@@ -5,7 +5,7 @@
 #include <utility>
 #include <vector>
 
-#include "protocol/schema/gonio.pb.h"
+#include "protocol/schema/report.pb.h"
 #include "server/gl/objects.h"
 
 namespace gonio {

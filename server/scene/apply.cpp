@@ -7,6 +7,7 @@
 #include <sstream>
 
 #include "protocol/dmx/patch.h"
+#include "protocol/schema/gonio.pb.h"
 #include "protocol/surface/surface_map.h"
 #include "protocol/text/shortened_text.h"
 #include "server/scene/console.h"

@@ -8,8 +8,11 @@
 #include <vector>
 
 #include "ies/core/result.h"
-#include "protocol/schema/gonio.pb.h"
 #include "server/scene/scene.h"
+
+namespace gonio::v1 {
+class Command;
+}
 
 namespace gonio {
 

@@ -27,8 +27,8 @@ public:
 
 private:
     void work() {
-        // Of a machine that is busy a tenth of what frames and encoders get (weights of nice 10 and 0: 110 and 1024).
-        setpriority(PRIO_PROCESS, 0, 10);  // Linux: this thread and those that it starts
+        // Of a machine that is busy a third of what frames and encoders get (weights of nice 5 and 0: 335 and 1024).
+        setpriority(PRIO_PROCESS, 0, 5);  // Linux: this thread and those that it starts
         while (auto job = jobs_.pop())
             if (!ending_.load()) {
                 (*job)();

@@ -8,6 +8,7 @@
 #include <set>
 
 #include "ies/writers.h"
+#include "protocol/schema/gonio.pb.h"
 #include "protocol/schema/upload_name.h"
 #include "server/assets/assets.h"
 #include "server/scene/apply.h"

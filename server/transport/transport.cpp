@@ -6,6 +6,7 @@
 #include <chrono>
 #include <cstdint>
 #include <functional>
+#include <optional>
 
 #include "server/trace/path.h"
 
@@ -122,12 +123,12 @@ bool Builder::wanted(unsigned links) {
 
 void Builder::make(std::shared_ptr<const trace::Geometry> geometry, std::vector<glm::vec3> seeds,
                    const SurfelSettings& settings, bool beside, bool cells) {
-    // Of a machine that is busy a tenth of what frames and encoders get (weights of nice 10 and 0: 110 and 1024), as
-    // does what waits for it; SCHED_IDLE gets nothing.
-    if (beside) setpriority(PRIO_PROCESS, 0, 10);  // Linux: this thread and those that it starts
+    // Of a machine that is busy the first links get a fifth (weights of nice 6 and 0: 272 and 1024), those after them a
+    // tenth (nice 10: 110), as does what waits for them; SCHED_IDLE gets nothing.
+    if (beside) setpriority(PRIO_PROCESS, 0, 6);  // Linux: this thread and those that it starts
     if (stopped()) return;
     const auto began = std::chrono::steady_clock::now();
-    Pool pool;  // of this one's priority
+    std::optional<Pool> pool(std::in_place);  // of this one's priority
     const std::function<bool()> ends = [this] { return stopped(); };
     static std::atomic<std::uint64_t> surfaces = 0;
     auto surface = std::make_shared<Transport::Surface>();
@@ -135,17 +136,17 @@ void Builder::make(std::shared_ptr<const trace::Geometry> geometry, std::vector<
     surface->geometry = geometry;
     surface->emitters = {geometry, {}, {}, trace::emitters_of(*geometry)};
     add_seeds(surface->emitters, seeds);
-    surface->surfels = place_surfels(*geometry, seeds, within_bytes(settings, *geometry, cells), pool, ends);
+    surface->surfels = place_surfels(*geometry, seeds, within_bytes(settings, *geometry, cells), *pool, ends);
     const Surfels& surfels = surface->surfels;
     if (stopped()) return;
     surface->cells = std::make_unique<const CellMap>(*geometry, surfels,
                                                      settings.bytes / (cells ? 6 : 4));  // a table is half as large
     Irradiance emitted;
-    if (!surface->emitters.emitters.empty()) emitted.direct = lit_by_emitters(surfels, surface->emitters, pool, ends);
+    if (!surface->emitters.emitters.empty()) emitted.direct = lit_by_emitters(surfels, surface->emitters, *pool, ends);
     Links links;
     unsigned first = 0, published = 0;
     const auto trace_to = [&](unsigned last) {
-        auto block = trace_links(*geometry, surfels, *surface->cells, first, last - first, pool, ends);
+        auto block = trace_links(*geometry, surfels, *surface->cells, first, last - first, *pool, ends);
         if (block) first = last;
         return block;
     };
@@ -153,10 +154,10 @@ void Builder::make(std::shared_ptr<const trace::Geometry> geometry, std::vector<
         if (published != first) {
             published = first;
             const std::chrono::duration<double> spent = std::chrono::steady_clock::now() - began;
-            if (!emitted.direct.empty()) solve(surfels, links, {}, {}, kAtRest, emitted, pool);
+            if (!emitted.direct.empty()) solve(surfels, links, {}, {}, kAtRest, emitted, *pool);
             emitted.narrow = 0.0f;  // nothing is drawn from where it shines
             std::shared_ptr<const CellMap::Table> table;
-            if (cells) table = std::make_shared<const CellMap::Table>(surface->cells->table(pool));
+            if (cells) table = std::make_shared<const CellMap::Table>(surface->cells->table(*pool));
             newest_ = std::make_shared<const Transport>(Transport{surface, links, emitted, spent.count(), table});
         }
         made_ = first;
@@ -171,7 +172,10 @@ void Builder::make(std::shared_ptr<const trace::Geometry> geometry, std::vector<
         if (last == kGenerations[1])  // rows of few ids take longer
             block = join(*std::exchange(links.blocks, {})[0], *block, surfels.count);
         links.blocks.push_back(std::move(block));
-        if (last == kGenerations[0]) publish();
+        if (last != kGenerations[0]) continue;
+        publish();
+        if (beside) setpriority(PRIO_PROCESS, 0, 10);
+        pool.emplace();
     }
     publish();
     for (const unsigned last : kReverseGenerations) {

@@ -5,6 +5,7 @@
 #include <map>
 #include <set>
 
+#include "protocol/schema/gonio.pb.h"
 #include "server/assets/assets.h"
 #include "tests/gl/test_context.h"
 

@@ -1,4 +1,5 @@
 // Direct light against I(θ) cos / d², from the meter and from the pixels of the illuminance picture.
+#include "protocol/schema/gonio.pb.h"
 #include "server/assets/assets.h"
 #include "tests/gl/test_context.h"
 

@@ -2,6 +2,7 @@
 #include <algorithm>
 
 #include "ies/synthetic.h"
+#include "protocol/schema/gonio.pb.h"
 #include "server/assets/assets.h"
 #include "server/scene/apply.h"
 #include "tests/stress/drive.h"

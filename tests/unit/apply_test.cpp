@@ -1,5 +1,6 @@
 // apply(): every command, what it changes, what it refuses, and that a refusal changes nothing.
 #include "server/scene/apply.h"
+#include "protocol/schema/gonio.pb.h"
 
 #include <gtest/gtest.h>
 

@@ -10,6 +10,7 @@
 #include <numbers>
 
 #include "ies/synthetic.h"
+#include "protocol/schema/gonio.pb.h"
 #include "server/assets/assets.h"
 #include "server/scene/apply.h"
 #include "tests/unit/assets_gltf_fixture.h"

@@ -1,5 +1,6 @@
 // base_rev: whose change stands between a client and what it wants to set.
 #include "server/session/changes.h"
+#include "protocol/schema/gonio.pb.h"
 
 #include <gtest/gtest.h>
 

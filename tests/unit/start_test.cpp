@@ -1,5 +1,6 @@
 // The scene that goniod begins with, where a show was saved: found again however a client had named it.
 #include "server/app/start.h"
+#include "protocol/schema/gonio.pb.h"
 
 #include <gtest/gtest.h>
 

@@ -1,5 +1,6 @@
 // The show on disk: written by its own thread, whole or not at all, and tried again where the disk refuses.
 #include "server/show/state_file.h"
+#include "protocol/schema/gonio.pb.h"
 
 #include <gtest/gtest.h>
 #include <sys/resource.h>
