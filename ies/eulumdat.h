@@ -9,8 +9,9 @@
 
 namespace gonio::ies {
 
-// text: the whole file, any line end, UTF-8, Latin-1 or code page 850, UTF-16 with a byte order mark. lamp_set: which
-// of the file's lamp sets the luminaire burns; its total flux turns cd/klm into cd. Decimal commas are accepted.
+// text: the whole file, any line end. Its encoding is UTF-8, Latin-1 or code page 850, or UTF-16 with a byte order
+// mark. The lamp_set says which of the file's lamp sets the luminaire burns. The set's total flux turns cd/klm into cd.
+// Decimal commas are accepted.
 // Orientation: EULUMDAT's C0 plane lies across the luminaire, LM-63's along it, so that C90 becomes the web's h = 0
 // (h = C - 90 degrees). Isym 0-4 are unfolded to the full circle.
 // Errors: empty_file, too_large, truncated, not_a_number, not_finite, not_an_integer, bad_count, bad_symmetry,

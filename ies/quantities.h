@@ -1,6 +1,6 @@
 // Photometric quantities of a web: fluxes, beam angles, spacing, CIE and BUG codes, luminance of the opening.
-// All integrals are exact for the bilinear web of Type C; Types A and B go through as_type_c at half a degree where a
-// quantity is defined on Type C zones, scaled to their own exact total flux.
+// All integrals are exact for the bilinear web of Type C. Where a quantity is defined on Type C zones, Types A and B go
+// through as_type_c at half a degree. They are scaled to their own exact total flux.
 #pragma once
 
 #include <array>

@@ -8,8 +8,8 @@ namespace gonio::ies::detail {
 
 enum class Encoding { utf8, windows_1252, code_page_850 };
 
-// Result: the likely encoding of a text: UTF-8 if it is well-formed, else by which page its bytes are letters in
-// (code page 850 has ä, ö, ü at 0x84, 0x94, 0x81; Latin-1 and Windows-1252 at 0xe4, 0xf6, 0xfc).
+// Result: the likely encoding of a text. It is UTF-8 if the text is well-formed UTF-8, else the page in which its bytes
+// are letters. Code page 850 has ä, ö, ü at 0x84, 0x94, 0x81. Latin-1 and Windows-1252 have them at 0xe4, 0xf6, 0xfc.
 Encoding guess_encoding(std::string_view text);
 
 // Result: text as UTF-8. Bytes that the page does not define become U+FFFD; NUL becomes a blank.

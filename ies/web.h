@@ -10,11 +10,11 @@
 
 namespace gonio::ies {
 
-// How (v, h) name a direction of the luminaire frame (LM-63-2019 clause 5.11; EXT_lights_ies): photometric zero
-// (0,0) is -Z, and H = 0 of Type C lies on +X, H = 90 on +Y.
-//   type_c: ( sin v cos h,  sin v sin h, -cos v)   v in 0..pi from the zero direction, h in 0..2 pi
-//   type_b: ( cos h sin v, -sin h,       -cos h cos v)   v, h in -pi..pi and -pi/2..pi/2 (h is the latitude)
-//   type_a: ( sin v,       -cos v sin h, -cos v cos h)   v is the latitude, -pi/2..pi/2; h in -pi..pi
+// How (v, h) name a direction of the luminaire frame (LM-63-2019 clause 5.11; EXT_lights_ies). Photometric zero (0,0)
+// is -Z. For Type C, H = 0 lies on +X and H = 90 on +Y.
+//   Type C: `( sin v cos h,  sin v sin h, -cos v)`, v in 0..pi from the zero direction, h in 0..2 pi.
+//   Type B: `( cos h sin v, -sin h,       -cos h cos v)`, v in -pi..pi, h in -pi/2..pi/2 (h is the latitude).
+//   Type A: `( sin v,       -cos v sin h, -cos v cos h)`, v in -pi/2..pi/2 (v is the latitude), h in -pi..pi.
 enum class Goniometer : std::uint8_t { type_c, type_b, type_a };
 
 // A direction in the luminaire frame; unit length unless a function says otherwise.
@@ -46,8 +46,8 @@ Direction direction_of(Goniometer goniometer, Angle v, Angle h);
 // Result: the largest candela of the grid; 0 for a dark web.
 LuminousIntensity peak_intensity(const PhotometricWeb& web);
 
-// Result: total luminous flux in lm, the exact integral of the bilinear web over its own range:
-// Type C dΩ = sin v dv dh, Type B dΩ = cos h dh dv, Type A dΩ = cos v dv dh.
+// Result: total luminous flux in lm, the exact integral of the bilinear web over its own range.
+// Type C: dΩ = sin v dv dh. Type B: dΩ = cos h dh dv. Type A: dΩ = cos v dv dh.
 LuminousFlux total_flux(const PhotometricWeb& web);
 
 // Result: the web with at most two angles in each step of an axis. Where angles lie closer, intensities are means over

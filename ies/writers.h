@@ -14,9 +14,9 @@ namespace gonio::ies {
 std::string write_lm63(const Photometry& photometry);
 
 // Result: a EULUMDAT file in UTF-8. Candela are divided by the rated lumens (relative) or by the flux of the web
-// (absolute: lamp count -1). Azimuths are turned back, C = h + 90 degrees. Limits of the format: Types A and B are
-// resampled to Type C at 1 degree, a web whose planes at 0 and 360 differ keeps the one at 0, openings other than
-// rectangle, box, circle and round cylinder become rectangle or box, tilt tables are lost. Lines end in CR LF.
+// (absolute: lamp count -1). Azimuths are turned back, C = h + 90 degrees. The format has limits. Types A and B are
+// resampled to Type C at 1 degree. A web whose planes at 0 and 360 differ keeps the one at 0. Openings other than
+// rectangle, box, circle and round cylinder become rectangle or box. Tilt tables are lost. Lines end in CR LF.
 std::string write_eulumdat(const Photometry& photometry);
 
 }  // namespace gonio::ies

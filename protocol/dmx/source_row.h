@@ -25,9 +25,10 @@ inline void put_levels(v1::SourceRow& row, const DmxSlots& levels, unsigned slot
     for (unsigned slot = 0; slot < used; ++slot) row.add_levels(levels[slot]);
 }
 
-// Takes one row out of a full table (universe -> rows), the oldest first: of lost senders in universes that nobody
-// patched; where the newcomer's universe is patched then also of live ones there, and of lost ones in patched
-// universes. is_live: of a row. Result: whether there was one; its universe joins `changed`.
+// Takes one row out of a full table (universe -> rows), the oldest of a kind first. First go rows of lost senders in
+// universes that nobody patched. Where the newcomer's universe is patched, live rows of such universes go next, then
+// lost ones in patched universes. The call is_live tells of a row. Result: whether there was one; its universe joins
+// `changed`.
 template <typename Universes, typename IsLive>
 bool drop_row(Universes& universes, const std::set<std::uint16_t>& patched, bool newcomer_is_patched,
               const IsLive& is_live, std::set<std::uint16_t>& changed) {

@@ -1,7 +1,8 @@
 // The 32-byte little-endian header in front of every H.264 access unit on the WebSocket (binary message, first byte 2).
-// offset 0 u8 kind = 2; 1 u8 version = 1; 2 u8 flags (1 key, 2 final: nothing newer is due); 3 u8 lane;
-// 4 u32 seq; 8 u32 scene_rev; 12 u32 reserved = 0; 16 u64 rendered_ns (server's monotonic clock: NV12 in memory);
-// 24 u32 render_us (queue drained to NV12); 28 u32 encode_us.
+// Offset 0: u8 kind = 2. Offset 1: u8 version = 1. Offset 2: u8 flags (1 key, 2 final: nothing newer is due).
+// Offset 3: u8 lane. Offset 4: u32 seq. Offset 8: u32 scene_rev. Offset 12: u32 reserved = 0.
+// Offset 16: u64 rendered_ns (server's monotonic clock: NV12 in memory).
+// Offset 24: u32 render_us (queue drained to NV12). Offset 28: u32 encode_us.
 #pragma once
 
 #include <array>

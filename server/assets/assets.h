@@ -23,11 +23,11 @@ inline constexpr double kMaxAlbedo = 0.95;
 
 // name: "cornell" or "atrium" (generated in code), or the path of a .gltf or .glb.
 // Errors: "not_found", "bad_gltf", "out_of_bounds", "missing_file", "bad_image", "bad_profile", "too_large",
-// "unsupported"; `where` is a JSON pointer into the glTF ("/accessors/3/byteOffset") or a file name.
-// shown: what the scene is called, and its file in errors, instead of `name`; empty: that.
-// max_albedo: what a file's surfaces reflect at most, 0..1; more is bounded, and a warning says of how many materials.
-// most_bytes: of memory for a file's scene while it is read, and with what the renderer makes of it; what would be more
-// is refused before it is taken: "too_large".
+// "unsupported". Their `where` is a JSON pointer into the glTF ("/accessors/3/byteOffset") or a file name.
+// The scene, and its file in errors, are called `shown` instead of `name`; empty: `name`.
+// A file's surfaces reflect at most `max_albedo`, 0..1. More is bounded, and a warning says of how many materials.
+// Memory for a file's scene is at most `most_bytes` while it is read, and with what the renderer makes of it. What
+// would be more is refused before it is taken: "too_large".
 Result<std::shared_ptr<const SceneAsset>> load_scene(const std::string& name, const std::string& shown = "",
                                                      double max_albedo = kMaxAlbedo, std::size_t most_bytes = SIZE_MAX);
 

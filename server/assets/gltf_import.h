@@ -20,8 +20,8 @@ inline constexpr std::size_t kMaxSceneTriangles = std::size_t{1} << 24;  // per 
 inline constexpr std::size_t kMaxSceneInstances = std::size_t{1} << 20;
 inline constexpr std::size_t kMaxSceneTexels = std::size_t{1} << 28;  // over all images
 
-// Memory of each, with what is made of it: of a file's bytes while it is read, texels, vertices and corners, and of
-// triangles where an instance shows them (BVH, clusters, surfaces of links), measured and rounded up.
+// Memory of each, with what is made of it, measured and rounded up. Counted are a file's bytes while it is read,
+// texels, vertices and corners. Triangles count where an instance shows them (BVH, clusters, surfaces of links).
 inline constexpr std::size_t kBytesOfByte = 3, kBytesOfTexel = 32, kBytesOfVertex = 96, kBytesOfIndex = 12,
                              kBytesOfTriangle = 160, kBytesOfProfile = 3 << 19;
 // Takes `count` times so much off the room. Result: why not, "too_large"; then the room is as it was.

@@ -27,9 +27,9 @@ void add_box(Mesh& mesh, const glm::dvec3& min, const glm::dvec3& max, unsigned 
 
 // A point of a parametric surface; du x dv points to the front.
 using Surface = std::function<glm::dvec3(double u, double v)>;
-// (nu x nv) cells over [0, 1]^2 with smooth normals from central differences of the surface itself.
-// closed_u / closed_v: the surface is periodic there, so differences wrap around instead of stopping at the rim.
-// uv_size: texture coordinates at (1, 1). Cells that shrink to a line lose their degenerate triangle.
+// Adds (nu x nv) cells over [0, 1]^2 with smooth normals from central differences of the surface itself. With closed_u
+// / closed_v the surface is periodic there, so differences wrap around instead of stopping at the rim. The texture
+// coordinates at (1, 1) are uv_size. Cells that shrink to a line lose their degenerate triangle.
 void add_surface(Mesh& mesh, const Surface& surface, int nu, int nv, bool closed_u, bool closed_v,
                  const glm::dvec2& uv_size = glm::dvec2(1.0));
 

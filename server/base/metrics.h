@@ -62,9 +62,9 @@ public:
     Metrics& operator=(const Metrics&) = delete;
 
     // Result: the metric of this name and these labels, made when first asked for; it lives as long as this object.
-    // name: without the prefix "gonio_", with its unit ("encode_seconds", "frames_encoded_total"); help: one sentence;
-    // labels: as they are printed, `reason="origin"`. Of one name all have the same kind, and at most kMaxSeries labels
-    // are kept apart: what comes after that is counted under the label `other="true"`.
+    // The name is without the prefix "gonio_", with its unit ("encode_seconds", "frames_encoded_total"). The help is
+    // one sentence. The labels are as they are printed, `reason="origin"`. Of one name all have the same kind, and at
+    // most kMaxSeries labels are kept apart. What comes after that is counted under the label `other="true"`.
     Counter& counter(std::string_view name, std::string_view help, std::string_view labels = "");
     Gauge& gauge(std::string_view name, std::string_view help, std::string_view labels = "");
     Histogram& histogram(std::string_view name, std::string_view help, std::string_view labels = "",

@@ -29,9 +29,9 @@ void direct_points(const DirectLight& light, const Points& points, std::size_t c
 // Scratch of direct_light: per luminaire I / I_peak at every point of ScreenGrid::grid, negative where it is hidden.
 using Lattice = Planes;
 // out: 1 or 3 planes, surfaces.row_length floats a row: the sum of all luminaires' light × weight. A shadow ray goes to
-// each luminaire from every point of the grid, of more than four from every other one first; a pixel whose points agree
-// takes their answer, the others send their own: a shadow narrower than the grid may be lost. every_pixel: a ray from
-// each that light could reach. Render thread.
+// each luminaire from every point of the grid. Of more than four luminaires, it goes from every other point first. A
+// pixel whose points agree takes their answer. The others send their own ray, so a shadow narrower than the grid may be
+// lost. With every_pixel, a ray goes from each pixel that light could reach. Render thread.
 void direct_light(const GBuffer& gbuffer, const ScreenGrid& screen, const trace::Geometry& geometry,
                   std::span<const DirectLight> lights, bool every_pixel, Planes& out, Lattice& lattice, Pool& pool);
 

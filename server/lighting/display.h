@@ -1,5 +1,5 @@
-// The last step on the CPU: irradiance layers, weights and reflectance to the NV12 picture that the encoder takes, in
-// one pass over the pixels; what shaders/passes/composite.frag and nv12.frag do on a GPU, from the same maths.
+// The last step on the CPU: irradiance layers, weights and reflectance to the NV12 picture that the encoder takes. It
+// is one pass over the pixels. On a GPU, shaders/passes/composite.frag and nv12.frag do the same from the same maths.
 #pragma once
 
 #include <cstdint>

@@ -1,5 +1,6 @@
-// Indirect light at the pixels of a picture that rests: a final gather along links of each pixel's own, interleaved
-// over some pixels (Keller and Heidrich 2001, "Interleaved Sampling") and averaged over them where nothing is near.
+// Indirect light at the pixels of a picture that rests: a final gather along links of each pixel's own.
+// The links are interleaved over some pixels (Keller and Heidrich 2001, "Interleaved Sampling"). Where nothing is near,
+// the gather is averaged over these pixels.
 #pragma once
 
 #include <cstdint>

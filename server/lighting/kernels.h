@@ -25,12 +25,13 @@ struct Rays {
     float near_m;
 };
 // One row of `width` pixels, a multiple of 4·kSimdWidth: the weights of the four points around each in a joint
-// bilateral upsampling of a grid of one point per 4 × 4 pixels, point (i, j) standing at pixel (4i + 2, 4j + 2): a byte
-// each, the lower left in the lowest, lower right, upper left, upper right. Where they are alike, 1 on one plane, by
-// less than kPoorlyAlike all in all, the bytes sum to some 127, else to 255; by less than kLeastAlike, or without a
-// surface: 0. grid: its first point, stride values a row; Grid::kBorder points beyond its edges and kSimdWidth more may
-// be read. depth: near / distance, 0 no surface; normal: octahedral, 2 snorm16 in 4 bytes. poor: of every four pixels,
-// how many show a surface that the points are poorly alike.
+// bilateral upsampling. The grid has one point per 4 × 4 pixels. Point (i, j) stands at pixel (4i + 2, 4j + 2). Each
+// weight is a byte: the lower left in the lowest, then lower right, upper left, upper right. Points on one plane are
+// alike by 1. Where the four are alike by less than kPoorlyAlike all in all, the bytes sum to some 127, else to 255. By
+// less than kLeastAlike, or without a surface, they are 0. The argument grid is its first point, stride values a row.
+// Grid::kBorder points beyond its edges and kSimdWidth more may be read. The depth is near / distance, 0 no surface.
+// The normal is octahedral, 2 snorm16 in 4 bytes. Of every four pixels, poor is how many show a surface that the points
+// are poorly alike.
 inline constexpr float kPoorlyAlike = 0.2f, kLeastAlike = 0.02f;
 inline constexpr unsigned kPoorSum = 192;  // a smaller one is poor
 void weights_row(const Points& grid, std::ptrdiff_t stride, int y, int width, const Rays& rays, float near_per_depth,

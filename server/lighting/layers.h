@@ -13,9 +13,9 @@
 
 namespace gonio::lighting {
 
-// One luminaire's light per candela of its peak × a unit that all share, in half floats: 2 bytes a pixel for the direct
-// light, 6 a grid point for the indirect, 8 a pixel once that is gathered. Reconstruction is linear in the grid's
-// values, so that what is brought to the pixels is the sum of all luminaires' grids, once.
+// One luminaire's light per candela of its peak × a unit that all share, in half floats. The direct light takes 2 bytes
+// a pixel. The indirect takes 6 a grid point; 8 a pixel once it is gathered. Reconstruction is linear in the grid's
+// values. So what is brought to the pixels is the sum of all luminaires' grids, once.
 struct LightLayer {
     std::vector<std::uint16_t> direct;                   // at the pixels, GBuffer::row_length a row
     std::array<std::vector<std::uint16_t>, 3> indirect;  // rgb, in the shape of ScreenGrid::grid
@@ -37,13 +37,13 @@ struct LayerTerm {
     bool on_grid() const { return indirect && layer->gathered.empty(); }
 };
 
-// Sums in whole steps: a term is rounded to integers and bounded by cap() before it is added, so that a sum is the
-// same in whatever order it was made and however much of it was kept from earlier pictures.
+// Sums in whole steps: a term is rounded to integers and bounded by cap() before it is added. So a sum is the same in
+// whatever order it was made and however much of it was kept from earlier pictures.
 class LayerSum {
 public:
     // The terms of the next picture, each of another light, no more than `most` ever. Luminaires that have not changed
-    // for a while are summed up and kept, 13 bytes a pixel in all, so that a picture reads the kept sum and the others
-    // only. pixels, points: that a layer holds of each kind.
+    // for a while are summed up and kept, 13 bytes a pixel in all. So a picture reads the kept sum and the others only.
+    // A layer holds so many pixels and points of each kind.
     void take(std::vector<LayerTerm> terms, std::size_t most, std::size_t pixels, std::size_t points, Pool& pool);
 
     // At the pixels: what is kept, row_length a row, null if nothing is; and the terms to be added to it.

@@ -1,6 +1,6 @@
-// The G-buffer on the CPU: clusters are culled, their triangles set up in homogeneous screen coordinates (Olano and
-// Greer 1997: nothing is clipped) and rasterised in strips of rows, and what is nearest is shaded where it lies in
-// the cache.
+// The G-buffer on the CPU. Clusters are culled. Their triangles are set up in homogeneous screen coordinates (Olano and
+// Greer 1997: nothing is clipped) and rasterised in strips of rows. What is nearest is shaded where it lies in the
+// cache.
 #pragma once
 
 #include <cstdint>

@@ -87,9 +87,9 @@ private:
 // Result: of the slots that `wanted` needs those whose passes would run.
 std::set<SlotRef> outdated(std::span<const Pass> passes, std::span<const SlotRef> wanted, const PassCache& pass_cache);
 
-// Runs the passes in the order given, each at most once. passes: every slot is written by at most one of them and read
-// only by later ones. wanted: slots somebody looks at. before/after(i) surround each run (timers). Result: one row per
-// pass, in order, cpu_ms filled.
+// Runs the passes in the order given, each at most once. Every slot is written by at most one of the passes and read
+// only by later ones. The wanted slots are those that somebody looks at. The calls before/after(i) surround each run
+// (timers). Result: one row per pass, in order, cpu_ms filled.
 std::vector<v1::PassReport> execute(std::span<Pass> passes, std::span<const SlotRef> wanted, PassCache& pass_cache,
                                     const std::function<void(std::size_t)>& before,
                                     const std::function<void(std::size_t)>& after);

@@ -75,16 +75,16 @@ public:
     // Result: what is known of the scene's transport (PROTOCOL.md). From then on it is made, looked at or not.
     virtual v1::TransportStats transport_stats() = 0;
 
-    // Starts a capture of the scene as it is now, at its own size; the live passes stay clean. raw: values in the
-    // view's unit (lux, cd/m², cd, m) in full precision instead of display colours. Sizes are at least 1.
+    // Starts a capture of the scene as it is now, at its own size; the live passes stay clean. With raw, values are in
+    // the view's unit (lux, cd/m², cd, m) in full precision instead of display colours. Sizes are at least 1.
     virtual std::unique_ptr<CaptureJob> begin_capture(const Scene& scene, View view, int width_px, int height_px,
                                                       bool raw) = 0;
     // Renders the job's next tile, a bounded amount of work, so that live frames come in between. Result: whether the
     // picture is complete.
     virtual bool continue_capture(CaptureJob& job) = 0;
-    // Illuminance at a point: interactive: a shadow ray, and links of the point's own to the transport's surfels
-    // (bounces: all, 1 or 0); rsm: direct likewise, indirect the unoccluded sum over all RSM texels in double
-    // precision. Errors: of the mean of 16 independent parts and the transport's own; of the two halves of a
+    // Illuminance at a point. Quality interactive: a shadow ray, and links of the point's own to the transport's
+    // surfels (bounces: all, 1 or 0). Quality rsm: direct likewise, indirect the unoccluded sum over all RSM texels in
+    // double precision. Errors: of the mean of 16 independent parts and the transport's own; of the two halves of a
     // checkerboard of texels; none for the seed techniques.
     enum class MeterQuality { interactive, rsm };
     virtual v1::MeterReading meter(const Scene& scene, const glm::dvec3& point, const glm::dvec3& normal,

@@ -39,7 +39,7 @@ inline constexpr std::size_t kMostLaterSeeds = 8;
 class Renderer final : public LiveRenderer {
 public:
     // Where the direct light of the default technique is computed: by shaders with a shadow map, or on the CPU with a
-    // shadow ray per pixel; automatic: on the CPU where the GL is software anyway.
+    // shadow ray per pixel. Automatic: on the CPU where the GL is software anyway.
     enum class DirectLight : std::uint8_t { automatic, gl, rays };
     explicit Renderer(const gl::Context& context, DirectLight direct_light = DirectLight::automatic);
     ~Renderer() override;
@@ -63,9 +63,10 @@ public:
                            int bounces = trace::kAllBounces) override;
     // Texels per face side of the reflective shadow maps that are made from now on: benches compare sizes.
     void set_rsm_size(int texels) { rsm_size_ = texels; }
-    // Result: the illuminance in lux, per channel, that the live picture shows at each of its pixels, rows from the
-    // bottom, 0 where there is no surface: the live target's layers times the lights' weights, as the composite pass
-    // adds them. scene: the one of the last begin_frame. Reads whole layers back: for measuring, not for every frame.
+    // Result: the illuminance in lux, per channel, that the live picture shows at each of its pixels. Rows are from the
+    // bottom; 0 where there is no surface. It is the live target's layers times the lights' weights, as the composite
+    // pass adds them. The scene is the one of the last begin_frame. Reads whole layers back: for measuring, not for
+    // every frame.
     std::vector<glm::vec3> live_illuminance(const Scene& scene, bool indirect);
     bool settled() const override { return settled_ && !newer_transport(); }
     bool ready(const Scene& scene) override;

@@ -22,10 +22,10 @@ v1::Patch patch_in_force(const Scene& scene);
 // Result: a sentence for each row of the scene's surfaces that names a light or group that is not there.
 std::vector<std::string> surface_warnings(const Scene& scene);
 
-// Result: one command for each light that the values name, one for each profile and one for each property of the scene,
-// in the order in which they were first named; later values of a property replace earlier ones, and red, green, blue,
-// x, y and z fill up with what the light has. A value that names neither a light nor a group is left out; `unknown`
-// gets its index.
+// Result: one command for each light that the values name, one for each profile and one for each property of the scene.
+// They are in the order in which they were first named. Later values of a property replace earlier ones. Red, green,
+// blue, x, y and z fill up with what the light has. A value that names neither a light nor a group is left out;
+// `unknown` gets its index.
 std::vector<v1::Command> commands_of(const Scene& scene, std::span<const PropertyValue> values,
                                      std::vector<std::size_t>* unknown = nullptr);
 
@@ -33,9 +33,9 @@ std::vector<v1::Command> commands_of(const Scene& scene, std::span<const Propert
 // before has not heard what was said to it.
 std::map<std::string, std::vector<std::uint32_t>> targets_of(const Scene& scene);
 
-// Result: what answers with the value of a property as it is now, SI; of a group: of the first of its lights; nothing
-// for properties of three values, of names, and where there is no such target. Of a scene whose lights and groups stay
-// while it is asked.
+// Result: what answers with the value of a property as it is now, SI. For a group it is that of the first of its
+// lights. It is nothing for properties of three values, of names, and where there is no such target. The scene's lights
+// and groups must stay while it is asked.
 ValueNow values_now(const Scene& scene);
 
 }  // namespace gonio

@@ -8,9 +8,9 @@
 
 namespace gonio {
 
-// Directions drawn nearly in proportion to I(omega): a piecewise constant density over cells of half a degree of the
-// angle from the photometric zero and one degree of azimuth, each with the largest intensity seen on its corners, edges
-// and centre and on the web's own angles that cross it, so that nothing is too narrow to be met. Immutable.
+// Directions drawn nearly in proportion to I(omega). The density is piecewise constant over cells of half a degree of
+// the angle from the photometric zero and one degree of azimuth. Each cell has the largest intensity seen on its
+// corners, edges and centre and on the web's own angles that cross it. So nothing is too narrow to be met. Immutable.
 class DirectionTable {
 public:
     explicit DirectionTable(const ies::PhotometricWeb& web);

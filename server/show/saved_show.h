@@ -58,9 +58,9 @@ struct RestoredShow {
     Scene scene;
     std::vector<std::string> warnings;  // of each thing that could not be brought back, one sentence
 };
-// The asset with all that the show says of it, brought back by commands, so that all their checks hold. same_scene: the
-// asset is the show's own scene; else lights, groups and camera are left as the asset has them. profile_time: after it
-// no profile is read any more, and lights that want one are left out.
+// The asset with all that the show says of it. It is brought back by commands, so that all their checks hold. With
+// same_scene, the asset is the show's own scene. Else lights, groups and camera are left as the asset has them. After
+// profile_time no profile is read any more, and lights that want one are left out.
 RestoredShow restore_show(const saved::Show& show, std::shared_ptr<const SceneAsset> asset, bool same_scene,
                           std::chrono::milliseconds profile_time = kProfileTime);
 

@@ -21,8 +21,8 @@ namespace gonio {
 inline constexpr std::chrono::milliseconds kSaveInterval{1000}, kMostSaveRest{10'000};
 inline constexpr std::chrono::milliseconds kSaveRetry{5000};  // after a failure, unless a change comes first
 
-// Keeps PATH up to date. A write that fails (a full disk, a folder without rights, a show that is too large to be read
-// again) is said in the log once and tried again; the old file stays and the show goes on.
+// Keeps PATH up to date. A write may fail: a full disk, a folder without rights, a show that is too large to be read
+// again. The failure is said in the log once, and the write is tried again. The old file stays and the show goes on.
 class StateFile {
 public:
     using WriteFile = std::function<Result<bool>(const std::string& path, std::string_view bytes)>;

@@ -1,6 +1,6 @@
 // Who watches through which encoder. The first viewers have a lane, that is an encoder, of their own: it encodes when
 // they can take a frame, at the size that their link carries. All others share one lane that follows its fastest
-// member; whoever is too slow for it waits for its next IDR, and after some such waits moves to the low lane, which has
+// member. Whoever is too slow for it waits for its next IDR. After some such waits they move to the low lane, which has
 // half the rate and half the bits. Pure decisions: no sockets, no encoders, no clock; the net thread owns it.
 #pragma once
 

@@ -1,6 +1,6 @@
 // One viewer's share of its lane's stream: which frames it gets. Pure logic, no sockets, no clock.
-// Invariants: at most `window` frames are unacknowledged; what is sent is always decodable (after a gap only a key
-// frame); the frame held back, if any, is the newest one published, so nothing new waits behind something old.
+// Invariants: at most `window` frames are unacknowledged. What is sent is always decodable (after a gap only a key
+// frame). The frame held back, if any, is the newest one published, so nothing new waits behind something old.
 #pragma once
 
 #include <cstdint>

@@ -1,7 +1,7 @@
-// The reference quality: illuminance and pictures by path tracing over the same scene and the same photometric webs as
-// the interactive pipeline, without its approximations: exact visibility, any number of diffuse bounces, no virtual
-// point lights. docs/rendering.md derives the estimator. Results depend on the scene, the settings and the seed alone,
-// never on the number of threads or their timing. No GL.
+// The reference quality: illuminance and pictures by path tracing. It has the same scene and the same photometric webs
+// as the interactive pipeline, without its approximations. Visibility is exact, there are any number of diffuse bounces
+// and no virtual point lights. Its estimator is derived in docs/rendering.md. Results depend on the scene, the settings
+// and the seed alone, never on the number of threads or their timing. No GL.
 #pragma once
 
 #include <cstdint>

@@ -26,8 +26,8 @@ void gather(const Table& table, const std::uint16_t* ids, unsigned stride, unsig
             float share, glm::vec4* sums);
 // Surfels further away than this many radii count nothing.
 inline constexpr float kBlendRadii = 2.2f;
-// weights: how much each of kNeighbours surfels counts at a place, of sum 1: by distance, and by how far they and it
-// lie off each other's plane and face the same way; if none does, the first alone.
+// weights: how much each of kNeighbours surfels counts at a place, of sum 1. It goes by distance, and by how far they
+// and it lie off each other's plane and face the same way. If none counts, the first alone does.
 void weigh(const Surfels& surfels, const std::uint16_t* ids, const glm::vec3& p, const glm::vec3& n, float* weights);
 // out[i] = the weighted sum over ids[i × kNeighbours …] of the table, × its unit.
 void blend(const Table& table, const std::uint16_t* const* ids, const float* weights, std::size_t size, glm::vec4* out);
@@ -58,9 +58,9 @@ struct Accuracy {
     unsigned links = ~0u;  // of each surfel that are followed, at most
 };
 inline constexpr Accuracy kMoving{0.02, 6}, kAtRest{2e-4, 80};
-// Solves from what `light.indirect` holds, the light of the frame before; at rest from the start. exact: the first
-// bounce of a narrow light, found by other means; empty: by links. seen: by surfel, whether the picture shows it: while
-// light moves the others follow fewer links; empty: all are shown. Result: bounces computed.
+// Solves from what `light.indirect` holds, the light of the frame before; at rest from the start. The values exact are
+// the first bounce of a narrow light, found by other means; empty: by links. By surfel, seen tells whether the picture
+// shows it; empty: all are shown. While light moves, surfels not shown follow fewer links. Result: bounces computed.
 unsigned solve(const Surfels& surfels, const Links& links, std::span<const glm::vec4> exact,
                std::span<const std::uint8_t> seen, const Accuracy& accuracy, Irradiance& light, Pool& pool);
 

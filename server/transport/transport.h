@@ -32,9 +32,9 @@ struct Transport {
 // the render thread.
 class Builder {
 public:
-    // seeds: local places of luminaires and eyes. links: of each surfel, no generation beyond until more are wanted.
-    // beside: at a quarter of the weight of what else is busy (frames), after the first links at a tenth. cells:
-    // Transport::cells is asked for.
+    // The seeds are local places of luminaires and eyes. Each surfel has so many links, no generation beyond until more
+    // are wanted. With beside, it runs at a quarter of the weight of what else is busy (frames), after the first links
+    // at a tenth. With cells, Transport::cells is asked for.
     Builder(std::shared_ptr<const trace::Geometry> geometry, std::vector<glm::vec3> seeds,
             const SurfelSettings& settings, unsigned links, bool beside, bool cells);
     ~Builder();
