@@ -177,19 +177,17 @@ private:
             return;
         }
         const std::string& name = names_.at(spelling);
-        const auto found = options_.find(name);
+        const CLI::Option& option = *options_.at(name);
         Value value{{}, source};
         std::vector<const toml::node*> nodes{&node};
-        if (const toml::array* array = node.as_array(); array != nullptr && takes_many(*found->second)) {
+        if (const toml::array* array = node.as_array(); array != nullptr && takes_many(option)) {
             nodes.clear();
             for (const toml::node& one : *array) nodes.push_back(&one);
         }
         for (const toml::node* one : nodes) {
-            const auto text = text_of(*found->second, *one);
+            const auto text = text_of(option, *one);
             if (!text) {
-                const char* kind = is_flag(*found->second)     ? "true or false"
-                                   : is_number(*found->second) ? "a number"
-                                                               : "a string";
+                const char* kind = is_flag(option) ? "true or false" : is_number(option) ? "a number" : "a string";
                 result_.errors.push_back(source + ": " + name + " must be " + kind + ", not " +
                                          toml_read::text_of(*one));
                 return;

@@ -44,7 +44,7 @@ void SurfaceInput::follow_map(const Scene& scene) {
     reader_.name_lights(names_of(scene));
 }
 
-void SurfaceInput::take_mail() {
+void SurfaceInput::take_updates() {
     if (auto table = surfaces_->table().try_take()) table_ = std::move(*table);
     auto updates = surfaces_->updates().try_take();
     if (!updates) return;
@@ -61,7 +61,7 @@ void SurfaceInput::take_mail() {
 
 bool SurfaceInput::waiting(std::int64_t) {
     if (surfaces_ == nullptr) return false;
-    take_mail();
+    take_updates();
     return !waiting_.controls.empty() || reader_.moving();
 }
 
@@ -148,7 +148,7 @@ void SurfaceInput::carry_out(RenderSession& render_session, const std::vector<Su
 
 void SurfaceInput::serve(RenderSession& render_session, std::int64_t now_ns) {
     if (surfaces_ == nullptr) return;
-    take_mail();
+    take_updates();
     follow_map(render_session.scene());
     const Revision before = render_session.scene().scene_rev;
     if (!waiting_.controls.empty() || !waiting_.attached.empty() || reader_.moving() || !learning_.empty()) {

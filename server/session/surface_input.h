@@ -50,7 +50,7 @@ private:
         std::int64_t event_ns;
     };
     void follow_map(const Scene& scene);
-    void take_mail();
+    void take_updates();
     bool serve_learning(std::int64_t now_ns);
     void answer(const Learning& learning, const ControlInput* moved);
     void carry_out(RenderSession& render_session, const std::vector<SurfaceAction>& actions);

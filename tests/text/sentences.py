@@ -16,15 +16,11 @@ def sentences(text):
             if (words := re.findall(r'[^\W_]\S*', sentence))]
 
 
-def blank(match):
-    return re.sub(r'[^\n]', ' ', match.group())
-
-
 def prose_of_markdown(text):
-    """Markdown without what is no sentence; lines keep their numbers."""
-    text = re.sub(r'^```.*?^```', blank, text, flags=re.S | re.M)
+    """Markdown without what is no sentence."""
+    text = re.sub(r'^```.*?^```', '', text, flags=re.S | re.M)
     text = re.sub(r'^( *\||#).*$', '', text, flags=re.M)
-    text = re.sub(r'<!--.*?-->', blank, text, flags=re.S)
+    text = re.sub(r'<!--.*?-->', '', text, flags=re.S)
     text = re.sub(r'`[^`\n]+`', 'code', text)
     text = re.sub(r'!?\[([^\]]*)\]\([^)]*\)', r'\1', text)
     # A point of a list is a paragraph.
