@@ -5,6 +5,7 @@ import {property, component, mapped, slider, scrub} from "./controls.js";
 import {lightLevel, groupLevel, percent} from "./lights.js";
 import {toHex, fromHex, fromTemperature} from "./color.js";
 import {ProfilePanel} from "./profile.js";
+import {properties} from "./properties.js";    // made of the server's table
 
 const kDegree = Math.PI / 180;
 const kTemperatures = [2700, 3000, 4000, 6500];
@@ -49,30 +50,44 @@ function vectorSection(title, vector, letters, options) {
         update: () => fields.forEach((field) => field.update())};
 }
 
+const capital = (text) => text[0].toUpperCase() + text.slice(1);
+
+// The control of one row of the table of properties. bound: the property store's handle for it.
+function lightControl(row, bound, level) {
+    const title = capital(row.name);
+    if (row.name === "level") return slider(percent(level), {label: title, id: row.name, min: 0, max: 100, step: 0.5, digits: 1, unit: "%"});
+    if (row.name === "color") return colorSection(bound, "");
+    if (row.values === 3) return vectorSection(title, bound, ["x", "y", "z"], {step: 0.05, digits: 3, perPixel: 0.01});
+    const [from, to, shown, digits] = row.unit_name === "°" ? [-180, 180, toDegrees, 1]
+        : [row.low / row.unit, row.high / row.unit, (value) => value / row.unit, 3];
+    return slider(mapped(bound, shown, (value) => value * row.unit), {label: title, id: row.name, min: from, max: to, caption: row.unit_name.length > 1 ? `${title}, ${row.unit_name}` : title,
+        step: row.unit_name === "°" ? 0.5 : (to - from) / 200, fieldStep: row.unit_name === "°" ? 1 : (to - from) / 100,
+        origin: Math.max(0, from), digits, unit: row.unit_name.length > 1 ? "" : row.unit_name});
+}
+
+// Where the rows stand; one that is named nowhere stands in the first section.
+const kSections = [["Level and colour", []], ["Position, m", ["position"]], ["Aim", ["pan", "tilt", "roll", "aim"]]];
+
 function lightView(store, connection) {
     const name = () => (store.selected?.kind === "light" ? store.selected.name : "");
     const light = () => store.light(name());
-    const bound = (key, read, patch) => property(store, () => `${key}:${name()}`, read,
-        (value) => ({set_light: {name: name(), ...patch(value)}}));
+    const bound = (row) => property(store, () => `${row.name}:${name()}`, () => light()?.[row.state_field],
+        (value) => ({set_light: {name: name(), [row.field]: value}}));
 
     const title = h("h2", {id: "light-name"});
     const summary = h("p", {class: "faint"});
-    const level = slider(percent(lightLevel(store, name)), {label: "Level", id: "level", min: 0, max: 100, step: 0.5, digits: 1, unit: "%"});
-    const color = colorSection(bound("color", () => light()?.color_rgb, (color_rgb) => ({color_rgb})), "");
-    const position = vectorSection("Position",
-        bound("position", () => light()?.position, (position_m) => ({position_m})), ["x", "y", "z"],
-        {step: 0.05, digits: 3, perPixel: 0.01});
-    const angles = ["pan", "tilt", "roll"].map((angle) => slider(
-        mapped(bound(angle, () => light()?.[`${angle}_rad`], (rad) => ({[`${angle}_rad`]: rad})), toDegrees, (deg) => deg * kDegree),
-        {label: angle[0].toUpperCase() + angle.slice(1), id: angle, min: -180, max: 180, step: 0.5, fieldStep: 1, origin: 0, digits: 1, unit: "°"}));
-    const aim = vectorSection("Aim", bound("aim", () => light()?.aim, (vector) => ({aim: vector})), ["x", "y", "z"],
-        {step: 0.05, digits: 3, perPixel: 0.01});
-    aim.node.title = "Direction of the photometric zero; setting it derives pan, tilt and roll";
+    const rows = properties.filter((row) => row.field && row.component < 0);
+    const controls = new Map(rows.map((row) => [row.name, lightControl(row, bound(row), lightLevel(store, name))]));
+    for (const row of rows) if (row.help) controls.get(row.name).node.title = capital(row.help);
+    const placed = new Set(kSections.flatMap(([, names]) => names));
+    const sections = kSections.map(([heading, names], first) => {
+        const nodes = rows.filter((row) => names.includes(row.name) || (first === 0 && !placed.has(row.name)))
+            .map((row) => controls.get(row.name).node);
+        return first === 0 ? h("section", {"aria-label": heading}, ...nodes) : section(heading, ...nodes);
+    });
     const profile = new ProfilePanel(store, connection);
-    const parts = [level, color, position, ...angles, aim, profile];
-    const node = h("div", {id: "light-view"}, h("header", {}, title, summary),
-        h("section", {"aria-label": "Level and colour"}, level.node, color.node),
-        section("Position, m", position.node), section("Aim", ...angles.map((angle) => angle.node), aim.node), profile.node);
+    const parts = [...controls.values(), profile];
+    const node = h("div", {id: "light-view"}, h("header", {}, title, summary), ...sections, profile.node);
     return {node, update() {
         const shown = light();
         node.hidden = !shown;

@@ -1,4 +1,4 @@
-// The files of the browser page, embedded: "index.html", "main.js", …
+// The files of the browser page: "index.html", "main.js", …
 #pragma once
 
 #include <span>
@@ -7,6 +7,10 @@
 
 namespace gonio {
 
+// Result: those of this folder, embedded, and "properties.js": the table of properties as a module
+// (protocol/schema/property.h). They live as long as the program. Any thread.
 std::span<const EmbeddedFile> page_files();
+// Result: those of this folder alone.
+std::span<const EmbeddedFile> page_sources();
 
 }  // namespace gonio

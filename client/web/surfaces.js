@@ -3,12 +3,12 @@
 
 import {h, setText, formatNumber} from "./dom.js";
 import {PolledPanel} from "./panel.js";
+import {properties} from "./properties.js";    // made of the server's table
 
 const kPollMs = 500;
 const kLearnSeconds = 30;
-// Of lights and groups, then of the scene; those that need a range have it here, in SI.
-const kOfLight = {level: [0, 1], pan: null, tilt: null, roll: null, red: null, green: null, blue: null, x: [-5, 5], y: [0, 5], z: [-5, 5]};
-const kOfScene = {master: null, exposure: null, orbit: null, elevation: null, distance: [1, 20], "page on": null, "page back": null};
+const kRanges = {x: [-5, 5], y: [0, 5], z: [-5, 5], distance: [1, 20]};    // m, of those that the table has none for
+const driven = (ofScene) => properties.filter((row) => row.of_scene === ofScene && row.values === 1 && !row.by_name).map((row) => row.name);
 
 function drivesText(row) {
     const what = [row.target, row.property, row.preset].filter(Boolean).join(" ");
@@ -62,7 +62,7 @@ export class SurfacesPanel extends PolledPanel {
 
     #offerProperties() {
         const kind = this.#target.value.split(" ")[0];
-        const names = kind === "scene" ? Object.keys(kOfScene) : kind === "preset" ? ["recall", "save"] : Object.keys(kOfLight);
+        const names = kind === "scene" ? [...driven(true), "page on", "page back"] : kind === "preset" ? ["recall", "save"] : driven(false);
         const before = this.#property.value;
         this.#property.replaceChildren(...names.map((name) => h("option", {value: name}, name)));
         if (names.includes(before)) this.#property.value = before;
@@ -73,7 +73,7 @@ export class SurfacesPanel extends PolledPanel {
         const [kind, ...rest] = this.#target.value.split(" "), name = rest.join(" "), property = this.#property.value;
         if (kind === "preset") return {property: "preset", preset: name, ...(property === "save" ? {mode: "save"} : {fade_s: 0})};
         if (property.startsWith("page")) return {property: "page", step: property === "page on" ? 1 : -1};
-        const range = kind === "scene" ? kOfScene[property] : kOfLight[property];
+        const range = kRanges[property];
         return {target: kind === "scene" ? "" : name, property, ...(range ? {low: range[0], high: range[1]} : {})};
     }
 

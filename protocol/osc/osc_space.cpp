@@ -1,7 +1,6 @@
 #include "protocol/osc/osc_space.h"
 
 #include <cmath>
-#include <numbers>
 #include <string_view>
 
 #include "protocol/text/text_bytes.h"
@@ -90,12 +89,6 @@ OscArgument real(double value) {
     return static_cast<float>(value);
 }
 
-std::vector<OscArgument> vector_of(const google::protobuf::RepeatedField<double>& field) {
-    std::vector<OscArgument> arguments;
-    for (const double value : field) arguments.push_back(real(value));
-    return arguments;
-}
-
 }  // namespace
 
 Result<OscAction> osc_action(const OscMessage& message) {
@@ -115,21 +108,16 @@ Result<OscAction> osc_action(const OscMessage& message) {
 }
 
 static void put_light(OscValues& values, const std::string& root, const v1::Light& light) {
-    constexpr double kDegrees = 180.0 / std::numbers::pi;
-    values[root + "level"] = {real(light.level_ratio())};
-    values[root + "color"] = vector_of(light.color_rgb());
-    values[root + "pan"] = {real(light.pan_rad() * kDegrees)};
-    values[root + "tilt"] = {real(light.tilt_rad() * kDegrees)};
-    values[root + "roll"] = {real(light.roll_rad() * kDegrees)};
-    values[root + "position"] = vector_of(light.position());
-    values[root + "aim"] = vector_of(light.aim());
-    values[root + "profile"] = {light.profile()};
-    static constexpr const char* kColors[] = {"red", "green", "blue"};
-    static constexpr const char* kAxes[] = {"x", "y", "z"};
-    for (int i = 0; i < 3 && light.color_rgb_size() == 3 && light.position_size() == 3; ++i) {
-        values[root + kColors[i]] = {real(light.color_rgb(i))};
-        values[root + kAxes[i]] = {real(light.position(i))};
+    for (const PropertyRow& row : property_table()) {
+        if (row.state_field.empty()) continue;
+        const std::vector<double> numbers = read_numbers(light, row.state_field);
+        if (row.component >= 0 && numbers.size() != 3) continue;
+        std::vector<OscArgument>& told = values[root + std::string(row.name)];
+        for (std::size_t i = 0; i < numbers.size(); ++i)
+            if (row.component < 0 || i == static_cast<std::size_t>(row.component))
+                told.push_back(real(numbers[i] / row.unit));
     }
+    values[root + "profile"] = {light.profile()};
 }
 
 OscValues osc_values(const v1::State& state) {

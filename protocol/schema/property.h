@@ -1,12 +1,19 @@
-// THE table of what consoles and fader boxes may drive: names, how many values, units and default ranges. DMX, OSC and
-// the surfaces' map read it.
+// THE table of what can be set of a light and driven by consoles and fader boxes: names, fields, units, ranges. The
+// CLI's words, DMX, OSC, the surfaces' map, the saved show, what clients are told and the page's controls follow from
+// it; where the scene keeps a value is in server/scene/light_values.h.
 #pragma once
 
 #include <array>
 #include <cstdint>
+#include <functional>
 #include <span>
 #include <string>
 #include <string_view>
+#include <vector>
+
+namespace google::protobuf {
+class Message;
+}
 
 namespace gonio {
 
@@ -16,6 +23,7 @@ enum class Property : std::uint8_t {
     green,
     blue,
     color,
+    tint,
     pan,
     tilt,
     roll,
@@ -35,16 +43,21 @@ enum class Property : std::uint8_t {
 
 struct PropertyRow {
     Property property;
-    std::string_view name;
-    unsigned values;         // 1 or 3; each takes one or two DMX slots
-    bool of_scene;           // of the scene, not of a light
-    bool htp;                // among equal DMX senders the highest value wins, else the one that changed last
-    bool has_range;          // whether low and high are a default; else a patch row must name its range
-    double low, high;        // in SI units: rad, m, ratio, EV100
-    double least, most;      // what the scene takes, likewise; a patch may not reach beyond
-    double unit;             // what one of the unit that people write (docs/consoles.md: degrees) is in SI
-    bool by_name = false;    // its value is a name: of a profile, of a preset
-    bool of_camera = false;  // orbit, elevation and distance of the eye as seen from the target
+    std::string_view name;         // of consoles and maps, "--name" of the CLI
+    std::string_view field;        // of v1::SetLight and saved::Light; empty: not of a light's numbers
+    std::string_view state_field;  // of v1::Light
+    unsigned values = 1;           // 1 or 3; each takes one or two DMX slots
+    int component = -1;            // of the field's three numbers; -1: all of them
+    bool of_scene = false;         // of the scene, not of a light
+    bool htp = false;              // among equal DMX senders the highest value wins, else the one that changed last
+    bool has_range = true;         // whether low and high are a default; else a patch row must name its range
+    double low = 0, high = 1;      // in SI units: rad, m, ratio, EV100, Duv
+    double least = 0, most = 1;    // what the scene takes, likewise; a patch may not reach beyond
+    double unit = 1;               // what one of the unit that people write (docs/consoles.md: degrees) is in SI
+    std::string_view unit_name;    // "°", "m"; empty: a pure number
+    std::string_view help;         // one phrase for people: the CLI's help, the page
+    bool by_name = false;          // its value is a name: of a profile, of a preset
+    bool of_camera = false;        // orbit, elevation and distance of the eye as seen from the target
 };
 
 // Result: all of them.
@@ -52,6 +65,21 @@ std::span<const PropertyRow> property_table();
 const PropertyRow& row_of(Property property);
 // Result: nullptr where there is no such property.
 const PropertyRow* find_property(std::string_view name);
+// Result: "level, red or master": the names of the rows that `wanted` takes, in the table's order.
+std::string property_names(const std::function<bool(const PropertyRow&)>& wanted);
+// Result: the table for the browser page: a module that exports `properties`, an array of
+// {name, field, state_field, values, component, of_scene, low, high, least, most, unit, unit_name, help}.
+std::string properties_module();
+
+// One number, or three, of a message's field by its name: `optional double`, `double` or `repeated double`.
+// Result: whether the field says something: it is present, or it holds three numbers; always for a plain `double`.
+bool has_numbers(const google::protobuf::Message& message, std::string_view field);
+// Result: all that the field holds: one of a scalar.
+std::vector<double> read_numbers(const google::protobuf::Message& message, std::string_view field);
+void write_numbers(google::protobuf::Message& message, std::string_view field, std::span<const double> numbers);
+// Between messages that both have the field; says nothing where `from` says nothing.
+void copy_numbers(const google::protobuf::Message& from, google::protobuf::Message& to, std::string_view field);
+void clear_numbers(google::protobuf::Message& message, std::string_view field);
 
 // A value that a console has set: what net hands to the render thread instead of knowing the scene.
 struct PropertyValue {

@@ -120,8 +120,7 @@ Result<bool> check_surface_row(const v1::SurfaceRow& row, const std::string& pla
     if (property == nullptr || property->values != 1)
         return refusal_of(
             place, "property", shown_text(row.property()),
-            "must be level, red, green, blue, pan, tilt, roll, x, y, z, profile, master, exposure, orbit, "
-            "elevation, distance, preset or page");
+            "must be page, " + property_names([](const PropertyRow& known) { return known.values == 1; }));
     if (property->of_scene != row.target().empty() || row.target().size() > kMaxNameLength)
         return refusal_of(
             place, "target", shown_text(row.target()),

@@ -2,209 +2,25 @@
 
 #include <algorithm>
 #include <cmath>
-#include <numbers>
 #include <optional>
-#include <sstream>
 
 #include "protocol/dmx/patch.h"
 #include "protocol/schema/gonio.pb.h"
 #include "protocol/surface/surface_map.h"
 #include "protocol/text/shortened_text.h"
+#include "server/scene/apply_checks.h"
+#include "server/scene/apply_light.h"
 #include "server/scene/console.h"
 #include "server/scene/light_tables.h"
-#include "server/scene/orientation.h"
+#include "server/scene/light_values.h"
 #include "server/scene/preset.h"
+#include "server/scene/tint.h"
 
 namespace gonio {
 namespace {
 
-// All refusals leave through this exception, inside this file only: a refused command has touched nothing but a copy.
-struct Refused {
-    Error error;
-};
-
-[[noreturn]] void refuse(std::string code, std::string where, std::string value, std::string message) {
-    throw Refused{{std::move(code), std::move(where), std::move(value), std::move(message)}};
-}
-
-double checked(double value, double low, double high, const std::string& field) {
-    if (!(value >= low && value <= high)) {
-        refuse("invalid_argument", field, print_number(value),
-               "must be a number from " + print_number(low) + " to " + print_number(high));
-    }
-    return value;
-}
-
-template <typename Field>
-std::string print_all(const Field& field) {
-    std::string text;
-    for (double value : field) text += (text.empty() ? "" : ",") + print_number(value);
-    return text;
-}
-
-constexpr double kMaxCoordinateM = 1e6;  // farther positions are refused
-
-template <typename Field>
-glm::dvec3 checked_vector(const Field& field, double low, double high, const std::string& name) {
-    if (field.size() != 3) refuse("invalid_argument", name, print_all(field), "must be three numbers");
-    glm::dvec3 result;
-    for (int i = 0; i < 3; ++i) {
-        if (!(field[i] >= low && field[i] <= high)) {
-            refuse("invalid_argument", name, print_all(field),
-                   "must be three numbers from " + print_number(low) + " to " + print_number(high));
-        }
-        result[i] = field[i];
-    }
-    return result;
-}
-
-template <typename Field>
-glm::dvec3 checked_direction(const Field& field, const std::string& name) {
-    const glm::dvec3 d = checked_vector(field, -1e9, 1e9, name);
-    if (glm::length(d) < 1e-9) refuse("invalid_argument", name, print_all(field), "must not be the zero vector");
-    return glm::normalize(d);
-}
-
-std::string checked_name(const std::string& name, const std::string& field) {
-    if (name.empty() || name.size() > kMaxNameBytes) {
-        refuse("invalid_argument", field, shortened_text(name, kMaxNameBytes), "must have 1 to 128 bytes");
-    }
-    const std::string shown = shortened_text(name, kMaxNameBytes);
-    if (shown != name)
-        refuse("invalid_argument", field, shown,
-               "must be UTF-8 without control characters, also none of the direction of writing");
-    return name;
-}
-
-// Assigns and bumps the part's revision only where the value differs.
-template <typename T>
-void change(Scene& scene, T& slot, const T& value, Revision& part_rev) {
-    if (slot == value) return;
-    slot = value;
-    part_rev = scene.scene_rev + 1;
-}
-
-Light* find_light(Scene& scene, const std::string& name) {
-    const auto at =
-        std::find_if(scene.lights.begin(), scene.lights.end(), [&](const Light& l) { return l.name == name; });
-    return at == scene.lights.end() ? nullptr : &*at;
-}
-
-// Result: the same profile as a light has it already, so that they share what is made of it; or the one given.
-std::shared_ptr<const Profile> shared_profile(const Scene& scene, const std::shared_ptr<const Profile>& profile) {
-    for (const Light& light : scene.lights) {
-        if (light.profile == profile || *light.profile == *profile) return light.profile;
-    }
-    return profile;
-}
-
-// Pan, tilt and roll of an orientation that was given otherwise.
-void take_angles(Light& light) {
-    const PanTiltRoll angles = angles_of(light.world_from_light);
-    light.pan_rad = angles.pan_rad;
-    light.tilt_rad = angles.tilt_rad;
-    light.roll_rad = angles.roll_rad;
-}
-
-void set_one_light(Scene& scene, Light& light, const v1::SetLight& set, const Loaded& loaded,
-                   const std::string& prefix) {
-    if (set.position_m_size() > 0) {
-        change(scene, light.position,
-               checked_vector(set.position_m(), -kMaxCoordinateM, kMaxCoordinateM, prefix + "position_m"),
-               light.position_rev);
-    }
-    const bool turns = set.has_pan_rad() || set.has_tilt_rad() || set.has_roll_rad();
-    if (set.aim_size() > 0) {
-        if (turns)
-            refuse("conflict", prefix + "aim", print_all(set.aim()),
-                   "aim cannot be set together with pan, tilt or roll");
-        const glm::dquat orientation = orientation_aiming(checked_direction(set.aim(), prefix + "aim"));
-        change(scene, light.world_from_light, orientation, light.aim_rev);
-        take_angles(light);
-    } else if (turns) {
-        constexpr double kLimit = 64 * std::numbers::pi;
-        if (set.has_pan_rad())
-            change(scene, light.pan_rad, checked(set.pan_rad(), -kLimit, kLimit, prefix + "pan_rad"), light.aim_rev);
-        if (set.has_tilt_rad())
-            change(scene, light.tilt_rad, checked(set.tilt_rad(), -kLimit, kLimit, prefix + "tilt_rad"), light.aim_rev);
-        if (set.has_roll_rad())
-            change(scene, light.roll_rad, checked(set.roll_rad(), -kLimit, kLimit, prefix + "roll_rad"), light.aim_rev);
-        light.world_from_light = orientation_of({light.pan_rad, light.tilt_rad, light.roll_rad});
-    }
-    if (set.has_level_ratio())
-        change(scene, light.level_ratio, checked(set.level_ratio(), 0.0, 1.0, prefix + "level_ratio"), light.level_rev);
-    if (set.color_rgb_size() > 0) {
-        change(scene, light.color, checked_vector(set.color_rgb(), 0.0, 1e4, prefix + "color_rgb"), light.level_rev);
-    }
-    if (loaded.profile) change(scene, light.profile, shared_profile(scene, loaded.profile), light.profile_rev);
-}
-
-void set_light(Scene& scene, const v1::SetLight& set, const Loaded& loaded) {
-    if (Light* light = find_light(scene, set.name())) return set_one_light(scene, *light, set, loaded, "set_light.");
-    const auto group = scene.groups.find(set.name());
-    if (group == scene.groups.end())
-        refuse("not_found", "set_light.name", set.name(), "there is no light or group of this name");
-    for (const std::string& name : group->second)
-        set_one_light(scene, *find_light(scene, name), set, loaded, "set_light.");
-}
-
-void add_light(Scene& scene, const v1::SetLight& set, const Loaded& loaded) {
-    const std::string name = checked_name(set.name(), "add_light.light.name");
-    if (find_light(scene, name) != nullptr || scene.groups.contains(name)) {
-        refuse("already_exists", "add_light.light.name", name, "a light or group of this name exists");
-    }
-    if (scene.lights.size() >= kMaxLights) {
-        refuse("too_many_lights", "add_light.light.name", name,
-               "a scene holds at most " + std::to_string(kMaxLights) + " lights");
-    }
-    if (!loaded.profile) refuse("invalid_argument", "add_light.light.profile", "", "a new light needs a profile");
-    Light light;
-    light.id = scene.next_light_id++;
-    light.name = name;
-    light.profile = shared_profile(scene, loaded.profile);
-    light.world_from_light = orientation_of({});
-    light.position = (scene.asset->bounds.min + scene.asset->bounds.max) * 0.5;
-    light.position_rev = light.aim_rev = light.profile_rev = light.level_rev = scene.scene_rev + 1;
-    set_one_light(scene, light, set, loaded, "add_light.light.");
-    scene.lights.push_back(std::move(light));
-    scene.lights_rev = scene.scene_rev + 1;
-}
-
-void remove_light(Scene& scene, const std::string& name) {
-    Light* light = find_light(scene, name);
-    if (light == nullptr) refuse("not_found", "remove_light.name", name, "there is no light of this name");
-    scene.lights.erase(scene.lights.begin() + (light - scene.lights.data()));
-    scene.lights_rev = scene.scene_rev + 1;
-    for (auto group = scene.groups.begin(); group != scene.groups.end();) {
-        if (std::erase(group->second, name) > 0) scene.groups_rev = scene.scene_rev + 1;
-        group = group->second.empty() ? scene.groups.erase(group) : std::next(group);
-    }
-    if (scene.view_light == name) {
-        scene.view_light.clear();
-        scene.view_rev = scene.scene_rev + 1;
-    }
-}
-
-void set_group(Scene& scene, const v1::SetGroup& set) {
-    const std::string name = checked_name(set.name(), "set_group.name");
-    if (find_light(scene, name) != nullptr) refuse("already_exists", "set_group.name", name, "a light has this name");
-    std::vector<std::string> lights;
-    for (const std::string& light : set.lights()) {
-        if (find_light(scene, light) == nullptr)
-            refuse("not_found", "set_group.lights", light, "there is no light of this name");
-        if (std::find(lights.begin(), lights.end(), light) == lights.end()) lights.push_back(light);
-    }
-    if (lights.empty()) {
-        if (scene.groups.erase(name) == 0)
-            refuse("not_found", "set_group.name", name, "there is no group of this name");
-        scene.groups_rev = scene.scene_rev + 1;
-        return;
-    }
-    if (!scene.groups.contains(name) && scene.groups.size() >= kMaxGroups) {
-        refuse("too_many_groups", "set_group.name", name,
-               "a scene holds at most " + std::to_string(kMaxGroups) + " groups");
-    }
-    change(scene, scene.groups[name], lights, scene.groups_rev);
+double checked_as(Property property, double value, const std::string& field) {
+    return checked(value, row_of(property).least, row_of(property).most, field);
 }
 
 void set_view(Scene& scene, const v1::SetView& set) {
@@ -250,11 +66,10 @@ void set_technique(Scene& scene, const v1::SetTechnique& set) {
 }
 
 void set_camera(Scene& scene, const v1::SetCamera& set) {
+    const double far = row_of(Property::position).most;
     Camera camera = scene.camera;
-    if (set.eye_m_size() > 0)
-        camera.eye = checked_vector(set.eye_m(), -kMaxCoordinateM, kMaxCoordinateM, "set_camera.eye_m");
-    if (set.target_m_size() > 0)
-        camera.target = checked_vector(set.target_m(), -kMaxCoordinateM, kMaxCoordinateM, "set_camera.target_m");
+    if (set.eye_m_size() > 0) camera.eye = checked_vector(set.eye_m(), -far, far, "set_camera.eye_m");
+    if (set.target_m_size() > 0) camera.target = checked_vector(set.target_m(), -far, far, "set_camera.target_m");
     if (set.has_fov_rad()) camera.fov_rad = checked(set.fov_rad(), 0.02, 3.0, "set_camera.fov_rad");
     if (glm::distance(camera.eye, camera.target) < 1e-6) {
         refuse("invalid_argument", "set_camera.target_m", print_all(set.target_m()),
@@ -329,13 +144,13 @@ void recall_preset(Scene& scene, const v1::RecallPreset& recall) {
         if (light == nullptr) continue;
         change(scene, light->profile, kept.profile, light->profile_rev);
         if (fades) continue;  // server/scene/preset.h brings the rest in time
-        change(scene, light->position, kept.position, light->position_rev);
         change(scene, light->world_from_light, kept.world_from_light, light->aim_rev);
-        change(scene, light->pan_rad, kept.pan_rad, light->aim_rev);
-        change(scene, light->tilt_rad, kept.tilt_rad, light->aim_rev);
-        change(scene, light->roll_rad, kept.roll_rad, light->aim_rev);
-        change(scene, light->level_ratio, kept.level_ratio, light->level_rev);
-        change(scene, light->color, kept.color, light->level_rev);
+        for (const LightSlot& slot : light_slots()) {
+            if (slot.number != nullptr)
+                change(scene, light->*slot.number, kept.*slot.number, light->*slot.stale);
+            else
+                change(scene, light->*slot.vector, kept.*slot.vector, light->*slot.stale);
+        }
     }
     change(scene, scene.recalled, recall.name(), scene.presets_rev);
 }
@@ -374,12 +189,14 @@ void dispatch(Scene& scene, const v1::Command& command, const Loaded& loaded) {
         case v1::Command::kSetExposure:
             if (command.set_exposure().has_ev100()) {
                 change(scene, scene.exposure_ev100,
-                       checked(command.set_exposure().ev100(), -10.0, 24.0, "set_exposure.ev100"), scene.exposure_rev);
+                       checked_as(Property::exposure, command.set_exposure().ev100(), "set_exposure.ev100"),
+                       scene.exposure_rev);
             }
             return;
         case v1::Command::kSetMaster:
             if (command.set_master().has_ratio()) {
-                change(scene, scene.master_ratio, checked(command.set_master().ratio(), 0.0, 1.0, "set_master.ratio"),
+                change(scene, scene.master_ratio,
+                       checked_as(Property::master, command.set_master().ratio(), "set_master.ratio"),
                        scene.master_rev);
             }
             return;
@@ -411,14 +228,6 @@ void dispatch(Scene& scene, const v1::Command& command, const Loaded& loaded) {
             break;
     }
     refuse("unsupported", "command", "", "this server does not know the command");
-}
-
-// The lamp's output at this tilt, the angle between the aim and nadir; 1 without a TILT table.
-double tilt_factor_of(const Light& light) {
-    const auto& table = light.profile->photometry.tilt;
-    if (!table) return 1.0;
-    const double down = std::clamp(-aim_of(light.world_from_light).y, -1.0, 1.0);
-    return ies::tilt_factor(*table, Angle::radians(std::acos(down)));
 }
 
 void check_layers(const Scene& scene) {
@@ -476,32 +285,6 @@ Result<Applied> apply(Scene& scene, const v1::Command& command, const Loaded& lo
     return applied;
 }
 
-// Result: why not; then the light is as before.
-static std::optional<Error> try_light(Scene& scene, Light& light, const v1::SetLight& set) {
-    const Light before = light;
-    try {
-        set_one_light(scene, light, set, {}, "set_light.");
-    } catch (const Refused& refused) {
-        light = before;
-        return refused.error;
-    }
-    light.tilt_factor = tilt_factor_of(light);
-    return std::nullopt;
-}
-
-// Result: the command's properties of a light, one each.
-static std::vector<v1::SetLight> single_properties(const v1::SetLight& set) {
-    std::vector<v1::SetLight> single;
-    if (set.has_level_ratio()) single.emplace_back().set_level_ratio(set.level_ratio());
-    if (set.color_rgb_size() > 0) *single.emplace_back().mutable_color_rgb() = set.color_rgb();
-    if (set.position_m_size() > 0) *single.emplace_back().mutable_position_m() = set.position_m();
-    if (set.aim_size() > 0) *single.emplace_back().mutable_aim() = set.aim();
-    if (set.has_pan_rad()) single.emplace_back().set_pan_rad(set.pan_rad());
-    if (set.has_tilt_rad()) single.emplace_back().set_tilt_rad(set.tilt_rad());
-    if (set.has_roll_rad()) single.emplace_back().set_roll_rad(set.roll_rad());
-    return single;
-}
-
 static std::optional<Error> apply_input(Scene& scene, const v1::Command& command) {
     if (!command.has_set_light()) {
         if (!command.has_set_master() && !command.has_set_exposure() && !command.has_set_camera() &&
@@ -515,15 +298,7 @@ static std::optional<Error> apply_input(Scene& scene, const v1::Command& command
         }
         return std::nullopt;
     }
-    const v1::SetLight& set = command.set_light();
-    Light* light = find_light(scene, set.name());
-    if (light == nullptr) return Error{"not_found", "set_light.name", set.name(), "there is no light of this name"};
-    std::optional<Error> refused = try_light(scene, *light, set);
-    if (!refused) return refused;
-    const std::vector<v1::SetLight> single = single_properties(set);
-    for (const v1::SetLight& one : single)
-        if (single.size() > 1) try_light(scene, *light, one);
-    return refused;
+    return set_light_in_parts(scene, command.set_light());
 }
 
 std::vector<std::optional<Error>> apply_inputs(Scene& scene, std::span<const v1::Command> commands) {
@@ -573,7 +348,7 @@ glm::dvec3 light_weight(const Scene& scene, const Light& light) {
 }
 
 glm::dvec3 own_weight(const Light& light) {
-    return light.color * (light.level_ratio * light.multiplier * light.tilt_factor);
+    return light.color * tint_factors(light.tint_duv) * (light.level_ratio * light.multiplier * light.tilt_factor);
 }
 
 const char* view_name(View view) {

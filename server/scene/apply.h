@@ -44,7 +44,8 @@ std::vector<std::optional<Error>> apply_inputs(Scene& scene, std::span<const v1:
 // Result: a scene that shows the asset from its first camera, with its own lights; revisions continue from `revision`.
 Scene scene_of(std::shared_ptr<const SceneAsset> asset, Revision revision = 1);
 
-// Result: level × multiplier × TILT factor × master × colour: what the light's candela are multiplied by, per channel.
+// Result: level × multiplier × TILT factor × master × colour × tint: what the light's candela are multiplied by, per
+// channel.
 glm::dvec3 light_weight(const Scene& scene, const Light& light);
 // The same without the master.
 glm::dvec3 own_weight(const Light& light);

@@ -7,6 +7,7 @@
 #include "protocol/dmx/patch.h"
 #include "protocol/osc/osc.h"
 #include "protocol/surface/surface_map.h"
+#include "server/scene/light_values.h"
 
 namespace gonio {
 namespace {
@@ -66,53 +67,23 @@ void put(Vector* field, const std::array<double, 3>& value) {
     for (const double one : value) field->Add(one);
 }
 
-// One of three components; the others stay as the command or else the light has them.
-void put_component(Vector* field, const glm::dvec3& now, int component, double value) {
-    if (field->empty()) put(field, {now.x, now.y, now.z});
-    field->Set(component, value);
-}
-
 void put_value(v1::SetLight& set, const Light& light, const PropertyValue& value) {
-    const double one = value.value[0];
+    const PropertyRow& row = row_of(value.property);
+    const LightSlot* slot = slot_of(value.property);
     // aim and pan, tilt, roll exclude each other: the later one counts.
-    const auto turn = [&] { set.clear_aim(); };
-    switch (value.property) {
-        case Property::level:
-            return set.set_level_ratio(one);
-        case Property::red:
-        case Property::green:
-        case Property::blue:
-            return put_component(set.mutable_color_rgb(), light.color,
-                                 static_cast<int>(value.property) - static_cast<int>(Property::red), one);
-        case Property::color:
-            return put(set.mutable_color_rgb(), value.value);
-        case Property::pan:
-            return turn(), set.set_pan_rad(one);
-        case Property::tilt:
-            return turn(), set.set_tilt_rad(one);
-        case Property::roll:
-            return turn(), set.set_roll_rad(one);
-        case Property::x:
-        case Property::y:
-        case Property::z:
-            return put_component(set.mutable_position_m(), light.position,
-                                 static_cast<int>(value.property) - static_cast<int>(Property::x), one);
-        case Property::position:
-            return put(set.mutable_position_m(), value.value);
-        case Property::aim:
-            set.clear_pan_rad();
-            set.clear_tilt_rad();
-            set.clear_roll_rad();
-            return put(set.mutable_aim(), value.value);
-        case Property::profile:
-        case Property::master:
-        case Property::exposure:
-        case Property::orbit:
-        case Property::elevation:
-        case Property::distance:
-        case Property::preset:
-            return;  // commands of their own
+    if (value.property == Property::aim) {
+        for (const LightSlot& angle : light_slots())
+            if (angle.stale == &Light::aim_rev) clear_numbers(set, row_of(angle.property).field);
+    } else if (slot != nullptr && slot->stale == &Light::aim_rev) {
+        set.clear_aim();
     }
+    Numbers numbers = value.value;
+    if (row.component >= 0) {  // the others stay as the command or else the light has them
+        numbers = numbers_of(light, *slot);
+        if (has_numbers(set, row.field)) std::ranges::copy(read_numbers(set, row.field), numbers.begin());
+        numbers[static_cast<std::size_t>(row.component)] = value.value[0];
+    }
+    write_numbers(set, row.field, std::span(numbers).first(row.component >= 0 ? 3 : row.values));
 }
 
 // The eye as seen from the target.
@@ -245,26 +216,10 @@ std::map<std::string, std::vector<std::uint32_t>> targets_of(const Scene& scene)
 }
 
 static std::optional<double> value_of(const Light& light, Property property) {
-    switch (property) {
-        case Property::level:
-            return light.level_ratio;
-        case Property::red:
-        case Property::green:
-        case Property::blue:
-            return light.color[static_cast<int>(property) - static_cast<int>(Property::red)];
-        case Property::pan:
-            return light.pan_rad;
-        case Property::tilt:
-            return light.tilt_rad;
-        case Property::roll:
-            return light.roll_rad;
-        case Property::x:
-        case Property::y:
-        case Property::z:
-            return light.position[static_cast<int>(property) - static_cast<int>(Property::x)];
-        default:
-            return std::nullopt;
-    }
+    const PropertyRow& row = row_of(property);
+    const LightSlot* slot = row.values == 1 ? slot_of(property) : nullptr;
+    if (slot == nullptr) return std::nullopt;
+    return numbers_of(light, *slot)[static_cast<std::size_t>(std::max(row.component, 0))];
 }
 
 ValueNow values_now(const Scene& scene) {

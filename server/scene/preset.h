@@ -2,13 +2,12 @@
 // time is a parameter.
 #pragma once
 
-#include <array>
 #include <cstdint>
-#include <optional>
 #include <string>
 #include <vector>
 
 #include "protocol/schema/gonio.pb.h"
+#include "server/scene/light_values.h"
 #include "server/scene/scene.h"
 
 namespace gonio {
@@ -30,15 +29,12 @@ public:
     std::vector<v1::Command> step(const Scene& scene, std::int64_t now_ns);
 
 private:
-    enum class Kind : std::uint8_t { level, color, position, pan, tilt, roll };
-    // One property of one light; unused components are 0.
+    // One property of one light.
     struct Part {
         std::string light;
-        Kind kind;
-        std::array<double, 3> from, to, said;
+        const LightSlot* slot;
+        Numbers from, to, said;
     };
-    static std::optional<std::array<double, 3>> value_of(const Scene& scene, const Part& part);
-    static void put(v1::SetLight& set, Kind kind, const std::array<double, 3>& value);
     std::vector<Part> parts_;  // in the order of the lights
     std::int64_t began_ns_ = 0;
     double fade_s_ = 0;

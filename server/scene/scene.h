@@ -129,29 +129,27 @@ struct SceneAsset {
 
 using Revision = std::uint32_t;
 
-struct Light {
-    std::uint32_t id = 0;  // never reused within a process
-    std::string name;
+// What can be set of a light, and a preset keeps: light_values.h.
+struct LightValues {
     glm::dvec3 position{0.0};
     glm::dquat world_from_light{1.0, 0.0, 0.0, 0.0};
     double pan_rad = 0.0, tilt_rad = 0.0, roll_rad = 0.0;  // as last set, or derived from the orientation
-    std::shared_ptr<const Profile> profile;
-    double multiplier = 1.0;
     double level_ratio = 1.0;
     glm::dvec3 color{1.0};
+    double tint_duv = 0.0;  // tint.h
+    std::shared_ptr<const Profile> profile;
+};
+
+struct Light : LightValues {
+    std::uint32_t id = 0;  // never reused within a process
+    std::string name;
+    double multiplier = 1.0;
     double tilt_factor = 1.0;  // LM-63 TILT=INCLUDE: all candela at the luminaire's tilt; follows aim and profile
     Revision position_rev = 0, aim_rev = 0, profile_rev = 0, level_rev = 0;
 };
 
-// What a preset keeps of one light.
-struct PresetLight {
+struct PresetLight : LightValues {
     std::string name;
-    glm::dvec3 position{0.0};
-    glm::dquat world_from_light{1.0, 0.0, 0.0, 0.0};
-    double pan_rad = 0.0, tilt_rad = 0.0, roll_rad = 0.0;
-    double level_ratio = 1.0;
-    glm::dvec3 color{1.0};
-    std::shared_ptr<const Profile> profile;
 };
 using Preset = std::vector<PresetLight>;
 

@@ -4,6 +4,7 @@
 
 #include "ies/synthetic.h"
 #include "server/scene/apply.h"
+#include "server/scene/light_values.h"
 #include "server/scene/orientation.h"
 
 namespace gonio {
@@ -17,14 +18,12 @@ void put(Field* field, const glm::dvec3& v) {
 
 void put_light(const Light& light, v1::Light& out) {
     out.set_name(light.name);
-    put(out.mutable_position(), light.position);
+    for (const LightSlot& slot : light_slots()) {
+        const Numbers numbers = numbers_of(light, slot);
+        write_numbers(out, row_of(slot.property).state_field, std::span(numbers).first(count_of(slot)));
+    }
     put(out.mutable_aim(), aim_of(light.world_from_light));
     put(out.mutable_c0(), c0_of(light.world_from_light));
-    out.set_pan_rad(light.pan_rad);
-    out.set_tilt_rad(light.tilt_rad);
-    out.set_roll_rad(light.roll_rad);
-    out.set_level_ratio(light.level_ratio);
-    put(out.mutable_color_rgb(), light.color);
     out.set_multiplier(light.multiplier);
     out.set_profile(light.profile->name);
     out.set_max_cd(light.profile->max_cd);

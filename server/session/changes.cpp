@@ -2,27 +2,24 @@
 
 #include <algorithm>
 
+#include "server/scene/light_values.h"
+
 namespace gonio {
 namespace {
 
-void touch_set(const Light& light, const v1::SetLight& set, std::vector<TouchedProperty>& touched) {
+// set: which properties; null: all of them.
+void touch(const Light& light, const v1::SetLight* set, std::vector<TouchedProperty>& touched) {
     const std::string path = "lights." + light.name + ".";
-    if (set.position_m_size() > 0) touched.push_back({path + "position", light.position_rev});
-    if (set.aim_size() > 0 || set.has_pan_rad() || set.has_tilt_rad() || set.has_roll_rad())
-        touched.push_back({path + "aim", light.aim_rev});
-    if (set.has_level_ratio()) touched.push_back({path + "level_ratio", light.level_rev});
-    if (set.color_rgb_size() > 0) touched.push_back({path + "color_rgb", light.level_rev});
-    if (set.has_profile()) touched.push_back({path + "profile", light.profile_rev});
-}
-
-void touch_all(const Light& light, std::vector<TouchedProperty>& touched) {
-    const std::string path = "lights." + light.name + ".";
-    for (const auto& [name, rev] : {std::pair("position", light.position_rev),
-                                    {"aim", light.aim_rev},
-                                    {"level_ratio", light.level_rev},
-                                    {"color_rgb", light.level_rev},
-                                    {"profile", light.profile_rev}})
-        touched.push_back({path + name, rev});
+    const auto add = [&](std::string name, Revision rev) {
+        if (touched.empty() || touched.back().path != name) touched.push_back({std::move(name), rev});
+    };
+    for (const LightSlot& slot : light_slots()) {
+        const PropertyRow& row = row_of(slot.property);
+        const bool turned = slot.stale == &Light::aim_rev && set != nullptr && set->aim_size() > 0;
+        if (set != nullptr && !turned && !has_numbers(*set, row.field)) continue;
+        add(path + (slot.part != nullptr ? std::string(slot.part) : std::string(row.state_field)), light.*slot.stale);
+    }
+    if (set == nullptr || set->has_profile()) add(path + "profile", light.profile_rev);
 }
 
 const Light* find_light(const Scene& scene, const std::string& name) {
@@ -39,21 +36,22 @@ std::vector<TouchedProperty> touched_properties(const Scene& scene, const v1::Co
         case v1::Command::kSetLight: {
             const v1::SetLight& set = command.set_light();
             if (const Light* light = find_light(scene, set.name())) {
-                touch_set(*light, set, touched);
+                touch(*light, &set, touched);
             } else if (const auto group = scene.groups.find(set.name()); group != scene.groups.end()) {
                 touched.push_back({"groups." + group->first, scene.groups_rev});
                 for (const std::string& name : group->second)
-                    if (const Light* one = find_light(scene, name)) touch_set(*one, set, touched);
+                    if (const Light* one = find_light(scene, name)) touch(*one, &set, touched);
             }
             break;
         }
         case v1::Command::kAddLight:
             touched.push_back({"lights." + command.add_light().light().name(), scene.lights_rev});
-            if (const Light* light = find_light(scene, command.add_light().light().name())) touch_all(*light, touched);
+            if (const Light* light = find_light(scene, command.add_light().light().name()))
+                touch(*light, nullptr, touched);
             break;
         case v1::Command::kRemoveLight:
             touched.push_back({"lights." + command.remove_light().name(), scene.lights_rev});
-            if (const Light* light = find_light(scene, command.remove_light().name())) touch_all(*light, touched);
+            if (const Light* light = find_light(scene, command.remove_light().name())) touch(*light, nullptr, touched);
             for (const auto& [name, lights] : scene.groups)
                 if (std::ranges::find(lights, command.remove_light().name()) != lights.end())
                     touched.push_back({"groups." + name, scene.groups_rev});
@@ -64,7 +62,7 @@ std::vector<TouchedProperty> touched_properties(const Scene& scene, const v1::Co
             if (preset == scene.presets.end()) break;
             touched.push_back({"presets." + preset->first, scene.presets_rev});
             for (const PresetLight& kept : *preset->second)
-                if (const Light* light = find_light(scene, kept.name)) touch_all(*light, touched);
+                if (const Light* light = find_light(scene, kept.name)) touch(*light, nullptr, touched);
             break;
         }
         case v1::Command::kSavePreset:

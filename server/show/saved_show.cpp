@@ -13,6 +13,7 @@
 #include "server/assets/assets.h"
 #include "server/scene/apply.h"
 #include "server/scene/light_tables.h"
+#include "server/scene/light_values.h"
 #include "server/scene/preset.h"
 
 namespace gonio {
@@ -69,12 +70,10 @@ public:
     template <typename AnyLight>
     void put_light(const AnyLight& light, saved::Light& out) {
         out.set_name(light.name);
-        put(out.mutable_position_m(), light.position);
-        out.set_pan_rad(light.pan_rad);
-        out.set_tilt_rad(light.tilt_rad);
-        out.set_roll_rad(light.roll_rad);
-        out.set_level_ratio(light.level_ratio);
-        put(out.mutable_color_rgb(), light.color);
+        for (const LightSlot& slot : light_slots()) {
+            const Numbers numbers = numbers_of(light, slot);
+            write_numbers(out, row_of(slot.property).field, std::span(numbers).first(count_of(slot)));
+        }
         const LightSeed* own = seed_named(*scene_.asset, light.name);
         if (own != nullptr && own->profile == light.profile) {
             out.set_scene_profile(light.name);
@@ -140,12 +139,7 @@ public:
     }
     static void fill(v1::SetLight& set, const saved::Light& light) {
         set.set_name(light.name());
-        *set.mutable_position_m() = light.position_m();
-        set.set_pan_rad(light.pan_rad());
-        set.set_tilt_rad(light.tilt_rad());
-        set.set_roll_rad(light.roll_rad());
-        set.set_level_ratio(light.level_ratio());
-        *set.mutable_color_rgb() = light.color_rgb();
+        for (const LightSlot& slot : light_slots()) copy_numbers(light, set, row_of(slot.property).field);
     }
 
     // After the lights: how large a picture may be depends on how many there are.

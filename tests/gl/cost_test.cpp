@@ -177,6 +177,8 @@ TEST_P(Cost, LevelColourMasterExposureRunTheCompositeOnly) {
         light.add_color_rgb(0.1);
     });
     EXPECT_EQ(only_frame(), composite);
+    set([](v1::SetLight& light) { light.set_tint_duv(0.01); });
+    EXPECT_EQ(only_frame(), composite);
     change([](v1::Command& c) { c.mutable_set_master()->set_ratio(0.7); });
     EXPECT_EQ(only_frame(), composite);
     change([](v1::Command& c) { c.mutable_set_exposure()->set_ev100(7.3); });

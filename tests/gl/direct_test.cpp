@@ -224,6 +224,19 @@ TEST(Direct, LevelMultiplierColourAndMasterMultiply) {
     EXPECT_NEAR(reading.direct_lx(), base * (0.2126 + 0.7152 * 0.5 + 0.0722 * 0.25), 0.3);
 }
 
+// A tint is a colour of luminance 1: what it does to each channel is in tests/unit/tint_test.cpp.
+TEST(Direct, ATintKeepsTheLux) {
+    Renderer renderer(context(), direct_light());
+    make_coarse(renderer);
+    Scene scene = floor_scene(10.0, 0.0f, isotropic(1000.0), {0, 2, 0});
+    for (const double duv : {-0.05, 0.05}) {
+        scene.lights[0].tint_duv = duv;
+        const auto reading = renderer.meter(scene, {0, 0, 0}, {0, 1, 0}, Renderer::MeterQuality::interactive);
+        EXPECT_NEAR(reading.direct_lx(), 250.0, 0.3) << duv;
+        EXPECT_EQ(reading.direct_rgb_lx(1) > 250, duv > 0) << "green above, magenta below";
+    }
+}
+
 // LM-63 TILT=INCLUDE: the lamp gives 0.6 of its light when the luminaire is tilted by 60 degrees.
 TEST(Direct, TheTiltFactorFollowsTheLuminairesTilt) {
     Renderer renderer(context(), direct_light());

@@ -6,6 +6,7 @@
 
 #include "server/assets/assets.h"
 #include "server/scene/apply.h"
+#include "server/scene/light_values.h"
 
 namespace gonio {
 namespace {
@@ -141,6 +142,21 @@ TEST_F(ChangesTest, GroupsAndPresetsStandForTheirLights) {
     ASSERT_EQ(run(save, kAnn), "ok");
     EXPECT_EQ(run(at(recall, known), kBob), "conflict") << "another look than Bob means";
     EXPECT_EQ(refused.where, "presets.look");
+}
+
+// The table of properties, walked: what a command sets of a light is what it conflicts in.
+TEST_F(ChangesTest, EveryPropertyOfALightIsNamed) {
+    for (const LightSlot& slot : light_slots()) {
+        const PropertyRow& row = row_of(slot.property);
+        v1::Command command;
+        command.mutable_set_light()->set_name(name);
+        const Numbers now = numbers_of(scene.lights[0], slot);
+        write_numbers(*command.mutable_set_light(), row.field, std::span(now).first(count_of(slot)));
+        const auto touched = touched_properties(scene, command);
+        ASSERT_EQ(touched.size(), 1u) << row.name;
+        const bool turns = slot.stale == &Light::aim_rev;
+        EXPECT_EQ(touched[0].path, "lights." + name + "." + std::string(turns ? "aim" : row.state_field));
+    }
 }
 
 TEST_F(ChangesTest, LightsThatComeAndGo) {

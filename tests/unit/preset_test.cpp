@@ -5,6 +5,7 @@
 
 #include "server/assets/assets.h"
 #include "server/scene/apply.h"
+#include "server/scene/light_values.h"
 #include "server/scene/state.h"
 
 namespace gonio {
@@ -68,6 +69,32 @@ TEST_F(Presets, ARecallByAHandTiltsTheLamp) {
     recall_down.mutable_recall_preset()->set_name("down");
     EXPECT_FALSE(apply_inputs(scene, {&recall_down, 1})[0].has_value());
     EXPECT_NEAR(light().tilt_factor, 1.0, 1e-9);
+}
+
+// Every number of the table of properties is kept, recalled at once and in time.
+TEST_F(Presets, EveryNumberOfALightComesBack) {
+    ASSERT_EQ(save("before"), "ok");
+    const Light before = light();
+    for (const double fade_s : {0.0, 2.0}) {
+        for (const LightSlot& slot : light_slots()) {
+            const PropertyRow& row = row_of(slot.property);
+            const double value = row.least + 0.3 * (row.most - row.least);
+            v1::Command command;
+            command.mutable_set_light()->set_name(name);
+            write_numbers(*command.mutable_set_light(), row.field, std::vector<double>(count_of(slot), value));
+            ASSERT_EQ(run(command), "ok") << row.name;
+            ASSERT_NE(numbers_of(light(), slot), numbers_of(before, slot)) << row.name;
+        }
+        if (fade_s == 0) {
+            ASSERT_EQ(recall("before"), "ok");
+        } else {
+            Fade fade(scene, *scene.presets.at("before"), fade_s, 0);
+            apply_inputs(scene, fade.step(scene, 2'000'000'000));
+            EXPECT_FALSE(fade.running());
+        }
+        for (const LightSlot& slot : light_slots())
+            EXPECT_EQ(numbers_of(light(), slot), numbers_of(before, slot)) << row_of(slot.property).name << fade_s;
+    }
 }
 
 TEST_F(Presets, ARecallBringsBackTheLookAndCostsOnlyWhatDiffers) {

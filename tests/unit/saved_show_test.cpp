@@ -11,6 +11,7 @@
 #include "protocol/schema/gonio.pb.h"
 #include "server/assets/assets.h"
 #include "server/scene/apply.h"
+#include "server/scene/light_values.h"
 #include "server/scene/orientation.h"
 
 namespace gonio {
@@ -51,12 +52,13 @@ protected:
         v1::Command command;
         v1::SetLight& set = add ? *command.mutable_add_light()->mutable_light() : *command.mutable_set_light();
         set.set_name(name);
-        for (int i = 0; i < 3; ++i) set.add_position_m(seed + 0.1 * i);
-        set.set_pan_rad(0.3 + seed);
-        set.set_tilt_rad(0.2 * seed);
-        set.set_roll_rad(-seed);
-        set.set_level_ratio(seed / 10);
-        for (int i = 0; i < 3; ++i) set.add_color_rgb(seed * (i + 1));
+        for (const LightSlot& slot : light_slots()) {  // another share of its range for each number
+            const PropertyRow& row = row_of(slot.property);
+            Numbers numbers{};
+            double share = 0.3 + seed / 10 + 0.01 * static_cast<double>(&slot - light_slots().data());
+            for (double& number : numbers) number = row.least + (row.most - row.least) * (share -= 0.1);
+            write_numbers(set, row.field, std::span(numbers).first(count_of(slot)));
+        }
         return command;
     }
     // Everything that a show has, none of it as it is by default.
@@ -124,14 +126,10 @@ protected:
     static void expect_same(const AnyLight& a, const AnyLight& b) {
         SCOPED_TRACE(a.name);
         EXPECT_EQ(a.name, b.name);
-        EXPECT_EQ(a.position, b.position);
-        EXPECT_EQ(a.pan_rad, b.pan_rad);
-        EXPECT_EQ(a.tilt_rad, b.tilt_rad);
-        EXPECT_EQ(a.roll_rad, b.roll_rad);
+        for (const LightSlot& slot : light_slots())
+            EXPECT_EQ(numbers_of(a, slot), numbers_of(b, slot)) << row_of(slot.property).name;
         EXPECT_NEAR(glm::length(aim_of(a.world_from_light) - aim_of(b.world_from_light)), 0, 1e-12);
         EXPECT_NEAR(glm::length(c0_of(a.world_from_light) - c0_of(b.world_from_light)), 0, 1e-12);
-        EXPECT_EQ(a.level_ratio, b.level_ratio);
-        EXPECT_EQ(a.color, b.color);
         EXPECT_EQ(a.profile->name, b.profile->name);
         EXPECT_EQ(a.profile->max_cd, b.profile->max_cd);
         EXPECT_EQ(a.profile->photometry.web.candela, b.profile->photometry.web.candela);

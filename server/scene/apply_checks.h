@@ -1,0 +1,84 @@
+// Of apply() alone: how a command's values are checked, and how a checked one gets into the scene.
+#pragma once
+
+#include <algorithm>
+#include <string>
+#include <utility>
+
+#include "ies/core/result.h"
+#include "protocol/text/shortened_text.h"
+#include "server/scene/scene.h"
+
+namespace gonio {
+
+// All refusals leave through this exception and end in apply(): a refused command has touched nothing but a copy.
+struct Refused {
+    Error error;
+};
+
+[[noreturn]] inline void refuse(std::string code, std::string where, std::string value, std::string message) {
+    throw Refused{{std::move(code), std::move(where), std::move(value), std::move(message)}};
+}
+
+inline double checked(double value, double low, double high, const std::string& field) {
+    if (!(value >= low && value <= high)) {
+        refuse("invalid_argument", field, print_number(value),
+               "must be a number from " + print_number(low) + " to " + print_number(high));
+    }
+    return value;
+}
+
+template <typename Field>
+std::string print_all(const Field& field) {
+    std::string text;
+    for (double value : field) text += (text.empty() ? "" : ",") + print_number(value);
+    return text;
+}
+
+template <typename Field>
+glm::dvec3 checked_vector(const Field& field, double low, double high, const std::string& name) {
+    if (std::size(field) != 3) refuse("invalid_argument", name, print_all(field), "must be three numbers");
+    glm::dvec3 result;
+    for (int i = 0; i < 3; ++i) {
+        if (!(field[i] >= low && field[i] <= high)) {
+            refuse("invalid_argument", name, print_all(field),
+                   "must be three numbers from " + print_number(low) + " to " + print_number(high));
+        }
+        result[i] = field[i];
+    }
+    return result;
+}
+
+template <typename Field>
+glm::dvec3 checked_direction(const Field& field, const std::string& name) {
+    const glm::dvec3 d = checked_vector(field, -1e9, 1e9, name);
+    if (glm::length(d) < 1e-9) refuse("invalid_argument", name, print_all(field), "must not be the zero vector");
+    return glm::normalize(d);
+}
+
+inline std::string checked_name(const std::string& name, const std::string& field) {
+    if (name.empty() || name.size() > kMaxNameBytes) {
+        refuse("invalid_argument", field, shortened_text(name, kMaxNameBytes), "must have 1 to 128 bytes");
+    }
+    const std::string shown = shortened_text(name, kMaxNameBytes);
+    if (shown != name)
+        refuse("invalid_argument", field, shown,
+               "must be UTF-8 without control characters, also none of the direction of writing");
+    return name;
+}
+
+// Assigns and bumps the part's revision only where the value differs.
+template <typename T>
+void change(Scene& scene, T& slot, const T& value, Revision& part_rev) {
+    if (slot == value) return;
+    slot = value;
+    part_rev = scene.scene_rev + 1;
+}
+
+inline Light* find_light(Scene& scene, const std::string& name) {
+    const auto at =
+        std::find_if(scene.lights.begin(), scene.lights.end(), [&](const Light& l) { return l.name == name; });
+    return at == scene.lights.end() ? nullptr : &*at;
+}
+
+}  // namespace gonio

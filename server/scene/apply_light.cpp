@@ -1,0 +1,166 @@
+#include "server/scene/apply_light.h"
+
+#include <algorithm>
+#include <cmath>
+#include <vector>
+
+#include "server/scene/apply_checks.h"
+#include "server/scene/light_values.h"
+#include "server/scene/orientation.h"
+
+namespace gonio {
+
+void take_angles(Light& light) {
+    const PanTiltRoll angles = angles_of(light.world_from_light);
+    light.pan_rad = angles.pan_rad;
+    light.tilt_rad = angles.tilt_rad;
+    light.roll_rad = angles.roll_rad;
+}
+
+double tilt_factor_of(const Light& light) {
+    const auto& table = light.profile->photometry.tilt;
+    if (!table) return 1.0;
+    const double down = std::clamp(-aim_of(light.world_from_light).y, -1.0, 1.0);
+    return ies::tilt_factor(*table, Angle::radians(std::acos(down)));
+}
+
+namespace {
+
+// Result: the same profile as a light has it already, so that they share what is made of it; or the one given.
+std::shared_ptr<const Profile> shared_profile(const Scene& scene, const std::shared_ptr<const Profile>& profile) {
+    for (const Light& light : scene.lights) {
+        if (light.profile == profile || *light.profile == *profile) return light.profile;
+    }
+    return profile;
+}
+
+void set_one_light(Scene& scene, Light& light, const v1::SetLight& set, const Loaded& loaded,
+                   const std::string& prefix) {
+    const bool turns = set.has_pan_rad() || set.has_tilt_rad() || set.has_roll_rad();
+    if (set.aim_size() > 0 && turns)
+        refuse("conflict", prefix + "aim", print_all(set.aim()), "aim cannot be set together with pan, tilt or roll");
+    for (const LightSlot& slot : light_slots()) {
+        const PropertyRow& row = row_of(slot.property);
+        if (!has_numbers(set, row.field)) continue;
+        const std::vector<double> numbers = read_numbers(set, row.field);
+        const std::string field = prefix + std::string(row.field);
+        if (slot.number != nullptr)
+            change(scene, light.*slot.number, checked(numbers[0], row.least, row.most, field), light.*slot.stale);
+        else
+            change(scene, light.*slot.vector, checked_vector(numbers, row.least, row.most, field), light.*slot.stale);
+    }
+    if (turns) light.world_from_light = orientation_of({light.pan_rad, light.tilt_rad, light.roll_rad});
+    if (set.aim_size() > 0) {
+        const glm::dquat orientation = orientation_aiming(checked_direction(set.aim(), prefix + "aim"));
+        change(scene, light.world_from_light, orientation, light.aim_rev);
+        take_angles(light);
+    }
+    if (loaded.profile) change(scene, light.profile, shared_profile(scene, loaded.profile), light.profile_rev);
+}
+
+// Result: why not; then the light is as before.
+std::optional<Error> try_light(Scene& scene, Light& light, const v1::SetLight& set) {
+    const Light before = light;
+    try {
+        set_one_light(scene, light, set, {}, "set_light.");
+    } catch (const Refused& refused) {
+        light = before;
+        return refused.error;
+    }
+    light.tilt_factor = tilt_factor_of(light);
+    return std::nullopt;
+}
+
+// Result: the command's properties of a light, one each.
+std::vector<v1::SetLight> single_properties(const v1::SetLight& set) {
+    std::vector<v1::SetLight> single;
+    const auto take = [&](std::string_view field) {
+        if (has_numbers(set, field)) copy_numbers(set, single.emplace_back(), field);
+    };
+    for (const LightSlot& slot : light_slots()) take(row_of(slot.property).field);
+    take(row_of(Property::aim).field);
+    return single;
+}
+
+}  // namespace
+
+void set_light(Scene& scene, const v1::SetLight& set, const Loaded& loaded) {
+    if (Light* light = find_light(scene, set.name())) return set_one_light(scene, *light, set, loaded, "set_light.");
+    const auto group = scene.groups.find(set.name());
+    if (group == scene.groups.end())
+        refuse("not_found", "set_light.name", set.name(), "there is no light or group of this name");
+    for (const std::string& name : group->second)
+        set_one_light(scene, *find_light(scene, name), set, loaded, "set_light.");
+}
+
+void add_light(Scene& scene, const v1::SetLight& set, const Loaded& loaded) {
+    const std::string name = checked_name(set.name(), "add_light.light.name");
+    if (find_light(scene, name) != nullptr || scene.groups.contains(name)) {
+        refuse("already_exists", "add_light.light.name", name, "a light or group of this name exists");
+    }
+    if (scene.lights.size() >= kMaxLights) {
+        refuse("too_many_lights", "add_light.light.name", name,
+               "a scene holds at most " + std::to_string(kMaxLights) + " lights");
+    }
+    if (!loaded.profile) refuse("invalid_argument", "add_light.light.profile", "", "a new light needs a profile");
+    Light light;
+    light.id = scene.next_light_id++;
+    light.name = name;
+    light.profile = shared_profile(scene, loaded.profile);
+    light.world_from_light = orientation_of({});
+    light.position = (scene.asset->bounds.min + scene.asset->bounds.max) * 0.5;
+    light.position_rev = light.aim_rev = light.profile_rev = light.level_rev = scene.scene_rev + 1;
+    set_one_light(scene, light, set, loaded, "add_light.light.");
+    scene.lights.push_back(std::move(light));
+    scene.lights_rev = scene.scene_rev + 1;
+}
+
+void remove_light(Scene& scene, const std::string& name) {
+    Light* light = find_light(scene, name);
+    if (light == nullptr) refuse("not_found", "remove_light.name", name, "there is no light of this name");
+    scene.lights.erase(scene.lights.begin() + (light - scene.lights.data()));
+    scene.lights_rev = scene.scene_rev + 1;
+    for (auto group = scene.groups.begin(); group != scene.groups.end();) {
+        if (std::erase(group->second, name) > 0) scene.groups_rev = scene.scene_rev + 1;
+        group = group->second.empty() ? scene.groups.erase(group) : std::next(group);
+    }
+    if (scene.view_light == name) {
+        scene.view_light.clear();
+        scene.view_rev = scene.scene_rev + 1;
+    }
+}
+
+void set_group(Scene& scene, const v1::SetGroup& set) {
+    const std::string name = checked_name(set.name(), "set_group.name");
+    if (find_light(scene, name) != nullptr) refuse("already_exists", "set_group.name", name, "a light has this name");
+    std::vector<std::string> lights;
+    for (const std::string& light : set.lights()) {
+        if (find_light(scene, light) == nullptr)
+            refuse("not_found", "set_group.lights", light, "there is no light of this name");
+        if (std::find(lights.begin(), lights.end(), light) == lights.end()) lights.push_back(light);
+    }
+    if (lights.empty()) {
+        if (scene.groups.erase(name) == 0)
+            refuse("not_found", "set_group.name", name, "there is no group of this name");
+        scene.groups_rev = scene.scene_rev + 1;
+        return;
+    }
+    if (!scene.groups.contains(name) && scene.groups.size() >= kMaxGroups) {
+        refuse("too_many_groups", "set_group.name", name,
+               "a scene holds at most " + std::to_string(kMaxGroups) + " groups");
+    }
+    change(scene, scene.groups[name], lights, scene.groups_rev);
+}
+
+std::optional<Error> set_light_in_parts(Scene& scene, const v1::SetLight& set) {
+    Light* light = find_light(scene, set.name());
+    if (light == nullptr) return Error{"not_found", "set_light.name", set.name(), "there is no light of this name"};
+    std::optional<Error> refused = try_light(scene, *light, set);
+    if (!refused) return refused;
+    const std::vector<v1::SetLight> single = single_properties(set);
+    for (const v1::SetLight& one : single)
+        if (single.size() > 1) try_light(scene, *light, one);
+    return refused;
+}
+
+}  // namespace gonio

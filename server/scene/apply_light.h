@@ -1,0 +1,26 @@
+// Of apply() alone: the commands that lights and groups take. Refusals leave as Refused (apply_checks.h).
+#pragma once
+
+#include <optional>
+#include <string>
+
+#include "ies/core/result.h"
+#include "protocol/schema/gonio.pb.h"
+#include "server/scene/apply.h"
+
+namespace gonio {
+
+// A light, or every light of a group.
+void set_light(Scene& scene, const v1::SetLight& set, const Loaded& loaded);
+void add_light(Scene& scene, const v1::SetLight& set, const Loaded& loaded);
+void remove_light(Scene& scene, const std::string& name);
+void set_group(Scene& scene, const v1::SetGroup& set);
+// Of a console, which names no group: what can be set is set. Result: why the first property that cannot was refused.
+std::optional<Error> set_light_in_parts(Scene& scene, const v1::SetLight& set);
+
+// Pan, tilt and roll of an orientation that was given otherwise.
+void take_angles(Light& light);
+// Result: the lamp's output at this tilt, the angle between the aim and nadir; 1 without a TILT table.
+double tilt_factor_of(const Light& light);
+
+}  // namespace gonio

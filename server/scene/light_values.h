@@ -1,0 +1,36 @@
+// Where the scene keeps the numbers of a light, and what each makes stale: the scene's side of the table of properties
+// (protocol/schema/property.h). Commands, presets and their fades, consoles, the saved show and what clients are told
+// go through it.
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <span>
+
+#include "protocol/schema/property.h"
+#include "server/scene/scene.h"
+
+namespace gonio {
+
+struct LightSlot {
+    Property property;                           // of a whole field: color, not red
+    double LightValues::*number = nullptr;       // one of the two
+    glm::dvec3 LightValues::*vector = nullptr;   // likewise
+    Revision Light::*stale = &Light::level_rev;  // the part of the light that a change makes stale
+    const char* part = nullptr;                  // its name for base_rev where that is not the field's: "aim"
+};
+
+// Result: all of them, in the order in which they are told of. The orientation is kept as pan, tilt and roll; an aim is
+// turned into those.
+std::span<const LightSlot> light_slots();
+// Result: the slot of a property or of the whole that it is a component of; nullptr where a light has no such number.
+const LightSlot* slot_of(Property property);
+
+// A number, or three: SI. Unused ones are 0.
+using Numbers = std::array<double, 3>;
+Numbers numbers_of(const LightValues& light, const LightSlot& slot);
+void set_numbers(LightValues& light, const LightSlot& slot, const Numbers& numbers);
+// Result: how many of them count: 1 or 3.
+std::size_t count_of(const LightSlot& slot);
+
+}  // namespace gonio
