@@ -50,10 +50,10 @@ void take_means(const std::vector<double>& angles, const std::vector<std::size_t
 
 }  // namespace
 
-PhotometricWeb thinned(const PhotometricWeb& web, Angle v_step, Angle h_step) {
+std::optional<PhotometricWeb> thinned(const PhotometricWeb& web, Angle v_step, Angle h_step) {
     const std::vector<std::size_t> kept_v = kept_angles(web.v_rad, v_step.radians()),
                                    kept_h = kept_angles(web.h_rad, h_step.radians());
-    if (kept_v.size() == web.v_rad.size() && kept_h.size() == web.h_rad.size()) return web;
+    if (kept_v.size() == web.v_rad.size() && kept_h.size() == web.h_rad.size()) return std::nullopt;
     PhotometricWeb thin{web.goniometer, values_at(web.v_rad, kept_v), values_at(web.h_rad, kept_h), {}};
     const std::size_t n_v = kept_v.size(), n_h = web.h_rad.size();
     std::vector<double> integral;

@@ -4,6 +4,7 @@
 
 #include <array>
 #include <cstdint>
+#include <optional>
 #include <vector>
 
 #include "ies/core/units.h"
@@ -50,8 +51,8 @@ LuminousIntensity peak_intensity(const PhotometricWeb& web);
 // Type C: dΩ = sin v dv dh. Type B: dΩ = cos h dh dv. Type A: dΩ = cos v dv dh.
 LuminousFlux total_flux(const PhotometricWeb& web);
 
-// Result: the web with at most two angles in each step of an axis. Where angles lie closer, intensities are means over
-// the steps, edges between two of them stay, and so does the flux. A web without such angles comes back as it is.
-PhotometricWeb thinned(const PhotometricWeb& web, Angle v_step, Angle h_step);
+// Result: the web with at most two angles in each step of an axis; nothing where it has no more. Where angles lie
+// closer, intensities are means over the steps, edges between two of them stay, and so does the flux.
+std::optional<PhotometricWeb> thinned(const PhotometricWeb& web, Angle v_step, Angle h_step);
 
 }  // namespace gonio::ies

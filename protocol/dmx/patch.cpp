@@ -269,7 +269,7 @@ void PatchReader::read(const DmxKey& key, const DmxUniverse& universe, std::vect
         PropertyValue& value = values.emplace_back();
         value.target = row.row.target();
         value.property = property.property;
-        if (property.property == Property::profile) value.profile = row.row.profiles(static_cast<int>((*raw)[0]));
+        if (property.property == Property::profile) value.name = row.row.profiles(static_cast<int>((*raw)[0]));
         for (unsigned i = 0; i < property.values; ++i) value.value[i] = value_of(row, (*raw)[i]);
     }
     for (const Row& row : found->second)

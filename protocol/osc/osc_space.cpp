@@ -47,7 +47,7 @@ Result<PropertyValue> value_of(const OscMessage& message, const PropertyRow& pro
                                       : "a profile is a string: the name of a built-in luminaire");
         if (name->size() > kMaxTextBytes)
             return wrong_argument(message, shown_text(*name), "a name has at most 128 bytes");
-        value.profile = *name;
+        value.name = *name;
         if (property.property == Property::preset && message.arguments.size() > 1) {
             const auto fade_s = osc_number(message.arguments[1]);
             if (!fade_s) return wrong_argument(message, "argument 2", "must be a number: the fade in seconds");

@@ -88,7 +88,7 @@ struct PropertyValue {
     bool pattern = false;  // `target` is an OSC pattern over encoded names
     Property property = Property::level;
     std::array<double, 3> value{};  // SI; unused ones are 0
-    std::string profile;            // of a property by_name: the name; a preset's value[0] is its fade in s
+    std::string name;               // of a property by_name: a profile's, a preset's; then value[0] is its fade in s
 };
 
 }  // namespace gonio

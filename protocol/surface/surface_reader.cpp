@@ -116,7 +116,7 @@ void SurfaceReader::set(Row& row, double share, std::vector<SurfaceAction>& acti
         const std::size_t index = std::min(count - 1, static_cast<std::size_t>(share * static_cast<double>(count)));
         if (index == row.profile) return;
         row.profile = index;
-        action.value.profile = row.row.profiles(static_cast<int>(index));
+        action.value.name = row.row.profiles(static_cast<int>(index));
     } else if (row.property->property == Property::preset) {
         return;  // of buttons only
     }
@@ -223,7 +223,7 @@ void SurfaceReader::take_button(Row& row, const ControlInput& input, const Value
         SurfaceAction action;
         action.kind = row.row.mode() == "save" ? SurfaceAction::Kind::save_preset : SurfaceAction::Kind::set;
         action.value.property = Property::preset;
-        action.value.profile = row.row.preset();
+        action.value.name = row.row.preset();
         action.value.value[0] = row.row.fade_s();
         actions.push_back(std::move(action));
         return;

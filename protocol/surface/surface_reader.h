@@ -41,7 +41,7 @@ struct ControlInput {
 // What to do, in order. A value, or one of the surface's own doings.
 struct SurfaceAction {
     enum class Kind : std::uint8_t { set, save_preset } kind = Kind::set;
-    PropertyValue value;  // of save_preset: `profile` is the name
+    PropertyValue value;  // of save_preset: its name alone
 };
 
 // Asks the scene: the value of a property as it is now, SI; nothing where the target is not there.

@@ -181,7 +181,7 @@ std::vector<v1::Command> commands_of(const Scene& scene, std::span<const Propert
         }
         if (value.property == Property::preset) {
             v1::RecallPreset& recall = *commands.emplace_back().mutable_recall_preset();
-            recall.set_name(value.profile);
+            recall.set_name(value.name);
             recall.set_fade_s(value.value[0]);
             continue;
         }
@@ -192,7 +192,7 @@ std::vector<v1::Command> commands_of(const Scene& scene, std::span<const Propert
             if (value.property == Property::profile) {  // it is read from a file first: nothing else shall wait for it
                 v1::SetLight& set = *commands.emplace_back().mutable_set_light();
                 set.set_name(light.name);
-                set.mutable_profile()->set_name(value.profile);
+                set.mutable_profile()->set_name(value.name);
                 continue;
             }
             v1::SetLight& set = *command_at(of_light[place]).mutable_set_light();

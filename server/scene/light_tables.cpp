@@ -3,10 +3,7 @@
 namespace gonio {
 
 std::optional<ies::PhotometricWeb> LightTables::web_for_lighting(const Profile& profile) {
-    const ies::PhotometricWeb& web = profile.photometry.web;
-    ies::PhotometricWeb thin = ies::thinned(web, Angle::degrees(kLeastStepV_deg), Angle::degrees(kLeastStepH_deg));
-    if (thin.candela.size() == web.candela.size()) return std::nullopt;
-    return thin;
+    return ies::thinned(profile.photometry.web, Angle::degrees(kLeastStepV_deg), Angle::degrees(kLeastStepH_deg));
 }
 
 LightTables::LightTables(const Profile& profile, const std::optional<ies::PhotometricWeb>& thin)

@@ -46,17 +46,7 @@ void SurfaceInput::follow_map(const Scene& scene) {
 
 void SurfaceInput::take_updates() {
     if (auto table = surfaces_->table().try_take()) table_ = std::move(*table);
-    auto updates = surfaces_->updates().try_take();
-    if (!updates) return;
-    for (auto& [key, heard] : updates->controls) {
-        auto [at, fresh] = waiting_.controls.try_emplace(key, heard);
-        if (fresh) continue;
-        heard.input.clicks += at->second.input.clicks;
-        heard.input.presses += at->second.input.presses;
-        heard.event_ns = at->second.event_ns;
-        at->second = std::move(heard);
-    }
-    for (std::string& device : updates->attached) waiting_.attached.push_back(std::move(device));
+    if (auto updates = surfaces_->updates().try_take()) waiting_.add(std::move(*updates));
 }
 
 bool SurfaceInput::waiting(std::int64_t) {
@@ -132,18 +122,23 @@ void SurfaceInput::forget_session(std::uint32_t session) {
     std::erase_if(learning_, [&](const Learning& learning) { return learning.session == session; });
 }
 
-void SurfaceInput::carry_out(RenderSession& render_session, const std::vector<SurfaceAction>& actions) {
+void carry_out(RenderSession& render_session, std::span<const SurfaceAction> actions) {
     std::vector<PropertyValue> values;
+    const auto set = [&] {
+        render_session.apply_inputs(commands_of(render_session.scene(), values));
+        values.clear();
+    };
     for (const SurfaceAction& action : actions) {
         if (action.kind == SurfaceAction::Kind::set) {
             values.push_back(action.value);
             continue;
         }
+        set();  // what is saved is what was set before
         v1::Command command;
-        command.mutable_save_preset()->set_name(action.value.profile);
+        command.mutable_save_preset()->set_name(action.value.name);
         render_session.apply_inputs({&command, 1});
     }
-    render_session.apply_inputs(commands_of(render_session.scene(), values));
+    set();
 }
 
 void SurfaceInput::serve(RenderSession& render_session, std::int64_t now_ns) {

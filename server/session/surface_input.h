@@ -6,6 +6,7 @@
 #include <deque>
 #include <functional>
 #include <optional>
+#include <span>
 #include <vector>
 
 #include "protocol/surface/surface_reader.h"
@@ -18,6 +19,9 @@ inline constexpr std::size_t kLatencySamples = 256;
 inline constexpr double kLearnWay = 0.05;  // of its range: a control that has moved so far was meant
 inline constexpr double kLearnClicks = 2;
 inline constexpr std::size_t kMaxLearning = 16;  // clients that wait; then the oldest is told that nothing moved
+
+// Carries out what hands did, in its order: a preset that is saved holds what was set before it.
+void carry_out(RenderSession& render_session, std::span<const SurfaceAction> actions);
 
 class SurfaceInput {
 public:
@@ -53,7 +57,6 @@ private:
     void take_updates();
     bool serve_learning(std::int64_t now_ns);
     void answer(const Learning& learning, const ControlInput* moved);
-    void carry_out(RenderSession& render_session, const std::vector<SurfaceAction>& actions);
     void show(const Scene& scene);
     std::optional<double> latency_ms() const;
 

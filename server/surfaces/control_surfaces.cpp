@@ -122,28 +122,14 @@ private:
         now_ns = device_clock_ns();
         for (Link& link : links_) link.surface->tick(now_ns, pending_);
         const bool news = !pending_.controls.empty() || !pending_.attached.empty();
-        if (news) send_mail();
+        if (news) send_updates();
         table_stale_ = table_stale_ || news;
         if (table_stale_ && (now_ns - tabled_ns_ >= kTableEvery_ns || roster_changed_)) send_table(now_ns);
     }
 
-    // The newest of each control, added to what the render thread has not taken yet.
-    void send_mail() {
-        updates_.merge([&](SurfaceUpdates& updates) {
-            for (const std::string& device : pending_.attached) {
-                std::erase_if(updates.controls, [&](const auto& one) {
-                    return one.first.first == device && !pending_.controls.contains(one.first);
-                });
-                updates.attached.push_back(device);
-            }
-            for (auto& [key, heard] : pending_.controls) {
-                auto [at, fresh] = updates.controls.try_emplace(key, heard);
-                if (fresh) continue;
-                at->second.input.value = heard.input.value;
-                at->second.input.clicks += heard.input.clicks;
-                at->second.input.presses += heard.input.presses;
-            }
-        });
+    // Added to what the render thread has not taken yet.
+    void send_updates() {
+        updates_.merge([&](SurfaceUpdates& updates) { updates.add(std::move(pending_)); });
         wake_();
     }
 

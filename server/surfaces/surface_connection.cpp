@@ -2,6 +2,21 @@
 
 namespace gonio {
 
+void SurfaceUpdates::add(SurfaceUpdates later) {
+    for (std::string& device : later.attached) {
+        std::erase_if(controls, [&](const auto& one) { return one.first.first == device; });
+        attached.push_back(std::move(device));
+    }
+    for (auto& [key, heard] : later.controls) {
+        auto [at, fresh] = controls.try_emplace(key, heard);
+        if (fresh) continue;
+        heard.input.clicks += at->second.input.clicks;
+        heard.input.presses += at->second.input.presses;
+        heard.event_ns = at->second.event_ns;
+        at->second = std::move(heard);
+    }
+}
+
 SurfaceConnection::SurfaceConnection(FoundSurface surface, SurfaceProfile profile,
                                      std::variant<MidiSurface, HidSurface> codec)
     : surface_(std::move(surface)),

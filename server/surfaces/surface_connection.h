@@ -24,6 +24,9 @@ struct SurfaceUpdates {
     };
     std::map<std::pair<std::string, std::string>, Heard> controls;  // by device and control
     std::vector<std::string> attached;  // devices that came: their controls are to be picked up
+    // What came after these: of each control the newest value, all clicks and presses, and the time of the first. What
+    // a device said before it came anew is gone.
+    void add(SurfaceUpdates later);
 };
 
 inline constexpr std::size_t kStrokesAtOnce = 32;  // messages sent to a surface before others have their turn

@@ -91,7 +91,7 @@ inline void check_artnet(Bytes bytes) {
 inline void check_set(const OscSet& set) {
     require(!set.empty());
     for (const PropertyValue& value : set) {
-        require(value.profile.size() <= 128);
+        require(value.name.size() <= 128);
         if (value.pattern) osc_matches(value.target, "front%20wash");
     }
 }

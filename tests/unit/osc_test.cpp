@@ -198,8 +198,7 @@ TEST(OscSpace, AddressesBecomeValues) {
     EXPECT_TRUE(pattern.pattern);
     EXPECT_EQ(pattern.kind, PropertyValue::Kind::any);
     EXPECT_EQ(std::get<OscSet>(*osc_action(message("/master", {0.25}))).at(0).property, Property::master);
-    EXPECT_EQ(std::get<OscSet>(*osc_action(message("/light/a/profile", {std::string("flood")}))).at(0).profile,
-              "flood");
+    EXPECT_EQ(std::get<OscSet>(*osc_action(message("/light/a/profile", {std::string("flood")}))).at(0).name, "flood");
     EXPECT_TRUE(std::holds_alternative<OscQuery>(*osc_action(message("/light/a/level"))));
     EXPECT_TRUE(std::holds_alternative<OscPing>(*osc_action(message("/gonio/ping"))));
     EXPECT_EQ(std::get<OscSubscribe>(*osc_action(message("/gonio/subscribe", {9001}))).port, 9001);

@@ -163,7 +163,7 @@ TEST(Patch, AProfileSpeaksOnceWhileItIsTheSame) {
     for (unsigned step = 0; step < 65536; step += 32)
         for (const PropertyValue& value : reader.read(
                  kUniverse, {{sender(1, {static_cast<std::uint8_t>(step >> 8), static_cast<std::uint8_t>(step)})}}))
-            said.push_back(value.profile);
+            said.push_back(value.name);
     EXPECT_EQ(said, (std::vector<std::string>{"flood", "bulb", "street"}));
 }
 

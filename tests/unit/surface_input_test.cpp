@@ -3,6 +3,10 @@
 #include <gtest/gtest.h>
 
 #include "client/cli/surfaces.h"
+#include "server/assets/assets.h"
+#include "server/session/null_renderer.h"
+#include "server/session/render_session.h"
+#include "server/session/surface_input.h"
 #include "server/surfaces/control_surfaces.h"
 #include "server/surfaces/replay.h"
 #include "server/surfaces/surface_profiles.h"
@@ -65,6 +69,70 @@ TEST(Boxes, ShippedProfilesAreCompiledIn) {
     const auto refused = SurfaceProfiles::load({{"1234:5678", "/nowhere/x.toml"}});
     ASSERT_FALSE(refused);
     EXPECT_EQ(refused.error().code, "not_found");
+}
+
+SurfaceUpdates::Heard heard(const char* device, const char* control, ControlKind kind, double value, double clicks,
+                            unsigned presses, std::int64_t t_ns) {
+    SurfaceUpdates::Heard result;
+    result.input.device = device;
+    result.input.control = control;
+    result.input.kind = kind;
+    result.input.value = value;
+    result.input.clicks = clicks;
+    result.input.presses = presses;
+    result.event_ns = t_ns;
+    return result;
+}
+
+TEST(SurfaceUpdates, TheNewestValueAllClicksAndTheFirstTime) {
+    const std::pair<std::string, std::string> fader{"box", "fader"}, knob{"box", "knob"}, other{"other", "fader"};
+    SurfaceUpdates updates, later, anew;
+    updates.controls[fader] = heard("box", "fader", ControlKind::absolute, 0.25, 0, 0, 10);
+    updates.controls[other] = heard("other", "fader", ControlKind::absolute, 0.5, 0, 0, 11);
+    later.controls[fader] = heard("box", "fader", ControlKind::button, 0.75, 2, 1, 20);
+    later.controls[knob] = heard("box", "knob", ControlKind::relative, 0, 3, 0, 21);
+    updates.add(later);
+    updates.add(later);
+    EXPECT_EQ(updates.controls.at(fader).input.value, 0.75);
+    EXPECT_EQ(updates.controls.at(fader).input.kind, ControlKind::button) << "as it is now";
+    EXPECT_EQ(updates.controls.at(fader).input.presses, 2u);
+    EXPECT_EQ(updates.controls.at(fader).event_ns, 10) << "of the first";
+    EXPECT_EQ(updates.controls.at(knob).input.clicks, 6);
+    anew.attached = {"box"};
+    anew.controls[knob] = heard("box", "knob", ControlKind::relative, 0, 1, 0, 30);
+    updates.add(anew);
+    EXPECT_FALSE(updates.controls.contains(fader)) << "what the box said before it came anew is gone";
+    EXPECT_EQ(updates.controls.at(knob).input.clicks, 1);
+    EXPECT_TRUE(updates.controls.contains(other));
+    EXPECT_EQ(updates.attached, std::vector<std::string>{"box"});
+}
+
+// A button saves a preset in the frame in which a fader moves: the preset has the fader's level.
+TEST(SurfaceInput, ASavedPresetHoldsWhatWasSetBefore) {
+    auto asset = load_scene("cornell");
+    ASSERT_TRUE(asset);
+    SessionOutputs outputs;
+    outputs.reply = [](std::uint32_t, v1::ServerMessage) {};
+    outputs.state = [](v1::State, v1::StateChanged) {};
+    outputs.picture = [](Picture) {};
+    Queue<Work> queue{10};
+    Loader loader;
+    RenderSession session(std::make_unique<NullRenderer>(), scene_of(*asset), "null", queue, loader,
+                          std::move(outputs));
+    const auto level = [&](double ratio) {
+        SurfaceAction action;
+        action.kind = SurfaceAction::Kind::set;
+        action.value.target = session.scene().lights[0].name;
+        action.value.value = {ratio};
+        return action;
+    };
+    SurfaceAction save;
+    save.kind = SurfaceAction::Kind::save_preset;
+    save.value.name = "look";
+    const SurfaceAction actions[] = {level(0.25), save, level(0.75)};
+    carry_out(session, actions);
+    EXPECT_EQ(session.scene().lights[0].level_ratio, 0.75);
+    EXPECT_EQ(session.scene().presets.at("look")->at(0).level_ratio, 0.25);
 }
 
 TEST(LearnWords, WhatIsLearned) {

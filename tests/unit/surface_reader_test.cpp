@@ -324,7 +324,7 @@ TEST_F(Reader, PresetsAreRecalledAndSaved) {
     button(1, 1);
     ASSERT_EQ(done.size(), 1u);
     EXPECT_EQ(done[0].kind, SurfaceAction::Kind::set);
-    EXPECT_EQ(done[0].value.profile, "look 1");
+    EXPECT_EQ(done[0].value.name, "look 1");
     EXPECT_DOUBLE_EQ(done[0].value.value[0], 2);
     EXPECT_EQ(reader.shown("x", "button", now(), "look 1"), 1.0);
     EXPECT_EQ(reader.shown("x", "button", now(), "look 2"), 0.0);
@@ -356,7 +356,7 @@ TEST_F(Reader, AFaderRecallsAPreset) {
     EXPECT_EQ(fader(0.2, 100), 0u);
     EXPECT_EQ(fader(0.6, 200), 1u);
     ASSERT_EQ(done.size(), 1u);
-    EXPECT_EQ(done[0].value.profile, "warm");
+    EXPECT_EQ(done[0].value.name, "warm");
     EXPECT_EQ(fader(0.8, 300), 0u) << "once";
     EXPECT_EQ(fader(0.1, 400), 0u);
     EXPECT_EQ(fader(1.0, 500), 1u) << "and again";
@@ -371,12 +371,12 @@ TEST_F(Reader, ProfilesAreChosenByPositionOrByPressing) {
     fader(0.5, 2);
     fader(1.0, 3);
     std::vector<std::string> names;
-    for (const SurfaceAction& action : done) names.push_back(action.value.profile);
+    for (const SurfaceAction& action : done) names.push_back(action.value.name);
     EXPECT_EQ(names, (std::vector<std::string>{"downlight", "flood", "bulb"}));
     row.set_control("button");
     with({row});
     for (int i = 0; i < 4; ++i) button(1, 1);
-    EXPECT_EQ(done.back().value.profile, "downlight") << "round";
+    EXPECT_EQ(done.back().value.name, "downlight") << "round";
 }
 
 TEST_F(Reader, PagesMoveWhatIsDrivenAndAskForANewPickup) {
