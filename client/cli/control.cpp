@@ -27,27 +27,22 @@ v1::ClientMessage acquisition(bool take) {
 
 }  // namespace
 
-std::optional<Error> run_control(const ServerAddress& address, const Connection::Wanted& wanted,
-                                 std::span<const std::string> words, std::ostream& out) {
-    bool take = false;
-    std::optional<double> hold_s;
-    const WordOption options[] = {{"--take", nullptr, &take}, {"--hold", [&](const std::string& text) {
-                                                                   hold_s = parse_number(text);
-                                                                   return hold_s && *hold_s >= 0 && *hold_s <= 1e6;
-                                                               }}};
-    const auto names = parse_words(words, options, 1, 1);
-    if (!names) return names.error();
-    const bool releases = names->front() == "release";
-    if (!releases && names->front() != "acquire")
-        return Error{"usage", "control", names->front(), "Control is acquired or released."};
-    if (releases && hold_s) return Error{"usage", "--hold", "", "What is released is not held."};
-
+std::optional<Error> run_control(const ServerAddress& address, const Connection::Wanted& wanted, const ReadWords& words,
+                                 std::ostream& out) {
+    const bool releases = words.command->name == "control release";
+    const bool take = words.has("--take");
+    double hold_s = 1e9;
+    if (words.has("--hold")) {
+        const std::string& text = words.options.at("--hold");
+        hold_s = *parse_number(text);
+        if (!(hold_s >= 0 && hold_s <= 1e6)) return Error{"usage", "--hold", text, "This must be 0 to 1e6 seconds."};
+    }
     auto connection = Connection::open(address, wanted);
     if (!connection) return connection.error();
     if (auto refused = refusal_of(**connection, acquisition(take))) return refused;
     if (!releases) {
         out << "the camera is yours" << std::endl;
-        std::chrono::duration<double> left(hold_s.value_or(1e9));
+        std::chrono::duration<double> left(hold_s);
         while (left.count() > 0) {
             const auto step = std::min(left, kRenew);
             std::this_thread::sleep_for(step);

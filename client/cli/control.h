@@ -3,17 +3,16 @@
 
 #include <optional>
 #include <ostream>
-#include <span>
-#include <string>
 
 #include "client/cli/transport.h"
+#include "protocol/schema/word_table.h"
 
 namespace gonio {
 
-// words: "acquire [--take] [--hold S]": holds it for S seconds, without --hold until the program is interrupted;
-// "release [--take]": ends the lease of whoever has it, another's with --take only. Result: why it was not carried out:
-// "usage", what the server refuses ("held", "permission"), "unreachable".
-std::optional<Error> run_control(const ServerAddress& address, const Connection::Wanted& wanted,
-                                 std::span<const std::string> words, std::ostream& out);
+// words: "control acquire": holds it for --hold seconds, without --hold until the program is interrupted; "control
+// release": ends the lease of whoever has it. --take: also another's. Result: why it was not carried out: "usage", what
+// the server refuses ("held", "permission"), "unreachable".
+std::optional<Error> run_control(const ServerAddress& address, const Connection::Wanted& wanted, const ReadWords& words,
+                                 std::ostream& out);
 
 }  // namespace gonio

@@ -3,6 +3,7 @@
 #include <cstdio>
 #include <set>
 
+#include "client/cli/commands.h"
 #include "protocol/schema/property.h"
 #include "protocol/schema/words.h"
 #include "protocol/surface/surface_map.h"
@@ -85,72 +86,42 @@ std::string surfaces_table(const v1::Surfaces& surfaces) {
     return text;
 }
 
-Result<LearnWords> learn_from_words(std::span<const std::string> words) {
+Result<LearnWords> learn_wish(const ReadWords& words) {
     LearnWords wish;
-    v1::SurfaceRow row;
-    std::optional<std::vector<double>> range;
-    const auto number = [](auto set) {
-        return [set](const std::string& text) {
-            const auto value = parse_number(text);
-            if (value) set(*value);
-            return value.has_value();
-        };
-    };
-    const auto text = [](auto set) {
-        return [set](const std::string& value) {
-            set(value);
-            return true;
-        };
-    };
-    const WordOption options[] = {
-        {"--range",
-         [&](const std::string& value) {
-             range = parse_vector(value);
-             return range && range->size() == 2;
-         }},
-        {"--curve", text([&](const std::string& v) { row.set_curve(v); })},
-        {"--takeover", text([&](const std::string& v) { row.set_takeover(v); })},
-        {"--mode", text([&](const std::string& v) { row.set_mode(v); })},
-        {"--step", number([&](double v) { row.set_step(v); })},
-        {"--smooth", number([&](double v) { row.set_smooth_s(v); })},
-        {"--fade", number([&](double v) { row.set_fade_s(v); })},
-        {"--timeout", number([&](double v) { wish.timeout_s = v; })},
-        {"--page",
-         [&](const std::string& value) {
-             const auto page = parse_count(value);
-             if (page) row.set_page(*page);
-             return page.has_value();
-         }},
-        {"--profiles",
-         [&](const std::string& value) {
-             for (std::size_t at = 0; at <= value.size();) {
-                 const std::size_t comma = std::min(value.find(',', at), value.size());
-                 row.add_profiles(value.substr(at, comma - at));
-                 at = comma + 1;
-             }
-             return true;
-         }},
-        {"--any-box", nullptr, &wish.any_box},
-    };
-    const auto names = parse_words(words, options, 0, 2);
-    if (!names) return names.error();
-    if (names->empty()) return wish;
-    if (names->front() == "preset" && names->size() == 2) {
+    if (words.has("--timeout")) wish.timeout_s = *parse_number(words.options.at("--timeout"));
+    wish.any_box = words.has("--any-box");
+    std::vector<double> range;
+    if (words.has("--range")) {
+        range = *parse_vector(words.options.at("--range"));
+        if (range.size() != 2)
+            return usage("--range", words.options.at("--range"), "This must be two numbers, like 0,1.");
+    }
+    if (words.names.empty()) return wish;
+    v1::SurfaceRow row = words.message.command().map_control().row();
+    if (words.names.front() == "preset" && words.names.size() == 2) {
         row.set_property("preset");
-        row.set_preset(names->back());
+        row.set_preset(words.names.back());
     } else {
-        row.set_property(names->back());
-        if (names->size() == 2) row.set_target(names->front());
+        row.set_property(words.names.back());
+        if (words.names.size() == 2) row.set_target(words.names.front());
     }
     const PropertyRow* property = find_property(row.property());
     if (property == nullptr && row.property() != kPageProperty)
         return usage("learn", row.property(), "There is no such property.");
-    if (range) {
-        row.set_low((*range)[0] * (property != nullptr ? property->unit : 1));
-        row.set_high((*range)[1] * (property != nullptr ? property->unit : 1));
+    if (!range.empty()) {
+        row.set_low(range[0] * (property != nullptr ? property->unit : 1));
+        row.set_high(range[1] * (property != nullptr ? property->unit : 1));
     }
     wish.row = row;
     return wish;
+}
+
+Result<LearnWords> learn_from_words(std::span<const std::string> words) {
+    std::vector<std::string> all{"learn"};
+    all.insert(all.end(), words.begin(), words.end());
+    const ReadWords read = read_command_line(all);
+    if (read.fault) return *read.fault;
+    return learn_wish(read);
 }
 
 }  // namespace gonio

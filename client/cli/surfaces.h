@@ -7,6 +7,7 @@
 
 #include "ies/core/result.h"
 #include "protocol/schema/gonio.pb.h"
+#include "protocol/schema/word_table.h"
 
 namespace gonio {
 
@@ -19,8 +20,10 @@ struct LearnWords {
     double timeout_s = 30;
     bool any_box = false;  // the row is for every box that has a control of this name
 };
-// words: those after "learn". Whether the property exists is asked here, whether the light does by the server.
-// Errors: "usage".
+// words: of `gonio learn`, without a fault. Whether the property exists is asked here, whether the light does by the
+// server. Errors: "usage".
+Result<LearnWords> learn_wish(const ReadWords& words);
+// words: those after "learn". Errors: "usage".
 Result<LearnWords> learn_from_words(std::span<const std::string> words);
 
 }  // namespace gonio

@@ -3,7 +3,6 @@
 // server decides what it accepts.
 #pragma once
 
-#include <functional>
 #include <optional>
 #include <span>
 #include <string>
@@ -12,25 +11,15 @@
 
 #include "ies/core/result.h"
 #include "protocol/schema/gonio.pb.h"
+#include "protocol/schema/word_table.h"
 
 namespace gonio {
 
-// An option of a command line. `set` gets the option's value and says whether it could read it; it is empty for a flag
-// and then `flag` is set.
-struct WordOption {
-    std::string_view name;  // "--level"
-    std::function<bool(const std::string&)> set;
-    bool* flag = nullptr;
-};
+// Result: the commands that change the scene, meter and capture.
+std::span<const WordCommand> scene_commands();
 
-// Result: the words that are neither options nor their values, in order. "--name value" and "--name=value" are read; a
-// negative number is a word, not an option; after "--" everything is a word.
-// Errors: "usage" with the option as place and the word as value.
-Result<std::vector<std::string>> parse_words(std::span<const std::string> words, std::span<const WordOption> options,
-                                             std::size_t min_positional, std::size_t max_positional);
-
-// words: e.g. {"set", "light", "key", "--level", "0.5"}; where the first word is none of load, set, add, remove, group
-// and preset, "set" is understood; --base-rev N goes with each. Errors: "usage".
+// words: e.g. {"set", "light", "key", "--level", "0.5"}; where the first word begins no command, "set" is understood;
+// --base-rev N goes with each. Errors: "usage".
 Result<v1::Command> command_from_words(std::span<const std::string> words);
 
 // words: those after "meter": --point and --normal are needed, whether the others fit is the server's business.

@@ -1,0 +1,102 @@
+// The rows of what is not the scene's: queries, consoles, fader boxes, and gonio's own options.
+#include "client/cli/commands.h"
+#include "protocol/schema/words.h"
+
+namespace gonio {
+namespace {
+
+using enum WordForm;
+
+constexpr WordRow kPath[] = {
+    {"[PATH]", "", text, "", "lights[0].aim, lights.NAME.level_ratio, camera.eye; default: all"}};
+constexpr WordRow kReportOptions[] = {
+    {"--rev", "N", count, "rev", "of the first frame with that scene_rev or a later one; default: the newest"},
+    {"--table", "", flag, "", "a line for each pass"},
+};
+constexpr WordRow kFile[] = {{"[FILE]", "", text, "", "TOML; default: prints what is in force"}};
+constexpr WordRow kFileOptions[] = {
+    {"--default", "", flag, "", "back to the default: docs/consoles.md, docs/faders.md"},
+    {"--none", "", flag, "", "nothing drives anything"},
+};
+constexpr WordRow kLearn[] = {
+    {"[TARGET]", "", text, "", "a light, a group, or #1 for the first light; preset: PROPERTY is its name"},
+    {"[PROPERTY]", "", text, "", "what the control drives from then on; default: it is only named"},
+};
+constexpr WordRow kLearnOptions[] = {
+    {"--range", "LOW,HIGH", vector, "", "what both ends stand for, in degrees, m, ratios or EV"},
+    {"--curve", "NAME", text, "curve", "linear (default), square, cube or s"},
+    {"--takeover", "NAME", text, "takeover",
+     "pickup or jump; default: jump for motor faders, endless controls, buttons"},
+    {"--mode", "NAME", text, "mode", "rate; of buttons toggle (default), flash, set, save"},
+    {"--step", "R", number, "step", "-10 to 10: of the range for each click, or a second at full deflection; pages"},
+    {"--smooth", "S", number, "smooth_s", "time constant in seconds, 0 to 2"},
+    {"--fade", "S", number, "fade_s", "of a preset, seconds, 0 to 3600; default 0"},
+    {"--profiles", "A,B,…", names, "profiles", "of the property profile: built-in luminaires that share the range"},
+    {"--page", "N", count, "page", "page of the box, 1 to 64; default 0: every page"},
+    {"--any-box", "", flag, "", "for every box that has a control of this name"},
+    {"--timeout", "S", number, "", "seconds, 0.1 to 600; default 30"},
+};
+constexpr WordRow kControl[] = {{"CONTROL", "", text, "row.control", "as gonio surfaces lists it: \"slider 3\""}};
+constexpr WordRow kForgetOptions[] = {
+    {"--box", "BOX", text, "row.device", "as gonio surfaces lists it; default *: any"},
+    {"--page", "N", count, "row.page", "1 to 64; default 0: the row of every page"},
+};
+constexpr WordRow kAcquireOptions[] = {
+    {"--take", "", flag, "", "also from a client that has it"},
+    {"--hold", "S", number, "", "seconds, 0 to 1e6; default: until interrupted"},
+};
+constexpr auto kReleaseOptions = std::span(kAcquireOptions).first<1>();
+constexpr WordRow kFiles[] = {{"FILE…", "", text, "", "IES or EULUMDAT; -: standard input"}};
+constexpr WordRow kPhotometryOptions[] = {{"--svg", "", flag, "", "an SVG drawing of the curves"}};
+constexpr WordRow kWatchOptions[] = {
+    {"--frames", "N", count, "", "ends after N frames, N above 0; default: when interrupted"},
+    {"--out", "FILE", text, "", "writes the video there, as raw H.264"},
+};
+
+constexpr WordCommand kCommands[] = {
+    {"report", "report", "tells what a frame ran, and how long", {}, kReportOptions},
+    {"stats", "stats", "prints the counters of the server", {}, {}},
+    {"sources", "sources", "tells who sends sACN, Art-Net and OSC, and who wins", {}, {}},
+    {"patch", "", "prints or replaces which slots drive what", kFile, kFileOptions},
+    {"surfaces", "", "prints or replaces what fader boxes drive", kFile, kFileOptions},
+    {"learn", "command.map_control.row", "waits for a control that a hand moves; names it or lets it drive PROPERTY",
+     kLearn, kLearnOptions},
+    {"forget", "command.map_control", "the control drives nothing of its own any more", kControl, kForgetOptions},
+    {"control acquire", "", "keeps the camera for this client, until interrupted", {}, kAcquireOptions},
+    {"control release", "", "frees the camera for others", {}, kReleaseOptions},
+    {"photometry", "", "prints quantities and diagnostics of photometric files, offline", kFiles, kPhotometryOptions},
+    {"watch", "", "prints one JSON line for each change and frame", {}, kWatchOptions},
+};
+constexpr WordCommand kGet = {"get", "get_state", "prints the state, or a part of it, as JSON", kPath, {}};
+
+constexpr WordRow kOptions[] = {
+    {"--server", "URL", text, "", "default: $GONIO_SERVER, else http://127.0.0.1:8080"},
+    {"--token-file", "FILE", text, "", "bearer token, where the server asks for one"},
+    {"--ca", "FILE", text, "", "of https: the authorities to trust instead of the system's (PEM)"},
+    {"--role", "ROLE", text, "", "viewer: may look and ask, not change anything"},
+    {"--json", "", flag, "", "one line of JSON, also for refusals"},
+    {"--help", "", flag, "", "-h; after a command: of this command"},
+    {"--version", "", flag, "", ""},
+};
+
+}  // namespace
+
+std::span<const WordCommand> cli_commands() {
+    static const auto all = [] {
+        std::vector<WordCommand> commands{kGet};
+        commands.insert(commands.end(), scene_commands().begin(), scene_commands().end());
+        commands.insert(commands.end(), std::begin(kCommands), std::end(kCommands));
+        return commands;
+    }();
+    return all;
+}
+
+std::span<const WordRow> cli_options() {
+    return kOptions;
+}
+
+ReadWords read_command_line(std::span<const std::string> args) {
+    return read_words(args, {cli_commands(), kOptions});
+}
+
+}  // namespace gonio

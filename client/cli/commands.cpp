@@ -1,0 +1,246 @@
+#include "client/cli/commands.h"
+
+#include <unistd.h>
+
+#include <filesystem>
+#include <fstream>
+
+#include "client/cli/cli.h"
+#include "client/cli/consoles.h"
+#include "client/cli/control.h"
+#include "client/cli/output.h"
+#include "client/cli/photometry.h"
+#include "client/cli/surfaces.h"
+#include "protocol/dmx/patch_toml.h"
+#include "protocol/schema/upload_name.h"
+#include "protocol/schema/words.h"
+#include "protocol/surface/surface_toml.h"
+
+namespace gonio {
+namespace {
+
+using Answer = v1::ServerMessage;
+
+// load scene FILE --upload: sends the file, then has the server load it.
+int load_upload(const Session& session, v1::ClientMessage message) {
+    std::string& file = *message.mutable_command()->mutable_load_scene()->mutable_file();
+    const std::string name = std::filesystem::path(file).filename().string();
+    if (session.role == "viewer")
+        return session.fail({"permission", "load scene", file, "a viewer may look and ask, not upload anything"});
+    if (const auto sent = upload(session.address, session.token, file, name); !sent) return session.fail(sent.error());
+    file = std::string(kUploadPrefix) + name;
+    return session.change(std::move(message));
+}
+
+int change(const Session& session, const ReadWords& words) {
+    v1::ClientMessage message = words.message;
+    if (words.has("--upload")) return load_upload(session, std::move(message));
+    v1::Command& command = *message.mutable_command();
+    if (auto attached = attach_profile_file(command); !attached) return session.fail(attached.error());
+    if (command.has_load_scene()) {
+        // The server resolves paths from its own folder; on the same machine the caller's is meant.
+        std::string& file = *command.mutable_load_scene()->mutable_file();
+        std::error_code error;
+        if (std::filesystem::is_regular_file(file, error)) file = std::filesystem::absolute(file, error).string();
+    }
+    return session.change(std::move(message));
+}
+
+int get(const Session& session, const ReadWords& words) {
+    const auto answer = session.ask(words.message, {Answer::kState});
+    if (!answer) return session.fail(answer.error());
+    const auto json = json_at(answer->state(), words.names.empty() ? "" : words.names.front(), session.json);
+    if (!json) return session.fail(json.error());
+    session.out << *json << "\n";
+    return kExitOk;
+}
+
+int meter(const Session& session, const ReadWords& words) {
+    const auto answer = session.ask(words.message, {Answer::kMeter, Answer::kMeterGrid});
+    if (!answer) return session.fail(answer.error());
+    if (answer->has_meter())
+        session.print(answer->meter());
+    else
+        session.print(answer->meter_grid());
+    return kExitOk;
+}
+
+// Writes beside the target and renames, so that nobody ever reads half a file. Errors: "file_unwritable".
+Result<bool> write_atomically(const std::filesystem::path& path, const std::string& bytes) {
+    std::filesystem::path temporary = path;
+    temporary += ".part-" + std::to_string(::getpid());
+    std::error_code error;
+    std::ofstream file(temporary, std::ios::binary);
+    file.write(bytes.data(), static_cast<std::streamsize>(bytes.size()));
+    file.close();
+    if (file) std::filesystem::rename(temporary, path, error);
+    if (file && !error) return true;
+    std::filesystem::remove(temporary, error);
+    return Error{"file_unwritable", "", path.string(), "The file cannot be written."};
+}
+
+int capture(const Session& session, const ReadWords& words) {
+    const std::string& file = words.names.front();
+    const auto answer = session.ask(words.message, {Answer::kCapture});
+    if (!answer) return session.fail(answer.error());
+    const v1::CaptureResult& result = answer->capture();
+    if (const auto written = write_atomically(file, result.image()); !written) return session.fail(written.error());
+    if (session.json) {
+        session.print(result);
+        return kExitOk;
+    }
+    session.out << file << " " << result.width_px() << "x" << result.height_px() << " scene_rev " << result.scene_rev();
+    if (result.has_samples())
+        session.out << " samples " << result.samples() << " noise " << print_number(result.noise_ratio());
+    session.out << "\n";
+    return kExitOk;
+}
+
+int report(const Session& session, const ReadWords& words) {
+    const auto answer = session.ask(words.message, {Answer::kReport});
+    if (!answer) return session.fail(answer.error());
+    if (words.has("--table"))
+        session.out << report_table(answer->report());
+    else
+        session.print(answer->report());
+    return kExitOk;
+}
+
+int stats(const Session& session, const ReadWords& words) {
+    const auto answer = session.ask(words.message, {Answer::kStats});
+    if (!answer) return session.fail(answer.error());
+    session.print(answer->stats());
+    return kExitOk;
+}
+
+int sources(const Session& session, const ReadWords& words) {
+    const auto answer = session.ask(words.message, {Answer::kSources});
+    if (!answer) return session.fail(answer.error());
+    session.out << (session.json ? to_json(answer->sources(), true) + "\n" : sources_table(answer->sources()));
+    return kExitOk;
+}
+
+// Result: the text of the file that replaces a patch or a map, empty for --default and --none; nothing where neither
+// is given. Errors: "usage", "file_unreadable".
+Result<std::optional<std::string>> replacement(const ReadWords& words) {
+    const std::string command(words.command->name);
+    const std::size_t flags = words.has("--default") + words.has("--none");
+    if (flags + words.names.size() > 1)
+        return Error{"usage", command, "", "A file, --default and --none exclude each other."};
+    if (words.names.empty()) return flags > 0 ? std::optional<std::string>("") : std::nullopt;
+    std::ifstream file(words.names.front(), std::ios::binary);
+    std::string text((std::istreambuf_iterator<char>(file)), {});
+    if (!file.is_open()) return Error{"file_unreadable", command, words.names.front(), "The file cannot be read."};
+    return std::optional(std::move(text));
+}
+
+int patch(const Session& session, const ReadWords& words) {
+    const auto text = replacement(words);
+    if (!text) return session.fail(text.error());
+    v1::ClientMessage message;
+    if (!*text) {
+        message.mutable_patch();
+        const auto answer = session.ask(std::move(message), {Answer::kPatch});
+        if (!answer) return session.fail(answer.error());
+        session.out << (session.json ? to_json(answer->patch(), true) + "\n" : write_patch_toml(answer->patch()));
+        for (const std::string& warning : answer->patch().warnings()) session.err << "warning: " << warning << "\n";
+        return kExitOk;
+    }
+    auto set = read_patch_toml(**text);
+    if (!set) return session.fail(set.error());
+    set->set_use_default(words.has("--default"));
+    *message.mutable_command()->mutable_set_patch() = std::move(*set);
+    return session.change(std::move(message));
+}
+
+int surfaces(const Session& session, const ReadWords& words) {
+    const auto text = replacement(words);
+    if (!text) return session.fail(text.error());
+    v1::ClientMessage message;
+    if (!*text) {
+        message.mutable_surfaces();
+        const auto answer = session.ask(std::move(message), {Answer::kSurfaces});
+        if (!answer) return session.fail(answer.error());
+        session.out << (session.json ? to_json(answer->surfaces(), true) + "\n" : surfaces_table(answer->surfaces()));
+        return kExitOk;
+    }
+    auto set = read_surfaces_toml(**text);
+    if (!set) return session.fail(set.error());
+    if (words.names.empty()) set->set_with_default(words.has("--default"));
+    *message.mutable_command()->mutable_set_surfaces() = std::move(*set);
+    return session.change(std::move(message));
+}
+
+int learn(const Session& session, const ReadWords& words) {
+    const auto wish = learn_wish(words);
+    if (!wish) return session.fail(wish.error());
+    v1::ClientMessage message;
+    message.mutable_learn()->set_timeout_s(wish->timeout_s);
+    if (!session.json) session.err << "move a control …" << std::endl;
+    const auto answer = session.ask(std::move(message), {Answer::kLearned});
+    if (!answer) return session.fail(answer.error());
+    const v1::Learned& learned = answer->learned();
+    if (learned.device().empty()) return session.fail({"refused", "learn", "", "No control moved in time."});
+    if (session.json)
+        session.print(learned);
+    else
+        session.out << learned.device() << " " << learned.control() << " (" << learned.kind() << ", "
+                    << learned.product() << ")\n";
+    if (!wish->row) return kExitOk;
+    v1::ClientMessage mapping = words.message;
+    v1::SurfaceRow& row = *mapping.mutable_command()->mutable_map_control()->mutable_row();
+    row = *wish->row;
+    row.set_device(wish->any_box ? "*" : learned.device());
+    row.set_control(learned.control());
+    return session.change(std::move(mapping));
+}
+
+int forget(const Session& session, const ReadWords& words) {
+    v1::ClientMessage message = words.message;
+    v1::MapControl& map = *message.mutable_command()->mutable_map_control();
+    map.set_remove(true);
+    if (!words.has("--box")) map.mutable_row()->set_device("*");
+    return session.change(std::move(message));
+}
+
+int control(const Session& session, const ReadWords& words) {
+    std::ostream silent(nullptr);  // scripts go by the exit code
+    const auto refused = run_control(session.address, {session.token, false, false, session.role}, words,
+                                     session.json ? silent : session.out);
+    return refused ? session.fail(*refused) : kExitOk;
+}
+
+int photometry(const Session& session, const ReadWords& words) {
+    const PhotometryFormat format = words.has("--svg") ? PhotometryFormat::svg
+                                    : session.json     ? PhotometryFormat::json
+                                                       : PhotometryFormat::text;
+    return run_photometry(words.names, format, session.out, session.err);
+}
+
+}  // namespace
+
+int run_command(const Session& session, const ReadWords& words) {
+    struct Row {
+        const char* name;
+        int (*run)(const Session&, const ReadWords&);
+    };
+    constexpr Row rows[] = {{"get", get},
+                            {"meter", meter},
+                            {"capture", capture},
+                            {"report", report},
+                            {"stats", stats},
+                            {"watch", watch},
+                            {"sources", sources},
+                            {"patch", patch},
+                            {"surfaces", surfaces},
+                            {"learn", learn},
+                            {"forget", forget},
+                            {"control acquire", control},
+                            {"control release", control},
+                            {"photometry", photometry}};
+    for (const Row& row : rows)
+        if (words.command->name == row.name) return row.run(session, words);
+    return change(session, words);
+}
+
+}  // namespace gonio

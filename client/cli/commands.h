@@ -1,0 +1,28 @@
+// The commands of gonio: the rows that their words are read by, and what each does with the server.
+#pragma once
+
+#include <span>
+#include <string>
+
+#include "client/cli/session.h"
+#include "protocol/schema/word_table.h"
+
+namespace gonio {
+
+// Result: every command of gonio, in the order of help.
+std::span<const WordCommand> cli_commands();
+// Result: the options that go with every command, before or after it.
+std::span<const WordRow> cli_options();
+// Result: what a command line says; faults are in it.
+ReadWords read_command_line(std::span<const std::string> args);
+// Result: the options of the command that the words begin with; of "set" and other first words of two their commands;
+// else every command, a line each, and the options of all.
+std::string help_text(const ReadWords& words);
+
+// Does what the words say; they have no fault. Result: the exit code.
+int run_command(const Session& session, const ReadWords& words);
+
+// `gonio watch`: prints a line for each change and frame. Result: the exit code.
+int watch(const Session& session, const ReadWords& words);
+
+}  // namespace gonio

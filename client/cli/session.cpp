@@ -1,0 +1,64 @@
+#include "client/cli/session.h"
+
+#include <unistd.h>
+
+#include <algorithm>
+#include <iostream>
+
+#include "client/cli/cli.h"
+#include "client/cli/output.h"
+#include "protocol/schema/codec.h"
+
+namespace gonio {
+
+void Session::print(const google::protobuf::Message& message) const {
+    out << to_json(message, json) << "\n";
+}
+
+int Session::fail(const Error& error) const {
+    if (json) print(refusal(error));
+    err << "gonio: " << error.code;
+    if (!error.where.empty()) err << " " << error.where;
+    if (!error.value.empty()) err << " " << error.value;
+    err << ": " << error.message << "\n";
+    if (error.code == "usage") err << "gonio --help lists the commands, gonio COMMAND --help their options\n";
+    if (error.code == "usage" || error.code == "file_unreadable" || error.code == "file_unwritable") return kExitUsage;
+    return error.code == "unreachable" || error.code == "untrusted" ? kExitUnreachable : kExitRefused;
+}
+
+Result<v1::ServerMessage> Session::ask(v1::ClientMessage message,
+                                       std::initializer_list<v1::ServerMessage::MessageCase> wanted) const {
+    auto connection = Connection::open(address, {token, false, false, role});
+    if (!connection) return connection.error();
+    const bool terminal = &err == &std::cerr && ::isatty(STDERR_FILENO) == 1;
+    std::size_t shown = 0;  // characters of the progress line
+    auto answer = (*connection)->ask(std::move(message), [&](const v1::Progress& progress) {
+        if (!terminal) return;
+        const std::string line = progress_line(progress);
+        err << "\r" << line << std::string(shown > line.size() ? shown - line.size() : 0, ' ') << std::flush;
+        shown = line.size();
+    });
+    if (shown > 0) err << "\r" << std::string(shown, ' ') << "\r" << std::flush;
+    if (!answer) return answer;
+    if (answer->has_result() && answer->result().code() != "ok") {
+        const v1::Result& result = answer->result();
+        return Error{result.code(), result.field(), result.value(), result.message()};
+    }
+    if (std::find(wanted.begin(), wanted.end(), answer->message_case()) == wanted.end())
+        return Error{"bad_message", "", "", "The server's answer is not one to this question."};
+    return answer;
+}
+
+int Session::change(v1::ClientMessage message) const {
+    const auto answer = ask(std::move(message), {v1::ServerMessage::kResult});
+    if (!answer) return fail(answer.error());
+    if (json) {
+        print(answer->result());
+        return kExitOk;
+    }
+    for (const std::string& warning : answer->result().warnings()) err << "warning: " << warning << "\n";
+    out << "scene_rev " << answer->result().scene_rev() << "\n";
+    return kExitOk;
+}
+
+}  // namespace gonio

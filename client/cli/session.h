@@ -1,0 +1,31 @@
+// What one call of gonio works with: the server that it asks, and where its answers and refusals go.
+#pragma once
+
+#include <initializer_list>
+#include <ostream>
+#include <string>
+
+#include "client/cli/transport.h"
+
+namespace gonio {
+
+struct Session {
+    ServerAddress address;
+    std::string token;
+    std::string role;
+    bool json = false;
+    std::ostream& out;
+    std::ostream& err;
+
+    // JSON: indented for people, one line with --json.
+    void print(const google::protobuf::Message& message) const;
+    // Result: the exit code; the error goes to stderr, with --json also to `out`, as the Result that a server sends.
+    int fail(const Error& error) const;
+    // Result: the answer, which is one of `wanted`. Errors: the server's refusal; those of Connection; "bad_message".
+    Result<v1::ServerMessage> ask(v1::ClientMessage message,
+                                  std::initializer_list<v1::ServerMessage::MessageCase> wanted) const;
+    // Sends a command and prints the revision that contains it. Result: the exit code.
+    int change(v1::ClientMessage message) const;
+};
+
+}  // namespace gonio
