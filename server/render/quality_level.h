@@ -9,7 +9,7 @@ struct QualityLevel {
     double scale;     // of the picture's sides
     unsigned links;   // of each surfel that the solve follows, at most
     bool own_points;  // server/lighting/screen.h
-    double cost;      // a frame's time over that of the first, about (docs/performance.md)
+    double cost;      // a frame's time over that of the first, about (docs/notebook/performance.md)
 };
 
 // From all that is wanted downwards. Relative times: cornell, everything recomputed.

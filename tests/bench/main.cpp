@@ -150,11 +150,11 @@ int main(int argc, char** argv) {
         app.add_subcommand("machine", "what the machine can do: arithmetic, memory, links, rays, the encoder");
     machine->add_flag("--json", machine_json, "print as JSON");
 
-    std::string results, page_template = "tests/bench/performance.in.md", docs = "docs";
+    std::string results, templates = "tests/bench", docs = "docs";
     CLI::App* report = app.add_subcommand(
-        "report", "write docs/performance.md and its plot out of saved results, in the repository's root");
+        "report", "write the pages of figures in docs and their plot out of saved results, in the repository's root");
     report->add_option("results", results, "folder of tests/bench/results")->required();
-    report->add_option("--template", page_template, "the page's text")->capture_default_str();
+    report->add_option("--templates", templates, "folder with the pages' texts")->capture_default_str();
     report->add_option("--docs", docs, "folder to write to")->capture_default_str();
     gonio::accuracy::add_commands(app);
     gonio::stress::Options stress;
@@ -170,7 +170,7 @@ int main(int argc, char** argv) {
         } else if (refinement->parsed()) {
             gonio::bench::run_refinement(refinement_options, std::cout, std::cerr);
         } else if (report->parsed()) {
-            gonio::bench::write_report(gonio::bench::make_report(results, page_template), docs);
+            gonio::bench::write_report(gonio::bench::make_report(results, templates), docs);
         } else if (pareto->parsed()) {
             read_size(pareto_size, pareto_options.width_px, pareto_options.height_px);
             run_pareto(pareto_options, options.device, json, csv, svg);

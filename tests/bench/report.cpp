@@ -110,6 +110,41 @@ std::vector<double> numbers_of(const std::string& text, const std::string& begin
     throw std::runtime_error("ies.txt lacks the line '" + begin + "'");
 }
 
+// Figures of the list of limits, and what stands beside tables.
+void add_limits(const Saved& saved, std::map<std::string, std::string>& figures) {
+    const auto pass_ms = [](const Json& row, const char* pass) { return row.at("pass_ms").at(pass).get<double>(); };
+    const Json& atrium = row_where(saved.scaling, {{"scene", "atrium"}, {"side_px", 800}, {"splits", 0}});
+    figures["atrium_gbuffer_ms"] = fixed(pass_ms(atrium, "gbuffer"), 1);
+    figures["atrium_direct_ms"] = fixed(pass_ms(atrium, "direct"), 1);
+    for (const int count : {16, 64}) {
+        const Json& orbit = row_where(saved.lights, {{"scene", "stage"}, {"change", "orbit"}, {"lights", count}});
+        const std::string name = "camera_" + std::to_string(count);
+        figures[name + "_rate"] = fixed(orbit.at("rate"), 2);
+        figures[name + "_ms"] = figure(orbit.at("frame_ms"));
+        figures[name + "_direct_ms"] = figure(pass_ms(orbit, "direct"));
+    }
+    const Json& summed = row_where(saved.lights, {{"scene", "stage"}, {"change", "level_all"}, {"lights", 484}});
+    figures["summed_ms"] = figure(summed.at("frame_ms"));
+    figures["summed_direct_ms"] = figure(pass_ms(summed, "summed-direct"));
+    for (const char* profile : {"wide", "beam", "beam12", "beam6"}) {
+        const Json& row =
+            row_where(saved.pareto, {{"scene", "atrium"}, {"profile", profile}, {"technique", "default"}});
+        const std::string name = std::string("atrium_") + profile;
+        figures[name + "_rmse"] = fixed(row.at("rmse_all"), 3);
+        figures[name + "_rmse99"] = fixed(row.at("rmse99_all"), 3);
+        figures[name + "_bias"] = fixed(row.at("bias_all"), 3);
+    }
+    for (const char* scene : {"cornell", "atrium"}) {
+        const Json& row = row_where(saved.transport, {{"scene", scene}});
+        figures[std::string(scene) + "_first_s"] = fixed(row.at("first_s"), 1);
+        figures[std::string(scene) + "_ready_s"] = fixed(row.at("ready_s"), 1);
+    }
+    double most = 0.0;
+    for (const Json& row : saved.pareto.at("rows"))
+        if (row.at("technique") == "default") most = std::max(most, row.at("rmse99_all").get<double>());
+    figures["rmse99_most"] = fixed(most, 3);
+}
+
 // Single figures of the text.
 std::map<std::string, std::string> figures_of(const Saved& saved) {
     const Json &frames = saved.frames, &pareto = saved.pareto, &machine = saved.machine;
@@ -129,11 +164,13 @@ std::map<std::string, std::string> figures_of(const Saved& saved) {
         const std::string name = scene;
         figures[name + "_times"] =
             whole(least_of_seed(saved, scene, "indirect_ms") / own.at("indirect_ms").get<double>());
+        figures[name + "_fps"] = fixed(own.at("fps_average"), 1);
         figures[name + "_missing"] = fixed(fps / own.at("fps_average").get<double>(), 1);
         const Json& rays = one_where(machine.at("rays"), {{"scene", scene}});
         figures[name + "_shadow_rate"] = fixed(rays.at("shadow_per_s").get<double>() * 1e-6, 1);
         figures[name + "_link_rate"] = fixed(rays.at("link_per_s").get<double>() * 1e-6, 1);
     }
+    add_limits(saved, figures);
     const Json& seed = row_where(pareto, {{"scene", "cornell"}, {"technique", "seed"}, {"samples", 400}});
     const double shown = seed.at("points").get<double>() + seed.at("seam_pixels").get<double>();
     figures["seed_sample_ns"] =
@@ -159,9 +196,30 @@ std::map<std::string, std::string> figures_of(const Saved& saved) {
     return figures;
 }
 
+// Result: the template's text with tables and figures in place of their names; `used` gets the names.
+std::string filled(const std::filesystem::path& page_template, const std::map<std::string, std::string>& tables,
+                   const std::map<std::string, std::string>& figures, std::set<std::string>& used) {
+    const std::string text = read_text(page_template);
+    std::string page;
+    std::size_t at = 0;
+    for (std::size_t open; (open = text.find("{{", at)) != std::string::npos;) {
+        const std::size_t close = text.find("}}", open);
+        const std::string name = text.substr(open + 2, close == std::string::npos ? 20 : close - open - 2);
+        const auto table = tables.find(name);
+        const auto value = figures.find(name);
+        if (close == std::string::npos || (table == tables.end() && value == figures.end()))
+            throw std::runtime_error(page_template.string() + ": nothing is called {{" + name + "}}");
+        page += text.substr(at, open - at) + (table != tables.end() ? table->second : value->second);
+        used.insert(name);
+        at = close + 2;
+        if (table != tables.end() && at < text.size() && text[at] == '\n') ++at;  // tables end their own lines
+    }
+    return page + text.substr(at);
+}
+
 }  // namespace
 
-Report make_report(const std::filesystem::path& results, const std::filesystem::path& page_template) {
+Report make_report(const std::filesystem::path& results, const std::filesystem::path& templates) {
     const Saved saved = {read_json(results / "frames.json"),
                          read_json(results / "lights.json"),
                          read_json(results / "scaling.json"),
@@ -179,28 +237,17 @@ Report make_report(const std::filesystem::path& results, const std::filesystem::
                                                        {"goals", goals_table(saved)},
                                                        {"refinement", refinement_table(saved.refinement)},
                                                        {"transport", transport_table(saved.transport)},
+                                                       {"accuracy", accuracy_table(saved.pareto)},
                                                        {"pareto", pareto_table(saved.pareto)},
                                                        {"stress", stress_table(saved.stress)}};
     const auto figures = figures_of(saved);
-    const std::string text = read_text(page_template);
     Report report;
     std::set<std::string> used;
-    std::size_t at = 0;
-    for (std::size_t open; (open = text.find("{{", at)) != std::string::npos;) {
-        const std::size_t close = text.find("}}", open);
-        const std::string name = text.substr(open + 2, close == std::string::npos ? 20 : close - open - 2);
-        const auto table = tables.find(name);
-        const auto value = figures.find(name);
-        if (close == std::string::npos || (table == tables.end() && value == figures.end()))
-            throw std::runtime_error(page_template.string() + ": nothing is called {{" + name + "}}");
-        report.markdown += text.substr(at, open - at) + (table != tables.end() ? table->second : value->second);
-        used.insert(name);
-        at = close + 2;
-        if (table != tables.end() && at < text.size() && text[at] == '\n') ++at;  // tables end their own lines
-    }
-    report.markdown += text.substr(at);
+    for (const auto& [page, name] :
+         {std::pair("performance.md", "performance.in.md"), std::pair("notebook/performance.md", "notebook.in.md")})
+        report.pages[page] = filled(templates / name, tables, figures, used);
     for (const auto& [name, table] : tables) {
-        if (!used.contains(name)) throw std::runtime_error(page_template.string() + " does not use {{" + name + "}}");
+        if (!used.contains(name)) throw std::runtime_error(templates.string() + ": no page uses {{" + name + "}}");
     }
     report.pareto_svg = pareto_svg(result_of(saved.pareto));
     return report;
@@ -213,7 +260,7 @@ void write_report(const Report& report, const std::filesystem::path& docs) {
         out.close();
         if (!out) throw std::runtime_error("cannot write " + path.string());
     };
-    write(docs / "performance.md", report.markdown);
+    for (const auto& [page, text] : report.pages) write(docs / page, text);
     write(docs / "images" / "pareto.svg", report.pareto_svg);
 }
 

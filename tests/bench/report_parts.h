@@ -40,6 +40,7 @@ std::string lights_table(const Json& lights);
 std::string refinement_table(const Json& refinement);
 std::string transport_table(const Json& transport);
 std::string pareto_table(const Json& pareto);
+std::string accuracy_table(const Json& pareto);  // of the default technique, against all bounces
 std::string stress_table(const Json& stress);
 // Result: the least time of this name that the seed technique's 400 samples took in a scene anywhere, ms: what held
 // them up must not make a goal.

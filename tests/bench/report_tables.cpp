@@ -183,6 +183,20 @@ std::string pareto_table(const Json& pareto) {
     return table;
 }
 
+std::string accuracy_table(const Json& pareto) {
+    std::string table = head_of({"scene, luminaires, profile", "all and the camera move, ms", "one moves, ms",
+                                 "its indirect light, ms", "rmse", "rmse99", "p95", "bias"});
+    for (const Json& row : pareto.at("rows")) {
+        if (row.at("technique") != "default") continue;
+        table += row_of({row.at("scene").get<std::string>() + ", " + std::to_string(row.at("lights").get<int>()) +
+                             ", " + row.at("profile").get<std::string>(),
+                         figure(row.at("frame_ms")), figure(row.at("move_ms")), figure(row.at("move_indirect_ms")),
+                         fixed(row.at("rmse_all"), 3), fixed(row.at("rmse99_all"), 3), fixed(row.at("p95_all"), 2),
+                         signed_figure(row.at("bias_all"))});
+    }
+    return table;
+}
+
 std::string stress_table(const Json& stress) {
     if (stress.is_null()) return "`stress.json` is not among the results.\n";
     std::string table = head_of({"case", "checks", "figures within their bound", "nearest to its bound", "of it", "s"});

@@ -1,4 +1,5 @@
-// docs/performance.md is what the command writes of the committed results, so that nobody edits its figures by hand.
+// docs/performance.md and its notebook are what the command writes of the committed results, so that nobody edits their
+// figures by hand.
 #include <unistd.h>
 
 #include <cstdio>
@@ -27,22 +28,27 @@ bool measured() {
     return std::filesystem::exists(kResults / "pareto.json");
 }
 
-TEST(Report, ThePageIsWhatTheCommandWrites) {
+TEST(Report, ThePagesAreWhatTheCommandWrites) {
     if (!measured()) GTEST_SKIP();
-    const Report report = make_report(kResults, kSource / "tests/bench/performance.in.md");
+    const Report report = make_report(kResults, kSource / "tests/bench");
     const char* again = "run: gonio-bench report tests/bench/results/amd-epyc-2";
-    EXPECT_TRUE(report.markdown == text_of(kSource / "docs/performance.md")) << again;
+    EXPECT_EQ(report.pages.size(), 2u);
+    for (const auto& [page, text] : report.pages) {
+        EXPECT_TRUE(text == text_of(kSource / "docs" / page)) << page << ": " << again;
+        EXPECT_EQ(text.find("{{"), std::string::npos) << page;
+    }
     EXPECT_TRUE(report.pareto_svg == text_of(kSource / "docs/images/pareto.svg")) << again;
-    EXPECT_EQ(report.markdown.find("{{"), std::string::npos);
 }
 
 struct Template : testing::Test {
-    std::filesystem::path path =
-        std::filesystem::temp_directory_path() / ("gonio-report-test-" + std::to_string(getpid()) + ".md");
-    ~Template() override { std::filesystem::remove(path); }
+    std::filesystem::path folder =
+        std::filesystem::temp_directory_path() / ("gonio-report-test-" + std::to_string(getpid()));
+    Template() { std::filesystem::create_directory(folder); }
+    ~Template() override { std::filesystem::remove_all(folder); }
     std::string make(const std::string& text) {
-        std::ofstream(path) << text;
-        return make_report(kResults, path).markdown;
+        std::ofstream(folder / "performance.in.md") << text;
+        std::ofstream(folder / "notebook.in.md") << "{{stress}}";
+        return make_report(kResults, folder).pages.at("performance.md");
     }
 };
 
@@ -50,7 +56,7 @@ TEST_F(Template, NamesStandForTablesAndFigures) {
     if (!measured()) GTEST_SKIP();
     const std::string all =
         "{{frames}}\n{{scaling}}\n{{rsm}}\n{{efforts}}\n{{lights}}\n{{refinement}}\n{{transport}}\n"
-        "{{pareto}}\n{{goals}}\n{{stress}}\nat {{threads}} threads.";
+        "{{accuracy}}\n{{pareto}}\n{{goals}}\nat {{threads}} threads.";
     const std::string page = make(all);
     EXPECT_TRUE(page.ends_with("\nat 2 threads."));
     EXPECT_TRUE(page.starts_with("| scene | technique |"));
@@ -65,7 +71,7 @@ TEST_F(Template, NamesStandForTablesAndFigures) {
     EXPECT_THROW(make(all + " {{speed}}"), std::runtime_error);
     EXPECT_THROW(make(all + " {{threads"), std::runtime_error);
     EXPECT_THROW(make("{{frames}}"), std::runtime_error) << "tables that nobody would see";
-    EXPECT_THROW(make_report(kResults / "none", path), std::runtime_error);
+    EXPECT_THROW(make_report(kResults / "none", folder), std::runtime_error);
 }
 
 }  // namespace

@@ -19,9 +19,14 @@ class Sentences(unittest.TestCase):
         self.assertEqual(len(sentences.too_long('a.md', 'A short one. A ' + LONG)), 1)
         self.assertEqual(len(sentences.too_long('a.h', '// A ' + LONG.replace('word word', 'word\n// word', 1))), 1)
 
+    def test_it_may_stand_in_a_cell_a_list_a_heading_or_code(self):
+        for text in ('| a | ' + LONG + ' |\n', '- ' + LONG, '1. a\n\n    ' + LONG, '# ' + LONG, '`' + LONG + '`',
+                     LONG.replace('word word', '`word` = word;', 1), LONG.replace('word word', 'word\nword', 1)):
+            self.assertEqual(len(sentences.too_long('a.md', text)), 1, text)
+
     def test_what_is_no_sentence_is_left_out(self):
-        for text in ('```\n' + LONG + '\n```', '| ' + LONG + ' |', '# ' + LONG, '`' + LONG + '`',
-                     LONG.replace('word word', 'word\n\nword', 1)):
+        for text in ('```\n' + LONG + '\n```', '1. a\n\n   ```\n   ' + LONG + '\n   ```\n', 'a\n\n    x = ' + LONG + '\n',
+                     LONG.replace('word word', 'word\n\nword', 1), LONG.replace('word word', 'word | word', 1).join('||')):
             self.assertEqual(sentences.too_long('a.md', text), [])
         self.assertEqual(sentences.too_long('a.h', LONG), [])
 

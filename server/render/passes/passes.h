@@ -134,8 +134,8 @@ std::vector<glm::vec3> cpu_illuminance(const Target& target, std::span<const glm
 const std::vector<std::uint8_t>* made_nv12(const Target& target);
 // Result: the picture that run_composite_cpu made since the last call; null if it did not run.
 std::shared_ptr<const std::vector<std::uint8_t>> take_nv12(const Target& target);
-// All layers -> display (raw 0), or values in the view's own unit into raw, an RGBA32F framebuffer of the target's
-// size. shown: the light whose cube the mask and rsm views unfold; may be null.
+// All layers -> display. The argument raw is 0, or an RGBA32F framebuffer of the target's size, which gets values in
+// the view's own unit. shown: the light whose cube the mask and rsm views unfold; may be null.
 PassRun run_composite(const PassContext& context, View view, const LightGpu* shown,
                       std::span<const LightGpu* const> lights, GLuint raw);
 // The photometric solids as wireframe over the display.
