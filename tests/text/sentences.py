@@ -48,7 +48,8 @@ def too_long(name, text):
 
 def main(root):
     root = pathlib.Path(root)
-    files = [root / 'README.md', root / 'CONTRIBUTING.md', *root.glob('docs/**/*.md'), *root.glob('*/README.md')]
+    files = [root / 'README.md', root / 'CONTRIBUTING.md', root / 'protocol/schema/PROTOCOL.md',
+             *root.glob('docs/**/*.md'), *root.glob('*/README.md')]
     for top in ('ies', 'protocol', 'server', 'client', 'shaders'):
         files += root.glob(top + '/**/*.h')
     found = [line for file in sorted(set(files))
