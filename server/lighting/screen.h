@@ -1,5 +1,5 @@
-// A picture's surfaces, and a grid of points on them, one per 4 × 4 pixels. While anything moves indirect light is found
-// at these points, and joint bilateral upsampling brings it to the pixels (docs/rendering.md).
+// A picture's surfaces, and a grid of points on them, one per 4 × 4 pixels. While anything moves indirect light is
+// found at these points, and joint bilateral upsampling brings it to the pixels (docs/rendering.md).
 #pragma once
 
 #include <glm/glm.hpp>
