@@ -55,6 +55,7 @@ struct PropertyRow {
     double least = 0, most = 1;    // what the scene takes, likewise; a patch may not reach beyond
     double unit = 1;               // what one of the unit that people write (docs/consoles.md: degrees) is in SI
     std::string_view unit_name;    // "°", "m"; empty: a pure number
+    std::string_view metavar;      // of the CLI's option: "RATIO"
     std::string_view help;         // one phrase for people: the CLI's help, the page
     bool by_name = false;          // its value is a name: of a profile, of a preset
     bool of_camera = false;        // orbit, elevation and distance of the eye as seen from the target

@@ -3,8 +3,11 @@
 #include <algorithm>
 #include <charconv>
 #include <cmath>
+#include <deque>
 #include <filesystem>
 #include <fstream>
+
+#include "protocol/schema/property.h"
 
 namespace gonio {
 namespace {
@@ -15,24 +18,53 @@ constexpr std::size_t kMaxVectorNumbers = 16;
 using Words = std::span<const std::string>;
 using enum WordForm;
 
-// Ranges are those that the server keeps to (server/scene/apply.cpp, server/session/query.cpp).
-constexpr WordRow kLightOptions[] = {
-    {"--position", "x,y,z", vector, "position_m", "m, each -1e6 to 1e6"},
-    {"--aim", "x,y,z", vector, "aim", "a direction of any length but 0; not with --pan, --tilt or --roll"},
-    {"--pan", "DEG", degrees, "pan_rad", "-11520 to 11520"},
-    {"--tilt", "DEG", degrees, "tilt_rad", "-11520 to 11520"},
-    {"--roll", "DEG", degrees, "roll_rad", "-11520 to 11520"},
-    {"--level", "RATIO", ratio, "level_ratio", "0 to 1, or 0% to 100%"},
-    {"--color", "r,g,b", vector, "color_rgb", "linear Rec.709 factors, each 0 to 1e4"},
-    {"--profile", "FILE", text, "profile.name", "IES or EULUMDAT file, which is uploaded; or a built-in luminaire"},
+// The rows of a table that is made once, and the text that they view.
+struct WordRows {
+    std::deque<std::string> texts;
+    std::vector<WordRow> rows;
+    std::string_view keep(std::string text) { return texts.emplace_back(std::move(text)); }
 };
+
+bool is_ratio(const PropertyRow& row) {
+    return row.values == 1 && row.least == 0 && row.most == 1;
+}
+
+WordForm form_of(const PropertyRow& row) {
+    return row.values == 3 ? vector : row.unit != 1 ? degrees : is_ratio(row) ? ratio : number;
+}
+
+// Result: "EV100, -10 to 24": what a value is and what the server takes.
+std::string help_of(const PropertyRow& row) {
+    std::string text(row.unit == 1 ? row.unit_name : "");
+    const auto add = [&](const std::string& more) { text += (text.empty() ? "" : ", ") + more; };
+    if (!row.help.empty()) add(std::string(row.help));
+    if (row.property != Property::aim)
+        add((row.values == 3 ? "each " : "") + print_number(row.least / row.unit) + " to " +
+            print_number(row.most / row.unit));
+    return is_ratio(row) ? text + ", or 0% to 100%" : text;
+}
+
+// What can be set of a light, out of the table of properties.
+std::span<const WordRow> light_options() {
+    static const WordRows all = [] {
+        WordRows made;
+        for (const PropertyRow& row : property_table()) {
+            if (row.field.empty() || row.component >= 0) continue;
+            made.rows.push_back({made.keep("--" + std::string(row.name)), row.metavar, form_of(row), row.field,
+                                 made.keep(help_of(row))});
+        }
+        made.rows.push_back({"--profile", "FILE", text, "profile.name",
+                             "IES or EULUMDAT file, which is uploaded; or a built-in luminaire"});
+        return made;
+    }();
+    return all.rows;
+}
+
 constexpr WordRow kCameraOptions[] = {
     {"--eye", "x,y,z", vector, "eye_m", "m, each -1e6 to 1e6"},
     {"--target", "x,y,z", vector, "target_m", "m, each -1e6 to 1e6; what it looks at"},
     {"--fov", "DEG", degrees, "fov_rad", "vertical, 1.15 to 171.8"},
 };
-constexpr WordRow kExposure[] = {{"EV", "", number, "ev100", "EV100, -10 to 24"}};
-constexpr WordRow kMaster[] = {{"RATIO", "", ratio, "ratio", "0 to 1, or 0% to 100%"}};
 constexpr WordRow kSetLight[] = {{"NAME", "", text, "name", "of a light, or of a group for every light in it"}};
 constexpr WordRow kAddLight[] = {{"NAME", "", text, "name", "that no light has, 1 to 128 bytes"}};
 
@@ -83,45 +115,57 @@ constexpr WordRow kCaptureOptions[] = {
     {"--after-rev", "N", count, "after_rev", "of the scene when it has reached that revision, waited for up to 30 s"},
 };
 
-constexpr WordCommand kCommands[] = {
-    {"load scene", "command.load_scene", "loads another scene", kScene, kSceneOptions},
-    {"set light", "command.set_light", "changes a light; what no option names stays", kSetLight, kLightOptions},
-    {"set camera", "command.set_camera", "moves the camera", {}, kCameraOptions},
-    {"set exposure", "command.set_exposure", "sets the exposure", kExposure, {}},
-    {"set master", "command.set_master", "dims all lights", kMaster, {}},
-    {"set view", "command.set_view", "chooses what the picture shows", kView, kViewOptions},
-    {"set size", "command.set_size", "sets the size of the picture", kSize, {}},
-    {"set technique", "command.set_technique", "chooses how indirect light is computed", kTechnique, kTechniqueOptions},
-    {"add light", "command.add_light.light", "adds a light", kAddLight, kLightOptions, {"--profile"}},
-    {"remove light", "command.remove_light", "removes a light", kLightName, {}},
-    {"group", "command.set_group", "makes, changes or removes a group of lights", kGroup, {}},
-    {"preset save", "command.save_preset", "keeps level, colour, aim, position and profile of all lights", kPreset, {}},
-    {"preset recall", "command.recall_preset", "brings back what a preset keeps", kPreset, kRecallOptions},
-    {"preset remove", "command.remove_preset", "forgets a preset", kPreset, {}},
-    {"meter",
-     "meter",
-     "measures illuminance in lux and its standard error",
-     {},
-     kMeterOptions,
-     {"--point", "--normal"}},
-    {"capture", "capture", "writes a picture to a file", kPicture, kCaptureOptions},
-};
+std::span<const WordCommand> commands() {
+    static const std::string exposure_help = help_of(row_of(Property::exposure)),
+                             master_help = help_of(row_of(Property::master));
+    static const WordRow exposure[] = {{"EV", "", number, "ev100", exposure_help}};
+    static const WordRow master[] = {{"RATIO", "", ratio, "ratio", master_help}};
+    static const WordCommand all[] = {
+        {"load scene", "command.load_scene", "loads another scene", kScene, kSceneOptions},
+        {"set light", "command.set_light", "changes a light; what no option names stays", kSetLight, light_options()},
+        {"set camera", "command.set_camera", "moves the camera", {}, kCameraOptions},
+        {"set exposure", "command.set_exposure", "sets the exposure", exposure, {}},
+        {"set master", "command.set_master", "dims all lights", master, {}},
+        {"set view", "command.set_view", "chooses what the picture shows", kView, kViewOptions},
+        {"set size", "command.set_size", "sets the size of the picture", kSize, {}},
+        {"set technique", "command.set_technique", "chooses how indirect light is computed", kTechnique,
+         kTechniqueOptions},
+        {"add light", "command.add_light.light", "adds a light", kAddLight, light_options(), {"--profile"}},
+        {"remove light", "command.remove_light", "removes a light", kLightName, {}},
+        {"group", "command.set_group", "makes, changes or removes a group of lights", kGroup, {}},
+        {"preset save",
+         "command.save_preset",
+         "keeps level, colour, aim, position and profile of all lights",
+         kPreset,
+         {}},
+        {"preset recall", "command.recall_preset", "brings back what a preset keeps", kPreset, kRecallOptions},
+        {"preset remove", "command.remove_preset", "forgets a preset", kPreset, {}},
+        {"meter",
+         "meter",
+         "measures illuminance in lux and its standard error",
+         {},
+         kMeterOptions,
+         {"--point", "--normal"}},
+        {"capture", "capture", "writes a picture to a file", kPicture, kCaptureOptions},
+    };
+    return all;
+}
 
 // words: those after the command's own.
 ReadWords read_after(const char* command, Words words) {
     std::vector<std::string> all{command};
     all.insert(all.end(), words.begin(), words.end());
-    return read_words(all, {kCommands});
+    return read_words(all, {commands()});
 }
 
 }  // namespace
 
 std::span<const WordCommand> scene_commands() {
-    return kCommands;
+    return commands();
 }
 
 Result<v1::Command> command_from_words(Words words) {
-    const ReadWords read = read_words(words, {kCommands, {}, "set"});
+    const ReadWords read = read_words(words, {commands(), {}, "set"});
     if (read.fault) return *read.fault;
     if (!read.message.has_command()) return Error{"usage", "", words.front(), "This command changes no scene."};
     if (read.has("--upload")) return Error{"usage", "--upload", "", "There is no such option here."};

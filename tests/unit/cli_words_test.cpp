@@ -26,7 +26,8 @@ Result<v1::Command> command_of(const std::string& line) {
 
 TEST(CliWords, EveryChange) {
     auto command = command_of(
-        "set light key --position 1,-2,3.5 --pan 90 --tilt -45 --roll 180 --level 0.25 --color 1,0.5,0 --profile "
+        "set light key --position 1,-2,3.5 --pan 90 --tilt -45 --roll 180 --level 0.25 --color 1,0.5,0 --tint -0.01 "
+        "--profile "
         "narrow");
     ASSERT_TRUE(command) << command.error().text();
     const v1::SetLight& light = command->set_light();
@@ -38,6 +39,7 @@ TEST(CliWords, EveryChange) {
     EXPECT_NEAR(light.roll_rad(), std::numbers::pi, 1e-15);
     EXPECT_DOUBLE_EQ(light.level_ratio(), 0.25);
     EXPECT_DOUBLE_EQ(light.color_rgb(1), 0.5);
+    EXPECT_DOUBLE_EQ(light.tint_duv(), -0.01);
     EXPECT_EQ(light.profile().name(), "narrow");
     EXPECT_EQ(light.aim_size(), 0);
 

@@ -149,9 +149,9 @@ TEST(Patch, AProfileIsChosenFromAList) {
     *set.add_rows() = one;
     ASSERT_TRUE(check_patch(set)) << check_patch(set).error().text();
     PatchReader reader(patch_of({one}));
-    EXPECT_EQ(reader.read(kUniverse, {{sender(1, {85})}}).at(0).profile, "flood");
-    EXPECT_EQ(reader.read(kUniverse, {{sender(1, {86})}}).at(0).profile, "bulb");
-    EXPECT_EQ(reader.read(kUniverse, {{sender(1, {255})}}).at(0).profile, "street");
+    EXPECT_EQ(reader.read(kUniverse, {{sender(1, {85})}}).at(0).name, "flood");
+    EXPECT_EQ(reader.read(kUniverse, {{sender(1, {86})}}).at(0).name, "bulb");
+    EXPECT_EQ(reader.read(kUniverse, {{sender(1, {255})}}).at(0).name, "street");
 }
 
 // A sweep over a wheel of three must not read a file for each of its 256 steps.
