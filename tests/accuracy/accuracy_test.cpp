@@ -84,6 +84,7 @@ TEST(Cases, AreWhatTheTableSays) {
 
 int main(int argc, char** argv) {
     testing::InitGoogleTest(&argc, argv);
+    if (GTEST_FLAG_GET(list_tests)) return RUN_ALL_TESTS();
     try {
         gonio::accuracy::the_context = gonio::gl::Context::create({-1, true});
     } catch (const std::runtime_error& error) {

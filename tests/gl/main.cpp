@@ -23,6 +23,7 @@ Renderer::DirectLight direct_light() {
 
 int main(int argc, char** argv) {
     testing::InitGoogleTest(&argc, argv);
+    if (GTEST_FLAG_GET(list_tests)) return RUN_ALL_TESTS();
     for (int i = 1; i + 1 < argc; ++i) {
         if (std::string_view(argv[i]) != "--direct-light") continue;
         gonio::test::the_direct_light = std::string_view(argv[i + 1]) == "gl" ? gonio::Renderer::DirectLight::gl
