@@ -1,22 +1,15 @@
 #include "server/app/service.h"
 
-#include <sys/socket.h>
-#include <sys/un.h>
-#include <unistd.h>
+#include <systemd/sd-daemon.h>
 
 #include <algorithm>
-#include <cstddef>
-#include <cstdlib>
-#include <cstring>
+#include <string>
 
 namespace gonio {
 
 Service::Service() {
-    if (const char* path = std::getenv("NOTIFY_SOCKET")) socket_ = path;
-    const char* pid = std::getenv("WATCHDOG_PID");
-    if (pid != nullptr && std::strtol(pid, nullptr, 10) != getpid()) return;
-    if (const char* time = std::getenv("WATCHDOG_USEC"))
-        watchdog_ = std::chrono::microseconds(std::strtoll(time, nullptr, 10));
+    std::uint64_t asked_us = 0;
+    if (sd_watchdog_enabled(0, &asked_us) > 0) watchdog_ = std::chrono::microseconds(asked_us);
 }
 
 Service::~Service() {
@@ -25,16 +18,7 @@ Service::~Service() {
 }
 
 void Service::tell(std::string_view state) const {
-    sockaddr_un address{};
-    address.sun_family = AF_UNIX;
-    if (socket_.empty() || socket_.size() >= sizeof address.sun_path) return;
-    std::memcpy(address.sun_path, socket_.data(), socket_.size());
-    if (address.sun_path[0] == '@') address.sun_path[0] = '\0';  // Linux' abstract names
-    const int fd = ::socket(AF_UNIX, SOCK_DGRAM | SOCK_CLOEXEC, 0);
-    if (fd < 0) return;
-    ::sendto(fd, state.data(), state.size(), MSG_NOSIGNAL | MSG_DONTWAIT, reinterpret_cast<const sockaddr*>(&address),
-             static_cast<socklen_t>(offsetof(sockaddr_un, sun_path) + socket_.size()));
-    ::close(fd);
+    sd_notify(0, std::string(state).c_str());  // what a manager does not take changes nothing here
 }
 
 void Service::watch(std::function<void(std::function<void()>)> ask_net) {
