@@ -1,7 +1,7 @@
 #include <cstdio>
 #include <exception>
 
-#include "server/app/daemon.h"
+#include "server/app/app.h"
 
 int main(int argc, char** argv) {
     int exit_code = 0;

@@ -1,0 +1,321 @@
+#include "server/app/app.h"
+
+#include <malloc.h>
+
+#include <algorithm>
+#include <cstdio>
+#include <functional>
+#include <future>
+#include <stdexcept>
+#include <thread>
+
+#include <spdlog/sinks/stdout_sinks.h>
+#include <spdlog/spdlog.h>
+
+#include "client/web/page.h"
+#include "server/app/http_options.h"
+
+namespace gonio {
+namespace {
+
+constexpr std::uint32_t kReconnectAfterMs = 1000;   // a service is started again by then
+constexpr std::chrono::milliseconds kDiscard{100};  // for the private folder, where the end does not wait
+constexpr const char* kStateHangs = "state-hangs";
+constexpr const char* kReloadHangs = "reload-hangs";
+
+bool injects(const Options& options, const char* fault) {
+    return std::ranges::find(options.inject, fault) != options.inject.end();
+}
+
+// Disks that never answer, for tests.
+Result<bool> write_for_ever(const std::string&, std::string_view) {
+    for (;;) std::this_thread::sleep_for(std::chrono::hours(1));
+}
+Reread read_for_ever() {
+    for (;;) std::this_thread::sleep_for(std::chrono::hours(1));
+}
+
+template <typename T>
+T value_of(Result<T> result) {
+    if (!result) throw std::runtime_error(result.error().text());
+    return std::move(*result);
+}
+
+std::optional<FileLock> lock_show(const std::string& file) {
+    if (file.empty()) return std::nullopt;
+    FileLock lock = value_of(FileLock::take(file));
+    if (const std::string why = lock.why_not(); !why.empty())
+        spdlog::warn("state: {}.lock cannot be held: {}; nothing keeps another server from this show", file, why);
+    return lock;
+}
+
+void discard_and_tell(const std::shared_ptr<UploadStore>& uploads, const std::shared_ptr<std::promise<void>>& done) {
+    uploads->discard(kDiscard);
+    done->set_value();
+}
+
+// An option, or a file that one names, cannot be used.
+struct BadOption : std::invalid_argument {
+    using std::invalid_argument::invalid_argument;
+};
+
+// Throws BadOption.
+Beginning beginning(const Options& options) {
+    try {
+        Beginning first{first_scene(options), surface_options(options), {}};
+        for (const std::string& fault : options.inject)
+            if (fault != kStateHangs && fault != kReloadHangs) add_fault(first.faults, fault);
+        return first;
+    } catch (const std::invalid_argument& error) {
+        throw BadOption(error.what());
+    }
+}
+
+}  // namespace
+
+RenderMetrics::RenderMetrics(Metrics& metrics)
+    : render_seconds(metrics.histogram("render_seconds", "From draining the commands to the picture in memory.")),
+      readback_seconds(metrics.histogram(
+          "readback_seconds", "What the render thread waits for a picture's last passes and copies it to memory.")),
+      frames_rendered(metrics.counter("frames_rendered_total", "Pictures that left the renderer.")),
+      gpu_resets(metrics.counter("gpu_resets_total", "GL contexts that were lost and made anew.")),
+      saves(metrics.counter("state_saves_total", "Shows that were written to the state file.")),
+      scene_revision(metrics.gauge("scene_revision", "Of the scene.")) {
+    metrics.gauge("build_info", "The program's version.", "version=\"" GONIO_VERSION "\"").set(1);
+}
+
+App::App(Options options, Tokens tokens)
+    : options_(std::move(options)),
+      tokens_(std::move(tokens)),
+      page_(page_files().begin(), page_files().end()),
+      reloading_(injects(options_, kReloadHangs) ? read_for_ever
+                                                 : std::function<Reread()>(std::bind_front(read_again, options_))),
+      show_lock_(lock_show(options_.state_file)),
+      first_(beginning(options_)) {
+    if (options_.keep_up) render_session_.set_budget(1e3 / options_.target_fps);
+    render_session_.set_most_captures(options_.max_captures);
+    render_session_.set_scene_access({is_loopback(options_.host), options_.scene_roots,
+                                      uploads_ ? uploads_->folder() : "", options_.max_albedo, options_.max_memory});
+}
+
+std::string App::name_renderer() const {
+    const gl::Context* const context = gpu_.context();
+    spdlog::info("{}", context ? context->description() : "no GL: grey pictures (--renderer null)");
+    return context ? context->renderer() : "null";
+}
+
+std::shared_ptr<UploadStore> App::open_uploads() {
+    if (options_.limits.upload_bytes == 0) return nullptr;
+    std::shared_ptr<UploadStore> uploads = value_of(UploadStore::open(options_.upload_folder, options_.limits));
+    uploads_to_discard_ = uploads;
+    return uploads;
+}
+
+HttpOptions App::http_options() const {
+    HttpOptions listen = front_options(options_);
+    listen.metrics = metrics_;
+    listen.uploads = uploads_.get();
+    listen.tokens = tokens_;
+    listen.server_name = "goniod " GONIO_VERSION;
+    listen.renderer = renderer_name_;
+    listen.encoder = encoders_.encoder();
+    listen.page = page_;
+    return listen;
+}
+
+App::Listening::Listening(App& of) : app(of) {
+    app.http_server_ = value_of(HttpServer::start(app.http_options(), app.inbox_.callbacks()));
+    app.server_to_stop_ = app.http_server_;
+    app.reloading_.begin([&server = *app.http_server_](const Reread& reread) { use_again(reread, server); });
+}
+
+App::Listening::~Listening() {
+    app.reloading_.end();
+    app.server_to_stop_.store({});
+}
+
+std::unique_ptr<Inputs> App::start_inputs() {
+    if (!options_.inputs.any()) return nullptr;
+    return value_of(Inputs::start(options_.inputs, waker(Queue<Work>::Wake::now)));
+}
+
+std::unique_ptr<ControlSurfaces> App::start_surfaces() {
+    if (!first_.surfaces.on && !first_.surfaces.replay) return nullptr;
+    return value_of(ControlSurfaces::start(first_.surfaces, waker(Queue<Work>::Wake::now)));
+}
+
+std::shared_ptr<StateFile> App::open_state_file() {
+    if (options_.state_file.empty()) return nullptr;
+    const auto to_disk = injects(options_, kStateHangs) ? write_for_ever : write_file_atomically;
+    auto file = std::make_shared<StateFile>(options_.state_file, kSaveInterval, kSaveRetry, kMaxSavedBytes, to_disk);
+    show_to_save_ = file;
+    return file;
+}
+
+std::function<void()> App::waker(Queue<Work>::Wake when) {
+    return std::bind_front(&Queue<Work>::wake, &inbox_.queue, when);
+}
+
+Signals::Actions App::signal_actions() {
+    return {.stop = std::bind_front(&App::let_nobody_in, this),
+            .farewell = std::bind_front(&App::say_goodbye, this),
+            .last = std::bind_front(&App::save_show, this),
+            .discard = std::bind_front(&App::discard_uploads, this),
+            .reload = std::bind_front(&Reloading::ask, &reloading_)};
+}
+
+void App::let_nobody_in() {
+    if (const auto server = server_to_stop_.load()) server->stop_accepting();
+    inbox_.queue.close();
+}
+
+void App::say_goodbye() {
+    if (const auto server = server_to_stop_.load()) server->stop(kReconnectAfterMs);
+}
+
+void App::save_show() {
+    if (const auto file = show_to_save_.load()) file->close_within(std::chrono::milliseconds(100));
+}
+
+// The end does not wait for a disk that hangs either.
+void App::discard_uploads() {
+    const auto uploads = uploads_to_discard_.load();
+    if (!uploads) return;
+    auto done = std::make_shared<std::promise<void>>();
+    std::thread(discard_and_tell, uploads, done).detach();
+    done->get_future().wait_for(kDiscard + kDiscard / 2);
+}
+
+SessionOutputs App::session_outputs() {
+    return {.reply = std::bind_front(&App::reply, this),
+            .state = std::bind_front(&App::tell_state, this),
+            .picture = std::bind_front(&App::show_picture, this),
+            .counters = std::bind_front(&App::stats, this),
+            .sources = std::bind_front(&Consoles::sources, &consoles_),
+            .surfaces = std::bind_front(&App::describe_surfaces, this),
+            .learn = std::bind_front(&SurfaceInput::learn, &surface_input_),
+            .gone = std::bind_front(&SurfaceInput::forget_session, &surface_input_),
+            .gpu_lost = std::bind_front(&Gpu::lost, &gpu_)};
+}
+
+void App::tell_state(v1::State state, v1::StateChanged change) {
+    counted_.scene_revision.set(state.scene_rev());
+    consoles_.publish_state(state);
+    http_server_->publish_state(std::move(state));
+    http_server_->broadcast(std::move(change));
+    if (state_file_) state_file_->put(render_session_.scene());
+}
+
+void App::show_picture(Picture picture) {
+    gpu_.picture_done();
+    surface_input_.picture_out(picture.scene_rev, picture.rendered_ns);
+    counted_.frames_rendered.add();
+    counted_.render_seconds.observe(static_cast<double>(picture.rendered_ns - picture.drained_ns) * 1e-9);
+    counted_.readback_seconds.observe(static_cast<double>(picture.readback_ns) * 1e-9);
+    feed_.show(std::move(picture), monotonic_ns());
+}
+
+v1::Stats App::stats() {
+    v1::Stats stats;
+    add_lane_figures(stats, encoders_, feed_, inbox_.demand.jpeg_clients, monotonic_ns());
+    stats.set_packets_sent(http_server_->packets_sent());
+    stats.set_clients(inbox_.demand.clients);
+    if (!state_file_) return stats;
+    stats.set_state_saves(state_file_->told().saves);
+    stats.set_state_error(state_file_->told().error);
+    stats.set_state_unsaved_s(state_file_->told().unsaved_s);
+    return stats;
+}
+
+void App::encode_first_picture() {
+    render_session_.begin_frame(monotonic_ns());
+    render_session_.finish_frames(true);
+    const LaneId first_lane = options_.max_private_lanes > 0 ? kFirstPrivateLane : kSharedLane;
+    encoders_.encode_first(first_lane, feed_.newest());
+    feed_.tried(first_lane);
+}
+
+void App::start() {
+    counted_.scene_revision.set(render_session_.scene().scene_rev);
+    http_server_->publish_state(render_session_.state());
+    consoles_.publish_state(render_session_.state());
+    if (state_file_) state_file_->put(render_session_.scene());  // whether it can be written is known at the start
+    // READY means: a first frame has been rendered and encoded, so that whoever connects sees a picture at once.
+    encode_first_picture();
+    http_server_->set_ready(true);
+    service_.tell("READY=1");
+    service_.watch(std::bind_front(&HttpServer::post, http_server_.get()));
+    const bool plain = options_.host.find(':') == std::string::npos;
+    std::printf("READY %s://%s:%u\n", http_server_->secure() ? "https" : "http",
+                plain ? options_.host.c_str() : ("[" + options_.host + "]").c_str(), http_server_->port());
+    std::fflush(stdout);
+}
+
+// Between two attempts. Result: whether there shall be another.
+bool App::pause() const {
+    for (int i = 0; i < 20 && !inbox_.queue.closed(); ++i) std::this_thread::sleep_for(std::chrono::milliseconds(50));
+    return !inbox_.queue.closed();
+}
+
+// The GL context is lost. Result: whether there is another, with a renderer; not where the program shall end.
+bool App::renew_gpu() {
+    counted_.gpu_resets.add();
+    spdlog::warn("gpu: the GL context is lost; everything in it is made anew");
+    http_server_->set_ready(false);
+    render_session_.drop_renderer();
+    auto renderer = gpu_.rebuild(std::bind_front(&App::pause, this));
+    if (!renderer) return false;
+    render_session_.set_renderer(std::move(renderer));
+    http_server_->set_ready(true);
+    return true;
+}
+
+void App::run() {
+    while (!inbox_.queue.closed()) {
+        service_.render();
+        http_server_->came_by();
+        loop_.turn();
+        if (state_file_) counted_.saves.add(state_file_->told().saves - counted_.saves.value());
+        if (gpu_.lost() && !renew_gpu()) return;
+    }
+}
+
+void App::stop() {
+    http_server_->set_ready(false);
+    service_.tell("STOPPING=1");
+    // What was taken in before the signal is carried out and answered; then clients are told.
+    while (auto work = inbox_.queue.try_pop()) render_session_.take(std::move(*work));
+    http_server_->stop(kReconnectAfterMs);
+    if (state_file_) state_file_->close();
+    spdlog::info("stopping");
+}
+
+int run_daemon(const Options& given) {
+    // Scenes are large and go: what is larger than this is given back at once. Left alone glibc would raise the bound
+    // to 32 MiB and keep what lies below. Frames of up to 1920×1080 are smaller: their pages are not to be made anew.
+    ::mallopt(M_MMAP_THRESHOLD, 4 << 20);
+    ::mallopt(M_TRIM_THRESHOLD, 16 << 20);
+    Options options = given;
+    options.state_file = behind_links(std::move(options.state_file));
+    const bool serves = options.oneshot.empty();
+    if (serves) Signals::block();
+    spdlog::set_default_logger(spdlog::stderr_logger_mt("goniod"));
+    set_log_level(options.log_level);
+    std::string token_warning;
+    const auto tokens = read_tokens(options, &token_warning);
+    if (!tokens) throw std::runtime_error(tokens.error().text());
+    if (!token_warning.empty()) spdlog::warn("{}", token_warning);
+    try {
+        if (!serves) return run_job(options, beginning(options).scene);
+        App app(std::move(options), *tokens);
+        app.start();
+        app.run();
+        app.stop();
+        return 0;
+    } catch (const BadOption& error) {
+        std::fprintf(stderr, "goniod: %s\n", error.what());
+        return 2;
+    }
+}
+
+}  // namespace gonio
