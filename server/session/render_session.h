@@ -3,7 +3,6 @@
 // through Outputs.
 #pragma once
 
-#include <deque>
 #include <functional>
 #include <memory>
 #include <optional>
@@ -11,42 +10,22 @@
 #include <string>
 #include <vector>
 
-#include "protocol/schema/gonio.pb.h"
 #include "server/base/queue.h"
-#include "server/render/live_renderer.h"
-#include "server/scene/apply.h"
-#include "server/scene/preset.h"
 #include "server/session/budget.h"
+#include "server/session/capture_queue.h"
 #include "server/session/changes.h"
-#include "server/session/late_work.h"
-#include "server/session/loader.h"
-#include "server/session/query.h"
+#include "server/session/fade_player.h"
+#include "server/session/meter_queue.h"
 #include "server/session/reference_work.h"
+#include "server/session/report_log.h"
 #include "server/session/roles.h"
 #include "server/session/scene_access.h"
 #include "server/stream/encoder.h"
 
 namespace gonio {
 
-// One item of the render thread's queue.
-struct Work {
-    std::uint32_t session = 0;
-    v1::ClientMessage message;
-    Loaded loaded;                 // set when the loader has read the message's files
-    std::optional<Error> failure;  // why it could not
-    bool read = false;             // the loader has been there
-    bool closed = false;           // no message: the session has gone, and what it waits for with it
-};
-
-inline constexpr std::size_t kMaxWork = 1024;         // messages waiting for the render thread; beyond it: "busy"
 inline constexpr std::size_t kMaxPrepared = 512;      // profiles of a saved show's presets, 1 MiB and their web each
-inline constexpr std::size_t kMaxCaptures = 8;        // default of set_most_captures()
-inline constexpr std::size_t kMaxMeters = 64;         // interactive and rsm meters, points and grids, likewise
-inline constexpr std::size_t kMaxReports = 256;       // frame reports kept for `report --rev`
 inline constexpr std::size_t kMaxFramesInFlight = 3;  // the readback ring
-// Report queries that wait for their frame, and captures that wait for their revision; beyond it: "busy".
-inline constexpr std::size_t kMaxWaiting = 64;
-inline constexpr std::chrono::seconds kMaxWait{30};  // of a capture for its revision; then: "timeout"
 
 struct SessionOutputs {
     std::function<void(std::uint32_t session, v1::ServerMessage)> reply;
@@ -81,10 +60,10 @@ public:
     bool frame_wanted() const {
         return rendered_rev_ != scene_.scene_rev || better_ || !renderer_->settled() || owes();
     }
-    bool report_wanted() const { return !waiting_.empty(); }
+    bool report_wanted() const { return reports_.waited_for(); }
     // The GPU is lost: gives the renderer up, and the frames that it was at. With the next one captures and meter grids
     // begin anew, and a picture is due.
-    void drop_renderer() { renderer_.reset(); }
+    void drop_renderer() { renderer_ = nullptr; }
     void set_renderer(std::unique_ptr<LiveRenderer> renderer);
     // Starts a frame of the scene as it stands now. With kMaxFramesInFlight on the GPU it first waits for the oldest.
     void begin_frame(std::int64_t drained_ns);
@@ -94,10 +73,10 @@ public:
     // Which scene files clients may load.
     void set_scene_access(SceneAccess access) { scene_access_ = std::move(access); }
     // Captures that are rendered one after the other; beyond it: "busy".
-    void set_most_captures(std::size_t most) { most_captures_ = most; }
-    bool busy() const { return waits() && !not_ready_; }
+    void set_most_captures(std::size_t most) { captures_.set_most(most); }
+    bool busy() const { return waits() && !renderer_.waits(); }
     // Whether captures or meters wait, for what other threads make too.
-    bool waits() const { return !captures_waiting_.empty() || !meters_waiting_.empty(); }
+    bool waits() const { return !captures_.empty() || !meters_.empty(); }
     // Between two frames: one tile of the oldest capture, a slice of the oldest meters; each is sent off when it is
     // complete. Reference jobs start and tell of their progress.
     void continue_work();
@@ -128,73 +107,51 @@ public:
     v1::State state() const;
 
 private:
-    struct Waiting {
-        std::uint32_t session, request_id, rev;
-    };
-    struct Capturing {
-        Work work;
-        std::string format;
-        std::unique_ptr<CaptureJob> job;
-    };
-    struct Metering {
-        Work work;
-        Scene scene;
-        MeterRequest request;
-        std::vector<v1::MeterReading> readings;
-    };
+    void prepare_presets();
+    void begin_renderer();
     bool lights_anew() const;
-    void continue_capture();
-    void continue_late();
-    void continue_meter();
-    bool ready(const Scene& scene);
-    void forget_session(std::uint32_t session);
     // Takes the oldest frame from the renderer. Result: false where none is finished.
     bool take_frame(bool wait);
     void publish(FinishedFrame frame, std::int64_t readback_ns);
-    void apply_command(const Work& work);
-    std::optional<Error> refuses(const Work& work);
-    void answer_control(const Work& work, const std::optional<Error>& refused, std::uint32_t holder_before);
-    void tell_control(std::uint32_t by);
-    void begin_fade(const v1::Command& command, std::uint32_t by);
-    template <typename Draw>
-    bool draws(const Draw& draw);
-    std::optional<v1::MeterReading> read_meter(const Scene& scene, const trace::MeterPoint& point, Quality quality,
-                                               int bounces);
-    void prepare_presets();
-    bool send_to_loader(Work work);  // result: false where too much waits; then the client has been told
+    // Each takes one kind of message.
+    void forget_session(std::uint32_t session);
+    void acquire_control(const Work& work);
+    void release_control(const Work& work);
+    void take_command(Work work);
     void answer_meter(const Work& work);
     void answer_capture(const Work& work);
-    void submit_reference(ReferenceJob job, const Work& work);
     void answer_report(const Work& work);
     void answer_profile(const Work& work);
-    void answer_stats(const Work& work);
-    void refuse(const Work& work, const Error& error);
-    void answer(const Work& work, v1::ServerMessage message);
+    void answer_learn(const Work& work);
+    v1::Stats stats();
+    void submit_reference(ReferenceJob job, const Work& work);
+    void answer_control(const Work& work, const std::optional<Error>& refused, std::uint32_t holder_before);
+    void tell_control(std::uint32_t by);
+    void tell(v1::StateChanged change, std::uint32_t by);
+    std::optional<Error> refuses(const Work& work);
+    void apply_command(const Work& work);
+    bool send_to_loader(Work work);  // result: false where too much waits; then the client has been told
 
-    std::unique_ptr<LiveRenderer> renderer_;
+    SessionOutputs out_;
+    GuardedRenderer renderer_;
     Scene scene_;
     std::string renderer_name_;
     Queue<Work>& queue_;
     Loader& loader_;
-    SessionOutputs out_;
+    Replies replies_;
     Roles roles_;
     Changes changes_;
     Revision rendered_rev_ = 0;
     Budget budget_;
     std::int64_t changed_ns_ = INT64_MIN / 2;                  // when a frame of a new revision began
-    bool not_ready_ = false;                                   // what captures or meters of a scene need is being made
     bool watched_ = false, better_ = false, refined_ = false;  // better_: another frame shows more than the last
-    Fade fade_;
-    std::uint32_t fade_by_ = 0;  // whose recall it is
-    std::deque<v1::FrameReport> reports_;
-    std::vector<Waiting> waiting_;
-    std::deque<Capturing> captures_waiting_;
-    std::deque<Metering> meters_waiting_;
-    LateWork<Work> late_{kMaxWaiting, kMaxWait};
-    std::size_t most_captures_ = kMaxCaptures;
+    FadePlayer fade_;
+    ReportLog reports_;
+    CaptureQueue captures_;
+    MeterQueue meters_;
     SceneAccess scene_access_;
     ReferenceWork reference_;
-    std::uint32_t frames_rendered_ = 0, captures_ = 0, refused_ = 0, gpu_resets_ = 0;
+    std::uint32_t frames_rendered_ = 0, gpu_resets_ = 0;
 };
 
 }  // namespace gonio

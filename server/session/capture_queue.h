@@ -1,0 +1,58 @@
+// Captures that are rendered one after the other, and those that wait for their revision. Render thread.
+#pragma once
+
+#include <deque>
+#include <memory>
+#include <optional>
+#include <string>
+
+#include "server/session/guarded_renderer.h"
+#include "server/session/late_work.h"
+#include "server/session/loader.h"
+#include "server/session/query.h"
+#include "server/session/replies.h"
+
+namespace gonio {
+
+inline constexpr std::size_t kMaxCaptures = 8;       // default of set_most()
+inline constexpr std::size_t kMaxLateCaptures = 64;  // that wait for their revision; beyond it: "busy"
+inline constexpr std::chrono::seconds kMaxWait{30};  // of a capture for its revision; then: "timeout"
+
+class CaptureQueue {
+public:
+    // The loader encodes the pictures and sends them: its thread.
+    CaptureQueue(Loader& loader, Replies::Send send) : loader_(loader), send_(std::move(send)) {}
+
+    // Beyond so many: "busy".
+    void set_most(std::size_t most) { most_ = most; }
+    // The capture is of the scene as it is now.
+    void add(const Work& work, const Scene& scene, const CaptureRequest& request, const GuardedRenderer& renderer,
+             Replies& replies);
+    // The capture asks for a later revision: take_due() gives it back when that is there. Who waited too long is
+    // refused by refuse_overdue().
+    void add_late(const Work& work, Replies& replies);
+    std::optional<Work> take_due(Revision now) { return late_.take_due(now); }
+    void refuse_overdue(Replies& replies);
+    // All begin anew.
+    void restart(const GuardedRenderer& renderer);
+    // Renders one tile of the oldest.
+    void advance(GuardedRenderer& renderer, Replies& replies);
+    void forget_session(std::uint32_t session);
+    bool empty() const { return waiting_.empty(); }
+    std::uint32_t rendered() const { return rendered_; }
+
+private:
+    struct Capturing {
+        Work work;
+        std::string format;
+        std::unique_ptr<CaptureJob> job;
+    };
+    Loader& loader_;
+    Replies::Send send_;
+    std::size_t most_ = kMaxCaptures;
+    std::uint32_t rendered_ = 0;
+    std::deque<Capturing> waiting_;
+    LateWork<Work> late_{kMaxLateCaptures, kMaxWait};
+};
+
+}  // namespace gonio

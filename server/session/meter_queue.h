@@ -1,0 +1,33 @@
+// Interactive and rsm meters that wait for each other. Render thread.
+#pragma once
+
+#include <deque>
+
+#include "server/session/guarded_renderer.h"
+#include "server/session/query.h"
+#include "server/session/replies.h"
+
+namespace gonio {
+
+inline constexpr std::size_t kMaxMeters = 64;  // points and grids; beyond it: "busy"
+
+class MeterQueue {
+public:
+    // The meter is read in the scene as it is now.
+    void add(const Work& work, const Scene& scene, MeterRequest request, Replies& replies);
+    // Reads points, the oldest meter's first, until 8 ms are over; answers the meters that are complete.
+    void advance(GuardedRenderer& renderer, const Replies& replies);
+    void forget_session(std::uint32_t session);
+    bool empty() const { return waiting_.empty(); }
+
+private:
+    struct Metering {
+        Work work;
+        Scene scene;
+        MeterRequest request;
+        std::vector<v1::MeterReading> readings;
+    };
+    std::deque<Metering> waiting_;
+};
+
+}  // namespace gonio
