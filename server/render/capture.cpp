@@ -138,7 +138,8 @@ bool Renderer::continue_capture(CaptureJob& job) {
     eye.window_centre = {(2.0 * x + width) / picture.width_px - 1.0, 1.0 - (2.0 * y + height) / picture.height_px};
     eye.window_half = {static_cast<double>(target_width) / picture.width_px,
                        static_cast<double>(target_height) / picture.height_px};
-    FrameInputs inputs = inputs_of(job.scene, target, eye);
+    ScreenLight screen;
+    FrameInputs inputs = inputs_of(job.scene, target, screen, eye);
     inputs.view = job.view;
     inputs.bounces = job.bounces;
     if (!continue_first_bounces(job, inputs)) {

@@ -47,7 +47,7 @@ struct Reader {
     void merged(const char* name, bool indirect) {
         std::vector<float> flat;
         for (const glm::vec3& lux :
-             cpu_illuminance(inputs.target, {}, inputs.geometry.layer_unit_m2(), true, indirect, inputs.pool))
+             cpu_illuminance(inputs.context(), {}, indirect, inputs.screen.surfaces, inputs.screen.light))
             flat.insert(flat.end(), {lux.x, lux.y, lux.z});
         item.half_float = true;
         values(name, 3, false, flat);
@@ -106,7 +106,8 @@ void inspect_slot(const FrameInputs& inputs, const SlotRef& slot, const Inspecto
                 if (slot.light == 0) read.merged("merged_direct", false);
                 break;
             }
-            if (inputs.shades_on_cpu()) run_layers(target, layer, inputs.pool);
+            if (inputs.shades_on_cpu())
+                run_layers(inputs.context(), layer, inputs.screen.surfaces, inputs.screen.light.layers);
             read.texture("direct", target.direct, 1, false, layer, inputs.geometry.layer_unit_m2());
             break;
         case Slot::gather:
@@ -114,7 +115,8 @@ void inspect_slot(const FrameInputs& inputs, const SlotRef& slot, const Inspecto
                 if (slot.light == 0) read.merged("merged_indirect", true);
                 break;
             }
-            if (inputs.shades_on_cpu()) run_layers(target, layer, inputs.pool);
+            if (inputs.shades_on_cpu())
+                run_layers(inputs.context(), layer, inputs.screen.surfaces, inputs.screen.light.layers);
             read.texture("indirect", target.indirect, 4, false, layer, inputs.geometry.layer_unit_m2());
             break;
         case Slot::besides:
@@ -141,7 +143,7 @@ void inspect_slot(const FrameInputs& inputs, const SlotRef& slot, const Inspecto
         case Slot::merged_solve:  // the CPU's own; what becomes of them is the gather's layer
             break;
         case Slot::nv12:
-            if (const auto* bytes = made_nv12(target)) {
+            if (const auto& bytes = inputs.screen.composed.nv12) {
                 const std::vector<float> values(bytes->begin(), bytes->end());
                 read.values("nv12", 1, false, values);
             } else {

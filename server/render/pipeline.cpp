@@ -88,6 +88,7 @@ struct Builder {
         LightGpu& gpu = *in.lights[i];
         const int layer = in.layers[i];
         PassContext shared = context;  // by value: passes outlive the builder
+        ScreenLight& screen = in.screen;
         shared.rests = rests(light);
         const SlotRef gbuffer = per_target(Slot::gbuffer), shadow = per_light(Slot::shadow, light.id),
                       rsm = per_light(Slot::rsm, light.id), mask = per_light(Slot::mask, light.id),
@@ -129,20 +130,20 @@ struct Builder {
         add_surfels();
         if (layer < 0) return;
         Pass& solve = cpu(add("solve", solved, {surfels}, {in.generation, in.solve_links(), gpu.has_exact() ? 1u : 0u},
-                              [=, &gpu] { return run_solve(shared, gpu); }));
+                              [=, &gpu, &screen] { return run_solve(shared, gpu, screen.weights); }));
         solve.absent = seed;
         solve.stale |= solves_now(light, gpu.irradiance);
         const bool metered = in.meter != FrameInputs::Meter::none, rays = in.direct_by_rays && !seed;
         const SlotRef grid = per_target(Slot::grid);
-        const bool each_pixel =
-            rays && (in.target.kind != TargetKind::live || gpu.each_pixel == in.direct_stamp(light));
+        shared.each_pixel = rays && (in.target.kind != TargetKind::live || gpu.each_pixel == in.direct_stamp(light));
         Pass& direct = named(add("direct", per_target(Slot::direct, light.id), {rays && !metered ? grid : gbuffer},
                                  {light.position_rev, light.aim_rev, light.profile_rev, scene.geometry_rev,
-                                  static_cast<std::uint64_t>(layer), each_pixel ? 1u : 0u},
-                                 [=, &light, &gpu] {
+                                  static_cast<std::uint64_t>(layer), shared.each_pixel ? 1u : 0u},
+                                 [=, &light, &gpu, &screen] {
                                      if (!rays) return run_direct(shared, light, gpu, layer);
                                      return metered ? run_direct_point(shared, light, gpu, layer)
-                                                    : run_direct_rays(shared, light, gpu, layer, each_pixel);
+                                                    : run_direct_rays(shared, light, gpu, layer, screen.surfaces,
+                                                                      screen.light.layers);
                                  }));
         if (!rays) direct.reads.push_back(shadow);
         direct.on_gpu = !rays;
@@ -152,19 +153,23 @@ struct Builder {
                       [=, &light, &gpu] { return run_gather_seed(shared, light, gpu, layer); }));
         } else if (metered) {
             cpu(add("gather", per_target(Slot::gather, light.id), {gbuffer, solved}, {light.position_rev},
-                    [=, &light, &gpu] { return run_gather_point(shared, light, gpu, layer); }));
+                    [=, &light, &gpu, &screen] { return run_gather_point(shared, light, gpu, layer, screen.meter); }));
         } else if (by_gl) {
             named(add("gather", per_target(Slot::gather, light.id), {per_target(Slot::weights_gl), solved},
-                      {static_cast<std::uint64_t>(layer)}, [=, &gpu] { return run_gather_gl(shared, gpu, layer); }));
+                      {static_cast<std::uint64_t>(layer)}, [=, &gpu, &screen] {
+                          return run_gather_gl(shared, gpu, layer, screen.on_gpu, screen.light.layers);
+                      }));
         } else {
             cpu(add("gather", per_target(Slot::gather, light.id), {per_target(Slot::weights), solved},
-                    {static_cast<std::uint64_t>(layer)}, [=, &gpu] { return run_gather(shared, gpu, layer); }));
+                    {static_cast<std::uint64_t>(layer)}, [=, &gpu, &screen] {
+                        return run_gather(shared, gpu, layer, screen.surfaces, screen.weights, screen.light.layers);
+                    }));
         }
         if (on_cpu && !shown_on_cpu) {
             named(add("layers", per_target(Slot::layers, light.id),
                       {per_target(Slot::direct, light.id), per_target(Slot::gather, light.id)},
-                      {static_cast<std::uint64_t>(layer), final_gathers(in.target)},
-                      [=] { return run_layers(shared.target, layer, shared.pool); }));
+                      {static_cast<std::uint64_t>(layer), screen.gathering.completed},
+                      [=, &screen] { return run_layers(shared, layer, screen.surfaces, screen.light.layers); }));
         }
     }
 
@@ -172,6 +177,9 @@ struct Builder {
     void add_merged(Together which) {
         const bool summed = which == Together::summed;
         const bool alone = in.refill.empty();  // else this frame solves one of them to the end
+        ScreenLight& screen = in.screen;
+        Merged& list = summed ? screen.light.summed_list : screen.light.merged;
+        Besides* const into = summed ? &screen.light.summed : nullptr;
         const std::uint32_t id = summed ? kSummed : 0;
         const std::string prefix = summed ? "summed-" : "";
         const SlotRef merged = per_target(Slot::merged, id), grid = per_target(Slot::grid),
@@ -196,22 +204,25 @@ struct Builder {
                              std::function<PassRun()> run) {
             add(prefix + name, writes, std::move(from), std::move(by), std::move(run)).on_gpu = false;
         };
-        cpu("merge", merged, std::move(reads), std::move(key), [=] { return run_merge(shared, lights, which); });
+        cpu("merge", merged, std::move(reads), std::move(key),
+            [=, &list] { return run_merge(shared, lights, which, list); });
         const bool metered = in.meter != FrameInputs::Meter::none;
         if (metered)
             cpu("direct", per_target(Slot::direct, id), {merged}, {},
-                [=] { return run_direct_point_summed(shared, lights); });
+                [=, &screen] { return run_direct_point_summed(shared, lights, screen.meter.summed[0]); });
         else if (summed || !by_gl)
             cpu("direct", per_target(Slot::direct, id), {grid, merged}, {},
-                [=] { return run_direct_merged(shared, which); });
+                [=, &screen, &list] { return run_direct_merged(shared, screen.surfaces, list, into); });
         cpu("solve", solved, {merged}, {in.generation, in.solve_links()},
-            [=] { return run_solve_merged(shared, which); });
-        passes.back().stale |= alone && !merged_converged(in.target, which);
+            [=, &screen, &list] { return run_solve_merged(shared, list, screen.weights); });
+        passes.back().stale |= alone && !list.irradiance.converged;
         if (metered)
-            cpu("gather", per_target(Slot::gather, id), {solved}, {}, [=] { return run_gather_point_summed(shared); });
+            cpu("gather", per_target(Slot::gather, id), {solved}, {},
+                [=, &screen, &list] { return run_gather_point_summed(shared, list, screen.meter); });
         else if (summed || !by_gl)
             cpu("gather", per_target(Slot::gather, id), {per_target(by_gl ? Slot::weights_gl : Slot::weights), solved},
-                {}, [=] { return run_gather_merged(shared, which); });
+                {},
+                [=, &screen, &list] { return run_gather_merged(shared, screen.surfaces, screen.weights, list, into); });
     }
 
     void add_composite() {
@@ -223,7 +234,7 @@ struct Builder {
                                           scene.lights_rev,
                                           scene.geometry_rev,
                                           in.merged ? 1u : 0u,
-                                          final_gathers(in.target)};
+                                          in.screen.gathering.completed};
         std::vector<const LightGpu*> lights(in.lights.begin(), in.lights.end());
         const std::size_t shown_index = shown_light(scene);
         const LightGpu* shown = lights.empty() ? nullptr : lights[shown_index];
@@ -269,14 +280,17 @@ struct Builder {
         if (shown_on_cpu) {
             add("composite", per_target(Slot::nv12), std::move(reads), std::move(key),
                 [this_in = &in, context = context, lights = std::move(lights)] {
-                    return run_composite_cpu(context, this_in->view, lights, this_in->merged);
+                    ScreenLight& screen = this_in->screen;
+                    return run_composite_cpu(context, this_in->view, lights, screen.surfaces, screen.light,
+                                             screen.composed);
                 })
                 .on_gpu = false;
             return;
         }
         add("composite", per_target(Slot::picture), std::move(reads), std::move(key),
             [this_in = &in, context = context, lights = std::move(lights), shown] {
-                PassRun run = run_composite(context, this_in->view, shown, lights, this_in->raw);
+                PassRun run =
+                    run_composite(context, this_in->view, shown, lights, this_in->screen.besides_unit_lx, this_in->raw);
                 if (this_in->view == View::solid && this_in->raw == 0) run.draws += run_solid(context, lights).draws;
                 return run;
             });
@@ -324,9 +338,9 @@ bool FrameInputs::has_besides() const {
 }
 
 PassContext FrameInputs::context() const {
-    return {programs,       geometry,      scene,         target,  eye,    traced,          clusters,
-            material_table, pool,          transport,     bounces, false,  shades_on_cpu(), gathers_by_gl(),
-            merged,         has_besides(), quality_level, layers,  &in_sum};
+    return {programs, geometry,       scene,         target,  eye,    traced, clusters,        material_table,
+            pool,     screen.scratch, transport,     bounces, false,  false,  shades_on_cpu(), gathers_by_gl(),
+            merged,   has_besides(),  quality_level, layers,  &in_sum};
 }
 
 bool FrameInputs::can_merge() const {
@@ -341,6 +355,7 @@ std::vector<Pass> build_pipeline(const FrameInputs& in) {
     Builder b{in, {}};
     const bool metered = in.meter != FrameInputs::Meter::none;
     const Scene& scene = in.scene;
+    ScreenLight& screen = in.screen;
     b.passes.reserve(4 + 8 * scene.lights.size());
     // The CPU draws a G-buffer of its own: the other is for views that only shaders show, or shaders show all and it is
     // for what rays find.
@@ -352,28 +367,30 @@ std::vector<Pass> build_pipeline(const FrameInputs& in) {
     if (raster) {
         b.add("gbuffer" + beside, b.per_target(Slot::grid), {},
               {scene.geometry_rev, scene.camera_rev, in.quality_level},
-              [context = b.context] { return run_raster(context); })
+              [context = b.context, &screen] { return run_raster(context, screen.surfaces); })
             .on_gpu = false;
     } else if (!metered && !b.seed) {
         b.add("gbuffer-readback", b.per_target(Slot::grid), {b.per_target(Slot::gbuffer)}, {in.quality_level},
-              [context = b.context] { return run_grid(context); })
+              [context = b.context, &screen] { return run_grid(context, screen.surfaces); })
             .on_gpu = false;
     }
     if (!metered && !b.seed) {
         b.add("gather-weights" + beside, b.per_target(Slot::weights), {b.per_target(Slot::grid)}, {in.surface()},
-              [context = b.context] { return run_gather_weights(context); })
+              [context = b.context, &screen] { return run_gather_weights(context, screen.surfaces, screen.weights); })
             .on_gpu = false;
     }
     if (b.by_gl)
         b.add("gather-weights", b.per_target(Slot::weights_gl), {b.per_target(Slot::gbuffer)}, {in.generation},
-              [context = b.context] { return run_gather_weights_gl(context); });
-    Pass& emitted = b.add("gather-emitted", b.per_target(Slot::emitted),
-                          {b.per_target(metered   ? Slot::gbuffer
-                                        : b.by_gl ? Slot::weights_gl
-                                                  : Slot::weights)},
-                          {in.generation}, [context = b.context, metered] {
-                              return metered ? run_gather_emitted_point(context) : run_gather_emitted(context);
-                          });
+              [context = b.context, &screen] { return run_gather_weights_gl(context, screen.on_gpu); });
+    Pass& emitted =
+        b.add("gather-emitted", b.per_target(Slot::emitted),
+              {b.per_target(metered   ? Slot::gbuffer
+                            : b.by_gl ? Slot::weights_gl
+                                      : Slot::weights)},
+              {in.generation}, [context = b.context, &screen, metered] {
+                  return metered ? run_gather_emitted_point(context, screen.meter)
+                                 : run_gather_emitted(context, screen.surfaces, screen.weights, screen.light.emitted);
+              });
     emitted.on_gpu = false;
     emitted.absent = !b.emits();
     for (std::size_t i = 0; i < scene.lights.size(); ++i) b.add_light(i);
@@ -394,7 +411,9 @@ std::vector<Pass> build_pipeline(const FrameInputs& in) {
         }
         if (in.layered() < scene.lights.size()) reads.push_back(b.per_target(Slot::gather, kSummed));
         b.add("gather-pixels", b.per_target(Slot::gathered), std::move(reads), {},
-              [context = b.context, lights = in.lights] { return run_final_gather(context, lights); })
+              [context = b.context, &screen, lights = in.lights] {
+                  return run_final_gather(context, lights, screen.surfaces, screen.weights, screen.light);
+              })
             .on_gpu = false;
     }
     if (!metered && !b.shown_on_cpu && !b.besides().empty()) {
@@ -402,8 +421,10 @@ std::vector<Pass> build_pipeline(const FrameInputs& in) {
         if (b.gathers_at_once() && shows_indirect(in.view)) reads.push_back(b.per_target(Slot::gathered));
         if (b.by_gl) reads.push_back(b.per_target(Slot::weights_gl));
         b.add("besides", b.per_target(Slot::besides), std::move(reads),
-              {final_gathers(in.target), scene.master_rev, in.merged ? 1u : 0u},
-              [context = b.context] { return run_besides(context); });
+              {screen.gathering.completed, scene.master_rev, in.merged ? 1u : 0u}, [context = b.context, &screen] {
+                  return run_besides(context, screen.surfaces.gbuffer, screen.light, screen.on_gpu,
+                                     screen.besides_unit_lx);
+              });
     }
     if (!metered) b.add_composite();
     if (!metered && !b.shown_on_cpu && in.target.kind == TargetKind::live) {

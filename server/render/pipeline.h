@@ -17,6 +17,7 @@ struct FrameInputs {
     const GpuScene& geometry;
     const Scene& scene;
     const Target& target;
+    ScreenLight& screen;  // of the target
     const Eye& eye;
     std::vector<LightGpu*> lights;
     View view;

@@ -11,7 +11,6 @@
 #include "server/lighting/screen.h"
 #include "server/render/indirect_estimate.h"
 #include "server/render/inspect.h"
-#include "server/render/passes/screen_light.h"
 #include "server/render/pipeline.h"
 #include "server/render/timers.h"
 #include "server/scene/apply.h"
@@ -121,6 +120,7 @@ void Renderer::prepare(const Scene& scene, bool live, bool bounces) {
         pass_cache_.forget_target(live_.id);
         live_ = make_target(next_target_++, TargetKind::live, wide, high, static_cast<std::size_t>(layers),
                             geometry_->emissive(), !direct_by_rays_);
+        live_screen_ = std::make_unique<ScreenLight>();
     }
 }
 
@@ -268,11 +268,12 @@ bool Renderer::ready(const Scene& scene) {
     return builder_->done() && !newer_transport();
 }
 
-FrameInputs Renderer::inputs_of(const Scene& scene, const Target& target, const Eye& eye) {
+FrameInputs Renderer::inputs_of(const Scene& scene, const Target& target, ScreenLight& screen, const Eye& eye) {
     FrameInputs inputs{programs_,
                        *geometry_,
                        scene,
                        target,
+                       screen,
                        eye,
                        {},
                        scene.view,
@@ -311,7 +312,7 @@ bool Renderer::refine(const Scene& scene, const std::function<bool()>& interrupt
     if (scene.technique != Technique::standard) return false;
     prepare(scene, true);  // a capture of an older scene may have been here
     const Eye eye = eye_of(scene.camera, scene.width_px, scene.height_px);
-    const FrameInputs inputs = inputs_of(scene, live_, eye);
+    const FrameInputs inputs = inputs_of(scene, live_, *live_screen_, eye);
     if (!builder_->done()) {  // another generation will come: nothing is worth tracing twice
         std::this_thread::sleep_for(std::chrono::milliseconds(interrupted() ? 0 : 4));
         return newer_transport();
@@ -342,7 +343,7 @@ bool Renderer::refine(const Scene& scene, const std::function<bool()>& interrupt
         execute(
             passes, wanted, pass_cache_, [](std::size_t) {}, [](std::size_t) {});
     }
-    return continue_final_gather(inputs.context(), inputs.lights, interrupted);
+    return continue_final_gather(inputs.context(), inputs.lights, *live_screen_, interrupted);
 }
 
 bool Renderer::refined(const Scene& scene) {
@@ -350,9 +351,9 @@ bool Renderer::refined(const Scene& scene) {
     prepare(scene, true);
     if (!builder_->done() || newer_transport() || !in_sum_.empty()) return false;
     const Eye eye = eye_of(scene.camera, scene.width_px, scene.height_px);
-    const FrameInputs inputs = inputs_of(scene, live_, eye);
+    const FrameInputs inputs = inputs_of(scene, live_, *live_screen_, eye);
     const PassContext context = inputs.context();
-    if (gathers(scene) && final_gather_left(context, inputs.lights)) return false;
+    if (gathers(scene) && final_gather_left(context, inputs.lights, live_screen_->light)) return false;
     for (std::size_t i = 0; i < scene.lights.size(); ++i) {
         if (direct_left(inputs, i)) return false;
         if (inputs.layers[i] >= 0 && first_bounce_left(context, *inputs.lights[i])) return false;
@@ -442,12 +443,12 @@ void Renderer::choose_layers(FrameInputs& inputs) {
 void Renderer::begin_frame(const Scene& scene, std::int64_t drained_ns) {
     prepare(scene, true);
     const Eye eye = eye_of(scene.camera, scene.width_px, scene.height_px);
-    FrameInputs inputs = inputs_of(scene, live_, eye);
+    FrameInputs inputs = inputs_of(scene, live_, *live_screen_, eye);
     weights_.clear();
     if (inputs.layered() < scene.lights.size()) {
         for (const Light& light : scene.lights) weights_.emplace(light.id, own_weight(light));
     } else {
-        live_.screen->summed = {};
+        live_screen_->light.summed = {};
     }
     choose_layers(inputs);
     auto frame = std::make_unique<InFlight>();
@@ -460,12 +461,13 @@ void Renderer::begin_frame(const Scene& scene, std::int64_t drained_ns) {
     frame->report.set_effort(static_cast<std::uint32_t>(quality_level_));
     if (transport_ && scene.technique == Technique::standard) {
         frame->report.set_links(transport_->links.per_surfel());
-        frame->report.set_refined_rounds(merged_ ? 0 : final_gather_passes(inputs.context(), inputs.lights));
+        frame->report.set_refined_rounds(
+            merged_ ? 0 : final_gather_passes(inputs.context(), inputs.lights, live_screen_->light));
     }
     const auto& passes = frame->report.passes();
     frame->picture = std::any_of(passes.begin(), passes.end(),
                                  [](const auto& row) { return row.name() == "nv12" && row.state() == "ran"; });
-    frame->nv12 = take_nv12(live_);
+    frame->nv12 = std::exchange(live_screen_->composed.nv12, nullptr);
     if (frame->picture) {
         const std::size_t bytes =
             static_cast<std::size_t>(live_.width_px) * static_cast<std::size_t>(live_.height_px / 2 * 3);
@@ -532,12 +534,16 @@ std::vector<glm::vec3> Renderer::live_illuminance(const Scene& scene, bool indir
                            (summed != in_sum_.end() ? scene.master_ratio * summed->second : glm::dvec3(0.0))) *
                           static_cast<double>(lights_.at(light.id).web->peak_cd));
     }
-    if (direct_by_rays_ && scene.technique == Technique::standard)
-        return cpu_illuminance(live_, weights, geometry_->layer_unit_m2(), merged_, indirect, pool_);
+    if (direct_by_rays_ && scene.technique == Technique::standard) {
+        const Eye eye;
+        FrameInputs inputs = inputs_of(scene, live_, *live_screen_, eye);
+        inputs.merged = merged_;
+        return cpu_illuminance(inputs.context(), weights, indirect, live_screen_->surfaces, live_screen_->light);
+    }
     std::vector<glm::vec3> sum(static_cast<std::size_t>(live_.width_px) * static_cast<std::size_t>(live_.height_px));
     std::vector<glm::vec3> layer(sum.size());
     glPixelStorei(GL_PACK_ALIGNMENT, 1);
-    const float unit_lx = live_.screen->besides_unit_lx[indirect ? 1 : 0];
+    const float unit_lx = live_screen_->besides_unit_lx[indirect ? 1 : 0];
     const bool besides = geometry_->emissive() || scene.lights.size() > layer_count_ || merged_;
     if (unit_lx > 0.0f && besides && scene.technique == Technique::standard) {
         glGetTextureSubImage(live_.besides.id(), 0, 0, 0, indirect ? 1 : 0, live_.width_px, live_.height_px, 1, GL_RGB,
@@ -569,7 +575,8 @@ v1::MeterReading Renderer::meter(const Scene& scene, const glm::dvec3& point, co
     eye.right = glm::normalize(
         glm::cross(unit_normal, std::abs(unit_normal.y) < 0.9 ? glm::dvec3(0, 1, 0) : glm::dvec3(1, 0, 0)));
     eye.up = glm::cross(eye.right, eye.forward);
-    FrameInputs inputs = inputs_of(metered, target, eye);
+    ScreenLight screen;
+    FrameInputs inputs = inputs_of(metered, target, screen, eye);
     inputs.bounces = bounces;
     inputs.meter = quality == MeterQuality::rsm ? FrameInputs::Meter::rsm : FrameInputs::Meter::interactive;
     Timers timers;
@@ -603,7 +610,7 @@ v1::MeterReading Renderer::meter(const Scene& scene, const glm::dvec3& point, co
         const glm::dvec3 from_light = point - metered.lights[i].position;
         glm::dvec3 bounced = glm::dvec3(indirect) / unit_m2;
         if (quality != MeterQuality::rsm && metered.technique == Technique::standard)
-            bounced = point_light(target, static_cast<std::size_t>(layer)).light;
+            bounced = screen.meter.layers.at(static_cast<std::size_t>(layer)).light;
         if (quality == MeterQuality::rsm) {
             // Each half of the texels, doubled, is an estimate of its own; half their difference is the mean's error.
             const auto halves = checkerboard_irradiance(gpu.texels, from_light, unit_normal);
@@ -612,13 +619,13 @@ v1::MeterReading Renderer::meter(const Scene& scene, const glm::dvec3& point, co
             variance += error * error;
             samples += lit_texels(gpu.texels);
         } else if (metered.technique == Technique::standard) {
-            variance += variance_of(point_light(target, static_cast<std::size_t>(layer)), weight);
+            variance += variance_of(screen.meter.layers.at(static_cast<std::size_t>(layer)), weight);
         }
         indirect_lx += weight * bounced;
     }
     if (quality != MeterQuality::rsm && metered.technique == Technique::standard) {
         samples = kMeterLinks;
-        for (const auto& [direct, bounced] : {emitted_point(target), summed_point(target)}) {
+        for (const auto& [direct, bounced] : {screen.meter.emitted, screen.meter.summed}) {
             direct_lx += direct.light;
             indirect_lx += bounced.light;
             direct_variance += variance_of(direct, glm::dvec3(1.0));

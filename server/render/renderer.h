@@ -27,6 +27,7 @@ namespace gonio {
 
 struct FrameInputs;
 struct Inspected;
+struct ScreenLight;
 struct Timers;
 namespace lighting {
 struct Clusters;
@@ -101,7 +102,7 @@ private:
     void choose_layers(FrameInputs& inputs);
     void keep_layers(const Scene& scene);
     std::vector<int> layers_of(const Scene& scene, const Target& target) const;
-    FrameInputs inputs_of(const Scene& scene, const Target& target, const Eye& eye);
+    FrameInputs inputs_of(const Scene& scene, const Target& target, ScreenLight& screen, const Eye& eye);
 
     bool gathers(const Scene& scene) const;
     bool newer_transport() const { return builder_ && builder_->newest() && builder_->newest() != transport_; }
@@ -126,6 +127,7 @@ private:
     Pool pool_;
     PassCache pass_cache_;
     Target live_;
+    std::unique_ptr<ScreenLight> live_screen_;
     std::size_t layer_bytes_ = std::size_t{2} << 30, layer_count_ = kMostLayers;
     std::vector<std::uint32_t> layered_;          // by layer: id of its luminaire, 0: free; used where not all have one
     Revision layered_rev_ = 0;                    // of the scene they were chosen for

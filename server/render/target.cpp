@@ -40,7 +40,6 @@ Target make_target(std::uint32_t id, TargetKind kind, int width_px, int height_p
     GLuint layer = 0;
     glCreateFramebuffers(1, &layer);
     t.layer = gl::Framebuffer(layer);
-    t.screen = make_screen_light();
     t.display = gl::make_texture_2d("display", GL_RGBA8, width_px, height_px, Filter::nearest);
     t.display_fbo = gl::make_framebuffer("display", {t.display.id()}, t.depth.id());
     if (kind == TargetKind::live) {

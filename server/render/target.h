@@ -16,9 +16,6 @@ namespace gonio {
 // precise: 32-bit float layers, links of its own at each pixel: values to rely on.
 enum class TargetKind : std::uint8_t { live, still, precise };
 
-struct ScreenLight;  // passes/shade_cpu.cpp
-std::shared_ptr<ScreenLight> make_screen_light();
-
 struct Target {
     std::uint32_t id = 0;
     int width_px = 0, height_px = 0;
@@ -39,11 +36,10 @@ struct Target {
     gl::Texture indirect;  // W×H×layers RGBA16F (precise: RGBA32F), rgb likewise
     gl::Texture besides;  // W×H×2 RGBA16F, lux × ScreenLight::besides_unit_lx: light without a layer, direct and after
                           // bounces
-    gl::Framebuffer layer;                // re-attached to one layer at a time
-    gl::Texture display;                  // W×H RGBA8, sRGB-encoded R'G'B'
-    gl::Framebuffer display_fbo;          // display with the G-buffer's depth, for the solid overlay
-    std::shared_ptr<ScreenLight> screen;  // the CPU's side of the light
-    gl::Texture nv12;                     // W × 3H/2 R8
+    gl::Framebuffer layer;        // re-attached to one layer at a time
+    gl::Texture display;          // W×H RGBA8, sRGB-encoded R'G'B'
+    gl::Framebuffer display_fbo;  // display with the G-buffer's depth, for the solid overlay
+    gl::Texture nv12;             // W × 3H/2 R8
     gl::Framebuffer nv12_fbo;
 };
 
@@ -54,8 +50,6 @@ struct PointLight {
     glm::dvec3 light{0.0};
     std::array<glm::dvec3, kMeterParts> parts{};
 };
-// Result: what the gather pass of an interactive meter found for a light, of the default technique.
-const PointLight& point_light(const Target& target, std::size_t layer);
 // gathers: shaders gather its indirect light. Result: an empty target; its size is at least 1 × 1.
 Target make_target(std::uint32_t id, TargetKind kind, int width_px, int height_px, std::size_t layers, bool emissive,
                    bool gathers = false);

@@ -5,7 +5,6 @@
 
 #include "server/lighting/surfel_light.h"
 #include "server/render/passes/passes.h"
-#include "server/render/passes/screen_light.h"
 
 namespace gonio {
 namespace {
@@ -18,26 +17,25 @@ bool there(const PassContext& context) {
 
 // Light without a layer, and where it comes from.
 struct Whole {
-    ScreenLight::Besides* shown;
+    Besides* shown;
     const transport::Irradiance* irradiance;
     float unit;  // of `shown` in that of `irradiance`
 };
-std::vector<Whole> wholes(const PassContext& context) {
-    ScreenLight& screen = *context.target.screen;
+std::vector<Whole> wholes(const PassContext& context, PixelLight& light) {
     std::vector<Whole> found;
-    const auto add = [&](ScreenLight::Besides& shown, const transport::Irradiance& irradiance, float unit) {
+    const auto add = [&](Besides& shown, const transport::Irradiance& irradiance, float unit) {
         if (shown.unit_lx[1] > 0.0f && !irradiance.indirect.empty()) found.push_back({&shown, &irradiance, unit});
     };
-    add(screen.emitted, context.transport->emitted, screen.emitted.unit_lx[1]);
-    add(screen.summed, screen.summed_list.irradiance, 1.0f);
+    add(light.emitted, context.transport->emitted, light.emitted.unit_lx[1]);
+    add(light.summed, light.summed_list.irradiance, 1.0f);
     return found;
 }
 
-// light: null: emissive surfaces. exact: links that end nearby take its direct light where they end, and of a narrow
-// beam at rest VPLs bring what comes from further away.
+// light: of a luminaire whose links that end nearby take its direct light where they end, and from which, if it is a
+// narrow beam at rest, VPLs bring what comes from further away; else null, with gpu.
 lighting::GatherSource source_of(const PassContext& context, const Light* light, const LightGpu* gpu,
-                                 const transport::Irradiance& irradiance, bool exact) {
-    const ScreenLight& screen = *context.target.screen;
+                                 const transport::Irradiance& irradiance, const Surfaces& surfaces,
+                                 const lighting::GridWeights& weights) {
     const transport::Surfels& surfels = context.transport->surface->surfels;
     lighting::GatherSource source;
     const float share = 1.0f - irradiance.narrow;
@@ -45,15 +43,15 @@ lighting::GatherSource source_of(const PassContext& context, const Light* light,
     const std::span<const glm::vec4> none, indirect = context.bounces == 1 ? none : irradiance.indirect;
     transport::radiosity(surfels, share, irradiance.direct, indirect, sent, context.pool);
     transport::make_table(sent, source.sent, context.pool);
-    const bool by_vpls = exact && irradiance.narrow > 0.0f && gpu->has_exact();
+    const bool by_vpls = light != nullptr && irradiance.narrow > 0.0f && gpu->has_exact();
     if (irradiance.narrow > 0.0f) {  // few links would meet where it comes from
-        source.besides = lighting::irradiance_at_grid(screen.grid, screen.weights,
+        source.besides = lighting::irradiance_at_grid(surfaces.grid, weights,
                                                       by_vpls ? gpu->exact.by_vpls : irradiance.first, context.pool);
         for (std::vector<float>& plane : source.besides) {
             for (float& value : plane) value *= irradiance.narrow;
         }
     }
-    if (light != nullptr && exact) {
+    if (light != nullptr) {
         source.direct = irradiance.direct;
         source.ends = {direct_light_of(context, *light, *gpu), source.direct, share,
                        by_vpls ? irradiance.narrow : 0.0f};
@@ -80,23 +78,24 @@ void to_texture(const gl::Texture& array, int layer, const lighting::GBuffer& s,
 
 }  // namespace
 
-PassRun run_final_gather(const PassContext& context, std::span<LightGpu* const> lights) {
+PassRun run_final_gather(const PassContext& context, std::span<LightGpu* const> lights, const Surfaces& surfaces,
+                         const lighting::GridWeights& weights, PixelLight& light) {
     if (!there(context)) return {};
-    ScreenLight& screen = *context.target.screen;
-    const lighting::GBuffer& s = screen.gbuffer;
+    const lighting::GBuffer& s = surfaces.gbuffer;
+    const bool exact = lights.size() <= lighting::kMostExactLights;
     const bool precise = context.target.kind == TargetKind::precise;
     const float greatest = precise ? std::numeric_limits<float>::max() : 65504.0f;  // that a layer holds
     lighting::FinalGather gather{precise ? lighting::kPrecisePass : lighting::kStillPass};
     std::vector<int> layers;
     for (std::size_t i = 0; i < lights.size(); ++i) {
         if (!layered(context, lights, i)) continue;
-        gather.sources.push_back(source_of(context, &context.scene.lights[i], lights[i], lights[i]->irradiance,
-                                           lights.size() <= lighting::kMostExactLights));
+        gather.sources.push_back(source_of(context, exact ? &context.scene.lights[i] : nullptr, lights[i],
+                                           lights[i]->irradiance, surfaces, weights));
         layers.push_back(context.layers[i]);
     }
-    const std::vector<Whole> besides = wholes(context);
+    const std::vector<Whole> besides = wholes(context, light);
     for (const Whole& whole : besides) {
-        gather.sources.push_back(source_of(context, nullptr, nullptr, *whole.irradiance, false));
+        gather.sources.push_back(source_of(context, nullptr, nullptr, *whole.irradiance, surfaces, weights));
         whole.shown->pixels[1].resize(4 * s.depth.size());
     }
     const auto width = static_cast<std::size_t>(s.width);
@@ -113,44 +112,40 @@ PassRun run_final_gather(const PassContext& context, std::span<LightGpu* const> 
             for (int k = 0; k < 3; ++k) to[4 * x + static_cast<std::size_t>(k)] = glm::clamp(row[x][k], 0.0f, greatest);
         }
     };
-    while (!lighting::continue_gather(s, screen.grid, *context.transport, gather, keep, context.pool)) {
+    while (!lighting::continue_gather(s, surfaces.grid, *context.transport, gather, keep, context.pool)) {
     }
     for (std::size_t i = 0; i < layers.size(); ++i) to_texture(context.target.indirect, layers[i], s, values[i]);
     return {};
 }
 
-unsigned final_gather_passes(const PassContext& context, std::span<LightGpu* const> lights) {
+unsigned final_gather_passes(const PassContext& context, std::span<LightGpu* const> lights, PixelLight& light) {
     if (!there(context)) return 0;
-    ScreenLight& screen = *context.target.screen;
     unsigned least = kLivePasses;
     for (std::size_t i = 0; i < lights.size(); ++i) {
-        if (layered(context, lights, i)) least = std::min(least, layer_of(screen, context.layers[i]).passes);
+        if (layered(context, lights, i)) least = std::min(least, light.layers.at(context.layers[i]).passes);
     }
-    for (const Whole& whole : wholes(context)) least = std::min(least, whole.shown->passes);
+    for (const Whole& whole : wholes(context, light)) least = std::min(least, whole.shown->passes);
     return least;
 }
 
-bool final_gather_left(const PassContext& context, std::span<LightGpu* const> lights) {
-    return there(context) && final_gather_passes(context, lights) < kLivePasses;
+bool final_gather_left(const PassContext& context, std::span<LightGpu* const> lights, PixelLight& light) {
+    return there(context) && final_gather_passes(context, lights, light) < kLivePasses;
 }
 
-std::uint64_t final_gathers(const Target& target) {
-    return target.screen->gathered;
-}
-
-bool continue_final_gather(const PassContext& context, std::span<LightGpu* const> lights,
+bool continue_final_gather(const PassContext& context, std::span<LightGpu* const> lights, ScreenLight& screen,
                            const std::function<bool()>& interrupted) {
-    if (!final_gather_left(context, lights)) return false;
-    ScreenLight& screen = *context.target.screen;
-    ScreenLight::Gathering& own = screen.gathering;
-    const lighting::GBuffer& s = screen.gbuffer;
-    const unsigned passes = final_gather_passes(context, lights);
+    PixelLight& light = screen.light;
+    if (!final_gather_left(context, lights, light)) return false;
+    Gathering& own = screen.gathering;
+    const Surfaces& surfaces = screen.surfaces;
+    const lighting::GBuffer& s = surfaces.gbuffer;
+    const unsigned passes = final_gather_passes(context, lights, light);
     // Those that have had the fewest passes, from the same light as when it began.
-    const std::vector<Whole> besides = wholes(context);
+    const std::vector<Whole> besides = wholes(context, light);
     std::vector<std::pair<std::size_t, std::uint64_t>> wanted;
     for (std::size_t i = 0; i < lights.size(); ++i) {
         if (!layered(context, lights, i)) continue;
-        const lighting::LightLayer& layer = layer_of(screen, context.layers[i]);
+        const lighting::LightLayer& layer = light.layers.at(context.layers[i]);
         if (layer.passes == passes) wanted.emplace_back(i, layer.version);
     }
     const std::size_t luminaires = wanted.size();
@@ -163,41 +158,41 @@ bool continue_final_gather(const PassContext& context, std::span<LightGpu* const
         own.wanted = wanted;
         own.webs.clear();
         own.pixels.assign(wanted.size(), std::vector<std::uint16_t>(4 * s.depth.size(), 0));
+        const bool exact = luminaires <= lighting::kMostExactLights;
         for (std::size_t k = 0; k < wanted.size(); ++k) {
             const std::size_t i = wanted[k].first;
-            if (k < luminaires) own.webs.push_back(lights[i]->web);
-            own.work->sources.push_back(
-                k < luminaires ? source_of(context, &context.scene.lights[i], lights[i], lights[i]->irradiance,
-                                           luminaires <= lighting::kMostExactLights)
-                               : source_of(context, nullptr, nullptr, *besides[i - lights.size()].irradiance, false));
+            const bool whole = k >= luminaires;
+            if (!whole) own.webs.push_back(lights[i]->web);
+            own.work->sources.push_back(source_of(
+                context, !whole && exact ? &context.scene.lights[i] : nullptr, whole ? nullptr : lights[i],
+                whole ? *besides[i - lights.size()].irradiance : lights[i]->irradiance, surfaces, screen.weights));
         }
     }
     const auto keep = [&](std::size_t source, int y, std::span<const glm::vec4> row) {
         const float unit = source < luminaires ? 1.0f : besides[wanted[source].first - lights.size()].unit;
         to_halves(row, unit, own.pixels[source].data() + 4 * s.row_length * static_cast<std::size_t>(y));
     };
-    while (!lighting::continue_gather(s, screen.grid, *context.transport, *own.work, keep, context.pool)) {
+    while (!lighting::continue_gather(s, surfaces.grid, *context.transport, *own.work, keep, context.pool)) {
         if (interrupted()) return false;
     }
     for (std::size_t k = 0; k < wanted.size(); ++k) {
         std::vector<std::uint16_t>& pixels = own.pixels[k];
         if (k >= luminaires) {
-            ScreenLight::Besides& shown = *besides[wanted[k].first - lights.size()].shown;
+            Besides& shown = *besides[wanted[k].first - lights.size()].shown;
             shown.passes = passes + 1;
             shown.pixels[1] = std::move(pixels);
             continue;
         }
         const int index = context.layers[wanted[k].first];
-        lighting::LightLayer& layer = layer_of(screen, index);
+        lighting::LightLayer& layer = light.layers.at(index);
         layer.passes = passes + 1;
-        layer.version = ++screen.writes;
+        layer.version = ++light.layers.writes;
         if (context.layers_on_cpu)
             layer.gathered = std::move(pixels);
         else
             upload(context.target.indirect, s, index, GL_RGBA, GL_HALF_FLOAT, pixels.data());
     }
-    own = {};
-    ++screen.gathered;
+    own = {.completed = own.completed + 1};
     return true;
 }
 

@@ -5,7 +5,6 @@
 
 #include "server/render/passes/passes.h"
 #include "server/render/passes/screen.h"
-#include "server/render/passes/screen_light.h"
 
 namespace gonio {
 namespace {
@@ -13,8 +12,7 @@ namespace {
 constexpr float kGreatestHalf = 65504.0f;
 
 // Brings the surfels and cells of the transport to the GPU, where they are not there yet.
-void upload_surfels(const PassContext& context) {
-    ScreenLight::OnGpu& own = context.target.screen->on_gpu;
+void upload_surfels(const PassContext& context, OnGpu& own) {
     const transport::Transport& transport = *context.transport;
     const transport::Surfels& surfels = transport.surface->surfels;
     if (own.surface != transport.surface) {
@@ -43,8 +41,8 @@ bool there(const PassContext& context) {
 
 // Draws what the pixels see of the light of the surfels. unit: of the table's values in the layer's. add: to what is
 // there.
-void draw_irradiance(const PassContext& context, GLuint framebuffer, const transport::Table& table, float unit,
-                     bool add) {
+void draw_irradiance(const PassContext& context, const OnGpu& on_gpu, GLuint framebuffer, const transport::Table& table,
+                     float unit, bool add) {
     const Target& target = context.target;
     const gl::Buffer irradiance =
         gl::make_buffer("irradiance", table.halves.size() * sizeof(std::uint16_t), table.halves.data());
@@ -54,7 +52,7 @@ void draw_irradiance(const PassContext& context, GLuint framebuffer, const trans
     glProgramUniform1f(program, 2, kGreatestHalf);
     glBindTextureUnit(0, target.weights.id());
     glBindTextureUnit(1, target.surfel.id());
-    glBindBufferBase(GL_SHADER_STORAGE_BUFFER, 5, target.screen->on_gpu.around.id());
+    glBindBufferBase(GL_SHADER_STORAGE_BUFFER, 5, on_gpu.around.id());
     glBindBufferBase(GL_SHADER_STORAGE_BUFFER, 6, irradiance.id());
     if (add) glEnable(GL_BLEND);
     glBlendFunc(GL_ONE, GL_ONE);
@@ -64,11 +62,10 @@ void draw_irradiance(const PassContext& context, GLuint framebuffer, const trans
 
 }  // namespace
 
-PassRun run_gather_weights_gl(const PassContext& context) {
+PassRun run_gather_weights_gl(const PassContext& context, OnGpu& own) {
     if (!there(context)) return {};
-    upload_surfels(context);
+    upload_surfels(context, own);
     const Target& target = context.target;
-    const ScreenLight::OnGpu& own = target.screen->on_gpu;
     const transport::Surfels& surfels = context.transport->surface->surfels;
     const GLuint program = context.programs.get("passes/screen.vert", "passes/gather_weights.frag");
     begin_screen(context.programs, target.weights_fbo.id(), program, target.width_px, target.height_px);
@@ -83,9 +80,9 @@ PassRun run_gather_weights_gl(const PassContext& context) {
     return {0, 1};
 }
 
-PassRun run_gather_gl(const PassContext& context, const LightGpu& gpu, int layer) {
-    layer_of(*context.target.screen, layer).passes = 0;
-    layer_of(*context.target.screen, layer).version = ++context.target.screen->writes;
+PassRun run_gather_gl(const PassContext& context, const LightGpu& gpu, int layer, const OnGpu& on_gpu, Layers& layers) {
+    layers.at(layer).passes = 0;
+    layers.at(layer).version = ++layers.writes;
     const GLuint framebuffer = layer_framebuffer(context.target, context.target.indirect.id(), layer);
     transport::Table table;
     if (there(context)) transport::make_table(gpu.irradiance.indirect, table, context.pool);
@@ -94,16 +91,14 @@ PassRun run_gather_gl(const PassContext& context, const LightGpu& gpu, int layer
         glClearNamedFramebufferfv(framebuffer, GL_COLOR, 0, black);
         return {};
     }
-    draw_irradiance(context, framebuffer, table, table.unit, false);
+    draw_irradiance(context, on_gpu, framebuffer, table, table.unit, false);
     return {0, 1};
 }
 
-PassRun run_besides(const PassContext& context) {
-    ScreenLight& screen = *context.target.screen;
-    const lighting::GBuffer& s = screen.gbuffer;
-    const double master = context.scene.master_ratio;
-    screen.summed.gain = static_cast<float>(master);
-    screen.besides_unit_lx = {};
+PassRun run_besides(const PassContext& context, const lighting::GBuffer& s, const PixelLight& light,
+                    const OnGpu& on_gpu, std::array<float, 2>& units_lx) {
+    const auto master = static_cast<float>(context.scene.master_ratio);
+    units_lx = {};
     const transport::Irradiance none, &emitted = there(context) ? context.transport->emitted : none;
     PassRun run;
     for (const std::size_t part : {0u, 1u}) {
@@ -123,28 +118,29 @@ PassRun run_besides(const PassContext& context) {
             greatest_lx += 1000.0f * one.unit_lx;  // of a table, and so of what is blended from it
             drawn.push_back(std::move(one));
         };
-        const auto add = [&](const ScreenLight::Besides& besides, const transport::Irradiance& light, float unit_lx) {
+        const auto add = [&](const Besides& besides, float gain, const transport::Irradiance& irradiance,
+                             float unit_lx) {
             const std::vector<std::uint16_t>& pixels = besides.pixels[part];
             if (!(besides.unit_lx[part] > 0.0f)) return;
             if (context.gathers && pixels.empty()) {
-                draw(part == 0 ? light.direct : light.indirect, unit_lx);
+                draw(part == 0 ? irradiance.direct : irradiance.indirect, unit_lx);
                 return;
             }
             sum.resize(pixels.size(), 0.0f);
             float greatest = 0.0f;
             for (std::size_t i = 0; i < pixels.size(); ++i) {
-                const float value = glm::unpackHalf1x16(pixels[i]) * besides.gain * besides.unit_lx[part];
+                const float value = glm::unpackHalf1x16(pixels[i]) * gain * besides.unit_lx[part];
                 sum[i] += value;
                 if (i % 4 != 3) greatest = std::max(greatest, value);
             }
             greatest_lx += greatest;
         };
-        add(screen.emitted, emitted, 1.0f);
-        add(screen.summed, screen.summed_list.irradiance, screen.summed.gain * screen.summed.unit_lx[1]);
+        add(light.emitted, 1.0f, emitted, 1.0f);
+        add(light.summed, master, light.summed_list.irradiance, master * light.summed.unit_lx[1]);
         if (context.merged && part == 1)
-            draw(screen.merged.irradiance.indirect, screen.merged.reference / context.geometry.layer_unit_m2());
+            draw(light.merged.irradiance.indirect, light.merged.reference / context.geometry.layer_unit_m2());
         if (!(greatest_lx > 0.0f)) continue;
-        const float unit_lx = screen.besides_unit_lx[part] = greatest_lx / 1000.0f;  // halves hold the rest to 2^-24
+        const float unit_lx = units_lx[part] = greatest_lx / 1000.0f;  // halves hold the rest to 2^-24
         const GLuint framebuffer =
             layer_framebuffer(context.target, context.target.besides.id(), static_cast<int>(part));
         if (sum.empty()) {
@@ -155,7 +151,7 @@ PassRun run_besides(const PassContext& context) {
             upload(context.target.besides, s, static_cast<int>(part), GL_RGBA, GL_FLOAT, sum.data());
         }
         for (const Drawn& one : drawn) {
-            draw_irradiance(context, framebuffer, one.table, one.unit_lx / unit_lx, true);
+            draw_irradiance(context, on_gpu, framebuffer, one.table, one.unit_lx / unit_lx, true);
             ++run.draws;
         }
     }

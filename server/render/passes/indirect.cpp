@@ -8,7 +8,6 @@
 #include "server/lighting/upsample.h"
 #include "server/lighting/vpl_rays.h"
 #include "server/render/passes/passes.h"
-#include "server/render/passes/screen_light.h"
 #include "server/trace/path.h"
 
 namespace gonio {
@@ -49,8 +48,8 @@ namespace {
 
 // One bounce after the other while it moves, all of them when it rests. What better links, or a better first bounce,
 // find of light that rests comes into the live picture, where it is shown, over some frames.
-void solve_light(const PassContext& context, bool moves, bool shown_now, std::span<const glm::vec4> exact,
-                 transport::Irradiance& light) {
+void solve_light(const PassContext& context, const lighting::GridWeights& weights, bool moves, bool shown_now,
+                 std::span<const glm::vec4> exact, transport::Irradiance& light) {
     constexpr unsigned kFadeFrames = 8;
     const Transport& transport = *context.transport;
     const transport::Links& links = transport.links;
@@ -63,7 +62,7 @@ void solve_light(const PassContext& context, bool moves, bool shown_now, std::sp
         std::vector<glm::vec4> shown;
         if (fades && (light.converged || light.frames_left > 0)) shown = light.indirect;
         std::span<const std::uint8_t> seen;
-        if (live && context.layers_on_cpu) seen = context.target.screen->weights.seen;  // of this frame's camera
+        if (live && context.layers_on_cpu) seen = weights.seen;  // of this frame's camera
         transport::Accuracy accuracy = moves && live && !context.rests ? transport::kMoving : transport::kAtRest;
         accuracy.links = kQualityLevels[context.quality_level].links;
         transport::solve(transport.surface->surfels, links, exact, seen, accuracy, light, context.pool);
@@ -82,7 +81,7 @@ void solve_light(const PassContext& context, bool moves, bool shown_now, std::sp
 
 }  // namespace
 
-PassRun run_solve(const PassContext& context, LightGpu& gpu) {
+PassRun run_solve(const PassContext& context, LightGpu& gpu, const lighting::GridWeights& weights) {
     const bool moves = std::exchange(gpu.moves, false);
     if (!there(context) || gpu.surfel_direct.empty()) {
         gpu.irradiance = {};
@@ -95,37 +94,31 @@ PassRun run_solve(const PassContext& context, LightGpu& gpu) {
         for (std::size_t i = first; i < first + size; ++i)
             gpu.irradiance.direct[i] = glm::vec4(glm::vec3(gpu.surfel_direct[i]), 0.0f);
     });
-    solve_light(context, moves, !context.merged,
+    solve_light(context, weights, moves, !context.merged,
                 gpu.has_exact() ? std::span<const glm::vec4>(gpu.exact.first) : std::span<const glm::vec4>(),
                 gpu.irradiance);
     return {};
 }
 
-PassRun run_solve_merged(const PassContext& context, Together which) {
-    ScreenLight::Merged& merged = merged_of(context.target, which);
+PassRun run_solve_merged(const PassContext& context, Merged& merged, const lighting::GridWeights& weights) {
     const bool moves = std::exchange(merged.moves, false);
     if (!there(context) || merged.irradiance.direct.empty()) {
         merged.irradiance.indirect.clear();
         merged.irradiance.converged = true;
         return {};
     }
-    solve_light(context, moves, true, {}, merged.irradiance);
+    solve_light(context, weights, moves, true, {}, merged.irradiance);
     return {};
 }
 
-bool merged_converged(const Target& target, Together which) {
-    return merged_of(target, which).irradiance.converged;
-}
-
-PassRun run_gather_weights(const PassContext& context) {
-    ScreenLight& screen = *context.target.screen;
+PassRun run_gather_weights(const PassContext& context, const Surfaces& surfaces, lighting::GridWeights& weights) {
     if (!there(context)) {
-        screen.weights = {};
+        weights = {};
         return {};
     }
     const bool drawn_here = (context.layers_on_cpu || context.gathers) && !context.clusters.empty();
-    lighting::find_surfels(screen.gbuffer, drawn_here ? &screen.raster : nullptr, context.material_table, screen.grid,
-                           *context.transport, screen.weights, context.pool);
+    lighting::find_surfels(surfaces.gbuffer, drawn_here ? &surfaces.raster : nullptr, context.material_table,
+                           surfaces.grid, *context.transport, weights, context.pool);
     return {};
 }
 
@@ -185,24 +178,23 @@ bool continue_first_bounce(const PassContext& context, const Light& light, Light
 namespace {
 
 // Indirect irradiance at the grid's points.
-lighting::Planes gathered(const PassContext& context, const transport::Irradiance& light) {
-    ScreenLight& screen = *context.target.screen;
+lighting::Planes gathered(const PassContext& context, const Surfaces& surfaces, const lighting::GridWeights& weights,
+                          const transport::Irradiance& light) {
     std::span<const glm::vec4> surfels;
     if (there(context) && !light.indirect.empty() && context.bounces != 0)
         surfels = context.bounces == 1 ? light.first : light.indirect;
-    return lighting::irradiance_at_grid(screen.grid, screen.weights, surfels, context.pool);
+    return lighting::irradiance_at_grid(surfaces.grid, weights, surfels, context.pool);
 }
 
 }  // namespace
 
-PassRun run_gather(const PassContext& context, const LightGpu& gpu, int layer) {
-    const Target& target = context.target;
-    ScreenLight& screen = *target.screen;
-    const lighting::Planes planes = gathered(context, gpu.irradiance);
-    lighting::LightLayer& own = layer_of(screen, layer);
+PassRun run_gather(const PassContext& context, const LightGpu& gpu, int layer, const Surfaces& surfaces,
+                   const lighting::GridWeights& weights, Layers& layers) {
+    const lighting::Planes planes = gathered(context, surfaces, weights, gpu.irradiance);
+    lighting::LightLayer& own = layers.at(layer);
     own.gathered = {};
     own.passes = 0;
-    own.version = ++screen.writes;
+    own.version = ++layers.writes;
     if (context.layers_on_cpu) {
         for (std::size_t k = 0; k < 3; ++k) {
             own.indirect[k].resize(planes[k].size() / lighting::kSimdWidth * lighting::kSimdWidth);
@@ -210,54 +202,55 @@ PassRun run_gather(const PassContext& context, const LightGpu& gpu, int layer) {
         }
         return {};
     }
-    lighting::upsample(screen.gbuffer, screen.grid, planes, screen.halves, context.pool);
-    upload(target.indirect, screen.gbuffer, layer, GL_RGBA, GL_HALF_FLOAT, screen.halves.data());
+    std::vector<std::uint16_t>& halves = context.scratch.halves;
+    lighting::upsample(surfaces.gbuffer, surfaces.grid, planes, halves, context.pool);
+    upload(context.target.indirect, surfaces.gbuffer, layer, GL_RGBA, GL_HALF_FLOAT, halves.data());
     return {};
 }
 
-PassRun run_gather_emitted(const PassContext& context) {
-    ScreenLight& screen = *context.target.screen;
+PassRun run_gather_emitted(const PassContext& context, const Surfaces& surfaces, const lighting::GridWeights& weights,
+                           Besides& emitted) {
     const transport::Irradiance none, &light = there(context) ? context.transport->emitted : none;
-    screen.emitted.passes = 0;
-    screen.emitted.version = ++screen.writes;
+    emitted.passes = 0;
+    ++emitted.version;
     for (const int after_bounces : {0, 1}) {
         if (context.gathers) {  // run_besides does
             transport::Table table;
             transport::make_table(after_bounces != 0 ? light.indirect : light.direct, table, context.pool);
-            screen.emitted.unit_lx[static_cast<std::size_t>(after_bounces)] = table.unit;
-            screen.emitted.pixels[static_cast<std::size_t>(after_bounces)].clear();
+            emitted.unit_lx[static_cast<std::size_t>(after_bounces)] = table.unit;
+            emitted.pixels[static_cast<std::size_t>(after_bounces)].clear();
             continue;
         }
         lighting::Planes planes =
-            after_bounces != 0 ? gathered(context, light)
-                               : lighting::irradiance_at_grid(screen.grid, screen.weights, light.direct, context.pool);
+            after_bounces != 0 ? gathered(context, surfaces, weights, light)
+                               : lighting::irradiance_at_grid(surfaces.grid, weights, light.direct, context.pool);
         float greatest = 0.0f;
         for (const auto& plane : planes) greatest = std::max(greatest, *std::max_element(plane.begin(), plane.end()));
         const auto part = static_cast<std::size_t>(after_bounces);
-        screen.emitted.unit_lx[part] = greatest / 1000.0f;  // half floats hold the rest to 2^-24 of it
+        emitted.unit_lx[part] = greatest / 1000.0f;  // half floats hold the rest to 2^-24 of it
         if (!(greatest > 0.0f)) continue;
         for (auto& plane : planes) {
             for (float& value : plane) value *= 1000.0f / greatest;
         }
-        lighting::upsample(screen.gbuffer, screen.grid, planes, screen.emitted.pixels[part], context.pool);
+        lighting::upsample(surfaces.gbuffer, surfaces.grid, planes, emitted.pixels[part], context.pool);
     }
     return {};
 }
 
-PassRun run_gather_merged(const PassContext& context, Together which) {
-    ScreenLight& screen = *context.target.screen;
-    ScreenLight::Merged& merged = merged_of(context.target, which);
-    if (which == Together::layered) {
-        merged.indirect = gathered(context, merged.irradiance);
+PassRun run_gather_merged(const PassContext& context, const Surfaces& surfaces, const lighting::GridWeights& weights,
+                          Merged& merged, Besides* summed) {
+    if (summed == nullptr) {
+        merged.indirect = gathered(context, surfaces, weights, merged.irradiance);
         return {};
     }
     if (context.gathers)
-        screen.summed.pixels[1].clear();  // run_besides gathers it
+        summed->pixels[1].clear();  // run_besides gathers it
     else
-        lighting::upsample(screen.gbuffer, screen.grid, gathered(context, merged.irradiance), screen.summed.pixels[1],
-                           context.pool);
-    screen.summed.passes = 0;
-    screen.summed.version = ++screen.writes;
+        lighting::upsample(surfaces.gbuffer, surfaces.grid, gathered(context, surfaces, weights, merged.irradiance),
+                           summed->pixels[1], context.pool);
+    summed->unit_lx[1] = merged.reference / context.geometry.layer_unit_m2();
+    summed->passes = 0;
+    ++summed->version;
     return {};
 }
 
@@ -275,8 +268,7 @@ struct Point {
 };
 
 // Result: the surfels that a meter's links lead to, the same for all light, and the ends of those nearby.
-ScreenLight::PointLinks& links_of(const Point& point, const PassContext& context) {
-    ScreenLight::PointLinks& links = context.target.screen->point_links;
+MeterLight& links_of(const Point& point, const PassContext& context, MeterLight& links) {
     if (!links.ids.empty()) return links;
     const Transport::Surface& surface = *context.transport->surface;
     const transport::Surfels& surfels = surface.surfels;
@@ -301,9 +293,9 @@ void set_mean(PointLight& light) {
 
 // light: at the surfels, × unit_lx. Result: lux after bounces.
 PointLight bounced_at(const Point& point, const PassContext& context, const transport::Irradiance& light,
-                      double unit_lx) {
+                      double unit_lx, MeterLight& meter) {
     const transport::Surfels& surfels = context.transport->surface->surfels;
-    const std::vector<std::uint16_t>& ids = links_of(point, context).ids;
+    const std::vector<std::uint16_t>& ids = links_of(point, context, meter).ids;
     PointLight found;
     for (unsigned k = 0; k < kMeterLinks; ++k) {
         if (ids[k] == surfels.count) continue;
@@ -318,9 +310,9 @@ PointLight bounced_at(const Point& point, const PassContext& context, const tran
 
 }  // namespace
 
-PassRun run_gather_emitted_point(const PassContext& context) {
+PassRun run_gather_emitted_point(const PassContext& context, MeterLight& meter) {
     constexpr std::uint32_t kSamplesPerPart = 256;
-    std::array<PointLight, 2>& found = context.target.screen->emitted_point;
+    std::array<PointLight, 2>& found = meter.emitted;
     found = {};
     if (!there(context) || context.transport->emitted.direct.empty()) return {};
     const Transport& transport = *context.transport;
@@ -335,39 +327,29 @@ PassRun run_gather_emitted_point(const PassContext& context) {
         sum /= static_cast<double>(kSamplesPerPart);
     });
     set_mean(found[0]);
-    if (context.bounces != 0) found[1] = bounced_at(point, context, transport.emitted, 1.0);
+    if (context.bounces != 0) found[1] = bounced_at(point, context, transport.emitted, 1.0, meter);
     return {};
 }
 
-const std::array<PointLight, 2>& emitted_point(const Target& target) {
-    return target.screen->emitted_point;
-}
-
-PassRun run_gather_point_summed(const PassContext& context) {
-    ScreenLight& screen = *context.target.screen;
-    const transport::Irradiance& light = screen.summed_list.irradiance;
-    screen.summed_point[1] = {};
-    if (!there(context) || light.indirect.empty() || context.bounces == 0) return {};
-    screen.summed_point[1] = bounced_at(Point(context), context, light,
-                                        static_cast<double>(screen.summed.unit_lx[1]) * context.scene.master_ratio);
+PassRun run_gather_point_summed(const PassContext& context, const Merged& merged, MeterLight& meter) {
+    meter.summed[1] = {};
+    if (!there(context) || merged.irradiance.indirect.empty() || context.bounces == 0) return {};
+    const float unit_lx = merged.reference / context.geometry.layer_unit_m2();
+    meter.summed[1] = bounced_at(Point(context), context, merged.irradiance,
+                                 static_cast<double>(unit_lx) * context.scene.master_ratio, meter);
     return {};
 }
 
-const std::array<PointLight, 2>& summed_point(const Target& target) {
-    return target.screen->summed_point;
-}
-
-PassRun run_gather_point(const PassContext& context, const Light& light, LightGpu& gpu, int layer) {
+PassRun run_gather_point(const PassContext& context, const Light& light, LightGpu& gpu, int layer, MeterLight& meter) {
     constexpr unsigned kVpls = 4096;
     static_assert(kLinksPerPart % trace::kPacket == 0 && lighting::kSubsets == kMeterParts);
-    ScreenLight& screen = *context.target.screen;
-    screen.points.resize(context.scene.lights.size());
-    PointLight& found = screen.points[static_cast<std::size_t>(layer)];
+    meter.layers.resize(context.scene.lights.size());
+    PointLight& found = meter.layers[static_cast<std::size_t>(layer)];
     found = {};
     if (!there(context) || gpu.irradiance.indirect.empty() || context.bounces == 0) return {};
     const transport::Surfels& surfels = context.transport->surface->surfels;
     const Point point(context);
-    ScreenLight::PointLinks& links = links_of(point, context);
+    MeterLight& links = links_of(point, context, meter);
     // Light that is all on few surfels, which few links meet, comes from VPLs.
     const float narrow = gpu.irradiance.narrow;
     constexpr double kLink = 1.0 / static_cast<double>(kLinksPerPart);
@@ -394,10 +376,6 @@ PassRun run_gather_point(const PassContext& context, const Light& light, LightGp
     }
     set_mean(found);
     return {};
-}
-
-const PointLight& point_light(const Target& target, std::size_t layer) {
-    return target.screen->points.at(layer);
 }
 
 }  // namespace gonio

@@ -10,7 +10,6 @@
 #include "server/lighting/upsample.h"
 #include "server/render/passes/passes.h"
 #include "server/render/passes/screen.h"
-#include "server/render/passes/screen_light.h"
 #include "server/render/quality_level.h"
 #include "server/scene/apply.h"
 #include "server/scene/web_buffer.h"
@@ -19,41 +18,38 @@ namespace gonio {
 
 namespace {
 
-void set_view(const PassContext& context) {
+void set_view(const PassContext& context, lighting::GBuffer& gbuffer) {
     const Target& target = context.target;
     lighting::look_through(context.eye, context.traced, context.geometry.near_m(), target.width_px, target.height_px,
-                           target.screen->gbuffer);
+                           gbuffer);
 }
 
-void set_grid(const PassContext& context) {
-    ScreenLight& screen = *context.target.screen;
-    lighting::make_grid(screen.gbuffer, kQualityLevels[context.quality_level].own_points, screen.grid, context.pool);
-    screen.summed_changes.reset();
+void set_grid(const PassContext& context, Surfaces& surfaces) {
+    lighting::make_grid(surfaces.gbuffer, kQualityLevels[context.quality_level].own_points, surfaces.grid,
+                        context.pool);
 }
 
 }  // namespace
 
-PassRun run_raster(const PassContext& context) {
-    ScreenLight& screen = *context.target.screen;
-    set_view(context);
+PassRun run_raster(const PassContext& context, Surfaces& surfaces) {
+    set_view(context, surfaces.gbuffer);
     const unsigned drawn = lighting::draw_gbuffer(context.clusters, context.material_table, context.target.emissive,
-                                                  screen.gbuffer, screen.raster, context.pool);
-    set_grid(context);
+                                                  surfaces.gbuffer, surfaces.raster, context.pool);
+    set_grid(context, surfaces);
     return {0, drawn};
 }
 
-PassRun run_grid(const PassContext& context) {
+PassRun run_grid(const PassContext& context, Surfaces& surfaces) {
     const Target& target = context.target;
-    ScreenLight& screen = *target.screen;
-    set_view(context);
-    lighting::GBuffer& s = screen.gbuffer;
+    lighting::GBuffer& s = surfaces.gbuffer;
+    set_view(context, s);
     glPixelStorei(GL_PACK_ALIGNMENT, 4);
     glPixelStorei(GL_PACK_ROW_LENGTH, static_cast<GLint>(s.row_length));
     const auto bytes = static_cast<GLsizei>(s.depth.size() * 4);
     glGetTextureImage(target.depth.id(), 0, GL_DEPTH_COMPONENT, GL_FLOAT, bytes, s.depth.data());
     glGetTextureImage(target.normal.id(), 0, GL_RG, GL_SHORT, bytes, s.normal.data());
     if (context.layers_on_cpu) {
-        lighting::Raster& raster = screen.raster;
+        lighting::Raster& raster = surfaces.raster;
         raster.albedo.resize(s.depth.size() * 4);
         glGetTextureImage(target.albedo.id(), 0, GL_RGBA, GL_HALF_FLOAT, static_cast<GLsizei>(raster.albedo.size() * 2),
                           raster.albedo.data());
@@ -64,7 +60,7 @@ PassRun run_grid(const PassContext& context) {
         }
     }
     glPixelStorei(GL_PACK_ROW_LENGTH, 0);
-    set_grid(context);
+    set_grid(context, surfaces);
     return {};
 }
 
@@ -82,26 +78,26 @@ lighting::DirectLight direct_light_of(const PassContext& context, const Light& l
 }
 
 PassRun run_direct_rays(const PassContext& context, const Light& light, const LightGpu& gpu, int layer,
-                        bool each_pixel) {
+                        const Surfaces& surfaces, Layers& layers) {
     const Target& target = context.target;
-    ScreenLight& screen = *target.screen;
-    const lighting::GBuffer& s = screen.gbuffer;
+    const lighting::GBuffer& s = surfaces.gbuffer;
     const lighting::DirectLight own = direct_light_of(context, light, gpu);
-    screen.direct.resize(1);
-    lighting::direct_light(s, screen.grid, context.traced, std::span(&own, 1), each_pixel, screen.direct,
-                           screen.lattice, context.pool);
-    const std::vector<float>& lux = screen.direct[0];
+    lighting::Planes& direct = context.scratch.direct;
+    direct.resize(1);
+    lighting::direct_light(s, surfaces.grid, context.traced, std::span(&own, 1), context.each_pixel, direct,
+                           context.scratch.lattice, context.pool);
+    const std::vector<float>& lux = direct[0];
     if (target.kind == TargetKind::precise) {
         upload(target.direct, s, layer, GL_RED, GL_FLOAT, lux.data());
         return {};
     }
-    std::vector<std::uint16_t>& halves = context.layers_on_cpu ? layer_of(screen, layer).direct : screen.halves;
+    std::vector<std::uint16_t>& halves = context.layers_on_cpu ? layers.at(layer).direct : context.scratch.halves;
     halves.resize(lux.size());
     context.pool.run(s.height, [&](int row) {
         const std::size_t at = static_cast<std::size_t>(row) * s.row_length;
         lighting::to_halves(lux.data() + at, s.row_length, halves.data() + at);
     });
-    if (context.layers_on_cpu) layer_of(screen, layer).version = ++screen.writes;
+    if (context.layers_on_cpu) layers.at(layer).version = ++layers.writes;
     if (!context.layers_on_cpu) upload(target.direct, s, layer, GL_RED, GL_HALF_FLOAT, halves.data());
     return {};
 }
@@ -132,8 +128,8 @@ PassRun run_direct_point(const PassContext& context, const Light& light, const L
     return {};
 }
 
-PassRun run_direct_point_summed(const PassContext& context, std::span<const LightGpu* const> lights) {
-    PointLight& found = context.target.screen->summed_point[0];
+PassRun run_direct_point_summed(const PassContext& context, std::span<const LightGpu* const> lights,
+                                PointLight& found) {
     found = {};
     for (std::size_t i = 0; i < lights.size(); ++i) {
         if (context.layers[i] >= 0) continue;
@@ -157,31 +153,28 @@ void grid_floats(const lighting::LightLayer& layer, std::size_t size, lighting::
     });
 }
 
-std::size_t grid_size(const ScreenLight& screen) {
-    return screen.grid.grid.size() + lighting::kSimdWidth;
-}
-
 }  // namespace
 
-PassRun run_layers(const Target& target, int layer, Pool& pool) {
-    ScreenLight& screen = *target.screen;
-    const lighting::LightLayer& own = layer_of(screen, layer);
+PassRun run_layers(const PassContext& context, int layer, const Surfaces& surfaces, Layers& layers) {
+    const Target& target = context.target;
+    const lighting::GBuffer& s = surfaces.gbuffer;
+    const lighting::LightLayer& own = layers.at(layer);
     // A part that no view has asked for yet is empty.
-    if (!own.gathered.empty())
-        upload(target.indirect, screen.gbuffer, layer, GL_RGBA, GL_HALF_FLOAT, own.gathered.data());
-    if (!own.direct.empty()) upload(target.direct, screen.gbuffer, layer, GL_RED, GL_HALF_FLOAT, own.direct.data());
+    if (!own.gathered.empty()) upload(target.indirect, s, layer, GL_RGBA, GL_HALF_FLOAT, own.gathered.data());
+    if (!own.direct.empty()) upload(target.direct, s, layer, GL_RED, GL_HALF_FLOAT, own.direct.data());
     if (own.indirect[0].empty() || !own.gathered.empty()) return {};
-    grid_floats(own, grid_size(screen), screen.grid_sum, pool);
-    lighting::upsample(screen.gbuffer, screen.grid, screen.grid_sum, screen.halves, pool);
-    screen.summed_changes.reset();
-    upload(target.indirect, screen.gbuffer, layer, GL_RGBA, GL_HALF_FLOAT, screen.halves.data());
+    Scratch& scratch = context.scratch;
+    grid_floats(own, surfaces.grid_size(), scratch.grid, context.pool);
+    lighting::upsample(s, surfaces.grid, scratch.grid, scratch.halves, context.pool);
+    upload(target.indirect, s, layer, GL_RGBA, GL_HALF_FLOAT, scratch.halves.data());
     return {};
 }
 
-std::vector<glm::vec3> cpu_illuminance(const Target& target, std::span<const glm::vec3> weights, float layer_unit_m2,
-                                       bool merged, bool indirect, Pool& pool) {
-    ScreenLight& screen = *target.screen;
-    const lighting::GBuffer& s = screen.gbuffer;
+std::vector<glm::vec3> cpu_illuminance(const PassContext& context, std::span<const glm::vec3> weights, bool indirect,
+                                       const Surfaces& surfaces, PixelLight& light) {
+    const lighting::GBuffer& s = surfaces.gbuffer;
+    const float layer_unit_m2 = context.geometry.layer_unit_m2();
+    Pool& pool = context.pool;
     std::vector<glm::vec3> lux(static_cast<std::size_t>(s.width) * static_cast<std::size_t>(s.height));
     const auto for_pixels = [&](const auto& job) {
         pool.run(s.height, [&](int y) {
@@ -197,13 +190,14 @@ std::vector<glm::vec3> cpu_illuminance(const Target& target, std::span<const glm
         });
     };
     const std::size_t part = indirect ? 1 : 0;
-    for (const ScreenLight::Besides* besides : {&screen.emitted, &screen.summed}) {
-        if (besides->unit_lx[part] > 0.0f) add_rgb(besides->pixels[part], besides->gain * besides->unit_lx[part]);
+    for (const Besides* besides : {&light.emitted, &light.summed}) {
+        const float gain = besides == &light.summed ? static_cast<float>(context.scene.master_ratio) : 1.0f;
+        if (besides->unit_lx[part] > 0.0f) add_rgb(besides->pixels[part], gain * besides->unit_lx[part]);
     }
-    if (merged) {
+    if (context.merged) {
         std::vector<std::uint16_t> halves;
-        if (indirect) lighting::upsample(s, screen.grid, screen.merged.indirect, halves, pool);
-        add_rgb(indirect ? halves : screen.merged.direct, screen.merged.reference / layer_unit_m2);
+        if (indirect) lighting::upsample(s, surfaces.grid, light.merged.indirect, halves, pool);
+        add_rgb(indirect ? halves : light.merged.direct, light.merged.reference / layer_unit_m2);
         return lux;
     }
     // Planes relative to the greatest weight: half floats hold what is brought to the pixels.
@@ -211,9 +205,9 @@ std::vector<glm::vec3> cpu_illuminance(const Target& target, std::span<const glm
     for (const glm::vec3& weight : weights)
         reference = std::max({reference, std::abs(weight.x), std::abs(weight.y), std::abs(weight.z)});
     if (!(reference > 0.0f)) return lux;
-    lighting::Planes sum(3, std::vector<float>(grid_size(screen), 0.0f)), own;
+    lighting::Planes sum(3, std::vector<float>(surfaces.grid_size(), 0.0f)), own;
     for (std::size_t i = 0; i < weights.size(); ++i) {
-        const lighting::LightLayer& layer = layer_of(screen, static_cast<int>(i));
+        const lighting::LightLayer& layer = light.layers.at(static_cast<int>(i));
         if (indirect && !layer.gathered.empty()) {
             for_pixels([&](std::size_t at, glm::vec3& to) {
                 for (int k = 0; k < 3; ++k)
@@ -221,7 +215,7 @@ std::vector<glm::vec3> cpu_illuminance(const Target& target, std::span<const glm
                              layer_unit_m2;
             });
         } else if (indirect && !layer.indirect[0].empty()) {
-            grid_floats(layer, grid_size(screen), own, pool);
+            grid_floats(layer, surfaces.grid_size(), own, pool);
             for (std::size_t k = 0; k < 3; ++k) {
                 const float weight = weights[i][static_cast<int>(k)] / reference;
                 for (std::size_t p = 0; p < own[k].size(); ++p) sum[k][p] += own[k][p] * weight;
@@ -233,14 +227,12 @@ std::vector<glm::vec3> cpu_illuminance(const Target& target, std::span<const glm
     }
     if (!indirect) return lux;
     std::vector<std::uint16_t> halves;
-    lighting::upsample(s, screen.grid, sum, halves, pool);
+    lighting::upsample(s, surfaces.grid, sum, halves, pool);
     add_rgb(halves, reference / layer_unit_m2);
     return lux;
 }
 
-PassRun run_merge(const PassContext& context, std::span<const LightGpu* const> lights, Together which) {
-    ScreenLight& screen = *context.target.screen;
-    ScreenLight::Merged& merged = merged_of(context.target, which);
+PassRun run_merge(const PassContext& context, std::span<const LightGpu* const> lights, Together which, Merged& merged) {
     merged.lights.clear();
     merged.reference = 0.0f;
     const auto weight_of = [&](std::size_t i) {
@@ -255,10 +247,6 @@ PassRun run_merge(const PassContext& context, std::span<const LightGpu* const> l
     for (std::size_t i = 0; i < lights.size(); ++i) {
         const glm::vec3 weight = glm::abs(weight_of(i));
         merged.reference = std::max({merged.reference, weight.x, weight.y, weight.z});
-    }
-    if (which == Together::summed) {
-        screen.summed.unit_lx.fill(merged.reference / context.geometry.layer_unit_m2());
-        screen.summed.version = ++screen.writes;
     }
     std::vector<glm::vec4>& direct = merged.irradiance.direct;
     direct.clear();
@@ -280,35 +268,36 @@ PassRun run_merge(const PassContext& context, std::span<const LightGpu* const> l
     return {};
 }
 
-PassRun run_direct_merged(const PassContext& context, Together which) {
-    ScreenLight& screen = *context.target.screen;
-    ScreenLight::Merged& merged = merged_of(context.target, which);
-    const lighting::GBuffer& s = screen.gbuffer;
-    std::vector<std::uint16_t>& out = which == Together::summed ? screen.summed.pixels[0] : merged.direct;
-    screen.direct.resize(3);
-    lighting::direct_light(s, screen.grid, context.traced, merged.lights, context.target.kind != TargetKind::live,
-                           screen.direct, screen.lattice, context.pool);
+PassRun run_direct_merged(const PassContext& context, const Surfaces& surfaces, Merged& merged, Besides* summed) {
+    const lighting::GBuffer& s = surfaces.gbuffer;
+    if (summed != nullptr) summed->unit_lx[0] = merged.reference / context.geometry.layer_unit_m2();
+    std::vector<std::uint16_t>& out = summed != nullptr ? summed->pixels[0] : merged.direct;
+    lighting::Planes& direct = context.scratch.direct;
+    direct.resize(3);
+    lighting::direct_light(s, surfaces.grid, context.traced, merged.lights, context.target.kind != TargetKind::live,
+                           direct, context.scratch.lattice, context.pool);
     out.resize(4 * s.depth.size());
     context.pool.run(s.height, [&](int row) {
         const std::size_t at = static_cast<std::size_t>(row) * s.row_length;
-        lighting::rgb_to_halves(screen.direct[0].data() + at, screen.direct[1].data() + at,
-                                screen.direct[2].data() + at, s.row_length, out.data() + 4 * at);
+        lighting::rgb_to_halves(direct[0].data() + at, direct[1].data() + at, direct[2].data() + at, s.row_length,
+                                out.data() + 4 * at);
     });
     return {};
 }
 
-PassRun run_composite_cpu(const PassContext& context, View view, std::span<const LightGpu* const> lights, bool merged) {
-    ScreenLight& screen = *context.target.screen;
+PassRun run_composite_cpu(const PassContext& context, View view, std::span<const LightGpu* const> lights,
+                          const Surfaces& surfaces, PixelLight& light, Composed& composed) {
     const Scene& scene = context.scene;
-    screen.summed.gain = static_cast<float>(scene.master_ratio);
+    const lighting::GBuffer& s = surfaces.gbuffer;
+    const lighting::Raster& raster = surfaces.raster;
     lighting::Display display;
-    display.width = screen.gbuffer.width;
-    display.height = screen.gbuffer.height;
-    display.row_length = screen.gbuffer.row_length;
+    display.width = s.width;
+    display.height = s.height;
+    display.row_length = s.row_length;
     const bool direct = view != View::indirect, indirect = view != View::direct;
-    display.albedo = screen.raster.albedo.data();
-    if (context.target.emissive && view == View::beauty) display.emission = screen.raster.emission.data();
-    display.depth = screen.gbuffer.depth.data();
+    display.albedo = raster.albedo.data();
+    if (context.target.emissive && view == View::beauty) display.emission = raster.emission.data();
+    display.depth = s.depth.data();
     display.ev100 = static_cast<float>(scene.exposure_ev100);
     std::vector<lighting::Display::Others> others;
     // Fixed-point steps of 2^-18 of what an exposure of whole stops shows as 1 on a white surface (lib/display.glsl):
@@ -318,11 +307,11 @@ PassRun run_composite_cpu(const PassContext& context, View view, std::span<const
     const double gain = view == View::indirect ? scene.view_gain : 1.0;
     const double shown_per_lux = gain / (1.2 * std::numbers::pi * std::exp2(stop)),
                  unit = static_cast<double>(context.geometry.layer_unit_m2());
-    if (merged) {
+    if (context.merged) {
         const auto factor =
-            static_cast<float>(static_cast<double>(screen.merged.reference) / unit * shown_per_lux * rest);
-        if (direct) others.push_back({screen.merged.direct.data(), glm::vec3(factor)});
-        if (indirect) display.on_grid = {&screen.gbuffer, &screen.grid, &screen.merged.indirect, factor};
+            static_cast<float>(static_cast<double>(light.merged.reference) / unit * shown_per_lux * rest);
+        if (direct) others.push_back({light.merged.direct.data(), glm::vec3(factor)});
+        if (indirect) display.on_grid = {&s, &surfaces.grid, &light.merged.indirect, factor};
     } else {
         std::vector<lighting::LayerTerm> terms;
         for (std::size_t i = 0; i < lights.size(); ++i) {
@@ -332,58 +321,49 @@ PassRun run_composite_cpu(const PassContext& context, View view, std::span<const
                 (static_cast<double>(lights[i]->web->peak_cd) / unit * shown_per_lux * kFixedPointSteps);
             if (steps == glm::dvec3(0.0)) continue;
             // Nothing times infinity would be no number.
-            terms.push_back({scene.lights[i].id, &layer_of(screen, context.layers[i]),
+            terms.push_back({scene.lights[i].id, &light.layers.at(context.layers[i]),
                              glm::vec3(glm::clamp(steps, -1e30, 1e30)), direct, indirect});
         }
         const bool on_grid =
             std::any_of(terms.begin(), terms.end(), [](const lighting::LayerTerm& term) { return term.on_grid(); });
-        screen.sum.take(std::move(terms), std::min(lights.size(), kMostLayers), screen.gbuffer.depth.size(),
-                        grid_size(screen) / lighting::kSimdWidth * lighting::kSimdWidth, context.pool);
-        display.cap = screen.sum.cap();
+        lighting::LayerSum& sum = composed.sum;
+        sum.take(std::move(terms), std::min(lights.size(), kMostLayers), s.depth.size(),
+                 surfaces.grid_size() / lighting::kSimdWidth * lighting::kSimdWidth, context.pool);
+        display.cap = sum.cap();
         display.per_step = static_cast<float>(rest / kFixedPointSteps);
-        display.layers = screen.sum.others();
-        for (int k = 0; k < 3; ++k) display.kept_pixels[k] = screen.sum.kept_pixels(k);
+        display.layers = sum.others();
+        for (int k = 0; k < 3; ++k) display.kept_pixels[k] = sum.kept_pixels(k);
         if (on_grid) {
-            if (screen.summed_changes != screen.sum.changes()) {
-                screen.grid_sum.resize(3);
-                for (std::vector<float>& plane : screen.grid_sum) plane.resize(grid_size(screen));
-                screen.sum.grid(static_cast<float>(1.0 / kFixedPointSteps), screen.grid_sum, context.pool);
-                screen.summed_changes = screen.sum.changes();
+            if (composed.changes != sum.changes()) {
+                composed.grid.resize(3);
+                for (std::vector<float>& plane : composed.grid) plane.resize(surfaces.grid_size());
+                sum.grid(static_cast<float>(1.0 / kFixedPointSteps), composed.grid, context.pool);
+                composed.changes = sum.changes();
             }
-            display.on_grid = {&screen.gbuffer, &screen.grid, &screen.grid_sum, static_cast<float>(rest)};
+            display.on_grid = {&s, &surfaces.grid, &composed.grid, static_cast<float>(rest)};
         }
     }
     for (const std::size_t part : {0u, 1u}) {
-        for (const ScreenLight::Besides* besides : {&screen.emitted, &screen.summed}) {
-            if (besides->unit_lx[part] > 0.0f && (part == 0 ? direct : indirect))
-                others.push_back({besides->pixels[part].data(), glm::vec3(besides->gain * besides->unit_lx[part] *
-                                                                          static_cast<float>(shown_per_lux * rest))});
+        for (const Besides* besides : {&light.emitted, &light.summed}) {
+            const float gain_lx =
+                (besides == &light.summed ? static_cast<float>(scene.master_ratio) : 1.0f) * besides->unit_lx[part];
+            if (gain_lx > 0.0f && (part == 0 ? direct : indirect))
+                others.push_back(
+                    {besides->pixels[part].data(), glm::vec3(gain_lx * static_cast<float>(shown_per_lux * rest))});
         }
     }
     const std::size_t bytes =
         static_cast<std::size_t>(display.width) * static_cast<std::size_t>(display.height) / 2 * 3;
-    auto& pictures = screen.pictures;
+    auto& pictures = composed.pictures;
     std::erase_if(pictures, [&](const auto& picture) { return picture->size() != bytes; });
     auto free =
         std::find_if(pictures.begin(), pictures.end(), [](const auto& picture) { return picture.use_count() == 1; });
     if (free == pictures.end())
         free = pictures.insert(pictures.end(), std::make_shared<std::vector<std::uint8_t>>(bytes));
-    screen.nv12 = *free;
+    composed.nv12 = *free;
     display.others = others;
-    lighting::to_nv12(display, screen.nv12->data(), context.pool);
+    lighting::to_nv12(display, composed.nv12->data(), context.pool);
     return {};
-}
-
-const std::vector<std::uint8_t>* made_nv12(const Target& target) {
-    return target.screen->nv12.get();
-}
-
-std::shared_ptr<const std::vector<std::uint8_t>> take_nv12(const Target& target) {
-    return std::move(target.screen->nv12);
-}
-
-std::shared_ptr<ScreenLight> make_screen_light() {
-    return std::make_shared<ScreenLight>();
 }
 
 }  // namespace gonio

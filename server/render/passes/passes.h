@@ -8,10 +8,10 @@
 
 #include "server/gl/objects.h"
 #include "server/lighting/clusters.h"
-#include "server/lighting/screen.h"
 #include "server/render/gpu_scene.h"
 #include "server/render/graph.h"
 #include "server/render/light_gpu.h"
+#include "server/render/passes/screen_light.h"
 #include "server/render/programs.h"
 #include "server/render/quality_level.h"
 #include "server/render/target.h"
@@ -32,9 +32,11 @@ struct PassContext {
     const lighting::Clusters& clusters;
     const lighting::MaterialTable& material_table;
     Pool& pool;
+    Scratch& scratch;
     const transport::Transport* transport = nullptr;  // null: not made yet, there is no indirect light
     int bounces = trace::kAllBounces;                 // or 1, or 0: of captures and meters
     bool rests = false;                               // nothing it lights moves: solve to the end
+    bool each_pixel = false;                          // its direct light has a shadow ray from each pixel
     bool layers_on_cpu = false;     // what the CPU shades stays there; run_layers takes it to the target's textures
     bool gathers = false;           // shaders gather the indirect light of the live picture
     bool merged = false;            // it is of all luminaires at once
@@ -65,83 +67,84 @@ PassRun run_direct(const PassContext& context, const Light& light, const LightGp
 // The same by rays to the luminaire, from each pixel or as few as do while it moves (lighting::direct_light); and at
 // the one point of a meter, in double precision.
 PassRun run_direct_rays(const PassContext& context, const Light& light, const LightGpu& gpu, int layer,
-                        bool each_pixel);
+                        const Surfaces& surfaces, Layers& layers);
 PassRun run_direct_point(const PassContext& context, const Light& light, const LightGpu& gpu, int layer);
 // The indirect light of the default technique, on the CPU (server/lighting).
 // The G-buffer on the CPU, and the grid that the next passes work on.
-PassRun run_raster(const PassContext& context);
+PassRun run_raster(const PassContext& context, Surfaces& surfaces);
 // The same, read back from the target's textures.
-PassRun run_grid(const PassContext& context);
+PassRun run_grid(const PassContext& context, Surfaces& surfaces);
 // Direct light of a luminaire at the transport's surfels; every bounce among them.
 PassRun run_surfels(const PassContext& context, const Light& light, LightGpu& gpu);
-PassRun run_solve(const PassContext& context, LightGpu& gpu);
+PassRun run_solve(const PassContext& context, LightGpu& gpu, const lighting::GridWeights& weights);
 // How the grid's points see the surfels; how the pixels do, by shader.
-PassRun run_gather_weights(const PassContext& context);
-PassRun run_gather_weights_gl(const PassContext& context);
+PassRun run_gather_weights(const PassContext& context, const Surfaces& surfaces, lighting::GridWeights& weights);
+PassRun run_gather_weights_gl(const PassContext& context, OnGpu& on_gpu);
 // Irradiance at the target's pixels, into a layer; the same by shader.
-PassRun run_gather(const PassContext& context, const LightGpu& gpu, int layer);
-PassRun run_gather_gl(const PassContext& context, const LightGpu& gpu, int layer);
+PassRun run_gather(const PassContext& context, const LightGpu& gpu, int layer, const Surfaces& surfaces,
+                   const lighting::GridWeights& weights, Layers& layers);
+PassRun run_gather_gl(const PassContext& context, const LightGpu& gpu, int layer, const OnGpu& on_gpu, Layers& layers);
 // The same, and that of emissive surfaces, by a final gather (server/lighting/final_gather.h) of all luminaires at
 // once: of captures.
-PassRun run_final_gather(const PassContext& context, std::span<LightGpu* const> lights);
+PassRun run_final_gather(const PassContext& context, std::span<LightGpu* const> lights, const Surfaces& surfaces,
+                         const lighting::GridWeights& weights, PixelLight& light);
 // Of the live picture while nothing moves: until a pass of it can be shown (result: true), or `interrupted`, asked
 // every few milliseconds, says so.
-bool continue_final_gather(const PassContext& context, std::span<LightGpu* const> lights,
+bool continue_final_gather(const PassContext& context, std::span<LightGpu* const> lights, ScreenLight& screen,
                            const std::function<bool()>& interrupted);
-// Result: passes that every luminaire of the live picture has had; and a number that changes with each.
-unsigned final_gather_passes(const PassContext& context, std::span<LightGpu* const> lights);
-bool final_gather_left(const PassContext& context, std::span<LightGpu* const> lights);
-std::uint64_t final_gathers(const Target& target);
+// Result: passes that every luminaire of the live picture has had.
+unsigned final_gather_passes(const PassContext& context, std::span<LightGpu* const> lights, PixelLight& light);
+bool final_gather_left(const PassContext& context, std::span<LightGpu* const> lights, PixelLight& light);
 // While nothing moves: the first bounce of a narrow light, by VPLs that each surfel sends a ray to. Result: whether it
 // is there for run_solve.
 bool continue_first_bounce(const PassContext& context, const Light& light, LightGpu& gpu,
                            const std::function<bool()>& interrupted);
 bool first_bounce_left(const PassContext& context, const LightGpu& gpu);
 // The same at the one point of a meter.
-PassRun run_gather_point(const PassContext& context, const Light& light, LightGpu& gpu, int layer);
+PassRun run_gather_point(const PassContext& context, const Light& light, LightGpu& gpu, int layer, MeterLight& meter);
 // Light of emissive surfaces at the target's pixels or the point of a meter: direct, and after bounces.
-PassRun run_gather_emitted(const PassContext& context);
-PassRun run_gather_emitted_point(const PassContext& context);
-const std::array<PointLight, 2>& emitted_point(const Target& target);
+PassRun run_gather_emitted(const PassContext& context, const Surfaces& surfaces, const lighting::GridWeights& weights,
+                           Besides& emitted);
+PassRun run_gather_emitted_point(const PassContext& context, MeterLight& meter);
 // The same of luminaires that are summed.
-PassRun run_direct_point_summed(const PassContext& context, std::span<const LightGpu* const> lights);
-PassRun run_gather_point_summed(const PassContext& context);
-const std::array<PointLight, 2>& summed_point(const Target& target);
+PassRun run_direct_point_summed(const PassContext& context, std::span<const LightGpu* const> lights, PointLight& found);
+PassRun run_gather_point_summed(const PassContext& context, const Merged& merged, MeterLight& meter);
 // The seed paper's indirect pass into a layer.
 PassRun run_gather_seed(const PassContext& context, const Light& light, const LightGpu& gpu, int layer);
 // The CPU's layers of one light -> the target's, for run_composite.
-PassRun run_layers(const Target& target, int layer, Pool& pool);
+PassRun run_layers(const PassContext& context, int layer, const Surfaces& surfaces, Layers& layers);
 // Luminaires at their weights as one (docs/rendering.md), and what follows from it for all at once: of those with
-// layers, while their layers are old, or of those that are summed.
+// layers, while their layers are old, or of those that are summed: then into `summed`, else null.
 enum class Together : std::uint8_t { layered, summed };
-PassRun run_merge(const PassContext& context, std::span<const LightGpu* const> lights, Together which);
-PassRun run_direct_merged(const PassContext& context, Together which);
-PassRun run_solve_merged(const PassContext& context, Together which);
-PassRun run_gather_merged(const PassContext& context, Together which);
-// Whether the last run of run_solve_merged went on until no bounce brought anything.
-bool merged_converged(const Target& target, Together which);
+PassRun run_merge(const PassContext& context, std::span<const LightGpu* const> lights, Together which, Merged& merged);
+PassRun run_direct_merged(const PassContext& context, const Surfaces& surfaces, Merged& merged, Besides* summed);
+PassRun run_solve_merged(const PassContext& context, Merged& merged, const lighting::GridWeights& weights);
+PassRun run_gather_merged(const PassContext& context, const Surfaces& surfaces, const lighting::GridWeights& weights,
+                          Merged& merged, Besides* summed);
 // Light without a layer, and where shaders gather that of all luminaires at once -> the target's texture, for
-// run_composite.
-PassRun run_besides(const PassContext& context);
-// All layers on the CPU -> NV12 on the CPU: the beauty, direct and indirect views. merged: what the list's passes made
-// instead.
-PassRun run_composite_cpu(const PassContext& context, View view, std::span<const LightGpu* const> lights, bool merged);
-// Result: the illuminance in lux, rgb per pixel, rows from the bottom, that the CPU's layers hold, or the list's passes
-// (merged). weights: by layer, cd.
-std::vector<glm::vec3> cpu_illuminance(const Target& target, std::span<const glm::vec3> weights, float layer_unit_m2,
-                                       bool merged, bool indirect, Pool& pool);
-// Result: the picture that run_composite_cpu has just made; null if shaders make it.
-const std::vector<std::uint8_t>* made_nv12(const Target& target);
-// Result: the picture that run_composite_cpu made since the last call; null if it did not run.
-std::shared_ptr<const std::vector<std::uint8_t>> take_nv12(const Target& target);
+// run_composite. gbuffer: its shape. units_lx: of its two layers.
+PassRun run_besides(const PassContext& context, const lighting::GBuffer& gbuffer, const PixelLight& light,
+                    const OnGpu& on_gpu, std::array<float, 2>& units_lx);
+// All light on the CPU -> NV12 on the CPU: the beauty, direct and indirect views.
+PassRun run_composite_cpu(const PassContext& context, View view, std::span<const LightGpu* const> lights,
+                          const Surfaces& surfaces, PixelLight& light, Composed& composed);
+// Result: the illuminance in lux, rgb per pixel, rows from the bottom, that the CPU's layers hold, or what was merged.
+// weights: by layer, cd.
+std::vector<glm::vec3> cpu_illuminance(const PassContext& context, std::span<const glm::vec3> weights, bool indirect,
+                                       const Surfaces& surfaces, PixelLight& light);
 // All layers -> display. The argument raw is 0, or an RGBA32F framebuffer of the target's size, which gets values in
 // the view's own unit. shown: the light whose cube the mask and rsm views unfold; may be null.
 PassRun run_composite(const PassContext& context, View view, const LightGpu* shown,
-                      std::span<const LightGpu* const> lights, GLuint raw);
+                      std::span<const LightGpu* const> lights, const std::array<float, 2>& besides_unit_lx, GLuint raw);
 // The photometric solids as wireframe over the display.
 PassRun run_solid(const PassContext& context, std::span<const LightGpu* const> lights);
 // Display -> NV12.
 PassRun run_nv12(const PassContext& context);
+
+lighting::DirectLight direct_light_of(const PassContext& context, const Light& light, const LightGpu& gpu);
+// values: of the G-buffer's shape, rows of row_length pixels.
+void upload(const gl::Texture& array, const lighting::GBuffer& gbuffer, int layer, GLenum format, GLenum type,
+            const void* values);
 
 // world_from_light's inverse as the shaders take it.
 glm::mat3 light_from_world(const Light& light);

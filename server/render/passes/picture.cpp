@@ -4,13 +4,13 @@
 
 #include "server/render/passes/passes.h"
 #include "server/render/passes/screen.h"
-#include "server/render/passes/screen_light.h"
 #include "server/scene/apply.h"
 
 namespace gonio {
 
 PassRun run_composite(const PassContext& context, View view, const LightGpu* shown,
-                      std::span<const LightGpu* const> lights, GLuint raw) {
+                      std::span<const LightGpu* const> lights, const std::array<float, 2>& besides_unit_lx,
+                      GLuint raw) {
     const Target& target = context.target;
     gl::Defines defines = {{"VIEW", std::to_string(static_cast<int>(view))}};
     if (raw != 0) defines.emplace_back("RAW", "1");
@@ -40,9 +40,8 @@ PassRun run_composite(const PassContext& context, View view, const LightGpu* sho
     glBindTextureUnit(2, target.albedo.id());
     if (target.emissive) glBindTextureUnit(3, target.emission.id());
     glBindTextureUnit(5, target.besides.id());
-    const std::array<float, 2>& unit_lx = target.screen->besides_unit_lx;
     const float has = context.besides ? 1.0f : 0.0f;  // else of an earlier frame
-    glProgramUniform2f(program, 5, has * unit_lx[0], has * unit_lx[1]);
+    glProgramUniform2f(program, 5, has * besides_unit_lx[0], has * besides_unit_lx[1]);
     glProgramUniform1i(program, 6, context.merged ? 0 : 1);
     glBindTextureUnit(8, target.depth.id());
     float scale = 1.0f;

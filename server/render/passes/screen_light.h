@@ -1,6 +1,8 @@
-// The CPU's side of one target of the default technique: shared by the passes that fill it. Render thread.
+// The CPU's side of one target of the default technique, by the pass that writes it. The pipeline hands each pass its
+// parts. Render thread.
 #pragma once
 
+#include <algorithm>
 #include <array>
 #include <cstdint>
 #include <memory>
@@ -13,82 +15,111 @@
 #include "server/lighting/layers.h"
 #include "server/lighting/raster.h"
 #include "server/render/light_gpu.h"
-#include "server/render/passes/passes.h"
 #include "server/render/target.h"
 
 namespace gonio {
 
-// The CPU's side of one target: what it reads of the G-buffer, and what it made of it per light.
-struct ScreenLight {
+// What the pixels show: of run_raster or run_grid.
+struct Surfaces {
     lighting::GBuffer gbuffer;
     lighting::ScreenGrid grid;
-    lighting::GridWeights weights;
-    std::vector<std::uint16_t> halves;  // scratch: what is uploaded
-    lighting::Planes direct;            // scratch: direct light in floats
-    lighting::Lattice lattice;          // and what of it is asked at the grid
-    std::vector<PointLight> points;     // by layer, of meters
-    struct PointLinks {                 // of a meter
-        std::vector<std::uint16_t> ids;
-        lighting::LinkEnds ends;
-    } point_links;
-    // Where layers stay on the CPU.
-    std::vector<lighting::LightLayer> layers;
-    std::uint64_t writes = 0;  // to them
-    // Light without a layer: of emissive surfaces, and of luminaires that are summed. Each direct, and after bounces.
-    struct Besides {
-        std::array<std::vector<std::uint16_t>, 2> pixels;  // 4 per pixel, × unit_lx
-        std::array<float, 2> unit_lx{};                    // 0: there is none
-        float gain = 1.0f;                                 // of the picture: the master, where it is not in the pixels
-        unsigned passes = 0;                               // of the final gather that are in the second
-        std::uint64_t version = 0;                         // another one with every change
-    } emitted, summed;
-    std::array<float, 2> besides_unit_lx{};                 // of Target::besides, which is all of it
-    std::array<PointLight, 2> emitted_point, summed_point;  // of meters, lux
-    // The final gather that is at work.
-    struct Gathering {
-        std::unique_ptr<lighting::FinalGather> work;
-        // By source: index of its luminaire, the number of them for emissive surfaces, one more for summed luminaires;
-        // version of its layer when it began; what it has made.
-        std::vector<std::pair<std::size_t, std::uint64_t>> wanted;
-        std::vector<std::vector<std::uint16_t>> pixels;   // as of LightLayer::gathered
-        std::vector<std::shared_ptr<const WebGpu>> webs;  // that `work` reads
-    } gathering;
-    std::uint64_t gathered = 0;  // counts passes of it that were completed
+    lighting::Raster raster;  // where the G-buffer is read from GL, the colours only
+    std::size_t grid_size() const { return grid.grid.size() + lighting::kSimdWidth; }
+};
+
+// Of no pass: what is in it is lost with the next.
+struct Scratch {
+    std::vector<std::uint16_t> halves;  // what is uploaded
+    lighting::Planes direct, grid;
+    lighting::Lattice lattice;  // what of the direct light is asked at the grid
+};
+
+// Luminaires' own light, where it stays on the CPU: of run_direct_rays, run_gather and the final gather.
+struct Layers {
+    std::vector<lighting::LightLayer> all;
+    std::uint64_t writes = 0;
+    lighting::LightLayer& at(int layer) {
+        all.resize(std::max(all.size(), static_cast<std::size_t>(layer) + 1));
+        return all[static_cast<std::size_t>(layer)];
+    }
+};
+
+// Luminaires at their weights as one.
+struct Merged {
+    // Of run_merge.
+    std::vector<lighting::DirectLight> lights;  // those with weight
+    float reference = 0.0f;  // the greatest weight, cd: what their light is measured per; 0: all are dark
+    // Of run_merge, its direct part, and run_solve_merged, in that unit.
+    transport::Irradiance irradiance;
+    bool moves = false;  // it has changed since it was solved
+    // Of run_direct_merged and run_gather_merged, per cd of the reference × the layers' unit: 4 per pixel; planes of
+    // the grid.
+    std::vector<std::uint16_t> direct;
+    lighting::Planes indirect;
+};
+
+// Light without a layer: direct, and after bounces. Of run_gather_emitted, or of the passes of summed luminaires; the
+// second, where a picture rests, of the final gather.
+struct Besides {
+    std::array<std::vector<std::uint16_t>, 2> pixels;  // 4 per pixel, × unit_lx
+    std::array<float, 2> unit_lx{};                    // 0: there is none
+    unsigned passes = 0;                               // of the final gather that are in the second
+    std::uint64_t version = 0;                         // another one with every change
+};
+
+// All light at the pixels.
+struct PixelLight {
+    Layers layers;
+    Merged merged;            // of luminaires with layers while those are old
+    Merged summed_list;       // of the others
+    Besides emitted, summed;  // of emissive surfaces; of the others at the master's full level
+};
+
+// The final gather of a live picture that is at work.
+struct Gathering {
+    std::unique_ptr<lighting::FinalGather> work;
+    // By source: index of its luminaire, the number of them for emissive surfaces, one more for summed luminaires;
+    // version of its layer when it began; what it has made.
+    std::vector<std::pair<std::size_t, std::uint64_t>> wanted;
+    std::vector<std::vector<std::uint16_t>> pixels;   // as of LightLayer::gathered
+    std::vector<std::shared_ptr<const WebGpu>> webs;  // that `work` reads
+    std::uint64_t completed = 0;                      // counts its passes
+};
+
+// Of run_composite_cpu.
+struct Composed {
     lighting::LayerSum sum;
-    lighting::Planes grid_sum;  // 3 planes in the shape of the grid: the sum of the luminaires' indirect light
-    std::optional<std::uint64_t>
-        summed_changes;  // LayerSum::changes() it was made from; none: scratch, or an older grid
-    struct Merged {
-        std::vector<lighting::DirectLight> lights;  // those with weight
-        float reference = 0.0f;            // the greatest weight, cd: what their light is measured per; 0: all are dark
-        transport::Irradiance irradiance;  // in that unit
-        bool moves = false;                // it has changed since it was solved
-        // Per cd of the reference × the layers' unit: 4 per pixel; planes of the grid.
-        std::vector<std::uint16_t> direct;
-        lighting::Planes indirect;
-    } merged, summed_list;  // of luminaires with layers while those are old; of the others
-    struct OnGpu {          // where shaders gather: what they read
-        std::shared_ptr<const transport::Transport::Surface> surface;
-        std::shared_ptr<const transport::CellMap::Table> cells;
-        gl::Buffer surfels, around, triangle_buffer, cell_buffer;
-    } on_gpu;
-    lighting::Raster raster;  // of it, where the G-buffer is read from GL, the colours only
-    std::shared_ptr<std::vector<std::uint8_t>> nv12;
+    lighting::Planes grid;                 // 3 planes in the shape of the grid: the sum of luminaires' indirect light
+    std::optional<std::uint64_t> changes;  // LayerSum::changes() it was made from; none: another grid
+    std::shared_ptr<std::vector<std::uint8_t>> nv12;                   // since it was taken; null where shaders make it
     std::vector<std::shared_ptr<std::vector<std::uint8_t>>> pictures;  // made before; those nobody holds are used again
 };
 
-inline ScreenLight::Merged& merged_of(const Target& target, Together which) {
-    return which == Together::summed ? target.screen->summed_list : target.screen->merged;
-}
+// What shaders gather from: of run_gather_weights_gl.
+struct OnGpu {
+    std::shared_ptr<const transport::Transport::Surface> surface;
+    std::shared_ptr<const transport::CellMap::Table> cells;
+    gl::Buffer surfels, around, triangle_buffer, cell_buffer;
+};
 
-inline lighting::LightLayer& layer_of(ScreenLight& screen, int layer) {
-    screen.layers.resize(std::max(screen.layers.size(), static_cast<std::size_t>(layer) + 1));
-    return screen.layers[static_cast<std::size_t>(layer)];
-}
+// Of a meter's passes: direct, and after bounces.
+struct MeterLight {
+    std::vector<PointLight> layers;             // after bounces, per candela of peak, by layer
+    std::array<PointLight, 2> emitted, summed;  // lux
+    std::vector<std::uint16_t> ids;             // of its links, the same for all light
+    lighting::LinkEnds ends;
+};
 
-lighting::DirectLight direct_light_of(const PassContext& context, const Light& light, const LightGpu& gpu);
-// values: surfaces.row_length pixels a row.
-void upload(const gl::Texture& array, const lighting::GBuffer& gbuffer, int layer, GLenum format, GLenum type,
-            const void* values);
+struct ScreenLight {
+    Surfaces surfaces;
+    lighting::GridWeights weights;  // of run_gather_weights
+    Scratch scratch;
+    PixelLight light;
+    Gathering gathering;
+    Composed composed;
+    OnGpu on_gpu;
+    std::array<float, 2> besides_unit_lx{};  // of Target::besides: of run_besides
+    MeterLight meter;
+};
 
 }  // namespace gonio
