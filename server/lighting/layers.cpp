@@ -64,7 +64,7 @@ void LayerSum::take(std::vector<LayerTerm> terms, std::size_t most, std::size_t 
     std::map<std::uint32_t, Known> now;
     std::vector<std::uint32_t> changed;
     for (const LayerTerm& term : terms) {
-        Known known{term.layer->version, 0, term.steps, term.direct, term.indirect, false};
+        Known known{term.version, 0, term.steps, term.direct, term.indirect, false};
         const auto before = known_.find(term.light);
         if (before != known_.end()) {
             known.changed_in = before->second.changed_in;

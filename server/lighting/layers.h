@@ -20,13 +20,12 @@ struct LightLayer {
     std::vector<std::uint16_t> direct;                   // at the pixels, GBuffer::row_length a row
     std::array<std::vector<std::uint16_t>, 3> indirect;  // rgb, in the shape of ScreenGrid::grid
     std::vector<std::uint16_t> gathered;                 // indirect, at the pixels, rgb and 1; empty: not yet
-    unsigned passes = 0;                                 // of the final gather that are in it
-    std::uint64_t version = 0;                           // another one with every change
 };
 
 // A luminaire's share of one picture. steps: per value of the layer and channel.
 struct LayerTerm {
-    std::uint32_t light = 0;  // its id
+    std::uint32_t light = 0;    // its id
+    std::uint64_t version = 0;  // of its layer: another one with every change
     const LightLayer* layer = nullptr;
     glm::vec3 steps{0.0f};
     bool direct = false, indirect = false;  // what is shown

@@ -12,6 +12,20 @@ void PassCache::forget_light(std::uint32_t light) {
     std::erase_if(entries_, [&](const auto& entry) { return entry.first.light == light; });
 }
 
+std::uint64_t PassCache::version(const SlotRef& slot) const {
+    const auto entry = entries_.find(slot);
+    return entry != entries_.end() ? entry->second.version : 0;
+}
+
+bool PassCache::holds(const SlotRef& slot, const std::vector<std::uint64_t>& key) const {
+    const auto entry = entries_.find(slot);
+    return entry != entries_.end() && entry->second.version > 0 && entry->second.key == key;
+}
+
+void PassCache::hold(const SlotRef& slot, std::vector<std::uint64_t> key) {
+    entries_[slot] = {std::move(key), ++newest_version_};
+}
+
 namespace {
 
 std::set<SlotRef> needed_for(std::span<const Pass> passes, std::span<const SlotRef> wanted) {
@@ -33,13 +47,10 @@ std::set<SlotRef> outdated(std::span<const Pass> passes, std::span<const SlotRef
         bool old = pass.stale;
         std::vector<std::uint64_t> key = pass.key;
         for (const SlotRef& slot : pass.reads) {
-            const auto read = pass_cache.entries_.find(slot);
-            key.push_back(read != pass_cache.entries_.end() ? read->second.version : 0);
+            key.push_back(pass_cache.version(slot));
             old = old || result.contains(slot);
         }
-        const auto own = pass_cache.entries_.find(pass.writes);
-        if (old || own == pass_cache.entries_.end() || own->second.version == 0 || own->second.key != key)
-            result.insert(pass.writes);
+        if (old || !pass_cache.holds(pass.writes, key)) result.insert(pass.writes);
     }
     return result;
 }
@@ -64,9 +75,8 @@ std::vector<v1::PassReport> execute(std::span<Pass> passes, std::span<const Slot
             continue;
         }
         std::vector<std::uint64_t> key = pass.key;
-        for (const SlotRef& slot : pass.reads) key.push_back(pass_cache.entries_[slot].version);
-        PassCache::Entry& entry = pass_cache.entries_[pass.writes];
-        if (!pass.stale && entry.version > 0 && entry.key == key) {
+        for (const SlotRef& slot : pass.reads) key.push_back(pass_cache.version(slot));
+        if (!pass.stale && pass_cache.holds(pass.writes, key)) {
             row.set_state("clean");
             continue;
         }
@@ -74,8 +84,7 @@ std::vector<v1::PassReport> execute(std::span<Pass> passes, std::span<const Slot
         before(i);
         const PassRun run = pass.run();
         after(i);
-        entry.key = std::move(key);
-        entry.version = ++pass_cache.newest_version_;
+        pass_cache.hold(pass.writes, std::move(key));
         row.set_state("ran");
         row.set_faces(run.faces);
         row.set_draws(run.draws);

@@ -36,7 +36,13 @@ enum class Slot : std::uint8_t {
     besides,
     layers,
     picture,
-    nv12
+    nv12,
+    // Of no pass; PassCache::hold says what they were made from.
+    reached,
+    each_pixel,
+    gathering,
+    refined,
+    grid_sum
 };
 
 // A slot of the frame: per target (0: shared by all targets) and per light (0: shared by all lights).
@@ -71,11 +77,14 @@ public:
     void forget_target(std::uint32_t target);
     void forget_light(std::uint32_t light);
 
+    // Result: another number with every change of the slot; 0: it holds nothing.
+    std::uint64_t version(const SlotRef& slot) const;
+    // What is made outside of passes, or is a part of a pass. Result: whether the slot was made from this key.
+    bool holds(const SlotRef& slot, const std::vector<std::uint64_t>& key) const;
+    // It is, from now on.
+    void hold(const SlotRef& slot, std::vector<std::uint64_t> key);
+
 private:
-    friend std::set<SlotRef> outdated(std::span<const Pass>, std::span<const SlotRef>, const PassCache&);
-    friend std::vector<v1::PassReport> execute(std::span<Pass>, std::span<const SlotRef>, PassCache&,
-                                               const std::function<void(std::size_t)>&,
-                                               const std::function<void(std::size_t)>&);
     struct Entry {
         std::vector<std::uint64_t> key;
         std::uint64_t version = 0;

@@ -140,7 +140,12 @@ void inspect_slot(const FrameInputs& inputs, const SlotRef& slot, const Inspecto
         case Slot::weights_gl:
         case Slot::grid:
         case Slot::merged:
-        case Slot::merged_solve:  // the CPU's own; what becomes of them is the gather's layer
+        case Slot::merged_solve:
+        case Slot::reached:
+        case Slot::each_pixel:
+        case Slot::gathering:
+        case Slot::refined:
+        case Slot::grid_sum:  // the CPU's own; what becomes of them is the gather's layer
             break;
         case Slot::nv12:
             if (const auto& bytes = inputs.screen.composed.nv12) {

@@ -62,14 +62,11 @@ struct LightGpu {
         unsigned made = 0;
     };
     Faces shadow_faces, rsm_faces;
-    unsigned reached = 63;  // faces the profile emits into, for (profile_rev, aim_rev)
-    Revision reached_profile_rev = 0, reached_aim_rev = 0;
+    unsigned reached = 63;  // Slot::reached: faces the profile emits into
 
     RsmTexels texels;  // read back by the flux pass
     std::uint64_t texels_rsm_version = 0;
     std::uint64_t rsm_version = 0;  // counts runs of the rsm pass
-    // Since the scene was as these say (FrameInputs::direct_stamp) its direct light has a shadow ray from each pixel.
-    std::array<std::uint64_t, 7> each_pixel{};
     // Of the default technique, per candela of peak × GpuScene::layer_unit_m2.
     std::vector<float> surfel_direct;  // direct illuminance at the transport's surfels
     bool moves = false;                // it has changed since it was solved

@@ -27,9 +27,6 @@ std::uint64_t bits(double value) {
     return std::bit_cast<std::uint64_t>(value);
 }
 
-// SlotRef::light of what luminaires that are summed share.
-constexpr std::uint32_t kSummed = ~std::uint32_t{0};
-
 struct Builder {
     const FrameInputs& in;
     std::vector<Pass> passes;
@@ -62,10 +59,11 @@ struct Builder {
         std::vector<SlotRef> slots;
         if ((in.view >= View::mask && in.view != View::solid) || !in.has_besides()) return slots;
         if (by_gl && in.merged && shows_indirect(in.view)) slots.push_back(per_target(Slot::merged_solve));
-        if (emits()) slots.push_back(per_target(Slot::emitted));
+        if (emits()) slots.insert(slots.end(), {per_target(Slot::emitted), per_target(Slot::refined)});
         if (in.layered() == scene.lights.size()) return slots;
         if (in.view != View::indirect) slots.push_back(per_target(Slot::direct, kSummed));
-        if (in.view != View::direct) slots.push_back(per_target(Slot::gather, kSummed));
+        if (in.view != View::direct)
+            slots.insert(slots.end(), {per_target(Slot::gather, kSummed), per_target(Slot::refined, kSummed)});
         return slots;
     }
     bool emits() const { return in.geometry.emissive() && !seed; }
@@ -135,7 +133,7 @@ struct Builder {
         solve.stale |= solves_now(light, gpu.irradiance);
         const bool metered = in.meter != FrameInputs::Meter::none, rays = in.direct_by_rays && !seed;
         const SlotRef grid = per_target(Slot::grid);
-        shared.each_pixel = rays && (in.target.kind != TargetKind::live || gpu.each_pixel == in.direct_stamp(light));
+        shared.each_pixel = rays && (in.target.kind != TargetKind::live || in.each_pixel(light));
         Pass& direct = named(add("direct", per_target(Slot::direct, light.id), {rays && !metered ? grid : gbuffer},
                                  {light.position_rev, light.aim_rev, light.profile_rev, scene.geometry_rev,
                                   static_cast<std::uint64_t>(layer), shared.each_pixel ? 1u : 0u},
@@ -156,9 +154,8 @@ struct Builder {
                     [=, &light, &gpu, &screen] { return run_gather_point(shared, light, gpu, layer, screen.meter); }));
         } else if (by_gl) {
             named(add("gather", per_target(Slot::gather, light.id), {per_target(Slot::weights_gl), solved},
-                      {static_cast<std::uint64_t>(layer)}, [=, &gpu, &screen] {
-                          return run_gather_gl(shared, gpu, layer, screen.on_gpu, screen.light.layers);
-                      }));
+                      {static_cast<std::uint64_t>(layer)},
+                      [=, &gpu, &screen] { return run_gather_gl(shared, gpu, layer, screen.on_gpu); }));
         } else {
             cpu(add("gather", per_target(Slot::gather, light.id), {per_target(Slot::weights), solved},
                     {static_cast<std::uint64_t>(layer)}, [=, &gpu, &screen] {
@@ -167,8 +164,9 @@ struct Builder {
         }
         if (on_cpu && !shown_on_cpu) {
             named(add("layers", per_target(Slot::layers, light.id),
-                      {per_target(Slot::direct, light.id), per_target(Slot::gather, light.id)},
-                      {static_cast<std::uint64_t>(layer), screen.gathering.completed},
+                      {per_target(Slot::direct, light.id), per_target(Slot::gather, light.id),
+                       per_target(Slot::refined, light.id)},
+                      {static_cast<std::uint64_t>(layer)},
                       [=, &screen] { return run_layers(shared, layer, screen.surfaces, screen.light.layers); }));
         }
     }
@@ -233,8 +231,7 @@ struct Builder {
                                           scene.master_rev,
                                           scene.lights_rev,
                                           scene.geometry_rev,
-                                          in.merged ? 1u : 0u,
-                                          in.screen.gathering.completed};
+                                          in.merged ? 1u : 0u};
         std::vector<const LightGpu*> lights(in.lights.begin(), in.lights.end());
         const std::size_t shown_index = shown_light(scene);
         const LightGpu* shown = lights.empty() ? nullptr : lights[shown_index];
@@ -256,6 +253,7 @@ struct Builder {
             key.push_back(light.level_rev);
             if (in.view == View::solid) key.insert(key.end(), {light.position_rev, light.aim_rev, light.profile_rev});
             if (in.layers[i] < 0) continue;  // of the summed slots
+            reads.push_back(per_target(Slot::refined, light.id));
             const bool direct = shows_direct(in.view) || in.view == View::solid,
                        indirect = shows_indirect(in.view) || in.view == View::solid;
             if (in.merged) {  // the list reads them all
@@ -327,9 +325,21 @@ glm::dvec3 PassContext::layer_weight(const Light& light) const {
     return light_weight(scene, light) - scene.master_ratio * weight_in_sum(light, 0);
 }
 
-std::array<std::uint64_t, 7> FrameInputs::direct_stamp(const Light& light) const {
-    return {light.position_rev, light.aim_rev, light.profile_rev, scene.geometry_rev,
-            scene.camera_rev,   quality_level, target.id};
+namespace {
+
+std::vector<std::uint64_t> direct_key(const FrameInputs& in, const Light& light) {
+    return {light.position_rev,    light.aim_rev,       light.profile_rev,
+            in.scene.geometry_rev, in.scene.camera_rev, in.quality_level};
+}
+
+}  // namespace
+
+bool FrameInputs::each_pixel(const Light& light) const {
+    return pass_cache.holds({Slot::each_pixel, target.id, light.id}, direct_key(*this, light));
+}
+
+void FrameInputs::want_each_pixel(const Light& light) const {
+    pass_cache.hold({Slot::each_pixel, target.id, light.id}, direct_key(*this, light));
 }
 
 bool FrameInputs::has_besides() const {
@@ -338,9 +348,9 @@ bool FrameInputs::has_besides() const {
 }
 
 PassContext FrameInputs::context() const {
-    return {programs, geometry,       scene,         target,  eye,    traced, clusters,        material_table,
-            pool,     screen.scratch, transport,     bounces, false,  false,  shades_on_cpu(), gathers_by_gl(),
-            merged,   has_besides(),  quality_level, layers,  &in_sum};
+    return {programs,       geometry,      scene,     target,  eye,   traced, clusters,        material_table,  pool,
+            screen.scratch, pass_cache,    transport, bounces, false, false,  shades_on_cpu(), gathers_by_gl(), merged,
+            has_besides(),  quality_level, layers,    &in_sum};
 }
 
 bool FrameInputs::can_merge() const {
@@ -420,8 +430,8 @@ std::vector<Pass> build_pipeline(const FrameInputs& in) {
         std::vector<SlotRef> reads = b.besides();
         if (b.gathers_at_once() && shows_indirect(in.view)) reads.push_back(b.per_target(Slot::gathered));
         if (b.by_gl) reads.push_back(b.per_target(Slot::weights_gl));
-        b.add("besides", b.per_target(Slot::besides), std::move(reads),
-              {screen.gathering.completed, scene.master_rev, in.merged ? 1u : 0u}, [context = b.context, &screen] {
+        b.add("besides", b.per_target(Slot::besides), std::move(reads), {scene.master_rev, in.merged ? 1u : 0u},
+              [context = b.context, &screen] {
                   return run_besides(context, screen.surfaces.gbuffer, screen.light, screen.on_gpu,
                                      screen.besides_unit_lx);
               });

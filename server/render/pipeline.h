@@ -18,6 +18,7 @@ struct FrameInputs {
     const Scene& scene;
     const Target& target;
     ScreenLight& screen;  // of the target
+    PassCache& pass_cache;
     const Eye& eye;
     std::vector<LightGpu*> lights;
     View view;
@@ -42,8 +43,10 @@ struct FrameInputs {
     std::uint64_t surface() const;      // tells one set of surfels from another
     std::uint64_t solve_links() const;  // that the solve follows, at most
     bool has_besides() const;           // light without a layer
-    // What the direct light of a luminaire in the live picture depends on, its layer aside.
-    std::array<std::uint64_t, 7> direct_stamp(const Light& light) const;
+    // Whether the direct light of a luminaire in the live picture is to have a shadow ray from each pixel; from now on
+    // it is, until what it depends on moves.
+    bool each_pixel(const Light& light) const;
+    void want_each_pixel(const Light& light) const;
     PassContext context() const;
     // Whether the picture can be made of all luminaires at once: several of them, and it shows them.
     bool can_merge() const;

@@ -91,9 +91,9 @@ void Renderer::prepare(const Scene& scene, bool live, bool bounces) {
             if (!gpu.web) cached = gpu.web = make_web(light.profile);
             gpu.profile = light.profile;
         }
-        if (gpu.reached_profile_rev != light.profile_rev || gpu.reached_aim_rev != light.aim_rev) {
-            gpu.reached_profile_rev = light.profile_rev;
-            gpu.reached_aim_rev = light.aim_rev;
+        const SlotRef reached{Slot::reached, 0, light.id};
+        if (!pass_cache_.holds(reached, {light.profile_rev, light.aim_rev})) {
+            pass_cache_.hold(reached, {light.profile_rev, light.aim_rev});
             gpu.reached = reached_faces(gpu.web->tables->lit, glm::mat3_cast(light.world_from_light));
         }
     }
@@ -274,6 +274,7 @@ FrameInputs Renderer::inputs_of(const Scene& scene, const Target& target, Screen
                        scene,
                        target,
                        screen,
+                       pass_cache_,
                        eye,
                        {},
                        scene.view,
@@ -303,7 +304,7 @@ namespace {
 bool direct_left(const FrameInputs& in, std::size_t i) {
     const Light& light = in.scene.lights[i];
     return in.shades_on_cpu() && in.layers[i] >= 0 && in.view != View::indirect &&
-           light_weight(in.scene, light) != glm::dvec3(0.0) && in.lights[i]->each_pixel != in.direct_stamp(light);
+           light_weight(in.scene, light) != glm::dvec3(0.0) && !in.each_pixel(light);
 }
 
 }  // namespace
@@ -328,7 +329,7 @@ bool Renderer::refine(const Scene& scene, const std::function<bool()>& interrupt
         for (std::size_t i = 0; i < scene.lights.size(); ++i) {
             if (!direct_left(inputs, i)) continue;
             if (interrupted()) return false;
-            inputs.lights[i]->each_pixel = inputs.direct_stamp(scene.lights[i]);
+            inputs.want_each_pixel(scene.lights[i]);
             return true;
         }
         for (std::size_t i = 0; i < scene.lights.size(); ++i) {

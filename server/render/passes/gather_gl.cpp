@@ -80,9 +80,7 @@ PassRun run_gather_weights_gl(const PassContext& context, OnGpu& own) {
     return {0, 1};
 }
 
-PassRun run_gather_gl(const PassContext& context, const LightGpu& gpu, int layer, const OnGpu& on_gpu, Layers& layers) {
-    layers.at(layer).passes = 0;
-    layers.at(layer).version = ++layers.writes;
+PassRun run_gather_gl(const PassContext& context, const LightGpu& gpu, int layer, const OnGpu& on_gpu) {
     const GLuint framebuffer = layer_framebuffer(context.target, context.target.indirect.id(), layer);
     transport::Table table;
     if (there(context)) transport::make_table(gpu.irradiance.indirect, table, context.pool);

@@ -193,8 +193,6 @@ PassRun run_gather(const PassContext& context, const LightGpu& gpu, int layer, c
     const lighting::Planes planes = gathered(context, surfaces, weights, gpu.irradiance);
     lighting::LightLayer& own = layers.at(layer);
     own.gathered = {};
-    own.passes = 0;
-    own.version = ++layers.writes;
     if (context.layers_on_cpu) {
         for (std::size_t k = 0; k < 3; ++k) {
             own.indirect[k].resize(planes[k].size() / lighting::kSimdWidth * lighting::kSimdWidth);
@@ -211,8 +209,6 @@ PassRun run_gather(const PassContext& context, const LightGpu& gpu, int layer, c
 PassRun run_gather_emitted(const PassContext& context, const Surfaces& surfaces, const lighting::GridWeights& weights,
                            Besides& emitted) {
     const transport::Irradiance none, &light = there(context) ? context.transport->emitted : none;
-    emitted.passes = 0;
-    ++emitted.version;
     for (const int after_bounces : {0, 1}) {
         if (context.gathers) {  // run_besides does
             transport::Table table;
@@ -249,8 +245,6 @@ PassRun run_gather_merged(const PassContext& context, const Surfaces& surfaces, 
         lighting::upsample(surfaces.gbuffer, surfaces.grid, gathered(context, surfaces, weights, merged.irradiance),
                            summed->pixels[1], context.pool);
     summed->unit_lx[1] = merged.reference / context.geometry.layer_unit_m2();
-    summed->passes = 0;
-    ++summed->version;
     return {};
 }
 

@@ -97,7 +97,6 @@ PassRun run_direct_rays(const PassContext& context, const Light& light, const Li
         const std::size_t at = static_cast<std::size_t>(row) * s.row_length;
         lighting::to_halves(lux.data() + at, s.row_length, halves.data() + at);
     });
-    if (context.layers_on_cpu) layers.at(layer).version = ++layers.writes;
     if (!context.layers_on_cpu) upload(target.direct, s, layer, GL_RED, GL_HALF_FLOAT, halves.data());
     return {};
 }
@@ -321,8 +320,13 @@ PassRun run_composite_cpu(const PassContext& context, View view, std::span<const
                 (static_cast<double>(lights[i]->web->peak_cd) / unit * shown_per_lux * kFixedPointSteps);
             if (steps == glm::dvec3(0.0)) continue;
             // Nothing times infinity would be no number.
-            terms.push_back({scene.lights[i].id, &light.layers.at(context.layers[i]),
-                             glm::vec3(glm::clamp(steps, -1e30, 1e30)), direct, indirect});
+            const auto version_of = [&, id = scene.lights[i].id](Slot slot) {
+                return context.pass_cache.version({slot, context.target.id, id});
+            };
+            terms.push_back({scene.lights[i].id,
+                             std::max({version_of(Slot::direct), version_of(Slot::gather), version_of(Slot::refined)}),
+                             &light.layers.at(context.layers[i]), glm::vec3(glm::clamp(steps, -1e30, 1e30)), direct,
+                             indirect});
         }
         const bool on_grid =
             std::any_of(terms.begin(), terms.end(), [](const lighting::LayerTerm& term) { return term.on_grid(); });
@@ -334,11 +338,13 @@ PassRun run_composite_cpu(const PassContext& context, View view, std::span<const
         display.layers = sum.others();
         for (int k = 0; k < 3; ++k) display.kept_pixels[k] = sum.kept_pixels(k);
         if (on_grid) {
-            if (composed.changes != sum.changes()) {
+            const SlotRef made{Slot::grid_sum, context.target.id}, grid{Slot::grid, context.target.id};
+            const std::vector<std::uint64_t> key = {sum.changes(), context.pass_cache.version(grid)};
+            if (!context.pass_cache.holds(made, key)) {
                 composed.grid.resize(3);
                 for (std::vector<float>& plane : composed.grid) plane.resize(surfaces.grid_size());
                 sum.grid(static_cast<float>(1.0 / kFixedPointSteps), composed.grid, context.pool);
-                composed.changes = sum.changes();
+                context.pass_cache.hold(made, key);
             }
             display.on_grid = {&s, &surfaces.grid, &composed.grid, static_cast<float>(rest)};
         }

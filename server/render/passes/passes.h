@@ -33,6 +33,7 @@ struct PassContext {
     const lighting::MaterialTable& material_table;
     Pool& pool;
     Scratch& scratch;
+    PassCache& pass_cache;
     const transport::Transport* transport = nullptr;  // null: not made yet, there is no indirect light
     int bounces = trace::kAllBounces;                 // or 1, or 0: of captures and meters
     bool rests = false;                               // nothing it lights moves: solve to the end
@@ -49,6 +50,9 @@ struct PassContext {
     glm::dvec3 layer_weight(const Light& light) const;
     glm::dvec3 weight_in_sum(const Light& light, int layer) const;
 };
+
+// SlotRef::light of what luminaires that are summed share.
+inline constexpr std::uint32_t kSummed = ~std::uint32_t{0};
 
 // G-buffer of the target from its eye.
 PassRun run_gbuffer(const PassContext& context);
@@ -83,7 +87,7 @@ PassRun run_gather_weights_gl(const PassContext& context, OnGpu& on_gpu);
 // Irradiance at the target's pixels, into a layer; the same by shader.
 PassRun run_gather(const PassContext& context, const LightGpu& gpu, int layer, const Surfaces& surfaces,
                    const lighting::GridWeights& weights, Layers& layers);
-PassRun run_gather_gl(const PassContext& context, const LightGpu& gpu, int layer, const OnGpu& on_gpu, Layers& layers);
+PassRun run_gather_gl(const PassContext& context, const LightGpu& gpu, int layer, const OnGpu& on_gpu);
 // The same, and that of emissive surfaces, by a final gather (server/lighting/final_gather.h) of all luminaires at
 // once: of captures.
 PassRun run_final_gather(const PassContext& context, std::span<LightGpu* const> lights, const Surfaces& surfaces,

@@ -6,7 +6,6 @@
 #include <array>
 #include <cstdint>
 #include <memory>
-#include <optional>
 #include <vector>
 
 #include "server/lighting/direct.h"
@@ -37,7 +36,6 @@ struct Scratch {
 // Luminaires' own light, where it stays on the CPU: of run_direct_rays, run_gather and the final gather.
 struct Layers {
     std::vector<lighting::LightLayer> all;
-    std::uint64_t writes = 0;
     lighting::LightLayer& at(int layer) {
         all.resize(std::max(all.size(), static_cast<std::size_t>(layer) + 1));
         return all[static_cast<std::size_t>(layer)];
@@ -63,8 +61,6 @@ struct Merged {
 struct Besides {
     std::array<std::vector<std::uint16_t>, 2> pixels;  // 4 per pixel, × unit_lx
     std::array<float, 2> unit_lx{};                    // 0: there is none
-    unsigned passes = 0;                               // of the final gather that are in the second
-    std::uint64_t version = 0;                         // another one with every change
 };
 
 // All light at the pixels.
@@ -75,22 +71,17 @@ struct PixelLight {
     Besides emitted, summed;  // of emissive surfaces; of the others at the master's full level
 };
 
-// The final gather of a live picture that is at work.
+// The final gather of a live picture that is at work (Slot::gathering).
 struct Gathering {
     std::unique_ptr<lighting::FinalGather> work;
-    // By source: index of its luminaire, the number of them for emissive surfaces, one more for summed luminaires;
-    // version of its layer when it began; what it has made.
-    std::vector<std::pair<std::size_t, std::uint64_t>> wanted;
-    std::vector<std::vector<std::uint16_t>> pixels;   // as of LightLayer::gathered
+    std::vector<std::vector<std::uint16_t>> pixels;   // by source, as of LightLayer::gathered
     std::vector<std::shared_ptr<const WebGpu>> webs;  // that `work` reads
-    std::uint64_t completed = 0;                      // counts its passes
 };
 
 // Of run_composite_cpu.
 struct Composed {
     lighting::LayerSum sum;
-    lighting::Planes grid;                 // 3 planes in the shape of the grid: the sum of luminaires' indirect light
-    std::optional<std::uint64_t> changes;  // LayerSum::changes() it was made from; none: another grid
+    lighting::Planes grid;  // Slot::grid_sum: 3 planes in the shape of the grid, the sum of luminaires' indirect light
     std::shared_ptr<std::vector<std::uint8_t>> nv12;                   // since it was taken; null where shaders make it
     std::vector<std::shared_ptr<std::vector<std::uint8_t>>> pictures;  // made before; those nobody holds are used again
 };
