@@ -2,6 +2,7 @@
 #include <gtest/gtest.h>
 
 #include <glm/gtc/packing.hpp>
+#include <map>
 #include <random>
 
 #include "server/lighting/layers.h"
@@ -28,13 +29,13 @@ protected:
         layer.gathered.clear();  // now and then it is
         if (uniform(random) < 1.0f) layer.gathered.resize(4 * kPixels);
         for (auto& value : layer.gathered) value = glm::packHalf1x16(uniform(random));
-        layer.version = ++versions;
+        version[light] = ++versions;
     }
     std::vector<LayerTerm> terms() const {
         std::vector<LayerTerm> result;
         for (std::size_t i = 0; i < kLights; ++i) {
             if (weights[i] != glm::vec3(0.0f))
-                result.push_back({static_cast<std::uint32_t>(i + 1), &layers[i], weights[i], direct, indirect});
+                result.push_back({static_cast<std::uint32_t>(i + 1), version.at(i), &layers[i], weights[i], direct, indirect});
         }
         return result;
     }
@@ -71,6 +72,7 @@ protected:
 
     std::mt19937 random{7};
     std::uint64_t versions = 0;
+    std::map<std::size_t, std::uint64_t> version;  // of each layer
     std::vector<LightLayer> layers;
     std::vector<glm::vec3> weights;
     std::size_t others = 0;
