@@ -173,20 +173,10 @@ Blotches blotches_of(const std::vector<Traced>& truth, const Luminances& live, i
     return found;
 }
 
-struct Artefacts : testing::TestWithParam<const char*> {
-    Artefacts() : session(GetParam()), truth(session.traced_home()) {}
-    Luminances live(const Scene& scene) { return luminances(session.live_lx(scene)); }
-
-    LookSession session;
-    const std::vector<Traced>& truth;
-};
-INSTANTIATE_TEST_SUITE_P(Scenes, Artefacts, testing::Values("cornell", "atrium"),
-                         [](const auto& test) { return std::string(test.param); });
-
 // While luminaire and camera glide about the place that the truth is of: by 4 cm, and by less than kReach pixels.
-TEST_P(Artefacts, NoFireflies) {
+TEST_P(Look, NoFireflies) {
     const auto brightest = [&](const Scene& scene) {
-        const Luminances light = live(scene);
+        const Luminances light = luminances(session.live_lx(scene));
         double greatest = 0.0;
         for (const Traced& traced : truth)
             greatest = std::max(greatest, brightest_spot(traced, part_of(light, scene.width_px, traced.window)));
@@ -202,7 +192,7 @@ TEST_P(Artefacts, NoFireflies) {
         }
     }
     // A point of the grid that shows two and a half times what it should, where it is brightest.
-    Luminances spot = live(session.home);
+    Luminances spot = luminances(session.live_lx(session.home));
     Luminances part = part_of(spot, session.home.width_px, truth[0].window);
     const Window& window = truth[0].window;
     std::size_t brightest_at = truth[0].at(window.width / 2, window.height / 2);
@@ -221,10 +211,10 @@ TEST_P(Artefacts, NoFireflies) {
     EXPECT_GT(of_seed, kBound);
 }
 
-TEST_P(Artefacts, NoPatternOfInterleavedSampling) {
+TEST_P(Look, NoPatternOfInterleavedSampling) {
     Pattern pattern, spoiled;
     for (int n = 0; n < 4; ++n) {
-        const Luminances light = live(session.moved(0.0, 0.04 * n));
+        const Luminances light = luminances(session.live_lx(session.moved(0.0, 0.04 * n)));
         for (const Traced& traced : truth) {
             Luminances part = part_of(light, session.home.width_px, traced.window);
             pattern.add(traced, part);
@@ -246,8 +236,8 @@ TEST_P(Artefacts, NoPatternOfInterleavedSampling) {
     EXPECT_GT(spoiled.rms(4), 0.0005);
 }
 
-TEST_P(Artefacts, NoBlotches) {
-    const Blotches shown = blotches_of(truth, live(session.home), session.home.width_px);
+TEST_P(Look, NoBlotches) {
+    const Blotches shown = blotches_of(truth, luminances(session.live_lx(session.home)), session.home.width_px);
     std::printf("%s: tiles off by %.2f %% rms, %.2f %% at most, of %d\n", GetParam(), 100 * shown.rms, 100 * shown.most,
                 shown.tiles);
     EXPECT_GE(shown.tiles, 10);

@@ -34,6 +34,12 @@ Scene lit_by_a_panel() {
     return scene;
 }
 
+// The same asset each time: a renderer takes the surfels and links of the one before.
+const Scene& panel_room() {
+    static const Scene scene = lit_by_a_panel();
+    return scene;
+}
+
 class Emission : public testing::TestWithParam<Renderer::DirectLight> {
 protected:
     using Ran = std::set<std::string>;
@@ -60,7 +66,7 @@ protected:
     }
     Emission() { renderer.set_refinement(true); }
     Renderer renderer{context(), GetParam()};
-    Scene scene = lit_by_a_panel();
+    Scene scene = panel_room();
     bool settled = false;
 };
 INSTANTIATE_TEST_SUITE_P(Shading, Emission, testing::Values(Renderer::DirectLight::gl, Renderer::DirectLight::rays),

@@ -104,6 +104,10 @@ const std::shared_ptr<const SceneAsset>& asset_of(const std::string& scene) {
 
 }  // namespace
 
+// A suite for each scene: a renderer keeps the links of the scene before alone.
+INSTANTIATE_TEST_SUITE_P(Cornell, Look, testing::Values("cornell"));
+INSTANTIATE_TEST_SUITE_P(Atrium, Look, testing::Values("atrium"));
+
 LookSession::LookSession(const std::string& scene)
     : home(scene_of(asset_of(scene))),
       name_(scene),

@@ -2,6 +2,8 @@
 // direct light and every bounce at the centres of pixels, in windows of the picture that show each kind of place.
 #pragma once
 
+#include <gtest/gtest.h>
+
 #include <cstdint>
 #include <glm/glm.hpp>
 #include <string>
@@ -53,6 +55,14 @@ private:
     std::vector<Window> windows_;
     Renderer renderer_;
     Revision revision_ = 1;
+};
+
+// Tests of a scene's look, in a process for each scene: what was traced and the links are made once.
+struct Look : testing::TestWithParam<const char*> {
+    Look() : session(GetParam()), truth(session.traced_home()) {}
+
+    LookSession session;
+    const std::vector<Traced>& truth;
 };
 
 // Result: what a display shows of a window, in view beauty or indirect, with this indirect light.
