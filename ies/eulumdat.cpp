@@ -16,7 +16,6 @@ namespace {
 using detail::error_at;
 using detail::FileGrid;
 using detail::NumberStatus;
-using detail::Plane;
 using detail::Report;
 
 constexpr int kMaxLampSets = 1000;  // the format says 20

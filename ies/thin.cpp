@@ -19,6 +19,7 @@ std::vector<std::size_t> kept_angles(const std::vector<double>& angles, double s
 
 std::vector<double> values_at(const std::vector<double>& values, const std::vector<std::size_t>& indices) {
     std::vector<double> result;
+    result.reserve(indices.size());
     for (const std::size_t i : indices) result.push_back(values[i]);
     return result;
 }
