@@ -65,7 +65,7 @@ TEST(Trace, WhiteFurnace) {
         scene.lights[0].level_ratio = 0.0;
         const MeterPoint points[] = {{{0.2, -0.5, 0.1}, glm::normalize(glm::dvec3(1, 2, 3))}};
         Settings settings;
-        settings.noise = 0.001;
+        settings.noise = 0.0015;
         const trace::Reading reading = trace::measure(*trace::make_world(scene), points, settings).front();
         EXPECT_NEAR(lux(reading.direct_lx), std::numbers::pi * 100.0, 0.004 * std::numbers::pi * 100.0);
         const double all = std::numbers::pi * 100.0 / (1.0 - rho);
@@ -142,7 +142,7 @@ TEST(Trace, ReproducibleAndHonest) {
     std::vector<MeterPoint> points;
     for (int i = 0; i < 48; ++i) points.push_back({{-0.7 + 0.2 * (i % 8), 0.02, 0.9 + 0.15 * (i / 8)}, {0, 1, 0}});
     Settings settings;
-    settings.noise = 0.01;
+    settings.noise = 0.015;
     settings.threads = 1;
     const auto one = trace::measure(*world, points, settings);
     settings.threads = 3;

@@ -14,12 +14,15 @@ namespace {
 
 using test::quad;
 
+// Enough where detail proves nothing.
+const SurfelSettings kFew{.least = 1000, .most = 4000};
+
 // A scene's transport with all links but the reversed ones, and direct light of an isotropic source of 1 cd.
 struct Made {
-    explicit Made(const Scene& scene)
+    explicit Made(const Scene& scene, const SurfelSettings& settings = {})
         : geometry(std::make_shared<const trace::Geometry>(scene.asset)),
           light(geometry->local(scene.lights.at(0).position)),
-          builder(geometry, {light}, {}, kMostBlockLinks, false, false) {
+          builder(geometry, {light}, settings, kMostBlockLinks, false, false) {
         builder.wait();
         transport = builder.newest();
         const Surfels& s = surfels();
@@ -104,7 +107,7 @@ TEST(Transport, AClosedRoomKeepsItsLight) {
 TEST(Transport, ExtremeRoomsStayFinite) {
     for (const double side_m : {0.01, 1000.0}) {
         for (const float rho : {0.99f}) {
-            const Made made(room(glm::dvec3(side_m), rho, glm::dvec3(side_m * 0.3)));
+            const Made made(room(glm::dvec3(side_m), rho, glm::dvec3(side_m * 0.3)), kFew);
             const double r = static_cast<double>(rho),
                          most = 4 * std::numbers::pi * r / (6 * side_m * side_m * (1 - r));
             const double mean = made.mean(made.irradiance.indirect);
@@ -214,7 +217,7 @@ TEST(Transport, AWhiteFurnace) {
 
 // What rests does not depend on what was shown before; while it moves, one or two bounces a frame follow.
 TEST(Transport, SolvesFromTheFrameBefore) {
-    Made made(scene_of(make_cornell()));
+    Made made(scene_of(make_cornell()), kFew);
     Pool pool;
     const std::vector<glm::vec4> right = made.irradiance.indirect;
     Irradiance moving = made.irradiance;
@@ -241,7 +244,7 @@ TEST(Transport, DegenerateTriangles) {
     instance.mesh = static_cast<int>(asset->meshes.size()) - 1;
     asset->instances.push_back(instance);
     scene.asset = asset;
-    const Made made(scene);
+    const Made made(scene, kFew);
     EXPECT_GT(made.surfels().count, 1000u);
     for (const glm::vec4& value : made.irradiance.indirect) EXPECT_TRUE(std::isfinite(value.g));
 }
@@ -250,16 +253,16 @@ TEST(Transport, DegenerateTriangles) {
 TEST(Transport, IsHeldAndGoesOn) {
     const auto geometry = std::make_shared<const trace::Geometry>(make_cornell());
     const std::vector<glm::vec3> seeds = {geometry->local({0.0, 1.0, 0.0})};
-    Builder held(geometry, seeds, {}, kMostBlockLinks, false, false);
+    Builder held(geometry, seeds, kFew, kMostBlockLinks, false, false);
     held.hold(true);
-    Builder free(geometry, seeds, {}, kMostBlockLinks, false, false);
+    Builder free(geometry, seeds, kFew, kMostBlockLinks, false, false);
     free.wait();
     EXPECT_EQ(held.newest(), nullptr);
     held.hold(false);
     held.wait();
     ASSERT_NE(held.newest(), nullptr);
     EXPECT_EQ(held.newest()->surface->surfels.count, free.newest()->surface->surfels.count);
-    Builder never(geometry, seeds, {}, kMostBlockLinks, false, false);
+    Builder never(geometry, seeds, kFew, kMostBlockLinks, false, false);
     never.hold(true);
 }
 
