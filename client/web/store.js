@@ -21,7 +21,7 @@ export class Store extends EventTarget {
             this.clientId = event.detail.client_id ?? 0;
             this.#restate(event.detail.state);
         });
-        connection.addEventListener("changed", (event) => this.#patch(event.detail));
+        connection.addEventListener("changed", (event) => this.#change(event.detail));
     }
 
     light(name) { return this.state?.lights.find((light) => light.name === name); }
@@ -99,12 +99,12 @@ export class Store extends EventTarget {
     }
 
     // Lists print as [] where they are unchanged: only full ones replace what is known.
-    #patch({scene_rev, state: patch, removed_lights = [], removed_groups = []}) {
+    #change({scene_rev, state: changed, removed_lights = [], removed_groups = []}) {
         if (!this.state) return;
         const state = this.state;
-        const merge = (list, removed, changed = []) => {
+        const merge = (list, removed, newer = []) => {
             const kept = list.filter((item) => !removed.includes(item.name));
-            for (const item of changed) {
+            for (const item of newer) {
                 const at = kept.findIndex((other) => other.name === item.name);
                 if (at < 0) kept.push(item);
                 else kept[at] = item;
@@ -112,10 +112,10 @@ export class Store extends EventTarget {
             return kept;
         };
         state.scene_rev = scene_rev;
-        state.lights = merge(state.lights, removed_lights, patch?.lights);
-        state.groups = merge(state.groups, removed_groups, patch?.groups);
-        if (patch?.scene !== undefined) state.scene_warnings = patch.scene_warnings ?? [];
-        for (const [name, value] of Object.entries(patch ?? {})) {
+        state.lights = merge(state.lights, removed_lights, changed?.lights);
+        state.groups = merge(state.groups, removed_groups, changed?.groups);
+        if (changed?.scene !== undefined) state.scene_warnings = changed.scene_warnings ?? [];
+        for (const [name, value] of Object.entries(changed ?? {})) {
             if (["scene_rev", "lights", "groups", "scene_warnings"].includes(name)) continue;
             if (value === null || (Array.isArray(value) && value.length === 0)) continue;
             state[name] = value;

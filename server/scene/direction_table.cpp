@@ -35,18 +35,18 @@ std::size_t cell_at(const glm::dvec3& d) {
     return static_cast<std::size_t>(v) * kAzimuth + static_cast<std::size_t>(h);
 }
 
-// Cells of the table, each with the largest intensity seen in it, cd. The table's nodes: the cells' corners, the
+// Cells of the table, each with the largest intensity seen in it, cd. The table's grid points: the cells' corners, the
 // middles of their edges and their centres.
 struct Cells {
-    static constexpr int kNodesV = 2 * kPolar + 1, kNodesH = 2 * kAzimuth;
+    static constexpr int kPointsV = 2 * kPolar + 1, kPointsH = 2 * kAzimuth;
     std::vector<float> greatest = std::vector<float>(static_cast<std::size_t>(kPolar) * kAzimuth, 0.0f);
 
     void raise(int v, int h, float candela) {
         float& cell = greatest[static_cast<std::size_t>(v) * kAzimuth + static_cast<std::size_t>(h)];
         cell = std::max(cell, candela);
     }
-    // Of every cell that it is a node of.
-    void raise_node(int v, int h, float candela) {
+    // Of every cell that it is a grid point of.
+    void raise_point(int v, int h, float candela) {
         for (int i = std::max((v - 1) / 2, 0); i <= std::min(v / 2, kPolar - 1); ++i) {
             raise(i, h / 2, candela);
             if (h % 2 == 0) raise(i, (h / 2 + kAzimuth - 1) % kAzimuth, candela);
@@ -77,21 +77,21 @@ struct Steps {
 // Type C has the table's own angles: on a line of the web's grid intensity is greatest at its own angles or where the
 // line crosses one of the table's.
 void see_type_c(const ies::PhotometricWeb& web, Cells& cells) {
-    const Steps v_steps(web.v_rad, Cells::kNodesV, 0.5 * kPolarStep),
-        h_steps(web.h_rad, Cells::kNodesH, 0.5 * kAzimuthStep);
+    const Steps v_steps(web.v_rad, Cells::kPointsV, 0.5 * kPolarStep),
+        h_steps(web.h_rad, Cells::kPointsH, 0.5 * kAzimuthStep);
     const std::size_t n_v = web.v_rad.size();
     std::vector<float> plane(n_v);
     const auto row_of = [](double v) { return std::clamp(static_cast<int>(v / kPolarStep), 0, kPolar - 1); };
-    // What lies within a cell and on no edge is at its middle node.
-    const auto see_plane = [&](int node_h) {
-        for (std::size_t v = 0; v < n_v; ++v) cells.raise_node(2 * row_of(web.v_rad[v]) + 1, node_h, plane[v]);
-        for (int v = 0; v < Cells::kNodesV; ++v) {
+    // What lies within a cell and on no edge is at its middle grid point.
+    const auto see_plane = [&](int point_h) {
+        for (std::size_t v = 0; v < n_v; ++v) cells.raise_point(2 * row_of(web.v_rad[v]) + 1, point_h, plane[v]);
+        for (int v = 0; v < Cells::kPointsV; ++v) {
             const Steps::At& at = v_steps.at[static_cast<std::size_t>(v)];
             if (at.inside)
-                cells.raise_node(v, node_h, plane[at.low] + at.fraction * (plane[at.low + 1] - plane[at.low]));
+                cells.raise_point(v, point_h, plane[at.low] + at.fraction * (plane[at.low + 1] - plane[at.low]));
         }
     };
-    for (int h = 0; h < Cells::kNodesH; ++h) {
+    for (int h = 0; h < Cells::kPointsH; ++h) {
         const Steps::At& at = h_steps.at[static_cast<std::size_t>(h)];
         if (!at.inside) continue;
         for (std::size_t v = 0; v < n_v; ++v)
@@ -106,10 +106,10 @@ void see_type_c(const ies::PhotometricWeb& web, Cells& cells) {
 
 // Types A and B cross the table's cells: their lines are followed in steps of a quarter of a degree.
 void see_others(const ies::PhotometricWeb& web, Cells& cells) {
-    for (int v = 0; v < Cells::kNodesV; ++v) {
-        for (int h = 0; h < Cells::kNodesH; ++h) {
+    for (int v = 0; v < Cells::kPointsV; ++v) {
+        for (int h = 0; h < Cells::kPointsH; ++h) {
             const glm::dvec3 d = direction_at(std::cos(0.5 * v * kPolarStep), 0.5 * h * kAzimuthStep);
-            cells.raise_node(v, h, static_cast<float>(ies::intensity(web, {d.x, d.y, d.z}).in(cd)));
+            cells.raise_point(v, h, static_cast<float>(ies::intensity(web, {d.x, d.y, d.z}).in(cd)));
         }
     }
     const auto raise = [&](double v, double h, float candela) {
