@@ -87,7 +87,6 @@ RenderMetrics::RenderMetrics(Metrics& metrics)
 App::App(Options options, Tokens tokens)
     : options_(std::move(options)),
       tokens_(std::move(tokens)),
-      page_(page_files().begin(), page_files().end()),
       reloading_(injects(options_, kReloadHangs) ? read_for_ever
                                                  : std::function<Reread()>(std::bind_front(read_again, options_))),
       show_lock_(lock_show(options_.state_file)),
@@ -119,7 +118,7 @@ HttpOptions App::http_options() const {
     listen.server_name = "goniod " GONIO_VERSION;
     listen.renderer = renderer_name_;
     listen.encoder = encoders_.encoder();
-    listen.page = page_;
+    listen.page = page_files();
     return listen;
 }
 

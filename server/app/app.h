@@ -88,7 +88,6 @@ private:
     const Options options_;
     const Tokens tokens_;
     const std::chrono::nanoseconds frame_time_{static_cast<std::int64_t>(1e9 / options_.target_fps)};
-    std::vector<EmbeddedFile> page_;
     Inbox inbox_;
     std::atomic<std::shared_ptr<HttpServer>> server_to_stop_;
     std::atomic<std::shared_ptr<StateFile>> show_to_save_;
