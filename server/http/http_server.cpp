@@ -26,13 +26,13 @@ std::string client_address(const asio::ip::address& address) {
 class BeastServer final : public HttpServer {
 public:
     BeastServer(const HttpOptions& options, Callbacks callbacks)
-        : registry_(options, std::move(callbacks)),
+        : registry_(options, std::move(callbacks),
+                    {[this](Lanes::Time time) { wake_at(time); },
+                     [this](std::function<void()> call) { asio::post(disk_, std::move(call)); }}),
           encode_seconds_(registry_.options.metrics->histogram("encode_seconds", "What an encoder took for a frame.")),
           update_seconds_(registry_.options.metrics->histogram(
               "update_to_frame_seconds", "From the arrival of a command to the first encoded frame that shows it.")) {
         registry_.options.metrics->before_text([this] { show_lanes(registry_); });
-        registry_.wake_at = [this](Lanes::Time time) { wake_at(time); };
-        registry_.on_disk = [this](std::function<void()> call) { asio::post(disk_, std::move(call)); };
     }
     ~BeastServer() override {
         if (!thread_.joinable()) return;
@@ -52,7 +52,7 @@ public:
         if (secure()) {
             auto tls = load_tls(registry_.options.tls_certificate, registry_.options.tls_key);
             if (!tls) return tls.error();
-            registry_.tls = *tls;
+            registry_.access.tls = *tls;
         }
         error_code error;
         const std::string host = options.host == "localhost" ? "127.0.0.1" : options.host;
@@ -91,21 +91,19 @@ public:
     }
     void reply(SessionId session, v1::ServerMessage message) override {
         asio::post(context_, [this, session, message = std::move(message)]() mutable {
-            const auto found = registry_.peers.find(session);
-            if (found == registry_.peers.end()) return;  // it left before its answer came
+            if (!registry_.has(session)) return;  // it left before its answer came
             const v1::Result& result = message.result();
             if (message.has_result() &&
                 registry_.updates.answered(session, message.request_id(), result.code() == "ok", result.scene_rev()))
                 registry_.options.metrics
                     ->counter("updates_total", "Commands of clients, by their result.", label("result", result.code()))
                     .add();
-            if (const auto peer = found->second.lock()) peer->on_reply(std::move(message));
+            if (const auto peer = registry_.find(session)) peer->on_reply(std::move(message));
         });
     }
     void publish_video_config(v1::VideoConfig config, LaneId lane) override {
         asio::post(context_, [this, lane, config = std::move(config)]() mutable {
-            registry_.newest_stream = config;
-            registry_.streams[lane] = std::move(config);
+            registry_.video.put(lane, std::move(config));
             registry_.lanes.restarted(lane);
             for (const SessionId id : registry_.lanes.viewers_of(lane))
                 if (const auto peer = registry_.find(id)) peer->on_video_config();
@@ -120,7 +118,7 @@ public:
     }
     void stop_h264() override {
         asio::post(context_, [this] {
-            registry_.options.encoder = "mjpeg";
+            registry_.video.stop_h264();
             registry_.for_each([](Peer& peer) { peer.on_video_config(); });
             registry_.update_demand();
         });
@@ -128,7 +126,7 @@ public:
     void publish_jpeg(EncodedFrame frame) override {
         asio::post(context_, [this, frame = std::make_shared<const EncodedFrame>(std::move(frame))] {
             observe(*frame, "jpeg");
-            registry_.last_jpeg = frame;
+            registry_.mjpeg.newest = frame;
             registry_.for_each([&](Peer& peer) { peer.on_jpeg(frame); });
             registry_.update_demand();
         });
@@ -146,18 +144,18 @@ public:
     void post(std::function<void()> call) override { asio::post(context_, std::move(call)); }
     void set_ready(bool ready) override {
         came_by();
-        asio::post(context_, [this, ready] { registry_.ready = ready; });
+        asio::post(context_, [this, ready] { registry_.readiness.ready = ready; });
     }
-    void came_by() override { registry_.came_by = std::chrono::steady_clock::now(); }
+    void came_by() override { registry_.readiness.came_by = std::chrono::steady_clock::now(); }
     void set_tokens(Tokens tokens) override {
         asio::post(context_, [this, tokens = std::move(tokens)] {
-            registry_.options.tokens = tokens;
+            registry_.access.tokens = tokens;
             registry_.for_each([](Peer& peer) { peer.on_tokens(); });
         });
     }
     void set_tls(std::shared_ptr<TlsContext> tls) override {
         if (!secure()) return;
-        asio::post(context_, [this, tls = std::move(tls)] { registry_.tls = tls; });
+        asio::post(context_, [this, tls = std::move(tls)] { registry_.access.tls = tls; });
     }
 
 private:
@@ -197,19 +195,20 @@ private:
             const asio::ip::address plain_remote = plain_address(remote.address());
             const std::string address = client_address(plain_remote);
             const bool local = plain_remote.is_loopback();
-            if (!registry_.room_for_connection(address, local)) {  // closed with `socket`
+            auto place = registry_.place_for(address, local);
+            if (!place) {  // closed with `socket`
                 registry_.count_rejected("connections");
                 return;
             }
-            Accepted accepted{NetStream(std::move(socket)), std::make_shared<const Place>(registry_, address, local)};
+            Accepted accepted{NetStream(std::move(socket)), std::move(place)};
             error_code ignored;
             tcp::socket& plain = accepted.stream.socket();
             plain.set_option(tcp::no_delay(true), ignored);
             // A small send buffer: what lies in the kernel is lag that no pacing can take back.
             plain.set_option(asio::socket_base::send_buffer_size(128 << 10), ignored);
             plain.set_option(asio::detail::socket_option::integer<IPPROTO_TCP, TCP_NOTSENT_LOWAT>(64 << 10), ignored);
-            registry_.tls ? start_secure_session(registry_, std::move(accepted))
-                          : start_http_session(registry_, std::move(accepted));
+            registry_.access.tls ? start_secure_session(registry_, std::move(accepted))
+                                 : start_http_session(registry_, std::move(accepted));
         });
     }
     void close_acceptor() {
@@ -238,7 +237,7 @@ private:
     }
     // Ends early once the last client is gone.
     void stop_when_alone() {
-        if (registry_.peers.empty()) return context_.stop();
+        if (registry_.empty()) return context_.stop();
         poll_.expires_after(std::chrono::milliseconds(5));
         poll_.async_wait([this](error_code error) {
             if (!error) stop_when_alone();

@@ -112,9 +112,8 @@ private:
         const std::string& path = target.path;
         if (path == "/healthz") return respond(http::status::ok, "text/plain; charset=utf-8", "ok\n");
         if (path == "/readyz") {
-            if (!registry_.ready) return refuse(http::status::service_unavailable, "No pictures come now.");
-            if (Clock::now() - registry_.came_by.load() > registry_.options.limits.stuck)
-                return refuse(http::status::service_unavailable, "The renderer does not answer.");
+            if (const char* const why = registry_.readiness.why_not(registry_.options.limits.stuck))
+                return refuse(http::status::service_unavailable, why);
             return respond(http::status::ok, "text/plain; charset=utf-8", "ok\n");
         }
         if (path == "/v1/ws") return upgrade();
@@ -152,20 +151,19 @@ private:
     }
     // Result: whether the client showed a token that lets it do so, where one is asked for; else it has been answered.
     bool admitted(Right needed) {
-        if (!registry_.options.tokens.asked()) return true;
-        const auto now = Clock::now();
-        if (const auto wait = registry_.auth.blocked(place_->address(), now); wait.count() > 0) {
+        if (!registry_.access.tokens.asked()) return true;
+        if (const auto wait = registry_.access.blocked(*place_); wait.count() > 0) {
             refuse(http::status::too_many_requests, "Too many wrong tokens came from this address.", wait);
             return false;
         }
         const auto given = shown_token();
-        const Right right = registry_.options.tokens.right_of(given.value_or(""));
+        const Right right = registry_.access.tokens.right_of(given.value_or(""));
         if (right >= needed) return true;
         if (right == Right::look) {
             refuse(http::status::forbidden, "permission: this token lets its owner look, not change anything.");
             return false;
         }
-        if (given) registry_.auth.failed(place_->address(), now);  // who shows none does not guess
+        if (given) registry_.access.failed(*place_);  // who shows none does not guess
         refuse(http::status::unauthorized, "This needs Authorization: Bearer TOKEN.");
         return false;
     }
@@ -180,7 +178,7 @@ private:
         }
         if (request_.method() != http::verb::delete_)
             return refuse(http::status::method_not_allowed, "Uploads are written by PUT and removed by DELETE.");
-        registry_.on_disk([self = shared_from_this(), name]() mutable {
+        registry_.calls.on_disk([self = shared_from_this(), name]() mutable {
             const bool removed = self->registry_.options.uploads->remove(name);
             const auto executor = self->stream_.get_executor();
             asio::post(executor, [self = std::move(self), name, removed] {
@@ -204,11 +202,9 @@ private:
         }
         if (buffer_.size() != 0)
             return refuse(http::status::bad_request, "The client must wait for the answer to its upgrade.");
-        if (registry_.options.tokens.asked()) {
-            if (const auto wait = registry_.auth.blocked(place_->address(), Clock::now()); wait.count() > 0) {
-                registry_.count_rejected("auth_rate");
-                return refuse(http::status::too_many_requests, "Too many wrong tokens came from this address.", wait);
-            }
+        if (const auto wait = registry_.access.blocked(*place_); wait.count() > 0) {
+            registry_.count_rejected("auth_rate");
+            return refuse(http::status::too_many_requests, "Too many wrong tokens came from this address.", wait);
         }
         if (registry_.full_for(*place_)) {
             registry_.count_rejected("clients_of_address");
@@ -279,7 +275,7 @@ private:
         if (still_id_ == 0) return;
         const auto self = shared_from_this();  // the timers' handlers hold the only other references
         end_wait();
-        if (registry_.options.tokens.right_of(shown_token().value_or("")) == Right::none)
+        if (registry_.access.tokens.right_of(shown_token().value_or("")) == Right::none)
             return refuse(http::status::unauthorized, "The token does not hold any more.");
         if (message.has_capture()) {
             Response response = make_response(http::status::ok, content_type("." + message.capture().format()),

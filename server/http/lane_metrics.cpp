@@ -25,9 +25,7 @@ Histogram& send_seconds(Metrics& metrics) {
 
 void show_lanes(const SessionRegistry& registry) {
     Metrics& metrics = *registry.options.metrics;
-    const std::string& now = registry.has_h264() && !registry.newest_stream.encoder().empty()
-                                 ? registry.newest_stream.encoder()
-                                 : registry.options.encoder;
+    const std::string& now = registry.video.newest_encoder();
     for (const char* encoder : kEncoders)
         metrics.gauge("encoder_info", "1 for the encoder of the video.", label("encoder", encoder))
             .set(encoder == now ? 1 : 0);
@@ -50,8 +48,7 @@ void show_lanes(const SessionRegistry& registry) {
             .set(sum.bitrate_bps);
     }
     std::size_t in_flight = registry.lanes.bytes_in_flight();
-    for (const auto& [id, session] : registry.peers)
-        if (const auto peer = session.lock()) in_flight += peer->waiting_bytes();
+    registry.for_each([&](const Peer& peer) { in_flight += peer.waiting_bytes(); });
     metrics
         .gauge("inflight_bytes",
                "Video that was given to viewers' sockets and is not acknowledged, and messages that wait for clients.")

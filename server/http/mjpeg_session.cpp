@@ -41,11 +41,11 @@ public:
     void start() {
         id_ = registry_.add(shared_from_this(), place_);
         if (id_ == 0) return end();
-        ++registry_.clients;
-        ++registry_.mjpeg_clients;
+        registry_.count_served(true);
+        ++registry_.mjpeg.all;
         registry_.count_clients("mjpeg", 1);
         read();
-        pending_ = registry_.last_jpeg;
+        pending_ = registry_.mjpeg.newest;
         write({asio::buffer(kPreamble), asio::const_buffer(), asio::const_buffer()});
         update_demand();
     }
@@ -60,7 +60,7 @@ public:
     }
     void on_shutdown() override { end(); }
     void on_tokens() override {
-        if (registry_.options.tokens.right_of(token_) == Right::none) end();
+        if (registry_.access.tokens.right_of(token_) == Right::none) end();
     }
 
 private:
@@ -110,7 +110,7 @@ private:
     void set_takes(bool takes) {
         if (takes == takes_) return;
         takes_ = takes;
-        takes ? ++registry_.mjpeg_takers : --registry_.mjpeg_takers;
+        takes ? ++registry_.mjpeg.takers : --registry_.mjpeg.takers;
     }
     void end() {
         stall_.cancel();
@@ -120,9 +120,9 @@ private:
     void forget() {
         if (std::exchange(ended_, true) || id_ == 0) return;
         set_takes(false);
-        --registry_.clients;
+        registry_.count_served(false);
         registry_.count_clients("mjpeg", -1);
-        if (--registry_.mjpeg_clients == 0) registry_.last_jpeg = nullptr;
+        registry_.mjpeg.leave();
         registry_.remove(id_);
     }
 

@@ -42,7 +42,7 @@ private:
                                          self->accepted_.stream.async_shut_down([self](error_code) { self->end(); });
                                      });
         }
-        accepted_.stream.async_handshake(registry_.tls, [self = shared_from_this()](error_code failed) {
+        accepted_.stream.async_handshake(registry_.access.tls, [self = shared_from_this()](error_code failed) {
             self->timer_.cancel();
             if (self->registry_.stopping) return;
             self->handed_over_ = true;

@@ -16,37 +16,60 @@ std::shared_ptr<const std::string> SharedMessage::bytes(Encoding encoding) const
     return slot;
 }
 
-namespace {
-
-// One less of a key; those at zero are not kept.
-void take_one(std::map<std::string, unsigned>& counts, const std::string& key) {
-    const auto found = counts.find(key);
-    if (found != counts.end() && --found->second == 0) counts.erase(found);
+void AddressCounts::take(const std::string& address) {
+    const auto found = of_.find(address);
+    if (found == of_.end()) return;
+    --all_;
+    if (--found->second == 0) of_.erase(found);
 }
 
-unsigned count_of(const std::map<std::string, unsigned>& counts, const std::string& key) {
-    const auto found = counts.find(key);
-    return found == counts.end() ? 0 : found->second;
+unsigned AddressCounts::of(const std::string& address) const {
+    const auto found = of_.find(address);
+    return found == of_.end() ? 0 : found->second;
 }
 
-}  // namespace
-
-Place::Place(SessionRegistry& registry, std::string address, bool local)
-    : registry_(registry), address_(std::move(address)), local_(local) {
-    ++registry_.connections;
-    ++registry_.connections_of[address_];
+Place::Place(AddressCounts& connections, std::string address, bool local)
+    : connections_(connections), address_(std::move(address)), local_(local) {
+    connections_.add(address_);
 }
 
-Place::~Place() {
-    --registry_.connections;
-    take_one(registry_.connections_of, address_);
+std::chrono::seconds Access::blocked(const Place& place) const {
+    return tokens.asked() ? guard.blocked(place.address(), Clock::now()) : std::chrono::seconds(0);
 }
 
-SessionRegistry::SessionRegistry(const HttpOptions& given, HttpServer::Callbacks given_callbacks)
+const char* Readiness::why_not(std::chrono::milliseconds stuck) const {
+    if (!ready) return "No pictures come now.";
+    return Clock::now() - came_by.load() > stuck ? "The renderer does not answer." : nullptr;
+}
+
+void VideoConfigs::put(LaneId lane, v1::VideoConfig config) {
+    newest_ = config;
+    of_[lane] = std::move(config);
+}
+
+v1::VideoConfig VideoConfigs::of(LaneId lane) const {
+    v1::VideoConfig config;
+    if (!has_h264()) {
+        config.set_encoder(encoder_);
+        return config;
+    }
+    const auto own = of_.find(lane);
+    config = own == of_.end() ? newest_ : own->second;
+    config.set_lane(lane_kind(lane));
+    return config;
+}
+
+const std::string& VideoConfigs::newest_encoder() const {
+    return has_h264() && !newest_.encoder().empty() ? newest_.encoder() : encoder_;
+}
+
+SessionRegistry::SessionRegistry(const HttpOptions& given, HttpServer::Callbacks callbacks, ServerCalls its_calls)
     : options(given),
-      callbacks(std::move(given_callbacks)),
-      auth(given.limits.auth_failures),
-      lanes({.private_lanes = given.private_lanes, .key_interval = given.limits.key_interval}) {}
+      calls(std::move(its_calls)),
+      access{given.tokens, AuthGuard(given.limits.auth_failures), nullptr},
+      video(given.encoder),
+      lanes({.private_lanes = given.private_lanes, .key_interval = given.limits.key_interval}),
+      callbacks_(std::move(callbacks)) {}
 
 unsigned SessionRegistry::most_clients_of(const Place& place) const {
     return place.local() ? options.limits.local_clients : options.limits.clients_per_address;
@@ -54,13 +77,14 @@ unsigned SessionRegistry::most_clients_of(const Place& place) const {
 
 bool SessionRegistry::full_for(const Place& place) const {
     const unsigned most = most_clients_of(place);
-    return most > 0 && count_of(clients_of, place.address()) >= most;
+    return most > 0 && clients_.of(place.address()) >= most;
 }
 
-bool SessionRegistry::room_for_connection(const std::string& address, bool local) const {
+std::shared_ptr<const Place> SessionRegistry::place_for(const std::string& address, bool local) {
     const HttpLimits& limits = options.limits;
     const unsigned most = local ? limits.local_connections : limits.connections_per_address;
-    return connections < limits.connections && (most == 0 || count_of(connections_of, address) < most);
+    if (connections_.all() >= limits.connections || (most > 0 && connections_.of(address) >= most)) return nullptr;
+    return std::make_shared<const Place>(connections_, address, local);
 }
 
 void SessionRegistry::count_clients(const char* transport, int change) {
@@ -75,7 +99,7 @@ void SessionRegistry::count_rejected(const char* reason) {
 
 SessionId SessionRegistry::add(const std::shared_ptr<Peer>& peer, const std::shared_ptr<const Place>& place) {
     if (full() || full_for(*place) || stopping) return 0;
-    ++clients_of[place->address()];
+    clients_.add(place->address());
     return keep(peer, place);
 }
 
@@ -86,15 +110,15 @@ SessionId SessionRegistry::add_stranger(const std::shared_ptr<Peer>& peer, const
 }
 
 bool SessionRegistry::make_client(SessionId id) {
-    const Place& place = *place_of.at(id);
+    const Place& place = *place_of_.at(id);
     if (full() || full_for(place)) return false;
     std::erase(strangers_, id);
-    ++clients_of[place.address()];
+    clients_.add(place.address());
     return true;
 }
 
 void SessionRegistry::make_room_for_stranger(const Place& place) {
-    const auto is_neighbour = [&](SessionId id) { return place_of.at(id)->address() == place.address(); };
+    const auto is_neighbour = [&](SessionId id) { return place_of_.at(id)->address() == place.address(); };
     const unsigned most = most_clients_of(place);
     auto leaves = strangers_.end();
     if (most > 0 && std::count_if(strangers_.begin(), strangers_.end(), is_neighbour) >= most)
@@ -109,41 +133,29 @@ void SessionRegistry::make_room_for_stranger(const Place& place) {
 }
 
 SessionId SessionRegistry::keep(const std::shared_ptr<Peer>& peer, const std::shared_ptr<const Place>& place) {
-    while (next_id_ == 0 || peers.contains(next_id_)) ++next_id_;
-    peers[next_id_] = peer;
-    place_of[next_id_] = place;
+    while (next_id_ == 0 || peers_.contains(next_id_)) ++next_id_;
+    peers_[next_id_] = peer;
+    place_of_[next_id_] = place;
     return next_id_++;
 }
 
 bool SessionRegistry::too_much_waits_for(const Place& place) const {
     std::size_t sum = 0;
-    for (const auto& [id, session] : peers)
-        if (const auto peer = session.lock(); peer && place_of.at(id)->address() == place.address())
+    for (const auto& [id, session] : peers_)
+        if (const auto peer = session.lock(); peer && place_of_.at(id)->address() == place.address())
             sum += peer->waiting_bytes();
     return sum >= (most_clients_of(place) > 0 ? 4 : 16) * options.limits.queued_bytes;
 }
 
 void SessionRegistry::remove(SessionId id) {
-    if (peers.erase(id) == 0) return;
+    if (peers_.erase(id) == 0) return;
     if (lanes.watches(id)) lanes.leave(id, Clock::now());
-    const auto place = place_of.find(id);
-    if (std::erase(strangers_, id) == 0) take_one(clients_of, place->second->address());
-    place_of.erase(place);
-    if (!stopping && callbacks.closed) callbacks.closed(id);
+    const auto place = place_of_.find(id);
+    if (std::erase(strangers_, id) == 0) clients_.take(place->second->address());
+    place_of_.erase(place);
+    if (!stopping && callbacks_.closed) callbacks_.closed(id);
     tell_moved();
     update_demand();
-}
-
-v1::VideoConfig SessionRegistry::video_config(LaneId lane) const {
-    v1::VideoConfig config;
-    if (!has_h264()) {
-        config.set_encoder(options.encoder);
-        return config;
-    }
-    const auto own = streams.find(lane);
-    config = own == streams.end() ? newest_stream : own->second;
-    config.set_lane(lane_kind(lane));
-    return config;
 }
 
 void SessionRegistry::publish_h264(const std::shared_ptr<const EncodedFrame>& frame, bool final) {
@@ -171,23 +183,23 @@ void SessionRegistry::update_demand() {
     const auto now = Clock::now();
     Demand demand;
     demand.lanes = lanes.wishes(now);
-    demand.jpeg = mjpeg_takers > 0;
-    demand.jpeg_clients = mjpeg_clients;
-    demand.clients = clients;
+    demand.jpeg = mjpeg.takers > 0;
+    demand.jpeg_clients = mjpeg.all;
+    demand.clients = served_;
     const auto due = lanes.due(now);
-    if (due && wake_at) wake_at(*due);
+    if (due && calls.wake_at) calls.wake_at(*due);
     if (told_ == demand) return;
     told_ = demand;
-    if (callbacks.demand) callbacks.demand(demand);
+    if (callbacks_.demand) callbacks_.demand(demand);
 }
 
 bool SessionRegistry::request(SessionId id, v1::ClientMessage message) {
-    return !stopping && callbacks.request && callbacks.request(id, std::move(message));
+    return !stopping && callbacks_.request && callbacks_.request(id, std::move(message));
 }
 
 bool SessionRegistry::identified(SessionId id, v1::Identify identify) {
     identify.clear_token();
-    return !stopping && (!callbacks.identified || callbacks.identified(id, std::move(identify)));
+    return !stopping && (!callbacks_.identified || callbacks_.identified(id, std::move(identify)));
 }
 
 }  // namespace gonio

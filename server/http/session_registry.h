@@ -28,8 +28,6 @@ private:
     mutable std::shared_ptr<const std::string> proto_, json_;
 };
 
-struct SessionRegistry;
-
 // A connection that lives longer than one request.
 class Peer {
 public:
@@ -37,7 +35,7 @@ public:
     virtual void on_reply(v1::ServerMessage) {}
     virtual void on_state_published() {}
     virtual void on_state_changed(const SharedMessage&) {}
-    virtual void on_video_config() {}  // SessionRegistry::video_config() of its lane may be another now
+    virtual void on_video_config() {}  // VideoConfigs::of() its lane may be another now
     virtual void on_moved() {}         // to another lane
     virtual void on_h264(const std::shared_ptr<const EncodedFrame>&, bool /*final*/, VideoGate::Verdict) {}
     virtual void on_jpeg(const std::shared_ptr<const EncodedFrame>&) {}
@@ -49,52 +47,112 @@ public:
     virtual std::size_t waiting_bytes() const { return 0; }
 };
 
+// How many there are of each address.
+class AddressCounts {
+public:
+    void add(const std::string& address) {
+        ++all_;
+        ++of_[address];
+    }
+    void take(const std::string& address);  // one less; does nothing where there is none
+    unsigned of(const std::string& address) const;
+    unsigned all() const { return all_; }
+
+private:
+    unsigned all_ = 0;
+    std::map<std::string, unsigned> of_;  // only those that have some
+};
+
 // A connection's place among those that the limits count; ends with its last owner.
 class Place {
 public:
     // address: as the limits tell clients apart; local: loopback.
-    Place(SessionRegistry& registry, std::string address, bool local);
-    ~Place();
+    Place(AddressCounts& connections, std::string address, bool local);
+    ~Place() { connections_.take(address_); }
     Place(const Place&) = delete;
     Place& operator=(const Place&) = delete;
     const std::string& address() const { return address_; }
     bool local() const { return local_; }
 
 private:
-    SessionRegistry& registry_;
+    AddressCounts& connections_;
     std::string address_;
     bool local_;
 };
 
 struct TlsContext;
 
-struct SessionRegistry {
-    explicit SessionRegistry(const HttpOptions& given, HttpServer::Callbacks given_callbacks);
+// What clients must show, and who showed wrong tokens too often.
+struct Access {
+    Tokens tokens;
+    AuthGuard guard;
+    std::shared_ptr<TlsContext> tls;  // null: plain HTTP
 
-    HttpOptions options;
-    HttpServer::Callbacks callbacks;
-    std::map<SessionId, std::weak_ptr<Peer>> peers;
-    unsigned connections = 0;
-    unsigned clients = 0;                                        // that are Ready, or take MJPEG
-    unsigned mjpeg_clients = 0, mjpeg_takers = 0;                // takers: took the last part
-    std::map<std::string, unsigned> connections_of, clients_of;  // by address, only those that have some
-    std::map<SessionId, std::shared_ptr<const Place>> place_of;  // of `peers`
-    std::shared_ptr<TlsContext> tls;                             // null: plain HTTP
-    AuthGuard auth;
-    UpdateClock updates;
+    // Result: how long the address is not answered; zero: it is.
+    std::chrono::seconds blocked(const Place& place) const;
+    void failed(const Place& place) { guard.failed(place.address(), std::chrono::steady_clock::now()); }
+};
+
+// Whether pictures come.
+struct Readiness {
     bool ready = false;
     std::atomic<std::chrono::steady_clock::time_point> came_by{};  // the render thread, last; any thread
-    std::function<void(std::function<void()>)> on_disk;            // runs the call on the disk thread
-    std::optional<v1::State> state;
+
+    // Result: a sentence; null where they come. stuck: how long the render thread may stay away.
+    const char* why_not(std::chrono::milliseconds stuck) const;
+};
+
+// What the encoders make.
+class VideoConfigs {
+public:
+    explicit VideoConfigs(std::string encoder) : encoder_(std::move(encoder)) {}
+    bool has_h264() const { return encoder_ != "mjpeg"; }
+    void stop_h264() { encoder_ = "mjpeg"; }
+    void put(LaneId lane, v1::VideoConfig config);
+    // Result: for a viewer of this lane; of a lane that has no encoder yet what others make.
+    v1::VideoConfig of(LaneId lane) const;
+    const std::string& newest_encoder() const;  // of the last stream; before it the one that the server began with
+
+private:
+    std::string encoder_;
+    std::map<LaneId, v1::VideoConfig> of_;
+    v1::VideoConfig newest_;
+};
+
+struct MjpegClients {
+    unsigned all = 0, takers = 0;                // takers: took the last part
+    std::shared_ptr<const EncodedFrame> newest;  // kept while a client is there
+
+    void leave() {
+        if (--all == 0) newest = nullptr;
+    }
+};
+
+// What the HTTP server does for its sessions.
+struct ServerCalls {
+    std::function<void(Lanes::Time)> wake_at;            // calls update_demand() then
+    std::function<void(std::function<void()>)> on_disk;  // runs the call on the disk thread
+};
+
+class SessionRegistry {
+public:
+    SessionRegistry(const HttpOptions& given, HttpServer::Callbacks callbacks, ServerCalls its_calls);
+
+    const HttpOptions options;  // as given: tokens and encoder may be others by now
+    const ServerCalls calls;
+    Access access;
+    Readiness readiness;
+    VideoConfigs video;
     Lanes lanes;
-    std::map<LaneId, v1::VideoConfig> streams;  // what the encoder of each lane makes
-    v1::VideoConfig newest_stream;
-    std::function<void(Lanes::Time)> wake_at;       // calls update_demand() then
-    std::shared_ptr<const EncodedFrame> last_jpeg;  // kept while an MJPEG client is there
+    MjpegClients mjpeg;
+    UpdateClock updates;
+    std::optional<v1::State> state;
     std::atomic<std::uint32_t> packets_sent = 0;
     bool stopping = false;
     std::uint32_t reconnect_after_ms = 0;  // of the Goodbye
 
+    // Result: null where the limits have no room for a connection of this address.
+    std::shared_ptr<const Place> place_for(const std::string& address, bool local);
     // Result: the id of a new client; 0 at a limit of clients.
     SessionId add(const std::shared_ptr<Peer>& peer, const std::shared_ptr<const Place>& place);
     // Result: the id of a socket that has not identified. It takes no client's place; there are as many places for
@@ -103,20 +161,18 @@ struct SessionRegistry {
     // id: of add_stranger(). Result: whether it is a client now; false at a limit of clients.
     bool make_client(SessionId id);
     void remove(SessionId id);
-    bool full() const { return peers.size() - strangers_.size() >= options.limits.clients; }
+    bool full() const { return peers_.size() - strangers_.size() >= options.limits.clients; }
     // Whether the address has as many clients as it may.
     bool full_for(const Place& place) const;
     // Whether clients of this address wait for more than four times HttpLimits::queued_bytes; sixteen times, of an
     // address that has no limit of its own. No further stills are begun for them then.
     bool too_much_waits_for(const Place& place) const;
-    bool room_for_connection(const std::string& address, bool local) const;
+    // One more or less that is connected; that is Ready, or takes MJPEG.
     void count_clients(const char* transport, int change);
+    void count_served(bool more) { more ? ++served_ : --served_; }
     void count_rejected(const char* reason);
     // Tells the daemon what is wanted if that changed. Call after everything that may change it.
     void update_demand();
-    bool has_h264() const { return options.encoder != "mjpeg"; }
-    // Result: for a viewer of this lane; of a lane that has no encoder yet what others make.
-    v1::VideoConfig video_config(LaneId lane) const;
     void publish_h264(const std::shared_ptr<const EncodedFrame>& frame, bool final);
     // Tells those that were moved to another lane.
     void tell_moved();
@@ -125,27 +181,35 @@ struct SessionRegistry {
     bool identified(SessionId id, v1::Identify identify);
     // Calls `call(peer)` for each peer; one may end or be added meanwhile.
     template <typename Call>
-    void for_each(const Call& call) {
+    void for_each(const Call& call) const {
         for (SessionId after = 0;;) {
-            const auto next = peers.upper_bound(after);
-            if (next == peers.end()) return;
+            const auto next = peers_.upper_bound(after);
+            if (next == peers_.end()) return;
             after = next->first;
             if (const auto peer = next->second.lock()) call(*peer);
         }
     }
 
+    // Result: null where it has gone.
     std::shared_ptr<Peer> find(SessionId id) const {
-        const auto found = peers.find(id);
-        return found == peers.end() ? nullptr : found->second.lock();
+        const auto found = peers_.find(id);
+        return found == peers_.end() ? nullptr : found->second.lock();
     }
+    bool has(SessionId id) const { return peers_.contains(id); }
+    bool empty() const { return peers_.empty(); }
 
 private:
     SessionId keep(const std::shared_ptr<Peer>& peer, const std::shared_ptr<const Place>& place);
     void make_room_for_stranger(const Place& place);
     unsigned most_clients_of(const Place& place) const;  // 0: no limit of its address
 
+    HttpServer::Callbacks callbacks_;
+    std::map<SessionId, std::weak_ptr<Peer>> peers_;
+    std::map<SessionId, std::shared_ptr<const Place>> place_of_;  // of `peers_`
+    AddressCounts connections_, clients_;
+    unsigned served_ = 0;
     SessionId next_id_ = 1;
-    std::deque<SessionId> strangers_;  // of `peers`, the oldest first
+    std::deque<SessionId> strangers_;  // of `peers_`, the oldest first
     std::optional<Demand> told_;
     std::map<std::string, int> clients_by_transport_;
 };

@@ -57,7 +57,7 @@ private:
     // Calls `work` on the disk thread, then `then` with its result on this one.
     template <typename T, typename Work, typename Then>
     void on_disk(Work work, Then then) {
-        registry_.on_disk([self = shared_from_this(), work, then]() mutable {
+        registry_.calls.on_disk([self = shared_from_this(), work, then]() mutable {
             auto result = std::make_shared<Result<T>>(work());
             const auto executor = self->accepted_.stream.get_executor();
             asio::post(executor, [self = std::move(self), result, then] { then(std::move(*result)); });
@@ -98,7 +98,7 @@ private:
             });
     }
     void finish() {
-        if (registry_.options.tokens.right_of(token_) != Right::change)
+        if (registry_.access.tokens.right_of(token_) != Right::change)
             return refuse({"permission", "", name_, "The token does not hold any more."});
         open_ = false;
         on_disk<bool>([this] { return registry_.options.uploads->finish(part_); },

@@ -3,13 +3,13 @@
 #include <spdlog/spdlog.h>
 
 #include <boost/beast/websocket/stream.hpp>
-#include <deque>
 
-#include "protocol/schema/frame_header.h"
 #include "protocol/text/shortened_text.h"
 #include "server/base/token_bucket.h"
 #include "server/http/lane_metrics.h"
 #include "server/http/message_limits.h"
+#include "server/http/outgoing.h"
+#include "server/http/socket_messages.h"
 
 namespace gonio {
 namespace {
@@ -24,10 +24,6 @@ constexpr std::uint16_t kNotIdentified = 4002, kWrongToken = 4003, kTooManyFailu
 constexpr std::size_t kUpdateBytes = 16 << 10;               // of a message: every whole one counts as a command more
 constexpr auto kBusyRetry = std::chrono::milliseconds(100);  // of "busy"
 
-std::uint32_t microseconds(std::int64_t from_ns, std::int64_t to_ns) {
-    return static_cast<std::uint32_t>(std::clamp<std::int64_t>((to_ns - from_ns) / 1000, 0, UINT32_MAX));
-}
-
 class WebSocketSession final : public Peer, public std::enable_shared_from_this<WebSocketSession> {
 public:
     WebSocketSession(SessionRegistry& registry, Accepted accepted, Encoding encoding)
@@ -39,6 +35,7 @@ public:
           ack_seconds_(
               registry.options.metrics->histogram("ack_rtt_seconds", "From sending a frame to its acknowledgement.")),
           send_seconds_(send_seconds(*registry.options.metrics)),
+          queue_(registry.options.limits),
           tick_(socket_.get_executor()) {
         registry_.count_clients("websocket", 1);
     }
@@ -70,31 +67,20 @@ public:
         });
         socket_.async_accept(request_, [self = shared_from_this()](error_code error) {
             if (error) return self->end();
-            v1::ServerMessage message;
-            v1::Hello& hello = *message.mutable_hello();
-            hello.set_server(self->registry_.options.server_name);
-            hello.set_renderer(self->registry_.options.renderer);
-            hello.set_encoder(self->registry_.options.encoder);
-            if (self->registry_.has_h264()) hello.add_features("h264");
-            for (const char* feature : {"mjpeg", "still"}) hello.add_features(feature);
-            self->push(SharedMessage(std::move(message)).bytes(self->encoding_));
+            self->push(self->encoded(hello_message(self->registry_.options, self->registry_.video.has_h264())));
             self->read();
         });
     }
 
     void on_reply(v1::ServerMessage message) override {
         const std::uint32_t request_id = message.request_id();
-        auto bytes = SharedMessage(std::move(message)).bytes(encoding_);
+        auto bytes = encoded(std::move(message));
         if (request_id == 0) return push(std::move(bytes));
-        if (const std::size_t waiting = waiting_bytes(); waiting > 0 && over_bound(waiting + bytes->size()))
-            bytes = encoded_refusal(request_id, full_of(waiting), kBusyRetry);
-        push(std::move(bytes), Kind::reply);
+        if (const std::size_t waiting = waiting_bytes(); waiting > 0 && queue_.over_bound(waiting + bytes->size()))
+            bytes = encoded(refusal_message(request_id, full_of(waiting), kBusyRetry));
+        push(std::move(bytes), Outgoing::Kind::reply);
     }
-    std::size_t waiting_bytes() const override {
-        std::size_t sum = writing_ ? outgoing_.message_bytes() : 0;
-        for (const Outgoing& waiting : queue_) sum += waiting.message_bytes();
-        return sum;
-    }
+    std::size_t waiting_bytes() const override { return queue_.waiting_bytes(); }
     void on_state_published() override {
         if (identified_ && !ready_) send_ready();
     }
@@ -103,12 +89,12 @@ public:
         // Who holds the camera is told without a new revision.
         if (!message.message().state_changed().state().has_control() && rev <= whole_state_rev_) return;
         if (!ready_ || !wants_state_) return;
-        push(message.bytes(encoding_), Kind::state_changed, rev);
+        push(message.bytes(encoding_), Outgoing::Kind::state_changed, rev);
     }
     void on_video_config() override {
         if (!ready_ || !wants_video_) return;
         held_ = nullptr;  // of the stream before
-        if (!registry_.has_h264()) watch(false);
+        if (!registry_.video.has_h264()) watch(false);
         tell_stream();
     }
     void on_moved() override { on_video_config(); }
@@ -128,7 +114,7 @@ public:
         }
     }
     void on_tokens() override {
-        if (!identified_ || registry_.options.tokens.right_of(token_) >= right_) return;
+        if (!identified_ || registry_.access.tokens.right_of(token_) >= right_) return;
         registry_.count_rejected("auth");
         close(kWrongToken, "the token does not hold any more");
     }
@@ -136,28 +122,15 @@ public:
         turn_away(websocket::close_code::try_again_later, "too many others have not identified either");
     }
     void on_shutdown() override {
-        v1::ServerMessage message;
-        message.mutable_goodbye()->set_reason("The server stops.");
-        message.mutable_goodbye()->set_reconnect_after_ms(registry_.reconnect_after_ms);
-        push(SharedMessage(std::move(message)).bytes(encoding_));
+        push(encoded(goodbye_message(registry_.reconnect_after_ms)));
         close_when_sent_ = true;
         write_next();
     }
 
 private:
-    // reply: ends a request that counts as outstanding; note: any other message that is no state.
-    enum class Kind : std::uint8_t { note, reply, state_changed, whole_state, video };
-    static bool is_state(Kind kind) { return kind == Kind::state_changed || kind == Kind::whole_state; }
-    // Messages leave in the order in which they were pushed, so that no frame overtakes its VideoConfig.
-    struct Outgoing {
-        std::shared_ptr<const std::string> bytes;  // of messages; of whole_state from its sending on
-        Kind kind = Kind::note;
-        std::uint32_t scene_rev = 0;                // of state_changed
-        std::shared_ptr<const EncodedFrame> frame;  // of video, with its header
-        std::array<std::byte, kFrameHeaderBytes> header{};
-        std::uint32_t seq = 0;
-        std::size_t message_bytes() const { return bytes ? bytes->size() : 0; }
-    };
+    std::shared_ptr<const std::string> encoded(v1::ServerMessage message) const {
+        return SharedMessage(std::move(message)).bytes(encoding_);
+    }
 
     // ---- reading
     void read() {
@@ -173,7 +146,7 @@ private:
 
     void on_message(std::string_view bytes, bool is_text) {
         if (!identified_) {
-            const Result<v1::ClientMessage> message = decode(bytes, is_text);
+            const Result<v1::ClientMessage> message = decode_frame(encoding_, bytes, is_text);
             if (!message || !message->has_identify())
                 return close(kNotIdentified, "Identify must be the first message");
             return on_identify(message->identify());
@@ -183,13 +156,13 @@ private:
             const auto retry = updates_.take(Clock::now(), more);
             if (retry.count() > 0) {
                 const std::string_view first = encoding_ == Encoding::proto ? bytes.substr(0, kUpdateBytes) : bytes;
-                return refuse(peek_request_id(encoding_, body(first)), too_fast(), retry);
+                return refuse(peek_request_id(encoding_, body_of(encoding_, first)), too_fast(), retry);
             }
         }
-        Result<v1::ClientMessage> message = decode(bytes, is_text);
+        Result<v1::ClientMessage> message = decode_frame(encoding_, bytes, is_text);
         if (!message) {
             const bool right_frame = is_text == (encoding_ == Encoding::json);
-            return refuse(right_frame ? peek_request_id(encoding_, body(bytes)) : 0, message.error());
+            return refuse(right_frame ? peek_request_id(encoding_, body_of(encoding_, bytes)) : 0, message.error());
         }
         const std::uint32_t request_id = message->request_id();
         switch (message->message_case()) {
@@ -220,7 +193,7 @@ private:
             error = Error{"busy", "", std::to_string(outstanding_),
                           "So many requests of this client are unanswered; wait for some."};
         }
-        if (const std::size_t waiting = waiting_bytes(); !error && is_query(message) && over_bound(waiting)) {
+        if (const std::size_t waiting = waiting_bytes(); !error && is_query(message) && queue_.over_bound(waiting)) {
             retry = kBusyRetry;
             error = full_of(waiting);
         }
@@ -242,32 +215,17 @@ private:
                 "This client sends more commands than that; none of this one was applied."};
     }
 
-    std::string_view body(std::string_view bytes) const {
-        return encoding_ == Encoding::proto && !bytes.empty() ? bytes.substr(1) : bytes;
-    }
-    Result<v1::ClientMessage> decode(std::string_view bytes, bool is_text) const {
-        if (encoding_ == Encoding::json) {
-            if (!is_text) return Error{"bad_message", "", "", "Messages of gonio.v1.json are text frames."};
-        } else if (is_text || bytes.empty() || static_cast<unsigned char>(bytes[0]) != kBinaryControl) {
-            return Error{"bad_message", "byte 0", "",
-                         "Messages of gonio.v1.proto are binary frames that begin with 1."};
-        }
-        return decode_client_message(encoding_, body(bytes));
-    }
-
     void on_identify(const v1::Identify& identify) {
-        const Right right = registry_.options.tokens.right_of(identify.token());
-        if (registry_.options.tokens.asked()) {
-            if (registry_.auth.blocked(place_->address(), Clock::now()).count() > 0) {
-                registry_.count_rejected("auth_rate");
-                return close(kTooManyFailures, "too many wrong tokens from this address; wait a minute");
-            }
-            if (right == Right::none) {
-                // Who shows none does not guess: the page asks for it then.
-                if (!identify.token().empty()) registry_.auth.failed(place_->address(), Clock::now());
-                registry_.count_rejected("auth");
-                return close(kWrongToken, "the token is wrong");
-            }
+        const Right right = registry_.access.tokens.right_of(identify.token());
+        if (registry_.access.blocked(*place_).count() > 0) {
+            registry_.count_rejected("auth_rate");
+            return close(kTooManyFailures, "too many wrong tokens from this address; wait a minute");
+        }
+        if (registry_.access.tokens.asked() && right == Right::none) {
+            // Who shows none does not guess: the page asks for it then.
+            if (!identify.token().empty()) registry_.access.failed(*place_);
+            registry_.count_rejected("auth");
+            return close(kWrongToken, "the token is wrong");
         }
         const std::string& role = identify.role();
         if (!role.empty() && role != "controller" && role != "viewer")
@@ -295,111 +253,75 @@ private:
     void send_ready() {
         ready_ = true;
         count(true);
-        if (wants_video_ && registry_.has_h264()) watch(true);
-        push(nullptr, Kind::whole_state);
+        if (wants_video_ && registry_.video.has_h264()) watch(true);
+        push(nullptr, Outgoing::Kind::whole_state);
         registry_.update_demand();
     }
-    // Changes that wait behind the whole state and are contained in it are dropped: revisions never go back.
     std::shared_ptr<const std::string> take_whole_state() {
         v1::ServerMessage message;
         message.mutable_ready()->set_client_id(id_);
         message.mutable_ready()->set_role(role_);
         if (registry_.state) *message.mutable_ready()->mutable_state() = *registry_.state;
-        told_stream_ = registry_.video_config(watching_ ? registry_.lanes.lane_of(id_) : kSharedLane);
+        told_stream_ = stream_config();
         *message.mutable_ready()->mutable_video_config() = told_stream_;
         whole_state_rev_ = message.ready().state().scene_rev();
-        std::erase_if(queue_, [rev = whole_state_rev_](const Outgoing& waiting) {
-            return waiting.kind == Kind::state_changed && waiting.scene_rev <= rev;
-        });
-        return SharedMessage(std::move(message)).bytes(encoding_);
+        queue_.drop_changes_until(whole_state_rev_);
+        return encoded(std::move(message));
     }
     void refuse(std::uint32_t request_id, const Error& error,
                 std::chrono::milliseconds retry = std::chrono::milliseconds(0)) {
-        push(encoded_refusal(request_id, error, retry));
+        push(encoded(refusal_message(request_id, error, retry)));
     }
-    std::shared_ptr<const std::string> encoded_refusal(std::uint32_t request_id, const Error& error,
-                                                       std::chrono::milliseconds retry) const {
-        v1::ServerMessage message;
-        message.set_request_id(request_id);
-        *message.mutable_result() = refusal(error);
-        message.mutable_result()->set_retry_after_ms(static_cast<std::uint32_t>(retry.count()));
-        return SharedMessage(std::move(message)).bytes(encoding_);
-    }
-    bool over_bound(std::size_t bytes) const { return bytes > registry_.options.limits.queued_bytes; }
     static Error full_of(std::size_t waiting) {
         return {"busy", "", std::to_string(waiting), "So many bytes wait for this client; read them first."};
     }
 
-    void push(std::shared_ptr<const std::string> bytes, Kind kind = Kind::note, std::uint32_t scene_rev = 0) {
+    void push(std::shared_ptr<const std::string> bytes, Outgoing::Kind kind = Outgoing::Kind::note,
+              std::uint32_t scene_rev = 0) {
         if (closing_ || ended_) return;
-        const bool full = queue_.size() >= registry_.options.limits.queued_messages ||
-                          (kind == Kind::state_changed && over_bound(waiting_bytes() + bytes->size()));
-        if (full && !make_room(kind)) return;
-        queue_.push_back({std::move(bytes), kind, scene_rev, nullptr});
-        write_next();
+        const OutgoingQueue::Pushed pushed = queue_.push(std::move(bytes), kind, scene_rev);
+        if (pushed == OutgoingQueue::Pushed::too_slow) close(kTooSlow, "too many messages wait for this client");
+        if (pushed == OutgoingQueue::Pushed::queued) write_next();
     }
-    // At the bound all waiting changes of the state become one message with the whole state, encoded when it is sent. A
-    // client that lets answers pile up is closed. Result: whether the new message is still to be queued.
-    bool make_room(Kind kind) {
-        const std::size_t removed = std::erase_if(queue_, [](const Outgoing& o) { return is_state(o.kind); });
-        if (removed == 0 && !is_state(kind)) {
-            close(kTooSlow, "too many messages wait for this client");
-            return false;
-        }
-        queue_.push_back({nullptr, Kind::whole_state, 0, nullptr});
-        return !is_state(kind);
-    }
-
     void write_next() {
-        if (writing_ || closing_ || ended_ || !socket_.is_open()) return;
+        if (queue_.writing() || closing_ || ended_ || !socket_.is_open()) return;
         if (queue_.empty()) {
             if (close_when_sent_) close(websocket::close_code::going_away, "the server stops");
             return;
         }
-        outgoing_ = std::move(queue_.front());
-        queue_.pop_front();
-        writing_ = true;
+        Outgoing& outgoing = queue_.begin_write();
         write_began_ = Clock::now();
         const auto done = [self = shared_from_this()](error_code error, std::size_t) { self->end_write(error); };
-        if (outgoing_.kind == Kind::video) {
+        if (outgoing.kind == Outgoing::Kind::video) {
             ++registry_.packets_sent;
-            const std::size_t bytes = outgoing_.header.size() + outgoing_.frame->data.size();
-            if (watching_ && registry_.lanes.wrote(id_, outgoing_.seq, bytes, write_began_) && !pinging_) {
+            const std::size_t bytes = outgoing.header.size() + outgoing.frame->data.size();
+            if (watching_ && registry_.lanes.wrote(id_, outgoing.seq, bytes, write_began_) && !pinging_) {
                 probing_ = true;
                 ping();
             }
             socket_.binary(true);
             return socket_.async_write(
-                std::array<asio::const_buffer, 2>{asio::buffer(outgoing_.header), asio::buffer(outgoing_.frame->data)},
+                std::array<asio::const_buffer, 2>{asio::buffer(outgoing.header), asio::buffer(outgoing.frame->data)},
                 done);
         }
-        if (outgoing_.kind == Kind::whole_state) outgoing_.bytes = take_whole_state();
+        if (outgoing.kind == Outgoing::Kind::whole_state) outgoing.bytes = take_whole_state();
         socket_.text(encoding_ == Encoding::json);
-        socket_.async_write(asio::buffer(*outgoing_.bytes), done);
+        socket_.async_write(asio::buffer(*outgoing.bytes), done);
     }
     void end_write(error_code error) {
-        writing_ = false;
+        const Outgoing written = queue_.end_write();
         if (error) return end();
-        if (outgoing_.kind == Kind::video)
+        if (written.kind == Outgoing::Kind::video)
             send_seconds_.observe(std::chrono::duration<double>(Clock::now() - write_began_).count());
-        if (outgoing_.kind == Kind::reply && outstanding_ > 0) --outstanding_;
-        outgoing_ = {};  // a picture's bytes go now, not with the next message
+        if (written.kind == Outgoing::Kind::reply && outstanding_ > 0) --outstanding_;
         write_next();
     }
 
     // ---- video
     void send_video(const std::shared_ptr<const EncodedFrame>& frame, bool final) {
-        FrameHeader header;
-        header.seq = registry_.lanes.take_credit(id_);
-        sent_at_[header.seq % sent_at_.size()] = {header.seq, Clock::now()};
-        header.key = frame->key;
-        header.final = final;
-        header.lane = frame->lane;
-        header.scene_rev = frame->scene_rev;
-        header.rendered_ns = static_cast<std::uint64_t>(frame->rendered_ns);
-        header.render_us = microseconds(frame->drained_ns, frame->rendered_ns);
-        header.encode_us = microseconds(std::max(frame->rendered_ns, frame->began_ns), frame->encoded_ns);
-        queue_.push_back({nullptr, Kind::video, 0, frame, encode_frame_header(header), header.seq});
+        const std::uint32_t seq = registry_.lanes.take_credit(id_);
+        sent_at_[seq % sent_at_.size()] = {seq, Clock::now()};
+        queue_.push_video(frame, final, seq);
         write_next();
     }
     void on_frame_ack(const v1::FrameAck& ack) {
@@ -424,19 +346,22 @@ private:
         else
             registry_.lanes.leave(id_, Clock::now());
     }
+    v1::VideoConfig stream_config() const {
+        return registry_.video.of(watching_ ? registry_.lanes.lane_of(id_) : kSharedLane);
+    }
     // Where the lane's frames are others than the client knows of.
     void tell_stream() {
         v1::ServerMessage message;
         v1::VideoConfig& now = *message.mutable_video_config();
-        now = registry_.video_config(watching_ ? registry_.lanes.lane_of(id_) : kSharedLane);
+        now = stream_config();
         if (now.SerializeAsString() == told_stream_.SerializeAsString()) return;
         told_stream_ = now;
-        push(SharedMessage(std::move(message)).bytes(encoding_));
+        push(encoded(std::move(message)));
     }
     void count(bool counts) {
         if (counts == counted_) return;
         counted_ = counts;
-        counts ? ++registry_.clients : --registry_.clients;
+        registry_.count_served(counts);
     }
 
     // ---- time and end
@@ -456,11 +381,11 @@ private:
         const auto now = Clock::now();
         const NetStream& stream = socket_.next_layer();
         // Who takes a long message piece by piece is there too: no ping gets past it.
-        const auto taken = writing_ ? stream.last_written() : accepted_;
+        const auto taken = queue_.writing() ? stream.last_written() : accepted_;
         const auto silence = now - std::max({accepted_, stream.last_read(), taken});
         if (closing_) {
             if (now - closing_since_ > kClosing) end();
-        } else if (writing_ && now - std::max(write_began_, stream.last_written()) > limits.write_stall) {
+        } else if (queue_.writing() && now - std::max(write_began_, stream.last_written()) > limits.write_stall) {
             spdlog::info("net: client {} does not read; dropped", id_);
             end();
         } else if (silence > limits.dead) {
@@ -524,13 +449,12 @@ private:
     const char* role_ = "";
     std::string token_;  // that was shown, and what it lets do
     Right right_ = Right::none;
-    bool writing_ = false, pinging_ = false, closing_ = false, close_when_sent_ = false, ended_ = false;
-    std::deque<Outgoing> queue_;         // at most HttpLimits::queued_messages and queued_bytes, and a whole state
-    Outgoing outgoing_{};                // being written
+    bool pinging_ = false, closing_ = false, close_when_sent_ = false, ended_ = false;
+    OutgoingQueue queue_;
     std::uint32_t whole_state_rev_ = 0;  // of the last whole state that was sent
 
     bool watching_ = false;  // is a viewer of SessionRegistry::lanes
-    bool counted_ = false;   // in SessionRegistry::clients
+    bool counted_ = false;   // by SessionRegistry::count_served()
     bool probing_ = false;   // the ping that is out measures the link
     v1::VideoConfig told_stream_;
     std::shared_ptr<const EncodedFrame> held_;
