@@ -164,7 +164,7 @@ std::optional<Error> check_buffers(const Json& document, bool has_binary_chunk) 
     return std::nullopt;
 }
 
-// The last byte of `count` elements lies inside the view.
+// The last byte of `count` elements lies inside the view. Four numbers of an accessor, and where an error would be.
 std::optional<Error> check_range(const Json& view, std::uint64_t offset, std::uint64_t count, std::uint64_t element,
                                  std::uint64_t stride, const std::string& where, const Json& value) {
     const std::uint64_t end = count == 0 ? offset : offset + (count - 1) * stride + element;

@@ -50,6 +50,7 @@ void add_box(Mesh& mesh, const glm::dvec3& min, const glm::dvec3& max, unsigned 
     face(kNoFront, corner(0, 0, 1), corner(1, 0, 1), corner(1, 1, 1), corner(0, 1, 1), {size.x, size.y});
 }
 
+// The grid's four properties beside the mesh, the surface and the texture's size.
 void add_surface(Mesh& mesh, const Surface& surface, int nu, int nv, bool closed_u, bool closed_v,
                  const glm::dvec2& uv_size) {
     const auto first = static_cast<std::uint32_t>(mesh.vertices.size());

@@ -79,7 +79,7 @@ void SumRow(const Display& display, int y, std::int32_t* const* sum) {
     for (const LayerTerm& term : display.layers) add_pixels(term, display.cap, row, length, sum);
 }
 
-// One row of gamma-encoded R'G'B' with ordered dither. kept: of SumRow. indirect: what the grid brings to it, or null.
+// One row of gamma-encoded R'G'B', dithered: its arrays are nine. kept: of SumRow. indirect: the grid's, or null.
 void EncodeRow(const Display& display, int y, const std::int32_t* table, float scale, const std::int32_t* const* kept,
                const std::uint16_t* indirect, float* red, float* green, float* blue) {
     const Tag tag;

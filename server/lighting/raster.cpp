@@ -81,7 +81,7 @@ void Project(const glm::mat3& screen_from_local, const glm::vec3& eye, std::size
     }
 }
 
-// place: of the setup, kept where it is the nearest.
+// place: of the setup, kept where it is the nearest. One loop over rows: cut up it would pass twelve locals around.
 void RasterTriangle(const MaterialTable& material_table, const Setup& s, std::uint32_t place, const Strip& strip) {
     const Tag tag;
     const IntTag ints;
@@ -149,7 +149,7 @@ void RasterTriangle(const MaterialTable& material_table, const Setup& s, std::ui
 }
 
 // What the nearest triangles look like at `lanes` pixels from x on; strip.nearest becomes that of the scene. nearest:
-// of setups, and 1. One: all pixels show the same triangle.
+// of setups, and 1. One: all pixels show the same triangle. Cut up it would pass ten vectors of lanes around.
 template <bool kOne>
 HWY_INLINE void shade_pixels(const MaterialTable& material_table, const Setup* setups, const Strip& strip, int x, int y,
                              hn::Vec<IntTag> nearest, const Rays& rays, float pixel_per_depth) {
@@ -352,7 +352,7 @@ bool is_hole(const MaterialTable& material_table, std::uint32_t triangle, float 
 
 unsigned draw_gbuffer(const Clusters& clusters, const MaterialTable& material_table, bool emissive, GBuffer& gbuffer,
                       Raster& raster, Pool& pool) {
-    const Rays& rays = gbuffer.rays;
+    const Rays& rays = gbuffer.rays;  // one frame, step by step: cut up it would pass eight locals around
     const int width = gbuffer.width, height = gbuffer.height;
     const std::size_t pixels = gbuffer.row_length * static_cast<std::size_t>(height);
     gbuffer.depth.resize(pixels);

@@ -48,10 +48,16 @@ void add_report(v1::FrameReport& sum, const v1::FrameReport& tile) {
     }
 }
 
+// Pixels of a picture, from its top left.
+struct Rectangle {
+    int x, y, width, height;
+};
+
 // Copies rows (bottom to top, `stride` pixels long, starting at column `skip`) into the picture's rectangle.
 template <typename T>
-void place(const std::vector<T>& rows, int stride, int skip, std::vector<T>& picture, int picture_width, int x, int y,
-           int width, int height) {
+void place(const std::vector<T>& rows, int stride, int skip, std::vector<T>& picture, int picture_width,
+           const Rectangle& to_fill) {
+    const auto [x, y, width, height] = to_fill;
     for (int row = 0; row < height; ++row) {
         const T* from =
             rows.data() + (static_cast<std::size_t>(skip + height - 1 - row) * static_cast<std::size_t>(stride) +
@@ -157,10 +163,10 @@ bool Renderer::continue_capture(CaptureJob& job) {
     v1::FrameReport report = run(inputs, wanted_slots(inputs, false), timers);
     if (job.raw) {
         place(read_texture<float>(values.id(), GL_FLOAT, target_width, target_height), target_width, margin,
-              picture.values, picture.width_px, x, y, width, height);
+              picture.values, picture.width_px, {x, y, width, height});
     } else {
         place(read_texture<std::uint8_t>(target.display.id(), GL_UNSIGNED_BYTE, target_width, target_height),
-              target_width, margin, picture.rgba8, picture.width_px, x, y, width, height);
+              target_width, margin, picture.rgba8, picture.width_px, {x, y, width, height});
     }
     timers.resolve(report);
     pass_cache_.forget_target(target.id);

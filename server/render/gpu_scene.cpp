@@ -139,6 +139,56 @@ const GpuScene::Uploaded& GpuScene::uploaded() const {
     return *uploaded_;
 }
 
+// Sets program, textures and culling for one mesh.
+void GpuScene::use_material(Mode mode, Programs& programs, const DrawGroup& group,
+                            const glm::mat4& clip_from_local) const {
+    const bool cells = mode == Mode::gbuffer_cells, cube = mode != Mode::gbuffer && !cells;
+    const Uploaded& own = uploaded();
+    const Material& material = asset_->materials[static_cast<std::size_t>(group.material)];
+    gl::Defines defines;
+    if (cube) defines.emplace_back("CUBE", "1");
+    if (material.alpha_mask) defines.emplace_back("MASKED", "1");
+    const bool textured = material.base_color_image >= 0 && (mode != Mode::shadow || material.alpha_mask);
+    if (textured) defines.emplace_back("TEXTURED", "1");
+    std::string_view fragment = "passes/gbuffer.frag";
+    if (mode == Mode::shadow) {
+        fragment = material.alpha_mask ? "passes/shadow.frag" : "";
+    } else if (cube) {
+        fragment = "passes/rsm.frag";
+        if (mode == Mode::rsm_seed) defines.emplace_back("SEED", "1");
+    } else if (emissive_) {
+        defines.emplace_back("EMISSIVE", "1");
+        if (material.emissive_image >= 0) defines.emplace_back("EMISSIVE_TEXTURED", "1");
+    }
+    if (cells) defines.emplace_back("CELLS", emissive_ ? "3" : "2");
+    const GLuint program = programs.get("passes/mesh.vert", fragment, defines);
+    glUseProgram(program);
+    if (cube)
+        glProgramUniform1f(program, 1, near_m_);
+    else
+        glProgramUniformMatrix4fv(program, 0, 1, GL_FALSE, &clip_from_local[0][0]);
+    if (!fragment.empty()) {
+        glProgramUniform4fv(program, 2, 1, &material.base_color[0]);
+        if (material.alpha_mask) glProgramUniform1f(program, 4, material.alpha_cutoff);
+        if (!cube && emissive_) glProgramUniform3fv(program, 3, 1, &material.emissive_nit[0]);
+        if (cells) glProgramUniform2ui(program, 6, group.first_index, static_cast<GLuint>(group.base_vertex));
+    }
+    const GLuint sampler = own.samplers[(material.repeat_s ? 1 : 0) + (material.repeat_t ? 2 : 0)].id();
+    if (textured) {
+        glBindTextureUnit(0, own.images[static_cast<std::size_t>(material.base_color_image)].id());
+        glBindSampler(0, sampler);
+    }
+    if (!cube && material.emissive_image >= 0) {
+        glBindTextureUnit(1, own.images[static_cast<std::size_t>(material.emissive_image)].id());
+        glBindSampler(1, sampler);
+    }
+    // glTF culls the back of single-sided faces for the viewer; light is stopped by both sides.
+    if (cube || material.double_sided)
+        glDisable(GL_CULL_FACE);
+    else
+        glEnable(GL_CULL_FACE);
+}
+
 PassRun GpuScene::draw(Mode mode, Programs& programs, const glm::dvec3& eye, const glm::mat4& clip_from_local,
                        unsigned faces) const {
     const bool cells = mode == Mode::gbuffer_cells, cube = mode != Mode::gbuffer && !cells;
@@ -185,50 +235,7 @@ PassRun GpuScene::draw(Mode mode, Programs& programs, const glm::dvec3& eye, con
     }
     for (std::size_t g = 0; g < groups_.size(); ++g) {
         if (ranges[g].second == 0 || groups_[g].index_count == 0) continue;
-        const Material& material = asset_->materials[static_cast<std::size_t>(groups_[g].material)];
-        gl::Defines defines;
-        if (cube) defines.emplace_back("CUBE", "1");
-        if (material.alpha_mask) defines.emplace_back("MASKED", "1");
-        const bool textured = material.base_color_image >= 0 && (mode != Mode::shadow || material.alpha_mask);
-        if (textured) defines.emplace_back("TEXTURED", "1");
-        std::string_view fragment = "passes/gbuffer.frag";
-        if (mode == Mode::shadow) {
-            fragment = material.alpha_mask ? "passes/shadow.frag" : "";
-        } else if (cube) {
-            fragment = "passes/rsm.frag";
-            if (mode == Mode::rsm_seed) defines.emplace_back("SEED", "1");
-        } else if (emissive_) {
-            defines.emplace_back("EMISSIVE", "1");
-            if (material.emissive_image >= 0) defines.emplace_back("EMISSIVE_TEXTURED", "1");
-        }
-        if (cells) defines.emplace_back("CELLS", emissive_ ? "3" : "2");
-        const GLuint program = programs.get("passes/mesh.vert", fragment, defines);
-        glUseProgram(program);
-        if (cube)
-            glProgramUniform1f(program, 1, near_m_);
-        else
-            glProgramUniformMatrix4fv(program, 0, 1, GL_FALSE, &clip_from_local[0][0]);
-        if (!fragment.empty()) {
-            glProgramUniform4fv(program, 2, 1, &material.base_color[0]);
-            if (material.alpha_mask) glProgramUniform1f(program, 4, material.alpha_cutoff);
-            if (!cube && emissive_) glProgramUniform3fv(program, 3, 1, &material.emissive_nit[0]);
-            if (cells)
-                glProgramUniform2ui(program, 6, groups_[g].first_index, static_cast<GLuint>(groups_[g].base_vertex));
-        }
-        const GLuint sampler = own.samplers[(material.repeat_s ? 1 : 0) + (material.repeat_t ? 2 : 0)].id();
-        if (textured) {
-            glBindTextureUnit(0, own.images[static_cast<std::size_t>(material.base_color_image)].id());
-            glBindSampler(0, sampler);
-        }
-        if (!cube && material.emissive_image >= 0) {
-            glBindTextureUnit(1, own.images[static_cast<std::size_t>(material.emissive_image)].id());
-            glBindSampler(1, sampler);
-        }
-        // glTF culls the back of single-sided faces for the viewer; light is stopped by both sides.
-        if (cube || material.double_sided)
-            glDisable(GL_CULL_FACE);
-        else
-            glEnable(GL_CULL_FACE);
+        use_material(mode, programs, groups_[g], clip_from_local);
         glDrawElementsInstancedBaseVertexBaseInstance(
             GL_TRIANGLES, static_cast<GLsizei>(groups_[g].index_count), GL_UNSIGNED_INT,
             reinterpret_cast<const void*>(static_cast<std::uintptr_t>(groups_[g].first_index) * 4),

@@ -52,6 +52,7 @@ private:
     };
     // Made by the first draw: the CPU's passes need none of it.
     const Uploaded& uploaded() const;
+    void use_material(Mode mode, Programs& programs, const DrawGroup& group, const glm::mat4& clip_from_local) const;
 
     std::shared_ptr<const SceneAsset> asset_;
     mutable std::unique_ptr<const Uploaded> uploaded_;

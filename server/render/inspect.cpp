@@ -57,6 +57,7 @@ struct Reader {
 
 }  // namespace
 
+// One switch over the slots: cut up it would be two.
 void inspect_slot(const FrameInputs& inputs, const SlotRef& slot, const Inspector& visit) {
     Reader read{inputs, {inputs.scene, nullptr, nullptr, slot, "", 4, false, false, {}}, visit};
     const Target& target = inputs.target;

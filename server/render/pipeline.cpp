@@ -37,6 +37,8 @@ struct Builder {
     const bool shown_on_cpu = on_cpu && in.view <= View::indirect;
     const PassContext context = in.context();
 
+    std::string of_light;  // name; of the passes that are added
+
     SlotRef per_target(Slot slot, std::uint32_t light = 0) const { return {slot, target, light}; }
     static SlotRef per_light(Slot slot, std::uint32_t light) { return {slot, 0, light}; }
 
@@ -44,11 +46,18 @@ struct Builder {
               std::function<PassRun()> run) {
         Pass& pass = passes.emplace_back();
         pass.name = std::move(name);
+        pass.light = of_light;
         pass.writes = writes;
         pass.reads = std::move(reads);
         pass.key = std::move(key);
         pass.stale = seed;  // the seed technique recomputes everything in each frame, as its paper does
         pass.run = std::move(run);
+        return pass;
+    }
+    Pass& add_cpu(std::string name, SlotRef writes, std::vector<SlotRef> reads, std::vector<std::uint64_t> key,
+                  std::function<PassRun()> run) {
+        Pass& pass = add(std::move(name), writes, std::move(reads), std::move(key), std::move(run));
+        pass.on_gpu = false;
         return pass;
     }
 
@@ -81,94 +90,88 @@ struct Builder {
     }
     bool solves_one_ = false;
 
+    PassContext context_of(const Light& light) const {  // by value: passes outlive the builder
+        PassContext own = context;
+        own.rests = rests(light);
+        return own;
+    }
+
     void add_light(std::size_t i) {
+        of_light = scene.lights[i].name;
+        if (in.layers[i] >= 0 || (i == shown_light(scene) && in.view >= View::mask)) add_maps(i);
+        const Light& light = scene.lights[i];
+        add_cpu("surfels", per_light(Slot::surfels, light.id), {},
+                {light.position_rev, light.aim_rev, light.profile_rev, scene.geometry_rev, in.surface()},
+                [shared = context_of(light), &light, &gpu = *in.lights[i]] { return run_surfels(shared, light, gpu); })
+            .absent = seed;
+        if (in.layers[i] >= 0) add_layer(i, in.layers[i]);
+        of_light.clear();
+    }
+
+    void add_maps(std::size_t i) {
         const Light& light = scene.lights[i];
         LightGpu& gpu = *in.lights[i];
-        const int layer = in.layers[i];
-        PassContext shared = context;  // by value: passes outlive the builder
-        ScreenLight& screen = in.screen;
-        shared.rests = rests(light);
-        const SlotRef gbuffer = per_target(Slot::gbuffer), shadow = per_light(Slot::shadow, light.id),
-                      rsm = per_light(Slot::rsm, light.id), mask = per_light(Slot::mask, light.id),
-                      flux = per_light(Slot::flux, light.id), surfels = per_light(Slot::surfels, light.id),
-                      solved = per_light(Slot::solve, light.id);
-        const auto named = [&](Pass& pass) -> Pass& {
-            pass.light = light.name;
-            return pass;
-        };
+        const PassContext shared = context_of(light);
+        const SlotRef rsm = per_light(Slot::rsm, light.id), mask = per_light(Slot::mask, light.id);
         const auto faces = [&](const LightGpu::Faces& made) {
             return seed ? gpu.reached : missing_faces(made, gpu.reached, light.position_rev, scene.geometry_rev);
         };
-        const auto cpu = [&](Pass& pass) -> Pass& {
-            pass.on_gpu = false;
-            return named(pass);
-        };
-        const auto add_surfels = [&] {
-            cpu(add("surfels", surfels, {},
-                    {light.position_rev, light.aim_rev, light.profile_rev, scene.geometry_rev, in.surface()},
-                    [=, &light, &gpu] { return run_surfels(shared, light, gpu); }))
-                .absent = seed;
-        };
-        if (layer < 0 && !(i == shown_light(scene) && in.view >= View::mask)) {
-            add_surfels();
-            return;
-        }
         const unsigned shadow_faces = faces(gpu.shadow_faces), rsm_faces = faces(gpu.rsm_faces);
-        Pass& shadow_pass = named(add(
-            "shadow", shadow, {},
+        Pass& shadow_pass = add(
+            "shadow", per_light(Slot::shadow, light.id), {},
             {light.position_rev, scene.geometry_rev, static_cast<std::uint64_t>(shadow_size_of(scene.lights.size()))},
-            [=, &light, &gpu] { return run_shadow(shared, light, gpu, shadow_faces); }));
+            [=, &light, &gpu] { return run_shadow(shared, light, gpu, shadow_faces); });
         shadow_pass.stale |= shadow_faces != 0;
-        Pass& rsm_pass = named(add("rsm", rsm, {}, {light.position_rev, scene.geometry_rev},
-                                   [=, &light, &gpu] { return run_rsm(shared, light, gpu, rsm_faces); }));
+        Pass& rsm_pass = add("rsm", rsm, {}, {light.position_rev, scene.geometry_rev},
+                             [=, &light, &gpu] { return run_rsm(shared, light, gpu, rsm_faces); });
         rsm_pass.stale |= rsm_faces != 0;
-        named(add("mask", mask, {}, {light.profile_rev, light.aim_rev},
-                  [=, &light, &gpu] { return run_mask(shared, light, gpu); }));
-        named(add("rsm-flux", flux, {rsm, mask}, {}, [=, &gpu] { return run_flux(shared, gpu); }));
-        add_surfels();
-        if (layer < 0) return;
-        Pass& solve = cpu(add("solve", solved, {surfels}, {in.generation, in.solve_links(), gpu.has_exact() ? 1u : 0u},
-                              [=, &gpu, &screen] { return run_solve(shared, gpu, screen.weights); }));
+        add("mask", mask, {}, {light.profile_rev, light.aim_rev},
+            [=, &light, &gpu] { return run_mask(shared, light, gpu); });
+        add("rsm-flux", per_light(Slot::flux, light.id), {rsm, mask}, {}, [=, &gpu] { return run_flux(shared, gpu); });
+    }
+
+    void add_layer(std::size_t i, int layer) {
+        const Light& light = scene.lights[i];
+        LightGpu& gpu = *in.lights[i];
+        ScreenLight& screen = in.screen;
+        PassContext shared = context_of(light);
+        const auto index = static_cast<std::uint64_t>(layer);
+        const SlotRef gbuffer = per_target(Slot::gbuffer), solved = per_light(Slot::solve, light.id),
+                      gathered = per_target(Slot::gather, light.id), lit = per_target(Slot::direct, light.id);
+        Pass& solve = add_cpu("solve", solved, {per_light(Slot::surfels, light.id)},
+                              {in.generation, in.solve_links(), gpu.has_exact() ? 1u : 0u},
+                              [=, &gpu, &screen] { return run_solve(shared, gpu, screen.weights); });
         solve.absent = seed;
         solve.stale |= solves_now(light, gpu.irradiance);
         const bool metered = in.meter != FrameInputs::Meter::none, rays = in.direct_by_rays && !seed;
-        const SlotRef grid = per_target(Slot::grid);
         shared.each_pixel = rays && (in.target.kind != TargetKind::live || in.each_pixel(light));
-        Pass& direct = named(add("direct", per_target(Slot::direct, light.id), {rays && !metered ? grid : gbuffer},
-                                 {light.position_rev, light.aim_rev, light.profile_rev, scene.geometry_rev,
-                                  static_cast<std::uint64_t>(layer), shared.each_pixel ? 1u : 0u},
-                                 [=, &light, &gpu, &screen] {
-                                     if (!rays) return run_direct(shared, light, gpu, layer);
-                                     return metered ? run_direct_point(shared, light, gpu, layer)
-                                                    : run_direct_rays(shared, light, gpu, layer, screen.surfaces,
-                                                                      screen.light.layers);
-                                 }));
-        if (!rays) direct.reads.push_back(shadow);
+        Pass& direct = add("direct", lit, {rays && !metered ? per_target(Slot::grid) : gbuffer},
+                           {light.position_rev, light.aim_rev, light.profile_rev, scene.geometry_rev, index,
+                            shared.each_pixel ? 1u : 0u},
+                           [=, &light, &gpu, &screen] {
+                               if (!rays) return run_direct(shared, light, gpu, layer);
+                               if (metered) return run_direct_point(shared, light, gpu, layer);
+                               return run_direct_rays(shared, light, gpu, layer, screen.surfaces, screen.light.layers);
+                           });
         direct.on_gpu = !rays;
+        if (!rays) direct.reads.push_back(per_light(Slot::shadow, light.id));
         if (seed) {
-            named(add("gather", per_target(Slot::gather, light.id), {gbuffer, rsm, mask},
-                      {scene.samples, static_cast<std::uint64_t>(layer)},
-                      [=, &light, &gpu] { return run_gather_seed(shared, light, gpu, layer); }));
+            add("gather", gathered, {gbuffer, per_light(Slot::rsm, light.id), per_light(Slot::mask, light.id)},
+                {scene.samples, index}, [=, &light, &gpu] { return run_gather_seed(shared, light, gpu, layer); });
         } else if (metered) {
-            cpu(add("gather", per_target(Slot::gather, light.id), {gbuffer, solved}, {light.position_rev},
-                    [=, &light, &gpu, &screen] { return run_gather_point(shared, light, gpu, layer, screen.meter); }));
+            add_cpu("gather", gathered, {gbuffer, solved}, {light.position_rev},
+                    [=, &light, &gpu, &screen] { return run_gather_point(shared, light, gpu, layer, screen.meter); });
         } else if (by_gl) {
-            named(add("gather", per_target(Slot::gather, light.id), {per_target(Slot::weights_gl), solved},
-                      {static_cast<std::uint64_t>(layer)},
-                      [=, &gpu, &screen] { return run_gather_gl(shared, gpu, layer, screen.on_gpu); }));
+            add("gather", gathered, {per_target(Slot::weights_gl), solved}, {index},
+                [=, &gpu, &screen] { return run_gather_gl(shared, gpu, layer, screen.on_gpu); });
         } else {
-            cpu(add("gather", per_target(Slot::gather, light.id), {per_target(Slot::weights), solved},
-                    {static_cast<std::uint64_t>(layer)}, [=, &gpu, &screen] {
-                        return run_gather(shared, gpu, layer, screen.surfaces, screen.weights, screen.light.layers);
-                    }));
+            add_cpu("gather", gathered, {per_target(Slot::weights), solved}, {index}, [=, &gpu, &screen] {
+                return run_gather(shared, gpu, layer, screen.surfaces, screen.weights, screen.light.layers);
+            });
         }
-        if (on_cpu && !shown_on_cpu) {
-            named(add("layers", per_target(Slot::layers, light.id),
-                      {per_target(Slot::direct, light.id), per_target(Slot::gather, light.id),
-                       per_target(Slot::refined, light.id)},
-                      {static_cast<std::uint64_t>(layer)},
-                      [=, &screen] { return run_layers(shared, layer, screen.surfaces, screen.light.layers); }));
-        }
+        if (on_cpu && !shown_on_cpu)
+            add("layers", per_target(Slot::layers, light.id), {lit, gathered, per_target(Slot::refined, light.id)},
+                {index}, [=, &screen] { return run_layers(shared, layer, screen.surfaces, screen.light.layers); });
     }
 
     // Several luminaires at once. The passes have no luminaire.
@@ -198,31 +201,95 @@ struct Builder {
         shared.rests = alone;
         for (std::size_t i = 0; i < scene.lights.size(); ++i)
             shared.rests &= (summed && in.layers[i] >= 0) || rests(scene.lights[i]);
-        const auto cpu = [&](const char* name, SlotRef writes, std::vector<SlotRef> from, std::vector<std::uint64_t> by,
-                             std::function<PassRun()> run) {
-            add(prefix + name, writes, std::move(from), std::move(by), std::move(run)).on_gpu = false;
-        };
-        cpu("merge", merged, std::move(reads), std::move(key),
-            [=, &list] { return run_merge(shared, lights, which, list); });
+        add_cpu(prefix + "merge", merged, std::move(reads), std::move(key),
+                [=, &list] { return run_merge(shared, lights, which, list); });
         const bool metered = in.meter != FrameInputs::Meter::none;
         if (metered)
-            cpu("direct", per_target(Slot::direct, id), {merged}, {},
-                [=, &screen] { return run_direct_point_summed(shared, lights, screen.meter.summed[0]); });
+            add_cpu(prefix + "direct", per_target(Slot::direct, id), {merged}, {},
+                    [=, &screen] { return run_direct_point_summed(shared, lights, screen.meter.summed[0]); });
         else if (summed || !by_gl)
-            cpu("direct", per_target(Slot::direct, id), {grid, merged}, {},
-                [=, &screen, &list] { return run_direct_merged(shared, screen.surfaces, list, into); });
-        cpu("solve", solved, {merged}, {in.generation, in.solve_links()},
-            [=, &screen, &list] { return run_solve_merged(shared, list, screen.weights); });
+            add_cpu(prefix + "direct", per_target(Slot::direct, id), {grid, merged}, {},
+                    [=, &screen, &list] { return run_direct_merged(shared, screen.surfaces, list, into); });
+        add_cpu(prefix + "solve", solved, {merged}, {in.generation, in.solve_links()},
+                [=, &screen, &list] { return run_solve_merged(shared, list, screen.weights); });
         passes.back().stale |= alone && !list.irradiance.converged;
         if (metered)
-            cpu("gather", per_target(Slot::gather, id), {solved}, {},
-                [=, &screen, &list] { return run_gather_point_summed(shared, list, screen.meter); });
+            add_cpu(prefix + "gather", per_target(Slot::gather, id), {solved}, {},
+                    [=, &screen, &list] { return run_gather_point_summed(shared, list, screen.meter); });
         else if (summed || !by_gl)
-            cpu("gather", per_target(Slot::gather, id), {per_target(by_gl ? Slot::weights_gl : Slot::weights), solved},
-                {},
-                [=, &screen, &list] { return run_gather_merged(shared, screen.surfaces, screen.weights, list, into); });
+            add_cpu(prefix + "gather", per_target(Slot::gather, id),
+                    {per_target(by_gl ? Slot::weights_gl : Slot::weights), solved}, {}, [=, &screen, &list] {
+                        return run_gather_merged(shared, screen.surfaces, screen.weights, list, into);
+                    });
     }
 
+    // What the pixels show, how they see the surfels, and what emissive surfaces bring them.
+    void add_surfaces() {
+        ScreenLight& screen = in.screen;
+        const bool metered = in.meter != FrameInputs::Meter::none;
+        // The CPU draws a G-buffer of its own: the other is for views that only shaders show, or shaders show all and
+        // it is for what rays find.
+        const bool raster = (on_cpu || by_gl) && !in.clusters.empty();
+        const std::string beside = by_gl ? "-cpu" : "";
+        add(raster && on_cpu ? "gbuffer-gl" : "gbuffer", per_target(Slot::gbuffer), {},
+            {scene.geometry_rev, scene.camera_rev},
+            [context = context, meter = metered] { return meter ? run_meter_gbuffer(context) : run_gbuffer(context); });
+        if (raster) {
+            add_cpu("gbuffer" + beside, per_target(Slot::grid), {},
+                    {scene.geometry_rev, scene.camera_rev, in.quality_level},
+                    [context = context, &screen] { return run_raster(context, screen.surfaces); });
+        } else if (!metered && !seed) {
+            add_cpu("gbuffer-readback", per_target(Slot::grid), {per_target(Slot::gbuffer)}, {in.quality_level},
+                    [context = context, &screen] { return run_grid(context, screen.surfaces); });
+        }
+        if (!metered && !seed) {
+            add_cpu(
+                "gather-weights" + beside, per_target(Slot::weights), {per_target(Slot::grid)}, {in.surface()},
+                [context = context, &screen] { return run_gather_weights(context, screen.surfaces, screen.weights); });
+        }
+        if (by_gl)
+            add("gather-weights", per_target(Slot::weights_gl), {per_target(Slot::gbuffer)}, {in.generation},
+                [context = context, &screen] { return run_gather_weights_gl(context, screen.on_gpu); });
+        Pass& emitted =
+            add("gather-emitted", per_target(Slot::emitted),
+                {per_target(metered ? Slot::gbuffer
+                            : by_gl ? Slot::weights_gl
+                                    : Slot::weights)},
+                {in.generation}, [context = context, &screen, metered] {
+                    return metered ? run_gather_emitted_point(context, screen.meter)
+                                   : run_gather_emitted(context, screen.surfaces, screen.weights, screen.light.emitted);
+                });
+        emitted.absent = !emits();
+    }
+
+    // Light at the pixels of a capture, and light without a layer for shaders.
+    void add_whole() {
+        ScreenLight& screen = in.screen;
+        if (gathers_at_once()) {
+            std::vector<SlotRef> reads = {per_target(Slot::weights)};
+            if (emits()) reads.push_back(per_target(Slot::emitted));
+            for (std::size_t i = 0; i < scene.lights.size(); ++i) {
+                if (in.layers[i] >= 0) reads.push_back(per_target(Slot::gather, scene.lights[i].id));
+            }
+            if (in.layered() < scene.lights.size()) reads.push_back(per_target(Slot::gather, kSummed));
+            add_cpu("gather-pixels", per_target(Slot::gathered), std::move(reads), {},
+                    [context = context, &screen, lights = in.lights] {
+                        return run_final_gather(context, lights, screen.surfaces, screen.weights, screen.light);
+                    });
+        }
+        if (!shown_on_cpu && !besides().empty()) {
+            std::vector<SlotRef> reads = besides();
+            if (gathers_at_once() && shows_indirect(in.view)) reads.push_back(per_target(Slot::gathered));
+            if (by_gl) reads.push_back(per_target(Slot::weights_gl));
+            add("besides", per_target(Slot::besides), std::move(reads), {scene.master_rev, in.merged ? 1u : 0u},
+                [context = context, &screen] {
+                    return run_besides(context, screen.surfaces.gbuffer, screen.light, screen.on_gpu,
+                                       screen.besides_unit_lx);
+                });
+        }
+    }
+
+    // One list of reads and one key: cut up it would pass both around.
     void add_composite() {
         std::vector<SlotRef> reads;
         std::vector<std::uint64_t> key = {static_cast<std::uint64_t>(in.view),
@@ -276,13 +343,12 @@ struct Builder {
                                       id));
         }
         if (shown_on_cpu) {
-            add("composite", per_target(Slot::nv12), std::move(reads), std::move(key),
-                [this_in = &in, context = context, lights = std::move(lights)] {
-                    ScreenLight& screen = this_in->screen;
-                    return run_composite_cpu(context, this_in->view, lights, screen.surfaces, screen.light,
-                                             screen.composed);
-                })
-                .on_gpu = false;
+            add_cpu("composite", per_target(Slot::nv12), std::move(reads), std::move(key),
+                    [this_in = &in, context = context, lights = std::move(lights)] {
+                        ScreenLight& screen = this_in->screen;
+                        return run_composite_cpu(context, this_in->view, lights, screen.surfaces, screen.light,
+                                                 screen.composed);
+                    });
             return;
         }
         add("composite", per_target(Slot::picture), std::move(reads), std::move(key),
@@ -365,44 +431,8 @@ std::vector<Pass> build_pipeline(const FrameInputs& in) {
     Builder b{in, {}};
     const bool metered = in.meter != FrameInputs::Meter::none;
     const Scene& scene = in.scene;
-    ScreenLight& screen = in.screen;
     b.passes.reserve(4 + 8 * scene.lights.size());
-    // The CPU draws a G-buffer of its own: the other is for views that only shaders show, or shaders show all and it is
-    // for what rays find.
-    const bool raster = (b.on_cpu || b.by_gl) && !in.clusters.empty();
-    const std::string beside = b.by_gl ? "-cpu" : "";
-    b.add(raster && b.on_cpu ? "gbuffer-gl" : "gbuffer", b.per_target(Slot::gbuffer), {},
-          {scene.geometry_rev, scene.camera_rev},
-          [context = b.context, meter = metered] { return meter ? run_meter_gbuffer(context) : run_gbuffer(context); });
-    if (raster) {
-        b.add("gbuffer" + beside, b.per_target(Slot::grid), {},
-              {scene.geometry_rev, scene.camera_rev, in.quality_level},
-              [context = b.context, &screen] { return run_raster(context, screen.surfaces); })
-            .on_gpu = false;
-    } else if (!metered && !b.seed) {
-        b.add("gbuffer-readback", b.per_target(Slot::grid), {b.per_target(Slot::gbuffer)}, {in.quality_level},
-              [context = b.context, &screen] { return run_grid(context, screen.surfaces); })
-            .on_gpu = false;
-    }
-    if (!metered && !b.seed) {
-        b.add("gather-weights" + beside, b.per_target(Slot::weights), {b.per_target(Slot::grid)}, {in.surface()},
-              [context = b.context, &screen] { return run_gather_weights(context, screen.surfaces, screen.weights); })
-            .on_gpu = false;
-    }
-    if (b.by_gl)
-        b.add("gather-weights", b.per_target(Slot::weights_gl), {b.per_target(Slot::gbuffer)}, {in.generation},
-              [context = b.context, &screen] { return run_gather_weights_gl(context, screen.on_gpu); });
-    Pass& emitted =
-        b.add("gather-emitted", b.per_target(Slot::emitted),
-              {b.per_target(metered   ? Slot::gbuffer
-                            : b.by_gl ? Slot::weights_gl
-                                      : Slot::weights)},
-              {in.generation}, [context = b.context, &screen, metered] {
-                  return metered ? run_gather_emitted_point(context, screen.meter)
-                                 : run_gather_emitted(context, screen.surfaces, screen.weights, screen.light.emitted);
-              });
-    emitted.on_gpu = false;
-    emitted.absent = !b.emits();
+    b.add_surfaces();
     for (std::size_t i = 0; i < scene.lights.size(); ++i) b.add_light(i);
     if (scene.lights.empty()) {
         for (const char* name : {"shadow", "rsm", "mask", "rsm-flux", "surfels", "solve", "direct", "gather"}) {
@@ -413,29 +443,7 @@ std::vector<Pass> build_pipeline(const FrameInputs& in) {
     }
     if (in.can_merge()) b.add_merged(Together::layered);
     if (in.layered() < scene.lights.size()) b.add_merged(Together::summed);
-    if (!metered && b.gathers_at_once()) {
-        std::vector<SlotRef> reads = {b.per_target(Slot::weights)};
-        if (b.emits()) reads.push_back(b.per_target(Slot::emitted));
-        for (std::size_t i = 0; i < scene.lights.size(); ++i) {
-            if (in.layers[i] >= 0) reads.push_back(b.per_target(Slot::gather, scene.lights[i].id));
-        }
-        if (in.layered() < scene.lights.size()) reads.push_back(b.per_target(Slot::gather, kSummed));
-        b.add("gather-pixels", b.per_target(Slot::gathered), std::move(reads), {},
-              [context = b.context, &screen, lights = in.lights] {
-                  return run_final_gather(context, lights, screen.surfaces, screen.weights, screen.light);
-              })
-            .on_gpu = false;
-    }
-    if (!metered && !b.shown_on_cpu && !b.besides().empty()) {
-        std::vector<SlotRef> reads = b.besides();
-        if (b.gathers_at_once() && shows_indirect(in.view)) reads.push_back(b.per_target(Slot::gathered));
-        if (b.by_gl) reads.push_back(b.per_target(Slot::weights_gl));
-        b.add("besides", b.per_target(Slot::besides), std::move(reads), {scene.master_rev, in.merged ? 1u : 0u},
-              [context = b.context, &screen] {
-                  return run_besides(context, screen.surfaces.gbuffer, screen.light, screen.on_gpu,
-                                     screen.besides_unit_lx);
-              });
-    }
+    if (!metered) b.add_whole();
     if (!metered) b.add_composite();
     if (!metered && !b.shown_on_cpu && in.target.kind == TargetKind::live) {
         b.add("nv12", b.per_target(Slot::nv12), {b.per_target(Slot::picture)}, {},

@@ -96,6 +96,8 @@ private:
     // live: for a live frame; else for a capture or a meter of a scene that may be older. bounces: light after bounces
     // is asked for.
     void prepare(const Scene& scene, bool live, bool bounces = true);
+    void prepare_geometry(const Scene& scene, bool live);
+    void prepare_target(const Scene& scene);
     void prepare_transport(const Scene& scene);
     v1::FrameReport run(const FrameInputs& inputs, std::vector<SlotRef> wanted, Timers& timers);
     bool continue_first_bounces(CaptureJob& job, const FrameInputs& inputs);

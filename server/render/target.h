@@ -50,7 +50,8 @@ struct PointLight {
     glm::dvec3 light{0.0};
     std::array<glm::dvec3, kMeterParts> parts{};
 };
-// gathers: shaders gather its indirect light. Result: an empty target; its size is at least 1 × 1.
+// gathers: shaders gather its indirect light. One call makes all of a target, so that it has seven parameters. Result:
+// an empty target; its size is at least 1 × 1.
 Target make_target(std::uint32_t id, TargetKind kind, int width_px, int height_px, std::size_t layers, bool emissive,
                    bool gathers = false);
 

@@ -143,6 +143,7 @@ bool Geometry::is_hole(const Part& part, int triangle, float u, float v) const {
     return alpha < part.material->alpha_cutoff;
 }
 
+// What names a place, and what is asked of it: seven numbers.
 bool Geometry::surface_at(int instance, int triangle, float u, float v, bool front, SurfaceHit& hit,
                           bool colours) const {
     if (is_hole(parts_[static_cast<std::size_t>(instance)], triangle, u, v)) return false;
@@ -185,6 +186,7 @@ bool Geometry::closest(const glm::vec3& from, const glm::vec3& direction, float 
     return true;
 }
 
+// Seven numbers of one hit, as Embree gives them.
 SurfaceHit Geometry::surface(unsigned instance, unsigned triangle, float hit_u, float hit_v, glm::vec3 geometric,
                              const glm::vec3& direction, bool colours) const {
     SurfaceHit hit;

@@ -140,6 +140,7 @@ glm::vec3 openings_direct(const World& world, const Receiver& receiver, Sample& 
                        [&](const Luminaire& luminaire) { return source_point(luminaire, true, sample); });
 }
 
+// One loop over a path's vertices: cut up it would pass its throughput, densities and sample around.
 PathLight trace_path(const World& world, Receiver x, int bounces, bool openings, Sample& sample) {
     const Geometry& geometry = *world.geometry;
     PathLight light;

@@ -64,23 +64,55 @@ std::shared_ptr<const World> make_world(const Scene& scene, const World* previou
     return world;
 }
 
+namespace {
+
+struct Stream {
+    glm::dvec3 direct{0.0}, indirect{0.0};  // sums, lux
+};
+
+// A point of a meter, as far as it is.
+struct Measured {
+    Receiver receiver;
+    glm::dvec3 exact{0.0};  // direct light that needs no sampling, lux
+    Stream streams[kMeterStreams];
+    std::uint32_t samples = 0;  // of each stream
+    bool done = false;
+};
+
+Reading reading_of(const Measured& point) {
+    Reading reading;
+    reading.direct_lx = point.exact;
+    reading.samples = point.samples * kMeterStreams;
+    if (point.samples == 0) return reading;
+    double direct2 = 0.0, indirect2 = 0.0;
+    glm::dvec3 direct(0.0), indirect(0.0);
+    for (const Stream& stream : point.streams) {
+        direct += stream.direct / (kMeterStreams * static_cast<double>(point.samples));
+        indirect += stream.indirect / (kMeterStreams * static_cast<double>(point.samples));
+    }
+    for (const Stream& stream : point.streams) {
+        const double d = luminance(stream.direct / static_cast<double>(point.samples) - direct);
+        const double e = luminance(stream.indirect / static_cast<double>(point.samples) - indirect);
+        direct2 += d * d, indirect2 += e * e;
+    }
+    constexpr double kPairs = kMeterStreams * (kMeterStreams - 1);
+    reading.direct_lx += direct;
+    reading.indirect_lx = indirect;
+    reading.direct_error_lx = std::sqrt(direct2 / kPairs);
+    reading.indirect_error_lx = std::sqrt(indirect2 / kPairs);
+    return reading;
+}
+
+}  // namespace
+
+// One loop of rounds: cut up it would pass points, units and sums around.
 std::vector<Reading> measure(const World& world, std::span<const MeterPoint> points, const Settings& settings,
                              std::stop_token stop) {
-    struct Stream {
-        glm::dvec3 direct{0.0}, indirect{0.0};  // sums, lux
-    };
-    struct Point {
-        Receiver receiver;
-        glm::dvec3 exact{0.0};  // direct light that needs no sampling, lux
-        Stream streams[kMeterStreams];
-        std::uint32_t samples = 0;  // of each stream
-        bool done = false;
-    };
     const bool sampled_direct = settings.openings;
     const bool needs_paths = settings.bounces != 0 || !world.emitters.empty();
-    std::vector<Point> all(points.size());
+    std::vector<Measured> all(points.size());
     const auto start = [&](int i) {
-        Point& point = all[static_cast<std::size_t>(i)];
+        Measured& point = all[static_cast<std::size_t>(i)];
         const MeterPoint& meter = points[static_cast<std::size_t>(i)];
         const glm::vec3 position = world.geometry->local(meter.position), normal(meter.normal);
         point.receiver = {position, position + normal * world.geometry->step_off(position), normal, normal};
@@ -88,30 +120,6 @@ std::vector<Reading> measure(const World& world, std::span<const MeterPoint> poi
         point.done = !needs_paths && !sampled_direct;
     };
     parallel(static_cast<int>(all.size()), settings, stop, start);
-
-    const auto reading_of = [&](const Point& point) {
-        Reading reading;
-        reading.direct_lx = point.exact;
-        reading.samples = point.samples * kMeterStreams;
-        if (point.samples == 0) return reading;
-        double direct2 = 0.0, indirect2 = 0.0;
-        glm::dvec3 direct(0.0), indirect(0.0);
-        for (const Stream& stream : point.streams) {
-            direct += stream.direct / (kMeterStreams * static_cast<double>(point.samples));
-            indirect += stream.indirect / (kMeterStreams * static_cast<double>(point.samples));
-        }
-        for (const Stream& stream : point.streams) {
-            const double d = luminance(stream.direct / static_cast<double>(point.samples) - direct);
-            const double e = luminance(stream.indirect / static_cast<double>(point.samples) - indirect);
-            direct2 += d * d, indirect2 += e * e;
-        }
-        constexpr double kPairs = kMeterStreams * (kMeterStreams - 1);
-        reading.direct_lx += direct;
-        reading.indirect_lx = indirect;
-        reading.direct_error_lx = std::sqrt(direct2 / kPairs);
-        reading.indirect_error_lx = std::sqrt(indirect2 / kPairs);
-        return reading;
-    };
 
     // Rounds of 64, 64, 128, 256, … samples a stream, until every point has the noise that was asked for.
     std::vector<int> units;
@@ -131,7 +139,7 @@ std::vector<Reading> measure(const World& world, std::span<const MeterPoint> poi
         const bool whole = parallel(static_cast<int>(units.size()), settings, stop, [&](int unit) {
             const std::size_t i = static_cast<std::size_t>(units[static_cast<std::size_t>(unit)] / kMeterStreams);
             const int s = units[static_cast<std::size_t>(unit)] % kMeterStreams;
-            const Point& point = all[i];
+            const Measured& point = all[i];
             Stream& sum = sums[static_cast<std::size_t>(unit)];
             const std::uint32_t seed =
                 mix_bits(mix_bits(settings.seed, static_cast<std::uint32_t>(i)), static_cast<std::uint32_t>(s));
@@ -153,7 +161,7 @@ std::vector<Reading> measure(const World& world, std::span<const MeterPoint> poi
             stream.direct += sums[unit].direct;
             stream.indirect += sums[unit].indirect;
         }
-        for (Point& point : all) {
+        for (Measured& point : all) {
             if (point.done) continue;
             point.samples += round;
             const Reading reading = reading_of(point);
@@ -166,7 +174,7 @@ std::vector<Reading> measure(const World& world, std::span<const MeterPoint> poi
         }
     }
     std::vector<Reading> readings;
-    for (const Point& point : all) readings.push_back(reading_of(point));
+    for (const Measured& point : all) readings.push_back(reading_of(point));
     return readings;
 }
 

@@ -184,7 +184,7 @@ struct Followed {
 constexpr Followed kSeen{128, 256}, kUnseen{32, 64};
 
 // sums[i] += share × the sum of what the table holds over the links `from` … `to` − 1 of surfels first … first + size
-// − 1.
+// − 1. Eight parameters: a run of links, what is carried, and a run of sums.
 void transfer(const Links& links, unsigned from, unsigned to, const Table& table, float share, std::size_t first,
               std::size_t size, std::vector<glm::vec4>& sums) {
     for (const auto& block : links.blocks) {
@@ -283,7 +283,7 @@ double sum_of(const glm::vec4& v) {
 
 unsigned solve(const Surfels& surfels, const Links& links, std::span<const glm::vec4> exact,
                std::span<const std::uint8_t> seen, const Accuracy& accuracy, Irradiance& light, Pool& pool) {
-    const std::size_t n = surfels.count;
+    const std::size_t n = surfels.count;  // one list of bounces: cut up it would pass ten locals around
     const bool rests = accuracy.change <= kAtRest.change;
     Table table;
     std::vector<glm::vec4> sent, rest(n, glm::vec4(0.0f)), next;

@@ -284,6 +284,20 @@ PassRun run_direct_merged(const PassContext& context, const Surfaces& surfaces, 
     return {};
 }
 
+namespace {
+
+// Result: a picture of so many bytes that nobody holds.
+std::shared_ptr<std::vector<std::uint8_t>> free_picture(Composed& composed, std::size_t bytes) {
+    auto& pictures = composed.pictures;
+    std::erase_if(pictures, [&](const auto& picture) { return picture->size() != bytes; });
+    const auto free =
+        std::find_if(pictures.begin(), pictures.end(), [](const auto& picture) { return picture.use_count() == 1; });
+    return free != pictures.end() ? *free : pictures.emplace_back(std::make_shared<std::vector<std::uint8_t>>(bytes));
+}
+
+}  // namespace
+
+// One Display, part by part: cut up it would pass nine locals around.
 PassRun run_composite_cpu(const PassContext& context, View view, std::span<const LightGpu* const> lights,
                           const Surfaces& surfaces, PixelLight& light, Composed& composed) {
     const Scene& scene = context.scene;
@@ -360,13 +374,7 @@ PassRun run_composite_cpu(const PassContext& context, View view, std::span<const
     }
     const std::size_t bytes =
         static_cast<std::size_t>(display.width) * static_cast<std::size_t>(display.height) / 2 * 3;
-    auto& pictures = composed.pictures;
-    std::erase_if(pictures, [&](const auto& picture) { return picture->size() != bytes; });
-    auto free =
-        std::find_if(pictures.begin(), pictures.end(), [](const auto& picture) { return picture.use_count() == 1; });
-    if (free == pictures.end())
-        free = pictures.insert(pictures.end(), std::make_shared<std::vector<std::uint8_t>>(bytes));
-    composed.nv12 = *free;
+    composed.nv12 = free_picture(composed, bytes);
     display.others = others;
     lighting::to_nv12(display, composed.nv12->data(), context.pool);
     return {};

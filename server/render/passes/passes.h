@@ -117,8 +117,8 @@ PassRun run_gather_point_summed(const PassContext& context, const Merged& merged
 PassRun run_gather_seed(const PassContext& context, const Light& light, const LightGpu& gpu, int layer);
 // The CPU's layers of one light -> the target's, for run_composite.
 PassRun run_layers(const PassContext& context, int layer, const Surfaces& surfaces, Layers& layers);
-// Luminaires at their weights as one (docs/rendering.md), and what follows from it for all at once: of those with
-// layers, while their layers are old, or of those that are summed: then into `summed`, else null.
+// Luminaires at their weights as one (docs/rendering.md), and what follows from it for all at once. They are those with
+// layers, while their layers are old, or those that are summed. The argument summed is what these fill, else null.
 enum class Together : std::uint8_t { layered, summed };
 PassRun run_merge(const PassContext& context, std::span<const LightGpu* const> lights, Together which, Merged& merged);
 PassRun run_direct_merged(const PassContext& context, const Surfaces& surfaces, Merged& merged, Besides* summed);

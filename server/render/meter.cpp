@@ -1,0 +1,132 @@
+// Meters: a picture of one pixel, and what its layers hold.
+#include <algorithm>
+#include <cmath>
+
+#include "server/render/indirect_estimate.h"
+#include "server/render/pipeline.h"
+#include "server/render/renderer.h"
+#include "server/render/timers.h"
+#include "server/scene/apply.h"
+
+namespace gonio {
+namespace {
+
+double photopic(const glm::dvec3& rgb) {
+    return glm::dot(rgb, glm::dvec3(0.2126, 0.7152, 0.0722));
+}
+
+double variance_of(const PointLight& light, const glm::dvec3& weight) {
+    double sum = 0.0, squares = 0.0;
+    for (const glm::dvec3& part : light.parts) {
+        const double part_lx = photopic(weight * part);
+        sum += part_lx;
+        squares += part_lx * part_lx;
+    }
+    constexpr double kParts = kMeterParts;
+    return std::max(0.0, squares - sum * sum / kParts) / (kParts * (kParts - 1.0));
+}
+
+// One metre above the point, straight down at it.
+Eye eye_above(const glm::dvec3& point, const glm::dvec3& unit_normal) {
+    Eye eye;
+    eye.position = point + unit_normal;
+    eye.forward = -unit_normal;
+    eye.right = glm::normalize(
+        glm::cross(unit_normal, std::abs(unit_normal.y) < 0.9 ? glm::dvec3(0, 1, 0) : glm::dvec3(1, 0, 0)));
+    eye.up = glm::cross(eye.right, eye.forward);
+    return eye;
+}
+
+struct Sums {
+    glm::dvec3 direct_lx{0.0}, indirect_lx{0.0};
+    double variance = 0.0, direct_variance = 0.0;  // of the luminance, lx²; luminaires are independent
+    unsigned samples = 0;
+};
+
+// Adds luminaire i, which has a layer.
+void add_light(const FrameInputs& inputs, std::size_t i, const glm::dvec3& point, const glm::dvec3& unit_normal,
+               Sums& sums) {
+    const bool rsm = inputs.meter == FrameInputs::Meter::rsm, standard = inputs.scene.technique == Technique::standard;
+    const Light& light = inputs.scene.lights[i];
+    const LightGpu& gpu = *inputs.lights[i];
+    const glm::dvec3 weight = light_weight(inputs.scene, light) * static_cast<double>(gpu.web->peak_cd);
+    float direct = 0.0f;
+    glm::vec4 indirect(0.0f);
+    const auto layer = static_cast<GLint>(inputs.layers[i]);
+    const Target& target = inputs.target;
+    glGetTextureSubImage(target.direct.id(), 0, 0, 0, layer, 1, 1, 1, GL_RED, GL_FLOAT, sizeof direct, &direct);
+    glGetTextureSubImage(target.indirect.id(), 0, 0, 0, layer, 1, 1, 1, GL_RGBA, GL_FLOAT, sizeof indirect,
+                         &indirect[0]);
+    const double unit_m2 = static_cast<double>(inputs.geometry.layer_unit_m2());
+    sums.direct_lx += weight * (static_cast<double>(direct) / unit_m2);
+    glm::dvec3 bounced = glm::dvec3(indirect) / unit_m2;
+    if (rsm) {
+        // Each half of the texels, doubled, is an estimate of its own; half their difference is the mean's error.
+        const auto halves = checkerboard_irradiance(gpu.texels, point - light.position, unit_normal);
+        bounced = halves[0] + halves[1];
+        const double error = photopic(weight * (halves[0] - halves[1]));
+        sums.variance += error * error;
+        sums.samples += lit_texels(gpu.texels);
+    } else if (standard) {
+        const PointLight& found = inputs.screen.meter.layers.at(static_cast<std::size_t>(layer));
+        bounced = found.light;
+        sums.variance += variance_of(found, weight);
+    }
+    sums.indirect_lx += weight * bounced;
+}
+
+}  // namespace
+
+v1::MeterReading Renderer::meter(const Scene& scene, const glm::dvec3& point, const glm::dvec3& unit_normal,
+                                 MeterQuality quality, int bounces) {
+    const bool rsm = quality == MeterQuality::rsm;
+    Scene metered = scene;
+    if (rsm) metered.technique = Technique::standard;
+    const bool standard = metered.technique == Technique::standard;
+    prepare(metered, false);
+    const Target target =
+        make_target(next_target_++, TargetKind::precise, 1, 1, std::min(metered.lights.size(), kMostLayers), false);
+    const Eye eye = eye_above(point, unit_normal);
+    ScreenLight screen;
+    FrameInputs inputs = inputs_of(metered, target, screen, eye);
+    inputs.bounces = bounces;
+    inputs.meter = rsm ? FrameInputs::Meter::rsm : FrameInputs::Meter::interactive;
+    Timers timers;
+    run(inputs, wanted_slots(inputs, false), timers);
+    Sums sums;
+    for (std::size_t i = 0; i < metered.lights.size(); ++i) {
+        if (inputs.layers[i] >= 0) add_light(inputs, i, point, unit_normal, sums);
+    }
+    if (!rsm && standard) {
+        sums.samples = kMeterLinks;
+        for (const auto& [direct, bounced] : {screen.meter.emitted, screen.meter.summed}) {
+            sums.direct_lx += direct.light;
+            sums.indirect_lx += bounced.light;
+            sums.direct_variance += variance_of(direct, glm::dvec3(1.0));
+            sums.variance += variance_of(bounced, glm::dvec3(1.0));
+        }
+    }
+    pass_cache_.forget_target(target.id);
+    v1::MeterReading reading;
+    reading.set_direct_lx(photopic(sums.direct_lx));
+    reading.set_indirect_lx(photopic(sums.indirect_lx));
+    reading.set_total_lx(photopic(sums.direct_lx + sums.indirect_lx));
+    for (int k = 0; k < 3; ++k) {
+        reading.add_direct_rgb_lx(sums.direct_lx[k]);
+        reading.add_indirect_rgb_lx(sums.indirect_lx[k]);
+        reading.add_point_m(point[k]);
+    }
+    if (standard) {
+        reading.set_direct_error_lx(std::sqrt(sums.direct_variance));  // of luminaires 0: the web itself, evaluated
+        // The transport's own error beside that of the point's links: measured against the reference
+        // (docs/accuracy.md).
+        constexpr double kTransportError = 0.02;
+        reading.set_indirect_error_lx(
+            std::sqrt(sums.variance + (rsm ? 0.0 : std::pow(kTransportError * reading.indirect_lx(), 2.0))));
+        reading.set_bounces(rsm || bounces == 1 ? "1" : bounces == 0 ? "0" : "all");
+    }
+    reading.set_samples(sums.samples);
+    return reading;
+}
+
+}  // namespace gonio
