@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "server/lighting/material_table.h"
+#include "shaders/shared/layouts.h"
 
 #undef HWY_TARGET_INCLUDE
 #define HWY_TARGET_INCLUDE "server/lighting/direct.cpp"

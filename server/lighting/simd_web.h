@@ -2,7 +2,7 @@
 // instruction set; therefore without an include guard and without a namespace of its own.
 
 // Where x falls on a web's axis (shaders/lib/web_buffer.glsl for lanes): cell + fraction; outside: whether it lies
-// beyond. even: its angles are equally spaced.
+// beyond. even: its angles are equally spaced. Seven parameters: an axis, its table, and vectors of lanes.
 HWY_INLINE Float web_place(bool even, const float* axis, int n, const float* table, int buckets, Float x,
                            Mask& outside) {
     const Tag tag;
@@ -32,26 +32,26 @@ HWY_INLINE Float web_place(bool even, const float* axis, int n, const float* tab
 HWY_INLINE Float web_ratio(const PackedWeb& web, const Vec3& d) {
     const Tag tag;
     const IntTag ints;
-    const std::uint32_t* words = web.words;
-    const int n_v = static_cast<int>(words[1]), n_h = static_cast<int>(words[2]), buckets = static_cast<int>(words[3]);
-    const float* values = reinterpret_cast<const float*>(words + 4);
-    const Vec2 angles = web_angles(static_cast<int>(words[0]), d);
+    const layouts::WebHeader& header = layouts::web_header(web.words);
+    const auto n_v = static_cast<int>(header.n_v), n_h = static_cast<int>(header.n_h),
+               buckets = static_cast<int>(header.table);
+    const float *values = layouts::web_values(web.words), *ratios = values + web_ratios(header);
+    const Vec2 angles = web_angles(static_cast<int>(header.goniometer), d);
     Mask outside = Float(0.0f) < Float(0.0f);
-    const Float v = web_place(web.even_v, values, n_v, values + n_v + n_h, buckets, angles.x, outside);
+    const Float v = web_place(web.even_v, values, n_v, values + web_v_cells(header), buckets, angles.x, outside);
     if (web.symmetric) {
         const auto cell = hn::Min(hn::ConvertTo(ints, v.raw), hn::Set(ints, n_v - 2));
-        const float* column = values + n_v + n_h + 2 * buckets;
-        const Float low = hn::GatherIndex(tag, column, cell), high = hn::GatherIndex(tag, column + 1, cell);
+        const Float low = hn::GatherIndex(tag, ratios, cell), high = hn::GatherIndex(tag, ratios + 1, cell);
         return hn::IfThenZeroElse(outside, (low + (high - low) * (v - Float(hn::ConvertTo(tag, cell)))).raw);
     }
-    const Float h = web_place(web.even_h, values + n_v, n_h, values + n_v + n_h + buckets, buckets, angles.y, outside);
+    const Float h =
+        web_place(web.even_h, values + web_h(header), n_h, values + web_h_cells(header), buckets, angles.y, outside);
     const auto v_cell = hn::Min(hn::ConvertTo(ints, v.raw), hn::Set(ints, n_v - 2)),
                h_cell = hn::Min(hn::ConvertTo(ints, h.raw), hn::Set(ints, n_h - 2));
     const Float a = v - Float(hn::ConvertTo(tag, v_cell)), b = h - Float(hn::ConvertTo(tag, h_cell));
-    const float* grid = values + n_v + n_h + 2 * buckets;
     const auto at = hn::Add(hn::Mul(h_cell, hn::Set(ints, n_v)), v_cell);
-    const Float c00 = hn::GatherIndex(tag, grid, at), c10 = hn::GatherIndex(tag, grid + 1, at);
-    const Float c01 = hn::GatherIndex(tag, grid + n_v, at), c11 = hn::GatherIndex(tag, grid + n_v + 1, at);
+    const Float c00 = hn::GatherIndex(tag, ratios, at), c10 = hn::GatherIndex(tag, ratios + 1, at);
+    const Float c01 = hn::GatherIndex(tag, ratios + n_v, at), c11 = hn::GatherIndex(tag, ratios + n_v + 1, at);
     const Float near_h = c00 + (c10 - c00) * a, far_h = c01 + (c11 - c01) * a;
     return hn::IfThenZeroElse(outside, (near_h + (far_h - near_h) * b).raw);
 }

@@ -229,7 +229,7 @@ PassRun GpuScene::draw(Mode mode, Programs& programs, const glm::dvec3& eye, con
     glVertexArrayVertexBuffer(own.vertex_array.id(), 1, instance_buffer.id(), 0, sizeof(layouts::DrawInstance));
     glBindVertexArray(own.vertex_array.id());
     if (cells) {
-        static_assert(sizeof(Vertex) == 8 * sizeof(float) && offsetof(Vertex, position) == 0);  // shaders/lib/cell.glsl
+        static_assert(sizeof(Vertex) == sizeof(layouts::MeshVertex) && offsetof(Vertex, position) == 0);
         glBindBufferBase(GL_SHADER_STORAGE_BUFFER, 2, own.vertices.id());
         glBindBufferBase(GL_SHADER_STORAGE_BUFFER, 3, own.indices.id());
     }

@@ -5,6 +5,8 @@
 #include <cmath>
 #include <numbers>
 
+#include "shaders/shared/layouts.h"
+
 namespace gonio {
 namespace {
 
@@ -43,10 +45,11 @@ std::size_t table_size(const ies::PhotometricWeb& web) {
 
 std::vector<std::uint32_t> pack_web(const ies::PhotometricWeb& web, double peak_cd) {
     const std::size_t table = table_size(web);
-    std::vector<std::uint32_t> words = {
-        static_cast<std::uint32_t>(web.goniometer), static_cast<std::uint32_t>(web.v_rad.size()),
-        static_cast<std::uint32_t>(web.h_rad.size()), static_cast<std::uint32_t>(table)};
-    words.reserve(4 + web.v_rad.size() + web.h_rad.size() + 2 * table + web.candela.size());
+    const layouts::WebHeader header = {static_cast<std::uint32_t>(web.goniometer),
+                                       static_cast<std::uint32_t>(web.v_rad.size()),
+                                       static_cast<std::uint32_t>(web.h_rad.size()), static_cast<std::uint32_t>(table)};
+    std::vector<std::uint32_t> words = {header.goniometer, header.n_v, header.n_h, header.table};
+    words.reserve(words.size() + layouts::web_ratios(header) + web.candela.size());
     for (double v : web.v_rad) words.push_back(bits(v));
     for (double h : web.h_rad) words.push_back(bits(h));
     append_first_cells(web.v_rad, table, words);
@@ -57,9 +60,9 @@ std::vector<std::uint32_t> pack_web(const ies::PhotometricWeb& web, double peak_
 }
 
 PackedWeb web_of(const std::uint32_t* words) {
-    const std::size_t n_v = words[1], n_h = words[2];
-    const auto* values = reinterpret_cast<const float*>(words + 4);
-    const float* column = values + n_v + n_h + std::size_t{2} * words[3];
+    const layouts::WebHeader& header = layouts::web_header(words);
+    const std::size_t n_v = header.n_v, n_h = header.n_h;
+    const float *values = layouts::web_values(words), *column = values + layouts::web_ratios(header);
     const auto even = [](const float* axis, std::size_t n) {
         const double step =
             (static_cast<double>(axis[n - 1]) - static_cast<double>(axis[0])) / static_cast<double>(n - 1);
@@ -71,7 +74,7 @@ PackedWeb web_of(const std::uint32_t* words) {
         return true;
     };
     return {words, n_h == 2 && std::equal(column, column + n_v, column + n_v), even(values, n_v),
-            even(values + n_v, n_h)};
+            even(values + layouts::web_h(header), n_h)};
 }
 
 bool uniform_grid(const ies::PhotometricWeb& web) {

@@ -1,10 +1,7 @@
-// GLSL only: the photometric web in a storage buffer, looked up bilinearly. Layout written by server/scene/web_buffer.cpp:
-// header, then v angles, h angles, first-cell tables of v and h, then intensity / peak, h-major.
+// GLSL only: the photometric web in a storage buffer, looked up bilinearly. Written by server/scene/web_buffer.cpp.
+#include "shared/layouts.h"
 layout(std430, binding = 1) readonly buffer WebBuffer {
-    uint web_goniometer;   // 0 C, 1 B, 2 A
-    uint web_n_v;
-    uint web_n_h;
-    uint web_table;        // entries of each first-cell table
+    WebHeader web;
     float web_values[];
 };
 
@@ -20,7 +17,7 @@ float web_place(int base, int n, int table_base, float x) {
 #ifdef UNIFORM_WEB
     return share * float(n - 1);
 #else
-    int i = int(web_values[table_base + min(int(share * float(web_table)), int(web_table) - 1)]);
+    int i = int(web_values[table_base + min(int(share * float(web.table)), int(web.table) - 1)]);
     for (int step = 0; step < 8; ++step) {
         if (i + 1 >= n - 1 || x < web_values[base + i + 1]) break;
         ++i;
@@ -32,18 +29,17 @@ float web_place(int base, int n, int table_base, float x) {
 
 // Result: I(d) / I_peak, 0..1. d: luminaire frame, any length > 0.
 float web_ratio(vec3 d) {
-    vec2 angles = web_angles(int(web_goniometer), d);
-    int n_v = int(web_n_v);
-    int n_h = int(web_n_h);
-    int table_base = n_v + n_h;
-    float v_place = web_place(0, n_v, table_base, angles.x);
-    float h_place = web_place(n_v, n_h, table_base + int(web_table), angles.y);
+    vec2 angles = web_angles(int(web.goniometer), d);
+    int n_v = int(web.n_v);
+    int n_h = int(web.n_h);
+    float v_place = web_place(0, n_v, int(web_v_cells(web)), angles.x);
+    float h_place = web_place(int(web_h(web)), n_h, int(web_h_cells(web)), angles.y);
     if (v_place < 0.0 || h_place < 0.0) return 0.0;
     int v = min(int(v_place), n_v - 2);
     int h = min(int(h_place), n_h - 2);
     float a = v_place - float(v);
     float b = h_place - float(h);
-    int corner = table_base + 2 * int(web_table) + h * n_v + v;
+    int corner = int(web_ratios(web)) + h * n_v + v;
     return mix(mix(web_values[corner], web_values[corner + 1], a),
                mix(web_values[corner + n_v], web_values[corner + n_v + 1], a), b);
 }

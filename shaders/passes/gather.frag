@@ -1,9 +1,8 @@
 // Irradiance of the pixels: of the surfels around each (gather_weights.frag).
-#include "shared/layouts.h"
+#include "lib/around.glsl"
 layout(binding = 0) uniform usampler2D weights;
 layout(binding = 1) uniform usampler2D surfel;
-layout(std430, binding = 5) readonly buffer AroundBlock { uint around[]; };           // sixteen a surfel, two a word
-layout(std430, binding = 6) readonly buffer IrradianceBlock { uvec2 irradiance[]; };  // transport::Table
+layout(std430, binding = 6) readonly buffer IrradianceBlock { HalfIrradiance irradiance[]; };  // transport::Table
 layout(location = 1) uniform float unit;      // of its values in the layer's
 layout(location = 2) uniform float greatest;  // that the layer can hold
 layout(location = 0) out vec4 out_irradiance;
@@ -16,11 +15,11 @@ void main() {
     uvec4 bytes = texelFetch(weights, pixel, 0);
     vec3 sum = vec3(0.0);
     float all = 0.0;
-    for (uint k = 0u; k < 16u; ++k) {
-        float weight = float(bitfieldExtract(bytes[k >> 2], int(8u * (k & 3u)), 8));
+    for (uint k = 0u; k < GONIO_AROUND; ++k) {
+        float weight = float(weight_of(bytes, k));
         if (weight == 0.0) continue;
-        uvec2 halves = irradiance[bitfieldExtract(around[8u * own + (k >> 1)], int(16u * (k & 1u)), 16)];
-        sum += weight * vec3(unpackHalf2x16(halves.x), unpackHalf2x16(halves.y).x);
+        HalfIrradiance halves = irradiance[surfel_around(own, k)];
+        sum += weight * vec3(unpackHalf2x16(halves.red_green), unpackHalf2x16(halves.blue).x);
         all += weight;
     }
     out_irradiance.rgb = min(sum / all * unit, vec3(greatest));

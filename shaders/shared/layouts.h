@@ -1,5 +1,5 @@
-// Structs and limits that C++ and GLSL share. Members are vec4 or uint only, so that std140, std430 and C++ agree; the
-// GL test layout_test compares every member with the program's own introspection.
+// Structs and limits that C++ and GLSL share. Members are vec4, or all of 4 bytes and in storage buffers only, so that
+// std140, std430 and C++ agree; the GL test layout_test compares them with the program's own introspection.
 #ifdef __cplusplus
 #pragma once
 #include <cstdint>
@@ -7,6 +7,9 @@
 namespace gonio::layouts {
 using vec4 = glm::vec4;
 using uint = std::uint32_t;
+#define GONIO_FUNCTION constexpr
+#else
+#define GONIO_FUNCTION
 #endif
 
 // One luminaire in the composite: rgb = lux per unit of its irradiance layer (peak cd × multiplier × level × colour).
@@ -25,11 +28,63 @@ struct DrawInstance {
     uint pad1;
 };
 
+// Vertex (server/scene/scene.h) as words.
+struct MeshVertex {
+    float x, y, z;
+    float normal_x, normal_y, normal_z;
+    float u, v;
+};
+
+struct SurfelPlace {
+    vec4 position;  // local, m
+    vec4 normal;    // unit
+};
+
+// A triangle of CellMap::Table.
+struct CellTriangle {
+    uint first;  // cell: the front's, then the back's
+    uint side;   // cells along each edge
+};
+
+// An entry of transport::Table: half floats, the red in the lower half.
+struct HalfIrradiance {
+    uint red_green;
+    uint blue;
+};
+
+// A photometric web's buffer begins with this. Then come floats: v angles, h angles, first-cell tables of v and of h,
+// and intensity / peak, h-major. The functions: where the others begin, from the first v angle.
+struct WebHeader {
+    uint goniometer;  // 0 C, 1 B, 2 A
+    uint n_v;
+    uint n_h;
+    uint table;  // entries of each first-cell table
+};
+GONIO_FUNCTION uint web_h(WebHeader web) {
+    return web.n_v;
+}
+GONIO_FUNCTION uint web_v_cells(WebHeader web) {
+    return web.n_v + web.n_h;
+}
+GONIO_FUNCTION uint web_h_cells(WebHeader web) {
+    return web_v_cells(web) + web.table;
+}
+GONIO_FUNCTION uint web_ratios(WebHeader web) {
+    return web_h_cells(web) + web.table;
+}
+
+#define GONIO_AROUND 16u  // surfels around a surfel
 #define GONIO_MAX_LAYERS 64
 #define GONIO_NO_SURFEL 65535u
 #define GONIO_MAX_SEED_DIRECTIONS 4096
 
 #ifdef __cplusplus
-static_assert(sizeof(LightWeight) == 16 && sizeof(DrawInstance) == 64);
+static_assert(sizeof(LightWeight) == 16 && sizeof(DrawInstance) == 64 && sizeof(WebHeader) == 16);
+inline const WebHeader& web_header(const uint* words) {
+    return *reinterpret_cast<const WebHeader*>(words);
+}
+inline const float* web_values(const uint* words) {
+    return reinterpret_cast<const float*>(words) + sizeof(WebHeader) / sizeof(uint);
+}
 }  // namespace gonio::layouts
 #endif

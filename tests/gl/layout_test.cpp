@@ -10,18 +10,35 @@
 namespace gonio::test {
 namespace {
 
-GLint member_offset(GLuint program, const std::string& name) {
-    const GLuint index = glGetProgramResourceIndex(program, GL_UNIFORM, name.c_str());
+GLint member_offset(GLuint program, const std::string& name, GLenum interface = GL_UNIFORM) {
+    const GLuint index = glGetProgramResourceIndex(program, interface, name.c_str());
     EXPECT_NE(index, GL_INVALID_INDEX) << name;
     const GLenum property = GL_OFFSET;
     GLint offset = -1;
-    glGetProgramResourceiv(program, GL_UNIFORM, index, 1, &property, 1, nullptr, &offset);
+    glGetProgramResourceiv(program, interface, index, 1, &property, 1, nullptr, &offset);
     return offset;
 }
 
 TEST(Layout, LightWeight) {
     const gl::Program program = gl::make_program("passes/screen.vert", "passes/composite.frag", {{"VIEW", "0"}});
     EXPECT_EQ(member_offset(program.id(), "weights[3].rgb"), static_cast<GLint>(3 * sizeof(layouts::LightWeight)));
+}
+
+// Storage buffers.
+TEST(Layout, WhatIsPacked) {
+    const auto offset_in = [](const gl::Program& program, const char* name) {
+        return static_cast<std::size_t>(member_offset(program.id(), name, GL_BUFFER_VARIABLE));
+    };
+    const gl::Program weights = gl::make_program("passes/screen.vert", "passes/gather_weights.frag", {});
+    EXPECT_EQ(offset_in(weights, "triangles[0].side"), offsetof(layouts::CellTriangle, side));
+    EXPECT_EQ(offset_in(weights, "surfels[0].normal"), offsetof(layouts::SurfelPlace, normal));
+    const gl::Program gather = gl::make_program("passes/screen.vert", "passes/gather.frag", {});
+    EXPECT_EQ(offset_in(gather, "irradiance[0].blue"), offsetof(layouts::HalfIrradiance, blue));
+    const gl::Program mask = gl::make_program("passes/screen.vert", "passes/mask.frag", {{"CUBE", "1"}, {"SUB", "1"}});
+    EXPECT_EQ(offset_in(mask, "web.table"), offsetof(layouts::WebHeader, table));
+    EXPECT_EQ(offset_in(mask, "web_values[0]"), sizeof(layouts::WebHeader));
+    const gl::Program cells = gl::make_program("passes/mesh.vert", "passes/gbuffer.frag", {{"CELLS", "2"}});
+    EXPECT_EQ(offset_in(cells, "vertices[0].z"), offsetof(layouts::MeshVertex, z));
 }
 
 // DrawInstance goes in by vertex attributes, whose offsets C++ takes from the struct itself; their locations are

@@ -5,11 +5,13 @@
 
 #include "server/render/passes/passes.h"
 #include "server/render/passes/screen.h"
+#include "shaders/shared/layouts.h"
 
 namespace gonio {
 namespace {
 
 constexpr float kGreatestHalf = 65504.0f;
+static_assert(GONIO_AROUND == transport::kNeighbours && sizeof(layouts::CellTriangle) == sizeof(glm::uvec2));
 
 // Brings the surfels and cells of the transport to the GPU, where they are not there yet.
 void upload_surfels(const PassContext& context, OnGpu& own) {
@@ -17,12 +19,11 @@ void upload_surfels(const PassContext& context, OnGpu& own) {
     const transport::Surfels& surfels = transport.surface->surfels;
     if (own.surface != transport.surface) {
         own.surface = transport.surface;
-        std::vector<glm::vec4> places(2 * (surfels.count + 1), glm::vec4(0.0f));
-        for (std::size_t i = 0; i < surfels.count; ++i) {
-            places[2 * i] = glm::vec4(surfels.position(i), 0.0f);
-            places[2 * i + 1] = glm::vec4(surfels.normal(i), 0.0f);
-        }
-        own.surfels = gl::make_buffer("surfels", places.size() * sizeof(glm::vec4), places.data());
+        std::vector<layouts::SurfelPlace> places;
+        for (std::size_t i = 0; i < surfels.count; ++i)
+            places.push_back({glm::vec4(surfels.position(i), 0.0f), glm::vec4(surfels.normal(i), 0.0f)});
+        places.push_back({glm::vec4(0.0f), glm::vec4(0.0f)});
+        own.surfels = gl::make_buffer("surfels", places.size() * sizeof places[0], places.data());
         own.around =
             gl::make_buffer("surfels around", surfels.count * sizeof(surfels.neighbours[0]), surfels.neighbours.data());
     }
@@ -30,7 +31,7 @@ void upload_surfels(const PassContext& context, OnGpu& own) {
         own.cells = transport.cells;
         const auto& [triangles, cells] = *transport.cells;
         own.triangle_buffer =
-            gl::make_buffer("triangles of cells", triangles.size() * sizeof(glm::uvec2), triangles.data());
+            gl::make_buffer("triangles of cells", triangles.size() * sizeof(layouts::CellTriangle), triangles.data());
         own.cell_buffer = gl::make_buffer("cells", cells.size() * sizeof(std::uint16_t), cells.data());
     }
 }
