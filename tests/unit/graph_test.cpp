@@ -87,5 +87,20 @@ TEST(Graph, ForgottenSlotsRunAgain) {
     EXPECT_EQ(g.run({kPicture}), "cl ra ra ");
 }
 
+TEST(Graph, ASlotOfNoPassHoldsWhatItWasMadeFrom) {
+    PassCache cache;
+    const SlotRef sum{Slot::grid_sum, 3};
+    EXPECT_EQ(cache.version(sum), 0u);
+    EXPECT_FALSE(cache.holds(sum, {}));
+    cache.hold(sum, {1, 2});
+    const std::uint64_t before = cache.version(sum);
+    EXPECT_TRUE(cache.holds(sum, {1, 2}));
+    EXPECT_FALSE(cache.holds(sum, {1, 3}));
+    cache.hold(sum, {1, 2});
+    EXPECT_GT(cache.version(sum), before) << "made anew, it is news to its readers";
+    cache.forget_target(3);
+    EXPECT_FALSE(cache.holds(sum, {1, 2}));
+}
+
 }  // namespace
 }  // namespace gonio
