@@ -22,7 +22,9 @@ class SecureClient {
 public:
     SecureClient(std::uint16_t port, int most_version = TLS1_3_VERSION, const char* ciphers = nullptr) {
         context_ = SSL_CTX_new(TLS_client_method());
-        if (ciphers != nullptr) EXPECT_EQ(SSL_CTX_set_cipher_list(context_, ciphers), 1);
+        if (ciphers != nullptr) {
+            EXPECT_EQ(SSL_CTX_set_cipher_list(context_, ciphers), 1);
+        }
         SSL_CTX_set_security_level(context_, 0);  // else it would not even offer what the server is to refuse
         SSL_CTX_set_min_proto_version(context_, TLS1_VERSION);
         SSL_CTX_set_max_proto_version(context_, most_version);

@@ -335,8 +335,8 @@ TEST_F(SavedShow, WhatCannotComeBackIsAWarningAndTheRestComesBack) {
 // Whatever a show holds, a service is ready in time: what did not fit is named.
 TEST_F(SavedShow, ProfilesThatTakeTooLongAreLeftOutByName) {
     make_show();
-    ProfileTexts texts;
-    const RestoredShow restored = restore_show(show_of(scene, texts), asset, true, std::chrono::milliseconds(0));
+    ProfileTexts no_texts;
+    const RestoredShow restored = restore_show(show_of(scene, no_texts), asset, true, std::chrono::milliseconds(0));
     const auto says = [&](const std::string& text) {
         return std::any_of(restored.warnings.begin(), restored.warnings.end(),
                            [&](const std::string& one) { return one.find(text) != std::string::npos; });
