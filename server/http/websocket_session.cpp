@@ -280,8 +280,8 @@ private:
               std::uint32_t scene_rev = 0) {
         if (closing_ || ended_) return;
         const OutgoingQueue::Pushed pushed = queue_.push(std::move(bytes), kind, scene_rev);
-        if (pushed == OutgoingQueue::Pushed::too_slow) close(kTooSlow, "too many messages wait for this client");
-        if (pushed == OutgoingQueue::Pushed::queued) write_next();
+        if (pushed == OutgoingQueue::Pushed::too_slow) return close(kTooSlow, "too many messages wait for this client");
+        write_next();
     }
     void write_next() {
         if (queue_.writing() || closing_ || ended_ || !socket_.is_open()) return;

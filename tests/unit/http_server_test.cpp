@@ -381,6 +381,22 @@ INSTANTIATE_TEST_SUITE_P(Bounds, FrontStateQueues,
                          testing::Values(StateQueue{"Messages", 16, 64 << 20}, StateQueue{"Bytes", 256, 1 << 20}),
                          [](const auto& test) { return std::string(test.param.name); });
 
+// A change of more bytes than may wait is told as the whole state, at once, also where nothing else is being sent.
+TEST_F(FrontTest, AChangeBeyondTheBoundDoesNotWaitForTheNext) {
+    options.limits.queued_bytes = 1 << 16;
+    start();
+    Client viewer(front->port());
+    viewer.join(kSubprotocolProto, false, true);
+    v1::StateChanged change;
+    change.set_scene_rev(7);
+    change.mutable_state()->set_scene(std::string(1 << 17, 'x'));
+    front->publish_state(state(7));
+    front->broadcast(change);
+    const auto message = viewer.read_message();
+    ASSERT_TRUE(message && message->has_ready());
+    EXPECT_EQ(message->ready().state().scene_rev(), 7u);
+}
+
 TEST_F(FrontTest, AReaderThatStopsIsDropped) {
     options.limits.write_stall = 300ms;
     start();
