@@ -3,13 +3,10 @@
 #include <algorithm>
 #include <chrono>
 #include <cmath>
-#include <cstring>
-#include <set>
 #include <thread>
 #include <utility>
 
 #include "server/lighting/screen.h"
-#include "server/render/indirect_estimate.h"
 #include "server/render/inspect.h"
 #include "server/render/pipeline.h"
 #include "server/render/timers.h"
