@@ -83,6 +83,28 @@ bool is_quadrilateral(const PhotometricWeb& web, double street) {
     return *low >= 0.9 * *high;
 }
 
+// Of a step of the grid.
+struct Part {
+    std::size_t cell;      // the step's index
+    double along, cosine;  // of the part's middle: 0..1 of the step; cos of its angle
+    double weight;         // integral over it of 1, or of the cosine
+};
+
+std::vector<Part> parts_of(const std::vector<double>& angles, bool is_latitude) {
+    constexpr double kWidest = kPi / 720.0;  // a quarter of a degree
+    std::vector<Part> parts;
+    for (std::size_t i = 0; i + 1 < angles.size(); ++i) {
+        const double step = angles[i + 1] - angles[i];
+        const double count = std::max(1.0, std::ceil(step / kWidest));
+        for (double k = 0; k < count; ++k) {
+            const double from = angles[i] + step * k / count, to = angles[i] + step * (k + 1) / count;
+            parts.push_back({i, (k + 0.5) / count, std::cos(0.5 * (from + to)),
+                             is_latitude ? std::sin(to) - std::sin(from) : to - from});
+        }
+    }
+    return parts;
+}
+
 }  // namespace
 
 PhotometricWeb as_type_c(const PhotometricWeb& web, Angle step) {
@@ -110,6 +132,32 @@ PhotometricWeb as_type_c(const PhotometricWeb& web, Angle step) {
 LuminousFlux flux_between(const PhotometricWeb& web, Angle v0, Angle v1, Angle h0, Angle h1) {
     if (web.goniometer != Goniometer::type_c || web.v_rad.size() < 2 || web.h_rad.size() < 2) return {};
     return band_flux(web, azimuth_integral(web, h0.radians(), h1.radians()), v0.radians(), v1.radians()) * lm;
+}
+
+std::vector<LuminousFlux> flux_about_zero(const PhotometricWeb& web, std::span<const Angle> angles) {
+    std::vector<LuminousFlux> result(angles.size());
+    if (web.goniometer == Goniometer::type_c || web.v_rad.size() < 2 || web.h_rad.size() < 2) return result;
+    // dΩ = cos h dh dv (Type B), cos v dv dh (Type A); cosine from photometric zero: cos v cos h of both.
+    const bool h_is_latitude = web.goniometer == Goniometer::type_b;
+    const std::vector<Part> v_parts = parts_of(web.v_rad, !h_is_latitude), h_parts = parts_of(web.h_rad, h_is_latitude);
+    std::vector<double> cosines;
+    for (const Angle& angle : angles) cosines.push_back(std::cos(std::min(angle.radians(), kPi)));
+    std::vector<double> within(angles.size(), 0.0);
+    double sum = 0.0;
+    for (const Part& h : h_parts) {
+        for (const Part& v : v_parts) {
+            const double low = std::lerp(double{web.at(h.cell, v.cell)}, double{web.at(h.cell, v.cell + 1)}, v.along),
+                         high = std::lerp(double{web.at(h.cell + 1, v.cell)}, double{web.at(h.cell + 1, v.cell + 1)},
+                                          v.along),
+                         flux = std::lerp(low, high, h.along) * v.weight * h.weight;
+            sum += flux;
+            for (std::size_t i = 0; i < within.size(); ++i)
+                if (v.cosine * h.cosine >= cosines[i]) within[i] += flux;
+        }
+    }
+    const double scale = sum > 0.0 ? total_flux(web).in(lm) / sum : 0.0;
+    for (std::size_t i = 0; i < within.size(); ++i) result[i] = scale * within[i] * lm;
+    return result;
 }
 
 BugRating bug_rating(const PhotometricWeb& original, Angle street_side) {

@@ -69,6 +69,14 @@ Angle street_side(const Provenance& provenance) {
     return at_90 ? Angle::degrees(90.0) : Angle::degrees(0.0);
 }
 
+// Result: the flux within each of these angles from photometric zero.
+std::vector<LuminousFlux> fluxes_within(const PhotometricWeb& web, const std::vector<Angle>& angles) {
+    if (web.goniometer != Goniometer::type_c) return flux_about_zero(web, angles);
+    std::vector<LuminousFlux> within;
+    for (const Angle& angle : angles) within.push_back(flux_between(web, {}, angle, {}, Angle::degrees(360.0)));
+    return within;
+}
+
 }  // namespace
 
 Area projected_area(const Opening& opening, const Direction& direction) {
@@ -125,13 +133,15 @@ Quantities quantities(const Photometry& photometry) {
         for (float& value : converted.candela) value *= correction;
     }
     const PhotometricWeb& zones = type_c ? web : converted;
-    const auto band = [&](double v0_deg, double v1_deg) {
-        return flux_between(zones, Angle::degrees(v0_deg), Angle::degrees(v1_deg), {}, Angle::degrees(360.0));
-    };
-    for (std::size_t i = 0; i < result.zonal.size(); ++i) {
-        result.zonal[i] = band(10.0 * static_cast<double>(i), 10.0 * static_cast<double>(i + 1));
-    }
-    result.downward = band(0.0, 90.0);
+    // Within 10, 20, … 180 degrees of photometric zero, and within the cones of CIE 52: of solid angle pi/2, pi, 3
+    // pi/2.
+    std::vector<Angle> angles;
+    for (int i = 1; i <= 18; ++i) angles.push_back(Angle::degrees(10.0 * i));
+    for (int i = 1; i <= 3; ++i) angles.push_back(Angle::radians(std::acos(1.0 - 0.25 * i)));
+    const std::vector<LuminousFlux> within = fluxes_within(web, angles);
+    for (std::size_t i = 0; i < result.zonal.size(); ++i)
+        result.zonal[i] = i == 0 ? within[0] : within[i] - within[i - 1];
+    result.downward = within[8];
     result.upward = result.total - result.downward;
 
     const auto peak = std::max_element(web.candela.begin(), web.candela.end());
@@ -155,13 +165,9 @@ Quantities quantities(const Photometry& photometry) {
     result.spacing_criterion = {spacing(web, {0.0, kPi}, 2.0), spacing(web, {kPi / 2, 3 * kPi / 2}, 2.0),
                                 spacing(web, {kPi / 4, 3 * kPi / 4, 5 * kPi / 4, 7 * kPi / 4}, std::sqrt(2.0))};
 
-    // CIE 52: cones of solid angle pi/2, pi, 3 pi/2 and 2 pi.
     const double down = result.downward.in(lm);
     const auto percent = [](double part, double whole) { return whole > 0.0 ? 100.0 * part / whole : 0.0; };
-    for (std::size_t i = 0; i < 3; ++i) {
-        const double cone_deg = std::acos(1.0 - 0.25 * static_cast<double>(i + 1)) * 180.0 / kPi;
-        result.cie_flux_code[i] = percent(band(0.0, cone_deg).in(lm), down);
-    }
+    for (std::size_t i = 0; i < 3; ++i) result.cie_flux_code[i] = percent(within[18 + i].in(lm), down);
     result.cie_flux_code[3] = percent(down, result.total.in(lm));
     result.cie_flux_code[4] = 100.0 * result.light_output_ratio.value_or(1.0);
     result.bug = bug_rating(zones, street_side(provenance));

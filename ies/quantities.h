@@ -1,10 +1,12 @@
 // Photometric quantities of a web: fluxes, beam angles, spacing, CIE and BUG codes, luminance of the opening.
-// All integrals are exact for the bilinear web of Type C. Where a quantity is defined on Type C zones, Types A and B go
-// through as_type_c at half a degree. They are scaled to their own exact total flux.
+// All integrals are exact for the bilinear web of Type C. The zones of Types A and B are sums over parts of their own
+// grids (flux_about_zero); their BUG rating goes through as_type_c at half a degree. Both are scaled to the exact
+// total.
 #pragma once
 
 #include <array>
 #include <optional>
+#include <span>
 #include <vector>
 
 #include "ies/core/units.h"
@@ -20,6 +22,11 @@ PhotometricWeb as_type_c(const PhotometricWeb& web, Angle step);
 // Result: flux within v0..v1 and h0..h1 of a Type C web, exact. Ranges are cut to 0..pi and 0..2 pi.
 // Types A and B: 0 (convert first).
 LuminousFlux flux_between(const PhotometricWeb& web, Angle v0, Angle v1, Angle h0, Angle h1);
+
+// Result: of a Type A or B web the flux within each of these angles from photometric zero. Every cell of its grid is
+// cut into parts of at most a quarter of a degree, each whole within the angles that its middle is in. So the flux
+// within pi is the total, and a beam narrower than any step is not lost. Type C: 0 (flux_between).
+std::vector<LuminousFlux> flux_about_zero(const PhotometricWeb& web, std::span<const Angle> angles);
 
 // Full angles, in one plane through photometric zero, between directions of a fraction of a reference intensity.
 struct BeamAngles {

@@ -87,6 +87,40 @@ TEST(IesQuantities, PowersOfTheCosine) {
     }
 }
 
+// Types A and B, whose grids do not follow the zones: I0 cos^n has the share 1 - cos^(n+1) within theta.
+TEST(IesQuantities, ZonesOfTypesAAndB) {
+    for (const Goniometer goniometer : {Goniometer::type_a, Goniometer::type_b}) {
+        for (const int n : {1, 8, 64}) {
+            const auto law = [n](const Direction& d) { return 1000 * std::pow(lower(d), n); };
+            const Quantities q = quantities(sample(goniometer, 1, -90, 90, -90, 90, law));
+            const double flux = 2 * kPi * 1000 / (n + 1);
+            EXPECT_NEAR(q.total.in(lm), flux, 3e-3 * flux);
+            for (std::size_t i = 0; i < 9; ++i) {
+                const auto beyond = [&](double deg) { return std::pow(std::cos(deg * kPi / 180), n + 1); };
+                const double zone = flux * (beyond(10.0 * i) - beyond(10.0 * (i + 1)));
+                EXPECT_NEAR(q.zonal[i].in(lm), zone, 4e-3 * flux) << n << " " << i;
+            }
+            EXPECT_NEAR(q.downward.in(lm), q.total.in(lm), 1e-9 * flux);
+            EXPECT_NEAR(q.cie_flux_code[0], 100 * (1 - std::pow(0.75, n + 1)), 0.4);
+        }
+    }
+}
+
+// A tenth of a degree of light between the points of any grid of half degrees: its zone holds all of it.
+TEST(IesQuantities, ASpikeOfTypeBIsInItsZone) {
+    Photometry photometry;
+    photometry.web.goniometer = Goniometer::type_b;
+    photometry.web.v_rad = {2.6 * kPi / 180, 2.7 * kPi / 180};
+    photometry.web.h_rad = {12.1 * kPi / 180, 12.2 * kPi / 180};
+    photometry.web.candela = {1e6f, 1e6f, 1e6f, 1e6f};
+    const Quantities q = quantities(photometry);
+    const double flux = 1e6 * 0.1 * kPi / 180 * (std::sin(12.2 * kPi / 180) - std::sin(12.1 * kPi / 180));
+    EXPECT_NEAR(q.total.in(lm), flux, 1e-5 * flux);
+    EXPECT_NEAR(q.zonal[1].in(lm), flux, 1e-5 * flux) << "12.4 degrees from photometric zero";
+    EXPECT_NEAR(q.downward.in(lm), flux, 1e-5 * flux);
+    EXPECT_NEAR(q.upward.in(lm), 0, 1e-5 * flux);
+}
+
 TEST(IesQuantities, ConeWithAHardEdge) {
     // A cone of 30 degrees half angle; the edge falls within one step of 0.25 degrees.
     const Photometry photometry =
