@@ -172,10 +172,10 @@ int surfaces(const Session& session, const ReadWords& words) {
 }
 
 int learn(const Session& session, const ReadWords& words) {
-    const auto wish = learn_wish(words);
-    if (!wish) return session.fail(wish.error());
+    const auto request = learn_request(words);
+    if (!request) return session.fail(request.error());
     v1::ClientMessage message;
-    message.mutable_learn()->set_timeout_s(wish->timeout_s);
+    message.mutable_learn()->set_timeout_s(request->timeout_s);
     if (!session.json) session.err << "move a control …" << std::endl;
     const auto answer = session.ask(std::move(message), {Answer::kLearned});
     if (!answer) return session.fail(answer.error());
@@ -186,11 +186,11 @@ int learn(const Session& session, const ReadWords& words) {
     else
         session.out << learned.device() << " " << learned.control() << " (" << learned.kind() << ", "
                     << learned.product() << ")\n";
-    if (!wish->row) return kExitOk;
+    if (!request->row) return kExitOk;
     v1::ClientMessage mapping = words.message;
     v1::SurfaceRow& row = *mapping.mutable_command()->mutable_map_control()->mutable_row();
-    row = *wish->row;
-    row.set_device(wish->any_box ? "*" : learned.device());
+    row = *request->row;
+    row.set_device(request->any_box ? "*" : learned.device());
     row.set_control(learned.control());
     return session.change(std::move(mapping));
 }

@@ -86,17 +86,17 @@ std::string surfaces_table(const v1::Surfaces& surfaces) {
     return text;
 }
 
-Result<LearnWords> learn_wish(const ReadWords& words) {
-    LearnWords wish;
-    if (words.has("--timeout")) wish.timeout_s = *parse_number(words.options.at("--timeout"));
-    wish.any_box = words.has("--any-box");
+Result<LearnWords> learn_request(const ReadWords& words) {
+    LearnWords request;
+    if (words.has("--timeout")) request.timeout_s = *parse_number(words.options.at("--timeout"));
+    request.any_box = words.has("--any-box");
     std::vector<double> range;
     if (words.has("--range")) {
         range = *parse_vector(words.options.at("--range"));
         if (range.size() != 2)
             return usage("--range", words.options.at("--range"), "This must be two numbers, like 0,1.");
     }
-    if (words.names.empty()) return wish;
+    if (words.names.empty()) return request;
     v1::SurfaceRow row = words.message.command().map_control().row();
     if (words.names.front() == "preset" && words.names.size() == 2) {
         row.set_property("preset");
@@ -112,8 +112,8 @@ Result<LearnWords> learn_wish(const ReadWords& words) {
         row.set_low(range[0] * (property != nullptr ? property->unit : 1));
         row.set_high(range[1] * (property != nullptr ? property->unit : 1));
     }
-    wish.row = row;
-    return wish;
+    request.row = row;
+    return request;
 }
 
 Result<LearnWords> learn_from_words(std::span<const std::string> words) {
@@ -121,7 +121,7 @@ Result<LearnWords> learn_from_words(std::span<const std::string> words) {
     all.insert(all.end(), words.begin(), words.end());
     const ReadWords read = read_command_line(all);
     if (read.fault) return *read.fault;
-    return learn_wish(read);
+    return learn_request(read);
 }
 
 }  // namespace gonio

@@ -22,7 +22,7 @@ struct LearnWords {
 };
 // words: of `gonio learn`, without a fault. Whether the property exists is asked here, whether the light does by the
 // server. Errors: "usage".
-Result<LearnWords> learn_wish(const ReadWords& words);
+Result<LearnWords> learn_request(const ReadWords& words);
 // words: those after "learn". Errors: "usage".
 Result<LearnWords> learn_from_words(std::span<const std::string> words);
 

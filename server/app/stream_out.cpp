@@ -49,15 +49,15 @@ void add_lane_figures(v1::Stats& stats, const LaneEncoders& encoders, const Lane
     stats.set_frames_encoded(encoders.frames_encoded());
     stats.set_encoder(encoders.encoder());
     stats.set_settled(feed.at_rest(now_ns));
-    for (const auto& [wish, counts] : feed.rows()) {
+    for (const auto& [request, counts] : feed.rows()) {
         v1::Lane& lane = *stats.add_lanes();
-        lane.set_kind(lane_kind(wish.lane));
+        lane.set_kind(lane_kind(request.lane));
         lane.set_encoder(counts.encoder);
-        lane.set_viewers(wish.viewers);
+        lane.set_viewers(request.viewers);
         lane.set_frames(counts.frames);
         lane.set_key_frames(counts.keys);
-        lane.set_bitrate_bps(wish.bitrate_bps());
-        lane.set_gated(wish.gated);
+        lane.set_bitrate_bps(request.bitrate_bps());
+        lane.set_gated(request.gated);
     }
     if (mjpeg_clients == 0) return;
     v1::Lane& lane = *stats.add_lanes();

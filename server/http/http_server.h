@@ -31,7 +31,7 @@ using SessionId = std::uint32_t;  // 0: nobody
 struct Demand {
     std::vector<LaneRequest> lanes;  // those that have viewers
     bool jpeg = false;               // at least one MJPEG client that took the last part
-    unsigned jpeg_clients = 0;       // MJPEG clients, with or without a wish for the next part
+    unsigned jpeg_clients = 0;       // MJPEG clients, with or without a request for the next part
     unsigned clients = 0;
     bool operator==(const Demand&) const = default;
     bool h264() const;  // a viewer has credit

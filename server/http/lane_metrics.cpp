@@ -34,11 +34,11 @@ void show_lanes(const SessionRegistry& registry) {
         double bitrate_bps = 0;
     };
     std::map<std::string, Sum> sums = {{"private", {}}, {"shared", {}}, {"low", {}}};
-    for (const LaneRequest& wish : registry.lanes.wishes(Lanes::Time::clock::now())) {
-        Sum& sum = sums[lane_kind(wish.lane)];
+    for (const LaneRequest& request : registry.lanes.requests(Lanes::Time::clock::now())) {
+        Sum& sum = sums[lane_kind(request.lane)];
         ++sum.lanes;
-        sum.viewers += wish.viewers;
-        sum.bitrate_bps += wish.bitrate_bps();
+        sum.viewers += request.viewers;
+        sum.bitrate_bps += request.bitrate_bps();
     }
     for (const auto& [kind, sum] : sums) {
         const std::string lane = label("lane", kind);

@@ -171,18 +171,18 @@ void SessionRegistry::tell_moved() {
 }
 
 bool Demand::h264() const {
-    return std::any_of(lanes.begin(), lanes.end(), [](const LaneRequest& wish) { return wish.credit > 0; });
+    return std::any_of(lanes.begin(), lanes.end(), [](const LaneRequest& request) { return request.credit > 0; });
 }
 
 bool Demand::key() const {
-    return std::any_of(lanes.begin(), lanes.end(), [](const LaneRequest& wish) { return wish.key; });
+    return std::any_of(lanes.begin(), lanes.end(), [](const LaneRequest& request) { return request.key; });
 }
 
 void SessionRegistry::update_demand() {
     if (stopping) return;
     const auto now = Clock::now();
     Demand demand;
-    demand.lanes = lanes.wishes(now);
+    demand.lanes = lanes.requests(now);
     demand.jpeg = mjpeg.takers > 0;
     demand.jpeg_clients = mjpeg.all;
     demand.clients = served_;

@@ -242,8 +242,8 @@ void OscServer::act(const OscMessage& message, const OscClient& from, std::int64
         if (may_answer(from, pong.size())) send(from, from.peer, pong);
     } else if (std::holds_alternative<OscUnsubscribe>(*action)) {
         subscribers_.erase(from);
-    } else if (const auto* wish = std::get_if<OscSubscribe>(&*action)) {
-        subscribe(*wish, message, from, now_ns);
+    } else if (const auto* request = std::get_if<OscSubscribe>(&*action)) {
+        subscribe(*request, message, from, now_ns);
     } else if (std::holds_alternative<OscQuery>(*action)) {
         const auto selected = osc_select(values(), message.address, pattern_budget_);
         if (!selected) return refuse(message, from, selected.error(), now_ns);
@@ -271,12 +271,12 @@ void OscServer::act(const OscMessage& message, const OscClient& from, std::int64
     }
 }
 
-void OscServer::subscribe(const OscSubscribe& wish, const OscMessage& message, const OscClient& from,
+void OscServer::subscribe(const OscSubscribe& request, const OscMessage& message, const OscClient& from,
                           std::int64_t now_ns) {
     if (from.tcp && !is_connected(from)) return;  // it closed before its time tag
     if (!subscribers_.contains(from) && subscribers_.size() >= kMaxOscSubscribers)
         return refuse(message, from, {"busy", message.address, "", "there are 32 subscribers already"}, now_ns);
-    const UdpPeer to = {from.peer.ip, wish.port.value_or(from.peer.port)};
+    const UdpPeer to = {from.peer.ip, request.port.value_or(from.peer.port)};
     const auto known = subscribers_.find(from);
     const bool told =
         known != subscribers_.end() && known->second.to == to && now_ns - known->second.told_ns < kOscRetell_ns;

@@ -90,7 +90,7 @@ private:
     void take(Bytes packet, const OscClient& from);
     void act(const OscMessage& message, const OscClient& from, std::int64_t now_ns);
     void refuse(const OscMessage& message, const OscClient& from, const Error& error, std::int64_t now_ns);
-    void subscribe(const OscSubscribe& wish, const OscMessage& message, const OscClient& from, std::int64_t now_ns);
+    void subscribe(const OscSubscribe& request, const OscMessage& message, const OscClient& from, std::int64_t now_ns);
     void send(const OscClient& to, const UdpPeer& udp, const std::vector<std::uint8_t>& packet);
     void send_values(const OscClient& to, const UdpPeer& udp, const OscValues& values);
     void send_feedback(std::int64_t now_ns);

@@ -148,7 +148,7 @@ private:
             watch_.wait(
                 static_cast<int>(std::clamp<std::int64_t>((next_ns - before_ns + 999'999) / 1'000'000, 0, 100)));
             const std::int64_t now_ns = monotonic();
-            take_wishes(now_ns);
+            take_requests(now_ns);
             if (now_ns - ticked_ns >= kTick_ns) {
                 ticked_ns = now_ns;
                 sacn_.tick(now_ns);
@@ -167,7 +167,7 @@ private:
     }
 
     // What the render thread asked for.
-    void take_wishes(std::int64_t now_ns) {
+    void take_requests(std::int64_t now_ns) {
         if (auto wanted = new_wanted_.try_take()) {
             wanted_ = std::move(*wanted);
             wanted_set_ = std::set<DmxKey>(wanted_.begin(), wanted_.end());
@@ -334,7 +334,7 @@ private:
         const bool pattern = values[0].pattern;
         const bool fresh = updates_.merge([&](InputUpdates& updates) {
             const bool room =
-                updates.osc.size() < kMaxOscUpdates && (!pattern || updates.osc_patterns < kMaxOscPatternMail);
+                updates.osc.size() < kMaxOscUpdates && (!pattern || updates.osc_patterns < kMaxOscPatternUpdates);
             const bool known = updates.osc.contains(address);
             taken = known || room;
             if (!known && taken && pattern) ++updates.osc_patterns;

@@ -26,8 +26,8 @@ struct InputOptions {
     bool any() const { return sacn || artnet || osc; }
 };
 
-inline constexpr std::size_t kMaxOscUpdates = 4096;     // OSC addresses waiting for the render thread; more: refused
-inline constexpr std::size_t kMaxOscPatternMail = 128;  // patterns among them, which are compared with every name
+inline constexpr std::size_t kMaxOscUpdates = 4096;        // OSC addresses waiting for the render thread; more: refused
+inline constexpr std::size_t kMaxOscPatternUpdates = 128;  // patterns among them, which are compared with every name
 
 // What arrived since the render thread last looked: of each universe and each OSC address the newest.
 struct InputUpdates {

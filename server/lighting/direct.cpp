@@ -11,8 +11,8 @@
 #include <hwy/foreach_target.h>
 #include <hwy/highway.h>
 
-#ifndef GONIO_SHADE_DIRECT_TILE
-#define GONIO_SHADE_DIRECT_TILE
+#ifndef GONIO_LIGHTING_DIRECT_TILE
+#define GONIO_LIGHTING_DIRECT_TILE
 namespace gonio::lighting {
 
 // As many pixels as stay in the cache while one luminaire after the other lights them. Pixels 4 apart follow each
@@ -169,11 +169,11 @@ std::size_t LightTile(Tile& tile, const DirectLight& light, const float* lattice
                 Float ratio;
                 if (lattice != nullptr) {
                     const Around around = around_pixels(tile, at, lattice, stride);
-                    const Mask alike = hn::AndNot(edge, Float(static_cast<float>(kPoorSum) - 0.5f) < around.sum),
+                    const Mask one_surface = hn::AndNot(edge, Float(static_cast<float>(kPoorSum) - 0.5f) < around.sum),
                                light_there = hn::And(Float(0.0f) < around.open, Float(kNoLight) < around.greatest);
-                    wanted = hn::And(wanted, hn::Or(hn::Not(alike), light_there));
+                    wanted = hn::And(wanted, hn::Or(hn::Not(one_surface), light_there));
                     seen = around.sum * Float(1.0f - kOpinion) < around.open;
-                    agree = hn::And(alike, hn::Or(seen, around.open < around.sum * Float(kOpinion)));
+                    agree = hn::And(one_surface, hn::Or(seen, around.open < around.sum * Float(kOpinion)));
                     steep = hn::And(Float(0.002f) < around.greatest, around.least < around.greatest * Float(0.9f));
                     ratio = around.ratio / max(around.sum, Float(1.0f));
                 }

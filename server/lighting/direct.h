@@ -31,7 +31,8 @@ using Lattice = Planes;
 // out: 1 or 3 planes, surfaces.row_length floats a row: the sum of all luminaires' light × weight. A shadow ray goes to
 // each luminaire from every point of the grid. Of more than four luminaires, it goes from every other point first. A
 // pixel whose points agree takes their answer. The others send their own ray, so a shadow narrower than the grid may be
-// lost. With every_pixel, a ray goes from each pixel that light could reach. Render thread.
+// lost. With every_pixel, a ray goes from each pixel that light could reach. What is lit, by what, and where the sum
+// and the scratch are: eight parameters. Render thread.
 void direct_light(const GBuffer& gbuffer, const ScreenGrid& screen, const trace::Geometry& geometry,
                   std::span<const DirectLight> lights, bool every_pixel, Planes& out, Lattice& lattice, Pool& pool);
 

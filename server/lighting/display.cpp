@@ -16,8 +16,8 @@
 #include <hwy/highway.h>
 
 // The tone curve as a table over the bits of its argument, defined once for all instruction sets.
-#ifndef GONIO_SHADE_TONE_TABLE
-#define GONIO_SHADE_TONE_TABLE
+#ifndef GONIO_LIGHTING_TONE_TABLE
+#define GONIO_LIGHTING_TONE_TABLE
 #include "shaders/lib/as_cpp.h"
 namespace gonio::lighting {
 // 256 values per octave, linear between them: within 1e-5 of the curve. Below 2^-14 the curve is 12.92 x. An entry has

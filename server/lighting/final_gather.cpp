@@ -73,7 +73,7 @@ struct Tracer {
             const transport::Table& sent = gather.sources[i].sent;
             glm::vec4* own = row.own[i].data() + first;
             std::fill_n(own, count, glm::vec4(0.0f));
-            transport::gather(sent, ids.data(), links, links, count, sent.unit / static_cast<float>(links), own);
+            transport::gather(sent, {ids.data(), links, links, count}, sent.unit / static_cast<float>(links), own);
         }
         const unsigned all = kNearLinks * links;
         more.resize(all - links);
@@ -84,7 +84,7 @@ struct Tracer {
             for (std::size_t i = 0; i < gather.sources.size(); ++i) {
                 const transport::Table& sent = gather.sources[i].sent;
                 row.own[i][x] /= static_cast<float>(kNearLinks);
-                transport::gather(sent, more.data(), all - links, all - links, 1, sent.unit / static_cast<float>(all),
+                transport::gather(sent, {more.data(), all - links, all - links, 1}, sent.unit / static_cast<float>(all),
                                   &row.own[i][x]);
             }
         }

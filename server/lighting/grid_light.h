@@ -18,7 +18,8 @@ struct GridWeights {
     std::vector<float> weights;                // kNeighbours a point, of sum 1
     std::vector<std::uint8_t> seen;            // by surfel: whether it is around any point
 };
-// raster: of these surfaces; null: drawn by GL.
+// raster: of these surfaces; null: drawn by GL. Four ways to find a point's surfel, and where it goes: seven
+// parameters.
 void find_surfels(const GBuffer& gbuffer, const Raster* raster, const MaterialTable& material_table,
                   const ScreenGrid& screen, const transport::Transport& transport, GridWeights& weights, Pool& pool);
 

@@ -33,8 +33,9 @@ void FromHalves(const std::uint16_t* from, std::size_t count, float* to) {
     for (std::size_t i = 0; i < count; i += hn::Lanes(Tag())) store(from_half(hn::LoadU(HalfBits(), from + i)), to + i);
 }
 
-void WeightsRow(const Points& grid, std::ptrdiff_t stride, int y, int width, const Rays& rays, float near_per_depth,
-                const float* depth, const std::uint32_t* normal, std::uint32_t* weights, std::uint8_t* poor) {
+void WeightsRow(const Points& grid, std::ptrdiff_t stride, const Rays& rays, float near_per_depth,
+                const WeightedRow& row) {
+    const auto [y, width, depth, normal, weights, poor] = row;
     const Tag tag;
     const IntTag ints;
     const auto lanes = static_cast<std::ptrdiff_t>(hn::Lanes(tag));
@@ -62,15 +63,15 @@ void WeightsRow(const Points& grid, std::ptrdiff_t stride, int y, int width, con
                 const float bilinear =
                     (corner % 2 == 0 ? 1.0f - along_x : along_x) * (corner / 2 == 0 ? 1.0f - along_y : along_y) + 1e-3f;
                 const Float off = dot(n, place_of(grid, at) - p) * per_near;
-                weight[corner] = surface_likeness(dot(n, normal_of(grid, at)), off) * Float(bilinear);
+                weight[corner] = edge_stopping_weight(dot(n, normal_of(grid, at)), off) * Float(bilinear);
                 sum = sum + weight[corner];
             }
-            const Mask shown = hn::Gt(d[phase], hn::Zero(tag)), good = hn::Ge(sum.raw, hn::Set(tag, kPoorlyAlike)),
-                       any = hn::Ge(sum.raw, hn::Set(tag, kLeastAlike));
+            const Mask shown = hn::Gt(d[phase], hn::Zero(tag)), good = hn::Ge(sum.raw, hn::Set(tag, kPoorWeight)),
+                       any = hn::Ge(sum.raw, hn::Set(tag, kLeastWeight));
             poorly =
                 hn::Add(poorly, hn::IfThenElseZero(hn::RebindMask(ints, hn::AndNot(good, shown)), hn::Set(ints, 1)));
             const Float scale = hn::IfThenElseZero(
-                hn::And(any, shown), (mix(Float(127.0f), Float(255.0f), good) / max(sum, Float(kLeastAlike))).raw);
+                hn::And(any, shown), (mix(Float(127.0f), Float(255.0f), good) / max(sum, Float(kLeastWeight))).raw);
             const auto byte = [&](int corner) { return hn::NearestInt((weight[corner] * scale).raw); };
             result[phase] = hn::Or(hn::Or(byte(0), hn::ShiftLeft<8>(byte(1))),
                                    hn::Or(hn::ShiftLeft<16>(byte(2)), hn::ShiftLeft<24>(byte(3))));
@@ -128,9 +129,9 @@ HWY_EXPORT(RgbToHalves);
 HWY_EXPORT(ToHalves);
 HWY_EXPORT(FromHalves);
 
-void weights_row(const Points& grid, std::ptrdiff_t stride, int y, int width, const Rays& rays, float near_per_depth,
-                 const float* depth, const std::uint32_t* normal, std::uint32_t* weights, std::uint8_t* poor) {
-    HWY_DYNAMIC_DISPATCH(WeightsRow)(grid, stride, y, width, rays, near_per_depth, depth, normal, weights, poor);
+void weights_row(const Points& grid, std::ptrdiff_t stride, const Rays& rays, float near_per_depth,
+                 const WeightedRow& row) {
+    HWY_DYNAMIC_DISPATCH(WeightsRow)(grid, stride, rays, near_per_depth, row);
 }
 void upsample_row(const float* const* values, std::ptrdiff_t stride, int y, int width, const std::uint32_t* weights,
                   std::uint16_t* out) {

@@ -14,8 +14,8 @@
 #include <hwy/foreach_target.h>
 #include <hwy/highway.h>
 
-#ifndef GONIO_SHADE_RASTER_STRIP
-#define GONIO_SHADE_RASTER_STRIP
+#ifndef GONIO_LIGHTING_RASTER_STRIP
+#define GONIO_LIGHTING_RASTER_STRIP
 namespace gonio::lighting {
 // A cluster's vertices in homogeneous screen coordinates: pixel = (x / w, y / w), w = distance along the view axis, m;
 // and the first and the last pixel centre that may lie on either side of them, all where they are behind the eye.
@@ -48,7 +48,7 @@ namespace HWY_NAMESPACE {
 #include "server/lighting/simd.h"
 #include "server/lighting/simd_materials.h"
 
-// A cluster's vertices, from its arrays' place `first` on, on the screen.
+// A cluster's vertices, from its arrays' index `first` on, on the screen. A view's seven numbers.
 void Project(const glm::mat3& screen_from_local, const glm::vec3& eye, std::size_t count, const Clusters& clusters,
              std::size_t first, float near_m, OnScreen& out) {
     const Tag tag;
@@ -293,7 +293,8 @@ struct Frustum {
     }
 };
 
-// A triangle of a cluster -> its setup. Result: whether it covers the centre of a pixel, perhaps.
+// A triangle of a cluster -> its setup. Result: whether it covers the centre of a pixel, perhaps. Its seven parameters
+// are a triangle's and the picture's.
 bool set_up(const OnScreen& screen, const std::array<std::uint8_t, 3>& corner, bool one_sided, int width, int height,
             double near_m, Setup& setup) {
     const auto [a, b, c] = corner;

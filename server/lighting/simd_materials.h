@@ -25,6 +25,7 @@ HWY_INLINE Vec3 unpack_normal(hn::Vec<IntTag> packed) {
 }
 
 // A texture's texels on one level, bilinear. uv: 0 … 1; where it repeats, the first texel follows the last.
+// Nine vectors that stay in registers.
 HWY_INLINE Vec3 texels_at(const MaterialTable& material_table, const std::int32_t* texture, hn::Vec<IntTag> texture_at,
                           hn::Vec<IntTag> width_px, hn::Vec<IntTag> height_px, hn::Vec<IntTag> level, const Vec2& uv,
                           Mask repeat_s, Mask repeat_t) {

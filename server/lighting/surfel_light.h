@@ -51,7 +51,8 @@ inline constexpr float kExactRadii = 2.0f;
 // surfels around its end: no flux is lost.
 // Result: whether there is such light.
 bool takes_flux(const transport::Surfels& surfels, const glm::vec3& light, const std::vector<float>& direct);
-// out: as of direct_at_surfels. rays: of the luminaire's profile. Render thread.
+// out: as of direct_at_surfels. rays: of the luminaire's profile, which stands at `light`, turned by world_from_light:
+// seven parameters with the surfels. Render thread.
 void take_flux(const VplRays& rays, const transport::Transport::Surface& surface, const glm::vec3& light,
                const glm::mat3& world_from_light, float unit_m2, std::vector<float>& out, Pool& pool);
 

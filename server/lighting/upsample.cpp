@@ -13,13 +13,13 @@ std::size_t row_of(const GBuffer& gbuffer, int y) {
 
 // How like a pixel's surface a point of the grid's arrays is, 0..1.
 float edge_stopping_weight(const Grid& grid, std::size_t at, const Spot& spot, float near_per_depth) {
-    return glsl::surface_likeness(
+    return glsl::edge_stopping_weight(
         glm::dot(spot.normal, grid.normal(at)),
         glm::dot(spot.normal, grid.position(at) - spot.position) / (spot.depth * near_per_depth));
 }
 
 // Result: of the sixteen points around a pixel the one most like its surface, else the nearest that shows one; 0: none.
-std::size_t most_alike(const Grid& grid, int x, int y, const Spot& spot, float near_per_depth) {
+std::size_t best_point(const Grid& grid, int x, int y, const Spot& spot, float near_per_depth) {
     float best = 0.0f;
     std::size_t from = 0;
     for (int k = 0; k < 16; ++k) {
@@ -27,9 +27,9 @@ std::size_t most_alike(const Grid& grid, int x, int y, const Spot& spot, float n
                                                          std::clamp((y + 2) / 4 - 2 + k / 4, 0, grid.height - 1)));
         if (!(grid.values[6][at] > 0.0f)) continue;
         const glm::vec3 to = grid.position(at) - spot.position;
-        const float alike = edge_stopping_weight(grid, at, spot, near_per_depth) +
-                            1e-4f / (1.0f + glm::dot(to, to) / (spot.depth * spot.depth));
-        if (alike > best) best = alike, from = at;
+        const float weight = edge_stopping_weight(grid, at, spot, near_per_depth) +
+                             1e-4f / (1.0f + glm::dot(to, to) / (spot.depth * spot.depth));
+        if (weight > best) best = weight, from = at;
     }
     return from;
 }
@@ -44,9 +44,9 @@ void make_weights(const GBuffer& gbuffer, ScreenGrid& screen, Pool& pool) {
     to.poor.resize(to.weights.size() / 4);
     pool.run(gbuffer.height, [&](int y) {
         const std::size_t row = row_of(gbuffer, y);
-        weights_row(points, grid.stride, y, static_cast<int>(gbuffer.row_length), gbuffer.rays,
-                    kUpsampleNear * screen.depth_per_point, gbuffer.depth.data() + row, gbuffer.normal.data() + row,
-                    to.weights.data() + row, to.poor.data() + row / 4);
+        weights_row(points, grid.stride, gbuffer.rays, kUpsampleNear * screen.depth_per_point,
+                    {y, static_cast<int>(gbuffer.row_length), gbuffer.depth.data() + row, gbuffer.normal.data() + row,
+                     to.weights.data() + row, to.poor.data() + row / 4});
     });
 }
 
@@ -82,7 +82,7 @@ void take_after(const GBuffer& gbuffer, std::size_t most, ScreenGrid& screen, Po
                 screen.own_pixels[point] = static_cast<std::uint32_t>(at);
                 screen.grid.set(pixel.from, spot.position, spot.normal, spot.depth);
             } else if (to.weights[at] == 0) {
-                pixel.from = static_cast<std::uint32_t>(most_alike(screen.grid, static_cast<int>(pixel.x), y, spot,
+                pixel.from = static_cast<std::uint32_t>(best_point(screen.grid, static_cast<int>(pixel.x), y, spot,
                                                                    kUpsampleNear * screen.depth_per_point));
             }
             if (pixel.from != 0) odd[kept++] = pixel;

@@ -186,20 +186,20 @@ void SurfaceInput::show(const Scene& scene) {
     const std::pair<Revision, std::uint32_t> now{scene.scene_rev, reader_.page()};
     if (shown_ == now) return;
     shown_ = now;
-    SurfaceTargets wants;
+    SurfaceTargets targets;
     const ValueNow values = values_now(scene);
     for (const v1::SurfaceDevice& device : table_.table.devices()) {
         for (const v1::SurfaceControl& control : device.controls()) {
             if (!control.feedback()) continue;
             if (const auto value = reader_.shown(device.device(), control.name(), values, scene.recalled))
-                wants[device.device()][control.name()] = *value;
+                targets[device.device()][control.name()] = *value;
             else
-                wants[device.device()][control.name()] = 0;  // what drives nothing is dark
+                targets[device.device()][control.name()] = 0;  // what drives nothing is dark
         }
     }
-    if (wants == shown_values_) return;
-    shown_values_ = wants;
-    surfaces_->show(std::move(wants));
+    if (targets == shown_values_) return;
+    shown_values_ = targets;
+    surfaces_->show(std::move(targets));
 }
 
 void SurfaceInput::picture_out(Revision scene_rev, std::int64_t rendered_ns) {

@@ -50,7 +50,7 @@ public:
     static Result<std::unique_ptr<H264Encoder>> open(int width_px, int height_px, const std::string& kind = "libx264");
     virtual ~H264Encoder() = default;
     // picture must have the encoder's size. Errors: "encoder_failed".
-    virtual Result<EncodedFrame> encode(const Picture& picture, const FrameRequest& wish) = 0;
+    virtual Result<EncodedFrame> encode(const Picture& picture, const FrameRequest& request) = 0;
     Result<EncodedFrame> encode(const Picture& picture, bool key) {
         return encode(picture, FrameRequest{key, 0, kCrf});
     }

@@ -106,14 +106,14 @@ public:
         return true;
     }
 
-    Result<EncodedFrame> encode(const Picture& picture, const FrameRequest& wish) override {
+    Result<EncodedFrame> encode(const Picture& picture, const FrameRequest& request) override {
         const auto width = static_cast<std::size_t>(width_px_), height = static_cast<std::size_t>(height_px_);
         if (picture.width_px != width_px_ || picture.height_px != height_px_ || !picture.nv12 ||
             picture.nv12->size() != width * height * 3 / 2)
             return failed("it has not the encoder's size",
                           std::to_string(picture.width_px) + "x" + std::to_string(picture.height_px));
         const std::int64_t began_ns = monotonic_ns();
-        if (auto limited = limit(wish); !limited) return limited.error();
+        if (auto limited = limit(request); !limited) return limited.error();
         if (const int got = av_frame_make_writable(frame_.get()); got < 0) return failed(av_text(got));
         copy_plane(0, picture.nv12->data(), width, height);
         copy_plane(1, picture.nv12->data() + width * height, width, height / 2);
@@ -127,7 +127,7 @@ public:
             input = surface_.get();
         }
         input->pts = next_pts_++;
-        input->pict_type = wish.key || first_ ? AV_PICTURE_TYPE_I : AV_PICTURE_TYPE_NONE;
+        input->pict_type = request.key || first_ ? AV_PICTURE_TYPE_I : AV_PICTURE_TYPE_NONE;
 
         if (const int got = avcodec_send_frame(context_.get(), input); got < 0) return failed(av_text(got));
         if (const int got = avcodec_receive_packet(context_.get(), packet_.get()); got < 0)
@@ -157,7 +157,7 @@ private:
         return {"encoder_failed", kind_->name, value, "The picture could not be encoded: " + what + "."};
     }
 
-    Result<bool> open_context(const FrameRequest& wish) {
+    Result<bool> open_context(const FrameRequest& request) {
         const AVCodec* codec = avcodec_find_encoder_by_name(kind_->name);
         if (!codec) return unavailable("libavcodec has no " + std::string(kind_->name));
         context_.reset(avcodec_alloc_context3(codec));
@@ -185,7 +185,7 @@ private:
         AVDictionary* dictionary = nullptr;
         for (const auto& [key, value] : kind_->options)
             if (key) av_dict_set(&dictionary, key, value, 0);
-        add_rate(dictionary, wish);
+        add_rate(dictionary, request);
         std::string unknown;
         const AVClass* options = codec->priv_class;
         for (const AVDictionaryEntry* entry = nullptr;
@@ -206,22 +206,22 @@ private:
     }
 
     // Constant quality under a limit that each kind spells in its own way.
-    void add_rate(AVDictionary*& dictionary, const FrameRequest& wish) {
-        crf_ = wish.crf;
-        budget_bytes_ = wish.budget_bytes;
-        const std::string crf = std::to_string(wish.crf);
+    void add_rate(AVDictionary*& dictionary, const FrameRequest& request) {
+        crf_ = request.crf;
+        budget_bytes_ = request.budget_bytes;
+        const std::string crf = std::to_string(request.crf);
         if (!kind_->reopens) {
-            set_limit(wish.budget_bytes);
+            set_limit(request.budget_bytes);
             const bool x264 = std::strcmp(kind_->name, "libx264") == 0;
             av_dict_set(&dictionary, x264 ? "crf" : "cq", crf.c_str(), 0);
             // By the size alone: the limit that binds nothing would count otherwise.
             if (x264) context_->level = level_idc(width_px_, height_px_, kNominalFps);
-        } else if (wish.budget_bytes == 0) {
+        } else if (request.budget_bytes == 0) {
             av_dict_set(&dictionary, "rc_mode", "CQP", 0);
-            av_dict_set_int(&dictionary, "qp", static_cast<std::int64_t>(wish.crf), 0);
+            av_dict_set_int(&dictionary, "qp", static_cast<std::int64_t>(request.crf), 0);
         } else {
             av_dict_set(&dictionary, "rc_mode", "VBR", 0);
-            set_limit(wish.budget_bytes);
+            set_limit(request.budget_bytes);
             context_->bit_rate = context_->rc_max_rate * 9 / 10;
         }
     }
@@ -231,18 +231,18 @@ private:
         context_->rc_max_rate = bits * kNominalFps;
     }
     // Running encoders of libx264 and NVENC look at these fields before each frame and take new values without an IDR.
-    Result<bool> limit(const FrameRequest& wish) {
-        if (wish.crf == crf_ && wish.budget_bytes == budget_bytes_) return true;
+    Result<bool> limit(const FrameRequest& request) {
+        if (request.crf == crf_ && request.budget_bytes == budget_bytes_) return true;
         if (kind_->reopens) {
             // Not for a change that nobody would notice: the IDR that it costs would be.
-            const double before = budget_bytes_, now = wish.budget_bytes;
-            if (wish.crf == crf_ && before > 0 && now > 0 && now / before > 0.67 && now / before < 1.5) return true;
-            return open_context(wish);
+            const double before = budget_bytes_, now = request.budget_bytes;
+            if (request.crf == crf_ && before > 0 && now > 0 && now / before > 0.67 && now / before < 1.5) return true;
+            return open_context(request);
         }
-        crf_ = wish.crf;
-        budget_bytes_ = wish.budget_bytes;
-        set_limit(wish.budget_bytes);
-        av_opt_set_double(context_->priv_data, std::strcmp(kind_->name, "libx264") == 0 ? "crf" : "cq", wish.crf, 0);
+        crf_ = request.crf;
+        budget_bytes_ = request.budget_bytes;
+        set_limit(request.budget_bytes);
+        av_opt_set_double(context_->priv_data, std::strcmp(kind_->name, "libx264") == 0 ? "crf" : "cq", request.crf, 0);
         return true;
     }
 

@@ -94,15 +94,15 @@ struct LaneEncoders::Shared {
     }
     // Result: the frame; an error where no kind of encoder makes it. fresh: an encoder was opened for it.
     Result<EncodedFrame> encode(Slot& slot, const LaneJob& job, bool& fresh, std::vector<std::string>& trouble) {
-        FrameRequest wish = job.wish;
-        wish.key = slot.key_owed.exchange(false) || wish.key;
+        FrameRequest request = job.request;
+        request.key = slot.key_owed.exchange(false) || request.key;
         for (;;) {
             if (!slot.encoder || job.picture.width_px != slot.width_px || job.picture.height_px != slot.height_px) {
                 if (!open_encoder(slot, job.picture, trouble))
                     return Error{"encoder_unavailable", "", "", "No H.264 encoder can be opened."};
-                wish.key = fresh = true;
+                request.key = fresh = true;
             }
-            auto frame = slot.encoder->encode(job.picture, wish);
+            auto frame = slot.encoder->encode(job.picture, request);
             if (frame && frame->key) frame = checked(std::move(*frame), job.picture);
             if (frame) {
                 if (++slot.good >= kGoodFrames) slot.failures = 0;
@@ -243,7 +243,7 @@ void LaneEncoders::give_to_thread(const std::shared_ptr<Slot>& slot) {
 
 void LaneEncoders::put(LaneId lane, LaneJob job) {
     Slot& to = slot(lane);
-    if (job.wish.key) to.key_owed = true;  // also where a newer picture replaces this one
+    if (job.request.key) to.key_owed = true;  // also where a newer picture replaces this one
     to.jobs.put(std::move(job));
     give_to_thread(slots_[lane]);
 }
@@ -295,7 +295,7 @@ void LaneEncoders::encode_first(LaneId lane, const Picture& picture) {
         if (works() && idle(lane)) {
             LaneJob job;
             job.picture = picture;
-            job.wish.key = true;
+            job.request.key = true;
             put(lane, std::move(job));
         } else if (!works() && idle(kJpegLane)) {
             put_jpeg(picture);

@@ -21,7 +21,7 @@ namespace gonio {
 // One picture for one lane.
 struct LaneJob {
     Picture picture;
-    FrameRequest wish;
+    FrameRequest request;
     bool settled = false;  // nothing newer is due
     bool last = false;     // of the refining repeats of this picture
 };

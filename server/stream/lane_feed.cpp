@@ -18,8 +18,8 @@ void LaneFeed::show(Picture picture, std::int64_t now_ns) {
     shown_ns_ = now_ns;
 }
 
-void LaneFeed::want(std::vector<LaneRequest> wishes, bool jpeg, unsigned jpeg_clients) {
-    wishes_ = std::move(wishes);
+void LaneFeed::want(std::vector<LaneRequest> requests, bool jpeg, unsigned jpeg_clients) {
+    requests_ = std::move(requests);
     if (jpeg_clients_ == 0) jpeg_picture_ = 0;  // whoever comes first has not seen the newest picture
     jpeg_ = jpeg;
     jpeg_clients_ = jpeg_clients;
@@ -30,47 +30,47 @@ void LaneFeed::tried(LaneId lane) {
 }
 
 // Frames that the viewers' side does not know of yet have taken their credit already.
-bool LaneFeed::can_take(const LaneRequest& wish) const {
-    return wish.credit > encoders_.counts(wish.lane).frames - wish.frames;
+bool LaneFeed::can_take(const LaneRequest& request) const {
+    return request.credit > encoders_.counts(request.lane).frames - request.frames;
 }
 
 bool LaneFeed::watched() const {
-    return jpeg_ || (encoders_.works() && std::any_of(wishes_.begin(), wishes_.end(),
-                                                      [](const LaneRequest& wish) { return wish.credit > 0; }));
+    return jpeg_ || (encoders_.works() && std::any_of(requests_.begin(), requests_.end(),
+                                                      [](const LaneRequest& request) { return request.credit > 0; }));
 }
 
 bool LaneFeed::wanted() const {
     if (jpeg_ && encoders_.takes_jpeg()) return true;
-    return std::any_of(wishes_.begin(), wishes_.end(),
-                       [&](const LaneRequest& wish) { return encoders_.takes(wish.lane) && can_take(wish); });
+    return std::any_of(requests_.begin(), requests_.end(),
+                       [&](const LaneRequest& request) { return encoders_.takes(request.lane) && can_take(request); });
 }
 
-LaneFeed::Turn LaneFeed::turn(const LaneRequest& wish, std::int64_t now_ns, bool more, bool settled) const {
-    if (!encoders_.takes(wish.lane) || !can_take(wish)) return Turn::none;
-    const auto found = lanes_.find(wish.lane);
+LaneFeed::Turn LaneFeed::turn(const LaneRequest& request, std::int64_t now_ns, bool more, bool settled) const {
+    if (!encoders_.takes(request.lane) || !can_take(request)) return Turn::none;
+    const auto found = lanes_.find(request.lane);
     const Lane lane = found == lanes_.end() ? Lane{} : found->second;
-    const LaneEncoders::Counts counts = encoders_.counts(wish.lane);
-    if (wish.key && counts.keys == wish.keys && encoders_.idle(wish.lane)) return Turn::key;
+    const LaneEncoders::Counts counts = encoders_.counts(request.lane);
+    if (request.key && counts.keys == request.keys && encoders_.idle(request.lane)) return Turn::key;
     if (lane.picture != number_) {
-        const bool waits = wish.lane == kLowLane && more && number_ - lane.picture < kLowEvery;
+        const bool waits = request.lane == kLowLane && more && number_ - lane.picture < kLowEvery;
         return waits ? Turn::none : Turn::picture;
     }
-    if (more || !encoders_.idle(wish.lane) || now_ns - shown_ns_ < kQuietNs || counts.final) return Turn::none;
+    if (more || !encoders_.idle(request.lane) || now_ns - shown_ns_ < kQuietNs || counts.final) return Turn::none;
     if (counts.sharp && !settled) return Turn::none;
     return lane.repeats < kRepeats || settled ? Turn::repeat : Turn::none;
 }
 
-void LaneFeed::give(const LaneRequest& wish, Turn turn, std::int64_t now_ns, bool settled) {
-    Lane& lane = lanes_[wish.lane];
+void LaneFeed::give(const LaneRequest& request, Turn turn, std::int64_t now_ns, bool settled) {
+    Lane& lane = lanes_[request.lane];
     lane.repeats = turn == Turn::repeat ? lane.repeats + 1 : 0;
     lane.picture = number_;
     lane.given_ns = now_ns;
     LaneJob job;
     job.picture = newest_;
-    job.wish = {turn == Turn::key, wish.budget_bytes, wish.lane == kLowLane ? kLowCrf : kCrf};
+    job.request = {turn == Turn::key, request.budget_bytes, request.lane == kLowLane ? kLowCrf : kCrf};
     job.settled = settled;
     job.last = lane.repeats >= kRepeats;
-    encoders_.put(wish.lane, std::move(job));
+    encoders_.put(request.lane, std::move(job));
 }
 
 void LaneFeed::serve(std::int64_t now_ns, bool more, bool settled) {
@@ -78,9 +78,9 @@ void LaneFeed::serve(std::int64_t now_ns, bool more, bool settled) {
     settled_ = settled;
     for (const LaneId lost : encoders_.check()) lanes_[lost].picture = 0;
     if (number_ == 0) return;
-    for (const LaneRequest& wish : wishes_) {
-        const Turn its = turn(wish, now_ns, more, settled);
-        if (its != Turn::none) give(wish, its, now_ns, settled);
+    for (const LaneRequest& request : requests_) {
+        const Turn its = turn(request, now_ns, more, settled);
+        if (its != Turn::none) give(request, its, now_ns, settled);
     }
     if (jpeg_ && jpeg_picture_ != number_ && encoders_.takes_jpeg()) {
         jpeg_picture_ = number_;
@@ -91,8 +91,8 @@ void LaneFeed::serve(std::int64_t now_ns, bool more, bool settled) {
 
 void LaneFeed::close_empty(std::int64_t now_ns) {
     for (auto lane = lanes_.begin(); lane != lanes_.end();) {
-        const bool viewers = std::any_of(wishes_.begin(), wishes_.end(),
-                                         [&](const LaneRequest& wish) { return wish.lane == lane->first; });
+        const bool viewers = std::any_of(requests_.begin(), requests_.end(),
+                                         [&](const LaneRequest& request) { return request.lane == lane->first; });
         std::int64_t& since = lane->second.empty_since_ns;
         since = viewers ? 0 : since == 0 ? now_ns : since;
         if (viewers || now_ns - since < kCloseEmptyNs) {
@@ -106,8 +106,8 @@ void LaneFeed::close_empty(std::int64_t now_ns) {
 
 std::int64_t LaneFeed::rest_in_ns(std::int64_t now_ns) const {
     const std::int64_t quiet_at_ns = std::max(now_ns, shown_ns_ + kQuietNs);
-    const bool repeats = std::any_of(wishes_.begin(), wishes_.end(), [&](const LaneRequest& wish) {
-        return turn(wish, quiet_at_ns, more_, settled_) == Turn::repeat;
+    const bool repeats = std::any_of(requests_.begin(), requests_.end(), [&](const LaneRequest& request) {
+        return turn(request, quiet_at_ns, more_, settled_) == Turn::repeat;
     });
     return repeats ? quiet_at_ns - now_ns : INT64_MAX;
 }
@@ -115,18 +115,18 @@ std::int64_t LaneFeed::rest_in_ns(std::int64_t now_ns) const {
 bool LaneFeed::at_rest(std::int64_t now_ns) const {
     if (jpeg_ && jpeg_picture_ != number_) return false;
     if (!encoders_.works()) return true;
-    return std::all_of(wishes_.begin(), wishes_.end(), [&](const LaneRequest& wish) {
-        const auto found = lanes_.find(wish.lane);
-        if (found == lanes_.end()) return wish.credit == 0;
-        if (!encoders_.idle(wish.lane)) return false;
-        if (found->second.picture == number_ && encoders_.counts(wish.lane).final) return !wish.key;
-        return !can_take(wish) && now_ns - found->second.given_ns > kPatienceNs;
+    return std::all_of(requests_.begin(), requests_.end(), [&](const LaneRequest& request) {
+        const auto found = lanes_.find(request.lane);
+        if (found == lanes_.end()) return request.credit == 0;
+        if (!encoders_.idle(request.lane)) return false;
+        if (found->second.picture == number_ && encoders_.counts(request.lane).final) return !request.key;
+        return !can_take(request) && now_ns - found->second.given_ns > kPatienceNs;
     });
 }
 
 std::vector<LaneFeed::Row> LaneFeed::rows() const {
     std::vector<Row> rows;
-    for (const LaneRequest& wish : wishes_) rows.push_back({wish, encoders_.counts(wish.lane)});
+    for (const LaneRequest& request : requests_) rows.push_back({request, encoders_.counts(request.lane)});
     return rows;
 }
 

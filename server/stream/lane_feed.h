@@ -19,7 +19,7 @@ public:
     void show(Picture picture, std::int64_t now_ns);
     const Picture& newest() const { return newest_; }
     // What viewers want now. jpeg: an MJPEG client took the last part; jpeg_clients: all of them.
-    void want(std::vector<LaneRequest> wishes, bool jpeg, unsigned jpeg_clients);
+    void want(std::vector<LaneRequest> requests, bool jpeg, unsigned jpeg_clients);
     // The newest picture was given to this lane by the trial.
     void tried(LaneId lane);
 
@@ -36,7 +36,7 @@ public:
     bool at_rest(std::int64_t now_ns) const;
 
     struct Row {
-        LaneRequest wish;
+        LaneRequest request;
         LaneEncoders::Counts counts;
     };
     std::vector<Row> rows() const;
@@ -52,16 +52,16 @@ private:
         std::int64_t given_ns = 0, empty_since_ns = 0;
     };
     enum class Turn : std::uint8_t { none, picture, key, repeat };
-    Turn turn(const LaneRequest& wish, std::int64_t now_ns, bool more, bool settled) const;
-    bool can_take(const LaneRequest& wish) const;
-    void give(const LaneRequest& wish, Turn turn, std::int64_t now_ns, bool settled);
+    Turn turn(const LaneRequest& request, std::int64_t now_ns, bool more, bool settled) const;
+    bool can_take(const LaneRequest& request) const;
+    void give(const LaneRequest& request, Turn turn, std::int64_t now_ns, bool settled);
     void close_empty(std::int64_t now_ns);
 
     LaneEncoders& encoders_;
     Picture newest_;
     std::uint64_t number_ = 0;  // of the newest picture
     std::int64_t shown_ns_ = 0;
-    std::vector<LaneRequest> wishes_;
+    std::vector<LaneRequest> requests_;
     std::map<LaneId, Lane> lanes_;
     bool jpeg_ = false, settled_ = false, more_ = false;
     unsigned jpeg_clients_ = 0;

@@ -143,38 +143,39 @@ bool Lanes::key_due(const Lane& lane, Time now) const {
     return !lane.last_key || now - *lane.last_key >= rules_.key_interval;
 }
 
-std::vector<LaneRequest> Lanes::wishes(Time now) const {
+std::vector<LaneRequest> Lanes::requests(Time now) const {
     constexpr std::uint32_t kUnlimited = UINT32_MAX;
-    std::map<LaneId, LaneRequest> wishes;
+    std::map<LaneId, LaneRequest> requests;
     for (const auto& [id, viewer] : viewers_) {
         const Lane& lane = lanes_.at(viewer.lane);
-        auto [at, fresh] = wishes.try_emplace(viewer.lane);
-        LaneRequest& wish = at->second;
+        auto [at, fresh] = requests.try_emplace(viewer.lane);
+        LaneRequest& request = at->second;
         if (fresh) {
-            wish.lane = viewer.lane;
-            wish.frames = lane.frames;
-            wish.keys = lane.keys;
-            wish.gated = lane.gated;
+            request.lane = viewer.lane;
+            request.frames = lane.frames;
+            request.keys = lane.keys;
+            request.gated = lane.gated;
         }
-        ++wish.viewers;
+        ++request.viewers;
         const bool waits = viewer.gate.waits_for_key();
         if (!waits) {  // whoever waits does not lead
             const std::uint32_t budget = viewer.bandwidth.frame_budget_bytes();
-            wish.budget_bytes = std::max(wish.budget_bytes, budget == 0 ? kUnlimited : budget);
+            request.budget_bytes = std::max(request.budget_bytes, budget == 0 ? kUnlimited : budget);
         }
         if (waits && !key_due(lane, now)) continue;  // a delta would be of no use to it
         const std::uint32_t spare = viewer.gate.spare();
-        wish.credit = std::max(wish.credit, spare);
-        wish.key = wish.key || (waits && spare > 0);
+        request.credit = std::max(request.credit, spare);
+        request.key = request.key || (waits && spare > 0);
     }
     std::vector<LaneRequest> result;
-    for (auto& [id, wish] : wishes) {
-        // Nobody leads: all wait for the key frame that this wish is about.
+    for (auto& [id, request] : requests) {
+        // Nobody leads: all wait for the key frame that this request is about.
         for (const auto& [viewer_id, viewer] : viewers_) {
-            if (wish.budget_bytes == 0 && viewer.lane == id) wish.budget_bytes = viewer.bandwidth.frame_budget_bytes();
+            if (request.budget_bytes == 0 && viewer.lane == id)
+                request.budget_bytes = viewer.bandwidth.frame_budget_bytes();
         }
-        if (wish.budget_bytes == kUnlimited) wish.budget_bytes = 0;
-        result.push_back(wish);
+        if (request.budget_bytes == kUnlimited) request.budget_bytes = 0;
+        result.push_back(request);
     }
     return result;
 }

@@ -24,7 +24,7 @@ inline constexpr unsigned kMostPrivateLanes = 64;
 const char* lane_kind(LaneId lane);
 
 // What a lane wants now. Wishes reach the encoders later than frames reach the viewers: `frames` and `keys` say which
-// of them the wish knows of, so that what is on its way between is not wished for twice.
+// of them the request knows of, so that what is on its way between is not wished for twice.
 struct LaneRequest {
     LaneId lane = kSharedLane;
     unsigned viewers = 0;
@@ -82,9 +82,9 @@ public:
     bool acknowledged(ViewerId viewer, std::uint32_t seq, Bandwidth::Duration decode, Time now);
     void round_trip(ViewerId viewer, Bandwidth::Duration time, Time now);
 
-    // Result: one wish for each lane that has viewers, by lane.
-    std::vector<LaneRequest> wishes(Time now) const;
-    // Result: when a wish changes by the passing of time alone.
+    // Result: one request for each lane that has viewers, by lane.
+    std::vector<LaneRequest> requests(Time now) const;
+    // Result: when a request changes by the passing of time alone.
     std::optional<Time> due(Time now) const;
     // Result: how often any viewer was made to wait for a key frame; never falls.
     std::uint64_t gatings() const;

@@ -61,8 +61,8 @@ public:
     }
     Latest<SurfaceUpdates>& updates() override { return updates_; }
     Latest<SurfaceTable>& table() override { return table_; }
-    void show(SurfaceTargets wants) override {
-        wants_.put(std::move(wants));
+    void show(SurfaceTargets targets) override {
+        targets_.put(std::move(targets));
         poke();
     }
 
@@ -115,8 +115,8 @@ private:
         for (const auto& backend : backends_) rescan = backend->changed() || rescan;
         for (const auto& [place, retry] : retries_) rescan = rescan || retry.next_ns <= now_ns;
         if (rescan) scan(now_ns);
-        if (auto wants = wants_.try_take()) {
-            wanted_ = std::move(*wants);
+        if (auto targets = targets_.try_take()) {
+            wanted_ = std::move(*targets);
             for (Link& link : links_) link.surface->want(wanted_[link.surface->surface().identity]);
         }
         now_ns = device_clock_ns();
@@ -299,7 +299,7 @@ private:
     SurfaceTargets wanted_;
     Latest<SurfaceUpdates> updates_;
     Latest<SurfaceTable> table_;
-    Latest<SurfaceTargets> wants_;
+    Latest<SurfaceTargets> targets_;
     std::int64_t scanned_ns_ = 0, tabled_ns_ = 0;
     std::uint32_t roster_ = 0;
     bool roster_changed_ = false, table_stale_ = true;

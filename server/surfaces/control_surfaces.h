@@ -48,7 +48,7 @@ public:
     // Render thread.
     virtual Latest<SurfaceUpdates>& updates() = 0;
     virtual Latest<SurfaceTable>& table() = 0;
-    virtual void show(SurfaceTargets wants) = 0;
+    virtual void show(SurfaceTargets targets) = 0;
 };
 
 // Which way to a MIDI surface is tried first. Boxes that are owned are taken from the kernel's driver; others are

@@ -27,8 +27,8 @@ HWY_INLINE hn::Vec<Four> entry(const std::uint16_t* halves, std::uint16_t id) {
                                                              4 * static_cast<std::size_t>(id)));
 }
 
-void Gather(const std::uint16_t* table, const std::uint16_t* ids, unsigned stride, unsigned count, std::size_t size,
-            float share, glm::vec4* sums) {
+void Gather(const std::uint16_t* table, const LinkRun& run, float share, glm::vec4* sums) {
+    auto [ids, stride, count, size] = run;
     const Four four;
     for (std::size_t i = 0; i < size; ++i, ids += stride) {
         for (std::size_t lane = 0; lane < 4; lane += kStep) {
@@ -130,9 +130,8 @@ constexpr std::size_t kChunk = 1024;  // surfels a job
 
 }  // namespace
 
-void gather(const Table& table, const std::uint16_t* ids, unsigned stride, unsigned count, std::size_t size,
-            float share, glm::vec4* sums) {
-    HWY_DYNAMIC_DISPATCH(Gather)(table.halves.data(), ids, stride, count, size, share, sums);
+void gather(const Table& table, const LinkRun& run, float share, glm::vec4* sums) {
+    HWY_DYNAMIC_DISPATCH(Gather)(table.halves.data(), run, share, sums);
 }
 
 void weigh(const Surfels& surfels, const std::uint16_t* ids, const glm::vec3& p, const glm::vec3& n, float* weights) {
@@ -190,8 +189,9 @@ void transfer(const Links& links, unsigned from, unsigned to, const Table& table
     for (const auto& block : links.blocks) {
         const unsigned low = std::max(from, block->first), high = std::min(to, block->first + block->count);
         if (table.unit > 0.0f && low < high)
-            gather(table, block->ids.data() + first * block->count + (low - block->first), block->count, high - low,
-                   size, share * table.unit, sums.data() + first);
+            gather(table,
+                   {block->ids.data() + first * block->count + (low - block->first), block->count, high - low, size},
+                   share * table.unit, sums.data() + first);
     }
 }
 

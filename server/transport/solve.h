@@ -20,10 +20,14 @@ struct Table {
 };
 // values: per surfel. Scaled so that the greatest is 1000: half floats hold the rest to 2^-24 of it.
 void make_table(std::span<const glm::vec4> values, Table& table, Pool& pool);
-// sums[i] += share × the sum over ids[i × stride] … ids[i × stride + count − 1] of the table, in its unit: for `size`
-// places. count: a multiple of 4.
-void gather(const Table& table, const std::uint16_t* ids, unsigned stride, unsigned count, std::size_t size,
-            float share, glm::vec4* sums);
+// Of `size` surfels in a row `count` links each, a multiple of 4: ids[i × stride] … ids[i × stride + count − 1].
+struct LinkRun {
+    const std::uint16_t* ids;
+    unsigned stride, count;
+    std::size_t size;
+};
+// sums[i] += share × the sum of the table, in its unit, over the links of the run's surfel i.
+void gather(const Table& table, const LinkRun& run, float share, glm::vec4* sums);
 // Surfels further away than this many radii count nothing.
 inline constexpr float kBlendRadii = 2.2f;
 // weights: how much each of kNeighbours surfels counts at a place, of sum 1. It goes by distance, and by how far they
@@ -61,6 +65,7 @@ inline constexpr Accuracy kMoving{0.02, 6}, kAtRest{2e-4, 80};
 // Solves from what `light.indirect` holds, the light of the frame before; at rest from the start. The values exact are
 // the first bounce of a narrow light, found by other means; empty: by links. By surfel, seen tells whether the picture
 // shows it; empty: all are shown. While light moves, surfels not shown follow fewer links. Result: bounces computed.
+// Seven parameters: the two tables of the scene, two of the light, how far, and what it becomes.
 unsigned solve(const Surfels& surfels, const Links& links, std::span<const glm::vec4> exact,
                std::span<const std::uint8_t> seen, const Accuracy& accuracy, Irradiance& light, Pool& pool);
 

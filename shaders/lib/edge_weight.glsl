@@ -2,7 +2,7 @@
 
 // Result: 0..1; 1 on the same plane. facing: cosine between the normals; off_plane: distance of one point from the other's
 // plane over the distance that is still near.
-float surface_likeness(float facing, float off_plane) {
+float edge_stopping_weight(float facing, float off_plane) {
     float f = max(0.0f, facing);
     float f2 = f * f;
     float f4 = f2 * f2;

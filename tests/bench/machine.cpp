@@ -104,12 +104,12 @@ MachineRates measure_machine(const gl::Context& context) {
     std::mt19937 random;
     for (std::uint16_t& id : ids) id = static_cast<std::uint16_t>(random() % kSurfels);
     std::vector<glm::vec4> sums(kSurfels);
-    rates.links_per_s =
-        static_cast<double>(ids.size()) / best_s(1, [&](unsigned) {
-            pool.run_chunks(kSurfels, 256, [&](std::size_t first, std::size_t count) {
-                transport::gather(table, ids.data() + first * kLinks, kLinks, kLinks, count, 1.0f, sums.data() + first);
-            });
-        });
+    rates.links_per_s = static_cast<double>(ids.size()) / best_s(1, [&](unsigned) {
+                            pool.run_chunks(kSurfels, 256, [&](std::size_t first, std::size_t count) {
+                                transport::gather(table, {ids.data() + first * kLinks, kLinks, kLinks, count}, 1.0f,
+                                                  sums.data() + first);
+                            });
+                        });
     for (const char* scene : {"cornell", "atrium"}) rates.rays.push_back(measure_rays(scene));
     rates.encoder_ms = encoder_ms(context);
     return rates;

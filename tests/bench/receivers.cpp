@@ -103,13 +103,15 @@ std::vector<double> dense_rsm_lx(const Scene& scene, std::span<const Receiver> r
     const trace::Geometry traced(scene.asset);
     const lighting::MaterialTable looks;
     Pool pool(1);
+    Scratch scratch;
+    PassCache pass_cache;
     std::vector<double> sum_lx(receivers.size(), 0.0);
     for (const Light& light : scene.lights) {
         LightGpu gpu;
         gpu.profile = light.profile;
         gpu.web = make_web(light.profile);
         gpu.rsm_size = rsm_size;
-        const PassContext context{programs, geometry, scene, target, eye, traced, {}, looks, pool};
+        const PassContext context{programs, geometry, scene, target, eye, traced, {}, looks, pool, scratch, pass_cache};
         run_rsm(context, light, gpu, 63u);
         run_mask(context, light, gpu);
         run_flux(context, gpu);

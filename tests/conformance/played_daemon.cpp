@@ -80,18 +80,18 @@ bool PlayedDaemon::key_wanted() const {
 }
 
 void PlayedDaemon::publish(std::uint32_t scene_rev, bool key, std::size_t bytes) {
-    std::vector<LaneRequest> wishes;
+    std::vector<LaneRequest> requests;
     {
-        // A viewer may have its Ready before its wish is told.
+        // A viewer may have its Ready before its request is told.
         std::unique_lock lock(mutex_);
         changed_.wait_for(lock, std::chrono::seconds(1), [&] { return !demand_.lanes.empty(); });
-        wishes = demand_.lanes;
+        requests = demand_.lanes;
     }
-    for (const LaneRequest& wish : wishes) {
+    for (const LaneRequest& request : requests) {
         EncodedFrame frame;
         frame.data.assign(bytes, std::byte{0x65});
-        frame.key = key || wish.key;
-        frame.lane = wish.lane;
+        frame.key = key || request.key;
+        frame.lane = request.lane;
         frame.scene_rev = scene_rev;
         frame.drained_ns = frame.rendered_ns = frame.encoded_ns = monotonic_ns();
         front_->publish_h264(std::move(frame), false);

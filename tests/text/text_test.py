@@ -42,7 +42,12 @@ class Words(unittest.TestCase):
 
     def test_comments_text_and_other_words_are_left_out(self):
         retired = words.retired((ROOT / 'docs/glossary.md').read_text())
-        self.assertEqual(words.found('a.cpp', '// a Ledger\nf("Ledger");\nLedgers c;\n', retired), [])
+        self.assertEqual(words.found('a.cpp', '// a Hub\nf("Hub");\nHubs c;\nemail d;\n', retired), [])
+
+    def test_words_between_dots_are_found_inside_names(self):
+        retired = words.retired((ROOT / 'docs/glossary.md').read_text())
+        for name in ('learn_wish', 'wishes_', 'kMaxWish', 'LaneWishes'):
+            self.assertEqual(words.found('a.cpp', f'int {name};\n', retired), [f'a.cpp:1: {name}; say request'])
 
 
 if __name__ == '__main__':

@@ -18,11 +18,20 @@ def names_of(text):
     return re.sub(r'//.*|"(?:[^"\\\n]|\\.)*"', '', text)
 
 
+def pattern_of(word):
+    """A whole name; …word… also as a part of one, as in learn_wish, kMaxWish, wishes_."""
+    part = word.strip('…')
+    if part == word:
+        return r'\b' + re.escape(word) + r'\b'
+    capital = part[0].upper() + part[1:]
+    return rf'\w*(?:(?<![A-Za-z]){part}|{capital})(?:e?s)?(?![a-z])\w*'
+
+
 def found(name, text, words):
     """A line for each retired word of a source."""
-    pattern = re.compile(r'\b(' + '|'.join(map(re.escape, words)) + r')\b')
-    return [f'{name}:{number}: {word}; say {words[word]}'
-            for number, line in enumerate(names_of(text).split('\n'), 1) for word in pattern.findall(line)]
+    return [f'{name}:{number}: {match[0]}; say {words[word]}'
+            for number, line in enumerate(names_of(text).split('\n'), 1) for word in words
+            for match in re.finditer(pattern_of(word), line)]
 
 
 def main(root):

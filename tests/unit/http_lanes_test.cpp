@@ -59,7 +59,7 @@ struct FrontLanesTest : testing::Test {
         std::unique_lock lock(mutex);
         return changed.wait_for(lock, 3s, [&] { return condition(demand); });
     }
-    static const LaneRequest* wish(const Demand& demand, LaneId lane) {
+    static const LaneRequest* request(const Demand& demand, LaneId lane) {
         for (const LaneRequest& one : demand.lanes)
             if (one.lane == lane) return &one;
         return nullptr;
@@ -75,7 +75,7 @@ TEST_F(FrontLanesTest, ViewersGetTheFramesOfTheirLaneAlone) {
     const v1::Ready second = shared.join(kSubprotocolJson, true, false);
     EXPECT_EQ(second.video_config().lane(), "shared");
     EXPECT_EQ(second.video_config().codec(), "avc1.42C020") << "what others make, until its lane has an encoder";
-    ASSERT_TRUE(wait_for([](const Demand& d) { return wish(d, kFirstPrivateLane) && wish(d, kSharedLane); }));
+    ASSERT_TRUE(wait_for([](const Demand& d) { return request(d, kFirstPrivateLane) && request(d, kSharedLane); }));
     publish(kFirstPrivateLane, 5, true);
     publish(kSharedLane, 6, true);
     const auto a = own.read_frame(), b = shared.read_frame();
@@ -140,7 +140,7 @@ TEST_F(FrontLanesTest, APromotedViewerIsToldAndBeginsWithAKeyFrame) {
     ASSERT_TRUE(told && told->has_video_config());
     EXPECT_EQ(told->video_config().lane(), "private");
     ASSERT_TRUE(
-        wait_for([](const Demand& d) { return wish(d, kFirstPrivateLane) && wish(d, kFirstPrivateLane)->key; }));
+        wait_for([](const Demand& d) { return request(d, kFirstPrivateLane) && request(d, kFirstPrivateLane)->key; }));
     publish(kSharedLane, 2, false);        // of the lane that it left
     publish(kFirstPrivateLane, 3, false);  // nothing to begin with
     publish(kFirstPrivateLane, 4, true);
@@ -207,11 +207,11 @@ TEST_F(FrontLanesTest, TheBudgetFollowsTheAcknowledgements) {
     viewer.keeps_pings = false;
     run(25'000);
     EXPECT_TRUE(wait_for([](const Demand& d) {
-        return wish(d, kFirstPrivateLane) && wish(d, kFirstPrivateLane)->credit == 2 &&
-               wish(d, kFirstPrivateLane)->frames == 16;
+        return request(d, kFirstPrivateLane) && request(d, kFirstPrivateLane)->credit == 2 &&
+               request(d, kFirstPrivateLane)->frames == 16;
     }));
     std::lock_guard lock(mutex);
-    const std::uint32_t budget = wish(demand, kFirstPrivateLane)->budget_bytes;
+    const std::uint32_t budget = request(demand, kFirstPrivateLane)->budget_bytes;
     EXPECT_TRUE(budget == 0 || budget > 40'000) << budget;
 }
 

@@ -62,7 +62,7 @@ struct Bench {
     public:
         Faulty(Bench& bench, Fault fault, std::unique_ptr<H264Encoder> inner, std::unique_ptr<H264Encoder> other)
             : bench_(bench), fault_(fault), inner_(std::move(inner)), other_(std::move(other)) {}
-        Result<EncodedFrame> encode(const Picture& picture, const FrameRequest& wish) override {
+        Result<EncodedFrame> encode(const Picture& picture, const FrameRequest& request) override {
             const int frame = frame_++;
             if (frame == fault_.fails_at) return Error{"encoder_failed", "", "", "injected"};
             if (frame == fault_.wrong_size_at) {
@@ -77,7 +77,7 @@ struct Bench {
                 --bench_.hanging;
                 bench_.changed.notify_all();
             }
-            return inner_->encode(picture, wish);
+            return inner_->encode(picture, request);
         }
         std::string codec_string() const override { return inner_->codec_string(); }
 
@@ -342,7 +342,7 @@ struct FeedTest : testing::Test {
     std::int64_t now_ns = 1'000'000'000;
 
     // A viewer that takes what comes, at once.
-    LaneRequest wish(LaneId lane, unsigned credit = 2, bool key = false) {
+    LaneRequest request(LaneId lane, unsigned credit = 2, bool key = false) {
         const auto counts = encoders.counts(lane);
         LaneRequest result;
         result.lane = lane;
@@ -357,10 +357,10 @@ struct FeedTest : testing::Test {
         for (int i = 0; i < 2000 && !encoders.idle(lane); ++i) std::this_thread::sleep_for(1ms);
         ASSERT_TRUE(encoders.idle(lane));
     }
-    void serve(const std::vector<LaneRequest>& wishes, bool more, bool settled) {
-        feed.want(wishes, false, 0);
+    void serve(const std::vector<LaneRequest>& requests, bool more, bool settled) {
+        feed.want(requests, false, 0);
         feed.serve(now_ns, more, settled);
-        for (const LaneRequest& one : wishes) drain(one.lane);
+        for (const LaneRequest& one : requests) drain(one.lane);
     }
     Picture textured(std::uint32_t rev) {
         auto bytes = std::make_shared<std::vector<std::uint8_t>>(320 * 240 * 3 / 2, std::uint8_t{120});
@@ -375,11 +375,11 @@ struct FeedTest : testing::Test {
 };
 
 TEST_F(FeedTest, APictureIsGivenOnceThenRepeatedUntilFinalThenSilence) {
-    LaneRequest narrow = wish(kLane);
+    LaneRequest narrow = request(kLane);
     feed.show(textured(1), now_ns);
     serve({narrow}, false, true);
     EXPECT_EQ(bench.count(), 1u);
-    narrow = wish(kLane);
+    narrow = request(kLane);
     narrow.budget_bytes = 3000;
     serve({narrow}, false, true);
     EXPECT_EQ(bench.count(), 1u) << "not before the picture is quiet";
@@ -387,7 +387,7 @@ TEST_F(FeedTest, APictureIsGivenOnceThenRepeatedUntilFinalThenSilence) {
     EXPECT_FALSE(feed.at_rest(now_ns));
     now_ns += LaneFeed::kQuietNs;
     for (int i = 0; i < 50; ++i) {
-        narrow = wish(kLane);
+        narrow = request(kLane);
         narrow.budget_bytes = 3000;
         serve({narrow}, false, true);
         now_ns += 10'000'000;
@@ -408,9 +408,9 @@ TEST_F(FeedTest, APictureIsGivenOnceThenRepeatedUntilFinalThenSilence) {
 TEST_F(FeedTest, WhileMoreIsToComeNothingIsRepeatedNorFinal) {
     for (std::uint32_t rev = 1; rev <= 5; ++rev) {
         feed.show(textured(rev), now_ns);
-        serve({wish(kLane)}, true, false);
+        serve({request(kLane)}, true, false);
         now_ns += 2 * LaneFeed::kQuietNs;
-        serve({wish(kLane)}, true, false);
+        serve({request(kLane)}, true, false);
     }
     ASSERT_EQ(bench.count(), 5u);
     for (const auto& frame : bench.frames) EXPECT_FALSE(frame.final);
@@ -418,26 +418,26 @@ TEST_F(FeedTest, WhileMoreIsToComeNothingIsRepeatedNorFinal) {
 
 TEST_F(FeedTest, FramesOnTheirWayTakeTheirCredit) {
     feed.show(textured(1), now_ns);
-    LaneRequest stale = wish(kLane, 1);
+    LaneRequest stale = request(kLane, 1);
     EXPECT_FALSE(feed.wanted());
     feed.want({stale}, false, 0);
     EXPECT_TRUE(feed.wanted());
     serve({stale}, false, true);
-    EXPECT_FALSE(feed.wanted()) << "its only credit is taken, though the wish does not know of it yet";
+    EXPECT_FALSE(feed.wanted()) << "its only credit is taken, though the request does not know of it yet";
     feed.show(textured(2), now_ns);
     serve({stale}, false, true);
     EXPECT_EQ(bench.count(), 1u);
-    serve({wish(kLane, 1)}, false, true);
+    serve({request(kLane, 1)}, false, true);
     EXPECT_EQ(bench.count(), 2u);
     EXPECT_EQ(bench.frames[1].rev, 2u);
 }
 
 TEST_F(FeedTest, AJoinerOfAStillPictureGetsAKeyFrameOnce) {
     feed.show(textured(1), now_ns);
-    serve({wish(kSharedLane)}, false, true);
-    LaneRequest joined = wish(kSharedLane, 2, true);
+    serve({request(kSharedLane)}, false, true);
+    LaneRequest joined = request(kSharedLane, 2, true);
     serve({joined}, false, true);
-    serve({joined}, false, true);  // the key frame is published, the wish does not know it
+    serve({joined}, false, true);  // the key frame is published, the request does not know it
     ASSERT_EQ(bench.count(), 2u);
     EXPECT_TRUE(bench.frames[1].key);
     EXPECT_EQ(bench.frames[1].rev, 1u);
@@ -447,7 +447,7 @@ TEST_F(FeedTest, TheLowLaneTakesEverySecondPictureAndTheLast) {
     std::vector<std::uint32_t> low, own;
     for (std::uint32_t rev = 1; rev <= 9; ++rev) {
         feed.show(textured(rev), now_ns);
-        serve({wish(kLowLane), wish(kLane)}, rev != 9, false);
+        serve({request(kLowLane), request(kLane)}, rev != 9, false);
         now_ns += 30'000'000;
     }
     for (const auto& frame : bench.frames) (frame.lane == kLowLane ? low : own).push_back(frame.rev);
@@ -457,13 +457,13 @@ TEST_F(FeedTest, TheLowLaneTakesEverySecondPictureAndTheLast) {
 
 TEST_F(FeedTest, EncodersOfEmptyLanesAreClosed) {
     feed.show(textured(1), now_ns);
-    serve({wish(kLane)}, false, true);
+    serve({request(kLane)}, false, true);
     EXPECT_EQ(bench.opened["libx264"], 1u);
     serve({}, false, true);
     now_ns += 6'000'000'000;
     serve({}, false, true);
     drain(kLane);
-    LaneRequest back = wish(kLane, 2, true);
+    LaneRequest back = request(kLane, 2, true);
     serve({back}, false, true);
     EXPECT_EQ(bench.opened["libx264"], 2u) << "it was opened anew";
     EXPECT_EQ(bench.count(), 2u);

@@ -19,8 +19,8 @@ struct LanesTest : testing::Test {
         result.private_lanes = private_lanes;
         return result;
     }
-    static LaneRequest wish(const Lanes& lanes, LaneId lane, Lanes::Time at) {
-        for (const LaneRequest& one : lanes.wishes(at))
+    static LaneRequest request(const Lanes& lanes, LaneId lane, Lanes::Time at) {
+        for (const LaneRequest& one : lanes.requests(at))
             if (one.lane == lane) return one;
         return {.viewers = 0};
     }
@@ -46,24 +46,24 @@ TEST_F(LanesTest, TheFirstHaveTheirOwnAndALaneThatGetsFreeGoesToTheOldest) {
     EXPECT_EQ(lanes.join(11, now), kFirstPrivateLane + 1);
     EXPECT_EQ(lanes.join(12, now), kSharedLane);
     EXPECT_EQ(lanes.join(13, now), kSharedLane);
-    EXPECT_EQ(wish(lanes, kSharedLane, now).viewers, 2u);
+    EXPECT_EQ(request(lanes, kSharedLane, now).viewers, 2u);
     EXPECT_TRUE(lanes.take_moved().empty());
     lanes.leave(10, now);
     EXPECT_EQ(lanes.take_moved(), std::vector<Lanes::ViewerId>{12});
     EXPECT_EQ(lanes.lane_of(12), kFirstPrivateLane);
-    EXPECT_TRUE(wish(lanes, kFirstPrivateLane, now).key) << "it was promoted into another stream";
+    EXPECT_TRUE(request(lanes, kFirstPrivateLane, now).key) << "it was promoted into another stream";
     EXPECT_EQ(lanes.lane_of(13), kSharedLane);
     lanes.leave(13, now);
     EXPECT_TRUE(lanes.take_moved().empty());
     EXPECT_EQ(lanes.join(14, now), kSharedLane);
     lanes.leave(14, now);
-    EXPECT_EQ(lanes.wishes(now).size(), 2u);
+    EXPECT_EQ(lanes.requests(now).size(), 2u);
 }
 
 TEST_F(LanesTest, WithoutPrivateLanesAllShareOne) {
     Lanes lanes(rules(0));
     for (Lanes::ViewerId viewer = 1; viewer <= 100; ++viewer) EXPECT_EQ(lanes.join(viewer, now), kSharedLane);
-    EXPECT_EQ(lanes.wishes(now).size(), 1u);
+    EXPECT_EQ(lanes.requests(now).size(), 1u);
     lanes.leave(1, now);
     EXPECT_TRUE(lanes.take_moved().empty());
 }
@@ -74,13 +74,13 @@ TEST_F(LanesTest, AViewerWithoutCreditIsNotEncodedForAndDoesNotSlowTheOthers) {
     const LaneId own = lanes.lane_of(1), others = lanes.lane_of(2);
     publish(lanes, own, true, {});
     publish(lanes, own, false, {});
-    EXPECT_EQ(wish(lanes, own, now).credit, 0u);
-    EXPECT_EQ(wish(lanes, own, now).frames, 2u);
-    EXPECT_EQ(wish(lanes, others, now).credit, 2u);
+    EXPECT_EQ(request(lanes, own, now).credit, 0u);
+    EXPECT_EQ(request(lanes, own, now).frames, 2u);
+    EXPECT_EQ(request(lanes, others, now).credit, 2u);
     lanes.acknowledged(1, 1, 0ms, now);
-    EXPECT_EQ(wish(lanes, own, now).credit, 1u);
-    EXPECT_FALSE(wish(lanes, own, now).key);
-    EXPECT_EQ(wish(lanes, own, now).gated, 0u);
+    EXPECT_EQ(request(lanes, own, now).credit, 1u);
+    EXPECT_FALSE(request(lanes, own, now).key);
+    EXPECT_EQ(request(lanes, own, now).gated, 0u);
 }
 
 TEST_F(LanesTest, TheSharedLaneFollowsItsFastestAndIdrsComeOnceASecond) {
@@ -88,23 +88,23 @@ TEST_F(LanesTest, TheSharedLaneFollowsItsFastestAndIdrsComeOnceASecond) {
     for (const Lanes::ViewerId viewer : {1u, 2u, 3u}) lanes.join(viewer, now);
     publish(lanes, kSharedLane, true, {1});
     for (int i = 0; i < 3; ++i) {
-        EXPECT_EQ(wish(lanes, kSharedLane, now).credit, 2u) << "viewer 1 can";
+        EXPECT_EQ(request(lanes, kSharedLane, now).credit, 2u) << "viewer 1 can";
         publish(lanes, kSharedLane, false, {1});
     }
-    EXPECT_EQ(wish(lanes, kSharedLane, now).gated, 2u) << "2 and 3 took two, held one, then fell out";
+    EXPECT_EQ(request(lanes, kSharedLane, now).gated, 2u) << "2 and 3 took two, held one, then fell out";
     lanes.acknowledged(2, 2, 0ms, now);
     lanes.acknowledged(3, 2, 0ms, now);
-    EXPECT_FALSE(wish(lanes, kSharedLane, now).key) << "the last IDR was just now";
+    EXPECT_FALSE(request(lanes, kSharedLane, now).key) << "the last IDR was just now";
     ASSERT_TRUE(lanes.due(now));
     EXPECT_EQ(*lanes.due(now), now + 1s);
     now += 1s;
     EXPECT_FALSE(lanes.due(now));
-    EXPECT_TRUE(wish(lanes, kSharedLane, now).key);
+    EXPECT_TRUE(request(lanes, kSharedLane, now).key);
     const auto verdicts = publish(lanes, kSharedLane, true, {1, 2, 3});
     for (const auto& [viewer, verdict] : verdicts) EXPECT_EQ(verdict, Verdict::send) << viewer;
     lanes.need_key(1);
-    EXPECT_FALSE(wish(lanes, kSharedLane, now + 900ms).key);
-    EXPECT_TRUE(wish(lanes, kSharedLane, now + 1s).key);
+    EXPECT_FALSE(request(lanes, kSharedLane, now + 900ms).key);
+    EXPECT_TRUE(request(lanes, kSharedLane, now + 1s).key);
 }
 
 // A whole minute of a laggard in the shared lane: however it behaves, at most one IDR a second, and the fast one gets
@@ -116,7 +116,7 @@ TEST_F(LanesTest, LaggardsMoveToTheLowLaneAndBackWhenTheyKeepUp) {
     for (int tick = 0; lanes.lane_of(2) == kSharedLane; ++tick) {
         ASSERT_LT(tick, 30 * 20);
         now += 33ms;
-        const bool key = wish(lanes, kSharedLane, now).key;
+        const bool key = request(lanes, kSharedLane, now).key;
         keys += key;
         ++frames;
         const auto verdicts = publish(lanes, kSharedLane, key, {1});
@@ -126,7 +126,7 @@ TEST_F(LanesTest, LaggardsMoveToTheLowLaneAndBackWhenTheyKeepUp) {
     EXPECT_EQ(sent_to_fast, frames);
     EXPECT_LE(keys, frames / 30 + 2);
     EXPECT_EQ(lanes.take_moved(), std::vector<Lanes::ViewerId>{2});
-    EXPECT_EQ(wish(lanes, kSharedLane, now).gated, 3u);
+    EXPECT_EQ(request(lanes, kSharedLane, now).gated, 3u);
 
     // It keeps up with the low lane for ten seconds.
     const auto entered = now;
@@ -144,7 +144,7 @@ TEST_F(LanesTest, LaggardsMoveToTheLowLaneAndBackWhenTheyKeepUp) {
     // The second time the proof takes twice as long.
     while (lanes.lane_of(2) == kSharedLane) {
         now += 500ms;
-        publish(lanes, kSharedLane, wish(lanes, kSharedLane, now).key, {1});
+        publish(lanes, kSharedLane, request(lanes, kSharedLane, now).key, {1});
         if (now.time_since_epoch() / 500ms % 4 == 0) catch_up();
     }
     const auto again = now;
@@ -160,9 +160,9 @@ TEST_F(LanesTest, AnotherStreamStartsAtOnceWithAKeyFrame) {
     Lanes lanes(rules(1));
     lanes.join(1, now);
     publish(lanes, kFirstPrivateLane, true, {1});
-    EXPECT_FALSE(wish(lanes, kFirstPrivateLane, now).key);
+    EXPECT_FALSE(request(lanes, kFirstPrivateLane, now).key);
     lanes.restarted(kFirstPrivateLane);
-    EXPECT_TRUE(wish(lanes, kFirstPrivateLane, now).key);
+    EXPECT_TRUE(request(lanes, kFirstPrivateLane, now).key);
     EXPECT_EQ(publish(lanes, kFirstPrivateLane, false, {1}).at(1), Verdict::skip);
     EXPECT_EQ(publish(lanes, kFirstPrivateLane, true, {1}).at(1), Verdict::send);
 }
@@ -180,11 +180,11 @@ TEST_F(LanesTest, TheBudgetOfASharedLaneIsThatOfItsFastestViewerThatFollows) {
             lanes.acknowledged(viewer, seq, 0ms, now + (viewer == 1 ? 43ms : 23ms));
         }
     }
-    const std::uint32_t budget = wish(lanes, kSharedLane, now).budget_bytes;
+    const std::uint32_t budget = request(lanes, kSharedLane, now).budget_bytes;
     EXPECT_GT(budget, 4e6 / 8 * 0.033 * 0.65);  // a step of a fifth below 90 %
     EXPECT_LE(budget, 4e6 / 8 * 0.033);
     lanes.need_key(2);
-    EXPECT_LE(wish(lanes, kSharedLane, now).budget_bytes, 2e6 / 8 * 0.033);
+    EXPECT_LE(request(lanes, kSharedLane, now).budget_bytes, 2e6 / 8 * 0.033);
 }
 
 TEST_F(LanesTest, WhatWasNotWrittenCannotBeAcknowledged) {
@@ -193,14 +193,14 @@ TEST_F(LanesTest, WhatWasNotWrittenCannotBeAcknowledged) {
     lanes.published(kFirstPrivateLane, true, now);
     lanes.published(kFirstPrivateLane, false, now);
     const std::uint32_t first = lanes.take_credit(1), second = lanes.take_credit(1);
-    EXPECT_EQ(wish(lanes, kFirstPrivateLane, now).credit, 0u);
+    EXPECT_EQ(request(lanes, kFirstPrivateLane, now).credit, 0u);
     lanes.acknowledged(1, second, 0ms, now);
-    EXPECT_EQ(wish(lanes, kFirstPrivateLane, now).credit, 0u) << "both wait behind a slow socket";
+    EXPECT_EQ(request(lanes, kFirstPrivateLane, now).credit, 0u) << "both wait behind a slow socket";
     lanes.wrote(1, first, 1000, now);
     lanes.acknowledged(1, second, 0ms, now);
-    EXPECT_EQ(wish(lanes, kFirstPrivateLane, now).credit, 0u);
+    EXPECT_EQ(request(lanes, kFirstPrivateLane, now).credit, 0u);
     lanes.acknowledged(1, first, 0ms, now);
-    EXPECT_EQ(wish(lanes, kFirstPrivateLane, now).credit, 1u);
+    EXPECT_EQ(request(lanes, kFirstPrivateLane, now).credit, 1u);
 }
 
 }  // namespace

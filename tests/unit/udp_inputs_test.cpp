@@ -91,8 +91,8 @@ TEST_F(UdpInputsTest, PatternsThatWaitAreBounded) {
     EXPECT_TRUE(until("osc", [](const auto& one) { return one.packets() == 200; }));
     const auto updates = inputs->updates().try_take();
     ASSERT_TRUE(updates);
-    EXPECT_EQ(updates->osc.size(), kMaxOscPatternMail);
-    EXPECT_TRUE(until("osc", [](const auto& one) { return one.refused_sources() == 200 - kMaxOscPatternMail; }));
+    EXPECT_EQ(updates->osc.size(), kMaxOscPatternUpdates);
+    EXPECT_TRUE(until("osc", [](const auto& one) { return one.refused_sources() == 200 - kMaxOscPatternUpdates; }));
     // Taken: there is room again.
     desk.send("127.0.0.1", ports["osc"], encode_osc({kOscImmediately, "/light/*/level", {0.5F}}));
     EXPECT_TRUE(until("osc", [&](const auto&) { return inputs->updates().waiting(); }));
