@@ -133,6 +133,7 @@ void count_stored(Counts& counts) {
     counts.stored_planes = std::min(counts.stored_planes, counts.planes);
 }
 
+// The lines before the lamp sets, in their order.
 std::optional<Error> read_head(Lines& lines, EulumdatFields& fields, Counts& counts, Opening& opening, double& lor) {
     fields.company = lines.name();
     double type_indicator = 0.0;

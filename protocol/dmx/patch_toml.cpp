@@ -14,6 +14,7 @@ Range range_of(const toml::node& node, const PropertyRow& property) {
     return {written.low * property.unit, written.high * property.unit};
 }
 
+// One table of a patch, key by key.
 void read_fixture(const toml::table& table, v1::SetPatch& patch) {
     only_keys(table, {"sacn", "artnet", "address", "target", "channels", "range", "profiles", "merge"}, "[[patch]]");
     const toml::node *sacn = table.get("sacn"), *artnet = table.get("artnet");

@@ -86,6 +86,7 @@ private:
         return std::nullopt;
     }
 
+    // One switch over the type tags.
     std::optional<Error> argument(char tag, std::size_t& at, std::size_t end, OscMessage& message) {
         const auto room = [&](std::size_t bytes) { return end - at >= bytes; };
         const auto ends = [&] {

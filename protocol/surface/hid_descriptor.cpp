@@ -77,7 +77,7 @@ private:
         return size == 4 ? value : static_cast<std::uint32_t>(globals_.page) << 16 | value;
     }
 
-    // Result: why the item cannot be used, or nullptr.
+    // One switch over the tags. Result: why the item cannot be used, or nullptr.
     const char* item(std::uint8_t tag, std::uint32_t value, std::size_t size) {
         switch (tag) {
             case kInput:

@@ -47,6 +47,7 @@ std::uint8_t feedback_value(pugi::xml_attribute attribute, unsigned otherwise) {
 
 }  // namespace
 
+// One document, element by element.
 Result<SurfaceProfile> read_qxi(std::string_view text) {
     if (text.size() > kMaxSurfaceFileBytes)
         return Error{"too_large", "", std::to_string(text.size()) + " bytes", "an input profile has at most 1024 KiB"};

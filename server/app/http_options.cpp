@@ -31,6 +31,7 @@ void add_seconds(CLI::App& app, const char* name, std::chrono::milliseconds& val
         ->default_str(seconds_text(value));
 }
 
+// What CLI11 is told of an option: seven parameters.
 template <typename Bytes>
 void add_size(CLI::App& app, const char* name, Bytes& value, Bytes unit, std::uint64_t most, const char* what,
               std::uint64_t least = 1) {
@@ -46,6 +47,7 @@ void add_count(CLI::App& app, const char* name, unsigned& value, unsigned least,
 
 }  // namespace
 
+// One list of options.
 void add_front_options(CLI::App& app, Options& options) {
     HttpLimits& limits = options.limits;
     app.add_option("--tls-cert", options.tls_certificate, "PEM file: the certificate chain; with --tls-key: https");

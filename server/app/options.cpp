@@ -49,27 +49,32 @@ std::optional<Options> parse_options(int argc, char** argv, int& exit_code) {
     return parse_options(std::vector<std::string>(argv + 1, argv + argc), exit_code);
 }
 
-std::optional<Options> parse_options(std::vector<std::string> arguments, int& exit_code) {
-    Options options;
-    options.arguments = arguments;
-    std::string listen = "127.0.0.1:8080", size = "800x800";
+namespace {
+
+// Options whose text becomes something else, and those that are of the command line alone.
+struct OptionTexts {
+    std::string listen = "127.0.0.1:8080", size = "800x800", sacn, artnet, osc, surfaces = "on", config_file;
     unsigned samples = 0;
-    CLI::App app{"goniod: headless lighting-previsualisation server"};
-    app.option_defaults()->always_capture_default();
+    bool ignore_preview = false, check_config = false, print_config = false;
+};
+
+void add_own_options(CLI::App& app, OptionTexts& text) {
     app.set_version_flag("--version", "goniod " GONIO_VERSION)->configurable(false);
-    std::string config_file;
-    bool check_config = false, print_config = false;
-    app.add_option("--config", config_file, "TOML file of options, a name without its dashes = a value a line")
+    app.add_option("--config", text.config_file, "TOML file of options, a name without its dashes = a value a line")
         ->configurable(false);
-    app.add_flag("--check-config", check_config, "say what is wrong with options, file and variables, and end")
+    app.add_flag("--check-config", text.check_config, "say what is wrong with options, file and variables, and end")
         ->configurable(false);
-    app.add_flag("--print-config", print_config, "print the options as they are, with where each came from, and end")
+    app.add_flag("--print-config", text.print_config,
+                 "print the options as they are, with where each came from, and end")
         ->configurable(false);
     app.get_help_ptr()->configurable(false);
+}
+
+void add_picture_options(CLI::App& app, Options& options, OptionTexts& text) {
     app.add_option("--scene", options.scene, "cornell, atrium, or a .gltf or .glb file")
         ->check(scene_name())
         ->capture_default_str();
-    app.add_option("--listen", listen, "HOST:PORT; port 0 picks a free one")
+    app.add_option("--listen", text.listen, "HOST:PORT; port 0 picks a free one")
         ->check(listen_place())
         ->capture_default_str();
     app.add_option("--token-file", options.token_file, "file that holds the bearer token clients must show");
@@ -82,10 +87,10 @@ std::optional<Options> parse_options(std::vector<std::string> arguments, int& ex
     app.add_option("--technique", options.technique, "default, seed or seed-disk")
         ->check(CLI::IsMember({"default", "seed", "seed-disk"}))
         ->capture_default_str();
-    app.add_option("--samples", samples, "VPLs of default (16..4096), directions per fragment of seed (1..4096)")
+    app.add_option("--samples", text.samples, "VPLs of default (16..4096), directions per fragment of seed (1..4096)")
         ->check(CLI::Range(1U, kMaxSamples))
         ->default_str("");
-    app.add_option("--size", size, "WIDTHxHEIGHT of the picture, even, 16..4096")
+    app.add_option("--size", text.size, "WIDTHxHEIGHT of the picture, even, 16..4096")
         ->check(picture_size())
         ->capture_default_str();
     app.add_option("--target-fps", options.target_fps,
@@ -111,17 +116,17 @@ std::optional<Options> parse_options(std::vector<std::string> arguments, int& ex
         ->check(readable_file());
     app.add_option("--out", options.out, "folder for the captures of --oneshot")->capture_default_str();
     app.add_flag("--gl-debug", options.gl_debug, "count and print GL debug messages");
-    std::string sacn, artnet, osc;
-    bool ignore_preview = false;
-    app.add_option("--sacn", sacn, "listen for sACN on ADDRESS[:5568]; 0.0.0.0: all interfaces. Default: off")
+}
+
+void add_input_options(CLI::App& app, Options& options, OptionTexts& text) {
+    app.add_option("--sacn", text.sacn, "listen for sACN on ADDRESS[:5568]; 0.0.0.0: all interfaces. Default: off")
         ->check(udp_place());
-    app.add_option("--artnet", artnet, "listen for Art-Net on ADDRESS[:6454], likewise")->check(udp_place());
-    app.add_option("--osc", osc, "listen for OSC on ADDRESS[:9000], UDP and TCP, likewise")->check(udp_place());
-    app.add_flag("--ignore-preview", ignore_preview, "leave out sACN packets with the preview bit");
+    app.add_option("--artnet", text.artnet, "listen for Art-Net on ADDRESS[:6454], likewise")->check(udp_place());
+    app.add_option("--osc", text.osc, "listen for OSC on ADDRESS[:9000], UDP and TCP, likewise")->check(udp_place());
+    app.add_flag("--ignore-preview", text.ignore_preview, "leave out sACN packets with the preview bit");
     app.add_option("--patch", options.patch_file, "PATCH.toml: which slots drive what (docs/consoles.md)")
         ->check(readable_file());
-    std::string surfaces = "on";
-    app.add_option("--surfaces", surfaces, "on: use fader boxes that are plugged in (docs/faders.md); off")
+    app.add_option("--surfaces", text.surfaces, "on: use fader boxes that are plugged in (docs/faders.md); off")
         ->check(CLI::IsMember({"on", "off"}))
         ->capture_default_str();
     app.add_option("--box", options.boxes,
@@ -139,6 +144,42 @@ std::optional<Options> parse_options(std::vector<std::string> arguments, int& ex
     app.add_option("--inject", options.inject,
                    "a fault, for tests: gl-loss-after=N, gl-loss-every=N, gl-rebuild-fails=N")
         ->group("");
+}
+
+// What the texts say; each has been checked.
+void take_texts(const CLI::App& app, const OptionTexts& text, Options& options) {
+    options.scene_given = app.count("--scene") > 0;
+    options.size_given = app.count("--size") > 0;
+    options.technique_given = app.count("--technique") > 0;
+    options.keep_up = app.count("--target-fps") > 0;
+    options.surfaces = text.surfaces == "on";
+    for (std::string& box : options.boxes)
+        for (std::size_t i = 0; i < 9; ++i)
+            box[i] = static_cast<char>(std::tolower(static_cast<unsigned char>(box[i])));
+    options.inputs.sacn = *read_udp_place(text.sacn, kE131Port);
+    options.inputs.artnet = *read_udp_place(text.artnet, kArtnetPort);
+    options.inputs.osc = *read_udp_place(text.osc, kOscPort);
+    options.inputs.accept_preview = !text.ignore_preview;
+    const auto place = read_listen(text.listen);
+    options.host = place->host;
+    options.port = place->port;
+    const auto pixels = read_size(text.size);
+    options.width_px = pixels->width_px;
+    options.height_px = pixels->height_px;
+    if (app.count("--samples") > 0) options.samples = text.samples;
+}
+
+}  // namespace
+
+std::optional<Options> parse_options(std::vector<std::string> arguments, int& exit_code) {
+    Options options;
+    options.arguments = arguments;
+    OptionTexts text;
+    CLI::App app{"goniod: headless lighting-previsualisation server"};
+    app.option_defaults()->always_capture_default();
+    add_own_options(app, text);
+    add_picture_options(app, options, text);
+    add_input_options(app, options, text);
     add_front_options(app, options);
     Settings settings;
     try {
@@ -151,25 +192,7 @@ std::optional<Options> parse_options(std::vector<std::string> arguments, int& ex
             return std::nullopt;
         }
         parse(app, settings.arguments);
-        options.scene_given = app.count("--scene") > 0;
-        options.size_given = app.count("--size") > 0;
-        options.technique_given = app.count("--technique") > 0;
-        options.keep_up = app.count("--target-fps") > 0;
-        options.surfaces = surfaces == "on";
-        for (std::string& box : options.boxes)
-            for (std::size_t i = 0; i < 9; ++i)
-                box[i] = static_cast<char>(std::tolower(static_cast<unsigned char>(box[i])));
-        options.inputs.sacn = *read_udp_place(sacn, kE131Port);
-        options.inputs.artnet = *read_udp_place(artnet, kArtnetPort);
-        options.inputs.osc = *read_udp_place(osc, kOscPort);
-        options.inputs.accept_preview = !ignore_preview;
-        const auto place = read_listen(listen);
-        options.host = place->host;
-        options.port = place->port;
-        const auto pixels = read_size(size);
-        options.width_px = pixels->width_px;
-        options.height_px = pixels->height_px;
-        if (app.count("--samples") > 0) options.samples = samples;
+        take_texts(app, text, options);
     } catch (const CLI::ParseError& error) {
         exit_code = app.exit(error) == 0 ? 0 : kUsage;
         return std::nullopt;
@@ -179,9 +202,9 @@ std::optional<Options> parse_options(std::vector<std::string> arguments, int& ex
     for (const OptionFault& fault : check_samples(options)) errors.push_back(placed(fault, settings));
     print_lines(errors, "");
     exit_code = errors.empty() ? 0 : kBadConfig;
-    if (print_config) std::cout << print_settings(app, settings);
-    if (check_config && errors.empty()) std::cout << "ok\n";
-    if (!errors.empty() || print_config || check_config) return std::nullopt;
+    if (text.print_config) std::cout << print_settings(app, settings);
+    if (text.check_config && errors.empty()) std::cout << "ok\n";
+    if (!errors.empty() || text.print_config || text.check_config) return std::nullopt;
     return options;
 }
 

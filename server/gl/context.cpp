@@ -42,6 +42,7 @@ public:
     }
 
 private:
+    // GLDEBUGPROC.
     static void APIENTRY on_message(GLenum, GLenum type, GLuint, GLenum severity, GLsizei, const GLchar* message,
                                     const void* self) {
         if (severity != GL_DEBUG_SEVERITY_HIGH && severity != GL_DEBUG_SEVERITY_MEDIUM) return;

@@ -30,6 +30,7 @@ const Light* find_light(const Scene& scene, const std::string& name) {
 
 }  // namespace
 
+// One switch over the commands.
 std::vector<TouchedProperty> touched_properties(const Scene& scene, const v1::Command& command) {
     std::vector<TouchedProperty> touched;
     switch (command.command_case()) {

@@ -114,7 +114,7 @@ struct ErrorManager {
 }
 
 // Fills `memory` (malloc, owned by the caller also on failure). No object with a destructor lives here: libjpeg reports
-// errors by longjmp.
+// errors by longjmp; so it has seven parameters.
 bool compress(jpeg_compress_struct& jpeg, ErrorManager& errors, const Picture& picture, int quality_percent, Band& band,
               unsigned char*& memory, unsigned long& size) {
     jpeg.err = jpeg_std_error(&errors.base);
