@@ -135,7 +135,7 @@ std::span<const WordCommand> commands() {
         {"group", "command.set_group", "makes, changes or removes a group of lights", kGroup, {}},
         {"preset save",
          "command.save_preset",
-         "keeps level, colour, aim, position and profile of all lights",
+         "keeps level, colour, tint, aim, position and profile of all lights",
          kPreset,
          {}},
         {"preset recall", "command.recall_preset", "brings back what a preset keeps", kPreset, kRecallOptions},

@@ -23,13 +23,21 @@ double checked_as(Property property, double value, const std::string& field) {
     return checked(value, row_of(property).least, row_of(property).most, field);
 }
 
+constexpr const char* kViewNames[] = {"beauty", "direct",    "indirect",   "illuminance", "luminance",
+                                      "mask",   "rsm-depth", "rsm-normal", "rsm-flux",    "solid"};
+
+// Result: "beauty, direct, …": all of them.
+std::string view_names() {
+    std::string text;
+    for (const char* name : kViewNames) text += (text.empty() ? "" : ", ") + std::string(name);
+    return text;
+}
+
 void set_view(Scene& scene, const v1::SetView& set) {
     if (!set.view().empty()) {
         View view;
         if (!parse_view(set.view(), view)) {
-            refuse("invalid_argument", "set_view.view", set.view(),
-                   "must be one of beauty, direct, indirect, illuminance, luminance, mask, rsm-depth, rsm-normal, "
-                   "rsm-flux, solid");
+            refuse("invalid_argument", "set_view.view", set.view(), "must be one of " + view_names());
         }
         change(scene, scene.view, view, scene.view_rev);
     }
@@ -252,9 +260,6 @@ Revision newest_part(const Scene& scene) {
     return newest;
 }
 
-constexpr const char* kViewNames[] = {"beauty", "direct",    "indirect",   "illuminance", "luminance",
-                                      "mask",   "rsm-depth", "rsm-normal", "rsm-flux",    "solid"};
-
 }  // namespace
 
 Result<Applied> apply(Scene& scene, const v1::Command& command, const Loaded& loaded) {
@@ -356,13 +361,10 @@ const char* view_name(View view) {
 }
 
 bool parse_view(const std::string& name, View& view) {
-    for (int i = 0; i < 10; ++i) {
-        if (name == kViewNames[i]) {
-            view = static_cast<View>(i);
-            return true;
-        }
-    }
-    return false;
+    const auto at = std::find(std::begin(kViewNames), std::end(kViewNames), name);
+    if (at == std::end(kViewNames)) return false;
+    view = static_cast<View>(at - std::begin(kViewNames));
+    return true;
 }
 
 const char* technique_name(Technique technique) {

@@ -6,6 +6,7 @@
 #include "server/assets/assets.h"
 #include "server/scene/apply.h"
 #include "server/scene/console.h"
+#include "server/scene/light_values.h"
 
 namespace gonio {
 namespace {
@@ -117,6 +118,17 @@ TEST_F(Console, ValuesAreReadBackAsTheyWereSet) {
     EXPECT_EQ(values_now(scene)("spots", Property::level), values_now(scene)("spot 1", Property::level))
         << "a group: its first";
     EXPECT_FALSE(values_now(scene)("nobody", Property::level));
+}
+
+TEST_F(Console, TheSceneKeepsEveryFieldOfTheTable) {
+    for (const PropertyRow& row : property_table()) {
+        if (row.field.empty() || row.property == Property::aim) continue;  // an aim is kept as pan, tilt and roll
+        const LightSlot* slot = slot_of(row.property);
+        ASSERT_NE(slot, nullptr) << row.name;
+        EXPECT_EQ(count_of(*slot), row.component >= 0 ? 3u : row.values) << row.name;
+    }
+    for (std::size_t i = 0; i < property_table().size(); ++i)
+        EXPECT_EQ(static_cast<std::size_t>(property_table()[i].property), i) << "rows stand in the order of the enum";
 }
 
 TEST_F(Console, TheLimitsOfTheTableAreThoseOfTheScene) {
