@@ -206,7 +206,7 @@ Finished DaemonProcess::gonio(std::vector<std::string> words) const {
 }
 
 bool DaemonProcess::transport_ready() const {
-    const auto until = std::chrono::steady_clock::now() + std::chrono::seconds(20);
+    const auto until = std::chrono::steady_clock::now() + std::chrono::seconds(60);
     while (std::chrono::steady_clock::now() < until) {
         if (json({"stats"}).at("transport_ready").get<bool>()) return true;
         std::this_thread::sleep_for(std::chrono::milliseconds(100));

@@ -64,7 +64,7 @@ public:
     Finished gonio(std::vector<std::string> words) const;
     // The command must succeed; result: its output as JSON (with --json).
     nlohmann::json json(std::vector<std::string> words) const;
-    // Waits up to 20 s until every bounce is there. Result: whether it is.
+    // Waits up to a minute, as a busy machine or a sanitizer needs, until every bounce is there. Result: whether it is.
     bool transport_ready() const;
     // A set command that must succeed; result: the scene_rev it printed.
     unsigned rev(std::vector<std::string> words) const;
