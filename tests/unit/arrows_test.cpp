@@ -51,11 +51,10 @@ const Arrows& allowed() {
           "server/stream", "server/http", "server/inputs", "server/surfaces"}},
         {"server/show",
          {"ies", "ies/core", "protocol/schema", "protocol/text", "server/base", "server/scene", "server/assets"}},
-        {"server/app",
-         {"ies", "ies/core", "protocol/schema", "protocol/dmx", "protocol/surface", "protocol/text", "client/web",
-          "server/base", "server/gl", "server/scene", "server/assets", "server/trace", "server/lighting",
-          "server/render", "server/stream", "server/http", "server/inputs", "server/surfaces", "server/session",
-          "server/show"}},
+        {"server/app", {"ies",           "ies/core",      "protocol/schema", "protocol/dmx",   "protocol/surface",
+                        "protocol/text", "client/web",    "server/base",     "server/gl",      "server/scene",
+                        "server/assets", "server/trace",  "server/lighting", "server/render",  "server/stream",
+                        "server/http",   "server/inputs", "server/surfaces", "server/session", "server/show"}},
     };
     return table;
 }
@@ -125,7 +124,8 @@ TEST(Arrows, PointOneWay) {
 
 TEST(Arrows, AForbiddenIncludeIsFound) {
     EXPECT_EQ(forbidden("server/scene/a.cpp", "#include \"server/gl/objects.h\"\n", allowed()).size(), 1u);
-    EXPECT_EQ(forbidden("server/scene/a.cpp", "#include \"server/scene/b.h\"\n#include <vector>\n", allowed()).size(), 0u);
+    EXPECT_EQ(forbidden("server/scene/a.cpp", "#include \"server/scene/b.h\"\n#include <vector>\n", allowed()).size(),
+              0u);
     EXPECT_EQ(forbidden("server/render/passes/a.cpp", "#include \"server/http/a.h\"\n", allowed()).size(), 1u);
     EXPECT_EQ(forbidden("server/a.h", "#include \"ies/web.h\"\n", allowed()).size(), 1u) << "a folder without a row";
 }

@@ -35,7 +35,8 @@ protected:
         std::vector<LayerTerm> result;
         for (std::size_t i = 0; i < kLights; ++i) {
             if (weights[i] != glm::vec3(0.0f))
-                result.push_back({static_cast<std::uint32_t>(i + 1), version.at(i), &layers[i], weights[i], direct, indirect});
+                result.push_back(
+                    {static_cast<std::uint32_t>(i + 1), version.at(i), &layers[i], weights[i], direct, indirect});
         }
         return result;
     }
