@@ -8,16 +8,10 @@
 #include "client/cli/cli.h"
 #include "client/cli/commands.h"
 #include "protocol/schema/words.h"
+#include "tests/unit/split.h"
 
 namespace gonio {
 namespace {
-
-std::vector<std::string> split(const std::string& line) {
-    std::istringstream stream(line);
-    std::vector<std::string> words;
-    for (std::string word; stream >> word;) words.push_back(word);
-    return words;
-}
 
 struct Outcome {
     int code;

@@ -9,16 +9,10 @@
 #include <sstream>
 
 #include "protocol/schema/words.h"
+#include "tests/unit/split.h"
 
 namespace gonio {
 namespace {
-
-std::vector<std::string> split(const std::string& line) {
-    std::istringstream stream(line);
-    std::vector<std::string> words;
-    for (std::string word; stream >> word;) words.push_back(word);
-    return words;
-}
 
 Result<v1::Command> command_of(const std::string& line) {
     return command_from_words(split(line));
