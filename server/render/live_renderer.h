@@ -1,4 +1,4 @@
-// What the stage asks of a renderer. The renderer proper is Renderer (renderer.h); NullRenderer
+// What the render session asks of a renderer. The renderer proper is Renderer (renderer.h); NullRenderer
 // (server/session/null_renderer.h) makes grey pictures without any GL, for tests of everything around it. Render thread
 // only.
 #pragma once
@@ -44,6 +44,9 @@ struct CaptureJob {
     std::int64_t first_bounce_ns = 0;  // spent on narrow lights
     std::shared_ptr<CapturedPicture> picture;
 };
+
+// Result: a reading of these lux, rgb; errors, samples and bounces are its maker's. Any thread.
+v1::MeterReading lux_reading(const glm::dvec3& point_m, const glm::dvec3& direct_lx, const glm::dvec3& indirect_lx);
 
 class LiveRenderer {
 public:

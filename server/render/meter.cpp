@@ -7,18 +7,15 @@
 #include "server/render/renderer.h"
 #include "server/render/timers.h"
 #include "server/scene/apply.h"
+#include "server/trace/sources.h"
 
 namespace gonio {
 namespace {
 
-double photopic(const glm::dvec3& rgb) {
-    return glm::dot(rgb, glm::dvec3(0.2126, 0.7152, 0.0722));
-}
-
 double variance_of(const PointLight& light, const glm::dvec3& weight) {
     double sum = 0.0, squares = 0.0;
     for (const glm::dvec3& part : light.parts) {
-        const double part_lx = photopic(weight * part);
+        const double part_lx = trace::luminance(weight * part);
         sum += part_lx;
         squares += part_lx * part_lx;
     }
@@ -64,7 +61,7 @@ void add_light(const FrameInputs& inputs, std::size_t i, const glm::dvec3& point
         // Each half of the texels, doubled, is an estimate of its own; half their difference is the mean's error.
         const auto halves = checkerboard_irradiance(gpu.texels, point - light.position, unit_normal);
         bounced = halves[0] + halves[1];
-        const double error = photopic(weight * (halves[0] - halves[1]));
+        const double error = trace::luminance(weight * (halves[0] - halves[1]));
         sums.variance += error * error;
         sums.samples += lit_texels(gpu.texels);
     } else if (standard) {
@@ -76,6 +73,19 @@ void add_light(const FrameInputs& inputs, std::size_t i, const glm::dvec3& point
 }
 
 }  // namespace
+
+v1::MeterReading lux_reading(const glm::dvec3& point_m, const glm::dvec3& direct_lx, const glm::dvec3& indirect_lx) {
+    v1::MeterReading reading;
+    reading.set_direct_lx(trace::luminance(direct_lx));
+    reading.set_indirect_lx(trace::luminance(indirect_lx));
+    reading.set_total_lx(trace::luminance(direct_lx + indirect_lx));
+    for (int k = 0; k < 3; ++k) {
+        reading.add_direct_rgb_lx(direct_lx[k]);
+        reading.add_indirect_rgb_lx(indirect_lx[k]);
+        reading.add_point_m(point_m[k]);
+    }
+    return reading;
+}
 
 v1::MeterReading Renderer::meter(const Scene& scene, const glm::dvec3& point, const glm::dvec3& unit_normal,
                                  MeterQuality quality, int bounces) {
@@ -107,15 +117,7 @@ v1::MeterReading Renderer::meter(const Scene& scene, const glm::dvec3& point, co
         }
     }
     pass_cache_.forget_target(target.id);
-    v1::MeterReading reading;
-    reading.set_direct_lx(photopic(sums.direct_lx));
-    reading.set_indirect_lx(photopic(sums.indirect_lx));
-    reading.set_total_lx(photopic(sums.direct_lx + sums.indirect_lx));
-    for (int k = 0; k < 3; ++k) {
-        reading.add_direct_rgb_lx(sums.direct_lx[k]);
-        reading.add_indirect_rgb_lx(sums.indirect_lx[k]);
-        reading.add_point_m(point[k]);
-    }
+    v1::MeterReading reading = lux_reading(point, sums.direct_lx, sums.indirect_lx);
     if (standard) {
         reading.set_direct_error_lx(std::sqrt(sums.direct_variance));  // of luminaires 0: the web itself, evaluated
         // The transport's own error beside that of the point's links: measured against the reference

@@ -2,19 +2,12 @@
 
 #include <algorithm>
 
+#include "server/render/live_renderer.h"
+
 namespace gonio {
 
 v1::MeterReading meter_reading(const glm::dvec3& point_m, const trace::Reading& found, int bounces) {
-    const auto photopic = [](const glm::dvec3& rgb) { return glm::dot(rgb, glm::dvec3(0.2126, 0.7152, 0.0722)); };
-    v1::MeterReading reading;
-    reading.set_direct_lx(photopic(found.direct_lx));
-    reading.set_indirect_lx(photopic(found.indirect_lx));
-    reading.set_total_lx(photopic(found.direct_lx + found.indirect_lx));
-    for (int k = 0; k < 3; ++k) {
-        reading.add_direct_rgb_lx(found.direct_lx[k]);
-        reading.add_indirect_rgb_lx(found.indirect_lx[k]);
-        reading.add_point_m(point_m[k]);
-    }
+    v1::MeterReading reading = lux_reading(point_m, found.direct_lx, found.indirect_lx);
     reading.set_direct_error_lx(found.direct_error_lx);
     reading.set_indirect_error_lx(found.indirect_error_lx);
     reading.set_samples(found.samples);
