@@ -58,11 +58,12 @@ function lightControl(row, bound, level) {
     if (row.name === "level") return slider(percent(level), {label: title, id: row.name, min: 0, max: 100, step: 0.5, digits: 1, unit: "%"});
     if (row.name === "color") return colorSection(bound, "");
     if (row.values === 3) return vectorSection(title, bound, ["x", "y", "z"], {step: 0.05, digits: 3, perPixel: 0.01});
-    const [from, to, shown, digits] = row.unit_name === "°" ? [-180, 180, toDegrees, 1]
-        : [row.low / row.unit, row.high / row.unit, (value) => value / row.unit, 3];
-    return slider(mapped(bound, shown, (value) => value * row.unit), {label: title, id: row.name, min: from, max: to, caption: row.unit_name.length > 1 ? `${title}, ${row.unit_name}` : title,
-        step: row.unit_name === "°" ? 0.5 : (to - from) / 200, fieldStep: row.unit_name === "°" ? 1 : (to - from) / 100,
-        origin: Math.max(0, from), digits, unit: row.unit_name.length > 1 ? "" : row.unit_name});
+    const angle = row.unit_name === "°", long = row.unit_name.length > 1;    // a long unit stands in the caption
+    const from = angle ? -180 : row.low / row.unit, to = angle ? 180 : row.high / row.unit;
+    const shown = mapped(bound, angle ? toDegrees : (value) => value / row.unit, (value) => value * row.unit);
+    return slider(shown, {label: title, id: row.name, caption: long ? `${title}, ${row.unit_name}` : title, min: from, max: to,
+        origin: Math.max(0, from), step: angle ? 0.5 : (to - from) / 200, fieldStep: angle ? 1 : (to - from) / 100,
+        digits: angle ? 1 : 3, unit: long ? "" : row.unit_name});
 }
 
 // Where the rows stand; one that is named nowhere stands in the first section.
