@@ -153,12 +153,7 @@ void recall_preset(Scene& scene, const v1::RecallPreset& recall) {
         change(scene, light->profile, kept.profile, light->profile_rev);
         if (fades) continue;  // server/scene/preset.h brings the rest in time
         change(scene, light->world_from_light, kept.world_from_light, light->aim_rev);
-        for (const LightSlot& slot : light_slots()) {
-            if (slot.number != nullptr)
-                change(scene, light->*slot.number, kept.*slot.number, light->*slot.stale);
-            else
-                change(scene, light->*slot.vector, kept.*slot.vector, light->*slot.stale);
-        }
+        for (const LightSlot& slot : light_slots()) change(scene, *light, slot, numbers_of(kept, slot));
     }
     change(scene, scene.recalled, recall.name(), scene.presets_rev);
 }

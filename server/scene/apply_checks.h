@@ -7,7 +7,7 @@
 
 #include "ies/core/result.h"
 #include "protocol/text/shortened_text.h"
-#include "server/scene/scene.h"
+#include "server/scene/light_values.h"
 
 namespace gonio {
 
@@ -75,10 +75,10 @@ void change(Scene& scene, T& slot, const T& value, Revision& part_rev) {
     part_rev = scene.scene_rev + 1;
 }
 
-inline Light* find_light(Scene& scene, const std::string& name) {
-    const auto at =
-        std::find_if(scene.lights.begin(), scene.lights.end(), [&](const Light& l) { return l.name == name; });
-    return at == scene.lights.end() ? nullptr : &*at;
+inline void change(Scene& scene, Light& light, const LightSlot& slot, const Numbers& numbers) {
+    if (numbers_of(light, slot) == numbers) return;
+    set_numbers(light, slot, numbers);
+    light.*slot.stale = scene.scene_rev + 1;
 }
 
 }  // namespace gonio

@@ -4,9 +4,9 @@ namespace gonio {
 
 static constexpr LightSlot kSlots[] = {
     {Property::position, nullptr, &LightValues::position, &Light::position_rev},
-    {Property::pan, &LightValues::pan_rad, nullptr, &Light::aim_rev, "aim"},
-    {Property::tilt, &LightValues::tilt_rad, nullptr, &Light::aim_rev, "aim"},
-    {Property::roll, &LightValues::roll_rad, nullptr, &Light::aim_rev, "aim"},
+    {Property::pan, &LightValues::pan_rad, nullptr, &Light::aim_rev},
+    {Property::tilt, &LightValues::tilt_rad, nullptr, &Light::aim_rev},
+    {Property::roll, &LightValues::roll_rad, nullptr, &Light::aim_rev},
     {Property::level, &LightValues::level_ratio, nullptr, &Light::level_rev},
     {Property::color, nullptr, &LightValues::color, &Light::level_rev},
     {Property::tint, &LightValues::tint_duv, nullptr, &Light::level_rev},
@@ -38,6 +38,11 @@ void set_numbers(LightValues& light, const LightSlot& slot, const Numbers& numbe
 
 std::size_t count_of(const LightSlot& slot) {
     return slot.number != nullptr ? 1 : 3;
+}
+
+void write_numbers(google::protobuf::Message& message, std::string_view field, const LightSlot& slot,
+                   const Numbers& numbers) {
+    write_numbers(message, field, std::span(numbers).first(count_of(slot)));
 }
 
 }  // namespace gonio

@@ -3,6 +3,7 @@
 // go through it.
 #pragma once
 
+#include <algorithm>
 #include <array>
 #include <cstddef>
 #include <span>
@@ -17,7 +18,6 @@ struct LightSlot {
     double LightValues::*number = nullptr;       // one of the two
     glm::dvec3 LightValues::*vector = nullptr;   // likewise
     Revision Light::*stale = &Light::level_rev;  // the part of the light that a change makes stale
-    const char* part = nullptr;                  // its name for base_rev where that is not the field's: "aim"
 };
 
 // Result: all of them, in the order in which they are told of. The orientation is kept as pan, tilt and roll; an aim is
@@ -32,5 +32,15 @@ Numbers numbers_of(const LightValues& light, const LightSlot& slot);
 void set_numbers(LightValues& light, const LightSlot& slot, const Numbers& numbers);
 // Result: how many of them count: 1 or 3.
 std::size_t count_of(const LightSlot& slot);
+// Writes them into a message's field of the slot.
+void write_numbers(google::protobuf::Message& message, std::string_view field, const LightSlot& slot,
+                   const Numbers& numbers);
+
+// Result: the light of this name, or nullptr.
+template <typename AnyScene>  // Scene or const Scene
+auto find_light(AnyScene& scene, const std::string& name) -> decltype(scene.lights.data()) {
+    const auto at = std::ranges::find(scene.lights, name, &Light::name);
+    return at == scene.lights.end() ? nullptr : &*at;
+}
 
 }  // namespace gonio

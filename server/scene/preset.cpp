@@ -3,16 +3,6 @@
 #include <algorithm>
 
 namespace gonio {
-namespace {
-
-const Light* find_light(const Scene& scene, const std::string& name) {
-    const auto at =
-        std::find_if(scene.lights.begin(), scene.lights.end(), [&](const Light& light) { return light.name == name; });
-    return at == scene.lights.end() ? nullptr : &*at;
-}
-
-}  // namespace
-
 Preset preset_of(const Scene& scene) {
     Preset preset;
     for (const Light& light : scene.lights) preset.push_back({static_cast<const LightValues&>(light), light.name});
@@ -43,8 +33,7 @@ std::vector<v1::Command> Fade::step(const Scene& scene, std::int64_t now_ns) {
             commands.emplace_back().mutable_set_light()->set_name(part.light);
         for (std::size_t i = 0; i < 3; ++i)
             part.said[i] = t < 1.0 ? part.from[i] + (part.to[i] - part.from[i]) * t : part.to[i];
-        write_numbers(*commands.back().mutable_set_light(), row_of(part.slot->property).field,
-                      std::span(part.said).first(count_of(*part.slot)));
+        write_numbers(*commands.back().mutable_set_light(), row_of(part.slot->property).field, *part.slot, part.said);
     }
     if (t >= 1.0) parts_.clear();
     return commands;

@@ -18,10 +18,8 @@ void put(Field* field, const glm::dvec3& v) {
 
 void put_light(const Light& light, v1::Light& out) {
     out.set_name(light.name);
-    for (const LightSlot& slot : light_slots()) {
-        const Numbers numbers = numbers_of(light, slot);
-        write_numbers(out, row_of(slot.property).state_field, std::span(numbers).first(count_of(slot)));
-    }
+    for (const LightSlot& slot : light_slots())
+        write_numbers(out, row_of(slot.property).state_field, slot, numbers_of(light, slot));
     put(out.mutable_aim(), aim_of(light.world_from_light));
     put(out.mutable_c0(), c0_of(light.world_from_light));
     out.set_multiplier(light.multiplier);

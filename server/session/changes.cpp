@@ -15,17 +15,11 @@ void touch(const Light& light, const v1::SetLight* set, std::vector<TouchedPrope
     };
     for (const LightSlot& slot : light_slots()) {
         const PropertyRow& row = row_of(slot.property);
-        const bool turned = slot.stale == &Light::aim_rev && set != nullptr && set->aim_size() > 0;
-        if (set != nullptr && !turned && !has_numbers(*set, row.field)) continue;
-        add(path + (slot.part != nullptr ? std::string(slot.part) : std::string(row.state_field)), light.*slot.stale);
+        const bool turns = slot.stale == &Light::aim_rev;
+        const bool said = set == nullptr || has_numbers(*set, row.field) || (turns && set->aim_size() > 0);
+        if (said) add(path + std::string(turns ? "aim" : row.state_field), light.*slot.stale);
     }
     if (set == nullptr || set->has_profile()) add(path + "profile", light.profile_rev);
-}
-
-const Light* find_light(const Scene& scene, const std::string& name) {
-    const auto at =
-        std::find_if(scene.lights.begin(), scene.lights.end(), [&](const Light& light) { return light.name == name; });
-    return at == scene.lights.end() ? nullptr : &*at;
 }
 
 }  // namespace

@@ -70,10 +70,8 @@ public:
     template <typename AnyLight>
     void put_light(const AnyLight& light, saved::Light& out) {
         out.set_name(light.name);
-        for (const LightSlot& slot : light_slots()) {
-            const Numbers numbers = numbers_of(light, slot);
-            write_numbers(out, row_of(slot.property).field, std::span(numbers).first(count_of(slot)));
-        }
+        for (const LightSlot& slot : light_slots())
+            write_numbers(out, row_of(slot.property).field, slot, numbers_of(light, slot));
         const LightSeed* own = seed_named(*scene_.asset, light.name);
         if (own != nullptr && own->profile == light.profile) {
             out.set_scene_profile(light.name);

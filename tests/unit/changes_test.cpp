@@ -150,8 +150,7 @@ TEST_F(ChangesTest, EveryPropertyOfALightIsNamed) {
         const PropertyRow& row = row_of(slot.property);
         v1::Command command;
         command.mutable_set_light()->set_name(name);
-        const Numbers now = numbers_of(scene.lights[0], slot);
-        write_numbers(*command.mutable_set_light(), row.field, std::span(now).first(count_of(slot)));
+        write_numbers(*command.mutable_set_light(), row.field, slot, numbers_of(scene.lights[0], slot));
         const auto touched = touched_properties(scene, command);
         ASSERT_EQ(touched.size(), 1u) << row.name;
         const bool turns = slot.stale == &Light::aim_rev;

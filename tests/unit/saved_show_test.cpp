@@ -57,7 +57,7 @@ protected:
             Numbers numbers{};
             double share = 0.3 + seed / 10 + 0.01 * static_cast<double>(&slot - light_slots().data());
             for (double& number : numbers) number = row.least + (row.most - row.least) * (share -= 0.1);
-            write_numbers(set, row.field, std::span(numbers).first(count_of(slot)));
+            write_numbers(set, row.field, slot, numbers);
         }
         return command;
     }
