@@ -1,6 +1,7 @@
 #include "protocol/schema/property.h"
 
 #include <google/protobuf/message.h>
+#include <google/protobuf/reflection.h>
 
 #include <algorithm>
 #include <iterator>
@@ -155,14 +156,16 @@ bool has_numbers(const google::protobuf::Message& message, std::string_view fiel
 std::vector<double> read_numbers(const google::protobuf::Message& message, std::string_view field) {
     const auto [reflection, at] = field_of(message, field);
     if (!at->is_repeated()) return {reflection->GetDouble(message, at)};
-    const auto& numbers = reflection->GetRepeatedField<double>(message, at);
+    const auto numbers = reflection->GetRepeatedFieldRef<double>(message, at);
     return {numbers.begin(), numbers.end()};
 }
 
 void write_numbers(google::protobuf::Message& message, std::string_view field, std::span<const double> numbers) {
     const auto [reflection, at] = field_of(message, field);
     if (!at->is_repeated()) return reflection->SetDouble(&message, at, numbers[0]);
-    reflection->MutableRepeatedField<double>(&message, at)->Assign(numbers.begin(), numbers.end());
+    const auto elements = reflection->GetMutableRepeatedFieldRef<double>(&message, at);
+    elements.Clear();
+    for (const double number : numbers) elements.Add(number);
 }
 
 void copy_numbers(const google::protobuf::Message& from, google::protobuf::Message& to, std::string_view field) {
