@@ -35,7 +35,6 @@ protected:
         arguments.insert(arguments.end(), more.begin(), more.end());
         daemon.reset();
         daemon = std::make_unique<DaemonProcess>(arguments);
-        ASSERT_TRUE(daemon->transport_ready());
         light = daemon->json({"get", "lights[0].name"});
         const Json table = daemon->json({"sources"});
         for (const Json& endpoint : table["endpoints"]) {
@@ -61,6 +60,11 @@ protected:
     }
     double level() { return daemon->json({"get", "lights[0].level_ratio"}); }
     bool level_is(double wanted) { return std::abs(level() - wanted) < 1e-9; }
+    // The first picture, with every bounce of its light: what later frames do not begin anew.
+    void first_picture() {
+        ASSERT_TRUE(daemon->transport_ready());
+        daemon->json({"report"});
+    }
     // The frame that shows the newest change ran the composite, and where it is a pass of its own NV12, only.
     void expect_composite_only() {
         const unsigned rev = daemon->json({"get", "scene_rev"});

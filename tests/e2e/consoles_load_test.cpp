@@ -101,7 +101,7 @@ TEST_F(ConsoleLoads, SixtyFourUniversesAt44HzLoseNothingAndRenderNothing) {
         text += "[[patch]]\nsacn = " + std::to_string(universe) + "\naddress = 1\ntarget = \"" + light +
                 "\"\nchannels = [\"roll\"]\n";
     start({"--patch", folder.file("patch.toml", text)});
-    daemon->json({"report"});
+    first_picture();
     Udp desk;
     std::array<SacnPacket, 64> packets;
     for (unsigned i = 0; i < 64; ++i) {
@@ -211,7 +211,7 @@ TEST_F(ConsoleLoads, LevelsThatMoveIn64UniversesAreOneChangeAFrame) {
                 "\"\nchannels = [\"level\"]\n";
     for (int i = 1; i < 16; ++i) daemon->json({"add", "light", name(i), "--profile", "narrow_spot"});
     ASSERT_EQ(daemon->gonio({"patch", folder.file("patch.toml", text)}).exit_code, 0);
-    daemon->json({"report"});
+    first_picture();
     Udp desk;
     std::array<SacnPacket, 64> packets;
     for (unsigned i = 0; i < 64; ++i) {

@@ -7,7 +7,7 @@ namespace {
 TEST_F(Consoles, SacnByMulticastIsALevelAndAFrameOfTheCompositeAlone) {
     Udp desk;
     const auto send = [&](std::uint8_t value) { desk.send("239.255.0.1", ports["sacn"], sacn(1, value).bytes()); };
-    daemon->json({"report"});  // the first picture is there
+    first_picture();
     ASSERT_TRUE(until([&] { return level_is(51 / 255.0); }, [&] { send(51); }));
     expect_composite_only();
     ASSERT_TRUE(until([&] { return source("sacn")["state"] == "live"; }, [&] { send(51); }));
@@ -209,7 +209,7 @@ TEST_F(Consoles, ArtnetIsALevelAndPollsAreAnswered) {
         desk.send("127.0.0.1", ports["artnet"],
                   art_dmx(number = static_cast<std::uint8_t>(number % 255 + 1), 0, {102, 0}));
     };
-    daemon->json({"report"});
+    first_picture();
     ASSERT_TRUE(until([&] { return level_is(0.4); }, send));
     expect_composite_only();
     EXPECT_TRUE(until([&] { return source("artnet")["universe"] == 0; }, send));
@@ -242,7 +242,7 @@ TEST_F(Consoles, OscSetsAsksAndTellsItsSubscribers) {
         return std::nullopt;
     };
     const std::string root = "/light/" + encode_osc_name(light);
-    daemon->json({"report"});
+    first_picture();
     send(panel, osc(root + "/level", {0.25F}));
     ASSERT_TRUE(until([&] { return level_is(0.25); }));
     expect_composite_only();
