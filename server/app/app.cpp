@@ -106,7 +106,7 @@ std::string App::name_renderer() const {
 std::shared_ptr<UploadStore> App::open_uploads() {
     if (options_.limits.upload_bytes == 0) return nullptr;
     std::shared_ptr<UploadStore> uploads = value_of(UploadStore::open(options_.upload_folder, options_.limits));
-    uploads_to_discard_ = uploads;
+    uploads_to_discard_.store(uploads);
     return uploads;
 }
 
@@ -124,7 +124,7 @@ HttpOptions App::http_options() const {
 
 App::Listening::Listening(App& of) : app(of) {
     app.http_server_ = value_of(HttpServer::start(app.http_options(), app.inbox_.callbacks()));
-    app.server_to_stop_ = app.http_server_;
+    app.server_to_stop_.store(app.http_server_);
     app.reloading_.begin([&server = *app.http_server_](const Reread& reread) { use_again(reread, server); });
 }
 
@@ -147,7 +147,7 @@ std::shared_ptr<StateFile> App::open_state_file() {
     if (options_.state_file.empty()) return nullptr;
     const auto to_disk = injects(options_, kStateHangs) ? write_for_ever : write_file_atomically;
     auto file = std::make_shared<StateFile>(options_.state_file, kSaveInterval, kSaveRetry, kMaxSavedBytes, to_disk);
-    show_to_save_ = file;
+    show_to_save_.store(file);
     return file;
 }
 

@@ -1,7 +1,6 @@
 // goniod wired together: loader, render, encode and net threads, and what passes between them.
 #pragma once
 
-#include <atomic>
 #include <memory>
 #include <optional>
 #include <string>
@@ -13,6 +12,7 @@
 #include "server/app/start.h"
 #include "server/app/stream_out.h"
 #include "server/base/atomic_file.h"
+#include "server/base/shared.h"
 #include "server/http/upload_store.h"
 #include "server/session/render_loop.h"
 #include "server/show/state_file.h"
@@ -51,7 +51,7 @@ private:
     // What the signals' thread is told of, until this ends.
     template <typename T>
     struct Forgotten {
-        std::atomic<std::shared_ptr<T>>& slot;
+        Shared<T>& slot;
         ~Forgotten() { slot.store({}); }
     };
     // While it lives the HTTP server listens, and signals and reloads reach it.
@@ -89,9 +89,9 @@ private:
     const Tokens tokens_;
     const std::chrono::nanoseconds frame_time_{static_cast<std::int64_t>(1e9 / options_.target_fps)};
     Inbox inbox_;
-    std::atomic<std::shared_ptr<HttpServer>> server_to_stop_;
-    std::atomic<std::shared_ptr<StateFile>> show_to_save_;
-    std::atomic<std::shared_ptr<UploadStore>> uploads_to_discard_;
+    Shared<HttpServer> server_to_stop_;
+    Shared<StateFile> show_to_save_;
+    Shared<UploadStore> uploads_to_discard_;
     Reloading reloading_;
     Signals signals_{signal_actions()};  // before all whose end takes time: it bounds that time
     const Forgotten<UploadStore> forgotten_uploads_{uploads_to_discard_};  // the folder goes while signals still watch

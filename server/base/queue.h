@@ -1,4 +1,4 @@
-// Queue<T> and Latest<T>: the only two objects that cross threads. Data moves; nothing else is locked.
+// Queue<T> and Latest<T>: what is moved from one thread to another.
 #pragma once
 
 #include <chrono>

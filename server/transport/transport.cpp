@@ -158,7 +158,7 @@ void Builder::make(std::shared_ptr<const trace::Geometry> geometry, std::vector<
             emitted.narrow = 0.0f;  // nothing is drawn from where it shines
             std::shared_ptr<const CellMap::Table> table;
             if (cells) table = std::make_shared<const CellMap::Table>(surface->cells->table(*pool));
-            newest_ = std::make_shared<const Transport>(Transport{surface, links, emitted, spent.count(), table});
+            newest_.store(std::make_shared<const Transport>(Transport{surface, links, emitted, spent.count(), table}));
         }
         made_ = first;
         made_.notify_all();

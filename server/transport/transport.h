@@ -6,6 +6,7 @@
 #include <thread>
 #include <vector>
 
+#include "server/base/shared.h"
 #include "server/trace/world.h"
 #include "server/transport/solve.h"
 
@@ -58,7 +59,7 @@ private:
     bool wanted(unsigned links);  // its thread: waits until that is known
     bool stopped() const;         // its threads: waits while it is held
 
-    std::atomic<std::shared_ptr<const Transport>> newest_;
+    Shared<const Transport> newest_;
     std::atomic<unsigned> wanted_, made_ = 0;
     std::atomic<bool> stopped_ = false, held_ = false;
     std::jthread thread_;
