@@ -55,6 +55,19 @@ std::vector<Sample> profile(const PhotometricWeb& web, double h) {
     return samples;
 }
 
+// The profile of the same light turned over: measured from the direction opposite to photometric zero, which both of
+// its ends are.
+std::vector<Sample> turned_over(const std::vector<Sample>& samples) {
+    std::vector<Sample> result;
+    for (const double side : {-1.0, 1.0}) {
+        const std::size_t begin = result.size();
+        for (const Sample& sample : samples)
+            if (side * sample.t >= 0.0) result.push_back({side * kPi - sample.t, sample.candela});
+        std::reverse(result.begin() + static_cast<std::ptrdiff_t>(begin), result.end());
+    }
+    return result;
+}
+
 // The part of the profile in the hemisphere of photometric zero, cut exactly at +-90 degrees.
 std::vector<Sample> front_hemisphere(const std::vector<Sample>& samples) {
     std::vector<Sample> result;
@@ -117,10 +130,9 @@ PlaneBeams plane_beams(const PhotometricWeb& web, Angle h) {
     if (samples.empty()) return result;
     auto peak = std::max_element(samples.begin(), samples.end(), dimmer);
     if (!(peak->candela > 0.0)) return result;
-    if (std::abs(peak->t) <= kPi / 2 + 1e-12) {
-        samples = front_hemisphere(samples);
-        peak = std::max_element(samples.begin(), samples.end(), dimmer);
-    }
+    if (std::abs(peak->t) > kPi / 2 + 1e-12) samples = turned_over(samples);
+    samples = front_hemisphere(samples);
+    peak = std::max_element(samples.begin(), samples.end(), dimmer);
     const auto peak_index = static_cast<std::size_t>(peak - samples.begin());
     const auto zero = std::min_element(samples.begin(), samples.end(),
                                        [](const Sample& a, const Sample& b) { return std::abs(a.t) < std::abs(b.t); });

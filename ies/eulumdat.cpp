@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "ies/grid.h"
+#include "ies/plausible.h"
 #include "ies/quantities.h"
 #include "ies/text_encoding.h"
 #include "ies/text_scan.h"
@@ -406,6 +407,7 @@ Result<Photometry> read_text(std::string_view text, std::size_t lamp_set, bool w
     result.web = std::move(unfolded.web);
     result.provenance.symmetry = unfolded.symmetry;
     cross_check(result, fields, fields.lamp_sets[lamp_set].total_lumens, report);
+    detail::check_plausible(result, 0, report);
     result.eulumdat = std::move(fields);
     result.diagnostics = report.take();
     return result;

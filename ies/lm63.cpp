@@ -8,6 +8,7 @@
 #include "ies/grid.h"
 #include "ies/lm63_header.h"
 #include "ies/opening.h"
+#include "ies/plausible.h"
 #include "ies/text_encoding.h"
 #include "ies/text_scan.h"
 
@@ -30,7 +31,7 @@ struct BodyNumbers {
     double ballast_factor, field12, input_watts;
     std::size_t count_offset = 0;  // where the vertical count stands
     std::size_t size_offset = 0;   // where the width stands
-    std::size_t field12_offset = 0;
+    std::size_t ballast_offset = 0, field12_offset = 0;
     std::string field12_text;
 };
 
@@ -164,6 +165,7 @@ std::optional<Error> read_body_numbers(NumberStream& stream, Report& report, Bod
     if (auto error = read_number(stream, body.length, "opening length")) return error;
     if (auto error = read_number(stream, body.height, "opening height")) return error;
     if (auto error = read_number(stream, body.ballast_factor, "ballast factor")) return error;
+    body.ballast_offset = stream.token_begin;
     if (auto error = read_number(stream, body.field12, "twelfth number")) return error;
     body.field12_offset = stream.token_begin;
     body.field12_text = std::string(stream.token().substr(0, 16));
@@ -241,6 +243,14 @@ std::optional<Error> read_candela(NumberStream& stream, std::size_t count, doubl
     }
     if (!any) report.warn("all_dark", stream.token_begin, "no candela value is above 0");
     return std::nullopt;
+}
+
+// The file ends three candela values early, and what stands where ballast factor, twelfth number and input watts belong
+// begins as vertical angles do.
+bool lacks_ballast_line(const BodyNumbers& body, std::size_t missing_candela) {
+    const double first = std::abs(body.ballast_factor);
+    return missing_candela == 3 && (first == 0.0 || first == 90.0) && body.ballast_factor < body.field12 &&
+           body.field12 < body.input_watts;
 }
 
 // A comma directly between two digits of one line that elsewhere separates by blanks: "22,5 45 67,5".
@@ -338,7 +348,11 @@ Result<Photometry> read_text(std::string_view text, bool was_utf16) {
     grid.h_offset = stream.at;
     if (auto error = read_numbers(stream, nh, "horizontal angle", grid.h_deg)) return *error;
     grid.candela_offset = stream.at;
-    if (auto error = read_candela(stream, nv * nh, result.provenance.scale, report, grid.candela)) return *error;
+    if (auto error = read_candela(stream, nv * nh, result.provenance.scale, report, grid.candela)) {
+        if (!lacks_ballast_line(body, nv * nh - grid.candela.size())) return *error;
+        return error_at(text, body.ballast_offset, "missing_ballast_line", "",
+                        "the line of ballast factor, twelfth number and input watts is missing: angles stand there");
+    }
     report_number_styles(stream, body_offset, stream.at, report);
 
     // Kept for angle_error: the lists themselves move into the web.
@@ -350,6 +364,7 @@ Result<Photometry> read_text(std::string_view text, bool was_utf16) {
     if (auto error = check_trailing(stream, body_offset, unfolded.irregular_h, report)) return *error;
     result.web = std::move(unfolded.web);
     result.provenance.symmetry = unfolded.symmetry;
+    detail::check_plausible(result, body_offset, report);
     result.diagnostics = report.take();
     return result;
 }

@@ -42,6 +42,7 @@ struct Provenance {
     double ballast_lamp_factor = 1.0;  // 12th number of LM-63; scales in 1986 and 1991 files only
     double scale = 1.0;                // the product that every candela value of the file was multiplied by
     bool absolute = false;             // candela are the luminaire's own, not those of lamps of rated lumens
+    bool radiometric = false;  // the file's intensities are W/sr or mW/sr; they are kept as if they were candela
     int lamps = 1;
     double lumens_per_lamp = 0.0;  // lm, as stated; -1 where absolute
     double rated_lumens = 0.0;     // lm of all lamps together, what relative candela refer to; 0 where absolute

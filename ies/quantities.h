@@ -32,7 +32,7 @@ std::vector<LuminousFlux> flux_about_zero(const PhotometricWeb& web, std::span<c
 struct BeamAngles {
     std::optional<Angle> outermost;  // between the outermost directions of that fraction of the plane's maximum
     std::optional<Angle> lobe;       // of the contiguous lobe around the plane's maximum
-    std::optional<Angle> centre;     // of the lobe around photometric zero, relative to I(0) (CIE centre beam)
+    std::optional<Angle> centre;     // of the lobe around the axis, relative to the intensity there (CIE centre beam)
 };
 
 struct PlaneBeams {
@@ -41,9 +41,9 @@ struct PlaneBeams {
     BeamAngles field;  // 10 %
 };
 
-// Result: beam and field angles in the plane through the axis that contains azimuth h and h + pi. Where the maximum
-// lies in the hemisphere of photometric zero only that hemisphere counts; a dark plane has none. Types A and B: h below
-// 45 degrees gives the line H = 0 (it contains x), else the line V = 0.
+// Result: beam and field angles in the plane through the axis that contains azimuth h and h + pi, of the hemisphere
+// that its maximum lies in: an uplight's are those of the same light turned over. A dark plane has none. Types A and B:
+// h below 45 degrees gives the line H = 0 (it contains x), else the line V = 0.
 PlaneBeams plane_beams(const PhotometricWeb& web, Angle h);
 
 // Fluxes of IES TM-15-11 and the rating from its table A-1 to A-3 (addendum A): each 0..5.

@@ -170,6 +170,7 @@ Json file_json(const std::string& file, const Photometry& photometry) {
             {"n_vertical", photometry.provenance.file_vertical_angles},
             {"n_horizontal", photometry.provenance.file_horizontal_angles},
             {"absolute", photometry.provenance.absolute},
+            {"radiometric", photometry.provenance.radiometric},
             {"max_cd", shortest_decimal(q.peak.in(cd))},
             {"max_direction_deg", {{"v", tidy_degrees(q.peak_v)}, {"h", tidy_degrees(q.peak_h)}}},
             {"flux_lm", q.total.in(lm)},
@@ -233,9 +234,10 @@ void print_text(const std::string& file, const Photometry& photometry, std::ostr
     const ies::Provenance& p = photometry.provenance;
     const auto names = plane_names(photometry);
     out << file << '\n';
-    out << format_text("  %s, type %s, %s, %d x %d angles, %s\n", p.format.c_str(),
+    out << format_text("  %s, type %s, %s, %d x %d angles, %s%s\n", p.format.c_str(),
                        type_name(photometry.web.goniometer), symmetry_name(p.symmetry), p.file_vertical_angles,
-                       p.file_horizontal_angles, p.absolute ? "absolute" : "relative");
+                       p.file_horizontal_angles, p.absolute ? "absolute" : "relative",
+                       p.radiometric ? ", radiometric: W/sr, read as cd" : "");
     out << format_text("  scale %g = multiplier %g x ballast %g x ballast-lamp %g\n", p.scale, p.multiplier,
                        p.ballast_factor, p.ballast_lamp_factor);
     out << format_text("  flux %.2f lm (down %.2f, up %.2f), peak %g cd at V %g H %g\n", q.total.in(lm),

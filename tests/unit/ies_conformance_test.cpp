@@ -345,6 +345,41 @@ TEST(IesConformance, LampsAndScales) {
     }
 }
 
+// 100 cd everywhere are 400 pi lm over the sphere.
+TEST(IesConformance, WhatCannotBeMeantSoIsSaid) {
+    Lm63Text file;
+    file.v = "0 90 180";
+    file.candela = "100 100 100";
+    const double flux_lm = 400 * std::numbers::pi;
+    for (const auto& [rated_lm, told] : {std::pair{flux_lm / 1.04, false}, {flux_lm / 1.06, true}}) {
+        file.lamps = "1 " + std::to_string(rated_lm) + " 1";
+        EXPECT_EQ(has(*read_lm63(file.text()), "output_ratio"), told) << rated_lm;
+    }
+    file.lamps = "1 -1 1";
+    EXPECT_FALSE(has(*read_lm63(file.text()), "output_ratio"));
+    EXPECT_FALSE(read_lm63(file.text())->provenance.radiometric);
+    file.header += "[_INTENSITYUNITS] mW/sr\n";
+    EXPECT_TRUE(has(*read_lm63(file.text()), "radiometric"));
+    EXPECT_TRUE(read_lm63(file.text())->provenance.radiometric);
+}
+
+TEST(IesConformance, AMissingBallastLineIsNamed) {
+    Lm63Text file;
+    file.factors = "";
+    file.counts = "5 2";
+    file.h = "0 90";
+    file.candela = "5 4 3 2 1 5 4 3 2 1";
+    for (const char* v : {"0 22.5 45 67.5 90", "90 112.5 135 157.5 180"}) {
+        file.v = v;
+        const auto read = read_lm63(file.text());
+        ASSERT_FALSE(read);
+        EXPECT_EQ(read.error().code, "missing_ballast_line") << read.error().text();
+        EXPECT_EQ(read.error().where.substr(0, 6), "line 9") << read.error().text();  // line 8 is empty
+    }
+    file.candela = "5 4 3 2 1";
+    EXPECT_EQ(read_lm63(file.text()).error().code, "truncated");
+}
+
 TEST(IesConformance, LimitsHoldBeforeAnythingIsAllocated) {
     EXPECT_EQ(read_lm63(std::string(kMaxFileBytes + 1, ' ')).error().code, "too_large");
     Lm63Text file;

@@ -144,11 +144,34 @@ TEST(IesQuantities, ThreeBeamDefinitionsDifferOnABatwing) {
     EXPECT_NEAR(q.peak_v.degrees(), 60, 1e-9);
 }
 
-TEST(IesQuantities, AnUplightIsNotCutAtTheHorizon) {
+// I = 100 cos(t) about the zenith: half of it at 60 degrees, a tenth at 84.26.
+TEST(IesQuantities, AnUplightsAnglesAreAboutTheZenith) {
     const Quantities q = quantities(sample_c(1, [](const Direction& d) { return 100 * std::max(0.0, d[2]); }));
-    EXPECT_NEAR(q.beam->degrees(), 360, 1e-6);
-    EXPECT_NEAR(q.planes[0].beam.lobe->degrees(), 60, 0.02);
+    EXPECT_NEAR(q.beam->degrees(), 120, 1e-6);
+    EXPECT_NEAR(q.planes[0].beam.lobe->degrees(), 120, 1e-6);
+    EXPECT_NEAR(q.planes[0].beam.centre->degrees(), 120, 1e-6);
+    EXPECT_NEAR(q.field->degrees(), 2 * std::acos(0.1) * 180 / kPi, 0.01);
     EXPECT_NEAR(q.downward.in(lm), 0, 1e-6);
+}
+
+// An oblique lobe, and some light in the other hemisphere: the same angles whichever way up it is.
+TEST(IesQuantities, AnUplightIsADownlightTurnedOver) {
+    const auto law = [](const Direction& d, double up) {
+        const double along = 0.25 * d[0] + 0.1 * d[1] + up * std::sqrt(1 - 0.0725) * d[2];
+        return 1000 * std::pow(std::max(0.0, along), 60) + 5;
+    };
+    const Quantities down = quantities(sample_c(0.5, [&](const Direction& d) { return law(d, -1); }));
+    const Quantities up = quantities(sample_c(0.5, [&](const Direction& d) { return law(d, 1); }));
+    for (std::size_t i = 0; i < 2; ++i) {
+        for (const auto fraction : {&PlaneBeams::beam, &PlaneBeams::field}) {
+            for (const auto angle : {&BeamAngles::outermost, &BeamAngles::lobe, &BeamAngles::centre}) {
+                const auto one = down.planes[i].*fraction.*angle, other = up.planes[i].*fraction.*angle;
+                ASSERT_TRUE(one && other);
+                EXPECT_NEAR(other->degrees(), one->degrees(), 1e-4);
+                EXPECT_LT(one->degrees(), 60);
+            }
+        }
+    }
 }
 
 TEST(IesQuantities, ADarkWebHasNoAngles) {
