@@ -41,9 +41,9 @@ struct PlaneBeams {
     BeamAngles field;  // 10 %
 };
 
-// Result: beam and field angles in the plane through the axis that contains azimuth h and h + pi, of the hemisphere
-// that its maximum lies in: an uplight's are those of the same light turned over. A dark plane has none. Types A and B:
-// h below 45 degrees gives the line H = 0 (it contains x), else the line V = 0.
+// Result: beam and field angles in the plane through the axis that contains azimuth h and h + pi. They are of the
+// hemisphere that its maximum lies in: an uplight's are those of the same light turned over. A dark plane has none.
+// Types A and B: h below 45 degrees gives the line H = 0 (it contains x), else the line V = 0.
 PlaneBeams plane_beams(const PhotometricWeb& web, Angle h);
 
 // Fluxes of IES TM-15-11 and the rating from its table A-1 to A-3 (addendum A): each 0..5.
