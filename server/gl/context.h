@@ -2,7 +2,6 @@
 // Mesa's surfaceless platform, so that a GPU is found where there is one and llvmpipe elsewhere.
 #pragma once
 
-#include <atomic>
 #include <memory>
 #include <string>
 
@@ -17,15 +16,24 @@ class Context {
 public:
     // Makes the context current on the calling thread. Throws std::runtime_error with one sentence if there is none.
     static std::unique_ptr<Context> create(const ContextOptions& options);
-    virtual ~Context() = default;
+    ~Context();
+    Context(const Context&) = delete;
+    Context& operator=(const Context&) = delete;
 
-    virtual std::string description() const = 0;  // one line: display, vendor, renderer, version
-    virtual std::string renderer() const = 0;
-    virtual bool software() const = 0;       // llvmpipe, softpipe, swrast
-    virtual int debug_messages() const = 0;  // since the start; 0 in a correct program
-    virtual std::string last_debug_message() const = 0;
+    const std::string& description() const { return description_; }  // one line: display, vendor, renderer, version
+    const std::string& renderer() const { return renderer_; }
+    bool software() const;                                  // llvmpipe, softpipe, swrast
+    int debug_messages() const { return debug_messages_; }  // since the start; 0 in a correct program
+    const std::string& last_debug_message() const { return last_message_; }
     // Result: whether the GPU lost the context (GL_ARB_robustness); everything must be rebuilt then.
-    virtual bool lost() const = 0;
+    bool lost() const;
+
+private:
+    Context(void* display, void* context, const std::string& display_name, bool debug);
+
+    void *display_, *context_;  // EGL's
+    std::string description_, renderer_, last_message_;
+    int debug_messages_ = 0;
 };
 
 }  // namespace gonio::gl

@@ -1,45 +1,18 @@
 #include "server/gl/objects.h"
 
+#include <bit>
 #include <stdexcept>
 #include <string>
 #include <vector>
 
 namespace gonio::gl {
 
-void delete_buffer(GLuint id) {
-    glDeleteBuffers(1, &id);
-}
-void delete_texture(GLuint id) {
-    glDeleteTextures(1, &id);
-}
-void delete_framebuffer(GLuint id) {
-    glDeleteFramebuffers(1, &id);
-}
-void delete_program(GLuint id) {
-    glDeleteProgram(id);
-}
-void delete_query(GLuint id) {
-    glDeleteQueries(1, &id);
-}
-void delete_vertex_array(GLuint id) {
-    glDeleteVertexArrays(1, &id);
-}
-void delete_sampler(GLuint id) {
-    glDeleteSamplers(1, &id);
+Fence insert_fence() {
+    return Fence(glFenceSync(GL_SYNC_GPU_COMMANDS_COMPLETE, 0));
 }
 
-Fence Fence::insert() {
-    Fence fence;
-    fence.sync_ = glFenceSync(GL_SYNC_GPU_COMMANDS_COMPLETE, 0);
-    return fence;
-}
-
-Fence::~Fence() {
-    if (sync_ != nullptr) glDeleteSync(sync_);
-}
-
-bool Fence::wait(GLuint64 timeout_ns) const {
-    const GLenum state = glClientWaitSync(sync_, GL_SYNC_FLUSH_COMMANDS_BIT, timeout_ns);
+bool passed(const Fence& fence, GLuint64 timeout_ns) {
+    const GLenum state = glClientWaitSync(fence.id(), GL_SYNC_FLUSH_COMMANDS_BIT, timeout_ns);
     return state != GL_TIMEOUT_EXPIRED;  // of a lost context nothing comes any more: GL_WAIT_FAILED
 }
 
@@ -58,13 +31,11 @@ Buffer make_buffer(std::string_view label, std::size_t bytes, const void* data, 
 static Texture make_texture(std::string_view label, GLenum target, Filter filter, int levels) {
     GLuint id = 0;
     glCreateTextures(target, 1, &id);
-    const bool linear = filter == Filter::linear;
-    glTextureParameteri(id, GL_TEXTURE_MAG_FILTER, linear ? GL_LINEAR : GL_NEAREST);
-    glTextureParameteri(id, GL_TEXTURE_MIN_FILTER,
-                        levels > 1 ? GL_LINEAR_MIPMAP_LINEAR : (linear ? GL_LINEAR : GL_NEAREST));
-    glTextureParameteri(id, GL_TEXTURE_WRAP_S, GL_CLAMP_TO_EDGE);
-    glTextureParameteri(id, GL_TEXTURE_WRAP_T, GL_CLAMP_TO_EDGE);
-    glTextureParameteri(id, GL_TEXTURE_WRAP_R, GL_CLAMP_TO_EDGE);
+    const GLint own = filter == Filter::linear ? GL_LINEAR : GL_NEAREST;
+    glTextureParameteri(id, GL_TEXTURE_MAG_FILTER, own);
+    glTextureParameteri(id, GL_TEXTURE_MIN_FILTER, levels > 1 ? GL_LINEAR_MIPMAP_LINEAR : own);
+    for (const GLenum axis : {GL_TEXTURE_WRAP_S, GL_TEXTURE_WRAP_T, GL_TEXTURE_WRAP_R})
+        glTextureParameteri(id, axis, GL_CLAMP_TO_EDGE);
     label_object(GL_TEXTURE, id, label);
     return Texture(id);
 }
@@ -109,12 +80,7 @@ Framebuffer make_framebuffer(std::string_view label, const std::vector<GLuint>& 
 }
 
 int mip_levels(int size) {
-    int levels = 1;
-    while (size > 1) {
-        size /= 2;
-        ++levels;
-    }
-    return levels;
+    return static_cast<int>(std::bit_width(static_cast<unsigned>(size)));
 }
 
 }  // namespace gonio::gl

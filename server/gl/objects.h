@@ -6,17 +6,19 @@
 
 #include <cstddef>
 #include <string_view>
+#include <type_traits>
 #include <utility>
 #include <vector>
 
 namespace gonio::gl {
 
-template <void (*Delete)(GLuint)>
+// Delete: GL's function that deletes one name, or a number of them.
+template <auto& Delete, typename Name = GLuint>
 class Handle {
 public:
     Handle() = default;
-    explicit Handle(GLuint id) : id_(id) {}
-    Handle(Handle&& other) noexcept : id_(std::exchange(other.id_, 0)) {}
+    explicit Handle(Name id) : id_(id) {}
+    Handle(Handle&& other) noexcept : id_(std::exchange(other.id_, Name{})) {}
     Handle& operator=(Handle&& other) noexcept {
         std::swap(id_, other.id_);
         return *this;
@@ -24,51 +26,32 @@ public:
     Handle(const Handle&) = delete;
     Handle& operator=(const Handle&) = delete;
     ~Handle() {
-        if (id_ != 0) Delete(id_);
+        if (!*this) return;
+        if constexpr (std::is_invocable_v<decltype(Delete), Name>)
+            Delete(id_);
+        else
+            Delete(1, &id_);
     }
-    explicit operator bool() const { return id_ != 0; }
-    GLuint id() const { return id_; }
+    explicit operator bool() const { return id_ != Name{}; }
+    Name id() const { return id_; }
 
 private:
-    GLuint id_ = 0;
+    Name id_{};
 };
 
-void delete_buffer(GLuint id);
-void delete_texture(GLuint id);
-void delete_framebuffer(GLuint id);
-void delete_program(GLuint id);
-void delete_query(GLuint id);
-void delete_vertex_array(GLuint id);
-void delete_sampler(GLuint id);
+using Buffer = Handle<glDeleteBuffers>;
+using Texture = Handle<glDeleteTextures>;
+using Framebuffer = Handle<glDeleteFramebuffers>;
+using Program = Handle<glDeleteProgram>;
+using Query = Handle<glDeleteQueries>;
+using VertexArray = Handle<glDeleteVertexArrays>;
+using Sampler = Handle<glDeleteSamplers>;
+using Fence = Handle<glDeleteSync, GLsync>;
 
-using Buffer = Handle<delete_buffer>;
-using Texture = Handle<delete_texture>;
-using Framebuffer = Handle<delete_framebuffer>;
-using Program = Handle<delete_program>;
-using Query = Handle<delete_query>;
-using VertexArray = Handle<delete_vertex_array>;
-using Sampler = Handle<delete_sampler>;
-
-// A fence in the command stream; null when empty.
-class Fence {
-public:
-    Fence() = default;
-    static Fence insert();
-    Fence(Fence&& other) noexcept : sync_(std::exchange(other.sync_, nullptr)) {}
-    Fence& operator=(Fence&& other) noexcept {
-        std::swap(sync_, other.sync_);
-        return *this;
-    }
-    Fence(const Fence&) = delete;
-    Fence& operator=(const Fence&) = delete;
-    ~Fence();
-    explicit operator bool() const { return sync_ != nullptr; }
-    // Result: whether the GPU has passed the fence within timeout_ns.
-    bool wait(GLuint64 timeout_ns) const;
-
-private:
-    GLsync sync_ = nullptr;
-};
+// A fence in the command stream.
+Fence insert_fence();
+// Result: whether the GPU has passed the fence within timeout_ns.
+bool passed(const Fence& fence, GLuint64 timeout_ns);
 
 // data may be null. flags: as of glNamedBufferStorage.
 Buffer make_buffer(std::string_view label, std::size_t bytes, const void* data, GLbitfield flags = 0);

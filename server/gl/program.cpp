@@ -1,6 +1,6 @@
 #include "server/gl/program.h"
 
-#include <set>
+#include <algorithm>
 #include <sstream>
 #include <stdexcept>
 
@@ -16,8 +16,9 @@ std::string_view embedded(std::string_view name) {
     throw std::runtime_error("there is no shader file '" + std::string(name) + "'");
 }
 
-void append(std::string_view name, std::set<std::string>& seen, std::vector<std::string>& names, std::string& out) {
-    if (!seen.insert(std::string(name)).second) return;
+// names: the files so far; one that is among them is left out.
+void append(std::string_view name, std::vector<std::string>& names, std::string& out) {
+    if (std::find(names.begin(), names.end(), name) != names.end()) return;
     const int index = static_cast<int>(names.size());
     names.emplace_back(name);
     std::istringstream lines{std::string(embedded(name))};
@@ -29,7 +30,7 @@ void append(std::string_view name, std::set<std::string>& seen, std::vector<std:
         const std::string_view prefix = "#include \"";
         if (line.rfind(prefix, 0) == 0) {
             const std::size_t end = line.find('"', prefix.size());
-            append(line.substr(prefix.size(), end - prefix.size()), seen, names, out);
+            append(line.substr(prefix.size(), end - prefix.size()), names, out);
             out += "#line " + std::to_string(number + 1) + " " + std::to_string(index) + "\n";
         } else {
             out += line + "\n";
@@ -41,8 +42,7 @@ std::string source(std::string_view name, const Defines& defines, std::vector<st
     std::string text = "#version 450 core\n";
     if (name.ends_with(".vert")) text += "#extension GL_ARB_shader_viewport_layer_array : require\n";
     for (const auto& [key, value] : defines) text += "#define " + key + " " + value + "\n";
-    std::set<std::string> seen;
-    append(name, seen, names, text);
+    append(name, names, text);
     return text;
 }
 
@@ -70,16 +70,13 @@ GLuint compile(GLenum stage, std::string_view name, const Defines& defines) {
 
 Program make_program(std::string_view vertex, std::string_view fragment, const Defines& defines) {
     Program program(glCreateProgram());
-    const GLuint vertex_shader = compile(GL_VERTEX_SHADER, vertex, defines);
-    glAttachShader(program.id(), vertex_shader);
-    GLuint fragment_shader = 0;
-    if (!fragment.empty()) {
-        fragment_shader = compile(GL_FRAGMENT_SHADER, fragment, defines);
-        glAttachShader(program.id(), fragment_shader);
+    for (const auto& [stage, name] : {std::pair(GL_VERTEX_SHADER, vertex), std::pair(GL_FRAGMENT_SHADER, fragment)}) {
+        if (name.empty()) continue;
+        const GLuint shader = compile(stage, name, defines);
+        glAttachShader(program.id(), shader);
+        glDeleteShader(shader);  // with the program
     }
     glLinkProgram(program.id());
-    glDeleteShader(vertex_shader);
-    if (fragment_shader != 0) glDeleteShader(fragment_shader);
     GLint ok = 0;
     glGetProgramiv(program.id(), GL_LINK_STATUS, &ok);
     if (!ok) {

@@ -260,7 +260,7 @@ void Renderer::begin_frame(const Scene& scene, std::int64_t drained_ns) {
         glBindBuffer(GL_PIXEL_PACK_BUFFER, 0);
     }
     if (!frame->nv12) {
-        frame->fence = gl::Fence::insert();
+        frame->fence = gl::insert_fence();
         glFlush();
     }
     in_flight_.push_back(std::move(frame));
@@ -270,7 +270,7 @@ std::optional<FinishedFrame> Renderer::finish_frame(bool wait) {
     if (in_flight_.empty()) return std::nullopt;
     InFlight& frame = *in_flight_.front();
     constexpr GLuint64 kStep = 1'000'000'000;
-    while (frame.fence && !frame.fence.wait(wait ? kStep : 0)) {
+    while (frame.fence && !gl::passed(frame.fence, wait ? kStep : 0)) {
         if (!wait) return std::nullopt;
     }
     FinishedFrame done;
