@@ -2,7 +2,6 @@
 layout(location = 2) uniform vec4 base_color;     // linear reflectance
 layout(location = 3) uniform vec3 emissive_nit;   // cd/m²
 layout(location = 4) uniform float alpha_cutoff;  // MASKED only
-layout(location = 5) uniform int face_normals;    // 1: two-sided, the normal is turned to the viewer
 layout(binding = 0) uniform sampler2D base_color_texture;  // sRGB decoded by the sampler
 layout(binding = 1) uniform sampler2D emissive_texture;
 
@@ -14,10 +13,9 @@ vec4 material_base_color(vec2 uv) {
 #endif
 }
 
-// Result: the unit shading normal; a degenerate one falls back to the triangle's own plane.
-vec3 surface_normal(vec3 interpolated, vec3 position, bool towards_origin) {
+// Result: the unit shading normal, turned to the viewer; a degenerate one falls back to the triangle's own plane.
+vec3 surface_normal(vec3 interpolated, vec3 position) {
     float l2 = dot(interpolated, interpolated);
     vec3 n = l2 > 1e-30 ? interpolated * inversesqrt(l2) : normalize(cross(dFdx(position), dFdy(position)) + vec3(1e-30));
-    if (towards_origin) return gl_FrontFacing ? n : -n;
-    return n;
+    return gl_FrontFacing ? n : -n;
 }

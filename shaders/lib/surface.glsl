@@ -12,9 +12,9 @@ struct Surface {
     bool hit;
 };
 
-Surface surface_at(ivec2 pixel, vec2 size) {
+Surface surface_at(ivec2 pixel) {
     float depth = texelFetch(gbuffer_depth, pixel, 0).r;
-    vec2 at = (vec2(pixel) + 0.5) / size * 2.0 - 1.0;
+    vec2 at = (vec2(pixel) + 0.5) / vec2(textureSize(gbuffer_depth, 0)) * 2.0 - 1.0;
     Surface s;
     s.hit = depth > 0.0;
     vec3 ray = eye_forward.xyz + at.x * eye_right.xyz + at.y * eye_up.xyz;

@@ -22,7 +22,6 @@ layout(binding = 8) uniform sampler2D gbuffer_depth;
 in vec2 ndc;
 layout(location = 0) out vec4 out_color;
 
-#define VIEW_BEAUTY 0
 #define VIEW_DIRECT 1
 #define VIEW_INDIRECT 2
 #define VIEW_ILLUMINANCE 3
@@ -31,7 +30,6 @@ layout(location = 0) out vec4 out_color;
 #define VIEW_RSM_DEPTH 6
 #define VIEW_RSM_NORMAL 7
 #define VIEW_RSM_FLUX 8
-#define VIEW_SOLID 9
 
 vec3 encode(vec3 display) { return encode_display(display, int(gl_FragCoord.x), int(gl_FragCoord.y)); }
 
@@ -79,35 +77,25 @@ void main() {
     vec3 indirect_lx = vec3(0.0);
     for (int k = 0; k < light_count; ++k) {
         if (weights[k].rgb.rgb == vec3(0.0)) continue;
-#if VIEW != VIEW_INDIRECT
         direct_lx += weights[k].rgb.rgb * texelFetch(direct_layers, ivec3(pixel, k), 0).r;
-#endif
-#if VIEW != VIEW_DIRECT
         if (indirect_in_layers)
             indirect_lx += weights[k].rgb.rgb * texelFetch(indirect_layers, ivec3(pixel, k), 0).rgb;
-#endif
     }
     vec3 rho_over_pi = texelFetch(albedo, pixel, 0).rgb / 3.14159265358979;
     vec3 emitted = vec3(0.0);
 #ifdef EMISSIVE
     emitted = texelFetch(emissive, pixel, 0).rgb;
 #endif
-#if VIEW != VIEW_INDIRECT
     if (besides_unit_lx.x > 0.0) direct_lx += besides_unit_lx.x * texelFetch(besides, ivec3(pixel, 0), 0).rgb;
-#endif
-#if VIEW != VIEW_DIRECT
     if (besides_unit_lx.y > 0.0) indirect_lx += besides_unit_lx.y * texelFetch(besides, ivec3(pixel, 1), 0).rgb;
-#endif
     vec3 total_lx = direct_lx + indirect_lx;
     bool hit = texelFetch(gbuffer_depth, pixel, 0).r > 0.0;
 #if VIEW == VIEW_ILLUMINANCE
-    float value = luminance(total_lx);  // lux
-    vec3 raw = vec3(value);
-    vec3 shown = illuminance_color(value);
+    vec3 raw = vec3(luminance(total_lx));  // lux
+    vec3 shown = illuminance_color(raw.x);
 #elif VIEW == VIEW_LUMINANCE
-    float value = luminance(rho_over_pi * total_lx + emitted);  // cd/m²
-    vec3 raw = vec3(value);
-    vec3 shown = luminance_color(value);
+    vec3 raw = vec3(luminance(rho_over_pi * total_lx + emitted));  // cd/m²
+    vec3 shown = luminance_color(raw.x);
 #elif VIEW == VIEW_DIRECT
     vec3 raw = rho_over_pi * direct_lx;
     vec3 shown = expose(raw, ev100);

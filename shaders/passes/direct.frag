@@ -25,7 +25,7 @@ float visibility(vec3 p, vec3 n) {
 }
 
 void main() {
-    Surface s = surface_at(ivec2(gl_FragCoord.xy), vec2(textureSize(gbuffer_depth, 0)));
+    Surface s = surface_at(ivec2(gl_FragCoord.xy));
     out_direct = 0.0;
     if (!s.hit) return;
     float d2 = max(dot(s.position, s.position), 1e-12);

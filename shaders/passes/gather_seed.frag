@@ -35,7 +35,7 @@ mat3 pixel_rotation(uvec2 pixel) {
 }
 
 void main() {
-    Surface s = surface_at(ivec2(gl_FragCoord.xy), vec2(textureSize(gbuffer_depth, 0)));
+    Surface s = surface_at(ivec2(gl_FragCoord.xy));
     out_indirect = vec4(0.0);
     if (!s.hit) return;
     mat3 turn = pixel_rotation(uvec2(gl_FragCoord.xy));

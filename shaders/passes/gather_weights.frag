@@ -28,7 +28,7 @@ void main() {
     uint own = surfel_at(unpack_cell_place(place));
     if (own >= surfel_count) return;
     out_surfel = own;
-    Surface s = surface_at(pixel, vec2(textureSize(gbuffer_depth, 0)));
+    Surface s = surface_at(pixel);
     float weights[GONIO_AROUND];
     float greatest = 0.0;
     for (uint k = 0u; k < GONIO_AROUND; ++k) {

@@ -18,7 +18,7 @@ void main() {
 #ifdef MASKED
     if (color.a < alpha_cutoff) discard;
 #endif
-    out_normal = octahedral_encode(surface_normal(normal, position, true));
+    out_normal = octahedral_encode(surface_normal(normal, position));
     out_albedo = vec4(color.rgb, 1.0);
 #ifdef EMISSIVE
     vec3 emitted = emissive_nit;

@@ -16,7 +16,7 @@ void main() {
     if (color.a < alpha_cutoff) discard;
 #endif
     out_radial_depth = length(position);
-    out_normal = octahedral_encode(surface_normal(normal, position, true));
+    out_normal = octahedral_encode(surface_normal(normal, position));
     out_albedo = vec4(color.rgb, 1.0);
 #ifdef SEED
     out_position = vec4(position, 1.0);
