@@ -3,6 +3,7 @@
 #include <meshoptimizer.h>
 
 #include <algorithm>
+#include <span>
 #include <utility>
 
 #include "server/lighting/kernels.h"
@@ -54,14 +55,9 @@ Cut cut(const Mesh& mesh) {
     return result;
 }
 
-void add_instance(Clusters& result, const trace::Geometry& geometry, const Instance& instance, const Mesh& mesh,
-                  const Cut& pieces, std::uint32_t first_look) {
-    const Material& material = geometry.asset().materials[static_cast<std::size_t>(mesh.material)];
-    std::vector<glm::vec3> positions;
-    for (const Vertex& v : mesh.vertices) {
-        positions.push_back(
-            geometry.local(glm::dvec3(instance.world_from_mesh * glm::dvec4(glm::dvec3(v.position), 1.0))));
-    }
+// positions: of the mesh's vertices, local.
+void add_instance(Clusters& result, std::span<const glm::vec3> positions, const Material& material, const Cut& pieces,
+                  std::uint32_t first_look) {
     std::size_t triangle = 0;
     for (const meshopt_Meshlet& piece : pieces.meshlets) {
         const unsigned* vertices = &pieces.vertices[piece.vertex_offset];
@@ -104,9 +100,11 @@ Clusters make_clusters(const trace::Geometry& geometry) {
     std::vector<Cut> cuts;
     for (const Mesh& mesh : asset.meshes) cuts.push_back(mesh.indices.empty() ? Cut{} : cut(mesh));
     std::uint32_t first_look = 0;
-    for (const Instance& instance : asset.instances) {
-        const auto mesh = static_cast<std::size_t>(instance.mesh);
-        add_instance(result, geometry, instance, asset.meshes[mesh], cuts[mesh], first_look);
+    for (std::size_t i = 0; i < asset.instances.size(); ++i) {
+        const auto mesh = static_cast<std::size_t>(asset.instances[i].mesh);
+        const auto material = static_cast<std::size_t>(asset.meshes[mesh].material);
+        add_instance(result, geometry.positions(static_cast<int>(i)), asset.materials[material], cuts[mesh],
+                     first_look);
         first_look += static_cast<std::uint32_t>(asset.meshes[mesh].indices.size() / 3);
     }
     return result;

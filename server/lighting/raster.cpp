@@ -254,8 +254,6 @@ void ShadeStrip(const MaterialTable& material_table, const Setup* setups, const 
 HWY_AFTER_NAMESPACE();
 
 #if HWY_ONCE
-#include "server/trace/texture.h"
-
 namespace gonio::lighting {
 
 HWY_EXPORT(Project);
@@ -279,15 +277,12 @@ struct Frustum {
             planes[i] = glm::dot(n, inside) < 0.0f ? -n : n;
         }
     }
-    bool meets(const Cluster& cluster) const {
+    // Whether a cluster may be seen: it is inside, and not all of it faces away.
+    bool shows(const Cluster& cluster) const {
         const glm::vec3 to = cluster.centre - eye;
         for (const glm::vec3& plane : planes) {
             if (glm::dot(plane, to) < -cluster.radius) return false;
         }
-        return true;
-    }
-    bool sees_front(const Cluster& cluster) const {
-        const glm::vec3 to = cluster.centre - eye;
         return !cluster.one_sided ||
                glm::dot(to, cluster.axis) < cluster.cone_cutoff * glm::length(to) + cluster.radius;
     }
@@ -340,15 +335,11 @@ bool set_up(const OnScreen& screen, const std::array<std::uint8_t, 3>& corner, b
 
 bool is_hole(const MaterialTable& material_table, std::uint32_t triangle, float corner1, float corner2) {
     const Material& material = material_table.asset->materials[material_table.triangles[triangle].material];
-    float alpha = material.base_color.a;
-    if (material.base_color_image >= 0) {
-        const MaterialTable::Place& place = material_table.places[triangle];
-        const glm::vec2 uv = (1.0f - corner1 - corner2) * place.uv[0] + corner1 * place.uv[1] + corner2 * place.uv[2];
-        alpha *= trace::sample(material_table.asset->images[static_cast<std::size_t>(material.base_color_image)], uv,
-                               material.repeat_s, material.repeat_t)
-                     .a;
-    }
-    return alpha < material.alpha_cutoff;
+    if (material.base_color_image < 0) return material.base_color.a < material.alpha_cutoff;
+    const glm::vec2* uv = material_table.places[triangle].uv;
+    return trace::textured(*material_table.asset, material, material.base_color, material.base_color_image,
+                           (1.0f - corner1 - corner2) * uv[0] + corner1 * uv[1] + corner2 * uv[2])
+               .a < material.alpha_cutoff;
 }
 
 unsigned draw_gbuffer(const Clusters& clusters, const MaterialTable& material_table, bool emissive, GBuffer& gbuffer,
@@ -379,7 +370,7 @@ unsigned draw_gbuffer(const Clusters& clusters, const MaterialTable& material_ta
         OnScreen screen;
         std::uint32_t place = clusters.clusters[first].first_triangle;
         for (const Cluster& cluster : std::span(clusters.clusters).subspan(first, count)) {
-            if (!frustum.meets(cluster) || !frustum.sees_front(cluster)) continue;
+            if (!frustum.shows(cluster)) continue;
             ++drawn;
             HWY_DYNAMIC_DISPATCH(Project)
             (screen_from_local, rays.eye, cluster.vertices, clusters, cluster.first_vertex, rays.near_m, screen);
@@ -399,16 +390,16 @@ unsigned draw_gbuffer(const Clusters& clusters, const MaterialTable& material_ta
     const unsigned drawn =
         pool.reduce_chunks(clusters.clusters.size(), kClustersPerChunk, 0u, set_up_some, std::plus<>());
     pool.run(static_cast<int>(strips), [&](int job) {
-        Strip strip;
-        strip.first_row = job * kStripRows;
-        strip.rows = std::min(kStripRows, height - strip.first_row);
-        strip.row_length = static_cast<std::ptrdiff_t>(gbuffer.row_length);
-        const std::ptrdiff_t at = strip.first_row * strip.row_length;
-        strip.depth = gbuffer.depth.data() + at;
-        strip.nearest = raster.nearest.data() + at;
-        strip.normal = gbuffer.normal.data() + at;
-        strip.albedo = raster.albedo.data() + 4 * at;
-        strip.emission = emissive ? raster.emission.data() + 4 * at : nullptr;
+        const int first_row = job * kStripRows;
+        const auto row_length = static_cast<std::ptrdiff_t>(gbuffer.row_length), at = first_row * row_length;
+        const Strip strip{first_row,
+                          std::min(kStripRows, height - first_row),
+                          row_length,
+                          gbuffer.depth.data() + at,
+                          raster.nearest.data() + at,
+                          gbuffer.normal.data() + at,
+                          raster.albedo.data() + 4 * at,
+                          emissive ? raster.emission.data() + 4 * at : nullptr};
         const auto count = static_cast<std::size_t>(strip.rows * strip.row_length);
         std::fill_n(strip.depth, count, 0.0f);
         std::fill_n(strip.nearest, count, 0u);

@@ -44,7 +44,10 @@ struct Geometry::Embree {
         const auto* part = static_cast<const Part*>(args->geometryUserPtr);
         const auto* context = reinterpret_cast<const Context*>(args->context);
         for (unsigned i = 0; i < args->N; ++i) {
-            if (args->valid[i] == -1 && !stops(*part, *context, *args, i)) args->valid[i] = 0;
+            const auto triangle = static_cast<int>(RTCHitN_primID(args->hit, args->N, i));
+            if (args->valid[i] == -1 && context->geometry->is_hole(*part, triangle, RTCHitN_u(args->hit, args->N, i),
+                                                                   RTCHitN_v(args->hit, args->N, i)))
+                args->valid[i] = 0;
         }
     }
     // For viewers: turns down hits on the backs of single-sided surfaces.
@@ -59,10 +62,6 @@ struct Geometry::Embree {
             if (glm::dot(d, n) > 0.0f) args->valid[i] = 0;
         }
     }
-    static bool stops(const Part& part, const Context& context, const RTCFilterFunctionNArguments& args, unsigned i) {
-        return !context.geometry->is_hole(part, static_cast<int>(RTCHitN_primID(args.hit, args.N, i)),
-                                          RTCHitN_u(args.hit, args.N, i), RTCHitN_v(args.hit, args.N, i));
-    }
 };
 
 Geometry::Geometry(std::shared_ptr<const SceneAsset> asset) : asset_(std::move(asset)), embree_(new Embree) {
@@ -76,11 +75,6 @@ Geometry::Geometry(std::shared_ptr<const SceneAsset> asset) : asset_(std::move(a
         Part& part = parts_[i];
         part.mesh = &asset_->meshes[static_cast<std::size_t>(instance.mesh)];
         part.material = &asset_->materials[static_cast<std::size_t>(part.mesh->material)];
-        const auto image = [&](int index) {
-            return index < 0 ? nullptr : &asset_->images[static_cast<std::size_t>(index)];
-        };
-        part.base_color = image(part.material->base_color_image);
-        part.emissive = image(part.material->emissive_image);
         const glm::dmat3 turn(instance.world_from_mesh);
         // The cofactor matrix carries normals also where the transform is singular.
         const glm::dmat3 cofactor(glm::cross(turn[1], turn[2]), glm::cross(turn[2], turn[0]),
@@ -134,13 +128,18 @@ glm::vec2 Geometry::uv_at(const Part& part, int triangle, float u, float v) cons
     return (1.0f - u - v) * vertices[index[0]].uv + u * vertices[index[1]].uv + v * vertices[index[2]].uv;
 }
 
+glm::vec4 textured(const SceneAsset& asset, const Material& material, glm::vec4 color, int image, glm::vec2 uv) {
+    if (image < 0) return color;
+    return color * sample(asset.images[static_cast<std::size_t>(image)], uv, material.repeat_s, material.repeat_t);
+}
+
+glm::vec4 Geometry::base_color_at(const Part& part, int triangle, float u, float v) const {
+    const Material& material = *part.material;
+    return textured(*asset_, material, material.base_color, material.base_color_image, uv_at(part, triangle, u, v));
+}
+
 bool Geometry::is_hole(const Part& part, int triangle, float u, float v) const {
-    if (!part.material->alpha_mask) return false;
-    float alpha = part.material->base_color.a;
-    if (part.base_color != nullptr)
-        alpha *=
-            sample(*part.base_color, uv_at(part, triangle, u, v), part.material->repeat_s, part.material->repeat_t).a;
-    return alpha < part.material->alpha_cutoff;
+    return part.material->alpha_mask && base_color_at(part, triangle, u, v).a < part.material->alpha_cutoff;
 }
 
 // What names a place, and what is asked of it: seven numbers.
@@ -159,10 +158,20 @@ bool Geometry::surface_at(int instance, int triangle, float u, float v, bool fro
 
 glm::vec3 Geometry::emission_at(int instance, int triangle, float u, float v) const {
     const Part& part = parts_[static_cast<std::size_t>(instance)];
-    const glm::vec3 own = part.material->emissive_nit;
-    if (part.emissive == nullptr || own == glm::vec3(0.0f)) return own;
-    return own * glm::vec3(sample(*part.emissive, uv_at(part, triangle, u, v), part.material->repeat_s,
-                                  part.material->repeat_t));
+    const Material& material = *part.material;
+    if (material.emissive_nit == glm::vec3(0.0f)) return material.emissive_nit;
+    return glm::vec3(textured(*asset_, material, glm::vec4(material.emissive_nit, 1.0f), material.emissive_image,
+                              uv_at(part, triangle, u, v)));
+}
+
+static RTCRay ray_of(const glm::vec3& from, const glm::vec3& along, float near, float far) {
+    RTCRay ray{};
+    ray.org_x = from.x, ray.org_y = from.y, ray.org_z = from.z;
+    ray.dir_x = along.x, ray.dir_y = along.y, ray.dir_z = along.z;
+    ray.tnear = near;
+    ray.tfar = far;
+    ray.mask = ~0u;
+    return ray;
 }
 
 bool Geometry::closest(const glm::vec3& from, const glm::vec3& direction, float near, bool for_viewer,
@@ -170,11 +179,7 @@ bool Geometry::closest(const glm::vec3& from, const glm::vec3& direction, float 
     Embree::Context context(*this);
     if (for_viewer) context.base.filter = Embree::front_filter;
     RTCRayHit query{};
-    query.ray.org_x = from.x, query.ray.org_y = from.y, query.ray.org_z = from.z;
-    query.ray.dir_x = direction.x, query.ray.dir_y = direction.y, query.ray.dir_z = direction.z;
-    query.ray.tnear = near;
-    query.ray.tfar = std::numeric_limits<float>::infinity();
-    query.ray.mask = ~0u;
+    query.ray = ray_of(from, direction, near, std::numeric_limits<float>::infinity());
     query.hit.geomID = RTC_INVALID_GEOMETRY_ID;
     query.hit.instID[0] = RTC_INVALID_GEOMETRY_ID;
     rtcIntersect1(embree_->scene, &context.base, &query);
@@ -214,11 +219,7 @@ SurfaceHit Geometry::surface(unsigned instance, unsigned triangle, float hit_u, 
     hit.normal = length2 > 1e-30f ? smooth * (1.0f / std::sqrt(length2)) : hit.geometric;
     if (glm::dot(hit.normal, hit.geometric) < 0.0f) hit.normal = -hit.normal;
     if (!colours) return hit;
-    hit.albedo = glm::vec3(part.material->base_color);
-    if (part.base_color != nullptr) {
-        hit.albedo *= glm::vec3(sample(*part.base_color, uv_at(part, hit.triangle, u, v), part.material->repeat_s,
-                                       part.material->repeat_t));
-    }
+    hit.albedo = glm::vec3(base_color_at(part, hit.triangle, u, v));
     hit.emission =
         from_front || part.material->double_sided ? emission_at(hit.instance, hit.triangle, u, v) : glm::vec3(0.0f);
     return hit;
@@ -226,13 +227,7 @@ SurfaceHit Geometry::surface(unsigned instance, unsigned triangle, float hit_u, 
 
 bool Geometry::occluded(const glm::vec3& from, const glm::vec3& to) const {
     Embree::Context context(*this);
-    const glm::vec3 d = to - from;
-    RTCRay ray{};
-    ray.org_x = from.x, ray.org_y = from.y, ray.org_z = from.z;
-    ray.dir_x = d.x, ray.dir_y = d.y, ray.dir_z = d.z;
-    ray.tnear = 0.0f;
-    ray.tfar = 1.0f - 1e-5f;  // a luminaire mounted on a surface is not hidden by it
-    ray.mask = ~0u;
+    RTCRay ray = ray_of(from, to - from, 0.0f, 1.0f - 1e-5f);  // a luminaire mounted on a surface is not hidden by it
     rtcOccluded1(embree_->scene, &context.base, &ray);
     return ray.tfar < 0.0f;
 }

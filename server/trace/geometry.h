@@ -6,20 +6,25 @@
 #include <glm/glm.hpp>
 #include <limits>
 #include <memory>
+#include <span>
 #include <vector>
 
 #include "server/scene/scene.h"
 
 namespace gonio::trace {
 
-// What a ray met. Normals are unit length and turned to the side that the ray came from.
-struct SurfaceHit {
+// A place on one side of a surface.
+struct Place {
     glm::vec3 position{0.0f};   // local, m
-    glm::vec3 normal{0.0f};     // shading
-    glm::vec3 geometric{0.0f};  // the triangle's own
-    glm::vec3 albedo{0.0f};     // linear reflectance 0..1
-    glm::vec3 emission{0.0f};   // cd/m² towards the ray's origin
-    float distance = 0.0f;      // m
+    glm::vec3 normal{0.0f};     // shading, unit
+    glm::vec3 geometric{0.0f};  // the triangle's own, unit
+};
+
+// What a ray met. Normals are turned to the side that the ray came from.
+struct SurfaceHit : Place {
+    glm::vec3 albedo{0.0f};    // linear reflectance 0..1
+    glm::vec3 emission{0.0f};  // cd/m² towards the ray's origin
+    float distance = 0.0f;     // m
     int instance = 0, triangle = 0;
 };
 
@@ -79,6 +84,11 @@ public:
     bool surface_at(int instance, int triangle, float u, float v, bool front, SurfaceHit& hit,
                     bool colours = true) const;
 
+    // Corners of an instance's triangles by its mesh's indices, local, m.
+    std::span<const glm::vec3> positions(int instance) const {
+        const Part& part = parts_[static_cast<std::size_t>(instance)];
+        return std::span(part.positions).first(part.mesh->vertices.size());
+    }
     // A triangle's corners, local, m.
     std::array<glm::vec3, 3> corners(int instance, int triangle) const;
     // Result: emission of the front at barycentric (u, v), cd/m².
@@ -89,14 +99,13 @@ private:
     struct Part {  // an instance: user data of its Embree geometry
         const Mesh* mesh = nullptr;
         const Material* material = nullptr;
-        const Image* base_color = nullptr;
-        const Image* emissive = nullptr;
         glm::mat3 normal_from_mesh{1.0f};
         std::vector<glm::vec3> positions;  // local, m; shared with Embree
     };
     friend struct Embree;
     SurfaceHit surface(unsigned instance, unsigned triangle, float u, float v, glm::vec3 geometric,
                        const glm::vec3& direction, bool colours) const;
+    glm::vec4 base_color_at(const Part& part, int triangle, float u, float v) const;
     bool is_hole(const Part& part, int triangle, float u, float v) const;
     glm::vec2 uv_at(const Part& part, int triangle, float u, float v) const;
 
@@ -106,6 +115,9 @@ private:
     std::vector<Part> parts_;
     std::unique_ptr<Embree> embree_;
 };
+
+// Result: color × an image of the asset (-1: none) at uv, as the material repeats it.
+glm::vec4 textured(const SceneAsset& asset, const Material& material, glm::vec4 color, int image, glm::vec2 uv);
 
 // Result: the scene's own, or one that is made now, which takes long.
 std::shared_ptr<const Geometry> geometry_of(const Scene& scene);

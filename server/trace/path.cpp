@@ -12,11 +12,11 @@ constexpr float kPi = std::numbers::pi_v<float>;
 // it ends.
 constexpr float kMaxSurvival = 0.995f;
 
-// Where a luminaire's light comes from, for one decision: its own place, or a point of its opening.
-glm::dvec3 source_point(const Luminaire& luminaire, bool openings, Sample& sample) {
-    if (!openings || luminaire.opening.shape == ies::OpeningShape::point) return luminaire.position;
-    const glm::vec2 first = sample.next();
-    return luminaire.point(first, sample.next());
+// Where a luminaire's light comes from, for one decision: its own place, or a point that is drawn on its opening.
+glm::dvec3 source_point(const Luminaire& luminaire, Sample* openings) {
+    if (openings == nullptr || luminaire.opening.shape == ies::OpeningShape::point) return luminaire.position;
+    const glm::vec2 first = openings->next();
+    return luminaire.point(first, openings->next());
 }
 
 // Result: unoccluded illuminance from a luminaire that emits from `source`, lux rgb; distance and direction with it.
@@ -60,10 +60,16 @@ struct Choice {
     std::size_t index = 0;
     double probability = 1.0;
 };
+// weights: of each. Result: their sum.
+double weigh(const World& world, const Receiver& at, double* weights) {
+    double total = 0.0;
+    for (std::size_t i = 0; i < world.luminaires.size(); ++i) total += weights[i] = importance(world.luminaires[i], at);
+    return total;
+}
 Choice choose(const World& world, const Receiver& at, double random) {
     if (world.luminaires.size() == 1) return {};
-    double weights[kMaxLights], total = 0.0;
-    for (std::size_t i = 0; i < world.luminaires.size(); ++i) total += weights[i] = importance(world.luminaires[i], at);
+    double weights[kMaxLights];
+    const double total = weigh(world, at, weights);
     double left = random * total;
     for (std::size_t i = 0; i < world.luminaires.size(); ++i) {
         left -= weights[i];
@@ -73,13 +79,9 @@ Choice choose(const World& world, const Receiver& at, double random) {
 }
 double probability(const World& world, const Receiver& at, std::size_t index) {
     if (world.luminaires.size() == 1) return 1.0;
-    double total = 0.0, own = 0.0;
-    for (std::size_t i = 0; i < world.luminaires.size(); ++i) {
-        const double weight = importance(world.luminaires[i], at);
-        total += weight;
-        if (i == index) own = weight;
-    }
-    return own / total;
+    double weights[kMaxLights];
+    const double total = weigh(world, at, weights);
+    return weights[index] / total;
 }
 
 // Density per m² at which a luminaire's rays meet a surface point, and of the choice of that luminaire.
@@ -89,19 +91,6 @@ double light_density(const World& world, std::size_t index, const Luminaire& lum
     const double chosen = (world.running[index + 1] - world.running[index]) / world.running.back();
     const double cosine = std::max(0.0, -glm::dot(arrival.from_source, glm::dvec3(at.geometric)));
     return chosen * luminaire.directions->density(in_luminaire) * cosine / (arrival.distance * arrival.distance);
-}
-
-// Direct illuminance from all luminaires, each emitting from source_of(luminaire), lux rgb.
-template <typename SourceOf>
-glm::vec3 direct_from(const World& world, const Receiver& receiver, const SourceOf& source_of) {
-    glm::vec3 sum(0.0f);
-    for (const Luminaire& luminaire : world.luminaires) {
-        const glm::dvec3 source = source_of(luminaire);
-        const Arrival arrival = arrive(luminaire, source, receiver);
-        if (arrival.illuminance == glm::vec3(0.0f)) continue;
-        if (!world.geometry->occluded(receiver.from, glm::vec3(source))) sum += arrival.illuminance;
-    }
-    return sum;
 }
 
 // Emission of a point drawn on the emitters, seen from x; weighted against meeting it by a cosine-distributed ray.
@@ -127,22 +116,26 @@ glm::vec3 emitters_at(const World& world, const Receiver& x, Sample& sample) {
 
 }  // namespace
 
-Receiver receiver_of(const Geometry& geometry, const SurfaceHit& hit) {
-    return {hit.position, hit.position + hit.geometric * geometry.step_off(hit.position), hit.normal, hit.geometric};
+Receiver receiver_of(const Geometry& geometry, const Place& place) {
+    const auto& [position, normal, geometric] = place;
+    return {position, position + geometric * geometry.step_off(position), normal, geometric};
 }
 
-glm::vec3 luminaires_direct(const World& world, const Receiver& receiver) {
-    return direct_from(world, receiver, [](const Luminaire& luminaire) { return luminaire.position; });
-}
-
-glm::vec3 openings_direct(const World& world, const Receiver& receiver, Sample& sample) {
-    return direct_from(world, receiver,
-                       [&](const Luminaire& luminaire) { return source_point(luminaire, true, sample); });
+glm::vec3 luminaires_direct(const World& world, const Receiver& receiver, Sample* openings) {
+    glm::vec3 sum(0.0f);
+    for (const Luminaire& luminaire : world.luminaires) {
+        const glm::dvec3 source = source_point(luminaire, openings);
+        const Arrival arrival = arrive(luminaire, source, receiver);
+        if (arrival.illuminance == glm::vec3(0.0f)) continue;
+        if (!world.geometry->occluded(receiver.from, glm::vec3(source))) sum += arrival.illuminance;
+    }
+    return sum;
 }
 
 // One loop over a path's vertices: cut up it would pass its throughput, densities and sample around.
 PathLight trace_path(const World& world, Receiver x, int bounces, bool openings, Sample& sample) {
     const Geometry& geometry = *world.geometry;
+    Sample* const drawn_on = openings ? &sample : nullptr;
     PathLight light;
     glm::vec3 throughput(1.0f);
     for (int k = 0;; ++k) {
@@ -157,7 +150,7 @@ PathLight trace_path(const World& world, Receiver x, int bounces, bool openings,
             const glm::vec2 choice = sample.next();
             const std::size_t index = pick(world.running, static_cast<double>(choice.x));
             const Luminaire& luminaire = world.luminaires[index];
-            const glm::dvec3 source = source_point(luminaire, openings, sample);
+            const glm::dvec3 source = source_point(luminaire, drawn_on);
             double density = 0.0;
             const glm::dvec3 emitted = luminaire.world_from_light * luminaire.directions->draw(sample.next(), density);
             SurfaceHit z;
@@ -199,7 +192,7 @@ PathLight trace_path(const World& world, Receiver x, int bounces, bool openings,
         if (lit && y.distance > 0.0f) {
             const Choice choice = choose(world, at_y, static_cast<double>(sample.next().x));
             const Luminaire& luminaire = world.luminaires[choice.index];
-            const glm::dvec3 source = source_point(luminaire, openings, sample);
+            const glm::dvec3 source = source_point(luminaire, drawn_on);
             const Arrival arrival = arrive(luminaire, source, at_y);
             if (arrival.illuminance != glm::vec3(0.0f) && !geometry.occluded(at_y.from, glm::vec3(source))) {
                 const double by_light = light_density(world, choice.index, luminaire, arrival, at_y);

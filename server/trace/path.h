@@ -5,7 +5,7 @@
 #include <glm/glm.hpp>
 
 #include "server/trace/sampler.h"
-#include "server/trace/world.h"
+#include "server/trace/sources.h"
 
 namespace gonio::trace {
 
@@ -16,12 +16,11 @@ struct Receiver {
     glm::vec3 normal{0.0f};     // unit: cosines are taken with it
     glm::vec3 geometric{0.0f};  // unit: light from behind it is stopped
 };
-Receiver receiver_of(const Geometry& geometry, const SurfaceHit& hit);
+Receiver receiver_of(const Geometry& geometry, const Place& place);
 
-// Result: direct illuminance from all luminaires as points, lux, rgb: exact.
-glm::vec3 luminaires_direct(const World& world, const Receiver& receiver);
-// Result: the same with one point drawn on each luminous opening.
-glm::vec3 openings_direct(const World& world, const Receiver& receiver, Sample& sample);
+// Result: direct illuminance from all luminaires, lux, rgb: from one point that openings draws on each luminous
+// opening; null: of luminaires as points, exact.
+glm::vec3 luminaires_direct(const World& world, const Receiver& receiver, Sample* openings);
 
 struct PathLight {
     glm::vec3 direct{0.0f};    // from emissive surfaces, lux

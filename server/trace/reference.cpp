@@ -46,26 +46,6 @@ bool parallel(int count, const Settings& settings, const std::stop_token& stop, 
     return done == count;
 }
 
-}  // namespace
-
-std::shared_ptr<const World> make_world(const Scene& scene, const World* previous) {
-    auto world = std::make_shared<World>();
-    if (previous != nullptr && &previous->geometry->asset() == scene.asset.get()) {
-        world->geometry = previous->geometry;
-        world->emitters = previous->emitters;
-    } else {
-        world->geometry = geometry_of(scene);
-        world->emitters = emitters_of(*world->geometry);
-    }
-    world->luminaires = luminaires_of(scene, *world->geometry);
-    world->running.push_back(0.0);
-    for (const Luminaire& luminaire : world->luminaires)
-        world->running.push_back(world->running.back() + static_cast<double>(luminaire.power));
-    return world;
-}
-
-namespace {
-
 struct Stream {
     glm::dvec3 direct{0.0}, indirect{0.0};  // sums, lux
 };
@@ -105,21 +85,35 @@ Reading reading_of(const Measured& point) {
 
 }  // namespace
 
+std::shared_ptr<const World> make_world(const Scene& scene, const World* previous) {
+    auto world = std::make_shared<World>();
+    if (previous != nullptr && &previous->geometry->asset() == scene.asset.get()) {
+        world->geometry = previous->geometry;
+        world->emitters = previous->emitters;
+    } else {
+        world->geometry = geometry_of(scene);
+        world->emitters = emitters_of(*world->geometry);
+    }
+    world->luminaires = luminaires_of(scene, *world->geometry);
+    world->running.push_back(0.0);
+    for (const Luminaire& luminaire : world->luminaires)
+        world->running.push_back(world->running.back() + static_cast<double>(luminaire.power));
+    return world;
+}
+
 // One loop of rounds: cut up it would pass points, units and sums around.
 std::vector<Reading> measure(const World& world, std::span<const MeterPoint> points, const Settings& settings,
                              std::stop_token stop) {
-    const bool sampled_direct = settings.openings;
     const bool needs_paths = settings.bounces != 0 || !world.emitters.empty();
     std::vector<Measured> all(points.size());
-    const auto start = [&](int i) {
+    parallel(static_cast<int>(all.size()), settings, stop, [&](int i) {
         Measured& point = all[static_cast<std::size_t>(i)];
         const MeterPoint& meter = points[static_cast<std::size_t>(i)];
-        const glm::vec3 position = world.geometry->local(meter.position), normal(meter.normal);
-        point.receiver = {position, position + normal * world.geometry->step_off(position), normal, normal};
-        if (!sampled_direct) point.exact = glm::dvec3(luminaires_direct(world, point.receiver));
-        point.done = !needs_paths && !sampled_direct;
-    };
-    parallel(static_cast<int>(all.size()), settings, stop, start);
+        const glm::vec3 normal(meter.normal);
+        point.receiver = receiver_of(*world.geometry, {world.geometry->local(meter.position), normal, normal});
+        if (!settings.openings) point.exact = glm::dvec3(luminaires_direct(world, point.receiver, nullptr));
+        point.done = !needs_paths && !settings.openings;
+    });
 
     // Rounds of 64, 64, 128, 256, … samples a stream, until every point has the noise that was asked for.
     std::vector<int> units;
@@ -145,7 +139,7 @@ std::vector<Reading> measure(const World& world, std::span<const MeterPoint> poi
                 mix_bits(mix_bits(settings.seed, static_cast<std::uint32_t>(i)), static_cast<std::uint32_t>(s));
             for (std::uint32_t n = 0; n < round; ++n) {
                 Sample sample(seed, point.samples + n);
-                if (sampled_direct) sum.direct += glm::dvec3(openings_direct(world, point.receiver, sample));
+                if (settings.openings) sum.direct += glm::dvec3(luminaires_direct(world, point.receiver, &sample));
                 if (needs_paths) {
                     const PathLight light =
                         trace_path(world, point.receiver, settings.bounces, settings.openings, sample);
@@ -209,7 +203,7 @@ struct Picture::Data {
         pixel.receiver = receiver_of(*world->geometry, hit);
         pixel.albedo = hit.albedo;
         pixel.emission = hit.emission;
-        if (shows_direct() && !settings.openings) pixel.direct = luminaires_direct(*world, pixel.receiver);
+        if (shows_direct() && !settings.openings) pixel.direct = luminaires_direct(*world, pixel.receiver, nullptr);
         return pixel;
     }
     bool shows_direct() const {
@@ -217,6 +211,9 @@ struct Picture::Data {
     }
     bool shows_indirect() const {
         return request.quantity != Quantity::irradiance_direct && request.quantity != Quantity::radiance_direct;
+    }
+    bool needs_paths() const {
+        return (shows_indirect() && settings.bounces != 0) || (shows_direct() && !world->emitters.empty());
     }
 
     void add_pass(int x, int y, std::uint32_t pass) {
@@ -235,8 +232,8 @@ struct Picture::Data {
         if (!pixel.hit) return;
         ++hits[at];
         glm::vec3 lx = shows_direct() ? pixel.direct : glm::vec3(0.0f);
-        if (shows_direct() && settings.openings) lx += openings_direct(*world, pixel.receiver, sample);
-        if ((shows_indirect() && settings.bounces != 0) || (shows_direct() && !world->emitters.empty())) {
+        if (shows_direct() && settings.openings) lx += luminaires_direct(*world, pixel.receiver, &sample);
+        if (needs_paths()) {
             const PathLight path =
                 trace_path(*world, pixel.receiver, shows_indirect() ? settings.bounces : 0, settings.openings, sample);
             if (shows_direct()) lx += path.direct;
@@ -290,15 +287,9 @@ Picture::Picture(std::shared_ptr<const World> world, const PictureRequest& reque
     d.streams.resize(pixels * kPixelStreams);
     d.hits.resize(pixels);
     d.row_passes.resize(static_cast<std::size_t>(request.height_px));
-    const bool paths =
-        (d.shows_indirect() && settings.bounces != 0) || (d.shows_direct() && !d.world->emitters.empty());
-    d.exact = !request.antialias && !paths && !(d.shows_direct() && settings.openings);
+    d.exact = !request.antialias && !d.needs_paths() && !(d.shows_direct() && settings.openings);
 }
 Picture::~Picture() = default;
-
-Progress Picture::progress() const {
-    return data_->progress;
-}
 
 Progress Picture::refine(double seconds, std::stop_token stop) {
     Data& d = *data_;
@@ -342,15 +333,6 @@ std::vector<float> Picture::values() const {
             result[at * 4 + static_cast<std::size_t>(k)] = static_cast<float>(d.sum[at][k] / passes);
         result[at * 4 + 3] = static_cast<float>(static_cast<double>(d.hits[at]) / passes);
     }
-    return result;
-}
-
-std::vector<float> Picture::variance() const {
-    const Data& d = *data_;
-    std::vector<float> result(d.sum.size());
-    const std::uint32_t passes = d.progress.passes;
-    if (passes < kPixelStreams || d.exact) return result;
-    for (std::size_t at = 0; at < d.sum.size(); ++at) result[at] = static_cast<float>(d.pixel_variance(at, passes));
     return result;
 }
 

@@ -84,12 +84,8 @@ public:
     // Renders passes for about this long, at least one; returns early when complete or stopped (a pass that a stop
     // cuts short does not count).
     Progress refine(double seconds, std::stop_token stop = {});
-    Progress progress() const;
     // Result: width·height·4 floats, rows from the top: the mean so far and 1 where there is a surface.
     std::vector<float> values() const;
-    // Result: estimated variance of the luminance of each pixel's mean, in the quantity's unit squared; 0 before 8
-    // passes.
-    std::vector<float> variance() const;
 
 private:
     struct Data;

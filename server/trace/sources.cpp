@@ -10,10 +10,9 @@ namespace gonio::trace {
 
 glm::dvec3 Luminaire::point(glm::vec2 random, glm::vec2 more) const {
     const double x = opening.length.in(m), y = opening.width.in(m), z = opening.height.in(m);
-    const double a = static_cast<double>(random.x) - 0.5, b = static_cast<double>(random.y) - 0.5;
-    const double turn = 2.0 * std::numbers::pi * static_cast<double>(random.y),
-                 root = 0.5 * std::sqrt(static_cast<double>(random.x));
-    const double c = static_cast<double>(more.x) - 0.5;
+    const glm::dvec2 first(random), second(more);
+    const double a = first.x - 0.5, b = first.y - 0.5, c = second.x - 0.5;
+    const double turn = 2.0 * std::numbers::pi * first.y, root = 0.5 * std::sqrt(first.x);
     glm::dvec3 p(0.0);
     using Shape = ies::OpeningShape;
     switch (opening.shape) {
@@ -24,7 +23,7 @@ glm::dvec3 Luminaire::point(glm::vec2 random, glm::vec2 more) const {
             break;
         case Shape::box: {  // bottom and the four sides, by area
             const double areas[] = {x * y, x * z, x * z, y * z, y * z};
-            double pick = static_cast<double>(more.x) * (areas[0] + 2.0 * areas[1] + 2.0 * areas[3]);
+            double pick = second.x * (areas[0] + 2.0 * areas[1] + 2.0 * areas[3]);
             int face = 0;
             while (face < 4 && pick > areas[face]) pick -= areas[face++];
             p = face == 0   ? glm::dvec3(a * x, b * y, -0.5 * z)
@@ -39,8 +38,7 @@ glm::dvec3 Luminaire::point(glm::vec2 random, glm::vec2 more) const {
             p = {0.5 * x * std::cos(turn), 0.5 * y * std::sin(turn), c * z};
             break;
         case Shape::ellipsoid: {
-            const double height = 1.0 - 2.0 * static_cast<double>(random.x),
-                         radius = std::sqrt(std::max(0.0, 1.0 - height * height));
+            const double height = 1.0 - 2.0 * first.x, radius = std::sqrt(std::max(0.0, 1.0 - height * height));
             p = 0.5 * glm::dvec3(x * radius * std::cos(turn), y * radius * std::sin(turn), z * height);
             break;
         }

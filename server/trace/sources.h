@@ -1,4 +1,5 @@
-// What emits: luminaires as rays sample them, and emissive triangles. Local coordinates (geometry.h). Any thread.
+// What one scene revision looks like to rays: its surfaces and what emits, luminaires as rays sample them and emissive
+// triangles. Local coordinates (geometry.h). Any thread.
 #pragma once
 
 #include <glm/glm.hpp>
@@ -56,5 +57,12 @@ struct Emitters {
     }
 };
 Emitters emitters_of(const Geometry& geometry);
+
+struct World {
+    std::shared_ptr<const Geometry> geometry;
+    std::vector<Luminaire> luminaires;
+    std::vector<double> running;  // running sums of the luminaires' power; luminaires.size() + 1
+    Emitters emitters;
+};
 
 }  // namespace gonio::trace

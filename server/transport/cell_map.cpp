@@ -10,6 +10,10 @@ constexpr std::uint32_t kUnknown = ~0u, kDivided = 1u << 16;
 constexpr float kUndividedRadii = 0.35f;  // smaller ones are never divided
 constexpr float kCellRadii = 0.7f;        // a cell's edge, of the surfels' radius
 
+float longest_edge(const std::array<glm::vec3, 3>& c) {
+    return std::max({glm::distance(c[0], c[1]), glm::distance(c[1], c[2]), glm::distance(c[2], c[0])});
+}
+
 }  // namespace
 
 CellMap::CellMap(const trace::Geometry& geometry, const Surfels& surfels, std::size_t most_bytes)
@@ -19,11 +23,8 @@ CellMap::CellMap(const trace::Geometry& geometry, const Surfels& surfels, std::s
     for (std::size_t i = 0; i < asset.instances.size(); ++i) {
         first_triangle_.push_back(static_cast<std::uint32_t>(longest.size()));
         const Mesh& mesh = asset.meshes[static_cast<std::size_t>(asset.instances[i].mesh)];
-        for (std::size_t t = 0; t < mesh.indices.size() / 3; ++t) {
-            const auto c = geometry.corners(static_cast<int>(i), static_cast<int>(t));
-            longest.push_back(
-                std::max({glm::distance(c[0], c[1]), glm::distance(c[1], c[2]), glm::distance(c[2], c[0])}));
-        }
+        for (std::size_t t = 0; t < mesh.indices.size() / 3; ++t)
+            longest.push_back(longest_edge(geometry.corners(static_cast<int>(i), static_cast<int>(t))));
     }
     const auto side_of = [](float edge, float cell) -> std::uint32_t {
         return edge > cell && cell > 0.0f ? static_cast<std::uint32_t>(std::min(std::ceil(edge / cell), 4096.0f)) : 1u;
@@ -61,10 +62,9 @@ std::uint16_t CellMap::surfel_at(unsigned instance, unsigned triangle, float u, 
     trace::SurfaceHit hit;
     const auto i = static_cast<int>(instance), t = static_cast<int>(triangle);
     if (!geometry_.surface_at(i, t, u, v, front, hit, false)) return static_cast<std::uint16_t>(surfels_.count);
-    const Surfels::Place place_hit{hit.position, hit.normal, hit.geometric};
     const auto known = static_cast<std::uint16_t>(value);
-    if (known < surfels_.count && surfels_.sees(geometry_, place_hit, known)) return known;
-    return surfels_.visible_from(geometry_, place_hit);
+    if (known < surfels_.count && surfels_.sees(geometry_, hit, known)) return known;
+    return surfels_.visible_from(geometry_, hit);
 }
 
 std::uint32_t CellMap::fill(unsigned instance, unsigned triangle, std::uint32_t cell, std::uint32_t side,
@@ -79,11 +79,9 @@ std::uint32_t CellMap::fill(unsigned instance, unsigned triangle, std::uint32_t 
     if (!geometry_.surface_at(i, t, u0 + middle, v0 + middle, front, hit, false)) {
         return static_cast<std::uint32_t>(surfels_.count) | kDivided;  // a hole in the middle says nothing of the rest
     }
-    const std::uint16_t id = surfels_.visible_from(geometry_, {hit.position, hit.normal, hit.geometric});
+    const std::uint16_t id = surfels_.visible_from(geometry_, hit);
     // A cell much smaller than a surfel stands for itself.
-    const auto c = geometry_.corners(i, t);
-    const float longest = std::max({glm::distance(c[0], c[1]), glm::distance(c[1], c[2]), glm::distance(c[2], c[0])});
-    if (longest * edge < kUndividedRadii * surfels_.radius_m) return id;
+    if (longest_edge(geometry_.corners(i, t)) * edge < kUndividedRadii * surfels_.radius_m) return id;
     // What stands in the cell hides the surfel from one of its corners, or from its middle alone.
     constexpr float kIn = 0.03f;  // of a cell: corners often lie on the edge of the next wall
     const glm::vec2 corners[4] = {
@@ -92,8 +90,8 @@ std::uint32_t CellMap::fill(unsigned instance, unsigned triangle, std::uint32_t 
         trace::SurfaceHit corner;
         if (!geometry_.surface_at(i, t, u0 + corners[k].x * edge, v0 + corners[k].y * edge, front, corner, false))
             continue;
-        const Surfels::Place place{corner.position, corner.normal, corner.geometric};
-        if (id == surfels_.count ? surfels_.visible_from(geometry_, place) != id : !surfels_.sees(geometry_, place, id))
+        if (id == surfels_.count ? surfels_.visible_from(geometry_, corner) != id
+                                 : !surfels_.sees(geometry_, corner, id))
             return id | kDivided;
     }
     return id;

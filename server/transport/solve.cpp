@@ -1,7 +1,6 @@
 #include "server/transport/solve.h"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <cstring>
 #include <functional>
@@ -229,8 +228,7 @@ Brightest brightest_of(const Surfels& surfels, const std::vector<glm::vec4>& sen
         std::sort(result.ids.begin(), result.ids.end());
     }
     for (const std::uint16_t id : result.ids) theirs += static_cast<double>(power[id]);
-    const double x = std::clamp((theirs / std::max(all, 1e-300) - 0.99) / (0.998 - 0.99), 0.0, 1.0);
-    result.narrow = static_cast<float>(x * x * (3.0 - 2.0 * x));
+    result.narrow = static_cast<float>(glm::smoothstep(0.99, 0.998, theirs / std::max(all, 1e-300)));
     return result;
 }
 

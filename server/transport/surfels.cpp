@@ -1,6 +1,7 @@
 #include "server/transport/surfels.h"
 
 #include <algorithm>
+#include <bit>
 #include <cmath>
 #include <limits>
 #include <numbers>
@@ -26,9 +27,7 @@ glm::ivec3 cell_at(const glm::vec3& p, float side_m) {
     return glm::ivec3(glm::floor(p / side_m));
 }
 std::uint32_t power_of_two(std::size_t least) {
-    std::uint32_t size = 1024;
-    while (size < least) size *= 2;
-    return size;
+    return std::max(1024u, std::bit_ceil(static_cast<std::uint32_t>(least)));
 }
 
 // Whether a short ray between two places on surfaces is free, or a path so high above both: on a rounded surface rays
@@ -82,8 +81,8 @@ private:
     std::vector<Some> some_;
 };
 
-struct Candidate {
-    glm::vec3 position, normal, geometric, albedo;
+struct Candidate : trace::Place {
+    glm::vec3 albedo;
 };
 
 // All triangles by the area up to them, so that points are drawn evenly.
@@ -105,7 +104,6 @@ struct Areas {
             }
         }
     }
-    double both_sides_m2() const { return 2.0 * running.back(); }
 };
 
 }  // namespace
@@ -114,7 +112,7 @@ std::uint32_t Surfels::cell_of(const glm::ivec3& cell) const {
     return hash_of(cell) & static_cast<std::uint32_t>(first_.size() - 2);
 }
 
-std::size_t Surfels::near(const Place& at, float radii, std::span<std::uint16_t> found) const {
+std::size_t Surfels::near(const trace::Place& from, float radii, std::span<std::uint16_t> found) const {
     if (count == 0) return 0;
     const float side = kCell * radius_m, reach = radii * radius_m, r2 = radius_m * radius_m;
     struct Found {
@@ -124,19 +122,19 @@ std::size_t Surfels::near(const Place& at, float radii, std::span<std::uint16_t>
     Found best[2 * kNeighbours];
     std::size_t size = 0;
     const std::size_t most = std::min(found.size(), std::size(best));
-    const glm::ivec3 low = cell_at(at.position - reach, side), high = cell_at(at.position + reach, side);
+    const glm::ivec3 low = cell_at(from.position - reach, side), high = cell_at(from.position + reach, side);
     for (glm::ivec3 cell(low); cell.z <= high.z; ++cell.z) {
         for (cell.y = low.y; cell.y <= high.y; ++cell.y) {
             for (cell.x = low.x; cell.x <= high.x; ++cell.x) {
                 const std::uint32_t slot = cell_of(cell);
                 for (std::uint32_t k = first_[slot]; k < first_[slot + 1]; ++k) {
                     const std::uint16_t id = ids_[k];
-                    const glm::vec3 q = position(id), d = q - at.position;
+                    const glm::vec3 q = position(id), d = q - from.position;
                     const float d2 = glm::dot(d, d);
                     if (d2 > reach * reach || cell_at(q, side) != cell) continue;
-                    const float agree = glm::dot(at.normal, normal(id));
-                    if (agree <= 0.0f || glm::dot(at.geometric, geometric[id]) <= 0.0f) continue;
-                    const float off = glm::dot(d, at.normal);
+                    const float agree = glm::dot(from.normal, normal(id));
+                    if (agree <= 0.0f || glm::dot(from.geometric, geometric[id]) <= 0.0f) continue;
+                    const float off = glm::dot(d, from.normal);
                     // Those that agree poorly come after all others.
                     const float distance =
                         d2 + 4.0f * off * off + 2.0f * r2 * (1.0f - agree) + (agree > 0.5f ? 0.0f : 1e3f * r2);
@@ -153,65 +151,66 @@ std::size_t Surfels::near(const Place& at, float radii, std::span<std::uint16_t>
     return size;
 }
 
-bool Surfels::sees(const trace::Geometry& geometry, const Place& at, std::size_t id) const {
+bool Surfels::sees(const trace::Geometry& geometry, const trace::Place& from, std::size_t id) const {
     constexpr float kAbove = 0.5f;  // radii
-    return in_sight(geometry, at.position, at.geometric, position(id), geometric[id], kAbove * radius_m);
+    return in_sight(geometry, from.position, from.geometric, position(id), geometric[id], kAbove * radius_m);
 }
 
-std::uint16_t Surfels::visible_from(const trace::Geometry& geometry, const Place& at) const {
+std::uint16_t Surfels::visible_from(const trace::Geometry& geometry, const trace::Place& from) const {
     std::uint16_t found[8];
     for (const float radii : {kNear, kReach}) {
-        const std::size_t size = near(at, radii, found);
+        const std::size_t size = near(from, radii, found);
         for (std::size_t i = 0; i < size; ++i) {
-            if (sees(geometry, at, found[i])) return found[i];
+            if (sees(geometry, from, found[i])) return found[i];
         }
     }
     return static_cast<std::uint16_t>(count);
 }
 
-class Placement {
-public:
-    Placement(const trace::Geometry& geometry, std::span<const glm::vec3> seeds, const SurfelSettings& settings,
-              Pool& pool, const std::function<bool()>& stopped)
-        : geometry_(geometry), seeds_(seeds), settings_(settings), pool_(pool), stopped_(stopped), areas_(geometry) {}
+struct Placement {
+    const trace::Geometry& geometry;
+    std::span<const glm::vec3> seeds;
+    const SurfelSettings& settings;
+    Pool& pool;
+    const std::function<bool()>& stopped;
+    const Areas areas{geometry};
 
     Surfels run() {
         Surfels surfels;
-        const double all_m2 = areas_.both_sides_m2();
-        if (!(all_m2 > 0.0) || seeds_.empty()) return surfels;
+        const double all_m2 = 2.0 * areas.running.back();  // of both sides
+        if (!(all_m2 > 0.0) || seeds.empty()) return surfels;
         const auto wanted = [&](double m2) {
-            return std::clamp(m2 / (settings_.spacing_m * settings_.spacing_m), static_cast<double>(settings_.least),
-                              static_cast<double>(settings_.most));
+            return std::clamp(m2 / (settings.spacing_m * settings.spacing_m), static_cast<double>(settings.least),
+                              static_cast<double>(settings.most));
         };
         // Half of all sides are inside walls and things, about.
         const double guess = wanted(0.5 * all_m2);
         Reached reached(3.0f * static_cast<float>(std::sqrt(0.5 * all_m2 / guess)), static_cast<std::size_t>(guess));
         walk(reached);
-        if (stopped_()) return {};
+        if (stopped()) return {};
         // A first, sparse set says how much of the area is reached.
         const std::vector<Candidate> few = candidates(static_cast<std::size_t>(2.0 * guess), 0x51ed270bu, reached);
         const double reached_m2 = all_m2 * static_cast<double>(few.size()) / (2.0 * guess);
         const double count = wanted(reached_m2);
-        if (few.empty() || stopped_()) return {};
+        if (few.empty() || stopped()) return {};
         surfels.radius_m = kDartRadius * static_cast<float>(std::sqrt(reached_m2 / count));
         const auto tried = static_cast<std::size_t>(kCandidates * count * all_m2 / std::max(reached_m2, 1e-3 * all_m2));
         const std::vector<Candidate> all = candidates(tried, 0x2545f491u, reached);
-        if (stopped_()) return {};
+        if (stopped()) return {};
         throw_darts(all, surfels);
         make_grid(surfels);
         collect(all, all_m2 / static_cast<double>(tried), surfels);
-        if (stopped_()) return {};
+        if (stopped()) return {};
         find_neighbours(surfels);
         return surfels;
     }
 
-private:
     // Diffuse random walks from the seeds.
     void walk(Reached& reached) {
         constexpr int kPackets = kPaths / trace::kPacket;
         std::vector<std::vector<std::pair<glm::vec3, glm::vec3>>> met(kPackets);
-        pool_.run(kPackets, [&](int packet) {
-            if (stopped_()) return;
+        pool.run(kPackets, [&](int packet) {
+            if (stopped()) return;
             trace::RayPacket rays;
             trace::SurfaceHit hits[trace::kPacket];
             unsigned active = ~0u >> (32 - trace::kPacket);
@@ -224,16 +223,16 @@ private:
                     if (step == 0) {
                         const float z = 1.0f - 2.0f * random.x, r = std::sqrt(std::max(0.0f, 1.0f - z * z)),
                                     phi = 2.0f * std::numbers::pi_v<float> * random.y;
-                        const glm::vec3 from = seeds_[path % seeds_.size()];
+                        const glm::vec3 from = seeds[path % seeds.size()];
                         const glm::vec3 d(r * std::cos(phi), r * std::sin(phi), z);
-                        rays.set(i, from + d * geometry_.step_off(from), d);
+                        rays.set(i, from + d * geometry.step_off(from), d);
                     } else {
                         const trace::SurfaceHit& at = hits[i];
-                        rays.set(i, at.position + at.geometric * geometry_.step_off(at.position),
+                        rays.set(i, at.position + at.geometric * geometry.step_off(at.position),
                                  trace::around(at.geometric, trace::cosine_hemisphere(random)));
                     }
                 }
-                active &= geometry_.closest(rays, active, hits, false);
+                active &= geometry.closest(rays, active, hits, false);
                 for (int i = 0; i < trace::kPacket; ++i) {
                     if ((active >> i & 1u) != 0)
                         met[static_cast<std::size_t>(packet)].emplace_back(hits[i].position, hits[i].geometric);
@@ -249,26 +248,25 @@ private:
     // reaches. Two pairs of numbers for each, independent of each other.
     std::vector<Candidate> candidates(std::size_t count, std::uint32_t seed, const Reached& reached) {
         constexpr std::size_t kChunk = 1024;
-        const double area = areas_.running.back() / static_cast<double>(count);  // each one's share
+        const double area = areas.running.back() / static_cast<double>(count);  // each one's share
         std::vector<std::vector<Candidate>> found((count + kChunk - 1) / kChunk);
-        pool_.run_chunks(count, kChunk, [&](std::size_t first, std::size_t size) {
-            if (stopped_()) return;
+        pool.run_chunks(count, kChunk, [&](std::size_t first, std::size_t size) {
+            if (stopped()) return;
             std::vector<Candidate>& to = found[first / kChunk];
-            auto above = std::upper_bound(areas_.running.begin() + 1, areas_.running.end() - 1,
-                                          area * static_cast<double>(first));
+            auto above =
+                std::upper_bound(areas.running.begin() + 1, areas.running.end() - 1, area * static_cast<double>(first));
             for (std::size_t i = first; i < first + size; ++i) {
                 const auto index = static_cast<std::uint32_t>(i);
                 trace::Sample sample(seed, index);
                 const glm::vec2 which = sample.next(), where = sample.next();
                 const double at = area * (static_cast<double>(i) + static_cast<double>(which.x));
-                while (*above <= at && above + 1 < areas_.running.end()) ++above;
+                while (*above <= at && above + 1 < areas.running.end()) ++above;
                 const auto [instance, triangle] =
-                    areas_.which[static_cast<std::size_t>(above - areas_.running.begin()) - 1];
+                    areas.which[static_cast<std::size_t>(above - areas.running.begin()) - 1];
                 const float root = std::sqrt(where.x), u = root * (1.0f - where.y), v = root * where.y;
                 trace::SurfaceHit hit;
-                if (!geometry_.surface_at(instance, triangle, u, v, which.y < 0.5f, hit)) continue;
-                if (reached.sees(geometry_, hit.position, hit.geometric))
-                    to.push_back({hit.position, hit.normal, hit.geometric, hit.albedo});
+                if (!geometry.surface_at(instance, triangle, u, v, which.y < 0.5f, hit)) continue;
+                if (reached.sees(geometry, hit.position, hit.geometric)) to.push_back({hit, hit.albedo});
             }
         });
         std::vector<Candidate> all;
@@ -282,7 +280,7 @@ private:
             order[i] = std::uint64_t{trace::mix_bits(i, 0x9e3779b9u)} << 32 | i;
         std::sort(order.begin(), order.end());
         const float r = surfels.radius_m, r2 = r * r, side = 2.0f * r;
-        const std::uint32_t slots = power_of_two(4 * settings_.most);
+        const std::uint32_t slots = power_of_two(4 * settings.most);
         constexpr std::uint32_t kEnd = ~0u;
         struct Taken {
             glm::vec3 position, normal;
@@ -319,7 +317,7 @@ private:
         // Neighbours in space are neighbours in memory.
         const auto code = [&](std::uint32_t i) {
             const glm::vec3 share =
-                glm::clamp((all[i].position + geometry_.extent()) / (2.0f * geometry_.extent()), 0.0f, 1.0f);
+                glm::clamp((all[i].position + geometry.extent()) / (2.0f * geometry.extent()), 0.0f, 1.0f);
             std::uint64_t bits = 0;
             for (int axis = 0; axis < 3; ++axis) {
                 const auto q = static_cast<std::uint64_t>(share[axis] * 1048575.0f);
@@ -359,12 +357,11 @@ private:
     // What the candidates nearest to each surfel look like, on the mean, and how much area they stand for.
     void collect(const std::vector<Candidate>& all, double area_m2, Surfels& s) {
         std::vector<std::uint16_t> nearest(all.size());
-        pool_.run_chunks(all.size(), 1024, [&](std::size_t first, std::size_t count) {
-            if (stopped_()) return;
+        pool.run_chunks(all.size(), 1024, [&](std::size_t first, std::size_t count) {
+            if (stopped()) return;
             for (std::size_t i = first; i < first + count; ++i) {
                 std::uint16_t found[1] = {static_cast<std::uint16_t>(s.count)};
-                const Surfels::Place at{all[i].position, all[i].normal, all[i].geometric};
-                if (s.near(at, kNear, found) == 0) s.near(at, kReach, found);
+                if (s.near(all[i], kNear, found) == 0) s.near(all[i], kReach, found);
                 nearest[i] = found[0];
             }
         });
@@ -383,10 +380,10 @@ private:
 
     void find_neighbours(Surfels& s) {
         s.neighbours.resize(s.count);
-        pool_.run_chunks(s.count, 256, [&](std::size_t first, std::size_t count) {
-            if (stopped_()) return;
+        pool.run_chunks(s.count, 256, [&](std::size_t first, std::size_t count) {
+            if (stopped()) return;
             for (std::size_t i = first; i < first + count; ++i) {
-                const Surfels::Place at{s.position(i), s.normal(i), s.geometric[i]};
+                const trace::Place at = s.at(i);
                 std::uint16_t found[2 * kNeighbours];
                 const std::size_t size = s.near(at, kReach, found);
                 auto& own = s.neighbours[i];
@@ -394,33 +391,26 @@ private:
                 own[0] = static_cast<std::uint16_t>(i);
                 std::size_t next = 1;
                 for (std::size_t k = 0; k < size && next < kNeighbours; ++k) {
-                    if (found[k] != i && s.sees(geometry_, at, found[k])) own[next++] = found[k];
+                    if (found[k] != i && s.sees(geometry, at, found[k])) own[next++] = found[k];
                 }
             }
         });
         // A few candidates say little of one surfel's area; those around are of like size.
-        std::vector<float> areas(s.count);
+        std::vector<float> areas_m2(s.count);
         for (std::size_t i = 0; i < s.count; ++i) {
             float weights[kNeighbours];
             weigh(s, s.neighbours[i].data(), s.position(i), s.normal(i), weights);
             for (std::size_t k = 0; k < kNeighbours; ++k) {
-                if (s.neighbours[i][k] != s.count) areas[i] += weights[k] * s.area_m2[s.neighbours[i][k]];
+                if (s.neighbours[i][k] != s.count) areas_m2[i] += weights[k] * s.area_m2[s.neighbours[i][k]];
             }
         }
-        s.area_m2 = std::move(areas);
+        s.area_m2 = std::move(areas_m2);
     }
-
-    const trace::Geometry& geometry_;
-    std::span<const glm::vec3> seeds_;
-    SurfelSettings settings_;
-    Pool& pool_;
-    const std::function<bool()>& stopped_;
-    Areas areas_;
 };
 
 Surfels place_surfels(const trace::Geometry& geometry, std::span<const glm::vec3> seeds, const SurfelSettings& settings,
                       Pool& pool, const std::function<bool()>& stopped) {
-    return Placement(geometry, seeds, settings, pool, stopped).run();
+    return Placement{geometry, seeds, settings, pool, stopped}.run();
 }
 
 }  // namespace gonio::transport

@@ -30,22 +30,19 @@ struct Surfels {
 
     glm::vec3 position(std::size_t i) const { return {place[0][i], place[1][i], place[2][i]}; }
     glm::vec3 normal(std::size_t i) const { return {place[3][i], place[4][i], place[5][i]}; }
+    trace::Place at(std::size_t i) const { return {position(i), normal(i), geometric[i]}; }
 
-    // Places on a surface, as surfels are asked for.
-    struct Place {
-        glm::vec3 position, normal, geometric;
-    };
     // Result: the ids of those within so many radii whose normals agree within 60 degrees, else within 90, the nearest
     // first: distance², four times that off the plane, and the normals' difference. At most `most`.
-    std::size_t near(const Place& place, float radii, std::span<std::uint16_t> found) const;
+    std::size_t near(const trace::Place& from, float radii, std::span<std::uint16_t> found) const;
     // Result: the first of them that the place sees; `count`: none.
-    std::uint16_t visible_from(const trace::Geometry& geometry, const Place& place) const;
+    std::uint16_t visible_from(const trace::Geometry& geometry, const trace::Place& from) const;
     // Whether a short ray meets the surfel, or a path half a radius above the surface: on a rounded one rays between
     // its points pass below it.
-    bool sees(const trace::Geometry& geometry, const Place& place, std::size_t id) const;
+    bool sees(const trace::Geometry& geometry, const trace::Place& from, std::size_t id) const;
 
 private:
-    friend class Placement;
+    friend struct Placement;
     // A hashed grid of cells of one side: ids of those that share slot c are ids_[first_[c]] … ids_[first_[c + 1]] − 1.
     std::vector<std::uint32_t> first_;
     std::vector<std::uint16_t> ids_;

@@ -23,8 +23,7 @@ std::vector<glm::vec4> lit_by_emitters(const Surfels& surfels, const trace::Worl
     pool.run_chunks(surfels.count, kChunk, [&](std::size_t first, std::size_t count) {
         if (stopped()) return;
         for (std::size_t i = first; i < first + count; ++i) {
-            const glm::vec3 p = surfels.position(i), geometric = surfels.geometric[i];
-            const trace::Receiver at{p, p + geometric * world.geometry->step_off(p), surfels.normal(i), geometric};
+            const trace::Receiver at = trace::receiver_of(*world.geometry, surfels.at(i));
             for (std::uint32_t k = 0; k < kSamples; ++k) {
                 trace::Sample sample(static_cast<std::uint32_t>(i), k);
                 lit[i] += glm::vec4(trace::trace_path(world, at, 0, false, sample).direct, 0.0f);
@@ -40,11 +39,8 @@ SurfelSettings within_bytes(SurfelSettings settings, const trace::Geometry& geom
     constexpr std::size_t kFewest = 1000;
     // Links and, of those kept in reverse, where they start; places, means, neighbours; darts may pack more densely.
     constexpr std::size_t kEach = (sizeof(std::uint16_t) * kMostLinks + 256) * 11 / 10;
-    std::size_t triangles = 0;
-    for (const Instance& one : geometry.asset().instances)
-        triangles += geometry.asset().meshes[static_cast<std::size_t>(one.mesh)].indices.size() / 3;
-    const std::size_t cells =
-        std::max(settings.bytes / 4, triangles * (CellMap::kLeastBytesPerTriangle + (table ? 12 : 0)));
+    const std::size_t cells = std::max(
+        settings.bytes / 4, geometry.asset().triangles() * (CellMap::kLeastBytesPerTriangle + (table ? 12 : 0)));
     const std::size_t room = settings.bytes > cells ? (settings.bytes - cells) / kEach : 0;
     settings.most = std::clamp(room, kFewest, settings.most);
     settings.least = std::min(settings.least, settings.most);

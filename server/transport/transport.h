@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "server/base/shared.h"
-#include "server/trace/world.h"
+#include "server/trace/sources.h"
 #include "server/transport/solve.h"
 
 namespace gonio::transport {

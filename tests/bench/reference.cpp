@@ -13,7 +13,7 @@
 
 #include "server/scene/apply.h"
 #include "server/trace/reference.h"
-#include "server/trace/world.h"
+#include "server/trace/sources.h"
 #include "shaders/lib/as_cpp.h"
 #include "tests/bench/errors.h"
 

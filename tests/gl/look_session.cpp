@@ -10,7 +10,7 @@
 #include "server/scene/apply.h"
 #include "server/scene/eye.h"
 #include "server/trace/reference.h"
-#include "server/trace/world.h"
+#include "server/trace/sources.h"
 #include "shaders/lib/as_cpp.h"
 #include "tests/gl/test_context.h"
 #include "tests/scenes/show.h"

@@ -4,7 +4,7 @@
 
 #include "server/lighting/raster.h"
 #include "server/lighting/screen.h"
-#include "server/trace/world.h"
+#include "server/trace/sources.h"
 
 namespace gonio::test {
 

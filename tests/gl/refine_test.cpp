@@ -8,7 +8,6 @@
 #include "server/assets/assets.h"
 #include "server/scene/apply.h"
 #include "server/trace/sources.h"
-#include "server/trace/world.h"
 #include "tests/gl/picture_points.h"
 #include "tests/gl/test_context.h"
 #include "tests/scenes/show.h"
