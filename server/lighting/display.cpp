@@ -7,9 +7,6 @@
 #include <cstring>
 #include <vector>
 
-#include "server/lighting/kernels.h"
-#include "server/lighting/upsample.h"
-
 #undef HWY_TARGET_INCLUDE
 #define HWY_TARGET_INCLUDE "server/lighting/display.cpp"
 #include <hwy/foreach_target.h>
@@ -90,9 +87,8 @@ void EncodeRow(const Display& display, int y, const std::int32_t* table, float s
     for (int i = 0; i < static_cast<int>(kSimdWidth); ++i) dither[i] = glsl::display_dither(i, y);
     for (std::size_t x = 0; x < display.row_length; x += lanes) {
         const std::size_t at = row + x;
-        Vec3 light;
         const auto units = [&](int k) { return hn::ConvertTo(tag, hn::LoadU(ints, kept[k] + x)); };
-        light = Vec3(units(0), units(1), units(2)) * Float(display.per_step);
+        Vec3 light = Vec3(units(0), units(1), units(2)) * Float(display.per_step);
         if (indirect != nullptr) light = light + load_rgb(indirect + 4 * x) * Float(display.on_grid.unit);
         for (const Display::Others& other : display.others) {
             const Vec3 rgb = load_rgb(other.halves + 4 * at);

@@ -4,8 +4,6 @@
 #include <cmath>
 #include <glm/gtc/packing.hpp>
 
-#include "server/lighting/upsample.h"
-
 namespace gonio::lighting {
 namespace {
 

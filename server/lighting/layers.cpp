@@ -64,18 +64,14 @@ void LayerSum::take(std::vector<LayerTerm> terms, std::size_t most, std::size_t 
     std::map<std::uint32_t, Known> now;
     std::vector<std::uint32_t> changed;
     for (const LayerTerm& term : terms) {
-        Known known{term.version, 0, term.steps, term.direct, term.indirect, false};
         const auto before = known_.find(term.light);
-        if (before != known_.end()) {
-            known.changed_in = before->second.changed_in;
-            known.kept = before->second.kept;
-        }
-        if (before == known_.end() || before->second.version != known.version || before->second.steps != known.steps ||
-            before->second.direct != known.direct || before->second.indirect != known.indirect) {
+        Known& known = now[term.light];
+        if (before != known_.end()) known = before->second;
+        if (before == known_.end() || known.share != term) {
             changed.push_back(term.light);
             valid = valid && !known.kept;
         }
-        now.emplace(term.light, known);
+        known.share = term;
     }
     for (const auto& [light, known] : known_) {
         if (now.contains(light)) continue;

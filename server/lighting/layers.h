@@ -22,13 +22,16 @@ struct LightLayer {
     std::vector<std::uint16_t> gathered;                 // indirect, at the pixels, rgb and 1; empty: not yet
 };
 
-// A luminaire's share of one picture. steps: per value of the layer and channel.
-struct LayerTerm {
-    std::uint32_t light = 0;    // its id
-    std::uint64_t version = 0;  // of its layer: another one with every change
-    const LightLayer* layer = nullptr;
-    glm::vec3 steps{0.0f};
+// What a luminaire adds to a picture, by which a change is known.
+struct LayerShare {
+    std::uint64_t version = 0;              // of its layer: another one with every change
+    glm::vec3 steps{0.0f};                  // per value of the layer and channel
     bool direct = false, indirect = false;  // what is shown
+    bool operator==(const LayerShare&) const = default;
+};
+struct LayerTerm : LayerShare {
+    std::uint32_t light = 0;  // its id
+    const LightLayer* layer = nullptr;
     const std::uint16_t* direct_pixels() const { return direct ? layer->direct.data() : nullptr; }
     const std::uint16_t* indirect_pixels() const {
         return indirect && !layer->gathered.empty() ? layer->gathered.data() : nullptr;
@@ -56,9 +59,9 @@ public:
 
 private:
     struct Known {
-        std::uint64_t version = 0, changed_in = 0;  // changed_in: the last picture in which it changed among few
-        glm::vec3 steps{0.0f};
-        bool direct = false, indirect = false, kept = false;
+        LayerShare share;
+        std::uint64_t changed_in = 0;  // the last picture in which it changed among few
+        bool kept = false;
     };
     void keep(std::span<const LayerTerm> terms, Pool& pool);
 

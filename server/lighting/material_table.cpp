@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <map>
 
 #include "server/trace/texture.h"
 #include "shaders/lib/as_cpp.h"
@@ -45,10 +46,6 @@ void add_texels(const Level& level, std::vector<std::uint32_t>& texels) {
         texels.push_back(part(c.r, 2047.0f) | part(c.g, 2047.0f) << 11 | part(c.b, 1023.0f) << 22);
 }
 
-float length_of_cross(const glm::vec2& a, const glm::vec2& b) {
-    return std::abs(a.x * b.y - a.y * b.x);
-}
-
 // Octahedral, 2 snorm16, as the G-buffer holds normals. n: unit.
 std::uint32_t pack_normal(const glm::vec3& n) {
     const glm::vec2 e = glsl::octahedral_encode(n);
@@ -61,14 +58,12 @@ std::uint32_t pack_normal(const glm::vec3& n) {
 struct Builder {
     const trace::Geometry& geometry;
     MaterialTable result{};
-    std::vector<std::pair<int, MaterialTable::Texture>> images{};  // by image: its levels
+    std::map<int, MaterialTable::Texture> images{};  // its levels, by image
 
     // Result: index of the texture that shows `image` as `material` repeats it, -1: none.
     std::int32_t texture_of(const Material& material, int image) {
         if (image < 0) return -1;
-        auto known =
-            std::find_if(images.begin(), images.end(), [&](const auto& entry) { return entry.first == image; });
-        if (known == images.end()) {
+        if (!images.contains(image)) {
             Level level = linear(geometry.asset().images[static_cast<std::size_t>(image)]);
             while (std::max(level.width, level.height) >= 1 << kLevels) level = halved(level);
             MaterialTable::Texture texture{level.width, level.height, 0, 0, -1, {}, {}};
@@ -77,9 +72,9 @@ struct Builder {
                 texture.first_texel[++texture.last_level] = static_cast<std::int32_t>(result.texels.size());
                 add_texels(level, result.texels);
             } while (level.width > 1 || level.height > 1);
-            known = images.insert(images.end(), {image, texture});
+            images[image] = texture;
         }
-        MaterialTable::Texture texture = known->second;
+        MaterialTable::Texture texture = images[image];
         texture.repeat_s = material.repeat_s ? 1 : 0;
         texture.repeat_t = material.repeat_t ? 1 : 0;
         result.textures.push_back(texture);
@@ -115,8 +110,8 @@ struct Builder {
             look.material = static_cast<std::uint32_t>(mesh.material);
             result.triangles.push_back(look);
             if (asset.images.empty()) continue;
-            place.uv_per_m = std::sqrt(length_of_cross(place.uv[1] - place.uv[0], place.uv[2] - place.uv[0]) /
-                                       std::max(twice_area, 1e-30f));
+            const glm::mat2 sides(place.uv[1] - place.uv[0], place.uv[2] - place.uv[0]);
+            place.uv_per_m = std::sqrt(std::abs(glm::determinant(sides)) / std::max(twice_area, 1e-30f));
             result.places.push_back(place);
         }
     }

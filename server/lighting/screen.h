@@ -2,11 +2,11 @@
 // found at these points, and joint bilateral upsampling brings it to the pixels (docs/rendering.md).
 #pragma once
 
+#include <cstdint>
 #include <glm/glm.hpp>
 #include <vector>
 
 #include "server/base/pool.h"
-#include "server/lighting/grid.h"
 #include "server/lighting/kernels.h"
 #include "server/scene/eye.h"
 #include "server/trace/geometry.h"
@@ -36,23 +36,43 @@ struct Spot {
 };
 Spot spot_at(const GBuffer& gbuffer, int x, int y);
 
-// Distance off a plane that is still near when values are brought to finer points, in steps of their grid.
-inline constexpr float kUpsampleNear = 2.0f;
+// Points on a picture's surfaces in rows, with a border all around, so that windows need no edges; and some beside
+// them.
+struct Grid {
+    static constexpr int kBorder = 4;
+    int width = 0, height = 0;
+    std::ptrdiff_t stride = 0;
+    std::size_t spare = 0;         // places for points outside the rows, from first_spare() on
+    std::vector<float> values[7];  // x y z nx ny nz depth
 
-// How a grid's values come to the pixels (upsample.h).
+    void resize(int new_width, int new_height, std::size_t new_spare = 0);  // all values become 0
+    std::ptrdiff_t at(int x, int y) const { return (y + kBorder) * stride + x + kBorder; }
+    std::size_t first_spare() const {
+        return static_cast<std::size_t>(stride) * static_cast<std::size_t>(height + 2 * kBorder);
+    }
+    std::size_t size() const { return first_spare() + spare; }
+    glm::vec3 position(std::size_t at) const { return {values[0][at], values[1][at], values[2][at]}; }
+    glm::vec3 normal(std::size_t at) const { return {values[3][at], values[4][at], values[5][at]}; }
+    void set(std::size_t at, const glm::vec3& position, const glm::vec3& normal, float depth);
+    // Repeats the outermost values of an array of this shape into its border.
+    void extend(std::vector<float>& plane) const;
+};
+using Planes = std::vector<std::vector<float>>;
+
+// How a grid's values come to the pixels. Point (i, j) stands at pixel (4i + 2, 4j + 2). A pixel takes the weighted
+// mean of the four points around it (joint bilateral upsampling). A weight is a byte: the lower left's the lowest, then
+// lower right, upper left, upper right. Points on one plane are alike by 1. Where the four are alike by less than 0.2
+// all in all, the bytes sum to some 127, else to 255. By less than 0.02, or without a surface, they are 0.
 struct ToPixels {
-    std::vector<std::uint32_t> weights;  // of weights_row, GBuffer::row_length a row
-    std::vector<std::uint8_t> poor;      // likewise, a quarter of it a row
+    std::vector<std::uint32_t> weights;  // GBuffer::row_length a row
+    std::vector<std::uint8_t> poor;  // of every four pixels: how many show a surface that the points are poorly like
     struct Odd {
         std::uint32_t x, from;
     };
     // By row: pixels that do not follow their weights, in order, and the point in the grid's arrays that each is of.
     std::vector<std::vector<Odd>> odd;
-    // Whether the four points around a pixel of a surface are poorly like it.
-    static bool is_poor(std::uint32_t weights) {
-        return (weights & 255u) + (weights >> 8 & 255u) + (weights >> 16 & 255u) + (weights >> 24) < kPoorSum;
-    }
 };
+inline constexpr unsigned kPoorSum = 192;  // of weights; a smaller one is poor
 
 // What does not depend on the luminaires: made once per camera.
 struct ScreenGrid {
@@ -67,5 +87,11 @@ struct ScreenGrid {
 // one of kOwnPoints.
 inline constexpr std::size_t kOwnPoints = 16;
 void make_grid(const GBuffer& gbuffer, bool own_points, ScreenGrid& screen, Pool& pool);
+
+// light: 3 planes in the shape of the grid. out: 4 half floats per pixel, surfaces.row_length pixels a row.
+void upsample(const GBuffer& gbuffer, const ScreenGrid& screen, const Planes& light, std::vector<std::uint16_t>& out,
+              Pool& pool);
+// The same of row y alone. Any thread.
+void upsample_line(const GBuffer& gbuffer, const ScreenGrid& screen, const Planes& light, int y, std::uint16_t* out);
 
 }  // namespace gonio::lighting

@@ -6,6 +6,7 @@ namespace hn = hwy::HWY_NAMESPACE;
 using Tag = hn::ScalableTag<float>;
 using Raw = hn::Vec<Tag>;
 using IntTag = hn::RebindToSigned<Tag>;
+using Mask = hn::Mask<Tag>;
 
 // One float per lane.
 struct Float {
@@ -13,33 +14,23 @@ struct Float {
     HWY_INLINE Float() : raw(hn::Zero(Tag())) {}
     HWY_INLINE Float(Raw r) : raw(r) {}
     HWY_INLINE Float(float x) : raw(hn::Set(Tag(), x)) {}
+
+    HWY_INLINE friend Float operator+(Float a, Float b) { return hn::Add(a.raw, b.raw); }
+    HWY_INLINE friend Float operator-(Float a, Float b) { return hn::Sub(a.raw, b.raw); }
+    HWY_INLINE friend Float operator*(Float a, Float b) { return hn::Mul(a.raw, b.raw); }
+    HWY_INLINE friend Float operator-(Float a) { return hn::Neg(a.raw); }
+    // By reciprocal and one Newton step: relative error below 1e-6 for divisors of 1e-36 to 1e36.
+    HWY_INLINE friend Float operator/(Float a, Float b) {
+        const Raw r = hn::ApproximateReciprocal(b.raw);
+        return hn::Mul(a.raw, hn::Mul(r, hn::NegMulAdd(b.raw, r, hn::Set(Tag(), 2.0f))));
+    }
+    HWY_INLINE friend Mask operator<(Float a, Float b) { return hn::Lt(a.raw, b.raw); }
+    HWY_INLINE friend Float max(Float a, Float b) { return hn::Max(a.raw, b.raw); }
+    HWY_INLINE friend Float min(Float a, Float b) { return hn::Min(a.raw, b.raw); }
+    HWY_INLINE friend Float abs(Float a) { return hn::Abs(a.raw); }
+    HWY_INLINE friend Float sqrt(Float a) { return hn::Sqrt(a.raw); }
+    HWY_INLINE friend Float mix(Float no, Float yes, Mask which) { return hn::IfThenElse(which, yes.raw, no.raw); }
 };
-HWY_INLINE Float operator+(Float a, Float b) {
-    return hn::Add(a.raw, b.raw);
-}
-HWY_INLINE Float operator-(Float a, Float b) {
-    return hn::Sub(a.raw, b.raw);
-}
-HWY_INLINE Float operator*(Float a, Float b) {
-    return hn::Mul(a.raw, b.raw);
-}
-HWY_INLINE Float operator-(Float a) {
-    return hn::Neg(a.raw);
-}
-// By reciprocal and one Newton step: relative error below 1e-6 for divisors of 1e-36 to 1e36.
-HWY_INLINE Float operator/(Float a, Float b) {
-    const Raw r = hn::ApproximateReciprocal(b.raw);
-    return hn::Mul(a.raw, hn::Mul(r, hn::NegMulAdd(b.raw, r, hn::Set(Tag(), 2.0f))));
-}
-HWY_INLINE Float max(Float a, Float b) {
-    return hn::Max(a.raw, b.raw);
-}
-HWY_INLINE Float min(Float a, Float b) {
-    return hn::Min(a.raw, b.raw);
-}
-HWY_INLINE Float abs(Float a) {
-    return hn::Abs(a.raw);
-}
 HWY_INLINE Float inversesqrt(Float a) {
     const Raw r = hn::ApproximateReciprocalSqrt(a.raw);
     const Raw half = hn::Mul(hn::Mul(a.raw, hn::Set(Tag(), 0.5f)), r);
@@ -52,16 +43,6 @@ HWY_INLINE void store(Float a, float* p) {
     hn::StoreU(a.raw, Tag(), p);
 }
 
-using Mask = hn::Mask<Tag>;
-HWY_INLINE Mask operator<(Float a, Float b) {
-    return hn::Lt(a.raw, b.raw);
-}
-HWY_INLINE Float mix(Float no, Float yes, Mask which) {
-    return hn::IfThenElse(which, yes.raw, no.raw);
-}
-HWY_INLINE Float sqrt(Float a) {
-    return hn::Sqrt(a.raw);
-}
 // The angle of (x, y), -pi..pi, within 1e-6 rad; (0, 0) gives 0.
 HWY_INLINE Float atan(Float y, Float x) {
     const Float ax = abs(x), ay = abs(y);
@@ -85,19 +66,14 @@ struct Vec3 {
     Float x, y, z;
     HWY_INLINE Vec3() {}
     HWY_INLINE Vec3(Float a, Float b, Float c) : x(a), y(b), z(c) {}
+
+    HWY_INLINE friend Vec3 operator+(const Vec3& a, const Vec3& b) { return {a.x + b.x, a.y + b.y, a.z + b.z}; }
+    HWY_INLINE friend Vec3 operator-(const Vec3& a, const Vec3& b) { return {a.x - b.x, a.y - b.y, a.z - b.z}; }
+    HWY_INLINE friend Vec3 operator*(const Vec3& a, Float s) { return {a.x * s, a.y * s, a.z * s}; }
+    HWY_INLINE friend Float dot(const Vec3& a, const Vec3& b) {
+        return hn::MulAdd(a.x.raw, b.x.raw, hn::MulAdd(a.y.raw, b.y.raw, hn::Mul(a.z.raw, b.z.raw)));
+    }
 };
-HWY_INLINE Vec3 operator+(const Vec3& a, const Vec3& b) {
-    return {a.x + b.x, a.y + b.y, a.z + b.z};
-}
-HWY_INLINE Vec3 operator-(const Vec3& a, const Vec3& b) {
-    return {a.x - b.x, a.y - b.y, a.z - b.z};
-}
-HWY_INLINE Vec3 operator*(const Vec3& a, Float s) {
-    return {a.x * s, a.y * s, a.z * s};
-}
-HWY_INLINE Float dot(const Vec3& a, const Vec3& b) {
-    return hn::MulAdd(a.x.raw, b.x.raw, hn::MulAdd(a.y.raw, b.y.raw, hn::Mul(a.z.raw, b.z.raw)));
-}
 
 HWY_INLINE Vec3 spread(const glm::vec3& v) {
     return {Float(v.x), Float(v.y), Float(v.z)};

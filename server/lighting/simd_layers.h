@@ -1,5 +1,4 @@
-// Half floats as layers hold them, for SIMD lanes. Included inside HWY_NAMESPACE after simd.h, once per instruction
-// set; therefore without an include guard and without a namespace of its own.
+// Half floats as layers hold them, for SIMD lanes. Included after simd.h and as it is.
 
 using HalfBits = hn::Rebind<std::uint16_t, Tag>;
 using Halves = hn::Rebind<hwy::float16_t, Tag>;
@@ -14,6 +13,11 @@ HWY_INLINE Vec3 load_rgb(const std::uint16_t* pixels) {
     hn::Vec<HalfBits> r, g, b, a;
     hn::LoadInterleaved4(HalfBits(), pixels, r, g, b, a);
     return {from_half(r), from_half(g), from_half(b)};
+}
+HWY_INLINE void store_rgb(const Vec3& rgb, std::uint16_t* pixels) {
+    const HalfBits bits;
+    hn::StoreInterleaved4(to_half(rgb.x), to_half(rgb.y), to_half(rgb.z), hn::Set(bits, std::uint16_t{0x3c00}), bits,
+                          pixels);
 }
 // A term of LayerSum (server/lighting/layers.h).
 HWY_INLINE hn::Vec<IntTag> to_fixed_point(Float value, Float steps, Float cap) {

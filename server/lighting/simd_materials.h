@@ -1,5 +1,4 @@
-// What surfaces look like, for SIMD lanes: normals and textures (material_table.h). Included inside HWY_NAMESPACE after
-// simd.h, once per instruction set; therefore without an include guard and without a namespace of its own.
+// What surfaces look like, for SIMD lanes: normals and textures (material_table.h). Included after simd.h and as it is.
 
 // Unit vectors as the G-buffer holds them: octahedral, 2 snorm16 (shaders/lib/octahedral.glsl for lanes).
 HWY_INLINE hn::Vec<IntTag> pack_normal(const Vec3& n) {

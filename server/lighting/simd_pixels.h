@@ -1,6 +1,5 @@
 // A picture's pixels and the grid of points among them for SIMD lanes: four vectors of pixels 4 apart at a time.
-// Included inside HWY_NAMESPACE after simd.h, once per instruction set; therefore without an include guard and without
-// a namespace of its own.
+// Included after simd.h and as it is.
 
 HWY_INLINE Vec3 place_of(const Points& points, std::ptrdiff_t at) {
     return {load(points.x + at), load(points.y + at), load(points.z + at)};

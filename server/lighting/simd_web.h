@@ -1,5 +1,4 @@
-// Photometric webs (server/scene/web_buffer.h) for SIMD lanes. Included inside HWY_NAMESPACE after simd.h, once per
-// instruction set; therefore without an include guard and without a namespace of its own.
+// Photometric webs (server/scene/web_buffer.h) for SIMD lanes. Included after simd.h and as it is.
 
 // Where x falls on a web's axis (shaders/lib/web_buffer.glsl for lanes): cell + fraction; outside: whether it lies
 // beyond. even: its angles are equally spaced. Seven parameters: an axis, its table, and vectors of lanes.

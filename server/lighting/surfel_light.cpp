@@ -2,8 +2,6 @@
 
 #include <limits>
 
-#include "server/lighting/grid.h"
-
 namespace gonio::lighting {
 namespace {
 

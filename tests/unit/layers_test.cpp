@@ -36,7 +36,7 @@ protected:
         for (std::size_t i = 0; i < kLights; ++i) {
             if (weights[i] != glm::vec3(0.0f))
                 result.push_back(
-                    {static_cast<std::uint32_t>(i + 1), version.at(i), &layers[i], weights[i], direct, indirect});
+                    {{version.at(i), weights[i], direct, indirect}, static_cast<std::uint32_t>(i + 1), &layers[i]});
         }
         return result;
     }

@@ -4,8 +4,8 @@
 #include <cmath>
 #include <utility>
 
+#include "server/lighting/screen.h"
 #include "server/lighting/surfel_light.h"
-#include "server/lighting/upsample.h"
 #include "server/lighting/vpl_rays.h"
 #include "server/render/passes/passes.h"
 #include "server/trace/path.h"

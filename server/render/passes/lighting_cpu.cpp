@@ -7,7 +7,7 @@
 #include <optional>
 
 #include "server/lighting/display.h"
-#include "server/lighting/upsample.h"
+#include "server/lighting/screen.h"
 #include "server/render/passes/passes.h"
 #include "server/render/passes/screen.h"
 #include "server/render/quality_level.h"
@@ -337,10 +337,10 @@ PassRun run_composite_cpu(const PassContext& context, View view, std::span<const
             const auto version_of = [&, id = scene.lights[i].id](Slot slot) {
                 return context.pass_cache.version({slot, context.target.id, id});
             };
-            terms.push_back({scene.lights[i].id,
-                             std::max({version_of(Slot::direct), version_of(Slot::gather), version_of(Slot::refined)}),
-                             &light.layers.at(context.layers[i]), glm::vec3(glm::clamp(steps, -1e30, 1e30)), direct,
-                             indirect});
+            terms.push_back({{std::max({version_of(Slot::direct), version_of(Slot::gather), version_of(Slot::refined)}),
+                              glm::vec3(glm::clamp(steps, -1e30, 1e30)), direct, indirect},
+                             scene.lights[i].id,
+                             &light.layers.at(context.layers[i])});
         }
         const bool on_grid =
             std::any_of(terms.begin(), terms.end(), [](const lighting::LayerTerm& term) { return term.on_grid(); });
