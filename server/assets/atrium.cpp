@@ -8,7 +8,6 @@
 
 #include "server/assets/assets.h"
 #include "server/assets/mesh_builder.h"
-#include "server/assets/textures.h"
 
 namespace gonio {
 namespace {

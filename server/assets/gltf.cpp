@@ -1,5 +1,4 @@
-#include "server/assets/gltf.h"
-
+// glTF 2.0 files (.gltf, .glb) -> SceneAsset.
 #include <algorithm>
 #include <cmath>
 #include <cstdint>
@@ -8,6 +7,7 @@
 #include <vector>
 
 #include "protocol/text/shortened_text.h"
+#include "server/assets/assets.h"
 #include "server/assets/gltf_document.h"
 #include "server/assets/gltf_import.h"
 
@@ -39,7 +39,7 @@ void bound_albedo(GltfImport& import, double most) {
     const auto bright = static_cast<std::uint8_t>(255.0 * encoded);
     std::vector<bool> used(import.scene.materials.size()), seen(import.scene.images.size()),
         too_bright(import.scene.images.size());
-    for (const Mesh& mesh : import.scene.meshes) used[static_cast<std::size_t>(mesh.material)] = true;
+    for (const Mesh& mesh : import.scene.meshes) used[mesh.material] = true;
     int bounded = 0;
     for (std::size_t i = 0; i < import.scene.materials.size(); ++i) {
         Material& material = import.scene.materials[i];
@@ -50,7 +50,7 @@ void bound_albedo(GltfImport& import, double most) {
                 material.base_color[k] = std::min(material.base_color[k], white);
             }
         } else {  // the factor only darkens
-            const auto image = static_cast<std::size_t>(material.base_color_image);
+            const int image = material.base_color_image;
             if (!seen[image]) {
                 std::vector<std::uint8_t>& rgba = import.scene.images[image].rgba;
                 for (std::size_t p = 0; p + 3 < rgba.size(); p += 4) {
@@ -69,8 +69,7 @@ void bound_albedo(GltfImport& import, double most) {
                     " more than --max-albedo and was bounded there: surfaces that lose no light never end a bounce");
 }
 
-}  // namespace
-
+// name: of the result. The rest as of load_scene.
 Result<std::shared_ptr<const SceneAsset>> load_gltf(const std::string& path, const std::string& name, double max_albedo,
                                                     std::size_t most_bytes) {
     try {
@@ -79,11 +78,10 @@ Result<std::shared_ptr<const SceneAsset>> load_gltf(const std::string& path, con
         if (!document) return document.error();
         auto scene = std::make_shared<SceneAsset>();
         scene->name = shortened_text(name, 4096);
-        GltfImport import{*document, *scene, {}, {}, 0, room};
+        GltfImport import{*document, *scene, room};
         for (const std::string& warning : document->warnings) import.warn(warning);
         for (const auto step : {import_materials, import_meshes, import_nodes}) {
-            const auto done = step(import);
-            if (!done) return done.error();
+            if (auto error = step(import)) return *error;
         }
         bound_albedo(import, max_albedo);
         if (scene->instances.empty()) import.warn("the scene has no triangles");
@@ -94,6 +92,20 @@ Result<std::shared_ptr<const SceneAsset>> load_gltf(const std::string& path, con
         // The parts answer with Result; what is left is a fault of a third-party reader.
         return Error{"bad_gltf", path, error.what(), "the scene file could not be read"};
     }
+}
+
+}  // namespace
+
+Result<std::shared_ptr<const SceneAsset>> load_scene(const std::string& name, const std::string& shown,
+                                                     double max_albedo, std::size_t most_bytes) {
+    if (name == "cornell") return make_cornell();
+    if (name == "atrium") return make_atrium();
+    const std::string& called = shown.empty() ? name : shown;
+    const auto scene = load_gltf(name, called, max_albedo, most_bytes);
+    if (scene || scene.error().where != name) return scene;
+    Error error = scene.error();
+    error.where = called;
+    return error;
 }
 
 }  // namespace gonio

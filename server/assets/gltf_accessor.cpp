@@ -1,5 +1,4 @@
-#include "server/assets/gltf_accessor.h"
-
+// Accessors of a checked glTF document -> numbers.
 #include <tiny_gltf.h>
 
 #include <algorithm>
@@ -8,12 +7,13 @@
 #include <string>
 
 #include "server/assets/gltf_check.h"
+#include "server/assets/gltf_document.h"
 
 namespace gonio {
 namespace {
 
 const tinygltf::Accessor& accessor_at(const GltfDocument& document, int accessor) {
-    return document.model->accessors[static_cast<std::size_t>(accessor)];
+    return document.model->accessors[accessor];
 }
 
 std::string place(int accessor) {
@@ -65,12 +65,10 @@ Result<std::vector<std::uint32_t>> sparse_targets(const GltfDocument& document, 
     const tinygltf::Accessor& accessor = accessor_at(document, index);
     std::vector<std::uint32_t> targets;
     const int type = accessor.sparse.indices.componentType;
-    const std::size_t bytes = component_bytes(static_cast<std::uint64_t>(type));
+    const std::size_t bytes = component_bytes(type);
     const Bytes view = view_bytes(document, accessor.sparse.indices.bufferView);
     for (int i = 0; i < accessor.sparse.count; ++i) {
-        const auto offset =
-            static_cast<std::size_t>(accessor.sparse.indices.byteOffset) + static_cast<std::size_t>(i) * bytes;
-        const std::uint32_t target = load_unsigned(view.data() + offset, type);
+        const std::uint32_t target = load_unsigned(view.data() + accessor.sparse.indices.byteOffset + i * bytes, type);
         if (target >= accessor.count) {
             return Error{"out_of_bounds", place(index) + "/sparse/indices", std::to_string(target),
                          "a sparse index beyond the accessor's " + std::to_string(accessor.count) + " elements"};
@@ -84,10 +82,9 @@ Result<std::vector<std::uint32_t>> sparse_targets(const GltfDocument& document, 
 template <typename Take>
 Result<bool> for_each_element(const GltfDocument& document, int index, Take take) {
     const tinygltf::Accessor& accessor = accessor_at(document, index);
-    const std::size_t element =
-        component_bytes(static_cast<std::uint64_t>(accessor.componentType)) * accessor_components(document, index);
+    const std::size_t element = component_bytes(accessor.componentType) * accessor_components(document, index);
     if (accessor.bufferView >= 0) {
-        const auto& view = document.model->bufferViews[static_cast<std::size_t>(accessor.bufferView)];
+        const auto& view = document.model->bufferViews[accessor.bufferView];
         const std::size_t stride = view.byteStride == 0 ? element : view.byteStride;
         const Bytes bytes = view_bytes(document, accessor.bufferView);
         for (std::size_t i = 0; i < accessor.count; ++i) take(i, bytes.data() + accessor.byteOffset + i * stride);
@@ -97,7 +94,7 @@ Result<bool> for_each_element(const GltfDocument& document, int index, Take take
     if (!targets) return targets.error();
     const Bytes values = view_bytes(document, accessor.sparse.values.bufferView);
     for (std::size_t i = 0; i < targets->size(); ++i) {
-        take((*targets)[i], values.data() + static_cast<std::size_t>(accessor.sparse.values.byteOffset) + i * element);
+        take((*targets)[i], values.data() + accessor.sparse.values.byteOffset + i * element);
     }
     return true;
 }
@@ -109,27 +106,13 @@ std::size_t accessor_count(const GltfDocument& document, int accessor) {
 }
 
 std::size_t accessor_components(const GltfDocument& document, int accessor) {
-    switch (accessor_at(document, accessor).type) {
-        case TINYGLTF_TYPE_VEC2:
-            return 2;
-        case TINYGLTF_TYPE_VEC3:
-            return 3;
-        case TINYGLTF_TYPE_VEC4:
-        case TINYGLTF_TYPE_MAT2:
-            return 4;
-        case TINYGLTF_TYPE_MAT3:
-            return 9;
-        case TINYGLTF_TYPE_MAT4:
-            return 16;
-        default:
-            return 1;
-    }
+    return tinygltf::GetNumComponentsInType(accessor_at(document, accessor).type);
 }
 
 Result<std::vector<float>> read_floats(const GltfDocument& document, int index) {
     const tinygltf::Accessor& accessor = accessor_at(document, index);
     const std::size_t components = accessor_components(document, index);
-    const std::size_t bytes = component_bytes(static_cast<std::uint64_t>(accessor.componentType));
+    const std::size_t bytes = component_bytes(accessor.componentType);
     std::vector<float> values(accessor.count * components, 0.0f);
     const auto done = for_each_element(document, index, [&](std::size_t element, const std::byte* at) {
         for (std::size_t c = 0; c < components; ++c) {
@@ -139,7 +122,7 @@ Result<std::vector<float>> read_floats(const GltfDocument& document, int index) 
     if (!done) return done.error();
     const auto odd = std::find_if(values.begin(), values.end(), [](float value) { return !std::isfinite(value); });
     if (odd != values.end()) {
-        const auto element = static_cast<std::size_t>(odd - values.begin()) / components;
+        const auto element = (odd - values.begin()) / components;
         return Error{"bad_gltf", place(index), std::isnan(*odd) ? "NaN" : "infinity",
                      "element " + std::to_string(element) + " of the accessor is not finite"};
     }

@@ -165,9 +165,7 @@ Result<GltfDocument> read_gltf_document(const std::string& path, std::size_t& ro
     if (auto full = take_memory(room, size, kBytesOfByte, path)) return *full;
     std::vector<std::byte> file(size);
     stream.read(reinterpret_cast<char*>(file.data()), static_cast<std::streamsize>(size));
-    if (static_cast<std::uintmax_t>(stream.gcount()) != size) {
-        return unreadable(path, errno);
-    }
+    if (static_cast<std::uintmax_t>(stream.gcount()) != size) return unreadable(path, errno);
 
     auto container = open_container(file);
     if (!container) return container.error();
@@ -200,8 +198,8 @@ Result<GltfDocument> read_gltf_document(const std::string& path, std::size_t& ro
 }
 
 Bytes view_bytes(const GltfDocument& document, int buffer_view) {
-    const tinygltf::BufferView& view = document.model->bufferViews[static_cast<std::size_t>(buffer_view)];
-    return Bytes(document.buffers[static_cast<std::size_t>(view.buffer)]).subspan(view.byteOffset, view.byteLength);
+    const tinygltf::BufferView& view = document.model->bufferViews[buffer_view];
+    return Bytes(document.buffers[view.buffer]).subspan(view.byteOffset, view.byteLength);
 }
 
 }  // namespace gonio

@@ -3,6 +3,7 @@
 #pragma once
 
 #include <cstddef>
+#include <cstdint>
 #include <filesystem>
 #include <memory>
 #include <span>
@@ -42,6 +43,16 @@ Result<GltfDocument> read_gltf_document(const std::string& path, std::size_t& ro
 
 // Result: the bytes of a buffer view whose index has been checked.
 Bytes view_bytes(const GltfDocument& document, int buffer_view);
+
+// accessor: an index that has been checked. Result: its elements; components of one, 1 for SCALAR … 16 for MAT4.
+std::size_t accessor_count(const GltfDocument& document, int accessor);
+std::size_t accessor_components(const GltfDocument& document, int accessor);
+// Result: count * components values, converted from any component type; normalised integers become -1..1 or 0..1
+// (glTF 2.0, 3.11); sparse substitutions applied.
+// Errors: "out_of_bounds" (a sparse index), "bad_gltf" (NaN or infinite, with the place of the element).
+Result<std::vector<float>> read_floats(const GltfDocument& document, int accessor);
+// Result: the values of a SCALAR accessor of unsigned bytes, shorts or ints. Errors: "bad_gltf", "out_of_bounds".
+Result<std::vector<std::uint32_t>> read_indices(const GltfDocument& document, int accessor);
 
 // uri: a data: URI or a relative reference, percent-encoded or not. where: JSON pointer of the uri, for errors.
 // Result: at most the first `limit` bytes; a file longer than hard_limit is refused: "too_large".

@@ -34,37 +34,46 @@ struct UvPlacement {
     int set = 0;
     glm::mat2 linear{1.0f};
     glm::vec2 offset{0.0f};
+    bool operator==(const UvPlacement&) const = default;
 };
 
 // What one import has gathered so far.
 struct GltfImport {
     const GltfDocument& document;
     SceneAsset& scene;
+    std::size_t room;                              // bytes that may still be taken (take_memory)
     std::vector<UvPlacement> uv_of_material;       // parallel to scene.materials
+    std::map<int, int> images;                     // glTF image -> index into scene.images
     std::vector<std::vector<int>> meshes_of_mesh;  // glTF mesh -> indices into scene.meshes, one per primitive
-    int default_material = 0;                      // of primitives that name none
-    std::size_t room = SIZE_MAX;                   // bytes that may still be taken (take_memory)
-    std::map<std::pair<double, double>, std::shared_ptr<const Profile>> spots{};  // by inner and outer cone, rad
+    std::map<int, int> mirrored;                   // of a mesh and its copy, both indices into scene.meshes
+    std::vector<int> camera_indices;               // the glTF's, parallel to scene.cameras
+    std::map<std::pair<double, double>, std::shared_ptr<const Profile>> spots;  // by inner and outer cone, rad
+    std::map<int, std::shared_ptr<const Profile>> ies_profiles;                 // by root light of EXT_lights_ies
+    // Of the limits above. decoded: vertices that were read; vertices: those that were kept.
+    std::size_t texels = 0, decoded = 0, vertices = 0, indices = 0, triangles = 0;
 
     // Adds a warning once, at most kMaxWarnings in all.
     void warn(std::string sentence);
     static constexpr std::size_t kMaxWarnings = 100;
 };
 
-// Each fills its part of the scene. Result: true, or the error of load_scene.
-Result<bool> import_materials(GltfImport& import);
-Result<bool> import_meshes(GltfImport& import);
-Result<bool> import_nodes(GltfImport& import);
+// Each fills its part of the scene. Result: nothing, or the error of load_scene.
+std::optional<Error> import_materials(GltfImport& import);
+std::optional<Error> import_meshes(GltfImport& import);
+std::optional<Error> import_nodes(GltfImport& import);
 
 // A node as its light sees it.
 struct LightNode {
-    std::size_t index = 0;
+    int index = 0;
     glm::dvec3 position{0.0};
     glm::dquat world_from_light{1.0, 0.0, 0.0, 0.0};
 };
-// Adds the light that the node carries, if any. ies_profiles: one per root light of EXT_lights_ies, read when first
-// used. Errors: "bad_profile", "missing_file", "bad_gltf", "too_large".
-Result<bool> import_node_light(GltfImport& import, const LightNode& node,
-                               std::vector<std::shared_ptr<const Profile>>& ies_profiles);
+// Adds the light that the node carries, if any. Errors: "bad_profile", "missing_file", "bad_gltf", "too_large".
+std::optional<Error> import_node_light(GltfImport& import, const LightNode& node);
+
+// bytes: a whole PNG or JPEG file: 1 to 4 channels, palette, 8 or 16 bit. max_pixels: what the caller can still hold.
+// Result: RGBA, 8 bit, colour as encoded in the file (sRGB), alpha straight. where: place for errors.
+// Errors: "bad_image", "too_large".
+Result<Image> decode_image(std::span<const std::byte> bytes, const std::string& where, std::size_t max_pixels);
 
 }  // namespace gonio

@@ -58,13 +58,13 @@ void add_light(GltfImport& import, const LightNode& node, const std::string& fal
     import.scene.lights.push_back(std::move(light));
 }
 
-Result<bool> add_punctual(GltfImport& import, const LightNode& node, int index) {
-    const tinygltf::Light& from = import.document.model->lights[static_cast<std::size_t>(index)];
+std::optional<Error> add_punctual(GltfImport& import, const LightNode& node, int index) {
+    const tinygltf::Light& from = import.document.model->lights[index];
     const std::string where = "/extensions/KHR_lights_punctual/lights/" + std::to_string(index);
-    if (!has_room(import)) return true;
+    if (!has_room(import)) return std::nullopt;
     if (from.type == "directional") {
         import.warn("directional lights are not supported (" + where + ")");
-        return true;
+        return std::nullopt;
     }
     LightSeed light;
     if (from.type == "point") {
@@ -81,7 +81,7 @@ Result<bool> add_punctual(GltfImport& import, const LightNode& node, int index) 
             import.warn("the inner cone of a spot is not inside its outer one: its edge is sharp (" + where + "/spot)");
         std::shared_ptr<const Profile>& spot = import.spots[{inner, outer}];
         if (!spot) {
-            if (auto full = take_memory(import.room, 1, kBytesOfProfile, where)) return *full;
+            if (auto full = take_memory(import.room, 1, kBytesOfProfile, where)) return full;
             spot = punctual_spot_profile(inner, outer);
         }
         light.profile = spot;
@@ -93,18 +93,18 @@ Result<bool> add_punctual(GltfImport& import, const LightNode& node, int index) 
                      "the intensity must lie between 0 and 1e12 cd"};
     }
     light.multiplier = from.intensity;
-    for (std::size_t c = 0; c < from.color.size() && c < 3; ++c) {
+    for (int c = 0; c < std::ssize(from.color) && c < 3; ++c) {
         if (!(from.color[c] >= 0.0 && from.color[c] <= 1e6)) {
             return Error{"bad_gltf", where + "/color", print_number(from.color[c]),
                          "a colour must lie between 0 and 1e6"};
         }
-        light.color[static_cast<glm::length_t>(c)] = from.color[c];
+        light.color[c] = from.color[c];
     }
     if (from.range > 0.0)
         import.warn("the range of lights is ignored: light falls off by the inverse square (" + where + ")");
     tables_of(*light.profile);
     add_light(import, node, from.name, std::move(light));
-    return true;
+    return std::nullopt;
 }
 
 Result<std::shared_ptr<const Profile>> read_ies_profile(const GltfDocument& document,
@@ -135,25 +135,25 @@ Result<std::shared_ptr<const Profile>> read_ies_profile(const GltfDocument& docu
     return Error{"bad_profile", place, shown, "the photometric file is refused: " + cause.code + ", " + cause.text()};
 }
 
-Result<bool> add_ies(GltfImport& import, const LightNode& node, const Value& extension,
-                     std::vector<std::shared_ptr<const Profile>>& profiles) {
-    const auto index = static_cast<std::size_t>(extension.Get("light").GetNumberAsInt());
+std::optional<Error> add_ies(GltfImport& import, const LightNode& node, const Value& extension) {
+    const int index = extension.Get("light").GetNumberAsInt();
     const std::string root = "/extensions/EXT_lights_ies/lights/" + std::to_string(index);
     const std::string where = "/nodes/" + std::to_string(node.index) + "/extensions/EXT_lights_ies";
-    if (!has_room(import)) return true;
-    if (!profiles[index]) {
-        if (auto full = take_memory(import.room, 1, kBytesOfProfile, root)) return *full;
-        auto profile = read_ies_profile(import.document, import.document.ies_lights[index], root);
-        if (!profile) return profile.error();
-        profiles[index] = *profile;
-        for (const auto& diagnostic : profiles[index]->photometry.diagnostics) {
+    if (!has_room(import)) return std::nullopt;
+    std::shared_ptr<const Profile>& profile = import.ies_profiles[index];
+    if (!profile) {
+        if (auto full = take_memory(import.room, 1, kBytesOfProfile, root)) return full;
+        auto read = read_ies_profile(import.document, import.document.ies_lights[index], root);
+        if (!read) return read.error();
+        profile = *read;
+        for (const auto& diagnostic : profile->photometry.diagnostics) {
             if (diagnostic.severity == "warning") import.warn(diagnostic.message + " (" + root + ")");
         }
-        const std::string& thinned = tables_of(*profiles[index]).thinned;
+        const std::string& thinned = tables_of(*profile).thinned;
         if (!thinned.empty()) import.warn(thinned + " (" + root + ")");
     }
     LightSeed light;
-    light.profile = profiles[index];
+    light.profile = profile;
     if (extension.Has("multiplier")) light.multiplier = extension.Get("multiplier").GetNumberAsDouble();
     if (!(light.multiplier >= 0.0 && light.multiplier <= 1e9)) {
         return Error{"bad_gltf", where + "/multiplier", print_number(light.multiplier),
@@ -164,14 +164,13 @@ Result<bool> add_ies(GltfImport& import, const LightNode& node, const Value& ext
         if (!read) return read.error();
         light.color = *read;
     }
-    add_light(import, node, profiles[index]->name, std::move(light));
-    return true;
+    add_light(import, node, profile->name, std::move(light));
+    return std::nullopt;
 }
 
 }  // namespace
 
-Result<bool> import_node_light(GltfImport& import, const LightNode& node,
-                               std::vector<std::shared_ptr<const Profile>>& ies_profiles) {
+std::optional<Error> import_node_light(GltfImport& import, const LightNode& node) {
     const auto& extensions = import.document.model->nodes[node.index].extensions;
     const auto punctual = extensions.find("KHR_lights_punctual");
     const auto ies = extensions.find("EXT_lights_ies");
@@ -181,9 +180,9 @@ Result<bool> import_node_light(GltfImport& import, const LightNode& node,
             import.warn("the punctual light beside the measured one was left out (/nodes/" +
                         std::to_string(node.index) + ")");
         }
-        return add_ies(import, node, ies->second, ies_profiles);
+        return add_ies(import, node, ies->second);
     }
-    if (punctual == extensions.end()) return true;
+    if (punctual == extensions.end()) return std::nullopt;
     return add_punctual(import, node, punctual->second.Get("light").GetNumberAsInt());
 }
 

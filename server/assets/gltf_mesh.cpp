@@ -3,11 +3,12 @@
 
 #include <algorithm>
 #include <cmath>
+#include <glm/gtc/type_ptr.hpp>
 #include <limits>
+#include <numeric>
 #include <string>
 
 #include "server/assets/assets.h"
-#include "server/assets/gltf_accessor.h"
 #include "server/assets/gltf_import.h"
 #include "server/assets/mesh_builder.h"
 
@@ -97,166 +98,144 @@ void compact(Mesh& mesh) {
     mesh.vertices = std::move(kept);
 }
 
-class MeshImport {
-public:
-    explicit MeshImport(GltfImport& import) : import_(import), document_(import.document) {}
+Error too_large(const std::string& where, std::size_t value, const char* message) {
+    return Error{"too_large", where, std::to_string(value), message};
+}
 
-    Result<bool> run() {
-        const auto& meshes = document_.model->meshes;
-        for (std::size_t m = 0; m < meshes.size(); ++m) {
-            import_.meshes_of_mesh.emplace_back();
-            for (std::size_t p = 0; p < meshes[m].primitives.size(); ++p) {
-                const auto done =
-                    add(meshes[m].primitives[p], "/meshes/" + std::to_string(m) + "/primitives/" + std::to_string(p));
-                if (!done) return done.error();
-            }
-        }
-        return true;
+// Result: values of an attribute with the wanted components and one element per vertex.
+Result<std::vector<float>> attribute(const GltfDocument& document, const tinygltf::Primitive& primitive,
+                                     const std::string& name, std::size_t components, std::size_t count,
+                                     const std::string& where) {
+    const int accessor = primitive.attributes.at(name);
+    const std::string place = where + "/attributes/" + name;
+    if (accessor_components(document, accessor) != components) {
+        return Error{"bad_gltf", place, std::to_string(accessor), "the accessor's type does not suit this attribute"};
     }
-
-private:
-    Result<bool> add(const tinygltf::Primitive& primitive, const std::string& where) {
-        if (primitive.mode < 0 || primitive.mode > TINYGLTF_MODE_TRIANGLE_FAN) {
-            return Error{"bad_gltf", where + "/mode", std::to_string(primitive.mode),
-                         "there is no such primitive mode"};
-        }
-        if (primitive.mode < TINYGLTF_MODE_TRIANGLES) {
-            import_.warn("points and lines are not supported and were left out (" + where + ")");
-            return true;
-        }
-        if (!primitive.targets.empty()) {
-            import_.warn("morph targets are not supported: the base shape is used (" + where + ")");
-        }
-        if (primitive.attributes.count("COLOR_0")) {
-            import_.warn("vertex colours are not supported and were ignored (" + where + ")");
-        }
-        if (!primitive.attributes.count("POSITION")) {
-            import_.warn("a primitive without positions was left out (" + where + ")");
-            return true;
-        }
-        Mesh mesh;
-        mesh.material = primitive.material >= 0 ? primitive.material : import_.default_material;
-        const auto vertices = read_vertices(primitive, mesh, where);
-        if (!vertices) return vertices.error();
-        const auto indices = read_triangles(primitive, mesh, where);
-        if (!indices) return indices.error();
-        if (mesh.indices.empty()) {
-            import_.warn("a primitive without triangles was left out (" + where + ")");
-            return true;
-        }
-        if (primitive.attributes.count("NORMAL")) {
-            compact(mesh);
-            if (repair_normals(mesh) > 0)
-                import_.warn("normals of length 0 were rebuilt from the faces (" + where + ")");
-        } else {
-            make_flat(mesh);
-        }
-        vertices_ += mesh.vertices.size();
-        if (vertices_ > kMaxSceneVertices) return too_large(where, vertices_, "the scene has too many vertices");
-        if (mesh.indices.empty()) return true;
-        measure(mesh);
-        import_.meshes_of_mesh.back().push_back(static_cast<int>(import_.scene.meshes.size()));
-        import_.scene.meshes.push_back(std::move(mesh));
-        return true;
+    if (accessor_count(document, accessor) != count) {
+        return Error{"bad_gltf", place, std::to_string(accessor_count(document, accessor)),
+                     "the attribute has not as many elements as there are positions"};
     }
+    return read_floats(document, accessor);
+}
 
-    static Error too_large(const std::string& where, std::size_t value, const char* message) {
-        return Error{"too_large", where, std::to_string(value), message};
+std::optional<Error> read_vertices(GltfImport& import, const tinygltf::Primitive& primitive, Mesh& mesh,
+                                   const std::string& where) {
+    const std::size_t count = accessor_count(import.document, primitive.attributes.at("POSITION"));
+    // Before anything is allocated: a sparse accessor may claim any count.
+    import.decoded += count;
+    if (import.decoded > 4 * kMaxSceneVertices || count > kMaxSceneVertices) {
+        return too_large(where + "/attributes/POSITION", count, "the scene has too many vertices");
     }
-
-    // Result: values of an attribute with the wanted components and one element per vertex.
-    Result<std::vector<float>> attribute(const tinygltf::Primitive& primitive, const std::string& name,
-                                         std::size_t components, std::size_t count, const std::string& where) const {
-        const int accessor = primitive.attributes.at(name);
-        const std::string place = where + "/attributes/" + name;
-        if (accessor_components(document_, accessor) != components) {
-            return Error{"bad_gltf", place, std::to_string(accessor),
-                         "the accessor's type does not suit this attribute"};
-        }
-        if (accessor_count(document_, accessor) != count) {
-            return Error{"bad_gltf", place, std::to_string(accessor_count(document_, accessor)),
-                         "the attribute has not as many elements as there are positions"};
-        }
-        return read_floats(document_, accessor);
+    if (auto full = take_memory(import.room, count, kBytesOfVertex, where + "/attributes/POSITION")) return full;
+    const auto positions = attribute(import.document, primitive, "POSITION", 3, count, where);
+    if (!positions) return positions.error();
+    mesh.vertices.resize(count);
+    for (std::size_t i = 0; i < count; ++i)
+        mesh.vertices[i] = {glm::make_vec3(&(*positions)[3 * i]), glm::vec3(0.0f), glm::vec2(0.0f)};
+    if (primitive.attributes.count("NORMAL")) {
+        const auto normals = attribute(import.document, primitive, "NORMAL", 3, count, where);
+        if (!normals) return normals.error();
+        for (std::size_t i = 0; i < count; ++i) mesh.vertices[i].normal = glm::make_vec3(&(*normals)[3 * i]);
     }
-
-    Result<bool> read_vertices(const tinygltf::Primitive& primitive, Mesh& mesh, const std::string& where) {
-        const std::size_t count = accessor_count(document_, primitive.attributes.at("POSITION"));
-        // Before anything is allocated: a sparse accessor may claim any count. Counts what is decoded, not what is
-        // kept.
-        decoded_ += count;
-        if (decoded_ > 4 * kMaxSceneVertices || count > kMaxSceneVertices) {
-            return too_large(where + "/attributes/POSITION", count, "the scene has too many vertices");
-        }
-        if (auto full = take_memory(import_.room, count, kBytesOfVertex, where + "/attributes/POSITION")) return *full;
-        const auto positions = attribute(primitive, "POSITION", 3, count, where);
-        if (!positions) return positions.error();
-        mesh.vertices.resize(count);
-        for (std::size_t i = 0; i < count; ++i) {
-            const float* p = &(*positions)[3 * i];
-            mesh.vertices[i] = {{p[0], p[1], p[2]}, {0.0f, 0.0f, 0.0f}, {0.0f, 0.0f}};
-        }
-        if (primitive.attributes.count("NORMAL")) {
-            const auto normals = attribute(primitive, "NORMAL", 3, count, where);
-            if (!normals) return normals.error();
-            for (std::size_t i = 0; i < count; ++i) {
-                const float* n = &(*normals)[3 * i];
-                mesh.vertices[i].normal = {n[0], n[1], n[2]};
-            }
-        }
-        const UvPlacement& placed = import_.uv_of_material[static_cast<std::size_t>(mesh.material)];
-        const std::string set = "TEXCOORD_" + std::to_string(placed.set);
-        if (primitive.attributes.count(set)) {
-            const auto uv = attribute(primitive, set, 2, count, where);
-            if (!uv) return uv.error();
-            for (std::size_t i = 0; i < count; ++i) {
-                mesh.vertices[i].uv = placed.linear * glm::vec2((*uv)[2 * i], (*uv)[2 * i + 1]) + placed.offset;
-            }
-        } else if (import_.scene.materials[static_cast<std::size_t>(mesh.material)].base_color_image >= 0) {
-            import_.warn("a textured primitive has no texture coordinates " + set + " (" + where + ")");
-        }
-        return true;
+    const UvPlacement& placed = import.uv_of_material[mesh.material];
+    const std::string set = "TEXCOORD_" + std::to_string(placed.set);
+    if (primitive.attributes.count(set)) {
+        const auto uv = attribute(import.document, primitive, set, 2, count, where);
+        if (!uv) return uv.error();
+        for (std::size_t i = 0; i < count; ++i)
+            mesh.vertices[i].uv = placed.linear * glm::make_vec2(&(*uv)[2 * i]) + placed.offset;
+    } else if (import.scene.materials[mesh.material].base_color_image >= 0) {
+        import.warn("a textured primitive has no texture coordinates " + set + " (" + where + ")");
     }
+    return std::nullopt;
+}
 
-    Result<bool> read_triangles(const tinygltf::Primitive& primitive, Mesh& mesh, const std::string& where) {
-        const std::size_t count =
-            primitive.indices >= 0 ? accessor_count(document_, primitive.indices) : mesh.vertices.size();
-        indices_ += 3 * count;  // what a strip may grow into
-        if (indices_ > 3 * kMaxSceneIndices)
-            return too_large(where + "/indices", count, "the scene has too many indices");
-        if (auto full = take_memory(import_.room, count, kBytesOfIndex, where + "/indices")) return *full;
-        Indices indices;
-        if (primitive.indices >= 0) {
-            auto read = read_indices(document_, primitive.indices);
-            if (!read) return read.error();
-            indices = std::move(*read);
-            const auto beyond = std::find_if(indices.begin(), indices.end(),
-                                             [&](std::uint32_t index) { return index >= mesh.vertices.size(); });
-            if (beyond != indices.end()) {
-                return Error{"out_of_bounds", where + "/indices", std::to_string(*beyond),
-                             "index " + std::to_string(beyond - indices.begin()) + " is beyond the " +
-                                 std::to_string(mesh.vertices.size()) + " vertices"};
-            }
-        } else {
-            indices.resize(count);
-            for (std::size_t i = 0; i < count; ++i) indices[i] = static_cast<std::uint32_t>(i);
+std::optional<Error> read_triangles(GltfImport& import, const tinygltf::Primitive& primitive, Mesh& mesh,
+                                    const std::string& where) {
+    const std::size_t count =
+        primitive.indices >= 0 ? accessor_count(import.document, primitive.indices) : mesh.vertices.size();
+    import.indices += 3 * count;  // what a strip may grow into
+    if (import.indices > 3 * kMaxSceneIndices)
+        return too_large(where + "/indices", count, "the scene has too many indices");
+    if (auto full = take_memory(import.room, count, kBytesOfIndex, where + "/indices")) return full;
+    Indices indices;
+    if (primitive.indices >= 0) {
+        auto read = read_indices(import.document, primitive.indices);
+        if (!read) return read.error();
+        indices = std::move(*read);
+        const auto beyond = std::find_if(indices.begin(), indices.end(),
+                                         [&](std::uint32_t index) { return index >= mesh.vertices.size(); });
+        if (beyond != indices.end()) {
+            return Error{"out_of_bounds", where + "/indices", std::to_string(*beyond),
+                         "index " + std::to_string(beyond - indices.begin()) + " is beyond the " +
+                             std::to_string(mesh.vertices.size()) + " vertices"};
         }
-        if (primitive.mode == TINYGLTF_MODE_TRIANGLES && count % 3 != 0) {
-            import_.warn("the number of indices is no multiple of 3: the rest was left out (" + where + ")");
-        }
-        mesh.indices = as_triangles(indices, primitive.mode);
-        return true;
+    } else {
+        indices.resize(count);
+        std::iota(indices.begin(), indices.end(), 0u);
     }
+    if (primitive.mode == TINYGLTF_MODE_TRIANGLES && count % 3 != 0) {
+        import.warn("the number of indices is no multiple of 3: the rest was left out (" + where + ")");
+    }
+    mesh.indices = as_triangles(indices, primitive.mode);
+    return std::nullopt;
+}
 
-    GltfImport& import_;
-    const GltfDocument& document_;
-    std::size_t vertices_ = 0, decoded_ = 0, indices_ = 0;
-};
+std::optional<Error> import_primitive(GltfImport& import, const tinygltf::Primitive& primitive,
+                                      const std::string& where) {
+    if (primitive.mode < 0 || primitive.mode > TINYGLTF_MODE_TRIANGLE_FAN) {
+        return Error{"bad_gltf", where + "/mode", std::to_string(primitive.mode), "there is no such primitive mode"};
+    }
+    if (primitive.mode < TINYGLTF_MODE_TRIANGLES) {
+        import.warn("points and lines are not supported and were left out (" + where + ")");
+        return std::nullopt;
+    }
+    if (!primitive.targets.empty()) {
+        import.warn("morph targets are not supported: the base shape is used (" + where + ")");
+    }
+    if (primitive.attributes.count("COLOR_0")) {
+        import.warn("vertex colours are not supported and were ignored (" + where + ")");
+    }
+    if (!primitive.attributes.count("POSITION")) {
+        import.warn("a primitive without positions was left out (" + where + ")");
+        return std::nullopt;
+    }
+    Mesh mesh;
+    mesh.material = primitive.material >= 0 ? primitive.material : static_cast<int>(import.scene.materials.size()) - 1;
+    if (auto error = read_vertices(import, primitive, mesh, where)) return error;
+    if (auto error = read_triangles(import, primitive, mesh, where)) return error;
+    if (mesh.indices.empty()) {
+        import.warn("a primitive without triangles was left out (" + where + ")");
+        return std::nullopt;
+    }
+    if (primitive.attributes.count("NORMAL")) {
+        compact(mesh);
+        if (repair_normals(mesh) > 0) import.warn("normals of length 0 were rebuilt from the faces (" + where + ")");
+    } else {
+        make_flat(mesh);
+    }
+    import.vertices += mesh.vertices.size();
+    if (import.vertices > kMaxSceneVertices)
+        return too_large(where, import.vertices, "the scene has too many vertices");
+    if (mesh.indices.empty()) return std::nullopt;
+    measure(mesh);
+    import.meshes_of_mesh.back().push_back(static_cast<int>(import.scene.meshes.size()));
+    import.scene.meshes.push_back(std::move(mesh));
+    return std::nullopt;
+}
 
 }  // namespace
 
-Result<bool> import_meshes(GltfImport& import) {
-    return MeshImport(import).run();
+std::optional<Error> import_meshes(GltfImport& import) {
+    const auto& meshes = import.document.model->meshes;
+    for (std::size_t i = 0; i < meshes.size(); ++i) {
+        import.meshes_of_mesh.emplace_back();
+        for (std::size_t k = 0; k < meshes[i].primitives.size(); ++k) {
+            const std::string where = "/meshes/" + std::to_string(i) + "/primitives/" + std::to_string(k);
+            if (auto error = import_primitive(import, meshes[i].primitives[k], where)) return error;
+        }
+    }
+    return std::nullopt;
 }
 
 }  // namespace gonio

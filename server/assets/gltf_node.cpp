@@ -4,7 +4,6 @@
 #include <algorithm>
 #include <cmath>
 #include <glm/gtc/matrix_transform.hpp>
-#include <map>
 #include <numbers>
 #include <string>
 
@@ -35,7 +34,7 @@ struct Local {
 Result<Local> local_transform(const tinygltf::Node& node, const std::string& where) {
     Local local;
     if (node.matrix.size() == 16) {
-        for (int i = 0; i < 16; ++i) local.matrix[i / 4][i % 4] = node.matrix[static_cast<std::size_t>(i)];
+        for (int i = 0; i < 16; ++i) local.matrix[i / 4][i % 4] = node.matrix[i];
         if (local.matrix[0][3] != 0.0 || local.matrix[1][3] != 0.0 || local.matrix[2][3] != 0.0 ||
             local.matrix[3][3] != 1.0) {
             return Error{"bad_gltf", where + "/matrix", "", "the last row of a node's matrix must be 0 0 0 1"};
@@ -72,143 +71,124 @@ glm::dquat orientation(const glm::dmat3& axes) {
     return glm::normalize(glm::quat_cast(glm::dmat3(x, glm::cross(z, x), z)));
 }
 
-class NodeImport {
-public:
-    explicit NodeImport(GltfImport& import)
-        : import_(import), model_(*import.document.model), ies_profiles_(import.document.ies_lights.size()) {}
-
-    Result<bool> run() {
-        struct Visit {
-            int node;
-            glm::dmat4 world_from_parent;
-        };
-        std::vector<Visit> open;
-        const std::vector<int> first = roots();
-        for (auto it = first.rbegin(); it != first.rend(); ++it) open.push_back({*it, glm::dmat4(1.0)});
-        while (!open.empty()) {
-            const Visit visit = open.back();
-            open.pop_back();
-            const auto& node = model_.nodes[static_cast<std::size_t>(visit.node)];
-            const std::string where = "/nodes/" + std::to_string(visit.node);
-            const auto local = local_transform(node, where);
-            if (!local) return local.error();
-            const glm::dmat4 world = visit.world_from_parent * local->matrix;
-            if (!is_finite(world))
-                return Error{"bad_gltf", where, node.name, "the node's place is not finite or too far"};
-            if (auto done = add_meshes(node, world, where); !done) return done;
-            const glm::dquat turn = orientation(glm::dmat3(visit.world_from_parent) * local->axes);
-            add_camera(node, glm::dvec3(world[3]), turn, where);
-            const LightNode light{static_cast<std::size_t>(visit.node), glm::dvec3(world[3]), turn};
-            if (auto done = import_node_light(import_, light, ies_profiles_); !done) return done;
-            for (auto it = node.children.rbegin(); it != node.children.rend(); ++it) open.push_back({*it, world});
-        }
-        return check_cameras();
+// The default scene, else the first; a file without scenes shows all nodes that have no parent.
+std::vector<int> roots(GltfImport& import) {
+    const tinygltf::Model& model = *import.document.model;
+    if (!model.scenes.empty()) {
+        if (model.defaultScene < 0 && model.scenes.size() > 1) import.warn("several scenes: the first is shown");
+        return model.scenes[std::max(model.defaultScene, 0)].nodes;
     }
-
-private:
-    // The default scene, else the first; a file without scenes shows all nodes that have no parent.
-    std::vector<int> roots() {
-        if (!model_.scenes.empty()) {
-            if (model_.defaultScene < 0 && model_.scenes.size() > 1) import_.warn("several scenes: the first is shown");
-            return model_.scenes[static_cast<std::size_t>(std::max(model_.defaultScene, 0))].nodes;
-        }
-        std::vector<bool> child(model_.nodes.size());
-        for (const auto& node : model_.nodes) {
-            for (const int index : node.children) child[static_cast<std::size_t>(index)] = true;
-        }
-        std::vector<int> result;
-        for (std::size_t i = 0; i < child.size(); ++i) {
-            if (!child[i]) result.push_back(static_cast<int>(i));
-        }
-        return result;
+    std::vector<bool> child(model.nodes.size());
+    for (const auto& node : model.nodes) {
+        for (const int index : node.children) child[index] = true;
     }
-
-    Result<bool> add_meshes(const tinygltf::Node& node, const glm::dmat4& world, const std::string& where) {
-        if (node.mesh < 0) return true;
-        const glm::dmat3 axes(world);
-        const double volume = glm::dot(axes[0], glm::cross(axes[1], axes[2]));
-        const double size = glm::length(axes[0]) * glm::length(axes[1]) * glm::length(axes[2]);
-        if (!(std::abs(volume) > 1e-12 * size)) {
-            import_.warn("a mesh that its node flattens was left out (" + where + ")");
-            return true;
-        }
-        for (const int mesh : import_.meshes_of_mesh[static_cast<std::size_t>(node.mesh)]) {
-            const int facing = volume > 0.0 ? mesh : mirrored(mesh);
-            auto& scene = import_.scene;
-            const std::size_t count = scene.meshes[static_cast<std::size_t>(facing)].indices.size() / 3;
-            triangles_ += count;
-            if (triangles_ > kMaxSceneTriangles || scene.instances.size() >= kMaxSceneInstances) {
-                return Error{"too_large", where + "/mesh", std::to_string(node.mesh),
-                             "the scene has too many instances or triangles"};
-            }
-            if (auto full = take_memory(import_.room, count, kBytesOfTriangle, where + "/mesh")) return *full;
-            add_instance(scene, facing, node.name, world);
-        }
-        return true;
+    std::vector<int> result;
+    for (std::size_t i = 0; i < child.size(); ++i) {
+        if (!child[i]) result.push_back(static_cast<int>(i));
     }
+    return result;
+}
 
-    // A transform of negative determinant turns counter-clockwise triangles round. The copy has them turned beforehand
-    // and keeps its normals, so that winding and normals agree again in the world.
-    int mirrored(int mesh) {
-        const auto known = mirrored_.find(mesh);
-        if (known != mirrored_.end()) return known->second;
-        Mesh copy = import_.scene.meshes[static_cast<std::size_t>(mesh)];
-        for (std::size_t i = 0; i + 2 < copy.indices.size(); i += 3)
-            std::swap(copy.indices[i + 1], copy.indices[i + 2]);
-        import_.scene.meshes.push_back(std::move(copy));
-        return mirrored_[mesh] = static_cast<int>(import_.scene.meshes.size()) - 1;
+// A transform of negative determinant turns counter-clockwise triangles round. The copy has them turned beforehand
+// and keeps its normals, so that winding and normals agree again in the world.
+int mirrored(GltfImport& import, int mesh) {
+    const auto [known, is_new] = import.mirrored.emplace(mesh, static_cast<int>(import.scene.meshes.size()));
+    if (!is_new) return known->second;
+    Mesh copy = import.scene.meshes[mesh];
+    for (std::size_t i = 0; i + 2 < copy.indices.size(); i += 3) std::swap(copy.indices[i + 1], copy.indices[i + 2]);
+    import.scene.meshes.push_back(std::move(copy));
+    return known->second;
+}
+
+std::optional<Error> add_meshes(GltfImport& import, const tinygltf::Node& node, const glm::dmat4& world,
+                                const std::string& where) {
+    if (node.mesh < 0) return std::nullopt;
+    const glm::dmat3 axes(world);
+    const double volume = glm::dot(axes[0], glm::cross(axes[1], axes[2]));
+    const double size = glm::length(axes[0]) * glm::length(axes[1]) * glm::length(axes[2]);
+    if (!(std::abs(volume) > 1e-12 * size)) {
+        import.warn("a mesh that its node flattens was left out (" + where + ")");
+        return std::nullopt;
     }
-
-    void add_camera(const tinygltf::Node& node, const glm::dvec3& eye, const glm::dquat& turn,
-                    const std::string& where) {
-        if (node.camera < 0) return;
-        const auto& camera = model_.cameras[static_cast<std::size_t>(node.camera)];
-        if (camera.type != "perspective") {
-            import_.warn("orthographic cameras are not supported (" + where + ")");
-            return;
+    for (const int mesh : import.meshes_of_mesh[node.mesh]) {
+        const int facing = volume > 0.0 ? mesh : mirrored(import, mesh);
+        auto& scene = import.scene;
+        const std::size_t count = scene.meshes[facing].indices.size() / 3;
+        import.triangles += count;
+        if (import.triangles > kMaxSceneTriangles || scene.instances.size() >= kMaxSceneInstances) {
+            return Error{"too_large", where + "/mesh", std::to_string(node.mesh),
+                         "the scene has too many instances or triangles"};
         }
-        if ((turn * glm::dvec3(0.0, 1.0, 0.0)).y < std::abs((turn * glm::dvec3(1.0, 0.0, 0.0)).y)) {
-            import_.warn("the camera's roll was ignored: +Y is up in every picture (" + where + ")");
-        }
-        import_.scene.cameras.push_back({eye, eye + turn * glm::dvec3(0.0, 0.0, -1.0), camera.perspective.yfov});
-        camera_indices_.push_back(node.camera);
+        if (auto full = take_memory(import.room, count, kBytesOfTriangle, where + "/mesh")) return full;
+        add_instance(scene, facing, node.name, world);
     }
+    return std::nullopt;
+}
 
-    // Fields of view; and targets, which move to the depth of the scene's middle so that orbiting feels right.
-    Result<bool> check_cameras() {
-        measure(import_.scene);
-        const Bounds& bounds = import_.scene.bounds;
-        for (std::size_t i = 0; i < import_.scene.cameras.size(); ++i) {
-            Camera& camera = import_.scene.cameras[i];
-            const std::string where = "/cameras/" + std::to_string(camera_indices_[i]) + "/perspective/yfov";
-            if (!(camera.fov_rad > 0.0 && camera.fov_rad < std::numbers::pi)) {
-                return Error{"bad_gltf", where, std::to_string(camera.fov_rad),
-                             "the field of view must lie between 0 and pi"};
-            }
-            if (camera.fov_rad < kMinFov_rad || camera.fov_rad > kMaxFov_rad) {
-                import_.warn("a field of view was moved into 0.02 to 3 rad (" + where + ")");
-                camera.fov_rad = std::clamp(camera.fov_rad, kMinFov_rad, kMaxFov_rad);
-            }
-            if (import_.scene.instances.empty()) continue;
-            const glm::dvec3 forward = camera.target - camera.eye;
-            const double depth = glm::dot((bounds.min + bounds.max) * 0.5 - camera.eye, forward);
-            if (depth > 1.0) camera.target = camera.eye + forward * depth;
-        }
-        return true;
+void add_camera(GltfImport& import, const tinygltf::Node& node, const glm::dvec3& eye, const glm::dquat& turn,
+                const std::string& where) {
+    if (node.camera < 0) return;
+    const auto& camera = import.document.model->cameras[node.camera];
+    if (camera.type != "perspective") {
+        import.warn("orthographic cameras are not supported (" + where + ")");
+        return;
     }
+    if ((turn * glm::dvec3(0.0, 1.0, 0.0)).y < std::abs((turn * glm::dvec3(1.0, 0.0, 0.0)).y)) {
+        import.warn("the camera's roll was ignored: +Y is up in every picture (" + where + ")");
+    }
+    import.scene.cameras.push_back({eye, eye + turn * glm::dvec3(0.0, 0.0, -1.0), camera.perspective.yfov});
+    import.camera_indices.push_back(node.camera);
+}
 
-    GltfImport& import_;
-    const tinygltf::Model& model_;
-    std::map<int, int> mirrored_;
-    std::vector<std::shared_ptr<const Profile>> ies_profiles_;
-    std::vector<int> camera_indices_;
-    std::size_t triangles_ = 0;
-};
+// Fields of view; and targets, which move to the depth of the scene's middle so that orbiting feels right.
+std::optional<Error> check_cameras(GltfImport& import) {
+    measure(import.scene);
+    const Bounds& bounds = import.scene.bounds;
+    for (std::size_t i = 0; i < import.scene.cameras.size(); ++i) {
+        Camera& camera = import.scene.cameras[i];
+        const std::string where = "/cameras/" + std::to_string(import.camera_indices[i]) + "/perspective/yfov";
+        if (!(camera.fov_rad > 0.0 && camera.fov_rad < std::numbers::pi)) {
+            return Error{"bad_gltf", where, std::to_string(camera.fov_rad),
+                         "the field of view must lie between 0 and pi"};
+        }
+        if (camera.fov_rad < kMinFov_rad || camera.fov_rad > kMaxFov_rad) {
+            import.warn("a field of view was moved into 0.02 to 3 rad (" + where + ")");
+            camera.fov_rad = std::clamp(camera.fov_rad, kMinFov_rad, kMaxFov_rad);
+        }
+        if (import.scene.instances.empty()) continue;
+        const glm::dvec3 forward = camera.target - camera.eye;
+        const double depth = glm::dot((bounds.min + bounds.max) * 0.5 - camera.eye, forward);
+        if (depth > 1.0) camera.target = camera.eye + forward * depth;
+    }
+    return std::nullopt;
+}
 
 }  // namespace
 
-Result<bool> import_nodes(GltfImport& import) {
-    return NodeImport(import).run();
+std::optional<Error> import_nodes(GltfImport& import) {
+    struct Visit {
+        int node;
+        glm::dmat4 world_from_parent;
+    };
+    std::vector<Visit> open;
+    const std::vector<int> first = roots(import);
+    for (auto it = first.rbegin(); it != first.rend(); ++it) open.push_back({*it, glm::dmat4(1.0)});
+    while (!open.empty()) {
+        const Visit visit = open.back();
+        open.pop_back();
+        const auto& node = import.document.model->nodes[visit.node];
+        const std::string where = "/nodes/" + std::to_string(visit.node);
+        const auto local = local_transform(node, where);
+        if (!local) return local.error();
+        const glm::dmat4 world = visit.world_from_parent * local->matrix;
+        if (!is_finite(world)) return Error{"bad_gltf", where, node.name, "the node's place is not finite or too far"};
+        if (auto error = add_meshes(import, node, world, where)) return error;
+        const glm::dquat turn = orientation(glm::dmat3(visit.world_from_parent) * local->axes);
+        add_camera(import, node, glm::dvec3(world[3]), turn, where);
+        if (auto error = import_node_light(import, {visit.node, glm::dvec3(world[3]), turn})) return error;
+        for (auto it = node.children.rbegin(); it != node.children.rend(); ++it) open.push_back({*it, world});
+    }
+    return check_cameras(import);
 }
 
 }  // namespace gonio

@@ -125,7 +125,7 @@ void measure(Mesh& mesh) {
 void measure(SceneAsset& scene) {
     scene.bounds = {};
     for (const Instance& instance : scene.instances) {
-        for (const Vertex& vertex : scene.meshes[static_cast<std::size_t>(instance.mesh)].vertices) {
+        for (const Vertex& vertex : scene.meshes[instance.mesh].vertices) {
             grow(scene.bounds, glm::dvec3(instance.world_from_mesh * glm::dvec4(vertex.position, 1.0)));
         }
     }

@@ -48,4 +48,11 @@ int add_material(SceneAsset& scene, std::string name, const glm::vec3& reflectan
 int add_mesh(SceneAsset& scene, Mesh mesh, int material);
 void add_instance(SceneAsset& scene, int mesh, std::string node, const glm::dmat4& world_from_mesh = glm::dmat4(1.0));
 
+// Pictures for the surfaces, computed from closed formulas. All are square with side size_px, tile without a seam, and
+// store albedo (0..1, linear) sRGB-encoded, alpha 255.
+Image brick_texture(int size_px);    // 4 courses of running bond with mortar joints
+Image marble_texture(int size_px);   // 2 x 2 floor slabs, light and dark, with veins
+Image plaster_texture(int size_px);  // pale stone with soft mottling
+Image cloth_texture(int size_px);    // a pale weave with stripes, to be tinted by the base colour
+
 }  // namespace gonio

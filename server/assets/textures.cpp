@@ -1,8 +1,9 @@
-#include "server/assets/textures.h"
-
+// Pictures that the built-in scenes paint on their surfaces: the same bytes every time.
 #include <algorithm>
 #include <cmath>
 #include <numbers>
+
+#include "server/assets/mesh_builder.h"
 
 namespace gonio {
 namespace {
@@ -51,7 +52,7 @@ template <typename Albedo>
 Image paint(int size_px, Albedo albedo) {
     Image image;
     image.width_px = image.height_px = size_px;
-    image.rgba.reserve(static_cast<std::size_t>(size_px) * static_cast<std::size_t>(size_px) * 4);
+    image.rgba.reserve(std::size_t{4} * size_px * size_px);
     for (int y = 0; y < size_px; ++y) {
         for (int x = 0; x < size_px; ++x) {
             const glm::dvec3 c = albedo((x + 0.5) / size_px, (y + 0.5) / size_px);
