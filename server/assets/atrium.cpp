@@ -223,15 +223,7 @@ std::shared_ptr<const SceneAsset> make_atrium() {
     add_colonnade(*scene, parts, -1);
     add_drapes(*scene, 3);
 
-    LightSeed light;
-    light.name = "luminaire";
-    light.position = {0.0, 7.0, 0.0};
-    // Node frame: -Z aims at -Y and C0 stays on +X.
-    light.world_from_light = glm::angleAxis(-std::numbers::pi / 2.0, glm::dvec3(1.0, 0.0, 0.0));
-    light.multiplier = 5.0;
-    if (auto profile = builtin_profile("batwing")) light.profile = *profile;
-    scene->lights.push_back(std::move(light));
-
+    add_luminaire(*scene, {0.0, 7.0, 0.0}, 5.0);
     scene->cameras.push_back({{-11.2, 2.3, 1.2}, {4.0, 3.6, -0.6}, 1.05});
     scene->exposure_ev100 = 4.0;
     measure(*scene);

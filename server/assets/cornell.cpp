@@ -79,14 +79,7 @@ std::shared_ptr<const SceneAsset> make_cornell() {
     add_lathe(canopy, {{0.0, kHeight - 0.06}, {0.14, kHeight - 0.06}, {0.14, kHeight}}, 14);
     add_instance(*scene, add_mesh(*scene, std::move(canopy), white), "canopy");
 
-    LightSeed light;
-    light.name = "luminaire";
-    light.position = {0.0, kHeight - 0.12, 0.6};
-    // Node frame: -Z aims at -Y and C0 stays on +X.
-    light.world_from_light = glm::angleAxis(-std::numbers::pi / 2.0, glm::dvec3(1.0, 0.0, 0.0));
-    if (auto profile = builtin_profile("batwing")) light.profile = *profile;
-    scene->lights.push_back(std::move(light));
-
+    add_luminaire(*scene, {0.0, kHeight - 0.12, 0.6});
     scene->cameras.push_back({{0.0, 2.0, 7.75}, {0.0, 2.0, 0.0}, 0.69});
     scene->exposure_ev100 = 4.6;
     measure(*scene);

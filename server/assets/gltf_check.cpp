@@ -40,97 +40,84 @@ bool all_numbers(const Json& value) {
     return std::all_of(value.begin(), value.end(), [](const Json& item) { return item.is_number(); });
 }
 
-class Checker {
-public:
-    explicit Checker(const Json& document) : document_(document) {}
-
-    std::optional<Error> check(const GltfRule& rule) const {
-        return visit(document_, std::string_view(rule.pattern).substr(1), "", rule);
-    }
-
-private:
-    std::optional<Error> visit(const Json& at, std::string_view pattern, const std::string& where,
-                               const GltfRule& rule) const {
-        const std::size_t slash = pattern.find('/');
-        const std::string_view head = pattern.substr(0, slash);
-        const bool last = slash == std::string_view::npos;
-        const auto descend = [&](const Json& child, const std::string& name) {
-            const std::string place = where + "/" + name;
-            return last ? test(child, place, rule) : visit(child, pattern.substr(slash + 1), place, rule);
-        };
-        if (head == "*") {
-            if (at.is_array()) {
-                for (std::size_t i = 0; i < at.size(); ++i) {
-                    if (auto error = descend(at[i], std::to_string(i))) return error;
-                }
-            } else if (at.is_object()) {
-                for (const auto& [key, child] : at.items()) {
-                    if (auto error = descend(child, escaped(key))) return error;
-                }
+std::optional<Error> test(const Json& document, const Json& value, const std::string& where, const GltfRule& rule) {
+    const auto expect = [&](bool good, const char* message) -> std::optional<Error> {
+        if (good) return std::nullopt;
+        return bad(where, value, message);
+    };
+    switch (rule.kind) {
+        case RuleKind::array:
+            return expect(value.is_array(), "an array is expected here");
+        case RuleKind::object:
+            return expect(value.is_object(), "an object is expected here");
+        case RuleKind::objects:
+            for (std::size_t i = 0; value.is_array() && i < value.size(); ++i) {
+                if (!value[i].is_object())
+                    return bad(where + "/" + std::to_string(i), value[i], "an object is expected here");
             }
-            return std::nullopt;
+            return expect(value.is_array(), "an array is expected here");
+        case RuleKind::text:
+            return expect(value.is_string(), "a string is expected here");
+        case RuleKind::boolean:
+            return expect(value.is_boolean(), "true or false is expected here");
+        case RuleKind::number:
+            return expect(value.is_number(), "a number is expected here");
+        case RuleKind::numbers:
+            if (value.is_array() && value.size() == rule.length && all_numbers(value)) return std::nullopt;
+            return bad(where, value, "an array of " + std::to_string(rule.length) + " numbers is expected here");
+        case RuleKind::size:
+            if (value.is_number() && value.get<double>() > 2147483647.0)  // from 2^64 on JSON numbers are no integers
+                return Error{"too_large", where, shown(value), "a size has at most 31 bits"};
+            return expect(value.is_number_unsigned(), "a non-negative integer is expected here");
+        case RuleKind::index: {
+            if (!value.is_number_integer()) return bad(where, value, "an index is expected here");
+            const auto target = Json::json_pointer(rule.target);
+            const std::size_t count =
+                document.contains(target) && document.at(target).is_array() ? document.at(target).size() : 0;
+            if (value.is_number_unsigned() && value.get<std::uint64_t>() < count) return std::nullopt;
+            return out_of_bounds(where, shown(value),
+                                 std::string(rule.target) + " has " + std::to_string(count) + " elements");
         }
-        if (!at.is_object()) return std::nullopt;  // refused by the parent's own rule
-        const auto child = at.find(head);
-        if (child != at.end()) return descend(*child, std::string(head));
-        if (last && rule.required) return bad(where + "/" + std::string(head), at, "a required member is missing");
-        return std::nullopt;
     }
+    return std::nullopt;
+}
 
-    std::optional<Error> test(const Json& value, const std::string& where, const GltfRule& rule) const {
-        const auto expect = [&](bool good, const char* message) -> std::optional<Error> {
-            if (good) return std::nullopt;
-            return bad(where, value, message);
-        };
-        switch (rule.kind) {
-            case RuleKind::array:
-                return expect(value.is_array(), "an array is expected here");
-            case RuleKind::object:
-                return expect(value.is_object(), "an object is expected here");
-            case RuleKind::text:
-                return expect(value.is_string(), "a string is expected here");
-            case RuleKind::boolean:
-                return expect(value.is_boolean(), "true or false is expected here");
-            case RuleKind::number:
-                return expect(value.is_number(), "a number is expected here");
-            case RuleKind::numbers:
-                if (value.is_array() && value.size() == rule.length && all_numbers(value)) return std::nullopt;
-                return bad(where, value, "an array of " + std::to_string(rule.length) + " numbers is expected here");
-            case RuleKind::size:
-                if (value.is_number() &&
-                    value.get<double>() > 2147483647.0)  // from 2^64 on JSON numbers are no integers
-                    return Error{"too_large", where, shown(value), "a size has at most 31 bits"};
-                if (!value.is_number_unsigned()) return bad(where, value, "a non-negative integer is expected here");
-                return std::nullopt;
-            case RuleKind::index: {
-                if (!value.is_number_integer()) return bad(where, value, "an index is expected here");
-                const auto target = Json::json_pointer(rule.target);
-                const std::size_t count =
-                    document_.contains(target) && document_.at(target).is_array() ? document_.at(target).size() : 0;
-                if (value.is_number_unsigned() && value.get<std::uint64_t>() < count) return std::nullopt;
-                return out_of_bounds(where, shown(value),
-                                     std::string(rule.target) + " has " + std::to_string(count) + " elements");
-            }
+// Tests what the rest of a pattern finds below `at`, whose own place is `where`.
+std::optional<Error> visit(const Json& document, const Json& at, std::string_view pattern, const std::string& where,
+                           const GltfRule& rule) {
+    const std::size_t slash = pattern.find('/');
+    const std::string_view head = pattern.substr(0, slash);
+    const bool last = slash == std::string_view::npos;
+    const auto descend = [&](const Json& child, const std::string& name) {
+        const std::string place = where + "/" + name;
+        return last ? test(document, child, place, rule)
+                    : visit(document, child, pattern.substr(slash + 1), place, rule);
+    };
+    if (head == "*") {
+        for (const auto& [key, child] : at.items()) {
+            if (auto error = descend(child, escaped(key))) return error;
         }
         return std::nullopt;
     }
-
-    const Json& document_;
-};
+    if (!at.is_object()) return std::nullopt;  // refused by the parent's own rule
+    const auto child = at.find(head);
+    if (child != at.end()) return descend(*child, std::string(head));
+    if (last && rule.required) return bad(where + "/" + std::string(head), at, "a required member is missing");
+    return std::nullopt;
+}
 
 std::uint64_t size_of(const Json& object, const char* member) {
-    const auto found = object.find(member);
-    return found == object.end() ? 0 : found->get<std::uint64_t>();
+    return object.value(member, std::uint64_t{0});
 }
 
 std::string at(const char* array, std::size_t index, const char* member) {
     return std::string("/") + array + "/" + std::to_string(index) + "/" + member;
 }
 
-const Json& list(const Json& document, const char* name) {
+const Json& list(const Json& object, const char* name) {
     static const Json empty = Json::array();
-    const auto found = document.find(name);
-    return found == document.end() ? empty : *found;
+    const auto found = object.find(name);
+    return found == object.end() ? empty : *found;
 }
 
 std::optional<Error> check_buffers(const Json& document, bool has_binary_chunk) {
@@ -173,6 +160,16 @@ std::optional<Error> check_range(const Json& view, std::uint64_t offset, std::ui
     return out_of_bounds(
         where, shown(value),
         "the accessor ends at byte " + std::to_string(end) + " of a buffer view of " + std::to_string(held));
+}
+
+// 0 where there is no such type.
+std::size_t component_count(std::string_view type) {
+    static constexpr std::array<std::pair<std::string_view, std::size_t>, 7> counts = {
+        {{"SCALAR", 1}, {"VEC2", 2}, {"VEC3", 3}, {"VEC4", 4}, {"MAT2", 4}, {"MAT3", 9}, {"MAT4", 16}}};
+    for (const auto& [name, count] : counts) {
+        if (name == type) return count;
+    }
+    return 0;
 }
 
 std::optional<Error> check_accessors(const Json& document) {
@@ -228,8 +225,7 @@ std::optional<Error> check_node_tree(const Json& document) {
     constexpr std::size_t none = static_cast<std::size_t>(-1);
     std::vector<std::size_t> parent(nodes.size(), none);
     for (std::size_t i = 0; i < nodes.size(); ++i) {
-        if (!nodes[i].contains("children")) continue;
-        const Json& children = nodes[i]["children"];
+        const Json& children = list(nodes[i], "children");
         for (std::size_t k = 0; k < children.size(); ++k) {
             const auto child = children[k].get<std::size_t>();
             if (parent[child] != none) {
@@ -246,20 +242,19 @@ std::optional<Error> check_node_tree(const Json& document) {
     std::vector<bool> seen(nodes.size());
     for (std::size_t next = 0; next < reached.size(); ++next) {
         seen[reached[next]] = true;
-        if (!nodes[reached[next]].contains("children")) continue;
-        for (const Json& child : nodes[reached[next]]["children"]) reached.push_back(child.get<std::size_t>());
+        for (const Json& child : list(nodes[reached[next]], "children")) reached.push_back(child.get<std::size_t>());
     }
     for (std::size_t i = 0; i < nodes.size(); ++i) {
         if (!seen[i]) return bad(at("nodes", i, "children"), nodes[i].value("children", Json()), "a cycle of nodes");
     }
     const Json& scenes = list(document, "scenes");
     for (std::size_t s = 0; s < scenes.size(); ++s) {
-        if (!scenes[s].contains("nodes")) continue;
+        const Json& shown_nodes = list(scenes[s], "nodes");
         std::vector<bool> listed(nodes.size());
-        for (std::size_t k = 0; k < scenes[s]["nodes"].size(); ++k) {
-            const auto node = scenes[s]["nodes"][k].get<std::size_t>();
+        for (std::size_t k = 0; k < shown_nodes.size(); ++k) {
+            const auto node = shown_nodes[k].get<std::size_t>();
             if (parent[node] != none || listed[node]) {
-                return bad(at("scenes", s, "nodes/") + std::to_string(k), scenes[s]["nodes"][k],
+                return bad(at("scenes", s, "nodes/") + std::to_string(k), shown_nodes[k],
                            "a scene's nodes are root nodes, each listed once");
             }
             listed[node] = true;
@@ -298,10 +293,8 @@ std::optional<Error> check_header(const Json& document) {
 }  // namespace
 
 bool is_supported_extension(std::string_view name) {
-    static constexpr std::array<std::string_view, 5> supported = {"KHR_lights_punctual", "EXT_lights_ies",
-                                                                  "KHR_materials_emissive_strength",
-                                                                  "KHR_texture_transform", "KHR_mesh_quantization"};
-    return std::find(supported.begin(), supported.end(), name) != supported.end();
+    return name == "KHR_lights_punctual" || name == "EXT_lights_ies" || name == "KHR_materials_emissive_strength" ||
+           name == "KHR_texture_transform" || name == "KHR_mesh_quantization";
 }
 
 std::size_t component_bytes(std::uint64_t component_type) {
@@ -318,15 +311,6 @@ std::size_t component_bytes(std::uint64_t component_type) {
         default:
             return 0;
     }
-}
-
-std::size_t component_count(std::string_view type) {
-    static constexpr std::array<std::pair<std::string_view, std::size_t>, 7> counts = {
-        {{"SCALAR", 1}, {"VEC2", 2}, {"VEC3", 3}, {"VEC4", 4}, {"MAT2", 4}, {"MAT3", 9}, {"MAT4", 16}}};
-    for (const auto& [name, count] : counts) {
-        if (name == type) return count;
-    }
-    return 0;
 }
 
 std::optional<Error> check_json_size(std::string_view text) {
@@ -354,9 +338,8 @@ std::optional<Error> check_json_size(std::string_view text) {
 
 std::optional<Error> check_gltf(const Json& document, bool has_binary_chunk) {
     if (auto error = check_header(document)) return error;
-    const Checker checker(document);
     for (const GltfRule& rule : kGltfRules) {
-        if (auto error = checker.check(rule)) return error;
+        if (auto error = visit(document, document, std::string_view(rule.pattern).substr(1), "", rule)) return error;
     }
     if (auto error = check_buffers(document, has_binary_chunk)) return error;
     if (auto error = check_accessors(document)) return error;

@@ -24,8 +24,7 @@ std::optional<Error> check_gltf(const nlohmann::json& document, bool has_binary_
 // True for the extensions that the importer honours.
 bool is_supported_extension(std::string_view name);
 
-// Bytes of one component, 0 if the glTF component type does not exist; components of "VEC3" and its like, 0 likewise.
+// Bytes of one component, 0 if the glTF component type does not exist.
 std::size_t component_bytes(std::uint64_t component_type);
-std::size_t component_count(std::string_view type);
 
 }  // namespace gonio

@@ -136,13 +136,10 @@ Result<std::vector<std::vector<std::byte>>> read_buffers(const Json& document, c
 }
 
 void note_unread(const Json& document, std::vector<std::string>& warnings) {
-    if (document.contains("extensionsUsed")) {
-        for (const Json& name : document["extensionsUsed"]) {
-            const std::string extension = name.get<std::string>();
-            if (!is_supported_extension(extension)) {
-                warnings.push_back("the extension " + extension + " is not supported and was ignored");
-            }
-        }
+    for (const Json& name : document.value("extensionsUsed", Json::array())) {
+        const std::string extension = name.get<std::string>();
+        if (!is_supported_extension(extension))
+            warnings.push_back("the extension " + extension + " is not supported and was ignored");
     }
     const auto has = [&](const char* list) { return document.contains(list) && !document[list].empty(); };
     if (has("animations")) warnings.push_back("animations are not supported: nodes keep their rest pose");

@@ -1,6 +1,7 @@
 // URIs of a glTF file -> bytes: data: URIs, and files beside the glTF.
 #include <algorithm>
 #include <array>
+#include <charconv>
 #include <cstdint>
 #include <fstream>
 #include <optional>
@@ -14,19 +15,14 @@ namespace {
 
 namespace fs = std::filesystem;
 
-int hex_digit(char c) {
-    if (c >= '0' && c <= '9') return c - '0';
-    if (c >= 'a' && c <= 'f') return c - 'a' + 10;
-    if (c >= 'A' && c <= 'F') return c - 'A' + 10;
-    return -1;
-}
-
 // RFC 3986, 2.1. A '%' without two digits stays as it is: some exporters write file names unencoded.
 std::string percent_decoded(std::string_view text) {
     std::string result;
     for (std::size_t i = 0; i < text.size(); ++i) {
-        if (text[i] == '%' && i + 2 < text.size() && hex_digit(text[i + 1]) >= 0 && hex_digit(text[i + 2]) >= 0) {
-            result += static_cast<char>(hex_digit(text[i + 1]) * 16 + hex_digit(text[i + 2]));
+        const char* digits = text.data() + i + 1;
+        unsigned char byte = 0;
+        if (text[i] == '%' && i + 2 < text.size() && std::from_chars(digits, digits + 2, byte, 16).ptr == digits + 2) {
+            result += static_cast<char>(byte);
             i += 2;
         } else {
             result += text[i];
@@ -76,7 +72,7 @@ Result<std::vector<std::byte>> read_data_uri(const std::string& uri, const std::
     const std::string_view header = std::string_view(uri).substr(0, comma),
                            payload = std::string_view(uri).substr(comma + 1);
     std::vector<std::byte> bytes;
-    if (header.size() >= 7 && header.substr(header.size() - 7) == ";base64") {
+    if (header.ends_with(";base64")) {
         // Some writers percent-encode '+' and '/' of the payload; the alphabet itself has no '%'.
         auto decoded = base64_decoded(payload.find('%') == std::string_view::npos ? payload : percent_decoded(payload));
         if (!decoded) return Error{"bad_gltf", where, shown_uri(uri), "a data URI whose base64 is malformed"};
@@ -115,7 +111,7 @@ std::string shown_uri(const std::string& uri) {
 
 Result<std::vector<std::byte>> read_uri(const fs::path& directory, const std::string& uri, const std::string& where,
                                         std::size_t limit, std::size_t hard_limit) {
-    if (uri.rfind("data:", 0) == 0) return read_data_uri(uri, where, limit, hard_limit);
+    if (uri.starts_with("data:")) return read_data_uri(uri, where, limit, hard_limit);
     const auto refused = [&](const char* code, std::string message) {
         return Error{code, where, shown_uri(uri), std::move(message)};
     };

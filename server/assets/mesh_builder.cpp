@@ -4,6 +4,8 @@
 #include <cmath>
 #include <numbers>
 
+#include "server/assets/assets.h"
+
 namespace gonio {
 namespace {
 
@@ -23,13 +25,13 @@ void add_triangle(Mesh& mesh, std::uint32_t a, std::uint32_t b, std::uint32_t c)
 
 void add_quad(Mesh& mesh, const glm::dvec3& a, const glm::dvec3& b, const glm::dvec3& c, const glm::dvec3& d,
               const glm::dvec2& uv_size) {
-    const glm::vec3 normal = single(glm::normalize(glm::cross(b - a, d - a)));
+    const glm::vec3 normal(glm::normalize(glm::cross(b - a, d - a)));
     const auto first = static_cast<std::uint32_t>(mesh.vertices.size());
     const glm::vec2 size(uv_size);
-    mesh.vertices.push_back({single(a), normal, {0.0f, size.y}});
-    mesh.vertices.push_back({single(b), normal, {size.x, size.y}});
-    mesh.vertices.push_back({single(c), normal, {size.x, 0.0f}});
-    mesh.vertices.push_back({single(d), normal, {0.0f, 0.0f}});
+    mesh.vertices.push_back({glm::vec3(a), normal, {0.0f, size.y}});
+    mesh.vertices.push_back({glm::vec3(b), normal, {size.x, size.y}});
+    mesh.vertices.push_back({glm::vec3(c), normal, {size.x, 0.0f}});
+    mesh.vertices.push_back({glm::vec3(d), normal, {0.0f, 0.0f}});
     mesh.indices.insert(mesh.indices.end(), {first, first + 1, first + 2, first, first + 2, first + 3});
 }
 
@@ -79,8 +81,8 @@ void add_surface(Mesh& mesh, const Surface& surface, int nu, int nv, bool closed
                 const double iu = std::clamp(pu, 1e-3, 1.0 - 1e-3), iv = std::clamp(pv, 1e-3, 1.0 - 1e-3);
                 normal = glm::cross(derivative(iu, iv, true), derivative(iu, iv, false));
             }
-            mesh.vertices.push_back({single(point),
-                                     single(glm::normalize(normal)),
+            mesh.vertices.push_back({glm::vec3(point),
+                                     glm::vec3(glm::normalize(normal)),
                                      {static_cast<float>(u * uv_size.x), static_cast<float>((1.0 - v) * uv_size.y)}});
         }
     }
@@ -102,12 +104,12 @@ void add_lathe(Mesh& mesh, const std::vector<glm::dvec2>& profile, int slices, c
         for (int i = 0; i <= slices; ++i) {
             const double turn = static_cast<double>(i % slices) / slices * 2.0 * std::numbers::pi;
             const double c = std::cos(turn), s = std::sin(turn);
-            const glm::vec3 normal = single({outward.x * c, outward.y, -outward.x * s});
+            const glm::vec3 normal(outward.x * c, outward.y, -outward.x * s);
             const auto u = static_cast<float>(uv_size.x * i / slices);
-            mesh.vertices.push_back(
-                {single({low.x * c, low.y, -low.x * s}), normal, {u, static_cast<float>(-low.y * uv_size.y)}});
-            mesh.vertices.push_back(
-                {single({high.x * c, high.y, -high.x * s}), normal, {u, static_cast<float>(-high.y * uv_size.y)}});
+            for (const glm::dvec2& p : {low, high}) {
+                mesh.vertices.push_back(
+                    {glm::vec3(p.x * c, p.y, -p.x * s), normal, {u, static_cast<float>(-p.y * uv_size.y)}});
+            }
         }
         for (int i = 0; i < slices; ++i) {
             const std::uint32_t a = first + 2 * static_cast<std::uint32_t>(i);
@@ -149,6 +151,16 @@ int add_mesh(SceneAsset& scene, Mesh mesh, int material) {
 
 void add_instance(SceneAsset& scene, int mesh, std::string node, const glm::dmat4& world_from_mesh) {
     scene.instances.push_back({mesh, world_from_mesh, std::move(node)});
+}
+
+void add_luminaire(SceneAsset& scene, const glm::dvec3& position, double multiplier) {
+    LightSeed& light = scene.lights.emplace_back();
+    light.name = "luminaire";
+    light.position = position;
+    // Node frame: -Z aims at -Y and C0 stays on +X.
+    light.world_from_light = glm::angleAxis(-std::numbers::pi / 2.0, glm::dvec3(1.0, 0.0, 0.0));
+    light.multiplier = multiplier;
+    if (auto profile = builtin_profile("batwing")) light.profile = *profile;
 }
 
 }  // namespace gonio

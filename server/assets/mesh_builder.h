@@ -11,11 +11,6 @@
 
 namespace gonio {
 
-// Result: x rounded to single precision, for filling Vertex from double formulas.
-inline glm::vec3 single(const glm::dvec3& x) {
-    return glm::vec3(x);
-}
-
 // A flat quadrilateral a, b, c, d (counter-clockwise from the front); uv runs 0..uv_size from a to c.
 void add_quad(Mesh& mesh, const glm::dvec3& a, const glm::dvec3& b, const glm::dvec3& c, const glm::dvec3& d,
               const glm::dvec2& uv_size = glm::dvec2(1.0));
@@ -47,6 +42,8 @@ void measure(SceneAsset& scene);
 int add_material(SceneAsset& scene, std::string name, const glm::vec3& reflectance, int image = -1);
 int add_mesh(SceneAsset& scene, Mesh mesh, int material);
 void add_instance(SceneAsset& scene, int mesh, std::string node, const glm::dmat4& world_from_mesh = glm::dmat4(1.0));
+// A batwing luminaire that looks straight down, C0 along +X.
+void add_luminaire(SceneAsset& scene, const glm::dvec3& position, double multiplier = 1.0);
 
 // Pictures for the surfaces, computed from closed formulas. All are square with side size_px, tile without a seam, and
 // store albedo (0..1, linear) sRGB-encoded, alpha 255.
