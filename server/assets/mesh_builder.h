@@ -5,7 +5,6 @@
 #include <functional>
 #include <glm/glm.hpp>
 #include <string>
-#include <utility>
 
 #include "server/scene/scene.h"
 

@@ -59,20 +59,14 @@ void place(const std::vector<T>& rows, int stride, int skip, std::vector<T>& pic
            const Rectangle& to_fill) {
     const auto [x, y, width, height] = to_fill;
     for (int row = 0; row < height; ++row) {
-        const T* from =
-            rows.data() + (static_cast<std::size_t>(skip + height - 1 - row) * static_cast<std::size_t>(stride) +
-                           static_cast<std::size_t>(skip)) *
-                              4;
-        T* to = picture.data() + (static_cast<std::size_t>(y + row) * static_cast<std::size_t>(picture_width) +
-                                  static_cast<std::size_t>(x)) *
-                                     4;
-        std::copy_n(from, static_cast<std::size_t>(width) * 4, to);
+        const T* from = rows.data() + std::size_t{4} * ((skip + height - 1 - row) * stride + skip);
+        std::copy_n(from, 4 * width, picture.data() + std::size_t{4} * ((y + row) * picture_width + x));
     }
 }
 
 template <typename T>
 std::vector<T> read_texture(GLuint texture, GLenum type, int width, int height) {
-    std::vector<T> values(static_cast<std::size_t>(width) * static_cast<std::size_t>(height) * 4);
+    std::vector<T> values(std::size_t{4} * width * height);
     glPixelStorei(GL_PACK_ALIGNMENT, 1);
     glGetTextureImage(texture, 0, GL_RGBA, type, static_cast<GLsizei>(values.size() * sizeof(T)), values.data());
     return values;
@@ -91,7 +85,7 @@ std::unique_ptr<CaptureJob> Renderer::begin_capture(const Scene& scene, View vie
     job->picture = std::make_shared<CapturedPicture>();
     job->picture->width_px = width_px;
     job->picture->height_px = height_px;
-    const std::size_t values = static_cast<std::size_t>(width_px) * static_cast<std::size_t>(height_px) * 4;
+    const std::size_t values = std::size_t{4} * width_px * height_px;
     if (raw)
         job->picture->values.resize(values);
     else
@@ -112,8 +106,7 @@ bool Renderer::continue_first_bounces(CaptureJob& job, const FrameInputs& inputs
     std::vector<SlotRef> solved;
     for (const Light& light : scene.lights) solved.push_back({Slot::solve, 0, light.id});
     std::vector<Pass> passes = build_pipeline(inputs);
-    execute(
-        passes, solved, pass_cache_, [](std::size_t) {}, [](std::size_t) {});
+    execute(passes, solved, pass_cache_);
     const auto late = [&] { return monotonic_ns() > began_ns + kStepNs; };
     bool done = true;
     for (std::size_t i = 0; i < scene.lights.size() && done; ++i) {

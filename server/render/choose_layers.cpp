@@ -111,10 +111,7 @@ void Renderer::choose_layers(FrameInputs& inputs) {
     const bool many = stale > (by_gl ? 4 : 2) + inputs.layered() / 4;
     merged_ = grid_moves ? stale > 0 : stale > 1 && (merged_before || many);
     inputs.merged = merged_;
-    if (merged_) {  // the sum is made anew, or what moves was never in it
-        in_sum_.clear();
-        inputs.in_sum.clear();
-    }
+    if (merged_) in_sum_.clear();  // the sum is made anew, or what moves was never in it
     if (!merged_ || grid_moves || waiting.empty()) return;
     // What is shown comes first: the solve of all at once to its end.
     const std::set<SlotRef> left = outdated(build_pipeline(inputs), wanted_slots(inputs, true), pass_cache_);

@@ -71,15 +71,14 @@ GpuScene::GpuScene(std::shared_ptr<const SceneAsset> asset) : asset_(std::move(a
     std::uint32_t triangles = 0;
     for (std::size_t i = 0; i < asset_->instances.size(); ++i) {
         const Instance& instance = asset_->instances[i];
-        groups_[static_cast<std::size_t>(instance.mesh)].instances.push_back(static_cast<int>(i));
+        DrawGroup& group = groups_[instance.mesh];
+        group.instances.push_back(static_cast<int>(i));
         first_triangle_.push_back(triangles);
-        triangles += groups_[static_cast<std::size_t>(instance.mesh)].index_count / 3;
-        bounds_.push_back(
-            world_bounds(asset_->meshes[static_cast<std::size_t>(instance.mesh)], instance.world_from_mesh));
+        triangles += group.index_count / 3;
+        bounds_.push_back(world_bounds(asset_->meshes[instance.mesh], instance.world_from_mesh));
     }
-    for (const Material& material : asset_->materials) {
-        emissive_ = emissive_ || glm::length(material.emissive_nit) > 0.0f;
-    }
+    emissive_ = std::any_of(asset_->materials.begin(), asset_->materials.end(),
+                            [](const Material& material) { return glm::length(material.emissive_nit) > 0.0f; });
     const double diagonal_m = std::max(glm::length(asset_->bounds.max - asset_->bounds.min), 1e-7);
     near_m_ = static_cast<float>(diagonal_m * 1e-5);
     if (std::isfinite(diagonal_m))
@@ -144,7 +143,7 @@ void GpuScene::use_material(Mode mode, Programs& programs, const DrawGroup& grou
                             const glm::mat4& clip_from_local) const {
     const bool cells = mode == Mode::gbuffer_cells, cube = mode != Mode::gbuffer && !cells;
     const Uploaded& own = uploaded();
-    const Material& material = asset_->materials[static_cast<std::size_t>(group.material)];
+    const Material& material = asset_->materials[group.material];
     gl::Defines defines;
     if (cube) defines.emplace_back("CUBE", "1");
     if (material.alpha_mask) defines.emplace_back("MASKED", "1");
@@ -175,11 +174,11 @@ void GpuScene::use_material(Mode mode, Programs& programs, const DrawGroup& grou
     }
     const GLuint sampler = own.samplers[(material.repeat_s ? 1 : 0) + (material.repeat_t ? 2 : 0)].id();
     if (textured) {
-        glBindTextureUnit(0, own.images[static_cast<std::size_t>(material.base_color_image)].id());
+        glBindTextureUnit(0, own.images[material.base_color_image].id());
         glBindSampler(0, sampler);
     }
     if (!cube && material.emissive_image >= 0) {
-        glBindTextureUnit(1, own.images[static_cast<std::size_t>(material.emissive_image)].id());
+        glBindTextureUnit(1, own.images[material.emissive_image].id());
         glBindSampler(1, sampler);
     }
     // glTF culls the back of single-sided faces for the viewer; light is stopped by both sides.
@@ -194,7 +193,7 @@ PassRun GpuScene::draw(Mode mode, Programs& programs, const glm::dvec3& eye, con
     const bool cells = mode == Mode::gbuffer_cells, cube = mode != Mode::gbuffer && !cells;
     std::array<Planes, 6> planes;
     if (cube) {
-        for (int face = 0; face < 6; ++face) planes[static_cast<std::size_t>(face)] = face_planes(face);
+        for (int face = 0; face < 6; ++face) planes[face] = face_planes(face);
     } else {
         planes[0] = camera_planes(clip_from_local);
         faces = 1;
@@ -206,15 +205,14 @@ PassRun GpuScene::draw(Mode mode, Programs& programs, const glm::dvec3& eye, con
     for (std::size_t g = 0; g < groups_.size(); ++g) {
         ranges[g].first = static_cast<std::uint32_t>(instances.size());
         for (int index : groups_[g].instances) {
-            const Bounds& box = bounds_[static_cast<std::size_t>(index)];
+            const Bounds& box = bounds_[index];
             const glm::dvec3 centre = (box.min + box.max) * 0.5 - eye, half = (box.max - box.min) * 0.5;
-            glm::dmat4 rebased = asset_->instances[static_cast<std::size_t>(index)].world_from_mesh;
+            glm::dmat4 rebased = asset_->instances[index].world_from_mesh;
             rebased[3] -= glm::dvec4(eye, 0.0);  // in double
             const glm::mat4 rows = glm::mat4(glm::transpose(rebased));
             for (unsigned face = 0; face < 6; ++face) {
                 if ((faces >> face & 1u) == 0 || !meets(planes[face], centre, half)) continue;
-                instances.push_back(
-                    {rows[0], rows[1], rows[2], face, first_triangle_[static_cast<std::size_t>(index)], 0, 0});
+                instances.push_back({rows[0], rows[1], rows[2], face, first_triangle_[index], 0, 0});
             }
         }
         ranges[g].second = static_cast<std::uint32_t>(instances.size()) - ranges[g].first;
@@ -237,9 +235,9 @@ PassRun GpuScene::draw(Mode mode, Programs& programs, const glm::dvec3& eye, con
         if (ranges[g].second == 0 || groups_[g].index_count == 0) continue;
         use_material(mode, programs, groups_[g], clip_from_local);
         glDrawElementsInstancedBaseVertexBaseInstance(
-            GL_TRIANGLES, static_cast<GLsizei>(groups_[g].index_count), GL_UNSIGNED_INT,
-            reinterpret_cast<const void*>(static_cast<std::uintptr_t>(groups_[g].first_index) * 4),
-            static_cast<GLsizei>(ranges[g].second), groups_[g].base_vertex, ranges[g].first);
+            GL_TRIANGLES, groups_[g].index_count, GL_UNSIGNED_INT,
+            reinterpret_cast<const void*>(static_cast<std::uintptr_t>(groups_[g].first_index) * 4), ranges[g].second,
+            groups_[g].base_vertex, ranges[g].first);
         ++run.draws;
     }
     glBindSampler(0, 0);

@@ -66,12 +66,8 @@ std::vector<v1::PassReport> execute(std::span<Pass> passes, std::span<const Slot
         v1::PassReport& row = rows.emplace_back();
         row.set_name(pass.name);
         if (!pass.light.empty()) row.set_light(pass.light);
-        if (pass.absent) {
-            row.set_state("absent");
-            continue;
-        }
-        if (!needed.contains(pass.writes)) {
-            row.set_state("culled");
+        if (pass.absent || !needed.contains(pass.writes)) {
+            row.set_state(pass.absent ? "absent" : "culled");
             continue;
         }
         std::vector<std::uint64_t> key = pass.key;

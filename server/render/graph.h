@@ -99,8 +99,9 @@ std::set<SlotRef> outdated(std::span<const Pass> passes, std::span<const SlotRef
 // Runs the passes in the order given, each at most once. Every slot is written by at most one of the passes and read
 // only by later ones. The wanted slots are those that somebody looks at. The calls before/after(i) surround each run
 // (timers). Result: one row per pass, in order, cpu_ms filled.
-std::vector<v1::PassReport> execute(std::span<Pass> passes, std::span<const SlotRef> wanted, PassCache& pass_cache,
-                                    const std::function<void(std::size_t)>& before,
-                                    const std::function<void(std::size_t)>& after);
+std::vector<v1::PassReport> execute(
+    std::span<Pass> passes, std::span<const SlotRef> wanted, PassCache& pass_cache,
+    const std::function<void(std::size_t)>& before = [](std::size_t) {},
+    const std::function<void(std::size_t)>& after = [](std::size_t) {});
 
 }  // namespace gonio

@@ -2,7 +2,6 @@
 // mask to a profile and an orientation.
 #pragma once
 
-#include <array>
 #include <memory>
 #include <optional>
 #include <vector>

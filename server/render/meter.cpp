@@ -2,7 +2,6 @@
 #include <algorithm>
 #include <cmath>
 
-#include "server/render/indirect_estimate.h"
 #include "server/render/pipeline.h"
 #include "server/render/renderer.h"
 #include "server/render/timers.h"

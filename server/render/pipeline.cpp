@@ -35,6 +35,7 @@ struct Builder {
     const bool seed = in.scene.technique != Technique::standard;
     const bool on_cpu = in.shades_on_cpu(), by_gl = in.gathers_by_gl();
     const bool shown_on_cpu = on_cpu && in.view <= View::indirect;
+    const bool metered = in.meter != FrameInputs::Meter::none;
     const PassContext context = in.context();
 
     std::string of_light;  // name; of the passes that are added
@@ -143,12 +144,12 @@ struct Builder {
                               [=, &gpu, &screen] { return run_solve(shared, gpu, screen.weights); });
         solve.absent = seed;
         solve.stale |= solves_now(light, gpu.irradiance);
-        const bool metered = in.meter != FrameInputs::Meter::none, rays = in.direct_by_rays && !seed;
-        shared.each_pixel = rays && (in.target.kind != TargetKind::live || in.each_pixel(light));
+        const bool rays = in.direct_by_rays && !seed;
+        shared.each_pixel = rays && (in.target.kind != TargetKind::live || in.wants_each_pixel(light));
         Pass& direct = add("direct", lit, {rays && !metered ? per_target(Slot::grid) : gbuffer},
                            {light.position_rev, light.aim_rev, light.profile_rev, scene.geometry_rev, index,
                             shared.each_pixel ? 1u : 0u},
-                           [=, &light, &gpu, &screen] {
+                           [=, metered = metered, &light, &gpu, &screen] {
                                if (!rays) return run_direct(shared, light, gpu, layer);
                                if (metered) return run_direct_point(shared, light, gpu, layer);
                                return run_direct_rays(shared, light, gpu, layer, screen.surfaces, screen.light.layers);
@@ -189,7 +190,7 @@ struct Builder {
         std::vector<std::uint64_t> key = {scene.lights_rev, scene.geometry_rev};
         for (std::size_t i = 0; i < scene.lights.size(); ++i) {
             const Light& light = scene.lights[i];
-            const bool both = in.in_sum.contains(light.id);
+            const bool both = in.in_sum != nullptr && in.in_sum->contains(light.id);
             if ((in.layers[i] < 0) != summed && !both) continue;
             key.push_back(light.id);
             const glm::dvec3 weight = summed ? context.weight_in_sum(light, in.layers[i]) : context.layer_weight(light);
@@ -203,7 +204,6 @@ struct Builder {
             shared.rests &= (summed && in.layers[i] >= 0) || rests(scene.lights[i]);
         add_cpu(prefix + "merge", merged, std::move(reads), std::move(key),
                 [=, &list] { return run_merge(shared, lights, which, list); });
-        const bool metered = in.meter != FrameInputs::Meter::none;
         if (metered)
             add_cpu(prefix + "direct", per_target(Slot::direct, id), {merged}, {},
                     [=, &screen] { return run_direct_point_summed(shared, lights, screen.meter.summed[0]); });
@@ -226,14 +226,14 @@ struct Builder {
     // What the pixels show, how they see the surfels, and what emissive surfaces bring them.
     void add_surfaces() {
         ScreenLight& screen = in.screen;
-        const bool metered = in.meter != FrameInputs::Meter::none;
         // The CPU draws a G-buffer of its own: the other is for views that only shaders show, or shaders show all and
         // it is for what rays find.
         const bool raster = (on_cpu || by_gl) && !in.clusters.empty();
         const std::string beside = by_gl ? "-cpu" : "";
         add(raster && on_cpu ? "gbuffer-gl" : "gbuffer", per_target(Slot::gbuffer), {},
-            {scene.geometry_rev, scene.camera_rev},
-            [context = context, meter = metered] { return meter ? run_meter_gbuffer(context) : run_gbuffer(context); });
+            {scene.geometry_rev, scene.camera_rev}, [context = context, metered = metered] {
+                return metered ? run_meter_gbuffer(context) : run_gbuffer(context);
+            });
         if (raster) {
             add_cpu("gbuffer" + beside, per_target(Slot::grid), {},
                     {scene.geometry_rev, scene.camera_rev, in.quality_level},
@@ -255,7 +255,7 @@ struct Builder {
                 {per_target(metered ? Slot::gbuffer
                             : by_gl ? Slot::weights_gl
                                     : Slot::weights)},
-                {in.generation}, [context = context, &screen, metered] {
+                {in.generation}, [context = context, &screen, metered = metered] {
                     return metered ? run_gather_emitted_point(context, screen.meter)
                                    : run_gather_emitted(context, screen.surfaces, screen.weights, screen.light.emitted);
                 });
@@ -329,9 +329,7 @@ struct Builder {
                 if (direct || indirect) reads.push_back(per_target(Slot::layers, light.id));
             } else {
                 if (direct) reads.push_back(per_target(Slot::direct, light.id));
-                if (indirect) {
-                    reads.push_back(per_target(Slot::gather, light.id));
-                }
+                if (indirect) reads.push_back(per_target(Slot::gather, light.id));
             }
         }
         if (shown != nullptr && in.view >= View::mask && in.view <= View::rsm_flux) {
@@ -383,6 +381,7 @@ std::uint64_t FrameInputs::solve_links() const {
 
 glm::dvec3 PassContext::weight_in_sum(const Light& light, int layer) const {
     if (layer < 0) return own_weight(light);
+    if (in_sum == nullptr) return glm::dvec3(0.0);
     const auto own = in_sum->find(light.id);
     return own != in_sum->end() ? own->second : glm::dvec3(0.0);
 }
@@ -400,7 +399,7 @@ std::vector<std::uint64_t> direct_key(const FrameInputs& in, const Light& light)
 
 }  // namespace
 
-bool FrameInputs::each_pixel(const Light& light) const {
+bool FrameInputs::wants_each_pixel(const Light& light) const {
     return pass_cache.holds({Slot::each_pixel, target.id, light.id}, direct_key(*this, light));
 }
 
@@ -414,9 +413,11 @@ bool FrameInputs::has_besides() const {
 }
 
 PassContext FrameInputs::context() const {
-    return {programs,       geometry,      scene,     target,  eye,   traced, clusters,        material_table,  pool,
-            screen.scratch, pass_cache,    transport, bounces, false, false,  shades_on_cpu(), gathers_by_gl(), merged,
-            has_besides(),  quality_level, layers,    &in_sum};
+    PassContext context = *this;
+    context.layers_on_cpu = shades_on_cpu();
+    context.gathers = gathers_by_gl();
+    context.besides = has_besides();
+    return context;
 }
 
 bool FrameInputs::can_merge() const {
@@ -424,12 +425,11 @@ bool FrameInputs::can_merge() const {
 }
 
 std::size_t FrameInputs::layered() const {
-    return layers.size() - static_cast<std::size_t>(std::count(layers.begin(), layers.end(), -1));
+    return layers.size() - std::count(layers.begin(), layers.end(), -1);
 }
 
 std::vector<Pass> build_pipeline(const FrameInputs& in) {
     Builder b{in, {}};
-    const bool metered = in.meter != FrameInputs::Meter::none;
     const Scene& scene = in.scene;
     b.passes.reserve(4 + 8 * scene.lights.size());
     b.add_surfaces();
@@ -443,9 +443,10 @@ std::vector<Pass> build_pipeline(const FrameInputs& in) {
     }
     if (in.can_merge()) b.add_merged(Together::layered);
     if (in.layered() < scene.lights.size()) b.add_merged(Together::summed);
-    if (!metered) b.add_whole();
-    if (!metered) b.add_composite();
-    if (!metered && !b.shown_on_cpu && in.target.kind == TargetKind::live) {
+    if (b.metered) return std::move(b.passes);
+    b.add_whole();
+    b.add_composite();
+    if (!b.shown_on_cpu && in.target.kind == TargetKind::live) {
         b.add("nv12", b.per_target(Slot::nv12), {b.per_target(Slot::picture)}, {},
               [context = b.context] { return run_nv12(context); });
     }

@@ -18,12 +18,9 @@ namespace gonio {
 struct Renderer::InFlight {
     gl::Fence fence;
     gl::Buffer readback;
-    int width_px = 0, height_px = 0;
-    v1::FrameReport report;
     Timers timers;
-    std::int64_t drained_ns = 0;
-    bool picture = false;                                   // it comes through `readback`
-    std::shared_ptr<const std::vector<std::uint8_t>> nv12;  // or it is here already
+    bool picture = false;  // it comes through `readback`; else `frame` has it already
+    FinishedFrame frame;
 };
 
 Renderer::Renderer(const gl::Context& context, DirectLight direct_light)
@@ -78,45 +75,37 @@ void Renderer::prepare_target(const Scene& scene) {
     const int wide = scaled(scene.width_px), high = scaled(scene.height_px);
     // What a layer takes of pixels, on the CPU and as textures, of surfels, and of its cube of depths.
     constexpr std::size_t kPixelBytes = 28, kSurfelBytes = 100;
-    const auto cube = static_cast<std::size_t>(shadow_size_of(scene.lights.size()));
-    const std::size_t one = static_cast<std::size_t>(wide) * static_cast<std::size_t>(high) * kPixelBytes +
+    const std::size_t cube = shadow_size_of(scene.lights.size());
+    const std::size_t one = kPixelBytes * wide * high +
                             (transport_ ? transport_->surface->surfels.count * kSurfelBytes : 0) +
                             (direct_by_rays_ ? 0 : 6 * sizeof(float) * cube * cube);
     layer_count_ = std::clamp<std::size_t>(layer_bytes_ / one, 1, kMostLayers);
     if (scene.technique != Technique::standard) layer_count_ = kMostLayers;
     keep_layers(scene);
-    const int layers = static_cast<int>(std::clamp<std::size_t>(scene.lights.size(), 1, layer_count_));
-    if (live_.width_px != wide || live_.height_px != high || live_.layer_count < layers ||
+    const std::size_t layers = std::clamp<std::size_t>(scene.lights.size(), 1, layer_count_);
+    if (live_.width_px != wide || live_.height_px != high || live_.layer_count < static_cast<int>(layers) ||
         live_.emissive != geometry_->emissive()) {
         pass_cache_.forget_target(live_.id);
-        live_ = make_target(next_target_++, TargetKind::live, wide, high, static_cast<std::size_t>(layers),
-                            geometry_->emissive(), !direct_by_rays_);
+        live_ =
+            make_target(next_target_++, TargetKind::live, wide, high, layers, geometry_->emissive(), !direct_by_rays_);
         live_screen_ = std::make_unique<ScreenLight>();
     }
 }
 
 FrameInputs Renderer::inputs_of(const Scene& scene, const Target& target, ScreenLight& screen, const Eye& eye) {
-    FrameInputs inputs{programs_,
-                       *geometry_,
-                       scene,
-                       target,
+    FrameInputs inputs{{programs_, *geometry_, scene, target, eye, *traced_, drawn_->clusters, drawn_->material_table,
+                        pool_, screen.scratch, pass_cache_, transport_.get()},
                        screen,
-                       pass_cache_,
-                       eye,
-                       {},
                        scene.view,
-                       *traced_,
-                       drawn_->clusters,
-                       drawn_->material_table,
-                       pool_,
                        direct_by_rays_,
-                       transport_.get(),
                        generation_,
-                       layers_of(scene, target),
-                       {}};
-    if (target.id == live_.id) inputs.in_sum = in_sum_;
+                       layers_of(scene, target)};
+    inputs.layers = inputs.layer_of;
     for (const Light& light : scene.lights) inputs.lights.push_back(&lights_.at(light.id));
-    if (target.id == live_.id) inputs.quality_level = quality_level_;
+    if (target.id == live_.id) {
+        inputs.in_sum = &in_sum_;
+        inputs.quality_level = quality_level_;
+    }
     return inputs;
 }
 
@@ -131,7 +120,7 @@ namespace {
 bool direct_left(const FrameInputs& in, std::size_t i) {
     const Light& light = in.scene.lights[i];
     return in.shades_on_cpu() && in.layers[i] >= 0 && in.view != View::indirect &&
-           light_weight(in.scene, light) != glm::dvec3(0.0) && !in.each_pixel(light);
+           light_weight(in.scene, light) != glm::dvec3(0.0) && !in.wants_each_pixel(light);
 }
 
 }  // namespace
@@ -168,8 +157,7 @@ bool Renderer::refine(const Scene& scene, const std::function<bool()>& interrupt
     if (inputs.gathers_by_gl()) {  // its surfaces, which frames have no need of
         std::vector<Pass> passes = build_pipeline(inputs);
         const SlotRef wanted[] = {{Slot::grid, live_.id, 0}, {Slot::weights, live_.id, 0}};
-        execute(
-            passes, wanted, pass_cache_, [](std::size_t) {}, [](std::size_t) {});
+        execute(passes, wanted, pass_cache_);
     }
     return continue_final_gather(inputs.context(), inputs.lights, *live_screen_, interrupted);
 }
@@ -223,111 +211,98 @@ void Renderer::begin_frame(const Scene& scene, std::int64_t drained_ns) {
         live_screen_->light.summed = {};
     }
     choose_layers(inputs);
-    auto frame = std::make_unique<InFlight>();
+    auto in_flight = std::make_unique<InFlight>();
+    FinishedFrame* frame = &in_flight->frame;
     frame->drained_ns = drained_ns;
     frame->width_px = live_.width_px;
     frame->height_px = live_.height_px;
-    frame->report = run(inputs, wanted_slots(inputs, true), frame->timers);
-    frame->report.set_width_px(static_cast<std::uint32_t>(live_.width_px));
-    frame->report.set_height_px(static_cast<std::uint32_t>(live_.height_px));
-    frame->report.set_effort(static_cast<std::uint32_t>(quality_level_));
+    frame->report = run(inputs, wanted_slots(inputs, true), in_flight->timers);
+    frame->report.set_width_px(live_.width_px);
+    frame->report.set_height_px(live_.height_px);
+    frame->report.set_effort(quality_level_);
     if (transport_ && scene.technique == Technique::standard) {
         frame->report.set_links(transport_->links.per_surfel());
         frame->report.set_refined_rounds(
             merged_ ? 0 : final_gather_passes(inputs.context(), inputs.lights, live_screen_->light));
     }
     const auto& passes = frame->report.passes();
-    frame->picture = std::any_of(passes.begin(), passes.end(),
-                                 [](const auto& row) { return row.name() == "nv12" && row.state() == "ran"; });
+    in_flight->picture = std::any_of(passes.begin(), passes.end(),
+                                     [](const auto& row) { return row.name() == "nv12" && row.state() == "ran"; });
     frame->nv12 = std::exchange(live_screen_->composed.nv12, nullptr);
-    if (frame->picture) {
-        const std::size_t bytes =
-            static_cast<std::size_t>(live_.width_px) * static_cast<std::size_t>(live_.height_px / 2 * 3);
+    if (in_flight->picture) {
+        const std::size_t bytes = std::size_t{1} * live_.width_px * (live_.height_px / 2 * 3);
         if (bytes != readback_bytes_) {
             free_readbacks_.clear();
             readback_bytes_ = bytes;
         }
-        if (free_readbacks_.empty()) {
+        if (free_readbacks_.empty())
             free_readbacks_.push_back(
                 gl::make_buffer("readback", bytes, nullptr, GL_MAP_READ_BIT | GL_CLIENT_STORAGE_BIT));
-        }
-        frame->readback = std::move(free_readbacks_.back());
+        in_flight->readback = std::move(free_readbacks_.back());
         free_readbacks_.pop_back();
         glBindFramebuffer(GL_READ_FRAMEBUFFER, live_.nv12_fbo.id());
-        glBindBuffer(GL_PIXEL_PACK_BUFFER, frame->readback.id());
+        glBindBuffer(GL_PIXEL_PACK_BUFFER, in_flight->readback.id());
         glPixelStorei(GL_PACK_ALIGNMENT, 1);
         glReadPixels(0, 0, live_.width_px, live_.height_px / 2 * 3, GL_RED, GL_UNSIGNED_BYTE, nullptr);
         glBindBuffer(GL_PIXEL_PACK_BUFFER, 0);
     }
     if (!frame->nv12) {
-        frame->fence = gl::insert_fence();
+        in_flight->fence = gl::insert_fence();
         glFlush();
     }
-    in_flight_.push_back(std::move(frame));
+    in_flight_.push_back(std::move(in_flight));
 }
 
 std::optional<FinishedFrame> Renderer::finish_frame(bool wait) {
     if (in_flight_.empty()) return std::nullopt;
-    InFlight& frame = *in_flight_.front();
+    InFlight& in_flight = *in_flight_.front();
     constexpr GLuint64 kStep = 1'000'000'000;
-    while (frame.fence && !gl::passed(frame.fence, wait ? kStep : 0)) {
+    while (in_flight.fence && !gl::passed(in_flight.fence, wait ? kStep : 0)) {
         if (!wait) return std::nullopt;
     }
-    FinishedFrame done;
-    done.width_px = frame.width_px;
-    done.height_px = frame.height_px;
-    done.drained_ns = frame.drained_ns;
-    done.nv12 = std::move(frame.nv12);
-    if (frame.picture) {
-        const std::size_t bytes =
-            static_cast<std::size_t>(frame.width_px) * static_cast<std::size_t>(frame.height_px / 2 * 3);
+    FinishedFrame done = std::move(in_flight.frame);
+    if (in_flight.picture) {
+        const std::size_t bytes = std::size_t{1} * done.width_px * (done.height_px / 2 * 3);
         auto pixels = std::make_shared<std::vector<std::uint8_t>>(bytes);
-        glGetNamedBufferSubData(frame.readback.id(), 0, static_cast<GLsizeiptr>(bytes), pixels->data());
+        glGetNamedBufferSubData(in_flight.readback.id(), 0, static_cast<GLsizeiptr>(bytes), pixels->data());
         done.nv12 = std::move(pixels);
-        if (bytes == readback_bytes_) free_readbacks_.push_back(std::move(frame.readback));
+        if (bytes == readback_bytes_) free_readbacks_.push_back(std::move(in_flight.readback));
     }
     done.rendered_ns = monotonic_ns();
-    done.report = std::move(frame.report);
-    frame.timers.resolve(done.report);
+    in_flight.timers.resolve(done.report);
     done.report.set_frame_ms(static_cast<double>(done.rendered_ns - done.drained_ns) * 1e-6);
     in_flight_.pop_front();
     return done;
 }
 
 std::vector<glm::vec3> Renderer::live_illuminance(const Scene& scene, bool indirect) {
-    const std::vector<int> layers = layers_of(scene, live_);
-    std::vector<glm::vec3> weights(static_cast<std::size_t>(live_.layer_count), glm::vec3(0.0f));  // cd
-    for (std::size_t i = 0; i < layers.size(); ++i) {
-        const Light& light = scene.lights[i];
-        const auto summed = in_sum_.find(light.id);
-        if (layers[i] >= 0)
-            weights[static_cast<std::size_t>(layers[i])] =
-                glm::vec3((light_weight(scene, light) -
-                           (summed != in_sum_.end() ? scene.master_ratio * summed->second : glm::dvec3(0.0))) *
-                          static_cast<double>(lights_.at(light.id).web->peak_cd));
+    const Eye eye;
+    FrameInputs inputs = inputs_of(scene, live_, *live_screen_, eye);
+    inputs.merged = merged_;
+    std::vector<glm::vec3> weights(live_.layer_count, glm::vec3(0.0f));  // cd
+    for (std::size_t i = 0; i < scene.lights.size(); ++i) {
+        if (inputs.layers[i] < 0) continue;
+        weights[inputs.layers[i]] =
+            glm::vec3(inputs.layer_weight(scene.lights[i]) * static_cast<double>(inputs.lights[i]->web->peak_cd));
     }
-    if (direct_by_rays_ && scene.technique == Technique::standard) {
-        const Eye eye;
-        FrameInputs inputs = inputs_of(scene, live_, *live_screen_, eye);
-        inputs.merged = merged_;
+    if (inputs.shades_on_cpu())
         return cpu_illuminance(inputs.context(), weights, indirect, live_screen_->surfaces, live_screen_->light);
-    }
-    std::vector<glm::vec3> sum(static_cast<std::size_t>(live_.width_px) * static_cast<std::size_t>(live_.height_px));
-    std::vector<glm::vec3> layer(sum.size());
-    glPixelStorei(GL_PACK_ALIGNMENT, 1);
-    const float unit_lx = live_screen_->besides_unit_lx[indirect ? 1 : 0];
-    const bool besides = geometry_->emissive() || scene.lights.size() > layer_count_ || merged_;
-    if (unit_lx > 0.0f && besides && scene.technique == Technique::standard) {
-        glGetTextureSubImage(live_.besides.id(), 0, 0, 0, indirect ? 1 : 0, live_.width_px, live_.height_px, 1, GL_RGB,
-                             GL_FLOAT, static_cast<GLsizei>(layer.size() * sizeof(glm::vec3)), layer.data());
+    std::vector<glm::vec3> sum(std::size_t{1} * live_.width_px * live_.height_px), layer(sum.size());
+    const auto read = [&](const gl::Texture& array, int index) {
+        glPixelStorei(GL_PACK_ALIGNMENT, 1);
+        glGetTextureSubImage(array.id(), 0, 0, 0, index, live_.width_px, live_.height_px, 1, GL_RGB, GL_FLOAT,
+                             layer.size() * sizeof(glm::vec3), layer.data());
+    };
+    const int part = indirect ? 1 : 0;
+    const float unit_lx = live_screen_->besides_unit_lx[part];
+    if (unit_lx > 0.0f && inputs.has_besides()) {
+        read(live_.besides, part);
         for (std::size_t p = 0; p < sum.size(); ++p) sum[p] += unit_lx * layer[p];
     }
     for (std::size_t i = 0; i < weights.size() && !(indirect && merged_); ++i) {
         const glm::vec3 weight = weights[i] / geometry_->layer_unit_m2();
         if (weight == glm::vec3(0.0f)) continue;
-        glGetTextureSubImage(indirect ? live_.indirect.id() : live_.direct.id(), 0, 0, 0, static_cast<GLint>(i),
-                             live_.width_px, live_.height_px, 1, GL_RGB, GL_FLOAT,
-                             static_cast<GLsizei>(layer.size() * sizeof(glm::vec3)), layer.data());
+        read(indirect ? live_.indirect : live_.direct, static_cast<int>(i));
         for (std::size_t p = 0; p < sum.size(); ++p) sum[p] += weight * (indirect ? layer[p] : glm::vec3(layer[p].r));
     }
     return sum;

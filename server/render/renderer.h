@@ -10,7 +10,6 @@
 #include <optional>
 #include <vector>
 
-#include "ies/core/result.h"
 #include "protocol/schema/report.pb.h"
 #include "server/gl/context.h"
 #include "server/render/gpu_scene.h"
@@ -133,7 +132,7 @@ private:
     std::size_t layer_bytes_ = std::size_t{2} << 30, layer_count_ = kMostLayers;
     std::vector<std::uint32_t> layered_;          // by layer: id of its luminaire, 0: free; used where not all have one
     Revision layered_rev_ = 0;                    // of the scene they were chosen for
-    std::map<std::uint32_t, glm::dvec3> in_sum_;  // PassContext::in_sum
+    std::map<std::uint32_t, glm::dvec3> in_sum_;  // PassContext::in_sum of the live picture
     std::map<std::uint32_t, glm::dvec3> weights_;  // by id, of the newest live frame; where some are summed
     bool merged_ = false;                          // the newest live picture shows all luminaires at once
     std::uint32_t refilled_ = 0;                   // id of the last luminaire whose own layers followed

@@ -1,6 +1,7 @@
-// A reflective shadow map read back, and the exact sum over all its texels. No GL.
+// A reflective shadow map read back, and the exact sum over all its texels as two estimates of one light. No GL.
 #pragma once
 
+#include <array>
 #include <cstdint>
 #include <glm/glm.hpp>
 #include <vector>
@@ -19,8 +20,12 @@ struct RsmTexels {
     glm::dvec3 normal_of(std::size_t texel) const;
 };
 
-// Result: unoccluded irradiance at a point (relative to the luminaire, m) with a unit normal, summed over all texels in
-// double precision with the area-bounded kernel, in lux per cd of peak, per channel.
-glm::dvec3 dense_irradiance(const RsmTexels& rsm, const glm::dvec3& point, const glm::dvec3& normal);
+// Result: unoccluded irradiance at a point (relative to the luminaire, m) with a unit normal, in lux per cd of peak,
+// per channel, with the area-bounded kernel. It is summed in double precision over the white and over the black texels
+// of a checkerboard on each face. Their sum is the whole, their difference what the texels' size leaves open.
+std::array<glm::dvec3, 2> checkerboard_irradiance(const RsmTexels& rsm, const glm::dvec3& point,
+                                                  const glm::dvec3& normal);
+// Result: texels that carry light.
+unsigned lit_texels(const RsmTexels& rsm);
 
 }  // namespace gonio

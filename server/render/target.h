@@ -4,7 +4,6 @@
 
 #include <array>
 #include <cstdint>
-#include <memory>
 
 #include "server/gl/objects.h"
 #include "server/scene/eye.h"

@@ -22,7 +22,7 @@ struct Emitter {
     double area_over_pi_m2;
 };
 
-// The same texels and the same sum as gonio::dense_irradiance, decoded once instead of at every receiver.
+// The same texels and the same sum as gonio::checkerboard_irradiance, decoded once instead of at every receiver.
 std::vector<Emitter> emitters_of(const RsmTexels& texels, const glm::dvec3& weight) {
     std::vector<Emitter> emitters;
     for (std::size_t i = 0; i < texels.flux.size(); ++i) {

@@ -109,7 +109,8 @@ void convergence(Bench& bench) {
             const RsmTexels rsm = texels_of(n, room.look);
             double squares = 0.0;
             for (const Point& point : room.points) {
-                const double e = dense_irradiance(rsm, point.at, point.normal).g / point.truth - 1.0;
+                const auto halves = checkerboard_irradiance(rsm, point.at, point.normal);
+                const double e = (halves[0] + halves[1]).g / point.truth - 1.0;
                 squares += e * e / static_cast<double>(room.points.size());
             }
             errors.push_back(std::sqrt(squares));

@@ -12,7 +12,7 @@ namespace {
 constexpr auto kLivePasses = static_cast<unsigned>(std::size(lighting::kLivePasses));
 
 bool there(const PassContext& context) {
-    return context.transport != nullptr && context.transport->surface->surfels.count > 0 && context.bounces != 0;
+    return context.has_surfels() && context.bounces != 0;
 }
 
 // Light that is gathered, and what for: a layer, or light without one.

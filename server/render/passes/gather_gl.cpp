@@ -36,10 +36,6 @@ void upload_surfels(const PassContext& context, OnGpu& own) {
     }
 }
 
-bool there(const PassContext& context) {
-    return context.transport != nullptr && context.transport->surface->surfels.count > 0;
-}
-
 // Draws what the pixels see of the light of the surfels. unit: of the table's values in the layer's. add: to what is
 // there.
 void draw_irradiance(const PassContext& context, const OnGpu& on_gpu, GLuint framebuffer, const transport::Table& table,
@@ -64,7 +60,7 @@ void draw_irradiance(const PassContext& context, const OnGpu& on_gpu, GLuint fra
 }  // namespace
 
 PassRun run_gather_weights_gl(const PassContext& context, OnGpu& own) {
-    if (!there(context)) return {};
+    if (!context.has_surfels()) return {};
     upload_surfels(context, own);
     const Target& target = context.target;
     const transport::Surfels& surfels = context.transport->surface->surfels;
@@ -84,7 +80,7 @@ PassRun run_gather_weights_gl(const PassContext& context, OnGpu& own) {
 PassRun run_gather_gl(const PassContext& context, const LightGpu& gpu, int layer, const OnGpu& on_gpu) {
     const GLuint framebuffer = layer_framebuffer(context.target, context.target.indirect.id(), layer);
     transport::Table table;
-    if (there(context)) transport::make_table(gpu.irradiance.indirect, table, context.pool);
+    if (context.has_surfels()) transport::make_table(gpu.irradiance.indirect, table, context.pool);
     if (!(table.unit > 0.0f)) {
         const float black[4] = {};
         glClearNamedFramebufferfv(framebuffer, GL_COLOR, 0, black);
@@ -98,7 +94,7 @@ PassRun run_besides(const PassContext& context, const lighting::GBuffer& s, cons
                     const OnGpu& on_gpu, std::array<float, 2>& units_lx) {
     const auto master = static_cast<float>(context.scene.master_ratio);
     units_lx = {};
-    const transport::Irradiance none, &emitted = there(context) ? context.transport->emitted : none;
+    const transport::Irradiance none, &emitted = context.has_surfels() ? context.transport->emitted : none;
     PassRun run;
     for (const std::size_t part : {0u, 1u}) {
         std::vector<float> sum;

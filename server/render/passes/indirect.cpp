@@ -23,17 +23,13 @@ const lighting::VplRays& rays_of(const Light& light, const LightGpu& gpu, unsign
     return *rays;
 }
 
-bool there(const PassContext& context) {
-    return context.transport != nullptr && context.transport->surface->surfels.count > 0;
-}
-
 }  // namespace
 
 PassRun run_surfels(const PassContext& context, const Light& light, LightGpu& gpu) {
     gpu.surfel_direct.clear();
     gpu.exact = {};
     gpu.moves = true;
-    if (!there(context)) return {};
+    if (!context.has_surfels()) return {};
     const Transport::Surface& surface = *context.transport->surface;
     const lighting::DirectLight direct = direct_light_of(context, light, gpu);
     lighting::direct_at_surfels(surface.surfels, context.traced, direct, gpu.surfel_direct, context.pool);
@@ -83,7 +79,7 @@ void solve_light(const PassContext& context, const lighting::GridWeights& weight
 
 PassRun run_solve(const PassContext& context, LightGpu& gpu, const lighting::GridWeights& weights) {
     const bool moves = std::exchange(gpu.moves, false);
-    if (!there(context) || gpu.surfel_direct.empty()) {
+    if (!context.has_surfels() || gpu.surfel_direct.empty()) {
         gpu.irradiance = {};
         gpu.irradiance.converged = true;
         return {};
@@ -102,7 +98,7 @@ PassRun run_solve(const PassContext& context, LightGpu& gpu, const lighting::Gri
 
 PassRun run_solve_merged(const PassContext& context, Merged& merged, const lighting::GridWeights& weights) {
     const bool moves = std::exchange(merged.moves, false);
-    if (!there(context) || merged.irradiance.direct.empty()) {
+    if (!context.has_surfels() || merged.irradiance.direct.empty()) {
         merged.irradiance.indirect.clear();
         merged.irradiance.converged = true;
         return {};
@@ -112,7 +108,7 @@ PassRun run_solve_merged(const PassContext& context, Merged& merged, const light
 }
 
 PassRun run_gather_weights(const PassContext& context, const Surfaces& surfaces, lighting::GridWeights& weights) {
-    if (!there(context)) {
+    if (!context.has_surfels()) {
         weights = {};
         return {};
     }
@@ -123,7 +119,8 @@ PassRun run_gather_weights(const PassContext& context, const Surfaces& surfaces,
 }
 
 bool first_bounce_left(const PassContext& context, const LightGpu& gpu) {
-    return there(context) && gpu.irradiance.narrow > 0.0f && gpu.exact.next < context.transport->surface->surfels.count;
+    return context.has_surfels() && gpu.irradiance.narrow > 0.0f &&
+           gpu.exact.next < context.transport->surface->surfels.count;
 }
 
 namespace {
@@ -181,7 +178,7 @@ namespace {
 lighting::Planes gathered(const PassContext& context, const Surfaces& surfaces, const lighting::GridWeights& weights,
                           const transport::Irradiance& light) {
     std::span<const glm::vec4> surfels;
-    if (there(context) && !light.indirect.empty() && context.bounces != 0)
+    if (context.has_surfels() && !light.indirect.empty() && context.bounces != 0)
         surfels = context.bounces == 1 ? light.first : light.indirect;
     return lighting::irradiance_at_grid(surfaces.grid, weights, surfels, context.pool);
 }
@@ -208,7 +205,7 @@ PassRun run_gather(const PassContext& context, const LightGpu& gpu, int layer, c
 
 PassRun run_gather_emitted(const PassContext& context, const Surfaces& surfaces, const lighting::GridWeights& weights,
                            Besides& emitted) {
-    const transport::Irradiance none, &light = there(context) ? context.transport->emitted : none;
+    const transport::Irradiance none, &light = context.has_surfels() ? context.transport->emitted : none;
     for (const int after_bounces : {0, 1}) {
         if (context.gathers) {  // run_besides does
             transport::Table table;
@@ -308,7 +305,7 @@ PassRun run_gather_emitted_point(const PassContext& context, MeterLight& meter) 
     constexpr std::uint32_t kSamplesPerPart = 256;
     std::array<PointLight, 2>& found = meter.emitted;
     found = {};
-    if (!there(context) || context.transport->emitted.direct.empty()) return {};
+    if (!context.has_surfels() || context.transport->emitted.direct.empty()) return {};
     const Transport& transport = *context.transport;
     const Point point(context);
     const trace::Receiver at{point.p, point.start, point.n, point.n};
@@ -327,7 +324,7 @@ PassRun run_gather_emitted_point(const PassContext& context, MeterLight& meter) 
 
 PassRun run_gather_point_summed(const PassContext& context, const Merged& merged, MeterLight& meter) {
     meter.summed[1] = {};
-    if (!there(context) || merged.irradiance.indirect.empty() || context.bounces == 0) return {};
+    if (!context.has_surfels() || merged.irradiance.indirect.empty() || context.bounces == 0) return {};
     const float unit_lx = merged.reference / context.geometry.layer_unit_m2();
     meter.summed[1] = bounced_at(Point(context), context, merged.irradiance,
                                  static_cast<double>(unit_lx) * context.scene.master_ratio, meter);
@@ -340,7 +337,7 @@ PassRun run_gather_point(const PassContext& context, const Light& light, LightGp
     meter.layers.resize(context.scene.lights.size());
     PointLight& found = meter.layers[static_cast<std::size_t>(layer)];
     found = {};
-    if (!there(context) || gpu.irradiance.indirect.empty() || context.bounces == 0) return {};
+    if (!context.has_surfels() || gpu.irradiance.indirect.empty() || context.bounces == 0) return {};
     const transport::Surfels& surfels = context.transport->surface->surfels;
     const Point point(context);
     MeterLight& links = links_of(point, context, meter);

@@ -1,15 +1,12 @@
 // The default technique's light: the CPU's passes between the G-buffer and the layers (server/lighting).
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <glm/gtc/packing.hpp>
 #include <numbers>
-#include <optional>
 
 #include "server/lighting/display.h"
 #include "server/lighting/screen.h"
 #include "server/render/passes/passes.h"
-#include "server/render/passes/screen.h"
 #include "server/render/quality_level.h"
 #include "server/scene/apply.h"
 #include "server/scene/web_buffer.h"

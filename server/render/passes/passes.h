@@ -45,7 +45,10 @@ struct PassContext {
     std::size_t quality_level = 0;  // index into kQualityLevels
     std::span<const int> layers;    // by light: where its own light is kept; -1: it is summed with others
     // By id of a light with a layer: its weight in the sum, which it is still in, though its level has changed since.
+    // Null: none is.
     const std::map<std::uint32_t, glm::dvec3>* in_sum = nullptr;
+    // Whether there are surfels to gather light from.
+    bool has_surfels() const { return transport != nullptr && transport->surface->surfels.count > 0; }
     // Result: the weight of its layer; and in the sum, which the master dims as a whole.
     glm::dvec3 layer_weight(const Light& light) const;
     glm::dvec3 weight_in_sum(const Light& light, int layer) const;

@@ -4,7 +4,6 @@
 
 #include "server/render/passes/passes.h"
 #include "server/render/passes/screen.h"
-#include "server/scene/apply.h"
 
 namespace gonio {
 
