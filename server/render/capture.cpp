@@ -53,23 +53,19 @@ struct Rectangle {
     int x, y, width, height;
 };
 
-// Copies rows (bottom to top, `stride` pixels long, starting at column `skip`) into the picture's rectangle.
+// Reads a tile's texture (rows from the bottom) and copies all but its margin into the picture's rectangle.
 template <typename T>
-void place(const std::vector<T>& rows, int stride, int skip, std::vector<T>& picture, int picture_width,
+void place(GLuint texture, GLenum type, int margin, std::vector<T>& picture, int picture_width,
            const Rectangle& to_fill) {
     const auto [x, y, width, height] = to_fill;
+    const int stride = width + 2 * margin;
+    std::vector<T> values(std::size_t{4} * stride * (height + 2 * margin));
+    glPixelStorei(GL_PACK_ALIGNMENT, 1);
+    glGetTextureImage(texture, 0, GL_RGBA, type, values.size() * sizeof(T), values.data());
     for (int row = 0; row < height; ++row) {
-        const T* from = rows.data() + std::size_t{4} * ((skip + height - 1 - row) * stride + skip);
+        const T* from = values.data() + std::size_t{4} * ((margin + height - 1 - row) * stride + margin);
         std::copy_n(from, 4 * width, picture.data() + std::size_t{4} * ((y + row) * picture_width + x));
     }
-}
-
-template <typename T>
-std::vector<T> read_texture(GLuint texture, GLenum type, int width, int height) {
-    std::vector<T> values(std::size_t{4} * width * height);
-    glPixelStorei(GL_PACK_ALIGNMENT, 1);
-    glGetTextureImage(texture, 0, GL_RGBA, type, static_cast<GLsizei>(values.size() * sizeof(T)), values.data());
-    return values;
 }
 
 }  // namespace
@@ -154,13 +150,11 @@ bool Renderer::continue_capture(CaptureJob& job) {
     }
     Timers timers;
     v1::FrameReport report = run(inputs, wanted_slots(inputs, false), timers);
-    if (job.raw) {
-        place(read_texture<float>(values.id(), GL_FLOAT, target_width, target_height), target_width, margin,
-              picture.values, picture.width_px, {x, y, width, height});
-    } else {
-        place(read_texture<std::uint8_t>(target.display.id(), GL_UNSIGNED_BYTE, target_width, target_height),
-              target_width, margin, picture.rgba8, picture.width_px, {x, y, width, height});
-    }
+    const Rectangle tile{x, y, width, height};
+    if (job.raw)
+        place(values.id(), GL_FLOAT, margin, picture.values, picture.width_px, tile);
+    else
+        place(target.display.id(), GL_UNSIGNED_BYTE, margin, picture.rgba8, picture.width_px, tile);
     timers.resolve(report);
     pass_cache_.forget_target(target.id);
     add_report(picture.report, report);

@@ -32,8 +32,7 @@ struct Reader {
                             : channels == 1                 ? GL_RED
                             : channels == 2                 ? GL_RG
                                                             : GL_RGBA;
-        std::vector<float> read_back(static_cast<std::size_t>(width) * static_cast<std::size_t>(height) *
-                                     static_cast<std::size_t>(depth * channels));
+        std::vector<float> read_back(std::size_t{1} * width * height * depth * channels);
         glPixelStorei(GL_PACK_ALIGNMENT, 1);
         glGetTextureSubImage(texture.id(), 0, 0, 0, std::max(layer, 0), width, height, depth, read, GL_FLOAT,
                              static_cast<GLsizei>(read_back.size() * sizeof(float)), read_back.data());
@@ -103,22 +102,18 @@ void inspect_slot(const FrameInputs& inputs, const SlotRef& slot, const Inspecto
             break;
         }
         case Slot::direct:
-            if (layer < 0) {
-                if (slot.light == 0) read.merged("merged_direct", false);
-                break;
-            }
-            if (inputs.shades_on_cpu())
-                run_layers(inputs.context(), layer, inputs.screen.surfaces, inputs.screen.light.layers);
-            read.texture("direct", target.direct, 1, false, layer, inputs.geometry.layer_unit_m2());
-            break;
         case Slot::gather:
             if (layer < 0) {
-                if (slot.light == 0) read.merged("merged_indirect", true);
+                const bool indirect = slot.slot == Slot::gather;
+                if (slot.light == 0) read.merged(indirect ? "merged_indirect" : "merged_direct", indirect);
                 break;
             }
             if (inputs.shades_on_cpu())
                 run_layers(inputs.context(), layer, inputs.screen.surfaces, inputs.screen.light.layers);
-            read.texture("indirect", target.indirect, 4, false, layer, inputs.geometry.layer_unit_m2());
+            if (slot.slot == Slot::direct)
+                read.texture("direct", target.direct, 1, false, layer, inputs.geometry.layer_unit_m2());
+            else
+                read.texture("indirect", target.indirect, 4, false, layer, inputs.geometry.layer_unit_m2());
             break;
         case Slot::besides:
             for (int part = 0; part < 2; ++part) read.texture("besides", target.besides, 4, false, part);

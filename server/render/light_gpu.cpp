@@ -62,11 +62,12 @@ void make_rsm(LightGpu& light, bool with_position) {
     light.albedo = cube("rsm albedo", GL_RGBA16F);
     light.rsm_depth = cube("rsm depth", GL_DEPTH_COMPONENT32F);
     light.flux = cube("rsm flux", GL_RGBA32F);
-    if (with_position) light.position = cube("rsm position", GL_RGBA32F);
-    const GLuint depth = light.radial_depth.id(), normal = light.normal.id(), albedo = light.albedo.id();
-    light.rsm_fbo =
-        with_position ? gl::make_framebuffer("rsm", {depth, normal, albedo, light.position.id()}, light.rsm_depth.id())
-                      : gl::make_framebuffer("rsm", {depth, normal, albedo}, light.rsm_depth.id());
+    std::vector<GLuint> colors = {light.radial_depth.id(), light.normal.id(), light.albedo.id()};
+    if (with_position) {
+        light.position = cube("rsm position", GL_RGBA32F);
+        colors.push_back(light.position.id());
+    }
+    light.rsm_fbo = gl::make_framebuffer("rsm", colors, light.rsm_depth.id());
     light.flux_fbo = gl::make_framebuffer("rsm flux", {light.flux.id()}, 0);
     light.rsm_faces = {};
 }
@@ -91,8 +92,7 @@ unsigned missing_faces(const LightGpu::Faces& faces, unsigned reached, Revision 
 }
 
 void note_faces(LightGpu::Faces& faces, unsigned made, Revision position_rev, Revision geometry_rev) {
-    const bool same = faces.position_rev == position_rev && faces.geometry_rev == geometry_rev;
-    faces = {position_rev, geometry_rev, (same ? faces.made : 0u) | made};
+    faces = {position_rev, geometry_rev, (63u & ~missing_faces(faces, 63u, position_rev, geometry_rev)) | made};
 }
 
 }  // namespace gonio

@@ -48,7 +48,7 @@ void add_light(const FrameInputs& inputs, std::size_t i, const glm::dvec3& point
     const glm::dvec3 weight = light_weight(inputs.scene, light) * static_cast<double>(gpu.web->peak_cd);
     float direct = 0.0f;
     glm::vec4 indirect(0.0f);
-    const auto layer = static_cast<GLint>(inputs.layers[i]);
+    const int layer = inputs.layers[i];
     const Target& target = inputs.target;
     glGetTextureSubImage(target.direct.id(), 0, 0, 0, layer, 1, 1, 1, GL_RED, GL_FLOAT, sizeof direct, &direct);
     glGetTextureSubImage(target.indirect.id(), 0, 0, 0, layer, 1, 1, 1, GL_RGBA, GL_FLOAT, sizeof indirect,
@@ -64,7 +64,7 @@ void add_light(const FrameInputs& inputs, std::size_t i, const glm::dvec3& point
         sums.variance += error * error;
         sums.samples += lit_texels(gpu.texels);
     } else if (standard) {
-        const PointLight& found = inputs.screen.meter.layers.at(static_cast<std::size_t>(layer));
+        const PointLight& found = inputs.screen.meter.layers.at(layer);
         bounced = found.light;
         sums.variance += variance_of(found, weight);
     }

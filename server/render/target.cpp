@@ -32,11 +32,12 @@ Target make_target(std::uint32_t id, TargetKind kind, int width_px, int height_p
         t.weights_fbo = gl::make_framebuffer("weights", {t.weights.id(), t.surfel.id()}, 0);
     }
     t.gbuffer = gl::make_framebuffer("gbuffer", colors, t.depth.id());
-    t.direct = gl::make_texture_array("direct", precise ? GL_R32F : GL_R16F, width_px, height_px, t.layer_count,
-                                      Filter::nearest);
-    t.indirect = gl::make_texture_array("indirect", precise ? GL_RGBA32F : GL_RGBA16F, width_px, height_px,
-                                        t.layer_count, Filter::nearest);
-    t.besides = gl::make_texture_array("besides", GL_RGBA16F, width_px, height_px, 2, Filter::nearest);
+    const auto array = [&](const char* name, GLenum format, int size) {
+        return gl::make_texture_array(name, format, width_px, height_px, size, Filter::nearest);
+    };
+    t.direct = array("direct", precise ? GL_R32F : GL_R16F, t.layer_count);
+    t.indirect = array("indirect", precise ? GL_RGBA32F : GL_RGBA16F, t.layer_count);
+    t.besides = array("besides", GL_RGBA16F, 2);
     GLuint layer = 0;
     glCreateFramebuffers(1, &layer);
     t.layer = gl::Framebuffer(layer);

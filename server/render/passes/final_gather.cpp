@@ -107,7 +107,7 @@ PassRun run_final_gather(const PassContext& context, std::span<LightGpu* const> 
     const bool precise = context.target.kind == TargetKind::precise;
     const float greatest = precise ? std::numeric_limits<float>::max() : 65504.0f;  // that a layer holds
     lighting::FinalGather gather{precise ? lighting::kPrecisePass : lighting::kStillPass};
-    const auto width = static_cast<std::size_t>(s.width);
+    const std::size_t width = s.width;
     const std::vector<Receiver> all = receivers(context, lights, light);
     std::vector<std::vector<float>> values(all.size());  // of layers
     for (std::size_t i = 0; i < all.size(); ++i) {
@@ -116,17 +116,17 @@ PassRun run_final_gather(const PassContext& context, std::span<LightGpu* const> 
         if (all[i].besides != nullptr)
             all[i].besides->pixels[1].resize(4 * s.depth.size());
         else
-            values[i].assign(4 * width * static_cast<std::size_t>(s.height), 1.0f);
+            values[i].assign(4 * width * s.height, 1.0f);
     }
     const auto keep = [&](std::size_t source, int y, std::span<const glm::vec4> row) {
         const auto [besides, unit] = std::pair(all[source].besides, all[source].unit);
         if (besides != nullptr) {
-            to_halves(row, unit, besides->pixels[1].data() + 4 * s.row_length * static_cast<std::size_t>(y));
+            to_halves(row, unit, besides->pixels[1].data() + 4 * s.row_length * y);
             return;
         }
-        float* to = values[source].data() + 4 * width * static_cast<std::size_t>(y);
+        float* to = values[source].data() + 4 * width * y;
         for (std::size_t x = 0; x < width; ++x) {
-            for (int k = 0; k < 3; ++k) to[4 * x + static_cast<std::size_t>(k)] = glm::clamp(row[x][k], 0.0f, greatest);
+            for (int k = 0; k < 3; ++k) to[4 * x + k] = glm::clamp(row[x][k], 0.0f, greatest);
         }
     };
     while (!lighting::continue_gather(s, surfaces.grid, *context.transport, gather, keep, context.pool)) {
@@ -175,7 +175,7 @@ bool continue_final_gather(const PassContext& context, std::span<LightGpu* const
         }
     }
     const auto keep = [&](std::size_t source, int y, std::span<const glm::vec4> row) {
-        to_halves(row, wanted[source].unit, own.pixels[source].data() + 4 * s.row_length * static_cast<std::size_t>(y));
+        to_halves(row, wanted[source].unit, own.pixels[source].data() + 4 * s.row_length * y);
     };
     while (!lighting::continue_gather(s, surfaces.grid, *context.transport, *own.work, keep, context.pool)) {
         if (interrupted()) return false;

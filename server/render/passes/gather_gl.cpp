@@ -96,7 +96,7 @@ PassRun run_besides(const PassContext& context, const lighting::GBuffer& s, cons
     units_lx = {};
     const transport::Irradiance none, &emitted = context.has_surfels() ? context.transport->emitted : none;
     PassRun run;
-    for (const std::size_t part : {0u, 1u}) {
+    for (const int part : {0, 1}) {
         std::vector<float> sum;
         float greatest_lx = 0.0f;
         // By shaders; unit_lx: of the table's values.
@@ -136,14 +136,13 @@ PassRun run_besides(const PassContext& context, const lighting::GBuffer& s, cons
             draw(light.merged.irradiance.indirect, light.merged.reference / context.geometry.layer_unit_m2());
         if (!(greatest_lx > 0.0f)) continue;
         const float unit_lx = units_lx[part] = greatest_lx / 1000.0f;  // halves hold the rest to 2^-24
-        const GLuint framebuffer =
-            layer_framebuffer(context.target, context.target.besides.id(), static_cast<int>(part));
+        const GLuint framebuffer = layer_framebuffer(context.target, context.target.besides.id(), part);
         if (sum.empty()) {
             const float black[4] = {};
             glClearNamedFramebufferfv(framebuffer, GL_COLOR, 0, black);
         } else {
             for (float& value : sum) value /= unit_lx;
-            upload(context.target.besides, s, static_cast<int>(part), GL_RGBA, GL_FLOAT, sum.data());
+            upload(context.target.besides, s, part, GL_RGBA, GL_FLOAT, sum.data());
         }
         for (const Drawn& one : drawn) {
             draw_irradiance(context, on_gpu, framebuffer, one.table, one.unit_lx / unit_lx, true);

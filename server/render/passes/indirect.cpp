@@ -206,20 +206,19 @@ PassRun run_gather(const PassContext& context, const LightGpu& gpu, int layer, c
 PassRun run_gather_emitted(const PassContext& context, const Surfaces& surfaces, const lighting::GridWeights& weights,
                            Besides& emitted) {
     const transport::Irradiance none, &light = context.has_surfels() ? context.transport->emitted : none;
-    for (const int after_bounces : {0, 1}) {
+    for (const int part : {0, 1}) {
         if (context.gathers) {  // run_besides does
             transport::Table table;
-            transport::make_table(after_bounces != 0 ? light.indirect : light.direct, table, context.pool);
-            emitted.unit_lx[static_cast<std::size_t>(after_bounces)] = table.unit;
-            emitted.pixels[static_cast<std::size_t>(after_bounces)].clear();
+            transport::make_table(part != 0 ? light.indirect : light.direct, table, context.pool);
+            emitted.unit_lx[part] = table.unit;
+            emitted.pixels[part].clear();
             continue;
         }
         lighting::Planes planes =
-            after_bounces != 0 ? gathered(context, surfaces, weights, light)
-                               : lighting::irradiance_at_grid(surfaces.grid, weights, light.direct, context.pool);
+            part != 0 ? gathered(context, surfaces, weights, light)
+                      : lighting::irradiance_at_grid(surfaces.grid, weights, light.direct, context.pool);
         float greatest = 0.0f;
         for (const auto& plane : planes) greatest = std::max(greatest, *std::max_element(plane.begin(), plane.end()));
-        const auto part = static_cast<std::size_t>(after_bounces);
         emitted.unit_lx[part] = greatest / 1000.0f;  // half floats hold the rest to 2^-24 of it
         if (!(greatest > 0.0f)) continue;
         for (auto& plane : planes) {
@@ -282,20 +281,19 @@ void set_mean(PointLight& light) {
     for (const glm::dvec3& part : light.parts) light.light += part / static_cast<double>(kMeterParts);
 }
 
-// light: at the surfels, × unit_lx. Result: lux after bounces.
-PointLight bounced_at(const Point& point, const PassContext& context, const transport::Irradiance& light,
-                      double unit_lx, MeterLight& meter) {
+// light: at the surfels, × unit; its direct part × share. Result: the parts of what comes after bounces.
+PointLight bounced_at(const Point& point, const PassContext& context, const transport::Irradiance& light, float share,
+                      double unit, MeterLight& meter) {
     const transport::Surfels& surfels = context.transport->surface->surfels;
     const std::vector<std::uint16_t>& ids = links_of(point, context, meter).ids;
     PointLight found;
     for (unsigned k = 0; k < kMeterLinks; ++k) {
         if (ids[k] == surfels.count) continue;
-        glm::vec4 sum = light.direct[ids[k]];
+        glm::vec4 sum = light.direct[ids[k]] * share;
         if (context.bounces != 1) sum += light.indirect[ids[k]];
         found.parts[k / kLinksPerPart] +=
-            glm::dvec3(surfels.albedo[ids[k]] * glm::vec3(sum)) * (unit_lx / static_cast<double>(kLinksPerPart));
+            glm::dvec3(surfels.albedo[ids[k]] * glm::vec3(sum)) * (unit / static_cast<double>(kLinksPerPart));
     }
-    set_mean(found);
     return found;
 }
 
@@ -310,15 +308,16 @@ PassRun run_gather_emitted_point(const PassContext& context, MeterLight& meter) 
     const Point point(context);
     const trace::Receiver at{point.p, point.start, point.n, point.n};
     context.pool.run(static_cast<int>(kMeterParts), [&](int part) {
-        glm::dvec3& sum = found[0].parts[static_cast<std::size_t>(part)];
+        glm::dvec3& sum = found[0].parts[part];
         for (std::uint32_t k = 0; k < kSamplesPerPart; ++k) {
-            trace::Sample sample(static_cast<std::uint32_t>(part), k);
+            trace::Sample sample(part, k);
             sum += glm::dvec3(trace::trace_path(transport.surface->emitters, at, 0, false, sample).direct);
         }
         sum /= static_cast<double>(kSamplesPerPart);
     });
     set_mean(found[0]);
-    if (context.bounces != 0) found[1] = bounced_at(point, context, transport.emitted, 1.0, meter);
+    if (context.bounces != 0) found[1] = bounced_at(point, context, transport.emitted, 1.0f, 1.0, meter);
+    set_mean(found[1]);
     return {};
 }
 
@@ -326,8 +325,9 @@ PassRun run_gather_point_summed(const PassContext& context, const Merged& merged
     meter.summed[1] = {};
     if (!context.has_surfels() || merged.irradiance.indirect.empty() || context.bounces == 0) return {};
     const float unit_lx = merged.reference / context.geometry.layer_unit_m2();
-    meter.summed[1] = bounced_at(Point(context), context, merged.irradiance,
+    meter.summed[1] = bounced_at(Point(context), context, merged.irradiance, 1.0f,
                                  static_cast<double>(unit_lx) * context.scene.master_ratio, meter);
+    set_mean(meter.summed[1]);
     return {};
 }
 
@@ -335,23 +335,16 @@ PassRun run_gather_point(const PassContext& context, const Light& light, LightGp
     constexpr unsigned kVpls = 4096;
     static_assert(kLinksPerPart % trace::kPacket == 0 && lighting::kSubsets == kMeterParts);
     meter.layers.resize(context.scene.lights.size());
-    PointLight& found = meter.layers[static_cast<std::size_t>(layer)];
+    PointLight& found = meter.layers[layer];
     found = {};
     if (!context.has_surfels() || gpu.irradiance.indirect.empty() || context.bounces == 0) return {};
     const transport::Surfels& surfels = context.transport->surface->surfels;
     const Point point(context);
-    MeterLight& links = links_of(point, context, meter);
     // Light that is all on few surfels, which few links meet, comes from VPLs.
     const float narrow = gpu.irradiance.narrow;
     constexpr double kLink = 1.0 / static_cast<double>(kLinksPerPart);
-    for (unsigned k = 0; k < kMeterLinks; ++k) {
-        const std::size_t id = links.ids[k];
-        if (id == surfels.count) continue;
-        glm::vec4 sum = gpu.irradiance.direct[id] * (1.0f - narrow);
-        if (context.bounces != 1) sum += gpu.irradiance.indirect[id];
-        found.parts[k / kLinksPerPart] += glm::dvec3(surfels.albedo[id] * glm::vec3(sum)) * kLink;
-    }
-    links.ends.each(*context.transport->surface,
+    found = bounced_at(point, context, gpu.irradiance, 1.0f - narrow, 1.0, meter);
+    meter.ends.each(*context.transport->surface,
                     {direct_light_of(context, light, gpu), gpu.irradiance.direct, 1.0f - narrow, narrow},
                     [&](std::uint32_t part, const glm::vec3& sent) { found.parts[part] += glm::dvec3(sent) * kLink; });
     const double unit_m2 = static_cast<double>(context.geometry.layer_unit_m2());

@@ -53,15 +53,13 @@ PassRun run_flux(const PassContext& context, LightGpu& gpu) {
     texels.size = gpu.rsm_size;
     texels.flux.resize(count6);
     glPixelStorei(GL_PACK_ALIGNMENT, 1);
-    glGetTextureImage(gpu.flux.id(), 0, GL_RGBA, GL_FLOAT, static_cast<GLsizei>(count6 * sizeof(glm::vec4)),
-                      texels.flux.data());
+    glGetTextureImage(gpu.flux.id(), 0, GL_RGBA, GL_FLOAT, count6 * sizeof(glm::vec4), texels.flux.data());
     if (gpu.texels_rsm_version != gpu.rsm_version) {
         gpu.texels_rsm_version = gpu.rsm_version;
         texels.radial_depth.resize(count6);
         texels.normal.resize(2 * count6);
-        glGetTextureImage(gpu.radial_depth.id(), 0, GL_RED, GL_FLOAT, static_cast<GLsizei>(count6 * 4),
-                          texels.radial_depth.data());
-        glGetTextureImage(gpu.normal.id(), 0, GL_RG, GL_SHORT, static_cast<GLsizei>(count6 * 4), texels.normal.data());
+        glGetTextureImage(gpu.radial_depth.id(), 0, GL_RED, GL_FLOAT, count6 * 4, texels.radial_depth.data());
+        glGetTextureImage(gpu.normal.id(), 0, GL_RG, GL_SHORT, count6 * 4, texels.normal.data());
     }
     return {0, 1};
 }

@@ -41,19 +41,17 @@ PassRun run_grid(const PassContext& context, Surfaces& surfaces) {
     lighting::GBuffer& s = surfaces.gbuffer;
     set_view(context, s);
     glPixelStorei(GL_PACK_ALIGNMENT, 4);
-    glPixelStorei(GL_PACK_ROW_LENGTH, static_cast<GLint>(s.row_length));
+    glPixelStorei(GL_PACK_ROW_LENGTH, s.row_length);
     const auto bytes = static_cast<GLsizei>(s.depth.size() * 4);
     glGetTextureImage(target.depth.id(), 0, GL_DEPTH_COMPONENT, GL_FLOAT, bytes, s.depth.data());
     glGetTextureImage(target.normal.id(), 0, GL_RG, GL_SHORT, bytes, s.normal.data());
     if (context.layers_on_cpu) {
         lighting::Raster& raster = surfaces.raster;
         raster.albedo.resize(s.depth.size() * 4);
-        glGetTextureImage(target.albedo.id(), 0, GL_RGBA, GL_HALF_FLOAT, static_cast<GLsizei>(raster.albedo.size() * 2),
-                          raster.albedo.data());
+        glGetTextureImage(target.albedo.id(), 0, GL_RGBA, GL_HALF_FLOAT, 2 * bytes, raster.albedo.data());
         if (target.emissive) {
             raster.emission.resize(s.depth.size() * 4);
-            glGetTextureImage(target.emission.id(), 0, GL_RGBA, GL_FLOAT,
-                              static_cast<GLsizei>(raster.emission.size() * 4), raster.emission.data());
+            glGetTextureImage(target.emission.id(), 0, GL_RGBA, GL_FLOAT, 4 * bytes, raster.emission.data());
         }
     }
     glPixelStorei(GL_PACK_ROW_LENGTH, 0);
@@ -64,7 +62,7 @@ PassRun run_grid(const PassContext& context, Surfaces& surfaces) {
 void upload(const gl::Texture& array, const lighting::GBuffer& s, int layer, GLenum format, GLenum type,
             const void* values) {
     glPixelStorei(GL_UNPACK_ALIGNMENT, 2);
-    glPixelStorei(GL_UNPACK_ROW_LENGTH, static_cast<GLint>(s.row_length));
+    glPixelStorei(GL_UNPACK_ROW_LENGTH, s.row_length);
     glTextureSubImage3D(array.id(), 0, 0, 0, layer, s.width, s.height, 1, format, type, values);
     glPixelStorei(GL_UNPACK_ROW_LENGTH, 0);
 }
@@ -91,7 +89,7 @@ PassRun run_direct_rays(const PassContext& context, const Light& light, const Li
     std::vector<std::uint16_t>& halves = context.layers_on_cpu ? layers.at(layer).direct : context.scratch.halves;
     halves.resize(lux.size());
     context.pool.run(s.height, [&](int row) {
-        const std::size_t at = static_cast<std::size_t>(row) * s.row_length;
+        const std::size_t at = row * s.row_length;
         lighting::to_halves(lux.data() + at, s.row_length, halves.data() + at);
     });
     if (!context.layers_on_cpu) upload(target.direct, s, layer, GL_RED, GL_HALF_FLOAT, halves.data());
@@ -142,8 +140,7 @@ namespace {
 // out: 3 planes in the shape of the grid.
 void grid_floats(const lighting::LightLayer& layer, std::size_t size, lighting::Planes& out, Pool& pool) {
     out.resize(3);
-    pool.run(3, [&](int channel) {
-        const auto k = static_cast<std::size_t>(channel);
+    pool.run(3, [&](int k) {
         out[k].assign(size, 0.0f);
         lighting::from_halves(layer.indirect[k].data(), layer.indirect[k].size(), out[k].data());
     });
@@ -171,29 +168,26 @@ std::vector<glm::vec3> cpu_illuminance(const PassContext& context, std::span<con
     const lighting::GBuffer& s = surfaces.gbuffer;
     const float layer_unit_m2 = context.geometry.layer_unit_m2();
     Pool& pool = context.pool;
-    std::vector<glm::vec3> lux(static_cast<std::size_t>(s.width) * static_cast<std::size_t>(s.height));
+    std::vector<glm::vec3> lux(std::size_t{1} * s.width * s.height);
     const auto for_pixels = [&](const auto& job) {
         pool.run(s.height, [&](int y) {
-            const std::size_t row = static_cast<std::size_t>(y) * s.row_length;
-            glm::vec3* to = lux.data() + static_cast<std::size_t>(y) * static_cast<std::size_t>(s.width);
-            for (std::size_t x = 0; x < static_cast<std::size_t>(s.width); ++x) job(row + x, to[x]);
+            for (int x = 0; x < s.width; ++x) job(y * s.row_length + x, lux[std::size_t{1} * y * s.width + x]);
         });
     };
-    const auto add_rgb = [&](const std::vector<std::uint16_t>& halves, float unit_lx) {
+    const auto add_rgb = [&](const std::vector<std::uint16_t>& halves, const glm::vec3& unit_lx) {
         for_pixels([&](std::size_t at, glm::vec3& to) {
-            for (int k = 0; k < 3; ++k)
-                to[k] += glm::unpackHalf1x16(halves[4 * at + static_cast<std::size_t>(k)]) * unit_lx;
+            for (int k = 0; k < 3; ++k) to[k] += glm::unpackHalf1x16(halves[4 * at + k]) * unit_lx[k];
         });
     };
     const std::size_t part = indirect ? 1 : 0;
     for (const Besides* besides : {&light.emitted, &light.summed}) {
         const float gain = besides == &light.summed ? static_cast<float>(context.scene.master_ratio) : 1.0f;
-        if (besides->unit_lx[part] > 0.0f) add_rgb(besides->pixels[part], gain * besides->unit_lx[part]);
+        if (besides->unit_lx[part] > 0.0f) add_rgb(besides->pixels[part], glm::vec3(gain * besides->unit_lx[part]));
     }
     if (context.merged) {
         std::vector<std::uint16_t> halves;
         if (indirect) lighting::upsample(s, surfaces.grid, light.merged.indirect, halves, pool);
-        add_rgb(indirect ? halves : light.merged.direct, light.merged.reference / layer_unit_m2);
+        add_rgb(indirect ? halves : light.merged.direct, glm::vec3(light.merged.reference / layer_unit_m2));
         return lux;
     }
     // Planes relative to the greatest weight: half floats hold what is brought to the pixels.
@@ -205,15 +199,11 @@ std::vector<glm::vec3> cpu_illuminance(const PassContext& context, std::span<con
     for (std::size_t i = 0; i < weights.size(); ++i) {
         const lighting::LightLayer& layer = light.layers.at(static_cast<int>(i));
         if (indirect && !layer.gathered.empty()) {
-            for_pixels([&](std::size_t at, glm::vec3& to) {
-                for (int k = 0; k < 3; ++k)
-                    to[k] += glm::unpackHalf1x16(layer.gathered[4 * at + static_cast<std::size_t>(k)]) * weights[i][k] /
-                             layer_unit_m2;
-            });
+            add_rgb(layer.gathered, weights[i] / layer_unit_m2);
         } else if (indirect && !layer.indirect[0].empty()) {
             grid_floats(layer, surfaces.grid_size(), own, pool);
-            for (std::size_t k = 0; k < 3; ++k) {
-                const float weight = weights[i][static_cast<int>(k)] / reference;
+            for (int k = 0; k < 3; ++k) {
+                const float weight = weights[i][k] / reference;
                 for (std::size_t p = 0; p < own[k].size(); ++p) sum[k][p] += own[k][p] * weight;
             }
         } else if (!indirect && !layer.direct.empty()) {
@@ -224,7 +214,7 @@ std::vector<glm::vec3> cpu_illuminance(const PassContext& context, std::span<con
     if (!indirect) return lux;
     std::vector<std::uint16_t> halves;
     lighting::upsample(s, surfaces.grid, sum, halves, pool);
-    add_rgb(halves, reference / layer_unit_m2);
+    add_rgb(halves, glm::vec3(reference / layer_unit_m2));
     return lux;
 }
 
@@ -274,7 +264,7 @@ PassRun run_direct_merged(const PassContext& context, const Surfaces& surfaces, 
                            direct, context.scratch.lattice, context.pool);
     out.resize(4 * s.depth.size());
     context.pool.run(s.height, [&](int row) {
-        const std::size_t at = static_cast<std::size_t>(row) * s.row_length;
+        const std::size_t at = row * s.row_length;
         lighting::rgb_to_halves(direct[0].data() + at, direct[1].data() + at, direct[2].data() + at, s.row_length,
                                 out.data() + 4 * at);
     });
@@ -369,9 +359,7 @@ PassRun run_composite_cpu(const PassContext& context, View view, std::span<const
                     {besides->pixels[part].data(), glm::vec3(gain_lx * static_cast<float>(shown_per_lux * rest))});
         }
     }
-    const std::size_t bytes =
-        static_cast<std::size_t>(display.width) * static_cast<std::size_t>(display.height) / 2 * 3;
-    composed.nv12 = free_picture(composed, bytes);
+    composed.nv12 = free_picture(composed, std::size_t{1} * display.width * display.height / 2 * 3);
     display.others = others;
     lighting::to_nv12(display, composed.nv12->data(), context.pool);
     return {};

@@ -24,8 +24,13 @@ gl::Buffer seed_directions(bool disk) {
     return gl::make_buffer("seed directions", directions.size() * sizeof(glm::vec4), directions.data());
 }
 
-// What a layer's shader multiplies by, and where its format ends.
-void bind_unit(GLuint program, const PassContext& context) {
+// Begins to draw a luminaire's light into a layer of the array. Binds what the shader multiplies by, and where the
+// layer's format ends.
+void begin_layer(const PassContext& context, const Light& light, const gl::Texture& array, int layer, GLuint program) {
+    const Target& target = context.target;
+    begin_screen(context.programs, layer_framebuffer(target, array.id(), layer), program, target.width_px,
+                 target.height_px);
+    bind_surface(program, context, light.position);
     glProgramUniform1f(program, 4, context.geometry.layer_unit_m2());
     glProgramUniform1f(program, 5, context.target.kind == TargetKind::precise ? 3e38f : 65504.0f);
 }
@@ -33,14 +38,10 @@ void bind_unit(GLuint program, const PassContext& context) {
 }  // namespace
 
 PassRun run_direct(const PassContext& context, const Light& light, const LightGpu& gpu, int layer) {
-    const Target& target = context.target;
     gl::Defines defines;
     if (gpu.web->tables->uniform) defines.emplace_back("UNIFORM_WEB", "1");
     const GLuint program = context.programs.get("passes/screen.vert", "passes/direct.frag", defines);
-    begin_screen(context.programs, layer_framebuffer(target, target.direct.id(), layer), program, target.width_px,
-                 target.height_px);
-    bind_surface(program, context, light.position);
-    bind_unit(program, context);
+    begin_layer(context, light, context.target.direct, layer, program);
     const glm::mat3 turn = light_from_world(light);
     glProgramUniformMatrix3fv(program, 1, 1, GL_FALSE, &turn[0][0]);
     glProgramUniform1f(program, 2, context.geometry.near_m());
@@ -62,14 +63,10 @@ PassRun run_gather_seed(const PassContext& context, const Light& light, const Li
         glSamplerParameteri(sampler, GL_TEXTURE_MIN_FILTER, GL_NEAREST_MIPMAP_NEAREST);
         glSamplerParameteri(sampler, GL_TEXTURE_MAG_FILTER, GL_NEAREST);
     }
-    const Target& target = context.target;
     gl::Defines defines;
     if (disk) defines.emplace_back("DISK", "1");
     const GLuint program = context.programs.get("passes/screen.vert", "passes/gather_seed.frag", defines);
-    begin_screen(context.programs, layer_framebuffer(target, target.indirect.id(), layer), program, target.width_px,
-                 target.height_px);
-    bind_surface(program, context, light.position);
-    bind_unit(program, context);
+    begin_layer(context, light, context.target.indirect, layer, program);
     glProgramUniform1i(program, 1, static_cast<GLint>(context.scene.samples));
     glProgramUniform1f(program, 2, mask_lod(gpu));
     glBindBufferBase(GL_UNIFORM_BUFFER, 0, directions.id());

@@ -25,7 +25,7 @@ PassRun run_composite(const PassContext& context, View view, const LightGpu* sho
         const glm::dvec3 weight = context.layer_weight(context.scene.lights[i]) *
                                   static_cast<double>(lights[i]->web->peak_cd / context.geometry.layer_unit_m2());
         if (context.layers[i] < 0) continue;
-        weights[static_cast<std::size_t>(context.layers[i])].rgb = glm::vec4(glm::vec3(weight), 0.0f);
+        weights[context.layers[i]].rgb = glm::vec4(glm::vec3(weight), 0.0f);
         layers = std::max(layers, context.layers[i] + 1);
     }
     const gl::Buffer block =
