@@ -1,5 +1,3 @@
-#include "server/surfaces/alsa_midi.h"
-
 #include <fcntl.h>
 #include <unistd.h>
 
@@ -8,6 +6,9 @@
 #include <cstdio>
 #include <filesystem>
 #include <list>
+#include <utility>
+
+#include "server/surfaces/wire.h"
 
 namespace gonio {
 namespace {
@@ -39,14 +40,12 @@ public:
             if (count <= 0) break;
             std::vector<MidiMessage> messages;
             const std::size_t bad = stream_.take({buffer, static_cast<std::size_t>(count)}, messages);
-            events_.midi(messages, bad, device_clock_ns());
+            events_.midi(messages, bad, monotonic_ns());
         }
         flush();
         pollfd state{fd_, 0, 0};
         if (!gone_ && ::poll(&state, 1, 0) > 0) gone_ = (state.revents & (POLLERR | POLLHUP | POLLNVAL)) != 0;
-        if (!gone_ || told_) return;
-        told_ = true;
-        events_.gone("it was unplugged");
+        if (gone_ && !std::exchange(told_, true)) events_.gone("it was unplugged");
     }
 
 private:

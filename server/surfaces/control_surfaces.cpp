@@ -11,10 +11,7 @@
 
 #include <spdlog/spdlog.h>
 
-#include "server/surfaces/alsa_midi.h"
-#include "server/surfaces/hid_devices.h"
 #include "server/surfaces/surface_profiles.h"
-#include "server/surfaces/usb_midi.h"
 
 namespace gonio {
 
@@ -33,6 +30,10 @@ void Retry::failed(std::int64_t now_ns) {
 namespace {
 
 constexpr const char* kUnplugged = "it was unplugged";
+
+bool is_midi(const FoundSurface& surface) {
+    return surface.transport == "usb-midi" || surface.transport == "alsa-midi";
+}
 
 class DeviceThread final : public ControlSurfaces {
 public:
@@ -74,7 +75,7 @@ private:
     };
     // A surface that is not connected, for the table.
     struct Missing {
-        std::string product, transport, state, error;
+        std::string product, state, error;
     };
 
     void poke() {
@@ -86,7 +87,7 @@ private:
         while (!stop_) {
             std::vector<pollfd> fds = {{event_, POLLIN, 0}};
             for (const auto& backend : backends_) backend->watch(fds);
-            const std::int64_t sleep_ns = std::clamp<std::int64_t>(next_ns() - device_clock_ns(), 0, kRescan_ns);
+            const std::int64_t sleep_ns = std::clamp<std::int64_t>(next_ns() - monotonic_ns(), 0, kRescan_ns);
             const timespec time{sleep_ns / 1'000'000'000, sleep_ns % 1'000'000'000};
             ::ppoll(fds.data(), fds.size(), &time, nullptr);
             std::uint64_t count = 0;
@@ -97,7 +98,7 @@ private:
     }
 
     std::int64_t next_ns() const {
-        const std::int64_t now_ns = device_clock_ns();
+        const std::int64_t now_ns = monotonic_ns();
         std::int64_t next = std::min(scanned_ns_ + kRescan_ns, table_stale_ ? tabled_ns_ + kTableEvery_ns : INT64_MAX);
         const auto earlier = [&](std::int64_t at_ns) { next = at_ns == 0 ? next : std::min(next, at_ns); };
         for (const auto& backend : backends_) earlier(backend->due_ns());
@@ -110,7 +111,7 @@ private:
         pending_ = {};
         for (const auto& backend : backends_) backend->serve();
         drop_gone();
-        std::int64_t now_ns = device_clock_ns();
+        std::int64_t now_ns = monotonic_ns();
         bool rescan = now_ns - scanned_ns_ >= kRescan_ns;
         for (const auto& backend : backends_) rescan = backend->changed() || rescan;
         for (const auto& [place, retry] : retries_) rescan = rescan || retry.next_ns <= now_ns;
@@ -119,7 +120,7 @@ private:
             wanted_ = std::move(*targets);
             for (Link& link : links_) link.surface->want(wanted_[link.surface->surface().identity]);
         }
-        now_ns = device_clock_ns();
+        now_ns = monotonic_ns();
         for (Link& link : links_) link.surface->tick(now_ns, pending_);
         const bool news = !pending_.controls.empty() || !pending_.attached.empty();
         if (news) send_updates();
@@ -134,25 +135,22 @@ private:
     }
 
     void drop_gone() {
-        for (auto link = links_.begin(); link != links_.end();) {
-            if (link->gone.empty()) {
-                ++link;
-                continue;
-            }
-            const FoundSurface& surface = link->surface->surface();
-            spdlog::info("fader box {} ({}): {}", surface.identity, surface.product, link->gone);
-            missing_[surface.identity + " " + surface.transport] = {surface.product, surface.transport, "gone",
-                                                                    link->gone};
-            link = links_.erase(link);
+        std::erase_if(links_, [&](const Link& link) {
+            if (link.gone.empty()) return false;
+            const FoundSurface& surface = link.surface->surface();
+            spdlog::info("fader box {} ({}): {}", surface.identity, surface.product, link.gone);
+            missing_[{surface.identity, surface.transport}] = {surface.product, "gone", link.gone};
             roster_changed_ = table_stale_ = true;
-        }
+            return true;
+        });
     }
 
-    bool connected(const std::string& identity, bool midi) const {
+    // Of MIDI also by another way to the same surface.
+    bool connected(const FoundSurface& surface) const {
         return std::any_of(links_.begin(), links_.end(), [&](const Link& link) {
-            const FoundSurface& surface = link.surface->surface();
-            return surface.identity == identity &&
-                   (surface.transport == "usb-midi" || surface.transport == "alsa-midi") == midi;
+            const FoundSurface& other = link.surface->surface();
+            return is_midi(surface) ? is_midi(other) && other.identity == surface.identity
+                                    : other.place == surface.place;
         });
     }
 
@@ -173,7 +171,7 @@ private:
         drop_gone();
         for (auto& [key, missing] : missing_) {
             const bool there = std::any_of(found.begin(), found.end(), [&key = key](const auto& one) {
-                return one.first.identity + " " + one.first.transport == key;
+                return std::pair(one.first.identity, one.first.transport) == key;
             });
             if (there || missing.state == "gone") continue;
             missing.state = "gone";
@@ -182,46 +180,34 @@ private:
         }
         // The way that is tried first comes first.
         const auto rank = [&](const FoundSurface& surface) {
-            if (surface.transport != "usb-midi" && surface.transport != "alsa-midi") return std::ptrdiff_t{0};
+            if (!is_midi(surface)) return std::ptrdiff_t{0};
             const auto order = transports_of(midi_, surface.owned);
             return std::find(order.begin(), order.end(), surface.transport) - order.begin();
         };
         std::stable_sort(found.begin(), found.end(),
                          [&](const auto& a, const auto& b) { return rank(a.first) < rank(b.first); });
         for (auto& [surface, backend] : found) {
-            const bool midi = surface.transport == "usb-midi" || surface.transport == "alsa-midi";
-            if (midi) {
-                const auto order = transports_of(midi_, surface.owned);
-                if (std::find(order.begin(), order.end(), surface.transport) == order.end() ||
-                    connected(surface.identity, true))
-                    continue;
-            } else if (std::any_of(links_.begin(), links_.end(), [&surface = surface](const Link& link) {
-                           return link.surface->surface().place == surface.place;
-                       })) {
-                continue;
-            }
-            if (const auto retry = retries_.find(surface.place);
-                retry != retries_.end() && retry->second.next_ns > now_ns)
-                continue;
-            attach(surface, *backend, now_ns);
+            const auto order = transports_of(midi_, surface.owned);
+            const bool wanted =
+                !is_midi(surface) || std::find(order.begin(), order.end(), surface.transport) != order.end();
+            const auto retry = retries_.find(surface.place);
+            const bool waits = retry != retries_.end() && retry->second.next_ns > now_ns;
+            if (wanted && !waits && !connected(surface)) attach(surface, *backend, now_ns);
         }
     }
 
     void attach(const FoundSurface& surface, Backend& backend, std::int64_t now_ns) {
         const std::string id = surface_identity(surface.vendor_id, surface.product_id, "", "");
-        const std::string missing = surface.identity + " " + surface.transport;
         const auto fail = [&](const Error& error) {
             Retry& retry = retries_[surface.place];
             retry.failed(now_ns);
-            Missing& row = missing_[missing];
-            if (row.error != error.message && error.code != "vanished") {
+            Missing& row = missing_[{surface.identity, surface.transport}];
+            const bool vanished = error.code == "vanished";  // the list is not of this moment
+            if (row.error != error.message && !vanished) {
                 spdlog::warn("fader box {} ({}): {}", surface.identity, surface.product, error.text());
                 roster_changed_ = table_stale_ = true;
             }
-            if (error.code == "vanished")
-                row = {surface.product, surface.transport, "gone", kUnplugged};  // the list is not of this moment
-            else
-                row = {surface.product, surface.transport, "waiting", error.message};
+            row = {surface.product, vanished ? "gone" : "waiting", vanished ? kUnplugged : error.message};
         };
         if (links_.size() >= kMaxSurfaces)
             return fail({"too_large", surface.place, "", "there are too many boxes: at most 32 are used"});
@@ -248,7 +234,7 @@ private:
         link.surface->connect(std::move(*wire));
         link.surface->want(wanted_[surface.identity]);
         retries_.erase(surface.place);
-        std::erase_if(missing_, [&](const auto& row) { return row.first.starts_with(surface.identity + " "); });
+        std::erase_if(missing_, [&](const auto& row) { return row.first.first == surface.identity; });
         pending_.attached.push_back(surface.identity);
         roster_changed_ = table_stale_ = true;
         spdlog::info("fader box {} ({}): attached by {}", surface.identity, surface.product, surface.transport);
@@ -276,9 +262,9 @@ private:
         }
         for (const auto& [key, missing] : missing_) {
             v1::SurfaceDevice& row = *table.table.add_devices();
-            row.set_device(key.substr(0, key.rfind(' ')));
+            row.set_device(key.first);
             row.set_product(missing.product);
-            row.set_transport(missing.transport);
+            row.set_transport(key.second);
             row.set_state(missing.state);
             row.set_error(missing.error);
         }
@@ -293,9 +279,9 @@ private:
     int event_;
     std::vector<std::unique_ptr<Backend>> backends_;
     std::list<Link> links_;
-    std::map<std::string, Retry> retries_;    // by place
-    std::map<std::string, Missing> missing_;  // by "identity transport"
-    SurfaceUpdates pending_;                  // what came in this turn
+    std::map<std::string, Retry> retries_;                            // by place
+    std::map<std::pair<std::string, std::string>, Missing> missing_;  // by identity and transport
+    SurfaceUpdates pending_;                                          // what came in this turn
     SurfaceTargets wanted_;
     Latest<SurfaceUpdates> updates_;
     Latest<SurfaceTable> table_;

@@ -1,5 +1,3 @@
-#include "server/surfaces/hid_devices.h"
-
 #include <fcntl.h>
 #include <hidapi.h>
 #include <unistd.h>
@@ -9,11 +7,14 @@
 #include <cerrno>
 #include <filesystem>
 #include <map>
+#include <optional>
 #include <set>
 #include <thread>
 
 #include "protocol/surface/hid_surface.h"
+#include "server/base/bounded_file.h"
 #include "server/base/queue.h"
+#include "server/surfaces/wire.h"
 
 namespace gonio {
 namespace {
@@ -64,7 +65,7 @@ private:
         std::vector<std::uint8_t> buffer(kMaxReport);
         while (!stop_) {
             const int count = hid_read_timeout(device_, buffer.data(), buffer.size(), kReadTimeoutMs);
-            const std::int64_t t_ns = device_clock_ns();
+            const std::int64_t t_ns = monotonic_ns();
             bool gone = count < 0;  // 0 is "nothing yet", also where the report was empty
             if (count > 0) {
                 out_.push({id_, {buffer.begin(), buffer.begin() + count}, t_ns});
@@ -102,7 +103,10 @@ public:
 
     std::vector<FoundSurface> scan() override {
         std::vector<FoundSurface> surfaces;
-        if (!nodes_changed()) return last_;
+        // Permissions may come later than nodes, but open() asks for these.
+        std::vector<std::string> nodes = nodes_in("/sys/class/hidraw", "dev");
+        if (nodes == nodes_) return last_;
+        nodes_ = std::move(nodes);
         hid_device_info* const list = hid_enumerate(0, 0);
         std::set<std::string> of_people;  // nodes that are a keyboard or a pointer as well
         for (const hid_device_info* info = list; info != nullptr; info = info->next)
@@ -126,8 +130,8 @@ public:
                 "/sys/class/hidraw/" + std::filesystem::path(info->path).filename().string() + "/device";
             surface.identity =
                 surface_identity(info->vendor_id, info->product_id, narrow(info->serial_number), usb_port_of(folder));
-            const std::string descriptor = descriptor_at(folder + "/report_descriptor");
-            surface.descriptor.assign(descriptor.begin(), descriptor.end());
+            if (const auto descriptor = read_bounded_file(folder + "/report_descriptor", kMaxHidDescriptor))
+                surface.descriptor.assign(descriptor->begin(), descriptor->end());
             surface.owned = true;
             surfaces.push_back(std::move(surface));
         }
@@ -153,8 +157,6 @@ public:
         return std::unique_ptr<Wire>(std::make_unique<HidWire>(device, id, events_, reports_, wake_));
     }
 
-    void watch(std::vector<pollfd>&) const override {}
-
     void serve() override {
         while (auto from = reports_.try_pop()) {
             const auto found = events_.find(from->id);
@@ -163,49 +165,19 @@ public:
                 found->second.report(from->report, from->t_ns);
                 continue;
             }
-            scanned_ = false;
+            nodes_.reset();
             found->second.gone("it was unplugged");
         }
     }
 
 private:
-    // Enumerating reads many files: only where the list of nodes is another one. Permissions may come later than nodes,
-    // but open() asks for these.
-    bool nodes_changed() {
-        std::vector<std::string> names;
-        std::error_code error;
-        for (const auto& entry : std::filesystem::directory_iterator("/sys/class/hidraw", error)) {
-            const std::string name = entry.path().filename().string();
-            names.push_back(name + " " + small_file("/sys/class/hidraw/" + name + "/dev") + " " +
-                            std::filesystem::canonical(entry.path(), error).string());
-        }
-        std::sort(names.begin(), names.end());
-        if (scanned_ && names == last_names_) return false;
-        scanned_ = true;
-        last_names_ = std::move(names);
-        return true;
-    }
-    static std::string descriptor_at(const std::string& path) {
-        std::string text(kMaxHidDescriptor + 1, '\0');
-        const int fd = ::open(path.c_str(), O_RDONLY | O_CLOEXEC);
-        if (fd < 0) return {};
-        std::size_t size = 0;
-        for (ssize_t count = 1; count > 0 && size < text.size();
-             size += static_cast<std::size_t>(std::max<ssize_t>(count, 0)))
-            count = ::read(fd, text.data() + size, text.size() - size);
-        ::close(fd);
-        text.resize(size);
-        return text;
-    }
-
     std::vector<std::string> wanted_;
     std::function<void()> wake_;
     Queue<FromDevice> reports_;
     std::map<std::uint32_t, WireEvents> events_;
     std::uint32_t next_id_ = 1;
-    bool scanned_ = false;
-    std::vector<std::string> last_names_;
-    std::vector<FoundSurface> last_;
+    std::optional<std::vector<std::string>> nodes_;  // of the last scan
+    std::vector<FoundSurface> last_;                 // that it found
 };
 
 }  // namespace

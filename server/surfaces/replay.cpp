@@ -56,16 +56,15 @@ public:
     std::vector<FoundSurface> scan() override { return {replay_.surface}; }
     Result<std::unique_ptr<Wire>> open(const FoundSurface&, WireEvents events) override {
         events_ = std::move(events);
-        began_ns_ = device_clock_ns();
+        began_ns_ = monotonic_ns();
         next_ = 0;
         return std::unique_ptr<Wire>(std::make_unique<Deaf>());
     }
-    void watch(std::vector<pollfd>&) const override {}
     std::int64_t due_ns() const override {
         return began_ns_ == 0 || next_ == replay_.lines.size() ? 0 : began_ns_ + replay_.lines[next_].at_ns;
     }
     void serve() override {
-        const std::int64_t now_ns = device_clock_ns();
+        const std::int64_t now_ns = monotonic_ns();
         for (; began_ns_ != 0 && next_ < replay_.lines.size() && due_ns() <= now_ns; ++next_) {
             const ReplayLine& line = replay_.lines[next_];
             if (replay_.surface.place == "replay hid") {

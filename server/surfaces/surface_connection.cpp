@@ -50,16 +50,14 @@ void SurfaceConnection::connect(std::unique_ptr<Wire> wire) {
     if (!hello.empty()) wire_->write(0, hello);
 }
 
-bool SurfaceConnection::put(const std::vector<ControlEvent>& events, std::int64_t t_ns, SurfaceUpdates& updates) {
+void SurfaceConnection::put(const std::vector<ControlEvent>& events, std::int64_t t_ns, SurfaceUpdates& updates) {
     const std::vector<ControlSpec>& specs = controls();
-    bool moved = false;
     heard_.resize(specs.size());
     for (const ControlEvent& event : events) {
         const ControlSpec& spec = specs[event.control];
         painter_.heard(event.control, spec, event, t_ns);
         ++events_;
         if (event.what != ControlEvent::What::moved) continue;
-        moved = true;
         const bool relative = spec.kind == ControlKind::relative;
         heard_[event.control] = relative ? heard_[event.control].value_or(0) + event.value : event.value;
         SurfaceUpdates::Heard& heard = updates.controls[{surface_.identity, spec.name}];
@@ -80,25 +78,24 @@ bool SurfaceConnection::put(const std::vector<ControlEvent>& events, std::int64_
             input.value = event.value;
         if (spec.kind == ControlKind::button && event.value > 0) ++input.presses;
     }
-    return moved;
 }
 
-bool SurfaceConnection::take_midi(std::span<const MidiMessage> messages, std::size_t bad, std::int64_t t_ns,
+void SurfaceConnection::take_midi(std::span<const MidiMessage> messages, std::size_t bad, std::int64_t t_ns,
                                   SurfaceUpdates& updates) {
     auto* codec = std::get_if<MidiSurface>(&codec_);
-    if (codec == nullptr) return false;
+    if (codec == nullptr) return;
     ignored_ += static_cast<std::uint32_t>(bad);
     std::vector<ControlEvent> events;
     for (const MidiMessage& message : messages) ignored_ += codec->take(message, t_ns, events) ? 0 : 1;
-    return put(events, t_ns, updates);
+    put(events, t_ns, updates);
 }
 
-bool SurfaceConnection::take_report(Bytes report, std::int64_t t_ns, SurfaceUpdates& updates) {
+void SurfaceConnection::take_report(Bytes report, std::int64_t t_ns, SurfaceUpdates& updates) {
     auto* codec = std::get_if<HidSurface>(&codec_);
-    if (codec == nullptr) return false;
+    if (codec == nullptr) return;
     std::vector<ControlEvent> events;
     if (!codec->take(report, events)) ++ignored_;
-    return put(events, t_ns, updates);
+    put(events, t_ns, updates);
 }
 
 void SurfaceConnection::want(const std::map<std::string, double>& values) {
@@ -106,12 +103,11 @@ void SurfaceConnection::want(const std::map<std::string, double>& values) {
     painted_controls_ = 0;
 }
 
-bool SurfaceConnection::tick(std::int64_t now_ns, SurfaceUpdates& updates) {
-    bool moved = false;
+void SurfaceConnection::tick(std::int64_t now_ns, SurfaceUpdates& updates) {
     if (auto* codec = std::get_if<MidiSurface>(&codec_)) {
         std::vector<ControlEvent> events;
         codec->tick(now_ns, events);
-        moved = put(events, now_ns, updates);
+        put(events, now_ns, updates);
     }
     const std::vector<ControlSpec>& specs = controls();
     if (painted_controls_ != specs.size()) {
@@ -119,7 +115,7 @@ bool SurfaceConnection::tick(std::int64_t now_ns, SurfaceUpdates& updates) {
         for (std::size_t i = 0; i < specs.size(); ++i)
             if (const auto value = wanted_.find(specs[i].name); value != wanted_.end()) painter_.want(i, value->second);
     }
-    if (wire_ == nullptr) return moved;
+    if (wire_ == nullptr) return;
     if (wire_->lost()) painter_.repaint();
     for (const auto& [control, value] : painter_.due(specs, now_ns, kStrokesAtOnce)) {
         if (auto* midi = std::get_if<MidiSurface>(&codec_)) {
@@ -130,7 +126,6 @@ bool SurfaceConnection::tick(std::int64_t now_ns, SurfaceUpdates& updates) {
             if (!report.empty() && !wire_->write(0, report)) painter_.repaint();
         }
     }
-    return moved;
 }
 
 std::int64_t SurfaceConnection::due_ns(std::int64_t now_ns) const {

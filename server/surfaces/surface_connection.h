@@ -41,19 +41,19 @@ public:
     const std::vector<v1::SurfaceRow>& rows() const { return profile_.rows; }
     void connect(std::unique_ptr<Wire> wire);
 
-    // What came over the wire; adds to the latest updates. Result: whether it did.
-    bool take_midi(std::span<const MidiMessage> messages, std::size_t bad, std::int64_t t_ns, SurfaceUpdates& updates);
-    bool take_report(Bytes report, std::int64_t t_ns, SurfaceUpdates& updates);
+    // What came over the wire; adds to the latest updates.
+    void take_midi(std::span<const MidiMessage> messages, std::size_t bad, std::int64_t t_ns, SurfaceUpdates& updates);
+    void take_report(Bytes report, std::int64_t t_ns, SurfaceUpdates& updates);
     // What the controls shall show, 0..1, by name.
     void want(const std::map<std::string, double>& values);
-    // Sends what is due. Result: whether a movement that had waited for its other half was added to the latest updates.
-    bool tick(std::int64_t now_ns, SurfaceUpdates& updates);
+    // Sends what is due; adds a movement that had waited for its other half.
+    void tick(std::int64_t now_ns, SurfaceUpdates& updates);
     std::int64_t due_ns(std::int64_t now_ns) const;  // 0: nothing waits
     void describe(v1::SurfaceDevice& row) const;
 
 private:
     SurfaceConnection(FoundSurface surface, SurfaceProfile profile, std::variant<MidiSurface, HidSurface> codec);
-    bool put(const std::vector<ControlEvent>& events, std::int64_t t_ns, SurfaceUpdates& updates);
+    void put(const std::vector<ControlEvent>& events, std::int64_t t_ns, SurfaceUpdates& updates);
 
     FoundSurface surface_;
     SurfaceProfile profile_;

@@ -1,14 +1,13 @@
-#include "server/surfaces/usb_midi.h"
-
 #include <libusb.h>
 
 #include <algorithm>
 #include <array>
 #include <deque>
-#include <filesystem>
 #include <list>
 #include <optional>
 #include <utility>
+
+#include "server/surfaces/wire.h"
 
 namespace gonio {
 namespace {
@@ -77,12 +76,21 @@ Error error_of(int code, const std::string& place) {
     return {"device_failed", place, libusb_error_name(code), "it could not be opened"};
 }
 
+void add_pollfds(libusb_context* context, std::vector<pollfd>& fds) {
+    const libusb_pollfd** const list = libusb_get_pollfds(context);
+    for (const libusb_pollfd** one = list; one != nullptr && *one != nullptr; ++one)
+        fds.push_back({(*one)->fd, (*one)->events, 0});
+    libusb_free_pollfds(list);
+}
+
 class UsbMidiWire final : public Wire {
 public:
     // Each wire has a libusb context of its own: a context lists only what was there when it began, unless udevd tells
     // it.
-    UsbMidiWire(libusb_context* context, libusb_device_handle* handle, const UsbMidiPlace& place, WireEvents events)
-        : context_(context), handle_(handle), place_(place), events_(std::move(events)) {
+    UsbMidiWire(libusb_context* context, libusb_device_handle* handle, const UsbMidiPlace& place, WireEvents events,
+                std::list<UsbMidiWire*>& wires)
+        : context_(context), handle_(handle), place_(place), events_(std::move(events)), wires_(wires) {
+        wires_.push_back(this);
         for (std::size_t i = 0; i < kTransfers; ++i) {
             buffers_[i].resize(place.packet_bytes);
             transfers_[i] = libusb_alloc_transfer(0);
@@ -99,11 +107,12 @@ public:
         return 0;
     }
     ~UsbMidiWire() override {
+        wires_.remove(this);
         closing_ = true;
         for (libusb_transfer* transfer : transfers_) libusb_cancel_transfer(transfer);
         if (sending_) libusb_cancel_transfer(out_);
-        const std::int64_t until_ns = device_clock_ns() + kReap_ns;
-        while (in_flight_ > 0 && device_clock_ns() < until_ns) {
+        const std::int64_t until_ns = monotonic_ns() + kReap_ns;
+        while (in_flight_ > 0 && monotonic_ns() < until_ns) {
             timeval wait{0, 10'000};
             libusb_handle_events_timeout_completed(context_, &wait, nullptr);
         }
@@ -126,19 +135,12 @@ public:
     bool lost() override { return std::exchange(lost_, false); }
     // Result: when serve() has something to do though nothing came; 0: never.
     std::int64_t due_ns() const { return unsent_.empty() || sending_ ? 0 : again_ns_; }
-    void watch(std::vector<pollfd>& fds) const {
-        const libusb_pollfd** const list = libusb_get_pollfds(context_);
-        for (const libusb_pollfd** one = list; one != nullptr && *one != nullptr; ++one)
-            fds.push_back({(*one)->fd, (*one)->events, 0});
-        libusb_free_pollfds(list);
-    }
+    void watch(std::vector<pollfd>& fds) const { add_pollfds(context_, fds); }
     void serve() {
         timeval none{0, 0};
         libusb_handle_events_timeout_completed(context_, &none, nullptr);
         if (!gone_) send();
-        if (!gone_ || told_) return;
-        told_ = true;
-        events_.gone("it was unplugged");
+        if (gone_ && !std::exchange(told_, true)) events_.gone("it was unplugged");
     }
 
 private:
@@ -158,7 +160,7 @@ private:
             std::vector<MidiMessage> messages;
             const std::size_t bad =
                 read_usb_midi({transfer->buffer, static_cast<std::size_t>(transfer->actual_length)}, messages);
-            wire.events_.midi(messages, bad, device_clock_ns());
+            wire.events_.midi(messages, bad, monotonic_ns());
         }
         if (transfer->status == LIBUSB_TRANSFER_STALL && !wire.closing_)
             again = libusb_clear_halt(wire.handle_, transfer->endpoint) == 0;
@@ -184,7 +186,7 @@ private:
     }
     // What is not taken is sent again for a while, then forgotten, and the surface is painted anew.
     void not_sent() {
-        const std::int64_t now_ns = device_clock_ns();
+        const std::int64_t now_ns = monotonic_ns();
         if (failing_since_ns_ == 0) failing_since_ns_ = now_ns;
         again_ns_ = now_ns + kSendAgain_ns;
         if (now_ns - failing_since_ns_ < kSendFor_ns) return;
@@ -193,7 +195,7 @@ private:
         unsent_.clear();
     }
     void send() {
-        if (sending_ || unsent_.empty() || device_clock_ns() < again_ns_) return;
+        if (sending_ || unsent_.empty() || monotonic_ns() < again_ns_) return;
         const std::size_t most = std::max<std::size_t>(4, std::min<std::size_t>(64, place_.packet_bytes) / 4 * 4);
         const std::size_t count = std::min(most, unsent_.size());
         out_buffer_.assign(unsent_.begin(), unsent_.begin() + static_cast<std::ptrdiff_t>(count));
@@ -207,6 +209,7 @@ private:
     libusb_device_handle* handle_;
     UsbMidiPlace place_;
     WireEvents events_;
+    std::list<UsbMidiWire*>& wires_;
     std::array<libusb_transfer*, kTransfers> transfers_{};
     std::array<std::vector<std::uint8_t>, kTransfers> buffers_;
     libusb_transfer* out_ = nullptr;
@@ -228,11 +231,13 @@ public:
 
     std::vector<FoundSurface> scan() override {
         begin_monitor();
-        if (!devices_changed()) return last_;
+        std::vector<std::string> nodes = nodes_in("/sys/bus/usb/devices", "devnum");
+        if (nodes == nodes_) return last_;
+        nodes_ = std::move(nodes);
         std::vector<FoundSurface> surfaces;
         libusb_context* context = nullptr;
         if (libusb_init(&context) != 0) {  // no USB on this machine, or not yet
-            scanned_ = false;
+            nodes_.reset();
             return last_;
         }
         libusb_device** list = nullptr;
@@ -281,19 +286,14 @@ public:
             libusb_exit(context);
             return error_of(code, surface.place);
         }
-        auto wire = std::make_unique<UsbMidiWire>(context, handle, *place, std::move(events));
+        auto wire = std::make_unique<UsbMidiWire>(context, handle, *place, std::move(events), wires_);
         if (code = wire->begin(); code != 0) return error_of(code, surface.place);
-        wires_.push_back(wire.get());
-        return std::unique_ptr<Wire>(std::make_unique<Held>(std::move(wire), wires_));
+        return std::unique_ptr<Wire>(std::move(wire));
     }
 
     void watch(std::vector<pollfd>& fds) const override {
         for (const UsbMidiWire* wire : wires_) wire->watch(fds);
-        if (monitor_ == nullptr) return;
-        const libusb_pollfd** const list = libusb_get_pollfds(monitor_);
-        for (const libusb_pollfd** one = list; one != nullptr && *one != nullptr; ++one)
-            fds.push_back({(*one)->fd, (*one)->events, 0});
-        libusb_free_pollfds(list);
+        if (monitor_ != nullptr) add_pollfds(monitor_, fds);
     }
     std::int64_t due_ns() const override {
         std::int64_t due = 0;
@@ -309,20 +309,6 @@ public:
     bool changed() override { return std::exchange(changed_, false); }
 
 private:
-    // Takes the wire out of the list that serve() walks when its owner lets go of it.
-    class Held final : public Wire {
-    public:
-        Held(std::unique_ptr<UsbMidiWire> wire, std::list<UsbMidiWire*>& wires)
-            : wire_(std::move(wire)), wires_(wires) {}
-        ~Held() override { wires_.remove(wire_.get()); }
-        bool lost() override { return wire_->lost(); }
-        bool write(std::uint8_t cable, Bytes bytes) override { return wire_->write(cable, bytes); }
-
-    private:
-        std::unique_ptr<UsbMidiWire> wire_;
-        std::list<UsbMidiWire*>& wires_;
-    };
-
     // With udevd running libusb tells at once; without it the comparison of lists below has to do.
     void begin_monitor() {
         if (monitor_ != nullptr || libusb_init(&monitor_) != 0) return;
@@ -339,27 +325,14 @@ private:
                           },
                           this, &callback_) == 0;
     }
-    bool devices_changed() {
-        std::vector<std::string> names;
-        std::error_code error;
-        for (const auto& entry : std::filesystem::directory_iterator("/sys/bus/usb/devices", error)) {
-            const std::string name = entry.path().filename().string();
-            names.push_back(name + " " + small_file("/sys/bus/usb/devices/" + name + "/devnum"));
-        }
-        std::sort(names.begin(), names.end());
-        if (scanned_ && names == last_names_) return false;
-        scanned_ = true;
-        last_names_ = std::move(names);
-        return true;
-    }
 
     std::vector<std::string> owned_;
     std::list<UsbMidiWire*> wires_;
     libusb_context* monitor_ = nullptr;
     libusb_hotplug_callback_handle callback_ = 0;
-    bool monitoring_ = false, changed_ = false, scanned_ = false;
-    std::vector<std::string> last_names_;
-    std::vector<FoundSurface> last_;
+    bool monitoring_ = false, changed_ = false;
+    std::optional<std::vector<std::string>> nodes_;  // of the last scan
+    std::vector<FoundSurface> last_;                 // that it found
 };
 
 }  // namespace

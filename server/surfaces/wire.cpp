@@ -3,9 +3,9 @@
 #include <algorithm>
 #include <cstdio>
 #include <filesystem>
-#include <fstream>
 
 #include "protocol/text/text_bytes.h"
+#include "server/base/bounded_file.h"
 
 namespace gonio {
 
@@ -20,10 +20,8 @@ std::string surface_identity(std::uint16_t vendor, std::uint16_t product, const 
 }
 
 std::string small_file(const std::string& path) {
-    std::ifstream file(path, std::ios::binary);
-    std::string text(4096, '\0');
-    file.read(text.data(), static_cast<std::streamsize>(text.size()));
-    text.resize(static_cast<std::size_t>(file.gcount()));
+    const auto read = read_bounded_file(path, 4095);
+    std::string text = read ? *read : "";
     while (!text.empty() && (text.back() == '\n' || text.back() == '\0')) text.pop_back();
     return text;
 }
@@ -40,6 +38,16 @@ std::string usb_port_of(const std::string& sysfs_path) {
             return name.substr(0, colon);
     }
     return {};
+}
+
+std::vector<std::string> nodes_in(const std::string& folder, const std::string& file) {
+    std::vector<std::string> nodes;
+    std::error_code error;
+    for (const auto& entry : std::filesystem::directory_iterator(folder, error))
+        nodes.push_back(entry.path().filename().string() + " " + small_file(entry.path() / file) + " " +
+                        std::filesystem::canonical(entry.path(), error).string());
+    std::sort(nodes.begin(), nodes.end());
+    return nodes;
 }
 
 }  // namespace gonio
