@@ -3,22 +3,20 @@
 #include <netinet/in.h>
 #include <netinet/tcp.h>
 #include <sys/socket.h>
-#include <unistd.h>
 
 #include <algorithm>
 #include <cerrno>
 #include <cstring>
-#include <ctime>
+
+#include "server/base/clock.h"
 
 namespace gonio {
 namespace {
 
 constexpr std::size_t kBundleBytes = 1400;  // feedback stays within one Ethernet frame
 
-std::int64_t clock_ns(clockid_t clock) {
-    timespec time{};
-    clock_gettime(clock, &time);
-    return time.tv_sec * 1'000'000'000 + time.tv_nsec;
+std::int64_t wall_clock_ns() {
+    return std::chrono::nanoseconds(std::chrono::system_clock::now().time_since_epoch()).count();
 }
 
 // Result: about how many bytes the values are as messages.
@@ -36,10 +34,6 @@ void make_room(Map& map, std::size_t most, const Time& time_of) {
                                [&](const auto& a, const auto& b) { return time_of(a.second) < time_of(b.second); }));
 }
 
-void set(int fd, int level, int option, int value) {
-    setsockopt(fd, level, option, &value, sizeof value);
-}
-
 }  // namespace
 
 Result<std::unique_ptr<OscServer>> OscServer::open(const UdpPeer& at, Watch& watch, Set set) {
@@ -54,6 +48,7 @@ Result<std::unique_ptr<OscServer>> OscServer::open(const UdpPeer& at, Watch& wat
         server->udp_ = std::move(*udp);
         server->listener_ = std::move(*tcp);
     }
+    server->endpoint_.at = bound_to(server->udp_);
     watch.add(server->udp_.fd(), [server = server.get()](std::uint32_t) { server->receive(); });
     watch.add(server->listener_.fd(), [server = server.get()](std::uint32_t) { server->accept_connections(); });
     return server;
@@ -66,7 +61,8 @@ OscServer::~OscServer() {
 }
 
 void OscServer::receive() {
-    for (const Datagram& datagram : receiver_.receive(udp_, drops_)) take(datagram.bytes, {false, datagram.from});
+    for (const Datagram& datagram : receiver_.receive(udp_, endpoint_.drops[udp_.fd()]))
+        take(datagram.bytes, {false, datagram.from});
 }
 
 void OscServer::accept_connections() {
@@ -77,22 +73,22 @@ void OscServer::accept_connections() {
     if (!socket && (errno == EMFILE || errno == ENFILE || errno == ENOBUFS || errno == ENOMEM)) {
         // The caller stays in the kernel's queue and the listener ready: without a pause this thread would do nothing
         // else.
-        last_error_ = std::string("cannot accept a connection: ") + std::strerror(errno);
+        endpoint_.last_error = std::string("cannot accept a connection: ") + std::strerror(errno);
         watch_.change(listener_.fd(), 0);
-        accept_again_ns_ = clock_ns(CLOCK_MONOTONIC) + kOscPause_ns;
+        accept_again_ns_ = monotonic_ns() + kOscPause_ns;
         return;
     }
     if (!socket || connections_.size() >= kMaxOscConnections) return;  // closed with `socket`
     const int fd = socket.fd();
-    set(fd, IPPROTO_TCP, TCP_NODELAY, 1);
+    set_option(socket, IPPROTO_TCP, TCP_NODELAY, 1);
     // A client that was switched off says nothing: without these its place would be taken for ever.
-    set(fd, SOL_SOCKET, SO_KEEPALIVE, 1);
-    set(fd, IPPROTO_TCP, TCP_KEEPIDLE, 30);   // s
-    set(fd, IPPROTO_TCP, TCP_KEEPINTVL, 10);  // s
-    set(fd, IPPROTO_TCP, TCP_KEEPCNT, 3);
-    set(fd, IPPROTO_TCP, TCP_USER_TIMEOUT, 60'000);  // ms, of what it does not acknowledge
+    set_option(socket, SOL_SOCKET, SO_KEEPALIVE, 1);
+    set_option(socket, IPPROTO_TCP, TCP_KEEPIDLE, 30);   // s
+    set_option(socket, IPPROTO_TCP, TCP_KEEPINTVL, 10);  // s
+    set_option(socket, IPPROTO_TCP, TCP_KEEPCNT, 3);
+    set_option(socket, IPPROTO_TCP, TCP_USER_TIMEOUT, 60'000);  // ms, of what it does not acknowledge
     Connection& connection = connections_[fd];
-    connection.heard_ns = clock_ns(CLOCK_MONOTONIC);
+    connection.heard_ns = monotonic_ns();
     connection.client = {true, {ntohl(address.sin_addr.s_addr), ntohs(address.sin_port)}};
     connection.socket = std::move(socket);
     watch_.add(fd, [this, fd](std::uint32_t events) { serve_connection(fd, events); });
@@ -140,12 +136,11 @@ void OscServer::serve_connection(int fd, std::uint32_t events) {
     if (size <= 0) return close_connection(fd);
     const auto packets = connection.stream.feed(Bytes(buffer).first(static_cast<std::size_t>(size)));
     if (!packets) {
-        ++bad_;
-        last_error_ = packets.error().text();
+        endpoint_.bad_packet(packets.error());
         return close_connection(fd);
     }
     const OscClient client = connection.client;
-    if (!packets->empty()) connection.heard_ns = clock_ns(CLOCK_MONOTONIC);
+    if (!packets->empty()) connection.heard_ns = monotonic_ns();
     for (const auto& packet : *packets) take(packet, client);  // may close the connection
 }
 
@@ -197,8 +192,8 @@ void OscServer::send_values(const OscClient& to, const UdpPeer& udp, const OscVa
 }
 
 void OscServer::take(Bytes packet, const OscClient& from) {
-    const std::int64_t now_ns = clock_ns(CLOCK_MONOTONIC);
-    ++packets_;
+    const std::int64_t now_ns = monotonic_ns();
+    ++endpoint_.packets;
     pattern_budget_ = kOscPatternBudget;
     auto messages = decode_osc(packet);
     if (!rows_.contains(from)) make_room(rows_, kMaxOscClients, [](const Row& row) { return row.heard_ns; });
@@ -206,28 +201,22 @@ void OscServer::take(Bytes packet, const OscClient& from) {
     ++row.packets;
     row.heard_ns = now_ns;
     row.rate.count(now_ns);
-    if (!messages) {
-        ++bad_;
-        last_error_ = messages.error().text();
-        return;
-    }
+    if (!messages) return endpoint_.bad_packet(messages.error());
     if (const auto subscriber = subscribers_.find(from); subscriber != subscribers_.end())
         subscriber->second.until_ns = now_ns + kOscLease_ns;
     for (OscMessage& message : *messages) {
         row.last = message.address;
         const auto wall_ns = osc_wall_ns(message.time_tag);
-        const std::int64_t ahead_ns = wall_ns ? *wall_ns - clock_ns(CLOCK_REALTIME) : 0;
+        const std::int64_t ahead_ns = wall_ns ? *wall_ns - wall_clock_ns() : 0;
         if (ahead_ns <= 0) {
             act(message, from, now_ns);
         } else if (ahead_ns > kOscFarthest_ns || scheduled_.size() >= kMaxOscScheduled) {
-            refuse(message, from,
-                   {"invalid_argument", message.address, "", "the time tag lies too far ahead, or too much waits"},
-                   now_ns);
+            refuse(from, message.address,
+                   {"invalid_argument", message.address, "", "the time tag lies too far ahead, or too much waits"});
         } else if (const std::size_t size = encode_osc(message).size(); size > kMaxOscScheduledBytes) {
-            refuse(message, from,
+            refuse(from, message.address,
                    {"too_large", message.address, std::to_string(size) + " bytes",
-                    "a message that waits for its time has at most 2,048 bytes"},
-                   now_ns);
+                    "a message that waits for its time has at most 2,048 bytes"});
         } else {
             scheduled_.emplace(now_ns + ahead_ns, std::pair(from, std::move(message)));
         }
@@ -236,7 +225,7 @@ void OscServer::take(Bytes packet, const OscClient& from) {
 
 void OscServer::act(const OscMessage& message, const OscClient& from, std::int64_t now_ns) {
     const auto action = osc_action(message);
-    if (!action) return refuse(message, from, action.error(), now_ns);
+    if (!action) return refuse(from, message.address, action.error());
     if (std::holds_alternative<OscPing>(*action)) {
         const std::vector<std::uint8_t> pong = encode_osc({kOscImmediately, "/gonio/pong", message.arguments});
         if (may_answer(from, pong.size())) send(from, from.peer, pong);
@@ -246,14 +235,14 @@ void OscServer::act(const OscMessage& message, const OscClient& from, std::int64
         subscribe(*request, message, from, now_ns);
     } else if (std::holds_alternative<OscQuery>(*action)) {
         const auto selected = osc_select(values(), message.address, pattern_budget_);
-        if (!selected) return refuse(message, from, selected.error(), now_ns);
+        if (!selected) return refuse(from, message.address, selected.error());
         if (selected->empty())
-            return refuse(message, from, {"not_found", message.address, "", "there is no such value"}, now_ns);
+            return refuse(from, message.address, {"not_found", message.address, "", "there is no such value"});
         // To who has not subscribed, and may be somebody else: not much more than was asked.
         const bool amplifies = !from.tcp && !subscribers_.contains(from) &&
                                bytes_of(*selected) > kOscAmplification * encode_osc(message).size();
         if (amplifies || !may_answer(from, bytes_of(*selected)))
-            return refuse(message, from, {"busy", message.address, "", "too much is asked for, or too often"}, now_ns);
+            return refuse(from, message.address, {"busy", message.address, "", "too much is asked for, or too often"});
         send_values(from, from.peer, *selected);
     } else {
         const auto subscriber = subscribers_.find(from);
@@ -267,7 +256,7 @@ void OscServer::act(const OscMessage& message, const OscClient& from, std::int64
             }
         }
         if (!set_(from, message.address, std::get<OscSet>(*action)))
-            refuse(message, from, {"busy", message.address, "", "too many messages wait for the renderer"}, now_ns);
+            refuse(from, message.address, {"busy", message.address, "", "too many messages wait for the renderer"});
     }
 }
 
@@ -275,13 +264,13 @@ void OscServer::subscribe(const OscSubscribe& request, const OscMessage& message
                           std::int64_t now_ns) {
     if (from.tcp && !is_connected(from)) return;  // it closed before its time tag
     if (!subscribers_.contains(from) && subscribers_.size() >= kMaxOscSubscribers)
-        return refuse(message, from, {"busy", message.address, "", "there are 32 subscribers already"}, now_ns);
+        return refuse(from, message.address, {"busy", message.address, "", "there are 32 subscribers already"});
     const UdpPeer to = {from.peer.ip, request.port.value_or(from.peer.port)};
     const auto known = subscribers_.find(from);
     const bool told =
         known != subscribers_.end() && known->second.to == to && now_ns - known->second.told_ns < kOscRetell_ns;
     if (!told && !may_answer(from, bytes_of(values())))
-        return refuse(message, from, {"busy", message.address, "", "too many answers are asked for"}, now_ns);
+        return refuse(from, message.address, {"busy", message.address, "", "too many answers are asked for"});
     Subscriber& subscriber = subscribers_[from];
     subscriber.to = to;
     subscriber.until_ns = now_ns + kOscLease_ns;
@@ -292,13 +281,9 @@ void OscServer::subscribe(const OscSubscribe& request, const OscMessage& message
     feedback_due_ = true;
 }
 
-void OscServer::refuse(const OscMessage& message, const OscClient& from, const Error& error, std::int64_t now_ns) {
-    tell_refusal(from, message.address, error, now_ns);
-}
-
-void OscServer::tell_refusal(const OscClient& to, const std::string& address, const Error& error, std::int64_t) {
-    ++refused_;
-    last_error_ = error.text();
+void OscServer::refuse(const OscClient& to, const std::string& address, const Error& error) {
+    ++endpoint_.refused;
+    endpoint_.last_error = error.text();
     // Only who subscribed is told, and never about our own kind of message: two servers must not complain to each
     // other.
     const auto subscriber = subscribers_.find(to);
@@ -366,14 +351,7 @@ std::int64_t OscServer::tick(std::int64_t now_ns) {
 }
 
 void OscServer::describe(v1::Sources& table, std::int64_t now_ns) const {
-    v1::InputEndpoint& endpoint = *table.add_endpoints();
-    endpoint.set_protocol("osc");
-    endpoint.set_address(print_peer(bound_to(udp_)));
-    endpoint.set_packets(packets_);
-    endpoint.set_bad_packets(bad_);
-    endpoint.set_kernel_drops(drops_);
-    endpoint.set_refused_sources(refused_);
-    endpoint.set_last_error(last_error_);
+    endpoint_.describe(table, "osc");
     for (const auto& [client, seen] : rows_) {
         v1::SourceRow& row = *table.add_sources();
         row.set_protocol("osc");

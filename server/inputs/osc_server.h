@@ -7,7 +7,6 @@
 #include <functional>
 #include <map>
 #include <memory>
-#include <optional>
 #include <string>
 #include <vector>
 
@@ -51,10 +50,10 @@ public:
     ~OscServer();
 
     void publish_state(v1::State state);
-    UdpPeer address() const { return bound_to(udp_); }
-    void count_refusals(std::uint32_t count) { refused_ += count; }
-    // Tells a subscriber that the scene refused its message.
-    void tell_refusal(const OscClient& to, const std::string& address, const Error& error, std::int64_t now_ns);
+    UdpPeer address() const { return endpoint_.at; }
+    void count_refusals(std::uint32_t count) { endpoint_.refused += count; }
+    // Tells a subscriber that its message was refused.
+    void refuse(const OscClient& to, const std::string& address, const Error& error);
     // Carries out what is due, sends feedback, ends leases. Result: when it wants to be called again at the latest.
     std::int64_t tick(std::int64_t now_ns);
     void describe(v1::Sources& table, std::int64_t now_ns) const;
@@ -89,7 +88,6 @@ private:
     void close_connection(int fd);
     void take(Bytes packet, const OscClient& from);
     void act(const OscMessage& message, const OscClient& from, std::int64_t now_ns);
-    void refuse(const OscMessage& message, const OscClient& from, const Error& error, std::int64_t now_ns);
     void subscribe(const OscSubscribe& request, const OscMessage& message, const OscClient& from, std::int64_t now_ns);
     void send(const OscClient& to, const UdpPeer& udp, const std::vector<std::uint8_t>& packet);
     void send_values(const OscClient& to, const UdpPeer& udp, const OscValues& values);
@@ -112,8 +110,7 @@ private:
     std::int64_t accept_again_ns_ = 0;                       // 0: connections are being accepted
     bool values_stale_ = true, feedback_due_ = false;
     std::int64_t fed_back_ns_ = 0;
-    std::uint32_t packets_ = 0, bad_ = 0, drops_ = 0, refused_ = 0;
-    std::string last_error_;
+    Endpoint endpoint_;
 };
 
 }  // namespace gonio

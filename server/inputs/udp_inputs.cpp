@@ -5,7 +5,6 @@
 
 #include <algorithm>
 #include <atomic>
-#include <ctime>
 #include <limits>
 #include <set>
 #include <thread>
@@ -15,6 +14,7 @@
 #include "protocol/dmx/artnet_sources.h"
 #include "protocol/dmx/e131.h"
 #include "protocol/dmx/sacn_sources.h"
+#include "server/base/clock.h"
 #include "server/inputs/watch.h"
 
 namespace gonio {
@@ -27,52 +27,6 @@ constexpr std::int64_t kInterfaces_ns = 5'000'000'000;  // how often new interfa
 constexpr unsigned kMaxPolls = 8;  // ArtPolls answered within kTick_ns, as many consoles in one network do not ask
 constexpr std::size_t kDatagramBytes = 2048;  // the longest of sACN has 1,144
 constexpr std::uint32_t kLimitedBroadcast = 0xFFFFFFFF;
-
-std::int64_t monotonic() {
-    timespec time{};
-    clock_gettime(CLOCK_MONOTONIC, &time);
-    return time.tv_sec * 1'000'000'000 + time.tv_nsec;
-}
-
-// A listening place and what is counted there.
-struct Endpoint {
-    UdpPeer at;
-    std::uint32_t packets = 0, bad = 0, refused = 0;
-    std::map<int, std::uint32_t> drops;  // the kernel's count per socket
-    std::uint32_t drops_before = 0;      // of sockets that were closed
-    std::string last_error;
-
-    void forget_socket(int fd) {
-        drops_before += drops[fd];
-        drops.erase(fd);
-    }
-    // Result: whether the datagram is whole.
-    bool whole(const Datagram& datagram) {
-        if (!datagram.truncated) return true;
-        bad_packet({"too_large", "", "over " + std::to_string(datagram.bytes.size()) + " bytes",
-                    "the datagram is longer than any of its protocol"});
-        return false;
-    }
-
-    void bad_packet(const Error& error) {
-        ++bad;
-        last_error = error.text();
-    }
-    void describe(v1::Sources& table, DmxProtocol protocol, const std::vector<DmxKey>& wanted) const {
-        v1::InputEndpoint& row = *table.add_endpoints();
-        row.set_protocol(dmx_protocol_name(protocol));
-        row.set_address(print_peer(at));
-        row.set_packets(packets);
-        row.set_bad_packets(bad);
-        std::uint32_t dropped = drops_before;
-        for (const auto& [fd, count] : drops) dropped += count;
-        row.set_kernel_drops(dropped);
-        row.set_refused_sources(refused);
-        row.set_last_error(last_error);
-        for (const DmxKey& key : wanted)
-            if (key.protocol == protocol) row.add_universes(key.universe);
-    }
-};
 
 class UdpInputs final : public Inputs {
 public:
@@ -102,7 +56,7 @@ public:
             if (!osc) return osc.error();
             osc_ = std::move(*osc);
         }
-        make_table(monotonic());
+        make_table(monotonic_ns());
         thread_ = std::thread([this] { run(); });
         return true;
     }
@@ -143,11 +97,11 @@ private:
     void run() {
         std::int64_t ticked_ns = 0, table_ns = 0;
         while (!stop_) {
-            const std::int64_t before_ns = monotonic();
+            const std::int64_t before_ns = monotonic_ns();
             std::int64_t next_ns = std::min(ticked_ns + kTick_ns, osc_next_ns_);
             watch_.wait(
                 static_cast<int>(std::clamp<std::int64_t>((next_ns - before_ns + 999'999) / 1'000'000, 0, 100)));
-            const std::int64_t now_ns = monotonic();
+            const std::int64_t now_ns = monotonic_ns();
             take_requests(now_ns);
             if (now_ns - ticked_ns >= kTick_ns) {
                 ticked_ns = now_ns;
@@ -169,8 +123,7 @@ private:
     // What the render thread asked for.
     void take_requests(std::int64_t now_ns) {
         if (auto wanted = new_wanted_.try_take()) {
-            wanted_ = std::move(*wanted);
-            wanted_set_ = std::set<DmxKey>(wanted_.begin(), wanted_.end());
+            wanted_ = std::set<DmxKey>(wanted->begin(), wanted->end());
             sacn_.prefer(wanted_of(DmxProtocol::sacn));
             artnet_.prefer(wanted_of(DmxProtocol::artnet));
             resend_ = true;  // also what did not change since: the patch is new
@@ -181,7 +134,7 @@ private:
             if (refusal->protocol)
                 (*refusal->protocol == DmxProtocol::sacn ? sacn_end_ : artnet_end_).last_error = refusal->error.text();
             else if (osc_)
-                osc_->tell_refusal(refusal->to, refusal->address, refusal->error, now_ns);
+                osc_->refuse(refusal->to, refusal->address, refusal->error);
         }
         if (const std::uint32_t untold = untold_.exchange(0); untold > 0 && osc_) osc_->count_refusals(untold);
     }
@@ -199,8 +152,8 @@ private:
         sacn_socket_ = std::move(*socket);
         sacn_end_.at = bound_to(sacn_socket_);
         watch_sacn(sacn_socket_);
-        find_interfaces(monotonic());
-        join_groups(monotonic());
+        find_interfaces(monotonic_ns());
+        join_groups(monotonic_ns());
         return true;
     }
     void watch_sacn(const Descriptor& socket) {
@@ -213,7 +166,7 @@ private:
             const auto packet = decode_e131(datagram.bytes);
             if (!packet) {
                 sacn_end_.bad_packet(packet.error());
-            } else if (!sacn_.take(*packet, print_peer(datagram.from), monotonic())) {
+            } else if (!sacn_.take(*packet, print_peer(datagram.from), monotonic_ns())) {
                 ++sacn_end_.refused;
             }
         }
@@ -286,9 +239,9 @@ private:
             if (!packet) {
                 artnet_end_.bad_packet(packet.error());
             } else if (const auto* dmx = std::get_if<ArtDmx>(&*packet)) {
-                if (!artnet_.take(*dmx, datagram.from, monotonic())) ++artnet_end_.refused;
+                if (!artnet_.take(*dmx, datagram.from, monotonic_ns())) ++artnet_end_.refused;
             } else if (std::holds_alternative<ArtSync>(*packet)) {
-                artnet_.take_sync(datagram.from, monotonic());
+                artnet_.take_sync(datagram.from, monotonic_ns());
             } else if (std::holds_alternative<ArtPoll>(*packet)) {
                 if (++polls_ <= kMaxPolls) reply_to_poll(datagram);
             }
@@ -316,8 +269,8 @@ private:
         std::vector<DmxKey> changed;
         for (const std::uint16_t universe : sacn_.take_changed()) changed.push_back({DmxProtocol::sacn, universe});
         for (const std::uint16_t universe : artnet_.take_changed()) changed.push_back({DmxProtocol::artnet, universe});
-        if (std::exchange(resend_, false)) changed = wanted_;
-        std::erase_if(changed, [&](const DmxKey& key) { return !wanted_set_.contains(key); });
+        if (std::exchange(resend_, false)) changed.assign(wanted_.begin(), wanted_.end());
+        std::erase_if(changed, [&](const DmxKey& key) { return !wanted_.contains(key); });
         if (changed.empty()) return;
         std::vector<std::shared_ptr<const DmxUniverse>> views;
         for (const DmxKey& key : changed) {
@@ -345,14 +298,14 @@ private:
     }
     void make_table(std::int64_t now_ns) {
         v1::Sources table;
-        if (options_.sacn) {
-            sacn_end_.describe(table, DmxProtocol::sacn, wanted_);
-            sacn_.describe(table, now_ns);
-        }
-        if (options_.artnet) {
-            artnet_end_.describe(table, DmxProtocol::artnet, wanted_);
-            artnet_.describe(table, now_ns);
-        }
+        const auto describe = [&](const Endpoint& endpoint, DmxProtocol protocol, const auto& sources) {
+            v1::InputEndpoint& row = endpoint.describe(table, dmx_protocol_name(protocol));
+            for (const DmxKey& key : wanted_)
+                if (key.protocol == protocol) row.add_universes(key.universe);
+            sources.describe(table, now_ns);
+        };
+        if (options_.sacn) describe(sacn_end_, DmxProtocol::sacn, sacn_);
+        if (options_.artnet) describe(artnet_end_, DmxProtocol::artnet, artnet_);
         if (osc_) osc_->describe(table, now_ns);
         table_.put(std::move(table));
     }
@@ -380,8 +333,7 @@ private:
     ArtnetSources artnet_;
     Receiver receiver_;
     std::unique_ptr<OscServer> osc_;
-    std::vector<DmxKey> wanted_;
-    std::set<DmxKey> wanted_set_;
+    std::set<DmxKey> wanted_;
     unsigned polls_ = 0;  // within this tick
     bool resend_ = false;
     std::uint64_t osc_order_ = 0;

@@ -32,13 +32,9 @@ Error listen_failed(const UdpPeer& at, const char* doing) {
     return {"listen_failed", "", print_peer(at), std::string(doing) + ": " + std::strerror(errno)};
 }
 
-bool set(const Descriptor& socket, int level, int option, int value) {
-    return setsockopt(socket.fd(), level, option, &value, sizeof value) == 0;
-}
-
 Result<Descriptor> bind_to(Descriptor socket, const UdpPeer& at) {
     if (!socket) return listen_failed(at, "no socket");
-    set(socket, SOL_SOCKET, SO_REUSEADDR, 1);
+    set_option(socket, SOL_SOCKET, SO_REUSEADDR, 1);
     const sockaddr_in address = address_of(at);
     if (bind(socket.fd(), reinterpret_cast<const sockaddr*>(&address), sizeof address) != 0)
         return listen_failed(at, "cannot bind");
@@ -46,6 +42,10 @@ Result<Descriptor> bind_to(Descriptor socket, const UdpPeer& at) {
 }
 
 }  // namespace
+
+bool set_option(const Descriptor& socket, int level, int option, int value) {
+    return setsockopt(socket.fd(), level, option, &value, sizeof value) == 0;
+}
 
 Descriptor::~Descriptor() {
     if (fd_ >= 0) close(fd_);
@@ -72,12 +72,13 @@ Result<UdpPeer> parse_peer(const std::string& text, std::uint16_t default_port) 
 Result<Descriptor> open_udp(const UdpPeer& at) {
     auto socket = bind_to(Descriptor(::socket(AF_INET, SOCK_DGRAM | SOCK_NONBLOCK | SOCK_CLOEXEC, 0)), at);
     if (!socket) return socket;
-    if (!set(*socket, SOL_SOCKET, SO_RCVBUFFORCE, kReceiveBytes)) set(*socket, SOL_SOCKET, SO_RCVBUF, kReceiveBytes);
-    set(*socket, SOL_SOCKET, SO_RXQ_OVFL, 1);
-    set(*socket, SOL_SOCKET, SO_BROADCAST, 1);
-    set(*socket, IPPROTO_IP, IP_PKTINFO, 1);
+    if (!set_option(*socket, SOL_SOCKET, SO_RCVBUFFORCE, kReceiveBytes))
+        set_option(*socket, SOL_SOCKET, SO_RCVBUF, kReceiveBytes);
+    set_option(*socket, SOL_SOCKET, SO_RXQ_OVFL, 1);
+    set_option(*socket, SOL_SOCKET, SO_BROADCAST, 1);
+    set_option(*socket, IPPROTO_IP, IP_PKTINFO, 1);
     // Else a socket bound to any address also hears every group that somebody on this machine has joined.
-    set(*socket, IPPROTO_IP, IP_MULTICAST_ALL, 0);
+    set_option(*socket, IPPROTO_IP, IP_MULTICAST_ALL, 0);
     return socket;
 }
 
@@ -181,6 +182,37 @@ std::span<const Datagram> Receiver::receive(const Descriptor& socket, std::uint3
         }
     }
     return std::span(datagrams_).first(static_cast<std::size_t>(std::max(count, 0)));
+}
+
+void Endpoint::forget_socket(int fd) {
+    drops_before += drops[fd];
+    drops.erase(fd);
+}
+
+void Endpoint::bad_packet(const Error& error) {
+    ++bad;
+    last_error = error.text();
+}
+
+bool Endpoint::whole(const Datagram& datagram) {
+    if (datagram.truncated)
+        bad_packet({"too_large", "", "over " + std::to_string(datagram.bytes.size()) + " bytes",
+                    "the datagram is longer than any of its protocol"});
+    return !datagram.truncated;
+}
+
+v1::InputEndpoint& Endpoint::describe(v1::Sources& table, const char* protocol) const {
+    v1::InputEndpoint& row = *table.add_endpoints();
+    row.set_protocol(protocol);
+    row.set_address(print_peer(at));
+    row.set_packets(packets);
+    row.set_bad_packets(bad);
+    std::uint32_t dropped = drops_before;
+    for (const auto& [fd, count] : drops) dropped += count;
+    row.set_kernel_drops(dropped);
+    row.set_refused_sources(refused);
+    row.set_last_error(last_error);
+    return row;
 }
 
 void send_datagram(const Descriptor& socket, const UdpPeer& to, Bytes bytes) {

@@ -3,6 +3,7 @@
 #pragma once
 
 #include <cstdint>
+#include <map>
 #include <optional>
 #include <span>
 #include <string>
@@ -11,6 +12,7 @@
 
 #include "ies/core/result.h"
 #include "protocol/dmx/artnet_sources.h"
+#include "protocol/schema/gonio.pb.h"
 #include "protocol/text/byte_order.h"
 
 namespace gonio {
@@ -63,11 +65,30 @@ UdpPeer bound_to(const Descriptor& socket);
 // Result: the broadcast address of the interface that has this address, if it has one.
 std::optional<std::uint32_t> broadcast_of(std::uint32_t address);
 
+// Result: whether the kernel took it.
+bool set_option(const Descriptor& socket, int level, int option, int value);
+
 struct Datagram {
     Bytes bytes;  // until the next receive()
     UdpPeer from;
     std::uint32_t local_ip = 0;  // the address of ours that it came to
     bool truncated = false;      // it was longer than the buffer
+};
+
+// A listening place and what is counted there.
+struct Endpoint {
+    UdpPeer at;
+    std::uint32_t packets = 0, bad = 0, refused = 0;
+    std::map<int, std::uint32_t> drops;  // the kernel's count per socket
+    std::uint32_t drops_before = 0;      // of sockets that were closed
+    std::string last_error;
+
+    void forget_socket(int fd);
+    void bad_packet(const Error& error);
+    // Result: whether the datagram is whole; else it is a bad packet.
+    bool whole(const Datagram& datagram);
+    // Result: its row in the table.
+    v1::InputEndpoint& describe(v1::Sources& table, const char* protocol) const;
 };
 
 // Buffers for reading up to 64 datagrams at a time.
