@@ -47,15 +47,13 @@ void Signals::block() {
 
 Signals::Signals(Actions actions) : actions_(std::move(actions)) {
     const sigset_t set = waited_for();
-    pthread_sigmask(SIG_BLOCK, &set, nullptr);
-    fd_ = signalfd(-1, &set, SFD_CLOEXEC);
+    fd_ = Descriptor(signalfd(-1, &set, SFD_CLOEXEC));
     thread_ = std::thread([this] { watch(); });
 }
 
 Signals::~Signals() {
     done_ = true;
     thread_.join();
-    close(fd_);
 }
 
 void Signals::watch() {
@@ -63,9 +61,9 @@ void Signals::watch() {
     std::optional<Clock::time_point> first;
     bool told = false;
     while (!done_.load()) {
-        pollfd ready{fd_, POLLIN, 0};
+        pollfd ready{fd_.fd(), POLLIN, 0};
         signalfd_siginfo signal{};
-        if (poll(&ready, 1, first ? 20 : 100) > 0 && read(fd_, &signal, sizeof signal) == sizeof signal) {
+        if (poll(&ready, 1, first ? 20 : 100) > 0 && read(fd_.fd(), &signal, sizeof signal) == sizeof signal) {
             if (signal.ssi_signo == SIGHUP) {
                 actions_.reload();
             } else if (first) {

@@ -6,6 +6,8 @@
 #include <functional>
 #include <thread>
 
+#include "server/base/descriptor.h"
+
 namespace gonio {
 
 // From the first signal on, whatever the other threads are at.
@@ -34,7 +36,7 @@ private:
     void watch();
 
     Actions actions_;
-    int fd_ = -1;
+    Descriptor fd_;
     std::atomic<bool> done_{false};
     std::thread thread_;
 };

@@ -32,10 +32,8 @@ int write_whole(int fd, std::string_view bytes) {
 // The new name must be on the disk too. Not every file system can say so; then the rename itself has to do.
 void sync_folder(const std::string& path) {
     const std::string folder = std::filesystem::path(path).parent_path().string();
-    const int fd = ::open(folder.empty() ? "." : folder.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC);
-    if (fd < 0) return;
-    ::fsync(fd);
-    ::close(fd);
+    const Descriptor opened(::open(folder.empty() ? "." : folder.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC));
+    if (opened) ::fsync(opened.fd());
 }
 
 constexpr int kMostAside = 99;
@@ -79,23 +77,18 @@ std::string behind_links(std::string path) {
 
 Result<FileLock> FileLock::take(const std::string& path) {
     struct stat status {};
-    if (::stat(path.c_str(), &status) == 0 && !S_ISREG(status.st_mode)) return FileLock(-1, 0);
+    if (::stat(path.c_str(), &status) == 0 && !S_ISREG(status.st_mode)) return FileLock({}, 0);
     // Readable for all: another user's server must be able to ask for it.
-    const int fd = ::open((path + ".lock").c_str(), O_RDONLY | O_CREAT | O_CLOEXEC | O_NOFOLLOW | O_NONBLOCK, 0644);
-    if (fd < 0) return FileLock(-1, errno);
-    FileLock lock(fd, 0);
-    if (::flock(fd, LOCK_EX | LOCK_NB) == 0) return lock;
+    Descriptor file(::open((path + ".lock").c_str(), O_RDONLY | O_CREAT | O_CLOEXEC | O_NOFOLLOW | O_NONBLOCK, 0644));
+    if (!file) return FileLock({}, errno);
+    if (::flock(file.fd(), LOCK_EX | LOCK_NB) == 0) return FileLock(std::move(file), 0);
     if (errno == EWOULDBLOCK)
         return Error{"busy", path, "", "Another server keeps its show in this file; each needs one of its own."};
-    return FileLock(-1, errno);
+    return FileLock({}, errno);
 }
 
 std::string FileLock::why_not() const {
     return reason_ == 0 ? "" : std::generic_category().message(reason_);
-}
-
-FileLock::~FileLock() {
-    if (fd_ >= 0) ::close(fd_);
 }
 
 Result<std::string> set_file_aside(const std::string& path, const std::string& ending) {

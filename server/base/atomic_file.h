@@ -6,6 +6,7 @@
 #include <utility>
 
 #include "ies/core/result.h"
+#include "server/base/descriptor.h"
 
 namespace gonio {
 
@@ -23,14 +24,12 @@ public:
     // Errors: "busy": another process holds it. Where it cannot be made, or the disk knows no locks, nothing is held,
     // and why_not() says why; where the path is no regular file, nothing is made.
     static Result<FileLock> take(const std::string& path);
-    FileLock(FileLock&& other) noexcept : fd_(std::exchange(other.fd_, -1)), reason_(other.reason_) {}
-    FileLock& operator=(FileLock&&) = delete;
-    ~FileLock();
     std::string why_not() const;
 
 private:
-    FileLock(int fd, int reason) : fd_(fd), reason_(reason) {}
-    int fd_, reason_;
+    FileLock(Descriptor file, int reason) : file_(std::move(file)), reason_(reason) {}
+    Descriptor file_;
+    int reason_;
 };
 
 // Renames a file to the first free one of PATH<ending>, PATH<ending>-2 … -99 (the last one is replaced). Result: its

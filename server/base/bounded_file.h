@@ -13,6 +13,7 @@
 #include <system_error>
 
 #include "ies/core/result.h"
+#include "server/base/descriptor.h"
 
 namespace gonio {
 
@@ -21,27 +22,20 @@ namespace gonio {
 // and a message whose subject is the file ("is no regular file"). Any thread; it takes as long as the disk.
 inline Result<std::string> read_bounded_file(const std::string& path, std::size_t most_bytes) {
     const auto refused = [&](const std::string& why) { return Error{"file_unreadable", path, "", why}; };
-    const auto unreadable = [&](int number) {
-        return refused("cannot be read: " + std::generic_category().message(number));
-    };
-    const int fd = ::open(path.c_str(), O_RDONLY | O_CLOEXEC | O_NOCTTY | O_NONBLOCK);
-    if (fd < 0) return unreadable(errno);
+    const auto unreadable = [&] { return refused("cannot be read: " + std::generic_category().message(errno)); };
+    const Descriptor file(::open(path.c_str(), O_RDONLY | O_CLOEXEC | O_NOCTTY | O_NONBLOCK));
+    if (!file) return unreadable();
     struct stat status {};
-    if (::fstat(fd, &status) != 0 || !S_ISREG(status.st_mode)) {
-        ::close(fd);
-        return refused("is no regular file");
-    }
+    if (::fstat(file.fd(), &status) != 0 || !S_ISREG(status.st_mode)) return refused("is no regular file");
     std::string text;
     std::array<char, 65536> block;
     ssize_t got = 1;
     while (got > 0 && text.size() <= most_bytes) {
-        got = ::read(fd, block.data(), std::min(block.size(), most_bytes + 1 - text.size()));
+        got = ::read(file.fd(), block.data(), std::min(block.size(), most_bytes + 1 - text.size()));
         if (got > 0) text.append(block.data(), static_cast<std::size_t>(got));
         if (got < 0 && errno == EINTR) got = 1;
     }
-    const int number = errno;
-    ::close(fd);
-    if (got < 0) return unreadable(number);
+    if (got < 0) return unreadable();
     return text;
 }
 

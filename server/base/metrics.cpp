@@ -35,9 +35,13 @@ std::string with_bound(std::string_view labels, double bound_s) {
     return std::string(labels) + (labels.empty() ? "" : ",") + label("le", number(bound_s));
 }
 
-void add_plain(std::string& text, const char* name, const char* kind, const char* help, double value) {
-    text.append("# HELP ").append(name).append(" ").append(help).append("\n# TYPE ").append(name).append(" ");
-    text.append(kind).append("\n").append(name).append(" ").append(number(value)).append("\n");
+void add_head(std::string& text, const std::string& name, const char* kind, const std::string& help) {
+    text += "# HELP " + name + " " + help + "\n# TYPE " + name + " " + kind + "\n";
+}
+
+void add_plain(std::string& text, const std::string& name, const char* kind, const char* help, double value) {
+    add_head(text, name, kind, help);
+    text += name + " " + number(value) + "\n";
 }
 
 double open_descriptors() {
@@ -119,8 +123,7 @@ std::string Metrics::text() const {
     std::lock_guard lock(mutex_);
     std::string text;
     for (const auto& [name, family] : families_) {
-        text.append("# HELP gonio_").append(name).append(" ").append(family.help).append("\n# TYPE gonio_");
-        text.append(name).append(" ").append(kinds[static_cast<int>(family.kind)]).append("\n");
+        add_head(text, "gonio_" + name, kinds[static_cast<int>(family.kind)], family.help);
         for (const auto& [labels, one] : family.series) {
             if (family.kind == Kind::counter) add_line(text, name, labels, std::to_string(one.counter.value()));
             if (family.kind == Kind::gauge) add_line(text, name, labels, number(one.gauge.value()));

@@ -5,7 +5,6 @@
 #include <net/if.h>
 #include <netinet/in.h>
 #include <sys/socket.h>
-#include <unistd.h>
 
 #include <array>
 #include <cerrno>
@@ -45,10 +44,6 @@ Result<Descriptor> bind_to(Descriptor socket, const UdpPeer& at) {
 
 bool set_option(const Descriptor& socket, int level, int option, int value) {
     return setsockopt(socket.fd(), level, option, &value, sizeof value) == 0;
-}
-
-Descriptor::~Descriptor() {
-    if (fd_ >= 0) close(fd_);
 }
 
 Result<UdpPeer> parse_peer(const std::string& text, std::uint16_t default_port) {

@@ -7,33 +7,15 @@
 #include <optional>
 #include <span>
 #include <string>
-#include <utility>
 #include <vector>
 
 #include "ies/core/result.h"
 #include "protocol/dmx/artnet_sources.h"
 #include "protocol/schema/gonio.pb.h"
 #include "protocol/text/byte_order.h"
+#include "server/base/descriptor.h"
 
 namespace gonio {
-
-// A file descriptor, move-only.
-class Descriptor {
-public:
-    Descriptor() = default;
-    explicit Descriptor(int fd) : fd_(fd) {}
-    Descriptor(Descriptor&& other) noexcept : fd_(std::exchange(other.fd_, -1)) {}
-    Descriptor& operator=(Descriptor&& other) noexcept {
-        std::swap(fd_, other.fd_);
-        return *this;
-    }
-    ~Descriptor();
-    int fd() const { return fd_; }
-    explicit operator bool() const { return fd_ >= 0; }
-
-private:
-    int fd_ = -1;
-};
 
 // "ADDRESS" or "ADDRESS:PORT", numeric IPv4. Errors: "invalid_argument".
 Result<UdpPeer> parse_peer(const std::string& text, std::uint16_t default_port);

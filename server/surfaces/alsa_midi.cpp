@@ -8,6 +8,7 @@
 #include <list>
 #include <utility>
 
+#include "server/base/descriptor.h"
 #include "server/surfaces/wire.h"
 
 namespace gonio {
@@ -17,25 +18,22 @@ constexpr std::size_t kMaxUnsent = 16384;  // bytes that wait for the port
 
 class AlsaWire final : public Wire {
 public:
-    AlsaWire(int fd, WireEvents events, std::list<AlsaWire*>& wires)
-        : fd_(fd), events_(std::move(events)), wires_(wires) {
+    AlsaWire(Descriptor port, WireEvents events, std::list<AlsaWire*>& wires)
+        : port_(std::move(port)), events_(std::move(events)), wires_(wires) {
         wires_.push_back(this);
     }
-    ~AlsaWire() override {
-        wires_.remove(this);
-        ::close(fd_);
-    }
+    ~AlsaWire() override { wires_.remove(this); }
     bool write(std::uint8_t, Bytes bytes) override {
         if (gone_ || unsent_.size() + bytes.size() > kMaxUnsent) return false;
         unsent_.insert(unsent_.end(), bytes.begin(), bytes.end());
         flush();
         return true;
     }
-    pollfd watch() const { return {fd_, static_cast<short>(unsent_.empty() ? POLLIN : POLLIN | POLLOUT), 0}; }
+    pollfd watch() const { return {port_.fd(), static_cast<short>(unsent_.empty() ? POLLIN : POLLIN | POLLOUT), 0}; }
     void serve() {
         std::uint8_t buffer[1024];
         for (ssize_t count = 1; count > 0 && !gone_;) {
-            count = ::read(fd_, buffer, sizeof buffer);
+            count = ::read(port_.fd(), buffer, sizeof buffer);
             if (count < 0) gone_ = errno != EAGAIN && errno != EINTR;
             if (count <= 0) break;
             std::vector<MidiMessage> messages;
@@ -43,7 +41,7 @@ public:
             events_.midi(messages, bad, monotonic_ns());
         }
         flush();
-        pollfd state{fd_, 0, 0};
+        pollfd state{port_.fd(), 0, 0};
         if (!gone_ && ::poll(&state, 1, 0) > 0) gone_ = (state.revents & (POLLERR | POLLHUP | POLLNVAL)) != 0;
         if (gone_ && !std::exchange(told_, true)) events_.gone("it was unplugged");
     }
@@ -51,13 +49,13 @@ public:
 private:
     void flush() {
         while (!unsent_.empty() && !gone_) {
-            const ssize_t count = ::write(fd_, unsent_.data(), unsent_.size());
+            const ssize_t count = ::write(port_.fd(), unsent_.data(), unsent_.size());
             if (count < 0) gone_ = errno != EAGAIN && errno != EINTR;
             if (count <= 0) return;
             unsent_.erase(unsent_.begin(), unsent_.begin() + count);
         }
     }
-    int fd_;
+    Descriptor port_;
     WireEvents events_;
     std::list<AlsaWire*>& wires_;
     MidiStream stream_;
@@ -102,18 +100,18 @@ public:
 
     Result<std::unique_ptr<Wire>> open(const FoundSurface& surface, WireEvents events) override {
         const std::string path = surface.place.substr(5);
-        int fd = -1;
+        Descriptor port;
         for (const int direction : {O_RDWR, O_RDONLY}) {  // some ports only speak
-            fd = ::open(path.c_str(), direction | O_NONBLOCK | O_CLOEXEC);
-            if (fd >= 0 || errno == EACCES || errno == EBUSY) break;
+            port = Descriptor(::open(path.c_str(), direction | O_NONBLOCK | O_CLOEXEC));
+            if (port || errno == EACCES || errno == EBUSY) break;
         }
-        if (fd < 0 && (errno == EACCES || errno == EPERM))
+        if (!port && (errno == EACCES || errno == EPERM))
             return Error{"no_permission", path, "",
                          "there is no permission to use it; its user must be in the group audio"};
-        if (fd < 0 && (errno == EBUSY || errno == EAGAIN))
+        if (!port && (errno == EBUSY || errno == EAGAIN))
             return Error{"claimed", path, "", "another program owns it; close that program"};
-        if (fd < 0) return Error{"vanished", path, "", "it is not there any more"};
-        return std::unique_ptr<Wire>(std::make_unique<AlsaWire>(fd, std::move(events), wires_));
+        if (!port) return Error{"vanished", path, "", "it is not there any more"};
+        return std::unique_ptr<Wire>(std::make_unique<AlsaWire>(std::move(port), std::move(events), wires_));
     }
 
     void watch(std::vector<pollfd>& fds) const override {

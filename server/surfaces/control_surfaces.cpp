@@ -11,6 +11,7 @@
 
 #include <spdlog/spdlog.h>
 
+#include "server/base/descriptor.h"
 #include "server/surfaces/surface_profiles.h"
 
 namespace gonio {
@@ -56,9 +57,6 @@ public:
         stop_ = true;
         poke();
         thread_.join();
-        links_.clear();  // wires before what they belong to
-        backends_.clear();
-        ::close(event_);
     }
     Latest<SurfaceUpdates>& updates() override { return updates_; }
     Latest<SurfaceTable>& table() override { return table_; }
@@ -80,18 +78,18 @@ private:
 
     void poke() {
         const std::uint64_t one = 1;
-        [[maybe_unused]] const auto written = ::write(event_, &one, sizeof one);
+        [[maybe_unused]] const auto written = ::write(event_.fd(), &one, sizeof one);
     }
 
     void run() {
         while (!stop_) {
-            std::vector<pollfd> fds = {{event_, POLLIN, 0}};
+            std::vector<pollfd> fds = {{event_.fd(), POLLIN, 0}};
             for (const auto& backend : backends_) backend->watch(fds);
             const std::int64_t sleep_ns = std::clamp<std::int64_t>(next_ns() - monotonic_ns(), 0, kRescan_ns);
             const timespec time{sleep_ns / 1'000'000'000, sleep_ns % 1'000'000'000};
             ::ppoll(fds.data(), fds.size(), &time, nullptr);
             std::uint64_t count = 0;
-            while (::read(event_, &count, sizeof count) > 0) {
+            while (::read(event_.fd(), &count, sizeof count) > 0) {
             }
             serve();
         }
@@ -276,9 +274,9 @@ private:
     SurfaceOptions::Midi midi_;
     SurfaceProfiles profiles_;
     std::function<void()> wake_;
-    int event_;
+    Descriptor event_;  // the threads of wires write it until their end
     std::vector<std::unique_ptr<Backend>> backends_;
-    std::list<Link> links_;
+    std::list<Link> links_;                                           // wires end before what they belong to
     std::map<std::string, Retry> retries_;                            // by place
     std::map<std::pair<std::string, std::string>, Missing> missing_;  // by identity and transport
     SurfaceUpdates pending_;                                          // what came in this turn
