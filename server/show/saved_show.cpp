@@ -44,8 +44,7 @@ std::string lasting_name(const std::string& scene) {
 }
 
 const LightSeed* seed_named(const SceneAsset& asset, const std::string& name) {
-    const auto at = std::find_if(asset.lights.begin(), asset.lights.end(),
-                                 [&](const LightSeed& seed) { return seed.name == name; });
+    const auto at = std::ranges::find(asset.lights, name, &LightSeed::name);
     return at == asset.lights.end() ? nullptr : &*at;
 }
 
@@ -120,10 +119,9 @@ public:
         }
     }
     void warn(std::string text) { warnings_.push_back(std::move(text)); }
-    bool run(Scene& scene, const v1::Command& command, const Loaded& loaded, const std::string& what) {
+    void run(Scene& scene, const v1::Command& command, const Loaded& loaded, const std::string& what) {
         const auto applied = apply(scene, command, loaded);
         if (!applied) warn(what + " is not restored: " + applied.error().text());
-        return static_cast<bool>(applied);
     }
     void run(const v1::Command& command, const std::string& what) { run(scene_, command, {}, what); }
 
@@ -184,10 +182,6 @@ public:
         fill(*command.mutable_add_light()->mutable_light(), light);
         run(scene, command, loaded, what);
     }
-    bool has(const std::string& name) const {
-        return std::any_of(scene_.lights.begin(), scene_.lights.end(),
-                           [&](const Light& light) { return light.name == name; });
-    }
     void restore_lights() {
         if (!show_.recalled().empty()) {
             v1::Command recall;  // the lights get their own values next
@@ -195,14 +189,14 @@ public:
             run(recall, "that preset '" + show_.recalled() + "' was recalled");
         }
         for (const std::string& name : show_.removed_lights()) {
-            if (!has(name)) continue;  // the file does not have it any more: all the better
+            if (!find_light(scene_, name)) continue;  // the file does not have it any more: all the better
             v1::Command remove;
             remove.mutable_remove_light()->set_name(name);
             run(remove, "that light '" + name + "' was removed");
         }
         for (const saved::Light& light : show_.lights()) {
             const std::string what = "light '" + light.name() + "'";
-            if (!has(light.name())) {
+            if (!find_light(scene_, light.name())) {
                 add(scene_, light, what);
                 continue;
             }

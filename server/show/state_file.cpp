@@ -4,11 +4,11 @@
 #include <time.h>
 
 #include <cerrno>
-#include <fstream>
 #include <stdexcept>
 
 #include <spdlog/spdlog.h>
 
+#include "server/base/bounded_file.h"
 #include "server/base/clock.h"
 
 namespace gonio {
@@ -123,12 +123,7 @@ std::optional<saved::Show> read_state_file(const std::string& path) {
     struct stat status {};
     if (::stat(path.c_str(), &status) != 0 && errno == ENOENT) return std::nullopt;
     Result<saved::Show> show = Error{"file_unreadable", "", path, "It cannot be read."};
-    if (S_ISREG(status.st_mode)) {
-        std::ifstream file(path, std::ios::binary);
-        std::string text(std::min(static_cast<std::size_t>(status.st_size), kMaxSavedBytes + 1), '\0');
-        file.read(text.data(), static_cast<std::streamsize>(text.size()));
-        if (file && !file.bad()) show = read_show(text);
-    }
+    if (const auto text = read_bounded_file(path, kMaxSavedBytes)) show = read_show(*text);
     if (show) return std::move(*show);
     const Error& error = show.error();
     if (error.code == "file_unreadable") throw std::invalid_argument(error.text());
