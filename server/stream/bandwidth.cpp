@@ -37,7 +37,7 @@ void Bandwidth::acknowledged(std::uint32_t seq, Duration decode, Time now) {
     }
     if (!first) return;
     const Time arrival = now - std::clamp<Duration>(decode, Duration::zero(), now - *last);
-    tell_rtt(arrival - *last, now);
+    round_trip(arrival - *last, now);
     // The link was busy with these bytes from when they could arrive at the earliest, or from when it was done with the
     // frame before.
     const Time free_at = std::max(*first + *min_rtt(), last_arrival_);
@@ -54,11 +54,7 @@ std::size_t Bandwidth::bytes_in_flight() const {
     return sum;
 }
 
-void Bandwidth::round_trip(Duration time, Time now) {
-    tell_rtt(time, now);
-}
-
-void Bandwidth::tell_rtt(Duration rtt, Time now) {
+void Bandwidth::round_trip(Duration rtt, Time now) {
     if (now - span_began_ >= kSpan) {
         least_[1] = now - span_began_ < 2 * kSpan ? least_[0] : std::nullopt;
         least_[0] = std::nullopt;

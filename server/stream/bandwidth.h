@@ -23,7 +23,7 @@ public:
     // The viewer has drawn the frame (and all before it); decode: how long that took after its arrival, 0: not told.
     void acknowledged(std::uint32_t seq, Duration decode, Time now);
     // A ping that was sent while no frame was on its way came back.
-    void round_trip(Duration time, Time now);
+    void round_trip(Duration rtt, Time now);
     // Whether the least round trip should be measured anew: the next frame should wait until none is on its way, and a
     // ping go before it.
     bool wants_probe(Time now) const;
@@ -54,7 +54,6 @@ private:
     struct Sample {
         double bytes, seconds;
     };
-    void tell_rtt(Duration rtt, Time now);
     std::uint32_t budget_of_samples() const;
 
     std::deque<Flight> flights_;                    // at most kMostFlights

@@ -287,11 +287,10 @@ private:
 
 // The option's word for a kind.
 std::vector<std::string> kinds_of(const std::string& wanted) {
-    if (wanted == "mjpeg") return {};
-    if (wanted == "nvenc") return {"h264_nvenc"};
-    if (wanted == "vaapi") return {"h264_vaapi"};
-    if (wanted == "libx264") return {"libx264"};
-    return {std::begin(kKindNames), std::end(kKindNames)};
+    std::vector<std::string> kinds;
+    for (const std::string_view name : kKindNames)
+        if (wanted == "auto" || name.ends_with(wanted)) kinds.emplace_back(name);
+    return kinds;
 }
 
 }  // namespace

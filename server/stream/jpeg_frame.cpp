@@ -1,5 +1,4 @@
 #include <algorithm>
-#include <chrono>
 #include <csetjmp>
 #include <cstdio>
 #include <cstdlib>

@@ -63,6 +63,10 @@ struct LaneEncoders::Shared {
         auto running = Slot::Phase::running;
         return slot.phase.compare_exchange_strong(running, Slot::Phase::publishing);
     }
+    void give_to_thread(const std::shared_ptr<Slot>& slot) {
+        auto idle = Slot::Phase::idle;
+        if (slot->phase.compare_exchange_strong(idle, Slot::Phase::waiting)) tokens.push(slot);
+    }
     void give_up() {
         if (!given_up.exchange(true)) out.given_up();
     }
@@ -169,9 +173,7 @@ struct LaneEncoders::Shared {
         if (slot->phase.load() == Slot::Phase::running) publishes(*slot);
         if (slot->phase.load() == Slot::Phase::abandoned) return false;
         slot->phase = Slot::Phase::idle;
-        // One that came while the last was in work.
-        auto idle = Slot::Phase::idle;
-        if (slot->jobs.waiting() && slot->phase.compare_exchange_strong(idle, Slot::Phase::waiting)) tokens.push(slot);
+        if (slot->jobs.waiting()) give_to_thread(slot);  // one that came while the last was in work
         out.idle();
         return true;
     }
@@ -204,19 +206,11 @@ LaneEncoders::~LaneEncoders() {
 }
 
 void LaneEncoders::start_thread(std::size_t index) {
-    threads_[index] = std::thread([shared = shared_, index] { work(shared, index); });
-}
-
-void LaneEncoders::work(const std::shared_ptr<Shared>& shared, std::size_t index) {
-    while (auto slot = shared->tokens.pop())
-        if (!shared->run(*slot, index)) return;
-    shared->ended.push(index);
-}
-
-LaneEncoders::Slot& LaneEncoders::slot(LaneId lane) {
-    auto& found = slots_[lane];
-    if (!found) found = std::make_shared<Slot>(lane);
-    return *found;
+    threads_[index] = std::thread([shared = shared_, index] {
+        while (auto slot = shared->tokens.pop())
+            if (!shared->run(*slot, index)) return;
+        shared->ended.push(index);
+    });
 }
 
 const LaneEncoders::Slot* LaneEncoders::find(LaneId lane) const {
@@ -224,11 +218,14 @@ const LaneEncoders::Slot* LaneEncoders::find(LaneId lane) const {
     return found == slots_.end() ? nullptr : found->second.get();
 }
 
-bool LaneEncoders::takes(LaneId lane) const {
-    if (!works()) return false;
+bool LaneEncoders::begins_soon(LaneId lane) const {
     const Slot* found = find(lane);
     const auto phase = found ? found->phase.load() : Slot::Phase::idle;
     return phase == Slot::Phase::idle || phase == Slot::Phase::waiting;
+}
+
+bool LaneEncoders::takes(LaneId lane) const {
+    return works() && begins_soon(lane);
 }
 
 bool LaneEncoders::idle(LaneId lane) const {
@@ -236,35 +233,27 @@ bool LaneEncoders::idle(LaneId lane) const {
     return !found || (found->phase.load() == Slot::Phase::idle && !found->jobs.waiting());
 }
 
-void LaneEncoders::give_to_thread(const std::shared_ptr<Slot>& slot) {
-    auto idle = Slot::Phase::idle;
-    if (slot->phase.compare_exchange_strong(idle, Slot::Phase::waiting)) shared_->tokens.push(slot);
-}
-
 void LaneEncoders::put(LaneId lane, LaneJob job) {
-    Slot& to = slot(lane);
-    if (job.request.key) to.key_owed = true;  // also where a newer picture replaces this one
-    to.jobs.put(std::move(job));
-    give_to_thread(slots_[lane]);
+    auto& slot = slots_[lane];
+    if (!slot) slot = std::make_shared<Slot>(lane);
+    if (job.request.key) slot->key_owed = true;  // also where a newer picture replaces this one
+    slot->jobs.put(std::move(job));
+    shared_->give_to_thread(slot);
 }
 
 bool LaneEncoders::takes_jpeg() const {
-    const Slot* found = find(kJpegLane);
-    const auto phase = found ? found->phase.load() : Slot::Phase::idle;
-    return phase == Slot::Phase::idle || phase == Slot::Phase::waiting;
+    return begins_soon(kJpegLane);
 }
 
 void LaneEncoders::put_jpeg(Picture picture) {
-    LaneJob job;
-    job.picture = std::move(picture);
-    put(kJpegLane, std::move(job));
+    put(kJpegLane, {.picture = std::move(picture)});
 }
 
 void LaneEncoders::close(LaneId lane) {
     const auto found = slots_.find(lane);
     if (found == slots_.end()) return;
     found->second->close = true;
-    give_to_thread(found->second);
+    shared_->give_to_thread(found->second);
 }
 
 std::vector<LaneId> LaneEncoders::check() {
@@ -292,14 +281,8 @@ std::vector<LaneId> LaneEncoders::check() {
 
 void LaneEncoders::encode_first(LaneId lane, const Picture& picture) {
     while (frames_encoded() == 0) {
-        if (works() && idle(lane)) {
-            LaneJob job;
-            job.picture = picture;
-            job.request.key = true;
-            put(lane, std::move(job));
-        } else if (!works() && idle(kJpegLane)) {
-            put_jpeg(picture);
-        }
+        if (works() && idle(lane)) put(lane, {.picture = picture, .request = {.key = true}});
+        if (!works() && idle(kJpegLane)) put_jpeg(picture);
         check();
         std::this_thread::sleep_for(std::chrono::milliseconds(1));
     }

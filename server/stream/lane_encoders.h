@@ -4,7 +4,6 @@
 // given up, and MJPEG and stills remain.
 #pragma once
 
-#include <atomic>
 #include <chrono>
 #include <functional>
 #include <map>
@@ -87,11 +86,9 @@ public:
 private:
     struct Slot;
     struct Shared;
-    Slot& slot(LaneId lane);
     const Slot* find(LaneId lane) const;
-    void give_to_thread(const std::shared_ptr<Slot>& slot);
+    bool begins_soon(LaneId lane) const;
     void start_thread(std::size_t index);
-    static void work(const std::shared_ptr<Shared>& shared, std::size_t index);
 
     std::shared_ptr<Shared> shared_;
     std::map<LaneId, std::shared_ptr<Slot>> slots_;

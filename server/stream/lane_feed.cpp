@@ -65,12 +65,8 @@ void LaneFeed::give(const LaneRequest& request, Turn turn, std::int64_t now_ns, 
     lane.repeats = turn == Turn::repeat ? lane.repeats + 1 : 0;
     lane.picture = number_;
     lane.given_ns = now_ns;
-    LaneJob job;
-    job.picture = newest_;
-    job.request = {turn == Turn::key, request.budget_bytes, request.lane == kLowLane ? kLowCrf : kCrf};
-    job.settled = settled;
-    job.last = lane.repeats >= kRepeats;
-    encoders_.put(request.lane, std::move(job));
+    const FrameRequest frame{turn == Turn::key, request.budget_bytes, request.lane == kLowLane ? kLowCrf : kCrf};
+    encoders_.put(request.lane, {newest_, frame, settled, lane.repeats >= kRepeats});
 }
 
 void LaneFeed::serve(std::int64_t now_ns, bool more, bool settled) {
