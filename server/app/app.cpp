@@ -49,11 +49,6 @@ std::optional<FileLock> lock_show(const std::string& file) {
     return lock;
 }
 
-void discard_and_tell(const std::shared_ptr<UploadStore>& uploads, const std::shared_ptr<std::promise<void>>& done) {
-    uploads->discard(kDiscard);
-    done->set_value();
-}
-
 // An option, or a file that one names, cannot be used.
 struct BadOption : std::invalid_argument {
     using std::invalid_argument::invalid_argument;
@@ -181,7 +176,10 @@ void App::discard_uploads() {
     const auto uploads = uploads_to_discard_.load();
     if (!uploads) return;
     auto done = std::make_shared<std::promise<void>>();
-    std::thread(discard_and_tell, uploads, done).detach();
+    std::thread([uploads, done] {
+        uploads->discard(kDiscard);
+        done->set_value();
+    }).detach();
     done->get_future().wait_for(kDiscard + kDiscard / 2);
 }
 
@@ -301,12 +299,11 @@ int run_daemon(const Options& given) {
     spdlog::set_default_logger(spdlog::stderr_logger_mt("goniod"));
     set_log_level(options.log_level);
     std::string token_warning;
-    const auto tokens = read_tokens(options, &token_warning);
-    if (!tokens) throw std::runtime_error(tokens.error().text());
+    Tokens tokens = value_of(read_tokens(options, &token_warning));
     if (!token_warning.empty()) spdlog::warn("{}", token_warning);
     try {
         if (!serves) return run_job(options, beginning(options).scene);
-        App app(std::move(options), *tokens);
+        App app(std::move(options), std::move(tokens));
         app.start();
         app.run();
         app.stop();

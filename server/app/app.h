@@ -4,7 +4,6 @@
 #include <memory>
 #include <optional>
 #include <string>
-#include <vector>
 
 #include "server/app/reload.h"
 #include "server/app/service.h"
@@ -49,9 +48,8 @@ public:
 
 private:
     // What the signals' thread is told of, until this ends.
-    template <typename T>
     struct Forgotten {
-        Shared<T>& slot;
+        Shared<UploadStore>& slot;
         ~Forgotten() { slot.store({}); }
     };
     // While it lives the HTTP server listens, and signals and reloads reach it.
@@ -93,8 +91,8 @@ private:
     Shared<StateFile> show_to_save_;
     Shared<UploadStore> uploads_to_discard_;
     Reloading reloading_;
-    Signals signals_{signal_actions()};  // before all whose end takes time: it bounds that time
-    const Forgotten<UploadStore> forgotten_uploads_{uploads_to_discard_};  // the folder goes while signals still watch
+    Signals signals_{signal_actions()};                       // before all whose end takes time: it bounds that time
+    const Forgotten forgotten_uploads_{uploads_to_discard_};  // the folder goes while signals still watch
     const std::optional<FileLock> show_lock_;
     Beginning first_;
     Gpu gpu_{gpu_maker(options_), first_.faults};

@@ -55,13 +55,13 @@ void add_front_options(CLI::App& app, Options& options) {
     app.add_option("--host-name", options.host_names,
                    "a name that requests may have in Host, beside localhost and addresses; may be given more than once")
         ->allow_extra_args(false)  // else CLI11 takes "[::1]" for a list
-        ->check(host_name());
+        ->check(check_host_name);
     app.add_option("--allow-origin", options.origins,
                    "scheme://host:port of pages elsewhere that may use this server; may be given more than once")
-        ->check(page_origin());
+        ->check(check_origin);
     app.add_option("--upload-dir", options.upload_folder,
                    "folder for uploaded files, kept; default: a private one, removed at the end")
-        ->check(upload_folder());
+        ->check(check_upload_folder);
     app.add_option("--scene-root", options.scene_roots,
                    "folder below which clients may load scene files; may be given more than once. Default: everywhere "
                    "while --listen is a loopback address, else nowhere")

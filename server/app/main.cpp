@@ -5,7 +5,7 @@
 
 int main(int argc, char** argv) {
     int exit_code = 0;
-    const auto options = gonio::parse_options(argc, argv, exit_code);
+    const auto options = gonio::parse_options({argv + 1, argv + argc}, exit_code);
     if (!options) return exit_code;
     try {
         return gonio::run_daemon(*options);

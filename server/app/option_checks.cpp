@@ -17,11 +17,6 @@ namespace fs = std::filesystem;
 constexpr int kMinSide = 16, kMaxSide = 4096;                    // pixels; SetSize has the same
 constexpr std::size_t kMaxNameBytes = 253, kMaxLabelBytes = 63;  // RFC 1035, 2.3.4
 
-// The check says what is wrong with the text, nothing where all is well.
-CLI::Validator validator(std::string (*check)(const std::string&)) {
-    return {[check](std::string& text) { return check(text); }, ""};
-}
-
 // Result: the whole text as a number without sign.
 std::optional<unsigned> digits(std::string_view text) {
     unsigned number = 0;
@@ -62,6 +57,21 @@ std::string quoted(const std::string& text) {
     return "'" + text + "'";
 }
 
+// Nothing is opened: that is the start's to do. Only regular files are read (server/base/bounded_file.h).
+std::string check_file(const std::string& path) {
+    std::error_code failed;
+    if (fs::is_directory(path, failed)) return quoted(path) + " is a folder, not a file";
+    if (access(path.c_str(), R_OK) != 0) return "cannot read the file " + quoted(path);
+    return fs::is_regular_file(path, failed) ? "" : quoted(path) + " is no regular file";
+}
+
+template <typename Read>
+std::string check_read(const Read& read) {
+    return read ? "" : read.error().message + ", not " + quoted(read.error().value);
+}
+
+}  // namespace
+
 std::string check_host_name(const std::string& text) {
     if (is_ipv6(text) || is_dns_name(text)) return "";
     return "must be a name or an address without scheme, port, brackets or wildcard, not " + quoted(text);
@@ -96,14 +106,6 @@ std::string check_box(const std::string& box) {
     return good ? "" : "must be VVVV:PPPP or VVVV:PPPP=FILE, not " + quoted(box);
 }
 
-// Nothing is opened: that is the start's to do. Only regular files are read (server/base/bounded_file.h).
-std::string check_file(const std::string& path) {
-    std::error_code failed;
-    if (fs::is_directory(path, failed)) return quoted(path) + " is a folder, not a file";
-    if (access(path.c_str(), R_OK) != 0) return "cannot read the file " + quoted(path);
-    return fs::is_regular_file(path, failed) ? "" : quoted(path) + " is no regular file";
-}
-
 std::string check_file_if_any(const std::string& path) {
     return path.empty() ? "" : check_file(path);
 }
@@ -122,13 +124,6 @@ std::string check_upload_folder(const std::string& folder) {
     if (fs::is_directory(there, failed) && access(there.c_str(), (made ? 0 : R_OK) | W_OK | X_OK) == 0) return "";
     return quoted(folder) + (made ? " cannot be made" : " cannot be written as a folder") + " for uploads";
 }
-
-template <typename Read>
-std::string check_read(const Read& read) {
-    return read ? "" : read.error().message + ", not " + quoted(read.error().value);
-}
-
-}  // namespace
 
 Result<ListenPlace> read_listen(const std::string& text) {
     const std::size_t colon = text.rfind(':');
@@ -163,16 +158,16 @@ Result<std::optional<UdpPeer>> read_udp_place(const std::string& text, std::uint
     return std::optional<UdpPeer>(*peer);
 }
 
-CLI::Validator listen_place() {
-    return validator([](const std::string& text) { return check_read(read_listen(text)); });
+std::string check_listen(const std::string& text) {
+    return check_read(read_listen(text));
 }
 
-CLI::Validator picture_size() {
-    return validator([](const std::string& text) { return check_read(read_size(text)); });
+std::string check_size(const std::string& text) {
+    return check_read(read_size(text));
 }
 
-CLI::Validator udp_place() {
-    return validator([](const std::string& text) { return check_read(read_udp_place(text, 1)); });
+std::string check_udp_place(const std::string& text) {
+    return check_read(read_udp_place(text, 1));
 }
 
 CLI::Validator finite_in(double low, double high) {
@@ -183,30 +178,6 @@ CLI::Validator finite_in(double low, double high) {
                 return good && value >= low && value <= high ? "" : "Value " + text + " not in range " + range;
             },
             "FLOAT in [" + range + "]"};
-}
-
-CLI::Validator fader_box() {
-    return validator(check_box);
-}
-
-CLI::Validator readable_file() {
-    return validator(check_file_if_any);
-}
-
-CLI::Validator scene_name() {
-    return validator(check_scene);
-}
-
-CLI::Validator upload_folder() {
-    return validator(check_upload_folder);
-}
-
-CLI::Validator host_name() {
-    return validator(check_host_name);
-}
-
-CLI::Validator page_origin() {
-    return validator(check_origin);
 }
 
 }  // namespace gonio

@@ -1,5 +1,5 @@
-// What the texts of options must be. The validators are for CLI11's check(), so that a value that is refused is named
-// with the line it came from. Only for .cpp files, because it brings CLI11.
+// What the texts of options must be, for CLI11's check(), so that a value that is refused is named with the line it
+// came from. Only for .cpp files, because it brings CLI11.
 #pragma once
 
 #include <CLI/CLI.hpp>
@@ -26,17 +26,18 @@ Result<PictureSize> read_size(const std::string& text);    // WIDTHxHEIGHT
 // Result: nothing where the text is empty or "off".
 Result<std::optional<UdpPeer>> read_udp_place(const std::string& text, std::uint16_t default_port);
 
-CLI::Validator listen_place();
-CLI::Validator picture_size();
-CLI::Validator udp_place();
+// For check() of an option. Results: what is wrong with the text, a sentence; nothing where all is well.
+std::string check_listen(const std::string& text);
+std::string check_size(const std::string& text);
+std::string check_udp_place(const std::string& text);
+std::string check_box(const std::string& text);          // VVVV:PPPP or VVVV:PPPP=FILE
+std::string check_file_if_any(const std::string& path);  // its content is not read
+std::string check_scene(const std::string& name);        // cornell, atrium or a readable file
+std::string check_upload_folder(
+    const std::string& path);                          // empty, one for reading and writing, or one that can be made
+std::string check_host_name(const std::string& text);  // a name or an address: no scheme, port or wildcard
+std::string check_origin(const std::string& text);     // http(s)://host[:port]
 // A finite number, low..high: CLI::Range lets NaN pass, which is neither below nor above.
 CLI::Validator finite_in(double low, double high);
-CLI::Validator fader_box();      // VVVV:PPPP or VVVV:PPPP=FILE
-CLI::Validator readable_file();  // or empty: none; its content is not read
-CLI::Validator scene_name();     // cornell, atrium or a readable file
-// Empty, a folder that can be read and written, or a path where one can be made.
-CLI::Validator upload_folder();
-CLI::Validator host_name();    // a name or an address: no scheme, port or wildcard
-CLI::Validator page_origin();  // http(s)://host[:port]
 
 }  // namespace gonio

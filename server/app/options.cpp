@@ -43,14 +43,6 @@ std::string placed(const OptionFault& fault, const Settings& settings) {
     return places.empty() ? fault.text : places + ": " + fault.text;
 }
 
-}  // namespace
-
-std::optional<Options> parse_options(int argc, char** argv, int& exit_code) {
-    return parse_options(std::vector<std::string>(argv + 1, argv + argc), exit_code);
-}
-
-namespace {
-
 // Options whose text becomes something else, and those that are of the command line alone.
 struct OptionTexts {
     std::string listen = "127.0.0.1:8080", size = "800x800", sacn, artnet, osc, surfaces = "on", config_file;
@@ -72,10 +64,10 @@ void add_own_options(CLI::App& app, OptionTexts& text) {
 
 void add_picture_options(CLI::App& app, Options& options, OptionTexts& text) {
     app.add_option("--scene", options.scene, "cornell, atrium, or a .gltf or .glb file")
-        ->check(scene_name())
+        ->check(check_scene)
         ->capture_default_str();
     app.add_option("--listen", text.listen, "HOST:PORT; port 0 picks a free one")
-        ->check(listen_place())
+        ->check(check_listen)
         ->capture_default_str();
     app.add_option("--token-file", options.token_file, "file that holds the bearer token clients must show");
     app.add_option("--viewer-token-file", options.viewer_token_file,
@@ -91,7 +83,7 @@ void add_picture_options(CLI::App& app, Options& options, OptionTexts& text) {
         ->check(CLI::Range(1U, kMaxSamples))
         ->default_str("");
     app.add_option("--size", text.size, "WIDTHxHEIGHT of the picture, even, 16..4096")
-        ->check(picture_size())
+        ->check(check_size)
         ->capture_default_str();
     app.add_option("--target-fps", options.target_fps,
                    "frames a second: never more, and while something moves no fewer: pictures get smaller and coarser")
@@ -113,32 +105,33 @@ void add_picture_options(CLI::App& app, Options& options, OptionTexts& text) {
         ->check(CLI::IsMember({"auto", "gl", "rays"}))
         ->capture_default_str();
     app.add_option("--oneshot", options.oneshot, "JOB.json: capture its frames and end, without a network")
-        ->check(readable_file());
+        ->check(check_file_if_any);
     app.add_option("--out", options.out, "folder for the captures of --oneshot")->capture_default_str();
     app.add_flag("--gl-debug", options.gl_debug, "count and print GL debug messages");
 }
 
 void add_input_options(CLI::App& app, Options& options, OptionTexts& text) {
     app.add_option("--sacn", text.sacn, "listen for sACN on ADDRESS[:5568]; 0.0.0.0: all interfaces. Default: off")
-        ->check(udp_place());
-    app.add_option("--artnet", text.artnet, "listen for Art-Net on ADDRESS[:6454], likewise")->check(udp_place());
-    app.add_option("--osc", text.osc, "listen for OSC on ADDRESS[:9000], UDP and TCP, likewise")->check(udp_place());
+        ->check(check_udp_place);
+    app.add_option("--artnet", text.artnet, "listen for Art-Net on ADDRESS[:6454], likewise")->check(check_udp_place);
+    app.add_option("--osc", text.osc, "listen for OSC on ADDRESS[:9000], UDP and TCP, likewise")
+        ->check(check_udp_place);
     app.add_flag("--ignore-preview", text.ignore_preview, "leave out sACN packets with the preview bit");
     app.add_option("--patch", options.patch_file, "PATCH.toml: which slots drive what (docs/consoles.md)")
-        ->check(readable_file());
+        ->check(check_file_if_any);
     app.add_option("--surfaces", text.surfaces, "on: use fader boxes that are plugged in (docs/faders.md); off")
         ->check(CLI::IsMember({"on", "off"}))
         ->capture_default_str();
     app.add_option("--box", options.boxes,
                    "VVVV:PPPP: a device that is a fader box though it is not known as one; =FILE gives it a profile")
-        ->check(fader_box());
+        ->check(check_box);
     app.add_option("--midi", options.midi, "how MIDI boxes are reached: usb (libusb), alsa, auto")
         ->check(CLI::IsMember({"auto", "usb", "alsa"}))
         ->capture_default_str();
     app.add_option("--surface-map", options.surface_map, "MAP.toml: what the controls of fader boxes drive")
-        ->check(readable_file());
+        ->check(check_file_if_any);
     app.add_option("--surface-replay", options.surface_replay, "FILE: a recorded box, beside those that are plugged in")
-        ->check(readable_file());
+        ->check(check_file_if_any);
     app.add_option("--state", options.state_file,
                    "FILE: the show is saved there when it changes and restored at the start; default: none");
     app.add_option("--inject", options.inject,

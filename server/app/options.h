@@ -54,8 +54,7 @@ struct Options {
 };
 
 // Result: the options; nothing if the program is to end with `exit_code`: 0 (what was asked for was printed), 2 (an
-// argument is wrong) or 78 (the configuration file or a variable is).
-std::optional<Options> parse_options(int argc, char** argv, int& exit_code);
+// argument is wrong) or 78 (the configuration file or a variable is). The arguments come without the program's name.
 std::optional<Options> parse_options(std::vector<std::string> arguments, int& exit_code);
 
 }  // namespace gonio

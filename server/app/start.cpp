@@ -25,32 +25,20 @@
 namespace gonio {
 namespace {
 
-std::string read_text(const std::string& path, std::size_t most_bytes, const char* what) {
-    auto text = read_bounded_file(path, most_bytes);
+// Result: what the file says. Throws std::invalid_argument. read: of its text.
+template <typename Read>
+auto read_file(const std::string& path, std::size_t most_bytes, const char* what, const Read& read) {
+    const auto text = read_bounded_file(path, most_bytes);
     if (!text) throw std::invalid_argument("the " + std::string(what) + " '" + path + "' " + text.error().message);
-    return std::move(*text);
+    auto result = read(*text);
+    if (!result) throw std::invalid_argument(path + ": " + result.error().text());
+    return std::move(*result);
 }
 
 void apply_file(Scene& scene, const v1::Command& command, const std::string& path) {
     const auto applied = apply(scene, command, {});
     if (!applied) throw std::invalid_argument(path + ": " + applied.error().text());
     for (const std::string& warning : applied->warnings) spdlog::warn("{}: {}", path, warning);
-}
-
-void patch_scene(Scene& scene, const std::string& path) {
-    auto patch = read_patch_toml(read_text(path, kMaxPatchFileBytes, "patch"));
-    if (!patch) throw std::invalid_argument(path + ": " + patch.error().text());
-    v1::Command command;
-    *command.mutable_set_patch() = std::move(*patch);
-    apply_file(scene, command, path);
-}
-
-void map_surfaces(Scene& scene, const std::string& path) {
-    auto map = read_surfaces_toml(read_text(path, kMaxSurfaceFileBytes, "map"));
-    if (!map) throw std::invalid_argument(path + ": " + map.error().text());
-    v1::Command command;
-    *command.mutable_set_surfaces() = std::move(*map);
-    apply_file(scene, command, path);
 }
 
 void apply_option(Scene& scene, const v1::Command& command) {
@@ -126,9 +114,7 @@ SurfaceOptions surface_options(const Options& options) {
         if (id.size() < box.size()) surfaces.profiles[id] = box.substr(id.size() + 1);
     }
     if (options.surface_replay.empty()) return surfaces;
-    auto replay = read_replay(read_text(options.surface_replay, std::size_t{64} << 20, "replay"));
-    if (!replay) throw std::invalid_argument(options.surface_replay + ": " + replay.error().text());
-    surfaces.replay = std::move(*replay);
+    surfaces.replay = read_file(options.surface_replay, std::size_t{64} << 20, "replay", read_replay);
     return surfaces;
 }
 
@@ -144,26 +130,26 @@ Scene first_scene(const Options& options) {
         apply_option(scene, size);
     }
     if (!restored || options.technique_given || options.samples) {
-        v1::Command technique;
-        if (!restored || options.technique_given)
-            technique.mutable_set_technique()->set_technique(options.technique);
-        else
-            technique.mutable_set_technique();
-        if (options.samples) technique.mutable_set_technique()->set_samples(*options.samples);
-        apply_option(scene, technique);
+        v1::Command command;
+        v1::SetTechnique& technique = *command.mutable_set_technique();
+        if (!restored || options.technique_given) technique.set_technique(options.technique);
+        if (options.samples) technique.set_samples(*options.samples);
+        apply_option(scene, command);
     }
-    if (!options.patch_file.empty()) patch_scene(scene, options.patch_file);
-    if (!options.surface_map.empty()) map_surfaces(scene, options.surface_map);
+    if (const std::string& file = options.patch_file; !file.empty()) {
+        v1::Command patch;
+        *patch.mutable_set_patch() = read_file(file, kMaxPatchFileBytes, "patch", read_patch_toml);
+        apply_file(scene, patch, file);
+    }
+    if (const std::string& file = options.surface_map; !file.empty()) {
+        v1::Command map;
+        *map.mutable_set_surfaces() = read_file(file, kMaxSurfaceFileBytes, "map", read_surfaces_toml);
+        apply_file(scene, map, file);
+    }
     if (!whole && options.oneshot.empty()) keep_show_aside(options.state_file);  // a job saves nothing
     scene.traced = std::make_shared<const trace::Geometry>(scene.asset);
     if (options.oneshot.empty()) scene.drawn = lighting::make_drawn(scene.traced, true);
     return std::move(scene);
-}
-
-static transport::SurfelSettings surfels_of(const Options& options) {
-    transport::SurfelSettings settings;
-    settings.bytes = options.transport_bytes;
-    return settings;
 }
 
 std::function<Gpu::Made()> gpu_maker(const Options& options) {
@@ -176,7 +162,7 @@ std::function<Gpu::Made()> gpu_maker(const Options& options) {
         made.context = gl::Context::create({options.device, options.gl_debug});
         auto renderer = std::make_unique<Renderer>(*made.context, direct_light_of(options));
         renderer->make_transport_beside();
-        renderer->set_surfels(surfels_of(options));
+        renderer->set_surfels({.bytes = options.transport_bytes});
         renderer->set_layer_bytes(options.layer_bytes);
         made.renderer = std::move(renderer);
         return made;
@@ -189,7 +175,7 @@ int run_job(const Options& options, Scene scene) {
     spdlog::info("{}", context->description());
     Renderer renderer(*context, direct_light_of(options));
     renderer.set_links(transport::kMostLinks);
-    renderer.set_surfels(surfels_of(options));
+    renderer.set_surfels({.bytes = options.transport_bytes});
     return run_oneshot(renderer, std::move(scene), options.oneshot, options.out);
 }
 
