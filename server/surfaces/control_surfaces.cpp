@@ -145,7 +145,7 @@ private:
 
     // Of MIDI also by another way to the same surface.
     bool connected(const FoundSurface& surface) const {
-        return std::any_of(links_.begin(), links_.end(), [&](const Link& link) {
+        return std::ranges::any_of(links_, [&](const Link& link) {
             const FoundSurface& other = link.surface->surface();
             return is_midi(surface) ? is_midi(other) && other.identity == surface.identity
                                     : other.place == surface.place;
@@ -158,17 +158,16 @@ private:
         for (const auto& backend : backends_)
             for (FoundSurface& surface : backend->scan()) found.push_back({std::move(surface), backend.get()});
         std::erase_if(retries_, [&](const auto& retry) {
-            return std::none_of(found.begin(), found.end(),
-                                [&](const auto& one) { return one.first.place == retry.first; });
+            return std::ranges::none_of(found, [&](const auto& one) { return one.first.place == retry.first; });
         });
         // A wire mostly says itself that its surface has gone; the list says it too, and either may be first.
         for (Link& link : links_)
-            if (std::none_of(found.begin(), found.end(),
-                             [&](const auto& one) { return one.first.place == link.surface->surface().place; }))
+            if (std::ranges::none_of(found,
+                                     [&](const auto& one) { return one.first.place == link.surface->surface().place; }))
                 link.gone = kUnplugged;
         drop_gone();
         for (auto& [key, missing] : missing_) {
-            const bool there = std::any_of(found.begin(), found.end(), [&key = key](const auto& one) {
+            const bool there = std::ranges::any_of(found, [&key = key](const auto& one) {
                 return std::pair(one.first.identity, one.first.transport) == key;
             });
             if (there || missing.state == "gone") continue;
@@ -177,17 +176,16 @@ private:
             roster_changed_ = table_stale_ = true;
         }
         // The way that is tried first comes first.
-        const auto rank = [&](const FoundSurface& surface) {
+        const auto rank = [&](const auto& one) {
+            const FoundSurface& surface = one.first;
             if (!is_midi(surface)) return std::ptrdiff_t{0};
             const auto order = transports_of(midi_, surface.owned);
-            return std::find(order.begin(), order.end(), surface.transport) - order.begin();
+            return std::ranges::find(order, surface.transport) - order.begin();
         };
-        std::stable_sort(found.begin(), found.end(),
-                         [&](const auto& a, const auto& b) { return rank(a.first) < rank(b.first); });
+        std::ranges::stable_sort(found, {}, rank);
         for (auto& [surface, backend] : found) {
             const auto order = transports_of(midi_, surface.owned);
-            const bool wanted =
-                !is_midi(surface) || std::find(order.begin(), order.end(), surface.transport) != order.end();
+            const bool wanted = !is_midi(surface) || std::ranges::find(order, surface.transport) != order.end();
             const auto retry = retries_.find(surface.place);
             const bool waits = retry != retries_.end() && retry->second.next_ns > now_ns;
             if (wanted && !waits && !connected(surface)) attach(surface, *backend, now_ns);

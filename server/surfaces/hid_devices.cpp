@@ -113,8 +113,7 @@ public:
             if (is_of_people(info->usage_page, info->usage)) of_people.insert(info->path);
         for (const hid_device_info* info = list; info != nullptr; info = info->next) {
             const std::string place = std::string("hid ") + info->path;
-            const bool known = std::any_of(surfaces.begin(), surfaces.end(),
-                                           [&](const FoundSurface& surface) { return surface.place == place; });
+            const bool known = std::ranges::find(surfaces, place, &FoundSurface::place) != surfaces.end();
             const std::string id = surface_identity(info->vendor_id, info->product_id, "", "");
             const bool wanted = std::find(wanted_.begin(), wanted_.end(), id) != wanted_.end();
             if (known || (!wanted && !is_control_box(info->vendor_id, info->product_id, info->usage_page, info->usage,

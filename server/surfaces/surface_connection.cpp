@@ -25,22 +25,20 @@ SurfaceConnection::SurfaceConnection(FoundSurface surface, SurfaceProfile profil
       painter_(profile_.repaint_s) {}
 
 Result<std::unique_ptr<SurfaceConnection>> SurfaceConnection::make(FoundSurface surface, SurfaceProfile profile) {
-    const bool hid = surface.transport == "hid" || surface.place == "replay hid";
-    if (!hid) {
-        MidiSurface codec(profile);
-        return std::unique_ptr<SurfaceConnection>(
-            new SurfaceConnection(std::move(surface), std::move(profile), std::move(codec)));
+    std::variant<MidiSurface, HidSurface> codec(MidiSurface{profile});
+    if (surface.transport == "hid" || surface.place == "replay hid") {
+        auto hid = HidSurface::open(surface.vendor_id, surface.product_id, surface.descriptor);
+        if (!hid) return hid.error();
+        if (profile.name.empty()) profile.name = hid->name();
+        codec = std::move(*hid);
     }
-    auto codec = HidSurface::open(surface.vendor_id, surface.product_id, surface.descriptor);
-    if (!codec) return codec.error();
-    if (profile.name.empty()) profile.name = codec->name();
     return std::unique_ptr<SurfaceConnection>(
-        new SurfaceConnection(std::move(surface), std::move(profile), std::move(*codec)));
+        new SurfaceConnection(std::move(surface), std::move(profile), std::move(codec)));
 }
 
 const std::vector<ControlSpec>& SurfaceConnection::controls() const {
-    if (const auto* midi = std::get_if<MidiSurface>(&codec_)) return midi->controls();
-    return std::get<HidSurface>(codec_).controls();
+    return std::visit(
+        [](const auto& codec) -> const auto& { return codec.controls(); }, codec_);
 }
 
 void SurfaceConnection::connect(std::unique_ptr<Wire> wire) {
@@ -133,7 +131,7 @@ std::int64_t SurfaceConnection::due_ns(std::int64_t now_ns) const {
     if (painted_controls_ != controls().size()) due = now_ns;
     const auto* codec = std::get_if<MidiSurface>(&codec_);
     const std::int64_t pair = codec == nullptr ? 0 : codec->due_ns();
-    if (due == 0 || (pair != 0 && pair < due)) due = pair == 0 ? due : pair;
+    if (pair != 0 && (due == 0 || pair < due)) due = pair;
     return due;
 }
 

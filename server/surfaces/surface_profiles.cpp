@@ -1,27 +1,23 @@
 #include "server/surfaces/surface_profiles.h"
 
-#include <algorithm>
 #include <filesystem>
 
+#include "cmake/embedded_file.h"
 #include "protocol/surface/qxi.h"
 #include "protocol/surface/surface_toml.h"
 #include "server/base/bounded_file.h"
-#include "server/surfaces/shipped_profiles.h"
 
 namespace gonio {
+
+std::span<const EmbeddedFile> shipped_profiles();  // profiles/*.toml; embed_files() makes it
+
 namespace {
 
 constexpr const char* kQlcFolder = "/usr/share/qlcplus/inputprofiles";  // Debian's qlcplus-data
 
-Result<std::string> content(const std::filesystem::path& path) {
-    auto text = read_bounded_file(path.string(), kMaxSurfaceFileBytes);
-    if (!text) return Error{"not_found", path.string(), "", "the profile " + text.error().message};
-    return text;
-}
-
 Result<SurfaceProfile> read_file(const std::filesystem::path& path) {
-    const auto text = content(path);
-    if (!text) return text.error();
+    const auto text = read_bounded_file(path.string(), kMaxSurfaceFileBytes);
+    if (!text) return Error{"not_found", path.string(), "", "the profile " + text.error().message};
     auto profile = path.extension() == ".qxi" ? read_qxi(*text) : read_surface_profile(*text);
     if (profile) return profile;
     Error error = profile.error();
@@ -63,7 +59,7 @@ SurfaceProfile SurfaceProfiles::find(const std::string& id, const std::string& p
         const std::size_t dash = stem.find('-');
         std::string model = dash == stem.npos ? stem : stem.substr(dash + 1), asked;
         for (const char c : name) asked += c == ' ' || c == '-' ? "" : std::string(1, c);
-        model.erase(std::remove(model.begin(), model.end(), '-'), model.end());
+        std::erase(model, '-');
         if (model != asked && stem.substr(0, dash) + model != asked) continue;
         if (auto profile = read_file(entry.path())) return *profile;
     }

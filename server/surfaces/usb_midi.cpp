@@ -146,12 +146,9 @@ public:
 private:
     void fill(libusb_transfer* transfer, std::uint8_t endpoint, std::vector<std::uint8_t>& buffer,
               libusb_transfer_cb_fn done) {
-        if (place_.interrupt)
-            libusb_fill_interrupt_transfer(transfer, handle_, endpoint, buffer.data(), static_cast<int>(buffer.size()),
-                                           done, this, 0);
-        else
-            libusb_fill_bulk_transfer(transfer, handle_, endpoint, buffer.data(), static_cast<int>(buffer.size()), done,
-                                      this, 0);
+        libusb_fill_bulk_transfer(transfer, handle_, endpoint, buffer.data(), static_cast<int>(buffer.size()), done,
+                                  this, 0);
+        if (place_.interrupt) transfer->type = LIBUSB_TRANSFER_TYPE_INTERRUPT;
     }
     static void LIBUSB_CALL arrived(libusb_transfer* transfer) {
         auto& wire = *static_cast<UsbMidiWire*>(transfer->user_data);

@@ -13,8 +13,7 @@ std::string surface_identity(std::uint16_t vendor, std::uint16_t product, const 
                              const std::string& port) {
     char id[16];
     std::snprintf(id, sizeof id, "%04x:%04x", vendor, product);
-    const bool tells = !serial.empty() && serial.size() <= 64 &&
-                       std::any_of(serial.begin(), serial.end(), [](char c) { return c != '0' && c != ' '; });
+    const bool tells = serial.size() <= 64 && serial.find_first_not_of("0 ") != serial.npos;
     if (tells) return std::string(id) + ":" + shown_text(serial, 64);
     return port.empty() ? id : std::string(id) + "@" + port;
 }
