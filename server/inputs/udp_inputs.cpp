@@ -97,10 +97,8 @@ private:
     void run() {
         std::int64_t ticked_ns = 0, table_ns = 0;
         while (!stop_) {
-            const std::int64_t before_ns = monotonic_ns();
-            std::int64_t next_ns = std::min(ticked_ns + kTick_ns, osc_next_ns_);
-            watch_.wait(
-                static_cast<int>(std::clamp<std::int64_t>((next_ns - before_ns + 999'999) / 1'000'000, 0, 100)));
+            const std::int64_t wait_ns = std::min(ticked_ns + kTick_ns, osc_next_ns_) - monotonic_ns();
+            watch_.wait(static_cast<int>(std::clamp<std::int64_t>((wait_ns + 999'999) / 1'000'000, 0, 100)));
             const std::int64_t now_ns = monotonic_ns();
             take_requests(now_ns);
             if (now_ns - ticked_ns >= kTick_ns) {
@@ -255,8 +253,7 @@ private:
         node.short_name = "Gonio";
         node.long_name = "Gonio lighting previsualisation";
         node.report = "#0001 [" + std::to_string(artnet_end_.packets % 10000) + "] listening";
-        for (const DmxKey& key : wanted_)
-            if (key.protocol == DmxProtocol::artnet) node.universes.push_back(key.universe);
+        for (const std::uint16_t universe : wanted_of(DmxProtocol::artnet)) node.universes.push_back(universe);
         for (const ArtPollReply& reply : art_poll_replies(node)) {
             // The standard's port, and where the question came from: some controllers listen only there.
             send_datagram(artnet_sockets_[0], {poll.from.ip, kArtnetPort}, reply);
@@ -300,8 +297,7 @@ private:
         v1::Sources table;
         const auto describe = [&](const Endpoint& endpoint, DmxProtocol protocol, const auto& sources) {
             v1::InputEndpoint& row = endpoint.describe(table, dmx_protocol_name(protocol));
-            for (const DmxKey& key : wanted_)
-                if (key.protocol == protocol) row.add_universes(key.universe);
+            for (const std::uint16_t universe : wanted_of(protocol)) row.add_universes(universe);
             sources.describe(table, now_ns);
         };
         if (options_.sacn) describe(sacn_end_, DmxProtocol::sacn, sacn_);

@@ -47,7 +47,6 @@ bool set_option(const Descriptor& socket, int level, int option, int value) {
 }
 
 Result<UdpPeer> parse_peer(const std::string& text, std::uint16_t default_port) {
-    UdpPeer peer{0, default_port};
     const std::size_t colon = std::min(text.find(':'), text.size());
     in_addr address{};
     unsigned port = default_port;
@@ -59,9 +58,7 @@ Result<UdpPeer> parse_peer(const std::string& text, std::uint16_t default_port) 
     }
     if (!good)
         return Error{"invalid_argument", "", text, "must be ADDRESS or ADDRESS:PORT with a numeric IPv4 address"};
-    peer.ip = ntohl(address.s_addr);
-    peer.port = static_cast<std::uint16_t>(port);
-    return peer;
+    return UdpPeer{ntohl(address.s_addr), static_cast<std::uint16_t>(port)};
 }
 
 Result<Descriptor> open_udp(const UdpPeer& at) {
@@ -157,13 +154,13 @@ std::span<const Datagram> Receiver::receive(const Descriptor& socket, std::uint3
         headers[i].msg_hdr.msg_control = control_.data() + i * 128;
         headers[i].msg_hdr.msg_controllen = 128;
     }
-    const int count = recvmmsg(socket.fd(), headers.data(), kBatch, MSG_DONTWAIT, nullptr);
-    for (int i = 0; i < count; ++i) {
-        msghdr& header = headers[static_cast<std::size_t>(i)].msg_hdr;
-        Datagram& datagram = datagrams_[static_cast<std::size_t>(i)];
-        datagram.bytes =
-            Bytes(buffer_).subspan(static_cast<std::size_t>(i) * bytes_, headers[static_cast<std::size_t>(i)].msg_len);
-        datagram.from = peer_of(from[static_cast<std::size_t>(i)]);
+    const int received = recvmmsg(socket.fd(), headers.data(), kBatch, MSG_DONTWAIT, nullptr);
+    const auto count = static_cast<std::size_t>(std::max(received, 0));
+    for (std::size_t i = 0; i < count; ++i) {
+        msghdr& header = headers[i].msg_hdr;
+        Datagram& datagram = datagrams_[i];
+        datagram.bytes = Bytes(buffer_).subspan(i * bytes_, headers[i].msg_len);
+        datagram.from = peer_of(from[i]);
         datagram.truncated = (header.msg_flags & MSG_TRUNC) != 0;
         datagram.local_ip = 0;
         for (cmsghdr* c = CMSG_FIRSTHDR(&header); c != nullptr; c = CMSG_NXTHDR(&header, c)) {
@@ -176,7 +173,7 @@ std::span<const Datagram> Receiver::receive(const Descriptor& socket, std::uint3
             }
         }
     }
-    return std::span(datagrams_).first(static_cast<std::size_t>(std::max(count, 0)));
+    return std::span(datagrams_).first(count);
 }
 
 void Endpoint::forget_socket(int fd) {
