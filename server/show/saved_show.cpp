@@ -19,11 +19,6 @@
 namespace gonio {
 namespace {
 
-template <typename Field>
-void put(Field* field, const glm::dvec3& v) {
-    for (int i = 0; i < 3; ++i) field->Add(v[i]);
-}
-
 // FNV-1a, 64 bits: names a profile within one file.
 std::string hash_of(std::string_view text) {
     std::uint64_t hash = 14695981039346656037u;
@@ -165,14 +160,12 @@ public:
             }
             v1::Command save;
             save.mutable_save_preset()->set_name(preset.name());
-            Loaded loaded;
-            loaded.preset = std::make_shared<const Preset>(std::move(lights));
+            const Loaded loaded{.preset = std::make_shared<const Preset>(std::move(lights))};
             run(scene_, save, loaded, "preset '" + preset.name() + "'");
         }
     }
     void add(Scene& scene, const saved::Light& light, const std::string& what) {
-        Loaded loaded;
-        loaded.profile = profile_of(light);
+        const Loaded loaded{.profile = profile_of(light)};
         if (!loaded.profile) {
             warn(what + " is not restored: " +
                  (light.has_scene_profile() ? "the scene file does not have it any more" : "its profile is missing"));
@@ -200,8 +193,7 @@ public:
                 add(scene_, light, what);
                 continue;
             }
-            Loaded loaded;
-            loaded.profile = profile_of(light);
+            const Loaded loaded{.profile = profile_of(light)};
             if (!loaded.profile) warn("the profile of " + what + " is missing: it has the scene file's");
             v1::Command command;
             fill(*command.mutable_set_light(), light);
@@ -288,8 +280,8 @@ saved::Show show_of(const Scene& scene, ProfileTexts& texts) {
     show.set_view_light(scene.view_light);
     show.set_exposure_ev100(scene.exposure_ev100);
     show.set_master_ratio(scene.master_ratio);
-    put(show.mutable_camera()->mutable_eye_m(), scene.camera.eye);
-    put(show.mutable_camera()->mutable_target_m(), scene.camera.target);
+    write_numbers(*show.mutable_camera(), "eye_m", {&scene.camera.eye[0], 3});
+    write_numbers(*show.mutable_camera(), "target_m", {&scene.camera.target[0], 3});
     show.mutable_camera()->set_fov_rad(scene.camera.fov_rad);
     for (const Light& light : scene.lights) writer.put_light(light, *show.add_lights());
     for (std::string& name : removed_lights(scene)) show.add_removed_lights(std::move(name));

@@ -1,3 +1,4 @@
+#include <algorithm>
 #include <array>
 #include <chrono>
 #include <cstring>
@@ -68,12 +69,6 @@ constexpr Kind kKinds[] = {
        {"sc_threshold", "0"}}}},
 };
 constexpr const char* kKindNames[] = {kKinds[0].name, kKinds[1].name, kKinds[2].name};
-
-const Kind* find_kind(const std::string& name) {
-    for (const Kind& kind : kKinds)
-        if (name == kind.name) return &kind;
-    return nullptr;
-}
 
 std::string av_text(int code) {
     char text[AV_ERROR_MAX_STRING_SIZE] = {};
@@ -296,8 +291,8 @@ std::vector<std::string> kinds_of(const std::string& wanted) {
 }  // namespace
 
 Result<std::unique_ptr<H264Encoder>> H264Encoder::open(int width_px, int height_px, const std::string& kind) {
-    const Kind* found = find_kind(kind);
-    if (!found) return Error{"encoder_unavailable", kind, "", "There is no such encoder."};
+    const Kind* const found = std::ranges::find(kKinds, kind, &Kind::name);
+    if (found == std::end(kKinds)) return Error{"encoder_unavailable", kind, "", "There is no such encoder."};
     auto encoder = std::make_unique<LibavEncoder>();
     if (auto started = encoder->start(*found, width_px, height_px); !started) return started.error();
     return std::unique_ptr<H264Encoder>(std::move(encoder));

@@ -1,5 +1,6 @@
 #include "server/stream/h264_stream.h"
 
+#include <algorithm>
 #include <cstdint>
 #include <cstdio>
 #include <vector>
@@ -41,11 +42,7 @@ private:
     bool ended_ = false;
 };
 
-bool has_chroma_format(unsigned profile_idc) {
-    for (const unsigned profile : {100u, 110u, 122u, 244u, 44u, 83u, 86u, 118u, 128u})
-        if (profile == profile_idc) return true;
-    return false;
-}
+constexpr unsigned kProfilesWithChromaFormat[] = {100, 110, 122, 244, 44, 83, 86, 118, 128};
 
 // sps: from profile_idc on, without emulation prevention.
 std::optional<StreamInfo> read_sps(std::vector<std::uint8_t> sps) {
@@ -59,7 +56,7 @@ std::optional<StreamInfo> read_sps(std::vector<std::uint8_t> sps) {
     bits.u(16);
     bits.ue();  // seq_parameter_set_id
     unsigned chroma_format = 1;
-    if (has_chroma_format(profile)) {
+    if (std::ranges::count(kProfilesWithChromaFormat, profile) > 0) {
         chroma_format = bits.ue();
         if (chroma_format == 3) bits.u(1);
         bits.ue();

@@ -158,10 +158,8 @@ Result<EncodedFrame> encode_jpeg_frame(const Picture& picture, int quality_perce
     unsigned long size = 0;
     const bool done = compress(jpeg, errors, picture, std::clamp(quality_percent, 1, 100), band, memory, size);
     EncodedFrame frame;
-    if (done) {
-        frame.data.resize(size);
-        std::memcpy(frame.data.data(), memory, size);
-    }
+    const auto* bytes = reinterpret_cast<const std::byte*>(memory);
+    if (done) frame.data.assign(bytes, bytes + size);
     std::free(memory);
     if (!done) return Error{"encoder_failed", "jpeg", size_text, errors.message};
     frame.key = true;
