@@ -106,7 +106,15 @@ std::shared_ptr<UploadStore> App::open_uploads() {
 }
 
 HttpOptions App::http_options() const {
-    HttpOptions listen = front_options(options_);
+    HttpOptions listen;
+    listen.host = options_.host;
+    listen.port = options_.port;
+    listen.limits = options_.limits;
+    listen.tls_certificate = options_.tls_certificate;
+    listen.tls_key = options_.tls_key;
+    listen.host_names = options_.host_names;
+    listen.origins = options_.origins;
+    listen.private_lanes = options_.max_private_lanes;
     listen.metrics = metrics_;
     listen.uploads = uploads_.get();
     listen.tokens = tokens_;
@@ -224,21 +232,17 @@ v1::Stats App::stats() {
     return stats;
 }
 
-void App::encode_first_picture() {
-    render_session_.begin_frame(monotonic_ns());
-    render_session_.finish_frames(true);
-    const LaneId first_lane = options_.max_private_lanes > 0 ? kFirstPrivateLane : kSharedLane;
-    encoders_.encode_first(first_lane, feed_.newest());
-    feed_.tried(first_lane);
-}
-
 void App::start() {
     counted_.scene_revision.set(render_session_.scene().scene_rev);
     http_server_->publish_state(render_session_.state());
     consoles_.publish_state(render_session_.state());
     if (state_file_) state_file_->put(render_session_.scene());  // whether it can be written is known at the start
     // READY means: a first frame has been rendered and encoded, so that whoever connects sees a picture at once.
-    encode_first_picture();
+    render_session_.begin_frame(monotonic_ns());
+    render_session_.finish_frames(true);
+    const LaneId first_lane = options_.max_private_lanes > 0 ? kFirstPrivateLane : kSharedLane;
+    encoders_.encode_first(first_lane, feed_.newest());
+    feed_.tried(first_lane);
     http_server_->set_ready(true);
     service_.tell("READY=1");
     service_.watch(std::bind_front(&HttpServer::post, http_server_.get()));

@@ -78,7 +78,6 @@ private:
     void show_picture(Picture picture);
     v1::Stats stats();
     v1::Surfaces describe_surfaces() const { return surface_input_.describe(render_session_.scene()); }
-    void encode_first_picture();
     bool renew_gpu();
     bool pause() const;
 

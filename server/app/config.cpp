@@ -132,12 +132,8 @@ private:
             if (!text || text->empty()) continue;
             Value value{{*text}, name};
             if (takes_many(*options_.at(key))) {
-                value.texts.clear();
-                for (std::size_t at = 0; at <= text->size();) {
-                    const std::size_t end = std::min(text->find(',', at), text->size());
-                    if (end > at) value.texts.push_back(text->substr(at, end - at));
-                    at = end + 1;
-                }
+                value.texts = CLI::detail::split(*text, ',');
+                std::erase(value.texts, "");
                 if (value.texts.empty()) {  // it could not empty the list that the file gave
                     result_.errors.push_back(name + ": " + key + " = " + *text + ": holds no value");
                     continue;
@@ -269,9 +265,8 @@ std::string print_settings(const CLI::App& app, const Settings& settings) {
         if (!given && option->get_group().empty()) continue;  // a hook of tests
         std::string value;
         if (takes_many(*option)) {
-            for (const std::string& one : option->results())
-                value += (value.empty() ? "" : ", ") + value_text(*option, one);
-            value = "[" + value + "]";
+            const auto shown = [&](const std::string& one) { return value_text(*option, one); };
+            value = "[" + CLI::detail::join(option->results(), shown, ", ") + "]";
         } else if (option->count() > 0) {
             value = value_text(*option, option->results().front());
         } else if (is_flag(*option)) {

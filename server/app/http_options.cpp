@@ -42,7 +42,7 @@ void add_size(CLI::App& app, const char* name, Bytes& value, Bytes unit, std::ui
 }
 
 void add_count(CLI::App& app, const char* name, unsigned& value, unsigned least, const char* what) {
-    app.add_option(name, value, what)->check(CLI::Range(least, 1'000'000u))->capture_default_str();
+    app.add_option(name, value, what)->check(CLI::Range(least, 1'000'000u));
 }
 
 }  // namespace
@@ -67,8 +67,7 @@ void add_front_options(CLI::App& app, Options& options) {
                    "while --listen is a loopback address, else nowhere")
         ->allow_extra_args(false);
     app.add_option("--log-level", options.log_level, "trace, debug, info, warn, error or off; read again on SIGHUP")
-        ->check(CLI::IsMember({"trace", "debug", "info", "warn", "error", "off"}))
-        ->capture_default_str();
+        ->check(CLI::IsMember({"trace", "debug", "info", "warn", "error", "off"}));
 
     add_count(app, "--max-clients", limits.clients, 1, "viewers and other clients; one more is answered 503");
     add_count(app, "--max-clients-per-address", limits.clients_per_address, 0,
@@ -103,18 +102,14 @@ void add_front_options(CLI::App& app, Options& options) {
         app, "--max-memory-mib", options.max_memory, 1 << 20, 1 << 22,
         "MiB of the process, beyond which no scene is loaded; 0: what the machine and its cgroup have", 0);
     app.add_option("--max-albedo", options.max_albedo, "reflectance of scene files; what exceeds it is bounded")
-        ->check(finite_in(0.0, 0.99))
-        ->capture_default_str();
+        ->check(finite_in(0.0, 0.99));
     add_count(app, "--max-outstanding", limits.outstanding, 1, "unanswered requests of a client; one more is busy");
     app.add_option("--max-updates", limits.updates_per_s, "commands of a client a second; more are told slow_down")
-        ->check(finite_in(0.1, 1e6))
-        ->capture_default_str();
+        ->check(finite_in(0.1, 1e6));
     app.add_option("--max-update-burst", limits.update_burst, "commands that a client may send at once")
-        ->check(finite_in(1, 1e6))
-        ->capture_default_str();
+        ->check(finite_in(1, 1e6));
     app.add_option("--max-side", limits.side_px, "pixels of a picture's or capture's side that clients may ask for")
-        ->check(CLI::Range(16, 4096))
-        ->capture_default_str();
+        ->check(CLI::Range(16, 4096));
     add_seconds(app, "--key-interval", limits.key_interval, "s at least between two key frames that one client causes");
     add_seconds(app, "--still-timeout", limits.still, "s for a still; then 504");
     add_count(app, "--max-captures", options.max_captures, 1, "captures that wait for each other; one more is busy");
@@ -123,19 +118,6 @@ void add_front_options(CLI::App& app, Options& options) {
     add_size<std::uint64_t>(app, "--max-uploads-mib", limits.upload_total_bytes, 1 << 20, 1 << 24,
                             "MiB of all uploaded files; more is answered 507");
     add_count(app, "--max-uploads", limits.upload_files, 1, "uploaded files; one more is answered 507");
-}
-
-HttpOptions front_options(const Options& options) {
-    HttpOptions listen;
-    listen.host = options.host;
-    listen.port = options.port;
-    listen.limits = options.limits;
-    listen.tls_certificate = options.tls_certificate;
-    listen.tls_key = options.tls_key;
-    listen.host_names = options.host_names;
-    listen.origins = options.origins;
-    listen.private_lanes = options.max_private_lanes;
-    return listen;
 }
 
 bool is_loopback(const std::string& host) {

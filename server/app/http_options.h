@@ -21,9 +21,6 @@ struct OptionFault {
 // Reads the files.
 std::vector<OptionFault> check_front_options(const Options& options);
 
-// Result: where and how to listen; what the program is and shows is left to the caller.
-HttpOptions front_options(const Options& options);
-
 bool is_loopback(const std::string& host);
 
 // Result: the token of the file, its first line without blanks at the ends; empty where path is. Errors:

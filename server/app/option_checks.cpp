@@ -3,10 +3,10 @@
 #include <arpa/inet.h>
 #include <unistd.h>
 
-#include <charconv>
 #include <cmath>
 #include <filesystem>
 
+#include "protocol/schema/words.h"
 #include "protocol/text/toml_read.h"
 
 namespace gonio {
@@ -17,26 +17,13 @@ namespace fs = std::filesystem;
 constexpr int kMinSide = 16, kMaxSide = 4096;                    // pixels; SetSize has the same
 constexpr std::size_t kMaxNameBytes = 253, kMaxLabelBytes = 63;  // RFC 1035, 2.3.4
 
-// Result: the whole text as a number without sign.
-std::optional<unsigned> digits(std::string_view text) {
-    unsigned number = 0;
-    const auto [stop, error] = std::from_chars(text.data(), text.data() + text.size(), number);
-    if (error != std::errc() || stop != text.data() + text.size()) return std::nullopt;
-    return number;
-}
-
 bool is_alphanumeric(char c) {
     return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || (c >= '0' && c <= '9');
 }
 
-bool is_ipv4(const std::string& text) {
-    in_addr address{};
-    return inet_pton(AF_INET, text.c_str(), &address) == 1;
-}
-
-bool is_ipv6(const std::string& text) {
-    in6_addr address{};
-    return inet_pton(AF_INET6, text.c_str(), &address) == 1;
+bool is_address(int family, const std::string& text) {
+    in6_addr address{};  // the longest
+    return inet_pton(family, text.c_str(), &address) == 1;
 }
 
 // Labels of letters, digits, '-' and '_', also an IPv4 address; a dot at the end is the root's.
@@ -73,7 +60,7 @@ std::string check_read(const Read& read) {
 }  // namespace
 
 std::string check_host_name(const std::string& text) {
-    if (is_ipv6(text) || is_dns_name(text)) return "";
+    if (is_address(AF_INET6, text) || is_dns_name(text)) return "";
     return "must be a name or an address without scheme, port, brackets or wildcard, not " + quoted(text);
 }
 
@@ -91,12 +78,12 @@ std::string check_origin(const std::string& text) {
     if (bracket == std::string::npos) return wrong;
     const std::size_t colon = host.find(':', bracket);
     if (colon != std::string::npos) {
-        const auto port = digits(std::string_view(host).substr(colon + 1));
+        const auto port = parse_count(std::string_view(host).substr(colon + 1));
         if (!port || *port < 1 || *port > 65535) return wrong;
         host.resize(colon);
     }
     if (bracket == 0) return is_dns_name(host) ? "" : wrong;
-    return bracket + 1 == host.size() && is_ipv6(host.substr(1, bracket - 1)) ? "" : wrong;
+    return bracket + 1 == host.size() && is_address(AF_INET6, host.substr(1, bracket - 1)) ? "" : wrong;
 }
 
 std::string check_box(const std::string& box) {
@@ -132,23 +119,21 @@ Result<ListenPlace> read_listen(const std::string& text) {
     const bool brackets = place.host.size() > 2 && place.host.front() == '[' && place.host.back() == ']';
     if (brackets) place.host = place.host.substr(1, place.host.size() - 2);
     const std::string unscoped = place.host.substr(0, place.host.find('%'));  // fe80::1%eth0
-    if (place.host != "localhost" && !is_ipv4(place.host) && !is_ipv6(unscoped))
+    if (place.host != "localhost" && !is_address(AF_INET, place.host) && !is_address(AF_INET6, unscoped))
         return Error{"invalid_argument", "", text, "the host must be localhost or a numeric address"};
-    const auto port = digits(std::string_view(text).substr(colon + 1));
+    const auto port = parse_count(std::string_view(text).substr(colon + 1));
     if (!port || *port > 65535) return Error{"invalid_argument", "", text, "the port must be 0..65535"};
     place.port = static_cast<std::uint16_t>(*port);
     return place;
 }
 
 Result<PictureSize> read_size(const std::string& text) {
-    const std::size_t x = std::min(text.find('x'), text.size());
-    const auto width = digits(std::string_view(text).substr(0, x));
-    const auto height = x < text.size() ? digits(std::string_view(text).substr(x + 1)) : std::nullopt;
-    if (!width || !height) return Error{"invalid_argument", "", text, "must be WIDTHxHEIGHT"};
-    for (const unsigned side : {*width, *height})
+    const auto size = parse_size(text);
+    if (!size) return Error{"invalid_argument", "", text, "must be WIDTHxHEIGHT"};
+    for (const unsigned side : {size->first, size->second})
         if (side < kMinSide || side > kMaxSide || side % 2 != 0)
             return Error{"invalid_argument", "", text, "width and height must be even, 16..4096"};
-    return PictureSize{static_cast<int>(*width), static_cast<int>(*height)};
+    return PictureSize{static_cast<int>(size->first), static_cast<int>(size->second)};
 }
 
 Result<std::optional<UdpPeer>> read_udp_place(const std::string& text, std::uint16_t default_port) {

@@ -63,12 +63,8 @@ void add_own_options(CLI::App& app, OptionTexts& text) {
 }
 
 void add_picture_options(CLI::App& app, Options& options, OptionTexts& text) {
-    app.add_option("--scene", options.scene, "cornell, atrium, or a .gltf or .glb file")
-        ->check(check_scene)
-        ->capture_default_str();
-    app.add_option("--listen", text.listen, "HOST:PORT; port 0 picks a free one")
-        ->check(check_listen)
-        ->capture_default_str();
+    app.add_option("--scene", options.scene, "cornell, atrium, or a .gltf or .glb file")->check(check_scene);
+    app.add_option("--listen", text.listen, "HOST:PORT; port 0 picks a free one")->check(check_listen);
     app.add_option("--token-file", options.token_file, "file that holds the bearer token clients must show");
     app.add_option("--viewer-token-file", options.viewer_token_file,
                    "file that holds another token: whoever shows it may look and ask, not change or upload anything");
@@ -77,36 +73,29 @@ void add_picture_options(CLI::App& app, Options& options, OptionTexts& text) {
         ->check(CLI::IsMember({"gl", "null"}))
         ->group("");
     app.add_option("--technique", options.technique, "default, seed or seed-disk")
-        ->check(CLI::IsMember({"default", "seed", "seed-disk"}))
-        ->capture_default_str();
+        ->check(CLI::IsMember({"default", "seed", "seed-disk"}));
     app.add_option("--samples", text.samples, "VPLs of default (16..4096), directions per fragment of seed (1..4096)")
         ->check(CLI::Range(1U, kMaxSamples))
         ->default_str("");
-    app.add_option("--size", text.size, "WIDTHxHEIGHT of the picture, even, 16..4096")
-        ->check(check_size)
-        ->capture_default_str();
+    app.add_option("--size", text.size, "WIDTHxHEIGHT of the picture, even, 16..4096")->check(check_size);
     app.add_option("--target-fps", options.target_fps,
                    "frames a second: never more, and while something moves no fewer: pictures get smaller and coarser")
-        ->check(finite_in(1, 1000))
-        ->capture_default_str();
+        ->check(finite_in(1, 1000));
     app.add_option(
            "--encoder", options.encoder,
            "of the video: nvenc, vaapi, libx264; auto: the first that works; mjpeg: no H.264, MJPEG and stills alone")
-        ->check(CLI::IsMember({"auto", "nvenc", "vaapi", "libx264", "mjpeg"}))
-        ->capture_default_str();
+        ->check(CLI::IsMember({"auto", "nvenc", "vaapi", "libx264", "mjpeg"}));
     app.add_option("--max-private-lanes", options.max_private_lanes,
                    "viewers that get an encoder of their own, fitted to their link; all others share one; 0..64")
-        ->check(CLI::Range(0U, kMostPrivateLanes))
-        ->capture_default_str();
+        ->check(CLI::Range(0U, kMostPrivateLanes));
     app.add_option(
            "--direct-light,--gather", options.direct_light,
            "how direct light finds shadows: gl (shadow maps), rays (of the CPU), auto; before: --gather gl|simd")
         ->transform(CLI::Transformer(std::map<std::string, std::string>{{"simd", "rays"}}))
-        ->check(CLI::IsMember({"auto", "gl", "rays"}))
-        ->capture_default_str();
+        ->check(CLI::IsMember({"auto", "gl", "rays"}));
     app.add_option("--oneshot", options.oneshot, "JOB.json: capture its frames and end, without a network")
         ->check(check_file_if_any);
-    app.add_option("--out", options.out, "folder for the captures of --oneshot")->capture_default_str();
+    app.add_option("--out", options.out, "folder for the captures of --oneshot");
     app.add_flag("--gl-debug", options.gl_debug, "count and print GL debug messages");
 }
 
@@ -120,14 +109,12 @@ void add_input_options(CLI::App& app, Options& options, OptionTexts& text) {
     app.add_option("--patch", options.patch_file, "PATCH.toml: which slots drive what (docs/consoles.md)")
         ->check(check_file_if_any);
     app.add_option("--surfaces", text.surfaces, "on: use fader boxes that are plugged in (docs/faders.md); off")
-        ->check(CLI::IsMember({"on", "off"}))
-        ->capture_default_str();
+        ->check(CLI::IsMember({"on", "off"}));
     app.add_option("--box", options.boxes,
                    "VVVV:PPPP: a device that is a fader box though it is not known as one; =FILE gives it a profile")
         ->check(check_box);
     app.add_option("--midi", options.midi, "how MIDI boxes are reached: usb (libusb), alsa, auto")
-        ->check(CLI::IsMember({"auto", "usb", "alsa"}))
-        ->capture_default_str();
+        ->check(CLI::IsMember({"auto", "usb", "alsa"}));
     app.add_option("--surface-map", options.surface_map, "MAP.toml: what the controls of fader boxes drive")
         ->check(check_file_if_any);
     app.add_option("--surface-replay", options.surface_replay, "FILE: a recorded box, beside those that are plugged in")
@@ -169,7 +156,7 @@ std::optional<Options> parse_options(std::vector<std::string> arguments, int& ex
     options.arguments = arguments;
     OptionTexts text;
     CLI::App app{"goniod: headless lighting-previsualisation server"};
-    app.option_defaults()->always_capture_default();
+    app.option_defaults()->always_capture_default();  // for --help and --print-config
     add_own_options(app, text);
     add_picture_options(app, options, text);
     add_input_options(app, options, text);
