@@ -23,9 +23,7 @@ std::optional<std::size_t> plane_at(const PhotometricWeb& web, double azimuth) {
 }
 
 bool same_column(const PhotometricWeb& web, std::size_t a, std::size_t b) {
-    const std::size_t nv = web.v_rad.size();
-    const auto begin = [&](std::size_t h) { return web.candela.begin() + static_cast<std::ptrdiff_t>(h * nv); };
-    return std::equal(begin(a), begin(a) + static_cast<std::ptrdiff_t>(nv), begin(b));
+    return std::ranges::equal(column(web, a), column(web, b));
 }
 
 // Whether every plane has an equal one mirrored about the plane at axis.

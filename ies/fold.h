@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstddef>
+#include <span>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -18,6 +19,11 @@ struct FoldedPlanes {
 // Result: the smallest set of planes of a Type C web from which LM-63's symmetry rules give the same web back, compared
 // bit by bit: {0}, 0-90, 0-180, 90-270, else all.
 FoldedPlanes fold(const PhotometricWeb& web);
+
+// Result: the intensities of the web's plane h.
+inline std::span<const float> column(const PhotometricWeb& web, std::size_t h) {
+    return {web.candela.data() + h * web.v_rad.size(), web.v_rad.size()};
+}
 
 // Result: an angle in degrees rounded to 1e-9, so that what was read as "22.5" is written as "22.5".
 double tidy_degrees(double radians);

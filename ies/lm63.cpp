@@ -298,9 +298,9 @@ void report_number_styles(const NumberStream& stream, std::size_t begin, std::si
     }
 }
 
-// Where the index-th angle stands, for a fault found after the numbers were read.
-Error angle_error(std::string_view text, const FileGrid& grid, const detail::GridFault& fault) {
-    NumberStream stream{text, fault.vertical ? grid.v_offset : grid.h_offset};
+// Where the index-th angle of the list at offset stands, for a fault found after the numbers were read.
+Error angle_error(std::string_view text, std::size_t offset, const detail::GridFault& fault) {
+    NumberStream stream{text, offset};
     double value = 0.0;
     for (std::size_t i = 0; i <= fault.index; ++i) stream.next(value);
     return error_at(text, stream.token_begin, fault.code, stream.token(),
@@ -338,9 +338,7 @@ Result<Photometry> read_text(std::string_view text, bool was_utf16) {
     }
 
     FileGrid grid;
-    grid.goniometer = body.type == 1.0   ? Goniometer::type_c
-                      : body.type == 2.0 ? Goniometer::type_b
-                                         : Goniometer::type_a;
+    grid.goniometer = static_cast<Goniometer>(static_cast<int>(body.type) - 1);  // in the order of LM-63's numbers
     const auto nv = static_cast<std::size_t>(body.vertical_count);
     const auto nh = static_cast<std::size_t>(body.horizontal_count);
     grid.v_offset = stream.at;
@@ -355,12 +353,9 @@ Result<Photometry> read_text(std::string_view text, bool was_utf16) {
     }
     report_number_styles(stream, body_offset, stream.at, report);
 
-    // Kept for angle_error: the lists themselves move into the web.
-    FileGrid places;
-    places.v_offset = grid.v_offset;
-    places.h_offset = grid.h_offset;
+    const std::size_t v_offset = grid.v_offset, h_offset = grid.h_offset;
     detail::Unfolded unfolded = unfold(std::move(grid), report);
-    if (unfolded.fault) return angle_error(text, places, *unfolded.fault);
+    if (unfolded.fault) return angle_error(text, unfolded.fault->vertical ? v_offset : h_offset, *unfolded.fault);
     if (auto error = check_trailing(stream, body_offset, unfolded.irregular_h, report)) return *error;
     result.web = std::move(unfolded.web);
     result.provenance.symmetry = unfolded.symmetry;

@@ -56,11 +56,6 @@ std::vector<LuminanceRow> luminance_rows(const Photometry& photometry) {
     return rows;
 }
 
-std::optional<Angle> larger(const std::optional<Angle>& a, const std::optional<Angle>& b) {
-    if (!a || !b) return a ? a : b;
-    return std::max(*a, *b);
-}
-
 // LM-63 roadway files give the street side at 0, or at 90 where they are symmetric about the 90-270 plane; EULUMDAT has
 // it at C90, which is the web's 0.
 Angle street_side(const Provenance& provenance) {
@@ -155,8 +150,8 @@ Quantities quantities(const Photometry& photometry) {
     const PlaneBeams& lit = result.planes[result.planes[0].beam.outermost ? 0 : 1];
     result.beam = lit.beam.outermost;
     result.field = lit.field.outermost;
-    result.widest_beam = larger(result.planes[0].beam.outermost, result.planes[1].beam.outermost);
-    result.widest_field = larger(result.planes[0].field.outermost, result.planes[1].field.outermost);
+    result.widest_beam = std::max(result.planes[0].beam.outermost, result.planes[1].beam.outermost);
+    result.widest_field = std::max(result.planes[0].field.outermost, result.planes[1].field.outermost);
 
     if (!provenance.absolute && provenance.rated_lumens > 0.0) {
         result.light_output_ratio = result.total.in(lm) / provenance.rated_lumens;

@@ -48,11 +48,15 @@ double flood(double c, double, double) {
     return t < 1.0 ? 2500.0 * (1.0 - power(t, 4)) : 0.0;
 }
 
+// Angles from 0 in equal steps, degrees; end 0: one angle.
+struct Steps {
+    double step, end;
+};
+
 struct Recipe {
     SyntheticLuminaire luminaire;
     Law law;
-    double v_step_deg, v_end_deg;
-    double h_step_deg, h_end_deg;  // h_end 0: axially symmetric
+    Steps v, h;  // h.end 0: axially symmetric
     double width_m, length_m, height_m;
     double watts;
 };
@@ -60,100 +64,39 @@ struct Recipe {
 // Each flux is the integral of I sin(theta) over the sphere in closed form; the derivation follows the law in one line.
 // With c = cos, s = sin of the angle from nadir over the lower half: integral of c^n s = 1/(n+1), of c s^(2k+1) =
 // 1/(2k+2); over the azimuth: cos^2 and sin^2 give pi, cos^4 gives 3 pi/4, odd powers of cos give 0.
+// clang-format off
 const std::array<Recipe, 8> kRecipes{{
-    {{"downlight", "I = 2400 cd cos^4(theta), lower half", 2.0 * kPi * 2400.0 / 5.0 * lm},
-     downlight,
-     2.5,
-     90.0,
-     0.0,
-     0.0,
-     -0.15,
-     -0.15,
-     0.0,
-     28.0},
+    {{"downlight", "I = 2400 cd cos^4(theta), lower half",
+      2.0 * kPi * 2400.0 / 5.0 * lm},
+     downlight, {2.5, 90.0}, {0.0, 0.0}, -0.15, -0.15, 0.0, 28.0},
     {{"narrow_spot", "I = 40000 cd exp(200 (cos(theta) - 1)), lower half: 9.5 degree beam",
       2.0 * kPi * 40000.0 / 200.0 * (1.0 - std::exp(-200.0)) * lm},
-     narrow_spot,
-     0.5,
-     90.0,
-     0.0,
-     0.0,
-     -0.1,
-     -0.1,
-     0.0,
-     15.0},
+     narrow_spot, {0.5, 90.0}, {0.0, 0.0}, -0.1, -0.1, 0.0, 15.0},
     {{"batwing", "I = 450 cd cos(theta) (1 + 4 sin^2(theta)), lower half: peak at 50 degrees",
       2.0 * kPi * 450.0 * (1.0 / 2.0 + 4.0 / 4.0) * lm},
-     batwing,
-     2.5,
-     90.0,
-     0.0,
-     0.0,
-     0.6,
-     0.6,
-     0.0,
-     36.0},
+     batwing, {2.5, 90.0}, {0.0, 0.0}, 0.6, 0.6, 0.0, 36.0},
     {{"wall_washer", "I = 350 cd cos(theta) (1 + sin(theta) cos(h))^4, lower half: thrown towards h = 0",
       350.0 * (kPi + 6.0 * kPi / 4.0 + 3.0 * kPi / 4.0 / 6.0) * lm},
-     wall_washer,
-     2.5,
-     90.0,
-     7.5,
-     180.0,
-     0.1,
-     0.3,
-     0.0,
-     26.0},
+     wall_washer, {2.5, 90.0}, {7.5, 180.0}, 0.1, 0.3, 0.0, 26.0},
     {{"linear", "I = 600 cd cos(theta) (1 + 2 sin^2(theta) sin^2(h)) down, 300 cd |cos(theta)| up",
       (600.0 * (kPi + 2.0 * kPi / 4.0) + 300.0 * kPi) * lm},
-     linear,
-     2.5,
-     180.0,
-     7.5,
-     90.0,
-     0.06,
-     1.2,
-     0.0,
-     34.0},
+     linear, {2.5, 180.0}, {7.5, 90.0}, 0.06, 1.2, 0.0, 34.0},
     {{"street", "I = 300 cd cos(theta) (1 + 30 sin^4(theta) sin^2(h) (1 + cos(h))), lower half: street side h = 0",
       300.0 * (kPi + 30.0 * kPi / 6.0) * lm},
-     street,
-     2.5,
-     90.0,
-     7.5,
-     180.0,
-     0.2,
-     0.4,
-     0.0,
-     48.0},
+     street, {2.5, 90.0}, {7.5, 180.0}, 0.2, 0.4, 0.0, 48.0},
     {{"bulb", "I = 75 cd (1 - ((1 - cos(theta)) / 2)^8), whole sphere: dark towards the cap only",
       4.0 * kPi * 75.0 * (1.0 - 1.0 / 9.0) * lm},
-     bulb,
-     2.5,
-     180.0,
-     0.0,
-     0.0,
-     -0.06,
-     -0.06,
-     -0.06,
-     8.0},
+     bulb, {2.5, 180.0}, {0.0, 0.0}, -0.06, -0.06, -0.06, 8.0},
     {{"flood", "I = 2500 cd (1 - (2 (1 - cos(theta)))^4) within 60 degrees, dark outside",
       2.0 * kPi * 2500.0 * 0.5 * (1.0 - 1.0 / 5.0) * lm},
-     flood,
-     1.0,
-     90.0,
-     0.0,
-     0.0,
-     0.3,
-     0.3,
-     0.0,
-     55.0},
+     flood, {1.0, 90.0}, {0.0, 0.0}, 0.3, 0.3, 0.0, 55.0},
 }};
+// clang-format on
 
-std::vector<double> steps(double step, double end) {
+std::vector<double> angles_of(const Steps& steps) {
     std::vector<double> result;
-    const int count = end > 0.0 ? static_cast<int>(std::lround(end / step)) : 0;
-    for (int i = 0; i <= count; ++i) result.push_back(i * step);
+    const int count = steps.end > 0.0 ? static_cast<int>(std::lround(steps.end / steps.step)) : 0;
+    for (int i = 0; i <= count; ++i) result.push_back(i * steps.step);
     return result;
 }
 
@@ -176,8 +119,8 @@ void append_row(std::string& text, const std::vector<double>& values) {
 }
 
 std::string write(const Recipe& recipe) {
-    const std::vector<double> v = steps(recipe.v_step_deg, recipe.v_end_deg);
-    const std::vector<double> h = steps(recipe.h_step_deg, recipe.h_end_deg);
+    const std::vector<double> v = angles_of(recipe.v);
+    const std::vector<double> h = angles_of(recipe.h);
     std::string text = "IES:LM-63-2019\n[TEST] synthetic\n[TESTLAB] none: computed from a formula\n";
     text += "[ISSUEDATE] 2026-01-01\n[MANUFAC] Gonio\n[LUMCAT] " + std::string(recipe.luminaire.name);
     text += "\n[LUMINAIRE] " + std::string(recipe.luminaire.description) + "\nTILT=NONE\n";

@@ -1,7 +1,8 @@
 // Webs whose angles lie closer than lighting can tell apart.
 #include <algorithm>
+#include <span>
 
-#include "ies/web.h"
+#include "ies/fold.h"
 
 namespace gonio::ies {
 namespace {
@@ -26,7 +27,7 @@ std::vector<double> values_at(const std::vector<double>& values, const std::vect
 
 // out: the intensities at the angles that stay, of a linear function of all of them: where some beside it are left out
 // its mean to the middle of what stays.
-void take_means(const std::vector<double>& angles, const std::vector<std::size_t>& kept, const std::vector<float>& from,
+void take_means(const std::vector<double>& angles, const std::vector<std::size_t>& kept, std::span<const float> from,
                 std::vector<double>& integral, std::vector<float>& out) {
     integral.assign(1, 0.0);
     for (std::size_t i = 1; i < angles.size(); ++i)
@@ -62,9 +63,7 @@ std::optional<PhotometricWeb> thinned(const PhotometricWeb& web, Angle v_step, A
     std::vector<float> over_v;  // thin in v alone
     over_v.reserve(n_h * n_v);
     for (std::size_t h = 0; h < n_h; ++h) {
-        const auto begin = web.candela.begin() + static_cast<std::ptrdiff_t>(h * web.v_rad.size());
-        row.assign(begin, begin + static_cast<std::ptrdiff_t>(web.v_rad.size()));
-        take_means(web.v_rad, kept_v, row, integral, out);
+        take_means(web.v_rad, kept_v, detail::column(web, h), integral, out);
         over_v.insert(over_v.end(), out.begin(), out.end());
     }
     thin.candela.resize(kept_h.size() * n_v);

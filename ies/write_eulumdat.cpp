@@ -46,8 +46,8 @@ PhotometricWeb turn_to_c(const PhotometricWeb& web) {
     result.v_rad = web.v_rad;
     const auto add = [&](double azimuth, std::size_t h) {
         result.h_rad.push_back(azimuth);
-        const auto begin = web.candela.begin() + static_cast<std::ptrdiff_t>(h * nv);
-        result.candela.insert(result.candela.end(), begin, begin + static_cast<std::ptrdiff_t>(nv));
+        const auto column = detail::column(web, h);
+        result.candela.insert(result.candela.end(), column.begin(), column.end());
     };
     std::size_t first = 0;
     while (web.h_rad[first] < kCut - kSameRad) ++first;
@@ -203,10 +203,8 @@ std::string write_eulumdat(const Photometry& photometry) {
     for (const double ratio : fields.direct_ratios) out.number(ratio);
     for (std::size_t i = 0; i < planes; ++i) out.number(detail::tidy_degrees(web.h_rad[i]));
     for (const double gamma : web.v_rad) out.number(detail::tidy_degrees(gamma));
-    for (const std::size_t column : layout.stored) {
-        for (std::size_t v = 0; v < web.v_rad.size(); ++v) {
-            out.intensity(double{web.at(column, v)} * 1000.0 / reference_lm);
-        }
+    for (const std::size_t h : layout.stored) {
+        for (const float candela : detail::column(web, h)) out.intensity(double{candela} * 1000.0 / reference_lm);
     }
     return out.text;
 }

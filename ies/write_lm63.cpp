@@ -62,37 +62,9 @@ void append_tilt(std::string& text, const std::optional<TiltTable>& tilt) {
     append_row(text, tilt->factor);
 }
 
-// Width, length, height with the signs of LM-63-2002 table 1.
-std::vector<double> signed_sizes(const Opening& opening) {
-    const double w = opening.width.in(m);
-    const double l = opening.length.in(m);
-    const double h = opening.height.in(m);
-    switch (opening.shape) {
-        case OpeningShape::point:
-            return {0.0, 0.0, 0.0};
-        case OpeningShape::rectangle:
-            return {w, l, 0.0};
-        case OpeningShape::box:
-            return {w, l, h};
-        case OpeningShape::ellipse:
-            return {-w, -l, 0.0};
-        case OpeningShape::vertical_cylinder:
-            return {-w, -l, h};
-        case OpeningShape::ellipsoid:
-            return {-w, -l, -h};
-        case OpeningShape::horizontal_cylinder_length:
-            return {-w, l, -h};
-        case OpeningShape::horizontal_cylinder_width:
-            return {w, -l, -h};
-        case OpeningShape::vertical_ellipse:
-            return {-w, 0.0, -h};
-    }
-    return {0.0, 0.0, 0.0};
-}
-
-double type_number(Goniometer goniometer) {
-    return goniometer == Goniometer::type_c ? 1.0 : goniometer == Goniometer::type_b ? 2.0 : 3.0;
-}
+// Signs of width, length and height by shape, in the order of OpeningShape (LM-63-2002 table 1).
+constexpr int kSigns[][3] = {{0, 0, 0},    {1, 1, 0},   {1, 1, 1},   {-1, -1, 0}, {-1, -1, 1},
+                             {-1, -1, -1}, {-1, 1, -1}, {1, -1, -1}, {-1, 0, -1}};
 
 }  // namespace
 
@@ -109,11 +81,13 @@ std::string write_lm63(const Photometry& photometry) {
     text.reserve(1024 + 9 * columns.size() * web.v_rad.size());
     append_header(text, photometry);
     append_tilt(text, photometry.tilt);
-    const std::vector<double> sizes = signed_sizes(photometry.opening);
+    const Opening& opening = photometry.opening;
+    const int(&signs)[3] = kSigns[static_cast<std::size_t>(opening.shape)];
     append_row(text, std::vector{static_cast<double>(std::max(1, provenance.lamps)),
                                  provenance.absolute ? -1.0 : provenance.lumens_per_lamp, 1.0,
                                  static_cast<double>(web.v_rad.size()), static_cast<double>(columns.size()),
-                                 type_number(web.goniometer), 2.0, sizes[0], sizes[1], sizes[2]});
+                                 static_cast<double>(web.goniometer) + 1.0, 2.0, signs[0] * opening.width.in(m),
+                                 signs[1] * opening.length.in(m), signs[2] * opening.height.in(m)});
     // LM-63-2019 table 2: 1.00001 is "undefined", for webs that come from other formats.
     const std::string& generation = photometry.file_generation_type;
     text += "1 " + (generation.empty() ? std::string("1.00001") : generation) + " ";
@@ -124,10 +98,7 @@ std::string write_lm63(const Photometry& photometry) {
     degrees.clear();
     for (const std::size_t h : columns) degrees.push_back(detail::tidy_degrees(web.h_rad[h]));
     append_row(text, degrees);
-    for (const std::size_t h : columns) {
-        const auto begin = web.candela.begin() + static_cast<std::ptrdiff_t>(h * web.v_rad.size());
-        append_row(text, std::vector<float>(begin, begin + static_cast<std::ptrdiff_t>(web.v_rad.size())));
-    }
+    for (const std::size_t h : columns) append_row(text, detail::column(web, h));
     return text;
 }
 
