@@ -67,18 +67,9 @@ struct Lines {
 
     std::optional<Error> number(double& value, std::string_view what) {
         std::string_view line;
-        switch (parse(value, line)) {
-            case NumberStatus::ok:
-                return std::nullopt;
-            case NumberStatus::end:
-                return error_at(text, begin, "truncated", {}, "the file ends before the " + std::string(what));
-            case NumberStatus::not_finite:
-                return error_at(text, begin, "not_finite", line,
-                                "the " + std::string(what) + " is not a finite number");
-            case NumberStatus::not_a_number:
-                break;
-        }
-        return error_at(text, begin, "not_a_number", line, "the " + std::string(what) + " is not one number");
+        const NumberStatus status = parse(value, line);
+        if (status == NumberStatus::ok) return std::nullopt;
+        return detail::number_error(text, begin, status, line, what, "one number");
     }
 
     std::optional<Error> integer(int& value, std::string_view what) {

@@ -37,20 +37,9 @@ struct BodyNumbers {
 
 // Reads one body number or says why not; what names it in the message.
 std::optional<Error> read_number(NumberStream& stream, double& value, std::string_view what) {
-    const auto fail = [&](const char* code, const std::string& message) {
-        return error_at(stream.text, stream.token_begin, code, stream.token(), message);
-    };
-    switch (stream.next(value)) {
-        case NumberStatus::ok:
-            return std::nullopt;
-        case NumberStatus::end:
-            return fail("truncated", "the file ends before the " + std::string(what));
-        case NumberStatus::not_finite:
-            return fail("not_finite", "the " + std::string(what) + " is not a finite number");
-        case NumberStatus::not_a_number:
-            break;
-    }
-    return fail("not_a_number", "the " + std::string(what) + " is not a number");
+    const NumberStatus status = stream.next(value);
+    if (status == NumberStatus::ok) return std::nullopt;
+    return detail::number_error(stream.text, stream.token_begin, status, stream.token(), what, "a number");
 }
 
 // Reads a number that must be whole. "19.0" is taken with a warning, "19.5" is refused.

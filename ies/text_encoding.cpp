@@ -2,6 +2,8 @@
 
 #include <array>
 
+#include "ies/core/text.h"
+
 namespace gonio::ies::detail {
 
 namespace {
@@ -28,26 +30,6 @@ constexpr std::array<unsigned, 128> kCodePage850 = {
     0x00de, 0x00da, 0x00db, 0x00d9, 0x00fd, 0x00dd, 0x00af, 0x00b4, 0x00ad, 0x00b1, 0x2017, 0x00be, 0x00b6,
     0x00a7, 0x00f7, 0x00b8, 0x00b0, 0x00a8, 0x00b7, 0x00b9, 0x00b3, 0x00b2, 0x25a0, 0x00a0,
 };
-
-// Length of the well-formed UTF-8 sequence at the front of text; 0 if there is none (RFC 3629).
-std::size_t sequence_length(std::string_view text) {
-    const auto byte = [&](std::size_t i) { return static_cast<unsigned>(static_cast<unsigned char>(text[i])); };
-    const auto continues = [&](std::size_t i) { return i < text.size() && (byte(i) & 0xc0) == 0x80; };
-    const unsigned first = byte(0);
-    if (first < 0x80) return 1;
-    if (first >= 0xc2 && first < 0xe0) return continues(1) ? 2 : 0;
-    if (first >= 0xe0 && first < 0xf0) {
-        if (!continues(1) || !continues(2)) return 0;
-        const unsigned code = (first & 0x0f) << 12 | (byte(1) & 0x3f) << 6 | (byte(2) & 0x3f);
-        return code >= 0x800 && (code < 0xd800 || code >= 0xe000) ? 3 : 0;
-    }
-    if (first >= 0xf0 && first < 0xf5) {
-        if (!continues(1) || !continues(2) || !continues(3)) return 0;
-        const unsigned code = (first & 0x07) << 18 | (byte(1) & 0x3f) << 12 | (byte(2) & 0x3f) << 6 | (byte(3) & 0x3f);
-        return code >= 0x10000 && code < 0x110000 ? 4 : 0;
-    }
-    return 0;
-}
 
 void append(std::string& result, unsigned code) {
     const auto put = [&](unsigned value) { result.push_back(static_cast<char>(value)); };
@@ -80,7 +62,7 @@ Encoding guess_encoding(std::string_view text) {
             ++i;
             continue;
         }
-        const std::size_t length = utf8 ? sequence_length(text.substr(i)) : 0;
+        const std::size_t length = utf8 ? utf8_length(text, i) : 0;
         utf8 = utf8 && length != 0;
         // 0x80..0xa5 are letters in code page 850 and rare signs in Windows-1252; 0xc0.. the other way round.
         if (byte <= 0xa5) ++dos_letters;
@@ -100,7 +82,7 @@ std::string to_utf8(std::string_view text, Encoding encoding) {
             result.push_back(byte == 0 ? ' ' : static_cast<char>(byte));
             ++i;
         } else if (encoding == Encoding::utf8) {
-            const std::size_t length = sequence_length(text.substr(i));
+            const std::size_t length = utf8_length(text, i);
             if (length == 0) append(result, kReplacement);
             result.append(text.substr(i, length));
             i += length == 0 ? 1 : length;

@@ -5,6 +5,8 @@
 #include <charconv>
 #include <cmath>
 
+#include "ies/core/text.h"
+
 namespace gonio::ies::detail {
 
 namespace {
@@ -72,12 +74,17 @@ Error error_at(std::string_view text, std::size_t offset, std::string code, std:
                std::string message) {
     constexpr std::size_t kShownBytes = 80;
     const Place place = place_of(text, offset);
-    std::string shown(value.substr(0, kShownBytes));
-    for (char& c : shown) {
-        if (c < ' ' || c > '~') c = '?';
-    }
     return {std::move(code), "line " + std::to_string(place.line) + " column " + std::to_string(place.column),
-            std::move(shown), std::move(message)};
+            shown_text(value, kShownBytes), std::move(message)};
+}
+
+Error number_error(std::string_view text, std::size_t offset, NumberStatus status, std::string_view token,
+                   std::string_view what, std::string_view kind) {
+    const std::string name = "the " + std::string(what);
+    if (status == NumberStatus::end) return error_at(text, offset, "truncated", {}, "the file ends before " + name);
+    if (status == NumberStatus::not_finite)
+        return error_at(text, offset, "not_finite", token, name + " is not a finite number");
+    return error_at(text, offset, "not_a_number", token, name + " is not " + std::string(kind));
 }
 
 void Report::add(std::string_view code, std::string_view severity, std::size_t offset, std::string message) {

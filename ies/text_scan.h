@@ -51,6 +51,10 @@ bool is_separator(char c);                     // white space, comma, semicolon
 
 enum class NumberStatus { ok, end, not_a_number, not_finite };
 
+// Result: why there is no number at offset. what: its name; kind: "a number", what must stand there.
+Error number_error(std::string_view text, std::size_t offset, NumberStatus status, std::string_view token,
+                   std::string_view what, std::string_view kind);
+
 // Numbers separated by white space, commas or semicolons. Accepts "+1", ".5", "5.", "1E3" and Fortran's "1D3"; refuses
 // "inf", "nan", hexadecimal and glued tokens. Ctrl-Z ends the text.
 struct NumberStream {

@@ -343,20 +343,13 @@ std::string encode_osc_name(std::string_view name) {
 }
 
 std::string decode_osc_name(std::string_view part) {
-    const auto digit = [](char c) {
-        return c >= '0' && c <= '9'   ? c - '0'
-               : c >= 'A' && c <= 'F' ? c - 'A' + 10
-               : c >= 'a' && c <= 'f' ? c - 'a' + 10
-                                      : -1;
-    };
     std::string name;
     for (std::size_t at = 0; at < part.size(); ++at) {
-        if (part[at] == '%' && at + 2 < part.size() && digit(part[at + 1]) >= 0 && digit(part[at + 2]) >= 0) {
-            name += static_cast<char>(digit(part[at + 1]) * 16 + digit(part[at + 2]));
-            at += 2;
-        } else {
-            name += part[at];
-        }
+        const bool escape = part[at] == '%' && at + 2 < part.size();
+        const int high = escape ? hex_digit(part[at + 1]) : -1, low = escape ? hex_digit(part[at + 2]) : -1;
+        const bool byte = high >= 0 && low >= 0;
+        name += byte ? static_cast<char>(high * 16 + low) : part[at];
+        if (byte) at += 2;
     }
     return name;
 }

@@ -1,5 +1,4 @@
 #include "protocol/schema/codec.h"
-#include "protocol/text/shortened_text.h"
 
 #include <google/protobuf/descriptor.h>
 #include <google/protobuf/io/coded_stream.h>
@@ -8,6 +7,8 @@
 #include <google/protobuf/wire_format_lite.h>
 
 #include <algorithm>
+
+#include "protocol/text/text_bytes.h"
 
 namespace gonio {
 namespace {
@@ -20,14 +21,6 @@ using google::protobuf::io::CodedInputStream;
 
 constexpr int kMaxJsonNesting = 32;
 constexpr std::size_t kShownBytes = 64;  // of an offending value
-
-// Result: the first `kShownBytes` of a value, unprintable bytes replaced: it goes into error messages and logs.
-std::string shown(std::string_view value) {
-    std::string result(value.substr(0, kShownBytes));
-    for (char& c : result)
-        if (static_cast<unsigned char>(c) < 0x20 || static_cast<unsigned char>(c) >= 0x7f) c = '?';
-    return result;
-}
 
 // Walks the bytes of one message of type `descriptor` as the parser would. Result: the place of the first thing that is
 // not well-formed, as "path byte N", or empty if the wire format is sound (then a string was not UTF-8).
@@ -105,7 +98,7 @@ Error json_refusal(std::string text) {
     Error error{"bad_message", "", "", ""};
     if (const std::size_t line_end = text.find('\n'); line_end != std::string::npos) {
         const std::string_view rest = std::string_view(text).substr(line_end + 1);
-        error.value = shown(rest.substr(0, rest.find('\n')));
+        error.value = shown_text(rest.substr(0, rest.find('\n')), kShownBytes);
         text.resize(line_end);
     }
     if (text.starts_with("(")) {
@@ -123,7 +116,7 @@ Error json_refusal(std::string text) {
     }
     constexpr std::string_view invalid = "invalid value ", type = " for type ";
     if (const std::size_t end = text.rfind(type); text.starts_with(invalid) && end != std::string::npos) {
-        error.value = shown(std::string_view(text).substr(invalid.size(), end - invalid.size()));
+        error.value = shown_text(std::string_view(text).substr(invalid.size(), end - invalid.size()), kShownBytes);
         error.message = "The JSON value is not " + words_of_type(text.substr(end + type.size())) + ".";
         return error;
     }

@@ -17,11 +17,18 @@ bool is_channel_message(std::uint8_t status) {
     return status >= 0x80 && status < 0xF0;
 }
 
-constexpr std::string_view kKindNames[] = {"cc", "note", "bend", "pressure", "poly", "program"};
+struct KindRow {
+    std::string_view name;
+    std::uint8_t status;      // upper four bits
+    bool has_number = false;  // of a controller or note
+};
+// In the order of MidiKind.
+constexpr KindRow kKinds[] = {{"cc", 0xB, true}, {"note", 0x9, true}, {"bend", 0xE},
+                              {"pressure", 0xD}, {"poly", 0xA, true}, {"program", 0xC}};
 constexpr std::size_t kMaxKeys = 128;
 
-bool has_number(MidiKind kind) {
-    return kind == MidiKind::cc || kind == MidiKind::note || kind == MidiKind::poly;
+const KindRow& row_of(MidiKind kind) {
+    return kKinds[static_cast<std::size_t>(kind)];
 }
 
 Error bad_key(std::string_view text) {
@@ -67,12 +74,12 @@ bool add_keys(std::string_view text, std::vector<MidiKey>& keys) {
     }
     const std::size_t space = text.find(' ');
     if (space == text.npos) return false;
-    const auto kind = std::find(std::begin(kKindNames), std::end(kKindNames), text.substr(0, space));
-    if (kind == std::end(kKindNames)) return false;
-    key.kind = static_cast<MidiKind>(kind - std::begin(kKindNames));
+    const auto kind = std::ranges::find(kKinds, text.substr(0, space), &KindRow::name);
+    if (kind == std::end(kKinds)) return false;
+    key.kind = static_cast<MidiKind>(kind - std::begin(kKinds));
     text = trimmed(text.substr(space + 1));
     const std::size_t slash = text.find('/');
-    if ((slash != text.npos) != has_number(key.kind)) return false;
+    if ((slash != text.npos) != kind->has_number) return false;
     const std::string_view channel_text = text.substr(0, slash);
     const auto channels = channel_text == "*" ? std::optional(Span{0, 0}) : parse_span(channel_text, 1, 16);
     const auto numbers = slash == text.npos ? std::optional(Span{0, 0}) : parse_span(text.substr(slash + 1), 0, 127);
@@ -159,9 +166,9 @@ std::vector<std::uint8_t> usb_midi_packets(std::uint8_t cable, Bytes message) {
 
 std::string midi_key_text(const MidiKey& key) {
     std::string text = key.cable == 0 ? "" : "port " + std::to_string(key.cable + 1) + ": ";
-    text += kKindNames[static_cast<std::size_t>(key.kind)];
+    text += row_of(key.kind).name;
     text += " " + (key.channel == 0 ? "*" : std::to_string(key.channel));
-    if (has_number(key.kind)) text += "/" + std::to_string(key.number);
+    if (row_of(key.kind).has_number) text += "/" + std::to_string(key.number);
     return text;
 }
 
@@ -177,21 +184,11 @@ Result<std::vector<MidiKey>> parse_midi_keys(std::string_view text) {
 
 MidiKey key_of(const MidiMessage& message) {
     const auto channel = static_cast<std::uint8_t>((message.status & 0x0F) + 1);
-    switch (message.status >> 4) {
-        case 0x8:
-        case 0x9:
-            return {message.cable, MidiKind::note, channel, message.data[0]};
-        case 0xA:
-            return {message.cable, MidiKind::poly, channel, message.data[0]};
-        case 0xC:
-            return {message.cable, MidiKind::program, channel, 0};
-        case 0xD:
-            return {message.cable, MidiKind::pressure, channel, 0};
-        case 0xE:
-            return {message.cable, MidiKind::bend, channel, 0};
-        default:
-            return {message.cable, MidiKind::cc, channel, message.data[0]};
-    }
+    const int status = std::max(message.status >> 4, 0x9);  // a note-off is of its note
+    const auto kind = std::ranges::find(kKinds, status, &KindRow::status);
+    const bool known = kind != std::end(kKinds);
+    return {message.cable, known ? static_cast<MidiKind>(kind - std::begin(kKinds)) : MidiKind::cc, channel,
+            !known || kind->has_number ? message.data[0] : std::uint8_t{0}};
 }
 
 std::uint32_t value_of(const MidiMessage& message) {
@@ -209,24 +206,13 @@ std::uint32_t value_of(const MidiMessage& message) {
 }
 
 std::vector<std::uint8_t> midi_message(const MidiKey& key, std::uint32_t value) {
-    const auto channel = static_cast<std::uint8_t>(key.channel == 0 ? 0 : key.channel - 1);
-    const auto status = [&](unsigned kind) { return static_cast<std::uint8_t>(kind << 4 | channel); };
-    const auto low = static_cast<std::uint8_t>(value & 0x7F);
-    switch (key.kind) {
-        case MidiKind::cc:
-            return {status(0xB), key.number, low};
-        case MidiKind::note:
-            return {status(0x9), key.number, low};
-        case MidiKind::poly:
-            return {status(0xA), key.number, low};
-        case MidiKind::bend:
-            return {status(0xE), low, static_cast<std::uint8_t>(value >> 7 & 0x7F)};
-        case MidiKind::pressure:
-            return {status(0xD), low};
-        case MidiKind::program:
-            return {status(0xC), low};
-    }
-    return {};
+    const KindRow& kind = row_of(key.kind);
+    const int channel = key.channel == 0 ? 0 : key.channel - 1;
+    std::vector<std::uint8_t> message{static_cast<std::uint8_t>(kind.status << 4 | channel)};
+    if (kind.has_number) message.push_back(key.number);
+    message.push_back(static_cast<std::uint8_t>(value & 0x7F));
+    if (key.kind == MidiKind::bend) message.push_back(static_cast<std::uint8_t>(value >> 7 & 0x7F));
+    return message;
 }
 
 }  // namespace gonio

@@ -1,7 +1,6 @@
 #include "protocol/surface/qxi.h"
 
 #include <algorithm>
-#include <cstring>
 #include <pugixml.hpp>
 #include <set>
 
@@ -36,8 +35,8 @@ std::optional<MidiKey> key_of_number(unsigned number) {
     return key;
 }
 
-std::string printable(const char* text) {
-    return printable_text(Bytes(reinterpret_cast<const std::uint8_t*>(text), std::strlen(text))).substr(0, 60);
+std::string printable(std::string_view text) {
+    return shortened_text(text, text.size()).substr(0, 60);
 }
 
 // What QLC+ calls 0..255, as the 7 bits that a surface is sent.
@@ -61,9 +60,8 @@ Result<SurfaceProfile> read_qxi(std::string_view text) {
     if (type != "MIDI")
         return Error{"unsupported", "Type", shown_text(type), "only input profiles of MIDI boxes can be used"};
     SurfaceProfile profile;
-    profile.name = printable(
-        (std::string(root.child("Manufacturer").text().as_string()) + " " + root.child("Model").text().as_string())
-            .c_str());
+    profile.name = printable(std::string(root.child("Manufacturer").text().as_string()) + " " +
+                             root.child("Model").text().as_string());
     const auto channels = root.children("Channel");
     // Recorded without the channel, every number has 0 there: then it stands for any.
     const bool any_channel = std::none_of(channels.begin(), channels.end(), [](pugi::xml_node channel) {

@@ -35,15 +35,9 @@ void read_manner(const toml::table& table, v1::SurfaceRow& row) {
 Result<std::vector<std::uint8_t>> read_hex(const std::string& text) {
     std::vector<std::uint8_t> bytes;
     int half = -1;
-    const auto digit = [](char c) {
-        return c >= '0' && c <= '9'   ? c - '0'
-               : c >= 'a' && c <= 'f' ? c - 'a' + 10
-               : c >= 'A' && c <= 'F' ? c - 'A' + 10
-                                      : -1;
-    };
     for (const char c : text) {
         if (c == ' ' && half < 0) continue;
-        const int value = digit(c);
+        const int value = hex_digit(c);
         if (value < 0 || bytes.size() == kMaxHelloBytes) return Error{};
         if (half < 0) {
             half = value;
@@ -114,12 +108,9 @@ void read_drives(const toml::node& node, std::size_t n, v1::SurfaceRow& row) {
 }
 
 bool is_usb_id(const std::string& text) {
-    if (text.size() != 9 || text[4] != ':') return false;
-    for (std::size_t i = 0; i < 9; ++i) {
-        const char c = text[i];
-        if (i != 4 && !((c >= '0' && c <= '9') || (c >= 'a' && c <= 'f'))) return false;
-    }
-    return true;
+    const auto digits = [](std::string_view part) { return part.find_first_not_of("0123456789abcdef") == part.npos; };
+    const std::string_view all = text;
+    return all.size() == 9 && all[4] == ':' && digits(all.substr(0, 4)) && digits(all.substr(5));
 }
 
 void read_controls(const toml::table& table, SurfaceProfile& profile) {

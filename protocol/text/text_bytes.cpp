@@ -4,65 +4,44 @@
 
 namespace gonio {
 
-std::size_t utf8_length(Bytes bytes, std::size_t at) {
-    const auto in = [&](std::size_t i, unsigned low, unsigned high) {
-        return at + i < bytes.size() && bytes[at + i] >= low && bytes[at + i] <= high;
-    };
-    const unsigned b = bytes[at];
-    if (b < 0x80) return 1;
-    if (b >= 0xC2 && b <= 0xDF) return in(1, 0x80, 0xBF) ? 2 : 0;
-    if (b >= 0xE0 && b <= 0xEF) {
-        const bool second = in(1, b == 0xE0 ? 0xA0 : 0x80, b == 0xED ? 0x9F : 0xBF);
-        return second && in(2, 0x80, 0xBF) ? 3 : 0;
-    }
-    if (b >= 0xF0 && b <= 0xF4) {
-        const bool second = in(1, b == 0xF0 ? 0x90 : 0x80, b == 0xF4 ? 0x8F : 0xBF);
-        return second && in(2, 0x80, 0xBF) && in(3, 0x80, 0xBF) ? 4 : 0;
-    }
-    return 0;
-}
-
-std::size_t unseen_length(Bytes bytes, std::size_t at) {
-    const unsigned b = bytes[at];
-    if (b < 0x20 || b == 0x7F) return 1;
+std::size_t unseen_length(std::string_view text, std::size_t at) {
     const auto is = [&](std::size_t i, unsigned low, unsigned high) {
-        return at + i < bytes.size() && bytes[at + i] >= low && bytes[at + i] <= high;
+        if (at + i >= text.size()) return false;
+        const auto byte = static_cast<unsigned char>(text[at + i]);
+        return byte >= low && byte <= high;
     };
-    if (b == 0xC2) return is(1, 0x80, 0x9F) ? 2 : 0;  // C1
-    if (b != 0xE2) return 0;
-    return (is(1, 0x80, 0x80) && is(2, 0xA8, 0xAE)) ||       // U+2028 … 202E
-                   (is(1, 0x81, 0x81) && is(2, 0xA6, 0xA9))  // U+2066 … 2069
-               ? 3
-               : 0;
+    if (is(0, 0x00, 0x1F) || is(0, 0x7F, 0x7F)) return 1;
+    if (is(0, 0xC2, 0xC2) && is(1, 0x80, 0x9F)) return 2;  // C1
+    if (!is(0, 0xE2, 0xE2)) return 0;
+    const bool unseen = (is(1, 0x80, 0x80) && is(2, 0xA8, 0xAE)) ||  // U+2028 … 202E
+                        (is(1, 0x81, 0x81) && is(2, 0xA6, 0xA9));    // U+2066 … 2069
+    return unseen ? 3 : 0;
 }
 
-std::string shown_text(std::string_view text, std::size_t most) {
-    std::string result(text.substr(0, most));
-    for (char& c : result)
-        if (c < 0x20 || c > 0x7E) c = '?';
-    return result;
+int hex_digit(char c) {
+    if (c >= '0' && c <= '9') return c - '0';
+    if (c >= 'a' && c <= 'f') return c - 'a' + 10;
+    if (c >= 'A' && c <= 'F') return c - 'A' + 10;
+    return -1;
 }
 
 std::string shortened_text(std::string_view text, std::size_t most) {
     std::size_t end = std::min(text.size(), most);
     // UTF-8 continuation bytes are 10xxxxxx.
     while (end > 0 && end < text.size() && (static_cast<unsigned char>(text[end]) & 0xC0u) == 0x80u) --end;
-    return printable_text({reinterpret_cast<const std::uint8_t*>(text.data()), end});
+    text = text.substr(0, end);
+    std::string result;
+    for (std::size_t at = 0; at < text.size() && text[at] != 0;) {
+        const std::size_t length = utf8_length(text, at), unseen = unseen_length(text, at);
+        const bool shown = length > 0 && unseen == 0;
+        result += shown ? text.substr(at, length) : "?";
+        at += shown ? length : std::max<std::size_t>(unseen, 1);
+    }
+    return result;
 }
 
 std::string printable_text(Bytes bytes) {
-    std::string text;
-    for (std::size_t at = 0; at < bytes.size() && bytes[at] != 0;) {
-        const std::size_t length = utf8_length(bytes, at), unseen = unseen_length(bytes, at);
-        if (length == 0 || unseen > 0) {
-            text += '?';
-            at += std::max<std::size_t>(unseen, 1);
-            continue;
-        }
-        for (std::size_t i = 0; i < length; ++i) text += static_cast<char>(bytes[at + i]);
-        at += length;
-    }
-    return text;
+    return shortened_text({reinterpret_cast<const char*>(bytes.data()), bytes.size()}, bytes.size());
 }
 
 }  // namespace gonio

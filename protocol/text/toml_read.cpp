@@ -42,25 +42,27 @@ private:
 // control characters are refused. toml++ 3.3 runs into undefined behaviour on some of them where they do not belong.
 Result<std::string> ascii_toml(const Text& given) {
     const std::string_view text = given.text;
-    const Bytes bytes(reinterpret_cast<const std::uint8_t*>(text.data()), text.size());
     std::string ascii;
-    std::size_t line = 1, column = 1;
+    toml::source_position place{1, 1};
+    const auto refused = [&](std::string value, std::string message) {
+        return Error{given.code, place_of(place), std::move(value), std::move(message)};
+    };
     std::string_view until;  // what ends the string or comment that we are in; empty: in none
     Depth depth;
     for (std::size_t at = 0; at < text.size();) {
         const char c = text[at];
-        const bool control = (bytes[at] < 0x20 && c != '\t' && c != '\n' && c != '\r') || bytes[at] == 0x7F;
-        std::size_t step = control || unseen_length(bytes, at) > 1 ? 0 : utf8_length(bytes, at);
+        const auto byte = static_cast<unsigned char>(c);
+        const bool space = c == '\t' || c == '\n' || c == '\r';
+        std::size_t step = unseen_length(text, at) > 0 && !space ? 0 : utf8_length(text, at);
         if (step > 1 && (until.empty() || until.front() == '\'')) step = 0;
         if (step == 0)
-            return Error{
-                given.code, "line " + std::to_string(line) + " column " + std::to_string(column),
-                std::to_string(bytes[at]),
+            return refused(
+                std::to_string(byte),
                 std::string(given.what) +
-                    " is ASCII without control characters, but for UTF-8 in double-quoted strings and comments"};
+                    " is ASCII without control characters, but for UTF-8 in double-quoted strings and comments");
         if (step > 1) {
-            std::uint32_t code = bytes[at] & (0x7Fu >> step);
-            for (std::size_t i = 1; i < step; ++i) code = code << 6 | (bytes[at + i] & 0x3Fu);
+            std::uint32_t code = byte & (0x7Fu >> step);
+            for (std::size_t i = 1; i < step; ++i) code = code << 6 | (text[at + i] & 0x3Fu);
             char escape[16];
             std::snprintf(escape, sizeof escape, "\\U%08X", static_cast<unsigned>(code));
             ascii += escape;
@@ -68,9 +70,8 @@ Result<std::string> ascii_toml(const Text& given) {
             if (c == '\n') depth.take(c);  // also at the end of a comment
             if (until.empty()) {
                 if (!depth.take(c))
-                    return Error{given.code, "line " + std::to_string(line) + " column " + std::to_string(column),
-                                 std::string(1, c),
-                                 "keys and values of " + std::string(given.what) + " do not nest so deeply"};
+                    return refused(std::string(1, c),
+                                   "keys and values of " + std::string(given.what) + " do not nest so deeply");
                 if (c == '#') until = "\n";
                 if (c == '"' || c == '\'') {
                     const std::string_view three = c == '"' ? "\"\"\"" : "\'\'\'";
@@ -86,8 +87,8 @@ Result<std::string> ascii_toml(const Text& given) {
             }
             ascii += text.substr(at, step);
         }
-        column = c == '\n' ? 1 : column + step;
-        line += c == '\n' ? 1 : 0;
+        place.column = c == '\n' ? 1 : place.column + static_cast<toml::source_index>(step);
+        place.line += c == '\n' ? 1 : 0;
         at += step;
     }
     return ascii;
@@ -97,7 +98,6 @@ Result<std::string> ascii_toml(const Text& given) {
 std::string in_given(std::string_view text, const std::string& place) {
     unsigned line = 0, column = 0;
     if (std::sscanf(place.c_str(), "line %u column %u", &line, &column) != 2) return place;
-    const Bytes bytes(reinterpret_cast<const std::uint8_t*>(text.data()), text.size());
     std::size_t start = 0;
     for (unsigned i = 1; i < line && start < text.size(); ++i) {
         const std::size_t end = text.find('\n', start);
@@ -105,7 +105,7 @@ std::string in_given(std::string_view text, const std::string& place) {
     }
     std::size_t at = start;
     for (unsigned seen = 1; seen < column && at < text.size() && text[at] != '\n';) {
-        const std::size_t step = std::max<std::size_t>(utf8_length(bytes, at), 1);
+        const std::size_t step = std::max<std::size_t>(utf8_length(text, at), 1);
         seen += step > 1 ? 10 : 1;
         at += step;
     }
@@ -145,11 +145,9 @@ void refuse(Error error) {
 }
 
 void only_keys(const toml::table& table, std::initializer_list<std::string_view> known, std::string_view what) {
-    for (const auto& [key, node] : table) {
-        bool found = false;
-        for (const std::string_view name : known) found = found || key.str() == name;
-        if (!found) refuse(key.source(), std::string(key.str()), "is no key of " + std::string(what));
-    }
+    for (const auto& [key, node] : table)
+        if (std::find(known.begin(), known.end(), key.str()) == known.end())
+            refuse(key.source(), std::string(key.str()), "is no key of " + std::string(what));
 }
 
 std::string text_of(const toml::node& node) {
@@ -193,16 +191,11 @@ std::string word(const toml::node& node, const char* what) {
 }
 
 Range range(const toml::node& node) {
-    const auto* array = node.as_array();
-    Range range{};
-    bool good = array != nullptr && array->size() == 2;
-    for (std::size_t i = 0; good && i < 2; ++i) {
-        const auto value = (*array)[i].value<double>();
-        good = value && std::isfinite(*value);
-        if (good) (i == 0 ? range.low : range.high) = *value;
+    if (const auto* array = node.as_array(); array != nullptr && array->size() == 2) {
+        const auto low = (*array)[0].value<double>(), high = (*array)[1].value<double>();
+        if (low && high && std::isfinite(*low) && std::isfinite(*high)) return {*low, *high};
     }
-    if (!good) refuse(node.source(), text_of(node), "a range is two numbers: [low, high]");
-    return range;
+    refuse(node.source(), text_of(node), "a range is two numbers: [low, high]");
 }
 
 std::string quoted(const std::string& text) {

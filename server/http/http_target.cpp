@@ -16,18 +16,10 @@ Error bad_target(std::string_view value, const char* message) {
     return {"bad_target", "", std::string(value.substr(0, 64)), message};
 }
 
-int hex_digit(char c) {
-    if (c >= '0' && c <= '9') return c - '0';
-    if (c >= 'a' && c <= 'f') return c - 'a' + 10;
-    if (c >= 'A' && c <= 'F') return c - 'A' + 10;
-    return -1;
-}
-
 bool is_clean(std::string_view text) {
-    const Bytes bytes(reinterpret_cast<const std::uint8_t*>(text.data()), text.size());
-    for (std::size_t at = 0; at < bytes.size();) {
-        const std::size_t length = utf8_length(bytes, at);
-        if (length == 0 || bytes[at] < 0x20 || bytes[at] == 0x7F) return false;
+    for (std::size_t at = 0; at < text.size();) {
+        const std::size_t length = utf8_length(text, at);
+        if (length == 0 || static_cast<unsigned char>(text[at]) < 0x20 || text[at] == 0x7F) return false;
         at += length;
     }
     return true;
