@@ -5,15 +5,10 @@
 
 #include <cstdint>
 #include <map>
-#include <optional>
-#include <set>
 #include <string>
-#include <vector>
 
 #include "protocol/dmx/artnet.h"
-#include "protocol/dmx/dmx.h"
-#include "protocol/dmx/sacn_sources.h"
-#include "protocol/schema/gonio.pb.h"
+#include "protocol/dmx/sender_table.h"
 
 namespace gonio {
 
@@ -30,43 +25,28 @@ struct UdpPeer {
 // Result: "192.168.1.20:5568".
 std::string print_peer(const UdpPeer& peer);
 
-class ArtnetSources {
+struct ArtnetSource : SenderRow {
+    std::uint32_t ip = 0;
+    std::uint8_t physical = 0;
+    UdpPeer peer;
+    bool live = true;
+    bool is_live() const { return live; }
+};
+
+class ArtnetSources : public SenderTable<ArtnetSource> {
 public:
-    // As SacnSources::prefer().
-    void prefer(std::set<std::uint16_t> universes);
     // Result: false where the packet was refused for a bound: a third sender, a full table.
     bool take(const ArtDmx& dmx, const UdpPeer& from, std::int64_t now_ns);
     void take_sync(const UdpPeer& from, std::int64_t now_ns);
     void tick(std::int64_t now_ns);
-    std::vector<std::uint16_t> take_changed();
     DmxUniverse universe(std::uint16_t universe) const;
     void describe(v1::Sources& table, std::int64_t now_ns) const;
 
 private:
-    struct Frame {
-        DmxSlots values{};
-        unsigned slots = 0;
-    };
-    struct Source {
-        std::uint32_t id = 0, ip = 0;
-        std::uint8_t physical = 0, sequence = 0;
-        UdpPeer peer;
-        bool live = true;
-        Frame shown;
-        std::optional<Frame> held;
-        std::int64_t packet_ns = 0, changed_ns = 0;
-        std::uint32_t packets = 0, lost = 0, out_of_order = 0;
-        PacketRate rate;
-    };
-    Source* source_of(const ArtDmx& dmx, const UdpPeer& from, std::int64_t now_ns);
-    void show(std::uint16_t universe, Source& source, const Frame& frame, std::int64_t now_ns);
+    ArtnetSource* source_of(const ArtDmx& dmx, const UdpPeer& from, std::int64_t now_ns);
     bool synchronised(std::uint32_t ip, std::int64_t now_ns) const;
 
-    std::uint32_t next_id_ = 1;
-    std::map<std::uint16_t, std::vector<Source>> universes_;
     std::map<std::uint32_t, std::int64_t> syncs_;  // IP -> the last ArtSync; of senders in the table only
-    std::set<std::uint16_t> changed_, preferred_;
-    bool crowded_ = false;
 };
 
 }  // namespace gonio

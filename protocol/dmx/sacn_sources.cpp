@@ -2,8 +2,6 @@
 
 #include <algorithm>
 
-#include "protocol/dmx/source_row.h"
-
 namespace gonio {
 namespace {
 
@@ -19,11 +17,6 @@ std::string hex(const Cid& cid) {
 
 }  // namespace
 
-void SacnSources::prefer(std::set<std::uint16_t> universes) {
-    preferred_ = std::move(universes);
-    crowded_ = false;
-}
-
 bool SacnSources::take(const E131Packet& packet, const std::string& from, std::int64_t now_ns) {
     if (const auto* data = std::get_if<E131Data>(&packet)) return take_data(*data, from, now_ns);
     if (const auto* sync = std::get_if<E131Sync>(&packet)) return take_sync(*sync, now_ns);
@@ -31,40 +24,28 @@ bool SacnSources::take(const E131Packet& packet, const std::string& from, std::i
 }
 
 // Result: the sender's entry, new where it had none; nothing at the bounds.
-SacnSources::Source* SacnSources::source_of(const E131Data& data, std::int64_t now_ns) {
-    if (const auto found = universes_.find(data.universe); found != universes_.end()) {
-        const auto at = std::find_if(found->second.begin(), found->second.end(),
-                                     [&](const Source& s) { return s.cid == data.cid; });
-        if (at != found->second.end()) return &*at;
-    }
-    const bool wanted = preferred_.contains(data.universe);
-    if (crowded_ && !wanted) return nullptr;
-    if (count_rows(universes_) >= kMaxSourceRows) {
-        const auto is_live = [](const Source& s) { return s.state == State::waiting || s.state == State::live; };
-        if (!drop_row(universes_, preferred_, wanted, is_live, changed_)) {
-            crowded_ = true;
-            return nullptr;
-        }
-    }
-    std::vector<Source>& sources = universes_[data.universe];
+SacnSource* SacnSources::source_of(const E131Data& data, std::int64_t now_ns) {
+    if (const auto found = universes_.find(data.universe); found != universes_.end())
+        for (SacnSource& known : found->second)
+            if (known.cid == data.cid) return &known;
+    if (!make_room(data.universe)) return nullptr;
+    std::vector<SacnSource>& sources = universes_[data.universe];
     if (sources.size() >= kMaxUniverseSources) {
         // One that has gone gives its row to the newcomer.
-        const auto gone = std::find_if(sources.begin(), sources.end(), [](const Source& s) {
-            return s.state == State::lost || s.state == State::terminated;
-        });
+        const auto gone = std::find_if_not(sources.begin(), sources.end(), std::mem_fn(&SacnSource::is_live));
         if (gone == sources.end()) return nullptr;
         sources.erase(gone);
     }
-    Source source;
+    SacnSource source;
     source.cid = data.cid;
-    begin_anew(source, now_ns);
-    source.sequence = static_cast<std::uint8_t>(data.sequence - 1);
+    begin_anew(source, data, now_ns);
     sources.push_back(std::move(source));
     return &sources.back();
 }
 
-void SacnSources::begin_anew(Source& source, std::int64_t now_ns) {
+void SacnSources::begin_anew(SacnSource& source, const E131Data& data, std::int64_t now_ns) {
     source.id = next_id_++;
+    source.sequence = static_cast<std::uint8_t>(data.sequence - 1);
     source.state = State::waiting;
     source.first_ns = now_ns;
     source.expired_ns = 0;
@@ -77,30 +58,18 @@ void SacnSources::begin_anew(Source& source, std::int64_t now_ns) {
 bool SacnSources::take_data(const E131Data& data, const std::string& from, std::int64_t now_ns) {
     if (data.preview && !accept_preview_) return true;
     if (data.terminated && !universes_.contains(data.universe)) return true;
-    Source* found = source_of(data, now_ns);
+    SacnSource* found = source_of(data, now_ns);
     if (found == nullptr) return false;
-    Source& source = *found;
-    const bool was_gone = source.state == State::lost || source.state == State::terminated;
+    SacnSource& source = *found;
+    const bool was_gone = !source.is_live();
     // What was under way when the sender said its end comes too late; a sender that starts again counts on.
     if (source.state == State::terminated && !data.terminated &&
         sacn_sequence(source.sequence, data.sequence).verdict == SequenceVerdict::discard) {
         ++source.out_of_order;
         return true;
     }
-    if (was_gone && !data.terminated) {
-        begin_anew(source, now_ns);
-        source.sequence = static_cast<std::uint8_t>(data.sequence - 1);
-    }
-    ++source.packets;
-    source.rate.count(now_ns);
-    const SequenceStep step = sacn_sequence(source.sequence, data.sequence);
-    if (step.verdict == SequenceVerdict::discard) {
-        ++source.out_of_order;
-        return true;
-    }
-    source.lost += step.lost;
-    source.sequence = data.sequence;
-    source.packet_ns = now_ns;
+    if (was_gone && !data.terminated) begin_anew(source, data, now_ns);
+    if (!source.take(sacn_sequence(source.sequence, data.sequence), data.sequence, now_ns)) return true;
     source.name = data.name;
     source.address = from;
     source.preview = data.preview;
@@ -115,13 +84,13 @@ bool SacnSources::take_data(const E131Data& data, const std::string& from, std::
         changed_.insert(data.universe);
     }
     if (data.start_code == kStartCodeLevels) {
-        take_levels(data.universe, source, data, now_ns);
+        take_levels(source, data, now_ns);
     } else if (data.start_code == kStartCodePriorities) {
         source.priorities_ns = now_ns;
         DmxSlots priorities = data.values;
         for (std::uint8_t& priority : priorities)
             priority = std::min(priority, kE131MaxPriority);  // others are reserved
-        if (!source.slot_priority || *source.slot_priority != priorities) {
+        if (source.slot_priority != priorities) {
             source.slot_priority = priorities;  // slots that the packet lacks are 0: not controlled
             changed_.insert(data.universe);
         }
@@ -130,42 +99,27 @@ bool SacnSources::take_data(const E131Data& data, const std::string& from, std::
     return true;
 }
 
-void SacnSources::take_levels(std::uint16_t universe, Source& source, const E131Data& data, std::int64_t now_ns) {
+void SacnSources::take_levels(SacnSource& source, const E131Data& data, std::int64_t now_ns) {
     source.levels_ns = now_ns;
     source.expired_ns = 0;
     source.sync_address = data.sync_address;
     source.force_sync = data.force_sync;
     if (!source.has_levels && source.slot_priority) source.state = State::live;
-    const Frame frame{data.values, data.slots};
-    if (data.sync_address == 0) {
-        source.held.reset();
+    source.held = {data.values, data.slots};
+    if (data.sync_address == 0)
         source.held_ns = 0;
-        return show(universe, source, frame, now_ns);
-    }
-    if (source.held_ns == 0) source.held_ns = now_ns;
-    source.held = frame;
-    if (sync_is_lost(source, now_ns)) {
-        source.held.reset();
-        show(universe, source, frame, now_ns);
-    }
+    else if (source.held_ns == 0)
+        source.held_ns = now_ns;
+    if (data.sync_address == 0 || sync_is_lost(source, now_ns)) show_held(data.universe, source, now_ns);
 }
 
 // Whether what the source holds may be shown without a synchronization packet: none came for 2.5 s, and the sender
 // allows it (Force_Synchronization set; else levels stay until synchronization resumes, E1.31-2018 clause 6.2.6).
-bool SacnSources::sync_is_lost(const Source& source, std::int64_t now_ns) const {
+bool SacnSources::sync_is_lost(const SacnSource& source, std::int64_t now_ns) const {
     const auto sync = syncs_.find(source.sync_address);
     const bool ever = sync != syncs_.end() && sync->second.heard_ns > 0;
     if (ever && !source.force_sync) return false;
     return now_ns - std::max(ever ? sync->second.heard_ns : 0, source.held_ns) > kSacnLoss_ns;
-}
-
-void SacnSources::show(std::uint16_t universe, Source& source, const Frame& frame, std::int64_t now_ns) {
-    const bool differs = !source.has_levels || source.shown.slots != frame.slots || source.shown.values != frame.values;
-    source.has_levels = true;
-    if (!differs) return;
-    source.shown = frame;
-    source.changed_ns = now_ns;
-    changed_.insert(universe);
 }
 
 bool SacnSources::take_sync(const E131Sync& sync, std::int64_t now_ns) {
@@ -186,13 +140,10 @@ bool SacnSources::take_sync(const E131Sync& sync, std::int64_t now_ns) {
     address.senders[sync.cid] = {sync.sequence, now_ns};
     address.heard_ns = now_ns;
     for (auto& [universe, sources] : universes_) {
-        for (Source& source : sources) {
+        for (SacnSource& source : sources) {
             if (source.sync_address != sync.address) continue;
             source.held_ns = 0;
-            if (!source.held) continue;
-            const Frame frame = *source.held;
-            source.held.reset();
-            show(universe, source, frame, now_ns);
+            show_held(universe, source, now_ns);
         }
     }
     return true;
@@ -223,22 +174,22 @@ bool SacnSources::take_discovery(const E131Discovery& discovery, const std::stri
 
 // A sender that falls silent goes when every other one has either been heard since, or fallen silent too: when a cable
 // is pulled all go together, and none of lower priority takes over for the moment between two timers.
-void SacnSources::judge_losses(std::uint16_t universe, std::vector<Source>& sources, std::int64_t now_ns) {
-    const auto present = [](const Source& s) { return s.state == State::waiting || s.state == State::live; };
-    for (Source& source : sources) {
+void SacnSources::judge_losses(std::uint16_t universe, std::vector<SacnSource>& sources, std::int64_t now_ns) {
+    for (SacnSource& source : sources) {
         const std::int64_t heard_ns = std::max(source.levels_ns, source.first_ns);
-        if (present(source) && source.expired_ns == 0 && now_ns - heard_ns > kSacnLoss_ns)
+        if (source.is_live() && source.expired_ns == 0 && now_ns - heard_ns > kSacnLoss_ns)
             source.expired_ns = heard_ns + kSacnLoss_ns;
     }
-    std::vector<Source*> lost;
-    for (Source& source : sources) {
-        if (!present(source) || source.expired_ns == 0) continue;
-        const bool judged = std::all_of(sources.begin(), sources.end(), [&](const Source& other) {
-            return &other == &source || !present(other) || other.expired_ns != 0 || other.levels_ns > source.expired_ns;
+    std::vector<SacnSource*> lost;
+    for (SacnSource& source : sources) {
+        if (!source.is_live() || source.expired_ns == 0) continue;
+        const bool judged = std::all_of(sources.begin(), sources.end(), [&](const SacnSource& other) {
+            return &other == &source || !other.is_live() || other.expired_ns != 0 ||
+                   other.levels_ns > source.expired_ns;
         });
         if (judged) lost.push_back(&source);
     }
-    for (Source* source : lost) {
+    for (SacnSource* source : lost) {
         source->state = State::lost;
         source->held.reset();
         changed_.insert(universe);
@@ -248,7 +199,7 @@ void SacnSources::judge_losses(std::uint16_t universe, std::vector<Source>& sour
 void SacnSources::tick(std::int64_t now_ns) {
     crowded_ = false;
     for (auto& [universe, sources] : universes_) {
-        for (Source& source : sources) {
+        for (SacnSource& source : sources) {
             if (source.state == State::waiting && source.has_levels &&
                 now_ns - source.first_ns >= kSacnPriorityWait_ns) {
                 source.state = State::live;
@@ -258,38 +209,22 @@ void SacnSources::tick(std::int64_t now_ns) {
                 source.slot_priority.reset();
                 changed_.insert(universe);
             }
-            if (source.held && sync_is_lost(source, now_ns)) {
-                const Frame frame = *source.held;
-                source.held.reset();
-                show(universe, source, frame, now_ns);
-            }
+            if (sync_is_lost(source, now_ns)) show_held(universe, source, now_ns);
         }
         judge_losses(universe, sources, now_ns);
-        std::erase_if(sources, [&](const Source& s) {
-            return (s.state == State::lost || s.state == State::terminated) && now_ns - s.packet_ns > kSourceRow_ns;
-        });
     }
-    std::erase_if(universes_, [](const auto& entry) { return entry.second.empty(); });
+    drop_silent(now_ns);
     std::erase_if(discovered_, [&](const auto& entry) { return now_ns - entry.second.heard_ns > kSacnDiscovery_ns; });
     std::erase_if(syncs_, [&](const auto& entry) { return !is_sync_address(entry.first); });
-}
-
-std::vector<std::uint16_t> SacnSources::take_changed() {
-    std::vector<std::uint16_t> changed(changed_.begin(), changed_.end());
-    changed_.clear();
-    return changed;
 }
 
 DmxUniverse SacnSources::universe(std::uint16_t universe) const {
     DmxUniverse result;
     const auto found = universes_.find(universe);
     if (found == universes_.end()) return result;
-    for (const Source& source : found->second) {
+    for (const SacnSource& source : found->second) {
         if (source.state != State::live || !source.has_levels) continue;
-        DmxSource view;
-        view.id = source.id;
-        view.levels = source.shown.values;
-        view.changed_ns = source.changed_ns;
+        DmxSource view{source.id, source.shown.values, {}, source.changed_ns};
         for (std::size_t slot = 0; slot < source.shown.slots; ++slot) {
             // A universe priority of 0 is the lowest (E1.31 6.2.3), a slot priority of 0 "not controlled".
             const std::uint8_t own = source.slot_priority ? (*source.slot_priority)[slot] : 0;
@@ -306,21 +241,21 @@ std::set<std::uint16_t> SacnSources::sync_addresses() const {
     std::set<std::uint16_t> addresses;
     for (const auto& [universe, sources] : universes_) {
         if (!preferred_.contains(universe)) continue;
-        for (const Source& source : sources)
+        for (const SacnSource& source : sources)
             if (waits_for(source) != 0 && addresses.size() < kMaxSyncAddresses) addresses.insert(waits_for(source));
     }
     return addresses;
 }
 
 // Result: the synchronization address that a sender in the table uses; 0: none.
-std::uint16_t SacnSources::waits_for(const Source& source) {
-    return source.state == State::lost || source.state == State::terminated ? 0 : source.sync_address;
+std::uint16_t SacnSources::waits_for(const SacnSource& source) {
+    return source.is_live() ? source.sync_address : 0;
 }
 
 bool SacnSources::is_sync_address(std::uint16_t address) const {
     return std::any_of(universes_.begin(), universes_.end(), [&](const auto& entry) {
         return std::any_of(entry.second.begin(), entry.second.end(),
-                           [&](const Source& source) { return waits_for(source) == address; });
+                           [&](const SacnSource& source) { return waits_for(source) == address; });
     });
 }
 
@@ -329,7 +264,7 @@ void SacnSources::describe(v1::Sources& table, std::int64_t now_ns) const {
     for (const auto& [number, sources] : universes_) {
         const DmxUniverse view = universe(number);
         const std::vector<unsigned> wins = winning_slots(view);
-        for (const Source& source : sources) {
+        for (const SacnSource& source : sources) {
             v1::SourceRow& row = *table.add_sources();
             row.set_protocol("sacn");
             row.set_universe(number);
@@ -338,16 +273,10 @@ void SacnSources::describe(v1::Sources& table, std::int64_t now_ns) const {
             row.set_cid(hex(source.cid));
             row.set_priority(source.priority);
             row.set_slot_priorities(source.slot_priority.has_value());
-            row.set_rate_hz(source.rate.per_second(now_ns));
-            row.set_packets(source.packets);
-            row.set_lost(source.lost);
-            row.set_out_of_order(source.out_of_order);
             row.set_state(kStates[static_cast<int>(source.state)]);
-            row.set_winning_slots(wins_of(view, wins, source.id));
             row.set_sync_universe(source.sync_address);
             row.set_preview(source.preview);
-            row.set_age_s(static_cast<double>(now_ns - source.packet_ns) * 1e-9);
-            put_levels(row, source.shown.values, source.shown.slots);
+            source.describe(row, view, wins, now_ns);
         }
     }
     for (const auto& [cid, sender] : discovered_) {

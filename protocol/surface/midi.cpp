@@ -186,9 +186,8 @@ MidiKey key_of(const MidiMessage& message) {
     const auto channel = static_cast<std::uint8_t>((message.status & 0x0F) + 1);
     const int status = std::max(message.status >> 4, 0x9);  // a note-off is of its note
     const auto kind = std::ranges::find(kKinds, status, &KindRow::status);
-    const bool known = kind != std::end(kKinds);
-    return {message.cable, known ? static_cast<MidiKind>(kind - std::begin(kKinds)) : MidiKind::cc, channel,
-            !known || kind->has_number ? message.data[0] : std::uint8_t{0}};
+    return {message.cable, static_cast<MidiKind>(kind - std::begin(kKinds)), channel,
+            kind->has_number ? message.data[0] : std::uint8_t{0}};
 }
 
 std::uint32_t value_of(const MidiMessage& message) {
