@@ -72,16 +72,12 @@ std::vector<Sample> turned_over(const std::vector<Sample>& samples) {
 std::vector<Sample> front_hemisphere(const std::vector<Sample>& samples) {
     std::vector<Sample> result;
     for (std::size_t i = 0; i < samples.size(); ++i) {
-        if (i > 0) {
-            for (const double cut : {-kPi / 2, kPi / 2}) {
-                const Sample& a = samples[i - 1];
-                const Sample& b = samples[i];
-                if (a.t < cut && cut < b.t) {
-                    result.push_back({cut, std::lerp(a.candela, b.candela, (cut - a.t) / (b.t - a.t))});
-                }
-            }
-        }
-        if (std::abs(samples[i].t) <= kPi / 2 + 1e-12) result.push_back(samples[i]);
+        const Sample& a = samples[i > 0 ? i - 1 : 0];
+        const Sample& b = samples[i];
+        for (const double cut : {-kPi / 2, kPi / 2})
+            if (a.t < cut && cut < b.t)
+                result.push_back({cut, std::lerp(a.candela, b.candela, (cut - a.t) / (b.t - a.t))});
+        if (std::abs(b.t) <= kPi / 2 + 1e-12) result.push_back(b);
     }
     return result;
 }

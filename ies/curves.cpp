@@ -39,6 +39,34 @@ std::string escaped(std::string_view text) {
     return result;
 }
 
+// I along one of the two principal planes of the file (C0-C180 and C90-C270; Types A and B: the lines V = 0 and H = 0).
+struct Curve {
+    std::string name;               // "C0-C180", …
+    std::vector<double> angle_deg;  // half degrees, -180..180; negative on the C180 (C270) side
+    std::vector<double> candela;    // same count
+};
+
+std::vector<Curve> principal_curves(const Photometry& photometry) {
+    constexpr int kSteps = 360;
+    const bool type_c = photometry.web.goniometer == Goniometer::type_c;
+    const double zero = type_c ? photometry.provenance.zero_plane_rad : 0.0;
+    std::vector<Curve> curves(2);
+    curves[0].name = type_c ? "C0-C180" : "V = 0";
+    curves[1].name = type_c ? "C90-C270" : "H = 0";
+    for (std::size_t plane = 0; plane < 2; ++plane) {
+        // The line V = 0 runs along -y (H grows clockwise), the line H = 0 along +x.
+        const double azimuth = type_c ? zero + static_cast<double>(plane) * kPi / 2 : plane == 0 ? -kPi / 2 : 0.0;
+        for (int i = -kSteps; i <= kSteps; ++i) {
+            const double t = 0.5 * i * kPi / 180.0;
+            const Direction direction = {std::sin(t) * std::cos(azimuth), std::sin(t) * std::sin(azimuth),
+                                         -std::cos(t)};
+            curves[plane].angle_deg.push_back(0.5 * i);
+            curves[plane].candela.push_back(intensity(photometry.web, direction).in(cd));
+        }
+    }
+    return curves;
+}
+
 double largest(const std::vector<Curve>& curves) {
     double peak = 0.0;
     for (const Curve& curve : curves) {
@@ -183,27 +211,6 @@ void draw(Canvas& canvas, const Curve& curve, bool dashed, ToPoint to_point) {
 }
 
 }  // namespace
-
-std::vector<Curve> principal_curves(const Photometry& photometry) {
-    constexpr int kSteps = 360;
-    const bool type_c = photometry.web.goniometer == Goniometer::type_c;
-    const double zero = type_c ? photometry.provenance.zero_plane_rad : 0.0;
-    std::vector<Curve> curves(2);
-    curves[0].name = type_c ? "C0-C180" : "V = 0";
-    curves[1].name = type_c ? "C90-C270" : "H = 0";
-    for (std::size_t plane = 0; plane < 2; ++plane) {
-        // The line V = 0 runs along -y (H grows clockwise), the line H = 0 along +x.
-        const double azimuth = type_c ? zero + static_cast<double>(plane) * kPi / 2 : plane == 0 ? -kPi / 2 : 0.0;
-        for (int i = -kSteps; i <= kSteps; ++i) {
-            const double t = 0.5 * i * kPi / 180.0;
-            const Direction direction = {std::sin(t) * std::cos(azimuth), std::sin(t) * std::sin(azimuth),
-                                         -std::cos(t)};
-            curves[plane].angle_deg.push_back(0.5 * i);
-            curves[plane].candela.push_back(intensity(photometry.web, direction).in(cd));
-        }
-    }
-    return curves;
-}
 
 std::string curves_svg(const Photometry& photometry, std::string_view title) {
     const std::vector<Curve> curves = principal_curves(photometry);

@@ -3,21 +3,10 @@
 
 #include <string>
 #include <string_view>
-#include <vector>
 
 #include "ies/photometry.h"
 
 namespace gonio::ies {
-
-// I along the two principal planes of the file (C0-C180 and C90-C270; Types A and B: the lines V = 0 and H = 0).
-struct Curve {
-    std::string name;               // "C0-C180", …
-    std::vector<double> angle_deg;  // ascending, -180..180; negative on the C180 (C270) side
-    std::vector<double> candela;    // same count
-};
-
-// Result: both curves in steps of half a degree.
-std::vector<Curve> principal_curves(const Photometry& photometry);
 
 // Size of the drawing of one luminaire, in SVG user units.
 inline constexpr int kCurvesWidth = 920;

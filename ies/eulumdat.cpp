@@ -104,25 +104,10 @@ struct Counts {
 
 // Which of the Mc planes are stored: all, one, C0-C180, C270-C90 or C0-C90.
 void count_stored(Counts& counts) {
-    switch (counts.isym) {
-        case 0:
-            counts.stored_planes = counts.planes;
-            break;
-        case 1:
-            counts.stored_planes = 1;
-            break;
-        case 2:
-            counts.stored_planes = counts.planes / 2 + 1;
-            break;
-        case 3:
-            counts.stored_planes = counts.planes / 2 + 1;
-            counts.first_plane = static_cast<std::size_t>(3 * static_cast<long>(counts.planes) / 4);
-            break;
-        default:
-            counts.stored_planes = counts.planes / 4 + 1;
-            break;
-    }
-    counts.stored_planes = std::min(counts.stored_planes, counts.planes);
+    const int all = counts.planes, half = all / 2 + 1, quarter = all / 4 + 1;
+    const std::array by_isym = {all, 1, half, half, quarter};
+    counts.stored_planes = std::min(by_isym[static_cast<std::size_t>(counts.isym)], all);
+    if (counts.isym == 3) counts.first_plane = static_cast<std::size_t>(3 * static_cast<long>(all) / 4);
 }
 
 // The lines before the lamp sets, in their order.

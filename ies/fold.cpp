@@ -1,8 +1,6 @@
 #include "ies/fold.h"
 
 #include <algorithm>
-#include <array>
-#include <charconv>
 #include <cmath>
 #include <numbers>
 #include <optional>
@@ -46,13 +44,6 @@ std::vector<std::size_t> planes_between(const PhotometricWeb& web, double from, 
     return columns;
 }
 
-template <typename Number>
-void append_shortest(std::string& text, Number value) {
-    std::array<char, 64> buffer{};
-    const auto end = std::to_chars(buffer.data(), buffer.data() + buffer.size(), value).ptr;
-    text.append(buffer.data(), end);
-}
-
 }  // namespace
 
 FoldedPlanes fold(const PhotometricWeb& web) {
@@ -71,13 +62,6 @@ FoldedPlanes fold(const PhotometricWeb& web) {
 
 double tidy_degrees(double radians) {
     return std::round(Angle::radians(radians).degrees() * 1e9) / 1e9 + 0.0;
-}
-
-void append_number(std::string& text, double value) {
-    append_shortest(text, value);
-}
-void append_number(std::string& text, float value) {
-    append_shortest(text, value);
 }
 
 void append_line(std::string& text, std::string_view line) {

@@ -1,6 +1,7 @@
 // The inverse of grid.h: which of a full circle's planes a file needs to hold. Internal to ies/.
 #pragma once
 
+#include <charconv>
 #include <cstddef>
 #include <span>
 #include <string>
@@ -29,8 +30,11 @@ inline std::span<const float> column(const PhotometricWeb& web, std::size_t h) {
 double tidy_degrees(double radians);
 
 // Appends the shortest text that reads back as the same number (float: as the same float).
-void append_number(std::string& text, double value);
-void append_number(std::string& text, float value);
+template <typename Number>
+void append_number(std::string& text, Number value) {
+    char buffer[64];
+    text.append(buffer, std::to_chars(buffer, buffer + sizeof buffer, value).ptr);
+}
 
 // Appends text without line ends, control bytes and blanks at its ends.
 void append_line(std::string& text, std::string_view line);

@@ -9,9 +9,9 @@ namespace gonio::ies::detail {
 namespace {
 
 constexpr double kSameAngleDeg = 1e-3;  // finer than any goniometer's scale
-constexpr double kAngleUnitDeg =
-    1e-9;                             // angles are kept to this, so that writing and reading again finds the same ones
-constexpr double kMinStepDeg = 1e-6;  // angles closer than this count as equal: every cell keeps a finite slope
+// Angles are kept to this, so that writing and reading again finds the same ones.
+constexpr double kAngleUnitDeg = 1e-9;
+constexpr double kMinStepDeg = 1e-6;     // angles closer than this count as equal: every cell keeps a finite slope
 constexpr float kMismatchRatio = 1e-3F;  // of the peak; below it two planes count as equal
 
 bool same_angle(double a, double b) {

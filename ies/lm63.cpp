@@ -1,8 +1,6 @@
 #include "ies/lm63.h"
 
 #include <algorithm>
-#include <array>
-#include <charconv>
 #include <cmath>
 
 #include "ies/grid.h"

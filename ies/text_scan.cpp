@@ -53,7 +53,10 @@ NumberStatus parse_unusual(std::string_view token, double& value, bool& fortran)
     return std::isfinite(value) ? NumberStatus::ok : NumberStatus::not_finite;
 }
 
-}  // namespace
+struct Place {
+    int line = 1;
+    int column = 1;
+};
 
 Place place_of(std::string_view text, std::size_t offset) {
     Place place;
@@ -69,6 +72,8 @@ Place place_of(std::string_view text, std::size_t offset) {
     }
     return place;
 }
+
+}  // namespace
 
 Error error_at(std::string_view text, std::size_t offset, std::string code, std::string_view value,
                std::string message) {

@@ -12,15 +12,8 @@
 
 namespace gonio::ies::detail {
 
-struct Place {
-    int line = 1;
-    int column = 1;
-};
-
-// Result: 1-based line and byte column of an offset; CR, LF and CRLF each end one line. Linear in offset.
-Place place_of(std::string_view text, std::size_t offset);
-
-// Result: an Error with "line L column C". value: cut to 80 bytes, unprintable bytes as '?'.
+// Result: an Error with "line L column C", both from 1, columns in bytes; CR, LF and CRLF each end one line. Linear in
+// offset. value: cut to 80 bytes, unprintable bytes as '?'.
 Error error_at(std::string_view text, std::size_t offset, std::string code, std::string_view value,
                std::string message);
 

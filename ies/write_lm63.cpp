@@ -1,5 +1,4 @@
 #include <algorithm>
-#include <cmath>
 
 #include "ies/fold.h"
 #include "ies/writers.h"
