@@ -1,13 +1,12 @@
 #include "protocol/dmx/patch.h"
 
 #include <algorithm>
-#include <cmath>
 #include <set>
 
+#include "ies/core/text.h"
 #include "ies/synthetic.h"
 #include "protocol/dmx/artnet.h"
 #include "protocol/dmx/e131.h"
-#include "protocol/text/text_bytes.h"
 
 namespace gonio {
 namespace {

@@ -8,12 +8,6 @@ namespace {
 
 using namespace toml_read;
 
-// In the unit that people write, to SI.
-Range range_of(const toml::node& node, const PropertyRow& property) {
-    const Range written = range(node);
-    return {written.low * property.unit, written.high * property.unit};
-}
-
 // One table of a patch, key by key.
 void read_fixture(const toml::table& table, v1::SetPatch& patch) {
     only_keys(table, {"sacn", "artnet", "address", "target", "channels", "range", "profiles", "merge"}, "[[patch]]");
@@ -29,9 +23,8 @@ void read_fixture(const toml::table& table, v1::SetPatch& patch) {
         ranges = node->as_table();
         if (ranges == nullptr) refuse(node->source(), text_of(*node), "range is a table: range.pan = [-180, 180]");
         for (const auto& [key, value] : *ranges) {
-            const PropertyRow* property = find_property(key.str());
-            if (property == nullptr) refuse(key.source(), std::string(key.str()), "is no property");
-            range_of(value, *property);
+            if (find_property(key.str()) == nullptr) refuse(key.source(), std::string(key.str()), "is no property");
+            range(value);
         }
     }
     v1::PatchRow row;
@@ -67,12 +60,10 @@ void read_fixture(const toml::table& table, v1::SetPatch& patch) {
         added.set_property(channel);
         if (!property->of_scene) added.set_target(name);
         if (merged == "latest" || property->htp) added.set_merge(merged);
-        if (ranges != nullptr) {
-            if (const toml::node* given = ranges->get(channel)) {
-                const Range range = range_of(*given, *property);
-                added.set_low(range.low);
-                added.set_high(range.high);
-            }
+        if (const toml::node* given = ranges != nullptr ? ranges->get(channel) : nullptr) {
+            const Range written = range(*given);
+            added.set_low(written.low * property->unit);
+            added.set_high(written.high * property->unit);
         }
         if (property->property == Property::profile) {
             const toml::node* list = table.get("profiles");

@@ -1,6 +1,7 @@
 #include "protocol/dmx/sacn_sources.h"
 
 #include <algorithm>
+#include <functional>
 
 namespace gonio {
 namespace {

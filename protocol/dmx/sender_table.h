@@ -1,7 +1,6 @@
 // What the tables of sACN's and of Art-Net's senders share: rows of universes, and which of them go at the bounds.
 #pragma once
 
-#include <algorithm>
 #include <cstdint>
 #include <map>
 #include <optional>
@@ -38,9 +37,10 @@ struct SenderRow {
     bool take(const SequenceStep& step, std::uint8_t number, std::int64_t now_ns) {
         ++packets;
         rate.count(now_ns);
-        const bool used = step.verdict == SequenceVerdict::accept;
-        if (!used) ++out_of_order;
-        if (!used) return false;
+        if (step.verdict == SequenceVerdict::discard) {
+            ++out_of_order;
+            return false;
+        }
         lost += step.lost;
         sequence = number;
         packet_ns = now_ns;

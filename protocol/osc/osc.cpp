@@ -88,72 +88,65 @@ private:
 
     // One switch over the type tags.
     std::optional<Error> argument(char tag, std::size_t& at, std::size_t end, OscMessage& message) {
-        const auto room = [&](std::size_t bytes) { return end - at >= bytes; };
         const auto ends = [&] {
             return bad(at, shown_text(std::string(1, tag)), "the packet ends inside an argument");
         };
+        const auto is_one_of = [&](std::string_view tags) { return tags.find(tag) != tags.npos; };
+        const std::size_t fixed = is_one_of("irmfcb") ? 4 : is_one_of("htd") ? 8 : 0;  // bytes
+        if (end - at < fixed) return ends();
         std::vector<OscArgument>& out = message.arguments;
         switch (tag) {
             case 'i':
             case 'r':
             case 'm':
-                if (!room(4)) return ends();
                 out.emplace_back(static_cast<std::int32_t>(be32(packet_, at)));
-                at += 4;
-                return std::nullopt;
+                break;
             case 'f':
-                if (!room(4)) return ends();
                 out.emplace_back(std::bit_cast<float>(be32(packet_, at)));
-                at += 4;
-                return std::nullopt;
+                break;
             case 'h':
             case 't':
-                if (!room(8)) return ends();
                 out.emplace_back(static_cast<std::int64_t>(be64(packet_, at)));
-                at += 8;
-                return std::nullopt;
+                break;
             case 'd':
-                if (!room(8)) return ends();
                 out.emplace_back(std::bit_cast<double>(be64(packet_, at)));
-                at += 8;
-                return std::nullopt;
+                break;
             case 'c':
-                if (!room(4)) return ends();
                 out.emplace_back(printable_text(packet_.subspan(at + 3, 1)));
-                at += 4;
-                return std::nullopt;
+                break;
             case 's':
             case 'S': {
                 auto value = text(at, end);
                 if (!value) return ends();
                 out.emplace_back(std::move(*value));
-                return std::nullopt;
+                break;
             }
             case 'b': {
-                if (!room(4)) return ends();
                 const std::size_t size = be32(packet_, at), padded = (size + 3) & ~std::size_t{3};
                 if (size > end - at - 4 || padded > end - at - 4) return ends();
                 const auto begin = packet_.begin() + static_cast<std::ptrdiff_t>(at + 4);
                 out.emplace_back(OscBlob(begin, begin + static_cast<std::ptrdiff_t>(size)));
-                at += 4 + padded;
-                return std::nullopt;
+                at += padded;
+                break;
             }
             case 'T':
             case 'F':
                 out.emplace_back(tag == 'T');
-                return std::nullopt;
+                break;
             case 'N':
                 out.emplace_back(OscNil{});
-                return std::nullopt;
+                break;
             case 'I':
                 out.emplace_back(OscImpulse{});
-                return std::nullopt;
+                break;
             case '[':  // arrays: their elements stand in line
             case ']':
-                return std::nullopt;
+                break;
             default:
                 return bad(at, shown_text(std::string(1, tag)), "the type tag is unknown, so its size is too");
         }
+        at += fixed;
+        return std::nullopt;
     }
 
     Bytes packet_;

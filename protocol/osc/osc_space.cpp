@@ -3,7 +3,7 @@
 #include <cmath>
 #include <string_view>
 
-#include "protocol/text/text_bytes.h"
+#include "ies/core/text.h"
 
 namespace gonio {
 namespace {

@@ -3,7 +3,6 @@
 #include <google/protobuf/message.h>
 #include <google/protobuf/reflection.h>
 
-#include <algorithm>
 #include <iterator>
 #include <numbers>
 
@@ -22,8 +21,7 @@ static constexpr double kMostDuv = 0.05;    // beyond it Rec.709 factors of the 
 // clang-format off
 static constexpr PropertyRow kTable[] = {
     {.property = Property::level, .name = "level", .field = "level_ratio", .state_field = "level_ratio", .htp = true,
-     .metavar = "RATIO",
-     .help = "share of its flux"},
+     .metavar = "RATIO", .help = "share of its flux"},
     {.property = Property::red, .name = "red", .field = "color_rgb", .state_field = "color_rgb", .component = 0,
      .most = kMostFactor, .help = "factor of red"},
     {.property = Property::green, .name = "green", .field = "color_rgb", .state_field = "color_rgb", .component = 1,
@@ -34,15 +32,12 @@ static constexpr PropertyRow kTable[] = {
      .most = kMostFactor, .metavar = "r,g,b", .help = "factors of linear Rec.709"},
     {.property = Property::tint, .name = "tint", .field = "tint_duv", .state_field = "tint_duv", .low = -kMostDuv,
      .high = kMostDuv, .least = -kMostDuv, .most = kMostDuv, .unit_name = "Duv",
-     .metavar = "DUV",
-     .help = "from magenta to green, at the same lux"},
+     .metavar = "DUV", .help = "from magenta to green, at the same lux"},
     {.property = Property::pan, .name = "pan", .field = "pan_rad", .state_field = "pan_rad", .low = -1.5 * kPi,
-     .high = 1.5 * kPi, .least = -kTurns, .most = kTurns, .unit = kDegree, .unit_name = "°",
-     .metavar = "DEG",
+     .high = 1.5 * kPi, .least = -kTurns, .most = kTurns, .unit = kDegree, .unit_name = "°", .metavar = "DEG",
      .help = "turn about the vertical"},
     {.property = Property::tilt, .name = "tilt", .field = "tilt_rad", .state_field = "tilt_rad", .low = -0.75 * kPi,
-     .high = 0.75 * kPi, .least = -kTurns, .most = kTurns, .unit = kDegree, .unit_name = "°",
-     .metavar = "DEG",
+     .high = 0.75 * kPi, .least = -kTurns, .most = kTurns, .unit = kDegree, .unit_name = "°", .metavar = "DEG",
      .help = "from straight down"},
     {.property = Property::roll, .name = "roll", .field = "roll_rad", .state_field = "roll_rad", .low = -kPi,
      .high = kPi, .least = -kTurns, .most = kTurns, .unit = kDegree, .unit_name = "°", .metavar = "DEG",

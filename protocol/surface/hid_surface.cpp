@@ -33,10 +33,6 @@ bool centres(const HidField& field, const HidDescriptor& descriptor) {
     return axis && (field.logical_min < 0 || descriptor.usage == 0x05 || descriptor.usage == 0x08);
 }
 
-std::int16_t signed16(Bytes bytes, std::size_t at) {
-    return static_cast<std::int16_t>(le16(bytes, at));
-}
-
 ControlSpec spec_of(std::string name, ControlKind kind, std::uint32_t steps = 0) {
     ControlSpec spec;
     spec.name = std::move(name);
@@ -146,7 +142,7 @@ void HidSurface::add_fields(const HidDescriptor& descriptor) {
                 return slot.field.array && slot.field.page == field.page && slot.field.usage == field.usage;
             });
             if (field.last_usage < field.usage) continue;
-            Slot slot{field, known == slots_.end() ? controls_.size() : known->control, {}};
+            Slot slot{field, known == slots_.end() ? controls_.size() : known->control};
             if (known == slots_.end()) {
                 const std::size_t usages =
                     std::min<std::size_t>({static_cast<std::size_t>(field.last_usage - field.usage) + 1,
@@ -174,7 +170,7 @@ void HidSurface::add_fields(const HidDescriptor& descriptor) {
             spec.steps = static_cast<std::uint32_t>(std::min<std::int64_t>(steps, UINT32_MAX));
             spec.centred = centres(field, descriptor);
         }
-        slots_.push_back({field, add(std::move(spec)), {}});
+        slots_.push_back({field, add(std::move(spec))});
     }
 }
 
@@ -220,33 +216,23 @@ bool HidSurface::take(Bytes report, std::vector<ControlEvent>& events) {
     const std::uint8_t id = numbered_ ? report[0] : 0;
     const Bytes payload = numbered_ ? report.subspan(1) : report;
     bool mine = false;
-    std::vector<std::pair<std::size_t, bool>> pressed;  // of arrays, which may have several slots for the same buttons
-    for (Slot& slot : slots_) {
+    std::map<std::size_t, bool> pressed;  // of arrays, which may have several slots for the same buttons
+    for (const Slot& slot : slots_) {
         const HidField& field = slot.field;
         if (field.report_id != id || !has_hid_field(field, payload)) continue;
         mine = true;
         const std::int64_t raw = hid_value(field, payload);
         if (field.array) {
             for (std::size_t usage = 0; usage <= static_cast<std::size_t>(field.last_usage - field.usage); ++usage) {
-                const bool on = raw - field.logical_min == static_cast<std::int64_t>(usage);
-                const std::size_t control = slot.control + usage;
-                const auto at =
-                    std::find_if(pressed.begin(), pressed.end(), [&](const auto& one) { return one.first == control; });
-                if (at == pressed.end())
-                    pressed.push_back({control, on});
-                else
-                    at->second = at->second || on;
+                bool& on = pressed[slot.control + usage];
+                on = on || raw - field.logical_min == static_cast<std::int64_t>(usage);
             }
             continue;
         }
         if (raw < field.logical_min || raw > field.logical_max) continue;  // the null state: it says nothing
-        if (field.relative)
-            say(slot.control, static_cast<double>(raw), events);
-        else
-            say(slot.control,
-                static_cast<double>(raw - field.logical_min) /
-                    static_cast<double>(field.logical_max - field.logical_min),
-                events);
+        const auto from_low = static_cast<double>(raw - field.logical_min);
+        const auto whole = static_cast<double>(field.logical_max - field.logical_min);
+        say(slot.control, field.relative ? static_cast<double>(raw) : from_low / whole, events);
     }
     for (const auto& [control, on] : pressed) say(control, on ? 1 : 0, events);
     return mine;
@@ -281,7 +267,7 @@ bool HidSurface::take_spacemouse(Bytes report, std::vector<ControlEvent>& events
     if (report.size() < 7) return false;
     const std::size_t first = report[0] == 1 ? 0 : 3, axes = report[0] == 1 && report.size() >= 13 ? 6 : 3;
     for (std::size_t i = 0; i < axes; ++i) {
-        const int deflection = std::clamp<int>(signed16(report, 1 + 2 * i), -350, 350);
+        const int deflection = std::clamp<int>(static_cast<std::int16_t>(le16(report, 1 + 2 * i)), -350, 350);
         say(first + i, (deflection + 350) / 700.0, events);
     }
     return true;
@@ -333,10 +319,8 @@ std::vector<std::uint8_t> HidSurface::show(std::size_t control, double value) {
     for (const Lamp& lamp : lamps_) {
         if (lamp.control != control) continue;
         auto& payload = output_[lamp.field.report_id];
-        put_hid_value(lamp.field,
-                      on ? static_cast<std::uint32_t>(lamp.field.logical_max)
-                         : static_cast<std::uint32_t>(lamp.field.logical_min),
-                      payload);
+        const std::int64_t said = on ? lamp.field.logical_max : lamp.field.logical_min;
+        put_hid_value(lamp.field, static_cast<std::uint32_t>(said), payload);
         std::vector<std::uint8_t> report{lamp.field.report_id};
         report.insert(report.end(), payload.begin(), payload.end());
         return report;

@@ -40,7 +40,6 @@ private:
     struct Slot {
         HidField field;
         std::size_t control = 0;  // of an array: of its first usage
-        std::optional<std::int64_t> last;
     };
     struct Known;
     static const Known kKnown[];

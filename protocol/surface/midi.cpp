@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <charconv>
 
-#include "protocol/text/text_bytes.h"
+#include "ies/core/text.h"
 
 namespace gonio {
 namespace {

@@ -3,11 +3,10 @@
 #include <algorithm>
 #include <charconv>
 #include <cmath>
-#include <numbers>
 
+#include "ies/core/text.h"
 #include "ies/synthetic.h"
 #include "protocol/schema/property.h"
-#include "protocol/text/text_bytes.h"
 
 namespace gonio {
 namespace {
