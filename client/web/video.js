@@ -64,7 +64,6 @@ export class Video extends EventTarget {
 
     // The encoder and the lane of the frames, as the server tells them.
     get stream() { return {encoder: this.#config?.encoder ?? "", lane: this.#config?.lane ?? ""}; }
-    get element() { return this.mode === "h264" ? this.#canvas : this.#image; }
     get size() {
         return this.mode === "h264" ? [this.#canvas.width, this.#canvas.height]
             : [this.#image.naturalWidth, this.#image.naturalHeight];
