@@ -4,10 +4,9 @@
 
 #include <filesystem>
 #include <fstream>
+#include <functional>
 
 #include "client/cli/cli.h"
-#include "client/cli/consoles.h"
-#include "client/cli/control.h"
 #include "client/cli/output.h"
 #include "client/cli/photometry.h"
 #include "client/cli/surfaces.h"
@@ -20,6 +19,15 @@ namespace gonio {
 namespace {
 
 using Answer = v1::ServerMessage;
+
+// Asks, and has the answer printed. Result: the exit code.
+int ask(const Session& session, v1::ClientMessage message, std::initializer_list<Answer::MessageCase> wanted,
+        const std::function<void(const Answer&)>& print) {
+    const auto answer = session.ask(std::move(message), wanted);
+    if (!answer) return session.fail(answer.error());
+    print(*answer);
+    return kExitOk;
+}
 
 // load scene FILE --upload: sends the file, then has the server load it.
 int load_upload(const Session& session, v1::ClientMessage message) {
@@ -56,13 +64,9 @@ int get(const Session& session, const ReadWords& words) {
 }
 
 int meter(const Session& session, const ReadWords& words) {
-    const auto answer = session.ask(words.message, {Answer::kMeter, Answer::kMeterGrid});
-    if (!answer) return session.fail(answer.error());
-    if (answer->has_meter())
-        session.print(answer->meter());
-    else
-        session.print(answer->meter_grid());
-    return kExitOk;
+    return ask(session, words.message, {Answer::kMeter, Answer::kMeterGrid}, [&](const Answer& answer) {
+        answer.has_meter() ? session.print(answer.meter()) : session.print(answer.meter_grid());
+    });
 }
 
 // Writes beside the target and renames, so that nobody ever reads half a file. Errors: "file_unwritable".
@@ -97,27 +101,22 @@ int capture(const Session& session, const ReadWords& words) {
 }
 
 int report(const Session& session, const ReadWords& words) {
-    const auto answer = session.ask(words.message, {Answer::kReport});
-    if (!answer) return session.fail(answer.error());
-    if (words.has("--table"))
-        session.out << report_table(answer->report());
-    else
-        session.print(answer->report());
-    return kExitOk;
+    return ask(session, words.message, {Answer::kReport}, [&](const Answer& answer) {
+        if (words.has("--table"))
+            session.out << report_table(answer.report());
+        else
+            session.print(answer.report());
+    });
 }
 
 int stats(const Session& session, const ReadWords& words) {
-    const auto answer = session.ask(words.message, {Answer::kStats});
-    if (!answer) return session.fail(answer.error());
-    session.print(answer->stats());
-    return kExitOk;
+    return ask(session, words.message, {Answer::kStats}, [&](const Answer& answer) { session.print(answer.stats()); });
 }
 
 int sources(const Session& session, const ReadWords& words) {
-    const auto answer = session.ask(words.message, {Answer::kSources});
-    if (!answer) return session.fail(answer.error());
-    session.out << (session.json ? to_json(answer->sources(), true) + "\n" : sources_table(answer->sources()));
-    return kExitOk;
+    return ask(session, words.message, {Answer::kSources}, [&](const Answer& answer) {
+        session.out << (session.json ? to_json(answer.sources(), true) + "\n" : sources_table(answer.sources()));
+    });
 }
 
 // Result: the text of the file that replaces a patch or a map, empty for --default and --none; nothing where neither
@@ -140,11 +139,10 @@ int patch(const Session& session, const ReadWords& words) {
     v1::ClientMessage message;
     if (!*text) {
         message.mutable_patch();
-        const auto answer = session.ask(std::move(message), {Answer::kPatch});
-        if (!answer) return session.fail(answer.error());
-        session.out << (session.json ? to_json(answer->patch(), true) + "\n" : write_patch_toml(answer->patch()));
-        for (const std::string& warning : answer->patch().warnings()) session.err << "warning: " << warning << "\n";
-        return kExitOk;
+        return ask(session, std::move(message), {Answer::kPatch}, [&](const Answer& answer) {
+            session.out << (session.json ? to_json(answer.patch(), true) + "\n" : write_patch_toml(answer.patch()));
+            for (const std::string& warning : answer.patch().warnings()) session.err << "warning: " << warning << "\n";
+        });
     }
     auto set = read_patch_toml(**text);
     if (!set) return session.fail(set.error());
@@ -159,10 +157,9 @@ int surfaces(const Session& session, const ReadWords& words) {
     v1::ClientMessage message;
     if (!*text) {
         message.mutable_surfaces();
-        const auto answer = session.ask(std::move(message), {Answer::kSurfaces});
-        if (!answer) return session.fail(answer.error());
-        session.out << (session.json ? to_json(answer->surfaces(), true) + "\n" : surfaces_table(answer->surfaces()));
-        return kExitOk;
+        return ask(session, std::move(message), {Answer::kSurfaces}, [&](const Answer& answer) {
+            session.out << (session.json ? to_json(answer.surfaces(), true) + "\n" : surfaces_table(answer.surfaces()));
+        });
     }
     auto set = read_surfaces_toml(**text);
     if (!set) return session.fail(set.error());
@@ -201,13 +198,6 @@ int forget(const Session& session, const ReadWords& words) {
     map.set_remove(true);
     if (!words.has("--box")) map.mutable_row()->set_device("*");
     return session.change(std::move(message));
-}
-
-int control(const Session& session, const ReadWords& words) {
-    std::ostream silent(nullptr);  // scripts go by the exit code
-    const auto refused = run_control(session.address, {session.token, false, false, session.role}, words,
-                                     session.json ? silent : session.out);
-    return refused ? session.fail(*refused) : kExitOk;
 }
 
 int photometry(const Session& session, const ReadWords& words) {

@@ -22,6 +22,10 @@ std::string help_text(const ReadWords& words);
 // Does what the words say; they have no fault. Result: the exit code.
 int run_command(const Session& session, const ReadWords& words);
 
+// `gonio control`: the lease of the camera, held for --hold seconds or until the program is interrupted; or the end of
+// whoever's lease. Result: the exit code.
+int control(const Session& session, const ReadWords& words);
+
 // `gonio watch`: prints a line for each change and frame. Result: the exit code.
 int watch(const Session& session, const ReadWords& words);
 

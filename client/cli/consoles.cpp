@@ -1,4 +1,4 @@
-#include "client/cli/consoles.h"
+#include "client/cli/output.h"
 
 #include <cstdio>
 

@@ -62,7 +62,7 @@ public:
         return beast::error::timeout;
     }
 
-    // MaterialTable the server up, connects, and shakes hands. Errors: "unreachable"; "untrusted": its certificate is
+    // Finds the server, connects, and shakes hands. Errors: "unreachable"; "untrusted": its certificate is
     // not from an authority that is known here, or of another name.
     Result<bool> connect(const ServerAddress& address, Stream& stream) {
         beast::tcp_stream& lowest = beast::get_lowest_layer(stream);

@@ -9,7 +9,6 @@
 #include <iostream>
 #include <nlohmann/json.hpp>
 #include <string_view>
-#include <utility>
 
 #include "ies/curves.h"
 #include "ies/photometry_file.h"
@@ -44,15 +43,8 @@ Json number_or_null(const std::optional<double>& value) {
 }
 
 const char* type_name(ies::Goniometer goniometer) {
-    switch (goniometer) {
-        case ies::Goniometer::type_b:
-            return "B";
-        case ies::Goniometer::type_a:
-            return "A";
-        case ies::Goniometer::type_c:
-            break;
-    }
-    return "C";
+    constexpr std::array kNames = {"C", "B", "A"};
+    return kNames[static_cast<std::size_t>(goniometer)];
 }
 
 const char* symmetry_name(ies::Symmetry symmetry) {

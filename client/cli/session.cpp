@@ -40,10 +40,6 @@ Result<v1::ServerMessage> Session::ask(v1::ClientMessage message,
     });
     if (shown > 0) err << "\r" << std::string(shown, ' ') << "\r" << std::flush;
     if (!answer) return answer;
-    if (answer->has_result() && answer->result().code() != "ok") {
-        const v1::Result& result = answer->result();
-        return Error{result.code(), result.field(), result.value(), result.message()};
-    }
     if (std::find(wanted.begin(), wanted.end(), answer->message_case()) == wanted.end())
         return Error{"bad_message", "", "", "The server's answer is not one to this question."};
     return answer;

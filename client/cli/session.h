@@ -21,7 +21,7 @@ struct Session {
     void print(const google::protobuf::Message& message) const;
     // Result: the exit code; the error goes to stderr, with --json also to `out`, as the Result that a server sends.
     int fail(const Error& error) const;
-    // Result: the answer, which is one of `wanted`. Errors: the server's refusal; those of Connection; "bad_message".
+    // Result: the answer, which is one of `wanted`. Errors: of Connection::ask; "bad_message".
     Result<v1::ServerMessage> ask(v1::ClientMessage message,
                                   std::initializer_list<v1::ServerMessage::MessageCase> wanted) const;
     // Sends a command and prints the revision that contains it. Result: the exit code.

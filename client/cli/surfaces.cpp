@@ -3,7 +3,6 @@
 #include <cstdio>
 #include <set>
 
-#include "client/cli/commands.h"
 #include "protocol/schema/property.h"
 #include "protocol/schema/words.h"
 #include "protocol/surface/surface_map.h"
@@ -114,14 +113,6 @@ Result<LearnWords> learn_request(const ReadWords& words) {
     }
     request.row = row;
     return request;
-}
-
-Result<LearnWords> learn_from_words(std::span<const std::string> words) {
-    std::vector<std::string> all{"learn"};
-    all.insert(all.end(), words.begin(), words.end());
-    const ReadWords read = read_command_line(all);
-    if (read.fault) return *read.fault;
-    return learn_request(read);
 }
 
 }  // namespace gonio

@@ -2,7 +2,6 @@
 #pragma once
 
 #include <optional>
-#include <span>
 #include <string>
 
 #include "ies/core/result.h"
@@ -23,7 +22,5 @@ struct LearnWords {
 // words: of `gonio learn`, without a fault. Whether the property exists is asked here, whether the light does by the
 // server. Errors: "usage".
 Result<LearnWords> learn_request(const ReadWords& words);
-// words: those after "learn". Errors: "usage".
-Result<LearnWords> learn_from_words(std::span<const std::string> words);
 
 }  // namespace gonio

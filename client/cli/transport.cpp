@@ -69,8 +69,12 @@ public:
         for (;;) {
             auto event = read(deadline - std::chrono::steady_clock::now());
             if (!event) return event.error();
-            if (event->access_unit.empty() && event->message.request_id() == last_request_id_)
+            if (event->access_unit.empty() && event->message.request_id() == last_request_id_) {
+                const v1::Result& result = event->message.result();
+                if (event->message.has_result() && result.code() != "ok")
+                    return Error{result.code(), result.field(), result.value(), result.message()};
                 return std::move(event->message);
+            }
             if (!event->message.has_progress() || event->message.progress().request() != last_request_id_) continue;
             deadline = std::chrono::steady_clock::now() + kReplyTime;
             on_progress(event->message.progress());

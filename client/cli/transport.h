@@ -1,7 +1,6 @@
 // The CLI's connection to goniod: one WebSocket, binary protobuf. Boost stays in transport.cpp.
 #pragma once
 
-#include <chrono>
 #include <functional>
 #include <memory>
 #include <string>
@@ -47,7 +46,7 @@ public:
     virtual ~Connection() = default;
 
     // Result: the answer to `message`, at most 120 s after it was sent or after the server last told of its progress.
-    // Errors: "unreachable".
+    // Errors: "unreachable"; what the server refuses: a Result other than "ok".
     using OnProgress = std::function<void(const v1::Progress&)>;
     virtual Result<v1::ServerMessage> ask(v1::ClientMessage message, const OnProgress& on_progress) = 0;
     virtual Result<bool> say(const v1::ClientMessage& message) = 0;

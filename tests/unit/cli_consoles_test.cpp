@@ -1,7 +1,7 @@
 // The source table as `gonio sources` prints it.
 #include <gtest/gtest.h>
 
-#include "client/cli/consoles.h"
+#include "client/cli/output.h"
 
 namespace gonio {
 namespace {

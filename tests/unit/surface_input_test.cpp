@@ -2,6 +2,7 @@
 // and table.
 #include <gtest/gtest.h>
 
+#include "client/cli/commands.h"
 #include "client/cli/surfaces.h"
 #include "server/assets/assets.h"
 #include "server/session/null_renderer.h"
@@ -136,7 +137,12 @@ TEST(SurfaceInput, ASavedPresetHoldsWhatWasSetBefore) {
 }
 
 TEST(LearnWords, WhatIsLearned) {
-    const auto words = [](std::vector<std::string> list) { return learn_from_words(list); };
+    const auto words = [](std::vector<std::string> list) -> Result<LearnWords> {
+        list.insert(list.begin(), "learn");
+        const ReadWords read = read_command_line(list);
+        if (read.fault) return *read.fault;
+        return learn_request(read);
+    };
     EXPECT_FALSE(words({})->row);
     const auto pan = words({"key", "pan", "--range", "-90,90", "--curve", "s", "--page", "2"});
     ASSERT_TRUE(pan) << pan.error().text();
