@@ -145,6 +145,49 @@ void take_value(ReadWords& read, const WordRow& row, std::string_view where, Tex
     if (!row.field.empty()) put(target(read), row, *value);
 }
 
+std::size_t edit_distance(std::string_view a, std::string_view b) {
+    std::vector<std::size_t> row(b.size() + 1);
+    for (std::size_t j = 0; j <= b.size(); ++j) row[j] = j;
+    for (std::size_t i = 0; i < a.size(); ++i) {
+        std::size_t diagonal = row[0]++;
+        for (std::size_t j = 0; j < b.size(); ++j) {
+            const std::size_t replaced = diagonal + (a[i] == b[j] ? 0 : 1);
+            diagonal = row[j + 1];
+            row[j + 1] = std::min({replaced, diagonal + 1, row[j] + 1});
+        }
+    }
+    return row[b.size()];
+}
+
+// Result: " Did you mean X?" for the nearest of `known` that at most two letters tell apart; empty where none is near.
+std::string did_you_mean(std::string_view word, std::span<const std::string_view> known) {
+    const auto letters = [](std::string_view name) {
+        return name.substr(std::min(name.size(), name.find_first_not_of('-')));
+    };
+    std::size_t nearest = 3;
+    std::string_view best;
+    for (const std::string_view name : known) {
+        const auto [shorter, longer] = std::minmax({letters(word).size(), letters(name).size()});
+        if (longer - shorter > 2) continue;
+        const std::size_t distance = edit_distance(letters(word), letters(name));
+        if (distance >= nearest || distance >= shorter) continue;
+        nearest = distance;
+        best = name;
+    }
+    return best.empty() ? "" : " Did you mean " + std::string(best) + "?";
+}
+
+// Result: how many of a command's names there must be at least and at most.
+std::pair<std::size_t, std::size_t> name_counts(const WordCommand& command) {
+    std::size_t least = 0;
+    bool many = false;
+    for (const WordRow& row : command.names) {
+        if (!row.name.starts_with('[')) ++least;
+        many = many || row.name.find("…") != row.name.npos;
+    }
+    return {least, many ? std::string::npos : command.names.size()};
+}
+
 std::vector<const WordRow*> options_here(const ReadWords& read, const Grammar& grammar) {
     std::vector<const WordRow*> options;
     const auto own = read.command ? read.command->options : std::span<const WordRow>();
@@ -245,20 +288,6 @@ void finish(ReadWords& read, const Grammar& grammar) {
     if (const auto rev = parse_count(read.options["--base-rev"])) read.message.mutable_command()->set_base_rev(*rev);
 }
 
-std::size_t edit_distance(std::string_view a, std::string_view b) {
-    std::vector<std::size_t> row(b.size() + 1);
-    for (std::size_t j = 0; j <= b.size(); ++j) row[j] = j;
-    for (std::size_t i = 0; i < a.size(); ++i) {
-        std::size_t diagonal = row[0]++;
-        for (std::size_t j = 0; j < b.size(); ++j) {
-            const std::size_t replaced = diagonal + (a[i] == b[j] ? 0 : 1);
-            diagonal = row[j + 1];
-            row[j + 1] = std::min({replaced, diagonal + 1, row[j] + 1});
-        }
-    }
-    return row[b.size()];
-}
-
 }  // namespace
 
 ReadWords read_words(Words words, const Grammar& grammar) {
@@ -282,33 +311,6 @@ ReadWords read_words(Words words, const Grammar& grammar) {
 
 std::span<const WordRow> change_options() {
     return kChangeOptions;
-}
-
-std::pair<std::size_t, std::size_t> name_counts(const WordCommand& command) {
-    std::size_t least = 0;
-    bool many = false;
-    for (const WordRow& row : command.names) {
-        if (!row.name.starts_with('[')) ++least;
-        many = many || row.name.find("…") != row.name.npos;
-    }
-    return {least, many ? std::string::npos : command.names.size()};
-}
-
-std::string did_you_mean(std::string_view word, std::span<const std::string_view> known) {
-    const auto letters = [](std::string_view name) {
-        return name.substr(std::min(name.size(), name.find_first_not_of('-')));
-    };
-    std::size_t nearest = 3;
-    std::string_view best;
-    for (const std::string_view name : known) {
-        const auto [shorter, longer] = std::minmax({letters(word).size(), letters(name).size()});
-        if (longer - shorter > 2) continue;
-        const std::size_t distance = edit_distance(letters(word), letters(name));
-        if (distance >= nearest || distance >= shorter) continue;
-        nearest = distance;
-        best = name;
-    }
-    return best.empty() ? "" : " Did you mean " + std::string(best) + "?";
 }
 
 }  // namespace gonio

@@ -73,10 +73,5 @@ ReadWords read_words(std::span<const std::string> words, const Grammar& grammar)
 
 // Result: the options of every command that changes the scene: --base-rev.
 std::span<const WordRow> change_options();
-// Result: how many of a command's names there must be at least and at most.
-std::pair<std::size_t, std::size_t> name_counts(const WordCommand& command);
-
-// Result: " Did you mean X?" for the nearest of `known` that at most two letters tell apart; empty where none is near.
-std::string did_you_mean(std::string_view word, std::span<const std::string_view> known);
 
 }  // namespace gonio

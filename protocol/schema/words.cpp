@@ -115,7 +115,9 @@ constexpr WordRow kCaptureOptions[] = {
     {"--after-rev", "N", count, "after_rev", "of the scene when it has reached that revision, waited for up to 30 s"},
 };
 
-std::span<const WordCommand> commands() {
+}  // namespace
+
+std::span<const WordCommand> scene_commands() {
     static const std::string exposure_help = help_of(row_of(Property::exposure)),
                              master_help = help_of(row_of(Property::master));
     static const WordRow exposure[] = {{"EV", "", number, "ev100", exposure_help}};
@@ -151,37 +153,12 @@ std::span<const WordCommand> commands() {
     return all;
 }
 
-// words: those after the command's own.
-ReadWords read_after(const char* command, Words words) {
-    std::vector<std::string> all{command};
-    all.insert(all.end(), words.begin(), words.end());
-    return read_words(all, {commands()});
-}
-
-}  // namespace
-
-std::span<const WordCommand> scene_commands() {
-    return commands();
-}
-
 Result<v1::Command> command_from_words(Words words) {
-    const ReadWords read = read_words(words, {commands(), {}, "set"});
+    const ReadWords read = read_words(words, {scene_commands(), {}, "set"});
     if (read.fault) return *read.fault;
     if (!read.message.has_command()) return Error{"usage", "", words.front(), "This command changes no scene."};
     if (read.has("--upload")) return Error{"usage", "--upload", "", "There is no such option here."};
     return read.message.command();
-}
-
-Result<v1::MeterQuery> meter_from_words(Words words) {
-    const ReadWords read = read_after("meter", words);
-    if (read.fault) return *read.fault;
-    return read.message.meter();
-}
-
-Result<CaptureWords> capture_from_words(Words words) {
-    const ReadWords read = read_after("capture", words);
-    if (read.fault) return *read.fault;
-    return CaptureWords{read.names.front(), read.message.capture()};
 }
 
 std::optional<double> parse_number(std::string_view text) {

@@ -22,17 +22,6 @@ std::span<const WordCommand> scene_commands();
 // --base-rev N goes with each. Errors: "usage".
 Result<v1::Command> command_from_words(std::span<const std::string> words);
 
-// words: those after "meter": --point and --normal are needed, whether the others fit is the server's business.
-// Errors: "usage".
-Result<v1::MeterQuery> meter_from_words(std::span<const std::string> words);
-
-// What a capture's words say: the file to write, and the query with the format of its name.
-struct CaptureWords {
-    std::string file;
-    v1::CaptureQuery query;
-};
-// words: those after "capture". Errors: "usage".
-Result<CaptureWords> capture_from_words(std::span<const std::string> words);
 // Result: "png", "jpg" or "exr" by the file's name; nothing for other names.
 std::optional<std::string> capture_format(const std::string& file);
 

@@ -18,6 +18,27 @@ Result<v1::Command> command_of(const std::string& line) {
     return command_from_words(split(line));
 }
 
+ReadWords read_after(const char* command, std::vector<std::string> words) {
+    words.insert(words.begin(), command);
+    return read_words(words, {scene_commands()});
+}
+
+Result<v1::MeterQuery> meter_from_words(const std::vector<std::string>& words) {
+    const ReadWords read = read_after("meter", words);
+    if (read.fault) return *read.fault;
+    return read.message.meter();
+}
+
+struct CaptureWords {
+    std::string file;
+    v1::CaptureQuery query;
+};
+Result<CaptureWords> capture_from_words(const std::vector<std::string>& words) {
+    const ReadWords read = read_after("capture", words);
+    if (read.fault) return *read.fault;
+    return CaptureWords{read.names.front(), read.message.capture()};
+}
+
 TEST(CliWords, EveryChange) {
     auto command = command_of(
         "set light key --position 1,-2,3.5 --pan 90 --tilt -45 --roll 180 --level 0.25 --color 1,0.5,0 --tint -0.01 "
