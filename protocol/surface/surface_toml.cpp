@@ -302,43 +302,4 @@ Result<v1::SetSurfaces> read_surfaces_toml(std::string_view text) {
     return map;
 }
 
-std::string write_surfaces_toml(const v1::SetSurfaces& map) {
-    std::string text = std::string("default = ") + (map.with_default() ? "true" : "false") + "\n";
-    for (const v1::SurfaceRow& row : map.rows()) {
-        const auto put = [&](const char* key, const std::string& value) {
-            if (!value.empty()) text += std::string(key) + " = " + quoted(value) + "\n";
-        };
-        const auto put_number = [&](const char* key, bool given, double value) {
-            if (given) text += std::string(key) + " = " + number_text(value) + "\n";
-        };
-        const PropertyRow* property = find_property(row.property());
-        text += "\n[[control]]\n";
-        put("box", row.device());
-        put("control", row.control());
-        put("target", row.target());
-        put("property", row.property());
-        if (property == nullptr)
-            put_number("to_page", row.has_high(), row.high());
-        else if (row.has_low() || row.has_high())
-            text += "range = [" + number_text((row.has_low() ? row.low() : property->low) / property->unit) + ", " +
-                    number_text((row.has_high() ? row.high() : property->high) / property->unit) + "]\n";
-        put("mode", row.mode());
-        put("curve", row.curve());
-        put("takeover", row.takeover());
-        put_number("smooth_s", row.has_smooth_s(), row.smooth_s());
-        put_number("deadband", row.has_deadband_ratio(), row.deadband_ratio());
-        put_number("step", row.has_step(), row.step());
-        put_number("page", row.page() > 0, row.page());
-        put_number("stride", row.stride() > 0, row.stride());
-        if (row.profiles_size() > 0) {
-            text += "profiles = [";
-            for (int i = 0; i < row.profiles_size(); ++i) text += (i > 0 ? ", " : "") + quoted(row.profiles(i));
-            text += "]\n";
-        }
-        put("preset", row.preset());
-        put_number("fade_s", row.fade_s() > 0, row.fade_s());
-    }
-    return text;
-}
-
 }  // namespace gonio

@@ -2,7 +2,6 @@
 // map). Pure; toml++ stays in the .cpp file.
 #pragma once
 
-#include <string>
 #include <string_view>
 
 #include "ies/core/result.h"
@@ -18,7 +17,5 @@ Result<SurfaceProfile> read_surface_profile(std::string_view text);
 
 // Result: the map, its rows checked. Errors: likewise.
 Result<v1::SetSurfaces> read_surfaces_toml(std::string_view text);
-// Result: a file that reads back as the same map.
-std::string write_surfaces_toml(const v1::SetSurfaces& map);
 
 }  // namespace gonio

@@ -132,14 +132,31 @@ stride = 8
 profiles = ["downlight", "flood"]
 )";
 
-TEST(SurfaceToml, ComesBackAsItWas) {
+TEST(SurfaceToml, EveryKeyIsRead) {
     const auto map = read_surfaces_toml(kMap);
     ASSERT_TRUE(map) << map.error().text();
     EXPECT_FALSE(map->with_default());
     ASSERT_EQ(map->rows_size(), 4);
-    EXPECT_NEAR(map->rows(0).low(), -1.5707963, 1e-6);
-    EXPECT_EQ(map->rows(2).high(), 3);
-    EXPECT_EQ(write_surfaces_toml(*map), kMap);
+    const v1::SurfaceRow &pan = map->rows(0), &play = map->rows(1), &stop = map->rows(2), &knob = map->rows(3);
+    EXPECT_EQ(pan.device(), "0944:0117");
+    EXPECT_EQ(pan.control(), "slider 1");
+    EXPECT_EQ(pan.target(), "the \"key\" light");
+    EXPECT_EQ(pan.property(), "pan");
+    EXPECT_NEAR(pan.low(), -1.5707963, 1e-6);
+    EXPECT_NEAR(pan.high(), 1.5707963, 1e-6);
+    EXPECT_EQ(pan.curve(), "s");
+    EXPECT_EQ(pan.takeover(), "jump");
+    EXPECT_EQ(pan.smooth_s(), 0.1);
+    EXPECT_EQ(pan.deadband_ratio(), 0.01);
+    EXPECT_EQ(pan.page(), 2u);
+    EXPECT_EQ(play.preset(), "look 1");
+    EXPECT_EQ(play.fade_s(), 2.5);
+    EXPECT_EQ(stop.property(), "page");
+    EXPECT_EQ(stop.high(), 3);
+    EXPECT_EQ(knob.step(), -0.5);
+    EXPECT_EQ(knob.stride(), 8u);
+    ASSERT_EQ(knob.profiles_size(), 2);
+    EXPECT_EQ(knob.profiles(1), "flood");
 }
 
 TEST(SurfaceToml, RefusalsNameLineAndValue) {
