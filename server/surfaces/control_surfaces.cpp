@@ -66,7 +66,7 @@ public:
     }
 
 private:
-    struct Link {
+    struct Connection {
         std::unique_ptr<SurfaceConnection> surface;
         Backend* backend = nullptr;
         std::string gone;  // why; not empty: to be taken away
@@ -100,7 +100,7 @@ private:
         std::int64_t next = std::min(scanned_ns_ + kRescan_ns, table_stale_ ? tabled_ns_ + kTableEvery_ns : INT64_MAX);
         const auto earlier = [&](std::int64_t at_ns) { next = at_ns == 0 ? next : std::min(next, at_ns); };
         for (const auto& backend : backends_) earlier(backend->due_ns());
-        for (const Link& link : links_) earlier(link.surface->due_ns(now_ns));
+        for (const Connection& connection : connections_) earlier(connection.surface->due_ns(now_ns));
         for (const auto& [place, retry] : retries_) earlier(retry.next_ns);
         return next;
     }
@@ -116,10 +116,11 @@ private:
         if (rescan) scan(now_ns);
         if (auto targets = targets_.try_take()) {
             wanted_ = std::move(*targets);
-            for (Link& link : links_) link.surface->want(wanted_[link.surface->surface().identity]);
+            for (Connection& connection : connections_)
+                connection.surface->want(wanted_[connection.surface->surface().identity]);
         }
         now_ns = monotonic_ns();
-        for (Link& link : links_) link.surface->tick(now_ns, pending_);
+        for (Connection& connection : connections_) connection.surface->tick(now_ns, pending_);
         const bool news = !pending_.controls.empty() || !pending_.attached.empty();
         if (news) send_updates();
         table_stale_ = table_stale_ || news;
@@ -133,11 +134,11 @@ private:
     }
 
     void drop_gone() {
-        std::erase_if(links_, [&](const Link& link) {
-            if (link.gone.empty()) return false;
-            const FoundSurface& surface = link.surface->surface();
-            spdlog::info("fader box {} ({}): {}", surface.identity, surface.product, link.gone);
-            missing_[{surface.identity, surface.transport}] = {surface.product, "gone", link.gone};
+        std::erase_if(connections_, [&](const Connection& connection) {
+            if (connection.gone.empty()) return false;
+            const FoundSurface& surface = connection.surface->surface();
+            spdlog::info("fader box {} ({}): {}", surface.identity, surface.product, connection.gone);
+            missing_[{surface.identity, surface.transport}] = {surface.product, "gone", connection.gone};
             roster_changed_ = table_stale_ = true;
             return true;
         });
@@ -145,8 +146,8 @@ private:
 
     // Of MIDI also by another way to the same surface.
     bool connected(const FoundSurface& surface) const {
-        return std::ranges::any_of(links_, [&](const Link& link) {
-            const FoundSurface& other = link.surface->surface();
+        return std::ranges::any_of(connections_, [&](const Connection& connection) {
+            const FoundSurface& other = connection.surface->surface();
             return is_midi(surface) ? is_midi(other) && other.identity == surface.identity
                                     : other.place == surface.place;
         });
@@ -161,10 +162,10 @@ private:
             return std::ranges::none_of(found, [&](const auto& one) { return one.first.place == retry.first; });
         });
         // A wire mostly says itself that its surface has gone; the list says it too, and either may be first.
-        for (Link& link : links_)
-            if (std::ranges::none_of(found,
-                                     [&](const auto& one) { return one.first.place == link.surface->surface().place; }))
-                link.gone = kUnplugged;
+        for (Connection& connection : connections_)
+            if (std::ranges::none_of(
+                    found, [&](const auto& one) { return one.first.place == connection.surface->surface().place; }))
+                connection.gone = kUnplugged;
         drop_gone();
         for (auto& [key, missing] : missing_) {
             const bool there = std::ranges::any_of(found, [&key = key](const auto& one) {
@@ -205,30 +206,30 @@ private:
             }
             row = {surface.product, vanished ? "gone" : "waiting", vanished ? kUnplugged : error.message};
         };
-        if (links_.size() >= kMaxSurfaces)
+        if (connections_.size() >= kMaxSurfaces)
             return fail({"too_large", surface.place, "", "there are too many boxes: at most 32 are used"});
         auto made = SurfaceConnection::make(
             surface, surface.transport == "hid" ? SurfaceProfile{} : profiles_.find(id, surface.product));
         if (!made) return fail(made.error());
-        Link& link = links_.emplace_back();
-        link.surface = std::move(*made);
-        link.backend = &backend;
+        Connection& connection = connections_.emplace_back();
+        connection.surface = std::move(*made);
+        connection.backend = &backend;
         // Links stay where they are (a list), and wires go before them.
-        auto wire = backend.open(surface, {[this, &link](auto messages, std::size_t bad, std::int64_t t_ns) {
-                                               link.surface->take_midi(messages, bad, t_ns, pending_);
+        auto wire = backend.open(surface, {[this, &connection](auto messages, std::size_t bad, std::int64_t t_ns) {
+                                               connection.surface->take_midi(messages, bad, t_ns, pending_);
                                                table_stale_ = true;
                                            },
-                                           [this, &link](Bytes report, std::int64_t t_ns) {
-                                               link.surface->take_report(report, t_ns, pending_);
+                                           [this, &connection](Bytes report, std::int64_t t_ns) {
+                                               connection.surface->take_report(report, t_ns, pending_);
                                                table_stale_ = true;
                                            },
-                                           [&link](std::string why) { link.gone = std::move(why); }});
+                                           [&connection](std::string why) { connection.gone = std::move(why); }});
         if (!wire) {
-            links_.pop_back();
+            connections_.pop_back();
             return fail(wire.error());
         }
-        link.surface->connect(std::move(*wire));
-        link.surface->want(wanted_[surface.identity]);
+        connection.surface->connect(std::move(*wire));
+        connection.surface->want(wanted_[surface.identity]);
         retries_.erase(surface.place);
         std::erase_if(missing_, [&](const auto& row) { return row.first.first == surface.identity; });
         pending_.attached.push_back(surface.identity);
@@ -242,15 +243,15 @@ private:
         roster_changed_ = table_stale_ = false;
         tabled_ns_ = now_ns;
         table.roster = roster_;
-        for (const Link& link : links_) {
-            const FoundSurface& surface = link.surface->surface();
+        for (const Connection& connection : connections_) {
+            const FoundSurface& surface = connection.surface->surface();
             v1::SurfaceDevice& row = *table.table.add_devices();
             row.set_device(surface.identity);
             row.set_product(surface.product);
             row.set_transport(surface.transport);
             row.set_state("live");
-            link.surface->describe(row);
-            for (const v1::SurfaceRow& drives : link.surface->rows()) {
+            connection.surface->describe(row);
+            for (const v1::SurfaceRow& drives : connection.surface->rows()) {
                 v1::SurfaceRow& added = *table.table.add_default_rows();
                 added = drives;
                 added.set_device(surface.identity);
@@ -274,7 +275,7 @@ private:
     std::function<void()> wake_;
     Descriptor event_;  // the threads of wires write it until their end
     std::vector<std::unique_ptr<Backend>> backends_;
-    std::list<Link> links_;                                           // wires end before what they belong to
+    std::list<Connection> connections_;                               // wires end before what they belong to
     std::map<std::string, Retry> retries_;                            // by place
     std::map<std::pair<std::string, std::string>, Missing> missing_;  // by identity and transport
     SurfaceUpdates pending_;                                          // what came in this turn

@@ -16,7 +16,7 @@ namespace gonio::transport {
 namespace HWY_NAMESPACE {
 namespace hn = hwy::HWY_NAMESPACE;
 
-// The four values of an entry are one vector, or, without vectors, four of one lane each.
+// The four values of an entry are one vector, or, without vectors, four of one component each.
 using Four = hn::CappedTag<float, 4>;
 using FourHalves = hn::Rebind<hwy::float16_t, Four>;
 constexpr std::size_t kStep = HWY_TARGET == HWY_SCALAR ? 1 : 4;
@@ -30,18 +30,18 @@ void Gather(const std::uint16_t* table, const LinkRun& run, float share, glm::ve
     auto [ids, stride, count, size] = run;
     const Four four;
     for (std::size_t i = 0; i < size; ++i, ids += stride) {
-        for (std::size_t lane = 0; lane < 4; lane += kStep) {
+        for (std::size_t component = 0; component < 4; component += kStep) {
             auto a = hn::Zero(four), b = a, c = a, d = a;
             for (unsigned k = 0; k < count; k += 4) {
                 std::uint64_t four_ids;  // one load in place of four
                 std::memcpy(&four_ids, ids + k, sizeof four_ids);
                 const auto id = [&](int which) { return static_cast<std::uint16_t>(four_ids >> 16 * which); };
-                a = hn::Add(a, entry(table + lane, id(0)));
-                b = hn::Add(b, entry(table + lane, id(1)));
-                c = hn::Add(c, entry(table + lane, id(2)));
-                d = hn::Add(d, entry(table + lane, id(3)));
+                a = hn::Add(a, entry(table + component, id(0)));
+                b = hn::Add(b, entry(table + component, id(1)));
+                c = hn::Add(c, entry(table + component, id(2)));
+                d = hn::Add(d, entry(table + component, id(3)));
             }
-            float* to = &sums[i][0] + lane;
+            float* to = &sums[i][0] + component;
             hn::StoreU(hn::MulAdd(hn::Add(hn::Add(a, b), hn::Add(c, d)), hn::Set(four, share), hn::LoadU(four, to)),
                        four, to);
         }
@@ -87,15 +87,15 @@ void Blend(const std::uint16_t* table, const std::uint16_t* const* ids, const fl
            float unit, glm::vec4* out) {
     const Four four;
     for (std::size_t i = 0; i < size; ++i, weights += kNeighbours) {
-        for (std::size_t lane = 0; lane < 4; lane += kStep) {
+        for (std::size_t component = 0; component < 4; component += kStep) {
             auto a = hn::Zero(four), b = a;
             if (const std::uint16_t* own = ids[i]) {
                 for (std::size_t k = 0; k < kNeighbours; k += 2) {
-                    a = hn::MulAdd(entry(table + lane, own[k]), hn::Set(four, weights[k]), a);
-                    b = hn::MulAdd(entry(table + lane, own[k + 1]), hn::Set(four, weights[k + 1]), b);
+                    a = hn::MulAdd(entry(table + component, own[k]), hn::Set(four, weights[k]), a);
+                    b = hn::MulAdd(entry(table + component, own[k + 1]), hn::Set(four, weights[k + 1]), b);
                 }
             }
-            hn::StoreU(hn::Mul(hn::Add(a, b), hn::Set(four, unit)), four, &out[i][0] + lane);
+            hn::StoreU(hn::Mul(hn::Add(a, b), hn::Set(four, unit)), four, &out[i][0] + component);
         }
     }
 }
@@ -103,10 +103,10 @@ void Blend(const std::uint16_t* table, const std::uint16_t* const* ids, const fl
 void Halve(const glm::vec4* values, std::size_t size, float factor, std::uint16_t* halves) {
     const Four four;
     for (std::size_t i = 0; i < size; ++i) {
-        for (std::size_t lane = 0; lane < 4; lane += kStep)
+        for (std::size_t component = 0; component < 4; component += kStep)
             hn::StoreU(
-                hn::DemoteTo(FourHalves(), hn::Mul(hn::LoadU(four, &values[i][0] + lane), hn::Set(four, factor))),
-                FourHalves(), reinterpret_cast<hwy::float16_t*>(halves) + 4 * i + lane);
+                hn::DemoteTo(FourHalves(), hn::Mul(hn::LoadU(four, &values[i][0] + component), hn::Set(four, factor))),
+                FourHalves(), reinterpret_cast<hwy::float16_t*>(halves) + 4 * i + component);
     }
 }
 

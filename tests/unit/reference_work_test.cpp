@@ -67,7 +67,7 @@ protected:
     // Ticks until the condition holds; false after 20 s.
     template <typename Condition>
     bool until(const Condition& condition) {
-        const auto deadline = std::chrono::steady_clock::now() + 20s;
+        const auto deadline = std::chrono::steady_clock::now() + 60s;
         while (!condition()) {
             if (std::chrono::steady_clock::now() > deadline) return false;
             (void)wakes.pop_for(20ms);
