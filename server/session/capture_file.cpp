@@ -1,5 +1,6 @@
 #include "server/session/capture_file.h"
 
+#include "protocol/schema/codec.h"
 #include "server/assets/assets.h"
 
 namespace gonio {
@@ -51,6 +52,23 @@ Result<std::vector<std::byte>> encode_capture(const CapturedPicture& picture, Vi
     }
     const BytePicture bytes{picture.width_px, picture.height_px, first_channels(picture.rgba8, 3)};
     return format == "jpg" ? encode_jpeg(bytes, 92) : encode_png(bytes);
+}
+
+v1::ServerMessage capture_message(const CapturedPicture& picture, View view, const std::string& format,
+                                  Revision scene_rev) {
+    v1::ServerMessage message;
+    const Result<std::vector<std::byte>> image = encode_capture(picture, view, format);
+    if (!image) {
+        *message.mutable_result() = refusal(image.error());
+        return message;
+    }
+    v1::CaptureResult& result = *message.mutable_capture();
+    result.set_format(format);
+    result.set_image(std::string(reinterpret_cast<const char*>(image->data()), image->size()));
+    result.set_width_px(static_cast<std::uint32_t>(picture.width_px));
+    result.set_height_px(static_cast<std::uint32_t>(picture.height_px));
+    result.set_scene_rev(scene_rev);
+    return message;
 }
 
 }  // namespace gonio

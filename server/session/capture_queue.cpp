@@ -1,28 +1,8 @@
 #include "server/session/capture_queue.h"
 
-#include "protocol/schema/codec.h"
 #include "server/session/capture_file.h"
 
 namespace gonio {
-namespace {
-
-v1::ServerMessage capture_message(const CaptureJob& job, const std::string& format) {
-    const CapturedPicture& picture = *job.picture;
-    const Result<std::vector<std::byte>> image = encode_capture(picture, job.view, format);
-    if (!image) return message_of(&v1::ServerMessage::mutable_result, refusal(image.error()));
-    v1::ServerMessage message;
-    v1::CaptureResult& result = *message.mutable_capture();
-    result.set_format(format);
-    result.set_image(std::string(reinterpret_cast<const char*>(image->data()), image->size()));
-    result.set_width_px(static_cast<std::uint32_t>(picture.width_px));
-    result.set_height_px(static_cast<std::uint32_t>(picture.height_px));
-    result.set_scene_rev(job.scene.scene_rev);
-    *result.mutable_report() = picture.report;
-    return message;
-}
-
-}  // namespace
-
 void CaptureQueue::add(const Work& work, const Scene& scene, const CaptureRequest& request,
                        const GuardedRenderer& renderer, Replies& replies) {
     if (waiting_.size() >= most_) return replies.busy(work, "too many captures are waiting");
@@ -65,7 +45,8 @@ void CaptureQueue::advance(GuardedRenderer& renderer, Replies& replies) {
     // Compressing takes long too: it is the loader's.
     auto job = std::make_shared<CaptureJob>(std::move(*done.job));
     const bool accepted = loader_.submit([work = done.work, format = done.format, job, send = send_] {
-        v1::ServerMessage message = capture_message(*job, format);
+        v1::ServerMessage message = capture_message(*job->picture, job->view, format, job->scene.scene_rev);
+        if (message.has_capture()) *message.mutable_capture()->mutable_report() = job->picture->report;
         message.set_request_id(work.message.request_id());
         send(work.session, std::move(message));
     });

@@ -5,7 +5,6 @@
 
 #include <algorithm>
 
-#include "protocol/schema/codec.h"
 #include "server/session/capture_file.h"
 #include "server/session/meter_reply.h"
 #include "server/session/traced_capture.h"
@@ -16,11 +15,6 @@ namespace {
 constexpr std::int64_t kTellNs = 1'000'000'000;
 constexpr std::size_t kPointsPerCall = 16;  // of a grid, between two looks at the clock
 
-struct Reached {
-    std::uint32_t samples = 0;
-    double noise = 0.0;  // 0: not known yet
-};
-
 }  // namespace
 
 // One job while the worker has it.
@@ -28,15 +22,15 @@ struct ReferenceWork::Run {
     ReferenceJob job;
     std::stop_source stop;
     std::int64_t started_ns = 0;
-    Latest<Reached> news;  // from the worker
-    Reached reached;       // the render thread's
+    Latest<trace::Progress> news;  // from the worker
+    trace::Progress reached;       // the render thread's
     std::atomic<bool> ended = false;
 };
 
 namespace {
 
 v1::ServerMessage measured_message(const trace::World& world, const MeterRequest& request, std::stop_token stop,
-                                   const std::function<void(Reached)>& each) {
+                                   const std::function<void(const trace::Progress&)>& each) {
     std::vector<v1::MeterReading> readings;
     for (std::size_t first = 0; first < request.points.size() && !stop.stop_requested(); first += kPointsPerCall) {
         const std::size_t count = std::min(kPointsPerCall, request.points.size() - first);
@@ -45,28 +39,9 @@ v1::ServerMessage measured_message(const trace::World& world, const MeterRequest
         const auto measured = trace::measure(world, std::span(request.points).subspan(first, count), settings, stop);
         for (std::size_t i = 0; i < measured.size(); ++i)
             readings.push_back(meter_reading(request.points[first + i].position, measured[i], settings.bounces));
-        each({static_cast<std::uint32_t>(readings.size()), 0.0});
+        each({.passes = static_cast<std::uint32_t>(readings.size())});
     }
     return meter_message(std::move(readings), request.grid);
-}
-
-v1::ServerMessage capture_message(const TracedCapture& capture, const CaptureRequest& request, Revision scene_rev) {
-    v1::ServerMessage message;
-    const CapturedPicture& picture = capture.picture;
-    const Result<std::vector<std::byte>> image = encode_capture(picture, request.view, request.format);
-    if (!image) {
-        *message.mutable_result() = refusal(image.error());
-        return message;
-    }
-    v1::CaptureResult& result = *message.mutable_capture();
-    result.set_format(request.format);
-    result.set_image(std::string(reinterpret_cast<const char*>(image->data()), image->size()));
-    result.set_width_px(static_cast<std::uint32_t>(picture.width_px));
-    result.set_height_px(static_cast<std::uint32_t>(picture.height_px));
-    result.set_scene_rev(scene_rev);
-    result.set_samples(capture.progress.passes);
-    result.set_noise_ratio(capture.progress.noise);
-    return message;
 }
 
 }  // namespace
@@ -121,8 +96,8 @@ void ReferenceWork::tell_progress() {
         out_.reply(job.session, std::move(message));
     };
     v1::Progress progress;
-    progress.set_samples(running_->reached.samples);
-    progress.set_noise_ratio(running_->reached.noise);
+    progress.set_samples(running_->reached.passes);
+    progress.set_noise_ratio(running_->reached.noise < 1.0 ? running_->reached.noise : 0.0);  // 0: not known yet
     progress.set_seconds(static_cast<double>(told_ns_ - running_->started_ns) * 1e-9);
     if (!running_->stop.stop_requested()) tell(running_->job, progress);
     for (std::size_t i = 0; i < waiting_.size(); ++i) {
@@ -151,9 +126,9 @@ void ReferenceWork::work() {
         const ReferenceJob& job = run.job;
         const std::stop_token stop = run.stop.get_token();
         std::uint32_t counted = 0;
-        const auto note = [&](Reached reached) {
-            passes_ += reached.samples - counted;
-            counted = reached.samples;
+        const auto note = [&](const trace::Progress& reached) {
+            passes_ += reached.passes - counted;
+            counted = reached.passes;
             run.news.put(reached);
         };
         std::shared_ptr<const trace::World> world;
@@ -163,10 +138,12 @@ void ReferenceWork::work() {
             if (world) message = measured_message(*world, *meter, stop, note);
         } else if (world) {
             const CaptureRequest& capture = std::get<CaptureRequest>(job.request);
-            const auto traced = trace_capture(world, job.scene, capture, stop, [&](const trace::Progress& progress) {
-                note({progress.passes, progress.noise < 1.0 ? progress.noise : 0.0});
-            });
-            if (traced) message = capture_message(*traced, capture, job.scene.scene_rev);
+            const auto traced = trace_capture(world, job.scene, capture, stop, note);
+            if (traced) message = capture_message(traced->picture, capture.view, capture.format, job.scene.scene_rev);
+            if (message.has_capture()) {
+                message.mutable_capture()->set_samples(traced->progress.passes);
+                message.mutable_capture()->set_noise_ratio(traced->progress.noise);
+            }
         }
         const bool answered = !stop.stop_requested();
         if (answered) ++done_;
