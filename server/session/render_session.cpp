@@ -71,9 +71,8 @@ void RenderSession::take(Work work) {
         case v1::ClientMessage::kIdentify:
             return roles_.identify(work.session, work.message.identify());
         case v1::ClientMessage::kAcquireControl:
-            return acquire_control(work);
         case v1::ClientMessage::kReleaseControl:
-            return release_control(work);
+            return change_holder(work);
         case v1::ClientMessage::kCommand:
             return take_command(std::move(work));
         case v1::ClientMessage::kGetState:
@@ -101,18 +100,15 @@ void RenderSession::take(Work work) {
     }
 }
 
-void RenderSession::acquire_control(const Work& work) {
+void RenderSession::change_holder(const Work& work) {
+    const bool acquires = work.message.has_acquire_control();
     const std::uint32_t before = roles_.holder();
-    auto refused = roles_.refuses_change(work.session, "acquire_control");
-    if (!refused) refused = roles_.acquire(work.session, work.message.acquire_control().take(), monotonic_ns());
-    answer_control(work, refused, before);
-}
-
-void RenderSession::release_control(const Work& work) {
-    const std::uint32_t before = roles_.holder();
-    auto refused = roles_.refuses_change(work.session, "release_control");
-    if (!refused) refused = roles_.release(work.session);
-    answer_control(work, refused, before);
+    auto refused = roles_.refuses_change(work.session, acquires ? "acquire_control" : "release_control");
+    if (!refused)
+        refused = acquires ? roles_.acquire(work.session, work.message.acquire_control().take(), monotonic_ns())
+                           : roles_.release(work.session);
+    refused ? replies_.refuse(work, *refused) : replies_.ok(work);
+    if (roles_.holder() != before) tell_control(work.session);
 }
 
 void RenderSession::take_command(Work work) {
@@ -153,11 +149,6 @@ std::optional<Error> RenderSession::refuses(const Work& work) {
     return std::nullopt;
 }
 
-void RenderSession::answer_control(const Work& work, const std::optional<Error>& refused, std::uint32_t holder_before) {
-    refused ? replies_.refuse(work, *refused) : replies_.ok(work);
-    if (roles_.holder() != holder_before) tell_control(work.session);
-}
-
 void RenderSession::tell_control(std::uint32_t by) {
     v1::StateChanged change;
     change.set_scene_rev(scene_.scene_rev);
@@ -178,8 +169,17 @@ void RenderSession::apply_command(const Work& work) {
     if (!applied) return replies_.refuse(work, applied.error());
     changes_.note(scene_, before.scene_rev, work.message.command(), work.session);
     replies_.ok(work, std::move(applied->warnings));
-    fade_.begin(scene_, work.message.command(), work.session, monotonic_ns());
+    begin_fade(work.message.command(), work.session);
     if (scene_.scene_rev != before.scene_rev) tell(state_change(before, scene_), work.session);
+}
+
+// Where the command is a recall that was applied; one without a fade ends the fade that runs.
+void RenderSession::begin_fade(const v1::Command& command, std::uint32_t by) {
+    if (!command.has_recall_preset()) return;
+    const v1::RecallPreset& recall = command.recall_preset();
+    fade_by_ = by;
+    fade_ = Fade();
+    if (recall.fade_s() > 0) fade_ = Fade(scene_, *scene_.presets.at(recall.name()), recall.fade_s(), monotonic_ns());
 }
 
 std::vector<std::optional<Error>> RenderSession::apply_inputs(std::span<const v1::Command> commands, std::uint32_t by) {
@@ -196,18 +196,14 @@ std::vector<std::optional<Error>> RenderSession::apply_inputs(std::span<const v1
         if (commands[i].has_set_camera() && !without_camera.empty())
             refused[i] = roles_.refuses_camera(by, monotonic_ns());
         changes_.note(scene_, before, commands[i], by);
-    }
-    replies_.count_refused(static_cast<std::size_t>(
-        std::count_if(refused.begin(), refused.end(), [](const auto& one) { return one.has_value(); })));
-    for (std::size_t i = 0; i < commands.size(); ++i) {
-        if (!needs_files(commands[i])) continue;
-        Work work;
-        *work.message.mutable_command() = commands[i];
-        if (!send_to_loader(std::move(work)))
-            refused[i] = Error{"busy", "", "", "too many files are waiting to be read"};
-    }
-    for (std::size_t i = 0; i < commands.size(); ++i) {
-        if (!refused[i]) fade_.begin(scene_, commands[i], by, monotonic_ns());
+        if (refused[i]) replies_.count_refused();
+        if (needs_files(commands[i])) {
+            Work work;
+            *work.message.mutable_command() = commands[i];
+            if (!send_to_loader(std::move(work)))
+                refused[i] = Error{"busy", "", "", "too many files are waiting to be read"};
+        }
+        if (!refused[i]) begin_fade(commands[i], by);
     }
     return refused;
 }
@@ -215,8 +211,8 @@ std::vector<std::optional<Error>> RenderSession::apply_inputs(std::span<const v1
 void RenderSession::advance_fade(std::int64_t now_ns) {
     if (!fade_.running()) return;
     const Revision before = scene_.scene_rev;
-    apply_inputs(fade_.step(scene_, now_ns), fade_.by());
-    tell_inputs(before, fade_.by());
+    apply_inputs(fade_.step(scene_, now_ns), fade_by_);
+    tell_inputs(before, fade_by_);
 }
 
 void RenderSession::tell_inputs(Revision before, std::uint32_t by) {
@@ -226,8 +222,7 @@ void RenderSession::tell_inputs(Revision before, std::uint32_t by) {
 void RenderSession::answer_meter(const Work& work) {
     auto request = check_meter(work.message.meter());
     if (!request) return replies_.refuse(work, request.error());
-    if (request->quality == Quality::reference)
-        return submit_reference({work.session, work.message.request_id(), scene_, std::move(*request)}, work);
+    if (request->quality == Quality::reference) return submit_reference(work, std::move(*request));
     if (request->quality == Quality::rsm && scene_.lights.size() > kMostLayers)
         return replies_.refuse(
             work, {"too_many_lights", "meter.quality", "rsm",
@@ -239,13 +234,13 @@ void RenderSession::answer_capture(const Work& work) {
     auto request = check_capture(scene_, work.message.capture());
     if (!request) return replies_.refuse(work, request.error());
     if (work.message.capture().after_rev() > scene_.scene_rev) return captures_.add_late(work, replies_);
-    if (request->quality == Quality::reference)
-        return submit_reference({work.session, work.message.request_id(), scene_, std::move(*request)}, work);
+    if (request->quality == Quality::reference) return submit_reference(work, std::move(*request));
     captures_.add(work, scene_, *request, renderer_, replies_);
 }
 
-void RenderSession::submit_reference(ReferenceJob job, const Work& work) {
-    if (!reference_.submit(std::move(job))) replies_.busy(work, "too many reference jobs are waiting");
+void RenderSession::submit_reference(const Work& work, std::variant<MeterRequest, CaptureRequest> request) {
+    if (!reference_.submit({work.session, work.message.request_id(), scene_, std::move(request)}))
+        replies_.busy(work, "too many reference jobs are waiting");
 }
 
 void RenderSession::continue_work() {
@@ -358,27 +353,25 @@ void RenderSession::finish_frames(bool wait) {
 bool RenderSession::take_frame(bool wait) {
     const std::int64_t began_ns = monotonic_ns();
     auto frame = renderer_->finish_frame(wait);
+    const std::int64_t readback_ns = monotonic_ns() - began_ns;
     if (!frame) return false;
-    publish(std::move(*frame), monotonic_ns() - began_ns);
-    return true;
-}
-
-void RenderSession::publish(FinishedFrame frame, std::int64_t readback_ns) {
-    if (renderer_.lost()) return;
-    const auto& passes = frame.report.passes();
+    if (renderer_.lost()) return true;
+    v1::FrameReport& report = frame->report;
+    const auto& passes = report.passes();
     const bool heavy = std::any_of(passes.begin(), passes.end(), [](const v1::PassReport& row) {
         return row.state() == "ran" && (row.name().ends_with("gather") || row.name().ends_with("direct"));
     });
-    budget_.took(frame.report.frame_ms(), heavy, frame.rendered_ns);
-    if (refinable() || (watched_ && budget_.chosen() != 0)) frame.report.set_settled(false);
-    if (frame.nv12) {
+    budget_.took(report.frame_ms(), heavy, frame->rendered_ns);
+    if (refinable() || (watched_ && budget_.chosen() != 0)) report.set_settled(false);
+    if (frame->nv12) {
         ++frames_rendered_;
-        out_.picture({frame.report.scene_rev(), frame.width_px, frame.height_px, frame.nv12, frame.drained_ns,
-                      frame.rendered_ns, readback_ns});
+        out_.picture({report.scene_rev(), frame->width_px, frame->height_px, frame->nv12, frame->drained_ns,
+                      frame->rendered_ns, readback_ns});
     }
-    for (const Work& query : reports_.take_answered(frame.report.scene_rev()))
-        replies_.answer(query, message_of(&v1::ServerMessage::mutable_report, frame.report));
-    reports_.keep(std::move(frame.report));
+    for (const Work& query : reports_.take_answered(report.scene_rev()))
+        replies_.answer(query, message_of(&v1::ServerMessage::mutable_report, report));
+    reports_.keep(std::move(report));
+    return true;
 }
 
 }  // namespace gonio

@@ -11,10 +11,10 @@
 #include <vector>
 
 #include "server/base/queue.h"
+#include "server/scene/preset.h"
 #include "server/session/budget.h"
 #include "server/session/capture_queue.h"
 #include "server/session/changes.h"
-#include "server/session/fade_player.h"
 #include "server/session/meter_queue.h"
 #include "server/session/reference_work.h"
 #include "server/session/report_log.h"
@@ -110,13 +110,11 @@ private:
     void prepare_presets();
     void begin_renderer();
     bool lights_anew() const;
-    // Takes the oldest frame from the renderer. Result: false where none is finished.
+    // Publishes the oldest frame of the renderer. Result: false where none is finished.
     bool take_frame(bool wait);
-    void publish(FinishedFrame frame, std::int64_t readback_ns);
     // Each takes one kind of message.
     void forget_session(std::uint32_t session);
-    void acquire_control(const Work& work);
-    void release_control(const Work& work);
+    void change_holder(const Work& work);
     void take_command(Work work);
     void answer_meter(const Work& work);
     void answer_capture(const Work& work);
@@ -124,12 +122,12 @@ private:
     void answer_profile(const Work& work);
     void answer_learn(const Work& work);
     v1::Stats stats();
-    void submit_reference(ReferenceJob job, const Work& work);
-    void answer_control(const Work& work, const std::optional<Error>& refused, std::uint32_t holder_before);
+    void submit_reference(const Work& work, std::variant<MeterRequest, CaptureRequest> request);
     void tell_control(std::uint32_t by);
     void tell(v1::StateChanged change, std::uint32_t by);
     std::optional<Error> refuses(const Work& work);
     void apply_command(const Work& work);
+    void begin_fade(const v1::Command& command, std::uint32_t by);
     bool send_to_loader(Work work);  // result: false where too much waits; then the client has been told
 
     SessionOutputs out_;
@@ -145,7 +143,8 @@ private:
     Budget budget_;
     std::int64_t changed_ns_ = INT64_MIN / 2;                  // when a frame of a new revision began
     bool watched_ = false, better_ = false, refined_ = false;  // better_: another frame shows more than the last
-    FadePlayer fade_;
+    Fade fade_;
+    std::uint32_t fade_by_ = 0;  // whose recall it is
     ReportLog reports_;
     CaptureQueue captures_;
     MeterQueue meters_;

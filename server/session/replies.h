@@ -21,7 +21,7 @@ public:
     void ok(const Work& work, std::vector<std::string> warnings = {}) const;
     void refuse(const Work& work, const Error& error);
     void busy(const Work& work, std::string why) { refuse(work, {"busy", "", "", std::move(why)}); }
-    void count_refused(std::size_t more) { refused_ += static_cast<std::uint32_t>(more); }
+    void count_refused() { ++refused_; }
     std::uint32_t refused() const { return refused_; }
 
 private:
