@@ -19,8 +19,7 @@ void Budget::took(double ms, bool heavy, std::int64_t now_ns) {
 }
 
 std::size_t Budget::choose(std::int64_t now_ns) {
-    if (!(frame_ms_ > 0.0)) return chosen_ = 0;
-    if (owes(now_ns)) return chosen_ = 0;
+    if (!(frame_ms_ > 0.0) || owes(now_ns)) return chosen_ = 0;
     const auto fits = [&](std::size_t quality_level) {
         const double share = quality_level < chosen_ ? kFitsBetter : kFits;
         return full_ms_ * kQualityLevels[quality_level].cost <= share * frame_ms_;

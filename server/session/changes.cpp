@@ -24,7 +24,6 @@ void touch(const Light& light, const v1::SetLight* set, std::vector<TouchedPrope
 
 }  // namespace
 
-// One switch over the commands.
 std::vector<TouchedProperty> touched_properties(const Scene& scene, const v1::Command& command) {
     std::vector<TouchedProperty> touched;
     switch (command.command_case()) {
@@ -61,42 +60,30 @@ std::vector<TouchedProperty> touched_properties(const Scene& scene, const v1::Co
             break;
         }
         case v1::Command::kSavePreset:
-            touched.push_back({"presets." + command.save_preset().name(), scene.presets_rev});
-            break;
+            return {{"presets." + command.save_preset().name(), scene.presets_rev}};
         case v1::Command::kRemovePreset:
-            touched.push_back({"presets." + command.remove_preset().name(), scene.presets_rev});
-            break;
+            return {{"presets." + command.remove_preset().name(), scene.presets_rev}};
         case v1::Command::kLoadScene:
-            touched.push_back({"scene", scene.geometry_rev});
-            break;
+            return {{"scene", scene.geometry_rev}};
         case v1::Command::kSetTechnique:
-            touched.push_back({"technique", scene.technique_rev});
-            break;
+            return {{"technique", scene.technique_rev}};
         case v1::Command::kSetView:
-            touched.push_back({"view", scene.view_rev});
-            break;
+            return {{"view", scene.view_rev}};
         case v1::Command::kSetExposure:
-            touched.push_back({"exposure_ev100", scene.exposure_rev});
-            break;
+            return {{"exposure_ev100", scene.exposure_rev}};
         case v1::Command::kSetMaster:
-            touched.push_back({"master_ratio", scene.master_rev});
-            break;
+            return {{"master_ratio", scene.master_rev}};
         case v1::Command::kSetCamera:
-            touched.push_back({"camera", scene.camera_rev});
-            break;
+            return {{"camera", scene.camera_rev}};
         case v1::Command::kSetGroup:
-            touched.push_back({"groups." + command.set_group().name(), scene.groups_rev});
-            break;
+            return {{"groups." + command.set_group().name(), scene.groups_rev}};
         case v1::Command::kSetSize:
-            touched.push_back({"size_px", scene.size_rev});
-            break;
+            return {{"size_px", scene.size_rev}};
         case v1::Command::kSetPatch:
-            touched.push_back({"patch", scene.patch_rev});
-            break;
+            return {{"patch", scene.patch_rev}};
         case v1::Command::kSetSurfaces:
         case v1::Command::kMapControl:
-            touched.push_back({"surfaces", scene.surfaces_rev});
-            break;
+            return {{"surfaces", scene.surfaces_rev}};
         case v1::Command::COMMAND_NOT_SET:
             break;
     }

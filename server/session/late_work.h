@@ -1,6 +1,7 @@
 // Work that waits until the scene has reached a revision. Pure: the time is a parameter. At the bound nothing is taken.
 #pragma once
 
+#include <algorithm>
 #include <chrono>
 #include <cstdint>
 #include <optional>
@@ -42,13 +43,11 @@ private:
     };
     template <typename Condition>
     std::optional<Work> take(const Condition& condition) {
-        for (auto one = waiting_.begin(); one != waiting_.end(); ++one) {
-            if (!condition(*one)) continue;
-            std::optional<Work> work(std::move(one->work));
-            waiting_.erase(one);
-            return work;
-        }
-        return std::nullopt;
+        const auto one = std::ranges::find_if(waiting_, condition);
+        if (one == waiting_.end()) return std::nullopt;
+        std::optional<Work> work(std::move(one->work));
+        waiting_.erase(one);
+        return work;
     }
 
     std::size_t most_;

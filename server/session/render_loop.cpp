@@ -7,26 +7,19 @@ namespace gonio {
 HttpServer::Callbacks Inbox::callbacks() {
     return {
         [this](SessionId session, v1::ClientMessage message) {
-            Work work;
-            work.session = session;
-            work.message = std::move(message);
-            return queue.push(std::move(work));
+            return queue.push({.session = session, .message = std::move(message)});
         },
         [this](Demand newest) {
             demands.put(std::move(newest));
             queue.wake(Queue<Work>::Wake::soon);
         },
         [this](SessionId session) {
-            Work gone;
-            gone.session = session;
-            gone.closed = true;
-            if (queue.push(std::move(gone))) return;
+            if (queue.push({.session = session, .closed = true})) return;
             left.merge([&](std::set<SessionId>& sessions) { sessions.insert(session); });
             queue.wake();
         },
         [this](SessionId session, v1::Identify identify) {
-            Work work;
-            work.session = session;
+            Work work{.session = session};
             *work.message.mutable_identify() = std::move(identify);
             return queue.push(std::move(work));
         },
@@ -36,7 +29,7 @@ HttpServer::Callbacks Inbox::callbacks() {
 RenderLoop::Plan RenderLoop::plan(std::int64_t now_ns) {
     Plan plan;
     plan.viewer = feed_.wanted();
-    const bool moves = surface_input_.waiting(now_ns) || render_session_.fading();
+    const bool moves = surface_input_.waiting() || render_session_.fading();
     // Somebody must be able to take a picture: a viewer with credit, or a report that is waited for.
     plan.due = ((render_session_.frame_wanted() || moves) && plan.viewer) || render_session_.report_wanted();
     plan.wait_ns = plan.due ? std::max<std::int64_t>(0, last_begin_ns_ + frame_ns_ - now_ns) : 0;
@@ -72,12 +65,8 @@ void RenderLoop::drain(std::optional<Work> first) {
             inbox_.left.merge([&](std::set<SessionId>& sessions) { sessions.insert(left->begin(), left->end()); });
         return;
     }
-    for (const SessionId session : left.value_or(std::set<SessionId>())) {
-        Work gone;
-        gone.session = session;
-        gone.closed = true;
-        render_session_.take(std::move(gone));
-    }
+    for (const SessionId session : left.value_or(std::set<SessionId>()))
+        render_session_.take({.session = session, .closed = true});
 }
 
 void RenderLoop::turn() {

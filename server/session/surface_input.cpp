@@ -21,11 +21,10 @@ std::vector<v1::SurfaceRow> rows_in_force(const Scene& scene, const v1::Surfaces
     if (scene.surfaces && !defaults_only) rows.assign(scene.surfaces->rows().begin(), scene.surfaces->rows().end());
     if (scene.surfaces && !scene.surfaces->with_default()) return rows;
     for (const v1::SurfaceRow& row : table.default_rows()) {
-        bool replaced = false;
-        if (scene.surfaces)
-            for (const v1::SurfaceRow& set : scene.surfaces->rows())
-                replaced = replaced || (set.control() == row.control() && means_box(set.device(), row.device()));
-        if (!replaced) rows.push_back(row);
+        const auto replaces = [&](const v1::SurfaceRow& set) {
+            return set.control() == row.control() && means_box(set.device(), row.device());
+        };
+        if (!scene.surfaces || std::ranges::none_of(scene.surfaces->rows(), replaces)) rows.push_back(row);
     }
     return rows;
 }
@@ -49,7 +48,7 @@ void SurfaceInput::take_updates() {
     if (auto updates = surfaces_->updates().try_take()) waiting_.add(std::move(*updates));
 }
 
-bool SurfaceInput::waiting(std::int64_t) {
+bool SurfaceInput::waiting() {
     if (surfaces_ == nullptr) return false;
     take_updates();
     return !waiting_.controls.empty() || reader_.moving();
@@ -191,10 +190,8 @@ void SurfaceInput::show(const Scene& scene) {
     for (const v1::SurfaceDevice& device : table_.table.devices()) {
         for (const v1::SurfaceControl& control : device.controls()) {
             if (!control.feedback()) continue;
-            if (const auto value = reader_.shown(device.device(), control.name(), values, scene.recalled))
-                targets[device.device()][control.name()] = *value;
-            else
-                targets[device.device()][control.name()] = 0;  // what drives nothing is dark
+            const auto value = reader_.shown(device.device(), control.name(), values, scene.recalled);
+            targets[device.device()][control.name()] = value.value_or(0);  // what drives nothing is dark
         }
     }
     if (targets == shown_values_) return;

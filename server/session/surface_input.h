@@ -31,7 +31,7 @@ public:
         : surfaces_(surfaces), interval_ns_(interval_ns), reply_(std::move(reply)) {}
 
     // Whether hands have something for the next frame.
-    bool waiting(std::int64_t now_ns);
+    bool waiting();
     // Applies it: before a frame, or when nobody watches, at most once a frame time.
     void serve(RenderSession& render_session, std::int64_t now_ns);
     // Result: how long the render thread may sleep with regard to what waits here.
