@@ -2,6 +2,7 @@
 // client owns a whole /64, so the caller passes that.
 #pragma once
 
+#include <algorithm>
 #include <chrono>
 #include <map>
 #include <string>
@@ -18,16 +19,10 @@ public:
 
     // A wrong token came. The first one of an address begins its minute.
     void failed(const std::string& address, Time now) {
-        auto found = windows_.find(address);
-        if (found != windows_.end() && now - found->second.began >= kWindow) {
-            windows_.erase(found);
-            found = windows_.end();
-        }
-        if (found == windows_.end()) {
-            if (windows_.size() >= kMaxAddresses) forget_oldest();
-            found = windows_.emplace(address, Window{now, 0}).first;
-        }
-        ++found->second.failures;
+        if (windows_.size() >= kMaxAddresses && !windows_.contains(address)) forget_oldest();
+        Window& window = windows_.try_emplace(address, Window{now, 0}).first->second;
+        if (now - window.began >= kWindow) window = {now, 0};
+        ++window.failures;
     }
     // Result: how long nothing that needs a token is answered; zero: it is.
     std::chrono::seconds blocked(const std::string& address, Time now) const {
@@ -45,10 +40,7 @@ private:
         unsigned failures;
     };
     void forget_oldest() {
-        auto oldest = windows_.begin();
-        for (auto one = windows_.begin(); one != windows_.end(); ++one)
-            if (one->second.began < oldest->second.began) oldest = one;
-        windows_.erase(oldest);
+        windows_.erase(std::ranges::min_element(windows_, {}, [](const auto& one) { return one.second.began; }));
     }
 
     unsigned most_;

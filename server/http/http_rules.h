@@ -1,4 +1,5 @@
-// What an HTTP request may ask for: hosts, origins, addresses, tokens; and the small tables of HTTP. Pure functions.
+// What an HTTP request may ask for: hosts, origins, addresses, tokens; what RFC 7230 and RFC 6455 have a server refuse
+// that Beast lets through; and the small tables of HTTP. Pure functions.
 #pragma once
 
 #include <optional>
@@ -35,6 +36,14 @@ std::optional<std::string_view> bearer_token(std::string_view authorization);
 
 // Result: the first subprotocol of the request that this server speaks.
 std::optional<Encoding> chosen_encoding(const HttpRequest& request);
+
+// Result: why the request is answered 400, one sentence; nothing where it is good. Headers that decide who may ask
+// stand once: two of them are read differently by proxies and servers (Host: RFC 7230 5.4; Origin: RFC 6454 7.3).
+std::optional<std::string_view> request_fault(const HttpRequest& request);
+
+// The same of an opening handshake: Sec-WebSocket-Key is the base64 of 16 bytes (RFC 6455 4.2.1-5), and it and
+// Sec-WebSocket-Version stand once (11.3.1, 11.3.5).
+std::optional<std::string_view> handshake_fault(const HttpRequest& request);
 
 // What keeps a PUT from being read as the file it means.
 struct UploadFault {

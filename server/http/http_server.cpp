@@ -40,8 +40,6 @@ public:
         thread_.join();
         disk_.join();
     }
-    BeastServer(const BeastServer&) = delete;
-    BeastServer& operator=(const BeastServer&) = delete;
 
     Result<bool> listen() {
         const HttpOptions& options = registry_.options;
@@ -91,14 +89,15 @@ public:
     }
     void reply(SessionId session, v1::ServerMessage message) override {
         asio::post(context_, [this, session, message = std::move(message)]() mutable {
-            if (!registry_.has(session)) return;  // it left before its answer came
+            const auto peer = registry_.find(session);
+            if (!peer) return;  // it left before its answer came
             const v1::Result& result = message.result();
             if (message.has_result() &&
                 registry_.updates.answered(session, message.request_id(), result.code() == "ok", result.scene_rev()))
                 registry_.options.metrics
                     ->counter("updates_total", "Commands of clients, by their result.", label("result", result.code()))
                     .add();
-            if (const auto peer = registry_.find(session)) peer->on_reply(std::move(message));
+            peer->on_reply(std::move(message));
         });
     }
     void publish_video_config(v1::VideoConfig config, LaneId lane) override {
@@ -136,7 +135,6 @@ public:
     }
     void stop(std::uint32_t reconnect_after_ms) override {
         asio::post(context_, [this, reconnect_after_ms] {
-            if (registry_.stopping) return;
             registry_.reconnect_after_ms = reconnect_after_ms;
             shut_down();
         });
@@ -192,10 +190,8 @@ private:
             accept();
             const tcp::endpoint remote = socket.remote_endpoint(error);
             if (error) return;  // gone already
-            const asio::ip::address plain_remote = plain_address(remote.address());
-            const std::string address = client_address(plain_remote);
-            const bool local = plain_remote.is_loopback();
-            auto place = registry_.place_for(address, local);
+            const asio::ip::address address = plain_address(remote.address());
+            auto place = registry_.place_for(client_address(address), address.is_loopback());
             if (!place) {  // closed with `socket`
                 registry_.count_rejected("connections");
                 return;
@@ -244,8 +240,8 @@ private:
         });
     }
 
-    SessionRegistry
-        registry_;  // before the context: sessions end with the context and take leave of the session registry
+    // Before the context: sessions end with the context and take leave of the session registry.
+    SessionRegistry registry_;
     Histogram &encode_seconds_, &update_seconds_;
     asio::thread_pool disk_{1};
     asio::io_context context_{1};

@@ -2,6 +2,7 @@
 // own thread; knows messages and encoded frames, never the scene. Boost.Beast stays in the .cpp files.
 #pragma once
 
+#include <algorithm>
 #include <cstddef>
 #include <cstdint>
 #include <functional>
@@ -34,8 +35,8 @@ struct Demand {
     unsigned jpeg_clients = 0;       // MJPEG clients, with or without a request for the next part
     unsigned clients = 0;
     bool operator==(const Demand&) const = default;
-    bool h264() const;  // a viewer has credit
-    bool key() const;   // a viewer wants a key frame
+    bool h264() const { return std::ranges::any_of(lanes, &LaneRequest::credit); }
+    bool key() const { return std::ranges::any_of(lanes, &LaneRequest::key); }
 };
 
 struct HttpOptions {

@@ -1,4 +1,3 @@
-#include "server/http/request_check.h"
 #include "server/http/sessions.h"
 
 #include <boost/beast/http/read.hpp>
@@ -34,14 +33,24 @@ public:
         registry_.remove(still_id_);
         registry_.remove(told_id_);
     }
-    HttpSession(const HttpSession&) = delete;
-    HttpSession& operator=(const HttpSession&) = delete;
 
     void start() { read(); }
 
     void on_reply(v1::ServerMessage message) override {
+        if (still_id_ == 0) return;
         if (message.has_progress()) return wait_for_still();
-        answer_still(std::move(message));
+        const auto self = shared_from_this();  // the timers' handlers hold the only other references
+        end_wait();
+        if (registry_.access.tokens.right_of(shown_token().value_or("")) == Right::none)
+            return refuse(http::status::unauthorized, "The token does not hold any more.");
+        if (message.has_capture()) {
+            Response response = make_response(http::status::ok, content_type("." + message.capture().format()),
+                                              std::move(*message.mutable_capture()->mutable_image()));
+            response.set("X-Scene-Rev", std::to_string(message.capture().scene_rev()));
+            return send(std::move(response));
+        }
+        const v1::Result& result = message.result();
+        refuse(status_of(result.code()), said({result.code(), result.field(), result.value(), result.message()}));
     }
     void on_shutdown() override {
         if (still_id_ == 0) return;
@@ -256,7 +265,6 @@ private:
     }
     // Again whenever the renderer tells of its progress.
     void wait_for_still() {
-        if (still_id_ == 0) return;
         still_timer_.expires_after(registry_.options.limits.still);
         still_timer_.async_wait([self = shared_from_this()](error_code error) {
             if (error || self->still_id_ == 0) return;
@@ -271,21 +279,6 @@ private:
         watch_timer_.cancel();
     }
 
-    void answer_still(v1::ServerMessage message) {
-        if (still_id_ == 0) return;
-        const auto self = shared_from_this();  // the timers' handlers hold the only other references
-        end_wait();
-        if (registry_.access.tokens.right_of(shown_token().value_or("")) == Right::none)
-            return refuse(http::status::unauthorized, "The token does not hold any more.");
-        if (message.has_capture()) {
-            Response response = make_response(http::status::ok, content_type("." + message.capture().format()),
-                                              std::move(*message.mutable_capture()->mutable_image()));
-            response.set("X-Scene-Rev", std::to_string(message.capture().scene_rev()));
-            return send(std::move(response));
-        }
-        const v1::Result& result = message.result();
-        refuse(status_of(result.code()), said({result.code(), result.field(), result.value(), result.message()}));
-    }
     static std::string said(const Error& error) { return error.code + ": " + error.text(); }
 
     Response make_response(http::status status, std::string_view type, std::string body) const {
@@ -337,10 +330,7 @@ private:
             response.body().clear();
             response.content_length(length);
         }
-        registry_.options.metrics
-            ->counter("http_requests_total", "Requests, by the status of their answer.",
-                      label("code", std::to_string(response.result_int())))
-            .add();
+        registry_.count_answer(response.result_int());
         response_ = std::make_unique<Response>(std::move(response));
         serializer_.emplace(*response_);
         if (request_.method() != http::verb::head) return write_some();
@@ -364,9 +354,6 @@ private:
         if (error) return;
         if (registry_.stopping) keep_alive_ = false;
         if (keep_alive_) return read();
-        linger();
-    }
-    void linger() {
         stream_.expires_after(std::chrono::seconds(1));
         stream_.async_shut_down([self = shared_from_this()](error_code) {});
     }

@@ -78,6 +78,12 @@ struct Row {
     const char* must;
 };
 
+template <std::string* (v1::CaptureQuery::*field)()>
+bool set_text(v1::CaptureQuery& query, const std::string& value) {
+    *(query.*field)() = value;
+    return !value.empty();
+}
+
 constexpr Row kStillRows[] = {
     {"after_rev",
      [](v1::CaptureQuery& query, const std::string& value) {
@@ -96,24 +102,9 @@ constexpr Row kStillRows[] = {
          return width.value_or(0) > 0 && height.value_or(0) > 0;
      },
      "must be WIDTHxHEIGHT, in pixels"},
-    {"view",
-     [](v1::CaptureQuery& query, const std::string& value) {
-         query.set_view(value);
-         return !value.empty();
-     },
-     "must be the name of a view"},
-    {"quality",
-     [](v1::CaptureQuery& query, const std::string& value) {
-         query.set_quality(value);
-         return !value.empty();
-     },
-     "must be interactive or reference"},
-    {"bounces",
-     [](v1::CaptureQuery& query, const std::string& value) {
-         query.set_bounces(value);
-         return !value.empty();
-     },
-     "must be all or a whole number"},
+    {"view", set_text<&v1::CaptureQuery::mutable_view>, "must be the name of a view"},
+    {"quality", set_text<&v1::CaptureQuery::mutable_quality>, "must be interactive or reference"},
+    {"bounces", set_text<&v1::CaptureQuery::mutable_bounces>, "must be all or a whole number"},
     {"noise",
      [](v1::CaptureQuery& query, const std::string& value) {
          const auto noise = whole_text<double>(value);

@@ -1,13 +1,6 @@
 #include "server/http/lane_metrics.h"
 
-#include <array>
-
 namespace gonio {
-namespace {
-
-constexpr std::array kEncoders = {"h264_nvenc", "h264_vaapi", "libx264", "mjpeg"};
-
-}  // namespace
 
 void count_frame(Metrics& metrics, const EncodedFrame& frame, std::string_view codec) {
     const bool video = codec == "h264";
@@ -26,7 +19,7 @@ Histogram& send_seconds(Metrics& metrics) {
 void show_lanes(const SessionRegistry& registry) {
     Metrics& metrics = *registry.options.metrics;
     const std::string& now = registry.video.newest_encoder();
-    for (const char* encoder : kEncoders)
+    for (const char* encoder : {"h264_nvenc", "h264_vaapi", "libx264", "mjpeg"})
         metrics.gauge("encoder_info", "1 for the encoder of the video.", label("encoder", encoder))
             .set(encoder == now ? 1 : 0);
     struct Sum {

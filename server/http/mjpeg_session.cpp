@@ -8,16 +8,12 @@
 namespace gonio {
 namespace {
 
-constexpr std::string_view kPreamble =
+constexpr std::string_view kHeader =  // up to the empty line that kBetween begins with
     "HTTP/1.1 200 OK\r\n"
     "Content-Type: multipart/x-mixed-replace;boundary=gonio-frame\r\n"
     "Cache-Control: no-store\r\n"
     "X-Content-Type-Options: nosniff\r\n"
-    "Connection: close\r\n"
-    "\r\n"
-    "--gonio-frame\r\n"
-    "Content-Type: image/jpeg\r\n"
-    "\r\n";
+    "Connection: close\r\n";
 constexpr std::string_view kBetween =
     "\r\n--gonio-frame\r\n"
     "Content-Type: image/jpeg\r\n"
@@ -35,8 +31,6 @@ public:
           send_seconds_(send_seconds(*registry.options.metrics)),
           stall_(socket_.get_executor()) {}
     ~MjpegSession() override { forget(); }
-    MjpegSession(const MjpegSession&) = delete;
-    MjpegSession& operator=(const MjpegSession&) = delete;
 
     void start() {
         id_ = registry_.add(shared_from_this(), place_);
@@ -46,7 +40,7 @@ public:
         registry_.count_clients("mjpeg", 1);
         read();
         pending_ = registry_.mjpeg.newest;
-        write({asio::buffer(kPreamble), asio::const_buffer(), asio::const_buffer()});
+        write({asio::buffer(kHeader), asio::buffer(kBetween)});
         update_demand();
     }
 
@@ -74,10 +68,10 @@ private:
     void write_pending() {
         sent_ = std::exchange(pending_, nullptr);
         ++registry_.packets_sent;
-        write({asio::buffer(sent_->data), asio::buffer(kBetween), asio::const_buffer()});
+        write({asio::buffer(sent_->data), asio::buffer(kBetween)});
         update_demand();
     }
-    void write(const std::array<asio::const_buffer, 3>& buffers) {
+    void write(const std::array<asio::const_buffer, 2>& buffers) {
         writing_ = true;
         const auto began = std::chrono::steady_clock::now();
         // Asked before each part: a client that takes something has its time anew.
@@ -90,7 +84,7 @@ private:
             self->writing_ = false;
             self->stall_.cancel();
             if (error) return self->end();
-            if (self->sent_)  // else it was the preamble
+            if (self->sent_)  // else it was the header
                 self->send_seconds_.observe(
                     std::chrono::duration<double>(std::chrono::steady_clock::now() - began).count());
             if (self->pending_) return self->write_pending();

@@ -11,8 +11,16 @@
 namespace gonio {
 namespace {
 
-constexpr std::size_t kRecordBytes =
-    16 << 10;  // of one TLS record: what is written at once goes into as few as possible
+// Of one TLS record: what is written at once goes into as few as possible.
+constexpr std::size_t kRecordBytes = 16 << 10;
+
+// Result: `moved`, noting in `at` when bytes did.
+NetStream::Moved noting(std::chrono::steady_clock::time_point& at, NetStream::Moved moved) {
+    return [&at, moved = std::move(moved)](error_code error, std::size_t bytes) {
+        if (bytes > 0) at = std::chrono::steady_clock::now();
+        moved(error, bytes);
+    };
+}
 
 }  // namespace
 
@@ -54,12 +62,6 @@ NetStream::executor_type NetStream::get_executor() noexcept {
 tcp::socket& NetStream::socket() {
     return impl_->plain.socket();
 }
-const tcp::socket& NetStream::socket() const {
-    return impl_->plain.socket();
-}
-bool NetStream::secure() const {
-    return impl_->tls != nullptr;
-}
 void NetStream::expires_after(std::chrono::nanoseconds time) {
     impl_->plain.expires_after(time);
 }
@@ -94,19 +96,13 @@ void NetStream::async_shut_down(Done done) {
 }
 
 void NetStream::read_some(const Buffers<asio::mutable_buffer>& buffers, Moved moved) {
-    Moved noted = [impl = impl_.get(), moved = std::move(moved)](error_code error, std::size_t bytes) {
-        if (bytes > 0) impl->read = std::chrono::steady_clock::now();
-        moved(error, bytes);
-    };
+    Moved noted = noting(impl_->read, std::move(moved));
     if (impl_->tls) return impl_->tls->async_read_some(buffers[0], std::move(noted));
     impl_->plain.async_read_some(buffers, std::move(noted));
 }
 
 void NetStream::write_some(const Buffers<asio::const_buffer>& buffers, Moved moved) {
-    Moved noted = [impl = impl_.get(), moved = std::move(moved)](error_code error, std::size_t bytes) {
-        if (bytes > 0) impl->wrote = std::chrono::steady_clock::now();
-        moved(error, bytes);
-    };
+    Moved noted = noting(impl_->wrote, std::move(moved));
     if (!impl_->tls) return impl_->plain.async_write_some(buffers, std::move(noted));
     const std::size_t bytes = asio::buffer_copy(asio::buffer(impl_->record), buffers);
     impl_->tls->async_write_some(asio::buffer(impl_->record.data(), bytes), std::move(noted));

@@ -25,9 +25,6 @@ public:
 
     executor_type get_executor() noexcept;
     tcp::socket& socket();
-    const tcp::socket& socket() const;
-    bool secure() const;  // under TLS
-    bool is_open() const { return socket().is_open(); }
     // When the other side last took something, as far as its window and this machine's buffer tell; never: the epoch.
     std::chrono::steady_clock::time_point last_written() const;
     // When bytes came from it, also of a message that is not whole; never: the epoch.

@@ -97,6 +97,13 @@ void SessionRegistry::count_rejected(const char* reason) {
         .add();
 }
 
+void SessionRegistry::count_answer(unsigned status) {
+    options.metrics
+        ->counter("http_requests_total", "Requests, by the status of their answer.",
+                  label("code", std::to_string(status)))
+        .add();
+}
+
 SessionId SessionRegistry::add(const std::shared_ptr<Peer>& peer, const std::shared_ptr<const Place>& place) {
     if (full() || full_for(*place) || stopping) return 0;
     clients_.add(place->address());
@@ -110,7 +117,7 @@ SessionId SessionRegistry::add_stranger(const std::shared_ptr<Peer>& peer, const
 }
 
 bool SessionRegistry::make_client(SessionId id) {
-    const Place& place = *place_of_.at(id);
+    const Place& place = *peers_.at(id).place;
     if (full() || full_for(place)) return false;
     std::erase(strangers_, id);
     clients_.add(place.address());
@@ -118,7 +125,7 @@ bool SessionRegistry::make_client(SessionId id) {
 }
 
 void SessionRegistry::make_room_for_stranger(const Place& place) {
-    const auto is_neighbour = [&](SessionId id) { return place_of_.at(id)->address() == place.address(); };
+    const auto is_neighbour = [&](SessionId id) { return peers_.at(id).place->address() == place.address(); };
     const unsigned most = most_clients_of(place);
     auto leaves = strangers_.end();
     if (most > 0 && std::count_if(strangers_.begin(), strangers_.end(), is_neighbour) >= most)
@@ -134,25 +141,24 @@ void SessionRegistry::make_room_for_stranger(const Place& place) {
 
 SessionId SessionRegistry::keep(const std::shared_ptr<Peer>& peer, const std::shared_ptr<const Place>& place) {
     while (next_id_ == 0 || peers_.contains(next_id_)) ++next_id_;
-    peers_[next_id_] = peer;
-    place_of_[next_id_] = place;
+    peers_[next_id_] = {peer, place};
     return next_id_++;
 }
 
 bool SessionRegistry::too_much_waits_for(const Place& place) const {
     std::size_t sum = 0;
-    for (const auto& [id, session] : peers_)
-        if (const auto peer = session.lock(); peer && place_of_.at(id)->address() == place.address())
+    for (const auto& [id, member] : peers_)
+        if (const auto peer = member.peer.lock(); peer && member.place->address() == place.address())
             sum += peer->waiting_bytes();
     return sum >= (most_clients_of(place) > 0 ? 4 : 16) * options.limits.queued_bytes;
 }
 
 void SessionRegistry::remove(SessionId id) {
-    if (peers_.erase(id) == 0) return;
+    const auto member = peers_.find(id);
+    if (member == peers_.end()) return;
     if (lanes.watches(id)) lanes.leave(id, Clock::now());
-    const auto place = place_of_.find(id);
-    if (std::erase(strangers_, id) == 0) clients_.take(place->second->address());
-    place_of_.erase(place);
+    if (std::erase(strangers_, id) == 0) clients_.take(member->second.place->address());
+    peers_.erase(member);
     if (!stopping && callbacks_.closed) callbacks_.closed(id);
     tell_moved();
     update_demand();
@@ -167,15 +173,7 @@ void SessionRegistry::publish_h264(const std::shared_ptr<const EncodedFrame>& fr
 
 void SessionRegistry::tell_moved() {
     for (const SessionId id : lanes.take_moved())
-        if (const auto peer = find(id)) peer->on_moved();
-}
-
-bool Demand::h264() const {
-    return std::any_of(lanes.begin(), lanes.end(), [](const LaneRequest& request) { return request.credit > 0; });
-}
-
-bool Demand::key() const {
-    return std::any_of(lanes.begin(), lanes.end(), [](const LaneRequest& request) { return request.key; });
+        if (const auto peer = find(id)) peer->on_video_config();
 }
 
 void SessionRegistry::update_demand() {

@@ -35,8 +35,7 @@ public:
     virtual void on_reply(v1::ServerMessage) {}
     virtual void on_state_published() {}
     virtual void on_state_changed(const SharedMessage&) {}
-    virtual void on_video_config() {}  // VideoConfigs::of() its lane may be another now
-    virtual void on_moved() {}         // to another lane
+    virtual void on_video_config() {}  // VideoConfigs::of() its lane may be another now, or it is in another lane
     virtual void on_h264(const std::shared_ptr<const EncodedFrame>&, bool /*final*/, VideoGate::Verdict) {}
     virtual void on_jpeg(const std::shared_ptr<const EncodedFrame>&) {}
     virtual void on_shutdown() = 0;   // says goodbye where it can and ends
@@ -171,6 +170,7 @@ public:
     void count_clients(const char* transport, int change);
     void count_served(bool more) { more ? ++served_ : --served_; }
     void count_rejected(const char* reason);
+    void count_answer(unsigned status);
     // Tells the daemon what is wanted if that changed. Call after everything that may change it.
     void update_demand();
     void publish_h264(const std::shared_ptr<const EncodedFrame>& frame, bool final);
@@ -186,16 +186,15 @@ public:
             const auto next = peers_.upper_bound(after);
             if (next == peers_.end()) return;
             after = next->first;
-            if (const auto peer = next->second.lock()) call(*peer);
+            if (const auto peer = next->second.peer.lock()) call(*peer);
         }
     }
 
     // Result: null where it has gone.
     std::shared_ptr<Peer> find(SessionId id) const {
         const auto found = peers_.find(id);
-        return found == peers_.end() ? nullptr : found->second.lock();
+        return found == peers_.end() ? nullptr : found->second.peer.lock();
     }
-    bool has(SessionId id) const { return peers_.contains(id); }
     bool empty() const { return peers_.empty(); }
 
 private:
@@ -204,8 +203,11 @@ private:
     unsigned most_clients_of(const Place& place) const;  // 0: no limit of its address
 
     HttpServer::Callbacks callbacks_;
-    std::map<SessionId, std::weak_ptr<Peer>> peers_;
-    std::map<SessionId, std::shared_ptr<const Place>> place_of_;  // of `peers_`
+    struct Member {
+        std::weak_ptr<Peer> peer;
+        std::shared_ptr<const Place> place;
+    };
+    std::map<SessionId, Member> peers_;
     AddressCounts connections_, clients_;
     unsigned served_ = 0;
     SessionId next_id_ = 1;

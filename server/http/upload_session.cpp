@@ -42,23 +42,22 @@ public:
     }
 
     void start() {
-        const auto declared = parser_.content_length();
-        const std::uint64_t bytes = declared ? *declared : 0;
-        on_disk<UploadPart>([this, bytes] { return registry_.options.uploads->begin(name_, bytes); },
-                            [this](Result<UploadPart> part) {
-                                if (!part) return refuse(part.error());
-                                part_ = std::move(*part);
-                                open_ = true;
-                                is_expected();
-                            });
+        const std::uint64_t bytes = parser_.content_length().value_or(0);
+        on_disk([this, bytes] { return registry_.options.uploads->begin(name_, bytes); },
+                [this](Result<UploadPart> part) {
+                    if (!part) return refuse(part.error());
+                    part_ = std::move(*part);
+                    open_ = true;
+                    is_expected();
+                });
     }
 
 private:
     // Calls `work` on the disk thread, then `then` with its result on this one.
-    template <typename T, typename Work, typename Then>
+    template <typename Work, typename Then>
     void on_disk(Work work, Then then) {
         registry_.calls.on_disk([self = shared_from_this(), work, then]() mutable {
-            auto result = std::make_shared<Result<T>>(work());
+            auto result = std::make_shared<decltype(work())>(work());
             const auto executor = self->accepted_.stream.get_executor();
             asio::post(executor, [self = std::move(self), result, then] { then(std::move(*result)); });
         });
@@ -87,7 +86,7 @@ private:
         if (error && error != http::error::need_buffer) return abandon();
         const std::size_t bytes = chunk_.size() - parser_.get().body().size;
         if (bytes == 0) return read();  // the header of a chunk, or its end
-        on_disk<bool>(
+        on_disk(
             [this, bytes] {
                 return registry_.options.uploads->write(part_, {chunk_.data(), bytes});
             },
@@ -101,24 +100,24 @@ private:
         if (registry_.access.tokens.right_of(token_) != Right::change)
             return refuse({"permission", "", name_, "The token does not hold any more."});
         open_ = false;
-        on_disk<bool>([this] { return registry_.options.uploads->finish(part_); },
-                      [this](Result<bool> replaced) {
-                          if (!replaced) return refuse(replaced.error());
-                          spdlog::info("net: uploaded {} of {} bytes", part_.name, part_.bytes);
-                          registry_.options.metrics->counter("uploaded_bytes_total", "Bytes of complete uploads.")
-                              .add(part_.bytes);
-                          answer(*replaced ? http::status::ok : http::status::created, "application/json",
-                                 "{\"name\":\"" + part_.name + "\",\"bytes\":" + std::to_string(part_.bytes) + "}\n");
-                      });
+        on_disk([this] { return registry_.options.uploads->finish(part_); },
+                [this](Result<bool> replaced) {
+                    if (!replaced) return refuse(replaced.error());
+                    spdlog::info("net: uploaded {} of {} bytes", part_.name, part_.bytes);
+                    registry_.options.metrics->counter("uploaded_bytes_total", "Bytes of complete uploads.")
+                        .add(part_.bytes);
+                    answer(*replaced ? http::status::ok : http::status::created, "application/json",
+                           "{\"name\":\"" + part_.name + "\",\"bytes\":" + std::to_string(part_.bytes) + "}\n");
+                });
     }
     void abandon() {
         if (!std::exchange(open_, false)) return;
-        on_disk<bool>(
+        on_disk(
             [this] {
                 registry_.options.uploads->abandon(part_);
-                return Result<bool>(true);
+                return true;
             },
-            [](const Result<bool>&) {});
+            [](bool) {});
     }
     void refuse(const Error& error) {
         abandon();
@@ -129,10 +128,7 @@ private:
                   std::string(view_of(http::obsolete_reason(status))) + "\r\nContent-Type: " + type +
                   "\r\nContent-Length: " + std::to_string(text.size()) +
                   "\r\nCache-Control: no-store\r\nX-Content-Type-Options: nosniff\r\nConnection: close\r\n\r\n" + text;
-        registry_.options.metrics
-            ->counter("http_requests_total", "Requests, by the status of their answer.",
-                      label("code", std::to_string(static_cast<unsigned>(status))))
-            .add();
+        registry_.count_answer(static_cast<unsigned>(status));
         accepted_.stream.expires_after(registry_.options.limits.write_stall);
         asio::async_write(accepted_.stream, asio::buffer(answer_),
                           [self = shared_from_this()](error_code error, std::size_t) {

@@ -87,10 +87,10 @@ void UploadStore::count(bool held) {
     }
 }
 
-std::uint64_t UploadStore::size_of(const std::string& name, bool& exists) const {
+std::optional<std::uint64_t> UploadStore::size_of(const std::string& name) const {
     struct stat status {};
-    exists = fstatat(fd_, name.c_str(), &status, AT_SYMLINK_NOFOLLOW) == 0;
-    return exists ? static_cast<std::uint64_t>(status.st_size) : 0;
+    if (fstatat(fd_, name.c_str(), &status, AT_SYMLINK_NOFOLLOW) != 0) return std::nullopt;
+    return static_cast<std::uint64_t>(status.st_size);
 }
 
 Result<UploadPart> UploadStore::begin(const std::string& name, std::uint64_t declared_bytes) {
@@ -100,9 +100,7 @@ Result<UploadPart> UploadStore::begin(const std::string& name, std::uint64_t dec
     if (declared_bytes > limits_.upload_bytes)
         return Error{"too_large", name, std::to_string(declared_bytes) + " bytes",
                      "An upload has at most " + std::to_string(limits_.upload_bytes) + " bytes."};
-    bool replaces = false;
-    size_of(name, replaces);
-    if (bytes_ + declared_bytes > limits_.upload_total_bytes || (!replaces && files_ >= limits_.upload_files))
+    if (bytes_ + declared_bytes > limits_.upload_total_bytes || (!size_of(name) && files_ >= limits_.upload_files))
         return Error{"full", name, std::to_string(bytes_) + " bytes in " + std::to_string(files_) + " files",
                      "There is no room for more uploads; DELETE one."};
     UploadPart part;
@@ -134,9 +132,8 @@ Result<bool> UploadStore::write(UploadPart& part, std::span<const char> bytes) {
 Result<bool> UploadStore::finish(UploadPart& part) {
     const bool written = ::close(std::exchange(part.fd, -1)) == 0;
     const int close_error = errno;
-    bool replaces = false;
-    const std::uint64_t old_bytes = size_of(part.name, replaces);
-    if (!replaces && files_ >= limits_.upload_files) {  // others were finished since it began
+    const std::optional<std::uint64_t> replaced = size_of(part.name);
+    if (!replaced && files_ >= limits_.upload_files) {  // others were finished since it began
         abandon(part);
         return Error{"full", part.name, std::to_string(files_) + " files",
                      "There is no room for more uploads; DELETE one."};
@@ -146,10 +143,10 @@ Result<bool> UploadStore::finish(UploadPart& part) {
         abandon(part);
         return unwritable(part.name, number);
     }
-    bytes_ -= std::min(bytes_, old_bytes);
-    if (!replaces) ++files_;
+    bytes_ -= std::min(bytes_, replaced.value_or(0));
+    if (!replaced) ++files_;
     part.temporary_name.clear();
-    return replaces;
+    return replaced.has_value();
 }
 
 void UploadStore::abandon(UploadPart& part) {
@@ -162,10 +159,9 @@ void UploadStore::abandon(UploadPart& part) {
 
 bool UploadStore::remove(const std::string& name) {
     if (!is_upload_name(name)) return false;
-    bool exists = false;
-    const std::uint64_t old_bytes = size_of(name, exists);
-    if (!exists || unlinkat(fd_, name.c_str(), 0) != 0) return false;
-    bytes_ -= std::min(bytes_, old_bytes);
+    const std::optional<std::uint64_t> removed = size_of(name);
+    if (!removed || unlinkat(fd_, name.c_str(), 0) != 0) return false;
+    bytes_ -= std::min(bytes_, *removed);
     if (files_ > 0) --files_;
     return true;
 }

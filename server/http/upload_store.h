@@ -5,6 +5,7 @@
 #include <chrono>
 #include <cstdint>
 #include <memory>
+#include <optional>
 #include <span>
 #include <string>
 
@@ -48,7 +49,7 @@ public:
 
 private:
     UploadStore(std::string folder, bool own, int fd, const HttpLimits& limits);
-    std::uint64_t size_of(const std::string& name, bool& exists) const;
+    std::optional<std::uint64_t> size_of(const std::string& name) const;  // nothing where there is no such file
     void count(bool held);
 
     std::string folder_;

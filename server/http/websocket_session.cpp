@@ -44,8 +44,6 @@ public:
         count(false);
         registry_.remove(id_);
     }
-    WebSocketSession(const WebSocketSession&) = delete;
-    WebSocketSession& operator=(const WebSocketSession&) = delete;
 
     void start(HttpRequest request) {
         id_ = registry_.add_stranger(shared_from_this(), place_);
@@ -97,21 +95,11 @@ public:
         if (!registry_.video.has_h264()) watch(false);
         tell_stream();
     }
-    void on_moved() override { on_video_config(); }
     void on_h264(const std::shared_ptr<const EncodedFrame>& frame, bool final, VideoGate::Verdict verdict) override {
         if (!watching_) return;
-        switch (verdict) {
-            case VideoGate::Verdict::send:
-                send_video(frame, final);
-                break;
-            case VideoGate::Verdict::hold:
-                held_ = frame;
-                held_final_ = final;
-                break;
-            case VideoGate::Verdict::skip:
-                held_ = nullptr;
-                break;
-        }
+        if (verdict == VideoGate::Verdict::send) return send_video(frame, final);
+        held_ = verdict == VideoGate::Verdict::hold ? frame : nullptr;
+        held_final_ = final;
     }
     void on_tokens() override {
         if (!identified_ || registry_.access.tokens.right_of(token_) >= right_) return;
@@ -325,18 +313,16 @@ private:
         write_next();
     }
     void on_frame_ack(const v1::FrameAck& ack) {
-        observe_ack(ack.seq());
+        auto& sent = sent_at_[ack.seq() % sent_at_.size()];
+        if (sent.seq == ack.seq() && sent.seq != 0) {
+            ack_seconds_.observe(std::chrono::duration<double>(Clock::now() - sent.at).count());
+            sent.seq = 0;
+        }
         if (!watching_) return;
         const bool goes =
             registry_.lanes.acknowledged(id_, ack.seq(), std::chrono::microseconds(ack.decode_us()), Clock::now());
         if (goes && held_) send_video(std::exchange(held_, nullptr), held_final_);
         registry_.update_demand();
-    }
-    void observe_ack(std::uint32_t seq) {
-        auto& sent = sent_at_[seq % sent_at_.size()];
-        if (sent.seq != seq || seq == 0) return;
-        ack_seconds_.observe(std::chrono::duration<double>(Clock::now() - sent.at).count());
-        sent.seq = 0;
     }
     void watch(bool watches) {
         if (watches == watching_) return;
