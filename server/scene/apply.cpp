@@ -26,6 +26,17 @@ double checked_as(Property property, double value, const std::string& field) {
 constexpr const char* kViewNames[] = {"beauty", "direct",    "indirect",   "illuminance", "luminance",
                                       "mask",   "rsm-depth", "rsm-normal", "rsm-flux",    "solid"};
 
+constexpr const char* kTechniqueNames[] = {"default", "seed", "seed-disk"};
+
+// Names: of the enumerators, in their order. Result: whether it is one of them; then `value` is that one.
+template <typename Enum, typename Names>
+bool parse_name(const Names& names, const std::string& name, Enum& value) {
+    const auto at = std::ranges::find(names, name);
+    if (at == std::end(names)) return false;
+    value = static_cast<Enum>(at - std::begin(names));
+    return true;
+}
+
 // Result: "beauty, direct, …": all of them.
 std::string view_names() {
     std::string text;
@@ -53,13 +64,7 @@ void set_view(Scene& scene, const v1::SetView& set) {
 
 void set_technique(Scene& scene, const v1::SetTechnique& set) {
     Technique technique = scene.technique;
-    if (set.technique() == "default")
-        technique = Technique::standard;
-    else if (set.technique() == "seed")
-        technique = Technique::seed;
-    else if (set.technique() == "seed-disk")
-        technique = Technique::seed_disk;
-    else if (!set.technique().empty()) {
+    if (!set.technique().empty() && !parse_name(kTechniqueNames, set.technique(), technique)) {
         refuse("invalid_argument", "set_technique.technique", set.technique(), "must be default, seed or seed-disk");
     }
     const bool standard = technique == Technique::standard;
@@ -286,19 +291,17 @@ Result<Applied> apply(Scene& scene, const v1::Command& command, const Loaded& lo
 }
 
 static std::optional<Error> apply_input(Scene& scene, const v1::Command& command) {
-    if (!command.has_set_light()) {
-        if (!command.has_set_master() && !command.has_set_exposure() && !command.has_set_camera() &&
-            !command.has_save_preset() && !command.has_recall_preset())
-            return Error{"unsupported", "command", "", "a console cannot say this"};
-        try {
-            dispatch(scene, command, {});  // each checks what it says before it changes anything
-            for (Light& light : scene.lights) light.tilt_factor = tilt_factor_of(light);  // a preset turns them
-        } catch (const Refused& refused) {
-            return refused.error;
-        }
-        return std::nullopt;
+    if (command.has_set_light()) return set_light_in_parts(scene, command.set_light());
+    if (!command.has_set_master() && !command.has_set_exposure() && !command.has_set_camera() &&
+        !command.has_save_preset() && !command.has_recall_preset())
+        return Error{"unsupported", "command", "", "a console cannot say this"};
+    try {
+        dispatch(scene, command, {});  // each checks what it says before it changes anything
+        for (Light& light : scene.lights) light.tilt_factor = tilt_factor_of(light);  // a preset turns them
+    } catch (const Refused& refused) {
+        return refused.error;
     }
-    return set_light_in_parts(scene, command.set_light());
+    return std::nullopt;
 }
 
 std::vector<std::optional<Error>> apply_inputs(Scene& scene, std::span<const v1::Command> commands) {
@@ -356,14 +359,11 @@ const char* view_name(View view) {
 }
 
 bool parse_view(const std::string& name, View& view) {
-    const auto at = std::find(std::begin(kViewNames), std::end(kViewNames), name);
-    if (at == std::end(kViewNames)) return false;
-    view = static_cast<View>(at - std::begin(kViewNames));
-    return true;
+    return parse_name(kViewNames, name, view);
 }
 
 const char* technique_name(Technique technique) {
-    return technique == Technique::standard ? "default" : technique == Technique::seed ? "seed" : "seed-disk";
+    return kTechniqueNames[static_cast<int>(technique)];
 }
 
 }  // namespace gonio

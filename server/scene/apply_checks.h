@@ -1,4 +1,4 @@
-// Of apply() alone: how a command's values are checked, and how a checked one gets into the scene.
+// Of apply(): how a command's values are checked, and how a checked one gets into the scene. Queries print as it does.
 #pragma once
 
 #include <algorithm>

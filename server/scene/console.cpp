@@ -60,13 +60,6 @@ private:
     std::vector<std::size_t> found_;
 };
 
-using Vector = google::protobuf::RepeatedField<double>;
-
-void put(Vector* field, const std::array<double, 3>& value) {
-    field->Clear();
-    for (const double one : value) field->Add(one);
-}
-
 void put_value(v1::SetLight& set, const Light& light, const PropertyValue& value) {
     const PropertyRow& row = row_of(value.property);
     const LightSlot* slot = slot_of(value.property);
@@ -108,12 +101,12 @@ void put_orbit(v1::SetCamera& set, const Camera& camera, const Orbit& orbit) {
     const glm::dvec3 away{std::sin(orbit.azimuth_rad) * up, std::sin(orbit.elevation_rad),
                           std::cos(orbit.azimuth_rad) * up};
     const glm::dvec3 eye = camera.target + away * orbit.distance_m;
-    put(set.mutable_eye_m(), {eye.x, eye.y, eye.z});
+    set.clear_eye_m();
+    for (const double one : {eye.x, eye.y, eye.z}) set.add_eye_m(one);
 }
 
 bool is_patched_target(const Scene& scene, const std::string& name) {
-    return scene.groups.contains(name) ||
-           std::any_of(scene.lights.begin(), scene.lights.end(), [&](const Light& l) { return l.name == name; });
+    return scene.groups.contains(name) || find_light(scene, name) != nullptr;
 }
 
 }  // namespace

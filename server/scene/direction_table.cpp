@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <numbers>
+#include <span>
 
 namespace gonio {
 namespace {
@@ -10,13 +11,15 @@ namespace {
 constexpr int kPolar = 360, kAzimuth = 360;
 constexpr double kPolarStep = std::numbers::pi / kPolar, kAzimuthStep = 2.0 * std::numbers::pi / kAzimuth;
 
+constexpr std::size_t cell_at(int v, int h) {
+    return static_cast<std::size_t>(v) * kAzimuth + static_cast<std::size_t>(h);
+}
+
 // Result: the cell of running sums that x falls into.
-template <typename It>
-std::size_t cell_of(It begin, It end, double x) {
-    const auto above = std::upper_bound(begin, end, x);
-    const auto cells = static_cast<std::size_t>(end - begin) - 1;
-    const auto cell = static_cast<std::size_t>(std::max<std::ptrdiff_t>(0, above - begin - 1));
-    return std::min(cell, cells - 1);
+template <typename Sum>
+std::size_t cell_of(std::span<const Sum> sums, double x) {
+    const auto below = std::upper_bound(sums.begin(), sums.end(), x) - sums.begin() - 1;
+    return std::min(static_cast<std::size_t>(std::max<std::ptrdiff_t>(0, below)), sums.size() - 2);
 }
 
 // Direction with polar angle from -Z and azimuth from +X towards +Y: LM-63's Type C angles.
@@ -32,7 +35,7 @@ std::size_t cell_at(const glm::dvec3& d) {
     if (azimuth < 0.0) azimuth += 2.0 * std::numbers::pi;
     const int v = std::clamp(static_cast<int>(polar / kPolarStep), 0, kPolar - 1);
     const int h = std::clamp(static_cast<int>(azimuth / kAzimuthStep), 0, kAzimuth - 1);
-    return static_cast<std::size_t>(v) * kAzimuth + static_cast<std::size_t>(h);
+    return cell_at(v, h);
 }
 
 // Cells of the table, each with the largest intensity seen in it, cd. The table's grid points: the cells' corners, the
@@ -41,15 +44,12 @@ struct Cells {
     static constexpr int kPointsV = 2 * kPolar + 1, kPointsH = 2 * kAzimuth;
     std::vector<float> greatest = std::vector<float>(static_cast<std::size_t>(kPolar) * kAzimuth, 0.0f);
 
-    void raise(int v, int h, float candela) {
-        float& cell = greatest[static_cast<std::size_t>(v) * kAzimuth + static_cast<std::size_t>(h)];
-        cell = std::max(cell, candela);
-    }
+    void raise(std::size_t cell, float candela) { greatest[cell] = std::max(greatest[cell], candela); }
     // Of every cell that it is a grid point of.
     void raise_point(int v, int h, float candela) {
         for (int i = std::max((v - 1) / 2, 0); i <= std::min(v / 2, kPolar - 1); ++i) {
-            raise(i, h / 2, candela);
-            if (h % 2 == 0) raise(i, (h / 2 + kAzimuth - 1) % kAzimuth, candela);
+            raise(cell_at(i, h / 2), candela);
+            if (h % 2 == 0) raise(cell_at(i, (h / 2 + kAzimuth - 1) % kAzimuth), candela);
         }
     }
 };
@@ -115,8 +115,7 @@ void see_others(const ies::PhotometricWeb& web, Cells& cells) {
     const auto raise = [&](double v, double h, float candela) {
         if (!(candela > 0.0f)) return;
         const ies::Direction d = ies::direction_of(web.goniometer, Angle::radians(v), Angle::radians(h));
-        float& greatest = cells.greatest[cell_at({d[0], d[1], d[2]})];
-        greatest = std::max(greatest, candela);
+        cells.raise(cell_at({d[0], d[1], d[2]}), candela);
     };
     const auto walk = [&](double v0, double h0, float c0, double v1, double h1, float c1) {
         if (!(c0 > 0.0f) && !(c1 > 0.0f)) return;
@@ -154,7 +153,7 @@ DirectionTable::DirectionTable(const ies::PhotometricWeb& web) {
         const std::size_t first = columns_.size();
         columns_.push_back(0.0f);
         for (int h = 0; h < kAzimuth; ++h) {
-            row += static_cast<double>(cell[static_cast<std::size_t>(v) * kAzimuth + static_cast<std::size_t>(h)]);
+            row += static_cast<double>(cell[cell_at(v, h)]);
             columns_.push_back(static_cast<float>(row));
         }
         for (std::size_t h = first; h < columns_.size(); ++h) {
@@ -173,19 +172,14 @@ DirectionTable::DirectionTable(const ies::PhotometricWeb& web) {
 
 glm::dvec3 DirectionTable::draw(glm::vec2 random, double& density) const {
     const double x = static_cast<double>(random.x) * total_;
-    const std::size_t v = cell_of(rows_.begin(), rows_.end(), x);
+    const std::size_t v = cell_of(std::span(rows_), x);
     const double row = rows_[v + 1] - rows_[v];
     const double across = row > 0.0 ? std::clamp((x - rows_[v]) / row, 0.0, 1.0) : 0.5;
-    const auto columns = columns_.begin() + static_cast<std::ptrdiff_t>(v * (kAzimuth + 1));
-    const std::size_t h = cell_of(columns, columns + kAzimuth + 1, static_cast<double>(random.y));
-    const double cell =
-        static_cast<double>(columns[static_cast<std::ptrdiff_t>(h) + 1] - columns[static_cast<std::ptrdiff_t>(h)]);
-    const double along =
-        cell > 0.0
-            ? std::clamp(
-                  (static_cast<double>(random.y) - static_cast<double>(columns[static_cast<std::ptrdiff_t>(h)])) / cell,
-                  0.0, 1.0)
-            : 0.5;
+    const std::span columns = std::span(columns_).subspan(v * (kAzimuth + 1), kAzimuth + 1);
+    const double y = static_cast<double>(random.y);
+    const std::size_t h = cell_of(columns, y);
+    const double cell = static_cast<double>(columns[h + 1] - columns[h]);
+    const double along = cell > 0.0 ? std::clamp((y - static_cast<double>(columns[h])) / cell, 0.0, 1.0) : 0.5;
     const double top = std::cos(static_cast<double>(v) * kPolarStep),
                  bottom = std::cos(static_cast<double>(v + 1) * kPolarStep);
     density = row * cell / total_ / ((top - bottom) * kAzimuthStep);
@@ -203,7 +197,7 @@ std::vector<glm::vec3> DirectionTable::lit_directions() const {
     std::vector<bool> lit(std::size_t{kSide} * kSide * kSide);
     for (int v = 0; v < kPolar; ++v) {
         for (int h = 0; h < kAzimuth; ++h) {
-            if (!(densities_[static_cast<std::size_t>(v * kAzimuth + h)] > 0.0f)) continue;
+            if (!(densities_[cell_at(v, h)] > 0.0f)) continue;
             const glm::dvec3 d = direction_at(std::cos((v + 0.5) * kPolarStep), (h + 0.5) * kAzimuthStep);
             const auto cell = [&](int k) { return static_cast<std::size_t>(std::lround(kPer * d[k]) + kPer); };
             lit[(cell(2) * kSide + cell(1)) * kSide + cell(0)] = true;

@@ -8,15 +8,11 @@ namespace {
 
 const glm::dvec3 kX(1.0, 0.0, 0.0), kY(0.0, 1.0, 0.0), kZ(0.0, 0.0, 1.0);
 
-glm::dquat turn(double angle_rad, const glm::dvec3& axis) {
-    return glm::angleAxis(angle_rad, axis);
-}
-
 }  // namespace
 
 glm::dquat orientation_of(const PanTiltRoll& angles) {
-    return turn(angles.pan_rad, kY) * turn(angles.tilt_rad, kX) * turn(angles.roll_rad, kY) *
-           turn(-std::numbers::pi / 2, kX);
+    return glm::angleAxis(angles.pan_rad, kY) * glm::angleAxis(angles.tilt_rad, kX) *
+           glm::angleAxis(angles.roll_rad, kY) * glm::angleAxis(-std::numbers::pi / 2, kX);
 }
 
 PanTiltRoll angles_of(const glm::dquat& world_from_light) {
@@ -26,7 +22,7 @@ PanTiltRoll angles_of(const glm::dquat& world_from_light) {
     const double horizontal = std::hypot(aim.x, aim.z);
     result.tilt_rad = std::atan2(horizontal, -aim.y);
     result.pan_rad = horizontal > 1e-9 ? std::atan2(-aim.x, -aim.z) : 0.0;
-    const glm::dquat frame = turn(result.pan_rad, kY) * turn(result.tilt_rad, kX);
+    const glm::dquat frame = glm::angleAxis(result.pan_rad, kY) * glm::angleAxis(result.tilt_rad, kX);
     const glm::dvec3 c0 = glm::inverse(frame) * c0_of(world_from_light);
     result.roll_rad = std::atan2(-c0.z, c0.x);
     return result;

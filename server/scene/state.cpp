@@ -93,14 +93,10 @@ v1::StateChanged state_change(Revision since, const Scene& scene) {
 
 v1::StateChanged state_change(const Scene& before, const Scene& after) {
     v1::StateChanged change = state_change(before.scene_rev, after);
-    for (const Light& light : before.lights) {
-        const bool stays =
-            std::any_of(after.lights.begin(), after.lights.end(), [&](const Light& l) { return l.name == light.name; });
-        if (!stays) change.add_removed_lights(light.name);
-    }
-    for (const auto& [name, lights] : before.groups) {
+    for (const Light& light : before.lights)
+        if (find_light(after, light.name) == nullptr) change.add_removed_lights(light.name);
+    for (const auto& [name, lights] : before.groups)
         if (!after.groups.contains(name)) change.add_removed_groups(name);
-    }
     return change;
 }
 
