@@ -2,6 +2,7 @@
 
 #include "protocol/schema/codec.h"
 #include "server/assets/assets.h"
+#include "server/session/replies.h"
 
 namespace gonio {
 namespace {
@@ -56,12 +57,9 @@ Result<std::vector<std::byte>> encode_capture(const CapturedPicture& picture, Vi
 
 v1::ServerMessage capture_message(const CapturedPicture& picture, View view, const std::string& format,
                                   Revision scene_rev) {
-    v1::ServerMessage message;
     const Result<std::vector<std::byte>> image = encode_capture(picture, view, format);
-    if (!image) {
-        *message.mutable_result() = refusal(image.error());
-        return message;
-    }
+    if (!image) return message_of(&v1::ServerMessage::mutable_result, refusal(image.error()));
+    v1::ServerMessage message;
     v1::CaptureResult& result = *message.mutable_capture();
     result.set_format(format);
     result.set_image(std::string(reinterpret_cast<const char*>(image->data()), image->size()));

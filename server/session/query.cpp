@@ -5,19 +5,13 @@
 #include <cmath>
 
 #include "server/scene/apply.h"
+#include "server/scene/apply_checks.h"
 
 namespace gonio {
 namespace {
 
 Error bad_argument(std::string where, std::string value, std::string message) {
     return {"invalid_argument", std::move(where), std::move(value), std::move(message)};
-}
-
-template <typename Field>
-std::string print_all(const Field& field) {
-    std::string text;
-    for (auto value : field) text += (text.empty() ? "" : ",") + print_number(static_cast<double>(value));
-    return text;
 }
 
 constexpr double kMaxCoordinateM = 1e6;  // as of positions in the scene

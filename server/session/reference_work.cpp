@@ -7,6 +7,7 @@
 
 #include "server/session/capture_file.h"
 #include "server/session/meter_reply.h"
+#include "server/session/replies.h"
 #include "server/session/traced_capture.h"
 
 namespace gonio {
@@ -91,9 +92,7 @@ void ReferenceWork::tell_progress() {
     const auto tell = [&](const ReferenceJob& job, v1::Progress progress) {
         if (job.request_id == 0) return;
         progress.set_request(job.request_id);
-        v1::ServerMessage message;
-        *message.mutable_progress() = std::move(progress);
-        out_.reply(job.session, std::move(message));
+        out_.reply(job.session, message_of(&v1::ServerMessage::mutable_progress, std::move(progress)));
     };
     v1::Progress progress;
     progress.set_samples(running_->reached.passes);

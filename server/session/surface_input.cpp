@@ -9,12 +9,6 @@
 namespace gonio {
 namespace {
 
-std::vector<std::string> names_of(const Scene& scene) {
-    std::vector<std::string> names;
-    for (const Light& light : scene.lights) names.push_back(light.name);
-    return names;
-}
-
 // The rows in force: those that somebody set, then those of profiles for controls that have none.
 std::vector<v1::SurfaceRow> rows_in_force(const Scene& scene, const v1::Surfaces& table, bool defaults_only) {
     std::vector<v1::SurfaceRow> rows;
@@ -38,9 +32,10 @@ void SurfaceInput::follow_map(const Scene& scene) {
     const bool same_rows = map_is_of_ && (*map_is_of_)[0] == now[0] && (*map_is_of_)[3] == now[3];
     map_is_of_ = now;
     shown_.reset();
-    if (same_rows) return reader_.name_lights(names_of(scene));
-    reader_.change_rows(rows_in_force(scene, table_.table, false));
-    reader_.name_lights(names_of(scene));
+    if (!same_rows) reader_.change_rows(rows_in_force(scene, table_.table, false));
+    std::vector<std::string> names;
+    for (const Light& light : scene.lights) names.push_back(light.name);
+    reader_.name_lights(std::move(names));
 }
 
 void SurfaceInput::take_updates() {
