@@ -24,11 +24,7 @@ constexpr auto kWatch = std::chrono::milliseconds(500);  // between two looks wh
 class HttpSession final : public Peer, public std::enable_shared_from_this<HttpSession> {
 public:
     HttpSession(SessionRegistry& registry, Accepted accepted)
-        : registry_(registry),
-          place_(std::move(accepted.place)),
-          stream_(std::move(accepted.stream)),
-          still_timer_(stream_.get_executor()),
-          watch_timer_(stream_.get_executor()) {}
+        : registry_(registry), place_(std::move(accepted.place)), stream_(std::move(accepted.stream)) {}
     ~HttpSession() override {
         registry_.remove(still_id_);
         registry_.remove(told_id_);
@@ -119,12 +115,11 @@ private:
     // A GET or HEAD from an allowed origin.
     void answer(const HttpTarget& target, const std::string& host) {
         const std::string& path = target.path;
-        if (path == "/healthz") return respond(http::status::ok, "text/plain; charset=utf-8", "ok\n");
-        if (path == "/readyz") {
+        if (path == "/readyz")
             if (const char* const why = registry_.readiness.why_not(registry_.options.limits.stuck))
                 return refuse(http::status::service_unavailable, why);
+        if (path == "/healthz" || path == "/readyz")
             return respond(http::status::ok, "text/plain; charset=utf-8", "ok\n");
-        }
         if (path == "/v1/ws") return upgrade();
         if (path == "/metrics") {
             if (!admitted(Right::look)) return;
@@ -361,7 +356,7 @@ private:
     SessionRegistry& registry_;
     std::shared_ptr<const Place> place_;
     NetStream stream_;
-    asio::steady_timer still_timer_, watch_timer_;
+    asio::steady_timer still_timer_{stream_.get_executor()}, watch_timer_{stream_.get_executor()};
     beast::flat_buffer buffer_;
     std::optional<http::request_parser<http::empty_body>> parser_;
     HttpRequest request_{};

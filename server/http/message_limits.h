@@ -1,6 +1,7 @@
 // Limits of the HTTP server on what a message asks for, before anybody else sees it. Pure.
 #pragma once
 
+#include <algorithm>
 #include <optional>
 
 #include "ies/core/result.h"
@@ -11,21 +12,11 @@ namespace gonio {
 
 // Whether its answer is what was asked for, and not just whether it was done.
 inline bool is_query(const v1::ClientMessage& message) {
-    switch (message.message_case()) {
-        case v1::ClientMessage::kGetState:
-        case v1::ClientMessage::kMeter:
-        case v1::ClientMessage::kCapture:
-        case v1::ClientMessage::kReport:
-        case v1::ClientMessage::kStats:
-        case v1::ClientMessage::kProfile:
-        case v1::ClientMessage::kSources:
-        case v1::ClientMessage::kPatch:
-        case v1::ClientMessage::kSurfaces:
-        case v1::ClientMessage::kLearn:
-            return true;
-        default:
-            return false;
-    }
+    using Message = v1::ClientMessage;
+    constexpr Message::MessageCase queries[] = {
+        Message::kGetState, Message::kMeter,   Message::kCapture, Message::kReport,   Message::kStats,
+        Message::kProfile,  Message::kSources, Message::kPatch,   Message::kSurfaces, Message::kLearn};
+    return std::ranges::find(queries, message.message_case()) != std::end(queries);
 }
 
 // Result: why the message is refused; nothing if it is not.

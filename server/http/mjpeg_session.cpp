@@ -27,9 +27,7 @@ public:
         : registry_(registry),
           place_(std::move(accepted.place)),
           token_(std::move(token)),
-          socket_(std::move(accepted.stream)),
-          send_seconds_(send_seconds(*registry.options.metrics)),
-          stall_(socket_.get_executor()) {}
+          socket_(std::move(accepted.stream)) {}
     ~MjpegSession() override { forget(); }
 
     void start() {
@@ -124,8 +122,8 @@ private:
     std::shared_ptr<const Place> place_;
     std::string token_;  // that was shown
     NetStream socket_;
-    Histogram& send_seconds_;
-    asio::steady_timer stall_;
+    Histogram& send_seconds_ = send_seconds(*registry_.options.metrics);
+    asio::steady_timer stall_{socket_.get_executor()};
     SessionId id_ = 0;
     std::array<char, 256> ignored_{};
     std::shared_ptr<const EncodedFrame> pending_, sent_;  // the newest that waits; the last that was written

@@ -16,13 +16,6 @@ std::shared_ptr<const std::string> SharedMessage::bytes(Encoding encoding) const
     return slot;
 }
 
-void AddressCounts::take(const std::string& address) {
-    const auto found = of_.find(address);
-    if (found == of_.end()) return;
-    --all_;
-    if (--found->second == 0) of_.erase(found);
-}
-
 unsigned AddressCounts::of(const std::string& address) const {
     const auto found = of_.find(address);
     return found == of_.end() ? 0 : found->second;

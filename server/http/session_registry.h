@@ -53,7 +53,11 @@ public:
         ++all_;
         ++of_[address];
     }
-    void take(const std::string& address);  // one less; does nothing where there is none
+    // One less, of those that were added.
+    void take(const std::string& address) {
+        --all_;
+        if (--of_.at(address) == 0) of_.erase(address);
+    }
     unsigned of(const std::string& address) const;
     unsigned all() const { return all_; }
 
@@ -78,8 +82,6 @@ private:
     std::string address_;
     bool local_;
 };
-
-struct TlsContext;
 
 // What clients must show, and who showed wrong tokens too often.
 struct Access {

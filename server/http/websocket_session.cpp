@@ -30,13 +30,7 @@ public:
         : registry_(registry),
           place_(std::move(accepted.place)),
           socket_(std::move(accepted.stream)),
-          encoding_(encoding),
-          updates_(registry.options.limits.updates_per_s, registry.options.limits.update_burst),
-          ack_seconds_(
-              registry.options.metrics->histogram("ack_rtt_seconds", "From sending a frame to its acknowledgement.")),
-          send_seconds_(send_seconds(*registry.options.metrics)),
-          queue_(registry.options.limits),
-          tick_(socket_.get_executor()) {
+          encoding_(encoding) {
         registry_.count_clients("websocket", 1);
     }
     ~WebSocketSession() override {
@@ -174,26 +168,20 @@ private:
     bool admit(const v1::ClientMessage& message) {
         const HttpLimits& limits = registry_.options.limits;
         const auto now = Clock::now();
-        std::optional<Error> error = over_limit(limits, message);
-        std::chrono::milliseconds retry(0);
-        if (!error && message.request_id() != 0 && outstanding_ >= limits.outstanding) {
-            retry = kBusyRetry;
-            error = Error{"busy", "", std::to_string(outstanding_),
-                          "So many requests of this client are unanswered; wait for some."};
-        }
-        if (const std::size_t waiting = waiting_bytes(); !error && is_query(message) && queue_.over_bound(waiting)) {
-            retry = kBusyRetry;
-            error = full_of(waiting);
-        }
-        // The camera's lease is told to everybody, like a change.
-        if (!error && (message.has_command() || message.has_acquire_control() || message.has_release_control())) {
-            retry = updates_.take(now);
-            if (retry.count() > 0) error = too_fast();
-        }
-        if (error) {
-            refuse(message.request_id(), *error, retry);
+        const auto refused = [&](const Error& error, std::chrono::milliseconds retry) {
+            refuse(message.request_id(), error, retry);
             return false;
-        }
+        };
+        if (const auto error = over_limit(limits, message)) return refused(*error, std::chrono::milliseconds(0));
+        if (message.request_id() != 0 && outstanding_ >= limits.outstanding)
+            return refused({"busy", "", std::to_string(outstanding_),
+                            "So many requests of this client are unanswered; wait for some."},
+                           kBusyRetry);
+        if (const std::size_t waiting = waiting_bytes(); is_query(message) && queue_.over_bound(waiting))
+            return refused(full_of(waiting), kBusyRetry);
+        // The camera's lease is told to everybody, like a change.
+        if (message.has_command() || message.has_acquire_control() || message.has_release_control())
+            if (const auto retry = updates_.take(now); retry.count() > 0) return refused(too_fast(), retry);
         if (message.has_command()) registry_.updates.arrived(id_, message.request_id(), now);
         return true;
     }
@@ -419,14 +407,16 @@ private:
     std::shared_ptr<const Place> place_;
     websocket::stream<NetStream> socket_;
     Encoding encoding_;
-    TokenBucket updates_;
+    TokenBucket updates_{registry_.options.limits.updates_per_s, registry_.options.limits.update_burst};
     unsigned outstanding_ = 0;  // requests whose answer was not sent yet
     struct Sent {
         std::uint32_t seq = 0;  // 0: none
         Clock::time_point at;
     };
     std::array<Sent, 8> sent_at_{};  // the last frames, for the round trip of their acknowledgements
-    Histogram &ack_seconds_, &send_seconds_;
+    Histogram& ack_seconds_ =
+        registry_.options.metrics->histogram("ack_rtt_seconds", "From sending a frame to its acknowledgement.");
+    Histogram& send_seconds_ = send_seconds(*registry_.options.metrics);
     SessionId id_ = 0;
     HttpRequest request_;
     beast::flat_buffer buffer_;
@@ -436,7 +426,7 @@ private:
     std::string token_;  // that was shown, and what it lets do
     Right right_ = Right::none;
     bool pinging_ = false, closing_ = false, close_when_sent_ = false, ended_ = false;
-    OutgoingQueue queue_;
+    OutgoingQueue queue_{registry_.options.limits};
     std::uint32_t whole_state_rev_ = 0;  // of the last whole state that was sent
 
     bool watching_ = false;  // is a viewer of SessionRegistry::lanes
@@ -446,7 +436,7 @@ private:
     std::shared_ptr<const EncodedFrame> held_;
     bool held_final_ = false;
 
-    asio::steady_timer tick_;
+    asio::steady_timer tick_{socket_.get_executor()};
     Clock::time_point accepted_, last_ping_, write_began_, closing_since_;
 };
 

@@ -1,13 +1,10 @@
 #include "server/scene/apply.h"
 
 #include <algorithm>
-#include <cmath>
-#include <optional>
 
 #include "protocol/dmx/patch.h"
 #include "protocol/schema/gonio.pb.h"
 #include "protocol/surface/surface_map.h"
-#include "protocol/text/shortened_text.h"
 #include "server/scene/apply_checks.h"
 #include "server/scene/apply_light.h"
 #include "server/scene/console.h"
@@ -28,7 +25,7 @@ constexpr const char* kViewNames[] = {"beauty", "direct",    "indirect",   "illu
 
 constexpr const char* kTechniqueNames[] = {"default", "seed", "seed-disk"};
 
-// Names: of the enumerators, in their order. Result: whether it is one of them; then `value` is that one.
+// names: of the enumerators, in their order. Result: whether `name` is among them; then `value` is its enumerator.
 template <typename Enum, typename Names>
 bool parse_name(const Names& names, const std::string& name, Enum& value) {
     const auto at = std::ranges::find(names, name);

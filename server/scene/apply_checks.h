@@ -1,7 +1,6 @@
 // Of apply(): how a command's values are checked, and how a checked one gets into the scene. Queries print as it does.
 #pragma once
 
-#include <algorithm>
 #include <string>
 #include <utility>
 

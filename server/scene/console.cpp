@@ -23,26 +23,23 @@ public:
 
     // Result: the lights that the value is for, by their place in the scene, ascending, each once; until the next call.
     const std::vector<std::size_t>& of(const PropertyValue& value) {
+        const bool of_lights = value.kind != PropertyValue::Kind::group;
+        const bool of_groups = value.kind != PropertyValue::Kind::light;
         found_.clear();
-        if (!value.pattern && value.kind != PropertyValue::Kind::group) {
+        if (of_lights && !value.pattern) {
             if (const auto light = lights_.find(value.target); light != lights_.end()) {
                 found_.push_back(light->second);
                 return found_;  // no group has the name of a light
             }
         }
         std::fill(wanted_.begin(), wanted_.end(), false);
-        if (value.pattern && value.kind != PropertyValue::Kind::group) {
-            for (std::size_t i = 0; i < scene_.lights.size(); ++i)
+        if (value.pattern) {
+            for (std::size_t i = 0; i < scene_.lights.size() && of_lights; ++i)
                 if (osc_matches(value.target, encode_osc_name(scene_.lights[i].name))) wanted_[i] = true;
-        }
-        if (value.kind != PropertyValue::Kind::light) {
-            if (!value.pattern) {
-                if (const auto group = scene_.groups.find(value.target); group != scene_.groups.end())
-                    want(group->second);
-            } else {
-                for (const auto& [name, members] : scene_.groups)
-                    if (osc_matches(value.target, encode_osc_name(name))) want(members);
-            }
+            for (const auto& [name, members] : scene_.groups)
+                if (of_groups && osc_matches(value.target, encode_osc_name(name))) want(members);
+        } else if (const auto group = scene_.groups.find(value.target); of_groups && group != scene_.groups.end()) {
+            want(group->second);
         }
         for (std::size_t i = 0; i < wanted_.size(); ++i)
             if (wanted_[i]) found_.push_back(i);

@@ -13,22 +13,16 @@ struct ValueFormat {
 };
 
 ValueFormat value_format(View view) {
-    switch (view) {
-        case View::illuminance:
-            return {"lx", 1};
-        case View::luminance:
-            return {"cd/m2", 1};
-        case View::mask:
-            return {"cd", 1};
-        case View::rsm_depth:
-            return {"m", 1};
-        case View::rsm_normal:
-            return {"1", 3};
-        case View::rsm_flux:
-            return {"lm/cd", 3};
-        default:
-            return {"cd/m2", 3};
-    }
+    struct Row {
+        View view;
+        ValueFormat format;
+    };
+    constexpr Row rows[] = {{View::illuminance, {"lx", 1}}, {View::luminance, {"cd/m2", 1}},
+                            {View::mask, {"cd", 1}},        {View::rsm_depth, {"m", 1}},
+                            {View::rsm_normal, {"1", 3}},   {View::rsm_flux, {"lm/cd", 3}}};
+    for (const Row& row : rows)
+        if (row.view == view) return row.format;
+    return {"cd/m2", 3};
 }
 
 // Keeps the first `channels` of each four.
@@ -36,9 +30,7 @@ template <typename T>
 std::vector<T> first_channels(const std::vector<T>& rgba, int channels) {
     std::vector<T> result;
     result.reserve(rgba.size() / 4 * static_cast<std::size_t>(channels));
-    for (std::size_t i = 0; i < rgba.size(); i += 4) {
-        for (int k = 0; k < channels; ++k) result.push_back(rgba[i + static_cast<std::size_t>(k)]);
-    }
+    for (std::size_t i = 0; i < rgba.size(); i += 4) result.insert(result.end(), &rgba[i], &rgba[i] + channels);
     return result;
 }
 

@@ -7,19 +7,22 @@
 namespace gonio {
 namespace {
 
-// set: which properties; null: all of them.
-void touch(const Light& light, const v1::SetLight* set, std::vector<TouchedProperty>& touched) {
-    const std::string path = "lights." + light.name + ".";
-    const auto add = [&](std::string name, Revision rev) {
-        if (touched.empty() || touched.back().path != name) touched.push_back({std::move(name), rev});
+// Of a light of this name, where there is one. set: which properties; null: all of them.
+void touch(const Scene& scene, const std::string& name, const v1::SetLight* set,
+           std::vector<TouchedProperty>& touched) {
+    const Light* light = find_light(scene, name);
+    if (light == nullptr) return;
+    const std::string path = "lights." + name + ".";
+    const auto add = [&](std::string property, Revision rev) {
+        if (touched.empty() || touched.back().path != property) touched.push_back({std::move(property), rev});
     };
     for (const LightSlot& slot : light_slots()) {
         const PropertyRow& row = row_of(slot.property);
         const bool turns = slot.stale == &Light::aim_rev;
         const bool said = set == nullptr || has_numbers(*set, row.field) || (turns && set->aim_size() > 0);
-        if (said) add(path + std::string(turns ? "aim" : row.state_field), light.*slot.stale);
+        if (said) add(path + std::string(turns ? "aim" : row.state_field), light->*slot.stale);
     }
-    if (set == nullptr || set->has_profile()) add(path + "profile", light.profile_rev);
+    if (set == nullptr || set->has_profile()) add(path + "profile", light->profile_rev);
 }
 
 }  // namespace
@@ -29,23 +32,20 @@ std::vector<TouchedProperty> touched_properties(const Scene& scene, const v1::Co
     switch (command.command_case()) {
         case v1::Command::kSetLight: {
             const v1::SetLight& set = command.set_light();
-            if (const Light* light = find_light(scene, set.name())) {
-                touch(*light, &set, touched);
-            } else if (const auto group = scene.groups.find(set.name()); group != scene.groups.end()) {
+            touch(scene, set.name(), &set, touched);
+            if (const auto group = scene.groups.find(set.name()); group != scene.groups.end()) {
                 touched.push_back({"groups." + group->first, scene.groups_rev});
-                for (const std::string& name : group->second)
-                    if (const Light* one = find_light(scene, name)) touch(*one, &set, touched);
+                for (const std::string& name : group->second) touch(scene, name, &set, touched);
             }
             break;
         }
         case v1::Command::kAddLight:
             touched.push_back({"lights." + command.add_light().light().name(), scene.lights_rev});
-            if (const Light* light = find_light(scene, command.add_light().light().name()))
-                touch(*light, nullptr, touched);
+            touch(scene, command.add_light().light().name(), nullptr, touched);
             break;
         case v1::Command::kRemoveLight:
             touched.push_back({"lights." + command.remove_light().name(), scene.lights_rev});
-            if (const Light* light = find_light(scene, command.remove_light().name())) touch(*light, nullptr, touched);
+            touch(scene, command.remove_light().name(), nullptr, touched);
             for (const auto& [name, lights] : scene.groups)
                 if (std::ranges::find(lights, command.remove_light().name()) != lights.end())
                     touched.push_back({"groups." + name, scene.groups_rev});
@@ -55,8 +55,7 @@ std::vector<TouchedProperty> touched_properties(const Scene& scene, const v1::Co
             const auto preset = scene.presets.find(command.recall_preset().name());
             if (preset == scene.presets.end()) break;
             touched.push_back({"presets." + preset->first, scene.presets_rev});
-            for (const PresetLight& kept : *preset->second)
-                if (const Light* light = find_light(scene, kept.name)) touch(*light, nullptr, touched);
+            for (const PresetLight& kept : *preset->second) touch(scene, kept.name, nullptr, touched);
             break;
         }
         case v1::Command::kSavePreset:

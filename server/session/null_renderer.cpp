@@ -71,13 +71,7 @@ bool NullRenderer::continue_capture(CaptureJob& job) {
 }
 
 v1::MeterReading NullRenderer::meter(const Scene&, const glm::dvec3& point, const glm::dvec3&, MeterQuality, int) {
-    v1::MeterReading reading;
-    for (int channel = 0; channel < 3; ++channel) {
-        reading.add_direct_rgb_lx(0);
-        reading.add_indirect_rgb_lx(0);
-        reading.add_point_m(point[channel]);
-    }
-    return reading;
+    return lux_reading(point, glm::dvec3(0.0), glm::dvec3(0.0));
 }
 
 }  // namespace gonio

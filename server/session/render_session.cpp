@@ -4,7 +4,6 @@
 #include <set>
 #include <utility>
 
-#include "server/render/quality_level.h"
 #include "server/scene/console.h"
 #include "server/scene/light_tables.h"
 #include "server/scene/state.h"
@@ -141,14 +140,6 @@ bool RenderSession::send_to_loader(Work work) {
     return accepted;
 }
 
-std::optional<Error> RenderSession::refuses(const Work& work) {
-    const v1::Command& command = work.message.command();
-    if (command.has_base_rev())
-        if (auto conflict = changes_.conflict(scene_, command, command.base_rev(), work.session)) return conflict;
-    if (command.has_set_camera()) return roles_.refuses_camera(work.session, monotonic_ns());
-    return std::nullopt;
-}
-
 void RenderSession::tell_control(std::uint32_t by) {
     v1::StateChanged change;
     change.set_scene_rev(scene_.scene_rev);
@@ -163,13 +154,17 @@ void RenderSession::tell(v1::StateChanged change, std::uint32_t by) {
 }
 
 void RenderSession::apply_command(const Work& work) {
-    if (const auto refused = refuses(work)) return replies_.refuse(work, *refused);
+    const v1::Command& command = work.message.command();
+    std::optional<Error> refused;
+    if (command.has_base_rev()) refused = changes_.conflict(scene_, command, command.base_rev(), work.session);
+    if (!refused && command.has_set_camera()) refused = roles_.refuses_camera(work.session, monotonic_ns());
+    if (refused) return replies_.refuse(work, *refused);
     const Scene before = scene_;
-    Result<Applied> applied = apply(scene_, work.message.command(), work.loaded);
+    Result<Applied> applied = apply(scene_, command, work.loaded);
     if (!applied) return replies_.refuse(work, applied.error());
-    changes_.note(scene_, before.scene_rev, work.message.command(), work.session);
+    changes_.note(scene_, before.scene_rev, command, work.session);
     replies_.ok(work, std::move(applied->warnings));
-    begin_fade(work.message.command(), work.session);
+    begin_fade(command, work.session);
     if (scene_.scene_rev != before.scene_rev) tell(state_change(before, scene_), work.session);
 }
 

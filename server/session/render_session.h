@@ -125,7 +125,6 @@ private:
     void submit_reference(const Work& work, std::variant<MeterRequest, CaptureRequest> request);
     void tell_control(std::uint32_t by);
     void tell(v1::StateChanged change, std::uint32_t by);
-    std::optional<Error> refuses(const Work& work);
     void apply_command(const Work& work);
     void begin_fade(const v1::Command& command, std::uint32_t by);
     bool send_to_loader(Work work);  // result: false where too much waits; then the client has been told

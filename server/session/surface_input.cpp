@@ -60,17 +60,14 @@ bool SurfaceInput::serve_learning(std::int64_t now_ns) {
     for (Learning& learning : learning_) {
         for (const auto& [key, heard] : waiting_.controls) {
             const ControlInput& input = heard.input;
-            if (input.kind == ControlKind::button) {
-                if (input.presses > 0) moved = &input;
-                continue;
-            }
-            if (input.kind == ControlKind::relative) {
-                const double clicks = learning.from[key] += input.clicks;
-                if (std::abs(clicks) >= kLearnClicks) moved = &input;
-                continue;
-            }
-            const double from = learning.from.try_emplace(key, input.value).first->second;
-            if (std::abs(input.value - from) >= kLearnWay) moved = &input;
+            bool meant = false;
+            if (input.kind == ControlKind::button)
+                meant = input.presses > 0;
+            else if (input.kind == ControlKind::relative)
+                meant = std::abs(learning.from[key] += input.clicks) >= kLearnClicks;
+            else
+                meant = std::abs(input.value - learning.from.try_emplace(key, input.value).first->second) >= kLearnWay;
+            if (meant) moved = &input;
         }
     }
     if (moved != nullptr) {
@@ -142,18 +139,17 @@ void SurfaceInput::serve(RenderSession& render_session, std::int64_t now_ns) {
     const Revision before = render_session.scene().scene_rev;
     if (!waiting_.controls.empty() || !waiting_.attached.empty() || reader_.moving() || !learning_.empty()) {
         for (const std::string& device : waiting_.attached) reader_.attached(device);
-        const bool learning = serve_learning(now_ns);
         std::vector<SurfaceAction> actions;
         const ValueNow now = values_now(render_session.scene());
-        for (const auto& [key, heard] : waiting_.controls) {
-            if (learning) continue;
-            reader_.take(heard.input, now_ns, now, actions);
-            since_ns_ = since_ns_ == 0 ? heard.event_ns : std::min(since_ns_, heard.event_ns);
-        }
-        if (learning)
+        if (serve_learning(now_ns)) {
             reader_.let_go(actions);  // hands search for a control: nothing goes on moving meanwhile
-        else
+        } else {
+            for (const auto& [key, heard] : waiting_.controls) {
+                reader_.take(heard.input, now_ns, now, actions);
+                since_ns_ = since_ns_ == 0 ? heard.event_ns : std::min(since_ns_, heard.event_ns);
+            }
             reader_.step(now_ns, now, actions);
+        }
         carry_out(render_session, actions);
         render_session.tell_inputs(before);
         waiting_ = {};
