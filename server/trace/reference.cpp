@@ -1,17 +1,13 @@
 #include "server/trace/reference.h"
 
-#include <pthread.h>
-#include <sched.h>
-
 #include <algorithm>
-#include <atomic>
 #include <chrono>
 #include <cmath>
-#include <functional>
 #include <numbers>
-#include <thread>
 
 #include "server/scene/eye.h"
+#include "server/trace/denoise.h"
+#include "server/trace/parallel.h"
 #include "server/trace/path.h"
 
 namespace gonio::trace {
@@ -24,27 +20,6 @@ constexpr int kMeterStreams = 16, kPixelStreams = 8;
 constexpr double kSafety = 0.8;
 // Samples after which a point, and a picture, that nothing has reached is called dark.
 constexpr std::uint32_t kDarkSamples = 1u << 16, kDarkPasses = 256;
-
-// Runs job(0 … count − 1) on the settings' threads, in any order. Result: false if a stop came before all were done.
-bool parallel(int count, const Settings& settings, const std::stop_token& stop, const std::function<void(int)>& job) {
-    std::atomic<int> next{0}, done{0};
-    const auto work = [&] {
-        if (settings.idle) {
-            sched_param none{};
-            pthread_setschedparam(pthread_self(), SCHED_IDLE, &none);  // refused: the thread works at normal priority
-        }
-        for (int i; !stop.stop_requested() && (i = next.fetch_add(1)) < count;) {
-            job(i);
-            ++done;
-        }
-    };
-    const int wanted =
-        settings.threads > 0 ? settings.threads : static_cast<int>(std::max(1u, std::thread::hardware_concurrency()));
-    std::vector<std::jthread> threads;
-    for (int t = 0; t < std::min(wanted, count); ++t) threads.emplace_back(work);
-    threads.clear();  // joins
-    return done == count;
-}
 
 struct Stream {
     glm::dvec3 direct{0.0}, indirect{0.0};  // sums, lux
@@ -106,7 +81,7 @@ std::vector<Reading> measure(const World& world, std::span<const MeterPoint> poi
                              std::stop_token stop) {
     const bool needs_paths = settings.bounces != 0 || !world.emitters.empty();
     std::vector<Measured> all(points.size());
-    parallel(static_cast<int>(all.size()), settings, stop, [&](int i) {
+    parallel(static_cast<int>(all.size()), settings.threads, settings.idle, stop, [&](int i) {
         Measured& point = all[static_cast<std::size_t>(i)];
         const MeterPoint& meter = points[static_cast<std::size_t>(i)];
         const glm::vec3 normal(meter.normal);
@@ -130,7 +105,7 @@ std::vector<Reading> measure(const World& world, std::span<const MeterPoint> poi
         const std::uint32_t greatest = std::max(1u, settings.max_passes / kMeterStreams);
         const std::uint32_t round = std::min(std::max(reached, 64u), greatest - std::min(reached, greatest - 1));
         sums.assign(units.size(), {});
-        const bool whole = parallel(static_cast<int>(units.size()), settings, stop, [&](int unit) {
+        const bool whole = parallel(static_cast<int>(units.size()), settings.threads, settings.idle, stop, [&](int unit) {
             const std::size_t i = static_cast<std::size_t>(units[static_cast<std::size_t>(unit)] / kMeterStreams);
             const int s = units[static_cast<std::size_t>(unit)] % kMeterStreams;
             const Measured& point = all[i];
@@ -146,8 +121,7 @@ std::vector<Reading> measure(const World& world, std::span<const MeterPoint> poi
                     sum.direct += glm::dvec3(light.direct);
                     sum.indirect += glm::dvec3(light.indirect);
                 }
-            }
-        });
+            });
         if (!whole) break;  // the last whole round stands
         for (std::size_t unit = 0; unit < units.size(); ++unit) {
             Stream& stream =
@@ -180,11 +154,18 @@ struct Picture::Data {
     struct Pixel {
         Receiver receiver;
         glm::vec3 albedo{0.0f}, emission{0.0f};
-        glm::vec3 direct{0.0f};  // exact, lux
+        glm::vec3 direct{0.0f};      // exact, lux
+        float inverse_depth = 0.0f;  // 1/m
         bool hit = false;
     };
-    std::vector<Pixel> first;         // without antialiasing: what each pixel shows
-    std::vector<glm::dvec3> sum;      // per pixel, the quantity
+    // Sums over a pixel's samples, of a request for planes.
+    struct Sums {
+        glm::vec3 half[2] = {glm::vec3(0.0f), glm::vec3(0.0f)}, exact{0.0f}, albedo{0.0f}, normal{0.0f};
+        float depth = 0.0f, depth_squared = 0.0f;
+    };
+    std::vector<Pixel> first;     // without antialiasing: what each pixel shows
+    std::vector<glm::dvec3> sum;  // per pixel, the quantity
+    std::vector<Sums> planes;
     std::vector<float> streams;       // per pixel kPixelStreams sums of its luminance
     std::vector<std::uint32_t> hits;  // samples that met a surface
     std::vector<std::uint32_t> row_passes;
@@ -203,8 +184,13 @@ struct Picture::Data {
         pixel.receiver = receiver_of(*world->geometry, hit);
         pixel.albedo = hit.albedo;
         pixel.emission = hit.emission;
+        if (request.planes) pixel.inverse_depth = inverse_depth(hit);
         if (shows_direct() && !settings.openings) pixel.direct = luminaires_direct(*world, pixel.receiver, nullptr);
         return pixel;
+    }
+    float inverse_depth(const SurfaceHit& hit) const {
+        const glm::dvec3 from_eye = glm::dvec3(hit.position) - glm::dvec3(world->geometry->local(eye.position));
+        return static_cast<float>(1.0 / std::max(glm::dot(from_eye, eye.forward), 1e-6));
     }
     bool shows_direct() const {
         return request.quantity != Quantity::irradiance_indirect && request.quantity != Quantity::radiance_indirect;
@@ -244,6 +230,19 @@ struct Picture::Data {
         if (request.quantity == Quantity::radiance) value += glm::dvec3(pixel.emission);
         sum[at] += value;
         streams[at * kPixelStreams + stream] += static_cast<float>(luminance(value));
+        if (request.planes) add_planes(planes[at], pixel, value, pass % 2);
+    }
+
+    // value: radiance. What of it is no luminaire's own light nor emission is sampled, but for openings.
+    void add_planes(Sums& sums, const Pixel& pixel, const glm::dvec3& value, std::uint32_t half) const {
+        const glm::dvec3 computed =
+            glm::dvec3(pixel.emission) + glm::dvec3(pixel.direct) * glm::dvec3(pixel.albedo) / std::numbers::pi;
+        sums.exact += glm::vec3(computed);
+        sums.half[half] += glm::vec3(glm::max(value - computed, 0.0));
+        sums.albedo += pixel.albedo;
+        sums.normal += pixel.receiver.normal;
+        sums.depth += pixel.inverse_depth;
+        sums.depth_squared += pixel.inverse_depth * pixel.inverse_depth;
     }
 
     // Result: variance of the luminance of a pixel's mean over `passes` samples (at least kPixelStreams), from the
@@ -284,6 +283,7 @@ Picture::Picture(std::shared_ptr<const World> world, const PictureRequest& reque
     const auto pixels = static_cast<std::size_t>(request.width_px) * static_cast<std::size_t>(request.height_px);
     if (!request.antialias) d.first.resize(pixels);
     d.sum.resize(pixels);
+    if (request.planes) d.planes.resize(pixels);
     d.streams.resize(pixels * kPixelStreams);
     d.hits.resize(pixels);
     d.row_passes.resize(static_cast<std::size_t>(request.height_px));
@@ -300,7 +300,7 @@ Progress Picture::refine(double seconds, std::stop_token stop) {
     while (!d.progress.complete && !stop.stop_requested()) {
         batch = std::min({batch, d.next_check - d.progress.passes, d.settings.max_passes - d.progress.passes});
         const double before = spent();
-        const bool whole = parallel(d.request.height_px, d.settings, stop, [&](int y) {
+        const bool whole = parallel(d.request.height_px, d.settings.threads, d.settings.idle, stop, [&](int y) {
             std::uint32_t& done = d.row_passes[static_cast<std::size_t>(y)];
             for (const std::uint32_t end = d.progress.passes + batch; done < end; ++done) {
                 for (int x = 0; x < d.request.width_px; ++x) d.add_pass(x, y, done);
@@ -332,6 +332,31 @@ std::vector<float> Picture::values() const {
         for (int k = 0; k < 3; ++k)
             result[at * 4 + static_cast<std::size_t>(k)] = static_cast<float>(d.sum[at][k] / passes);
         result[at * 4 + 3] = static_cast<float>(static_cast<double>(d.hits[at]) / passes);
+    }
+    return result;
+}
+
+DenoisePlanes Picture::planes() const {
+    const Data& d = *data_;
+    const float passes = static_cast<float>(std::max(1u, d.progress.passes));
+    const float halves[2] = {std::ceil(passes / 2.0f), std::floor(passes / 2.0f)};
+    DenoisePlanes result{d.request.width_px, d.request.height_px};
+    for (auto* plane : {&result.half[0], &result.half[1], &result.exact, &result.albedo, &result.normal})
+        plane->resize(d.planes.size());
+    result.inverse_depth.resize(d.planes.size());
+    result.inverse_depth_variance.resize(d.planes.size());
+    for (std::size_t at = 0; at < d.planes.size(); ++at) {
+        const Data::Sums& sums = d.planes[at];
+        const float hits = static_cast<float>(std::max(1u, d.hits[at])), depth = sums.depth / hits;
+        for (std::size_t h = 0; h < 2; ++h) {
+            const std::size_t from = halves[h] > 0.0f ? h : 0;
+            result.half[h][at] = sums.half[from] / halves[from];
+        }
+        result.exact[at] = sums.exact / passes;
+        result.albedo[at] = sums.albedo / passes;
+        result.normal[at] = sums.normal / hits;
+        result.inverse_depth[at] = depth;
+        result.inverse_depth_variance[at] = std::max(0.0f, sums.depth_squared / hits - depth * depth);
     }
     return result;
 }

@@ -52,6 +52,8 @@ struct Reading {
 std::vector<Reading> measure(const World& world, std::span<const MeterPoint> points, const Settings& settings,
                              std::stop_token stop = {});
 
+struct DenoisePlanes;
+
 // What a picture's pixels hold.
 enum class Quantity : std::uint8_t {
     irradiance_direct,    // lux, rgb
@@ -67,6 +69,7 @@ struct PictureRequest {
     int width_px = 0, height_px = 0;
     Quantity quantity = Quantity::radiance;
     bool antialias = false;  // a box filter over the pixel; else rays through pixel centres, as the interactive picture
+    bool planes = false;     // planes() is asked for; of radiance only
 };
 
 struct Progress {
@@ -86,6 +89,9 @@ public:
     Progress refine(double seconds, std::stop_token stop = {});
     // Result: width·height·4 floats, rows from the top: the mean so far and 1 where there is a surface.
     std::vector<float> values() const;
+    // Result: what denoise() filters (denoise.h): odd and even samples apart, light that is sampled apart from light
+    // that is computed. One sample counts as both halves. Only of a request for planes.
+    DenoisePlanes planes() const;
 
 private:
     struct Data;
