@@ -115,13 +115,20 @@ std::string progress_line(const v1::Progress& progress) {
     if (progress.jobs_before() > 0) {
         std::snprintf(line, sizeof line, "waiting: %u %s first", progress.jobs_before(),
                       progress.jobs_before() == 1 ? "job comes" : "jobs come");
-    } else if (progress.noise_ratio() > 0) {
+        return line;
+    }
+    if (progress.noise_ratio() > 0) {
         std::snprintf(line, sizeof line, "%.0f s  %u samples  noise %.3g %%", progress.seconds(), progress.samples(),
                       100 * progress.noise_ratio());
     } else {
         std::snprintf(line, sizeof line, "%.0f s  %u done", progress.seconds(), progress.samples());
     }
-    return line;
+    std::string text = line;
+    if (progress.has_seconds_left()) {
+        std::snprintf(line, sizeof line, "  %.0f s left", progress.seconds_left());
+        text += line;
+    }
+    return text;
 }
 
 std::string report_table(const v1::FrameReport& report) {

@@ -16,10 +16,11 @@ export function formatLux(lx, error_lx = 0) {
     return `${formatNumber(lx, digits)} lx` + (error_lx > 0 ? ` ± ${formatNumber(error_lx, digits)}` : "");
 }
 
-export function formatProgress({jobs_before = 0, samples = 0, noise_ratio = 0, seconds = 0}) {
+export function formatProgress({jobs_before = 0, samples = 0, noise_ratio = 0, seconds = 0, seconds_left}) {
     if (jobs_before > 0) return `Waiting: ${jobs_before} ${jobs_before === 1 ? "job comes" : "jobs come"} first`;
     const noise = noise_ratio > 0 ? ` · noise ${formatNumber(100 * noise_ratio, 2)} %` : "";
-    return `${formatNumber(seconds, 0)} s · ${samples} samples${noise}`;
+    const left = seconds_left === undefined ? "" : ` · ${formatNumber(seconds_left, 0)} s left`;
+    return `${formatNumber(seconds, 0)} s · ${samples} samples${noise}${left}`;
 }
 
 export class MeterPanel {

@@ -4,6 +4,7 @@
 #include <filesystem>
 #include <fstream>
 #include <nlohmann/json.hpp>
+#include <optional>
 
 #include "protocol/schema/words.h"
 #include "server/base/bounded_file.h"
@@ -57,9 +58,51 @@ void apply_words(Scene& scene, const Json& words, const std::string& place) {
     checked(place, apply(scene, command, checked(place, read_files(command))));
 }
 
-CapturedPicture render(Renderer& renderer, const Scene& scene, const CaptureRequest& request) {
-    if (request.quality == Quality::reference)
-        return trace_capture(trace::make_world(scene), scene, request, {}, [](const trace::Progress&) {})->picture;
+std::optional<double> number_at(const Json& object, const char* key, const std::string& place) {
+    if (!object.contains(key)) return std::nullopt;
+    if (!object[key].is_number()) refuse(place + "." + key, object[key].dump(), "must be a number");
+    return object[key].get<double>();
+}
+
+bool flag_at(const Json& object, const char* key, const std::string& place) {
+    if (!object.contains(key)) return false;
+    if (!object[key].is_boolean()) refuse(place + "." + key, object[key].dump(), "must be true or false");
+    return object[key];
+}
+
+v1::CaptureQuery query_of(const Json& capture, const std::string& format, const std::string& place) {
+    v1::CaptureQuery query;
+    query.set_format(format);
+    query.set_view(text_at(capture, "view", place, ""));
+    query.set_quality(text_at(capture, "quality", place, ""));
+    if (capture.contains("bounces")) {
+        const Json& bounces = capture["bounces"];
+        query.set_bounces(bounces.is_string() ? bounces.get<std::string>() : bounces.dump());
+    }
+    if (const auto noise = number_at(capture, "noise", place)) query.set_noise_ratio(*noise);
+    if (const auto seconds = number_at(capture, "max_seconds", place)) query.set_max_seconds(*seconds);
+    query.set_openings(flag_at(capture, "openings", place));
+    query.set_denoise(flag_at(capture, "denoise", place));
+    if (const std::string size = text_at(capture, "size", place, ""); !size.empty()) {
+        const auto parsed = parse_size(size);
+        if (!parsed || parsed->first < 1 || parsed->second < 1) {
+            refuse(place + ".size", size, "must be WIDTHxHEIGHT, 1 to 4096 a side");
+        }
+        query.set_width_px(parsed->first);
+        query.set_height_px(parsed->second);
+    }
+    return query;
+}
+
+// Result: the picture. note: what is to be said of it, empty for nothing.
+CapturedPicture render(Renderer& renderer, const Scene& scene, const CaptureRequest& request, std::string& note) {
+    if (request.quality == Quality::reference) {
+        TracedCapture traced =
+            *trace_capture(trace::make_world(scene), scene, request, {}, [](const trace::Progress&) {});
+        if (!traced.progress.noise_reached)
+            note = " noise " + print_number(traced.progress.noise) + ", more than was asked for";
+        return std::move(traced.picture);
+    }
     return *renderer.capture(scene, request.view, request.width_px, request.height_px, request.format == "exr",
                              request.settings.bounces);
 }
@@ -73,33 +116,10 @@ void write_capture(Renderer& renderer, const Scene& scene, const Json& capture, 
     }
     const auto format = capture_format(name);
     if (!format) refuse(place + ".out", name, "must end in .png, .jpg or .exr");
-    v1::CaptureQuery query;
-    query.set_format(*format);
-    query.set_view(text_at(capture, "view", place, ""));
-    query.set_quality(text_at(capture, "quality", place, ""));
-    if (capture.contains("bounces")) {
-        const Json& bounces = capture["bounces"];
-        query.set_bounces(bounces.is_string() ? bounces.get<std::string>() : bounces.dump());
-    }
-    if (capture.contains("noise")) {
-        if (!capture["noise"].is_number()) refuse(place + ".noise", capture["noise"].dump(), "must be a number");
-        query.set_noise_ratio(capture["noise"]);
-    }
-    if (capture.contains("openings")) {
-        if (!capture["openings"].is_boolean())
-            refuse(place + ".openings", capture["openings"].dump(), "must be true or false");
-        query.set_openings(capture["openings"]);
-    }
-    if (const std::string size = text_at(capture, "size", place, ""); !size.empty()) {
-        const auto parsed = parse_size(size);
-        if (!parsed || parsed->first < 1 || parsed->second < 1) {
-            refuse(place + ".size", size, "must be WIDTHxHEIGHT, 1 to 4096 a side");
-        }
-        query.set_width_px(parsed->first);
-        query.set_height_px(parsed->second);
-    }
+    const v1::CaptureQuery query = query_of(capture, *format, place);
     const CaptureRequest request = checked(place, check_capture(scene, query));
-    const CapturedPicture picture = render(renderer, scene, request);
+    std::string note;
+    const CapturedPicture picture = render(renderer, scene, request, note);
     const std::vector<std::byte> bytes = checked(place, encode_capture(picture, request.view, request.format));
     const std::filesystem::path path = folder / relative, part = path.string() + ".part";
     std::error_code failed;
@@ -110,7 +130,8 @@ void write_capture(Renderer& renderer, const Scene& scene, const Json& capture, 
     if (!file) refuse(place + ".out", path.string(), "the file cannot be written");
     std::filesystem::rename(part, path, failed);
     if (failed) refuse(place + ".out", path.string(), "the file cannot be renamed: " + failed.message());
-    std::printf("%s %dx%d %s\n", path.string().c_str(), request.width_px, request.height_px, view_name(request.view));
+    std::printf("%s %dx%d %s%s\n", path.string().c_str(), request.width_px, request.height_px, view_name(request.view),
+                note.c_str());
     std::fflush(stdout);
 }
 

@@ -52,8 +52,9 @@ struct BytePicture {
     int width_px = 0, height_px = 0;
     std::vector<std::uint8_t> rgb;  // 3 bytes per pixel, sRGB-encoded
 };
-// Result: the bytes of the image file. EXR: 32-bit float, unit named in the header attribute "gonio:unit".
-Result<std::vector<std::byte>> encode_exr(const FloatPicture& picture, const std::string& unit);
+// Result: the bytes of the image file. EXR: 32-bit float, unit named in the header attribute "gonio:unit"; denoised: it
+// has "gonio:denoised" 1.
+Result<std::vector<std::byte>> encode_exr(const FloatPicture& picture, const std::string& unit, bool denoised = false);
 Result<std::vector<std::byte>> encode_png(const BytePicture& picture);
 Result<std::vector<std::byte>> encode_jpeg(const BytePicture& picture, int quality_percent);
 // Tests read captures back with these. path: PNG, JPEG or EXR.

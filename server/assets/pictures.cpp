@@ -36,13 +36,14 @@ Result<std::vector<std::byte>> encode(const std::string& format, const OIIO::Ima
 
 }  // namespace
 
-Result<std::vector<std::byte>> encode_exr(const FloatPicture& picture, const std::string& unit) {
+Result<std::vector<std::byte>> encode_exr(const FloatPicture& picture, const std::string& unit, bool denoised) {
     if (picture.channels != 1 && picture.channels != 3) return refused("exr", "an EXR has one or three channels");
     OIIO::ImageSpec spec(picture.width_px, picture.height_px, picture.channels, OIIO::TypeFloat);
     if (picture.channels == 1) spec.channelnames = {"Y"};
     spec.attribute("compression", "zip");
     spec.attribute("oiio:ColorSpace", "Linear");
     spec.attribute("gonio:unit", unit);
+    if (denoised) spec.attribute("gonio:denoised", 1);
     return encode("exr", spec, OIIO::TypeFloat, picture.values.data(), picture.values.size());
 }
 

@@ -112,6 +112,19 @@ constexpr Row kStillRows[] = {
          return noise.has_value() && std::isfinite(*noise);
      },
      "must be a number"},
+    {"max_seconds",
+     [](v1::CaptureQuery& query, const std::string& value) {
+         const auto seconds = whole_text<double>(value);
+         query.set_max_seconds(seconds.value_or(0));
+         return seconds.has_value() && std::isfinite(*seconds);
+     },
+     "must be a number"},
+    {"denoise",
+     [](v1::CaptureQuery& query, const std::string& value) {
+         query.set_denoise(value == "true");
+         return value == "true" || value == "false";
+     },
+     "must be true or false"},
     {"openings",
      [](v1::CaptureQuery& query, const std::string& value) {
          query.set_openings(value == "true");
@@ -167,7 +180,9 @@ Result<v1::CaptureQuery> still_query(const HttpTarget& target) {
         const Row* row = std::find_if(std::begin(kStillRows), std::end(kStillRows),
                                       [&](const Row& known) { return parameter->name == known.name; });
         if (row == std::end(kStillRows))
-            return refusal("is no parameter of stills: after_rev, size, view, quality, bounces, noise or openings");
+            return refusal(
+                "is no parameter of stills: after_rev, size, view, quality, bounces, noise, "
+                "max_seconds, denoise or openings");
         if (std::any_of(target.query.begin(), parameter,
                         [&](const HttpParameter& earlier) { return earlier.name == parameter->name; }))
             return refusal("is given twice");

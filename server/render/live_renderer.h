@@ -31,6 +31,7 @@ struct CapturedPicture {
     std::vector<std::uint8_t> rgba8;  // 4 per pixel, sRGB-encoded
     std::vector<float> values;        // 4 per pixel: rgb and 1 where there is a surface
     v1::FrameReport report;
+    bool denoised = false;
 };
 
 // A capture between its tiles: a value copy of the scene, and the picture as far as it is.

@@ -41,7 +41,7 @@ Result<std::vector<std::byte>> encode_capture(const CapturedPicture& picture, Vi
         const ValueFormat values = value_format(view);
         return encode_exr(
             {picture.width_px, picture.height_px, values.channels, first_channels(picture.values, values.channels)},
-            values.unit);
+            values.unit, picture.denoised);
     }
     const BytePicture bytes{picture.width_px, picture.height_px, first_channels(picture.rgba8, 3)};
     return format == "jpg" ? encode_jpeg(bytes, 92) : encode_png(bytes);

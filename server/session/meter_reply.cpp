@@ -11,6 +11,7 @@ v1::MeterReading meter_reading(const glm::dvec3& point_m, const trace::Reading& 
     reading.set_direct_error_lx(found.direct_error_lx);
     reading.set_indirect_error_lx(found.indirect_error_lx);
     reading.set_samples(found.samples);
+    reading.set_noise_reached(found.noise_reached);
     reading.set_bounces(bounces == trace::kAllBounces ? "all" : std::to_string(bounces));
     return reading;
 }
@@ -23,6 +24,10 @@ v1::ServerMessage meter_message(std::vector<v1::MeterReading> readings, bool gri
         return message;
     }
     v1::MeterGrid& reply = *message.mutable_meter_grid();
+    if (readings.front().has_noise_reached()) {
+        reply.set_noise_reached(std::all_of(readings.begin(), readings.end(),
+                                            [](const v1::MeterReading& reading) { return reading.noise_reached(); }));
+    }
     double sum = 0.0, least = readings.front().total_lx(), greatest = least;
     for (const v1::MeterReading& reading : readings) {
         sum += reading.total_lx();

@@ -45,6 +45,10 @@ Result<trace::Settings> settings_of(const Query& query, Quality quality, const s
             return Error{"unsupported", place + ".noise_ratio", print_number(query.noise_ratio()),
                          "only reference quality works towards a noise"};
         }
+        if (query.has_max_seconds()) {
+            return Error{"unsupported", place + ".max_seconds", print_number(query.max_seconds()),
+                         "only reference quality works towards a noise"};
+        }
         if (query.openings())
             return Error{"unsupported", place + ".openings", "true", "only reference quality has luminous openings"};
         return settings;
@@ -59,6 +63,13 @@ Result<trace::Settings> settings_of(const Query& query, Quality quality, const s
     if (!(settings.noise >= kMinNoise && settings.noise <= kMaxNoise)) {
         return bad_argument(place + ".noise_ratio", print_number(settings.noise),
                             "must be a number from 0.0005 to 0.5");
+    }
+    if (query.has_max_seconds()) {
+        settings.max_seconds = query.max_seconds();
+        if (!(settings.max_seconds >= kMinSeconds && settings.max_seconds <= kMaxSeconds)) {
+            return bad_argument(place + ".max_seconds", print_number(settings.max_seconds),
+                                "must be a number from 0.1 to 86400");
+        }
     }
     return settings;
 }
@@ -139,7 +150,15 @@ Result<CaptureRequest> check_capture(const Scene& scene, const v1::CaptureQuery&
         return Error{"unsupported", "capture.view", view_name(request.view),
                      "reference quality has beauty, direct, indirect, illuminance and luminance"};
     }
-    const auto settings = settings_of(query, request.quality, "capture", kCaptureNoise);
+    request.denoise = query.denoise();
+    if (request.denoise && request.quality != Quality::reference)
+        return Error{"unsupported", "capture.denoise", "true", "only reference quality is denoised"};
+    if (request.denoise && request.view != View::beauty) {
+        return Error{"unsupported", "capture.denoise", view_name(request.view),
+                     "only the view beauty is denoised: a filter changes what others measure"};
+    }
+    const auto settings =
+        settings_of(query, request.quality, "capture", request.denoise ? kDenoiseNoise : kCaptureNoise);
     if (!settings) return settings.error();
     request.settings = *settings;
     const auto side = [](std::uint32_t asked, int own) {

@@ -19,7 +19,9 @@ enum class Quality : std::uint8_t { interactive, rsm, reference };
 inline constexpr std::uint32_t kMaxGridPoints = 4096;  // of one meter query; more are refused: "too_large"
 inline constexpr int kMaxBounces = 64;                 // more are asked for as "all"
 inline constexpr double kMinNoise = 0.0005, kMaxNoise = 0.5;
-inline constexpr double kMeterNoise = 0.005, kCaptureNoise = 0.02;  // where a query names none
+// Where a query names none. That of pictures that are filtered leaves atrium some 24 samples a pixel.
+inline constexpr double kMeterNoise = 0.005, kCaptureNoise = 0.02, kDenoiseNoise = 0.15;
+inline constexpr double kMinSeconds = 0.1, kMaxSeconds = 86400.0;
 
 struct MeterRequest {
     Quality quality = Quality::interactive;
@@ -27,8 +29,8 @@ struct MeterRequest {
     bool grid = false;
     trace::Settings settings;  // of reference
 };
-// Errors: "invalid_argument" (vectors, count, bounces, noise), "too_large" (count), "unsupported" (quality; bounces,
-// noise or openings that the quality does not have).
+// Errors: "invalid_argument" (vectors, count, bounces, noise, seconds), "too_large" (count), "unsupported" (quality;
+// bounces, noise, seconds or openings that the quality does not have).
 Result<MeterRequest> check_meter(const v1::MeterQuery& query);
 
 // What a query asks for, its defaults taken from the scene.
@@ -38,9 +40,10 @@ struct CaptureRequest {
     std::string format;  // "png", "jpg" or "exr"
     int width_px = 0, height_px = 0;
     trace::Settings settings;  // of reference
+    bool denoise = false;
 };
-// Errors: "invalid_argument" (view, format, size of 1 to 4096 a side, bounces, noise), "unsupported" (quality; view,
-// bounces, noise or openings that the quality does not have).
+// Errors: "invalid_argument" (view, format, size of 1 to 4096 a side, bounces, noise, seconds), "unsupported" (quality;
+// view, bounces, noise, seconds, openings or denoising that the quality does not have; denoising of other views).
 Result<CaptureRequest> check_capture(const Scene& scene, const v1::CaptureQuery& query);
 
 }  // namespace gonio

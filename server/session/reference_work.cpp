@@ -16,6 +16,10 @@ namespace {
 constexpr std::int64_t kTellNs = 1'000'000'000;
 constexpr std::size_t kPointsPerCall = 16;  // of a grid, between two looks at the clock
 
+double seconds_since(std::int64_t begin_ns) {
+    return static_cast<double>(monotonic_ns() - begin_ns) * 1e-9;
+}
+
 }  // namespace
 
 // One job while the worker has it.
@@ -32,15 +36,24 @@ namespace {
 
 v1::ServerMessage measured_message(const trace::World& world, const MeterRequest& request, std::stop_token stop,
                                    const std::function<void(const trace::Progress&)>& each) {
+    const std::int64_t begin_ns = monotonic_ns();
     std::vector<v1::MeterReading> readings;
     for (std::size_t first = 0; first < request.points.size() && !stop.stop_requested(); first += kPointsPerCall) {
         const std::size_t count = std::min(kPointsPerCall, request.points.size() - first);
         trace::Settings settings = request.settings;
         settings.seed += static_cast<std::uint32_t>(first);  // the errors of a grid's points are independent
+        if (settings.max_seconds > 0.0)                      // what is left is shared by the points that are left
+            settings.max_seconds =
+                std::max(1e-3, (settings.max_seconds - seconds_since(begin_ns)) * static_cast<double>(count) /
+                                   static_cast<double>(request.points.size() - first));
         const auto measured = trace::measure(world, std::span(request.points).subspan(first, count), settings, stop);
         for (std::size_t i = 0; i < measured.size(); ++i)
             readings.push_back(meter_reading(request.points[first + i].position, measured[i], settings.bounces));
-        each({.passes = static_cast<std::uint32_t>(readings.size())});
+        const double share = static_cast<double>(readings.size()) / static_cast<double>(request.points.size());
+        trace::Progress progress;
+        progress.passes = static_cast<std::uint32_t>(readings.size());
+        if (share > 0.0) progress.seconds_left = seconds_since(begin_ns) * (1.0 / share - 1.0);
+        each(progress);
     }
     return meter_message(std::move(readings), request.grid);
 }
@@ -98,6 +111,7 @@ void ReferenceWork::tell_progress() {
     progress.set_samples(running_->reached.passes);
     progress.set_noise_ratio(running_->reached.noise < 1.0 ? running_->reached.noise : 0.0);  // 0: not known yet
     progress.set_seconds(static_cast<double>(told_ns_ - running_->started_ns) * 1e-9);
+    if (running_->reached.seconds_left) progress.set_seconds_left(*running_->reached.seconds_left);
     if (!running_->stop.stop_requested()) tell(running_->job, progress);
     for (std::size_t i = 0; i < waiting_.size(); ++i) {
         v1::Progress wait;
@@ -140,8 +154,13 @@ void ReferenceWork::work() {
             const auto traced = trace_capture(world, job.scene, capture, stop, note);
             if (traced) message = capture_message(traced->picture, capture.view, capture.format, job.scene.scene_rev);
             if (message.has_capture()) {
-                message.mutable_capture()->set_samples(traced->progress.passes);
-                message.mutable_capture()->set_noise_ratio(traced->progress.noise);
+                v1::CaptureResult& result = *message.mutable_capture();
+                const trace::Progress& progress = traced->progress;
+                result.set_samples(progress.passes);
+                if (progress.noise < 1.0 || progress.noise_reached) result.set_noise_ratio(progress.noise);
+                result.set_noise_reached(progress.noise_reached);
+                result.set_denoised(traced->denoised_noise.has_value());
+                if (traced->denoised_noise) result.set_denoised_noise_ratio(*traced->denoised_noise);
             }
         }
         const bool answered = !stop.stop_requested();

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "server/trace/denoise.h"
 #include "shaders/lib/as_cpp.h"
 
 namespace gonio {
@@ -35,6 +36,14 @@ glm::vec3 display_color(const glm::vec3& value, View view, double ev100) {
     return glsl::expose(value, static_cast<float>(ev100));
 }
 
+// Replaces the colours of values. Result: trace::Denoised::noise.
+double put_denoised(std::vector<float>& values, const trace::DenoisePlanes& planes, const trace::Settings& settings) {
+    const trace::Denoised denoised = trace::denoise(planes, settings.threads, settings.idle);
+    for (std::size_t i = 0; i < values.size(); ++i)
+        if (i % 4 < 3) values[i] = denoised.radiance[i / 4][static_cast<int>(i % 4)];
+    return denoised.noise;
+}
+
 std::uint8_t byte_of(float encoded) {
     return static_cast<std::uint8_t>(std::lround(std::clamp(encoded, 0.0f, 1.0f) * 255.0f));
 }
@@ -50,6 +59,7 @@ std::optional<TracedCapture> trace_capture(std::shared_ptr<const trace::World> w
     asked.height_px = request.height_px;
     asked.quantity = quantity_of(request.view);
     asked.antialias = request.format != "exr";
+    asked.planes = request.denoise;
     trace::Picture traced(std::move(world), asked, request.settings);
     TracedCapture capture;
     do {
@@ -57,7 +67,10 @@ std::optional<TracedCapture> trace_capture(std::shared_ptr<const trace::World> w
         each(capture.progress);
     } while (!capture.progress.complete && !stop.stop_requested());
     if (stop.stop_requested()) return std::nullopt;
-    capture.picture = develop(traced.values(), scene, request);
+    std::vector<float> values = traced.values();
+    if (request.denoise) capture.denoised_noise = put_denoised(values, traced.planes(), request.settings);
+    capture.picture = develop(values, scene, request);
+    capture.picture.denoised = request.denoise;
     return capture;
 }
 

@@ -15,11 +15,12 @@ namespace gonio {
 struct TracedCapture {
     CapturedPicture picture;  // no report: no pass ran
     trace::Progress progress;
+    std::optional<double> denoised_noise;  // trace::Denoised::noise, where the request asks for it
 };
 
-// Renders until the noise of request.settings is reached; `each` is told a few times a second. Pictures to look at
-// (png, jpg) are antialiased, values (exr) are those at pixel centres, as interactive captures have them. Result:
-// nothing if stopped.
+// Renders until the noise or the time of request.settings is reached, then filters where the request asks for it;
+// `each` is told a few times a second. Pictures to look at (png, jpg) are antialiased, values (exr) are those at pixel
+// centres, as interactive captures have them. Result: nothing if stopped.
 std::optional<TracedCapture> trace_capture(std::shared_ptr<const trace::World> world, const Scene& scene,
                                            const CaptureRequest& request, std::stop_token stop,
                                            const std::function<void(const trace::Progress&)>& each);

@@ -1,6 +1,7 @@
 #include "server/trace/reference.h"
 
 #include <algorithm>
+#include <atomic>
 #include <chrono>
 #include <cmath>
 #include <numbers>
@@ -21,6 +22,12 @@ constexpr double kSafety = 0.8;
 // Samples after which a point, and a picture, that nothing has reached is called dark.
 constexpr std::uint32_t kDarkSamples = 1u << 16, kDarkPasses = 256;
 
+using Clock = std::chrono::steady_clock;
+
+double seconds_since(Clock::time_point begin) {
+    return std::chrono::duration<double>(Clock::now() - begin).count();
+}
+
 struct Stream {
     glm::dvec3 direct{0.0}, indirect{0.0};  // sums, lux
 };
@@ -31,13 +38,14 @@ struct Measured {
     glm::dvec3 exact{0.0};  // direct light that needs no sampling, lux
     Stream streams[kMeterStreams];
     std::uint32_t samples = 0;  // of each stream
-    bool done = false;
+    bool done = false, noise_reached = false;
 };
 
 Reading reading_of(const Measured& point) {
     Reading reading;
     reading.direct_lx = point.exact;
     reading.samples = point.samples * kMeterStreams;
+    reading.noise_reached = point.noise_reached;
     if (point.samples == 0) return reading;
     double direct2 = 0.0, indirect2 = 0.0;
     glm::dvec3 direct(0.0), indirect(0.0);
@@ -87,8 +95,10 @@ std::vector<Reading> measure(const World& world, std::span<const MeterPoint> poi
         const glm::vec3 normal(meter.normal);
         point.receiver = receiver_of(*world.geometry, {world.geometry->local(meter.position), normal, normal});
         if (!settings.openings) point.exact = glm::dvec3(luminaires_direct(world, point.receiver, nullptr));
-        point.done = !needs_paths && !settings.openings;
+        point.done = point.noise_reached = !needs_paths && !settings.openings;
     });
+    const auto begin = Clock::now();
+    const auto late = [&] { return settings.max_seconds > 0.0 && seconds_since(begin) >= settings.max_seconds; };
 
     // Rounds of 64, 64, 128, 256, … samples a stream, until every point has the noise that was asked for.
     std::vector<int> units;
@@ -105,24 +115,29 @@ std::vector<Reading> measure(const World& world, std::span<const MeterPoint> poi
         const std::uint32_t greatest = std::max(1u, settings.max_passes / kMeterStreams);
         const std::uint32_t round = std::min(std::max(reached, 64u), greatest - std::min(reached, greatest - 1));
         sums.assign(units.size(), {});
-        const bool whole = parallel(static_cast<int>(units.size()), settings.threads, settings.idle, stop, [&](int unit) {
-            const std::size_t i = static_cast<std::size_t>(units[static_cast<std::size_t>(unit)] / kMeterStreams);
-            const int s = units[static_cast<std::size_t>(unit)] % kMeterStreams;
-            const Measured& point = all[i];
-            Stream& sum = sums[static_cast<std::size_t>(unit)];
-            const std::uint32_t seed =
-                mix_bits(mix_bits(settings.seed, static_cast<std::uint32_t>(i)), static_cast<std::uint32_t>(s));
-            for (std::uint32_t n = 0; n < round; ++n) {
-                Sample sample(seed, point.samples + n);
-                if (settings.openings) sum.direct += glm::dvec3(luminaires_direct(world, point.receiver, &sample));
-                if (needs_paths) {
-                    const PathLight light =
-                        trace_path(world, point.receiver, settings.bounces, settings.openings, sample);
-                    sum.direct += glm::dvec3(light.direct);
-                    sum.indirect += glm::dvec3(light.indirect);
+        std::atomic<bool> cut = false;
+        const bool whole =
+            parallel(static_cast<int>(units.size()), settings.threads, settings.idle, stop, [&](int unit) {
+                if (reached > 0 && late()) cut = true;
+                if (cut) return;
+                const std::size_t i = static_cast<std::size_t>(units[static_cast<std::size_t>(unit)] / kMeterStreams);
+                const int s = units[static_cast<std::size_t>(unit)] % kMeterStreams;
+                const Measured& point = all[i];
+                Stream& sum = sums[static_cast<std::size_t>(unit)];
+                const std::uint32_t seed =
+                    mix_bits(mix_bits(settings.seed, static_cast<std::uint32_t>(i)), static_cast<std::uint32_t>(s));
+                for (std::uint32_t n = 0; n < round; ++n) {
+                    Sample sample(seed, point.samples + n);
+                    if (settings.openings) sum.direct += glm::dvec3(luminaires_direct(world, point.receiver, &sample));
+                    if (needs_paths) {
+                        const PathLight light =
+                            trace_path(world, point.receiver, settings.bounces, settings.openings, sample);
+                        sum.direct += glm::dvec3(light.direct);
+                        sum.indirect += glm::dvec3(light.indirect);
+                    }
                 }
             });
-        if (!whole) break;  // the last whole round stands
+        if (!whole || cut) break;  // the last whole round stands
         for (std::size_t unit = 0; unit < units.size(); ++unit) {
             Stream& stream =
                 all[static_cast<std::size_t>(units[unit] / kMeterStreams)].streams[units[unit] % kMeterStreams];
@@ -138,6 +153,7 @@ std::vector<Reading> measure(const World& world, std::span<const MeterPoint> poi
             // Nothing found is no proof of darkness: a far hole is met by one path in thousands.
             const bool enough =
                 total > 0.0 ? error <= kSafety * settings.noise * total : point.samples >= kDarkSamples / kMeterStreams;
+            point.noise_reached = enough;
             point.done = enough || point.samples >= greatest;
         }
     }
@@ -171,7 +187,8 @@ struct Picture::Data {
     std::vector<std::uint32_t> row_passes;
     bool exact = false;  // one pass is the whole truth
     Progress progress;
-    std::uint32_t next_check = kPixelStreams;
+    std::uint32_t next_check = kPixelStreams, last_check = 0;
+    double seconds = 0.0;  // of refine() so far
 
     Pixel look(double x, double y) const {
         const double u = (x / request.width_px * 2.0 - 1.0) * eye.tan_half_x,
@@ -271,6 +288,35 @@ struct Picture::Data {
         if (mean <= 0.0) return passes >= kDarkPasses ? 0.0 : 1.0;
         return std::sqrt(squares / static_cast<double>(count)) / (mean / static_cast<double>(count));
     }
+
+    // Passes between two checks, which do not depend on time: the same request gives the same picture.
+    static std::uint32_t passes_after(std::uint32_t check) {
+        return std::max<std::uint32_t>(kPixelStreams, check / 4 / kPixelStreams * kPixelStreams);
+    }
+
+    // Estimates the noise. final: of a picture that ends between two checks.
+    void check(bool final) {
+        progress.noise = exact ? 0.0 : noise(progress.passes);
+        progress.noise_reached = exact || progress.noise <= kSafety * settings.noise;
+        if (progress.noise_reached) progress.complete = true;
+        last_check = progress.passes;
+        if (!final) next_check += passes_after(next_check);
+    }
+
+    std::optional<double> seconds_left() const {
+        std::optional<double> left;
+        if (progress.complete || progress.passes == 0) return left;
+        const double of_pass = seconds / progress.passes;
+        if (last_check > 0) {
+            const double more = progress.noise / (kSafety * settings.noise), needed = last_check * more * more;
+            double end = next_check;
+            for (std::uint32_t at = next_check; end < std::min<double>(needed, settings.max_passes);)
+                end = at += passes_after(at);
+            left = of_pass * (std::min<double>(end, settings.max_passes) - progress.passes);
+        }
+        if (settings.max_seconds > 0.0) left = std::min(left.value_or(1e300), settings.max_seconds - seconds);
+        return left;
+    }
 };
 
 Picture::Picture(std::shared_ptr<const World> world, const PictureRequest& request, const Settings& settings)
@@ -293,8 +339,10 @@ Picture::~Picture() = default;
 
 Progress Picture::refine(double seconds, std::stop_token stop) {
     Data& d = *data_;
-    const auto begin = std::chrono::steady_clock::now();
-    const auto spent = [&] { return std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count(); };
+    const auto begin = Clock::now();
+    const auto spent = [&] { return seconds_since(begin); };
+    const auto late = [&] { return d.settings.max_seconds > 0.0 && d.seconds + spent() >= d.settings.max_seconds; };
+    if (d.settings.max_seconds > 0.0) seconds = std::min(seconds, d.settings.max_seconds - d.seconds);
     std::uint32_t batch = 1;
     double pass_seconds = 0.0;
     while (!d.progress.complete && !stop.stop_requested()) {
@@ -309,17 +357,16 @@ Progress Picture::refine(double seconds, std::stop_token stop) {
         if (!whole) break;
         d.progress.passes += batch;
         pass_seconds = (spent() - before) / batch;
-        if (d.exact || d.progress.passes >= d.settings.max_passes) d.progress.complete = true;
-        if (d.exact) d.progress.noise = 0.0;
-        if (!d.exact && d.progress.passes == d.next_check) {
-            d.progress.noise = d.noise(d.progress.passes);
-            if (d.progress.noise <= kSafety * d.settings.noise) d.progress.complete = true;
-            // Checks at pass counts that do not depend on time: the same request gives the same picture.
-            d.next_check += std::max<std::uint32_t>(kPixelStreams, d.next_check / 4 / kPixelStreams * kPixelStreams);
-        }
+        if (d.progress.passes >= d.settings.max_passes || late()) d.progress.complete = true;
+        if (d.exact || d.progress.passes == d.next_check)
+            d.check(false);
+        else if (d.progress.complete && d.progress.passes >= kPixelStreams)
+            d.check(true);
         if (spent() >= seconds) break;
         batch = static_cast<std::uint32_t>(std::clamp((seconds - spent()) / std::max(pass_seconds, 1e-9), 1.0, 64.0));
     }
+    d.seconds += spent();
+    d.progress.seconds_left = d.seconds_left();
     return d.progress;
 }
 

@@ -7,6 +7,7 @@
 #include <cstdint>
 #include <glm/glm.hpp>
 #include <memory>
+#include <optional>
 #include <span>
 #include <stop_token>
 #include <vector>
@@ -23,6 +24,8 @@ struct Settings {
     double noise = 0.01;        // stops when the estimated relative standard error is below: of total_lx for meters, of
                                 // the root mean square over the pixels relative to their mean for pictures
     std::uint32_t max_passes = 1u << 20;  // samples per receiver at most; what is reached by then is reported
+    double max_seconds = 0.0;  // ends with what it has after about this long, with 64 samples a stream or a pass at
+                               // least; 0: no bound
     std::uint32_t seed = 1;
     int threads = 0;    // 0: one per core
     bool idle = false;  // threads yield to everything else on the machine (SCHED_IDLE): beside live frames
@@ -46,6 +49,7 @@ struct Reading {
     glm::dvec3 direct_lx{0.0}, indirect_lx{0.0};
     double direct_error_lx = 0.0, indirect_error_lx = 0.0;  // standard error of the luminance, 0 where computed exactly
     std::uint32_t samples = 0;
+    bool noise_reached = true;  // the noise that was asked for; else max_passes or max_seconds came first
 };
 
 // Result: one reading per point; on a stop request those reached so far. Blocks; runs settings.threads threads.
@@ -74,8 +78,10 @@ struct PictureRequest {
 
 struct Progress {
     std::uint32_t passes = 0;  // samples of each pixel so far
-    double noise = 1.0;        // estimated, as Settings::noise defines it
-    bool complete = false;     // noise or max_passes reached
+    double noise = 1.0;        // estimated, as Settings::noise defines it; 1 before 8 passes
+    bool complete = false;     // noise, max_passes or max_seconds reached
+    bool noise_reached = false;
+    std::optional<double> seconds_left;  // estimated, of refine(), as noise falls with 1 / sqrt(passes)
 };
 
 // A picture that gets better with every pass. One thread calls; settings.threads work inside a call.

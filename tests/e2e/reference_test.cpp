@@ -169,6 +169,36 @@ TEST(Reference, CaptureAndMeterAgree) {
     EXPECT_NE(solid.err.find("unsupported capture.view solid"), std::string::npos) << solid.err;
 }
 
+TEST(Reference, FewSamplesAndLittleTime) {
+    DaemonProcess daemon({"--size", "64x64"});
+    TemporaryFolder folder;
+    const auto capture = [&](const std::string& file, std::vector<std::string> more) {
+        std::vector<std::string> words{"capture", folder.path(file), "--quality", "reference"};
+        words.insert(words.end(), more.begin(), more.end());
+        return words;
+    };
+    const Json denoised = daemon.json(capture("few.exr", {"--denoise"}));
+    EXPECT_EQ(denoised["denoised"], true);
+    EXPECT_EQ(denoised["noise_reached"], true);
+    EXPECT_LE(denoised["noise_ratio"].get<double>(), 0.15);
+    EXPECT_LT(denoised["denoised_noise_ratio"].get<double>(), denoised["noise_ratio"].get<double>());
+    std::ifstream file(folder.path("few.exr"), std::ios::binary);
+    const std::string bytes((std::istreambuf_iterator<char>(file)), {});
+    EXPECT_NE(bytes.find("gonio:denoised"), std::string::npos);
+    const Finished lux = daemon.gonio(capture("lux.exr", {"--denoise", "--view", "illuminance"}));
+    EXPECT_EQ(lux.exit_code, 1);
+    EXPECT_NE(lux.err.find("unsupported capture.denoise illuminance"), std::string::npos) << lux.err;
+
+    const Finished late =
+        daemon.gonio(capture("late.png", {"--noise", "0.0005", "--max-seconds", "0.3", "--size", "32x32"}));
+    EXPECT_EQ(late.exit_code, 0);
+    EXPECT_NE(late.out.find("the noise asked for is not reached"), std::string::npos) << late.out;
+    const Json lx = daemon.json({"meter", "--point", "0,0,1.5", "--normal", "0,1,0", "--quality", "reference",
+                                 "--noise", "0.0005", "--max-seconds", "0.1"});
+    EXPECT_EQ(lx["noise_reached"], false);
+    EXPECT_GE(lx["samples"].get<int>(), 1024);
+}
+
 TEST(Reference, FramesGoOnBesideACaptureThatEndsWithItsClient) {
     DaemonProcess daemon({"--size", "128x128"});
     daemon.json({"report"});
@@ -216,7 +246,8 @@ TEST(Reference, OneshotTakesTheSameCaptures) {
     const std::string scene = folder.file("floor.gltf", floor_gltf(0.5));
     const std::string job = folder.file("job.json", R"({"frames":[{"capture":{"out":"lux.exr","view":"illuminance",
         "size":"21x21","quality":"reference","bounces":2,"noise":0.05,"openings":false}},
-        {"capture":{"out":"all.png","size":"8x8","quality":"reference","bounces":"all","noise":0.2}}]})");
+        {"capture":{"out":"all.png","size":"8x8","quality":"reference","bounces":"all","noise":0.2}},
+        {"capture":{"out":"few.png","size":"8x8","quality":"reference","denoise":true,"max_seconds":9}}]})");
     const Finished done = run_program("goniod", {"--scene", scene, "--oneshot", job, "--out", folder.path("out")});
     ASSERT_EQ(done.exit_code, 0) << done.err;
     const auto lux = read_picture(folder.path("out/lux.exr"));
@@ -232,6 +263,9 @@ TEST(Reference, OneshotTakesTheSameCaptures) {
                           {R"("quality":"reference","noise":"low")", "capture.noise"},
                           {R"("quality":"reference","openings":1)", "capture.openings"},
                           {R"("quality":"reference","view":"mask")", "mask"},
+                          {R"("quality":"reference","denoise":true,"view":"luminance")", "denoise"},
+                          {R"("quality":"reference","max_seconds":"long")", "capture.max_seconds"},
+                          {R"("denoise":true)", "denoise"},
                           {R"("noise":0.1)", "0.1"}};
     for (const Case& expected : cases) {
         const std::string bad =

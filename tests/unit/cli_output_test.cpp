@@ -88,6 +88,8 @@ TEST(CliOutput, ProgressInOneLine) {
     EXPECT_EQ(progress_line(progress), "12 s  64 done");
     progress.set_noise_ratio(0.0123);
     EXPECT_EQ(progress_line(progress), "12 s  64 samples  noise 1.23 %");
+    progress.set_seconds_left(30.2);
+    EXPECT_EQ(progress_line(progress), "12 s  64 samples  noise 1.23 %  30 s left");
 }
 
 TEST(CliOutput, ServerUrls) {

@@ -156,13 +156,16 @@ TEST(CliWords, MetersAndCaptures) {
     EXPECT_EQ(plain->count_size(), 0);
 
     const auto capture = capture_from_words(
-        split("out/a.JPEG --view indirect --quality reference --bounces 3 --noise 0.02 --openings --size 640x480"));
+        split("out/a.JPEG --view indirect --quality reference --bounces 3 --noise 0.02 --openings --size 640x480 "
+              "--max-seconds 60 --denoise"));
     ASSERT_TRUE(capture) << capture.error().text();
     EXPECT_EQ(capture->file, "out/a.JPEG");
     EXPECT_EQ(capture->query.format(), "jpg");
     EXPECT_EQ(capture->query.view(), "indirect");
     EXPECT_EQ(capture->query.bounces(), "3");
     EXPECT_DOUBLE_EQ(capture->query.noise_ratio(), 0.02);
+    EXPECT_DOUBLE_EQ(capture->query.max_seconds(), 60.0);
+    EXPECT_TRUE(capture->query.denoise());
     EXPECT_TRUE(capture->query.openings());
     EXPECT_EQ(capture->query.height_px(), 480u);
 }

@@ -47,7 +47,8 @@ TEST(HttpTarget, WhatIsNoTargetIsRefused) {
 TEST(HttpTarget, StillsSayWhatTheyWant) {
     const auto target = parse_target(
         "/v1/"
-        "frame.exr?after_rev=12&size=640x480&view=illuminance&quality=reference&bounces=all&noise=0.05&openings=true");
+        "frame.exr?after_rev=12&size=640x480&view=illuminance&quality=reference&bounces=all&noise=0.05&openings=true&"
+        "denoise=true&max_seconds=9.5");
     ASSERT_TRUE(target && is_still(*target));
     const auto query = still_query(*target);
     ASSERT_TRUE(query) << query.error().text();
@@ -59,6 +60,8 @@ TEST(HttpTarget, StillsSayWhatTheyWant) {
     EXPECT_EQ(query->quality(), "reference");
     EXPECT_EQ(query->bounces(), "all");
     EXPECT_DOUBLE_EQ(query->noise_ratio(), 0.05);
+    EXPECT_TRUE(query->denoise());
+    EXPECT_DOUBLE_EQ(query->max_seconds(), 9.5);
     EXPECT_TRUE(query->openings());
     EXPECT_FALSE(still_query(*parse_target("/v1/frame.jpg"))->has_noise_ratio());
     for (const char* other : {"/v1/frame", "/v1/frame.gif", "/v1/frame.png/", "/v1/frame.PNG", "/frame.png"})

@@ -101,6 +101,7 @@ TEST(MeterQuery, EveryRefusalNamesCodeFieldAndValue) {
          }},
         {"unsupported", "meter.noise_ratio", "0.01", [](auto& q) { q.set_noise_ratio(0.01); }},
         {"unsupported", "meter.openings", "true", [](auto& q) { q.set_openings(true); }},
+        {"unsupported", "meter.max_seconds", "2", [](auto& q) { q.set_max_seconds(2); }},
         {"invalid_argument", "meter.count", "0,3", [](auto& q) { q = some_grid(0, 3); }},
         {"invalid_argument", "meter.count", "3,0", [](auto& q) { q = some_grid(3, 0); }},
         {"invalid_argument", "meter.count", "3", [](auto& q) { q.add_count(3); }},
@@ -187,6 +188,45 @@ TEST(CaptureQuery, DefaultsComeFromTheScene) {
     EXPECT_EQ(request->height_px, 20);
     EXPECT_DOUBLE_EQ(request->settings.noise, 0.02);
     EXPECT_EQ(request->settings.bounces, trace::kAllBounces);
+    EXPECT_EQ(request->settings.max_seconds, 0.0);
+    EXPECT_FALSE(request->denoise);
+    query.set_view("beauty");
+    query.set_denoise(true);
+    query.set_max_seconds(60);
+    request = check_capture(scene, query);
+    ASSERT_TRUE(request) << request.error().text();
+    EXPECT_TRUE(request->denoise);
+    EXPECT_DOUBLE_EQ(request->settings.noise, 0.15);
+    EXPECT_DOUBLE_EQ(request->settings.max_seconds, 60.0);
+    query.set_noise_ratio(0.05);
+    EXPECT_DOUBLE_EQ(check_capture(scene, query)->settings.noise, 0.05);
+}
+
+TEST(CaptureQuery, OnlyBeautyOfTheReferenceIsDenoised) {
+    v1::CaptureQuery query;
+    query.set_denoise(true);
+    EXPECT_EQ(check_capture(Scene{}, query).error().where, "capture.denoise");
+    query.set_quality("reference");
+    for (const char* view : {"direct", "indirect", "illuminance", "luminance"}) {
+        query.set_view(view);
+        const auto request = check_capture(Scene{}, query);
+        ASSERT_FALSE(request) << view;
+        EXPECT_EQ(request.error().code, "unsupported");
+        EXPECT_EQ(request.error().where, "capture.denoise");
+        EXPECT_EQ(request.error().value, view);
+    }
+}
+
+TEST(ReferenceQuery, SecondsOutsideTheirRange) {
+    for (const double seconds : {0.0, 0.09, 86401.0, -1.0, std::nan(""), HUGE_VAL}) {
+        v1::MeterQuery query = some_meter();
+        query.set_quality("reference");
+        query.set_max_seconds(seconds);
+        const auto request = check_meter(query);
+        ASSERT_FALSE(request) << seconds;
+        EXPECT_EQ(request.error().code, "invalid_argument");
+        EXPECT_EQ(request.error().where, "meter.max_seconds");
+    }
 }
 
 TEST(CaptureQuery, EveryRefusalNamesCodeFieldAndValue) {
@@ -203,6 +243,8 @@ TEST(CaptureQuery, EveryRefusalNamesCodeFieldAndValue) {
         {"unsupported", "capture.bounces", "2", [](auto& q) { q.set_bounces("2"); }},
         {"unsupported", "capture.noise_ratio", "0.01", [](auto& q) { q.set_noise_ratio(0.01); }},
         {"unsupported", "capture.openings", "true", [](auto& q) { q.set_openings(true); }},
+        {"unsupported", "capture.max_seconds", "2", [](auto& q) { q.set_max_seconds(2); }},
+        {"unsupported", "capture.denoise", "true", [](auto& q) { q.set_denoise(true); }},
         {"invalid_argument", "capture.width_px", "5000x600", [](auto& q) { q.set_width_px(5000); }},
     };
     for (const Case& expected : cases) {

@@ -146,6 +146,40 @@ TEST_F(ReferenceJobs, HoldTheirOwnScene) {
     EXPECT_NEAR(next_answer(5s)->message.meter().direct_lx(), 250.0, 0.1);
 }
 
+TEST_F(ReferenceJobs, EndInTimeWithWhatTheyHave) {
+    ReferenceJob job = endless(1, 1);
+    auto& capture = std::get<CaptureRequest>(job.request);
+    capture.settings.max_seconds = 0.3;
+    capture.denoise = true;
+    ASSERT_TRUE(work->submit(std::move(job)));
+    ReferenceJob grid = meter(1, 2);
+    auto& request = std::get<MeterRequest>(grid.request);
+    request.points.assign(40, request.points.front());
+    request.grid = true;
+    request.settings.noise = 1e-9;
+    request.settings.max_seconds = 0.3;
+    grid.scene =
+        test::scene_with({{test::inward_sphere(2.0, 16), glm::vec3(0.9f)}}, test::isotropic(1000.0), {0, 0, 0});
+    ASSERT_TRUE(work->submit(std::move(grid)));
+    ASSERT_TRUE(until([&] { return stats().reference_done() == 2; }));
+    const auto picture = next_answer(5s), readings = next_answer(5s);
+    ASSERT_TRUE(picture && readings);
+    const v1::CaptureResult& result = picture->message.capture();
+    EXPECT_TRUE(result.has_noise_reached());
+    EXPECT_FALSE(result.noise_reached());
+    EXPECT_GT(result.samples(), 0u);
+    EXPECT_TRUE(result.denoised());
+    EXPECT_NE(result.image().find("gonio:denoised"), std::string::npos);
+    const v1::MeterGrid& found = readings->message.meter_grid();
+    EXPECT_TRUE(found.has_noise_reached());
+    EXPECT_FALSE(found.noise_reached());
+    ASSERT_EQ(found.points_size(), 40);
+    for (const v1::MeterReading& reading : found.points()) {
+        EXPECT_GT(reading.samples(), 0u) << "each point has its share of the time";
+        EXPECT_FALSE(reading.noise_reached());
+    }
+}
+
 // IEC 61966-2-1: linear 0.5 is encoded as 0.735, that is 187.5 of 255; the exposure maps 1.2·2^EV cd/m² to 1.
 TEST(Develop, ExposesAndEncodesLikeThePicture) {
     Scene scene;
