@@ -84,6 +84,19 @@ bool set_text(v1::CaptureQuery& query, const std::string& value) {
     return !value.empty();
 }
 
+template <void (v1::CaptureQuery::*set)(double)>
+bool set_number(v1::CaptureQuery& query, const std::string& value) {
+    const auto number = whole_text<double>(value);
+    (query.*set)(number.value_or(0));
+    return number.has_value() && std::isfinite(*number);
+}
+
+template <void (v1::CaptureQuery::*set)(bool)>
+bool set_flag(v1::CaptureQuery& query, const std::string& value) {
+    (query.*set)(value == "true");
+    return value == "true" || value == "false";
+}
+
 constexpr Row kStillRows[] = {
     {"after_rev",
      [](v1::CaptureQuery& query, const std::string& value) {
@@ -105,32 +118,10 @@ constexpr Row kStillRows[] = {
     {"view", set_text<&v1::CaptureQuery::mutable_view>, "must be the name of a view"},
     {"quality", set_text<&v1::CaptureQuery::mutable_quality>, "must be interactive or reference"},
     {"bounces", set_text<&v1::CaptureQuery::mutable_bounces>, "must be all or a whole number"},
-    {"noise",
-     [](v1::CaptureQuery& query, const std::string& value) {
-         const auto noise = whole_text<double>(value);
-         query.set_noise_ratio(noise.value_or(0));
-         return noise.has_value() && std::isfinite(*noise);
-     },
-     "must be a number"},
-    {"max_seconds",
-     [](v1::CaptureQuery& query, const std::string& value) {
-         const auto seconds = whole_text<double>(value);
-         query.set_max_seconds(seconds.value_or(0));
-         return seconds.has_value() && std::isfinite(*seconds);
-     },
-     "must be a number"},
-    {"denoise",
-     [](v1::CaptureQuery& query, const std::string& value) {
-         query.set_denoise(value == "true");
-         return value == "true" || value == "false";
-     },
-     "must be true or false"},
-    {"openings",
-     [](v1::CaptureQuery& query, const std::string& value) {
-         query.set_openings(value == "true");
-         return value == "true" || value == "false";
-     },
-     "must be true or false"},
+    {"noise", set_number<&v1::CaptureQuery::set_noise_ratio>, "must be a number"},
+    {"max_seconds", set_number<&v1::CaptureQuery::set_max_seconds>, "must be a number"},
+    {"denoise", set_flag<&v1::CaptureQuery::set_denoise>, "must be true or false"},
+    {"openings", set_flag<&v1::CaptureQuery::set_openings>, "must be true or false"},
 };
 
 }  // namespace
