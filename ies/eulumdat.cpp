@@ -311,9 +311,10 @@ std::optional<Error> place_planes(const Lines& lines, const Counts& counts, cons
     return std::nullopt;
 }
 
-void cross_check(const Photometry& photometry, const EulumdatFields& fields, double rated_lumens, Report& report) {
+void cross_check(const Photometry& photometry, LuminousFlux total, const EulumdatFields& fields, double rated_lumens,
+                 Report& report) {
     constexpr double kTolerancePercent = 3.0;
-    const double flux = total_flux(photometry.web).in(lm);
+    const double flux = total.in(lm);
     if (!(rated_lumens > 0.0) || !(flux > 0.0)) return;
     const double lor = 100.0 * flux / rated_lumens;
     if (std::abs(lor - fields.light_output_ratio_percent) > kTolerancePercent) {
@@ -382,8 +383,9 @@ Result<Photometry> read_text(std::string_view text, std::size_t lamp_set, bool w
     }
     result.web = std::move(unfolded.web);
     result.provenance.symmetry = unfolded.symmetry;
-    cross_check(result, fields, fields.lamp_sets[lamp_set].total_lumens, report);
-    detail::check_plausible(result, 0, report);
+    const LuminousFlux total = total_flux(result.web);
+    cross_check(result, total, fields, fields.lamp_sets[lamp_set].total_lumens, report);
+    detail::check_plausible(result, total, 0, report);
     result.eulumdat = std::move(fields);
     result.diagnostics = report.take();
     return result;

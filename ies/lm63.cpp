@@ -346,7 +346,7 @@ Result<Photometry> read_text(std::string_view text, bool was_utf16) {
     if (auto error = check_trailing(stream, body_offset, unfolded.irregular_h, report)) return *error;
     result.web = std::move(unfolded.web);
     result.provenance.symmetry = unfolded.symmetry;
-    detail::check_plausible(result, body_offset, report);
+    detail::check_plausible(result, total_flux(result.web), body_offset, report);
     result.diagnostics = report.take();
     return result;
 }

@@ -16,7 +16,7 @@ bool says_watts_per_steradian(const Provenance& provenance) {
 
 }  // namespace
 
-void check_plausible(Photometry& photometry, std::size_t offset, Report& report) {
+void check_plausible(Photometry& photometry, LuminousFlux total, std::size_t offset, Report& report) {
     photometry.provenance.radiometric = says_watts_per_steradian(photometry.provenance);
     if (photometry.provenance.radiometric) {
         report.warn(
@@ -25,7 +25,7 @@ void check_plausible(Photometry& photometry, std::size_t offset, Report& report)
             "come of them");
     }
     const double rated_lm = photometry.provenance.rated_lumens;
-    const double ratio = rated_lm > 0.0 ? total_flux(photometry.web).in(lm) / rated_lm : 0.0;
+    const double ratio = rated_lm > 0.0 ? total.in(lm) / rated_lm : 0.0;
     if (ratio > kMostOutputRatio) {
         char text[96];
         std::snprintf(text, sizeof text, "the intensities give %.3g times the lumens of the lamps", ratio);
