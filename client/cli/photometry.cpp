@@ -265,11 +265,11 @@ void print_text(const std::string& file, const Photometry& photometry, std::ostr
 // The bytes of a stream, at most one more than any reader takes: enough for it to refuse the file by its size.
 std::string read_bounded(std::istream& stream) {
     std::string bytes;
-    std::array<char, 65536> block{};
+    std::array<char, 65536> chunk{};
     while (bytes.size() <= ies::kMaxFileBytes) {
-        stream.read(block.data(), static_cast<std::streamsize>(block.size()));
+        stream.read(chunk.data(), static_cast<std::streamsize>(chunk.size()));
         if (stream.gcount() == 0) break;
-        bytes.append(block.data(), static_cast<std::size_t>(stream.gcount()));
+        bytes.append(chunk.data(), static_cast<std::size_t>(stream.gcount()));
     }
     return bytes;
 }

@@ -30,7 +30,7 @@ inline constexpr double kMaxAlbedo = 0.95;
 Result<std::shared_ptr<const SceneAsset>> load_scene(const std::string& name, const std::string& shown = "",
                                                      double max_albedo = kMaxAlbedo, std::size_t most_bytes = SIZE_MAX);
 
-// The built-in scenes, metres. cornell: a box with two blocks and a sculpture of about 33,000 triangles in all;
+// The built-in scenes, metres. cornell: a room with two boxes and a sculpture of about 33,000 triangles in all;
 // atrium: a colonnaded court of at least 262,000 triangles, textured. Both with one luminaire and one camera.
 std::shared_ptr<const SceneAsset> make_cornell();
 std::shared_ptr<const SceneAsset> make_atrium();

@@ -1,4 +1,4 @@
-// The built-in scene "cornell": a 4 m room open to the front, two blocks and a sculpture on the lower one; 33,480
+// The built-in scene "cornell": a 4 m room open to the front, two boxes and a sculpture on the lower one; 33,480
 // triangles, as in the seed paper's smaller test case. Proportions and reflectances follow the Cornell box.
 #include <glm/gtc/matrix_transform.hpp>
 #include <numbers>
@@ -11,7 +11,7 @@ namespace {
 
 constexpr double kHalf = 2.0;    // m, half the room's width and depth
 constexpr double kHeight = 4.0;  // m
-constexpr double kBlock = 1.2;   // m, side of the lower block, half the height of the tall one
+constexpr double kBox = 1.2;     // m, side of the lower box, half the height of the tall one
 constexpr double kTau = 2.0 * std::numbers::pi;
 
 // A rope with three lobes, turning as it runs along a trefoil knot: p(u) on a torus, its cross section over v.
@@ -32,7 +32,7 @@ glm::dvec3 knot(double u, double v) {
     return here + radius * (std::cos(turn) * out + std::sin(turn) * side);
 }
 
-// A box of kBlock x height x kBlock standing on the floor, without its bottom: 10 triangles.
+// A box of kBox x height x kBox standing on the floor, without its bottom: 10 triangles.
 glm::dmat4 standing(double x, double z, double turn_degrees) {
     return glm::rotate(glm::translate(glm::dmat4(1.0), {x, 0.0, z}), glm::radians(turn_degrees), {0.0, 1.0, 0.0});
 }
@@ -61,19 +61,19 @@ std::shared_ptr<const SceneAsset> make_cornell() {
     add_instance(*scene, add_mesh(*scene, std::move(left), red), "left wall");
     add_instance(*scene, add_mesh(*scene, std::move(right), green), "right wall");
 
-    const double half = kBlock / 2.0;
+    const double half = kBox / 2.0;
     Mesh low, tall;
-    add_box(low, {-half, 0.0, -half}, {half, kBlock, half}, kNoBottom);
-    add_box(tall, {-half, 0.0, -half}, {half, 2.0 * kBlock, half}, kNoBottom);
-    const glm::dmat4 low_place = standing(0.68, 0.4, -17.0);
-    add_instance(*scene, add_mesh(*scene, std::move(low), white), "low block", low_place);
+    add_box(low, {-half, 0.0, -half}, {half, kBox, half}, kNoBottom);
+    add_box(tall, {-half, 0.0, -half}, {half, 2.0 * kBox, half}, kNoBottom);
+    const glm::dmat4 low_transform = standing(0.68, 0.4, -17.0);
+    add_instance(*scene, add_mesh(*scene, std::move(low), white), "low block", low_transform);
     add_instance(*scene, add_mesh(*scene, std::move(tall), white), "tall block", standing(-0.75, -0.75, 19.0));
 
     Mesh sculpture;  // 348 x 48 cells, 33,408 triangles
     add_surface(sculpture, knot, 348, 48, true, true);
     measure(sculpture);
-    const glm::dmat4 on_block = glm::translate(glm::dmat4(1.0), {0.0, kBlock - sculpture.bounds.min.y, 0.0});
-    add_instance(*scene, add_mesh(*scene, std::move(sculpture), bronze), "sculpture", low_place * on_block);
+    const glm::dmat4 on_box = glm::translate(glm::dmat4(1.0), {0.0, kBox - sculpture.bounds.min.y, 0.0});
+    add_instance(*scene, add_mesh(*scene, std::move(sculpture), bronze), "sculpture", low_transform * on_box);
 
     Mesh canopy;  // the luminaire's ceiling plate, 42 triangles
     add_lathe(canopy, {{0.0, kHeight - 0.06}, {0.14, kHeight - 0.06}, {0.14, kHeight}}, 14);

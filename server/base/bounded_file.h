@@ -28,11 +28,11 @@ inline Result<std::string> read_bounded_file(const std::string& path, std::size_
     struct stat status {};
     if (::fstat(file.fd(), &status) != 0 || !S_ISREG(status.st_mode)) return refused("is no regular file");
     std::string text;
-    std::array<char, 65536> block;
+    std::array<char, 65536> chunk;
     ssize_t got = 1;
     while (got > 0 && text.size() <= most_bytes) {
-        got = ::read(file.fd(), block.data(), std::min(block.size(), most_bytes + 1 - text.size()));
-        if (got > 0) text.append(block.data(), static_cast<std::size_t>(got));
+        got = ::read(file.fd(), chunk.data(), std::min(chunk.size(), most_bytes + 1 - text.size()));
+        if (got > 0) text.append(chunk.data(), static_cast<std::size_t>(got));
         if (got < 0 && errno == EINTR) got = 1;
     }
     if (got < 0) return unreadable();

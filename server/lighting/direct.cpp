@@ -279,14 +279,14 @@ unsigned unhidden(const trace::Geometry& geometry, const DirectLight& light, con
 }
 
 // 8 × 8 points of a grid, beyond its edges the last ones again: four packets of every other one each.
-struct GridBlock {
+struct GridPart {
     static constexpr int kSide = 8;
     alignas(64) float place[6][64], depth[64];
     std::size_t at[64];
     unsigned active[4] = {};  // of a packet: with a surface
     glm::vec3 least{1e30f}, greatest{-1e30f};
 
-    GridBlock(const Grid& grid, int x, int y) {
+    GridPart(const Grid& grid, int x, int y) {
         for (std::size_t i = 0; i < 64; ++i) {
             const int p = static_cast<int>(i / 16), k = static_cast<int>(i % 16);
             const int px = x + k % 4 * 2 + p % 2, py = y + k / 4 * 2 + p / 2;
@@ -316,32 +316,32 @@ struct GridBlock {
     }
 };
 
-// The lattice's values of a block's points.
-void ask_grid(const GridBlock& block, const GBuffer& gbuffer, const trace::Geometry& geometry,
+// The lattice's values of a part's points.
+void ask_grid(const GridPart& part, const GBuffer& gbuffer, const trace::Geometry& geometry,
               std::span<const DirectLight> lights, bool sparse, Lattice& lattice) {
-    const std::uint64_t beams = beams_at(lights, block.least, block.greatest);
-    sparse = sparse && block.even();
+    const std::uint64_t beams = beams_at(lights, part.least, part.greatest);
+    sparse = sparse && part.even();
     for (std::size_t k = 0; k < lights.size(); ++k) {
         bool all_seen = false, all_hidden = false;  // so say the points asked first
         for (std::size_t p = 0; p < 4; ++p) {
             const std::size_t first = p * trace::kPacket;
-            const unsigned active = block.active[p];
+            const unsigned active = part.active[p];
             alignas(64) float lux[trace::kPacket] = {}, ratio[trace::kPacket] = {};
             unsigned lit = 0;
             if ((beams >> k & 1u) != 0 && active != 0) {
-                direct_points(lights[k], points_at(block.place, first), trace::kPacket, lux, ratio);
+                direct_points(lights[k], points_at(part.place, first), trace::kPacket, lux, ratio);
                 for (int i = 0; i < trace::kPacket; ++i) lit |= (lux[i] > 0.0f ? 1u : 0u) << i;
                 lit &= active;
             }
             unsigned seen = all_seen ? lit : 0u;
             if (lit != 0 && !all_seen && !all_hidden) {
-                seen = unhidden(geometry, lights[k], gbuffer, points_at(block.place, first), block.depth + first, lit);
+                seen = unhidden(geometry, lights[k], gbuffer, points_at(part.place, first), part.depth + first, lit);
             }
             if (p == 0 && sparse && lit == active) all_seen = seen == lit, all_hidden = seen == 0;
             for (std::size_t i = 0; i < trace::kPacket; ++i) {
                 const float value = std::max(ratio[i], kNoLight);
                 const bool dark = ratio[i] <= 0.0f && (active >> i & 1u) != 0;
-                lattice[k][block.at[first + i]] = (seen >> i & 1u) != 0 || dark ? value : -value;
+                lattice[k][part.at[first + i]] = (seen >> i & 1u) != 0 || dark ? value : -value;
             }
         }
     }
@@ -373,8 +373,8 @@ void direct_light(const GBuffer& gbuffer, const ScreenGrid& screen, const trace:
                   std::span<const DirectLight> lights, bool every_pixel, Planes& out, Lattice& lattice, Pool& pool) {
     const Grid& grid = screen.grid;
     for (std::vector<float>& plane : out) plane.resize(gbuffer.row_length * static_cast<std::size_t>(gbuffer.height));
-    const int across = (grid.width + GridBlock::kSide - 1) / GridBlock::kSide,
-              down = (grid.height + GridBlock::kSide - 1) / GridBlock::kSide;
+    const int across = (grid.width + GridPart::kSide - 1) / GridPart::kSide,
+              down = (grid.height + GridPart::kSide - 1) / GridPart::kSide;
     const int tiles_x = static_cast<int>(gbuffer.row_length) / kTileColumns,
               tiles_y = (gbuffer.height + kTileRows - 1) / kTileRows;
     const bool many = lights.size() > kDense;
@@ -384,8 +384,8 @@ void direct_light(const GBuffer& gbuffer, const ScreenGrid& screen, const trace:
             lattice.resize(std::max(lattice.size(), some.size()));
             for (std::vector<float>& plane : lattice) plane.resize(grid.first_spare() + kSimdWidth);
             pool.run(across * down, [&](int job) {
-                const GridBlock block(grid, job % across * GridBlock::kSide, job / across * GridBlock::kSide);
-                ask_grid(block, gbuffer, geometry, some, many, lattice);
+                const GridPart part(grid, job % across * GridPart::kSide, job / across * GridPart::kSide);
+                ask_grid(part, gbuffer, geometry, some, many, lattice);
             });
             pool.run(static_cast<int>(some.size()), [&](int k) { grid.extend(lattice[static_cast<std::size_t>(k)]); });
         }

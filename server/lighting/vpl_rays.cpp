@@ -15,7 +15,7 @@ VplRays::VplRays(std::shared_ptr<const Profile> of_profile, unsigned count) : pr
     rays.reserve(n);
     constexpr std::uint32_t kFirstSeed = 0x2545f491u, kSecondSeed = 0x9e3779b9u;
     for (unsigned i = 0; i < n; ++i) {
-        // Consecutive blocks of an Owen-scrambled Sobol sequence are stratified each for itself.
+        // Consecutive parts of an Owen-scrambled Sobol sequence are stratified each for itself.
         double density = 0.0;
         const glm::dvec3 d = directions.draw(trace::scrambled_pair(i, kFirstSeed, kSecondSeed), density);
         Ray ray{glm::vec3(d), 0.0f};

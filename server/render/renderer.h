@@ -121,7 +121,7 @@ private:
     std::vector<glm::vec3> seeds_;                 // that it began with, and places it is to begin anew with
     Revision seeded_rev_ = 0;                      // of the scene whose places were looked at
     transport::SurfelSettings surfels_;
-    unsigned links_ = transport::kMostBlockLinks;
+    unsigned links_ = transport::kMostForwardLinks;
     std::shared_ptr<const transport::Transport> transport_;  // what passes read
     std::uint64_t generation_ = 0;                           // counts what it was
     std::shared_ptr<const lighting::Drawn> drawn_;           // without clusters where GL draws the live G-buffer

@@ -50,8 +50,8 @@ void Renderer::prepare_transport(const Scene& scene) {
     for (const Light& light : scene.lights) places.push_back(traced_->local(light.position));
     const auto begin = [&] {
         builder_ = std::make_shared<transport::Builder>(traced_, seeds_, surfels_,
-                                                        std::min(links_, transport::kMostBlockLinks), transport_beside_,
-                                                        !direct_by_rays_);
+                                                        std::min(links_, transport::kMostForwardLinks),
+                                                        transport_beside_, !direct_by_rays_);
         if (transport_beside_) builder_->hold(!watched_);
         if (own != known.end()) known.erase(own);
         known.push_back({scene.asset, surfels_, links_, !direct_by_rays_, seeds_, builder_});
@@ -65,7 +65,7 @@ void Renderer::prepare_transport(const Scene& scene) {
         begin();
     }
     // Those for narrow beams are made where there is one.
-    if (links_ > transport::kMostBlockLinks &&
+    if (links_ > transport::kMostForwardLinks &&
         std::any_of(scene.lights.begin(), scene.lights.end(), [&](const Light& light) {
             const auto gpu = lights_.find(light.id);
             return gpu != lights_.end() && gpu->second.irradiance.narrow > 0.0f;

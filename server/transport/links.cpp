@@ -35,25 +35,25 @@ unsigned follow(const Fan& fan, const trace::Geometry& geometry, const Surfels& 
     return met;
 }
 
-std::shared_ptr<const LinkBlock> join(const LinkBlock& a, const LinkBlock& b, std::size_t surfels) {
-    auto both = std::make_shared<LinkBlock>(LinkBlock{a.first, a.count + b.count, {}});
+std::shared_ptr<const LinkSet> join(const LinkSet& a, const LinkSet& b, std::size_t surfels) {
+    auto both = std::make_shared<LinkSet>(LinkSet{a.first, a.count + b.count, {}});
     both->ids.reserve(surfels * both->count);
     for (std::size_t i = 0; i < surfels; ++i) {
-        for (const LinkBlock* block : {&a, &b}) {
-            const auto from = block->ids.begin() + static_cast<std::ptrdiff_t>(i * block->count);
-            both->ids.insert(both->ids.end(), from, from + block->count);
+        for (const LinkSet* set : {&a, &b}) {
+            const auto from = set->ids.begin() + static_cast<std::ptrdiff_t>(i * set->count);
+            both->ids.insert(both->ids.end(), from, from + set->count);
         }
     }
     return both;
 }
 
-std::shared_ptr<const LinkBlock> trace_links(const trace::Geometry& geometry, const Surfels& surfels,
-                                             const CellMap& cells, unsigned first, unsigned count, Pool& pool,
-                                             const std::function<bool()>& stopped) {
-    auto block = std::make_shared<LinkBlock>();
-    block->first = first;
-    block->count = count;
-    block->ids.resize((surfels.count + 1) * count, static_cast<std::uint16_t>(surfels.count));
+std::shared_ptr<const LinkSet> trace_links(const trace::Geometry& geometry, const Surfels& surfels,
+                                           const CellMap& cells, unsigned first, unsigned count, Pool& pool,
+                                           const std::function<bool()>& stopped) {
+    auto set = std::make_shared<LinkSet>();
+    set->first = first;
+    set->count = count;
+    set->ids.resize((surfels.count + 1) * count, static_cast<std::uint16_t>(surfels.count));
     constexpr std::size_t kChunk = 64;
     pool.run_chunks(surfels.count, kChunk, [&](std::size_t begin, std::size_t size) {
         trace::HitPacket hits;
@@ -62,23 +62,22 @@ std::shared_ptr<const LinkBlock> trace_links(const trace::Geometry& geometry, co
             for (unsigned k = 0; k < count; k += trace::kPacket)
                 follow(make_fan(from, surfels.normal(i), surfels.geometric[i],
                                 fan_directions(static_cast<std::uint32_t>(i), first + k)),
-                       geometry, surfels, cells, hits, block->ids.data() + i * count + k);
+                       geometry, surfels, cells, hits, set->ids.data() + i * count + k);
         }
     });
-    return stopped() ? nullptr : block;
+    return stopped() ? nullptr : set;
 }
 
-ReverseBlock reverse(const LinkBlock& block, std::size_t surfels) {
-    ReverseBlock result;
-    result.count = block.count;
+ReverseLinks reverse(const LinkSet& set, std::size_t surfels) {
+    ReverseLinks result;
+    result.count = set.count;
     result.first.assign(surfels + 2, 0);
-    const std::size_t links = surfels * block.count;
-    for (std::size_t k = 0; k < links; ++k) ++result.first[block.ids[k] + 1u];
+    const std::size_t links = surfels * set.count;
+    for (std::size_t k = 0; k < links; ++k) ++result.first[set.ids[k] + 1u];
     for (std::size_t j = 0; j <= surfels; ++j) result.first[j + 1] += result.first[j];
     std::vector<std::uint32_t> next(result.first.begin(), result.first.end() - 1);
     result.from.resize(links);
-    for (std::size_t k = 0; k < links; ++k)
-        result.from[next[block.ids[k]]++] = static_cast<std::uint16_t>(k / block.count);
+    for (std::size_t k = 0; k < links; ++k) result.from[next[set.ids[k]]++] = static_cast<std::uint16_t>(k / set.count);
     result.from.resize(result.first[surfels]);  // those that meet nothing are the last
     return result;
 }

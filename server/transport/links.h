@@ -14,36 +14,36 @@
 namespace gonio::transport {
 
 // Links first … first + count − 1 of every surfel: ids[surfel × count + k]; Surfels::count: nothing was met.
-struct LinkBlock {
+struct LinkSet {
     unsigned first = 0, count = 0;  // multiples of 16
     std::vector<std::uint16_t> ids;
 };
 
-// One block of both; b's follow a's.
-std::shared_ptr<const LinkBlock> join(const LinkBlock& a, const LinkBlock& b, std::size_t surfels);
+// One set of both; b's follow a's.
+std::shared_ptr<const LinkSet> join(const LinkSet& a, const LinkSet& b, std::size_t surfels);
 
 // The same by where they lead: from[first[j]] … from[first[j + 1] − 1] are the surfels whose links meet surfel j, one
 // for each link. For light that falls on few surfels.
-struct ReverseBlock {
+struct ReverseLinks {
     unsigned count = 0;  // links of each surfel
     std::vector<std::uint32_t> first;
     std::vector<std::uint16_t> from;
 };
-ReverseBlock reverse(const LinkBlock& block, std::size_t surfels);
+ReverseLinks reverse(const LinkSet& set, std::size_t surfels);
 
 // The generations of a surfel's links: an error falls by the root of how many there are. Those after the last are kept
 // in reverse: a narrow beam lights so few surfels that a mean over 512 links is noisy.
 inline constexpr unsigned kGenerations[] = {16, 32, 64, 128, 256, 512};
-inline constexpr unsigned kMostBlockLinks = kGenerations[std::size(kGenerations) - 1];
+inline constexpr unsigned kMostForwardLinks = kGenerations[std::size(kGenerations) - 1];
 inline constexpr unsigned kReverseGenerations[] = {1024, 2048};
 inline constexpr unsigned kMostLinks = kReverseGenerations[std::size(kReverseGenerations) - 1];
 
 // Result: those links of all surfels, Owen-scrambled Sobol points about the shading normal; rays below the geometric
 // one meet nothing. stopped: asked now and then; when true the result is null. Seven parameters: what is met, and
 // which.
-std::shared_ptr<const LinkBlock> trace_links(const trace::Geometry& geometry, const Surfels& surfels,
-                                             const CellMap& cells, unsigned first, unsigned count, Pool& pool,
-                                             const std::function<bool()>& stopped);
+std::shared_ptr<const LinkSet> trace_links(const trace::Geometry& geometry, const Surfels& surfels,
+                                           const CellMap& cells, unsigned first, unsigned count, Pool& pool,
+                                           const std::function<bool()>& stopped);
 
 // Sixteen rays of one place: the points first … first + 15 of its sequence.
 struct Fan {

@@ -185,11 +185,10 @@ constexpr Followed kSeen{128, 256}, kUnseen{32, 64};
 // − 1. Eight parameters: a run of links, what is carried, and a run of sums.
 void transfer(const Links& links, unsigned from, unsigned to, const Table& table, float share, std::size_t first,
               std::size_t size, std::vector<glm::vec4>& sums) {
-    for (const auto& block : links.blocks) {
-        const unsigned low = std::max(from, block->first), high = std::min(to, block->first + block->count);
+    for (const auto& set : links.sets) {
+        const unsigned low = std::max(from, set->first), high = std::min(to, set->first + set->count);
         if (table.unit > 0.0f && low < high)
-            gather(table,
-                   {block->ids.data() + first * block->count + (low - block->first), block->count, high - low, size},
+            gather(table, {set->ids.data() + first * set->count + (low - set->first), set->count, high - low, size},
                    share * table.unit, sums.data() + first);
     }
 }
@@ -236,7 +235,7 @@ Brightest brightest_of(const Surfels& surfels, const std::vector<glm::vec4>& sen
 // are `none` or more.
 float few_of(const Links& links, const Brightest& brightest, float most, float none) {
     unsigned each = 0;
-    for (const auto& block : links.reversed) each += block->count;
+    for (const auto& set : links.reversed) each += set->count;
     const float all = static_cast<float>(brightest.ids.size()) * static_cast<float>(each);
     return glm::clamp((none - all) / (none - most), 0.0f, 1.0f);
 }
@@ -248,22 +247,22 @@ float add_reversed(const Links& links, const Brightest& brightest, float few, co
     if (!(brightest.narrow > 0.0f)) return 0.0f;
     constexpr std::size_t kParts = 4;
     std::vector<std::vector<glm::vec4>> sums(kParts);
-    std::vector<std::pair<const ReverseBlock*, float>> used;  // and the weight of its links
+    std::vector<std::pair<const ReverseLinks*, float>> used;  // and the weight of its links
     float count = 0.0f;
-    for (const auto& block : links.reversed) {
+    for (const auto& set : links.reversed) {
         const float weight = brightest.narrow * (used.empty() ? 1.0f : few);
         if (!(weight > 0.0f)) break;
-        used.emplace_back(block.get(), weight);
-        count += weight * static_cast<float>(block->count);
+        used.emplace_back(set.get(), weight);
+        count += weight * static_cast<float>(set->count);
     }
     pool.run(kParts, [&](int part) {
         std::vector<glm::vec4>& sum = sums[static_cast<std::size_t>(part)];
         sum.assign(out.size(), glm::vec4(0.0f));
         for (std::size_t k = static_cast<std::size_t>(part); k < brightest.ids.size(); k += kParts) {
             const std::size_t j = brightest.ids[k];
-            for (const auto& [block, weight] : used) {
+            for (const auto& [set, weight] : used) {
                 const glm::vec4 value = weight * sent[j];
-                for (std::uint32_t at = block->first[j]; at < block->first[j + 1]; ++at) sum[block->from[at]] += value;
+                for (std::uint32_t at = set->first[j]; at < set->first[j + 1]; ++at) sum[set->from[at]] += value;
             }
         }
     });
@@ -302,7 +301,7 @@ unsigned solve(const Surfels& surfels, const Links& links, std::span<const glm::
     // The fewer surfels are bright the noisier it is, and the sooner done: time for links that else only rest has.
     const float beyond = rests ? 1.0f : brightest.narrow * few_of(links, brightest, 1e6f, 1.5e6f);
     Followed unseen = kUnseen, shown = kSeen;
-    shown.all += static_cast<unsigned>(beyond * static_cast<float>(kMostBlockLinks - shown.all)) / 16 * 16;
+    shown.all += static_cast<unsigned>(beyond * static_cast<float>(kMostForwardLinks - shown.all)) / 16 * 16;
     for (Followed* some : {&unseen, &shown})
         some->near = std::min(some->near, there), some->all = std::min(some->all, there);
     if (rests) seen = {};

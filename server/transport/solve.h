@@ -38,9 +38,9 @@ void blend(const Table& table, const std::uint16_t* const* ids, const float* wei
 
 // The links of a scene, as far as they are traced.
 struct Links {
-    std::vector<std::shared_ptr<const LinkBlock>> blocks;
-    std::vector<std::shared_ptr<const ReverseBlock>> reversed;  // after these
-    unsigned per_surfel() const { return blocks.empty() ? 0 : blocks.back()->first + blocks.back()->count; }
+    std::vector<std::shared_ptr<const LinkSet>> sets;
+    std::vector<std::shared_ptr<const ReverseLinks>> reversed;  // after these
+    unsigned per_surfel() const { return sets.empty() ? 0 : sets.back()->first + sets.back()->count; }
 };
 
 // The light of one luminaire, or of several at once, in any one unit.

@@ -66,9 +66,9 @@ std::size_t Transport::bytes() const {
     const Surfels& s = surface->surfels;
     std::size_t sum = surface->cells->bytes() + s.count * (6 * sizeof(float) + 3 * sizeof(glm::vec3) + sizeof(float) +
                                                            sizeof(s.neighbours[0]) + 2 * sizeof(std::uint32_t));
-    for (const auto& block : links.blocks) sum += block->ids.size() * sizeof(std::uint16_t);
-    for (const auto& block : links.reversed)
-        sum += block->from.size() * sizeof(std::uint16_t) + block->first.size() * sizeof(std::uint32_t);
+    for (const auto& set : links.sets) sum += set->ids.size() * sizeof(std::uint16_t);
+    for (const auto& set : links.reversed)
+        sum += set->from.size() * sizeof(std::uint16_t) + set->first.size() * sizeof(std::uint32_t);
     if (cells) sum += cells->triangles.size() * sizeof(glm::uvec2) + cells->cells.size() * sizeof(std::uint16_t);
     return sum + 3 * emitted.direct.size() * sizeof(glm::vec4);
 }
@@ -142,9 +142,9 @@ void Builder::make(std::shared_ptr<const trace::Geometry> geometry, std::vector<
     Links links;
     unsigned first = 0, published = 0;
     const auto trace_to = [&](unsigned last) {
-        auto block = trace_links(*geometry, surfels, *surface->cells, first, last - first, *pool, ends);
-        if (block) first = last;
-        return block;
+        auto set = trace_links(*geometry, surfels, *surface->cells, first, last - first, *pool, ends);
+        if (set) first = last;
+        return set;
     };
     const auto publish = [&] {
         if (published != first) {
@@ -163,11 +163,11 @@ void Builder::make(std::shared_ptr<const trace::Geometry> geometry, std::vector<
     for (const unsigned last : kGenerations) {
         if (wanted_ < last) publish();
         if (!wanted(last)) return;
-        auto block = trace_to(last);
-        if (!block) return;
+        auto set = trace_to(last);
+        if (!set) return;
         if (last == kGenerations[1])  // rows of few ids take longer
-            block = join(*std::exchange(links.blocks, {})[0], *block, surfels.count);
-        links.blocks.push_back(std::move(block));
+            set = join(*std::exchange(links.sets, {})[0], *set, surfels.count);
+        links.sets.push_back(std::move(set));
         if (last != kGenerations[0]) continue;
         publish();
         if (beside) setpriority(PRIO_PROCESS, 0, 10);
@@ -176,9 +176,9 @@ void Builder::make(std::shared_ptr<const trace::Geometry> geometry, std::vector<
     publish();
     for (const unsigned last : kReverseGenerations) {
         if (!wanted(last)) return;
-        const auto block = trace_to(last);
-        if (!block) return;
-        links.reversed.push_back(std::make_shared<const ReverseBlock>(reverse(*block, surfels.count)));
+        const auto set = trace_to(last);
+        if (!set) return;
+        links.reversed.push_back(std::make_shared<const ReverseLinks>(reverse(*set, surfels.count)));
     }
     publish();
 }

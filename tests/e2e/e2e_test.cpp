@@ -254,7 +254,7 @@ std::string keeps_up_with_a_frame_rate() {
     EXPECT_EQ(still["effort"].get<int>(), 0);
     EXPECT_EQ(still["width_px"].get<int>(), kSide);
     EXPECT_EQ(still["height_px"].get<int>(), kSide);
-    EXPECT_EQ(still["links"].get<unsigned>(), transport::kMostBlockLinks);
+    EXPECT_EQ(still["links"].get<unsigned>(), transport::kMostForwardLinks);
     EXPECT_GT(still["refined_rounds"].get<int>(), 0);
     return unless(2 * in_time > moving.size(), "most frames come late") +
            unless(2 * efforts[0] < moving.size(), "most frames are whole") +

@@ -22,7 +22,7 @@ struct Made {
     explicit Made(const Scene& scene, const SurfelSettings& settings = {})
         : geometry(std::make_shared<const trace::Geometry>(scene.asset)),
           light(geometry->local(scene.lights.at(0).position)),
-          builder(geometry, {light}, settings, kMostBlockLinks, false, false) {
+          builder(geometry, {light}, settings, kMostForwardLinks, false, false) {
         builder.wait();
         transport = builder.newest();
         const Surfels& s = surfels();
@@ -145,7 +145,7 @@ TEST(Transport, NothingLeaksThroughAWall) {
     scene.lights[0].position = {1.0, 2.0, 1.0};
     const auto geometry = std::make_shared<const trace::Geometry>(asset);
     // Both halves have surfels.
-    Builder builder(geometry, {geometry->local({1, 2, 1}), geometry->local({3, 2, 1})}, {}, kMostBlockLinks, false,
+    Builder builder(geometry, {geometry->local({1, 2, 1}), geometry->local({3, 2, 1})}, {}, kMostForwardLinks, false,
                     false);
     builder.wait();
     const auto transport = builder.newest();
@@ -194,7 +194,7 @@ TEST(Transport, KeepsToItsBytes) {
         builder.wait();
         EXPECT_LE(builder.newest()->bytes(), settings.bytes);
         EXPECT_GT(builder.newest()->bytes(), settings.bytes / 2);
-        EXPECT_EQ(builder.newest()->links.per_surfel(), kMostBlockLinks);
+        EXPECT_EQ(builder.newest()->links.per_surfel(), kMostForwardLinks);
         EXPECT_GT(builder.newest()->surface->surfels.count, 1000u);
     }
 }
@@ -253,16 +253,16 @@ TEST(Transport, DegenerateTriangles) {
 TEST(Transport, IsHeldAndGoesOn) {
     const auto geometry = std::make_shared<const trace::Geometry>(make_cornell());
     const std::vector<glm::vec3> seeds = {geometry->local({0.0, 1.0, 0.0})};
-    Builder held(geometry, seeds, kFew, kMostBlockLinks, false, false);
+    Builder held(geometry, seeds, kFew, kMostForwardLinks, false, false);
     held.hold(true);
-    Builder free(geometry, seeds, kFew, kMostBlockLinks, false, false);
+    Builder free(geometry, seeds, kFew, kMostForwardLinks, false, false);
     free.wait();
     EXPECT_EQ(held.newest(), nullptr);
     held.hold(false);
     held.wait();
     ASSERT_NE(held.newest(), nullptr);
     EXPECT_EQ(held.newest()->surface->surfels.count, free.newest()->surface->surfels.count);
-    Builder never(geometry, seeds, kFew, kMostBlockLinks, false, false);
+    Builder never(geometry, seeds, kFew, kMostForwardLinks, false, false);
     never.hold(true);
 }
 

@@ -144,9 +144,9 @@ bool continue_first_bounce(const PassContext& context, const Light& light, Light
     const transport::Links& links = context.transport->links;
     const auto nearby = [&](std::size_t i) {
         glm::vec3 sum(0.0f);
-        for (const auto& block : links.blocks) {
-            for (unsigned k = 0; k < block->count; ++k) {
-                const std::size_t j = block->ids[i * block->count + k];
+        for (const auto& set : links.sets) {
+            for (unsigned k = 0; k < set->count; ++k) {
+                const std::size_t j = set->ids[i * set->count + k];
                 if (j == surfels.count || !(gpu.irradiance.direct[j].g > 0.0f)) continue;
                 const float length_m = glm::distance(surfels.position(i), surfels.position(j));
                 sum += surfels.albedo[j] *
