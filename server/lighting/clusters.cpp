@@ -36,7 +36,7 @@ Cut cut(const Mesh& mesh) {
                                                  mesh.indices.data(), mesh.indices.size(),
                                                  &mesh.vertices.data()->position.x, mesh.vertices.size(),
                                                  sizeof(Vertex), kClusterVertices, kClusterTriangles, kConeWeight));
-    // The library keeps vertices, not the triangles' places.
+    // The library keeps vertices, not the triangles' indices.
     using Known = std::pair<std::array<unsigned, 3>, std::uint32_t>;
     std::vector<Known> known;
     for (std::size_t t = 0; t < mesh.indices.size() / 3; ++t) {

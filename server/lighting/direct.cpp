@@ -22,10 +22,10 @@ inline constexpr std::size_t kTilePixels = kTileRows * kTileColumns, kSquare = 1
 
 struct Tile {
     int first_x = 0, first_y = 0;
-    alignas(64) float place[6][kTilePixels], depth[kTilePixels];  // as of Points; 0: no surface
-    alignas(64) std::uint32_t weights[kTilePixels];               // ToPixels::weights
-    alignas(64) float light[3][kTilePixels];                      // the sum
-    glm::vec3 least, greatest;                                    // corners of a box around the surfaces
+    alignas(64) float points[6][kTilePixels], depth[kTilePixels];  // as of Points; 0: no surface
+    alignas(64) std::uint32_t weights[kTilePixels];                // ToPixels::weights
+    alignas(64) float light[3][kTilePixels];                       // the sum
+    glm::vec3 least, greatest;                                     // corners of a box around the surfaces
     // Pixels that need a ray of their own, and what it would bring.
     std::uint16_t asking[kTilePixels];
     float lux[kTilePixels];
@@ -55,7 +55,7 @@ HWY_INLINE Float falloff(const Vec3& to, const Vec3& n) {
 void DirectPoints(const DirectLight& light, const Points& points, std::size_t count, float* lux, float* ratio) {
     for (std::size_t i = 0; i < count; i += hn::Lanes(Tag())) {
         const auto at = static_cast<std::ptrdiff_t>(i);
-        const Vec3 to = place_of(points, at) - spread(light.position);
+        const Vec3 to = position_of(points, at) - spread(light.position);
         const Float share = falloff(to, normal_of(points, at));
         const bool dark = ratio == nullptr && hn::AllFalse(Tag(), Float(0.0f) < share);
         const Float value = dark ? Float(0.0f) : web_ratio(light.web, turned(light.light_from_world, to));
@@ -65,7 +65,7 @@ void DirectPoints(const DirectLight& light, const Points& points, std::size_t co
 }
 
 // Fills in a tile's surfaces. weights: of the picture. Result: whether there are any.
-bool PlaceTile(Tile& tile, const GBuffer& s, const std::uint32_t* weights) {
+bool FillTile(Tile& tile, const GBuffer& s, const std::uint32_t* weights) {
     const Tag tag;
     const IntTag ints;
     const std::size_t lanes = hn::Lanes(tag);
@@ -89,8 +89,8 @@ bool PlaceTile(Tile& tile, const GBuffer& s, const std::uint32_t* weights) {
                 const Mask surface = inside ? Float(0.0f) < Float(depth[phase]) : Float(0.0f) < Float(0.0f);
                 const Float z = Float(s.rays.near_m) / max(Float(depth[phase]), Float(1e-30f));
                 const Vec3 p = surface_point(s.rays, start, column_of(x + phase), z), n = unpack_normal(normal[phase]);
-                store(p.x, tile.place[0] + at), store(p.y, tile.place[1] + at), store(p.z, tile.place[2] + at);
-                store(n.x, tile.place[3] + at), store(n.y, tile.place[4] + at), store(n.z, tile.place[5] + at);
+                store(p.x, tile.points[0] + at), store(p.y, tile.points[1] + at), store(p.z, tile.points[2] + at);
+                store(n.x, tile.points[3] + at), store(n.y, tile.points[4] + at), store(n.z, tile.points[5] + at);
                 store(hn::IfThenElseZero(surface, z.raw), tile.depth + at);
                 hn::StoreU(weight[phase], ints, reinterpret_cast<std::int32_t*>(tile.weights) + at);
                 const auto widen = [&](Float value, Float& low, Float& high) {
@@ -153,8 +153,8 @@ std::size_t LightTile(Tile& tile, const DirectLight& light, const float* lattice
             Float share[kSquare];
             Mask edge = none;
             const auto look = [&](std::size_t v) {
-                const Points points = points_at(tile.place, group + v * kSimdWidth + i);
-                to[v] = place_of(points, 0) - spread(light.position);
+                const Points points = points_at(tile.points, group + v * kSimdWidth + i);
+                to[v] = position_of(points, 0) - spread(light.position);
                 share[v] = falloff(to[v], normal_of(points, 0));
             };
             for (std::size_t v = 0; edges && v < kSquare; ++v) {
@@ -228,7 +228,7 @@ HWY_AFTER_NAMESPACE();
 namespace gonio::lighting {
 
 HWY_EXPORT(DirectPoints);
-HWY_EXPORT(PlaceTile);
+HWY_EXPORT(FillTile);
 HWY_EXPORT(LightTile);
 HWY_EXPORT(StoreTile);
 
@@ -281,7 +281,7 @@ unsigned unhidden(const trace::Geometry& geometry, const DirectLight& light, con
 // 8 × 8 points of a grid, beyond its edges the last ones again: four packets of every other one each.
 struct GridPart {
     static constexpr int kSide = 8;
-    alignas(64) float place[6][64], depth[64];
+    alignas(64) float points[6][64], depth[64];
     std::size_t at[64];
     unsigned active[4] = {};  // of a packet: with a surface
     glm::vec3 least{1e30f}, greatest{-1e30f};
@@ -291,7 +291,7 @@ struct GridPart {
             const int p = static_cast<int>(i / 16), k = static_cast<int>(i % 16);
             const int px = x + k % 4 * 2 + p % 2, py = y + k / 4 * 2 + p / 2;
             at[i] = static_cast<std::size_t>(grid.at(std::min(px, grid.width - 1), std::min(py, grid.height - 1)));
-            for (std::size_t v = 0; v < 6; ++v) place[v][i] = grid.values[v][at[i]];
+            for (std::size_t v = 0; v < 6; ++v) points[v][i] = grid.values[v][at[i]];
             depth[i] = grid.values[6][at[i]];
             if (!(depth[i] > 0.0f)) continue;
             active[p] |= 1u << k;
@@ -302,7 +302,7 @@ struct GridPart {
     // Result: whether all lie on one smooth surface.
     bool even() const {
         const auto vec = [&](std::size_t v, std::size_t i) {
-            return glm::vec3(place[v][i], place[v + 1][i], place[v + 2][i]);
+            return glm::vec3(points[v][i], points[v + 1][i], points[v + 2][i]);
         };
         for (std::size_t i = 0; i < 64; ++i) {
             const std::size_t first = i % 16, next = i % 4 < 3 ? i + 1 : i;
@@ -329,13 +329,13 @@ void ask_grid(const GridPart& part, const GBuffer& gbuffer, const trace::Geometr
             alignas(64) float lux[trace::kPacket] = {}, ratio[trace::kPacket] = {};
             unsigned lit = 0;
             if ((beams >> k & 1u) != 0 && active != 0) {
-                direct_points(lights[k], points_at(part.place, first), trace::kPacket, lux, ratio);
+                direct_points(lights[k], points_at(part.points, first), trace::kPacket, lux, ratio);
                 for (int i = 0; i < trace::kPacket; ++i) lit |= (lux[i] > 0.0f ? 1u : 0u) << i;
                 lit &= active;
             }
             unsigned seen = all_seen ? lit : 0u;
             if (lit != 0 && !all_seen && !all_hidden) {
-                seen = unhidden(geometry, lights[k], gbuffer, points_at(part.place, first), part.depth + first, lit);
+                seen = unhidden(geometry, lights[k], gbuffer, points_at(part.points, first), part.depth + first, lit);
             }
             if (p == 0 && sparse && lit == active) all_seen = seen == lit, all_hidden = seen == 0;
             for (std::size_t i = 0; i < trace::kPacket; ++i) {
@@ -355,7 +355,7 @@ void ask_pixels(Tile& tile, std::size_t asking, const GBuffer& gbuffer, const tr
         alignas(64) float values[7][trace::kPacket] = {};
         for (std::size_t i = 0; i < count; ++i) {
             const std::size_t pixel = tile.asking[first + i];
-            for (std::size_t v = 0; v < 6; ++v) values[v][i] = tile.place[v][pixel];
+            for (std::size_t v = 0; v < 6; ++v) values[v][i] = tile.points[v][pixel];
             values[6][i] = tile.depth[pixel];
         }
         const unsigned seen = unhidden(geometry, light, gbuffer, points_at(values, 0), values[6], (1u << count) - 1u);
@@ -393,7 +393,7 @@ void direct_light(const GBuffer& gbuffer, const ScreenGrid& screen, const trace:
             static thread_local Tile tile;
             tile.first_x = job % tiles_x * kTileColumns, tile.first_y = job / tiles_x * kTileRows;
             for (auto& plane : tile.light) std::fill_n(plane, kTilePixels, 0.0f);
-            if (HWY_DYNAMIC_DISPATCH(PlaceTile)(tile, gbuffer, screen.to_pixels.weights.data())) {
+            if (HWY_DYNAMIC_DISPATCH(FillTile)(tile, gbuffer, screen.to_pixels.weights.data())) {
                 const std::uint64_t beams = beams_at(some, tile.least, tile.greatest);
                 for (std::size_t k = 0; k < some.size(); ++k) {
                     if ((beams >> k & 1u) == 0) continue;

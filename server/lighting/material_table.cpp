@@ -101,18 +101,18 @@ struct Builder {
             const float twice_area = glm::length(cross);
             const glm::vec3 own = twice_area > 0.0f ? cross / twice_area : glm::vec3(0.0f, 0.0f, 1.0f);
             MaterialTable::Triangle look;
-            MaterialTable::Place place;
+            MaterialTable::TriangleUv on_texture;
             for (std::size_t k = 0; k < 3; ++k) {
                 const std::uint32_t vertex = mesh.indices[3 * t + k];
                 look.normal[k] = pack_normal(normals[vertex] != glm::vec3(0.0f) ? normals[vertex] : own);
-                place.uv[k] = mesh.vertices[vertex].uv;
+                on_texture.uv[k] = mesh.vertices[vertex].uv;
             }
             look.material = static_cast<std::uint32_t>(mesh.material);
             result.triangles.push_back(look);
             if (asset.images.empty()) continue;
-            const glm::mat2 sides(place.uv[1] - place.uv[0], place.uv[2] - place.uv[0]);
-            place.uv_per_m = std::sqrt(std::abs(glm::determinant(sides)) / std::max(twice_area, 1e-30f));
-            result.places.push_back(place);
+            const glm::mat2 sides(on_texture.uv[1] - on_texture.uv[0], on_texture.uv[2] - on_texture.uv[0]);
+            on_texture.uv_per_m = std::sqrt(std::abs(glm::determinant(sides)) / std::max(twice_area, 1e-30f));
+            result.uv.push_back(on_texture);
         }
     }
 };

@@ -21,12 +21,12 @@ struct MaterialTable {
         std::uint32_t material;                 // index into materials
     };
     std::vector<Triangle> triangles;
-    struct Place {  // 28 bytes: where a triangle lies on its texture
+    struct TriangleUv {  // 28 bytes: where a triangle lies on its texture
         glm::vec2 uv[3];
         float uv_per_m;  // texture sides per metre of surface
     };
-    std::vector<Place> places;  // like triangles; empty if the scene has no images
-    struct Paint {              // 32 bytes: a material
+    std::vector<TriangleUv> uv;  // like triangles; empty if the scene has no images
+    struct Paint {               // 32 bytes: a material
         glm::vec3 albedo;
         std::int32_t image;  // index into textures, -1: none
         glm::vec3 emission_nit;

@@ -62,7 +62,7 @@ void Project(const glm::mat3& screen_from_local, const glm::vec3& eye, std::size
                     w = dot(p, Vec3(m[0][2], m[1][2], m[2][2]));
         store(x, out.x + i), store(y, out.y + i), store(w, out.w + i);
         const Mask ahead = Float(near_m) < w;
-        // Far outside the picture any pixel will do. Two roundings of the place, and a thousandth of a pixel more.
+        // Far outside the picture any pixel will do. Two roundings of it, and a thousandth of a pixel more.
         const auto pixels = [&](Float across, std::int32_t* low, std::int32_t* high) {
             const Float pixel = min(max(mix(Float(0.0f),
                                             Float(hn::Div(across.raw, hn::Max(w.raw, hn::Set(tag, near_m)))), ahead),
@@ -81,8 +81,8 @@ void Project(const glm::mat3& screen_from_local, const glm::vec3& eye, std::size
     }
 }
 
-// place: of the setup, kept where it is the nearest. One loop over rows: cut up it would pass twelve locals around.
-void RasterTriangle(const MaterialTable& material_table, const Setup& s, std::uint32_t place, const Strip& strip) {
+// index: of the setup, kept where it is the nearest. One loop over rows: cut up it would pass twelve locals around.
+void RasterTriangle(const MaterialTable& material_table, const Setup& s, std::uint32_t index, const Strip& strip) {
     const Tag tag;
     const IntTag ints;
     const auto lanes = static_cast<int>(hn::Lanes(tag));
@@ -137,14 +137,14 @@ void RasterTriangle(const MaterialTable& material_table, const Setup& s, std::ui
             }
             any = true;
             hn::BlendedStore(d.raw, shown, tag, depth + x);
-            hn::BlendedStore(hn::Set(ints, static_cast<int>(place) + 1), hn::RebindMask(ints, shown), ints,
+            hn::BlendedStore(hn::Set(ints, static_cast<int>(index) + 1), hn::RebindMask(ints, shown), ints,
                              reinterpret_cast<std::int32_t*>(nearest + x));
         }
     }
     if (any) {  // ShadeStrip will want these
         const std::uint32_t triangle = s.triangle & ~Setup::kAlphaMask;
         hwy::Prefetch(&material_table.triangles[triangle]);
-        if (!material_table.places.empty()) hwy::Prefetch(&material_table.places[triangle]);
+        if (!material_table.uv.empty()) hwy::Prefetch(&material_table.uv[triangle]);
     }
 }
 
@@ -170,9 +170,9 @@ HWY_INLINE void shade_pixels(const MaterialTable& material_table, const Setup* s
         return kOne ? hn::Set(ints, base[first * 4]) : hn::GatherIndex(ints, base, look_at);
     };
     const Raw corner = setup(13).raw;
-    const auto place = hn::BitCast(ints, corner);
-    const Float dx = hn::ConvertTo(tag, hn::Sub(hn::Iota(ints, x), hn::ShiftRight<16>(hn::ShiftLeft<16>(place))));
-    const Float dy = hn::ConvertTo(tag, hn::Sub(hn::Set(ints, y), hn::ShiftRight<16>(place)));
+    const auto from = hn::BitCast(ints, corner);
+    const Float dx = hn::ConvertTo(tag, hn::Sub(hn::Iota(ints, x), hn::ShiftRight<16>(hn::ShiftLeft<16>(from))));
+    const Float dy = hn::ConvertTo(tag, hn::Sub(hn::Set(ints, y), hn::ShiftRight<16>(from)));
     const std::ptrdiff_t at = (y - strip.first_row) * strip.row_length + x;
     const Float depth = load(strip.depth + at), per_depth = Float(1.0f) / max(depth, Float(1e-30f));
     const Float w0 = (setup(0) * dx + setup(1) * dy + setup(2)) * per_depth;
@@ -201,11 +201,11 @@ HWY_INLINE void shade_pixels(const MaterialTable& material_table, const Setup* s
         const bool has_image = !hn::AllTrue(ints, hn::Eq(image, none)),
                    has_glow = strip.emission != nullptr && !hn::AllTrue(ints, hn::Eq(glow, none));
         if (has_image || has_glow) {
-            const auto place_of = hn::Mul(triangle, hn::Set(ints, 7));
-            static_assert(sizeof(MaterialTable::Place) == 28);
+            const auto uv_at = hn::Mul(triangle, hn::Set(ints, 7));
+            static_assert(sizeof(MaterialTable::TriangleUv) == 28);
             const auto part = [&](std::size_t word) -> Float {
-                const float* base = reinterpret_cast<const float*>(material_table.places.data()) + word;
-                return kOne ? hn::Set(tag, base[first * 7]) : hn::GatherIndex(tag, base, place_of);
+                const float* base = reinterpret_cast<const float*>(material_table.uv.data()) + word;
+                return kOne ? hn::Set(tag, base[first * 7]) : hn::GatherIndex(tag, base, uv_at);
             };
             const Vec2 uv(part(0) * w0 + part(2) * w1 + part(4) * w2, part(1) * w0 + part(3) * w1 + part(5) * w2);
             // How wide a pixel is on the surface, along the slope.
@@ -336,7 +336,7 @@ bool set_up(const OnScreen& screen, const std::array<std::uint8_t, 3>& corner, b
 bool is_hole(const MaterialTable& material_table, std::uint32_t triangle, float corner1, float corner2) {
     const Material& material = material_table.asset->materials[material_table.triangles[triangle].material];
     if (material.base_color_image < 0) return material.base_color.a < material.alpha_cutoff;
-    const glm::vec2* uv = material_table.places[triangle].uv;
+    const glm::vec2* uv = material_table.uv[triangle].uv;
     return trace::textured(*material_table.asset, material, material.base_color, material.base_color_image,
                            (1.0f - corner1 - corner2) * uv[0] + corner1 * uv[1] + corner2 * uv[2])
                .a < material.alpha_cutoff;
@@ -353,8 +353,8 @@ unsigned draw_gbuffer(const Clusters& clusters, const MaterialTable& material_ta
     raster.albedo.resize(4 * pixels);
     if (emissive) raster.emission.resize(4 * pixels);
     if (const std::size_t wanted = material_table.triangles.size() + 1;
-        raster.places < wanted || raster.places > 2 * wanted)
-        raster.setups = std::make_unique_for_overwrite<Setup[]>(raster.places = wanted);
+        raster.capacity < wanted || raster.capacity > 2 * wanted)
+        raster.setups = std::make_unique_for_overwrite<Setup[]>(raster.capacity = wanted);
     raster.setups[0] = {};  // which pixels without a surface look at
 
     constexpr std::size_t kClustersPerChunk = 32;
@@ -368,7 +368,7 @@ unsigned draw_gbuffer(const Clusters& clusters, const MaterialTable& material_ta
         std::vector<std::uint32_t>* bins = &raster.bins[first / kClustersPerChunk * strips];
         for (std::size_t s = 0; s < strips; ++s) bins[s].clear();
         OnScreen screen;
-        std::uint32_t place = clusters.clusters[first].first_triangle;
+        std::uint32_t index = clusters.clusters[first].first_triangle;
         for (const Cluster& cluster : std::span(clusters.clusters).subspan(first, count)) {
             if (!frustum.shows(cluster)) continue;
             ++drawn;
@@ -376,13 +376,13 @@ unsigned draw_gbuffer(const Clusters& clusters, const MaterialTable& material_ta
             (screen_from_local, rays.eye, cluster.vertices, clusters, cluster.first_vertex, rays.near_m, screen);
             for (std::uint32_t t = cluster.first_triangle; t < cluster.first_triangle + cluster.triangles; ++t) {
                 const auto& [corner, look] = clusters.triangles[t];
-                Setup& setup = raster.setups[place];
+                Setup& setup = raster.setups[index];
                 if (!set_up(screen, corner, cluster.one_sided, width, height, static_cast<double>(rays.near_m), setup))
                     continue;
                 setup.triangle = look | (cluster.alpha_mask ? Setup::kAlphaMask : 0u);
                 const int last = setup.y1 / kStripRows;
-                for (int s = setup.y0 / kStripRows; s <= last; ++s) bins[s].push_back(place);
-                ++place;
+                for (int s = setup.y0 / kStripRows; s <= last; ++s) bins[s].push_back(index);
+                ++index;
             }
         }
         return drawn;
@@ -405,8 +405,8 @@ unsigned draw_gbuffer(const Clusters& clusters, const MaterialTable& material_ta
         std::fill_n(strip.nearest, count, 0u);
         // Chunk by chunk: of two triangles at the same depth the first stays, whatever thread set them up.
         for (std::size_t chunk = 0; chunk < chunks; ++chunk) {
-            for (const std::uint32_t place : raster.bins[chunk * strips + static_cast<std::size_t>(job)])
-                HWY_DYNAMIC_DISPATCH(RasterTriangle)(material_table, raster.setups[place], place, strip);
+            for (const std::uint32_t index : raster.bins[chunk * strips + static_cast<std::size_t>(job)])
+                HWY_DYNAMIC_DISPATCH(RasterTriangle)(material_table, raster.setups[index], index, strip);
         }
         // Whole vectors were drawn: nothing is beyond the picture.
         for (std::ptrdiff_t y = 0; y < strip.rows; ++y) {

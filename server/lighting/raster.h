@@ -28,10 +28,10 @@ struct alignas(64) Setup {
 
 // What a picture keeps from frame to frame.
 struct Raster {
-    // A chunk of clusters has as many places as triangles, filled from the first on: memory that no triangle needs is
-    // never touched.
+    // A chunk of clusters has room for a setup of each triangle, filled from the first on: memory that no triangle
+    // needs is never touched.
     std::unique_ptr<Setup[]> setups;
-    std::size_t places = 0;
+    std::size_t capacity = 0;
     std::vector<std::vector<std::uint32_t>> bins;  // of setups, by chunk of clusters and strip
     std::vector<std::uint32_t> nearest;            // per pixel: triangle + 1, 0 none
     std::vector<std::uint16_t> albedo;             // per pixel 4 half floats: linear reflectance, 1

@@ -63,7 +63,7 @@ void WeightsRow(const GBuffer& gbuffer, int y, ScreenGrid& screen) {
                 const std::ptrdiff_t at = (low + corner / 2) * screen.grid.stride + left + corner % 2;
                 const float bilinear =
                     (corner % 2 == 0 ? 1.0f - along_x : along_x) * (corner / 2 == 0 ? 1.0f - along_y : along_y) + 1e-3f;
-                const Float off = dot(n, place_of(grid, at) - p) * per_near;
+                const Float off = dot(n, position_of(grid, at) - p) * per_near;
                 weight[corner] = edge_stopping_weight(dot(n, normal_of(grid, at)), off) * Float(bilinear);
                 sum = sum + weight[corner];
             }
@@ -222,8 +222,8 @@ bool is_poor(std::uint32_t weights) {
 }
 
 // Fills in what pixels with poor weights take after rather than these: a point of their own. There are as many such
-// points as places outside the grid's rows, at most so many. Pixels without one and without any weights take the most
-// alike of sixteen points around.
+// points as there is room for outside the grid's rows, at most so many. Pixels without one and without any weights take
+// the most alike of sixteen points around.
 void take_after(const GBuffer& gbuffer, std::size_t most, ScreenGrid& screen, Pool& pool) {
     ToPixels& to = screen.to_pixels;
     const auto height = static_cast<std::size_t>(gbuffer.height);
@@ -272,8 +272,8 @@ void make_grid(const GBuffer& gbuffer, bool own_points, ScreenGrid& screen, Pool
     Grid& grid = screen.grid;
     const int width = (gbuffer.width + kStep - 1) / kStep, height = (gbuffer.height + kStep - 1) / kStep;
     // Layers keep their shape as quality levels change.
-    const std::size_t places = static_cast<std::size_t>(width * height) * kStep * kStep / kOwnPoints;
-    grid.resize(width, height, places);
+    const std::size_t spare = static_cast<std::size_t>(width * height) * kStep * kStep / kOwnPoints;
+    grid.resize(width, height, spare);
     pool.run(grid.height, [&](int y) {
         for (int x = 0; x < grid.width; ++x) {
             const Spot spot = spot_at(gbuffer, std::min(x * kStep + kStep / 2, gbuffer.width - 1),
@@ -286,7 +286,7 @@ void make_grid(const GBuffer& gbuffer, bool own_points, ScreenGrid& screen, Pool
     screen.to_pixels.weights.resize(row_of(gbuffer, gbuffer.height));
     screen.to_pixels.poor.resize(screen.to_pixels.weights.size() / 4);
     pool.run(gbuffer.height, [&](int y) { HWY_DYNAMIC_DISPATCH(WeightsRow)(gbuffer, y, screen); });
-    take_after(gbuffer, own_points ? places : 0, screen, pool);
+    take_after(gbuffer, own_points ? spare : 0, screen, pool);
 }
 
 void upsample_line(const GBuffer& gbuffer, const ScreenGrid& screen, const Planes& light, int y, std::uint16_t* out) {

@@ -42,7 +42,7 @@ struct Grid {
     static constexpr int kBorder = 4;
     int width = 0, height = 0;
     std::ptrdiff_t stride = 0;
-    std::size_t spare = 0;         // places for points outside the rows, from first_spare() on
+    std::size_t spare = 0;         // room for points outside the rows, from first_spare() on
     std::vector<float> values[7];  // x y z nx ny nz depth
 
     void resize(int new_width, int new_height, std::size_t new_spare = 0);  // all values become 0

@@ -32,7 +32,8 @@ HWY_INLINE Vec3 texels_at(const MaterialTable& material_table, const std::int32_
     const IntTag ints;
     const auto one = hn::Set(ints, 1);
     const auto width = hn::Max(hn::Shr(width_px, level), one), height = hn::Max(hn::Shr(height_px, level), one);
-    const auto place = [&](Float at, hn::Vec<IntTag> count, Mask repeat, hn::Vec<IntTag>& low, hn::Vec<IntTag>& high) {
+    const auto between = [&](Float at, hn::Vec<IntTag> count, Mask repeat, hn::Vec<IntTag>& low,
+                             hn::Vec<IntTag>& high) {
         const Float x = at * Float(hn::ConvertTo(tag, count)) - Float(0.5f);
         const Raw floor = hn::Floor(x.raw);
         const auto again = hn::RebindMask(ints, repeat);
@@ -45,7 +46,7 @@ HWY_INLINE Vec3 texels_at(const MaterialTable& material_table, const std::int32_
         return x - Float(floor);
     };
     hn::Vec<IntTag> x0, x1, y0, y1;
-    const Float a = place(uv.x, width, repeat_s, x0, x1), b = place(uv.y, height, repeat_t, y0, y1);
+    const Float a = between(uv.x, width, repeat_s, x0, x1), b = between(uv.y, height, repeat_t, y0, y1);
     const auto first = hn::GatherIndex(ints, texture + 5, hn::Add(texture_at, level));
     const auto* texels = reinterpret_cast<const std::int32_t*>(material_table.texels.data());
     const auto at = [&](hn::Vec<IntTag> x, hn::Vec<IntTag> y) {
@@ -85,7 +86,7 @@ HWY_INLINE Vec3 textured(const MaterialTable& material_table, hn::Vec<IntTag> im
     const auto bounded = [&](Float at, Mask repeat) {
         return min(max(mix(at, at - Float(hn::Floor(at.raw)), repeat), Float(0.0f)), Float(1.0f));
     };
-    const Vec2 place(bounded(uv.x, repeat_s), bounded(uv.y, repeat_t));
+    const Vec2 within(bounded(uv.x, repeat_s), bounded(uv.y, repeat_t));
     // The level at which a pixel is one texel wide: log2 from a float's bits, linear within an octave.
     const Float wide = max(width * Float(hn::ConvertTo(tag, hn::Max(width_px, height_px))), Float(1.0f));
     const Float level =
@@ -93,11 +94,11 @@ HWY_INLINE Vec3 textured(const MaterialTable& material_table, hn::Vec<IntTag> im
             Float(hn::ConvertTo(tag, last_level)));
     const auto low = hn::ConvertTo(ints, level.raw);
     const Float share = level - Float(hn::ConvertTo(tag, low));
-    Vec3 found = texels_at(material_table, texture, texture_at, width_px, height_px, low, place, repeat_s, repeat_t);
+    Vec3 found = texels_at(material_table, texture, texture_at, width_px, height_px, low, within, repeat_s, repeat_t);
     if (!hn::AllTrue(tag, hn::Le(share.raw, hn::Set(tag, 1e-3f)))) {
         const auto high = hn::Min(hn::Add(low, hn::Set(ints, 1)), last_level);
         found = found +
-                (texels_at(material_table, texture, texture_at, width_px, height_px, high, place, repeat_s, repeat_t) -
+                (texels_at(material_table, texture, texture_at, width_px, height_px, high, within, repeat_s, repeat_t) -
                  found) *
                     share;
     }

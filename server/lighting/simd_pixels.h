@@ -1,7 +1,7 @@
 // A picture's pixels and the grid of points among them for SIMD lanes: four vectors of pixels 4 apart at a time.
 // Included after simd.h and as it is.
 
-HWY_INLINE Vec3 place_of(const Points& points, std::ptrdiff_t at) {
+HWY_INLINE Vec3 position_of(const Points& points, std::ptrdiff_t at) {
     return {load(points.x + at), load(points.y + at), load(points.z + at)};
 }
 HWY_INLINE Vec3 normal_of(const Points& points, std::ptrdiff_t at) {

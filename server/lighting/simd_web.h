@@ -2,8 +2,8 @@
 
 // Where x falls on a web's axis (shaders/lib/web_buffer.glsl for lanes): cell + fraction; outside: whether it lies
 // beyond. even: its angles are equally spaced. Seven parameters: an axis, its table, and vectors of lanes.
-HWY_INLINE Float web_place(bool even, const float* axis, int n, const float* table, int buckets, Float x,
-                           Mask& outside) {
+HWY_INLINE Float web_cell(bool even, const float* axis, int n, const float* table, int buckets, Float x,
+                          Mask& outside) {
     const Tag tag;
     const IntTag ints;
     const Float low(axis[0]), high(axis[n - 1]);
@@ -37,14 +37,14 @@ HWY_INLINE Float web_ratio(const PackedWeb& web, const Vec3& d) {
     const float *values = layouts::web_values(web.words), *ratios = values + web_ratios(header);
     const Vec2 angles = web_angles(static_cast<int>(header.goniometer), d);
     Mask outside = Float(0.0f) < Float(0.0f);
-    const Float v = web_place(web.even_v, values, n_v, values + web_v_cells(header), buckets, angles.x, outside);
+    const Float v = web_cell(web.even_v, values, n_v, values + web_v_cells(header), buckets, angles.x, outside);
     if (web.symmetric) {
         const auto cell = hn::Min(hn::ConvertTo(ints, v.raw), hn::Set(ints, n_v - 2));
         const Float low = hn::GatherIndex(tag, ratios, cell), high = hn::GatherIndex(tag, ratios + 1, cell);
         return hn::IfThenZeroElse(outside, (low + (high - low) * (v - Float(hn::ConvertTo(tag, cell)))).raw);
     }
     const Float h =
-        web_place(web.even_h, values + web_h(header), n_h, values + web_h_cells(header), buckets, angles.y, outside);
+        web_cell(web.even_h, values + web_h(header), n_h, values + web_h_cells(header), buckets, angles.y, outside);
     const auto v_cell = hn::Min(hn::ConvertTo(ints, v.raw), hn::Set(ints, n_v - 2)),
                h_cell = hn::Min(hn::ConvertTo(ints, h.raw), hn::Set(ints, n_h - 2));
     const Float a = v - Float(hn::ConvertTo(tag, v_cell)), b = h - Float(hn::ConvertTo(tag, h_cell));

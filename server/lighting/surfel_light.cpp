@@ -103,7 +103,7 @@ void direct_at_points(const Points& points, std::span<const glm::vec3> geometric
 }
 
 void LinkEnds::clear() {
-    for (auto& values : place) values.clear();
+    for (auto& values : points) values.clear();
     normal.clear(), surfel.clear(), of.clear(), length_m.clear();
 }
 
@@ -112,8 +112,8 @@ void LinkEnds::add(const transport::Fan& fan, const trace::HitPacket& hits, int 
     const glm::vec3 p = fan.rays.at(i, hits.distance[i]), met = glm::normalize(hits.normal(i)),
                     n = glm::dot(met, fan.rays.along(i)) < 0.0f ? met : -met;
     for (int k = 0; k < 3; ++k) {
-        place[k].push_back(p[k]);
-        place[k + 3].push_back(n[k]);
+        points[k].push_back(p[k]);
+        points[k + 3].push_back(n[k]);
     }
     normal.push_back(n), surfel.push_back(id), of.push_back(receiver), length_m.push_back(hits.distance[i]);
 }
@@ -123,8 +123,8 @@ void LinkEnds::each(const transport::Transport::Surface& surface, const EndLight
     if (normal.empty()) return;
     const transport::Surfels& surfels = surface.surfels;
     direct.resize((normal.size() + kSimdWidth - 1) / kSimdWidth * kSimdWidth);
-    for (auto& values : place) values.resize(direct.size(), 0.0f);
-    direct_at_points(points_at(place, 0), normal, *surface.geometry, light.light, direct.data());
+    for (auto& values : points) values.resize(direct.size(), 0.0f);
+    direct_at_points(points_at(points, 0), normal, *surface.geometry, light.light, direct.data());
     for (std::size_t k = 0; k < normal.size(); ++k) {
         glm::vec3 sum(light.narrow * (1.0f - vpl_share(length_m[k], surfels.radius_m)) * direct[k]);
         if (length_m[k] < kExactRadii * surfels.radius_m)
@@ -137,9 +137,9 @@ void direct_at_surfels(const transport::Surfels& surfels, const trace::Geometry&
                        std::vector<float>& out, Pool& pool) {
     constexpr std::size_t kChunk = 512;
     static_assert(kChunk % kSimdWidth == 0 && kSimdWidth == transport::kPadding);
-    out.resize(surfels.place[0].size());
+    out.resize(surfels.points[0].size());
     pool.run_chunks(surfels.count, kChunk, [&](std::size_t first, std::size_t count) {
-        direct_at_points(points_at(surfels.place, first), std::span(surfels.geometric).subspan(first, count), geometry,
+        direct_at_points(points_at(surfels.points, first), std::span(surfels.geometric).subspan(first, count), geometry,
                          light, out.data() + first);
     });
 }

@@ -30,7 +30,7 @@ struct EndLight {
     float narrow = 0.0f;                    // of it, what comes by VPLs from afar (vpl_share)
 };
 struct LinkEnds {
-    std::vector<float> place[6];  // as of Points
+    std::vector<float> points[6];  // as of Points
     std::vector<glm::vec3> normal;
     std::vector<std::uint16_t> surfel;
     std::vector<std::uint32_t> of;  // which of the caller's receivers the link is of

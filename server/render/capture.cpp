@@ -55,8 +55,8 @@ struct Rectangle {
 
 // Reads a tile's texture (rows from the bottom) and copies all but its margin into the picture's rectangle.
 template <typename T>
-void place(GLuint texture, GLenum type, int margin, std::vector<T>& picture, int picture_width,
-           const Rectangle& to_fill) {
+void copy_tile(GLuint texture, GLenum type, int margin, std::vector<T>& picture, int picture_width,
+               const Rectangle& to_fill) {
     const auto [x, y, width, height] = to_fill;
     const int stride = width + 2 * margin;
     std::vector<T> values(std::size_t{4} * stride * (height + 2 * margin));
@@ -152,9 +152,9 @@ bool Renderer::continue_capture(CaptureJob& job) {
     v1::FrameReport report = run(inputs, wanted_slots(inputs, false), timers);
     const Rectangle tile{x, y, width, height};
     if (job.raw)
-        place(values.id(), GL_FLOAT, margin, picture.values, picture.width_px, tile);
+        copy_tile(values.id(), GL_FLOAT, margin, picture.values, picture.width_px, tile);
     else
-        place(target.display.id(), GL_UNSIGNED_BYTE, margin, picture.rgba8, picture.width_px, tile);
+        copy_tile(target.display.id(), GL_UNSIGNED_BYTE, margin, picture.rgba8, picture.width_px, tile);
     timers.resolve(report);
     pass_cache_.forget_target(target.id);
     add_report(picture.report, report);

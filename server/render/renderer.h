@@ -33,7 +33,7 @@ struct Clusters;
 struct MaterialTable;
 }  // namespace lighting
 
-// Places where luminaires or eyes came later and that walks for surfels begin at too: of a scene.
+// Positions where luminaires or eyes came later and that walks for surfels begin at too: of a scene.
 inline constexpr std::size_t kMostLaterSeeds = 8;
 
 class Renderer final : public LiveRenderer {
@@ -118,8 +118,8 @@ private:
     std::map<const Profile*, std::weak_ptr<const WebGpu>> webs_;
     std::shared_ptr<const trace::Geometry> traced_;
     std::shared_ptr<transport::Builder> builder_;  // of `traced_`
-    std::vector<glm::vec3> seeds_;                 // that it began with, and places it is to begin anew with
-    Revision seeded_rev_ = 0;                      // of the scene whose places were looked at
+    std::vector<glm::vec3> seeds_;                 // that it began with, and points it is to begin anew with
+    Revision seeded_rev_ = 0;                      // of the scene whose positions were looked at
     transport::SurfelSettings surfels_;
     unsigned links_ = transport::kMostForwardLinks;
     std::shared_ptr<const transport::Transport> transport_;  // what passes read

@@ -46,8 +46,8 @@ void Renderer::prepare_transport(const Scene& scene) {
         return one.asset == scene.asset && one.surfels == surfels_ && one.links == links_ &&
                (one.cells || direct_by_rays_);
     });
-    std::vector<glm::vec3> places = {traced_->local(scene.camera.eye)};
-    for (const Light& light : scene.lights) places.push_back(traced_->local(light.position));
+    std::vector<glm::vec3> positions = {traced_->local(scene.camera.eye)};
+    for (const Light& light : scene.lights) positions.push_back(traced_->local(light.position));
     const auto begin = [&] {
         builder_ = std::make_shared<transport::Builder>(traced_, seeds_, surfels_,
                                                         std::min(links_, transport::kMostForwardLinks),
@@ -61,7 +61,7 @@ void Renderer::prepare_transport(const Scene& scene) {
         seeds_ = own->seeds;
         if (transport_beside_) builder_->hold(!watched_);
     } else if (!builder_) {
-        seeds_ = places;
+        seeds_ = positions;
         begin();
     }
     // Those for narrow beams are made where there is one.
@@ -75,14 +75,14 @@ void Renderer::prepare_transport(const Scene& scene) {
     // A luminaire or an eye has come to where no light could go before.
     if (builder_->done() && builder_->newest() && seeded_rev_ != scene.scene_rev) {
         seeded_rev_ = scene.scene_rev;
-        const std::size_t before = seeds_.size();  // a place next to one of them has had its turn
-        for (const glm::vec3& place : places) {
+        const std::size_t before = seeds_.size();  // a point next to one of them has had its turn
+        for (const glm::vec3& position : positions) {
             const bool new_here = std::none_of(seeds_.begin(), seeds_.end(), [&](const glm::vec3& seed) {
-                return glm::distance(seed, place) < 0.02f * traced_->extent();
+                return glm::distance(seed, position) < 0.02f * traced_->extent();
             });
-            if (new_here && seeds_.size() < places.size() + kMostLaterSeeds &&
-                !transport::reaches(*builder_->newest(), place))
-                seeds_.push_back(place);
+            if (new_here && seeds_.size() < positions.size() + kMostLaterSeeds &&
+                !transport::reaches(*builder_->newest(), position))
+                seeds_.push_back(position);
         }
         if (seeds_.size() > before) {
             begin();

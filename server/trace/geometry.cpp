@@ -142,7 +142,7 @@ bool Geometry::is_hole(const Part& part, int triangle, float u, float v) const {
     return part.material->alpha_mask && base_color_at(part, triangle, u, v).a < part.material->alpha_cutoff;
 }
 
-// What names a place, and what is asked of it: seven numbers.
+// What names a point, and what is asked of it: seven numbers.
 bool Geometry::surface_at(int instance, int triangle, float u, float v, bool front, SurfaceHit& hit,
                           bool colours) const {
     if (is_hole(parts_[static_cast<std::size_t>(instance)], triangle, u, v)) return false;

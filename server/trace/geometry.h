@@ -13,15 +13,15 @@
 
 namespace gonio::trace {
 
-// A place on one side of a surface.
-struct Place {
+// A point on one side of a surface.
+struct SurfacePoint {
     glm::vec3 position{0.0f};   // local, m
     glm::vec3 normal{0.0f};     // shading, unit
     glm::vec3 geometric{0.0f};  // the triangle's own, unit
 };
 
 // What a ray met. Normals are turned to the side that the ray came from.
-struct SurfaceHit : Place {
+struct SurfaceHit : SurfacePoint {
     glm::vec3 albedo{0.0f};    // linear reflectance 0..1
     glm::vec3 emission{0.0f};  // cd/m² towards the ray's origin
     float distance = 0.0f;     // m

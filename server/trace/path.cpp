@@ -12,7 +12,7 @@ constexpr float kPi = std::numbers::pi_v<float>;
 // it ends.
 constexpr float kMaxSurvival = 0.995f;
 
-// Where a luminaire's light comes from, for one decision: its own place, or a point that is drawn on its opening.
+// Where a luminaire's light comes from, for one decision: its own position, or a point that is drawn on its opening.
 glm::dvec3 source_point(const Luminaire& luminaire, Sample* openings) {
     if (openings == nullptr || luminaire.opening.shape == ies::OpeningShape::point) return luminaire.position;
     const glm::vec2 first = openings->next();
@@ -95,10 +95,10 @@ double light_density(const World& world, std::size_t index, const Luminaire& lum
 
 // Emission of a point drawn on the emitters, seen from x; weighted against meeting it by a cosine-distributed ray.
 glm::vec3 emitters_at(const World& world, const Receiver& x, Sample& sample) {
-    const glm::vec2 choice = sample.next(), place = sample.next();
+    const glm::vec2 choice = sample.next(), square = sample.next();
     const std::size_t index = pick(world.emitters.running, static_cast<double>(choice.x));
     const Emitter& emitter = world.emitters.list[index];
-    const float root = std::sqrt(place.x), u = root * (1.0f - place.y), v = root * place.y;
+    const float root = std::sqrt(square.x), u = root * (1.0f - square.y), v = root * square.y;
     const glm::vec3 point = (1.0f - u - v) * emitter.corner[0] + u * emitter.corner[1] + v * emitter.corner[2];
     const glm::vec3 d = point - x.position;
     const float d2 = glm::dot(d, d);
@@ -116,8 +116,8 @@ glm::vec3 emitters_at(const World& world, const Receiver& x, Sample& sample) {
 
 }  // namespace
 
-Receiver receiver_of(const Geometry& geometry, const Place& place) {
-    const auto& [position, normal, geometric] = place;
+Receiver receiver_of(const Geometry& geometry, const SurfacePoint& point) {
+    const auto& [position, normal, geometric] = point;
     return {position, position + geometric * geometry.step_off(position), normal, geometric};
 }
 

@@ -16,7 +16,7 @@ struct Receiver {
     glm::vec3 normal{0.0f};     // unit: cosines are taken with it
     glm::vec3 geometric{0.0f};  // unit: light from behind it is stopped
 };
-Receiver receiver_of(const Geometry& geometry, const Place& place);
+Receiver receiver_of(const Geometry& geometry, const SurfacePoint& point);
 
 // Result: direct illuminance from all luminaires, lux, rgb: from one point that openings draws on each luminous
 // opening; null: of luminaires as points, exact.

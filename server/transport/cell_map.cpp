@@ -48,15 +48,15 @@ CellMap::CellMap(const trace::Geometry& geometry, const Surfels& surfels, std::s
 
 std::uint16_t CellMap::surfel_at(unsigned instance, unsigned triangle, float u, float v, bool front) const {
     const Triangle& own = triangles_[first_triangle_[instance] + triangle];
-    const auto place = [&](float share) {
+    const auto along = [&](float share) {
         return std::min(static_cast<std::uint32_t>(std::max(share, 0.0f) * static_cast<float>(own.side)), own.side - 1);
     };
-    const std::uint32_t cell = place(v) * own.side + place(u);
-    std::atomic<std::uint32_t>& slot = cells_[own.first + (front ? 0u : own.side * own.side) + cell];
-    std::uint32_t value = slot.load(std::memory_order_relaxed);
+    const std::uint32_t cell = along(v) * own.side + along(u);
+    std::atomic<std::uint32_t>& entry = cells_[own.first + (front ? 0u : own.side * own.side) + cell];
+    std::uint32_t value = entry.load(std::memory_order_relaxed);
     if (value == kUnknown) {  // threads that come at once find the same
         value = fill(instance, triangle, cell, own.side, front);
-        slot.store(value, std::memory_order_relaxed);
+        entry.store(value, std::memory_order_relaxed);
     }
     if ((value & kDivided) == 0) return static_cast<std::uint16_t>(value);
     trace::SurfaceHit hit;

@@ -45,7 +45,7 @@ std::shared_ptr<const LinkSet> trace_links(const trace::Geometry& geometry, cons
                                            const CellMap& cells, unsigned first, unsigned count, Pool& pool,
                                            const std::function<bool()>& stopped);
 
-// Sixteen rays of one place: the points first … first + 15 of its sequence.
+// Sixteen rays from one point: the points first … first + 15 of its sequence.
 struct Fan {
     trace::RayPacket rays;
     unsigned active = 0;

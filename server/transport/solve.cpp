@@ -49,7 +49,7 @@ void Gather(const std::uint16_t* table, const LinkRun& run, float share, glm::ve
 }
 
 // weights: of the surfels `ids` at p.
-void Weigh(const float* const* place, const std::uint16_t* ids, const glm::vec3& p, const glm::vec3& n, float reach,
+void Weigh(const float* const* points, const std::uint16_t* ids, const glm::vec3& p, const glm::vec3& n, float reach,
            float* weights) {
     const hn::CappedTag<float, kNeighbours> tag;
     const hn::RebindToSigned<decltype(tag)> ints;
@@ -62,7 +62,7 @@ void Weigh(const float* const* place, const std::uint16_t* ids, const glm::vec3&
     V sum = hn::Zero(tag);
     for (std::size_t k = 0; k < kNeighbours; k += hn::Lanes(tag)) {
         const auto id = hn::PromoteTo(ints, hn::LoadU(shorts, ids + k));
-        const auto at = [&](int i) { return hn::GatherIndex(tag, place[i], id); };
+        const auto at = [&](int i) { return hn::GatherIndex(tag, points[i], id); };
         const V dx = hn::Sub(at(0), set(p.x)), dy = hn::Sub(at(1), set(p.y)), dz = hn::Sub(at(2), set(p.z));
         const V mx = at(3), my = at(4), mz = at(5), nx = set(n.x), ny = set(n.y), nz = set(n.z);
         const V off = dot(dx, dy, dz, nx, ny, nz), off_other = dot(dx, dy, dz, mx, my, mz),
@@ -75,7 +75,7 @@ void Weigh(const float* const* place, const std::uint16_t* ids, const glm::vec3&
         sum = hn::Add(sum, weight);
     }
     const float all = hn::GetLane(hn::SumOfLanes(tag, sum));
-    if (!(all > 1e-6f)) {  // alone, and not much like the place
+    if (!(all > 1e-6f)) {  // alone, and not much like the point
         for (std::size_t k = 0; k < kNeighbours; ++k) weights[k] = k == 0 ? 1.0f : 0.0f;
         return;
     }
@@ -134,9 +134,9 @@ void gather(const Table& table, const LinkRun& run, float share, glm::vec4* sums
 }
 
 void weigh(const Surfels& surfels, const std::uint16_t* ids, const glm::vec3& p, const glm::vec3& n, float* weights) {
-    const float* place[6];
-    for (std::size_t k = 0; k < 6; ++k) place[k] = surfels.place[k].data();
-    HWY_DYNAMIC_DISPATCH(Weigh)(place, ids, p, n, kBlendRadii * surfels.radius_m, weights);
+    const float* points[6];
+    for (std::size_t k = 0; k < 6; ++k) points[k] = surfels.points[k].data();
+    HWY_DYNAMIC_DISPATCH(Weigh)(points, ids, p, n, kBlendRadii * surfels.radius_m, weights);
 }
 
 void blend(const Table& table, const std::uint16_t* const* ids, const float* weights, std::size_t size,

@@ -30,7 +30,7 @@ struct LinkRun {
 void gather(const Table& table, const LinkRun& run, float share, glm::vec4* sums);
 // Surfels further away than this many radii count nothing.
 inline constexpr float kBlendRadii = 2.2f;
-// weights: how much each of kNeighbours surfels counts at a place, of sum 1. It goes by distance, and by how far they
+// weights: how much each of kNeighbours surfels counts at a point, of sum 1. It goes by distance, and by how far they
 // and it lie off each other's plane and face the same way. If none counts, the first alone does.
 void weigh(const Surfels& surfels, const std::uint16_t* ids, const glm::vec3& p, const glm::vec3& n, float* weights);
 // out[i] = the weighted sum over ids[i × kNeighbours …] of the table, × its unit.

@@ -30,7 +30,7 @@ std::uint32_t power_of_two(std::size_t least) {
     return std::max(1024u, std::bit_ceil(static_cast<std::uint32_t>(least)));
 }
 
-// Whether a short ray between two places on surfaces is free, or a path so high above both: on a rounded surface rays
+// Whether a short ray between two points on surfaces is free, or a path so high above both: on a rounded surface rays
 // between its points pass below it.
 bool in_sight(const trace::Geometry& geometry, const glm::vec3& p, const glm::vec3& n, const glm::vec3& q,
               const glm::vec3& m, float above_m) {
@@ -40,26 +40,26 @@ bool in_sight(const trace::Geometry& geometry, const glm::vec3& p, const glm::ve
     return !geometry.occluded(from, high) && !geometry.occluded(high, high_other) && !geometry.occluded(high_other, to);
 }
 
-// Places that walks met, some in each coarse cell of space, by the axis that their surface faces.
+// Points that walks met, some in each coarse cell of space, by the axis that their surface faces.
 class Reached {
 public:
-    Reached(float side_m, std::size_t cells) : side_m_(side_m), slots_(power_of_two(64 * cells), 0) {}
+    Reached(float side_m, std::size_t cells) : side_m_(side_m), buckets_(power_of_two(64 * cells), 0) {}
     void add(const glm::vec3& p, const glm::vec3& normal) {
-        std::uint32_t& slot = slots_[slot_of(p, normal)];
-        if (slot == 0) {
+        std::uint32_t& bucket = buckets_[bucket_of(p, normal)];
+        if (bucket == 0) {
             some_.emplace_back();
-            slot = static_cast<std::uint32_t>(some_.size());
+            bucket = static_cast<std::uint32_t>(some_.size());
         }
-        Some& some = some_[slot - 1];
-        if (some.count < kSome) some.place[some.count++] = {p, normal};
+        Some& some = some_[bucket - 1];
+        if (some.count < kSome) some.points[some.count++] = {p, normal};
     }
     // Whether one of them is in sight: else it is on the other side of a wall.
     bool sees(const trace::Geometry& geometry, const glm::vec3& p, const glm::vec3& normal) const {
-        const std::uint32_t slot = slots_[slot_of(p, normal)];
-        if (slot == 0) return false;
-        const Some& some = some_[slot - 1];
+        const std::uint32_t bucket = buckets_[bucket_of(p, normal)];
+        if (bucket == 0) return false;
+        const Some& some = some_[bucket - 1];
         for (int i = 0; i < some.count; ++i) {
-            if (in_sight(geometry, p, normal, some.place[i].first, some.place[i].second, 0.1f * side_m_)) return true;
+            if (in_sight(geometry, p, normal, some.points[i].first, some.points[i].second, 0.1f * side_m_)) return true;
         }
         return false;
     }
@@ -68,20 +68,20 @@ private:
     static constexpr int kSome = 6;
     struct Some {
         int count = 0;
-        std::pair<glm::vec3, glm::vec3> place[kSome];
+        std::pair<glm::vec3, glm::vec3> points[kSome];
     };
-    std::size_t slot_of(const glm::vec3& p, const glm::vec3& n) const {
+    std::size_t bucket_of(const glm::vec3& p, const glm::vec3& n) const {
         const glm::vec3 a = glm::abs(n);
         const int axis = a.x > a.y && a.x > a.z ? 0 : a.y > a.z ? 1 : 2;
         const auto bin = static_cast<std::uint32_t>(2 * axis + (n[axis] < 0.0f ? 1 : 0));
-        return trace::mix_bits(hash_of(cell_at(p, side_m_)), bin) & (slots_.size() - 1);
+        return trace::mix_bits(hash_of(cell_at(p, side_m_)), bin) & (buckets_.size() - 1);
     }
     float side_m_;
-    std::vector<std::uint32_t> slots_;
+    std::vector<std::uint32_t> buckets_;
     std::vector<Some> some_;
 };
 
-struct Candidate : trace::Place {
+struct Candidate : trace::SurfacePoint {
     glm::vec3 albedo;
 };
 
@@ -112,7 +112,7 @@ std::uint32_t Surfels::cell_of(const glm::ivec3& cell) const {
     return hash_of(cell) & static_cast<std::uint32_t>(first_.size() - 2);
 }
 
-std::size_t Surfels::near(const trace::Place& from, float radii, std::span<std::uint16_t> found) const {
+std::size_t Surfels::near(const trace::SurfacePoint& from, float radii, std::span<std::uint16_t> found) const {
     if (count == 0) return 0;
     const float side = kCell * radius_m, reach = radii * radius_m, r2 = radius_m * radius_m;
     struct Found {
@@ -126,8 +126,8 @@ std::size_t Surfels::near(const trace::Place& from, float radii, std::span<std::
     for (glm::ivec3 cell(low); cell.z <= high.z; ++cell.z) {
         for (cell.y = low.y; cell.y <= high.y; ++cell.y) {
             for (cell.x = low.x; cell.x <= high.x; ++cell.x) {
-                const std::uint32_t slot = cell_of(cell);
-                for (std::uint32_t k = first_[slot]; k < first_[slot + 1]; ++k) {
+                const std::uint32_t bucket = cell_of(cell);
+                for (std::uint32_t k = first_[bucket]; k < first_[bucket + 1]; ++k) {
                     const std::uint16_t id = ids_[k];
                     const glm::vec3 q = position(id), d = q - from.position;
                     const float d2 = glm::dot(d, d);
@@ -151,12 +151,12 @@ std::size_t Surfels::near(const trace::Place& from, float radii, std::span<std::
     return size;
 }
 
-bool Surfels::sees(const trace::Geometry& geometry, const trace::Place& from, std::size_t id) const {
+bool Surfels::sees(const trace::Geometry& geometry, const trace::SurfacePoint& from, std::size_t id) const {
     constexpr float kAbove = 0.5f;  // radii
     return in_sight(geometry, from.position, from.geometric, position(id), geometric[id], kAbove * radius_m);
 }
 
-std::uint16_t Surfels::visible_from(const trace::Geometry& geometry, const trace::Place& from) const {
+std::uint16_t Surfels::visible_from(const trace::Geometry& geometry, const trace::SurfacePoint& from) const {
     std::uint16_t found[8];
     for (const float radii : {kNear, kReach}) {
         const std::size_t size = near(from, radii, found);
@@ -239,8 +239,8 @@ struct Placement {
                 }
             }
         });
-        for (const auto& places : met) {
-            for (const auto& [position, normal] : places) reached.add(position, normal);
+        for (const auto& points : met) {
+            for (const auto& [position, normal] : points) reached.add(position, normal);
         }
     }
 
@@ -280,13 +280,13 @@ struct Placement {
             order[i] = std::uint64_t{trace::mix_bits(i, 0x9e3779b9u)} << 32 | i;
         std::sort(order.begin(), order.end());
         const float r = surfels.radius_m, r2 = r * r, side = 2.0f * r;
-        const std::uint32_t slots = power_of_two(4 * settings.most);
+        const std::uint32_t buckets = power_of_two(4 * settings.most);
         constexpr std::uint32_t kEnd = ~0u;
         struct Taken {
             glm::vec3 position, normal;
             std::uint32_t next, which;
         };
-        std::vector<std::uint32_t> head(slots, kEnd);
+        std::vector<std::uint32_t> head(buckets, kEnd);
         std::vector<Taken> taken;
         const auto conflicts = [&](const Candidate& c) {
             // The cells that a sphere of radius r meets: two along each axis at most.
@@ -294,7 +294,7 @@ struct Placement {
             for (int k = 0; k < 8; ++k) {
                 const glm::ivec3 step(k & 1, k >> 1 & 1, k >> 2);
                 if (glm::any(glm::greaterThan(step, span))) continue;
-                for (std::uint32_t s = head[hash_of(low + step) & (slots - 1)]; s != kEnd; s = taken[s].next) {
+                for (std::uint32_t s = head[hash_of(low + step) & (buckets - 1)]; s != kEnd; s = taken[s].next) {
                     const Taken& other = taken[s];
                     const glm::vec3 d = other.position - c.position;
                     const float off = glm::dot(d, c.normal);
@@ -310,9 +310,9 @@ struct Placement {
             if (taken.size() == kMostSurfels - 1) break;
             const Candidate& one = all[i];
             if (conflicts(one)) continue;
-            std::uint32_t& slot = head[hash_of(cell_at(one.position, side)) & (slots - 1)];
-            taken.push_back({one.position, one.normal, slot, i});
-            slot = static_cast<std::uint32_t>(taken.size() - 1);
+            std::uint32_t& bucket = head[hash_of(cell_at(one.position, side)) & (buckets - 1)];
+            taken.push_back({one.position, one.normal, bucket, i});
+            bucket = static_cast<std::uint32_t>(taken.size() - 1);
         }
         // Neighbours in space are neighbours in memory.
         const auto code = [&](std::uint32_t i) {
@@ -329,11 +329,11 @@ struct Placement {
         for (const Taken& one : taken) sorted.emplace_back(code(one.which), one.which);
         std::sort(sorted.begin(), sorted.end());
         surfels.count = sorted.size();
-        for (std::vector<float>& values : surfels.place)
+        for (std::vector<float>& values : surfels.points)
             values.assign((surfels.count + 2 * kPadding) / kPadding * kPadding, 0.0f);
         for (std::size_t i = 0; i < surfels.count; ++i) {
             const Candidate& c = all[sorted[i].second];
-            for (int k = 0; k < 3; ++k) surfels.place[k][i] = c.position[k], surfels.place[k + 3][i] = c.normal[k];
+            for (int k = 0; k < 3; ++k) surfels.points[k][i] = c.position[k], surfels.points[k + 3][i] = c.normal[k];
             surfels.geometric.push_back(c.geometric);
             surfels.albedo.push_back(c.albedo);
         }
@@ -383,7 +383,7 @@ struct Placement {
         pool.run_chunks(s.count, 256, [&](std::size_t first, std::size_t count) {
             if (stopped()) return;
             for (std::size_t i = first; i < first + count; ++i) {
-                const trace::Place at = s.at(i);
+                const trace::SurfacePoint at = s.at(i);
                 std::uint16_t found[2 * kNeighbours];
                 const std::size_t size = s.near(at, kReach, found);
                 auto& own = s.neighbours[i];

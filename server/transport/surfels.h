@@ -22,28 +22,28 @@ inline constexpr std::size_t kPadding = 16;  // arrays that kernels read end on 
 struct Surfels {
     std::size_t count = 0;
     float radius_m = 0.0f;                     // surfels of like normals are no nearer to each other
-    std::vector<float> place[6];               // x y z of the centre, x y z of the shading normal; padded
+    std::vector<float> points[6];              // x y z of the centre, x y z of the shading normal; padded
     std::vector<glm::vec3> geometric, albedo;  // means of the surface around; albedo 0..1 per channel
     std::vector<float> area_m2;
     // By surfel: those near it that it sees, itself first; `count`: none.
     std::vector<std::array<std::uint16_t, kNeighbours>> neighbours;
 
-    glm::vec3 position(std::size_t i) const { return {place[0][i], place[1][i], place[2][i]}; }
-    glm::vec3 normal(std::size_t i) const { return {place[3][i], place[4][i], place[5][i]}; }
-    trace::Place at(std::size_t i) const { return {position(i), normal(i), geometric[i]}; }
+    glm::vec3 position(std::size_t i) const { return {points[0][i], points[1][i], points[2][i]}; }
+    glm::vec3 normal(std::size_t i) const { return {points[3][i], points[4][i], points[5][i]}; }
+    trace::SurfacePoint at(std::size_t i) const { return {position(i), normal(i), geometric[i]}; }
 
     // Result: the ids of those within so many radii whose normals agree within 60 degrees, else within 90, the nearest
     // first: distance², four times that off the plane, and the normals' difference. At most `most`.
-    std::size_t near(const trace::Place& from, float radii, std::span<std::uint16_t> found) const;
-    // Result: the first of them that the place sees; `count`: none.
-    std::uint16_t visible_from(const trace::Geometry& geometry, const trace::Place& from) const;
+    std::size_t near(const trace::SurfacePoint& from, float radii, std::span<std::uint16_t> found) const;
+    // Result: the first of them that the point sees; `count`: none.
+    std::uint16_t visible_from(const trace::Geometry& geometry, const trace::SurfacePoint& from) const;
     // Whether a short ray meets the surfel, or a path half a radius above the surface: on a rounded one rays between
     // its points pass below it.
-    bool sees(const trace::Geometry& geometry, const trace::Place& from, std::size_t id) const;
+    bool sees(const trace::Geometry& geometry, const trace::SurfacePoint& from, std::size_t id) const;
 
 private:
     friend struct Placement;
-    // A hashed grid of cells of one side: ids of those that share slot c are ids_[first_[c]] … ids_[first_[c + 1]] − 1.
+    // A hashed grid of cells of one side: the ids of bucket c are ids_[first_[c]] … ids_[first_[c + 1]] − 1.
     std::vector<std::uint32_t> first_;
     std::vector<std::uint16_t> ids_;
     std::uint32_t cell_of(const glm::ivec3& cell) const;
@@ -57,7 +57,7 @@ struct SurfelSettings {
     std::size_t bytes = std::size_t{256} << 20;
     bool operator==(const SurfelSettings&) const = default;
 };
-// seeds: places that light comes from or is looked at from, local; walks from them decide which surfaces are reached.
+// seeds: points that light comes from or is looked at from, local; walks from them decide which surfaces are reached.
 // stopped: asked now and then; when true the result is empty.
 Surfels place_surfels(const trace::Geometry& geometry, std::span<const glm::vec3> seeds, const SurfelSettings& settings,
                       Pool& pool, const std::function<bool()>& stopped);

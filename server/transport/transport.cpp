@@ -37,7 +37,7 @@ std::vector<glm::vec4> lit_by_emitters(const Surfels& surfels, const trace::Worl
 // As many surfels as fit beside the cells, a few if there is no room.
 SurfelSettings within_bytes(SurfelSettings settings, const trace::Geometry& geometry, bool table) {
     constexpr std::size_t kFewest = 1000;
-    // Links and, of those kept in reverse, where they start; places, means, neighbours; darts may pack more densely.
+    // Links and, of those kept in reverse, where they start; points, means, neighbours; darts may pack more densely.
     constexpr std::size_t kEach = (sizeof(std::uint16_t) * kMostLinks + 256) * 11 / 10;
     const std::size_t cells = std::max(
         settings.bytes / 4, geometry.asset().triangles() * (CellMap::kLeastBytesPerTriangle + (table ? 12 : 0)));
@@ -183,7 +183,7 @@ void Builder::make(std::shared_ptr<const trace::Geometry> geometry, std::vector<
     publish();
 }
 
-bool reaches(const Transport& transport, const glm::vec3& place) {
+bool reaches(const Transport& transport, const glm::vec3& point) {
     const Transport::Surface& surface = *transport.surface;
     constexpr unsigned kRays = 4 * trace::kPacket;  // half about +Y, half about −Y
     unsigned met = 0, known = 0;
@@ -191,7 +191,7 @@ bool reaches(const Transport& transport, const glm::vec3& place) {
     std::uint16_t ids[trace::kPacket];
     for (unsigned first = 0; first < kRays; first += trace::kPacket) {
         const glm::vec3 up(0.0f, first < kRays / 2 ? 1.0f : -1.0f, 0.0f);
-        const unsigned found = follow(make_fan(place, up, up, fan_directions(7, first)), *surface.geometry,
+        const unsigned found = follow(make_fan(point, up, up, fan_directions(7, first)), *surface.geometry,
                                       surface.surfels, *surface.cells, hits, ids);
         for (unsigned i = 0; i < trace::kPacket; ++i) {
             met += found >> i & 1u;

@@ -33,9 +33,9 @@ struct Transport {
 // the render thread.
 class Builder {
 public:
-    // The seeds are local places of luminaires and eyes. Each surfel has so many links, no generation beyond until more
-    // are wanted. With beside, it runs at a quarter of the weight of what else is busy (frames), after the first links
-    // at a tenth. With cells, Transport::cells is asked for.
+    // The seeds are local positions of luminaires and eyes. Each surfel has so many links, no generation beyond until
+    // more are wanted. With beside, it runs at a quarter of the weight of what else is busy (frames), after the first
+    // links at a tenth. With cells, Transport::cells is asked for.
     Builder(std::shared_ptr<const trace::Geometry> geometry, std::vector<glm::vec3> seeds,
             const SurfelSettings& settings, unsigned links, bool beside, bool cells);
     ~Builder();
@@ -65,7 +65,7 @@ private:
     std::jthread thread_;
 };
 
-// Whether what a luminaire or an eye at this place sees has surfels: else walks from it have to find them.
-bool reaches(const Transport& transport, const glm::vec3& place);
+// Whether what a luminaire or an eye at this point sees has surfels: else walks from it have to find them.
+bool reaches(const Transport& transport, const glm::vec3& point);
 
 }  // namespace gonio::transport

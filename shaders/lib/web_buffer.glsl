@@ -5,10 +5,10 @@ layout(std430, binding = 1) readonly buffer WebBuffer {
     float web_values[];
 };
 
-// Result: x's place on an axis of n values: cell + fraction, or -1 outside the range.
+// Result: where x falls on an axis of n values: cell + fraction, or -1 outside the range.
 // UNIFORM_WEB: the values are equally spaced. Otherwise the table holds, for equal buckets of the range, the cell of the
 // bucket's start; it is made so fine that 8 steps reach every cell.
-float web_place(int base, int n, int table_base, float x) {
+float web_cell(int base, int n, int table_base, float x) {
     float low = web_values[base];
     float high = web_values[base + n - 1];
     // Angles of float directions may overshoot the range by rounding.
@@ -32,13 +32,13 @@ float web_ratio(vec3 d) {
     vec2 angles = web_angles(int(web.goniometer), d);
     int n_v = int(web.n_v);
     int n_h = int(web.n_h);
-    float v_place = web_place(0, n_v, int(web_v_cells(web)), angles.x);
-    float h_place = web_place(int(web_h(web)), n_h, int(web_h_cells(web)), angles.y);
-    if (v_place < 0.0 || h_place < 0.0) return 0.0;
-    int v = min(int(v_place), n_v - 2);
-    int h = min(int(h_place), n_h - 2);
-    float a = v_place - float(v);
-    float b = h_place - float(h);
+    float v_cell = web_cell(0, n_v, int(web_v_cells(web)), angles.x);
+    float h_cell = web_cell(int(web_h(web)), n_h, int(web_h_cells(web)), angles.y);
+    if (v_cell < 0.0 || h_cell < 0.0) return 0.0;
+    int v = min(int(v_cell), n_v - 2);
+    int h = min(int(h_cell), n_h - 2);
+    float a = v_cell - float(v);
+    float b = h_cell - float(h);
     int corner = int(web_ratios(web)) + h * n_v + v;
     return mix(mix(web_values[corner], web_values[corner + 1], a),
                mix(web_values[corner + n_v], web_values[corner + n_v + 1], a), b);

@@ -35,7 +35,7 @@ struct MeshVertex {
     float u, v;
 };
 
-struct SurfelPlace {
+struct SurfelDisc {
     vec4 position;  // local, m
     vec4 normal;    // unit
 };

@@ -8,7 +8,7 @@
 
 namespace gonio::bench {
 
-// Result: one pixel in each of cells × cells equal cells of the picture, at a hashed place, the same in every run;
+// Result: one pixel in each of cells × cells equal cells of the picture, at a hashed position, the same in every run;
 // x to the right, y up from the lowest row. Fewer cells where the picture has fewer pixels.
 std::vector<glm::ivec2> stratified_pixels(int width_px, int height_px, int cells);
 

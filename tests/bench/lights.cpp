@@ -177,11 +177,11 @@ void run_lights(const LightsOptions& options, std::ostream& out) {
     if (rows.empty())
         throw std::runtime_error("nothing of that scene, number and change: see gonio-bench lights --help");
     std::stable_sort(rows.begin(), rows.end(), [](const LightsRow& a, const LightsRow& b) {
-        const auto place = [](const LightsRow& row) {
+        const auto order = [](const LightsRow& row) {
             return std::find_if(std::begin(kChanges), std::end(kChanges),
                                 [&](const Change& change) { return row.change == change.name; });
         };
-        return std::pair(a.scene != "stage", place(a)) < std::pair(b.scene != "stage", place(b));
+        return std::pair(a.scene != "stage", order(a)) < std::pair(b.scene != "stage", order(b));
     });
     for (LightsRow& row : rows) {
         const auto single = std::find_if(rows.begin(), rows.end(), [&](const LightsRow& other) {

@@ -61,7 +61,7 @@ struct Axis {
             if (tick * kSlack >= high && tick * kSlack >= 10.0 * ticks.front() && tick > low) break;
         }
     }
-    double place(double x) const {  // 0..1
+    double share_of(double x) const {  // 0..1
         return std::log(x / ticks.front()) / std::log(ticks.back() / ticks.front());
     }
 };
@@ -151,13 +151,14 @@ std::string plot_svg(const Plot& plot) {
         const PlotPanel& panel = plot.panels[static_cast<std::size_t>(p)];
         const double x0 = kLeft + p % columns * (kPanelWidth + kGapX), y0 = kTop + p / columns * (kPanelHeight + kGapY);
         const bool lowest = p + columns >= count, first = p % columns == 0;
-        const auto place = [&](const glm::dvec2& at) {
-            return glm::dvec2(x0 + axis_x.place(at.x) * kPanelWidth, y0 + (1.0 - axis_y.place(at.y)) * kPanelHeight);
+        const auto to_px = [&](const glm::dvec2& at) {
+            return glm::dvec2(x0 + axis_x.share_of(at.x) * kPanelWidth,
+                              y0 + (1.0 - axis_y.share_of(at.y)) * kPanelHeight);
         };
         svg += text_at(x0, y0 - 8, panel.title, "panel");
         double free_from = -1e9;  // where the last label ends
         for (double tick : axis_x.ticks) {
-            const double x = place({tick, axis_y.ticks.front()}).x;
+            const double x = to_px({tick, axis_y.ticks.front()}).x;
             svg += line_at(x, y0, x, y0 + kPanelHeight, "grid");
             const std::string text = tick_text(tick);
             const double half = 3.5 * static_cast<double>(text.size());
@@ -166,7 +167,7 @@ std::string plot_svg(const Plot& plot) {
             free_from = x + half;
         }
         for (double tick : axis_y.ticks) {
-            const double y = place({axis_x.ticks.front(), tick}).y;
+            const double y = to_px({axis_x.ticks.front(), tick}).y;
             svg += line_at(x0, y, x0 + kPanelWidth, y, "grid");
             if (first) svg += text_at(x0 - 7, y + 4, tick_text(tick), "tick quiet right");
         }
@@ -175,7 +176,7 @@ std::string plot_svg(const Plot& plot) {
         if (lowest) svg += text_at(x0 + kPanelWidth / 2, y0 + kPanelHeight + 36, plot.x_label, "mid");
         std::string front;
         for (const glm::dvec2& at : panel.front) {
-            if (shown(at)) front += (front.empty() ? "M" : "L") + number(place(at).x) + " " + number(place(at).y);
+            if (shown(at)) front += (front.empty() ? "M" : "L") + number(to_px(at).x) + " " + number(to_px(at).y);
         }
         if (!front.empty()) svg += "<path class=\"front\" d=\"" + front + "\"/>\n";
         for (const PlotSeries& series : panel.series) {
@@ -186,7 +187,7 @@ std::string plot_svg(const Plot& plot) {
             bool above = false;
             for (const PlotPoint& point : series.points) {
                 if (!shown(point.at)) continue;
-                const glm::dvec2 at = place(point.at);
+                const glm::dvec2 at = to_px(point.at);
                 curve += (curve.empty() ? "M" : "L") + number(at.x) + " " + number(at.y);
                 marks += marker(k, at.x, at.y);
                 above = !above;  // neighbours on a curve are often close

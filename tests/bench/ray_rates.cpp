@@ -39,18 +39,18 @@ std::vector<transport::Fan> shadow_packets(const Scene& scene, const trace::Geom
     const Light& light = scene.lights.at(0);
     const lighting::DirectLight direct{geometry.local(light.position), light_from_world(light),
                                        web_of(tables_of(*light.profile).words.data()), 1.0f};
-    std::vector<float> places[6], lux_per_cd(s.depth.size());
-    for (std::vector<float>& values : places) values.resize(s.depth.size());
+    std::vector<float> points[6], lux_per_cd(s.depth.size());
+    for (std::vector<float>& values : points) values.resize(s.depth.size());
     for (int y = 0; y < s.height; ++y) {
         for (int x = 0; x < s.width; ++x) {
             const lighting::Spot spot = lighting::spot_at(s, x, y);
             for (int k = 0; k < 3; ++k) {
                 const std::size_t at = static_cast<std::size_t>(y) * s.row_length + static_cast<std::size_t>(x);
-                places[k][at] = spot.position[k], places[k + 3][at] = spot.normal[k];
+                points[k][at] = spot.position[k], points[k + 3][at] = spot.normal[k];
             }
         }
     }
-    lighting::direct_points(direct, lighting::points_at(places, 0), lux_per_cd.size(), lux_per_cd.data());
+    lighting::direct_points(direct, lighting::points_at(points, 0), lux_per_cd.size(), lux_per_cd.data());
     std::vector<transport::Fan> packets;
     for (int top = 0; top < s.height; top += 16) {
         for (int left = 0; left < s.width; left += 16) {

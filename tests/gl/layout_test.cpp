@@ -31,7 +31,7 @@ TEST(Layout, WhatIsPacked) {
     };
     const gl::Program weights = gl::make_program("passes/screen.vert", "passes/gather_weights.frag", {});
     EXPECT_EQ(offset_in(weights, "triangles[0].side"), offsetof(layouts::CellTriangle, side));
-    EXPECT_EQ(offset_in(weights, "surfels[0].normal"), offsetof(layouts::SurfelPlace, normal));
+    EXPECT_EQ(offset_in(weights, "surfels[0].normal"), offsetof(layouts::SurfelDisc, normal));
     const gl::Program gather = gl::make_program("passes/screen.vert", "passes/gather.frag", {});
     EXPECT_EQ(offset_in(gather, "irradiance[0].blue"), offsetof(layouts::HalfIrradiance, blue));
     const gl::Program mask = gl::make_program("passes/screen.vert", "passes/mask.frag", {{"CUBE", "1"}, {"SUB", "1"}});

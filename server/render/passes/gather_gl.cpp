@@ -19,11 +19,11 @@ void upload_surfels(const PassContext& context, OnGpu& own) {
     const transport::Surfels& surfels = transport.surface->surfels;
     if (own.surface != transport.surface) {
         own.surface = transport.surface;
-        std::vector<layouts::SurfelPlace> places;
+        std::vector<layouts::SurfelDisc> discs;
         for (std::size_t i = 0; i < surfels.count; ++i)
-            places.push_back({glm::vec4(surfels.position(i), 0.0f), glm::vec4(surfels.normal(i), 0.0f)});
-        places.push_back({glm::vec4(0.0f), glm::vec4(0.0f)});
-        own.surfels = gl::make_buffer("surfels", places.size() * sizeof places[0], places.data());
+            discs.push_back({glm::vec4(surfels.position(i), 0.0f), glm::vec4(surfels.normal(i), 0.0f)});
+        discs.push_back({glm::vec4(0.0f), glm::vec4(0.0f)});
+        own.surfels = gl::make_buffer("surfels", discs.size() * sizeof discs[0], discs.data());
         own.around =
             gl::make_buffer("surfels around", surfels.count * sizeof(surfels.neighbours[0]), surfels.neighbours.data());
     }
@@ -66,7 +66,7 @@ PassRun run_gather_weights_gl(const PassContext& context, OnGpu& own) {
     const transport::Surfels& surfels = context.transport->surface->surfels;
     const GLuint program = context.programs.get("passes/screen.vert", "passes/gather_weights.frag");
     begin_screen(context.programs, target.weights_fbo.id(), program, target.width_px, target.height_px);
-    bind_surface(program, context, context.traced.origin());  // local places
+    bind_surface(program, context, context.traced.origin());  // local positions
     glProgramUniform1ui(program, 1, static_cast<GLuint>(surfels.count));
     const float reach_m = transport::kBlendRadii * surfels.radius_m;
     glProgramUniform1f(program, 2, 1.0f / (reach_m * reach_m));

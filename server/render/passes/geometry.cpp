@@ -19,7 +19,7 @@ void begin_raster(GLuint framebuffer, int width_px, int height_px) {
 }  // namespace
 
 glm::mat4 clip_from_local(const Eye& eye, float near_m) {
-    // A point's place in the whole view is (x/w, y/w); in the window, that minus its centre, over its half size.
+    // A point's position in the whole view is (x/w, y/w); in the window, that minus its centre, over its half size.
     const glm::vec3 w(eye.forward);
     const glm::vec3 x((eye.right / eye.tan_half_x - eye.forward * eye.window_centre.x) / eye.window_half.x);
     const glm::vec3 y((eye.up / eye.tan_half_y - eye.forward * eye.window_centre.y) / eye.window_half.y);
