@@ -23,7 +23,7 @@ std::string progress_line(const v1::Progress& progress);
 
 std::string report_table(const v1::FrameReport& report);
 
-// Result: a line for each place that is listened at, then one for each sender and universe: who wins, what it sends.
+// Result: a line for each endpoint that is listened at, then one for each sender and universe: who wins, what it sends.
 std::string sources_table(const v1::Sources& sources);
 
 }  // namespace gonio

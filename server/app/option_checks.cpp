@@ -112,19 +112,19 @@ std::string check_upload_folder(const std::string& folder) {
     return quoted(folder) + (made ? " cannot be made" : " cannot be written as a folder") + " for uploads";
 }
 
-Result<ListenPlace> read_listen(const std::string& text) {
+Result<ListenAddress> read_listen(const std::string& text) {
     const std::size_t colon = text.rfind(':');
     if (colon == std::string::npos || colon == 0) return Error{"invalid_argument", "", text, "must be HOST:PORT"};
-    ListenPlace place{text.substr(0, colon), 0};
-    const bool brackets = place.host.size() > 2 && place.host.front() == '[' && place.host.back() == ']';
-    if (brackets) place.host = place.host.substr(1, place.host.size() - 2);
-    const std::string unscoped = place.host.substr(0, place.host.find('%'));  // fe80::1%eth0
-    if (place.host != "localhost" && !is_address(AF_INET, place.host) && !is_address(AF_INET6, unscoped))
+    ListenAddress address{text.substr(0, colon), 0};
+    const bool brackets = address.host.size() > 2 && address.host.front() == '[' && address.host.back() == ']';
+    if (brackets) address.host = address.host.substr(1, address.host.size() - 2);
+    const std::string unscoped = address.host.substr(0, address.host.find('%'));  // fe80::1%eth0
+    if (address.host != "localhost" && !is_address(AF_INET, address.host) && !is_address(AF_INET6, unscoped))
         return Error{"invalid_argument", "", text, "the host must be localhost or a numeric address"};
     const auto port = parse_count(std::string_view(text).substr(colon + 1));
     if (!port || *port > 65535) return Error{"invalid_argument", "", text, "the port must be 0..65535"};
-    place.port = static_cast<std::uint16_t>(*port);
-    return place;
+    address.port = static_cast<std::uint16_t>(*port);
+    return address;
 }
 
 Result<PictureSize> read_size(const std::string& text) {
@@ -136,7 +136,7 @@ Result<PictureSize> read_size(const std::string& text) {
     return PictureSize{static_cast<int>(size->first), static_cast<int>(size->second)};
 }
 
-Result<std::optional<UdpPeer>> read_udp_place(const std::string& text, std::uint16_t default_port) {
+Result<std::optional<UdpPeer>> read_udp_address(const std::string& text, std::uint16_t default_port) {
     if (text.empty() || text == "off") return std::optional<UdpPeer>();
     const auto peer = parse_peer(text, default_port);
     if (!peer) return peer.error();
@@ -151,8 +151,8 @@ std::string check_size(const std::string& text) {
     return check_read(read_size(text));
 }
 
-std::string check_udp_place(const std::string& text) {
-    return check_read(read_udp_place(text, 1));
+std::string check_udp_address(const std::string& text) {
+    return check_read(read_udp_address(text, 1));
 }
 
 CLI::Validator finite_in(double low, double high) {

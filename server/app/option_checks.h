@@ -12,7 +12,7 @@
 
 namespace gonio {
 
-struct ListenPlace {
+struct ListenAddress {
     std::string host;  // localhost, or an address, IPv6 without brackets
     std::uint16_t port = 0;
 };
@@ -21,15 +21,15 @@ struct PictureSize {
 };
 
 // Errors of all three: "invalid_argument", with the text as value.
-Result<ListenPlace> read_listen(const std::string& text);  // HOST:PORT
-Result<PictureSize> read_size(const std::string& text);    // WIDTHxHEIGHT
+Result<ListenAddress> read_listen(const std::string& text);  // HOST:PORT
+Result<PictureSize> read_size(const std::string& text);      // WIDTHxHEIGHT
 // Result: nothing where the text is empty or "off".
-Result<std::optional<UdpPeer>> read_udp_place(const std::string& text, std::uint16_t default_port);
+Result<std::optional<UdpPeer>> read_udp_address(const std::string& text, std::uint16_t default_port);
 
 // For check() of an option. Results: what is wrong with the text, a sentence; nothing where all is well.
 std::string check_listen(const std::string& text);
 std::string check_size(const std::string& text);
-std::string check_udp_place(const std::string& text);
+std::string check_udp_address(const std::string& text);
 std::string check_box(const std::string& text);          // VVVV:PPPP or VVVV:PPPP=FILE
 std::string check_file_if_any(const std::string& path);  // its content is not read
 std::string check_scene(const std::string& name);        // cornell, atrium or a readable file

@@ -101,10 +101,10 @@ void add_picture_options(CLI::App& app, Options& options, OptionTexts& text) {
 
 void add_input_options(CLI::App& app, Options& options, OptionTexts& text) {
     app.add_option("--sacn", text.sacn, "listen for sACN on ADDRESS[:5568]; 0.0.0.0: all interfaces. Default: off")
-        ->check(check_udp_place);
-    app.add_option("--artnet", text.artnet, "listen for Art-Net on ADDRESS[:6454], likewise")->check(check_udp_place);
+        ->check(check_udp_address);
+    app.add_option("--artnet", text.artnet, "listen for Art-Net on ADDRESS[:6454], likewise")->check(check_udp_address);
     app.add_option("--osc", text.osc, "listen for OSC on ADDRESS[:9000], UDP and TCP, likewise")
-        ->check(check_udp_place);
+        ->check(check_udp_address);
     app.add_flag("--ignore-preview", text.ignore_preview, "leave out sACN packets with the preview bit");
     app.add_option("--patch", options.patch_file, "PATCH.toml: which slots drive what (docs/consoles.md)")
         ->check(check_file_if_any);
@@ -136,13 +136,13 @@ void take_texts(const CLI::App& app, const OptionTexts& text, Options& options) 
     for (std::string& box : options.boxes)
         for (std::size_t i = 0; i < 9; ++i)
             box[i] = static_cast<char>(std::tolower(static_cast<unsigned char>(box[i])));
-    options.inputs.sacn = *read_udp_place(text.sacn, kE131Port);
-    options.inputs.artnet = *read_udp_place(text.artnet, kArtnetPort);
-    options.inputs.osc = *read_udp_place(text.osc, kOscPort);
+    options.inputs.sacn = *read_udp_address(text.sacn, kE131Port);
+    options.inputs.artnet = *read_udp_address(text.artnet, kArtnetPort);
+    options.inputs.osc = *read_udp_address(text.osc, kOscPort);
     options.inputs.accept_preview = !text.ignore_preview;
-    const auto place = read_listen(text.listen);
-    options.host = place->host;
-    options.port = place->port;
+    const auto address = read_listen(text.listen);
+    options.host = address->host;
+    options.port = address->port;
     const auto pixels = read_size(text.size);
     options.width_px = pixels->width_px;
     options.height_px = pixels->height_px;

@@ -191,12 +191,12 @@ private:
             const tcp::endpoint remote = socket.remote_endpoint(error);
             if (error) return;  // gone already
             const asio::ip::address address = plain_address(remote.address());
-            auto place = registry_.place_for(client_address(address), address.is_loopback());
-            if (!place) {  // closed with `socket`
+            auto admission = registry_.admit(client_address(address), address.is_loopback());
+            if (!admission) {  // closed with `socket`
                 registry_.count_rejected("connections");
                 return;
             }
-            Accepted accepted{NetStream(std::move(socket)), std::move(place)};
+            Accepted accepted{NetStream(std::move(socket)), std::move(admission)};
             error_code ignored;
             tcp::socket& plain = accepted.stream.socket();
             plain.set_option(tcp::no_delay(true), ignored);

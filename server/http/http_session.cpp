@@ -24,7 +24,7 @@ constexpr auto kWatch = std::chrono::milliseconds(500);  // between two looks wh
 class HttpSession final : public Peer, public std::enable_shared_from_this<HttpSession> {
 public:
     HttpSession(SessionRegistry& registry, Accepted accepted)
-        : registry_(registry), place_(std::move(accepted.place)), stream_(std::move(accepted.stream)) {}
+        : registry_(registry), admission_(std::move(accepted.admission)), stream_(std::move(accepted.stream)) {}
     ~HttpSession() override {
         registry_.remove(still_id_);
         registry_.remove(told_id_);
@@ -135,11 +135,11 @@ private:
             if (request_.method() == http::verb::head)
                 return refuse(http::status::method_not_allowed, "Only GET is answered here.");
             if (is_still(target)) return ask_still(target);
-            if (registry_.full_for(*place_)) return refuse_full_address();
+            if (registry_.full_for(*admission_)) return refuse_full_address();
             if (registry_.full())
                 return refuse(http::status::service_unavailable, "There are too many clients already.");
             stream_.expires_never();
-            return start_mjpeg_session(registry_, {std::move(stream_), place_},
+            return start_mjpeg_session(registry_, {std::move(stream_), admission_},
                                        std::string(shown_token().value_or("")));
         }
         const std::string_view name = path == "/" ? "index.html" : std::string_view(path).substr(1);
@@ -156,7 +156,7 @@ private:
     // Result: whether the client showed a token that lets it do so, where one is asked for; else it has been answered.
     bool admitted(Right needed) {
         if (!registry_.access.tokens.asked()) return true;
-        if (const auto wait = registry_.access.blocked(*place_); wait.count() > 0) {
+        if (const auto wait = registry_.access.blocked(*admission_); wait.count() > 0) {
             refuse(http::status::too_many_requests, "Too many wrong tokens came from this address.", wait);
             return false;
         }
@@ -167,7 +167,7 @@ private:
             refuse(http::status::forbidden, "permission: this token lets its owner look, not change anything.");
             return false;
         }
-        if (given) registry_.access.failed(*place_);  // who shows none does not guess
+        if (given) registry_.access.failed(*admission_);  // who shows none does not guess
         refuse(http::status::unauthorized, "This needs Authorization: Bearer TOKEN.");
         return false;
     }
@@ -177,7 +177,7 @@ private:
             return refuse(http::status::not_found, {"not_found", "", name, "This server takes no uploads."});
         if (request_.method() == http::verb::put) {
             if (const auto fault = upload_fault(request_)) return refuse(fault->status, fault->sentence);
-            return start_upload_session(registry_, {std::move(stream_), place_}, std::move(buffer_),
+            return start_upload_session(registry_, {std::move(stream_), admission_}, std::move(buffer_),
                                         std::move(*parser_), name, std::string(shown_token().value_or("")));
         }
         if (request_.method() != http::verb::delete_)
@@ -206,11 +206,11 @@ private:
         }
         if (buffer_.size() != 0)
             return refuse(http::status::bad_request, "The client must wait for the answer to its upgrade.");
-        if (const auto wait = registry_.access.blocked(*place_); wait.count() > 0) {
+        if (const auto wait = registry_.access.blocked(*admission_); wait.count() > 0) {
             registry_.count_rejected("auth_rate");
             return refuse(http::status::too_many_requests, "Too many wrong tokens came from this address.", wait);
         }
-        if (registry_.full_for(*place_)) {
+        if (registry_.full_for(*admission_)) {
             registry_.count_rejected("clients_of_address");
             return refuse_full_address();
         }
@@ -219,7 +219,7 @@ private:
             return refuse(http::status::service_unavailable, "There are too many clients already.");
         }
         stream_.expires_never();
-        start_websocket_session(registry_, {std::move(stream_), place_}, std::move(request_), *encoding);
+        start_websocket_session(registry_, {std::move(stream_), admission_}, std::move(request_), *encoding);
     }
     void refuse_full_address() {
         refuse(http::status::too_many_requests, "This address has too many clients already.");
@@ -233,10 +233,10 @@ private:
         *message.mutable_capture() = std::move(*query);
         if (const auto error = over_limit(registry_.options.limits, message))
             return refuse(http::status::bad_request, said(*error));
-        if (registry_.full_for(*place_)) return refuse_full_address();
-        if (registry_.too_much_waits_for(*place_))
+        if (registry_.full_for(*admission_)) return refuse_full_address();
+        if (registry_.too_much_waits_for(*admission_))
             return refuse(http::status::service_unavailable, "Too much waits for clients of this address.");
-        still_id_ = registry_.add(shared_from_this(), place_);
+        still_id_ = registry_.add(shared_from_this(), admission_);
         if (still_id_ == 0) return refuse(http::status::service_unavailable, "There are too many clients already.");
         if (!registry_.request(still_id_, std::move(message))) {
             registry_.remove(std::exchange(still_id_, 0));
@@ -354,7 +354,7 @@ private:
     }
 
     SessionRegistry& registry_;
-    std::shared_ptr<const Place> place_;
+    std::shared_ptr<const Admission> admission_;
     NetStream stream_;
     asio::steady_timer still_timer_{stream_.get_executor()}, watch_timer_{stream_.get_executor()};
     beast::flat_buffer buffer_;
@@ -363,7 +363,7 @@ private:
     std::unique_ptr<Response> response_;
     std::optional<http::response_serializer<http::string_body>> serializer_;
     SessionId still_id_ = 0;  // waits for a picture
-    SessionId told_id_ = 0;   // is being answered: keeps its place until all of it was sent
+    SessionId told_id_ = 0;   // is being answered: keeps its room until all of it was sent
     bool keep_alive_ = false;
     const char* allowed_methods_ = "GET, HEAD";  // of the target
 };

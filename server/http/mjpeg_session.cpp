@@ -25,13 +25,13 @@ class MjpegSession final : public Peer, public std::enable_shared_from_this<Mjpe
 public:
     MjpegSession(SessionRegistry& registry, Accepted accepted, std::string token)
         : registry_(registry),
-          place_(std::move(accepted.place)),
+          admission_(std::move(accepted.admission)),
           token_(std::move(token)),
           socket_(std::move(accepted.stream)) {}
     ~MjpegSession() override { forget(); }
 
     void start() {
-        id_ = registry_.add(shared_from_this(), place_);
+        id_ = registry_.add(shared_from_this(), admission_);
         if (id_ == 0) return end();
         registry_.count_served(true);
         ++registry_.mjpeg.all;
@@ -119,7 +119,7 @@ private:
     }
 
     SessionRegistry& registry_;
-    std::shared_ptr<const Place> place_;
+    std::shared_ptr<const Admission> admission_;
     std::string token_;  // that was shown
     NetStream socket_;
     Histogram& send_seconds_ = send_seconds(*registry_.options.metrics);

@@ -21,13 +21,13 @@ unsigned AddressCounts::of(const std::string& address) const {
     return found == of_.end() ? 0 : found->second;
 }
 
-Place::Place(AddressCounts& connections, std::string address, bool local)
+Admission::Admission(AddressCounts& connections, std::string address, bool local)
     : connections_(connections), address_(std::move(address)), local_(local) {
     connections_.add(address_);
 }
 
-std::chrono::seconds Access::blocked(const Place& place) const {
-    return tokens.asked() ? guard.blocked(place.address(), Clock::now()) : std::chrono::seconds(0);
+std::chrono::seconds Access::blocked(const Admission& admission) const {
+    return tokens.asked() ? guard.blocked(admission.address(), Clock::now()) : std::chrono::seconds(0);
 }
 
 const char* Readiness::why_not(std::chrono::milliseconds stuck) const {
@@ -64,20 +64,20 @@ SessionRegistry::SessionRegistry(const HttpOptions& given, HttpServer::Callbacks
       lanes({.private_lanes = given.private_lanes, .key_interval = given.limits.key_interval}),
       callbacks_(std::move(callbacks)) {}
 
-unsigned SessionRegistry::most_clients_of(const Place& place) const {
-    return place.local() ? options.limits.local_clients : options.limits.clients_per_address;
+unsigned SessionRegistry::most_clients_of(const Admission& admission) const {
+    return admission.local() ? options.limits.local_clients : options.limits.clients_per_address;
 }
 
-bool SessionRegistry::full_for(const Place& place) const {
-    const unsigned most = most_clients_of(place);
-    return most > 0 && clients_.of(place.address()) >= most;
+bool SessionRegistry::full_for(const Admission& admission) const {
+    const unsigned most = most_clients_of(admission);
+    return most > 0 && clients_.of(admission.address()) >= most;
 }
 
-std::shared_ptr<const Place> SessionRegistry::place_for(const std::string& address, bool local) {
+std::shared_ptr<const Admission> SessionRegistry::admit(const std::string& address, bool local) {
     const HttpLimits& limits = options.limits;
     const unsigned most = local ? limits.local_connections : limits.connections_per_address;
     if (connections_.all() >= limits.connections || (most > 0 && connections_.of(address) >= most)) return nullptr;
-    return std::make_shared<const Place>(connections_, address, local);
+    return std::make_shared<const Admission>(connections_, address, local);
 }
 
 void SessionRegistry::count_clients(const char* transport, int change) {
@@ -97,29 +97,30 @@ void SessionRegistry::count_answer(unsigned status) {
         .add();
 }
 
-SessionId SessionRegistry::add(const std::shared_ptr<Peer>& peer, const std::shared_ptr<const Place>& place) {
-    if (full() || full_for(*place) || stopping) return 0;
-    clients_.add(place->address());
-    return keep(peer, place);
+SessionId SessionRegistry::add(const std::shared_ptr<Peer>& peer, const std::shared_ptr<const Admission>& admission) {
+    if (full() || full_for(*admission) || stopping) return 0;
+    clients_.add(admission->address());
+    return keep(peer, admission);
 }
 
-SessionId SessionRegistry::add_stranger(const std::shared_ptr<Peer>& peer, const std::shared_ptr<const Place>& place) {
+SessionId SessionRegistry::add_stranger(const std::shared_ptr<Peer>& peer,
+                                        const std::shared_ptr<const Admission>& admission) {
     if (stopping) return 0;
-    make_room_for_stranger(*place);
-    return strangers_.emplace_back(keep(peer, place));
+    make_room_for_stranger(*admission);
+    return strangers_.emplace_back(keep(peer, admission));
 }
 
 bool SessionRegistry::make_client(SessionId id) {
-    const Place& place = *peers_.at(id).place;
-    if (full() || full_for(place)) return false;
+    const Admission& admission = *peers_.at(id).admission;
+    if (full() || full_for(admission)) return false;
     std::erase(strangers_, id);
-    clients_.add(place.address());
+    clients_.add(admission.address());
     return true;
 }
 
-void SessionRegistry::make_room_for_stranger(const Place& place) {
-    const auto is_neighbour = [&](SessionId id) { return peers_.at(id).place->address() == place.address(); };
-    const unsigned most = most_clients_of(place);
+void SessionRegistry::make_room_for_stranger(const Admission& admission) {
+    const auto is_neighbour = [&](SessionId id) { return peers_.at(id).admission->address() == admission.address(); };
+    const unsigned most = most_clients_of(admission);
     auto leaves = strangers_.end();
     if (most > 0 && std::count_if(strangers_.begin(), strangers_.end(), is_neighbour) >= most)
         leaves = std::find_if(strangers_.begin(), strangers_.end(), is_neighbour);
@@ -132,25 +133,25 @@ void SessionRegistry::make_room_for_stranger(const Place& place) {
     if (peer) peer->on_crowded_out();
 }
 
-SessionId SessionRegistry::keep(const std::shared_ptr<Peer>& peer, const std::shared_ptr<const Place>& place) {
+SessionId SessionRegistry::keep(const std::shared_ptr<Peer>& peer, const std::shared_ptr<const Admission>& admission) {
     while (next_id_ == 0 || peers_.contains(next_id_)) ++next_id_;
-    peers_[next_id_] = {peer, place};
+    peers_[next_id_] = {peer, admission};
     return next_id_++;
 }
 
-bool SessionRegistry::too_much_waits_for(const Place& place) const {
+bool SessionRegistry::too_much_waits_for(const Admission& admission) const {
     std::size_t sum = 0;
     for (const auto& [id, member] : peers_)
-        if (const auto peer = member.peer.lock(); peer && member.place->address() == place.address())
+        if (const auto peer = member.peer.lock(); peer && member.admission->address() == admission.address())
             sum += peer->waiting_bytes();
-    return sum >= (most_clients_of(place) > 0 ? 4 : 16) * options.limits.queued_bytes;
+    return sum >= (most_clients_of(admission) > 0 ? 4 : 16) * options.limits.queued_bytes;
 }
 
 void SessionRegistry::remove(SessionId id) {
     const auto member = peers_.find(id);
     if (member == peers_.end()) return;
     if (lanes.watches(id)) lanes.leave(id, Clock::now());
-    if (std::erase(strangers_, id) == 0) clients_.take(member->second.place->address());
+    if (std::erase(strangers_, id) == 0) clients_.take(member->second.admission->address());
     peers_.erase(member);
     if (!stopping && callbacks_.closed) callbacks_.closed(id);
     tell_moved();

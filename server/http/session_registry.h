@@ -39,7 +39,7 @@ public:
     virtual void on_h264(const std::shared_ptr<const EncodedFrame>&, bool /*final*/, VideoGate::Verdict) {}
     virtual void on_jpeg(const std::shared_ptr<const EncodedFrame>&) {}
     virtual void on_shutdown() = 0;   // says goodbye where it can and ends
-    virtual void on_crowded_out() {}  // its place went to another before it identified
+    virtual void on_crowded_out() {}  // another came in instead before it identified
     // Other tokens are asked for now: who shows none of them ends.
     virtual void on_tokens() {}
     // Result: of messages or an answer that wait or are being written; video is counted by SessionRegistry::lanes.
@@ -66,14 +66,14 @@ private:
     std::map<std::string, unsigned> of_;  // only those that have some
 };
 
-// A connection's place among those that the limits count; ends with its last owner.
-class Place {
+// That the limits let a connection in, which counts until the last owner is gone.
+class Admission {
 public:
     // address: as the limits tell clients apart; local: loopback.
-    Place(AddressCounts& connections, std::string address, bool local);
-    ~Place() { connections_.take(address_); }
-    Place(const Place&) = delete;
-    Place& operator=(const Place&) = delete;
+    Admission(AddressCounts& connections, std::string address, bool local);
+    ~Admission() { connections_.take(address_); }
+    Admission(const Admission&) = delete;
+    Admission& operator=(const Admission&) = delete;
     const std::string& address() const { return address_; }
     bool local() const { return local_; }
 
@@ -90,8 +90,8 @@ struct Access {
     std::shared_ptr<TlsContext> tls;  // null: plain HTTP
 
     // Result: how long the address is not answered; zero: it is.
-    std::chrono::seconds blocked(const Place& place) const;
-    void failed(const Place& place) { guard.failed(place.address(), std::chrono::steady_clock::now()); }
+    std::chrono::seconds blocked(const Admission& admission) const;
+    void failed(const Admission& admission) { guard.failed(admission.address(), std::chrono::steady_clock::now()); }
 };
 
 // Whether pictures come.
@@ -153,21 +153,21 @@ public:
     std::uint32_t reconnect_after_ms = 0;  // of the Goodbye
 
     // Result: null where the limits have no room for a connection of this address.
-    std::shared_ptr<const Place> place_for(const std::string& address, bool local);
+    std::shared_ptr<const Admission> admit(const std::string& address, bool local);
     // Result: the id of a new client; 0 at a limit of clients.
-    SessionId add(const std::shared_ptr<Peer>& peer, const std::shared_ptr<const Place>& place);
-    // Result: the id of a socket that has not identified. It takes no client's place; there are as many places for
-    // such, and where they are taken the oldest (of the same address, where that has its share) goes. 0: stopping.
-    SessionId add_stranger(const std::shared_ptr<Peer>& peer, const std::shared_ptr<const Place>& place);
+    SessionId add(const std::shared_ptr<Peer>& peer, const std::shared_ptr<const Admission>& admission);
+    // Result: the id of a socket that has not identified. It takes no client's room; there is as much for
+    // such, and where it is taken the oldest (of the same address, where that has its share) goes. 0: stopping.
+    SessionId add_stranger(const std::shared_ptr<Peer>& peer, const std::shared_ptr<const Admission>& admission);
     // id: of add_stranger(). Result: whether it is a client now; false at a limit of clients.
     bool make_client(SessionId id);
     void remove(SessionId id);
     bool full() const { return peers_.size() - strangers_.size() >= options.limits.clients; }
     // Whether the address has as many clients as it may.
-    bool full_for(const Place& place) const;
+    bool full_for(const Admission& admission) const;
     // Whether clients of this address wait for more than four times HttpLimits::queued_bytes; sixteen times, of an
     // address that has no limit of its own. No further stills are begun for them then.
-    bool too_much_waits_for(const Place& place) const;
+    bool too_much_waits_for(const Admission& admission) const;
     // One more or less that is connected; that is Ready, or takes MJPEG.
     void count_clients(const char* transport, int change);
     void count_served(bool more) { more ? ++served_ : --served_; }
@@ -200,14 +200,14 @@ public:
     bool empty() const { return peers_.empty(); }
 
 private:
-    SessionId keep(const std::shared_ptr<Peer>& peer, const std::shared_ptr<const Place>& place);
-    void make_room_for_stranger(const Place& place);
-    unsigned most_clients_of(const Place& place) const;  // 0: no limit of its address
+    SessionId keep(const std::shared_ptr<Peer>& peer, const std::shared_ptr<const Admission>& admission);
+    void make_room_for_stranger(const Admission& admission);
+    unsigned most_clients_of(const Admission& admission) const;  // 0: no limit of its address
 
     HttpServer::Callbacks callbacks_;
     struct Member {
         std::weak_ptr<Peer> peer;
-        std::shared_ptr<const Place> place;
+        std::shared_ptr<const Admission> admission;
     };
     std::map<SessionId, Member> peers_;
     AddressCounts connections_, clients_;

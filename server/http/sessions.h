@@ -14,7 +14,7 @@ using HttpRequest = http::request<http::empty_body>;
 // A connection as it passes from one session to the next.
 struct Accepted {
     NetStream stream;
-    std::shared_ptr<const Place> place;
+    std::shared_ptr<const Admission> admission;
 };
 
 // The TLS handshake, then the requests; a client that speaks plain HTTP is told so and closed.

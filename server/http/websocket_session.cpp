@@ -28,7 +28,7 @@ class WebSocketSession final : public Peer, public std::enable_shared_from_this<
 public:
     WebSocketSession(SessionRegistry& registry, Accepted accepted, Encoding encoding)
         : registry_(registry),
-          place_(std::move(accepted.place)),
+          admission_(std::move(accepted.admission)),
           socket_(std::move(accepted.stream)),
           encoding_(encoding) {
         registry_.count_clients("websocket", 1);
@@ -40,7 +40,7 @@ public:
     }
 
     void start(HttpRequest request) {
-        id_ = registry_.add_stranger(shared_from_this(), place_);
+        id_ = registry_.add_stranger(shared_from_this(), admission_);
         if (id_ == 0) return;
         accepted_ = Clock::now();
         schedule_tick();  // bounds the upgrade too
@@ -193,13 +193,13 @@ private:
 
     void on_identify(const v1::Identify& identify) {
         const Right right = registry_.access.tokens.right_of(identify.token());
-        if (registry_.access.blocked(*place_).count() > 0) {
+        if (registry_.access.blocked(*admission_).count() > 0) {
             registry_.count_rejected("auth_rate");
             return close(kTooManyFailures, "too many wrong tokens from this address; wait a minute");
         }
         if (registry_.access.tokens.asked() && right == Right::none) {
             // Who shows none does not guess: the page asks for it then.
-            if (!identify.token().empty()) registry_.access.failed(*place_);
+            if (!identify.token().empty()) registry_.access.failed(*admission_);
             registry_.count_rejected("auth");
             return close(kWrongToken, "the token is wrong");
         }
@@ -404,7 +404,7 @@ private:
     }
 
     SessionRegistry& registry_;
-    std::shared_ptr<const Place> place_;
+    std::shared_ptr<const Admission> admission_;
     websocket::stream<NetStream> socket_;
     Encoding encoding_;
     TokenBucket updates_{registry_.options.limits.updates_per_s, registry_.options.limits.update_burst};

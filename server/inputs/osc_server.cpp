@@ -81,7 +81,7 @@ void OscServer::accept_connections() {
     if (!socket || connections_.size() >= kMaxOscConnections) return;  // closed with `socket`
     const int fd = socket.fd();
     set_option(socket, IPPROTO_TCP, TCP_NODELAY, 1);
-    // A client that was switched off says nothing: without these its place would be taken for ever.
+    // A client that was switched off says nothing: without these its room would be taken for ever.
     set_option(socket, SOL_SOCKET, SO_KEEPALIVE, 1);
     set_option(socket, IPPROTO_TCP, TCP_KEEPIDLE, 30);   // s
     set_option(socket, IPPROTO_TCP, TCP_KEEPINTVL, 10);  // s

@@ -57,7 +57,7 @@ struct Datagram {
     bool truncated = false;      // it was longer than the buffer
 };
 
-// A listening place and what is counted there.
+// A listening endpoint and what is counted there.
 struct Endpoint {
     UdpPeer at;
     std::uint32_t packets = 0, bad = 0, refused = 0;

@@ -76,7 +76,7 @@ public:
             if (std::sscanf(name.c_str(), "midiC%uD%u", &card, &device) != 2) continue;
             const std::string folder = "/proc/asound/card" + std::to_string(card);
             FoundSurface surface;
-            surface.place = "alsa " + entry.path().string();
+            surface.path = "alsa " + entry.path().string();
             surface.transport = "alsa-midi";
             surface.product = small_file(folder + "/midi" + std::to_string(device));
             surface.product = surface.product.substr(0, surface.product.find('\n'));
@@ -99,7 +99,7 @@ public:
     }
 
     Result<std::unique_ptr<Wire>> open(const FoundSurface& surface, WireEvents events) override {
-        const std::string path = surface.place.substr(5);
+        const std::string path = surface.path.substr(5);
         Descriptor port;
         for (const int direction : {O_RDWR, O_RDONLY}) {  // some ports only speak
             port = Descriptor(::open(path.c_str(), direction | O_NONBLOCK | O_CLOEXEC));

@@ -101,7 +101,7 @@ private:
         const auto earlier = [&](std::int64_t at_ns) { next = at_ns == 0 ? next : std::min(next, at_ns); };
         for (const auto& backend : backends_) earlier(backend->due_ns());
         for (const Connection& connection : connections_) earlier(connection.surface->due_ns(now_ns));
-        for (const auto& [place, retry] : retries_) earlier(retry.next_ns);
+        for (const auto& [path, retry] : retries_) earlier(retry.next_ns);
         return next;
     }
 
@@ -112,7 +112,7 @@ private:
         std::int64_t now_ns = monotonic_ns();
         bool rescan = now_ns - scanned_ns_ >= kRescan_ns;
         for (const auto& backend : backends_) rescan = backend->changed() || rescan;
-        for (const auto& [place, retry] : retries_) rescan = rescan || retry.next_ns <= now_ns;
+        for (const auto& [path, retry] : retries_) rescan = rescan || retry.next_ns <= now_ns;
         if (rescan) scan(now_ns);
         if (auto targets = targets_.try_take()) {
             wanted_ = std::move(*targets);
@@ -148,8 +148,7 @@ private:
     bool connected(const FoundSurface& surface) const {
         return std::ranges::any_of(connections_, [&](const Connection& connection) {
             const FoundSurface& other = connection.surface->surface();
-            return is_midi(surface) ? is_midi(other) && other.identity == surface.identity
-                                    : other.place == surface.place;
+            return is_midi(surface) ? is_midi(other) && other.identity == surface.identity : other.path == surface.path;
         });
     }
 
@@ -159,12 +158,12 @@ private:
         for (const auto& backend : backends_)
             for (FoundSurface& surface : backend->scan()) found.push_back({std::move(surface), backend.get()});
         std::erase_if(retries_, [&](const auto& retry) {
-            return std::ranges::none_of(found, [&](const auto& one) { return one.first.place == retry.first; });
+            return std::ranges::none_of(found, [&](const auto& one) { return one.first.path == retry.first; });
         });
         // A wire mostly says itself that its surface has gone; the list says it too, and either may be first.
         for (Connection& connection : connections_)
             if (std::ranges::none_of(
-                    found, [&](const auto& one) { return one.first.place == connection.surface->surface().place; }))
+                    found, [&](const auto& one) { return one.first.path == connection.surface->surface().path; }))
                 connection.gone = kUnplugged;
         drop_gone();
         for (auto& [key, missing] : missing_) {
@@ -187,7 +186,7 @@ private:
         for (auto& [surface, backend] : found) {
             const auto order = transports_of(midi_, surface.owned);
             const bool wanted = !is_midi(surface) || std::ranges::find(order, surface.transport) != order.end();
-            const auto retry = retries_.find(surface.place);
+            const auto retry = retries_.find(surface.path);
             const bool waits = retry != retries_.end() && retry->second.next_ns > now_ns;
             if (wanted && !waits && !connected(surface)) attach(surface, *backend, now_ns);
         }
@@ -196,7 +195,7 @@ private:
     void attach(const FoundSurface& surface, Backend& backend, std::int64_t now_ns) {
         const std::string id = surface_identity(surface.vendor_id, surface.product_id, "", "");
         const auto fail = [&](const Error& error) {
-            Retry& retry = retries_[surface.place];
+            Retry& retry = retries_[surface.path];
             retry.failed(now_ns);
             Missing& row = missing_[{surface.identity, surface.transport}];
             const bool vanished = error.code == "vanished";  // the list is not of this moment
@@ -207,7 +206,7 @@ private:
             row = {surface.product, vanished ? "gone" : "waiting", vanished ? kUnplugged : error.message};
         };
         if (connections_.size() >= kMaxSurfaces)
-            return fail({"too_large", surface.place, "", "there are too many boxes: at most 32 are used"});
+            return fail({"too_large", surface.path, "", "there are too many boxes: at most 32 are used"});
         auto made = SurfaceConnection::make(
             surface, surface.transport == "hid" ? SurfaceProfile{} : profiles_.find(id, surface.product));
         if (!made) return fail(made.error());
@@ -230,7 +229,7 @@ private:
         }
         connection.surface->connect(std::move(*wire));
         connection.surface->want(wanted_[surface.identity]);
-        retries_.erase(surface.place);
+        retries_.erase(surface.path);
         std::erase_if(missing_, [&](const auto& row) { return row.first.first == surface.identity; });
         pending_.attached.push_back(surface.identity);
         roster_changed_ = table_stale_ = true;
@@ -276,7 +275,7 @@ private:
     Descriptor event_;  // the threads of wires write it until their end
     std::vector<std::unique_ptr<Backend>> backends_;
     std::list<Connection> connections_;                               // wires end before what they belong to
-    std::map<std::string, Retry> retries_;                            // by place
+    std::map<std::string, Retry> retries_;                            // by path
     std::map<std::pair<std::string, std::string>, Missing> missing_;  // by identity and transport
     SurfaceUpdates pending_;                                          // what came in this turn
     SurfaceTargets wanted_;

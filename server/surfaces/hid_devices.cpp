@@ -112,15 +112,15 @@ public:
         for (const hid_device_info* info = list; info != nullptr; info = info->next)
             if (is_of_people(info->usage_page, info->usage)) of_people.insert(info->path);
         for (const hid_device_info* info = list; info != nullptr; info = info->next) {
-            const std::string place = std::string("hid ") + info->path;
-            const bool known = std::ranges::find(surfaces, place, &FoundSurface::place) != surfaces.end();
+            const std::string path = std::string("hid ") + info->path;
+            const bool known = std::ranges::find(surfaces, path, &FoundSurface::path) != surfaces.end();
             const std::string id = surface_identity(info->vendor_id, info->product_id, "", "");
             const bool wanted = std::find(wanted_.begin(), wanted_.end(), id) != wanted_.end();
             if (known || (!wanted && !is_control_box(info->vendor_id, info->product_id, info->usage_page, info->usage,
                                                      of_people.contains(info->path))))
                 continue;
             FoundSurface surface;
-            surface.place = place;
+            surface.path = path;
             surface.transport = "hid";
             surface.vendor_id = info->vendor_id;
             surface.product_id = info->product_id;
@@ -139,7 +139,7 @@ public:
     }
 
     Result<std::unique_ptr<Wire>> open(const FoundSurface& surface, WireEvents events) override {
-        const std::string path = surface.place.substr(4);
+        const std::string path = surface.path.substr(4);
         // hidapi's own words are "Unable to open": what the system says is clearer.
         const int fd = ::open(path.c_str(), O_RDWR | O_CLOEXEC | O_NONBLOCK);
         const int why = errno;

@@ -44,7 +44,7 @@ bool read_head(std::string_view line, FoundSurface& surface) {
     surface.vendor_id = static_cast<std::uint16_t>(vendor);
     surface.product_id = static_cast<std::uint16_t>(product);
     surface.identity = surface_identity(surface.vendor_id, surface.product_id, "", "replay");
-    surface.place = "replay " + name;
+    surface.path = "replay " + name;
     surface.transport = "replay";
     surface.owned = true;
     return true;
@@ -67,7 +67,7 @@ public:
         const std::int64_t now_ns = monotonic_ns();
         for (; began_ns_ != 0 && next_ < replay_.lines.size() && due_ns() <= now_ns; ++next_) {
             const ReplayLine& line = replay_.lines[next_];
-            if (replay_.surface.place == "replay hid") {
+            if (replay_.surface.path == "replay hid") {
                 events_.report(line.bytes, due_ns());
                 continue;
             }
@@ -102,7 +102,7 @@ Result<Replay> read_replay(std::string_view text) {
         while (line.ends_with(' ') || line.ends_with('\r')) line.remove_suffix(1);
         while (line.starts_with(' ')) line.remove_prefix(1);
         if (line.empty()) continue;
-        if (replay.surface.place.empty()) {
+        if (replay.surface.path.empty()) {
             if (!read_head(line, replay.surface))
                 return bad(number, line, "the first line names the box: midi 0944:0117 NAME, or hid 0b33:0030 NAME");
             continue;
@@ -121,7 +121,7 @@ Result<Replay> read_replay(std::string_view text) {
             return Error{"too_large", "line " + std::to_string(number), "", "a replay has at most 1,000,000 lines"};
         replay.lines.push_back(std::move(added));
     }
-    if (replay.surface.place.empty()) return bad(number, "", "the file names no box");
+    if (replay.surface.path.empty()) return bad(number, "", "the file names no box");
     return replay;
 }
 

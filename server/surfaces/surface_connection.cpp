@@ -26,7 +26,7 @@ SurfaceConnection::SurfaceConnection(FoundSurface surface, SurfaceProfile profil
 
 Result<std::unique_ptr<SurfaceConnection>> SurfaceConnection::make(FoundSurface surface, SurfaceProfile profile) {
     std::variant<MidiSurface, HidSurface> codec(MidiSurface{profile});
-    if (surface.transport == "hid" || surface.place == "replay hid") {
+    if (surface.transport == "hid" || surface.path == "replay hid") {
         auto hid = HidSurface::open(surface.vendor_id, surface.product_id, surface.descriptor);
         if (!hid) return hid.error();
         if (profile.name.empty()) profile.name = hid->name();

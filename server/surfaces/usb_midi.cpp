@@ -18,22 +18,22 @@ constexpr std::int64_t kSendAgain_ns = 20'000'000, kSendFor_ns = 1'000'000'000;
 constexpr std::int64_t kReap_ns = 1'000'000'000;  // for cancelled transfers to come back
 
 // The MIDIStreaming interface of a device (USB MIDI 1.0: class 1, subclass 3), at alternate setting 0.
-struct UsbMidiPlace {
+struct UsbMidiEndpoints {
     std::uint8_t interface = 0, in = 0, out = 0;  // endpoint addresses; out 0: none
     std::uint16_t packet_bytes = 64;
     bool interrupt = false;
 };
 
-std::optional<UsbMidiPlace> midi_place(libusb_device* device) {
+std::optional<UsbMidiEndpoints> midi_endpoints(libusb_device* device) {
     libusb_config_descriptor* config = nullptr;
     if (libusb_get_active_config_descriptor(device, &config) != 0) return std::nullopt;
-    std::optional<UsbMidiPlace> place;
-    for (int i = 0; i < config->bNumInterfaces && !place; ++i) {
-        for (int a = 0; a < config->interface[i].num_altsetting && !place; ++a) {
+    std::optional<UsbMidiEndpoints> endpoints;
+    for (int i = 0; i < config->bNumInterfaces && !endpoints; ++i) {
+        for (int a = 0; a < config->interface[i].num_altsetting && !endpoints; ++a) {
             const libusb_interface_descriptor& setting = config->interface[i].altsetting[a];
             if (setting.bInterfaceClass != 1 || setting.bInterfaceSubClass != 3 || setting.bAlternateSetting != 0)
                 continue;
-            UsbMidiPlace found;
+            UsbMidiEndpoints found;
             found.interface = setting.bInterfaceNumber;
             for (int e = 0; e < setting.bNumEndpoints; ++e) {
                 const libusb_endpoint_descriptor& endpoint = setting.endpoint[e];
@@ -46,11 +46,11 @@ std::optional<UsbMidiPlace> midi_place(libusb_device* device) {
                 found.packet_bytes = std::clamp<std::uint16_t>(endpoint.wMaxPacketSize & 0x7FF, 4, 1024);
                 found.interrupt = (endpoint.bmAttributes & 3) == LIBUSB_TRANSFER_TYPE_INTERRUPT;
             }
-            if (found.in != 0) place = found;
+            if (found.in != 0) endpoints = found;
         }
     }
     libusb_free_config_descriptor(config);
-    return place;
+    return endpoints;
 }
 
 // "1-2.3", as sysfs names the device.
@@ -62,7 +62,7 @@ std::string port_of(libusb_device* device) {
     return port;
 }
 
-std::string place_of(libusb_device* device) {
+std::string path_of(libusb_device* device) {
     return "usb " + std::to_string(libusb_get_bus_number(device)) + ":" +
            std::to_string(libusb_get_device_address(device));
 }
@@ -87,14 +87,14 @@ class UsbMidiWire final : public Wire {
 public:
     // Each wire has a libusb context of its own: a context lists only what was there when it began, unless udevd tells
     // it.
-    UsbMidiWire(libusb_context* context, libusb_device_handle* handle, const UsbMidiPlace& place, WireEvents events,
-                std::list<UsbMidiWire*>& wires)
-        : context_(context), handle_(handle), place_(place), events_(std::move(events)), wires_(wires) {
+    UsbMidiWire(libusb_context* context, libusb_device_handle* handle, const UsbMidiEndpoints& endpoints,
+                WireEvents events, std::list<UsbMidiWire*>& wires)
+        : context_(context), handle_(handle), endpoints_(endpoints), events_(std::move(events)), wires_(wires) {
         wires_.push_back(this);
         for (std::size_t i = 0; i < kTransfers; ++i) {
-            buffers_[i].resize(place.packet_bytes);
+            buffers_[i].resize(endpoints.packet_bytes);
             transfers_[i] = libusb_alloc_transfer(0);
-            fill(transfers_[i], place.in, buffers_[i], &UsbMidiWire::arrived);
+            fill(transfers_[i], endpoints.in, buffers_[i], &UsbMidiWire::arrived);
         }
         out_ = libusb_alloc_transfer(0);
     }
@@ -116,7 +116,7 @@ public:
             timeval wait{0, 10'000};
             libusb_handle_events_timeout_completed(context_, &wait, nullptr);
         }
-        libusb_release_interface(handle_, place_.interface);
+        libusb_release_interface(handle_, endpoints_.interface);
         if (in_flight_ > 0)
             return;  // freeing what libusb still holds would abort: a leak of a few hundred bytes is better
         for (libusb_transfer* transfer : transfers_) libusb_free_transfer(transfer);
@@ -125,7 +125,7 @@ public:
         libusb_exit(context_);
     }
     bool write(std::uint8_t cable, Bytes bytes) override {
-        if (gone_ || place_.out == 0) return false;
+        if (gone_ || endpoints_.out == 0) return false;
         const std::vector<std::uint8_t> packets = usb_midi_packets(cable, bytes);
         if (unsent_.size() + packets.size() > kMaxUnsent) return false;
         unsent_.insert(unsent_.end(), packets.begin(), packets.end());
@@ -148,7 +148,7 @@ private:
               libusb_transfer_cb_fn done) {
         libusb_fill_bulk_transfer(transfer, handle_, endpoint, buffer.data(), static_cast<int>(buffer.size()), done,
                                   this, 0);
-        if (place_.interrupt) transfer->type = LIBUSB_TRANSFER_TYPE_INTERRUPT;
+        if (endpoints_.interrupt) transfer->type = LIBUSB_TRANSFER_TYPE_INTERRUPT;
     }
     static void LIBUSB_CALL arrived(libusb_transfer* transfer) {
         auto& wire = *static_cast<UsbMidiWire*>(transfer->user_data);
@@ -193,10 +193,10 @@ private:
     }
     void send() {
         if (sending_ || unsent_.empty() || monotonic_ns() < again_ns_) return;
-        const std::size_t most = std::max<std::size_t>(4, std::min<std::size_t>(64, place_.packet_bytes) / 4 * 4);
+        const std::size_t most = std::max<std::size_t>(4, std::min<std::size_t>(64, endpoints_.packet_bytes) / 4 * 4);
         const std::size_t count = std::min(most, unsent_.size());
         out_buffer_.assign(unsent_.begin(), unsent_.begin() + static_cast<std::ptrdiff_t>(count));
-        fill(out_, place_.out, out_buffer_, &UsbMidiWire::sent);
+        fill(out_, endpoints_.out, out_buffer_, &UsbMidiWire::sent);
         if (libusb_submit_transfer(out_) != 0) return not_sent();  // serve() tries again
         sending_ = true;
         ++in_flight_;
@@ -204,7 +204,7 @@ private:
 
     libusb_context* context_;
     libusb_device_handle* handle_;
-    UsbMidiPlace place_;
+    UsbMidiEndpoints endpoints_;
     WireEvents events_;
     std::list<UsbMidiWire*>& wires_;
     std::array<libusb_transfer*, kTransfers> transfers_{};
@@ -241,9 +241,9 @@ public:
         const ssize_t count = libusb_get_device_list(context, &list);
         for (ssize_t i = 0; i < count; ++i) {
             libusb_device_descriptor descriptor{};
-            if (libusb_get_device_descriptor(list[i], &descriptor) != 0 || !midi_place(list[i])) continue;
+            if (libusb_get_device_descriptor(list[i], &descriptor) != 0 || !midi_endpoints(list[i])) continue;
             FoundSurface surface;
-            surface.place = place_of(list[i]);
+            surface.path = path_of(list[i]);
             surface.transport = "usb-midi";
             surface.vendor_id = descriptor.idVendor;
             surface.product_id = descriptor.idProduct;
@@ -262,29 +262,29 @@ public:
 
     Result<std::unique_ptr<Wire>> open(const FoundSurface& surface, WireEvents events) override {
         libusb_context* context = nullptr;
-        if (const int code = libusb_init(&context); code != 0) return error_of(code, surface.place);
+        if (const int code = libusb_init(&context); code != 0) return error_of(code, surface.path);
         libusb_device** list = nullptr;
         const ssize_t count = libusb_get_device_list(context, &list);
         libusb_device_handle* handle = nullptr;
-        std::optional<UsbMidiPlace> place;
+        std::optional<UsbMidiEndpoints> endpoints;
         int code = LIBUSB_ERROR_NO_DEVICE;
         for (ssize_t i = 0; i < count && handle == nullptr; ++i) {
-            if (place_of(list[i]) != surface.place) continue;
-            place = midi_place(list[i]);
-            code = place ? libusb_open(list[i], &handle) : LIBUSB_ERROR_NOT_FOUND;
+            if (path_of(list[i]) != surface.path) continue;
+            endpoints = midi_endpoints(list[i]);
+            code = endpoints ? libusb_open(list[i], &handle) : LIBUSB_ERROR_NOT_FOUND;
         }
         if (list != nullptr) libusb_free_device_list(list, 1);
         if (code == 0) {
             libusb_set_auto_detach_kernel_driver(handle, 1);
-            code = libusb_claim_interface(handle, place->interface);
+            code = libusb_claim_interface(handle, endpoints->interface);
             if (code != 0) libusb_close(handle);
         }
         if (code != 0) {
             libusb_exit(context);
-            return error_of(code, surface.place);
+            return error_of(code, surface.path);
         }
-        auto wire = std::make_unique<UsbMidiWire>(context, handle, *place, std::move(events), wires_);
-        if (code = wire->begin(); code != 0) return error_of(code, surface.place);
+        auto wire = std::make_unique<UsbMidiWire>(context, handle, *endpoints, std::move(events), wires_);
+        if (code = wire->begin(); code != 0) return error_of(code, surface.path);
         return std::unique_ptr<Wire>(std::move(wire));
     }
 

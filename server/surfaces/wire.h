@@ -1,4 +1,4 @@
-// A connection to one surface, and the places where surfaces are found. Everything here lives on the device thread.
+// A connection to one surface, and where surfaces are found. Everything here lives on the device thread.
 #pragma once
 
 #include <poll.h>
@@ -18,7 +18,7 @@ namespace gonio {
 
 // A surface that could be opened.
 struct FoundSurface {
-    std::string place;      // where: unique among those that are attached now, "hid /dev/hidraw0", "usb 1:5"
+    std::string path;       // where: unique among those that are attached now, "hid /dev/hidraw0", "usb 1:5"
     std::string identity;   // which: "vvvv:pppp:SERIAL", else "vvvv:pppp@PORT"
     std::string product;    // what it calls itself
     std::string transport;  // "hid" | "usb-midi" | "alsa-midi" | "replay"

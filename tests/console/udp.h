@@ -20,7 +20,7 @@ class Udp {
 public:
     // address: where it sends from; 127.0.0.0/8 all are this machine.
     explicit Udp(const std::string& address = "127.0.0.1") : fd_(socket(AF_INET, SOCK_DGRAM | SOCK_CLOEXEC, 0)) {
-        const sockaddr_in at = place(address, 0);
+        const sockaddr_in at = endpoint(address, 0);
         if (bind(fd_, reinterpret_cast<const sockaddr*>(&at), sizeof at) != 0) throw std::runtime_error("bind");
         in_addr loopback{};
         inet_pton(AF_INET, "127.0.0.1", &loopback);
@@ -30,7 +30,7 @@ public:
     Udp(const Udp&) = delete;
 
     void send(const std::string& to, std::uint16_t port, const Packet& packet) const {
-        const sockaddr_in at = place(to, port);
+        const sockaddr_in at = endpoint(to, port);
         sendto(fd_, packet.data(), packet.size(), 0, reinterpret_cast<const sockaddr*>(&at), sizeof at);
     }
     std::optional<Packet> receive(std::chrono::milliseconds time) const {
@@ -49,7 +49,7 @@ public:
     }
 
 private:
-    static sockaddr_in place(const std::string& address, std::uint16_t port) {
+    static sockaddr_in endpoint(const std::string& address, std::uint16_t port) {
         sockaddr_in at{};
         at.sin_family = AF_INET;
         at.sin_port = htons(port);

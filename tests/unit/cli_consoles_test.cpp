@@ -8,12 +8,12 @@ namespace {
 
 TEST(CliConsoles, SaysWhoSendsWhatAndWhoWins) {
     v1::Sources sources;
-    v1::InputEndpoint& place = *sources.add_endpoints();
-    place.set_protocol("sacn");
-    place.set_address("0.0.0.0:5568");
-    place.set_packets(88);
-    place.set_last_error("the priority is over 200 (byte 108: 201)");
-    for (const unsigned universe : {1u, 2u, 3u, 7u}) place.add_universes(universe);
+    v1::InputEndpoint& endpoint = *sources.add_endpoints();
+    endpoint.set_protocol("sacn");
+    endpoint.set_address("0.0.0.0:5568");
+    endpoint.set_packets(88);
+    endpoint.set_last_error("the priority is over 200 (byte 108: 201)");
+    for (const unsigned universe : {1u, 2u, 3u, 7u}) endpoint.add_universes(universe);
     v1::SourceRow& row = *sources.add_sources();
     row.set_protocol("sacn");
     row.set_universe(3);
