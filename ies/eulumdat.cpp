@@ -21,7 +21,7 @@ using detail::Report;
 
 constexpr int kMaxLampSets = 1000;  // the format says 20
 
-// The file's lines in order. The format has one value per line and fixed places.
+// The file's lines in order. The format has one value per line, in a fixed order.
 struct Lines {
     std::string_view text;
     Report& report;

@@ -21,7 +21,7 @@ struct Plane {
 // Appends the mirror image of the planes about the last one.
 void mirror_about_last(std::vector<Plane>& planes);
 
-// Sets the first and last plane to their exact places, which files miss by rounding, and drops inner planes that do not
+// Sets the first and last plane to their exact angles, which files miss by rounding, and drops inner planes that do not
 // lie between these. At least two planes.
 void snap_ends(std::vector<Plane>& planes, double first_deg, double last_deg);
 

@@ -7,7 +7,7 @@ namespace gonio::ies::detail {
 
 namespace {
 
-// W/sr or mW/sr in any keyword, as test laboratories write it ([_INTENSITYUNITS] mW/sr): no standard has a place for
+// W/sr or mW/sr in any keyword, as test laboratories write it ([_INTENSITYUNITS] mW/sr): no standard has a field for
 // it.
 bool says_watts_per_steradian(const Provenance& provenance) {
     return std::any_of(provenance.keywords.begin(), provenance.keywords.end(),

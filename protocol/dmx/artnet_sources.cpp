@@ -51,7 +51,7 @@ bool ArtnetSources::take(const ArtDmx& dmx, const UdpPeer& from, std::int64_t no
     if (found == nullptr) return false;
     ArtnetSource& source = *found;
     const std::vector<ArtnetSource>& sources = universes_[dmx.universe];
-    if (!source.live) {  // it comes back: its numbers begin anew, and it needs a free place in the merge
+    if (!source.live) {  // it comes back: its numbers begin anew, and it needs room in the merge
         if (live_count(sources) >= kArtnetMergeSources) return false;
         source.live = true;
         source.sequence = 0;

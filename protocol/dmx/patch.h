@@ -67,7 +67,7 @@ private:
         v1::PatchRow row;
         const PropertyRow* property = nullptr;
         unsigned bytes = 1;        // of a value
-        std::optional<Raw> said;   // what the row said last; of a profile its place in the list
+        std::optional<Raw> said;   // what the row said last; of a profile its index in the list
         std::uint32_t holder = 0;  // the sender that it listens to
         // Of each sender that has a say, at most kMaxUniverseSources; kept where the one that moved last wins.
         std::vector<std::pair<std::uint32_t, Raw>> last;

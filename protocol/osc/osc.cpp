@@ -184,8 +184,8 @@ struct Encoder {
     void operator()(OscImpulse) const { tags += 'I'; }
 };
 
-// Sets of places in a name, one bit each: all of them take a step of the pattern at once, so nothing is tried twice.
-using Places = std::bitset<kOscMaxAddress>;
+// Sets of positions in a name, one bit each: all of them take a step of the pattern at once, so nothing is tried twice.
+using Positions = std::bitset<kOscMaxAddress>;
 using Characters = std::bitset<128>;  // of ASCII
 
 // A name, ready to be matched.
@@ -199,18 +199,18 @@ struct Name {
             present.set(byte);
         }
     }
-    Places places_of(char c) const {
+    Positions positions_of(char c) const {
         const auto byte = static_cast<unsigned char>(c);
-        return byte < where.size() ? where[byte] : Places();
+        return byte < where.size() ? where[byte] : Positions();
     }
-    Places all;                          // that hold a character
-    Characters present;                  // which do
-    std::array<Places, 128> where = {};  // where each one stands
+    Positions all;                          // that hold a character
+    Characters present;                     // which do
+    std::array<Positions, 128> where = {};  // where each one stands
 };
 
-// Result: the places of the characters that the bracket expression at the front of `pattern` holds; `pattern` moves
+// Result: the positions of the characters that the bracket expression at the front of `pattern` holds; `pattern` moves
 // behind it.
-Places bracket_places(std::string_view& pattern, const Name& name) {
+Positions bracket_positions(std::string_view& pattern, const Name& name) {
     pattern.remove_prefix(1);
     const bool negated = pattern.starts_with('!');
     if (negated) pattern.remove_prefix(1);
@@ -225,25 +225,25 @@ Places bracket_places(std::string_view& pattern, const Name& name) {
     }
     if (!pattern.empty()) pattern.remove_prefix(1);
     held &= name.present;
-    Places places;
-    for (std::size_t c = held._Find_first(); c < held.size(); c = held._Find_next(c)) places |= name.where[c];
-    return negated ? name.all & ~places : places;
+    Positions positions;
+    for (std::size_t c = held._Find_first(); c < held.size(); c = held._Find_next(c)) positions |= name.where[c];
+    return negated ? name.all & ~positions : positions;
 }
 
-// Result: the places behind any of the words of the braces at the front of `pattern`, from the places reached so far;
-// `pattern` moves behind them.
-Places brace_places(std::string_view& pattern, const Name& name, const Places& reached) {
+// Result: the positions behind any of the words of the braces at the front of `pattern`, from the positions reached so
+// far; `pattern` moves behind them.
+Positions brace_positions(std::string_view& pattern, const Name& name, const Positions& reached) {
     pattern.remove_prefix(1);
     const std::size_t close = std::min(pattern.find('}'), pattern.size());
     const std::string_view list = pattern.substr(0, close);
     pattern.remove_prefix(std::min(close + 1, pattern.size()));
-    Places next, word = reached;
+    Positions next, word = reached;
     for (const char c : list) {
         if (c == ',') {
             next |= word;
             word = reached;
         } else {
-            word = (word & name.places_of(c)) << 1;
+            word = (word & name.positions_of(c)) << 1;
         }
     }
     return next | word;
@@ -293,21 +293,21 @@ bool osc_matches(std::string_view pattern, std::string_view text) {
     if (!is_osc_pattern(pattern)) return pattern == text;
     if (text.size() >= kOscMaxAddress) return false;
     const Name name(text);
-    Places reached;  // bit n: the pattern so far can have read the first n characters
+    Positions reached;  // bit n: the pattern so far can have read the first n characters
     reached.set(0);
     while (!pattern.empty() && reached.any()) {
         const char c = pattern.front();
         if (c == '{') {
-            reached = brace_places(pattern, name, reached);
+            reached = brace_positions(pattern, name, reached);
         } else if (c == '[') {
-            const Places places = bracket_places(pattern, name);
-            reached = (reached & places) << 1;
+            const Positions positions = bracket_positions(pattern, name);
+            reached = (reached & positions) << 1;
         } else {
-            if (c == '*') {  // all places from the first one on
+            if (c == '*') {  // all positions from the first one on
                 const std::size_t first = reached._Find_first();
                 reached = ((name.all << 1).set(0) >> first) << first;
             } else {
-                reached = (reached & (c == '?' ? name.all : name.places_of(c))) << 1;
+                reached = (reached & (c == '?' ? name.all : name.positions_of(c))) << 1;
             }
             pattern.remove_prefix(1);
         }

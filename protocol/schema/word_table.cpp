@@ -100,7 +100,7 @@ static_assert([] {
 }());
 
 // Result: the message and its field that a path names, "command.set_light.level_ratio"; messages on the way are made.
-std::pair<Message*, const FieldDescriptor*> place_of(Message* message, std::string_view path) {
+std::pair<Message*, const FieldDescriptor*> named_field(Message* message, std::string_view path) {
     for (;;) {
         const std::size_t dot = path.find('.');
         const FieldDescriptor* field = message->GetDescriptor()->FindFieldByName(std::string(path.substr(0, dot)));
@@ -113,12 +113,12 @@ std::pair<Message*, const FieldDescriptor*> place_of(Message* message, std::stri
 // Result: the message that the command fills.
 Message* target(ReadWords& read) {
     if (read.command->message.empty()) return &read.message;
-    const auto [message, field] = place_of(&read.message, read.command->message);
+    const auto [message, field] = named_field(&read.message, read.command->message);
     return message->GetReflection()->MutableMessage(message, field);
 }
 
 void put(Message* whole, const WordRow& row, const Value& value) {
-    const auto [message, field] = place_of(whole, row.field);
+    const auto [message, field] = named_field(whole, row.field);
     const auto& to = *message->GetReflection();
     if (row.form == WordForm::flag) to.SetBool(message, field, true);
     for (Text text : value.texts)

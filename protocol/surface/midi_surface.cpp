@@ -30,24 +30,24 @@ MidiSurface::MidiSurface(SurfaceProfile profile) : profile_(std::move(profile)) 
     for (std::size_t i = 0; i < profile_.controls.size(); ++i) {
         const ControlSpec& control = profile_.controls[i];
         if (!control.input) continue;
-        places_.insert({*control.input, {i, control.pair ? Part::coarse : Part::whole}});
+        parts_.insert({*control.input, {i, control.pair ? Part::coarse : Part::whole}});
         if (control.pair) {
             MidiKey fine = *control.input;
             fine.number = static_cast<std::uint8_t>(fine.number + 32);
-            places_.insert({fine, {i, Part::fine}});
+            parts_.insert({fine, {i, Part::fine}});
         }
-        if (control.touch) places_.insert({*control.touch, {i, Part::touch}});
+        if (control.touch) parts_.insert({*control.touch, {i, Part::touch}});
     }
 }
 
-const MidiSurface::Place* MidiSurface::find(const MidiKey& key) const {
-    auto found = places_.find(key);
-    if (found == places_.end()) {
+const MidiSurface::ControlPart* MidiSurface::find(const MidiKey& key) const {
+    auto found = parts_.find(key);
+    if (found == parts_.end()) {
         MidiKey any = key;
         any.channel = 0;
-        found = places_.find(any);
+        found = parts_.find(any);
     }
-    return found == places_.end() ? nullptr : &found->second;
+    return found == parts_.end() ? nullptr : &found->second;
 }
 
 void MidiSurface::moved(std::size_t control, std::uint32_t raw, std::vector<ControlEvent>& events) const {
@@ -65,8 +65,8 @@ void MidiSurface::moved(std::size_t control, std::uint32_t raw, std::vector<Cont
 bool MidiSurface::take(const MidiMessage& message, std::int64_t now_ns, std::vector<ControlEvent>& events) {
     const MidiKey key = key_of(message);
     const std::uint32_t raw = value_of(message);
-    const Place* place = find(key);
-    if (place == nullptr) {
+    const ControlPart* heard = find(key);
+    if (heard == nullptr) {
         if (profile_.controls.size() >= kMaxSurfaceControls) return false;
         ControlSpec spec;
         spec.name = midi_key_text(key);
@@ -74,29 +74,29 @@ bool MidiSurface::take(const MidiMessage& message, std::int64_t now_ns, std::vec
         spec.steps = key.kind == MidiKind::bend ? 16383 : 127;
         spec.input = spec.output = key;
         if (key.kind == MidiKind::note) spec.show = ShowKind::lamp;
-        place = &places_.insert({key, {profile_.controls.size(), Part::whole}}).first->second;
+        heard = &parts_.insert({key, {profile_.controls.size(), Part::whole}}).first->second;
         profile_.controls.push_back(std::move(spec));
     }
-    switch (place->part) {
+    switch (heard->part) {
         case Part::whole:
-            moved(place->control, raw, events);
+            moved(heard->control, raw, events);
             break;
         case Part::touch:
-            events.push_back({ControlEvent::What::touched, place->control, raw > 0 ? 1.0 : 0.0});
+            events.push_back({ControlEvent::What::touched, heard->control, raw > 0 ? 1.0 : 0.0});
             break;
         case Part::coarse: {
-            Pair& pair = pairs_[place->control];
-            if (pair.waiting_since_ns != 0) moved(place->control, pair.coarse << 7 | pair.fine, events);
+            Pair& pair = pairs_[heard->control];
+            if (pair.waiting_since_ns != 0) moved(heard->control, pair.coarse << 7 | pair.fine, events);
             pair.coarse = raw;
             pair.fine = 0;  // the MIDI specification: a new coarse value begins at fine 0
             pair.waiting_since_ns = std::max<std::int64_t>(now_ns, 1);
             break;
         }
         case Part::fine: {
-            Pair& pair = pairs_[place->control];
+            Pair& pair = pairs_[heard->control];
             pair.fine = raw;
             pair.waiting_since_ns = 0;
-            moved(place->control, pair.coarse << 7 | pair.fine, events);
+            moved(heard->control, pair.coarse << 7 | pair.fine, events);
             break;
         }
     }

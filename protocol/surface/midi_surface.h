@@ -32,7 +32,7 @@ public:
 
 private:
     enum class Part : std::uint8_t { whole, coarse, fine, touch };
-    struct Place {
+    struct ControlPart {
         std::size_t control;
         Part part;
     };
@@ -40,11 +40,11 @@ private:
         std::uint32_t coarse = 0, fine = 0;
         std::int64_t waiting_since_ns = 0;  // 0: the coarse half does not wait
     };
-    const Place* find(const MidiKey& key) const;
+    const ControlPart* find(const MidiKey& key) const;
     void moved(std::size_t control, std::uint32_t raw, std::vector<ControlEvent>& events) const;
 
     SurfaceProfile profile_;
-    std::map<MidiKey, Place> places_;
+    std::map<MidiKey, ControlPart> parts_;
     std::map<std::size_t, Pair> pairs_;
 };
 

@@ -121,10 +121,10 @@ Parts make_parts(SceneAsset& scene, int stone) {
     return parts;
 }
 
-void add_column(SceneAsset& scene, const Parts& parts, const glm::dmat4& place, const std::string& name) {
-    add_instance(scene, parts.base, name + " base", place);
-    add_instance(scene, parts.shaft, name + " shaft", place);
-    add_instance(scene, parts.capital, name + " capital", place);
+void add_column(SceneAsset& scene, const Parts& parts, const glm::dmat4& transform, const std::string& name) {
+    add_instance(scene, parts.base, name + " base", transform);
+    add_instance(scene, parts.shaft, name + " shaft", transform);
+    add_instance(scene, parts.capital, name + " capital", transform);
 }
 
 void add_colonnade(SceneAsset& scene, const Parts& parts, int side) {

@@ -86,14 +86,14 @@ std::size_t repair_normals(Mesh& mesh) {
 // Leaves only vertices that a triangle uses: primitives often share one large array.
 void compact(Mesh& mesh) {
     constexpr std::uint32_t unused = std::numeric_limits<std::uint32_t>::max();
-    std::vector<std::uint32_t> place(mesh.vertices.size(), unused);
+    std::vector<std::uint32_t> new_index(mesh.vertices.size(), unused);
     std::vector<Vertex> kept;
     for (std::uint32_t& index : mesh.indices) {
-        if (place[index] == unused) {
-            place[index] = static_cast<std::uint32_t>(kept.size());
+        if (new_index[index] == unused) {
+            new_index[index] = static_cast<std::uint32_t>(kept.size());
             kept.push_back(mesh.vertices[index]);
         }
-        index = place[index];
+        index = new_index[index];
     }
     mesh.vertices = std::move(kept);
 }

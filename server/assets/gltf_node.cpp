@@ -1,4 +1,4 @@
-// The node tree of a glTF scene -> instances, cameras and the places of lights, in double.
+// The node tree of a glTF scene -> instances, cameras and the positions of lights, in double.
 #include <tiny_gltf.h>
 
 #include <algorithm>

@@ -67,8 +67,8 @@ void Renderer::keep_layers(const Scene& scene) {
         *std::find(layered_.begin(), layered_.end(), 0u) = light->id;
         // Until the picture rests the sum goes on with what it was summed at, and its layer shows the difference.
         const auto was = weights_.find(light->id);
-        const bool in_place = std::max({light->position_rev, light->aim_rev, light->profile_rev}) <= last;
-        if (in_place && was != weights_.end() && scene.lights_rev <= last) in_sum_[light->id] = was->second;
+        const bool unmoved = std::max({light->position_rev, light->aim_rev, light->profile_rev}) <= last;
+        if (unmoved && was != weights_.end() && scene.lights_rev <= last) in_sum_[light->id] = was->second;
     }
 }
 

@@ -21,7 +21,7 @@ public:
         for (std::size_t i = 0; i < scene.lights.size(); ++i) lights_.emplace(scene.lights[i].name, i);
     }
 
-    // Result: the lights that the value is for, by their place in the scene, ascending, each once; until the next call.
+    // Result: the lights that the value is for, by their index in the scene, ascending, each once; until the next call.
     const std::vector<std::size_t>& of(const PropertyValue& value) {
         const bool of_lights = value.kind != PropertyValue::Kind::group;
         const bool of_groups = value.kind != PropertyValue::Kind::light;
@@ -146,12 +146,12 @@ std::vector<v1::Command> commands_of(const Scene& scene, std::span<const Propert
     std::vector<std::size_t> of_light(scene.lights.size(), kNone);  // which command is the light's
     std::size_t master = kNone, exposure = kNone, camera = kNone;
     std::optional<Orbit> orbit;
-    const auto command_at = [&](std::size_t& place) -> v1::Command& {
-        if (place == kNone) {
-            place = commands.size();
+    const auto command_at = [&](std::size_t& index) -> v1::Command& {
+        if (index == kNone) {
+            index = commands.size();
             commands.emplace_back();
         }
-        return commands[place];
+        return commands[index];
     };
     for (std::size_t i = 0; i < values.size(); ++i) {
         const PropertyValue& value = values[i];
@@ -177,15 +177,15 @@ std::vector<v1::Command> commands_of(const Scene& scene, std::span<const Propert
         }
         const std::vector<std::size_t>& lights = targets.of(value);
         if (lights.empty() && unknown != nullptr) unknown->push_back(i);
-        for (const std::size_t place : lights) {
-            const Light& light = scene.lights[place];
+        for (const std::size_t index : lights) {
+            const Light& light = scene.lights[index];
             if (value.property == Property::profile) {  // it is read from a file first: nothing else shall wait for it
                 v1::SetLight& set = *commands.emplace_back().mutable_set_light();
                 set.set_name(light.name);
                 set.mutable_profile()->set_name(value.name);
                 continue;
             }
-            v1::SetLight& set = *command_at(of_light[place]).mutable_set_light();
+            v1::SetLight& set = *command_at(of_light[index]).mutable_set_light();
             if (set.name().empty()) set.set_name(light.name);
             put_value(set, light, value);
         }

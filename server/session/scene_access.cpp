@@ -37,8 +37,8 @@ Result<std::string> scene_path(const SceneAccess& access, const std::string& fil
     }
     if (access.roots.empty() && access.any_path) return file;
     for (const std::string& root : access.roots) {
-        for (const fs::path& place : {fs::path(root) / file, fs::path(file)}) {  // an absolute file replaces the root
-            const std::string path = below(root, place);
+        for (const fs::path& tried : {fs::path(root) / file, fs::path(file)}) {  // an absolute file replaces the root
+            const std::string path = below(root, tried);
             if (!path.empty()) return path;
         }
     }

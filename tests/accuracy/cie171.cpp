@@ -27,10 +27,10 @@ Figure point(std::string name, const glm::dvec3& position, const glm::dvec3& nor
 Case point_source(const std::string& id, const std::string& title, std::shared_ptr<const Profile> profile,
                   double (*law)(double r2)) {
     Case c{id, title, "lx", test::floor_scene(4.0, 0.0f, std::move(profile), cie(0, 0, 3)), {}, Part::direct, {}};
-    const glm::dvec2 places[] = {{0, 0},   {0.5, 0},   {1, 0}, {1.5, 0}, {0.5, 0.5},
+    const glm::dvec2 points[] = {{0, 0},   {0.5, 0},   {1, 0}, {1.5, 0}, {0.5, 0.5},
                                  {1, 0.5}, {1.5, 0.5}, {1, 1}, {1.5, 1}, {1.5, 1.5}};
     char name = 'A';
-    for (const glm::dvec2& p : places)
+    for (const glm::dvec2& p : points)
         c.figures.push_back(point(std::string(1, name++), cie(p.x, p.y, 0), kUp, law(glm::dot(p, p))));
     c.reference_tolerance = 0.002;
     c.rsm_tolerance = c.interactive_tolerance = 0.002;

@@ -30,7 +30,7 @@ std::string request(const std::string& host, const std::string& line = "", const
 }  // namespace
 
 std::vector<Case> handshake_cases(std::uint16_t port) {
-    const std::string place = "127.0.0.1:" + std::to_string(port), host = "Host: " + place;
+    const std::string authority = "127.0.0.1:" + std::to_string(port), host = "Host: " + authority;
     std::vector<Case> cases;
     const auto add = [&](std::string name, std::string clause, std::string bytes, std::vector<std::string> expected,
                          Step::How how = Step::How::whole) {
@@ -97,11 +97,11 @@ std::vector<Case> handshake_cases(std::uint16_t port) {
     add("AForeignHost", "4.2.1-2, 10.2", request("Host: evil.example"), {"403 | 421"});
     add("AForeignOrigin", "4.2.2-4, 10.2", with("", "", {"Origin: http://evil.example"}), {"403"});
     add("AnOpaqueOrigin", "4.2.2-4, 10.2", with("", "", {"Origin: null"}), {"403"});
-    add("TheOwnOrigin", "4.2.2-4, 10.2", with("", "", {"Origin: http://" + place}), {"101"});
-    add("TwoOrigins", "RFC 6454 7.3", with("", "", {"Origin: http://" + place, "Origin: http://evil.example"}),
+    add("TheOwnOrigin", "4.2.2-4, 10.2", with("", "", {"Origin: http://" + authority}), {"101"});
+    add("TwoOrigins", "RFC 6454 7.3", with("", "", {"Origin: http://" + authority, "Origin: http://evil.example"}),
         {"4xx"});
-    add("AnAbsoluteTarget", "4.2.1-1, RFC 7230 5.3.2", with(kRequestLine, "GET http://" + place + "/v1/ws HTTP/1.1"),
-        {"101"});
+    add("AnAbsoluteTarget", "4.2.1-1, RFC 7230 5.3.2",
+        with(kRequestLine, "GET http://" + authority + "/v1/ws HTTP/1.1"), {"101"});
     add("AnUnknownResource", "4.2.2-4 (/resource name/)", with(kRequestLine, "GET /chat HTTP/1.1"), {"404"});
 
     add("AHeaderOf7KiB", "4.2.1, 10.4", with("", "", {"X-Long: " + std::string(7000, 'x')}), {"101"});

@@ -22,13 +22,13 @@ std::string fine_ies(int angles) {
 }
 
 std::string hills_glb(int side) {
-    std::vector<float> places, normals;
+    std::vector<float> positions, normals;
     std::vector<std::uint32_t> indices;
     for (int y = 0; y <= side; ++y) {
         for (int x = 0; x <= side; ++x) {
             const float px = 20.0f * static_cast<float>(x) / static_cast<float>(side) - 10.0f,
                         pz = 20.0f * static_cast<float>(y) / static_cast<float>(side) - 10.0f;
-            places.insert(places.end(), {px, 0.2f * std::sin(3 * px) * std::cos(2 * pz), pz});
+            positions.insert(positions.end(), {px, 0.2f * std::sin(3 * px) * std::cos(2 * pz), pz});
             normals.insert(normals.end(), {0, 1, 0});
         }
     }
@@ -43,7 +43,7 @@ std::string hills_glb(int side) {
         binary.append(reinterpret_cast<const char*>(values.data()), values.size() * sizeof values[0]);
         return values.size() * sizeof values[0];
     };
-    const std::size_t a = put(places), b = put(normals), c = put(indices), count = places.size() / 3;
+    const std::size_t a = put(positions), b = put(normals), c = put(indices), count = positions.size() / 3;
     nlohmann::json gltf = {
         {"asset", {{"version", "2.0"}}},
         {"scene", 0},

@@ -118,15 +118,15 @@ public:
     }
 
 private:
-    // The sums less what light has that falls or rises over the whole floor: 1, x, y, xy and, over 16 places from -1
+    // The sums less what light has that falls or rises over the whole floor: 1, x, y, xy and, over 16 pixels from -1
     // to 1, the second Legendre polynomials, all orthogonal. (A cell of 4 px does not see them.)
     std::array<double, kTile * kTile> without_curvature() const {
         std::array<double, kTile* kTile> rough = sums_;
-        const auto place = [](int i) { return (i - (kTile - 1) / 2.0) / (kTile / 2.0); };
+        const auto centred = [](int i) { return (i - (kTile - 1) / 2.0) / (kTile / 2.0); };
         const auto second = [&](double u) { return u * u - (1.0 - 1.0 / (kTile * kTile)) / 3.0; };
         for (int term = 0; term < 6; ++term) {
             const auto value = [&](int i) {
-                const double x = place(i % kTile), y = place(i / kTile);
+                const double x = centred(i % kTile), y = centred(i / kTile);
                 return std::array{1.0, x, y, x * y, second(x), second(y)}[static_cast<std::size_t>(term)];
             };
             double product = 0.0, square = 0.0;

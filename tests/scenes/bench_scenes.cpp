@@ -15,9 +15,9 @@ namespace gonio::test {
 namespace {
 
 void add_piece(SceneAsset& scene, const char* name, const glm::vec3& reflectance, Mesh mesh,
-               const glm::dmat4& place = glm::dmat4(1.0)) {
+               const glm::dmat4& transform = glm::dmat4(1.0)) {
     const int material = add_material(scene, name, reflectance);
-    add_instance(scene, add_mesh(scene, std::move(mesh), material), name, place);
+    add_instance(scene, add_mesh(scene, std::move(mesh), material), name, transform);
 }
 
 Mesh box(const glm::dvec3& min, const glm::dvec3& max, unsigned left_out = 0) {

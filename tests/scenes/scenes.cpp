@@ -73,9 +73,9 @@ Scene scene_with(std::vector<Piece> pieces, std::shared_ptr<const Profile> profi
         }
         asset->bounds.min = glm::min(asset->bounds.min, piece.mesh.bounds.min + offset);
         asset->bounds.max = glm::max(asset->bounds.max, piece.mesh.bounds.max + offset);
-        glm::dmat4 place(1.0);
-        place[3] = glm::dvec4(offset, 1.0);
-        asset->instances.push_back({static_cast<int>(asset->meshes.size()), place, ""});
+        glm::dmat4 transform(1.0);
+        transform[3] = glm::dvec4(offset, 1.0);
+        asset->instances.push_back({static_cast<int>(asset->meshes.size()), transform, ""});
         asset->meshes.push_back(std::move(piece.mesh));
     }
     LightSeed light;

@@ -31,7 +31,7 @@ Placed triangles(std::vector<Vertex> vertices, std::vector<std::uint32_t> indice
     return piece;
 }
 
-// Triangles that cover nothing or next to nothing, around a place.
+// Triangles that cover nothing or next to nothing, around a point.
 std::vector<Placed> slivers(const glm::vec3& p, const Material& material) {
     const glm::vec3 up(0, 1, 0), none(0, 0, 0);
     const auto at = [&](float x, float y, float z) { return p + glm::vec3(x, y, z); };

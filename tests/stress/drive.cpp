@@ -86,7 +86,7 @@ struct BufferChecks {
                         where);
     }
 
-    // What surfaces can send after every bounce: each is at most as bright as the brightest place, rho times what falls
+    // What surfaces can send after every bounce: each is at most as bright as the brightest point, rho times what falls
     // there, over what no bounce absorbs.
     void note_exitance(const Inspected& item) {
         const double albedo = greatest_albedo(*item.scene.asset);

@@ -60,7 +60,7 @@ Placed random_piece(Dice& dice, double size) {
     return piece;
 }
 
-glm::dvec3 random_place(Dice& dice, const Scene& scene, double size) {
+glm::dvec3 random_position(Dice& dice, const Scene& scene, double size) {
     // Often on a vertex of the scene.
     if (dice.chance(0.3)) {
         const auto& instances = scene.asset->instances;
@@ -86,7 +86,7 @@ void random_command(Dice& dice, Scene& scene, double size) {
         case 0:
         case 1:
             command.mutable_set_light()->set_name(light);
-            put(command.mutable_set_light()->mutable_position_m(), random_place(dice, scene, size));
+            put(command.mutable_set_light()->mutable_position_m(), random_position(dice, scene, size));
             break;
         case 2:
             command.mutable_set_light()->set_name(light);
@@ -103,8 +103,8 @@ void random_command(Dice& dice, Scene& scene, double size) {
             loaded.profile = random_profile(dice);
             break;
         case 5:
-            put(command.mutable_set_camera()->mutable_eye_m(), random_place(dice, scene, size));
-            put(command.mutable_set_camera()->mutable_target_m(), random_place(dice, scene, size));
+            put(command.mutable_set_camera()->mutable_eye_m(), random_position(dice, scene, size));
+            put(command.mutable_set_camera()->mutable_target_m(), random_position(dice, scene, size));
             command.mutable_set_camera()->set_fov_rad(dice.between(0.02, 3.0));
             break;
         case 6: {
@@ -144,7 +144,7 @@ void one_scene(Bench& bench, std::uint64_t number) {
         if (step % 3 == 2) {
             bench.renderer.capture(scene, scene.view, 20, 18, false);
             values_of(bench, scene, scene.view, 12, 10);
-            const Meter meter{random_place(dice, scene, size), glm::normalize(dice.within(1.0) + glm::dvec3(1e-3))};
+            const Meter meter{random_position(dice, scene, size), glm::normalize(dice.within(1.0) + glm::dvec3(1e-3))};
             read_meter(bench, scene, meter, Renderer::MeterQuality::interactive);
             read_meter(bench, scene, meter, Renderer::MeterQuality::rsm);
         }

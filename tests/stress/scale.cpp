@@ -179,19 +179,19 @@ void scale(Bench& bench) {
     LiveReader live;
     BufferWatch watch(bench, "scale", [&](const Inspected& item) { live(item); });
     SphereFindings found = sphere_findings(bench);
-    struct Place {
+    struct Setting {
         double scale, away_m;
     };
-    std::vector<Place> places = {{1, 0}, {1e-3, 1e5}, {1e3, 0}, {100, 1e5}};
+    std::vector<Setting> settings = {{1, 0}, {1e-3, 1e5}, {1e3, 0}, {100, 1e5}};
     if (!bench.brief) {
         for (double s : {1e-3, 1e-2, 0.1, 1.0, 10.0, 100.0, 1e3}) {
-            for (double away : {0.0, 1e3, 1e5}) places.push_back({s, away});
+            for (double away : {0.0, 1e3, 1e5}) settings.push_back({s, away});
         }
     }
-    for (const Place& place : places) {
-        const Sphere sphere{place.scale, glm::normalize(glm::dvec3(0.7, -0.3, 0.6)) * place.away_m};
+    for (const Setting& setting : settings) {
+        const Sphere sphere{setting.scale, glm::normalize(glm::dvec3(0.7, -0.3, 0.6)) * setting.away_m};
         char text[80];
-        std::snprintf(text, sizeof text, "scale %g, %g km from the origin", place.scale, place.away_m / 1e3);
+        std::snprintf(text, sizeof text, "scale %g, %g km from the origin", setting.scale, setting.away_m / 1e3);
         bench.context = text;
         Scene scene = sphere_scene(sphere, {kCandela});
         check_sphere(bench, scene, sphere, kCandela, live, found);

@@ -27,7 +27,7 @@ protected:
     Reader() {
         values = {{"key/level", 0.5}, {"fill/level", 0.25}, {"key/pan", 0.0}, {"/orbit", 0.0}, {"/master", 1.0}};
     }
-    static std::string place(const std::string& target, Property property) {
+    static std::string key(const std::string& target, Property property) {
         return target + "/" + std::string(row_of(property).name);
     }
     void with(std::vector<v1::SurfaceRow> rows) {
@@ -39,7 +39,7 @@ protected:
     }
     ValueNow now() {
         return [this](const std::string& target, Property property) -> std::optional<double> {
-            const auto found = values.find(place(target, property));
+            const auto found = values.find(key(target, property));
             if (found == values.end()) return std::nullopt;
             return found->second;
         };
@@ -48,7 +48,7 @@ protected:
     std::size_t carry_out(const std::vector<SurfaceAction>& actions) {
         for (const SurfaceAction& action : actions)
             if (action.kind == SurfaceAction::Kind::set && !row_of(action.value.property).by_name)
-                values[place(action.value.target, action.value.property)] = action.value.value[0];
+                values[key(action.value.target, action.value.property)] = action.value.value[0];
         done.insert(done.end(), actions.begin(), actions.end());
         return actions.size();
     }
