@@ -138,23 +138,23 @@ void HidSurface::add_fields(const HidDescriptor& descriptor) {
     for (const HidField& field : descriptor.fields) {
         if (!listed(field) || controls_.size() >= kMaxSurfaceControls) continue;
         if (field.array) {
-            const auto known = std::find_if(slots_.begin(), slots_.end(), [&](const Slot& slot) {
-                return slot.field.array && slot.field.page == field.page && slot.field.usage == field.usage;
+            const auto known = std::find_if(fields_.begin(), fields_.end(), [&](const ReportField& other) {
+                return other.field.array && other.field.page == field.page && other.field.usage == field.usage;
             });
             if (field.last_usage < field.usage) continue;
-            Slot slot{field, known == slots_.end() ? controls_.size() : known->control};
-            if (known == slots_.end()) {
+            ReportField added{field, known == fields_.end() ? controls_.size() : known->control};
+            if (known == fields_.end()) {
                 const std::size_t usages =
                     std::min<std::size_t>({static_cast<std::size_t>(field.last_usage - field.usage) + 1,
                                            kMaxArrayUsages, kMaxSurfaceControls - controls_.size()});
                 for (std::size_t i = 0; i < usages; ++i)
                     add(spec_of(usage_name(field.page, static_cast<std::uint16_t>(field.usage + i)),
                                 ControlKind::button));
-                slot.field.last_usage = static_cast<std::uint16_t>(field.usage + usages - 1);
+                added.field.last_usage = static_cast<std::uint16_t>(field.usage + usages - 1);
             } else {
-                slot.field.last_usage = known->field.last_usage;  // another slot for the same buttons
+                added.field.last_usage = known->field.last_usage;  // another field of the same buttons
             }
-            slots_.push_back(slot);
+            fields_.push_back(added);
             continue;
         }
         std::string name = usage_name(field.page, field.usage);
@@ -170,7 +170,7 @@ void HidSurface::add_fields(const HidDescriptor& descriptor) {
             spec.steps = static_cast<std::uint32_t>(std::min<std::int64_t>(steps, UINT32_MAX));
             spec.centred = centres(field, descriptor);
         }
-        slots_.push_back({field, add(std::move(spec))});
+        fields_.push_back({field, add(std::move(spec))});
     }
 }
 
@@ -216,15 +216,15 @@ bool HidSurface::take(Bytes report, std::vector<ControlEvent>& events) {
     const std::uint8_t id = numbered_ ? report[0] : 0;
     const Bytes payload = numbered_ ? report.subspan(1) : report;
     bool mine = false;
-    std::map<std::size_t, bool> pressed;  // of arrays, which may have several slots for the same buttons
-    for (const Slot& slot : slots_) {
-        const HidField& field = slot.field;
+    std::map<std::size_t, bool> pressed;  // of arrays, which may have several fields of the same buttons
+    for (const ReportField& heard : fields_) {
+        const HidField& field = heard.field;
         if (field.report_id != id || !has_hid_field(field, payload)) continue;
         mine = true;
         const std::int64_t raw = hid_value(field, payload);
         if (field.array) {
             for (std::size_t usage = 0; usage <= static_cast<std::size_t>(field.last_usage - field.usage); ++usage) {
-                bool& on = pressed[slot.control + usage];
+                bool& on = pressed[heard.control + usage];
                 on = on || raw - field.logical_min == static_cast<std::int64_t>(usage);
             }
             continue;
@@ -232,7 +232,7 @@ bool HidSurface::take(Bytes report, std::vector<ControlEvent>& events) {
         if (raw < field.logical_min || raw > field.logical_max) continue;  // the null state: it says nothing
         const auto from_low = static_cast<double>(raw - field.logical_min);
         const auto whole = static_cast<double>(field.logical_max - field.logical_min);
-        say(slot.control, field.relative ? static_cast<double>(raw) : from_low / whole, events);
+        say(heard.control, field.relative ? static_cast<double>(raw) : from_low / whole, events);
     }
     for (const auto& [control, on] : pressed) say(control, on ? 1 : 0, events);
     return mine;

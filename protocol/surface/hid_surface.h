@@ -37,7 +37,7 @@ public:
     std::vector<std::uint8_t> hello() const;
 
 private:
-    struct Slot {
+    struct ReportField {
         HidField field;
         std::size_t control = 0;  // of an array: of its first usage
     };
@@ -62,7 +62,7 @@ private:
     bool numbered_ = false;
     std::vector<ControlSpec> controls_;
     std::vector<std::optional<double>> said_;  // of each control, to say only what changes
-    std::vector<Slot> slots_;
+    std::vector<ReportField> fields_;
     struct Lamp {
         std::size_t control;
         HidField field;

@@ -49,8 +49,8 @@ public:
 private:
     // What the signals' thread is told of, until this ends.
     struct Forgotten {
-        Shared<UploadStore>& slot;
-        ~Forgotten() { slot.store({}); }
+        Shared<UploadStore>& uploads;
+        ~Forgotten() { uploads.store({}); }
     };
     // While it lives the HTTP server listens, and signals and reloads reach it.
     struct Listening {

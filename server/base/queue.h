@@ -85,7 +85,7 @@ private:
     bool woken_ = false, pressing_ = false;
 };
 
-// A single slot: a newer value replaces an older one that nobody took.
+// Holds one value: a newer one replaces an older one that nobody took.
 template <typename T>
 class Latest {
 public:

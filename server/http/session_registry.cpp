@@ -7,13 +7,13 @@ namespace gonio {
 using Clock = std::chrono::steady_clock;
 
 std::shared_ptr<const std::string> SharedMessage::bytes(Encoding encoding) const {
-    auto& slot = encoding == Encoding::proto ? proto_ : json_;
-    if (!slot) {
+    auto& encoded = encoding == Encoding::proto ? proto_ : json_;
+    if (!encoded) {
         std::string bytes = encode_message(encoding, message_);
         if (encoding == Encoding::proto) bytes.insert(bytes.begin(), static_cast<char>(1));
-        slot = std::make_shared<const std::string>(std::move(bytes));
+        encoded = std::make_shared<const std::string>(std::move(bytes));
     }
-    return slot;
+    return encoded;
 }
 
 unsigned AddressCounts::of(const std::string& address) const {

@@ -155,7 +155,7 @@ void recall_preset(Scene& scene, const v1::RecallPreset& recall) {
         change(scene, light->profile, kept.profile, light->profile_rev);
         if (fades) continue;  // server/scene/preset.h brings the rest in time
         change(scene, light->world_from_light, kept.world_from_light, light->aim_rev);
-        for (const LightSlot& slot : light_slots()) change(scene, *light, slot, numbers_of(kept, slot));
+        for (const LightRow& light_row : light_rows()) change(scene, *light, light_row, numbers_of(kept, light_row));
     }
     change(scene, scene.recalled, recall.name(), scene.presets_rev);
 }

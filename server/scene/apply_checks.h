@@ -68,16 +68,16 @@ inline std::string checked_name(const std::string& name, const std::string& fiel
 
 // Assigns and bumps the part's revision only where the value differs.
 template <typename T>
-void change(Scene& scene, T& slot, const T& value, Revision& part_rev) {
-    if (slot == value) return;
-    slot = value;
+void change(Scene& scene, T& now, const T& value, Revision& part_rev) {
+    if (now == value) return;
+    now = value;
     part_rev = scene.scene_rev + 1;
 }
 
-inline void change(Scene& scene, Light& light, const LightSlot& slot, const Numbers& numbers) {
-    if (numbers_of(light, slot) == numbers) return;
-    set_numbers(light, slot, numbers);
-    light.*slot.stale = scene.scene_rev + 1;
+inline void change(Scene& scene, Light& light, const LightRow& light_row, const Numbers& numbers) {
+    if (numbers_of(light, light_row) == numbers) return;
+    set_numbers(light, light_row, numbers);
+    light.*light_row.stale = scene.scene_rev + 1;
 }
 
 }  // namespace gonio

@@ -39,15 +39,17 @@ void set_one_light(Scene& scene, Light& light, const v1::SetLight& set, const Lo
     const bool turns = set.has_pan_rad() || set.has_tilt_rad() || set.has_roll_rad();
     if (set.aim_size() > 0 && turns)
         refuse("conflict", prefix + "aim", print_all(set.aim()), "aim cannot be set together with pan, tilt or roll");
-    for (const LightSlot& slot : light_slots()) {
-        const PropertyRow& row = row_of(slot.property);
+    for (const LightRow& light_row : light_rows()) {
+        const PropertyRow& row = row_of(light_row.property);
         if (!has_numbers(set, row.field)) continue;
         const std::vector<double> numbers = read_numbers(set, row.field);
         const std::string field = prefix + std::string(row.field);
-        if (slot.number != nullptr)
-            change(scene, light.*slot.number, checked(numbers[0], row.least, row.most, field), light.*slot.stale);
+        if (light_row.number != nullptr)
+            change(scene, light.*light_row.number, checked(numbers[0], row.least, row.most, field),
+                   light.*light_row.stale);
         else
-            change(scene, light.*slot.vector, checked_vector(numbers, row.least, row.most, field), light.*slot.stale);
+            change(scene, light.*light_row.vector, checked_vector(numbers, row.least, row.most, field),
+                   light.*light_row.stale);
     }
     if (turns) light.world_from_light = orientation_of({light.pan_rad, light.tilt_rad, light.roll_rad});
     if (set.aim_size() > 0) {
@@ -77,7 +79,7 @@ std::vector<v1::SetLight> single_properties(const v1::SetLight& set) {
     const auto take = [&](std::string_view field) {
         if (has_numbers(set, field)) copy_numbers(set, single.emplace_back(), field);
     };
-    for (const LightSlot& slot : light_slots()) take(row_of(slot.property).field);
+    for (const LightRow& light_row : light_rows()) take(row_of(light_row.property).field);
     take(row_of(Property::aim).field);
     return single;
 }

@@ -59,17 +59,17 @@ private:
 
 void put_value(v1::SetLight& set, const Light& light, const PropertyValue& value) {
     const PropertyRow& row = row_of(value.property);
-    const LightSlot* slot = slot_of(value.property);
+    const LightRow* light_row = light_row_of(value.property);
     // aim and pan, tilt, roll exclude each other: the later one counts.
     if (value.property == Property::aim) {
-        for (const LightSlot& angle : light_slots())
+        for (const LightRow& angle : light_rows())
             if (angle.stale == &Light::aim_rev) clear_numbers(set, row_of(angle.property).field);
-    } else if (slot != nullptr && slot->stale == &Light::aim_rev) {
+    } else if (light_row != nullptr && light_row->stale == &Light::aim_rev) {
         set.clear_aim();
     }
     Numbers numbers = value.value;
     if (row.component >= 0) {  // the others stay as the command or else the light has them
-        numbers = numbers_of(light, *slot);
+        numbers = numbers_of(light, *light_row);
         if (has_numbers(set, row.field)) std::ranges::copy(read_numbers(set, row.field), numbers.begin());
         numbers[static_cast<std::size_t>(row.component)] = value.value[0];
     }
@@ -207,9 +207,9 @@ std::map<std::string, std::vector<std::uint32_t>> targets_of(const Scene& scene)
 
 static std::optional<double> value_of(const Light& light, Property property) {
     const PropertyRow& row = row_of(property);
-    const LightSlot* slot = row.values == 1 ? slot_of(property) : nullptr;
-    if (slot == nullptr) return std::nullopt;
-    return numbers_of(light, *slot)[static_cast<std::size_t>(std::max(row.component, 0))];
+    const LightRow* light_row = row.values == 1 ? light_row_of(property) : nullptr;
+    if (light_row == nullptr) return std::nullopt;
+    return numbers_of(light, *light_row)[static_cast<std::size_t>(std::max(row.component, 0))];
 }
 
 ValueNow values_now(const Scene& scene) {

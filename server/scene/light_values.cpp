@@ -2,7 +2,7 @@
 
 namespace gonio {
 
-static constexpr LightSlot kSlots[] = {
+static constexpr LightRow kRows[] = {
     {Property::position, nullptr, &LightValues::position, &Light::position_rev},
     {Property::pan, &LightValues::pan_rad, nullptr, &Light::aim_rev},
     {Property::tilt, &LightValues::tilt_rad, nullptr, &Light::aim_rev},
@@ -12,37 +12,37 @@ static constexpr LightSlot kSlots[] = {
     {Property::tint, &LightValues::tint_duv, nullptr, &Light::level_rev},
 };
 
-std::span<const LightSlot> light_slots() {
-    return kSlots;
+std::span<const LightRow> light_rows() {
+    return kRows;
 }
 
-const LightSlot* slot_of(Property property) {
+const LightRow* light_row_of(Property property) {
     const PropertyRow& wanted = row_of(property);
-    for (const LightSlot& slot : kSlots)
-        if (!wanted.field.empty() && row_of(slot.property).field == wanted.field) return &slot;
+    for (const LightRow& light_row : kRows)
+        if (!wanted.field.empty() && row_of(light_row.property).field == wanted.field) return &light_row;
     return nullptr;
 }
 
-Numbers numbers_of(const LightValues& light, const LightSlot& slot) {
-    if (slot.number != nullptr) return {light.*slot.number, 0.0, 0.0};
-    const glm::dvec3& vector = light.*slot.vector;
+Numbers numbers_of(const LightValues& light, const LightRow& light_row) {
+    if (light_row.number != nullptr) return {light.*light_row.number, 0.0, 0.0};
+    const glm::dvec3& vector = light.*light_row.vector;
     return {vector.x, vector.y, vector.z};
 }
 
-void set_numbers(LightValues& light, const LightSlot& slot, const Numbers& numbers) {
-    if (slot.number != nullptr)
-        light.*slot.number = numbers[0];
+void set_numbers(LightValues& light, const LightRow& light_row, const Numbers& numbers) {
+    if (light_row.number != nullptr)
+        light.*light_row.number = numbers[0];
     else
-        light.*slot.vector = {numbers[0], numbers[1], numbers[2]};
+        light.*light_row.vector = {numbers[0], numbers[1], numbers[2]};
 }
 
-std::size_t count_of(const LightSlot& slot) {
-    return slot.number != nullptr ? 1 : 3;
+std::size_t count_of(const LightRow& light_row) {
+    return light_row.number != nullptr ? 1 : 3;
 }
 
-void write_numbers(google::protobuf::Message& message, std::string_view field, const LightSlot& slot,
+void write_numbers(google::protobuf::Message& message, std::string_view field, const LightRow& light_row,
                    const Numbers& numbers) {
-    write_numbers(message, field, std::span(numbers).first(count_of(slot)));
+    write_numbers(message, field, std::span(numbers).first(count_of(light_row)));
 }
 
 }  // namespace gonio

@@ -13,7 +13,7 @@
 
 namespace gonio {
 
-struct LightSlot {
+struct LightRow {
     Property property;                           // of a whole field: color, not red
     double LightValues::*number = nullptr;       // one of the two
     glm::dvec3 LightValues::*vector = nullptr;   // likewise
@@ -22,18 +22,18 @@ struct LightSlot {
 
 // Result: all of them, in the order in which they are told of. The orientation is kept as pan, tilt and roll; an aim is
 // turned into those.
-std::span<const LightSlot> light_slots();
-// Result: the slot of a property or of the whole that it is a component of; nullptr where a light has no such number.
-const LightSlot* slot_of(Property property);
+std::span<const LightRow> light_rows();
+// Result: the row of a property or of the whole that it is a component of; nullptr where a light has no such number.
+const LightRow* light_row_of(Property property);
 
 // A number, or three: SI. Unused ones are 0.
 using Numbers = std::array<double, 3>;
-Numbers numbers_of(const LightValues& light, const LightSlot& slot);
-void set_numbers(LightValues& light, const LightSlot& slot, const Numbers& numbers);
+Numbers numbers_of(const LightValues& light, const LightRow& light_row);
+void set_numbers(LightValues& light, const LightRow& light_row, const Numbers& numbers);
 // Result: how many of them count: 1 or 3.
-std::size_t count_of(const LightSlot& slot);
-// Writes them into a message's field of the slot.
-void write_numbers(google::protobuf::Message& message, std::string_view field, const LightSlot& slot,
+std::size_t count_of(const LightRow& light_row);
+// Writes them into a message's field of the row.
+void write_numbers(google::protobuf::Message& message, std::string_view field, const LightRow& light_row,
                    const Numbers& numbers);
 
 // Result: the light of this name, or nullptr.

@@ -14,9 +14,9 @@ Fade::Fade(const Scene& scene, const Preset& to, double fade_s, std::int64_t now
     for (const PresetLight& kept : to) {
         const Light* light = find_light(scene, kept.name);
         if (light == nullptr) continue;
-        for (const LightSlot& slot : light_slots()) {
-            const Numbers from = numbers_of(*light, slot), end = numbers_of(kept, slot);
-            if (from != end) parts_.push_back({kept.name, &slot, from, end, from});
+        for (const LightRow& light_row : light_rows()) {
+            const Numbers from = numbers_of(*light, light_row), end = numbers_of(kept, light_row);
+            if (from != end) parts_.push_back({kept.name, &light_row, from, end, from});
         }
     }
 }
@@ -25,7 +25,7 @@ std::vector<v1::Command> Fade::step(const Scene& scene, std::int64_t now_ns) {
     const double t = std::clamp(static_cast<double>(now_ns - began_ns_) * 1e-9 / fade_s_, 0.0, 1.0);
     std::erase_if(parts_, [&](const Part& part) {
         const Light* light = find_light(scene, part.light);
-        return light == nullptr || numbers_of(*light, *part.slot) != part.said;
+        return light == nullptr || numbers_of(*light, *part.light_row) != part.said;
     });
     std::vector<v1::Command> commands;
     for (Part& part : parts_) {
@@ -33,7 +33,8 @@ std::vector<v1::Command> Fade::step(const Scene& scene, std::int64_t now_ns) {
             commands.emplace_back().mutable_set_light()->set_name(part.light);
         for (std::size_t i = 0; i < 3; ++i)
             part.said[i] = t < 1.0 ? part.from[i] + (part.to[i] - part.from[i]) * t : part.to[i];
-        write_numbers(*commands.back().mutable_set_light(), row_of(part.slot->property).field, *part.slot, part.said);
+        write_numbers(*commands.back().mutable_set_light(), row_of(part.light_row->property).field, *part.light_row,
+                      part.said);
     }
     if (t >= 1.0) parts_.clear();
     return commands;

@@ -32,7 +32,7 @@ private:
     // One property of one light.
     struct Part {
         std::string light;
-        const LightSlot* slot;
+        const LightRow* light_row;
         Numbers from, to, said;
     };
     std::vector<Part> parts_;  // in the order of the lights

@@ -18,8 +18,8 @@ void put(Field* field, const glm::dvec3& v) {
 
 void put_light(const Light& light, v1::Light& out) {
     out.set_name(light.name);
-    for (const LightSlot& slot : light_slots())
-        write_numbers(out, row_of(slot.property).state_field, slot, numbers_of(light, slot));
+    for (const LightRow& light_row : light_rows())
+        write_numbers(out, row_of(light_row.property).state_field, light_row, numbers_of(light, light_row));
     put(out.mutable_aim(), aim_of(light.world_from_light));
     put(out.mutable_c0(), c0_of(light.world_from_light));
     out.set_multiplier(light.multiplier);

@@ -16,11 +16,11 @@ void touch(const Scene& scene, const std::string& name, const v1::SetLight* set,
     const auto add = [&](std::string property, Revision rev) {
         if (touched.empty() || touched.back().path != property) touched.push_back({std::move(property), rev});
     };
-    for (const LightSlot& slot : light_slots()) {
-        const PropertyRow& row = row_of(slot.property);
-        const bool turns = slot.stale == &Light::aim_rev;
+    for (const LightRow& light_row : light_rows()) {
+        const PropertyRow& row = row_of(light_row.property);
+        const bool turns = light_row.stale == &Light::aim_rev;
         const bool said = set == nullptr || has_numbers(*set, row.field) || (turns && set->aim_size() > 0);
-        if (said) add(path + std::string(turns ? "aim" : row.state_field), light->*slot.stale);
+        if (said) add(path + std::string(turns ? "aim" : row.state_field), light->*light_row.stale);
     }
     if (set == nullptr || set->has_profile()) add(path + "profile", light->profile_rev);
 }

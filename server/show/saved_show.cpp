@@ -64,8 +64,8 @@ public:
     template <typename AnyLight>
     void put_light(const AnyLight& light, saved::Light& out) {
         out.set_name(light.name);
-        for (const LightSlot& slot : light_slots())
-            write_numbers(out, row_of(slot.property).field, slot, numbers_of(light, slot));
+        for (const LightRow& light_row : light_rows())
+            write_numbers(out, row_of(light_row.property).field, light_row, numbers_of(light, light_row));
         const LightSeed* own = seed_named(*scene_.asset, light.name);
         if (own != nullptr && own->profile == light.profile) {
             out.set_scene_profile(light.name);
@@ -130,7 +130,7 @@ public:
     }
     static void fill(v1::SetLight& set, const saved::Light& light) {
         set.set_name(light.name());
-        for (const LightSlot& slot : light_slots()) copy_numbers(light, set, row_of(slot.property).field);
+        for (const LightRow& light_row : light_rows()) copy_numbers(light, set, row_of(light_row.property).field);
     }
 
     // After the lights: how large a picture may be depends on how many there are.

@@ -11,7 +11,7 @@ namespace {
 
 constexpr LaneId kJpegLane = 255;
 constexpr int kJpegQualityPercent = 85;
-constexpr std::size_t kMostTokens = 256;  // a slot has at most one
+constexpr std::size_t kMostTokens = 256;  // a lane has at most one
 // The last kind that is left is opened anew, but not for ever: so many failures without as many good frames between.
 constexpr unsigned kMostFailures = 3;
 constexpr unsigned kGoodFrames = 100;
@@ -25,11 +25,12 @@ bool is_sharp(const EncodedFrame& frame, const Picture& picture) {
 
 }  // namespace
 
-// Who may touch a slot is said by its phase: the thread that runs it owns the encoder, the owner of all may replace a
-// slot that it has declared abandoned. Only one of "the thread publishes" and "the owner abandons" happens.
-struct LaneEncoders::Slot {
+// Who may touch the state of a lane is said by its phase: the thread that runs it owns the encoder, the owner of all
+// may replace a state that it has declared abandoned. Only one of "the thread publishes" and "the owner abandons"
+// happens.
+struct LaneEncoders::LaneState {
     enum class Phase : std::uint8_t { idle, waiting, running, publishing, abandoned };
-    explicit Slot(LaneId id) : lane(id) {}
+    explicit LaneState(LaneId id) : lane(id) {}
 
     const LaneId lane;
     Latest<LaneJob> jobs;
@@ -53,68 +54,68 @@ struct LaneEncoders::Shared {
     Shared(Setup s, Outputs o) : setup(std::move(s)), out(std::move(o)) {}
     const Setup setup;
     const Outputs out;
-    Queue<std::shared_ptr<Slot>> tokens{kMostTokens};
+    Queue<std::shared_ptr<LaneState>> tokens{kMostTokens};
     Queue<std::size_t> ended{kMostTokens};
     std::atomic<bool> given_up{false};
     std::atomic<std::uint32_t> frames_encoded{0};
 
-    // False once the owner has abandoned the slot: then nobody may hear of its results.
-    static bool publishes(Slot& slot) {
-        auto running = Slot::Phase::running;
-        return slot.phase.compare_exchange_strong(running, Slot::Phase::publishing);
+    // False once the owner has abandoned the state: then nobody may hear of its results.
+    static bool publishes(LaneState& state) {
+        auto running = LaneState::Phase::running;
+        return state.phase.compare_exchange_strong(running, LaneState::Phase::publishing);
     }
-    void give_to_thread(const std::shared_ptr<Slot>& slot) {
-        auto idle = Slot::Phase::idle;
-        if (slot->phase.compare_exchange_strong(idle, Slot::Phase::waiting)) tokens.push(slot);
+    void give_to_thread(const std::shared_ptr<LaneState>& state) {
+        auto idle = LaneState::Phase::idle;
+        if (state->phase.compare_exchange_strong(idle, LaneState::Phase::waiting)) tokens.push(state);
     }
     void give_up() {
         if (!given_up.exchange(true)) out.given_up();
     }
     // Result: false where no kind can be opened.
-    bool open_encoder(Slot& slot, const Picture& picture, std::vector<std::string>& trouble) {
-        slot.encoder.reset();
-        for (; slot.kind < setup.kinds.size(); ++slot.kind) {
-            const std::string& kind = setup.kinds[slot.kind];
+    bool open_encoder(LaneState& state, const Picture& picture, std::vector<std::string>& trouble) {
+        state.encoder.reset();
+        for (; state.kind < setup.kinds.size(); ++state.kind) {
+            const std::string& kind = setup.kinds[state.kind];
             auto opened = setup.open(kind, picture.width_px, picture.height_px);
             if (opened) {
-                slot.encoder = std::move(*opened);
-                slot.width_px = picture.width_px;
-                slot.height_px = picture.height_px;
+                state.encoder = std::move(*opened);
+                state.width_px = picture.width_px;
+                state.height_px = picture.height_px;
                 return true;
             }
-            trouble.push_back("lane " + std::to_string(slot.lane) + ": " + opened.error().text());
+            trouble.push_back("lane " + std::to_string(state.lane) + ": " + opened.error().text());
         }
         return false;
     }
     // After a failure: the next kind; of the last one a new encoder, some times. Result: false where nothing is left.
-    bool next_encoder(Slot& slot) {
-        slot.encoder.reset();
-        if (slot.kind + 1 < setup.kinds.size()) {
-            ++slot.kind;
-            slot.failures = 0;
+    bool next_encoder(LaneState& state) {
+        state.encoder.reset();
+        if (state.kind + 1 < setup.kinds.size()) {
+            ++state.kind;
+            state.failures = 0;
             return true;
         }
-        return ++slot.failures < kMostFailures;
+        return ++state.failures < kMostFailures;
     }
     // Result: the frame; an error where no kind of encoder makes it. fresh: an encoder was opened for it.
-    Result<EncodedFrame> encode(Slot& slot, const LaneJob& job, bool& fresh, std::vector<std::string>& trouble) {
+    Result<EncodedFrame> encode(LaneState& state, const LaneJob& job, bool& fresh, std::vector<std::string>& trouble) {
         FrameRequest request = job.request;
-        request.key = slot.key_owed.exchange(false) || request.key;
+        request.key = state.key_owed.exchange(false) || request.key;
         for (;;) {
-            if (!slot.encoder || job.picture.width_px != slot.width_px || job.picture.height_px != slot.height_px) {
-                if (!open_encoder(slot, job.picture, trouble))
+            if (!state.encoder || job.picture.width_px != state.width_px || job.picture.height_px != state.height_px) {
+                if (!open_encoder(state, job.picture, trouble))
                     return Error{"encoder_unavailable", "", "", "No H.264 encoder can be opened."};
                 request.key = fresh = true;
             }
-            auto frame = slot.encoder->encode(job.picture, request);
+            auto frame = state.encoder->encode(job.picture, request);
             if (frame && frame->key) frame = checked(std::move(*frame), job.picture);
             if (frame) {
-                if (++slot.good >= kGoodFrames) slot.failures = 0;
+                if (++state.good >= kGoodFrames) state.failures = 0;
                 return frame;
             }
-            slot.good = 0;
-            trouble.push_back("lane " + std::to_string(slot.lane) + ": " + frame.error().text());
-            if (!next_encoder(slot)) return frame.error();
+            state.good = 0;
+            trouble.push_back("lane " + std::to_string(state.lane) + ": " + frame.error().text());
+            if (!next_encoder(state)) return frame.error();
         }
     }
     // A key frame says the size of its pictures: some hardware pads what it cannot crop.
@@ -128,52 +129,52 @@ struct LaneEncoders::Shared {
         return Error{"encoder_failed", "", size, "The encoder made a stream of another size."};
     }
 
-    void run_h264(Slot& slot, const LaneJob& job) {
+    void run_h264(LaneState& state, const LaneJob& job) {
         bool fresh = false;
         std::vector<std::string> trouble;
-        auto frame = encode(slot, job, fresh, trouble);
-        if (!publishes(slot)) return;
+        auto frame = encode(state, job, fresh, trouble);
+        if (!publishes(state)) return;
         for (const std::string& line : trouble) out.trouble(line);
         if (!frame) return give_up();
         if (fresh)
-            out.stream(slot.lane,
-                       {slot.encoder->codec_string(), setup.kinds[slot.kind], slot.width_px, slot.height_px});
-        frame->lane = slot.lane;
+            out.stream(state.lane,
+                       {state.encoder->codec_string(), setup.kinds[state.kind], state.width_px, state.height_px});
+        frame->lane = state.lane;
         const bool sharp = is_sharp(*frame, job.picture), final = job.settled && (sharp || job.last);
-        slot.sharp = sharp;
-        slot.final = final;
-        if (frame->key) ++slot.keys;
-        ++slot.frames;
+        state.sharp = sharp;
+        state.final = final;
+        if (frame->key) ++state.keys;
+        ++state.frames;
         ++frames_encoded;
         out.h264(std::move(*frame), final);
     }
-    void run_jpeg(Slot& slot, const LaneJob& job) {
+    void run_jpeg(LaneState& state, const LaneJob& job) {
         auto frame = encode_jpeg_frame(job.picture, kJpegQualityPercent);
-        if (!publishes(slot)) return;
+        if (!publishes(state)) return;
         if (!frame) return out.trouble(frame.error().text());
-        ++slot.frames;
+        ++state.frames;
         ++frames_encoded;
         out.jpeg(std::move(*frame));
     }
-    // Result: false where the slot was abandoned, and its thread with it.
-    bool run(const std::shared_ptr<Slot>& slot, std::size_t thread) {
-        slot->thread = thread;
-        slot->began_ns = monotonic_ns();
-        auto waiting = Slot::Phase::waiting;
-        slot->phase.compare_exchange_strong(waiting, Slot::Phase::running);
-        const auto job = slot->jobs.try_take();
-        if (slot->close.exchange(false)) {
-            slot->encoder.reset();
-            slot->kind = slot->failures = 0;
+    // Result: false where the state was abandoned, and its thread with it.
+    bool run(const std::shared_ptr<LaneState>& state, std::size_t thread) {
+        state->thread = thread;
+        state->began_ns = monotonic_ns();
+        auto waiting = LaneState::Phase::waiting;
+        state->phase.compare_exchange_strong(waiting, LaneState::Phase::running);
+        const auto job = state->jobs.try_take();
+        if (state->close.exchange(false)) {
+            state->encoder.reset();
+            state->kind = state->failures = 0;
         }
-        if (job && slot->lane == kJpegLane)
-            run_jpeg(*slot, *job);
+        if (job && state->lane == kJpegLane)
+            run_jpeg(*state, *job);
         else if (job && !given_up.load())
-            run_h264(*slot, *job);
-        if (slot->phase.load() == Slot::Phase::running) publishes(*slot);
-        if (slot->phase.load() == Slot::Phase::abandoned) return false;
-        slot->phase = Slot::Phase::idle;
-        if (slot->jobs.waiting()) give_to_thread(slot);  // one that came while the last was in work
+            run_h264(*state, *job);
+        if (state->phase.load() == LaneState::Phase::running) publishes(*state);
+        if (state->phase.load() == LaneState::Phase::abandoned) return false;
+        state->phase = LaneState::Phase::idle;
+        if (state->jobs.waiting()) give_to_thread(state);  // one that came while the last was in work
         out.idle();
         return true;
     }
@@ -196,10 +197,10 @@ LaneEncoders::~LaneEncoders() {
         if (!index) break;
         ended[*index] = true;
     }
-    for (const auto& [lane, slot] : slots_) {
-        auto running = Slot::Phase::running;
-        if (!ended[slot->thread] && slot->phase.compare_exchange_strong(running, Slot::Phase::abandoned))
-            threads_[slot->thread].detach();
+    for (const auto& [lane, state] : states_) {
+        auto running = LaneState::Phase::running;
+        if (!ended[state->thread] && state->phase.compare_exchange_strong(running, LaneState::Phase::abandoned))
+            threads_[state->thread].detach();
     }
     for (std::thread& thread : threads_)
         if (thread.joinable()) thread.join();
@@ -207,21 +208,21 @@ LaneEncoders::~LaneEncoders() {
 
 void LaneEncoders::start_thread(std::size_t index) {
     threads_[index] = std::thread([shared = shared_, index] {
-        while (auto slot = shared->tokens.pop())
-            if (!shared->run(*slot, index)) return;
+        while (auto state = shared->tokens.pop())
+            if (!shared->run(*state, index)) return;
         shared->ended.push(index);
     });
 }
 
-const LaneEncoders::Slot* LaneEncoders::find(LaneId lane) const {
-    const auto found = slots_.find(lane);
-    return found == slots_.end() ? nullptr : found->second.get();
+const LaneEncoders::LaneState* LaneEncoders::find(LaneId lane) const {
+    const auto found = states_.find(lane);
+    return found == states_.end() ? nullptr : found->second.get();
 }
 
 bool LaneEncoders::begins_soon(LaneId lane) const {
-    const Slot* found = find(lane);
-    const auto phase = found ? found->phase.load() : Slot::Phase::idle;
-    return phase == Slot::Phase::idle || phase == Slot::Phase::waiting;
+    const LaneState* found = find(lane);
+    const auto phase = found ? found->phase.load() : LaneState::Phase::idle;
+    return phase == LaneState::Phase::idle || phase == LaneState::Phase::waiting;
 }
 
 bool LaneEncoders::takes(LaneId lane) const {
@@ -229,16 +230,16 @@ bool LaneEncoders::takes(LaneId lane) const {
 }
 
 bool LaneEncoders::idle(LaneId lane) const {
-    const Slot* found = find(lane);
-    return !found || (found->phase.load() == Slot::Phase::idle && !found->jobs.waiting());
+    const LaneState* found = find(lane);
+    return !found || (found->phase.load() == LaneState::Phase::idle && !found->jobs.waiting());
 }
 
 void LaneEncoders::put(LaneId lane, LaneJob job) {
-    auto& slot = slots_[lane];
-    if (!slot) slot = std::make_shared<Slot>(lane);
-    if (job.request.key) slot->key_owed = true;  // also where a newer picture replaces this one
-    slot->jobs.put(std::move(job));
-    shared_->give_to_thread(slot);
+    auto& state = states_[lane];
+    if (!state) state = std::make_shared<LaneState>(lane);
+    if (job.request.key) state->key_owed = true;  // also where a newer picture replaces this one
+    state->jobs.put(std::move(job));
+    shared_->give_to_thread(state);
 }
 
 bool LaneEncoders::takes_jpeg() const {
@@ -250,21 +251,21 @@ void LaneEncoders::put_jpeg(Picture picture) {
 }
 
 void LaneEncoders::close(LaneId lane) {
-    const auto found = slots_.find(lane);
-    if (found == slots_.end()) return;
+    const auto found = states_.find(lane);
+    if (found == states_.end()) return;
     found->second->close = true;
     shared_->give_to_thread(found->second);
 }
 
 std::vector<LaneId> LaneEncoders::check() {
     std::vector<LaneId> lost;
-    for (auto& [lane, stuck] : slots_) {
-        if (stuck->phase.load() != Slot::Phase::running) continue;
+    for (auto& [lane, stuck] : states_) {
+        if (stuck->phase.load() != LaneState::Phase::running) continue;
         if (monotonic_ns() - stuck->began_ns.load() < std::chrono::nanoseconds(shared_->setup.stuck).count()) continue;
-        auto running = Slot::Phase::running;
-        if (!stuck->phase.compare_exchange_strong(running, Slot::Phase::abandoned)) continue;
+        auto running = LaneState::Phase::running;
+        if (!stuck->phase.compare_exchange_strong(running, LaneState::Phase::abandoned)) continue;
         const std::size_t thread = stuck->thread;
-        auto fresh = std::make_shared<Slot>(lane);
+        auto fresh = std::make_shared<LaneState>(lane);
         fresh->frames = stuck->frames.load();
         fresh->keys = stuck->keys.load();
         fresh->kind = std::min(stuck->kind + 1, std::max<std::size_t>(shared_->setup.kinds.size(), 1) - 1);
@@ -289,7 +290,7 @@ void LaneEncoders::encode_first(LaneId lane, const Picture& picture) {
 }
 
 LaneEncoders::Counts LaneEncoders::counts(LaneId lane) const {
-    const Slot* found = find(lane);
+    const LaneState* found = find(lane);
     if (!found) return {};
     const std::size_t kind = found->kind.load();
     const auto& kinds = shared_->setup.kinds;

@@ -84,14 +84,14 @@ public:
     std::uint32_t jpeg_frames() const;
 
 private:
-    struct Slot;
+    struct LaneState;
     struct Shared;
-    const Slot* find(LaneId lane) const;
+    const LaneState* find(LaneId lane) const;
     bool begins_soon(LaneId lane) const;
     void start_thread(std::size_t index);
 
     std::shared_ptr<Shared> shared_;
-    std::map<LaneId, std::shared_ptr<Slot>> slots_;
+    std::map<LaneId, std::shared_ptr<LaneState>> states_;
     std::vector<std::thread> threads_;
     unsigned stuck_ = 0;
 };

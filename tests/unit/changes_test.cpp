@@ -146,14 +146,14 @@ TEST_F(ChangesTest, GroupsAndPresetsStandForTheirLights) {
 
 // The table of properties, walked: what a command sets of a light is what it conflicts in.
 TEST_F(ChangesTest, EveryPropertyOfALightIsNamed) {
-    for (const LightSlot& slot : light_slots()) {
-        const PropertyRow& row = row_of(slot.property);
+    for (const LightRow& light_row : light_rows()) {
+        const PropertyRow& row = row_of(light_row.property);
         v1::Command command;
         command.mutable_set_light()->set_name(name);
-        write_numbers(*command.mutable_set_light(), row.field, slot, numbers_of(scene.lights[0], slot));
+        write_numbers(*command.mutable_set_light(), row.field, light_row, numbers_of(scene.lights[0], light_row));
         const auto touched = touched_properties(scene, command);
         ASSERT_EQ(touched.size(), 1u) << row.name;
-        const bool turns = slot.stale == &Light::aim_rev;
+        const bool turns = light_row.stale == &Light::aim_rev;
         EXPECT_EQ(touched[0].path, "lights." + name + "." + std::string(turns ? "aim" : row.state_field));
     }
 }

@@ -123,9 +123,9 @@ TEST_F(Console, ValuesAreReadBackAsTheyWereSet) {
 TEST_F(Console, TheSceneKeepsEveryFieldOfTheTable) {
     for (const PropertyRow& row : property_table()) {
         if (row.field.empty() || row.property == Property::aim) continue;  // an aim is kept as pan, tilt and roll
-        const LightSlot* slot = slot_of(row.property);
-        ASSERT_NE(slot, nullptr) << row.name;
-        EXPECT_EQ(count_of(*slot), row.component >= 0 ? 3u : row.values) << row.name;
+        const LightRow* light_row = light_row_of(row.property);
+        ASSERT_NE(light_row, nullptr) << row.name;
+        EXPECT_EQ(count_of(*light_row), row.component >= 0 ? 3u : row.values) << row.name;
     }
     for (std::size_t i = 0; i < property_table().size(); ++i)
         EXPECT_EQ(static_cast<std::size_t>(property_table()[i].property), i) << "rows stand in the order of the enum";

@@ -76,14 +76,14 @@ TEST_F(Presets, EveryNumberOfALightComesBack) {
     ASSERT_EQ(save("before"), "ok");
     const Light before = light();
     for (const double fade_s : {0.0, 2.0}) {
-        for (const LightSlot& slot : light_slots()) {
-            const PropertyRow& row = row_of(slot.property);
+        for (const LightRow& light_row : light_rows()) {
+            const PropertyRow& row = row_of(light_row.property);
             const double value = row.least + 0.3 * (row.most - row.least);
             v1::Command command;
             command.mutable_set_light()->set_name(name);
-            write_numbers(*command.mutable_set_light(), row.field, std::vector<double>(count_of(slot), value));
+            write_numbers(*command.mutable_set_light(), row.field, std::vector<double>(count_of(light_row), value));
             ASSERT_EQ(run(command), "ok") << row.name;
-            ASSERT_NE(numbers_of(light(), slot), numbers_of(before, slot)) << row.name;
+            ASSERT_NE(numbers_of(light(), light_row), numbers_of(before, light_row)) << row.name;
         }
         if (fade_s == 0) {
             ASSERT_EQ(recall("before"), "ok");
@@ -92,8 +92,9 @@ TEST_F(Presets, EveryNumberOfALightComesBack) {
             apply_inputs(scene, fade.step(scene, 2'000'000'000));
             EXPECT_FALSE(fade.running());
         }
-        for (const LightSlot& slot : light_slots())
-            EXPECT_EQ(numbers_of(light(), slot), numbers_of(before, slot)) << row_of(slot.property).name << fade_s;
+        for (const LightRow& light_row : light_rows())
+            EXPECT_EQ(numbers_of(light(), light_row), numbers_of(before, light_row))
+                << row_of(light_row.property).name << fade_s;
     }
 }
 

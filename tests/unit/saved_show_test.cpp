@@ -52,12 +52,12 @@ protected:
         v1::Command command;
         v1::SetLight& set = add ? *command.mutable_add_light()->mutable_light() : *command.mutable_set_light();
         set.set_name(name);
-        for (const LightSlot& slot : light_slots()) {  // another share of its range for each number
-            const PropertyRow& row = row_of(slot.property);
+        for (const LightRow& light_row : light_rows()) {  // another share of its range for each number
+            const PropertyRow& row = row_of(light_row.property);
             Numbers numbers{};
-            double share = 0.3 + seed / 10 + 0.01 * static_cast<double>(&slot - light_slots().data());
+            double share = 0.3 + seed / 10 + 0.01 * static_cast<double>(&light_row - light_rows().data());
             for (double& number : numbers) number = row.least + (row.most - row.least) * (share -= 0.1);
-            write_numbers(set, row.field, slot, numbers);
+            write_numbers(set, row.field, light_row, numbers);
         }
         return command;
     }
@@ -126,8 +126,8 @@ protected:
     static void expect_same(const AnyLight& a, const AnyLight& b) {
         SCOPED_TRACE(a.name);
         EXPECT_EQ(a.name, b.name);
-        for (const LightSlot& slot : light_slots())
-            EXPECT_EQ(numbers_of(a, slot), numbers_of(b, slot)) << row_of(slot.property).name;
+        for (const LightRow& light_row : light_rows())
+            EXPECT_EQ(numbers_of(a, light_row), numbers_of(b, light_row)) << row_of(light_row.property).name;
         EXPECT_NEAR(glm::length(aim_of(a.world_from_light) - aim_of(b.world_from_light)), 0, 1e-12);
         EXPECT_NEAR(glm::length(c0_of(a.world_from_light) - c0_of(b.world_from_light)), 0, 1e-12);
         EXPECT_EQ(a.profile->name, b.profile->name);
