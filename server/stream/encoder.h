@@ -32,13 +32,13 @@ struct EncodedFrame {
     std::int64_t began_ns = 0, encoded_ns = 0;     // of its encoding; a repeat of a picture begins long after it
 };
 
-inline constexpr double kCrf = 23.0;  // x264's scale of quality: 6 more halve the bits
+inline constexpr double kCrf = 23.0;  // x264's constant rate factor: 6 more halve the bits
 
 // How one frame is to be encoded.
 struct FrameRequest {
     bool key = false;                // as an IDR with SPS and PPS in-band
-    std::uint32_t budget_bytes = 0;  // it shall not be larger, whatever that costs in quality; 0: no limit
-    double crf = kCrf;               // the quality where the budget allows it, 0..51
+    std::uint32_t budget_bytes = 0;  // it shall not be larger, however coarse it gets; 0: no limit
+    double crf = kCrf;               // where the budget allows it, 0..51
 };
 
 // H.264 by libavcodec: infinite GOP, no B frames, nothing held back, BT.709 limited VUI. Not thread-safe: one thread
@@ -70,7 +70,7 @@ std::vector<std::string> working_encoders(const std::string& wanted, int width_p
                                           const EncoderFactory& open,
                                           const std::function<void(const std::string&)>& note);
 
-// Result: a JPEG file of the picture (MJPEG fallback). quality 1..100.
+// Result: a JPEG file of the picture (MJPEG fallback). quality_percent: of JPEG, 1..100.
 Result<EncodedFrame> encode_jpeg_frame(const Picture& picture, int quality_percent);
 
 }  // namespace gonio

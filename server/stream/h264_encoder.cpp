@@ -200,7 +200,7 @@ private:
         return true;
     }
 
-    // Constant quality under a limit that each kind spells in its own way.
+    // A constant rate factor under a limit that each kind spells in its own way.
     void add_rate(AVDictionary*& dictionary, const FrameRequest& request) {
         crf_ = request.crf;
         budget_bytes_ = request.budget_bytes;
