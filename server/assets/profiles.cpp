@@ -15,7 +15,7 @@ namespace {
 std::shared_ptr<const Profile> shared_profile(std::string name, ies::Photometry photometry) {
     auto profile = std::make_shared<Profile>();
     profile->name = std::move(name);
-    profile->max_cd = ies::peak_intensity(photometry.web).in(cd);
+    profile->peak_cd = ies::peak_intensity(photometry.web).in(cd);
     profile->flux_lm = ies::total_flux(photometry.web).in(lm);
     profile->photometry = std::move(photometry);
     return profile;

@@ -62,7 +62,7 @@ void take_flux(const VplRays& rays, const transport::Transport::Surface& surface
     // In all the luminaire's flux, though few rays may meet the beam.
     double all = 0.0;
     for (const VplRays::Ray& ray : rays.rays) all += static_cast<double>(ray.flux_lm_per_cd);
-    const float right = all > 0.0 ? static_cast<float>(rays.profile->flux_lm / rays.profile->max_cd / all) : 0.0f;
+    const float right = all > 0.0 ? static_cast<float>(rays.profile->flux_lm / rays.profile->peak_cd / all) : 0.0f;
     std::vector<float> taken(surfels.count, 0.0f), landed(surfels.count, 0.0f);
     for (std::size_t i = 0; i < ends.size(); ++i) {
         if (ends[i].around == nullptr) continue;

@@ -8,7 +8,7 @@ namespace gonio {
 std::shared_ptr<const WebGpu> make_web(std::shared_ptr<const Profile> profile) {
     auto web = std::make_shared<WebGpu>();
     web->tables = &tables_of(*profile);
-    web->peak_cd = static_cast<float>(profile->max_cd);
+    web->peak_cd = static_cast<float>(profile->peak_cd);
     web->profile = std::move(profile);
     return web;
 }

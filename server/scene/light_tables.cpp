@@ -16,7 +16,7 @@ LightTables::LightTables(const Profile& profile, const std::optional<ies::Photom
     if (thin)
         thinned = "The web of '" + profile.name + "' is finer than a picture shows: of its " + size_of(own) +
                   " angles lighting takes means over " + size_of(web) + "; meters take its direct light as it is.";
-    words = pack_web(web, profile.max_cd);
+    words = pack_web(web, profile.peak_cd);
     lit = directions.lit_directions();
     beam_cos = directions.beam_cosine();
     uniform = uniform_grid(web);

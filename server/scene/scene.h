@@ -86,7 +86,7 @@ struct LightTablesOnce {
 struct Profile {
     std::string name;
     ies::Photometry photometry;
-    double max_cd = 0.0;   // peak of the web
+    double peak_cd = 0.0;  // of the web
     double flux_lm = 0.0;  // its integral
     LightTablesOnce tables;
     bool operator==(const Profile&) const = default;

@@ -30,7 +30,7 @@ v1::ProfileReply profile_reply(const Light& light) {
     v1::ProfileReply reply;
     reply.set_light(light.name);
     reply.set_profile(light.profile->name);
-    reply.set_max_cd(light.profile->max_cd);
+    reply.set_max_cd(light.profile->peak_cd);
     reply.set_flux_lm(light.profile->flux_lm);
     for (int v = 0; v <= 180; v += 2) {
         const auto at = [&](double h) {

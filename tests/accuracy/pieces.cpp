@@ -70,7 +70,7 @@ std::shared_ptr<const Profile> axial_profile(const std::string& name, double ste
     for (int plane = 0; plane < 2; ++plane) {
         for (double v : web.v_rad) web.candela.push_back(static_cast<float>(law(v)));
     }
-    profile->max_cd = ies::peak_intensity(web).in(cd);
+    profile->peak_cd = ies::peak_intensity(web).in(cd);
     profile->flux_lm = ies::total_flux(web).in(lm);
     return profile;
 }

@@ -154,7 +154,7 @@ std::shared_ptr<const Profile> skew_profile(ies::Goniometer goniometer) {
             web.candela.push_back(static_cast<float>(skew_law({d[0], d[1], d[2]})));
         }
     }
-    profile->max_cd = ies::peak_intensity(web).in(cd);
+    profile->peak_cd = ies::peak_intensity(web).in(cd);
     profile->flux_lm = ies::total_flux(web).in(lm);
     return profile;
 }

@@ -35,7 +35,7 @@ inline const Loaded& some_files() {
         profile->name = "one";
         profile->photometry.web = {
             ies::Goniometer::type_c, {0.0, std::numbers::pi}, {0.0, 2 * std::numbers::pi}, {100, 100, 100, 100}};
-        profile->max_cd = 100;
+        profile->peak_cd = 100;
         auto asset = std::make_shared<SceneAsset>();
         asset->name = "some";
         asset->bounds = {{-1, -1, -1}, {1, 1, 1}};

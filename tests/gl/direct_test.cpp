@@ -269,7 +269,7 @@ TEST(Direct, GoniometerTypesAgree) {
                 web.candela.push_back(static_cast<float>(1000.0 * std::max(0.0, along)));
             }
         }
-        profile->max_cd = 1000.0;
+        profile->peak_cd = 1000.0;
         Renderer renderer(context(), direct_light());
         make_coarse(renderer);
         const Scene scene = floor_scene(10.0, 0.0f, profile, {0, 2, 0}, orientation_of({0.4, 0.5, 0.3}));

@@ -82,7 +82,7 @@ TEST(Indirect, TurningTheLuminaireKeepsItsFlux) {
             const auto flux = renderer.capture(scene, View::rsm_flux, 4 * kRsmSize, 3 * kRsmSize, true);
             double sum = 0.0;
             for (std::size_t i = 0; i < flux->values.size(); i += 4) sum += static_cast<double>(flux->values[i]);
-            EXPECT_NEAR(sum * profile->max_cd, profile->flux_lm, 0.005 * profile->flux_lm)
+            EXPECT_NEAR(sum * profile->peak_cd, profile->flux_lm, 0.005 * profile->flux_lm)
                 << profile->name << " turn " << k;
         }
     }

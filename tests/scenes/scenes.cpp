@@ -14,7 +14,7 @@ std::shared_ptr<const Profile> profile_of(const std::string& name, double step_d
     for (double h : web.h_rad) {
         for (double v : web.v_rad) web.candela.push_back(static_cast<float>(law(v, h)));
     }
-    profile->max_cd = ies::peak_intensity(web).in(cd);
+    profile->peak_cd = ies::peak_intensity(web).in(cd);
     profile->flux_lm = ies::total_flux(web).in(lm);
     return profile;
 }

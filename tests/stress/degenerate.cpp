@@ -18,7 +18,7 @@ std::shared_ptr<const Profile> pencil(double half_rad, double edge_rad) {
     web.v_rad = {0.0, half_rad, half_rad + edge_rad, kPi};
     web.h_rad = {0.0, 2 * kPi};
     for (int h = 0; h < 2; ++h) web.candela.insert(web.candela.end(), {1e5f, 1e5f, 0.0f, 0.0f});
-    profile->max_cd = ies::peak_intensity(web).in(cd);
+    profile->peak_cd = ies::peak_intensity(web).in(cd);
     profile->flux_lm = ies::total_flux(web).in(lm);
     return profile;
 }

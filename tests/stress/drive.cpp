@@ -69,7 +69,7 @@ struct BufferChecks {
     void check_reflected(const Inspected& item, double flux_per_cd, const char* figure, double bound,
                          const Where& where) {
         const double limit = item.light->profile->flux_lm * greatest_albedo(*item.scene.asset);
-        const double reflected = flux_per_cd * item.light->profile->max_cd;
+        const double reflected = flux_per_cd * item.light->profile->peak_cd;
         bench.findings.of(bench.group, figure, bound)
             .note(limit > 0.0       ? reflected / limit
                   : reflected > 0.0 ? 2.0

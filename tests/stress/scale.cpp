@@ -167,7 +167,7 @@ void check_sphere(Bench& bench, Scene& scene, const Sphere& sphere, double cande
     live = {scene.lights[on].id, scene.width_px, {}, {}};
     scene.camera_rev = ++scene.scene_rev;  // the layers are written once more, where they are seen
     test::show(bench.renderer, scene);
-    const double peak = scene.lights[on].profile->max_cd;
+    const double peak = scene.lights[on].profile->peak_cd;
     const LiveErrors errors = live_errors(live, peak, candela);
     found.live_direct.note(errors.direct, where);
     found.live_bounced.note(errors.bounced, where);

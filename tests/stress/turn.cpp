@@ -76,7 +76,7 @@ struct FluxReader {
         if (name == "flux") {
             double sum = 0.0;
             for (std::size_t i = 0; i < item.values.size(); i += 4) sum += static_cast<double>(item.values[i]);
-            rsm_lm = sum * item.light->profile->max_cd;
+            rsm_lm = sum * item.light->profile->peak_cd;
         }
     }
 };

@@ -19,7 +19,7 @@ std::shared_ptr<const Profile> some_profile(const char* name) {
     profile->name = name;
     profile->photometry.web = {
         ies::Goniometer::type_c, {0.0, std::numbers::pi}, {0.0, 2 * std::numbers::pi}, {100, 100, 100, 100}};
-    profile->max_cd = 100;
+    profile->peak_cd = 100;
     return profile;
 }
 

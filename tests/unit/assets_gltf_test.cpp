@@ -329,7 +329,7 @@ TEST_F(AssetsGltf, IesLights) {
     ASSERT_EQ(scene->lights.size(), 3u);
     const auto builtin = builtin_profile("downlight");
     ASSERT_TRUE(builtin);
-    for (const LightSeed& light : scene->lights) EXPECT_DOUBLE_EQ(light.profile->max_cd, (*builtin)->max_cd);
+    for (const LightSeed& light : scene->lights) EXPECT_DOUBLE_EQ(light.profile->peak_cd, (*builtin)->peak_cd);
     EXPECT_EQ(scene->lights[0].profile->name, "down%20light.ies");
     EXPECT_EQ(scene->lights[1].profile->name, "inline");
     EXPECT_DOUBLE_EQ(scene->lights[0].multiplier, 0.5);

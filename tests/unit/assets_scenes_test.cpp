@@ -125,7 +125,7 @@ TEST(AssetsProfiles, BuiltinOnesHaveTheirFlux) {
         ASSERT_TRUE(profile) << luminaire.name;
         EXPECT_EQ((*profile)->name, luminaire.name);
         EXPECT_NEAR((*profile)->flux_lm / luminaire.flux.in(lm), 1.0, 0.002) << luminaire.name;
-        EXPECT_GT((*profile)->max_cd, 0.0);
+        EXPECT_GT((*profile)->peak_cd, 0.0);
     }
     const auto none = builtin_profile("candle");
     ASSERT_FALSE(none);
@@ -144,9 +144,9 @@ TEST(AssetsProfiles, SpotCones) {
             ASSERT_LT(web.v_rad[i], web.v_rad[i + 1]) << inner << outer;
         ASSERT_EQ(web.candela.size(), web.v_rad.size() * web.h_rad.size());
         for (const float value : web.candela) ASSERT_TRUE(value >= 0.0f && value <= 1.0f);
-        EXPECT_LE(profile->max_cd, 1.0);
+        EXPECT_LE(profile->peak_cd, 1.0);
     }
-    EXPECT_EQ(punctual_spot_profile(0.1, 0.7)->max_cd, 1.0);
+    EXPECT_EQ(punctual_spot_profile(0.1, 0.7)->peak_cd, 1.0);
 }
 
 class AssetsPictures : public ::testing::Test {

@@ -28,7 +28,7 @@ std::shared_ptr<const Profile> profile_of(std::size_t n_v, std::size_t n_h,
     spread(web.h_rad, n_h, 360);
     for (const double h : web.h_rad)
         for (const double v : web.v_rad) web.candela.push_back(static_cast<float>(law(v / kDegree, h / kDegree)));
-    profile->max_cd = ies::peak_intensity(web).in(cd);
+    profile->peak_cd = ies::peak_intensity(web).in(cd);
     profile->flux_lm = ies::total_flux(web).in(lm);
     return profile;
 }

@@ -82,7 +82,7 @@ TEST(Trace, ANarrowRingIsMet) {
     for (const double v_deg : {0.0, 30.02, 30.12, 30.22, 90.0}) web.v_rad.push_back(v_deg * std::numbers::pi / 180);
     web.h_rad = {0.0, 2 * std::numbers::pi};
     for (int h = 0; h < 2; ++h) web.candela.insert(web.candela.end(), {0, 0, 1e5f, 0, 0});
-    profile->max_cd = ies::peak_intensity(web).in(cd);
+    profile->peak_cd = ies::peak_intensity(web).in(cd);
     profile->flux_lm = ies::total_flux(web).in(lm);
     const Scene scene = scene_with({{inward_sphere(2.0, 128), glm::vec3(0.5f)}}, profile, {0, 0, 0});
     const glm::dvec3 d = glm::normalize(glm::dvec3(1, 0.2, 0.1));

@@ -107,7 +107,7 @@ double direct_at_point(const PassContext& context, const Light& light, const Lig
     if (!(d2 > 0.0 && cosine > 0.0 && gpu.web->peak_cd > 0.0f)) return 0.0;
     const glm::dvec3 in_light = glm::transpose(glm::dmat3(glm::mat3_cast(light.world_from_light))) * d;
     const double ratio = ies::intensity(light.profile->photometry.web, {in_light.x, in_light.y, in_light.z}).in(cd) /
-                         light.profile->max_cd;
+                         light.profile->peak_cd;
     const glm::vec3 local = context.traced.local(point);
     const glm::vec3 from = local + glm::vec3(normal) * (4.0f * context.traced.step_off(local));
     const bool lit = ratio > 0.0 && !context.traced.occluded(from, context.traced.local(light.position));
