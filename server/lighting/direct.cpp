@@ -28,7 +28,7 @@ struct Tile {
     glm::vec3 least, greatest;                                     // corners of a box around the surfaces
     // Pixels that need a ray of their own, and what it would bring.
     std::uint16_t asking[kTilePixels];
-    float lux[kTilePixels];
+    float relative[kTilePixels];
 };
 
 // Marks a grid point that receives no light: hidden or turned away (negative), or beyond the beam.
@@ -52,14 +52,14 @@ HWY_INLINE Float falloff(const Vec3& to, const Vec3& n) {
     return max(-dot(n, to), Float(0.0f)) * per_d * per_d * per_d;
 }
 
-void DirectPoints(const DirectLight& light, const Points& points, std::size_t count, float* lux, float* ratio) {
+void DirectPoints(const DirectLight& light, const Points& points, std::size_t count, float* relative, float* ratio) {
     for (std::size_t i = 0; i < count; i += hn::Lanes(Tag())) {
         const auto at = static_cast<std::ptrdiff_t>(i);
         const Vec3 to = position_of(points, at) - spread(light.position);
         const Float share = falloff(to, normal_of(points, at));
         const bool dark = ratio == nullptr && hn::AllFalse(Tag(), Float(0.0f) < share);
         const Float value = dark ? Float(0.0f) : web_ratio(light.web, turned(light.light_from_world, to));
-        store(value * share * Float(light.unit_m2), lux + i);
+        store(value * share * Float(light.unit_m2), relative + i);
         if (ratio != nullptr) store(value, ratio + i);
     }
 }
@@ -184,18 +184,19 @@ std::size_t LightTile(Tile& tile, const DirectLight& light, const float* lattice
                 if (hn::AllFalse(tag, hn::Or(lit, casts_ray))) continue;
                 if (!hn::AllFalse(tag, hn::Or(casts_ray, steep)))
                     ratio = web_ratio(light.web, turned(light.light_from_world, to[v]));
-                const Float lux = ratio * share[v] * Float(light.unit_m2), shown = hn::IfThenElseZero(lit, lux.raw);
+                const Float relative = ratio * share[v] * Float(light.unit_m2),
+                            shown = hn::IfThenElseZero(lit, relative.raw);
                 for (std::size_t k = 0; k < planes; ++k)
                     store(load(tile.light[k] + at) + shown * Float(light.weight[static_cast<int>(k)]),
                           tile.light[k] + at);
-                store(hn::IfThenElseZero(casts_ray, lux.raw), contribution + v * kSimdWidth + i);
+                store(hn::IfThenElseZero(casts_ray, relative.raw), contribution + v * kSimdWidth + i);
                 any |= !hn::AllFalse(tag, casts_ray);
             }
         }
         for (std::size_t k = 0; any && k < kSquare * kSimdWidth; ++k) {
             const std::size_t at = k % kSquare * kSimdWidth + k / kSquare;
             tile.asking[asking] = static_cast<std::uint16_t>(group + at);
-            tile.lux[asking] = contribution[at];
+            tile.relative[asking] = contribution[at];
             asking += contribution[at] > 0.0f ? 1 : 0;
         }
     }
@@ -232,8 +233,8 @@ HWY_EXPORT(FillTile);
 HWY_EXPORT(LightTile);
 HWY_EXPORT(StoreTile);
 
-void direct_points(const DirectLight& light, const Points& points, std::size_t count, float* lux, float* ratio) {
-    HWY_DYNAMIC_DISPATCH(DirectPoints)(light, points, count, lux, ratio);
+void direct_points(const DirectLight& light, const Points& points, std::size_t count, float* relative, float* ratio) {
+    HWY_DYNAMIC_DISPATCH(DirectPoints)(light, points, count, relative, ratio);
 }
 
 namespace {
@@ -326,11 +327,11 @@ void ask_grid(const GridPart& part, const GBuffer& gbuffer, const trace::Geometr
         for (std::size_t p = 0; p < 4; ++p) {
             const std::size_t first = p * trace::kPacket;
             const unsigned active = part.active[p];
-            alignas(64) float lux[trace::kPacket] = {}, ratio[trace::kPacket] = {};
+            alignas(64) float relative[trace::kPacket] = {}, ratio[trace::kPacket] = {};
             unsigned lit = 0;
             if ((beams >> k & 1u) != 0 && active != 0) {
-                direct_points(lights[k], points_at(part.points, first), trace::kPacket, lux, ratio);
-                for (int i = 0; i < trace::kPacket; ++i) lit |= (lux[i] > 0.0f ? 1u : 0u) << i;
+                direct_points(lights[k], points_at(part.points, first), trace::kPacket, relative, ratio);
+                for (int i = 0; i < trace::kPacket; ++i) lit |= (relative[i] > 0.0f ? 1u : 0u) << i;
                 lit &= active;
             }
             unsigned seen = all_seen ? lit : 0u;
@@ -362,7 +363,7 @@ void ask_pixels(Tile& tile, std::size_t asking, const GBuffer& gbuffer, const tr
         for (std::size_t i = 0; i < count; ++i) {
             if ((seen >> i & 1u) == 0) continue;
             for (std::size_t k = 0; k < planes; ++k)
-                tile.light[k][tile.asking[first + i]] += light.weight[static_cast<int>(k)] * tile.lux[first + i];
+                tile.light[k][tile.asking[first + i]] += light.weight[static_cast<int>(k)] * tile.relative[first + i];
         }
     }
 }

@@ -11,7 +11,7 @@
 
 namespace gonio::lighting {
 
-// A luminaire. Its light is measured in unit_m2: illuminance per candela of its peak × unit_m2.
+// A luminaire. Its light is measured in unit_m2: illuminance per candela of its peak × unit_m2, a ratio.
 struct DirectLight {
     glm::vec3 position;  // local, m
     glm::mat3 light_from_world;
@@ -21,9 +21,9 @@ struct DirectLight {
     glm::vec3 weight{1.0f};  // what it counts in each plane of a picture
 };
 
-// At `count` points, a multiple of kSimdWidth: light that arrives if nothing stands between, 0 where it comes from
-// behind; ratio: I / I_peak, or null. Any thread.
-void direct_points(const DirectLight& light, const Points& points, std::size_t count, float* lux,
+// At `count` points, a multiple of kSimdWidth. relative: light in that measure if nothing stands between, 0 where it
+// comes from behind; ratio: I / I_peak, or null. Any thread.
+void direct_points(const DirectLight& light, const Points& points, std::size_t count, float* relative,
                    float* ratio = nullptr);
 
 // Scratch of direct_light: per luminaire I / I_peak at every point of ScreenGrid::grid, negative where it is hidden.
