@@ -68,14 +68,14 @@ void DirectPoints(const DirectLight& light, const Points& points, std::size_t co
 bool FillTile(Tile& tile, const GBuffer& s, const std::uint32_t* weights) {
     const Tag tag;
     const IntTag ints;
-    const std::size_t lanes = hn::Lanes(tag);
+    const std::size_t simd_lanes = hn::Lanes(tag);
     Vec3 least(Float(1e30f), Float(1e30f), Float(1e30f)), greatest(Float(-1e30f), Float(-1e30f), Float(-1e30f));
     for (int row = 0; row < kTileRows; ++row) {
         const int y = tile.first_y + row;
         const bool inside = y < s.height;
         const std::size_t from = static_cast<std::size_t>(inside ? y : 0) * s.row_length;
         const glm::vec3 start = s.rays.corner + static_cast<float>(y) * s.rays.up;
-        for (std::size_t i = 0; i < kSimdWidth; i += lanes) {
+        for (std::size_t i = 0; i < kSimdWidth; i += simd_lanes) {
             const std::size_t x = static_cast<std::size_t>(tile.first_x) + 4 * i;
             Raw depth[4];
             hn::Vec<IntTag> normal[4], weight[4];

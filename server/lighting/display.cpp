@@ -81,11 +81,11 @@ void EncodeRow(const Display& display, int y, const std::int32_t* table, float s
                const std::uint16_t* indirect, float* red, float* green, float* blue) {
     const Tag tag;
     const IntTag ints;
-    const auto lanes = hn::Lanes(tag);
+    const auto simd_lanes = hn::Lanes(tag);
     const std::size_t row = static_cast<std::size_t>(y) * display.row_length;
     HWY_ALIGN float dither[kSimdWidth];
     for (int i = 0; i < static_cast<int>(kSimdWidth); ++i) dither[i] = glsl::display_dither(i, y);
-    for (std::size_t x = 0; x < display.row_length; x += lanes) {
+    for (std::size_t x = 0; x < display.row_length; x += simd_lanes) {
         const std::size_t at = row + x;
         const auto units = [&](int k) { return hn::ConvertTo(tag, hn::LoadU(ints, kept[k] + x)); };
         Vec3 light = Vec3(units(0), units(1), units(2)) * Float(display.per_step);
@@ -118,12 +118,12 @@ HWY_INLINE hn::Vec<hn::Rebind<std::uint8_t, Tag>> to_byte(Float x) {
 void Nv12Rows(const float* const* upper, const float* const* lower, std::size_t width, std::uint8_t* upper_y,
               std::uint8_t* lower_y, std::uint8_t* chroma) {
     const Tag tag;
-    const auto lanes = hn::Lanes(tag);
+    const auto simd_lanes = hn::Lanes(tag);
     const hn::Rebind<std::uint8_t, Tag> bytes;
     const auto luma = [](Float r, Float g, Float b) {
         return r * Float(0.2126f) + g * Float(0.7152f) + b * Float(0.0722f);
     };
-    for (std::size_t x = 0; x < width; x += 2 * lanes) {
+    for (std::size_t x = 0; x < width; x += 2 * simd_lanes) {
         Float mean[3];
         for (int k = 0; k < 3; ++k) {
             Raw a, b, c, d;
@@ -135,7 +135,7 @@ void Nv12Rows(const float* const* upper, const float* const* lower, std::size_t 
         const Float cb = Float(128.0f) + (mean[2] - y) * Float(224.0f / 1.8556f),
                     cr = Float(128.0f) + (mean[0] - y) * Float(224.0f / 1.5748f);
         hn::StoreInterleaved2(to_byte(cb), to_byte(cr), bytes, chroma + x);
-        for (std::size_t i = x; i < x + 2 * lanes; i += lanes) {
+        for (std::size_t i = x; i < x + 2 * simd_lanes; i += simd_lanes) {
             const auto store_y = [&](const float* const* rgb, std::uint8_t* to) {
                 hn::StoreU(
                     to_byte(Float(16.0f) + luma(load(rgb[0] + i), load(rgb[1] + i), load(rgb[2] + i)) * Float(219.0f)),

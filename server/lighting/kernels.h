@@ -9,7 +9,7 @@
 
 namespace gonio::lighting {
 
-inline constexpr std::size_t kSimdWidth = 16;  // arrays are padded to this many floats, the widest set's lanes
+inline constexpr std::size_t kSimdWidth = 16;  // arrays are padded to this many floats, the widest set's SIMD lanes
 
 // Points that receive light, as arrays; positions in m, local (server/trace/geometry.h), normals unit or all zero where
 // there is no surface.

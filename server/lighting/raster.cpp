@@ -85,7 +85,7 @@ void Project(const glm::mat3& screen_from_local, const glm::vec3& eye, std::size
 void RasterTriangle(const MaterialTable& material_table, const Setup& s, std::uint32_t index, const Strip& strip) {
     const Tag tag;
     const IntTag ints;
-    const auto lanes = static_cast<int>(hn::Lanes(tag));
+    const auto simd_lanes = static_cast<int>(hn::Lanes(tag));
     const int low = std::max<int>(s.y0, strip.first_row), high = std::min<int>(s.y1, strip.first_row + strip.rows - 1);
     bool any = false;
     for (int y = low; y <= high; ++y) {
@@ -93,7 +93,7 @@ void RasterTriangle(const MaterialTable& material_table, const Setup& s, std::ui
         float row[3];
         int x0 = s.x0, x1 = s.x1;
         for (int k = 0; k < 3; ++k) row[k] = s.edge[k][1] * dy + s.edge[k][2];
-        if (x1 - x0 > 2 * lanes) {  // where the row enters and leaves, a pixel more on both sides
+        if (x1 - x0 > 2 * simd_lanes) {  // where the row enters and leaves, a pixel more on both sides
             float enter = 0.0f, leave = static_cast<float>(x1 - x0);
             for (int k = 0; k < 3; ++k) {
                 const float a = s.edge[k][0];
@@ -114,7 +114,7 @@ void RasterTriangle(const MaterialTable& material_table, const Setup& s, std::ui
         const float depth_row = s.depth[1] * dy + s.depth[2];
         float* depth = strip.depth + (y - strip.first_row) * strip.row_length;
         std::uint32_t* nearest = strip.nearest + (y - strip.first_row) * strip.row_length;
-        for (int x = x0 / lanes * lanes; x <= x1; x += lanes) {
+        for (int x = x0 / simd_lanes * simd_lanes; x <= x1; x += simd_lanes) {
             const Float dx = hn::ConvertTo(tag, hn::Iota(ints, x - s.x0));
             const Float e0 = Float(s.edge[0][0]) * dx + Float(row[0]), e1 = Float(s.edge[1][0]) * dx + Float(row[1]),
                         e2 = Float(s.edge[2][0]) * dx + Float(row[2]);
@@ -128,7 +128,7 @@ void RasterTriangle(const MaterialTable& material_table, const Setup& s, std::ui
                 HWY_ALIGN float w1[kSimdWidth], w2[kSimdWidth], sum[kSimdWidth], open[kSimdWidth];
                 store(e1, w1), store(e2, w2), store(d, sum);
                 hn::Store(hn::IfThenElseZero(shown, hn::Set(tag, 1.0f)), tag, open);
-                for (int i = 0; i < lanes; ++i) {
+                for (int i = 0; i < simd_lanes; ++i) {
                     if (open[i] != 0.0f &&
                         is_hole(material_table, s.triangle & ~Setup::kAlphaMask, w1[i] / sum[i], w2[i] / sum[i]))
                         open[i] = 0.0f;
@@ -148,8 +148,8 @@ void RasterTriangle(const MaterialTable& material_table, const Setup& s, std::ui
     }
 }
 
-// What the nearest triangles look like at `lanes` pixels from x on; strip.nearest becomes that of the scene. nearest:
-// of setups, and 1. One: all pixels show the same triangle. Cut up it would pass ten vectors of lanes around.
+// What the nearest triangles look like at `simd_lanes` pixels from x on; strip.nearest becomes that of the scene.
+// nearest: of setups, and 1. One: all pixels show the same triangle. Cut up it would pass ten vectors around.
 template <bool kOne>
 HWY_INLINE void shade_pixels(const MaterialTable& material_table, const Setup* setups, const Strip& strip, int x, int y,
                              hn::Vec<IntTag> nearest, const Rays& rays, float pixel_per_depth) {
@@ -236,10 +236,10 @@ void ShadeStrip(const MaterialTable& material_table, const Setup* setups, const 
                 float pixel_per_depth) {
     const Tag tag;
     const IntTag ints;
-    const auto lanes = static_cast<int>(hn::Lanes(tag));
+    const auto simd_lanes = static_cast<int>(hn::Lanes(tag));
     for (int y = strip.first_row; y < strip.first_row + strip.rows; ++y) {
         const std::uint32_t* nearest = strip.nearest + (y - strip.first_row) * strip.row_length;
-        for (int x = 0; x < static_cast<int>(strip.row_length); x += lanes) {
+        for (int x = 0; x < static_cast<int>(strip.row_length); x += simd_lanes) {
             const auto which = hn::LoadU(ints, reinterpret_cast<const std::int32_t*>(nearest + x));
             if (hn::AllTrue(ints, hn::Eq(which, hn::Set(ints, static_cast<int>(nearest[x])))))
                 shade_pixels<true>(material_table, setups, strip, x, y, which, rays, pixel_per_depth);

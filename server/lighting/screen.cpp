@@ -39,11 +39,11 @@ void WeightsRow(const GBuffer& gbuffer, int y, ScreenGrid& screen) {
     const auto width = static_cast<std::ptrdiff_t>(gbuffer.row_length), row = y * width;
     const Tag tag;
     const IntTag ints;
-    const auto lanes = static_cast<std::ptrdiff_t>(hn::Lanes(tag));
+    const auto simd_lanes = static_cast<std::ptrdiff_t>(hn::Lanes(tag));
     const std::ptrdiff_t low = row_below(y);
     const float along_y = static_cast<float>(y - 2) * 0.25f - static_cast<float>(low);
     const glm::vec3 start = rays.corner + static_cast<float>(y) * rays.up;
-    for (std::ptrdiff_t x = 0; x < width; x += 4 * lanes) {
+    for (std::ptrdiff_t x = 0; x < width; x += 4 * simd_lanes) {
         Raw d[4];
         hn::LoadInterleaved4(tag, gbuffer.depth.data() + row + x, d[0], d[1], d[2], d[3]);
         hn::Vec<IntTag> packed[4];
@@ -88,13 +88,13 @@ void WeightsRow(const GBuffer& gbuffer, int y, ScreenGrid& screen) {
 void UpsampleRow(const GBuffer& gbuffer, const ScreenGrid& screen, const Planes& light, int y, std::uint16_t* out) {
     const Tag tag;
     const IntTag ints;
-    const auto lanes = static_cast<std::ptrdiff_t>(hn::Lanes(tag));
+    const auto simd_lanes = static_cast<std::ptrdiff_t>(hn::Lanes(tag));
     const auto width = static_cast<std::ptrdiff_t>(gbuffer.row_length), stride = screen.grid.stride;
     const std::uint32_t* weights = screen.to_pixels.weights.data() + y * width;
     const float* values[3];
     for (std::size_t k = 0; k < 3; ++k) values[k] = light[k].data() + screen.grid.at(0, row_below(y));
     HWY_ALIGN float plane[3][4 * kSimdWidth];
-    for (std::ptrdiff_t x = 0; x < width; x += 4 * lanes) {
+    for (std::ptrdiff_t x = 0; x < width; x += 4 * simd_lanes) {
         hn::Vec<IntTag> packed[4];
         hn::LoadInterleaved4(ints, reinterpret_cast<const std::int32_t*>(weights) + x, packed[0], packed[1], packed[2],
                              packed[3]);
@@ -115,7 +115,7 @@ void UpsampleRow(const GBuffer& gbuffer, const ScreenGrid& screen, const Planes&
         }
         for (int k = 0; k < 3; ++k)
             hn::StoreInterleaved4(result[k][0], result[k][1], result[k][2], result[k][3], tag, plane[k]);
-        for (std::ptrdiff_t i = 0; i < 4 * lanes; i += lanes)
+        for (std::ptrdiff_t i = 0; i < 4 * simd_lanes; i += simd_lanes)
             store_rgb({load(plane[0] + i), load(plane[1] + i), load(plane[2] + i)}, out + 4 * (x + i));
     }
 }

@@ -8,7 +8,7 @@ using Raw = hn::Vec<Tag>;
 using IntTag = hn::RebindToSigned<Tag>;
 using Mask = hn::Mask<Tag>;
 
-// One float per lane.
+// One float per SIMD lane.
 struct Float {
     Raw raw;
     HWY_INLINE Float() : raw(hn::Zero(Tag())) {}

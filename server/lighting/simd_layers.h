@@ -27,7 +27,7 @@ HWY_INLINE void add_fixed_point(Float value, Float steps, Float cap, std::int32_
     const IntTag ints;
     hn::StoreU(hn::Add(hn::LoadU(ints, sum), to_fixed_point(value, steps, cap)), ints, sum);
 }
-// What a term shows at `count` pixels from `first` on, a multiple of the lanes, added to three sums.
+// What a term shows at `count` pixels from `first` on, a multiple of the SIMD lanes, added to three sums.
 HWY_INLINE void add_pixels(const LayerTerm& term, float cap, std::size_t first, std::size_t count,
                            std::int32_t* const* sums) {
     const std::uint16_t *direct = term.direct_pixels(), *indirect = term.indirect_pixels();

@@ -1,6 +1,6 @@
 // What surfaces look like, for SIMD lanes: normals and textures (material_table.h). Included after simd.h and as it is.
 
-// Unit vectors as the G-buffer holds them: octahedral, 2 snorm16 (shaders/lib/octahedral.glsl for lanes).
+// Unit vectors as the G-buffer holds them: octahedral, 2 snorm16 (shaders/lib/octahedral.glsl for SIMD lanes).
 HWY_INLINE hn::Vec<IntTag> pack_normal(const Vec3& n) {
     const IntTag ints;
     const Float per_sum = Float(1.0f) / (abs(n.x) + abs(n.y) + abs(n.z));

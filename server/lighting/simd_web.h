@@ -1,7 +1,7 @@
 // Photometric webs (server/scene/web_buffer.h) for SIMD lanes. Included after simd.h and as it is.
 
-// Where x falls on a web's axis (shaders/lib/web_buffer.glsl for lanes): cell + fraction; outside: whether it lies
-// beyond. even: its angles are equally spaced. Seven parameters: an axis, its table, and vectors of lanes.
+// Where x falls on a web's axis (shaders/lib/web_buffer.glsl for SIMD lanes): cell + fraction; outside: whether it
+// lies beyond. even: its angles are equally spaced. Seven parameters: an axis, its table, and vectors.
 HWY_INLINE Float web_cell(bool even, const float* axis, int n, const float* table, int buckets, Float x,
                           Mask& outside) {
     const Tag tag;

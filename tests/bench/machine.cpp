@@ -20,21 +20,21 @@ namespace gonio::bench {
 namespace {
 
 // Sixteen floats; compilers lower them to what the machine has.
-typedef float Lanes __attribute__((vector_size(64)));
+typedef float Vector __attribute__((vector_size(64)));
 
 constexpr int kChains = 8;  // as many as hide a multiply-add's latency
 #if defined(__x86_64__)
 __attribute__((target_clones("arch=x86-64-v4", "arch=x86-64-v3", "default")))
 #endif
 float multiply_adds(int rounds) {
-    Lanes a{}, b{}, c{}, d{}, e{}, f{}, g{}, h{};
-    Lanes factor{}, term{};
+    Vector a{}, b{}, c{}, d{}, e{}, f{}, g{}, h{};
+    Vector factor{}, term{};
     for (int i = 0; i < 16; ++i) factor[i] = 0.999f, term[i] = 0.001f * static_cast<float>(i);
     for (int i = 0; i < rounds; ++i) {
         a = a * factor + term, b = b * factor + term, c = c * factor + term, d = d * factor + term;
         e = e * factor + term, f = f * factor + term, g = g * factor + term, h = h * factor + term;
     }
-    const Lanes sum = ((a + b) + (c + d)) + ((e + f) + (g + h));
+    const Vector sum = ((a + b) + (c + d)) + ((e + f) + (g + h));
     return sum[3];
 }
 
