@@ -12,4 +12,9 @@ inline std::int64_t monotonic_ns() {
         .count();
 }
 
+// Result: s since a time of monotonic_ns().
+inline double seconds_since(std::int64_t t_ns) {
+    return static_cast<double>(monotonic_ns() - t_ns) * 1e-9;
+}
+
 }  // namespace gonio

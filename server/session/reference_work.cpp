@@ -16,10 +16,6 @@ namespace {
 constexpr std::int64_t kTellNs = 1'000'000'000;
 constexpr std::size_t kPointsPerCall = 16;  // of a grid, between two looks at the clock
 
-double seconds_since(std::int64_t begin_ns) {
-    return static_cast<double>(monotonic_ns() - begin_ns) * 1e-9;
-}
-
 }  // namespace
 
 // One job while the worker has it.

@@ -66,7 +66,7 @@ void StateFile::put(Scene scene) {
 
 const StateFile::Told& StateFile::told() {
     if (auto news = news_.try_take()) told_ = std::move(*news);
-    told_.unsaved_s = kept_ == put_ ? 0.0 : static_cast<double>(monotonic_ns() - unsaved_since_) * 1e-9;
+    told_.unsaved_s = kept_ == put_ ? 0.0 : seconds_since(unsaved_since_);
     return told_;
 }
 

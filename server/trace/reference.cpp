@@ -2,10 +2,10 @@
 
 #include <algorithm>
 #include <atomic>
-#include <chrono>
 #include <cmath>
 #include <numbers>
 
+#include "server/base/clock.h"
 #include "server/scene/eye.h"
 #include "server/trace/denoise.h"
 #include "server/trace/parallel.h"
@@ -21,12 +21,6 @@ constexpr int kMeterStreams = 16, kPixelStreams = 8;
 constexpr double kSafety = 0.8;
 // Samples after which a point, and a picture, that nothing has reached is called dark.
 constexpr std::uint32_t kDarkSamples = 1u << 16, kDarkPasses = 256;
-
-using Clock = std::chrono::steady_clock;
-
-double seconds_since(Clock::time_point begin) {
-    return std::chrono::duration<double>(Clock::now() - begin).count();
-}
 
 struct Stream {
     glm::dvec3 direct{0.0}, indirect{0.0};  // sums, lux
@@ -97,8 +91,8 @@ std::vector<Reading> measure(const World& world, std::span<const MeterPoint> poi
         if (!settings.openings) point.exact = glm::dvec3(luminaires_direct(world, point.receiver, nullptr));
         point.done = point.noise_reached = !needs_paths && !settings.openings;
     });
-    const auto begin = Clock::now();
-    const auto late = [&] { return settings.max_seconds > 0.0 && seconds_since(begin) >= settings.max_seconds; };
+    const std::int64_t begin_ns = monotonic_ns();
+    const auto late = [&] { return settings.max_seconds > 0.0 && seconds_since(begin_ns) >= settings.max_seconds; };
 
     // Rounds of 64, 64, 128, 256, … samples a stream, until every point has the noise that was asked for.
     std::vector<int> units;
@@ -339,8 +333,8 @@ Picture::~Picture() = default;
 
 Progress Picture::refine(double seconds, std::stop_token stop) {
     Data& d = *data_;
-    const auto begin = Clock::now();
-    const auto spent = [&] { return seconds_since(begin); };
+    const std::int64_t begin_ns = monotonic_ns();
+    const auto spent = [&] { return seconds_since(begin_ns); };
     const auto late = [&] { return d.settings.max_seconds > 0.0 && d.seconds + spent() >= d.settings.max_seconds; };
     if (d.settings.max_seconds > 0.0) seconds = std::min(seconds, d.settings.max_seconds - d.seconds);
     std::uint32_t batch = 1;
