@@ -139,8 +139,7 @@ std::vector<std::string> surface_warnings(const Scene& scene) {
     return warnings;
 }
 
-std::vector<v1::Command> commands_of(const Scene& scene, std::span<const PropertyValue> values,
-                                     std::vector<std::size_t>* unknown) {
+std::vector<v1::Command> commands_of(const Scene& scene, std::span<const PropertyValue> values) {
     std::vector<v1::Command> commands;
     Targets targets(scene);
     std::vector<std::size_t> of_light(scene.lights.size(), kNone);  // which command is the light's
@@ -153,8 +152,7 @@ std::vector<v1::Command> commands_of(const Scene& scene, std::span<const Propert
         }
         return commands[index];
     };
-    for (std::size_t i = 0; i < values.size(); ++i) {
-        const PropertyValue& value = values[i];
+    for (const PropertyValue& value : values) {
         if (value.property == Property::master) {
             command_at(master).mutable_set_master()->set_ratio(value.value[0]);
             continue;
@@ -175,9 +173,7 @@ std::vector<v1::Command> commands_of(const Scene& scene, std::span<const Propert
             recall.set_fade_s(value.value[0]);
             continue;
         }
-        const std::vector<std::size_t>& lights = targets.of(value);
-        if (lights.empty() && unknown != nullptr) unknown->push_back(i);
-        for (const std::size_t index : lights) {
+        for (const std::size_t index : targets.of(value)) {
             const Light& light = scene.lights[index];
             if (value.property == Property::profile) {  // it is read from a file first: nothing else shall wait for it
                 v1::SetLight& set = *commands.emplace_back().mutable_set_light();

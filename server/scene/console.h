@@ -24,10 +24,8 @@ std::vector<std::string> surface_warnings(const Scene& scene);
 
 // Result: one command for each light that the values name, one for each profile and one for each property of the scene.
 // They are in the order in which they were first named. Later values of a property replace earlier ones. Red, green,
-// blue, x, y and z fill up with what the light has. A value that names neither a light nor a group is left out;
-// `unknown` gets its index.
-std::vector<v1::Command> commands_of(const Scene& scene, std::span<const PropertyValue> values,
-                                     std::vector<std::size_t>* unknown = nullptr);
+// blue, x, y and z fill up with what the light has. A value that names neither a light nor a group is left out.
+std::vector<v1::Command> commands_of(const Scene& scene, std::span<const PropertyValue> values);
 
 // Result: what a patch may name: lights and groups by name, with the ids of their lights. A name whose ids differ from
 // before has not heard what was said to it.

@@ -190,13 +190,12 @@ TEST_F(Console, TargetsAreKnownByTheirLights) {
     EXPECT_EQ(before.at(first), after.at(first));
 }
 
-TEST_F(Console, WhatNamesNothingIsTold) {
+TEST_F(Console, WhatNamesNothingIsLeftOut) {
     const PropertyValue values[] = {value(first, Property::level, 1), value("nobody", Property::level, 1),
                                     value("", Property::master, 0.5), value("", Property::exposure, 9)};
-    std::vector<std::size_t> unknown;
-    const auto commands = commands_of(scene, values, &unknown);
-    EXPECT_EQ(unknown, (std::vector<std::size_t>{1}));
+    const auto commands = commands_of(scene, values);
     ASSERT_EQ(commands.size(), 3u);
+    EXPECT_EQ(commands[0].set_light().name(), first);
     EXPECT_DOUBLE_EQ(commands[1].set_master().ratio(), 0.5);
     EXPECT_DOUBLE_EQ(commands[2].set_exposure().ev100(), 9.0);
 }
