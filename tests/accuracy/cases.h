@@ -39,6 +39,8 @@ struct Case {
     // its figures are shown all the same.
     double reference_tolerance = 0.01;
     std::optional<double> rsm_tolerance, interactive_tolerance;
+    bool variant =
+        false;          // of another case, in a number or a turn: ./dev accuracy measures it, the default tests do not
     std::string limit;  // what the real-time model leaves out here; empty where it leaves out nothing
 };
 

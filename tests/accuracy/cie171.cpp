@@ -256,6 +256,7 @@ Case internal_reflection(double rho) {
     c.figures.push_back(std::move(mean));
     c.limit = "rsm has one bounce: short by the factor 1 - rho";
     if (rho <= 0.9) c.interactive_tolerance = 0.02;
+    c.variant = rho != 0.1 && rho != 0.5 && rho != 0.9;
     return c;
 }
 

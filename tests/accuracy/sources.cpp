@@ -184,6 +184,7 @@ std::vector<Case> turned() {
                figures_around(turn.aim, turn.c0)};
         c.reference_tolerance = 0.002;
         c.rsm_tolerance = c.interactive_tolerance = 0.003;
+        c.variant = c.id == "turned-back-x" || c.id == "turned-left-y";
         list.push_back(std::move(c));
     }
     return list;
