@@ -81,6 +81,8 @@ v1::CaptureQuery query_of(const Json& capture, const std::string& format, const 
     }
     if (const auto noise = number_at(capture, "noise", place)) query.set_noise_ratio(*noise);
     if (const auto seconds = number_at(capture, "max_seconds", place)) query.set_max_seconds(*seconds);
+    if (const auto samples = number_at(capture, "samples_per_pixel", place))
+        query.set_samples_per_pixel(static_cast<std::uint32_t>(std::clamp(*samples, 0.0, 1e6)));
     query.set_openings(flag_at(capture, "openings", place));
     query.set_denoise(flag_at(capture, "denoise", place));
     if (const std::string size = text_at(capture, "size", place, ""); !size.empty()) {
@@ -104,7 +106,7 @@ CapturedPicture render(Renderer& renderer, const Scene& scene, const CaptureRequ
         return std::move(traced.picture);
     }
     return *renderer.capture(scene, request.view, request.width_px, request.height_px, request.format == "exr",
-                             request.settings.bounces);
+                             request.settings.bounces, request.samples_per_pixel);
 }
 
 void write_capture(Renderer& renderer, const Scene& scene, const Json& capture, const std::string& place,

@@ -121,6 +121,13 @@ constexpr Row kStillRows[] = {
     {"noise", set_number<&v1::CaptureQuery::set_noise_ratio>, "must be a number"},
     {"max_seconds", set_number<&v1::CaptureQuery::set_max_seconds>, "must be a number"},
     {"denoise", set_flag<&v1::CaptureQuery::set_denoise>, "must be true or false"},
+    {"samples_per_pixel",
+     [](v1::CaptureQuery& query, const std::string& value) {
+         const auto samples = whole_text<std::uint32_t>(value);
+         if (samples) query.set_samples_per_pixel(*samples);
+         return samples.has_value();
+     },
+     "must be a whole number"},
     {"openings", set_flag<&v1::CaptureQuery::set_openings>, "must be true or false"},
 };
 
@@ -173,7 +180,7 @@ Result<v1::CaptureQuery> still_query(const HttpTarget& target) {
         if (row == std::end(kStillRows))
             return refusal(
                 "is no parameter of stills: after_rev, size, view, quality, bounces, noise, "
-                "max_seconds, denoise or openings");
+                "max_seconds, denoise, samples_per_pixel or openings");
         if (std::any_of(target.query.begin(), parameter,
                         [&](const HttpParameter& earlier) { return earlier.name == parameter->name; }))
             return refusal("is given twice");

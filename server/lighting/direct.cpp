@@ -237,6 +237,21 @@ void direct_points(const DirectLight& light, const Points& points, std::size_t c
     HWY_DYNAMIC_DISPATCH(DirectPoints)(light, points, count, relative, ratio);
 }
 
+unsigned unhidden(const trace::Geometry& geometry, const DirectLight& light, const GBuffer& gbuffer,
+                  const Points& points, const float* depth, unsigned active) {
+    // They start this share of a pixel's width off its surface: depth and normals are those of pixels, not exact.
+    constexpr float kOffPerPixel = 0.02f;
+    const float off_m = 4.0f * geometry.step_off(light.position), per_depth = kOffPerPixel * gbuffer.depth_per_pixel;
+    trace::RayPacket rays;
+    for (int i = 0; i < trace::kPacket; ++i) {
+        const float off = off_m + per_depth * depth[i];
+        const glm::vec3 from(points.x[i] + off * points.nx[i], points.y[i] + off * points.ny[i],
+                             points.z[i] + off * points.nz[i]);
+        rays.set(i, from, light.position - from, 1.0f - 1e-5f);  // one mounted on a surface is not hidden by it
+    }
+    return active & ~geometry.occluded(rays, active, true);
+}
+
 namespace {
 
 constexpr std::size_t kMostAtOnce = 64;  // luminaires: bits of a mask, and planes of the lattice
@@ -261,22 +276,6 @@ std::uint64_t beams_at(std::span<const DirectLight> lights, const glm::vec3& lea
         result |= static_cast<std::uint64_t>(meets ? 1 : 0) << k;
     }
     return result;
-}
-
-// Sixteen shadow rays to a luminaire, of `active` points. Result: bits of those that nothing stops.
-unsigned unhidden(const trace::Geometry& geometry, const DirectLight& light, const GBuffer& gbuffer,
-                  const Points& points, const float* depth, unsigned active) {
-    // They start this share of a pixel's width off its surface: depth and normals are those of pixels, not exact.
-    constexpr float kOffPerPixel = 0.02f;
-    const float off_m = 4.0f * geometry.step_off(light.position), per_depth = kOffPerPixel * gbuffer.depth_per_pixel;
-    trace::RayPacket rays;
-    for (int i = 0; i < trace::kPacket; ++i) {
-        const float off = off_m + per_depth * depth[i];
-        const glm::vec3 from(points.x[i] + off * points.nx[i], points.y[i] + off * points.ny[i],
-                             points.z[i] + off * points.nz[i]);
-        rays.set(i, from, light.position - from, 1.0f - 1e-5f);  // one mounted on a surface is not hidden by it
-    }
-    return active & ~geometry.occluded(rays, active, true);
 }
 
 // 8 × 8 points of a grid, beyond its edges the last ones again: four packets of every other one each.

@@ -26,6 +26,11 @@ struct DirectLight {
 void direct_points(const DirectLight& light, const Points& points, std::size_t count, float* relative,
                    float* ratio = nullptr);
 
+// Sixteen shadow rays to a luminaire, of the points in `active` (bit i: point i), which a picture shows. depth: along
+// the view axis, m. Result: bits of those that nothing stops. Any thread.
+unsigned unhidden(const trace::Geometry& geometry, const DirectLight& light, const GBuffer& gbuffer,
+                  const Points& points, const float* depth, unsigned active);
+
 // Scratch of direct_light: per luminaire I / I_peak at every point of ScreenGrid::grid, negative where it is hidden.
 using Lattice = Planes;
 // out: 1 or 3 planes, surfaces.row_length floats a row: the sum of all luminaires' light × weight. A shadow ray goes to

@@ -7,6 +7,8 @@
 #include <cstring>
 #include <vector>
 
+#include "server/lighting/antialias.h"
+
 #undef HWY_TARGET_INCLUDE
 #define HWY_TARGET_INCLUDE "server/lighting/display.cpp"
 #include <hwy/foreach_target.h>
@@ -21,6 +23,7 @@ namespace gonio::lighting {
 // its value and how much greater the next is, of 65,535 and of as much again.
 inline constexpr std::uint32_t kToneFirst = (127 - 14) << 8, kToneEntries = 21 << 8;
 inline constexpr float kToneUnit = 65535.0f;
+inline constexpr float kBackground = -1.0f;  // in place of a display-linear value: no surface
 inline const std::int32_t* tone_table() {
     static const auto table = [] {
         const auto value = [](std::uint32_t i) {
@@ -76,37 +79,55 @@ void SumRow(const Display& display, int y, std::int32_t* const* sum) {
     for (const LayerTerm& term : display.layers) add_pixels(term, display.cap, row, length, sum);
 }
 
-// One row of gamma-encoded R'G'B', dithered: its arrays are nine. kept: of SumRow. indirect: the grid's, or null.
-void EncodeRow(const Display& display, int y, const std::int32_t* table, float scale, const std::int32_t* const* kept,
-               const std::uint16_t* indirect, float* red, float* green, float* blue) {
+// One row of all light, in display units. kept: of SumRow. indirect: the grid's, or null.
+void LightRow(const Display& display, int y, const std::int32_t* const* kept, const std::uint16_t* indirect,
+              float* const* light) {
     const Tag tag;
     const IntTag ints;
-    const auto simd_lanes = hn::Lanes(tag);
     const std::size_t row = static_cast<std::size_t>(y) * display.row_length;
-    HWY_ALIGN float dither[kSimdWidth];
-    for (int i = 0; i < static_cast<int>(kSimdWidth); ++i) dither[i] = glsl::display_dither(i, y);
-    for (std::size_t x = 0; x < display.row_length; x += simd_lanes) {
-        const std::size_t at = row + x;
+    for (std::size_t x = 0; x < display.row_length; x += hn::Lanes(tag)) {
         const auto units = [&](int k) { return hn::ConvertTo(tag, hn::LoadU(ints, kept[k] + x)); };
-        Vec3 light = Vec3(units(0), units(1), units(2)) * Float(display.per_step);
-        if (indirect != nullptr) light = light + load_rgb(indirect + 4 * x) * Float(display.on_grid.unit);
+        Vec3 sum = Vec3(units(0), units(1), units(2)) * Float(display.per_step);
+        if (indirect != nullptr) sum = sum + load_rgb(indirect + 4 * x) * Float(display.on_grid.unit);
         for (const Display::Others& other : display.others) {
-            const Vec3 rgb = load_rgb(other.halves + 4 * at);
-            light =
-                light + Vec3(rgb.x * Float(other.units.x), rgb.y * Float(other.units.y), rgb.z * Float(other.units.z));
+            const Vec3 rgb = load_rgb(other.halves + 4 * (row + x));
+            sum = sum + Vec3(rgb.x * Float(other.units.x), rgb.y * Float(other.units.y), rgb.z * Float(other.units.z));
         }
-        const Vec3 albedo = load_rgb(display.albedo + 4 * at);
-        Vec3 shown(light.x * albedo.x, light.y * albedo.y, light.z * albedo.z);
+        store(sum.x, light[0] + x), store(sum.y, light[1] + x), store(sum.z, light[2] + x);
+    }
+}
+
+// What surfaces make of it, display-linear, or kBackground. scale: display units per cd/m².
+void ReflectRow(const Display& display, int y, float scale, const float* const* light, float* const* out) {
+    const Tag tag;
+    const std::size_t row = static_cast<std::size_t>(y) * display.row_length;
+    for (std::size_t x = 0; x < display.row_length; x += hn::Lanes(tag)) {
+        const Vec3 albedo = load_rgb(display.albedo + 4 * (row + x));
+        Vec3 shown(load(light[0] + x) * albedo.x, load(light[1] + x) * albedo.y, load(light[2] + x) * albedo.z);
         if (display.emission != nullptr) {
             Raw r, g, b, a;
-            hn::LoadInterleaved4(tag, display.emission + 4 * at, r, g, b, a);
+            hn::LoadInterleaved4(tag, display.emission + 4 * (row + x), r, g, b, a);
             shown = shown + Vec3(r, g, b) * Float(scale);
         }
-        const Mask hit = Float(0.0f) < load(display.depth + x + row);
-        const Float off(load(dither)), none(glsl::background_shade());
-        store(mix(none, tone(table, shown.x) + off, hit), red + x);
-        store(mix(none, tone(table, shown.y) + off, hit), green + x);
-        store(mix(none, tone(table, shown.z) + off, hit), blue + x);
+        const Mask hit = Float(0.0f) < load(display.depth + row + x);
+        const Float none(kBackground);
+        store(mix(none, shown.x, hit), out[0] + x);
+        store(mix(none, shown.y, hit), out[1] + x);
+        store(mix(none, shown.z, hit), out[2] + x);
+    }
+}
+
+// Display-linear -> gamma-encoded R'G'B', dithered where there is a surface.
+void EncodeRow(std::size_t length, int y, const std::int32_t* table, float* const* rgb) {
+    const Tag tag;
+    HWY_ALIGN float dither[kSimdWidth];
+    for (int i = 0; i < static_cast<int>(kSimdWidth); ++i) dither[i] = glsl::display_dither(i, y);
+    const Float off(load(dither)), none(glsl::background_shade());
+    for (std::size_t x = 0; x < length; x += hn::Lanes(tag)) {
+        for (int k = 0; k < 3; ++k) {
+            const Float shown = load(rgb[k] + x);
+            store(mix(tone(table, shown) + off, none, shown < Float(0.0f)), rgb[k] + x);
+        }
     }
 }
 
@@ -155,36 +176,81 @@ HWY_AFTER_NAMESPACE();
 namespace gonio::lighting {
 
 HWY_EXPORT(SumRow);
+HWY_EXPORT(LightRow);
+HWY_EXPORT(ReflectRow);
 HWY_EXPORT(EncodeRow);
 HWY_EXPORT(Nv12Rows);
+
+namespace {
+
+// Pixels of a row that show several surfaces. light(y): that of row y. shown: what the row's centres show.
+template <typename Light>
+void add_edges(const Edges& edges, int y, float scale, const Light& light, float* const* shown) {
+    const auto own_row = static_cast<std::size_t>(y);
+    for (std::uint32_t p = edges.rows[own_row]; p < edges.rows[own_row + 1]; ++p) {
+        const layouts::EdgePixel& pixel = edges.pixels[p];
+        glm::vec3 sum = scale * glm::vec3(pixel.emission_nit);
+        for (int k = 0; k < 3; ++k) {
+            const float own = shown[k][pixel.x];
+            sum[k] += pixel.own * (own < 0.0f ? glsl::background_display() : own);
+        }
+        for (std::uint32_t t = pixel.first_tap; t < pixel.first_tap + pixel.count; ++t) {
+            const layouts::EdgeTap& tap = edges.taps[t];
+            if (tap.x == GONIO_NO_PIXEL) {
+                sum += tap.albedo_share.w * glsl::background_display();
+                continue;
+            }
+            const float* const* from = light(static_cast<int>(tap.y));
+            for (int k = 0; k < 3; ++k) sum[k] += tap.albedo_share[k] * from[k][tap.x];
+        }
+        for (int k = 0; k < 3; ++k) shown[k][pixel.x] = sum[k];
+    }
+}
+
+}  // namespace
 
 void to_nv12(const Display& display, std::uint8_t* nv12, Pool& pool) {
     const std::int32_t* table = tone_table();
     const float scale = glsl::expose(glm::vec3(1.0f), display.ev100).x;
     const auto width = static_cast<std::size_t>(display.width), length = display.row_length;
-    // Eight pairs of rows a job: its scratch stays in the cache.
+    // Eight pairs of rows a job: its scratch stays in the cache. Edges take light of the rows beside them too.
     constexpr int kPairs = 8;
-    const int pairs = display.height / 2;
+    const int pairs = display.height / 2, beside = display.edges != nullptr ? 1 : 0;
     pool.run((pairs + kPairs - 1) / kPairs, [&](int job) {
-        static thread_local std::vector<float> rgb;
+        static thread_local std::vector<float> lit, rgb;
         static thread_local std::vector<std::int32_t> steps;
         static thread_local std::vector<std::uint16_t> from_grid;
         static thread_local std::vector<std::uint8_t> bytes;
+        const int last_pair = std::min(pairs, (job + 1) * kPairs), top = display.height - 1 - 2 * job * kPairs,
+                  low = std::max(display.height - 2 * last_pair - beside, 0),
+                  high = std::min(top + beside, display.height - 1);
+        lit.resize(3 * length * static_cast<std::size_t>(2 * (kPairs + 1)));
         steps.resize(3 * length);
         rgb.resize(6 * length);
         from_grid.resize(4 * length);
         bytes.resize(3 * length);
-        float* const upper[3] = {rgb.data(), rgb.data() + length, rgb.data() + 2 * length};
-        float* const lower[3] = {rgb.data() + 3 * length, rgb.data() + 4 * length, rgb.data() + 5 * length};
         const Display::OnGrid& on_grid = display.on_grid;
         std::uint16_t* const indirect = on_grid.planes != nullptr ? from_grid.data() : nullptr;
         std::int32_t* const kept[3] = {steps.data(), steps.data() + length, steps.data() + 2 * length};
-        for (int pair = job * kPairs; pair < std::min(pairs, (job + 1) * kPairs); ++pair) {
-            const int top = display.height - 1 - 2 * pair;
-            for (const auto& [y, row] : {std::pair(top, upper), std::pair(top - 1, lower)}) {
-                HWY_DYNAMIC_DISPATCH(SumRow)(display, y, kept);
-                if (indirect != nullptr) upsample_line(*on_grid.gbuffer, *on_grid.screen, *on_grid.planes, y, indirect);
-                HWY_DYNAMIC_DISPATCH(EncodeRow)(display, y, table, scale, kept, indirect, row[0], row[1], row[2]);
+        float* light[2 * (kPairs + 1)][3];
+        for (int y = low; y <= high; ++y) {
+            float* const* row = light[y - low];
+            for (int k = 0; k < 3; ++k)
+                light[y - low][k] = lit.data() + static_cast<std::size_t>(3 * (y - low) + k) * length;
+            HWY_DYNAMIC_DISPATCH(SumRow)(display, y, kept);
+            if (indirect != nullptr) upsample_line(*on_grid.gbuffer, *on_grid.screen, *on_grid.planes, y, indirect);
+            HWY_DYNAMIC_DISPATCH(LightRow)(display, y, kept, indirect, row);
+        }
+        float* const upper[3] = {rgb.data(), rgb.data() + length, rgb.data() + 2 * length};
+        float* const lower[3] = {rgb.data() + 3 * length, rgb.data() + 4 * length, rgb.data() + 5 * length};
+        for (int pair = job * kPairs; pair < last_pair; ++pair) {
+            const int first = display.height - 1 - 2 * pair;
+            for (const auto& [y, row] : {std::pair(first, upper), std::pair(first - 1, lower)}) {
+                HWY_DYNAMIC_DISPATCH(ReflectRow)(display, y, scale, light[y - low], row);
+                if (display.edges != nullptr)
+                    add_edges(
+                        *display.edges, y, scale, [&](int at) { return light[at - low]; }, row);
+                HWY_DYNAMIC_DISPATCH(EncodeRow)(length, y, table, row);
             }
             HWY_DYNAMIC_DISPATCH(Nv12Rows)
             (upper, lower, length, bytes.data(), bytes.data() + length, bytes.data() + 2 * length);

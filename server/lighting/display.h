@@ -11,6 +11,8 @@
 
 namespace gonio::lighting {
 
+struct Edges;
+
 // Arrays hold row_length pixels a row, a multiple of 4·kSimdWidth, rows from the bottom. Light is in display units
 // where the reflectance is 1: display-linear value, 1 the brightest that is not clipped.
 struct Display {
@@ -39,6 +41,7 @@ struct Display {
     const float* emission = nullptr;        // 4 per pixel, cd/m²; null: nothing emits or it is not shown
     const float* depth = nullptr;           // 0: no surface
     float ev100 = 0.0f;
+    const Edges* edges = nullptr;  // pixels of several surfaces (antialias.h); null: each is what its centre shows
 };
 
 // nv12: width × height · 3/2 bytes, rows from the top.

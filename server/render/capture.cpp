@@ -16,12 +16,8 @@ constexpr double kPreciseSamples = 300.0, kStillSamples = 60.0;
 // Pixels around a tile that its interleaved gather filters with and throws away.
 constexpr int kMargin = 4;
 
-bool shows_cube(View view) {
-    return view >= View::mask && view <= View::rsm_flux;
-}
-
 int tile_side(const Scene& scene, View view, bool raw) {
-    if (shows_cube(view)) return 4096;
+    if (!shows_lit_surfaces(view)) return 4096;
     const double lights = std::max<double>(1.0, static_cast<double>(std::min(scene.lights.size(), kMostLayers)));
     const double samples = scene.technique != Technique::standard ? scene.samples
                            : raw                                  ? kPreciseSamples
@@ -137,6 +133,7 @@ bool Renderer::continue_capture(CaptureJob& job) {
     FrameInputs inputs = inputs_of(job.scene, target, screen, eye);
     inputs.view = job.view;
     inputs.bounces = job.bounces;
+    inputs.samples_per_pixel = job.samples_per_pixel;
     if (!continue_first_bounces(job, inputs)) {
         pass_cache_.forget_target(target.id);
         return false;
@@ -163,9 +160,10 @@ bool Renderer::continue_capture(CaptureJob& job) {
 }
 
 std::shared_ptr<const CapturedPicture> Renderer::capture(const Scene& scene, View view, int width_px, int height_px,
-                                                         bool raw, int bounces) {
+                                                         bool raw, int bounces, unsigned samples_per_pixel) {
     const std::unique_ptr<CaptureJob> job = begin_capture(scene, view, width_px, height_px, raw);
     job->bounces = bounces;
+    job->samples_per_pixel = samples_per_pixel;
     while (!continue_capture(*job)) {
     }
     return job->picture;

@@ -37,11 +37,13 @@ enum class Slot : std::uint8_t {
     layers,
     picture,
     nv12,
+    edges,
     // Of no pass; PassCache::hold says what they were made from.
     reached,
     each_pixel,
     gathering,
     refined,
+    edge_samples,
     grid_sum
 };
 

@@ -141,6 +141,8 @@ void inspect_slot(const FrameInputs& inputs, const SlotRef& slot, const Inspecto
         case Slot::each_pixel:
         case Slot::gathering:
         case Slot::refined:
+        case Slot::edges:
+        case Slot::edge_samples:
         case Slot::grid_sum:  // the CPU's own; what becomes of them is the gather's layer
             break;
         case Slot::nv12:

@@ -34,12 +34,16 @@ struct CapturedPicture {
     bool denoised = false;
 };
 
+// Samples of edges: of a picture at rest and, unless it asks for another number, of a capture; and at most.
+inline constexpr unsigned kSamplesPerPixel = 16, kMostSamplesPerPixel = 64;
+
 // A capture between its tiles: a value copy of the scene, and the picture as far as it is.
 struct CaptureJob {
     Scene scene;
     View view = View::beauty;
     bool raw = false;
-    int bounces = trace::kAllBounces;  // of indirect light: all, 1 or 0; the seed technique has one
+    int bounces = trace::kAllBounces;               // of indirect light: all, 1 or 0; the seed technique has one
+    unsigned samples_per_pixel = kSamplesPerPixel;  // of edges: 1 to kMostSamplesPerPixel
     int tile_px = 0, next_tile = 0;
     std::int64_t started_ns = 0;
     std::int64_t first_bounce_ns = 0;  // spent on narrow lights

@@ -67,7 +67,7 @@ struct Builder {
     // What the picture shows that is in no layer.
     std::vector<SlotRef> besides() const {
         std::vector<SlotRef> slots;
-        if ((in.view >= View::mask && in.view != View::solid) || !in.has_besides()) return slots;
+        if (!shows_lit_surfaces(in.view) || !in.has_besides()) return slots;
         if (by_gl && in.merged && shows_indirect(in.view)) slots.push_back(per_target(Slot::merged_solve));
         if (emits()) slots.insert(slots.end(), {per_target(Slot::emitted), per_target(Slot::refined)});
         if (in.layered() == scene.lights.size()) return slots;
@@ -148,13 +148,15 @@ struct Builder {
         shared.each_pixel = rays && (in.target.kind != TargetKind::live || in.wants_each_pixel(light));
         Pass& direct = add("direct", lit, {rays && !metered ? per_target(Slot::grid) : gbuffer},
                            {light.position_rev, light.aim_rev, light.profile_rev, scene.geometry_rev, index,
-                            shared.each_pixel ? 1u : 0u},
+                            shared.each_pixel ? shared.samples_per_pixel : 0u},
                            [=, metered = metered, &light, &gpu, &screen] {
                                if (!rays) return run_direct(shared, light, gpu, layer);
                                if (metered) return run_direct_point(shared, light, gpu, layer);
                                return run_direct_rays(shared, light, gpu, layer, screen.surfaces, screen.light.layers);
                            });
         direct.on_gpu = !rays;
+        if (shared.each_pixel && finds_edges(context) && shows_lit_surfaces(in.view))
+            direct.reads.push_back(per_target(Slot::edges));
         if (!rays) direct.reads.push_back(per_light(Slot::shadow, light.id));
         if (seed) {
             add("gather", gathered, {gbuffer, per_light(Slot::rsm, light.id), per_light(Slot::mask, light.id)},
@@ -247,6 +249,9 @@ struct Builder {
                 "gather-weights" + beside, per_target(Slot::weights), {per_target(Slot::grid)}, {in.surface()},
                 [context = context, &screen] { return run_gather_weights(context, screen.surfaces, screen.weights); });
         }
+        if (gathers_at_once() && finds_edges(context) && shows_lit_surfaces(in.view))
+            add_cpu("antialias", per_target(Slot::edges), {per_target(Slot::grid)}, {},
+                    [context = context, &screen] { return run_antialias(context, screen); });
         if (by_gl)
             add("gather-weights", per_target(Slot::weights_gl), {per_target(Slot::gbuffer)}, {in.generation},
                 [context = context, &screen] { return run_gather_weights_gl(context, screen.on_gpu); });
@@ -302,8 +307,10 @@ struct Builder {
         std::vector<const LightGpu*> lights(in.lights.begin(), in.lights.end());
         const std::size_t shown_index = shown_light(scene);
         const LightGpu* shown = lights.empty() ? nullptr : lights[shown_index];
-        if (in.view < View::mask || in.view == View::solid)
+        if (shows_lit_surfaces(in.view)) {
             reads.push_back(per_target(shown_on_cpu ? Slot::grid : Slot::gbuffer));
+            if (finds_edges(context)) reads.push_back(per_target(Slot::edges));
+        }
         if (shown_on_cpu) {
             const std::vector<SlotRef> more = besides();
             reads.insert(reads.end(), more.begin(), more.end());
@@ -351,8 +358,7 @@ struct Builder {
         }
         add("composite", per_target(Slot::picture), std::move(reads), std::move(key),
             [this_in = &in, context = context, lights = std::move(lights), shown] {
-                PassRun run =
-                    run_composite(context, this_in->view, shown, lights, this_in->screen.besides_unit_lx, this_in->raw);
+                PassRun run = run_composite(context, this_in->view, shown, lights, this_in->screen, this_in->raw);
                 if (this_in->view == View::solid && this_in->raw == 0) run.draws += run_solid(context, lights).draws;
                 return run;
             });

@@ -103,6 +103,7 @@ FrameInputs Renderer::inputs_of(const Scene& scene, const Target& target, Screen
     inputs.layers = inputs.layer_of;
     for (const Light& light : scene.lights) inputs.lights.push_back(&lights_.at(light.id));
     if (target.id == live_.id) {
+        inputs.samples_per_pixel = refines_ ? kSamplesPerPixel : 1;
         inputs.in_sum = &in_sum_;
         inputs.quality_level = quality_level_;
     }
@@ -123,6 +124,10 @@ bool direct_left(const FrameInputs& in, std::size_t i) {
            light_weight(in.scene, light) != glm::dvec3(0.0) && !in.wants_each_pixel(light);
 }
 
+bool edges_wanted(const FrameInputs& in) {
+    return shows_lit_surfaces(in.view) && edges_left(in.context());
+}
+
 }  // namespace
 
 bool Renderer::refine(const Scene& scene, const std::function<bool()>& interrupted) {
@@ -130,6 +135,12 @@ bool Renderer::refine(const Scene& scene, const std::function<bool()>& interrupt
     prepare(scene, true);  // a capture of an older scene may have been here
     const Eye eye = eye_of(scene.camera, scene.width_px, scene.height_px);
     const FrameInputs inputs = inputs_of(scene, live_, *live_screen_, eye);
+    if (edges_wanted(inputs)) {
+        std::vector<Pass> passes = build_pipeline(inputs);
+        const SlotRef wanted[] = {{Slot::grid, live_.id}};
+        execute(passes, wanted, pass_cache_);
+        return continue_antialias(inputs.context(), *live_screen_, interrupted);
+    }
     if (!builder_->done()) {  // another generation will come: nothing is worth tracing twice
         std::this_thread::sleep_for(std::chrono::milliseconds(interrupted() ? 0 : 4));
         return newer_transport();
@@ -169,6 +180,7 @@ bool Renderer::refined(const Scene& scene) {
     const Eye eye = eye_of(scene.camera, scene.width_px, scene.height_px);
     const FrameInputs inputs = inputs_of(scene, live_, *live_screen_, eye);
     const PassContext context = inputs.context();
+    if (edges_wanted(inputs)) return false;
     if (gathers(scene) && final_gather_left(context, inputs.lights, live_screen_->light)) return false;
     for (std::size_t i = 0; i < scene.lights.size(); ++i) {
         if (direct_left(inputs, i)) return false;
@@ -221,6 +233,7 @@ void Renderer::begin_frame(const Scene& scene, std::int64_t drained_ns) {
     frame->report.set_height_px(live_.height_px);
     frame->report.set_effort(quality_level_);
     if (transport_ && scene.technique == Technique::standard) {
+        frame->report.set_samples_per_pixel(shows_edges(inputs.context()) ? inputs.samples_per_pixel : 1);
         frame->report.set_links(transport_->links.per_surfel());
         frame->report.set_refined_rounds(
             merged_ ? 0 : final_gather_passes(inputs.context(), inputs.lights, live_screen_->light));

@@ -58,7 +58,8 @@ public:
     bool continue_capture(CaptureJob& job) override;
     // Both in one, for whoever has time.
     std::shared_ptr<const CapturedPicture> capture(const Scene& scene, View view, int width_px, int height_px, bool raw,
-                                                   int bounces = trace::kAllBounces);
+                                                   int bounces = trace::kAllBounces,
+                                                   unsigned samples_per_pixel = kSamplesPerPixel);
     v1::MeterReading meter(const Scene& scene, const glm::dvec3& point, const glm::dvec3& normal, MeterQuality quality,
                            int bounces = trace::kAllBounces) override;
     // Texels per face side of the reflective shadow maps that are made from now on: benches compare sizes.

@@ -165,6 +165,10 @@ enum class View : std::uint8_t {
     rsm_flux,
     solid
 };
+// Whether a view shows the scene from the camera, lit: all but those of a luminaire's cube.
+inline bool shows_lit_surfaces(View view) {
+    return view < View::mask || view == View::solid;
+}
 enum class Technique : std::uint8_t { standard, seed, seed_disk };
 inline constexpr std::uint32_t kDefaultVpls = 4096;  // `samples` of the default technique
 inline constexpr std::uint32_t kDefaultSeedSamples =

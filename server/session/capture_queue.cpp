@@ -9,6 +9,7 @@ void CaptureQueue::add(const Work& work, const Scene& scene, const CaptureReques
     auto job =
         renderer->begin_capture(scene, request.view, request.width_px, request.height_px, request.format == "exr");
     job->bounces = request.settings.bounces;
+    job->samples_per_pixel = request.samples_per_pixel;
     waiting_.push_back({work, request.format, std::move(job)});
 }
 
@@ -27,10 +28,11 @@ void CaptureQueue::refuse_overdue(Replies& replies) {
 void CaptureQueue::restart(const GuardedRenderer& renderer) {
     for (Capturing& capturing : waiting_) {
         const CaptureJob& job = *capturing.job;
-        const int bounces = job.bounces;
-        capturing.job =
+        auto again =
             renderer->begin_capture(job.scene, job.view, job.picture->width_px, job.picture->height_px, job.raw);
-        capturing.job->bounces = bounces;
+        again->bounces = job.bounces;
+        again->samples_per_pixel = job.samples_per_pixel;
+        capturing.job = std::move(again);
     }
 }
 

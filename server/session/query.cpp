@@ -161,6 +161,15 @@ Result<CaptureRequest> check_capture(const Scene& scene, const v1::CaptureQuery&
         settings_of(query, request.quality, "capture", request.denoise ? kDenoiseNoise : kCaptureNoise);
     if (!settings) return settings.error();
     request.settings = *settings;
+    if (query.has_samples_per_pixel()) {
+        request.samples_per_pixel = query.samples_per_pixel();
+        const std::string value = std::to_string(request.samples_per_pixel);
+        if (request.quality == Quality::reference && request.samples_per_pixel != 1)
+            return Error{"unsupported", "capture.samples_per_pixel", value,
+                         "reference quality takes as many as its noise asks for, or 1: centres of pixels"};
+        if (request.samples_per_pixel < 1 || request.samples_per_pixel > kMostSamplesPerPixel)
+            return bad_argument("capture.samples_per_pixel", value, "must be a whole number from 1 to 64");
+    }
     const auto side = [](std::uint32_t asked, int own) {
         return asked == 0 ? own : static_cast<int>(std::min<std::uint32_t>(asked, 1u << 20));
     };

@@ -7,6 +7,7 @@
 
 #include "ies/core/result.h"
 #include "protocol/schema/gonio.pb.h"
+#include "server/render/live_renderer.h"
 #include "server/scene/scene.h"
 #include "server/trace/reference.h"
 
@@ -41,9 +42,11 @@ struct CaptureRequest {
     int width_px = 0, height_px = 0;
     trace::Settings settings;  // of reference
     bool denoise = false;
+    unsigned samples_per_pixel = kSamplesPerPixel;  // of edges; 1: pixels are what their centres show
 };
-// Errors: "invalid_argument" (view, format, size of 1 to 4096 a side, bounces, noise, seconds), "unsupported" (quality;
-// view, bounces, noise, seconds, openings or denoising that the quality does not have; denoising of other views).
+// Errors: "invalid_argument" (view, format, size of 1 to 4096 a side, bounces, noise, seconds, samples), "unsupported"
+// (quality; what the quality does not have of view, bounces, noise, seconds, openings, denoising and samples; denoising
+// of other views).
 Result<CaptureRequest> check_capture(const Scene& scene, const v1::CaptureQuery& query);
 
 }  // namespace gonio

@@ -58,7 +58,7 @@ std::optional<TracedCapture> trace_capture(std::shared_ptr<const trace::World> w
     asked.width_px = request.width_px;
     asked.height_px = request.height_px;
     asked.quantity = quantity_of(request.view);
-    asked.antialias = request.format != "exr";
+    asked.antialias = request.samples_per_pixel > 1;
     asked.planes = request.denoise;
     trace::Picture traced(std::move(world), asked, request.settings);
     TracedCapture capture;
@@ -97,9 +97,9 @@ CapturedPicture develop(const std::vector<float>& values, const Scene& scene, co
         glm::vec3 encoded(glsl::background_shade());
         if (coverage > 0.0f) {
             const glm::vec3 value = view_value(traced / coverage, request.view, scene.view_gain);
-            const glm::vec3 shown =
-                glsl::encode_display(display_color(value, request.view, scene.exposure_ev100), x, y);
-            encoded = glm::mix(encoded, shown, coverage);
+            const glm::vec3 shown = glm::mix(glm::vec3(glsl::background_display()),
+                                             display_color(value, request.view, scene.exposure_ev100), coverage);
+            encoded = glsl::encode_display(shown, x, y);
         }
         for (int k = 0; k < 3; ++k) picture.rgba8[i + static_cast<std::size_t>(k)] = byte_of(encoded[k]);
         picture.rgba8[i + 3] = 255;

@@ -19,8 +19,8 @@ struct TracedCapture {
 };
 
 // Renders until the noise or the time of request.settings is reached, then filters where the request asks for it;
-// `each` is told a few times a second. Pictures to look at (png, jpg) are antialiased, values (exr) are those at pixel
-// centres, as interactive captures have them. Result: nothing if stopped.
+// `each` is told a few times a second. With one sample per pixel the picture is of pixel centres, else antialiased.
+// Result: nothing if stopped.
 std::optional<TracedCapture> trace_capture(std::shared_ptr<const trace::World> world, const Scene& scene,
                                            const CaptureRequest& request, std::stop_token stop,
                                            const std::function<void(const trace::Progress&)>& each);

@@ -19,8 +19,15 @@ layout(location = 6) uniform bool indirect_in_layers;        // else `besides` h
 layout(location = 5) uniform vec2 besides_unit_lx;           // lux per value of it; 0: there is none
 layout(binding = 4) uniform samplerCube cube;                // mask and rsm views
 layout(binding = 8) uniform sampler2D gbuffer_depth;
+#ifdef EDGES
+layout(std430, binding = 0) readonly buffer EdgeRows { uint edge_rows[]; };  // where a row of the picture begins
+layout(std430, binding = 1) readonly buffer EdgePixels { EdgePixel edge_pixels[]; };
+layout(std430, binding = 2) readonly buffer EdgeTaps { EdgeTap edge_taps[]; };
+#endif
 in vec2 ndc;
 layout(location = 0) out vec4 out_color;
+
+const float PI = 3.14159265358979;
 
 #define VIEW_DIRECT 1
 #define VIEW_INDIRECT 2
@@ -48,6 +55,73 @@ vec4 cube_cross() {
 }
 #endif
 
+#if VIEW < VIEW_MASK || VIEW > VIEW_RSM_FLUX
+// Result: the light that the view shows at a pixel, lux.
+vec3 light_at(ivec2 pixel) {
+    vec3 direct_lx = vec3(0.0);
+    vec3 indirect_lx = vec3(0.0);
+    for (int k = 0; k < light_count; ++k) {
+        if (weights[k].rgb.rgb == vec3(0.0)) continue;
+        direct_lx += weights[k].rgb.rgb * texelFetch(direct_layers, ivec3(pixel, k), 0).r;
+        if (indirect_in_layers)
+            indirect_lx += weights[k].rgb.rgb * texelFetch(indirect_layers, ivec3(pixel, k), 0).rgb;
+    }
+    if (besides_unit_lx.x > 0.0) direct_lx += besides_unit_lx.x * texelFetch(besides, ivec3(pixel, 0), 0).rgb;
+    if (besides_unit_lx.y > 0.0) indirect_lx += besides_unit_lx.y * texelFetch(besides, ivec3(pixel, 1), 0).rgb;
+#if VIEW == VIEW_DIRECT
+    return direct_lx;
+#elif VIEW == VIEW_INDIRECT
+    return indirect_lx;
+#else
+    return direct_lx + indirect_lx;
+#endif
+}
+
+// What a pixel shows: illuminance, lux, or rgb luminance, cd/m²; how much of it is surfaces.
+struct Shown {
+    vec3 lx;
+    vec3 nit;
+    float covered;
+};
+Shown centre_of(ivec2 pixel) {
+    if (!(texelFetch(gbuffer_depth, pixel, 0).r > 0.0)) return Shown(vec3(0.0), vec3(0.0), 0.0);
+    vec3 lx = light_at(pixel), nit = texelFetch(albedo, pixel, 0).rgb / PI * lx;
+#if defined(EMISSIVE) && VIEW != VIEW_DIRECT && VIEW != VIEW_INDIRECT
+    nit += texelFetch(emissive, pixel, 0).rgb;
+#endif
+    return Shown(lx, nit, 1.0);
+}
+
+#ifdef EDGES
+// Pixels of several surfaces (server/lighting/antialias.h).
+Shown with_edges(ivec2 pixel, Shown centre) {
+    uint low = edge_rows[pixel.y], end = edge_rows[pixel.y + 1], high = end;
+    while (low < high) {
+        uint middle = (low + high) / 2u;
+        if (edge_pixels[middle].x < uint(pixel.x))
+            low = middle + 1u;
+        else
+            high = middle;
+    }
+    if (low == end || edge_pixels[low].x != uint(pixel.x)) return centre;
+    EdgePixel edge = edge_pixels[low];
+    Shown sum = Shown(edge.own * centre.lx, edge.own * centre.nit, edge.own * centre.covered);
+#if VIEW != VIEW_DIRECT && VIEW != VIEW_INDIRECT
+    sum.nit += edge.emission_nit.rgb;
+#endif
+    for (uint t = edge.first_tap; t < edge.first_tap + edge.count; ++t) {
+        EdgeTap tap = edge_taps[t];
+        if (tap.x == GONIO_NO_PIXEL) continue;
+        vec3 lx = light_at(ivec2(tap.x, tap.y));
+        sum.lx += tap.albedo_share.a * lx;
+        sum.nit += tap.albedo_share.rgb / PI * lx;
+        sum.covered += tap.albedo_share.a;
+    }
+    return sum;
+}
+#endif
+#endif
+
 void main() {
 #if VIEW >= VIEW_MASK && VIEW <= VIEW_RSM_FLUX
     vec4 value = cube_cross();
@@ -73,43 +147,32 @@ void main() {
 #endif
 #else
     ivec2 pixel = ivec2(gl_FragCoord.xy);
-    vec3 direct_lx = vec3(0.0);
-    vec3 indirect_lx = vec3(0.0);
-    for (int k = 0; k < light_count; ++k) {
-        if (weights[k].rgb.rgb == vec3(0.0)) continue;
-        direct_lx += weights[k].rgb.rgb * texelFetch(direct_layers, ivec3(pixel, k), 0).r;
-        if (indirect_in_layers)
-            indirect_lx += weights[k].rgb.rgb * texelFetch(indirect_layers, ivec3(pixel, k), 0).rgb;
-    }
-    vec3 rho_over_pi = texelFetch(albedo, pixel, 0).rgb / 3.14159265358979;
-    vec3 emitted = vec3(0.0);
-#ifdef EMISSIVE
-    emitted = texelFetch(emissive, pixel, 0).rgb;
+    Shown here = centre_of(pixel);
+#ifdef EDGES
+    here = with_edges(pixel, here);
 #endif
-    if (besides_unit_lx.x > 0.0) direct_lx += besides_unit_lx.x * texelFetch(besides, ivec3(pixel, 0), 0).rgb;
-    if (besides_unit_lx.y > 0.0) indirect_lx += besides_unit_lx.y * texelFetch(besides, ivec3(pixel, 1), 0).rgb;
-    vec3 total_lx = direct_lx + indirect_lx;
-    bool hit = texelFetch(gbuffer_depth, pixel, 0).r > 0.0;
 #if VIEW == VIEW_ILLUMINANCE
-    vec3 raw = vec3(luminance(total_lx));  // lux
-    vec3 shown = illuminance_color(raw.x);
+    vec3 raw = vec3(luminance(here.lx));  // lux
 #elif VIEW == VIEW_LUMINANCE
-    vec3 raw = vec3(luminance(rho_over_pi * total_lx + emitted));  // cd/m²
-    vec3 shown = luminance_color(raw.x);
-#elif VIEW == VIEW_DIRECT
-    vec3 raw = rho_over_pi * direct_lx;
-    vec3 shown = expose(raw, ev100);
+    vec3 raw = vec3(luminance(here.nit));  // cd/m²
 #elif VIEW == VIEW_INDIRECT
-    vec3 raw = rho_over_pi * indirect_lx * gain;
-    vec3 shown = expose(raw, ev100);
+    vec3 raw = here.nit * gain;
 #else
-    vec3 raw = rho_over_pi * total_lx + emitted;  // cd/m²
-    vec3 shown = expose(raw, ev100);
+    vec3 raw = here.nit;
 #endif
 #ifdef RAW
-    out_color = hit ? vec4(raw, 1.0) : vec4(0.0);
+    out_color = vec4(raw, here.covered);
 #else
-    out_color = vec4(hit ? encode(shown) : vec3(background_shade()), 1.0);
+    vec3 of_surfaces = raw / max(here.covered, 1e-6);
+#if VIEW == VIEW_ILLUMINANCE
+    vec3 shown = illuminance_color(of_surfaces.x);
+#elif VIEW == VIEW_LUMINANCE
+    vec3 shown = luminance_color(of_surfaces.x);
+#else
+    vec3 shown = expose(of_surfaces, ev100);
+#endif
+    shown = mix(vec3(background_display()), shown, here.covered);
+    out_color = vec4(here.covered > 0.0 ? encode(shown) : vec3(background_shade()), 1.0);
 #endif
 #endif
 }

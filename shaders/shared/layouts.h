@@ -52,6 +52,22 @@ struct HalfIrradiance {
     uint blue;
 };
 
+// A pixel that shows more than one surface, and one that its samples take their light of (server/lighting/antialias.h).
+struct EdgePixel {
+    uint x;
+    uint first_tap;
+    uint count;         // of taps
+    float own;          // share of the samples that show what the centre does
+    vec4 emission_nit;  // of the others, × their share
+};
+struct EdgeTap {
+    vec4 albedo_share;  // reflectance of its samples × their share; their share
+    uint x;             // pixel; GONIO_NO_PIXEL: they show the background
+    uint y;
+    uint pad0;
+    uint pad1;
+};
+
 // A photometric web's buffer begins with this. Then come floats: v angles, h angles, first-cell tables of v and of h,
 // and intensity / peak, h-major. The functions: where the others begin, from the first v angle.
 struct WebHeader {
@@ -76,6 +92,7 @@ GONIO_FUNCTION uint web_ratios(WebHeader web) {
 #define GONIO_AROUND 16u  // surfels around a surfel
 #define GONIO_MAX_LAYERS 64
 #define GONIO_NO_SURFEL 65535u
+#define GONIO_NO_PIXEL 65535u
 #define GONIO_MAX_SEED_DIRECTIONS 4096
 
 #ifdef __cplusplus

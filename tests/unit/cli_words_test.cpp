@@ -157,7 +157,7 @@ TEST(CliWords, MetersAndCaptures) {
 
     const auto capture = capture_from_words(
         split("out/a.JPEG --view indirect --quality reference --bounces 3 --noise 0.02 --openings --size 640x480 "
-              "--max-seconds 60 --denoise"));
+              "--max-seconds 60 --denoise --samples-per-pixel 4"));
     ASSERT_TRUE(capture) << capture.error().text();
     EXPECT_EQ(capture->file, "out/a.JPEG");
     EXPECT_EQ(capture->query.format(), "jpg");
@@ -166,6 +166,7 @@ TEST(CliWords, MetersAndCaptures) {
     EXPECT_DOUBLE_EQ(capture->query.noise_ratio(), 0.02);
     EXPECT_DOUBLE_EQ(capture->query.max_seconds(), 60.0);
     EXPECT_TRUE(capture->query.denoise());
+    EXPECT_EQ(capture->query.samples_per_pixel(), 4u);
     EXPECT_TRUE(capture->query.openings());
     EXPECT_EQ(capture->query.height_px(), 480u);
 }

@@ -190,6 +190,7 @@ TEST(CaptureQuery, DefaultsComeFromTheScene) {
     EXPECT_EQ(request->settings.bounces, trace::kAllBounces);
     EXPECT_EQ(request->settings.max_seconds, 0.0);
     EXPECT_FALSE(request->denoise);
+    EXPECT_EQ(request->samples_per_pixel, 16u);
     query.set_view("beauty");
     query.set_denoise(true);
     query.set_max_seconds(60);
@@ -245,6 +246,10 @@ TEST(CaptureQuery, EveryRefusalNamesCodeFieldAndValue) {
         {"unsupported", "capture.openings", "true", [](auto& q) { q.set_openings(true); }},
         {"unsupported", "capture.max_seconds", "2", [](auto& q) { q.set_max_seconds(2); }},
         {"unsupported", "capture.denoise", "true", [](auto& q) { q.set_denoise(true); }},
+        {"invalid_argument", "capture.samples_per_pixel", "0", [](auto& q) { q.set_samples_per_pixel(0); }},
+        {"invalid_argument", "capture.samples_per_pixel", "65", [](auto& q) { q.set_samples_per_pixel(65); }},
+        {"unsupported", "capture.samples_per_pixel", "4",
+         [](auto& q) { q.set_quality("reference"), q.set_samples_per_pixel(4); }},
         {"invalid_argument", "capture.width_px", "5000x600", [](auto& q) { q.set_width_px(5000); }},
     };
     for (const Case& expected : cases) {

@@ -6,6 +6,7 @@
 
 #include "server/lighting/display.h"
 #include "server/lighting/screen.h"
+#include "server/lighting/shadow_edges.h"
 #include "server/render/passes/passes.h"
 #include "server/render/quality_level.h"
 #include "server/scene/apply.h"
@@ -81,6 +82,9 @@ PassRun run_direct_rays(const PassContext& context, const Light& light, const Li
     direct.resize(1);
     lighting::direct_light(s, surfaces.grid, context.traced, std::span(&own, 1), context.each_pixel, direct,
                            context.scratch.lattice, context.pool);
+    if (context.each_pixel && shows_edges(context) && !surfaces.edges.rows.empty())
+        lighting::sample_shadow_edges(s, context.traced, own, surfaces.edges, context.samples_per_pixel, direct[0],
+                                      context.pool);
     const std::vector<float>& lux = direct[0];
     if (target.kind == TargetKind::precise) {
         upload(target.direct, s, layer, GL_RED, GL_FLOAT, lux.data());
@@ -298,6 +302,7 @@ PassRun run_composite_cpu(const PassContext& context, View view, std::span<const
     display.albedo = raster.albedo.data();
     if (context.target.emissive && view == View::beauty) display.emission = raster.emission.data();
     display.depth = s.depth.data();
+    if (shows_edges(context)) display.edges = &surfaces.edges;
     display.ev100 = static_cast<float>(scene.exposure_ev100);
     std::vector<lighting::Display::Others> others;
     // Fixed-point steps of 2^-18 of what an exposure of whole stops shows as 1 on a white surface (lib/display.glsl):

@@ -38,6 +38,7 @@ struct PassContext {
     int bounces = trace::kAllBounces;                 // or 1, or 0: of captures and meters
     bool rests = false;                               // nothing it lights moves: solve to the end
     bool each_pixel = false;                          // its direct light has a shadow ray from each pixel
+    unsigned samples_per_pixel = 1;                   // of edges; 1: none are found
     bool layers_on_cpu = false;     // what the CPU shades stays there; run_layers takes it to the target's textures
     bool gathers = false;           // shaders gather the indirect light of the live picture
     bool merged = false;            // it is of all luminaires at once
@@ -107,6 +108,15 @@ bool final_gather_left(const PassContext& context, std::span<LightGpu* const> li
 bool continue_first_bounce(const PassContext& context, const Light& light, LightGpu& gpu,
                            const std::function<bool()>& interrupted);
 bool first_bounce_left(const PassContext& context, const LightGpu& gpu);
+// Pixels of several surfaces (server/lighting/antialias.h): of a capture; of the live picture while nothing moves,
+// until they can be shown (result: true), or `interrupted`, asked after each sample, says so. samples_per_pixel says of
+// how many samples; 1: none are wanted, nor where the CPU does not draw the scene.
+PassRun run_antialias(const PassContext& context, ScreenLight& screen);
+bool continue_antialias(const PassContext& context, ScreenLight& screen, const std::function<bool()>& interrupted);
+bool finds_edges(const PassContext& context);
+bool edges_left(const PassContext& context);
+// Whether the picture has them.
+bool shows_edges(const PassContext& context);
 // The same at the one point of a meter.
 PassRun run_gather_point(const PassContext& context, const Light& light, LightGpu& gpu, int layer, MeterLight& meter);
 // Light of emissive surfaces at the target's pixels or the point of a meter: direct, and after bounces.
@@ -142,7 +152,7 @@ std::vector<glm::vec3> cpu_illuminance(const PassContext& context, std::span<con
 // All layers -> display. The argument raw is 0, or an RGBA32F framebuffer of the target's size, which gets values in
 // the view's own unit. shown: the light whose cube the mask and rsm views unfold; may be null.
 PassRun run_composite(const PassContext& context, View view, const LightGpu* shown,
-                      std::span<const LightGpu* const> lights, const std::array<float, 2>& besides_unit_lx, GLuint raw);
+                      std::span<const LightGpu* const> lights, ScreenLight& screen, GLuint raw);
 // The photometric solids as wireframe over the display.
 PassRun run_solid(const PassContext& context, std::span<const LightGpu* const> lights);
 // Display -> NV12.

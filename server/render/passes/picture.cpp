@@ -6,14 +6,33 @@
 #include "server/render/passes/screen.h"
 
 namespace gonio {
+namespace {
+
+void bind_edges(const PassContext& context, ScreenLight& screen) {
+    const lighting::Edges& edges = screen.surfaces.edges;
+    EdgesOnGpu& on_gpu = screen.edges_on_gpu;
+    const std::uint64_t version = context.pass_cache.version({Slot::edges, context.target.id});
+    const auto made = [](const char* name, const auto& list) {
+        return gl::make_buffer(name, list.size() * sizeof(list[0]), list.data());
+    };
+    if (on_gpu.version != version || version == 0)
+        on_gpu = {version, made("edge rows", edges.rows), made("edge pixels", edges.pixels),
+                  made("edge taps", edges.taps)};
+    glBindBufferBase(GL_SHADER_STORAGE_BUFFER, 0, on_gpu.rows.id());
+    glBindBufferBase(GL_SHADER_STORAGE_BUFFER, 1, on_gpu.pixels.id());
+    glBindBufferBase(GL_SHADER_STORAGE_BUFFER, 2, on_gpu.taps.id());
+}
+
+}  // namespace
 
 PassRun run_composite(const PassContext& context, View view, const LightGpu* shown,
-                      std::span<const LightGpu* const> lights, const std::array<float, 2>& besides_unit_lx,
-                      GLuint raw) {
+                      std::span<const LightGpu* const> lights, ScreenLight& screen, GLuint raw) {
     const Target& target = context.target;
     gl::Defines defines = {{"VIEW", std::to_string(static_cast<int>(view))}};
     if (raw != 0) defines.emplace_back("RAW", "1");
     if (target.emissive) defines.emplace_back("EMISSIVE", "1");
+    const bool edges = shows_lit_surfaces(view) && shows_edges(context) && !screen.surfaces.edges.pixels.empty();
+    if (edges) defines.emplace_back("EDGES", "1");
     const GLuint program = context.programs.get("passes/screen.vert", "passes/composite.frag", defines);
     begin_screen(context.programs, raw != 0 ? raw : target.display_fbo.id(), program, target.width_px,
                  target.height_px);
@@ -40,9 +59,10 @@ PassRun run_composite(const PassContext& context, View view, const LightGpu* sho
     if (target.emissive) glBindTextureUnit(3, target.emission.id());
     glBindTextureUnit(5, target.besides.id());
     const float has = context.besides ? 1.0f : 0.0f;  // else of an earlier frame
-    glProgramUniform2f(program, 5, has * besides_unit_lx[0], has * besides_unit_lx[1]);
+    glProgramUniform2f(program, 5, has * screen.besides_unit_lx[0], has * screen.besides_unit_lx[1]);
     glProgramUniform1i(program, 6, context.merged ? 0 : 1);
     glBindTextureUnit(8, target.depth.id());
+    if (edges) bind_edges(context, screen);
     float scale = 1.0f;
     if (shown != nullptr) {
         const auto& bounds = context.geometry.asset().bounds;

@@ -8,6 +8,7 @@
 #include <memory>
 #include <vector>
 
+#include "server/lighting/antialias.h"
 #include "server/lighting/direct.h"
 #include "server/lighting/final_gather.h"
 #include "server/lighting/grid_light.h"
@@ -23,6 +24,7 @@ struct Surfaces {
     lighting::GBuffer gbuffer;
     lighting::ScreenGrid grid;
     lighting::Raster raster;  // where the G-buffer is read from GL, the colours only
+    lighting::Edges edges;    // where shows_edges()
     std::size_t grid_size() const { return grid.grid.size() + lighting::kSimdWidth; }
 };
 
@@ -93,6 +95,12 @@ struct OnGpu {
     gl::Buffer surfels, around, triangle_buffer, cell_buffer;
 };
 
+// Surfaces::edges as the composite's shader reads them.
+struct EdgesOnGpu {
+    std::uint64_t version = 0;  // of Slot::edges; 0: never made
+    gl::Buffer rows, pixels, taps;
+};
+
 // Of a meter's passes: direct, and after bounces.
 struct MeterLight {
     std::vector<PointLight> layers;             // after bounces, per candela of peak, by layer
@@ -109,6 +117,8 @@ struct ScreenLight {
     Gathering gathering;
     Composed composed;
     OnGpu on_gpu;
+    lighting::EdgeSamples edge_samples;  // of continue_antialias (Slot::edge_samples)
+    EdgesOnGpu edges_on_gpu;
     std::array<float, 2> besides_unit_lx{};  // of Target::besides: of run_besides
     MeterLight meter;
 };

@@ -1,0 +1,60 @@
+// Antialiasing by subpixel reconstruction (Chajdas, McGuire and Luebke 2011): surfaces are drawn at many samples a
+// pixel, light is computed at one. A sample has its own reflectance, and the light of that pixel near it which shows
+// the same surface. Edges depend on geometry and camera alone, so that light which moves stays antialiased.
+#pragma once
+
+#include <cstdint>
+#include <glm/glm.hpp>
+#include <vector>
+
+#include "server/base/pool.h"
+#include "server/lighting/clusters.h"
+#include "server/lighting/material_table.h"
+#include "server/lighting/raster.h"
+#include "server/lighting/screen.h"
+#include "shaders/shared/layouts.h"
+
+namespace gonio::lighting {
+
+// Result: where sample i of n lies in its pixel, from its centre, pixels: a Hammersley set, -0.5..0.5. The box is the
+// reconstruction filter, as of the reference (server/trace/reference.h).
+glm::vec2 sample_offset(unsigned i, unsigned n);
+
+// Pixels that show more than one surface. Such a pixel is own × what its centre shows + the sum of its taps.
+struct Edges {
+    std::vector<std::uint32_t> rows;  // by row of the picture, and one more: where it begins in `pixels`
+    std::vector<layouts::EdgePixel> pixels;
+    std::vector<std::uint64_t> others;  // by pixel, bit i: sample i shows something else than the centre
+    std::vector<layouts::EdgeTap> taps;
+};
+
+// Edges in the making, sample by sample.
+struct EdgeSamples {
+    struct Found {        // a sample that shows something else than the centre of its pixel
+        std::uint16_t x;  // its pixel's column
+        std::uint8_t sample;
+        std::int8_t dx, dy;  // from there to the pixel whose light it takes
+        bool surface;        // else it shows the background
+        glm::vec3 albedo, emission_nit;
+    };
+    unsigned done = 0;
+    std::vector<std::vector<Found>> rows;
+    GBuffer gbuffer;  // of one sample
+    Raster raster;
+};
+
+// Raster::nearest of a pixel whose light was computed for another surface than the raster has: its samples are compared
+// with the G-buffer.
+inline constexpr std::uint32_t kAnotherSurface = ~0u;
+// Marks such pixels of a raster: gbuffer has what is lit, drawn what the raster shows.
+void mark_others(const GBuffer& gbuffer, const GBuffer& drawn, Raster& raster, Pool& pool);
+
+// Draws sample `done` of n, at most 64, and compares it with the picture whose pixels are lit (gbuffer, raster). A row
+// keeps no more than four samples a pixel; the others count as their pixel's centre. Result: whether that was the last.
+// Eight parameters: a scene, a picture and the work. Render thread.
+bool add_edge_sample(const Clusters& clusters, const MaterialTable& materials, bool emissive, const GBuffer& gbuffer,
+                     const Raster& raster, unsigned n, EdgeSamples& samples, Pool& pool);
+// Result: of all n samples, which are gone then.
+Edges edges_of(unsigned n, EdgeSamples& samples, Pool& pool);
+
+}  // namespace gonio::lighting

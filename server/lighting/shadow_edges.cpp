@@ -1,0 +1,134 @@
+#include "server/lighting/shadow_edges.h"
+
+#include <algorithm>
+#include <bit>
+#include <cmath>
+
+#include "server/lighting/antialias.h"
+
+namespace gonio::lighting {
+namespace {
+
+struct Offset {
+    int dx, dy;
+};
+constexpr Offset kSides[] = {{-1, 0}, {1, 0}, {0, -1}, {0, 1}};
+// A pixel that a shadow's edge may cross.
+struct Candidate {
+    int x, y;
+    Spot spot;
+    std::uint64_t others = 0;  // as of Edges
+};
+
+bool inside(const GBuffer& gbuffer, int x, int y) {
+    return x >= 0 && y >= 0 && x < gbuffer.width && y < gbuffer.height;
+}
+
+bool on_plane(const GBuffer& gbuffer, const Spot& spot, const Spot& other) {
+    return other.depth > 0.0f && glm::dot(spot.normal, other.normal) > 0.8f &&
+           std::abs(glm::dot(spot.normal, other.position - spot.position)) < gbuffer.depth_per_pixel * spot.depth;
+}
+
+std::uint64_t others_of(const Edges& edges, int x, int y) {
+    const auto row = static_cast<std::size_t>(y);
+    const auto first = edges.pixels.begin() + edges.rows[row], last = edges.pixels.begin() + edges.rows[row + 1];
+    const auto found = std::lower_bound(first, last, static_cast<std::uint32_t>(x),
+                                        [](const layouts::EdgePixel& pixel, std::uint32_t at) { return pixel.x < at; });
+    if (found == last || found->x != static_cast<std::uint32_t>(x)) return 0;
+    return edges.others[static_cast<std::size_t>(found - edges.pixels.begin())];
+}
+
+// Result: of a row.
+std::vector<Candidate> candidates_of(const GBuffer& gbuffer, const Edges& edges, const std::vector<float>& light,
+                                     int y) {
+    std::vector<Candidate> found;
+    const auto at = [&](int x, int row) {
+        return static_cast<std::size_t>(row) * gbuffer.row_length + static_cast<std::size_t>(x);
+    };
+    for (int x = 0; x < gbuffer.width; ++x) {
+        if (!(gbuffer.depth[at(x, y)] > 0.0f)) continue;
+        const bool lit = light[at(x, y)] > 0.0f;
+        const bool differs = std::any_of(std::begin(kSides), std::end(kSides), [&](const Offset& side) {
+            const int px = x + side.dx, py = y + side.dy;
+            return inside(gbuffer, px, py) && gbuffer.depth[at(px, py)] > 0.0f && (light[at(px, py)] > 0.0f) != lit;
+        });
+        if (!differs) continue;
+        const Spot spot = spot_at(gbuffer, x, y);
+        const bool edge = std::any_of(std::begin(kSides), std::end(kSides), [&](const Offset& side) {
+            const int px = x + side.dx, py = y + side.dy;
+            return inside(gbuffer, px, py) && (light[at(px, py)] > 0.0f) != lit &&
+                   on_plane(gbuffer, spot, spot_at(gbuffer, px, py));
+        });
+        if (edge) found.push_back({x, y, spot, others_of(edges, x, y)});
+    }
+    return found;
+}
+
+// Result: the share of a pixel's samples that see the luminaire.
+float seen_share(const GBuffer& gbuffer, const trace::Geometry& geometry, const DirectLight& luminaire, unsigned n,
+                 const Candidate& pixel) {
+    const Rays& rays = gbuffer.rays;
+    const Spot& spot = pixel.spot;
+    const glm::vec3 ray =
+        rays.corner + static_cast<float>(pixel.x) * rays.right + static_cast<float>(pixel.y) * rays.up;
+    const float facing = glm::dot(spot.normal, ray);
+    unsigned seen = 0, all = 0;
+    alignas(64) float values[6][trace::kPacket] = {}, depth[trace::kPacket] = {};
+    int waiting = 0;
+    const auto send = [&] {
+        const unsigned active = (1u << waiting) - 1u;
+        seen += static_cast<unsigned>(
+            std::popcount(unhidden(geometry, luminaire, gbuffer, points_at(values, 0), depth, active)));
+        all += static_cast<unsigned>(waiting);
+        waiting = 0;
+    };
+    for (unsigned i = 0; i < n; ++i) {
+        if ((pixel.others >> i & 1u) != 0) continue;
+        const glm::vec2 offset = sample_offset(i, n);
+        const glm::vec3 to = ray + offset.x * rays.right + offset.y * rays.up;
+        const float z = spot.depth * facing / glm::dot(spot.normal, to);
+        if (!(z > 0.5f * spot.depth && z < 2.0f * spot.depth)) continue;
+        const glm::vec3 position = rays.eye + to * z;
+        for (int k = 0; k < 3; ++k) {
+            values[k][waiting] = position[k];
+            values[k + 3][waiting] = spot.normal[k];
+        }
+        depth[waiting] = z;
+        if (++waiting == trace::kPacket) send();
+    }
+    if (waiting > 0) send();
+    return all > 0 ? static_cast<float>(seen) / static_cast<float>(all) : -1.0f;
+}
+
+}  // namespace
+
+void sample_shadow_edges(const GBuffer& gbuffer, const trace::Geometry& geometry, const DirectLight& luminaire,
+                         const Edges& edges, unsigned n, std::vector<float>& light, Pool& pool) {
+    std::vector<std::vector<Candidate>> rows(static_cast<std::size_t>(gbuffer.height));
+    pool.run(gbuffer.height,
+             [&](int y) { rows[static_cast<std::size_t>(y)] = candidates_of(gbuffer, edges, light, y); });
+    pool.run(gbuffer.height, [&](int y) {
+        const std::vector<Candidate>& row = rows[static_cast<std::size_t>(y)];
+        for (std::size_t first = 0; first < row.size(); first += kSimdWidth) {
+            const std::size_t count = std::min(kSimdWidth, row.size() - first);
+            alignas(64) float values[6][kSimdWidth] = {}, arrives[kSimdWidth];
+            for (std::size_t i = 0; i < count; ++i) {
+                for (int k = 0; k < 3; ++k) {
+                    values[k][i] = row[first + i].spot.position[k];
+                    values[k + 3][i] = row[first + i].spot.normal[k];
+                }
+            }
+            direct_points(luminaire, points_at(values, 0), kSimdWidth, arrives);
+            for (std::size_t i = 0; i < count; ++i) {
+                if (!(arrives[i] > 0.0f)) continue;
+                const Candidate& pixel = row[first + i];
+                const float share = seen_share(gbuffer, geometry, luminaire, n, pixel);
+                if (share >= 0.0f)
+                    light[static_cast<std::size_t>(y) * gbuffer.row_length + static_cast<std::size_t>(pixel.x)] =
+                        share * arrives[i] * luminaire.weight.x;
+            }
+        }
+    });
+}
+
+}  // namespace gonio::lighting

@@ -1,0 +1,19 @@
+// Shadow edges in the direct light of one luminaire: a pixel that a shadow's edge may cross gets the share of its
+// samples that see the luminaire.
+#pragma once
+
+#include <vector>
+
+#include "server/lighting/antialias.h"
+#include "server/lighting/direct.h"
+
+namespace gonio::lighting {
+
+// light: one float a pixel, as of direct_light with a shadow ray from each pixel's centre. Where of two neighbours on a
+// surface one is lit and one is dark, n samples decide for both: those that show what the pixel's centre does (edges),
+// on its plane. The cosine and the distance stay the centre's. Seven parameters: a luminaire, a picture and its light.
+// Render thread.
+void sample_shadow_edges(const GBuffer& gbuffer, const trace::Geometry& geometry, const DirectLight& luminaire,
+                         const Edges& edges, unsigned n, std::vector<float>& light, Pool& pool);
+
+}  // namespace gonio::lighting

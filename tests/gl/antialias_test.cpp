@@ -1,0 +1,140 @@
+// Edges of surfaces and of shadows against the path tracer's, whose every sample is a ray of its own; what they cost.
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+
+#include "protocol/schema/gonio.pb.h"
+#include "server/scene/apply.h"
+#include "server/trace/sources.h"
+#include "tests/gl/test_context.h"
+#include "tests/scenes/show.h"
+
+namespace gonio::test {
+namespace {
+
+constexpr int kSide = 200;
+
+// Luminance of direct light, cd/m², rows from the top: 4 floats a pixel.
+const std::vector<float>& traced_direct(const Scene& scene) {
+    static const std::vector<float> values = [&] {
+        trace::Settings settings;
+        settings.noise = 0.01;
+        settings.max_passes = 256;
+        trace::Picture picture(trace::make_world(scene),
+                               {scene.camera, kSide, kSide, trace::Quantity::radiance_direct, true}, settings);
+        while (!picture.refine(1.0).complete) {
+        }
+        return picture.values();
+    }();
+    return values;
+}
+
+Scene cornell() {
+    Scene scene = scene_of(builtin("cornell"));
+    scene.width_px = scene.height_px = kSide;
+    return scene;
+}
+
+// Result: rms of the difference over the mean, of the pixels that `counts`.
+template <typename Counts>
+double rms(const std::vector<float>& shown, const std::vector<float>& truth, const Counts& counts) {
+    double squares = 0.0, sum = 0.0;
+    int n = 0;
+    for (std::size_t i = 0; i < truth.size(); i += 4) {
+        if (!counts(i)) continue;
+        const double off = static_cast<double>(shown[i + 1] - truth[i + 1]);
+        squares += off * off, sum += static_cast<double>(truth[i + 1]), ++n;
+    }
+    return std::sqrt(squares / n) / (sum / n);
+}
+
+TEST(Antialias, StillsHaveTheEdgesOfTheReference) {
+    const Scene scene = cornell();
+    Renderer renderer(context(), Renderer::DirectLight::rays);
+    const auto still = [&](unsigned samples) {
+        return renderer.capture(scene, View::direct, kSide, kSide, true, trace::kAllBounces, samples)->values;
+    };
+    const std::vector<float> jagged = still(1), smooth = still(16), &truth = traced_direct(scene);
+    // Edges: where the centres alone are off by a tenth.
+    const auto edge = [&](std::size_t i) {
+        return std::abs(jagged[i + 1] - truth[i + 1]) > 0.1f * std::max(truth[i + 1], 0.1f);
+    };
+    const double before = rms(jagged, truth, edge), after = rms(smooth, truth, edge),
+                 elsewhere = rms(smooth, truth, [&](std::size_t i) { return !edge(i); });
+    std::printf("rms at edges: one sample %.3f, sixteen %.3f; elsewhere %.4f\n", before, after, elsewhere);
+    EXPECT_LT(after, 0.3 * before);
+    EXPECT_LT(elsewhere, 0.02) << "what curves within a pixel has the cosine of its centre";
+}
+
+// A pixel is stray where it lies outside of what the reference has around it, by more than its dither and noise.
+TEST(Antialias, NoStrayPixelsAtContacts) {
+    const Scene scene = cornell();
+    Renderer renderer(context(), Renderer::DirectLight::rays);
+    const std::vector<float> shown = renderer.capture(scene, View::direct, kSide, kSide, true)->values,
+                             &truth = traced_direct(scene);
+    int stray = 0;
+    for (int y = 1; y + 1 < kSide; ++y) {
+        for (int x = 1; x + 1 < kSide; ++x) {
+            float least = 1e30f, greatest = 0.0f;
+            for (int k = 0; k < 9; ++k) {
+                const float there = truth[4 * static_cast<std::size_t>((y + k / 3 - 1) * kSide + x + k % 3 - 1) + 1];
+                least = std::min(least, there), greatest = std::max(greatest, there);
+            }
+            const float here = shown[4 * static_cast<std::size_t>(y * kSide + x) + 1], room = 0.1f * greatest + 0.05f;
+            const bool odd = here < least - room || here > greatest + room;
+            stray += odd ? 1 : 0;
+        }
+    }
+    std::printf("stray pixels: %d of %d\n", stray, kSide * kSide);
+    EXPECT_LE(stray, kSide * kSide / 20000);
+}
+
+// Edges are found while nothing moves. They stay where light moves, and cost no pass of their own.
+TEST(Antialias, LightThatMovesStaysAntialiased) {
+    Scene scene = cornell();
+    Renderer renderer(context(), Renderer::DirectLight::rays);
+    make_coarse(renderer);
+    renderer.set_refinement(true);
+    const auto frame = [&] {
+        renderer.begin_frame(scene, monotonic_ns());
+        return renderer.finish_frame(true)->report;
+    };
+    const auto change = [&](const v1::Command& command) {
+        Loaded loaded;
+        const auto result = apply(scene, command, loaded);
+        ASSERT_TRUE(result) << result.error().text();
+    };
+    show(renderer, scene);
+    EXPECT_EQ(frame().samples_per_pixel(), 1u);
+    ASSERT_TRUE(renderer.refine(scene, [] { return false; })) << "before anything else";
+    const v1::FrameReport smooth = frame();
+    EXPECT_EQ(smooth.samples_per_pixel(), 16u);
+    EXPECT_EQ(passes_run(smooth), std::set<std::string>{"composite"});
+
+    v1::Command level;
+    level.mutable_set_light()->set_name(scene.lights[0].name);
+    level.mutable_set_light()->set_level_ratio(0.5);
+    change(level);
+    const v1::FrameReport dimmed = frame();
+    EXPECT_EQ(dimmed.samples_per_pixel(), 16u);
+    EXPECT_EQ(passes_run(dimmed), std::set<std::string>{"composite"});
+
+    v1::Command position;
+    position.mutable_set_light()->set_name(scene.lights[0].name);
+    for (const double x : {0.3, 3.0, 0.2}) position.mutable_set_light()->add_position_m(x);
+    change(position);
+    const v1::FrameReport moved = frame();
+    EXPECT_EQ(moved.samples_per_pixel(), 16u);
+    EXPECT_FALSE(passes_run(moved).contains("gbuffer"));
+
+    v1::Command camera;
+    for (const double x : {0.1, 2.0, 6.5}) camera.mutable_set_camera()->add_eye_m(x);
+    change(camera);
+    EXPECT_EQ(frame().samples_per_pixel(), 1u);
+    show(renderer, scene);
+    ASSERT_TRUE(renderer.refine(scene, [] { return false; }));
+    EXPECT_EQ(frame().samples_per_pixel(), 16u);
+}
+
+}  // namespace
+}  // namespace gonio::test
