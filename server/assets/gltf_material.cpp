@@ -66,12 +66,15 @@ std::optional<Error> import_texture(GltfImport& import, int texture_index, int& 
     if (texture.sampler >= 0 && wrap_into) {
         const auto& sampler = model.samplers[texture.sampler];
         const std::string place = "/samplers/" + std::to_string(texture.sampler);
-        for (const auto& [mode, repeat, member] : {std::tuple(sampler.wrapS, &wrap_into->repeat_s, "/wrapS"),
-                                                   std::tuple(sampler.wrapT, &wrap_into->repeat_t, "/wrapT")}) {
-            *repeat = mode != TINYGLTF_TEXTURE_WRAP_CLAMP_TO_EDGE;
-            if (mode == TINYGLTF_TEXTURE_WRAP_MIRRORED_REPEAT) {
-                import.warn("mirrored texture repetition is treated as repetition (" + place + ")");
-            } else if (*repeat && mode != TINYGLTF_TEXTURE_WRAP_REPEAT) {
+        for (const auto& [mode, wrap, member] : {std::tuple(sampler.wrapS, &wrap_into->wrap_s, "/wrapS"),
+                                                 std::tuple(sampler.wrapT, &wrap_into->wrap_t, "/wrapT")}) {
+            if (mode == TINYGLTF_TEXTURE_WRAP_CLAMP_TO_EDGE) {
+                *wrap = Wrap::clamp;
+            } else if (mode == TINYGLTF_TEXTURE_WRAP_MIRRORED_REPEAT) {
+                *wrap = Wrap::mirror;
+            } else if (mode == TINYGLTF_TEXTURE_WRAP_REPEAT) {
+                *wrap = Wrap::repeat;
+            } else {
                 return Error{"bad_gltf", place + member, std::to_string(mode), "there is no such wrap mode"};
             }
         }

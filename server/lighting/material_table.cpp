@@ -75,8 +75,8 @@ struct Builder {
             images[image] = texture;
         }
         MaterialTable::Texture texture = images[image];
-        texture.repeat_s = material.repeat_s ? 1 : 0;
-        texture.repeat_t = material.repeat_t ? 1 : 0;
+        texture.wrap_s = static_cast<std::int32_t>(material.wrap_s);
+        texture.wrap_t = static_cast<std::int32_t>(material.wrap_t);
         result.textures.push_back(texture);
         return static_cast<std::int32_t>(result.textures.size()) - 1;
     }

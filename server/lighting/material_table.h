@@ -35,7 +35,7 @@ struct MaterialTable {
     std::vector<Paint> materials;  // by SceneAsset::materials
     struct Texture {               // 128 bytes: an image as a material repeats it
         std::int32_t width_px, height_px;
-        std::int32_t repeat_s, repeat_t;    // 1: repeats, 0: clamped to its edge
+        std::int32_t wrap_s, wrap_t;        // Wrap
         std::int32_t last_level;            // levels of half the size each, down to 1 × 1
         std::int32_t first_texel[kLevels];  // of a level, into texels
         std::int32_t unused[12];

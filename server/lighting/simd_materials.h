@@ -80,13 +80,21 @@ HWY_INLINE Vec3 textured(const MaterialTable& material_table, hn::Vec<IntTag> im
         return same ? hn::Set(ints, texture[first + word]) : hn::GatherIndex(ints, texture + word, texture_at);
     };
     const auto width_px = field(0), height_px = field(1), last_level = field(4);
-    const Mask repeat_s = hn::RebindMask(tag, hn::Gt(field(2), zero)),
-               repeat_t = hn::RebindMask(tag, hn::Gt(field(3), zero));
+    const auto wrap_s = field(2), wrap_t = field(3);
+    const auto is = [&](hn::Vec<IntTag> wrap, Wrap mode) {
+        return hn::RebindMask(tag, hn::Eq(wrap, hn::Set(ints, static_cast<int>(mode))));
+    };
+    const Mask repeat_s = is(wrap_s, Wrap::repeat), repeat_t = is(wrap_t, Wrap::repeat);
     // A coordinate that is no number becomes 0: Max gives its second argument then.
-    const auto bounded = [&](Float at, Mask repeat) {
+    const auto bounded = [&](Float at, hn::Vec<IntTag> wrap, Mask repeat) {
+        const Mask mirror = is(wrap, Wrap::mirror);
+        if (!hn::AllFalse(tag, mirror)) {
+            const Float turn = at - Float(2.0f) * Float(hn::Floor((at * Float(0.5f)).raw));  // 0 … 2
+            at = mix(at, Float(1.0f) - abs(turn - Float(1.0f)), mirror);
+        }
         return min(max(mix(at, at - Float(hn::Floor(at.raw)), repeat), Float(0.0f)), Float(1.0f));
     };
-    const Vec2 within(bounded(uv.x, repeat_s), bounded(uv.y, repeat_t));
+    const Vec2 within(bounded(uv.x, wrap_s, repeat_s), bounded(uv.y, wrap_t, repeat_t));
     // The level at which a pixel is one texel wide: log2 from a float's bits, linear within an octave.
     const Float wide = max(width * Float(hn::ConvertTo(tag, hn::Max(width_px, height_px))), Float(1.0f));
     const Float level =

@@ -125,14 +125,15 @@ const GpuScene::Uploaded& GpuScene::uploaded() const {
 
     for (std::size_t i = 0; i < asset_->images.size(); ++i)
         made->images.push_back(upload_image(asset_->images[i], static_cast<int>(i)));
-    for (int i = 0; i < 4; ++i) {
+    constexpr GLint kWraps[] = {GL_CLAMP_TO_EDGE, GL_REPEAT, GL_MIRRORED_REPEAT};  // by Wrap
+    for (int i = 0; i < 9; ++i) {
         GLuint sampler = 0;
         glCreateSamplers(1, &sampler);
         made->samplers[i] = gl::Sampler(sampler);
         glSamplerParameteri(sampler, GL_TEXTURE_MIN_FILTER, GL_LINEAR_MIPMAP_LINEAR);
         glSamplerParameteri(sampler, GL_TEXTURE_MAG_FILTER, GL_LINEAR);
-        glSamplerParameteri(sampler, GL_TEXTURE_WRAP_S, (i & 1) != 0 ? GL_REPEAT : GL_CLAMP_TO_EDGE);
-        glSamplerParameteri(sampler, GL_TEXTURE_WRAP_T, (i & 2) != 0 ? GL_REPEAT : GL_CLAMP_TO_EDGE);
+        glSamplerParameteri(sampler, GL_TEXTURE_WRAP_S, kWraps[i % 3]);
+        glSamplerParameteri(sampler, GL_TEXTURE_WRAP_T, kWraps[i / 3]);
     }
     uploaded_ = std::move(made);
     return *uploaded_;
@@ -172,7 +173,7 @@ void GpuScene::use_material(Mode mode, Programs& programs, const DrawGroup& grou
         if (!cube && emissive_) glProgramUniform3fv(program, 3, 1, &material.emissive_nit[0]);
         if (cells) glProgramUniform2ui(program, 6, group.first_index, static_cast<GLuint>(group.base_vertex));
     }
-    const GLuint sampler = own.samplers[(material.repeat_s ? 1 : 0) + (material.repeat_t ? 2 : 0)].id();
+    const GLuint sampler = own.samplers[static_cast<int>(material.wrap_s) + 3 * static_cast<int>(material.wrap_t)].id();
     if (textured) {
         glBindTextureUnit(0, own.images[material.base_color_image].id());
         glBindSampler(0, sampler);

@@ -47,7 +47,7 @@ private:
         gl::Buffer vertices, indices;
         gl::VertexArray vertex_array;
         std::vector<gl::Texture> images;
-        gl::Sampler samplers[4];  // repeat_s + 2 · repeat_t
+        gl::Sampler samplers[9];  // wrap_s + 3 · wrap_t
     };
     // Made by the first draw: the CPU's passes need none of it.
     const Uploaded& uploaded() const;

@@ -46,12 +46,15 @@ struct Image {
     std::vector<std::uint8_t> rgba;  // row-major from the top, sRGB-encoded colour, linear alpha
 };
 
+// What a texture shows beyond 0..1, as glTF's samplers have it: its edge, itself again, or itself turned over.
+enum class Wrap : std::uint8_t { clamp, repeat, mirror };
+
 struct Material {
     std::string name;
-    glm::vec4 base_color{1.0f};             // linear Rec.709 reflectance 0..1 (glTF baseColorFactor), times the texture
-    int base_color_image = -1;              // index into SceneAsset::images, -1: none
-    bool repeat_s = true, repeat_t = true;  // else clamp to edge
-    glm::vec3 emissive_nit{0.0f};           // cd/m², glTF emissiveFactor × KHR_materials_emissive_strength
+    glm::vec4 base_color{1.0f};  // linear Rec.709 reflectance 0..1 (glTF baseColorFactor), times the texture
+    int base_color_image = -1;   // index into SceneAsset::images, -1: none
+    Wrap wrap_s = Wrap::repeat, wrap_t = Wrap::repeat;
+    glm::vec3 emissive_nit{0.0f};  // cd/m², glTF emissiveFactor × KHR_materials_emissive_strength
     int emissive_image = -1;
     bool alpha_mask = false;
     float alpha_cutoff = 0.5f;

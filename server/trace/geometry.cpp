@@ -130,7 +130,7 @@ glm::vec2 Geometry::uv_at(const Part& part, int triangle, float u, float v) cons
 
 glm::vec4 textured(const SceneAsset& asset, const Material& material, glm::vec4 color, int image, glm::vec2 uv) {
     if (image < 0) return color;
-    return color * sample(asset.images[static_cast<std::size_t>(image)], uv, material.repeat_s, material.repeat_t);
+    return color * sample(asset.images[static_cast<std::size_t>(image)], uv, material.wrap_s, material.wrap_t);
 }
 
 glm::vec4 Geometry::base_color_at(const Part& part, int triangle, float u, float v) const {

@@ -25,8 +25,10 @@ inline float srgb_decode(std::uint8_t byte) {
 }
 
 // Result: linear rgb and alpha, bilinear. uv: glTF's, (0, 0) at the first texel's corner.
-inline glm::vec4 sample(const Image& image, glm::vec2 uv, bool repeat_s, bool repeat_t) {
-    const auto between = [](float x, int size, bool repeat, int& low, int& high) {
+inline glm::vec4 sample(const Image& image, glm::vec2 uv, Wrap wrap_s, Wrap wrap_t) {
+    const auto between = [](float x, int size, Wrap mode, int& low, int& high) {
+        const bool repeat = mode == Wrap::repeat;
+        if (mode == Wrap::mirror) x = 1.0f - std::abs(x - 2.0f * std::floor(0.5f * x) - 1.0f);
         x = repeat ? x - std::floor(x) : std::clamp(x, 0.0f, 1.0f);
         if (!(x >= 0.0f)) x = 0.0f;  // a coordinate that is no number
         const float at = x * static_cast<float>(size) - 0.5f;
@@ -37,8 +39,8 @@ inline glm::vec4 sample(const Image& image, glm::vec2 uv, bool repeat_s, bool re
         return at - std::floor(at);
     };
     int x0, x1, y0, y1;
-    const float a = between(uv.x, image.width_px, repeat_s, x0, x1);
-    const float b = between(uv.y, image.height_px, repeat_t, y0, y1);
+    const float a = between(uv.x, image.width_px, wrap_s, x0, x1);
+    const float b = between(uv.y, image.height_px, wrap_t, y0, y1);
     const auto texel = [&](int x, int y) {
         const std::uint8_t* p = &image.rgba[(static_cast<std::size_t>(y) * static_cast<std::size_t>(image.width_px) +
                                              static_cast<std::size_t>(x)) *

@@ -60,8 +60,8 @@ std::uint64_t content_hash(const Scene& scene, const ReferenceSettings& settings
     for (const Material& m : asset.materials) {
         h.bytes(&m.base_color[0], sizeof m.base_color);
         h.bytes(&m.emissive_nit[0], sizeof m.emissive_nit);
-        for (const int x : {m.base_color_image, m.emissive_image, int{m.repeat_s}, int{m.repeat_t}, int{m.alpha_mask},
-                            int{m.double_sided}})
+        for (const int x : {m.base_color_image, m.emissive_image, static_cast<int>(m.wrap_s),
+                            static_cast<int>(m.wrap_t), int{m.alpha_mask}, int{m.double_sided}})
             h.add(x);
         h.add(m.alpha_cutoff);
     }

@@ -207,8 +207,8 @@ TEST_F(AssetsGltf, WrapModesAndTextureTransform) {
         Json::parse(R"({"offset": [0.5, 0.25], "scale": [2, 3], "rotation": 1.5707963267948966})");
     document["extensionsUsed"] = {"KHR_texture_transform"};
     const auto scene = good(document);
-    EXPECT_FALSE(scene->materials[0].repeat_s);
-    EXPECT_TRUE(scene->materials[0].repeat_t);
+    EXPECT_EQ(scene->materials[0].wrap_s, Wrap::clamp);
+    EXPECT_EQ(scene->materials[0].wrap_t, Wrap::repeat);
     // (1, 0) is scaled to (2, 0), turned counter-clockwise in a picture whose v points down to (0, -2), then moved.
     EXPECT_NEAR(scene->meshes[0].vertices[1].uv.x, 0.5, 1e-6);
     EXPECT_NEAR(scene->meshes[0].vertices[1].uv.y, -1.75, 1e-6);

@@ -1,0 +1,99 @@
+// What surfaces look like, by small glTF files whose picture is known in closed form: in the CPU's G-buffer and to the
+// path tracer's rays.
+#include <cmath>
+#include <glm/gtc/packing.hpp>
+
+#include "server/lighting/raster.h"
+#include "server/lighting/screen.h"
+#include "server/scene/apply.h"
+#include "tests/unit/assets_gltf_fixture.h"
+
+namespace gonio {
+namespace {
+
+constexpr int kSide = 96;  // pixels of a picture
+
+// A square from (0, 0, 0) to (1, 1, 0) that faces +Z, of material 0. uv: texture repeats along its sides.
+Json square(double uv = 1.0) {
+    Json document = with_positions({0, 0, 0, 1, 0, 0, 1, 1, 0, 0, 1, 0});
+    const auto t = static_cast<float>(uv);
+    add_accessor(document, bytes_of({0, 0, t, 0, t, t, 0, t}), 5126, 4, "VEC2");
+    add_accessor(document, std::string("\x00\x01\x02\x00\x02\x03", 6), 5121, 6, "SCALAR");
+    Json& primitive = document["meshes"][0]["primitives"][0];
+    primitive["attributes"]["TEXCOORD_0"] = 1;
+    primitive["indices"] = 2;
+    primitive["material"] = 0;
+    document["materials"] = Json::parse(R"([{"pbrMetallicRoughness": {}}])");
+    return document;
+}
+
+struct Look {
+    glm::dvec3 position{0.0};
+    glm::vec3 albedo{0.0f}, traced{0.0f};  // of the G-buffer, and of a ray through the pixel's centre
+};
+
+// What an eye at z sees of the square, pixel by pixel; none where nothing is.
+std::vector<Look> looks(const std::shared_ptr<const SceneAsset>& asset, double z = 2.0) {
+    const trace::Geometry geometry(asset);
+    lighting::GBuffer gbuffer;
+    lighting::Raster raster;
+    Pool pool;
+    const Camera camera{{0.52, 0.47, z}, {0.52, 0.47, 0.0}, 0.7};
+    lighting::look_through(eye_of(camera, kSide, kSide), geometry, 1e-4f, kSide, kSide, gbuffer);
+    lighting::draw_gbuffer(lighting::make_clusters(geometry), lighting::make_material_table(geometry), false, gbuffer,
+                           raster, pool);
+    std::vector<Look> found;
+    for (int y = 0; y < kSide; ++y) {
+        for (int x = 0; x < kSide; ++x) {
+            const lighting::Spot spot = lighting::spot_at(gbuffer, x, y);
+            if (!(spot.depth > 0.0f)) continue;
+            const std::size_t at = 4 * (static_cast<std::size_t>(y) * gbuffer.row_length + static_cast<std::size_t>(x));
+            Look look{geometry.origin() + glm::dvec3(spot.position), {}, {}};
+            for (std::size_t k = 0; k < 3; ++k)
+                look.albedo[static_cast<int>(k)] = glm::unpackHalf1x16(raster.albedo[at + k]);
+            trace::SurfaceHit hit;
+            EXPECT_TRUE(
+                geometry.closest(gbuffer.rays.eye, glm::normalize(spot.position - gbuffer.rays.eye), 0.0f, true, hit));
+            look.traced = hit.albedo;
+            found.push_back(look);
+        }
+    }
+    return found;
+}
+
+class Materials : public GltfFixture {
+protected:
+    // A picture of 64 × 1 texels whose reflectance grows from 0 to 0.9 along u.
+    void write_ramp() {
+        BytePicture ramp{64, 1, {}};
+        for (int i = 0; i < 64; ++i) {
+            const double linear = 0.9 * (i + 0.5) / 64, encoded = 1.055 * std::pow(linear, 1.0 / 2.4) - 0.055;
+            for (int k = 0; k < 3; ++k)
+                ramp.rgb.push_back(
+                    static_cast<std::uint8_t>(std::lround(255.0 * (linear <= 0.0031308 ? 12.92 * linear : encoded))));
+        }
+        write("ramp.png", *encode_png(ramp));
+    }
+};
+
+TEST_F(Materials, MirroredRepetitionTurnsOver) {
+    write_ramp();
+    Json document = square(3.0);
+    document["images"] = Json::parse(R"([{"uri": "ramp.png"}])");
+    document["samplers"] = Json::parse(R"([{"wrapS": 33648, "wrapT": 33648}])");
+    document["textures"] = Json::parse(R"([{"source": 0, "sampler": 0}])");
+    document["materials"][0]["pbrMetallicRoughness"]["baseColorTexture"] = {{"index", 0}};
+    const auto asset = good(document);
+    EXPECT_TRUE(asset->warnings.empty());
+    const std::vector<Look> all = looks(asset);
+    ASSERT_GT(all.size(), 1000u);
+    for (const Look& look : all) {
+        const double u = 3.0 * look.position.x, there = std::fmod(u, 2.0), folded = there > 1.0 ? 2.0 - there : there;
+        // A texel is 0.014 wide in reflectance; the edge's is blurred half a texel more.
+        ASSERT_NEAR(look.traced.r, 0.9 * folded, 0.01) << u;
+        ASSERT_NEAR(look.albedo.r, 0.9 * folded, 0.025) << u;  // and a pixel's width
+    }
+}
+
+}  // namespace
+}  // namespace gonio
