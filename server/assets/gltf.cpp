@@ -37,19 +37,35 @@ void bound_albedo(GltfImport& import, double most) {
     // The sRGB curve of IEC 61966-2-1.
     const double encoded = most <= 0.0031308 ? 12.92 * most : 1.055 * std::pow(most, 1.0 / 2.4) - 0.055;
     const auto bright = static_cast<std::uint8_t>(255.0 * encoded);
-    std::vector<bool> used(import.scene.materials.size()), seen(import.scene.images.size()),
+    const std::size_t count = import.scene.materials.size();
+    std::vector<bool> used(count), uncolored(count), exceeding(count), seen(import.scene.images.size()),
         too_bright(import.scene.images.size());
-    for (const Mesh& mesh : import.scene.meshes) used[mesh.material] = true;
+    for (const Mesh& mesh : import.scene.meshes) {
+        used[mesh.material] = true;
+        if (mesh.colors.empty()) uncolored[mesh.material] = true;
+    }
+    // A white factor is usual beside vertex colours: then these are bounded.
+    for (Mesh& mesh : import.scene.meshes) {
+        const Material& material = import.scene.materials[mesh.material];
+        if (uncolored[mesh.material] || material.base_color_image >= 0) continue;
+        for (glm::u16vec4& color : mesh.colors) {
+            for (int k = 0; k < 3; ++k) {
+                const auto greatest = static_cast<std::uint16_t>(
+                    std::min(65535.0f, 65535.0f * white / std::max(material.base_color[k], 1e-6f)));
+                if (color[k] > greatest) color[k] = greatest, exceeding[mesh.material] = true;
+            }
+        }
+    }
     int bounded = 0;
     for (std::size_t i = 0; i < import.scene.materials.size(); ++i) {
         Material& material = import.scene.materials[i];
-        bool exceeds = false;
-        if (material.base_color_image < 0) {
+        bool exceeds = exceeding[i];
+        if (material.base_color_image < 0 && uncolored[i]) {
             for (int k = 0; k < 3; ++k) {
                 exceeds |= material.base_color[k] > white;
                 material.base_color[k] = std::min(material.base_color[k], white);
             }
-        } else {  // the factor only darkens
+        } else if (material.base_color_image >= 0) {  // factor and vertex colours only darken
             const int image = material.base_color_image;
             if (!seen[image]) {
                 std::vector<std::uint8_t>& rgba = import.scene.images[image].rgba;

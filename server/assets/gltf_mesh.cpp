@@ -47,12 +47,14 @@ void make_flat(Mesh& mesh) {
     Mesh flat;
     flat.material = mesh.material;
     flat.vertices.reserve(mesh.indices.size());
+    const bool colored = !mesh.colors.empty();
     for (std::size_t t = 0; t < mesh.indices.size() / 3; ++t) {
         const glm::dvec3 normal = area_normal(mesh, t);
         const double size = glm::length(normal);
         if (!(size > 0.0) || !std::isfinite(size)) continue;
         for (std::size_t k = 0; k < 3; ++k) {
             Vertex vertex = mesh.vertices[mesh.indices[3 * t + k]];
+            if (colored) flat.colors.push_back(mesh.colors[mesh.indices[3 * t + k]]);
             vertex.normal = glm::vec3(normal / size);
             flat.indices.push_back(static_cast<std::uint32_t>(flat.vertices.size()));
             flat.vertices.push_back(vertex);
@@ -88,14 +90,17 @@ void compact(Mesh& mesh) {
     constexpr std::uint32_t unused = std::numeric_limits<std::uint32_t>::max();
     std::vector<std::uint32_t> new_index(mesh.vertices.size(), unused);
     std::vector<Vertex> kept;
+    std::vector<glm::u16vec4> colors;
     for (std::uint32_t& index : mesh.indices) {
         if (new_index[index] == unused) {
             new_index[index] = static_cast<std::uint32_t>(kept.size());
             kept.push_back(mesh.vertices[index]);
+            if (!mesh.colors.empty()) colors.push_back(mesh.colors[index]);
         }
         index = new_index[index];
     }
     mesh.vertices = std::move(kept);
+    mesh.colors = std::move(colors);
 }
 
 Error too_large(const std::string& where, std::size_t value, const char* message) {
@@ -116,6 +121,28 @@ Result<std::vector<float>> attribute(const GltfDocument& document, const tinyglt
                      "the attribute has not as many elements as there are positions"};
     }
     return read_floats(document, accessor);
+}
+
+// COLOR_0; where all are white the mesh needs none.
+std::optional<Error> read_colors(GltfImport& import, const tinygltf::Primitive& primitive, Mesh& mesh,
+                                 const std::string& where) {
+    const auto found = primitive.attributes.find("COLOR_0");
+    if (found == primitive.attributes.end()) return std::nullopt;
+    const std::size_t count = mesh.vertices.size(),
+                      components = accessor_components(import.document, found->second) == 3 ? 3 : 4;
+    if (auto full = take_memory(import.room, count, kBytesOfColor, where + "/attributes/COLOR_0")) return full;
+    const auto values = attribute(import.document, primitive, "COLOR_0", components, count, where);
+    if (!values) return values.error();
+    if (std::all_of(values->begin(), values->end(), [](float value) { return value == 1.0f; })) return std::nullopt;
+    if (std::any_of(values->begin(), values->end(), [](float value) { return value < 0.0f || value > 1.0f; }))
+        import.warn("vertex colours outside 0..1 were clamped (" + where + ")");
+    mesh.colors.resize(count, glm::u16vec4(65535));
+    for (std::size_t i = 0; i < count; ++i) {
+        for (std::size_t c = 0; c < components; ++c)
+            mesh.colors[i][static_cast<int>(c)] = static_cast<std::uint16_t>(
+                std::lround(65535.0f * std::clamp((*values)[components * i + c], 0.0f, 1.0f)));
+    }
+    return std::nullopt;
 }
 
 std::optional<Error> read_vertices(GltfImport& import, const tinygltf::Primitive& primitive, Mesh& mesh,
@@ -193,9 +220,6 @@ std::optional<Error> import_primitive(GltfImport& import, const tinygltf::Primit
     if (!primitive.targets.empty()) {
         import.warn("morph targets are not supported: the base shape is used (" + where + ")");
     }
-    if (primitive.attributes.count("COLOR_0")) {
-        import.warn("vertex colours are not supported and were ignored (" + where + ")");
-    }
     if (!primitive.attributes.count("POSITION")) {
         import.warn("a primitive without positions was left out (" + where + ")");
         return std::nullopt;
@@ -203,6 +227,7 @@ std::optional<Error> import_primitive(GltfImport& import, const tinygltf::Primit
     Mesh mesh;
     mesh.material = primitive.material >= 0 ? primitive.material : static_cast<int>(import.scene.materials.size()) - 1;
     if (auto error = read_vertices(import, primitive, mesh, where)) return error;
+    if (auto error = read_colors(import, primitive, mesh, where)) return error;
     if (auto error = read_triangles(import, primitive, mesh, where)) return error;
     if (mesh.indices.empty()) {
         import.warn("a primitive without triangles was left out (" + where + ")");

@@ -58,6 +58,8 @@ std::uint32_t pack_normal(const glm::vec3& n) {
 struct Builder {
     const trace::Geometry& geometry;
     MaterialTable result{};
+    const bool colored = std::any_of(geometry.asset().meshes.begin(), geometry.asset().meshes.end(),
+                                     [](const Mesh& mesh) { return !mesh.colors.empty(); });
     std::map<int, MaterialTable::Texture> images{};  // its levels, by image
 
     // Result: index of the texture that shows `image` as `material` repeats it, -1: none.
@@ -109,6 +111,11 @@ struct Builder {
             }
             look.material = static_cast<std::uint32_t>(mesh.material);
             result.triangles.push_back(look);
+            if (colored) {
+                MaterialTable::VertexColors& colors = result.colors.emplace_back();
+                for (std::size_t k = 0; k < 3; ++k)
+                    colors.corner[k] = mesh.colors.empty() ? glm::u16vec4(65535) : mesh.colors[mesh.indices[3 * t + k]];
+            }
             if (asset.images.empty()) continue;
             const glm::mat2 sides(on_texture.uv[1] - on_texture.uv[0], on_texture.uv[2] - on_texture.uv[0]);
             on_texture.uv_per_m = std::sqrt(std::abs(glm::determinant(sides)) / std::max(twice_area, 1e-30f));

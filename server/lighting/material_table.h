@@ -26,7 +26,11 @@ struct MaterialTable {
         float uv_per_m;  // texture sides per metre of surface
     };
     std::vector<TriangleUv> uv;  // like triangles; empty if the scene has no images
-    struct Paint {               // 32 bytes: a material
+    struct VertexColors {       // 24 bytes: of a triangle's corners, Mesh::colors
+        glm::u16vec4 corner[3];
+    };
+    std::vector<VertexColors> colors;  // like triangles; empty if the scene has none
+    struct Paint {                     // 32 bytes: a material
         glm::vec3 albedo;
         std::int32_t image;  // index into textures, -1: none
         glm::vec3 emission_nit;

@@ -194,6 +194,22 @@ HWY_INLINE void shade_pixels(const MaterialTable& material_table, const Setup* s
         return kOne ? hn::Set(tag, base[first_paint * 8]) : hn::GatherIndex(tag, base, paint_at);
     };
     Vec3 albedo(paint(0), paint(1), paint(2)), emission;
+    if (!material_table.colors.empty()) {
+        static_assert(sizeof(MaterialTable::VertexColors) == 24);
+        const auto color_at = hn::Mul(triangle, hn::Set(ints, 6));
+        const auto word = [&](std::size_t index) {
+            const auto* base = reinterpret_cast<const std::int32_t*>(material_table.colors.data()) + index;
+            return kOne ? hn::Set(ints, base[first * 6]) : hn::GatherIndex(ints, base, color_at);
+        };
+        const auto channel = [&](std::size_t index, bool upper) {
+            const auto part = [&](std::size_t corner_index) -> Float {
+                const auto bits = word(2 * corner_index + index);
+                return hn::ConvertTo(tag, hn::And(upper ? hn::ShiftRight<16>(bits) : bits, hn::Set(ints, 0xffff)));
+            };
+            return (part(0) * w0 + part(1) * w1 + part(2) * w2) * Float(1.0f / 65535.0f);
+        };
+        albedo = Vec3(albedo.x * channel(0, false), albedo.y * channel(0, true), albedo.z * channel(1, false));
+    }
     if (strip.emission != nullptr) emission = Vec3(paint(4), paint(5), paint(6));
     if (!material_table.textures.empty()) {
         const auto image = hn::BitCast(ints, paint(3).raw), glow = hn::BitCast(ints, paint(7).raw);
@@ -335,9 +351,16 @@ bool set_up(const OnScreen& screen, const std::array<std::uint8_t, 3>& corner, b
 
 bool is_hole(const MaterialTable& material_table, std::uint32_t triangle, float corner1, float corner2) {
     const Material& material = material_table.asset->materials[material_table.triangles[triangle].material];
-    if (material.base_color_image < 0) return material.base_color.a < material.alpha_cutoff;
+    glm::vec4 color = material.base_color;
+    if (!material_table.colors.empty()) {
+        const glm::u16vec4* own = material_table.colors[triangle].corner;
+        color *= ((1.0f - corner1 - corner2) * glm::vec4(own[0]) + corner1 * glm::vec4(own[1]) +
+                  corner2 * glm::vec4(own[2])) /
+                 65535.0f;
+    }
+    if (material.base_color_image < 0) return color.a < material.alpha_cutoff;
     const glm::vec2* uv = material_table.uv[triangle].uv;
-    return trace::textured(*material_table.asset, material, material.base_color, material.base_color_image,
+    return trace::textured(*material_table.asset, material, color, material.base_color_image,
                            (1.0f - corner1 - corner2) * uv[0] + corner1 * uv[1] + corner2 * uv[2])
                .a < material.alpha_cutoff;
 }

@@ -65,6 +65,7 @@ GpuScene::GpuScene(std::shared_ptr<const SceneAsset> asset) : asset_(std::move(a
         groups_[i].index_count = static_cast<std::uint32_t>(mesh.indices.size());
         groups_[i].base_vertex = static_cast<std::int32_t>(vertices);
         groups_[i].material = mesh.material;
+        groups_[i].colored = !mesh.colors.empty();
         vertices += mesh.vertices.size();
         indices += mesh.indices.size();
     }
@@ -90,7 +91,12 @@ const GpuScene::Uploaded& GpuScene::uploaded() const {
     auto made = std::make_unique<Uploaded>();
     std::vector<Vertex> vertices;
     std::vector<std::uint32_t> indices;
+    std::vector<glm::u16vec4> colors;
     for (const Mesh& mesh : asset_->meshes) {
+        if (!mesh.colors.empty()) {
+            colors.resize(vertices.size(), glm::u16vec4(65535));
+            colors.insert(colors.end(), mesh.colors.begin(), mesh.colors.end());
+        }
         vertices.insert(vertices.end(), mesh.vertices.begin(), mesh.vertices.end());
         indices.insert(indices.end(), mesh.indices.begin(), mesh.indices.end());
     }
@@ -122,6 +128,14 @@ const GpuScene::Uploaded& GpuScene::uploaded() const {
         glVertexArrayAttribBinding(id, index, 1);
     }
     glVertexArrayBindingDivisor(id, 1, 1);
+    if (!colors.empty()) {
+        colors.resize(vertices.size(), glm::u16vec4(65535));
+        made->colors = gl::make_buffer("vertex colours", colors.size() * sizeof(glm::u16vec4), colors.data());
+        glVertexArrayVertexBuffer(id, 2, made->colors.id(), 0, sizeof(glm::u16vec4));
+        glEnableVertexArrayAttrib(id, 8);
+        glVertexArrayAttribFormat(id, 8, 4, GL_UNSIGNED_SHORT, GL_TRUE, 0);
+        glVertexArrayAttribBinding(id, 8, 2);
+    }
 
     for (std::size_t i = 0; i < asset_->images.size(); ++i)
         made->images.push_back(upload_image(asset_->images[i], static_cast<int>(i)));
@@ -150,6 +164,7 @@ void GpuScene::use_material(Mode mode, Programs& programs, const DrawGroup& grou
     if (material.alpha_mask) defines.emplace_back("MASKED", "1");
     const bool textured = material.base_color_image >= 0 && (mode != Mode::shadow || material.alpha_mask);
     if (textured) defines.emplace_back("TEXTURED", "1");
+    if (group.colored && (mode != Mode::shadow || material.alpha_mask)) defines.emplace_back("VERTEX_COLORS", "1");
     std::string_view fragment = "passes/gbuffer.frag";
     if (mode == Mode::shadow) {
         fragment = material.alpha_mask ? "passes/shadow.frag" : "";

@@ -17,6 +17,7 @@ struct DrawGroup {
     std::uint32_t first_index = 0, index_count = 0;
     std::int32_t base_vertex = 0;
     int material = 0;
+    bool colored = false;        // its vertices have colours
     std::vector<int> instances;  // indices into SceneAsset::instances
 };
 
@@ -45,6 +46,7 @@ public:
 private:
     struct Uploaded {
         gl::Buffer vertices, indices;
+        gl::Buffer colors;  // like vertices; none where no mesh has colours
         gl::VertexArray vertex_array;
         std::vector<gl::Texture> images;
         gl::Sampler samplers[9];  // wrap_s + 3 · wrap_t

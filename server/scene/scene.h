@@ -64,6 +64,7 @@ struct Material {
 // One glTF primitive: triangles with one material.
 struct Mesh {
     std::vector<Vertex> vertices;
+    std::vector<glm::u16vec4> colors;  // like vertices: linear rgb and alpha times the base colour, 65535: 1; or empty
     std::vector<std::uint32_t> indices;  // 3 per triangle, counter-clockwise from the front
     int material = 0;                    // index into SceneAsset::materials
     Bounds bounds;                       // mesh space

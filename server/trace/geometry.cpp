@@ -135,7 +135,14 @@ glm::vec4 textured(const SceneAsset& asset, const Material& material, glm::vec4 
 
 glm::vec4 Geometry::base_color_at(const Part& part, int triangle, float u, float v) const {
     const Material& material = *part.material;
-    return textured(*asset_, material, material.base_color, material.base_color_image, uv_at(part, triangle, u, v));
+    glm::vec4 color = material.base_color;
+    if (const auto& colors = part.mesh->colors; !colors.empty()) {
+        const std::uint32_t* index = &part.mesh->indices[static_cast<std::size_t>(triangle) * 3];
+        color *= ((1.0f - u - v) * glm::vec4(colors[index[0]]) + u * glm::vec4(colors[index[1]]) +
+                  v * glm::vec4(colors[index[2]])) /
+                 65535.0f;
+    }
+    return textured(*asset_, material, color, material.base_color_image, uv_at(part, triangle, u, v));
 }
 
 bool Geometry::is_hole(const Part& part, int triangle, float u, float v) const {

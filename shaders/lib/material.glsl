@@ -5,12 +5,19 @@ layout(location = 4) uniform float alpha_cutoff;  // MASKED only
 layout(binding = 0) uniform sampler2D base_color_texture;  // sRGB decoded by the sampler
 layout(binding = 1) uniform sampler2D emissive_texture;
 
-vec4 material_base_color(vec2 uv) {
-#ifdef TEXTURED
-    return base_color * texture(base_color_texture, uv);
-#else
-    return base_color;
+#ifdef VERTEX_COLORS
+in vec4 vertex_color;  // linear
 #endif
+
+vec4 material_base_color(vec2 uv) {
+    vec4 color = base_color;
+#ifdef VERTEX_COLORS
+    color *= vertex_color;
+#endif
+#ifdef TEXTURED
+    color *= texture(base_color_texture, uv);
+#endif
+    return color;
 }
 
 // Result: the unit shading normal, turned to the viewer; a degenerate one falls back to the triangle's own plane.

@@ -8,6 +8,10 @@ layout(location = 3) in vec4 in_row0;      // DrawInstance
 layout(location = 4) in vec4 in_row1;
 layout(location = 5) in vec4 in_row2;
 layout(location = 6) in uint in_face;
+#ifdef VERTEX_COLORS
+layout(location = 8) in vec4 in_color;
+out vec4 vertex_color;
+#endif
 #ifdef CELLS
 layout(location = 7) in uint in_first_triangle;
 out vec3 mesh_position;
@@ -25,6 +29,9 @@ void main() {
     // Cofactors: the inverse transpose without its division, so that flattened meshes stay finite.
     normal = cross(m[1], m[2]) * in_normal.x + cross(m[2], m[0]) * in_normal.y + cross(m[0], m[1]) * in_normal.z;
     uv = in_uv;
+#ifdef VERTEX_COLORS
+    vertex_color = in_color;
+#endif
 #ifdef CELLS
     mesh_position = in_position;
     first_triangle = in_first_triangle;

@@ -54,6 +54,7 @@ std::uint64_t content_hash(const Scene& scene, const ReferenceSettings& settings
     const SceneAsset& asset = *scene.asset;
     for (const Mesh& mesh : asset.meshes) {
         h.add(mesh.vertices);
+        if (!mesh.colors.empty()) h.bytes(mesh.colors.data(), mesh.colors.size() * sizeof(glm::u16vec4));
         h.add(mesh.indices);
         h.add(mesh.material);
     }

@@ -71,5 +71,24 @@ TEST(ShownMaterials, MirroredRepetitionTurnsOver) {
     }
 }
 
+TEST(ShownMaterials, VertexColoursMultiplyAndCut) {
+    const Scene scene = square_scene([](SceneAsset& asset) {
+        // From 0.2 to 0.8 along x; alpha from 0 to 1.
+        const glm::u16vec4 left(13107, 13107, 13107, 0), right(52428, 52428, 52428, 65535);
+        asset.meshes[0].colors = {left, right, right, left};
+        asset.materials[0].alpha_mask = true;
+        asset.materials[0].base_color = glm::vec4(0.5f, 0.5f, 0.5f, 1.0f);
+    });
+    const std::vector<float> found = reflectance(scene);
+    for (int row = 0; row < kSide; ++row) {
+        for (int column = 0; column < kSide; ++column) {
+            const double x = across(column), share = 0.5 * (x + 1.0);
+            if (std::abs(x) < 0.01) continue;
+            const float value = found[static_cast<std::size_t>(row * kSide + column)];
+            ASSERT_NEAR(value, x < 0.0 ? -1.0 : 0.5 * (0.2 + 0.6 * share), 2e-3) << x;
+        }
+    }
+}
+
 }  // namespace
 }  // namespace gonio::test

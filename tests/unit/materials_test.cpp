@@ -95,5 +95,66 @@ TEST_F(Materials, MirroredRepetitionTurnsOver) {
     }
 }
 
+TEST_F(Materials, VertexColoursMultiplyTheBaseColour) {
+    // From 0.2 at x = 0 to 0.8 at x = 1, which both triangles interpolate alike.
+    const auto bytes = [](std::initializer_list<int> values, int size) {
+        std::string text;
+        for (const int value : values)
+            for (int k = 0; k < size; ++k) text += static_cast<char>(value >> (8 * k) & 255);
+        return text;
+    };
+    struct Case {
+        std::string values;
+        int type;
+        const char* shape;
+    };
+    const Case cases[] = {
+        {bytes_of({.2f, .2f, .2f, .8f, .8f, .8f, .8f, .8f, .8f, .2f, .2f, .2f}), 5126, "VEC3"},
+        {bytes({51, 51, 51, 255, 204, 204, 204, 255, 204, 204, 204, 255, 51, 51, 51, 255}, 1), 5121, "VEC4"},
+        {bytes({13107, 13107, 13107, 65535, 52428, 52428, 52428, 65535, 52428, 52428, 52428, 65535, 13107, 13107, 13107,
+                65535},
+               2),
+         5123, "VEC4"}};
+    for (const Case& c : cases) {
+        Json document = square();
+        document["materials"][0]["pbrMetallicRoughness"]["baseColorFactor"] = {1.0, 0.5, 0.25, 1.0};
+        document["meshes"][0]["primitives"][0]["attributes"]["COLOR_0"] =
+            add_accessor(document, c.values, c.type, 4, c.shape, c.type != 5126);
+        const auto asset = good(document);
+        EXPECT_TRUE(asset->warnings.empty()) << asset->warnings.front();
+        const std::vector<Look> all = looks(asset);
+        ASSERT_GT(all.size(), 1000u);
+        for (const Look& look : all) {
+            const glm::vec3 expected =
+                glm::vec3(1.0f, 0.5f, 0.25f) * (0.2f + 0.6f * static_cast<float>(look.position.x));
+            for (int k = 0; k < 3; ++k) {
+                ASSERT_NEAR(look.traced[k], expected[k], 1e-3f);
+                ASSERT_NEAR(look.albedo[k], expected[k], 1e-3f);
+            }
+        }
+    }
+}
+
+TEST_F(Materials, VertexColoursAreBoundedThemselves) {
+    Json document = square();
+    document["meshes"][0]["primitives"][0]["attributes"]["COLOR_0"] =
+        add_accessor(document, bytes_of({.5f, .5f, .5f, .5f, .5f, .5f, 1, 1, 1, .5f, .5f, .5f}), 5126, 4, "VEC3");
+    const auto asset = good(document);
+    EXPECT_TRUE(warns(*asset, "--max-albedo"));
+    EXPECT_EQ(asset->materials[0].base_color, glm::vec4(1.0f));
+    EXPECT_NEAR(asset->meshes[0].colors[0].r / 65535.0, 0.5, 1e-4);
+    EXPECT_NEAR(asset->meshes[0].colors[2].r / 65535.0, 0.95, 1e-4);
+}
+
+TEST_F(Materials, VertexAlphaCutsHoles) {
+    Json document = square();
+    document["materials"][0]["alphaMode"] = "MASK";
+    document["meshes"][0]["primitives"][0]["attributes"]["COLOR_0"] = add_accessor(
+        document, bytes_of({.5f, .5f, .5f, 0, .5f, .5f, .5f, 1, .5f, .5f, .5f, 1, .5f, .5f, .5f, 0}), 5126, 4, "VEC4");
+    const std::vector<Look> all = looks(good(document));
+    ASSERT_GT(all.size(), 500u);
+    for (const Look& look : all) ASSERT_GT(look.position.x, 0.5 - 1e-4);
+}
+
 }  // namespace
 }  // namespace gonio
