@@ -64,6 +64,10 @@ void add_own_options(CLI::App& app, OptionTexts& text) {
 
 void add_picture_options(CLI::App& app, Options& options, OptionTexts& text) {
     app.add_option("--scene", options.scene, "cornell, atrium, or a .gltf or .glb file")->check(check_scene);
+    app.add_option(
+           "--backfaces", options.backfaces,
+           "of one-sided surfaces: cull (viewers look through them, as glTF says), show; they stop light anyway")
+        ->check(CLI::IsMember({"cull", "show"}));
     app.add_option("--listen", text.listen, "HOST:PORT; port 0 picks a free one")->check(check_listen);
     app.add_option("--token-file", options.token_file, "file that holds the bearer token clients must show");
     app.add_option("--viewer-token-file", options.viewer_token_file,

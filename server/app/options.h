@@ -14,6 +14,7 @@ namespace gonio {
 
 struct Options {
     std::string scene = "cornell";
+    std::string backfaces = "cull";  // show
     std::string host = "127.0.0.1";
     std::uint16_t port = 8080;
     std::string token_file, viewer_token_file;

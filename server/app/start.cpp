@@ -55,7 +55,7 @@ void keep_show_aside(const std::string& path) {
 
 std::shared_ptr<const SceneAsset> asset_of(const Options& options) {
     const std::string& file = options.scene;
-    auto asset = load_scene(file, "", options.max_albedo, memory_room(options.max_memory));
+    auto asset = load_scene(file, "", options.max_albedo, memory_room(options.max_memory), options.backfaces == "show");
     if (!asset) throw std::invalid_argument("cannot load the scene '" + file + "': " + asset.error().text());
     for (const std::string& warning : (*asset)->warnings) spdlog::warn("{}: {}", file, warning);
     return *asset;
@@ -69,7 +69,8 @@ Result<std::shared_ptr<const SceneAsset>> saved_asset(const Options& options, co
         return Error{"not_found", "scene", name, "Uploads are kept where --upload-dir names a folder."};
     const auto path = scene_path({true, options.scene_roots, options.upload_folder, options.max_albedo, 0}, name);
     if (!path && upload) return path.error();
-    return load_scene(path ? *path : name, name, options.max_albedo, memory_room(options.max_memory));
+    return load_scene(path ? *path : name, name, options.max_albedo, memory_room(options.max_memory),
+                      options.backfaces == "show");
 }
 
 struct Restored {

@@ -27,8 +27,10 @@ inline constexpr double kMaxAlbedo = 0.95;
 // A file's surfaces reflect at most `max_albedo`, 0..1. More is bounded, and a warning says of how many materials.
 // Memory for a file's scene is at most `most_bytes` while it is read, and with what the renderer makes of it. What
 // would be more is refused before it is taken: "too_large".
+// show_backs: of all surfaces; else those of one side have no back for viewers, as glTF says.
 Result<std::shared_ptr<const SceneAsset>> load_scene(const std::string& name, const std::string& shown = "",
-                                                     double max_albedo = kMaxAlbedo, std::size_t most_bytes = SIZE_MAX);
+                                                     double max_albedo = kMaxAlbedo, std::size_t most_bytes = SIZE_MAX,
+                                                     bool show_backs = false);
 
 // The built-in scenes, metres. cornell: a room with two boxes and a sculpture of about 33,000 triangles in all;
 // atrium: a colonnaded court of at least 262,000 triangles, textured. Both with one luminaire and one camera.

@@ -86,8 +86,8 @@ void bound_albedo(GltfImport& import, double most) {
 }
 
 // name: of the result. The rest as of load_scene.
-Result<std::shared_ptr<const SceneAsset>> load_gltf(const std::string& path, const std::string& name, double max_albedo,
-                                                    std::size_t most_bytes) {
+Result<std::shared_ptr<SceneAsset>> load_gltf(const std::string& path, const std::string& name, double max_albedo,
+                                              std::size_t most_bytes) {
     try {
         std::size_t room = most_bytes;
         const auto document = read_gltf_document(path, room);
@@ -101,7 +101,7 @@ Result<std::shared_ptr<const SceneAsset>> load_gltf(const std::string& path, con
         }
         bound_albedo(import, max_albedo);
         if (scene->instances.empty()) import.warn("the scene has no triangles");
-        return std::shared_ptr<const SceneAsset>(std::move(scene));
+        return scene;
     } catch (const std::bad_alloc&) {
         return Error{"too_large", path, "", "there is not enough memory for the scene"};
     } catch (const std::exception& error) {
@@ -113,15 +113,20 @@ Result<std::shared_ptr<const SceneAsset>> load_gltf(const std::string& path, con
 }  // namespace
 
 Result<std::shared_ptr<const SceneAsset>> load_scene(const std::string& name, const std::string& shown,
-                                                     double max_albedo, std::size_t most_bytes) {
-    if (name == "cornell") return make_cornell();
-    if (name == "atrium") return make_atrium();
+                                                     double max_albedo, std::size_t most_bytes, bool show_backs) {
     const std::string& called = shown.empty() ? name : shown;
-    const auto scene = load_gltf(name, called, max_albedo, most_bytes);
-    if (scene || scene.error().where != name) return scene;
-    Error error = scene.error();
-    error.where = called;
-    return error;
+    const bool built_in = name == "cornell" || name == "atrium";
+    if (built_in && !show_backs) return name == "cornell" ? make_cornell() : make_atrium();
+    Result<std::shared_ptr<SceneAsset>> scene =
+        built_in ? std::make_shared<SceneAsset>(name == "cornell" ? *make_cornell() : *make_atrium())
+                 : load_gltf(name, called, max_albedo, most_bytes);
+    if (!scene) {
+        Error error = scene.error();
+        if (error.where == name) error.where = called;
+        return error;
+    }
+    for (Material& material : (*scene)->materials) material.show_back = show_backs;
+    return std::shared_ptr<const SceneAsset>(std::move(*scene));
 }
 
 }  // namespace gonio

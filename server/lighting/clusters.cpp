@@ -69,7 +69,7 @@ void add_instance(Clusters& result, std::span<const glm::vec3> positions, const 
         cluster.first_triangle = static_cast<std::uint32_t>(result.triangles.size());
         cluster.vertices = static_cast<std::uint16_t>(piece.vertex_count);
         cluster.triangles = static_cast<std::uint16_t>(piece.triangle_count);
-        cluster.one_sided = !material.double_sided;
+        cluster.one_sided = material.culled_back();
         cluster.alpha_mask = material.alpha_mask;
         cluster.centre = {bounds.center[0], bounds.center[1], bounds.center[2]};
         cluster.radius = bounds.radius;

@@ -137,6 +137,13 @@ MaterialTable make_material_table(const trace::Geometry& geometry) {
             {glm::vec3(material.base_color), builder.texture_of(material, material.base_color_image),
              material.emissive_nit, builder.texture_of(material, material.emissive_image)});
     }
+    const auto dark_back = [](const Material& material) {
+        return material.show_back && !material.double_sided && material.emissive_nit != glm::vec3(0.0f);
+    };
+    if (std::any_of(asset.materials.begin(), asset.materials.end(), dark_back)) {
+        for (const Material& material : asset.materials)
+            builder.result.dark_backs.push_back(dark_back(material) ? 1 : 0);
+    }
     return std::move(builder.result);
 }
 

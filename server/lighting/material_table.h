@@ -37,7 +37,9 @@ struct MaterialTable {
         std::int32_t emission_image;
     };
     std::vector<Paint> materials;  // by SceneAsset::materials
-    struct Texture {               // 128 bytes: an image as a material repeats it
+    // Likewise: 1 where a back is shown and does not emit; empty if there is no such emitter.
+    std::vector<std::int32_t> dark_backs;
+    struct Texture {  // 128 bytes: an image as a material repeats it
         std::int32_t width_px, height_px;
         std::int32_t wrap_s, wrap_t;        // Wrap
         std::int32_t last_level;            // levels of half the size each, down to 1 × 1

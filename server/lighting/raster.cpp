@@ -235,6 +235,11 @@ HWY_INLINE void shade_pixels(const MaterialTable& material_table, const Setup* s
             if (has_glow) emission = textured(material_table, glow, uv, width, emission);
         }
     }
+    if (strip.emission != nullptr && !material_table.dark_backs.empty()) {
+        const auto dark = hn::GatherIndex(ints, material_table.dark_backs.data(), material);
+        const Mask off = hn::And(hn::RebindMask(tag, hn::Gt(dark, hn::Zero(ints))), setup(12) < Float(0.0f));
+        emission = Vec3(mix(emission.x, Float(), off), mix(emission.y, Float(), off), mix(emission.z, Float(), off));
+    }
     const hn::Rebind<hwy::float16_t, Tag> halves;
     const hn::RebindToUnsigned<decltype(halves)> half_bits;
     const auto half = [&](Float value) {

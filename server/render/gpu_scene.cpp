@@ -174,6 +174,7 @@ void GpuScene::use_material(Mode mode, Programs& programs, const DrawGroup& grou
     } else if (emissive_) {
         defines.emplace_back("EMISSIVE", "1");
         if (material.emissive_image >= 0) defines.emplace_back("EMISSIVE_TEXTURED", "1");
+        if (material.show_back && !material.double_sided) defines.emplace_back("DARK_BACK", "1");
     }
     if (cells) defines.emplace_back("CELLS", emissive_ ? "3" : "2");
     const GLuint program = programs.get("passes/mesh.vert", fragment, defines);
@@ -198,7 +199,7 @@ void GpuScene::use_material(Mode mode, Programs& programs, const DrawGroup& grou
         glBindSampler(1, sampler);
     }
     // glTF culls the back of single-sided faces for the viewer; light is stopped by both sides.
-    if (cube || material.double_sided)
+    if (cube || !material.culled_back())
         glDisable(GL_CULL_FACE);
     else
         glEnable(GL_CULL_FACE);

@@ -59,6 +59,8 @@ struct Material {
     bool alpha_mask = false;
     float alpha_cutoff = 0.5f;
     bool double_sided = false;
+    bool show_back = false;  // viewers see its back though it has one side; light and emission know no difference
+    bool culled_back() const { return !double_sided && !show_back; }
 };
 
 // One glTF primitive: triangles with one material.

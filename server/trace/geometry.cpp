@@ -53,7 +53,7 @@ struct Geometry::Embree {
     // For viewers: turns down hits on the backs of single-sided surfaces.
     static void front_filter(const RTCFilterFunctionNArguments* args) {
         const auto* part = static_cast<const Part*>(args->geometryUserPtr);
-        if (part->material->double_sided) return;
+        if (!part->material->culled_back()) return;
         for (unsigned i = 0; i < args->N; ++i) {
             const glm::vec3 d(RTCRayN_dir_x(args->ray, args->N, i), RTCRayN_dir_y(args->ray, args->N, i),
                               RTCRayN_dir_z(args->ray, args->N, i));

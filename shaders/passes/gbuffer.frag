@@ -25,6 +25,9 @@ void main() {
 #ifdef EMISSIVE_TEXTURED
     emitted *= texture(emissive_texture, uv).rgb;
 #endif
+#ifdef DARK_BACK
+    if (!gl_FrontFacing) emitted = vec3(0.0);
+#endif
     out_emissive = vec4(emitted, 1.0);
 #endif
 #ifdef CELLS

@@ -90,5 +90,15 @@ TEST(ShownMaterials, VertexColoursMultiplyAndCut) {
     }
 }
 
+TEST(ShownMaterials, BacksAreShownIfAskedFor) {
+    for (const bool shown : {false, true}) {
+        Scene scene = square_scene([&](SceneAsset& asset) { asset.materials[0].show_back = shown; });
+        scene.camera.eye.z = -2.4;
+        scene.lights[0].position.z = -2.0;
+        const std::vector<float> found = reflectance(scene);
+        EXPECT_NEAR(found[kSide * kSide / 2 + kSide / 2], shown ? 0.5 : -1.0, 2e-3);
+    }
+}
+
 }  // namespace
 }  // namespace gonio::test

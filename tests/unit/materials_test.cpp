@@ -135,6 +135,7 @@ TEST_F(Materials, VertexColoursMultiplyTheBaseColour) {
     }
 }
 
+// Colours, not the white factor beside them, are what reflects too much.
 TEST_F(Materials, VertexColoursAreBoundedThemselves) {
     Json document = square();
     document["meshes"][0]["primitives"][0]["attributes"]["COLOR_0"] =
@@ -154,6 +155,46 @@ TEST_F(Materials, VertexAlphaCutsHoles) {
     const std::vector<Look> all = looks(good(document));
     ASSERT_GT(all.size(), 500u);
     for (const Look& look : all) ASSERT_GT(look.position.x, 0.5 - 1e-4);
+}
+
+// A look into a doll's house: the back of a one-sided surface is not there for viewers unless it is asked for. Light
+// is stopped by it either way.
+TEST_F(Materials, BacksAreCulledForViewersOnly) {
+    const std::string path = write("square.gltf", square().dump());
+    const auto culled = *load_scene(path), shown = *load_scene(path, "", kMaxAlbedo, SIZE_MAX, true);
+    EXPECT_GT(looks(culled).size(), 1000u);
+    EXPECT_EQ(looks(culled, -2.0).size(), 0u);
+    EXPECT_EQ(looks(shown, -2.0).size(), looks(shown, 2.0).size());
+    for (const auto& asset : {culled, shown}) {
+        const trace::Geometry geometry(asset);
+        const glm::vec3 before = geometry.local({0.4, 0.4, 1.0}), behind = geometry.local({0.4, 0.4, -1.0});
+        EXPECT_TRUE(geometry.occluded(before, behind) && geometry.occluded(behind, before));
+        trace::SurfaceHit hit;
+        EXPECT_EQ(geometry.closest(behind, {0, 0, 1}, 0.0f, true, hit), asset == shown);
+        EXPECT_TRUE(geometry.closest(behind, {0, 0, 1}, 0.0f, false, hit));
+    }
+    EXPECT_TRUE((*load_scene("cornell", "", kMaxAlbedo, SIZE_MAX, true))->materials[0].show_back);
+}
+
+// What emits on one side emits on that side though its back is shown.
+TEST_F(Materials, AShownBackDoesNotEmit) {
+    Json document = square();
+    document["materials"][0]["emissiveFactor"] = {1, 1, 1};
+    const std::string path = write("lamp.gltf", document.dump());
+    const auto asset = *load_scene(path, "", kMaxAlbedo, SIZE_MAX, true);
+    const trace::Geometry geometry(asset);
+    for (const double z : {2.0, -2.0}) {
+        lighting::GBuffer gbuffer;
+        lighting::Raster raster;
+        Pool pool;
+        const Camera camera{{0.5, 0.5, z}, {0.5, 0.5, 0.0}, 0.7};
+        lighting::look_through(eye_of(camera, 16, 16), geometry, 1e-4f, 16, 16, gbuffer);
+        lighting::draw_gbuffer(lighting::make_clusters(geometry), lighting::make_material_table(geometry), true,
+                               gbuffer, raster, pool);
+        const std::size_t middle = 4 * (8 * gbuffer.row_length + 8);
+        EXPECT_GT(gbuffer.depth[middle / 4], 0.0f);
+        EXPECT_EQ(raster.emission[middle], z > 0.0 ? 1.0f : 0.0f);
+    }
 }
 
 }  // namespace
