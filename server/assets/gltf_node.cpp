@@ -89,13 +89,14 @@ std::vector<int> roots(GltfImport& import) {
     return result;
 }
 
-// A transform of negative determinant turns counter-clockwise triangles round. The copy has them turned beforehand
-// and keeps its normals, so that winding and normals agree again in the world.
+// A transform of negative determinant turns counter-clockwise triangles round, and the cofactors that carry normals
+// turn these round too. The copy has both turned beforehand, so that they face the front again in the world.
 int mirrored(GltfImport& import, int mesh) {
     const auto [known, is_new] = import.mirrored.emplace(mesh, static_cast<int>(import.scene.meshes.size()));
     if (!is_new) return known->second;
     Mesh copy = import.scene.meshes[mesh];
     for (std::size_t i = 0; i + 2 < copy.indices.size(); i += 3) std::swap(copy.indices[i + 1], copy.indices[i + 2]);
+    for (Vertex& vertex : copy.vertices) vertex.normal = -vertex.normal;
     import.scene.meshes.push_back(std::move(copy));
     return known->second;
 }

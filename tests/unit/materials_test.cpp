@@ -176,6 +176,21 @@ TEST_F(Materials, BacksAreCulledForViewersOnly) {
     EXPECT_TRUE((*load_scene("cornell", "", kMaxAlbedo, SIZE_MAX, true))->materials[0].show_back);
 }
 
+// A node that mirrors its mesh shows its front where the mesh does.
+TEST_F(Materials, AMirroredSquareFacesItsFront) {
+    Json document = square();
+    document["nodes"][0]["scale"] = {-1, 1, 1};
+    const auto asset = good(document);
+    const trace::Geometry geometry(asset);
+    lighting::GBuffer gbuffer;
+    lighting::Raster raster;
+    Pool pool;
+    lighting::look_through(eye_of({{-0.5, 0.5, 2.0}, {-0.5, 0.5, 0.0}, 0.7}, 16, 16), geometry, 1e-4f, 16, 16, gbuffer);
+    lighting::draw_gbuffer(lighting::make_clusters(geometry), lighting::make_material_table(geometry), false, gbuffer,
+                           raster, pool);
+    EXPECT_NEAR(lighting::spot_at(gbuffer, 8, 8).normal.z, 1.0f, 1e-3f);
+}
+
 // What emits on one side emits on that side though its back is shown.
 TEST_F(Materials, AShownBackDoesNotEmit) {
     Json document = square();
