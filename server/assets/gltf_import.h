@@ -23,7 +23,8 @@ inline constexpr std::size_t kMaxSceneTexels = std::size_t{1} << 28;  // over al
 // Memory of each, with what is made of it, measured and rounded up. Counted are a file's bytes while it is read,
 // texels, vertices and corners. Triangles count where an instance shows them (BVH, clusters, surfaces of links).
 inline constexpr std::size_t kBytesOfByte = 3, kBytesOfTexel = 32, kBytesOfVertex = 96, kBytesOfIndex = 12,
-                             kBytesOfTriangle = 160, kBytesOfProfile = 3 << 19, kBytesOfColor = 72;
+                             kBytesOfTriangle = 160, kBytesOfProfile = 3 << 19, kBytesOfColor = 72,
+                             kBytesOfTangent = 176;
 // Takes `count` times so much off the room. Result: why not, "too_large"; then the room is as it was.
 std::optional<Error> take_memory(std::size_t& room, std::size_t count, std::size_t bytes_each,
                                  const std::string& where);
@@ -43,7 +44,7 @@ struct GltfImport {
     SceneAsset& scene;
     std::size_t room;                              // bytes that may still be taken (take_memory)
     std::vector<UvPlacement> uv_of_material;       // parallel to scene.materials
-    std::map<int, int> images;                     // glTF image -> index into scene.images
+    std::map<std::pair<int, bool>, int> images;    // glTF image, Image::linear -> index into scene.images
     std::vector<std::vector<int>> meshes_of_mesh;  // glTF mesh -> indices into scene.meshes, one per primitive
     std::map<int, int> mirrored;                   // of a mesh and its copy, both indices into scene.meshes
     std::vector<int> camera_indices;               // the glTF's, parallel to scene.cameras
@@ -61,6 +62,8 @@ struct GltfImport {
 std::optional<Error> import_materials(GltfImport& import);
 std::optional<Error> import_meshes(GltfImport& import);
 std::optional<Error> import_nodes(GltfImport& import);
+// Sets tangents from the texture coordinates; a vertex where the texture turns over becomes two.
+void derive_tangents(Mesh& mesh);
 
 // A node as its light sees it.
 struct LightNode {

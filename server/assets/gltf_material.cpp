@@ -60,7 +60,9 @@ Result<Image> load_image(const GltfImport& import, int index) {
 }
 
 // image: becomes an index into scene.images, or -1 for a texture that names none. wrap_into: takes the sampler's modes.
-std::optional<Error> import_texture(GltfImport& import, int texture_index, int& image, Material* wrap_into) {
+// linear: of the image.
+std::optional<Error> import_texture(GltfImport& import, int texture_index, int& image, Material* wrap_into,
+                                    bool linear = false) {
     const tinygltf::Model& model = *import.document.model;
     const tinygltf::Texture& texture = model.textures[texture_index];
     if (texture.sampler >= 0 && wrap_into) {
@@ -84,13 +86,15 @@ std::optional<Error> import_texture(GltfImport& import, int texture_index, int& 
                     ")");
         return std::nullopt;
     }
-    const auto [known, is_new] = import.images.emplace(texture.source, static_cast<int>(import.scene.images.size()));
+    const auto [known, is_new] =
+        import.images.emplace(std::pair(texture.source, linear), static_cast<int>(import.scene.images.size()));
     image = known->second;
     if (!is_new) return std::nullopt;
     auto loaded = load_image(import, texture.source);
     if (!loaded) return loaded.error();
     const std::size_t texels = loaded->rgba.size() / 4;
     import.texels += texels;
+    loaded->linear = linear;
     import.scene.images.push_back(std::move(*loaded));
     return take_memory(import.room, texels, kBytesOfTexel, "/images");
 }
@@ -125,7 +129,12 @@ Result<Material> convert(GltfImport& import, const tinygltf::Material& from, con
 
     const auto &base = from.pbrMetallicRoughness.baseColorTexture, &emissive = from.emissiveTexture;
     const bool has_base = base.index >= 0;
-    const UvPlacement uv = placement(has_base ? base : emissive);
+    tinygltf::TextureInfo normal;
+    normal.index = from.normalTexture.index;
+    normal.texCoord = from.normalTexture.texCoord;
+    normal.extensions = from.normalTexture.extensions;
+    const bool first_is_normal = !has_base && emissive.index < 0;
+    const UvPlacement uv = placement(has_base ? base : first_is_normal ? normal : emissive);
     import.uv_of_material.push_back(uv);
     if (has_base) {
         if (auto error = import_texture(import, base.index, material.base_color_image, &material)) return *error;
@@ -136,6 +145,14 @@ Result<Material> convert(GltfImport& import, const tinygltf::Material& from, con
             return *error;
         if (has_base && uv != placement(emissive))
             import.warn("the emissive texture uses the base colour's texture coordinates (" + where + ")");
+    }
+    if (normal.index >= 0) {
+        if (auto error = import_texture(import, normal.index, material.normal_image,
+                                        first_is_normal ? &material : nullptr, true))
+            return *error;
+        material.normal_scale = static_cast<float>(from.normalTexture.scale);
+        if (uv != placement(normal))
+            import.warn("the normal texture uses another texture's coordinates (" + where + ")");
     }
     return material;
 }

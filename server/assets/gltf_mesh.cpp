@@ -91,16 +91,19 @@ void compact(Mesh& mesh) {
     std::vector<std::uint32_t> new_index(mesh.vertices.size(), unused);
     std::vector<Vertex> kept;
     std::vector<glm::u16vec4> colors;
+    std::vector<glm::vec4> tangents;
     for (std::uint32_t& index : mesh.indices) {
         if (new_index[index] == unused) {
             new_index[index] = static_cast<std::uint32_t>(kept.size());
             kept.push_back(mesh.vertices[index]);
             if (!mesh.colors.empty()) colors.push_back(mesh.colors[index]);
+            if (!mesh.tangents.empty()) tangents.push_back(mesh.tangents[index]);
         }
         index = new_index[index];
     }
     mesh.vertices = std::move(kept);
     mesh.colors = std::move(colors);
+    mesh.tangents = std::move(tangents);
 }
 
 Error too_large(const std::string& where, std::size_t value, const char* message) {
@@ -141,6 +144,28 @@ std::optional<Error> read_colors(GltfImport& import, const tinygltf::Primitive& 
         for (std::size_t c = 0; c < components; ++c)
             mesh.colors[i][static_cast<int>(c)] = static_cast<std::uint16_t>(
                 std::lround(65535.0f * std::clamp((*values)[components * i + c], 0.0f, 1.0f)));
+    }
+    return std::nullopt;
+}
+
+// What a normal map needs: TANGENT, which counts beside NORMAL only. Where the file has none the mesh gets its own
+// later.
+std::optional<Error> read_tangents(GltfImport& import, const tinygltf::Primitive& primitive, Mesh& mesh,
+                                   const std::string& where) {
+    if (import.scene.materials[mesh.material].normal_image < 0) return std::nullopt;
+    const std::size_t count = mesh.vertices.size();
+    if (auto full = take_memory(import.room, count, kBytesOfTangent, where)) return full;
+    if (!primitive.attributes.count("TANGENT") || !primitive.attributes.count("NORMAL")) return std::nullopt;
+    const auto values = attribute(import.document, primitive, "TANGENT", 4, count, where);
+    if (!values) return values.error();
+    for (std::size_t i = 0; i < count; ++i) {
+        const glm::vec3 along = glm::make_vec3(&(*values)[4 * i]);
+        if (!(glm::length(along) > 1e-6f)) {
+            import.warn("tangents of length 0 were rebuilt from the texture coordinates (" + where + ")");
+            mesh.tangents.clear();
+            return std::nullopt;
+        }
+        mesh.tangents.emplace_back(glm::normalize(along), (*values)[4 * i + 3] < 0.0f ? -1.0f : 1.0f);
     }
     return std::nullopt;
 }
@@ -228,6 +253,7 @@ std::optional<Error> import_primitive(GltfImport& import, const tinygltf::Primit
     mesh.material = primitive.material >= 0 ? primitive.material : static_cast<int>(import.scene.materials.size()) - 1;
     if (auto error = read_vertices(import, primitive, mesh, where)) return error;
     if (auto error = read_colors(import, primitive, mesh, where)) return error;
+    if (auto error = read_tangents(import, primitive, mesh, where)) return error;
     if (auto error = read_triangles(import, primitive, mesh, where)) return error;
     if (mesh.indices.empty()) {
         import.warn("a primitive without triangles was left out (" + where + ")");
@@ -239,6 +265,7 @@ std::optional<Error> import_primitive(GltfImport& import, const tinygltf::Primit
     } else {
         make_flat(mesh);
     }
+    if (import.scene.materials[mesh.material].normal_image >= 0 && mesh.tangents.empty()) derive_tangents(mesh);
     import.vertices += mesh.vertices.size();
     if (import.vertices > kMaxSceneVertices)
         return too_large(where, import.vertices, "the scene has too many vertices");

@@ -97,6 +97,7 @@ int mirrored(GltfImport& import, int mesh) {
     Mesh copy = import.scene.meshes[mesh];
     for (std::size_t i = 0; i + 2 < copy.indices.size(); i += 3) std::swap(copy.indices[i + 1], copy.indices[i + 2]);
     for (Vertex& vertex : copy.vertices) vertex.normal = -vertex.normal;
+    for (glm::vec4& tangent : copy.tangents) tangent.w = -tangent.w;
     import.scene.meshes.push_back(std::move(copy));
     return known->second;
 }

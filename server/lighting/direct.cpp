@@ -24,8 +24,10 @@ struct Tile {
     int first_x = 0, first_y = 0;
     alignas(64) float points[6][kTilePixels], depth[kTilePixels];  // as of Points; 0: no surface
     alignas(64) std::uint32_t weights[kTilePixels];                // ToPixels::weights
-    alignas(64) float light[3][kTilePixels];                       // the sum
-    glm::vec3 least, greatest;                                     // corners of a box around the surfaces
+    bool detailed = false;
+    alignas(64) float detail[3][kTilePixels];  // normals of GBuffer::detail
+    alignas(64) float light[3][kTilePixels];   // the sum
+    glm::vec3 least, greatest;                 // corners of a box around the surfaces
     // Pixels that need a ray of their own, and what it would bring.
     std::uint16_t asking[kTilePixels];
     float relative[kTilePixels];
@@ -66,6 +68,7 @@ void DirectPoints(const DirectLight& light, const Points& points, std::size_t co
 
 // Fills in a tile's surfaces. weights: of the picture. Result: whether there are any.
 bool FillTile(Tile& tile, const GBuffer& s, const std::uint32_t* weights) {
+    tile.detailed = !s.detail.empty();
     const Tag tag;
     const IntTag ints;
     const std::size_t simd_lanes = hn::Lanes(tag);
@@ -78,12 +81,15 @@ bool FillTile(Tile& tile, const GBuffer& s, const std::uint32_t* weights) {
         for (std::size_t i = 0; i < kSimdWidth; i += simd_lanes) {
             const std::size_t x = static_cast<std::size_t>(tile.first_x) + 4 * i;
             Raw depth[4];
-            hn::Vec<IntTag> normal[4], weight[4];
+            hn::Vec<IntTag> normal[4], weight[4], detail[4];
             hn::LoadInterleaved4(tag, s.depth.data() + from + x, depth[0], depth[1], depth[2], depth[3]);
             hn::LoadInterleaved4(ints, reinterpret_cast<const std::int32_t*>(s.normal.data() + from + x), normal[0],
                                  normal[1], normal[2], normal[3]);
             hn::LoadInterleaved4(ints, reinterpret_cast<const std::int32_t*>(weights + from + x), weight[0], weight[1],
                                  weight[2], weight[3]);
+            if (tile.detailed)
+                hn::LoadInterleaved4(ints, reinterpret_cast<const std::int32_t*>(s.detail.data() + from + x), detail[0],
+                                     detail[1], detail[2], detail[3]);
             for (std::size_t phase = 0; phase < 4; ++phase) {
                 const std::size_t at = (4 * static_cast<std::size_t>(row) + phase) * kSimdWidth + i;
                 const Mask surface = inside ? Float(0.0f) < Float(depth[phase]) : Float(0.0f) < Float(0.0f);
@@ -92,6 +98,11 @@ bool FillTile(Tile& tile, const GBuffer& s, const std::uint32_t* weights) {
                 store(p.x, tile.points[0] + at), store(p.y, tile.points[1] + at), store(p.z, tile.points[2] + at);
                 store(n.x, tile.points[3] + at), store(n.y, tile.points[4] + at), store(n.z, tile.points[5] + at);
                 store(hn::IfThenElseZero(surface, z.raw), tile.depth + at);
+                if (tile.detailed) {
+                    const Vec3 own = unpack_normal(detail[phase]);
+                    store(own.x, tile.detail[0] + at), store(own.y, tile.detail[1] + at),
+                        store(own.z, tile.detail[2] + at);
+                }
                 hn::StoreU(weight[phase], ints, reinterpret_cast<std::int32_t*>(tile.weights) + at);
                 const auto widen = [&](Float value, Float& low, Float& high) {
                     low = mix(low, min(low, value), surface), high = mix(high, max(high, value), surface);
@@ -179,6 +190,9 @@ std::size_t LightTile(Tile& tile, const DirectLight& light, const float* lattice
                 }
                 if (hn::AllFalse(tag, wanted)) continue;
                 if (!edges) look(v);
+                if (tile.detailed)
+                    share[v] = falloff(
+                        to[v], Vec3(load(tile.detail[0] + at), load(tile.detail[1] + at), load(tile.detail[2] + at)));
                 wanted = hn::And(wanted, Float(0.0f) < share[v]);
                 const Mask lit = hn::And(wanted, hn::And(agree, seen)), casts_ray = hn::AndNot(agree, wanted);
                 if (hn::AllFalse(tag, hn::Or(lit, casts_ray))) continue;

@@ -10,7 +10,7 @@
 namespace gonio::lighting {
 namespace {
 
-// Linear rgb of an image's texels.
+// Linear rgb of an image's texels, or values in 0..1.
 struct Level {
     int width = 0, height = 0;
     std::vector<glm::vec3> rgb;
@@ -22,7 +22,9 @@ struct Level {
 
 Level linear(const Image& image) {
     Level level{image.width_px, image.height_px, {}};
-    for (std::size_t i = 0; i < image.rgba.size(); i += 4)
+    for (std::size_t i = 0; i < image.rgba.size() && image.linear; i += 4)
+        level.rgb.push_back(glm::vec3(image.rgba[i], image.rgba[i + 1], image.rgba[i + 2]) / 255.0f);
+    for (std::size_t i = 0; i < image.rgba.size() && !image.linear; i += 4)
         level.rgb.emplace_back(trace::srgb_decode(image.rgba[i]), trace::srgb_decode(image.rgba[i + 1]),
                                trace::srgb_decode(image.rgba[i + 2]));
     return level;
@@ -60,6 +62,8 @@ struct Builder {
     MaterialTable result{};
     const bool colored = std::any_of(geometry.asset().meshes.begin(), geometry.asset().meshes.end(),
                                      [](const Mesh& mesh) { return !mesh.colors.empty(); });
+    const bool mapped = std::any_of(geometry.asset().meshes.begin(), geometry.asset().meshes.end(),
+                                    [](const Mesh& mesh) { return !mesh.tangents.empty(); });
     std::map<int, MaterialTable::Texture> images{};  // its levels, by image
 
     // Result: index of the texture that shows `image` as `material` repeats it, -1: none.
@@ -116,6 +120,16 @@ struct Builder {
                 for (std::size_t k = 0; k < 3; ++k)
                     colors.corner[k] = mesh.colors.empty() ? glm::u16vec4(65535) : mesh.colors[mesh.indices[3 * t + k]];
             }
+            if (mapped) {
+                MaterialTable::Tangents& tangents = result.tangents.emplace_back();
+                for (std::size_t k = 0; k < 3 && !mesh.tangents.empty(); ++k) {
+                    const glm::vec4& tangent = mesh.tangents[mesh.indices[3 * t + k]];
+                    const glm::dvec3 along = turn * glm::dvec3(tangent);
+                    const double length = glm::length(along);
+                    if (length > 1e-300)
+                        tangents.tangent[k] = pack_normal(glm::vec3(along / length)), tangents.side = tangent.w;
+                }
+            }
             if (asset.images.empty()) continue;
             const glm::mat2 sides(on_texture.uv[1] - on_texture.uv[0], on_texture.uv[2] - on_texture.uv[0]);
             on_texture.uv_per_m = std::sqrt(std::abs(glm::determinant(sides)) / std::max(twice_area, 1e-30f));
@@ -137,6 +151,9 @@ MaterialTable make_material_table(const trace::Geometry& geometry) {
             {glm::vec3(material.base_color), builder.texture_of(material, material.base_color_image),
              material.emissive_nit, builder.texture_of(material, material.emissive_image)});
     }
+    for (std::size_t i = 0; i < asset.materials.size() && builder.mapped; ++i)
+        builder.result.normal_maps.push_back(
+            {builder.texture_of(asset.materials[i], asset.materials[i].normal_image), asset.materials[i].normal_scale});
     const auto dark_back = [](const Material& material) {
         return material.show_back && !material.double_sided && material.emissive_nit != glm::vec3(0.0f);
     };

@@ -30,7 +30,17 @@ struct MaterialTable {
         glm::u16vec4 corner[3];
     };
     std::vector<VertexColors> colors;  // like triangles; empty if the scene has none
-    struct Paint {                     // 32 bytes: a material
+    struct Tangents {  // 16 bytes: of a triangle's corners, octahedral, and Mesh::tangents' w; 0: it has none
+        std::uint32_t tangent[3];
+        float side;
+    };
+    std::vector<Tangents> tangents;  // like triangles; empty if the scene has no normal maps
+    struct NormalMap {               // 8 bytes: of a material
+        std::int32_t image;          // index into textures, -1: none
+        float scale;
+    };
+    std::vector<NormalMap> normal_maps;  // by SceneAsset::materials; likewise
+    struct Paint {                       // 32 bytes: a material
         glm::vec3 albedo;
         std::int32_t image;  // index into textures, -1: none
         glm::vec3 emission_nit;

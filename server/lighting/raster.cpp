@@ -33,6 +33,7 @@ struct Strip {
     float* depth;
     std::uint32_t* nearest;
     std::uint32_t* normal;
+    std::uint32_t* detail;  // null: the scene has no normal maps
     std::uint16_t* albedo;
     float* emission;  // null: not wanted
 };
@@ -186,6 +187,7 @@ HWY_INLINE void shade_pixels(const MaterialTable& material_table, const Setup* s
                reinterpret_cast<std::int32_t*>(strip.nearest + at));
     hn::StoreU(hn::IfThenElseZero(shown, pack_normal(n)), ints, reinterpret_cast<std::int32_t*>(strip.normal + at));
 
+    Vec3 detail = n;
     const auto material = look(3);
     const auto paint_at = hn::ShiftLeft<3>(material);
     const auto first_paint = static_cast<std::size_t>(hn::GetLane(material));
@@ -214,9 +216,13 @@ HWY_INLINE void shade_pixels(const MaterialTable& material_table, const Setup* s
     if (!material_table.textures.empty()) {
         const auto image = hn::BitCast(ints, paint(3).raw), glow = hn::BitCast(ints, paint(7).raw);
         const auto none = hn::Set(ints, -1);
-        const bool has_image = !hn::AllTrue(ints, hn::Eq(image, none)),
+        auto map = none;
+        if (strip.detail != nullptr)
+            map = hn::GatherIndex(ints, reinterpret_cast<const std::int32_t*>(material_table.normal_maps.data()),
+                                  hn::ShiftLeft<1>(material));
+        const bool has_image = !hn::AllTrue(ints, hn::Eq(image, none)), has_map = !hn::AllTrue(ints, hn::Eq(map, none)),
                    has_glow = strip.emission != nullptr && !hn::AllTrue(ints, hn::Eq(glow, none));
-        if (has_image || has_glow) {
+        if (has_image || has_glow || has_map) {
             const auto uv_at = hn::Mul(triangle, hn::Set(ints, 7));
             static_assert(sizeof(MaterialTable::TriangleUv) == 28);
             const auto part = [&](std::size_t word) -> Float {
@@ -232,6 +238,25 @@ HWY_INLINE void shade_pixels(const MaterialTable& material_table, const Setup* s
             const Float slope = abs(dot(n, ray)) * inversesqrt(dot(ray, ray));
             const Float width = Float(rays.near_m * pixel_per_depth) * per_depth / max(slope, Float(0.02f)) * part(6);
             if (has_image) albedo = textured(material_table, image, uv, width, albedo);
+            if (has_map) {
+                const auto own_scale =
+                    hn::GatherIndex(tag, &material_table.normal_maps.data()->scale, hn::ShiftLeft<1>(material));
+                const auto tangent_at = hn::ShiftLeft<2>(triangle);
+                const auto word = [&](std::size_t index) {
+                    return hn::GatherIndex(
+                        ints, reinterpret_cast<const std::int32_t*>(material_table.tangents.data()) + index,
+                        tangent_at);
+                };
+                const Vec3 along =
+                    unpack_normal(word(0)) * w0 + unpack_normal(word(1)) * w1 + unpack_normal(word(2)) * w2;
+                const Vec3 texel =
+                    textured(material_table, map, uv, width, Vec3(Float(1.0f), Float(1.0f), Float(1.0f)));
+                const Vec3 mapped =
+                    mapped_normal(n * setup(12), along, Float(hn::BitCast(tag, word(3))), own_scale, texel);
+                const Mask has = hn::RebindMask(tag, hn::Gt(map, none));
+                detail = Vec3(mix(n.x, mapped.x * setup(12), has), mix(n.y, mapped.y * setup(12), has),
+                              mix(n.z, mapped.z * setup(12), has));
+            }
             if (has_glow) emission = textured(material_table, glow, uv, width, emission);
         }
     }
@@ -240,6 +265,9 @@ HWY_INLINE void shade_pixels(const MaterialTable& material_table, const Setup* s
         const Mask off = hn::And(hn::RebindMask(tag, hn::Gt(dark, hn::Zero(ints))), setup(12) < Float(0.0f));
         emission = Vec3(mix(emission.x, Float(), off), mix(emission.y, Float(), off), mix(emission.z, Float(), off));
     }
+    if (strip.detail != nullptr)
+        hn::StoreU(hn::IfThenElseZero(shown, pack_normal(detail)), ints,
+                   reinterpret_cast<std::int32_t*>(strip.detail + at));
     const hn::Rebind<hwy::float16_t, Tag> halves;
     const hn::RebindToUnsigned<decltype(halves)> half_bits;
     const auto half = [&](Float value) {
@@ -377,6 +405,7 @@ unsigned draw_gbuffer(const Clusters& clusters, const MaterialTable& material_ta
     const std::size_t pixels = gbuffer.row_length * static_cast<std::size_t>(height);
     gbuffer.depth.resize(pixels);
     gbuffer.normal.resize(pixels);
+    gbuffer.detail.resize(material_table.tangents.empty() ? 0 : pixels);
     raster.nearest.resize(pixels);
     raster.albedo.resize(4 * pixels);
     if (emissive) raster.emission.resize(4 * pixels);
@@ -426,6 +455,7 @@ unsigned draw_gbuffer(const Clusters& clusters, const MaterialTable& material_ta
                           gbuffer.depth.data() + at,
                           raster.nearest.data() + at,
                           gbuffer.normal.data() + at,
+                          gbuffer.detail.empty() ? nullptr : gbuffer.detail.data() + at,
                           raster.albedo.data() + 4 * at,
                           emissive ? raster.emission.data() + 4 * at : nullptr};
         const auto count = static_cast<std::size_t>(strip.rows * strip.row_length);

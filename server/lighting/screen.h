@@ -22,6 +22,7 @@ struct GBuffer {
     float depth_per_pixel = 0.0f;       // width of a pixel per metre of depth
     std::vector<float> depth;           // near / distance; 0 no surface; row_length floats a row
     std::vector<std::uint32_t> normal;  // octahedral, 2 snorm16
+    std::vector<std::uint32_t> detail;  // likewise, normal maps included; empty where the scene has none
     std::size_t row_length = 0;         // a multiple of 4·kSimdWidth
 };
 

@@ -23,6 +23,18 @@ HWY_INLINE Vec3 unpack_normal(hn::Vec<IntTag> packed) {
     return n * inversesqrt(dot(n, n));
 }
 
+// The normal that a normal map's texel gives. n: the front's, unit; side: of the tangent, 0: there is none.
+HWY_INLINE Vec3 mapped_normal(const Vec3& n, const Vec3& along, Float side, Float scale, const Vec3& texel) {
+    constexpr float kLeastUp = 0.01f;
+    const Vec3 flat = along - n * dot(n, along), tangent = flat * inversesqrt(max(dot(flat, flat), Float(1e-12f)));
+    const Vec3 up(n.y * tangent.z - n.z * tangent.y, n.z * tangent.x - n.x * tangent.z,
+                  n.x * tangent.y - n.y * tangent.x);
+    const Float x = (texel.x * Float(2.0f) - Float(1.0f)) * scale, y = (texel.y * Float(2.0f) - Float(1.0f)) * scale,
+                z = max(texel.z * Float(2.0f) - Float(1.0f), Float(kLeastUp));
+    const Vec3 own = tangent * (x * abs(side)) + up * (y * side) + n * z;
+    return own * inversesqrt(max(dot(own, own), Float(1e-12f)));
+}
+
 // A texture's texels on one level, bilinear. uv: 0 … 1; where it repeats, the first texel follows the last.
 // Nine vectors that stay in registers.
 HWY_INLINE Vec3 texels_at(const MaterialTable& material_table, const std::int32_t* texture, hn::Vec<IntTag> texture_at,

@@ -122,9 +122,9 @@ bool Renderer::continue_capture(CaptureJob& job) {
     const int target_width = width + 2 * margin, target_height = height + 2 * margin;
 
     prepare(job.scene, false, job.view < View::mask && job.view != View::direct);
-    const Target target =
-        make_target(next_target_++, job.raw ? TargetKind::precise : TargetKind::still, target_width, target_height,
-                    std::min(job.scene.lights.size(), kMostLayers), geometry_->emissive());
+    const Target target = make_target(next_target_++, job.raw ? TargetKind::precise : TargetKind::still, target_width,
+                                      target_height, std::min(job.scene.lights.size(), kMostLayers),
+                                      geometry_->emissive(), false, geometry_->detailed());
     Eye eye = eye_of(job.scene.camera, picture.width_px, picture.height_px);
     eye.window_centre = {(2.0 * x + width) / picture.width_px - 1.0, 1.0 - (2.0 * y + height) / picture.height_px};
     eye.window_half = {static_cast<double>(target_width) / picture.width_px,

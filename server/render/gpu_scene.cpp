@@ -45,8 +45,9 @@ Planes face_planes(int face) {
 
 gl::Texture upload_image(const Image& image, int index) {
     const int levels = gl::mip_levels(std::max(image.width_px, image.height_px));
-    gl::Texture texture = gl::make_texture_2d("image " + std::to_string(index), GL_SRGB8_ALPHA8, image.width_px,
-                                              image.height_px, gl::Filter::linear, levels);
+    gl::Texture texture =
+        gl::make_texture_2d("image " + std::to_string(index), image.linear ? GL_RGBA8 : GL_SRGB8_ALPHA8, image.width_px,
+                            image.height_px, gl::Filter::linear, levels);
     glPixelStorei(GL_UNPACK_ALIGNMENT, 1);
     glTextureSubImage2D(texture.id(), 0, 0, 0, image.width_px, image.height_px, GL_RGBA, GL_UNSIGNED_BYTE,
                         image.rgba.data());
@@ -66,6 +67,8 @@ GpuScene::GpuScene(std::shared_ptr<const SceneAsset> asset) : asset_(std::move(a
         groups_[i].base_vertex = static_cast<std::int32_t>(vertices);
         groups_[i].material = mesh.material;
         groups_[i].colored = !mesh.colors.empty();
+        groups_[i].mapped = !mesh.tangents.empty();
+        detailed_ |= groups_[i].mapped;
         vertices += mesh.vertices.size();
         indices += mesh.indices.size();
     }
@@ -92,10 +95,15 @@ const GpuScene::Uploaded& GpuScene::uploaded() const {
     std::vector<Vertex> vertices;
     std::vector<std::uint32_t> indices;
     std::vector<glm::u16vec4> colors;
+    std::vector<glm::vec4> tangents;
     for (const Mesh& mesh : asset_->meshes) {
         if (!mesh.colors.empty()) {
             colors.resize(vertices.size(), glm::u16vec4(65535));
             colors.insert(colors.end(), mesh.colors.begin(), mesh.colors.end());
+        }
+        if (!mesh.tangents.empty()) {
+            tangents.resize(vertices.size());
+            tangents.insert(tangents.end(), mesh.tangents.begin(), mesh.tangents.end());
         }
         vertices.insert(vertices.end(), mesh.vertices.begin(), mesh.vertices.end());
         indices.insert(indices.end(), mesh.indices.begin(), mesh.indices.end());
@@ -135,6 +143,14 @@ const GpuScene::Uploaded& GpuScene::uploaded() const {
         glEnableVertexArrayAttrib(id, 8);
         glVertexArrayAttribFormat(id, 8, 4, GL_UNSIGNED_SHORT, GL_TRUE, 0);
         glVertexArrayAttribBinding(id, 8, 2);
+    }
+    if (!tangents.empty()) {
+        tangents.resize(vertices.size());
+        made->tangents = gl::make_buffer("tangents", tangents.size() * sizeof(glm::vec4), tangents.data());
+        glVertexArrayVertexBuffer(id, 3, made->tangents.id(), 0, sizeof(glm::vec4));
+        glEnableVertexArrayAttrib(id, 9);
+        glVertexArrayAttribFormat(id, 9, 4, GL_FLOAT, GL_FALSE, 0);
+        glVertexArrayAttribBinding(id, 9, 3);
     }
 
     for (std::size_t i = 0; i < asset_->images.size(); ++i)
@@ -177,6 +193,9 @@ void GpuScene::use_material(Mode mode, Programs& programs, const DrawGroup& grou
         if (material.show_back && !material.double_sided) defines.emplace_back("DARK_BACK", "1");
     }
     if (cells) defines.emplace_back("CELLS", emissive_ ? "3" : "2");
+    const bool mapped = !cube && group.mapped;
+    if (!cube && detailed_) defines.emplace_back("DETAIL", std::to_string(2 + (emissive_ ? 1 : 0) + (cells ? 1 : 0)));
+    if (mapped) defines.emplace_back("NORMAL_MAP", "1");
     const GLuint program = programs.get("passes/mesh.vert", fragment, defines);
     glUseProgram(program);
     if (cube)
@@ -187,6 +206,7 @@ void GpuScene::use_material(Mode mode, Programs& programs, const DrawGroup& grou
         glProgramUniform4fv(program, 2, 1, &material.base_color[0]);
         if (material.alpha_mask) glProgramUniform1f(program, 4, material.alpha_cutoff);
         if (!cube && emissive_) glProgramUniform3fv(program, 3, 1, &material.emissive_nit[0]);
+        if (mapped) glProgramUniform1f(program, 5, material.normal_scale);
         if (cells) glProgramUniform2ui(program, 6, group.first_index, static_cast<GLuint>(group.base_vertex));
     }
     const GLuint sampler = own.samplers[static_cast<int>(material.wrap_s) + 3 * static_cast<int>(material.wrap_t)].id();
@@ -197,6 +217,10 @@ void GpuScene::use_material(Mode mode, Programs& programs, const DrawGroup& grou
     if (!cube && material.emissive_image >= 0) {
         glBindTextureUnit(1, own.images[material.emissive_image].id());
         glBindSampler(1, sampler);
+    }
+    if (mapped) {
+        glBindTextureUnit(2, own.images[material.normal_image].id());
+        glBindSampler(2, sampler);
     }
     // glTF culls the back of single-sided faces for the viewer; light is stopped by both sides.
     if (cube || !material.culled_back())
@@ -259,6 +283,7 @@ PassRun GpuScene::draw(Mode mode, Programs& programs, const glm::dvec3& eye, con
     }
     glBindSampler(0, 0);
     glBindSampler(1, 0);
+    glBindSampler(2, 0);
     glDisable(GL_CULL_FACE);
     return run;
 }

@@ -17,8 +17,8 @@ struct DrawGroup {
     std::uint32_t first_index = 0, index_count = 0;
     std::int32_t base_vertex = 0;
     int material = 0;
-    bool colored = false;        // its vertices have colours
-    std::vector<int> instances;  // indices into SceneAsset::instances
+    bool colored = false, mapped = false;  // its vertices have colours, tangents
+    std::vector<int> instances;            // indices into SceneAsset::instances
 };
 
 class GpuScene {
@@ -27,6 +27,7 @@ public:
 
     const SceneAsset& asset() const { return *asset_; }
     bool emissive() const { return emissive_; }
+    bool detailed() const { return detailed_; }  // it has normal maps
     // Distance that clips nothing that matters: a hundred-thousandth of the scene's diagonal, m. Depth is reversed and
     // floating, so a small near plane costs no precision.
     float near_m() const { return near_m_; }
@@ -46,7 +47,7 @@ public:
 private:
     struct Uploaded {
         gl::Buffer vertices, indices;
-        gl::Buffer colors;  // like vertices; none where no mesh has colours
+        gl::Buffer colors, tangents;  // like vertices; none where no mesh has any
         gl::VertexArray vertex_array;
         std::vector<gl::Texture> images;
         gl::Sampler samplers[9];  // wrap_s + 3 · wrap_t
@@ -60,7 +61,7 @@ private:
     std::vector<DrawGroup> groups_;
     std::vector<Bounds> bounds_;                 // per instance, world
     std::vector<std::uint32_t> first_triangle_;  // likewise, among those of all instances
-    bool emissive_ = false;
+    bool emissive_ = false, detailed_ = false;
     float near_m_ = 1e-4f;
     float layer_unit_m2_ = 1.0f;
 };

@@ -84,10 +84,10 @@ void Renderer::prepare_target(const Scene& scene) {
     keep_layers(scene);
     const std::size_t layers = std::clamp<std::size_t>(scene.lights.size(), 1, layer_count_);
     if (live_.width_px != wide || live_.height_px != high || live_.layer_count < static_cast<int>(layers) ||
-        live_.emissive != geometry_->emissive()) {
+        live_.emissive != geometry_->emissive() || bool(live_.detail) != geometry_->detailed()) {
         pass_cache_.forget_target(live_.id);
-        live_ =
-            make_target(next_target_++, TargetKind::live, wide, high, layers, geometry_->emissive(), !direct_by_rays_);
+        live_ = make_target(next_target_++, TargetKind::live, wide, high, layers, geometry_->emissive(),
+                            !direct_by_rays_, geometry_->detailed());
         live_screen_ = std::make_unique<ScreenLight>();
     }
 }

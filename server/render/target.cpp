@@ -6,7 +6,7 @@
 namespace gonio {
 
 Target make_target(std::uint32_t id, TargetKind kind, int width_px, int height_px, std::size_t layers, bool emissive,
-                   bool gathers) {
+                   bool gathers, bool detailed) {
     using gl::Filter;
     Target t;
     t.id = id;
@@ -30,6 +30,10 @@ Target make_target(std::uint32_t id, TargetKind kind, int width_px, int height_p
         t.weights = gl::make_texture_2d("weights", GL_RGBA32UI, width_px, height_px, Filter::nearest);
         t.surfel = gl::make_texture_2d("surfel", GL_R16UI, width_px, height_px, Filter::nearest);
         t.weights_fbo = gl::make_framebuffer("weights", {t.weights.id(), t.surfel.id()}, 0);
+    }
+    if (detailed) {
+        t.detail = gl::make_texture_2d("detail", GL_RG16_SNORM, width_px, height_px, Filter::nearest);
+        colors.push_back(t.detail.id());
     }
     t.gbuffer = gl::make_framebuffer("gbuffer", colors, t.depth.id());
     const auto array = [&](const char* name, GLenum format, int size) {

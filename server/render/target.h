@@ -26,6 +26,7 @@ struct Target {
     gl::Texture normal;    // W×H RG16_SNORM, octahedral, world
     gl::Texture albedo;    // W×H RGBA16F, linear reflectance
     gl::Texture emission;  // W×H RGBA32F, cd/m², the sun included; only where the scene has emitters
+    gl::Texture detail;    // as normal, normal maps included; only where the scene has some
     gl::Texture cell;      // W×H RG32UI, shaders/lib/cell.glsl, 0: no surface; only where shaders gather
     gl::Framebuffer gbuffer;
     gl::Texture weights;  // W×H RGBA32UI and W×H R16UI, shaders/passes/gather_weights.frag; likewise
@@ -49,9 +50,9 @@ struct PointLight {
     glm::dvec3 light{0.0};
     std::array<glm::dvec3, kMeterParts> parts{};
 };
-// gathers: shaders gather its indirect light. One call makes all of a target, so that it has seven parameters. Result:
+// gathers: shaders gather its indirect light. One call makes all of a target, so that it has eight parameters. Result:
 // an empty target; its size is at least 1 × 1.
 Target make_target(std::uint32_t id, TargetKind kind, int width_px, int height_px, std::size_t layers, bool emissive,
-                   bool gathers = false);
+                   bool gathers = false, bool detailed = false);
 
 }  // namespace gonio

@@ -44,6 +44,7 @@ struct Vertex {
 struct Image {
     int width_px = 0, height_px = 0;
     std::vector<std::uint8_t> rgba;  // row-major from the top, sRGB-encoded colour, linear alpha
+    bool linear = false;             // its colours are values, not encoded
 };
 
 // What a texture shows beyond 0..1, as glTF's samplers have it: its edge, itself again, or itself turned over.
@@ -56,6 +57,8 @@ struct Material {
     Wrap wrap_s = Wrap::repeat, wrap_t = Wrap::repeat;
     glm::vec3 emissive_nit{0.0f};  // cd/m², glTF emissiveFactor × KHR_materials_emissive_strength
     int emissive_image = -1;
+    int normal_image = -1;      // normals in tangent space, glTF normalTexture
+    float normal_scale = 1.0f;  // of their x and y
     bool alpha_mask = false;
     float alpha_cutoff = 0.5f;
     bool double_sided = false;
@@ -67,6 +70,9 @@ struct Material {
 struct Mesh {
     std::vector<Vertex> vertices;
     std::vector<glm::u16vec4> colors;  // like vertices: linear rgb and alpha times the base colour, 65535: 1; or empty
+    // Like vertices, where its material has normals: unit, along u; w: ±1 times cross(normal, tangent) is up in the
+    // texture; or empty.
+    std::vector<glm::vec4> tangents;
     std::vector<std::uint32_t> indices;  // 3 per triangle, counter-clockwise from the front
     int material = 0;                    // index into SceneAsset::materials
     Bounds bounds;                       // mesh space

@@ -11,6 +11,9 @@
 
 namespace gonio::trace {
 
+// Least cosine between a mapped normal and the surface's own.
+constexpr float kLeastUp = 0.01f;
+
 struct Geometry::Embree {
     RTCDevice device = nullptr;
     RTCScene scene = nullptr;
@@ -82,6 +85,7 @@ Geometry::Geometry(std::shared_ptr<const SceneAsset> asset) : asset_(std::move(a
         const double scale =
             std::max({glm::length(cofactor[0]), glm::length(cofactor[1]), glm::length(cofactor[2]), 1e-300});
         part.normal_from_mesh = glm::mat3(cofactor / scale);
+        part.local_from_mesh = glm::mat3(turn);
         part.positions.reserve(part.mesh->vertices.size());
         for (const Vertex& vertex : part.mesh->vertices) {
             part.positions.push_back(
@@ -194,6 +198,7 @@ bool Geometry::closest(const glm::vec3& from, const glm::vec3& direction, float 
 
     hit = surface(query.hit.geomID, query.hit.primID, query.hit.u, query.hit.v,
                   {query.hit.Ng_x, query.hit.Ng_y, query.hit.Ng_z}, direction, true);
+    if (!parts_[query.hit.geomID].mesh->tangents.empty()) hit.normal = mapped_normal(hit, query.hit.u, query.hit.v);
     hit.distance = query.ray.tfar;
     return true;
 }
@@ -230,6 +235,32 @@ SurfaceHit Geometry::surface(unsigned instance, unsigned triangle, float hit_u, 
     hit.emission =
         from_front || part.material->double_sided ? emission_at(hit.instance, hit.triangle, u, v) : glm::vec3(0.0f);
     return hit;
+}
+
+// Result: the shading normal that the normal map gives. hit: with the smooth one.
+glm::vec3 Geometry::mapped_normal(const SurfaceHit& hit, float u, float v) const {
+    const Part& part = parts_[static_cast<std::size_t>(hit.instance)];
+    const Material& material = *part.material;
+    const std::uint32_t* index = &part.mesh->indices[static_cast<std::size_t>(hit.triangle) * 3];
+    const std::vector<glm::vec4>& tangents = part.mesh->tangents;
+    const glm::vec3 along = part.local_from_mesh * glm::vec3((1.0f - u - v) * tangents[index[0]] +
+                                                             u * tangents[index[1]] + v * tangents[index[2]]);
+    const auto corner = corners(hit.instance, hit.triangle);
+    const bool front = glm::dot(glm::cross(corner[1] - corner[0], corner[2] - corner[0]), hit.geometric) > 0.0f;
+    const glm::vec3 smooth = front ? hit.normal : -hit.normal, flat = along - smooth * glm::dot(smooth, along);
+    const float length = glm::length(flat);
+    if (!(length > 1e-12f)) return hit.normal;
+    const glm::vec3 tangent = flat / length, up = glm::cross(smooth, tangent) * tangents[index[0]].w;
+    const glm::vec3 texel(
+        textured(*asset_, material, glm::vec4(1.0f), material.normal_image, uv_at(part, hit.triangle, u, v)));
+    const glm::vec3 own =
+        glm::vec3(glm::vec2(texel) * 2.0f - 1.0f, 1.0f) *
+        glm::vec3(material.normal_scale, material.normal_scale, std::max(texel.b * 2.0f - 1.0f, kLeastUp));
+    glm::vec3 mapped = glm::normalize(tangent * own.x + up * own.y + smooth * own.z) * (front ? 1.0f : -1.0f);
+    // Beyond the triangle's own horizon nothing is seen of it.
+    const float above = glm::dot(mapped, hit.geometric);
+    if (above < kLeastUp) mapped = glm::normalize(mapped + hit.geometric * (kLeastUp - above));
+    return mapped;
 }
 
 bool Geometry::occluded(const glm::vec3& from, const glm::vec3& to) const {

@@ -62,8 +62,9 @@ public:
     const glm::dvec3& origin() const { return origin_; }
     glm::vec3 local(const glm::dvec3& world) const { return glm::vec3(world - origin_); }
 
-    // Result: whether the ray meets a surface beyond `near` and, if so, which. direction: unit. Alpha-masked texels are
-    // holes. for_viewer: backs of single-sided surfaces are left out, as glTF's viewers do; light meets both sides.
+    // Result: whether the ray meets a surface beyond `near` and, if so, which, normal maps included: packets of rays
+    // know none. direction: unit. Alpha-masked texels are holes. for_viewer: backs of single-sided surfaces are left
+    // out, as glTF's viewers do; light meets both sides.
     bool closest(const glm::vec3& from, const glm::vec3& direction, float near, bool for_viewer, SurfaceHit& hit) const;
     // Result: whether a surface stands between two points, both a step away from their own surfaces.
     bool occluded(const glm::vec3& from, const glm::vec3& to) const;
@@ -99,13 +100,14 @@ private:
     struct Part {  // an instance: user data of its Embree geometry
         const Mesh* mesh = nullptr;
         const Material* material = nullptr;
-        glm::mat3 normal_from_mesh{1.0f};
+        glm::mat3 normal_from_mesh{1.0f}, local_from_mesh{1.0f};
         std::vector<glm::vec3> positions;  // local, m; shared with Embree
     };
     friend struct Embree;
     SurfaceHit surface(unsigned instance, unsigned triangle, float u, float v, glm::vec3 geometric,
                        const glm::vec3& direction, bool colours) const;
     glm::vec4 base_color_at(const Part& part, int triangle, float u, float v) const;
+    glm::vec3 mapped_normal(const SurfaceHit& hit, float u, float v) const;
     bool is_hole(const Part& part, int triangle, float u, float v) const;
     glm::vec2 uv_at(const Part& part, int triangle, float u, float v) const;
 

@@ -1,4 +1,4 @@
-// Texture lookups on the CPU, as GL does them at level 0: texels decoded from sRGB, then filtered.
+// Texture lookups on the CPU, as GL does them at level 0: texels decoded from sRGB, but for values, then filtered.
 #pragma once
 
 #include <algorithm>
@@ -45,6 +45,7 @@ inline glm::vec4 sample(const Image& image, glm::vec2 uv, Wrap wrap_s, Wrap wrap
         const std::uint8_t* p = &image.rgba[(static_cast<std::size_t>(y) * static_cast<std::size_t>(image.width_px) +
                                              static_cast<std::size_t>(x)) *
                                             4];
+        if (image.linear) return glm::vec4(p[0], p[1], p[2], p[3]) / 255.0f;
         return glm::vec4(srgb_decode(p[0]), srgb_decode(p[1]), srgb_decode(p[2]), static_cast<float>(p[3]) / 255.0f);
     };
     return glm::mix(glm::mix(texel(x0, y0), texel(x1, y0), a), glm::mix(texel(x0, y1), texel(x1, y1), a), b);

@@ -20,6 +20,22 @@ vec4 material_base_color(vec2 uv) {
     return color;
 }
 
+#ifdef NORMAL_MAP
+in vec4 tangent;  // world, along u; w: Mesh::tangents
+layout(location = 5) uniform float normal_scale;
+layout(binding = 2) uniform sampler2D normal_texture;
+
+// Result: the unit normal that the normal map gives. n: the surface's, turned to the viewer.
+vec3 mapped_normal(vec3 n, vec2 uv) {
+    const float least_up = 0.01;
+    vec3 front = gl_FrontFacing ? n : -n, flat_tangent = tangent.xyz - front * dot(front, tangent.xyz);
+    vec3 t = flat_tangent * inversesqrt(max(dot(flat_tangent, flat_tangent), 1e-12)), up = cross(front, t) * tangent.w;
+    vec3 own = texture(normal_texture, uv).xyz * 2.0 - 1.0;
+    vec3 mapped = normalize(t * (own.x * normal_scale) + up * (own.y * normal_scale) + front * max(own.z, least_up));
+    return gl_FrontFacing ? mapped : -mapped;
+}
+#endif
+
 // Result: the unit shading normal, turned to the viewer; a degenerate one falls back to the triangle's own plane.
 vec3 surface_normal(vec3 interpolated, vec3 position) {
     float l2 = dot(interpolated, interpolated);

@@ -9,6 +9,9 @@ layout(location = 3) uniform float shadow_texel;  // 2 / face size
 layout(binding = 0) uniform samplerCubeShadow shadow;  // depth = near / axis distance, compare >=
 layout(location = 4) uniform float unit_m2;   // the layers' unit (GpuScene::layer_unit_m2)
 layout(location = 5) uniform float greatest;  // that the layer can hold
+#ifdef DETAIL
+layout(binding = 1) uniform sampler2D gbuffer_detail;
+#endif
 layout(location = 0) out float out_direct;  // lux per cd of peak × m²
 
 // The receiver is moved along its normal so far that its plane lies before every depth it is compared with. In face
@@ -31,6 +34,11 @@ void main() {
     float d2 = max(dot(s.position, s.position), 1e-12);
     float cosine = -dot(s.normal, s.position) * inversesqrt(d2);
     if (cosine <= 0.0) return;
+#ifdef DETAIL
+    vec3 detail = octahedral_decode(texelFetch(gbuffer_detail, ivec2(gl_FragCoord.xy), 0).rg);
+    cosine = -dot(detail, s.position) * inversesqrt(d2);
+    if (cosine <= 0.0) return;
+#endif
     float ratio = web_ratio(light_from_world * s.position);
     if (ratio <= 0.0) return;
     out_direct = min(ratio * cosine / d2 * visibility(s.position, s.normal) * unit_m2, greatest);

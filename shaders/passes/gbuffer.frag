@@ -9,6 +9,9 @@ layout(location = 1) out vec4 out_albedo;  // linear reflectance
 #ifdef EMISSIVE
 layout(location = 2) out vec4 out_emissive;  // cd/m²
 #endif
+#ifdef DETAIL
+layout(location = DETAIL) out vec2 out_detail;  // as out_normal, normal maps included
+#endif
 #ifdef CELLS
 #include "lib/cell.glsl"
 layout(location = CELLS) out uvec2 out_cell;
@@ -18,7 +21,14 @@ void main() {
 #ifdef MASKED
     if (color.a < alpha_cutoff) discard;
 #endif
-    out_normal = octahedral_encode(surface_normal(normal, position));
+    vec3 n = surface_normal(normal, position);
+    out_normal = octahedral_encode(n);
+#ifdef DETAIL
+#ifdef NORMAL_MAP
+    n = mapped_normal(n, uv);
+#endif
+    out_detail = octahedral_encode(n);
+#endif
     out_albedo = vec4(color.rgb, 1.0);
 #ifdef EMISSIVE
     vec3 emitted = emissive_nit;

@@ -12,6 +12,10 @@ layout(location = 6) in uint in_face;
 layout(location = 8) in vec4 in_color;
 out vec4 vertex_color;
 #endif
+#ifdef NORMAL_MAP
+layout(location = 9) in vec4 in_tangent;
+out vec4 tangent;
+#endif
 #ifdef CELLS
 layout(location = 7) in uint in_first_triangle;
 out vec3 mesh_position;
@@ -31,6 +35,9 @@ void main() {
     uv = in_uv;
 #ifdef VERTEX_COLORS
     vertex_color = in_color;
+#endif
+#ifdef NORMAL_MAP
+    tangent = vec4(normalize(m * in_tangent.xyz), in_tangent.w);
 #endif
 #ifdef CELLS
     mesh_position = in_position;

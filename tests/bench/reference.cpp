@@ -55,6 +55,7 @@ std::uint64_t content_hash(const Scene& scene, const ReferenceSettings& settings
     for (const Mesh& mesh : asset.meshes) {
         h.add(mesh.vertices);
         if (!mesh.colors.empty()) h.bytes(mesh.colors.data(), mesh.colors.size() * sizeof(glm::u16vec4));
+        if (!mesh.tangents.empty()) h.bytes(mesh.tangents.data(), mesh.tangents.size() * sizeof(glm::vec4));
         h.add(mesh.indices);
         h.add(mesh.material);
     }

@@ -2,6 +2,7 @@
 #include <cmath>
 #include <numbers>
 
+#include "server/trace/sources.h"
 #include "tests/gl/test_context.h"
 
 namespace gonio::test {
@@ -97,6 +98,55 @@ TEST(ShownMaterials, BacksAreShownIfAskedFor) {
         scene.lights[0].position.z = -2.0;
         const std::vector<float> found = reflectance(scene);
         EXPECT_NEAR(found[kSide * kSide / 2 + kSide / 2], shown ? 0.5 : -1.0, 2e-3);
+    }
+}
+
+// Under light from straight ahead a normal that is tilted by 30° has the cosine of it, in captures, the live picture
+// and the reference; what comes after bounces does not see it.
+TEST(ShownMaterials, ATiltedNormalHasItsCosine) {
+    const double tilt = std::numbers::pi / 6;
+    const auto byte = [](double value) { return static_cast<std::uint8_t>(std::lround(127.5 * (value + 1.0))); };
+    Scene scene = square_scene([&](SceneAsset& asset) {
+        asset.images.push_back({1, 1, {byte(std::sin(tilt)), byte(0.0), byte(std::cos(tilt)), 255}, true});
+        asset.materials[0].normal_image = 0;
+        asset.meshes[0].tangents.assign(4, glm::vec4(1, 0, 0, 1));
+    });
+    scene.lights[0].position = {0, 0, 4};
+    // Of a column and a row from the bottom of a square picture.
+    const auto expected = [&](int column, int row, int side) {
+        const double extent = 2.4 * std::tan(0.35);
+        const glm::dvec3 to(-0.013 - extent * ((column + 0.5) / side * 2.0 - 1.0),
+                            -0.007 - extent * ((row + 0.5) / side * 2.0 - 1.0), 4.0);
+        return 1000.0 * glm::dot(glm::dvec3(std::sin(tilt), 0.0, std::cos(tilt)), to) / std::pow(glm::length(to), 3.0);
+    };
+    Renderer renderer(context(), direct_light());
+    make_coarse(renderer);
+    const auto picture = renderer.capture(scene, View::illuminance, kSide, kSide, true, 0);
+    renderer.begin_frame(scene, monotonic_ns());
+    while (!renderer.finish_frame(true)->report.settled()) renderer.begin_frame(scene, monotonic_ns());
+    const std::vector<glm::vec3> live = renderer.live_illuminance(scene, false);
+    for (int row = 0; row < kSide; ++row) {
+        for (int column = 0; column < kSide; ++column) {
+            const double lux = expected(column, row, kSide);
+            ASSERT_NEAR(picture->values[static_cast<std::size_t>(4 * ((kSide - 1 - row) * kSide + column))], lux,
+                        0.005 * lux);
+            ASSERT_NEAR(live[static_cast<std::size_t>(row * kSide + column)].r, lux, 0.005 * lux);
+        }
+    }
+    constexpr int kTraced = 16;
+    trace::PictureRequest request;
+    request.camera = scene.camera;
+    request.width_px = request.height_px = kTraced;
+    request.quantity = trace::Quantity::irradiance_direct;
+    trace::Picture traced(trace::make_world(scene), request, {});
+    traced.refine(60.0);
+    const std::vector<float> values = traced.values();
+    for (int row = 0; row < kTraced; ++row) {
+        for (int column = 0; column < kTraced; ++column) {
+            const double lux = expected(column, row, kTraced);
+            ASSERT_NEAR(values[static_cast<std::size_t>(4 * ((kTraced - 1 - row) * kTraced + column))], lux,
+                        0.005 * lux);
+        }
     }
 }
 

@@ -2,7 +2,9 @@
 // path tracer's rays.
 #include <cmath>
 #include <glm/gtc/packing.hpp>
+#include <numbers>
 
+#include "server/assets/gltf_import.h"
 #include "server/lighting/raster.h"
 #include "server/lighting/screen.h"
 #include "server/scene/apply.h"
@@ -174,6 +176,84 @@ TEST_F(Materials, BacksAreCulledForViewersOnly) {
         EXPECT_TRUE(geometry.closest(behind, {0, 0, 1}, 0.0f, false, hit));
     }
     EXPECT_TRUE((*load_scene("cornell", "", kMaxAlbedo, SIZE_MAX, true))->materials[0].show_back);
+}
+
+// A normal map of one normal, tilted by 30° to the right or up in the texture: shading normals, of the file's texture
+// coordinates, of those of a texture that is turned over, of tangents in the file, from a mirrored node, at half scale.
+TEST_F(Materials, NormalMapsTiltTheNormal) {
+    const double tilt = std::numbers::pi / 6;
+    const auto byte = [](double value) { return static_cast<std::uint8_t>(std::lround(127.5 * (value + 1.0))); };
+    write("right.png", *encode_png({1, 1, {byte(std::sin(tilt)), byte(0.0), byte(std::cos(tilt))}}));
+    write("up.png", *encode_png({1, 1, {byte(0.0), byte(std::sin(tilt)), byte(std::cos(tilt))}}));
+    const auto normals_of = [&](const Json& document) {
+        const auto asset = good(document);
+        const trace::Geometry geometry(asset);
+        lighting::GBuffer gbuffer;
+        lighting::Raster raster;
+        Pool pool;
+        const double x = asset->instances[0].world_from_mesh[0][0] < 0.0 ? -0.52 : 0.52;
+        lighting::look_through(eye_of({{x, 0.47, 2.0}, {x, 0.47, 0.0}, 0.7}, 16, 16), geometry, 1e-4f, 16, 16, gbuffer);
+        lighting::draw_gbuffer(lighting::make_clusters(geometry), lighting::make_material_table(geometry), false,
+                               gbuffer, raster, pool);
+        EXPECT_NEAR(lighting::spot_at(gbuffer, 8, 8).normal.z, 1.0f, 1e-3f);  // links take the smooth one
+        std::swap(gbuffer.normal, gbuffer.detail);
+        trace::SurfaceHit hit;
+        EXPECT_TRUE(geometry.closest(gbuffer.rays.eye, {0, 0, -1}, 0.0f, true, hit));
+        EXPECT_GT(hit.geometric.z, 0.99f);
+        return std::array{lighting::spot_at(gbuffer, 8, 8).normal, hit.normal};
+    };
+    const auto expect = [](const std::array<glm::vec3, 2>& found, double x, double y, const char* what) {
+        for (const glm::vec3& n : found) {
+            EXPECT_NEAR(n.x, x, 0.01) << what;
+            EXPECT_NEAR(n.y, y, 0.01) << what;
+            EXPECT_NEAR(n.z, std::sqrt(1.0 - x * x - y * y), 0.01) << what;
+        }
+    };
+    Json document = square();
+    document["textures"] = Json::parse(R"([{"source": 0}])");
+    document["materials"][0]["normalTexture"] = {{"index", 0}};
+    document["images"] = Json::parse(R"([{"uri": "right.png"}])");
+    const double s = std::sin(tilt);
+    expect(normals_of(document), s, 0.0, "right");
+    document["nodes"][0]["scale"] = {-1, 1, 1};
+    expect(normals_of(document), -s, 0.0, "right, mirrored");
+    document["images"][0]["uri"] = "up.png";  // v grows with y: up in the texture is down
+    expect(normals_of(document), 0.0, -s, "up, mirrored");
+    document["nodes"][0].erase("scale");
+    expect(normals_of(document), 0.0, -s, "up");
+    document["materials"][0]["normalTexture"]["scale"] = 0.5;
+    const double half = std::atan(0.5 * std::tan(tilt));
+    expect(normals_of(document), 0.0, -std::sin(half), "up at half scale");
+    document["materials"][0]["normalTexture"].erase("scale");
+    Json& attributes = document["meshes"][0]["primitives"][0]["attributes"];
+    attributes["TEXCOORD_0"] = add_accessor(document, bytes_of({0, 1, 1, 1, 1, 0, 0, 0}), 5126, 4, "VEC2");
+    expect(normals_of(document), 0.0, s, "up, v down");
+    document["images"][0]["uri"] = "right.png";
+    expect(normals_of(document), s, 0.0, "right, v down");
+    std::vector<float> flat, turned;
+    for (int i = 0; i < 4; ++i) {
+        flat.insert(flat.end(), {0, 0, 1});
+        turned.insert(turned.end(), {0, 1, 0, 1});
+    }
+    attributes["NORMAL"] = add_accessor(document, bytes_of(flat), 5126, 4, "VEC3");
+    attributes["TANGENT"] = add_accessor(document, bytes_of(turned), 5126, 4, "VEC4");
+    expect(normals_of(document), 0.0, s, "the file's tangents");
+}
+
+// Triangles that share a vertex and turn the texture over, each its own way, keep their directions.
+TEST_F(Materials, ASeamHasTwoTangents) {
+    Mesh mesh;
+    for (const glm::vec2 p : {glm::vec2{0, 0}, {0, 1}, {1, 0}, {-1, 0}})
+        mesh.vertices.push_back({glm::vec3(p, 0.0f), glm::vec3(0, 0, 1), glm::vec2(std::abs(p.x), -p.y)});
+    mesh.indices = {0, 2, 1, 0, 1, 3};
+    derive_tangents(mesh);
+    ASSERT_EQ(mesh.vertices.size(), 6u);
+    ASSERT_EQ(mesh.tangents.size(), 6u);
+    for (std::size_t k = 0; k < 6; ++k) {
+        const glm::vec4 tangent = mesh.tangents[mesh.indices[k]];
+        EXPECT_NEAR(tangent.x, k < 3 ? 1.0f : -1.0f, 1e-5f) << k;
+        EXPECT_EQ(tangent.w, k < 3 ? 1.0f : -1.0f) << k;
+    }
 }
 
 // A node that mirrors its mesh shows its front where the mesh does.

@@ -33,6 +33,9 @@ PassRun run_gbuffer(const PassContext& context) {
     const GLuint none[4] = {};
     for (int i = 0; i < (target.emissive ? 3 : 2); ++i)
         glClearNamedFramebufferfv(target.gbuffer.id(), GL_COLOR, i, zero);
+    if (target.detail)
+        glClearNamedFramebufferfv(target.gbuffer.id(), GL_COLOR, (target.emissive ? 3 : 2) + (target.cell ? 1 : 0),
+                                  zero);
     if (target.cell) glClearNamedFramebufferuiv(target.gbuffer.id(), GL_COLOR, target.emissive ? 3 : 2, none);
     glClearNamedFramebufferfv(target.gbuffer.id(), GL_DEPTH, 0, zero);
     const auto mode = target.cell ? GpuScene::Mode::gbuffer_cells : GpuScene::Mode::gbuffer;

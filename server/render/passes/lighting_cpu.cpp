@@ -46,6 +46,8 @@ PassRun run_grid(const PassContext& context, Surfaces& surfaces) {
     const auto bytes = static_cast<GLsizei>(s.depth.size() * 4);
     glGetTextureImage(target.depth.id(), 0, GL_DEPTH_COMPONENT, GL_FLOAT, bytes, s.depth.data());
     glGetTextureImage(target.normal.id(), 0, GL_RG, GL_SHORT, bytes, s.normal.data());
+    s.detail.resize(target.detail ? s.depth.size() : 0);
+    if (target.detail) glGetTextureImage(target.detail.id(), 0, GL_RG, GL_SHORT, bytes, s.detail.data());
     if (context.layers_on_cpu) {
         lighting::Raster& raster = surfaces.raster;
         raster.albedo.resize(s.depth.size() * 4);

@@ -40,6 +40,7 @@ void begin_layer(const PassContext& context, const Light& light, const gl::Textu
 PassRun run_direct(const PassContext& context, const Light& light, const LightGpu& gpu, int layer) {
     gl::Defines defines;
     if (gpu.web->tables->uniform) defines.emplace_back("UNIFORM_WEB", "1");
+    if (context.target.detail) defines.emplace_back("DETAIL", "1");
     const GLuint program = context.programs.get("passes/screen.vert", "passes/direct.frag", defines);
     begin_layer(context, light, context.target.direct, layer, program);
     const glm::mat3 turn = light_from_world(light);
@@ -47,6 +48,7 @@ PassRun run_direct(const PassContext& context, const Light& light, const LightGp
     glProgramUniform1f(program, 2, context.geometry.near_m());
     glProgramUniform1f(program, 3, 2.0f / static_cast<float>(gpu.shadow_size));
     glBindTextureUnit(0, gpu.shadow.id());
+    if (context.target.detail) glBindTextureUnit(1, context.target.detail.id());
     glBindBufferBase(GL_SHADER_STORAGE_BUFFER, 1, web_buffer(*gpu.web));
     draw_screen();
     return {0, 1};
