@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "server/assets/assets.h"
+#include "server/assets/gltf_expand.h"
 #include "server/assets/gltf_rules.h"
 
 namespace gonio {
@@ -124,7 +125,7 @@ std::optional<Error> check_buffers(const Json& document, bool has_binary_chunk) 
     std::uint64_t total = 0;
     const Json& buffers = list(document, "buffers");
     for (std::size_t i = 0; i < buffers.size(); ++i) {
-        if (!buffers[i].contains("uri") && !(i == 0 && has_binary_chunk)) {
+        if (!buffers[i].contains("uri") && !(i == 0 && has_binary_chunk) && !is_meshopt_fallback(buffers[i])) {
             return bad(at("buffers", i, "uri"), buffers[i], "a buffer has neither a uri nor a binary chunk");
         }
         total += size_of(buffers[i], "byteLength");
@@ -136,7 +137,12 @@ std::optional<Error> check_buffers(const Json& document, bool has_binary_chunk) 
     const Json& views = list(document, "bufferViews");
     for (std::size_t i = 0; i < views.size(); ++i) {
         const std::uint64_t end = size_of(views[i], "byteOffset") + size_of(views[i], "byteLength");
-        const std::uint64_t held = size_of(buffers[views[i]["buffer"].get<std::size_t>()], "byteLength");
+        const Json& buffer = buffers[views[i]["buffer"].get<std::size_t>()];
+        const std::uint64_t held = size_of(buffer, "byteLength");
+        if (is_meshopt_fallback(buffer) && !is_meshopt_view(views[i])) {
+            return bad(at("bufferViews", i, "buffer"), views[i]["buffer"],
+                       "only compressed views may lie in a fallback buffer");
+        }
         if (end > held) {
             return out_of_bounds(
                 at("bufferViews", i, "byteLength"), shown(views[i]["byteLength"]),
@@ -160,16 +166,6 @@ std::optional<Error> check_range(const Json& view, std::uint64_t offset, std::ui
     return out_of_bounds(
         where, shown(value),
         "the accessor ends at byte " + std::to_string(end) + " of a buffer view of " + std::to_string(held));
-}
-
-// 0 where there is no such type.
-std::size_t component_count(std::string_view type) {
-    static constexpr std::array<std::pair<std::string_view, std::size_t>, 7> counts = {
-        {{"SCALAR", 1}, {"VEC2", 2}, {"VEC3", 3}, {"VEC4", 4}, {"MAT2", 4}, {"MAT3", 9}, {"MAT4", 16}}};
-    for (const auto& [name, count] : counts) {
-        if (name == type) return count;
-    }
-    return 0;
 }
 
 std::optional<Error> check_accessors(const Json& document) {
@@ -294,7 +290,17 @@ std::optional<Error> check_header(const Json& document) {
 
 bool is_supported_extension(std::string_view name) {
     return name == "KHR_lights_punctual" || name == "EXT_lights_ies" || name == "KHR_materials_emissive_strength" ||
-           name == "KHR_texture_transform" || name == "KHR_mesh_quantization";
+           name == "KHR_texture_transform" || name == "KHR_mesh_quantization" || name == "KHR_draco_mesh_compression" ||
+           name == "EXT_meshopt_compression";
+}
+
+std::size_t component_count(std::string_view type) {
+    static constexpr std::array<std::pair<std::string_view, std::size_t>, 7> counts = {
+        {{"SCALAR", 1}, {"VEC2", 2}, {"VEC3", 3}, {"VEC4", 4}, {"MAT2", 4}, {"MAT3", 9}, {"MAT4", 16}}};
+    for (const auto& [name, count] : counts) {
+        if (name == type) return count;
+    }
+    return 0;
 }
 
 std::size_t component_bytes(std::uint64_t component_type) {

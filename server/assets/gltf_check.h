@@ -24,6 +24,9 @@ std::optional<Error> check_gltf(const nlohmann::json& document, bool has_binary_
 // True for the extensions that the importer honours.
 bool is_supported_extension(std::string_view name);
 
+// Components of an accessor's type, 1 for SCALAR to 16 for MAT4; 0 where there is no such type.
+std::size_t component_count(std::string_view type);
+
 // Bytes of one component, 0 if the glTF component type does not exist.
 std::size_t component_bytes(std::uint64_t component_type);
 

@@ -12,6 +12,7 @@
 
 #include "server/assets/assets.h"
 #include "server/assets/gltf_check.h"
+#include "server/assets/gltf_expand.h"
 #include "server/assets/gltf_import.h"
 
 namespace gonio {
@@ -116,6 +117,10 @@ Result<std::vector<std::vector<std::byte>>> read_buffers(const Json& document, c
         const std::string where = "/buffers/" + std::to_string(i);
         const auto length = buffer_list[i]["byteLength"].get<std::size_t>();
         std::vector<std::byte> bytes;
+        if (is_meshopt_fallback(buffer_list[i])) {
+            buffers.emplace_back();
+            continue;
+        }
         if (buffer_list[i].contains("uri")) {
             if (auto full = take_memory(room, length, kBytesOfByte, where + "/byteLength")) return *full;
             auto read = read_uri(directory, buffer_list[i]["uri"].get<std::string>(), where + "/uri", length,
@@ -180,6 +185,10 @@ Result<GltfDocument> read_gltf_document(const std::string& path, std::size_t& ro
     auto buffers = read_buffers(document, result.directory, container->binary, room);
     if (!buffers) return buffers.error();
     result.buffers = std::move(*buffers);
+    GltfExpansion expansion{document, result.buffers, room, result.warnings};
+    for (const auto step : {expand_meshopt, expand_draco}) {
+        if (auto error = step(expansion)) return *error;
+    }
     for (const Json& image : document.value("images", Json::array())) {
         result.images.push_back({image.value("uri", ""), image.value("bufferView", -1)});
     }
