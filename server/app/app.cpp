@@ -89,8 +89,7 @@ App::App(Options options, Tokens tokens)
     if (options_.keep_up) render_session_.set_budget(1e3 / options_.target_fps);
     render_session_.set_most_captures(options_.max_captures);
     render_session_.set_scene_access({is_loopback(options_.host), options_.scene_roots,
-                                      uploads_ ? uploads_->folder() : "", options_.max_albedo, options_.max_memory,
-                                      options_.backfaces == "show"});
+                                      uploads_ ? uploads_->folder() : "", options_.load, options_.max_memory});
 }
 
 std::string App::name_renderer() const {

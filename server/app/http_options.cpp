@@ -101,7 +101,7 @@ void add_front_options(CLI::App& app, Options& options) {
     add_size<std::size_t>(
         app, "--max-memory-mib", options.max_memory, 1 << 20, 1 << 22,
         "MiB of the process, beyond which no scene is loaded; 0: what the machine and its cgroup have", 0);
-    app.add_option("--max-albedo", options.max_albedo, "reflectance of scene files; what exceeds it is bounded")
+    app.add_option("--max-albedo", options.load.max_albedo, "reflectance of scene files; what exceeds it is bounded")
         ->check(finite_in(0.0, 0.99));
     add_count(app, "--max-outstanding", limits.outstanding, 1, "unanswered requests of a client; one more is busy");
     app.add_option("--max-updates", limits.updates_per_s, "commands of a client a second; more are told slow_down")

@@ -45,7 +45,7 @@ std::string text_at(const Json& object, const char* key, const std::string& plac
     return object[key];
 }
 
-void apply_words(Scene& scene, const Json& words, const std::string& place) {
+void apply_words(Scene& scene, const Json& words, const SceneAccess& access, const std::string& place) {
     std::vector<std::string> list;
     if (!words.is_array()) refuse(place, words.dump(), "must be a list of words");
     for (const Json& word : words) {
@@ -55,7 +55,7 @@ void apply_words(Scene& scene, const Json& words, const std::string& place) {
     v1::Command command = checked(place, command_from_words(list));
     checked(place, attach_profile_file(command));
     if (command.has_recall_preset()) command.mutable_recall_preset()->set_fade_s(0);  // a job has no time
-    checked(place, apply(scene, command, checked(place, read_files(command))));
+    checked(place, apply(scene, command, checked(place, read_files(command, access))));
 }
 
 std::optional<double> number_at(const Json& object, const char* key, const std::string& place) {
@@ -150,7 +150,8 @@ Json read_job(const std::string& job_file) {
 
 }  // namespace
 
-int run_oneshot(Renderer& renderer, Scene scene, const std::string& job_file, const std::string& out) {
+int run_oneshot(Renderer& renderer, Scene scene, const std::string& job_file, const std::string& out,
+                const SceneAccess& access) {
     try {
         const Json job = read_job(job_file);
         if (!job.is_object() || !job.contains("frames") || !job["frames"].is_array())
@@ -162,7 +163,7 @@ int run_oneshot(Renderer& renderer, Scene scene, const std::string& job_file, co
             if (frame.contains("set")) {
                 if (!frame["set"].is_array()) refuse(place + ".set", frame["set"].dump(), "must be a list of commands");
                 for (std::size_t k = 0; k < frame["set"].size(); ++k)
-                    apply_words(scene, frame["set"][k], place + ".set[" + std::to_string(k) + "]");
+                    apply_words(scene, frame["set"][k], access, place + ".set[" + std::to_string(k) + "]");
             }
             if (frame.contains("capture")) write_capture(renderer, scene, frame["capture"], place + ".capture", out);
         }

@@ -45,9 +45,10 @@ std::string placed(const OptionFault& fault, const Settings& settings) {
 
 // Options whose text becomes something else, and those that are of the command line alone.
 struct OptionTexts {
-    std::string listen = "127.0.0.1:8080", size = "800x800", sacn, artnet, osc, surfaces = "on", config_file;
+    std::string listen = "127.0.0.1:8080", size = "800x800", sacn, artnet, osc, surfaces = "on", config_file,
+                unlit = "albedo", backfaces = "cull";
     unsigned samples = 0;
-    bool ignore_preview = false, check_config = false, print_config = false;
+    bool ignore_preview = false, check_config = false, print_config = false, print_gltf = false;
 };
 
 void add_own_options(CLI::App& app, OptionTexts& text) {
@@ -59,15 +60,20 @@ void add_own_options(CLI::App& app, OptionTexts& text) {
     app.add_flag("--print-config", text.print_config,
                  "print the options as they are, with where each came from, and end")
         ->configurable(false);
+    app.add_flag("--print-gltf", text.print_gltf, "print what is made of glTF files (docs/gltf.md), and end")
+        ->configurable(false);
     app.get_help_ptr()->configurable(false);
 }
 
 void add_picture_options(CLI::App& app, Options& options, OptionTexts& text) {
     app.add_option("--scene", options.scene, "cornell, atrium, or a .gltf or .glb file")->check(check_scene);
     app.add_option(
-           "--backfaces", options.backfaces,
+           "--backfaces", text.backfaces,
            "of one-sided surfaces: cull (viewers look through them, as glTF says), show; they stop light anyway")
         ->check(CLI::IsMember({"cull", "show"}));
+    app.add_option("--unlit", text.unlit,
+                   "what KHR_materials_unlit is in scene files: albedo, or emission of 80 cd/m² at white")
+        ->check(CLI::IsMember({"albedo", "emission"}));
     app.add_option("--listen", text.listen, "HOST:PORT; port 0 picks a free one")->check(check_listen);
     app.add_option("--token-file", options.token_file, "file that holds the bearer token clients must show");
     app.add_option("--viewer-token-file", options.viewer_token_file,
@@ -136,6 +142,8 @@ void take_texts(const CLI::App& app, const OptionTexts& text, Options& options) 
     options.size_given = app.count("--size") > 0;
     options.technique_given = app.count("--technique") > 0;
     options.keep_up = app.count("--target-fps") > 0;
+    options.load.show_backs = text.backfaces == "show";
+    options.load.unlit = text.unlit == "emission" ? Unlit::emission : Unlit::albedo;
     options.surfaces = text.surfaces == "on";
     for (std::string& box : options.boxes)
         for (std::size_t i = 0; i < 9; ++i)
@@ -186,9 +194,10 @@ std::optional<Options> parse_options(std::vector<std::string> arguments, int& ex
     for (const OptionFault& fault : check_samples(options)) errors.push_back(placed(fault, settings));
     print_lines(errors, "");
     exit_code = errors.empty() ? 0 : kBadConfig;
+    if (text.print_gltf) std::cout << gltf_features_text();
     if (text.print_config) std::cout << print_settings(app, settings);
     if (text.check_config && errors.empty()) std::cout << "ok\n";
-    if (!errors.empty() || text.print_config || text.check_config) return std::nullopt;
+    if (!errors.empty() || text.print_gltf || text.print_config || text.check_config) return std::nullopt;
     return options;
 }
 

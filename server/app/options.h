@@ -14,7 +14,6 @@ namespace gonio {
 
 struct Options {
     std::string scene = "cornell";
-    std::string backfaces = "cull";  // show
     std::string host = "127.0.0.1";
     std::uint16_t port = 8080;
     std::string token_file, viewer_token_file;
@@ -49,7 +48,7 @@ struct Options {
     std::size_t transport_bytes = std::size_t{256} << 20;  // SurfelSettings::bytes
     std::size_t layer_bytes = std::size_t{2} << 30;        // Renderer::set_layer_bytes
     std::size_t max_memory = 0;                            // of the process, bytes (memory_room); 0: no bound
-    double max_albedo = kMaxAlbedo;                        // of scene files; beyond it is bounded
+    LoadOptions load;                                      // of scene files
     HttpLimits limits;
     std::vector<std::string> arguments;  // as given: SIGHUP reads file and environment again
 };

@@ -55,7 +55,7 @@ void keep_show_aside(const std::string& path) {
 
 std::shared_ptr<const SceneAsset> asset_of(const Options& options) {
     const std::string& file = options.scene;
-    auto asset = load_scene(file, "", options.max_albedo, memory_room(options.max_memory), options.backfaces == "show");
+    auto asset = load_scene(file, "", options.load, memory_room(options.max_memory));
     if (!asset) throw std::invalid_argument("cannot load the scene '" + file + "': " + asset.error().text());
     for (const std::string& warning : (*asset)->warnings) spdlog::warn("{}: {}", file, warning);
     return *asset;
@@ -67,10 +67,9 @@ Result<std::shared_ptr<const SceneAsset>> saved_asset(const Options& options, co
     const bool upload = name.starts_with(kUploadPrefix);
     if (upload && options.upload_folder.empty())
         return Error{"not_found", "scene", name, "Uploads are kept where --upload-dir names a folder."};
-    const auto path = scene_path({true, options.scene_roots, options.upload_folder, options.max_albedo, 0}, name);
+    const auto path = scene_path({true, options.scene_roots, options.upload_folder, options.load, 0}, name);
     if (!path && upload) return path.error();
-    return load_scene(path ? *path : name, name, options.max_albedo, memory_room(options.max_memory),
-                      options.backfaces == "show");
+    return load_scene(path ? *path : name, name, options.load, memory_room(options.max_memory));
 }
 
 struct Restored {
@@ -177,7 +176,8 @@ int run_job(const Options& options, Scene scene) {
     Renderer renderer(*context, direct_light_of(options));
     renderer.set_links(transport::kMostLinks);
     renderer.set_surfels({.bytes = options.transport_bytes});
-    return run_oneshot(renderer, std::move(scene), options.oneshot, options.out);
+    return run_oneshot(renderer, std::move(scene), options.oneshot, options.out,
+                       {true, {}, "", options.load, options.max_memory});
 }
 
 }  // namespace gonio

@@ -20,17 +20,28 @@ inline constexpr int kMaxImagePx = 8192;                                 // per 
 // Of surfaces in files, per channel. glTF's default is 1, and light between such walls never ends; white paint has 0.9.
 inline constexpr double kMaxAlbedo = 0.95;
 
+// What a KHR_materials_unlit surface is, whose colour no light changes: one that reflects it, or one that emits it.
+enum class Unlit : std::uint8_t { albedo, emission };
+
+// How scene files are taken.
+struct LoadOptions {
+    double max_albedo = kMaxAlbedo;  // surfaces reflect no more, 0..1: it is bounded, and a warning says of how many
+    Unlit unlit = Unlit::albedo;
+    bool show_backs = false;  // of all surfaces; else those of one side have no back for viewers, as glTF says
+};
+
 // name: "cornell" or "atrium" (generated in code), or the path of a .gltf or .glb.
 // Errors: "not_found", "bad_gltf", "out_of_bounds", "missing_file", "bad_image", "bad_profile", "too_large",
 // "unsupported". Their `where` is a JSON pointer into the glTF ("/accessors/3/byteOffset") or a file name.
 // The scene, and its file in errors, are called `shown` instead of `name`; empty: `name`.
-// A file's surfaces reflect at most `max_albedo`, 0..1. More is bounded, and a warning says of how many materials.
 // Memory for a file's scene is at most `most_bytes` while it is read, and with what the renderer makes of it. What
 // would be more is refused before it is taken: "too_large".
-// show_backs: of all surfaces; else those of one side have no back for viewers, as glTF says.
 Result<std::shared_ptr<const SceneAsset>> load_scene(const std::string& name, const std::string& shown = "",
-                                                     double max_albedo = kMaxAlbedo, std::size_t most_bytes = SIZE_MAX,
-                                                     bool show_backs = false);
+                                                     const LoadOptions& options = {},
+                                                     std::size_t most_bytes = SIZE_MAX);
+
+// Result: docs/gltf.md: what is made of each of glTF's features and extensions.
+std::string gltf_features_text();
 
 // The built-in scenes, metres. cornell: a room with two boxes and a sculpture of about 33,000 triangles in all;
 // atrium: a colonnaded court of at least 262,000 triangles, textured. Both with one luminaire and one camera.

@@ -59,6 +59,7 @@ void bound_albedo(GltfImport& import, double most) {
     int bounded = 0;
     for (std::size_t i = 0; i < import.scene.materials.size(); ++i) {
         Material& material = import.scene.materials[i];
+        if (material.base_color.r == 0.0f && material.base_color.g == 0.0f && material.base_color.b == 0.0f) continue;
         bool exceeds = exceeding[i];
         if (material.base_color_image < 0 && uncolored[i]) {
             for (int k = 0; k < 3; ++k) {
@@ -86,20 +87,20 @@ void bound_albedo(GltfImport& import, double most) {
 }
 
 // name: of the result. The rest as of load_scene.
-Result<std::shared_ptr<SceneAsset>> load_gltf(const std::string& path, const std::string& name, double max_albedo,
-                                              std::size_t most_bytes) {
+Result<std::shared_ptr<SceneAsset>> load_gltf(const std::string& path, const std::string& name,
+                                              const LoadOptions& options, std::size_t most_bytes) {
     try {
         std::size_t room = most_bytes;
         const auto document = read_gltf_document(path, room);
         if (!document) return document.error();
         auto scene = std::make_shared<SceneAsset>();
         scene->name = shortened_text(name, 4096);
-        GltfImport import{*document, *scene, room};
+        GltfImport import{*document, *scene, options, room};
         for (const std::string& warning : document->warnings) import.warn(warning);
         for (const auto step : {import_materials, import_meshes, import_nodes}) {
             if (auto error = step(import)) return *error;
         }
-        bound_albedo(import, max_albedo);
+        bound_albedo(import, options.max_albedo);
         if (scene->instances.empty()) import.warn("the scene has no triangles");
         return scene;
     } catch (const std::bad_alloc&) {
@@ -113,19 +114,19 @@ Result<std::shared_ptr<SceneAsset>> load_gltf(const std::string& path, const std
 }  // namespace
 
 Result<std::shared_ptr<const SceneAsset>> load_scene(const std::string& name, const std::string& shown,
-                                                     double max_albedo, std::size_t most_bytes, bool show_backs) {
+                                                     const LoadOptions& options, std::size_t most_bytes) {
     const std::string& called = shown.empty() ? name : shown;
     const bool built_in = name == "cornell" || name == "atrium";
-    if (built_in && !show_backs) return name == "cornell" ? make_cornell() : make_atrium();
+    if (built_in && !options.show_backs) return name == "cornell" ? make_cornell() : make_atrium();
     Result<std::shared_ptr<SceneAsset>> scene =
         built_in ? std::make_shared<SceneAsset>(name == "cornell" ? *make_cornell() : *make_atrium())
-                 : load_gltf(name, called, max_albedo, most_bytes);
+                 : load_gltf(name, called, options, most_bytes);
     if (!scene) {
         Error error = scene.error();
         if (error.where == name) error.where = called;
         return error;
     }
-    for (Material& material : (*scene)->materials) material.show_back = show_backs;
+    for (Material& material : (*scene)->materials) material.show_back = options.show_backs;
     return std::shared_ptr<const SceneAsset>(std::move(*scene));
 }
 

@@ -9,6 +9,7 @@
 
 #include "server/assets/assets.h"
 #include "server/assets/gltf_expand.h"
+#include "server/assets/gltf_features.h"
 #include "server/assets/gltf_rules.h"
 
 namespace gonio {
@@ -215,7 +216,7 @@ std::optional<Error> check_accessors(const Json& document) {
     return std::nullopt;
 }
 
-// A node has at most one parent, a scene's nodes have none, and no node is its own ancestor.
+// A node has at most one parent, and no node is its own ancestor.
 std::optional<Error> check_node_tree(const Json& document) {
     const Json& nodes = list(document, "nodes");
     constexpr std::size_t none = static_cast<std::size_t>(-1);
@@ -243,19 +244,6 @@ std::optional<Error> check_node_tree(const Json& document) {
     for (std::size_t i = 0; i < nodes.size(); ++i) {
         if (!seen[i]) return bad(at("nodes", i, "children"), nodes[i].value("children", Json()), "a cycle of nodes");
     }
-    const Json& scenes = list(document, "scenes");
-    for (std::size_t s = 0; s < scenes.size(); ++s) {
-        const Json& shown_nodes = list(scenes[s], "nodes");
-        std::vector<bool> listed(nodes.size());
-        for (std::size_t k = 0; k < shown_nodes.size(); ++k) {
-            const auto node = shown_nodes[k].get<std::size_t>();
-            if (parent[node] != none || listed[node]) {
-                return bad(at("scenes", s, "nodes/") + std::to_string(k), shown_nodes[k],
-                           "a scene's nodes are root nodes, each listed once");
-            }
-            listed[node] = true;
-        }
-    }
     return std::nullopt;
 }
 
@@ -277,7 +265,8 @@ std::optional<Error> check_header(const Json& document) {
             const std::string where = std::string("/") + name + "/" + std::to_string(i);
             if (!extensions[i].is_string()) return bad(where, extensions[i], "a string is expected here");
             const std::string extension = extensions[i].get<std::string>();
-            if (name == std::string_view("extensionsRequired") && !is_supported_extension(extension)) {
+            const GltfFeature* const known = find_extension(extension);
+            if (name == std::string_view("extensionsRequired") && (!known || known->state == FeatureState::refused)) {
                 return Error{"unsupported", where, extension,
                              "the file requires an extension that Gonio does not read"};
             }
@@ -287,12 +276,6 @@ std::optional<Error> check_header(const Json& document) {
 }
 
 }  // namespace
-
-bool is_supported_extension(std::string_view name) {
-    return name == "KHR_lights_punctual" || name == "EXT_lights_ies" || name == "KHR_materials_emissive_strength" ||
-           name == "KHR_texture_transform" || name == "KHR_mesh_quantization" || name == "KHR_draco_mesh_compression" ||
-           name == "EXT_meshopt_compression";
-}
 
 std::size_t component_count(std::string_view type) {
     static constexpr std::array<std::pair<std::string_view, std::size_t>, 7> counts = {

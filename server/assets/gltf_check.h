@@ -21,9 +21,6 @@ std::optional<Error> check_json_size(std::string_view text);
 // Result: the first error with its JSON pointer and value ("unsupported", "bad_gltf", "out_of_bounds", "too_large").
 std::optional<Error> check_gltf(const nlohmann::json& document, bool has_binary_chunk);
 
-// True for the extensions that the importer honours.
-bool is_supported_extension(std::string_view name);
-
 // Components of an accessor's type, 1 for SCALAR to 16 for MAT4; 0 where there is no such type.
 std::size_t component_count(std::string_view type);
 

@@ -3,16 +3,20 @@
 #include <tiny_gltf.h>
 
 #include <algorithm>
+#include <array>
 #include <cerrno>
 #include <cstdint>
 #include <cstring>
 #include <fstream>
 #include <nlohmann/json.hpp>
 #include <optional>
+#include <set>
 
+#include "protocol/text/shortened_text.h"
 #include "server/assets/assets.h"
 #include "server/assets/gltf_check.h"
 #include "server/assets/gltf_expand.h"
+#include "server/assets/gltf_features.h"
 #include "server/assets/gltf_import.h"
 
 namespace gonio {
@@ -76,7 +80,9 @@ void prune(Json& value) {
         const auto extensions = value.find("extensions");
         if (extensions != value.end() && extensions->is_object()) {
             for (auto it = extensions->begin(); it != extensions->end();) {
-                it = is_supported_extension(it.key()) ? std::next(it) : extensions->erase(it);
+                const GltfFeature* const known = find_extension(it.key());
+                const bool read = known && known->state <= FeatureState::approximated;
+                it = read ? std::next(it) : extensions->erase(it);
             }
         }
     }
@@ -140,15 +146,25 @@ Result<std::vector<std::vector<std::byte>>> read_buffers(const Json& document, c
     return buffers;
 }
 
+// Those that say where they are used what was made of them, when they are.
+constexpr std::array kSaidWhereUsed = {"KHR_materials_unlit", "KHR_texture_basisu", "EXT_texture_avif",
+                                       "MSFT_texture_dds"};
+
 void note_unread(const Json& document, std::vector<std::string>& warnings) {
-    for (const Json& name : document.value("extensionsUsed", Json::array())) {
-        const std::string extension = name.get<std::string>();
-        if (!is_supported_extension(extension))
-            warnings.push_back("the extension " + extension + " is not supported and was ignored");
+    std::set<std::string> used;
+    for (const char* list : {"extensionsUsed", "extensionsRequired"}) {
+        for (const Json& name : document.value(list, Json::array())) used.insert(name.get<std::string>());
+    }
+    for (const std::string& extension : used) {
+        const GltfFeature* const known = find_extension(extension);
+        if (!known)
+            warnings.push_back("the extension " + shortened_text(extension, 80) + " is not known and was ignored");
+        else if (known->state != FeatureState::supported && std::ranges::count(kSaidWhereUsed, extension) == 0)
+            warnings.push_back(feature_warning(*known));
     }
     const auto has = [&](const char* list) { return document.contains(list) && !document[list].empty(); };
-    if (has("animations")) warnings.push_back("animations are not supported: nodes keep their rest pose");
-    if (has("skins")) warnings.push_back("skins are not supported: skinned meshes keep their rest shape");
+    if (has("animations")) warnings.push_back(feature_warning("animations"));
+    if (has("skins")) warnings.push_back(feature_warning("skins"));
 }
 
 }  // namespace

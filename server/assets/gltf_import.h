@@ -1,6 +1,7 @@
 // The parts of the glTF importer: each turns one kind of object of a checked document into the scene's own structs.
 #pragma once
 
+#include <array>
 #include <cstdint>
 #include <map>
 #include <memory>
@@ -9,8 +10,15 @@
 #include <utility>
 #include <vector>
 
+#include "server/assets/assets.h"
 #include "server/assets/gltf_document.h"
 #include "server/scene/scene.h"
+
+namespace tinygltf {
+struct Material;
+struct TextureInfo;
+class Node;
+}  // namespace tinygltf
 
 namespace gonio {
 
@@ -42,6 +50,7 @@ struct UvPlacement {
 struct GltfImport {
     const GltfDocument& document;
     SceneAsset& scene;
+    const LoadOptions& options;
     std::size_t room;                              // bytes that may still be taken (take_memory)
     std::vector<UvPlacement> uv_of_material;       // parallel to scene.materials
     std::map<std::pair<int, bool>, int> images;    // glTF image, Image::linear -> index into scene.images
@@ -51,7 +60,7 @@ struct GltfImport {
     std::map<std::pair<double, double>, std::shared_ptr<const Profile>> spots;  // by inner and outer cone, rad
     std::map<int, std::shared_ptr<const Profile>> ies_profiles;                 // by root light of EXT_lights_ies
     // Of the limits above. decoded: vertices that were read; vertices: those that were kept.
-    std::size_t texels = 0, decoded = 0, vertices = 0, indices = 0, triangles = 0;
+    std::size_t texels = 0, decoded = 0, vertices = 0, indices = 0, triangles = 0, instanced = 0;
 
     // Adds a warning once, at most kMaxWarnings in all.
     void warn(std::string sentence);
@@ -65,6 +74,21 @@ std::optional<Error> import_nodes(GltfImport& import);
 // Sets tangents from the texture coordinates; a vertex where the texture turns over becomes two.
 void derive_tangents(Mesh& mesh);
 
+// A material's base colour, as glTF's core or KHR_materials_pbrSpecularGlossiness has it.
+struct BaseColour {
+    std::array<double, 4> factor{1.0, 1.0, 1.0, 1.0};
+    int texture = -1;
+    UvPlacement uv;
+};
+BaseColour base_colour_of(const tinygltf::Material& material);
+UvPlacement placement_of(const tinygltf::TextureInfo& texture);
+// Makes a material that has its own colour whatever the light into what `unlit` says.
+void make_unlit(Material& material, Unlit unlit);
+
+// EXT_mesh_gpu_instancing. Result: of the node's instances, in its own space; the identity alone without the
+// extension. Errors: "bad_gltf", "out_of_bounds", "too_large".
+Result<std::vector<glm::dmat4>> instances_of(GltfImport& import, const tinygltf::Node& node, const std::string& where);
+
 // A node as its light sees it.
 struct LightNode {
     int index = 0;
@@ -74,9 +98,9 @@ struct LightNode {
 // Adds the light that the node carries, if any. Errors: "bad_profile", "missing_file", "bad_gltf", "too_large".
 std::optional<Error> import_node_light(GltfImport& import, const LightNode& node);
 
-// bytes: a whole PNG or JPEG file: 1 to 4 channels, palette, 8 or 16 bit. max_pixels: what the caller can still hold.
-// Result: RGBA, 8 bit, colour as encoded in the file (sRGB), alpha straight. where: place for errors.
-// Errors: "bad_image", "too_large".
+// bytes: a whole PNG, JPEG or WebP file: 1 to 4 channels, palette, 8 or 16 bit. max_pixels: what the caller can still
+// hold. Result: RGBA, 8 bit, colour as encoded in the file (sRGB), alpha straight. where: place for errors. Errors:
+// "bad_image", "too_large".
 Result<Image> decode_image(std::span<const std::byte> bytes, const std::string& where, std::size_t max_pixels);
 
 }  // namespace gonio

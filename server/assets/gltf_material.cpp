@@ -8,38 +8,13 @@
 #include <tuple>
 
 #include "server/assets/assets.h"
+#include "server/assets/gltf_features.h"
 #include "server/assets/gltf_import.h"
 
 namespace gonio {
 namespace {
 
 using tinygltf::Value;
-
-double number(const Value& object, const char* member, double fallback) {
-    return object.Has(member) ? object.Get(member).GetNumberAsDouble() : fallback;
-}
-
-glm::vec2 pair(const Value& object, const char* member, const glm::vec2& fallback) {
-    if (!object.Has(member)) return fallback;
-    const Value& value = object.Get(member);
-    return {static_cast<float>(value.Get(0).GetNumberAsDouble()), static_cast<float>(value.Get(1).GetNumberAsDouble())};
-}
-
-// KHR_texture_transform: uv' = T R S uv, rotation counter-clockwise about the texture's upper left corner.
-UvPlacement placement(const tinygltf::TextureInfo& texture) {
-    UvPlacement result;
-    result.set = texture.texCoord;
-    const auto found = texture.extensions.find("KHR_texture_transform");
-    if (found == texture.extensions.end()) return result;
-    const auto turn = static_cast<float>(number(found->second, "rotation", 0.0));
-    const glm::vec2 scale = pair(found->second, "scale", glm::vec2(1.0f));
-    const float c = std::cos(turn), s = std::sin(turn);
-    // Columns of R S, with R = [c s; -s c] (the extension's column-major matrix, v pointing down).
-    result.linear = glm::mat2(c * scale.x, -s * scale.x, s * scale.y, c * scale.y);
-    result.offset = pair(found->second, "offset", glm::vec2(0.0f));
-    result.set = static_cast<int>(number(found->second, "texCoord", result.set));
-    return result;
-}
 
 Result<Image> load_image(const GltfImport& import, int index) {
     const GltfDocument& document = import.document;
@@ -57,6 +32,23 @@ Result<Image> load_image(const GltfImport& import, int index) {
     Error error = image.error();
     if (error.value.empty()) error.value = shown_uri(source.uri);
     return error;
+}
+
+// Result: the texture's image, WebP before PNG and JPEG; -1 if it has none of them.
+int source_of(const tinygltf::Texture& texture) {
+    const auto webp = texture.extensions.find("EXT_texture_webp");
+    const bool named = webp != texture.extensions.end() && webp->second.Has("source");
+    return named ? webp->second.Get("source").GetNumberAsInt() : texture.source;
+}
+
+// The warning of a texture without such an image.
+std::string left_out(const tinygltf::Texture& texture, const std::string& where) {
+    for (const FeatureName feature :
+         {FeatureName("KHR_texture_basisu"), FeatureName("EXT_texture_avif"), FeatureName("MSFT_texture_dds")}) {
+        if (texture.extensions.count(std::string(feature.row().name)))
+            return feature_warning(feature, where, "the texture is left out");
+    }
+    return "a texture without an image was left out; changes lux (" + where + ")";
 }
 
 // image: becomes an index into scene.images, or -1 for a texture that names none. wrap_into: takes the sampler's modes.
@@ -81,16 +73,16 @@ std::optional<Error> import_texture(GltfImport& import, int texture_index, int& 
             }
         }
     }
-    if (texture.source < 0) {
-        import.warn("a texture without a PNG or JPEG source was left out (/textures/" + std::to_string(texture_index) +
-                    ")");
+    const int source = source_of(texture);
+    if (source < 0) {
+        import.warn(left_out(texture, "/textures/" + std::to_string(texture_index)));
         return std::nullopt;
     }
     const auto [known, is_new] =
-        import.images.emplace(std::pair(texture.source, linear), static_cast<int>(import.scene.images.size()));
+        import.images.emplace(std::pair(source, linear), static_cast<int>(import.scene.images.size()));
     image = known->second;
     if (!is_new) return std::nullopt;
-    auto loaded = load_image(import, texture.source);
+    auto loaded = load_image(import, source);
     if (!loaded) return loaded.error();
     const std::size_t texels = loaded->rgba.size() / 4;
     import.texels += texels;
@@ -102,14 +94,16 @@ std::optional<Error> import_texture(GltfImport& import, int texture_index, int& 
 Result<Material> convert(GltfImport& import, const tinygltf::Material& from, const std::string& where) {
     Material material;
     material.name = from.name;
-    const auto& factor = from.pbrMetallicRoughness.baseColorFactor;
+    const BaseColour base = base_colour_of(from);
     for (int c = 0; c < 4; ++c) {
-        if (factor[c] < 0.0 || factor[c] > 1.0)
+        if (base.factor[c] < 0.0 || base.factor[c] > 1.0)
             import.warn("a baseColorFactor outside 0..1 was clamped (" + where + ")");
-        material.base_color[c] = static_cast<float>(std::clamp(factor[c], 0.0, 1.0));
+        material.base_color[c] = static_cast<float>(std::clamp(base.factor[c], 0.0, 1.0));
     }
     const auto strength = from.extensions.find("KHR_materials_emissive_strength");
-    const double nits = strength == from.extensions.end() ? 1.0 : number(strength->second, "emissiveStrength", 1.0);
+    const double nits = strength == from.extensions.end() || !strength->second.Has("emissiveStrength")
+                            ? 1.0
+                            : strength->second.Get("emissiveStrength").GetNumberAsDouble();
     for (int c = 0; c < 3; ++c) {
         const double value = from.emissiveFactor[c] * nits;
         if (value < 0.0 || value > 1e12) {
@@ -127,23 +121,23 @@ Result<Material> convert(GltfImport& import, const tinygltf::Material& from, con
     }
     material.double_sided = from.doubleSided;
 
-    const auto &base = from.pbrMetallicRoughness.baseColorTexture, &emissive = from.emissiveTexture;
-    const bool has_base = base.index >= 0;
+    const auto& emissive = from.emissiveTexture;
+    const bool has_base = base.texture >= 0;
     tinygltf::TextureInfo normal;
     normal.index = from.normalTexture.index;
     normal.texCoord = from.normalTexture.texCoord;
     normal.extensions = from.normalTexture.extensions;
     const bool first_is_normal = !has_base && emissive.index < 0;
-    const UvPlacement uv = placement(has_base ? base : first_is_normal ? normal : emissive);
+    const UvPlacement uv = has_base ? base.uv : placement_of(first_is_normal ? normal : emissive);
     import.uv_of_material.push_back(uv);
     if (has_base) {
-        if (auto error = import_texture(import, base.index, material.base_color_image, &material)) return *error;
+        if (auto error = import_texture(import, base.texture, material.base_color_image, &material)) return *error;
     }
     if (emissive.index >= 0) {
         if (auto error =
                 import_texture(import, emissive.index, material.emissive_image, has_base ? nullptr : &material))
             return *error;
-        if (has_base && uv != placement(emissive))
+        if (has_base && uv != placement_of(emissive))
             import.warn("the emissive texture uses the base colour's texture coordinates (" + where + ")");
     }
     if (normal.index >= 0) {
@@ -151,8 +145,15 @@ Result<Material> convert(GltfImport& import, const tinygltf::Material& from, con
                                         first_is_normal ? &material : nullptr, true))
             return *error;
         material.normal_scale = static_cast<float>(from.normalTexture.scale);
-        if (uv != placement(normal))
+        if (uv != placement_of(normal))
             import.warn("the normal texture uses another texture's coordinates (" + where + ")");
+    }
+    if (from.extensions.count("KHR_materials_unlit")) {
+        const bool emits = import.options.unlit == Unlit::emission;
+        import.warn(feature_warning("KHR_materials_unlit", "",
+                                    emits ? "the base colour is emitted, 80 cd/m² at white (--unlit emission)"
+                                          : "the base colour is reflectance (--unlit albedo)"));
+        make_unlit(material, import.options.unlit);
     }
     return material;
 }

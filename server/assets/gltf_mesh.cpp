@@ -9,6 +9,7 @@
 #include <string>
 
 #include "server/assets/assets.h"
+#include "server/assets/gltf_features.h"
 #include "server/assets/gltf_import.h"
 #include "server/assets/mesh_builder.h"
 
@@ -239,11 +240,11 @@ std::optional<Error> import_primitive(GltfImport& import, const tinygltf::Primit
         return Error{"bad_gltf", where + "/mode", std::to_string(primitive.mode), "there is no such primitive mode"};
     }
     if (primitive.mode < TINYGLTF_MODE_TRIANGLES) {
-        import.warn("points and lines are not supported and were left out (" + where + ")");
+        import.warn(feature_warning("points and lines", where));
         return std::nullopt;
     }
     if (!primitive.targets.empty()) {
-        import.warn("morph targets are not supported: the base shape is used (" + where + ")");
+        import.warn(feature_warning("morph targets", where));
     }
     if (!primitive.attributes.count("POSITION")) {
         import.warn("a primitive without positions was left out (" + where + ")");

@@ -8,6 +8,7 @@
 #include <string>
 
 #include "server/assets/assets.h"
+#include "server/assets/gltf_features.h"
 #include "server/assets/gltf_import.h"
 #include "server/assets/mesh_builder.h"
 
@@ -71,16 +72,43 @@ glm::dquat orientation(const glm::dmat3& axes) {
     return glm::normalize(glm::quat_cast(glm::dmat3(x, glm::cross(z, x), z)));
 }
 
-// The default scene, else the first; a file without scenes shows all nodes that have no parent.
+// Those of the listed nodes that no other one of them shows, each once.
+std::vector<int> shown_once(GltfImport& import, const std::vector<int>& listed, const std::vector<bool>& child) {
+    const auto& nodes = import.document.model->nodes;
+    std::vector<bool> shown(nodes.size());
+    bool repeats = false;
+    std::vector<int> open;
+    for (const int root : listed) {
+        repeats |= child[root];
+        open.insert(open.end(), nodes[root].children.begin(), nodes[root].children.end());
+    }
+    while (!open.empty()) {
+        const int index = open.back();
+        open.pop_back();
+        if (shown[index]) continue;
+        shown[index] = true;
+        open.insert(open.end(), nodes[index].children.begin(), nodes[index].children.end());
+    }
+    std::vector<int> result;
+    for (const int root : listed) {
+        if (!shown[root]) result.push_back(root);
+        repeats |= shown[root];
+        shown[root] = true;
+    }
+    if (repeats) import.warn(feature_warning("root nodes that are children"));
+    return result;
+}
+
+// The default scene's, else the first's; a file without scenes shows all nodes that have no parent.
 std::vector<int> roots(GltfImport& import) {
     const tinygltf::Model& model = *import.document.model;
-    if (!model.scenes.empty()) {
-        if (model.defaultScene < 0 && model.scenes.size() > 1) import.warn("several scenes: the first is shown");
-        return model.scenes[std::max(model.defaultScene, 0)].nodes;
-    }
     std::vector<bool> child(model.nodes.size());
     for (const auto& node : model.nodes) {
         for (const int index : node.children) child[index] = true;
+    }
+    if (!model.scenes.empty()) {
+        if (model.defaultScene < 0 && model.scenes.size() > 1) import.warn("several scenes: the first is shown");
+        return shown_once(import, model.scenes[std::max(model.defaultScene, 0)].nodes, child);
     }
     std::vector<int> result;
     for (std::size_t i = 0; i < child.size(); ++i) {
@@ -104,7 +132,6 @@ int mirrored(GltfImport& import, int mesh) {
 
 std::optional<Error> add_meshes(GltfImport& import, const tinygltf::Node& node, const glm::dmat4& world,
                                 const std::string& where) {
-    if (node.mesh < 0) return std::nullopt;
     const glm::dmat3 axes(world);
     const double volume = glm::dot(axes[0], glm::cross(axes[1], axes[2]));
     const double size = glm::length(axes[0]) * glm::length(axes[1]) * glm::length(axes[2]);
@@ -127,12 +154,25 @@ std::optional<Error> add_meshes(GltfImport& import, const tinygltf::Node& node, 
     return std::nullopt;
 }
 
+std::optional<Error> add_instances(GltfImport& import, const tinygltf::Node& node, const glm::dmat4& world,
+                                   const std::string& where) {
+    if (node.mesh < 0) return std::nullopt;
+    const auto instances = instances_of(import, node, where);
+    if (!instances) return instances.error();
+    for (const glm::dmat4& node_from_instance : *instances) {
+        const glm::dmat4 placed = world * node_from_instance;
+        if (!is_finite(placed)) return Error{"bad_gltf", where, node.name, "an instance's place is too far"};
+        if (auto error = add_meshes(import, node, placed, where)) return error;
+    }
+    return std::nullopt;
+}
+
 void add_camera(GltfImport& import, const tinygltf::Node& node, const glm::dvec3& eye, const glm::dquat& turn,
                 const std::string& where) {
     if (node.camera < 0) return;
     const auto& camera = import.document.model->cameras[node.camera];
     if (camera.type != "perspective") {
-        import.warn("orthographic cameras are not supported (" + where + ")");
+        import.warn(feature_warning("orthographic cameras", where));
         return;
     }
     if ((turn * glm::dvec3(0.0, 1.0, 0.0)).y < std::abs((turn * glm::dvec3(1.0, 0.0, 0.0)).y)) {
@@ -184,7 +224,7 @@ std::optional<Error> import_nodes(GltfImport& import) {
         if (!local) return local.error();
         const glm::dmat4 world = visit.world_from_parent * local->matrix;
         if (!is_finite(world)) return Error{"bad_gltf", where, node.name, "the node's place is not finite or too far"};
-        if (auto error = add_meshes(import, node, world, where)) return error;
+        if (auto error = add_instances(import, node, world, where)) return error;
         const glm::dquat turn = orientation(glm::dmat3(visit.world_from_parent) * local->axes);
         add_camera(import, node, glm::dvec3(world[3]), turn, where);
         if (auto error = import_node_light(import, {visit.node, glm::dvec3(world[3]), turn})) return error;

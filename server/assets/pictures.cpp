@@ -1,8 +1,11 @@
-// Images of glTF files, and captured pictures, <-> EXR, PNG and JPEG bytes, by OpenImageIO.
+// Images of glTF files, and captured pictures, <-> EXR, PNG and JPEG bytes, by OpenImageIO; WebP by libwebp, because
+// OpenImageIO's reader multiplies colours by alpha in 8 bit.
 #include <OpenImageIO/filesystem.h>
 #include <OpenImageIO/imageio.h>
+#include <webp/decode.h>
 
 #include <algorithm>
+#include <optional>
 #include <string_view>
 
 #include "server/assets/assets.h"
@@ -32,6 +35,55 @@ Result<std::vector<std::byte>> encode(const std::string& format, const OIIO::Ima
     }
     const auto* first = reinterpret_cast<const std::byte*>(bytes.data());
     return std::vector<std::byte>(first, first + bytes.size());
+}
+
+// Result: why an image of this size is refused, if it is.
+std::optional<Error> check_size(int width_px, int height_px, std::size_t max_pixels, const std::string& where) {
+    const std::string size = std::to_string(width_px) + "x" + std::to_string(height_px);
+    if (width_px <= 0 || height_px <= 0) return Error{"bad_image", where, size, "the image has no pixels"};
+    if (width_px > kMaxImagePx || height_px > kMaxImagePx ||
+        static_cast<std::size_t>(width_px) * static_cast<std::size_t>(height_px) > max_pixels)
+        return Error{"too_large", where, size, "the image, or all images together, are too large"};
+    return std::nullopt;
+}
+
+struct Size {
+    int width_px = 0, height_px = 0;
+};
+
+// The size that a JPEG's frame header says (ITU-T T.81, B.2.2); none where there is no such header before a scan.
+// OpenImageIO's reader allocates all coefficients of a progressive one when it opens it.
+std::optional<Size> jpeg_size(std::span<const std::byte> bytes) {
+    const auto byte = [&](std::size_t at) { return std::to_integer<int>(bytes[at]); };
+    for (std::size_t at = 2; at + 9 <= bytes.size();) {
+        const int marker = byte(at + 1);
+        if (byte(at) != 0xFF || marker == 0xFF) {  // libjpeg leaves out what is no marker
+            ++at;
+            continue;
+        }
+        if (marker == 0xDA || marker == 0xD9) return std::nullopt;
+        const bool frame = marker >= 0xC0 && marker <= 0xCF && marker != 0xC4 && marker != 0xC8 && marker != 0xCC;
+        if (frame) return Size{byte(at + 7) << 8 | byte(at + 8), byte(at + 5) << 8 | byte(at + 6)};
+        const bool alone = marker == 0x01 || (marker >= 0xD0 && marker <= 0xD8);
+        at += alone ? 2u : 2u + static_cast<std::size_t>(byte(at + 2) << 8 | byte(at + 3));
+    }
+    return std::nullopt;
+}
+
+Result<Image> decode_webp(std::span<const std::byte> bytes, const std::string& where, std::size_t max_pixels) {
+    const auto* const from = reinterpret_cast<const std::uint8_t*>(bytes.data());
+    WebPBitstreamFeatures features;
+    if (WebPGetFeatures(from, bytes.size(), &features) != VP8_STATUS_OK || features.has_animation)
+        return Error{"bad_image", where, "", "the image is not a still WebP picture"};
+    if (auto error = check_size(features.width, features.height, max_pixels, where)) return *error;
+    Image image;
+    image.width_px = features.width;
+    image.height_px = features.height;
+    image.rgba.resize(std::size_t{4} * static_cast<std::size_t>(features.width) *
+                      static_cast<std::size_t>(features.height));
+    if (!WebPDecodeRGBAInto(from, bytes.size(), image.rgba.data(), image.rgba.size(), 4 * features.width))
+        return Error{"bad_image", where, "", "the WebP image is damaged"};
+    return image;
 }
 
 }  // namespace
@@ -79,10 +131,15 @@ Result<FloatPicture> read_picture(const std::string& path) {
 }
 
 Result<Image> decode_image(std::span<const std::byte> bytes, const std::string& where, std::size_t max_pixels) {
-    const std::string_view head(reinterpret_cast<const char*>(bytes.data()), std::min<std::size_t>(bytes.size(), 8));
+    const std::string_view head(reinterpret_cast<const char*>(bytes.data()), std::min<std::size_t>(bytes.size(), 12));
+    if (head.substr(0, 4) == "RIFF" && head.size() == 12 && head.substr(8) == "WEBP")
+        return decode_webp(bytes, where, max_pixels);
     // The two formats of glTF 2.0 (3.8.4 "Images"), told apart by content: no other reader ever sees these bytes.
     const bool png = head.substr(0, 4) == "\x89PNG", jpeg = head.substr(0, 3) == "\xff\xd8\xff";
-    if (!png && !jpeg) return Error{"bad_image", where, "", "the image is neither PNG nor JPEG"};
+    if (!png && !jpeg) return Error{"bad_image", where, "", "the image is neither PNG nor JPEG nor WebP"};
+    if (const auto said = jpeg ? jpeg_size(bytes) : std::nullopt) {
+        if (auto error = check_size(said->width_px, said->height_px, max_pixels, where)) return *error;
+    }
     OIIO::Filesystem::IOMemReader source(const_cast<std::byte*>(bytes.data()), bytes.size());
     OIIO::ImageSpec config;
     config.attribute("oiio:UnassociatedAlpha", 1);
@@ -94,13 +151,10 @@ Result<Image> decode_image(std::span<const std::byte> bytes, const std::string& 
         return Error{"bad_image", where, "", "the image cannot be decoded: " + input->geterror()};
     }
     const std::string size = std::to_string(spec.width) + "x" + std::to_string(spec.height);
-    if (spec.width <= 0 || spec.height <= 0 || spec.nchannels < 1 || spec.nchannels > 4) {
-        return Error{"bad_image", where, size, "the image has no pixels or an odd number of channels"};
-    }
+    if (spec.nchannels < 1 || spec.nchannels > 4)
+        return Error{"bad_image", where, size, "the image has an odd number of channels"};
+    if (auto error = check_size(spec.width, spec.height, max_pixels, where)) return *error;
     const std::size_t pixels = spec.image_pixels();
-    if (spec.width > kMaxImagePx || spec.height > kMaxImagePx || pixels > max_pixels) {
-        return Error{"too_large", where, size, "the image, or all images together, are too large"};
-    }
     const auto channels = static_cast<std::size_t>(spec.nchannels);
     std::vector<std::uint8_t> read(pixels * channels);
     if (!input->read_image(0, 0, 0, spec.nchannels, OIIO::TypeUInt8, read.data())) {

@@ -26,7 +26,7 @@ Result<Loaded> read_files(const v1::Command& command, const SceneAccess& access)
         const std::string& file = command.load_scene().file();
         const auto path = scene_path(access, file);
         if (!path) return path.error();
-        auto asset = load_scene(*path, file, access.max_albedo, memory_room(access.max_memory), access.show_backs);
+        auto asset = load_scene(*path, file, access.load, memory_room(access.max_memory));
         if (!asset) return asset.error();
         loaded.asset = *asset;
         loaded.traced = std::make_shared<const trace::Geometry>(loaded.asset);

@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "ies/core/result.h"
+#include "server/assets/assets.h"
 
 namespace gonio {
 
@@ -13,9 +14,8 @@ struct SceneAccess {
     std::vector<std::string>
         roots;                   // folders: files below them, links followed; relative names are sought in them first
     std::string upload_folder;   // of "upload:NAME"; empty: there are no uploads
-    double max_albedo = 0.95;    // as of load_scene
+    LoadOptions load;            // of load_scene
     std::size_t max_memory = 0;  // of the process, bytes, as of memory_room; 0: no bound of its own
-    bool show_backs = false;     // as of load_scene
 };
 
 // file: as of load_scene. Result: what to open: the name of a built-in scene as it is, else a path.

@@ -44,7 +44,7 @@ TEST_F(AssetsGltf, ReflectancesAreBounded) {
         {"pbrMetallicRoughness": {"baseColorFactor": [0.9, 0.3, 0.2, 1]}}])");
     document["meshes"][0]["primitives"][0]["material"] = 0;
     const std::string path = write("white.gltf", document.dump());
-    const auto usual = load_scene(path), dark = load_scene(path, "", 0.5);
+    const auto usual = load_scene(path), dark = load_scene(path, "", {.max_albedo = 0.5});
     ASSERT_TRUE(usual && dark);
     EXPECT_EQ((*usual)->materials[0].base_color, glm::vec4(0.95f, 0.3f, 0.9f, 0.99f));
     EXPECT_EQ((*usual)->warnings.size(), 1u);

@@ -1,0 +1,67 @@
+#include "server/assets/gltf_features.h"
+
+#include <span>
+
+#include "server/assets/assets.h"
+
+namespace gonio {
+namespace {
+
+constexpr const char* kIntroduction = R"(# What is made of glTF
+
+`goniod --print-gltf` prints this page, from the table that the importer itself goes by (`server/assets/gltf_features.h`). *Lux*: light
+differs from what glTF says. Warnings of a load name the row, what was made of it, and where.
+
+An extension that is not here is ignored where it is optional, with a warning, and refused where a file requires it. Whatever a file
+says of its size is bounded before memory is taken.
+)";
+
+std::string_view word_of(FeatureState state) {
+    switch (state) {
+        case FeatureState::supported:
+            return "supported";
+        case FeatureState::approximated:
+            return "approximated";
+        case FeatureState::ignored:
+            return "ignored";
+        case FeatureState::refused:
+            return "refused";
+    }
+    return "";
+}
+
+void print(std::string& text, std::string_view title, std::string_view column, bool code,
+           std::span<const GltfFeature> rows) {
+    const std::string_view mark = code ? "`" : "";
+    text.append("\n## ").append(title).append("\n\n| ").append(column).append(
+        " | state | lux | how |\n|---|---|---|---|\n");
+    for (const GltfFeature& row : rows) {
+        text.append("| ").append(mark).append(row.name).append(mark).append(" | ").append(word_of(row.state));
+        text.append(row.changes_lux ? " | changes | " : " | | ").append(row.how).append(" |\n");
+    }
+}
+
+}  // namespace
+
+const GltfFeature* find_extension(std::string_view name) {
+    const auto found = std::find_if(kGltfExtensions.begin(), kGltfExtensions.end(),
+                                    [&](const GltfFeature& row) { return row.name == name; });
+    return found == kGltfExtensions.end() ? nullptr : &*found;
+}
+
+std::string feature_warning(const GltfFeature& feature, std::string_view where, std::string_view how) {
+    std::string sentence(feature.name);
+    sentence.append(": ").append(how.empty() ? feature.how : how);
+    if (feature.changes_lux) sentence += "; changes lux";
+    if (!where.empty()) sentence.append(" (").append(where).append(")");
+    return sentence;
+}
+
+std::string gltf_features_text() {
+    std::string text = kIntroduction;
+    print(text, "Core features", "feature", false, kGltfCore);
+    print(text, "Extensions", "extension", true, kGltfExtensions);
+    return text;
+}
+
+}  // namespace gonio

@@ -1,0 +1,68 @@
+// EXT_mesh_gpu_instancing: a node's mesh at many places.
+#include <tiny_gltf.h>
+
+#include <glm/gtc/quaternion.hpp>
+#include <string>
+
+#include "server/assets/gltf_import.h"
+
+namespace gonio {
+namespace {
+
+constexpr const char* kExtension = "EXT_mesh_gpu_instancing";
+constexpr std::size_t kBytesOfPlace = 256;  // a matrix and what it is read from
+
+}  // namespace
+
+Result<std::vector<glm::dmat4>> instances_of(GltfImport& import, const tinygltf::Node& node, const std::string& where) {
+    const auto found = node.extensions.find(kExtension);
+    if (found == node.extensions.end()) return std::vector<glm::dmat4>{glm::dmat4(1.0)};
+    const std::string place = where + "/extensions/" + kExtension + "/attributes";
+    const tinygltf::Value& attributes = found->second.Get("attributes");
+    std::vector<glm::dmat4> result;
+    bool counted = false;
+    // Values of an attribute, none where the node has none of it. The first one says how many instances there are.
+    const auto read = [&](const char* name, std::size_t components) -> Result<std::vector<float>> {
+        if (!attributes.Has(name)) return std::vector<float>{};
+        const std::string here = place + "/" + name;
+        const int accessor = attributes.Get(name).GetNumberAsInt();
+        const std::size_t count = accessor_count(import.document, accessor);
+        if (accessor_components(import.document, accessor) != components)
+            return Error{"bad_gltf", here, std::to_string(accessor),
+                         "the accessor's type does not suit this attribute"};
+        if (counted && count != result.size())
+            return Error{"bad_gltf", here, std::to_string(count), "the node's attributes have not the same count"};
+        if (!counted) {
+            import.instanced += count;
+            if (import.instanced > kMaxSceneInstances)
+                return Error{"too_large", here, std::to_string(count), "the scene has too many instances"};
+            if (auto full = take_memory(import.room, count, kBytesOfPlace, here)) return *full;
+            result.assign(count, glm::dmat4(1.0));
+            counted = true;
+        }
+        return read_floats(import.document, accessor);
+    };
+    const auto moves = read("TRANSLATION", 3);
+    if (!moves) return moves.error();
+    const auto turns = read("ROTATION", 4);
+    if (!turns) return turns.error();
+    const auto scales = read("SCALE", 3);
+    if (!scales) return scales.error();
+    for (std::size_t i = 0; i < result.size(); ++i) {
+        if (!turns->empty()) {
+            const float* const q = &(*turns)[4 * i];
+            const glm::dquat turn(static_cast<double>(q[3]), static_cast<double>(q[0]), static_cast<double>(q[1]),
+                                  static_cast<double>(q[2]));
+            if (!(glm::length(turn) > 1e-6))
+                return Error{"bad_gltf", place + "/ROTATION", std::to_string(i), "the quaternion has no length"};
+            result[i] = glm::dmat4(glm::mat3_cast(glm::normalize(turn)));
+        }
+        for (int c = 0; c < 3; ++c) {
+            if (!scales->empty()) result[i][c] *= static_cast<double>((*scales)[3 * i + c]);
+            if (!moves->empty()) result[i][3][c] = static_cast<double>((*moves)[3 * i + c]);
+        }
+    }
+    return result;
+}
+
+}  // namespace gonio
