@@ -36,6 +36,8 @@ struct Spot {
     float depth = 0.0f;                      // along the view axis, m
 };
 Spot spot_at(const GBuffer& gbuffer, int x, int y);
+// Result: the normal that direct light has there, of normal maps where the scene has some.
+glm::vec3 lit_normal_at(const GBuffer& gbuffer, int x, int y);
 
 // Points on a picture's surfaces in rows, with a border all around, so that windows need no edges; and some beside
 // them.

@@ -113,9 +113,11 @@ void sample_shadow_edges(const GBuffer& gbuffer, const trace::Geometry& geometry
             const std::size_t count = std::min(kSimdWidth, row.size() - first);
             alignas(64) float values[6][kSimdWidth] = {}, arrives[kSimdWidth];
             for (std::size_t i = 0; i < count; ++i) {
+                const Candidate& pixel = row[first + i];
+                const glm::vec3 normal = lit_normal_at(gbuffer, pixel.x, pixel.y);
                 for (int k = 0; k < 3; ++k) {
-                    values[k][i] = row[first + i].spot.position[k];
-                    values[k + 3][i] = row[first + i].spot.normal[k];
+                    values[k][i] = pixel.spot.position[k];
+                    values[k + 3][i] = normal[k];
                 }
             }
             direct_points(luminaire, points_at(values, 0), kSimdWidth, arrives);

@@ -44,9 +44,9 @@ struct CaptureRequest {
     bool denoise = false;
     unsigned samples_per_pixel = kSamplesPerPixel;  // of edges; 1: pixels are what their centres show
 };
-// Errors: "invalid_argument" (view, format, size of 1 to 4096 a side, bounces, noise, seconds, samples), "unsupported"
-// (quality; what the quality does not have of view, bounces, noise, seconds, openings, denoising and samples; denoising
-// of other views).
+// Errors: "invalid_argument" (view, format, size of 1 to 4096 a side, bounces, noise, seconds, samples). "unsupported"
+// (quality; view, bounces, noise, seconds, openings, denoising or samples that it does not have; denoising of other
+// views).
 Result<CaptureRequest> check_capture(const Scene& scene, const v1::CaptureQuery& query);
 
 }  // namespace gonio

@@ -108,9 +108,9 @@ bool final_gather_left(const PassContext& context, std::span<LightGpu* const> li
 bool continue_first_bounce(const PassContext& context, const Light& light, LightGpu& gpu,
                            const std::function<bool()>& interrupted);
 bool first_bounce_left(const PassContext& context, const LightGpu& gpu);
-// Pixels of several surfaces (server/lighting/antialias.h): of a capture; of the live picture while nothing moves,
-// until they can be shown (result: true), or `interrupted`, asked after each sample, says so. samples_per_pixel says of
-// how many samples; 1: none are wanted, nor where the CPU does not draw the scene.
+// Pixels of several surfaces (server/lighting/antialias.h), of samples_per_pixel samples. Of one sample there are none,
+// nor where the CPU does not draw the scene. Of a capture at once. Of the live picture while nothing moves, until they
+// can be shown (result: true), or `interrupted`, asked after each sample, says so.
 PassRun run_antialias(const PassContext& context, ScreenLight& screen);
 bool continue_antialias(const PassContext& context, ScreenLight& screen, const std::function<bool()>& interrupted);
 bool finds_edges(const PassContext& context);
