@@ -32,6 +32,11 @@ std::optional<Error> take_memory(std::size_t& room, std::size_t count, std::size
 
 namespace {
 
+// Of what a material covers so much reflects; a clear pane reflects nothing.
+float reflecting_share(const Material& material) {
+    return material.transmission_image >= 0 ? 1.0f : 1.0f - material.transmission;
+}
+
 void bound_albedo(GltfImport& import, double most) {
     const auto white = static_cast<float>(most);
     // The sRGB curve of IEC 61966-2-1.
@@ -47,11 +52,12 @@ void bound_albedo(GltfImport& import, double most) {
     // A white factor is usual beside vertex colours: then these are bounded.
     for (Mesh& mesh : import.scene.meshes) {
         const Material& material = import.scene.materials[mesh.material];
+        const float reflects = reflecting_share(material);
         if (uncolored[mesh.material] || material.base_color_image >= 0) continue;
         for (glm::u16vec4& color : mesh.colors) {
             for (int k = 0; k < 3; ++k) {
                 const auto greatest = static_cast<std::uint16_t>(
-                    std::min(65535.0f, 65535.0f * white / std::max(material.base_color[k], 1e-6f)));
+                    std::min(65535.0f, 65535.0f * white / std::max(reflects * material.base_color[k], 1e-6f)));
                 if (color[k] > greatest) color[k] = greatest, exceeding[mesh.material] = true;
             }
         }
@@ -63,8 +69,9 @@ void bound_albedo(GltfImport& import, double most) {
         bool exceeds = exceeding[i];
         if (material.base_color_image < 0 && uncolored[i]) {
             for (int k = 0; k < 3; ++k) {
-                exceeds |= material.base_color[k] > white;
-                material.base_color[k] = std::min(material.base_color[k], white);
+                if (!(reflecting_share(material) * material.base_color[k] > white)) continue;
+                exceeds = true;
+                material.base_color[k] = white;
             }
         } else if (material.base_color_image >= 0) {  // factor and vertex colours only darken
             const int image = material.base_color_image;
@@ -97,7 +104,7 @@ Result<std::shared_ptr<SceneAsset>> load_gltf(const std::string& path, const std
         scene->name = shortened_text(name, 4096);
         GltfImport import{*document, *scene, options, room};
         for (const std::string& warning : document->warnings) import.warn(warning);
-        for (const auto step : {import_materials, import_meshes, import_nodes}) {
+        for (const auto step : {import_materials, import_meshes, settle_blending, import_nodes}) {
             if (auto error = step(import)) return *error;
         }
         bound_albedo(import, options.max_albedo);

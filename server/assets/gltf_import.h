@@ -70,6 +70,8 @@ struct GltfImport {
 // Each fills its part of the scene. Result: nothing, or the error of load_scene.
 std::optional<Error> import_materials(GltfImport& import);
 std::optional<Error> import_meshes(GltfImport& import);
+// After the meshes: materials whose alpha is 1 everywhere do not blend, which would cost time.
+std::optional<Error> settle_blending(GltfImport& import);
 std::optional<Error> import_nodes(GltfImport& import);
 // Sets tangents from the texture coordinates; a vertex where the texture turns over becomes two.
 void derive_tangents(Mesh& mesh);

@@ -91,6 +91,38 @@ std::optional<Error> import_texture(GltfImport& import, int texture_index, int& 
     return take_memory(import.room, texels, kBytesOfTexel, "/images");
 }
 
+// Result: of KHR_materials_transmission, index -1: none.
+tinygltf::TextureInfo transmission_texture(const tinygltf::Material& from) {
+    tinygltf::TextureInfo texture;
+    const auto found = from.extensions.find("KHR_materials_transmission");
+    if (found == from.extensions.end() || !found->second.Has("transmissionTexture")) return texture;
+    const Value& value = found->second.Get("transmissionTexture");
+    texture.index = static_cast<int>(number(value, "index", -1.0));
+    texture.texCoord = static_cast<int>(number(value, "texCoord", 0.0));
+    return texture;
+}
+
+// first: no other texture of the material has wrap modes. Result: nothing, or the error of load_scene.
+std::optional<Error> import_transmission(GltfImport& import, const tinygltf::Material& from, bool first,
+                                         const std::string& where, Material& material) {
+    const auto found = from.extensions.find("KHR_materials_transmission");
+    if (found == from.extensions.end()) return std::nullopt;
+    const double factor = number(found->second, "transmissionFactor", 0.0);
+    if (factor < 0.0 || factor > 1.0) import.warn("a transmissionFactor outside 0..1 was clamped (" + where + ")");
+    material.transmission = static_cast<float>(std::clamp(factor, 0.0, 1.0));
+    if (!(material.transmission > 0.0f)) return std::nullopt;
+    import.warn("light passes glass straight on: it is neither refracted nor reflected there (" + where + ")");
+    const glm::vec4& color = material.base_color;
+    if (color.r != color.g || color.g != color.b || material.base_color_image >= 0)
+        import.warn(
+            "coloured glass dims lux in the live picture by its luminance; direct light of meters, what is seen "
+            "through it and the reference have its colour (" +
+            where + ")");
+    const tinygltf::TextureInfo texture = transmission_texture(from);
+    if (texture.index < 0) return std::nullopt;
+    return import_texture(import, texture.index, material.transmission_image, first ? &material : nullptr, true);
+}
+
 Result<Material> convert(GltfImport& import, const tinygltf::Material& from, const std::string& where) {
     Material material;
     material.name = from.name;
@@ -112,10 +144,11 @@ Result<Material> convert(GltfImport& import, const tinygltf::Material& from, con
         }
         material.emissive_nit[c] = static_cast<float>(value);
     }
-    if (from.alphaMode == "MASK" || from.alphaMode == "BLEND") {
+    if (from.alphaMode == "MASK") {
         material.alpha_mask = true;
-        material.alpha_cutoff = static_cast<float>(from.alphaMode == "MASK" ? from.alphaCutoff : 0.5);
-        if (from.alphaMode == "BLEND") import.warn("alpha blending is treated as a mask (" + where + ")");
+        material.alpha_cutoff = static_cast<float>(from.alphaCutoff);
+    } else if (from.alphaMode == "BLEND") {
+        material.alpha_blend = true;
     } else if (from.alphaMode != "OPAQUE") {
         return Error{"bad_gltf", where + "/alphaMode", from.alphaMode, "there is no such alpha mode"};
     }
@@ -127,8 +160,13 @@ Result<Material> convert(GltfImport& import, const tinygltf::Material& from, con
     normal.index = from.normalTexture.index;
     normal.texCoord = from.normalTexture.texCoord;
     normal.extensions = from.normalTexture.extensions;
-    const bool first_is_normal = !has_base && emissive.index < 0;
-    const UvPlacement uv = has_base ? base.uv : placement_of(first_is_normal ? normal : emissive);
+    const tinygltf::TextureInfo pane = transmission_texture(from);
+    const bool first_is_normal = !has_base && emissive.index < 0 && normal.index >= 0,
+               first_is_pane = !has_base && emissive.index < 0 && normal.index < 0;
+    const UvPlacement uv = has_base ? base.uv
+                                    : placement_of(first_is_normal ? normal
+                                                   : first_is_pane ? pane
+                                                                   : emissive);
     import.uv_of_material.push_back(uv);
     if (has_base) {
         if (auto error = import_texture(import, base.texture, material.base_color_image, &material)) return *error;
@@ -148,6 +186,9 @@ Result<Material> convert(GltfImport& import, const tinygltf::Material& from, con
         if (uv != placement_of(normal))
             import.warn("the normal texture uses another texture's coordinates (" + where + ")");
     }
+    if (auto error = import_transmission(import, from, first_is_pane, where, material)) return *error;
+    if (pane.index >= 0 && uv != placement_of(pane))
+        import.warn("the transmission texture uses another texture's coordinates (" + where + ")");
     if (from.extensions.count("KHR_materials_unlit")) {
         const bool emits = import.options.unlit == Unlit::emission;
         import.warn(feature_warning("KHR_materials_unlit", "",
@@ -158,7 +199,31 @@ Result<Material> convert(GltfImport& import, const tinygltf::Material& from, con
     return material;
 }
 
+bool covers_all(const Image& image) {
+    for (std::size_t i = 3; i < image.rgba.size(); i += 4) {
+        if (image.rgba[i] != 255) return false;
+    }
+    return true;
+}
+
 }  // namespace
+
+std::optional<Error> settle_blending(GltfImport& import) {
+    SceneAsset& scene = import.scene;
+    std::vector<bool> sheer(scene.materials.size());  // by vertex colours
+    for (const Mesh& mesh : scene.meshes) {
+        if (!scene.materials[mesh.material].alpha_blend) continue;
+        for (const glm::u16vec4& color : mesh.colors) sheer[mesh.material] = sheer[mesh.material] || color.a != 65535;
+    }
+    for (std::size_t i = 0; i < scene.materials.size(); ++i) {
+        Material& material = scene.materials[i];
+        const bool textured = material.alpha_blend && material.base_color_image >= 0;
+        if (material.base_color.a == 1.0f && !sheer[i] &&
+            !(textured && !covers_all(scene.images[material.base_color_image])))
+            material.alpha_blend = false;
+    }
+    return std::nullopt;
+}
 
 std::optional<Error> import_materials(GltfImport& import) {
     const auto& materials = import.document.model->materials;

@@ -191,6 +191,12 @@ inline constexpr auto kGltfRules = std::to_array<GltfRule>({
     {"/materials/*/extensions/KHR_materials_pbrSpecularGlossiness/diffuseTexture/extensions/KHR_texture_transform/"
      "texCoord",
      RuleKind::size},
+    {"/materials/*/extensions/KHR_materials_transmission", RuleKind::object},
+    {"/materials/*/extensions/KHR_materials_transmission/transmissionFactor", RuleKind::number},
+    {"/materials/*/extensions/KHR_materials_transmission/transmissionTexture", RuleKind::object},
+    {"/materials/*/extensions/KHR_materials_transmission/transmissionTexture/index", RuleKind::index, true,
+     "/textures"},
+    {"/materials/*/extensions/KHR_materials_transmission/transmissionTexture/texCoord", RuleKind::size},
     {"/cameras", RuleKind::objects},
     {"/cameras/*/type", RuleKind::text, true},
     {"/cameras/*/perspective", RuleKind::object},

@@ -128,7 +128,9 @@ bool add_edge_sample(const Clusters& clusters, const MaterialTable& materials, b
     drawn.rays = gbuffer.rays;
     drawn.rays.corner += offset.x * gbuffer.rays.right + offset.y * gbuffer.rays.up;
     drawn.depth_per_pixel = gbuffer.depth_per_pixel;
-    draw_gbuffer(clusters, materials, emissive, drawn, samples.raster, pool);
+    constexpr unsigned kPaneSamples = 16;  // of pass_threshold
+    draw_gbuffer(clusters, materials, emissive, drawn, samples.raster, pool,
+                 static_cast<int>(samples.done * kPaneSamples / n));
     samples.rows.resize(static_cast<std::size_t>(gbuffer.height));
     const std::array<Offset, 8> around = neighbours(offset);
     pool.run(gbuffer.height, [&](int y) {

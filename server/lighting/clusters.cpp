@@ -70,7 +70,7 @@ void add_instance(Clusters& result, std::span<const glm::vec3> positions, const 
         cluster.vertices = static_cast<std::uint16_t>(piece.vertex_count);
         cluster.triangles = static_cast<std::uint16_t>(piece.triangle_count);
         cluster.one_sided = material.culled_back();
-        cluster.alpha_mask = material.alpha_mask;
+        cluster.alpha_mask = material.alpha_mask || material.transmissive();
         cluster.centre = {bounds.center[0], bounds.center[1], bounds.center[2]};
         cluster.radius = bounds.radius;
         if (bounds.cone_cutoff < 1.0f) {  // else the normals have no cone

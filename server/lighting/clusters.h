@@ -22,7 +22,7 @@ struct Cluster {
     std::uint32_t first_triangle = 0;  // into Clusters::triangles
     std::uint16_t vertices = 0, triangles = 0;
     bool one_sided = true;     // its backs are not seen
-    bool alpha_mask = false;   // its texture has holes
+    bool alpha_mask = false;   // its texture has holes, or it is transmissive
     glm::vec3 centre{0.0f};    // of a sphere around it, local, m
     float radius = 0.0f;       // m
     glm::vec3 axis{0.0f};      // of a cone around its normals

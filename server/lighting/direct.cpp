@@ -252,7 +252,7 @@ void direct_points(const DirectLight& light, const Points& points, std::size_t c
 }
 
 unsigned unhidden(const trace::Geometry& geometry, const DirectLight& light, const GBuffer& gbuffer,
-                  const Points& points, const float* depth, unsigned active) {
+                  const Points& points, const float* depth, unsigned active, float* passed) {
     // They start this share of a pixel's width off its surface: depth and normals are those of pixels, not exact.
     constexpr float kOffPerPixel = 0.02f;
     const float off_m = 4.0f * geometry.step_off(light.position), per_depth = kOffPerPixel * gbuffer.depth_per_pixel;
@@ -263,7 +263,14 @@ unsigned unhidden(const trace::Geometry& geometry, const DirectLight& light, con
                              points.z[i] + off * points.nz[i]);
         rays.set(i, from, light.position - from, 1.0f - 1e-5f);  // one mounted on a surface is not hidden by it
     }
-    return active & ~geometry.occluded(rays, active, true);
+    const unsigned seen = active & ~geometry.occluded(rays, active, true);
+    if (geometry.transmissive()) {
+        glm::vec3 rgb[trace::kPacket];
+        std::fill_n(rgb, trace::kPacket, glm::vec3(1.0f));
+        geometry.transmittance(rays, seen, rgb);
+        for (int i = 0; i < trace::kPacket; ++i) passed[i] = trace::luminous(rgb[i]);
+    }
+    return seen;
 }
 
 namespace {
@@ -330,12 +337,14 @@ struct GridPart {
     }
 };
 
-// The lattice's values of a part's points.
-void ask_grid(const GridPart& part, const GBuffer& gbuffer, const trace::Geometry& geometry,
+// The lattice's values of a part's points. number: of the part.
+void ask_grid(const GridPart& part, std::size_t number, const GBuffer& gbuffer, const trace::Geometry& geometry,
               std::span<const DirectLight> lights, bool sparse, Lattice& lattice) {
     const std::uint64_t beams = beams_at(lights, part.least, part.greatest);
     sparse = sparse && part.even();
     for (std::size_t k = 0; k < lights.size(); ++k) {
+        std::uint8_t& through = lattice.through[k][number];
+        through = 0;
         bool all_seen = false, all_hidden = false;  // so say the points asked first
         for (std::size_t p = 0; p < 4; ++p) {
             const std::size_t first = p * trace::kPacket;
@@ -349,13 +358,17 @@ void ask_grid(const GridPart& part, const GBuffer& gbuffer, const trace::Geometr
             }
             unsigned seen = all_seen ? lit : 0u;
             if (lit != 0 && !all_seen && !all_hidden) {
-                seen = unhidden(geometry, lights[k], gbuffer, points_at(part.points, first), part.depth + first, lit);
+                float passed[trace::kPacket];
+                std::fill_n(passed, trace::kPacket, 1.0f);
+                seen = unhidden(geometry, lights[k], gbuffer, points_at(part.points, first), part.depth + first, lit,
+                                passed);
+                if (std::any_of(passed, passed + trace::kPacket, [](float share) { return share < 1.0f; })) through = 1;
             }
             if (p == 0 && sparse && lit == active) all_seen = seen == lit, all_hidden = seen == 0;
             for (std::size_t i = 0; i < trace::kPacket; ++i) {
                 const float value = std::max(ratio[i], kNoLight);
                 const bool dark = ratio[i] <= 0.0f && (active >> i & 1u) != 0;
-                lattice[k][part.at[first + i]] = (seen >> i & 1u) != 0 || dark ? value : -value;
+                lattice.ratio[k][part.at[first + i]] = (seen >> i & 1u) != 0 || dark ? value : -value;
             }
         }
     }
@@ -372,11 +385,15 @@ void ask_pixels(Tile& tile, std::size_t asking, const GBuffer& gbuffer, const tr
             for (std::size_t v = 0; v < 6; ++v) values[v][i] = tile.points[v][pixel];
             values[6][i] = tile.depth[pixel];
         }
-        const unsigned seen = unhidden(geometry, light, gbuffer, points_at(values, 0), values[6], (1u << count) - 1u);
+        float passed[trace::kPacket];
+        std::fill_n(passed, trace::kPacket, 1.0f);
+        const unsigned seen =
+            unhidden(geometry, light, gbuffer, points_at(values, 0), values[6], (1u << count) - 1u, passed);
         for (std::size_t i = 0; i < count; ++i) {
             if ((seen >> i & 1u) == 0) continue;
             for (std::size_t k = 0; k < planes; ++k)
-                tile.light[k][tile.asking[first + i]] += light.weight[static_cast<int>(k)] * tile.relative[first + i];
+                tile.light[k][tile.asking[first + i]] +=
+                    light.weight[static_cast<int>(k)] * tile.relative[first + i] * passed[i];
         }
     }
 }
@@ -392,16 +409,31 @@ void direct_light(const GBuffer& gbuffer, const ScreenGrid& screen, const trace:
     const int tiles_x = static_cast<int>(gbuffer.row_length) / kTileColumns,
               tiles_y = (gbuffer.height + kTileRows - 1) / kTileRows;
     const bool many = lights.size() > kDense;
+    // Whether light passes transmissive surfaces in a part of the grid that a tile's pixels have points in.
+    const auto passes_at = [&](const std::vector<std::uint8_t>& through, int first_x, int first_y) {
+        constexpr int kPixels = GridPart::kSide * kStep;
+        const auto part_of = [](int pixel, int count) { return std::clamp(pixel / kPixels, 0, count - 1); };
+        for (int y = part_of(first_y - kStep, down); y <= part_of(first_y + kTileRows + kStep, down); ++y) {
+            for (int x = part_of(first_x - kStep, across); x <= part_of(first_x + kTileColumns + kStep, across);
+                 ++x) {
+                if (through[static_cast<std::size_t>(y * across + x)] != 0) return true;
+            }
+        }
+        return false;
+    };
     for (std::size_t first = 0; first == 0 || first < lights.size(); first += kMostAtOnce) {
         const auto some = lights.subspan(first, std::min(kMostAtOnce, lights.size() - first));
         if (!every_pixel) {
-            lattice.resize(std::max(lattice.size(), some.size()));
-            for (std::vector<float>& plane : lattice) plane.resize(grid.first_spare() + kSimdWidth);
+            lattice.ratio.resize(std::max(lattice.ratio.size(), some.size()));
+            lattice.through.resize(lattice.ratio.size());
+            for (std::vector<float>& plane : lattice.ratio) plane.resize(grid.first_spare() + kSimdWidth);
+            for (auto& parts : lattice.through) parts.resize(static_cast<std::size_t>(across * down));
             pool.run(across * down, [&](int job) {
                 const GridPart part(grid, job % across * GridPart::kSide, job / across * GridPart::kSide);
-                ask_grid(part, gbuffer, geometry, some, many, lattice);
+                ask_grid(part, static_cast<std::size_t>(job), gbuffer, geometry, some, many, lattice);
             });
-            pool.run(static_cast<int>(some.size()), [&](int k) { grid.extend(lattice[static_cast<std::size_t>(k)]); });
+            pool.run(static_cast<int>(some.size()),
+                     [&](int k) { grid.extend(lattice.ratio[static_cast<std::size_t>(k)]); });
         }
         pool.run(tiles_x * tiles_y, [&](int job) {
             static thread_local Tile tile;
@@ -411,8 +443,9 @@ void direct_light(const GBuffer& gbuffer, const ScreenGrid& screen, const trace:
                 const std::uint64_t beams = beams_at(some, tile.least, tile.greatest);
                 for (std::size_t k = 0; k < some.size(); ++k) {
                     if ((beams >> k & 1u) == 0) continue;
+                    const bool each = every_pixel || passes_at(lattice.through[k], tile.first_x, tile.first_y);
                     const std::size_t asking = HWY_DYNAMIC_DISPATCH(LightTile)(
-                        tile, some[k], every_pixel ? nullptr : lattice[k].data() + grid.at(0, 0), grid.stride, !many,
+                        tile, some[k], each ? nullptr : lattice.ratio[k].data() + grid.at(0, 0), grid.stride, !many,
                         out.size());
                     ask_pixels(tile, asking, gbuffer, geometry, some[k], out.size());
                 }

@@ -27,17 +27,22 @@ void direct_points(const DirectLight& light, const Points& points, std::size_t c
                    float* ratio = nullptr);
 
 // Sixteen shadow rays to a luminaire, of the points in `active` (bit i: point i), which a picture shows. depth: along
-// the view axis, m. Result: bits of those that nothing stops. Any thread.
+// the view axis, m. Result: bits of those that nothing stops. passed: where the scene has transmissive surfaces: what
+// they let pass, by luminance. Any thread.
 unsigned unhidden(const trace::Geometry& geometry, const DirectLight& light, const GBuffer& gbuffer,
-                  const Points& points, const float* depth, unsigned active);
+                  const Points& points, const float* depth, unsigned active, float* passed);
 
-// Scratch of direct_light: per luminaire I / I_peak at every point of ScreenGrid::grid, negative where it is hidden.
-using Lattice = Planes;
+// Scratch of direct_light.
+struct Lattice {
+    Planes ratio;  // per luminaire I / I_peak at every point of ScreenGrid::grid, negative where it is hidden
+    // Per luminaire and part of the grid: whether its light passes transmissive surfaces there.
+    std::vector<std::vector<std::uint8_t>> through;
+};
 // out: 1 or 3 planes, surfaces.row_length floats a row: the sum of all luminaires' light × weight. A shadow ray goes to
 // each luminaire from every point of the grid. Of more than four luminaires, it goes from every other point first. A
-// pixel whose points agree takes their answer. The others send their own ray, so a shadow narrower than the grid may be
-// lost. With every_pixel, a ray goes from each pixel that light could reach. What is lit, by what, and where the sum
-// and the scratch are: eight parameters. Render thread.
+// pixel whose points agree takes their answer, where no light passes a transmissive surface. The others send their own
+// ray, so a shadow narrower than the grid may be lost. With every_pixel, a ray goes from each pixel that light could
+// reach. What is lit, by what, and where the sum and the scratch are: eight parameters. Render thread.
 void direct_light(const GBuffer& gbuffer, const ScreenGrid& screen, const trace::Geometry& geometry,
                   std::span<const DirectLight> lights, bool every_pixel, Planes& out, Lattice& lattice, Pool& pool);
 

@@ -26,7 +26,7 @@ struct MaterialTable {
         float uv_per_m;  // texture sides per metre of surface
     };
     std::vector<TriangleUv> uv;  // like triangles; empty if the scene has no images
-    struct VertexColors {       // 24 bytes: of a triangle's corners, Mesh::colors
+    struct VertexColors {        // 24 bytes: of a triangle's corners, Mesh::colors
         glm::u16vec4 corner[3];
     };
     std::vector<VertexColors> colors;  // like triangles; empty if the scene has none

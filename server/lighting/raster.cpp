@@ -5,9 +5,12 @@
 #include <algorithm>
 #include <cmath>
 #include <functional>
+#include <glm/gtc/packing.hpp>
+#include <optional>
 #include <span>
 
 #include "server/lighting/screen.h"
+#include "shaders/lib/as_cpp.h"
 
 #undef HWY_TARGET_INCLUDE
 #define HWY_TARGET_INCLUDE "server/lighting/raster.cpp"
@@ -36,9 +39,12 @@ struct Strip {
     std::uint32_t* detail;  // null: the scene has no normal maps
     std::uint16_t* albedo;
     float* emission;  // null: not wanted
+    int pane_sample;
 };
-// Whether a triangle's alpha mask is open where its corners 1 and 2 have these weights.
-bool is_hole(const MaterialTable& material_table, std::uint32_t triangle, float corner1, float corner2);
+// Whether a triangle is not seen where its corners 1 and 2 have these weights: its alpha mask is open, or it is seen
+// through.
+bool is_hole(const MaterialTable& material_table, std::uint32_t triangle, float corner1, float corner2,
+             int pane_sample);
 }  // namespace gonio::lighting
 #endif
 
@@ -130,8 +136,8 @@ void RasterTriangle(const MaterialTable& material_table, const Setup& s, std::ui
                 store(e1, w1), store(e2, w2), store(d, sum);
                 hn::Store(hn::IfThenElseZero(shown, hn::Set(tag, 1.0f)), tag, open);
                 for (int i = 0; i < simd_lanes; ++i) {
-                    if (open[i] != 0.0f &&
-                        is_hole(material_table, s.triangle & ~Setup::kAlphaMask, w1[i] / sum[i], w2[i] / sum[i]))
+                    if (open[i] != 0.0f && is_hole(material_table, s.triangle & ~Setup::kAlphaMask, w1[i] / sum[i],
+                                                   w2[i] / sum[i], strip.pane_sample))
                         open[i] = 0.0f;
                 }
                 shown = hn::Gt(hn::Load(tag, open), hn::Zero(tag));
@@ -382,7 +388,11 @@ bool set_up(const OnScreen& screen, const std::array<std::uint8_t, 3>& corner, b
 
 }  // namespace
 
-bool is_hole(const MaterialTable& material_table, std::uint32_t triangle, float corner1, float corner2) {
+namespace {
+
+// A triangle's base colour, its texture's at full detail, and where it lies on it.
+glm::vec4 base_color_at(const MaterialTable& material_table, std::uint32_t triangle, float corner1, float corner2,
+                        glm::vec2& at) {
     const Material& material = material_table.asset->materials[material_table.triangles[triangle].material];
     glm::vec4 color = material.base_color;
     if (!material_table.colors.empty()) {
@@ -391,15 +401,77 @@ bool is_hole(const MaterialTable& material_table, std::uint32_t triangle, float 
                   corner2 * glm::vec4(own[2])) /
                  65535.0f;
     }
-    if (material.base_color_image < 0) return color.a < material.alpha_cutoff;
+    if (material_table.uv.empty()) return color;
     const glm::vec2* uv = material_table.uv[triangle].uv;
-    return trace::textured(*material_table.asset, material, color, material.base_color_image,
-                           (1.0f - corner1 - corner2) * uv[0] + corner1 * uv[1] + corner2 * uv[2])
-               .a < material.alpha_cutoff;
+    at = (1.0f - corner1 - corner2) * uv[0] + corner1 * uv[1] + corner2 * uv[2];
+    return trace::textured(*material_table.asset, material, color, material.base_color_image, at);
+}
+
+// Result: how a triangle lets light pass; nothing in a hole of its mask.
+std::optional<trace::Transparency> transparency_at(const MaterialTable& material_table, std::uint32_t triangle,
+                                                   float corner1, float corner2) {
+    const Material& material = material_table.asset->materials[material_table.triangles[triangle].material];
+    glm::vec2 uv(0.0f);
+    const glm::vec4 color = base_color_at(material_table, triangle, corner1, corner2, uv);
+    if (material.alpha_mask && color.a < material.alpha_cutoff) return std::nullopt;
+    if (!material.transmissive()) return trace::Transparency{};
+    return trace::transparency_of(*material_table.asset, material, color, uv);
+}
+
+// What lies before the nearest surfaces of a strip's pixels, and is seen through, tints them.
+struct Tints {
+    std::vector<glm::vec3> tint;  // by pixel; empty: none
+    std::vector<float> depth;     // of the last one: two triangles that meet there count once
+
+    void take(const MaterialTable& material_table, const Setup& s, const Strip& strip) {
+        const std::uint32_t triangle = s.triangle & ~Setup::kAlphaMask;
+        const auto count = static_cast<std::size_t>(strip.rows * strip.row_length);
+        const int low = std::max<int>(s.y0, strip.first_row),
+                  high = std::min<int>(s.y1, strip.first_row + strip.rows - 1);
+        for (int y = low; y <= high; ++y) {
+            for (int x = s.x0; x <= s.x1; ++x) {
+                const auto dx = static_cast<float>(x - s.x0), dy = static_cast<float>(y - s.y0);
+                const auto at = [&](const float* plane) { return plane[0] * dx + plane[1] * dy + plane[2]; };
+                const float e[3] = {at(s.edge[0]), at(s.edge[1]), at(s.edge[2])}, d = at(s.depth);
+                const auto pixel = static_cast<std::size_t>((y - strip.first_row) * strip.row_length + x);
+                if (!(std::min({e[0], e[1], e[2]}) >= 0.0f && d > strip.depth[pixel] && d < 1.0f)) continue;
+                const auto pane = transparency_at(material_table, triangle, e[1] / d, e[2] / d);
+                if (!pane || pane->tint == glm::vec3(1.0f)) continue;
+                if (tint.empty()) tint.assign(count, glm::vec3(1.0f)), depth.assign(count, 0.0f);
+                constexpr float kSame = 2e-6f;
+                if (std::abs(depth[pixel] - d) <= kSame * d) continue;
+                depth[pixel] = d;
+                tint[pixel] *= pane->tint;
+            }
+        }
+    }
+    // To the strip's colours.
+    void give(const Strip& strip) const {
+        for (std::size_t pixel = 0; pixel < tint.size(); ++pixel) {
+            for (std::size_t k = 0; k < 3; ++k) {
+                std::uint16_t& albedo = strip.albedo[4 * pixel + k];
+                albedo = glm::packHalf1x16(glm::unpackHalf1x16(albedo) * tint[pixel][static_cast<int>(k)]);
+                if (strip.emission != nullptr) strip.emission[4 * pixel + k] *= tint[pixel][static_cast<int>(k)];
+            }
+        }
+    }
+};
+
+bool any_pane(const MaterialTable& material_table) {
+    return std::any_of(material_table.asset->materials.begin(), material_table.asset->materials.end(),
+                       [](const Material& material) { return material.transmissive(); });
+}
+
+}  // namespace
+
+bool is_hole(const MaterialTable& material_table, std::uint32_t triangle, float corner1, float corner2,
+             int pane_sample) {
+    const auto pane = transparency_at(material_table, triangle, corner1, corner2);
+    return !pane || glsl::pass_threshold(triangle, pane_sample) < pane->share;
 }
 
 unsigned draw_gbuffer(const Clusters& clusters, const MaterialTable& material_table, bool emissive, GBuffer& gbuffer,
-                      Raster& raster, Pool& pool) {
+                      Raster& raster, Pool& pool, int pane_sample) {
     const Rays& rays = gbuffer.rays;  // one frame, step by step: cut up it would pass eight locals around
     const int width = gbuffer.width, height = gbuffer.height;
     const std::size_t pixels = gbuffer.row_length * static_cast<std::size_t>(height);
@@ -444,6 +516,7 @@ unsigned draw_gbuffer(const Clusters& clusters, const MaterialTable& material_ta
         }
         return drawn;
     };
+    const bool panes = any_pane(material_table);
     const unsigned drawn =
         pool.reduce_chunks(clusters.clusters.size(), kClustersPerChunk, 0u, set_up_some, std::plus<>());
     pool.run(static_cast<int>(strips), [&](int job) {
@@ -457,7 +530,8 @@ unsigned draw_gbuffer(const Clusters& clusters, const MaterialTable& material_ta
                           gbuffer.normal.data() + at,
                           gbuffer.detail.empty() ? nullptr : gbuffer.detail.data() + at,
                           raster.albedo.data() + 4 * at,
-                          emissive ? raster.emission.data() + 4 * at : nullptr};
+                          emissive ? raster.emission.data() + 4 * at : nullptr,
+                          pane_sample};
         const auto count = static_cast<std::size_t>(strip.rows * strip.row_length);
         std::fill_n(strip.depth, count, 0.0f);
         std::fill_n(strip.nearest, count, 0u);
@@ -472,6 +546,15 @@ unsigned draw_gbuffer(const Clusters& clusters, const MaterialTable& material_ta
             std::fill(strip.nearest + y * strip.row_length + width, strip.nearest + (y + 1) * strip.row_length, 0u);
         }
         HWY_DYNAMIC_DISPATCH(ShadeStrip)(material_table, raster.setups.get(), strip, rays, gbuffer.depth_per_pixel);
+        if (!panes) return;
+        Tints tints;
+        for (std::size_t chunk = 0; chunk < chunks; ++chunk) {
+            for (const std::uint32_t place : raster.bins[chunk * strips + static_cast<std::size_t>(job)]) {
+                if ((raster.setups[place].triangle & Setup::kAlphaMask) != 0)
+                    tints.take(material_table, raster.setups[place], strip);
+            }
+        }
+        tints.give(strip);
     });
     return drawn;
 }

@@ -22,7 +22,7 @@ struct alignas(64) Setup {
     float depth[3];
     float turn;  // −1: its back is seen
     std::int16_t x0, y0, x1, y1;
-    std::uint32_t triangle;  // of the scene, and kAlphaMask
+    std::uint32_t triangle;  // of the scene, and kAlphaMask: some of it is not seen
     static constexpr std::uint32_t kAlphaMask = 1u << 31;
 };
 
@@ -39,9 +39,10 @@ struct Raster {
 };
 
 // Fills depth and normals of `surfaces` (whose size and rays are set) and the raster's albedo and, if `emissive`,
-// emission. Backs of one-sided surfaces are left out, holes of alpha masks too. Result: clusters that were drawn.
-// Render thread.
+// emission. Backs of one-sided surfaces are left out, holes of alpha masks too. What is seen through transmissive
+// surfaces is tinted by them. pane_sample: which of sixteen samples this is to them (pass_threshold), -1: the only one.
+// Result: clusters that were drawn. Seven parameters: a scene's and a picture's. Render thread.
 unsigned draw_gbuffer(const Clusters& clusters, const MaterialTable& material_table, bool emissive, GBuffer& gbuffer,
-                      Raster& raster, Pool& pool);
+                      Raster& raster, Pool& pool, int pane_sample = -1);
 
 }  // namespace gonio::lighting

@@ -1,7 +1,6 @@
 #include "server/lighting/shadow_edges.h"
 
 #include <algorithm>
-#include <bit>
 #include <cmath>
 
 #include "server/lighting/antialias.h"
@@ -64,7 +63,8 @@ std::vector<Candidate> candidates_of(const GBuffer& gbuffer, const Edges& edges,
     return found;
 }
 
-// Result: the share of a pixel's samples that see the luminaire.
+// Result: the share of a pixel's samples that see the luminaire, less what transmissive surfaces keep; negative: none
+// of them shows what the centre does.
 float seen_share(const GBuffer& gbuffer, const trace::Geometry& geometry, const DirectLight& luminaire, unsigned n,
                  const Candidate& pixel) {
     const Rays& rays = gbuffer.rays;
@@ -72,14 +72,17 @@ float seen_share(const GBuffer& gbuffer, const trace::Geometry& geometry, const 
     const glm::vec3 ray =
         rays.corner + static_cast<float>(pixel.x) * rays.right + static_cast<float>(pixel.y) * rays.up;
     const float facing = glm::dot(spot.normal, ray);
-    unsigned seen = 0, all = 0;
+    float seen = 0.0f;
+    int all = 0;
     alignas(64) float values[6][trace::kPacket] = {}, depth[trace::kPacket] = {};
     int waiting = 0;
     const auto send = [&] {
-        const unsigned active = (1u << waiting) - 1u;
-        seen += static_cast<unsigned>(
-            std::popcount(unhidden(geometry, luminaire, gbuffer, points_at(values, 0), depth, active)));
-        all += static_cast<unsigned>(waiting);
+        float passed[trace::kPacket];
+        std::fill_n(passed, trace::kPacket, 1.0f);
+        const unsigned open =
+            unhidden(geometry, luminaire, gbuffer, points_at(values, 0), depth, (1u << waiting) - 1u, passed);
+        for (int i = 0; i < waiting; ++i) seen += (open >> i & 1u) != 0 ? passed[i] : 0.0f;
+        all += waiting;
         waiting = 0;
     };
     for (unsigned i = 0; i < n; ++i) {
@@ -97,7 +100,7 @@ float seen_share(const GBuffer& gbuffer, const trace::Geometry& geometry, const 
         if (++waiting == trace::kPacket) send();
     }
     if (waiting > 0) send();
-    return all > 0 ? static_cast<float>(seen) / static_cast<float>(all) : -1.0f;
+    return all > 0 ? seen / static_cast<float>(all) : -1.0f;
 }
 
 }  // namespace

@@ -42,6 +42,7 @@ void take_flux(const VplRays& rays, const transport::Transport::Surface& surface
     using transport::kNeighbours;
     struct End {
         const std::uint16_t* around = nullptr;  // kNeighbours surfels; null: nothing is met
+        float covered = 1.0f;                   // how often a ray that comes there ends there
         float weights[kNeighbours];
     };
     std::vector<End> ends(rays.rays.size());
@@ -55,6 +56,11 @@ void take_flux(const VplRays& rays, const transport::Transport::Surface& surface
             if (ids[i] == surfels.count) continue;
             End& end = ends[first + i];
             end.around = surfels.neighbours[ids[i]].data();
+            if (surface.geometry->transmissive())
+                end.covered = 1.0f - surface.geometry
+                                         ->transparency_at(static_cast<int>(hits.instance[i]),
+                                                           static_cast<int>(hits.triangle[i]), hits.u[i], hits.v[i])
+                                         .share;
             transport::weigh(surfels, end.around, fan.rays.at(static_cast<int>(i), hits.distance[i]),
                              surfels.normal(ids[i]), end.weights);
         }
@@ -66,7 +72,7 @@ void take_flux(const VplRays& rays, const transport::Transport::Surface& surface
     std::vector<float> taken(surfels.count, 0.0f), landed(surfels.count, 0.0f);
     for (std::size_t i = 0; i < ends.size(); ++i) {
         if (ends[i].around == nullptr) continue;
-        const float flux = rays.rays[i].flux_lm_per_cd * right * unit_m2;
+        const float flux = rays.rays[i].flux_lm_per_cd * right * unit_m2 / ends[i].covered;
         for (std::size_t k = 0; k < kNeighbours; ++k) {
             const std::size_t id = ends[i].around[k];
             if (id == surfels.count || !(surfels.area_m2[id] > 0.0f)) continue;
@@ -87,7 +93,7 @@ void direct_at_points(const Points& points, std::span<const glm::vec3> geometric
     // A luminaire on a surface does not light what it is mounted on, nor is it hidden by it.
     constexpr float kStart = 1e-5f;
     direct_points(light, points, (geometric.size() + kSimdWidth - 1) / kSimdWidth * kSimdWidth, out);
-    const auto take = [&](std::size_t i, bool hidden) { out[i] = hidden ? 0.0f : out[i]; };
+    const auto take = [&](std::size_t i, const glm::vec3& passed) { out[i] *= trace::luminous(passed); };
     trace::ShadowRays<std::size_t, decltype(take)> rays(geometry, take);
     for (std::size_t i = 0; i < geometric.size(); ++i) {
         if (!(out[i] > 0.0f)) continue;

@@ -52,7 +52,7 @@ std::vector<Vpl> cast(const VplRays& rays, const trace::Geometry& geometry, cons
             if ((met >> i & 1u) == 0) continue;
             const trace::SurfaceHit& hit = hits[i];
             vpls[static_cast<std::size_t>(packet * trace::kPacket + i)] = {
-                hit.position, hit.normal, hit.albedo * (ray[i].flux_lm_per_cd / std::numbers::pi_v<float>)};
+                hit.position, hit.normal, hit.tint * hit.albedo * (ray[i].flux_lm_per_cd / std::numbers::pi_v<float>)};
         }
     });
     return vpls;
@@ -62,7 +62,7 @@ glm::vec3 from_vpls(const trace::Geometry& geometry, std::span<const Vpl> vpls, 
                     const glm::vec3& normal, const glm::vec3& geometric, float surfel_radius_m) {
     const glm::vec3 from = point + geometric * (4.0f * geometry.step_off(point));
     glm::vec3 sum(0.0f);
-    const auto add = [&](const glm::vec3& light, bool hidden) { sum += hidden ? glm::vec3(0.0f) : light; };
+    const auto add = [&](const glm::vec3& light, const glm::vec3& passed) { sum += light * passed; };
     trace::ShadowRays<glm::vec3, decltype(add)> rays(geometry, add);
     for (const Vpl& vpl : vpls) {
         const glm::vec3 d = vpl.position - point;

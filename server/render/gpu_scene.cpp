@@ -69,6 +69,7 @@ GpuScene::GpuScene(std::shared_ptr<const SceneAsset> asset) : asset_(std::move(a
         groups_[i].colored = !mesh.colors.empty();
         groups_[i].mapped = !mesh.tangents.empty();
         detailed_ |= groups_[i].mapped;
+        transmissive_ |= asset_->materials[mesh.material].transmissive();
         vertices += mesh.vertices.size();
         indices += mesh.indices.size();
     }
@@ -169,32 +170,68 @@ const GpuScene::Uploaded& GpuScene::uploaded() const {
     return *uploaded_;
 }
 
-// Sets program, textures and culling for one mesh.
-void GpuScene::use_material(Mode mode, Programs& programs, const DrawGroup& group,
-                            const glm::mat4& clip_from_local) const {
-    const bool cells = mode == Mode::gbuffer_cells, cube = mode != Mode::gbuffer && !cells;
+namespace {
+
+constexpr GLuint kMostBuffers = 5;  // of a G-buffer: normal, albedo and what else there is
+
+// From now on what is drawn before the G-buffer's surfaces is multiplied into their albedo, and into the emission where
+// the program writes it.
+void begin_tints(bool emissive) {
+    glDepthMask(GL_FALSE);
+    for (GLuint buffer = 0; buffer < kMostBuffers; ++buffer) {
+        const bool color = buffer == 1 || (buffer == 2 && emissive);
+        glColorMaski(buffer, color, color, color, GL_FALSE);
+    }
+    for (const GLuint buffer : {1u, 2u}) {
+        glEnablei(GL_BLEND, buffer);
+        glBlendFunci(buffer, GL_ZERO, GL_SRC_COLOR);
+    }
+}
+void end_tints() {
+    for (const GLuint buffer : {1u, 2u}) glDisablei(GL_BLEND, buffer);
+    for (GLuint buffer = 0; buffer < kMostBuffers; ++buffer) glColorMaski(buffer, GL_TRUE, GL_TRUE, GL_TRUE, GL_TRUE);
+    glDepthMask(GL_TRUE);
+}
+
+bool is_cube(GpuScene::Mode mode) {
+    return mode >= GpuScene::Mode::shadow;
+}
+
+}  // namespace
+
+// Sets program, textures and culling for one mesh. One list of what a material has: cut up it would pass the program
+// and its defines around.
+void GpuScene::use_material(Mode mode, Programs& programs, const DrawGroup& group, const glm::mat4& clip_from_local,
+                            int pane_sample) const {
+    const bool cells = mode == Mode::gbuffer_cells, cube = is_cube(mode), tint = mode == Mode::tint;
     const Uploaded& own = uploaded();
     const Material& material = asset_->materials[group.material];
     gl::Defines defines;
     if (cube) defines.emplace_back("CUBE", "1");
     if (material.alpha_mask) defines.emplace_back("MASKED", "1");
-    const bool textured = material.base_color_image >= 0 && (mode != Mode::shadow || material.alpha_mask);
+    const bool pane = material.transmissive(), transmission_textured = pane && material.transmission_image >= 0,
+               cut = material.alpha_mask || pane;
+    if (pane) defines.emplace_back("TRANSMISSIVE", "1");
+    if (transmission_textured) defines.emplace_back("TRANSMISSION_TEXTURED", "1");
+    const bool textured = material.base_color_image >= 0 && (mode != Mode::shadow || cut);
     if (textured) defines.emplace_back("TEXTURED", "1");
-    if (group.colored && (mode != Mode::shadow || material.alpha_mask)) defines.emplace_back("VERTEX_COLORS", "1");
+    if (group.colored && (mode != Mode::shadow || cut)) defines.emplace_back("VERTEX_COLORS", "1");
     std::string_view fragment = "passes/gbuffer.frag";
     if (mode == Mode::shadow) {
-        fragment = material.alpha_mask ? "passes/shadow.frag" : "";
+        fragment = cut ? "passes/shadow.frag" : "";
     } else if (cube) {
         fragment = "passes/rsm.frag";
         if (mode == Mode::rsm_seed) defines.emplace_back("SEED", "1");
     } else if (emissive_) {
         defines.emplace_back("EMISSIVE", "1");
-        if (material.emissive_image >= 0) defines.emplace_back("EMISSIVE_TEXTURED", "1");
-        if (material.show_back && !material.double_sided) defines.emplace_back("DARK_BACK", "1");
+        if (!tint && material.emissive_image >= 0) defines.emplace_back("EMISSIVE_TEXTURED", "1");
+        if (!tint && material.show_back && !material.double_sided) defines.emplace_back("DARK_BACK", "1");
     }
     if (cells) defines.emplace_back("CELLS", emissive_ ? "3" : "2");
-    const bool mapped = !cube && group.mapped;
-    if (!cube && detailed_) defines.emplace_back("DETAIL", std::to_string(2 + (emissive_ ? 1 : 0) + (cells ? 1 : 0)));
+    if (tint) fragment = "passes/tint.frag";
+    const bool mapped = !cube && !tint && group.mapped;
+    if (!cube && !tint && detailed_)
+        defines.emplace_back("DETAIL", std::to_string(2 + (emissive_ ? 1 : 0) + (cells ? 1 : 0)));
     if (mapped) defines.emplace_back("NORMAL_MAP", "1");
     const GLuint program = programs.get("passes/mesh.vert", fragment, defines);
     glUseProgram(program);
@@ -205,7 +242,9 @@ void GpuScene::use_material(Mode mode, Programs& programs, const DrawGroup& grou
     if (!fragment.empty()) {
         glProgramUniform4fv(program, 2, 1, &material.base_color[0]);
         if (material.alpha_mask) glProgramUniform1f(program, 4, material.alpha_cutoff);
-        if (!cube && emissive_) glProgramUniform3fv(program, 3, 1, &material.emissive_nit[0]);
+        if (!cube && !tint && emissive_) glProgramUniform3fv(program, 3, 1, &material.emissive_nit[0]);
+        if (pane) glProgramUniform2f(program, 7, material.transmission, material.alpha_blend ? 1.0f : 0.0f);
+        if (pane) glProgramUniform1i(program, 8, pane_sample);
         if (mapped) glProgramUniform1f(program, 5, material.normal_scale);
         if (cells) glProgramUniform2ui(program, 6, group.first_index, static_cast<GLuint>(group.base_vertex));
     }
@@ -214,9 +253,13 @@ void GpuScene::use_material(Mode mode, Programs& programs, const DrawGroup& grou
         glBindTextureUnit(0, own.images[material.base_color_image].id());
         glBindSampler(0, sampler);
     }
-    if (!cube && material.emissive_image >= 0) {
+    if (!cube && !tint && material.emissive_image >= 0) {
         glBindTextureUnit(1, own.images[material.emissive_image].id());
         glBindSampler(1, sampler);
+    }
+    if (transmission_textured) {
+        glBindTextureUnit(3, own.images[material.transmission_image].id());
+        glBindSampler(3, sampler);
     }
     if (mapped) {
         glBindTextureUnit(2, own.images[material.normal_image].id());
@@ -230,8 +273,8 @@ void GpuScene::use_material(Mode mode, Programs& programs, const DrawGroup& grou
 }
 
 PassRun GpuScene::draw(Mode mode, Programs& programs, const glm::dvec3& eye, const glm::mat4& clip_from_local,
-                       unsigned faces) const {
-    const bool cells = mode == Mode::gbuffer_cells, cube = mode != Mode::gbuffer && !cells;
+                       unsigned faces, int pane_sample) const {
+    const bool cells = mode == Mode::gbuffer_cells, cube = is_cube(mode);
     std::array<Planes, 6> planes;
     if (cube) {
         for (int face = 0; face < 6; ++face) planes[face] = face_planes(face);
@@ -272,18 +315,24 @@ PassRun GpuScene::draw(Mode mode, Programs& programs, const glm::dvec3& eye, con
         glBindBufferBase(GL_SHADER_STORAGE_BUFFER, 2, own.vertices.id());
         glBindBufferBase(GL_SHADER_STORAGE_BUFFER, 3, own.indices.id());
     }
-    for (std::size_t g = 0; g < groups_.size(); ++g) {
-        if (ranges[g].second == 0 || groups_[g].index_count == 0) continue;
-        use_material(mode, programs, groups_[g], clip_from_local);
+    const auto draw_group = [&](std::size_t g, Mode as) {
+        if (ranges[g].second == 0 || groups_[g].index_count == 0) return;
+        use_material(as, programs, groups_[g], clip_from_local, pane_sample);
         glDrawElementsInstancedBaseVertexBaseInstance(
             GL_TRIANGLES, groups_[g].index_count, GL_UNSIGNED_INT,
             reinterpret_cast<const void*>(static_cast<std::uintptr_t>(groups_[g].first_index) * 4), ranges[g].second,
             groups_[g].base_vertex, ranges[g].first);
         ++run.draws;
+    };
+    for (std::size_t g = 0; g < groups_.size(); ++g) draw_group(g, mode);
+    if (!cube && transmissive_) {
+        begin_tints(emissive_);
+        for (std::size_t g = 0; g < groups_.size(); ++g) {
+            if (asset_->materials[groups_[g].material].transmissive()) draw_group(g, Mode::tint);
+        }
+        end_tints();
     }
-    glBindSampler(0, 0);
-    glBindSampler(1, 0);
-    glBindSampler(2, 0);
+    for (GLuint unit = 0; unit < 4; ++unit) glBindSampler(unit, 0);
     glDisable(GL_CULL_FACE);
     return run;
 }

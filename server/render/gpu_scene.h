@@ -37,12 +37,13 @@ public:
     // diagonal from a luminaire, and lose digits beyond eight diagonals.
     float layer_unit_m2() const { return layer_unit_m2_; }
 
-    enum class Mode { gbuffer, gbuffer_cells, shadow, rsm, rsm_seed };
+    enum class Mode { gbuffer, gbuffer_cells, tint, shadow, rsm, rsm_seed };
     // Draws all meshes that meet the view. gbuffer: into the bound framebuffer from `eye`, clip_from_local = projection
     // × view without translation; gbuffer_cells: with Target::cell. The others: into the cube faces of `faces` (bit f)
-    // around `eye`.
-    PassRun draw(Mode mode, Programs& programs, const glm::dvec3& eye, const glm::mat4& clip_from_local,
-                 unsigned faces) const;
+    // around `eye`. pane_sample: which of sixteen samples this is to transmissive surfaces (pass_threshold), -1: the
+    // only one. What is seen through them is tinted by them: the same draw with Mode::tint, which nobody else asks for.
+    PassRun draw(Mode mode, Programs& programs, const glm::dvec3& eye, const glm::mat4& clip_from_local, unsigned faces,
+                 int pane_sample = -1) const;
 
 private:
     struct Uploaded {
@@ -54,14 +55,15 @@ private:
     };
     // Made by the first draw: the CPU's passes need none of it.
     const Uploaded& uploaded() const;
-    void use_material(Mode mode, Programs& programs, const DrawGroup& group, const glm::mat4& clip_from_local) const;
+    void use_material(Mode mode, Programs& programs, const DrawGroup& group, const glm::mat4& clip_from_local,
+                      int pane_sample) const;
 
     std::shared_ptr<const SceneAsset> asset_;
     mutable std::unique_ptr<const Uploaded> uploaded_;
     std::vector<DrawGroup> groups_;
     std::vector<Bounds> bounds_;                 // per instance, world
     std::vector<std::uint32_t> first_triangle_;  // likewise, among those of all instances
-    bool emissive_ = false, detailed_ = false;
+    bool emissive_ = false, detailed_ = false, transmissive_ = false;
     float near_m_ = 1e-4f;
     float layer_unit_m2_ = 1.0f;
 };

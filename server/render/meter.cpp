@@ -46,15 +46,19 @@ void add_light(const FrameInputs& inputs, std::size_t i, const glm::dvec3& point
     const Light& light = inputs.scene.lights[i];
     const LightGpu& gpu = *inputs.lights[i];
     const glm::dvec3 weight = light_weight(inputs.scene, light) * static_cast<double>(gpu.web->peak_cd);
-    float direct = 0.0f;
     glm::vec4 indirect(0.0f);
     const int layer = inputs.layers[i];
     const Target& target = inputs.target;
-    glGetTextureSubImage(target.direct.id(), 0, 0, 0, layer, 1, 1, 1, GL_RED, GL_FLOAT, sizeof direct, &direct);
     glGetTextureSubImage(target.indirect.id(), 0, 0, 0, layer, 1, 1, 1, GL_RGBA, GL_FLOAT, sizeof indirect,
                          &indirect[0]);
     const double unit_m2 = static_cast<double>(inputs.geometry.layer_unit_m2());
-    sums.direct_lx += weight * (static_cast<double>(direct) / unit_m2);
+    if (const auto& by_rays = inputs.screen.meter.direct; by_rays.size() > static_cast<std::size_t>(layer)) {
+        sums.direct_lx += weight * by_rays[static_cast<std::size_t>(layer)];
+    } else {
+        float direct = 0.0f;
+        glGetTextureSubImage(target.direct.id(), 0, 0, 0, layer, 1, 1, 1, GL_RED, GL_FLOAT, sizeof direct, &direct);
+        sums.direct_lx += weight * (static_cast<double>(direct) / unit_m2);
+    }
     glm::dvec3 bounced = glm::dvec3(indirect) / unit_m2;
     if (rsm) {
         // Each half of the texels, doubled, is an estimate of its own; half their difference is the mean's error.

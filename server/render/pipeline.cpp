@@ -151,7 +151,7 @@ struct Builder {
                             shared.each_pixel ? shared.samples_per_pixel : 0u},
                            [=, metered = metered, &light, &gpu, &screen] {
                                if (!rays) return run_direct(shared, light, gpu, layer);
-                               if (metered) return run_direct_point(shared, light, gpu, layer);
+                               if (metered) return run_direct_point(shared, light, gpu, layer, screen.meter);
                                return run_direct_rays(shared, light, gpu, layer, screen.surfaces, screen.light.layers);
                            });
         direct.on_gpu = !rays;

@@ -61,6 +61,10 @@ struct Material {
     float normal_scale = 1.0f;  // of their x and y
     bool alpha_mask = false;
     float alpha_cutoff = 0.5f;
+    bool alpha_blend = false;     // it covers as much as its alpha says
+    float transmission = 0.0f;    // KHR_materials_transmission: of what it covers so much passes, times its colour
+    int transmission_image = -1;  // whose red it is times; linear
+    bool transmissive() const { return alpha_blend || transmission > 0.0f; }
     bool double_sided = false;
     bool show_back = false;  // viewers see its back though it has one side; light and emission know no difference
     bool culled_back() const { return !double_sided && !show_back; }

@@ -2,33 +2,46 @@
 
 #include <embree3/rtcore.h>
 
+#include <bit>
 #include <cmath>
 #include <cstring>
 #include <limits>
 #include <stdexcept>
 
+#include "server/trace/sampler.h"
 #include "server/trace/texture.h"
 
 namespace gonio::trace {
 
+// What lets more than this pass has no surface of its own.
+constexpr float kAllPasses = 0.998f;
+// Transmissive surfaces on a ray, beyond which it ends; and what of light is none.
+constexpr int kMostPanes = 64;
+constexpr float kNoLight = 1e-6f;
 // Least cosine between a mapped normal and the surface's own.
 constexpr float kLeastUp = 0.01f;
 
 struct Geometry::Embree {
     RTCDevice device = nullptr;
     RTCScene scene = nullptr;
+    RTCScene panes = nullptr;  // transmissive surfaces, by the same numbers; null: there are none
 
     Embree() {
         device = rtcNewDevice("threads=1");  // built on the caller's thread: idle callers stay idle
         if (device == nullptr) throw std::runtime_error("Embree cannot be started on this machine");
-        scene = rtcNewScene(device);
-        rtcSetSceneFlags(scene, RTC_SCENE_FLAG_ROBUST | RTC_SCENE_FLAG_CONTEXT_FILTER_FUNCTION);
-        rtcSetSceneBuildQuality(scene, RTC_BUILD_QUALITY_HIGH);
+        scene = new_scene();
+    }
+    RTCScene new_scene() const {
+        const RTCScene made = rtcNewScene(device);
+        rtcSetSceneFlags(made, RTC_SCENE_FLAG_ROBUST | RTC_SCENE_FLAG_CONTEXT_FILTER_FUNCTION);
+        rtcSetSceneBuildQuality(made, RTC_BUILD_QUALITY_HIGH);
+        return made;
     }
     Embree(const Embree&) = delete;
     Embree& operator=(const Embree&) = delete;
     ~Embree() {
         rtcReleaseScene(scene);
+        if (panes != nullptr) rtcReleaseScene(panes);
         rtcReleaseDevice(device);
     }
 
@@ -104,10 +117,13 @@ Geometry::Geometry(std::shared_ptr<const SceneAsset> asset) : asset_(std::move(a
             rtcSetGeometryIntersectFilterFunction(geometry, Embree::filter);
         }
         rtcCommitGeometry(geometry);
-        rtcAttachGeometryByID(embree_->scene, geometry, static_cast<unsigned>(i));
+        const bool pane = part.material->transmissive();
+        if (pane && embree_->panes == nullptr) embree_->panes = embree_->new_scene();
+        rtcAttachGeometryByID(pane ? embree_->panes : embree_->scene, geometry, static_cast<unsigned>(i));
         rtcReleaseGeometry(geometry);
     }
     rtcCommitScene(embree_->scene);
+    if (embree_->panes != nullptr) rtcCommitScene(embree_->panes);
     if (const RTCError error = rtcGetDeviceError(embree_->device); error != RTC_ERROR_NONE) {
         throw std::runtime_error("Embree cannot hold the scene (error " + std::to_string(error) + ")");
     }
@@ -157,6 +173,7 @@ bool Geometry::is_hole(const Part& part, int triangle, float u, float v) const {
 bool Geometry::surface_at(int instance, int triangle, float u, float v, bool front, SurfaceHit& hit,
                           bool colours) const {
     if (is_hole(parts_[static_cast<std::size_t>(instance)], triangle, u, v)) return false;
+    if (transparency_at(instance, triangle, u, v).share > kAllPasses) return false;
     const auto c = corners(instance, triangle);
     const glm::vec3 normal = glm::cross(c[1] - c[0], c[2] - c[0]);
     const float length2 = glm::dot(normal, normal);
@@ -185,21 +202,105 @@ static RTCRay ray_of(const glm::vec3& from, const glm::vec3& along, float near, 
     return ray;
 }
 
-bool Geometry::closest(const glm::vec3& from, const glm::vec3& direction, float near, bool for_viewer,
-                       SurfaceHit& hit) const {
-    Embree::Context context(*this);
-    if (for_viewer) context.base.filter = Embree::front_filter;
+struct Geometry::RayState {
+    Embree::Context context;
     RTCRayHit query{};
-    query.ray = ray_of(from, direction, near, std::numeric_limits<float>::infinity());
-    query.hit.geomID = RTC_INVALID_GEOMETRY_ID;
-    query.hit.instID[0] = RTC_INVALID_GEOMETRY_ID;
-    rtcIntersect1(embree_->scene, &context.base, &query);
-    if (query.hit.geomID == RTC_INVALID_GEOMETRY_ID) return false;
 
+    RayState(const Geometry& of, const RTCRay& ray) : context(of) { query.ray = ray; }
+    // Result: whether the ray meets a surface of the scene before its end, which is there from now on.
+    bool meets(RTCScene scene) {
+        query.hit.geomID = RTC_INVALID_GEOMETRY_ID;
+        query.hit.instID[0] = RTC_INVALID_GEOMETRY_ID;
+        rtcIntersect1(scene, &context.base, &query);
+        return query.hit.geomID != RTC_INVALID_GEOMETRY_ID;
+    }
+};
+
+// From one transmissive surface to the next, until one stops the ray: stops(instance, triangle, transparency). Result:
+// whether one does; the ray then has it. Two that meet at an edge count once.
+template <typename Stops>
+bool Geometry::follow_panes(RayState& ray, const Stops& stops) const {
+    RTCRay& own = ray.query.ray;
+    const glm::vec3 from(own.org_x, own.org_y, own.org_z), along(own.dir_x, own.dir_y, own.dir_z);
+    const float end = own.tfar, per_m = 1.0f / std::max(glm::length(along), 1e-30f);
+    for (int pane = 0; ray.meets(embree_->panes); ++pane) {
+        const RTCHit& at = ray.query.hit;
+        const auto instance = static_cast<int>(at.geomID), triangle = static_cast<int>(at.primID);
+        if (pane == kMostPanes || stops(instance, triangle, transparency_at(instance, triangle, at.u, at.v)))
+            return true;
+        own.tnear = own.tfar + std::max(step_off(from + along * own.tfar) * per_m, 1e-6f * own.tfar);
+        own.tfar = end;
+        if (!(own.tnear < end)) return false;
+    }
+    return false;
+}
+
+namespace {
+
+// A number in [0, 1) for a ray and a surface that it may pass.
+float chance(std::uint32_t dice, int instance, int triangle) {
+    return unit_interval(
+        mix_bits(mix_bits(dice, static_cast<std::uint32_t>(instance)), static_cast<std::uint32_t>(triangle)));
+}
+
+// Bits of a ray: the same for the same ray.
+std::uint32_t dice_of(const RayPacket& rays, int i) {
+    std::uint32_t bits = 0x7f4a7c15u;
+    for (const float* values : {rays.from_x, rays.from_y, rays.from_z, rays.along_x, rays.along_y, rays.along_z})
+        bits = mix_bits(bits, std::bit_cast<std::uint32_t>(values[i]));
+    return bits;
+}
+
+// A ray passes as often as light does, and takes the tint of what it passes.
+auto passing(std::uint32_t dice, glm::vec3& tint) {
+    return [dice, &tint](int instance, int triangle, const Transparency& pane) {
+        if (!(chance(dice, instance, triangle) < pane.share)) return true;
+        tint *= pane.tint;
+        return false;
+    };
+}
+
+// All that passes, until nothing is left.
+auto dimming(glm::vec3& passed) {
+    return [&passed](int, int, const Transparency& pane) {
+        passed *= pane.transmittance();
+        return std::max({passed.r, passed.g, passed.b}) < kNoLight;
+    };
+}
+
+}  // namespace
+
+bool Geometry::transmissive() const {
+    return embree_->panes != nullptr;
+}
+
+Transparency Geometry::transparency_at(int instance, int triangle, float u, float v) const {
+    const Part& part = parts_[static_cast<std::size_t>(instance)];
+    if (!part.material->transmissive()) return {};
+    return transparency_of(*asset_, *part.material, base_color_at(part, triangle, u, v), uv_at(part, triangle, u, v));
+}
+
+bool Geometry::closest(const glm::vec3& from, const glm::vec3& direction, float near, bool for_viewer, SurfaceHit& hit,
+                       std::uint32_t dice) const {
+    RayState ray(*this, ray_of(from, direction, near, std::numeric_limits<float>::infinity()));
+    if (for_viewer) ray.context.base.filter = Embree::front_filter;
+    bool met = ray.meets(embree_->scene);
+    glm::vec3 tint(1.0f);
+    if (embree_->panes != nullptr) {
+        RayState panes(*this, ray_of(from, direction, near, ray.query.ray.tfar));
+        panes.context.base.filter = ray.context.base.filter;
+        if (follow_panes(panes, passing(dice, tint))) {
+            ray.query = panes.query;
+            met = true;
+        }
+    }
+    if (!met) return false;
+    const RTCRayHit& query = ray.query;
     hit = surface(query.hit.geomID, query.hit.primID, query.hit.u, query.hit.v,
                   {query.hit.Ng_x, query.hit.Ng_y, query.hit.Ng_z}, direction, true);
     if (!parts_[query.hit.geomID].mesh->tangents.empty()) hit.normal = mapped_normal(hit, query.hit.u, query.hit.v);
     hit.distance = query.ray.tfar;
+    hit.tint = tint;
     return true;
 }
 
@@ -293,6 +394,65 @@ void fill(RTCRay16& to, int* valid, const RayPacket& from, unsigned active) {
 
 }  // namespace
 
+glm::vec3 Geometry::transmittance(const glm::vec3& from, const glm::vec3& to) const {
+    glm::vec3 passed(1.0f);
+    if (occluded(from, to)) return glm::vec3(0.0f);
+    if (embree_->panes == nullptr) return passed;
+    RayState ray(*this, ray_of(from, to - from, 0.0f, 1.0f - 1e-5f));
+    return follow_panes(ray, dimming(passed)) ? glm::vec3(0.0f) : passed;
+}
+
+void Geometry::transmittance(const RayPacket& rays, unsigned active, glm::vec3* passed) const {
+    if (embree_->panes == nullptr || active == 0) return;
+    const unsigned touching = touches_panes(rays, active, rays.far);
+    for (int i = 0; i < kPacket; ++i) {
+        if ((touching >> i & 1u) == 0) continue;
+        RayState ray(*this, ray_of(rays.from(i), rays.along(i), 0.0f, rays.far[i]));
+        if (follow_panes(ray, dimming(passed[i]))) passed[i] = glm::vec3(0.0f);
+    }
+}
+
+unsigned Geometry::touches_panes(const RayPacket& rays, unsigned active, const float* far) const {
+    Embree::Context context(*this);
+    alignas(64) RTCRay16 query;
+    alignas(64) int valid[kPacket];
+    fill(query, valid, rays, active);
+    std::memcpy(query.tfar, far, sizeof query.tfar);
+    rtcOccluded16(valid, embree_->panes, &context.base, &query);
+    unsigned touching = 0;
+    for (int i = 0; i < kPacket; ++i) touching |= (query.tfar[i] < 0.0f ? 1u : 0u) << i;
+    return touching & active;
+}
+
+// met and hits: of what is opaque. Result: as of met, with the transmissive surfaces that stop rays.
+unsigned Geometry::through_panes(const RayPacket& rays, unsigned active, unsigned met, HitPacket& hits,
+                                 glm::vec3* tints) const {
+    const unsigned touching = touches_panes(rays, active, hits.distance);
+    for (int i = 0; i < kPacket; ++i) {
+        if ((touching >> i & 1u) == 0) continue;
+        RayState ray(*this, ray_of(rays.from(i), rays.along(i), 0.0f, hits.distance[i]));
+        const std::uint32_t dice = dice_of(rays, i);
+        bool taken = false;
+        const auto by_luminance = [&](int instance, int triangle, const Transparency& pane) {
+            const float number = chance(dice, instance, triangle);
+            if (number < luminous(pane.transmittance())) return false;
+            taken = number < pane.share;
+            return true;
+        };
+        const bool stopped =
+            tints != nullptr ? follow_panes(ray, passing(dice, tints[i])) : follow_panes(ray, by_luminance);
+        if (taken) met &= ~(1u << i);
+        if (!stopped || taken) continue;
+        met |= 1u << i;
+        const RTCHit& hit = ray.query.hit;
+        hits.distance[i] = ray.query.ray.tfar;
+        hits.u[i] = hit.u, hits.v[i] = hit.v;
+        hits.normal_x[i] = hit.Ng_x, hits.normal_y[i] = hit.Ng_y, hits.normal_z[i] = hit.Ng_z;
+        hits.instance[i] = hit.geomID, hits.triangle[i] = hit.primID;
+    }
+    return met;
+}
+
 unsigned Geometry::occluded(const RayPacket& rays, unsigned active, bool coherent) const {
     Embree::Context context(*this, coherent);
     alignas(64) RTCRay16 query;
@@ -305,6 +465,10 @@ unsigned Geometry::occluded(const RayPacket& rays, unsigned active, bool coheren
 }
 
 unsigned Geometry::closest(const RayPacket& rays, unsigned active, HitPacket& hits) const {
+    return closest(rays, active, hits, nullptr);
+}
+
+unsigned Geometry::closest(const RayPacket& rays, unsigned active, HitPacket& hits, glm::vec3* tints) const {
     Embree::Context context(*this);
     alignas(64) RTCRayHit16 query;
     alignas(64) int valid[kPacket];
@@ -320,19 +484,38 @@ unsigned Geometry::closest(const RayPacket& rays, unsigned active, HitPacket& hi
         hits.instance[i] = query.hit.geomID[i], hits.triangle[i] = query.hit.primID[i];
         met |= (query.hit.geomID[i] != RTC_INVALID_GEOMETRY_ID ? 1u : 0u) << i;
     }
-    return met & active;
+    met &= active;
+    return embree_->panes == nullptr ? met : through_panes(rays, active, met, hits, tints);
 }
 
 unsigned Geometry::closest(const RayPacket& rays, unsigned active, SurfaceHit* hits, bool colours) const {
     HitPacket met_at;
-    const unsigned met = closest(rays, active, met_at);
+    glm::vec3 tints[kPacket];
+    std::fill_n(tints, kPacket, glm::vec3(1.0f));
+    const unsigned met = closest(rays, active, met_at, tints);
     for (int i = 0; i < kPacket; ++i) {
         if ((met >> i & 1u) == 0) continue;
         hits[i] = surface(met_at.instance[i], met_at.triangle[i], met_at.u[i], met_at.v[i], met_at.normal(i),
                           rays.along(i), colours);
         hits[i].distance = met_at.distance[i];
+        hits[i].tint = tints[i];
     }
     return met;
+}
+
+Transparency transparency_of(const SceneAsset& asset, const Material& material, const glm::vec4& color, glm::vec2 uv) {
+    float passes = material.transmission;
+    if (material.transmission_image >= 0)
+        passes *= textured(asset, material, glm::vec4(1.0f), material.transmission_image, uv).r;
+    const float covered = material.alpha_blend ? std::clamp(color.a, 0.0f, 1.0f) : 1.0f,
+                share = 1.0f - covered * (1.0f - passes);
+    if (!(share > 0.0f)) return {};
+    return {share, ((1.0f - covered) + covered * passes * glm::vec3(color)) / share};
+}
+
+float luminous(const glm::vec3& passed) {
+    return passed.r == passed.g && passed.g == passed.b ? passed.r
+                                                        : glm::dot(passed, glm::vec3(0.2126f, 0.7152f, 0.0722f));
 }
 
 std::shared_ptr<const Geometry> geometry_of(const Scene& scene) {

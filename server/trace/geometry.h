@@ -20,11 +20,19 @@ struct SurfacePoint {
     glm::vec3 geometric{0.0f};  // the triangle's own, unit
 };
 
+// How a surface lets light pass straight on: of `share` of it each channel keeps `tint`. The rest meets the surface.
+struct Transparency {
+    float share = 0.0f;  // 0..1
+    glm::vec3 tint{1.0f};
+    glm::vec3 transmittance() const { return share * tint; }
+};
+
 // What a ray met. Normals are turned to the side that the ray came from.
 struct SurfaceHit : SurfacePoint {
     glm::vec3 albedo{0.0f};    // linear reflectance 0..1
     glm::vec3 emission{0.0f};  // cd/m² towards the ray's origin
     float distance = 0.0f;     // m
+    glm::vec3 tint{1.0f};      // of the surfaces that the ray passed before, by chance as much as light passes
     int instance = 0, triangle = 0;
 };
 
@@ -40,6 +48,7 @@ struct alignas(64) RayPacket {
         along_x[i] = along.x, along_y[i] = along.y, along_z[i] = along.z;
         far[i] = far_along;
     }
+    glm::vec3 from(int i) const { return {from_x[i], from_y[i], from_z[i]}; }
     glm::vec3 along(int i) const { return {along_x[i], along_y[i], along_z[i]}; }
     glm::vec3 at(int i, float distance) const {
         return glm::vec3(from_x[i], from_y[i], from_z[i]) + along(i) * distance;
@@ -65,14 +74,26 @@ public:
     // Result: whether the ray meets a surface beyond `near` and, if so, which, normal maps included: packets of rays
     // know none. direction: unit. Alpha-masked texels are holes. for_viewer: backs of single-sided surfaces are left
     // out, as glTF's viewers do; light meets both sides.
-    bool closest(const glm::vec3& from, const glm::vec3& direction, float near, bool for_viewer, SurfaceHit& hit) const;
-    // Result: whether a surface stands between two points, both a step away from their own surfaces.
+    // dice: random bits, of which the ray passes transmissive surfaces.
+    bool closest(const glm::vec3& from, const glm::vec3& direction, float near, bool for_viewer, SurfaceHit& hit,
+                 std::uint32_t dice = 0) const;
+    // Result: whether a surface stands between two points, both a step away from their own surfaces. Transmissive ones
+    // stop nothing: transmittance() has what they let pass.
     bool occluded(const glm::vec3& from, const glm::vec3& to) const;
+    // Result: what passes between the two points, 0..1 per channel; exactly 1 where nothing is, 0 where it is stopped.
+    glm::vec3 transmittance(const glm::vec3& from, const glm::vec3& to) const;
+    // Sets what passes transmissive surfaces along the rays of `active` before `far`; others of kPacket stay.
+    void transmittance(const RayPacket& rays, unsigned active, glm::vec3* passed) const;
+    // Whether any surface is transmissive. Where none is all this costs nothing.
+    bool transmissive() const;
+    // Result: of a surface that is not transmissive: share 0.
+    Transparency transparency_at(int instance, int triangle, float u, float v) const;
     // The same for the rays of `active` (bit i: ray i). Result: bits of those that meet a surface before `far`.
     // coherent: the rays lie side by side.
     unsigned occluded(const RayPacket& rays, unsigned active, bool coherent = false) const;
-    // The same for the nearest surface. hits: kPacket, filled where the result has a bit.
-    // colours: albedo and emission are asked for.
+    // The same for the nearest surface. A ray passes a transmissive one by chance, as often as it passes light; without
+    // hits[i].tint that is by luminance, and what coloured glass takes meets nothing. hits: kPacket, filled where the
+    // result has a bit. colours: albedo and emission are asked for.
     unsigned closest(const RayPacket& rays, unsigned active, SurfaceHit* hits, bool colours = true) const;
     unsigned closest(const RayPacket& rays, unsigned active, HitPacket& hits) const;
     // Result: a step along a normal that leaves the surface at p for certain, m: about a hundred roundings of p.
@@ -108,6 +129,13 @@ private:
                        const glm::vec3& direction, bool colours) const;
     glm::vec4 base_color_at(const Part& part, int triangle, float u, float v) const;
     glm::vec3 mapped_normal(const SurfaceHit& hit, float u, float v) const;
+    struct RayState;
+    template <typename Stops>
+    bool follow_panes(RayState& ray, const Stops& stops) const;
+    unsigned closest(const RayPacket& rays, unsigned active, HitPacket& hits, glm::vec3* tints) const;
+    unsigned touches_panes(const RayPacket& rays, unsigned active, const float* far) const;
+    unsigned through_panes(const RayPacket& rays, unsigned active, unsigned met, HitPacket& hits,
+                           glm::vec3* tints) const;
     bool is_hole(const Part& part, int triangle, float u, float v) const;
     glm::vec2 uv_at(const Part& part, int triangle, float u, float v) const;
 
@@ -121,11 +149,16 @@ private:
 // Result: color × an image of the asset (-1: none) at uv, as the material repeats it.
 glm::vec4 textured(const SceneAsset& asset, const Material& material, glm::vec4 color, int image, glm::vec2 uv);
 
+// Result: as of Geometry::transparency_at, where the base colour with its texture is `color`.
+Transparency transparency_of(const SceneAsset& asset, const Material& material, const glm::vec4& color, glm::vec2 uv);
+// Result: what of light without a colour passes; for values of one channel.
+float luminous(const glm::vec3& passed);
+
 // Result: the scene's own, or one that is made now, which takes long.
 std::shared_ptr<const Geometry> geometry_of(const Scene& scene);
 
-// Rays to what may be hidden, given one by one and asked sixteen at a time: done(payload, hidden), in order;
-// the last with send().
+// Rays to what may be hidden, given one by one and asked sixteen at a time: done(payload, passed), in order;
+// the last with send(). passed: 0 … 1 per channel.
 template <typename Payload, typename Done>
 class ShadowRays {
 public:
@@ -138,7 +171,10 @@ public:
     void send() {
         if (waiting_ == 0) return;
         const unsigned hidden = geometry_.occluded(rays_, ~0u >> (32 - waiting_));
-        for (int i = 0; i < waiting_; ++i) done_(payloads_[i], (hidden >> i & 1u) != 0);
+        glm::vec3 passed[kPacket];
+        for (int i = 0; i < waiting_; ++i) passed[i] = glm::vec3((hidden >> i & 1u) != 0 ? 0.0f : 1.0f);
+        if (geometry_.transmissive()) geometry_.transmittance(rays_, ~hidden & ~0u >> (32 - waiting_), passed);
+        for (int i = 0; i < waiting_; ++i) done_(payloads_[i], passed[i]);
         waiting_ = 0;
     }
 

@@ -108,9 +108,12 @@ glm::vec3 emitters_at(const World& world, const Receiver& x, Sample& sample) {
     const float cos_y = emitter.double_sided ? std::abs(facing) : facing;
     if (cos_x <= 0.0f || cos_y <= 0.0f || glm::dot(direction, x.geometric) <= 0.0f) return glm::vec3(0.0f);
     const glm::vec3 side = facing > 0.0f ? emitter.normal : -emitter.normal;
-    if (world.geometry->occluded(x.from, point + side * world.geometry->step_off(point))) return glm::vec3(0.0f);
+    const Geometry& geometry = *world.geometry;
+    const glm::vec3 passed = geometry.transmittance(x.from, point + side * geometry.step_off(point));
+    if (passed == glm::vec3(0.0f)) return passed;
     const double drawn = world.emitters.density(index), met = static_cast<double>(cos_x * cos_y / (kPi * d2));
-    return world.geometry->emission_at(emitter.instance, emitter.triangle, u, v) *
+    const float covered = 1.0f - geometry.transparency_at(emitter.instance, emitter.triangle, u, v).share;
+    return passed * geometry.emission_at(emitter.instance, emitter.triangle, u, v) * covered *
            static_cast<float>(static_cast<double>(cos_x * cos_y / d2) / (drawn + met));
 }
 
@@ -127,7 +130,7 @@ glm::vec3 luminaires_direct(const World& world, const Receiver& receiver, Sample
         const glm::dvec3 source = source_point(luminaire, openings);
         const Arrival arrival = arrive(luminaire, source, receiver);
         if (arrival.illuminance == glm::vec3(0.0f)) continue;
-        if (!world.geometry->occluded(receiver.from, glm::vec3(source))) sum += arrival.illuminance;
+        sum += arrival.illuminance * world.geometry->transmittance(receiver.from, glm::vec3(source));
     }
     return sum;
 }
@@ -136,6 +139,10 @@ glm::vec3 luminaires_direct(const World& world, const Receiver& receiver, Sample
 PathLight trace_path(const World& world, Receiver x, int bounces, bool openings, Sample& sample) {
     const Geometry& geometry = *world.geometry;
     Sample* const drawn_on = openings ? &sample : nullptr;
+    // Which transmissive surfaces a ray passes is a decision of its own.
+    const auto dice = [&] {
+        return geometry.transmissive() ? static_cast<std::uint32_t>(sample.next().x * 0x1p24f) : 0u;
+    };
     PathLight light;
     glm::vec3 throughput(1.0f);
     for (int k = 0;; ++k) {
@@ -156,21 +163,23 @@ PathLight trace_path(const World& world, Receiver x, int bounces, bool openings,
             SurfaceHit z;
             // A luminaire mounted on a surface does not light the spot it hides.
             const float near = geometry.step_off(glm::vec3(source));
-            if (density > 0.0 && geometry.closest(glm::vec3(source), glm::vec3(emitted), near, false, z)) {
+            if (density > 0.0 && geometry.closest(glm::vec3(source), glm::vec3(emitted), near, false, z, dice())) {
                 const Receiver at_z = receiver_of(geometry, z);
                 const glm::vec3 d = at_z.position - x.position;
                 const float d2 = glm::dot(d, d), length = std::sqrt(d2);
                 const float cos_x = glm::dot(d, x.normal) / length, cos_z = -glm::dot(d, z.geometric) / length;
                 const Arrival arrival = arrive(luminaire, source, at_z);
                 if (d2 > 0.0f && cos_x > 0.0f && cos_z > 0.0f && glm::dot(d, x.geometric) > 0.0f &&
-                    arrival.illuminance != glm::vec3(0.0f) && !geometry.occluded(x.from, at_z.from)) {
+                    arrival.illuminance != glm::vec3(0.0f)) {
+                    const glm::vec3 passed = z.tint * geometry.transmittance(x.from, at_z.from);
                     const double by_light = light_density(world, index, luminaire, arrival, at_z);
                     const double by_ray =
                         static_cast<double>(cos_x * cos_z / (kPi * d2)) * probability(world, at_z, index);
                     // rho E / pi · cos cos / d² over the density, times the balance heuristic: one division in all.
                     const double geometry_factor =
                         static_cast<double>(cos_x * cos_z / (kPi * d2)) / (by_light + by_ray);
-                    light.indirect += throughput * z.albedo * arrival.illuminance * static_cast<float>(geometry_factor);
+                    light.indirect +=
+                        throughput * passed * z.albedo * arrival.illuminance * static_cast<float>(geometry_factor);
                 }
             }
         }
@@ -178,7 +187,9 @@ PathLight trace_path(const World& world, Receiver x, int bounces, bool openings,
         // Second way: a cosine-distributed ray from x meets y, which a luminaire lights.
         const glm::vec3 direction = around(x.normal, cosine_hemisphere(sample.next()));
         SurfaceHit y;
-        if (glm::dot(direction, x.geometric) <= 0.0f || !geometry.closest(x.from, direction, 0.0f, false, y)) break;
+        if (glm::dot(direction, x.geometric) <= 0.0f || !geometry.closest(x.from, direction, 0.0f, false, y, dice()))
+            break;
+        throughput *= y.tint;
         const Receiver at_y = receiver_of(geometry, y);
         const float cos_x = glm::dot(direction, x.normal), cos_y = -glm::dot(direction, y.geometric);
         const double met = static_cast<double>(cos_x * cos_y / (kPi * y.distance * y.distance));
@@ -194,10 +205,11 @@ PathLight trace_path(const World& world, Receiver x, int bounces, bool openings,
             const Luminaire& luminaire = world.luminaires[choice.index];
             const glm::dvec3 source = source_point(luminaire, drawn_on);
             const Arrival arrival = arrive(luminaire, source, at_y);
-            if (arrival.illuminance != glm::vec3(0.0f) && !geometry.occluded(at_y.from, glm::vec3(source))) {
+            if (arrival.illuminance != glm::vec3(0.0f)) {
+                const glm::vec3 passed = geometry.transmittance(at_y.from, glm::vec3(source));
                 const double by_light = light_density(world, choice.index, luminaire, arrival, at_y);
                 const double weight = met / (met * choice.probability + by_light);
-                light.indirect += throughput * y.albedo * arrival.illuminance * static_cast<float>(weight);
+                light.indirect += throughput * passed * y.albedo * arrival.illuminance * static_cast<float>(weight);
             }
         }
         const float survival = std::min(std::max({y.albedo.r, y.albedo.g, y.albedo.b}), kMaxSurvival);

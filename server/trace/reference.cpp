@@ -184,17 +184,18 @@ struct Picture::Data {
     std::uint32_t next_check = kPixelStreams, last_check = 0;
     double seconds = 0.0;  // of refine() so far
 
-    Pixel look(double x, double y) const {
+    // dice: of the surfaces that the ray passes.
+    Pixel look(double x, double y, std::uint32_t dice) const {
         const double u = (x / request.width_px * 2.0 - 1.0) * eye.tan_half_x,
                      v = (1.0 - y / request.height_px * 2.0) * eye.tan_half_y;
         const glm::vec3 direction(glm::normalize(eye.forward + u * eye.right + v * eye.up));
         Pixel pixel;
         SurfaceHit hit;
-        pixel.hit = world->geometry->closest(world->geometry->local(eye.position), direction, 0.0f, true, hit);
+        pixel.hit = world->geometry->closest(world->geometry->local(eye.position), direction, 0.0f, true, hit, dice);
         if (!pixel.hit) return pixel;
         pixel.receiver = receiver_of(*world->geometry, hit);
-        pixel.albedo = hit.albedo;
-        pixel.emission = hit.emission;
+        pixel.albedo = hit.albedo * hit.tint;
+        pixel.emission = hit.emission * hit.tint;
         if (request.planes) pixel.inverse_depth = inverse_depth(hit);
         if (shows_direct() && !settings.openings) pixel.direct = luminaires_direct(*world, pixel.receiver, nullptr);
         return pixel;
@@ -202,6 +203,9 @@ struct Picture::Data {
     float inverse_depth(const SurfaceHit& hit) const {
         const glm::dvec3 from_eye = glm::dvec3(hit.position) - glm::dvec3(world->geometry->local(eye.position));
         return static_cast<float>(1.0 / std::max(glm::dot(from_eye, eye.forward), 1e-6));
+    }
+    std::uint32_t dice(Sample& sample) const {
+        return world->geometry->transmissive() ? static_cast<std::uint32_t>(sample.next().x * 0x1p24f) : 0u;
     }
     bool shows_direct() const {
         return request.quantity != Quantity::irradiance_indirect && request.quantity != Quantity::radiance_indirect;
@@ -221,9 +225,9 @@ struct Picture::Data {
         Pixel pixel;
         if (request.antialias) {
             const glm::vec2 jitter = sample.next();
-            pixel = look(x + static_cast<double>(jitter.x), y + static_cast<double>(jitter.y));
+            pixel = look(x + static_cast<double>(jitter.x), y + static_cast<double>(jitter.y), dice(sample));
         } else {
-            if (pass == 0) first[at] = look(x + 0.5, y + 0.5);
+            if (pass == 0 || world->geometry->transmissive()) first[at] = look(x + 0.5, y + 0.5, dice(sample));
             pixel = first[at];
         }
         if (!pixel.hit) return;
@@ -327,7 +331,8 @@ Picture::Picture(std::shared_ptr<const World> world, const PictureRequest& reque
     d.streams.resize(pixels * kPixelStreams);
     d.hits.resize(pixels);
     d.row_passes.resize(static_cast<std::size_t>(request.height_px));
-    d.exact = !request.antialias && !d.needs_paths() && !(d.shows_direct() && settings.openings);
+    d.exact = !request.antialias && !d.world->geometry->transmissive() && !d.needs_paths() &&
+              !(d.shows_direct() && settings.openings);
 }
 Picture::~Picture() = default;
 

@@ -36,6 +36,31 @@ vec3 mapped_normal(vec3 n, vec2 uv) {
 }
 #endif
 
+#ifdef TRANSMISSIVE
+// trace::Transparency, and how it is found.
+#include "lib/pass_threshold.glsl"
+layout(location = 7) uniform vec2 pane;  // x: transmission, y: 1 where alpha says what is covered
+layout(location = 8) uniform int pane_sample;
+layout(binding = 3) uniform sampler2D transmission_texture;
+flat in uint pane_triangle;  // of the instance, the first
+struct Transparency {
+    float share;
+    vec3 tint;
+};
+Transparency transparency(vec4 color, vec2 uv) {
+    float covered = pane.y > 0.5 ? clamp(color.a, 0.0, 1.0) : 1.0, passes = pane.x;
+#ifdef TRANSMISSION_TEXTURED
+    passes *= texture(transmission_texture, uv).r;
+#endif
+    float share = 1.0 - covered * (1.0 - passes);
+    return Transparency(share, (vec3(1.0 - covered) + covered * passes * color.rgb) / max(share, 1e-6));
+}
+// Whether the fragment is not seen but what lies behind it.
+bool is_passed(Transparency own) {
+    return pass_threshold(pane_triangle + uint(gl_PrimitiveID), pane_sample) < own.share;
+}
+#endif
+
 // Result: the unit shading normal, turned to the viewer; a degenerate one falls back to the triangle's own plane.
 vec3 surface_normal(vec3 interpolated, vec3 position) {
     float l2 = dot(interpolated, interpolated);

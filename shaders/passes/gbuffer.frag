@@ -21,6 +21,9 @@ void main() {
 #ifdef MASKED
     if (color.a < alpha_cutoff) discard;
 #endif
+#ifdef TRANSMISSIVE
+    if (is_passed(transparency(color, uv))) discard;
+#endif
     vec3 n = surface_normal(normal, position);
     out_normal = octahedral_encode(n);
 #ifdef DETAIL

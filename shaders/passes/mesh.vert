@@ -16,8 +16,13 @@ out vec4 vertex_color;
 layout(location = 9) in vec4 in_tangent;
 out vec4 tangent;
 #endif
-#ifdef CELLS
+#if defined(CELLS) || defined(TRANSMISSIVE)
 layout(location = 7) in uint in_first_triangle;
+#endif
+#ifdef TRANSMISSIVE
+flat out uint pane_triangle;
+#endif
+#ifdef CELLS
 out vec3 mesh_position;
 flat out uint first_triangle;
 #endif
@@ -38,6 +43,9 @@ void main() {
 #endif
 #ifdef NORMAL_MAP
     tangent = vec4(normalize(m * in_tangent.xyz), in_tangent.w);
+#endif
+#ifdef TRANSMISSIVE
+    pane_triangle = in_first_triangle;
 #endif
 #ifdef CELLS
     mesh_position = in_position;

@@ -15,6 +15,9 @@ void main() {
 #ifdef MASKED
     if (color.a < alpha_cutoff) discard;
 #endif
+#ifdef TRANSMISSIVE
+    if (is_passed(transparency(color, uv))) discard;
+#endif
     out_radial_depth = length(position);
     out_normal = octahedral_encode(surface_normal(normal, position));
     out_albedo = vec4(color.rgb, 1.0);

@@ -66,6 +66,7 @@ std::uint64_t content_hash(const Scene& scene, const ReferenceSettings& settings
                             static_cast<int>(m.wrap_t), int{m.alpha_mask}, int{m.double_sided}})
             h.add(x);
         h.add(m.alpha_cutoff);
+        if (m.transmissive()) h.add(m.transmission);
     }
     for (const Image& image : asset.images) {
         h.add(image.width_px);

@@ -150,5 +150,102 @@ TEST(ShownMaterials, ATiltedNormalHasItsCosine) {
     }
 }
 
+// A pane of 2 m at y = 1.5 over the right half of a floor, under a luminaire at y = 3. change: of its material.
+Scene paned_floor(const std::function<void(Material&)>& change) {
+    const Mesh floor = quad({-2, 0, 2}, {2, 0, 2}, {2, 0, -2}, {-2, 0, -2}),
+               pane = quad({0, 1.5, 2}, {2, 1.5, 2}, {2, 1.5, -2}, {0, 1.5, -2});
+    auto asset = std::make_shared<SceneAsset>(
+        *scene_with({{floor, glm::vec3(0.5f)}, {pane, glm::vec3(0.8f)}}, isotropic(1000.0), {0, 3, 0}).asset);
+    change(asset->materials[1]);
+    Scene scene = scene_of(asset);
+    scene.width_px = 128, scene.height_px = 96;
+    scene.camera = {{0.013, 1.2, 0.007}, {0.013, 0.0, 0.0}, 1.2};  // below the pane
+    return scene;
+}
+
+// Shadow rays take what passes: at grid points and pixels while something moves, at rest, in captures and meters.
+// Shadow maps know all or nothing.
+TEST(ShownGlass, DimsLightBehindIt) {
+    for (const float alpha : {0.3f, 0.7f}) {
+        const Scene scene = paned_floor([&](Material& material) {
+            material.alpha_blend = true;
+            material.base_color.a = alpha;
+        });
+        const bool rays = direct_light() != Renderer::DirectLight::gl;
+        const double passes = rays ? 1.0 - static_cast<double>(alpha) : alpha < 0.5f ? 1.0 : 0.0;
+        Renderer renderer(context(), direct_light());
+        make_coarse(renderer);
+        for (const double x : {-0.5, 0.5}) {
+            const double d2 = x * x + 9.0, expected = 1000.0 * 3.0 / (d2 * std::sqrt(d2)) * (x > 0.0 ? passes : 1.0);
+            EXPECT_NEAR(
+                renderer.meter(scene, {x, 0, 0.1 * x}, {0, 1, 0}, Renderer::MeterQuality::interactive, 0).direct_lx(),
+                expected * std::pow(d2 / (d2 + 0.01 * x * x), 1.5), 0.001 * expected + 1e-3);
+        }
+        renderer.begin_frame(scene, monotonic_ns());
+        renderer.finish_frame(true);
+        const std::vector<glm::vec3> moving = renderer.live_illuminance(scene, false);
+        const auto captured = renderer.capture(scene, View::illuminance, 128, 96, true, 0);
+        const double extent = 1.2 * std::tan(0.6);
+        for (int row = 0; row < 96; ++row) {
+            for (int column = 0; column < 128; ++column) {
+                const double x = 0.013 + extent * 128 / 96 * ((column + 0.5) / 128 * 2.0 - 1.0);
+                const std::size_t at = static_cast<std::size_t>(row * 128 + column),
+                                  from_top = static_cast<std::size_t>((95 - row) * 128 + column);
+                if (std::abs(x) < 0.05) continue;
+                const double z = 0.007 - extent * ((row + 0.5) / 96 * 2.0 - 1.0), d2 = x * x + z * z + 9.0;
+                const double lux = 3000.0 / (d2 * std::sqrt(d2)) * (x > 0.0 ? passes : 1.0);
+                ASSERT_NEAR(moving[at].r, lux, 0.01 * lux + 0.1) << x << " " << z;
+                ASSERT_NEAR(captured->values[4 * from_top], lux, 0.01 * lux + 0.1) << x << " " << z;
+            }
+        }
+    }
+}
+
+// A sphere that is half open and loses no light, around the luminaire in a diffuse sphere: as
+// GlassPaths.AnInnerSphereChangesOnlyTheWay, by surfels and links.
+TEST(ShownGlass, LinksPassAsOftenAsLight) {
+    constexpr double radius = 2.0, rho = 0.5, passes = 0.4;
+    auto asset = std::make_shared<SceneAsset>(
+        *scene_with({{inward_sphere(radius, 96), glm::vec3(rho)}, {inward_sphere(0.8, 96), glm::vec3(1.0f)}},
+                    isotropic(1000.0), {0, 0, 0})
+             .asset);
+    asset->materials[1].alpha_blend = true;
+    asset->materials[1].base_color.a = static_cast<float>(1.0 - passes);
+    const Scene scene = scene_of(asset);
+    Renderer renderer(context(), Renderer::DirectLight::rays);
+    make_coarse(renderer);
+    const glm::dvec3 d = glm::normalize(glm::dvec3(0.3, -0.7, 0.5));
+    const auto reading = renderer.meter(scene, d * radius * 0.999, -d, Renderer::MeterQuality::interactive);
+    const double first = scene.lights[0].profile->flux_lm / (4 * std::numbers::pi * radius * radius);
+    EXPECT_NEAR(reading.direct_lx(), passes * first, 0.002 * first);
+    EXPECT_NEAR(reading.total_lx(), first / (1.0 - rho), 0.03 * first / (1.0 - rho));
+}
+
+// What shaders draw of coloured glass before a wall: the wall in its colour.
+TEST(ShownGlass, ColouredGlassTintsWhatIsSeen) {
+    const auto square = [](double z) { return quad({-1, -1, z}, {1, -1, z}, {1, 1, z}, {-1, 1, z}); };
+    auto asset = std::make_shared<SceneAsset>(
+        *scene_with({{square(0.0), glm::vec3(0.4f), glm::vec3(3.0f)}, {square(0.5), glm::vec3(0.9f, 0.5f, 0.25f)}},
+                    isotropic(1000.0), {0, 0, 4})
+             .asset);
+    asset->materials[1].transmission = 1.0f;
+    for (const float nits : {0.0f, 3.0f}) {
+        asset->materials[0].emissive_nit = glm::vec3(nits);
+        Scene scene = scene_of(std::make_shared<SceneAsset>(*asset));
+        scene.camera = {{0, 0, 2.0}, {0, 0, 0}, 0.5};
+        Renderer renderer(context(), direct_light());
+        make_coarse(renderer);
+        const auto radiance = renderer.capture(scene, View::beauty, 32, 32, true, 0),
+                   illuminance = renderer.capture(scene, View::illuminance, 32, 32, true, 0);
+        for (std::size_t i = 0; i < radiance->values.size(); i += 4) {
+            for (std::size_t k = 0; k < 3; ++k) {
+                const float tint = asset->materials[1].base_color[static_cast<int>(k)],
+                            expected = tint * (nits + 0.4f * illuminance->values[i + k] / std::numbers::pi_v<float>);
+                ASSERT_NEAR(radiance->values[i + k], expected, 2e-3f * expected + 1e-3f) << i << " " << k;
+            }
+        }
+    }
+}
+
 }  // namespace
 }  // namespace gonio::test

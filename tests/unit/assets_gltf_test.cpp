@@ -157,7 +157,10 @@ TEST_F(AssetsGltf, Materials) {
     EXPECT_EQ(material.alpha_cutoff, 0.25f);
     EXPECT_TRUE(scene->warnings.empty());
     document["materials"][0]["alphaMode"] = "BLEND";
-    EXPECT_TRUE(warns(*good(document), "blending"));
+    const auto blended = good(document);
+    EXPECT_TRUE(blended->materials[0].alpha_blend && !blended->materials[0].alpha_mask && blended->warnings.empty());
+    document["materials"][0]["pbrMetallicRoughness"]["baseColorFactor"] = {0.1, 0.2, 0.3, 1.0};  // covers all
+    EXPECT_FALSE(good(document)->materials[0].alpha_blend);
 }
 
 // 1 x 1 and 2 x 1 PNG files: straight alpha, 16 bit, grey with alpha, palette.

@@ -104,26 +104,29 @@ PassRun run_direct_rays(const PassContext& context, const Light& light, const Li
 
 namespace {
 
-// Result: direct illuminance at the point of a meter per candela of the luminaire's peak, 1/m².
-double direct_at_point(const PassContext& context, const Light& light, const LightGpu& gpu) {
+// Result: direct illuminance at the point of a meter per candela of the luminaire's peak, rgb, 1/m².
+glm::dvec3 direct_at_point(const PassContext& context, const Light& light, const LightGpu& gpu) {
     const Eye& eye = context.eye;
     const glm::dvec3 normal = -eye.forward, point = eye.position + eye.forward;
     const glm::dvec3 d = point - light.position;
     const double d2 = glm::dot(d, d), cosine = -glm::dot(d, normal) / std::sqrt(d2);
-    if (!(d2 > 0.0 && cosine > 0.0 && gpu.web->peak_cd > 0.0f)) return 0.0;
+    if (!(d2 > 0.0 && cosine > 0.0 && gpu.web->peak_cd > 0.0f)) return glm::dvec3(0.0);
     const glm::dvec3 in_light = glm::transpose(glm::dmat3(glm::mat3_cast(light.world_from_light))) * d;
     const double ratio = ies::intensity(light.profile->photometry.web, {in_light.x, in_light.y, in_light.z}).in(cd) /
                          light.profile->peak_cd;
     const glm::vec3 local = context.traced.local(point);
     const glm::vec3 from = local + glm::vec3(normal) * (4.0f * context.traced.step_off(local));
-    const bool lit = ratio > 0.0 && !context.traced.occluded(from, context.traced.local(light.position));
-    return lit ? ratio * cosine / d2 : 0.0;
+    if (!(ratio > 0.0)) return glm::dvec3(0.0);
+    return glm::dvec3(context.traced.transmittance(from, context.traced.local(light.position))) * (ratio * cosine / d2);
 }
 
 }  // namespace
 
-PassRun run_direct_point(const PassContext& context, const Light& light, const LightGpu& gpu, int layer) {
-    const float value = static_cast<float>(direct_at_point(context, light, gpu)) * context.geometry.layer_unit_m2();
+PassRun run_direct_point(const PassContext& context, const Light& light, const LightGpu& gpu, int layer,
+                         MeterLight& meter) {
+    meter.direct.resize(std::max(meter.direct.size(), static_cast<std::size_t>(layer) + 1));
+    meter.direct[layer] = direct_at_point(context, light, gpu);
+    const float value = trace::luminous(glm::vec3(meter.direct[layer])) * context.geometry.layer_unit_m2();
     glTextureSubImage3D(context.target.direct.id(), 0, 0, 0, layer, 1, 1, 1, GL_RED, GL_FLOAT, &value);
     return {};
 }

@@ -76,7 +76,8 @@ PassRun run_direct(const PassContext& context, const Light& light, const LightGp
 // the one point of a meter, in double precision.
 PassRun run_direct_rays(const PassContext& context, const Light& light, const LightGpu& gpu, int layer,
                         const Surfaces& surfaces, Layers& layers);
-PassRun run_direct_point(const PassContext& context, const Light& light, const LightGpu& gpu, int layer);
+PassRun run_direct_point(const PassContext& context, const Light& light, const LightGpu& gpu, int layer,
+                         MeterLight& meter);
 // The indirect light of the default technique, on the CPU (server/lighting).
 // The G-buffer on the CPU, and the grid that the next passes work on.
 PassRun run_raster(const PassContext& context, Surfaces& surfaces);
