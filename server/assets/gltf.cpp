@@ -90,7 +90,8 @@ void bound_albedo(GltfImport& import, double most) {
     }
     if (bounded > 0)
         import.warn(std::to_string(bounded) + (bounded == 1 ? " material reflects" : " materials reflect") +
-                    " more than --max-albedo and was bounded there: surfaces that lose no light never end a bounce");
+                    " more than --max-albedo and was bounded there: surfaces that lose no light never end a bounce; "
+                    "changes lux");
 }
 
 // name: of the result. The rest as of load_scene.

@@ -15,6 +15,7 @@
 #include "server/scene/scene.h"
 
 namespace tinygltf {
+class Value;
 struct Material;
 struct TextureInfo;
 class Node;
@@ -84,6 +85,8 @@ struct BaseColour {
 };
 BaseColour base_colour_of(const tinygltf::Material& material);
 UvPlacement placement_of(const tinygltf::TextureInfo& texture);
+// Result: a number of an extension's object, or the fallback where it has none. Its type was checked.
+double number_of(const tinygltf::Value& object, const char* member, double fallback);
 // Makes a material that has its own colour whatever the light into what `unlit` says.
 void make_unlit(Material& material, Unlit unlit);
 

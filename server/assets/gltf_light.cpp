@@ -46,7 +46,8 @@ Result<glm::dvec3> colour(const Value& list, const std::string& where) {
 
 bool has_room(GltfImport& import) {
     if (import.scene.lights.size() < kMaxLights) return true;
-    import.warn("the scene has more than " + std::to_string(kMaxLights) + " lights: the rest was left out");
+    import.warn("the scene has more than " + std::to_string(kMaxLights) +
+                " lights: the rest was left out; changes lux");
     return false;
 }
 
@@ -76,7 +77,7 @@ std::optional<Error> add_punctual(GltfImport& import, const LightNode& node, int
                          "cone angles lie between 0 and pi/2"};
         }
         if (outer > std::numbers::pi / 2.0 + 1e-6)
-            import.warn("a cone angle beyond pi/2 was limited to it (" + where + ")");
+            import.warn("a cone angle beyond pi/2 was limited to it; changes lux (" + where + ")");
         if (!(inner < outer))
             import.warn("the inner cone of a spot is not inside its outer one: its edge is sharp (" + where + "/spot)");
         std::shared_ptr<const Profile>& spot = import.spots[{inner, outer}];
@@ -101,7 +102,8 @@ std::optional<Error> add_punctual(GltfImport& import, const LightNode& node, int
         light.color[c] = from.color[c];
     }
     if (from.range > 0.0)
-        import.warn("the range of lights is ignored: light falls off by the inverse square (" + where + ")");
+        import.warn("the range of lights is ignored: light falls off by the inverse square; changes lux (" + where +
+                    ")");
     tables_of(*light.profile);
     add_light(import, node, from.name, std::move(light));
     return std::nullopt;

@@ -97,8 +97,8 @@ tinygltf::TextureInfo transmission_texture(const tinygltf::Material& from) {
     const auto found = from.extensions.find("KHR_materials_transmission");
     if (found == from.extensions.end() || !found->second.Has("transmissionTexture")) return texture;
     const Value& value = found->second.Get("transmissionTexture");
-    texture.index = static_cast<int>(number(value, "index", -1.0));
-    texture.texCoord = static_cast<int>(number(value, "texCoord", 0.0));
+    texture.index = static_cast<int>(number_of(value, "index", -1.0));
+    texture.texCoord = static_cast<int>(number_of(value, "texCoord", 0.0));
     return texture;
 }
 
@@ -107,11 +107,11 @@ std::optional<Error> import_transmission(GltfImport& import, const tinygltf::Mat
                                          const std::string& where, Material& material) {
     const auto found = from.extensions.find("KHR_materials_transmission");
     if (found == from.extensions.end()) return std::nullopt;
-    const double factor = number(found->second, "transmissionFactor", 0.0);
+    const double factor = number_of(found->second, "transmissionFactor", 0.0);
     if (factor < 0.0 || factor > 1.0) import.warn("a transmissionFactor outside 0..1 was clamped (" + where + ")");
     material.transmission = static_cast<float>(std::clamp(factor, 0.0, 1.0));
     if (!(material.transmission > 0.0f)) return std::nullopt;
-    import.warn("light passes glass straight on: it is neither refracted nor reflected there (" + where + ")");
+    import.warn(feature_warning("KHR_materials_transmission", where));
     const glm::vec4& color = material.base_color;
     if (color.r != color.g || color.g != color.b || material.base_color_image >= 0)
         import.warn(
@@ -176,7 +176,7 @@ Result<Material> convert(GltfImport& import, const tinygltf::Material& from, con
                 import_texture(import, emissive.index, material.emissive_image, has_base ? nullptr : &material))
             return *error;
         if (has_base && uv != placement_of(emissive))
-            import.warn("the emissive texture uses the base colour's texture coordinates (" + where + ")");
+            import.warn("the emissive texture uses the base colour's texture coordinates; changes lux (" + where + ")");
     }
     if (normal.index >= 0) {
         if (auto error = import_texture(import, normal.index, material.normal_image,

@@ -13,10 +13,6 @@ using tinygltf::Value;
 
 constexpr float kUnlitWhite_nit = 80.0f;  // of the reference display of sRGB (IEC 61966-2-1)
 
-double number(const Value& object, const char* member, double fallback) {
-    return object.Has(member) ? object.Get(member).GetNumberAsDouble() : fallback;
-}
-
 glm::vec2 pair(const Value& object, const char* member, const glm::vec2& fallback) {
     if (!object.Has(member)) return fallback;
     const Value& value = object.Get(member);
@@ -26,17 +22,21 @@ glm::vec2 pair(const Value& object, const char* member, const glm::vec2& fallbac
 // KHR_texture_transform: uv' = T R S uv, rotation counter-clockwise about the texture's upper left corner.
 UvPlacement transformed(const Value& transform, int set) {
     UvPlacement result;
-    const auto turn = static_cast<float>(number(transform, "rotation", 0.0));
+    const auto turn = static_cast<float>(number_of(transform, "rotation", 0.0));
     const glm::vec2 scale = pair(transform, "scale", glm::vec2(1.0f));
     const float c = std::cos(turn), s = std::sin(turn);
     // Columns of R S, with R = [c s; -s c] (the extension's column-major matrix, v pointing down).
     result.linear = glm::mat2(c * scale.x, -s * scale.x, s * scale.y, c * scale.y);
     result.offset = pair(transform, "offset", glm::vec2(0.0f));
-    result.set = static_cast<int>(number(transform, "texCoord", set));
+    result.set = static_cast<int>(number_of(transform, "texCoord", set));
     return result;
 }
 
 }  // namespace
+
+double number_of(const Value& object, const char* member, double fallback) {
+    return object.Has(member) ? object.Get(member).GetNumberAsDouble() : fallback;
+}
 
 UvPlacement placement_of(const tinygltf::TextureInfo& texture) {
     const auto found = texture.extensions.find("KHR_texture_transform");
@@ -63,7 +63,7 @@ BaseColour base_colour_of(const tinygltf::Material& material) {
     if (!from.Has("diffuseTexture")) return base;
     const Value& texture = from.Get("diffuseTexture");
     base.texture = texture.Get("index").GetNumberAsInt();
-    base.uv.set = static_cast<int>(number(texture, "texCoord", 0.0));
+    base.uv.set = static_cast<int>(number_of(texture, "texCoord", 0.0));
     if (texture.Has("extensions") && texture.Get("extensions").Has("KHR_texture_transform"))
         base.uv = transformed(texture.Get("extensions").Get("KHR_texture_transform"), base.uv.set);
     return base;

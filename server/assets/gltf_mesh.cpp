@@ -198,7 +198,7 @@ std::optional<Error> read_vertices(GltfImport& import, const tinygltf::Primitive
         for (std::size_t i = 0; i < count; ++i)
             mesh.vertices[i].uv = placed.linear * glm::make_vec2(&(*uv)[2 * i]) + placed.offset;
     } else if (import.scene.materials[mesh.material].base_color_image >= 0) {
-        import.warn("a textured primitive has no texture coordinates " + set + " (" + where + ")");
+        import.warn("a textured primitive has no texture coordinates " + set + "; changes lux (" + where + ")");
     }
     return std::nullopt;
 }

@@ -136,7 +136,7 @@ std::optional<Error> add_meshes(GltfImport& import, const tinygltf::Node& node, 
     const double volume = glm::dot(axes[0], glm::cross(axes[1], axes[2]));
     const double size = glm::length(axes[0]) * glm::length(axes[1]) * glm::length(axes[2]);
     if (!(std::abs(volume) > 1e-12 * size)) {
-        import.warn("a mesh that its node flattens was left out (" + where + ")");
+        import.warn("a mesh that its node flattens was left out; changes lux (" + where + ")");
         return std::nullopt;
     }
     for (const int mesh : import.meshes_of_mesh[node.mesh]) {
