@@ -6,11 +6,10 @@
 #include <cmath>
 #include <functional>
 #include <glm/gtc/packing.hpp>
-#include <optional>
 #include <span>
 
+#include "server/lighting/panes.h"
 #include "server/lighting/screen.h"
-#include "shaders/lib/as_cpp.h"
 
 #undef HWY_TARGET_INCLUDE
 #define HWY_TARGET_INCLUDE "server/lighting/raster.cpp"
@@ -41,10 +40,6 @@ struct Strip {
     float* emission;  // null: not wanted
     int pane_sample;
 };
-// Whether a triangle is not seen where its corners 1 and 2 have these weights: its alpha mask is open, or it is seen
-// through.
-bool is_hole(const MaterialTable& material_table, std::uint32_t triangle, float corner1, float corner2,
-             int pane_sample);
 }  // namespace gonio::lighting
 #endif
 
@@ -386,38 +381,6 @@ bool set_up(const OnScreen& screen, const std::array<std::uint8_t, 3>& corner, b
     return true;
 }
 
-}  // namespace
-
-namespace {
-
-// A triangle's base colour, its texture's at full detail, and where it lies on it.
-glm::vec4 base_color_at(const MaterialTable& material_table, std::uint32_t triangle, float corner1, float corner2,
-                        glm::vec2& at) {
-    const Material& material = material_table.asset->materials[material_table.triangles[triangle].material];
-    glm::vec4 color = material.base_color;
-    if (!material_table.colors.empty()) {
-        const glm::u16vec4* own = material_table.colors[triangle].corner;
-        color *= ((1.0f - corner1 - corner2) * glm::vec4(own[0]) + corner1 * glm::vec4(own[1]) +
-                  corner2 * glm::vec4(own[2])) /
-                 65535.0f;
-    }
-    if (material_table.uv.empty()) return color;
-    const glm::vec2* uv = material_table.uv[triangle].uv;
-    at = (1.0f - corner1 - corner2) * uv[0] + corner1 * uv[1] + corner2 * uv[2];
-    return trace::textured(*material_table.asset, material, color, material.base_color_image, at);
-}
-
-// Result: how a triangle lets light pass; nothing in a hole of its mask.
-std::optional<trace::Transparency> transparency_at(const MaterialTable& material_table, std::uint32_t triangle,
-                                                   float corner1, float corner2) {
-    const Material& material = material_table.asset->materials[material_table.triangles[triangle].material];
-    glm::vec2 uv(0.0f);
-    const glm::vec4 color = base_color_at(material_table, triangle, corner1, corner2, uv);
-    if (material.alpha_mask && color.a < material.alpha_cutoff) return std::nullopt;
-    if (!material.transmissive()) return trace::Transparency{};
-    return trace::transparency_of(*material_table.asset, material, color, uv);
-}
-
 // What lies before the nearest surfaces of a strip's pixels, and is seen through, tints them.
 struct Tints {
     std::vector<glm::vec3> tint;  // by pixel; empty: none
@@ -457,18 +420,7 @@ struct Tints {
     }
 };
 
-bool any_pane(const MaterialTable& material_table) {
-    return std::any_of(material_table.asset->materials.begin(), material_table.asset->materials.end(),
-                       [](const Material& material) { return material.transmissive(); });
-}
-
 }  // namespace
-
-bool is_hole(const MaterialTable& material_table, std::uint32_t triangle, float corner1, float corner2,
-             int pane_sample) {
-    const auto pane = transparency_at(material_table, triangle, corner1, corner2);
-    return !pane || glsl::pass_threshold(triangle, pane_sample) < pane->share;
-}
 
 unsigned draw_gbuffer(const Clusters& clusters, const MaterialTable& material_table, bool emissive, GBuffer& gbuffer,
                       Raster& raster, Pool& pool, int pane_sample) {

@@ -32,17 +32,20 @@ struct EncodedFrame {
     std::int64_t began_ns = 0, encoded_ns = 0;     // of its encoding; a repeat of a picture begins long after it
 };
 
-inline constexpr double kCrf = 23.0;  // x264's constant rate factor: 6 more halve the bits
+// x264's constant rate factors: 6 more halve the bits. While something moves, and at rest, where the picture comes out
+// visually lossless (docs/streaming.md).
+inline constexpr double kCrf = 22.0, kStillCrf = 10.0;
 
 // How one frame is to be encoded.
 struct FrameRequest {
-    bool key = false;                // as an IDR with SPS and PPS in-band
-    std::uint32_t budget_bytes = 0;  // it shall not be larger, however coarse it gets; 0: no limit
-    double crf = kCrf;               // where the budget allows it, 0..51
+    bool key = false;  // as an IDR with SPS and PPS in-band
+    // It shall not be larger, however coarse it gets, down to x264's quantiser 40; 0: no limit.
+    std::uint32_t budget_bytes = 0;
+    double crf = kCrf;  // where the budget allows it, 0..51
 };
 
-// H.264 by libavcodec: infinite GOP, no B frames, nothing held back, BT.709 limited VUI. Not thread-safe: one thread
-// owns it.
+// H.264 by libavcodec: infinite GOP, no B frames, nothing held back, a VUI of what colours the pixels have. Not
+// thread-safe: one thread owns it.
 class H264Encoder {
 public:
     // kind: a name of encoder_kinds(). Encodes one grey picture, so that what cannot encode is refused here.

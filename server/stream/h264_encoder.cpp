@@ -46,6 +46,11 @@ struct Kind {
     bool reopens;   // another budget needs another encoder: its rate is fixed once it is open
     std::array<std::pair<const char*, const char*>, 8> options;
 };
+// Beside the preset, x264's own names (docs/streaming.md has why, docs/notebook/performance.md what was tried). Plain
+// blocks get bits from textured ones, chroma from luma; a weak loop filter; more bits for what moves. Beyond quantiser
+// 40 a picture is blocks: a frame is rather larger then. Below 8 nobody sees a difference.
+constexpr const char* kX264Params =
+    "aq-mode=2:aq-strength=1:chroma-qp-offset=-8:deblock=-2:partitions=i4x4:qcomp=0.8:qpmin=8:qpmax=40";
 constexpr Kind kKinds[] = {
     {"h264_nvenc",
      false,
@@ -66,7 +71,8 @@ constexpr Kind kKinds[] = {
        {"tune", "zerolatency"},
        {"profile", "baseline"},
        {"forced-idr", "1"},
-       {"sc_threshold", "0"}}}},
+       {"sc_threshold", "0"},
+       {"x264-params", kX264Params}}}},
 };
 constexpr const char* kKindNames[] = {kKinds[0].name, kKinds[1].name, kKinds[2].name};
 
@@ -170,7 +176,7 @@ private:
         context_->color_range = AVCOL_RANGE_MPEG;
         context_->colorspace = AVCOL_SPC_BT709;
         context_->color_primaries = AVCOL_PRI_BT709;
-        context_->color_trc = AVCOL_TRC_BT709;
+        context_->color_trc = AVCOL_TRC_IEC61966_2_1;            // of srgb_encode() in shaders/lib/display.glsl
         context_->chroma_sample_location = AVCHROMA_LOC_CENTER;  // the shader averages 2×2
         if (kind_->surfaces) {
             if (auto made = make_surfaces(); !made) return made;
@@ -229,10 +235,10 @@ private:
     Result<bool> limit(const FrameRequest& request) {
         if (request.crf == crf_ && request.budget_bytes == budget_bytes_) return true;
         if (kind_->reopens) {
-            // Not for a change that nobody would notice: the IDR that it costs would be.
+            // Not for a change that nobody would notice, nor to sharpen a still: the IDR that it costs would be seen.
             const double before = budget_bytes_, now = request.budget_bytes;
-            if (request.crf == crf_ && before > 0 && now > 0 && now / before > 0.67 && now / before < 1.5) return true;
-            return open_context(request);
+            const bool same = before == now || (before > 0 && now > 0 && now / before > 0.67 && now / before < 1.5);
+            return request.crf <= crf_ && same ? Result<bool>(true) : open_context(request);
         }
         crf_ = request.crf;
         budget_bytes_ = request.budget_bytes;

@@ -140,7 +140,7 @@ struct LaneEncoders::Shared {
             out.stream(state.lane,
                        {state.encoder->codec_string(), setup.kinds[state.kind], state.width_px, state.height_px});
         frame->lane = state.lane;
-        const bool sharp = is_sharp(*frame, job.picture), final = job.settled && (sharp || job.last);
+        const bool sharp = job.fine && is_sharp(*frame, job.picture), final = job.settled && (sharp || job.last);
         state.sharp = sharp;
         state.final = final;
         if (frame->key) ++state.keys;

@@ -23,6 +23,7 @@ struct LaneJob {
     FrameRequest request;
     bool settled = false;  // nothing newer is due
     bool last = false;     // of the refining repeats of this picture
+    bool fine = false;     // at the quality of stills: if the frame is tiny, nothing is left to say
 };
 
 struct VideoStream {

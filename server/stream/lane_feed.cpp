@@ -7,7 +7,7 @@ namespace {
 
 constexpr std::int64_t kPatienceNs = 1'000'000'000;    // with a viewer that does not acknowledge
 constexpr std::int64_t kCloseEmptyNs = 5'000'000'000;  // the encoder of a lane without viewers
-constexpr double kLowCrf = kCrf + 6;                   // half the bits
+constexpr double kLowerCrf = 6;                        // by so much in the low lane: half the bits
 constexpr std::uint64_t kLowEvery = 2;                 // half the rate
 
 }  // namespace
@@ -65,8 +65,15 @@ void LaneFeed::give(const LaneRequest& request, Turn turn, std::int64_t now_ns, 
     lane.repeats = turn == Turn::repeat ? lane.repeats + 1 : 0;
     lane.picture = number_;
     lane.given_ns = now_ns;
-    const FrameRequest frame{turn == Turn::key, request.budget_bytes, request.lane == kLowLane ? kLowCrf : kCrf};
-    encoders_.put(request.lane, {newest_, frame, settled, lane.repeats >= kRepeats});
+    if (turn == Turn::repeat) lane.still_rev = newest_.scene_rev;
+    // Refined pictures of a scene at rest too. Not key frames: whoever waits for one would wait for twice its size.
+    const bool fine = turn != Turn::key && lane.still_rev == newest_.scene_rev;
+    const double crf = (fine ? kStillCrf : kCrf) + (request.lane == kLowLane ? kLowerCrf : 0.0);
+    encoders_.put(request.lane, {.picture = newest_,
+                                 .request = {turn == Turn::key, request.budget_bytes, crf},
+                                 .settled = settled,
+                                 .last = lane.repeats >= kRepeats,
+                                 .fine = fine});
 }
 
 void LaneFeed::serve(std::int64_t now_ns, bool more, bool settled) {

@@ -4,6 +4,7 @@
 
 #include <cstdint>
 #include <map>
+#include <optional>
 #include <vector>
 
 #include "server/stream/lane_encoders.h"
@@ -47,8 +48,9 @@ public:
 
 private:
     struct Lane {
-        std::uint64_t picture = 0;  // number of the last one it was given
-        unsigned repeats = 0;       // of that one
+        std::uint64_t picture = 0;               // number of the last one it was given
+        unsigned repeats = 0;                    // of that one
+        std::optional<std::uint32_t> still_rev;  // revision of the scene at which it was repeated
         std::int64_t given_ns = 0, empty_since_ns = 0;
     };
     enum class Turn : std::uint8_t { none, picture, key, repeat };

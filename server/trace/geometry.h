@@ -91,9 +91,9 @@ public:
     // The same for the rays of `active` (bit i: ray i). Result: bits of those that meet a surface before `far`.
     // coherent: the rays lie side by side.
     unsigned occluded(const RayPacket& rays, unsigned active, bool coherent = false) const;
-    // The same for the nearest surface. A ray passes a transmissive one by chance, as often as it passes light; without
-    // hits[i].tint that is by luminance, and what coloured glass takes meets nothing. hits: kPacket, filled where the
-    // result has a bit. colours: albedo and emission are asked for.
+    // The same for the nearest surface. hits: kPacket, filled where the result has a bit. colours: albedo and emission
+    // are asked for. A ray passes transmissive surfaces by chance, as often as light does. Where a hit has no tint that
+    // is by luminance, and what coloured glass takes meets nothing.
     unsigned closest(const RayPacket& rays, unsigned active, SurfaceHit* hits, bool colours = true) const;
     unsigned closest(const RayPacket& rays, unsigned active, HitPacket& hits) const;
     // Result: a step along a normal that leaves the surface at p for certain, m: about a hundred roundings of p.

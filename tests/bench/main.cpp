@@ -14,6 +14,8 @@
 #include "tests/bench/refinement.h"
 #include "tests/bench/report.h"
 #include "tests/bench/scaling.h"
+#include "tests/bench/stills.h"
+#include "tests/bench/stream_bench.h"
 #include "tests/bench/transport_bench.h"
 #include "tests/stress/stress.h"
 
@@ -145,6 +147,25 @@ int main(int argc, char** argv) {
         ->capture_default_str();
     refinement->add_option("--device", refinement_options.device, "index of the EGL device");
     refinement->add_flag("--json", refinement_options.json, "print rows as JSON");
+    gonio::bench::StillsOptions stills_options;
+    std::string stills_size = "400x400";
+    CLI::App* stills = app.add_subcommand("stills", "FLIP of captures to the path tracer's pictures");
+    stills->add_option("--scene", stills_options.scene, "only cornell, atrium");
+    stills->add_option("--size", stills_size, "WIDTHxHEIGHT")->capture_default_str()->check(kSize);
+    stills->add_option("--samples", stills_options.samples, "of a pixel of the path tracer's, in two halves")
+        ->check(CLI::Range(2u, 65536u))
+        ->capture_default_str();
+    stills->add_option("--cache", stills_options.cache, "folder of computed references")->capture_default_str();
+    stills->add_option("--pictures", stills_options.pictures, "write the pictures to this folder");
+    stills->add_option("--device", stills_options.device, "index of the EGL device");
+    stills->add_flag("--json", stills_options.json, "print rows as JSON");
+    gonio::bench::StreamOptions stream_options;
+    CLI::App* stream = app.add_subcommand(
+        "stream", "what a viewer's decoder shows of the pictures that were encoded, moving and at rest");
+    stream->add_option("--scene", stream_options.scene, "only cornell, atrium");
+    stream->add_option("--pictures", stream_options.pictures, "write pictures to this folder, encoded and decoded");
+    stream->add_option("--device", stream_options.device, "index of the EGL device");
+    stream->add_flag("--json", stream_options.json, "print rows as JSON");
     bool machine_json = false;
     CLI::App* machine =
         app.add_subcommand("machine", "what the machine can do: arithmetic, memory, links, rays, the encoder");
@@ -169,6 +190,11 @@ int main(int argc, char** argv) {
             gonio::bench::run_transport(transport_options, std::cout, std::cerr);
         } else if (refinement->parsed()) {
             gonio::bench::run_refinement(refinement_options, std::cout, std::cerr);
+        } else if (stills->parsed()) {
+            read_size(stills_size, stills_options.width_px, stills_options.height_px);
+            gonio::bench::run_stills(stills_options, std::cout, std::cerr);
+        } else if (stream->parsed()) {
+            gonio::bench::run_stream(stream_options, std::cout, std::cerr);
         } else if (report->parsed()) {
             gonio::bench::write_report(gonio::bench::make_report(results, templates), docs);
         } else if (pareto->parsed()) {

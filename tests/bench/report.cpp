@@ -220,6 +220,9 @@ std::string filled(const std::filesystem::path& page_template, const std::map<st
 }  // namespace
 
 Report make_report(const std::filesystem::path& results, const std::filesystem::path& templates) {
+    const auto where_run = [&](const char* file) {
+        return std::filesystem::exists(results / file) ? read_json(results / file) : Json();
+    };
     const Saved saved = {read_json(results / "frames.json"),
                          read_json(results / "lights.json"),
                          read_json(results / "scaling.json"),
@@ -227,7 +230,8 @@ Report make_report(const std::filesystem::path& results, const std::filesystem::
                          read_json(results / "machine.json"),
                          read_json(results / "refinement.json"),
                          read_json(results / "transport.json"),
-                         std::filesystem::exists(results / "stress.json") ? read_json(results / "stress.json") : Json(),
+                         where_run("stress.json"),
+                         where_run("stream.json"),
                          read_text(results / "ies.txt")};
     const std::map<std::string, std::string> tables = {{"frames", frames_table(saved.frames)},
                                                        {"scaling", scaling_table(saved.scaling)},
@@ -239,7 +243,8 @@ Report make_report(const std::filesystem::path& results, const std::filesystem::
                                                        {"transport", transport_table(saved.transport)},
                                                        {"accuracy", accuracy_table(saved.pareto)},
                                                        {"pareto", pareto_table(saved.pareto)},
-                                                       {"stress", stress_table(saved.stress)}};
+                                                       {"stress", stress_table(saved.stress)},
+                                                       {"stream", stream_table(saved.stream)}};
     const auto figures = figures_of(saved);
     Report report;
     std::set<std::string> used;

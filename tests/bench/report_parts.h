@@ -23,9 +23,9 @@ std::string head_of(const std::vector<std::string>& cells);
 const Json& one_where(const Json& rows, const std::map<std::string, Json>& fields);
 const Json& row_where(const Json& file, const std::map<std::string, Json>& fields);
 
-// What a folder of results holds. stress: null where it was not run.
+// What a folder of results holds. stress, stream: null where they were not run.
 struct Saved {
-    Json frames, lights, scaling, pareto, machine, refinement, transport, stress;
+    Json frames, lights, scaling, pareto, machine, refinement, transport, stress, stream;
     std::string ies;  // as ies-bench prints it
 };
 
@@ -42,6 +42,7 @@ std::string transport_table(const Json& transport);
 std::string pareto_table(const Json& pareto);
 std::string accuracy_table(const Json& pareto);  // of the default technique, against all bounces
 std::string stress_table(const Json& stress);
+std::string stream_table(const Json& stream);
 // Result: the least time of this name that the seed technique's 400 samples took in a scene anywhere, ms: what held
 // them up must not make a goal.
 double least_of_seed(const Saved& saved, const char* scene, const char* ms);

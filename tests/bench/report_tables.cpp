@@ -162,6 +162,36 @@ std::string refinement_table(const Json& refinement) {
     return table;
 }
 
+std::string stream_table(const Json& stream) {
+    if (stream.is_null()) return "Not measured on this machine.\n";
+    struct Row {
+        const char *text, *name;
+        int digits;
+    };
+    constexpr Row rows[] = {{"PSNR of Y', dB", "y_db", 1},
+                            {"PSNR of R'G'B', dB", "rgb_db", 1},
+                            {"FLIP, mean", "flip", 3},
+                            {"FLIP of the worst 8×8 block", "block_flip", 3},
+                            {"steps between plain 8×8 blocks, codes", "plain_step", 2}};
+    std::string table;
+    for (const Json& scene : stream.at("rows")) {
+        const Json &moving = scene.at("moving"), &rest = scene.at("rest");
+        table += head_of({scene.at("scene"), "moving, median", "worst", "at rest"});
+        for (const Row& row : rows) {
+            const Json& values = moving.at(row.name);
+            table += row_of({row.text, fixed(values.at("median"), row.digits), fixed(values.at("worst"), row.digits),
+                             fixed(rest.at(row.name), row.digits)});
+        }
+        table += row_of({"kB a frame", fixed(moving.at("kbytes"), 1), "", ""});
+        table += row_of({"encoder, ms a frame", fixed(moving.at("encode_ms"), 2), "", ""});
+        const Json& lossless_s = scene.at("lossless_s");
+        table +=
+            row_of({"visually lossless after", "", "", lossless_s.is_null() ? "never" : fixed(lossless_s, 2) + " s"});
+        if (&scene != &stream.at("rows").back()) table += "\n";
+    }
+    return table;
+}
+
 std::string pareto_table(const Json& pareto) {
     std::string table = head_of({"scene, luminaires, profile", "technique", "samples", "median ms", "indirect ms",
                                  "move ms", "its indirect", "rmse_rsm", "rmse", "rmse99", "p95", "bias", "front"});

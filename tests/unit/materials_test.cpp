@@ -163,7 +163,7 @@ TEST_F(Materials, VertexAlphaCutsHoles) {
 // is stopped by it either way.
 TEST_F(Materials, BacksAreCulledForViewersOnly) {
     const std::string path = write("square.gltf", square().dump());
-    const auto culled = *load_scene(path), shown = *load_scene(path, "", kMaxAlbedo, SIZE_MAX, true);
+    const auto culled = *load_scene(path), shown = *load_scene(path, "", {.show_backs = true});
     EXPECT_GT(looks(culled).size(), 1000u);
     EXPECT_EQ(looks(culled, -2.0).size(), 0u);
     EXPECT_EQ(looks(shown, -2.0).size(), looks(shown, 2.0).size());
@@ -175,7 +175,7 @@ TEST_F(Materials, BacksAreCulledForViewersOnly) {
         EXPECT_EQ(geometry.closest(behind, {0, 0, 1}, 0.0f, true, hit), asset == shown);
         EXPECT_TRUE(geometry.closest(behind, {0, 0, 1}, 0.0f, false, hit));
     }
-    EXPECT_TRUE((*load_scene("cornell", "", kMaxAlbedo, SIZE_MAX, true))->materials[0].show_back);
+    EXPECT_TRUE((*load_scene("cornell", "", {.show_backs = true}))->materials[0].show_back);
 }
 
 // A normal map of one normal, tilted by 30° to the right or up in the texture: shading normals, of the file's texture
@@ -276,7 +276,7 @@ TEST_F(Materials, AShownBackDoesNotEmit) {
     Json document = square();
     document["materials"][0]["emissiveFactor"] = {1, 1, 1};
     const std::string path = write("lamp.gltf", document.dump());
-    const auto asset = *load_scene(path, "", kMaxAlbedo, SIZE_MAX, true);
+    const auto asset = *load_scene(path, "", {.show_backs = true});
     const trace::Geometry geometry(asset);
     for (const double z : {2.0, -2.0}) {
         lighting::GBuffer gbuffer;

@@ -1,0 +1,156 @@
+#include "tests/bench/stills.h"
+
+#include <algorithm>
+#include <cmath>
+#include <fstream>
+#include <iomanip>
+#include <nlohmann/json.hpp>
+#include <ostream>
+#include <stdexcept>
+#include <vector>
+
+#include "server/base/clock.h"
+#include "server/render/renderer.h"
+#include "server/trace/sources.h"
+#include "shaders/lib/as_cpp.h"
+#include "tests/bench/cases.h"
+#include "tests/gl/flip.h"
+
+namespace gonio::bench {
+namespace {
+
+using test::Picture;
+
+// Samples a pixel, rgb and coverage, rows from the top.
+std::vector<float> traced(const Scene& scene, std::uint32_t seed, unsigned samples) {
+    trace::Settings settings;
+    settings.seed = seed;
+    settings.noise = 0.0;
+    settings.max_passes = samples;
+    trace::Picture picture(trace::make_world(scene),
+                           {scene.camera, scene.width_px, scene.height_px, trace::Quantity::radiance, true}, settings);
+    while (!picture.refine(10.0).complete) {
+    }
+    return picture.values();
+}
+
+std::vector<float> half_of(const StillsOptions& options, const std::string& name, const Scene& scene,
+                           std::uint32_t half) {
+    const std::filesystem::path file =
+        options.cache /
+        ("still-" + name + "-" + std::to_string(scene.width_px) + "x" + std::to_string(scene.height_px) + "-" +
+         std::to_string(options.samples) + "-" + std::to_string(half) + ".raw");
+    std::vector<float> values(std::size_t{4} * scene.width_px * scene.height_px);
+    const auto bytes = static_cast<std::streamsize>(values.size() * sizeof(float));
+    if (std::ifstream in(file, std::ios::binary); in.read(reinterpret_cast<char*>(values.data()), bytes)) return values;
+    values = traced(scene, 1 + half, options.samples / 2);
+    std::filesystem::create_directories(options.cache);
+    std::ofstream out(file, std::ios::binary);
+    out.write(reinterpret_cast<const char*>(values.data()), bytes);
+    if (!out) throw std::runtime_error("cannot write " + file.string());
+    return values;
+}
+
+float byte_of(float encoded) {
+    return std::round(std::clamp(encoded, 0.0f, 1.0f) * 255.0f) / 255.0f;
+}
+
+// What a display shows of it (docs/rendering.md, Display).
+Picture shown(const std::vector<float>& values, const Scene& scene) {
+    Picture picture{scene.width_px, scene.height_px, {}};
+    for (int y = 0; y < picture.height; ++y) {
+        for (int x = 0; x < picture.width; ++x) {
+            const float* at = values.data() + 4 * static_cast<std::size_t>(y * picture.width + x);
+            const glm::vec3 display = glsl::expose({at[0], at[1], at[2]}, static_cast<float>(scene.exposure_ev100)) +
+                                      glm::vec3((1.0f - at[3]) * glsl::background_display());
+            const glm::vec3 encoded = glsl::encode_display(display, x, picture.height - 1 - y);
+            picture.srgb.emplace_back(byte_of(encoded.r), byte_of(encoded.g), byte_of(encoded.b));
+        }
+    }
+    return picture;
+}
+
+Picture shown(const CapturedPicture& still) {
+    Picture picture{still.width_px, still.height_px, {}};
+    for (std::size_t i = 0; i < still.rgba8.size(); i += 4)
+        picture.srgb.emplace_back(glm::vec3(still.rgba8[i], still.rgba8[i + 1], still.rgba8[i + 2]) / 255.0f);
+    return picture;
+}
+
+void write_ppm(const std::string& folder, const std::string& name, const Picture& picture) {
+    if (folder.empty()) return;
+    std::filesystem::create_directories(folder);
+    std::ofstream out(std::filesystem::path(folder) / (name + ".ppm"), std::ios::binary);
+    out << "P6\n" << picture.width << " " << picture.height << "\n255\n";
+    for (const glm::vec3& pixel : picture.srgb) {
+        for (int k = 0; k < 3; ++k) out.put(static_cast<char>(std::lround(pixel[k] * 255.0f)));
+    }
+}
+
+struct Row {
+    std::string scene;
+    double one = 0.0, all = 0.0, halves = 0.0;    // FLIP
+    double one_seconds = 0.0, all_seconds = 0.0;  // of a second capture each
+};
+
+Row measure(const gl::Context& context, const std::string& name, const StillsOptions& options) {
+    Scene scene = scene_of_case({name, "wide"});
+    scene.width_px = options.width_px, scene.height_px = options.height_px;
+    const std::vector<float> a = half_of(options, name, scene, 0), b = half_of(options, name, scene, 1);
+    std::vector<float> mean(a.size());
+    for (std::size_t i = 0; i < a.size(); ++i) mean[i] = 0.5f * (a[i] + b[i]);
+    const Picture truth = shown(mean, scene);
+    Renderer renderer(context);
+    renderer.set_links(transport::kMostLinks);
+    Row row{name};
+    const auto capture = [&](unsigned samples, double& seconds) {
+        std::shared_ptr<const CapturedPicture> still;
+        for (int i = 0; i < 2; ++i) {  // the first compiles shaders and makes links
+            const std::int64_t began_ns = monotonic_ns();
+            still = renderer.capture(scene, View::beauty, scene.width_px, scene.height_px, false, trace::kAllBounces,
+                                     samples);
+            seconds = seconds_since(began_ns);
+        }
+        return shown(*still);
+    };
+    const Picture one = capture(1, row.one_seconds), all = capture(kSamplesPerPixel, row.all_seconds);
+    row.one = test::mean_flip(truth, one);
+    row.all = test::mean_flip(truth, all);
+    row.halves = test::mean_flip(shown(a, scene), shown(b, scene));
+    write_ppm(options.pictures, name + "-1", one);
+    write_ppm(options.pictures, name + "-16", all);
+    write_ppm(options.pictures, name + "-reference", truth);
+    return row;
+}
+
+}  // namespace
+
+void run_stills(const StillsOptions& options, std::ostream& out, std::ostream& progress) {
+    const auto context = gl::Context::create({options.device, false});
+    std::vector<Row> rows;
+    for (const char* scene : {"cornell", "atrium"}) {
+        if (!options.scene.empty() && options.scene != scene) continue;
+        progress << scene << "\n";
+        rows.push_back(measure(*context, scene, options));
+    }
+    if (rows.empty()) throw std::runtime_error("no scene is left: see gonio-bench stills --help");
+    if (options.json) {
+        nlohmann::json json = {{"renderer", context->renderer()}, {"samples", options.samples}};
+        for (const Row& row : rows)
+            json["rows"].push_back({{"scene", row.scene},
+                                    {"flip_one_sample", row.one},
+                                    {"flip", row.all},
+                                    {"flip_halves", row.halves},
+                                    {"seconds_one_sample", row.one_seconds},
+                                    {"seconds", row.all_seconds}});
+        out << json.dump(2) << "\n";
+        return;
+    }
+    out << "FLIP     1 sample  16 samples  halves   seconds: 1 sample  16 samples\n" << std::fixed;
+    for (const Row& row : rows)
+        out << std::left << std::setw(9) << row.scene << std::right << std::setprecision(4) << std::setw(8) << row.one
+            << std::setw(12) << row.all << std::setw(8) << row.halves << std::setprecision(2) << std::setw(20)
+            << row.one_seconds << std::setw(12) << row.all_seconds << "\n";
+}
+
+}  // namespace gonio::bench
