@@ -182,7 +182,7 @@ Result<Material> convert(GltfImport& import, const tinygltf::Material& from, con
         if (auto error = import_texture(import, normal.index, material.normal_image,
                                         first_is_normal ? &material : nullptr, true))
             return *error;
-        material.normal_scale = static_cast<float>(from.normalTexture.scale);
+        material.normal_scale = static_cast<float>(std::clamp(from.normalTexture.scale, -1e3, 1e3));
         if (uv != placement_of(normal))
             import.warn("the normal texture uses another texture's coordinates (" + where + ")");
     }

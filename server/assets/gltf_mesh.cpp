@@ -266,7 +266,12 @@ std::optional<Error> import_primitive(GltfImport& import, const tinygltf::Primit
     } else {
         make_flat(mesh);
     }
-    if (import.scene.materials[mesh.material].normal_image >= 0 && mesh.tangents.empty()) derive_tangents(mesh);
+    const std::string uv = "TEXCOORD_" + std::to_string(import.uv_of_material[mesh.material].set);
+    if (import.scene.materials[mesh.material].normal_image >= 0 && primitive.attributes.count(uv)) {
+        if (mesh.tangents.empty()) derive_tangents(mesh);
+    } else {
+        mesh.tangents.clear();
+    }
     import.vertices += mesh.vertices.size();
     if (import.vertices > kMaxSceneVertices)
         return too_large(where, import.vertices, "the scene has too many vertices");

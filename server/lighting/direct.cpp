@@ -33,6 +33,12 @@ struct Tile {
     float relative[kTilePixels];
 };
 
+// Values of a luminaire at the grid's points, from the first on, as of Lattice; ratio null: every pixel asks.
+struct LatticePoints {
+    const float *ratio, *through;
+    std::ptrdiff_t stride;
+};
+
 // Marks a grid point that receives no light: hidden or turned away (negative), or beyond the beam.
 inline constexpr float kNoLight = 1e-20f;
 
@@ -145,11 +151,11 @@ HWY_INLINE Around around_pixels(const Tile& tile, std::size_t at, const float* l
     return a;
 }
 
-// Adds one luminaire's light to a tile's pixels where the grid's points agree. lattice: its values there, from the
-// first point on; null: every pixel asks. The web is read at pixels that ask, and where it changes by a tenth between
-// the points; else a pixel takes theirs, within 0.2 %. edges: all pixels of a square of 4 × 4 ask if a surface in it is
-// turned away, whose shadow may be narrow. Result: how many pixels are left, in tile.asking, square by square.
-std::size_t LightTile(Tile& tile, const DirectLight& light, const float* lattice, std::ptrdiff_t stride, bool edges,
+// Adds one luminaire's light to a tile's pixels where the grid's points agree. The web is read at pixels that ask, and
+// where it changes by a tenth between the points; else a pixel takes theirs, within 0.2 %. edges: all pixels of a
+// square of 4 × 4 ask if a surface in it is turned away, whose shadow may be narrow. Result: how many pixels are left,
+// in tile.asking, square by square.
+std::size_t LightTile(Tile& tile, const DirectLight& light, const LatticePoints& lattice, bool edges,
                       std::size_t planes) {
     const Tag tag;
     // A pixel that a grid point of another mind has no more of than this follows the others.
@@ -177,9 +183,9 @@ std::size_t LightTile(Tile& tile, const DirectLight& light, const float* lattice
                 const std::size_t at = group + v * kSimdWidth + i;
                 Mask wanted = Float(0.0f) < load(tile.depth + at), agree = none, seen = none, steep = none;
                 store(Float(0.0f), contribution + v * kSimdWidth + i);
-                Float ratio;
-                if (lattice != nullptr) {
-                    const Around around = around_pixels(tile, at, lattice, stride);
+                Float ratio, through(1.0f);
+                if (lattice.ratio != nullptr) {
+                    const Around around = around_pixels(tile, at, lattice.ratio, lattice.stride);
                     const Mask one_surface = hn::AndNot(edge, Float(static_cast<float>(kPoorSum) - 0.5f) < around.sum),
                                light_there = hn::And(Float(0.0f) < around.open, Float(kNoLight) < around.greatest);
                     wanted = hn::And(wanted, hn::Or(hn::Not(one_surface), light_there));
@@ -187,6 +193,12 @@ std::size_t LightTile(Tile& tile, const DirectLight& light, const float* lattice
                     agree = hn::And(one_surface, hn::Or(seen, around.open < around.sum * Float(kOpinion)));
                     steep = hn::And(Float(0.002f) < around.greatest, around.least < around.greatest * Float(0.9f));
                     ratio = around.ratio / max(around.sum, Float(1.0f));
+                    if (lattice.through != nullptr) {
+                        constexpr float kEven = 0.95f;
+                        const Around passed = around_pixels(tile, at, lattice.through, lattice.stride);
+                        agree = hn::AndNot(passed.least < passed.greatest * Float(kEven), agree);
+                        through = passed.ratio / max(passed.sum, Float(1.0f));
+                    }
                 }
                 if (hn::AllFalse(tag, wanted)) continue;
                 if (!edges) look(v);
@@ -199,7 +211,7 @@ std::size_t LightTile(Tile& tile, const DirectLight& light, const float* lattice
                 if (!hn::AllFalse(tag, hn::Or(casts_ray, steep)))
                     ratio = web_ratio(light.web, turned(light.light_from_world, to[v]));
                 const Float relative = ratio * share[v] * Float(light.unit_m2),
-                            shown = hn::IfThenElseZero(lit, relative.raw);
+                            shown = hn::IfThenElseZero(lit, (relative * through).raw);
                 for (std::size_t k = 0; k < planes; ++k)
                     store(load(tile.light[k] + at) + shown * Float(light.weight[static_cast<int>(k)]),
                           tile.light[k] + at);
@@ -337,14 +349,12 @@ struct GridPart {
     }
 };
 
-// The lattice's values of a part's points. number: of the part.
-void ask_grid(const GridPart& part, std::size_t number, const GBuffer& gbuffer, const trace::Geometry& geometry,
+// The lattice's values of a part's points.
+void ask_grid(const GridPart& part, const GBuffer& gbuffer, const trace::Geometry& geometry,
               std::span<const DirectLight> lights, bool sparse, Lattice& lattice) {
     const std::uint64_t beams = beams_at(lights, part.least, part.greatest);
     sparse = sparse && part.even();
     for (std::size_t k = 0; k < lights.size(); ++k) {
-        std::uint8_t& through = lattice.through[k][number];
-        through = 0;
         bool all_seen = false, all_hidden = false;  // so say the points asked first
         for (std::size_t p = 0; p < 4; ++p) {
             const std::size_t first = p * trace::kPacket;
@@ -357,17 +367,18 @@ void ask_grid(const GridPart& part, std::size_t number, const GBuffer& gbuffer, 
                 lit &= active;
             }
             unsigned seen = all_seen ? lit : 0u;
+            float passed[trace::kPacket];
+            std::fill_n(passed, trace::kPacket, 1.0f);
             if (lit != 0 && !all_seen && !all_hidden) {
-                float passed[trace::kPacket];
-                std::fill_n(passed, trace::kPacket, 1.0f);
                 seen = unhidden(geometry, lights[k], gbuffer, points_at(part.points, first), part.depth + first, lit,
                                 passed);
-                if (std::any_of(passed, passed + trace::kPacket, [](float share) { return share < 1.0f; })) through = 1;
             }
-            if (p == 0 && sparse && lit == active) all_seen = seen == lit, all_hidden = seen == 0;
+            const bool dimmed = std::any_of(passed, passed + trace::kPacket, [](float share) { return share < 1.0f; });
+            if (p == 0 && sparse && lit == active && !dimmed) all_seen = seen == lit, all_hidden = seen == 0;
             for (std::size_t i = 0; i < trace::kPacket; ++i) {
                 const float value = std::max(ratio[i], kNoLight);
                 const bool dark = ratio[i] <= 0.0f && (active >> i & 1u) != 0;
+                if (!lattice.through.empty()) lattice.through[k][part.at[first + i]] = passed[i];
                 lattice.ratio[k][part.at[first + i]] = (seen >> i & 1u) != 0 || dark ? value : -value;
             }
         }
@@ -409,31 +420,21 @@ void direct_light(const GBuffer& gbuffer, const ScreenGrid& screen, const trace:
     const int tiles_x = static_cast<int>(gbuffer.row_length) / kTileColumns,
               tiles_y = (gbuffer.height + kTileRows - 1) / kTileRows;
     const bool many = lights.size() > kDense;
-    // Whether light passes transmissive surfaces in a part of the grid that a tile's pixels have points in.
-    const auto passes_at = [&](const std::vector<std::uint8_t>& through, int first_x, int first_y) {
-        constexpr int kPixels = GridPart::kSide * kStep;
-        const auto part_of = [](int pixel, int count) { return std::clamp(pixel / kPixels, 0, count - 1); };
-        for (int y = part_of(first_y - kStep, down); y <= part_of(first_y + kTileRows + kStep, down); ++y) {
-            for (int x = part_of(first_x - kStep, across); x <= part_of(first_x + kTileColumns + kStep, across);
-                 ++x) {
-                if (through[static_cast<std::size_t>(y * across + x)] != 0) return true;
-            }
-        }
-        return false;
-    };
     for (std::size_t first = 0; first == 0 || first < lights.size(); first += kMostAtOnce) {
         const auto some = lights.subspan(first, std::min(kMostAtOnce, lights.size() - first));
         if (!every_pixel) {
             lattice.ratio.resize(std::max(lattice.ratio.size(), some.size()));
-            lattice.through.resize(lattice.ratio.size());
+            lattice.through.resize(geometry.transmissive() ? lattice.ratio.size() : 0);
             for (std::vector<float>& plane : lattice.ratio) plane.resize(grid.first_spare() + kSimdWidth);
-            for (auto& parts : lattice.through) parts.resize(static_cast<std::size_t>(across * down));
+            for (std::vector<float>& plane : lattice.through) plane.resize(grid.first_spare() + kSimdWidth);
             pool.run(across * down, [&](int job) {
                 const GridPart part(grid, job % across * GridPart::kSide, job / across * GridPart::kSide);
-                ask_grid(part, static_cast<std::size_t>(job), gbuffer, geometry, some, many, lattice);
+                ask_grid(part, gbuffer, geometry, some, many, lattice);
             });
-            pool.run(static_cast<int>(some.size()),
-                     [&](int k) { grid.extend(lattice.ratio[static_cast<std::size_t>(k)]); });
+            pool.run(static_cast<int>(some.size()), [&](int k) {
+                grid.extend(lattice.ratio[static_cast<std::size_t>(k)]);
+                if (!lattice.through.empty()) grid.extend(lattice.through[static_cast<std::size_t>(k)]);
+            });
         }
         pool.run(tiles_x * tiles_y, [&](int job) {
             static thread_local Tile tile;
@@ -443,9 +444,11 @@ void direct_light(const GBuffer& gbuffer, const ScreenGrid& screen, const trace:
                 const std::uint64_t beams = beams_at(some, tile.least, tile.greatest);
                 for (std::size_t k = 0; k < some.size(); ++k) {
                     if ((beams >> k & 1u) == 0) continue;
-                    const bool each = every_pixel || passes_at(lattice.through[k], tile.first_x, tile.first_y);
+                    const auto points_of = [&](const Planes& planes) {
+                        return every_pixel || planes.empty() ? nullptr : planes[k].data() + grid.at(0, 0);
+                    };
                     const std::size_t asking = HWY_DYNAMIC_DISPATCH(LightTile)(
-                        tile, some[k], each ? nullptr : lattice.ratio[k].data() + grid.at(0, 0), grid.stride, !many,
+                        tile, some[k], {points_of(lattice.ratio), points_of(lattice.through), grid.stride}, !many,
                         out.size());
                     ask_pixels(tile, asking, gbuffer, geometry, some[k], out.size());
                 }

@@ -34,13 +34,12 @@ unsigned unhidden(const trace::Geometry& geometry, const DirectLight& light, con
 
 // Scratch of direct_light.
 struct Lattice {
-    Planes ratio;  // per luminaire I / I_peak at every point of ScreenGrid::grid, negative where it is hidden
-    // Per luminaire and part of the grid: whether its light passes transmissive surfaces there.
-    std::vector<std::vector<std::uint8_t>> through;
+    Planes ratio;    // per luminaire I / I_peak at every point of ScreenGrid::grid, negative where it is hidden
+    Planes through;  // likewise: what transmissive surfaces let pass; empty where the scene has none
 };
 // out: 1 or 3 planes, surfaces.row_length floats a row: the sum of all luminaires' light × weight. A shadow ray goes to
 // each luminaire from every point of the grid. Of more than four luminaires, it goes from every other point first. A
-// pixel whose points agree takes their answer, where no light passes a transmissive surface. The others send their own
+// pixel whose points agree takes their answer. The others send their own
 // ray, so a shadow narrower than the grid may be lost. With every_pixel, a ray goes from each pixel that light could
 // reach. What is lit, by what, and where the sum and the scratch are: eight parameters. Render thread.
 void direct_light(const GBuffer& gbuffer, const ScreenGrid& screen, const trace::Geometry& geometry,
