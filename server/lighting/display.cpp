@@ -183,27 +183,35 @@ HWY_EXPORT(Nv12Rows);
 
 namespace {
 
-// Pixels of a row that show several surfaces. light(y): that of row y. shown: what the row's centres show.
+// A pixel that surfaces cover in part.
+struct Partly {
+    std::uint32_t x;
+    float covered;
+};
+
+// Pixels of a row that show several surfaces. light(y): that of row y. shown: what the row's centres show, and then
+// what surfaces show at all. partly: becomes the pixels that have background too.
 template <typename Light>
-void add_edges(const Edges& edges, int y, float scale, const Light& light, float* const* shown) {
+void add_edges(const Edges& edges, int y, float scale, const Light& light, float* const* shown,
+               std::vector<Partly>& partly) {
+    partly.clear();
     const auto own_row = static_cast<std::size_t>(y);
     for (std::uint32_t p = edges.rows[own_row]; p < edges.rows[own_row + 1]; ++p) {
         const layouts::EdgePixel& pixel = edges.pixels[p];
         glm::vec3 sum = scale * glm::vec3(pixel.emission_nit);
-        for (int k = 0; k < 3; ++k) {
-            const float own = shown[k][pixel.x];
-            sum[k] += pixel.own * (own < 0.0f ? glsl::background_display() : own);
-        }
+        const bool background = shown[0][pixel.x] < 0.0f;
+        float covered = background ? 0.0f : pixel.own;
+        for (int k = 0; k < 3 && !background; ++k) sum[k] += pixel.own * shown[k][pixel.x];
         for (std::uint32_t t = pixel.first_tap; t < pixel.first_tap + pixel.count; ++t) {
             const layouts::EdgeTap& tap = edges.taps[t];
-            if (tap.x == GONIO_NO_PIXEL) {
-                sum += tap.albedo_share.w * glsl::background_display();
-                continue;
-            }
+            if (tap.x == GONIO_NO_PIXEL) continue;
+            covered += tap.albedo_share.w;
             const float* const* from = light(static_cast<int>(tap.y));
             for (int k = 0; k < 3; ++k) sum[k] += tap.albedo_share[k] * from[k][tap.x];
         }
-        for (int k = 0; k < 3; ++k) shown[k][pixel.x] = sum[k];
+        constexpr float kWhole = 0.9999f;
+        if (covered < kWhole) partly.push_back({pixel.x, covered});
+        for (int k = 0; k < 3; ++k) shown[k][pixel.x] = covered > 0.0f ? sum[k] / covered : kBackground;
     }
 }
 
@@ -221,6 +229,8 @@ void to_nv12(const Display& display, std::uint8_t* nv12, Pool& pool) {
         static thread_local std::vector<std::int32_t> steps;
         static thread_local std::vector<std::uint16_t> from_grid;
         static thread_local std::vector<std::uint8_t> bytes;
+        static thread_local std::vector<Partly> partly;
+        partly.clear();
         const int last_pair = std::min(pairs, (job + 1) * kPairs), top = display.height - 1 - 2 * job * kPairs,
                   low = std::max(display.height - 2 * last_pair - beside, 0),
                   high = std::min(top + beside, display.height - 1);
@@ -249,8 +259,12 @@ void to_nv12(const Display& display, std::uint8_t* nv12, Pool& pool) {
                 HWY_DYNAMIC_DISPATCH(ReflectRow)(display, y, scale, light[y - low], row);
                 if (display.edges != nullptr)
                     add_edges(
-                        *display.edges, y, scale, [&](int at) { return light[at - low]; }, row);
+                        *display.edges, y, scale, [&](int at) { return light[at - low]; }, row, partly);
                 HWY_DYNAMIC_DISPATCH(EncodeRow)(length, y, table, row);
+                for (const Partly& pixel : partly) {
+                    for (int k = 0; k < 3; ++k)
+                        row[k][pixel.x] = glm::mix(glsl::background_shade(), row[k][pixel.x], pixel.covered);
+                }
             }
             HWY_DYNAMIC_DISPATCH(Nv12Rows)
             (upper, lower, length, bytes.data(), bytes.data() + length, bytes.data() + 2 * length);

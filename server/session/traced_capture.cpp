@@ -97,9 +97,9 @@ CapturedPicture develop(const std::vector<float>& values, const Scene& scene, co
         glm::vec3 encoded(glsl::background_shade());
         if (coverage > 0.0f) {
             const glm::vec3 value = view_value(traced / coverage, request.view, scene.view_gain);
-            const glm::vec3 shown = glm::mix(glm::vec3(glsl::background_display()),
-                                             display_color(value, request.view, scene.exposure_ev100), coverage);
-            encoded = glsl::encode_display(shown, x, y);
+            const glm::vec3 shown =
+                glsl::encode_display(display_color(value, request.view, scene.exposure_ev100), x, y);
+            encoded = glm::mix(encoded, shown, coverage);
         }
         for (int k = 0; k < 3; ++k) picture.rgba8[i + static_cast<std::size_t>(k)] = byte_of(encoded[k]);
         picture.rgba8[i + 3] = 255;

@@ -27,9 +27,8 @@ vec3 encode_display(vec3 display, int x, int y) {
     return encoded + vec3(display_dither(x, y));
 }
 
-// What an 8-bit picture shows where there is no surface, gamma-encoded, and display-linear.
+// What an 8-bit picture shows where there is no surface, gamma-encoded.
 float background_shade() { return 0.02f; }
-float background_display() { return background_shade() / 12.92f; }
 
 // Result: Y', Cb, Cr in 0..1 (BT.709, limited range: Y' 16..235, C 16..240 of 255) of gamma-encoded R'G'B' in 0..1.
 vec3 ycbcr_709(vec3 rgb) {

@@ -171,8 +171,8 @@ void main() {
 #else
     vec3 shown = expose(of_surfaces, ev100);
 #endif
-    shown = mix(vec3(background_display()), shown, here.covered);
-    out_color = vec4(here.covered > 0.0 ? encode(shown) : vec3(background_shade()), 1.0);
+    vec3 encoded = here.covered > 0.0 ? encode(shown) : vec3(0.0);
+    out_color = vec4(here.covered == 1.0 ? encoded : mix(vec3(background_shade()), encoded, here.covered), 1.0);
 #endif
 #endif
 }

@@ -61,9 +61,12 @@ Picture shown(const std::vector<float>& values, const Scene& scene) {
     for (int y = 0; y < picture.height; ++y) {
         for (int x = 0; x < picture.width; ++x) {
             const float* at = values.data() + 4 * static_cast<std::size_t>(y * picture.width + x);
-            const glm::vec3 display = glsl::expose({at[0], at[1], at[2]}, static_cast<float>(scene.exposure_ev100)) +
-                                      glm::vec3((1.0f - at[3]) * glsl::background_display());
-            const glm::vec3 encoded = glsl::encode_display(display, x, picture.height - 1 - y);
+            glm::vec3 encoded(glsl::background_shade());
+            if (at[3] > 0.0f) {  // with the background surfaces mix as they are shown: captures do so too
+                const glm::vec3 surfaces = glm::vec3(at[0], at[1], at[2]) / at[3];
+                const glm::vec3 display = glsl::expose(surfaces, static_cast<float>(scene.exposure_ev100));
+                encoded = glm::mix(encoded, glsl::encode_display(display, x, picture.height - 1 - y), at[3]);
+            }
             picture.srgb.emplace_back(byte_of(encoded.r), byte_of(encoded.g), byte_of(encoded.b));
         }
     }

@@ -55,7 +55,8 @@ TEST(Display, TheCpuShowsWhatShadersShow) {
     for (const View view :
          {View::beauty, View::direct, View::indirect, View::illuminance, View::luminance, View::solid}) {
         const Difference found = between(scene, view);
-        EXPECT_LT(found.off, 0.02) << view_name(view);
+        // Of the solid view no final gather: a grid's indirect light on the CPU, each pixel's by shaders.
+        EXPECT_LT(found.off, view == View::solid ? 0.05 : 0.02) << view_name(view);
         EXPECT_LT(std::abs(found.bias), 0.1) << view_name(view);
     }
 }
