@@ -245,7 +245,7 @@ TEST(Reference, OneshotTakesTheSameCaptures) {
     TemporaryFolder folder;
     const std::string scene = folder.file("floor.gltf", floor_gltf(0.5));
     const std::string job = folder.file("job.json", R"({"frames":[{"capture":{"out":"lux.exr","view":"illuminance",
-        "size":"21x21","quality":"reference","bounces":2,"noise":0.05,"openings":false}},
+        "size":"21x21","quality":"reference","bounces":2,"noise":0.05,"samples_per_pixel":1,"openings":false}},
         {"capture":{"out":"all.png","size":"8x8","quality":"reference","bounces":"all","noise":0.2}},
         {"capture":{"out":"few.png","size":"8x8","quality":"reference","denoise":true,"max_seconds":9}}]})");
     const Finished done = run_program("goniod", {"--scene", scene, "--oneshot", job, "--out", folder.path("out")});

@@ -66,7 +66,7 @@ TEST(CliOutput, SharedPassesHaveANullLight) {
               R"({"scene_rev":3,"frame_ms":12.5,"settled":false,"passes":[{"name":"composite","state":"","faces":0,)"
               R"("cpu_ms":0,"gpu_ms":0,"draws":0,"light":null},{"name":"shadow","state":"ran","faces":6,)"
               R"("cpu_ms":0,"gpu_ms":0,"draws":0,"light":"key"}],)"
-              R"("width_px":0,"height_px":0,"effort":0,"vpls":0,"refined_rounds":0,"links":0,"samples_per_pixel":0})");
+              R"("width_px":0,"height_px":0,"effort":0,"vpls":0,"refined_rounds":0,"samples_per_pixel":0,"links":0})");
     EXPECT_NE(report_table(report).find("shadow"), std::string::npos);
     v1::CaptureResult capture;
     capture.set_image("bytes");
