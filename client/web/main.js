@@ -32,7 +32,7 @@ const surfaces = new SurfacesPanel(store, connection, $("surfaces"));
 
 const parts = [
     masterPanel(store, $("master")), lightPanel(store, $("lights")), groupPanel(store, $("groups"), connection), presetPanel(store, $("presets"), connection),
-    picturePanel(store, $("picture"), cameraHand), viewTabs(store, $("views")), scenePanel(store, $("scene"), connection),
+    picturePanel(store, $("picture"), cameraHand, connection), viewTabs(store, $("views")), scenePanel(store, $("scene"), connection),
     inspector(store, $("inspector"), connection), controlPanel(store, $("control"), connection),
 ];
 onlyLook([$("left"), $("inspector"), $("scene"), $("views")]);

@@ -43,10 +43,14 @@ export function followSelection(store, connection) {
     });
 }
 
-export function picturePanel(store, node, cameraHand) {
+export function picturePanel(store, node, cameraHand, connection) {
     const exposure = slider(property(store, () => "exposure", () => store.state.exposure_ev100,
         (ev100) => ({set_exposure: {ev100}})),
     {label: "Exposure", id: "exposure", min: -10, max: 24, step: 0.05, digits: 2, unit: "EV"});
+    const automatic = h("button", {type: "button", class: "quiet", id: "exposure-auto",
+        title: "Metered when a scene is loaded, and again when it gets much brighter or darker and rests",
+        onclick: () => connection.command({set_exposure: store.state.exposure_auto
+            ? {ev100: store.state.exposure_ev100} : {automatic: true}})}, "Auto");
     const gain = slider(property(store, () => "gain", () => store.state.view_gain,
         (value) => ({set_view: {view: store.state.view, gain: value}})),
     {label: "Indirect gain", caption: "Gain", min: 0.01, max: 1000, step: 0.01, origin: 1, digits: 2, unit: "×",
@@ -76,7 +80,7 @@ export function picturePanel(store, node, cameraHand) {
         cameraHand.set(start.pose);
         store.set("fov", start.fov_rad, {set_camera: {fov_rad: start.fov_rad}});
     });
-    node.append(h("h2", {}, "Picture"), exposure.node, gain.node,
+    node.append(h("h2", {}, "Picture", h("span", {class: "grow"}), automatic), exposure.node, gain.node,
         h("div", {class: "slider"}, h("span", {class: "label"}, "Technique"),
             h("span", {class: "row pair"}, technique.node, samples.node)),
         h("div", {class: "slider"}, h("span", {class: "label"}, "Size"), h("span", {class: "row pair size"}, size.node)),
@@ -85,6 +89,7 @@ export function picturePanel(store, node, cameraHand) {
     return {update() {
         const {camera, scene} = store.state;
         parts.forEach((part) => part.update());
+        automatic.setAttribute("aria-pressed", String(store.state.exposure_auto === true));
         if (!camera) return;
         if (start?.scene !== scene) {
             start = {scene, pose: {eye: camera.eye, target: camera.target}, fov_rad: camera.fov_rad};

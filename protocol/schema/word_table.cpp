@@ -34,6 +34,7 @@ std::string_view last_word(std::string_view name) {
 struct Value {
     std::vector<double> numbers;
     std::vector<std::string> texts;
+    bool automatic = false;
 };
 using MaybeValue = std::optional<Value>;
 using Text = const std::string&;
@@ -56,6 +57,11 @@ MaybeValue vector_value(Text text) {
 MaybeValue size_value(Text text) {
     const auto size = parse_size(text);
     return size ? MaybeValue({{double(size->first), double(size->second)}, {}}) : std::nullopt;
+}
+
+MaybeValue number_or_auto_value(Text text) {
+    if (text != "auto") return numbers_value(parse_number(text));
+    return Value{{}, {}, true};
 }
 
 MaybeValue names_value(Text text) {
@@ -91,6 +97,7 @@ constexpr FormRow kForms[] = {
     {WordForm::count, "a whole number, 0 or more", [](Text text) { return numbers_value(parse_count(text)); }},
     {WordForm::vector, "numbers with commas between, like 1,2,3", vector_value},
     {WordForm::size, "two whole numbers with an x between, like 800x600", size_value},
+    {WordForm::number_or_auto, "a number or auto", number_or_auto_value},
     {WordForm::picture, "a .png, .jpg or .exr file", picture_value},
 };
 static_assert([] {
@@ -124,6 +131,7 @@ void put(Message* whole, const WordRow& row, const Value& value) {
     for (Text text : value.texts)
         field->is_repeated() ? to.AddString(message, field, text) : to.SetString(message, field, text);
     if (field->is_repeated() && value.texts.empty()) to.ClearField(message, field);  // the last of two options counts
+    if (value.automatic) to.SetBool(message, message->GetDescriptor()->FindFieldByNumber(field->number() + 1), true);
     for (std::size_t i = 0; i < value.numbers.size(); ++i) {
         const double number = value.numbers[i];
         const int next = field->number() + static_cast<int>(i);

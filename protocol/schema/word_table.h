@@ -24,12 +24,13 @@ enum class WordForm : std::uint8_t {
     text,
     names,  // a,b,c
     number,
-    ratio,    // a number or a percentage: 0.5 is 50%
-    degrees,  // a number; radians in the message
-    count,    // a whole number
-    vector,   // 1,2,3; how many there must be is the server's business
-    size,     // 800x600: into a field and the next one, or into a repeated one
-    picture,  // the name of a file; in the message its format: "png", "jpg" or "exr"
+    ratio,           // a number or a percentage: 0.5 is 50%
+    degrees,         // a number; radians in the message
+    count,           // a whole number
+    vector,          // 1,2,3; how many there must be is the server's business
+    size,            // 800x600: into a field and the next one, or into a repeated one
+    number_or_auto,  // a number; or auto: true in the next field
+    picture,         // the name of a file; in the message its format: "png", "jpg" or "exr"
 };
 
 // An option, or a word that is none.

@@ -71,7 +71,10 @@ constexpr WordRow kAddLight[] = {{"NAME", "", text, "name", "that no light has, 
 constexpr WordRow kSize[] = {{"WxH", "", size, "width_px", "pixels, even, 16 to 4096 each"}};
 constexpr WordRow kScene[] = {
     {"FILE", "", text, "file", "cornell, atrium, or a .gltf or .glb on the server's machine"}};
-constexpr WordRow kSceneOptions[] = {{"--upload", "", flag, "", "sends FILE, of this machine, to the server first"}};
+constexpr WordRow kSceneOptions[] = {
+    {"--upload", "", flag, "", "sends FILE, of this machine, to the server first"},
+    {"--scale", "S", number, "scale", "metres a unit of FILE, 1e-6 to 1e6; default 1. Candela stay"},
+};
 constexpr WordRow kTechnique[] = {{"NAME", "", text, "technique", "default, seed or seed-disk"}};
 constexpr WordRow kTechniqueOptions[] = {
     {"--samples", "N", count, "samples", "default: VPLs, 16 to 4096; seed: directions a fragment, 1 to 4096"},
@@ -124,9 +127,9 @@ constexpr WordRow kCaptureOptions[] = {
 }  // namespace
 
 std::span<const WordCommand> scene_commands() {
-    static const std::string exposure_help = help_of(row_of(Property::exposure)),
+    static const std::string exposure_help = help_of(row_of(Property::exposure)) + "; auto: metered",
                              master_help = help_of(row_of(Property::master));
-    static const WordRow exposure[] = {{"EV", "", number, "ev100", exposure_help}};
+    static const WordRow exposure[] = {{"EV", "", number_or_auto, "ev100", exposure_help}};
     static const WordRow master[] = {{"RATIO", "", ratio, "ratio", master_help}};
     static const WordCommand all[] = {
         {"load scene", "command.load_scene", "loads another scene", kScene, kSceneOptions},

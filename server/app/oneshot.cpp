@@ -12,6 +12,7 @@
 #include "server/session/command_files.h"
 #include "server/session/query.h"
 #include "server/session/traced_capture.h"
+#include "server/trace/exposure.h"
 
 namespace gonio {
 namespace {
@@ -56,6 +57,11 @@ void apply_words(Scene& scene, const Json& words, const SceneAccess& access, con
     checked(place, attach_profile_file(command));
     if (command.has_recall_preset()) command.mutable_recall_preset()->set_fade_s(0);  // a job has no time
     checked(place, apply(scene, command, checked(place, read_files(command, access))));
+    if (!command.set_exposure().automatic()) return;
+    if (const auto ev100 = trace::metered_ev100(scene)) {  // at once: a job has no rest
+        command.mutable_set_exposure()->set_ev100(*ev100);
+        checked(place, apply(scene, command, {}));
+    }
 }
 
 std::optional<double> number_at(const Json& object, const char* key, const std::string& place) {

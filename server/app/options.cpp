@@ -74,6 +74,9 @@ void add_picture_options(CLI::App& app, Options& options, OptionTexts& text) {
     app.add_option("--unlit", text.unlit,
                    "what KHR_materials_unlit is in scene files: albedo, or emission of 80 cd/m² at white")
         ->check(CLI::IsMember({"albedo", "emission"}));
+    app.add_option("--scale", options.load.scale,
+                   "metres a unit of --scene: 0.01 of a file in centimetres; candela stay")
+        ->check(finite_in(kLeastScale, kMostScale));
     app.add_option("--listen", text.listen, "HOST:PORT; port 0 picks a free one")->check(check_listen);
     app.add_option("--token-file", options.token_file, "file that holds the bearer token clients must show");
     app.add_option("--viewer-token-file", options.viewer_token_file,
@@ -139,6 +142,7 @@ void add_input_options(CLI::App& app, Options& options, OptionTexts& text) {
 // What the texts say; each has been checked.
 void take_texts(const CLI::App& app, const OptionTexts& text, Options& options) {
     options.scene_given = app.count("--scene") > 0;
+    options.scale_given = app.count("--scale") > 0;
     options.size_given = app.count("--size") > 0;
     options.technique_given = app.count("--technique") > 0;
     options.keep_up = app.count("--target-fps") > 0;

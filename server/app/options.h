@@ -37,12 +37,13 @@ struct Options {
     std::string surface_map;         // TOML; empty: what the profiles of the boxes say
     std::string surface_replay;      // a recorded box; empty: none
     std::string state_file;          // where the show is kept between two runs; empty: nowhere
-    bool scene_given = false, size_given = false, technique_given = false;  // else the saved show's
-    std::vector<std::string> inject;                                        // faults, for tests (server/session/gpu.h)
-    std::string tls_certificate, tls_key;                                   // PEM files; both or none
-    std::vector<std::string> host_names, origins;                           // that requests may come for, and from
-    std::string upload_folder;                                              // empty: a private one
-    std::vector<std::string> scene_roots;                                   // below which clients may load scene files
+    bool scene_given = false, scale_given = false, size_given = false,
+         technique_given = false;                  // else the saved show's
+    std::vector<std::string> inject;               // faults, for tests (server/session/gpu.h)
+    std::string tls_certificate, tls_key;          // PEM files; both or none
+    std::vector<std::string> host_names, origins;  // that requests may come for, and from
+    std::string upload_folder;                     // empty: a private one
+    std::vector<std::string> scene_roots;          // below which clients may load scene files
     std::string log_level = "info";
     unsigned max_captures = 8;                             // that wait for each other
     std::size_t transport_bytes = std::size_t{256} << 20;  // SurfelSettings::bytes

@@ -20,6 +20,7 @@
 #include "server/session/null_renderer.h"
 #include "server/session/scene_access.h"
 #include "server/show/state_file.h"
+#include "server/trace/exposure.h"
 #include "server/trace/geometry.h"
 
 namespace gonio {
@@ -53,23 +54,29 @@ void keep_show_aside(const std::string& path) {
     spdlog::warn("state: the show that was saved is kept as {}", *aside);
 }
 
+void log_warnings(const SceneAsset& asset) {
+    for (const std::string& warning : asset.warnings) spdlog::warn("{}: {}", asset.name, warning);
+}
+
 std::shared_ptr<const SceneAsset> asset_of(const Options& options) {
     const std::string& file = options.scene;
     auto asset = load_scene(file, "", options.load, memory_room(options.max_memory));
     if (!asset) throw std::invalid_argument("cannot load the scene '" + file + "': " + asset.error().text());
-    for (const std::string& warning : (*asset)->warnings) spdlog::warn("{}: {}", file, warning);
+    log_warnings(**asset);
     return *asset;
 }
 
 // The scene of a saved show: an upload or a file below a --scene-root as clients name them, else any file. Errors: as
 // of load_scene.
-Result<std::shared_ptr<const SceneAsset>> saved_asset(const Options& options, const std::string& name) {
+Result<std::shared_ptr<const SceneAsset>> saved_asset(const Options& options, const std::string& name, double scale) {
     const bool upload = name.starts_with(kUploadPrefix);
     if (upload && options.upload_folder.empty())
         return Error{"not_found", "scene", name, "Uploads are kept where --upload-dir names a folder."};
     const auto path = scene_path({true, options.scene_roots, options.upload_folder, options.load, 0}, name);
     if (!path && upload) return path.error();
-    return load_scene(path ? *path : name, name, options.load, memory_room(options.max_memory));
+    LoadOptions load = options.load;
+    load.scale = scale;
+    return load_scene(path ? *path : name, name, load, memory_room(options.max_memory));
 }
 
 struct Restored {
@@ -83,7 +90,15 @@ Restored saved_scene(const Options& options, const saved::Show& show) {
         spdlog::warn("state: '{}' was saved, --scene asks for '{}'", show.scene(), options.scene);
         return {scene_of(asset_of(options), revision_after(show)), false};
     }
-    auto asset = saved_asset(options, show.scene());
+    const double saved_scale = show.scene_scale() == 0.0 ? 1.0 : show.scene_scale(),
+                 scale = options.scale_given ? options.load.scale : saved_scale;
+    auto asset = saved_asset(options, show.scene(), scale);
+    if (asset) log_warnings(**asset);
+    if (asset && scale != saved_scale) {  // its positions are another scene's
+        spdlog::warn("state: '{}' was saved at scale {}, --scale asks for {}: lights, groups and camera are the file's",
+                     show.scene(), saved_scale, scale);
+        return {restore_show(show, *asset, false).scene, false};
+    }
     const bool same_scene = static_cast<bool>(asset);
     if (!same_scene)
         spdlog::warn("state: the scene '{}' cannot be loaded: {}; '{}' is shown instead", show.scene(),
@@ -148,6 +163,8 @@ Scene first_scene(const Options& options) {
     }
     if (!whole && options.oneshot.empty()) keep_show_aside(options.state_file);  // a job saves nothing
     scene.traced = std::make_shared<const trace::Geometry>(scene.asset);
+    if (!restored && !scene.asset->exposure_ev100)
+        scene.exposure_ev100 = trace::metered_ev100(scene).value_or(scene.exposure_ev100);
     if (options.oneshot.empty()) scene.drawn = lighting::make_drawn(scene.traced, true);
     return std::move(scene);
 }

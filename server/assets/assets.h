@@ -20,6 +20,9 @@ inline constexpr int kMaxImagePx = 8192;                                 // per 
 // Of surfaces in files, per channel. glTF's default is 1, and light between such walls never ends; white paint has 0.9.
 inline constexpr double kMaxAlbedo = 0.95;
 
+// Of a file's lengths: metres a unit. glTF's unit is the metre.
+inline constexpr double kLeastScale = 1e-6, kMostScale = 1e6;
+
 // What a KHR_materials_unlit surface is, whose colour no light changes: one that reflects it, or one that emits it.
 enum class Unlit : std::uint8_t { albedo, emission };
 
@@ -28,14 +31,15 @@ struct LoadOptions {
     double max_albedo = kMaxAlbedo;  // surfaces reflect no more, 0..1: it is bounded, and a warning says of how many
     Unlit unlit = Unlit::albedo;
     bool show_backs = false;  // of all surfaces; else those of one side have no back for viewers, as glTF says
+    double scale = 1.0;       // from kLeastScale to kMostScale, about the world's origin, as scale_scene() says
 };
 
 // name: "cornell" or "atrium" (generated in code), or the path of a .gltf or .glb.
 // Errors: "not_found", "bad_gltf", "out_of_bounds", "missing_file", "bad_image", "bad_profile", "too_large",
-// "unsupported". Their `where` is a JSON pointer into the glTF ("/accessors/3/byteOffset") or a file name.
-// The scene, and its file in errors, are called `shown` instead of `name`; empty: `name`.
+// "unsupported", "invalid_argument" (scale). Their `where` is a JSON pointer into the glTF ("/accessors/3/byteOffset")
+// or a file name. The scene, and its file in errors, are called `shown` instead of `name`; empty: `name`.
 // Memory for a file's scene is at most `most_bytes` while it is read, and with what the renderer makes of it. What
-// would be more is refused before it is taken: "too_large".
+// would be more is refused before it is taken: "too_large". A scene of over 200 m or under 0.1 m has a warning.
 Result<std::shared_ptr<const SceneAsset>> load_scene(const std::string& name, const std::string& shown = "",
                                                      const LoadOptions& options = {},
                                                      std::size_t most_bytes = SIZE_MAX);

@@ -10,6 +10,7 @@
 #include "server/assets/assets.h"
 #include "server/assets/gltf_document.h"
 #include "server/assets/gltf_import.h"
+#include "server/assets/scale.h"
 
 namespace gonio {
 
@@ -123,9 +124,13 @@ Result<std::shared_ptr<SceneAsset>> load_gltf(const std::string& path, const std
 
 Result<std::shared_ptr<const SceneAsset>> load_scene(const std::string& name, const std::string& shown,
                                                      const LoadOptions& options, std::size_t most_bytes) {
+    if (!(options.scale >= kLeastScale && options.scale <= kMostScale))
+        return Error{"invalid_argument", "load_scene.scale", print_number(options.scale),
+                     "must be a number from " + print_number(kLeastScale) + " to " + print_number(kMostScale)};
     const std::string& called = shown.empty() ? name : shown;
     const bool built_in = name == "cornell" || name == "atrium";
-    if (built_in && !options.show_backs) return name == "cornell" ? make_cornell() : make_atrium();
+    if (built_in && !options.show_backs && options.scale == 1.0)
+        return name == "cornell" ? make_cornell() : make_atrium();
     Result<std::shared_ptr<SceneAsset>> scene =
         built_in ? std::make_shared<SceneAsset>(name == "cornell" ? *make_cornell() : *make_atrium())
                  : load_gltf(name, called, options, most_bytes);
@@ -134,6 +139,8 @@ Result<std::shared_ptr<const SceneAsset>> load_scene(const std::string& name, co
         if (error.where == name) error.where = called;
         return error;
     }
+    scale_scene(**scene, options.scale);
+    warn_of_extent(**scene);
     for (Material& material : (*scene)->materials) material.show_back = options.show_backs;
     return std::shared_ptr<const SceneAsset>(std::move(*scene));
 }

@@ -59,6 +59,15 @@ void set_view(Scene& scene, const v1::SetView& set) {
     }
 }
 
+// Without a value of its own, automatic starts from the one that there is.
+void set_exposure(Scene& scene, const v1::SetExposure& set) {
+    if (!set.has_ev100() && !set.has_automatic()) return;
+    if (set.has_ev100())
+        change(scene, scene.exposure_ev100, checked_as(Property::exposure, set.ev100(), "set_exposure.ev100"),
+               scene.exposure_rev);
+    change(scene, scene.exposure_auto, set.automatic(), scene.exposure_rev);
+}
+
 void set_technique(Scene& scene, const v1::SetTechnique& set) {
     Technique technique = scene.technique;
     if (!set.technique().empty() && !parse_name(kTechniqueNames, set.technique(), technique)) {
@@ -165,6 +174,7 @@ void load_scene(Scene& scene, const Loaded& loaded) {
     Scene fresh = scene_of(loaded.asset, scene.scene_rev + 1);
     fresh.traced = loaded.traced;
     fresh.drawn = loaded.drawn;
+    fresh.exposure_ev100 = loaded.exposure_ev100.value_or(fresh.exposure_ev100);
     fresh.scene_rev = scene.scene_rev;
     fresh.next_light_id += scene.next_light_id;
     for (Light& light : fresh.lights) light.id += scene.next_light_id;
@@ -192,12 +202,7 @@ void dispatch(Scene& scene, const v1::Command& command, const Loaded& loaded) {
         case v1::Command::kSetView:
             return set_view(scene, command.set_view());
         case v1::Command::kSetExposure:
-            if (command.set_exposure().has_ev100()) {
-                change(scene, scene.exposure_ev100,
-                       checked_as(Property::exposure, command.set_exposure().ev100(), "set_exposure.ev100"),
-                       scene.exposure_rev);
-            }
-            return;
+            return set_exposure(scene, command.set_exposure());
         case v1::Command::kSetMaster:
             if (command.set_master().has_ratio()) {
                 change(scene, scene.master_ratio,
@@ -323,7 +328,7 @@ Scene scene_of(std::shared_ptr<const SceneAsset> asset, Revision revision) {
         scene.technique_rev = scene.size_rev = scene.lights_rev = scene.groups_rev = scene.patch_rev =
             scene.surfaces_rev = scene.presets_rev = revision;
     scene.camera = asset->cameras.empty() ? framing(asset->bounds) : asset->cameras.front();
-    scene.exposure_ev100 = asset->exposure_ev100;
+    scene.exposure_ev100 = asset->exposure_ev100.value_or(scene.exposure_ev100);
     for (const LightSeed& seed : asset->lights) {
         if (scene.lights.size() == kMaxLights) break;  // the loader has warned
         Light light;
@@ -341,6 +346,11 @@ Scene scene_of(std::shared_ptr<const SceneAsset> asset, Revision revision) {
     }
     scene.asset = std::move(asset);
     return scene;
+}
+
+double within_exposure(double ev100) {
+    const PropertyRow& row = row_of(Property::exposure);
+    return std::clamp(ev100, row.least, row.most);
 }
 
 glm::dvec3 light_weight(const Scene& scene, const Light& light) {

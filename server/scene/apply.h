@@ -23,6 +23,7 @@ struct Loaded {
     std::shared_ptr<const Preset> preset;           // of save_preset: this one instead of the lights as they are
     std::shared_ptr<const trace::Geometry> traced;  // of `asset`, or null
     std::shared_ptr<const lighting::Drawn> drawn;   // of `traced`, or null
+    std::optional<double> exposure_ev100;           // metered of `asset`, where it has none of its own
 };
 
 struct Applied {
@@ -43,6 +44,9 @@ std::vector<std::optional<Error>> apply_inputs(Scene& scene, std::span<const v1:
 
 // Result: a scene that shows the asset from its first camera, with its own lights; revisions continue from `revision`.
 Scene scene_of(std::shared_ptr<const SceneAsset> asset, Revision revision = 1);
+
+// Result: the nearest EV100 that set_exposure takes.
+double within_exposure(double ev100);
 
 // Result: level × multiplier × TILT factor × master × colour × tint: what the light's candela are multiplied by, per
 // channel.

@@ -10,6 +10,7 @@
 #include <map>
 #include <memory>
 #include <mutex>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -132,11 +133,12 @@ struct SceneAsset {
     std::vector<Image> images;
     std::vector<Instance> instances;
     std::vector<LightSeed> lights;
-    std::vector<Camera> cameras;        // may be empty: then one is framed from the bounds
-    double exposure_ev100 = 6.0;        // a start value that suits the scene
-    std::vector<std::string> warnings;  // tolerated deviations and unsupported features, one sentence each
-    Bounds bounds;                      // world space
-    std::size_t triangles() const {     // counted per instance
+    std::vector<Camera> cameras;           // may be empty: then one is framed from the bounds
+    std::optional<double> exposure_ev100;  // that suits the scene, where its maker knows; else it is metered
+    double scale = 1.0;                    // that its file was loaded with
+    std::vector<std::string> warnings;     // tolerated deviations and unsupported features, one sentence each
+    Bounds bounds;                         // world space
+    std::size_t triangles() const {        // counted per instance
         std::size_t count = 0;
         for (const Instance& instance : instances) count += meshes[instance.mesh].indices.size() / 3;
         return count;
@@ -205,6 +207,7 @@ struct Scene {
     double view_gain = 1.0;
     std::string view_light;  // empty: the first light
     double exposure_ev100 = 6.0;
+    bool exposure_auto = true;  // until somebody sets it
     double master_ratio = 1.0;
     Technique technique = Technique::standard;
     std::uint32_t samples = kDefaultVpls;

@@ -33,6 +33,7 @@ void put_parts(const Scene& scene, Revision since, v1::State& out) {
     out.set_scene_rev(scene.scene_rev);
     if (scene.geometry_rev > since) {
         out.set_scene(scene.asset->name);
+        out.set_scene_scale(scene.asset->scale);
         for (const std::string& warning : scene.asset->warnings) out.add_scene_warnings(warning);
     }
     for (const Light& light : scene.lights) {
@@ -50,7 +51,10 @@ void put_parts(const Scene& scene, Revision since, v1::State& out) {
         out.set_view_gain(scene.view_gain);
         out.set_view_light(scene.view_light);
     }
-    if (scene.exposure_rev > since) out.set_exposure_ev100(scene.exposure_ev100);
+    if (scene.exposure_rev > since) {
+        out.set_exposure_ev100(scene.exposure_ev100);
+        out.set_exposure_auto(scene.exposure_auto);
+    }
     if (scene.master_rev > since) out.set_master_ratio(scene.master_ratio);
     if (scene.technique_rev > since) {
         out.set_technique(technique_name(scene.technique));

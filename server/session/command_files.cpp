@@ -5,6 +5,7 @@
 #include "server/base/memory_room.h"
 #include "server/lighting/clusters.h"
 #include "server/scene/light_tables.h"
+#include "server/trace/exposure.h"
 #include "server/trace/geometry.h"
 
 namespace gonio {
@@ -24,13 +25,21 @@ Result<Loaded> read_files(const v1::Command& command, const SceneAccess& access)
     Loaded loaded;
     if (command.has_load_scene()) {
         const std::string& file = command.load_scene().file();
+        const double scale = command.load_scene().has_scale() ? command.load_scene().scale() : 1.0;
         const auto path = scene_path(access, file);
         if (!path) return path.error();
-        auto asset = load_scene(*path, file, access.load, memory_room(access.max_memory));
+        LoadOptions load = access.load;
+        load.scale = scale;
+        auto asset = load_scene(*path, file, load, memory_room(access.max_memory));
         if (!asset) return asset.error();
         loaded.asset = *asset;
         loaded.traced = std::make_shared<const trace::Geometry>(loaded.asset);
         loaded.drawn = lighting::make_drawn(loaded.traced, true);
+        if (!loaded.asset->exposure_ev100) {
+            Scene scene = scene_of(loaded.asset);
+            scene.traced = loaded.traced;
+            loaded.exposure_ev100 = trace::metered_ev100(scene);
+        }
     }
     if (const v1::Profile* profile = profile_of(command)) {
         const std::string& bytes = profile->photometry();

@@ -4,10 +4,13 @@
 #include <set>
 #include <utility>
 
+#include <spdlog/spdlog.h>
+
 #include "server/scene/console.h"
 #include "server/scene/light_tables.h"
 #include "server/scene/state.h"
 #include "server/session/command_files.h"
+#include "server/trace/exposure.h"
 
 namespace gonio {
 RenderSession::RenderSession(std::unique_ptr<LiveRenderer> renderer, Scene scene, std::string renderer_name,
@@ -21,7 +24,9 @@ RenderSession::RenderSession(std::unique_ptr<LiveRenderer> renderer, Scene scene
       replies_(out_.reply, scene_),
       changes_(scene_.scene_rev),
       captures_(loader, out_.reply),
-      reference_({out_.reply, [&queue] { queue.wake(Queue<Work>::Wake::soon); }}) {
+      reference_({out_.reply, [&queue] { queue.wake(Queue<Work>::Wake::soon); }}),
+      auto_exposure_(
+          scene_, loader, [&queue] { queue.wake(Queue<Work>::Wake::soon); }, trace::metered_ev100) {
     begin_renderer();
     prepare_presets();
 }
@@ -163,8 +168,11 @@ void RenderSession::apply_command(const Work& work) {
     Result<Applied> applied = apply(scene_, command, work.loaded);
     if (!applied) return replies_.refuse(work, applied.error());
     changes_.note(scene_, before.scene_rev, command, work.session);
+    if (command.has_load_scene())
+        for (const std::string& warning : applied->warnings) spdlog::warn("{}: {}", scene_.asset->name, warning);
     replies_.ok(work, std::move(applied->warnings));
     begin_fade(command, work.session);
+    if (command.has_set_exposure() && command.set_exposure().automatic()) auto_exposure_.ask();
     if (scene_.scene_rev != before.scene_rev) tell(state_change(before, scene_), work.session);
 }
 
@@ -204,10 +212,20 @@ std::vector<std::optional<Error>> RenderSession::apply_inputs(std::span<const v1
 }
 
 void RenderSession::advance_fade(std::int64_t now_ns) {
-    if (!fade_.running()) return;
-    const Revision before = scene_.scene_rev;
-    apply_inputs(fade_.step(scene_, now_ns), fade_by_);
-    tell_inputs(before, fade_by_);
+    if (fade_.running()) {
+        const Revision before = scene_.scene_rev;
+        apply_inputs(fade_.step(scene_, now_ns), fade_by_);
+        tell_inputs(before, fade_by_);
+    }
+    const auto ev100 = auto_exposure_.step(now_ns);
+    if (!ev100) return;
+    // Nobody's change: it is in no client's way (base_rev).
+    const Revision faded = scene_.scene_rev;
+    v1::Command command;
+    command.mutable_set_exposure()->set_ev100(*ev100);
+    command.mutable_set_exposure()->set_automatic(true);
+    gonio::apply_inputs(scene_, std::span(&command, 1));
+    tell_inputs(faded);
 }
 
 void RenderSession::tell_inputs(Revision before, std::uint32_t by) {
@@ -246,6 +264,7 @@ void RenderSession::continue_work() {
     meters_.advance(renderer_, replies_);
     captures_.advance(renderer_, replies_);
     reference_.tick();
+    auto_exposure_.tend(scene_, monotonic_ns());
 }
 
 void RenderSession::forget_session(std::uint32_t session) {

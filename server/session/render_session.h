@@ -12,6 +12,7 @@
 
 #include "server/base/queue.h"
 #include "server/scene/preset.h"
+#include "server/session/auto_exposure.h"
 #include "server/session/budget.h"
 #include "server/session/capture_queue.h"
 #include "server/session/changes.h"
@@ -53,8 +54,9 @@ public:
     // revision by tell_inputs(), once a frame. by: whose commands they are; 0: of a console or a fader box.
     std::vector<std::optional<Error>> apply_inputs(std::span<const v1::Command> commands, std::uint32_t by = 0);
     void tell_inputs(Revision before, std::uint32_t by = 0);
-    // Brings a preset that is being faded to where it shall be now. fading(): it wants to be called with every frame.
-    bool fading() const { return fade_.running(); }
+    // Brings a preset that is being faded, and the exposure, to where they shall be now. fading(): it wants to be
+    // called with every frame.
+    bool fading() const { return fade_.running() || auto_exposure_.gliding(); }
     void advance_fade(std::int64_t now_ns);
     // Whether the picture is older than the scene or not all there is to come of it; or somebody waits for a report.
     bool frame_wanted() const {
@@ -149,6 +151,7 @@ private:
     MeterQueue meters_;
     SceneAccess scene_access_;
     ReferenceWork reference_;
+    AutoExposure auto_exposure_;
     std::uint32_t frames_rendered_ = 0, gpu_resets_ = 0;
 };
 

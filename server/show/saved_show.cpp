@@ -215,6 +215,7 @@ public:
         run(command, "the camera");
         v1::Command exposure;
         exposure.mutable_set_exposure()->set_ev100(show_.exposure_ev100());
+        exposure.mutable_set_exposure()->set_automatic(show_.exposure_auto());
         run(exposure, "the exposure");
         v1::Command light;
         light.mutable_set_view()->set_light(show_.view_light());
@@ -271,6 +272,7 @@ saved::Show show_of(const Scene& scene, ProfileTexts& texts) {
     show.set_version(kSavedVersion);
     show.set_scene_rev(scene.scene_rev);
     show.set_scene(lasting_name(scene.asset->name));
+    show.set_scene_scale(scene.asset->scale);
     show.set_technique(technique_name(scene.technique));
     show.set_samples(scene.samples);
     show.add_size_px(static_cast<std::uint32_t>(scene.width_px));
@@ -279,6 +281,7 @@ saved::Show show_of(const Scene& scene, ProfileTexts& texts) {
     show.set_view_gain(scene.view_gain);
     show.set_view_light(scene.view_light);
     show.set_exposure_ev100(scene.exposure_ev100);
+    show.set_exposure_auto(scene.exposure_auto);
     show.set_master_ratio(scene.master_ratio);
     write_numbers(*show.mutable_camera(), "eye_m", {&scene.camera.eye[0], 3});
     write_numbers(*show.mutable_camera(), "target_m", {&scene.camera.target[0], 3});

@@ -66,7 +66,9 @@ TEST(Apply, EachCommandBumpsItsPartOnly) {
     EXPECT_EQ(scene.lights[1].level_rev, 10u);
     EXPECT_EQ(scene.camera_rev, 10u);
     EXPECT_DOUBLE_EQ(scene.lights[0].level_ratio, 0.25);
+    EXPECT_TRUE(scene.exposure_auto);
     ASSERT_TRUE(run(scene, [](v1::Command& c) { c.mutable_set_exposure()->set_ev100(3.0); }));
+    EXPECT_FALSE(scene.exposure_auto) << "somebody set it";
     EXPECT_EQ(scene.exposure_rev, 12u);
 }
 

@@ -73,6 +73,8 @@ TEST(CliWords, EveryChange) {
     EXPECT_EQ(command_of("set master 0.5")->set_master().ratio(), 0.5);
     EXPECT_EQ(command_of("set size 640x480")->set_size().height_px(), 480u);
     EXPECT_EQ(command_of("load scene atrium")->load_scene().file(), "atrium");
+    EXPECT_FALSE(command_of("load scene atrium")->load_scene().has_scale());
+    EXPECT_EQ(command_of("load scene room.glb --scale 0.01")->load_scene().scale(), 0.01);
     EXPECT_EQ(command_of("add light new --profile flood --position 0,3,0")->add_light().light().profile().name(),
               "flood");
     EXPECT_EQ(command_of("remove light new")->remove_light().name(), "new");
@@ -82,6 +84,9 @@ TEST(CliWords, EveryChange) {
 
 TEST(CliWords, SetIsUnderstoodInAJob) {
     EXPECT_EQ(command_of("exposure 8")->set_exposure().ev100(), 8.0);
+    EXPECT_FALSE(command_of("exposure 8")->set_exposure().has_automatic());
+    EXPECT_TRUE(command_of("set exposure auto")->set_exposure().automatic());
+    EXPECT_FALSE(command_of("set exposure auto")->set_exposure().has_ev100());
     EXPECT_EQ(command_of("light key --level 1")->set_light().name(), "key");
 }
 

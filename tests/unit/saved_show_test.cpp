@@ -154,6 +154,7 @@ protected:
         EXPECT_EQ(a.view_gain, b.view_gain);
         EXPECT_EQ(a.view_light, b.view_light);
         EXPECT_EQ(a.exposure_ev100, b.exposure_ev100);
+        EXPECT_EQ(a.exposure_auto, b.exposure_auto);
         EXPECT_EQ(a.master_ratio, b.master_ratio);
         EXPECT_EQ(a.technique, b.technique);
         EXPECT_EQ(a.samples, b.samples);

@@ -20,8 +20,8 @@ protected:
         options.state_file = directory_.parent_path() / "show.json";
     }
     // Saves what a client did who loaded room.gltf under this name. Result: the scene's name in the file.
-    std::string save(const std::string& name) {
-        auto asset = load_scene(directory_ / "room.gltf", name);
+    std::string save(const std::string& name, double scale = 1.0) {
+        auto asset = load_scene(directory_ / "room.gltf", name, kMaxAlbedo, SIZE_MAX, scale);
         EXPECT_TRUE(asset) << asset.error().text();
         Scene scene = scene_of(*asset, 5);
         v1::Command command;
@@ -98,6 +98,26 @@ TEST_F(FirstScene, ANameBelowASceneRootComesBack) {
     EXPECT_EQ(scene.asset->name, "room.gltf");
     EXPECT_EQ(scene.camera.fov_rad, 1.25);
     EXPECT_FALSE(set_aside());
+}
+
+TEST_F(FirstScene, TheScaleComesBack) {
+    const std::string path = std::filesystem::canonical(directory_ / "room.gltf");
+    save(path, 4.0);
+    const auto side_m = [](const Scene& scene) { return scene.asset->bounds.max.x - scene.asset->bounds.min.x; };
+    Scene scene = first_scene(options);
+    EXPECT_EQ(side_m(scene), 4.0);
+    EXPECT_EQ(scene.camera.fov_rad, 1.25);
+    EXPECT_FALSE(set_aside());
+    options.scene = path;
+    options.scene_given = true;
+    EXPECT_EQ(side_m(first_scene(options)), 4.0) << "the same scene, so the same scale";
+    // Asked for another one: what was saved stands elsewhere.
+    options.load.scale = 2.0;
+    options.scale_given = true;
+    scene = first_scene(options);
+    EXPECT_EQ(side_m(scene), 2.0);
+    EXPECT_NE(scene.camera.fov_rad, 1.25);
+    EXPECT_TRUE(set_aside());
 }
 
 // Roots bind clients; goniod itself was started with this scene.

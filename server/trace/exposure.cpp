@@ -1,0 +1,47 @@
+#include "server/trace/exposure.h"
+
+#include <algorithm>
+#include <cmath>
+#include <vector>
+
+#include "server/scene/apply.h"
+#include "server/trace/reference.h"
+#include "server/trace/sources.h"
+
+namespace gonio::trace {
+
+std::optional<double> metered_ev100(const Scene& scene) {
+    constexpr int kSide_px = 32;
+    constexpr std::uint32_t kPasses = 8;
+    constexpr double kKey = 0.4, kLow = 0.5, kHigh = 0.98;
+    PictureRequest request;
+    request.camera = scene.camera;
+    const auto side_px = [&](int own, int other) { return std::clamp(kSide_px * own / other, kSide_px, 4 * kSide_px); };
+    request.width_px = side_px(scene.width_px, scene.height_px);
+    request.height_px = side_px(scene.height_px, scene.width_px);
+    Settings settings;
+    settings.noise = 0.0;
+    settings.max_passes = kPasses;
+    settings.threads = 1;
+    Picture picture(make_world(scene), request, settings);
+    while (!picture.refine(1.0).complete) {
+    }
+    const std::vector<float> values = picture.values();
+    std::vector<double> nits;  // of pixels that show a surface
+    for (std::size_t i = 0; i < values.size(); i += 4)
+        if (values[i + 3] > 0.0f) nits.push_back(luminance(glm::dvec3(values[i], values[i + 1], values[i + 2])));
+    if (nits.empty()) return std::nullopt;
+    std::sort(nits.begin(), nits.end());
+    const auto place = [&](double share) { return static_cast<std::size_t>(share * static_cast<double>(nits.size())); };
+    double sum = 0.0;
+    std::size_t count = 0;
+    for (std::size_t i = place(kLow); i < std::max(place(kHigh), place(kLow) + 1); ++i) {
+        if (!(nits[i] > 0.0)) continue;
+        sum += std::log2(nits[i]);
+        ++count;
+    }
+    if (count == 0) return std::nullopt;
+    return within_exposure(sum / static_cast<double>(count) - std::log2(1.2 * kKey));
+}
+
+}  // namespace gonio::trace
