@@ -10,19 +10,26 @@ namespace gonio {
 namespace {
 
 // Work of one tile, in seed samples: about a quarter of a second on two cores. What a pixel of the default technique
-// costs in them was measured: VPLs are cheap, rays are not.
+// costs in them was measured: VPLs are cheap, rays are not. kRaySamples: a shadow ray to one of many luminaires.
 constexpr double kTileSamples = 16e6;
-constexpr double kPreciseSamples = 300.0, kStillSamples = 60.0;
+constexpr double kPreciseSamples = 300.0, kStillSamples = 60.0, kRaySamples = 3.0;
 // Pixels around a tile that its interleaved gather filters with and throws away.
 constexpr int kMargin = 4;
 
+// Whether a capture lights its luminaires as one: it shows their sum alone, and they are too many for links that take
+// direct light of their own (final_gather.h).
+bool sums(const Scene& scene, View view) {
+    return scene.technique == Technique::standard && shows_lit_surfaces(view) &&
+           scene.lights.size() > lighting::kMostExactLights;
+}
+
 int tile_side(const Scene& scene, View view, bool raw) {
     if (!shows_lit_surfaces(view)) return 4096;
-    const double lights = std::max<double>(1.0, static_cast<double>(std::min(scene.lights.size(), kMostLayers)));
-    const double samples = scene.technique != Technique::standard ? scene.samples
-                           : raw                                  ? kPreciseSamples
-                                                                  : kStillSamples;
-    const int side = static_cast<int>(std::sqrt(kTileSamples / (lights * samples)));
+    const auto lights = static_cast<double>(std::clamp<std::size_t>(scene.lights.size(), 1, kMostLayers));
+    const double one = scene.technique != Technique::standard ? scene.samples : raw ? kPreciseSamples : kStillSamples;
+    const double samples =
+        sums(scene, view) ? one + kRaySamples * static_cast<double>(scene.lights.size()) : one * lights;
+    const int side = static_cast<int>(std::sqrt(kTileSamples / samples));
     return std::clamp(side, 32, 1024) & ~3;  // whole dither cells
 }
 
@@ -111,8 +118,7 @@ bool Renderer::continue_first_bounces(CaptureJob& job, const FrameInputs& inputs
 
 bool Renderer::continue_capture(CaptureJob& job) {
     CapturedPicture& picture = *job.picture;
-    const int columns = (picture.width_px + job.tile_px - 1) / job.tile_px,
-              rows = (picture.height_px + job.tile_px - 1) / job.tile_px;
+    const int columns = job.columns(), rows = job.rows();
     const int x = job.next_tile % columns * job.tile_px,
               y = job.next_tile / columns * job.tile_px;  // from the top left
     const int width = std::min(job.tile_px, picture.width_px - x),
@@ -121,9 +127,10 @@ bool Renderer::continue_capture(CaptureJob& job) {
     const int margin = whole ? 0 : kMargin;
     const int target_width = width + 2 * margin, target_height = height + 2 * margin;
 
+    const bool as_one = sums(job.scene, job.view);
     prepare(job.scene, false, job.view < View::mask && job.view != View::direct);
     const Target target = make_target(next_target_++, job.raw ? TargetKind::precise : TargetKind::still, target_width,
-                                      target_height, std::min(job.scene.lights.size(), kMostLayers),
+                                      target_height, as_one ? 0 : std::min(job.scene.lights.size(), kMostLayers),
                                       geometry_->emissive(), false, geometry_->detailed());
     Eye eye = eye_of(job.scene.camera, picture.width_px, picture.height_px);
     eye.window_centre = {(2.0 * x + width) / picture.width_px - 1.0, 1.0 - (2.0 * y + height) / picture.height_px};
@@ -134,6 +141,12 @@ bool Renderer::continue_capture(CaptureJob& job) {
     inputs.view = job.view;
     inputs.bounces = job.bounces;
     inputs.samples_per_pixel = job.samples_per_pixel;
+    if (as_one) {
+        inputs.shares_sum = true;
+        std::fill(inputs.layer_of.begin(), inputs.layer_of.end(), -1);
+        if (!captured_sum_) captured_sum_ = std::make_unique<Merged>();
+        screen.light.summed_list = std::move(*captured_sum_);
+    }
     if (!continue_first_bounces(job, inputs)) {
         pass_cache_.forget_target(target.id);
         return false;
@@ -147,6 +160,7 @@ bool Renderer::continue_capture(CaptureJob& job) {
     }
     Timers timers;
     v1::FrameReport report = run(inputs, wanted_slots(inputs, false), timers);
+    if (as_one) *captured_sum_ = std::move(screen.light.summed_list);
     const Rectangle tile{x, y, width, height};
     if (job.raw)
         copy_tile(values.id(), GL_FLOAT, margin, picture.values, picture.width_px, tile);

@@ -44,10 +44,12 @@ struct CaptureJob {
     bool raw = false;
     int bounces = trace::kAllBounces;               // of indirect light: all, 1 or 0; the seed technique has one
     unsigned samples_per_pixel = kSamplesPerPixel;  // of edges: 1 to kMostSamplesPerPixel
-    int tile_px = 0, next_tile = 0;
+    int tile_px = 4096, next_tile = 0;
     std::int64_t started_ns = 0;
     std::int64_t first_bounce_ns = 0;  // spent on narrow lights
     std::shared_ptr<CapturedPicture> picture;
+    int columns() const { return (picture->width_px + tile_px - 1) / tile_px; }  // of tiles
+    int rows() const { return (picture->height_px + tile_px - 1) / tile_px; }
 };
 
 // Result: a reading of these lux, rgb; errors, samples and bounces are its maker's. Any thread.

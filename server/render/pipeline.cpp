@@ -186,8 +186,8 @@ struct Builder {
         Besides* const into = summed ? &screen.light.summed : nullptr;
         const std::uint32_t id = summed ? kSummed : 0;
         const std::string prefix = summed ? "summed-" : "";
-        const SlotRef merged = per_target(Slot::merged, id), grid = per_target(Slot::grid),
-                      solved = per_target(Slot::merged_solve, id);
+        const auto of_sum = [&](Slot slot) { return in.shares_sum ? per_light(slot, id) : per_target(slot, id); };
+        const SlotRef merged = of_sum(Slot::merged), grid = per_target(Slot::grid), solved = of_sum(Slot::merged_solve);
         std::vector<SlotRef> reads;
         std::vector<std::uint64_t> key = {scene.lights_rev, scene.geometry_rev};
         for (std::size_t i = 0; i < scene.lights.size(); ++i) {

@@ -37,6 +37,7 @@ struct FrameInputs : PassContext {
     bool can_merge() const;
     Revision seen_rev = 0;              // the scene's in the live frame before
     std::vector<std::uint32_t> refill;  // ids of luminaires whose own layers are made besides
+    bool shares_sum = false;            // what is summed is solved once for all targets like this one
     GLuint raw = 0;                     // composite values into this framebuffer instead of the display
 };
 

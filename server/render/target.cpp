@@ -41,7 +41,7 @@ Target make_target(std::uint32_t id, TargetKind kind, int width_px, int height_p
     };
     t.direct = array("direct", precise ? GL_R32F : GL_R16F, t.layer_count);
     t.indirect = array("indirect", precise ? GL_RGBA32F : GL_RGBA16F, t.layer_count);
-    t.besides = array("besides", GL_RGBA16F, 2);
+    t.besides = array("besides", precise ? GL_RGBA32F : GL_RGBA16F, 2);
     GLuint layer = 0;
     glCreateFramebuffers(1, &layer);
     t.layer = gl::Framebuffer(layer);

@@ -32,12 +32,12 @@ struct Target {
     gl::Texture weights;  // W×H RGBA32UI and W×H R16UI, shaders/passes/gather_weights.frag; likewise
     gl::Texture surfel;
     gl::Framebuffer weights_fbo;
-    gl::Texture direct;    // W×H×layers R16F (precise: R32F), lux per candela of the light's peak × layer_unit_m2
-    gl::Texture indirect;  // W×H×layers RGBA16F (precise: RGBA32F), rgb likewise
-    gl::Texture besides;  // W×H×2 RGBA16F, lux × ScreenLight::besides_unit_lx: light without a layer, direct and after
-                          // bounces
-    gl::Framebuffer layer;        // re-attached to one layer at a time
-    gl::Texture display;          // W×H RGBA8, sRGB-encoded R'G'B'
+    gl::Texture direct;     // W×H×layers R16F (precise: R32F), lux per candela of the light's peak × layer_unit_m2
+    gl::Texture indirect;   // W×H×layers RGBA16F (precise: RGBA32F), rgb likewise
+    gl::Texture besides;    // W×H×2 RGBA16F (precise: RGBA32F), lux × ScreenLight::besides_unit_lx: light without a
+                            // layer, direct and after bounces
+    gl::Framebuffer layer;  // re-attached to one layer at a time
+    gl::Texture display;    // W×H RGBA8, sRGB-encoded R'G'B'
     gl::Framebuffer display_fbo;  // display with the G-buffer's depth, for the solid overlay
     gl::Texture nv12;             // W × 3H/2 R8
     gl::Framebuffer nv12_fbo;

@@ -3,6 +3,12 @@
 #include "server/session/capture_file.h"
 
 namespace gonio {
+namespace {
+
+constexpr std::int64_t kFirstTellNs = 500'000'000, kTellNs = 1'000'000'000;
+
+}  // namespace
+
 void CaptureQueue::add(const Work& work, const Scene& scene, const CaptureRequest& request,
                        const GuardedRenderer& renderer, Replies& replies) {
     if (waiting_.size() >= most_) return replies.busy(work, "too many captures are waiting");
@@ -10,6 +16,10 @@ void CaptureQueue::add(const Work& work, const Scene& scene, const CaptureReques
         renderer->begin_capture(scene, request.view, request.width_px, request.height_px, request.format == "exr");
     job->bounces = request.settings.bounces;
     job->samples_per_pixel = request.samples_per_pixel;
+    if (waiting_.empty()) {
+        began_ns_ = monotonic_ns();
+        tell_ns_ = began_ns_ + kFirstTellNs;
+    }
     waiting_.push_back({work, request.format, std::move(job)});
 }
 
@@ -37,13 +47,16 @@ void CaptureQueue::restart(const GuardedRenderer& renderer) {
 }
 
 void CaptureQueue::advance(GuardedRenderer& renderer, Replies& replies) {
-    if (waiting_.empty() || !renderer.ready(waiting_.front().job->scene)) return;
+    if (waiting_.empty()) return;
+    if (monotonic_ns() >= tell_ns_) tell_progress();
+    if (!renderer.ready(waiting_.front().job->scene)) return;
     bool complete = false;
     const bool there = renderer.draws([&] { complete = renderer->continue_capture(*waiting_.front().job); });
     if (!there || !complete) return;  // without the GPU it begins anew with the next renderer
     Capturing done = std::move(waiting_.front());
     waiting_.pop_front();
     ++rendered_;
+    began_ns_ = monotonic_ns();
     // Compressing takes long too: it is the loader's.
     auto job = std::make_shared<CaptureJob>(std::move(*done.job));
     const bool accepted = loader_.submit([work = done.work, format = done.format, job, send = send_] {
@@ -53,6 +66,27 @@ void CaptureQueue::advance(GuardedRenderer& renderer, Replies& replies) {
         send(work.session, std::move(message));
     });
     if (!accepted) replies.busy(done.work, "too many pictures are waiting to be written");
+}
+
+void CaptureQueue::tell_progress() {
+    const std::int64_t now_ns = monotonic_ns();
+    tell_ns_ = now_ns + kTellNs;
+    for (std::size_t i = 0; i < waiting_.size(); ++i) {
+        const Capturing& capturing = waiting_[i];
+        const std::uint32_t request = capturing.work.message.request_id();
+        if (request == 0) continue;
+        v1::Progress progress;
+        progress.set_request(request);
+        progress.set_jobs_before(static_cast<std::uint32_t>(i));
+        if (i == 0) {
+            const int done = capturing.job->next_tile, all = capturing.job->columns() * capturing.job->rows();
+            const double seconds = static_cast<double>(now_ns - began_ns_) * 1e-9;
+            progress.set_samples(static_cast<std::uint32_t>(done));
+            progress.set_seconds(seconds);
+            if (done > 0) progress.set_seconds_left(seconds * (all - done) / done);
+        }
+        send_(capturing.work.session, message_of(&v1::ServerMessage::mutable_progress, std::move(progress)));
+    }
 }
 
 void CaptureQueue::forget_session(std::uint32_t session) {

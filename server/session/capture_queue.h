@@ -35,7 +35,7 @@ public:
     void refuse_overdue(Replies& replies);
     // All begin anew.
     void restart(const GuardedRenderer& renderer);
-    // Renders one tile of the oldest.
+    // Renders one tile of the oldest, and tells those who wait how far it is: after half a second, then every second.
     void advance(GuardedRenderer& renderer, Replies& replies);
     void forget_session(std::uint32_t session);
     bool empty() const { return waiting_.empty(); }
@@ -47,11 +47,13 @@ private:
         std::string format;
         std::unique_ptr<CaptureJob> job;
     };
+    void tell_progress();
     Loader& loader_;
     Replies::Send send_;
     std::size_t most_ = kMaxCaptures;
     std::uint32_t rendered_ = 0;
     std::deque<Capturing> waiting_;
+    std::int64_t began_ns_ = 0, tell_ns_ = 0;  // the oldest is being rendered since; when to tell
     LateWork<Work> late_{kMaxLateCaptures, kMaxWait};
 };
 

@@ -113,20 +113,20 @@ PassRun run_final_gather(const PassContext& context, std::span<LightGpu* const> 
     for (std::size_t i = 0; i < all.size(); ++i) {
         gather.sources.push_back(
             source_of(context, all[i], lights, lights.size() <= lighting::kMostExactLights, surfaces, weights));
-        if (all[i].besides != nullptr)
-            all[i].besides->pixels[1].resize(4 * s.depth.size());
-        else
+        if (all[i].besides == nullptr)
             values[i].assign(4 * width * s.height, 1.0f);
+        else if (precise)
+            all[i].besides->precise[1].assign(4 * s.depth.size(), 1.0f);
+        else
+            all[i].besides->pixels[1].resize(4 * s.depth.size());
     }
     const auto keep = [&](std::size_t source, int y, std::span<const glm::vec4> row) {
         const auto [besides, unit] = std::pair(all[source].besides, all[source].unit);
-        if (besides != nullptr) {
-            to_halves(row, unit, besides->pixels[1].data() + 4 * s.row_length * y);
-            return;
-        }
-        float* to = values[source].data() + 4 * width * y;
+        const std::size_t at = 4 * s.row_length * static_cast<std::size_t>(y);
+        if (besides != nullptr && !precise) return to_halves(row, unit, besides->pixels[1].data() + at);
+        float* to = besides != nullptr ? besides->precise[1].data() + at : values[source].data() + 4 * width * y;
         for (std::size_t x = 0; x < width; ++x) {
-            for (int k = 0; k < 3; ++k) to[4 * x + k] = glm::clamp(row[x][k], 0.0f, greatest);
+            for (int k = 0; k < 3; ++k) to[4 * x + k] = glm::clamp(row[x][k] / unit, 0.0f, greatest);
         }
     };
     while (!lighting::continue_gather(s, surfaces.grid, *context.transport, gather, keep, context.pool)) {

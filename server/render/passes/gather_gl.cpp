@@ -121,10 +121,13 @@ PassRun run_besides(const PassContext& context, const lighting::GBuffer& s, cons
                 draw(part == 0 ? irradiance.direct : irradiance.indirect, unit_lx);
                 return;
             }
-            sum.resize(pixels.size(), 0.0f);
+            const std::vector<float>& precise = besides.precise[part];
+            const std::size_t size = std::max(pixels.size(), precise.size());
+            sum.resize(size, 0.0f);
             float greatest = 0.0f;
-            for (std::size_t i = 0; i < pixels.size(); ++i) {
-                const float value = glm::unpackHalf1x16(pixels[i]) * gain * besides.unit_lx[part];
+            for (std::size_t i = 0; i < size; ++i) {
+                const float stored = precise.empty() ? glm::unpackHalf1x16(pixels[i]) : precise[i],
+                            value = stored * gain * besides.unit_lx[part];
                 sum[i] += value;
                 if (i % 4 != 3) greatest = std::max(greatest, value);
             }

@@ -271,6 +271,12 @@ PassRun run_direct_merged(const PassContext& context, const Surfaces& surfaces, 
     direct.resize(3);
     lighting::direct_light(s, surfaces.grid, context.traced, merged.lights, context.target.kind != TargetKind::live,
                            direct, context.scratch.lattice, context.pool);
+    if (summed != nullptr && context.target.kind == TargetKind::precise) {
+        summed->precise[0].assign(4 * s.depth.size(), 1.0f);
+        for (std::size_t k = 0; k < 3; ++k)
+            for (std::size_t i = 0; i < s.depth.size(); ++i) summed->precise[0][4 * i + k] = direct[k][i];
+        return {};
+    }
     out.resize(4 * s.depth.size());
     context.pool.run(s.height, [&](int row) {
         const std::size_t at = row * s.row_length;

@@ -62,6 +62,7 @@ struct Merged {
 // second, where a picture rests, of the final gather.
 struct Besides {
     std::array<std::vector<std::uint16_t>, 2> pixels;  // 4 per pixel, × unit_lx
+    std::array<std::vector<float>, 2> precise;         // instead, where a precise target has more than half floats
     std::array<float, 2> unit_lx{};                    // 0: there is none
 };
 

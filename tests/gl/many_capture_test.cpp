@@ -1,0 +1,127 @@
+// Captures of many luminaires, which light them as one: against closed forms, in full precision.
+#include <cmath>
+#include <numbers>
+
+#include "server/render/passes/passes.h"
+#include "server/scene/apply.h"
+#include "tests/gl/test_context.h"
+
+namespace gonio::test {
+namespace {
+
+constexpr std::size_t kMany = 12;
+static_assert(kMany > lighting::kMostExactLights);
+
+// On a black floor each pixel has the sum of I cos / d² × colour × level, of values far beyond what half floats hold
+// apart; in several tiles.
+TEST(ManyCapture, DirectLightIsTheSumInFullPrecision) {
+    Renderer renderer(context(), direct_light());
+    make_coarse(renderer);
+    Scene scene = floor_scene(20.0, 0.0f, isotropic(1.0), {0, 2, 0});
+    const Light first = scene.lights[0];
+    scene.lights.clear();
+    for (std::size_t i = 0; i < kMany; ++i) {
+        Light light = first;
+        const auto k = static_cast<double>(i);
+        light.id = scene.next_light_id++;
+        light.name = std::to_string(i);
+        light.position = {std::cos(k), 1.5 + 0.1 * k, std::sin(k)};
+        light.color = {1.0 + k, 2.0, 1.0 / (1.0 + k)};
+        light.level_ratio = i == 3 ? 0.0 : 0.5;
+        light.multiplier = i == 5 ? 3e7 : 1000.0;
+        scene.lights.push_back(light);
+    }
+    scene.master_ratio = 0.25;
+    scene.camera = {{0.0, 6.0, 0.001}, {0.0, 0.0, 0.0}, 0.8};
+    const int width = 300, height = 200;
+    const auto job = renderer.begin_capture(scene, View::illuminance, width, height, true);
+    int tiles = 1;
+    while (!renderer.continue_capture(*job)) ++tiles;
+    EXPECT_GE(tiles, 2);
+    const Eye eye = eye_of(scene.camera, width, height);
+    for (int y = 3; y < height; y += 23) {
+        for (int x = 5; x < width; x += 29) {
+            const glm::dvec2 at((x + 0.5) / width * 2 - 1, 1 - (y + 0.5) / height * 2);
+            const glm::dvec3 ray = eye.forward + at.x * eye.right * eye.tan_half_x + at.y * eye.up * eye.tan_half_y;
+            const glm::dvec3 p = eye.position - ray * (eye.position.y / ray.y);
+            double expected = 0.0;
+            for (const Light& light : scene.lights) {
+                const glm::dvec3 d = light.position - p;
+                const double d2 = glm::dot(d, d);
+                expected += 0.25 * light.level_ratio * light.multiplier * d.y / std::sqrt(d2) / d2 *
+                            glm::dot(light.color, glm::dvec3(0.2126, 0.7152, 0.0722));
+            }
+            EXPECT_NEAR(static_cast<double>(job->picture->values[static_cast<std::size_t>(y * width + x) * 4]),
+                        expected, 2e-4 * expected)
+                << x << "," << y;
+        }
+    }
+}
+
+// Inside a diffuse sphere light after bounces is rho/(1 - rho) · flux / (4 pi R²) everywhere, of all luminaires. It is
+// solved once for all tiles, and once more where one of them is dimmed.
+TEST(ManyCapture, ASphereIsSolvedOnce) {
+    constexpr double radius = 2.0, rho = 0.5;
+    Renderer renderer(context(), direct_light());
+    Scene scene = scene_with({{inward_sphere(radius, 64), glm::vec3(rho)}}, isotropic(1.0), {0, 0, 0});
+    const Light first = scene.lights[0];
+    scene.lights.clear();
+    for (std::size_t i = 0; i < kMany; ++i) {
+        Light light = first;
+        const auto k = static_cast<double>(i);
+        light.id = scene.next_light_id++;
+        light.name = std::to_string(i);
+        light.position = {0.4 * std::cos(k), 0.05 * k - 0.3, 0.4 * std::sin(k)};
+        light.multiplier = 10.0 * (1.0 + k);
+        scene.lights.push_back(light);
+    }
+    scene.camera = {{0.3, 0.1, 0.0}, {1.0, 0.2, 0.1}, 1.2};
+    const auto flux = [&] {
+        double sum = 0.0;
+        for (const Light& light : scene.lights) sum += 4 * std::numbers::pi * light.multiplier * light.level_ratio;
+        return sum;
+    };
+    for (const double level : {1.0, 0.25}) {
+        scene.lights[7].level_ratio = level;
+        scene.lights[7].level_rev = ++scene.scene_rev;
+        const auto job = renderer.begin_capture(scene, View::luminance, 320, 240, true);
+        int tiles = 0, solves = 0;
+        for (bool done = false; !done; ++tiles) {
+            job->picture->report.clear_passes();
+            done = renderer.continue_capture(*job);
+            for (const v1::PassReport& row : job->picture->report.passes())
+                solves += row.name() == "summed-solve" && row.state() == "ran";
+        }
+        EXPECT_GE(tiles, 2);
+        EXPECT_EQ(solves, 1) << level;
+        // Of the luminance rho/pi (E0 + E) what direct light is known to be is taken away.
+        const double expected = rho / (1.0 - rho) * flux() / (4 * std::numbers::pi * radius * radius);
+        const Eye eye = eye_of(scene.camera, 320, 240);
+        double sum = 0.0, squares = 0.0;
+        int count = 0;
+        for (int y = 5; y < 240; y += 10) {
+            for (int x = 5; x < 320; x += 10) {
+                const glm::dvec2 at((x + 0.5) / 320 * 2 - 1, 1 - (y + 0.5) / 240 * 2);
+                const glm::dvec3 ray =
+                    glm::normalize(eye.forward + at.x * eye.right * eye.tan_half_x + at.y * eye.up * eye.tan_half_y);
+                const double b = glm::dot(eye.position, ray),
+                             t = -b + std::sqrt(b * b + radius * radius - glm::dot(eye.position, eye.position));
+                const glm::dvec3 p = eye.position + t * ray;
+                double direct = 0.0;
+                for (const Light& light : scene.lights) {
+                    const glm::dvec3 d = light.position - p;
+                    direct +=
+                        light.multiplier * light.level_ratio * glm::dot(d, -p) / radius / std::pow(glm::dot(d, d), 1.5);
+                }
+                const double nit = static_cast<double>(job->picture->values[static_cast<std::size_t>(y * 320 + x) * 4]);
+                const double indirect = nit * std::numbers::pi / rho - direct;
+                sum += indirect, squares += (indirect - expected) * (indirect - expected), ++count;
+            }
+        }
+        EXPECT_NEAR(sum / count, expected, 0.01 * expected) << level;
+        EXPECT_LT(std::sqrt(squares / count), 0.03 * expected) << level;
+    }
+}
+
+}  // namespace
+}  // namespace gonio::test
