@@ -58,6 +58,8 @@ Result<std::shared_ptr<const Profile>> make_profile(std::string name, std::strin
 Result<std::shared_ptr<const Profile>> builtin_profile(const std::string& name);
 // The profile of a plain KHR_lights_punctual light of 1 cd on its axis: isotropic, or a spot with its smooth cone edge.
 std::shared_ptr<const Profile> punctual_point_profile();
+// Of a directional light, which has no intensity: 1 for 1 lx.
+std::shared_ptr<const Profile> sun_profile();
 std::shared_ptr<const Profile> punctual_spot_profile(double inner_cone_rad, double outer_cone_rad);
 
 // Pixels of one captured picture, row-major from the top.

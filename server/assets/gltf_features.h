@@ -65,7 +65,8 @@ inline constexpr auto kGltfCore = std::to_array<GltfFeature>({
     {"images", kSupported, false, "PNG and JPEG of at most 8192 x 8192, told apart by content"},
     {"texture wrap modes", kSupported, false, "CLAMP_TO_EDGE, REPEAT and MIRRORED_REPEAT"},
     {"texture filters", kApproximated, false, "the renderer filters by its own rules"},
-    {"directional lights", kIgnored, true, "those of KHR_lights_punctual are left out"},
+    {"directional lights", kSupported, false,
+     "those of KHR_lights_punctual are a sun of so many lux; sharp shadows but in the reference"},
     {"extras", kIgnored, false, "they are left out"},
 });
 
@@ -73,7 +74,8 @@ inline constexpr auto kGltfCore = std::to_array<GltfFeature>({
 inline constexpr auto kGltfExtensions = std::to_array<GltfFeature>({
     {"KHR_animation_pointer", kIgnored, true, "nodes and materials keep their rest values"},
     {"KHR_draco_mesh_compression", kSupported, false, "decoded by libdraco; bytes of accessors come before it"},
-    {"KHR_lights_punctual", kSupported, false, "point and spot in cd, the inverse square without range"},
+    {"KHR_lights_punctual", kSupported, false,
+     "point and spot in cd, the inverse square without range; directional in lx"},
     {"KHR_materials_anisotropy", kApproximated, true, "surfaces are diffuse"},
     {"KHR_materials_clearcoat", kApproximated, true, "surfaces are diffuse, without a coat"},
     {"KHR_materials_diffuse_transmission", kApproximated, true, "surfaces let no light through"},

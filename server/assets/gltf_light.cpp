@@ -63,12 +63,11 @@ std::optional<Error> add_punctual(GltfImport& import, const LightNode& node, int
     const tinygltf::Light& from = import.document.model->lights[index];
     const std::string where = "/extensions/KHR_lights_punctual/lights/" + std::to_string(index);
     if (!has_room(import)) return std::nullopt;
-    if (from.type == "directional") {
-        import.warn("directional lights are not supported (" + where + ")");
-        return std::nullopt;
-    }
     LightSeed light;
-    if (from.type == "point") {
+    light.sun = from.type == "directional";
+    if (light.sun) {
+        light.profile = sun_profile();
+    } else if (from.type == "point") {
         light.profile = punctual_point_profile();
     } else if (from.type == "spot") {
         const double inner = from.spot.innerConeAngle, outer = from.spot.outerConeAngle;
@@ -91,7 +90,8 @@ std::optional<Error> add_punctual(GltfImport& import, const LightNode& node, int
     }
     if (!(from.intensity >= 0.0 && from.intensity <= kMostCandela)) {
         return Error{"bad_gltf", where + "/intensity", print_number(from.intensity),
-                     "the intensity must lie between 0 and 1e12 cd"};
+                     light.sun ? "the intensity must lie between 0 and 1e12 lx"
+                               : "the intensity must lie between 0 and 1e12 cd"};
     }
     light.multiplier = from.intensity;
     for (int c = 0; c < std::ssize(from.color) && c < 3; ++c) {
@@ -101,7 +101,7 @@ std::optional<Error> add_punctual(GltfImport& import, const LightNode& node, int
         }
         light.color[c] = from.color[c];
     }
-    if (from.range > 0.0)
+    if (from.range > 0.0 && !light.sun)
         import.warn("the range of lights is ignored: light falls off by the inverse square; changes lux (" + where +
                     ")");
     tables_of(*light.profile);

@@ -61,6 +61,11 @@ std::shared_ptr<const Profile> punctual_point_profile() {
     return profile;
 }
 
+std::shared_ptr<const Profile> sun_profile() {
+    static const auto profile = rotational_profile("sun", {0.0, std::numbers::pi}, {1.0f, 1.0f});
+    return profile;
+}
+
 // KHR_lights_punctual, "Inner and Outer Cone Angles": with s = 1 / max(0.001, cos inner - cos outer),
 // I(v) / I(0) = clamp((cos v - cos outer) s, 0, 1)^2. The web is linear between its angles; 256 steps over the edge
 // keep it within 1e-5 of that curve.

@@ -19,6 +19,7 @@ struct DirectLight {
     float unit_m2;
     float beam_cos = -1.0f;  // dark where the angle from its photometric zero has a smaller cosine
     glm::vec3 weight{1.0f};  // what it counts in each plane of a picture
+    bool sun = false;        // `position` is far beyond the scene (server/scene/sun.h)
 };
 
 // At `count` points, a multiple of kSimdWidth. relative: light in that measure if nothing stands between, 0 where it

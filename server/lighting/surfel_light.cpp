@@ -102,8 +102,11 @@ void direct_at_points(const Points& points, std::span<const glm::vec3> geometric
             out[i] = 0.0f;
             continue;
         }
-        const glm::vec3 along = p + geometric[i] * (4.0f * geometry.step_off(p)) - light.position;
-        rays.add(light.position + along * kStart, along, 1.0f - 2.0f * kStart, i);
+        const glm::vec3 from = p + geometric[i] * (4.0f * geometry.step_off(p)), along = from - light.position;
+        if (light.sun)
+            rays.add(from, -along, 1.0f, i);
+        else
+            rays.add(light.position + along * kStart, along, 1.0f - 2.0f * kStart, i);
     }
     rays.send();
 }

@@ -45,7 +45,9 @@ void add_light(const FrameInputs& inputs, std::size_t i, const glm::dvec3& point
     const bool rsm = inputs.meter == FrameInputs::Meter::rsm, standard = inputs.scene.technique == Technique::standard;
     const Light& light = inputs.scene.lights[i];
     const LightGpu& gpu = *inputs.lights[i];
-    const glm::dvec3 weight = light_weight(inputs.scene, light) * static_cast<double>(gpu.web->peak_cd);
+    const bool dark = light.sun && inputs.scene.technique != Technique::standard;
+    const glm::dvec3 weight =
+        (dark ? glm::dvec3(0.0) : light_weight(inputs.scene, light)) * peak_of(inputs, light, gpu);
     glm::vec4 indirect(0.0f);
     const int layer = inputs.layers[i];
     const Target& target = inputs.target;
@@ -60,7 +62,9 @@ void add_light(const FrameInputs& inputs, std::size_t i, const glm::dvec3& point
         sums.direct_lx += weight * (static_cast<double>(direct) / unit_m2);
     }
     glm::dvec3 bounced = glm::dvec3(indirect) / unit_m2;
-    if (rsm) {
+    if (rsm && light.sun) {
+        bounced = glm::dvec3(0.0);  // no map is made of it
+    } else if (rsm) {
         // Each half of the texels, doubled, is an estimate of its own; half their difference is the mean's error.
         const auto halves = checkerboard_irradiance(gpu.texels, point - light.position, unit_normal);
         bounced = halves[0] + halves[1];

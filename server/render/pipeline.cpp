@@ -144,8 +144,8 @@ struct Builder {
                               [=, &gpu, &screen] { return run_solve(shared, gpu, screen.weights); });
         solve.absent = seed;
         solve.stale |= solves_now(light, gpu.irradiance);
-        const bool rays = in.direct_by_rays && !seed;
-        shared.each_pixel = rays && (in.target.kind != TargetKind::live || in.wants_each_pixel(light));
+        const bool rays = (in.direct_by_rays || light.sun) && !seed;  // no cube of depths holds a sun's parallel light
+        shared.each_pixel = rays && (in.target.kind != TargetKind::live || by_gl || in.wants_each_pixel(light));
         Pass& direct = add("direct", lit, {rays && !metered ? per_target(Slot::grid) : gbuffer},
                            {light.position_rev, light.aim_rev, light.profile_rev, scene.geometry_rev, index,
                             shared.each_pixel ? shared.samples_per_pixel : 0u},
@@ -393,6 +393,7 @@ glm::dvec3 PassContext::weight_in_sum(const Light& light, int layer) const {
 }
 
 glm::dvec3 PassContext::layer_weight(const Light& light) const {
+    if (light.sun && scene.technique != Technique::standard) return glm::dvec3(0.0);  // that technique has none
     return light_weight(scene, light) - scene.master_ratio * weight_in_sum(light, 0);
 }
 

@@ -296,7 +296,7 @@ std::vector<glm::vec3> Renderer::live_illuminance(const Scene& scene, bool indir
     for (std::size_t i = 0; i < scene.lights.size(); ++i) {
         if (inputs.layers[i] < 0) continue;
         weights[inputs.layers[i]] =
-            glm::vec3(inputs.layer_weight(scene.lights[i]) * static_cast<double>(inputs.lights[i]->web->peak_cd));
+            glm::vec3(inputs.layer_weight(scene.lights[i]) * peak_of(inputs, scene.lights[i], *inputs.lights[i]));
     }
     if (inputs.shades_on_cpu())
         return cpu_illuminance(inputs.context(), weights, indirect, live_screen_->surfaces, live_screen_->light);

@@ -47,7 +47,8 @@ void Renderer::prepare_transport(const Scene& scene) {
                (one.cells || direct_by_rays_);
     });
     std::vector<glm::vec3> positions = {traced_->local(scene.camera.eye)};
-    for (const Light& light : scene.lights) positions.push_back(traced_->local(light.position));
+    for (const Light& light : scene.lights)
+        if (!light.sun) positions.push_back(traced_->local(light.position));
     const auto begin = [&] {
         builder_ = std::make_shared<transport::Builder>(traced_, seeds_, surfels_,
                                                         std::min(links_, transport::kMostForwardLinks),

@@ -161,7 +161,7 @@ void recall_preset(Scene& scene, const v1::RecallPreset& recall) {
     for (const PresetLight& kept : *preset->second) {
         Light* light = find_light(scene, kept.name);
         if (light == nullptr) continue;
-        change(scene, light->profile, kept.profile, light->profile_rev);
+        if (!light->sun) change(scene, light->profile, kept.profile, light->profile_rev);
         if (fades) continue;  // server/scene/preset.h brings the rest in time
         change(scene, light->world_from_light, kept.world_from_light, light->aim_rev);
         for (const LightRow& light_row : light_rows()) change(scene, *light, light_row, numbers_of(kept, light_row));
@@ -284,6 +284,9 @@ Result<Applied> apply(Scene& scene, const v1::Command& command, const Loaded& lo
         if (!thinned.empty()) applied.warnings.push_back(thinned);
     }
     if (loaded.asset) applied.warnings = loaded.asset->warnings;
+    if (command.has_set_technique() && scene.technique != Technique::standard)
+        for (const Light& light : scene.lights)
+            if (light.sun) applied.warnings.push_back("the seed technique has no sun: '" + light.name + "' is dark");
     if (command.has_set_surfaces() || command.has_map_control()) applied.warnings = surface_warnings(scene);
     if (command.has_set_patch()) {
         const v1::Patch patch = patch_in_force(scene);
@@ -338,6 +341,7 @@ Scene scene_of(std::shared_ptr<const SceneAsset> asset, Revision revision) {
         light.world_from_light = glm::normalize(seed.world_from_light);
         take_angles(light);
         light.profile = seed.profile;
+        light.sun = seed.sun;
         light.multiplier = seed.multiplier;
         light.color = seed.color;
         light.tilt_factor = tilt_factor_of(light);

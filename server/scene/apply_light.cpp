@@ -57,6 +57,8 @@ void set_one_light(Scene& scene, Light& light, const v1::SetLight& set, const Lo
         change(scene, light.world_from_light, orientation, light.aim_rev);
         take_angles(light);
     }
+    if (loaded.profile && light.sun && !(*loaded.profile == *light.profile))
+        refuse("unsupported", prefix + "profile", loaded.profile->name, "the sun's light is parallel: it has no web");
     if (loaded.profile) change(scene, light.profile, shared_profile(scene, loaded.profile), light.profile_rev);
 }
 

@@ -117,6 +117,7 @@ struct LightSeed {
     std::shared_ptr<const Profile> profile;
     double multiplier = 1.0;
     glm::dvec3 color{1.0};
+    bool sun = false;  // Light::sun
 };
 
 struct Camera {
@@ -161,6 +162,7 @@ struct LightValues {
 struct Light : LightValues {
     std::uint32_t id = 0;  // never reused within a process
     std::string name;
+    bool sun = false;  // its light is parallel, along its aim; `multiplier` is lux, the position has no effect
     double multiplier = 1.0;
     double tilt_factor = 1.0;  // LM-63 TILT=INCLUDE: all candela at the luminaire's tilt; follows aim and profile
     Revision position_rev = 0, aim_rev = 0, profile_rev = 0, level_rev = 0;

@@ -23,6 +23,7 @@ void put_light(const Light& light, v1::Light& out) {
     put(out.mutable_aim(), aim_of(light.world_from_light));
     put(out.mutable_c0(), c0_of(light.world_from_light));
     out.set_multiplier(light.multiplier);
+    out.set_sun(light.sun);
     out.set_profile(light.profile->name);
     out.set_max_cd(light.profile->peak_cd);
     out.set_flux_lm(light.profile->flux_lm);

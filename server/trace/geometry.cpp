@@ -133,7 +133,7 @@ Geometry::~Geometry() = default;
 
 float Geometry::step_off(const glm::vec3& p) const {
     const float greatest = std::max({std::abs(p.x), std::abs(p.y), std::abs(p.z)});
-    return std::max(8e-6f * greatest, 1e-6f * extent_);
+    return std::max(8e-6f * std::min(greatest, extent_), 1e-6f * extent_);  // far beyond there are no surfaces
 }
 
 std::array<glm::vec3, 3> Geometry::corners(int instance, int triangle) const {

@@ -85,12 +85,12 @@ double probability(const World& world, const Receiver& at, std::size_t index) {
 }
 
 // Density per m² at which a luminaire's rays meet a surface point, and of the choice of that luminaire.
-double light_density(const World& world, std::size_t index, const Luminaire& luminaire, const Arrival& arrival,
+double light_density(const World& world, std::size_t index, const glm::dvec3& source, const Arrival& arrival,
                      const Receiver& at) {
-    const glm::dvec3 in_luminaire = glm::transpose(luminaire.world_from_light) * arrival.from_source;
     const double chosen = (world.running[index + 1] - world.running[index]) / world.running.back();
     const double cosine = std::max(0.0, -glm::dot(arrival.from_source, glm::dvec3(at.geometric)));
-    return chosen * luminaire.directions->density(in_luminaire) * cosine / (arrival.distance * arrival.distance);
+    return chosen * world.luminaires[index].density(source, arrival.from_source) * cosine /
+           (arrival.distance * arrival.distance);
 }
 
 // Emission of a point drawn on the emitters, seen from x; weighted against meeting it by a cosine-distributed ray.
@@ -159,11 +159,12 @@ PathLight trace_path(const World& world, Receiver x, int bounces, bool openings,
             const Luminaire& luminaire = world.luminaires[index];
             const glm::dvec3 source = source_point(luminaire, drawn_on);
             double density = 0.0;
-            const glm::dvec3 emitted = luminaire.world_from_light * luminaire.directions->draw(sample.next(), density);
+            const glm::dvec3 emitted = luminaire.emit(source, sample.next(), density);
+            const glm::vec3 start(source + emitted * luminaire.start_m(source));
             SurfaceHit z;
             // A luminaire mounted on a surface does not light the spot it hides.
-            const float near = geometry.step_off(glm::vec3(source));
-            if (density > 0.0 && geometry.closest(glm::vec3(source), glm::vec3(emitted), near, false, z, dice())) {
+            const float near = geometry.step_off(start);
+            if (density > 0.0 && geometry.closest(start, glm::vec3(emitted), near, false, z, dice())) {
                 const Receiver at_z = receiver_of(geometry, z);
                 const glm::vec3 d = at_z.position - x.position;
                 const float d2 = glm::dot(d, d), length = std::sqrt(d2);
@@ -172,7 +173,7 @@ PathLight trace_path(const World& world, Receiver x, int bounces, bool openings,
                 if (d2 > 0.0f && cos_x > 0.0f && cos_z > 0.0f && glm::dot(d, x.geometric) > 0.0f &&
                     arrival.illuminance != glm::vec3(0.0f)) {
                     const glm::vec3 passed = z.tint * geometry.transmittance(x.from, at_z.from);
-                    const double by_light = light_density(world, index, luminaire, arrival, at_z);
+                    const double by_light = light_density(world, index, source, arrival, at_z);
                     const double by_ray =
                         static_cast<double>(cos_x * cos_z / (kPi * d2)) * probability(world, at_z, index);
                     // rho E / pi · cos cos / d² over the density, times the balance heuristic: one division in all.
@@ -207,7 +208,7 @@ PathLight trace_path(const World& world, Receiver x, int bounces, bool openings,
             const Arrival arrival = arrive(luminaire, source, at_y);
             if (arrival.illuminance != glm::vec3(0.0f)) {
                 const glm::vec3 passed = geometry.transmittance(at_y.from, glm::vec3(source));
-                const double by_light = light_density(world, choice.index, luminaire, arrival, at_y);
+                const double by_light = light_density(world, choice.index, source, arrival, at_y);
                 const double weight = met / (met * choice.probability + by_light);
                 light.indirect += throughput * passed * y.albedo * arrival.illuminance * static_cast<float>(weight);
             }

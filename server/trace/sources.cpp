@@ -5,6 +5,7 @@
 #include <numbers>
 
 #include "server/scene/apply.h"
+#include "server/scene/sun.h"
 
 namespace gonio::trace {
 
@@ -55,6 +56,39 @@ glm::dvec3 Luminaire::point(glm::vec2 random, glm::vec2 more) const {
     return position + world_from_light * p;
 }
 
+namespace {
+
+// Of the cone from a sun's point that holds the scene: 1 - its cosine, which is small. sin: of its half angle.
+double versine(double sin) {
+    return sin * sin / (1.0 + std::sqrt(1.0 - sin * sin));
+}
+
+}  // namespace
+
+glm::dvec3 Luminaire::emit(const glm::dvec3& source, glm::vec2 random, double& density_per_sr) const {
+    if (!(sun_reach_m > 0.0)) return world_from_light * directions->draw(random, density_per_sr);
+    const double distance_m = glm::length(source), whole = versine(sun_reach_m / distance_m);
+    density_per_sr = 1.0 / (2.0 * std::numbers::pi * whole);
+    const glm::dvec2 u(random);
+    const double off = u.x * whole, sin = std::sqrt(off * (2.0 - off)), turn = 2.0 * std::numbers::pi * u.y;
+    const glm::dvec3 axis = -source / distance_m,
+                     x = glm::normalize(
+                         glm::cross(axis, std::abs(axis.y) < 0.9 ? glm::dvec3(0, 1, 0) : glm::dvec3(1, 0, 0)));
+    return glm::normalize(axis * (1.0 - off) + sin * (std::cos(turn) * x + std::sin(turn) * glm::cross(axis, x)));
+}
+
+double Luminaire::density(const glm::dvec3& source, const glm::dvec3& direction) const {
+    if (!(sun_reach_m > 0.0)) return directions->density(glm::transpose(world_from_light) * direction);
+    const double distance_m = glm::length(source), sin = sun_reach_m / distance_m;
+    return glm::length(glm::cross(direction, source / distance_m)) <= sin
+               ? 1.0 / (2.0 * std::numbers::pi * versine(sin))
+               : 0.0;
+}
+
+double Luminaire::start_m(const glm::dvec3& source) const {
+    return sun_reach_m > 0.0 ? std::max(0.0, glm::length(source) - 2.0 * sun_reach_m) : 0.0;
+}
+
 double Luminaire::intensity_cd(const glm::dvec3& direction) const {
     const glm::dvec3 d = glm::transpose(world_from_light) * direction;
     return ies::intensity(profile->photometry.web, {d.x, d.y, d.z}).in(cd);
@@ -64,15 +98,24 @@ std::vector<Luminaire> luminaires_of(const Scene& scene, const Geometry& geometr
     std::vector<Luminaire> result;
     for (const Light& light : scene.lights) {
         Luminaire luminaire;
-        luminaire.position = light.position - geometry.origin();
+        const LightSource source = gonio::source_of(light, geometry.asset().bounds);
+        luminaire.position = source.position - geometry.origin();
         luminaire.world_from_light = glm::mat3_cast(light.world_from_light);
-        luminaire.weight = glm::vec3(light_weight(scene, light));
+        luminaire.weight = glm::vec3(light_weight(scene, light) * source.gain);
         luminaire.profile = light.profile;
         luminaire.opening = light.profile->photometry.opening;
+        if (light.sun) {
+            const Length disc = 2.0 * std::tan(0.5 * kSunDiameter_rad) * std::sqrt(source.gain) * m;
+            luminaire.opening = {ies::OpeningShape::ellipse, disc, disc, 0.0 * m};
+            luminaire.sun_reach_m = static_cast<double>(geometry.extent());
+        }
         luminaire.opening_radius_m =
             0.5 * glm::length(glm::dvec3(luminaire.opening.length.in(m), luminaire.opening.width.in(m),
                                          luminaire.opening.height.in(m)));
-        luminaire.power = static_cast<float>(luminance(glm::dvec3(luminaire.weight)) * light.profile->flux_lm);
+        const double flux_lm = light.sun
+                                   ? std::numbers::pi * luminaire.sun_reach_m * luminaire.sun_reach_m / source.gain
+                                   : light.profile->flux_lm;  // for a weight of 1
+        luminaire.power = static_cast<float>(luminance(glm::dvec3(luminaire.weight)) * flux_lm);
         if (!(luminaire.power > 0.0f)) continue;
         luminaire.directions = &tables_of(*light.profile).directions;
         if (!luminaire.directions->dark()) result.push_back(std::move(luminaire));

@@ -25,10 +25,18 @@ struct Luminaire {
     const DirectionTable* directions = nullptr;  // of the profile
     ies::Opening opening;                        // shape point: a point
     double opening_radius_m = 0.0;               // half its diagonal
-    float power = 0.0f;                          // luminance of weight × flux, lm: how often it is chosen
+    double sun_reach_m = 0.0;  // of a sun: radius of the sphere around the origin that holds the scene
+    float power = 0.0f;        // luminance of weight × flux, lm: how often it is chosen
 
     // Result: a point of the opening, local, m. random: uniform pairs.
     glm::dvec3 point(glm::vec2 random, glm::vec2 more) const;
+    // Result: the direction of a ray from `source`, a point of the opening: unit, world axes. density: its probability
+    // per steradian, 0 where there is none. random: uniform.
+    glm::dvec3 emit(const glm::dvec3& source, glm::vec2 random, double& density) const;
+    // Result: that probability of a direction.
+    double density(const glm::dvec3& source, const glm::dvec3& direction) const;
+    // Result: how far from `source` a ray may begin, m: nothing is nearer.
+    double start_m(const glm::dvec3& source) const;
     // Result: I towards a unit direction (world axes) before the weight, cd.
     double intensity_cd(const glm::dvec3& direction) const;
 };

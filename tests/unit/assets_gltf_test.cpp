@@ -272,10 +272,15 @@ Json with_punctual(Json document) {
     return document;
 }
 
-TEST_F(AssetsGltf, PunctualLightsAreInCandela) {
+TEST_F(AssetsGltf, PunctualLightsAreInCandelaAndTheSunInLux) {
     const auto scene = good(with_punctual(triangle()));
-    ASSERT_EQ(scene->lights.size(), 2u);
-    EXPECT_TRUE(warns(*scene, "directional"));
+    ASSERT_EQ(scene->lights.size(), 3u);
+    EXPECT_FALSE(warns(*scene, "directional"));
+    const LightSeed& sun = scene->lights[2];
+    EXPECT_TRUE(sun.sun);
+    EXPECT_EQ(sun.multiplier, 3.0);
+    EXPECT_EQ(sun.profile->peak_cd, 1.0);
+    EXPECT_FALSE(scene->lights[0].sun || scene->lights[1].sun);
     const LightSeed& point = scene->lights[0];
     EXPECT_EQ(point.name, "bulb");
     EXPECT_DOUBLE_EQ(point.multiplier, 120.0);

@@ -2,6 +2,7 @@
 // target's points (server/transport, server/lighting/grid_light.h).
 #include <algorithm>
 #include <cmath>
+#include <numbers>
 #include <utility>
 
 #include "server/lighting/screen.h"
@@ -33,7 +34,8 @@ PassRun run_surfels(const PassContext& context, const Light& light, LightGpu& gp
     const Transport::Surface& surface = *context.transport->surface;
     const lighting::DirectLight direct = direct_light_of(context, light, gpu);
     lighting::direct_at_surfels(surface.surfels, context.traced, direct, gpu.surfel_direct, context.pool);
-    if (light.profile->flux_lm > 0.0 && lighting::takes_flux(surface.surfels, direct.position, gpu.surfel_direct))
+    if (!light.sun && light.profile->flux_lm > 0.0 &&
+        lighting::takes_flux(surface.surfels, direct.position, gpu.surfel_direct))
         lighting::take_flux(rays_of(light, gpu, kVplsAtRest), surface, direct.position,
                             glm::mat3_cast(glm::quat(light.world_from_light)), direct.unit_m2, gpu.surfel_direct,
                             context.pool);
@@ -125,7 +127,29 @@ bool first_bounce_left(const PassContext& context, const LightGpu& gpu) {
 
 namespace {
 
+// Those of a sun, most of whose light falls outside: drawn among the surfels by the flux that each takes. Its parts are
+// stratified each for itself.
+std::vector<lighting::Vpl> sun_vpls(const PassContext& context, const LightGpu& gpu, unsigned count) {
+    const transport::Surfels& surfels = context.transport->surface->surfels;
+    std::vector<double> running = {0.0};  // sums of flux, for each lux of its multiplier × the layers' unit
+    for (std::size_t i = 0; i < surfels.count; ++i)
+        running.push_back(running.back() + static_cast<double>(gpu.irradiance.direct[i].g * surfels.area_m2[i]));
+    if (!(running.back() > 0.0)) return {};
+    const unsigned each = count / lighting::kSubsets;
+    const double flux = running.back() / static_cast<double>(context.geometry.layer_unit_m2()) / count;
+    std::vector<lighting::Vpl> vpls;
+    for (unsigned k = 0; k < each * lighting::kSubsets; ++k) {
+        const double at = (k % each + (k / each + 0.5) / lighting::kSubsets) / each * running.back();
+        const auto above = std::upper_bound(running.begin() + 1, running.end() - 1, at);
+        const auto i = static_cast<std::size_t>(above - running.begin() - 1);
+        vpls.push_back(
+            {surfels.position(i), surfels.normal(i), surfels.albedo[i] * static_cast<float>(flux / std::numbers::pi)});
+    }
+    return vpls;
+}
+
 std::vector<lighting::Vpl> cast_vpls(const PassContext& context, const Light& light, LightGpu& gpu, unsigned count) {
+    if (light.sun) return sun_vpls(context, gpu, count);
     return lighting::cast(rays_of(light, gpu, count), context.traced, context.traced.local(light.position),
                           glm::mat3_cast(glm::quat(light.world_from_light)), context.pool);
 }

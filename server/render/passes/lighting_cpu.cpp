@@ -10,6 +10,7 @@
 #include "server/render/passes/passes.h"
 #include "server/render/quality_level.h"
 #include "server/scene/apply.h"
+#include "server/scene/sun.h"
 #include "server/scene/web_buffer.h"
 
 namespace gonio {
@@ -70,9 +71,18 @@ void upload(const gl::Texture& array, const lighting::GBuffer& s, int layer, GLe
     glPixelStorei(GL_UNPACK_ROW_LENGTH, 0);
 }
 
+double peak_of(const PassContext& context, const Light& light, const LightGpu& gpu) {
+    return static_cast<double>(light.sun ? context.geometry.layer_unit_m2() : gpu.web->peak_cd);
+}
+
 lighting::DirectLight direct_light_of(const PassContext& context, const Light& light, const LightGpu& gpu) {
-    return {context.traced.local(light.position), light_from_world(light), web_of(gpu.web->tables->words.data()),
-            context.geometry.layer_unit_m2(), gpu.web->tables->beam_cos};
+    const LightSource source = source_of(light, context.traced.asset().bounds);
+    lighting::DirectLight direct{context.traced.local(source.position), light_from_world(light),
+                                 web_of(gpu.web->tables->words.data()), context.geometry.layer_unit_m2(),
+                                 gpu.web->tables->beam_cos};
+    direct.sun = light.sun;
+    if (light.sun) direct.unit_m2 = static_cast<float>(source.gain);  // × the layers' unit / peak_of(): 1
+    return direct;
 }
 
 PassRun run_direct_rays(const PassContext& context, const Light& light, const LightGpu& gpu, int layer,
@@ -108,7 +118,8 @@ namespace {
 glm::dvec3 direct_at_point(const PassContext& context, const Light& light, const LightGpu& gpu) {
     const Eye& eye = context.eye;
     const glm::dvec3 normal = -eye.forward, point = eye.position + eye.forward;
-    const glm::dvec3 d = point - light.position;
+    const LightSource source = source_of(light, context.traced.asset().bounds);
+    const glm::dvec3 d = point - source.position;
     const double d2 = glm::dot(d, d), cosine = -glm::dot(d, normal) / std::sqrt(d2);
     if (!(d2 > 0.0 && cosine > 0.0 && gpu.web->peak_cd > 0.0f)) return glm::dvec3(0.0);
     const glm::dvec3 in_light = glm::transpose(glm::dmat3(glm::mat3_cast(light.world_from_light))) * d;
@@ -117,7 +128,9 @@ glm::dvec3 direct_at_point(const PassContext& context, const Light& light, const
     const glm::vec3 local = context.traced.local(point);
     const glm::vec3 from = local + glm::vec3(normal) * (4.0f * context.traced.step_off(local));
     if (!(ratio > 0.0)) return glm::dvec3(0.0);
-    return glm::dvec3(context.traced.transmittance(from, context.traced.local(light.position))) * (ratio * cosine / d2);
+    const double gain = light.sun ? source.gain / peak_of(context, light, gpu) : 1.0;
+    return glm::dvec3(context.traced.transmittance(from, context.traced.local(source.position))) *
+           (gain * ratio * cosine / d2);
 }
 
 }  // namespace
@@ -138,7 +151,7 @@ PassRun run_direct_point_summed(const PassContext& context, std::span<const Ligh
         if (context.layers[i] >= 0) continue;
         const Light& light = context.scene.lights[i];
         found.light += context.scene.master_ratio * context.weight_in_sum(light, -1) *
-                       (static_cast<double>(lights[i]->web->peak_cd) * direct_at_point(context, light, *lights[i]));
+                       (peak_of(context, light, *lights[i]) * direct_at_point(context, light, *lights[i]));
     }
     found.parts.fill(found.light);
     return {};
@@ -237,7 +250,7 @@ PassRun run_merge(const PassContext& context, std::span<const LightGpu* const> l
             weight = context.weight_in_sum(light, context.layers[i]);
         else if (context.layers[i] >= 0)
             weight = context.layer_weight(light);
-        return glm::vec3(weight * static_cast<double>(lights[i]->web->peak_cd));
+        return glm::vec3(weight * peak_of(context, light, *lights[i]));
     };
     for (std::size_t i = 0; i < lights.size(); ++i) {
         const glm::vec3 weight = glm::abs(weight_of(i));
@@ -334,7 +347,7 @@ PassRun run_composite_cpu(const PassContext& context, View view, std::span<const
             if (context.layers[i] < 0) continue;
             const glm::dvec3 steps =
                 context.layer_weight(scene.lights[i]) *
-                (static_cast<double>(lights[i]->web->peak_cd) / unit * shown_per_lux * kFixedPointSteps);
+                (peak_of(context, scene.lights[i], *lights[i]) / unit * shown_per_lux * kFixedPointSteps);
             if (steps == glm::dvec3(0.0)) continue;
             // Nothing times infinity would be no number.
             const auto version_of = [&, id = scene.lights[i].id](Slot slot) {

@@ -159,6 +159,9 @@ PassRun run_solid(const PassContext& context, std::span<const LightGpu* const> l
 // Display -> NV12.
 PassRun run_nv12(const PassContext& context);
 
+// Result: what a luminaire's light is measured per in layers, cd of its peak. Of a sun (server/scene/sun.h) it is such
+// that half floats hold the cosine of its light.
+double peak_of(const PassContext& context, const Light& light, const LightGpu& gpu);
 lighting::DirectLight direct_light_of(const PassContext& context, const Light& light, const LightGpu& gpu);
 // values: of the G-buffer's shape, rows of row_length pixels.
 void upload(const gl::Texture& array, const lighting::GBuffer& gbuffer, int layer, GLenum format, GLenum type,

@@ -41,8 +41,9 @@ PassRun run_composite(const PassContext& context, View view, const LightGpu* sho
     std::vector<layouts::LightWeight> weights(GONIO_MAX_LAYERS);
     int layers = 0;
     for (std::size_t i = 0; i < lights.size(); ++i) {
-        const glm::dvec3 weight = context.layer_weight(context.scene.lights[i]) *
-                                  static_cast<double>(lights[i]->web->peak_cd / context.geometry.layer_unit_m2());
+        const glm::dvec3 weight =
+            context.layer_weight(context.scene.lights[i]) * (peak_of(context, context.scene.lights[i], *lights[i]) /
+                                                             static_cast<double>(context.geometry.layer_unit_m2()));
         if (context.layers[i] < 0) continue;
         weights[context.layers[i]].rgb = glm::vec4(glm::vec3(weight), 0.0f);
         layers = std::max(layers, context.layers[i] + 1);
@@ -120,6 +121,7 @@ PassRun run_solid(const PassContext& context, std::span<const LightGpu* const> l
         const SolidGpu& solid = solid_of(web);
         if (solid.index_count == 0 || web.peak_cd <= 0.0f) continue;
         const Light& light = context.scene.lights[i];
+        if (light.sun) continue;  // it is nowhere
         const glm::dmat4 local = glm::translate(glm::dmat4(1), light.position - context.eye.position) *
                                  glm::mat4_cast(light.world_from_light) *
                                  glm::scale(glm::dmat4(1), glm::dvec3(radius_m / static_cast<double>(web.peak_cd)));
