@@ -21,7 +21,7 @@ protected:
     }
     // Saves what a client did who loaded room.gltf under this name. Result: the scene's name in the file.
     std::string save(const std::string& name, double scale = 1.0) {
-        auto asset = load_scene(directory_ / "room.gltf", name, kMaxAlbedo, SIZE_MAX, scale);
+        auto asset = load_scene(directory_ / "room.gltf", name, {.scale = scale});
         EXPECT_TRUE(asset) << asset.error().text();
         Scene scene = scene_of(*asset, 5);
         v1::Command command;
