@@ -455,7 +455,7 @@ std::vector<Pass> build_pipeline(const FrameInputs& in) {
     b.add_composite();
     if (!b.shown_on_cpu && in.target.kind == TargetKind::live) {
         b.add("nv12", b.per_target(Slot::nv12), {b.per_target(Slot::picture)}, {},
-              [context = b.context] { return run_nv12(context); });
+              [context = b.context, view = in.view] { return run_nv12(context, view); });
     }
     return std::move(b.passes);
 }

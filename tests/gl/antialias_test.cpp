@@ -136,5 +136,47 @@ TEST(Antialias, LightThatMovesStaysAntialiased) {
     EXPECT_EQ(frame().samples_per_pixel(), 16u);
 }
 
+// While nothing has been found yet edges are filtered, which makes no pass of its own.
+TEST(Antialias, EdgesAreFilteredUntilTheyAreFound) {
+    for (const auto direct : {Renderer::DirectLight::rays, Renderer::DirectLight::gl}) {
+        Scene scene = cornell();
+        scene.width_px = scene.height_px = 2 * kSide;
+        const auto newest = [&](Renderer& renderer) {
+            FinishedFrame frame;
+            do {
+                renderer.begin_frame(scene, monotonic_ns());
+                FinishedFrame done = *renderer.finish_frame(true);
+                if (done.nv12) frame = std::move(done);
+            } while (!renderer.settled());
+            return frame;
+        };
+        Renderer plain(context(), direct), renderer(context(), direct);
+        make_coarse(plain);
+        make_coarse(renderer);
+        renderer.set_refinement(true);
+        const auto jagged = newest(plain).nv12;
+        const FinishedFrame moving = newest(renderer);
+        ASSERT_TRUE(renderer.refine(scene, [] { return false; }));
+        const FinishedFrame rests = newest(renderer);
+        ASSERT_EQ(moving.report.samples_per_pixel(), 1u);
+        ASSERT_EQ(rests.report.samples_per_pixel(), 16u);
+        const auto off = [&](const std::vector<std::uint8_t>& nv12) {
+            double squares = 0.0;
+            for (std::size_t i = 0; i < std::size_t{4} * kSide * kSide; ++i)
+                squares += std::pow(static_cast<double>((*rests.nv12)[i]) - static_cast<double>(nv12[i]), 2.0);
+            return std::sqrt(squares);
+        };
+        const auto composite_ms = [](const FinishedFrame& frame) {
+            double ms = 0.0;
+            for (const v1::PassReport& row : frame.report.passes())
+                if (row.name() == "composite" || row.name() == "nv12") ms += row.cpu_ms();
+            return ms;
+        };
+        std::printf("of what edges lack %.2f is left; composite %.2f ms\n", off(*moving.nv12) / off(*jagged),
+                    composite_ms(moving));
+        EXPECT_LT(off(*moving.nv12), 0.9 * off(*jagged));
+    }
+}
+
 }  // namespace
 }  // namespace gonio::test

@@ -26,6 +26,11 @@ bool shows_edges(const PassContext& context) {
     return context.target.kind != TargetKind::live || context.pass_cache.holds(edges_slot(context), edges_key(context));
 }
 
+bool filters_edges(const PassContext& context, View view) {
+    return context.target.kind == TargetKind::live && view < View::illuminance && finds_edges(context) &&
+           !shows_edges(context);
+}
+
 PassRun run_antialias(const PassContext& context, ScreenLight& screen) {
     lighting::GBuffer centres;
     lighting::Raster raster;

@@ -5,6 +5,7 @@
 #include <numbers>
 
 #include "server/lighting/display.h"
+#include "server/lighting/edge_filter.h"
 #include "server/lighting/screen.h"
 #include "server/lighting/shadow_edges.h"
 #include "server/render/passes/passes.h"
@@ -361,7 +362,7 @@ PassRun run_composite_cpu(const PassContext& context, View view, std::span<const
         const bool on_grid =
             std::any_of(terms.begin(), terms.end(), [](const lighting::LayerTerm& term) { return term.on_grid(); });
         lighting::LayerSum& sum = composed.sum;
-        sum.take(std::move(terms), std::min(lights.size(), kMostLayers), s.depth.size(),
+        sum.take(terms, std::min(lights.size(), kMostLayers), s.depth.size(),
                  surfaces.grid_size() / lighting::kSimdWidth * lighting::kSimdWidth, context.pool);
         display.cap = sum.cap();
         display.per_step = static_cast<float>(rest / kFixedPointSteps);
@@ -391,6 +392,8 @@ PassRun run_composite_cpu(const PassContext& context, View view, std::span<const
     composed.nv12 = free_picture(composed, std::size_t{1} * display.width * display.height / 2 * 3);
     display.others = others;
     lighting::to_nv12(display, composed.nv12->data(), context.pool);
+    if (filters_edges(context, view))
+        lighting::filter_edges(s.width, s.height, composed.nv12->data(), composed.unfiltered, context.pool);
     return {};
 }
 

@@ -118,6 +118,9 @@ bool finds_edges(const PassContext& context);
 bool edges_left(const PassContext& context);
 // Whether the picture has them.
 bool shows_edges(const PassContext& context);
+// Whether it has none yet, so that its edges are filtered (server/lighting/edge_filter.h): a live picture of light, no
+// false colours.
+bool filters_edges(const PassContext& context, View view);
 // The same at the one point of a meter.
 PassRun run_gather_point(const PassContext& context, const Light& light, LightGpu& gpu, int layer, MeterLight& meter);
 // Light of emissive surfaces at the target's pixels or the point of a meter: direct, and after bounces.
@@ -157,7 +160,7 @@ PassRun run_composite(const PassContext& context, View view, const LightGpu* sho
 // The photometric solids as wireframe over the display.
 PassRun run_solid(const PassContext& context, std::span<const LightGpu* const> lights);
 // Display -> NV12.
-PassRun run_nv12(const PassContext& context);
+PassRun run_nv12(const PassContext& context, View view);
 
 // Result: what a luminaire's light is measured per in layers, cd of its peak. Of a sun (server/scene/sun.h) it is such
 // that half floats hold the cosine of its light.

@@ -137,11 +137,12 @@ PassRun run_solid(const PassContext& context, std::span<const LightGpu* const> l
     return run;
 }
 
-PassRun run_nv12(const PassContext& context) {
+PassRun run_nv12(const PassContext& context, View view) {
     const Target& target = context.target;
     const GLuint program = context.programs.get("passes/screen.vert", "passes/nv12.frag");
     begin_screen(context.programs, target.nv12_fbo.id(), program, target.width_px, target.height_px / 2 * 3);
     glBindTextureUnit(0, target.display.id());
+    glProgramUniform1i(program, 1, filters_edges(context, view) ? 1 : 0);
     draw_screen();
     return {0, 1};
 }
