@@ -36,7 +36,7 @@ ArtnetSource* ArtnetSources::source_of(const ArtDmx& dmx, const UdpPeer& from, s
     source.physical = dmx.physical;
     source.packet_ns = now_ns;
     source.changed_ns = now_ns;
-    sources.push_back(std::move(source));
+    sources.push_back(source);
     changed_.insert(dmx.universe);
     return &sources.back();
 }
@@ -100,7 +100,7 @@ DmxUniverse ArtnetSources::universe(std::uint16_t universe) const {
         if (!source.live) continue;
         DmxSource view{source.id, source.shown.values, {}, source.changed_ns};
         std::fill_n(view.rank.begin(), source.shown.slots, std::uint8_t{101});  // Art-Net knows no priority
-        result.sources.push_back(std::move(view));
+        result.sources.push_back(view);
     }
     return result;
 }

@@ -233,7 +233,7 @@ DmxUniverse SacnSources::universe(std::uint16_t universe) const {
                                                         : own                 ? own + 1
                                                                               : 0);
         }
-        result.sources.push_back(std::move(view));
+        result.sources.push_back(view);
     }
     return result;
 }

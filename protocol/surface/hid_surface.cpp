@@ -1,6 +1,7 @@
 #include "protocol/surface/hid_surface.h"
 
 #include <algorithm>
+#include <cmath>
 #include <cstdio>
 #include <map>
 
@@ -307,7 +308,7 @@ bool HidSurface::take_xkeys(Bytes report, std::vector<ControlEvent>& events) {
 std::vector<std::uint8_t> HidSurface::show(std::size_t control, double value) {
     const bool on = value >= 0.5;
     if (known_ != nullptr && known_->take == &HidSurface::take_powermate && control == 0)
-        return {0, static_cast<std::uint8_t>(std::clamp(value, 0.0, 1.0) * 255.0 + 0.5)};
+        return {0, static_cast<std::uint8_t>(std::lround(std::clamp(value, 0.0, 1.0) * 255.0))};
     if (known_ != nullptr &&
         known_->take == &HidSurface::take_xkeys) {  // backlight: 181, key, 0 off or 1 on; keys step 8 a column
         std::vector<std::uint8_t> report(36);

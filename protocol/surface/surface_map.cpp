@@ -128,7 +128,7 @@ Result<bool> check_surface_row(const v1::SurfaceRow& row, const std::string& pla
         return refusal_of(place, "target", shown_text(row.target()), "#n is the nth light, 1 to 4096");
     if (row.mode() == "save" && property->property != Property::preset)
         return refusal_of(place, "mode", "save", "only a preset is saved");
-    if (const auto checked = check_range(row, *property, place); !checked) return checked;
+    if (auto checked = check_range(row, *property, place); !checked) return checked;
     return check_names(row, *property, place);
 }
 
@@ -136,7 +136,7 @@ Result<bool> check_surfaces(const v1::SetSurfaces& set) {
     if (static_cast<std::size_t>(set.rows_size()) > kMaxSurfaceRows)
         return Error{"too_large", "set_surfaces.rows", std::to_string(set.rows_size()), "there are at most 4,096 rows"};
     for (int i = 0; i < set.rows_size(); ++i) {
-        const auto checked = check_surface_row(set.rows(i), "set_surfaces.rows[" + std::to_string(i) + "].");
+        auto checked = check_surface_row(set.rows(i), "set_surfaces.rows[" + std::to_string(i) + "].");
         if (!checked) return checked;
     }
     return true;
@@ -145,7 +145,7 @@ Result<bool> check_surfaces(const v1::SetSurfaces& set) {
 Result<v1::SetSurfaces> mapped(const v1::SetSurfaces& rows, const v1::MapControl& change) {
     const v1::SurfaceRow& row = change.row();
     if (!change.remove())
-        if (const auto checked = check_surface_row(row, "map_control.row."); !checked) return checked.error();
+        if (auto checked = check_surface_row(row, "map_control.row."); !checked) return checked.error();
     v1::SetSurfaces result;
     result.set_with_default(rows.with_default());
     for (const v1::SurfaceRow& known : rows.rows())

@@ -92,7 +92,7 @@ public:
                 if (flag && text != "true") continue;
                 const bool joined = !flag && !text.empty();  // CLI11 takes "--key=" for a key without a value
                 result_.arguments.push_back("--" + key + (joined ? "=" + text : ""));
-                if (!flag && text.empty()) result_.arguments.push_back("");
+                if (!flag && text.empty()) result_.arguments.emplace_back();
             }
         }
         return std::move(result_);

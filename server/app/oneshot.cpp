@@ -40,7 +40,7 @@ T checked(const std::string& place, Result<T> result) {
 
 std::string text_at(const Json& object, const char* key, const std::string& place, const std::string& otherwise) {
     if (!object.contains(key)) return otherwise;
-    if (!object[key].is_string() || object[key] == "") {
+    if (!object[key].is_string() || object[key].get_ref<const std::string&>().empty()) {
         refuse(place + "." + key, object[key].dump(), "must be a string that is not empty");
     }
     return object[key];

@@ -65,7 +65,7 @@ std::string check_host_name(const std::string& text) {
 }
 
 std::string check_origin(const std::string& text) {
-    const std::string wrong = "must be http://HOST[:PORT] or https://HOST[:PORT], not " + quoted(text);
+    std::string wrong = "must be http://HOST[:PORT] or https://HOST[:PORT], not " + quoted(text);
     const std::string lower = CLI::detail::to_lower(text);  // as origins are compared
     const std::size_t scheme = lower.starts_with("https://") ? 8 : lower.starts_with("http://") ? 7 : 0;
     if (scheme == 0) return wrong;

@@ -167,7 +167,7 @@ void take_texts(const CLI::App& app, const OptionTexts& text, Options& options) 
 
 }  // namespace
 
-std::optional<Options> parse_options(std::vector<std::string> arguments, int& exit_code) {
+std::optional<Options> parse_options(const std::vector<std::string>& arguments, int& exit_code) {
     Options options;
     options.arguments = arguments;
     OptionTexts text;

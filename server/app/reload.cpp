@@ -51,6 +51,7 @@ void use_again(const Reread& reread, HttpServer& http_server) {
 }
 
 struct Reloading::Shared {
+    explicit Shared(std::function<Reread()> from) : read(std::move(from)) {}
     const std::function<Reread()> read;
     std::mutex mutex;  // of what follows; never held while files are read
     std::function<void(const Reread&)> use;

@@ -29,8 +29,8 @@ struct Sides {
         if (side[vertex] == wanted) return vertex;
         if (twin[vertex] == kNone) {
             const auto copy = static_cast<std::uint32_t>(mesh.vertices.size());
-            mesh.vertices.push_back(Vertex(mesh.vertices[vertex]));
-            if (!mesh.colors.empty()) mesh.colors.push_back(glm::u16vec4(mesh.colors[vertex]));
+            mesh.vertices.push_back(mesh.vertices[vertex]);
+            if (!mesh.colors.empty()) mesh.colors.push_back(mesh.colors[vertex]);
             side.push_back(wanted);
             twin.push_back(kNone);
             twin[vertex] = copy;

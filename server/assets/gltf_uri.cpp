@@ -53,7 +53,7 @@ std::optional<std::vector<std::byte>> base64_decoded(std::string_view text) {
             padded = true;
             continue;
         }
-        const int value = values[static_cast<unsigned char>(c)];
+        const signed char value = values[static_cast<unsigned char>(c)];
         if (value < 0 || padded) return std::nullopt;
         held = (held << 6 | static_cast<std::uint32_t>(value)) & 0xffffffu;
         bits += 6;

@@ -19,8 +19,8 @@ Error refused(std::string place, std::string message) {
 }
 
 // format: file extension that selects the writer. pixels: width * height * channels values of pixel_type.
-Result<std::vector<std::byte>> encode(const std::string& format, const OIIO::ImageSpec& spec, OIIO::TypeDesc pixel_type,
-                                      const void* pixels, std::size_t values) {
+Result<std::vector<std::byte>> encode(const std::string& format, const OIIO::ImageSpec& spec,
+                                      const OIIO::TypeDesc& pixel_type, const void* pixels, std::size_t values) {
     if (spec.width <= 0 || spec.height <= 0 || values != spec.image_pixels() * spec.nchannels) {
         return refused(format, "the picture's size and its number of values do not agree");
     }

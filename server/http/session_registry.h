@@ -32,7 +32,7 @@ private:
 class Peer {
 public:
     virtual ~Peer() = default;
-    virtual void on_reply(v1::ServerMessage) {}
+    virtual void on_reply(v1::ServerMessage) {}  // NOLINT(performance-unnecessary-value-param): others keep it
     virtual void on_state_published() {}
     virtual void on_state_changed(const SharedMessage&) {}
     virtual void on_video_config() {}  // VideoConfigs::of() its lane may be another now, or it is in another lane

@@ -90,7 +90,7 @@ private:
             [this, bytes] {
                 return registry_.options.uploads->write(part_, {chunk_.data(), bytes});
             },
-            [this](Result<bool> written) {
+            [this](const Result<bool>& written) {
                 if (!written) return refuse(written.error());
                 if (!parser_.is_done()) return read();
                 finish();
@@ -123,7 +123,7 @@ private:
         abandon();
         answer(status_of(error.code), "text/plain; charset=utf-8", error.code + ": " + error.text() + "\n");
     }
-    void answer(http::status status, const char* type, std::string text) {
+    void answer(http::status status, const char* type, const std::string& text) {
         answer_ = "HTTP/1.1 " + std::to_string(static_cast<unsigned>(status)) + " " +
                   std::string(view_of(http::obsolete_reason(status))) + "\r\nContent-Type: " + type +
                   "\r\nContent-Length: " + std::to_string(text.size()) +

@@ -134,8 +134,8 @@ private:
             return on_identify(message->identify());
         }
         // Reading a long message takes time even where it is refused.
-        if (const auto more = static_cast<double>(bytes.size() / kUpdateBytes); more > 0) {
-            const auto retry = updates_.take(Clock::now(), more);
+        if (const std::size_t more = bytes.size() / kUpdateBytes; more > 0) {
+            const auto retry = updates_.take(Clock::now(), static_cast<double>(more));
             if (retry.count() > 0) {
                 const std::string_view first = encoding_ == Encoding::proto ? bytes.substr(0, kUpdateBytes) : bytes;
                 return refuse(peek_request_id(encoding_, body_of(encoding_, first)), too_fast(), retry);

@@ -110,7 +110,7 @@ Clusters make_clusters(const trace::Geometry& geometry) {
     return result;
 }
 
-std::shared_ptr<const Drawn> make_drawn(std::shared_ptr<const trace::Geometry> geometry, bool clustered) {
+std::shared_ptr<const Drawn> make_drawn(const std::shared_ptr<const trace::Geometry>& geometry, bool clustered) {
     return std::make_shared<const Drawn>(
         Drawn{geometry, make_material_table(*geometry), clustered, clustered ? make_clusters(*geometry) : Clusters()});
 }

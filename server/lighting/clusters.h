@@ -51,6 +51,6 @@ struct Drawn {
     Clusters clusters;
 };
 // In a second for a million triangles. Any thread.
-std::shared_ptr<const Drawn> make_drawn(std::shared_ptr<const trace::Geometry> geometry, bool clustered);
+std::shared_ptr<const Drawn> make_drawn(const std::shared_ptr<const trace::Geometry>& geometry, bool clustered);
 
 }  // namespace gonio::lighting

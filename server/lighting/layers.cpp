@@ -52,11 +52,12 @@ constexpr std::size_t kChunk = 8192;
 
 }  // namespace
 
-void LayerSum::take(std::vector<LayerTerm> terms, std::size_t most, std::size_t pixels, std::size_t points,
+void LayerSum::take(const std::vector<LayerTerm>& terms, std::size_t most, std::size_t pixels, std::size_t points,
                     Pool& pool) {
     ++pictures_;
     // No sum of so many terms overflows.
-    const float cap = static_cast<float>((std::int64_t{1} << 31) / static_cast<std::int64_t>(2 * most + 1));
+    const std::int64_t bound = (std::int64_t{1} << 31) / static_cast<std::int64_t>(2 * most + 1);
+    const auto cap = static_cast<float>(bound);
     bool valid = any_kept_ && cap == cap_ && pixels_[0].size() == pixels && grid_[0].size() == points;
     bool moved = cap != cap_;
     cap_ = cap;

@@ -46,7 +46,8 @@ public:
     // The terms of the next picture, each of another light, no more than `most` ever. Luminaires that have not changed
     // for a while are summed up and kept, 13 bytes a pixel in all. So a picture reads the kept sum and the others only.
     // A layer holds so many pixels and points of each kind.
-    void take(std::vector<LayerTerm> terms, std::size_t most, std::size_t pixels, std::size_t points, Pool& pool);
+    void take(const std::vector<LayerTerm>& terms, std::size_t most, std::size_t pixels, std::size_t points,
+              Pool& pool);
 
     // At the pixels: what is kept, row_length a row, null if nothing is; and the terms to be added to it.
     const std::int32_t* kept_pixels(int channel) const;

@@ -64,7 +64,7 @@ struct Vec2 {
 };
 struct Vec3 {
     Float x, y, z;
-    HWY_INLINE Vec3() {}
+    HWY_INLINE Vec3() {}  // NOLINT(modernize-use-equals-default): it would be no part of the target
     HWY_INLINE Vec3(Float a, Float b, Float c) : x(a), y(b), z(c) {}
 
     HWY_INLINE friend Vec3 operator+(const Vec3& a, const Vec3& b) { return {a.x + b.x, a.y + b.y, a.z + b.z}; }

@@ -320,6 +320,7 @@ PassRun GpuScene::draw(Mode mode, Programs& programs, const glm::dvec3& eye, con
         use_material(as, programs, groups_[g], clip_from_local, pane_sample);
         glDrawElementsInstancedBaseVertexBaseInstance(
             GL_TRIANGLES, groups_[g].index_count, GL_UNSIGNED_INT,
+            // NOLINTNEXTLINE(performance-no-int-to-ptr): GL takes an offset for a pointer
             reinterpret_cast<const void*>(static_cast<std::uintptr_t>(groups_[g].first_index) * 4), ranges[g].second,
             groups_[g].base_vertex, ranges[g].first);
         ++run.draws;

@@ -37,7 +37,7 @@ Result<trace::Settings> settings_of(const Query& query, Quality quality, const s
             settings.bounces = 1;
         } else if (bounces == "0" && !one) {
             settings.bounces = 0;
-        } else if (bounces != "" && (one || bounces != "all")) {
+        } else if (!bounces.empty() && (one || bounces != "all")) {
             return Error{"unsupported", place + ".bounces", bounces,
                          one ? "this quality has one bounce" : "this quality has 0, 1 or all bounces"};
         }
@@ -53,7 +53,7 @@ Result<trace::Settings> settings_of(const Query& query, Quality quality, const s
             return Error{"unsupported", place + ".openings", "true", "only reference quality has luminous openings"};
         return settings;
     }
-    if (bounces != "" && bounces != "all") {
+    if (!bounces.empty() && bounces != "all") {
         const auto [end, error] = std::from_chars(bounces.data(), bounces.data() + bounces.size(), settings.bounces);
         if (error != std::errc() || end != bounces.data() + bounces.size() || settings.bounces < 0 ||
             settings.bounces > kMaxBounces) {
@@ -110,7 +110,7 @@ Result<MeterRequest> check_meter(const v1::MeterQuery& query) {
         request.quality = Quality::rsm;
     } else if (query.quality() == "reference") {
         request.quality = Quality::reference;
-    } else if (query.quality() != "" && query.quality() != "interactive") {
+    } else if (!query.quality().empty() && query.quality() != "interactive") {
         return Error{"unsupported", "meter.quality", query.quality(),
                      "this server meters interactive, rsm and reference"};
     }
@@ -142,7 +142,7 @@ Result<CaptureRequest> check_capture(const Scene& scene, const v1::CaptureQuery&
     }
     if (query.quality() == "reference") {
         request.quality = Quality::reference;
-    } else if (query.quality() != "" && query.quality() != "interactive") {
+    } else if (!query.quality().empty() && query.quality() != "interactive") {
         return Error{"unsupported", "capture.quality", query.quality(),
                      "this server captures interactive and reference"};
     }

@@ -11,10 +11,11 @@ const v1::FrameReport* ReportLog::find(std::uint32_t rev) const {
 }
 
 std::vector<Work> ReportLog::take_answered(std::uint32_t rev) {
-    const auto answered = std::ranges::stable_partition(waiting_, [rev](const Waiting& one) { return one.rev > rev; });
+    const auto answered =
+        std::stable_partition(waiting_.begin(), waiting_.end(), [rev](const Waiting& one) { return one.rev > rev; });
     std::vector<Work> queries;
-    for (Waiting& one : answered) queries.push_back(std::move(one.query));
-    waiting_.erase(answered.begin(), answered.end());
+    for (auto one = answered; one != waiting_.end(); ++one) queries.push_back(std::move(one->query));
+    waiting_.erase(answered, waiting_.end());
     return queries;
 }
 

@@ -1,9 +1,9 @@
 #include "server/show/state_file.h"
 
 #include <sys/stat.h>
-#include <time.h>
 
 #include <cerrno>
+#include <ctime>
 #include <stdexcept>
 
 #include <spdlog/spdlog.h>

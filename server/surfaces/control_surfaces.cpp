@@ -156,7 +156,7 @@ private:
         scanned_ns_ = now_ns;
         std::vector<std::pair<FoundSurface, Backend*>> found;
         for (const auto& backend : backends_)
-            for (FoundSurface& surface : backend->scan()) found.push_back({std::move(surface), backend.get()});
+            for (FoundSurface& surface : backend->scan()) found.emplace_back(std::move(surface), backend.get());
         std::erase_if(retries_, [&](const auto& retry) {
             return std::ranges::none_of(found, [&](const auto& one) { return one.first.path == retry.first; });
         });

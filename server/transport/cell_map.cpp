@@ -42,7 +42,7 @@ CellMap::CellMap(const trace::Geometry& geometry, const Surfels& surfels, std::s
         triangles_.push_back({static_cast<std::uint32_t>(size_), side});
         size_ += std::size_t{2} * side * side;
     }
-    cells_.reset(new std::atomic<std::uint32_t>[size_]);
+    cells_ = std::make_unique<std::atomic<std::uint32_t>[]>(size_);
     for (std::size_t i = 0; i < size_; ++i) cells_[i].store(kUnknown, std::memory_order_relaxed);
 }
 
@@ -70,8 +70,9 @@ std::uint16_t CellMap::surfel_at(unsigned instance, unsigned triangle, float u, 
 std::uint32_t CellMap::fill(unsigned instance, unsigned triangle, std::uint32_t cell, std::uint32_t side,
                             bool front) const {
     const auto i = static_cast<int>(instance), t = static_cast<int>(triangle);
-    const float edge = 1.0f / static_cast<float>(side), u0 = static_cast<float>(cell % side) * edge,
-                v0 = static_cast<float>(cell / side) * edge;
+    const std::uint32_t column = cell % side, row = cell / side;
+    const float edge = 1.0f / static_cast<float>(side), u0 = static_cast<float>(column) * edge,
+                v0 = static_cast<float>(row) * edge;
     // A cell on the diagonal is half a square.
     const bool half = u0 + v0 + 1.5f * edge > 1.0f;
     const float middle = (half ? 1.0f / 3.0f : 0.5f) * edge;

@@ -19,7 +19,7 @@ inline constexpr std::size_t kMostSurfels = 65'535;  // ids have 16 bits
 inline constexpr std::size_t kNeighbours = 16;
 inline constexpr std::size_t kPadding = 16;  // arrays that kernels read end on whole vectors
 
-struct Surfels {
+struct Surfels {  // NOLINT(bugprone-reserved-identifier): in the copy that the compiler writes
     std::size_t count = 0;
     float radius_m = 0.0f;                     // surfels of like normals are no nearer to each other
     std::vector<float> points[6];              // x y z of the centre, x y z of the shading normal; padded

@@ -206,7 +206,7 @@ std::vector<std::string> write_cross_scenes(const std::string& directory) {
         if (!bytes) throw std::runtime_error(bytes.error().text());
         std::ofstream file(glb_path(directory, run.name), std::ios::binary);
         if (!(file << *bytes).flush()) throw std::runtime_error("cannot write " + glb_path(directory, run.name));
-        names.push_back(run.name);
+        names.emplace_back(run.name);
     }
     return names;
 }

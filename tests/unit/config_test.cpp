@@ -41,7 +41,7 @@ struct ConfigTest : testing::Test {
         testing::internal::CaptureStdout();
         testing::internal::CaptureStderr();
         exit_code = -1;
-        auto options = parse_options(std::move(arguments), exit_code);
+        auto options = parse_options(arguments, exit_code);
         out = testing::internal::GetCapturedStdout();
         err = testing::internal::GetCapturedStderr();
         return options;
