@@ -10,7 +10,7 @@ export async function saveCapture(connection, store, query) {
     const bytes = Uint8Array.from(atob(image), (letter) => letter.charCodeAt(0));
     const url = URL.createObjectURL(new Blob([bytes], {type: `image/${format}`}));
     const scene = (store.state?.scene ?? "scene").split("/").at(-1).replace(/\.\w+$/, "");
-    const quality = query.quality === "reference" ? "-reference" : "";
+    const quality = query.quality !== "reference" ? "" : query.denoise ? "-denoised" : "-reference";
     h("a", {href: url, download: `${scene}-${store.state?.view}${quality}-${scene_rev}.${format}`}).click();
     setTimeout(() => URL.revokeObjectURL(url), 10000);
     return reply;

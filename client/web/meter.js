@@ -18,13 +18,13 @@ export function formatLux(lx, error_lx = 0) {
 
 export function formatProgress({jobs_before = 0, samples = 0, noise_ratio = 0, seconds = 0, seconds_left}) {
     if (jobs_before > 0) return `Waiting: ${jobs_before} ${jobs_before === 1 ? "job comes" : "jobs come"} first`;
-    const noise = noise_ratio > 0 ? ` · noise ${formatNumber(100 * noise_ratio, 2)} %` : "";
+    const done = noise_ratio > 0 ? `${samples} samples · noise ${formatNumber(100 * noise_ratio, 2)} %` : `${samples} done`;
     const left = seconds_left === undefined ? "" : ` · ${formatNumber(seconds_left, 0)} s left`;
-    return `${formatNumber(seconds, 0)} s · ${samples} samples${noise}${left}`;
+    return `${formatNumber(seconds, 0)} s · ${done}${left}`;
 }
 
 export class MeterPanel {
-    #store; #connection; #node; #result; #buttons; #quality; #noise;
+    #store; #connection; #node; #result; #buttons; #quality; #noise; #denoise;
     #vectors;
 
     constructor(store, connection, node) {
@@ -37,18 +37,21 @@ export class MeterPanel {
         this.#quality = h("select", {"aria-label": "Quality", id: "meter-quality"}, ...options(kQualities, "interactive"));
         this.#noise = h("select", {"aria-label": "Noise of reference quality", title: "Standard error at which reference quality stops"},
             ...options(kNoises, "0.01"));
+        this.#denoise = h("input", {type: "checkbox", id: "meter-denoise"});
+        const denoise = h("label", {class: "meter-field", title: "Filters a reference capture of the beauty view: to look at, not to measure"},
+            this.#denoise, "Denoise");
         this.#result = h("output", {id: "meter-result", role: "status"}, "");
         const capture = h("button", {type: "button", id: "meter-capture", onclick: () => this.#work("Capturing…", () => this.#capture())}, "Capture");
         this.#buttons = [h("button", {id: "meter-read"}, "Read"), capture];
         const field = (label, ...inputs) => h("span", {class: "meter-field"}, h("span", {class: "faint"}, label), ...inputs);
         const form = h("form", {}, field("Point, m", ...this.#vectors.point_m), field("Normal", ...this.#vectors.normal),
-            field("Quality", this.#quality, this.#noise), ...this.#buttons);
+            field("Quality", this.#quality, this.#noise), denoise, ...this.#buttons);
         form.addEventListener("submit", (event) => {
             event.preventDefault();
             this.#work("Reading…", () => this.#read());
         });
         const show = () => {
-            this.#noise.hidden = this.#quality.value !== "reference";
+            this.#noise.hidden = denoise.hidden = this.#quality.value !== "reference";
             capture.hidden = this.#quality.value === "rsm";    // a meter only
         };
         this.#quality.addEventListener("change", show);
@@ -80,6 +83,8 @@ export class MeterPanel {
         const quality = this.#quality.value;
         return quality === "reference" ? {quality, noise_ratio: Number(this.#noise.value)} : {quality};
     }
+    // Fewer samples are enough for the filter: as many as the server takes by itself.
+    get #denoises() { return this.#quality.value === "reference" && this.#denoise.checked; }
 
     async #read() {
         const numbers = (inputs) => inputs.map((input) => Number(input.value));
@@ -92,9 +97,11 @@ export class MeterPanel {
     }
 
     async #capture() {
-        const {capture, result} = await saveCapture(this.#connection, this.#store, {format: "png", ...this.#settings()});
+        const {capture, result} = await saveCapture(this.#connection, this.#store, {format: "png",
+            ...(this.#denoises ? {quality: "reference", denoise: true} : this.#settings())});
         if (!capture) throw new Error(sentence(result ?? {code: "no answer"}));
-        const noise = capture.noise_ratio === undefined ? "" : ` · ${capture.samples} samples, noise ${formatNumber(100 * capture.noise_ratio, 2)} %`;
+        const noise = capture.noise_ratio === undefined ? "" : ` · ${capture.samples} samples, noise ${formatNumber(100 * capture.noise_ratio, 2)} %`
+            + (capture.denoised ? ", denoised" : "");
         return `Saved ${capture.width_px} × ${capture.height_px} of revision ${capture.scene_rev}${noise}`;
     }
 }

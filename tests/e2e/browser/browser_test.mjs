@@ -373,7 +373,14 @@ async function meter(page) {
     const refused = await read();
     check(/Normal must not be the zero vector/.test(refused), "a refusal is told in its place", refused);
     await page.locator("input[aria-label='Normal y']").fill("1");
+    await page.locator("select[aria-label='Picture size']").selectOption("480x480");
+    await page.locator("#meter-denoise").check();
+    const [denoised] = await Promise.all([page.waitForEvent("download", {timeout: 3 * kTimeoutMs}), page.locator("#meter-capture").click()]);
+    check(/-denoised-\d+\.png$/.test(denoised.suggestedFilename()), "a reference capture can be denoised", denoised.suggestedFilename());
+    await until("the denoised capture's line", async () => /noise [\d.]+ %, denoised$/.test(await result()));
+    await page.locator("select[aria-label='Picture size']").selectOption("800x800");
     await page.locator("#meter-quality").selectOption("interactive");
+    check(await page.locator("#meter-denoise").isHidden(), "what has no noise is not denoised");
     const [download] = await Promise.all([page.waitForEvent("download", {timeout: kTimeoutMs}), page.locator("#meter-capture").click()]);
     check(/\.png$/.test(download.suggestedFilename()), "a capture can be saved from the meter panel", download.suggestedFilename());
     await until("the saved capture's line", async () => /^Saved \d+ × \d+ of revision \d+$/.test(await result()));
@@ -435,7 +442,7 @@ async function arithmetic(page) {
             `lux: ${formatLux(42.3791, 0.0557)}, ${formatLux(250, 0)}, ${formatLux(43.9, 0.15)}`);
         expect(formatProgress({jobs_before: 2}) === "Waiting: 2 jobs come first"
             && formatProgress({samples: 64, noise_ratio: 0.05, seconds: 12.3}) === "12 s · 64 samples · noise 5.00 %"
-            && formatProgress({samples: 64, seconds: 12.3, seconds_left: 30}) === "12 s · 64 samples · 30 s left", "progress");
+            && formatProgress({samples: 64, seconds: 12.3, seconds_left: 30}) === "12 s · 64 done · 30 s left", "progress");
         expect(color.toHex(color.fromHex("#1f80e0")) === "#1f80e0", "sRGB and back");
         return found;
     });
