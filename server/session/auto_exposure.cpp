@@ -5,15 +5,26 @@
 #include <new>
 #include <utility>
 
+#include "server/scene/apply.h"
+
 namespace gonio {
 
-// Result: the newest revision of what a meter sees.
-static Revision newest_of(const Scene& scene) {
-    Revision newest = std::max({scene.geometry_rev, scene.camera_rev, scene.lights_rev, scene.master_rev});
+namespace {
+
+// Result: the newest revision of what is metered again where it changes. levels: they are too.
+Revision newest_of(const Scene& scene, bool levels) {
+    Revision newest = std::max({scene.geometry_rev, scene.camera_rev, scene.lights_rev});
     for (const Light& light : scene.lights)
-        newest = std::max({newest, light.position_rev, light.aim_rev, light.profile_rev, light.level_rev});
-    return newest;
+        newest = std::max({newest, light.position_rev, light.aim_rev, light.profile_rev, levels ? light.level_rev : 0});
+    return levels ? std::max(newest, scene.master_rev) : newest;
 }
+
+bool is_dark(const Scene& scene) {
+    return std::all_of(scene.lights.begin(), scene.lights.end(),
+                       [&](const Light& light) { return light_weight(scene, light) == glm::dvec3(0.0); });
+}
+
+}  // namespace
 
 AutoExposure::AutoExposure(const Scene& metered, Loader& loader, std::function<void()> wake, Meter meter)
     : loader_(loader),
@@ -22,7 +33,8 @@ AutoExposure::AutoExposure(const Scene& metered, Loader& loader, std::function<v
       automatic_(metered.exposure_auto),
       looked_rev_(metered.scene_rev),
       geometry_rev_(metered.geometry_rev),
-      newest_(newest_of(metered)),
+      dark_(is_dark(metered)),
+      newest_(newest_of(metered, dark_)),
       metered_(newest_) {}
 
 void AutoExposure::tend(const Scene& scene, std::int64_t now_ns) {
@@ -33,13 +45,13 @@ void AutoExposure::tend(const Scene& scene, std::int64_t now_ns) {
             to_.reset();
             at_once_ = false;
         }
-        if (const Revision newest = newest_of(scene); newest != newest_) {
+        if (const Revision newest = newest_of(scene, dark_); newest != newest_) {
             newest_ = newest;
             changed_ns_ = now_ns;
         }
         if (scene.geometry_rev != geometry_rev_) {
             geometry_rev_ = scene.geometry_rev;
-            metered_ = newest_;
+            note_metered(scene);
             to_.reset();
         }
     }
@@ -55,7 +67,12 @@ void AutoExposure::tend(const Scene& scene, std::int64_t now_ns) {
         answers->put(answer);
         wake();
     });
-    if (asked_) metered_ = newest_;
+    if (asked_) note_metered(scene);
+}
+
+void AutoExposure::note_metered(const Scene& scene) {
+    dark_ = is_dark(scene);
+    metered_ = newest_ = newest_of(scene, dark_);
 }
 
 void AutoExposure::take_answer(const Scene& scene, std::int64_t now_ns) {

@@ -1,5 +1,6 @@
-// The automatic exposure: meters the scene again where it got much brighter or darker and rests, and brings the picture
-// there within a second. What people do with levels stays as they see it until then. Render thread.
+// The automatic exposure: meters the scene again where its luminaires, their places or the camera changed and rest, and
+// brings the picture there within a second. Levels are to be seen as they are ridden: they count only where all was out
+// when it was metered. Render thread.
 #pragma once
 
 #include <cstdint>
@@ -40,13 +41,16 @@ private:
         std::optional<double> ev100;
     };
     void take_answer(const Scene& scene, std::int64_t now_ns);
+    void note_metered(const Scene& scene);
 
     Loader& loader_;
     std::function<void()> wake_;
     Meter meter_;
     std::shared_ptr<Latest<Answer>> answers_ = std::make_shared<Latest<Answer>>();
     bool automatic_, asked_ = false, at_once_ = false;
-    Revision looked_rev_, geometry_rev_, newest_, metered_;  // of the scene; of what is metered in it
+    Revision looked_rev_, geometry_rev_;
+    bool dark_;                  // all luminaires were out when it was metered
+    Revision newest_, metered_;  // of the scene; of what is metered in it
     std::int64_t changed_ns_ = 0, began_ns_ = 0;
     double from_ = 0.0;
     std::optional<double> to_;

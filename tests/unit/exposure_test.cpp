@@ -107,6 +107,12 @@ protected:
             c.mutable_set_light()->set_level_ratio(ratio);
         });
     }
+    void move(double x) {
+        change([&](v1::Command& c) {
+            c.mutable_set_light()->set_name(scene.lights[0].name);
+            for (const double at : {x, 2.0, 0.0}) c.mutable_set_light()->add_position_m(at);
+        });
+    }
     // A turn so many seconds after the start, and what was asked for in it is answered.
     void turn(double s) {
         const int before = metered.load();
@@ -133,10 +139,10 @@ protected:
 TEST_F(Automatic, MetersWhatRestsAndFollowsBigChangesOnly) {
     for (const double s : {0.0, 2.0, 4.0}) turn(s);
     EXPECT_EQ(metered, 0) << "nothing changed";
-    dim(0.5);
+    move(0.5);
     turn(5.0);
     turn(5.9);
-    dim(0.4);
+    move(0.4);
     turn(6.0);
     turn(6.9);
     EXPECT_EQ(metered, 0) << "it moves";
@@ -145,7 +151,7 @@ TEST_F(Automatic, MetersWhatRestsAndFollowsBigChangesOnly) {
     EXPECT_EQ(metered, 1);
     EXPECT_FALSE(exposure->gliding());
     EXPECT_EQ(scene.exposure_ev100, 5.0) << "less than two stops";
-    dim(0.1);
+    move(0.1);
     answer = 1.0;
     turn(8.0);
     turn(9.1);
@@ -163,15 +169,34 @@ TEST_F(Automatic, MetersWhatRestsAndFollowsBigChangesOnly) {
     EXPECT_TRUE(scene.exposure_auto);
     for (const double s : {11.0, 13.0}) turn(s);
     EXPECT_EQ(metered, 2) << "its own changes are none";
+}
+
+TEST_F(Automatic, LevelsAreSeenAsTheyAreRidden) {
+    answer = 1.0;
+    dim(0.1);
+    for (const double s : {1.0, 2.1, 4.0}) turn(s);
     dim(0.0);
+    for (const double s : {5.0, 6.1, 7.0}) turn(s);
+    EXPECT_EQ(metered, 0);
+    EXPECT_EQ(scene.exposure_ev100, 5.0);
+    // All is out: what comes on then is metered.
     answer.reset();
-    for (const double s : {14.0, 15.1, 15.5}) turn(s);
-    EXPECT_EQ(metered, 3);
-    EXPECT_EQ(scene.exposure_ev100, 1.0) << "the dark has no exposure";
+    move(0.3);
+    for (const double s : {8.0, 9.1, 9.5}) turn(s);
+    EXPECT_EQ(metered, 1);
+    EXPECT_EQ(scene.exposure_ev100, 5.0) << "the dark has no exposure";
+    answer = 2.5;
+    dim(0.5);
+    for (const double s : {10.0, 11.1, 13.0}) turn(s);
+    EXPECT_EQ(metered, 2);
+    EXPECT_EQ(scene.exposure_ev100, 2.5);
+    dim(0.01);
+    for (const double s : {14.0, 15.1, 16.0}) turn(s);
+    EXPECT_EQ(metered, 2) << "once";
 }
 
 TEST_F(Automatic, EndsWhereSomebodySetsIt) {
-    dim(0.1);
+    move(0.1);
     answer = 1.0;
     turn(1.0);
     turn(2.1);
@@ -182,7 +207,7 @@ TEST_F(Automatic, EndsWhereSomebodySetsIt) {
     turn(2.6);
     EXPECT_FALSE(exposure->gliding());
     EXPECT_EQ(scene.exposure_ev100, 4.5);
-    dim(1.0);
+    move(0.2);
     for (const double s : {3.0, 4.1, 6.0}) turn(s);
     EXPECT_EQ(metered, 1);
     EXPECT_EQ(scene.exposure_ev100, 4.5);
