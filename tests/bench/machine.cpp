@@ -20,6 +20,7 @@ namespace gonio::bench {
 namespace {
 
 // Sixteen floats; compilers lower them to what the machine has.
+// NOLINTNEXTLINE(modernize-use-using): GCC takes the attribute of a using for another type's
 typedef float Vector __attribute__((vector_size(64)));
 
 constexpr int kChains = 8;  // as many as hide a multiply-add's latency

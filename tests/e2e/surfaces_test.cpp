@@ -1,13 +1,13 @@
 // Fader boxes and presets as their users meet them: a recorded box on the real goniod, driven and asked through gonio.
 #include <fcntl.h>
 #include <gtest/gtest.h>
-#include <signal.h>
 #include <sys/wait.h>
 #include <unistd.h>
 
 #include <algorithm>
 #include <chrono>
 #include <cmath>
+#include <csignal>
 #include <cstdlib>
 #include <filesystem>
 #include <set>

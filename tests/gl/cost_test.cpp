@@ -358,7 +358,7 @@ TEST_P(Cost, ALoadedSceneRunsEverythingOnce) {
     } while (!settled);
     Ran all = both(surfaces(), picture_of());
     std::vector<std::string> own_passes = {"surfels", "solve", "direct", "gather"};
-    if (shadow_maps()) own_passes.push_back("shadow");
+    if (shadow_maps()) own_passes.emplace_back("shadow");
     for (const Light& light : scene.lights) all = both(all, of(light.name, own_passes));
     if (merges()) all = both(all, {"merge", "solve", "direct", "gather"});
     Ran seen;

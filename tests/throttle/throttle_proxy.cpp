@@ -10,6 +10,7 @@
 #include <algorithm>
 #include <deque>
 #include <list>
+#include <stdexcept>
 #include <string>
 #include <vector>
 
@@ -87,7 +88,8 @@ ThrottleProxy::ThrottleProxy(std::uint16_t server_port, const LineOptions& optio
     small_buffers(listener_);  // before accept: the window is agreed on in the handshake
     sockaddr_in address = loopback(0);
     socklen_t size = sizeof address;
-    ::bind(listener_, reinterpret_cast<sockaddr*>(&address), size);
+    if (::bind(listener_, reinterpret_cast<sockaddr*>(&address), size) != 0)
+        throw std::runtime_error("the proxy finds no port");
     ::listen(listener_, 16);
     ::getsockname(listener_, reinterpret_cast<sockaddr*>(&address), &size);
     port_ = ntohs(address.sin_port);
@@ -132,7 +134,8 @@ void ThrottleProxy::run() {
             small_buffers(line.client);
             small_buffers(line.server);
             const sockaddr_in address = loopback(server_port_);
-            ::connect(line.server, reinterpret_cast<const sockaddr*>(&address), sizeof address);
+            // Where nobody listens the first write fails.
+            static_cast<void>(::connect(line.server, reinterpret_cast<const sockaddr*>(&address), sizeof address));
             line.up.from = line.down.to = line.client;
             line.up.to = line.down.from = line.server;
             lines.push_back(std::move(line));
