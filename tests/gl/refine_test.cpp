@@ -72,6 +72,34 @@ TEST_F(Refine, ComesNearerToTheTruth) {
     EXPECT_FALSE(renderer.refine(scene, [] { return false; }));
 }
 
+// Of many luminaires too, those beyond what layers there are for included.
+TEST(ManyRefine, TheFinalGatherComesToItsEnd) {
+    for (const int count : {24, 70}) {
+        Scene scene = scene_of(builtin("cornell"));
+        scene.width_px = scene.height_px = 64;
+        for (int i = 1; i < count; ++i) {
+            Light light = scene.lights[0];
+            light.id = scene.next_light_id++;
+            light.name = std::to_string(i);
+            light.position += glm::dvec3(0.02 * i - 0.5, -0.01 * i, 0.3 * std::sin(i));
+            scene.lights.push_back(light);
+        }
+        Renderer renderer(context(), Renderer::DirectLight::rays);
+        make_coarse(renderer);
+        renderer.set_refinement(true);
+        show(renderer, scene);
+        v1::FrameReport report;
+        for (int steps = 0; !renderer.refined(scene) && steps < 5000; ++steps) {
+            if (!renderer.refine(scene, [] { return false; })) continue;
+            renderer.begin_frame(scene, monotonic_ns());
+            report = renderer.finish_frame(true)->report;
+        }
+        EXPECT_TRUE(renderer.refined(scene)) << count;
+        EXPECT_EQ(report.refined_rounds(), 2u) << count;
+        EXPECT_EQ(report.samples_per_pixel(), 16u) << count;
+    }
+}
+
 // A still of a narrow beam has its first bounce from where the beam falls, as the refined picture has it: links alone,
 // of which few meet so small a spot, would make it grainy. (In a renderer of its own: what was refined is kept.)
 TEST(Narrow, StillsAreTheRefinedPictures) {
