@@ -53,7 +53,13 @@ constexpr WordRow kWatchOptions[] = {
     {"--out", "FILE", text, "", "writes the video there, as raw H.264"},
 };
 
+constexpr WordRow kPlace[] = {
+    {"X", "", ratio, "x", "from the picture's left edge, 0 to 1 or 0% to 100%"},
+    {"Y", "", ratio, "y", "from its upper edge"},
+};
+
 constexpr WordCommand kCommands[] = {
+    {"pick", "pick", "tells what the picture shows at a place, and its lux and cd/m²", kPlace, {}},
     {"report", "report", "tells what a frame ran, and how long", {}, kReportOptions},
     {"stats", "stats", "prints the counters of the server", {}, {}},
     {"sources", "sources", "tells who sends sACN, Art-Net and OSC, and who wins", {}, {}},

@@ -69,6 +69,10 @@ int meter(const Session& session, const ReadWords& words) {
     });
 }
 
+int pick(const Session& session, const ReadWords& words) {
+    return ask(session, words.message, {Answer::kPick}, [&](const Answer& answer) { session.print(answer.pick()); });
+}
+
 // Writes beside the target and renames, so that nobody ever reads half a file. Errors: "file_unwritable".
 Result<bool> write_atomically(const std::filesystem::path& path, const std::string& bytes) {
     std::filesystem::path temporary = path;
@@ -218,6 +222,7 @@ int run_command(const Session& session, const ReadWords& words) {
     };
     constexpr Row rows[] = {{"get", get},
                             {"meter", meter},
+                            {"pick", pick},
                             {"capture", capture},
                             {"report", report},
                             {"stats", stats},

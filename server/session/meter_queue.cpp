@@ -8,15 +8,25 @@ namespace gonio {
 static constexpr std::int64_t kSliceNs = 8'000'000;
 
 void MeterQueue::add(const Work& work, const Scene& scene, MeterRequest request, Replies& replies) {
-    if (waiting_.size() >= kMaxMeters) return replies.busy(work, "too many meters are waiting");
-    waiting_.push_back({work, scene, std::move(request), {}});
+    wait({work, scene, std::move(request), {}, {}}, replies);
+}
+
+void MeterQueue::add(const Work& work, const Scene& scene, Picked picked, Replies& replies) {
+    MeterRequest request;
+    request.points.push_back(picked.point);
+    wait({work, scene, std::move(request), {}, std::move(picked)}, replies);
+}
+
+void MeterQueue::wait(Metering metering, Replies& replies) {
+    if (waiting_.size() >= kMaxMeters) return replies.busy(metering.work, "too many meters are waiting");
+    waiting_.push_back(std::move(metering));
 }
 
 void MeterQueue::advance(GuardedRenderer& renderer, const Replies& replies) {
     const std::int64_t started_ns = monotonic_ns();
     if (!waiting_.empty() && !renderer.ready(waiting_.front().scene)) return;
     for (; !waiting_.empty(); waiting_.pop_front()) {
-        auto& [work, scene, request, readings] = waiting_.front();
+        auto& [work, scene, request, readings, picked] = waiting_.front();
         const auto quality =
             request.quality == Quality::rsm ? LiveRenderer::MeterQuality::rsm : LiveRenderer::MeterQuality::interactive;
         while (readings.size() < request.points.size()) {
@@ -29,7 +39,10 @@ void MeterQueue::advance(GuardedRenderer& renderer, const Replies& replies) {
             if (!there) return;  // goes on with the next renderer
             readings.push_back(std::move(reading));
         }
-        replies.answer(work, meter_message(std::move(readings), request.grid));
+        if (picked)
+            replies.answer(work, message_of(&v1::ServerMessage::mutable_pick, with_reading(*picked, readings.front())));
+        else
+            replies.answer(work, meter_message(std::move(readings), request.grid));
     }
 }
 

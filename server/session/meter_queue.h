@@ -4,6 +4,7 @@
 #include <deque>
 
 #include "server/session/guarded_renderer.h"
+#include "server/session/pick.h"
 #include "server/session/query.h"
 #include "server/session/replies.h"
 
@@ -15,6 +16,7 @@ class MeterQueue {
 public:
     // The meter is read in the scene as it is now.
     void add(const Work& work, const Scene& scene, MeterRequest request, Replies& replies);
+    void add(const Work& work, const Scene& scene, Picked picked, Replies& replies);
     // Reads points, the oldest meter's first, until 8 ms are over; answers the meters that are complete.
     void advance(GuardedRenderer& renderer, const Replies& replies);
     void forget_session(std::uint32_t session);
@@ -26,7 +28,9 @@ private:
         Scene scene;
         MeterRequest request;
         std::vector<v1::MeterReading> readings;
+        std::optional<Picked> picked;  // its point is metered
     };
+    void wait(Metering metering, Replies& replies);
     std::deque<Metering> waiting_;
 };
 

@@ -83,6 +83,8 @@ void RenderSession::take(Work work) {
             return replies_.answer(work, message_of(&Message::mutable_state, state()));
         case v1::ClientMessage::kMeter:
             return renderer_ ? answer_meter(work) : replies_.refuse(work, lost);
+        case v1::ClientMessage::kPick:
+            return renderer_ ? answer_pick(work) : replies_.refuse(work, lost);
         case v1::ClientMessage::kCapture:
             return renderer_ ? answer_capture(work) : replies_.refuse(work, lost);
         case v1::ClientMessage::kReport:
@@ -241,6 +243,13 @@ void RenderSession::answer_meter(const Work& work) {
             work, {"too_many_lights", "meter.quality", "rsm",
                    "reflective shadow maps are made of at most " + std::to_string(kMostLayers) + " lights"});
     meters_.add(work, scene_, std::move(*request), replies_);
+}
+
+void RenderSession::answer_pick(const Work& work) {
+    auto picked = pick_at(scene_, work.message.pick());
+    if (!picked) return replies_.refuse(work, picked.error());
+    if (!picked->pick.hit()) return replies_.answer(work, message_of(&v1::ServerMessage::mutable_pick, picked->pick));
+    meters_.add(work, scene_, std::move(*picked), replies_);
 }
 
 void RenderSession::answer_capture(const Work& work) {

@@ -119,6 +119,7 @@ private:
     void change_holder(const Work& work);
     void take_command(Work work);
     void answer_meter(const Work& work);
+    void answer_pick(const Work& work);
     void answer_capture(const Work& work);
     void answer_report(const Work& work);
     void answer_profile(const Work& work);

@@ -147,6 +147,8 @@ struct CliRun : testing::Test {
         if (message.meter().count_size() > 0) {
             reply.mutable_meter_grid()->add_points()->set_total_lx(100);
             reply.mutable_meter_grid()->set_uniformity_ratio(0.5);
+        } else if (message.has_pick()) {
+            reply.mutable_pick()->set_hit(message.pick().x() == 0.5 && message.pick().y() == 0.25);
         } else if (message.has_meter()) {
             reply.mutable_meter()->set_total_lx(250);
         }
@@ -221,6 +223,9 @@ TEST_F(CliRun, Queries) {
               0);
     EXPECT_NE(out.find("\"points\":[{"), std::string::npos);
     EXPECT_NE(out.find("\"uniformity_ratio\":0.5"), std::string::npos);
+    EXPECT_EQ(run({"pick", "0.5", "25%", "--json"}), 0) << err;
+    EXPECT_NE(out.find("\"hit\":true"), std::string::npos) << out;
+    EXPECT_EQ(run({"pick", "0.5"}), 2);
     EXPECT_EQ(run({"stats"}), 0);
     EXPECT_NE(out.find("\"frames_rendered\": 3"), std::string::npos);
     EXPECT_EQ(run({"report", "--rev", "12", "--table"}), 0);
