@@ -4,6 +4,7 @@
 #include <array>
 #include <cmath>
 #include <glm/gtc/packing.hpp>
+#include <optional>
 
 namespace gonio::lighting {
 namespace {
@@ -11,22 +12,7 @@ namespace {
 // Two points are on one surface where one is no further off the other's plane than this share of a pixel's width, and
 // the cosine between their normals is no less.
 constexpr float kOffPlane = 0.5f, kCosine = 0.8f;
-// Reflectance that differs by less, and emission by a smaller share, are of one material.
-constexpr float kAlbedoStep = 0.02f, kEmissionStep = 0.02f;
 constexpr std::size_t kMostPerPixel = 4;
-
-// What a G-buffer shows at a pixel.
-struct Shown {
-    Spot spot;
-    glm::vec3 albedo{0.0f}, emission_nit{0.0f};
-};
-Shown shown_at(const GBuffer& gbuffer, const Raster& raster, bool emissive, int x, int y, std::size_t at) {
-    const std::uint16_t* albedo = raster.albedo.data() + 4 * at;
-    const float* emission = emissive ? raster.emission.data() + 4 * at : nullptr;
-    return {spot_at(gbuffer, x, y),
-            {glm::unpackHalf1x16(albedo[0]), glm::unpackHalf1x16(albedo[1]), glm::unpackHalf1x16(albedo[2])},
-            emission != nullptr ? glm::vec3(emission[0], emission[1], emission[2]) : glm::vec3(0.0f)};
-}
 
 // Result: how well light of a pixel would do for a sample: 1 on the same surface, 0 where it faces away.
 float similarity(const Spot& pixel, const Spot& sample, float width_m) {
@@ -34,13 +20,6 @@ float similarity(const Spot& pixel, const Spot& sample, float width_m) {
     const float cosine = glm::dot(pixel.normal, sample.normal);
     const float off = std::abs(glm::dot(pixel.normal, sample.position - pixel.position)) / width_m;
     return cosine >= kCosine && off <= kOffPlane ? 1.0f : 0.99f * std::max(cosine, 0.0f) / (1.0f + off);
-}
-
-bool one_material(const Shown& a, const Shown& b) {
-    const glm::vec3 albedo = glm::abs(a.albedo - b.albedo), emission = glm::abs(a.emission_nit - b.emission_nit),
-                    most = kEmissionStep * glm::max(a.emission_nit, b.emission_nit);
-    return std::max({albedo.x, albedo.y, albedo.z}) < kAlbedoStep && emission.x <= most.x && emission.y <= most.y &&
-           emission.z <= most.z;
 }
 
 // The eight neighbours, those nearest to a sample first.
@@ -57,40 +36,69 @@ std::array<Offset, 8> neighbours(const glm::vec2& sample) {
     return list;
 }
 
-// One row's pixels whose sample shows something else than their centre. Its seven parameters are two pictures and
-// where.
-void find(const GBuffer& gbuffer, const Raster& raster, const EdgeSamples& drawn, bool emissive, int y,
-          const std::array<Offset, 8>& around, std::vector<EdgeSamples::Found>& found) {
-    const std::size_t row = static_cast<std::size_t>(y) * gbuffer.row_length;
-    for (int x = 0; x < gbuffer.width; ++x) {
-        const std::size_t at = row + static_cast<std::size_t>(x);
-        if (drawn.raster.nearest[at] == raster.nearest[at]) continue;
-        if (found.size() >= kMostPerPixel * static_cast<std::size_t>(gbuffer.width)) return;
-        EdgeSamples::Found one{static_cast<std::uint16_t>(x),
-                               static_cast<std::uint8_t>(drawn.done),
-                               0,
-                               0,
-                               drawn.raster.nearest[at] != 0,
-                               {},
-                               {}};
-        if (one.surface) {
-            const Shown sample = shown_at(drawn.gbuffer, drawn.raster, emissive, x, y, at),
-                        centre = shown_at(gbuffer, raster, emissive, x, y, at);
-            const float width_m = gbuffer.depth_per_pixel * sample.spot.depth;
-            float best = similarity(centre.spot, sample.spot, width_m);
-            if (best == 1.0f && raster.nearest[at] != kAnotherSurface && one_material(centre, sample)) continue;
-            for (const Offset& o : around) {
-                if (best == 1.0f) break;
-                const int px = x + o.dx, py = y + o.dy;
-                if (px < 0 || py < 0 || px >= gbuffer.width || py >= gbuffer.height) continue;
-                const float here = similarity(spot_at(gbuffer, px, py), sample.spot, width_m);
-                if (here > best) best = here, one.dx = o.dx, one.dy = o.dy;
-            }
-            one.albedo = sample.albedo;
-            one.emission_nit = sample.emission_nit;
-        }
-        found.push_back(one);
+// What a sample looks like, to the sums of `count` pixels from `at` on.
+void add_look(EdgeSamples& samples, bool emissive, std::size_t at, std::size_t count) {
+    add_halves(samples.raster.albedo.data() + 4 * at, 4 * count, samples.albedo.data() + 4 * at);
+    for (std::size_t i = 4 * at; emissive && i < 4 * (at + count); ++i)
+        samples.emission[i] += samples.raster.emission[i];
+}
+
+// Result: a sample of pixel (x, y), which shows another triangle than the centre; none where it is on the same surface.
+std::optional<EdgeSamples::Found> other_surface(const GBuffer& gbuffer, const EdgeSamples& drawn, bool emissive, int x,
+                                                int y, const std::array<Offset, 8>& around) {
+    const std::size_t at = static_cast<std::size_t>(y) * gbuffer.row_length + static_cast<std::size_t>(x);
+    EdgeSamples::Found one{static_cast<std::uint16_t>(x), static_cast<std::uint8_t>(drawn.done), 0, 0, false, {}, {}};
+    if (drawn.raster.nearest[at] == 0) return one;
+    const Spot sample = spot_at(drawn.gbuffer, x, y);
+    const float width_m = gbuffer.depth_per_pixel * sample.depth;
+    float best = similarity(spot_at(gbuffer, x, y), sample, width_m);
+    if (best == 1.0f) return std::nullopt;
+    for (const Offset& o : around) {
+        if (best == 1.0f) break;
+        const int px = x + o.dx, py = y + o.dy;
+        if (px < 0 || py < 0 || px >= gbuffer.width || py >= gbuffer.height) continue;
+        const float here = similarity(spot_at(gbuffer, px, py), sample, width_m);
+        if (here > best) best = here, one.dx = o.dx, one.dy = o.dy;
     }
+    one.surface = true;
+    for (int k = 0; k < 3; ++k) {
+        const std::size_t value = 4 * at + static_cast<std::size_t>(k);
+        one.albedo[k] = glm::unpackHalf1x16(drawn.raster.albedo[value]);
+        if (emissive) one.emission_nit[k] = drawn.raster.emission[value];
+    }
+    return one;
+}
+
+// One row's pixels: what of the sample is on the surface of their centre goes to their sums, the others are found. Its
+// six parameters are two pictures and where.
+void find(const GBuffer& gbuffer, const Raster& raster, EdgeSamples& drawn, bool emissive, int y,
+          const std::array<Offset, 8>& around) {
+    std::vector<EdgeSamples::Found>& found = drawn.rows[static_cast<std::size_t>(y)];
+    const std::size_t row = static_cast<std::size_t>(y) * gbuffer.row_length,
+                      end = row + static_cast<std::size_t>(gbuffer.width);
+    std::size_t first = row;  // of the pixels that wait to be added
+    for (std::size_t at = row; at < end; ++at) {
+        if (drawn.raster.nearest[at] == raster.nearest[at]) continue;
+        if (found.size() >= kMostPerPixel * static_cast<std::size_t>(gbuffer.width)) break;
+        const auto other = other_surface(gbuffer, drawn, emissive, static_cast<int>(at - row), y, around);
+        if (!other) continue;
+        found.push_back(*other);
+        add_look(drawn, emissive, first, at - first);
+        first = at + 1;
+    }
+    add_look(drawn, emissive, first, end - first);
+}
+
+// Sums -> means, of a row from `at` on. Result: of the reflectance, whose last value is 1 where there is a mean.
+void to_means(EdgeSamples& samples, std::size_t at, std::size_t row_length, std::uint16_t* albedo) {
+    for (std::size_t i = 4 * at; i < 4 * (at + row_length); i += 4) {
+        const float count = samples.albedo[i + 3], each = count > 0.0f ? 1.0f / count : 0.0f;
+        for (std::size_t k = i; k < i + 4; ++k) {
+            samples.albedo[k] *= each;
+            if (!samples.emission.empty()) samples.emission[k] *= each;
+        }
+    }
+    to_halves(samples.albedo.data() + 4 * at, 4 * row_length, albedo + 4 * at);
 }
 
 }  // namespace
@@ -130,22 +138,26 @@ bool add_edge_sample(const Clusters& clusters, const MaterialTable& materials, b
     drawn.depth_per_pixel = gbuffer.depth_per_pixel;
     constexpr unsigned kPaneSamples = 16;  // of pass_threshold
     draw_gbuffer(clusters, materials, emissive, drawn, samples.raster, pool,
-                 static_cast<int>(samples.done * kPaneSamples / n));
+                 {static_cast<int>(samples.done * kPaneSamples / n), 1.0f / static_cast<float>(n)});
     samples.rows.resize(static_cast<std::size_t>(gbuffer.height));
+    samples.albedo.resize(samples.raster.albedo.size());
+    samples.emission.resize(samples.raster.emission.size());
     const std::array<Offset, 8> around = neighbours(offset);
-    pool.run(gbuffer.height, [&](int y) {
-        find(gbuffer, raster, samples, emissive, y, around, samples.rows[static_cast<std::size_t>(y)]);
-    });
+    pool.run(gbuffer.height, [&](int y) { find(gbuffer, raster, samples, emissive, y, around); });
     return ++samples.done == n;
 }
 
 Edges edges_of(unsigned n, EdgeSamples& samples, Pool& pool) {
+    Edges edges;
+    edges.albedo.resize(samples.albedo.size());
     const auto key = [](const EdgeSamples::Found& f) { return std::array<int, 4>{f.x, f.surface ? 0 : 1, f.dy, f.dx}; };
     pool.run(static_cast<int>(samples.rows.size()), [&](int y) {
         auto& row = samples.rows[static_cast<std::size_t>(y)];
         std::stable_sort(row.begin(), row.end(), [&](const auto& a, const auto& b) { return key(a) < key(b); });
+        const std::size_t row_length = samples.gbuffer.row_length;
+        to_means(samples, static_cast<std::size_t>(y) * row_length, row_length, edges.albedo.data());
     });
-    Edges edges;
+    edges.emission = std::move(samples.emission);
     const float share = 1.0f / static_cast<float>(n);
     for (std::size_t y = 0; y < samples.rows.size(); ++y) {
         edges.rows.push_back(static_cast<std::uint32_t>(edges.pixels.size()));

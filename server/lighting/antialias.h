@@ -1,6 +1,6 @@
 // Antialiasing by subpixel reconstruction (Chajdas, McGuire and Luebke 2011): surfaces are drawn at many samples a
 // pixel, light is computed at one. A sample has its own reflectance, and the light of that pixel near it which shows
-// the same surface. Edges depend on geometry and camera alone, so that light which moves stays antialiased.
+// the same surface. Both depend on geometry and camera alone, so that light which moves stays antialiased.
 #pragma once
 
 #include <cstdint>
@@ -26,6 +26,9 @@ struct Edges {
     std::vector<layouts::EdgePixel> pixels;
     std::vector<std::uint64_t> others;  // by pixel, bit i: sample i shows something else than the centre
     std::vector<layouts::EdgeTap> taps;
+    // Of all pixels, as in Raster, in place of it: the mean over the samples that show what the centre does.
+    std::vector<std::uint16_t> albedo;
+    std::vector<float> emission;
 };
 
 // Edges in the making, sample by sample.
@@ -39,6 +42,8 @@ struct EdgeSamples {
     };
     unsigned done = 0;
     std::vector<std::vector<Found>> rows;
+    // Per pixel 4: the sum over its other samples, and their number; cd/m².
+    std::vector<float> albedo, emission;
     GBuffer gbuffer;  // of one sample
     Raster raster;
 };

@@ -1,5 +1,7 @@
 #include "server/lighting/kernels.h"
 
+#include <algorithm>
+
 #include "server/lighting/layers.h"
 
 #undef HWY_TARGET_INCLUDE
@@ -24,6 +26,17 @@ void RgbToHalves(const float* r, const float* g, const float* b, std::size_t cou
 void FromHalves(const std::uint16_t* from, std::size_t count, float* to) {
     for (std::size_t i = 0; i < count; i += hn::Lanes(Tag())) store(from_half(hn::LoadU(HalfBits(), from + i)), to + i);
 }
+void AddHalves(const std::uint16_t* from, std::size_t count, float* to) {
+    const Tag tag;
+    const std::size_t simd_lanes = hn::Lanes(tag), whole = count / simd_lanes * simd_lanes;
+    for (std::size_t i = 0; i < whole; i += simd_lanes)
+        store(load(to + i) + from_half(hn::LoadU(HalfBits(), from + i)), to + i);
+    HWY_ALIGN float last[kSimdWidth] = {};
+    HWY_ALIGN std::uint16_t halves[kSimdWidth] = {};
+    std::copy(from + whole, from + count, halves);
+    store(from_half(hn::LoadU(HalfBits(), halves)), last);
+    for (std::size_t i = whole; i < count; ++i) to[i] += last[i - whole];
+}
 
 }  // namespace HWY_NAMESPACE
 }  // namespace gonio::lighting
@@ -35,6 +48,7 @@ namespace gonio::lighting {
 HWY_EXPORT(RgbToHalves);
 HWY_EXPORT(ToHalves);
 HWY_EXPORT(FromHalves);
+HWY_EXPORT(AddHalves);
 
 void to_halves(const float* from, std::size_t count, std::uint16_t* to) {
     HWY_DYNAMIC_DISPATCH(ToHalves)(from, count, to);
@@ -44,6 +58,9 @@ void rgb_to_halves(const float* r, const float* g, const float* b, std::size_t c
 }
 void from_halves(const std::uint16_t* from, std::size_t count, float* to) {
     HWY_DYNAMIC_DISPATCH(FromHalves)(from, count, to);
+}
+void add_halves(const std::uint16_t* from, std::size_t count, float* to) {
+    HWY_DYNAMIC_DISPATCH(AddHalves)(from, count, to);
 }
 
 }  // namespace gonio::lighting

@@ -36,5 +36,7 @@ void to_halves(const float* from, std::size_t count, std::uint16_t* to);
 // The same of three arrays: 4 half floats each, rgb and 1.
 void rgb_to_halves(const float* r, const float* g, const float* b, std::size_t count, std::uint16_t* to);
 void from_halves(const std::uint16_t* from, std::size_t count, float* to);
+// Adds `count` half floats, any number, to as many floats.
+void add_halves(const std::uint16_t* from, std::size_t count, float* to);
 
 }  // namespace gonio::lighting

@@ -38,7 +38,7 @@ struct Strip {
     std::uint32_t* detail;  // null: the scene has no normal maps
     std::uint16_t* albedo;
     float* emission;  // null: not wanted
-    int pane_sample;
+    RasterSample sample;
 };
 }  // namespace gonio::lighting
 #endif
@@ -132,7 +132,7 @@ void RasterTriangle(const MaterialTable& material_table, const Setup& s, std::ui
                 hn::Store(hn::IfThenElseZero(shown, hn::Set(tag, 1.0f)), tag, open);
                 for (int i = 0; i < simd_lanes; ++i) {
                     if (open[i] != 0.0f && is_hole(material_table, s.triangle & ~Setup::kAlphaMask, w1[i] / sum[i],
-                                                   w2[i] / sum[i], strip.pane_sample))
+                                                   w2[i] / sum[i], strip.sample.pane))
                         open[i] = 0.0f;
                 }
                 shown = hn::Gt(hn::Load(tag, open), hn::Zero(tag));
@@ -231,13 +231,15 @@ HWY_INLINE void shade_pixels(const MaterialTable& material_table, const Setup* s
                 return kOne ? hn::Set(tag, base[first * 7]) : hn::GatherIndex(tag, base, uv_at);
             };
             const Vec2 uv(part(0) * w0 + part(2) * w1 + part(4) * w2, part(1) * w0 + part(3) * w1 + part(5) * w2);
-            // How wide a pixel is on the surface, along the slope.
+            // How wide one of n samples of a pixel is on the surface. Of its footprint, a pixel by a pixel over the
+            // slope, each has a square 1/n of the area, and is no narrower than they lie apart along the slope.
             const Float column = hn::ConvertTo(tag, hn::Iota(ints, x));
             const glm::vec3 start = rays.corner + static_cast<float>(y) * rays.up;
             const Vec3 ray(Float(start.x) + column * Float(rays.right.x), Float(start.y) + column * Float(rays.right.y),
                            Float(start.z) + column * Float(rays.right.z));
-            const Float slope = abs(dot(n, ray)) * inversesqrt(dot(ray, ray));
-            const Float width = Float(rays.near_m * pixel_per_depth) * per_depth / max(slope, Float(0.02f)) * part(6);
+            const Float slope = abs(dot(n, ray)) * inversesqrt(dot(ray, ray)),
+                        apart = Float(strip.sample.share) / max(slope, Float(0.02f));
+            const Float width = Float(rays.near_m * pixel_per_depth) * per_depth * max(apart, sqrt(apart)) * part(6);
             if (has_image) albedo = textured(material_table, image, uv, width, albedo);
             if (has_map) {
                 const auto own_scale =
@@ -423,7 +425,7 @@ struct Tints {
 }  // namespace
 
 unsigned draw_gbuffer(const Clusters& clusters, const MaterialTable& material_table, bool emissive, GBuffer& gbuffer,
-                      Raster& raster, Pool& pool, int pane_sample) {
+                      Raster& raster, Pool& pool, const RasterSample& sample) {
     const Rays& rays = gbuffer.rays;  // one frame, step by step: cut up it would pass eight locals around
     const int width = gbuffer.width, height = gbuffer.height;
     const std::size_t pixels = gbuffer.row_length * static_cast<std::size_t>(height);
@@ -483,7 +485,7 @@ unsigned draw_gbuffer(const Clusters& clusters, const MaterialTable& material_ta
                           gbuffer.detail.empty() ? nullptr : gbuffer.detail.data() + at,
                           raster.albedo.data() + 4 * at,
                           emissive ? raster.emission.data() + 4 * at : nullptr,
-                          pane_sample};
+                          sample};
         const auto count = static_cast<std::size_t>(strip.rows * strip.row_length);
         std::fill_n(strip.depth, count, 0.0f);
         std::fill_n(strip.nearest, count, 0u);

@@ -38,11 +38,17 @@ struct Raster {
     std::vector<float> emission;                   // per pixel 4: cd/m²; empty unless the scene has emitters
 };
 
+// One of a picture's samples.
+struct RasterSample {
+    int pane = -1;       // which of sixteen it is to transmissive surfaces (pass_threshold), -1: the only one
+    float share = 1.0f;  // of its pixel: textures are filtered over that
+};
+
 // Fills depth and normals of `surfaces` (whose size and rays are set) and the raster's albedo and, if `emissive`,
 // emission. Backs of one-sided surfaces are left out, holes of alpha masks too. What is seen through transmissive
-// surfaces is tinted by them. pane_sample: which of sixteen samples this is to them (pass_threshold), -1: the only one.
-// Result: clusters that were drawn. Seven parameters: a scene's and a picture's. Render thread.
+// surfaces is tinted by them. Result: clusters that were drawn. Seven parameters: a scene's and a picture's. Render
+// thread.
 unsigned draw_gbuffer(const Clusters& clusters, const MaterialTable& material_table, bool emissive, GBuffer& gbuffer,
-                      Raster& raster, Pool& pool, int pane_sample = -1);
+                      Raster& raster, Pool& pool, const RasterSample& sample = {});
 
 }  // namespace gonio::lighting

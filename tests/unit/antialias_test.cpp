@@ -4,6 +4,8 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <cstdio>
+#include <glm/gtc/packing.hpp>
 #include <set>
 
 #include "server/scene/eye.h"
@@ -120,6 +122,85 @@ TEST(Antialias, ASampleTakesTheLightOfItsOwnSurface) {
             const double near = HalfPlane::area(x, y), expected = near * 50.0 + (1.0 - near) * 2.5;
             EXPECT_NEAR(half.shown(x, y, light), expected, 47.5 * 2.0 / 16.0) << x << "," << y;
         }
+    }
+}
+
+// A floor 1 m below an eye that looks level: pixel (x, y) sees it at (u, v), a pixel wide and 1/slope long.
+struct PatternedFloor {
+    static constexpr int kSide = 64, kTexels = 128;
+    static constexpr double kPeriod = 0.5;  // metres
+    bool checks;                            // else stripes that run away from the eye
+    Pool pool;
+    GBuffer gbuffer;
+    Raster raster;
+    Edges edges;
+
+    bool is_white(double x, double z) const {
+        const auto upper = [](double at) { return at / kPeriod - std::floor(at / kPeriod) >= 0.5; };
+        return checks ? upper(x) != upper(z) : upper(x);
+    }
+    explicit PatternedFloor(bool has_checks) : checks(has_checks) {
+        Mesh mesh = test::quad({-40, 0, 0}, {40, 0, 0}, {40, 0, -80}, {-40, 0, -80});
+        for (Vertex& vertex : mesh.vertices)
+            vertex.uv = glm::vec2(vertex.position.x, vertex.position.z) / static_cast<float>(kPeriod);
+        Scene scene = test::scene_with({{mesh}}, test::isotropic(1.0), {0, 3, 0});
+        auto asset = std::make_shared<SceneAsset>(*scene.asset);
+        Image image{kTexels, kTexels, {}};
+        for (int i = 0; i < kTexels * kTexels; ++i) {
+            const bool white =
+                is_white((i % kTexels + 0.5) / kTexels * kPeriod, (i / kTexels + 0.5) / kTexels * kPeriod);
+            for (int k = 0; k < 4; ++k) image.rgba.push_back(white || k == 3 ? 255 : 0);
+        }
+        asset->images = {image};
+        asset->materials[0].base_color_image = 0;
+        asset->materials[0].wrap_s = asset->materials[0].wrap_t = Wrap::repeat;
+        scene.asset = asset;
+        scene.camera.eye = {0, 1, 0};
+        scene.camera.target = {0, 1, -1};
+        scene.camera.fov_rad = 2.0 * std::atan(0.5);
+        const auto traced = trace::geometry_of(scene);
+        const auto drawn = make_drawn(traced, true);
+        look_through(eye_of(scene.camera, kSide, kSide), *traced, 0.01f, kSide, kSide, gbuffer);
+        draw_gbuffer(drawn->clusters, drawn->material_table, false, gbuffer, raster, pool);
+        EdgeSamples samples;
+        while (!add_edge_sample(drawn->clusters, drawn->material_table, false, gbuffer, raster, 16, samples, pool)) {
+        }
+        edges = edges_of(16, samples, pool);
+    }
+    // Result: the white share of a pixel.
+    double expected(int x, int y) const {
+        constexpr int kFine = 64;
+        int white = 0;
+        for (int i = 0; i < kFine * kFine; ++i) {
+            const double u = (x + (i % kFine + 0.5) / kFine) / kSide - 0.5,
+                         v = (y + (i / kFine + 0.5) / kFine) / kSide - 0.5;
+            white += is_white(-u / v, 1.0 / v) ? 1 : 0;
+        }
+        return static_cast<double>(white) / (kFine * kFine);
+    }
+    // Result: rms of the difference, of rows whose pixels are from 2 to 13 times as long as wide.
+    double rms(const std::vector<std::uint16_t>& albedo) const {
+        constexpr int kRows = 30;
+        double squares = 0.0;
+        for (int y = 0; y < kRows; ++y) {
+            for (int x = 0; x < kSide; ++x) {
+                const std::size_t at = static_cast<std::size_t>(y) * gbuffer.row_length + static_cast<std::size_t>(x);
+                const double off = static_cast<double>(glm::unpackHalf1x16(albedo[4 * at])) - expected(x, y);
+                squares += off * off;
+            }
+        }
+        return std::sqrt(squares / (kRows * kSide));
+    }
+};
+
+// Sixteen strata of black and white, and the width of their own filter.
+TEST(Antialias, ATextureIsItsMeanOverThePixel) {
+    for (const bool checks : {true, false}) {
+        const PatternedFloor floor(checks);
+        const double one = floor.rms(floor.raster.albedo), sixteen = floor.rms(floor.edges.albedo);
+        std::printf("%s: rms of one sample %.3f, of sixteen %.3f\n", checks ? "checks" : "stripes", one, sixteen);
+        EXPECT_LT(sixteen, 0.04);
+        EXPECT_LT(sixteen, 0.4 * one);
     }
 }
 

@@ -199,7 +199,7 @@ std::vector<glm::vec3> albedo_of(const std::shared_ptr<const SceneAsset>& asset,
     lighting::look_through(eye_of({{aside, 0, 2.0}, {aside, 0, 0}, 0.5}, kSide, kSide), geometry, 1e-4f, kSide, kSide,
                            gbuffer);
     lighting::draw_gbuffer(lighting::make_clusters(geometry), lighting::make_material_table(geometry), false, gbuffer,
-                           raster, pool, pane_sample);
+                           raster, pool, {pane_sample});
     std::vector<glm::vec3> found;
     for (std::size_t y = 0; y < kSide; ++y) {
         for (std::size_t x = 0; x < kSide; ++x) {

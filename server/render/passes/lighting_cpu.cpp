@@ -327,7 +327,11 @@ PassRun run_composite_cpu(const PassContext& context, View view, std::span<const
     display.albedo = raster.albedo.data();
     if (context.target.emissive && view == View::beauty) display.emission = raster.emission.data();
     display.depth = s.depth.data();
-    if (shows_edges(context)) display.edges = &surfaces.edges;
+    if (shows_edges(context)) {
+        display.edges = &surfaces.edges;
+        display.albedo = surfaces.edges.albedo.data();
+        if (display.emission != nullptr) display.emission = surfaces.edges.emission.data();
+    }
     display.ev100 = static_cast<float>(scene.exposure_ev100);
     std::vector<lighting::Display::Others> others;
     // Fixed-point steps of 2^-18 of what an exposure of whole stops shows as 1 on a white surface (lib/display.glsl):

@@ -13,11 +13,29 @@ void bind_edges(const PassContext& context, ScreenLight& screen) {
     EdgesOnGpu& on_gpu = screen.edges_on_gpu;
     const std::uint64_t version = context.pass_cache.version({Slot::edges, context.target.id});
     const auto made = [](const char* name, const auto& list) {
-        return gl::make_buffer(name, list.size() * sizeof(list[0]), list.data());
+        return gl::make_buffer(name, std::max<std::size_t>(list.size(), 1) * sizeof(list[0]),
+                               list.empty() ? nullptr : list.data());
     };
-    if (on_gpu.version != version || version == 0)
-        on_gpu = {version, made("edge rows", edges.rows), made("edge pixels", edges.pixels),
-                  made("edge taps", edges.taps)};
+    const Target& target = context.target;
+    const auto texture = [&](const char* name, GLenum format, GLenum type, const auto& values) {
+        gl::Texture image = gl::make_texture_2d(name, format, target.width_px, target.height_px, gl::Filter::nearest);
+        glPixelStorei(GL_UNPACK_ALIGNMENT, 2);
+        glPixelStorei(GL_UNPACK_ROW_LENGTH, static_cast<GLint>(screen.surfaces.gbuffer.row_length));
+        glTextureSubImage2D(image.id(), 0, 0, 0, target.width_px, target.height_px, GL_RGBA, type, values.data());
+        glPixelStorei(GL_UNPACK_ROW_LENGTH, 0);
+        return image;
+    };
+    if (on_gpu.version != version || version == 0) {
+        on_gpu = {version,
+                  made("edge rows", edges.rows),
+                  made("edge pixels", edges.pixels),
+                  made("edge taps", edges.taps),
+                  texture("edge albedo", GL_RGBA16F, GL_HALF_FLOAT, edges.albedo),
+                  {}};
+        if (target.emissive) on_gpu.emission = texture("edge emission", GL_RGBA32F, GL_FLOAT, edges.emission);
+    }
+    glBindTextureUnit(2, on_gpu.albedo.id());
+    if (target.emissive) glBindTextureUnit(3, on_gpu.emission.id());
     glBindBufferBase(GL_SHADER_STORAGE_BUFFER, 0, on_gpu.rows.id());
     glBindBufferBase(GL_SHADER_STORAGE_BUFFER, 1, on_gpu.pixels.id());
     glBindBufferBase(GL_SHADER_STORAGE_BUFFER, 2, on_gpu.taps.id());
@@ -31,7 +49,7 @@ PassRun run_composite(const PassContext& context, View view, const LightGpu* sho
     gl::Defines defines = {{"VIEW", std::to_string(static_cast<int>(view))}};
     if (raw != 0) defines.emplace_back("RAW", "1");
     if (target.emissive) defines.emplace_back("EMISSIVE", "1");
-    const bool edges = shows_lit_surfaces(view) && shows_edges(context) && !screen.surfaces.edges.pixels.empty();
+    const bool edges = shows_lit_surfaces(view) && shows_edges(context) && !screen.surfaces.edges.rows.empty();
     if (edges) defines.emplace_back("EDGES", "1");
     const GLuint program = context.programs.get("passes/screen.vert", "passes/composite.frag", defines);
     begin_screen(context.programs, raw != 0 ? raw : target.display_fbo.id(), program, target.width_px,

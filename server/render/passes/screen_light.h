@@ -97,10 +97,11 @@ struct OnGpu {
     gl::Buffer surfels, around, triangle_buffer, cell_buffer;
 };
 
-// Surfaces::edges as the composite's shader reads them.
+// Surfaces::edges as the composite's shader reads them; albedo and emission in place of the target's.
 struct EdgesOnGpu {
     std::uint64_t version = 0;  // of Slot::edges; 0: never made
     gl::Buffer rows, pixels, taps;
+    gl::Texture albedo, emission;
 };
 
 // Of a meter's passes: direct, and after bounces.
