@@ -6,12 +6,17 @@
 #include <glm/gtc/packing.hpp>
 #include <optional>
 
+#include "shaders/lib/as_cpp.h"
+
 namespace gonio::lighting {
 namespace {
 
 // Two points are on one surface where one is no further off the other's plane than this share of a pixel's width, and
 // the cosine between their normals is no less.
 constexpr float kOffPlane = 0.5f, kCosine = 0.8f;
+// Direct light of a sample is its own where the cosine to the surface whose light it takes is less, or that is less
+// alike.
+constexpr float kOwnLightCosine = 0.97f, kLeastSimilar = 0.5f;
 constexpr std::size_t kMostPerPixel = 4;
 
 // Result: how well light of a pixel would do for a sample: 1 on the same surface, 0 where it faces away.
@@ -43,16 +48,36 @@ void add_look(EdgeSamples& samples, bool emissive, std::size_t at, std::size_t c
         samples.emission[i] += samples.raster.emission[i];
 }
 
+// Keeps a sample of pixel (x, y) for its own direct light. Result: false: its row has too many.
+bool add_point(EdgeSamples& drawn, int x, int y, const Spot& sample, bool in_mean, const glm::vec3& albedo) {
+    std::vector<EdgeSamples::Point>& points = drawn.points[static_cast<std::size_t>(y)];
+    if (points.size() >= kMostPerPixel * static_cast<std::size_t>(drawn.gbuffer.width)) return false;
+    const float weight = std::max(glsl::luminance(albedo), 1e-4f);
+    points.push_back({static_cast<std::uint16_t>(x),
+                      in_mean,
+                      {sample.position, lit_normal_at(drawn.gbuffer, x, y), sample.depth, weight}});
+    return true;
+}
+
 // Result: a sample of pixel (x, y), which shows another triangle than the centre; none where it is on the same surface.
-std::optional<EdgeSamples::Found> other_surface(const GBuffer& gbuffer, const EdgeSamples& drawn, bool emissive, int x,
-                                                int y, const std::array<Offset, 8>& around) {
+std::optional<EdgeSamples::Found> other_surface(const GBuffer& gbuffer, EdgeSamples& drawn, bool emissive, int x, int y,
+                                                const std::array<Offset, 8>& around) {
     const std::size_t at = static_cast<std::size_t>(y) * gbuffer.row_length + static_cast<std::size_t>(x);
     EdgeSamples::Found one{static_cast<std::uint16_t>(x), static_cast<std::uint8_t>(drawn.done), 0, 0, false, {}, {}};
     if (drawn.raster.nearest[at] == 0) return one;
     const Spot sample = spot_at(drawn.gbuffer, x, y);
     const float width_m = gbuffer.depth_per_pixel * sample.depth;
-    float best = similarity(spot_at(gbuffer, x, y), sample, width_m);
-    if (best == 1.0f) return std::nullopt;
+    const Spot centre = spot_at(gbuffer, x, y);
+    float best = similarity(centre, sample, width_m);
+    for (int k = 0; k < 3; ++k) {
+        const std::size_t value = 4 * at + static_cast<std::size_t>(k);
+        one.albedo[k] = glm::unpackHalf1x16(drawn.raster.albedo[value]);
+        if (emissive) one.emission_nit[k] = drawn.raster.emission[value];
+    }
+    if (best == 1.0f) {
+        if (glm::dot(centre.normal, sample.normal) < kOwnLightCosine) add_point(drawn, x, y, sample, true, one.albedo);
+        return std::nullopt;
+    }
     for (const Offset& o : around) {
         if (best == 1.0f) break;
         const int px = x + o.dx, py = y + o.dy;
@@ -61,11 +86,7 @@ std::optional<EdgeSamples::Found> other_surface(const GBuffer& gbuffer, const Ed
         if (here > best) best = here, one.dx = o.dx, one.dy = o.dy;
     }
     one.surface = true;
-    for (int k = 0; k < 3; ++k) {
-        const std::size_t value = 4 * at + static_cast<std::size_t>(k);
-        one.albedo[k] = glm::unpackHalf1x16(drawn.raster.albedo[value]);
-        if (emissive) one.emission_nit[k] = drawn.raster.emission[value];
-    }
+    if (best < kLeastSimilar && add_point(drawn, x, y, sample, false, one.albedo)) one.dx = one.dy = 0;
     return one;
 }
 
@@ -87,6 +108,26 @@ void find(const GBuffer& gbuffer, const Raster& raster, EdgeSamples& drawn, bool
         first = at + 1;
     }
     add_look(drawn, emissive, first, end - first);
+}
+
+// Of row y, whose `albedo` are sums still.
+void mix_points(EdgeSamples& samples, int y, Edges& edges) {
+    std::vector<EdgeSamples::Point>& all = samples.points[static_cast<std::size_t>(y)];
+    std::stable_sort(all.begin(), all.end(), [](const auto& a, const auto& b) { return a.x < b.x; });
+    std::vector<Edges::Mixed>& mixed = edges.mixed[static_cast<std::size_t>(y)];
+    std::vector<Edges::Point>& points = edges.points[static_cast<std::size_t>(y)];
+    for (const auto& [x, in_mean, point] : all) {
+        if (mixed.empty() || mixed.back().x != x) {
+            const std::size_t at = static_cast<std::size_t>(y) * samples.gbuffer.row_length + x;
+            const float* sum = samples.albedo.data() + 4 * at;
+            mixed.push_back(
+                {x, static_cast<std::uint32_t>(points.size()), 0, glsl::luminance(glm::vec3(sum[0], sum[1], sum[2]))});
+        }
+        Edges::Mixed& pixel = mixed.back();
+        ++pixel.count;
+        if (in_mean) pixel.albedo = std::max(pixel.albedo - point.albedo, 0.0f);
+        points.push_back(point);
+    }
 }
 
 // Sums -> means, of a row from `at` on. Result: of the reflectance, whose last value is 1 where there is a mean.
@@ -140,6 +181,7 @@ bool add_edge_sample(const Clusters& clusters, const MaterialTable& materials, b
     draw_gbuffer(clusters, materials, emissive, drawn, samples.raster, pool,
                  {static_cast<int>(samples.done * kPaneSamples / n), 1.0f / static_cast<float>(n)});
     samples.rows.resize(static_cast<std::size_t>(gbuffer.height));
+    samples.points.resize(samples.rows.size());
     samples.albedo.resize(samples.raster.albedo.size());
     samples.emission.resize(samples.raster.emission.size());
     const std::array<Offset, 8> around = neighbours(offset);
@@ -150,10 +192,13 @@ bool add_edge_sample(const Clusters& clusters, const MaterialTable& materials, b
 Edges edges_of(unsigned n, EdgeSamples& samples, Pool& pool) {
     Edges edges;
     edges.albedo.resize(samples.albedo.size());
+    edges.mixed.resize(samples.rows.size());
+    edges.points.resize(samples.rows.size());
     const auto key = [](const EdgeSamples::Found& f) { return std::array<int, 4>{f.x, f.surface ? 0 : 1, f.dy, f.dx}; };
     pool.run(static_cast<int>(samples.rows.size()), [&](int y) {
         auto& row = samples.rows[static_cast<std::size_t>(y)];
         std::stable_sort(row.begin(), row.end(), [&](const auto& a, const auto& b) { return key(a) < key(b); });
+        mix_points(samples, y, edges);
         const std::size_t row_length = samples.gbuffer.row_length;
         to_means(samples, static_cast<std::size_t>(y) * row_length, row_length, edges.albedo.data());
     });

@@ -22,10 +22,23 @@ glm::vec2 sample_offset(unsigned i, unsigned n);
 
 // Pixels that show more than one surface. Such a pixel is own × what its centre shows + the sum of its taps.
 struct Edges {
+    // A pixel that stands for samples that no pixel's centre shows the like of. Its direct light is the mean of its
+    // own and theirs, weighed by what they reflect.
+    struct Mixed {
+        std::uint32_t x, first, count;  // into points
+        float albedo;                   // that its own light counts
+    };
+    struct Point {
+        glm::vec3 position, normal;  // local, m; unit
+        float depth;                 // along the view axis, m
+        float albedo;
+    };
     std::vector<std::uint32_t> rows;  // by row of the picture, and one more: where it begins in `pixels`
     std::vector<layouts::EdgePixel> pixels;
     std::vector<std::uint64_t> others;  // by pixel, bit i: sample i shows something else than the centre
     std::vector<layouts::EdgeTap> taps;
+    std::vector<std::vector<Mixed>> mixed;  // by row
+    std::vector<std::vector<Point>> points;
     // Of all pixels, as in Raster, in place of it: the mean over the samples that show what the centre does.
     std::vector<std::uint16_t> albedo;
     std::vector<float> emission;
@@ -33,6 +46,11 @@ struct Edges {
 
 // Edges in the making, sample by sample.
 struct EdgeSamples {
+    struct Point {  // a sample whose direct light is its own
+        std::uint16_t x;
+        bool in_mean;  // `albedo` has it
+        Edges::Point point;
+    };
     struct Found {        // a sample that shows something else than the centre of its pixel
         std::uint16_t x;  // its pixel's column
         std::uint8_t sample;
@@ -42,6 +60,7 @@ struct EdgeSamples {
     };
     unsigned done = 0;
     std::vector<std::vector<Found>> rows;
+    std::vector<std::vector<Point>> points;
     // Per pixel 4: the sum over its other samples, and their number; cd/m².
     std::vector<float> albedo, emission;
     GBuffer gbuffer;  // of one sample

@@ -105,6 +105,55 @@ float seen_share(const GBuffer& gbuffer, const trace::Geometry& geometry, const 
 
 }  // namespace
 
+namespace {
+
+// Result: direct light of points, in luminaire.unit_m2, × its weight.
+std::vector<float> lit(const GBuffer& gbuffer, const trace::Geometry& geometry, const DirectLight& luminaire,
+                       const std::vector<Edges::Point>& points) {
+    static_assert(trace::kPacket == static_cast<int>(kSimdWidth));
+    std::vector<float> light;
+    for (std::size_t first = 0; first < points.size(); first += kSimdWidth) {
+        const std::size_t count = std::min(kSimdWidth, points.size() - first);
+        alignas(64) float values[6][kSimdWidth] = {}, depth[kSimdWidth] = {}, arrives[kSimdWidth], passed[kSimdWidth];
+        for (std::size_t i = 0; i < count; ++i) {
+            const Edges::Point& point = points[first + i];
+            for (int k = 0; k < 3; ++k) {
+                values[k][i] = point.position[k];
+                values[k + 3][i] = point.normal[k];
+            }
+            depth[i] = point.depth;
+        }
+        direct_points(luminaire, points_at(values, 0), kSimdWidth, arrives);
+        unsigned active = 0;
+        for (std::size_t i = 0; i < count; ++i) active |= arrives[i] > 0.0f ? 1u << i : 0u;
+        std::fill_n(passed, kSimdWidth, 1.0f);
+        const unsigned open =
+            active == 0 ? 0u : unhidden(geometry, luminaire, gbuffer, points_at(values, 0), depth, active, passed);
+        for (std::size_t i = 0; i < count; ++i)
+            light.push_back((open >> i & 1u) != 0 ? arrives[i] * passed[i] * luminaire.weight.x : 0.0f);
+    }
+    return light;
+}
+
+}  // namespace
+
+void light_mixed_pixels(const GBuffer& gbuffer, const trace::Geometry& geometry, const DirectLight& luminaire,
+                        const Edges& edges, std::vector<float>& light, Pool& pool) {
+    pool.run(gbuffer.height, [&](int y) {
+        const auto row = static_cast<std::size_t>(y);
+        const std::vector<float> own = lit(gbuffer, geometry, luminaire, edges.points[row]);
+        for (const Edges::Mixed& pixel : edges.mixed[row]) {
+            float& here = light[row * gbuffer.row_length + pixel.x];
+            float sum = pixel.albedo * here, all = pixel.albedo;
+            for (std::size_t i = pixel.first; i < pixel.first + pixel.count; ++i) {
+                sum += edges.points[row][i].albedo * own[i];
+                all += edges.points[row][i].albedo;
+            }
+            here = sum / all;
+        }
+    });
+}
+
 void sample_shadow_edges(const GBuffer& gbuffer, const trace::Geometry& geometry, const DirectLight& luminaire,
                          const Edges& edges, unsigned n, std::vector<float>& light, Pool& pool) {
     std::vector<std::vector<Candidate>> rows(static_cast<std::size_t>(gbuffer.height));

@@ -16,4 +16,9 @@ namespace gonio::lighting {
 void sample_shadow_edges(const GBuffer& gbuffer, const trace::Geometry& geometry, const DirectLight& luminaire,
                          const Edges& edges, unsigned n, std::vector<float>& light, Pool& pool);
 
+// Likewise: pixels that stand for samples of other surfaces (Edges::mixed) get the mean of the direct light of all,
+// with a shadow ray from each such sample.
+void light_mixed_pixels(const GBuffer& gbuffer, const trace::Geometry& geometry, const DirectLight& luminaire,
+                        const Edges& edges, std::vector<float>& light, Pool& pool);
+
 }  // namespace gonio::lighting

@@ -2,11 +2,14 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
+#include <numbers>
+#include <tuple>
 
 #include "protocol/schema/gonio.pb.h"
 #include "server/scene/apply.h"
 #include "server/trace/sources.h"
 #include "tests/gl/test_context.h"
+#include "tests/scenes/scenes.h"
 #include "tests/scenes/show.h"
 
 namespace gonio::test {
@@ -176,6 +179,75 @@ TEST(Antialias, EdgesAreFilteredUntilTheyAreFound) {
                     composite_ms(moving));
         EXPECT_LT(off(*moving.nv12), 0.9 * off(*jagged));
     }
+}
+
+// Rms and mean of a capture's direct light over what is expected in the middle third of its width.
+struct OverExpected {
+    double mean = 0.0, rms = 0.0;
+};
+OverExpected direct_over(const Scene& scene, double expected_nit, int side, unsigned samples) {
+    Renderer renderer(context(), Renderer::DirectLight::rays);
+    const auto still = renderer.capture(scene, View::direct, side, side, true, trace::kAllBounces, samples);
+    OverExpected found;
+    int n = 0;
+    for (int y = 1; y < side - 1; ++y) {
+        for (int x = side / 3; x < side - side / 3; ++x, ++n) {
+            const double over =
+                static_cast<double>(still->values[4 * static_cast<std::size_t>(y * side + x) + 1]) / expected_nit;
+            found.mean += over;
+            found.rms += (over - 1.0) * (over - 1.0);
+        }
+    }
+    return {found.mean / n, std::sqrt(found.rms / n)};
+}
+
+// A wall of folds finer than a pixel, both sides at 45°, lit from 30° aside. Neither side shadows the other. Both cover
+// half of each pixel, with cosines of 15° and 75°: their mean is cos 30° cos 45°.
+TEST(Antialias, FoldsFinerThanAPixelHaveTheMeanOfTheirLight) {
+    constexpr int kPixels = 48;
+    constexpr double kFold = 0.61 / kPixels, kHeight = 0.5 * kFold, kFar = 1000.0;  // the picture is 1 m wide
+    Mesh folds;
+    for (double x = -0.2; x < 0.2; x += kFold) {
+        for (const auto& [low, high, z0, z1] :
+             {std::tuple(x, x + kHeight, 0.0, kHeight), std::tuple(x + kHeight, x + kFold, kHeight, 0.0)}) {
+            const Mesh side = quad({low, -1, z0}, {high, -1, z1}, {high, 1, z1}, {low, 1, z0});
+            const auto first = static_cast<std::uint32_t>(folds.vertices.size());
+            folds.vertices.insert(folds.vertices.end(), side.vertices.begin(), side.vertices.end());
+            for (const std::uint32_t index : side.indices) folds.indices.push_back(first + index);
+        }
+    }
+    const double aside = std::numbers::pi / 6.0;
+    Scene scene =
+        scene_with({{folds, glm::vec3(0.5f)}}, isotropic(1e7), {kFar * std::sin(aside), 0.0, kFar * std::cos(aside)});
+    scene.camera = {{0, 0, 50}, {0, 0, 0}, 2.0 * std::atan(0.5 / 50)};
+    const double lux = 1e7 / (kFar * kFar) * std::cos(aside) * std::numbers::sqrt2 / 2.0,
+                 nit = 0.5 * lux / std::numbers::pi;
+    const OverExpected one = direct_over(scene, nit, kPixels, 1), sixteen = direct_over(scene, nit, kPixels, 16);
+    std::printf("folds: mean %.3f, rms %.3f; one sample %.3f\n", sixteen.mean, sixteen.rms, one.rms);
+    EXPECT_NEAR(sixteen.mean, 1.0, 0.01);
+    EXPECT_LT(sixteen.rms, 0.12) << "sixteen strata of each pixel";
+    EXPECT_GT(one.rms, 0.5);
+}
+
+// Pixels' centres look through a pane that covers 5/16: its own light is found all the same.
+TEST(Antialias, APaneHasItsOwnLight) {
+    constexpr double kCovers = 5.0 / 16.0;
+    const auto plate = [](double half, double z) {
+        return quad({-half, -1, z}, {half, -1, z}, {half, 1, z}, {-half, 1, z});
+    };
+    Scene scene = scene_with({{plate(1.0, 0.0), glm::vec3(0.4f)}, {plate(0.016, 0.5), glm::vec3(0.8f)}},
+                             isotropic(100.0), {0, 0, 4});
+    auto asset = std::make_shared<SceneAsset>(*scene.asset);
+    asset->materials[1].alpha_blend = true;
+    asset->materials[1].base_color.a = static_cast<float>(kCovers);
+    scene.asset = asset;
+    scene.camera = {{0, 0, 2}, {0, 0, 0}, 0.05};
+    const double on_pane = 100.0 / (3.5 * 3.5), on_wall = (1.0 - kCovers) * 100.0 / 16.0,
+                 nit = (kCovers * 0.8 * on_pane + (1.0 - kCovers) * 0.4 * on_wall) / std::numbers::pi;
+    const OverExpected sixteen = direct_over(scene, nit, 32, 16);
+    std::printf("pane: mean %.4f, rms %.4f\n", sixteen.mean, sixteen.rms);
+    EXPECT_NEAR(sixteen.mean, 1.0, 0.005);
+    EXPECT_LT(sixteen.rms, 0.04) << "where its triangles meet each has its own order of samples";
 }
 
 }  // namespace

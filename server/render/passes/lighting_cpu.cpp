@@ -95,9 +95,11 @@ PassRun run_direct_rays(const PassContext& context, const Light& light, const Li
     direct.resize(1);
     lighting::direct_light(s, surfaces.grid, context.traced, std::span(&own, 1), context.each_pixel, direct,
                            context.scratch.lattice, context.pool);
-    if (context.each_pixel && shows_edges(context) && !surfaces.edges.rows.empty())
+    if (context.each_pixel && shows_edges(context) && !surfaces.edges.rows.empty()) {
         lighting::sample_shadow_edges(s, context.traced, own, surfaces.edges, context.samples_per_pixel, direct[0],
                                       context.pool);
+        lighting::light_mixed_pixels(s, context.traced, own, surfaces.edges, direct[0], context.pool);
+    }
     const std::vector<float>& lux = direct[0];
     if (target.kind == TargetKind::precise) {
         upload(target.direct, s, layer, GL_RED, GL_FLOAT, lux.data());
