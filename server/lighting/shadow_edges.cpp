@@ -107,11 +107,10 @@ float seen_share(const GBuffer& gbuffer, const trace::Geometry& geometry, const 
 
 namespace {
 
-// Result: direct light of points, in luminaire.unit_m2, × its weight.
-std::vector<float> lit(const GBuffer& gbuffer, const trace::Geometry& geometry, const DirectLight& luminaire,
-                       const std::vector<Edges::Point>& points) {
+// Adds the direct light of points, in luminaire.unit_m2, × its weights.
+void add_lit(const GBuffer& gbuffer, const trace::Geometry& geometry, const DirectLight& luminaire,
+             const std::vector<Edges::Point>& points, std::vector<glm::vec3>& light) {
     static_assert(trace::kPacket == static_cast<int>(kSimdWidth));
-    std::vector<float> light;
     for (std::size_t first = 0; first < points.size(); first += kSimdWidth) {
         const std::size_t count = std::min(kSimdWidth, points.size() - first);
         alignas(64) float values[6][kSimdWidth] = {}, depth[kSimdWidth] = {}, arrives[kSimdWidth], passed[kSimdWidth];
@@ -126,30 +125,35 @@ std::vector<float> lit(const GBuffer& gbuffer, const trace::Geometry& geometry, 
         direct_points(luminaire, points_at(values, 0), kSimdWidth, arrives);
         unsigned active = 0;
         for (std::size_t i = 0; i < count; ++i) active |= arrives[i] > 0.0f ? 1u << i : 0u;
+        if (active == 0) continue;
         std::fill_n(passed, kSimdWidth, 1.0f);
-        const unsigned open =
-            active == 0 ? 0u : unhidden(geometry, luminaire, gbuffer, points_at(values, 0), depth, active, passed);
-        for (std::size_t i = 0; i < count; ++i)
-            light.push_back((open >> i & 1u) != 0 ? arrives[i] * passed[i] * luminaire.weight.x : 0.0f);
+        const unsigned open = unhidden(geometry, luminaire, gbuffer, points_at(values, 0), depth, active, passed);
+        for (std::size_t i = 0; i < count; ++i) {
+            if ((open >> i & 1u) != 0) light[first + i] += arrives[i] * passed[i] * luminaire.weight;
+        }
     }
-    return light;
 }
 
 }  // namespace
 
-void light_mixed_pixels(const GBuffer& gbuffer, const trace::Geometry& geometry, const DirectLight& luminaire,
-                        const Edges& edges, std::vector<float>& light, Pool& pool) {
+void light_mixed_pixels(const GBuffer& gbuffer, const trace::Geometry& geometry,
+                        std::span<const DirectLight> luminaires, const Edges& edges, Planes& light, Pool& pool) {
     pool.run(gbuffer.height, [&](int y) {
         const auto row = static_cast<std::size_t>(y);
-        const std::vector<float> own = lit(gbuffer, geometry, luminaire, edges.points[row]);
+        const std::vector<Edges::Point>& points = edges.points[row];
+        std::vector<glm::vec3> own(points.size(), glm::vec3(0.0f));
+        for (const DirectLight& luminaire : luminaires) add_lit(gbuffer, geometry, luminaire, points, own);
         for (const Edges::Mixed& pixel : edges.mixed[row]) {
-            float& here = light[row * gbuffer.row_length + pixel.x];
-            float sum = pixel.albedo * here, all = pixel.albedo;
+            glm::vec3 sum(0.0f);
+            float all = pixel.albedo;
             for (std::size_t i = pixel.first; i < pixel.first + pixel.count; ++i) {
-                sum += edges.points[row][i].albedo * own[i];
-                all += edges.points[row][i].albedo;
+                sum += points[i].albedo * own[i];
+                all += points[i].albedo;
             }
-            here = sum / all;
+            for (std::size_t k = 0; k < light.size(); ++k) {
+                float& here = light[k][row * gbuffer.row_length + pixel.x];
+                here = (pixel.albedo * here + sum[static_cast<int>(k)]) / all;
+            }
         }
     });
 }

@@ -2,6 +2,7 @@
 // samples that see the luminaire.
 #pragma once
 
+#include <span>
 #include <vector>
 
 #include "server/lighting/antialias.h"
@@ -16,9 +17,9 @@ namespace gonio::lighting {
 void sample_shadow_edges(const GBuffer& gbuffer, const trace::Geometry& geometry, const DirectLight& luminaire,
                          const Edges& edges, unsigned n, std::vector<float>& light, Pool& pool);
 
-// Likewise: pixels that stand for samples of other surfaces (Edges::mixed) get the mean of the direct light of all,
-// with a shadow ray from each such sample.
-void light_mixed_pixels(const GBuffer& gbuffer, const trace::Geometry& geometry, const DirectLight& luminaire,
-                        const Edges& edges, std::vector<float>& light, Pool& pool);
+// Pixels that stand for samples of other surfaces (Edges::mixed) get the mean of the direct light of all, with a shadow
+// ray from each such sample to each luminaire. light: planes as of direct_light. Render thread.
+void light_mixed_pixels(const GBuffer& gbuffer, const trace::Geometry& geometry,
+                        std::span<const DirectLight> luminaires, const Edges& edges, Planes& light, Pool& pool);
 
 }  // namespace gonio::lighting

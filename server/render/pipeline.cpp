@@ -209,9 +209,13 @@ struct Builder {
         if (metered)
             add_cpu(prefix + "direct", per_target(Slot::direct, id), {merged}, {},
                     [=, &screen] { return run_direct_point_summed(shared, lights, screen.meter.summed[0]); });
-        else if (summed || !by_gl)
-            add_cpu(prefix + "direct", per_target(Slot::direct, id), {grid, merged}, {},
-                    [=, &screen, &list] { return run_direct_merged(shared, screen.surfaces, list, into); });
+        else if (summed || !by_gl) {
+            Pass& direct =
+                add_cpu(prefix + "direct", per_target(Slot::direct, id), {grid, merged}, {},
+                        [=, &screen, &list] { return run_direct_merged(shared, screen.surfaces, list, into); });
+            if (gathers_at_once() && finds_edges(context) && shows_lit_surfaces(in.view))
+                direct.reads.push_back(per_target(Slot::edges));
+        }
         add_cpu(prefix + "solve", solved, {merged}, {in.generation, in.solve_links()},
                 [=, &screen, &list] { return run_solve_merged(shared, list, screen.weights); });
         passes.back().stale |= alone && !list.irradiance.converged;

@@ -98,7 +98,7 @@ PassRun run_direct_rays(const PassContext& context, const Light& light, const Li
     if (context.each_pixel && shows_edges(context) && !surfaces.edges.rows.empty()) {
         lighting::sample_shadow_edges(s, context.traced, own, surfaces.edges, context.samples_per_pixel, direct[0],
                                       context.pool);
-        lighting::light_mixed_pixels(s, context.traced, own, surfaces.edges, direct[0], context.pool);
+        lighting::light_mixed_pixels(s, context.traced, std::span(&own, 1), surfaces.edges, direct, context.pool);
     }
     const std::vector<float>& lux = direct[0];
     if (target.kind == TargetKind::precise) {
@@ -287,6 +287,8 @@ PassRun run_direct_merged(const PassContext& context, const Surfaces& surfaces, 
     direct.resize(3);
     lighting::direct_light(s, surfaces.grid, context.traced, merged.lights, context.target.kind != TargetKind::live,
                            direct, context.scratch.lattice, context.pool);
+    if (context.target.kind != TargetKind::live && shows_edges(context) && !surfaces.edges.rows.empty())
+        lighting::light_mixed_pixels(s, context.traced, merged.lights, surfaces.edges, direct, context.pool);
     if (summed != nullptr && context.target.kind == TargetKind::precise) {
         summed->precise[0].assign(4 * s.depth.size(), 1.0f);
         for (std::size_t k = 0; k < 3; ++k)
