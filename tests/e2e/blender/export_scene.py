@@ -6,12 +6,8 @@ writes OUTDIR/scene.glb, OUTDIR/scene.gltf (separate files) and OUTDIR/expected.
     {"points": [{"name", "point_m": [x,y,z], "normal": [x,y,z], "direct_lx": E}], "light_cd": I}
 in glTF's coordinates (+Y up, metres).
 
-Units. A Blender point lamp of P watts has the radiant intensity P / (4 pi) W/sr in Cycles. The exporter's lighting mode
-'SPEC' turns watts into lumens by 683 lm/W, so that the file says I = 683 P / (4 pi) cd. A diffuse receiver of
-reflectance 1 under the irradiance E has the radiance E / pi, hence
-    E_lux = 683 pi L
-for the radiance L that Cycles renders with the receiver's material replaced by white and no bounces. (The exporter's
-other modes, 'COMPAT' and 'RAW', leave out the 683 or the 4 pi: their numbers are not candela.)
+Units. A Blender point lamp of P watts has the radiant intensity P / (4 pi) W/sr in Cycles, so that the file says
+I = 683 P / (4 pi) cd (probe.py). All surfaces are white for Cycles.
 The lamp has no extent, so the samples do not differ and the figures carry no noise.
 """
 
@@ -23,14 +19,11 @@ import sys
 import bpy
 from mathutils import Matrix, Vector
 
-LUMENS_PER_WATT = 683.0
+sys.path.insert(0, os.path.dirname(os.path.abspath(__file__)))
+from probe import LUMENS_PER_WATT, Probe, export_options, face_point, make_diffuse, to_gltf  # noqa: E402
+
 POWER_W = 12.0
 LAMP = Vector((0.4, -0.3, 2.6))
-
-
-def to_gltf(v):
-    """Blender is +Z up, glTF +Y up."""
-    return [v[0], v[2], -v[1]]
 
 
 def chequered_image():
@@ -108,96 +101,42 @@ def build():
     return scene
 
 
-def face_point(name, axis, sign, offset=(0.0, 0.0)):
-    """A point on a face of a block (unit cube in its own space) and the face's world normal."""
-    matrix = bpy.data.objects[name].matrix_world
-    local = [offset[0], offset[1], offset[1]]
-    others = [k for k in range(3) if k != axis]
-    local[axis], local[others[0]], local[others[1]] = 0.5 * sign, offset[0], offset[1]
-    direction = [0.0, 0.0, 0.0]
-    direction[axis] = sign
-    normal = (matrix.to_3x3().inverted().transposed() @ Vector(direction)).normalized()
-    return matrix @ Vector(local), normal
-
-
-def prepare_probe(scene):
+def all_white():
     white = bpy.data.materials.new("white receiver")
     white.use_nodes = True
-    nodes = white.node_tree.nodes
-    nodes.clear()
-    diffuse = nodes.new("ShaderNodeBsdfDiffuse")
-    diffuse.inputs["Color"].default_value = (1.0, 1.0, 1.0, 1.0)
-    output = nodes.new("ShaderNodeOutputMaterial")
-    white.node_tree.links.new(diffuse.outputs["BSDF"], output.inputs["Surface"])
+    white.node_tree.nodes["Principled BSDF"].inputs["Base Color"].default_value = (1.0, 1.0, 1.0, 1.0)
+    make_diffuse(white)
     bpy.context.view_layer.material_override = white
-    scene.render.engine = "CYCLES"
-    scene.cycles.device = "CPU"
-    scene.cycles.samples = 16
-    scene.cycles.use_adaptive_sampling = False
-    scene.cycles.use_denoising = False
-    for bounces in ("max_bounces", "diffuse_bounces", "glossy_bounces", "transmission_bounces", "volume_bounces"):
-        setattr(scene.cycles, bounces, 0)
-    scene.render.resolution_x = scene.render.resolution_y = 8
-    scene.render.resolution_percentage = 100
-    scene.render.threads_mode = "FIXED"
-    scene.render.threads = 1
-    scene.render.image_settings.file_format = "OPEN_EXR"
-    scene.render.image_settings.color_depth = "32"
-    probe = bpy.data.cameras.new("probe")
-    probe.type = "ORTHO"
-    probe.ortho_scale = 0.002
-    probe.clip_start = 0.001
-    probe_object = bpy.data.objects.new("probe", probe)
-    scene.collection.objects.link(probe_object)
-    scene.camera = probe_object
-    return probe_object
-
-
-def illuminance_lx(scene, probe, point, normal, directory):
-    """Renders 2 mm x 2 mm of the surface from 2 cm above it. A camera casts no shadow."""
-    # A camera looks along its -Z: its +Z is the normal.
-    turn = normal.to_track_quat("Z", "Y").to_matrix().to_4x4()
-    probe.matrix_world = Matrix.Translation(point + 0.02 * normal) @ turn
-    path = os.path.join(directory, "probe.exr")
-    scene.render.filepath = path
-    bpy.ops.render.render(write_still=True)
-    image = bpy.data.images.load(path, check_existing=False)
-    pixels = list(image.pixels)
-    bpy.data.images.remove(image)
-    os.remove(path)
-    red = pixels[0::4]
-    return LUMENS_PER_WATT * math.pi * sum(red) / len(red)
 
 
 def main():
     directory = os.path.abspath(sys.argv[sys.argv.index("--") + 1])
     os.makedirs(directory, exist_ok=True)
     scene = build()
-    options = dict(export_cameras=True, export_lights=True)
-    known = bpy.ops.export_scene.gltf.get_rna_type().properties.keys()
-    # The option's name has changed since Blender 3.4.
-    options[next(name for name in known if name.endswith("convert_lighting_mode"))] = "SPEC"
+    options = export_options(bpy.ops.export_scene.gltf)
     bpy.ops.export_scene.gltf(filepath=os.path.join(directory, "scene.glb"), export_format="GLB", **options)
     bpy.ops.export_scene.gltf(filepath=os.path.join(directory, "scene.gltf"), export_format="GLTF_SEPARATE", **options)
 
     up = Vector((0.0, 0.0, 1.0))
+    stands = {name: bpy.data.objects[name].matrix_world for name in ("block", "instance 2", "instance 3")}
     places = [
         ("floor below the lamp", LAMP * Vector((1.0, 1.0, 0.0)), up),
         ("floor aside", Vector((-0.35, -0.5, 0.0)), up),
-        ("top of the block", *face_point("block", 2, 1, (0.1, -0.2))),
-        ("front of the block", *face_point("block", 1, -1, (-0.2, 0.2))),
-        ("turned instance", *face_point("instance 2", 1, 1, (-0.1, 0.2))),
-        ("instance below a parent", *face_point("instance 3", 0, 1, (0.15, 0.2))),
+        ("top of the block", *face_point(stands["block"], 2, 1, (0.1, -0.2))),
+        ("front of the block", *face_point(stands["block"], 1, -1, (-0.2, 0.2))),
+        ("turned instance", *face_point(stands["instance 2"], 1, 1, (-0.1, 0.2))),
+        ("instance below a parent", *face_point(stands["instance 3"], 0, 1, (0.15, 0.2))),
         ("floor in shadow", Vector((2.75, 1.7, 0.0)), up),
     ]
-    probe = prepare_probe(scene)
+    all_white()
+    probe = Probe(scene, directory)
     points = []
     for name, point, normal in places:
         points.append({
             "name": name,
             "point_m": to_gltf(point),
             "normal": to_gltf(normal),
-            "direct_lx": illuminance_lx(scene, probe, point, normal, directory),
+            "direct_lx": probe.measure(point, normal)[0],
         })
     light_cd = LUMENS_PER_WATT * POWER_W / (4.0 * math.pi)
     with open(os.path.join(directory, "expected.json"), "w", encoding="utf-8") as file:
