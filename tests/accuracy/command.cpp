@@ -10,6 +10,7 @@
 
 #include "server/gl/context.h"
 #include "tests/accuracy/crosscheck.h"
+#include "tests/accuracy/exported.h"
 #include "tests/accuracy/table.h"
 
 namespace gonio::accuracy {
@@ -58,6 +59,17 @@ void run_crosscheck(const CrossOptions& options) {
     }
 }
 
+void run_exported(const CrossOptions& options) {
+    const auto context = gl::Context::create({-1, false});
+    const std::vector<ExportRow> rows = compare_export(*context, options.directory);
+    const std::string table = export_markdown(rows);
+    std::cout << table;
+    if (!options.markdown.empty()) replace_between_markers(options.markdown, "export", table);
+    for (const ExportRow& row : rows) {
+        if (!row.good()) throw std::runtime_error("\"" + row.group + "\" differs by more than is allowed");
+    }
+}
+
 }  // namespace
 
 void add_commands(CLI::App& app) {
@@ -77,6 +89,14 @@ void add_commands(CLI::App& app) {
     crosscheck->add_flag("--prepare", cross->prepare, "only write the scenes; print their names");
     crosscheck->add_option("--markdown", cross->markdown, "also write the table into this file, between its markers");
     crosscheck->callback([cross] { run_crosscheck(*cross); });
+
+    auto exported = std::make_shared<CrossOptions>();
+    CLI::App* room = app.add_subcommand("exported", "a room of Blender's exporter against what Cycles measures in it");
+    room->add_option("directory", exported->directory, "where room.glb and expected.json are")
+        ->required()
+        ->check(CLI::ExistingDirectory);
+    room->add_option("--markdown", exported->markdown, "also write the table into this file, between its markers");
+    room->callback([exported] { run_exported(*exported); });
 }
 
 }  // namespace gonio::accuracy
