@@ -119,7 +119,7 @@ struct Bench {
             std::lock_guard lock(mutex);
             frames.push_back(
                 {frame.lane, frame.key, final, frame.scene_rev, streams[frame.lane].encoder, frame.data.size()});
-            log.push_back(frame.key ? "key" : "frame");
+            log.emplace_back(frame.key ? "key" : "frame");
             changed.notify_all();
         };
         out.jpeg = [this](EncodedFrame) {

@@ -3,7 +3,6 @@
 #include <grp.h>
 #include <libusb.h>
 #include <poll.h>
-#include <signal.h>
 #include <sys/mman.h>
 #include <sys/socket.h>
 #include <sys/wait.h>
@@ -12,6 +11,7 @@
 #include <atomic>
 #include <chrono>
 #include <cmath>
+#include <csignal>
 #include <cstdio>
 #include <cstdlib>
 #include <sstream>
@@ -75,7 +75,8 @@ constexpr gid_t kGroup = 990;  // gonio, as in the guest's /etc/group
 
 }  // namespace
 
-// Linked in the place of libusb's own (--wrap).
+// Linked in the place of libusb's own (--wrap), whose names the linker makes.
+// NOLINTBEGIN(bugprone-reserved-identifier)
 extern "C" {
 int __real_libusb_submit_transfer(libusb_transfer* transfer);
 int __wrap_libusb_submit_transfer(libusb_transfer* transfer) {
@@ -83,6 +84,7 @@ int __wrap_libusb_submit_transfer(libusb_transfer* transfer) {
     return out && output_fails() ? LIBUSB_ERROR_IO : __real_libusb_submit_transfer(transfer);
 }
 }
+// NOLINTEND(bugprone-reserved-identifier)
 
 User::User(bool alsa) {
     output_fails() = false;
