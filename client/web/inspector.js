@@ -69,7 +69,7 @@ function lightControl(row, bound, level) {
 // Where the rows stand; one that is named nowhere stands in the first section.
 const kSections = [["Level and colour", []], ["Position, m", ["position"]], ["Aim", ["pan", "tilt", "roll", "aim"]]];
 
-function lightView(store, connection) {
+function lightView(store, connection, aimButton) {
     const name = () => (store.selected?.kind === "light" ? store.selected.name : "");
     const light = () => store.light(name());
     const bound = (row) => property(store, () => `${row.name}:${name()}`, () => light()?.[row.state_field],
@@ -88,7 +88,9 @@ function lightView(store, connection) {
     });
     const profile = new ProfilePanel(store, connection);
     const parts = [...controls.values(), profile];
-    const node = h("div", {id: "light-view"}, h("header", {}, title, summary), ...sections, profile.node);
+    const remove = h("button", {type: "button", class: "quiet", id: "light-remove", title: "Remove this light",
+        onclick: () => connection.command({remove_light: {name: name()}})}, "Remove");
+    const node = h("div", {id: "light-view"}, h("header", {}, title, summary, h("div", {class: "row"}, aimButton, remove)), ...sections, profile.node);
     return {node, update() {
         const shown = light();
         node.hidden = !shown;
@@ -135,8 +137,8 @@ function groupView(store, connection) {
     }};
 }
 
-export function inspector(store, node, connection) {
-    const views = [lightView(store, connection), groupView(store, connection)];
+export function inspector(store, node, connection, aimButton) {
+    const views = [lightView(store, connection, aimButton), groupView(store, connection)];
     const none = h("p", {class: "hint"}, "Select a light to see and change it.");
     node.append(...views.map((view) => view.node), none);
     return {update() {

@@ -74,11 +74,27 @@ export function masterPanel(store, node) {
     return fader;
 }
 
-export function lightPanel(store, node) {
+// Where a new light goes: a metre before what the middle of the picture shows, aimed at it.
+async function freePlace(connection) {
+    const {pick} = await connection.request({pick: {x: 0.5, y: 0.5}});
+    if (!pick?.hit) return {};
+    const off_m = Math.min(1, pick.distance_m / 2);
+    return {position_m: pick.point_m.map((x, i) => x + off_m * pick.normal[i]), aim: pick.normal.map((x) => -x)};
+}
+
+export function lightPanel(store, node, connection) {
     const count = h("span", {class: "count"});
     const lights = list(store, "light", () => store.state.lights.map((light) => light.name), lightLevel);
     const empty = h("p", {class: "hint"}, "This scene has no lights.");
-    node.append(h("h2", {}, "Lights", count), lights.node, empty);
+    const {open, form} = nameForm({title: "New light before what the middle of the picture shows", opens: "New light",
+        placeholder: "Name of the light", label: "Name of the new light", verb: "Add",
+        submit: async (name) => {
+            const light = {name, profile: {name: store.state.profiles[0]}, ...await freePlace(connection)};
+            if ((await connection.command({add_light: {light}}))?.code !== "ok") return false;
+            store.select("light", name);
+            return true;
+        }});
+    node.append(h("h2", {}, "Lights", count, h("span", {class: "grow"}), open), form, lights.node, empty);
     return {update() {
         lights.update();
         empty.hidden = store.state.lights.length > 0;

@@ -5,6 +5,7 @@ import {Connection} from "./connection.js";
 import {Store} from "./store.js";
 import {Video} from "./video.js";
 import {CameraHand} from "./camera.js";
+import {Handles} from "./handles.js";
 import {masterPanel, lightPanel, groupPanel} from "./lights.js";
 import {viewTabs, followSelection, picturePanel, scenePanel} from "./picture.js";
 import {inspector} from "./inspector.js";
@@ -24,6 +25,7 @@ const connection = new Connection(`${location.protocol === "https:" ? "wss" : "w
 const store = new Store(connection);
 const video = new Video(connection, $("canvas"), $("still"));
 const cameraHand = new CameraHand(store, [$("canvas"), $("still")]);
+const handles = new Handles(store, connection, $("screen"), [$("canvas"), $("still")]);
 const toasts = new Toasts($("toasts"));
 const report = new ReportPanel(store, connection, $("report"));
 const meter = new MeterPanel(store, connection, $("meter"));
@@ -31,9 +33,9 @@ const consoles = new ConsolesPanel(connection, $("consoles"));
 const surfaces = new SurfacesPanel(store, connection, $("surfaces"));
 
 const parts = [
-    masterPanel(store, $("master")), lightPanel(store, $("lights")), groupPanel(store, $("groups"), connection), presetPanel(store, $("presets"), connection),
+    masterPanel(store, $("master")), lightPanel(store, $("lights"), connection), groupPanel(store, $("groups"), connection), presetPanel(store, $("presets"), connection),
     picturePanel(store, $("picture"), cameraHand, connection), viewTabs(store, $("views")), scenePanel(store, $("scene"), connection),
-    inspector(store, $("inspector"), connection), controlPanel(store, $("control"), connection),
+    inspector(store, $("inspector"), connection, handles.aimButton), controlPanel(store, $("control"), connection), handles,
 ];
 onlyLook([$("left"), $("inspector"), $("scene"), $("views")]);
 new Uploads(connection, toasts, $("scene"), $("screen"), (file) => connection.command({load_scene: {file}}));

@@ -1,0 +1,146 @@
+// What can be taken hold of in the picture: lights are picked, dragged and aimed; what lies under the pointer is told.
+//   node handles_test.mjs GONIOD_BINARY [SCREENSHOT.png]
+
+import {Failure, check, children, end, kArguments, kChromium, playwright, screenshot, settled, sleep, startServer, state, until} from "./harness.mjs";
+
+const distance = (a, b) => Math.hypot(...a.map((x, i) => x - b[i]));
+const light = async (page, name) => (await state(page)).lights.find((one) => one.name === name);
+
+// Where a point of the picture is on the page, px. place: 0..1.
+async function onPage(page, place) {
+    const box = await page.locator("#screen").boundingBox(), [width, height] = (await state(page)).size_px;
+    const s = Math.min(box.width / width, box.height / height);
+    return [box.x + (box.width - s * width) / 2 + place[0] * s * width, box.y + (box.height - s * height) / 2 + place[1] * s * height];
+}
+
+async function handle(page, selector) {
+    const box = await page.locator(`#handles ${selector}`).boundingBox();
+    return [box.x + box.width / 2, box.y + box.height / 2];
+}
+
+async function drag(page, from, by, during = async () => {}) {
+    await page.mouse.move(...from);
+    await page.mouse.down();
+    for (let i = 1; i <= 5; ++i) await page.mouse.move(from[0] + by[0] * i / 5, from[1] + by[1] * i / 5);
+    await during();
+    await page.mouse.up();
+}
+
+// Where a light came to rest that was dragged away from `from`.
+async function dragged(page, name, from) {
+    let last = from;
+    return until("a light that was dragged and rests", async () => {
+        const before = last;
+        last = (await light(page, name)).position;
+        await sleep(300);
+        return distance(last, from) > 0.05 && distance(last, before) < 1e-9 && last;
+    });
+}
+
+async function run(page, server) {
+    await page.goto(server.url);
+    await until("the first picture", () => page.evaluate(() => window.gonio.framesDecoded > 0));
+    await settled(page);
+    const first = (await state(page)).lights[0].name;
+
+    // Under the pointer: the same as the meter reads there.
+    await page.mouse.move(...await onPage(page, [0.5, 0.8]));
+    const text = await until("what lies under the pointer", async () => await page.locator("#under").isVisible() && page.locator("#under").textContent());
+    const found = /^([\d.]+) lx · ([\d.]+) cd\/m² · (.+) at (\S+) (\S+) (\S+) m · normal (\S+) (\S+) (\S+) · ([\d.]+) m away$/.exec(text);
+    check(found, "lux, cd/m², object, point and normal are told under the pointer", text);
+    const read = await page.evaluate(([point_m, normal]) => new Promise((resolve) => {
+        const socket = new WebSocket(`ws://${location.host}/v1/ws`, "gonio.v1.json");
+        socket.onopen = () => socket.send(JSON.stringify({request_id: 1, identify: {client: "meter"}}));
+        socket.onmessage = ({data}) => {
+            const message = JSON.parse(data);
+            if (message.ready) socket.send(JSON.stringify({request_id: 2, meter: {point_m, normal}}));
+            if (message.request_id === 2) { socket.close(); resolve(message.meter.total_lx); }
+        };
+    }), [found.slice(4, 7).map(Number), found.slice(7, 10).map(Number)]);
+    check(Math.abs(read - Number(found[1])) < 0.02 * read, "the meter reads the same there", `${found[1]} lx, ${read.toFixed(1)} lx`);
+
+    // A light is dragged along an axis, freely, and back with Escape.
+    const before = (await light(page, first)).position;
+    await drag(page, await handle(page, "circle[data-axis=x]"), [40, 0]);
+    const along = await dragged(page, first, before);
+    check(along[0] > before[0] && Math.abs(along[1] - before[1]) < 1e-9 && Math.abs(along[2] - before[2]) < 1e-9, "its X handle moves it along X", along.join(" "));
+    await drag(page, await handle(page, `circle[data-light="${first}"]`), [-30, 25]);
+    const free = await dragged(page, first, along);
+    check(free[1] < along[1], "its own handle moves it in the plane of the picture", free.join(" "));
+    await drag(page, await handle(page, `circle[data-light="${first}"]`), [60, 10], () => page.keyboard.press("Escape"));
+    await until("the light where it was", async () => distance((await light(page, first)).position, free) < 1e-6);
+    check(true, "Escape takes a drag back");
+    await drag(page, await handle(page, `circle[data-light="${first}"]`), [60, -30], () => page.keyboard.press("y"));
+    const up = await dragged(page, first, free);
+    check(Math.abs(up[0] - free[0]) < 1e-9 && Math.abs(up[2] - free[2]) < 1e-9 && up[1] > free[1], "Y holds a drag to that axis", up.join(" "));
+
+    // Aim here.
+    await page.locator("#aim-here").click();
+    const target = await onPage(page, [0.4, 0.93]);
+    await page.mouse.move(...target);
+    await page.mouse.click(...target);
+    const aimed = await until("an aim at the point", async () => {
+        const {position, aim} = await light(page, first), t = -position[1] / aim[1];
+        return Math.abs(aim[0] / aim[1]) > 0.01 && [position[0] + t * aim[0], position[2] + t * aim[2]];
+    });
+    await page.mouse.move(target[0] + 1, target[1]);
+    const seen = await until("what lies there", async () => {
+        const at = / at (\S+) (\S+) (\S+) m/.exec(await page.locator("#under").textContent() ?? "");
+        return at && Math.abs(Number(at[2])) < 0.01 && at.slice(1).map(Number);
+    });
+    check(Math.hypot(aimed[0] - seen[0], aimed[1] - seen[2]) < 0.05, "a click aims the light at the surface", `${aimed.map((x) => x.toFixed(2))}, ${seen}`);
+
+    // A second light at the same place: the second click goes on to it.
+    await page.locator("#lights button[aria-label='New light']").click();
+    await page.locator("#lights form input").fill("second");
+    await page.locator("#lights form button").click();
+    await until("the new light", () => light(page, "second"));
+    check(await page.locator("#light-name").textContent() === "second", "a new light is selected");
+    await page.evaluate(([name, position_m]) => new Promise((resolve) => {
+        const socket = new WebSocket(`ws://${location.host}/v1/ws`, "gonio.v1.json");
+        socket.onopen = () => socket.send(JSON.stringify({request_id: 1, identify: {client: "other hand"}}));
+        socket.onmessage = ({data}) => {
+            const message = JSON.parse(data);
+            if (message.ready) socket.send(JSON.stringify({request_id: 2, command: {set_light: {name, position_m}}}));
+            if (message.request_id === 2) { socket.close(); resolve(); }
+        };
+    }), ["second", (await light(page, first)).position]);
+    await until("both at one place", async () => distance((await light(page, "second")).position, (await light(page, first)).position) < 1e-9);
+    const names = [];
+    for (let i = 0; i < 3; ++i) {
+        await page.mouse.click(...await handle(page, "circle.light.on"));
+        names.push(await page.locator("#light-name").textContent());
+    }
+    check(new Set(names).size === 2 && names[0] === names[2], "clicks go on to lights that are hidden behind others", names.join(", "));
+    if (screenshot) {
+        await page.mouse.move(...await onPage(page, [0.6, 0.75]));
+        await until("what lies under the pointer", () => page.locator("#under").isVisible());
+        await settled(page);
+        await page.screenshot({path: screenshot});
+    }
+    await page.locator(`#lights li[data-name=second] .pick`).click();
+    await page.locator("#light-remove").click();
+    await until("one light", async () => (await state(page)).lights.length === 1);
+    check(await page.locator("#light-name").textContent() === first, "a light that is removed leaves the selection to another");
+}
+
+let failed = false, browser, server;
+const complaints = [];
+try {
+    server = await startServer("127.0.0.1:0");
+    browser = await playwright.chromium.launch({executablePath: kChromium, args: kArguments});
+    const page = await browser.newPage({viewport: {width: 1280, height: 800}});
+    page.on("pageerror", (error) => complaints.push(`page error: ${error.stack ?? error}`));
+    page.on("console", (message) => { if (message.type() === "error") complaints.push(message.text()); });
+    await run(page, server);
+    check(complaints.length === 0, "no page error and no console error", complaints.join("\n"));
+} catch (error) {
+    failed = true;
+    console.log(`not ok - ${error instanceof Failure ? error.message : error.stack}`);
+    for (const complaint of complaints) console.log(`# ${complaint}`);
+    if (server) console.log(server.log().replace(/^/gm, "# "));
+} finally {
+    await browser?.close();
+    for (const child of [...children]) await end(child, "SIGTERM");
+}
+process.exit(failed ? 1 : 0);

@@ -1,0 +1,105 @@
+// What the page's tests share: a goniod of their own, headless Chromium, checks and waits.
+// Arguments of each: GONIOD_BINARY [SCREENSHOT.png]; exit code 77: Chromium or playwright-core are missing.
+
+import {spawn} from "node:child_process";
+import {existsSync} from "node:fs";
+
+export const kChromium = process.env.GONIO_CHROMIUM ?? "/usr/bin/chromium";
+export const kArguments = ["--no-sandbox", "--disable-gpu", "--disable-quic", "--no-first-run",
+    "--disable-background-networking", "--disable-component-update", "--disable-sync"];
+export const kTimeoutMs = 30000;
+
+export const [binary, screenshot] = process.argv.slice(2);
+if (!binary) {
+    console.error("usage: node TEST.mjs GONIOD_BINARY [SCREENSHOT.png]");
+    process.exit(1);
+}
+export const playwright = await import("playwright-core").catch(() => null);
+if (!playwright || !existsSync(kChromium)) {
+    console.log(`skipped: ${playwright ? kChromium : "playwright-core"} is missing`);
+    process.exit(77);
+}
+
+// ---------------------------------------------------------------------------------------------------- the server
+export const children = new Set();
+process.on("exit", () => { for (const child of children) child.kill("SIGKILL"); });
+
+export function startServer(listen, more = []) {
+    return new Promise((resolve, reject) => {
+        const child = spawn(binary, ["--listen", listen, "--scene", "cornell", ...more], {stdio: ["ignore", "pipe", "pipe"]});
+        children.add(child);
+        let out = "", log = "";
+        const timer = setTimeout(() => reject(new Error(`no READY line in time\n${log}`)), 2 * kTimeoutMs);
+        child.stderr.on("data", (data) => { log = (log + data).slice(-4000); });
+        child.stdout.on("data", (data) => {
+            out += data;
+            const ready = /^READY (http:\/\/\S+)$/m.exec(out);
+            if (!ready) return;
+            clearTimeout(timer);
+            resolve({child, url: ready[1], log: () => log});
+        });
+        child.on("error", reject);
+        child.on("exit", (code) => { children.delete(child); reject(new Error(`goniod ended with ${code}\n${log}`)); });
+    });
+}
+
+export function end(child, signal) {
+    return new Promise((resolve) => {
+        if (child.exitCode !== null || child.signalCode !== null) return resolve();
+        child.on("exit", resolve);
+        child.kill(signal);
+    });
+}
+
+// ---------------------------------------------------------------------------------------------------- checks
+export class Failure extends Error {}
+
+export function check(condition, text, detail = "") {
+    if (!condition) throw new Failure(`${text}${detail === "" ? "" : ` (${detail})`}`);
+    console.log(`ok - ${text}${detail === "" ? "" : ` (${detail})`}`);
+}
+
+export const sleep = (ms) => new Promise((resolve) => setTimeout(resolve, ms));
+
+export async function until(what, probe, timeout_ms = kTimeoutMs) {
+    const end_ms = Date.now() + timeout_ms;
+    for (let last; ; await sleep(50)) {
+        last = await probe();
+        if (last) return last;
+        if (Date.now() > end_ms) throw new Failure(`in ${timeout_ms} ms not seen: ${what}`);
+    }
+}
+
+// 64 x 64 luma values of what the page shows, and their mean and spread.
+export async function picture(page, selector = "#canvas") {
+    const luma = await page.evaluate((wanted) => {
+        const small = document.createElement("canvas");
+        small.width = small.height = 64;
+        const context = small.getContext("2d", {willReadFrequently: true});
+        context.drawImage(document.querySelector(wanted), 0, 0, 64, 64);
+        const {data} = context.getImageData(0, 0, 64, 64);
+        return Array.from({length: 4096}, (_, i) => 0.2126 * data[4 * i] + 0.7152 * data[4 * i + 1] + 0.0722 * data[4 * i + 2]);
+    }, selector);
+    const mean = luma.reduce((sum, value) => sum + value, 0) / luma.length;
+    const spread = Math.sqrt(luma.reduce((sum, value) => sum + (value - mean) ** 2, 0) / luma.length);
+    return {luma, mean, spread};
+}
+
+export const difference = (a, b) => a.luma.reduce((sum, value, i) => sum + Math.abs(value - b.luma[i]), 0) / a.luma.length;
+
+export const state = (page) => page.evaluate(() => window.gonio.state);
+
+// Until the picture shows everything that the page was told of, and has come to rest.
+export async function settled(page) {
+    await until("every bounce", () => page.evaluate(() => window.gonio.transportReady));
+    await until("a picture of the newest revision", () => page.evaluate(() => window.gonio.shownRev >= window.gonio.sceneRev));
+    let frames = -1;
+    await until("a picture at rest", async () => {
+        const before = frames;
+        frames = await page.evaluate(() => window.gonio.framesDecoded);
+        if (frames === before) return true;
+        await sleep(400);
+        return false;
+    });
+    return picture(page);
+}
