@@ -85,7 +85,6 @@ async function freePlace(connection) {
 export function lightPanel(store, node, connection) {
     const count = h("span", {class: "count"});
     const lights = list(store, "light", () => store.state.lights.map((light) => light.name), lightLevel);
-    const empty = h("p", {class: "hint"}, "This scene has no lights.");
     const {open, form} = nameForm({title: "New light before what the middle of the picture shows", opens: "New light",
         placeholder: "Name of the light", label: "Name of the new light", verb: "Add",
         submit: async (name) => {
@@ -94,6 +93,8 @@ export function lightPanel(store, node, connection) {
             store.select("light", name);
             return true;
         }});
+    const empty = h("p", {class: "hint"}, "This scene has no lights. ",
+        h("button", {type: "button", class: "quiet", id: "first-light", onclick: () => open.click()}, "Add a light"));
     node.append(h("h2", {}, "Lights", count, h("span", {class: "grow"}), open), form, lights.node, empty);
     return {update() {
         lights.update();

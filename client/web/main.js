@@ -6,6 +6,7 @@ import {Store} from "./store.js";
 import {Video} from "./video.js";
 import {CameraHand} from "./camera.js";
 import {Handles} from "./handles.js";
+import {legend} from "./legend.js";
 import {masterPanel, lightPanel, groupPanel} from "./lights.js";
 import {viewTabs, followSelection, picturePanel, scenePanel} from "./picture.js";
 import {inspector} from "./inspector.js";
@@ -36,6 +37,7 @@ const parts = [
     masterPanel(store, $("master")), lightPanel(store, $("lights"), connection), groupPanel(store, $("groups"), connection), presetPanel(store, $("presets"), connection),
     picturePanel(store, $("picture"), cameraHand, connection), viewTabs(store, $("views")), scenePanel(store, $("scene"), connection),
     inspector(store, $("inspector"), connection, handles.aimButton), controlPanel(store, $("control"), connection), handles,
+    legend(store, $("screen")),
 ];
 onlyLook([$("left"), $("inspector"), $("scene"), $("views")]);
 new Uploads(connection, toasts, $("scene"), $("screen"), (file) => connection.command({load_scene: {file}}));

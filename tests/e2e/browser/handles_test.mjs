@@ -118,10 +118,37 @@ async function run(page, server) {
         await settled(page);
         await page.screenshot({path: screenshot});
     }
+    // The legend: a pixel's colour is the lux that is told under the pointer.
+    await page.locator("#views button[data-value=illuminance]").click();
+    await until("the legend", () => page.locator("#legend").isVisible());
+    const place = [0.45, 0.95];
+    await page.mouse.move(...await onPage(page, [0.44, 0.95]));
+    await settled(page);
+    await page.mouse.move(...await onPage(page, place));
+    await sleep(1000);
+    const told = Number(/^([\d.]+) lx/.exec(await page.locator("#under").textContent())?.[1]);
+    const shown = await page.evaluate(async ([x, y]) => {
+        const {valueOf} = await import("/legend.js");
+        const canvas = document.querySelector("#canvas"), small = document.createElement("canvas");
+        small.width = canvas.width, small.height = canvas.height;
+        const context = small.getContext("2d", {willReadFrequently: true});
+        context.drawImage(canvas, 0, 0);
+        return valueOf("illuminance", [...context.getImageData(Math.round(x * canvas.width), Math.round(y * canvas.height), 1, 1).data.slice(0, 3)]);
+    }, place);
+    check(Math.abs(Math.log10(shown / told)) < 0.08, "the legend's colours stand for the lux that are there", `${shown.toFixed(1)} lx, ${told} lx`);
+    if (screenshot) await page.screenshot({path: screenshot.replace(/\.png$/, "-legend.png")});
+    await page.locator("#views button[data-value=beauty]").click();
+    await until("no legend", () => page.locator("#legend").isHidden());
     await page.locator(`#lights li[data-name=second] .pick`).click();
     await page.locator("#light-remove").click();
     await until("one light", async () => (await state(page)).lights.length === 1);
     check(await page.locator("#light-name").textContent() === first, "a light that is removed leaves the selection to another");
+    await page.locator("#light-remove").click();
+    await page.locator("#first-light").click();
+    await page.locator("#lights form input").fill("first");
+    await page.locator("#lights form button").click();
+    await until("a light again", async () => (await state(page)).lights.length === 1);
+    check(true, "a scene without lights offers one");
 }
 
 let failed = false, browser, server;
