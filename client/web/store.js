@@ -99,7 +99,7 @@ export class Store extends EventTarget {
     }
 
     // Lists print as [] where they are unchanged: only full ones replace what is known.
-    #change({scene_rev, state: changed, removed_lights = [], removed_groups = []}) {
+    #change({scene_rev, state: changed, removed_lights = [], removed_groups = [], light_order = [], renamed_lights = []}) {
         if (!this.state) return;
         const state = this.state;
         const merge = (list, removed, newer = []) => {
@@ -113,6 +113,12 @@ export class Store extends EventTarget {
         };
         state.scene_rev = scene_rev;
         state.lights = merge(state.lights, removed_lights, changed?.lights);
+        if (light_order.length) {
+            const place = new Map(light_order.map((name, i) => [name, i]));
+            state.lights.sort((a, b) => place.get(a.name) - place.get(b.name));
+        }
+        const renamed = this.selected?.kind === "light" && renamed_lights.find(({name}) => name === this.selected.name);
+        if (renamed) this.selected = {kind: "light", name: renamed.new_name};
         state.groups = merge(state.groups, removed_groups, changed?.groups);
         if (changed?.scene !== undefined) state.scene_warnings = changed.scene_warnings ?? [];
         for (const [name, value] of Object.entries(changed ?? {})) {

@@ -87,6 +87,10 @@ constexpr WordRow kViewOptions[] = {
     {"--light", "LIGHT", text, "light", "of mask, rsm-… and solid; default: the first"},
 };
 constexpr WordRow kLightName[] = {{"NAME", "", text, "name", "of a light"}};
+constexpr WordRow kRename[] = {
+    {"NAME", "", text, "name", "of a light"},
+    {"NEW", "", text, "new_name", "that no light and no group has, 1 to 128 bytes"},
+};
 constexpr WordRow kGroup[] = {
     {"NAME", "", text, "name", "of the group"},
     {"[LIGHT…]", "", text, "lights", "all that are in it; none: the group is removed"},
@@ -143,6 +147,7 @@ std::span<const WordCommand> scene_commands() {
          kTechniqueOptions},
         {"add light", "command.add_light.light", "adds a light", kAddLight, light_options(), {"--profile"}},
         {"remove light", "command.remove_light", "removes a light", kLightName, {}},
+        {"rename light", "command.rename_light", "gives a light another name; what names it follows", kRename, {}},
         {"group", "command.set_group", "makes, changes or removes a group of lights", kGroup, {}},
         {"preset save",
          "command.save_preset",

@@ -7,6 +7,7 @@
 #include "protocol/surface/surface_map.h"
 #include "server/scene/apply_checks.h"
 #include "server/scene/apply_light.h"
+#include "server/scene/apply_rename.h"
 #include "server/scene/console.h"
 #include "server/scene/light_tables.h"
 #include "server/scene/light_values.h"
@@ -193,7 +194,7 @@ void load_scene(Scene& scene, const Loaded& loaded) {
     scene = std::move(fresh);
 }
 
-void dispatch(Scene& scene, const v1::Command& command, const Loaded& loaded) {
+void dispatch(Scene& scene, const v1::Command& command, const Loaded& loaded, std::vector<std::string>& warnings) {
     switch (command.command_case()) {
         case v1::Command::kLoadScene:
             return load_scene(scene, loaded);
@@ -218,6 +219,8 @@ void dispatch(Scene& scene, const v1::Command& command, const Loaded& loaded) {
             return add_light(scene, command.add_light().light(), loaded);
         case v1::Command::kRemoveLight:
             return remove_light(scene, command.remove_light().name());
+        case v1::Command::kRenameLight:
+            return rename_light(scene, command.rename_light(), warnings);
         case v1::Command::kSetPatch:
             return set_patch(scene, command.set_patch());
         case v1::Command::kSavePreset:
@@ -266,8 +269,9 @@ Revision newest_part(const Scene& scene) {
 
 Result<Applied> apply(Scene& scene, const v1::Command& command, const Loaded& loaded) {
     Scene changed = scene;
+    Applied applied;
     try {
-        dispatch(changed, command, loaded);
+        dispatch(changed, command, loaded, applied.warnings);
         check_layers(changed);
         for (Light& light : changed.lights) light.tilt_factor = tilt_factor_of(light);
     } catch (const Refused& refused) {
@@ -275,7 +279,7 @@ Result<Applied> apply(Scene& scene, const v1::Command& command, const Loaded& lo
     }
     changed.scene_rev = std::max(scene.scene_rev, newest_part(changed));
     scene = std::move(changed);
-    Applied applied{scene.scene_rev, {}};
+    applied.scene_rev = scene.scene_rev;
     if (loaded.profile) {
         for (const ies::Diagnostic& d : loaded.profile->photometry.diagnostics) {
             applied.warnings.push_back(d.code + " (line " + std::to_string(d.line) + "): " + d.message);
@@ -300,8 +304,9 @@ static std::optional<Error> apply_input(Scene& scene, const v1::Command& command
     if (!command.has_set_master() && !command.has_set_exposure() && !command.has_set_camera() &&
         !command.has_save_preset() && !command.has_recall_preset())
         return Error{"unsupported", "command", "", "a console cannot say this"};
+    std::vector<std::string> unheard;
     try {
-        dispatch(scene, command, {});  // each checks what it says before it changes anything
+        dispatch(scene, command, {}, unheard);  // each checks what it says before it changes anything
         for (Light& light : scene.lights) light.tilt_factor = tilt_factor_of(light);  // a preset turns them
     } catch (const Refused& refused) {
         return refused.error;
@@ -345,7 +350,8 @@ Scene scene_of(std::shared_ptr<const SceneAsset> asset, Revision revision) {
         light.multiplier = seed.multiplier;
         light.color = seed.color;
         light.tilt_factor = tilt_factor_of(light);
-        light.position_rev = light.aim_rev = light.profile_rev = light.level_rev = revision;
+        light.seed = static_cast<int>(&seed - asset->lights.data());
+        light.position_rev = light.aim_rev = light.profile_rev = light.level_rev = light.name_rev = revision;
         scene.lights.push_back(std::move(light));
     }
     scene.asset = std::move(asset);

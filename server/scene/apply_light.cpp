@@ -51,7 +51,8 @@ void set_one_light(Scene& scene, Light& light, const v1::SetLight& set, const Lo
             change(scene, light.*light_row.vector, checked_vector(numbers, row.least, row.most, field),
                    light.*light_row.stale);
     }
-    if (turns) light.world_from_light = orientation_of({light.pan_rad, light.tilt_rad, light.roll_rad});
+    if (turns && light.aim_rev == scene.scene_rev + 1)  // the angles that it had turn nothing, not by a last bit either
+        light.world_from_light = orientation_of({light.pan_rad, light.tilt_rad, light.roll_rad});
     if (set.aim_size() > 0) {
         const glm::dquat orientation = orientation_aiming(checked_direction(set.aim(), prefix + "aim"));
         change(scene, light.world_from_light, orientation, light.aim_rev);
@@ -113,7 +114,7 @@ void add_light(Scene& scene, const v1::SetLight& set, const Loaded& loaded) {
     light.profile = shared_profile(scene, loaded.profile);
     light.world_from_light = orientation_of({});
     light.position = (scene.asset->bounds.min + scene.asset->bounds.max) * 0.5;
-    light.position_rev = light.aim_rev = light.profile_rev = light.level_rev = scene.scene_rev + 1;
+    light.position_rev = light.aim_rev = light.profile_rev = light.level_rev = light.name_rev = scene.scene_rev + 1;
     set_one_light(scene, light, set, loaded, "add_light.light.");
     scene.lights.push_back(std::move(light));
     scene.lights_rev = scene.scene_rev + 1;

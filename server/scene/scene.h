@@ -160,12 +160,13 @@ struct LightValues {
 };
 
 struct Light : LightValues {
-    std::uint32_t id = 0;  // never reused within a process
+    std::uint32_t id = 0;  // never reused within a process; a scene's lights are in its order
     std::string name;
+    int seed = -1;     // index into SceneAsset::lights of what it was made of; -1: it was added
     bool sun = false;  // its light is parallel, along its aim; `multiplier` is lux, the position has no effect
     double multiplier = 1.0;
     double tilt_factor = 1.0;  // LM-63 TILT=INCLUDE: all candela at the luminaire's tilt; follows aim and profile
-    Revision position_rev = 0, aim_rev = 0, profile_rev = 0, level_rev = 0;
+    Revision position_rev = 0, aim_rev = 0, profile_rev = 0, level_rev = 0, name_rev = 0;
 };
 
 struct PresetLight : LightValues {
@@ -218,8 +219,8 @@ struct Scene {
     Revision scene_rev = 1;  // bumped by every command that changed anything
     // Revision of a part: the scene_rev of the command that last changed it.
     Revision geometry_rev = 1, camera_rev = 1, view_rev = 1, exposure_rev = 1, master_rev = 1, technique_rev = 1,
-             size_rev = 1, lights_rev = 1 /* a light came or went */, groups_rev = 1, patch_rev = 1, surfaces_rev = 1,
-             presets_rev = 1;
+             size_rev = 1, lights_rev = 1 /* a light came, went or got another name */, groups_rev = 1, patch_rev = 1,
+             surfaces_rev = 1, presets_rev = 1;
     std::uint32_t next_light_id = 1;
 };
 

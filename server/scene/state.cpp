@@ -1,6 +1,9 @@
 #include "server/scene/state.h"
 
 #include <algorithm>
+#include <map>
+#include <set>
+#include <string_view>
 
 #include "ies/synthetic.h"
 #include "server/scene/apply.h"
@@ -38,7 +41,7 @@ void put_parts(const Scene& scene, Revision since, v1::State& out) {
         for (const std::string& warning : scene.asset->warnings) out.add_scene_warnings(warning);
     }
     for (const Light& light : scene.lights) {
-        if (std::max({light.position_rev, light.aim_rev, light.profile_rev, light.level_rev}) > since) {
+        if (std::max({light.position_rev, light.aim_rev, light.profile_rev, light.level_rev, light.name_rev}) > since) {
             put_light(light, *out.add_lights());
         }
     }
@@ -79,6 +82,24 @@ void put_parts(const Scene& scene, Revision since, v1::State& out) {
     }
 }
 
+void put_light_list(const Scene& before, const Scene& after, v1::StateChanged& change) {
+    std::set<std::string_view> names;
+    std::map<std::uint32_t, std::string_view> name_of;
+    for (const Light& light : after.lights) {
+        change.add_light_order(light.name);
+        names.insert(light.name);
+        name_of[light.id] = light.name;
+    }
+    for (const Light& light : before.lights) {
+        if (!names.contains(light.name)) change.add_removed_lights(light.name);
+        const auto now = name_of.find(light.id);
+        if (now == name_of.end() || now->second == light.name) continue;
+        v1::RenamedLight& renamed = *change.add_renamed_lights();
+        renamed.set_name(light.name);
+        renamed.set_new_name(std::string(now->second));
+    }
+}
+
 }  // namespace
 
 v1::State full_state(const Scene& scene) {
@@ -98,8 +119,7 @@ v1::StateChanged state_change(Revision since, const Scene& scene) {
 
 v1::StateChanged state_change(const Scene& before, const Scene& after) {
     v1::StateChanged change = state_change(before.scene_rev, after);
-    for (const Light& light : before.lights)
-        if (find_light(after, light.name) == nullptr) change.add_removed_lights(light.name);
+    if (after.lights_rev > before.scene_rev) put_light_list(before, after, change);
     for (const auto& [name, lights] : before.groups)
         if (!after.groups.contains(name)) change.add_removed_groups(name);
     return change;

@@ -25,6 +25,11 @@ void touch(const Scene& scene, const std::string& name, const v1::SetLight* set,
     if (set == nullptr || set->has_profile()) add(path + "profile", light->profile_rev);
 }
 
+template <typename Rows>
+bool names_light(const std::shared_ptr<const Rows>& rows, const std::string& name) {
+    return rows && std::ranges::any_of(rows->rows(), [&](const auto& row) { return row.target() == name; });
+}
+
 }  // namespace
 
 std::vector<TouchedProperty> touched_properties(const Scene& scene, const v1::Command& command) {
@@ -50,6 +55,16 @@ std::vector<TouchedProperty> touched_properties(const Scene& scene, const v1::Co
                 if (std::ranges::find(lights, command.remove_light().name()) != lights.end())
                     touched.push_back({"groups." + name, scene.groups_rev});
             touched.push_back({"view", scene.view_rev});  // shows another light where it showed this one
+            break;
+        case v1::Command::kRenameLight:
+            for (const std::string& name : {command.rename_light().name(), command.rename_light().new_name()}) {
+                touched.push_back({"lights." + name, scene.lights_rev});
+                for (const auto& [preset_name, preset] : scene.presets)
+                    if (std::ranges::find(*preset, name, &PresetLight::name) != preset->end())
+                        touched.push_back({"presets." + preset_name, scene.presets_rev});
+                if (names_light(scene.patch, name)) touched.push_back({"patch", scene.patch_rev});
+                if (names_light(scene.surfaces, name)) touched.push_back({"surfaces", scene.surfaces_rev});
+            }
             break;
         case v1::Command::kRecallPreset: {
             const auto preset = scene.presets.find(command.recall_preset().name());
@@ -121,13 +136,28 @@ void Changes::note(const Scene& after, Revision before, const v1::Command& comma
         floor_ = {after.scene_rev, by};
         return;
     }
-    for (TouchedProperty& touched : touched_properties(after, command)) {
-        if (touched.part_rev <= before) continue;
-        if (changes_.size() >= kMaxChanges) {
-            changes_.clear();
-            floor_ = {after.scene_rev, 0};
-        }
-        changes_[std::move(touched.path)] = {after.scene_rev, by};
+    if (command.has_rename_light()) follow(command.rename_light());
+    for (const TouchedProperty& touched : touched_properties(after, command))
+        if (touched.part_rev > before) note(touched.path, after.scene_rev, by);
+}
+
+void Changes::note(const std::string& path, Revision rev, std::uint32_t by) {
+    if (changes_.size() >= kMaxChanges) {
+        changes_.clear();
+        floor_ = {rev, 0};
+    }
+    changes_[path] = {rev, by};
+}
+
+// What is known of the light's properties goes on under its new name.
+void Changes::follow(const v1::RenameLight& rename) {
+    const std::string from = "lights." + rename.name() + ".", to = "lights." + rename.new_name() + ".";
+    for (auto at = changes_.lower_bound(from); at != changes_.end() && at->first.starts_with(from);) {
+        const auto entry = at++;
+        const std::string property = entry->first.substr(from.size());
+        if (property.find('.') != property.npos) continue;  // of another light, whose name has a dot
+        changes_[to + property] = entry->second;
+        changes_.erase(entry);
     }
 }
 

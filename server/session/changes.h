@@ -36,12 +36,15 @@ public:
                                   std::uint32_t by) const;
     // The command was applied; `before` is the revision before it, `by` whose it was (0: a console, a fader box).
     void note(const Scene& after, Revision before, const v1::Command& command, std::uint32_t by);
+    // The same of one property.
+    void note(const std::string& path, Revision rev, std::uint32_t by);
 
 private:
     struct Change {
         Revision rev = 0;
         std::uint32_t by = 0;
     };
+    void follow(const v1::RenameLight& rename);
     Change floor_;  // of what the table does not name
     std::map<std::string, Change> changes_;
 };

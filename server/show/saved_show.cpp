@@ -43,16 +43,13 @@ const LightSeed* seed_named(const SceneAsset& asset, const std::string& name) {
     return at == asset.lights.end() ? nullptr : &*at;
 }
 
-// Result: the lights of the scene file that are not in the scene any more. Those that are stand in the file's order.
+// Result: the lights of the scene file that are not in the scene any more.
 std::vector<std::string> removed_lights(const Scene& scene) {
     std::vector<std::string> removed;
-    auto light = scene.lights.begin();
-    for (const LightSeed& seed : scene.asset->lights) {
-        if (light != scene.lights.end() && light->name == seed.name && light->multiplier == seed.multiplier)
-            ++light;
-        else
-            removed.push_back(seed.name);
-    }
+    std::set<int> there;
+    for (const Light& light : scene.lights) there.insert(light.seed);
+    for (const LightSeed& seed : scene.asset->lights)
+        if (!there.contains(static_cast<int>(&seed - scene.asset->lights.data()))) removed.push_back(seed.name);
     return removed;
 }
 
@@ -60,15 +57,21 @@ class Writer {
 public:
     Writer(const Scene& scene, ProfileTexts& texts, saved::Show& show) : scene_(scene), texts_(texts), show_(show) {}
 
+    // In the scene file, of the light that has the name now; of another the same name.
+    std::string scene_name_of(const std::string& name) const {
+        const Light* light = find_light(scene_, name);
+        return light == nullptr || light->seed < 0 ? name
+                                                   : scene_.asset->lights[static_cast<std::size_t>(light->seed)].name;
+    }
     // light: Light or PresetLight.
     template <typename AnyLight>
     void put_light(const AnyLight& light, saved::Light& out) {
         out.set_name(light.name);
         for (const LightRow& light_row : light_rows())
             write_numbers(out, row_of(light_row.property).field, light_row, numbers_of(light, light_row));
-        const LightSeed* own = seed_named(*scene_.asset, light.name);
+        const LightSeed* own = seed_named(*scene_.asset, scene_name_of(light.name));
         if (own != nullptr && own->profile == light.profile) {
-            out.set_scene_profile(light.name);
+            out.set_scene_profile(own->name);
             return;
         }
         const ProfileTexts::Text& text = texts_.of(light.profile);
@@ -175,17 +178,33 @@ public:
         fill(*command.mutable_add_light()->mutable_light(), light);
         run(scene, command, loaded, what);
     }
-    void restore_lights() {
-        if (!show_.recalled().empty()) {
-            v1::Command recall;  // the lights get their own values next
-            recall.mutable_recall_preset()->set_name(show_.recalled());
-            run(recall, "that preset '" + show_.recalled() + "' was recalled");
-        }
+    // Before anything names a light.
+    void restore_names() {
         for (const std::string& name : show_.removed_lights()) {
             if (!find_light(scene_, name)) continue;  // the file does not have it any more: all the better
             v1::Command remove;
             remove.mutable_remove_light()->set_name(name);
             run(remove, "that light '" + name + "' was removed");
+        }
+        // By way of names of their own: two lights may have exchanged theirs.
+        for (const bool last : {false, true}) {
+            for (int i = 0; i < show_.lights_size(); ++i) {
+                const saved::Light& light = show_.lights(i);
+                const std::string between = "renamed light " + std::to_string(i);
+                const std::string& from = last ? between : light.scene_name();
+                if (light.scene_name().empty() || !find_light(scene_, from)) continue;
+                v1::Command rename;
+                rename.mutable_rename_light()->set_name(from);
+                rename.mutable_rename_light()->set_new_name(last ? light.name() : between);
+                run(rename, "the name of light '" + light.name() + "'");
+            }
+        }
+    }
+    void restore_lights() {
+        if (!show_.recalled().empty()) {
+            v1::Command recall;  // the lights get their own values next
+            recall.mutable_recall_preset()->set_name(show_.recalled());
+            run(recall, "that preset '" + show_.recalled() + "' was recalled");
         }
         for (const saved::Light& light : show_.lights()) {
             const std::string what = "light '" + light.name() + "'";
@@ -286,7 +305,11 @@ saved::Show show_of(const Scene& scene, ProfileTexts& texts) {
     write_numbers(*show.mutable_camera(), "eye_m", {&scene.camera.eye[0], 3});
     write_numbers(*show.mutable_camera(), "target_m", {&scene.camera.target[0], 3});
     show.mutable_camera()->set_fov_rad(scene.camera.fov_rad);
-    for (const Light& light : scene.lights) writer.put_light(light, *show.add_lights());
+    for (const Light& light : scene.lights) {
+        saved::Light& out = *show.add_lights();
+        writer.put_light(light, out);
+        if (const std::string own = writer.scene_name_of(light.name); own != light.name) out.set_scene_name(own);
+    }
     for (std::string& name : removed_lights(scene)) show.add_removed_lights(std::move(name));
     for (const auto& [name, lights] : scene.groups) {
         v1::Group& group = *show.add_groups();
@@ -347,6 +370,7 @@ RestoredShow restore_show(const saved::Show& show, std::shared_ptr<const SceneAs
                           std::chrono::milliseconds profile_time) {
     Restorer restorer(show, scene_of(std::move(asset), revision_after(show)), profile_time);
     restorer.restore_technique();
+    if (same_scene) restorer.restore_names();
     restorer.restore_presets();
     if (same_scene) {
         restorer.restore_lights();

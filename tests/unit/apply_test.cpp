@@ -82,6 +82,23 @@ TEST(Apply, TheSameValueKeepsTheRevision) {
     EXPECT_EQ(result->scene_rev, 10u);
 }
 
+TEST(Apply, TheSameAngleTurnsNothing) {
+    Scene scene = some_scene();
+    run(scene, [](v1::Command& c) {
+        c.mutable_set_light()->set_name("key");
+        for (const double v : {0.3, -0.2, 0.1}) c.mutable_set_light()->add_aim(v);
+    });
+    const glm::dquat before = scene.lights[0].world_from_light;
+    const double tilt_rad = scene.lights[0].tilt_rad;
+    const auto same = run(scene, [&](v1::Command& c) {
+        c.mutable_set_light()->set_name("key");
+        c.mutable_set_light()->set_tilt_rad(tilt_rad);
+    });
+    ASSERT_TRUE(same);
+    EXPECT_EQ(same->scene_rev, 11u);
+    EXPECT_EQ(scene.lights[0].world_from_light, before) << "to the last bit";
+}
+
 TEST(Apply, RefusalsNameFieldAndValueAndChangeNothing) {
     Scene scene = some_scene();
     const auto light = [](const std::function<void(v1::SetLight&)>& fill) {
@@ -250,6 +267,92 @@ TEST(Apply, StateChangeHoldsWhatChangedAndNoMore) {
     const Scene again = scene;
     run(scene, [](v1::Command& c) { c.mutable_remove_light()->set_name("key"); });
     EXPECT_EQ(state_change(again, scene).removed_lights(0), "key");
+}
+
+v1::Command renaming(const std::string& name, const std::string& new_name) {
+    v1::Command command;
+    command.mutable_rename_light()->set_name(name);
+    command.mutable_rename_light()->set_new_name(new_name);
+    return command;
+}
+
+TEST(Apply, WhatNamesALightFollowsItsNewName) {
+    Scene scene = some_scene();
+    run(scene, [](v1::Command& c) {
+        c.mutable_set_group()->set_name("all");
+        for (const char* light : {"fill", "key"}) c.mutable_set_group()->add_lights(light);
+    });
+    run(scene, [](v1::Command& c) { c.mutable_save_preset()->set_name("look"); });
+    run(scene, [](v1::Command& c) { c.mutable_set_view()->set_light("key"); });
+    run(scene, [](v1::Command& c) {
+        v1::PatchRow& row = *c.mutable_set_patch()->add_rows();
+        row.set_protocol("sacn");
+        row.set_universe(1);
+        row.set_address(1);
+        row.set_target("key");
+        row.set_property("level");
+    });
+    run(scene, [](v1::Command& c) {
+        v1::SurfaceRow& row = *c.mutable_set_surfaces()->add_rows();
+        row.set_device("*");
+        row.set_control("slider 1");
+        row.set_target("key");
+        row.set_property("level");
+    });
+    const Scene before = scene;
+    const auto renamed = apply(scene, renaming("key", "main"), {});
+    ASSERT_TRUE(renamed) << renamed.error().text();
+    EXPECT_TRUE(renamed->warnings.empty());
+    EXPECT_EQ(scene.lights[0].name, "main");
+    EXPECT_EQ(scene.lights[0].id, before.lights[0].id);
+    EXPECT_EQ(scene.lights[0].level_rev, before.lights[0].level_rev) << "nothing is lit anew";
+    EXPECT_EQ(scene.groups.at("all"), (std::vector<std::string>{"fill", "main"}));
+    EXPECT_EQ(scene.presets.at("look")->at(0).name, "main");
+    EXPECT_EQ(before.presets.at("look")->at(0).name, "key") << "copies of the scene keep theirs";
+    EXPECT_EQ(scene.view_light, "main");
+    EXPECT_EQ(scene.patch->rows(0).target(), "main");
+    EXPECT_EQ(scene.surfaces->rows(0).target(), "main");
+
+    const v1::StateChanged change = state_change(before, scene);
+    ASSERT_EQ(change.state().lights_size(), 1) << "the renamed one";
+    EXPECT_EQ(change.state().lights(0).name(), "main");
+    EXPECT_EQ(change.removed_lights(0), "key");
+    EXPECT_EQ(change.renamed_lights(0).name(), "key");
+    EXPECT_EQ(change.renamed_lights(0).new_name(), "main");
+    EXPECT_EQ(change.light_order(0), "main") << "in its place";
+    EXPECT_EQ(change.light_order(1), "fill");
+}
+
+TEST(Apply, NamesThatALightCannotGet) {
+    Scene scene = some_scene();
+    run(scene, [](v1::Command& c) {
+        c.mutable_set_group()->set_name("all");
+        c.mutable_set_group()->add_lights("key");
+    });
+    const auto rename = [](const std::string& name, const std::string& new_name) {
+        return [=](v1::Command& c) { c = renaming(name, new_name); };
+    };
+    expect_refused(scene, rename("nobody", "main"), "not_found", "rename_light.name");
+    expect_refused(scene, rename("key", "fill"), "already_exists", "rename_light.new_name");
+    expect_refused(scene, rename("key", "all"), "already_exists", "rename_light.new_name");
+    expect_refused(scene, rename("key", ""), "invalid_argument", "rename_light.new_name");
+    expect_refused(scene, rename("key", std::string(129, 'x')), "invalid_argument", "rename_light.new_name");
+    expect_refused(scene, rename("key", "a\nb"), "invalid_argument", "rename_light.new_name");
+    const auto same = run(scene, rename("key", "key"));
+    ASSERT_TRUE(same);
+    EXPECT_EQ(same->scene_rev, scene.scene_rev);
+}
+
+TEST(Apply, APresetForgetsTheLightWhoseNameIsTaken) {
+    Scene scene = some_scene();
+    run(scene, [](v1::Command& c) { c.mutable_save_preset()->set_name("look"); });
+    run(scene, [](v1::Command& c) { c.mutable_remove_light()->set_name("fill"); });
+    const auto renamed = apply(scene, renaming("key", "fill"), {});
+    ASSERT_TRUE(renamed);
+    ASSERT_EQ(renamed->warnings.size(), 1u);
+    EXPECT_EQ(renamed->warnings[0], "preset 'look' kept another light 'fill', which it forgets");
+    ASSERT_EQ(scene.presets.at("look")->size(), 1u);
+    EXPECT_EQ(scene.presets.at("look")->at(0).name, "fill");
 }
 
 TEST(Orientation, ZeroAndItsAxes) {

@@ -218,5 +218,23 @@ TEST_F(ChangesTest, TheTableIsBounded) {
     EXPECT_EQ(run(at(level(0.5), scene.scene_rev), kBob), "ok");
 }
 
+TEST_F(ChangesTest, ARenamedLightKeepsWhoChangedIt) {
+    const Revision seen = scene.scene_rev;
+    ASSERT_EQ(run(level(0.5), kAnn), "ok");
+    v1::Command rename;
+    rename.mutable_rename_light()->set_name(name);
+    rename.mutable_rename_light()->set_new_name("main");
+    ASSERT_EQ(run(rename, kBob), "ok");
+    name = "main";
+    v1::Command stale = level(0.25);
+    stale.set_base_rev(seen);
+    EXPECT_EQ(run(stale, kBob), "conflict");
+    EXPECT_EQ(refused.where, "lights.main.level_ratio");
+    rename.mutable_rename_light()->set_name("main");
+    rename.mutable_rename_light()->set_new_name("other");
+    rename.set_base_rev(seen);
+    EXPECT_EQ(run(rename, kAnn), "conflict") << "bob has renamed it";
+}
+
 }  // namespace
 }  // namespace gonio

@@ -78,6 +78,8 @@ TEST(CliWords, EveryChange) {
     EXPECT_EQ(command_of("add light new --profile flood --position 0,3,0")->add_light().light().profile().name(),
               "flood");
     EXPECT_EQ(command_of("remove light new")->remove_light().name(), "new");
+    EXPECT_EQ(command_of("rename light old new")->rename_light().name(), "old");
+    EXPECT_EQ(command_of("rename light old new")->rename_light().new_name(), "new");
     EXPECT_EQ(command_of("group wash a b c")->set_group().lights_size(), 3);
     EXPECT_EQ(command_of("group wash")->set_group().lights_size(), 0);
 }

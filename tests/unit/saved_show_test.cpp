@@ -211,6 +211,34 @@ TEST_F(SavedShow, LightsThatWereRemovedStayAwayAndTheirNamesMayBeTaken) {
     expect_same_scene(scene, back().scene);
 }
 
+// The second has a multiplier of the file's, which no command can give.
+TEST_F(SavedShow, RenamedLightsStayThoseOfTheFile) {
+    const auto rename = [&](const std::string& name, const std::string& new_name) {
+        v1::Command command;
+        command.mutable_rename_light()->set_name(name);
+        command.mutable_rename_light()->set_new_name(new_name);
+        run(command);
+    };
+    v1::Command save;
+    save.mutable_save_preset()->set_name("look");
+    run(save);
+    rename(first, "x");
+    rename("second", first);
+    rename("x", "second");
+    ASSERT_EQ(scene.lights[1].name, first);
+    expect_same_scene(scene, back().scene);
+    EXPECT_EQ(back().warnings, std::vector<std::string>{});
+    EXPECT_EQ(back().scene.lights[1].multiplier, 2.5);
+    EXPECT_EQ(back().scene.lights[1].profile, asset->lights[1].profile) << "not a copy of it";
+    v1::Command remove;
+    remove.mutable_remove_light()->set_name("second");
+    run(remove);
+    rename(first, "second");
+    run(light(first, 2, true), web(60), "other");
+    EXPECT_EQ(back().warnings, std::vector<std::string>{});
+    expect_same_scene(scene, back().scene);
+}
+
 // Fourteen lights at 4096x4096 are more than the seed technique may take; twelve are not.
 TEST_F(SavedShow, ASizeThatOnlyTheRemainingLightsAllowComesBack) {
     auto many = std::make_shared<SceneAsset>(*asset);

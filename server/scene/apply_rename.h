@@ -1,0 +1,18 @@
+// Of apply() alone: a light gets another name, and all that names it follows. Refusals leave as Refused
+// (apply_checks.h).
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "protocol/schema/gonio.pb.h"
+#include "server/scene/scene.h"
+
+namespace gonio {
+
+// warnings: gets a sentence for each preset that had to forget another light.
+void rename_light(Scene& scene, const v1::RenameLight& rename, std::vector<std::string>& warnings);
+// The same of a name that was checked: no light and no group has it.
+void give_name(Scene& scene, Light& light, const std::string& new_name, std::vector<std::string>& warnings);
+
+}  // namespace gonio
