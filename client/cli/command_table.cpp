@@ -60,6 +60,8 @@ constexpr WordRow kPlace[] = {
 
 constexpr WordCommand kCommands[] = {
     {"pick", "pick", "tells what the picture shows at a place, and its lux and cd/m²", kPlace, {}},
+    {"undo", "command.undo", "sets back what the last command changed, of this user on this machine", {}, {}},
+    {"redo", "command.redo", "does again what was undone", {}, {}},
     {"report", "report", "tells what a frame ran, and how long", {}, kReportOptions},
     {"stats", "stats", "prints the counters of the server", {}, {}},
     {"sources", "sources", "tells who sends sACN, Art-Net and OSC, and who wins", {}, {}},

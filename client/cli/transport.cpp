@@ -3,6 +3,11 @@
 // Before any header of Boost: else the library is compiled twice, differently.
 #include "client/cli/link.h"
 
+#include <pwd.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <array>
 #include <boost/beast/http/file_body.hpp>
 #include <boost/beast/http/parser.hpp>
 #include <boost/beast/http/read.hpp>
@@ -21,6 +26,19 @@ namespace websocket = beast::websocket;
 
 constexpr auto kForever = std::chrono::hours(24 * 365);
 constexpr std::uint16_t kFirstPrivateCloseCode = 4000;  // below: the connection broke; from here: the server says why
+
+// Result: "cli:USER@HOST": what one call of gonio did another can undo. At most 64 bytes of ASCII.
+std::string undo_key() {
+    std::array<char, 256> host{};
+    const passwd* user = getpwuid(geteuid());
+    if (gethostname(host.data(), host.size() - 1) != 0) host = {"localhost"};
+    std::string key = "cli:" + (user != nullptr ? std::string(user->pw_name) : std::to_string(geteuid())) + "@" +
+                      std::string(host.data());
+    key.resize(std::min<std::size_t>(key.size(), 64));
+    for (char& c : key)
+        if (c < ' ' || c > '~') c = '_';
+    return key;
+}
 
 template <typename Stream>
 class WebSocketConnection final : public Connection {
@@ -54,6 +72,7 @@ public:
         identify.mutable_identify()->set_state(wanted.state);
         identify.mutable_identify()->set_token(wanted.token);
         identify.mutable_identify()->set_role(wanted.role);
+        identify.mutable_identify()->set_undo_key(undo_key());
         if (auto said = say(identify); !said) return said;
         for (;;) {
             auto event = read(kReplyTime);

@@ -1,6 +1,6 @@
 // The WebSocket to goniod: identify, requests with replies, reconnecting with exponential backoff and jitter.
 // Events: "status" (see `status`), "ready" (Ready), "changed" (StateChanged), "config" (VideoConfig),
-// "progress" (Progress), "video" (ArrayBuffer), "refused" (Result with a code other than "ok"), "applied" ({sent_ms, scene_rev}).
+// "progress" (Progress), "undo" (UndoState), "video" (ArrayBuffer), "refused" (Result with a code other than "ok"), "applied" ({sent_ms, scene_rev}).
 
 import {addressOf, pageRole} from "./control.js";
 
@@ -34,6 +34,15 @@ export class Connection extends EventTarget {
         document.addEventListener("visibilitychange", () => { if (!document.hidden) this.retry(); });
     }
 
+    // Whose undo and redo this page goes on with, also after a reload.
+    get undoKey() {
+        const kept = sessionStorage.getItem("gonio.undo");
+        if (kept) return kept;
+        const made = `page:${[...crypto.getRandomValues(new Uint32Array(4))].map((x) => x.toString(36)).join("-")}`;
+        sessionStorage.setItem("gonio.undo", made);
+        return made;
+    }
+
     get token() { return sessionStorage.getItem("gonio.token") ?? ""; }
     get live() { return this.status.state === "live"; }
 
@@ -46,7 +55,8 @@ export class Connection extends EventTarget {
         this.#socket = socket;
         this.#timer = setTimeout(() => socket.close(), kReadyTimeoutMs);
         socket.onopen = () => {
-            this.post({identify: {client: "page", video: this.video, state: true, token: this.token, role: pageRole}});
+            this.#emit("undo", {});    // the server tells where there is something
+            this.post({identify: {client: "page", video: this.video, state: true, token: this.token, role: pageRole, undo_key: this.undoKey}});
         };
         socket.onmessage = (event) => {
             if (this.#socket !== socket) return;
@@ -110,6 +120,7 @@ export class Connection extends EventTarget {
         if (message.ready) this.#ready(message.ready);
         if (message.state_changed) this.#emit("changed", message.state_changed);
         if (message.video_config) this.#emit("config", message.video_config);
+        if (message.undo_state) this.#emit("undo", message.undo_state);
         if (message.progress) this.#emit("progress", message.progress);
         if (message.goodbye) {
             this.#farewell = message.goodbye.reason;

@@ -19,6 +19,7 @@ import {SurfacesPanel} from "./surfaces.js";
 import {presetPanel} from "./presets.js";
 import {controlPanel, onlyLook} from "./control.js";
 import {Uploads} from "./uploads.js";
+import {undoPanel} from "./undo.js";
 
 const $ = (id) => document.getElementById(id);
 
@@ -39,6 +40,7 @@ const parts = [
     inspector(store, $("inspector"), connection, handles.aimButton), controlPanel(store, $("control"), connection), handles,
     legend(store, $("screen")),
 ];
+undoPanel(connection, $("history"));
 onlyLook([$("left"), $("inspector"), $("scene"), $("views")]);
 new Uploads(connection, toasts, $("scene"), $("screen"), (file) => connection.command({load_scene: {file}}));
 followSelection(store, connection);

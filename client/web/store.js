@@ -13,6 +13,7 @@ export class Store extends EventTarget {
     #overrides = new Map();    // key -> {value, held, unanswered, queued}
     #flushPlanned = false;
     #notifyPlanned = false;
+    #gesture = 0;              // of the last hand that took hold: what it sends is undone as one
 
     constructor(connection) {
         super();
@@ -42,9 +43,10 @@ export class Store extends EventTarget {
     }
 
     hold(key, value) {
-        const override = this.#overrides.get(key);
-        if (override) override.held = true;
-        else this.#overrides.set(key, {value, held: true, unanswered: 0, queued: null});
+        const override = this.#overrides.get(key) ?? {value, unanswered: 0, queued: null};
+        if (!override.held) override.gesture = ++this.#gesture;
+        override.held = true;
+        this.#overrides.set(key, override);
     }
 
     release(key) {
@@ -58,7 +60,7 @@ export class Store extends EventTarget {
     set(key, value, command) {
         const override = this.#overrides.get(key) ?? {held: false, unanswered: 0};
         override.value = value;
-        override.queued = command;
+        override.queued = override.held ? {...command, gesture: override.gesture} : command;
         this.#overrides.set(key, override);
         this.#planFlush();
         this.#notify();

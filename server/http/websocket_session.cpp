@@ -22,6 +22,7 @@ constexpr auto kClosing = std::chrono::seconds(2);  // for the closing handshake
 // Close codes of PROTOCOL.md.
 constexpr std::uint16_t kNotIdentified = 4002, kWrongToken = 4003, kTooManyFailures = 4008, kTooSlow = 4009;
 constexpr std::size_t kUpdateBytes = 16 << 10;               // of a message: every whole one counts as a command more
+constexpr std::size_t kMaxUndoKeyBytes = 64;                 // of Identify.undo_key; more closes the connection
 constexpr auto kBusyRetry = std::chrono::milliseconds(100);  // of "busy"
 
 class WebSocketSession final : public Peer, public std::enable_shared_from_this<WebSocketSession> {
@@ -206,6 +207,8 @@ private:
         const std::string& role = identify.role();
         if (!role.empty() && role != "controller" && role != "viewer")
             return close(kNotIdentified, "the role must be controller or viewer");
+        if (identify.undo_key().size() > kMaxUndoKeyBytes)
+            return close(kNotIdentified, "the undo_key must have at most 64 bytes");
         v1::Identify told = identify;
         if (right == Right::look) told.set_role("viewer");
         if (!registry_.make_client(id_)) {

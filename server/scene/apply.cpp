@@ -8,6 +8,7 @@
 #include "server/scene/apply_checks.h"
 #include "server/scene/apply_light.h"
 #include "server/scene/apply_rename.h"
+#include "server/scene/apply_targets.h"
 #include "server/scene/console.h"
 #include "server/scene/light_tables.h"
 #include "server/scene/light_values.h"
@@ -221,6 +222,10 @@ void dispatch(Scene& scene, const v1::Command& command, const Loaded& loaded, st
             return remove_light(scene, command.remove_light().name());
         case v1::Command::kRenameLight:
             return rename_light(scene, command.rename_light(), warnings);
+        case v1::Command::kUndo:
+        case v1::Command::kRedo:
+            if (!loaded.targets) refuse("unsupported", "command", "", "only a client can undo and redo");
+            return set_back(scene, *loaded.targets, warnings);
         case v1::Command::kSetPatch:
             return set_patch(scene, command.set_patch());
         case v1::Command::kSavePreset:

@@ -16,7 +16,10 @@ class Command;
 
 namespace gonio {
 
-// What a command's files turned into, read off the render thread before the command is applied.
+struct EditTarget;
+
+// What a command's files turned into, read off the render thread before the command is applied; of undo and redo, what
+// they set back.
 struct Loaded {
     std::shared_ptr<const SceneAsset> asset;        // of load_scene
     std::shared_ptr<const Profile> profile;         // of set_light or add_light
@@ -24,11 +27,12 @@ struct Loaded {
     std::shared_ptr<const trace::Geometry> traced;  // of `asset`, or null
     std::shared_ptr<const lighting::Drawn> drawn;   // of `traced`, or null
     std::optional<double> exposure_ev100;           // metered of `asset`, where it has none of its own
+    std::shared_ptr<const std::vector<EditTarget>> targets;  // of undo and redo (edit.h), in the order of the keys
 };
 
 struct Applied {
     Revision scene_rev = 0;             // the revision that contains the change; unchanged if nothing differed
-    std::vector<std::string> warnings;  // of the files that came with the command
+    std::vector<std::string> warnings;  // of the files that came with the command; of what had to give way
 };
 
 // Render thread. Errors: "invalid_argument" (out of range, not finite, not three numbers), "not_found" (light, group),

@@ -40,4 +40,9 @@ std::vector<v1::Command> Fade::step(const Scene& scene, std::int64_t now_ns) {
     return commands;
 }
 
+void Fade::follow(const std::string& name, const std::string& new_name) {
+    for (Part& part : parts_)
+        if (part.light == name) part.light = new_name;
+}
+
 }  // namespace gonio

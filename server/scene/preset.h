@@ -27,6 +27,8 @@ public:
     bool running() const { return !parts_.empty(); }
     // Result: the commands that bring the scene to where it shall be at now_ns; after the end none is left to come.
     std::vector<v1::Command> step(const Scene& scene, std::int64_t now_ns);
+    // The light has another name now.
+    void follow(const std::string& name, const std::string& new_name);
 
 private:
     // One property of one light.

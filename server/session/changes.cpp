@@ -98,6 +98,8 @@ std::vector<TouchedProperty> touched_properties(const Scene& scene, const v1::Co
         case v1::Command::kSetSurfaces:
         case v1::Command::kMapControl:
             return {{"surfaces", scene.surfaces_rev}};
+        case v1::Command::kUndo:  // changes nothing that another has changed since
+        case v1::Command::kRedo:
         case v1::Command::COMMAND_NOT_SET:
             break;
     }

@@ -36,7 +36,7 @@ public:
                                   std::uint32_t by) const;
     // The command was applied; `before` is the revision before it, `by` whose it was (0: a console, a fader box).
     void note(const Scene& after, Revision before, const v1::Command& command, std::uint32_t by);
-    // The same of one property.
+    // The same of a property that undo set back.
     void note(const std::string& path, Revision rev, std::uint32_t by);
 
 private:

@@ -73,7 +73,9 @@ void RenderSession::take(Work work) {
     if (work.closed) return forget_session(work.session);
     switch (work.message.message_case()) {
         case v1::ClientMessage::kIdentify:
-            return roles_.identify(work.session, work.message.identify());
+            roles_.identify(work.session, work.message.identify());
+            undo_.identify(work.session, work.message.identify().undo_key(), work.message.identify().state());
+            return tell_undo();
         case v1::ClientMessage::kAcquireControl:
         case v1::ClientMessage::kReleaseControl:
             return change_holder(work);
@@ -123,7 +125,9 @@ void RenderSession::take_command(Work work) {
         return replies_.refuse(work, *refused);
     if (!work.read && needs_files(work.message.command())) return (void)send_to_loader(std::move(work));
     if (work.failure) return replies_.refuse(work, *work.failure);
-    apply_command(work);
+    const v1::Command& command = work.message.command();
+    command.has_undo() || command.has_redo() ? undo_or_redo(work) : apply_command(work);
+    tell_undo();
 }
 
 bool RenderSession::send_to_loader(Work work) {
@@ -173,16 +177,52 @@ void RenderSession::apply_command(const Work& work) {
     if (command.has_load_scene())
         for (const std::string& warning : applied->warnings) spdlog::warn("{}: {}", scene_.asset->name, warning);
     replies_.ok(work, std::move(applied->warnings));
-    begin_fade(command, work.session);
+    begin_fade(command, work.session, undo_.note(work.session, before, scene_, command));
     if (command.has_set_exposure() && command.set_exposure().automatic()) auto_exposure_.ask();
-    if (scene_.scene_rev != before.scene_rev) tell(state_change(before, scene_), work.session);
+    tell_change(before, work.session);
+}
+
+// A change of this client like any other, but no step of its own.
+void RenderSession::undo_or_redo(const Work& work) {
+    const v1::Command& command = work.message.command();
+    if (command.has_base_rev())
+        if (const auto refused = changes_.conflict(scene_, command, command.base_rev(), work.session))
+            return replies_.refuse(work, *refused);
+    auto plan = undo_.plan(work.session, command.has_redo(), scene_);
+    if (!plan) return replies_.refuse(work, plan.error());
+    Loaded loaded;
+    loaded.targets = std::make_shared<const std::vector<EditTarget>>(plan->targets);
+    const Scene before = scene_;
+    const Result<Applied> applied = apply(scene_, command, loaded);
+    if (!applied) return replies_.refuse(work, applied.error());
+    if (plan->step == fade_step_) fade_ = Fade();
+    for (const Edit& edit : undo_.carried_out(work.session, command.has_redo(), *plan, before, scene_))
+        if (const std::string path = path_of(scene_, edit.key); !path.empty())
+            changes_.note(path, scene_.scene_rev, work.session);
+    std::vector<std::string> warnings = std::move(plan->warnings);
+    warnings.insert(warnings.end(), applied->warnings.begin(), applied->warnings.end());
+    replies_.ok(work, std::move(warnings));
+    tell_change(before, work.session);
+}
+
+void RenderSession::tell_change(const Scene& before, std::uint32_t by) {
+    if (scene_.scene_rev == before.scene_rev) return;
+    v1::StateChanged change = state_change(before, scene_);
+    for (const v1::RenamedLight& light : change.renamed_lights()) fade_.follow(light.name(), light.new_name());
+    tell(std::move(change), by);
+}
+
+void RenderSession::tell_undo() {
+    for (auto& [session, labels] : undo_.take_news())
+        out_.reply(session, message_of(&v1::ServerMessage::mutable_undo_state, std::move(labels)));
 }
 
 // Where the command is a recall that was applied; one without a fade ends the fade that runs.
-void RenderSession::begin_fade(const v1::Command& command, std::uint32_t by) {
+void RenderSession::begin_fade(const v1::Command& command, std::uint32_t by, std::uint64_t step) {
     if (!command.has_recall_preset()) return;
     const v1::RecallPreset& recall = command.recall_preset();
     fade_by_ = by;
+    fade_step_ = step;
     fade_ = Fade();
     if (recall.fade_s() > 0) fade_ = Fade(scene_, *scene_.presets.at(recall.name()), recall.fade_s(), monotonic_ns());
 }
@@ -208,8 +248,9 @@ std::vector<std::optional<Error>> RenderSession::apply_inputs(std::span<const v1
             if (!send_to_loader(std::move(work)))
                 refused[i] = Error{"busy", "", "", "too many files are waiting to be read"};
         }
-        if (!refused[i]) begin_fade(commands[i], by);
+        if (!refused[i]) begin_fade(commands[i], by, 0);
     }
+    undo_.note_inputs(scene_, before, by == 0 ? 0 : fade_step_);
     return refused;
 }
 
@@ -281,6 +322,7 @@ void RenderSession::forget_session(std::uint32_t session) {
     meters_.forget_session(session);
     reports_.forget_session(session);
     reference_.forget_session(session);
+    undo_.forget_session(session);
     out_.gone(session);
     if (roles_.forget(session)) tell_control(session);
 }

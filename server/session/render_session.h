@@ -21,6 +21,7 @@
 #include "server/session/report_log.h"
 #include "server/session/roles.h"
 #include "server/session/scene_access.h"
+#include "server/session/undo.h"
 #include "server/stream/encoder.h"
 
 namespace gonio {
@@ -128,8 +129,11 @@ private:
     void submit_reference(const Work& work, std::variant<MeterRequest, CaptureRequest> request);
     void tell_control(std::uint32_t by);
     void tell(v1::StateChanged change, std::uint32_t by);
+    void tell_change(const Scene& before, std::uint32_t by);
     void apply_command(const Work& work);
-    void begin_fade(const v1::Command& command, std::uint32_t by);
+    void undo_or_redo(const Work& work);
+    void begin_fade(const v1::Command& command, std::uint32_t by, std::uint64_t step);
+    void tell_undo();
     bool send_to_loader(Work work);  // result: false where too much waits; then the client has been told
 
     SessionOutputs out_;
@@ -146,7 +150,9 @@ private:
     std::int64_t changed_ns_ = INT64_MIN / 2;                  // when a frame of a new revision began
     bool watched_ = false, better_ = false, refined_ = false;  // better_: another frame shows more than the last
     Fade fade_;
-    std::uint32_t fade_by_ = 0;  // whose recall it is
+    std::uint32_t fade_by_ = 0;    // whose recall it is
+    std::uint64_t fade_step_ = 0;  // what it is in undo_; 0: of a console or a fader box
+    Undo undo_;
     ReportLog reports_;
     CaptureQueue captures_;
     MeterQueue meters_;

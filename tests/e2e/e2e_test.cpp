@@ -426,6 +426,39 @@ TEST(Scene, LightsGroupsViewsAndTechniques) {
     }
 }
 
+TEST(Scene, OneCallOfGonioUndoesWhatAnotherDid) {
+    DaemonProcess daemon({"--size", "64x64"});
+    const std::string first = daemon.json({"get", "lights[0].name"});
+    const Json before = daemon.json({"get", "lights"});
+    const auto sum_lx = [&] {
+        TemporaryFolder folder;
+        EXPECT_EQ(daemon.gonio({"capture", folder.path("a.exr"), "--view", "illuminance", "--bounces", "0"}).exit_code,
+                  0);
+        const auto picture = read_picture(folder.path("a.exr"));
+        double sum = 0;
+        for (const float value : picture->values) sum += double(value);
+        return sum;
+    };
+    const double lit = sum_lx();
+    daemon.rev({"set", "light", first, "--level", "25%", "--pan", "20"});
+    daemon.rev({"rename", "light", first, "main"});
+    const unsigned removed = daemon.rev({"remove", "light", "main"});
+    EXPECT_EQ(daemon.json({"get", "lights"}).size(), 0u);
+    EXPECT_EQ(sum_lx(), 0);
+    EXPECT_GT(daemon.rev({"undo"}), removed);
+    EXPECT_EQ(daemon.json({"get", "lights[0].name"}), "main");
+    daemon.rev({"undo"});
+    daemon.rev({"undo"});
+    EXPECT_EQ(daemon.json({"get", "lights"}), before);
+    EXPECT_NEAR(sum_lx(), lit, 0.001 * lit) << "it is lit as before";
+    const auto nothing = daemon.gonio({"undo"});
+    EXPECT_EQ(nothing.exit_code, 1);
+    EXPECT_EQ(nothing.err, "gonio: not_found undo: nothing to undo\n");
+    daemon.rev({"redo"});
+    EXPECT_DOUBLE_EQ(daemon.json({"get", "lights[0].level_ratio"}).get<double>(), 0.25);
+    EXPECT_EQ(daemon.gonio({"undo", "--role", "viewer"}).exit_code, 1) << "a viewer changes nothing";
+}
+
 TEST(Daemon, StopsCleanlyAndNamesBadOptions) {
     DaemonProcess daemon({"--size", "64x64"});
     EXPECT_EQ(daemon.stop(), 0);

@@ -93,6 +93,27 @@ async function run(page, server) {
     check(Math.abs(full.mean - first.mean) < 0.03 * first.mean + 1, "a typed level brings the light back",
         `mean ${full.mean.toFixed(1)}`);
 
+    // Undo: what was typed, and a whole drag; the buttons say what they would do.
+    const title = `Undo: level of ${light} (Ctrl+Z)`;
+    await until("the undo button's title", async () => await page.locator("#undo").getAttribute("title") === title);
+    await slider.focus();
+    await page.keyboard.press("Control+z");
+    await until("the level before it was typed", async () => await level() === 0.75);
+    await page.keyboard.press("Control+Shift+Z");
+    await until("the typed level again", async () => await level() === 1);
+    await page.mouse.move(...at(1));
+    await page.mouse.down();
+    await page.mouse.move(...at(0.5), {steps: 8});
+    await page.mouse.up();
+    await until("the dragged level", async () => Math.abs(await level() - 0.5) < 0.05);
+    await page.keyboard.press("Control+z");
+    await until("the level before the drag", async () => await level() === 1);
+    await page.locator("#redo").click();
+    await until("the level after it", async () => Math.abs(await level() - 0.5) < 0.05);
+    await page.locator("#undo").click();
+    check(await until("the level before the drag again", async () => await level() === 1),
+        "a drag is undone as one, by key and by button", await page.locator("#redo").getAttribute("title"));
+
     // From sending a command to the picture on the canvas that contains it.
     const latency = await page.evaluate(() => new Promise((resolve) => {
         const socket = new WebSocket(`ws://${location.host}/v1/ws`, "gonio.v1.json");

@@ -1,0 +1,359 @@
+#include "server/session/undo.h"
+
+#include <algorithm>
+#include <set>
+
+namespace gonio {
+namespace {
+
+// How one looks at the design is no part of it.
+bool is_look(const v1::Command& command) {
+    return command.has_set_camera() || command.has_set_view() || command.has_set_exposure() || command.has_set_size() ||
+           command.has_set_technique();
+}
+
+std::string light_label(const v1::SetLight& set) {
+    std::vector<std::string> properties;
+    for (const PropertyRow& row : property_table())
+        if (!row.field.empty() && row.component < 0 && has_numbers(set, row.field)) properties.emplace_back(row.name);
+    if (set.has_profile()) properties.emplace_back("profile");
+    if (properties.size() > 2) return std::to_string(properties.size()) + " properties of " + set.name();
+    return properties.front() + (properties.size() == 2 ? " and " + properties[1] : "") + " of " + set.name();
+}
+
+// Result: what it does, in a few words. Of a command that changed something that undo knows.
+std::string label_of(const v1::Command& command) {
+    switch (command.command_case()) {
+        case v1::Command::kSetLight:
+            return light_label(command.set_light());
+        case v1::Command::kAddLight:
+            return "add " + command.add_light().light().name();
+        case v1::Command::kRemoveLight:
+            return "remove " + command.remove_light().name();
+        case v1::Command::kRenameLight:
+            return "rename " + command.rename_light().name() + " to " + command.rename_light().new_name();
+        case v1::Command::kSetGroup:
+            return "group " + command.set_group().name();
+        case v1::Command::kSetMaster:
+            return "master";
+        case v1::Command::kSetPatch:
+            return "patch";
+        case v1::Command::kSetSurfaces:
+        case v1::Command::kMapControl:
+            return "map of fader boxes";
+        case v1::Command::kSavePreset:
+            return "save preset " + command.save_preset().name();
+        case v1::Command::kRecallPreset:
+            return "recall preset " + command.recall_preset().name();
+        case v1::Command::kRemovePreset:
+            return "remove preset " + command.remove_preset().name();
+        default:
+            return "change";
+    }
+}
+
+// Adds what a profile takes: its web twice, as it is and as it is prepared for lighting.
+void add_profile(const std::shared_ptr<const Profile>& profile, std::set<const Profile*>& seen, std::size_t& bytes) {
+    if (profile && seen.insert(profile.get()).second)
+        bytes += sizeof(Profile) + 2 * sizeof(float) * profile->photometry.web.candela.size();
+}
+
+// Adds what a value takes beside itself, as if nobody shared it. Profiles count once a step.
+void add_bytes(const EditValue& value, std::set<const Profile*>& seen, std::size_t& bytes) {
+    if (const auto* text = std::get_if<std::string>(&value)) bytes += text->capacity();
+    if (const auto* ids = std::get_if<LightIds>(&value)) bytes += ids->capacity() * sizeof(std::uint32_t);
+    if (const auto* profile = std::get_if<std::shared_ptr<const Profile>>(&value)) add_profile(*profile, seen, bytes);
+    if (const auto* existing = std::get_if<ExistingLight>(&value); existing != nullptr && existing->light) {
+        bytes += sizeof(Light) + existing->light->name.capacity();
+        add_profile(existing->light->profile, seen, bytes);
+    }
+    if (const auto* preset = std::get_if<std::shared_ptr<const Preset>>(&value)) {
+        for (const PresetLight& light : **preset) {
+            bytes += sizeof(PresetLight) + light.name.capacity();
+            add_profile(light.profile, seen, bytes);
+        }
+    }
+    if (const auto* patch = std::get_if<std::shared_ptr<const v1::SetPatch>>(&value))
+        bytes += *patch ? (*patch)->SpaceUsedLong() : 0;
+    if (const auto* surfaces = std::get_if<std::shared_ptr<const v1::SetSurfaces>>(&value))
+        bytes += *surfaces ? (*surfaces)->SpaceUsedLong() : 0;
+}
+
+bool is_of_light(const EditKey& key) {
+    return key.kind <= EditKind::profile;
+}
+
+void say(std::vector<std::string>& warnings, std::size_t& untold, std::string text) {
+    if (warnings.size() < kMaxUndoWarnings)
+        warnings.push_back(std::move(text));
+    else
+        ++untold;
+}
+
+}  // namespace
+
+void Undo::identify(std::uint32_t session, const std::string& undo_key, bool wants) {
+    const std::string key = undo_key.empty() ? "session " + std::to_string(session) : "key " + undo_key;
+    sessions_[session] = {key, wants, {}};
+    if (const auto stack = stacks_.find(key); stack != stacks_.end()) stack->second.used = ++last_id_;
+}
+
+void Undo::forget_session(std::uint32_t session) {
+    const auto found = sessions_.find(session);
+    if (found == sessions_.end()) return;
+    if (found->second.key.starts_with("session ")) drop_stack(found->second.key);
+    sessions_.erase(found);
+}
+
+const Undo::Stack* Undo::stack_of(std::uint32_t session) const {
+    const auto found = sessions_.find(session);
+    if (found == sessions_.end()) return nullptr;
+    const auto stack = stacks_.find(found->second.key);
+    return stack == stacks_.end() ? nullptr : &stack->second;
+}
+
+Undo::Stack& Undo::open_stack(const std::string& key) {
+    if (!stacks_.contains(key) && stacks_.size() >= kMaxUndoKeys)
+        drop_stack(std::ranges::min_element(stacks_, {}, [](const auto& one) { return one.second.used; })->first);
+    Stack& stack = stacks_[key];
+    stack.used = ++last_id_;
+    return stack;
+}
+
+void Undo::drop_stack(const std::string& key) {
+    const auto found = stacks_.find(key);
+    if (found == stacks_.end()) return;
+    while (!found->second.steps.empty()) drop_step(found->second, found->second.steps.size() - 1);
+    stacks_.erase(found);
+}
+
+void Undo::drop_step(Stack& stack, std::size_t index) {
+    const auto step = stack.steps.begin() + static_cast<std::ptrdiff_t>(index);
+    for (const auto& [key, edit] : step->edits) {
+        const auto writer = writers_.find(key);
+        if (--writer->second.uses == 0) writers_.erase(writer);
+    }
+    bytes_ -= step->bytes;
+    stack.steps.erase(step);
+    if (index < stack.done) --stack.done;
+}
+
+void Undo::empty_for_load() {
+    for (auto& [key, stack] : stacks_) {
+        if (!stack.steps.empty()) stack.emptied_by_load = true;
+        while (!stack.steps.empty()) drop_step(stack, stack.steps.size() - 1);
+    }
+}
+
+// The property has another value: whose, if a step knows it.
+void Undo::write(const EditKey& key, const Scene& scene, std::uint64_t by, bool input) {
+    const auto found = writers_.find(key);
+    if (found == writers_.end()) return;
+    Writer& writer = found->second;
+    EditValue now = value_of(scene, key);
+    if (now == writer.now) return;
+    writer.now = std::move(now);
+    writer.step = by;
+    writer.input = input;
+}
+
+void Undo::merge(Step& step, std::vector<Edit> edits, const Scene& after) {
+    for (Edit& edit : edits) {
+        auto [entry, fresh] = step.edits.try_emplace(edit.key);
+        Writer& writer = writers_[edit.key];
+        StepEdit& kept = entry->second;
+        if (fresh) ++writer.uses;
+        if (fresh || writer.step != step.id) {
+            kept.before = std::move(edit.before);
+            kept.before_writer = writer.step;
+        }
+        kept.after = std::move(edit.after);
+        writer.step = step.id;
+        writer.input = false;
+        writer.now = value_of(after, edit.key);  // of a fade: where it begins
+    }
+    weigh(step);
+}
+
+void Undo::weigh(Step& step) {
+    bytes_ -= step.bytes;
+    std::set<const Profile*> seen;
+    step.bytes = sizeof(Step) + step.label.capacity();
+    for (const auto& [key, edit] : step.edits) {
+        constexpr std::size_t kNodeBytes = 64;  // of a map, beside its value
+        step.bytes += 2 * (sizeof key + kNodeBytes + key.name.capacity()) + sizeof edit + sizeof(Writer);
+        add_bytes(edit.before, seen, step.bytes);
+        add_bytes(edit.after, seen, step.bytes);
+    }
+    bytes_ += step.bytes;
+}
+
+void Undo::keep_bounds(Stack& stack) {
+    if (stack.steps.size() > kMaxUndoSteps) drop_step(stack, 0);
+    while (bytes_ > kMaxUndoBytes) {
+        Stack* oldest = nullptr;
+        for (auto& [key, one] : stacks_)
+            if (!one.steps.empty() && (oldest == nullptr || one.steps.front().id < oldest->steps.front().id))
+                oldest = &one;
+        // What was undone can only be redone from its front.
+        drop_step(*oldest, oldest->done > 0 ? 0 : oldest->steps.size() - 1);
+    }
+}
+
+std::uint64_t Undo::note(std::uint32_t session, const Scene& before, const Scene& after, const v1::Command& command) {
+    if (command.has_load_scene()) {
+        empty_for_load();
+        return 0;
+    }
+    const auto known = sessions_.find(session);
+    const bool fades = command.has_recall_preset() && command.recall_preset().fade_s() > 0;
+    std::vector<Edit> edits;
+    if (before.scene_rev != after.scene_rev) edits = edits_between(before, after);
+    if (is_look(command) || known == sessions_.end()) {
+        const std::uint64_t by = ++last_id_;
+        for (const Edit& edit : edits) write(edit.key, after, by, known == sessions_.end());
+        return 0;
+    }
+    if (fades)
+        for (Edit& edit : edits_of_fade(after, *after.presets.at(command.recall_preset().name())))
+            edits.push_back(std::move(edit));
+    if (edits.empty()) return 0;
+    Stack& stack = open_stack(known->second.key);
+    stack.emptied_by_load = false;
+    while (stack.steps.size() > stack.done) drop_step(stack, stack.steps.size() - 1);
+    const bool goes_on = command.gesture() != 0 && !stack.steps.empty() && stack.steps.back().session == session &&
+                         stack.steps.back().gesture == command.gesture();
+    if (!goes_on) {
+        Step step;
+        step.id = ++last_id_;
+        step.session = session;
+        step.gesture = command.gesture();
+        step.label = label_of(command);
+        stack.steps.push_back(std::move(step));
+        ++stack.done;
+    }
+    const std::uint64_t id = stack.steps.back().id;
+    merge(stack.steps.back(), std::move(edits), after);
+    keep_bounds(stack);
+    return id;
+}
+
+void Undo::note_inputs(const Scene& after, Revision since, std::uint64_t fading) {
+    if (writers_.empty() || after.scene_rev == since) return;
+    const std::uint64_t by = fading != 0 ? fading : ++last_id_;
+    const bool input = fading == 0;
+    for (const Light& light : after.lights) {
+        if (std::max({light.position_rev, light.aim_rev, light.profile_rev, light.level_rev}) <= since) continue;
+        for (const EditKey& key : keys_of(light.id)) write(key, after, by, input);
+    }
+    if (after.master_rev > since) write({EditKind::master, 0, {}, {}}, after, by, input);
+    if (after.presets_rev <= since) return;
+    write({EditKind::recalled, 0, {}, {}}, after, by, input);
+    for (const auto& [name, preset] : after.presets) write({EditKind::preset, 0, {}, name}, after, by, input);
+}
+
+bool Undo::last_writer(const Step& step, const EditKey& key, bool redo) const {
+    const StepEdit& edit = step.edits.at(key);
+    const std::uint64_t writer = writers_.at(key).step;
+    return redo ? edit.undone && writer == edit.before_writer : writer == step.id;
+}
+
+// Whether the step may take the light away: nobody else has changed it or put it into a group.
+bool Undo::can_go(const Step& step, std::uint32_t light, bool redo, const Scene& scene) const {
+    for (const auto& [key, edit] : step.edits)
+        if (is_of_light(key) && key.light == light && !last_writer(step, key, redo)) return false;
+    const Light* there = light_of(scene, light);
+    if (there == nullptr) return true;
+    for (const auto& [name, lights] : scene.groups) {
+        if (std::ranges::find(lights, there->name) == lights.end()) continue;
+        const EditKey key{EditKind::group, 0, {}, name};
+        if (!step.edits.contains(key) || !last_writer(step, key, redo)) return false;
+    }
+    return true;
+}
+
+Result<UndoPlan> Undo::plan(std::uint32_t session, bool redo, const Scene& scene) const {
+    const char* const what = redo ? "redo" : "undo";
+    const Stack* stack = stack_of(session);
+    const std::size_t index = stack == nullptr ? 0 : redo ? stack->done : stack->done - 1;
+    if (stack == nullptr || index >= stack->steps.size()) {  // of unsigned numbers: also -1
+        const bool loaded = stack != nullptr && stack->emptied_by_load;
+        return Error{"not_found", what, "",
+                     std::string("nothing to ") + what + (loaded ? ": the scene was loaded since" : "")};
+    }
+    const Step& step = stack->steps[index];
+    UndoPlan plan{{}, {}, step.id, step.label};
+    std::size_t untold = 0;
+    std::set<std::uint32_t> staying;  // lights that come or go with the step, and may not
+    for (const auto& [key, edit] : step.edits) {
+        if (is_of_light(key) && light_of(scene, key.light) == nullptr &&
+            !step.edits.contains({EditKind::light, key.light, {}, {}})) {
+            say(plan.warnings, untold, words_of(scene, key) + " stays");
+            continue;
+        }
+        const EditValue& value = redo ? edit.after : edit.before;
+        const bool goes = key.kind == EditKind::light && std::holds_alternative<std::monostate>(value);
+        const bool writes = goes ? can_go(step, key.light, redo, scene) : last_writer(step, key, redo);
+        if (key.kind == EditKind::light && !writes) staying.insert(key.light);
+        if (writes && !(is_of_light(key) && staying.contains(key.light))) {
+            plan.targets.push_back({key, value});
+            continue;
+        }
+        const bool told = redo && !edit.undone;  // when it was undone
+        const bool part = key.kind != EditKind::light && is_of_light(key) && staying.contains(key.light);
+        if (told || part || key.kind == EditKind::recalled || key.kind == EditKind::view_light) continue;
+        say(plan.warnings, untold,
+            words_of(scene, key) + " was changed since by " +
+                (writers_.at(key).input ? "a console or a fader box" : "another client") + " and stays");
+    }
+    if (untold > 0) plan.warnings.push_back("and " + std::to_string(untold) + " more");
+    return plan;
+}
+
+std::vector<Edit> Undo::carried_out(std::uint32_t session, bool redo, const UndoPlan& plan, const Scene& before,
+                                    const Scene& after) {
+    Stack& stack = stacks_.at(sessions_.at(session).key);
+    stack.used = ++last_id_;
+    const std::size_t index = redo ? stack.done : stack.done - 1;
+    Step& step = stack.steps[index];
+    for (auto& [key, edit] : step.edits) edit.undone = false;
+    for (const auto& [key, value] : plan.targets) {
+        Writer& writer = writers_.at(key);
+        EditValue now = value_of(after, key);
+        StepEdit& edit = step.edits.at(key);
+        if (now != value) continue;  // it could not be set back
+        writer.now = std::move(now);
+        writer.step = redo ? step.id : edit.before_writer;
+        writer.input = false;
+        edit.undone = !redo;
+    }
+    // What gave way besides: a preset that names a renamed light.
+    const std::uint64_t by = ++last_id_;
+    std::vector<Edit> edits = edits_between(before, after);
+    for (const Edit& edit : edits) write(edit.key, after, by, false);
+    const bool any = std::ranges::any_of(step.edits, [](const auto& one) { return one.second.undone; });
+    if (redo)
+        ++stack.done;
+    else if (any)
+        --stack.done;
+    else
+        drop_step(stack, index);
+    return edits;
+}
+
+std::vector<std::pair<std::uint32_t, v1::UndoState>> Undo::take_news() {
+    std::vector<std::pair<std::uint32_t, v1::UndoState>> news;
+    for (auto& [session, one] : sessions_) {
+        if (!one.wants) continue;
+        const Stack* stack = stack_of(session);
+        v1::UndoState now;
+        if (stack != nullptr && stack->done > 0) now.set_undo_label(stack->steps[stack->done - 1].label);
+        if (stack != nullptr && stack->done < stack->steps.size()) now.set_redo_label(stack->steps[stack->done].label);
+        if (now.undo_label() == one.told.undo_label() && now.redo_label() == one.told.redo_label()) continue;
+        one.told = now;
+        news.emplace_back(session, std::move(now));
+    }
+    return news;
+}
+
+}  // namespace gonio
