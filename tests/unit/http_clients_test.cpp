@@ -33,7 +33,8 @@ protected:
         state.mutable_control()->set_holder(holder);
         return state;
     }
-    void identify(Client& client, const std::string& role, const std::string& shown = "a token of many letters") const {
+    void identify(Client& client, const std::string& role, const std::string& shown = "a token of many letters",
+                  const std::string& undo_key = "") const {
         ASSERT_EQ(client.upgrade(kSubprotocolJson), 101);
         ASSERT_TRUE(client.read_message());  // Hello
         v1::ClientMessage message;
@@ -41,6 +42,7 @@ protected:
         message.mutable_identify()->set_state(true);
         message.mutable_identify()->set_token(shown);
         message.mutable_identify()->set_role(role);
+        message.mutable_identify()->set_undo_key(undo_key);
         client.say(message);
     }
     const std::string token = "a token of many letters", viewer_token = "another of as many letters";
@@ -88,6 +90,29 @@ TEST_F(FrontClients, AnUnknownRoleIs4002) {
     EXPECT_FALSE(client.read_message());
     EXPECT_EQ(client.last.close_code(), 4002);
     EXPECT_TRUE(identified.empty());
+}
+
+TEST_F(FrontClients, AnUndoKeyOfMoreThan64BytesIs4002) {
+    Client longest(front->port()), longer(front->port());
+    identify(longest, "", token, std::string(64, 'k'));
+    const auto ready = longest.read_message();
+    ASSERT_TRUE(ready && ready->has_ready());
+    {
+        std::lock_guard lock(mutex);
+        EXPECT_EQ(identified.back().second.undo_key(), std::string(64, 'k'));
+    }
+    v1::UndoState labels;
+    labels.set_undo_label("level of key");
+    v1::ServerMessage message;
+    *message.mutable_undo_state() = labels;
+    front->reply(ready->ready().client_id(), message);
+    const auto told = longest.read_message();
+    ASSERT_TRUE(told);
+    EXPECT_EQ(told->undo_state().undo_label(), "level of key") << "no answer to anything";
+    identify(longer, "", token, std::string(65, 'k'));
+    EXPECT_FALSE(longer.read_message());
+    EXPECT_EQ(longer.last.close_code(), 4002);
+    EXPECT_EQ(identified.size(), 1u);
 }
 
 TEST_F(FrontClients, WhoCannotBeTakenInIs1013) {
