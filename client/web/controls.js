@@ -192,12 +192,19 @@ export function tabs(prop, node, entries) {
     };
 }
 
-// A "+" and the form for a name that it opens. submit(name) resolves with whether it was taken; then the form closes.
-export function nameForm({title, opens, placeholder, label, verb, submit}) {
+// A "+", or another sign, and the form for a name that it opens. submit(name) resolves with whether it was taken; then
+// the form closes. before: the name that the form begins with.
+export function nameForm({title, opens, placeholder, label, verb, submit, sign = "+", before = () => ""}) {
     const input = h("input", {type: "text", maxlength: 128, placeholder, "aria-label": label});
     const form = h("form", {class: "inline", hidden: true}, input, h("button", {}, verb));
     const open = h("button", {type: "button", class: "quiet", title, "aria-label": opens,
-        onclick: () => { form.hidden = !form.hidden; if (!form.hidden) input.focus(); }}, "+");
+        onclick: () => {
+            form.hidden = !form.hidden;
+            if (form.hidden) return;
+            input.value = before();
+            input.select();
+            input.focus();
+        }}, sign);
     form.addEventListener("keydown", (event) => {
         if (event.key !== "Escape") return;
         form.hidden = true;

@@ -1,7 +1,7 @@
 // The right side: everything about the selected light or group.
 
 import {h, setText, formatLarge} from "./dom.js";
-import {property, component, mapped, slider, scrub} from "./controls.js";
+import {property, component, mapped, nameForm, slider, scrub} from "./controls.js";
 import {lightLevel, groupLevel, percent} from "./lights.js";
 import {toHex, fromHex, fromTemperature} from "./color.js";
 import {ProfilePanel} from "./profile.js";
@@ -90,7 +90,12 @@ function lightView(store, connection, aimButton) {
     const parts = [...controls.values(), profile];
     const remove = h("button", {type: "button", class: "quiet", id: "light-remove", title: "Remove this light",
         onclick: () => connection.command({remove_light: {name: name()}})}, "Remove");
-    const node = h("div", {id: "light-view"}, h("header", {}, title, summary, h("div", {class: "row"}, aimButton, remove)), ...sections, profile.node);
+    const rename = nameForm({title: "Another name for this light", opens: "Rename this light", placeholder: "Name of the light",
+        label: "New name of the light", verb: "Rename", sign: "Rename", before: name,
+        submit: async (new_name) => new_name === name()
+            || (await connection.command({rename_light: {name: name(), new_name}}))?.code === "ok"});
+    const node = h("div", {id: "light-view"}, h("header", {}, title, summary, h("div", {class: "row"}, aimButton, rename.open, remove), rename.form),
+        ...sections, profile.node);
     return {node, update() {
         const shown = light();
         node.hidden = !shown;

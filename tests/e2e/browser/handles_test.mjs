@@ -149,6 +149,16 @@ async function run(page, server) {
     await page.locator("#lights form button").click();
     await until("a light again", async () => (await state(page)).lights.length === 1);
     check(true, "a scene without lights offers one");
+    await page.locator("button[aria-label='Rename this light']").click();
+    await page.locator("input[aria-label='New name of the light']").fill("key");
+    await page.keyboard.press("Enter");
+    await until("the light's new name", async () => await page.locator("#light-name").textContent() === "key");
+    check((await state(page)).lights[0].name === "key", "a light is renamed and stays selected");
+    await page.keyboard.press("Escape");
+    await page.locator("#canvas").focus();
+    await page.keyboard.press("Control+z");
+    await until("the old name", async () => (await state(page)).lights[0].name === "first");
+    check(true, "Ctrl+Z gives it its old name");
 }
 
 let failed = false, browser, server;
