@@ -48,14 +48,45 @@ void add_look(EdgeSamples& samples, bool emissive, std::size_t at, std::size_t c
         samples.emission[i] += samples.raster.emission[i];
 }
 
-// Keeps a sample of pixel (x, y) for its own direct light. Result: false: its row has too many.
+// Keeps a sample of pixel (x, y) for its own direct light, or with an earlier one on the same surface. Result: false:
+// its row has too many.
 bool add_point(EdgeSamples& drawn, int x, int y, const Spot& sample, bool in_mean, const glm::vec3& albedo) {
     std::vector<EdgeSamples::Point>& points = drawn.points[static_cast<std::size_t>(y)];
+    std::uint32_t& newest =
+        drawn.newest_point[static_cast<std::size_t>(y) * drawn.gbuffer.row_length + static_cast<std::size_t>(x)];
+    const glm::vec3 normal = lit_normal_at(drawn.gbuffer, x, y);
+    const float weight = std::max(glsl::luminance(albedo), 1e-4f),
+                off_m = kOffPlane * drawn.gbuffer.depth_per_pixel * sample.depth;
+    for (std::uint32_t i = newest; i != 0; i = points[i - 1].before) {
+        EdgeSamples::Point& known = points[i - 1];
+        if (known.in_mean != in_mean || glm::dot(known.point.normal, normal) < kOwnLightCosine ||
+            std::abs(glm::dot(known.point.normal, sample.position - known.point.position)) > off_m)
+            continue;
+        known.point.albedo += weight;
+        return true;
+    }
     if (points.size() >= kMostPerPixel * static_cast<std::size_t>(drawn.gbuffer.width)) return false;
-    const float weight = std::max(glsl::luminance(albedo), 1e-4f);
-    points.push_back({static_cast<std::uint16_t>(x),
-                      in_mean,
-                      {sample.position, lit_normal_at(drawn.gbuffer, x, y), sample.depth, weight}});
+    points.push_back({static_cast<std::uint16_t>(x), in_mean, newest, {sample.position, normal, sample.depth, weight}});
+    newest = static_cast<std::uint32_t>(points.size());
+    return true;
+}
+
+// Keeps what was found in a pixel, with an earlier one that takes the same light. newest: of the pixel. Result: false:
+// its row has too many.
+bool keep(std::vector<EdgeSamples::Found>& row, std::uint32_t& newest, std::size_t most, EdgeSamples::Found one) {
+    for (std::uint32_t i = newest; i != 0; i = row[i - 1].before) {
+        EdgeSamples::Found& known = row[i - 1];
+        if (known.surface != one.surface || known.dx != one.dx || known.dy != one.dy) continue;
+        known.samples |= one.samples;
+        known.count += one.count;
+        known.albedo += one.albedo;
+        known.emission_nit += one.emission_nit;
+        return true;
+    }
+    if (row.size() >= most) return false;
+    one.before = newest;
+    row.push_back(one);
+    newest = static_cast<std::uint32_t>(row.size());
     return true;
 }
 
@@ -63,7 +94,9 @@ bool add_point(EdgeSamples& drawn, int x, int y, const Spot& sample, bool in_mea
 std::optional<EdgeSamples::Found> other_surface(const GBuffer& gbuffer, EdgeSamples& drawn, bool emissive, int x, int y,
                                                 const std::array<Offset, 8>& around) {
     const std::size_t at = static_cast<std::size_t>(y) * gbuffer.row_length + static_cast<std::size_t>(x);
-    EdgeSamples::Found one{static_cast<std::uint16_t>(x), static_cast<std::uint8_t>(drawn.done), 0, 0, false, {}, {}};
+    EdgeSamples::Found one;
+    one.x = static_cast<std::uint16_t>(x);
+    one.samples = std::uint64_t{1} << drawn.done;
     if (drawn.raster.nearest[at] == 0) return one;
     const Spot sample = spot_at(drawn.gbuffer, x, y);
     const float width_m = gbuffer.depth_per_pixel * sample.depth;
@@ -97,13 +130,13 @@ void find(const GBuffer& gbuffer, const Raster& raster, EdgeSamples& drawn, bool
     std::vector<EdgeSamples::Found>& found = drawn.rows[static_cast<std::size_t>(y)];
     const std::size_t row = static_cast<std::size_t>(y) * gbuffer.row_length,
                       end = row + static_cast<std::size_t>(gbuffer.width);
+    const std::size_t most = kMostPerPixel * static_cast<std::size_t>(gbuffer.width);
     std::size_t first = row;  // of the pixels that wait to be added
     for (std::size_t at = row; at < end; ++at) {
         if (drawn.raster.nearest[at] == raster.nearest[at]) continue;
-        if (found.size() >= kMostPerPixel * static_cast<std::size_t>(gbuffer.width)) break;
+        if (found.size() >= most && drawn.newest[at] == 0) continue;
         const auto other = other_surface(gbuffer, drawn, emissive, static_cast<int>(at - row), y, around);
-        if (!other) continue;
-        found.push_back(*other);
+        if (!other || !keep(found, drawn.newest[at], most, *other)) continue;
         add_look(drawn, emissive, first, at - first);
         first = at + 1;
     }
@@ -116,7 +149,7 @@ void mix_points(EdgeSamples& samples, int y, Edges& edges) {
     std::stable_sort(all.begin(), all.end(), [](const auto& a, const auto& b) { return a.x < b.x; });
     std::vector<Edges::Mixed>& mixed = edges.mixed[static_cast<std::size_t>(y)];
     std::vector<Edges::Point>& points = edges.points[static_cast<std::size_t>(y)];
-    for (const auto& [x, in_mean, point] : all) {
+    for (const auto& [x, in_mean, before, point] : all) {
         if (mixed.empty() || mixed.back().x != x) {
             const std::size_t at = static_cast<std::size_t>(y) * samples.gbuffer.row_length + x;
             const float* sum = samples.albedo.data() + 4 * at;
@@ -177,11 +210,12 @@ bool add_edge_sample(const Clusters& clusters, const MaterialTable& materials, b
     drawn.rays = gbuffer.rays;
     drawn.rays.corner += offset.x * gbuffer.rays.right + offset.y * gbuffer.rays.up;
     drawn.depth_per_pixel = gbuffer.depth_per_pixel;
-    constexpr unsigned kPaneSamples = 16;  // of pass_threshold
     draw_gbuffer(clusters, materials, emissive, drawn, samples.raster, pool,
-                 {static_cast<int>(samples.done * kPaneSamples / n), 1.0f / static_cast<float>(n)});
+                 {static_cast<int>(samples.done), static_cast<int>(n), 1.0f / static_cast<float>(n)});
     samples.rows.resize(static_cast<std::size_t>(gbuffer.height));
     samples.points.resize(samples.rows.size());
+    samples.newest.resize(drawn.depth.size());
+    samples.newest_point.resize(drawn.depth.size());
     samples.albedo.resize(samples.raster.albedo.size());
     samples.emission.resize(samples.raster.emission.size());
     const std::array<Offset, 8> around = neighbours(offset);
@@ -212,7 +246,7 @@ Edges edges_of(unsigned n, EdgeSamples& samples, Pool& pool) {
                 edges.others.push_back(0);
                 edges.pixels.push_back({found.x, static_cast<std::uint32_t>(edges.taps.size()), 0, 1.0f, {}});
             }
-            edges.others.back() |= std::uint64_t{1} << found.sample;
+            edges.others.back() |= found.samples;
             layouts::EdgePixel& pixel = edges.pixels.back();
             if (before == nullptr || key(*before) != key(found)) {
                 const auto tap_x = static_cast<std::uint32_t>(found.x + found.dx),
@@ -220,9 +254,9 @@ Edges edges_of(unsigned n, EdgeSamples& samples, Pool& pool) {
                 edges.taps.push_back({glm::vec4(0.0f), found.surface ? tap_x : GONIO_NO_PIXEL, tap_y, 0, 0});
                 ++pixel.count;
             }
-            edges.taps.back().albedo_share += glm::vec4(found.albedo, 1.0f) * share;
+            edges.taps.back().albedo_share += glm::vec4(found.albedo, static_cast<float>(found.count)) * share;
             pixel.emission_nit += glm::vec4(found.emission_nit, 0.0f) * share;
-            pixel.own -= share;
+            pixel.own -= static_cast<float>(found.count) * share;
             before = &found;
         }
     }

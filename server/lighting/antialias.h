@@ -48,19 +48,23 @@ struct Edges {
 struct EdgeSamples {
     struct Point {  // a sample whose direct light is its own
         std::uint16_t x;
-        bool in_mean;  // `albedo` has it
-        Edges::Point point;
+        bool in_mean;          // `albedo` has it
+        std::uint32_t before;  // of its pixel, index + 1; 0: none
+        Edges::Point point;    // its albedo: the sum over the samples on that surface
     };
-    struct Found {        // a sample that shows something else than the centre of its pixel
-        std::uint16_t x;  // its pixel's column
-        std::uint8_t sample;
-        std::int8_t dx, dy;  // from there to the pixel whose light it takes
-        bool surface;        // else it shows the background
-        glm::vec3 albedo, emission_nit;
+    struct Found {                   // samples that show something else than the centre of their pixel
+        std::uint16_t x = 0;         // its column
+        std::int8_t dx = 0, dy = 0;  // from there to the pixel whose light they take
+        bool surface = false;        // else they show the background
+        std::uint8_t count = 1;
+        std::uint32_t before = 0;                    // of its pixel, index + 1; 0: none
+        std::uint64_t samples = 0;                   // bit i: sample i
+        glm::vec3 albedo{0.0f}, emission_nit{0.0f};  // sums
     };
     unsigned done = 0;
     std::vector<std::vector<Found>> rows;
     std::vector<std::vector<Point>> points;
+    std::vector<std::uint32_t> newest, newest_point;  // per pixel: of `rows` and `points`, index + 1; 0: none
     // Per pixel 4: the sum over its other samples, and their number; cd/m².
     std::vector<float> albedo, emission;
     GBuffer gbuffer;  // of one sample
@@ -73,9 +77,10 @@ inline constexpr std::uint32_t kAnotherSurface = ~0u;
 // Marks such pixels of a raster: gbuffer has what is lit, drawn what the raster shows.
 void mark_others(const GBuffer& gbuffer, const GBuffer& drawn, Raster& raster, Pool& pool);
 
-// Draws sample `done` of n, at most 64, and compares it with the picture whose pixels are lit (gbuffer, raster). A row
-// keeps no more than four samples a pixel; the others count as their pixel's centre. Result: whether that was the last.
-// Eight parameters: a scene, a picture and the work. Render thread.
+// Draws sample `done` of n, at most 64, and compares it with the picture whose pixels are lit (gbuffer, raster). Of a
+// pixel's samples those that take the same light are kept as one. A row keeps no more than four such a pixel; the
+// others count as their pixel's centre. Result: whether that was the last. Eight parameters: a scene, a picture and the
+// work. Render thread.
 bool add_edge_sample(const Clusters& clusters, const MaterialTable& materials, bool emissive, const GBuffer& gbuffer,
                      const Raster& raster, unsigned n, EdgeSamples& samples, Pool& pool);
 // Result: of all n samples, which are gone then.

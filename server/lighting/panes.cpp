@@ -36,10 +36,22 @@ std::optional<trace::Transparency> transparency_at(const MaterialTable& material
     return trace::transparency_of(*material_table.asset, material, color, uv);
 }
 
+float pane_threshold(const MaterialTable& material_table, std::uint32_t triangle, const PaneSample& sample) {
+    if (sample.index < 0) return glsl::pass_threshold(0, -1);
+    const std::vector<std::uint32_t>& first = material_table.first_triangle;
+    const auto instance =
+        static_cast<std::uint32_t>(std::upper_bound(first.begin(), first.end(), triangle) - first.begin());
+    const int parts = std::max(1, sample.count / 16);
+    const float dither = glsl::display_dither(sample.x, sample.y) * 255.0f + 0.5f;
+    const float within = (static_cast<float>(sample.index % parts) + dither) / static_cast<float>(parts);
+    return glsl::pass_threshold(2 * instance + (sample.back ? 1 : 0), sample.index * 16 / sample.count) +
+           (within - 0.5f) / 16.0f;
+}
+
 bool is_hole(const MaterialTable& material_table, std::uint32_t triangle, float corner1, float corner2,
-             int pane_sample) {
+             const PaneSample& sample) {
     const auto pane = transparency_at(material_table, triangle, corner1, corner2);
-    return !pane || glsl::pass_threshold(triangle, pane_sample) < pane->share;
+    return !pane || pane_threshold(material_table, triangle, sample) < pane->share;
 }
 
 bool any_pane(const MaterialTable& material_table) {

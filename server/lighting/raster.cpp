@@ -131,8 +131,9 @@ void RasterTriangle(const MaterialTable& material_table, const Setup& s, std::ui
                 store(e1, w1), store(e2, w2), store(d, sum);
                 hn::Store(hn::IfThenElseZero(shown, hn::Set(tag, 1.0f)), tag, open);
                 for (int i = 0; i < simd_lanes; ++i) {
-                    if (open[i] != 0.0f && is_hole(material_table, s.triangle & ~Setup::kAlphaMask, w1[i] / sum[i],
-                                                   w2[i] / sum[i], strip.sample.pane))
+                    if (open[i] != 0.0f &&
+                        is_hole(material_table, s.triangle & ~Setup::kAlphaMask, w1[i] / sum[i], w2[i] / sum[i],
+                                {strip.sample.index, strip.sample.count, s.turn < 0.0f, x + i, y}))
                         open[i] = 0.0f;
                 }
                 shown = hn::Gt(hn::Load(tag, open), hn::Zero(tag));
@@ -385,8 +386,9 @@ bool set_up(const OnScreen& screen, const std::array<std::uint8_t, 3>& corner, b
 
 // What lies before the nearest surfaces of a strip's pixels, and is seen through, tints them.
 struct Tints {
-    std::vector<glm::vec3> tint;  // by pixel; empty: none
-    std::vector<float> depth;     // of the last one: two triangles that meet there count once
+    static constexpr float kSame = 2e-6f;  // depths that differ less are one
+    std::vector<glm::vec3> tint;           // by pixel; empty: none
+    std::vector<float> depth;              // of the last one: two triangles that meet there count once
 
     void take(const MaterialTable& material_table, const Setup& s, const Strip& strip) {
         const std::uint32_t triangle = s.triangle & ~Setup::kAlphaMask;
@@ -399,11 +401,12 @@ struct Tints {
                 const auto at = [&](const float* plane) { return plane[0] * dx + plane[1] * dy + plane[2]; };
                 const float e[3] = {at(s.edge[0]), at(s.edge[1]), at(s.edge[2])}, d = at(s.depth);
                 const auto pixel = static_cast<std::size_t>((y - strip.first_row) * strip.row_length + x);
-                if (!(std::min({e[0], e[1], e[2]}) >= 0.0f && d > strip.depth[pixel] && d < 1.0f)) continue;
+                if (!(std::min({e[0], e[1], e[2]}) >= 0.0f && d > strip.depth[pixel] * (1.0f + kSame) && d < 1.0f))
+                    continue;
+                if (strip.nearest[pixel] == triangle + 1) continue;  // it is what the pixel shows
                 const auto pane = transparency_at(material_table, triangle, e[1] / d, e[2] / d);
                 if (!pane || pane->tint == glm::vec3(1.0f)) continue;
                 if (tint.empty()) tint.assign(count, glm::vec3(1.0f)), depth.assign(count, 0.0f);
-                constexpr float kSame = 2e-6f;
                 if (std::abs(depth[pixel] - d) <= kSame * d) continue;
                 depth[pixel] = d;
                 tint[pixel] *= pane->tint;

@@ -40,8 +40,8 @@ struct Raster {
 
 // One of a picture's samples.
 struct RasterSample {
-    int pane = -1;       // which of sixteen it is to transmissive surfaces (pass_threshold), -1: the only one
-    float share = 1.0f;  // of its pixel: textures are filtered over that
+    int index = -1, count = 16;  // sample `index` of `count`; -1: the only one
+    float share = 1.0f;          // of its pixel: textures are filtered over that
 };
 
 // Fills depth and normals of `surfaces` (whose size and rays are set) and the raster's albedo and, if `emissive`,

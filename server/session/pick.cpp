@@ -28,7 +28,7 @@ Result<Picked> pick_at(const Scene& scene, const v1::PickQuery& query) {
     Picked picked;
     picked.pick.set_scene_rev(scene.scene_rev);
     trace::SurfaceHit hit;
-    if (!geometry->closest(from, glm::vec3(along), 0.0f, true, hit)) return picked;
+    if (!geometry->closest(from, glm::vec3(along), 0.0f, true, hit, trace::Geometry::kDice / 2)) return picked;
     picked.point = {geometry->origin() + glm::dvec3(hit.position), glm::dvec3(hit.normal)};
     picked.reflectance = hit.albedo * hit.tint;
     picked.emission_nit = hit.emission * hit.tint;

@@ -13,8 +13,8 @@ struct Picked {
     trace::MeterPoint point;  // where that is measured; nothing where nothing is hit
     glm::dvec3 reflectance{0.0}, emission_nit{0.0};
 };
-// Result: what the scene's camera sees there. Backs of one-sided surfaces are looked through as in pictures; glass is
-// met or looked through as often as light passes it. Errors: "invalid_argument" (pick.x, pick.y). Some microseconds of
+// Result: what the scene's camera sees there. Backs of one-sided surfaces are looked through as in pictures, and so is
+// glass that lets more than half of the light pass. Errors: "invalid_argument" (pick.x, pick.y). Some microseconds of
 // any thread where the scene is traced.
 Result<Picked> pick_at(const Scene& scene, const v1::PickQuery& query);
 // Result: the answer, with the light that was measured there. All surfaces are diffuse: L = rho E / pi + its own.

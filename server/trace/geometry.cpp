@@ -7,6 +7,7 @@
 #include <cstring>
 #include <limits>
 #include <stdexcept>
+#include <utility>
 
 #include "server/trace/sampler.h"
 #include "server/trace/texture.h"
@@ -219,7 +220,7 @@ struct Geometry::RayState {
 // From one transmissive surface to the next, until one stops the ray: stops(instance, triangle, transparency). Result:
 // whether one does; the ray then has it. Two that meet at an edge count once.
 template <typename Stops>
-bool Geometry::follow_panes(RayState& ray, const Stops& stops) const {
+bool Geometry::follow_panes(RayState& ray, Stops stops) const {
     RTCRay& own = ray.query.ray;
     const glm::vec3 from(own.org_x, own.org_y, own.org_z), along(own.dir_x, own.dir_y, own.dir_z);
     const float end = own.tfar, per_m = 1.0f / std::max(glm::length(along), 1e-30f);
@@ -251,10 +252,12 @@ std::uint32_t dice_of(const RayPacket& rays, int i) {
     return bits;
 }
 
-// A ray passes as often as light does, and takes the tint of what it passes.
-auto passing(std::uint32_t dice, glm::vec3& tint) {
-    return [dice, &tint](int instance, int triangle, const Transparency& pane) {
-        if (!(chance(dice, instance, triangle) < pane.share)) return true;
+// A ray passes as often as light does, and takes the tint of what it passes. first: in [0, 1), decides of the nearest
+// surface, so that stratified samples pass it as stratified; negative: by chance as of the others.
+auto passing(std::uint32_t dice, glm::vec3& tint, float first = -1.0f) {
+    return [dice, &tint, first](int instance, int triangle, const Transparency& pane) mutable {
+        const float drawn = first >= 0.0f ? std::exchange(first, -1.0f) : chance(dice, instance, triangle);
+        if (!(drawn < pane.share)) return true;
         tint *= pane.tint;
         return false;
     };
@@ -289,7 +292,7 @@ bool Geometry::closest(const glm::vec3& from, const glm::vec3& direction, float 
     if (embree_->panes != nullptr) {
         RayState panes(*this, ray_of(from, direction, near, ray.query.ray.tfar));
         panes.context.base.filter = ray.context.base.filter;
-        if (follow_panes(panes, passing(dice, tint))) {
+        if (follow_panes(panes, passing(dice, tint, static_cast<float>(dice) / static_cast<float>(kDice)))) {
             ray.query = panes.query;
             met = true;
         }

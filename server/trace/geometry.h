@@ -74,7 +74,9 @@ public:
     // Result: whether the ray meets a surface beyond `near` and, if so, which, normal maps included: packets of rays
     // know none. direction: unit. Alpha-masked texels are holes. for_viewer: backs of single-sided surfaces are left
     // out, as glTF's viewers do; light meets both sides.
-    // dice: random bits, of which the ray passes transmissive surfaces.
+    // dice: 0 … kDice − 1, uniform: of them the ray passes transmissive surfaces, the nearest where dice / kDice is
+    // less than what it lets pass.
+    static constexpr std::uint32_t kDice = 1u << 24;
     bool closest(const glm::vec3& from, const glm::vec3& direction, float near, bool for_viewer, SurfaceHit& hit,
                  std::uint32_t dice = 0) const;
     // Result: whether a surface stands between two points, both a step away from their own surfaces. Transmissive ones
@@ -131,7 +133,7 @@ private:
     glm::vec3 mapped_normal(const SurfaceHit& hit, float u, float v) const;
     struct RayState;
     template <typename Stops>
-    bool follow_panes(RayState& ray, const Stops& stops) const;
+    bool follow_panes(RayState& ray, Stops stops) const;
     unsigned closest(const RayPacket& rays, unsigned active, HitPacket& hits, glm::vec3* tints) const;
     unsigned touches_panes(const RayPacket& rays, unsigned active, const float* far) const;
     unsigned through_panes(const RayPacket& rays, unsigned active, unsigned met, HitPacket& hits,

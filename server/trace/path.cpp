@@ -141,7 +141,9 @@ PathLight trace_path(const World& world, Receiver x, int bounces, bool openings,
     Sample* const drawn_on = openings ? &sample : nullptr;
     // Which transmissive surfaces a ray passes is a decision of its own.
     const auto dice = [&] {
-        return geometry.transmissive() ? static_cast<std::uint32_t>(sample.next().x * 0x1p24f) : 0u;
+        return geometry.transmissive()
+                   ? static_cast<std::uint32_t>(sample.next().x * static_cast<float>(Geometry::kDice))
+                   : 0u;
     };
     PathLight light;
     glm::vec3 throughput(1.0f);

@@ -205,7 +205,9 @@ struct Picture::Data {
         return static_cast<float>(1.0 / std::max(glm::dot(from_eye, eye.forward), 1e-6));
     }
     std::uint32_t dice(Sample& sample) const {
-        return world->geometry->transmissive() ? static_cast<std::uint32_t>(sample.next().x * 0x1p24f) : 0u;
+        return world->geometry->transmissive()
+                   ? static_cast<std::uint32_t>(sample.next().x * static_cast<float>(Geometry::kDice))
+                   : 0u;
     }
     bool shows_direct() const {
         return request.quantity != Quantity::irradiance_indirect && request.quantity != Quantity::radiance_indirect;

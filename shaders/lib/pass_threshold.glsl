@@ -1,10 +1,10 @@
 // Which fragments of a surface that lets light pass are seen through, in one sample of a picture (stochastic
-// transparency, Enderton et al. 2010): those whose share of passing light is above this. triangle: of the scene. Samples
-// 0 … 15 take each sixteenth once, in an order of the triangle's own, so that panes behind each other are independent;
+// transparency, Enderton et al. 2010): those whose share of passing light is above this. order: of a surface. Samples
+// 0 … 15 take each sixteenth once, in an order of that surface's own, so that panes behind each other are independent;
 // -1: a picture of one sample, without noise.
-float pass_threshold(uint triangle, int pane_sample) {
+float pass_threshold(uint order, int pane_sample) {
     if (pane_sample < 0) return 0.5f;
-    uint h = triangle * 0x9e3779b1u;
+    uint h = order * 0x9e3779b1u;
     h = (h ^ (h >> 15u)) * 0x85ebca6bu;
     h = (h ^ (h >> 13u)) * 0xc2b2ae35u;
     h = h ^ (h >> 16u);

@@ -229,6 +229,57 @@ TEST(Antialias, FoldsFinerThanAPixelHaveTheMeanOfTheirLight) {
     EXPECT_GT(one.rms, 0.5);
 }
 
+// A pane as wide as the picture, and one of many triangles: the mean is that of the light, pixel by pixel.
+TEST(Antialias, APaneMayFillThePicture) {
+    const auto plate = [](double left, double right, double z) {
+        return quad({left, -1, z}, {right, -1, z}, {right, 1, z}, {left, 1, z});
+    };
+    Mesh strips;
+    for (int i = 0; i < 40; ++i) {
+        const Mesh strip = plate(-0.06 + 0.003 * i, -0.06 + 0.003 * (i + 1), 0.5);
+        const auto first = static_cast<std::uint32_t>(strips.vertices.size());
+        strips.vertices.insert(strips.vertices.end(), strip.vertices.begin(), strip.vertices.end());
+        for (const std::uint32_t index : strip.indices) strips.indices.push_back(first + index);
+    }
+    for (const Mesh& pane : {plate(-1.0, 1.0, 0.5), strips}) {
+        for (const double covers : {0.25, 0.45, 0.7}) {
+            Scene scene = scene_with({{plate(-1.0, 1.0, 0.0), glm::vec3(0.4f)}, {pane, glm::vec3(0.8f)}},
+                                     isotropic(100.0), {0, 0, 4});
+            auto asset = std::make_shared<SceneAsset>(*scene.asset);
+            asset->materials[1].alpha_blend = true;
+            asset->materials[1].base_color.a = static_cast<float>(covers);
+            scene.asset = asset;
+            scene.camera = {{0, 0, 2}, {0, 0, 0}, 0.05};
+            const double on_pane = 100.0 / (3.5 * 3.5), on_wall = (1.0 - covers) * 100.0 / 16.0,
+                         nit = (covers * 0.8 * on_pane + (1.0 - covers) * 0.4 * on_wall) / std::numbers::pi;
+            for (const unsigned samples : {16u, 64u}) {
+                const OverExpected over = direct_over(scene, nit, 32, samples);
+                std::printf("pane of %zu triangles, %.2f, %u samples: mean %.4f, rms %.4f\n", pane.indices.size() / 3,
+                            covers, samples, over.mean, over.rms);
+                EXPECT_NEAR(over.mean, 1.0, 0.005) << covers;
+                EXPECT_LT(over.rms, 0.06) << covers << ": one of sixteen samples more or less";
+            }
+        }
+    }
+    // Coloured glass that is seen has its colour once.
+    Scene scene = scene_with({{plate(-1.0, 1.0, 0.0), glm::vec3(0.4f)}, {plate(-1.0, 1.0, 0.5), glm::vec3(0.8f)}},
+                             isotropic(100.0), {0, 0, 4});
+    auto asset = std::make_shared<SceneAsset>(*scene.asset);
+    asset->materials[1].transmission = 0.8f;
+    asset->materials[1].base_color = {1.0f, 0.25f, 1.0f, 1.0f};
+    scene.asset = asset;
+    scene.camera = {{0.1, 0.2, 2}, {0.0, 0.05, 0}, 0.05};  // aslant: depths are rounded
+    Renderer renderer(context(), Renderer::DirectLight::rays);
+    const auto still = renderer.capture(scene, View::direct, 64, 64, true, trace::kAllBounces, 16);
+    const auto expected = [&](double c) {
+        return 0.2 * c * 100.0 / (3.5 * 3.5) + 0.8 * c * 0.4 * 0.8 * c * 100.0 / 16.0;
+    };
+    float least = 1.0f;
+    for (std::size_t i = 0; i < still->values.size(); i += 4)
+        least = std::min(least, still->values[i + 1] / still->values[i]);
+    EXPECT_GT(least, 0.94 * expected(0.25) / expected(1.0));
+}
+
 // Pixels' centres look through a pane that covers 5/16: its own light is found all the same.
 TEST(Antialias, APaneHasItsOwnLight) {
     constexpr double kCovers = 5.0 / 16.0;
