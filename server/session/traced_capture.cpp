@@ -9,7 +9,8 @@
 namespace gonio {
 namespace {
 
-constexpr double kRefineSeconds = 0.25;  // between two reports of progress
+constexpr std::uint32_t kEdgeSamples = 16, kGlassSamples = 64;  // of denoised pictures at least
+constexpr double kRefineSeconds = 0.25;                         // between two reports of progress
 
 trace::Quantity quantity_of(View view) {
     switch (view) {
@@ -60,7 +61,10 @@ std::optional<TracedCapture> trace_capture(std::shared_ptr<const trace::World> w
     asked.quantity = quantity_of(request.view);
     asked.antialias = request.samples_per_pixel > 1;
     asked.planes = request.denoise;
-    trace::Picture traced(std::move(world), asked, request.settings);
+    trace::Settings settings = request.settings;
+    // Edges and what is seen through glass have as many levels as there are samples: no filter smooths them.
+    if (request.denoise) settings.min_passes = world->geometry->transmissive() ? kGlassSamples : kEdgeSamples;
+    trace::Picture traced(std::move(world), asked, settings);
     TracedCapture capture;
     do {
         capture.progress = traced.refine(kRefineSeconds, stop);

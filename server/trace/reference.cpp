@@ -333,6 +333,7 @@ Picture::Picture(std::shared_ptr<const World> world, const PictureRequest& reque
     d.streams.resize(pixels * kPixelStreams);
     d.hits.resize(pixels);
     d.row_passes.resize(static_cast<std::size_t>(request.height_px));
+    d.next_check = std::max<std::uint32_t>(kPixelStreams, d.settings.min_passes);
     d.exact = !request.antialias && !d.world->geometry->transmissive() && !d.needs_paths() &&
               !(d.shows_direct() && settings.openings);
 }

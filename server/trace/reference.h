@@ -23,6 +23,7 @@ struct Settings {
     bool openings = false;      // luminaires emit from their luminous opening (LM-63 table 1) instead of a point
     double noise = 0.01;        // stops when the estimated relative standard error is below: of total_lx for meters, of
                                 // the root mean square over the pixels relative to their mean for pictures
+    std::uint32_t min_passes = 8;         // of a picture, a multiple of 8: its noise is not asked before
     std::uint32_t max_passes = 1u << 20;  // samples per receiver at most; what is reached by then is reported
     double max_seconds = 0.0;  // ends with what it has after about this long, with 64 samples a stream or a pass at
                                // least; 0: no bound
