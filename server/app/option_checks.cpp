@@ -155,6 +155,11 @@ std::string check_udp_address(const std::string& text) {
     return check_read(read_udp_address(text, 1));
 }
 
+std::string check_decimal(const std::string& text) {
+    const bool good = text.find_first_of("xX") == std::string::npos;
+    return good ? "" : "must be a decimal number, not " + quoted(text);
+}
+
 CLI::Validator finite_in(double low, double high) {
     const std::string range = toml_read::number_text(low) + " - " + toml_read::number_text(high);
     return {[=](std::string& text) {

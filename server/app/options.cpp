@@ -139,6 +139,15 @@ void add_input_options(CLI::App& app, Options& options, OptionTexts& text) {
         ->group("");
 }
 
+// Of every option that takes a number.
+void check_numbers(CLI::App& app) {
+    for (CLI::Option* option : app.get_options()) {
+        const std::string type = option->get_type_name();
+        for (const char* number : {"INT", "UINT", "FLOAT"})
+            if (type.starts_with(number)) option->check(check_decimal);
+    }
+}
+
 // What the texts say; each has been checked.
 void take_texts(const CLI::App& app, const OptionTexts& text, Options& options) {
     options.scene_given = app.count("--scene") > 0;
@@ -177,6 +186,7 @@ std::optional<Options> parse_options(const std::vector<std::string>& arguments, 
     add_picture_options(app, options, text);
     add_input_options(app, options, text);
     add_front_options(app, options);
+    check_numbers(app);
     Settings settings;
     try {
         parse(app, arguments);

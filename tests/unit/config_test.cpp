@@ -251,6 +251,12 @@ TEST_F(ConfigTest, NoNumberIsNotANumber) {
             EXPECT_FALSE(parse({std::string(option) + "=" + value})) << option << " " << value;
             EXPECT_EQ(exit_code, 2) << option << " " << value;
         }
+    for (const char* option : {"--scale", "--target-fps", "--samples", "--max-clients", "--max-side", "--device"})
+        for (const char* value : {"0x10", "0X1p4"}) {
+            EXPECT_FALSE(parse({std::string(option) + "=" + value})) << option << " " << value;
+            EXPECT_EQ(exit_code, 2) << option << " " << value;
+            EXPECT_NE(err.find(std::string(option) + ": "), std::string::npos) << err;
+        }
     EXPECT_FALSE(parse({"--config", file("max-updates = nan\n")}));
     EXPECT_NE(err.find("line 1"), std::string::npos) << err;
 }
