@@ -16,9 +16,15 @@ namespace gonio {
 
 void GltfImport::warn(std::string sentence) {
     auto& warnings = scene.warnings;
-    if (warnings.size() >= kMaxWarnings || std::find(warnings.begin(), warnings.end(), sentence) != warnings.end())
+    if (std::find(warnings.begin(), warnings.end(), sentence) != warnings.end()) return;
+    if (warnings.size() + 1 < kMaxWarnings) {
+        warnings.push_back(std::move(sentence));
         return;
-    warnings.push_back(warnings.size() + 1 == kMaxWarnings ? "more warnings were left out" : std::move(sentence));
+    }
+    constexpr const char* kChanges = "changes lux";
+    if (warnings.size() < kMaxWarnings) warnings.emplace_back("more warnings were left out");
+    if (sentence.find(kChanges) != std::string::npos && !warnings.back().ends_with(kChanges))
+        warnings.back().append("; ").append(kChanges);
 }
 
 std::optional<Error> take_memory(std::size_t& room, std::size_t count, std::size_t bytes_each,
@@ -91,8 +97,8 @@ void bound_albedo(GltfImport& import, double most) {
     }
     if (bounded > 0)
         import.warn(std::to_string(bounded) + (bounded == 1 ? " material reflects" : " materials reflect") +
-                    " more than --max-albedo and was bounded there: surfaces that lose no light never end a bounce; "
-                    "changes lux");
+                    " more than --max-albedo and " + (bounded == 1 ? "was" : "were") +
+                    " bounded there: surfaces that lose no light never end a bounce; changes lux");
 }
 
 // name: of the result. The rest as of load_scene.
@@ -106,7 +112,7 @@ Result<std::shared_ptr<SceneAsset>> load_gltf(const std::string& path, const std
         scene->name = shortened_text(name, 4096);
         GltfImport import{*document, *scene, options, room};
         for (const std::string& warning : document->warnings) import.warn(warning);
-        for (const auto step : {import_materials, import_meshes, settle_blending, import_nodes}) {
+        for (const auto step : {import_materials, import_meshes, settle_blending, warn_of_materials, import_nodes}) {
             if (auto error = step(import)) return *error;
         }
         bound_albedo(import, options.max_albedo);

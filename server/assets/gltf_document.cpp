@@ -147,8 +147,8 @@ Result<std::vector<std::vector<std::byte>>> read_buffers(const Json& document, c
 }
 
 // Those that say where they are used what was made of them, when they are.
-constexpr std::array kSaidWhereUsed = {"KHR_materials_unlit", "KHR_texture_basisu", "EXT_texture_avif",
-                                       "MSFT_texture_dds"};
+constexpr std::array kSaidWhereUsed = {"KHR_materials_transmission", "KHR_materials_unlit", "KHR_texture_basisu",
+                                       "EXT_texture_avif", "MSFT_texture_dds"};
 
 void note_unread(const Json& document, std::vector<std::string>& warnings) {
     std::set<std::string> used;
@@ -158,7 +158,8 @@ void note_unread(const Json& document, std::vector<std::string>& warnings) {
     for (const std::string& extension : used) {
         const GltfFeature* const known = find_extension(extension);
         if (!known)
-            warnings.push_back("the extension " + shortened_text(extension, 80) + " is not known and was ignored");
+            warnings.push_back("the extension " + shortened_text(extension, 80) +
+                               " is not known and was ignored; perhaps it changes lux");
         else if (known->state != FeatureState::supported && std::ranges::count(kSaidWhereUsed, extension) == 0)
             warnings.push_back(feature_warning(*known));
     }

@@ -10,7 +10,11 @@ namespace {
 constexpr const char* kIntroduction = R"(# What is made of glTF
 
 `goniod --print-gltf` prints this page, from the table that the importer itself goes by (`server/assets/gltf_features.h`). *Lux*: light
-differs from what glTF says. Warnings of a load name the row, what was made of it, and where.
+differs from what glTF says. Warnings of a load name the row, what was made of it, and where; those that matter to lux say `changes lux`.
+
+`KHR_materials_transmission`, alpha BLEND, normal textures and metals are said once a file, with the first material that a mesh shows.
+Every surface is diffuse. Warnings say so, as *metallic-roughness materials*, of metals alone: a metallicFactor over 0 beside a
+roughnessFactor under 1 or a metallicRoughnessTexture.
 
 An extension that is not here is ignored where it is optional, with a warning, and refused where a file requires it. Whatever a file
 says of its size is bounded before memory is taken.

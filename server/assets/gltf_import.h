@@ -63,7 +63,7 @@ struct GltfImport {
     // Of the limits above. decoded: vertices that were read; vertices: those that were kept.
     std::size_t texels = 0, decoded = 0, vertices = 0, indices = 0, triangles = 0, instanced = 0;
 
-    // Adds a warning once, at most kMaxWarnings in all.
+    // Adds a warning once, at most kMaxWarnings in all; the last says whether those left out change lux.
     void warn(std::string sentence);
     static constexpr std::size_t kMaxWarnings = 100;
 };
@@ -73,6 +73,8 @@ std::optional<Error> import_materials(GltfImport& import);
 std::optional<Error> import_meshes(GltfImport& import);
 // After the meshes: materials whose alpha is 1 everywhere do not blend, which would cost time.
 std::optional<Error> settle_blending(GltfImport& import);
+// After blending is settled: once a feature, with the first of the materials that meshes show.
+std::optional<Error> warn_of_materials(GltfImport& import);
 std::optional<Error> import_nodes(GltfImport& import);
 // Sets tangents from the texture coordinates; a vertex where the texture turns over becomes two.
 void derive_tangents(Mesh& mesh);

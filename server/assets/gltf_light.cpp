@@ -78,7 +78,8 @@ std::optional<Error> add_punctual(GltfImport& import, const LightNode& node, int
         if (outer > std::numbers::pi / 2.0 + 1e-6)
             import.warn("a cone angle beyond pi/2 was limited to it; changes lux (" + where + ")");
         if (!(inner < outer))
-            import.warn("the inner cone of a spot is not inside its outer one: its edge is sharp (" + where + "/spot)");
+            import.warn("the inner cone of a spot is not inside its outer one: its edge is sharp; changes lux (" +
+                        where + "/spot)");
         std::shared_ptr<const Profile>& spot = import.spots[{inner, outer}];
         if (!spot) {
             if (auto full = take_memory(import.room, 1, kBytesOfProfile, where)) return full;
@@ -152,7 +153,7 @@ std::optional<Error> add_ies(GltfImport& import, const LightNode& node, const Va
             if (diagnostic.severity == "warning") import.warn(diagnostic.message + " (" + root + ")");
         }
         const std::string& thinned = tables_of(*profile).thinned;
-        if (!thinned.empty()) import.warn(thinned + " (" + root + ")");
+        if (!thinned.empty()) import.warn(thinned + " This changes lux (" + root + ")");
     }
     LightSeed light;
     light.profile = profile;
@@ -179,7 +180,7 @@ std::optional<Error> import_node_light(GltfImport& import, const LightNode& node
     if (ies != extensions.end()) {
         // A punctual light on the same node is the fallback of viewers without photometry: both would count twice.
         if (punctual != extensions.end()) {
-            import.warn("the punctual light beside the measured one was left out (/nodes/" +
+            import.warn("the punctual light beside the measured one was left out; changes lux (/nodes/" +
                         std::to_string(node.index) + ")");
         }
         return add_ies(import, node, ies->second);

@@ -108,15 +108,15 @@ std::optional<Error> import_transmission(GltfImport& import, const tinygltf::Mat
     const auto found = from.extensions.find("KHR_materials_transmission");
     if (found == from.extensions.end()) return std::nullopt;
     const double factor = number_of(found->second, "transmissionFactor", 0.0);
-    if (factor < 0.0 || factor > 1.0) import.warn("a transmissionFactor outside 0..1 was clamped (" + where + ")");
+    if (factor < 0.0 || factor > 1.0)
+        import.warn("a transmissionFactor outside 0..1 was clamped; changes lux (" + where + ")");
     material.transmission = static_cast<float>(std::clamp(factor, 0.0, 1.0));
     if (!(material.transmission > 0.0f)) return std::nullopt;
-    import.warn(feature_warning("KHR_materials_transmission", where));
     const glm::vec4& color = material.base_color;
     if (color.r != color.g || color.g != color.b || material.base_color_image >= 0)
         import.warn(
             "coloured glass dims lux in the live picture by its luminance; direct light of meters, what is seen "
-            "through it and the reference have its colour (" +
+            "through it and the reference have its colour; changes lux (" +
             where + ")");
     const tinygltf::TextureInfo texture = transmission_texture(from);
     if (texture.index < 0) return std::nullopt;
@@ -129,7 +129,7 @@ Result<Material> convert(GltfImport& import, const tinygltf::Material& from, con
     const BaseColour base = base_colour_of(from);
     for (int c = 0; c < 4; ++c) {
         if (base.factor[c] < 0.0 || base.factor[c] > 1.0)
-            import.warn("a baseColorFactor outside 0..1 was clamped (" + where + ")");
+            import.warn("a baseColorFactor outside 0..1 was clamped; changes lux (" + where + ")");
         material.base_color[c] = static_cast<float>(std::clamp(base.factor[c], 0.0, 1.0));
     }
     const auto strength = from.extensions.find("KHR_materials_emissive_strength");
@@ -184,11 +184,11 @@ Result<Material> convert(GltfImport& import, const tinygltf::Material& from, con
             return *error;
         material.normal_scale = static_cast<float>(std::clamp(from.normalTexture.scale, -1e3, 1e3));
         if (uv != placement_of(normal))
-            import.warn("the normal texture uses another texture's coordinates (" + where + ")");
+            import.warn("the normal texture uses another texture's coordinates; changes lux (" + where + ")");
     }
     if (auto error = import_transmission(import, from, first_is_pane, where, material)) return *error;
     if (pane.index >= 0 && uv != placement_of(pane))
-        import.warn("the transmission texture uses another texture's coordinates (" + where + ")");
+        import.warn("the transmission texture uses another texture's coordinates; changes lux (" + where + ")");
     if (from.extensions.count("KHR_materials_unlit")) {
         const bool emits = import.options.unlit == Unlit::emission;
         import.warn(feature_warning("KHR_materials_unlit", "",
@@ -197,6 +197,15 @@ Result<Material> convert(GltfImport& import, const tinygltf::Material& from, con
         make_unlit(material, import.options.unlit);
     }
     return material;
+}
+
+// Whether the material is a metal that may shine; one of roughness 1 is close to diffuse.
+bool is_shining_metal(const tinygltf::Material& material) {
+    const auto& core = material.pbrMetallicRoughness;
+    const bool replaced = material.extensions.count("KHR_materials_unlit") > 0 ||
+                          material.extensions.count("KHR_materials_pbrSpecularGlossiness") > 0;
+    return !replaced && core.metallicFactor > 0.0 &&
+           (core.roughnessFactor < 1.0 || core.metallicRoughnessTexture.index >= 0);
 }
 
 bool covers_all(const Image& image) {
@@ -222,6 +231,24 @@ std::optional<Error> settle_blending(GltfImport& import) {
             !(textured && !covers_all(scene.images[material.base_color_image])))
             material.alpha_blend = false;
     }
+    return std::nullopt;
+}
+
+std::optional<Error> warn_of_materials(GltfImport& import) {
+    const auto& materials = import.document.model->materials;
+    std::vector<bool> shown(import.scene.materials.size());
+    for (const Mesh& mesh : import.scene.meshes) shown[mesh.material] = true;
+    const auto warn = [&](FeatureName feature, const auto& has) {
+        for (std::size_t i = 0; i < materials.size(); ++i) {
+            if (!shown[i] || !has(import.scene.materials[i], materials[i])) continue;
+            import.warn(feature_warning(feature, "/materials/" + std::to_string(i)));
+            return;
+        }
+    };
+    warn("KHR_materials_transmission", [](const Material& is, const auto&) { return is.transmission > 0.0f; });
+    warn("alpha BLEND", [](const Material& is, const auto&) { return is.alpha_blend; });
+    warn("normal textures", [](const Material& is, const auto&) { return is.normal_image >= 0; });
+    warn("metallic-roughness materials", [](const Material&, const auto& from) { return is_shining_metal(from); });
     return std::nullopt;
 }
 

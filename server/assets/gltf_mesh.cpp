@@ -139,7 +139,7 @@ std::optional<Error> read_colors(GltfImport& import, const tinygltf::Primitive& 
     if (!values) return values.error();
     if (std::all_of(values->begin(), values->end(), [](float value) { return value == 1.0f; })) return std::nullopt;
     if (std::any_of(values->begin(), values->end(), [](float value) { return value < 0.0f || value > 1.0f; }))
-        import.warn("vertex colours outside 0..1 were clamped (" + where + ")");
+        import.warn("vertex colours outside 0..1 were clamped; changes lux (" + where + ")");
     mesh.colors.resize(count, glm::u16vec4(65535));
     for (std::size_t i = 0; i < count; ++i) {
         for (std::size_t c = 0; c < components; ++c)
@@ -162,7 +162,7 @@ std::optional<Error> read_tangents(GltfImport& import, const tinygltf::Primitive
     for (std::size_t i = 0; i < count; ++i) {
         const glm::vec3 along = glm::make_vec3(&(*values)[4 * i]);
         if (!(glm::length(along) > 1e-6f)) {
-            import.warn("tangents of length 0 were rebuilt from the texture coordinates (" + where + ")");
+            import.warn("tangents of length 0 were rebuilt from the texture coordinates; changes lux (" + where + ")");
             mesh.tangents.clear();
             return std::nullopt;
         }
@@ -247,7 +247,7 @@ std::optional<Error> import_primitive(GltfImport& import, const tinygltf::Primit
         import.warn(feature_warning("morph targets", where));
     }
     if (!primitive.attributes.count("POSITION")) {
-        import.warn("a primitive without positions was left out (" + where + ")");
+        import.warn("a primitive without positions was left out; changes lux (" + where + ")");
         return std::nullopt;
     }
     Mesh mesh;
@@ -262,7 +262,8 @@ std::optional<Error> import_primitive(GltfImport& import, const tinygltf::Primit
     }
     if (primitive.attributes.count("NORMAL")) {
         compact(mesh);
-        if (repair_normals(mesh) > 0) import.warn("normals of length 0 were rebuilt from the faces (" + where + ")");
+        if (repair_normals(mesh) > 0)
+            import.warn("normals of length 0 were rebuilt from the faces; changes lux (" + where + ")");
     } else {
         make_flat(mesh);
     }

@@ -44,8 +44,9 @@ TEST_F(AssetsExtensions, EachIsWhatTheTableSays) {
         Json document = triangle();
         document["extensionsUsed"] = {row.name};
         const auto scene = good(document);
-        const bool where_used = row.name == "KHR_materials_unlit" || row.name == "KHR_texture_basisu" ||
-                                row.name == "EXT_texture_avif" || row.name == "MSFT_texture_dds";
+        const bool where_used = row.name == "KHR_materials_transmission" || row.name == "KHR_materials_unlit" ||
+                                row.name == "KHR_texture_basisu" || row.name == "EXT_texture_avif" ||
+                                row.name == "MSFT_texture_dds";
         const std::string said = feature_warning(row);
         EXPECT_EQ(said.ends_with("; changes lux"), row.changes_lux);
         EXPECT_EQ(warns(*scene, said), row.state != FeatureState::supported && !where_used);

@@ -73,7 +73,7 @@ TEST_F(Glass, APaneLetsPassWhatItsMaterialSays) {
     };
     for (const Case& c : cases) {
         const auto asset = good(glass(c.transmission, c.color, c.blend));
-        EXPECT_EQ(warns(*asset, "neither refracted nor reflected"), c.transmission > 0.0);
+        EXPECT_EQ(warns(*asset, "neither refracted nor reflected"), c.transmission > 0.0 || c.blend);
         // In the middle the light meets the edge between the pane's triangles.
         for (const glm::dvec2 at : {glm::dvec2(0.0), {0.31, -0.2}}) {
             const glm::dvec3 lux = direct_behind(asset, at);
