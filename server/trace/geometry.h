@@ -71,12 +71,11 @@ public:
     const glm::dvec3& origin() const { return origin_; }
     glm::vec3 local(const glm::dvec3& world) const { return glm::vec3(world - origin_); }
 
+    static constexpr std::uint32_t kDice = 1u << 24;
     // Result: whether the ray meets a surface beyond `near` and, if so, which, normal maps included: packets of rays
     // know none. direction: unit. Alpha-masked texels are holes. for_viewer: backs of single-sided surfaces are left
-    // out, as glTF's viewers do; light meets both sides.
-    // dice: 0 … kDice − 1, uniform: of them the ray passes transmissive surfaces, the nearest where dice / kDice is
-    // less than what it lets pass.
-    static constexpr std::uint32_t kDice = 1u << 24;
+    // out, as glTF's viewers do; light meets both sides. The ray passes transmissive surfaces by dice, which is uniform
+    // in 0 … kDice − 1. It passes the nearest one where dice / kDice is less than the share that this lets pass.
     bool closest(const glm::vec3& from, const glm::vec3& direction, float near, bool for_viewer, SurfaceHit& hit,
                  std::uint32_t dice = 0) const;
     // Result: whether a surface stands between two points, both a step away from their own surfaces. Transmissive ones
