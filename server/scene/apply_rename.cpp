@@ -24,8 +24,8 @@ std::shared_ptr<const Rows> followed(const std::shared_ptr<const Rows>& rows, co
 void follow_presets(Scene& scene, const std::string& name, const std::string& new_name,
                     std::vector<std::string>& warnings) {
     for (auto& [preset_name, preset] : scene.presets) {
-        const auto keeps = [&](const std::string& light) {
-            return std::ranges::find(*preset, light, &PresetLight::name) != preset->end();
+        const auto keeps = [&kept_lights = *preset](const std::string& light) {
+            return std::ranges::find(kept_lights, light, &PresetLight::name) != kept_lights.end();
         };
         const bool has = keeps(name), has_another = keeps(new_name);
         if (!has && !has_another) continue;  // as in followed()

@@ -198,7 +198,7 @@ std::string words_of(const Scene& scene, const EditKey& key) {
 
 std::string path_of(const Scene& scene, const EditKey& key) {
     const Light* light = light_of(scene, key.light);
-    const std::string path = light == nullptr ? "" : "lights." + light->name;
+    std::string path = light == nullptr ? "" : "lights." + light->name;
     switch (key.kind) {
         case EditKind::light:
         case EditKind::name:
