@@ -100,7 +100,7 @@ void set_light(Scene& scene, const v1::SetLight& set, const Loaded& loaded) {
 
 void add_light(Scene& scene, const v1::SetLight& set, const Loaded& loaded) {
     const std::string name = checked_name(set.name(), "add_light.light.name");
-    if (find_light(scene, name) != nullptr || scene.groups.contains(name)) {
+    if (is_taken(scene, name)) {
         refuse("already_exists", "add_light.light.name", name, "a light or group of this name exists");
     }
     if (scene.lights.size() >= kMaxLights) {

@@ -46,7 +46,7 @@ void rename_light(Scene& scene, const v1::RenameLight& rename, std::vector<std::
     if (light == nullptr) refuse("not_found", "rename_light.name", rename.name(), "there is no light of this name");
     const std::string name = checked_name(rename.new_name(), "rename_light.new_name");
     if (name == light->name) return;
-    if (find_light(scene, name) != nullptr || scene.groups.contains(name))
+    if (is_taken(scene, name))
         refuse("already_exists", "rename_light.new_name", name, "a light or group of this name exists");
     give_name(scene, *light, name, warnings);
 }

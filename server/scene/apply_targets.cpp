@@ -17,10 +17,6 @@ struct Target {
 // Each sets one kind back. Result: why not; empty where it is as it was.
 using Setter = std::string (*)(const Target&, std::vector<std::string>& warnings);
 
-bool is_taken(const Scene& scene, const std::string& name) {
-    return find_light(scene, name) != nullptr || scene.groups.contains(name);
-}
-
 std::string full(const char* what, std::size_t most) {
     return std::string("a scene holds at most ") + std::to_string(most) + " " + what;
 }

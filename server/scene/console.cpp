@@ -102,10 +102,6 @@ void put_orbit(v1::SetCamera& set, const Camera& camera, const Orbit& orbit) {
     for (const double one : {eye.x, eye.y, eye.z}) set.add_eye_m(one);
 }
 
-bool is_patched_target(const Scene& scene, const std::string& name) {
-    return scene.groups.contains(name) || find_light(scene, name) != nullptr;
-}
-
 }  // namespace
 
 v1::Patch patch_in_force(const Scene& scene) {
@@ -119,7 +115,7 @@ v1::Patch patch_in_force(const Scene& scene) {
     for (std::string& warning : patch_limits(patch)) patch.add_warnings(std::move(warning));
     for (int i = 0; i < patch.rows_size(); ++i) {
         const v1::PatchRow& row = patch.rows(i);
-        if (row.target().empty() || is_patched_target(scene, row.target())) continue;
+        if (row.target().empty() || is_taken(scene, row.target())) continue;
         patch.add_warnings("row " + std::to_string(i) + " (" + row.protocol() + " " + std::to_string(row.universe()) +
                            "/" + std::to_string(row.address()) + "): there is no light or group '" + row.target() +
                            "'");
@@ -132,7 +128,7 @@ std::vector<std::string> surface_warnings(const Scene& scene) {
     if (!scene.surfaces) return warnings;
     for (int i = 0; i < scene.surfaces->rows_size(); ++i) {
         const v1::SurfaceRow& row = scene.surfaces->rows(i);
-        if (row.target().empty() || light_number(row.target()) || is_patched_target(scene, row.target())) continue;
+        if (row.target().empty() || light_number(row.target()) || is_taken(scene, row.target())) continue;
         warnings.push_back("row " + std::to_string(i) + " (" + row.device() + " " + row.control() +
                            "): there is no light or group '" + row.target() + "'");
     }

@@ -15,5 +15,9 @@ struct Eye {
 };
 // Result: the whole view of a camera on a picture of this size, pixels square.
 Eye eye_of(const Camera& camera, int width_px, int height_px);
+// Result: the ray through a place of the whole view, -1..1, x to the right and y up: one metre deep, world.
+inline glm::dvec3 ray_through(const Eye& eye, double x, double y) {
+    return eye.forward + x * eye.tan_half_x * eye.right + y * eye.tan_half_y * eye.up;
+}
 
 }  // namespace gonio

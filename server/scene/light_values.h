@@ -42,5 +42,9 @@ auto find_light(AnyScene& scene, const std::string& name) -> decltype(scene.ligh
     const auto at = std::ranges::find(scene.lights, name, &Light::name);
     return at == scene.lights.end() ? nullptr : &*at;
 }
+// Result: whether a light or a group has this name.
+inline bool is_taken(const Scene& scene, const std::string& name) {
+    return find_light(scene, name) != nullptr || scene.groups.contains(name);
+}
 
 }  // namespace gonio

@@ -69,8 +69,7 @@ void CaptureQueue::advance(GuardedRenderer& renderer, Replies& replies) {
 }
 
 void CaptureQueue::tell_progress() {
-    const std::int64_t now_ns = monotonic_ns();
-    tell_ns_ = now_ns + kTellNs;
+    tell_ns_ = monotonic_ns() + kTellNs;
     for (std::size_t i = 0; i < waiting_.size(); ++i) {
         const Capturing& capturing = waiting_[i];
         const std::uint32_t request = capturing.work.message.request_id();
@@ -80,7 +79,7 @@ void CaptureQueue::tell_progress() {
         progress.set_jobs_before(static_cast<std::uint32_t>(i));
         if (i == 0) {
             const int done = capturing.job->next_tile, all = capturing.job->columns() * capturing.job->rows();
-            const double seconds = static_cast<double>(now_ns - began_ns_) * 1e-9;
+            const double seconds = seconds_since(began_ns_);
             progress.set_samples(static_cast<std::uint32_t>(done));
             progress.set_seconds(seconds);
             if (done > 0) progress.set_seconds_left(seconds * (all - done) / done);

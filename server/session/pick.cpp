@@ -22,9 +22,8 @@ Result<Picked> pick_at(const Scene& scene, const v1::PickQuery& query) {
     if (auto error = refused(query.y(), "pick.y")) return *error;
     const auto geometry = scene.traced ? scene.traced : std::make_shared<const trace::Geometry>(scene.asset);
     const Eye eye = eye_of(scene.camera, scene.width_px, scene.height_px);
-    const double x = 2.0 * query.x() - 1.0, y = 1.0 - 2.0 * query.y();
     const glm::vec3 from = geometry->local(eye.position);
-    const glm::dvec3 along = glm::normalize(eye.forward + x * eye.tan_half_x * eye.right + y * eye.tan_half_y * eye.up);
+    const glm::dvec3 along = glm::normalize(ray_through(eye, 2.0 * query.x() - 1.0, 1.0 - 2.0 * query.y()));
     Picked picked;
     picked.pick.set_scene_rev(scene.scene_rev);
     trace::SurfaceHit hit;

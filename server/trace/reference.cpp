@@ -186,9 +186,8 @@ struct Picture::Data {
 
     // dice: of the surfaces that the ray passes.
     Pixel look(double x, double y, std::uint32_t dice) const {
-        const double u = (x / request.width_px * 2.0 - 1.0) * eye.tan_half_x,
-                     v = (1.0 - y / request.height_px * 2.0) * eye.tan_half_y;
-        const glm::vec3 direction(glm::normalize(eye.forward + u * eye.right + v * eye.up));
+        const glm::vec3 direction(
+            glm::normalize(ray_through(eye, x / request.width_px * 2.0 - 1.0, 1.0 - y / request.height_px * 2.0)));
         Pixel pixel;
         SurfaceHit hit;
         pixel.hit = world->geometry->closest(world->geometry->local(eye.position), direction, 0.0f, true, hit, dice);

@@ -77,7 +77,7 @@ std::vector<Receiver> receivers_of(const Scene& scene, std::span<const glm::ivec
         // As shaders/lib/surface.glsl, in double.
         const double x = (pixel.x + 0.5) / scene.width_px * 2.0 - 1.0,
                      y = (pixel.y + 0.5) / scene.height_px * 2.0 - 1.0;
-        const glm::dvec3 ray = eye.forward + eye.right * (x * eye.tan_half_x) + eye.up * (y * eye.tan_half_y);
+        const glm::dvec3 ray = ray_through(eye, x, y);
         const double along = static_cast<double>(gpu.near_m()) / static_cast<double>(gbuffer.depth[at]);
         receivers.push_back(
             {pixel, eye.position + ray * along, glm::dvec3(lighting::spot_at(gbuffer, pixel.x, pixel.y).normal)});

@@ -94,7 +94,7 @@ TEST(Direct, TurnedLuminairesAtTwentyPointsInMeterAndPicture) {
             // The centre of a pixel, so that meter and picture look at the same point.
             const int px = 60 + 97 * k % 390, py = 60 + 173 * k % 390;
             const glm::dvec2 at((px + 0.5) / size * 2 - 1, 1 - (py + 0.5) / size * 2);
-            const glm::dvec3 ray = eye.forward + at.x * eye.right * eye.tan_half_x + at.y * eye.up * eye.tan_half_y;
+            const glm::dvec3 ray = ray_through(eye, at.x, at.y);
             const glm::dvec3 point = eye.position - ray * (eye.position.y / ray.y);
             const double expected = expected_lux(*profile, light, turn.pan, turn.tilt, turn.roll, point, {0, 1, 0});
             const double metered = meter_direct(renderer, scene, {point.x, 0, point.z}, {0, 1, 0});
@@ -169,8 +169,7 @@ TEST(Direct, ABoardFacingTheLightOffTheCubesAxesDoesNotShadowItself) {
         for (int j = 0; j < n; ++j) {
             for (int i = 0; i < n; ++i) {
                 const glm::dvec2 at((i + 0.5) / n * 2 - 1, 1 - (j + 0.5) / n * 2);
-                const glm::dvec3 p = eye.position + 1.5 * (eye.forward + at.x * eye.right * eye.tan_half_x +
-                                                           at.y * eye.up * eye.tan_half_y);
+                const glm::dvec3 p = eye.position + 1.5 * ray_through(eye, at.x, at.y);
                 const double expected = 1000.0 * h / std::pow(glm::distance(p, light), 3.0);
                 const double shown = static_cast<double>(picture->values[static_cast<std::size_t>(j * n + i) * 4]);
                 worst = std::max(worst, std::abs(shown / expected - 1.0));
@@ -318,7 +317,7 @@ TEST(Direct, TilesMakeOnePicture) {
     for (int y = 3; y < height; y += 23) {
         for (int x = 5; x < width; x += 29) {
             const glm::dvec2 at((x + 0.5) / width * 2 - 1, 1 - (y + 0.5) / height * 2);
-            const glm::dvec3 ray = eye.forward + at.x * eye.right * eye.tan_half_x + at.y * eye.up * eye.tan_half_y;
+            const glm::dvec3 ray = ray_through(eye, at.x, at.y);
             const glm::dvec3 p = eye.position - ray * (eye.position.y / ray.y);
             const double h = 2.5, d2 = glm::dot(p - glm::dvec3(0.5, h, 0.2), p - glm::dvec3(0.5, h, 0.2)),
                          c = h / std::sqrt(d2);

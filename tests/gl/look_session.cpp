@@ -61,12 +61,11 @@ Traced trace_window(const trace::World& world, const Scene& scene, const Window&
     std::vector<std::size_t> pixels;
     for (int y = window.bottom; y < window.bottom + window.height; ++y) {
         for (int x = window.left; x < window.left + window.width; ++x) {
-            const double u = ((x + 0.5) / scene.width_px * 2.0 - 1.0) * eye.tan_half_x,
-                         v = ((y + 0.5) / scene.height_px * 2.0 - 1.0) * eye.tan_half_y;
+            const glm::dvec3 ray =
+                ray_through(eye, (x + 0.5) / scene.width_px * 2.0 - 1.0, (y + 0.5) / scene.height_px * 2.0 - 1.0);
             trace::SurfaceHit hit;
             const bool met =
-                geometry.closest(geometry.local(eye.position),
-                                 glm::vec3(glm::normalize(eye.forward + u * eye.right + v * eye.up)), 0.0f, true, hit);
+                geometry.closest(geometry.local(eye.position), glm::vec3(glm::normalize(ray)), 0.0f, true, hit);
             if (met) {
                 pixels.push_back(traced.hit.size());
                 points.push_back({geometry.origin() + glm::dvec3(hit.position), glm::dvec3(hit.normal)});

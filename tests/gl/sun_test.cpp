@@ -80,7 +80,7 @@ TEST(Sun, ASlotIsSeenOnTheFloor) {
     for (int y = 0; y < side; ++y) {
         for (int x = 0; x < side; ++x) {
             const glm::dvec2 at((x + 0.5) / side * 2 - 1, 1 - (y + 0.5) / side * 2);
-            const glm::dvec3 ray = eye.forward + at.x * eye.right * eye.tan_half_x + at.y * eye.up * eye.tan_half_y;
+            const glm::dvec3 ray = ray_through(eye, at.x, at.y);
             const glm::dvec3 p = eye.position - ray * (eye.position.y / ray.y);
             const double lx = static_cast<double>(picture->values[static_cast<std::size_t>(y * side + x) * 4]);
             if (std::abs(p.x) > 1.95 || std::abs(p.z) > 1.95 || !(lx > 0.0)) continue;

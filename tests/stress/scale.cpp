@@ -55,8 +55,7 @@ Scene sphere_scene(const Sphere& sphere, const std::vector<double>& candela) {
 glm::dvec3 hit(int x, int y, int width, int height) {
     const Eye eye = eye_of({kEye, kLook, 1.0}, width, height);
     const glm::dvec2 at((x + 0.5) / width * 2 - 1, 1 - (y + 0.5) / height * 2);
-    const glm::dvec3 d =
-        glm::normalize(eye.forward + at.x * eye.right * eye.tan_half_x + at.y * eye.up * eye.tan_half_y);
+    const glm::dvec3 d = glm::normalize(ray_through(eye, at.x, at.y));
     const double b = glm::dot(d, kEye), c = glm::dot(kEye, kEye) - kRadius * kRadius;
     return kEye + d * (-b + std::sqrt(b * b - c));
 }
