@@ -201,6 +201,12 @@ OverExpected direct_over(const Scene& scene, double expected_nit, int side, unsi
     return {found.mean / n, std::sqrt(found.rms / n)};
 }
 
+void append(Mesh& mesh, const Mesh& part) {
+    const auto first = static_cast<std::uint32_t>(mesh.vertices.size());
+    mesh.vertices.insert(mesh.vertices.end(), part.vertices.begin(), part.vertices.end());
+    for (const std::uint32_t index : part.indices) mesh.indices.push_back(first + index);
+}
+
 // A wall of folds finer than a pixel, both sides at 45°, lit from 30° aside. Neither side shadows the other. Both cover
 // half of each pixel, with cosines of 15° and 75°: their mean is cos 30° cos 45°.
 TEST(Antialias, FoldsFinerThanAPixelHaveTheMeanOfTheirLight) {
@@ -210,10 +216,7 @@ TEST(Antialias, FoldsFinerThanAPixelHaveTheMeanOfTheirLight) {
     for (double x = -0.2; x < 0.2; x += kFold) {
         for (const auto& [low, high, z0, z1] :
              {std::tuple(x, x + kHeight, 0.0, kHeight), std::tuple(x + kHeight, x + kFold, kHeight, 0.0)}) {
-            const Mesh side = quad({low, -1, z0}, {high, -1, z1}, {high, 1, z1}, {low, 1, z0});
-            const auto first = static_cast<std::uint32_t>(folds.vertices.size());
-            folds.vertices.insert(folds.vertices.end(), side.vertices.begin(), side.vertices.end());
-            for (const std::uint32_t index : side.indices) folds.indices.push_back(first + index);
+            append(folds, quad({low, -1, z0}, {high, -1, z1}, {high, 1, z1}, {low, 1, z0}));
         }
     }
     const double aside = std::numbers::pi / 6.0;
@@ -229,48 +232,62 @@ TEST(Antialias, FoldsFinerThanAPixelHaveTheMeanOfTheirLight) {
     EXPECT_GT(one.rms, 0.5);
 }
 
+// A wall 2 m before the camera and a pane at 1.5 m, lit by 100 cd from 4 m.
+struct Pane {
+    Scene scene;
+    static Mesh plate(double left, double right, double z) {
+        return quad({left, -1, z}, {right, -1, z}, {right, 1, z}, {left, 1, z});
+    }
+    explicit Pane(const Mesh& pane)
+        : scene(scene_with({{plate(-1.0, 1.0, 0.0), glm::vec3(0.4f)}, {pane, glm::vec3(0.8f)}}, isotropic(100.0),
+                           {0, 0, 4})) {
+        scene.camera = {{0, 0, 2}, {0, 0, 0}, 0.05};
+    }
+    template <typename Change>
+    void paint(const Change& change) {
+        auto asset = std::make_shared<SceneAsset>(*scene.asset);
+        change(asset->materials[1]);
+        scene.asset = asset;
+    }
+    // Result: the luminance of both where the pane covers so much.
+    double blend(double covers) {
+        paint([&](Material& material) {
+            material.alpha_blend = true;
+            material.base_color.a = static_cast<float>(covers);
+        });
+        const double on_pane = 100.0 / (3.5 * 3.5), on_wall = (1.0 - covers) * 100.0 / 16.0;
+        return (covers * 0.8 * on_pane + (1.0 - covers) * 0.4 * on_wall) / std::numbers::pi;
+    }
+};
+
 // A pane as wide as the picture, and one of many triangles: the mean is that of the light, pixel by pixel.
 TEST(Antialias, APaneMayFillThePicture) {
-    const auto plate = [](double left, double right, double z) {
-        return quad({left, -1, z}, {right, -1, z}, {right, 1, z}, {left, 1, z});
-    };
     Mesh strips;
-    for (int i = 0; i < 40; ++i) {
-        const Mesh strip = plate(-0.06 + 0.003 * i, -0.06 + 0.003 * (i + 1), 0.5);
-        const auto first = static_cast<std::uint32_t>(strips.vertices.size());
-        strips.vertices.insert(strips.vertices.end(), strip.vertices.begin(), strip.vertices.end());
-        for (const std::uint32_t index : strip.indices) strips.indices.push_back(first + index);
-    }
-    for (const Mesh& pane : {plate(-1.0, 1.0, 0.5), strips}) {
+    for (int i = 0; i < 40; ++i) append(strips, Pane::plate(-0.06 + 0.003 * i, -0.06 + 0.003 * (i + 1), 0.5));
+    for (const Mesh& mesh : {Pane::plate(-1.0, 1.0, 0.5), strips}) {
         for (const double covers : {0.25, 0.45, 0.7}) {
-            Scene scene = scene_with({{plate(-1.0, 1.0, 0.0), glm::vec3(0.4f)}, {pane, glm::vec3(0.8f)}},
-                                     isotropic(100.0), {0, 0, 4});
-            auto asset = std::make_shared<SceneAsset>(*scene.asset);
-            asset->materials[1].alpha_blend = true;
-            asset->materials[1].base_color.a = static_cast<float>(covers);
-            scene.asset = asset;
-            scene.camera = {{0, 0, 2}, {0, 0, 0}, 0.05};
-            const double on_pane = 100.0 / (3.5 * 3.5), on_wall = (1.0 - covers) * 100.0 / 16.0,
-                         nit = (covers * 0.8 * on_pane + (1.0 - covers) * 0.4 * on_wall) / std::numbers::pi;
+            Pane pane(mesh);
+            const double nit = pane.blend(covers);
             for (const unsigned samples : {16u, 64u}) {
-                const OverExpected over = direct_over(scene, nit, 32, samples);
-                std::printf("pane of %zu triangles, %.2f, %u samples: mean %.4f, rms %.4f\n", pane.indices.size() / 3,
+                const OverExpected over = direct_over(pane.scene, nit, 32, samples);
+                std::printf("pane of %zu triangles, %.2f, %u samples: mean %.4f, rms %.4f\n", mesh.indices.size() / 3,
                             covers, samples, over.mean, over.rms);
                 EXPECT_NEAR(over.mean, 1.0, 0.005) << covers;
                 EXPECT_LT(over.rms, 0.06) << covers << ": one of sixteen samples more or less";
             }
         }
     }
-    // Coloured glass that is seen has its colour once.
-    Scene scene = scene_with({{plate(-1.0, 1.0, 0.0), glm::vec3(0.4f)}, {plate(-1.0, 1.0, 0.5), glm::vec3(0.8f)}},
-                             isotropic(100.0), {0, 0, 4});
-    auto asset = std::make_shared<SceneAsset>(*scene.asset);
-    asset->materials[1].transmission = 0.8f;
-    asset->materials[1].base_color = {1.0f, 0.25f, 1.0f, 1.0f};
-    scene.asset = asset;
-    scene.camera = {{0.1, 0.2, 2}, {0.0, 0.05, 0}, 0.05};  // aslant: depths are rounded
+}
+
+TEST(Antialias, ColouredGlassThatIsSeenHasItsColourOnce) {
+    Pane pane(Pane::plate(-1.0, 1.0, 0.5));
+    pane.paint([](Material& material) {
+        material.transmission = 0.8f;
+        material.base_color = {1.0f, 0.25f, 1.0f, 1.0f};
+    });
+    pane.scene.camera = {{0.1, 0.2, 2}, {0.0, 0.05, 0}, 0.05};  // aslant: depths are rounded
     Renderer renderer(context(), Renderer::DirectLight::rays);
-    const auto still = renderer.capture(scene, View::direct, 64, 64, true, trace::kAllBounces, 16);
+    const auto still = renderer.capture(pane.scene, View::direct, 64, 64, true, trace::kAllBounces, 16);
     const auto expected = [&](double c) {
         return 0.2 * c * 100.0 / (3.5 * 3.5) + 0.8 * c * 0.4 * 0.8 * c * 100.0 / 16.0;
     };
@@ -282,32 +299,15 @@ TEST(Antialias, APaneMayFillThePicture) {
 
 // Pixels' centres look through a pane that covers 5/16: its own light is found all the same.
 TEST(Antialias, APaneHasItsOwnLight) {
-    constexpr double kCovers = 5.0 / 16.0;
-    const auto plate = [](double half, double z) {
-        return quad({-half, -1, z}, {half, -1, z}, {half, 1, z}, {-half, 1, z});
-    };
-    Scene scene = scene_with({{plate(1.0, 0.0), glm::vec3(0.4f)}, {plate(0.016, 0.5), glm::vec3(0.8f)}},
-                             isotropic(100.0), {0, 0, 4});
-    auto asset = std::make_shared<SceneAsset>(*scene.asset);
-    asset->materials[1].alpha_blend = true;
-    asset->materials[1].base_color.a = static_cast<float>(kCovers);
-    scene.asset = asset;
-    scene.camera = {{0, 0, 2}, {0, 0, 0}, 0.05};
-    const double on_pane = 100.0 / (3.5 * 3.5), on_wall = (1.0 - kCovers) * 100.0 / 16.0,
-                 nit = (kCovers * 0.8 * on_pane + (1.0 - kCovers) * 0.4 * on_wall) / std::numbers::pi;
-    for (const int lights : {1, 12}) {  // the same from one, and from so many that they are lit as one
-        scene.lights.resize(1);
-        scene.lights[0].level_ratio = 1.0 / lights;
-        for (int i = 1; i < lights; ++i) {
-            Light another = scene.lights[0];
-            another.id += static_cast<std::uint32_t>(i);
-            another.name += std::to_string(i);
-            scene.lights.push_back(another);
-        }
-        const OverExpected sixteen = direct_over(scene, nit, 32, 16);
-        std::printf("pane, %d luminaires: mean %.4f, rms %.4f\n", lights, sixteen.mean, sixteen.rms);
+    for (const std::size_t lights : {1u, 12u}) {  // the same from one, and from so many that they are lit as one
+        Pane pane(Pane::plate(-0.016, 0.016, 0.5));
+        const double nit = pane.blend(5.0 / 16.0);
+        repeat_light(pane.scene, lights,
+                     [lights](Light& light, std::size_t) { light.level_ratio = 1.0 / static_cast<double>(lights); });
+        const OverExpected sixteen = direct_over(pane.scene, nit, 32, 16);
+        std::printf("pane, %zu luminaires: mean %.4f, rms %.4f\n", lights, sixteen.mean, sixteen.rms);
         EXPECT_NEAR(sixteen.mean, 1.0, 0.005);
-        EXPECT_LT(sixteen.rms, 0.04) << "where its triangles meet each has its own order of samples";
+        EXPECT_LT(sixteen.rms, 0.04);
     }
 }
 

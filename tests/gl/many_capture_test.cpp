@@ -18,19 +18,13 @@ TEST(ManyCapture, DirectLightIsTheSumInFullPrecision) {
     Renderer renderer(context(), direct_light());
     make_coarse(renderer);
     Scene scene = floor_scene(20.0, 0.0f, isotropic(1.0), {0, 2, 0});
-    const Light first = scene.lights[0];
-    scene.lights.clear();
-    for (std::size_t i = 0; i < kMany; ++i) {
-        Light light = first;
+    repeat_light(scene, kMany, [](Light& light, std::size_t i) {
         const auto k = static_cast<double>(i);
-        light.id = scene.next_light_id++;
-        light.name = std::to_string(i);
         light.position = {std::cos(k), 1.5 + 0.1 * k, std::sin(k)};
         light.color = {1.0 + k, 2.0, 1.0 / (1.0 + k)};
         light.level_ratio = i == 3 ? 0.0 : 0.5;
         light.multiplier = i == 5 ? 3e7 : 1000.0;
-        scene.lights.push_back(light);
-    }
+    });
     scene.master_ratio = 0.25;
     scene.camera = {{0.0, 6.0, 0.001}, {0.0, 0.0, 0.0}, 0.8};
     const int width = 300, height = 200;
@@ -42,7 +36,7 @@ TEST(ManyCapture, DirectLightIsTheSumInFullPrecision) {
     for (int y = 3; y < height; y += 23) {
         for (int x = 5; x < width; x += 29) {
             const glm::dvec2 at((x + 0.5) / width * 2 - 1, 1 - (y + 0.5) / height * 2);
-            const glm::dvec3 ray = eye.forward + at.x * eye.right * eye.tan_half_x + at.y * eye.up * eye.tan_half_y;
+            const glm::dvec3 ray = ray_through(eye, at.x, at.y);
             const glm::dvec3 p = eye.position - ray * (eye.position.y / ray.y);
             double expected = 0.0;
             for (const Light& light : scene.lights) {
@@ -64,17 +58,11 @@ TEST(ManyCapture, ASphereIsSolvedOnce) {
     constexpr double radius = 2.0, rho = 0.5;
     Renderer renderer(context(), direct_light());
     Scene scene = scene_with({{inward_sphere(radius, 64), glm::vec3(rho)}}, isotropic(1.0), {0, 0, 0});
-    const Light first = scene.lights[0];
-    scene.lights.clear();
-    for (std::size_t i = 0; i < kMany; ++i) {
-        Light light = first;
+    repeat_light(scene, kMany, [](Light& light, std::size_t i) {
         const auto k = static_cast<double>(i);
-        light.id = scene.next_light_id++;
-        light.name = std::to_string(i);
         light.position = {0.4 * std::cos(k), 0.05 * k - 0.3, 0.4 * std::sin(k)};
         light.multiplier = 10.0 * (1.0 + k);
-        scene.lights.push_back(light);
-    }
+    });
     scene.camera = {{0.3, 0.1, 0.0}, {1.0, 0.2, 0.1}, 1.2};
     const auto flux = [&] {
         double sum = 0.0;
@@ -102,8 +90,7 @@ TEST(ManyCapture, ASphereIsSolvedOnce) {
         for (int y = 5; y < 240; y += 10) {
             for (int x = 5; x < 320; x += 10) {
                 const glm::dvec2 at((x + 0.5) / 320 * 2 - 1, 1 - (y + 0.5) / 240 * 2);
-                const glm::dvec3 ray =
-                    glm::normalize(eye.forward + at.x * eye.right * eye.tan_half_x + at.y * eye.up * eye.tan_half_y);
+                const glm::dvec3 ray = glm::normalize(ray_through(eye, at.x, at.y));
                 const double b = glm::dot(eye.position, ray),
                              t = -b + std::sqrt(b * b + radius * radius - glm::dot(eye.position, eye.position));
                 const glm::dvec3 p = eye.position + t * ray;

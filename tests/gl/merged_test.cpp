@@ -130,14 +130,10 @@ protected:
     MergedAtrium() : Merging(builtin("atrium")) {}
 };
 TEST_F(MergedAtrium, ShowsTheLightOfTheLuminairesOwnLayers) {
-    const Light first = scene.lights[0];
-    for (std::uint32_t i = 1; i < 6; ++i) {
-        Light light = first;
-        light.id = scene.next_light_id++;
-        light.name += std::to_string(i);
-        light.position += glm::dvec3(0.7 * std::cos(i), -0.2 * i, 0.7 * std::sin(i));
-        scene.lights.push_back(light);
-    }
+    repeat_light(scene, 6, [](Light& light, std::size_t i) {
+        const auto k = static_cast<double>(i);
+        if (i > 0) light.position += glm::dvec3(0.7 * std::cos(k), -0.2 * k, 0.7 * std::sin(k));
+    });
     const auto [direct, indirect] = differences();
     EXPECT_LT(std::abs(direct.bias), 0.01);
     EXPECT_LT(direct.visible, 0.05);

@@ -74,16 +74,13 @@ TEST_F(Refine, ComesNearerToTheTruth) {
 
 // Of many luminaires too, those beyond what layers there are for included.
 TEST(ManyRefine, TheFinalGatherComesToItsEnd) {
-    for (const int count : {24, 70}) {
+    for (const std::size_t count : {24u, 70u}) {
         Scene scene = scene_of(builtin("cornell"));
         scene.width_px = scene.height_px = 64;
-        for (int i = 1; i < count; ++i) {
-            Light light = scene.lights[0];
-            light.id = scene.next_light_id++;
-            light.name = std::to_string(i);
-            light.position += glm::dvec3(0.02 * i - 0.5, -0.01 * i, 0.3 * std::sin(i));
-            scene.lights.push_back(light);
-        }
+        repeat_light(scene, count, [](Light& light, std::size_t i) {
+            const auto k = static_cast<double>(i);
+            if (i > 0) light.position += glm::dvec3(0.02 * k - 0.5, -0.01 * k, 0.3 * std::sin(k));
+        });
         Renderer renderer(context(), Renderer::DirectLight::rays);
         make_coarse(renderer);
         renderer.set_refinement(true);

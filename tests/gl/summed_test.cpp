@@ -17,15 +17,10 @@ Scene parted(std::size_t n) {
     static const auto asset = make_cornell();  // and its surfels
     Scene scene = scene_of(asset);
     scene.width_px = scene.height_px = 160;
-    const Light whole = scene.lights[0];
-    scene.lights.clear();
-    for (std::size_t i = 0; i < n; ++i) {
-        Light part = whole;
-        part.id = scene.next_light_id++;
+    repeat_light(scene, n, [n](Light& part, std::size_t i) {
         part.name = "part " + std::to_string(i + 1);
         part.multiplier /= static_cast<double>(n);
-        scene.lights.push_back(part);
-    }
+    });
     return scene;
 }
 

@@ -96,4 +96,18 @@ Scene floor_scene(double side_m, float reflectance, std::shared_ptr<const Profil
                       std::move(profile), light_position, orientation);
 }
 
+void repeat_light(Scene& scene, std::size_t count, const std::function<void(Light& light, std::size_t i)>& change) {
+    const Light first = scene.lights.at(0);
+    scene.lights.clear();
+    for (std::size_t i = 0; i < count; ++i) {
+        Light light = first;
+        if (i > 0) {
+            light.id = scene.next_light_id++;
+            light.name += std::to_string(i);
+        }
+        change(light, i);
+        scene.lights.push_back(std::move(light));
+    }
+}
+
 }  // namespace gonio::test

@@ -35,4 +35,7 @@ Scene scene_with(std::vector<Piece> pieces, std::shared_ptr<const Profile> profi
 Scene floor_scene(double side_m, float reflectance, std::shared_ptr<const Profile> profile,
                   const glm::dvec3& light_position, const glm::dquat& orientation = orientation_of({}));
 
+// The scene's first light becomes `count`, each with an id and a name of its own. change: of light i, 0 the first.
+void repeat_light(Scene& scene, std::size_t count, const std::function<void(Light& light, std::size_t i)>& change);
+
 }  // namespace gonio::test
