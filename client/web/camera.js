@@ -2,6 +2,7 @@
 // arrow keys, + and - do the same.
 
 import {pageRole} from "./control.js";
+import {add, length, scale, sub} from "./projection.js";
 
 const kOrbitRadPerPx = 0.006;
 const kDollyPerNotch = 1.12;
@@ -10,11 +11,6 @@ const kMaxPitchRad = 1.55;        // just short of the poles, where "up" would f
 const kMinDistance_m = 0.02;
 const kWheelRestMs = 250;         // the wheel counts as a hand for this long
 const kKeyStepPx = 24;
-
-const sub = (a, b) => a.map((x, i) => x - b[i]);
-const add = (a, b) => a.map((x, i) => x + b[i]);
-const scale = (a, s) => a.map((x) => x * s);
-const length = (a) => Math.hypot(...a);
 
 // Eye in spherical coordinates around the target; yaw 0 on +Z, pitch up.
 function toSpherical(eye, target) {

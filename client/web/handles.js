@@ -30,8 +30,8 @@ export class Handles {
     #aim = h("button", {type: "button", id: "aim-here", class: "quiet", title: "Then click what the light shall aim at (A)", "aria-pressed": "false"}, "Aim here");
     #drawn = new Map();      // key -> element
     #aiming = false;
-    #drag = null;            // {light, key, start, take(ray, event)}
-    #asked = false; #next = null; #pickTimer = 0; #picked = null;
+    #drag = null;            // what #hold() began
+    #asked = false; #next = null; #pickTimer = 0;
     #down = null;            // where the pointer went down on the picture
 
     // screen: the element that holds the picture; pictures: the elements that show it.
@@ -47,8 +47,6 @@ export class Handles {
     }
 
     get aimButton() { return this.#aim; }
-    // The newest answer about what lies under the pointer; null: nothing does.
-    get picked() { return this.#picked; }
 
     get #eye() {
         const {camera, size_px} = this.#store.state;
@@ -60,10 +58,14 @@ export class Handles {
         const s = Math.min(box.width / width, box.height / height);
         return {left: (box.width - s * width) / 2, top: (box.height - s * height) / 2, width: s * width, height: s * height, box};
     }
-    // Result: the place of the picture under a pointer; null beside it.
-    #place(event) {
+    // Result: the place under a pointer, beside the picture too.
+    #at(event) {
         const {left, top, width, height, box} = this.#frame;
-        const place = {x: (event.clientX - box.left - left) / width, y: (event.clientY - box.top - top) / height};
+        return {x: (event.clientX - box.left - left) / width, y: (event.clientY - box.top - top) / height};
+    }
+    // Result: that place; null beside the picture.
+    #place(event) {
+        const place = this.#at(event);
         return place.x >= 0 && place.x <= 1 && place.y >= 0 && place.y <= 1 ? place : null;
     }
     #position(light) { return this.#store.value(`position:${light.name}`, light.position); }
@@ -125,7 +127,7 @@ export class Handles {
         const meant = lightsAt(this.#store.state.lights, this.#eye, place, size, selected?.name);
         if (!selected || !meant.includes(selected.name)) {
             this.#store.select("light", meant[0] ?? light.name);
-            this.#hold(event, this.#selected(), null, null);
+            this.#hold(event, this.#selected(), null);
         } else {
             this.#hold(event, selected, null, meant[0]);
         }
@@ -137,10 +139,9 @@ export class Handles {
         event.stopPropagation();
         if (pageRole === "viewer" || !light) return;
         const start = [...this.#position(light)], eye = this.#eye, key = `position:${light.name}`;
-        const place = this.#place(event) ?? {x: 0.5, y: 0.5};
         const find = (at, along) => along ? onAxis(eye, rayThrough(eye, at), start, along) : onPlane(eye, rayThrough(eye, at), start, eye.forward);
         this.#store.hold(key, start);
-        this.#drag = {light: light.name, key, start, axis, first: {x: event.clientX, y: event.clientY}, moved: false, place, find, next, last: event};
+        this.#drag = {light: light.name, key, start, axis, first: {x: event.clientX, y: event.clientY}, moved: false, place: this.#at(event), find, next, last: event};
         const move = (moved) => this.#move(moved);
         const end = (ended) => {
             removeEventListener("pointermove", move);
@@ -159,9 +160,7 @@ export class Handles {
         drag.last = event;
         if (!drag.moved && Math.hypot(event.clientX - drag.first.x, event.clientY - drag.first.y) < kDragPx) return;
         drag.moved = true;
-        const {left, top, width, height, box} = this.#frame;
-        const place = {x: (event.clientX - box.left - left) / width, y: (event.clientY - box.top - top) / height};
-        const from = drag.find(drag.place, drag.axis), to = drag.find(place, drag.axis);
+        const from = drag.find(drag.place, drag.axis), to = drag.find(this.#at(event), drag.axis);
         if (!from || !to) return;
         let position = add(drag.start, sub(to, from));
         // Along an axis the others stay; snapped are those that move.
@@ -240,7 +239,6 @@ export class Handles {
     #ask(place) {
         this.#next = place;
         if (!place) {
-            this.#picked = null;
             this.#readout.hidden = true;
             return;
         }
@@ -259,9 +257,8 @@ export class Handles {
     }
 
     #show(pick) {
-        this.#picked = pick?.hit ? pick : null;
-        this.#readout.hidden = !this.#picked;
-        if (!this.#picked) return;
+        this.#readout.hidden = !pick?.hit;
+        if (!pick?.hit) return;
         const {reading, luminance_nit, point_m, normal, node, distance_m} = pick;
         const vector = (v, digits) => v.map((x) => formatNumber(x, digits)).join(" ");
         setText(this.#readout, `${formatLux(reading.total_lx)} · ${formatNumber(luminance_nit, luminance_nit < 10 ? 3 : 1)} cd/m² · `
