@@ -7,7 +7,7 @@ import {mkdtempSync, writeFileSync} from "node:fs";
 import {tmpdir} from "node:os";
 import {dirname, join} from "node:path";
 
-import {Failure, check, children, difference, end, kArguments, kChromium, kTimeoutMs, picture, playwright, screenshot, settled, sleep,
+import {asked, check, difference, end, inBrowser, kTimeoutMs, listen as listenTo, picture, playwright, screenshot, settled, sleep,
     startServer as startBare, state, until} from "./harness.mjs";
 
 const kMalformed = "IESNA:LM-63-2002\n[TEST] none\n[MANUFAC] nobody\nthis is no TILT line\n1 2 3\n";
@@ -30,16 +30,8 @@ const startServer = (listen, more = []) => startBare(listen, ["--osc", "127.0.0.
 
 // ---------------------------------------------------------------------------------------------------- the run
 let outage = false;    // while the server is gone the browser itself reports refused connections
-const complaints = [];
-
-function listen(page) {
-    page.on("pageerror", (error) => complaints.push(`page error: ${error.stack ?? error}`));
-    page.on("console", (message) => {
-        if (message.type() !== "error") return;
-        if (outage && /WebSocket connection to .* failed|ERR_CONNECTION_REFUSED/.test(message.text())) return;
-        complaints.push(`console error: ${message.text()} at ${message.location().url}`);
-    });
-}
+const listen = (page) => listenTo(page,
+    (message) => outage && /WebSocket connection to .* failed|ERR_CONNECTION_REFUSED/.test(message.text()));
 
 async function run(page, server) {
     await page.goto(server.url);
@@ -72,15 +64,7 @@ async function run(page, server) {
     check(dim.mean < 0.9 * first.mean, "dragging the level slider down darkens the picture",
         `mean ${first.mean.toFixed(1)} -> ${dim.mean.toFixed(1)}, level ${inHand.toFixed(3)}`);
     const held = await slider.inputValue();
-    await page.evaluate((name) => new Promise((resolve) => {
-        const socket = new WebSocket(`ws://${location.host}/v1/ws`, "gonio.v1.json");
-        socket.onopen = () => socket.send(JSON.stringify({request_id: 1, identify: {client: "other hand"}}));
-        socket.onmessage = ({data}) => {
-            const message = JSON.parse(data);
-            if (message.ready) socket.send(JSON.stringify({request_id: 2, command: {set_light: {name, level_ratio: 0.75}}}));
-            if (message.request_id === 2) { socket.close(); resolve(); }
-        };
-    }), light);
+    await asked(page, {command: {set_light: {name: light, level_ratio: 0.75}}});
     await until("the other client's level in the state", async () => Math.abs(await level() - 0.75) < 1e-6);
     check(await slider.inputValue() === held, "a held slider is not moved by another client", `${held} %`);
     await page.mouse.up();
@@ -527,27 +511,15 @@ async function restart(page, server, {start}) {
     return again;
 }
 
-let failed = false, browser, server;
-try {
-    server = await startServer("127.0.0.1:0");
-    browser = await playwright.chromium.launch({executablePath: kChromium, args: kArguments});
+await inBrowser(async (browser, servers) => {
+    servers.push(await startServer("127.0.0.1:0"));
     const page = await browser.newPage({viewport: {width: 1280, height: 800}});
     listen(page);
-    const seen = await run(page, server);
+    const seen = await run(page, servers[0]);
     await arithmetic(page);
-    await lostFrame(browser, server);
-    await control(page, browser, server);
-    await fallback(browser, server);
+    await lostFrame(browser, servers[0]);
+    await control(page, browser, servers[0]);
+    await fallback(browser, servers[0]);
     await locked(browser);
-    server = await restart(page, server, seen);
-    check(complaints.length === 0, "no page error and no console error", complaints.join("\n"));
-} catch (error) {
-    failed = true;
-    console.log(`not ok - ${error instanceof Failure ? error.message : error.stack}`);
-    for (const complaint of complaints) console.log(`# ${complaint}`);
-    if (server) console.log(server.log().replace(/^/gm, "# "));
-} finally {
-    await browser?.close();
-    for (const child of [...children]) await end(child, "SIGTERM");
-}
-process.exit(failed ? 1 : 0);
+    servers.push(await restart(page, servers[0], seen));
+});

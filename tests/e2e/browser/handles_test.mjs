@@ -1,7 +1,7 @@
 // What can be taken hold of in the picture: lights are picked, dragged and aimed; what lies under the pointer is told.
 //   node handles_test.mjs GONIOD_BINARY [SCREENSHOT.png]
 
-import {Failure, check, children, end, kArguments, kChromium, playwright, screenshot, settled, sleep, startServer, state, until} from "./harness.mjs";
+import {asked, check, inBrowser, listen, screenshot, settled, sleep, startServer, state, until} from "./harness.mjs";
 
 const distance = (a, b) => Math.hypot(...a.map((x, i) => x - b[i]));
 const light = async (page, name) => (await state(page)).lights.find((one) => one.name === name);
@@ -48,15 +48,7 @@ async function run(page, server) {
     const text = await until("what lies under the pointer", async () => await page.locator("#under").isVisible() && page.locator("#under").textContent());
     const found = /^([\d.]+) lx · ([\d.]+) cd\/m² · (.+) at (\S+) (\S+) (\S+) m · normal (\S+) (\S+) (\S+) · ([\d.]+) m away$/.exec(text);
     check(found, "lux, cd/m², object, point and normal are told under the pointer", text);
-    const read = await page.evaluate(([point_m, normal]) => new Promise((resolve) => {
-        const socket = new WebSocket(`ws://${location.host}/v1/ws`, "gonio.v1.json");
-        socket.onopen = () => socket.send(JSON.stringify({request_id: 1, identify: {client: "meter"}}));
-        socket.onmessage = ({data}) => {
-            const message = JSON.parse(data);
-            if (message.ready) socket.send(JSON.stringify({request_id: 2, meter: {point_m, normal}}));
-            if (message.request_id === 2) { socket.close(); resolve(message.meter.total_lx); }
-        };
-    }), [found.slice(4, 7).map(Number), found.slice(7, 10).map(Number)]);
+    const read = (await asked(page, {meter: {point_m: found.slice(4, 7).map(Number), normal: found.slice(7, 10).map(Number)}})).meter.total_lx;
     check(Math.abs(read - Number(found[1])) < 0.02 * read, "the meter reads the same there", `${found[1]} lx, ${read.toFixed(1)} lx`);
 
     // A light is dragged along an axis, freely, and back with Escape.
@@ -96,15 +88,7 @@ async function run(page, server) {
     await page.locator("#lights form button").click();
     await until("the new light", () => light(page, "second"));
     check(await page.locator("#light-name").textContent() === "second", "a new light is selected");
-    await page.evaluate(([name, position_m]) => new Promise((resolve) => {
-        const socket = new WebSocket(`ws://${location.host}/v1/ws`, "gonio.v1.json");
-        socket.onopen = () => socket.send(JSON.stringify({request_id: 1, identify: {client: "other hand"}}));
-        socket.onmessage = ({data}) => {
-            const message = JSON.parse(data);
-            if (message.ready) socket.send(JSON.stringify({request_id: 2, command: {set_light: {name, position_m}}}));
-            if (message.request_id === 2) { socket.close(); resolve(); }
-        };
-    }), ["second", (await light(page, first)).position]);
+    await asked(page, {command: {set_light: {name: "second", position_m: (await light(page, first)).position}}});
     await until("both at one place", async () => distance((await light(page, "second")).position, (await light(page, first)).position) < 1e-9);
     const names = [];
     for (let i = 0; i < 3; ++i) {
@@ -161,23 +145,9 @@ async function run(page, server) {
     check(true, "Ctrl+Z gives it its old name");
 }
 
-let failed = false, browser, server;
-const complaints = [];
-try {
-    server = await startServer("127.0.0.1:0");
-    browser = await playwright.chromium.launch({executablePath: kChromium, args: kArguments});
+await inBrowser(async (browser, servers) => {
+    servers.push(await startServer("127.0.0.1:0"));
     const page = await browser.newPage({viewport: {width: 1280, height: 800}});
-    page.on("pageerror", (error) => complaints.push(`page error: ${error.stack ?? error}`));
-    page.on("console", (message) => { if (message.type() === "error") complaints.push(message.text()); });
-    await run(page, server);
-    check(complaints.length === 0, "no page error and no console error", complaints.join("\n"));
-} catch (error) {
-    failed = true;
-    console.log(`not ok - ${error instanceof Failure ? error.message : error.stack}`);
-    for (const complaint of complaints) console.log(`# ${complaint}`);
-    if (server) console.log(server.log().replace(/^/gm, "# "));
-} finally {
-    await browser?.close();
-    for (const child of [...children]) await end(child, "SIGTERM");
-}
-process.exit(failed ? 1 : 0);
+    listen(page);
+    await run(page, servers[0]);
+});

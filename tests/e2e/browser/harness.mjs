@@ -4,8 +4,8 @@
 import {spawn} from "node:child_process";
 import {existsSync} from "node:fs";
 
-export const kChromium = process.env.GONIO_CHROMIUM ?? "/usr/bin/chromium";
-export const kArguments = ["--no-sandbox", "--disable-gpu", "--disable-quic", "--no-first-run",
+const kChromium = process.env.GONIO_CHROMIUM ?? "/usr/bin/chromium";
+const kArguments = ["--no-sandbox", "--disable-gpu", "--disable-quic", "--no-first-run",
     "--disable-background-networking", "--disable-component-update", "--disable-sync"];
 export const kTimeoutMs = 30000;
 
@@ -21,7 +21,7 @@ if (!playwright || !existsSync(kChromium)) {
 }
 
 // ---------------------------------------------------------------------------------------------------- the server
-export const children = new Set();
+const children = new Set();
 process.on("exit", () => { for (const child of children) child.kill("SIGKILL"); });
 
 export function startServer(listen, more = []) {
@@ -52,7 +52,7 @@ export function end(child, signal) {
 }
 
 // ---------------------------------------------------------------------------------------------------- checks
-export class Failure extends Error {}
+class Failure extends Error {}
 
 export function check(condition, text, detail = "") {
     if (!condition) throw new Failure(`${text}${detail === "" ? "" : ` (${detail})`}`);
@@ -102,4 +102,47 @@ export async function settled(page) {
         return false;
     });
     return picture(page);
+}
+
+// What another client of the page's server is answered to a message without request_id.
+export function asked(page, message) {
+    return page.evaluate((wanted) => new Promise((resolve) => {
+        const socket = new WebSocket(`ws://${location.host}/v1/ws`, "gonio.v1.json");
+        socket.onopen = () => socket.send(JSON.stringify({request_id: 1, identify: {client: "other hand"}}));
+        socket.onmessage = ({data}) => {
+            const answer = JSON.parse(data);
+            if (answer.ready) socket.send(JSON.stringify({request_id: 2, ...wanted}));
+            if (answer.request_id === 2) { socket.close(); resolve(answer); }
+        };
+    }), message);
+}
+
+const complaints = [];
+
+// Errors of the page fail the test, but for those of its console that are expected.
+export function listen(page, expected = () => false) {
+    page.on("pageerror", (error) => complaints.push(`page error: ${error.stack ?? error}`));
+    page.on("console", (message) => {
+        if (message.type() === "error" && !expected(message)) complaints.push(`console error: ${message.text()} at ${message.location().url}`);
+    });
+}
+
+// Runs body(browser, servers) and ends the process. Where it fails the log of the last of `servers` is told.
+export async function inBrowser(body) {
+    let failed = false, browser;
+    const servers = [];
+    try {
+        browser = await playwright.chromium.launch({executablePath: kChromium, args: kArguments});
+        await body(browser, servers);
+        check(complaints.length === 0, "no page error and no console error", complaints.join("\n"));
+    } catch (error) {
+        failed = true;
+        console.log(`not ok - ${error instanceof Failure ? error.message : error.stack}`);
+        for (const complaint of complaints) console.log(`# ${complaint}`);
+        if (servers.length) console.log(servers.at(-1).log().replace(/^/gm, "# "));
+    } finally {
+        await browser?.close();
+        for (const child of [...children]) await end(child, "SIGTERM");
+    }
+    process.exit(failed ? 1 : 0);
 }
