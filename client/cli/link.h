@@ -34,6 +34,7 @@ using SecureStream = beast::ssl_stream<beast::tcp_stream>;
 
 inline constexpr auto kConnectTime = std::chrono::seconds(5);
 inline constexpr auto kReplyTime = std::chrono::seconds(120);
+inline constexpr auto kForever = std::chrono::hours(24 * 365);
 
 template <typename Stream>
 class Link {

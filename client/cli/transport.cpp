@@ -8,11 +8,6 @@
 
 #include <algorithm>
 #include <array>
-#include <boost/beast/http/file_body.hpp>
-#include <boost/beast/http/parser.hpp>
-#include <boost/beast/http/read.hpp>
-#include <boost/beast/http/string_body.hpp>
-#include <boost/beast/http/write.hpp>
 #include <boost/beast/websocket/stream.hpp>
 #include <cstring>
 
@@ -21,10 +16,8 @@
 namespace gonio {
 namespace {
 
-namespace http = beast::http;
 namespace websocket = beast::websocket;
 
-constexpr auto kForever = std::chrono::hours(24 * 365);
 constexpr std::uint16_t kFirstPrivateCloseCode = 4000;  // below: the connection broke; from here: the server says why
 
 // Result: "cli:USER@HOST": what one call of gonio did another can undo. At most 64 bytes of ASCII.
@@ -193,48 +186,10 @@ Result<std::unique_ptr<Connection>> open_on(const ServerAddress& address, const 
     return std::unique_ptr<Connection>(std::move(connection));
 }
 
-template <typename Stream>
-Result<bool> upload_on(const ServerAddress& address, const std::string& token, const std::string& file,
-                       const std::string& name) {
-    http::request<http::file_body> request(http::verb::put, "/v1/uploads/" + name, 11);
-    request.set(http::field::host, address.host_header());
-    if (!token.empty()) request.set(http::field::authorization, "Bearer " + token);
-    error_code error;
-    request.body().open(file.c_str(), beast::file_mode::scan, error);
-    if (error) return Error{"file_unreadable", "load scene", file, "The file cannot be read."};
-    request.prepare_payload();
-    Link<Stream> link;
-    Stream stream = std::make_from_tuple<Stream>(link.arguments());
-    if (auto connected = link.connect(address, stream); !connected) return connected;
-    beast::tcp_stream& lowest = beast::get_lowest_layer(stream);
-    error = link.run(kForever, lowest, [&](auto done) {
-        http::async_write(stream, request, [done](error_code e, std::size_t) { done(e); });
-    });
-    // Where the server refuses early, its answer says why.
-    http::response<http::string_body> response;
-    beast::flat_buffer buffer;
-    const error_code answered = link.run(kReplyTime, lowest, [&](auto done) {
-        http::async_read(stream, buffer, response, [done](error_code e, std::size_t) { done(e); });
-    });
-    if (answered)
-        return Error{"unreachable", "", address.host_header(),
-                     "The upload broke off: " + (error ? error : answered).message() + "."};
-    if (response.result() == http::status::ok || response.result() == http::status::created) return true;
-    std::string said = response.body().substr(0, 300);
-    while (!said.empty() && said.back() == '\n') said.pop_back();
-    return Error{"refused", "HTTP " + std::to_string(response.result_int()), name, said};
-}
-
 }  // namespace
 
 Result<std::unique_ptr<Connection>> Connection::open(const ServerAddress& address, const Wanted& wanted) {
     return address.secure ? open_on<SecureStream>(address, wanted) : open_on<PlainStream>(address, wanted);
-}
-
-Result<bool> upload(const ServerAddress& address, const std::string& token, const std::string& file,
-                    const std::string& name) {
-    return address.secure ? upload_on<SecureStream>(address, token, file, name)
-                          : upload_on<PlainStream>(address, token, file, name);
 }
 
 }  // namespace gonio
