@@ -10,6 +10,9 @@ import {legend} from "./legend.js";
 import {masterPanel, lightPanel, groupPanel} from "./lights.js";
 import {viewTabs, followSelection, picturePanel, scenePanel} from "./picture.js";
 import {inspector} from "./inspector.js";
+import {drawer} from "./drawer.js";
+import {shortcutHelp} from "./shortcuts.js";
+import {themeSwitch} from "./theme.js";
 import {ReportPanel} from "./report.js";
 import {MeterPanel} from "./meter.js";
 import {statsStrip} from "./stats.js";
@@ -29,10 +32,12 @@ const video = new Video(connection, $("canvas"), $("still"));
 const cameraHand = new CameraHand(store, [$("canvas"), $("still")]);
 const handles = new Handles(store, connection, $("screen"), [$("canvas"), $("still")]);
 const toasts = new Toasts($("toasts"));
-const report = new ReportPanel(store, connection, $("report"));
-const meter = new MeterPanel(store, connection, $("meter"));
-const consoles = new ConsolesPanel(connection, $("consoles"));
-const surfaces = new SurfacesPanel(store, connection, $("surfaces"));
+drawer($("drawer"), [
+    {id: "meter", title: "Meter", make: (node) => new MeterPanel(store, connection, node)},
+    {id: "consoles", title: "Consoles", make: (node) => new ConsolesPanel(connection, node)},
+    {id: "surfaces", title: "Fader boxes", make: (node) => new SurfacesPanel(store, connection, node)},
+    {id: "report", title: "Passes", make: (node) => new ReportPanel(store, connection, node)},
+]);
 
 const parts = [
     masterPanel(store, $("master")), lightPanel(store, $("lights"), connection), groupPanel(store, $("groups"), connection), presetPanel(store, $("presets"), connection),
@@ -40,11 +45,13 @@ const parts = [
     inspector(store, $("inspector"), connection, handles.aimButton), controlPanel(store, $("control"), connection), handles,
     legend(store, $("screen")),
 ];
+themeSwitch($("page"));
+shortcutHelp($("page"));
 undoPanel(connection, $("history"));
 onlyLook([$("left"), $("inspector"), $("scene"), $("views")]);
 new Uploads(connection, toasts, $("scene"), $("screen"), (file) => connection.command({load_scene: {file}}));
 followSelection(store, connection);
-const transport = statsStrip(store, video, connection, $("stats"), $("format"), {report, meter, consoles, surfaces});
+const transport = statsStrip(store, video, connection, $("stats"), $("format"));
 
 store.addEventListener("update", () => {
     parts.forEach((part) => part.update());

@@ -24,13 +24,12 @@ export function formatProgress({jobs_before = 0, samples = 0, noise_ratio = 0, s
 }
 
 export class MeterPanel {
-    #store; #connection; #node; #result; #buttons; #quality; #noise; #denoise;
+    #store; #connection; #result; #buttons; #quality; #noise; #denoise;
     #vectors;
 
     constructor(store, connection, node) {
         this.#store = store;
         this.#connection = connection;
-        this.#node = node;
         const vector = (name, values) => ["x", "y", "z"].map((letter, i) => h("input", {type: "number", step: "any",
             value: values[i], "aria-label": `${name} ${letter}`, required: true}));
         this.#vectors = {point_m: vector("Point", [0, 0, 0]), normal: vector("Normal", [0, 1, 0])};
@@ -61,9 +60,6 @@ export class MeterPanel {
         });
         node.append(form, this.#result);
     }
-
-    get open() { return !this.#node.hidden; }
-    toggle() { this.#node.hidden = !this.#node.hidden; }
 
     // One question at a time; its refusal is told in the result's place.
     async #work(text, ask) {

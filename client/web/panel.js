@@ -1,18 +1,17 @@
-// A panel under the picture: a title, a line of news, a table; while it is open the server is asked again and again.
+// A panel of the drawer: a title, a line of news, a table; while it is open the server is asked again and again.
 
 import {h, setText} from "./dom.js";
 
 export class PolledPanel {
     head = h("p", {class: "faint"});
     rows = h("tbody");
-    #node; #period_ms; #poll;
+    #period_ms; #poll;
     #timer = 0;
     #open = false;
 
     // columns: texts of the table's head; a text that ends with # heads figures.
     // poll(): asks and shows; rejects where the connection is gone.
     constructor(node, {title, period_ms, columns, poll}) {
-        this.#node = node;
         this.#period_ms = period_ms;
         this.#poll = poll;
         const column = (text) => h("th", {scope: "col", class: text.endsWith("#") ? "figure" : null}, text.replace("#", ""));
@@ -22,11 +21,10 @@ export class PolledPanel {
 
     get open() { return this.#open; }
 
-    toggle() {
-        this.#open = !this.#open;
-        this.#node.hidden = !this.#open;
+    toggle(open) {
+        this.#open = open;
         clearTimeout(this.#timer);
-        if (this.#open) this.refresh();
+        if (open) this.refresh();
     }
 
     // At once instead of with the next period.

@@ -1,4 +1,4 @@
-// The frame report: what the newest change made run, and what that cost. Asked for only while the panel is open, because
+// The passes: what the newest change made run, and what that cost. Asked for only while the panel is open, because
 // asking renders, and once per revision: of each the server keeps the frame that shows the cost of the change.
 
 import {h, setText, formatNumber} from "./dom.js";
@@ -10,7 +10,7 @@ export class ReportPanel extends PolledPanel {
     #shownRev = 0;
 
     constructor(store, connection, node) {
-        super(node, {title: "Frame report", period_ms: kPollMs,
+        super(node, {title: "Passes of the newest picture", period_ms: kPollMs,
             columns: ["Pass", "Light", "State", "Faces#", "Draws#", "CPU ms#", "GPU ms#"],
             poll: async () => {
                 const rev = store.state?.scene_rev ?? 0;

@@ -59,18 +59,8 @@ class TransportWatch {
     }
 }
 
-// A button that opens and closes a panel.
-function panelButton(panel, id, text) {
-    const button = h("button", {type: "button", class: "quiet", id: `${id}-toggle`, "aria-controls": id, "aria-expanded": "false",
-        onclick: () => {
-            panel.toggle();
-            button.setAttribute("aria-expanded", String(panel.open));
-        }}, text);
-    return button;
-}
-
 // format: where size and codec are told. Result: what the picture lacks.
-export function statsStrip(store, video, connection, node, format, {report, meter, consoles, surfaces}) {
+export function statsStrip(store, video, connection, node, format) {
     const cell = (name, title) => {
         const value = h("b");
         node.append(h("span", {class: "stat", title}, value, h("span", {class: "faint"}, name)));
@@ -85,9 +75,7 @@ export function statsStrip(store, video, connection, node, format, {report, mete
     const rev = cell("rev", "Scene revision of the picture shown");
     const still = h("button", {type: "button", class: "quiet", id: "save", title: "Save the picture as PNG, without video compression",
         onclick: () => saveStill(store, connection)}, "Save still");
-    node.append(h("span", {class: "grow"}), panelButton(meter, "meter", "Meter"), panelButton(consoles, "consoles", "Consoles"),
-        panelButton(surfaces, "surfaces", "Faders"),
-        panelButton(report, "report", "Frame report"), still);
+    node.append(h("span", {class: "grow"}), still);
 
     const transport = new TransportWatch(store, connection);
     const responses = new ResponseMeter();

@@ -42,9 +42,9 @@ export class SurfacesPanel extends PolledPanel {
         store.addEventListener("update", () => { if (this.open) this.#offerTargets(); });
     }
 
-    toggle() {
-        super.toggle();
-        if (this.open) this.#offerTargets();
+    toggle(open) {
+        super.toggle(open);
+        if (open) this.#offerTargets();
     }
 
     #offerTargets() {

@@ -1,0 +1,37 @@
+// Keys and pointers that do something in the page: one table, shown under "?".
+
+import {h} from "./dom.js";
+
+// A tool that listens to a key adds a row here.
+export const shortcuts = [
+    {part: "Camera", keys: "Drag", what: "Turn around what is looked at"},
+    {part: "Camera", keys: "Shift drag, middle drag, two fingers", what: "Move sideways and up"},
+    {part: "Camera", keys: "Wheel, pinch, + and −", what: "Nearer and farther"},
+    {part: "Camera", keys: "Arrow keys", what: "Turn; with Shift: move"},
+    {part: "Picture", keys: "1 … 9, 0", what: "Choose what is shown, in the order of the tabs"},
+    {part: "Lights", keys: "Click on a light", what: "Select it; once more: the next one at that place"},
+    {part: "Lights", keys: "Drag a light or its axes", what: "Move it; Ctrl: in steps of 0.1 m"},
+    {part: "Lights", keys: "X, Y, Z while dragging", what: "Along this axis only"},
+    {part: "Lights", keys: "A, then click", what: "Aim the selected light there"},
+    {part: "Lights", keys: "Escape", what: "Take a drag back; end aiming"},
+    {part: "Work", keys: "Ctrl Z, Ctrl Shift Z", what: "Undo, redo what this page did to lights"},
+    {part: "Work", keys: "?", what: "These keys"},
+];
+
+// node: where the button goes.
+export function shortcutHelp(node) {
+    const parts = [...new Set(shortcuts.map(({part}) => part))];
+    const close = h("button", {type: "button", class: "quiet", "aria-label": "Close", onclick: () => dialog.close()}, "×");
+    const dialog = h("dialog", {id: "shortcuts", "aria-label": "Keys and pointer"},
+        h("header", {class: "row"}, h("h2", {}, "Keys and pointer"), h("span", {class: "grow"}), close),
+        ...parts.map((part) => h("section", {"aria-label": part}, h("h3", {}, part), h("dl", {}, ...shortcuts.filter((row) => row.part === part)
+            .flatMap(({keys, what}) => [h("dt", {}, keys), h("dd", {}, what)])))));
+    dialog.addEventListener("click", (event) => { if (event.target === dialog) dialog.close(); });    // beside it
+    document.body.append(dialog);
+    node.append(h("button", {type: "button", class: "quiet", id: "help", title: "Keys and pointer (?)", "aria-label": "Keys and pointer", onclick: () => dialog.showModal()}, "?"));
+    document.addEventListener("keydown", (event) => {
+        if (event.key !== "?" || event.ctrlKey || event.metaKey || event.target.closest("input:not([type=range]), select, textarea") || dialog.open) return;
+        event.preventDefault();
+        dialog.showModal();
+    });
+}
