@@ -47,7 +47,12 @@ constexpr WordRow kAcquireOptions[] = {
 };
 constexpr auto kReleaseOptions = std::span(kAcquireOptions).first<1>();
 constexpr WordRow kFiles[] = {{"FILE…", "", text, "", "IES or EULUMDAT; -: standard input"}};
-constexpr WordRow kPhotometryOptions[] = {{"--svg", "", flag, "", "an SVG drawing of the curves"}};
+constexpr WordRow kPhotometryOptions[] = {
+    {"--svg", "", flag, "", "an SVG drawing of the curves"},
+    {"--ugr", "", flag, "", "CIE 190's table of the unified glare rating too"},
+    {"--spacing", "RATIO", number, "",
+     "of --ugr: between luminaires, of their height above the eye, 0.1 to 2; default: 0.25"},
+};
 constexpr WordRow kWatchOptions[] = {
     {"--frames", "N", count, "", "ends after N frames, N above 0; default: when interrupted"},
     {"--out", "FILE", text, "", "writes the video there, as raw H.264"},

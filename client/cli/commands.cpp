@@ -210,7 +210,11 @@ int photometry(const Session& session, const ReadWords& words) {
     const PhotometryFormat format = words.has("--svg") ? PhotometryFormat::svg
                                     : session.json     ? PhotometryFormat::json
                                                        : PhotometryFormat::text;
-    return run_photometry(words.names, format, session.out, session.err);
+    constexpr double kCatalogueSpacing = 0.25;
+    std::optional<double> spacing;
+    if (words.has("--ugr"))
+        spacing = words.has("--spacing") ? parse_number(words.options.at("--spacing")) : kCatalogueSpacing;
+    return run_photometry(words.names, format, session.out, session.err, spacing);
 }
 
 }  // namespace

@@ -11,6 +11,7 @@
 #include <string_view>
 
 #include "ies/curves.h"
+#include "ies/glare.h"
 #include "ies/photometry_file.h"
 #include "ies/quantities.h"
 
@@ -192,6 +193,29 @@ Json file_json(const std::string& file, const Photometry& photometry) {
             {"diagnostics", diagnostics_json(photometry.diagnostics)}};
 }
 
+Json ratings_json(const std::array<std::optional<double>, 5>& ratings) {
+    Json result = Json::array();
+    for (const std::optional<double>& rating : ratings) result.push_back(number_or_null(rating));
+    return result;
+}
+
+Json glare_json(const ies::GlareTable& table) {
+    Json rows = Json::array();
+    for (const ies::GlareTable::Row& row : table.rows) {
+        Json background = Json::array();
+        for (const Luminance& luminance : row.background) background.push_back(luminance.in(nit));
+        rows.push_back({{"x_h", row.x_h},
+                        {"y_h", row.y_h},
+                        {"background_cd_m2", background},
+                        {"crosswise", ratings_json(row.crosswise)},
+                        {"endwise", ratings_json(row.endwise)}});
+    }
+    return {{"spacing_to_height", table.spacing_to_height},
+            {"regular", table.regular},
+            {"ceiling_walls_floor_percent", ies::kGlareReflectances},
+            {"rows", rows}};
+}
+
 // "line 12 column 7" -> 12; 0 where the place is no line.
 int line_of(std::string_view where) {
     constexpr std::string_view kLine = "line ";
@@ -262,6 +286,29 @@ void print_text(const std::string& file, const Photometry& photometry, std::ostr
     out << ies::curves_text(photometry) << '\n';
 }
 
+void print_glare(const ies::GlareTable& table, std::ostream& out) {
+    out << format_text(
+        "  UGR (CIE 190), spacing %g of the height%s\n", table.spacing_to_height,
+        table.regular ? "" : "; the light is not mirrored about both planes: for this way of hanging only");
+    out << "  ceiling/walls/floor, %:  crosswise";
+    out << format_text("%*s endwise\n", 31, "");
+    out << "      room   ";
+    for (int way = 0; way < 2; ++way) {
+        for (const auto& set : ies::kGlareReflectances) out << format_text(" %d/%d/%d", set[0], set[1], set[2]);
+        out << "  ";
+    }
+    out << '\n';
+    for (const ies::GlareTable::Row& row : table.rows) {
+        out << format_text("  %3gH x %2gH  ", row.x_h, row.y_h);
+        for (const auto* ratings : {&row.crosswise, &row.endwise}) {
+            for (const std::optional<double>& rating : *ratings)
+                out << (rating ? format_text("%9.1f", *rating) : std::string("        -"));
+            out << "  ";
+        }
+        out << '\n';
+    }
+}
+
 // The bytes of a stream, at most one more than any reader takes: enough for it to refuse the file by its size.
 std::string read_bounded(std::istream& stream) {
     std::string bytes;
@@ -286,27 +333,35 @@ Result<Photometry> read(const std::string& file) {
 
 }  // namespace
 
-int run_photometry(std::span<const std::string> files, PhotometryFormat format, std::ostream& out, std::ostream& err) {
+int run_photometry(std::span<const std::string> files, PhotometryFormat format, std::ostream& out, std::ostream& err,
+                   std::optional<double> ugr_spacing) {
     if (files.empty()) return 2;
     bool refused = false;
     Json list = Json::array();
     std::string drawings;
     int drawn = 0;
     for (const std::string& file : files) {
-        const Result<Photometry> photometry = read(file);
-        if (!photometry) {
+        const auto refuse = [&](const Error& error) {
             refused = true;
             if (format == PhotometryFormat::json) {
-                list.push_back(error_json(file, photometry.error()));
+                list.push_back(error_json(file, error));
             } else {
-                err << file << ": " << photometry.error().text() << '\n';
+                err << file << ": " << error.text() << '\n';
             }
+        };
+        const Result<Photometry> photometry = read(file);
+        std::optional<Result<ies::GlareTable>> glare;
+        if (photometry && ugr_spacing) glare = ies::glare_table(*photometry, *ugr_spacing);
+        if (!photometry || (glare && !*glare)) {
+            refuse(photometry ? glare->error() : photometry.error());
             continue;
         }
         if (format == PhotometryFormat::json) {
             list.push_back(file_json(file, *photometry));
+            if (glare) list.back()["ugr"] = glare_json(**glare);
         } else if (format == PhotometryFormat::text) {
             print_text(file, *photometry, out);
+            if (glare) print_glare(**glare, out);
         } else {
             drawings += "<g transform=\"translate(0," + std::to_string(drawn * ies::kCurvesHeight) + ")\">\n" +
                         ies::curves_svg(*photometry, file.substr(file.find_last_of('/') + 1)) + "</g>\n";

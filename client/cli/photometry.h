@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstdint>
+#include <optional>
 #include <ostream>
 #include <span>
 #include <string>
@@ -15,8 +16,10 @@ enum class PhotometryFormat : std::uint8_t {
 };
 
 // Reads each file and prints it to out. A file that cannot be read or is refused gives an object with "error" (json) or
-// a sentence on err (svg, text) and the others go on. "-" is standard input. Result: 0; 1 if any file was refused; 2 if
-// files is empty.
-int run_photometry(std::span<const std::string> files, PhotometryFormat format, std::ostream& out, std::ostream& err);
+// a sentence on err (svg, text) and the others go on. "-" is standard input. ugr_spacing: json and text get CIE 190's
+// table of glare too, at this spacing to height (ies/glare.h); a file that has none is refused. Result: 0; 1 if any
+// file was refused; 2 if files is empty.
+int run_photometry(std::span<const std::string> files, PhotometryFormat format, std::ostream& out, std::ostream& err,
+                   std::optional<double> ugr_spacing = {});
 
 }  // namespace gonio

@@ -8,6 +8,7 @@
 
 #include "client/cli/photometry.h"
 #include "ies/synthetic.h"
+#include "tests/unit/ies_test_support.h"
 
 namespace gonio {
 namespace {
@@ -85,6 +86,27 @@ TEST_F(PhotometryCommand, DrawsCurves) {
     EXPECT_NE(text.str().find("BUG B"), std::string::npos);
     EXPECT_NE(text.str().find("\xe2\xa0"), std::string::npos);
     EXPECT_EQ(run_photometry({}, PhotometryFormat::text, text, err), 2);
+}
+
+// A luminaire with an opening has CIE 190's table; one without is refused by name, and the others go on.
+TEST_F(PhotometryCommand, UgrTable) {
+    ies::test::Lm63Text text;
+    const std::string point = write("point.ies", text.text());
+    text.size = "0.6 0.6 0";
+    const std::string panel = write("panel.ies", text.text());
+    std::ostringstream out;
+    std::ostringstream err;
+    EXPECT_EQ(run_photometry(std::vector{panel}, PhotometryFormat::json, out, err, 1.0), 0);
+    const json ugr = json::parse(out.str())["ugr"];
+    EXPECT_EQ(ugr["spacing_to_height"], 1.0);
+    ASSERT_EQ(ugr["rows"].size(), 19u);
+    EXPECT_EQ(ugr["rows"][10]["x_h"], 4.0);
+    EXPECT_EQ(ugr["rows"][10]["crosswise"].size(), 5u);
+    out.str("");
+    EXPECT_EQ(run_photometry(std::vector{point, panel}, PhotometryFormat::text, out, err, 0.25), 1);
+    EXPECT_NE(err.str().find("point.ies"), std::string::npos);
+    EXPECT_NE(err.str().find("luminous opening"), std::string::npos);
+    EXPECT_NE(out.str().find("UGR (CIE 190), spacing 0.25"), std::string::npos);
 }
 
 }  // namespace
