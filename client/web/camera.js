@@ -1,11 +1,14 @@
-// The camera in the hand: drag orbits, shift-drag (or the middle button, or two fingers) pans, wheel and pinch dolly;
-// arrow keys, + and - do the same.
+// The camera in the hand: drag orbits, shift-drag (or two fingers) pans, wheel and pinch dolly; arrow keys, + and - do the
+// same. The middle button orbits, with Shift it pans, with Ctrl it dollies. Held, the right button looks around, and keys
+// walk: walk.js.
 
 import {pageRole} from "./control.js";
 import {add, length, scale, sub} from "./projection.js";
+import {Walk, look} from "./walk.js";
 
 const kOrbitRadPerPx = 0.006;
 const kDollyPerNotch = 1.12;
+const kDollyPerPx = 1.006;
 const kWheelNotchPx = 100;
 const kMaxPitchRad = 1.55;        // just short of the poles, where "up" would flip
 const kMinDistance_m = 0.02;
@@ -47,8 +50,9 @@ export function dolly({eye, target}, factor) {
 
 export class CameraHand {
     #store;
-    #pointers = new Map();    // id -> {x, y}
+    #pointers = new Map();    // id -> {x, y, button}
     #wheelTimer = 0;
+    #walk = new Walk(() => this.pose, (pose) => this.set(pose));
 
     constructor(store, elements) {
         this.#store = store;
@@ -71,27 +75,31 @@ export class CameraHand {
     #listen(element) {
         const ready = () => this.#store.state?.camera;
         element.addEventListener("pointerdown", (event) => {
-            if (!ready() || event.button > 1) return;
+            if (!ready() || event.button > 2) return;
             event.preventDefault();
             element.focus({preventScroll: true});
             element.setPointerCapture(event.pointerId);
             this.#hold();
-            this.#pointers.set(event.pointerId, {x: event.clientX, y: event.clientY});
+            this.#pointers.set(event.pointerId, {x: event.clientX, y: event.clientY, button: event.button});
+            if (event.button === 2) this.#walk.begin();
             element.classList.add("grabbed");
         });
         element.addEventListener("pointermove", (event) => this.#move(element, event));
         const end = (event) => {
             if (!this.#pointers.delete(event.pointerId) || this.#pointers.size) return;
             element.classList.remove("grabbed");
+            this.#walk.end();
             this.#release();
         };
         element.addEventListener("pointerup", end);
         element.addEventListener("pointercancel", end);
+        element.addEventListener("contextmenu", (event) => event.preventDefault());
         element.addEventListener("wheel", (event) => {
             if (!ready()) return;
             event.preventDefault();
-            this.#hold();
             const notches = (event.deltaMode === 1 ? event.deltaY * 33 : event.deltaY) / kWheelNotchPx;
+            if (this.#walk.active) return this.#walk.faster(-notches);
+            this.#hold();
             this.set(dolly(this.pose, kDollyPerNotch ** Math.max(-3, Math.min(3, notches))));
             clearTimeout(this.#wheelTimer);
             this.#wheelTimer = setTimeout(() => { if (!this.#pointers.size) this.#release(); }, kWheelRestMs);
@@ -122,7 +130,9 @@ export class CameraHand {
             const moved = this.#dragged(element, true, dx / 2, dy / 2);
             this.set(before > 10 && after > 10 ? dolly(moved, before / after) : moved);
         } else if (this.#pointers.size === 1) {
-            this.set(this.#dragged(element, event.shiftKey || (event.buttons & 4) !== 0, dx, dy));
+            this.set(last.button === 2 ? look(this.pose, dx, dy)
+                : last.button === 1 && event.ctrlKey ? dolly(this.pose, kDollyPerPx ** dy)
+                    : this.#dragged(element, event.shiftKey, dx, dy));
         }
         last.x = event.clientX;
         last.y = event.clientY;

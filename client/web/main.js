@@ -19,6 +19,7 @@ import {statsStrip} from "./stats.js";
 import {Toasts} from "./toast.js";
 import {ConsolesPanel} from "./consoles.js";
 import {SurfacesPanel} from "./surfaces.js";
+import {ComparePanel} from "./compare.js";
 import {presetPanel} from "./presets.js";
 import {controlPanel, onlyLook} from "./control.js";
 import {Uploads} from "./uploads.js";
@@ -34,6 +35,7 @@ const handles = new Handles(store, connection, $("screen"), [$("canvas"), $("sti
 const toasts = new Toasts($("toasts"));
 drawer($("drawer"), [
     {id: "meter", title: "Meter", make: (node) => new MeterPanel(store, connection, node)},
+    {id: "compare", title: "Compare", make: (node) => new ComparePanel(store, connection, video, node, $("screen"))},
     {id: "consoles", title: "Consoles", make: (node) => new ConsolesPanel(connection, node)},
     {id: "surfaces", title: "Fader boxes", make: (node) => new SurfacesPanel(store, connection, node)},
     {id: "report", title: "Passes", make: (node) => new ReportPanel(store, connection, node)},

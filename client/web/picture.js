@@ -1,6 +1,7 @@
 // What is shown and how: view tabs, exposure, gain, technique, camera, and the scene itself.
 
 import {h, setText, formatNumber} from "./dom.js";
+import {fitSizeButton} from "./fit_size.js";
 import {property, mapped, slider, select, tabs} from "./controls.js";
 
 const kDegree = Math.PI / 180;
@@ -20,7 +21,7 @@ export function viewTabs(store, node) {
         (name) => ({set_view: {view: name, ...lightOfView(store, name)}}));
     const control = tabs(view, node, kViews.map(([value, text, title], i) => [value, text, `${title} (key ${(i + 1) % 10})`]));
     document.addEventListener("keydown", (event) => {
-        if (event.ctrlKey || event.metaKey || event.altKey || event.target.closest("input, select, textarea")) return;
+        if (event.ctrlKey || event.metaKey || event.altKey || event.code.startsWith("Numpad") || event.target.closest("input, select, textarea")) return;
         const at = "1234567890".indexOf(event.key);
         if (at >= 0 && event.key.length === 1 && store.state) view.set(kViews[at][0]);
     });
@@ -67,7 +68,7 @@ export function picturePanel(store, node, cameraHand, connection) {
     }});
     const size = select(property(store, () => "size", () => store.state.size_px?.join("x"),
         (text) => ({set_size: {width_px: Number(text.split("x")[0]), height_px: Number(text.split("x")[1])}})),
-    {label: "Picture size", options: () => kSizes.map((text) => [text, `${text.replace("x", " × ")} px`])});
+    {label: "Picture size", options: () => kSizes.map((text) => [text, `${text.replace("x", " × ")}`])});
     const fov = slider(mapped(property(store, () => "fov", () => store.state.camera?.fov_rad,
         (fov_rad) => ({set_camera: {fov_rad}})), (rad) => rad / kDegree, (deg) => deg * kDegree),
     {label: "Field of view", caption: "Field", min: 2, max: 170, step: 0.5, digits: 1, unit: "°",
@@ -83,7 +84,7 @@ export function picturePanel(store, node, cameraHand, connection) {
     node.append(h("h2", {}, "Picture", h("span", {class: "grow"}), automatic), exposure.node, gain.node,
         h("div", {class: "slider"}, h("span", {class: "label"}, "Technique"),
             h("span", {class: "row pair"}, technique.node, samples.node)),
-        h("div", {class: "slider"}, h("span", {class: "label"}, "Size"), h("span", {class: "row pair size"}, size.node)),
+        h("div", {class: "slider"}, h("span", {class: "label"}, "Size, px"), h("span", {class: "row pair size"}, size.node, fitSizeButton(connection))),
         h("h2", {}, "Camera", h("span", {class: "grow"}), home), fov.node, pose);
     const parts = [exposure, gain, technique, samples, size, fov];
     return {update() {

@@ -4,8 +4,8 @@
 export const sub = (a, b) => a.map((x, i) => x - b[i]);
 export const add = (a, b) => a.map((x, i) => x + b[i]);
 export const scale = (a, s) => a.map((x) => x * s);
-const dot = (a, b) => a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
-const cross = (a, b) => [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]];
+export const dot = (a, b) => a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
+export const cross = (a, b) => [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]];
 export const length = (a) => Math.hypot(...a);
 export const unit = (a) => scale(a, 1 / Math.max(length(a), 1e-12));
 

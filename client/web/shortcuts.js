@@ -4,11 +4,14 @@ import {h} from "./dom.js";
 
 // A tool that listens to a key adds a row here.
 export const shortcuts = [
-    {part: "Camera", keys: "Drag", what: "Turn around what is looked at"},
-    {part: "Camera", keys: "Shift drag, middle drag, two fingers", what: "Move sideways and up"},
+    {part: "Camera", keys: "Drag", what: "Orbit around what is looked at"},
+    {part: "Camera", keys: "Shift drag, two fingers", what: "Move sideways and up"},
     {part: "Camera", keys: "Wheel, pinch, + and −", what: "Nearer and farther"},
-    {part: "Camera", keys: "Arrow keys", what: "Turn; with Shift: move"},
+    {part: "Camera", keys: "Arrow keys", what: "Orbit; with Shift: move"},
+    {part: "Camera", keys: "Middle drag", what: "Orbit; with Shift: move; with Ctrl: nearer and farther"},
+    {part: "Camera", keys: "Right drag", what: "Look around. Meanwhile W A S D walk, Q and E go down and up, Shift runs, the wheel sets the speed"},
     {part: "Picture", keys: "1 … 9, 0", what: "Choose what is shown, in the order of the tabs"},
+    {part: "Picture", keys: "← and → on the divider", what: "Move it between A and B; with Shift: by 10 %"},
     {part: "Lights", keys: "Click on a light", what: "Select it; once more: the next one at that place"},
     {part: "Lights", keys: "Drag a light or its axes", what: "Move it; Ctrl: in steps of 0.1 m"},
     {part: "Lights", keys: "X, Y, Z while dragging", what: "Along this axis only"},

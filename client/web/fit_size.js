@@ -1,0 +1,18 @@
+// A picture with as many pixels as there is room for.
+
+import {h} from "./dom.js";
+
+const kSizes_px = [16, 4096];
+
+// Result: the size of an element in the screen's own pixels, as the server takes it.
+export function fittingSize(element, ratio = devicePixelRatio) {
+    const {width, height} = element.getBoundingClientRect();
+    return [width, height].map((x) => Math.min(kSizes_px[1], Math.max(kSizes_px[0], 2 * Math.floor(x * ratio / 2))));
+}
+
+export function fitSizeButton(connection) {
+    return h("button", {type: "button", class: "quiet", id: "fit-size", title: "A picture with as many pixels as there is room for here", onclick: () => {
+        const [width_px, height_px] = fittingSize(document.getElementById("screen"));
+        connection.command({set_size: {width_px, height_px}});
+    }}, "Fit");
+}

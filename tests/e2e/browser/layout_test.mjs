@@ -1,0 +1,154 @@
+// The page on a telephone, a tablet and a desktop, in light and dark: no overlap, nothing cut, no jumps, and nothing that
+// axe-core (WCAG 2.2 A and AA) calls serious or moderate.
+//   node layout_test.mjs GONIOD_BINARY [SCREENSHOT.png]
+
+import {readFileSync} from "node:fs";
+import {createRequire} from "node:module";
+
+import {check, inBrowser, listen, screenshot, settled, startServer, until} from "./harness.mjs";
+
+const kSizes = {phone: [390, 844], tablet: [820, 1180], desktop: [1440, 900]};
+const kAxe = readFileSync(createRequire(import.meta.url).resolve("axe-core/axe.min.js"), "utf8");
+const kTags = ["wcag2a", "wcag2aa", "wcag21a", "wcag21aa", "wcag22aa", "best-practice"];
+
+async function findings(page) {
+    return page.evaluate(async (tags) => {
+        const {violations} = await axe.run(document, {runOnly: tags, rules: {"target-size": {enabled: true}}});
+        return violations.filter(({impact}) => impact !== "minor").map(({id, impact, nodes}) =>
+            `${impact} ${id}: ${nodes.slice(0, 4).map(({target, any}) => `${target.join(" ")} ${any[0]?.message ?? ""}`).join(" | ")}`);
+    }, kTags);
+}
+
+// What is wrong with where things are.
+function misplaced(page) {
+    return page.evaluate(() => {
+        const found = [], root = document.scrollingElement;
+        const seen = (node) => node.checkVisibility({visibilityProperty: true}) && node.getClientRects().length > 0;
+        const name = (node) => node.id || node.getAttribute("aria-label") || node.textContent.trim().slice(0, 30);
+        if (root.scrollWidth > root.clientWidth) found.push(`the page is ${root.scrollWidth} px wide in ${root.clientWidth}`);
+        // On a telephone the panels go by under the picture and the drawer.
+        const parts = [...document.querySelectorAll(innerWidth > 600 ? "#bar, #left, #views, #screen, #drawer, #stats, #inspector" : "#bar > *, #views, #screen, #stats")].filter(seen);
+        for (const [i, one] of parts.entries()) {
+            for (const other of parts.slice(i + 1)) {
+                const a = one.getBoundingClientRect(), b = other.getBoundingClientRect();
+                if (Math.min(a.right, b.right) - Math.max(a.left, b.left) > 1 && Math.min(a.bottom, b.bottom) - Math.max(a.top, b.top) > 1)
+                    found.push(`${name(one)} lies over ${name(other)}`);
+            }
+        }
+        for (const node of [...document.querySelectorAll("button, label, h2, h3, .label")].filter(seen)) {
+            if (node.scrollWidth > node.clientWidth + 1 && node.clientWidth > 0 && getComputedStyle(node).display !== "inline") found.push(`"${name(node)}" is cut`);
+        }
+        for (const node of [...document.querySelectorAll("select")].filter(seen)) {
+            const text = document.createElement("canvas").getContext("2d"), style = getComputedStyle(node);
+            text.font = style.font;
+            const needs = text.measureText(node.selectedOptions[0]?.textContent ?? "").width + parseFloat(style.paddingLeft) + parseFloat(style.paddingRight);
+            if (needs > node.clientWidth + 2 && !/^[/.]|upload:/.test(node.value) && node.clientWidth < 200) found.push(`select "${name(node)}" cuts "${node.value}"`);
+        }
+        for (const node of document.querySelectorAll(".slider input[type=range]"))
+            if (!node.closest(".slider").querySelector("input[type=number]")) found.push(`${name(node)} has no number`);
+        return found;
+    });
+}
+
+async function look(page, what) {
+    const wrong = [...await misplaced(page), ...await findings(page)];
+    check(wrong.length === 0, what, wrong.join("\n"));
+}
+
+async function shots(page, name) {
+    if (screenshot) await page.screenshot({path: screenshot.replace(/(\.\w+)?$/, `-${name}$1`)});
+}
+
+async function run(browser, server, size, scheme) {
+    const [width, height] = kSizes[size], small = size !== "desktop";
+    const context = await browser.newContext({viewport: {width, height}, hasTouch: small, isMobile: size === "phone", colorScheme: scheme, reducedMotion: "reduce"});
+    const page = await context.newPage();
+    listen(page);
+    await page.goto(server.url);
+    await until("the first picture", () => page.evaluate(() => window.gonio?.framesDecoded > 0));
+    await settled(page);
+    await page.evaluate(`${kAxe}; undefined`);
+    const at = `${size}, ${scheme}`;
+    await shots(page, `${size}-${scheme}`);
+    await look(page, `the page as it opens: ${at}`);
+    check(await page.evaluate(() => document.getAnimations().length) === 0, `nothing moves by itself where less motion is asked for: ${at}`);
+
+    const tabs = await page.locator(".drawer-tabs button").all(), places = new Set();
+    for (const tab of tabs) {
+        await tab.click();
+        const id = await tab.getAttribute("aria-controls");
+        await page.waitForTimeout(300);    // its table is asked for
+        await shots(page, `${size}-${scheme}-${id}`);
+        await look(page, `the tool "${await tab.textContent()}": ${at}`);
+        places.add(JSON.stringify(await page.locator("#screen").boundingBox()));
+    }
+    check(places.size === 1, `the picture rests while its tools change: ${at}`, [...places].join(" "));
+    await tabs.at(-1).click();
+    check(await page.locator(".drawer-body").isHidden(), `a second click closes the drawer: ${at}`);
+
+    await page.locator("#help").click();
+    await shots(page, `${size}-${scheme}-help`);
+    await look(page, `keys and pointer: ${at}`);
+    await page.keyboard.press("Escape");
+    await page.locator("#views button[data-value=illuminance]").click();
+    await until("the legend", () => page.locator("#legend").isVisible());
+    await settled(page);
+    await shots(page, `${size}-${scheme}-illuminance`);
+    await look(page, `lux in false colour: ${at}`);
+    await page.locator("#views button[data-value=beauty]").click();
+    await settled(page);
+    await context.close();
+}
+
+// By hand, and kept.
+async function themes(browser, server) {
+    const page = await browser.newPage({colorScheme: "dark"});
+    listen(page);
+    const dark = async () => {
+        const [r, g, b] = (await page.evaluate(() => getComputedStyle(document.documentElement).backgroundColor)).match(/\d+/g).map(Number);
+        return r + g + b < 384;
+    };
+    await page.goto(server.url);
+    check(await dark(), "dark where the system is");
+    await page.locator("#theme").click();
+    check(!await dark(), "light by a click", await page.locator("#theme").getAttribute("aria-label"));
+    await page.reload();
+    check(!await dark(), "and still after the page is opened anew");
+    await page.locator("#theme").click();
+    check(await dark(), "dark by another");
+    await page.locator("#theme").click();
+    await page.emulateMedia({colorScheme: "light"});
+    check(!await dark(), "and as the system again");
+    await page.close();
+}
+
+// The drawer and the list of keys without a pointer.
+async function keyboard(browser, server) {
+    const page = await browser.newPage();
+    listen(page);
+    await page.goto(server.url);
+    await until("the first picture", () => page.evaluate(() => window.gonio?.framesDecoded > 0));
+    const focused = () => page.evaluate(() => document.activeElement.id);
+    await page.locator("#meter-toggle").focus();
+    await page.keyboard.press("Enter");
+    check(await page.locator("#meter").isVisible(), "Enter opens a tool");
+    await page.keyboard.press("ArrowLeft");
+    check(await focused() === "report-toggle", "arrow keys go around the tabs");
+    await page.keyboard.press(" ");
+    check(await page.locator("#report").isVisible() && await page.locator("#meter").isHidden(), "one tool at a time");
+    await page.locator("#report .scroll").focus();
+    await page.keyboard.press("Escape");
+    check(await page.locator(".drawer-body").isHidden() && await focused() === "report-toggle", "Escape closes the drawer and goes to its tab");
+    await page.keyboard.press("?");
+    check(await page.locator("#shortcuts").isVisible(), "? lists the keys", `${await page.locator("#shortcuts dt").count()} rows`);
+    await page.keyboard.press("Escape");
+    check(await page.locator("#shortcuts").isHidden(), "Escape closes the list");
+    await page.close();
+}
+
+await inBrowser(async (browser, servers) => {
+    servers.push(await startServer("127.0.0.1:0"));
+    for (const size of Object.keys(kSizes)) for (const scheme of ["dark", "light"]) await run(browser, servers[0], size, scheme);
+    await themes(browser, servers[0]);
+    await keyboard(browser, servers[0]);
+});
