@@ -45,9 +45,8 @@ inline constexpr std::array<std::array<double, 20>, 31> kPositionIndex = {{
       9.7,  10.23, 10.95, 11.65, 12.35, 13,  13.8, 14.5, 15.25, 16}},
 }};
 
-// CIE 190: a room of X = x_h times the eye-to-luminaire height across the line of sight and Y = y_h along it;
-// multipliers of its four cumulative fluxes; per set of reflectances floor-to-wall, wall-to-wall and ceiling-to-wall
-// factors.
+// CIE 190: a room of X = x_h times the eye-to-luminaire height across the line of sight and Y = y_h along it. It has
+// multipliers of four cumulative fluxes, and per set of reflectances three factors to the walls.
 struct BackgroundFactors {
     double x_h, y_h;
     std::array<double, 4> cumulative;
