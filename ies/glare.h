@@ -44,8 +44,8 @@ struct GlareTable {
 };
 
 // Result: CIE 190's table of a regular array of this luminaire at its own flux. It hangs 2 m above the eye of an
-// observer in the middle of a wall. spacing_to_height: 0.25 (catalogues) or 1 (CIE 190's example); 0.1..2. Errors: no_opening (its
-// luminance is not defined), all_dark, out_of_range. Any thread.
+// observer in the middle of a wall. spacing_to_height: 0.25 (catalogues) or 1 (CIE 190's example); 0.1..2. Errors:
+// no_opening (its luminance is not defined), all_dark, out_of_range. Any thread.
 Result<GlareTable> glare_table(const Photometry& photometry, double spacing_to_height);
 
 }  // namespace gonio::ies
