@@ -103,10 +103,6 @@ float seen_share(const GBuffer& gbuffer, const trace::Geometry& geometry, const 
     return all > 0 ? seen / static_cast<float>(all) : -1.0f;
 }
 
-}  // namespace
-
-namespace {
-
 // Adds the direct light of points, in luminaire.unit_m2, × its weights.
 void add_lit(const GBuffer& gbuffer, const trace::Geometry& geometry, const DirectLight& luminaire,
              const std::vector<Edges::Point>& points, std::vector<glm::vec3>& light) {
@@ -187,6 +183,28 @@ void sample_shadow_edges(const GBuffer& gbuffer, const trace::Geometry& geometry
             }
         }
     });
+}
+
+void direct_light_with_edges(const GBuffer& gbuffer, const ScreenGrid& screen, const trace::Geometry& geometry,
+                             std::span<const DirectLight> luminaires, const Edges& edges, unsigned n, Planes& out,
+                             Pool& pool) {
+    for (std::vector<float>& plane : out)
+        plane.assign(gbuffer.row_length * static_cast<std::size_t>(gbuffer.height), 0.0f);
+    Planes own(1);
+    Lattice unused;  // each pixel has a ray of its own
+    for (const DirectLight& luminaire : luminaires) {
+        DirectLight at_one = luminaire;
+        at_one.weight = glm::vec3(1.0f);
+        direct_light(gbuffer, screen, geometry, std::span(&at_one, 1), true, own, unused, pool);
+        sample_shadow_edges(gbuffer, geometry, at_one, edges, n, own[0], pool);
+        pool.run(gbuffer.height, [&](int y) {
+            const std::size_t first = static_cast<std::size_t>(y) * gbuffer.row_length;
+            for (std::size_t k = 0; k < out.size(); ++k) {
+                const float weight = luminaire.weight[static_cast<int>(k)];
+                for (std::size_t i = first; i < first + gbuffer.row_length; ++i) out[k][i] += weight * own[0][i];
+            }
+        });
+    }
 }
 
 }  // namespace gonio::lighting

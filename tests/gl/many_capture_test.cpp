@@ -1,10 +1,13 @@
 // Captures of many luminaires, which light them as one: against closed forms, in full precision.
+#include <algorithm>
 #include <cmath>
+#include <cstdio>
 #include <numbers>
 
 #include "server/render/passes/passes.h"
 #include "server/scene/apply.h"
 #include "tests/gl/test_context.h"
+#include "tests/scenes/bench_scenes.h"
 
 namespace gonio::test {
 namespace {
@@ -108,6 +111,66 @@ TEST(ManyCapture, ASphereIsSolvedOnce) {
         EXPECT_NEAR(sum / count, expected, 0.01 * expected) << level;
         EXPECT_LT(std::sqrt(squares / count), 0.03 * expected) << level;
     }
+}
+
+// Light adds up: a capture of many is the sum of captures of each, at their shadows' edges too, which have sixteen
+// samples there.
+TEST(ManyCapture, ShadowEdgesAreThoseOfEachLuminaire) {
+    constexpr int kSide = 160;
+    Scene scene = scene_of(builtin("cornell"));
+    repeat_light(scene, kMany, [](Light& light, std::size_t i) {
+        const auto k = static_cast<double>(i);
+        light.position += glm::dvec3(0.15 * std::cos(2.0 * k), -0.02 * k, 0.15 * std::sin(2.0 * k));
+        light.color = {1.0, 0.2 + 0.1 * k, 1.0 / (1.0 + k)};
+        light.level_ratio = i == 4 ? 0.0 : 0.2 + 0.05 * k;
+    });
+    Renderer renderer(context(), Renderer::DirectLight::rays);
+    make_coarse(renderer);
+    const auto captured = [&](unsigned samples) {
+        return renderer.capture(scene, View::direct, kSide, kSide, true, 0, samples)->values;
+    };
+    const std::vector<float> centres = captured(1), smooth = captured(16);
+    const std::vector<Light> lights = scene.lights;
+    std::vector<double> sum(smooth.size(), 0.0);
+    for (const Light& light : lights) {
+        scene.lights = {light};
+        const std::vector<float> own = captured(16);
+        for (std::size_t i = 0; i < sum.size(); ++i) sum[i] += static_cast<double>(own[i]);
+    }
+    int edges = 0, off = 0;
+    double before = 0.0, after = 0.0;
+    for (std::size_t i = 0; i < sum.size(); ++i) {
+        if (i % 4 == 3 || !(sum[i] > 0.0)) continue;
+        const double jagged = std::abs(static_cast<double>(centres[i]) / sum[i] - 1.0),
+                     here = std::abs(static_cast<double>(smooth[i]) / sum[i] - 1.0);
+        off += here > 0.002 ? 1 : 0;
+        if (jagged < 0.02) continue;
+        ++edges, before += jagged * jagged, after += here * here;
+    }
+    std::printf("%d values at edges: off by %.4f rms with one sample, %.5f with sixteen; %d of all off by 0.2 %%\n",
+                edges, std::sqrt(before / edges), std::sqrt(after / edges), off);
+    EXPECT_GT(edges, 500);
+    EXPECT_LT(after, 1e-4 * before);
+    EXPECT_LE(off, 4);
+}
+
+// Sixty-four luminaires are captured in no more than three times the time of one.
+TEST(ManyCapture, TimeOfSixtyFour) {
+    const auto seconds_of = [](int side) {
+        const Scene scene = scene_of(make_stage(side));
+        Renderer renderer(context(), Renderer::DirectLight::rays);
+        make_coarse(renderer);
+        const auto once = [&] {
+            const std::int64_t began_ns = monotonic_ns();
+            renderer.capture(scene, View::beauty, 400, 400, false);
+            return seconds_since(began_ns);
+        };
+        once();  // traces the links
+        return std::min({once(), once(), once()});
+    };
+    const double one = seconds_of(1), many = seconds_of(8);
+    std::printf("one luminaire %.2f s, 64 %.2f s: %.1f times\n", one, many, many / one);
+    EXPECT_LT(many, 3.0 * one);
 }
 
 }  // namespace

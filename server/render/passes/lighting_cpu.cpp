@@ -285,10 +285,15 @@ PassRun run_direct_merged(const PassContext& context, const Surfaces& surfaces, 
     std::vector<std::uint16_t>& out = summed != nullptr ? summed->pixels[0] : merged.direct;
     lighting::Planes& direct = context.scratch.direct;
     direct.resize(3);
-    lighting::direct_light(s, surfaces.grid, context.traced, merged.lights, context.target.kind != TargetKind::live,
-                           direct, context.scratch.lattice, context.pool);
-    if (context.target.kind != TargetKind::live && shows_edges(context) && !surfaces.edges.rows.empty())
+    const bool captured = context.target.kind != TargetKind::live;
+    if (captured && shows_edges(context) && !surfaces.edges.rows.empty()) {
+        lighting::direct_light_with_edges(s, surfaces.grid, context.traced, merged.lights, surfaces.edges,
+                                          context.samples_per_pixel, direct, context.pool);
         lighting::light_mixed_pixels(s, context.traced, merged.lights, surfaces.edges, direct, context.pool);
+    } else {
+        lighting::direct_light(s, surfaces.grid, context.traced, merged.lights, captured, direct,
+                               context.scratch.lattice, context.pool);
+    }
     if (summed != nullptr && context.target.kind == TargetKind::precise) {
         summed->precise[0].assign(4 * s.depth.size(), 1.0f);
         for (std::size_t k = 0; k < 3; ++k)
