@@ -129,6 +129,7 @@ bool Renderer::continue_capture(CaptureJob& job) {
 
     const bool as_one = sums(job.scene, job.view);
     prepare(job.scene, false, job.view < View::mask && job.view != View::direct);
+    prepare_drawn(direct_by_rays_ || job.samples_per_pixel > 1);
     const Target target = make_target(next_target_++, job.raw ? TargetKind::precise : TargetKind::still, target_width,
                                       target_height, as_one ? 0 : std::min(job.scene.lights.size(), kMostLayers),
                                       geometry_->emissive(), false, geometry_->detailed());

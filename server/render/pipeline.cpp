@@ -144,8 +144,10 @@ struct Builder {
                               [=, &gpu, &screen] { return run_solve(shared, gpu, screen.weights); });
         solve.absent = seed;
         solve.stale |= solves_now(light, gpu.irradiance);
-        const bool rays = (in.direct_by_rays || light.sun) && !seed;  // no cube of depths holds a sun's parallel light
-        shared.each_pixel = rays && (in.target.kind != TargetKind::live || by_gl || in.wants_each_pixel(light));
+        // A cube of depths has steps, and holds no parallel light of a sun: it is for what moves.
+        const bool rests_for_rays = in.target.kind != TargetKind::live || in.wants_each_pixel(light);
+        const bool rays = (in.direct_by_rays || light.sun || rests_for_rays) && !seed;
+        shared.each_pixel = rays && (by_gl || rests_for_rays);
         Pass& direct = add("direct", lit, {rays && !metered ? per_target(Slot::grid) : gbuffer},
                            {light.position_rev, light.aim_rev, light.profile_rev, scene.geometry_rev, index,
                             shared.each_pixel ? shared.samples_per_pixel : 0u},

@@ -38,8 +38,7 @@ void Renderer::inspect_with(std::function<void(const Inspected&)> visit) {
 void Renderer::prepare(const Scene& scene, bool live, bool bounces) {
     prepare_geometry(scene, live);
     // Where shaders shade, rays want a G-buffer of the CPU's for what is summed and for what rests alone.
-    const bool clustered = direct_by_rays_ || refines_ || scene.lights.size() > kMostLayers;
-    if (!drawn_ || (clustered && !drawn_->clustered)) drawn_ = lighting::make_drawn(traced_, clustered);
+    prepare_drawn(direct_by_rays_ || refines_ || scene.lights.size() > kMostLayers);
     if (scene.technique == Technique::standard && bounces) prepare_transport(scene);
     std::erase_if(lights_, [&](const auto& entry) {
         const bool gone = live && std::none_of(scene.lights.begin(), scene.lights.end(),
@@ -64,6 +63,10 @@ void Renderer::prepare(const Scene& scene, bool live, bool bounces) {
     }
     std::erase_if(webs_, [](const auto& entry) { return entry.second.expired(); });
     if (live) prepare_target(scene);
+}
+
+void Renderer::prepare_drawn(bool clustered) {
+    if (!drawn_ || (clustered && !drawn_->clustered)) drawn_ = lighting::make_drawn(traced_, clustered);
 }
 
 void Renderer::prepare_target(const Scene& scene) {
@@ -117,10 +120,12 @@ bool Renderer::gathers(const Scene& scene) const {
 
 namespace {
 
-// Whether a luminaire's direct light in the live picture is still that of few rays; one that is out does not show.
+// Whether a luminaire's direct light in the live picture is still that of few rays, or of a shadow cube; one that is
+// out does not show.
 bool direct_left(const FrameInputs& in, std::size_t i) {
     const Light& light = in.scene.lights[i];
-    return in.shades_on_cpu() && in.layers[i] >= 0 && in.view != View::indirect &&
+    const bool rough = in.shades_on_cpu() || (in.gathers_by_gl() && !light.sun);
+    return rough && in.layers[i] >= 0 && in.view != View::indirect &&
            light_weight(in.scene, light) != glm::dvec3(0.0) && !in.wants_each_pixel(light);
 }
 

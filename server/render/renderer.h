@@ -98,6 +98,7 @@ private:
     // is asked for.
     void prepare(const Scene& scene, bool live, bool bounces = true);
     void prepare_geometry(const Scene& scene, bool live);
+    void prepare_drawn(bool clustered);  // clustered: the CPU draws it too, for rays and for edges
     void prepare_target(const Scene& scene);
     void prepare_transport(const Scene& scene);
     v1::FrameReport run(const FrameInputs& inputs, std::vector<SlotRef> wanted, Timers& timers);

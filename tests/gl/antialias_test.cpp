@@ -2,6 +2,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
+#include <functional>
 #include <numbers>
 #include <tuple>
 
@@ -67,6 +68,82 @@ TEST(Antialias, StillsHaveTheEdgesOfTheReference) {
     std::printf("rms at edges: one sample %.3f, sixteen %.3f; elsewhere %.4f\n", before, after, elsewhere);
     EXPECT_LT(after, 0.3 * before);
     EXPECT_LT(elsewhere, 0.02) << "what curves within a pixel has the cosine of its centre";
+}
+
+// A floor below a board whose edge is slanted. The shadow's edge on the floor is x = slope z + 1; a pixel is 3 mm wide,
+// and so is a texel of a shadow cube.
+constexpr double kSlope = 0.3;
+Scene below_a_board() {
+    const double far = 5.0;
+    const auto edge = [&](double z) { return glm::dvec3(0.5 * (kSlope * z + 1.0), 1.0, 0.5 * z); };
+    Scene scene = scene_with({{quad({-far, 0, far}, {far, 0, far}, {far, 0, -far}, {-far, 0, -far}), glm::vec3(0.5f)},
+                              {quad(edge(far), edge(-far), {-far, 1, -far}, {-far, 1, far}), glm::vec3(0.0f)}},
+                             isotropic(1000.0), {0, 2, 0});
+    scene.camera = {{1.0, 6.0, 0.0001}, {1.0, 0.0, 0.0}, 0.03};
+    scene.width_px = scene.height_px = 60;
+    return scene;
+}
+
+// Rms over the pixels that the edge crosses: direct light, lux, rows from the bottom, over what there is without the
+// board, less the pixel's share beyond the edge.
+double off_coverage(const Scene& scene, const std::function<double(int x, int y)>& lux) {
+    const int side = scene.width_px;
+    const Eye eye = eye_of(scene.camera, side, side);
+    const auto floor_at = [&](double x, double y) {
+        const glm::dvec3 ray = ray_through(eye, x / side * 2 - 1, y / side * 2 - 1);
+        return eye.position - ray * (eye.position.y / ray.y);
+    };
+    double squares = 0.0;
+    int crossed = 0;
+    for (int y = 0; y < side; ++y) {
+        for (int x = 0; x < side; ++x) {
+            constexpr int kFine = 32;
+            int beyond = 0;
+            for (int i = 0; i < kFine * kFine; ++i) {
+                const glm::dvec3 p = floor_at(x + (i % kFine + 0.5) / kFine, y + (i / kFine + 0.5) / kFine);
+                beyond += p.x > kSlope * p.z + 1.0 ? 1 : 0;
+            }
+            if (beyond == 0 || beyond == kFine * kFine) continue;
+            const glm::dvec3 p = floor_at(x + 0.5, y + 0.5);
+            const double open_lx = 2000.0 / std::pow(glm::dot(p, p) + 4.0 - p.y * p.y, 1.5);
+            squares += std::pow(lux(x, y) / open_lx - static_cast<double>(beyond) / (kFine * kFine), 2.0);
+            ++crossed;
+        }
+    }
+    EXPECT_GT(crossed, side / 2);
+    return std::sqrt(squares / crossed);
+}
+
+// In stills and at rest the share of a pixel that a shadow leaves is that of its samples, also where a shadow cube
+// lights what moves.
+TEST(Antialias, AShadowLeavesThePixelsShare) {
+    for (const auto direct : {Renderer::DirectLight::rays, Renderer::DirectLight::gl}) {
+        const Scene scene = below_a_board();
+        const int side = scene.width_px;
+        Renderer renderer(context(), direct);
+        make_coarse(renderer);
+        const auto still = renderer.capture(scene, View::illuminance, side, side, true, 0)->values;
+        const double in_still = off_coverage(scene, [&](int x, int y) {
+            return static_cast<double>(still[4 * static_cast<std::size_t>((side - 1 - y) * side + x)]);
+        });
+        const auto live = [&] {
+            const auto light = renderer.live_illuminance(scene, false);
+            return off_coverage(scene, [&](int x, int y) {
+                return static_cast<double>(light[static_cast<std::size_t>(y * side + x)].g);
+            });
+        };
+        renderer.set_refinement(true);
+        show(renderer, scene);
+        const double moving = live();
+        while (!renderer.refined(scene))
+            if (renderer.refine(scene, [] { return false; })) show(renderer, scene);
+        const double at_rest = live();
+        std::printf("%s: off by %.3f while it moves, %.3f at rest, %.3f in a still\n",
+                    direct == Renderer::DirectLight::gl ? "gl" : "rays", moving, at_rest, in_still);
+        EXPECT_GT(moving, 0.15);
+        EXPECT_LT(at_rest, 0.06);
+        EXPECT_LT(in_still, 0.06);
+    }
 }
 
 // A pixel is stray where it lies outside of what the reference has around it, by more than its dither and noise.

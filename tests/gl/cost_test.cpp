@@ -399,8 +399,7 @@ TEST_P(Cost, RefinementRunsGatherAndComposite) {
         ++pictures;
     }
     // With a shadow ray from each pixel, once for each luminaire.
-    const bool rays = direct_light() != Renderer::DirectLight::gl;
-    EXPECT_EQ(directs, rays ? static_cast<int>(scene.lights.size()) : 0);
+    EXPECT_EQ(directs, static_cast<int>(scene.lights.size()));
     EXPECT_TRUE(renderer.refined(scene));
     EXPECT_GT(pictures, 1);
     EXPECT_EQ(only_frame(), Ran{});
