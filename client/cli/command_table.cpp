@@ -65,6 +65,7 @@ constexpr WordRow kPlace[] = {
 
 constexpr WordCommand kCommands[] = {
     {"pick", "pick", "tells what the picture shows at a place, and its lux and cd/m²", kPlace, {}},
+    {"view list", "get_state", "prints a line for each saved view of the camera", {}, {}},
     {"undo", "command.undo", "sets back what the last command changed, of this user on this machine", {}, {}},
     {"redo", "command.redo", "does again what was undone", {}, {}},
     {"report", "report", "tells what a frame ran, and how long", {}, kReportOptions},

@@ -63,6 +63,13 @@ int get(const Session& session, const ReadWords& words) {
     return kExitOk;
 }
 
+int view_list(const Session& session, const ReadWords& words) {
+    return ask(session, words.message, {Answer::kState}, [&](const Answer& answer) {
+        if (session.json) return session.print(answer.state().saved_views());
+        for (const v1::SavedView& view : answer.state().saved_views().views()) session.out << view_line(view) << "\n";
+    });
+}
+
 int meter(const Session& session, const ReadWords& words) {
     return ask(session, words.message, {Answer::kMeter, Answer::kMeterGrid}, [&](const Answer& answer) {
         answer.has_meter() ? session.print(answer.meter()) : session.print(answer.meter_grid());
@@ -228,6 +235,7 @@ int run_command(const Session& session, const ReadWords& words) {
                             {"meter", meter},
                             {"pick", pick},
                             {"capture", capture},
+                            {"view list", view_list},
                             {"report", report},
                             {"stats", stats},
                             {"watch", watch},

@@ -21,6 +21,9 @@ Result<std::string> json_at(const google::protobuf::Message& message, std::strin
 // Result: how far a reference job is, in one line for a terminal.
 std::string progress_line(const v1::Progress& progress);
 
+// Result: name, eye, target and field of view in degrees, without an end of line.
+std::string view_line(const v1::SavedView& view);
+
 std::string report_table(const v1::FrameReport& report);
 
 // Result: a line for each endpoint that is listened at, then one for each sender and universe: who wins, what it sends.

@@ -19,6 +19,7 @@ import {statsStrip} from "./stats.js";
 import {Toasts} from "./toast.js";
 import {ConsolesPanel} from "./consoles.js";
 import {SurfacesPanel} from "./surfaces.js";
+import {viewPanel} from "./views.js";
 import {ComparePanel} from "./compare.js";
 import {presetPanel} from "./presets.js";
 import {controlPanel, onlyLook} from "./control.js";
@@ -43,7 +44,7 @@ drawer($("drawer"), [
 
 const parts = [
     masterPanel(store, $("master")), lightPanel(store, $("lights"), connection), groupPanel(store, $("groups"), connection), presetPanel(store, $("presets"), connection),
-    picturePanel(store, $("picture"), cameraHand, connection), viewTabs(store, $("views")), scenePanel(store, $("scene"), connection),
+    picturePanel(store, $("picture"), cameraHand, connection), viewTabs(store, $("views")), viewPanel(store, $("cameras"), cameraHand, connection), scenePanel(store, $("scene"), connection),
     inspector(store, $("inspector"), connection, handles.aimButton), controlPanel(store, $("control"), connection), handles,
     legend(store, $("screen")),
 ];
@@ -77,7 +78,7 @@ function showLink() {
     $("retry").hidden = state !== "waiting";
     $("token").hidden = state !== "locked";
     document.body.classList.toggle("offline", state !== "live");
-    if (connection.hello) setText($("server"), [connection.hello.server, connection.hello.renderer].filter(Boolean).join(" · "));
+    if (connection.hello) $("link").title = [connection.hello.server, connection.hello.renderer].filter(Boolean).join(" · ");
 }
 connection.addEventListener("status", showLink);
 connection.addEventListener("ready", showLink);

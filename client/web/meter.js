@@ -5,7 +5,7 @@ import {h, setText, formatNumber} from "./dom.js";
 import {saveCapture} from "./capture.js";
 import {sentence} from "./toast.js";
 
-const kQualities = [["interactive", "Interactive"], ["rsm", "All texels"], ["reference", "Reference"]];
+const kQualities = [["interactive", "Live"], ["rsm", "One bounce"], ["reference", "Reference"]];
 const kNoises = [["0.05", "5 %"], ["0.02", "2 %"], ["0.01", "1 %"], ["0.005", "0.5 %"], ["0.002", "0.2 %"]];
 
 const options = (list, chosen) => list.map(([value, text]) => h("option", {value, selected: value === chosen}, text));
@@ -33,7 +33,8 @@ export class MeterPanel {
         const vector = (name, values) => ["x", "y", "z"].map((letter, i) => h("input", {type: "number", step: "any",
             value: values[i], "aria-label": `${name} ${letter}`, required: true}));
         this.#vectors = {point_m: vector("Point", [0, 0, 0]), normal: vector("Normal", [0, 1, 0])};
-        this.#quality = h("select", {"aria-label": "Quality", id: "meter-quality"}, ...options(kQualities, "interactive"));
+        this.#quality = h("select", {"aria-label": "Quality", id: "meter-quality",
+            title: "Live: at once, every bounce. One bounce: direct light and one reflection, summed exactly. Reference: path-traced, and says its error"}, ...options(kQualities, "interactive"));
         this.#noise = h("select", {"aria-label": "Noise of reference quality", title: "Standard error at which reference quality stops"},
             ...options(kNoises, "0.01"));
         this.#denoise = h("input", {type: "checkbox", id: "meter-denoise"});

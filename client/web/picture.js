@@ -1,6 +1,6 @@
 // What is shown and how: view tabs, exposure, gain, technique, camera, and the scene itself.
 
-import {h, setText, formatNumber} from "./dom.js";
+import {h, setText} from "./dom.js";
 import {fitSizeButton} from "./fit_size.js";
 import {property, mapped, slider, select, tabs} from "./controls.js";
 
@@ -56,7 +56,7 @@ export function picturePanel(store, node, cameraHand, connection) {
         (value) => ({set_view: {view: store.state.view, gain: value}})),
     {label: "Indirect gain", caption: "Gain", min: 0.01, max: 1000, step: 0.01, origin: 1, digits: 2, unit: "×",
         toTrack: Math.log10, fromTrack: (x) => 10 ** x});
-    gain.node.title = "Of the indirect view";
+    gain.node.title = "How much brighter the view Indirect shows indirect light";
     const technique = select(property(store, () => "technique", () => store.state.technique,
         (name) => ({set_technique: {technique: name}})),
     {label: "Technique", options: () => [["default", "Default"], ["seed", "Seed"], ["seed-disk", "Seed, disk"]]});
@@ -71,9 +71,8 @@ export function picturePanel(store, node, cameraHand, connection) {
     {label: "Picture size", options: () => kSizes.map((text) => [text, `${text.replace("x", " × ")}`])});
     const fov = slider(mapped(property(store, () => "fov", () => store.state.camera?.fov_rad,
         (fov_rad) => ({set_camera: {fov_rad}})), (rad) => rad / kDegree, (deg) => deg * kDegree),
-    {label: "Field of view", caption: "Field", min: 2, max: 170, step: 0.5, digits: 1, unit: "°",
+    {label: "Field of view", caption: "FOV", min: 2, max: 170, step: 0.5, digits: 1, unit: "°",
         toTrack: (deg) => Math.log(Math.tan(deg * kDegree / 4)), fromTrack: (x) => 4 * Math.atan(Math.exp(x)) / kDegree});
-    const pose = h("p", {class: "pose faint"});
     const home = h("button", {type: "button", class: "quiet", title: "Back to the camera that the scene came with"}, "Reset");
     let start = null;    // the first camera seen of a scene
     home.addEventListener("click", () => {
@@ -85,7 +84,7 @@ export function picturePanel(store, node, cameraHand, connection) {
         h("div", {class: "slider"}, h("span", {class: "label"}, "Technique"),
             h("span", {class: "row pair"}, technique.node, samples.node)),
         h("div", {class: "slider"}, h("span", {class: "label"}, "Size, px"), h("span", {class: "row pair size"}, size.node, fitSizeButton(connection))),
-        h("h2", {}, "Camera", h("span", {class: "grow"}), home), fov.node, pose);
+        h("h2", {}, "Camera", h("span", {class: "grow"}), home), fov.node);
     const parts = [exposure, gain, technique, samples, size, fov];
     return {update() {
         const {camera, scene} = store.state;
@@ -95,9 +94,6 @@ export function picturePanel(store, node, cameraHand, connection) {
         if (start?.scene !== scene) {
             start = {scene, pose: {eye: camera.eye, target: camera.target}, fov_rad: camera.fov_rad};
         }
-        const {eye, target} = cameraHand.pose;
-        const point = (v) => v.map((x) => formatNumber(x, 2)).join(", ");
-        setText(pose, `${point(eye)} → ${point(target)} m`);
     }};
 }
 

@@ -10,6 +10,8 @@ export const shortcuts = [
     {part: "Camera", keys: "Arrow keys", what: "Orbit; with Shift: move"},
     {part: "Camera", keys: "Middle drag", what: "Orbit; with Shift: move; with Ctrl: nearer and farther"},
     {part: "Camera", keys: "Right drag", what: "Look around. Meanwhile W A S D walk, Q and E go down and up, Shift runs, the wheel sets the speed"},
+    {part: "Camera", keys: "Numpad 1, 3, 7", what: "From the front, the right, above; with Ctrl: the back, the left"},
+    {part: "Camera", keys: "Home", what: "All of the scene"},
     {part: "Picture", keys: "1 … 9, 0", what: "Choose what is shown, in the order of the tabs"},
     {part: "Picture", keys: "← and → on the divider", what: "Move it between A and B; with Shift: by 10 %"},
     {part: "Lights", keys: "Click on a light", what: "Select it; once more: the next one at that place"},

@@ -1,4 +1,4 @@
-// The strip under the picture: frames shown, response time, sizes, gaps, revision.
+// The strip under the picture: frames shown, response time, revision; while the passes are shown also what a frame takes.
 
 import {h, setText, formatNumber} from "./dom.js";
 import {saveCapture} from "./capture.js";
@@ -54,12 +54,12 @@ class TransportWatch {
             if (!stats || now !== scene) return;
             this.ready = stats.transport_ready || technique !== "default";
             const links = stats.transport?.links_per_surfel ?? 0;
-            this.text = this.ready ? "" : links ? `bounces from ${links} links so far` : "direct light so far";
+            this.text = this.ready ? "" : links ? "bounced light is coarse so far" : "direct light so far";
         }, kTransportPollMs);
     }
 }
 
-// format: where size and codec are told. Result: what the picture lacks.
+// format: where the size is told, and the codec in its tooltip. Result: what the picture lacks.
 export function statsStrip(store, video, connection, node, format) {
     const cell = (name, title) => {
         const value = h("b");
@@ -110,7 +110,8 @@ export function statsStrip(store, video, connection, node, format) {
         }
         const name = {h264: "H.264", mjpeg: "MJPEG", still: "Stills"}[video.mode];
         const {encoder, lane} = video.mode === "h264" ? video.stream : {};
-        setText(format, [`${video.size.join(" × ")} ${name}`, encoder, lane && `${lane} lane`, transport.text].filter(Boolean).join(" · "));
+        setText(format, [video.size.join(" × "), transport.text].filter(Boolean).join(" · "));
+        format.title = [name, encoder, lane && `${lane} lane`].filter(Boolean).join(" · ");
     }, kRefreshMs);
     return transport;
 }

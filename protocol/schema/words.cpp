@@ -97,6 +97,12 @@ constexpr WordRow kGroup[] = {
 };
 constexpr WordRow kPreset[] = {{"NAME", "", text, "name", "of the preset, 1 to 128 bytes"}};
 constexpr WordRow kRecallOptions[] = {{"--fade", "S", number, "fade_s", "seconds, 0 to 3600; default 0"}};
+constexpr WordRow kSavedView[] = {{"NAME", "", text, "name", "of the view, 1 to 128 bytes"}};
+constexpr WordRow kSaveViewOptions[] = {
+    {"--eye", "x,y,z", vector, "eye_m", "m, each -1e6 to 1e6; default, as of the others: as the camera is"},
+    {"--target", "x,y,z", vector, "target_m", "m, each -1e6 to 1e6; what it looks at"},
+    {"--fov", "DEG", degrees, "fov_rad", "vertical, 1.15 to 171.8"},
+};
 constexpr WordRow kMeterOptions[] = {
     {"--point", "x,y,z", vector, "point_m", "m, each -1e6 to 1e6"},
     {"--normal", "x,y,z", vector, "normal", "of any length but 0"},
@@ -156,6 +162,9 @@ std::span<const WordCommand> scene_commands() {
          {}},
         {"preset recall", "command.recall_preset", "brings back what a preset keeps", kPreset, kRecallOptions},
         {"preset remove", "command.remove_preset", "forgets a preset", kPreset, {}},
+        {"view save", "command.save_view", "keeps where the camera is", kSavedView, kSaveViewOptions},
+        {"view recall", "command.recall_view", "moves the camera to a saved view", kSavedView, {}},
+        {"view remove", "command.remove_view", "forgets a saved view", kSavedView, {}},
         {"meter",
          "meter",
          "measures illuminance in lux and its standard error",

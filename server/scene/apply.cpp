@@ -5,6 +5,7 @@
 #include "protocol/dmx/patch.h"
 #include "protocol/schema/gonio.pb.h"
 #include "protocol/surface/surface_map.h"
+#include "server/scene/apply_camera.h"
 #include "server/scene/apply_checks.h"
 #include "server/scene/apply_light.h"
 #include "server/scene/apply_rename.h"
@@ -84,21 +85,6 @@ void set_technique(Scene& scene, const v1::SetTechnique& set) {
     }
     change(scene, scene.technique, technique, scene.technique_rev);
     change(scene, scene.samples, samples, scene.technique_rev);
-}
-
-void set_camera(Scene& scene, const v1::SetCamera& set) {
-    const double far = row_of(Property::position).most;
-    Camera camera = scene.camera;
-    if (set.eye_m_size() > 0) camera.eye = checked_vector(set.eye_m(), -far, far, "set_camera.eye_m");
-    if (set.target_m_size() > 0) camera.target = checked_vector(set.target_m(), -far, far, "set_camera.target_m");
-    if (set.has_fov_rad()) camera.fov_rad = checked(set.fov_rad(), 0.02, 3.0, "set_camera.fov_rad");
-    if (glm::distance(camera.eye, camera.target) < 1e-6) {
-        refuse("invalid_argument", "set_camera.target_m", print_all(set.target_m()),
-               "eye and target must not coincide");
-    }
-    change(scene, scene.camera.eye, camera.eye, scene.camera_rev);
-    change(scene, scene.camera.target, camera.target, scene.camera_rev);
-    change(scene, scene.camera.fov_rad, camera.fov_rad, scene.camera_rev);
 }
 
 void set_size(Scene& scene, const v1::SetSize& set) {
@@ -185,6 +171,10 @@ void load_scene(Scene& scene, const Loaded& loaded) {
     fresh.surfaces = scene.surfaces;
     fresh.presets = scene.presets;  // of lights by name: files are written anew, and scenes come back
     fresh.presets_rev = scene.presets_rev;
+    if (fresh.asset->name == scene.asset->name) {  // a file that was written anew; elsewhere they would mean nothing
+        fresh.saved_views = scene.saved_views;
+        fresh.saved_views_rev = scene.saved_views_rev;
+    }
     fresh.view = scene.view;
     fresh.view_gain = scene.view_gain;
     fresh.master_ratio = scene.master_ratio;
@@ -216,6 +206,12 @@ void dispatch(Scene& scene, const v1::Command& command, const Loaded& loaded, st
             return set_light(scene, command.set_light(), loaded);
         case v1::Command::kSetCamera:
             return set_camera(scene, command.set_camera());
+        case v1::Command::kSaveView:
+            return save_view(scene, command.save_view());
+        case v1::Command::kRecallView:
+            return recall_view(scene, command.recall_view().name());
+        case v1::Command::kRemoveView:
+            return remove_view(scene, command.remove_view().name());
         case v1::Command::kAddLight:
             return add_light(scene, command.add_light().light(), loaded);
         case v1::Command::kRemoveLight:
@@ -261,9 +257,10 @@ void check_layers(const Scene& scene) {
 }
 
 Revision newest_part(const Scene& scene) {
-    Revision newest = std::max({scene.geometry_rev, scene.camera_rev, scene.view_rev, scene.exposure_rev,
-                                scene.master_rev, scene.technique_rev, scene.size_rev, scene.lights_rev,
-                                scene.groups_rev, scene.patch_rev, scene.surfaces_rev, scene.presets_rev});
+    Revision newest =
+        std::max({scene.geometry_rev, scene.camera_rev, scene.view_rev, scene.exposure_rev, scene.master_rev,
+                  scene.technique_rev, scene.size_rev, scene.lights_rev, scene.groups_rev, scene.patch_rev,
+                  scene.surfaces_rev, scene.presets_rev, scene.saved_views_rev});
     for (const Light& light : scene.lights) {
         newest = std::max({newest, light.position_rev, light.aim_rev, light.profile_rev, light.level_rev});
     }
@@ -339,7 +336,7 @@ Scene scene_of(std::shared_ptr<const SceneAsset> asset, Revision revision) {
     Scene scene;
     scene.scene_rev = scene.geometry_rev = scene.camera_rev = scene.view_rev = scene.exposure_rev = scene.master_rev =
         scene.technique_rev = scene.size_rev = scene.lights_rev = scene.groups_rev = scene.patch_rev =
-            scene.surfaces_rev = scene.presets_rev = revision;
+            scene.surfaces_rev = scene.presets_rev = scene.saved_views_rev = revision;
     scene.camera = asset->cameras.empty() ? framing(asset->bounds) : asset->cameras.front();
     scene.exposure_ev100 = asset->exposure_ev100.value_or(scene.exposure_ev100);
     for (const LightSeed& seed : asset->lights) {

@@ -36,8 +36,8 @@ struct Applied {
 };
 
 // Render thread. Errors: "invalid_argument" (out of range, not finite, not three numbers), "not_found" (light, group),
-// "already_exists", "too_many_lights", "too_many_groups", "too_many_presets", "conflict" (aim beside pan/tilt/roll),
-// "unsupported"; `where` is the field ("set_light.position_m"), `value` what it held.
+// "already_exists", "too_many_lights", "too_many_groups", "too_many_presets", "too_many_views", "conflict" (aim beside
+// pan/tilt/roll), "unsupported"; `where` is the field ("set_light.position_m"), `value` what it held.
 Result<Applied> apply(Scene& scene, const v1::Command& command, const Loaded& loaded);
 
 // Render thread. Carries out what consoles say in one frame: set_light of lights (not of groups, and without profile),

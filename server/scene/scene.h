@@ -206,6 +206,7 @@ struct Scene {
     std::map<std::string, std::shared_ptr<const Preset>> presets;
     std::string recalled;  // the preset that was saved or recalled last; empty: none
     Camera camera;
+    std::map<std::string, Camera> saved_views;
     View view = View::beauty;
     double view_gain = 1.0;
     std::string view_light;  // empty: the first light
@@ -220,13 +221,14 @@ struct Scene {
     // Revision of a part: the scene_rev of the command that last changed it.
     Revision geometry_rev = 1, camera_rev = 1, view_rev = 1, exposure_rev = 1, master_rev = 1, technique_rev = 1,
              size_rev = 1, lights_rev = 1 /* a light came, went or got another name */, groups_rev = 1, patch_rev = 1,
-             surfaces_rev = 1, presets_rev = 1;
+             surfaces_rev = 1, presets_rev = 1, saved_views_rev = 1;
     std::uint32_t next_light_id = 1;
 };
 
-inline constexpr std::size_t kMaxLights = 1024;  // one more is refused: "too_many_lights"
-inline constexpr std::size_t kMaxGroups = 64;    // likewise "too_many_groups"
-inline constexpr std::size_t kMaxPresets = 256;  // likewise "too_many_presets"
+inline constexpr std::size_t kMaxLights = 1024;    // one more is refused: "too_many_lights"
+inline constexpr std::size_t kMaxGroups = 64;      // likewise "too_many_groups"
+inline constexpr std::size_t kMaxPresets = 256;    // likewise "too_many_presets"
+inline constexpr std::size_t kMaxSavedViews = 64;  // likewise "too_many_views"
 inline constexpr std::size_t kMaxNameBytes = 128;
 // Lights of which a picture keeps each one's irradiance apart. The seed technique does of all, in 20 bytes a pixel: a
 // size or light that would take more than this in all is refused: "too_large".

@@ -19,6 +19,12 @@ void put(Field* field, const glm::dvec3& v) {
     for (int i = 0; i < 3; ++i) field->Add(v[i]);
 }
 
+void put(v1::Camera& out, const Camera& camera) {
+    put(out.mutable_eye(), camera.eye);
+    put(out.mutable_target(), camera.target);
+    out.set_fov_rad(camera.fov_rad);
+}
+
 void put_light(const Light& light, v1::Light& out) {
     out.set_name(light.name);
     for (const LightRow& light_row : light_rows())
@@ -38,6 +44,10 @@ void put_parts(const Scene& scene, Revision since, v1::State& out) {
     if (scene.geometry_rev > since) {
         out.set_scene(scene.asset->name);
         out.set_scene_scale(scene.asset->scale);
+        if (const Bounds& bounds = scene.asset->bounds; bounds.min.x <= bounds.max.x) {
+            put(out.mutable_bounds()->mutable_min_m(), bounds.min);
+            put(out.mutable_bounds()->mutable_max_m(), bounds.max);
+        }
         for (const std::string& warning : scene.asset->warnings) out.add_scene_warnings(warning);
     }
     for (const Light& light : scene.lights) {
@@ -45,11 +55,7 @@ void put_parts(const Scene& scene, Revision since, v1::State& out) {
             put_light(light, *out.add_lights());
         }
     }
-    if (scene.camera_rev > since) {
-        put(out.mutable_camera()->mutable_eye(), scene.camera.eye);
-        put(out.mutable_camera()->mutable_target(), scene.camera.target);
-        out.mutable_camera()->set_fov_rad(scene.camera.fov_rad);
-    }
+    if (scene.camera_rev > since) put(*out.mutable_camera(), scene.camera);
     if (scene.view_rev > since) {
         out.set_view(view_name(scene.view));
         out.set_view_gain(scene.view_gain);
@@ -72,6 +78,14 @@ void put_parts(const Scene& scene, Revision since, v1::State& out) {
         v1::Presets& presets = *out.mutable_presets();
         for (const auto& [name, preset] : scene.presets) presets.add_names(name);
         presets.set_recalled(scene.recalled);
+    }
+    if (scene.saved_views_rev > since) {
+        v1::SavedViews& views = *out.mutable_saved_views();
+        for (const auto& [name, camera] : scene.saved_views) {
+            v1::SavedView& view = *views.add_views();
+            view.set_name(name);
+            put(*view.mutable_camera(), camera);
+        }
     }
     if (scene.groups_rev > since) {
         for (const auto& [name, lights] : scene.groups) {

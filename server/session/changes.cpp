@@ -89,6 +89,13 @@ std::vector<TouchedProperty> touched_properties(const Scene& scene, const v1::Co
             return {{"master_ratio", scene.master_rev}};
         case v1::Command::kSetCamera:
             return {{"camera", scene.camera_rev}};
+        case v1::Command::kSaveView:
+            return {{"saved_views." + command.save_view().name(), scene.saved_views_rev}};
+        case v1::Command::kRecallView:
+            return {{"saved_views." + command.recall_view().name(), scene.saved_views_rev},
+                    {"camera", scene.camera_rev}};
+        case v1::Command::kRemoveView:
+            return {{"saved_views." + command.remove_view().name(), scene.saved_views_rev}};
         case v1::Command::kSetGroup:
             return {{"groups." + command.set_group().name(), scene.groups_rev}};
         case v1::Command::kSetSize:

@@ -169,6 +169,8 @@ void RenderSession::apply_command(const Work& work) {
     std::optional<Error> refused;
     if (command.has_base_rev()) refused = changes_.conflict(scene_, command, command.base_rev(), work.session);
     if (!refused && command.has_set_camera()) refused = roles_.refuses_camera(work.session, monotonic_ns());
+    if (!refused && command.has_recall_view())
+        refused = roles_.refuses_camera(work.session, monotonic_ns(), "recall_view");
     if (refused) return replies_.refuse(work, *refused);
     const Scene before = scene_;
     Result<Applied> applied = apply(scene_, command, work.loaded);

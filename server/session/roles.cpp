@@ -42,9 +42,9 @@ std::optional<Error> Roles::release(std::uint32_t session) {
     return std::nullopt;
 }
 
-std::optional<Error> Roles::refuses_camera(std::uint32_t session, std::int64_t now_ns) {
+std::optional<Error> Roles::refuses_camera(std::uint32_t session, std::int64_t now_ns, const char* where) {
     if (holder_ == 0) return std::nullopt;
-    if (holder_ != session) return held("set_camera");
+    if (holder_ != session) return held(where);
     until_ns_ = now_ns + kLeaseNs;
     return std::nullopt;
 }

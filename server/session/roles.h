@@ -27,8 +27,8 @@ public:
     // The lease of the camera. take: also from a holder. Result: why not ("held", with the holder's name as value).
     std::optional<Error> acquire(std::uint32_t session, bool take, std::int64_t now_ns);
     std::optional<Error> release(std::uint32_t session);
-    // Result: why the session may not move the camera ("held"); the holder's lease begins anew.
-    std::optional<Error> refuses_camera(std::uint32_t session, std::int64_t now_ns);
+    // where: the command. Result: why the session may not move the camera ("held"); the holder's lease begins anew.
+    std::optional<Error> refuses_camera(std::uint32_t session, std::int64_t now_ns, const char* where = "set_camera");
     // Result: whether the lease has just ended.
     bool expire(std::int64_t now_ns);
     std::uint32_t holder() const { return holder_; }  // 0: nobody

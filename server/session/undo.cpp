@@ -9,7 +9,8 @@ namespace {
 // How one looks at the design is no part of it.
 bool is_look(const v1::Command& command) {
     return command.has_set_camera() || command.has_set_view() || command.has_set_exposure() || command.has_set_size() ||
-           command.has_set_technique();
+           command.has_set_technique() || command.has_save_view() || command.has_recall_view() ||
+           command.has_remove_view();
 }
 
 std::string light_label(const v1::SetLight& set) {

@@ -53,6 +53,22 @@ std::vector<std::string> removed_lights(const Scene& scene) {
     return removed;
 }
 
+// set: SetCamera or SaveView.
+template <typename Set>
+void put_camera(const saved::Camera& camera, Set& set) {
+    *set.mutable_eye_m() = camera.eye_m();
+    *set.mutable_target_m() = camera.target_m();
+    set.set_fov_rad(camera.fov_rad());
+}
+
+saved::Camera saved_camera(const Camera& camera) {
+    saved::Camera out;
+    write_numbers(out, "eye_m", {&camera.eye[0], 3});
+    write_numbers(out, "target_m", {&camera.target[0], 3});
+    out.set_fov_rad(camera.fov_rad);
+    return out;
+}
+
 class Writer {
 public:
     Writer(const Scene& scene, ProfileTexts& texts, saved::Show& show) : scene_(scene), texts_(texts), show_(show) {}
@@ -227,10 +243,7 @@ public:
     }
     void restore_camera() {
         v1::Command command;
-        v1::SetCamera& set = *command.mutable_set_camera();
-        *set.mutable_eye_m() = show_.camera().eye_m();
-        *set.mutable_target_m() = show_.camera().target_m();
-        set.set_fov_rad(show_.camera().fov_rad());
+        put_camera(show_.camera(), *command.mutable_set_camera());
         run(command, "the camera");
         v1::Command exposure;
         exposure.mutable_set_exposure()->set_ev100(show_.exposure_ev100());
@@ -239,6 +252,15 @@ public:
         v1::Command light;
         light.mutable_set_view()->set_light(show_.view_light());
         run(light, "the view's light");
+    }
+    void restore_saved_views() {
+        for (const saved::SavedView& view : show_.saved_views()) {
+            v1::Command command;
+            v1::SaveView& save = *command.mutable_save_view();
+            save.set_name(view.name());
+            put_camera(view.camera(), save);
+            run(command, "view '" + view.name() + "'");
+        }
     }
     void restore_settings() {
         v1::Command view;
@@ -302,9 +324,12 @@ saved::Show show_of(const Scene& scene, ProfileTexts& texts) {
     show.set_exposure_ev100(scene.exposure_ev100);
     show.set_exposure_auto(scene.exposure_auto);
     show.set_master_ratio(scene.master_ratio);
-    write_numbers(*show.mutable_camera(), "eye_m", {&scene.camera.eye[0], 3});
-    write_numbers(*show.mutable_camera(), "target_m", {&scene.camera.target[0], 3});
-    show.mutable_camera()->set_fov_rad(scene.camera.fov_rad);
+    *show.mutable_camera() = saved_camera(scene.camera);
+    for (const auto& [name, camera] : scene.saved_views) {
+        saved::SavedView& view = *show.add_saved_views();
+        view.set_name(name);
+        *view.mutable_camera() = saved_camera(camera);
+    }
     for (const Light& light : scene.lights) {
         saved::Light& out = *show.add_lights();
         writer.put_light(light, out);
@@ -375,6 +400,7 @@ RestoredShow restore_show(const saved::Show& show, std::shared_ptr<const SceneAs
     if (same_scene) {
         restorer.restore_lights();
         restorer.restore_camera();
+        restorer.restore_saved_views();
     }
     restorer.restore_size();
     restorer.restore_settings();

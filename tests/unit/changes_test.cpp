@@ -191,6 +191,7 @@ TEST_F(ChangesTest, EveryCommandNamesItsProperties) {
     commands["patch"].mutable_set_patch();
     commands["surfaces"].mutable_set_surfaces();
     commands["presets.a"].mutable_save_preset()->set_name("a");
+    commands["saved_views.a"].mutable_save_view()->set_name("a");
     commands["groups.g"].mutable_set_group()->set_name("g");
     commands["groups.g"].mutable_set_group()->add_lights(name);
     commands["lights." + name + ".aim"] = pan(0.5);

@@ -117,7 +117,7 @@ TEST(CliHelp, TheRevisionOfAChangeMayStandAnywhere) {
     EXPECT_FALSE(command_from_words(split("load scene hall.glb --upload"))) << "a job has nobody to send it to";
 }
 
-// Result: the commands of a line of a shell, each as its words: quotes joined, comments left out.
+// Result: the commands of a line of a shell, each as its words: quotes joined, comments and files of output left out.
 std::vector<std::vector<std::string>> shell_commands(const std::string& line) {
     std::vector<std::vector<std::string>> commands(1);
     std::string word;
@@ -129,6 +129,11 @@ std::vector<std::vector<std::string>> shell_commands(const std::string& line) {
             word += c;
         } else {
             if (word.starts_with('#')) break;
+            const bool file = !commands.back().empty() && commands.back().back() == ">";
+            if (file && !word.empty()) {
+                commands.back().pop_back();
+                word.clear();
+            }
             if (!word.empty() && word != "&&") commands.back().push_back(word);
             if (c == ';' || word == "&&") commands.emplace_back();
             word.clear();

@@ -25,6 +25,7 @@ v1::State example_state() {
         for (const double x : {0.0, -1.0, 0.25}) light->add_aim(x);
     }
     state.mutable_camera()->set_fov_rad(0.7);
+    state.mutable_saved_views()->add_views()->set_name("door");
     return state;
 }
 
@@ -90,6 +91,15 @@ TEST(CliOutput, ProgressInOneLine) {
     EXPECT_EQ(progress_line(progress), "12 s  64 samples  noise 1.23 %");
     progress.set_seconds_left(30.2);
     EXPECT_EQ(progress_line(progress), "12 s  64 samples  noise 1.23 %  30 s left");
+}
+
+TEST(CliOutput, ASavedViewInOneLine) {
+    v1::SavedView view;
+    view.set_name("from the door");
+    for (const double x : {0.0, 1.5, 7.75}) view.mutable_camera()->add_eye(x);
+    for (const double x : {0.0, 1.0, -2.0}) view.mutable_camera()->add_target(x);
+    view.mutable_camera()->set_fov_rad(0.5);
+    EXPECT_EQ(view_line(view), "from the door  eye 0 1.5 7.75  target 0 1 -2  fov 28.6479");
 }
 
 TEST(CliOutput, ServerUrls) {
@@ -211,6 +221,10 @@ TEST_F(CliRun, Queries) {
     EXPECT_EQ(run({"get", "lights.key.aim", "--json"}), 0);
     EXPECT_EQ(out, "[0,-1,0.25]\n");
     EXPECT_EQ(run({"get", "nothing"}), 1);
+    EXPECT_EQ(run({"view", "list"}), 0);
+    EXPECT_EQ(out.rfind("door  eye", 0), 0u) << out;
+    EXPECT_EQ(run({"view", "list", "--json"}), 0);
+    EXPECT_NE(out.find("\"name\":\"door\""), std::string::npos) << out;
     EXPECT_EQ(run({"meter", "--point", "0,0,0", "--normal", "0,1,0", "--json"}), 0);
     EXPECT_NE(out.find("\"total_lx\":250"), std::string::npos);
     EXPECT_EQ(run({"meter", "--point", "0,0,0"}), 2);

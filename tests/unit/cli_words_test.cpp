@@ -238,6 +238,18 @@ TEST(CliWords, ProfileFilesAreUploaded) {
     EXPECT_EQ(command->set_light().profile().name(), "downlight");
 }
 
+TEST(CliWords, ViewsAreSavedRecalledAndRemoved) {
+    EXPECT_EQ(command_of("view recall door")->recall_view().name(), "door");
+    EXPECT_EQ(command_of("view remove door")->remove_view().name(), "door");
+    EXPECT_EQ(command_of("view save door")->save_view().eye_m_size(), 0);
+    const auto save = command_of("view save door --eye 1,2,3 --fov 60");
+    ASSERT_TRUE(save) << save.error().text();
+    EXPECT_EQ(save->save_view().eye_m(2), 3);
+    EXPECT_NEAR(save->save_view().fov_rad(), std::numbers::pi / 3, 1e-15);
+    for (const char* wrong : {"view", "view save", "view recall door --fade 1", "view save door --eye one"})
+        EXPECT_FALSE(command_of(wrong)) << wrong;
+}
+
 TEST(CliWords, PresetsAreSavedRecalledAndRemoved) {
     EXPECT_EQ(command_of("preset save look")->save_preset().name(), "look");
     EXPECT_EQ(command_of("preset remove look")->remove_preset().name(), "look");

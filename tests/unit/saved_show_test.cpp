@@ -98,6 +98,11 @@ protected:
         for (const double x : {1.0, 2.0, 3.0}) command.mutable_set_camera()->add_eye_m(x);
         for (const double x : {0.1, 0.2, 0.3}) command.mutable_set_camera()->add_target_m(x);
         run(command);
+        command.mutable_save_view()->set_name("door");
+        run(command);
+        command.mutable_save_view()->set_name("above");
+        for (const double x : {4.0, 5.0, 6.0}) command.mutable_save_view()->add_eye_m(x);
+        run(command);
         v1::PatchRow& row = *command.mutable_set_patch()->add_rows();
         row.set_protocol("sacn");
         row.set_universe(3);
@@ -163,6 +168,13 @@ protected:
         EXPECT_EQ(a.camera.eye, b.camera.eye);
         EXPECT_EQ(a.camera.target, b.camera.target);
         EXPECT_EQ(a.camera.fov_rad, b.camera.fov_rad);
+        ASSERT_EQ(a.saved_views.size(), b.saved_views.size());
+        for (const auto& [name, view] : a.saved_views) {
+            ASSERT_TRUE(b.saved_views.contains(name));
+            EXPECT_EQ(view.eye, b.saved_views.at(name).eye);
+            EXPECT_EQ(view.target, b.saved_views.at(name).target);
+            EXPECT_EQ(view.fov_rad, b.saved_views.at(name).fov_rad);
+        }
         ASSERT_EQ(a.patch != nullptr, b.patch != nullptr);
         if (a.patch) {
             EXPECT_EQ(a.patch->SerializeAsString(), b.patch->SerializeAsString());

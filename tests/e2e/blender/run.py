@@ -9,12 +9,10 @@ The scene is built by export_scene.py in a temporary directory.
 
 import json
 import os
-import select
-import subprocess
 import sys
 import tempfile
-import time
 
+from daemon import ask, ending, start
 from headless import SKIPPED, run_script
 
 TOLERANCE = 0.02  # of Cycles' figure
@@ -29,40 +27,14 @@ def export(directory):
         return json.load(file)
 
 
-def wait_ready(daemon, seconds=120.0):
-    """Result: the URL of the READY line."""
-    end = time.monotonic() + seconds
-    while time.monotonic() < end:
-        ready, _, _ = select.select([daemon.stdout], [], [], 1.0)
-        if not ready:
-            continue
-        line = daemon.stdout.readline()
-        if not line:
-            raise SystemExit("goniod ended before it was ready")
-        if line.startswith("READY "):
-            return line.split()[1]
-    raise SystemExit("goniod was not ready in time")
-
-
 def vector(numbers):
     return ",".join(f"{number:.9g}" for number in numbers)
 
 
-def ask(gonio, url, *words):
-    result = subprocess.run([gonio, "--server", url, "--json", *words], stdout=subprocess.PIPE, text=True, timeout=120,
-                            check=False)
-    if result.returncode != 0:
-        raise SystemExit(f"gonio {' '.join(words)} ended with {result.returncode}: {result.stdout}")
-    return json.loads(result.stdout)
-
-
 def compare(goniod, gonio, scene_file, expected):
     """Result: how many points disagree."""
-    daemon = subprocess.Popen([goniod, "--scene", scene_file, "--listen", "127.0.0.1:0", "--size", "320x240"],
-                              stdout=subprocess.PIPE, text=True)
     wrong = 0
-    try:
-        url = wait_ready(daemon)
+    with ending(start(goniod, "--scene", scene_file, "--size", "320x240")) as (_, url):
         state = ask(gonio, url, "get")
         if len(state["lights"]) != 1:
             print("one light was exported, the scene has", len(state["lights"]))
@@ -74,13 +46,6 @@ def compare(goniod, gonio, scene_file, expected):
             good = abs(measured - truth) <= max(TOLERANCE * truth, DARK_LX)
             wrong += not good
             print(f"{'ok  ' if good else 'BAD '} {point['name']:28} gonio {measured:9.4f} lx   cycles {truth:9.4f} lx")
-    finally:
-        daemon.terminate()
-        try:
-            daemon.wait(timeout=20)
-        except subprocess.TimeoutExpired:
-            daemon.kill()
-            daemon.wait()
     return wrong
 
 

@@ -2,12 +2,14 @@
 // axe-core (WCAG 2.2 A and AA) calls serious or moderate.
 //   node layout_test.mjs GONIOD_BINARY [SCREENSHOT.png]
 
-import {readFileSync} from "node:fs";
+import {mkdtempSync, readFileSync, writeFileSync} from "node:fs";
 import {createRequire} from "node:module";
+import {tmpdir} from "node:os";
+import {join} from "node:path";
 
-import {check, inBrowser, listen, screenshot, settled, startServer, until} from "./harness.mjs";
+import {check, end, inBrowser, listen, screenshot, settled, startServer, until} from "./harness.mjs";
 
-const kSizes = {phone: [390, 844], tablet: [820, 1180], desktop: [1440, 900]};
+const kSizes = {phone: [390, 844], tablet: [820, 1180], desktop: [1440, 900], "phone on its side": [844, 390]};
 const kAxe = readFileSync(createRequire(import.meta.url).resolve("axe-core/axe.min.js"), "utf8");
 const kTags = ["wcag2a", "wcag2aa", "wcag21a", "wcag21aa", "wcag22aa", "best-practice"];
 
@@ -61,7 +63,7 @@ async function shots(page, name) {
 
 async function run(browser, server, size, scheme) {
     const [width, height] = kSizes[size], small = size !== "desktop";
-    const context = await browser.newContext({viewport: {width, height}, hasTouch: small, isMobile: size === "phone", colorScheme: scheme, reducedMotion: "reduce"});
+    const context = await browser.newContext({viewport: {width, height}, hasTouch: small, isMobile: size.startsWith("phone"), colorScheme: scheme, reducedMotion: "reduce"});
     const page = await context.newPage();
     listen(page);
     await page.goto(server.url);
@@ -98,6 +100,25 @@ async function run(browser, server, size, scheme) {
     await page.locator("#views button[data-value=beauty]").click();
     await settled(page);
     await context.close();
+}
+
+// What stands over the picture while a token is asked for.
+async function locked(browser) {
+    const token = join(mkdtempSync(join(tmpdir(), "gonio-")), "token");
+    writeFileSync(token, "a-token-for-this-test\n", {mode: 0o600});
+    const server = await startServer("127.0.0.1:0", ["--token-file", token]);
+    for (const [size, [width, height]] of Object.entries(kSizes)) {
+        for (const colorScheme of ["dark", "light"]) {
+            const page = await browser.newPage({viewport: {width, height}, colorScheme});
+            await page.goto(server.url);
+            await page.locator("#token").waitFor();
+            await page.evaluate(`${kAxe}; undefined`);
+            await shots(page, `${size}-${colorScheme}-locked`);
+            await look(page, `a page that asks for a token: ${size}, ${colorScheme}`);
+            await page.close();
+        }
+    }
+    await end(server.child, "SIGTERM");
 }
 
 // By hand, and kept.
@@ -147,8 +168,9 @@ async function keyboard(browser, server) {
 }
 
 await inBrowser(async (browser, servers) => {
-    servers.push(await startServer("127.0.0.1:0"));
-    for (const size of Object.keys(kSizes)) for (const scheme of ["dark", "light"]) await run(browser, servers[0], size, scheme);
+    servers.push(await startServer("127.0.0.1:0", ["--size", "400x400"]));
+    for (const size of Object.keys(kSizes)) for (const scheme of size === "phone on its side" ? ["dark"] : ["dark", "light"]) await run(browser, servers[0], size, scheme);
+    await locked(browser);
     await themes(browser, servers[0]);
     await keyboard(browser, servers[0]);
 });
