@@ -31,7 +31,7 @@ constexpr WordRow kLearnOptions[] = {
     {"--step", "R", number, "step", "-10 to 10: of the range for each click, or a second at full deflection; pages"},
     {"--smooth", "S", number, "smooth_s", "time constant in seconds, 0 to 2"},
     {"--fade", "S", number, "fade_s", "of a preset, seconds, 0 to 3600; default 0"},
-    {"--profiles", "A,B,…", names, "profiles", "of the property profile: built-in luminaires that share the range"},
+    {"--profiles", "A,B,…", names, "profiles", "of the property profile or gel: names that share the range"},
     {"--page", "N", count, "page", "page of the box, 1 to 64; default 0: every page"},
     {"--any-box", "", flag, "", "for every box that has a control of this name"},
     {"--timeout", "S", number, "", "seconds, 0.1 to 600; default 30"},
@@ -63,7 +63,21 @@ constexpr WordRow kPlace[] = {
     {"Y", "", ratio, "y", "from its upper edge"},
 };
 
+constexpr WordRow kSaveShow[] = {
+    {"[NAME]", "", text, "name", "1 to 100 bytes, no path; default: the name that the show has"}};
+constexpr WordRow kSaveShowOptions[] = {{"--replace", "", flag, "replace", "also another show of this name"}};
+constexpr WordRow kOpenShow[] = {{"NAME", "", text, "name", "as gonio shows lists it"}};
+constexpr WordRow kOpenShowOptions[] = {
+    {"--upload", "", flag, "", "NAME is a file of this machine, which is sent first"}};
+constexpr WordRow kShows[] = {{"[NAME]", "", text, "text_of", "prints this show's JSON; default: the list"}};
+constexpr WordRow kShowsOptions[] = {{"--now", "", flag, "", "prints the JSON of the show as it stands"}};
+
 constexpr WordCommand kCommands[] = {
+    {"save show", "save_show", "keeps the show in the server's folder of shows", kSaveShow, kSaveShowOptions},
+    {"open show", "command.open_show", "replaces the scene by a show; it cannot be undone", kOpenShow,
+     kOpenShowOptions},
+    {"shows", "shows", "lists the shows in the server's folder, or prints one", kShows, kShowsOptions},
+    {"gels", "gels", "lists the gels that set light --gel takes", {}, {}},
     {"pick", "pick", "tells what the picture shows at a place, and its lux and cd/m²", kPlace, {}},
     {"view list", "get_state", "prints a line for each saved view of the camera", {}, {}},
     {"undo", "command.undo", "sets back what the last command changed, of this user on this machine", {}, {}},

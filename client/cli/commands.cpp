@@ -29,12 +29,16 @@ int ask(const Session& session, v1::ClientMessage message, std::initializer_list
     return kExitOk;
 }
 
-// load scene FILE --upload: sends the file, then has the server load it.
+// load scene FILE --upload, open show FILE --upload: sends the file, then has the server load it.
 int load_upload(const Session& session, v1::ClientMessage message) {
-    std::string& file = *message.mutable_command()->mutable_load_scene()->mutable_file();
+    v1::Command& command = *message.mutable_command();
+    const bool show = command.has_open_show();
+    std::string& file =
+        show ? *command.mutable_open_show()->mutable_name() : *command.mutable_load_scene()->mutable_file();
     const std::string name = std::filesystem::path(file).filename().string();
     if (session.role == "viewer")
-        return session.fail({"permission", "load scene", file, "a viewer may look and ask, not upload anything"});
+        return session.fail(
+            {"permission", show ? "open show" : "load scene", file, "a viewer may look and ask, not upload anything"});
     if (const auto sent = upload(session.address, session.token, file, name); !sent) return session.fail(sent.error());
     file = std::string(kUploadPrefix) + name;
     return session.change(std::move(message));
@@ -67,6 +71,30 @@ int view_list(const Session& session, const ReadWords& words) {
     return ask(session, words.message, {Answer::kState}, [&](const Answer& answer) {
         if (session.json) return session.print(answer.state().saved_views());
         for (const v1::SavedView& view : answer.state().saved_views().views()) session.out << view_line(view) << "\n";
+    });
+}
+
+int save_show(const Session& session, const ReadWords& words) {
+    return session.change(words.message);
+}
+
+int shows(const Session& session, const ReadWords& words) {
+    v1::ClientMessage message = words.message;
+    if (words.has("--now") && !words.names.empty())
+        return session.fail({"usage", "--now", words.names.front(), "A name and --now exclude each other."});
+    if (words.has("--now")) message.mutable_shows()->set_text_of("");
+    const bool text = message.shows().has_text_of();
+    return ask(session, std::move(message), {Answer::kShows}, [&](const Answer& answer) {
+        if (text)
+            session.out << answer.shows().text();
+        else
+            session.out << (session.json ? to_json(answer.shows(), true) + "\n" : shows_table(answer.shows()));
+    });
+}
+
+int gels(const Session& session, const ReadWords& words) {
+    return ask(session, words.message, {Answer::kGels}, [&](const Answer& answer) {
+        session.out << (session.json ? to_json(answer.gels(), true) + "\n" : gels_table(answer.gels()));
     });
 }
 
@@ -232,6 +260,9 @@ int run_command(const Session& session, const ReadWords& words) {
         int (*run)(const Session&, const ReadWords&);
     };
     constexpr Row rows[] = {{"get", get},
+                            {"save show", save_show},
+                            {"shows", shows},
+                            {"gels", gels},
                             {"meter", meter},
                             {"pick", pick},
                             {"capture", capture},

@@ -29,4 +29,8 @@ std::string report_table(const v1::FrameReport& report);
 // Result: a line for each endpoint that is listened at, then one for each sender and universe: who wins, what it sends.
 std::string sources_table(const v1::Sources& sources);
 
+// Result: a line for each show, for each gel.
+std::string shows_table(const v1::Shows& shows);
+std::string gels_table(const v1::Gels& gels);
+
 }  // namespace gonio

@@ -7,11 +7,11 @@
 #include "ies/synthetic.h"
 #include "protocol/dmx/artnet.h"
 #include "protocol/dmx/e131.h"
+#include "protocol/schema/name_list.h"
 
 namespace gonio {
 namespace {
 
-constexpr std::size_t kMaxProfiles = 256;
 constexpr std::size_t kMaxNameLength = 128;
 
 unsigned bytes_of(const v1::PatchRow& row) {
@@ -61,16 +61,8 @@ Result<bool> check_row(const v1::PatchRow& row, std::size_t index) {
     if (!row.merge().empty() && row.merge() != "latest" && !(row.merge() == "highest" && property->htp))
         return refusal_of(index, "merge", shown_text(row.merge()),
                           property->htp ? "must be highest or latest" : "only level and master merge by the highest");
-    const bool selects = property->property == Property::profile;
-    if (selects != (row.profiles_size() > 0) || static_cast<std::size_t>(row.profiles_size()) > kMaxProfiles)
-        return refusal_of(index, "profiles", std::to_string(row.profiles_size()),
-                          selects ? "must list 1 to 256 profiles" : "only the property profile has a list of profiles");
-    const auto luminaires = ies::synthetic_luminaires();
-    for (const std::string& name : row.profiles()) {
-        const bool known = std::any_of(luminaires.begin(), luminaires.end(),
-                                       [&](const auto& luminaire) { return luminaire.name == name; });
-        if (!known) return refusal_of(index, "profiles", shown_text(name), "is not the name of a built-in luminaire");
-    }
+    if (const std::string why = wrong_list(*property, row.profiles(), ies::synthetic_luminaires()); !why.empty())
+        return refusal_of(index, "profiles", std::to_string(row.profiles_size()), why);
     return true;
 }
 
@@ -260,7 +252,7 @@ void PatchReader::read(const DmxKey& key, const DmxUniverse& universe, std::vect
         }
         if (!raw) continue;
         const PropertyRow& property = *row.property;
-        if (property.property == Property::profile)  // most steps of the slot choose the same one
+        if (property.by_list)  // most steps of the slot choose the same one
             (*raw)[0] =
                 (*raw)[0] * static_cast<std::uint32_t>(row.row.profiles_size()) / (row.bytes == 2 ? 65536 : 256);
         if (row.said == raw) continue;
@@ -268,7 +260,7 @@ void PatchReader::read(const DmxKey& key, const DmxUniverse& universe, std::vect
         PropertyValue& value = values.emplace_back();
         value.target = row.row.target();
         value.property = property.property;
-        if (property.property == Property::profile) value.name = row.row.profiles(static_cast<int>((*raw)[0]));
+        if (property.by_list) value.name = row.row.profiles(static_cast<int>((*raw)[0]));
         for (unsigned i = 0; i < property.values; ++i) value.value[i] = value_of(row, (*raw)[i]);
     }
     for (const Row& row : found->second)

@@ -10,7 +10,7 @@ using namespace toml_read;
 
 // One table of a patch, key by key.
 void read_fixture(const toml::table& table, v1::SetPatch& patch) {
-    only_keys(table, {"sacn", "artnet", "address", "target", "channels", "range", "profiles", "merge"}, "[[patch]]");
+    only_keys(table, {"sacn", "artnet", "address", "target", "channels", "range", "profiles", "gels", "merge"}, "[[patch]]");
     const toml::node *sacn = table.get("sacn"), *artnet = table.get("artnet");
     if ((sacn == nullptr) == (artnet == nullptr))
         refuse(table.source(), "", "a patch needs either sacn = UNIVERSE or artnet = UNIVERSE");
@@ -65,10 +65,11 @@ void read_fixture(const toml::table& table, v1::SetPatch& patch) {
             added.set_low(written.low * property->unit);
             added.set_high(written.high * property->unit);
         }
-        if (property->property == Property::profile) {
-            const toml::node* list = table.get("profiles");
-            if (list == nullptr || !list->is_array()) refuse(node.source(), channel, "needs profiles = [NAME, …]");
-            for (const toml::node& profile : *list->as_array()) added.add_profiles(word(profile, "a profile"));
+        if (property->by_list) {
+            const std::string key = channel + "s";  // profiles, gels
+            const toml::node* list = table.get(key);
+            if (list == nullptr || !list->is_array()) refuse(node.source(), channel, "needs " + key + " = [NAME, …]");
+            for (const toml::node& one : *list->as_array()) added.add_profiles(word(one, "a name"));
         }
         if (patch.rows_size() > static_cast<int>(kMaxPatchRows))
             refuse({"too_large", "channels", std::to_string(patch.rows_size()), "a patch has at most 4,096 rows"});
@@ -111,7 +112,7 @@ std::string write_patch_toml(const v1::Patch& patch) {
                     number_text((row.has_low() ? row.low() : property.low) / property.unit) + ", " +
                     number_text((row.has_high() ? row.high() : property.high) / property.unit) + "]\n";
         if (row.profiles_size() > 0) {
-            text += "profiles = [";
+            text += row.property() + "s = [";
             for (int i = 0; i < row.profiles_size(); ++i) text += (i > 0 ? ", " : "") + quoted(row.profiles(i));
             text += "]\n";
         }

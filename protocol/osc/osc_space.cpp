@@ -44,6 +44,8 @@ Result<PropertyValue> value_of(const OscMessage& message, const PropertyRow& pro
             return wrong_argument(message, "",
                                   property.property == Property::preset
                                       ? "a preset is a string: its name, and the fade in seconds after it"
+                                  : property.property == Property::gel
+                                      ? "a gel is a string: its name, empty for none"
                                       : "a profile is a string: the name of a built-in luminaire");
         if (name->size() > kMaxTextBytes)
             return wrong_argument(message, shown_text(*name), "a name has at most 128 bytes");
@@ -118,6 +120,7 @@ static void put_light(OscValues& values, const std::string& root, const v1::Ligh
                 told.push_back(real(numbers[i] / row.unit));
     }
     values[root + "profile"] = {light.profile()};
+    values[root + "gel"] = {light.gel()};
 }
 
 OscValues osc_values(const v1::State& state) {

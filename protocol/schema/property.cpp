@@ -15,7 +15,7 @@ static constexpr double kDegree = kPi / 180.0;
 static constexpr double kTurns = 64 * kPi;  // farther turns are refused
 static constexpr double kFar_m = 1e6;       // farther positions are refused
 static constexpr double kMostFactor = 1e4;  // of a colour
-static constexpr double kMostDuv = 0.05;    // beyond it Rec.709 factors of the light become negative
+static constexpr double kMostDuv = 0.05;    // beyond it Rec.709 factors of D65 become negative
 
 // In the order of the enum. Pan and tilt: the usual travel of moving heads, 540 and 270 degrees.
 // clang-format off
@@ -33,6 +33,10 @@ static constexpr PropertyRow kTable[] = {
     {.property = Property::tint, .name = "tint", .field = "tint_duv", .state_field = "tint_duv", .low = -kMostDuv,
      .high = kMostDuv, .least = -kMostDuv, .most = kMostDuv, .unit_name = "Duv",
      .metavar = "DUV", .help = "from magenta to green, at the same lux"},
+    // 1,000 to 15,000 K: of the formula (server/scene/white.h). Consoles: what LED luminaires have, and a little more.
+    {.property = Property::cct, .name = "cct", .field = "cct_k", .state_field = "cct_k", .low = 2000, .high = 10'000,
+     .least = 1000, .most = 15'000, .or_none = true, .unit_name = "K", .metavar = "K",
+     .help = "correlated colour temperature, at the same lux"},
     {.property = Property::pan, .name = "pan", .field = "pan_rad", .state_field = "pan_rad", .low = -1.5 * kPi,
      .high = 1.5 * kPi, .least = -kTurns, .most = kTurns, .unit = kDegree, .unit_name = "°", .metavar = "DEG",
      .help = "turn about the vertical"},
@@ -54,7 +58,8 @@ static constexpr PropertyRow kTable[] = {
     {.property = Property::aim, .name = "aim", .field = "aim", .state_field = "aim", .values = 3, .low = -1,
      .least = -kFar_m, .most = kFar_m, .metavar = "x,y,z",
      .help = "direction of any length but 0, instead of pan, tilt and roll"},
-    {.property = Property::profile, .name = "profile", .by_name = true},
+    {.property = Property::profile, .name = "profile", .by_name = true, .by_list = true},
+    {.property = Property::gel, .name = "gel", .by_name = true, .by_list = true},
     {.property = Property::master, .name = "master", .of_scene = true, .htp = true},
     {.property = Property::exposure, .name = "exposure", .of_scene = true, .high = 15, .least = -10, .most = 24,
      .unit_name = "EV100"},
@@ -116,6 +121,7 @@ std::string properties_module() {
         put("high", print_number(row.high));
         put("least", print_number(row.least));
         put("most", print_number(row.most));
+        put("or_none", row.or_none ? "true" : "false");
         put("unit", print_number(row.unit));
         put("unit_name", quoted(row.unit_name));
         put("help", quoted(row.help));

@@ -24,6 +24,7 @@ enum class Property : std::uint8_t {
     blue,
     color,
     tint,
+    cct,
     pan,
     tilt,
     roll,
@@ -33,6 +34,7 @@ enum class Property : std::uint8_t {
     position,
     aim,
     profile,
+    gel,
     master,
     exposure,
     orbit,
@@ -53,11 +55,13 @@ struct PropertyRow {
     bool has_range = true;         // whether low and high are a default; else a patch row must name its range
     double low = 0, high = 1;      // in SI units: rad, m, ratio, EV100, Duv
     double least = 0, most = 1;    // what the scene takes, likewise; a patch may not reach beyond
+    bool or_none = false;          // 0 is taken too, outside of these: none
     double unit = 1;               // what one of the unit that people write (docs/consoles.md: degrees) is in SI
     std::string_view unit_name;    // "°", "m"; empty: a pure number
     std::string_view metavar;      // of the CLI's option: "RATIO"
     std::string_view help;         // one phrase for people: the CLI's help, the page
-    bool by_name = false;          // its value is a name: of a profile, of a preset
+    bool by_name = false;          // its value is a name: of a profile, a gel, a preset
+    bool by_list = false;          // a control chooses it from the names that its row lists
     bool of_camera = false;        // orbit, elevation and distance of the eye as seen from the target
 };
 
@@ -69,7 +73,7 @@ const PropertyRow* find_property(std::string_view name);
 // Result: "level, red or master": the names of the rows that `wanted` takes, in the table's order.
 std::string property_names(const std::function<bool(const PropertyRow&)>& wanted);
 // Result: the table for the browser page: a module that exports `properties`, an array of
-// {name, field, state_field, values, component, of_scene, low, high, least, most, unit, unit_name, help}.
+// {name, field, state_field, values, component, of_scene, low, high, least, most, or_none, unit, unit_name, help}.
 std::string properties_module();
 
 // One number, or three, of a message's field by its name: `optional double`, `double` or `repeated double`.
@@ -89,7 +93,7 @@ struct PropertyValue {
     bool pattern = false;  // `target` is an OSC pattern over encoded names
     Property property = Property::level;
     std::array<double, 3> value{};  // SI; unused ones are 0
-    std::string name;               // of a property by_name: a profile's, a preset's; then value[0] is its fade in s
+    std::string name;               // of a property by_name; of a preset value[0] is its fade in s
 };
 
 }  // namespace gonio

@@ -1,5 +1,5 @@
 // Names of uploaded files: letters, digits, '.', '_' and '-', no dot in front, with an ending that a scene may have or
-// refer to. Such a name is no path.
+// refer to, or a saved show. Such a name is no path.
 #pragma once
 
 #include <cctype>
@@ -8,7 +8,7 @@
 
 namespace gonio {
 
-inline constexpr std::string_view kUploadPrefix = "upload:";  // of load_scene.file
+inline constexpr std::string_view kUploadPrefix = "upload:";  // of load_scene.file, open_show.name
 inline constexpr std::size_t kMaxUploadName = 64;
 
 inline bool is_upload_name(std::string_view name) {
@@ -20,7 +20,7 @@ inline bool is_upload_name(std::string_view name) {
         if (c == '.') ending.clear();
         ending += static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
     }
-    return ending == ".glb" || ending == ".gltf" || ending == ".ies" || ending == ".ldt";
+    return ending == ".glb" || ending == ".gltf" || ending == ".ies" || ending == ".ldt" || ending == ".json";
 }
 
 }  // namespace gonio

@@ -38,6 +38,7 @@ std::string help_of(const PropertyRow& row) {
     std::string text(row.unit == 1 ? row.unit_name : "");
     const auto add = [&](const std::string& more) { text += (text.empty() ? "" : ", ") + more; };
     if (!row.help.empty()) add(std::string(row.help));
+    if (row.or_none) add("0 for none");
     if (row.property != Property::aim)
         add((row.values == 3 ? "each " : "") + print_number(row.least / row.unit) + " to " +
             print_number(row.most / row.unit));
@@ -55,6 +56,7 @@ std::span<const WordRow> light_options() {
         }
         made.rows.push_back({"--profile", "FILE", text, "profile.name",
                              "IES or EULUMDAT file, which is uploaded; or a built-in luminaire"});
+        made.rows.push_back({"--gel", "NAME", text, "gel", "one that gonio gels lists: L201; \"\": none"});
         return made;
     }();
     return all.rows;
@@ -157,7 +159,7 @@ std::span<const WordCommand> scene_commands() {
         {"group", "command.set_group", "makes, changes or removes a group of lights", kGroup, {}},
         {"preset save",
          "command.save_preset",
-         "keeps level, colour, tint, aim, position and profile of all lights",
+         "keeps level, colour, tint, colour temperature, gel, aim, position and profile of all lights",
          kPreset,
          {}},
         {"preset recall", "command.recall_preset", "brings back what a preset keeps", kPreset, kRecallOptions},

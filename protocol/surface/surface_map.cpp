@@ -6,13 +6,13 @@
 
 #include "ies/core/text.h"
 #include "ies/synthetic.h"
+#include "protocol/schema/name_list.h"
 #include "protocol/schema/property.h"
 
 namespace gonio {
 namespace {
 
 constexpr std::size_t kMaxNameLength = 128;
-constexpr int kMaxProfiles = 256;
 
 struct Curve {
     std::string_view name;
@@ -56,16 +56,8 @@ Result<bool> check_range(const v1::SurfaceRow& row, const PropertyRow& property,
 }
 
 Result<bool> check_names(const v1::SurfaceRow& row, const PropertyRow& property, const std::string& place) {
-    const bool selects = property.property == Property::profile;
-    if (selects != (row.profiles_size() > 0) || row.profiles_size() > kMaxProfiles)
-        return refusal_of(place, "profiles", std::to_string(row.profiles_size()),
-                          selects ? "must list 1 to 256 profiles" : "only the property profile has a list of profiles");
-    const auto luminaires = ies::synthetic_luminaires();
-    for (const std::string& name : row.profiles()) {
-        const bool known = std::any_of(luminaires.begin(), luminaires.end(),
-                                       [&](const auto& luminaire) { return luminaire.name == name; });
-        if (!known) return refusal_of(place, "profiles", shown_text(name), "is not the name of a built-in luminaire");
-    }
+    if (const std::string why = wrong_list(property, row.profiles(), ies::synthetic_luminaires()); !why.empty())
+        return refusal_of(place, "profiles", std::to_string(row.profiles_size()), why);
     const bool preset = property.property == Property::preset;
     if (preset == row.preset().empty() || row.preset().size() > kMaxNameLength)
         return refusal_of(place, "preset", shown_text(row.preset()),

@@ -111,7 +111,7 @@ void SurfaceReader::set(Row& row, double share, std::vector<SurfaceAction>& acti
     action.value.target = *target;
     action.value.property = row.property->property;
     const double value = row.low + (row.high - row.low) * share;
-    if (row.property->property == Property::profile) {
+    if (row.property->by_list) {
         const auto count = static_cast<std::size_t>(row.row.profiles_size());
         const std::size_t index = std::min(count - 1, static_cast<std::size_t>(share * static_cast<double>(count)));
         if (index == row.profile) return;
@@ -192,7 +192,7 @@ void SurfaceReader::take_absolute(Row& row, const ControlInput& input, std::int6
 void SurfaceReader::take_relative(Row& row, const ControlInput& input, std::int64_t now_ns, const ValueNow& now,
                                   std::vector<SurfaceAction>& actions) {
     const double step = row.row.has_step() ? row.row.step() : kDefaultClick;
-    if (row.property->property == Property::profile) {
+    if (row.property->by_list) {
         const auto count = static_cast<double>(row.row.profiles_size());
         const double index =
             row.profile == SIZE_MAX ? 0 : static_cast<double>(row.profile) + (input.clicks > 0 ? 1 : -1);
@@ -228,7 +228,7 @@ void SurfaceReader::take_button(Row& row, const ControlInput& input, const Value
         actions.push_back(std::move(action));
         return;
     }
-    if (row.property->property == Property::profile) {  // each press the next one
+    if (row.property->by_list) {  // each press the next one
         for (unsigned i = 0; i < input.presses; ++i) {
             const auto count = static_cast<std::size_t>(row.row.profiles_size());
             const std::size_t next = row.profile == SIZE_MAX ? 0 : (row.profile + 1) % count;
@@ -320,7 +320,7 @@ std::optional<double> SurfaceReader::shown(const std::string& device, const std:
         if (!means_box(row.row.device(), device) || !on_page(row)) continue;
         if (row.property == nullptr) return row.row.has_high() && row.row.high() == page_ ? 1.0 : 0.0;
         if (row.property->property == Property::preset) return row.row.preset() == recalled ? 1.0 : 0.0;
-        if (row.property->property == Property::profile) return row.profile == SIZE_MAX ? 0.0 : 1.0;
+        if (row.property->by_list) return row.profile == SIZE_MAX ? 0.0 : 1.0;
         const auto share = share_now(row, now);
         if (!share) return 0.0;
         return position_of(row.row.curve(), *share);

@@ -211,7 +211,7 @@ toml::source_region at_fault(const toml::table& table, const std::string& field)
 void read_row(const toml::table& table, v1::SetSurfaces& map) {
     only_keys(table,
               {"box", "control", "target", "property", "range", "mode", "curve", "takeover", "smooth_s", "deadband",
-               "step", "page", "to_page", "stride", "profiles", "preset", "fade_s"},
+               "step", "page", "to_page", "stride", "profiles", "gels", "preset", "fade_s"},
               "[[control]]");
     v1::SurfaceRow row;
     const auto text = [&](const char* key, const char* otherwise) {
@@ -229,10 +229,12 @@ void read_row(const toml::table& table, v1::SetSurfaces& map) {
     if (const toml::node* node = table.get("to_page"))
         row.set_high(whole_number(*node, 1, kMaxSurfacePages, "to_page"));
     if (const toml::node* node = table.get("fade_s")) row.set_fade_s(number(*node, "fade_s"));
-    if (const toml::node* node = table.get("profiles")) {
+    for (const char* key : {"profiles", "gels"}) {
+        const toml::node* node = table.get(key);
+        if (node == nullptr) continue;
         const toml::array* list = node->as_array();
-        if (list == nullptr) refuse(node->source(), text_of(*node), "profiles = [NAME, …]");
-        for (const toml::node& profile : *list) row.add_profiles(word(profile, "a profile"));
+        if (list == nullptr) refuse(node->source(), text_of(*node), std::string(key) + " = [NAME, …]");
+        for (const toml::node& name : *list) row.add_profiles(word(name, "a name"));
     }
     if (static_cast<std::size_t>(map.rows_size()) >= kMaxSurfaceRows)
         refuse({"too_large", "control", std::to_string(map.rows_size()), "there are at most 4,096 rows"});

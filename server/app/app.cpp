@@ -6,6 +6,7 @@
 #include <cstdio>
 #include <functional>
 #include <future>
+#include <random>
 #include <stdexcept>
 #include <thread>
 
@@ -49,6 +50,14 @@ std::optional<FileLock> lock_show(const std::string& file) {
     return lock;
 }
 
+// Result: another one in each run of the program.
+std::string fresh_name() {
+    std::random_device random;
+    char digits[17];
+    std::snprintf(digits, sizeof digits, "%08x%08x", random(), random());
+    return digits;
+}
+
 // An option, or a file that one names, cannot be used.
 struct BadOption : std::invalid_argument {
     using std::invalid_argument::invalid_argument;
@@ -57,7 +66,9 @@ struct BadOption : std::invalid_argument {
 // Throws BadOption.
 Beginning beginning(const Options& options) {
     try {
-        Beginning first{first_scene(options), surface_options(options), {}};
+        Beginning first;
+        first.scene = first_scene(options, &first.restored_rev);
+        first.surfaces = surface_options(options);
         for (const std::string& fault : options.inject)
             if (fault != kStateHangs && fault != kReloadHangs) add_fault(first.faults, fault);
         return first;
@@ -89,7 +100,9 @@ App::App(Options options, Tokens tokens)
     if (options_.keep_up) render_session_.set_budget(1e3 / options_.target_fps);
     render_session_.set_most_captures(options_.max_captures);
     render_session_.set_scene_access({is_loopback(options_.host), options_.scene_roots,
-                                      uploads_ ? uploads_->folder() : "", options_.load, options_.max_memory});
+                                      uploads_ ? uploads_->folder() : "", options_.load, options_.max_memory,
+                                      show_folder(options_), render_session_.scene().gels});
+    render_session_.set_boot(fresh_name(), first_.restored_rev);
 }
 
 std::string App::name_renderer() const {

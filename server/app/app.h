@@ -25,6 +25,7 @@ int run_daemon(const Options& options);
 // What options and saved show say; the faults are those of tests.
 struct Beginning {
     Scene scene;
+    Revision restored_rev = 0;  // State.restored_rev
     SurfaceOptions surfaces;
     GpuFaults faults;
 };

@@ -109,7 +109,7 @@ std::string check_upload_folder(const std::string& folder) {
     const bool made = missing();
     while (missing() && there.has_relative_path()) there = there.parent_path();
     if (fs::is_directory(there, failed) && access(there.c_str(), (made ? 0 : R_OK) | W_OK | X_OK) == 0) return "";
-    return quoted(folder) + (made ? " cannot be made" : " cannot be written as a folder") + " for uploads";
+    return quoted(folder) + (made ? " cannot be made" : " cannot be written as a folder") + " of files";
 }
 
 Result<ListenAddress> read_listen(const std::string& text) {

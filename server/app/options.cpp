@@ -134,6 +134,12 @@ void add_input_options(CLI::App& app, Options& options, OptionTexts& text) {
         ->check(check_file_if_any);
     app.add_option("--state", options.state_file,
                    "FILE: the show is saved there when it changes and restored at the start; default: none");
+    app.add_option(
+           "--shows", options.show_folder,
+           "folder that clients save shows to and open them from; default: shows beside the --state file, or none")
+        ->check(check_upload_folder);
+    app.add_option("--gels", options.gel_file, "GELS.csv: colour filters beside the built-in ones (docs/gels.md)")
+        ->check(check_file_if_any);
     app.add_option("--inject", options.inject,
                    "a fault, for tests: gl-loss-after=N, gl-loss-every=N, gl-rebuild-fails=N")
         ->group("");

@@ -37,6 +37,8 @@ struct Options {
     std::string surface_map;         // TOML; empty: what the profiles of the boxes say
     std::string surface_replay;      // a recorded box; empty: none
     std::string state_file;          // where the show is kept between two runs; empty: nowhere
+    std::string show_folder;         // of the shows that clients save; empty: beside the state file
+    std::string gel_file;            // empty: the built-in gels alone
     bool scene_given = false, scale_given = false, size_given = false,
          technique_given = false;                  // else the saved show's
     std::vector<std::string> inject;               // faults, for tests (server/session/gpu.h)

@@ -1,6 +1,7 @@
 #include "server/app/start.h"
 
 #include <algorithm>
+#include <filesystem>
 #include <stdexcept>
 
 #include <spdlog/spdlog.h>
@@ -84,8 +85,13 @@ struct Restored {
     bool whole = true;  // it has everything that was saved
 };
 
+std::shared_ptr<const Gels> gels_of(const Options& options) {
+    if (options.gel_file.empty()) return nullptr;
+    return std::make_shared<const Gels>(read_file(options.gel_file, kMaxGelFileBytes, "gels", read_gels));
+}
+
 // Brings the saved show back, as far as it can be.
-Restored saved_scene(const Options& options, const saved::Show& show) {
+Restored saved_scene(const Options& options, const saved::Show& show, const std::shared_ptr<const Gels>& gels) {
     if (options.scene_given && !is_scene_of(show, options.scene)) {
         spdlog::warn("state: '{}' was saved, --scene asks for '{}'", show.scene(), options.scene);
         return {scene_of(asset_of(options), revision_after(show)), false};
@@ -97,13 +103,13 @@ Restored saved_scene(const Options& options, const saved::Show& show) {
     if (asset && scale != saved_scale) {  // its positions are another scene's
         spdlog::warn("state: '{}' was saved at scale {}, --scale asks for {}: lights, groups and camera are the file's",
                      show.scene(), saved_scale, scale);
-        return {restore_show(show, *asset, false).scene, false};
+        return {restore_show(show, *asset, false, kProfileTime, gels).scene, false};
     }
     const bool same_scene = static_cast<bool>(asset);
     if (!same_scene)
         spdlog::warn("state: the scene '{}' cannot be loaded: {}; '{}' is shown instead", show.scene(),
                      asset.error().text(), options.scene);
-    RestoredShow restored = restore_show(show, same_scene ? *asset : asset_of(options), same_scene);
+    RestoredShow restored = restore_show(show, same_scene ? *asset : asset_of(options), same_scene, kProfileTime, gels);
     for (const std::string& warning : restored.warnings) spdlog::warn("state: {}", warning);
     spdlog::info("state: restored from {}, revision {}", options.state_file, restored.scene.scene_rev);
     return {std::move(restored.scene), same_scene && restored.warnings.empty()};
@@ -133,10 +139,18 @@ SurfaceOptions surface_options(const Options& options) {
     return surfaces;
 }
 
-Scene first_scene(const Options& options) {
+std::string show_folder(const Options& options) {
+    if (!options.show_folder.empty() || options.state_file.empty()) return options.show_folder;
+    return (std::filesystem::path(options.state_file).parent_path() / "shows").string();
+}
+
+Scene first_scene(const Options& options, Revision* restored_rev) {
     std::optional<saved::Show> show;
     if (!options.state_file.empty()) show = read_state_file(options.state_file);
-    auto [scene, whole] = show ? saved_scene(options, *show) : Restored{scene_of(asset_of(options))};
+    if (show && restored_rev != nullptr) *restored_rev = show->scene_rev();
+    const auto gels = gels_of(options);
+    auto [scene, whole] = show ? saved_scene(options, *show, gels) : Restored{scene_of(asset_of(options))};
+    scene.gels = gels;
     const bool restored = show.has_value();
     if (!restored || options.size_given) {
         v1::Command size;

@@ -9,8 +9,12 @@
 namespace gonio {
 
 // Result: the scene. With options.state_file it is the one that was saved there, as far as it can be brought back; what
-// the command line says explicitly wins. Throws std::invalid_argument with one sentence where an option is wrong.
-Scene first_scene(const Options& options);
+// the command line says explicitly wins. restored_rev gets the revision of that file. Throws std::invalid_argument with
+// one sentence where an option is wrong.
+Scene first_scene(const Options& options, Revision* restored_rev = nullptr);
+
+// Result: where clients save shows; empty: nowhere.
+std::string show_folder(const Options& options);
 
 // Result: what makes the GL context and its renderer, at the start and after a loss. It throws std::runtime_error where
 // there is no GPU.

@@ -9,12 +9,13 @@
 #include "server/scene/apply_checks.h"
 #include "server/scene/apply_light.h"
 #include "server/scene/apply_rename.h"
+#include "server/scene/apply_show.h"
 #include "server/scene/apply_targets.h"
 #include "server/scene/console.h"
+#include "server/scene/gel.h"
 #include "server/scene/light_tables.h"
 #include "server/scene/light_values.h"
 #include "server/scene/preset.h"
-#include "server/scene/tint.h"
 
 namespace gonio {
 namespace {
@@ -150,6 +151,7 @@ void recall_preset(Scene& scene, const v1::RecallPreset& recall) {
         Light* light = find_light(scene, kept.name);
         if (light == nullptr) continue;
         if (!light->sun) change(scene, light->profile, kept.profile, light->profile_rev);
+        change(scene, light->gel, kept.gel, light->level_rev);
         if (fades) continue;  // server/scene/preset.h brings the rest in time
         change(scene, light->world_from_light, kept.world_from_light, light->aim_rev);
         for (const LightRow& light_row : light_rows()) change(scene, *light, light_row, numbers_of(kept, light_row));
@@ -167,6 +169,9 @@ void load_scene(Scene& scene, const Loaded& loaded) {
     fresh.next_light_id += scene.next_light_id;
     for (Light& light : fresh.lights) light.id += scene.next_light_id;
     // What belongs to the viewer rather than to the scene stays.
+    fresh.gels = scene.gels;
+    if (scene.asset->name == fresh.asset->name) fresh.show_name = scene.show_name;
+    fresh.show_rev = 0;
     fresh.patch = scene.patch;
     fresh.surfaces = scene.surfaces;
     fresh.presets = scene.presets;  // of lights by name: files are written anew, and scenes come back
@@ -189,6 +194,8 @@ void dispatch(Scene& scene, const v1::Command& command, const Loaded& loaded, st
     switch (command.command_case()) {
         case v1::Command::kLoadScene:
             return load_scene(scene, loaded);
+        case v1::Command::kOpenShow:
+            return open_show(scene, command.open_show(), loaded);
         case v1::Command::kSetTechnique:
             return set_technique(scene, command.set_technique());
         case v1::Command::kSetView:
@@ -290,6 +297,7 @@ Result<Applied> apply(Scene& scene, const v1::Command& command, const Loaded& lo
         if (!thinned.empty()) applied.warnings.push_back(thinned);
     }
     if (loaded.asset) applied.warnings = loaded.asset->warnings;
+    if (loaded.opened) applied.warnings = loaded.warnings;
     if (command.has_set_technique() && scene.technique != Technique::standard)
         for (const Light& light : scene.lights)
             if (light.sun) applied.warnings.push_back("the seed technique has no sun: '" + light.name + "' is dark");
@@ -336,7 +344,7 @@ Scene scene_of(std::shared_ptr<const SceneAsset> asset, Revision revision) {
     Scene scene;
     scene.scene_rev = scene.geometry_rev = scene.camera_rev = scene.view_rev = scene.exposure_rev = scene.master_rev =
         scene.technique_rev = scene.size_rev = scene.lights_rev = scene.groups_rev = scene.patch_rev =
-            scene.surfaces_rev = scene.presets_rev = scene.saved_views_rev = revision;
+            scene.surfaces_rev = scene.presets_rev = scene.saved_views_rev = scene.show_rev = revision;
     scene.camera = asset->cameras.empty() ? framing(asset->bounds) : asset->cameras.front();
     scene.exposure_ev100 = asset->exposure_ev100.value_or(scene.exposure_ev100);
     for (const LightSeed& seed : asset->lights) {
@@ -370,7 +378,8 @@ glm::dvec3 light_weight(const Scene& scene, const Light& light) {
 }
 
 glm::dvec3 own_weight(const Light& light) {
-    return light.color * tint_factors(light.tint_duv) * (light.level_ratio * light.multiplier * light.tilt_factor);
+    return light.color * filtered_white(light.cct_k, light.tint_duv, light.gel.get()) *
+           (light.level_ratio * light.multiplier * light.tilt_factor);
 }
 
 const char* view_name(View view) {

@@ -27,6 +27,8 @@ struct Loaded {
     std::shared_ptr<const trace::Geometry> traced;  // of `asset`, or null
     std::shared_ptr<const lighting::Drawn> drawn;   // of `traced`, or null
     std::optional<double> exposure_ev100;           // metered of `asset`, where it has none of its own
+    std::shared_ptr<const Scene> opened;            // of open_show
+    std::vector<std::string> warnings;              // of `opened`: what could not be brought back
     std::shared_ptr<const std::vector<EditTarget>> targets;  // of undo and redo (edit.h), in the order of the keys
 };
 
@@ -52,8 +54,8 @@ Scene scene_of(std::shared_ptr<const SceneAsset> asset, Revision revision = 1);
 // Result: the nearest EV100 that set_exposure takes.
 double within_exposure(double ev100);
 
-// Result: level × multiplier × TILT factor × master × colour × tint: what the light's candela are multiplied by, per
-// channel.
+// Result: level × multiplier × TILT factor × master × colour × white × gel: what the light's candela are multiplied by,
+// per channel.
 glm::dvec3 light_weight(const Scene& scene, const Light& light);
 // The same without the master.
 glm::dvec3 own_weight(const Light& light);

@@ -27,6 +27,14 @@ inline double checked(double value, double low, double high, const std::string& 
     return value;
 }
 
+// A number of a property, by its row.
+inline double checked(double value, const PropertyRow& row, const std::string& field) {
+    if (row.or_none && value == 0) return value;
+    if (!row.or_none || (value >= row.least && value <= row.most)) return checked(value, row.least, row.most, field);
+    refuse("invalid_argument", field, print_number(value),
+           "must be 0 or a number from " + print_number(row.least) + " to " + print_number(row.most));
+}
+
 template <typename Field>
 std::string print_all(const Field& field) {
     std::string text;

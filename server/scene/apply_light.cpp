@@ -34,6 +34,14 @@ std::shared_ptr<const Profile> shared_profile(const Scene& scene, const std::sha
     return profile;
 }
 
+// Result: nullptr for no gel.
+std::shared_ptr<const Gel> gel_named(const Scene& scene, const std::string& name, const std::string& field) {
+    if (name.empty()) return nullptr;
+    auto gel = find_gel(scene.gels.get(), name);
+    if (!gel) refuse("not_found", field, shortened_text(name, kMaxNameBytes), "there is no gel of this name");
+    return gel;
+}
+
 void set_one_light(Scene& scene, Light& light, const v1::SetLight& set, const Loaded& loaded,
                    const std::string& prefix) {
     const bool turns = set.has_pan_rad() || set.has_tilt_rad() || set.has_roll_rad();
@@ -45,7 +53,7 @@ void set_one_light(Scene& scene, Light& light, const v1::SetLight& set, const Lo
         const std::vector<double> numbers = read_numbers(set, row.field);
         const std::string field = prefix + std::string(row.field);
         if (light_row.number != nullptr)
-            change(scene, light.*light_row.number, checked(numbers[0], row.least, row.most, field),
+            change(scene, light.*light_row.number, checked(numbers[0], row, field),
                    light.*light_row.stale);
         else
             change(scene, light.*light_row.vector, checked_vector(numbers, row.least, row.most, field),
@@ -58,6 +66,7 @@ void set_one_light(Scene& scene, Light& light, const v1::SetLight& set, const Lo
         change(scene, light.world_from_light, orientation, light.aim_rev);
         take_angles(light);
     }
+    if (set.has_gel()) change(scene, light.gel, gel_named(scene, set.gel(), prefix + "gel"), light.level_rev);
     if (loaded.profile && light.sun && !(*loaded.profile == *light.profile))
         refuse("unsupported", prefix + "profile", loaded.profile->name, "the sun's light is parallel: it has no web");
     if (loaded.profile) change(scene, light.profile, shared_profile(scene, loaded.profile), light.profile_rev);
@@ -84,6 +93,7 @@ std::vector<v1::SetLight> single_properties(const v1::SetLight& set) {
     };
     for (const LightRow& light_row : light_rows()) take(row_of(light_row.property).field);
     take(row_of(Property::aim).field);
+    if (set.has_gel()) single.emplace_back().set_gel(set.gel());
     return single;
 }
 

@@ -71,6 +71,12 @@ std::string set_profile_back(const Target& target, std::vector<std::string>&) {
     return {};
 }
 
+std::string set_gel_back(const Target& target, std::vector<std::string>&) {
+    Light& light = *light_of(target.scene, target.key.light);
+    change(target.scene, light.gel, std::get<std::shared_ptr<const Gel>>(target.value), light.level_rev);
+    return {};
+}
+
 std::string set_group_back(const Target& target, std::vector<std::string>&) {
     Scene& scene = target.scene;
     const std::string& name = target.key.name;
@@ -135,9 +141,10 @@ std::string set_view_light_back(const Target& target, std::vector<std::string>&)
     return {};
 }
 
-constexpr Setter kSetters[] = {set_light_back,   set_name_back,     set_aim_back,    set_numbers_back,
-                               set_profile_back, set_group_back,    set_preset_back, set_recalled_back,
-                               set_patch_back,   set_surfaces_back, set_master_back, set_view_light_back};
+constexpr Setter kSetters[] = {set_light_back,     set_name_back,  set_aim_back,      set_numbers_back,
+                               set_profile_back,   set_gel_back,   set_group_back,    set_preset_back,
+                               set_recalled_back,  set_patch_back, set_surfaces_back, set_master_back,
+                               set_view_light_back};
 static_assert(std::size(kSetters) == static_cast<std::size_t>(EditKind::view_light) + 1);
 
 }  // namespace
@@ -145,7 +152,7 @@ static_assert(std::size(kSetters) == static_cast<std::size_t>(EditKind::view_lig
 void set_back(Scene& scene, const std::vector<EditTarget>& targets, std::vector<std::string>& warnings) {
     bool renamed = true;  // else presets and maps keep the names that they have
     for (const auto& [key, value] : targets) {
-        const bool of_light = key.kind > EditKind::light && key.kind <= EditKind::profile;
+        const bool of_light = key.kind > EditKind::light && key.kind <= EditKind::gel;
         if (of_light && light_of(scene, key.light) == nullptr) continue;  // went, or could not come back: it was said
         const bool names_lights =
             key.kind == EditKind::preset || key.kind == EditKind::patch || key.kind == EditKind::surfaces;

@@ -179,6 +179,10 @@ std::vector<v1::Command> commands_of(const Scene& scene, std::span<const Propert
             }
             v1::SetLight& set = *command_at(of_light[index]).mutable_set_light();
             if (set.name().empty()) set.set_name(light.name);
+            if (value.property == Property::gel) {
+                set.set_gel(value.name);
+                continue;
+            }
             put_value(set, light, value);
         }
     }

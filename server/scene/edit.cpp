@@ -81,6 +81,7 @@ EditValue value_of(const LightValues& light, const EditKey& key) {
     if (key.kind == EditKind::aim) return orientation_now(light);
     if (key.kind == EditKind::numbers) return numbers_of(light, *light_row_of(key.property));
     if (key.kind == EditKind::profile) return light.profile;
+    if (key.kind == EditKind::gel) return light.gel;
     return {};
 }
 
@@ -90,7 +91,8 @@ EditValue value_of(const Scene& scene, const EditKey& key) {
         case EditKind::name:
         case EditKind::aim:
         case EditKind::numbers:
-        case EditKind::profile: {
+        case EditKind::profile:
+        case EditKind::gel: {
             const Light* light = light_of(scene, key.light);
             if (light == nullptr) return {};
             if (key.kind == EditKind::light) return ExistingLight{};
@@ -125,6 +127,7 @@ std::vector<EditKey> keys_of(std::uint32_t light) {
     for (const LightRow& light_row : light_rows())
         if (!turns(light_row)) keys.push_back({EditKind::numbers, light, light_row.property, {}});
     keys.push_back({EditKind::profile, light, {}, {}});
+    keys.push_back({EditKind::gel, light, {}, {}});
     return keys;
 }
 
@@ -178,6 +181,8 @@ std::string words_of(const Scene& scene, const EditKey& key) {
             return std::string(row_of(key.property).name) + of;
         case EditKind::profile:
             return "profile" + of;
+        case EditKind::gel:
+            return "gel" + of;
         case EditKind::group:
             return "group '" + key.name + "'";
         case EditKind::preset:
@@ -209,6 +214,8 @@ std::string path_of(const Scene& scene, const EditKey& key) {
             return path.empty() ? path : path + "." + std::string(row_of(key.property).state_field);
         case EditKind::profile:
             return path.empty() ? path : path + ".profile";
+        case EditKind::gel:
+            return path.empty() ? path : path + ".gel";
         case EditKind::group:
             return "groups." + key.name;
         case EditKind::preset:

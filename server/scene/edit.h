@@ -22,6 +22,7 @@ enum class EditKind : std::uint8_t {
     aim,      // the orientation, also as pan, tilt and roll
     numbers,  // any other row of light_rows()
     profile,
+    gel,
     group,
     preset,
     recalled,  // Scene::recalled
@@ -33,7 +34,7 @@ enum class EditKind : std::uint8_t {
 
 struct EditKey {
     EditKind kind = EditKind::light;
-    std::uint32_t light = 0;                 // Light::id, of the first five
+    std::uint32_t light = 0;                 // Light::id, of the first six
     Property property = Property::position;  // of numbers
     std::string name;                        // of a group or preset
     auto operator<=>(const EditKey&) const = default;
@@ -52,8 +53,8 @@ using LightIds = std::vector<std::uint32_t>;  // of a group, in its order: a lig
 // monostate: there is no such light, group or preset. Presets, patch and surfaces are equal where they are the same.
 using EditValue =
     std::variant<std::monostate, ExistingLight, std::string, Orientation, Numbers, std::shared_ptr<const Profile>,
-                 LightIds, std::shared_ptr<const Preset>, std::shared_ptr<const v1::SetPatch>,
-                 std::shared_ptr<const v1::SetSurfaces>, double, std::uint32_t>;
+                 std::shared_ptr<const Gel>, LightIds, std::shared_ptr<const Preset>,
+                 std::shared_ptr<const v1::SetPatch>, std::shared_ptr<const v1::SetSurfaces>, double, std::uint32_t>;
 
 struct Edit {
     EditKey key;
@@ -66,7 +67,7 @@ struct EditTarget {
 
 // Result: what the property is now.
 EditValue value_of(const Scene& scene, const EditKey& key);
-// Result: aim, numbers and profile of a light or of what a preset keeps of it; monostate of another kind.
+// Result: aim, numbers, profile and gel of a light or of what a preset keeps of it; monostate of another kind.
 EditValue value_of(const LightValues& light, const EditKey& key);
 // Result: the keys of all that value_of() knows of a light, and of its name.
 std::vector<EditKey> keys_of(std::uint32_t light);

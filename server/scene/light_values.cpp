@@ -10,6 +10,7 @@ static constexpr LightRow kRows[] = {
     {Property::level, &LightValues::level_ratio, nullptr, &Light::level_rev},
     {Property::color, nullptr, &LightValues::color, &Light::level_rev},
     {Property::tint, &LightValues::tint_duv, nullptr, &Light::level_rev},
+    {Property::cct, &LightValues::cct_k, nullptr, &Light::level_rev},
 };
 
 std::span<const LightRow> light_rows() {

@@ -2,6 +2,8 @@
 
 #include <algorithm>
 
+#include "server/scene/white.h"
+
 namespace gonio {
 Preset preset_of(const Scene& scene) {
     Preset preset;
@@ -29,10 +31,15 @@ std::vector<v1::Command> Fade::step(const Scene& scene, std::int64_t now_ns) {
     });
     std::vector<v1::Command> commands;
     for (Part& part : parts_) {
+        const bool or_none = row_of(part.light_row->property).or_none;
+        // Between a colour temperature and none it goes by way of the white that none means.
+        const auto way = [&](double end) { return or_none && end == 0 ? kWhiteCct_k : end; };
         if (commands.empty() || commands.back().set_light().name() != part.light)
             commands.emplace_back().mutable_set_light()->set_name(part.light);
-        for (std::size_t i = 0; i < 3; ++i)
-            part.said[i] = t < 1.0 ? part.from[i] + (part.to[i] - part.from[i]) * t : part.to[i];
+        for (std::size_t i = 0; i < count_of(*part.light_row); ++i) {
+            const double from = way(part.from[i]), to = way(part.to[i]);
+            part.said[i] = t < 1.0 ? from + (to - from) * t : part.to[i];
+        }
         write_numbers(*commands.back().mutable_set_light(), row_of(part.light_row->property).field, *part.light_row,
                       part.said);
     }

@@ -15,6 +15,7 @@
 #include <vector>
 
 #include "ies/lm63.h"
+#include "server/scene/gel.h"
 
 namespace gonio {
 
@@ -155,7 +156,8 @@ struct LightValues {
     double pan_rad = 0.0, tilt_rad = 0.0, roll_rad = 0.0;  // as last set, or derived from the orientation
     double level_ratio = 1.0;
     glm::dvec3 color{1.0};
-    double tint_duv = 0.0;  // tint.h
+    double cct_k = 0.0, tint_duv = 0.0;  // white.h
+    std::shared_ptr<const Gel> gel;      // null: none
     std::shared_ptr<const Profile> profile;
 };
 
@@ -204,7 +206,9 @@ struct Scene {
     std::shared_ptr<const v1::SetPatch> patch;               // of consoles; null: the default patch
     std::shared_ptr<const v1::SetSurfaces> surfaces;         // of fader boxes; null: what their profiles say
     std::map<std::string, std::shared_ptr<const Preset>> presets;
-    std::string recalled;  // the preset that was saved or recalled last; empty: none
+    std::string recalled;              // the preset that was saved or recalled last; empty: none
+    std::shared_ptr<const Gels> gels;  // of `goniod --gels`, beside the built-in ones; null: none
+    std::string show_name;             // of the file that it was saved to or opened from last; empty: none
     Camera camera;
     std::map<std::string, Camera> saved_views;
     View view = View::beauty;
@@ -222,6 +226,7 @@ struct Scene {
     Revision geometry_rev = 1, camera_rev = 1, view_rev = 1, exposure_rev = 1, master_rev = 1, technique_rev = 1,
              size_rev = 1, lights_rev = 1 /* a light came, went or got another name */, groups_rev = 1, patch_rev = 1,
              surfaces_rev = 1, presets_rev = 1, saved_views_rev = 1;
+    Revision show_rev = 1;  // that the show's file holds, or the scene began with; 0: none
     std::uint32_t next_light_id = 1;
 };
 

@@ -34,6 +34,7 @@ void put_light(const Light& light, v1::Light& out) {
     out.set_multiplier(light.multiplier);
     out.set_sun(light.sun);
     out.set_profile(light.profile->name);
+    if (light.gel) out.set_gel(light.gel->name);
     out.set_max_cd(light.profile->peak_cd);
     out.set_flux_lm(light.profile->flux_lm);
 }
@@ -122,6 +123,17 @@ v1::State full_state(const Scene& scene) {
     for (const ies::SyntheticLuminaire& luminaire : ies::synthetic_luminaires())
         state.add_profiles(std::string(luminaire.name));
     return state;
+}
+
+v1::ShowFile show_file(const Scene& scene) {
+    Revision newest = std::max({scene.geometry_rev, scene.master_rev, scene.lights_rev, scene.groups_rev,
+                                scene.patch_rev, scene.surfaces_rev, scene.presets_rev, scene.saved_views_rev});
+    for (const Light& light : scene.lights)
+        newest = std::max({newest, light.position_rev, light.aim_rev, light.profile_rev, light.level_rev});
+    v1::ShowFile file;
+    file.set_name(scene.show_name);
+    file.set_unsaved(newest > scene.show_rev);
+    return file;
 }
 
 v1::StateChanged state_change(Revision since, const Scene& scene) {

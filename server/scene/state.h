@@ -8,6 +8,9 @@ namespace gonio {
 
 // Result: everything.
 v1::State full_state(const Scene& scene);
+// Result: where the show is kept, and whether the file has it as it is; without can_save. How one looks at it (camera,
+// view, exposure, size, technique) does not count.
+v1::ShowFile show_file(const Scene& scene);
 // Result: what changed after that revision, where no light and no group has gone since.
 v1::StateChanged state_change(Revision since, const Scene& scene);
 // Result: what `after` has that `before` had otherwise; lights whole, the rest field by field.

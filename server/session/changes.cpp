@@ -23,6 +23,7 @@ void touch(const Scene& scene, const std::string& name, const v1::SetLight* set,
         if (said) add(path + std::string(turns ? "aim" : row.state_field), light->*light_row.stale);
     }
     if (set == nullptr || set->has_profile()) add(path + "profile", light->profile_rev);
+    if (set == nullptr || set->has_gel()) add(path + "gel", light->level_rev);
 }
 
 template <typename Rows>
@@ -78,6 +79,7 @@ std::vector<TouchedProperty> touched_properties(const Scene& scene, const v1::Co
         case v1::Command::kRemovePreset:
             return {{"presets." + command.remove_preset().name(), scene.presets_rev}};
         case v1::Command::kLoadScene:
+        case v1::Command::kOpenShow:
             return {{"scene", scene.geometry_rev}};
         case v1::Command::kSetTechnique:
             return {{"technique", scene.technique_rev}};
@@ -126,7 +128,7 @@ std::optional<Error> Changes::conflict(const Scene& scene, const v1::Command& co
                                     : "client " + std::to_string(change.by) + " changed it after revision " +
                                           std::to_string(base_rev)};
     };
-    if (command.has_load_scene()) {  // replaces everything
+    if (command.has_load_scene() || command.has_open_show()) {  // replaces everything
         for (const auto& [path, change] : changes_)
             if (auto error = refused(path, change)) return error;
         return refused("scene", floor_);
@@ -140,7 +142,7 @@ std::optional<Error> Changes::conflict(const Scene& scene, const v1::Command& co
 
 void Changes::note(const Scene& after, Revision before, const v1::Command& command, std::uint32_t by) {
     if (after.scene_rev == before) return;
-    if (command.has_load_scene()) {
+    if (command.has_load_scene() || command.has_open_show()) {
         changes_.clear();
         floor_ = {after.scene_rev, by};
         return;

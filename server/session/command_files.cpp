@@ -1,10 +1,14 @@
 #include "server/session/command_files.h"
 
+#include "protocol/schema/upload_name.h"
 #include "protocol/text/shortened_text.h"
 #include "server/assets/assets.h"
+#include "server/base/bounded_file.h"
 #include "server/base/memory_room.h"
 #include "server/lighting/clusters.h"
 #include "server/scene/light_tables.h"
+#include "server/show/saved_show.h"
+#include "server/show/show_folder.h"
 #include "server/trace/exposure.h"
 #include "server/trace/geometry.h"
 
@@ -18,10 +22,57 @@ static const v1::Profile* profile_of(const v1::Command& command) {
 }
 
 bool needs_files(const v1::Command& command) {
-    return command.has_load_scene() || profile_of(command) != nullptr;
+    return command.has_load_scene() || command.has_open_show() || profile_of(command) != nullptr;
+}
+
+// What takes long of a scene, and is made beside it.
+static void prepare(Loaded& loaded, std::shared_ptr<const SceneAsset> asset) {
+    loaded.traced = std::make_shared<const trace::Geometry>(std::move(asset));
+    loaded.drawn = lighting::make_drawn(loaded.traced, true);
+}
+
+// Errors: of checked_show_name, read_show_file, read_show, scene_path and load_scene.
+static Result<Loaded> read_opened(const std::string& given, const SceneAccess& access) {
+    const std::string where = "open_show.name";
+    Result<std::string> text = std::string();
+    std::string show_name;
+    if (given.starts_with(kUploadPrefix)) {
+        const auto path = scene_path(access, given);
+        if (!path) return path.error();
+        text = read_bounded_file(*path, kMaxSavedBytes);
+    } else {
+        const auto name = checked_show_name(given, where);
+        if (!name) return name.error();
+        show_name = *name;
+        text = read_show_file(access.show_folder, *name, kMaxSavedBytes);
+    }
+    if (!text) return text.error();
+    const auto show = read_show(*text);
+    if (!show) return Error{show.error().code, where, given, show.error().text()};
+    const auto path = scene_path(access, show->scene());
+    if (!path) return path.error();
+    LoadOptions load = access.load;
+    load.scale = show->scene_scale() == 0.0 ? 1.0 : show->scene_scale();
+    const auto asset = load_scene(*path, show->scene(), load, memory_room(access.max_memory));
+    if (!asset) return asset.error();
+    RestoredShow restored = restore_show(*show, *asset, true, kProfileTime, access.gels);
+    Loaded loaded;
+    prepare(loaded, *asset);
+    restored.scene.show_name = show_name;
+    restored.scene.traced = loaded.traced;
+    restored.scene.drawn = loaded.drawn;
+    loaded.opened = std::make_shared<const Scene>(std::move(restored.scene));
+    loaded.warnings = std::move(restored.warnings);
+    if (loaded.warnings.size() > kMostOpenWarnings) {
+        const std::size_t more = loaded.warnings.size() - kMostOpenWarnings;
+        loaded.warnings.resize(kMostOpenWarnings);
+        loaded.warnings.push_back("and " + std::to_string(more) + " more");
+    }
+    return loaded;
 }
 
 Result<Loaded> read_files(const v1::Command& command, const SceneAccess& access) {
+    if (command.has_open_show()) return read_opened(command.open_show().name(), access);
     Loaded loaded;
     if (command.has_load_scene()) {
         const std::string& file = command.load_scene().file();
@@ -33,8 +84,7 @@ Result<Loaded> read_files(const v1::Command& command, const SceneAccess& access)
         auto asset = load_scene(*path, file, load, memory_room(access.max_memory));
         if (!asset) return asset.error();
         loaded.asset = *asset;
-        loaded.traced = std::make_shared<const trace::Geometry>(loaded.asset);
-        loaded.drawn = lighting::make_drawn(loaded.traced, true);
+        prepare(loaded, *asset);
         if (!loaded.asset->exposure_ev100) {
             Scene scene = scene_of(loaded.asset);
             scene.traced = loaded.traced;

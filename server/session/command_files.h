@@ -11,10 +11,12 @@ namespace gonio {
 
 inline constexpr std::size_t kMaxProfileBytes = 1u << 20;  // a larger uploaded profile is refused: "too_large"
 
-// Result: whether the command has to be read before it can be applied: a scene, or a light's profile.
+inline constexpr std::size_t kMostOpenWarnings = 32;  // of a show that was opened; the rest is counted
+
+// Result: whether the command has to be read before it can be applied: a scene, a show, or a light's profile.
 bool needs_files(const v1::Command& command);
-// Errors: of scene_path, load_scene, make_profile and builtin_profile; "too_large". Throws std::exception where there
-// is not enough memory.
+// Errors: of scene_path, load_scene, make_profile and builtin_profile; of a show's name, file and content; "too_large".
+// Throws std::exception where there is not enough memory.
 Result<Loaded> read_files(const v1::Command& command, const SceneAccess& access = {});
 
 }  // namespace gonio

@@ -6,10 +6,12 @@
 
 #include <spdlog/spdlog.h>
 
+#include "server/scene/apply_show.h"
 #include "server/scene/console.h"
 #include "server/scene/light_tables.h"
 #include "server/scene/state.h"
 #include "server/session/command_files.h"
+#include "server/session/shows.h"
 #include "server/trace/exposure.h"
 
 namespace gonio {
@@ -63,7 +65,16 @@ void RenderSession::set_renderer(std::unique_ptr<LiveRenderer> renderer) {
 v1::State RenderSession::state() const {
     v1::State state = full_state(scene_);
     *state.mutable_control() = roles_.control();
+    state.set_boot(boot_);
+    state.set_restored_rev(restored_rev_);
+    *state.mutable_show() = show_now();
     return state;
+}
+
+v1::ShowFile RenderSession::show_now() const {
+    v1::ShowFile show = show_file(scene_);
+    show.set_can_save(!scene_access_.show_folder.empty());
+    return show;
 }
 
 void RenderSession::take(Work work) {
@@ -103,6 +114,12 @@ void RenderSession::take(Work work) {
             return replies_.answer(work, message_of(&Message::mutable_surfaces, out_.surfaces()));
         case v1::ClientMessage::kLearn:
             return answer_learn(work);
+        case v1::ClientMessage::kSaveShow:
+            return take_save(std::move(work));
+        case v1::ClientMessage::kShows:
+            return answer_shows(work, scene_, scene_access_, loader_, replies_);
+        case v1::ClientMessage::kGels:
+            return replies_.answer(work, message_of(&Message::mutable_gels, gels_reply(scene_.gels.get())));
         default:
             return replies_.refuse(work, unknown);
     }
@@ -130,6 +147,33 @@ void RenderSession::take_command(Work work) {
     tell_undo();
 }
 
+// Onto the queue from the loader's thread. It may be full for a moment; what was read or written is worth waiting for.
+static void push(Queue<Work>& queue, const Work& work) {
+    while (!queue.closed() && !queue.push(work)) std::this_thread::sleep_for(std::chrono::milliseconds(5));
+}
+
+// A first time to be written by the loader, a second time when that is done.
+void RenderSession::take_save(Work work) {
+    std::optional<Error> refused;
+    if (work.read)
+        refused = work.failure;
+    else if (!(refused = roles_.refuses_change(work.session, "save_show")))
+        refused = check_save(*work.message.mutable_save_show(), scene_, scene_access_);
+    if (refused) return replies_.refuse(work, *refused);
+    if (!work.read) {
+        if (!save_show(work, scene_, scene_access_, loader_,
+                       [&queue = queue_](const Work& done) { push(queue, done); }))
+            replies_.busy(work, "too many files are waiting to be read");
+        return;
+    }
+    show_saved(scene_, work.message.save_show().name(), work.rev);
+    replies_.ok(work);
+    v1::StateChanged change;
+    change.set_scene_rev(scene_.scene_rev);
+    change.mutable_state()->set_scene_rev(scene_.scene_rev);
+    tell(std::move(change), work.session);
+}
+
 bool RenderSession::send_to_loader(Work work) {
     auto shared = std::make_shared<Work>(std::move(work));
     const bool accepted = loader_.submit([shared, &queue = queue_, access = scene_access_] {
@@ -144,8 +188,7 @@ bool RenderSession::send_to_loader(Work work) {
             shared->failure =
                 Error{"too_large", "command", "", std::string("the file cannot be held: ") + exception.what()};
         }
-        // The queue may be full for a moment; the result of a finished read is worth waiting for.
-        while (!queue.closed() && !queue.push(*shared)) std::this_thread::sleep_for(std::chrono::milliseconds(5));
+        push(queue, *shared);
     });
     if (!accepted) replies_.busy(*shared, "too many files are waiting to be read");
     return accepted;
@@ -161,6 +204,11 @@ void RenderSession::tell_control(std::uint32_t by) {
 
 void RenderSession::tell(v1::StateChanged change, std::uint32_t by) {
     change.set_by(by);
+    const v1::ShowFile show = show_now();
+    if (show.name() != told_show_.name() || show.unsaved() != told_show_.unsaved()) {
+        *change.mutable_state()->mutable_show() = show;
+        told_show_ = show;
+    }
     out_.state(state(), std::move(change));
 }
 
@@ -180,6 +228,10 @@ void RenderSession::apply_command(const Work& work) {
         for (const std::string& warning : applied->warnings) spdlog::warn("{}: {}", scene_.asset->name, warning);
     replies_.ok(work, std::move(applied->warnings));
     begin_fade(command, work.session, undo_.note(work.session, before, scene_, command));
+    if (command.has_open_show()) {
+        fade_ = Fade();
+        prepare_presets();
+    }
     if (command.has_set_exposure() && command.set_exposure().automatic()) auto_exposure_.ask();
     tell_change(before, work.session);
 }

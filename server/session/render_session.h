@@ -75,6 +75,8 @@ public:
     bool frames_in_flight() const { return renderer_->frames_in_flight() > 0; }
     // Which scene files clients may load.
     void set_scene_access(SceneAccess access) { scene_access_ = std::move(access); }
+    // boot: names this run of the program; restored: the revision of the state file that it began with, 0: it had none.
+    void set_boot(std::string boot, Revision restored) { boot_ = std::move(boot), restored_rev_ = restored; }
     // Captures that are rendered one after the other; beyond it: "busy".
     void set_most_captures(std::size_t most) { captures_.set_most(most); }
     bool busy() const { return waits() && !renderer_.waits(); }
@@ -125,10 +127,12 @@ private:
     void answer_report(const Work& work);
     void answer_profile(const Work& work);
     void answer_learn(const Work& work);
+    void take_save(Work work);
     v1::Stats stats();
     void submit_reference(const Work& work, std::variant<MeterRequest, CaptureRequest> request);
     void tell_control(std::uint32_t by);
     void tell(v1::StateChanged change, std::uint32_t by);
+    v1::ShowFile show_now() const;
     void tell_change(const Scene& before, std::uint32_t by);
     void apply_command(const Work& work);
     void undo_or_redo(const Work& work);
@@ -157,6 +161,9 @@ private:
     CaptureQueue captures_;
     MeterQueue meters_;
     SceneAccess scene_access_;
+    std::string boot_;
+    Revision restored_rev_ = 0;
+    v1::ShowFile told_show_;
     ReferenceWork reference_;
     AutoExposure auto_exposure_;
     std::uint32_t frames_rendered_ = 0, gpu_resets_ = 0;

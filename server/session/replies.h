@@ -21,6 +21,7 @@ public:
     void ok(const Work& work, std::vector<std::string> warnings = {}) const;
     void refuse(const Work& work, const Error& error);
     void busy(const Work& work, std::string why) { refuse(work, {"busy", "", "", std::move(why)}); }
+    const Send& sender() const { return send_; }  // for answers of other threads
     void count_refused() { ++refused_; }
     std::uint32_t refused() const { return refused_; }
 

@@ -1,11 +1,13 @@
 // Which files on this machine a client may load as a scene, and how. Reads the file system; any thread.
 #pragma once
 
+#include <memory>
 #include <string>
 #include <vector>
 
 #include "ies/core/result.h"
 #include "server/assets/assets.h"
+#include "server/scene/gel.h"
 
 namespace gonio {
 
@@ -16,6 +18,8 @@ struct SceneAccess {
     std::string upload_folder;   // of "upload:NAME"; empty: there are no uploads
     LoadOptions load;            // of load_scene
     std::size_t max_memory = 0;  // of the process, bytes, as of memory_room; 0: no bound of its own
+    std::string show_folder{};   // of open_show and save_show; empty: there are none
+    std::shared_ptr<const Gels> gels{};  // Scene::gels, of a show that is opened
 };
 
 // file: as of load_scene. Result: what to open: the name of a built-in scene as it is, else a path.

@@ -18,6 +18,7 @@ std::string light_label(const v1::SetLight& set) {
     for (const PropertyRow& row : property_table())
         if (!row.field.empty() && row.component < 0 && has_numbers(set, row.field)) properties.emplace_back(row.name);
     if (set.has_profile()) properties.emplace_back("profile");
+    if (set.has_gel()) properties.emplace_back("gel");
     if (properties.size() > 2) return std::to_string(properties.size()) + " properties of " + set.name();
     return properties.front() + (properties.size() == 2 ? " and " + properties[1] : "") + " of " + set.name();
 }
@@ -81,7 +82,7 @@ void add_bytes(const EditValue& value, std::set<const Profile*>& seen, std::size
 }
 
 bool is_of_light(const EditKey& key) {
-    return key.kind <= EditKind::profile;
+    return key.kind <= EditKind::gel;
 }
 
 void say(std::vector<std::string>& warnings, std::size_t& untold, std::string text) {
@@ -202,7 +203,7 @@ void Undo::keep_bounds(Stack& stack) {
 }
 
 std::uint64_t Undo::note(std::uint32_t session, const Scene& before, const Scene& after, const v1::Command& command) {
-    if (command.has_load_scene()) {
+    if (command.has_load_scene() || command.has_open_show()) {
         empty_for_load();
         return 0;
     }
@@ -280,7 +281,7 @@ Result<UndoPlan> Undo::plan(std::uint32_t session, bool redo, const Scene& scene
     if (stack == nullptr || index >= stack->steps.size()) {  // of unsigned numbers: also -1
         const bool loaded = stack != nullptr && stack->emptied_by_load;
         return Error{"not_found", what, "",
-                     std::string("nothing to ") + what + (loaded ? ": the scene was loaded since" : "")};
+                     std::string("nothing to ") + what + (loaded ? ": a scene or a show was loaded since" : "")};
     }
     const Step& step = stack->steps[index];
     UndoPlan plan{{}, {}, step.id, step.label};

@@ -17,6 +17,7 @@ struct Work {
     Loaded loaded;                 // set when the loader has read the message's files
     std::optional<Error> failure;  // why it could not
     bool read = false;             // the loader has been there
+    Revision rev = 0;              // of save_show: that was written
     bool closed = false;           // no message: the session has gone, and what it waits for with it
 };
 

@@ -15,6 +15,7 @@
 #include "server/scene/light_tables.h"
 #include "server/scene/light_values.h"
 #include "server/scene/preset.h"
+#include "server/scene/state.h"
 
 namespace gonio {
 namespace {
@@ -85,6 +86,7 @@ public:
         out.set_name(light.name);
         for (const LightRow& light_row : light_rows())
             write_numbers(out, row_of(light_row.property).field, light_row, numbers_of(light, light_row));
+        if (light.gel) out.set_gel(light.gel->name);
         const LightSeed* own = seed_named(*scene_.asset, scene_name_of(light.name));
         if (own != nullptr && own->profile == light.profile) {
             out.set_scene_profile(own->name);
@@ -147,8 +149,12 @@ public:
         const auto found = profiles_.find(light.profile());
         return found == profiles_.end() ? nullptr : found->second;
     }
-    static void fill(v1::SetLight& set, const saved::Light& light) {
+    void fill(v1::SetLight& set, const saved::Light& light, const std::string& what) {
         set.set_name(light.name());
+        if (light.gel().empty() || find_gel(scene_.gels.get(), light.gel()))
+            set.set_gel(light.gel());
+        else
+            warn("the gel of " + what + " is not restored: there is no gel '" + light.gel() + "'");
         for (const LightRow& light_row : light_rows()) copy_numbers(light, set, row_of(light_row.property).field);
     }
 
@@ -191,7 +197,7 @@ public:
             return;
         }
         v1::Command command;
-        fill(*command.mutable_add_light()->mutable_light(), light);
+        fill(*command.mutable_add_light()->mutable_light(), light, what);
         run(scene, command, loaded, what);
     }
     // Before anything names a light.
@@ -231,7 +237,7 @@ public:
             const Loaded loaded{.profile = profile_of(light)};
             if (!loaded.profile) warn("the profile of " + what + " is missing: it has the scene file's");
             v1::Command command;
-            fill(*command.mutable_set_light(), light);
+            fill(*command.mutable_set_light(), light, what);
             run(scene_, command, loaded, what);
         }
         for (const v1::Group& group : show_.groups()) {
@@ -347,6 +353,9 @@ saved::Show show_of(const Scene& scene, ProfileTexts& texts) {
         for (const PresetLight& light : *lights) writer.put_light(light, *preset.add_lights());
     }
     show.set_recalled(scene.recalled);
+    const v1::ShowFile file = show_file(scene);
+    show.set_show_name(file.name());
+    show.set_show_unsaved(file.unsaved());
     if (scene.patch) *show.mutable_patch() = *scene.patch;
     if (scene.surfaces) *show.mutable_surfaces() = *scene.surfaces;
     texts.forget_unused();
@@ -392,8 +401,10 @@ bool is_scene_of(const saved::Show& show, const std::string& scene) {
 }
 
 RestoredShow restore_show(const saved::Show& show, std::shared_ptr<const SceneAsset> asset, bool same_scene,
-                          std::chrono::milliseconds profile_time) {
-    Restorer restorer(show, scene_of(std::move(asset), revision_after(show)), profile_time);
+                          std::chrono::milliseconds profile_time, std::shared_ptr<const Gels> gels) {
+    Scene scene = scene_of(std::move(asset), revision_after(show));
+    scene.gels = std::move(gels);
+    Restorer restorer(show, std::move(scene), profile_time);
     restorer.restore_technique();
     if (same_scene) restorer.restore_names();
     restorer.restore_presets();
@@ -404,7 +415,10 @@ RestoredShow restore_show(const saved::Show& show, std::shared_ptr<const SceneAs
     }
     restorer.restore_size();
     restorer.restore_settings();
-    return restorer.result();
+    RestoredShow restored = restorer.result();
+    restored.scene.show_name = same_scene ? show.show_name() : "";
+    restored.scene.show_rev = show.show_unsaved() || !same_scene ? 0 : restored.scene.scene_rev;
+    return restored;
 }
 
 }  // namespace gonio

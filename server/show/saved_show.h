@@ -60,8 +60,10 @@ struct RestoredShow {
 };
 // The asset with all that the show says of it. It is brought back by commands, so that all their checks hold. With
 // same_scene, the asset is the show's own scene. Else lights, groups and camera are left as the asset has them. After
-// profile_time no profile is read any more, and lights that want one are left out.
+// profile_time no profile is read any more, and lights that want one are left out. gels: Scene::gels; lights whose gel
+// nobody knows have none.
 RestoredShow restore_show(const saved::Show& show, std::shared_ptr<const SceneAsset> asset, bool same_scene,
-                          std::chrono::milliseconds profile_time = kProfileTime);
+                          std::chrono::milliseconds profile_time = kProfileTime,
+                          std::shared_ptr<const Gels> gels = nullptr);
 
 }  // namespace gonio

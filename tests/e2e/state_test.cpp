@@ -50,7 +50,7 @@ bool until(const std::function<bool()>& done, std::chrono::milliseconds time = 1
 Json show_of(const DaemonProcess& daemon) {
     Json state = daemon.json({"get"});
     state.erase("scene_rev");
-    state.erase("control");
+    for (const char* of_this_run : {"control", "boot", "restored_rev"}) state.erase(of_this_run);
     return state;
 }
 

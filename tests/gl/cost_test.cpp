@@ -182,6 +182,10 @@ TEST_P(Cost, LevelColourMasterExposureRunTheCompositeOnly) {
     EXPECT_EQ(only_frame(), composite);
     set([](v1::SetLight& light) { light.set_tint_duv(0.01); });
     EXPECT_EQ(only_frame(), composite);
+    set([](v1::SetLight& light) { light.set_cct_k(3200); });
+    EXPECT_EQ(only_frame(), composite);
+    set([](v1::SetLight& light) { light.set_gel("L204"); });
+    EXPECT_EQ(only_frame(), composite);
     change([](v1::Command& c) { c.mutable_set_master()->set_ratio(0.7); });
     EXPECT_EQ(only_frame(), composite);
     change([](v1::Command& c) { c.mutable_set_exposure()->set_ev100(7.3); });

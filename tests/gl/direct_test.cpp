@@ -225,7 +225,7 @@ TEST(Direct, LevelMultiplierColourAndMasterMultiply) {
     EXPECT_NEAR(reading.direct_lx(), base * (0.2126 + 0.7152 * 0.5 + 0.0722 * 0.25), 0.3);
 }
 
-// A tint is a colour of luminance 1: what it does to each channel is in tests/unit/tint_test.cpp.
+// A tint is a colour of luminance 1: what it does to each channel is in tests/unit/white_test.cpp.
 TEST(Direct, ATintKeepsTheLux) {
     Renderer renderer(context(), direct_light());
     make_coarse(renderer);
@@ -236,6 +236,29 @@ TEST(Direct, ATintKeepsTheLux) {
         EXPECT_NEAR(reading.direct_lx(), 250.0, 0.3) << duv;
         EXPECT_EQ(reading.direct_rgb_lx(1) > 250, duv > 0) << "green above, magenta below";
     }
+}
+
+// E = I/d² = 250 lx at every colour temperature; behind a gel it is that times the published transmission.
+TEST(Direct, AColourTemperatureKeepsTheLuxAndAGelTakesItsShare) {
+    Renderer renderer(context(), direct_light());
+    make_coarse(renderer);
+    Scene scene = floor_scene(10.0, 0.0f, isotropic(1000.0), {0, 2, 0});
+    const auto lux = [&](double cct_k, const char* gel) {
+        v1::Command command;
+        command.mutable_set_light()->set_name("light");
+        command.mutable_set_light()->set_cct_k(cct_k);
+        command.mutable_set_light()->set_gel(gel);
+        EXPECT_TRUE(apply(scene, command, {}));
+        return renderer.meter(scene, {0, 0, 0}, {0, 1, 0}, Renderer::MeterQuality::interactive);
+    };
+    for (const double cct_k : {1000.0, 2700.0, 6500.0, 15'000.0}) {
+        const auto reading = lux(cct_k, "");
+        EXPECT_NEAR(reading.direct_lx(), 250.0, 0.3) << cct_k;
+        EXPECT_EQ(reading.direct_rgb_lx(0) > reading.direct_rgb_lx(2), cct_k < 6500) << cct_k;
+    }
+    // LEE Filters with 3,200 K: 201 Full C.T. Blue 35.0 %, 204 Full C.T. Orange 62.8 %.
+    EXPECT_NEAR(lux(3200, "L201").direct_lx(), 250.0 * 0.350, 0.4);
+    EXPECT_NEAR(lux(3200, "L204").direct_lx(), 250.0 * 0.628, 0.6);
 }
 
 // LM-63 TILT=INCLUDE: the lamp gives 0.6 of its light when the luminaire is tilted by 60 degrees.

@@ -48,7 +48,7 @@ const Arrows& allowed() {
         {"server/session",
          {"ies", "ies/core", "protocol/schema", "protocol/dmx", "protocol/surface", "protocol/text", "server/base",
           "server/gl", "server/scene", "server/assets", "server/trace", "server/lighting", "server/render",
-          "server/stream", "server/http", "server/inputs", "server/surfaces"}},
+          "server/stream", "server/http", "server/inputs", "server/surfaces", "server/show"}},
         {"server/show",
          {"ies", "ies/core", "protocol/schema", "protocol/text", "server/base", "server/scene", "server/assets"}},
         {"server/app", {"ies",           "ies/core",      "protocol/schema", "protocol/dmx",   "protocol/surface",

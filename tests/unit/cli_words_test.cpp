@@ -42,8 +42,7 @@ Result<CaptureWords> capture_from_words(const std::vector<std::string>& words) {
 TEST(CliWords, EveryChange) {
     auto command = command_of(
         "set light key --position 1,-2,3.5 --pan 90 --tilt -45 --roll 180 --level 0.25 --color 1,0.5,0 --tint -0.01 "
-        "--profile "
-        "narrow");
+        "--cct 3200 --gel L201 --profile narrow");
     ASSERT_TRUE(command) << command.error().text();
     const v1::SetLight& light = command->set_light();
     EXPECT_EQ(light.name(), "key");
@@ -55,6 +54,8 @@ TEST(CliWords, EveryChange) {
     EXPECT_DOUBLE_EQ(light.level_ratio(), 0.25);
     EXPECT_DOUBLE_EQ(light.color_rgb(1), 0.5);
     EXPECT_DOUBLE_EQ(light.tint_duv(), -0.01);
+    EXPECT_DOUBLE_EQ(light.cct_k(), 3200);
+    EXPECT_EQ(light.gel(), "L201");
     EXPECT_EQ(light.profile().name(), "narrow");
     EXPECT_EQ(light.aim_size(), 0);
 

@@ -98,6 +98,29 @@ TEST_F(Presets, EveryNumberOfALightComesBack) {
     }
 }
 
+// The white of Rec.709 is D65, whose correlated colour temperature is 6,504 K (CIE 15).
+TEST_F(Presets, AFadeBetweenAColourTemperatureAndNoneGoesByWayOfWhite) {
+    const auto set = [&](double cct_k, const char* gel) {
+        v1::Command command;
+        command.mutable_set_light()->set_name(name);
+        command.mutable_set_light()->set_cct_k(cct_k);
+        command.mutable_set_light()->set_gel(gel);
+        ASSERT_EQ(run(command), "ok");
+    };
+    set(2500, "L201");
+    ASSERT_EQ(save("warm"), "ok");
+    set(0, "");
+    Fade to(scene, *scene.presets.at("warm"), 2, 0);
+    for (const auto& refused : apply_inputs(scene, to.step(scene, 1'000'000'000))) EXPECT_FALSE(refused);
+    EXPECT_DOUBLE_EQ(light().cct_k, (6504 + 2500) / 2.0);
+    ASSERT_TRUE(to.running());
+    apply_inputs(scene, to.step(scene, 2'000'000'000));
+    EXPECT_EQ(light().cct_k, 2500);
+    EXPECT_EQ(light().gel, nullptr) << "gels change with the recall, not with the fade";
+    ASSERT_EQ(recall("warm"), "ok");
+    EXPECT_EQ(light().gel->name, "L201 Full C.T. Blue");
+}
+
 TEST_F(Presets, ARecallBringsBackTheLookAndCostsOnlyWhatDiffers) {
     const Light before = light();
     ASSERT_EQ(save("look 1"), "ok");

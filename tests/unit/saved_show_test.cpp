@@ -52,6 +52,7 @@ protected:
         v1::Command command;
         v1::SetLight& set = add ? *command.mutable_add_light()->mutable_light() : *command.mutable_set_light();
         set.set_name(name);
+        set.set_gel(seed > 2 ? "L204" : "L201");
         for (const LightRow& light_row : light_rows()) {  // another share of its range for each number
             const PropertyRow& row = row_of(light_row.property);
             Numbers numbers{};
@@ -135,6 +136,7 @@ protected:
             EXPECT_EQ(numbers_of(a, light_row), numbers_of(b, light_row)) << row_of(light_row.property).name;
         EXPECT_NEAR(glm::length(aim_of(a.world_from_light) - aim_of(b.world_from_light)), 0, 1e-12);
         EXPECT_NEAR(glm::length(c0_of(a.world_from_light) - c0_of(b.world_from_light)), 0, 1e-12);
+        EXPECT_EQ(a.gel, b.gel);
         EXPECT_EQ(a.profile->name, b.profile->name);
         EXPECT_EQ(a.profile->peak_cd, b.profile->peak_cd);
         EXPECT_EQ(a.profile->photometry.web.candela, b.profile->photometry.web.candela);

@@ -173,6 +173,7 @@ protected:
     std::string text() {
         saved::Show show = show_of(scene(), texts);
         show.clear_scene_rev();
+        show.clear_show_unsaved();  // follows the revision
         v1::State state = full_state(scene());
         state.clear_scene_rev();
         std::string json;

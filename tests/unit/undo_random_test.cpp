@@ -20,7 +20,7 @@ protected:
     }
     std::string some(const char* prefix, std::size_t count) { return prefix + std::to_string(pick(count)); }
     v1::Command some_command(bool renames) {
-        switch (pick(renames ? 16 : 15)) {
+        switch (pick(renames ? 18 : 17)) {
             case 0:
                 return add(some("l", 4));
             case 1:
@@ -52,7 +52,19 @@ protected:
                 for (int i = 0; i < 3; ++i) command.mutable_set_light()->add_aim(0.1 + ratio());
                 return command;
             }
-            case 15:
+            case 12: {
+                v1::Command command = level(some_light(), ratio());
+                command.mutable_set_light()->set_cct_k(pick(3) == 0 ? 0 : 1000 + 14'000 * ratio());
+                return command;
+            }
+            case 13: {
+                v1::Command command = recall(some("p", 3));
+                if (pick(2) == 0) return command;
+                command = pan(some_light(), ratio());
+                command.mutable_set_light()->set_gel(pick(3) == 0 ? "" : pick(2) == 0 ? "L201" : "L204");
+                return command;
+            }
+            case 17:
                 return renaming(some_light(), some("l", 6));
             default:
                 return level(some_light(), ratio());
@@ -101,6 +113,7 @@ std::map<std::string, std::string> properties_of(const Scene& scene) {
             for (const double number : numbers_of(light, row)) text += std::to_string(number) + " ";
         }
         properties[path + "profile"] = light.profile->name;
+        properties[path + "gel"] = light.gel ? light.gel->name : "none";
     }
     for (const auto& [name, lights] : scene.groups)
         for (const std::string& light : lights) properties["group " + name] += light + " ";

@@ -15,6 +15,8 @@ TEST_F(UndoTest, EachCommandGoesThereAndBack) {
     for (const double x : {1.0, 2.0, 3.0}) set.add_position_m(x);
     for (const double x : {0.5, 0.25, 1.0}) set.add_color_rgb(x);
     set.set_tint_duv(0.01);
+    set.set_cct_k(3200);
+    set.set_gel("L204");
     aim.mutable_set_light()->set_name("fill");
     for (const double x : {0.3, -0.2, 0.1}) aim.mutable_set_light()->add_aim(x);
     expect_there_and_back({all,
