@@ -8,10 +8,15 @@ export async function saveCapture(connection, store, query) {
     if (!reply.capture) return reply;
     const {image, format, scene_rev} = reply.capture;
     const bytes = Uint8Array.from(atob(image), (letter) => letter.charCodeAt(0));
-    const url = URL.createObjectURL(new Blob([bytes], {type: `image/${format}`}));
     const scene = (store.state?.scene ?? "scene").split("/").at(-1).replace(/\.\w+$/, "");
     const quality = query.quality !== "reference" ? "" : query.denoise ? "-denoised" : "-reference";
-    h("a", {href: url, download: `${scene}-${store.state?.view}${quality}-${scene_rev}.${format}`}).click();
-    setTimeout(() => URL.revokeObjectURL(url), 10000);
+    saveFile(bytes, `image/${format}`, `${scene}-${store.state?.view}${quality}-${scene_rev}.${format}`);
     return reply;
+}
+
+// Into the browser's downloads.
+export function saveFile(bytes, type, name) {
+    const url = URL.createObjectURL(new Blob([bytes], {type}));
+    h("a", {href: url, download: name}).click();
+    setTimeout(() => URL.revokeObjectURL(url), 10000);
 }

@@ -3,12 +3,12 @@
 import {h, setText, formatLarge} from "./dom.js";
 import {property, component, mapped, nameForm, slider, scrub} from "./controls.js";
 import {lightLevel, groupLevel, percent} from "./lights.js";
-import {toHex, fromHex, fromTemperature} from "./color.js";
+import {toHex, fromHex} from "./color.js";
+import {temperatureControl, gelControl} from "./white.js";
 import {ProfilePanel} from "./profile.js";
 import {properties} from "./properties.js";    // made of the server's table
 
 const kDegree = Math.PI / 180;
-const kTemperatures = [2700, 3000, 4000, 6500];
 
 // Shown within −180..180, both ends kept; the server keeps whatever turn it was given.
 function toDegrees(rad) {
@@ -30,11 +30,10 @@ function colorSection(colorOf, name) {
     }
     const fields = ["R", "G", "B"].map((letter, i) => scrub(component(colorOf, i),
         {letter, label: `${letter} factor${name}`, min: 0, max: 10000, step: 0.01, digits: 3, perPixel: 0.005}));
-    const chip = (text, rgb, title) => h("button", {type: "button", class: "chip", title, onclick: () => colorOf.set(rgb)}, text);
-    const chips = h("div", {class: "chips"}, chip("Neutral", [1, 1, 1], "As measured"),
-        ...kTemperatures.map((kelvin) => chip(`${kelvin} K`, fromTemperature(kelvin), "Lux stay as they are")));
+    const neutral = h("button", {type: "button", class: "chip neutral", title: "As measured", onclick: () => colorOf.set([1, 1, 1])}, "1");
+    neutral.setAttribute("aria-label", `Neutral colour${name}`);
     return {
-        node: h("div", {class: "color"}, h("div", {class: "row vector"}, picker, ...fields.map((field) => field.node)), chips),
+        node: h("div", {class: "color"}, h("div", {class: "row vector"}, picker, ...fields.map((field) => field.node), neutral)),
         update() {
             const rgb = colorOf.value();
             if (rgb?.length === 3 && held === null && picker.value !== toHex(rgb)) picker.value = toHex(rgb);
@@ -57,6 +56,7 @@ function lightControl(row, bound, level) {
     const title = capital(row.name);
     if (row.name === "level") return slider(percent(level), {label: title, id: row.name, min: 0, max: 100, step: 0.5, digits: 1, unit: "%"});
     if (row.name === "color") return colorSection(bound, "");
+    if (row.name === "cct") return temperatureControl(bound);
     if (row.values === 3) return vectorSection(title, bound, ["x", "y", "z"], {step: 0.05, digits: 3, perPixel: 0.01});
     const angle = row.unit_name === "°", long = row.unit_name.length > 1;    // a long unit stands in the caption
     const from = angle ? -180 : row.low / row.unit, to = angle ? 180 : row.high / row.unit;
@@ -80,14 +80,15 @@ function lightView(store, connection, aimButton) {
     const rows = properties.filter((row) => row.field && row.component < 0);
     const controls = new Map(rows.map((row) => [row.name, lightControl(row, bound(row), lightLevel(store, name))]));
     for (const row of rows) if (row.help) controls.get(row.name).node.title = capital(row.help);
+    const gel = gelControl(store, connection, name, () => light()?.gel ?? "");
     const placed = new Set(kSections.flatMap(([, names]) => names));
     const sections = kSections.map(([heading, names], first) => {
         const nodes = rows.filter((row) => names.includes(row.name) || (first === 0 && !placed.has(row.name)))
             .map((row) => controls.get(row.name).node);
-        return first === 0 ? h("section", {"aria-label": heading}, ...nodes) : section(heading, ...nodes);
+        return first === 0 ? h("section", {"aria-label": heading}, ...nodes, gel.node) : section(heading, ...nodes);
     });
     const profile = new ProfilePanel(store, connection);
-    const parts = [...controls.values(), profile];
+    const parts = [...controls.values(), gel, profile];
     const remove = h("button", {type: "button", class: "quiet", id: "light-remove", title: "Remove this light",
         onclick: () => connection.command({remove_light: {name: name()}})}, "Remove");
     const rename = nameForm({title: "Another name for this light", opens: "Rename this light", placeholder: "Name of the light",
@@ -114,10 +115,13 @@ function groupView(store, connection) {
     const color = colorSection(property(store, () => `groupcolor:${name()}`,
         () => store.light(store.group(name())?.lights[0])?.color_rgb,
         (color_rgb) => ({set_light: {name: name(), color_rgb}})), " of all");
+    const firstLight = () => store.light(store.group(name())?.lights[0]);
+    const white = temperatureControl(property(store, () => `groupcct:${name()}`, () => firstLight()?.cct_k, (cct_k) => ({set_light: {name: name(), cct_k}})), " of all");
+    const gel = gelControl(store, connection, name, () => firstLight()?.gel ?? "", " of all");
     const members = h("ul", {class: "members"});
     const remove = h("button", {type: "button", class: "quiet", onclick: () => connection.command({set_group: {name: name(), lights: []}})}, "Remove group");
     const node = h("div", {}, h("header", {}, title, h("p", {class: "faint"}, "Group")), 
-        h("section", {"aria-label": "Level and colour of all"}, level.node, color.node), section("Lights", members, remove));
+        h("section", {"aria-label": "Level and colour of all"}, level.node, color.node, white.node, gel.node), section("Lights", members, remove));
     let shown = "";
     return {node, update() {
         const group = store.group(name());
@@ -126,6 +130,8 @@ function groupView(store, connection) {
         setText(title, group.name);
         level.update();
         color.update();
+        white.update();
+        gel.update();
         const all = store.state.lights.map((light) => light.name);
         const signature = JSON.stringify([group, all]);
         if (signature === shown) return;

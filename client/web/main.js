@@ -25,6 +25,8 @@ import {presetPanel} from "./presets.js";
 import {controlPanel, onlyLook} from "./control.js";
 import {Uploads} from "./uploads.js";
 import {undoPanel} from "./undo.js";
+import {Shows} from "./shows.js";
+import {PatchPanel} from "./patch.js";
 
 const $ = (id) => document.getElementById(id);
 
@@ -39,6 +41,7 @@ drawer($("drawer"), [
     {id: "compare", title: "Compare", make: (node) => new ComparePanel(store, connection, video, node, $("screen"))},
     {id: "consoles", title: "Consoles", make: (node) => new ConsolesPanel(connection, node)},
     {id: "surfaces", title: "Fader boxes", make: (node) => new SurfacesPanel(store, connection, node)},
+    {id: "patch", title: "Patch", make: (node) => new PatchPanel(store, connection, node)},
     {id: "report", title: "Passes", make: (node) => new ReportPanel(store, connection, node)},
 ]);
 
@@ -46,7 +49,7 @@ const parts = [
     masterPanel(store, $("master")), lightPanel(store, $("lights"), connection), groupPanel(store, $("groups"), connection), presetPanel(store, $("presets"), connection),
     picturePanel(store, $("picture"), cameraHand, connection), viewTabs(store, $("views")), viewPanel(store, $("cameras"), cameraHand, connection), scenePanel(store, $("scene"), connection),
     inspector(store, $("inspector"), connection, handles.aimButton), controlPanel(store, $("control"), connection), handles,
-    legend(store, $("screen")),
+    legend(store, $("screen")), new Shows(store, connection, toasts, $("show"), $("screen")),
 ];
 themeSwitch($("page"));
 shortcutHelp($("page"));

@@ -1,0 +1,167 @@
+// The show as a file: saved, opened and downloaded from here; what is not saved, and what a restart of the server lost.
+
+import {pageRole} from "./control.js";
+import {h, setText} from "./dom.js";
+import {saveFile} from "./capture.js";
+import {uploadName} from "./uploads.js";
+
+const kSizes = ["B", "kB", "MB"];
+
+function sizeText(bytes) {
+    let at = 0;
+    for (; bytes >= 1000 && at + 1 < kSizes.length; ++at) bytes /= 1000;
+    return `${bytes.toFixed(at && bytes < 10 ? 1 : 0)} ${kSizes[at]}`;
+}
+
+function ageText(seconds) {
+    for (const [unit, one] of [["day", 86400], ["h", 3600], ["min", 60]])
+        if (seconds >= one) return `${Math.floor(seconds / one)} ${unit}${unit === "day" && seconds >= 2 * one ? "s" : ""} ago`;
+    return "just now";
+}
+
+// Base64 of JSON's bytes -> bytes.
+const bytesOf = (base64) => Uint8Array.from(atob(base64), (letter) => letter.charCodeAt(0));
+
+export class Shows {
+    #store; #connection; #toasts;
+    #name = h("span");
+    #state = h("span", {class: "warn", id: "show-state", role: "status"});
+    #lost = h("span", {class: "warn", id: "show-lost", role: "alert"});
+    #forget = h("button", {type: "button", class: "quiet", "aria-label": "Dismiss what the restart lost", hidden: true, onclick: () => this.#tellLost("")}, "×");
+    #field = h("input", {type: "text", maxlength: 100, "aria-label": "Name to save the show under", placeholder: "Name of the show"});
+    #hint = h("p", {class: "hint"});
+    #rows = h("tbody");
+    #problem = h("p", {class: "problem", role: "alert", hidden: true});
+    #dialog;
+    #seen = null;    // boot, scene_rev and unsaved of the last state that was shown
+
+    // node: in the bar; drop: where the file of a show may be dropped.
+    constructor(store, connection, toasts, node, drop) {
+        this.#store = store;
+        this.#connection = connection;
+        this.#toasts = toasts;
+        const file = h("input", {type: "file", accept: ".json,application/json", hidden: true, "aria-label": "Show file to open"});
+        file.addEventListener("change", () => {
+            if (file.files[0]) this.openFile(file.files[0]);
+            file.value = "";
+        });
+        const saveAs = h("form", {class: "inline", id: "show-save-as"}, this.#field, h("button", {}, "Save as"));
+        saveAs.addEventListener("submit", (event) => {
+            event.preventDefault();
+            this.#save(this.#field.value.trim());
+        });
+        const mine = pageRole === "viewer" ? [] : [
+            h("div", {class: "row"}, h("button", {type: "button", id: "show-save", title: "Ctrl+S", onclick: () => this.#save("")}, "Save"), saveAs)];
+        const open = pageRole === "viewer" ? [] : [h("button", {type: "button", class: "quiet", onclick: () => file.click()}, "Open a file…"), file];
+        this.#dialog = h("dialog", {id: "show-dialog", "aria-label": "Shows"},
+            h("header", {class: "row"}, h("h2", {}, "Shows"), h("span", {class: "grow"}),
+                h("button", {type: "button", class: "quiet", "aria-label": "Close", onclick: () => this.#dialog.close()}, "×")),
+            ...mine, this.#problem, this.#hint,
+            h("div", {class: "scroll", tabindex: "0"}, h("table", {}, h("thead", {}, h("tr", {},
+                ...["Show", "Size", "Saved", ""].map((text) => h("th", {scope: "col"}, text)))), this.#rows)),
+            h("div", {class: "row"}, ...open,
+                h("button", {type: "button", class: "quiet", id: "show-download", onclick: () => this.#download("")}, "Download the show as it stands")));
+        document.body.append(this.#dialog);
+        node.append(h("button", {type: "button", class: "quiet", id: "show-open", title: "Save, open and download shows", onclick: () => this.#list(true)}, "Show ", this.#name),
+            this.#state, this.#lost, this.#forget);
+        connection.addEventListener("ready", ({detail}) => this.#compare(detail.state));
+        document.addEventListener("keydown", (event) => {
+            if (!(event.ctrlKey || event.metaKey) || event.key.toLowerCase() !== "s" || pageRole === "viewer") return;
+            event.preventDefault();
+            this.#store.state?.show?.name ? this.#save("") : this.#list(true);
+        });
+        drop.addEventListener("drop", (event) => {
+            const dropped = event.dataTransfer?.files[0];
+            if (!dropped?.name.toLowerCase().endsWith(".json")) return;
+            event.preventDefault();
+            event.stopImmediatePropagation();    // it is no scene
+            this.openFile(dropped);
+        }, {capture: true});
+    }
+
+    update() {
+        const {show = {}, boot, scene_rev} = this.#store.state;
+        this.#seen = {boot, scene_rev, unsaved: show.unsaved};
+        setText(this.#name, show.name ?? "");
+        setText(this.#state, show.unsaved ? "Not saved" : "");
+        const save = this.#dialog.querySelector("#show-save");
+        if (save) save.disabled = !show.can_save || !show.name;
+        this.#state.title = show.unsaved ? "The show has changed since it was saved or opened" : "";
+    }
+
+    // A run of the server that began with less than this page has seen.
+    #compare({boot, restored_rev = 0}) {
+        if (!this.#seen?.boot || this.#seen.boot === boot) return;
+        const lost = restored_rev ? this.#seen.scene_rev > restored_rev : this.#seen.unsaved;
+        this.#tellLost(!lost ? "" : restored_rev ? "The restart lost unsaved changes" : "The server began anew: unsaved changes are lost");
+        if (!lost) this.#toasts.show({code: "restarted", message: `The server restarted${restored_rev ? "" : " and began anew"}. Nothing unsaved was lost.`});
+    }
+
+    #tellLost(text) {
+        setText(this.#lost, text);
+        this.#forget.hidden = !text;
+    }
+
+    // Result: the answer's part of this name; null after a refusal, which is told.
+    async #ask(message, part) {
+        const answer = await this.#connection.request(message).catch(() => ({result: {code: "disconnected", message: "There is no connection."}}));
+        const refused = answer.result && answer.result.code !== "ok" ? answer.result : null;
+        this.#refuse(refused);
+        return refused ? null : answer[part];
+    }
+
+    #refuse(result) {
+        this.#problem.hidden = !result;
+        if (result) setText(this.#problem, [result.message, result.value].filter(Boolean).join(" · "));
+        if (result && !this.#dialog.open) this.#toasts.show(result);
+    }
+
+    async #list(opens = false) {
+        if (opens && !this.#dialog.open) this.#dialog.showModal();
+        const {show = {}} = this.#store.state ?? {};
+        if (opens) this.#field.value = show.name ?? "";
+        for (const node of this.#dialog.querySelectorAll("#show-save-as *")) node.disabled = !show.can_save;
+        const shows = await this.#ask({shows: {}}, "shows");
+        if (!shows) return;
+        const {shows: list = [], left_out = 0} = shows;
+        setText(this.#hint, !show.can_save ? "This server keeps no shows: goniod --shows names a folder. Files can be opened and downloaded."
+            : left_out ? `${left_out} more are in the server's folder.` : list.length ? "" : "Nothing is saved yet.");
+        this.#hint.hidden = !this.#hint.textContent;
+        this.#rows.replaceChildren(...list.map(({name, bytes, age_s}) => h("tr", {"data-show": name}, h("td", {}, name === show.name ? h("strong", {}, name) : name),
+            h("td", {}, sizeText(bytes)), h("td", {}, ageText(age_s)),
+            h("td", {}, pageRole === "viewer" ? null : h("button", {type: "button", class: "quiet", "aria-label": `Open ${name}`, onclick: () => this.#openShow(name)}, "Open"),
+                h("button", {type: "button", class: "quiet", "aria-label": `Download ${name}`, onclick: () => this.#download(name)}, "Download")))));
+    }
+
+    // name: "" is that of the show.
+    async #save(name, replace = false) {
+        const answer = await this.#connection.request({save_show: {name, replace}}).catch(() => ({}));
+        const result = answer.result ?? {code: "disconnected", message: "There is no connection."};
+        if (result.code === "already_exists" && confirm(`There is another show ${name}. Write over it?`)) return this.#save(name, true);
+        this.#refuse(result.code === "ok" ? null : result);
+        if (result.code === "ok") this.#toasts.show({code: "saved", message: `The show is saved as ${this.#store.state.show?.name || name}.`});
+        if (result.code === "ok" && this.#dialog.open) this.#list();
+    }
+
+    async #openShow(name) {
+        if (this.#store.state.show?.unsaved && !confirm("What is not saved will be lost: opening a show cannot be undone. Open it?")) return;
+        const result = await this.#connection.command({open_show: {name}}, {quiet: true}) ?? {code: "disconnected", message: "The connection ended before the server answered."};
+        this.#refuse(result.code === "ok" ? null : result);
+        if (result.code !== "ok") return;
+        this.#dialog.close();
+        if (result.warnings?.length) this.#toasts.show({code: "open_show", message: result.warnings.join("; ")});
+    }
+
+    async openFile(file) {
+        if (pageRole === "viewer") return;
+        const name = uploadName(file.name), token = this.#connection.token;
+        const response = await fetch(`/v1/uploads/${name}`, {method: "PUT", body: file, headers: token ? {Authorization: `Bearer ${token}`} : {}}).catch(() => null);
+        if (response?.ok) return this.#openShow(`upload:${name}`);
+        this.#refuse({code: "upload", value: file.name, message: response ? (await response.text()).trim() : "The upload broke off."});
+    }
+
+    async #download(name) {
+        const shows = await this.#ask({shows: {text_of: name}}, "shows");
+        if (shows) saveFile(bytesOf(shows.text), "application/json", `${name || this.#store.state.show?.name || "show"}.json`);
+    }
+}

@@ -1,0 +1,186 @@
+// Colour temperature, gels and shows in the page: mouse, keyboard, drop, a viewer, a narrow screen, a server that restarts.
+
+import {mkdtempSync, readdirSync, readFileSync, writeFileSync} from "node:fs";
+import {tmpdir} from "node:os";
+import {join} from "node:path";
+
+import {check, end, inBrowser, listen, screenshot, settled, sleep, startServer, state, until} from "./harness.mjs";
+
+const folder = mkdtempSync(join(tmpdir(), "gonio-shows-"));
+const shot = async (page, name) => { if (screenshot) await page.screenshot({path: screenshot.replace(/\.png$/, `-${name}.png`)}); };
+const light = async (page) => (await state(page)).lights[0];
+const shown = (page) => page.evaluate(() => window.gonio.state.show);
+
+async function colour(page) {
+    const before = await settled(page);
+    await page.locator(".chip[data-kelvin='3200']").first().click();
+    await until("3200 K", async () => (await light(page)).cct_k === 3200);
+    check(await page.locator("#cct-number").inputValue() === "3200", "a chip sets the colour temperature");
+    check(await page.locator(".chip[data-kelvin='3200']").first().getAttribute("aria-pressed") === "true", "and says which one is on");
+    await page.locator("#cct").focus();
+    await page.keyboard.press("PageUp");
+    const colder = await until("a colder white by key", async () => { const {cct_k} = await light(page); return cct_k > 3200 && cct_k; });
+    check(colder > 3200 && colder < 15000, "the slider's keys make it colder", `${colder} K`);
+    await page.locator("#cct-number").fill("500");
+    await page.keyboard.press("Enter");
+    await until("the nearest that there is", async () => (await light(page)).cct_k === 1000);
+    await page.locator("#cct-number").fill("0");
+    await page.keyboard.press("Enter");
+    await until("none", async () => (await light(page)).cct_k === 0);
+    check(true, "a typed one is bounded, and 0 is none");
+
+    await until("gels", async () => (await page.locator("#gel option").count()) > 10);
+    await page.locator("#gel").selectOption({label: await page.locator("#gel option", {hasText: "L201"}).textContent()});
+    await until("the gel in the state", async () => (await light(page)).gel === "L201 Full C.T. Blue");
+    const source = await page.locator(".gel-source").first().textContent();
+    check(/LEE Filters/.test(source) && /35 % \/ 34 %/.test(source), "a gel is chosen and says its transmission and source", source);
+    const behind = await settled(page);
+    check(behind.mean < 0.9 * before.mean, "it takes its share of the light", `mean ${before.mean.toFixed(1)} -> ${behind.mean.toFixed(1)}`);
+    await shot(page, "colour");
+    await page.locator("#canvas").focus();
+    await page.keyboard.press("Control+z");
+    await until("no gel", async () => ((await light(page)).gel ?? "") === "");
+    check(true, "Ctrl+Z takes the gel away");
+}
+
+async function shows(page) {
+    await until("that it is not saved", async () => await page.locator("#show-state").textContent() === "Not saved");
+    await page.keyboard.press("Control+s");
+    check(await page.locator("#show-dialog").isVisible(), "Ctrl+S asks for a name where there is none");
+    check(await page.locator("#show-save").isDisabled(), "there is nothing to save it as yet");
+    await page.locator("#show-save-as input").fill("../Act 1");
+    await page.keyboard.press("Enter");
+    await until("a refusal", () => page.locator("#show-dialog .problem").isVisible());
+    check(/name of a show/.test(await page.locator("#show-dialog .problem").textContent()), "a path is no name", await page.locator("#show-dialog .problem").textContent());
+    await page.locator("#show-save-as input").fill("Act 1");
+    await page.keyboard.press("Enter");
+    await until("the show in the list", () => page.locator("tr[data-show='Act 1']").isVisible());
+    await until("that it is saved", async () => await page.locator("#show-state").textContent() === "" && (await shown(page)).name === "Act 1");
+    check(readdirSync(join(folder, "shows")).join() === "Act 1.json", "the file is in the server's folder");
+    await shot(page, "shows");
+    await page.keyboard.press("Escape");
+    check(await page.locator("#show-dialog").isHidden() && /Act 1/.test(await page.locator("#show-open").textContent()), "Escape closes; the bar has the name");
+
+    await page.locator("#level-number").fill("30");
+    await page.keyboard.press("Enter");
+    await until("not saved again", async () => await page.locator("#show-state").textContent() === "Not saved");
+    await page.locator("#canvas").focus();
+    await page.keyboard.press("Control+s");
+    await until("saved by key", async () => await page.locator("#show-state").textContent() === "");
+    check(JSON.parse(readFileSync(join(folder, "shows", "Act 1.json"))).lights[0].level_ratio === 0.3, "Ctrl+S writes over the show at hand");
+
+    // Another name, then the first one again; what is not saved is asked about.
+    await page.locator("#level-number").fill("80");
+    await page.keyboard.press("Enter");
+    await page.locator("#show-open").click();
+    const questions = [];
+    let answer = true;
+    page.on("dialog", (dialog) => { questions.push(dialog.message()); return answer ? dialog.accept() : dialog.dismiss(); });
+    answer = false;
+    await page.locator("button[aria-label='Open Act 1']").click();
+    await until("a question", () => questions.length === 1);
+    await sleep(200);
+    check((await light(page)).level_ratio === 0.8, "what is not saved is not lost without a yes", questions[0]);
+    answer = true;
+    await page.locator("button[aria-label='Open Act 1']").click();
+    await until("the level of the show", async () => (await light(page)).level_ratio === 0.3);
+    check(await page.locator("#show-dialog").isHidden(), "a show is opened");
+    check(await page.locator("#undo").isDisabled(), "and undo has forgotten what was before");
+
+    await page.locator("#show-open").click();
+    const [download] = await Promise.all([page.waitForEvent("download"), page.locator("#show-download").click()]);
+    const file = join(folder, "downloaded.json");
+    await download.saveAs(file);
+    const text = readFileSync(file, "utf8");
+    check(download.suggestedFilename() === "Act 1.json" && JSON.parse(text).lights[0].level_ratio === 0.3, "the show as it stands is downloaded");
+    await page.keyboard.press("Escape");
+
+    // Dropped onto the picture.
+    const edited = JSON.parse(text);
+    edited.lights[0].level_ratio = 0.55;
+    await page.evaluate((content) => {
+        const data = new DataTransfer();
+        data.items.add(new File([content], "from elsewhere.json", {type: "application/json"}));
+        for (const type of ["dragover", "drop"])
+            document.querySelector("#canvas").dispatchEvent(new DragEvent(type, {dataTransfer: data, bubbles: true, cancelable: true}));
+    }, JSON.stringify(edited));
+    await until("the dropped show", async () => (await light(page)).level_ratio === 0.55);
+    check((await shown(page)).unsaved && !(await shown(page)).name, "a dropped show is opened and is not saved yet");
+    writeFileSync(join(folder, "broken.json"), "{");
+    await page.locator("#show-open").click();
+    await page.locator("input[aria-label='Show file to open']").setInputFiles(join(folder, "broken.json"));
+    await until("why not", () => page.locator("#show-dialog .problem").isVisible());
+    check(/broken\.json/.test(await page.locator("#show-dialog .problem").textContent()) && (await light(page)).level_ratio === 0.55,
+        "a broken file is refused by name and changes nothing", await page.locator("#show-dialog .problem").textContent());
+    await page.locator("#show-save-as input").fill("Act 1");
+    await page.keyboard.press("Enter");
+    await until("the question", () => questions.length >= 3);
+    await until("written over", async () => (await shown(page)).name === "Act 1");
+    check(/Write over it/.test(questions.at(-1)), "another show is written over only after a question", questions.at(-1));
+    await page.keyboard.press("Escape");
+}
+
+async function narrow(page) {
+    await page.setViewportSize({width: 390, height: 800});
+    await page.locator("#show-open").click();
+    const box = await page.locator("#show-dialog").boundingBox();
+    check(box.x >= 0 && box.x + box.width <= 390, "the dialog fits a screen of 390 pixels", `${box.x}..${box.x + box.width}`);
+    await shot(page, "shows-390");
+    await page.keyboard.press("Escape");
+    await page.setViewportSize({width: 1280, height: 800});
+}
+
+async function viewer(browser, url) {
+    const page = await browser.newPage();
+    listen(page);
+    await page.goto(`${url}/?role=viewer`);
+    await until("the state", () => page.evaluate(() => window.gonio?.state?.show?.name));
+    await page.locator("#show-open").click();
+    await until("the list", () => page.locator("tr[data-show='Act 1']").isVisible());
+    check(await page.locator("#show-dialog button", {hasText: /^(Save|Save as|Open)/}).count() === 0
+        && await page.locator("button[aria-label='Download Act 1']").isVisible(), "a viewer lists and downloads, and neither saves nor opens");
+    await page.close();
+}
+
+// Of twenty changes a second the newest are not in the state file, which is written once a second, when the server is killed.
+async function restart(page, server, start) {
+    const port = new URL(server.url).port;
+    await page.evaluate((name) => {
+        const socket = new WebSocket(`ws://${location.host}/v1/ws`, "gonio.v1.json");
+        let i = 0;
+        socket.onopen = () => {
+            socket.send(JSON.stringify({identify: {client: "rider"}}));
+            setInterval(() => socket.readyState === 1 && socket.send(JSON.stringify({command: {set_light: {name, level_ratio: 0.001 * (100 + ++i % 800)}}})), 50);
+        };
+    }, page.light);
+    await sleep(3000);
+    await end(server.child, "SIGKILL");
+    await sleep(300);
+    const seen = await page.evaluate(() => window.gonio.sceneRev);
+    await start(`127.0.0.1:${port}`);
+    await until("that something was lost", async () => /lost unsaved changes/.test(await page.locator("#show-lost").textContent()));
+    const {restored_rev} = await state(page);
+    check(restored_rev > 0 && restored_rev < seen, "a restart that lost something says so", `${await page.locator("#show-lost").textContent()}: ${restored_rev}, ${seen}`);
+    await shot(page, "restart");
+    await page.locator("button[aria-label='Dismiss what the restart lost']").click();
+    check(await page.locator("#show-lost").textContent() === "", "until it is dismissed");
+}
+
+await inBrowser(async (browser, servers) => {
+    const start = async (address) => {
+        const server = await startServer(address, ["--state", join(folder, "state.json")]);
+        servers.push(server);
+        return server;
+    };
+    const server = await start("127.0.0.1:0");
+    const page = await browser.newPage({viewport: {width: 1280, height: 800}});
+    listen(page, (message) => /WebSocket connection to .* failed|ERR_CONNECTION_REFUSED/.test(message.text()));
+    await page.goto(server.url);
+    await until("a picture", () => page.evaluate(() => window.gonio.framesDecoded > 0));
+    page.light = (await light(page)).name;
+    await colour(page);
+    await shows(page);
+    await narrow(page);
+    await viewer(browser, server.url);
+    await restart(page, server, start);
+});
