@@ -73,7 +73,7 @@ export function range(prop, {label, min, max, step, origin = min, toTrack = (x) 
     return {node: input, update};
 }
 
-// The bare number field: Enter or leaving commits, Escape takes back.
+// The bare number field: Enter or leaving commits, Escape takes back. digits: how many, or of a value how many.
 export function number(prop, {label, min, max, step, digits = 2, id}) {
     const input = h("input", {type: "number", min, max, step, "aria-label": label, id: id && `${id}-number`, inputmode: "decimal"});
     let typing = false;
@@ -98,7 +98,7 @@ export function number(prop, {label, min, max, step, digits = 2, id}) {
         if (typing) return;
         const value = prop.value();
         input.disabled = !Number.isFinite(value);
-        const shown = Number.isFinite(value) ? formatNumber(value, digits) : "";
+        const shown = Number.isFinite(value) ? formatNumber(value, typeof digits === "function" ? digits(value) : digits) : "";
         if (input.value !== shown) input.value = shown;
     }
     return {node: input, update};

@@ -1,46 +1,83 @@
-// What the colours of the false-colour views stand for: shaders/lib/display.glsl in the browser.
+// What the colours of the false-colour views stand for; palettes.js is the server's table.
 
 import {svg, setText, h} from "./dom.js";
+import {palettes, belowMark} from "./palettes.js";
 
-const kStops = [[0.02, 0.02, 0.12], [0.05, 0.16, 0.45], [0.05, 0.42, 0.35], [0.55, 0.62, 0.10], [1.0, 0.95, 0.8]];
-const kDecades = 4;
-const kViews = {illuminance: {least: 1, unit: "lx", name: "Illuminance"}, luminance: {least: 0.1, unit: "cd/m²", name: "Luminance"}};
+export const quantities = {illuminance: {unit: "lx", name: "Illuminance"}, luminance: {unit: "cd/m²", name: "Luminance"}};
 
-const shoulder = (x) => (x < 0.7 ? x : 1 - 0.3 * Math.exp(-(x - 0.7) / 0.3));
-const encode = (x) => (x <= 0.0031308 ? 12.92 * x : 1.055 * x ** (1 / 2.4) - 0.055);
-
-// Result: the colour that a view shows for t of its range, 0..1: R'G'B' of 0..255.
-export function falseColor(t) {
-    const s = Math.min(Math.max(t, 0), 1) * (kStops.length - 1), i = Math.min(Math.floor(s), kStops.length - 2);
-    return kStops[i].map((low, k) => Math.round(255 * encode(shoulder(low + (kStops[i + 1][k] - low) * (s - i)))));
+// Result: the scale in force of a false-colour view, or null: {view, unit, name, low, high, log, steps, palette, ticks,
+// below, isolux, difference}.
+export function scaleOf(state) {
+    const quantity = quantities[state?.view], color = state?.[state?.view];
+    if (!quantity || !color) return null;
+    const difference = Boolean(state.view_compare), most = color.compare_range;
+    return {...quantity, view: state.view, difference, only: state.view_only || "", compare: state.view_compare || "",
+        low: difference ? -most : color.range_low ?? 0, high: difference ? most : color.range_high,
+        log: !difference && color.scale === "log", steps: color.steps ?? 0, isolux: color.isolux === true,
+        palette: palettes[difference ? "difference" : color.palette], ticks: color.ticks ?? [], below: difference ? 0 : color.below ?? 0};
 }
 
-// Result: the value of a pixel of that view, lx or cd/m², by the nearest colour of its scale.
-export function valueOf(view, rgb) {
+// Result: where a value lies between the ends of the scale, 0..1; and the value there.
+export const positionOf = ({low, high, log}, value) => (log ? Math.log(value / low) / Math.log(high / low) : (value - low) / (high - low));
+export const valueAt = ({low, high, log}, t) => (log ? low * (high / low) ** t : low + (high - low) * t);
+
+// Result: the colour of t of the scale, 0..1: R'G'B' of 0..255.
+export function falseColor(scale, t) {
+    const at = scale.steps ? (Math.min(Math.floor(t * scale.steps), scale.steps - 1) + 0.5) / scale.steps : t;
+    return scale.palette.colors[Math.round(Math.min(Math.max(at, 0), 1) * (scale.palette.colors.length - 1))];
+}
+
+// Result: the value of a pixel, lx or cd/m², by the nearest colour of the scale.
+export function valueOf(scale, rgb) {
     let best = 0, least = Infinity;
     for (let step = 0; step <= 1000; ++step) {
-        const color = falseColor(step / 1000), off = color.reduce((sum, x, k) => sum + (x - rgb[k]) ** 2, 0);
+        const off = falseColor(scale, step / 1000).reduce((sum, x, k) => sum + (x - rgb[k]) ** 2, 0);
         if (off < least) [best, least] = [step / 1000, off];
     }
-    return kViews[view].least * 10 ** (kDecades * best);
+    return valueAt(scale, best);
 }
+
+const figure = (value) => (Math.abs(value) >= 1000 ? `${Number((value / 1000).toPrecision(3))}k` : String(Number(value.toPrecision(3))));
+const css = (color) => `rgb(${color.join(",")})`;
 
 // A scale beside the picture while a false-colour view is shown.
 export function legend(store, screen) {
-    const kHeight = 200, kWidth = 14, steps = 64;
-    const bars = Array.from({length: steps}, (_, i) => svg("rect", {x: 0, y: kHeight * (1 - (i + 1) / steps), width: kWidth, height: kHeight / steps + 0.5,
-        fill: `rgb(${falseColor((i + 0.5) / steps).join(",")})`}));
-    const labels = Array.from({length: kDecades + 1}, (_, i) => svg("text", {x: kWidth + 6, y: kHeight * (1 - i / kDecades) + 4}));
-    const title = h("p");
-    const node = h("figure", {id: "legend", hidden: true}, title,
-        svg("svg", {viewBox: `0 -8 ${kWidth + 56} ${kHeight + 16}`, width: kWidth + 56, height: kHeight + 16, "aria-hidden": "true"}, ...bars, ...labels));
+    const kHeight = 200, kWidth = 14, kBars = 100, kEnd = 8, kLabel = 11;
+    const title = h("p"), more = h("p", {class: "of"}), below = h("p", {class: "below", hidden: true}, h("i"), h("span"));
+    const chart = svg("svg", {viewBox: `0 -14 ${kWidth + 56} ${kHeight + 28}`, width: kWidth + 56, height: kHeight + 28, "aria-hidden": "true"});
+    const node = h("figure", {id: "legend", hidden: true}, title, more, chart, below);
     screen.querySelector("#veil").before(node);
+    let shown = "";
+    const draw = (scale) => {
+        const bar = (y, height, color) => svg("rect", {x: 0, y, width: kWidth, height, fill: css(color)});
+        const bars = Array.from({length: kBars}, (_, i) => bar(kHeight * (1 - (i + 1) / kBars), kHeight / kBars + 0.5, falseColor(scale, (i + 0.5) / kBars)));
+        const ends = [bar(-kEnd - 2, kEnd, scale.palette.over)];
+        if (scale.low !== 0 || scale.log) ends.push(bar(kHeight + 2, kEnd, scale.palette.under));
+        let last = Infinity;
+        const labels = scale.ticks.flatMap((tick) => {
+            const y = kHeight * (1 - positionOf(scale, tick));
+            if (y > last - kLabel) return [];
+            last = y;
+            const text = svg("text", {x: kWidth + 8, y: y + 4});
+            text.textContent = figure(tick);
+            return [svg("rect", {x: kWidth, y: y - 0.5, width: 4, height: 1, class: "tick"}), text];
+        });
+        chart.replaceChildren(...bars, ...ends, ...labels);
+        setText(title, `${scale.difference ? "Difference, " : `${scale.name}, `}${scale.unit}`);
+        setText(more, [scale.only && `of ${scale.only}`, scale.compare && `from ${scale.compare}`].filter(Boolean).join(" "));
+        more.hidden = !more.textContent;
+        below.hidden = !(scale.below > 0);
+        below.querySelector("i").style.background = css(belowMark);
+        setText(below.querySelector("span"), `below ${figure(scale.below)}`);
+        node.setAttribute("aria-label", `${title.textContent} ${more.textContent}: ${scale.palette.help}; ${figure(scale.low)} to ${figure(scale.high)} ${scale.unit}, ${
+            scale.log ? "logarithmic" : "linear"}${scale.steps ? `, ${scale.steps} steps` : ""}${scale.below > 0 ? `; below ${figure(scale.below)} is marked` : ""}`);
+    };
     return {update() {
-        const view = kViews[store.state.view];
-        node.hidden = !view;
-        if (!view) return;
-        setText(title, `${view.name}, ${view.unit}`);
-        node.setAttribute("aria-label", `${view.name}: dark blue ${view.least} ${view.unit} to white ${view.least * 10 ** kDecades} ${view.unit}, logarithmic`);
-        labels.forEach((label, i) => setText(label, String(Number((view.least * 10 ** i).toPrecision(3)))));
+        const scale = scaleOf(store.state);
+        node.hidden = !scale;
+        const signature = JSON.stringify(scale && {...scale, palette: scale.palette?.help});
+        if (!scale || signature === shown) return;
+        shown = signature;
+        draw(scale);
     }};
 }

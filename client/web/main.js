@@ -7,8 +7,10 @@ import {Video} from "./video.js";
 import {CameraHand} from "./camera.js";
 import {Handles} from "./handles.js";
 import {legend} from "./legend.js";
+import {scalePanel} from "./scale.js";
+import {debugPanel} from "./debug.js";
 import {masterPanel, lightPanel, groupPanel} from "./lights.js";
-import {viewTabs, followSelection, picturePanel, scenePanel} from "./picture.js";
+import {viewProperty, viewTabs, followSelection, picturePanel, scenePanel} from "./picture.js";
 import {inspector} from "./inspector.js";
 import {drawer} from "./drawer.js";
 import {shortcutHelp} from "./shortcuts.js";
@@ -49,7 +51,8 @@ const parts = [
     masterPanel(store, $("master")), lightPanel(store, $("lights"), connection), groupPanel(store, $("groups"), connection), presetPanel(store, $("presets"), connection),
     picturePanel(store, $("picture"), cameraHand, connection), viewTabs(store, $("views")), viewPanel(store, $("cameras"), cameraHand, connection), scenePanel(store, $("scene"), connection),
     inspector(store, $("inspector"), connection, handles.aimButton), controlPanel(store, $("control"), connection), handles,
-    legend(store, $("screen")), new Shows(store, connection, toasts, $("show"), $("screen")),
+    legend(store, $("screen")), scalePanel(store, $("scale"), connection), debugPanel(store, $("debug"), viewProperty(store)),
+    new Shows(store, connection, toasts, $("show"), $("screen")),
 ];
 themeSwitch($("page"));
 shortcutHelp($("page"));

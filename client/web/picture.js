@@ -1,29 +1,31 @@
-// What is shown and how: view tabs, exposure, gain, technique, camera, and the scene itself.
+// What is shown and how: view tabs, exposure, gain, camera, and the scene itself.
 
 import {h, setText} from "./dom.js";
 import {fitSizeButton} from "./fit_size.js";
 import {property, mapped, slider, select, tabs} from "./controls.js";
+import {debugViews} from "./debug.js";
 
 const kDegree = Math.PI / 180;
 const kViews = [
     ["beauty", "Beauty", "Direct and indirect light, exposed"], ["direct", "Direct", "Direct light only"],
     ["indirect", "Indirect", "Indirect light only, times the gain"], ["illuminance", "Illuminance", "Lux on the surfaces"],
-    ["luminance", "Luminance", "cd/m² towards the camera"], ["mask", "Mask", "IES light mask cube"],
-    ["rsm-depth", "RSM depth", "Reflective shadow map: radial depth"], ["rsm-normal", "RSM normal", "Reflective shadow map: normal"],
-    ["rsm-flux", "RSM flux", "Reflective shadow map: derived flux"], ["solid", "Solid", "Photometric solid over the picture"],
+    ["luminance", "Luminance", "cd/m² towards the camera"],
 ];
-const kLightViews = ["mask", "rsm-depth", "rsm-normal", "rsm-flux", "solid"];    // these show one light
+const kLightViews = debugViews.map(([name]) => name);    // these show one light
 const kSizes = ["480x480", "800x800", "1280x720", "1920x1080"];
-const kSamples = {default: [64, 256, 1024, 2048, 4096], seed: [100, 400, 1024], "seed-disk": [100, 400, 1024]};
+
+export function viewProperty(store) {
+    return property(store, () => "view", () => store.state.view,
+        (name) => ({set_view: {view: name, ...lightOfView(store, name)}}));
+}
 
 export function viewTabs(store, node) {
-    const view = property(store, () => "view", () => store.state.view,
-        (name) => ({set_view: {view: name, ...lightOfView(store, name)}}));
-    const control = tabs(view, node, kViews.map(([value, text, title], i) => [value, text, `${title} (key ${(i + 1) % 10})`]));
+    const view = viewProperty(store);
+    const control = tabs(view, node, kViews.map(([value, text, title], i) => [value, text, `${title} (key ${i + 1})`]));
     document.addEventListener("keydown", (event) => {
         if (event.ctrlKey || event.metaKey || event.altKey || event.code.startsWith("Numpad") || event.target.closest("input, select, textarea")) return;
-        const at = "1234567890".indexOf(event.key);
-        if (at >= 0 && event.key.length === 1 && store.state) view.set(kViews[at][0]);
+        const at = Number(event.key) - 1;
+        if (at in kViews && store.state) view.set(kViews[at][0]);
     });
     return control;
 }
@@ -57,15 +59,6 @@ export function picturePanel(store, node, cameraHand, connection) {
     {label: "Indirect gain", caption: "Gain", min: 0.01, max: 1000, step: 0.01, origin: 1, digits: 2, unit: "×",
         toTrack: Math.log10, fromTrack: (x) => 10 ** x});
     gain.node.title = "How much brighter the view Indirect shows indirect light";
-    const technique = select(property(store, () => "technique", () => store.state.technique,
-        (name) => ({set_technique: {technique: name}})),
-    {label: "Technique", options: () => [["default", "Default"], ["seed", "Seed"], ["seed-disk", "Seed, disk"]]});
-    const samples = select(property(store, () => "samples", () => store.state.samples?.toString(),
-        (count) => ({set_technique: {technique: store.state.technique, samples: Number(count)}})),
-    {label: "Samples", options: () => {
-        const known = kSamples[store.state.technique] ?? [];
-        return [...new Set([...known, store.state.samples])].sort((a, b) => a - b).map((n) => [String(n), String(n)]);
-    }});
     const size = select(property(store, () => "size", () => store.state.size_px?.join("x"),
         (text) => ({set_size: {width_px: Number(text.split("x")[0]), height_px: Number(text.split("x")[1])}})),
     {label: "Picture size", options: () => kSizes.map((text) => [text, `${text.replace("x", " × ")}`])});
@@ -81,11 +74,9 @@ export function picturePanel(store, node, cameraHand, connection) {
         store.set("fov", start.fov_rad, {set_camera: {fov_rad: start.fov_rad}});
     });
     node.append(h("h2", {}, "Picture", h("span", {class: "grow"}), automatic), exposure.node, gain.node,
-        h("div", {class: "slider"}, h("span", {class: "label"}, "Technique"),
-            h("span", {class: "row pair"}, technique.node, samples.node)),
         h("div", {class: "slider"}, h("span", {class: "label"}, "Size, px"), h("span", {class: "row pair size"}, size.node, fitSizeButton(connection))),
         h("h2", {}, "Camera", h("span", {class: "grow"}), home), fov.node);
-    const parts = [exposure, gain, technique, samples, size, fov];
+    const parts = [exposure, gain, size, fov];
     return {update() {
         const {camera, scene} = store.state;
         parts.forEach((part) => part.update());

@@ -65,6 +65,26 @@ MaybeValue number_or_auto_value(Text text) {
     return Value{{}, {}, true};
 }
 
+MaybeValue seconds_value(Text text) {
+    const std::size_t slash = text.find('/');
+    if (slash == text.npos) return numbers_value(parse_number(text));
+    const auto part = parse_number(text.substr(0, slash)), whole = parse_number(text.substr(slash + 1));
+    return part && whole ? numbers_value(*part / *whole) : std::nullopt;
+}
+
+MaybeValue switched_value(Text text) {
+    if (text != "on" && text != "off") return std::nullopt;
+    return numbers_value(text == "on" ? 1 : 0);
+}
+
+MaybeValue range_value(Text text) {
+    if (text == "auto") return Value{{}, {}, true};
+    const std::size_t colon = std::min(text.find(':'), text.size());
+    const auto low = parse_number(text.substr(0, colon)),
+               high = parse_number(text.substr(std::min(colon + 1, text.size())));
+    return low && high ? MaybeValue({{*low, *high}, {}}) : std::nullopt;
+}
+
 MaybeValue names_value(Text text) {
     Value value;
     for (std::size_t at = 0; at <= text.size();) {
@@ -98,7 +118,10 @@ constexpr FormRow kForms[] = {
     {WordForm::count, "a whole number, 0 or more", [](Text text) { return numbers_value(parse_count(text)); }},
     {WordForm::vector, "numbers with commas between, like 1,2,3", vector_value},
     {WordForm::size, "two whole numbers with an x between, like 800x600", size_value},
+    {WordForm::seconds, "a number or a fraction, like 0.5 or 1/60", seconds_value},
+    {WordForm::switched, "on or off", switched_value},
     {WordForm::number_or_auto, "a number or auto", number_or_auto_value},
+    {WordForm::range, "two numbers with a colon between, like 0:1000, or auto", range_value},
     {WordForm::picture, "a .png, .jpg or .exr file", picture_value},
 };
 static_assert([] {
@@ -132,7 +155,9 @@ void put(Message* whole, const WordRow& row, const Value& value) {
     for (Text text : value.texts)
         field->is_repeated() ? to.AddString(message, field, text) : to.SetString(message, field, text);
     if (field->is_repeated() && value.texts.empty()) to.ClearField(message, field);  // the last of two options counts
-    if (value.automatic) to.SetBool(message, message->GetDescriptor()->FindFieldByNumber(field->number() + 1), true);
+    const int after = row.form == WordForm::range ? 2 : 1;
+    if (value.automatic)
+        to.SetBool(message, message->GetDescriptor()->FindFieldByNumber(field->number() + after), true);
     for (std::size_t i = 0; i < value.numbers.size(); ++i) {
         const double number = value.numbers[i];
         const int next = field->number() + static_cast<int>(i);
@@ -140,6 +165,8 @@ void put(Message* whole, const WordRow& row, const Value& value) {
         if (one->cpp_type() == FieldDescriptor::CPPTYPE_UINT32) {
             const auto count = static_cast<std::uint32_t>(number);
             one->is_repeated() ? to.AddUInt32(message, one, count) : to.SetUInt32(message, one, count);
+        } else if (one->cpp_type() == FieldDescriptor::CPPTYPE_BOOL) {
+            to.SetBool(message, one, number != 0);
         } else {
             one->is_repeated() ? to.AddDouble(message, one, number) : to.SetDouble(message, one, number);
         }
@@ -289,6 +316,9 @@ void finish(ReadWords& read, const Grammar& grammar) {
     const WordCommand& command = *read.command;
     if (read.names.size() < name_counts(command).first)
         fail(read, usage("", "", std::string(command.names[read.names.size()].name) + " is missing."));
+    const bool changes = command.message.starts_with("command.");
+    if (changes && !command.names.empty() && read.names.empty() && read.options.empty())
+        fail(read, usage("", "", std::string(command.names.front().name) + " is missing."));
     for (const std::string_view option : command.needs)
         if (!option.empty() && !read.has(option))
             fail(read, usage(option, "", std::string(command.name) + " needs this option."));

@@ -87,6 +87,27 @@ constexpr WordRow kView[] = {
 constexpr WordRow kViewOptions[] = {
     {"--gain", "G", number, "gain", "of indirect, 0.01 to 1000; default 1"},
     {"--light", "LIGHT", text, "light", "of mask, rsm-… and solid; default: the first"},
+    {"--range", "LOW:HIGH", range, "range_low",
+     "of illuminance in lx or luminance in cd/m², 0 to 1e9; auto: follows the picture where it rests"},
+    {"--scale", "NAME", text, "scale", "of colours: log (default) or linear"},
+    {"--steps", "N", count, "steps", "of colours, 2 to 27; 0 (default): smooth"},
+    {"--palette", "NAME", text, "palette", "classic (default), viridis, spectral or gray"},
+    {"--isolux", "on|off", switched, "isolux", "lines at the borders of the steps, or at 1-2-5 of each decade"},
+    {"--below", "VALUE", number, "below", "marks what is less, in lx or cd/m²; 0 (default): nothing"},
+    {"--only", "LIGHT", text, "only", "illuminance, luminance: what this light contributes; \"\": all"},
+    {"--compare", "PRESET", text, "compare", "illuminance, luminance: the difference from a preset; \"\": none"},
+    {"--compare-range", "VALUE", number, "compare_range",
+     "the difference is shown from -VALUE to VALUE; default 500 lx, 50 cd/m²"},
+};
+constexpr WordRow kExposureOptions[] = {
+    {"--aperture", "N", number, "aperture", "f-number, 0.5 to 128; with --shutter and --iso in place of EV"},
+    {"--shutter", "S", seconds, "shutter_s", "seconds, like 1/60; 1e-6 to 3600"},
+    {"--iso", "ISO", number, "iso", "1 to 1e7"},
+};
+constexpr WordRow kLookOptions[] = {
+    {"--tone", "NAME", text, "tone", "the tone curve: knee (default), linear, aces, agx or neutral"},
+    {"--white", "K", number, "white_k", "what is white, 1000 to 15000 K; 0 (default): D65, 6504 K"},
+    {"--tint", "DUV", number, "white_duv", "that white off the Planckian locus, -0.05 to 0.05; default 0"},
 };
 constexpr WordRow kLightName[] = {{"NAME", "", text, "name", "of a light"}};
 constexpr WordRow kRename[] = {
@@ -133,6 +154,8 @@ constexpr WordRow kCaptureOptions[] = {
     {"--denoise", "", flag, "denoise", "reference, beauty: fewer samples and a filter; to look at, not to measure"},
     {"--openings", "", flag, "openings", "reference: luminaires emit from their luminous openings, not from points"},
     {"--samples-per-pixel", "N", count, "samples_per_pixel", "of edges, 1 to 64; default 16; 1: centres of pixels"},
+    {"--legend", "", flag, "legend",
+     "png, jpg of illuminance, luminance: the scale and the figures of lines are drawn in"},
     {"--after-rev", "N", count, "after_rev", "of the scene when it has reached that revision, waited for up to 30 s"},
 };
 
@@ -141,13 +164,14 @@ constexpr WordRow kCaptureOptions[] = {
 std::span<const WordCommand> scene_commands() {
     static const std::string exposure_help = help_of(row_of(Property::exposure)) + "; auto: metered",
                              master_help = help_of(row_of(Property::master));
-    static const WordRow exposure[] = {{"EV", "", number_or_auto, "ev100", exposure_help}};
+    static const WordRow exposure[] = {{"[EV]", "", number_or_auto, "ev100", exposure_help}};
     static const WordRow master[] = {{"RATIO", "", ratio, "ratio", master_help}};
     static const WordCommand all[] = {
         {"load scene", "command.load_scene", "loads another scene", kScene, kSceneOptions},
         {"set light", "command.set_light", "changes a light; what no option names stays", kSetLight, light_options()},
         {"set camera", "command.set_camera", "moves the camera", {}, kCameraOptions},
-        {"set exposure", "command.set_exposure", "sets the exposure", exposure, {}},
+        {"set exposure", "command.set_exposure", "sets the exposure", exposure, kExposureOptions},
+        {"set look", "command.set_look", "chooses how exposed light becomes a picture", {}, kLookOptions},
         {"set master", "command.set_master", "dims all lights", master, {}},
         {"set view", "command.set_view", "chooses what the picture shows", kView, kViewOptions},
         {"set size", "command.set_size", "sets the size of the picture", kSize, {}},

@@ -10,6 +10,7 @@
 #include "server/base/bounded_file.h"
 #include "server/session/capture_file.h"
 #include "server/session/command_files.h"
+#include "server/session/legend.h"
 #include "server/session/query.h"
 #include "server/session/traced_capture.h"
 #include "server/trace/exposure.h"
@@ -91,6 +92,7 @@ v1::CaptureQuery query_of(const Json& capture, const std::string& format, const 
         query.set_samples_per_pixel(static_cast<std::uint32_t>(std::clamp(*samples, 0.0, 1e6)));
     query.set_openings(flag_at(capture, "openings", place));
     query.set_denoise(flag_at(capture, "denoise", place));
+    query.set_legend(flag_at(capture, "legend", place));
     if (const std::string size = text_at(capture, "size", place, ""); !size.empty()) {
         const auto parsed = parse_size(size);
         if (!parsed || parsed->first < 1 || parsed->second < 1) {
@@ -127,7 +129,8 @@ void write_capture(Renderer& renderer, const Scene& scene, const Json& capture, 
     const v1::CaptureQuery query = query_of(capture, *format, place);
     const CaptureRequest request = checked(place, check_capture(scene, query));
     std::string note;
-    const CapturedPicture picture = render(renderer, scene, request, note);
+    CapturedPicture picture = render(renderer, scene, request, note);
+    if (request.legend) draw_legend(picture, scene, request.view);
     const std::vector<std::byte> bytes = checked(place, encode_capture(picture, request.view, request.format));
     const std::filesystem::path path = folder / relative, part = path.string() + ".part";
     std::error_code failed;

@@ -1,6 +1,6 @@
 // goniod --oneshot JOB.json --out DIR: captures without a network, for render farms and tests.
 // JOB.json: {"frames":[{"set":[[words of a gonio set command],…],"capture":{"out","view","quality","bounces","noise",
-// "openings","size","denoise","max_seconds"}}]}
+// "openings","size","denoise","max_seconds","legend"}}]}
 #pragma once
 
 #include <string>

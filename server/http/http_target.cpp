@@ -121,6 +121,7 @@ constexpr Row kStillRows[] = {
     {"noise", set_number<&v1::CaptureQuery::set_noise_ratio>, "must be a number"},
     {"max_seconds", set_number<&v1::CaptureQuery::set_max_seconds>, "must be a number"},
     {"denoise", set_flag<&v1::CaptureQuery::set_denoise>, "must be true or false"},
+    {"legend", set_flag<&v1::CaptureQuery::set_legend>, "must be true or false"},
     {"samples_per_pixel",
      [](v1::CaptureQuery& query, const std::string& value) {
          const auto samples = whole_text<std::uint32_t>(value);

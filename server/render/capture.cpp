@@ -5,6 +5,8 @@
 #include "server/render/pipeline.h"
 #include "server/render/renderer.h"
 #include "server/render/timers.h"
+#include "server/scene/false_color.h"
+#include "server/scene/shown_scene.h"
 
 namespace gonio {
 namespace {
@@ -17,9 +19,9 @@ constexpr double kPreciseSamples = 300.0, kStillSamples = 60.0, kRaySamples = 3.
 constexpr int kMargin = 4;
 
 // Whether a capture lights its luminaires as one: it shows their sum alone, and they are too many for links that take
-// direct light of their own (final_gather.h).
+// direct light of their own (final_gather.h). A sum's bounces are never negative: a difference has layers.
 bool sums(const Scene& scene, View view) {
-    return scene.technique == Technique::standard && shows_lit_surfaces(view) &&
+    return !shows_difference(scene, view) && scene.technique == Technique::standard && shows_lit_surfaces(view) &&
            scene.lights.size() > lighting::kMostExactLights;
 }
 
@@ -76,7 +78,7 @@ void copy_tile(GLuint texture, GLenum type, int margin, std::vector<T>& picture,
 std::unique_ptr<CaptureJob> Renderer::begin_capture(const Scene& scene, View view, int width_px, int height_px,
                                                     bool raw) {
     auto job = std::make_unique<CaptureJob>();
-    job->scene = scene;
+    job->scene = shown_scene(scene, view).value_or(scene);
     job->view = view;
     job->raw = raw;
     job->tile_px = tile_side(scene, view, raw);

@@ -5,6 +5,7 @@
 #include <utility>
 
 #include "server/scene/apply.h"
+#include "server/scene/false_color.h"
 
 namespace gonio {
 namespace {
@@ -76,7 +77,7 @@ struct Builder {
             slots.insert(slots.end(), {per_target(Slot::gather, kSummed), per_target(Slot::refined, kSummed)});
         return slots;
     }
-    bool emits() const { return in.geometry.emissive() && !seed; }
+    bool emits() const { return in.geometry.emissive() && !seed && !scene.emission_hidden; }
     // Whether it stands as it did in the frame before.
     bool rests(const Light& light) const {
         return std::max({light.position_rev, light.aim_rev, light.profile_rev}) <= in.seen_rev;
@@ -310,6 +311,7 @@ struct Builder {
                                           scene.lights_rev,
                                           scene.geometry_rev,
                                           in.merged ? 1u : 0u};
+        if (is_false_color(in.view)) key.insert(key.end(), {scene.view_rev, scene.presets_rev});
         std::vector<const LightGpu*> lights(in.lights.begin(), in.lights.end());
         const std::size_t shown_index = shown_light(scene);
         const LightGpu* shown = lights.empty() ? nullptr : lights[shown_index];
@@ -421,8 +423,8 @@ void FrameInputs::want_each_pixel(const Light& light) const {
 }
 
 bool FrameInputs::has_besides() const {
-    return scene.technique == Technique::standard &&
-           (geometry.emissive() || layered() < scene.lights.size() || (merged && gathers_by_gl()));
+    return scene.technique == Technique::standard && ((geometry.emissive() && !scene.emission_hidden) ||
+                                                      layered() < scene.lights.size() || (merged && gathers_by_gl()));
 }
 
 PassContext FrameInputs::context() const {
@@ -434,6 +436,7 @@ PassContext FrameInputs::context() const {
 }
 
 bool FrameInputs::can_merge() const {
+    if (shows_difference(scene, view)) return false;  // the bounces of a sum are never negative
     return (shades_on_cpu() ? view <= View::indirect : gathers_by_gl() && view < View::mask) && layered() > 1;
 }
 

@@ -11,6 +11,7 @@
 #include "server/render/pipeline.h"
 #include "server/render/timers.h"
 #include "server/scene/apply.h"
+#include "server/scene/shown_scene.h"
 #include "server/scene/web_buffer.h"
 
 namespace gonio {
@@ -135,7 +136,9 @@ bool edges_wanted(const FrameInputs& in) {
 
 }  // namespace
 
-bool Renderer::refine(const Scene& scene, const std::function<bool()>& interrupted) {
+bool Renderer::refine(const Scene& asked, const std::function<bool()>& interrupted) {
+    const std::optional<Scene> other = shown_scene(asked, asked.view);
+    const Scene& scene = other ? *other : asked;
     if (scene.technique != Technique::standard) return false;
     prepare(scene, true);  // a capture of an older scene may have been here
     const Eye eye = eye_of(scene.camera, scene.width_px, scene.height_px);
@@ -178,7 +181,9 @@ bool Renderer::refine(const Scene& scene, const std::function<bool()>& interrupt
     return continue_final_gather(inputs.context(), inputs.lights, *live_screen_, interrupted);
 }
 
-bool Renderer::refined(const Scene& scene) {
+bool Renderer::refined(const Scene& asked) {
+    const std::optional<Scene> other = shown_scene(asked, asked.view);
+    const Scene& scene = other ? *other : asked;
     if (scene.technique != Technique::standard || !refines_) return true;
     prepare(scene, true);
     if (!builder_->done() || newer_transport() || !in_sum_.empty()) return false;
@@ -217,7 +222,9 @@ v1::FrameReport Renderer::run(const FrameInputs& inputs, std::vector<SlotRef> wa
     return report;
 }
 
-void Renderer::begin_frame(const Scene& scene, std::int64_t drained_ns) {
+void Renderer::begin_frame(const Scene& asked, std::int64_t drained_ns) {
+    const std::optional<Scene> other = shown_scene(asked, asked.view);
+    const Scene& scene = other ? *other : asked;
     prepare(scene, true);
     const Eye eye = eye_of(scene.camera, scene.width_px, scene.height_px);
     FrameInputs inputs = inputs_of(scene, live_, *live_screen_, eye);
@@ -293,7 +300,9 @@ std::optional<FinishedFrame> Renderer::finish_frame(bool wait) {
     return done;
 }
 
-std::vector<glm::vec3> Renderer::live_illuminance(const Scene& scene, bool indirect) {
+std::vector<glm::vec3> Renderer::live_illuminance(const Scene& asked, bool indirect) {
+    const std::optional<Scene> other = shown_scene(asked, asked.view);
+    const Scene& scene = other ? *other : asked;
     const Eye eye;
     FrameInputs inputs = inputs_of(scene, live_, *live_screen_, eye);
     inputs.merged = merged_;

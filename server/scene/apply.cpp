@@ -11,6 +11,7 @@
 #include "server/scene/apply_rename.h"
 #include "server/scene/apply_show.h"
 #include "server/scene/apply_targets.h"
+#include "server/scene/apply_view.h"
 #include "server/scene/console.h"
 #include "server/scene/gel.h"
 #include "server/scene/light_tables.h"
@@ -36,40 +37,6 @@ bool parse_name(const Names& names, const std::string& name, Enum& value) {
     if (at == std::end(names)) return false;
     value = static_cast<Enum>(at - std::begin(names));
     return true;
-}
-
-// Result: "beauty, direct, …": all of them.
-std::string view_names() {
-    std::string text;
-    for (const char* name : kViewNames) text += (text.empty() ? "" : ", ") + std::string(name);
-    return text;
-}
-
-void set_view(Scene& scene, const v1::SetView& set) {
-    if (!set.view().empty()) {
-        View view;
-        if (!parse_view(set.view(), view)) {
-            refuse("invalid_argument", "set_view.view", set.view(), "must be one of " + view_names());
-        }
-        change(scene, scene.view, view, scene.view_rev);
-    }
-    if (set.has_gain())
-        change(scene, scene.view_gain, checked(set.gain(), 0.01, 1000.0, "set_view.gain"), scene.view_rev);
-    if (set.has_light()) {
-        if (!set.light().empty() && find_light(scene, set.light()) == nullptr) {
-            refuse("not_found", "set_view.light", set.light(), "there is no light of this name");
-        }
-        change(scene, scene.view_light, set.light(), scene.view_rev);
-    }
-}
-
-// Without a value of its own, automatic starts from the one that there is.
-void set_exposure(Scene& scene, const v1::SetExposure& set) {
-    if (!set.has_ev100() && !set.has_automatic()) return;
-    if (set.has_ev100())
-        change(scene, scene.exposure_ev100, checked_as(Property::exposure, set.ev100(), "set_exposure.ev100"),
-               scene.exposure_rev);
-    change(scene, scene.exposure_auto, set.automatic(), scene.exposure_rev);
 }
 
 void set_technique(Scene& scene, const v1::SetTechnique& set) {
@@ -127,6 +94,7 @@ void save_preset(Scene& scene, const std::string& given, const Loaded& loaded) {
         refuse("too_many_presets", "save_preset.name", name,
                "a scene keeps at most " + std::to_string(kMaxPresets) + " presets");
     scene.presets_rev = scene.scene_rev + 1;
+    note_preset(scene, name);
     if (loaded.preset) {  // read from a file: the lights do not show it
         scene.presets[name] = loaded.preset;
         return;
@@ -139,6 +107,7 @@ void remove_preset(Scene& scene, const std::string& name) {
     if (scene.presets.erase(name) == 0)
         refuse("not_found", "remove_preset.name", name, "there is no preset of this name");
     if (scene.recalled == name) scene.recalled.clear();
+    note_preset(scene, name);
     scene.presets_rev = scene.scene_rev + 1;
 }
 
@@ -182,6 +151,9 @@ void load_scene(Scene& scene, const Loaded& loaded) {
     }
     fresh.view = scene.view;
     fresh.view_gain = scene.view_gain;
+    fresh.false_color = scene.false_color;
+    fresh.view_compare = scene.view_compare;
+    fresh.look = scene.look;
     fresh.master_ratio = scene.master_ratio;
     fresh.technique = scene.technique;
     fresh.samples = scene.samples;
@@ -202,6 +174,8 @@ void dispatch(Scene& scene, const v1::Command& command, const Loaded& loaded, st
             return set_view(scene, command.set_view());
         case v1::Command::kSetExposure:
             return set_exposure(scene, command.set_exposure());
+        case v1::Command::kSetLook:
+            return set_look(scene, command.set_look());
         case v1::Command::kSetMaster:
             if (command.set_master().has_ratio()) {
                 change(scene, scene.master_ratio,
@@ -267,7 +241,7 @@ Revision newest_part(const Scene& scene) {
     Revision newest =
         std::max({scene.geometry_rev, scene.camera_rev, scene.view_rev, scene.exposure_rev, scene.master_rev,
                   scene.technique_rev, scene.size_rev, scene.lights_rev, scene.groups_rev, scene.patch_rev,
-                  scene.surfaces_rev, scene.presets_rev, scene.saved_views_rev});
+                  scene.surfaces_rev, scene.presets_rev, scene.saved_views_rev, scene.look_rev});
     for (const Light& light : scene.lights) {
         newest = std::max({newest, light.position_rev, light.aim_rev, light.profile_rev, light.level_rev});
     }
@@ -344,7 +318,8 @@ Scene scene_of(std::shared_ptr<const SceneAsset> asset, Revision revision) {
     Scene scene;
     scene.scene_rev = scene.geometry_rev = scene.camera_rev = scene.view_rev = scene.exposure_rev = scene.master_rev =
         scene.technique_rev = scene.size_rev = scene.lights_rev = scene.groups_rev = scene.patch_rev =
-            scene.surfaces_rev = scene.presets_rev = scene.saved_views_rev = scene.show_rev = revision;
+            scene.surfaces_rev = scene.presets_rev = scene.saved_views_rev = scene.show_rev = scene.look_rev =
+                scene.compare_rev = revision;
     scene.camera = asset->cameras.empty() ? framing(asset->bounds) : asset->cameras.front();
     scene.exposure_ev100 = asset->exposure_ev100.value_or(scene.exposure_ev100);
     for (const LightSeed& seed : asset->lights) {

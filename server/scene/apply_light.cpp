@@ -143,6 +143,7 @@ void remove_light(Scene& scene, const std::string& name) {
         scene.view_light.clear();
         scene.view_rev = scene.scene_rev + 1;
     }
+    if (scene.view_only == name) change(scene, scene.view_only, std::string(), scene.view_rev);
 }
 
 void set_group(Scene& scene, const v1::SetGroup& set) {

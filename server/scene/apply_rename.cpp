@@ -63,6 +63,7 @@ void give_name(Scene& scene, Light& light, const std::string& new_name, std::vec
         scene.groups_rev = now;
     }
     if (scene.view_light == name) change(scene, scene.view_light, new_name, scene.view_rev);
+    if (scene.view_only == name) change(scene, scene.view_only, new_name, scene.view_rev);
     follow_presets(scene, name, new_name, warnings);
     if (auto rows = followed(scene.patch, name, new_name)) change(scene, scene.patch, rows, scene.patch_rev);
     if (auto rows = followed(scene.surfaces, name, new_name)) change(scene, scene.surfaces, rows, scene.surfaces_rev);

@@ -5,6 +5,7 @@
 #include "server/scene/apply_checks.h"
 #include "server/scene/apply_light.h"
 #include "server/scene/apply_rename.h"
+#include "server/scene/apply_view.h"
 
 namespace gonio {
 namespace {
@@ -104,10 +105,12 @@ std::string set_preset_back(const Target& target, std::vector<std::string>&) {
     if (preset == nullptr) {
         if (scene.presets.erase(name) > 0) scene.presets_rev = scene.scene_rev + 1;
         if (scene.recalled == name) scene.recalled.clear();
+        note_preset(scene, name);
         return {};
     }
     if (!scene.presets.contains(name) && scene.presets.size() >= kMaxPresets) return full("presets", kMaxPresets);
     change(scene, scene.presets[name], *preset, scene.presets_rev);
+    note_preset(scene, name);
     return {};
 }
 

@@ -197,6 +197,28 @@ inline constexpr std::uint32_t kDefaultVpls = 4096;  // `samples` of the default
 inline constexpr std::uint32_t kDefaultSeedSamples =
     400;  // `samples` of the seed technique: its paper's better setting
 
+// How values become colours in the view illuminance, in lx, or luminance, in cd/m²: false_color.h.
+struct FalseColor {
+    double range_low = 1.0, range_high = 1e4;
+    bool range_auto = false;
+    bool logarithmic = true;
+    unsigned steps = 0;  // 0: smooth
+    std::string palette = "classic";
+    bool isolux = false;
+    double below = 0.0;  // what is less is marked; 0: nothing is
+    double compare_range = 500.0;
+    bool operator==(const FalseColor&) const = default;
+};
+
+// What becomes of exposed luminance in beauty, direct and indirect.
+enum class Tone : std::uint8_t { knee, linear, aces, agx, neutral };
+struct Look {
+    Tone tone = Tone::knee;
+    double white_k = 0.0;    // correlated colour temperature of what is white; 0: D65
+    double white_duv = 0.0;  // that off the Planckian locus
+    bool operator==(const Look&) const = default;
+};
+
 struct Scene {
     std::shared_ptr<const SceneAsset> asset;
     std::shared_ptr<const trace::Geometry> traced;  // of `asset`; null: whoever needs it makes one
@@ -214,6 +236,12 @@ struct Scene {
     View view = View::beauty;
     double view_gain = 1.0;
     std::string view_light;  // empty: the first light
+    std::array<FalseColor, 2> false_color{
+        FalseColor{}, FalseColor{.range_low = 0.1, .range_high = 1e3, .compare_range = 50.0}};  // in lx, in cd/m²
+    std::string view_only;         // the light that those two views show alone; empty: all
+    std::string view_compare;      // the preset that they show the difference from; empty: none
+    bool emission_hidden = false;  // of emissive surfaces there is no light: of shown_scene() only
+    Look look;
     double exposure_ev100 = 6.0;
     bool exposure_auto = true;  // until somebody sets it
     double master_ratio = 1.0;
@@ -225,7 +253,8 @@ struct Scene {
     // Revision of a part: the scene_rev of the command that last changed it.
     Revision geometry_rev = 1, camera_rev = 1, view_rev = 1, exposure_rev = 1, master_rev = 1, technique_rev = 1,
              size_rev = 1, lights_rev = 1 /* a light came, went or got another name */, groups_rev = 1, patch_rev = 1,
-             surfaces_rev = 1, presets_rev = 1, saved_views_rev = 1;
+             surfaces_rev = 1, presets_rev = 1, saved_views_rev = 1, look_rev = 1,
+             compare_rev = 1 /* what it compares with is another preset, or was saved anew */;
     Revision show_rev = 1;  // that the show's file holds, or the scene began with; 0: none
     std::uint32_t next_light_id = 1;
 };

@@ -7,6 +7,8 @@
 
 #include "ies/synthetic.h"
 #include "server/scene/apply.h"
+#include "server/scene/apply_view.h"
+#include "server/scene/false_color.h"
 #include "server/scene/light_values.h"
 #include "server/scene/orientation.h"
 
@@ -61,6 +63,13 @@ void put_parts(const Scene& scene, Revision since, v1::State& out) {
         out.set_view(view_name(scene.view));
         out.set_view_gain(scene.view_gain);
         out.set_view_light(scene.view_light);
+        put_false_color(scene.false_color[0], shows_difference(scene, View::illuminance), *out.mutable_illuminance());
+        put_false_color(scene.false_color[1], shows_difference(scene, View::luminance), *out.mutable_luminance());
+        out.set_view_only(scene.view_only);
+        out.set_view_compare(scene.view_compare);
+    }
+    if (scene.look_rev > since) {
+        put_look(scene.look, *out.mutable_look());
     }
     if (scene.exposure_rev > since) {
         out.set_exposure_ev100(scene.exposure_ev100);

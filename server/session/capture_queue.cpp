@@ -1,6 +1,7 @@
 #include "server/session/capture_queue.h"
 
 #include "server/session/capture_file.h"
+#include "server/session/legend.h"
 
 namespace gonio {
 namespace {
@@ -20,7 +21,7 @@ void CaptureQueue::add(const Work& work, const Scene& scene, const CaptureReques
         began_ns_ = monotonic_ns();
         tell_ns_ = began_ns_ + kFirstTellNs;
     }
-    waiting_.push_back({work, request.format, std::move(job)});
+    waiting_.push_back({work, request.format, request.legend, std::move(job)});
 }
 
 void CaptureQueue::add_late(const Work& work, Replies& replies) {
@@ -59,12 +60,14 @@ void CaptureQueue::advance(GuardedRenderer& renderer, Replies& replies) {
     began_ns_ = monotonic_ns();
     // Compressing takes long too: it is the loader's.
     auto job = std::make_shared<CaptureJob>(std::move(*done.job));
-    const bool accepted = loader_.submit([work = done.work, format = done.format, job, send = send_] {
-        v1::ServerMessage message = capture_message(*job->picture, job->view, format, job->scene.scene_rev);
-        if (message.has_capture()) *message.mutable_capture()->mutable_report() = job->picture->report;
-        message.set_request_id(work.message.request_id());
-        send(work.session, std::move(message));
-    });
+    const bool accepted =
+        loader_.submit([work = done.work, format = done.format, legend = done.legend, job, send = send_] {
+            if (legend) draw_legend(*job->picture, job->scene, job->view);
+            v1::ServerMessage message = capture_message(*job->picture, job->view, format, job->scene.scene_rev);
+            if (message.has_capture()) *message.mutable_capture()->mutable_report() = job->picture->report;
+            message.set_request_id(work.message.request_id());
+            send(work.session, std::move(message));
+        });
     if (!accepted) replies.busy(done.work, "too many pictures are waiting to be written");
 }
 

@@ -45,6 +45,7 @@ private:
     struct Capturing {
         Work work;
         std::string format;
+        bool legend;
         std::unique_ptr<CaptureJob> job;
     };
     void tell_progress();

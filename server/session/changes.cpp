@@ -87,6 +87,8 @@ std::vector<TouchedProperty> touched_properties(const Scene& scene, const v1::Co
             return {{"view", scene.view_rev}};
         case v1::Command::kSetExposure:
             return {{"exposure_ev100", scene.exposure_rev}};
+        case v1::Command::kSetLook:
+            return {{"look", scene.look_rev}};
         case v1::Command::kSetMaster:
             return {{"master_ratio", scene.master_rev}};
         case v1::Command::kSetCamera:

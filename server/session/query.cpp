@@ -6,6 +6,8 @@
 
 #include "server/scene/apply.h"
 #include "server/scene/apply_checks.h"
+#include "server/scene/false_color.h"
+#include "server/session/legend.h"
 
 namespace gonio {
 namespace {
@@ -97,6 +99,20 @@ Result<bool> add_grid(const v1::MeterQuery& query, const trace::MeterPoint& corn
     return true;
 }
 
+std::optional<Error> legend_refused(const CaptureRequest& request) {
+    if (!request.legend) return std::nullopt;
+    if (!is_false_color(request.view))
+        return Error{"unsupported", "capture.legend", view_name(request.view),
+                     "only illuminance and luminance have a scale of colours"};
+    if (request.format == "exr")
+        return Error{"unsupported", "capture.legend", request.format, "a file of values has no colours"};
+    if (std::min(request.width_px, request.height_px) < kLeastLegend_px)
+        return Error{"unsupported", "capture.legend",
+                     std::to_string(request.width_px) + "x" + std::to_string(request.height_px),
+                     "there is room for it from 160 pixels a side on"};
+    return std::nullopt;
+}
+
 }  // namespace
 
 Result<MeterRequest> check_meter(const v1::MeterQuery& query) {
@@ -150,6 +166,10 @@ Result<CaptureRequest> check_capture(const Scene& scene, const v1::CaptureQuery&
         return Error{"unsupported", "capture.view", view_name(request.view),
                      "reference quality has beauty, direct, indirect, illuminance and luminance"};
     }
+    if (request.quality == Quality::reference && shows_one_light(scene, request.view))
+        return Error{"unsupported", "capture.quality", query.quality(), "reference quality shows no light alone"};
+    if (request.quality == Quality::reference && shows_difference(scene, request.view))
+        return Error{"unsupported", "capture.quality", query.quality(), "reference quality shows no difference"};
     request.denoise = query.denoise();
     if (request.denoise && request.quality != Quality::reference)
         return Error{"unsupported", "capture.denoise", "true", "only reference quality is denoised"};
@@ -180,6 +200,8 @@ Result<CaptureRequest> check_capture(const Scene& scene, const v1::CaptureQuery&
                             std::to_string(request.width_px) + "x" + std::to_string(request.height_px),
                             "must be 1 to 4096 a side");
     }
+    request.legend = query.legend();
+    if (const auto refused = legend_refused(request)) return *refused;
     return request;
 }
 

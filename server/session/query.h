@@ -42,11 +42,13 @@ struct CaptureRequest {
     int width_px = 0, height_px = 0;
     trace::Settings settings;  // of reference
     bool denoise = false;
+    bool legend = false;                            // draw_legend()
     unsigned samples_per_pixel = kSamplesPerPixel;  // of edges; 1: pixels are what their centres show
 };
 // Errors: "invalid_argument" (view, format, size of 1 to 4096 a side, bounces, noise, seconds, samples). "unsupported"
 // (quality; view, bounces, noise, seconds, openings, denoising or samples that it does not have; denoising of other
-// views).
+// views). Likewise a legend of other views, of values, or where there is no room, and a reference of one light or of a
+// difference.
 Result<CaptureRequest> check_capture(const Scene& scene, const v1::CaptureQuery& query);
 
 }  // namespace gonio

@@ -6,6 +6,7 @@
 #include <algorithm>
 
 #include "server/session/capture_file.h"
+#include "server/session/legend.h"
 #include "server/session/meter_reply.h"
 #include "server/session/replies.h"
 #include "server/session/traced_capture.h"
@@ -147,7 +148,8 @@ void ReferenceWork::work() {
             if (world) message = measured_message(*world, *meter, stop, note);
         } else if (world) {
             const CaptureRequest& capture = std::get<CaptureRequest>(job.request);
-            const auto traced = trace_capture(world, job.scene, capture, stop, note);
+            auto traced = trace_capture(world, job.scene, capture, stop, note);
+            if (traced && capture.legend) draw_legend(traced->picture, job.scene, capture.view);
             if (traced) message = capture_message(traced->picture, capture.view, capture.format, job.scene.scene_rev);
             if (message.has_capture()) {
                 v1::CaptureResult& result = *message.mutable_capture();

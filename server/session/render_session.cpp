@@ -28,7 +28,9 @@ RenderSession::RenderSession(std::unique_ptr<LiveRenderer> renderer, Scene scene
       captures_(loader, out_.reply),
       reference_({out_.reply, [&queue] { queue.wake(Queue<Work>::Wake::soon); }}),
       auto_exposure_(
-          scene_, loader, [&queue] { queue.wake(Queue<Work>::Wake::soon); }, trace::metered_ev100) {
+          scene_, loader, [&queue] { queue.wake(Queue<Work>::Wake::soon); }, trace::metered_ev100),
+      auto_range_(
+          loader, [&queue] { queue.wake(Queue<Work>::Wake::soon); }, trace::metered_range) {
     begin_renderer();
     prepare_presets();
 }
@@ -369,6 +371,18 @@ void RenderSession::continue_work() {
     captures_.advance(renderer_, replies_);
     reference_.tick();
     auto_exposure_.tend(scene_, monotonic_ns());
+    tend_range();
+}
+
+// Nobody's change, as of the exposure.
+void RenderSession::tend_range() {
+    const auto high = auto_range_.tend(scene_, monotonic_ns());
+    if (!high) return;
+    const Revision before = scene_.scene_rev;
+    v1::Command command;
+    command.mutable_set_view()->set_range_high(*high);
+    command.mutable_set_view()->set_range_auto(true);
+    if (apply(scene_, command, {})) tell_inputs(before);
 }
 
 void RenderSession::forget_session(std::uint32_t session) {

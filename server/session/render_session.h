@@ -13,6 +13,7 @@
 #include "server/base/queue.h"
 #include "server/scene/preset.h"
 #include "server/session/auto_exposure.h"
+#include "server/session/auto_range.h"
 #include "server/session/budget.h"
 #include "server/session/capture_queue.h"
 #include "server/session/changes.h"
@@ -113,6 +114,7 @@ public:
 
 private:
     void prepare_presets();
+    void tend_range();
     void begin_renderer();
     bool lights_anew() const;
     // Publishes the oldest frame of the renderer. Result: false where none is finished.
@@ -166,6 +168,7 @@ private:
     v1::ShowFile told_show_;
     ReferenceWork reference_;
     AutoExposure auto_exposure_;
+    AutoRange auto_range_;
     std::uint32_t frames_rendered_ = 0, gpu_resets_ = 0;
 };
 

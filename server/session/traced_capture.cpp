@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "server/scene/false_color.h"
 #include "server/trace/denoise.h"
 #include "shaders/lib/as_cpp.h"
 
@@ -31,10 +32,40 @@ glm::vec3 view_value(const glm::vec3& traced, View view, double gain) {
     return view == View::indirect ? traced * static_cast<float>(gain) : traced;
 }
 
-glm::vec3 display_color(const glm::vec3& value, View view, double ev100) {
-    if (view == View::illuminance) return glsl::illuminance_color(value.x);
-    if (view == View::luminance) return glsl::luminance_color(value.x);
-    return glsl::expose(value, static_cast<float>(ev100));
+std::uint8_t byte_of(float encoded) {
+    return static_cast<std::uint8_t>(std::lround(std::clamp(encoded, 0.0f, 1.0f) * 255.0f));
+}
+
+// Pixels of illuminance or luminance in their colours, with isolux lines as shaders/passes/composite.frag draws them.
+void develop_false_color(const std::vector<float>& values, const Scene& scene, const CaptureRequest& request,
+                         CapturedPicture& picture) {
+    const layouts::FalseColorBlock block =
+        color_block(false_color_of(scene, request.view), shows_difference(scene, request.view));
+    const auto value_at = [&](std::size_t pixel) {
+        const float* traced = &values[4 * pixel];
+        return view_value(glm::vec3(traced[0], traced[1], traced[2]) / traced[3], request.view, 1.0).x;
+    };
+    const auto width = static_cast<std::size_t>(picture.width_px);
+    for (std::size_t i = 0; i < values.size() / 4; ++i) {
+        const float coverage = values[4 * i + 3];
+        const float value = coverage > 0.0f ? value_at(i) : 0.0f;
+        glm::vec3 color = false_color(block, value);
+        int line = 0;
+        if (block.marks.y > 0.0f && coverage > 0.0f) {
+            const int own = levels_reached(block, value);
+            const auto look = [&](std::size_t beside) {
+                if (!(values[4 * beside + 3] > 0.0f)) return;
+                const int other = levels_reached(block, value_at(beside));
+                if (other != own) line = std::max(own, other);
+            };
+            if (i % width + 1 < width) look(i + 1);
+            if (i >= width) look(i - width);
+        }
+        if (line > 0) color = glm::vec3(glsl::luminance(color) > 0.5f ? 0.0f : 1.0f);
+        color = glm::mix(glm::vec3(glsl::background_shade()), color, coverage);
+        for (int k = 0; k < 3; ++k) picture.rgba8[4 * i + static_cast<std::size_t>(k)] = byte_of(color[k]);
+        picture.rgba8[4 * i + 3] = line > 0 ? static_cast<std::uint8_t>(line) : 255;
+    }
 }
 
 // Replaces the colours of values. Result: trace::Denoised::noise.
@@ -43,10 +74,6 @@ double put_denoised(std::vector<float>& values, const trace::DenoisePlanes& plan
     for (std::size_t i = 0; i < values.size(); ++i)
         if (i % 4 < 3) values[i] = denoised.radiance[i / 4][static_cast<int>(i % 4)];
     return denoised.noise;
-}
-
-std::uint8_t byte_of(float encoded) {
-    return static_cast<std::uint8_t>(std::lround(std::clamp(encoded, 0.0f, 1.0f) * 255.0f));
 }
 
 }  // namespace
@@ -87,6 +114,10 @@ CapturedPicture develop(const std::vector<float>& values, const Scene& scene, co
         picture.values.resize(values.size());
     else
         picture.rgba8.resize(values.size());
+    if (!raw && is_false_color(request.view)) {
+        develop_false_color(values, scene, request, picture);
+        return picture;
+    }
     for (std::size_t i = 0; i < values.size(); i += 4) {
         const float coverage = values[i + 3];  // of the pixel by surfaces
         const glm::vec3 traced(values[i], values[i + 1], values[i + 2]);
@@ -102,7 +133,7 @@ CapturedPicture develop(const std::vector<float>& values, const Scene& scene, co
         if (coverage > 0.0f) {
             const glm::vec3 value = view_value(traced / coverage, request.view, scene.view_gain);
             const glm::vec3 shown =
-                glsl::encode_display(display_color(value, request.view, scene.exposure_ev100), x, y);
+                glsl::encode_display(glsl::expose(value, static_cast<float>(scene.exposure_ev100)), x, y);
             encoded = glm::mix(encoded, shown, coverage);
         }
         for (int k = 0; k < 3; ++k) picture.rgba8[i + static_cast<std::size_t>(k)] = byte_of(encoded[k]);

@@ -10,7 +10,7 @@ namespace {
 bool is_look(const v1::Command& command) {
     return command.has_set_camera() || command.has_set_view() || command.has_set_exposure() || command.has_set_size() ||
            command.has_set_technique() || command.has_save_view() || command.has_recall_view() ||
-           command.has_remove_view();
+           command.has_remove_view() || command.has_set_look();
 }
 
 std::string light_label(const v1::SetLight& set) {

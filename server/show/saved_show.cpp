@@ -12,6 +12,8 @@
 #include "protocol/schema/upload_name.h"
 #include "server/assets/assets.h"
 #include "server/scene/apply.h"
+#include "server/scene/apply_view.h"
+#include "server/scene/false_color.h"
 #include "server/scene/light_tables.h"
 #include "server/scene/light_values.h"
 #include "server/scene/preset.h"
@@ -258,6 +260,38 @@ public:
         v1::Command light;
         light.mutable_set_view()->set_light(show_.view_light());
         run(light, "the view's light");
+        v1::Command only;
+        only.mutable_set_view()->set_only(show_.view_only());
+        run(only, "the only light of the view");
+    }
+    // Of the view of this name; written before there was one, the defaults stay.
+    void restore_false_color(const char* name, const v1::FalseColor& color) {
+        v1::Command command;
+        v1::SetView& set = *command.mutable_set_view();
+        set.set_view(name);
+        set.set_scale(color.scale());
+        set.set_range_low(color.range_low());
+        set.set_range_high(color.range_high());
+        set.set_range_auto(color.range_auto());
+        set.set_steps(color.steps());
+        set.set_palette(color.palette());
+        set.set_isolux(color.isolux());
+        set.set_below(color.below());
+        set.set_compare_range(color.compare_range());
+        run(command, std::string("the scale of the view ") + name);
+    }
+    void restore_look() {
+        if (show_.has_illuminance()) restore_false_color("illuminance", show_.illuminance());
+        if (show_.has_luminance()) restore_false_color("luminance", show_.luminance());
+        v1::Command compare;
+        compare.mutable_set_view()->set_compare(show_.view_compare());
+        run(compare, "what the view compares with");
+        if (!show_.has_look()) return;
+        v1::Command look;
+        look.mutable_set_look()->set_tone(show_.look().tone());
+        look.mutable_set_look()->set_white_k(show_.look().white_k());
+        look.mutable_set_look()->set_white_duv(show_.look().white_duv());
+        run(look, "the look");
     }
     void restore_saved_views() {
         for (const saved::SavedView& view : show_.saved_views()) {
@@ -327,6 +361,12 @@ saved::Show show_of(const Scene& scene, ProfileTexts& texts) {
     show.set_view(view_name(scene.view));
     show.set_view_gain(scene.view_gain);
     show.set_view_light(scene.view_light);
+    put_false_color(scene.false_color[0], false, *show.mutable_illuminance());
+    put_false_color(scene.false_color[1], false, *show.mutable_luminance());
+    for (v1::FalseColor* color : {show.mutable_illuminance(), show.mutable_luminance()}) color->clear_ticks();
+    put_look(scene.look, *show.mutable_look());
+    show.set_view_only(scene.view_only);
+    show.set_view_compare(scene.view_compare);
     show.set_exposure_ev100(scene.exposure_ev100);
     show.set_exposure_auto(scene.exposure_auto);
     show.set_master_ratio(scene.master_ratio);
@@ -414,6 +454,7 @@ RestoredShow restore_show(const saved::Show& show, std::shared_ptr<const SceneAs
         restorer.restore_saved_views();
     }
     restorer.restore_size();
+    restorer.restore_look();
     restorer.restore_settings();
     RestoredShow restored = restorer.result();
     restored.scene.show_name = same_scene ? show.show_name() : "";

@@ -14,4 +14,8 @@ namespace gonio::trace {
 // for the same scene: some 50 ms of this thread.
 std::optional<double> metered_ev100(const Scene& scene);
 
+// Result: the upper end of a scale for the view illuminance, lx, or luminance, cd/m². It is 1, 2 or 5 times a power of
+// ten, and 99 % of such a picture lie below; nothing where it is dark. It takes as long. Any thread.
+std::optional<double> metered_range(const Scene& scene, View view);
+
 }  // namespace gonio::trace

@@ -19,7 +19,8 @@ using namespace glm;
 
 namespace gonio::glsl64 {
 namespace {
-using glm::abs, glm::cross, glm::dot, glm::exp2, glm::length, glm::mix, glm::normalize, std::exp, std::log2, std::sqrt;
+using glm::abs, glm::cross, glm::dot, glm::exp2, glm::length, glm::mix, glm::normalize, std::exp, std::floor, std::log2,
+    std::sqrt;
 using vec2 = glm::dvec2;
 using vec3 = glm::dvec3;
 using vec4 = glm::dvec4;

@@ -36,19 +36,3 @@ vec3 ycbcr_709(vec3 rgb) {
     return vec3((16.0f + 219.0f * y) / 255.0f, (128.0f + 224.0f * (rgb.z - y) / 1.8556f) / 255.0f,
                 (128.0f + 224.0f * (rgb.x - y) / 1.5748f) / 255.0f);
 }
-
-// Result: a colour for t in 0..1, dark blue over green and yellow to white: monotone in luminance.
-vec3 false_color(float t) {
-    t = clamp(t, 0.0f, 1.0f);
-    vec3 c0 = vec3(0.02f, 0.02f, 0.12f), c1 = vec3(0.05f, 0.16f, 0.45f), c2 = vec3(0.05f, 0.42f, 0.35f);
-    vec3 c3 = vec3(0.55f, 0.62f, 0.10f), c4 = vec3(1.0f, 0.95f, 0.8f);
-    float s = t * 4.0f;
-    if (s < 1.0f) return mix(c0, c1, s);
-    if (s < 2.0f) return mix(c1, c2, s - 1.0f);
-    if (s < 3.0f) return mix(c2, c3, s - 2.0f);
-    return mix(c3, c4, s - 3.0f);
-}
-
-// Result: the colour of an illuminance in lux, of a luminance in cd/m²: four decades from 1 lx and from 0.1 cd/m².
-vec3 illuminance_color(float value_lx) { return false_color(log2(max(value_lx, 1e-6f)) / log2(10.0f) / 4.0f); }
-vec3 luminance_color(float value_nit) { return illuminance_color(value_nit * 10.0f); }

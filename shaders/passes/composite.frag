@@ -5,7 +5,11 @@
 #include "lib/octahedral.glsl"
 #include "lib/vpl.glsl"
 #include "lib/display.glsl"
+#include "lib/false_color.glsl"
 layout(std140, binding = 0) uniform WeightBlock { LightWeight weights[GONIO_MAX_LAYERS]; };
+#if (VIEW == 3 || VIEW == 4) && !defined(RAW)
+layout(std140, binding = 1) uniform FalseColors { FalseColorBlock scale; };
+#endif
 layout(location = 1) uniform int light_count;
 layout(location = 2) uniform float ev100;
 layout(location = 3) uniform float gain;         // of the indirect view
@@ -106,7 +110,7 @@ Shown with_edges(ivec2 pixel, Shown centre) {
     if (low == end || edge_pixels[low].x != uint(pixel.x)) return centre;
     EdgePixel edge = edge_pixels[low];
     Shown sum = Shown(edge.own * centre.lx, edge.own * centre.nit, edge.own * centre.covered);
-#if VIEW != VIEW_DIRECT && VIEW != VIEW_INDIRECT
+#if defined(EMISSIVE) && VIEW != VIEW_DIRECT && VIEW != VIEW_INDIRECT
     sum.nit += edge.emission_nit.rgb;
 #endif
     for (uint t = edge.first_tap; t < edge.first_tap + edge.count; ++t) {
@@ -118,6 +122,56 @@ Shown with_edges(ivec2 pixel, Shown centre) {
         sum.covered += tap.albedo_share.a;
     }
     return sum;
+}
+#endif
+
+Shown shown_at(ivec2 pixel) {
+#ifdef EDGES
+    return with_edges(pixel, centre_of(pixel));
+#else
+    return centre_of(pixel);
+#endif
+}
+
+#if (VIEW == VIEW_ILLUMINANCE || VIEW == VIEW_LUMINANCE) && !defined(RAW)
+// Of what a pixel shows: lux or cd/m².
+float value_of(Shown here) {
+#if VIEW == VIEW_ILLUMINANCE
+    return luminance(here.lx) / max(here.covered, 1e-6);
+#else
+    return luminance(here.nit) / max(here.covered, 1e-6);
+#endif
+}
+
+// server/scene/false_color.h has the same for captures of reference quality.
+vec3 color_of(float value) {
+    if (scale.marks.x > 0.0 && value < scale.marks.x) return scale.below_mark.rgb;
+    if (value < scale.range.x) return scale.under.rgb;
+    if (value > scale.range.y) return scale.over.rgb;
+    float t = stepped_position(scale_position(value, scale.range.x, scale.range.y, scale.range.z), scale.range.w);
+    float at = clamp(t, 0.0, 1.0) * float(GONIO_FALSE_COLORS - 1);
+    int first = min(int(at), GONIO_FALSE_COLORS - 2);
+    return mix(scale.colors[first], scale.colors[first + 1], at - float(first)).rgb;
+}
+
+int levels_reached(float value) {
+    int reached = 0;
+    for (int i = 0; i < int(scale.marks.y); ++i) reached += value >= scale.levels[i / 4][i % 4] ? 1 : 0;
+    return reached;
+}
+
+// Result: the level whose line runs between the pixel and the ones on its right and above it, from 1 on; 0: none.
+int line_at(ivec2 pixel, float value) {
+    int own = levels_reached(value), line = 0;
+    for (int k = 0; k < 2; ++k) {
+        ivec2 beside = pixel + (k == 0 ? ivec2(1, 0) : ivec2(0, 1));
+        if (any(greaterThanEqual(beside, textureSize(gbuffer_depth, 0)))) continue;
+        Shown there = shown_at(beside);
+        if (!(there.covered > 0.0)) continue;
+        int other = levels_reached(value_of(there));
+        if (other != own) line = max(own, other);
+    }
+    return line;
 }
 #endif
 #endif
@@ -147,10 +201,8 @@ void main() {
 #endif
 #else
     ivec2 pixel = ivec2(gl_FragCoord.xy);
-    Shown here = centre_of(pixel);
-#ifdef EDGES
-    here = with_edges(pixel, here);
-#endif
+    Shown here = shown_at(pixel);
+#ifdef RAW
 #if VIEW == VIEW_ILLUMINANCE
     vec3 raw = vec3(luminance(here.lx));  // lux
 #elif VIEW == VIEW_LUMINANCE
@@ -160,18 +212,23 @@ void main() {
 #else
     vec3 raw = here.nit;
 #endif
-#ifdef RAW
     out_color = vec4(raw, here.covered);
+#elif VIEW == VIEW_ILLUMINANCE || VIEW == VIEW_LUMINANCE
+    // A line's level is told to captures in the alpha, of 255; else it is 1.
+    float value = value_of(here), alpha = 1.0;
+    vec3 encoded = color_of(value);
+    int line = scale.marks.y > 0.0 && here.covered > 0.0 ? line_at(pixel, value) : 0;
+    if (line > 0) {
+        encoded = vec3(luminance(encoded) > 0.5 ? 0.0 : 1.0);
+        alpha = float(line) / 255.0;
+    }
+    out_color = vec4(mix(vec3(background_shade()), encoded, here.covered), alpha);
 #else
-    vec3 of_surfaces = raw / max(here.covered, 1e-6);
-#if VIEW == VIEW_ILLUMINANCE
-    vec3 shown = illuminance_color(of_surfaces.x);
-#elif VIEW == VIEW_LUMINANCE
-    vec3 shown = luminance_color(of_surfaces.x);
-#else
-    vec3 shown = expose(of_surfaces, ev100);
+    vec3 of_surfaces = here.nit / max(here.covered, 1e-6);
+#if VIEW == VIEW_INDIRECT
+    of_surfaces *= gain;
 #endif
-    vec3 encoded = here.covered > 0.0 ? encode(shown) : vec3(0.0);
+    vec3 encoded = here.covered > 0.0 ? encode(expose(of_surfaces, ev100)) : vec3(0.0);
     out_color = vec4(here.covered == 1.0 ? encoded : mix(vec3(background_shade()), encoded, here.covered), 1.0);
 #endif
 #endif

@@ -17,6 +17,19 @@ struct LightWeight {
     vec4 rgb;
 };
 
+// The scale of a false-colour view (server/scene/false_color.h). Colours are R'G'B' in 0..1.
+#define GONIO_FALSE_COLORS 256
+#define GONIO_MAX_LEVELS 32
+struct FalseColorBlock {
+    vec4 colors[GONIO_FALSE_COLORS];
+    vec4 under;
+    vec4 over;
+    vec4 below_mark;
+    vec4 range;   // low, high, 1: logarithmic, steps or 0
+    vec4 marks;   // what is less is marked, how many levels there are; 0: none
+    vec4 levels[GONIO_MAX_LEVELS / 4];  // of isolux lines, ascending
+};
+
 // One mesh drawn once: into the camera's view, or into one face of a cube map.
 struct DrawInstance {
     vec4 row0;  // rows of the 3×4 matrix: mesh space -> world axes, rebased to the camera or the light, m

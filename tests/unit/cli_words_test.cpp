@@ -70,6 +70,35 @@ TEST(CliWords, EveryChange) {
     EXPECT_EQ(command_of("set technique seed --samples 400")->set_technique().samples(), 400u);
     EXPECT_EQ(command_of("set technique default")->set_technique().technique(), "default");
     EXPECT_EQ(command_of("set view indirect --gain 4 --light key")->set_view().gain(), 4.0);
+    command = command_of(
+        "set view illuminance --range 0:1000 --scale linear --steps 10 --palette viridis --isolux on --below 500 "
+        "--only key --compare A --compare-range 200");
+    ASSERT_TRUE(command);
+    const v1::SetView& view = command->set_view();
+    EXPECT_TRUE(view.has_range_low());
+    EXPECT_EQ(view.range_low(), 0);
+    EXPECT_EQ(view.range_high(), 1000);
+    EXPECT_FALSE(view.has_range_auto());
+    EXPECT_EQ(view.scale() + " " + view.palette() + " " + view.only() + " " + view.compare(), "linear viridis key A");
+    EXPECT_EQ(view.steps(), 10u);
+    EXPECT_TRUE(view.isolux());
+    EXPECT_EQ(view.below(), 500);
+    EXPECT_EQ(view.compare_range(), 200);
+    EXPECT_TRUE(command_of("set view illuminance --range auto")->set_view().range_auto());
+    EXPECT_FALSE(command_of("set view illuminance --range auto")->set_view().has_range_low());
+    EXPECT_FALSE(command_of("set view illuminance --isolux off")->set_view().isolux());
+    EXPECT_TRUE(command_of("set view illuminance --isolux off")->set_view().has_isolux());
+    EXPECT_EQ(command_of("set view illuminance --range 5").error().where, "--range");
+    EXPECT_EQ(command_of("set view illuminance --isolux maybe").error().where, "--isolux");
+    command = command_of("set exposure --aperture 5.6 --shutter 1/60 --iso 400");
+    EXPECT_EQ(command->set_exposure().aperture(), 5.6);
+    EXPECT_DOUBLE_EQ(command->set_exposure().shutter_s(), 1.0 / 60.0);
+    EXPECT_EQ(command->set_exposure().iso(), 400);
+    EXPECT_FALSE(command->set_exposure().has_ev100());
+    command = command_of("set look --tone agx --white 4000 --tint -0.01");
+    EXPECT_EQ(command->set_look().tone(), "agx");
+    EXPECT_EQ(command->set_look().white_k(), 4000);
+    EXPECT_EQ(command->set_look().white_duv(), -0.01);
     EXPECT_EQ(command_of("set exposure -2.5")->set_exposure().ev100(), -2.5);
     EXPECT_EQ(command_of("set master 0.5")->set_master().ratio(), 0.5);
     EXPECT_EQ(command_of("set size 640x480")->set_size().height_px(), 480u);

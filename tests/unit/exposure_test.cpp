@@ -39,6 +39,19 @@ TEST(Exposure, OfADiffuseSphere) {
     }
 }
 
+// There the illuminance is candela / R² / (1 - rho), 20 lx, and the luminance rho/pi of it, 3.2 cd/m².
+TEST(Exposure, ARangeHasRoomForTheSphere) {
+    constexpr double radius = 2.0, rho = 0.5;
+    Scene scene = scene_with({{inward_sphere(radius, 128), glm::vec3(rho)}}, isotropic(40.0), glm::dvec3(0, 0, 0));
+    scene.camera = {{0.3, 0.1, 0.0}, {1.0, 0.2, 0.1}, 1.2};
+    EXPECT_EQ(trace::metered_range(scene, View::illuminance), 50.0);
+    EXPECT_EQ(trace::metered_range(scene, View::luminance), 5.0);
+    scene.lights[0].level_ratio = 0.001;
+    EXPECT_NEAR(*trace::metered_range(scene, View::illuminance), 0.05, 1e-12);
+    scene.lights[0].level_ratio = 0.0;
+    EXPECT_FALSE(trace::metered_range(scene, View::illuminance)) << "dark";
+}
+
 // From starlight on snow (0.002 lx, 0.0006 cd/m²) to the sun on it (100,000 lx, 30,000 cd/m²), and not beyond.
 TEST(Exposure, FromStarlightToTheSun) {
     Piece floor{quad({-9, 0, 9}, {9, 0, 9}, {9, 0, -9}, {-9, 0, -9}), glm::vec3(0.0f)};

@@ -251,6 +251,11 @@ TEST(CaptureQuery, EveryRefusalNamesCodeFieldAndValue) {
         {"unsupported", "capture.samples_per_pixel", "4",
          [](auto& q) { q.set_quality("reference"), q.set_samples_per_pixel(4); }},
         {"invalid_argument", "capture.width_px", "5000x600", [](auto& q) { q.set_width_px(5000); }},
+        {"unsupported", "capture.legend", "beauty", [](auto& q) { q.set_legend(true); }},
+        {"unsupported", "capture.legend", "exr",
+         [](auto& q) { q.set_legend(true), q.set_view("luminance"), q.set_format("exr"); }},
+        {"unsupported", "capture.legend", "159x600",
+         [](auto& q) { q.set_legend(true), q.set_view("illuminance"), q.set_width_px(159); }},
     };
     for (const Case& expected : cases) {
         v1::CaptureQuery query;
@@ -280,6 +285,26 @@ TEST(CaptureQuery, EveryRefusalNamesCodeFieldAndValue) {
         query.set_view(view);
         EXPECT_TRUE(check_capture(Scene{}, query)) << view;
     }
+}
+
+// Reference pictures show the scene as it is.
+TEST(CaptureQuery, ReferenceShowsNoPartAndNoDifference) {
+    Scene scene;
+    scene.view_only = "key";
+    v1::CaptureQuery query;
+    query.set_quality("reference");
+    query.set_view("luminance");
+    EXPECT_EQ(check_capture(scene, query).error().where, "capture.quality");
+    query.set_view("beauty");
+    EXPECT_TRUE(check_capture(scene, query)) << "which shows all light";
+    scene.view_only.clear();
+    scene.view_compare = "A";
+    scene.presets["A"] = std::make_shared<const Preset>();
+    query.set_view("illuminance");
+    EXPECT_EQ(check_capture(scene, query).error().where, "capture.quality");
+    query.set_quality("interactive");
+    query.set_legend(true);
+    EXPECT_TRUE(check_capture(scene, query)->legend);
 }
 
 TEST(MeterReply, MeanLeastGreatestAndUniformity) {

@@ -129,11 +129,11 @@ PassRun run_besides(const PassContext& context, const lighting::GBuffer& s, cons
                 const float stored = precise.empty() ? glm::unpackHalf1x16(pixels[i]) : precise[i],
                             value = stored * gain * besides.unit_lx[part];
                 sum[i] += value;
-                if (i % 4 != 3) greatest = std::max(greatest, value);
+                if (i % 4 != 3) greatest = std::max(greatest, std::abs(value));
             }
             greatest_lx += greatest;
         };
-        add(light.emitted, 1.0f, emitted, 1.0f);
+        if (!context.scene.emission_hidden) add(light.emitted, 1.0f, emitted, 1.0f);
         add(light.summed, master, light.summed_list.irradiance, master * light.summed.unit_lx[1]);
         if (context.merged && part == 1)
             draw(light.merged.irradiance.indirect, light.merged.reference / context.geometry.layer_unit_m2());

@@ -4,6 +4,7 @@
 
 #include "server/render/passes/passes.h"
 #include "server/render/passes/screen.h"
+#include "server/scene/false_color.h"
 
 namespace gonio {
 namespace {
@@ -48,7 +49,7 @@ PassRun run_composite(const PassContext& context, View view, const LightGpu* sho
     const Target& target = context.target;
     gl::Defines defines = {{"VIEW", std::to_string(static_cast<int>(view))}};
     if (raw != 0) defines.emplace_back("RAW", "1");
-    if (target.emissive) defines.emplace_back("EMISSIVE", "1");
+    if (target.emissive && !context.scene.emission_hidden) defines.emplace_back("EMISSIVE", "1");
     const bool edges = shows_lit_surfaces(view) && shows_edges(context) && !screen.surfaces.edges.rows.empty();
     if (edges) defines.emplace_back("EDGES", "1");
     const GLuint program = context.programs.get("passes/screen.vert", "passes/composite.frag", defines);
@@ -69,6 +70,13 @@ PassRun run_composite(const PassContext& context, View view, const LightGpu* sho
     const gl::Buffer block =
         gl::make_buffer("light weights", weights.size() * sizeof(layouts::LightWeight), weights.data());
     glBindBufferBase(GL_UNIFORM_BUFFER, 0, block.id());
+    gl::Buffer colors;
+    if (is_false_color(view) && raw == 0) {
+        const layouts::FalseColorBlock made =
+            color_block(false_color_of(context.scene, view), shows_difference(context.scene, view));
+        colors = gl::make_buffer("false colour", sizeof made, &made);
+        glBindBufferBase(GL_UNIFORM_BUFFER, 1, colors.id());
+    }
     glProgramUniform1i(program, 1, layers);
     glProgramUniform1f(program, 2, static_cast<float>(context.scene.exposure_ev100));
     glProgramUniform1f(program, 3, static_cast<float>(context.scene.view_gain));

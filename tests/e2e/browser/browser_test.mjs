@@ -152,7 +152,8 @@ async function run(page, server) {
     check(difference(full, narrow) > 1, "and the picture", `difference ${difference(full, narrow).toFixed(1)}`);
 
     // View and camera.
-    await page.locator("#views button[data-value=rsm-normal]").click();
+    await page.locator("#debug summary").click();
+    await page.locator("#debug [data-view=rsm-normal]").click();
     await until("the view in the state", async () => (await state(page)).view === "rsm-normal");
     const normals = await settled(page);
     check(difference(narrow, normals) > 3, "switching the view changes the picture", `difference ${difference(narrow, normals).toFixed(1)}`);

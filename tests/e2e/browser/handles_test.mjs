@@ -112,12 +112,12 @@ async function run(page, server) {
     await sleep(1000);
     const told = Number(/^([\d.]+) lx/.exec(await page.locator("#under").textContent())?.[1]);
     const shown = await page.evaluate(async ([x, y]) => {
-        const {valueOf} = await import("/legend.js");
+        const {valueOf, scaleOf} = await import("/legend.js");
         const canvas = document.querySelector("#canvas"), small = document.createElement("canvas");
         small.width = canvas.width, small.height = canvas.height;
         const context = small.getContext("2d", {willReadFrequently: true});
         context.drawImage(canvas, 0, 0);
-        return valueOf("illuminance", [...context.getImageData(Math.round(x * canvas.width), Math.round(y * canvas.height), 1, 1).data.slice(0, 3)]);
+        return valueOf(scaleOf(window.gonio.state), [...context.getImageData(Math.round(x * canvas.width), Math.round(y * canvas.height), 1, 1).data.slice(0, 3)]);
     }, place);
     check(Math.abs(Math.log10(shown / told)) < 0.08, "the legend's colours stand for the lux that are there", `${shown.toFixed(1)} lx, ${told} lx`);
     if (screenshot) await page.screenshot({path: screenshot.replace(/\.png$/, "-legend.png")});

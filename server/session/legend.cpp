@@ -1,0 +1,147 @@
+#include "server/session/legend.h"
+
+#include <algorithm>
+#include <cmath>
+#include <map>
+#include <string>
+
+#include "server/scene/false_color.h"
+#include "server/session/bitmap_text.h"
+
+namespace gonio {
+namespace {
+
+constexpr Rgb8 kPaper = {20, 21, 23}, kInk = {236, 237, 238}, kFigurePaper = {255, 255, 255}, kFigureInk = {0, 0, 0};
+
+struct Box {
+    int x, y, wide, high;
+    bool touches(const Box& other) const {
+        return x < other.x + other.wide && other.x < x + wide && y < other.y + other.high && other.y < y + high;
+    }
+};
+
+Rgb8 bytes_of(const glm::vec3& color) {
+    const glm::vec3 rounded = glm::clamp(color, 0.0f, 1.0f) * 255.0f + 0.5f;
+    return {static_cast<std::uint8_t>(rounded.x), static_cast<std::uint8_t>(rounded.y),
+            static_cast<std::uint8_t>(rounded.z)};
+}
+
+std::vector<std::string> title_of(const Scene& scene, View view) {
+    const bool difference = shows_difference(scene, view);
+    std::vector<std::string> lines = {std::string(difference ? "Difference of " : "") +
+                                      (view == View::luminance ? difference ? "luminance, cd/m²" : "Luminance, cd/m²"
+                                       : difference            ? "illuminance, lx"
+                                                               : "Illuminance, lx")};
+    if (!scene.view_only.empty()) lines.push_back("of " + scene.view_only);
+    if (difference) lines.push_back("from " + scene.view_compare);
+    return lines;
+}
+
+struct Layout {
+    int dot_px, line_px, bar_wide, bar_high;
+    Box box;
+};
+
+// The bar, from its lower end at y: colours, ends that lie beyond, and figures.
+void draw_bar(const Pixels& to, const Layout& l, int x, int y, const layouts::FalseColorBlock& block,
+              const FalseScale& scale) {
+    const auto value_at = [&](double t) {
+        return scale.logarithmic ? scale.low * std::pow(scale.high / scale.low, t)
+                                 : scale.low + (scale.high - scale.low) * t;
+    };
+    for (int i = 0; i < l.bar_high; ++i)
+        fill_box(to, x, y - 1 - i, l.bar_wide, 1,
+                 bytes_of(false_color(block, static_cast<float>(value_at((i + 0.5) / l.bar_high)))));
+    const int end = l.line_px / 2 + l.dot_px;
+    fill_box(to, x, y - l.bar_high - end, l.bar_wide, end, bytes_of(glm::vec3(block.over)));
+    if (!(scale.low == 0.0 && !scale.logarithmic))
+        fill_box(to, x, y, l.bar_wide, end, bytes_of(glm::vec3(block.under)));
+    int last = y + l.line_px;
+    for (const double tick : ticks_of(scale)) {
+        const double t = scale.logarithmic ? std::log(tick / scale.low) / std::log(scale.high / scale.low)
+                                           : (tick - scale.low) / (scale.high - scale.low);
+        const int at = y - static_cast<int>(std::lround(t * l.bar_high));
+        if (at > last - l.line_px) continue;
+        last = at;
+        fill_box(to, x + l.bar_wide, at, 2 * l.dot_px, l.dot_px, kInk);
+        draw_text(to, x + l.bar_wide + 4 * l.dot_px, at - l.line_px / 2 + l.dot_px, l.dot_px, figure(tick), kInk);
+    }
+}
+
+// Figures of isolux lines: of each level one a cell of the picture that its line runs through, where there is room.
+void draw_line_figures(const Pixels& to, int dot_px, const std::vector<double>& levels, std::vector<Box> taken) {
+    const int cell = 70 * dot_px, least = 10 * dot_px;
+    struct Candidate {
+        int pixels = 0, x = 0, y = 0, off = INT_MAX;
+    };
+    std::map<std::array<int, 3>, Candidate> found;  // by row, column, level
+    for (int y = 0; y < to.height_px; ++y) {
+        for (int x = 0; x < to.width_px; ++x) {
+            std::uint8_t& mark = to.rgba8[4 * (static_cast<std::size_t>(y) * static_cast<std::size_t>(to.width_px) +
+                                               static_cast<std::size_t>(x)) +
+                                          3];
+            const int level = std::exchange(mark, std::uint8_t{255});
+            if (level == 0 || static_cast<std::size_t>(level) > levels.size()) continue;
+            Candidate& one = found[{y / cell, x / cell, level}];
+            ++one.pixels;
+            const int off = std::abs(x % cell - cell / 2) + std::abs(y % cell - cell / 2);
+            if (off >= one.off) continue;
+            one.off = off, one.x = x, one.y = y;
+        }
+    }
+    for (const auto& [key, one] : found) {
+        if (one.pixels < least) continue;
+        const std::string text = figure(levels[static_cast<std::size_t>(key[2] - 1)]);
+        const int wide = (letters(text) * kLetterWide + 1) * dot_px, high = (kLetterHigh + 1) * dot_px;
+        const Box box{one.x - wide / 2, one.y - high / 2, wide, high};
+        const bool inside = box.x >= 0 && box.y >= 0 && box.x + wide <= to.width_px && box.y + high <= to.height_px;
+        if (!inside || std::ranges::any_of(taken, [&](const Box& other) { return box.touches(other); })) continue;
+        fill_box(to, box.x, box.y, wide, high, kFigurePaper);
+        draw_text(to, box.x + dot_px, box.y + dot_px, dot_px, text, kFigureInk);
+        taken.push_back(box);
+    }
+}
+
+}  // namespace
+
+void draw_legend(CapturedPicture& picture, const Scene& scene, View view) {
+    const Pixels to{picture.rgba8, picture.width_px, picture.height_px};
+    const FalseColor& settings = false_color_of(scene, view);
+    const bool difference = shows_difference(scene, view);
+    const FalseScale scale = scale_of(settings, difference);
+    const layouts::FalseColorBlock block = color_block(settings, difference);
+    Layout l{};
+    l.dot_px = std::clamp(std::min(to.width_px, to.height_px) / 400, 1, 8);
+    l.line_px = (kLetterHigh + 2) * l.dot_px;
+    l.bar_wide = 12 * l.dot_px;
+    std::vector<std::string> title = title_of(scene, view);
+    const bool marks = settings.below > 0.0 && !difference;
+    const int margin = 4 * l.dot_px, around = l.line_px * (static_cast<int>(title.size()) + (marks ? 1 : 0) + 2);
+    l.bar_high = std::min(110 * l.dot_px, to.height_px - around - 4 * margin);
+    int wide = l.bar_wide + 7 * kLetterWide * l.dot_px;
+    for (const std::string& line : title) wide = std::max(wide, letters(line) * kLetterWide * l.dot_px);
+    wide = std::min(wide + 2 * margin, to.width_px - 2 * margin);
+    l.box = {to.width_px - wide - margin, margin, wide, around + l.bar_high + 2 * margin};
+    fill_box(to, l.box.x, l.box.y, l.box.wide, l.box.high, kPaper);
+    const int x = l.box.x + margin;
+    int y = l.box.y + margin;
+    const auto fits = static_cast<std::size_t>((wide - 2 * margin) / (kLetterWide * l.dot_px));
+    for (std::string& line : title) {
+        if (line.size() > fits + 1) line = line.substr(0, fits - 2) + "..";
+        draw_text(to, x, y, l.dot_px, line, kInk);
+        y += l.line_px;
+    }
+    y += l.line_px + l.bar_high;
+    layouts::FalseColorBlock plain = block;
+    plain.marks = glm::vec4(0.0f);
+    draw_bar(to, l, x, y, plain, scale);
+    y += l.line_px;
+    if (marks) {
+        fill_box(to, x, y, l.bar_wide, kLetterHigh * l.dot_px, kBelowMark);
+        draw_text(to, x + l.bar_wide + 4 * l.dot_px, y, l.dot_px, "< " + figure(settings.below), kInk);
+    }
+    draw_line_figures(to, l.dot_px, settings.isolux ? isolux_levels(settings, difference) : std::vector<double>(),
+                      {l.box});
+}
+
+}  // namespace gonio
