@@ -266,7 +266,8 @@ std::optional<Error> check_header(const Json& document) {
             if (!extensions[i].is_string()) return bad(where, extensions[i], "a string is expected here");
             const std::string extension = extensions[i].get<std::string>();
             const GltfFeature* const known = find_extension(extension);
-            if (name == std::string_view("extensionsRequired") && (!known || known->state == FeatureState::refused)) {
+            const bool read = known ? known->state != FeatureState::refused : is_of_materials(extension);
+            if (name == std::string_view("extensionsRequired") && !read) {
                 return Error{"unsupported", where, extension,
                              "the file requires an extension that Gonio does not read"};
             }

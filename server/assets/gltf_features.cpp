@@ -16,8 +16,9 @@ differs from what glTF says. Warnings of a load name the row, what was made of i
 Every surface is diffuse. Warnings say so, as *metallic-roughness materials*, of metals alone: a metallicFactor over 0 beside a
 roughnessFactor under 1 or a metallicRoughnessTexture.
 
-An extension that is not here is ignored where it is optional, with a warning, and refused where a file requires it. Whatever a file
-says of its size is bounded before memory is taken.
+An extension that is not here is ignored where it is optional, with a warning. Where a file requires it, it is refused, unless it is one
+of materials by its name (`VENDOR_materials_thing`): then surfaces have their material of glTF's core. Whatever a file says of its size
+is bounded before memory is taken.
 )";
 
 std::string_view word_of(FeatureState state) {
@@ -51,6 +52,10 @@ const GltfFeature* find_extension(std::string_view name) {
     const auto found = std::find_if(kGltfExtensions.begin(), kGltfExtensions.end(),
                                     [&](const GltfFeature& row) { return row.name == name; });
     return found == kGltfExtensions.end() ? nullptr : &*found;
+}
+
+bool is_of_materials(std::string_view name) {
+    return name.find("_materials_") != std::string_view::npos;
 }
 
 std::string feature_warning(const GltfFeature& feature, std::string_view where, std::string_view how) {

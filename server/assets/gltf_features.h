@@ -70,7 +70,8 @@ inline constexpr auto kGltfCore = std::to_array<GltfFeature>({
     {"extras", kIgnored, false, "they are left out"},
 });
 
-// Of the Khronos registry; an extension that is not here is ignored where it is optional and refused where required.
+// Of the Khronos registry. An extension that is not here is ignored where it is optional. Where it is required it is
+// refused, but for other materials: is_of_materials().
 inline constexpr auto kGltfExtensions = std::to_array<GltfFeature>({
     {"KHR_animation_pointer", kIgnored, true, "nodes and materials keep their rest values"},
     {"KHR_draco_mesh_compression", kSupported, false, "decoded by libdraco; bytes of accessors come before it"},
@@ -93,22 +94,40 @@ inline constexpr auto kGltfExtensions = std::to_array<GltfFeature>({
      "the base colour is reflectance, with --unlit emission light of 80 cd/m² at white"},
     {"KHR_materials_variants", kApproximated, true, "every primitive has its default material"},
     {"KHR_materials_volume", kApproximated, true, "media absorb no light"},
+    {"KHR_materials_volume_scatter", kApproximated, true, "media scatter no light"},
     {"KHR_mesh_quantization", kSupported, false, "every component type, normalised or not"},
     {"KHR_meshopt_compression", kRefused, false, "libmeshoptimizer 0.18 does not decode it"},
+    {"KHR_node_hoverability", kIgnored, false, "behaviour is left out"},
+    {"KHR_node_selectability", kIgnored, false, "behaviour is left out"},
     {"KHR_node_visibility", kIgnored, true, "hidden nodes are shown"},
     {"KHR_texture_basisu", kApproximated, true, "the texture's PNG or JPEG is taken; without one it is left out"},
     {"KHR_texture_transform", kSupported, false, "of the base colour, else of the emission"},
     {"KHR_xmp_json_ld", kIgnored, false, "metadata are left out"},
+    {"ADOBE_materials_clearcoat_specular", kApproximated, true, "surfaces are diffuse, without a coat"},
+    {"ADOBE_materials_clearcoat_tint", kApproximated, true, "surfaces are diffuse, without a coat"},
+    {"ADOBE_materials_thin_transparency", kApproximated, true, "surfaces let no light through"},
+    {"AGI_articulations", kIgnored, true, "nodes keep their rest pose"},
+    {"AGI_stk_metadata", kIgnored, false, "metadata are left out"},
+    {"CESIUM_primitive_outline", kIgnored, false, "outlines are left out"},
     {"EXT_lights_ies", kSupported, false, "the web of the file, multiplier and colour"},
+    {"EXT_instance_features", kIgnored, false, "metadata are left out"},
     {"EXT_lights_image_based", kIgnored, true, "surroundings emit no light"},
     {"EXT_mesh_features", kIgnored, false, "metadata are left out"},
     {"EXT_mesh_gpu_instancing", kSupported, false, "TRANSLATION, ROTATION and SCALE; at most 2^20 instances"},
+    {"EXT_mesh_manifold", kIgnored, false, "triangles are shown as they are"},
     {"EXT_meshopt_compression", kSupported, false, "every mode and filter, by libmeshoptimizer"},
     {"EXT_structural_metadata", kIgnored, false, "metadata are left out"},
     {"EXT_texture_avif", kApproximated, true, "the texture's PNG or JPEG is taken; without one it is left out"},
     {"EXT_texture_webp", kSupported, false, "still pictures; they come before PNG and JPEG"},
+    {"FB_geometry_metadata", kIgnored, false, "metadata are left out"},
+    {"FB_ngon_encoding", kIgnored, false, "triangles are shown as they are"},
+    {"GODOT_single_root", kIgnored, false, "the root is a node like others"},
+    {"GRIFFEL_bim_data", kIgnored, false, "metadata are left out"},
     {"MSFT_lod", kIgnored, false, "the finest level is shown"},
+    {"MSFT_packing_normalRoughnessMetallic", kIgnored, false, "its textures are left out"},
+    {"MSFT_packing_occlusionRoughnessMetallic", kIgnored, false, "its textures are left out"},
     {"MSFT_texture_dds", kApproximated, true, "the texture's PNG or JPEG is taken; without one it is left out"},
+    {"NV_materials_mdl", kApproximated, true, "surfaces have their material of glTF's core"},
 });
 
 // A row of the tables above by its name; a name that they lack does not compile.
@@ -132,6 +151,10 @@ private:
 
 // Result: the extension's row, or nullptr.
 const GltfFeature* find_extension(std::string_view name);
+
+// Result: whether an extension, known or not, is one of materials by its name (VENDOR_materials_thing): without it a
+// surface has its material of glTF's core, and its shape is the same.
+bool is_of_materials(std::string_view name);
 
 // "name: how; changes lux (where)", with what of it there is. how: in place of the row's.
 std::string feature_warning(const GltfFeature& feature, std::string_view where = "", std::string_view how = "");

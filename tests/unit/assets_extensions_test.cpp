@@ -58,6 +58,20 @@ TEST_F(AssetsExtensions, EachIsWhatTheTableSays) {
     }
 }
 
+// Materials of extensions that nobody knows yet leave shapes as they are: a file may require them.
+TEST_F(AssetsExtensions, MaterialsThatAreNotKnown) {
+    Json document = triangle();
+    document["extensionsRequired"] = {"VENDOR_materials_velvet"};
+    document["materials"] = {{{"pbrMetallicRoughness", {{"baseColorFactor", {0.25, 0.5, 0.75, 1.0}}}},
+                              {"extensions", {{"VENDOR_materials_velvet", {{"pile", 3}}}}}}};
+    document["meshes"][0]["primitives"][0]["material"] = 0;
+    const auto scene = good(document);
+    EXPECT_TRUE(warns(*scene, "VENDOR_materials_velvet is not known and was ignored; perhaps it changes lux"));
+    EXPECT_NEAR(scene->materials.at(0).base_color.g, 0.5, 1e-6);
+    document["extensionsRequired"] = {"VENDOR_mesh_of_materials"};
+    refused(document, "unsupported", "/extensionsRequired/0", "VENDOR_mesh_of_materials");
+}
+
 // The bytes of a lossless WebP picture, RGBA.
 std::string webp(int width_px, int height_px, const std::vector<std::uint8_t>& rgba) {
     std::uint8_t* bytes = nullptr;
