@@ -54,6 +54,14 @@ TEST_F(Scale, EverythingMovesAboutTheOriginAndCandelaStay) {
     EXPECT_EQ(small->scale, 0.25);
 }
 
+// A unit of the scenes that are built in is a metre.
+TEST_F(Scale, BuiltInScenesToo) {
+    const auto plain = *load_scene("cornell"), twice = *load_scene("cornell", "", {.scale = 2.0});
+    expect_near(twice->bounds.max - twice->bounds.min, 2.0 * (plain->bounds.max - plain->bounds.min));
+    expect_near(twice->lights[0].position, 2.0 * plain->lights[0].position);
+    EXPECT_EQ(twice->scale, 2.0);
+}
+
 TEST_F(Scale, WhatIsNoRoomIsSaidWithWhatMendsIt) {
     for (const double side : {0.11, 1.0, 8.0, 199.0}) EXPECT_EQ(said(side), "") << side;
     const auto says = [&](double side, const std::string& words, double scale = 1.0) {
