@@ -60,6 +60,11 @@ MaybeValue size_value(Text text) {
     return size ? MaybeValue({{double(size->first), double(size->second)}, {}}) : std::nullopt;
 }
 
+MaybeValue edge_samples_value(Text text) {
+    const auto samples = parse_count(text);
+    return samples && *samples >= 1 && *samples <= 64 ? numbers_value(samples) : std::nullopt;
+}
+
 MaybeValue number_or_auto_value(Text text) {
     if (text != "auto") return numbers_value(parse_number(text));
     return Value{{}, {}, true};
@@ -116,6 +121,7 @@ constexpr FormRow kForms[] = {
     {WordForm::ratio, "a number or a percentage, like 0.5 or 50%", ratio_value},
     {WordForm::degrees, "a number", [](Text text) { return numbers_value(parse_number(text), kRadPerDeg); }},
     {WordForm::count, "a whole number, 0 or more", [](Text text) { return numbers_value(parse_count(text)); }},
+    {WordForm::edge_samples, "a whole number from 1 to 64", edge_samples_value},
     {WordForm::vector, "numbers with commas between, like 1,2,3", vector_value},
     {WordForm::size, "two whole numbers with an x between, like 800x600", size_value},
     {WordForm::seconds, "a number or a fraction, like 0.5 or 1/60", seconds_value},

@@ -27,6 +27,7 @@ enum class WordForm : std::uint8_t {
     ratio,           // a number or a percentage: 0.5 is 50%
     degrees,         // a number; radians in the message
     count,           // a whole number
+    edge_samples,    // a whole number from 1 to 64
     vector,          // 1,2,3; how many there must be is the server's business
     size,            // 800x600: into a field and the next one, or into a repeated one
     seconds,         // a number or a fraction: 1/60

@@ -153,7 +153,7 @@ constexpr WordRow kCaptureOptions[] = {
      "reference: ends then with what it has, 0.1 to 86400; default: no end"},
     {"--denoise", "", flag, "denoise", "reference, beauty: fewer samples and a filter; to look at, not to measure"},
     {"--openings", "", flag, "openings", "reference: luminaires emit from their luminous openings, not from points"},
-    {"--samples-per-pixel", "N", count, "samples_per_pixel", "of edges, 1 to 64; default 16; 1: centres of pixels"},
+    {"--samples-per-pixel", "N", edge_samples, "samples_per_pixel", "of edges, 1 to 64; default 16; 1: centres of pixels"},
     {"--legend", "", flag, "legend",
      "png, jpg of illuminance, luminance: the scale and the figures of lines are drawn in"},
     {"--after-rev", "N", count, "after_rev", "of the scene when it has reached that revision, waited for up to 30 s"},

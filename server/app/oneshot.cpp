@@ -88,8 +88,12 @@ v1::CaptureQuery query_of(const Json& capture, const std::string& format, const 
     }
     if (const auto noise = number_at(capture, "noise", place)) query.set_noise_ratio(*noise);
     if (const auto seconds = number_at(capture, "max_seconds", place)) query.set_max_seconds(*seconds);
-    if (const auto samples = number_at(capture, "samples_per_pixel", place))
-        query.set_samples_per_pixel(static_cast<std::uint32_t>(std::clamp(*samples, 0.0, 1e6)));
+    if (const auto samples = number_at(capture, "samples_per_pixel", place)) {
+        if (!(*samples >= 1.0 && *samples <= kMostSamplesPerPixel && *samples == std::floor(*samples)))
+            refuse(place + ".samples_per_pixel", capture["samples_per_pixel"].dump(),
+                   "must be a whole number from 1 to 64");
+        query.set_samples_per_pixel(static_cast<std::uint32_t>(*samples));
+    }
     query.set_openings(flag_at(capture, "openings", place));
     query.set_denoise(flag_at(capture, "denoise", place));
     query.set_legend(flag_at(capture, "legend", place));

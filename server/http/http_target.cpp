@@ -128,7 +128,7 @@ constexpr Row kStillRows[] = {
          if (samples) query.set_samples_per_pixel(*samples);
          return samples.has_value();
      },
-     "must be a whole number"},
+     "must be a whole number from 1 to 64"},
     {"openings", set_flag<&v1::CaptureQuery::set_openings>, "must be true or false"},
 };
 

@@ -187,8 +187,6 @@ Result<CaptureRequest> check_capture(const Scene& scene, const v1::CaptureQuery&
         if (request.quality == Quality::reference && request.samples_per_pixel != 1)
             return Error{"unsupported", "capture.samples_per_pixel", value,
                          "reference quality takes as many as its noise asks for, or 1: centres of pixels"};
-        if (request.samples_per_pixel < 1 || request.samples_per_pixel > kMostSamplesPerPixel)
-            return bad_argument("capture.samples_per_pixel", value, "must be a whole number from 1 to 64");
     }
     const auto side = [](std::uint32_t asked, int own) {
         return asked == 0 ? own : static_cast<int>(std::min<std::uint32_t>(asked, 1u << 20));
@@ -198,6 +196,8 @@ Result<CaptureRequest> check_capture(const Scene& scene, const v1::CaptureQuery&
     if (request.width_px > 4096 || request.height_px > 4096) {
         return bad_argument("capture.width_px",
                             std::to_string(request.width_px) + "x" + std::to_string(request.height_px),
+        if (request.samples_per_pixel < 1 || request.samples_per_pixel > kMostSamplesPerPixel)
+            return bad_argument("capture.samples_per_pixel", value, "must be a whole number from 1 to 64");
                             "must be 1 to 4096 a side");
     }
     request.legend = query.legend();

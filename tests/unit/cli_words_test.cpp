@@ -208,6 +208,18 @@ TEST(CliWords, MetersAndCaptures) {
     EXPECT_EQ(capture->query.height_px(), 480u);
 }
 
+// One sentence, whatever the word.
+TEST(CliWords, SamplesPerPixelAreFromOneTo64) {
+    for (const std::string word : {"-1", "0", "65", "2.5", "4294967297", "many"}) {
+        const auto capture = capture_from_words({"a.png", "--samples-per-pixel", word});
+        ASSERT_FALSE(capture) << word;
+        EXPECT_EQ(capture.error().where, "--samples-per-pixel") << word;
+        EXPECT_EQ(capture.error().value, word);
+        EXPECT_EQ(capture.error().message, "This must be a whole number from 1 to 64.") << word;
+    }
+    EXPECT_TRUE(capture_from_words({"a.png", "--samples-per-pixel", "64"}));
+}
+
 TEST(CliWords, UsageErrorsOfMetersAndCaptures) {
     struct Case {
         const char* line;
