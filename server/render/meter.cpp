@@ -132,8 +132,8 @@ v1::MeterReading Renderer::meter(const Scene& scene, const glm::dvec3& point, co
         constexpr double kTransportError = 0.02;
         reading.set_indirect_error_lx(
             std::sqrt(sums.variance + (rsm ? 0.0 : std::pow(kTransportError * reading.indirect_lx(), 2.0))));
-        reading.set_bounces(rsm || bounces == 1 ? "1" : bounces == 0 ? "0" : "all");
     }
+    reading.set_bounces(rsm || !standard || bounces == 1 ? "1" : bounces == 0 ? "0" : "all");
     reading.set_samples(sums.samples);
     return reading;
 }

@@ -146,6 +146,20 @@ Result<MeterRequest> check_meter(const v1::MeterQuery& query) {
     return request;
 }
 
+std::optional<Error> check_sun(const Scene& scene, Quality quality) {
+    const bool maps = quality == Quality::rsm, seed = scene.technique != Technique::standard;
+    if (quality == Quality::reference || !(maps || seed)) return std::nullopt;
+    for (const Light& light : scene.lights) {
+        if (!light.sun || light_weight(scene, light) == glm::dvec3(0.0)) continue;
+        return Error{"unsupported", maps ? "meter.quality" : "technique",
+                     maps ? "rsm" : technique_name(scene.technique),
+                     "the light '" + light.name + "' is a sun, " +
+                         (maps ? "of which no reflective shadow map is made" : "which this technique does not have") +
+                         "; quality reference has it" + (seed ? "" : ", and interactive")};
+    }
+    return std::nullopt;
+}
+
 Result<CaptureRequest> check_capture(const Scene& scene, const v1::CaptureQuery& query) {
     CaptureRequest request;
     request.view = scene.view;
@@ -184,6 +198,8 @@ Result<CaptureRequest> check_capture(const Scene& scene, const v1::CaptureQuery&
     if (query.has_samples_per_pixel()) {
         request.samples_per_pixel = query.samples_per_pixel();
         const std::string value = std::to_string(request.samples_per_pixel);
+        if (request.samples_per_pixel < 1 || request.samples_per_pixel > kMostSamplesPerPixel)
+            return bad_argument("capture.samples_per_pixel", value, "must be a whole number from 1 to 64");
         if (request.quality == Quality::reference && request.samples_per_pixel != 1)
             return Error{"unsupported", "capture.samples_per_pixel", value,
                          "reference quality takes as many as its noise asks for, or 1: centres of pixels"};
@@ -196,8 +212,6 @@ Result<CaptureRequest> check_capture(const Scene& scene, const v1::CaptureQuery&
     if (request.width_px > 4096 || request.height_px > 4096) {
         return bad_argument("capture.width_px",
                             std::to_string(request.width_px) + "x" + std::to_string(request.height_px),
-        if (request.samples_per_pixel < 1 || request.samples_per_pixel > kMostSamplesPerPixel)
-            return bad_argument("capture.samples_per_pixel", value, "must be a whole number from 1 to 64");
                             "must be 1 to 4096 a side");
     }
     request.legend = query.legend();

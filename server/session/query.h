@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstdint>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -33,6 +34,10 @@ struct MeterRequest {
 // Errors: "invalid_argument" (vectors, count, bounces, noise, seconds), "too_large" (count), "unsupported" (quality;
 // bounces, noise, seconds or openings that the quality does not have).
 Result<MeterRequest> check_meter(const v1::MeterQuery& query);
+
+// Errors: "unsupported" where a sun that is on would be missing in a reading: rsm meters have no bounce of it, and the
+// seed technique's none of its light.
+std::optional<Error> check_sun(const Scene& scene, Quality quality);
 
 // What a query asks for, its defaults taken from the scene.
 struct CaptureRequest {

@@ -335,6 +335,7 @@ void RenderSession::answer_meter(const Work& work) {
     auto request = check_meter(work.message.meter());
     if (!request) return replies_.refuse(work, request.error());
     if (request->quality == Quality::reference) return submit_reference(work, std::move(*request));
+    if (const auto lacking = check_sun(scene_, request->quality)) return replies_.refuse(work, *lacking);
     if (request->quality == Quality::rsm && scene_.lights.size() > kMostLayers)
         return replies_.refuse(
             work, {"too_many_lights", "meter.quality", "rsm",

@@ -307,6 +307,30 @@ TEST(CaptureQuery, ReferenceShowsNoPartAndNoDifference) {
     EXPECT_TRUE(check_capture(scene, query)->legend);
 }
 
+// A reading that would lack a sun is refused, unless that is out.
+TEST(MeterQuery, ASunThatAReadingWouldLack) {
+    Scene scene;
+    scene.lights.resize(2);
+    scene.lights[0].name = "key";
+    scene.lights[1].name = "sky";
+    EXPECT_FALSE(check_sun(scene, Quality::rsm));
+    scene.lights[1].sun = true;
+    const auto lacking = check_sun(scene, Quality::rsm);
+    ASSERT_TRUE(lacking);
+    EXPECT_EQ(lacking->code, "unsupported");
+    EXPECT_EQ(lacking->where, "meter.quality");
+    EXPECT_EQ(lacking->value, "rsm");
+    EXPECT_NE(lacking->message.find("'sky' is a sun"), std::string::npos);
+    EXPECT_FALSE(check_sun(scene, Quality::interactive));
+    EXPECT_FALSE(check_sun(scene, Quality::reference));
+    scene.technique = Technique::seed;
+    ASSERT_TRUE(check_sun(scene, Quality::interactive));
+    EXPECT_EQ(check_sun(scene, Quality::interactive)->value, "seed");
+    EXPECT_FALSE(check_sun(scene, Quality::reference));
+    scene.lights[1].level_ratio = 0.0;
+    EXPECT_FALSE(check_sun(scene, Quality::interactive));
+}
+
 TEST(MeterReply, MeanLeastGreatestAndUniformity) {
     std::vector<v1::MeterReading> readings;
     for (const double lx : {300.0, 600.0, 450.0, 250.0}) {
