@@ -134,7 +134,10 @@ int capture(const Session& session, const ReadWords& words) {
     }
     session.out << file << " " << result.width_px() << "x" << result.height_px() << " scene_rev " << result.scene_rev();
     if (result.has_samples()) session.out << " samples " << result.samples();
-    if (result.has_noise_ratio()) session.out << " noise " << print_number(result.noise_ratio());
+    if (result.has_noise_ratio())
+        session.out << " noise " << print_number(result.noise_ratio());
+    else if (result.has_samples())
+        session.out << " noise not known: 8 samples are the fewest that tell it";
     if (result.denoised()) session.out << " denoised to " << print_number(result.denoised_noise_ratio());
     if (result.has_noise_reached() && !result.noise_reached()) session.out << " (the noise asked for is not reached)";
     session.out << "\n";

@@ -97,8 +97,9 @@ export class MeterPanel {
         const {capture, result} = await saveCapture(this.#connection, this.#store, {format: "png",
             ...(this.#denoises ? {quality: "reference", denoise: true} : this.#settings())});
         if (!capture) throw new Error(sentence(result ?? {code: "no answer"}));
-        const noise = capture.noise_ratio === undefined ? "" : ` · ${capture.samples} samples, noise ${formatNumber(100 * capture.noise_ratio, 2)} %`
-            + (capture.denoised ? ", denoised" : "");
+        const known = capture.noise_ratio === undefined ? "noise not known: 8 samples are the fewest that tell it"
+            : `noise ${formatNumber(100 * capture.noise_ratio, 2)} %`;
+        const noise = capture.samples === undefined ? "" : ` · ${capture.samples} samples, ${known}${capture.denoised ? ", denoised" : ""}`;
         return `Saved ${capture.width_px} × ${capture.height_px} of revision ${capture.scene_rev}${noise}`;
     }
 }

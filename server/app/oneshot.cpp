@@ -113,7 +113,9 @@ CapturedPicture render(Renderer& renderer, const Scene& scene, const CaptureRequ
     if (request.quality == Quality::reference) {
         TracedCapture traced =
             *trace_capture(trace::make_world(scene), scene, request, {}, [](const trace::Progress&) {});
-        if (!traced.progress.noise_reached)
+        if (traced.progress.passes < trace::kLeastPassesOfNoise)
+            note = " noise not known: of " + std::to_string(traced.progress.passes) + " samples, fewer than 8";
+        else if (!traced.progress.noise_reached)
             note = " noise " + print_number(traced.progress.noise) + ", more than was asked for";
         return std::move(traced.picture);
     }

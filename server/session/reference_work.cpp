@@ -155,7 +155,8 @@ void ReferenceWork::work() {
                 v1::CaptureResult& result = *message.mutable_capture();
                 const trace::Progress& progress = traced->progress;
                 result.set_samples(progress.passes);
-                if (progress.noise < 1.0 || progress.noise_reached) result.set_noise_ratio(progress.noise);
+                if (progress.passes >= trace::kLeastPassesOfNoise || progress.noise_reached)
+                    result.set_noise_ratio(progress.noise);
                 result.set_noise_reached(progress.noise_reached);
                 result.set_denoised(traced->denoised_noise.has_value());
                 if (traced->denoised_noise) result.set_denoised_noise_ratio(*traced->denoised_noise);

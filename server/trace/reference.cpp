@@ -16,7 +16,7 @@ namespace {
 
 // Independent randomisations of the same estimate: their spread is the error estimate, which samples of one
 // low-discrepancy stream cannot give.
-constexpr int kMeterStreams = 16, kPixelStreams = 8;
+constexpr int kMeterStreams = 16, kPixelStreams = kLeastPassesOfNoise;
 // Stopping rules aim below the asked noise, because the estimate is itself uncertain by 1/sqrt(2·15), about 18 %.
 constexpr double kSafety = 0.8;
 // Samples after which a point, and a picture, that nothing has reached is called dark.

@@ -77,9 +77,11 @@ struct PictureRequest {
     bool planes = false;     // planes() is asked for; of radiance only
 };
 
+inline constexpr std::uint32_t kLeastPassesOfNoise = 8;  // fewer do not tell it
+
 struct Progress {
     std::uint32_t passes = 0;  // samples of each pixel so far
-    double noise = 1.0;        // estimated, as Settings::noise defines it; 1 before 8 passes
+    double noise = 1.0;        // estimated, as Settings::noise defines it; 1 before kLeastPassesOfNoise
     bool complete = false;     // noise, max_passes or max_seconds reached
     bool noise_reached = false;
     std::optional<double> seconds_left;  // estimated, of refine(), as noise falls with 1 / sqrt(passes)
