@@ -117,13 +117,14 @@ std::string progress_line(const v1::Progress& progress) {
                       progress.jobs_before() == 1 ? "job comes" : "jobs come");
         return line;
     }
-    if (progress.noise_ratio() > 0) {
-        std::snprintf(line, sizeof line, "%.0f s  %u samples  noise %.3g %%", progress.seconds(), progress.samples(),
-                      100 * progress.noise_ratio());
-    } else {
-        std::snprintf(line, sizeof line, "%.0f s  %u done", progress.seconds(), progress.samples());
-    }
+    std::snprintf(line, sizeof line, "%.0f s  %u", progress.seconds(), progress.samples());
     std::string text = line;
+    if (progress.has_total()) text += " of " + std::to_string(progress.total());
+    text += " " + (progress.unit().empty() ? "done" : progress.unit());
+    if (progress.noise_ratio() > 0) {
+        std::snprintf(line, sizeof line, "  noise %.3g %%", 100 * progress.noise_ratio());
+        text += line;
+    }
     if (progress.has_seconds_left()) {
         std::snprintf(line, sizeof line, "  %.0f s left", progress.seconds_left());
         text += line;

@@ -103,7 +103,7 @@ function lightView(store, connection, aimButton) {
         if (!shown) return;
         setText(title, shown.name);
         const times = shown.multiplier !== undefined && shown.multiplier !== 1 ? ` · ×${shown.multiplier}` : "";
-        setText(summary, shown.sun ? `sun · ${formatLarge(shown.multiplier)} lx` : `${shown.profile} · ${formatLarge(shown.max_cd)} cd · ${formatLarge(shown.flux_lm)} lm${times}`);
+        setText(summary, shown.sun ? `sun · ${formatLarge(shown.sun_lx ?? 0)} lx facing it` : `${shown.profile} · ${formatLarge(shown.max_cd)} cd · ${formatLarge(shown.flux_lm)} lm${times}`);
         parts.forEach((part) => part.update());
     }};
 }

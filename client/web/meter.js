@@ -16,9 +16,10 @@ export function formatLux(lx, error_lx = 0) {
     return `${formatNumber(lx, digits)} lx` + (error_lx > 0 ? ` ± ${formatNumber(error_lx, digits)}` : "");
 }
 
-export function formatProgress({jobs_before = 0, samples = 0, noise_ratio = 0, seconds = 0, seconds_left}) {
+export function formatProgress({jobs_before = 0, samples = 0, total, unit = "done", noise_ratio = 0, seconds = 0, seconds_left}) {
     if (jobs_before > 0) return `Waiting: ${jobs_before} ${jobs_before === 1 ? "job comes" : "jobs come"} first`;
-    const done = noise_ratio > 0 ? `${samples} samples · noise ${formatNumber(100 * noise_ratio, 2)} %` : `${samples} done`;
+    const done = `${samples}${total === undefined ? "" : ` of ${total}`} ${unit}`
+        + (noise_ratio > 0 ? ` · noise ${formatNumber(100 * noise_ratio, 2)} %` : "");
     const left = seconds_left === undefined ? "" : ` · ${formatNumber(seconds_left, 0)} s left`;
     return `${formatNumber(seconds, 0)} s · ${done}${left}`;
 }

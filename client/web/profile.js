@@ -53,6 +53,8 @@ export class ProfilePanel {
         this.#select.update();
         const light = this.#store.light(this.#name);
         if (!light) return;
+        this.#zone.hidden = Boolean(light.sun);    // it has no candela
+        if (light.sun) return;
         const wanted = JSON.stringify([light.name, light.profile, light.max_cd, light.flux_lm]);
         if (wanted !== this.#asked) {
             if (this.#shown && JSON.parse(this.#shown)[0] !== light.name) this.#clear();

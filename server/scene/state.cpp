@@ -11,6 +11,7 @@
 #include "server/scene/false_color.h"
 #include "server/scene/light_values.h"
 #include "server/scene/orientation.h"
+#include "server/scene/white.h"
 
 namespace gonio {
 namespace {
@@ -37,8 +38,12 @@ void put_light(const Light& light, v1::Light& out) {
     out.set_sun(light.sun);
     out.set_profile(light.profile->name);
     if (light.gel) out.set_gel(light.gel->name);
-    out.set_max_cd(light.profile->peak_cd);
-    out.set_flux_lm(light.profile->flux_lm);
+    if (light.sun) {  // parallel light has no intensity
+        out.set_sun_lx(luminance_of(own_weight(light)));
+    } else {
+        out.set_max_cd(light.profile->peak_cd);
+        out.set_flux_lm(light.profile->flux_lm);
+    }
 }
 
 // Writes every part whose revision is newer than `since`; 0 writes all.

@@ -80,10 +80,12 @@ void CaptureQueue::tell_progress() {
         v1::Progress progress;
         progress.set_request(request);
         progress.set_jobs_before(static_cast<std::uint32_t>(i));
+        progress.set_unit("tiles");
         if (i == 0) {
             const int done = capturing.job->next_tile, all = capturing.job->columns() * capturing.job->rows();
             const double seconds = seconds_since(began_ns_);
             progress.set_samples(static_cast<std::uint32_t>(done));
+            progress.set_total(static_cast<std::uint32_t>(all));
             progress.set_seconds(seconds);
             if (done > 0) progress.set_seconds_left(seconds * (all - done) / done);
         }

@@ -102,6 +102,10 @@ void ReferenceWork::tell_progress() {
     const auto tell = [&](const ReferenceJob& job, v1::Progress progress) {
         if (job.request_id == 0) return;
         progress.set_request(job.request_id);
+        const auto* meter = std::get_if<MeterRequest>(&job.request);
+        const bool grid = meter != nullptr && meter->grid;
+        progress.set_unit(grid ? "points" : "samples");
+        if (grid) progress.set_total(static_cast<std::uint32_t>(meter->points.size()));
         out_.reply(job.session, message_of(&v1::ServerMessage::mutable_progress, std::move(progress)));
     };
     v1::Progress progress;

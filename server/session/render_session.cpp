@@ -414,6 +414,8 @@ void RenderSession::answer_profile(const Work& work) {
     const auto light = std::ranges::find(scene_.lights, name, &Light::name);
     if (light == scene_.lights.end())
         return replies_.refuse(work, {"not_found", "profile.light", name, "there is no light of this name"});
+    if (light->sun)
+        return replies_.refuse(work, {"unsupported", "profile.light", name, "this light is a sun: it has no candela"});
     replies_.answer(work, message_of(&v1::ServerMessage::mutable_profile, profile_reply(*light)));
 }
 

@@ -76,6 +76,8 @@ TEST(CaptureQueue, WhatTakesLongTellsHowFarItIs) {
     EXPECT_GE(first[0].seconds(), 0.5);
     EXPECT_GE(first[0].samples(), 1u);
     EXPECT_LE(first[0].samples(), 5u);
+    EXPECT_EQ(first[0].total(), 6u);
+    EXPECT_EQ(first[0].unit(), "tiles");
     const double tiles = first[0].samples();
     EXPECT_NEAR(first[0].seconds_left(), first[0].seconds() * (6 - tiles) / tiles, 1e-9);
     ASSERT_FALSE(second.empty());

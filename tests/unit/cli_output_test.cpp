@@ -87,6 +87,11 @@ TEST(CliOutput, ProgressInOneLine) {
     progress.set_seconds(12.4);
     progress.set_samples(64);
     EXPECT_EQ(progress_line(progress), "12 s  64 done");
+    progress.set_unit("tiles");
+    progress.set_total(200);
+    EXPECT_EQ(progress_line(progress), "12 s  64 of 200 tiles");
+    progress.set_unit("samples");
+    progress.clear_total();
     progress.set_noise_ratio(0.0123);
     EXPECT_EQ(progress_line(progress), "12 s  64 samples  noise 1.23 %");
     progress.set_seconds_left(30.2);

@@ -119,6 +119,8 @@ TEST_F(ReferenceJobs, WaitInABoundedListAndHearHowLong) {
             EXPECT_EQ(answer->message.request_id(), 0u) << "progress is no answer";
             if (progress.request() == 1) {
                 EXPECT_EQ(answer->session, 1u);
+                EXPECT_EQ(progress.unit(), "samples");
+                EXPECT_FALSE(progress.has_total()) << "its noise ends it";
                 running = running || (progress.samples() > 0 && progress.seconds() > 0 && progress.noise_ratio() > 0);
             } else {
                 EXPECT_EQ(answer->session, 2u);

@@ -8,6 +8,7 @@
 
 #include "protocol/schema/gonio.pb.h"
 #include "server/assets/assets.h"
+#include "server/scene/state.h"
 #include "server/trace/reference.h"
 #include "tests/scenes/scenes.h"
 
@@ -110,6 +111,10 @@ TEST(Sun, IsALightOfTheStateWithoutAWeb) {
     for (const double x : {1.0, -1.0, 0.0}) set.add_aim(x);
     ASSERT_TRUE(apply(scene, command, {}));
     EXPECT_NEAR(lux(read(scene, {0, 0, 0}, {0, 1, 0}).direct_lx), 500.0 / std::sqrt(2.0), 1.0);
+    const v1::Light told = full_state(scene).lights(0);
+    EXPECT_NEAR(told.sun_lx(), 500.0, 1e-9);
+    EXPECT_EQ(told.max_cd(), 0.0) << "parallel light has no candela";
+    EXPECT_EQ(told.flux_lm(), 0.0);
     for (const double x : {-3.0, 2.0, 1.0}) set.add_position_m(x);
     ASSERT_TRUE(apply(scene, command, {}));
     EXPECT_NEAR(lux(read(scene, {0, 0, 0}, {0, 1, 0}).direct_lx), 500.0 / std::sqrt(2.0), 1.0) << "it is nowhere";

@@ -351,7 +351,8 @@ async function arithmetic(page) {
         expect(formatLux(42.3791, 0.0557) === "42.379 lx ± 0.056" && formatLux(250, 0) === "250.0 lx" && formatLux(43.9, 0.15) === "43.90 lx ± 0.15",
             `lux: ${formatLux(42.3791, 0.0557)}, ${formatLux(250, 0)}, ${formatLux(43.9, 0.15)}`);
         expect(formatProgress({jobs_before: 2}) === "Waiting: 2 jobs come first"
-            && formatProgress({samples: 64, noise_ratio: 0.05, seconds: 12.3}) === "12 s · 64 samples · noise 5.00 %"
+            && formatProgress({samples: 64, unit: "samples", noise_ratio: 0.05, seconds: 12.3}) === "12 s · 64 samples · noise 5.00 %"
+            && formatProgress({samples: 3, total: 9, unit: "tiles", seconds: 1}) === "1 s · 3 of 9 tiles"
             && formatProgress({samples: 64, seconds: 12.3, seconds_left: 30}) === "12 s · 64 done · 30 s left", "progress");
         expect(color.toHex(color.fromHex("#1f80e0")) === "#1f80e0", "sRGB and back");
         return found;
