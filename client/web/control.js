@@ -9,7 +9,7 @@ export const pageRole = new URLSearchParams(location.search).get("role") === "vi
 
 export function controlPanel(store, node, connection) {
     const note = h("span", {class: "faint"});
-    const button = h("button", {type: "button", class: "quiet", id: "take-camera"});
+    const button = h("button", {type: "button", class: "quiet", id: "take-camera"}, "Take camera");
     let timer = 0;
     const ask = async (message) => {
         try {

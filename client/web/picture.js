@@ -61,7 +61,7 @@ export function picturePanel(store, node, cameraHand, connection) {
     gain.node.title = "How much brighter the view Indirect shows indirect light";
     const size = select(property(store, () => "size", () => store.state.size_px?.join("x"),
         (text) => ({set_size: {width_px: Number(text.split("x")[0]), height_px: Number(text.split("x")[1])}})),
-    {label: "Picture size", options: () => kSizes.map((text) => [text, `${text.replace("x", " × ")}`])});
+    {label: "Picture size", options: () => [...new Set([...kSizes, store.state.size_px?.join("x") ?? kSizes[0]])].map((text) => [text, text.replace("x", " × ")])});
     const fov = slider(mapped(property(store, () => "fov", () => store.state.camera?.fov_rad,
         (fov_rad) => ({set_camera: {fov_rad}})), (rad) => rad / kDegree, (deg) => deg * kDegree),
     {label: "Field of view", caption: "FOV", min: 2, max: 170, step: 0.5, digits: 1, unit: "°",
