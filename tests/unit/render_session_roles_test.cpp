@@ -72,6 +72,22 @@ protected:
     std::string name;
 };
 
+// A saved view moves the camera: who has not got it is told so.
+TEST_F(StageRoles, ASavedViewIsRecalledByTheHolderAlone) {
+    v1::Command save, recall;
+    save.mutable_save_view()->set_name("door");
+    recall.mutable_recall_view()->set_name("door");
+    EXPECT_EQ(command(3, save), "permission");
+    ASSERT_EQ(command(2, save), "ok");
+    ASSERT_EQ(command(1, fov(1)), "ok");
+    ASSERT_EQ(acquire(1), "ok");
+    EXPECT_EQ(command(2, recall), "held");
+    EXPECT_EQ(reply.result().field(), "recall_view");
+    EXPECT_EQ(stage->scene().camera.fov_rad, 1);
+    ASSERT_EQ(command(1, recall), "ok");
+    EXPECT_NE(stage->scene().camera.fov_rad, 1);
+}
+
 TEST_F(StageRoles, AViewerAsksButChangesNothing) {
     const Revision before = stage->scene().scene_rev;
     EXPECT_EQ(command(3, fov(1)), "permission");

@@ -88,6 +88,16 @@ async function run(browser, server, size, scheme) {
     await tabs.at(-1).click();
     check(await page.locator(".drawer-body").isHidden(), `a second click closes the drawer: ${at}`);
 
+    await page.locator("#profile-file").setInputFiles({name: "bad.ies", mimeType: "text/plain", buffer: Buffer.from("no photometry")});
+    await page.locator("#profile-error").waitFor();
+    await page.locator("#scene select").selectOption("");
+    await page.locator("#scene form input").fill("/no/such/file.glb");
+    await page.locator("#scene form input").press("Enter");
+    await page.locator(".toast").waitFor();
+    await shots(page, `${size}-${scheme}-refused`);
+    await look(page, `what was refused: ${at}`);
+    await page.locator("#scene form input").press("Escape");
+    await page.locator(".toast button").click();
     await page.locator("#help").click();
     await shots(page, `${size}-${scheme}-help`);
     await look(page, `keys and pointer: ${at}`);
