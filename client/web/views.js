@@ -15,7 +15,8 @@ const kAir = 1.05;
 // Result: the nearest place in a direction from the box's middle that sees all of it; fov_rad is vertical. from: any
 // length but 0.
 export function framed({min_m, max_m}, from, fov_rad, [width, height]) {
-    const middle = scale(add(min_m, max_m), 0.5), back = unit(from);
+    const upright = Math.hypot(from[0], from[2]) < 1e-6 * length(from);
+    const middle = scale(add(min_m, max_m), 0.5), back = unit(upright ? [0, Math.sign(from[1]), kNearlyDown[2]] : from);
     const right = unit(cross([0, 1, 0], back)), up = cross(back, right);
     const tanY = Math.tan(fov_rad / 2), tanX = tanY * width / height;
     let distance = 0.02;

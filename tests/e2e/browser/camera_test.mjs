@@ -98,6 +98,11 @@ async function standard(page) {
         }, [bounds, now, (await state(page)).size_px]);
         check(most <= 1 && most > 0.9, `${name} shows all of the scene`, `${(100 * most).toFixed(0)} % of the picture`);
     }
+    const down = await page.evaluate(async () => {
+        const {framed} = await import("/views.js");
+        return framed({min_m: [-2, 0, -2], max_m: [2, 4, 2]}, [0, 5, 0], 0.7, [100, 100]).eye;
+    });
+    check(down[1] > 4 + 2 / Math.tan(0.35) && Math.abs(down[2]) < 0.1, "straight from above too", down.map((x) => x.toFixed(2)).join(" "));
     await page.locator("#canvas").focus();
     const right = await after(page, () => page.keyboard.press("Numpad3"));
     check(right.eye[0] - right.target[0] > 1, "numpad 3 is the right side");
