@@ -9,6 +9,7 @@ import {Handles} from "./handles.js";
 import {legend} from "./legend.js";
 import {scalePanel} from "./scale.js";
 import {debugPanel} from "./debug.js";
+import {lookPanel} from "./look.js";
 import {masterPanel, lightPanel, groupPanel} from "./lights.js";
 import {viewProperty, viewTabs, followSelection, picturePanel, scenePanel} from "./picture.js";
 import {inspector} from "./inspector.js";
@@ -51,8 +52,8 @@ const parts = [
     masterPanel(store, $("master")), lightPanel(store, $("lights"), connection), groupPanel(store, $("groups"), connection), presetPanel(store, $("presets"), connection),
     picturePanel(store, $("picture"), cameraHand, connection), viewTabs(store, $("views")), viewPanel(store, $("cameras"), cameraHand, connection), scenePanel(store, $("scene"), connection),
     inspector(store, $("inspector"), connection, handles.aimButton), controlPanel(store, $("control"), connection), handles,
-    legend(store, $("screen")), scalePanel(store, $("scale"), connection), debugPanel(store, $("debug"), viewProperty(store)),
-    new Shows(store, connection, toasts, $("show"), $("screen")),
+    legend(store, $("screen")), scalePanel(store, $("scale"), connection), lookPanel(store, $("look"), connection),
+    debugPanel(store, $("debug"), viewProperty(store)), new Shows(store, connection, toasts, $("show"), $("screen")),
 ];
 themeSwitch($("page"));
 shortcutHelp($("page"));

@@ -322,8 +322,7 @@ void finish(ReadWords& read, const Grammar& grammar) {
     const WordCommand& command = *read.command;
     if (read.names.size() < name_counts(command).first)
         fail(read, usage("", "", std::string(command.names[read.names.size()].name) + " is missing."));
-    const bool changes = command.message.starts_with("command.");
-    if (changes && !command.names.empty() && read.names.empty() && read.options.empty())
+    if (command.name.starts_with("set ") && !command.names.empty() && read.names.empty() && read.options.empty())
         fail(read, usage("", "", std::string(command.names.front().name) + " is missing."));
     for (const std::string_view option : command.needs)
         if (!option.empty() && !read.has(option))

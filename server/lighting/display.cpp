@@ -14,6 +14,9 @@
 #include <hwy/foreach_target.h>
 #include <hwy/highway.h>
 
+// After the two above: once for each instruction set.
+#include <hwy/contrib/math/math-inl.h>
+
 // The tone curve as a table over the bits of its argument, defined once for all instruction sets.
 #ifndef GONIO_LIGHTING_TONE_TABLE
 #define GONIO_LIGHTING_TONE_TABLE
@@ -24,20 +27,28 @@ namespace gonio::lighting {
 inline constexpr std::uint32_t kToneFirst = (127 - 14) << 8, kToneEntries = 21 << 8;
 inline constexpr float kToneUnit = 65535.0f;
 inline constexpr float kBackground = -1.0f;  // in place of a display-linear value: no surface
-inline const std::int32_t* tone_table() {
-    static const auto table = [] {
-        const auto value = [](std::uint32_t i) {
-            return glsl::srgb_encode(glsl::shoulder(std::bit_cast<float>((kToneFirst + i) << 15)));
-        };
-        std::array<std::int32_t, kToneEntries> entries{};
-        for (std::uint32_t i = 0; i < entries.size(); ++i) {
-            const auto low = static_cast<std::uint32_t>(value(i) * kToneUnit + 0.5f);
-            const float more = value(i + 1) * kToneUnit - static_cast<float>(low);
-            entries[i] =
-                static_cast<std::int32_t>(low << 16 | static_cast<std::uint32_t>(std::max(more * 256.0f, 0.0f) + 0.5f));
-        }
-        return entries;
-    }();
+using ToneTable = std::array<std::int32_t, kToneEntries>;
+template <typename Curve>
+ToneTable make_tone_table(const Curve& curve) {
+    const auto value = [&](std::uint32_t i) {
+        return glsl::srgb_encode(curve(std::bit_cast<float>((kToneFirst + i) << 15)));
+    };
+    ToneTable entries{};
+    for (std::uint32_t i = 0; i < entries.size(); ++i) {
+        const auto low = static_cast<std::uint32_t>(value(i) * kToneUnit + 0.5f);
+        const float more = value(i + 1) * kToneUnit - static_cast<float>(low);
+        entries[i] =
+            static_cast<std::int32_t>(low << 16 | static_cast<std::uint32_t>(std::max(more * 256.0f, 0.0f) + 0.5f));
+    }
+    return entries;
+}
+// Of the tone curve `knee`; of what another curve has bent.
+inline const std::int32_t* knee_table() {
+    static const ToneTable table = make_tone_table([](float x) { return glsl::shoulder(x); });
+    return table.data();
+}
+inline const std::int32_t* plain_table() {
+    static const ToneTable table = make_tone_table([](float x) { return std::min(x, 1.0f); });
     return table.data();
 }
 }  // namespace gonio::lighting
@@ -49,6 +60,20 @@ namespace HWY_NAMESPACE {
 
 #include "server/lighting/simd.h"
 #include "server/lighting/simd_layers.h"
+
+HWY_INLINE Float log2(Float x) {
+    return hn::Log2(Tag(), x.raw);
+}
+HWY_INLINE Float exp2(Float x) {
+    return hn::Exp(Tag(), hn::Mul(x.raw, hn::Set(Tag(), 0.693147181f)));
+}
+#define float Float
+#define vec3 Vec3
+namespace {
+#include "shaders/lib/tone.glsl"
+}  // namespace
+#undef float
+#undef vec3
 
 // Gamma-encoded value of a display-linear one.
 HWY_INLINE Float tone(const std::int32_t* table, Float x) {
@@ -117,6 +142,24 @@ void ReflectRow(const Display& display, int y, float scale, const float* const* 
     }
 }
 
+// Display-linear -> the same in another white, bent by a tone curve other than `knee`, where there is a surface.
+void LookRow(const Display& display, std::size_t length, float* const* rgb) {
+    const Tag tag;
+    for (std::size_t x = 0; x < length; x += hn::Lanes(tag)) {
+        const Vec3 exposed(load(rgb[0] + x), load(rgb[1] + x), load(rgb[2] + x));
+        const Mask none = exposed.x < Float(0.0f);
+        Vec3 shown = turned(display.white, exposed);
+        shown = Vec3(max(shown.x, Float(0.0f)), max(shown.y, Float(0.0f)), max(shown.z, Float(0.0f)));
+        if (display.tone == Tone::agx) shown = tone_agx(shown);
+        if (display.tone == Tone::aces) shown = tone_aces(shown);
+        if (display.tone == Tone::neutral) shown = tone_neutral(shown);
+        const Float background(kBackground);
+        store(mix(shown.x, background, none), rgb[0] + x);
+        store(mix(shown.y, background, none), rgb[1] + x);
+        store(mix(shown.z, background, none), rgb[2] + x);
+    }
+}
+
 // Display-linear -> gamma-encoded R'G'B', dithered where there is a surface.
 void EncodeRow(std::size_t length, int y, const std::int32_t* table, float* const* rgb) {
     const Tag tag;
@@ -178,6 +221,7 @@ namespace gonio::lighting {
 HWY_EXPORT(SumRow);
 HWY_EXPORT(LightRow);
 HWY_EXPORT(ReflectRow);
+HWY_EXPORT(LookRow);
 HWY_EXPORT(EncodeRow);
 HWY_EXPORT(Nv12Rows);
 
@@ -218,7 +262,8 @@ void add_edges(const Edges& edges, int y, float scale, const Light& light, float
 }  // namespace
 
 void to_nv12(const Display& display, std::uint8_t* nv12, Pool& pool) {
-    const std::int32_t* table = tone_table();
+    const std::int32_t* table = display.tone == Tone::knee ? knee_table() : plain_table();
+    const bool looks = display.tone != Tone::knee || display.white != glm::mat3(1.0f);
     const float scale = glsl::expose(glm::vec3(1.0f), display.ev100).x;
     const auto width = static_cast<std::size_t>(display.width), length = display.row_length;
     // Eight pairs of rows a job: its scratch stays in the cache. Edges take light of the rows beside them too.
@@ -260,6 +305,7 @@ void to_nv12(const Display& display, std::uint8_t* nv12, Pool& pool) {
                 if (display.edges != nullptr)
                     add_edges(
                         *display.edges, y, scale, [&](int at) { return light[at - low]; }, row, partly);
+                if (looks) HWY_DYNAMIC_DISPATCH(LookRow)(display, length, row);
                 HWY_DYNAMIC_DISPATCH(EncodeRow)(length, y, table, row);
                 for (const Partly& pixel : partly) {
                     for (int k = 0; k < 3; ++k)

@@ -8,6 +8,7 @@
 
 #include "server/base/pool.h"
 #include "server/lighting/layers.h"
+#include "server/scene/scene.h"
 
 namespace gonio::lighting {
 
@@ -41,6 +42,8 @@ struct Display {
     const float* emission = nullptr;        // 4 per pixel, cd/m²; null: nothing emits or it is not shown
     const float* depth = nullptr;           // 0: no surface
     float ev100 = 0.0f;
+    Tone tone = Tone::knee;
+    glm::mat3 white{1.0f};         // display-linear to display-linear, before the tone curve (server/scene/white_balance.h)
     const Edges* edges = nullptr;  // pixels of several surfaces (antialias.h); null: each is what its centre shows
 };
 

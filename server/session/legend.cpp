@@ -57,7 +57,13 @@ void draw_bar(const Pixels& to, const Layout& l, int x, int y, const layouts::Fa
     if (!(scale.low == 0.0 && !scale.logarithmic))
         fill_box(to, x, y, l.bar_wide, end, bytes_of(glm::vec3(block.under)));
     int last = y + l.line_px;
-    for (const double tick : ticks_of(scale)) {
+    const std::vector<double> ticks = ticks_of(scale);
+    // Borders of steps are equally far apart: each second or third where they are many.
+    const std::size_t each = scale.steps == 0 ? 1
+                                              : 1 + (static_cast<std::size_t>(l.line_px) * scale.steps - 1) /
+                                                        static_cast<std::size_t>(l.bar_high);
+    for (std::size_t i = 0; i < ticks.size(); i += each) {
+        const double tick = ticks[i];
         const double t = scale.logarithmic ? std::log(tick / scale.low) / std::log(scale.high / scale.low)
                                            : (tick - scale.low) / (scale.high - scale.low);
         const int at = y - static_cast<int>(std::lround(t * l.bar_high));
@@ -70,7 +76,7 @@ void draw_bar(const Pixels& to, const Layout& l, int x, int y, const layouts::Fa
 
 // Figures of isolux lines: of each level one a cell of the picture that its line runs through, where there is room.
 void draw_line_figures(const Pixels& to, int dot_px, const std::vector<double>& levels, std::vector<Box> taken) {
-    const int cell = 70 * dot_px, least = 10 * dot_px;
+    const int cell = 100 * dot_px, least = 10 * dot_px;
     struct Candidate {
         int pixels = 0, x = 0, y = 0, off = INT_MAX;
     };
@@ -111,7 +117,7 @@ void draw_legend(CapturedPicture& picture, const Scene& scene, View view) {
     const FalseScale scale = scale_of(settings, difference);
     const layouts::FalseColorBlock block = color_block(settings, difference);
     Layout l{};
-    l.dot_px = std::clamp(std::min(to.width_px, to.height_px) / 400, 1, 8);
+    l.dot_px = std::clamp(std::min(to.width_px, to.height_px) / 300, 1, 8);
     l.line_px = (kLetterHigh + 2) * l.dot_px;
     l.bar_wide = 12 * l.dot_px;
     std::vector<std::string> title = title_of(scene, view);

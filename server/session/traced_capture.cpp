@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "server/scene/false_color.h"
+#include "server/scene/white_balance.h"
 #include "server/trace/denoise.h"
 #include "shaders/lib/as_cpp.h"
 
@@ -34,6 +35,17 @@ glm::vec3 view_value(const glm::vec3& traced, View view, double gain) {
 
 std::uint8_t byte_of(float encoded) {
     return static_cast<std::uint8_t>(std::lround(std::clamp(encoded, 0.0f, 1.0f) * 255.0f));
+}
+
+// Result: gamma-encoded R'G'B' of an exposed colour, as shaders/passes/composite.frag has it.
+glm::vec3 look_of(const glm::vec3& exposed, Tone tone, const glm::mat3& white) {
+    glm::vec3 shown = glm::max(white * exposed, 0.0f);
+    if (tone == Tone::knee) shown = {glsl::shoulder(shown.x), glsl::shoulder(shown.y), glsl::shoulder(shown.z)};
+    if (tone == Tone::aces) shown = glsl::tone_aces(shown);
+    if (tone == Tone::agx) shown = glsl::tone_agx(shown);
+    if (tone == Tone::neutral) shown = glsl::tone_neutral(shown);
+    shown = glm::min(shown, 1.0f);
+    return {glsl::srgb_encode(shown.x), glsl::srgb_encode(shown.y), glsl::srgb_encode(shown.z)};
 }
 
 // Pixels of illuminance or luminance in their colours, with isolux lines as shaders/passes/composite.frag draws them.
@@ -118,6 +130,8 @@ CapturedPicture develop(const std::vector<float>& values, const Scene& scene, co
         develop_false_color(values, scene, request, picture);
         return picture;
     }
+    const auto ev100 = static_cast<float>(scene.exposure_ev100);
+    const glm::mat3 white(white_balance(scene.look.white_k, scene.look.white_duv));
     for (std::size_t i = 0; i < values.size(); i += 4) {
         const float coverage = values[i + 3];  // of the pixel by surfaces
         const glm::vec3 traced(values[i], values[i + 1], values[i + 2]);
@@ -133,7 +147,7 @@ CapturedPicture develop(const std::vector<float>& values, const Scene& scene, co
         if (coverage > 0.0f) {
             const glm::vec3 value = view_value(traced / coverage, request.view, scene.view_gain);
             const glm::vec3 shown =
-                glsl::encode_display(glsl::expose(value, static_cast<float>(scene.exposure_ev100)), x, y);
+                look_of(glsl::expose(value, ev100), scene.look.tone, white) + glm::vec3(glsl::display_dither(x, y));
             encoded = glm::mix(encoded, shown, coverage);
         }
         for (int k = 0; k < 3; ++k) picture.rgba8[i + static_cast<std::size_t>(k)] = byte_of(encoded[k]);

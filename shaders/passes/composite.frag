@@ -6,6 +6,7 @@
 #include "lib/vpl.glsl"
 #include "lib/display.glsl"
 #include "lib/false_color.glsl"
+#include "lib/tone.glsl"
 layout(std140, binding = 0) uniform WeightBlock { LightWeight weights[GONIO_MAX_LAYERS]; };
 #if (VIEW == 3 || VIEW == 4) && !defined(RAW)
 layout(std140, binding = 1) uniform FalseColors { FalseColorBlock scale; };
@@ -42,7 +43,34 @@ const float PI = 3.14159265358979;
 #define VIEW_RSM_NORMAL 7
 #define VIEW_RSM_FLUX 8
 
+#ifdef TONE
+layout(location = 7) uniform mat3 white;
+// Another look than the default: TONE is one of the numbers of server/scene/scene.h's enum Tone.
+vec3 look(vec3 exposed) {
+    vec3 shown = max(white * exposed, vec3(0.0));
+#if TONE == 1
+    return min(shown, vec3(1.0));
+#elif TONE == 2
+    return tone_aces(shown);
+#elif TONE == 3
+    return tone_agx(shown);
+#elif TONE == 4
+    return tone_neutral(shown);
+#else
+    return vec3(shoulder(shown.x), shoulder(shown.y), shoulder(shown.z));
+#endif
+}
+vec3 encode_shown(vec3 exposed) {
+    vec3 shown = look(exposed);
+    return vec3(srgb_encode(shown.x), srgb_encode(shown.y), srgb_encode(shown.z)) +
+           vec3(display_dither(int(gl_FragCoord.x), int(gl_FragCoord.y)));
+}
+#endif
+
 vec3 encode(vec3 display) { return encode_display(display, int(gl_FragCoord.x), int(gl_FragCoord.y)); }
+#ifndef TONE
+vec3 encode_shown(vec3 exposed) { return encode(exposed); }
+#endif
 
 #if VIEW >= VIEW_MASK && VIEW <= VIEW_RSM_FLUX
 // The six faces unfolded into a 4 × 3 cross, seen from outside: +Y above, -Z -X +Z +X in the middle row.
@@ -228,7 +256,7 @@ void main() {
 #if VIEW == VIEW_INDIRECT
     of_surfaces *= gain;
 #endif
-    vec3 encoded = here.covered > 0.0 ? encode(expose(of_surfaces, ev100)) : vec3(0.0);
+    vec3 encoded = here.covered > 0.0 ? encode_shown(expose(of_surfaces, ev100)) : vec3(0.0);
     out_color = vec4(here.covered == 1.0 ? encoded : mix(vec3(background_shade()), encoded, here.covered), 1.0);
 #endif
 #endif

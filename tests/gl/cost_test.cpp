@@ -190,6 +190,8 @@ TEST_P(Cost, LevelColourMasterExposureRunTheCompositeOnly) {
     EXPECT_EQ(only_frame(), composite);
     change([](v1::Command& c) { c.mutable_set_exposure()->set_ev100(7.3); });
     EXPECT_EQ(only_frame(), composite);
+    change([](v1::Command& c) { c.mutable_set_look()->set_tone("agx"), c.mutable_set_look()->set_white_k(4000); });
+    EXPECT_EQ(only_frame(), composite);
     set_all_levels(0.25);
     EXPECT_EQ(only_frame(), composite) << "all luminaires at once";
     set([](v1::SetLight& light) { light.set_level_ratio(0.0); });

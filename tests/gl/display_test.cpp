@@ -7,12 +7,15 @@
 namespace gonio::test {
 namespace {
 
-std::shared_ptr<const std::vector<std::uint8_t>> picture(Renderer::DirectLight gather, Scene scene, View view) {
+using Nv12 = std::shared_ptr<const std::vector<std::uint8_t>>;
+
+// The pictures at rest of these looks, one after the other.
+std::vector<Nv12> pictures(Renderer::DirectLight gather, Scene scene, View view, const std::vector<Look>& looks) {
     Renderer renderer(context(), gather);
     make_coarse(renderer);
     renderer.set_refinement(true);  // at rest both gather at every pixel
     scene.view = view;
-    std::shared_ptr<const std::vector<std::uint8_t>> newest;
+    Nv12 newest;
     const auto frame = [&] {
         renderer.begin_frame(scene, monotonic_ns());
         const auto done = renderer.finish_frame(true);
@@ -22,17 +25,25 @@ std::shared_ptr<const std::vector<std::uint8_t>> picture(Renderer::DirectLight g
     while (!frame()) {
     }
     while (!renderer.refined(scene)) renderer.refine(scene, [] { return false; });
-    frame();
-    return newest;
+    std::vector<Nv12> all;
+    for (const Look& look : looks) {
+        scene.look = look;
+        scene.look_rev = ++scene.scene_rev;
+        frame();
+        all.push_back(newest);
+    }
+    return all;
+}
+
+Nv12 picture(Renderer::DirectLight gather, const Scene& scene, View view) {
+    return pictures(gather, scene, view, {Look()}).front();
 }
 
 // How two pictures differ: the share of values that are more than 2 codes apart, and the mean difference in codes.
 struct Difference {
     double off, bias;
 };
-Difference between(const Scene& scene, View view) {
-    const auto cpu = picture(Renderer::DirectLight::rays, scene, view),
-               gpu = picture(Renderer::DirectLight::gl, scene, view);
+Difference between(const Nv12& cpu, const Nv12& gpu) {
     EXPECT_EQ(cpu->size(), gpu->size());
     std::size_t off = 0;
     double sum = 0.0;
@@ -43,6 +54,9 @@ Difference between(const Scene& scene, View view) {
     }
     const auto count = static_cast<double>(cpu->size());
     return {static_cast<double>(off) / count, sum / count};
+}
+Difference between(const Scene& scene, View view) {
+    return between(picture(Renderer::DirectLight::rays, scene, view), picture(Renderer::DirectLight::gl, scene, view));
 }
 
 // Direct light differs at shadow edges only (rays against a shadow map), the rest by rounding.
@@ -59,6 +73,41 @@ TEST(Display, TheCpuShowsWhatShadersShow) {
         EXPECT_LT(found.off, view == View::solid ? 0.05 : 0.02) << view_name(view);
         EXPECT_LT(std::abs(found.bias), 0.1) << view_name(view);
     }
+}
+
+// Each tone curve and another white, on the CPU and by shaders; and they differ from the default.
+TEST(Display, LooksAreTheSameOnBoth) {
+    Scene scene = scene_of(builtin("cornell"));
+    scene.camera.eye += glm::dvec3(0.013, 0.007, 0.0);
+    scene.width_px = 272;
+    scene.height_px = 250;
+    scene.exposure_ev100 -= 1.0;  // that some of it is bent
+    const std::vector<Look> looks = {{},
+                                     {Tone::linear, 0, 0},
+                                     {Tone::aces, 0, 0},
+                                     {Tone::agx, 0, 0},
+                                     {Tone::neutral, 0, 0},
+                                     {Tone::knee, 3200, 0.01},
+                                     {Tone::agx, 9000, 0}};
+    const std::vector<Nv12> cpu = pictures(Renderer::DirectLight::rays, scene, View::beauty, looks),
+                            gpu = pictures(Renderer::DirectLight::gl, scene, View::beauty, looks);
+    for (std::size_t i = 0; i < looks.size(); ++i) {
+        SCOPED_TRACE(i);
+        const Difference found = between(cpu[i], gpu[i]);
+        EXPECT_LT(found.off, 0.02);
+        EXPECT_LT(std::abs(found.bias), 0.1);
+        if (i > 0) {
+            EXPECT_GT(between(cpu[i], cpu[0]).off, 0.05);
+        }
+    }
+}
+
+TEST(Display, WhatIsMeasuredHasNoLook) {
+    Scene scene = scene_of(builtin("cornell"));
+    scene.width_px = scene.height_px = 64;
+    const std::vector<Nv12> lux =
+        pictures(Renderer::DirectLight::gl, scene, View::illuminance, {{}, {Tone::agx, 3200, 0.0}});
+    EXPECT_EQ(*lux[0], *lux[1]);
 }
 
 // Textures, alpha masks, two-sided leaves and small triangles: the CPU rasterises what GL does. Levels of textures are

@@ -73,6 +73,10 @@ TEST(Programs, EveryOptionSetCompiles) {
             make("passes/screen.vert", "passes/composite.frag", defines);
         }
     }
+    for (const char* tone : {"0", "1", "2", "3", "4"})
+        make("passes/screen.vert", "passes/composite.frag", {{"VIEW", "0"}, {"TONE", tone}});
+    for (const char* view : {"0", "3", "4"})
+        make("passes/screen.vert", "passes/composite.frag", {{"VIEW", view}, {"EDGES", "1"}});
     for (const char* sub : {"1", "2", "3"}) {
         make("passes/screen.vert", "passes/mask.frag", {{"CUBE", "1"}, {"SUB", sub}});
         make("passes/screen.vert", "passes/mask.frag", {{"CUBE", "1"}, {"SUB", sub}, {"UNIFORM_WEB", "1"}});

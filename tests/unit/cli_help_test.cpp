@@ -34,6 +34,10 @@ std::string sample(WordForm form) {
         case WordForm::text:
         case WordForm::names:
             return "a";
+        case WordForm::range:
+            return "1:2";
+        case WordForm::switched:
+            return "on";
         default:
             return "1";
     }
@@ -62,7 +66,7 @@ TEST(CliHelp, EveryCommandHasHelpAndCanBeSaid) {
         EXPECT_EQ(read.options.size(), command.options.size()) << name;
     }
     for (const WordRow& option : cli_options()) EXPECT_NE(all.out.find(option.name), std::string::npos);
-    EXPECT_NE(run("set --help").out.find("\n  set exposure EV"), std::string::npos);
+    EXPECT_NE(run("set --help").out.find("\n  set exposure [EV]"), std::string::npos);
     EXPECT_EQ(run("set --help").out.find("add light"), std::string::npos);
 }
 

@@ -13,6 +13,7 @@
 #include "server/scene/apply.h"
 #include "server/scene/sun.h"
 #include "server/scene/web_buffer.h"
+#include "server/scene/white_balance.h"
 
 namespace gonio {
 
@@ -342,6 +343,8 @@ PassRun run_composite_cpu(const PassContext& context, View view, std::span<const
         if (display.emission != nullptr) display.emission = surfaces.edges.emission.data();
     }
     display.ev100 = static_cast<float>(scene.exposure_ev100);
+    display.tone = scene.look.tone;
+    display.white = glm::mat3(white_balance(scene.look.white_k, scene.look.white_duv));
     std::vector<lighting::Display::Others> others;
     // Fixed-point steps of 2^-18 of what an exposure of whole stops shows as 1 on a white surface (lib/display.glsl):
     // far below what 8 bits show, and the same for all exposures in between.

@@ -5,6 +5,7 @@
 #include "server/render/passes/passes.h"
 #include "server/render/passes/screen.h"
 #include "server/scene/false_color.h"
+#include "server/scene/white_balance.h"
 
 namespace gonio {
 namespace {
@@ -52,6 +53,9 @@ PassRun run_composite(const PassContext& context, View view, const LightGpu* sho
     if (target.emissive && !context.scene.emission_hidden) defines.emplace_back("EMISSIVE", "1");
     const bool edges = shows_lit_surfaces(view) && shows_edges(context) && !screen.surfaces.edges.rows.empty();
     if (edges) defines.emplace_back("EDGES", "1");
+    const Look& look = context.scene.look;
+    const bool looks = shows_lit_surfaces(view) && !is_false_color(view) && raw == 0 && !(look == Look());
+    if (looks) defines.emplace_back("TONE", std::to_string(static_cast<int>(look.tone)));
     const GLuint program = context.programs.get("passes/screen.vert", "passes/composite.frag", defines);
     begin_screen(context.programs, raw != 0 ? raw : target.display_fbo.id(), program, target.width_px,
                  target.height_px);
@@ -80,6 +84,10 @@ PassRun run_composite(const PassContext& context, View view, const LightGpu* sho
     glProgramUniform1i(program, 1, layers);
     glProgramUniform1f(program, 2, static_cast<float>(context.scene.exposure_ev100));
     glProgramUniform1f(program, 3, static_cast<float>(context.scene.view_gain));
+    if (looks) {
+        const glm::mat3 white(white_balance(look.white_k, look.white_duv));
+        glProgramUniformMatrix3fv(program, 7, 1, GL_FALSE, &white[0][0]);
+    }
     glBindTextureUnit(0, target.direct.id());
     glBindTextureUnit(1, target.indirect.id());
     glBindTextureUnit(2, target.albedo.id());
