@@ -112,6 +112,19 @@ std::optional<Luminance> opening_luminance(const Photometry& photometry, const D
     return intensity(photometry.web, direction) / area;
 }
 
+const char* shape_name(OpeningShape shape) {
+    constexpr std::array kNames = {"point",
+                                   "rectangle",
+                                   "box",
+                                   "ellipse",
+                                   "vertical_cylinder",
+                                   "ellipsoid",
+                                   "horizontal_cylinder_length",
+                                   "horizontal_cylinder_width",
+                                   "vertical_ellipse"};
+    return kNames[static_cast<std::size_t>(shape)];
+}
+
 Quantities quantities(const Photometry& photometry) {
     const PhotometricWeb& web = photometry.web;
     const Provenance& provenance = photometry.provenance;

@@ -89,6 +89,9 @@ struct Quantities {
     std::vector<LuminanceRow> luminance;  // 0, 45, 55, 65, 75, 85 degrees; empty for a point
 };
 
+// Result: "point", "rectangle", "vertical_cylinder", …: the enumerator's name.
+const char* shape_name(OpeningShape shape);
+
 // Result: everything above for one luminaire. Any thread.
 Quantities quantities(const Photometry& photometry);
 

@@ -53,19 +53,6 @@ const char* symmetry_name(ies::Symmetry symmetry) {
     return kNames[static_cast<std::size_t>(symmetry)];
 }
 
-const char* shape_name(ies::OpeningShape shape) {
-    constexpr std::array kNames = {"point",
-                                   "rectangle",
-                                   "box",
-                                   "ellipse",
-                                   "vertical_cylinder",
-                                   "ellipsoid",
-                                   "horizontal_cylinder_length",
-                                   "horizontal_cylinder_width",
-                                   "vertical_ellipse"};
-    return kNames[static_cast<std::size_t>(shape)];
-}
-
 std::array<std::string, 2> plane_names(const Photometry& photometry) {
     if (photometry.web.goniometer == ies::Goniometer::type_c) return {"C0-C180", "C90-C270"};
     return {"V=0", "H=0"};
@@ -184,7 +171,7 @@ Json file_json(const std::string& file, const Photometry& photometry) {
             {"cie_flux_code", q.cie_flux_code},
             {"bug", bug_json(q.bug)},
             {"opening",
-             {{"shape", shape_name(opening.shape)},
+             {{"shape", ies::shape_name(opening.shape)},
               {"width_m", opening.width.in(m)},
               {"length_m", opening.length.in(m)},
               {"height_m", opening.height.in(m)}}},
@@ -278,7 +265,7 @@ void print_text(const std::string& file, const Photometry& photometry, std::ostr
                        q.cie_flux_code[1], q.cie_flux_code[2], q.cie_flux_code[3], q.cie_flux_code[4],
                        bug_text(q.bug).c_str());
     const ies::Opening& opening = photometry.opening;
-    out << format_text("  opening %s, width %g m, length %g m, height %g m\n", shape_name(opening.shape),
+    out << format_text("  opening %s, width %g m, length %g m, height %g m\n", ies::shape_name(opening.shape),
                        opening.width.in(m), opening.length.in(m), opening.height.in(m));
     for (const ies::Diagnostic& d : photometry.diagnostics) {
         out << "  " << d.severity << " " << d.code << ", line " << d.line << ": " << d.message << '\n';
