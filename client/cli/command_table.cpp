@@ -72,12 +72,24 @@ constexpr WordRow kOpenShowOptions[] = {
 constexpr WordRow kShows[] = {{"[NAME]", "", text, "text_of", "prints this show's JSON; default: the list"}};
 constexpr WordRow kShowsOptions[] = {{"--now", "", flag, "", "prints the JSON of the show as it stands"}};
 
+constexpr WordRow kSearch[] = {{"[TEXT…]", "", text, "", "words that a name or description has; default: all rows"}};
+constexpr WordRow kLibraryOptions[] = {
+    {"--min-flux", "LM", number, "min_flux_lm", "lm, 0 or more"},
+    {"--max-flux", "LM", number, "max_flux_lm", "lm, 0 or more"},
+    {"--min-beam", "DEG", degrees, "min_beam_rad", "full angle of 50 %, 0 to 360"},
+    {"--max-beam", "DEG", degrees, "max_beam_rad", "likewise"},
+    {"--offset", "N", count, "offset", "rows to leave out"},
+    {"--count", "N", count, "count", "rows at most, 1 to 500; default 100"},
+    {"--read-again", "", flag, "read_again", "has the server read its folders again; ask once more for what is new"},
+};
+
 constexpr WordCommand kCommands[] = {
     {"save show", "save_show", "keeps the show in the server's folder of shows", kSaveShow, kSaveShowOptions},
     {"open show", "command.open_show", "replaces the scene by a show; it cannot be undone", kOpenShow,
      kOpenShowOptions},
     {"shows", "shows", "lists the shows in the server's folder, or prints one", kShows, kShowsOptions},
     {"gels", "gels", "lists the gels that set light --gel takes", {}, {}},
+    {"library", "library", "lists the profiles that lights can have by name", kSearch, kLibraryOptions},
     {"pick", "pick", "tells what the picture shows at a place, and its lux and cd/m²", kPlace, {}},
     {"view list", "get_state", "prints a line for each saved view of the camera", {}, {}},
     {"undo", "command.undo", "sets back what the last command changed, of this user on this machine", {}, {}},

@@ -108,6 +108,17 @@ int pick(const Session& session, const ReadWords& words) {
     return ask(session, words.message, {Answer::kPick}, [&](const Answer& answer) { session.print(answer.pick()); });
 }
 
+int library(const Session& session, const ReadWords& words) {
+    v1::ClientMessage message = words.message;
+    std::string text;
+    for (const std::string& word : words.names) text += (text.empty() ? "" : " ") + word;
+    message.mutable_library()->set_text(text);
+    return ask(session, std::move(message), {Answer::kLibrary}, [&](const Answer& answer) {
+        session.out << (session.json ? to_json(answer.library(), true) + "\n" : library_table(answer.library()));
+        for (const std::string& warning : answer.library().warnings()) session.err << "warning: " << warning << "\n";
+    });
+}
+
 // Writes beside the target and renames, so that nobody ever reads half a file. Errors: "file_unwritable".
 Result<bool> write_atomically(const std::filesystem::path& path, const std::string& bytes) {
     std::filesystem::path temporary = path;
@@ -268,6 +279,7 @@ int run_command(const Session& session, const ReadWords& words) {
                             {"gels", gels},
                             {"meter", meter},
                             {"pick", pick},
+                            {"library", library},
                             {"capture", capture},
                             {"view list", view_list},
                             {"report", report},

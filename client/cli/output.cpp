@@ -4,8 +4,10 @@
 #include <charconv>
 #include <cstdio>
 #include <nlohmann/json.hpp>
+#include <numbers>
 
 #include "protocol/schema/codec.h"
+#include "protocol/schema/property.h"
 
 namespace gonio {
 namespace {
@@ -157,6 +159,36 @@ std::string report_table(const v1::FrameReport& report) {
         text += line;
     }
     return text;
+}
+
+static std::string degrees_text(bool known, double rad) {
+    if (!known) return "-";
+    char text[32];
+    std::snprintf(text, sizeof text, "%.1f", rad * 180.0 / std::numbers::pi);
+    return text;
+}
+
+std::string library_table(const v1::Library& library) {
+    char line[700];
+    std::snprintf(line, sizeof line, "%-32s %9s %9s %6s %6s %6s  %s\n", "name", "lm", "cd", "beam", "field", "W", "");
+    std::string text = line;
+    for (const v1::LibraryRow& row : library.rows()) {
+        const v1::PhotometrySummary& summary = row.summary();
+        if (!row.has_summary()) {
+            std::snprintf(line, sizeof line, "%-32.128s %9s %9s %6s %6s %6s  not usable: %.300s\n", row.name().c_str(),
+                          "-", "-", "-", "-", "-", row.error().c_str());
+        } else {
+            std::snprintf(line, sizeof line, "%-32.128s %9.0f %9.0f %6s %6s %6.4g  %.300s\n", row.name().c_str(),
+                          summary.flux_lm(), read_numbers(summary, "max_cd").front(),
+                          degrees_text(summary.has_beam_rad(), summary.beam_rad()).c_str(),
+                          degrees_text(summary.has_field_rad(), summary.field_rad()).c_str(), summary.input_watts(),
+                          (summary.description().empty() ? row.source() : summary.description()).c_str());
+        }
+        text += line;
+    }
+    std::snprintf(line, sizeof line, "%d of %u found, %u in all%s\n", library.rows_size(), library.found(),
+                  library.total(), library.reading() ? "; folders are being read" : "");
+    return text + line;
 }
 
 }  // namespace gonio

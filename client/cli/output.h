@@ -26,6 +26,9 @@ std::string view_line(const v1::SavedView& view);
 
 std::string report_table(const v1::FrameReport& report);
 
+// Result: a line for each profile: name, lm, cd, beam and field in degrees, W, what it is or why it is none.
+std::string library_table(const v1::Library& library);
+
 // Result: a line for each endpoint that is listened at, then one for each sender and universe: who wins, what it sends.
 std::string sources_table(const v1::Sources& sources);
 

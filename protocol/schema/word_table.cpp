@@ -36,6 +36,7 @@ struct Value {
     std::vector<double> numbers;
     std::vector<std::string> texts;
     bool automatic = false;
+    std::optional<bool> on;
 };
 using MaybeValue = std::optional<Value>;
 using Text = const std::string&;
@@ -77,9 +78,11 @@ MaybeValue seconds_value(Text text) {
     return part && whole ? numbers_value(*part / *whole) : std::nullopt;
 }
 
-MaybeValue switched_value(Text text) {
+MaybeValue on_or_off_value(Text text) {
     if (text != "on" && text != "off") return std::nullopt;
-    return numbers_value(text == "on" ? 1 : 0);
+    Value value;
+    value.on = text == "on";
+    return value;
 }
 
 MaybeValue range_value(Text text) {
@@ -125,7 +128,7 @@ constexpr FormRow kForms[] = {
     {WordForm::vector, "numbers with commas between, like 1,2,3", vector_value},
     {WordForm::size, "two whole numbers with an x between, like 800x600", size_value},
     {WordForm::seconds, "a number or a fraction, like 0.5 or 1/60", seconds_value},
-    {WordForm::switched, "on or off", switched_value},
+    {WordForm::on_or_off, "on or off", on_or_off_value},
     {WordForm::number_or_auto, "a number or auto", number_or_auto_value},
     {WordForm::range, "two numbers with a colon between, like 0:1000, or auto", range_value},
     {WordForm::picture, "a .png, .jpg or .exr file", picture_value},
@@ -157,7 +160,7 @@ Message* target(ReadWords& read) {
 void put(Message* whole, const WordRow& row, const Value& value) {
     const auto [message, field] = named_field(whole, row.field);
     const auto& to = *message->GetReflection();
-    if (row.form == WordForm::flag) to.SetBool(message, field, true);
+    if (row.form == WordForm::flag || value.on) to.SetBool(message, field, value.on.value_or(true));
     for (Text text : value.texts)
         field->is_repeated() ? to.AddString(message, field, text) : to.SetString(message, field, text);
     if (field->is_repeated() && value.texts.empty()) to.ClearField(message, field);  // the last of two options counts

@@ -31,7 +31,7 @@ enum class WordForm : std::uint8_t {
     vector,          // 1,2,3; how many there must be is the server's business
     size,            // 800x600: into a field and the next one, or into a repeated one
     seconds,         // a number or a fraction: 1/60
-    switched,        // on or off
+    on_or_off,       // true or false
     number_or_auto,  // a number; or auto: true in the next field
     range,           // 0:1000 into a field and the next one; or auto: true in the one after them
     picture,         // the name of a file; in the message its format: "png", "jpg" or "exr"

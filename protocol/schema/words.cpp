@@ -45,18 +45,36 @@ std::string help_of(const PropertyRow& row) {
     return is_ratio(row) ? text + ", or 0% to 100%" : text;
 }
 
-// What can be set of a light, out of the table of properties.
+// What can be set of a light, out of the table of properties. prefix: of the message's fields.
+WordRows light_rows_of(const std::string& prefix) {
+    WordRows made;
+    const auto field = [&](std::string_view name) { return made.keep(prefix + std::string(name)); };
+    for (const PropertyRow& row : property_table()) {
+        if (row.field.empty() || row.component >= 0) continue;
+        made.rows.push_back({made.keep("--" + std::string(row.name)), row.metavar, form_of(row), field(row.field),
+                             made.keep(help_of(row))});
+    }
+    made.rows.push_back({"--profile", "FILE", text, field("profile.name"),
+                         "IES or EULUMDAT file, which is uploaded; or a name that gonio library lists"});
+    return made;
+}
+
 std::span<const WordRow> light_options() {
+    static const WordRows all = light_rows_of("");
+    return all.rows;
+}
+
+std::span<const WordRow> lights_options() {
+    static const WordRows all = light_rows_of("same.");
+    return all.rows;
+}
+
+std::span<const WordRow> new_light_options() {
     static const WordRows all = [] {
-        WordRows made;
-        for (const PropertyRow& row : property_table()) {
-            if (row.field.empty() || row.component >= 0) continue;
-            made.rows.push_back({made.keep("--" + std::string(row.name)), row.metavar, form_of(row), row.field,
-                                 made.keep(help_of(row))});
-        }
-        made.rows.push_back({"--profile", "FILE", text, "profile.name",
-                             "IES or EULUMDAT file, which is uploaded; or a built-in luminaire"});
-        made.rows.push_back({"--gel", "NAME", text, "gel", "one that gonio gels lists: L201; \"\": none"});
+        WordRows made = light_rows_of("light.");
+        made.rows.push_back({"--like", "LIGHT", text, "like", "a light that it takes all else from; or --profile"});
+        made.rows.push_back({"--multiplier", "M", number, "multiplier",
+                             "of all its candela, 0 to 1e9; default: that of --like, else 1"});
         return made;
     }();
     return all.rows;
@@ -68,7 +86,9 @@ constexpr WordRow kCameraOptions[] = {
     {"--fov", "DEG", degrees, "fov_rad", "vertical, 1.15 to 171.8"},
 };
 constexpr WordRow kSetLight[] = {{"NAME", "", text, "name", "of a light, or of a group for every light in it"}};
-constexpr WordRow kAddLight[] = {{"NAME", "", text, "name", "that no light has, 1 to 128 bytes"}};
+constexpr WordRow kSetLights[] = {{"NAME…", "", text, "names", "of lights, or of groups for every light in them"}};
+constexpr WordRow kRemoveLights[] = {{"NAME…", "", text, "remove", "of lights"}};
+constexpr WordRow kAddLight[] = {{"NAME", "", text, "light.name", "that no light has, 1 to 128 bytes"}};
 
 constexpr WordRow kSize[] = {{"WxH", "", size, "width_px", "pixels, even, 16 to 4096 each"}};
 constexpr WordRow kScene[] = {
@@ -92,7 +112,7 @@ constexpr WordRow kViewOptions[] = {
     {"--scale", "NAME", text, "scale", "of colours: log (default) or linear"},
     {"--steps", "N", count, "steps", "of colours, 2 to 27; 0 (default): smooth"},
     {"--palette", "NAME", text, "palette", "classic (default), viridis, spectral or gray"},
-    {"--isolux", "on|off", switched, "isolux", "lines at the borders of the steps, or at 1-2-5 of each decade"},
+    {"--isolux", "on|off", on_or_off, "isolux", "lines at the borders of the steps, or at 1-2-5 of each decade"},
     {"--below", "VALUE", number, "below", "marks what is less, in lx or cd/m²; 0 (default): nothing"},
     {"--only", "LIGHT", text, "only", "illuminance, luminance: what this light contributes; \"\": all"},
     {"--compare", "PRESET", text, "compare", "illuminance, luminance: the difference from a preset; \"\": none"},
@@ -109,6 +129,7 @@ constexpr WordRow kLookOptions[] = {
     {"--white", "K", number, "white_k", "what is white, 1000 to 15000 K; 0 (default): D65, 6504 K"},
     {"--tint", "DUV", number, "white_duv", "that white off the Planckian locus, -0.05 to 0.05; default 0"},
 };
+constexpr WordRow kWorkLight[] = {{"ON", "", on_or_off, "work_light", "on or off"}};
 constexpr WordRow kLightName[] = {{"NAME", "", text, "name", "of a light"}};
 constexpr WordRow kRename[] = {
     {"NAME", "", text, "name", "of a light"},
@@ -153,7 +174,8 @@ constexpr WordRow kCaptureOptions[] = {
      "reference: ends then with what it has, 0.1 to 86400; default: no end"},
     {"--denoise", "", flag, "denoise", "reference, beauty: fewer samples and a filter; to look at, not to measure"},
     {"--openings", "", flag, "openings", "reference: luminaires emit from their luminous openings, not from points"},
-    {"--samples-per-pixel", "N", edge_samples, "samples_per_pixel", "of edges, 1 to 64; default 16; 1: centres of pixels"},
+    {"--samples-per-pixel", "N", edge_samples, "samples_per_pixel",
+     "of edges, 1 to 64; default 16; 1: centres of pixels"},
     {"--legend", "", flag, "legend",
      "png, jpg of illuminance, luminance: the scale and the figures of lines are drawn in"},
     {"--after-rev", "N", count, "after_rev", "of the scene when it has reached that revision, waited for up to 30 s"},
@@ -169,15 +191,24 @@ std::span<const WordCommand> scene_commands() {
     static const WordCommand all[] = {
         {"load scene", "command.load_scene", "loads another scene", kScene, kSceneOptions},
         {"set light", "command.set_light", "changes a light; what no option names stays", kSetLight, light_options()},
+        {"set lights", "command.edit_lights", "changes many lights at once, all or none of them", kSetLights,
+         lights_options()},
         {"set camera", "command.set_camera", "moves the camera", {}, kCameraOptions},
         {"set exposure", "command.set_exposure", "sets the exposure", exposure, kExposureOptions},
         {"set look", "command.set_look", "chooses how exposed light becomes a picture", {}, kLookOptions},
         {"set master", "command.set_master", "dims all lights", master, {}},
         {"set view", "command.set_view", "chooses what the picture shows", kView, kViewOptions},
+        {"set work-light",
+         "command.set_view",
+         "whether a picture without any light is shaded towards the camera; meters and captures never are",
+         kWorkLight,
+         {}},
         {"set size", "command.set_size", "sets the size of the picture", kSize, {}},
         {"set technique", "command.set_technique", "chooses how indirect light is computed", kTechnique,
          kTechniqueOptions},
-        {"add light", "command.add_light.light", "adds a light", kAddLight, light_options(), {"--profile"}},
+        {"add light", "command.add_light", "adds a light, of a profile or like another one", kAddLight,
+         new_light_options()},
+        {"remove lights", "command.edit_lights", "removes many lights at once", kRemoveLights, {}},
         {"remove light", "command.remove_light", "removes a light", kLightName, {}},
         {"rename light", "command.rename_light", "gives a light another name; what names it follows", kRename, {}},
         {"group", "command.set_group", "makes, changes or removes a group of lights", kGroup, {}},
@@ -261,7 +292,9 @@ std::optional<std::string> capture_format(const std::string& file) {
 Result<bool> attach_profile_file(v1::Command& command) {
     v1::SetLight* light = command.has_set_light()   ? command.mutable_set_light()
                           : command.has_add_light() ? command.mutable_add_light()->mutable_light()
-                                                    : nullptr;
+                          : command.has_edit_lights() && command.edit_lights().has_same()
+                              ? command.mutable_edit_lights()->mutable_same()
+                              : nullptr;
     if (!light || !light->has_profile()) return false;
     const std::filesystem::path path(light->profile().name());
     std::error_code error;

@@ -66,6 +66,11 @@ void add_front_options(CLI::App& app, Options& options) {
                    "folder below which clients may load scene files; may be given more than once. Default: everywhere "
                    "while --listen is a loopback address, else nowhere")
         ->allow_extra_args(false);
+    app.add_option("--library", options.library_folders,
+                   "folder of photometric files (.ies, .ldt), and those below it, that lights can have by name; may be "
+                   "given more than once")
+        ->allow_extra_args(false)
+        ->check(CLI::ExistingDirectory);
     app.add_option("--log-level", options.log_level, "trace, debug, info, warn, error or off; read again on SIGHUP")
         ->check(CLI::IsMember({"trace", "debug", "info", "warn", "error", "off"}));
 

@@ -46,6 +46,7 @@ struct Options {
     std::vector<std::string> host_names, origins;  // that requests may come for, and from
     std::string upload_folder;                     // empty: a private one
     std::vector<std::string> scene_roots;          // below which clients may load scene files
+    std::vector<std::string> library_folders;      // of photometric files
     std::string log_level = "info";
     unsigned max_captures = 8;                             // that wait for each other
     std::size_t transport_bytes = std::size_t{256} << 20;  // SurfelSettings::bytes

@@ -310,7 +310,8 @@ struct Builder {
                                           scene.master_rev,
                                           scene.lights_rev,
                                           scene.geometry_rev,
-                                          in.merged ? 1u : 0u};
+                                          in.merged ? 1u : 0u,
+                                          shows_work_light(context) ? 1u : 0u};
         if (in.view <= View::indirect || in.view == View::solid) key.push_back(scene.look_rev);
         if (is_false_color(in.view)) key.insert(key.end(), {scene.view_rev, scene.presets_rev});
         std::vector<const LightGpu*> lights(in.lights.begin(), in.lights.end());

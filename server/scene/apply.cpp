@@ -194,7 +194,9 @@ void dispatch(Scene& scene, const v1::Command& command, const Loaded& loaded, st
         case v1::Command::kRemoveView:
             return remove_view(scene, command.remove_view().name());
         case v1::Command::kAddLight:
-            return add_light(scene, command.add_light().light(), loaded);
+            return add_light(scene, command.add_light(), loaded);
+        case v1::Command::kEditLights:
+            return edit_lights(scene, command.edit_lights(), loaded);
         case v1::Command::kRemoveLight:
             return remove_light(scene, command.remove_light().name());
         case v1::Command::kRenameLight:

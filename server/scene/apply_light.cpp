@@ -99,35 +99,89 @@ std::vector<v1::SetLight> single_properties(const v1::SetLight& set) {
 
 }  // namespace
 
-void set_light(Scene& scene, const v1::SetLight& set, const Loaded& loaded) {
-    if (Light* light = find_light(scene, set.name())) return set_one_light(scene, *light, set, loaded, "set_light.");
-    const auto group = scene.groups.find(set.name());
-    if (group == scene.groups.end())
-        refuse("not_found", "set_light.name", set.name(), "there is no light or group of this name");
-    for (const std::string& name : group->second)
-        set_one_light(scene, *find_light(scene, name), set, loaded, "set_light.");
+// name: a light, or a group for every light of it. prefix, names: where the values and the name come from.
+static void set_named(Scene& scene, const std::string& name, const v1::SetLight& set, const Loaded& loaded,
+                      const std::string& prefix, const char* names) {
+    if (Light* light = find_light(scene, name)) return set_one_light(scene, *light, set, loaded, prefix);
+    const auto group = scene.groups.find(name);
+    if (group == scene.groups.end()) refuse("not_found", names, name, "there is no light or group of this name");
+    for (const std::string& member : group->second)
+        set_one_light(scene, *find_light(scene, member), set, loaded, prefix);
 }
 
-void add_light(Scene& scene, const v1::SetLight& set, const Loaded& loaded) {
-    const std::string name = checked_name(set.name(), "add_light.light.name");
-    if (is_taken(scene, name)) {
-        refuse("already_exists", "add_light.light.name", name, "a light or group of this name exists");
-    }
-    if (scene.lights.size() >= kMaxLights) {
-        refuse("too_many_lights", "add_light.light.name", name,
-               "a scene holds at most " + std::to_string(kMaxLights) + " lights");
-    }
-    if (!loaded.profile) refuse("invalid_argument", "add_light.light.profile", "", "a new light needs a profile");
+void set_light(Scene& scene, const v1::SetLight& set, const Loaded& loaded) {
+    set_named(scene, set.name(), set, loaded, "set_light.", "set_light.name");
+}
+
+namespace {
+
+// Result: what a new light has before its own values: all of the light that it shall be like, or a plain one's.
+Light new_light(const Scene& scene, const v1::AddLight& add, const Loaded& loaded, const std::string& prefix) {
     Light light;
+    if (!add.like().empty()) {
+        const Light* like = find_light(scene, add.like());
+        if (like == nullptr) refuse("not_found", prefix + "like", add.like(), "there is no light of this name");
+        if (like->sun) refuse("unsupported", prefix + "like", add.like(), "only a scene file has a sun");
+        light = *like;
+        light.seed = -1;
+    } else {
+        if (!loaded.profile) refuse("invalid_argument", prefix + "light.profile", "", "a new light needs a profile");
+        light.profile = shared_profile(scene, loaded.profile);
+        light.world_from_light = orientation_of({});
+        light.position = (scene.asset->bounds.min + scene.asset->bounds.max) * 0.5;
+    }
+    return light;
+}
+
+void add_one_light(Scene& scene, const v1::AddLight& add, const Loaded& loaded, const std::string& prefix) {
+    const v1::SetLight& set = add.light();
+    const std::string name = checked_name(set.name(), prefix + "light.name");
+    if (is_taken(scene, name))
+        refuse("already_exists", prefix + "light.name", name, "a light or group of this name exists");
+    if (scene.lights.size() >= kMaxLights)
+        refuse("too_many_lights", prefix + "light.name", name,
+               "a scene holds at most " + std::to_string(kMaxLights) + " lights");
+    Light light = new_light(scene, add, loaded, prefix);
+    if (add.has_multiplier()) light.multiplier = checked(add.multiplier(), 0.0, kMostMultiplier, prefix + "multiplier");
     light.id = scene.next_light_id++;
     light.name = name;
-    light.profile = shared_profile(scene, loaded.profile);
-    light.world_from_light = orientation_of({});
-    light.position = (scene.asset->bounds.min + scene.asset->bounds.max) * 0.5;
     light.position_rev = light.aim_rev = light.profile_rev = light.level_rev = light.name_rev = scene.scene_rev + 1;
-    set_one_light(scene, light, set, loaded, "add_light.light.");
+    set_one_light(scene, light, set, loaded, prefix + "light.");
     scene.lights.push_back(std::move(light));
     scene.lights_rev = scene.scene_rev + 1;
+}
+
+}  // namespace
+
+void add_light(Scene& scene, const v1::AddLight& add, const Loaded& loaded) {
+    add_one_light(scene, add, loaded, "add_light.");
+}
+
+void edit_lights(Scene& scene, const v1::EditLights& edit, const Loaded& loaded) {
+    const auto within = [](int count, const char* field) {
+        if (static_cast<std::size_t>(count) <= kMaxLights) return;
+        refuse("too_large", std::string("edit_lights.") + field, std::to_string(count),
+               "at most " + std::to_string(kMaxLights) + " are changed at once");
+    };
+    within(edit.set_size(), "set");
+    within(edit.names_size(), "names");
+    within(edit.add_size(), "add");
+    within(edit.remove_size(), "remove");
+    for (const v1::SetLight& set : edit.set()) {
+        if (set.has_profile())
+            refuse("unsupported", "edit_lights.set.profile", set.name(), "only `same` has a profile");
+        Light* light = find_light(scene, set.name());
+        if (light == nullptr) refuse("not_found", "edit_lights.set.name", set.name(), "there is no light of this name");
+        set_one_light(scene, *light, set, {}, "edit_lights.set.");
+    }
+    for (const std::string& name : edit.names())
+        set_named(scene, name, edit.same(), loaded, "edit_lights.same.", "edit_lights.names");
+    for (const v1::AddLight& add : edit.add()) {
+        if (add.light().has_profile())
+            refuse("unsupported", "edit_lights.add.light.profile", add.light().name(), "each is like another light");
+        add_one_light(scene, add, {}, "edit_lights.add.");
+    }
+    for (const std::string& name : edit.remove()) remove_light(scene, name);
 }
 
 void remove_light(Scene& scene, const std::string& name) {

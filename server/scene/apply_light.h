@@ -12,7 +12,9 @@ namespace gonio {
 
 // A light, or every light of a group.
 void set_light(Scene& scene, const v1::SetLight& set, const Loaded& loaded);
-void add_light(Scene& scene, const v1::SetLight& set, const Loaded& loaded);
+void add_light(Scene& scene, const v1::AddLight& add, const Loaded& loaded);
+// Many at once: what is set and made first, then what is removed.
+void edit_lights(Scene& scene, const v1::EditLights& edit, const Loaded& loaded);
 void remove_light(Scene& scene, const std::string& name);
 void set_group(Scene& scene, const v1::SetGroup& set);
 // Of a console, which names no group: what can be set is set. Result: why the first property that cannot was refused.

@@ -103,6 +103,7 @@ void set_view(Scene& scene, const v1::SetView& set) {
         change(scene, scene.view_compare, set.compare(), scene.view_rev);
         if (scene.view_rev > scene.scene_rev) scene.compare_rev = scene.view_rev;
     }
+    if (set.has_work_light()) change(scene, scene.work_light, set.work_light(), scene.view_rev);
     if (sets_false_color(set)) set_false_color(scene, view, set);
 }
 

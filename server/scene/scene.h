@@ -242,6 +242,7 @@ struct Scene {
     std::string view_compare;      // the preset that they show the difference from; empty: none
     bool emission_hidden = false;  // of emissive surfaces there is no light: of shown_scene() only
     Look look;
+    bool work_light = true;  // wanted where nothing else lights the scene
     double exposure_ev100 = 6.0;
     bool exposure_auto = true;  // until somebody sets it
     double master_ratio = 1.0;
@@ -259,6 +260,16 @@ struct Scene {
     std::uint32_t next_light_id = 1;
 };
 
+// Whether the live picture's beauty view shows the work light: surfaces shaded towards the camera, since there is no
+// light and none emits any. It is no light of the scene: meters, captures and other views know nothing of it.
+inline bool work_light_on(const Scene& scene) {
+    if (!scene.work_light || !scene.lights.empty() || scene.view != View::beauty) return false;
+    for (const Material& material : scene.asset->materials)
+        if (material.emissive_nit != glm::vec3(0.0f)) return false;
+    return true;
+}
+
+inline constexpr double kMostMultiplier = 1e9;
 inline constexpr std::size_t kMaxLights = 1024;    // one more is refused: "too_many_lights"
 inline constexpr std::size_t kMaxGroups = 64;      // likewise "too_many_groups"
 inline constexpr std::size_t kMaxPresets = 256;    // likewise "too_many_presets"

@@ -76,6 +76,10 @@ void put_parts(const Scene& scene, Revision since, v1::State& out) {
     if (scene.look_rev > since) {
         put_look(scene.look, *out.mutable_look());
     }
+    if (std::max({scene.view_rev, scene.lights_rev, scene.geometry_rev}) > since) {
+        out.set_work_light(scene.work_light);
+        out.set_work_light_on(work_light_on(scene));
+    }
     if (scene.exposure_rev > since) {
         out.set_exposure_ev100(scene.exposure_ev100);
         out.set_exposure_auto(scene.exposure_auto);

@@ -26,6 +26,30 @@ void touch(const Scene& scene, const std::string& name, const v1::SetLight* set,
     if (set == nullptr || set->has_gel()) add(path + "gel", light->level_rev);
 }
 
+// A light that went, and what named it.
+void touch_removed(const Scene& scene, const std::string& name, std::vector<TouchedProperty>& touched) {
+    touched.push_back({"lights." + name, scene.lights_rev});
+    touch(scene, name, nullptr, touched);
+    for (const auto& [group, lights] : scene.groups)
+        if (std::ranges::find(lights, name) != lights.end()) touched.push_back({"groups." + group, scene.groups_rev});
+    touched.push_back({"view", scene.view_rev});  // shows another light where it showed this one
+}
+
+// A light, or every light of a group.
+void touch_named(const Scene& scene, const std::string& name, const v1::SetLight& set,
+                 std::vector<TouchedProperty>& touched) {
+    touch(scene, name, &set, touched);
+    const auto group = scene.groups.find(name);
+    if (group == scene.groups.end()) return;
+    touched.push_back({"groups." + name, scene.groups_rev});
+    for (const std::string& member : group->second) touch(scene, member, &set, touched);
+}
+
+void touch_added(const Scene& scene, const std::string& name, std::vector<TouchedProperty>& touched) {
+    touched.push_back({"lights." + name, scene.lights_rev});
+    touch(scene, name, nullptr, touched);
+}
+
 template <typename Rows>
 bool names_light(const std::shared_ptr<const Rows>& rows, const std::string& name) {
     return rows && std::ranges::any_of(rows->rows(), [&](const auto& row) { return row.target() == name; });
@@ -36,26 +60,22 @@ bool names_light(const std::shared_ptr<const Rows>& rows, const std::string& nam
 std::vector<TouchedProperty> touched_properties(const Scene& scene, const v1::Command& command) {
     std::vector<TouchedProperty> touched;
     switch (command.command_case()) {
-        case v1::Command::kSetLight: {
-            const v1::SetLight& set = command.set_light();
-            touch(scene, set.name(), &set, touched);
-            if (const auto group = scene.groups.find(set.name()); group != scene.groups.end()) {
-                touched.push_back({"groups." + group->first, scene.groups_rev});
-                for (const std::string& name : group->second) touch(scene, name, &set, touched);
-            }
+        case v1::Command::kSetLight:
+            touch_named(scene, command.set_light().name(), command.set_light(), touched);
+            break;
+        case v1::Command::kAddLight:
+            touch_added(scene, command.add_light().light().name(), touched);
+            break;
+        case v1::Command::kEditLights: {
+            const v1::EditLights& edit = command.edit_lights();
+            for (const v1::SetLight& set : edit.set()) touch(scene, set.name(), &set, touched);
+            for (const std::string& name : edit.names()) touch_named(scene, name, edit.same(), touched);
+            for (const v1::AddLight& add : edit.add()) touch_added(scene, add.light().name(), touched);
+            for (const std::string& name : edit.remove()) touch_removed(scene, name, touched);
             break;
         }
-        case v1::Command::kAddLight:
-            touched.push_back({"lights." + command.add_light().light().name(), scene.lights_rev});
-            touch(scene, command.add_light().light().name(), nullptr, touched);
-            break;
         case v1::Command::kRemoveLight:
-            touched.push_back({"lights." + command.remove_light().name(), scene.lights_rev});
-            touch(scene, command.remove_light().name(), nullptr, touched);
-            for (const auto& [name, lights] : scene.groups)
-                if (std::ranges::find(lights, command.remove_light().name()) != lights.end())
-                    touched.push_back({"groups." + name, scene.groups_rev});
-            touched.push_back({"view", scene.view_rev});  // shows another light where it showed this one
+            touch_removed(scene, command.remove_light().name(), touched);
             break;
         case v1::Command::kRenameLight:
             for (const std::string& name : {command.rename_light().name(), command.rename_light().new_name()}) {

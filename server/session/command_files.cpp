@@ -18,6 +18,8 @@ static const v1::Profile* profile_of(const v1::Command& command) {
     if (command.has_set_light() && command.set_light().has_profile()) return &command.set_light().profile();
     if (command.has_add_light() && command.add_light().light().has_profile())
         return &command.add_light().light().profile();
+    if (command.has_edit_lights() && command.edit_lights().same().has_profile())
+        return &command.edit_lights().same().profile();
     return nullptr;
 }
 
@@ -71,8 +73,29 @@ static Result<Loaded> read_opened(const std::string& given, const SceneAccess& a
     return loaded;
 }
 
-Result<Loaded> read_files(const v1::Command& command, const SceneAccess& access) {
-    if (command.has_open_show()) return read_opened(command.open_show().name(), access);
+static Result<std::shared_ptr<const Profile>> read_profile(const v1::Profile& profile, Library* library) {
+    const std::string& bytes = profile.photometry();
+    if (!profile.has_photometry()) return library ? library->profile(profile.name()) : builtin_profile(profile.name());
+    if (bytes.size() > kMaxProfileBytes)
+        return Error{"too_large", "profile.photometry", std::to_string(bytes.size()) + " bytes",
+                     "a profile may have at most 1 MiB"};
+    auto read = make_profile(shortened_text(profile.name(), kMaxNameBytes), bytes);
+    if (read && library) library->keep_upload(*read);
+    return read;
+}
+
+static std::vector<std::shared_ptr<const Profile>> profiles_of(const SceneAsset& asset) {
+    std::vector<std::shared_ptr<const Profile>> profiles;
+    for (const LightSeed& light : asset.lights) profiles.push_back(light.profile);
+    return profiles;
+}
+
+Result<Loaded> read_files(const v1::Command& command, const SceneAccess& access, Library* library) {
+    if (command.has_open_show()) {
+        Result<Loaded> loaded = read_opened(command.open_show().name(), access);
+        if (loaded && library) library->keep_scene(profiles_of(*loaded->opened->asset));
+        return loaded;
+    }
     Loaded loaded;
     if (command.has_load_scene()) {
         const std::string& file = command.load_scene().file();
@@ -84,6 +107,7 @@ Result<Loaded> read_files(const v1::Command& command, const SceneAccess& access)
         auto asset = load_scene(*path, file, load, memory_room(access.max_memory));
         if (!asset) return asset.error();
         loaded.asset = *asset;
+        if (library) library->keep_scene(profiles_of(**asset));
         prepare(loaded, *asset);
         if (!loaded.asset->exposure_ev100) {
             Scene scene = scene_of(loaded.asset);
@@ -92,13 +116,7 @@ Result<Loaded> read_files(const v1::Command& command, const SceneAccess& access)
         }
     }
     if (const v1::Profile* profile = profile_of(command)) {
-        const std::string& bytes = profile->photometry();
-        if (bytes.size() > kMaxProfileBytes) {
-            return Error{"too_large", "profile.photometry", std::to_string(bytes.size()) + " bytes",
-                         "a profile may have at most 1 MiB"};
-        }
-        auto read = !profile->has_photometry() ? builtin_profile(profile->name())
-                                               : make_profile(shortened_text(profile->name(), kMaxNameBytes), bytes);
+        auto read = read_profile(*profile, library);
         if (!read) return read.error();
         loaded.profile = *read;
         tables_of(*loaded.profile);

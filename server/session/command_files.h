@@ -5,6 +5,7 @@
 #include "ies/core/result.h"
 #include "protocol/schema/gonio.pb.h"
 #include "server/scene/apply.h"
+#include "server/session/library.h"
 #include "server/session/scene_access.h"
 
 namespace gonio {
@@ -15,8 +16,9 @@ inline constexpr std::size_t kMostOpenWarnings = 32;  // of a show that was open
 
 // Result: whether the command has to be read before it can be applied: a scene, a show, or a light's profile.
 bool needs_files(const v1::Command& command);
-// Errors: of scene_path, load_scene, make_profile and builtin_profile; of a show's name, file and content; "too_large".
+// library: where a profile without photometry is sought; null: among the built-in ones. What is uploaded is kept there.
+// Errors: of scene_path, load_scene, make_profile and Library::profile; of a show's name, file and content; "too_large".
 // Throws std::exception where there is not enough memory.
-Result<Loaded> read_files(const v1::Command& command, const SceneAccess& access = {});
+Result<Loaded> read_files(const v1::Command& command, const SceneAccess& access = {}, Library* library = nullptr);
 
 }  // namespace gonio

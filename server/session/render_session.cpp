@@ -10,7 +10,9 @@
 #include "server/scene/console.h"
 #include "server/scene/light_tables.h"
 #include "server/scene/state.h"
+#include "server/session/beam.h"
 #include "server/session/command_files.h"
+#include "server/session/profile_summary.h"
 #include "server/session/shows.h"
 #include "server/trace/exposure.h"
 
@@ -100,6 +102,10 @@ void RenderSession::take(Work work) {
             return renderer_ ? answer_meter(work) : replies_.refuse(work, lost);
         case v1::ClientMessage::kPick:
             return renderer_ ? answer_pick(work) : replies_.refuse(work, lost);
+        case v1::ClientMessage::kBeam:
+            return answer_beam(work);
+        case v1::ClientMessage::kLibrary:
+            return answer_library(work);
         case v1::ClientMessage::kCapture:
             return renderer_ ? answer_capture(work) : replies_.refuse(work, lost);
         case v1::ClientMessage::kReport:
@@ -178,10 +184,10 @@ void RenderSession::take_save(Work work) {
 
 bool RenderSession::send_to_loader(Work work) {
     auto shared = std::make_shared<Work>(std::move(work));
-    const bool accepted = loader_.submit([shared, &queue = queue_, access = scene_access_] {
+    const bool accepted = loader_.submit([shared, &queue = queue_, access = scene_access_, library = library_] {
         shared->read = true;
         try {
-            Result<Loaded> loaded = read_files(shared->message.command(), access);
+            Result<Loaded> loaded = read_files(shared->message.command(), access, library.get());
             if (loaded)
                 shared->loaded = std::move(*loaded);
             else
@@ -348,6 +354,18 @@ void RenderSession::answer_pick(const Work& work) {
     if (!picked) return replies_.refuse(work, picked.error());
     if (!picked->pick.hit()) return replies_.answer(work, message_of(&v1::ServerMessage::mutable_pick, picked->pick));
     meters_.add(work, scene_, std::move(*picked), replies_);
+}
+
+void RenderSession::answer_beam(const Work& work) {
+    auto beam = beam_of(scene_, work.message.beam());
+    if (!beam) return replies_.refuse(work, beam.error());
+    replies_.answer(work, message_of(&v1::ServerMessage::mutable_beam, std::move(*beam)));
+}
+
+void RenderSession::answer_library(const Work& work) {
+    auto found = library_->find(work.message.library());
+    if (!found) return replies_.refuse(work, found.error());
+    replies_.answer(work, message_of(&v1::ServerMessage::mutable_library, std::move(*found)));
 }
 
 void RenderSession::answer_capture(const Work& work) {

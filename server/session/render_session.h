@@ -17,6 +17,7 @@
 #include "server/session/budget.h"
 #include "server/session/capture_queue.h"
 #include "server/session/changes.h"
+#include "server/session/library.h"
 #include "server/session/meter_queue.h"
 #include "server/session/reference_work.h"
 #include "server/session/report_log.h"
@@ -78,6 +79,8 @@ public:
     void set_scene_access(SceneAccess access) { scene_access_ = std::move(access); }
     // boot: names this run of the program; restored: the revision of the state file that it began with, 0: it had none.
     void set_boot(std::string boot, Revision restored) { boot_ = std::move(boot), restored_rev_ = restored; }
+    // Where profiles without photometry are sought; at first the built-in ones.
+    void set_library(std::shared_ptr<Library> library) { library_ = std::move(library); }
     // Captures that are rendered one after the other; beyond it: "busy".
     void set_most_captures(std::size_t most) { captures_.set_most(most); }
     bool busy() const { return waits() && !renderer_.waits(); }
@@ -125,6 +128,8 @@ private:
     void take_command(Work work);
     void answer_meter(const Work& work);
     void answer_pick(const Work& work);
+    void answer_beam(const Work& work);
+    void answer_library(const Work& work);
     void answer_capture(const Work& work);
     void answer_report(const Work& work);
     void answer_profile(const Work& work);
@@ -166,6 +171,7 @@ private:
     std::string boot_;
     Revision restored_rev_ = 0;
     v1::ShowFile told_show_;
+    std::shared_ptr<Library> library_ = std::make_shared<Library>();
     ReferenceWork reference_;
     AutoExposure auto_exposure_;
     AutoRange auto_range_;

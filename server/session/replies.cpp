@@ -25,25 +25,4 @@ void Replies::refuse(const Work& work, const Error& error) {
     answer(work, std::move(message));
 }
 
-v1::ProfileReply profile_reply(const Light& light) {
-    const ies::PhotometricWeb& web = light.profile->photometry.web;
-    v1::ProfileReply reply;
-    reply.set_light(light.name);
-    reply.set_profile(light.profile->name);
-    reply.set_max_cd(light.profile->peak_cd);
-    reply.set_flux_lm(light.profile->flux_lm);
-    for (int v = 0; v <= 180; v += 2) {
-        const auto at = [&](double h) {
-            return ies::intensity(web, ies::direction_of(ies::Goniometer::type_c, Angle::degrees(v), Angle::degrees(h)))
-                .in(cd);
-        };
-        reply.add_v_deg(v);
-        reply.add_c0_cd(at(0));
-        reply.add_c90_cd(at(90));
-        reply.add_c180_cd(at(180));
-        reply.add_c270_cd(at(270));
-    }
-    return reply;
-}
-
 }  // namespace gonio

@@ -39,7 +39,4 @@ v1::ServerMessage message_of(Part* (v1::ServerMessage::*mutable_part)(), Part pa
     return message;
 }
 
-// Result: the intensities of a light in four half-planes, every 2°.
-v1::ProfileReply profile_reply(const Light& light);
-
 }  // namespace gonio

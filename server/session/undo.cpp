@@ -19,8 +19,23 @@ std::string light_label(const v1::SetLight& set) {
         if (!row.field.empty() && row.component < 0 && has_numbers(set, row.field)) properties.emplace_back(row.name);
     if (set.has_profile()) properties.emplace_back("profile");
     if (set.has_gel()) properties.emplace_back("gel");
+    if (properties.empty()) return "change of " + set.name();
     if (properties.size() > 2) return std::to_string(properties.size()) + " properties of " + set.name();
     return properties.front() + (properties.size() == 2 ? " and " + properties[1] : "") + " of " + set.name();
+}
+
+std::string count_of_lights(int count) {
+    return std::to_string(count) + (count == 1 ? " light" : " lights");
+}
+
+// Result: "level of 3 lights", "add 2 lights", "remove 5 lights".
+std::string edit_label(const v1::EditLights& edit) {
+    if (edit.add_size() > 0) return "add " + count_of_lights(edit.add_size());
+    if (edit.remove_size() > 0) return "remove " + count_of_lights(edit.remove_size());
+    v1::SetLight set = edit.same();  // which properties: those of all
+    for (const v1::SetLight& each : edit.set()) set.MergeFrom(each);
+    set.set_name(count_of_lights(edit.set_size() + edit.names_size()));
+    return light_label(set);
 }
 
 // Result: what it does, in a few words. Of a command that changed something that undo knows.
@@ -30,6 +45,8 @@ std::string label_of(const v1::Command& command) {
             return light_label(command.set_light());
         case v1::Command::kAddLight:
             return "add " + command.add_light().light().name();
+        case v1::Command::kEditLights:
+            return edit_label(command.edit_lights());
         case v1::Command::kRemoveLight:
             return "remove " + command.remove_light().name();
         case v1::Command::kRenameLight:

@@ -200,6 +200,7 @@ public:
         }
         v1::Command command;
         fill(*command.mutable_add_light()->mutable_light(), light, what);
+        if (light.has_multiplier()) command.mutable_add_light()->set_multiplier(light.multiplier());
         run(scene, command, loaded, what);
     }
     // Before anything names a light.
@@ -306,6 +307,7 @@ public:
         v1::Command view;
         view.mutable_set_view()->set_view(show_.view());
         view.mutable_set_view()->set_gain(show_.view_gain());
+        view.mutable_set_view()->set_work_light(!show_.no_work_light());
         run(view, "the view");
         v1::Command master;
         master.mutable_set_master()->set_ratio(show_.master_ratio());
@@ -367,6 +369,7 @@ saved::Show show_of(const Scene& scene, ProfileTexts& texts) {
     put_look(scene.look, *show.mutable_look());
     show.set_view_only(scene.view_only);
     show.set_view_compare(scene.view_compare);
+    show.set_no_work_light(!scene.work_light);
     show.set_exposure_ev100(scene.exposure_ev100);
     show.set_exposure_auto(scene.exposure_auto);
     show.set_master_ratio(scene.master_ratio);
@@ -380,6 +383,7 @@ saved::Show show_of(const Scene& scene, ProfileTexts& texts) {
         saved::Light& out = *show.add_lights();
         writer.put_light(light, out);
         if (const std::string own = writer.scene_name_of(light.name); own != light.name) out.set_scene_name(own);
+        if (light.seed < 0 && light.multiplier != 1.0) out.set_multiplier(light.multiplier);
     }
     for (std::string& name : removed_lights(scene)) show.add_removed_lights(std::move(name));
     for (const auto& [name, lights] : scene.groups) {

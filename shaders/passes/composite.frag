@@ -23,7 +23,12 @@ layout(binding = 5) uniform sampler2DArray besides;          // light without a 
 layout(location = 6) uniform bool indirect_in_layers;        // else `besides` has it of all luminaires
 layout(location = 5) uniform vec2 besides_unit_lx;           // lux per value of it; 0: there is none
 layout(binding = 4) uniform samplerCube cube;                // mask and rsm views
+#ifdef WORK_LIGHT
+#include "lib/surface.glsl"
+layout(location = 7) uniform float work_light;  // display-linear value of a white surface that faces the camera
+#else
 layout(binding = 8) uniform sampler2D gbuffer_depth;
+#endif
 #ifdef EDGES
 layout(std430, binding = 0) readonly buffer EdgeRows { uint edge_rows[]; };  // where a row of the picture begins
 layout(std430, binding = 1) readonly buffer EdgePixels { EdgePixel edge_pixels[]; };
@@ -90,6 +95,11 @@ vec4 cube_cross() {
 #if VIEW < VIEW_MASK || VIEW > VIEW_RSM_FLUX
 // Result: the light that the view shows at a pixel, lux.
 vec3 light_at(ivec2 pixel) {
+#ifdef WORK_LIGHT
+    Surface surface = surface_at(pixel);
+    vec3 to_eye = -normalize(surface.position);
+    return vec3(work_light * max(dot(surface.normal, to_eye), 0.0) * PI / expose(vec3(1.0), ev100).x);
+#endif
     vec3 direct_lx = vec3(0.0);
     vec3 indirect_lx = vec3(0.0);
     for (int k = 0; k < light_count; ++k) {

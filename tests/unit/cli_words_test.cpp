@@ -158,7 +158,8 @@ TEST(CliWords, UsageErrorsNameTheWord) {
         {"set technique seed --samples -4", "--samples", "-4"},
         {"set technique seed --samples 1.5", "--samples", "1.5"},
         {"load file x", "load", "file"},
-        {"add light key", "--profile", ""},
+        {"set work-light maybe", "work-light", "maybe"},
+        {"set lights", "", ""},
         {"remove camera", "remove", "camera"},
         {"group", "", ""},
     };

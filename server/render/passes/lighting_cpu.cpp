@@ -321,6 +321,24 @@ std::shared_ptr<std::vector<std::uint8_t>> free_picture(Composed& composed, std:
     return free != pictures.end() ? *free : pictures.emplace_back(std::make_shared<std::vector<std::uint8_t>>(bytes));
 }
 
+// The cosine between each pixel's surface and the camera.
+void shade_to_camera(const lighting::GBuffer& s, std::vector<std::uint16_t>& halves, Pool& pool) {
+    halves.resize(4 * s.depth.size());
+    pool.run(s.height, [&](int y) {
+        static thread_local std::vector<float> cosines;
+        cosines.assign(s.row_length, 0.0f);
+        for (int x = 0; x < s.width; ++x) {
+            const std::size_t at = static_cast<std::size_t>(y) * s.row_length + static_cast<std::size_t>(x);
+            if (!(s.depth[at] > 0.0f)) continue;
+            const glm::vec3 ray = glm::normalize(s.rays.corner + static_cast<float>(x) * s.rays.right +
+                                                 static_cast<float>(y) * s.rays.up);
+            cosines[static_cast<std::size_t>(x)] = std::max(0.0f, -glm::dot(lighting::lit_normal_at(s, x, y), ray));
+        }
+        lighting::rgb_to_halves(cosines.data(), cosines.data(), cosines.data(), s.row_length,
+                                halves.data() + 4 * static_cast<std::size_t>(y) * s.row_length);
+    });
+}
+
 }  // namespace
 
 // One Display, part by part: cut up it would pass nine locals around.
@@ -404,6 +422,10 @@ PassRun run_composite_cpu(const PassContext& context, View view, std::span<const
                 others.push_back(
                     {besides->pixels[part].data(), glm::vec3(gain_lx * static_cast<float>(shown_per_lux * rest))});
         }
+    }
+    if (view == View::beauty && shows_work_light(context)) {
+        shade_to_camera(s, composed.work_light, context.pool);
+        others.push_back({composed.work_light.data(), glm::vec3(static_cast<float>(kWorkLightShown))});
     }
     composed.nv12 = free_picture(composed, std::size_t{1} * display.width * display.height / 2 * 3);
     display.others = others;

@@ -146,6 +146,10 @@ PassRun run_gather_merged(const PassContext& context, const Surfaces& surfaces, 
 // run_composite. gbuffer: its shape. units_lx: of its two layers.
 PassRun run_besides(const PassContext& context, const lighting::GBuffer& gbuffer, const PixelLight& light,
                     const OnGpu& on_gpu, std::array<float, 2>& units_lx);
+// The work light (work_light_on): whether the picture shows it, which captures never do; and the display-linear value
+// that it gives to a white surface that faces the camera, at every exposure.
+bool shows_work_light(const PassContext& context);
+inline constexpr double kWorkLightShown = 0.7;
 // All light on the CPU -> NV12 on the CPU: the beauty, direct and indirect views.
 PassRun run_composite_cpu(const PassContext& context, View view, std::span<const LightGpu* const> lights,
                           const Surfaces& surfaces, PixelLight& light, Composed& composed);

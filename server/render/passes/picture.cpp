@@ -45,6 +45,10 @@ void bind_edges(const PassContext& context, ScreenLight& screen) {
 
 }  // namespace
 
+bool shows_work_light(const PassContext& context) {
+    return context.target.kind == TargetKind::live && work_light_on(context.scene);
+}
+
 PassRun run_composite(const PassContext& context, View view, const LightGpu* shown,
                       std::span<const LightGpu* const> lights, ScreenLight& screen, GLuint raw) {
     const Target& target = context.target;
@@ -56,6 +60,8 @@ PassRun run_composite(const PassContext& context, View view, const LightGpu* sho
     const Look& look = context.scene.look;
     const bool looks = shows_lit_surfaces(view) && !is_false_color(view) && raw == 0 && !(look == Look());
     if (looks) defines.emplace_back("TONE", std::to_string(static_cast<int>(look.tone)));
+    const bool work_light = view == View::beauty && shows_work_light(context);
+    if (work_light) defines.emplace_back("WORK_LIGHT", "1");
     const GLuint program = context.programs.get("passes/screen.vert", "passes/composite.frag", defines);
     begin_screen(context.programs, raw != 0 ? raw : target.display_fbo.id(), program, target.width_px,
                  target.height_px);
@@ -97,6 +103,10 @@ PassRun run_composite(const PassContext& context, View view, const LightGpu* sho
     glProgramUniform2f(program, 5, has * screen.besides_unit_lx[0], has * screen.besides_unit_lx[1]);
     glProgramUniform1i(program, 6, context.merged ? 0 : 1);
     glBindTextureUnit(8, target.depth.id());
+    if (work_light) {
+        bind_surface(program, context, context.eye.position);
+        glProgramUniform1f(program, 7, static_cast<float>(kWorkLightShown));
+    }
     if (edges) bind_edges(context, screen);
     float scale = 1.0f;
     if (shown != nullptr) {

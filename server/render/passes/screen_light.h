@@ -86,6 +86,7 @@ struct Composed {
     lighting::LayerSum sum;
     lighting::Planes grid;  // Slot::grid_sum: 3 planes in the shape of the grid, the sum of luminaires' indirect light
     std::shared_ptr<std::vector<std::uint8_t>> nv12;                   // since it was taken; null where shaders make it
+    std::vector<std::uint16_t> work_light;                             // 4 half floats a pixel: cosine to the camera
     std::vector<std::uint8_t> unfiltered;                              // scratch of filter_edges()
     std::vector<std::shared_ptr<std::vector<std::uint8_t>>> pictures;  // made before; those nobody holds are used again
 };

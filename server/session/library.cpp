@@ -1,0 +1,299 @@
+#include "server/session/library.h"
+
+#include <sys/resource.h>
+
+#include <algorithm>
+#include <cctype>
+#include <cmath>
+#include <filesystem>
+#include <set>
+
+#include "ies/synthetic.h"
+#include "protocol/text/shortened_text.h"
+#include "server/assets/assets.h"
+#include "server/base/bounded_file.h"
+#include "server/session/command_files.h"
+#include "server/session/profile_summary.h"
+
+namespace gonio {
+namespace {
+
+namespace fs = std::filesystem;
+
+std::string lower(std::string text) {
+    for (char& c : text) c = static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
+    return text;
+}
+
+bool is_photometry(const fs::path& path) {
+    const std::string ending = lower(path.extension().string());
+    return ending == ".ies" || ending == ".ldt";
+}
+
+// Result: the file with every link followed, where it lies below the folder; else empty.
+std::string real_below(const fs::path& root, const fs::path& path) {
+    std::error_code failed;
+    const fs::path real = fs::canonical(path, failed), folder = failed ? fs::path() : fs::canonical(root, failed);
+    if (failed || std::mismatch(folder.begin(), folder.end(), real.begin(), real.end()).first != folder.end())
+        return {};
+    return real.string();
+}
+
+std::vector<std::string> words_of(const std::string& text) {
+    std::vector<std::string> words;
+    std::string word;
+    for (const char c : text + " ") {
+        if (c != ' ') {
+            word.push_back(c);
+        } else if (!word.empty()) {
+            words.push_back(lower(std::move(word)));
+            word.clear();
+        }
+    }
+    return words;
+}
+
+bool within(const v1::LibraryQuery& query, const v1::LibraryRow& row) {
+    const bool flux = query.has_min_flux_lm() || query.has_max_flux_lm(),
+               beam = query.has_min_beam_rad() || query.has_max_beam_rad();
+    if (!flux && !beam) return true;
+    const v1::PhotometrySummary& summary = row.summary();
+    if (!row.has_summary() || (beam && !summary.has_beam_rad())) return false;
+    return (!query.has_min_flux_lm() || summary.flux_lm() >= query.min_flux_lm()) &&
+           (!query.has_max_flux_lm() || summary.flux_lm() <= query.max_flux_lm()) &&
+           (!query.has_min_beam_rad() || summary.beam_rad() >= query.min_beam_rad()) &&
+           (!query.has_max_beam_rad() || summary.beam_rad() <= query.max_beam_rad());
+}
+
+std::optional<Error> refused(const v1::LibraryQuery& query) {
+    if (query.count() > kMaxLibraryRows)
+        return Error{"invalid_argument", "library.count", std::to_string(query.count()), "must be at most 500"};
+    for (const auto& [value, field] : {std::pair(query.min_flux_lm(), "min_flux_lm"),
+                                       {query.max_flux_lm(), "max_flux_lm"},
+                                       {query.min_beam_rad(), "min_beam_rad"},
+                                       {query.max_beam_rad(), "max_beam_rad"}})
+        if (!(value >= 0.0))
+            return Error{"invalid_argument", std::string("library.") + field, print_number(value),
+                         "must be a number of at least 0"};
+    return std::nullopt;
+}
+
+}  // namespace
+
+Library::Row Library::row_of(std::string name, std::string source, std::shared_ptr<const Profile> profile) {
+    Row made;
+    made.row.set_name(std::move(name));
+    made.row.set_source(std::move(source));
+    *made.row.mutable_summary() = summary_of(*profile);
+    made.row.set_curve(curve_of(*profile));
+    made.words = lower(made.row.name() + " " + made.row.summary().description());
+    made.profile = std::move(profile);
+    return made;
+}
+
+Library::Library(std::vector<std::string> folders) : folders_(std::move(folders)), asked_(!folders_.empty()) {
+    for (const ies::SyntheticLuminaire& luminaire : ies::synthetic_luminaires()) {
+        const auto profile = builtin_profile(std::string(luminaire.name));
+        if (profile) built_in_.push_back(row_of((*profile)->name, "built-in", *profile));
+    }
+    if (!folders_.empty()) thread_ = std::thread([this] { work(); });
+}
+
+Library::~Library() {
+    {
+        const std::lock_guard lock(mutex_);
+        ending_ = true;
+    }
+    wake_.notify_all();
+    if (thread_.joinable()) thread_.join();
+}
+
+void Library::work() {
+    setpriority(PRIO_PROCESS, 0, 10);  // Linux: of this thread alone
+    for (;;) {
+        {
+            std::unique_lock lock(mutex_);
+            wake_.wait(lock, [this] { return ending_ || asked_; });
+            if (ending_) return;
+            asked_ = false;
+            reading_ = true;
+            files_.clear();
+            warnings_.clear();
+        }
+        read_folders();
+        const std::lock_guard lock(mutex_);
+        reading_ = false;
+    }
+}
+
+void Library::warn(std::string text) {
+    const std::lock_guard lock(mutex_);
+    warnings_.push_back(std::move(text));
+}
+
+void Library::read_folders() {
+    std::size_t files = 0, bytes = 0;
+    for (const std::string& root : folders_)
+        if (!read_folder(root, files, bytes)) return;
+}
+
+// Result: whether there is room for more. files, bytes: read so far, of all folders.
+bool Library::read_folder(const std::string& root, std::size_t& files, std::size_t& bytes) {
+    std::error_code failed;
+    std::vector<std::string> paths;
+    std::size_t entries = 0;
+    const auto options = fs::directory_options::skip_permission_denied;  // folders that are links are not entered
+    auto at = fs::recursive_directory_iterator(root, options, failed);
+    if (failed) {
+        warn("the folder '" + root + "' cannot be read: " + failed.message());
+        return true;
+    }
+    for (; !failed && at != fs::recursive_directory_iterator() && !ending_; at.increment(failed)) {
+        if (++entries > kMaxLibraryEntries) {
+            warn("the folder '" + root + "' has more than 100,000 entries: the rest is left out");
+            break;
+        }
+        if (at.depth() >= kMaxLibraryDepth) at.disable_recursion_pending();
+        std::error_code unknown;
+        if (is_photometry(at->path()) && !at->is_directory(unknown)) paths.push_back(at->path().string());
+    }
+    std::sort(paths.begin(), paths.end());
+    for (const std::string& path : paths) {
+        if (ending_) return false;
+        if (++files > kMaxLibraryFiles || !read_file(root, path, bytes)) {
+            warn("the library has 5,000 files or 512 MiB: the rest, from '" + path + "' on, is left out");
+            return false;
+        }
+    }
+    return true;
+}
+
+// Result: whether it had room.
+bool Library::read_file(const std::string& root, const std::string& path, std::size_t& bytes) {
+    Row made;
+    const std::string name = shortened_text(fs::path(path).lexically_relative(root).generic_string(), kMaxNameBytes);
+    const auto refuse = [&](const std::string& why) {
+        made.row.set_name(name);
+        made.row.set_source(root);
+        made.row.set_error(why);
+        made.words = lower(name);
+    };
+    const std::string real = real_below(root, path);
+    if (real.empty()) {
+        refuse("it is a link that leads nowhere or out of the folder");
+    } else {
+        const auto text = read_bounded_file(real, kMaxProfileBytes);
+        if (text) bytes += text->size();
+        if (bytes > kMaxLibraryBytes) return false;
+        if (!text) {
+            refuse("it " + text.error().message);
+        } else if (text->size() > kMaxProfileBytes) {
+            refuse("too_large: a profile may have at most 1 MiB");
+        } else if (auto profile = make_profile(name, *text); !profile) {
+            refuse(profile.error().text());
+        } else {
+            made = row_of(name, root, *profile);
+            made.profile.reset();  // read again when it is wanted
+        }
+    }
+    made.root = root;
+    made.path = path;
+    const std::lock_guard lock(mutex_);
+    if (named(name) != nullptr) {
+        made.row.clear_summary();
+        made.row.clear_curve();
+        made.row.set_error("another file of the library has this name");
+    }
+    files_.push_back(std::move(made));
+    return true;
+}
+
+// Under the lock. Result: the row that can be used by this name.
+const Library::Row* Library::named(const std::string& name) const {
+    const auto find = [&](const auto& rows) -> const Row* {
+        const auto at = std::ranges::find_if(
+            rows, [&](const Row& row) { return row.row.error().empty() && row.row.name() == name; });
+        return at == rows.end() ? nullptr : &*at;
+    };
+    if (const Row* row = find(built_in_)) return row;
+    if (const Row* row = find(files_)) return row;
+    return find(kept_);
+}
+
+Result<v1::Library> Library::find(const v1::LibraryQuery& query) {
+    if (const auto error = refused(query)) return *error;
+    const std::vector<std::string> words = words_of(query.text());
+    const std::uint32_t most = query.count() == 0 ? kDefaultLibraryRows : query.count();
+    v1::Library found;
+    const std::lock_guard lock(mutex_);
+    if (query.read_again() && !folders_.empty()) {
+        asked_ = true;
+        wake_.notify_all();
+    }
+    std::uint32_t matching = 0;
+    const auto take = [&](const auto& rows) {
+        for (const Row& row : rows) {
+            const bool matches = within(query, row.row) && std::ranges::all_of(words, [&](const std::string& word) {
+                                     return row.words.find(word) != std::string::npos;
+                                 });
+            if (!matches || ++matching <= query.offset() || matching - query.offset() > most) continue;
+            v1::LibraryRow& out = *found.add_rows() = row.row;
+            if (!query.curves()) out.clear_curve();
+        }
+        found.set_total(found.total() + static_cast<std::uint32_t>(rows.size()));
+    };
+    take(built_in_);
+    take(kept_);
+    take(files_);
+    found.set_found(matching);
+    found.set_reading(reading_ || asked_);
+    for (const std::string& warning : warnings_) found.add_warnings(warning);
+    return found;
+}
+
+Result<std::shared_ptr<const Profile>> Library::profile(const std::string& name) const {
+    std::string root, path;
+    {
+        const std::lock_guard lock(mutex_);
+        const Row* row = named(name);
+        if (row == nullptr)
+            return Error{"not_found", "profile", shortened_text(name, kMaxNameBytes),
+                         "the library has no profile of this name"};
+        if (row->profile) return row->profile;
+        root = row->root;
+        path = row->path;
+    }
+    const std::string real = real_below(root, path);
+    if (real.empty()) return Error{"not_found", "profile", name, "the file is not there any more"};
+    const auto text = read_bounded_file(real, kMaxProfileBytes);
+    if (!text) return Error{"file_unreadable", "profile", name, "the file " + text.error().message};
+    if (text->size() > kMaxProfileBytes) return Error{"too_large", "profile", name, "a profile may have at most 1 MiB"};
+    return make_profile(name, *text);
+}
+
+void Library::keep_upload(const std::shared_ptr<const Profile>& profile) {
+    const std::string name = "upload:" + profile->name;
+    Row made = row_of(name, "uploaded", profile);
+    const std::lock_guard lock(mutex_);
+    std::erase_if(kept_, [&](const Row& row) { return row.row.name() == name; });
+    kept_.push_back(std::move(made));
+    while (kept_.size() > kMaxKeptProfiles) kept_.pop_front();
+}
+
+void Library::keep_scene(const std::vector<std::shared_ptr<const Profile>>& profiles) {
+    std::vector<Row> made;
+    std::set<std::string> names;
+    for (const auto& profile : profiles) {
+        const auto built_in = builtin_profile(profile->name);
+        const bool plain = profile->photometry.provenance.format == "KHR_lights_punctual";  // 1 cd: it is no luminaire
+        if (plain || (built_in && *built_in == profile) || made.size() == kMaxKeptProfiles / 2) continue;
+        if (!names.insert(profile->name).second) continue;
+        made.push_back(row_of("scene:" + profile->name, "scene", profile));
+    }
+    const std::lock_guard lock(mutex_);
+    std::erase_if(kept_, [](const Row& row) { return row.row.source() == "scene"; });
+    for (Row& row : made) kept_.push_back(std::move(row));
+    while (kept_.size() > kMaxKeptProfiles) kept_.pop_front();
+}
+
+}  // namespace gonio

@@ -1,0 +1,101 @@
+// The work light: what it shades, what knows nothing of it, and what it costs.
+#include <cmath>
+#include <set>
+
+#include "protocol/schema/gonio.pb.h"
+#include "tests/gl/test_context.h"
+
+namespace gonio::test {
+namespace {
+
+constexpr int kSide = 64;
+
+// A grey square of 4 m that faces the camera, which is 3 m away.
+Scene grey_square(float reflectance, const glm::vec3& emissive_nit = glm::vec3(0.0f)) {
+    Scene scene =
+        scene_with({{quad({-2, -2, 0}, {2, -2, 0}, {2, 2, 0}, {-2, 2, 0}), glm::vec3(reflectance), emissive_nit}},
+                   isotropic(100.0), {0, 0, 1});
+    scene.lights.clear();
+    scene.camera = {{0, 0, 3}, {0, 0, 0}, 0.8};
+    scene.width_px = scene.height_px = kSide;
+    return scene;
+}
+
+struct Frame {
+    int luma = 0;  // Y' of NV12 in the middle of the newest picture
+    std::set<std::string> ran;
+};
+Frame frame_of(Renderer& renderer, const Scene& scene) {
+    Frame last;
+    for (bool settled = false, first = true; !settled; first = false) {
+        renderer.begin_frame(scene, monotonic_ns());
+        const auto done = renderer.finish_frame(true);
+        if (done->nv12) last.luma = (*done->nv12)[static_cast<std::size_t>(kSide) * kSide / 2 + kSide / 2];
+        for (const v1::PassReport& row : done->report.passes())
+            if (first && row.state() == "ran") last.ran.insert(row.name());
+        settled = done->report.settled();
+    }
+    return last;
+}
+
+// IEC 61966-2-1 of a grey below the shoulder, in BT.709's limited range.
+double luma_of(double linear) {
+    return 16.0 + 219.0 * (1.055 * std::pow(linear, 1.0 / 2.4) - 0.055);
+}
+
+struct WorkLight : testing::TestWithParam<Renderer::DirectLight> {};
+
+TEST_P(WorkLight, ShadesByReflectanceAndCosineAtEveryExposure) {
+    Renderer renderer(context(), GetParam());
+    make_coarse(renderer);
+    for (const float reflectance : {0.2f, 0.5f}) {
+        Scene scene = grey_square(reflectance);
+        EXPECT_NEAR(frame_of(renderer, scene).luma, luma_of(0.7 * static_cast<double>(reflectance)), 1.5);
+        scene.exposure_ev100 = -3;
+        scene.exposure_rev = ++scene.scene_rev;
+        EXPECT_NEAR(frame_of(renderer, scene).luma, luma_of(0.7 * static_cast<double>(reflectance)), 1.5);
+        scene.camera = {{3 * std::sin(1.0), 0, 3 * std::cos(1.0)}, {0, 0, 0}, 0.4};
+        scene.camera_rev = ++scene.scene_rev;
+        EXPECT_NEAR(frame_of(renderer, scene).luma, luma_of(0.7 * static_cast<double>(reflectance) * std::cos(1.0)),
+                    2.0);
+    }
+}
+
+TEST_P(WorkLight, IsNoLightOfTheScene) {
+    Renderer renderer(context(), GetParam());
+    make_coarse(renderer);
+    Scene scene = grey_square(0.5f);
+    frame_of(renderer, scene);
+    for (const View view : {View::beauty, View::illuminance, View::luminance})
+        for (const float value : renderer.capture(scene, view, 8, 8, true)->values)
+            EXPECT_TRUE(value == 0.0f || value == 1.0f);
+    const auto still = renderer.capture(scene, View::beauty, 8, 8, false)->rgba8;
+    EXPECT_LE(still[4 * (4 * 8 + 4)], 1);
+    const int beauty = frame_of(renderer, scene).luma;
+    scene.view = View::direct;
+    scene.view_rev = ++scene.scene_rev;
+    EXPECT_LT(frame_of(renderer, scene).luma, 20) << "of direct light there is none";
+    EXPECT_GT(beauty, 100);
+    EXPECT_GT(frame_of(renderer, grey_square(0.5f, glm::vec3(1.0f))).luma, 16);
+    EXPECT_FALSE(work_light_on(grey_square(0.5f, glm::vec3(1.0f)))) << "a surface emits light";
+}
+
+TEST_P(WorkLight, CostsAComposite) {
+    Renderer renderer(context(), GetParam());
+    make_coarse(renderer);
+    Scene scene = grey_square(0.5f);
+    frame_of(renderer, scene);
+    v1::Command off;
+    off.mutable_set_view()->set_work_light(false);
+    ASSERT_TRUE(apply(scene, off, {}));
+    const Frame dark = frame_of(renderer, scene);
+    EXPECT_LT(dark.luma, 20);
+    std::set<std::string> picture = {"composite"};
+    if (GetParam() == Renderer::DirectLight::gl) picture.insert("nv12");
+    EXPECT_EQ(dark.ran, picture);
+}
+
+INSTANTIATE_TEST_SUITE_P(Ways, WorkLight, testing::Values(Renderer::DirectLight::rays, Renderer::DirectLight::gl));
+
+}  // namespace
+}  // namespace gonio::test
