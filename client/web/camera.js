@@ -1,6 +1,6 @@
-// The camera in the hand: drag orbits, shift-drag (or two fingers) pans, wheel and pinch dolly; arrow keys, + and - do the
-// same. The middle button orbits, with Shift it pans, with Ctrl it dollies. Held, the right button looks around, and keys
-// walk: walk.js.
+// The camera in the hand: drag orbits, Ctrl-drag (or two fingers) pans, wheel and pinch dolly; arrow keys, with shift, + and -
+// do the same. The middle button orbits, with Shift it pans, with Ctrl it dollies. Held, the right button looks around, and
+// keys walk: walk.js.
 
 import {pageRole} from "./control.js";
 import {add, length, scale, sub} from "./projection.js";
@@ -48,14 +48,26 @@ export function dolly({eye, target}, factor) {
     return {target, eye: add(target, scale(d, Math.max(factor, kMinDistance_m / Math.max(length(d), 1e-9))))};
 }
 
+// Result: the pose that looks at the points from where it is, so far off that they fill the picture. least_m: of their
+// radius.
+export function framing({eye, target}, fov_rad, points, least_m) {
+    const centre = scale(points.reduce(add), 1 / points.length);
+    const radius = Math.max(least_m, ...points.map((point) => length(sub(point, centre))));
+    const back = sub(eye, target), far = 1.2 * radius / Math.sin(fov_rad / 2);
+    return {target: centre, eye: add(centre, scale(back, far / Math.max(length(back), 1e-9)))};
+}
+
 export class CameraHand {
     #store;
     #pointers = new Map();    // id -> {x, y, button}
     #wheelTimer = 0;
     #walk = new Walk(() => this.pose, (pose) => this.set(pose));
+    #leaves;
 
-    constructor(store, elements) {
+    // leaves(event): whether a press on the picture is somebody else's.
+    constructor(store, elements, leaves) {
         this.#store = store;
+        this.#leaves = leaves;
         for (const element of elements) this.#listen(element);
     }
 
@@ -75,7 +87,7 @@ export class CameraHand {
     #listen(element) {
         const ready = () => this.#store.state?.camera;
         element.addEventListener("pointerdown", (event) => {
-            if (!ready() || event.button > 2) return;
+            if (!ready() || event.button > 2 || (this.#leaves(event) && this.#pointers.size === 0)) return;
             event.preventDefault();
             element.focus({preventScroll: true});
             element.setPointerCapture(event.pointerId);
@@ -84,6 +96,7 @@ export class CameraHand {
             if (event.button === 2) this.#walk.begin();
             element.classList.add("grabbed");
         });
+        element.addEventListener("contextmenu", (event) => event.preventDefault());
         element.addEventListener("pointermove", (event) => this.#move(element, event));
         const end = (event) => {
             if (!this.#pointers.delete(event.pointerId) || this.#pointers.size) return;
@@ -132,7 +145,7 @@ export class CameraHand {
         } else if (this.#pointers.size === 1) {
             this.set(last.button === 2 ? look(this.pose, dx, dy)
                 : last.button === 1 && event.ctrlKey ? dolly(this.pose, kDollyPerPx ** dy)
-                    : this.#dragged(element, event.shiftKey, dx, dy));
+                    : this.#dragged(element, last.button === 1 ? event.shiftKey : event.ctrlKey || event.metaKey, dx, dy));
         }
         last.x = event.clientX;
         last.y = event.clientY;

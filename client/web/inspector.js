@@ -3,8 +3,10 @@
 import {h, setText, formatLarge} from "./dom.js";
 import {property, component, mapped, nameForm, slider, scrub} from "./controls.js";
 import {lightLevel, groupLevel, percent} from "./lights.js";
-import {toHex, fromHex} from "./color.js";
 import {temperatureControl, gelControl} from "./white.js";
+import {colorSection, section} from "./inspector_parts.js";
+import {duplicate, removeChosen} from "./many.js";
+import {manyView} from "./many_view.js";
 import {ProfilePanel} from "./profile.js";
 import {properties} from "./properties.js";    // made of the server's table
 
@@ -14,32 +16,6 @@ const kDegree = Math.PI / 180;
 function toDegrees(rad) {
     const degrees = rad / kDegree;
     return Math.abs(degrees) <= 180.0001 ? degrees : degrees - 360 * Math.round(degrees / 360);
-}
-
-function section(title, ...children) {
-    return h("section", {"aria-label": title}, h("h3", {}, title), ...children);
-}
-
-function colorSection(colorOf, name) {
-    const picker = h("input", {type: "color", "aria-label": "Colour"});
-    let held = null;    // the property that the open picker holds
-    picker.addEventListener("click", () => { held = colorOf.key(); colorOf.hold(); });
-    picker.addEventListener("input", () => colorOf.set(fromHex(picker.value)));
-    for (const type of ["change", "blur"]) {
-        picker.addEventListener(type, () => { if (held !== null) colorOf.store.release(held); held = null; });
-    }
-    const fields = ["R", "G", "B"].map((letter, i) => scrub(component(colorOf, i),
-        {letter, label: `${letter} factor${name}`, min: 0, max: 10000, step: 0.01, digits: 3, perPixel: 0.005}));
-    const neutral = h("button", {type: "button", class: "chip neutral", title: "As measured", onclick: () => colorOf.set([1, 1, 1])}, "1");
-    neutral.setAttribute("aria-label", `Neutral colour${name}`);
-    return {
-        node: h("div", {class: "color"}, h("div", {class: "row vector"}, picker, ...fields.map((field) => field.node), neutral)),
-        update() {
-            const rgb = colorOf.value();
-            if (rgb?.length === 3 && held === null && picker.value !== toHex(rgb)) picker.value = toHex(rgb);
-            fields.forEach((field) => field.update());
-        },
-    };
 }
 
 function vectorSection(title, vector, letters, options) {
@@ -69,7 +45,7 @@ function lightControl(row, bound, level) {
 // Where the rows stand; one that is named nowhere stands in the first section.
 const kSections = [["Level and colour", []], ["Position, m", ["position"]], ["Aim", ["pan", "tilt", "roll", "aim"]]];
 
-function lightView(store, connection, aimButton) {
+function lightView(store, connection, {aimButton, duplicate, remove}) {
     const name = () => (store.selected?.kind === "light" ? store.selected.name : "");
     const light = () => store.light(name());
     const bound = (row) => property(store, () => `${row.name}:${name()}`, () => light()?.[row.state_field],
@@ -89,18 +65,18 @@ function lightView(store, connection, aimButton) {
     });
     const profile = new ProfilePanel(store, connection);
     const parts = [...controls.values(), gel, profile];
-    const remove = h("button", {type: "button", class: "quiet", id: "light-remove", title: "Remove this light",
-        onclick: () => connection.command({remove_light: {name: name()}})}, "Remove");
     const rename = nameForm({title: "Another name for this light", opens: "Rename this light", placeholder: "Name of the light",
         label: "New name of the light", verb: "Rename", sign: "Rename", before: name,
         submit: async (new_name) => new_name === name()
             || (await connection.command({rename_light: {name: name(), new_name}}))?.code === "ok"});
-    const node = h("div", {id: "light-view"}, h("header", {}, title, summary, h("div", {class: "row"}, aimButton, rename.open, remove), rename.form),
+    const tools = h("div", {class: "row wrap"});
+    const node = h("div", {id: "light-view"}, h("header", {}, title, summary, tools, rename.form),
         ...sections, profile.node);
     return {node, update() {
         const shown = light();
-        node.hidden = !shown;
-        if (!shown) return;
+        node.hidden = !shown || store.chosen.length > 1;
+        if (node.hidden) return;
+        if (aimButton.parentNode !== tools) tools.append(aimButton, duplicate, rename.open, remove);    // shared with the view of several
         setText(title, shown.name);
         const times = shown.multiplier !== undefined && shown.multiplier !== 1 ? ` · ×${shown.multiplier}` : "";
         setText(summary, shown.sun ? `sun · ${formatLarge(shown.sun_lx ?? 0)} lx facing it` : `${shown.profile} · ${formatLarge(shown.max_cd)} cd · ${formatLarge(shown.flux_lm)} lm${times}`);
@@ -148,8 +124,13 @@ function groupView(store, connection) {
     }};
 }
 
-export function inspector(store, node, connection, aimButton) {
-    const views = [lightView(store, connection, aimButton), groupView(store, connection)];
+// handles: whose button aims the selected lights, and who knows where the camera's right is.
+export function inspector(store, node, connection, handles) {
+    const button = (id, text, title, onclick) => h("button", {type: "button", class: "quiet", id, title, onclick}, text);
+    const shared = {aimButton: handles.aimButton,
+        duplicate: button("light-duplicate", "Duplicate", "A copy of what is selected (Ctrl+D)", () => duplicate(store, connection, handles.eye.right)),
+        remove: button("light-remove", "Remove", "Remove what is selected (Delete)", () => removeChosen(store, connection))};
+    const views = [lightView(store, connection, shared), manyView(store, connection, shared), groupView(store, connection)];
     const none = h("p", {class: "hint"}, "Select a light to see and change it.");
     node.append(...views.map((view) => view.node), none);
     return {update() {

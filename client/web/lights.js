@@ -2,6 +2,8 @@
 
 import {h, setText} from "./dom.js";
 import {property, mapped, nameForm, range, slider} from "./controls.js";
+import {LightList} from "./light_list.js";
+import {workLightButton} from "./work_light.js";
 
 export function lightLevel(store, name) {
     return property(store, () => `level:${name()}`, () => store.light(name())?.level_ratio,
@@ -24,16 +26,16 @@ export const percent = (prop) => mapped(prop, (ratio) => ratio * 100, (shown) =>
 const percentText = (value) => `${Math.round(value)} %`;
 const countOf = (lights) => (lights === 1 ? "1 light" : `${lights} lights`);
 
-function row(store, kind, name, level) {
+function row(store, kind, name, level, press = () => store.select(kind, name)) {
     const title = h("span", {class: "name"}, name);
     const detail = h("span", {class: "detail"});
-    const button = h("button", {type: "button", class: "pick", onclick: () => store.select(kind, name)}, title, detail);
+    const button = h("button", {type: "button", class: "pick", onclick: press}, title, detail);
     const shown = percent(level);
     const fader = range(shown, {label: `Level of ${name}`, min: 0, max: 100, step: 0.5, text: percentText});
     const figure = h("span", {class: "figure"});
     const node = h("li", {"data-name": name}, button, fader.node, figure);
     const update = () => {
-        const on = store.selected?.kind === kind && store.selected.name === name;
+        const on = kind === "light" ? store.isChosen(name) : store.selected?.kind === kind && store.selected.name === name;
         node.classList.toggle("on", on);
         button.setAttribute("aria-pressed", String(on));
         fader.update();
@@ -82,9 +84,11 @@ async function freePlace(connection) {
     return {position_m: pick.point_m.map((x, i) => x + off_m * pick.normal[i]), aim: pick.normal.map((x) => -x)};
 }
 
-export function lightPanel(store, node, connection) {
+// several(): whether a press selects beside the others.
+export function lightPanel(store, node, connection, several) {
     const count = h("span", {class: "count"});
-    const lights = list(store, "light", () => store.state.lights.map((light) => light.name), lightLevel);
+    const lights = new LightList(store, (name) => row(store, "light", name, lightLevel(store, () => name),
+        (event) => lights.press(name, event, several())));
     const {open, form} = nameForm({title: "New light before what the middle of the picture shows", opens: "New light",
         placeholder: "Name of the light", label: "Name of the new light", verb: "Add",
         submit: async (name) => {
@@ -93,23 +97,26 @@ export function lightPanel(store, node, connection) {
             store.select("light", name);
             return true;
         }});
+    const workLight = workLightButton(store, connection);
     const empty = h("p", {class: "hint"}, "This scene has no lights. ",
-        h("button", {type: "button", class: "quiet", id: "first-light", onclick: () => open.click()}, "Add a light"));
-    node.append(h("h2", {}, "Lights", count, h("span", {class: "grow"}), open), form, lights.node, empty);
-    return {update() {
+        h("button", {type: "button", class: "quiet", id: "first-light", onclick: () => open.click()}, "Add a light"), workLight.node);
+    node.append(h("h2", {}, "Lights", count, h("span", {class: "grow"}), open), form, lights.tools, lights.node, empty);
+    return {list: lights, update() {
         lights.update();
         empty.hidden = store.state.lights.length > 0;
-        setText(count, String(store.state.lights.length));
+        workLight.update();
+        const chosen = store.chosen.length;
+        setText(count, chosen > 1 ? `${chosen} of ${store.state.lights.length}` : String(store.state.lights.length));
     }};
 }
 
 export function groupPanel(store, node, connection) {
     const groups = list(store, "group", () => store.state.groups.map((group) => group.name), groupLevel);
-    const {open, form} = nameForm({title: "New group of the selected light", opens: "New group", placeholder: "Name of the group",
+    const {open, form} = nameForm({title: "New group of the selected lights", opens: "New group", placeholder: "Name of the group",
         label: "Name of the new group", verb: "Create",
         submit: async (name) => {
-            const first = store.selected?.kind === "light" ? store.selected.name : store.state.lights[0]?.name;
-            if (!first || (await connection.command({set_group: {name, lights: [first]}}))?.code !== "ok") return false;
+            const lights = (store.chosen.length ? store.chosen : store.state.lights.slice(0, 1)).map((light) => light.name);
+            if (!lights.length || (await connection.command({set_group: {name, lights}}))?.code !== "ok") return false;
             store.select("group", name);
             return true;
         }});

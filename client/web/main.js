@@ -5,7 +5,11 @@ import {Connection} from "./connection.js";
 import {Store} from "./store.js";
 import {Video} from "./video.js";
 import {CameraHand} from "./camera.js";
+import {BeamView} from "./beam.js";
 import {Handles} from "./handles.js";
+import {LibraryPanel} from "./library.js";
+import {Tools} from "./tools.js";
+import {workLightBadge} from "./work_light.js";
 import {legend} from "./legend.js";
 import {scalePanel} from "./scale.js";
 import {debugPanel} from "./debug.js";
@@ -36,11 +40,14 @@ const $ = (id) => document.getElementById(id);
 const connection = new Connection(`${location.protocol === "https:" ? "wss" : "ws"}://${location.host}/v1/ws`);
 const store = new Store(connection);
 const video = new Video(connection, $("canvas"), $("still"));
-const cameraHand = new CameraHand(store, [$("canvas"), $("still")]);
+const cameraHand = new CameraHand(store, [$("canvas"), $("still")], (event) => handles.takes(event));
 const handles = new Handles(store, connection, $("screen"), [$("canvas"), $("still")]);
+const beam = new BeamView(store, connection, handles, handles.svg);
+const tools = new Tools(store, connection, handles, cameraHand, beam, $("screen"));
 const toasts = new Toasts($("toasts"));
 drawer($("drawer"), [
     {id: "meter", title: "Meter", make: (node) => new MeterPanel(store, connection, node)},
+    {id: "library", title: "Library", make: (node) => new LibraryPanel(store, connection, node, handles, $("screen"))},
     {id: "compare", title: "Compare", make: (node) => new ComparePanel(store, connection, video, node, $("screen"))},
     {id: "consoles", title: "Consoles", make: (node) => new ConsolesPanel(connection, node)},
     {id: "surfaces", title: "Fader boxes", make: (node) => new SurfacesPanel(store, connection, node)},
@@ -49,9 +56,11 @@ drawer($("drawer"), [
 ]);
 
 const parts = [
-    masterPanel(store, $("master")), lightPanel(store, $("lights"), connection), groupPanel(store, $("groups"), connection), presetPanel(store, $("presets"), connection),
-    picturePanel(store, $("picture"), cameraHand, connection), viewTabs(store, $("views")), viewPanel(store, $("cameras"), cameraHand, connection), scenePanel(store, $("scene"), connection),
-    inspector(store, $("inspector"), connection, handles.aimButton), controlPanel(store, $("control"), connection), handles,
+    masterPanel(store, $("master")), lightPanel(store, $("lights"), connection, () => handles.several), groupPanel(store, $("groups"), connection),
+    presetPanel(store, $("presets"), connection), picturePanel(store, $("picture"), cameraHand, connection), viewTabs(store, $("views")),
+    viewPanel(store, $("cameras"), cameraHand, connection), scenePanel(store, $("scene"), connection),
+    inspector(store, $("inspector"), connection, handles), controlPanel(store, $("control"), connection),
+    beam, handles, tools, workLightBadge(store, connection, $("screen")),
     legend(store, $("screen")), scalePanel(store, $("scale"), connection), lookPanel(store, $("look"), connection),
     debugPanel(store, $("debug"), viewProperty(store)), new Shows(store, connection, toasts, $("show"), $("screen")),
 ];

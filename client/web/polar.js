@@ -25,7 +25,7 @@ function point(v_deg, radius, side) {
 
 const text = ([x, y]) => `${x.toFixed(2)},${y.toFixed(2)}`;
 
-function curve(v_deg, right, left, scale) {
+function curvePath(v_deg, right, left, scale) {
     const there = v_deg.map((v, i) => point(v, (right[i] ?? 0) * scale, 1));
     const back = v_deg.map((v, i) => point(v, (left[i] ?? 0) * scale, -1)).reverse();
     return `M${[...there, ...back].map(text).join("L")}Z`;
@@ -66,10 +66,19 @@ export function polarDiagram(reply) {
         `${formatLarge(reply.flux_lm)} lumens`;
     return svg("svg", {viewBox: `-126 ${top} 252 ${bottom - top}`, class: "polar", role: "img", "aria-label": caption},
         grid,
-        svg("path", {class: "c90", d: curve(v_deg, c90_cd, c270_cd, scale)}),
-        svg("path", {class: "c0", d: curve(v_deg, c0_cd, c180_cd, scale)}),
+        svg("path", {class: "c90", d: curvePath(v_deg, c90_cd, c270_cd, scale)}),
+        svg("path", {class: "c0", d: curvePath(v_deg, c0_cd, c180_cd, scale)}),
         labels);
 }
+
+// Result: a thumbnail of a row of the library. curve: LibraryRow.curve, base64.
+export function smallPolar(curve) {
+    const bytes = Uint8Array.from(atob(curve ?? ""), (c) => c.charCodeAt(0)), count = bytes.length / 4;
+    const v_deg = Array.from({length: count}, (_, i) => (180 * i) / (count - 1)), plane = (k) => [...bytes.subarray(k * count, (k + 1) * count)];
+    return svg("svg", {viewBox: "-104 -104 208 208", class: "polar small", "aria-hidden": "true"}, svg("g", {class: "grid"}, arc(kRadius, true, true)),
+        svg("path", {class: "c90", d: curve ? curveOf(v_deg, plane(1), plane(3)) : ""}), svg("path", {class: "c0", d: curve ? curveOf(v_deg, plane(0), plane(2)) : ""}));
+}
+const curveOf = (v_deg, right, left) => curvePath(v_deg, right, left, kRadius / 255);
 
 function arc(r, down, up) {
     if (down && up) return svg("circle", {r: r.toFixed(2)});

@@ -1,11 +1,23 @@
 // The profile of the selected light: built-in luminaires, upload of a photometric file, and its polar curve.
 
-import {h, setText, formatLarge} from "./dom.js";
+import {h, setText, formatLarge, formatNumber} from "./dom.js";
 import {property, select} from "./controls.js";
 import {polarDiagram} from "./polar.js";
 import {sentence} from "./toast.js";
 
 const kMaxBytes = 1 << 20;
+const kDegree = Math.PI / 180;
+
+const angle = (rad) => (rad === undefined || rad === null ? "–" : `${formatNumber(rad / kDegree, 1)}°`);
+
+// Result: rows of what a file says: [what, figure].
+function factsOf({beam_rad, field_rad, widest_beam_rad, widest_field_rad, opening = "", length_m, width_m, height_m, input_watts, format, description}) {
+    const wider = (rad, widest) => (widest > rad * 1.001 ? `${angle(rad)}, widest ${angle(widest)}` : angle(rad));
+    const size = [length_m, width_m, height_m].map((x) => formatNumber(x, 3)).join(" × ");
+    return [["Beam, 50 %", wider(beam_rad, widest_beam_rad)], ["Field, 10 %", wider(field_rad, widest_field_rad)],
+        ["Opening", opening === "point" ? "point" : `${opening.replaceAll("_", " ")}, ${size} m`],
+        ...(input_watts > 0 ? [["Power", `${formatLarge(input_watts)} W`]] : []), ["File", [format, description].filter(Boolean).join(", ")]];
+}
 
 // Base64 without a call per byte and without a stack of arguments.
 function toBase64(bytes) {
@@ -16,7 +28,8 @@ function toBase64(bytes) {
 
 export class ProfilePanel {
     #store; #connection;
-    #select; #error; #warnings; #diagram; #figures; #input; #zone; #button;
+    #select; #error; #warnings; #diagram; #figures; #facts; #output; #notes;
+    #tilt_factor = 1; #input; #zone; #button;
     #shown = "";        // what the diagram shows
     #asked = "";        // what was asked for last
     #uploads = 0;
@@ -36,10 +49,13 @@ export class ProfilePanel {
         this.#warnings = h("ul", {class: "warnings", hidden: true});
         this.#diagram = h("div", {class: "diagram"});
         this.#figures = h("p", {class: "figures"});
+        this.#facts = h("dl", {class: "facts", id: "profile-facts"});
+        this.#output = h("dd", {id: "light-output"});
+        this.#notes = h("ul", {class: "warnings", id: "profile-notes", hidden: true, "aria-label": "Diagnostics of the file"});
         const legend = h("p", {class: "legend"}, h("i", {class: "solid"}), "C0–180", h("i", {class: "dashed"}), "C90–270");
         this.#zone = h("section", {id: "profile", "aria-label": "Profile"}, h("h3", {}, "Profile"),
             h("div", {class: "row"}, this.#select.node, this.#button, this.#input),
-            this.#error, this.#warnings, this.#diagram, h("div", {class: "row wrap"}, this.#figures, legend));
+            this.#error, this.#warnings, this.#diagram, h("div", {class: "row wrap"}, this.#figures, legend), this.#facts, this.#notes);
         this.#acceptDrops();
         // A restarted server may know another profile by the same name.
         connection.addEventListener("ready", () => { this.#asked = ""; });
@@ -55,6 +71,8 @@ export class ProfilePanel {
         if (!light) return;
         this.#zone.hidden = Boolean(light.sun);    // it has no candela
         if (light.sun) return;
+        const level = this.#store.value(`level:${light.name}`, light.level_ratio);
+        setText(this.#output, `${formatLarge(light.flux_lm * light.multiplier * this.#tilt_factor * level)} lm at ${formatNumber(100 * level, 0)} %`);
         const wanted = JSON.stringify([light.name, light.profile, light.max_cd, light.flux_lm]);
         if (wanted !== this.#asked) {
             if (this.#shown && JSON.parse(this.#shown)[0] !== light.name) this.#clear();
@@ -73,6 +91,13 @@ export class ProfilePanel {
         if (wanted !== this.#asked || !reply.profile) return;
         this.#shown = wanted;
         this.#diagram.replaceChildren(polarDiagram(reply.profile));
+        const {summary = {}, tilt_factor = 1} = reply.profile;
+        this.#tilt_factor = tilt_factor;
+        this.#facts.replaceChildren(...factsOf(summary).flatMap(([what, figure]) => [h("dt", {}, what), h("dd", {}, figure)]),
+            h("dt", {title: "Flux times multiplier and level"}, "Flux now"), this.#output);
+        this.#notes.replaceChildren(...(summary.diagnostics ?? []).map((text) => h("li", {}, text)));
+        this.#notes.hidden = this.#notes.childElementCount === 0;
+        this.update();
         setText(this.#figures, `Peak ${formatLarge(reply.profile.max_cd)} cd · ${formatLarge(reply.profile.flux_lm)} lm`);
     }
 

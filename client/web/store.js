@@ -6,13 +6,15 @@
 
 export class Store extends EventTarget {
     state = null;         // State, with `lights` and `groups` as arrays; null before the first Ready
-    selected = null;      // {kind: "light" | "group", name}
+    selected = null;      // {kind: "light" | "group", name}; of several lights the one that was chosen last
     clientId = 0;         // of this connection, as `control` and StateChanged name it
 
     #connection;
     #overrides = new Map();    // key -> {value, held, unanswered, queued}
     #flushPlanned = false;
     #notifyPlanned = false;
+    #chosen = new Set();       // names of the lights that are selected
+    #byName = new Map();       // the lights of `state`
     #gesture = 0;              // of the last hand that took hold: what it sends is undone as one
 
     constructor(connection) {
@@ -25,7 +27,7 @@ export class Store extends EventTarget {
         connection.addEventListener("changed", (event) => this.#change(event.detail));
     }
 
-    light(name) { return this.state?.lights.find((light) => light.name === name); }
+    light(name) { return this.#byName.get(name); }
     group(name) { return this.state?.groups.find((group) => group.name === name); }
 
     get holdsCamera() { return (this.state?.control?.holder ?? 0) !== 0 && this.state.control.holder === this.clientId; }
@@ -33,8 +35,46 @@ export class Store extends EventTarget {
 
     select(kind, name) {
         this.selected = {kind, name};
+        this.#chosen = new Set(kind === "light" ? [name] : []);
         this.#notify();
     }
+
+    // Result: the lights that are selected, in the order of the scene; none where a group is.
+    get chosen() {
+        if (this.#chosen.size === 1) return [...this.#chosen].map((name) => this.light(name)).filter(Boolean);
+        return (this.state?.lights ?? []).filter(({name}) => this.#chosen.has(name));
+    }
+    isChosen(name) { return this.#chosen.has(name); }
+
+    // These lights alone, or beside those that are selected; also such that the server is about to tell of. first: becomes
+    // `selected`; else the last of them.
+    choose(names, {beside = false, first = names.at(-1)} = {}) {
+        if (names.length === 0) return;
+        this.#chosen = new Set([...(beside ? this.#chosen : []), ...names]);
+        this.selected = {kind: "light", name: first};
+        this.#notify();
+    }
+
+    // Selects a light beside the others, or no longer; the last one stays.
+    toggle(name) {
+        if (!this.#chosen.has(name)) return this.choose([name], {beside: true});
+        if (this.#chosen.size === 1) return;
+        this.#chosen.delete(name);
+        if (this.selected?.name === name) this.selected = {kind: "light", name: [...this.#chosen].at(-1)};
+        this.#notify();
+    }
+
+    // Where a light is shown: as a hand holds it, also where it holds several (key "positions": Map of name -> m).
+    position(light) {
+        const held = this.value("positions")?.get(light.name);
+        return held ?? this.value(`position:${light.name}`, light.position);
+    }
+
+    // Likewise where it aims (key "aims").
+    aim(light) { return this.value("aims")?.get(light.name) ?? this.value(`aim:${light.name}`, light.aim) ?? light.aim; }
+
+    // A number of its own for commands that are undone as one.
+    newGesture() { return ++this.#gesture; }
 
     // What a control of property `key` shows: the hand's value, else the server's.
     value(key, fromServer) {
@@ -96,6 +136,7 @@ export class Store extends EventTarget {
 
     #restate(state) {
         this.state = {...state, lights: state.lights ?? [], groups: state.groups ?? [], profiles: state.profiles ?? []};
+        this.#index();
         this.#keepSelection();
         this.#notify();
     }
@@ -105,13 +146,10 @@ export class Store extends EventTarget {
         if (!this.state) return;
         const state = this.state;
         const merge = (list, removed, newer = []) => {
-            const kept = list.filter((item) => !removed.includes(item.name));
-            for (const item of newer) {
-                const at = kept.findIndex((other) => other.name === item.name);
-                if (at < 0) kept.push(item);
-                else kept[at] = item;
-            }
-            return kept;
+            const items = new Map(list.map((item) => [item.name, item]));
+            for (const name of removed) items.delete(name);
+            for (const item of newer) items.set(item.name, item);
+            return [...items.values()];
         };
         state.scene_rev = scene_rev;
         state.lights = merge(state.lights, removed_lights, changed?.lights);
@@ -119,8 +157,10 @@ export class Store extends EventTarget {
             const place = new Map(light_order.map((name, i) => [name, i]));
             state.lights.sort((a, b) => place.get(a.name) - place.get(b.name));
         }
-        const renamed = this.selected?.kind === "light" && renamed_lights.find(({name}) => name === this.selected.name);
-        if (renamed) this.selected = {kind: "light", name: renamed.new_name};
+        this.#index();
+        const nameNow = new Map(renamed_lights.map(({name, new_name}) => [name, new_name]));
+        this.#chosen = new Set([...this.#chosen].map((name) => nameNow.get(name) ?? name));
+        if (this.selected?.kind === "light" && nameNow.has(this.selected.name)) this.selected = {kind: "light", name: nameNow.get(this.selected.name)};
         state.groups = merge(state.groups, removed_groups, changed?.groups);
         if (changed?.scene !== undefined) state.scene_warnings = changed.scene_warnings ?? [];
         for (const [name, value] of Object.entries(changed ?? {})) {
@@ -132,11 +172,19 @@ export class Store extends EventTarget {
         this.#notify();
     }
 
+    #index() { this.#byName = new Map(this.state.lights.map((light) => [light.name, light])); }
+
+    // What has gone leaves the selection to others that are selected, else to the first light.
     #keepSelection() {
+        for (const name of this.#chosen) if (!this.light(name)) this.#chosen.delete(name);
         const {kind, name} = this.selected ?? {};
-        if (kind === "light" ? this.light(name) : kind === "group" && this.group(name)) return;
-        const first = this.state.lights[0];
-        this.selected = first ? {kind: "light", name: first.name} : null;
+        if (kind === "light" ? this.light(name) : kind === "group" && this.group(name)) {
+            if (kind === "light") this.#chosen.add(name);
+            return;
+        }
+        const next = [...this.#chosen].at(-1) ?? this.state.lights[0]?.name;
+        this.selected = next === undefined ? null : {kind: "light", name: next};
+        this.#chosen = new Set(next === undefined ? [] : this.#chosen.size ? this.#chosen : [next]);
     }
 
     // Redraws once per turn of the event loop, however many properties changed.

@@ -2,29 +2,7 @@
 //   node handles_test.mjs GONIOD_BINARY [SCREENSHOT.png]
 
 import {asked, check, inBrowser, listen, screenshot, settled, sleep, startServer, state, until} from "./harness.mjs";
-
-const distance = (a, b) => Math.hypot(...a.map((x, i) => x - b[i]));
-const light = async (page, name) => (await state(page)).lights.find((one) => one.name === name);
-
-// Where a point of the picture is on the page, px. place: 0..1.
-async function onPage(page, place) {
-    const box = await page.locator("#screen").boundingBox(), [width, height] = (await state(page)).size_px;
-    const s = Math.min(box.width / width, box.height / height);
-    return [box.x + (box.width - s * width) / 2 + place[0] * s * width, box.y + (box.height - s * height) / 2 + place[1] * s * height];
-}
-
-async function handle(page, selector) {
-    const box = await page.locator(`#handles ${selector}`).boundingBox();
-    return [box.x + box.width / 2, box.y + box.height / 2];
-}
-
-async function drag(page, from, by, during = async () => {}) {
-    await page.mouse.move(...from);
-    await page.mouse.down();
-    for (let i = 1; i <= 5; ++i) await page.mouse.move(from[0] + by[0] * i / 5, from[1] + by[1] * i / 5);
-    await during();
-    await page.mouse.up();
-}
+import {distance, drag, handle, light, onPage} from "./place.mjs";
 
 // Where a light came to rest that was dragged away from `from`.
 async function dragged(page, name, from) {
