@@ -10,7 +10,8 @@ using namespace toml_read;
 
 // One table of a patch, key by key.
 void read_fixture(const toml::table& table, v1::SetPatch& patch) {
-    only_keys(table, {"sacn", "artnet", "address", "target", "channels", "range", "profiles", "gels", "merge"}, "[[patch]]");
+    only_keys(table, {"sacn", "artnet", "address", "target", "channels", "range", "profiles", "gels", "merge"},
+              "[[patch]]");
     const toml::node *sacn = table.get("sacn"), *artnet = table.get("artnet");
     if ((sacn == nullptr) == (artnet == nullptr))
         refuse(table.source(), "", "a patch needs either sacn = UNIVERSE or artnet = UNIVERSE");

@@ -53,8 +53,7 @@ void set_one_light(Scene& scene, Light& light, const v1::SetLight& set, const Lo
         const std::vector<double> numbers = read_numbers(set, row.field);
         const std::string field = prefix + std::string(row.field);
         if (light_row.number != nullptr)
-            change(scene, light.*light_row.number, checked(numbers[0], row, field),
-                   light.*light_row.stale);
+            change(scene, light.*light_row.number, checked(numbers[0], row, field), light.*light_row.stale);
         else
             change(scene, light.*light_row.vector, checked_vector(numbers, row.least, row.most, field),
                    light.*light_row.stale);

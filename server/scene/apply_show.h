@@ -1,4 +1,5 @@
-// Of apply() alone, except the last: a show that takes the place of the scene. Refusals leave as Refused (apply_checks.h).
+// Of apply() alone, except the last: a show that takes the place of the scene. Refusals leave as Refused
+// (apply_checks.h).
 #pragma once
 
 #include "protocol/schema/gonio.pb.h"

@@ -251,7 +251,7 @@ TEST(Direct, AColourTemperatureKeepsTheLuxAndAGelTakesItsShare) {
         EXPECT_TRUE(apply(scene, command, {}));
         return renderer.meter(scene, {0, 0, 0}, {0, 1, 0}, Renderer::MeterQuality::interactive);
     };
-    for (const double cct_k : {1000.0, 2700.0, 6500.0, 15'000.0}) {
+    for (const double cct_k : {1000.0, 2700.0, 8000.0, 15'000.0}) {
         const auto reading = lux(cct_k, "");
         EXPECT_NEAR(reading.direct_lx(), 250.0, 0.3) << cct_k;
         EXPECT_EQ(reading.direct_rgb_lx(0) > reading.direct_rgb_lx(2), cct_k < 6500) << cct_k;

@@ -53,6 +53,22 @@ TEST_F(Console, ValuesOfOneLightBecomeOneCommand) {
     EXPECT_FALSE(commands[0].set_light().has_tilt_rad());
 }
 
+TEST_F(Console, AGelGoesWithTheOtherValuesOfItsLight) {
+    PropertyValue gel = value("spots", Property::gel, 0);
+    gel.name = "L204";
+    const PropertyValue values[] = {value("spots", Property::cct, 3200), gel};
+    const auto commands = commands_of(scene, values);
+    EXPECT_EQ(named(commands), (std::vector<std::string>{"spot 1", "spot 2"}));
+    for (const auto& refused : apply_inputs(scene, commands)) EXPECT_FALSE(refused);
+    EXPECT_EQ(scene.lights[2].gel->name, "L204 Full C.T. Orange");
+    EXPECT_EQ(scene.lights[2].cct_k, 3200);
+    gel.name = "no such";
+    const PropertyValue bad[] = {value(first, Property::level, 0.5), gel};
+    const auto refused = apply_inputs(scene, commands_of(scene, bad));
+    EXPECT_EQ(refused.back()->code, "not_found");
+    EXPECT_EQ(scene.lights[0].level_ratio, 0.5) << "a bad one takes no other with it";
+}
+
 TEST_F(Console, AComponentLeavesTheOthersAsTheyAre) {
     const PropertyValue values[] = {value("spot 1", Property::green, 0.9), value("spot 1", Property::blue, 0.8)};
     const auto commands = commands_of(scene, values);

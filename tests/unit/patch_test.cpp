@@ -154,6 +154,24 @@ TEST(Patch, AProfileIsChosenFromAList) {
     EXPECT_EQ(reader.read(kUniverse, {{sender(1, {255})}}).at(0).name, "street");
 }
 
+TEST(Patch, AGelIsChosenFromAListAndNoneIsOne) {
+    const auto patch = read_patch_toml(
+        "[[patch]]\nsacn = 1\naddress = 1\ntarget = \"spot\"\nchannels = [\"gel\", \"cct:16\"]\ngels = [\"\", "
+        "\"L201\"]\n");
+    ASSERT_TRUE(patch) << patch.error().text();
+    PatchReader reader(patch_of({patch->rows(0), patch->rows(1)}));
+    const auto low = reader.read(kUniverse, {{sender(1, {127, 0, 0})}});
+    EXPECT_EQ(low.at(0).name, "");
+    EXPECT_EQ(low.at(0).property, Property::gel);
+    EXPECT_DOUBLE_EQ(low.at(1).value[0], 2000) << "K";
+    const auto high = reader.read(kUniverse, {{sender(1, {128, 255, 255})}});
+    EXPECT_EQ(high.at(0).name, "L201");
+    EXPECT_DOUBLE_EQ(high.at(1).value[0], 10'000);
+    v1::Patch written;
+    *written.mutable_rows() = patch->rows();
+    EXPECT_EQ(read_patch_toml(write_patch_toml(written))->DebugString(), patch->DebugString());
+}
+
 // A sweep over a wheel of three must not read a file for each of its 256 steps.
 TEST(Patch, AProfileSpeaksOnceWhileItIsTheSame) {
     v1::PatchRow one = row(1, "profile", 16);

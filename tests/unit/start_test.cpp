@@ -129,5 +129,46 @@ TEST_F(FirstScene, AFileOutsideTheSceneRootsComesBack) {
     EXPECT_FALSE(set_aside());
 }
 
+TEST_F(FirstScene, GelsOfAFileAreThereAndABadLineEndsTheStart) {
+    const std::string file = (directory_.parent_path() / "gels.csv").string();
+    std::ofstream(file) << "Straw, 0.72, 0.485, 0.428, 0.4234, 0.3990\n";
+    options.state_file.clear();
+    options.scene = "cornell";
+    options.gel_file = file;
+    Scene scene = first_scene(options);
+    v1::Command command;
+    command.mutable_set_light()->set_name(scene.lights[0].name);
+    command.mutable_set_light()->set_gel("Straw");
+    ASSERT_TRUE(apply(scene, command, {}));
+    // A saved show finds it again; without the file the light has none.
+    options.state_file = (directory_.parent_path() / "gel-show.json").string();
+    ProfileTexts texts;
+    std::ofstream(options.state_file) << write_show(show_of(scene, texts));
+    Revision restored = 0;
+    const Scene again = first_scene(options, &restored);
+    ASSERT_TRUE(again.lights[0].gel);
+    EXPECT_EQ(again.lights[0].gel->name, "Straw");
+    EXPECT_EQ(restored, scene.scene_rev);
+    options.gel_file.clear();
+    EXPECT_FALSE(first_scene(options).lights[0].gel);
+    std::ofstream(file) << "Straw, 7\n";
+    options.gel_file = file;
+    try {
+        first_scene(options);
+        ADD_FAILURE() << "it must not start";
+    } catch (const std::invalid_argument& error) {
+        EXPECT_NE(std::string(error.what()).find("line 1"), std::string::npos) << error.what();
+    }
+}
+
+TEST_F(FirstScene, ShowsLieBesideTheStateFileUnlessSaid) {
+    options.state_file = "/var/lib/goniod/show.json";
+    EXPECT_EQ(show_folder(options), "/var/lib/goniod/shows");
+    options.show_folder = "/srv/shows";
+    EXPECT_EQ(show_folder(options), "/srv/shows");
+    options.show_folder = options.state_file = "";
+    EXPECT_EQ(show_folder(options), "");
+}
+
 }  // namespace
 }  // namespace gonio

@@ -241,7 +241,7 @@ TEST_F(UndoTest, AnotherSceneForgetsAll) {
     ASSERT_EQ(say(kBob, command_of([](v1::Command& c) { c.mutable_load_scene()->set_file("cornell"); })), "ok");
     EXPECT_EQ(undo(kAnn), "not_found");
     EXPECT_EQ(reply.result().field(), "undo");
-    EXPECT_EQ(reply.result().message(), "nothing to undo: the scene was loaded since");
+    EXPECT_EQ(reply.result().message(), "nothing to undo: a scene or a show was loaded since");
     EXPECT_EQ(undo(kBob), "not_found");
     EXPECT_EQ(reply.result().message(), "nothing to undo") << "bob had done nothing before";
     EXPECT_EQ(labels[kAnn].undo_label(), "");
