@@ -24,8 +24,8 @@ export function lookPanel(store, node, connection) {
         const [part, whole = "1"] = text.split("/");
         return Number(part) / Number(whole);
     };
-    const form = h("form", {class: "slider", title: "EV100 = log2(N² / t · 100 / ISO)"}, h("span", {class: "label"}, "Camera"),
-        h("span", {class: "row pair"}, aperture, shutter, iso, h("button", {}, "Set")));
+    const form = h("form", {class: "row camera", title: "EV100 = log2(N² / t · 100 / ISO)"},
+        h("span", {class: "faint"}, "f/"), aperture, shutter, h("span", {class: "faint"}, "s ISO"), iso, h("button", {}, "Set"));
     form.addEventListener("submit", (event) => {
         event.preventDefault();
         connection.command({set_exposure: {aperture: Number(aperture.value), shutter_s: seconds(shutter.value), iso: Number(iso.value)}});

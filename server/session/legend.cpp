@@ -28,10 +28,9 @@ Rgb8 bytes_of(const glm::vec3& color) {
 
 std::vector<std::string> title_of(const Scene& scene, View view) {
     const bool difference = shows_difference(scene, view);
-    std::vector<std::string> lines = {std::string(difference ? "Difference of " : "") +
-                                      (view == View::luminance ? difference ? "luminance, cd/m²" : "Luminance, cd/m²"
-                                       : difference            ? "illuminance, lx"
-                                                               : "Illuminance, lx")};
+    const std::string unit = view == View::luminance ? "cd/m²" : "lx";
+    const std::string quantity = difference ? "Difference" : view == View::luminance ? "Luminance" : "Illuminance";
+    std::vector<std::string> lines = {quantity + ", " + unit};
     if (!scene.view_only.empty()) lines.push_back("of " + scene.view_only);
     if (difference) lines.push_back("from " + scene.view_compare);
     return lines;

@@ -99,6 +99,15 @@ async function run(page, server) {
     }, place);
     check(Math.abs(Math.log10(shown / told)) < 0.08, "the legend's colours stand for the lux that are there", `${shown.toFixed(1)} lx, ${told} lx`);
     if (screenshot) await page.screenshot({path: screenshot.replace(/\.png$/, "-legend.png")});
+    // Its settings: steps, and the difference from what was kept.
+    await page.locator("#scale select[aria-label=Steps]").selectOption("10");
+    await until("ten steps", async () => / 10 steps$/.test(await page.locator("#legend").getAttribute("aria-label")));
+    await page.getByRole("button", {name: "Keep A"}).click();
+    await until("a difference", async () => (await state(page)).view_compare === "A" && /^Difference, lx/.test(await page.locator("#legend").innerText()));
+    await page.locator("#scale select[aria-label='Difference from']").selectOption("");
+    await until("no difference", async () => (await state(page)).view_compare === "");
+    await page.keyboard.press("Escape");
+    check(await page.locator("#views button").count() === 5, "views of maps are none of the tabs");
     await page.locator("#views button[data-value=beauty]").click();
     await until("no legend", () => page.locator("#legend").isHidden());
     await page.locator(`#lights li[data-name=second] .pick`).click();
