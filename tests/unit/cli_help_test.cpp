@@ -31,6 +31,8 @@ std::string sample(WordForm form) {
             return "8x6";
         case WordForm::picture:
             return "a.png";
+        case WordForm::on_or_off:
+            return "on";
         case WordForm::text:
         case WordForm::names:
             return "a";
