@@ -37,7 +37,7 @@ await inBrowser(async (browser, servers) => {
     const page = await browser.newPage({viewport: {width: 1280, height: 900}});
     listen(page);
     await page.goto(servers[0].url);
-    await until("the state", async () => (await names(page))?.length === 1);
+    await until("the state", () => page.evaluate(() => window.gonio?.state?.lights.length === 1));
     const [first] = await names(page);
     const add = Array.from({length: kLights - 1}, (_, i) => ({like: first, light: {name: `${i % 2 ? "spot" : "wash"} ${i}`, position_m: [-2 + (i % 20) / 5, 3, -2 + Math.floor(i / 20) / 6]}}));
     check((await asked(page, {command: {edit_lights: {add}}})).result.code === "ok", `${kLights} lights are added by one command`);
