@@ -2,12 +2,15 @@
 #include "server/session/library.h"
 
 #include <gtest/gtest.h>
+#include <unistd.h>
 
 #include <chrono>
 #include <cmath>
 #include <filesystem>
 #include <fstream>
+#include <functional>
 #include <numbers>
+#include <thread>
 
 #include "ies/synthetic.h"
 #include "server/assets/assets.h"
