@@ -164,7 +164,7 @@ export class Store extends EventTarget {
         state.groups = merge(state.groups, removed_groups, changed?.groups);
         if (changed?.scene !== undefined) state.scene_warnings = changed.scene_warnings ?? [];
         for (const [name, value] of Object.entries(changed ?? {})) {
-            if (["scene_rev", "lights", "groups", "scene_warnings", "boot", "restored_rev"].includes(name)) continue;    // the last two: of Ready alone
+            if (["scene_rev", "lights", "groups", "scene_warnings"].includes(name)) continue;
             if (value === null || (Array.isArray(value) && value.length === 0)) continue;
             state[name] = value;
         }
