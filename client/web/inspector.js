@@ -56,7 +56,7 @@ function lightView(store, connection, {aimButton, duplicate, remove}) {
     const rows = properties.filter((row) => row.field && row.component < 0);
     const controls = new Map(rows.map((row) => [row.name, lightControl(row, bound(row), lightLevel(store, name))]));
     for (const row of rows) if (row.help) controls.get(row.name).node.title = capital(row.help);
-    const gel = gelControl(store, connection, name, () => light()?.gel ?? "");
+    const gel = gelControl(connection, property(store, () => `gel:${name()}`, () => light()?.gel ?? "", (gel) => ({set_light: {name: name(), gel}})));
     const placed = new Set(kSections.flatMap(([, names]) => names));
     const sections = kSections.map(([heading, names], first) => {
         const nodes = rows.filter((row) => names.includes(row.name) || (first === 0 && !placed.has(row.name)))
@@ -93,10 +93,10 @@ function groupView(store, connection) {
         (color_rgb) => ({set_light: {name: name(), color_rgb}})), " of all");
     const firstLight = () => store.light(store.group(name())?.lights[0]);
     const white = temperatureControl(property(store, () => `groupcct:${name()}`, () => firstLight()?.cct_k, (cct_k) => ({set_light: {name: name(), cct_k}})), " of all");
-    const gel = gelControl(store, connection, name, () => firstLight()?.gel ?? "", " of all");
+    const gel = gelControl(connection, property(store, () => `gel:${name()}`, () => firstLight()?.gel ?? "", (gel) => ({set_light: {name: name(), gel}})), " of all");
     const members = h("ul", {class: "members"});
     const remove = h("button", {type: "button", class: "quiet", onclick: () => connection.command({set_group: {name: name(), lights: []}})}, "Remove group");
-    const node = h("div", {}, h("header", {}, title, h("p", {class: "faint"}, "Group")), 
+    const node = h("div", {}, h("header", {}, title, h("p", {class: "faint"}, "Group")),
         h("section", {"aria-label": "Level and colour of all"}, level.node, color.node, white.node, gel.node), section("Lights", members, remove));
     let shown = "";
     return {node, update() {

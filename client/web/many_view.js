@@ -4,6 +4,7 @@ import {h, setText, formatNumber, formatLarge} from "./dom.js";
 import {property, nameForm, slider} from "./controls.js";
 import {percent} from "./lights.js";
 import {colorSection, section} from "./inspector_parts.js";
+import {temperatureControl, gelControl} from "./white.js";
 import {aligned, distributed, moveEach, setAll} from "./many.js";
 
 const kAxes = ["x", "y", "z"];
@@ -40,6 +41,8 @@ export function manyView(store, connection, {aimButton, remove, duplicate}) {
     const level = slider(percent(all("level", () => mean((light) => light.level_ratio), (level_ratio) => ({level_ratio}))),
         {label: "Level of the selected lights", caption: "Level", min: 0, max: 100, step: 0.5, digits: 1, unit: "%"});
     const color = colorSection(all("color", () => lights()[0].color_rgb, (color_rgb) => ({color_rgb})), " of the selected lights");
+    const white = temperatureControl(all("cct", () => lights()[0].cct_k, (cct_k) => ({cct_k})), " of the selected lights");
+    const gel = gelControl(connection, all("gel", () => lights()[0].gel ?? "", (name) => ({gel: name})), " of the selected lights");
     const mixed = h("p", {class: "hint", role: "status"});
 
     const move = (positions) => connection.command(moveEach(positions));
@@ -68,7 +71,7 @@ export function manyView(store, connection, {aimButton, remove, duplicate}) {
     const names = h("p", {class: "hint names"});
     const tools = h("div", {class: "row wrap"});
     const node = h("div", {id: "many-view", hidden: true}, h("header", {}, title, summary, tools, group.form),
-        h("section", {"aria-label": "Level and colour of the selected lights"}, level.node, color.node, mixed),
+        h("section", {"aria-label": "Level and colour of the selected lights"}, level.node, color.node, white.node, gel.node, mixed),
         section("Position, m", h("div", {class: "row vector"}, ...coordinates.map((field, i) =>
             h("label", {class: "scrubbed"}, h("span", {class: "scrub fixed"}, kAxes[i]), field.node)))),
         arrange, section("Profile", profile), section("Lights", names));
@@ -80,8 +83,8 @@ export function manyView(store, connection, {aimButton, remove, duplicate}) {
         if (aimButton.parentNode !== tools) tools.append(aimButton, duplicate, group.open, remove);    // shared with the view of one light
         setText(title, `${chosen.length} lights`);
         setText(summary, `${formatLarge(chosen.reduce((sum, light) => sum + light.flux_lm * light.multiplier * light.level_ratio, 0))} lm at their levels`);
-        for (const part of [level, color, ...coordinates]) part.update();
-        const differ = [["level", (light) => light.level_ratio], ["colour", (light) => light.color_rgb.join()],
+        for (const part of [level, color, white, gel, ...coordinates]) part.update();
+        const differ = [["level", (light) => light.level_ratio], ["colour", (light) => light.color_rgb.join()], ["white", (light) => light.cct_k], ["gel", (light) => light.gel ?? ""],
             ["profile", (light) => light.profile], ["aim", (light) => light.aim.join()]]
             .filter(([, valueOf]) => common(chosen, valueOf) === undefined).map(([what]) => what);
         setText(mixed, differ.length ? `They differ in ${differ.join(", ")}.` : "");

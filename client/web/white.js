@@ -1,7 +1,7 @@
 // The white of a light: its colour temperature, and the gel in front of it.
 
 import {h, setText} from "./dom.js";
-import {number, property, range, select} from "./controls.js";
+import {number, range, select} from "./controls.js";
 
 const kTemperatures = [2700, 3200, 4000, 5600];
 const kRange = [1000, 15000];    // K
@@ -31,13 +31,12 @@ export function temperatureControl(bound, name = "") {
 
 const percent = (ratio) => `${(100 * ratio).toFixed(ratio < 0.1 ? 1 : 0)} %`;
 
-// nameOf(): of a light or a group; gelOf(): the gel that the server tells; all: words for a group.
-export function gelControl(store, connection, nameOf, gelOf, all = "") {
+// bound: the property that holds its name, "" for none; all: words for several lights.
+export function gelControl(connection, bound, all = "") {
     let gels = [];
     connection.addEventListener("ready", async () => {
         gels = (await connection.request({gels: {}}).catch(() => ({}))).gels?.gels ?? [];
     });
-    const bound = property(store, () => `gel:${nameOf()}`, gelOf, (gel) => ({set_light: {name: nameOf(), gel}}));
     const passes = ({measured}) => [...new Set(measured.map((one) => percent(one.transmission_ratio)))].join(" / ");
     const choice = select(bound, {label: `Gel${all}`, options: () => [["", "None"], ...gels.map((gel) => [gel.name, `${gel.name}, ${passes(gel)}`])]});
     if (!all) choice.node.id = "gel";

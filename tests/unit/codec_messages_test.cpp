@@ -35,7 +35,8 @@ void fill(Message& message, int depth = 0) {
                                          : reflection->SetDouble(&message, field, -number / 3.0);
                     break;
                 case FieldDescriptor::CPPTYPE_BOOL:
-                    reflection->SetBool(&message, field, true);
+                    field->is_repeated() ? reflection->AddBool(&message, field, true)
+                                         : reflection->SetBool(&message, field, true);
                     break;
                 case FieldDescriptor::CPPTYPE_STRING: {
                     const bool bytes = field->type() == FieldDescriptor::TYPE_BYTES;

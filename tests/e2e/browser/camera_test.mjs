@@ -79,6 +79,7 @@ async function walking(page) {
     await page.keyboard.press("w");
     await sleep(400);
     check(distance((await camera(page)).eye, rest.eye) < 1e-9, "without the right button W does not walk");
+    await page.keyboard.press("Escape");    // it moves the light
 }
 
 // All that there is lies in the picture, and fills it one way.
