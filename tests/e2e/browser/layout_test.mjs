@@ -10,6 +10,7 @@ import {join} from "node:path";
 import {check, end, inBrowser, listen, screenshot, settled, startServer, until} from "./harness.mjs";
 
 const kSizes = {phone: [390, 844], tablet: [820, 1180], desktop: [1440, 900], "phone on its side": [844, 390]};
+const kSchemes = {phone: ["dark"], tablet: ["light"], desktop: ["dark"], "phone on its side": ["light"]};    // with GONIO_LAYOUTS=all: both of each
 const kAxe = readFileSync(createRequire(import.meta.url).resolve("axe-core/axe.min.js"), "utf8");
 const kTags = ["wcag2a", "wcag2aa", "wcag21a", "wcag21aa", "wcag22aa", "best-practice"];
 
@@ -179,7 +180,7 @@ async function keyboard(browser, server) {
 
 await inBrowser(async (browser, servers) => {
     servers.push(await startServer("127.0.0.1:0", ["--size", "400x400"]));
-    for (const size of Object.keys(kSizes)) for (const scheme of size === "phone on its side" ? ["dark"] : ["dark", "light"]) await run(browser, servers[0], size, scheme);
+    for (const size of Object.keys(kSizes)) for (const scheme of process.env.GONIO_LAYOUTS === "all" ? ["dark", "light"] : kSchemes[size]) await run(browser, servers[0], size, scheme);
     await locked(browser);
     await themes(browser, servers[0]);
     await keyboard(browser, servers[0]);
