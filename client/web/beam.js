@@ -33,6 +33,7 @@ export class BeamView {
         this.#connection = connection;
         this.#handles = handles;
         before.before(this.#node);
+        new ResizeObserver(() => this.update()).observe(this.#node.parentElement);
         connection.addEventListener("ready", () => { this.#asked = ""; });
     }
 

@@ -118,7 +118,7 @@ export class Tools {
             if (letter !== "d" || pageRole === "viewer") return;
             event.preventDefault();
             duplicate(this.#store, this.#connection, this.#handles.eye.right);
-        } else if ((event.key === "Delete" || event.key === "Backspace") && pageRole !== "viewer") {
+        } else if ((event.key === "Delete" || event.key === "Backspace") && pageRole !== "viewer" && !this.#handles.busy) {
             removeChosen(this.#store, this.#connection);
         } else if (!this.#handles.busy) {
             ({w: () => this.#follow("move"), g: () => this.#follow("move"), e: () => this.#follow("turn"), r: () => this.#follow("turn"),

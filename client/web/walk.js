@@ -62,6 +62,7 @@ export class Walk {
     }
 
     #key(event, down) {
+        if (this.active && event.key === "Shift") this.#runs = down;
         if (!this.active || !(event.code in kWays)) return;
         event.preventDefault();
         event.stopImmediatePropagation();

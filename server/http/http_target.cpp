@@ -181,7 +181,7 @@ Result<v1::CaptureQuery> still_query(const HttpTarget& target) {
         if (row == std::end(kStillRows))
             return refusal(
                 "is no parameter of stills: after_rev, size, view, quality, bounces, noise, "
-                "max_seconds, denoise, samples_per_pixel or openings");
+                "max_seconds, denoise, samples_per_pixel, openings or legend");
         if (std::any_of(target.query.begin(), parameter,
                         [&](const HttpParameter& earlier) { return earlier.name == parameter->name; }))
             return refusal("is given twice");

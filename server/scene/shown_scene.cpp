@@ -15,7 +15,8 @@ constexpr std::uint32_t kFurtherIds = 0x40000000u;  // beyond those of any scene
 
 void set_weight(Light& light, const glm::dvec3& weight) {
     light.color = weight;
-    light.tint_duv = 0.0;
+    light.tint_duv = light.cct_k = 0.0;
+    light.gel = nullptr;
     light.level_ratio = light.multiplier = light.tilt_factor = 1.0;
 }
 

@@ -230,6 +230,12 @@ TEST_F(SetView, ADifferenceIsOfLightsNowAndThen) {
     EXPECT_NEAR(own_weight(shown->lights[0]).g, -0.75 * then.g, 1e-12 * then.g);
     EXPECT_TRUE(shown->emission_hidden);
     EXPECT_FALSE(shown_scene(*shown, View::illuminance)) << "once is enough";
+    light([](auto& l) { l.set_cct_k(2700.0), l.set_tint_duv(0.01), l.set_gel("L201"); });
+    shown = shown_scene(scene, View::illuminance);
+    ASSERT_EQ(shown->lights.size(), 1u);
+    EXPECT_NEAR(glm::distance(own_weight(shown->lights[0]), own_weight(scene.lights[0]) - then), 0.0, 1e-12 * then.g)
+        << "white and gel count once";
+    light([](auto& l) { l.set_cct_k(0.0), l.set_tint_duv(0.0), l.set_gel(""); });
     light([](auto& l) { l.set_tilt_rad(0.5); });
     shown = shown_scene(scene, View::illuminance);
     ASSERT_EQ(shown->lights.size(), 2u);
