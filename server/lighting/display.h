@@ -43,7 +43,7 @@ struct Display {
     const float* depth = nullptr;           // 0: no surface
     float ev100 = 0.0f;
     Tone tone = Tone::knee;
-    glm::mat3 white{1.0f};         // display-linear to display-linear, before the tone curve (server/scene/white_balance.h)
+    glm::mat3 white{1.0f};  // display-linear to display-linear, before the tone curve (server/scene/white_balance.h)
     const Edges* edges = nullptr;  // pixels of several surfaces (antialias.h); null: each is what its centre shows
 };
 

@@ -17,9 +17,9 @@ namespace gonio::lighting {
 void sample_shadow_edges(const GBuffer& gbuffer, const trace::Geometry& geometry, const DirectLight& luminaire,
                          const Edges& edges, unsigned n, std::vector<float>& light, Pool& pool);
 
-// Direct light of many luminaires with all their shadows' edges: the sum of their light × weight. A shadow ray goes from
-// each pixel to each of them, and n where its shadow's edge may cross the pixel. out: 3 planes, as of direct_light.
-// Eight parameters: those of direct_light and what edges are. Render thread.
+// Direct light of many luminaires with all their shadows' edges: the sum of their light × weight. A shadow ray goes
+// from each pixel to each of them, and n where its shadow's edge may cross the pixel. out: 3 planes, as of
+// direct_light. Eight parameters: those of direct_light and what edges are. Render thread.
 void direct_light_with_edges(const GBuffer& gbuffer, const ScreenGrid& screen, const trace::Geometry& geometry,
                              std::span<const DirectLight> luminaires, const Edges& edges, unsigned n, Planes& out,
                              Pool& pool);

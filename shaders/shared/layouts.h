@@ -25,8 +25,8 @@ struct FalseColorBlock {
     vec4 under;
     vec4 over;
     vec4 below_mark;
-    vec4 range;   // low, high, 1: logarithmic, steps or 0
-    vec4 marks;   // what is less is marked, how many levels there are; 0: none
+    vec4 range;                         // low, high, 1: logarithmic, steps or 0
+    vec4 marks;                         // what is less is marked, how many levels there are; 0: none
     vec4 levels[GONIO_MAX_LEVELS / 4];  // of isolux lines, ascending
 };
 
