@@ -244,9 +244,7 @@ Revision newest_part(const Scene& scene) {
         std::max({scene.geometry_rev, scene.camera_rev, scene.view_rev, scene.exposure_rev, scene.master_rev,
                   scene.technique_rev, scene.size_rev, scene.lights_rev, scene.groups_rev, scene.patch_rev,
                   scene.surfaces_rev, scene.presets_rev, scene.saved_views_rev, scene.look_rev});
-    for (const Light& light : scene.lights) {
-        newest = std::max({newest, light.position_rev, light.aim_rev, light.profile_rev, light.level_rev});
-    }
+    for (const Light& light : scene.lights) newest = std::max(newest, newest_rev(light));
     return newest;
 }
 

@@ -155,11 +155,8 @@ void set_look(Scene& scene, const v1::SetLook& set) {
                    "must be one of " + listed(kToneNames, [](const char* name) { return name; }));
         look.tone = static_cast<Tone>(at - std::begin(kToneNames));
     }
-    if (set.has_white_k()) {
-        if (set.white_k() != 0.0) checked(set.white_k(), 1000.0, 15000.0, "set_look.white_k");
-        look.white_k = set.white_k();
-    }
-    if (set.has_white_duv()) look.white_duv = checked(set.white_duv(), -0.05, 0.05, "set_look.white_duv");
+    if (set.has_white_k()) look.white_k = checked(set.white_k(), row_of(Property::cct), "set_look.white_k");
+    if (set.has_white_duv()) look.white_duv = checked(set.white_duv(), row_of(Property::tint), "set_look.white_duv");
     change(scene, scene.look, look, scene.look_rev);
 }
 

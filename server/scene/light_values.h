@@ -46,5 +46,9 @@ auto find_light(AnyScene& scene, const std::string& name) -> decltype(scene.ligh
 inline bool is_taken(const Scene& scene, const std::string& name) {
     return find_light(scene, name) != nullptr || scene.groups.contains(name);
 }
+// Result: the newest revision of a light's place, aim, profile, level, colour or white.
+inline Revision newest_rev(const Light& light) {
+    return std::max({light.position_rev, light.aim_rev, light.profile_rev, light.level_rev});
+}
 
 }  // namespace gonio

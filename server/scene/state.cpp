@@ -59,7 +59,7 @@ void put_parts(const Scene& scene, Revision since, v1::State& out) {
         for (const std::string& warning : scene.asset->warnings) out.add_scene_warnings(warning);
     }
     for (const Light& light : scene.lights) {
-        if (std::max({light.position_rev, light.aim_rev, light.profile_rev, light.level_rev, light.name_rev}) > since) {
+        if (std::max(newest_rev(light), light.name_rev) > since) {
             put_light(light, *out.add_lights());
         }
     }
@@ -146,8 +146,7 @@ v1::State full_state(const Scene& scene) {
 v1::ShowFile show_file(const Scene& scene) {
     Revision newest = std::max({scene.geometry_rev, scene.master_rev, scene.lights_rev, scene.groups_rev,
                                 scene.patch_rev, scene.surfaces_rev, scene.presets_rev, scene.saved_views_rev});
-    for (const Light& light : scene.lights)
-        newest = std::max({newest, light.position_rev, light.aim_rev, light.profile_rev, light.level_rev});
+    for (const Light& light : scene.lights) newest = std::max(newest, newest_rev(light));
     v1::ShowFile file;
     file.set_name(scene.show_name);
     file.set_unsaved(newest > scene.show_rev);

@@ -5,6 +5,7 @@
 #include <utility>
 
 #include "server/scene/false_color.h"
+#include "server/scene/light_values.h"
 #include "server/scene/shown_scene.h"
 
 namespace gonio {
@@ -15,9 +16,7 @@ AutoRange::AutoRange(Loader& loader, std::function<void()> wake, Meter meter)
 AutoRange::Subject AutoRange::subject_of(const Scene& scene) {
     Subject subject{std::max({scene.geometry_rev, scene.camera_rev, scene.lights_rev, scene.master_rev}), scene.view,
                     scene.view_only};
-    for (const Light& light : scene.lights)
-        subject.newest =
-            std::max({subject.newest, light.position_rev, light.aim_rev, light.profile_rev, light.level_rev});
+    for (const Light& light : scene.lights) subject.newest = std::max(subject.newest, newest_rev(light));
     return subject;
 }
 

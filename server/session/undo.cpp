@@ -262,7 +262,7 @@ void Undo::note_inputs(const Scene& after, Revision since, std::uint64_t fading)
     const std::uint64_t by = fading != 0 ? fading : ++last_id_;
     const bool input = fading == 0;
     for (const Light& light : after.lights) {
-        if (std::max({light.position_rev, light.aim_rev, light.profile_rev, light.level_rev}) <= since) continue;
+        if (newest_rev(light) <= since) continue;
         for (const EditKey& key : keys_of(light.id)) write(key, after, by, input);
     }
     if (after.master_rev > since) write({EditKind::master, 0, {}, {}}, after, by, input);
