@@ -6,26 +6,15 @@
 #include <atomic>
 #include <future>
 
-#include "protocol/schema/gonio.pb.h"
 #include "server/assets/assets.h"
-#include "server/scene/apply.h"
+#include "tests/unit/changing_scene.h"
 
 namespace gonio {
 namespace {
 
-class AutomaticRange : public testing::Test {
+class AutomaticRange : public test::ChangingScene {
 protected:
-    void change(const std::function<void(v1::Command&)>& fill) {
-        v1::Command command;
-        fill(command);
-        ASSERT_TRUE(apply(scene, command, {}));
-    }
-    void dim(double ratio) {
-        change([&](v1::Command& c) {
-            c.mutable_set_light()->set_name(scene.lights[0].name);
-            c.mutable_set_light()->set_level_ratio(ratio);
-        });
-    }
+    AutomaticRange() { scene = scene_of(make_cornell()); }
     // A turn so many seconds after the start; what was asked for in it is answered and carried out.
     void turn(double s) {
         const auto now_ns = static_cast<std::int64_t>(s * 1e9);
@@ -40,7 +29,6 @@ protected:
             c.mutable_set_view()->set_range_auto(true);
         });
     }
-    Scene scene = scene_of(make_cornell());
     Loader loader;
     std::atomic<int> metered = 0;
     std::optional<double> answer = 200.0;

@@ -7,11 +7,11 @@
 #include <future>
 #include <numbers>
 
-#include "protocol/schema/gonio.pb.h"
 #include "server/assets/assets.h"
 #include "server/session/auto_exposure.h"
 #include "tests/scenes/bench_scenes.h"
 #include "tests/scenes/scenes.h"
+#include "tests/unit/changing_scene.h"
 
 namespace gonio::test {
 namespace {
@@ -96,7 +96,7 @@ TEST(Exposure, TheBuiltInScenesHaveTheirOwn) {
     }
 }
 
-class Automatic : public testing::Test {
+class Automatic : public ChangingScene {
 protected:
     void SetUp() override {
         asset = make_cornell();
@@ -108,17 +108,6 @@ protected:
                 ++metered;
                 return answer;
             });
-    }
-    void change(const std::function<void(v1::Command&)>& fill) {
-        v1::Command command;
-        fill(command);
-        ASSERT_TRUE(apply(scene, command, {}));
-    }
-    void dim(double ratio) {
-        change([&](v1::Command& c) {
-            c.mutable_set_light()->set_name(scene.lights[0].name);
-            c.mutable_set_light()->set_level_ratio(ratio);
-        });
     }
     void move(double x) {
         change([&](v1::Command& c) {
@@ -142,7 +131,6 @@ protected:
         });
     }
     std::shared_ptr<const SceneAsset> asset;
-    Scene scene;
     Loader loader;
     std::atomic<int> metered = 0;
     std::optional<double> answer = 5.0;

@@ -6,20 +6,13 @@
 #include "server/assets/assets.h"
 #include "server/scene/apply.h"
 #include "server/scene/white.h"
+#include "tests/unit/chromaticity.h"
 
 namespace gonio {
 namespace {
 
-glm::dvec2 xy_of(const glm::dvec3& rgb) {
-    const glm::dvec3 xyz = rgb.r * glm::dvec3(0.4124564, 0.2126729, 0.0193339) +
-                           rgb.g * glm::dvec3(0.3575761, 0.7151522, 0.1191920) +
-                           rgb.b * glm::dvec3(0.1804375, 0.0721750, 0.9503041);
-    return {xyz.x / (xyz.x + xyz.y + xyz.z), xyz.y / (xyz.x + xyz.y + xyz.z)};
-}
-
-double luminance(const glm::dvec3& rgb) {
-    return glm::dot(rgb, {0.2126, 0.7152, 0.0722});
-}
+using test::luminance;
+using test::xy_of;
 
 // What LEE Filters publish of 201 and 204 with 3,200 K, in front of a light of 3,200 K; the light is Planck's to
 // 0.0003.

@@ -4,16 +4,13 @@
 
 #include <cmath>
 
+#include "tests/unit/chromaticity.h"
+
 namespace gonio {
 namespace {
 
-// x, y of linear Rec.709, by the primaries of ITU-R BT.709.
-glm::dvec2 xy_of(const glm::dvec3& rgb) {
-    const glm::dvec3 xyz = rgb.r * glm::dvec3(0.4124564, 0.2126729, 0.0193339) +
-                           rgb.g * glm::dvec3(0.3575761, 0.7151522, 0.1191920) +
-                           rgb.b * glm::dvec3(0.1804375, 0.0721750, 0.9503041);
-    return {xyz.x / (xyz.x + xyz.y + xyz.z), xyz.y / (xyz.x + xyz.y + xyz.z)};
-}
+using test::luminance;
+using test::xy_of;
 
 glm::dvec2 uv_of(const glm::dvec2& xy) {
     const double d = -2 * xy.x + 12 * xy.y + 3;
@@ -37,10 +34,6 @@ double ohno_duv(const glm::dvec2& xy) {
 double mccamy_cct_k(const glm::dvec2& xy) {
     const double n = (xy.x - 0.3320) / (0.1858 - xy.y);
     return 449 * n * n * n + 3525 * n * n + 6823.3 * n + 5520.33;
-}
-
-double luminance(const glm::dvec3& rgb) {
-    return glm::dot(rgb, {0.2126, 0.7152, 0.0722});
 }
 
 TEST(White, TheDistanceFromTheLocusChangesByTheTintAndTheLuminanceDoesNot) {
