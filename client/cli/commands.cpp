@@ -48,14 +48,21 @@ int change(const Session& session, const ReadWords& words) {
     v1::ClientMessage message = words.message;
     if (words.has("--upload")) return load_upload(session, std::move(message));
     v1::Command& command = *message.mutable_command();
-    if (auto attached = attach_profile_file(command); !attached) return session.fail(attached.error());
+    const auto attached = attach_profile_file(command);
+    if (!attached) return session.fail(attached.error());
     if (command.has_load_scene()) {
         // The server resolves paths from its own folder; on the same machine the caller's is meant.
         std::string& file = *command.mutable_load_scene()->mutable_file();
         std::error_code error;
         if (std::filesystem::is_regular_file(file, error)) file = std::filesystem::absolute(file, error).string();
     }
-    return session.change(std::move(message));
+    auto answer = session.ask(std::move(message), {Answer::kResult});
+    if (!answer && answer.error().code == "not_found" && answer.error().where == "profile" && !*attached) {
+        Error error = answer.error();
+        error.message = "The file does not exist, and the server's library has no profile of this name.";
+        return session.fail(error);
+    }
+    return session.changed(answer);
 }
 
 int get(const Session& session, const ReadWords& words) {
@@ -65,6 +72,15 @@ int get(const Session& session, const ReadWords& words) {
     if (!json) return session.fail(json.error());
     session.out << *json << "\n";
     return kExitOk;
+}
+
+int preset_list(const Session& session, const ReadWords& words) {
+    return ask(session, words.message, {Answer::kState}, [&](const Answer& answer) {
+        const v1::Presets& presets = answer.state().presets();
+        if (session.json) return session.print(presets);
+        for (const std::string& name : presets.names())
+            session.out << name << (name == presets.recalled() ? " *" : "") << "\n";
+    });
 }
 
 int view_list(const Session& session, const ReadWords& words) {
@@ -281,6 +297,7 @@ int run_command(const Session& session, const ReadWords& words) {
                             {"pick", pick},
                             {"library", library},
                             {"capture", capture},
+                            {"preset list", preset_list},
                             {"view list", view_list},
                             {"report", report},
                             {"stats", stats},

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <charconv>
+#include <cmath>
 #include <cstdio>
 #include <nlohmann/json.hpp>
 #include <numbers>
@@ -112,6 +113,23 @@ Result<std::string> json_at(const google::protobuf::Message& message, std::strin
     return text_of(*at, compact);
 }
 
+// "[#####...............]  25 %  ", where it is known how much there is.
+static std::string bar_of(const v1::Progress& progress) {
+    constexpr int kWidth = 20;
+    double share = 0;
+    if (progress.has_total() && progress.total() > 0)
+        share = static_cast<double>(progress.samples()) / progress.total();
+    else if (progress.has_seconds_left() && progress.seconds() + progress.seconds_left() > 0)
+        share = progress.seconds() / (progress.seconds() + progress.seconds_left());
+    else
+        return {};
+    share = std::clamp(share, 0.0, 1.0);
+    const auto full = static_cast<std::size_t>(share * kWidth);
+    char percent[16];
+    std::snprintf(percent, sizeof percent, "%3.0f %%  ", std::floor(100 * share));
+    return "[" + std::string(full, '#') + std::string(kWidth - full, '.') + "] " + percent;
+}
+
 std::string progress_line(const v1::Progress& progress) {
     char line[160];
     if (progress.jobs_before() > 0) {
@@ -120,7 +138,7 @@ std::string progress_line(const v1::Progress& progress) {
         return line;
     }
     std::snprintf(line, sizeof line, "%.0f s  %u", progress.seconds(), progress.samples());
-    std::string text = line;
+    std::string text = bar_of(progress) + line;
     if (progress.has_total()) text += " of " + std::to_string(progress.total());
     text += " " + (progress.unit().empty() ? "done" : progress.unit());
     if (progress.noise_ratio() > 0) {
@@ -128,7 +146,14 @@ std::string progress_line(const v1::Progress& progress) {
         text += line;
     }
     if (progress.has_seconds_left()) {
-        std::snprintf(line, sizeof line, "  %.0f s left", progress.seconds_left());
+        const double left = progress.seconds_left();
+        std::snprintf(line, sizeof line, "  %.0f %s left",
+                      left < 600    ? left
+                      : left < 7200 ? left / 60
+                                    : left / 3600,
+                      left < 600    ? "s"
+                      : left < 7200 ? "min"
+                                    : "h");
         text += line;
     }
     return text;

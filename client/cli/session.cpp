@@ -46,7 +46,10 @@ Result<v1::ServerMessage> Session::ask(v1::ClientMessage message,
 }
 
 int Session::change(v1::ClientMessage message) const {
-    const auto answer = ask(std::move(message), {v1::ServerMessage::kResult});
+    return changed(ask(std::move(message), {v1::ServerMessage::kResult}));
+}
+
+int Session::changed(const Result<v1::ServerMessage>& answer) const {
     if (!answer) return fail(answer.error());
     if (json) {
         print(answer->result());

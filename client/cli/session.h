@@ -26,6 +26,8 @@ struct Session {
                                   std::initializer_list<v1::ServerMessage::MessageCase> wanted) const;
     // Sends a command and prints the revision that contains it. Result: the exit code.
     int change(v1::ClientMessage message) const;
+    // Prints what answered a command, or why it was refused. Result: the exit code.
+    int changed(const Result<v1::ServerMessage>& answer) const;
 };
 
 }  // namespace gonio

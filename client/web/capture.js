@@ -6,17 +6,23 @@ import {h} from "./dom.js";
 export async function saveCapture(connection, store, query) {
     const reply = await connection.request({capture: query});
     if (!reply.capture) return reply;
-    const {image, format, scene_rev} = reply.capture;
-    const bytes = Uint8Array.from(atob(image), (letter) => letter.charCodeAt(0));
-    const scene = (store.state?.scene ?? "scene").split("/").at(-1).replace(/\.\w+$/, "");
-    const quality = query.quality !== "reference" ? "" : query.denoise ? "-denoised" : "-reference";
-    saveFile(bytes, `image/${format}`, `${scene}-${store.state?.view}${quality}-${scene_rev}.${format}`);
+    const {blob, name} = pictureOf(reply.capture, store.state, query);
+    saveFile(blob, name);
     return reply;
 }
 
+// Result: {blob, name} of a CaptureResult: its file, and a name for it that tells scene, view, quality and revision.
+export function pictureOf({image, format, scene_rev}, state, query) {
+    const bytes = Uint8Array.from(atob(image), (letter) => letter.charCodeAt(0));
+    const scene = (state?.scene ?? "scene").split("/").at(-1).replace(/\.\w+$/, "");
+    const quality = query.quality !== "reference" ? "" : query.denoise ? "-denoised" : "-reference";
+    const type = {png: "image/png", jpg: "image/jpeg", exr: "image/x-exr"}[format];
+    return {blob: new Blob([bytes], {type}), name: `${scene}-${query.view || state?.view}${quality}-${scene_rev}.${format}`};
+}
+
 // Into the browser's downloads.
-export function saveFile(bytes, type, name) {
-    const url = URL.createObjectURL(new Blob([bytes], {type}));
+export function saveFile(blob, name) {
+    const url = URL.createObjectURL(blob);
     h("a", {href: url, download: name}).click();
     setTimeout(() => URL.revokeObjectURL(url), 10000);
 }

@@ -2,6 +2,7 @@
 // Kept pictures live in the page alone, and end with it.
 
 import {h, setText} from "./dom.js";
+import {pictureOf} from "./capture.js";
 import {pageRole} from "./control.js";
 import {formatProgress} from "./meter.js";
 import {sentence} from "./toast.js";
@@ -49,7 +50,6 @@ export class ComparePanel {
         for (const side of ["a", "b"]) this.#choose(side, null);
         video.addEventListener("shown", () => this.#wipe.mirror());
         connection.addEventListener("undo", ({detail}) => { this.#undoes = detail.undo_label ?? ""; });
-        connection.addEventListener("progress", (event) => { if (this.#buttons[0].disabled) setText(this.#hint, formatProgress(event.detail)); });
         store.addEventListener("update", () => this.#offerPresets());
         document.addEventListener("keydown", (event) => {
             if (event.key === "Escape" && this.#wipe.mode !== "off" && !event.target.closest("input, select, dialog")) this.#setMode("off");
@@ -84,9 +84,10 @@ export class ComparePanel {
 
     // Result: the kept picture. Rejects with what the server says.
     async #capture(name) {
-        const {capture, result} = await this.#connection.request({capture: {format: "png"}});
+        const {capture, result} = await this.#connection.request({capture: {format: "png"}},
+            {progress: (progress) => setText(this.#hint, formatProgress(progress))});
         if (!capture) throw new Error(sentence(result ?? {code: "no answer"}));
-        return this.#keep(name, new Blob([Uint8Array.from(atob(capture.image), (letter) => letter.charCodeAt(0))], {type: "image/png"}));
+        return this.keep(name, pictureOf(capture, this.#store.state, {}).blob);
     }
 
     async #keepShown(name) {
@@ -95,10 +96,11 @@ export class ComparePanel {
         copy.getContext("2d").drawImage(live, 0, 0);
         const blob = await new Promise((resolve) => copy.toBlob(resolve));
         if (!blob) throw new Error("There is no picture yet.");
-        return this.#keep(name, blob);
+        return this.keep(name, blob);
     }
 
-    #keep(name, blob) {
+    // Into the strip; beyond kMostKept the oldest goes. Result: the kept picture.
+    keep(name, blob) {
         const kept = {name, url: URL.createObjectURL(blob)};
         kept.node = this.#row(kept);
         this.#kept.push(kept);

@@ -1,6 +1,6 @@
 // The WebSocket to goniod: identify, requests with replies, reconnecting with exponential backoff and jitter.
 // Events: "status" (see `status`), "ready" (Ready), "changed" (StateChanged), "config" (VideoConfig),
-// "progress" (Progress), "undo" (UndoState), "video" (ArrayBuffer), "refused" (Result with a code other than "ok"), "applied" ({sent_ms, scene_rev}).
+// "undo" (UndoState), "video" (ArrayBuffer), "refused" (Result with a code other than "ok"), "applied" ({sent_ms, scene_rev}).
 
 import {addressOf, pageRole} from "./control.js";
 
@@ -19,7 +19,7 @@ export class Connection extends EventTarget {
 
     #url;
     #socket = null;
-    #replies = new Map();    // request_id -> {resolve, reject}
+    #replies = new Map();    // request_id -> {resolve, reject, progress}
     #nextId = 1;
     #attempt = 0;
     #timer = 0;
@@ -83,11 +83,13 @@ export class Connection extends EventTarget {
     }
 
     // message: a ClientMessage without request_id. Resolves with the ServerMessage; rejects when the connection ends.
-    request(message) {
+    // progress(Progress) is called meanwhile. An AbortSignal gives a meter or capture up; its answer has the code "cancelled".
+    request(message, {progress, signal} = {}) {
         return new Promise((resolve, reject) => {
             if (this.#socket?.readyState !== WebSocket.OPEN) return reject(new Error("not connected"));
             const id = this.#nextId++;
-            this.#replies.set(id, {resolve, reject});
+            this.#replies.set(id, {resolve, reject, progress});
+            signal?.addEventListener("abort", () => { if (this.#replies.has(id)) this.post({cancel: {request: id}}); }, {once: true});
             this.#socket.send(JSON.stringify({request_id: id, ...message}));
         });
     }
@@ -121,7 +123,7 @@ export class Connection extends EventTarget {
         if (message.state_changed) this.#emit("changed", message.state_changed);
         if (message.video_config) this.#emit("config", message.video_config);
         if (message.undo_state) this.#emit("undo", message.undo_state);
-        if (message.progress) this.#emit("progress", message.progress);
+        if (message.progress) this.#replies.get(message.progress.request)?.progress?.(message.progress);
         if (message.goodbye) {
             this.#farewell = message.goodbye.reason;
             this.#notBefore_ms = performance.now() + (message.goodbye.reconnect_after_ms ?? 0);

@@ -22,6 +22,7 @@ import {shortcutHelp} from "./shortcuts.js";
 import {themeSwitch} from "./theme.js";
 import {ReportPanel} from "./report.js";
 import {MeterPanel} from "./meter.js";
+import {RenderPanel} from "./render.js";
 import {statsStrip} from "./stats.js";
 import {Toasts} from "./toast.js";
 import {ConsolesPanel} from "./consoles.js";
@@ -45,10 +46,12 @@ const handles = new Handles(store, connection, $("screen"), [$("canvas"), $("sti
 const beam = new BeamView(store, connection, handles, handles.svg);
 const tools = new Tools(store, connection, handles, cameraHand, beam, $("screen"));
 const toasts = new Toasts($("toasts"));
+let compare = null;
 drawer($("drawer"), [
-    {id: "meter", title: "Meter", make: (node) => new MeterPanel(store, connection, node)},
+    {id: "meter", title: "Meter", make: (node) => new MeterPanel(connection, node)},
     {id: "library", title: "Library", make: (node) => new LibraryPanel(store, connection, node, handles, $("screen"))},
-    {id: "compare", title: "Compare", make: (node) => new ComparePanel(store, connection, video, node, $("screen"))},
+    {id: "compare", title: "Compare", make: (node) => compare = new ComparePanel(store, connection, video, node, $("screen"))},
+    {id: "render", title: "Render", make: (node) => new RenderPanel(store, connection, node, compare)},
     {id: "consoles", title: "Consoles", make: (node) => new ConsolesPanel(connection, node)},
     {id: "surfaces", title: "Fader boxes", make: (node) => new SurfacesPanel(store, connection, node)},
     {id: "patch", title: "Patch", make: (node) => new PatchPanel(store, connection, node)},

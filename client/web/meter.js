@@ -1,8 +1,6 @@
-// The meter: illuminance at a point, and captures, in the quality that is asked for. Reference work goes on beside the
-// live picture; how far it is comes as "progress" events.
+// The meter: illuminance at a point, in the quality that is asked for. Reference work goes on beside the live picture.
 
 import {h, setText, formatNumber} from "./dom.js";
-import {saveCapture} from "./capture.js";
 import {sentence} from "./toast.js";
 
 const kQualities = [["interactive", "Live"], ["rsm", "One bounce"], ["reference", "Reference"]];
@@ -20,16 +18,15 @@ export function formatProgress({jobs_before = 0, samples = 0, total, unit = "don
     if (jobs_before > 0) return `Waiting: ${jobs_before} ${jobs_before === 1 ? "job comes" : "jobs come"} first`;
     const done = `${samples}${total === undefined ? "" : ` of ${total}`} ${unit}`
         + (noise_ratio > 0 ? ` · noise ${formatNumber(100 * noise_ratio, 2)} %` : "");
-    const left = seconds_left === undefined ? "" : ` · ${formatNumber(seconds_left, 0)} s left`;
+    const [unit_s, unit_name] = seconds_left < 600 ? [1, "s"] : seconds_left < 7200 ? [60, "min"] : [3600, "h"];
+    const left = seconds_left === undefined ? "" : ` · ${formatNumber(seconds_left / unit_s, 0)} ${unit_name} left`;
     return `${formatNumber(seconds, 0)} s · ${done}${left}`;
 }
 
 export class MeterPanel {
-    #store; #connection; #result; #buttons; #quality; #noise; #denoise;
-    #vectors;
+    #connection; #result; #read; #quality; #noise; #vectors;
 
-    constructor(store, connection, node) {
-        this.#store = store;
+    constructor(connection, node) {
         this.#connection = connection;
         const vector = (name, values) => ["x", "y", "z"].map((letter, i) => h("input", {type: "number", step: "any",
             value: values[i], "aria-label": `${name} ${letter}`, required: true}));
@@ -38,34 +35,24 @@ export class MeterPanel {
             title: "Live: at once, every bounce. One bounce: direct light and one reflection, summed exactly. Reference: path-traced, and says its error"}, ...options(kQualities, "interactive"));
         this.#noise = h("select", {"aria-label": "Noise of reference quality", title: "Standard error at which reference quality stops"},
             ...options(kNoises, "0.01"));
-        this.#denoise = h("input", {type: "checkbox", id: "meter-denoise"});
-        const denoise = h("label", {class: "meter-field", title: "Filters a reference capture of the beauty view: to look at, not to measure"},
-            this.#denoise, "Denoise");
         this.#result = h("output", {id: "meter-result", role: "status"}, "");
-        const capture = h("button", {type: "button", id: "meter-capture", onclick: () => this.#work("Capturing…", () => this.#capture())}, "Capture");
-        this.#buttons = [h("button", {id: "meter-read"}, "Read"), capture];
+        this.#read = h("button", {id: "meter-read"}, "Read");
         const field = (label, ...inputs) => h("span", {class: "meter-field"}, h("span", {class: "faint"}, label), ...inputs);
         const form = h("form", {}, field("Point, m", ...this.#vectors.point_m), field("Normal", ...this.#vectors.normal),
-            field("Quality", this.#quality, this.#noise), denoise, ...this.#buttons);
+            field("Quality", this.#quality, this.#noise), this.#read);
         form.addEventListener("submit", (event) => {
             event.preventDefault();
-            this.#work("Reading…", () => this.#read());
+            this.#work("Reading…", () => this.#reading());
         });
-        const show = () => {
-            this.#noise.hidden = denoise.hidden = this.#quality.value !== "reference";
-            capture.hidden = this.#quality.value === "rsm";    // a meter only
-        };
+        const show = () => { this.#noise.hidden = this.#quality.value !== "reference"; };
         this.#quality.addEventListener("change", show);
         show();
-        connection.addEventListener("progress", (event) => {
-            if (this.#buttons[0].disabled) setText(this.#result, formatProgress(event.detail));
-        });
         node.append(form, this.#result);
     }
 
     // One question at a time; its refusal is told in the result's place.
     async #work(text, ask) {
-        this.#buttons.forEach((button) => { button.disabled = true; });
+        this.#read.disabled = true;
         setText(this.#result, text);
         this.#result.classList.remove("bad");
         try {
@@ -74,33 +61,21 @@ export class MeterPanel {
             setText(this.#result, error.message);
             this.#result.classList.add("bad");
         }
-        this.#buttons.forEach((button) => { button.disabled = false; });
+        this.#read.disabled = false;
     }
 
     #settings() {
         const quality = this.#quality.value;
         return quality === "reference" ? {quality, noise_ratio: Number(this.#noise.value)} : {quality};
     }
-    // Fewer samples are enough for the filter: as many as the server takes by itself.
-    get #denoises() { return this.#quality.value === "reference" && this.#denoise.checked; }
 
-    async #read() {
+    async #reading() {
         const numbers = (inputs) => inputs.map((input) => Number(input.value));
         const {meter, result} = await this.#connection.request({meter: {point_m: numbers(this.#vectors.point_m),
-            normal: numbers(this.#vectors.normal), ...this.#settings()}});
+            normal: numbers(this.#vectors.normal), ...this.#settings()}}, {progress: (progress) => setText(this.#result, formatProgress(progress))});
         if (!meter) throw new Error(sentence(result ?? {code: "no answer"}));
         const error = Math.hypot(meter.direct_error_lx ?? 0, meter.indirect_error_lx ?? 0);
         return `${formatLux(meter.total_lx, error)} · direct ${formatLux(meter.direct_lx, meter.direct_error_lx)} · `
             + `indirect ${formatLux(meter.indirect_lx, meter.indirect_error_lx)} · ${meter.samples} samples`;
-    }
-
-    async #capture() {
-        const {capture, result} = await saveCapture(this.#connection, this.#store, {format: "png",
-            ...(this.#denoises ? {quality: "reference", denoise: true} : this.#settings())});
-        if (!capture) throw new Error(sentence(result ?? {code: "no answer"}));
-        const known = capture.noise_ratio === undefined ? "noise not known: 8 samples are the fewest that tell it"
-            : `noise ${formatNumber(100 * capture.noise_ratio, 2)} %`;
-        const noise = capture.samples === undefined ? "" : ` · ${capture.samples} samples, ${known}${capture.denoised ? ", denoised" : ""}`;
-        return `Saved ${capture.width_px} × ${capture.height_px} of revision ${capture.scene_rev}${noise}`;
     }
 }

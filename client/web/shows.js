@@ -162,6 +162,6 @@ export class Shows {
 
     async #download(name) {
         const shows = await this.#ask({shows: {text_of: name}}, "shows");
-        if (shows) saveFile(bytesOf(shows.text), "application/json", `${name || this.#store.state.show?.name || "show"}.json`);
+        if (shows) saveFile(new Blob([bytesOf(shows.text)], {type: "application/json"}), `${name || this.#store.state.show?.name || "show"}.json`);
     }
 }

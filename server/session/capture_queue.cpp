@@ -6,7 +6,7 @@
 namespace gonio {
 namespace {
 
-constexpr std::int64_t kFirstTellNs = 500'000'000, kTellNs = 1'000'000'000;
+constexpr std::int64_t kTellNs = 500'000'000;
 
 }  // namespace
 
@@ -19,7 +19,7 @@ void CaptureQueue::add(const Work& work, const Scene& scene, const CaptureReques
     job->samples_per_pixel = request.samples_per_pixel;
     if (waiting_.empty()) {
         began_ns_ = monotonic_ns();
-        tell_ns_ = began_ns_ + kFirstTellNs;
+        tell_ns_ = began_ns_ + kTellNs;
     }
     waiting_.push_back({work, request.format, request.legend, std::move(job)});
 }
@@ -96,6 +96,14 @@ void CaptureQueue::tell_progress() {
 void CaptureQueue::forget_session(std::uint32_t session) {
     std::erase_if(waiting_, [&](const Capturing& capturing) { return capturing.work.session == session; });
     late_.forget([&](const Work& work) { return work.session == session; });
+}
+
+bool CaptureQueue::cancel(std::uint32_t session, std::uint32_t request_id) {
+    const auto named = [&](const Work& work) {
+        return work.session == session && work.message.request_id() == request_id;
+    };
+    const std::size_t late = late_.forget(named);
+    return std::erase_if(waiting_, [&](const Capturing& capturing) { return named(capturing.work); }) + late > 0;
 }
 
 }  // namespace gonio

@@ -35,9 +35,11 @@ public:
     void refuse_overdue(Replies& replies);
     // All begin anew.
     void restart(const GuardedRenderer& renderer);
-    // Renders one tile of the oldest, and tells those who wait how far it is: after half a second, then every second.
+    // Renders one tile of the oldest, and tells those who wait how far it is: every half second.
     void advance(GuardedRenderer& renderer, Replies& replies);
     void forget_session(std::uint32_t session);
+    // Result: whether there was such a capture, which is given up; its answer is the caller's.
+    bool cancel(std::uint32_t session, std::uint32_t request_id);
     bool empty() const { return waiting_.empty(); }
     std::uint32_t rendered() const { return rendered_; }
 

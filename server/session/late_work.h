@@ -29,9 +29,10 @@ public:
     std::optional<Work> take_overdue(std::int64_t now_ns) {
         return take([&](const Waiting& one) { return one.until_ns <= now_ns; });
     }
+    // Result: how many.
     template <typename Condition>
-    void forget(const Condition& condition) {
-        std::erase_if(waiting_, [&](const Waiting& one) { return condition(one.work); });
+    std::size_t forget(const Condition& condition) {
+        return std::erase_if(waiting_, [&](const Waiting& one) { return condition(one.work); });
     }
     bool empty() const { return waiting_.empty(); }
 

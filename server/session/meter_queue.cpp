@@ -50,4 +50,10 @@ void MeterQueue::forget_session(std::uint32_t session) {
     std::erase_if(waiting_, [&](const Metering& metering) { return metering.work.session == session; });
 }
 
+bool MeterQueue::cancel(std::uint32_t session, std::uint32_t request_id) {
+    return std::erase_if(waiting_, [&](const Metering& metering) {
+               return metering.work.session == session && metering.work.message.request_id() == request_id;
+           }) > 0;
+}
+
 }  // namespace gonio

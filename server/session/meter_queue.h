@@ -20,6 +20,8 @@ public:
     // Reads points, the oldest meter's first, until 8 ms are over; answers the meters that are complete.
     void advance(GuardedRenderer& renderer, const Replies& replies);
     void forget_session(std::uint32_t session);
+    // Result: whether there was such a meter, which is given up; its answer is the caller's.
+    bool cancel(std::uint32_t session, std::uint32_t request_id);
     bool empty() const { return waiting_.empty(); }
 
 private:

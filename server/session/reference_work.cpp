@@ -14,7 +14,7 @@
 namespace gonio {
 namespace {
 
-constexpr std::int64_t kTellNs = 1'000'000'000;
+constexpr std::int64_t kTellNs = 500'000'000;
 constexpr std::size_t kPointsPerCall = 16;  // of a grid, between two looks at the clock
 
 }  // namespace
@@ -24,8 +24,9 @@ struct ReferenceWork::Run {
     ReferenceJob job;
     std::stop_source stop;
     std::int64_t started_ns = 0;
-    Latest<trace::Progress> news;  // from the worker
-    trace::Progress reached;       // the render thread's
+    Latest<trace::Progress> news;        // from the worker
+    trace::Progress reached;             // the render thread's
+    std::atomic<bool> answered = false;  // or given up: whoever sets it answers
     std::atomic<bool> ended = false;
 };
 
@@ -67,7 +68,7 @@ ReferenceWork::~ReferenceWork() {
 
 bool ReferenceWork::submit(ReferenceJob job) {
     if (waiting_.size() >= kMaxReferenceJobs) return false;
-    if (!running_ && waiting_.empty()) told_ns_ = monotonic_ns();  // what is done within a second needs no progress
+    if (!running_ && waiting_.empty()) told_ns_ = monotonic_ns();  // what is done by then needs no progress
     waiting_.push_back(std::move(job));
     tick();
     return true;
@@ -76,10 +77,21 @@ bool ReferenceWork::submit(ReferenceJob job) {
 void ReferenceWork::forget_session(std::uint32_t session) {
     cancelled_ += static_cast<std::uint32_t>(
         std::erase_if(waiting_, [&](const ReferenceJob& job) { return job.session == session; }));
-    if (running_ && running_->job.session == session && !running_->ended.load() && !running_->stop.stop_requested()) {
-        running_->stop.request_stop();
-        ++cancelled_;
-    }
+    if (running_ && running_->job.session == session) give_up(*running_);
+}
+
+void ReferenceWork::give_up(Run& run) {
+    if (run.answered.exchange(true)) return;
+    run.stop.request_stop();
+    ++cancelled_;
+}
+
+bool ReferenceWork::cancel(std::uint32_t session, std::uint32_t request_id) {
+    const std::uint32_t before = cancelled_;
+    const auto named = [&](const ReferenceJob& job) { return job.session == session && job.request_id == request_id; };
+    cancelled_ += static_cast<std::uint32_t>(std::erase_if(waiting_, named));
+    if (running_ && named(running_->job)) give_up(*running_);
+    return cancelled_ != before;
 }
 
 void ReferenceWork::tick() {
@@ -166,9 +178,9 @@ void ReferenceWork::work() {
                 if (traced->denoised_noise) result.set_denoised_noise_ratio(*traced->denoised_noise);
             }
         }
-        const bool answered = !stop.stop_requested();
+        const bool answered = !run.answered.exchange(true);
         if (answered) ++done_;
-        run.ended = true;  // before the answer: whoever has it and goes away has cancelled nothing
+        run.ended = true;
         if (answered && job.request_id != 0) {
             message.set_request_id(job.request_id);
             out_.reply(job.session, std::move(message));

@@ -39,13 +39,16 @@ public:
     bool submit(ReferenceJob job);
     // Gives up the jobs of a client that went away.
     void forget_session(std::uint32_t session);
-    // Starts the next job where none runs, and tells waiting clients of the progress once a second.
+    // Result: whether there was such a job; it is given up, and its answer is the caller's.
+    bool cancel(std::uint32_t session, std::uint32_t request_id);
+    // Starts the next job where none runs, and tells waiting clients of the progress, twice a second.
     void tick();
     void add_counters(v1::Stats& stats) const;
 
 private:
     struct Run;
     void work();
+    void give_up(Run& run);
     void tell_progress();
 
     Outputs out_;

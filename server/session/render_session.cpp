@@ -108,6 +108,8 @@ void RenderSession::take(Work work) {
             return answer_library(work);
         case v1::ClientMessage::kCapture:
             return renderer_ ? answer_capture(work) : replies_.refuse(work, lost);
+        case v1::ClientMessage::kCancel:
+            return cancel(work);
         case v1::ClientMessage::kReport:
             return answer_report(work);
         case v1::ClientMessage::kStats:
@@ -402,6 +404,24 @@ void RenderSession::tend_range() {
     command.mutable_set_view()->set_range_high(*high);
     command.mutable_set_view()->set_range_auto(true);
     if (apply(scene_, command, {})) tell_inputs(before);
+}
+
+void RenderSession::cancel(const Work& work) {
+    const std::uint32_t request = work.message.cancel().request();
+    const bool found =
+        request != 0 && (captures_.cancel(work.session, request) || meters_.cancel(work.session, request) ||
+                         reference_.cancel(work.session, request));
+    if (!found)
+        return replies_.refuse(work, {"not_found", "cancel.request", std::to_string(request),
+                                      "no meter or capture of this request is waiting for its answer"});
+    Work given_up{.session = work.session};
+    given_up.message.set_request_id(request);
+    v1::Result result;
+    result.set_code("cancelled");
+    result.set_message("it was given up as this client asked");
+    result.set_scene_rev(scene_.scene_rev);
+    replies_.answer(given_up, message_of(&v1::ServerMessage::mutable_result, std::move(result)));
+    replies_.ok(work);
 }
 
 void RenderSession::forget_session(std::uint32_t session) {

@@ -123,6 +123,7 @@ private:
     // Publishes the oldest frame of the renderer. Result: false where none is finished.
     bool take_frame(bool wait);
     // Each takes one kind of message.
+    void cancel(const Work& work);
     void forget_session(std::uint32_t session);
     void change_holder(const Work& work);
     void take_command(Work work);

@@ -87,6 +87,29 @@ TEST(CaptureQueue, WhatTakesLongTellsHowFarItIs) {
     EXPECT_TRUE(heard.back().message.has_capture());
 }
 
+TEST(CaptureQueue, ACaptureIsCancelledByItsOwnClient) {
+    const Scene scene = scene_of(make_cornell());
+    Replies replies([](std::uint32_t, v1::ServerMessage) {}, scene);
+    GuardedRenderer renderer(std::make_unique<SlowTiles>(0ms), [] { return false; });
+    Loader loader;
+    CaptureQueue captures(loader, [](std::uint32_t, v1::ServerMessage) {});
+    Work work{.session = 3};
+    CaptureRequest request;
+    request.width_px = request.height_px = 16;
+    work.message.set_request_id(1);
+    captures.add(work, scene, request, renderer, replies);
+    work.message.set_request_id(2);
+    work.message.mutable_capture()->set_after_rev(1000);
+    captures.add_late(work, replies);
+    captures.advance(renderer, replies);
+    EXPECT_FALSE(captures.cancel(4, 1));
+    EXPECT_TRUE(captures.cancel(3, 1));
+    EXPECT_TRUE(captures.empty());
+    EXPECT_TRUE(captures.cancel(3, 2));
+    EXPECT_FALSE(captures.take_due(2000)) << "nor does it wait any more";
+    EXPECT_FALSE(captures.cancel(3, 2));
+}
+
 TEST(CaptureQueue, WhatIsQuickTellsNothing) {
     for (const Heard& one : capture_two(1ms)) EXPECT_TRUE(one.message.has_capture());
 }

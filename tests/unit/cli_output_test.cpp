@@ -89,13 +89,18 @@ TEST(CliOutput, ProgressInOneLine) {
     EXPECT_EQ(progress_line(progress), "12 s  64 done");
     progress.set_unit("tiles");
     progress.set_total(200);
-    EXPECT_EQ(progress_line(progress), "12 s  64 of 200 tiles");
+    EXPECT_EQ(progress_line(progress), "[######..............]  32 %  12 s  64 of 200 tiles");
     progress.set_unit("samples");
     progress.clear_total();
     progress.set_noise_ratio(0.0123);
     EXPECT_EQ(progress_line(progress), "12 s  64 samples  noise 1.23 %");
     progress.set_seconds_left(30.2);
-    EXPECT_EQ(progress_line(progress), "12 s  64 samples  noise 1.23 %  30 s left");
+    EXPECT_EQ(progress_line(progress), "[#####...............]  29 %  12 s  64 samples  noise 1.23 %  30 s left");
+    progress.set_seconds_left(3600);
+    EXPECT_EQ(progress_line(progress), "[....................]   0 %  12 s  64 samples  noise 1.23 %  60 min left");
+    progress.set_seconds_left(7200);
+    progress.set_total(64);
+    EXPECT_EQ(progress_line(progress), "[####################] 100 %  12 s  64 of 64 samples  noise 1.23 %  2 h left");
 }
 
 TEST(CliOutput, ASavedViewInOneLine) {

@@ -107,6 +107,24 @@ TEST_F(ReferenceJobs, EndWithTheirClient) {
     EXPECT_EQ(answered, std::set<std::uint32_t>{3u});
 }
 
+TEST_F(ReferenceJobs, AreCancelledOneByOne) {
+    ASSERT_TRUE(work->submit(endless(1, 1)));
+    ASSERT_TRUE(work->submit(endless(1, 2)));
+    ASSERT_TRUE(work->submit(meter(1, 3)));
+    ASSERT_TRUE(until([&] { return stats().reference_passes() > 0; }));
+    EXPECT_FALSE(work->cancel(2, 1)) << "another client's";
+    EXPECT_FALSE(work->cancel(1, 9)) << "nobody's";
+    EXPECT_TRUE(work->cancel(1, 2)) << "it waits";
+    EXPECT_TRUE(work->cancel(1, 1)) << "it runs";
+    EXPECT_FALSE(work->cancel(1, 1)) << "it is given up already";
+    ASSERT_TRUE(until([&] { return stats().reference_done() == 1; })) << "the third comes next";
+    EXPECT_FALSE(work->cancel(1, 3)) << "it is answered already";
+    EXPECT_EQ(stats().reference_cancelled(), 2u);
+    std::set<std::uint32_t> answered;
+    while (const auto answer = next_answer(50ms)) answered.insert(answer->message.request_id());
+    EXPECT_EQ(answered, std::set<std::uint32_t>{3u});
+}
+
 TEST_F(ReferenceJobs, WaitInABoundedListAndHearHowLong) {
     ASSERT_TRUE(work->submit(endless(1, 1)));
     for (std::uint32_t i = 0; i < kMaxReferenceJobs; ++i) ASSERT_TRUE(work->submit(meter(2, 100 + i))) << i;

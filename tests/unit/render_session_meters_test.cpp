@@ -89,6 +89,34 @@ TEST_F(StageMeters, PointsAndGridsAnswerInTurn) {
     EXPECT_EQ(points, 4);
 }
 
+TEST_F(StageMeters, ARequestIsCancelledByItsOwnClient) {
+    const auto cancel = [&](std::uint32_t session, std::uint32_t id, std::uint32_t request) {
+        Work work;
+        work.session = session;
+        work.message.set_request_id(id);
+        work.message.mutable_cancel()->set_request(request);
+        stage->take(std::move(work));
+    };
+    ask(1, 100);
+    ask(2);
+    stage->continue_work();
+    cancel(7, 3, 1);
+    cancel(1, 4, 1);
+    cancel(1, 5, 1);
+    for (int turns = 0; stage->busy() && turns < 100; ++turns) stage->continue_work();
+    ASSERT_EQ(replies.size(), 5u);
+    EXPECT_EQ(replies[0].result().code(), "not_found") << "of another client";
+    EXPECT_EQ(replies[1].request_id(), 1u);
+    EXPECT_EQ(replies[1].result().code(), "cancelled");
+    EXPECT_EQ(replies[2].request_id(), 4u);
+    EXPECT_EQ(replies[2].result().code(), "ok");
+    EXPECT_EQ(replies[3].result().code(), "not_found") << "answered already";
+    EXPECT_EQ(replies[3].result().value(), "1");
+    EXPECT_EQ(replies[4].request_id(), 2u);
+    EXPECT_TRUE(replies[4].has_meter());
+    EXPECT_LE(points, 4) << "the grid goes no further";
+}
+
 TEST_F(StageMeters, MoreThanItsBoundIsBusy) {
     for (std::uint32_t id = 1; id <= kMaxMeters + 1; ++id) ask(id);
     ASSERT_EQ(replies.size(), 1u);

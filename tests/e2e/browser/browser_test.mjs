@@ -257,7 +257,7 @@ async function surfaces(page) {
     await page.locator("#surfaces-toggle").click();
 }
 
-// The meter panel: readings of two qualities, a refusal, a capture.
+// The meter panel: readings of two qualities, a refusal.
 async function meter(page) {
     await page.locator("#meter-toggle").click();
     const result = () => page.locator("#meter-result").textContent();
@@ -273,7 +273,6 @@ async function meter(page) {
     const live = await read();
     check(lux(live) > 1 && /direct .* lx · indirect .* lx ± .* · 8192 samples/.test(live), "the meter panel reads lux with its error", live);
     await page.locator("#meter-quality").selectOption("rsm");
-    check(await page.locator("#meter-capture").isHidden(), "what is a meter only offers no capture");
     await page.locator("#meter-quality").selectOption("reference");
     await page.locator("select[aria-label='Noise of reference quality']").selectOption("0.05");
     const traced = await read();
@@ -284,26 +283,10 @@ async function meter(page) {
     check(/Normal must not be the zero vector/.test(refused), "a refusal is told in its place", refused);
     await page.locator("input[aria-label='Normal y']").fill("1");
     await page.locator("#meter-quality").selectOption("interactive");
-    check(await page.locator("#meter-denoise").isHidden(), "what has no noise is not denoised");
-    const [download] = await Promise.all([page.waitForEvent("download", {timeout: kTimeoutMs}), page.locator("#meter-capture").click()]);
-    check(/\.png$/.test(download.suggestedFilename()), "a capture can be saved from the meter panel", download.suggestedFilename());
-    await until("the saved capture's line", async () => /^Saved \d+ × \d+ of revision \d+$/.test(await result()));
-    await page.locator("#meter-quality").selectOption("reference");
     if (screenshot) {
         await read();
         await page.screenshot({path: screenshot.replace(/(\.\w+)?$/, "-meter$1")});
     }
-    // What is asked for; the picture itself takes as long as the machine has time.
-    await page.evaluate(() => {
-        const send = WebSocket.prototype.send;
-        WebSocket.prototype.send = function (data) { (window.sent ??= []).push(String(data)); return send.call(this, data); };
-    });
-    await page.locator("#meter-denoise").check();
-    await page.locator("#meter-capture").click();
-    const asked = await until("the question", () => page.evaluate(() => window.sent?.map(JSON.parse).find((message) => message.capture)?.capture));
-    check(asked.denoise === true && asked.quality === "reference" && asked.noise_ratio === undefined, "a reference capture can be denoised", JSON.stringify(asked));
-    await page.reload();
-    await until("the page again", () => page.evaluate(() => window.gonio?.framesDecoded > 0));
     return settled(page);
 }
 
@@ -353,7 +336,8 @@ async function arithmetic(page) {
         expect(formatProgress({jobs_before: 2}) === "Waiting: 2 jobs come first"
             && formatProgress({samples: 64, unit: "samples", noise_ratio: 0.05, seconds: 12.3}) === "12 s · 64 samples · noise 5.00 %"
             && formatProgress({samples: 3, total: 9, unit: "tiles", seconds: 1}) === "1 s · 3 of 9 tiles"
-            && formatProgress({samples: 64, seconds: 12.3, seconds_left: 30}) === "12 s · 64 done · 30 s left", "progress");
+            && formatProgress({samples: 64, seconds: 12.3, seconds_left: 30}) === "12 s · 64 done · 30 s left"
+            && formatProgress({samples: 64, seconds: 12.3, seconds_left: 7200}) === "12 s · 64 done · 2 h left", "progress");
         expect(color.toHex(color.fromHex("#1f80e0")) === "#1f80e0", "sRGB and back");
         return found;
     });
