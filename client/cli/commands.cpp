@@ -7,6 +7,7 @@
 #include <functional>
 
 #include "client/cli/cli.h"
+#include "client/cli/grids.h"
 #include "client/cli/output.h"
 #include "client/cli/photometry.h"
 #include "client/cli/surfaces.h"
@@ -171,6 +172,55 @@ int capture(const Session& session, const ReadWords& words) {
     return kExitOk;
 }
 
+int grid_list(const Session& session, const ReadWords& words) {
+    return ask(session, words.message, {Answer::kState}, [&](const Answer& answer) {
+        session.json ? session.print(answer.state().grids()) : void(session.out << grids_table(answer.state().grids()));
+    });
+}
+
+int grid_values(const Session& session, const ReadWords& words) {
+    if (words.has("--csv") && session.json)
+        return session.fail({"usage", "--csv", "--json", "One of the two can be printed."});
+    return ask(session, words.message, {Answer::kGridValues}, [&](const Answer& answer) {
+        const v1::GridValues& values = answer.grid_values();
+        if (session.json) return session.print(values);
+        session.out << (words.has("--csv") ? grid_csv(values) : grid_text(values));
+    });
+}
+
+int observer_list(const Session& session, const ReadWords& words) {
+    return ask(session, words.message, {Answer::kState}, [&](const Answer& answer) {
+        if (session.json) return session.print(answer.state().observers());
+        session.out << observers_table(answer.state().observers());
+    });
+}
+
+int ugr(const Session& session, const ReadWords& words) {
+    return ask(session, words.message, {Answer::kUgr}, [&](const Answer& answer) {
+        session.json ? session.print(answer.ugr()) : void(session.out << ugr_text(answer.ugr()));
+        for (const std::string& warning : answer.ugr().warnings()) session.err << "warning: " << warning << "\n";
+    });
+}
+
+int targets(const Session& session, const ReadWords& words) {
+    return ask(session, words.message, {Answer::kTargets}, [&](const Answer& answer) {
+        session.json ? session.print(answer.targets()) : void(session.out << targets_table(answer.targets()));
+    });
+}
+
+int lux_report(const Session& session, const ReadWords& words) {
+    const std::string& file = words.names.front();
+    const auto answer = session.ask(words.message, {Answer::kLuxReport});
+    if (!answer) return session.fail(answer.error());
+    const v1::LuxReport& made = answer->lux_report();
+    if (const auto written = write_atomically(file, made.html()); !written) return session.fail(written.error());
+    if (session.json)
+        session.print(made);
+    else
+        session.out << file << " scene_rev " << made.scene_rev() << "\n";
+    return kExitOk;
+}
+
 int report(const Session& session, const ReadWords& words) {
     return ask(session, words.message, {Answer::kReport}, [&](const Answer& answer) {
         if (words.has("--table"))
@@ -299,6 +349,12 @@ int run_command(const Session& session, const ReadWords& words) {
                             {"capture", capture},
                             {"preset list", preset_list},
                             {"view list", view_list},
+                            {"grid list", grid_list},
+                            {"grid values", grid_values},
+                            {"observer list", observer_list},
+                            {"ugr", ugr},
+                            {"targets", targets},
+                            {"lux-report", lux_report},
                             {"report", report},
                             {"stats", stats},
                             {"watch", watch},

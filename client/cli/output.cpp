@@ -25,6 +25,7 @@ void add_null_lights(Json& report) {
 Json json_of(const google::protobuf::Message& message) {
     Json json = Json::parse(encode_message(Encoding::json, message));
     const std::string& name = message.GetDescriptor()->name();
+    if (name == "LuxReport") json.erase("html");
     if (name == "FrameReport") add_null_lights(json);
     if (name == "CaptureResult") {
         json.erase("image");

@@ -162,6 +162,36 @@ constexpr WordRow kMeterOptions[] = {
     {"--v", "x,y,z", vector, "v_m", "m; the other edge"},
     {"--count", "NUxNV", size, "count", "cells of the grid along u and v, at most 4096 in all; read at their centres"},
 };
+constexpr WordRow kGrid[] = {
+    {"NAME", "", text, "grid.name", "of the grid, 1 to 128 bytes; one of this name is replaced"}};
+constexpr WordRow kGridOptions[] = {
+    {"--corner", "x,y,z", vector, "grid.corner_m", "m; a corner of the rectangle"},
+    {"--u", "x,y,z", vector, "grid.u_m", "m; an edge from that corner, 0.01 to 1000 m long"},
+    {"--v", "x,y,z", vector, "grid.v_m", "m; the other edge, at a right angle"},
+    {"--quantity", "NAME", text, "grid.quantity",
+     "plane (default: on the rectangle), horizontal, vertical, camera, cylindrical, cylindrical-4, semi-cylindrical"},
+    {"--direction", "x,y,z", vector, "grid.direction",
+     "that vertical and semi-cylindrical face; of plane the side that is read, default: the upper one"},
+    {"--view", "NAME", text, "grid.view", "of camera: a saved view; default: the camera as it is"},
+    {"--spacing", "NAME", text, "grid.spacing", "nearest (default) or up: how numbers of points are rounded"},
+    {"--count", "NUxNV", size, "grid.count", "points along u and v instead of the standard's, at most 4096 in all"},
+    {"--margin", "M", number, "grid.margin_m", "m; a band along the edges that is left out; default 0"},
+    {"--factor", "R", ratio, "grid.maintenance_factor", "maintenance factor, above 0 to 1; default 1"},
+    {"--target", "NAME", text, "grid.target.name", "a row of gonio targets; or a name for values of your own"},
+    {"--target-em", "LX", number, "grid.target.em_lx", "lx; least mean illuminance"},
+    {"--target-u0", "R", ratio, "grid.target.u0_ratio", "least uniformity, minimum / mean"},
+    {"--target-ez", "LX", number, "grid.target.ez_lx", "lx; least mean cylindrical illuminance"},
+};
+constexpr WordRow kGridName[] = {{"NAME", "", text, "name", "of a grid"}};
+constexpr WordRow kObserver[] = {
+    {"NAME", "", text, "observer.name", "of the observer, 1 to 128 bytes; one of this name is replaced"}};
+constexpr WordRow kObserverOptions[] = {
+    {"--eye", "x,y,z", vector, "observer.eye_m", "m; sitting 1.2 m above the floor, standing 1.6 m"},
+    {"--direction", "x,y,z", vector, "observer.direction", "line of sight, usually horizontal"},
+    {"--target", "NAME", text, "observer.target.name", "a row of gonio targets with a UGR limit; or a name"},
+    {"--target-ugr", "UGR", number, "observer.target.ugr", "greatest unified glare rating, 0 to 40"},
+};
+constexpr WordRow kObserverName[] = {{"NAME", "", text, "name", "of an observer"}};
 constexpr WordRow kPicture[] = {{"OUT", "", picture, "format", "file to write: .png, .jpg or .exr (float values)"}};
 constexpr WordRow kCaptureOptions[] = {
     {"--view", "NAME", text, "view", "one of set view; default: the one that is shown"},
@@ -223,6 +253,15 @@ std::span<const WordCommand> scene_commands() {
         {"view save", "command.save_view", "keeps where the camera is", kSavedView, kSaveViewOptions},
         {"view recall", "command.recall_view", "moves the camera to a saved view", kSavedView, {}},
         {"view remove", "command.remove_view", "forgets a saved view", kSavedView, {}},
+        {"grid add", "command.set_grid", "keeps a calculation grid", kGrid, kGridOptions, {"--corner", "--u"}},
+        {"grid remove", "command.remove_grid", "forgets a calculation grid", kGridName, {}},
+        {"observer add",
+         "command.set_observer",
+         "keeps an observer whose glare is rated",
+         kObserver,
+         kObserverOptions,
+         {"--eye", "--direction"}},
+        {"observer remove", "command.remove_observer", "forgets an observer", kObserverName, {}},
         {"meter",
          "meter",
          "measures illuminance in lux and its standard error",

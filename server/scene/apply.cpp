@@ -7,6 +7,7 @@
 #include "protocol/surface/surface_map.h"
 #include "server/scene/apply_camera.h"
 #include "server/scene/apply_checks.h"
+#include "server/scene/apply_grid.h"
 #include "server/scene/apply_light.h"
 #include "server/scene/apply_rename.h"
 #include "server/scene/apply_show.h"
@@ -148,6 +149,10 @@ void load_scene(Scene& scene, const Loaded& loaded) {
     if (fresh.asset->name == scene.asset->name) {  // a file that was written anew; elsewhere they would mean nothing
         fresh.saved_views = scene.saved_views;
         fresh.saved_views_rev = scene.saved_views_rev;
+        fresh.grids = scene.grids;
+        fresh.grids_rev = scene.grids_rev;
+        fresh.observers = scene.observers;
+        fresh.observers_rev = scene.observers_rev;
     }
     fresh.view = scene.view;
     fresh.view_gain = scene.view_gain;
@@ -217,6 +222,14 @@ void dispatch(Scene& scene, const v1::Command& command, const Loaded& loaded, st
             return set_surfaces(scene, command.set_surfaces());
         case v1::Command::kMapControl:
             return map_control(scene, command.map_control());
+        case v1::Command::kSetGrid:
+            return set_grid(scene, command.set_grid().grid());
+        case v1::Command::kRemoveGrid:
+            return remove_grid(scene, command.remove_grid().name());
+        case v1::Command::kSetObserver:
+            return set_observer(scene, command.set_observer().observer());
+        case v1::Command::kRemoveObserver:
+            return remove_observer(scene, command.remove_observer().name());
         case v1::Command::kSetGroup:
             return set_group(scene, command.set_group());
         case v1::Command::kSetSize:
@@ -240,10 +253,10 @@ void check_layers(const Scene& scene) {
 }
 
 Revision newest_part(const Scene& scene) {
-    Revision newest =
-        std::max({scene.geometry_rev, scene.camera_rev, scene.view_rev, scene.exposure_rev, scene.master_rev,
-                  scene.technique_rev, scene.size_rev, scene.lights_rev, scene.groups_rev, scene.patch_rev,
-                  scene.surfaces_rev, scene.presets_rev, scene.saved_views_rev, scene.look_rev});
+    Revision newest = std::max({scene.geometry_rev, scene.camera_rev, scene.view_rev, scene.exposure_rev,
+                                scene.master_rev, scene.technique_rev, scene.size_rev, scene.lights_rev,
+                                scene.groups_rev, scene.patch_rev, scene.surfaces_rev, scene.presets_rev,
+                                scene.saved_views_rev, scene.look_rev, scene.grids_rev, scene.observers_rev});
     for (const Light& light : scene.lights) newest = std::max(newest, newest_rev(light));
     return newest;
 }
@@ -319,7 +332,7 @@ Scene scene_of(std::shared_ptr<const SceneAsset> asset, Revision revision) {
     scene.scene_rev = scene.geometry_rev = scene.camera_rev = scene.view_rev = scene.exposure_rev = scene.master_rev =
         scene.technique_rev = scene.size_rev = scene.lights_rev = scene.groups_rev = scene.patch_rev =
             scene.surfaces_rev = scene.presets_rev = scene.saved_views_rev = scene.show_rev = scene.look_rev =
-                scene.compare_rev = revision;
+                scene.compare_rev = scene.grids_rev = scene.observers_rev = revision;
     scene.camera = asset->cameras.empty() ? framing(asset->bounds) : asset->cameras.front();
     scene.exposure_ev100 = asset->exposure_ev100.value_or(scene.exposure_ev100);
     for (const LightSeed& seed : asset->lights) {

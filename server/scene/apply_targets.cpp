@@ -133,6 +133,28 @@ std::string set_surfaces_back(const Target& target, std::vector<std::string>&) {
     return {};
 }
 
+// map: of grids or observers.
+template <typename Map>
+std::string set_entry_back(const Target& target, Map& map, std::size_t most, const char* what, Revision& rev) {
+    const std::string& name = target.key.name;
+    const auto* entry = std::get_if<typename Map::mapped_type>(&target.value);
+    if (entry == nullptr) {
+        if (map.erase(name) > 0) rev = target.scene.scene_rev + 1;
+        return {};
+    }
+    if (!map.contains(name) && map.size() >= most) return full(what, most);
+    change(target.scene, map[name], *entry, rev);
+    return {};
+}
+
+std::string set_grid_back(const Target& target, std::vector<std::string>&) {
+    return set_entry_back(target, target.scene.grids, kMaxGrids, "grids", target.scene.grids_rev);
+}
+
+std::string set_observer_back(const Target& target, std::vector<std::string>&) {
+    return set_entry_back(target, target.scene.observers, kMaxObservers, "observers", target.scene.observers_rev);
+}
+
 std::string set_master_back(const Target& target, std::vector<std::string>&) {
     change(target.scene, target.scene.master_ratio, std::get<double>(target.value), target.scene.master_rev);
     return {};
@@ -144,10 +166,10 @@ std::string set_view_light_back(const Target& target, std::vector<std::string>&)
     return {};
 }
 
-constexpr Setter kSetters[] = {set_light_back,     set_name_back,  set_aim_back,      set_numbers_back,
-                               set_profile_back,   set_gel_back,   set_group_back,    set_preset_back,
-                               set_recalled_back,  set_patch_back, set_surfaces_back, set_master_back,
-                               set_view_light_back};
+constexpr Setter kSetters[] = {set_light_back,    set_name_back,   set_aim_back,       set_numbers_back,
+                               set_profile_back,  set_gel_back,    set_group_back,     set_preset_back,
+                               set_recalled_back, set_patch_back,  set_surfaces_back,  set_grid_back,
+                               set_observer_back, set_master_back, set_view_light_back};
 static_assert(std::size(kSetters) == static_cast<std::size_t>(EditKind::view_light) + 1);
 
 }  // namespace

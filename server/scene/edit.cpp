@@ -112,6 +112,14 @@ EditValue value_of(const Scene& scene, const EditKey& key) {
             return scene.patch;
         case EditKind::surfaces:
             return scene.surfaces;
+        case EditKind::grid: {
+            const auto grid = scene.grids.find(key.name);
+            return grid == scene.grids.end() ? EditValue() : grid->second;
+        }
+        case EditKind::observer: {
+            const auto observer = scene.observers.find(key.name);
+            return observer == scene.observers.end() ? EditValue() : observer->second;
+        }
         case EditKind::master:
             return scene.master_ratio;
         case EditKind::view_light: {
@@ -138,6 +146,9 @@ std::vector<Edit> edits_between(const Scene& before, const Scene& after) {
     if (after.groups_rev > since) add_entry_edits(EditKind::group, before.groups, after.groups, before, after, edits);
     if (after.presets_rev > since)
         add_entry_edits(EditKind::preset, before.presets, after.presets, before, after, edits);
+    if (after.grids_rev > since) add_entry_edits(EditKind::grid, before.grids, after.grids, before, after, edits);
+    if (after.observers_rev > since)
+        add_entry_edits(EditKind::observer, before.observers, after.observers, before, after, edits);
     const auto add = [&](EditKind kind) {
         EditKey key{kind, 0, {}, {}};
         EditValue was = value_of(before, key), is = value_of(after, key);
@@ -193,6 +204,10 @@ std::string words_of(const Scene& scene, const EditKey& key) {
             return "the patch";
         case EditKind::surfaces:
             return "the map of fader boxes";
+        case EditKind::grid:
+            return "grid '" + key.name + "'";
+        case EditKind::observer:
+            return "observer '" + key.name + "'";
         case EditKind::master:
             return "the master";
         case EditKind::view_light:
@@ -226,6 +241,10 @@ std::string path_of(const Scene& scene, const EditKey& key) {
             return "patch";
         case EditKind::surfaces:
             return "surfaces";
+        case EditKind::grid:
+            return "grids." + key.name;
+        case EditKind::observer:
+            return "observers." + key.name;
         case EditKind::master:
             return "master_ratio";
         case EditKind::view_light:

@@ -28,6 +28,8 @@ enum class EditKind : std::uint8_t {
     recalled,  // Scene::recalled
     patch,
     surfaces,
+    grid,
+    observer,
     master,
     view_light,  // changes with a light that goes or comes back
 };
@@ -36,7 +38,7 @@ struct EditKey {
     EditKind kind = EditKind::light;
     std::uint32_t light = 0;                 // Light::id, of the first six
     Property property = Property::position;  // of numbers
-    std::string name;                        // of a group or preset
+    std::string name;                        // of a group, preset, grid or observer
     auto operator<=>(const EditKey&) const = default;
 };
 
@@ -50,11 +52,13 @@ struct Orientation {
     bool operator==(const Orientation&) const = default;
 };
 using LightIds = std::vector<std::uint32_t>;  // of a group, in its order: a light that is renamed stays in it
-// monostate: there is no such light, group or preset. Presets, patch and surfaces are equal where they are the same.
+// monostate: there is no such light, group, preset, grid or observer. Presets, patch, surfaces, grids and observers are
+// equal where they are the same.
 using EditValue =
     std::variant<std::monostate, ExistingLight, std::string, Orientation, Numbers, std::shared_ptr<const Profile>,
                  std::shared_ptr<const Gel>, LightIds, std::shared_ptr<const Preset>,
-                 std::shared_ptr<const v1::SetPatch>, std::shared_ptr<const v1::SetSurfaces>, double, std::uint32_t>;
+                 std::shared_ptr<const v1::SetPatch>, std::shared_ptr<const v1::SetSurfaces>,
+                 std::shared_ptr<const v1::Grid>, std::shared_ptr<const v1::Observer>, double, std::uint32_t>;
 
 struct Edit {
     EditKey key;

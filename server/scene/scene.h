@@ -20,6 +20,8 @@
 namespace gonio {
 
 namespace v1 {
+class Grid;
+class Observer;
 class SetPatch;
 class SetSurfaces;
 }  // namespace v1
@@ -233,6 +235,8 @@ struct Scene {
     std::string show_name;             // of the file that it was saved to or opened from last; empty: none
     Camera camera;
     std::map<std::string, Camera> saved_views;
+    std::map<std::string, std::shared_ptr<const v1::Grid>> grids;          // apply_grid.h has checked them
+    std::map<std::string, std::shared_ptr<const v1::Observer>> observers;  // likewise
     View view = View::beauty;
     double view_gain = 1.0;
     std::string view_light;  // empty: the first light
@@ -254,7 +258,7 @@ struct Scene {
     // Revision of a part: the scene_rev of the command that last changed it.
     Revision geometry_rev = 1, camera_rev = 1, view_rev = 1, exposure_rev = 1, master_rev = 1, technique_rev = 1,
              size_rev = 1, lights_rev = 1 /* a light came, went or got another name */, groups_rev = 1, patch_rev = 1,
-             surfaces_rev = 1, presets_rev = 1, saved_views_rev = 1, look_rev = 1,
+             surfaces_rev = 1, presets_rev = 1, saved_views_rev = 1, look_rev = 1, grids_rev = 1, observers_rev = 1,
              compare_rev = 1 /* what it compares with is another preset, or was saved anew */;
     Revision show_rev = 1;  // that the show's file holds, or the scene began with; 0: none
     std::uint32_t next_light_id = 1;
@@ -274,6 +278,8 @@ inline constexpr std::size_t kMaxLights = 1024;    // one more is refused: "too_
 inline constexpr std::size_t kMaxGroups = 64;      // likewise "too_many_groups"
 inline constexpr std::size_t kMaxPresets = 256;    // likewise "too_many_presets"
 inline constexpr std::size_t kMaxSavedViews = 64;  // likewise "too_many_views"
+inline constexpr std::size_t kMaxGrids = 64;       // likewise "too_many_grids"
+inline constexpr std::size_t kMaxObservers = 16;   // likewise "too_many_observers"
 inline constexpr std::size_t kMaxNameBytes = 128;
 // Lights of which a picture keeps each one's irradiance apart. The seed technique does of all, in 20 bytes a pixel: a
 // size or light that would take more than this in all is refused: "too_large".

@@ -106,6 +106,14 @@ void put_parts(const Scene& scene, Revision since, v1::State& out) {
             put(*view.mutable_camera(), camera);
         }
     }
+    if (scene.grids_rev > since) {
+        v1::Grids& grids = *out.mutable_grids();
+        for (const auto& [name, grid] : scene.grids) *grids.add_grids() = *grid;
+    }
+    if (scene.observers_rev > since) {
+        v1::Observers& observers = *out.mutable_observers();
+        for (const auto& [name, observer] : scene.observers) *observers.add_observers() = *observer;
+    }
     if (scene.groups_rev > since) {
         for (const auto& [name, lights] : scene.groups) {
             v1::Group& group = *out.add_groups();
@@ -144,8 +152,9 @@ v1::State full_state(const Scene& scene) {
 }
 
 v1::ShowFile show_file(const Scene& scene) {
-    Revision newest = std::max({scene.geometry_rev, scene.master_rev, scene.lights_rev, scene.groups_rev,
-                                scene.patch_rev, scene.surfaces_rev, scene.presets_rev, scene.saved_views_rev});
+    Revision newest =
+        std::max({scene.geometry_rev, scene.master_rev, scene.lights_rev, scene.groups_rev, scene.patch_rev,
+                  scene.surfaces_rev, scene.presets_rev, scene.saved_views_rev, scene.grids_rev, scene.observers_rev});
     for (const Light& light : scene.lights) newest = std::max(newest, newest_rev(light));
     v1::ShowFile file;
     file.set_name(scene.show_name);

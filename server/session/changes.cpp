@@ -120,6 +120,14 @@ std::vector<TouchedProperty> touched_properties(const Scene& scene, const v1::Co
                     {"camera", scene.camera_rev}};
         case v1::Command::kRemoveView:
             return {{"saved_views." + command.remove_view().name(), scene.saved_views_rev}};
+        case v1::Command::kSetGrid:
+            return {{"grids." + command.set_grid().grid().name(), scene.grids_rev}};
+        case v1::Command::kRemoveGrid:
+            return {{"grids." + command.remove_grid().name(), scene.grids_rev}};
+        case v1::Command::kSetObserver:
+            return {{"observers." + command.set_observer().observer().name(), scene.observers_rev}};
+        case v1::Command::kRemoveObserver:
+            return {{"observers." + command.remove_observer().name(), scene.observers_rev}};
         case v1::Command::kSetGroup:
             return {{"groups." + command.set_group().name(), scene.groups_rev}};
         case v1::Command::kSetSize:

@@ -1,6 +1,7 @@
 #include "server/session/meter_queue.h"
 
 #include "server/session/meter_reply.h"
+#include "server/trace/cylinder.h"
 
 namespace gonio {
 
@@ -8,13 +9,13 @@ namespace gonio {
 static constexpr std::int64_t kSliceNs = 8'000'000;
 
 void MeterQueue::add(const Work& work, const Scene& scene, MeterRequest request, Replies& replies) {
-    wait({work, scene, std::move(request), {}, {}}, replies);
+    wait({work, scene, std::move(request), {}, {}, {}, {}}, replies);
 }
 
 void MeterQueue::add(const Work& work, const Scene& scene, Picked picked, Replies& replies) {
     MeterRequest request;
     request.points.push_back(picked.point);
-    wait({work, scene, std::move(request), {}, std::move(picked)}, replies);
+    wait({work, scene, std::move(request), {}, {}, {}, std::move(picked)}, replies);
 }
 
 void MeterQueue::wait(Metering metering, Replies& replies) {
@@ -22,27 +23,57 @@ void MeterQueue::wait(Metering metering, Replies& replies) {
     waiting_.push_back(std::move(metering));
 }
 
+// The mean over the point's planes. Of luminaires a cylinder has its own formula: they are no light that changes
+// slowly.
+void MeterQueue::finish_point(Metering& metering, const trace::MeterPoint& point) {
+    v1::MeterReading reading = mean_reading(metering.around);
+    metering.around.clear();
+    if (point.by != trace::Receives::plane) {
+        if (!metering.world) {
+            auto world = std::make_shared<trace::World>();
+            world->geometry = trace::geometry_of(metering.scene);
+            world->luminaires = trace::luminaires_of(metering.scene, *world->geometry);
+            metering.world = std::move(world);
+        }
+        glm::dvec3 missing_lx = trace::cylinder_direct(*metering.world, point);
+        const glm::vec3 at = metering.world->geometry->local(point.position);
+        for (const trace::MeterPoint& plane : trace::planes_of(point)) {
+            const glm::vec3 normal(plane.normal);
+            const trace::Receiver receiver = trace::receiver_of(*metering.world->geometry, {at, normal, normal});
+            missing_lx -=
+                glm::dvec3(trace::luminaires_direct(*metering.world, receiver, nullptr)) / double{trace::kAzimuths};
+        }
+        reading = with_direct(std::move(reading), missing_lx);
+    }
+    metering.readings.push_back(std::move(reading));
+}
+
 void MeterQueue::advance(GuardedRenderer& renderer, const Replies& replies) {
     const std::int64_t started_ns = monotonic_ns();
     if (!waiting_.empty() && !renderer.ready(waiting_.front().scene)) return;
     for (; !waiting_.empty(); waiting_.pop_front()) {
-        auto& [work, scene, request, readings, picked] = waiting_.front();
+        Metering& metering = waiting_.front();
+        auto& [work, scene, request, readings, around, world, picked] = metering;
         const auto quality =
             request.quality == Quality::rsm ? LiveRenderer::MeterQuality::rsm : LiveRenderer::MeterQuality::interactive;
         while (readings.size() < request.points.size()) {
             if (monotonic_ns() - started_ns > kSliceNs) return;
             const trace::MeterPoint& point = request.points[readings.size()];
+            const std::vector<trace::MeterPoint> planes = trace::planes_of(point);
+            const trace::MeterPoint& plane = planes[around.size()];
             v1::MeterReading reading;
             const bool there = renderer.draws([&, &scene = scene, &request = request] {
-                reading = renderer->meter(scene, point.position, point.normal, quality, request.settings.bounces);
+                reading = renderer->meter(scene, plane.position, plane.normal, quality, request.settings.bounces);
             });
             if (!there) return;  // goes on with the next renderer
-            readings.push_back(std::move(reading));
+            around.push_back(std::move(reading));
+            if (around.size() == planes.size()) finish_point(metering, point);
         }
         if (picked)
             replies.answer(work, message_of(&v1::ServerMessage::mutable_pick, with_reading(*picked, readings.front())));
         else
-            replies.answer(work, meter_message(std::move(readings), request.grid));
+            replies.answer(work, request.answer ? request.answer(std::move(readings))
+                                                : meter_message(std::move(readings), request.grid));
     }
 }
 

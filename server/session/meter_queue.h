@@ -7,6 +7,7 @@
 #include "server/session/pick.h"
 #include "server/session/query.h"
 #include "server/session/replies.h"
+#include "server/trace/sources.h"
 
 namespace gonio {
 
@@ -29,9 +30,11 @@ private:
         Work work;
         Scene scene;
         MeterRequest request;
-        std::vector<v1::MeterReading> readings;
-        std::optional<Picked> picked;  // its point is metered
+        std::vector<v1::MeterReading> readings, around;  // around: of the planes of the point that is read
+        std::shared_ptr<const trace::World> world;       // made where a point is no plane
+        std::optional<Picked> picked;                    // its point is metered
     };
+    static void finish_point(Metering& metering, const trace::MeterPoint& point);
     void wait(Metering metering, Replies& replies);
     std::deque<Metering> waiting_;
 };

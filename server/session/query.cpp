@@ -115,6 +115,22 @@ std::optional<Error> legend_refused(const CaptureRequest& request) {
 
 }  // namespace
 
+template <typename Query>
+Result<MeterRequest> measured_request(const Query& query, const std::string& place) {
+    MeterRequest request;
+    if (query.quality() == "reference") {
+        request.quality = Quality::reference;
+    } else if (!query.quality().empty() && query.quality() != "interactive") {
+        return Error{"unsupported", place + ".quality", query.quality(), "must be interactive or reference"};
+    }
+    const auto settings = settings_of(query, request.quality, place, kMeterNoise);
+    if (!settings) return settings.error();
+    request.settings = *settings;
+    return request;
+}
+template Result<MeterRequest> measured_request(const v1::GridQuery& query, const std::string& place);
+template Result<MeterRequest> measured_request(const v1::UgrQuery& query, const std::string& place);
+
 Result<MeterRequest> check_meter(const v1::MeterQuery& query) {
     MeterRequest request;
     const auto point = vector_of(query.point_m(), "meter.point_m");

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstdint>
+#include <functional>
 #include <optional>
 #include <string>
 #include <vector>
@@ -9,6 +10,7 @@
 #include "ies/core/result.h"
 #include "protocol/schema/gonio.pb.h"
 #include "server/render/live_renderer.h"
+#include "server/scene/calculation_grid.h"
 #include "server/scene/scene.h"
 #include "server/trace/reference.h"
 
@@ -18,8 +20,7 @@ namespace gonio {
 // precision; reference: path tracing.
 enum class Quality : std::uint8_t { interactive, rsm, reference };
 
-inline constexpr std::uint32_t kMaxGridPoints = 4096;  // of one meter query; more are refused: "too_large"
-inline constexpr int kMaxBounces = 64;                 // more are asked for as "all"
+inline constexpr int kMaxBounces = 64;  // more are asked for as "all"
 inline constexpr double kMinNoise = 0.0005, kMaxNoise = 0.5;
 // Where a query names none. That of pictures that are filtered leaves atrium some 24 samples a pixel.
 inline constexpr double kMeterNoise = 0.005, kCaptureNoise = 0.02, kDenoiseNoise = 0.15;
@@ -30,7 +31,13 @@ struct MeterRequest {
     std::vector<trace::MeterPoint> points;  // one, or NU·NV of a grid, i fastest
     bool grid = false;
     trace::Settings settings;  // of reference
+    // Readings of the points, in their order -> the answer; none: meter_message(). Any thread.
+    std::function<v1::ServerMessage(std::vector<v1::MeterReading> readings)> answer;
 };
+// Result: the quality of a query that has no rsm, and what of the rest it has, of a GridQuery ("grid"), or a UgrQuery
+// ("ugr"). Errors: as check_meter.
+template <typename Query>
+Result<MeterRequest> measured_request(const Query& query, const std::string& place);
 // Errors: "invalid_argument" (vectors, count, bounces, noise, seconds), "too_large" (count), "unsupported" (quality;
 // bounces, noise, seconds or openings that the quality does not have).
 Result<MeterRequest> check_meter(const v1::MeterQuery& query);

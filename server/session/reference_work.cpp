@@ -10,12 +10,12 @@
 #include "server/session/meter_reply.h"
 #include "server/session/replies.h"
 #include "server/session/traced_capture.h"
+#include "server/session/traced_meters.h"
 
 namespace gonio {
 namespace {
 
 constexpr std::int64_t kTellNs = 500'000'000;
-constexpr std::size_t kPointsPerCall = 16;  // of a grid, between two looks at the clock
 
 }  // namespace
 
@@ -29,34 +29,6 @@ struct ReferenceWork::Run {
     std::atomic<bool> answered = false;  // or given up: whoever sets it answers
     std::atomic<bool> ended = false;
 };
-
-namespace {
-
-v1::ServerMessage measured_message(const trace::World& world, const MeterRequest& request, std::stop_token stop,
-                                   const std::function<void(const trace::Progress&)>& each) {
-    const std::int64_t begin_ns = monotonic_ns();
-    std::vector<v1::MeterReading> readings;
-    for (std::size_t first = 0; first < request.points.size() && !stop.stop_requested(); first += kPointsPerCall) {
-        const std::size_t count = std::min(kPointsPerCall, request.points.size() - first);
-        trace::Settings settings = request.settings;
-        settings.seed += static_cast<std::uint32_t>(first);  // the errors of a grid's points are independent
-        if (settings.max_seconds > 0.0)                      // what is left is shared by the points that are left
-            settings.max_seconds =
-                std::max(1e-3, (settings.max_seconds - seconds_since(begin_ns)) * static_cast<double>(count) /
-                                   static_cast<double>(request.points.size() - first));
-        const auto measured = trace::measure(world, std::span(request.points).subspan(first, count), settings, stop);
-        for (std::size_t i = 0; i < measured.size(); ++i)
-            readings.push_back(meter_reading(request.points[first + i].position, measured[i], settings.bounces));
-        const double share = static_cast<double>(readings.size()) / static_cast<double>(request.points.size());
-        trace::Progress progress;
-        progress.passes = static_cast<std::uint32_t>(readings.size());
-        if (share > 0.0) progress.seconds_left = seconds_since(begin_ns) * (1.0 / share - 1.0);
-        each(progress);
-    }
-    return meter_message(std::move(readings), request.grid);
-}
-
-}  // namespace
 
 ReferenceWork::ReferenceWork(Outputs outputs) : out_(std::move(outputs)), worker_([this] { work(); }) {}
 
@@ -116,8 +88,10 @@ void ReferenceWork::tell_progress() {
         progress.set_request(job.request_id);
         const auto* meter = std::get_if<MeterRequest>(&job.request);
         const bool grid = meter != nullptr && meter->grid;
-        progress.set_unit(grid ? "points" : "samples");
+        const auto* report = std::get_if<LuxReportRequest>(&job.request);
+        progress.set_unit(grid ? "points" : report != nullptr ? "parts" : "samples");
         if (grid) progress.set_total(static_cast<std::uint32_t>(meter->points.size()));
+        if (report != nullptr) progress.set_total(static_cast<std::uint32_t>(report->parts()));
         out_.reply(job.session, message_of(&v1::ServerMessage::mutable_progress, std::move(progress)));
     };
     v1::Progress progress;
@@ -161,7 +135,13 @@ void ReferenceWork::work() {
         if (!stop.stop_requested()) latest = world = trace::make_world(job.scene, latest.get());
         v1::ServerMessage message;
         if (const auto* meter = std::get_if<MeterRequest>(&job.request)) {
-            if (world) message = measured_message(*world, *meter, stop, note);
+            if (world) {
+                auto readings = traced_readings(*world, *meter, stop, note);
+                message = meter->answer ? meter->answer(std::move(readings))
+                                        : meter_message(std::move(readings), meter->grid);
+            }
+        } else if (const auto* report = std::get_if<LuxReportRequest>(&job.request)) {
+            if (world) message = traced_report(world, job.scene, *report, stop, note);
         } else if (world) {
             const CaptureRequest& capture = std::get<CaptureRequest>(job.request);
             auto traced = trace_capture(world, job.scene, capture, stop, note);

@@ -1,6 +1,6 @@
-// Reference jobs: path-traced meters and captures, one after the other on a thread of its own that gives way to
-// everything else on the machine. A job holds the scene as it was when it was asked for. All functions are the render
-// thread's.
+// Reference jobs: path-traced meters, captures and lux reports, one after the other on a thread of its own that gives
+// way to everything else on the machine. A job holds the scene as it was when it was asked for. All functions are the
+// render thread's.
 #pragma once
 
 #include <atomic>
@@ -13,6 +13,7 @@
 
 #include "protocol/schema/gonio.pb.h"
 #include "server/base/queue.h"
+#include "server/session/lux_report.h"
 #include "server/session/query.h"
 
 namespace gonio {
@@ -22,7 +23,7 @@ inline constexpr std::size_t kMaxReferenceJobs = 8;  // waiting, beside the one 
 struct ReferenceJob {
     std::uint32_t session = 0, request_id = 0;
     Scene scene;
-    std::variant<MeterRequest, CaptureRequest> request;
+    std::variant<MeterRequest, CaptureRequest, LuxReportRequest> request;
 };
 
 class ReferenceWork {

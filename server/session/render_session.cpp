@@ -1,6 +1,7 @@
 #include "server/session/render_session.h"
 
 #include <algorithm>
+#include <ctime>
 #include <set>
 #include <utility>
 
@@ -10,8 +11,11 @@
 #include "server/scene/console.h"
 #include "server/scene/light_tables.h"
 #include "server/scene/state.h"
+#include "server/scene/target_table.h"
 #include "server/session/beam.h"
 #include "server/session/command_files.h"
+#include "server/session/glare.h"
+#include "server/session/grid_values.h"
 #include "server/session/profile_summary.h"
 #include "server/session/shows.h"
 #include "server/trace/exposure.h"
@@ -100,6 +104,17 @@ void RenderSession::take(Work work) {
             return replies_.answer(work, message_of(&Message::mutable_state, state()));
         case v1::ClientMessage::kMeter:
             return renderer_ ? answer_meter(work) : replies_.refuse(work, lost);
+        case v1::ClientMessage::kGrid:
+            return renderer_ ? measure(work, check_grid(scene_, work.message.grid())) : replies_.refuse(work, lost);
+        case v1::ClientMessage::kUgr:
+            return renderer_ ? measure(work, check_ugr(scene_, work.message.ugr())) : replies_.refuse(work, lost);
+        case v1::ClientMessage::kLuxReport:
+            return answer_lux_report(work);
+        case v1::ClientMessage::kTargets: {
+            v1::Targets targets;
+            for (const TargetRow& row : target_table()) put_target(row, *targets.add_targets());
+            return replies_.answer(work, message_of(&Message::mutable_targets, std::move(targets)));
+        }
         case v1::ClientMessage::kPick:
             return renderer_ ? answer_pick(work) : replies_.refuse(work, lost);
         case v1::ClientMessage::kBeam:
@@ -340,7 +355,10 @@ void RenderSession::tell_inputs(Revision before, std::uint32_t by) {
 }
 
 void RenderSession::answer_meter(const Work& work) {
-    auto request = check_meter(work.message.meter());
+    measure(work, check_meter(work.message.meter()));
+}
+
+void RenderSession::measure(const Work& work, Result<MeterRequest> request) {
     if (!request) return replies_.refuse(work, request.error());
     if (request->quality == Quality::reference) return submit_reference(work, std::move(*request));
     if (const auto lacking = check_sun(scene_, request->quality)) return replies_.refuse(work, *lacking);
@@ -378,7 +396,8 @@ void RenderSession::answer_capture(const Work& work) {
     captures_.add(work, scene_, *request, renderer_, replies_);
 }
 
-void RenderSession::submit_reference(const Work& work, std::variant<MeterRequest, CaptureRequest> request) {
+void RenderSession::submit_reference(const Work& work,
+                                     std::variant<MeterRequest, CaptureRequest, LuxReportRequest> request) {
     if (!reference_.submit({work.session, work.message.request_id(), scene_, std::move(request)}))
         replies_.busy(work, "too many reference jobs are waiting");
 }
@@ -464,6 +483,17 @@ void RenderSession::answer_learn(const Work& work) {
         return replies_.refuse(
             work, {"invalid_argument", "learn.timeout_s", print_number(timeout_s), "must be a number from 0.1 to 600"});
     out_.learn(work.session, work.message.request_id(), timeout_s == 0 ? 30 : timeout_s);
+}
+
+void RenderSession::answer_lux_report(const Work& work) {
+    const std::time_t now = std::time(nullptr);
+    std::tm utc{};
+    gmtime_r(&now, &utc);
+    char date[32];
+    std::strftime(date, sizeof date, "%Y-%m-%d %H:%M UTC", &utc);
+    auto request = check_lux_report(scene_, work.message.lux_report(), date);
+    if (!request) return replies_.refuse(work, request.error());
+    submit_reference(work, std::move(*request));
 }
 
 v1::Stats RenderSession::stats() {

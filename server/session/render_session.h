@@ -128,6 +128,8 @@ private:
     void change_holder(const Work& work);
     void take_command(Work work);
     void answer_meter(const Work& work);
+    // request: of a meter, a grid or an observer.
+    void measure(const Work& work, Result<MeterRequest> request);
     void answer_pick(const Work& work);
     void answer_beam(const Work& work);
     void answer_library(const Work& work);
@@ -135,9 +137,10 @@ private:
     void answer_report(const Work& work);
     void answer_profile(const Work& work);
     void answer_learn(const Work& work);
+    void answer_lux_report(const Work& work);
     void take_save(Work work);
     v1::Stats stats();
-    void submit_reference(const Work& work, std::variant<MeterRequest, CaptureRequest> request);
+    void submit_reference(const Work& work, std::variant<MeterRequest, CaptureRequest, LuxReportRequest> request);
     void tell_control(std::uint32_t by);
     void tell(v1::StateChanged change, std::uint32_t by);
     v1::ShowFile show_now() const;

@@ -66,6 +66,14 @@ std::string label_of(const v1::Command& command) {
             return "recall preset " + command.recall_preset().name();
         case v1::Command::kRemovePreset:
             return "remove preset " + command.remove_preset().name();
+        case v1::Command::kSetGrid:
+            return "grid " + command.set_grid().grid().name();
+        case v1::Command::kRemoveGrid:
+            return "remove grid " + command.remove_grid().name();
+        case v1::Command::kSetObserver:
+            return "observer " + command.set_observer().observer().name();
+        case v1::Command::kRemoveObserver:
+            return "remove observer " + command.remove_observer().name();
         default:
             return "change";
     }
@@ -92,6 +100,9 @@ void add_bytes(const EditValue& value, std::set<const Profile*>& seen, std::size
             add_profile(light.profile, seen, bytes);
         }
     }
+    if (const auto* grid = std::get_if<std::shared_ptr<const v1::Grid>>(&value)) bytes += (*grid)->SpaceUsedLong();
+    if (const auto* observer = std::get_if<std::shared_ptr<const v1::Observer>>(&value))
+        bytes += (*observer)->SpaceUsedLong();
     if (const auto* patch = std::get_if<std::shared_ptr<const v1::SetPatch>>(&value))
         bytes += *patch ? (*patch)->SpaceUsedLong() : 0;
     if (const auto* surfaces = std::get_if<std::shared_ptr<const v1::SetSurfaces>>(&value))

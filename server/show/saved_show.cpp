@@ -303,6 +303,19 @@ public:
             run(command, "view '" + view.name() + "'");
         }
     }
+    // After the saved views: a grid may name one.
+    void restore_grids() {
+        for (const v1::Grid& grid : show_.grids()) {
+            v1::Command command;
+            *command.mutable_set_grid()->mutable_grid() = grid;
+            run(command, "grid '" + grid.name() + "'");
+        }
+        for (const v1::Observer& observer : show_.observers()) {
+            v1::Command command;
+            *command.mutable_set_observer()->mutable_observer() = observer;
+            run(command, "observer '" + observer.name() + "'");
+        }
+    }
     void restore_settings() {
         v1::Command view;
         view.mutable_set_view()->set_view(show_.view());
@@ -379,6 +392,8 @@ saved::Show show_of(const Scene& scene, ProfileTexts& texts) {
         view.set_name(name);
         *view.mutable_camera() = saved_camera(camera);
     }
+    for (const auto& [name, grid] : scene.grids) *show.add_grids() = *grid;
+    for (const auto& [name, observer] : scene.observers) *show.add_observers() = *observer;
     for (const Light& light : scene.lights) {
         saved::Light& out = *show.add_lights();
         writer.put_light(light, out);
@@ -456,6 +471,7 @@ RestoredShow restore_show(const saved::Show& show, std::shared_ptr<const SceneAs
         restorer.restore_lights();
         restorer.restore_camera();
         restorer.restore_saved_views();
+        restorer.restore_grids();
     }
     restorer.restore_size();
     restorer.restore_look();

@@ -7,6 +7,7 @@
 
 #include "server/base/clock.h"
 #include "server/scene/eye.h"
+#include "server/trace/cylinder.h"
 #include "server/trace/denoise.h"
 #include "server/trace/parallel.h"
 #include "server/trace/path.h"
@@ -88,7 +89,9 @@ std::vector<Reading> measure(const World& world, std::span<const MeterPoint> poi
         const MeterPoint& meter = points[static_cast<std::size_t>(i)];
         const glm::vec3 normal(meter.normal);
         point.receiver = receiver_of(*world.geometry, {world.geometry->local(meter.position), normal, normal});
-        if (!settings.openings) point.exact = glm::dvec3(luminaires_direct(world, point.receiver, nullptr));
+        if (!settings.openings)
+            point.exact = meter.by == Receives::plane ? glm::dvec3(luminaires_direct(world, point.receiver, nullptr))
+                                                      : cylinder_direct(world, meter);
         point.done = point.noise_reached = !needs_paths && !settings.openings;
     });
     const std::int64_t begin_ns = monotonic_ns();
@@ -117,15 +120,21 @@ std::vector<Reading> measure(const World& world, std::span<const MeterPoint> poi
                 const std::size_t i = static_cast<std::size_t>(units[static_cast<std::size_t>(unit)] / kMeterStreams);
                 const int s = units[static_cast<std::size_t>(unit)] % kMeterStreams;
                 const Measured& point = all[i];
+                const MeterPoint& meter = points[i];
                 Stream& sum = sums[static_cast<std::size_t>(unit)];
                 const std::uint32_t seed =
                     mix_bits(mix_bits(settings.seed, static_cast<std::uint32_t>(i)), static_cast<std::uint32_t>(s));
                 for (std::uint32_t n = 0; n < round; ++n) {
                     Sample sample(seed, point.samples + n);
-                    if (settings.openings) sum.direct += glm::dvec3(luminaires_direct(world, point.receiver, &sample));
+                    Receiver receiver = point.receiver;
+                    if (meter.by != Receives::plane) {  // the mean over its azimuths, one at a time
+                        const glm::vec3 facing(upright_normal(meter, static_cast<double>(sample.next().x)));
+                        receiver = receiver_of(*world.geometry, {point.receiver.position, facing, facing});
+                    }
+                    if (settings.openings) sum.direct += glm::dvec3(luminaires_direct(world, receiver, &sample));
                     if (needs_paths) {
                         const PathLight light =
-                            trace_path(world, point.receiver, settings.bounces, settings.openings, sample);
+                            trace_path(world, receiver, settings.bounces, settings.openings, sample);
                         sum.direct += glm::dvec3(light.direct);
                         sum.indirect += glm::dvec3(light.indirect);
                     }

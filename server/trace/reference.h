@@ -39,9 +39,13 @@ struct World;
 // profile are the same, so that a level change costs nothing; may be null.
 std::shared_ptr<const World> make_world(const Scene& scene, const World* previous = nullptr);
 
+// What a point receives light by: a plane, a small upright cylinder, or the half of one.
+enum class Receives : std::uint8_t { plane, cylinder, half_cylinder };
+
 struct MeterPoint {
     glm::dvec3 position{0.0};    // world, m
-    glm::dvec3 normal{0, 1, 0};  // unit, world
+    glm::dvec3 normal{0, 1, 0};  // unit, world; of a half cylinder its axis, horizontal
+    Receives by = Receives::plane;
 };
 
 // Illuminance in lux per channel, luminaires at their level, colour and master. direct: from luminaires and emissive

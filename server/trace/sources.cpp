@@ -98,6 +98,7 @@ std::vector<Luminaire> luminaires_of(const Scene& scene, const Geometry& geometr
     std::vector<Luminaire> result;
     for (const Light& light : scene.lights) {
         Luminaire luminaire;
+        luminaire.light = light.id;
         const LightSource source = gonio::source_of(light, geometry.asset().bounds);
         luminaire.position = source.position - geometry.origin();
         luminaire.world_from_light = glm::mat3_cast(light.world_from_light);

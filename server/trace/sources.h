@@ -18,6 +18,7 @@ T luminance(const glm::vec<3, T>& rgb) {
 }
 
 struct Luminaire {
+    std::uint32_t light = 0;   // Light::id
     glm::dvec3 position{0.0};  // local, m
     glm::dmat3 world_from_light{1.0};
     glm::vec3 weight{0.0f};  // level, multiplier, colour, TILT factor and master, per channel

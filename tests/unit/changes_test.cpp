@@ -192,6 +192,17 @@ TEST_F(ChangesTest, EveryCommandNamesItsProperties) {
     commands["surfaces"].mutable_set_surfaces();
     commands["presets.a"].mutable_save_preset()->set_name("a");
     commands["saved_views.a"].mutable_save_view()->set_name("a");
+    v1::Grid& grid = *commands["grids.a"].mutable_set_grid()->mutable_grid();
+    v1::Observer& observer = *commands["observers.a"].mutable_set_observer()->mutable_observer();
+    grid.set_name("a");
+    observer.set_name("a");
+    for (int i = 0; i < 3; ++i) {
+        grid.add_corner_m(0);
+        grid.add_u_m(i == 0 ? 1 : 0);
+        grid.add_v_m(i == 2 ? 1 : 0);
+        observer.add_eye_m(0);
+        observer.add_direction(i == 0 ? 1 : 0);
+    }
     commands["groups.g"].mutable_set_group()->set_name("g");
     commands["groups.g"].mutable_set_group()->add_lights(name);
     commands["lights." + name + ".aim"] = pan(0.5);

@@ -26,6 +26,8 @@ v1::State example_state() {
     }
     state.mutable_camera()->set_fov_rad(0.7);
     state.mutable_saved_views()->add_views()->set_name("door");
+    state.mutable_grids()->add_grids()->set_name("desk");
+    state.mutable_observers()->add_observers()->set_name("seat");
     return state;
 }
 
@@ -172,6 +174,32 @@ struct CliRun : testing::Test {
         } else if (message.has_meter()) {
             reply.mutable_meter()->set_total_lx(250);
         }
+        if (message.has_grid()) {
+            v1::GridValues& values = *reply.mutable_grid_values();
+            values.mutable_grid()->set_name(message.grid().name());
+            values.mutable_grid()->set_maintenance_factor(0.8);
+            values.add_count(2);
+            values.add_count(1);
+            for (const double cell : {0.5, 1.0}) values.add_cell_m(cell);
+            for (const double x : {0.25, 0.75, 0.5, 0.75, 0.75, 0.5}) values.add_points_m(x);
+            for (const double lx : {480.0, 560.5}) values.add_values_lx(lx);
+            values.set_mean_lx(520.25);
+            values.set_max_lx(560.5);
+            v1::TargetCheck& check = *values.add_checks();
+            check.set_name("Em");
+            check.set_required(750);
+            check.set_reached(520.25);
+        }
+        if (message.has_ugr()) {
+            reply.mutable_ugr()->set_ugr(18.44);
+            reply.mutable_ugr()->add_sources()->set_left_out("behind the eye");
+            reply.mutable_ugr()->add_warnings("no sun");
+        }
+        if (message.has_targets()) reply.mutable_targets()->add_targets()->set_name("office-writing");
+        if (message.has_lux_report()) {
+            reply.mutable_lux_report()->set_html("<!DOCTYPE html>" + message.lux_report().title());
+            reply.mutable_lux_report()->set_scene_rev(7);
+        }
         if (message.has_stats()) reply.mutable_stats()->set_frames_rendered(3);
         if (message.has_report()) {
             reply.mutable_report()->set_scene_rev(message.report().rev());
@@ -257,6 +285,34 @@ TEST_F(CliRun, Queries) {
     EXPECT_EQ(run({"report", "--rev", "12", "--json"}), 0);
     EXPECT_NE(out.find("\"scene_rev\":12"), std::string::npos);
     EXPECT_NE(out.find("\"light\":null"), std::string::npos);
+}
+
+TEST_F(CliRun, GridsGlareAndTheReport) {
+    EXPECT_EQ(run({"grid", "list"}), 0) << err;
+    EXPECT_EQ(out.rfind("desk  ", 0), 0u) << out;
+    EXPECT_EQ(run({"observer", "list", "--json"}), 0) << err;
+    EXPECT_NE(out.find("\"name\":\"seat\""), std::string::npos) << out;
+    EXPECT_EQ(run({"grid", "values", "desk"}), 0) << err;
+    EXPECT_NE(out.find("Emean 520.2 lx"), std::string::npos) << out;
+    EXPECT_NE(out.find("FAIL Em: 520.2, required at least 750"), std::string::npos) << out;
+    EXPECT_NE(out.find("maintenance factor 0.8"), std::string::npos) << out;
+    EXPECT_NE(out.find(" 480 560\n"), std::string::npos) << "the plan: " << out;
+    EXPECT_EQ(run({"grid", "values", "desk", "--csv"}), 0) << err;
+    EXPECT_EQ(out, "i,j,x_m,y_m,z_m,lx\n0,0,0.25,0.75,0.5,480\n1,0,0.75,0.75,0.5,560.5\n");
+    EXPECT_EQ(run({"grid", "values", "desk", "--csv", "--json"}), 2);
+    EXPECT_EQ(run({"grid", "values", "desk", "--json"}), 0) << err;
+    EXPECT_NE(out.find("\"mean_lx\":520.25"), std::string::npos) << out;
+    EXPECT_EQ(run({"ugr", "--eye", "0,1.2,0", "--direction", "0,0,-1"}), 0) << err;
+    EXPECT_EQ(out.rfind("UGR 18.4\n", 0), 0u) << out;
+    EXPECT_NE(out.find("left out: behind the eye"), std::string::npos) << out;
+    EXPECT_EQ(err, "warning: no sun\n");
+    EXPECT_EQ(run({"targets"}), 0) << err;
+    EXPECT_NE(out.find("office-writing"), std::string::npos) << out;
+    const std::string file = testing::TempDir() + "lux-report.html";
+    EXPECT_EQ(run({"lux-report", file, "--title", "Room 12"}), 0) << err;
+    EXPECT_EQ(out, file + " scene_rev 7\n");
+    std::ifstream written(file);
+    EXPECT_EQ(std::string(std::istreambuf_iterator<char>(written), {}), "<!DOCTYPE html>Room 12");
 }
 
 TEST_F(CliRun, CapturesAreWrittenWhole) {

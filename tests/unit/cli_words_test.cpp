@@ -293,6 +293,41 @@ TEST(CliWords, ViewsAreSavedRecalledAndRemoved) {
         EXPECT_FALSE(command_of(wrong)) << wrong;
 }
 
+TEST(CliWords, GridsAndObserversAreAddedAndRemoved) {
+    const auto add = command_of(
+        "grid add desk --corner -1,0.75,1 --u 2,0,0 --v 0,0,-1.6 --quantity vertical --direction 0,0,1 --spacing up "
+        "--count 4x3 --margin 0.1 --factor 80% --target mine --target-em 300 --target-u0 40% --target-ez 50");
+    ASSERT_TRUE(add) << add.error().text();
+    const v1::Grid& grid = add->set_grid().grid();
+    EXPECT_EQ(grid.name(), "desk");
+    EXPECT_EQ(grid.corner_m(0), -1);
+    EXPECT_EQ(grid.u_m(0), 2);
+    EXPECT_EQ(grid.v_m(2), -1.6);
+    EXPECT_EQ(grid.quantity(), "vertical");
+    EXPECT_EQ(grid.direction(2), 1);
+    EXPECT_EQ(grid.spacing(), "up");
+    ASSERT_EQ(grid.count_size(), 2);
+    EXPECT_EQ(grid.count(1), 3u);
+    EXPECT_EQ(grid.margin_m(), 0.1);
+    EXPECT_DOUBLE_EQ(grid.maintenance_factor(), 0.8);
+    EXPECT_EQ(grid.target().name(), "mine");
+    EXPECT_EQ(grid.target().em_lx(), 300);
+    EXPECT_DOUBLE_EQ(grid.target().u0_ratio(), 0.4);
+    EXPECT_EQ(grid.target().ez_lx(), 50);
+    EXPECT_FALSE(command_of("grid add desk --corner 0,0,0 --u 1,0,0 --v 0,0,1")->set_grid().grid().has_target());
+    EXPECT_EQ(command_of("grid add d --corner 0,0,0 --u 1,0,0 --quantity camera --view door")->set_grid().grid().view(),
+              "door");
+    EXPECT_EQ(command_of("grid remove desk")->remove_grid().name(), "desk");
+    const auto seat = command_of("observer add seat --eye 0,1.2,1 --direction 0,0,-1 --target t --target-ugr 19");
+    ASSERT_TRUE(seat) << seat.error().text();
+    EXPECT_EQ(seat->set_observer().observer().eye_m(1), 1.2);
+    EXPECT_EQ(seat->set_observer().observer().direction(2), -1);
+    EXPECT_EQ(seat->set_observer().observer().target().ugr(), 19);
+    EXPECT_EQ(command_of("observer remove seat")->remove_observer().name(), "seat");
+    for (const char* wrong : {"grid", "grid add", "grid add desk --u 1,0,0", "observer add seat --eye 0,0,0"})
+        EXPECT_FALSE(command_of(wrong)) << wrong;
+}
+
 TEST(CliWords, PresetsAreSavedRecalledAndRemoved) {
     EXPECT_EQ(command_of("preset save look")->save_preset().name(), "look");
     EXPECT_EQ(command_of("preset remove look")->remove_preset().name(), "look");
