@@ -33,7 +33,7 @@ struct ReferenceWork::Run {
 ReferenceWork::ReferenceWork(Outputs outputs) : out_(std::move(outputs)), worker_([this] { work(); }) {}
 
 ReferenceWork::~ReferenceWork() {
-    if (running_) running_->stop.request_stop();
+    if (running_) give_up(*running_);
     inbox_.close();
     worker_.join();
 }
