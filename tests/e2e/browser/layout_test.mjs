@@ -10,16 +10,19 @@ import {join} from "node:path";
 import {check, end, inBrowser, listen, screenshot, settled, startServer, until} from "./harness.mjs";
 
 const kSizes = {phone: [390, 844], tablet: [820, 1180], desktop: [1440, 900], "phone on its side": [844, 390]};
-const kSchemes = {phone: ["dark"], tablet: ["light"], desktop: ["dark"], "phone on its side": ["light"]};    // with GONIO_LAYOUTS=all: both of each
+const kAll = process.env.GONIO_LAYOUTS === "all";
+const kSchemes = {phone: ["dark"], tablet: ["light"], desktop: ["dark"], "phone on its side": ["light"]};    // with kAll both of each
+const schemes = (size) => kAll ? ["dark", "light"] : kSchemes[size];
 const kAxe = readFileSync(createRequire(import.meta.url).resolve("axe-core/axe.min.js"), "utf8");
 const kTags = ["wcag2a", "wcag2aa", "wcag21a", "wcag21aa", "wcag22aa", "best-practice"];
 
-async function findings(page) {
-    return page.evaluate(async (tags) => {
-        const {violations} = await axe.run(document, {runOnly: tags, rules: {"target-size": {enabled: true}}});
+// Of the page, or of a part of it.
+async function findings(page, part) {
+    return page.evaluate(async ({tags, part}) => {
+        const {violations} = await axe.run(part ?? document, {runOnly: tags, rules: {"target-size": {enabled: true}}});
         return violations.filter(({impact}) => impact !== "minor").map(({id, impact, nodes}) =>
             `${impact} ${id}: ${nodes.slice(0, 4).map(({target, any}) => `${target.join(" ")} ${any[0]?.message ?? ""}`).join(" | ")}`);
-    }, kTags);
+    }, {tags: kTags, part});
 }
 
 // What is wrong with where things are.
@@ -53,8 +56,8 @@ function misplaced(page) {
     });
 }
 
-async function look(page, what) {
-    const wrong = [...await misplaced(page), ...await findings(page)];
+async function look(page, what, part) {
+    const wrong = [...await misplaced(page), ...await findings(page, part)];
     check(wrong.length === 0, what, wrong.join("\n"));
 }
 
@@ -82,7 +85,7 @@ async function run(browser, server, size, scheme) {
         const id = await tab.getAttribute("aria-controls");
         await page.waitForTimeout(300);    // its table is asked for
         await shots(page, `${size}-${scheme}-${id}`);
-        await look(page, `the tool "${await tab.textContent()}": ${at}`);
+        await look(page, `the tool "${await tab.textContent()}": ${at}`, "#drawer");
         places.add(JSON.stringify(await page.locator("#screen").boundingBox()));
     }
     check(places.size === 1, `the picture rests while its tools change: ${at}`, [...places].join(" "));
@@ -119,7 +122,7 @@ async function locked(browser) {
     writeFileSync(token, "a-token-for-this-test\n", {mode: 0o600});
     const server = await startServer("127.0.0.1:0", ["--token-file", token]);
     for (const [size, [width, height]] of Object.entries(kSizes)) {
-        for (const colorScheme of ["dark", "light"]) {
+        for (const colorScheme of schemes(size)) {
             const page = await browser.newPage({viewport: {width, height}, colorScheme});
             await page.goto(server.url);
             await page.locator("#token").waitFor();
@@ -180,7 +183,7 @@ async function keyboard(browser, server) {
 
 await inBrowser(async (browser, servers) => {
     servers.push(await startServer("127.0.0.1:0", ["--size", "400x400"]));
-    for (const size of Object.keys(kSizes)) for (const scheme of process.env.GONIO_LAYOUTS === "all" ? ["dark", "light"] : kSchemes[size]) await run(browser, servers[0], size, scheme);
+    for (const size of Object.keys(kSizes)) for (const scheme of schemes(size)) await run(browser, servers[0], size, scheme);
     await locked(browser);
     await themes(browser, servers[0]);
     await keyboard(browser, servers[0]);
