@@ -6,7 +6,7 @@ import {palettes, belowMark} from "./palettes.js";
 export const quantities = {illuminance: {unit: "lx", name: "Illuminance"}, luminance: {unit: "cd/m²", name: "Luminance"}};
 
 // Result: the scale in force of a false-colour view, or null: {view, unit, name, low, high, log, steps, palette, ticks,
-// below, isolux, difference}.
+// levels (that somebody gave, where lines show them), below, isolux, difference}.
 export function scaleOf(state) {
     const quantity = quantities[state?.view], color = state?.[state?.view];
     if (!quantity || !color) return null;
@@ -14,7 +14,8 @@ export function scaleOf(state) {
     return {...quantity, view: state.view, difference, only: state.view_only || "", compare: state.view_compare || "",
         low: difference ? -most : color.range_low ?? 0, high: difference ? most : color.range_high,
         log: !difference && color.scale === "log", steps: color.steps ?? 0, isolux: color.isolux === true,
-        palette: palettes[difference ? "difference" : color.palette], ticks: color.ticks ?? [], below: difference ? 0 : color.below ?? 0};
+        palette: palettes[difference ? "difference" : color.palette], ticks: color.ticks ?? [], below: difference ? 0 : color.below ?? 0,
+        levels: color.isolux === true && !difference ? color.levels ?? [] : []};
 }
 
 // Result: where a value lies between the ends of the scale, 0..1; and the value there.
@@ -37,7 +38,8 @@ export function valueOf(scale, rgb) {
     return valueAt(scale, best);
 }
 
-const figure = (value) => (Math.abs(value) >= 1000 ? `${Number((value / 1000).toPrecision(3))}k` : String(Number(value.toPrecision(3))));
+// Result: "500", "2k": as short as it can be told.
+export const figure = (value) => (Math.abs(value) >= 1000 ? `${Number((value / 1000).toPrecision(3))}k` : String(Number(value.toPrecision(3))));
 const css = (color) => `rgb(${color.join(",")})`;
 
 // A scale beside the picture while a false-colour view is shown.
@@ -53,16 +55,21 @@ export function legend(store, screen) {
         const bars = Array.from({length: kBars}, (_, i) => bar(kHeight * (1 - (i + 1) / kBars), kHeight / kBars + 0.5, falseColor(scale, (i + 0.5) / kBars)));
         const ends = [bar(-kEnd - 2, kEnd, scale.palette.over)];
         if (scale.low !== 0 || scale.log) ends.push(bar(kHeight + 2, kEnd, scale.palette.under));
-        let last = Infinity;
-        const labels = scale.ticks.flatMap((tick) => {
-            const y = kHeight * (1 - positionOf(scale, tick));
-            if (y > last - kLabel) return [];
-            last = y;
+        const taken = [], within = (value) => positionOf(scale, value) > -1e-6 && positionOf(scale, value) < 1 + 1e-6;
+        const label = (value) => {
+            const y = kHeight * (1 - positionOf(scale, value));
+            if (taken.some((other) => Math.abs(other - y) < kLabel)) return [];
+            taken.push(y);
             const text = svg("text", {x: kWidth + 8, y: y + 4});
-            text.textContent = figure(tick);
+            text.textContent = figure(value);
             return [svg("rect", {x: kWidth, y: y - 0.5, width: 4, height: 1, class: "tick"}), text];
+        };
+        const lines = scale.levels.filter(within).flatMap((level) => {
+            const at = positionOf(scale, level), [r, g, b] = falseColor(scale, at);
+            return [svg("rect", {x: 0, y: kHeight * (1 - at) - 0.75, width: kWidth, height: 1.5, class: "level",
+                fill: 0.2126 * r + 0.7152 * g + 0.0722 * b > 127 ? "#000" : "#fff"}), ...label(level)];
         });
-        chart.replaceChildren(...bars, ...ends, ...labels);
+        chart.replaceChildren(...bars, ...ends, ...lines, ...scale.ticks.flatMap(label));
         setText(title, `${scale.difference ? "Difference, " : `${scale.name}, `}${scale.unit}`);
         setText(more, [scale.only && `of ${scale.only}`, scale.compare && `from ${scale.compare}`].filter(Boolean).join(" "));
         more.hidden = !more.textContent;
@@ -70,7 +77,7 @@ export function legend(store, screen) {
         below.querySelector("i").style.background = css(belowMark);
         setText(below.querySelector("span"), `below ${figure(scale.below)}`);
         node.setAttribute("aria-label", `${title.textContent} ${more.textContent}: ${scale.palette.help}; ${figure(scale.low)} to ${figure(scale.high)} ${scale.unit}, ${
-            scale.log ? "logarithmic" : "linear"}${scale.steps ? `, ${scale.steps} steps` : ""}${scale.below > 0 ? `; below ${figure(scale.below)} is marked` : ""}`);
+            scale.log ? "logarithmic" : "linear"}${scale.steps ? `, ${scale.steps} steps` : ""}${scale.levels.length ? `; lines at ${scale.levels.map(figure).join(", ")}` : ""}${scale.below > 0 ? `; below ${figure(scale.below)} is marked` : ""}`);
     };
     return {update() {
         const scale = scaleOf(store.state);

@@ -6,6 +6,7 @@ import {Store} from "./store.js";
 import {Video} from "./video.js";
 import {CameraHand} from "./camera.js";
 import {BeamView} from "./beam.js";
+import {IsoluxFigures} from "./isolux.js";
 import {Handles} from "./handles.js";
 import {LibraryPanel} from "./library.js";
 import {Tools} from "./tools.js";
@@ -44,6 +45,7 @@ const video = new Video(connection, $("canvas"), $("still"));
 const cameraHand = new CameraHand(store, [$("canvas"), $("still")], (event) => handles.takes(event));
 const handles = new Handles(store, connection, $("screen"), [$("canvas"), $("still")]);
 const beam = new BeamView(store, connection, handles, handles.svg);
+const isolux = new IsoluxFigures(store, connection, video, handles, handles.svg);
 const tools = new Tools(store, connection, handles, cameraHand, beam, $("screen"));
 const toasts = new Toasts($("toasts"));
 let compare = null;
@@ -63,7 +65,7 @@ const parts = [
     presetPanel(store, $("presets"), connection), picturePanel(store, $("picture"), cameraHand, connection), viewTabs(store, $("views")),
     viewPanel(store, $("cameras"), cameraHand, connection), scenePanel(store, $("scene"), connection),
     inspector(store, $("inspector"), connection, handles), controlPanel(store, $("control"), connection),
-    beam, handles, tools, workLightBadge(store, connection, $("screen")),
+    beam, isolux, handles, tools, workLightBadge(store, connection, $("screen")),
     legend(store, $("screen")), scalePanel(store, $("scale"), connection), lookPanel(store, $("look"), connection),
     debugPanel(store, $("debug"), viewProperty(store)), new Shows(store, connection, toasts, $("show"), $("screen")),
 ];

@@ -14,6 +14,29 @@ function toggle(text, title, isOn, set) {
     return {node, update: () => node.setAttribute("aria-pressed", String(isOn()))};
 }
 
+// Result: the numbers of "100, 200 500"; null where it holds something else.
+export function readLevels(text) {
+    const values = text.split(/[\s,;]+/).filter(Boolean).map(Number);
+    return values.every(Number.isFinite) ? values : null;
+}
+
+// Where isolux lines run; empty: as the scale has it.
+function levelField(levels, set) {
+    const node = h("input", {type: "text", id: "scale-levels", "aria-label": "Isolux lines at", maxlength: 200, placeholder: "by the scale",
+        title: "Up to 16 values with commas between; empty: at the borders of the steps, or at 1, 2, 5 of each decade"});
+    const shown = () => levels().map((value) => String(Number(value.toPrecision(6)))).join(", ");
+    node.addEventListener("change", () => {
+        const values = readLevels(node.value);
+        node.setAttribute("aria-invalid", String(values === null));
+        if (values) set(values);
+    });
+    return {node, update() {
+        if (document.activeElement === node) return;
+        node.removeAttribute("aria-invalid");
+        if (node.value !== shown()) node.value = shown();
+    }};
+}
+
 export function scalePanel(store, node, connection) {
     const color = () => store.state[store.state.view] ?? {};
     const field = (name, fallback = 0) => property(store, () => `${store.state.view}.${name}`, () => color()[name] ?? fallback,
@@ -33,6 +56,7 @@ export function scalePanel(store, node, connection) {
         Object.keys(palettes).filter((name) => name !== "difference").map((name) => [name, name[0].toUpperCase() + name.slice(1)])});
     const isolux = toggle("Isolux lines", "Lines at the borders of the steps, or at 1, 2, 5 of each decade", () => color().isolux === true,
         (on) => connection.command({set_view: {view: store.state.view, isolux: on}}));
+    const levels = levelField(() => color().levels ?? [], (values) => connection.command({set_view: {view: store.state.view, levels: {values}}}));
     const below = number(field("below"), {label: "Mark what is below", min: 0, max: 1e9, step: "any", digits, id: "scale-below"});
     const only = select(property(store, () => "only", () => store.state.view_only ?? "", (name) => ({set_view: {only: name}})),
         {label: "Light of", options: () => [["", "All lights"], ...store.state.lights.map(({name}) => [name, name])]});
@@ -45,11 +69,12 @@ export function scalePanel(store, node, connection) {
             if (saved?.code === "ok") connection.command({set_view: {compare: kKept}});
         }}, "Keep A");
     const title = h("span"), row = (label, ...children) => h("div", {class: "slider"}, h("span", {class: "label"}, label), h("span", {class: "row pair"}, ...children));
+    const linesAt = row("Lines at", levels.node);
     const range = row("Range", low.node, high.node), difference = row("Range ±", compareRange.node);
     node.append(h("h2", {}, title, h("span", {class: "grow"}), automatic.node), range, difference,
-        row("Colours", palette.node), row("Spacing", scale.node, steps.node), row("Below", below.node, isolux.node),
+        row("Colours", palette.node), row("Spacing", scale.node, steps.node), row("Below", below.node, isolux.node), linesAt,
         row("Light", only.node), row("Compare", compare.node, keep));
-    const parts = [low, high, automatic, scale, steps, palette, isolux, below, only, compare, compareRange];
+    const parts = [low, high, automatic, scale, steps, palette, isolux, levels, below, only, compare, compareRange];
     return {update() {
         node.hidden = !(store.state.view in quantities);
         if (node.hidden) return;
@@ -59,7 +84,7 @@ export function scalePanel(store, node, connection) {
         difference.hidden = !compares;
         scale.node.disabled = palette.node.disabled = low.node.disabled = high.node.disabled = compares;
         if (!compares) low.node.disabled = color().range_auto === true;
-        automatic.node.disabled = compares;
+        automatic.node.disabled = levels.node.disabled = compares;
         setText(title, `Scale, ${quantities[store.state.view].unit}`);
     }};
 }

@@ -56,6 +56,10 @@ MaybeValue vector_value(Text text) {
     return numbers ? MaybeValue({std::move(*numbers), {}}) : std::nullopt;
 }
 
+MaybeValue vector_or_auto_value(Text text) {
+    return text == "auto" ? Value() : vector_value(text);
+}
+
 MaybeValue size_value(Text text) {
     const auto size = parse_size(text);
     return size ? MaybeValue({{double(size->first), double(size->second)}, {}}) : std::nullopt;
@@ -126,7 +130,8 @@ constexpr FormRow kForms[] = {
     {WordForm::count, "a whole number, 0 or more", [](Text text) { return numbers_value(parse_count(text)); }},
     {WordForm::edge_samples, "a whole number from 1 to 64", edge_samples_value},
     {WordForm::vector, "numbers with commas between, like 1,2,3", vector_value},
-    {WordForm::size, "two whole numbers with an x between, like 800x600", size_value},
+    {WordForm::vector_or_auto, "up to 16 numbers with commas between, like 100,200,500, or auto", vector_or_auto_value},
+    {WordForm::size, "two whole numbers above 0 with an x between, like 800x600", size_value},
     {WordForm::seconds, "a number or a fraction, like 0.5 or 1/60", seconds_value},
     {WordForm::on_or_off, "on or off", on_or_off_value},
     {WordForm::number_or_auto, "a number or auto", number_or_auto_value},

@@ -29,7 +29,8 @@ enum class WordForm : std::uint8_t {
     count,           // a whole number
     edge_samples,    // a whole number from 1 to 64
     vector,          // 1,2,3; how many there must be is the server's business
-    size,            // 800x600: into a field and the next one, or into a repeated one
+    vector_or_auto,  // likewise; or auto: none
+    size,            // 800x600, both above 0: into a field and the next one, or into a repeated one
     seconds,         // a number or a fraction: 1/60
     on_or_off,       // true or false
     number_or_auto,  // a number; or auto: true in the next field

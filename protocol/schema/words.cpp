@@ -114,6 +114,8 @@ constexpr WordRow kViewOptions[] = {
     {"--steps", "N", count, "steps", "of colours, 2 to 27; 0 (default): smooth"},
     {"--palette", "NAME", text, "palette", "classic (default), viridis, spectral or gray"},
     {"--isolux", "on|off", on_or_off, "isolux", "lines at the borders of the steps, or at 1-2-5 of each decade"},
+    {"--levels", "A,B,…", vector_or_auto, "levels.values",
+     "isolux lines at up to 16 values in lx or cd/m², above 0 to 1e9; auto (default): as --isolux says"},
     {"--below", "VALUE", number, "below", "marks what is less, in lx or cd/m²; 0 (default): nothing"},
     {"--only", "LIGHT", text, "only", "illuminance, luminance: what this light contributes; \"\": all"},
     {"--compare", "PRESET", text, "compare", "illuminance, luminance: the difference from a preset; \"\": none"},

@@ -176,6 +176,17 @@ bool Renderer::continue_capture(CaptureJob& job) {
     return ++job.next_tile == columns * rows;
 }
 
+CapturedPicture Renderer::live_picture() {
+    CapturedPicture picture;
+    if (live_.display.id() == 0) return picture;
+    picture.width_px = live_.width_px;
+    picture.height_px = live_.height_px;
+    picture.rgba8.resize(std::size_t{4} * live_.width_px * live_.height_px);
+    copy_tile(live_.display.id(), GL_UNSIGNED_BYTE, 0, picture.rgba8, live_.width_px,
+              {0, 0, live_.width_px, live_.height_px});
+    return picture;
+}
+
 std::shared_ptr<const CapturedPicture> Renderer::capture(const Scene& scene, View view, int width_px, int height_px,
                                                          bool raw, int bounces, unsigned samples_per_pixel) {
     const std::unique_ptr<CaptureJob> job = begin_capture(scene, view, width_px, height_px, raw);

@@ -77,6 +77,9 @@ public:
     // Result: the oldest frame begun, if it has left the GPU; `wait` blocks for it. Frames leave in order.
     virtual std::optional<FinishedFrame> finish_frame(bool wait) = 0;
     virtual std::size_t frames_in_flight() const = 0;
+    // Result: the picture of the last begin_frame() as a capture holds it, with the marks of isolux lines; empty where
+    // shaders make none. Waits for the GPU.
+    virtual CapturedPicture live_picture() { return {}; }
     // Whether the newest live frame is all there is to come of its scene: else one more frame of the same scene shows
     // more of it.
     virtual bool settled() const = 0;

@@ -53,6 +53,7 @@ public:
     bool refined(const Scene& scene) override;
     std::optional<FinishedFrame> finish_frame(bool wait) override;
     std::size_t frames_in_flight() const override { return in_flight_.size(); }
+    CapturedPicture live_picture() override;
 
     std::unique_ptr<CaptureJob> begin_capture(const Scene& scene, View view, int width_px, int height_px,
                                               bool raw) override;

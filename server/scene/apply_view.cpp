@@ -33,7 +33,21 @@ std::string view_names() {
 
 bool sets_false_color(const v1::SetView& set) {
     return set.has_range_low() || set.has_range_high() || set.has_range_auto() || set.has_scale() || set.has_steps() ||
-           set.has_palette() || set.has_isolux() || set.has_below() || set.has_compare_range();
+           set.has_palette() || set.has_isolux() || set.has_below() || set.has_levels() || set.has_compare_range();
+}
+
+std::vector<double> checked_levels(const v1::Levels& given) {
+    const auto& values = given.values();
+    if (static_cast<std::size_t>(values.size()) > kMostGivenLevels)
+        refuse("too_large", "set_view.levels", std::to_string(values.size()), "there are at most 16 levels");
+    std::vector<double> levels;
+    for (const double value : values) {
+        if (!(value > 0.0)) refuse("invalid_argument", "set_view.levels", print_number(value), "must be above 0");
+        levels.push_back(checked(value, 0.0, kMaxRange, "set_view.levels"));
+    }
+    std::ranges::sort(levels);
+    levels.erase(std::ranges::unique(levels).begin(), levels.end());
+    return levels;
 }
 
 void set_range(FalseColor& color, const v1::SetView& set) {
@@ -73,6 +87,10 @@ void set_false_color(Scene& scene, View view, const v1::SetView& set) {
             refuse("invalid_argument", "set_view.palette", set.palette(),
                    "must be one of " + listed(palettes(), [](const Palette& palette) { return palette.name; }));
         color.palette = set.palette();
+    }
+    if (set.has_levels()) {  // whoever gives levels wants to see them
+        color.levels = checked_levels(set.levels());
+        color.isolux = color.isolux || !color.levels.empty();
     }
     if (set.has_isolux()) color.isolux = set.isolux();
     if (set.has_below()) color.below = checked(set.below(), 0.0, kMaxRange, "set_view.below");

@@ -11,7 +11,7 @@
 namespace gonio {
 namespace {
 
-static_assert(kPaletteColors == GONIO_FALSE_COLORS && kMostSteps < kMostLevels);
+static_assert(kPaletteColors == GONIO_FALSE_COLORS && kMostSteps < kMostLevels && kMostGivenLevels < kMostLevels);
 
 constexpr std::size_t kMostTicks = 13;
 
@@ -89,8 +89,7 @@ std::vector<double> ticks_of(const FalseScale& scale) {
     return ticks.size() > 1 ? ticks : round_figures(scale);
 }
 
-std::vector<double> isolux_levels(const FalseColor& settings, bool difference) {
-    const FalseScale scale = scale_of(settings, difference);
+static std::vector<double> levels_of(const FalseScale& scale) {
     const bool by_decade = scale.logarithmic && scale.steps == 0;
     std::vector<double> levels = by_decade ? decades(scale, {1.0, 2.0, 5.0}) : ticks_of(scale);
     if (levels.size() >= kMostLevels) levels = decades(scale, {1.0});
@@ -98,6 +97,12 @@ std::vector<double> isolux_levels(const FalseColor& settings, bool difference) {
         levels.erase(levels.begin());
         levels.pop_back();
     }
+    return levels;
+}
+
+std::vector<double> isolux_levels(const FalseColor& settings, bool difference) {
+    std::vector<double> levels =
+        difference || settings.levels.empty() ? levels_of(scale_of(settings, difference)) : settings.levels;
     if (settings.below > 0.0 && !difference) levels.push_back(settings.below);
     std::ranges::sort(levels);
     levels.erase(std::ranges::unique(levels).begin(), levels.end());
@@ -155,6 +160,7 @@ void put_false_color(const FalseColor& settings, bool difference, v1::FalseColor
     out.set_palette(settings.palette);
     out.set_isolux(settings.isolux);
     out.set_below(settings.below);
+    out.mutable_levels()->Assign(settings.levels.begin(), settings.levels.end());
     out.set_compare_range(settings.compare_range);
     out.clear_ticks();
     for (const double tick : ticks_of(scale_of(settings, difference))) out.add_ticks(tick);

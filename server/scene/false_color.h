@@ -16,7 +16,7 @@ namespace gonio {
 
 inline constexpr double kMaxRange = 1e9, kMinLogRange = 1e-6;  // lx or cd/m²
 inline constexpr unsigned kMostSteps = 27;
-inline constexpr std::size_t kMostLevels = GONIO_MAX_LEVELS;
+inline constexpr std::size_t kMostLevels = GONIO_MAX_LEVELS, kMostGivenLevels = 16;
 
 // Result: whether it is one of the two.
 bool is_false_color(View view);
@@ -37,7 +37,8 @@ FalseScale scale_of(const FalseColor& settings, bool difference);
 // Result: figures for the legend, at most kMostLevels, ascending: the borders of the steps, ends included; or
 // 1-2-5 of each decade, or decades where those are many; or round figures.
 std::vector<double> ticks_of(const FalseScale& scale);
-// Result: where isolux lines run, at most kMostLevels, ascending: ticks inside the scale, and the threshold.
+// Result: where isolux lines run, at most kMostLevels, ascending: the levels that were given, but for a difference;
+// else ticks inside the scale; and the threshold.
 std::vector<double> isolux_levels(const FalseColor& settings, bool difference);
 
 // Result: what shaders and false_color() make colours by. lines: with the isolux levels.

@@ -207,7 +207,8 @@ struct FalseColor {
     unsigned steps = 0;  // 0: smooth
     std::string palette = "classic";
     bool isolux = false;
-    double below = 0.0;  // what is less is marked; 0: nothing is
+    std::vector<double> levels;  // that its lines have instead of the scale's; ascending
+    double below = 0.0;          // what is less is marked; 0: nothing is
     double compare_range = 500.0;
     bool operator==(const FalseColor&) const = default;
 };

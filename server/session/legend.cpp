@@ -7,6 +7,7 @@
 
 #include "server/scene/false_color.h"
 #include "server/session/bitmap_text.h"
+#include "shaders/lib/as_cpp.h"
 
 namespace gonio {
 namespace {
@@ -41,9 +42,9 @@ struct Layout {
     Box box;
 };
 
-// The bar, from its lower end at y: colours, ends that lie beyond, and figures.
+// The bar, from its lower end at y: colours, ends that lie beyond, a line for each level, and figures.
 void draw_bar(const Pixels& to, const Layout& l, int x, int y, const layouts::FalseColorBlock& block,
-              const FalseScale& scale) {
+              const FalseScale& scale, const std::vector<double>& levels) {
     const auto value_at = [&](double t) {
         return scale.logarithmic ? scale.low * std::pow(scale.high / scale.low, t)
                                  : scale.low + (scale.high - scale.low) * t;
@@ -55,37 +56,57 @@ void draw_bar(const Pixels& to, const Layout& l, int x, int y, const layouts::Fa
     fill_box(to, x, y - l.bar_high - end, l.bar_wide, end, bytes_of(glm::vec3(block.over)));
     if (!(scale.low == 0.0 && !scale.logarithmic))
         fill_box(to, x, y, l.bar_wide, end, bytes_of(glm::vec3(block.under)));
-    int last = y + l.line_px;
+    std::vector<int> taken;  // by figures
+    const auto draw_figure = [&](double value, bool level) {
+        const double t = scale.logarithmic ? std::log(value / scale.low) / std::log(scale.high / scale.low)
+                                           : (value - scale.low) / (scale.high - scale.low);
+        if (!(t >= -1e-6 && t <= 1.0 + 1e-6)) return;
+        const int at = y - static_cast<int>(std::lround(t * l.bar_high));
+        const bool bright = glsl::luminance(false_color(block, static_cast<float>(value))) > 0.5f;
+        if (level) fill_box(to, x, at, l.bar_wide, l.dot_px, bright ? kFigureInk : kFigurePaper);
+        if (std::ranges::any_of(taken, [&](int other) { return std::abs(at - other) < l.line_px; })) return;
+        taken.push_back(at);
+        fill_box(to, x + l.bar_wide, at, 2 * l.dot_px, l.dot_px, kInk);
+        draw_text(to, x + l.bar_wide + 4 * l.dot_px, at - l.line_px / 2 + l.dot_px, l.dot_px, figure(value), kInk);
+    };
+    for (const double level : levels) draw_figure(level, true);
     const std::vector<double> ticks = ticks_of(scale);
     // Borders of steps are equally far apart: each second or third where they are many.
     const std::size_t each = scale.steps == 0 ? 1
                                               : 1 + (static_cast<std::size_t>(l.line_px) * scale.steps - 1) /
                                                         static_cast<std::size_t>(l.bar_high);
-    for (std::size_t i = 0; i < ticks.size(); i += each) {
-        const double tick = ticks[i];
-        const double t = scale.logarithmic ? std::log(tick / scale.low) / std::log(scale.high / scale.low)
-                                           : (tick - scale.low) / (scale.high - scale.low);
-        const int at = y - static_cast<int>(std::lround(t * l.bar_high));
-        if (at > last - l.line_px) continue;
-        last = at;
-        fill_box(to, x + l.bar_wide, at, 2 * l.dot_px, l.dot_px, kInk);
-        draw_text(to, x + l.bar_wide + 4 * l.dot_px, at - l.line_px / 2 + l.dot_px, l.dot_px, figure(tick), kInk);
-    }
+    for (std::size_t i = 0; i < ticks.size(); i += each) draw_figure(ticks[i], false);
 }
 
-// Figures of isolux lines: of each level one a cell of the picture that its line runs through, where there is room.
-void draw_line_figures(const Pixels& to, int dot_px, const std::vector<double>& levels, std::vector<Box> taken) {
-    const int cell = 100 * dot_px, least = 10 * dot_px;
+// Side of a letter's dot in a picture of that size.
+int dot_of(int width_px, int height_px) {
+    return std::clamp(std::min(width_px, height_px) / 300, 1, 8);
+}
+
+std::vector<double> levels_of(const Scene& scene, View view) {
+    const FalseColor& settings = false_color_of(scene, view);
+    return settings.isolux ? isolux_levels(settings, shows_difference(scene, view)) : std::vector<double>();
+}
+
+// The paper that a figure stands on.
+Box paper_of(const LineFigure& one, int dot_px) {
+    const int wide = (letters(figure(one.value)) * kLetterWide + 1) * dot_px, high = (kLetterHigh + 1) * dot_px;
+    return {one.x - wide / 2, one.y - high / 2, wide, high};
+}
+
+// taken: where none may be.
+std::vector<LineFigure> figures_of(const CapturedPicture& picture, const std::vector<double>& levels,
+                                   std::vector<Box> taken) {
+    const int dot_px = dot_of(picture.width_px, picture.height_px), cell = 100 * dot_px, least = 10 * dot_px;
     struct Candidate {
         int pixels = 0, x = 0, y = 0, off = INT_MAX;
     };
     std::map<std::array<int, 3>, Candidate> found;  // by row, column, level
-    for (int y = 0; y < to.height_px; ++y) {
-        for (int x = 0; x < to.width_px; ++x) {
-            std::uint8_t& mark = to.rgba8[4 * (static_cast<std::size_t>(y) * static_cast<std::size_t>(to.width_px) +
-                                               static_cast<std::size_t>(x)) +
-                                          3];
-            const int level = std::exchange(mark, std::uint8_t{255});
+    for (int y = 0; y < picture.height_px; ++y) {
+        const std::uint8_t* marks =
+            &picture.rgba8[4 * static_cast<std::size_t>(y) * static_cast<std::size_t>(picture.width_px) + 3];
+        for (int x = 0; x < picture.width_px; ++x) {
+            const int level = marks[4 * x];
             if (level == 0 || static_cast<std::size_t>(level) > levels.size()) continue;
             Candidate& one = found[{y / cell, x / cell, level}];
             ++one.pixels;
@@ -94,20 +115,33 @@ void draw_line_figures(const Pixels& to, int dot_px, const std::vector<double>& 
             one.off = off, one.x = x, one.y = y;
         }
     }
+    std::vector<LineFigure> figures;
     for (const auto& [key, one] : found) {
-        if (one.pixels < least) continue;
-        const std::string text = figure(levels[static_cast<std::size_t>(key[2] - 1)]);
-        const int wide = (letters(text) * kLetterWide + 1) * dot_px, high = (kLetterHigh + 1) * dot_px;
-        const Box box{one.x - wide / 2, one.y - high / 2, wide, high};
-        const bool inside = box.x >= 0 && box.y >= 0 && box.x + wide <= to.width_px && box.y + high <= to.height_px;
+        if (one.pixels < least || figures.size() == kMostFigures) continue;
+        const LineFigure made{levels[static_cast<std::size_t>(key[2] - 1)], one.x, one.y};
+        const Box box = paper_of(made, dot_px);
+        const bool inside =
+            box.x >= 0 && box.y >= 0 && box.x + box.wide <= picture.width_px && box.y + box.high <= picture.height_px;
         if (!inside || std::ranges::any_of(taken, [&](const Box& other) { return box.touches(other); })) continue;
-        fill_box(to, box.x, box.y, wide, high, kFigurePaper);
-        draw_text(to, box.x + dot_px, box.y + dot_px, dot_px, text, kFigureInk);
+        figures.push_back(made);
         taken.push_back(box);
+    }
+    return figures;
+}
+
+void draw_line_figures(const Pixels& to, int dot_px, const std::vector<LineFigure>& figures) {
+    for (const LineFigure& one : figures) {
+        const Box box = paper_of(one, dot_px);
+        fill_box(to, box.x, box.y, box.wide, box.high, kFigurePaper);
+        draw_text(to, box.x + dot_px, box.y + dot_px, dot_px, figure(one.value), kFigureInk);
     }
 }
 
 }  // namespace
+
+std::vector<LineFigure> line_figures(const CapturedPicture& picture, const Scene& scene, View view) {
+    return figures_of(picture, levels_of(scene, view), {});
+}
 
 void draw_legend(CapturedPicture& picture, const Scene& scene, View view) {
     const Pixels to{picture.rgba8, picture.width_px, picture.height_px};
@@ -116,7 +150,7 @@ void draw_legend(CapturedPicture& picture, const Scene& scene, View view) {
     const FalseScale scale = scale_of(settings, difference);
     const layouts::FalseColorBlock block = color_block(settings, difference);
     Layout l{};
-    l.dot_px = std::clamp(std::min(to.width_px, to.height_px) / 300, 1, 8);
+    l.dot_px = dot_of(to.width_px, to.height_px);
     l.line_px = (kLetterHigh + 2) * l.dot_px;
     l.bar_wide = 12 * l.dot_px;
     std::vector<std::string> title = title_of(scene, view);
@@ -139,14 +173,15 @@ void draw_legend(CapturedPicture& picture, const Scene& scene, View view) {
     y += l.line_px + l.bar_high;
     layouts::FalseColorBlock plain = block;
     plain.marks = glm::vec4(0.0f);
-    draw_bar(to, l, x, y, plain, scale);
+    draw_bar(to, l, x, y, plain, scale, settings.isolux && !difference ? settings.levels : std::vector<double>());
     y += l.line_px;
     if (marks) {
         fill_box(to, x, y, l.bar_wide, kLetterHigh * l.dot_px, kBelowMark);
         draw_text(to, x + l.bar_wide + 4 * l.dot_px, y, l.dot_px, "< " + figure(settings.below), kInk);
     }
-    draw_line_figures(to, l.dot_px, settings.isolux ? isolux_levels(settings, difference) : std::vector<double>(),
-                      {l.box});
+    const std::vector<LineFigure> figures = figures_of(picture, levels_of(scene, view), {l.box});
+    for (std::size_t mark = 3; mark < picture.rgba8.size(); mark += 4) picture.rgba8[mark] = 255;
+    draw_line_figures(to, l.dot_px, figures);
 }
 
 }  // namespace gonio

@@ -8,6 +8,16 @@
 namespace gonio {
 
 inline constexpr int kLeastLegend_px = 160;  // side of a picture that has room for it
+inline constexpr std::size_t kMostFigures = 256;
+
+// The figure of a line that runs through its middle; pixels from the upper left.
+struct LineFigure {
+    double value = 0.0;  // of its level, lx or cd/m²
+    int x = 0, y = 0;
+};
+// view, picture: as of draw_legend(); the marks of its lines stay. Result: of each level one in a cell of the picture
+// that its line runs through, where no other one is in the way; none of a line of a few pixels. At most kMostFigures.
+std::vector<LineFigure> line_figures(const CapturedPicture& picture, const Scene& scene, View view);
 
 // view: illuminance or luminance; the picture shows it of that scene, at least kLeastLegend_px a side, as bytes. A
 // pixel's fourth byte below 255 tells which level's line runs there, from 1 on; it becomes 255.

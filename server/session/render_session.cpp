@@ -16,6 +16,7 @@
 #include "server/session/command_files.h"
 #include "server/session/glare.h"
 #include "server/session/grid_values.h"
+#include "server/session/isolux.h"
 #include "server/session/profile_summary.h"
 #include "server/session/shows.h"
 #include "server/trace/exposure.h"
@@ -125,6 +126,9 @@ void RenderSession::take(Work work) {
             return renderer_ ? answer_capture(work) : replies_.refuse(work, lost);
         case v1::ClientMessage::kCancel:
             return cancel(work);
+        case v1::ClientMessage::kIsolux:
+            return renderer_ ? answer_isolux(work, scene_, rendered_rev_, renderer_, loader_, replies_)
+                             : replies_.refuse(work, lost);
         case v1::ClientMessage::kReport:
             return answer_report(work);
         case v1::ClientMessage::kStats:

@@ -282,6 +282,7 @@ public:
         run(command, std::string("the scale of the view ") + name);
     }
     void restore_look() {
+        *set.mutable_levels()->mutable_values() = color.levels();
         if (show_.has_illuminance()) restore_false_color("illuminance", show_.illuminance());
         if (show_.has_luminance()) restore_false_color("luminance", show_.luminance());
         v1::Command compare;

@@ -215,6 +215,36 @@ TEST_F(FalseColors, PartsAndDifferencesAddUp) {
     }
 }
 
+// The figures of the live picture stand where its level is: between the lux of the pixels about them.
+TEST_F(FalseColors, LiveFiguresStandOnTheirLines) {
+    scene.width_px = 320;
+    scene.height_px = 256;
+    settings().levels = {30.0, 60.0, 90.0};
+    settings().isolux = true;
+    for (bool settled = false; !settled;) {
+        renderer.begin_frame(scene, monotonic_ns());
+        settled = renderer.finish_frame(true)->report.settled();
+    }
+    const CapturedPicture live = renderer.live_picture();
+    ASSERT_EQ(live.width_px, 320);
+    ASSERT_EQ(live.height_px, 256);
+    const std::vector<LineFigure> figures = line_figures(live, scene, View::illuminance);
+    EXPECT_GE(figures.size(), 4u);
+    const auto lux = renderer.capture(scene, View::illuminance, 320, 256, true, trace::kAllBounces, 1);
+    for (const LineFigure& one : figures) {
+        float least = 1e9f, most = 0.0f;
+        for (int y = std::max(one.y - 3, 0); y <= std::min(one.y + 3, 255); ++y) {
+            for (int x = std::max(one.x - 3, 0); x <= std::min(one.x + 3, 319); ++x) {
+                const float value = lux->values[4 * static_cast<std::size_t>(y * 320 + x)];
+                least = std::min(least, value), most = std::max(most, value);
+            }
+        }
+        // The live picture's bounces are the transport's: some hundredths off.
+        EXPECT_LE(static_cast<double>(least), 1.08 * one.value) << one.x << "," << one.y;
+        EXPECT_GE(static_cast<double>(most), 0.92 * one.value) << one.x << "," << one.y;
+    }
+}
+
 // The live picture: a change of display runs the composite alone.
 TEST_F(FalseColors, ADisplayChangeRunsTheCompositeOnly) {
     scene.width_px = kWidth;
@@ -240,6 +270,7 @@ TEST_F(FalseColors, ADisplayChangeRunsTheCompositeOnly) {
     expect_composite("steps", [](auto& s) { s.set_steps(7); });
     expect_composite("palette", [](auto& s) { s.set_palette("viridis"); });
     expect_composite("isolux", [](auto& s) { s.set_isolux(true); });
+    expect_composite("levels", [](auto& s) { s.mutable_levels()->add_values(50); });
     expect_composite("below", [](auto& s) { s.set_below(100); });
     expect_composite("only", [&](auto& s) { s.set_only(scene.lights[0].name); });
     expect_composite("compare", [](auto& s) { s.set_compare("A"); });

@@ -88,6 +88,14 @@ TEST(CliWords, EveryChange) {
     EXPECT_FALSE(command_of("set view illuminance --range auto")->set_view().has_range_low());
     EXPECT_FALSE(command_of("set view illuminance --isolux off")->set_view().isolux());
     EXPECT_TRUE(command_of("set view illuminance --isolux off")->set_view().has_isolux());
+    command = command_of("set view illuminance --levels 100,200.5,500");
+    ASSERT_TRUE(command);
+    const auto& levels = command->set_view().levels().values();
+    EXPECT_EQ(std::vector<double>(levels.begin(), levels.end()), (std::vector<double>{100, 200.5, 500}));
+    command = command_of("set view illuminance --levels auto");
+    EXPECT_TRUE(command->set_view().has_levels());
+    EXPECT_EQ(command->set_view().levels().values_size(), 0);
+    EXPECT_EQ(command_of("set view illuminance --levels 100;200").error().where, "--levels");
     EXPECT_EQ(command_of("set view illuminance --range 5").error().where, "--range");
     EXPECT_EQ(command_of("set view illuminance --isolux maybe").error().where, "--isolux");
     command = command_of("set exposure --aperture 5.6 --shutter 1/60 --iso 400");

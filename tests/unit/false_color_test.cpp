@@ -92,6 +92,9 @@ TEST(FalseColor, TicksAreTheBordersOrRoundFigures) {
     settings.below = 300;
     near(isolux_levels(settings, false), {250, 300, 500, 750});
     near(isolux_levels(settings, true), {-250, 0, 250});
+    settings.levels = {100, 200, 5000};
+    near(isolux_levels(settings, false), {100, 200, 300, 5000});
+    near(isolux_levels(settings, true), {-250, 0, 250});
     settings = {};
     near(isolux_levels(settings, false), {1, 2, 5, 10, 20, 50, 100, 200, 500, 1000, 2000, 5000, 10000});
     settings.range_low = 1e-6, settings.range_high = 1e9;
@@ -179,6 +182,37 @@ TEST_F(SetView, BadSettingsAreRefused) {
     expect_refused("invalid_argument", "set_view.compare_range", [](auto& s) { s.set_compare_range(0); });
     expect_refused("not_found", "set_view.only", [](auto& s) { s.set_only("nobody"); });
     expect_refused("not_found", "set_view.compare", [](auto& s) { s.set_compare("nothing"); });
+}
+
+// In whatever order they are typed; without any the scale has them again.
+TEST_F(SetView, LevelsAreGiven) {
+    const auto levels = [](const std::vector<double>& values) {
+        return [values](v1::SetView& s) {
+            s.set_view("illuminance");
+            s.mutable_levels();
+            for (const double value : values) s.mutable_levels()->add_values(value);
+        };
+    };
+    ASSERT_TRUE(set(levels({500, 100, 200, 100})));
+    EXPECT_EQ(scene.false_color[0].levels, (std::vector<double>{100, 200, 500}));
+    EXPECT_TRUE(scene.false_color[0].isolux) << "whoever gives levels wants to see them";
+    EXPECT_TRUE(scene.false_color[1].levels.empty()) << "each view has its own";
+    const v1::State state = full_state(scene);
+    EXPECT_EQ(state.illuminance().levels_size(), 3);
+    EXPECT_EQ(state.illuminance().levels(2), 500);
+    const layouts::FalseColorBlock block = color_block(scene.false_color[0], false);
+    EXPECT_EQ(levels_reached(block, 199.0f), 1);
+    EXPECT_EQ(levels_reached(block, 200.0f), 2);
+    ASSERT_TRUE(set([&](auto& s) { levels({50})(s), s.set_isolux(false); }));
+    EXPECT_FALSE(scene.false_color[0].isolux) << "unless it says otherwise";
+    const std::vector<double> most(16, 7.0), more(17, 7.0);
+    ASSERT_TRUE(set(levels(most)));
+    expect_refused("too_large", "set_view.levels", levels(more));
+    for (const double bad : {0.0, -1.0, 2e9, static_cast<double>(NAN)})
+        expect_refused("invalid_argument", "set_view.levels", levels({100, bad}));
+    ASSERT_TRUE(set(levels({})));
+    EXPECT_TRUE(scene.false_color[0].levels.empty());
+    EXPECT_GT(isolux_levels(scene.false_color[0], false).size(), 3u);
 }
 
 TEST_F(SetView, AutomaticEndsWithATypedRange) {

@@ -104,5 +104,57 @@ TEST(Legend, LinesHaveFigures) {
     EXPECT_TRUE(seen);
 }
 
+// Where they are told to be drawn by others: on the line, one in each part of the picture; the marks stay.
+TEST(Legend, FiguresHavePlaces) {
+    CapturedPicture picture = grey(400, 400);
+    Scene scene;
+    scene.false_color[0].isolux = true;
+    scene.false_color[0].levels = {120.0, 300.0};
+    for (int x = 0; x < 400; ++x) {
+        picture.rgba8[4 * static_cast<std::size_t>(150 * 400 + x) + 3] = 1;
+        if (x < 8) picture.rgba8[4 * static_cast<std::size_t>(350 * 400 + x) + 3] = 2;  // too short
+    }
+    const std::vector<LineFigure> figures = line_figures(picture, scene, View::illuminance);
+    ASSERT_EQ(figures.size(), 4u) << "one each 100 pixels";
+    for (std::size_t i = 0; i < 4; ++i) {
+        EXPECT_EQ(figures[i].value, 120.0);
+        EXPECT_EQ(figures[i].y, 150);
+        EXPECT_NEAR(figures[i].x, 50.0 + 100.0 * static_cast<double>(i), 1.0);
+    }
+    EXPECT_EQ(picture.rgba8[4 * (150 * 400) + 3], 1) << "still marked";
+    scene.false_color[0].isolux = false;
+    EXPECT_TRUE(line_figures(picture, scene, View::illuminance).empty());
+}
+
+// A level that was given is a line across the bar, at its place: half way up from 0 to 400 lx.
+TEST(Legend, LevelsThatWereGivenAreLinesInIt) {
+    Scene scene;
+    FalseColor& settings = scene.false_color[0];
+    settings.logarithmic = false;
+    settings.range_low = 0.0;
+    settings.range_high = 400.0;
+    settings.palette = "viridis";
+    settings.isolux = true;
+    const auto drawn = [&] {
+        CapturedPicture picture = grey(400, 400);
+        draw_legend(picture, scene, View::illuminance);
+        return picture;
+    };
+    const CapturedPicture plain = drawn();
+    settings.levels = {200.0};
+    const CapturedPicture with = drawn();
+    std::set<int> rows;
+    const auto middle = color_at(*find_palette("viridis"), 0.5f);
+    for (int y = 0; y < 400; ++y) {
+        for (int x = 0; x < 400; ++x) {
+            const Rgb8 before = at(plain, x, y);
+            const bool bar = std::abs(static_cast<float>(before[1]) - middle[1]) < 4.0f &&
+                             std::abs(static_cast<float>(before[2]) - middle[2]) < 4.0f;
+            if (bar && at(with, x, y) == Rgb8{255, 255, 255}) rows.insert(y);
+        }
+    }
+    EXPECT_EQ(rows.size(), 1u) << "white on the dark middle of viridis";
+}
+
 }  // namespace
 }  // namespace gonio

@@ -94,6 +94,7 @@ protected:
         lux.set_palette("viridis");
         lux.set_isolux(true);
         lux.set_below(300);
+        for (const double level : {500.0, 75.5, 100.0}) lux.mutable_levels()->add_values(level);
         lux.set_compare_range(120);
         lux.set_only("wash");
         lux.set_compare("bright");
