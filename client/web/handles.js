@@ -1,16 +1,19 @@
 // What can be taken hold of in the picture: lights, the axes along which the selected ones move, the end of the aim line,
-// and the point that they aim at. Drawn as SVG over the picture.
+// the ring about it, and the point that they aim at. Drawn as SVG over the picture.
 
 import {h, svg} from "./dom.js";
 import {pageRole} from "./control.js";
+import {pathOf} from "./beam.js";
 import {Drag} from "./drag.js";
 import {setEach} from "./many.js";
 import {Readout} from "./readout.js";
+import {RollDrag, ringOf, ringPoint} from "./roll.js";
 import {add, eyeOf, length, project, scale, sub, unit} from "./projection.js";
 
 const kDragPx = 4;            // less is a click
 const kReachPx = 14;          // a click this near to a light means it
 const kAxisShare = 0.12;      // length of an axis, of the picture's height at the light's distance
+const kRingSides = 48;
 const kAxes = {x: [1, 0, 0], y: [0, 1, 0], z: [0, 0, 1]};
 
 // Result: the lights that a click at a place means, the nearest first. Lights that lie on each other come one after the
@@ -151,12 +154,21 @@ export class Handles {
         const end = this.#aimEnd(eye, light), tip = px(end);
         line("aim", position, end, "aim");
         if (tip) draw("aim end", "circle", {cx: tip[0], cy: tip[1], r: 6, class: "aim", "data-aim": ""}, (event) => this.#hold(event, {turns: true}), "Turn");
+        this.#drawRing(light, reach, px, draw);
         for (const [name, axis] of Object.entries(kAxes)) {
             const far = add(position, scale(axis, reach)), at = px(far);
             line(`line ${name}`, position, far, name);
             if (at) draw(`axis ${name}`, "circle", {cx: at[0], cy: at[1], r: 6, class: name, "data-axis": name},
                 (event) => this.#hold(event, {axis}), `Move along ${name.toUpperCase()}`);
         }
+    }
+
+    // About the aim; its handle is where C0 is.
+    #drawRing(light, reach, px, draw) {
+        const ring = ringOf(this.#store, light, reach), at = px(ringPoint(ring, 0));
+        const points = Array.from({length: kRingSides}, (_, i) => px(ringPoint(ring, 2 * Math.PI * i / kRingSides)));
+        draw("roll ring", "path", {d: pathOf(points), class: "roll"});
+        if (at) draw("roll", "circle", {cx: at[0], cy: at[1], r: 5, class: "roll", "data-roll": ""}, (event) => this.#hold(event, {rolls: true}), "Roll");
     }
 
     // A press on a light selects it, or the next one at the same place; held, it moves what is selected. With shift it
@@ -181,10 +193,10 @@ export class Handles {
     }
 
     // axis: along which it moves; else in the plane that faces the camera. next: selected where the pointer does not move.
-    #hold(event, {axis = null, turns = false, next = null}) {
+    #hold(event, {axis = null, turns = false, rolls = false, next = null}) {
         event.preventDefault();
         event.stopPropagation();
-        if (!this.#take({turns, from: this.#at(event)})) return;
+        if (!this.#take({turns, rolls, from: this.#at(event)})) return;
         this.#drag = {...this.#drag, first: {x: event.clientX, y: event.clientY}, next};
         if (axis) this.#drag.drag.hold(axis);
         const move = (moved) => this.#move(moved);
@@ -200,12 +212,13 @@ export class Handles {
     }
 
     // Result: whether there is something in the hand now.
-    #take({turns, from}) {
+    #take({turns, rolls = false, from}) {
         const lights = this.#selected(), eye = this.eye;
         const first = lights.find((light) => !light.sun);
         if (pageRole === "viewer" || this.#drag || lights.length === 0 || (!first && !turns)) return false;
         const ordered = first ? [first, ...lights.filter((light) => light !== first)] : lights;
-        const drag = new Drag(this.#store, eye, ordered, {turns, from, reach_m: first ? 2 * this.#reach(eye, first) || 1 : 1});
+        const drag = rolls ? new RollDrag(this.#store, eye, ordered, {from, reach_m: this.#reach(eye, first)})
+            : new Drag(this.#store, eye, ordered, {turns, from, reach_m: first ? 2 * this.#reach(eye, first) || 1 : 1});
         this.#drag = {drag, next: null, modal: null};
         return true;
     }

@@ -19,6 +19,7 @@ export const shortcuts = [
     {part: "Selection", keys: "Ctrl A in the list", what: "All that the filter leaves"},
     {part: "Lights", keys: "Drag a light or its axes; W or G", what: "Move it; Ctrl: in steps of 0.1 m"},
     {part: "Lights", keys: "Drag the end of the aim line; E or R", what: "Turn it"},
+    {part: "Lights", keys: "Drag the ring about the aim line", what: "Roll it; Ctrl: in steps of 15°"},
     {part: "Lights", keys: "X, Y, Z while moving", what: "Along this axis only"},
     {part: "Lights", keys: "A, then click", what: "Aim the selected lights there"},
     {part: "Lights", keys: "N, then click", what: "Add a light there"},

@@ -2,7 +2,7 @@
 //   node handles_test.mjs GONIOD_BINARY [SCREENSHOT.png]
 
 import {asked, check, inBrowser, listen, screenshot, settled, sleep, startServer, state, until} from "./harness.mjs";
-import {distance, drag, handle, light, onPage} from "./place.mjs";
+import {changed, distance, drag, handle, light, onPage} from "./place.mjs";
 
 // Where a light came to rest that was dragged away from `from`.
 async function dragged(page, name, from) {
@@ -43,6 +43,32 @@ async function run(page, server) {
     await drag(page, await handle(page, `circle[data-light="${first}"]`), [60, -30], () => page.keyboard.press("y"));
     const up = await dragged(page, first, free);
     check(Math.abs(up[0] - free[0]) < 1e-9 && Math.abs(up[2] - free[2]) < 1e-9 && up[1] > free[1], "Y holds a drag to that axis", up.join(" "));
+
+    // The ring about the aim, which is straight down: C0 is +X, and C90 is -Z. So C0 on +Z is a roll of -90°.
+    const rolled = (wanted) => until(`a roll of ${wanted}°`, async () => Math.abs((await light(page, first)).roll_rad * 180 / Math.PI - wanted) < 6 && light(page, first));
+    const flat = await light(page, first);
+    check(flat.aim[1] < -0.9999 && Math.abs(flat.roll_rad) < 1e-9, "the light aims down and is not rolled");
+    const at = await handle(page, "circle[data-roll]"), ring = await page.locator("#handles path.roll").boundingBox();
+    const front = ring.y + (flat.position[1] > (await state(page)).camera.eye[1] ? 0 : ring.height);    // nearest to the camera, on +Z
+    const toFront = [ring.x + ring.width / 2 - at[0], front - at[1]];
+    await drag(page, at, toFront);
+    const onZ = await rolled(-90);
+    check(onZ.c0[2] > 0.99 && Math.abs(onZ.aim[1] + 1) < 1e-6, "the ring rolls the light about its aim", `C0 ${onZ.c0.map((x) => x.toFixed(2))}, ${(onZ.roll_rad * 180 / Math.PI).toFixed(1)}°`);
+    await page.keyboard.down("Control");
+    await drag(page, await handle(page, "circle[data-roll]"), [ring.width / 4, 0]);
+    await page.keyboard.up("Control");
+    const snapped = 12 / Math.PI * await changed("another roll", onZ.roll_rad, async () => (await light(page, first)).roll_rad);
+    check(Math.abs(snapped - Math.round(snapped)) < 1e-6, "Ctrl rolls in steps of 15°", `${Math.round(snapped) * 15}°`);
+    await until("the same degrees in the field", async () => Math.abs(Number(await page.locator("#roll-number").inputValue()) - Math.round(snapped) * 15) < 0.06);
+    await page.locator("#canvas").focus();
+    await page.keyboard.press("Control+z");
+    await rolled(-90);
+    await page.keyboard.press("Control+z");
+    await rolled(0);
+    check(true, "each drag of the ring is one step of undo");
+    await drag(page, await handle(page, "circle[data-roll]"), [-40, 6], () => page.keyboard.press("Escape"));
+    await until("no roll", async () => Math.abs((await light(page, first)).roll_rad) < 1e-9);
+    check(true, "Escape takes a roll back");
 
     // Aim here.
     await page.locator("#aim-here").click();
