@@ -86,4 +86,14 @@ std::optional<Scene> shown_scene(const Scene& scene, View view) {
     return shown;
 }
 
+std::array<Scene, 2> signed_parts(const Scene& shown) {
+    std::array<Scene, 2> parts = {shown, shown};
+    for (std::size_t i = 0; i < shown.lights.size(); ++i) {
+        const glm::dvec3 weight = own_weight(shown.lights[i]);
+        set_weight(parts[0].lights[i], glm::max(weight, 0.0));
+        set_weight(parts[1].lights[i], glm::max(-weight, 0.0));
+    }
+    return parts;
+}
+
 }  // namespace gonio

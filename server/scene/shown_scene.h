@@ -1,6 +1,7 @@
 // What the picture shows of a scene where it is not the scene itself: one light alone, or how it differs from a preset.
 #pragma once
 
+#include <array>
 #include <optional>
 
 #include "server/scene/scene.h"
@@ -13,5 +14,9 @@ namespace gonio {
 // way or with another profile, or that is gone, is among them as a further one, negative. Ids and revisions of lights
 // that are there stay: light that was rendered stands. Any thread.
 std::optional<Scene> shown_scene(const Scene& scene, View view);
+
+// shown: of shown_scene(). Result: the scene with what its lights bring, and the one with what they take away, both
+// positive: the picture is the first one's less the second one's.
+std::array<Scene, 2> signed_parts(const Scene& shown);
 
 }  // namespace gonio

@@ -196,10 +196,6 @@ Result<CaptureRequest> check_capture(const Scene& scene, const v1::CaptureQuery&
         return Error{"unsupported", "capture.view", view_name(request.view),
                      "reference quality has beauty, direct, indirect, illuminance and luminance"};
     }
-    if (request.quality == Quality::reference && shows_one_light(scene, request.view))
-        return Error{"unsupported", "capture.quality", query.quality(), "reference quality shows no light alone"};
-    if (request.quality == Quality::reference && shows_difference(scene, request.view))
-        return Error{"unsupported", "capture.quality", query.quality(), "reference quality shows no difference"};
     request.denoise = query.denoise();
     if (request.denoise && request.quality != Quality::reference)
         return Error{"unsupported", "capture.denoise", "true", "only reference quality is denoised"};

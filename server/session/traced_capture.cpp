@@ -3,7 +3,10 @@
 #include <algorithm>
 #include <cmath>
 
+#include "server/base/clock.h"
+#include "server/scene/apply.h"
 #include "server/scene/false_color.h"
+#include "server/scene/shown_scene.h"
 #include "server/scene/white_balance.h"
 #include "server/trace/denoise.h"
 #include "shaders/lib/as_cpp.h"
@@ -80,6 +83,26 @@ void develop_false_color(const std::vector<float>& values, const Scene& scene, c
     }
 }
 
+// What is traced for a view: the scene, or what it shows in its place: light that comes and light that goes.
+struct Part {
+    std::shared_ptr<const trace::World> world;
+    float sign = 1.0f;
+    bool lit = true;
+};
+std::vector<Part> parts_of(const std::shared_ptr<const trace::World>& world, const Scene& scene, View view) {
+    const std::optional<Scene> shown = shown_scene(scene, view);
+    if (!shown) return {{world}};
+    std::vector<Part> parts;
+    const std::array<Scene, 2> halves = signed_parts(*shown);
+    for (const Scene& half : halves) {
+        const bool lit = std::ranges::any_of(
+            half.lights, [&](const Light& light) { return light_weight(half, light) != glm::dvec3(0.0); });
+        if (lit) parts.push_back({trace::make_world(half, world.get()), &half == &halves[0] ? 1.0f : -1.0f});
+    }
+    if (parts.empty()) parts.push_back({trace::make_world(halves[0], world.get()), 1.0f, false});
+    return parts;
+}
+
 // Replaces the colours of values. Result: trace::Denoised::noise.
 double put_denoised(std::vector<float>& values, const trace::DenoisePlanes& planes, const trace::Settings& settings) {
     const trace::Denoised denoised = trace::denoise(planes, settings.threads, settings.idle);
@@ -88,11 +111,16 @@ double put_denoised(std::vector<float>& values, const trace::DenoisePlanes& plan
     return denoised.noise;
 }
 
-}  // namespace
+struct TracedPart {
+    std::vector<float> values;
+    trace::Progress progress;
+    std::optional<double> denoised_noise;
+};
 
-std::optional<TracedCapture> trace_capture(std::shared_ptr<const trace::World> world, const Scene& scene,
-                                           const CaptureRequest& request, std::stop_token stop,
-                                           const std::function<void(const trace::Progress&)>& each) {
+// Result: nothing if stopped.
+std::optional<TracedPart> trace_part(const Part& part, const Scene& scene, const CaptureRequest& request,
+                                     trace::Settings settings, const std::stop_token& stop,
+                                     const std::function<void(const trace::Progress&)>& each) {
     trace::PictureRequest asked;
     asked.camera = scene.camera;
     asked.width_px = request.width_px;
@@ -100,18 +128,63 @@ std::optional<TracedCapture> trace_capture(std::shared_ptr<const trace::World> w
     asked.quantity = quantity_of(request.view);
     asked.antialias = request.samples_per_pixel > 1;
     asked.planes = request.denoise;
-    trace::Settings settings = request.settings;
     // Edges and what is seen through glass have as many levels as there are samples: no filter smooths them.
-    if (request.denoise) settings.min_passes = world->geometry->transmissive() ? kGlassSamples : kEdgeSamples;
-    trace::Picture traced(std::move(world), asked, settings);
-    TracedCapture capture;
+    if (request.denoise) settings.min_passes = part.world->geometry->transmissive() ? kGlassSamples : kEdgeSamples;
+    if (!part.lit) {  // it only tells where surfaces are
+        settings.bounces = 0;
+        settings.max_passes = trace::kLeastPassesOfNoise;
+    }
+    trace::Picture traced(part.world, asked, settings);
+    TracedPart result;
     do {
-        capture.progress = traced.refine(kRefineSeconds, stop);
-        each(capture.progress);
-    } while (!capture.progress.complete && !stop.stop_requested());
+        result.progress = traced.refine(kRefineSeconds, stop);
+        if (!part.lit) result.progress.noise = 0.0, result.progress.noise_reached = true;
+        each(result.progress);
+    } while (!result.progress.complete && !stop.stop_requested());
     if (stop.stop_requested()) return std::nullopt;
-    std::vector<float> values = traced.values();
-    if (request.denoise) capture.denoised_noise = put_denoised(values, traced.planes(), request.settings);
+    result.values = traced.values();
+    if (request.denoise) result.denoised_noise = put_denoised(result.values, traced.planes(), request.settings);
+    return result;
+}
+
+// Of four floats each fourth is a coverage, which is the same in all.
+void add(std::vector<float>& values, const std::vector<float>& more, float sign) {
+    values.resize(more.size());
+    for (std::size_t i = 0; i < more.size(); ++i) values[i] = i % 4 < 3 ? values[i] + sign * more[i] : more[i];
+}
+
+}  // namespace
+
+std::optional<TracedCapture> trace_capture(const std::shared_ptr<const trace::World>& world, const Scene& scene,
+                                           const CaptureRequest& request, std::stop_token stop,
+                                           const std::function<void(const trace::Progress&)>& each) {
+    const std::vector<Part> parts = parts_of(world, scene, request.view);
+    const std::int64_t begin_ns = monotonic_ns();
+    TracedCapture capture;
+    std::vector<float> values;
+    std::uint32_t before = 0;  // passes of the parts before
+    for (std::size_t i = 0; i < parts.size(); ++i) {
+        const auto left = static_cast<double>(parts.size() - i);
+        trace::Settings settings = request.settings;
+        if (settings.max_seconds > 0.0)  // what is left is shared by the parts that are left
+            settings.max_seconds = std::max(1e-3, (settings.max_seconds - seconds_since(begin_ns)) / left);
+        const auto traced = trace_part(parts[i], scene, request, settings, stop, [&](trace::Progress progress) {
+            progress.passes += before;
+            if (left > 1.0) progress.seconds_left.reset();
+            each(progress);
+        });
+        if (!traced) return std::nullopt;
+        before += traced->progress.passes;
+        add(values, traced->values, parts[i].sign);
+        if (traced->denoised_noise) capture.denoised_noise = traced->denoised_noise;
+        if (i == 0) {
+            capture.progress = traced->progress;
+            continue;
+        }
+        capture.progress.passes = std::min(capture.progress.passes, traced->progress.passes);
+        capture.progress.noise = std::max(capture.progress.noise, traced->progress.noise);
+        capture.progress.noise_reached &= traced->progress.noise_reached;
+    }
     capture.picture = develop(values, scene, request);
     capture.picture.denoised = request.denoise;
     return capture;

@@ -20,8 +20,9 @@ struct TracedCapture {
 
 // Renders until the noise or the time of request.settings is reached, then filters where the request asks for it;
 // `each` is told a few times a second. With one sample per pixel the picture is of pixel centres, else antialiased.
-// Result: nothing if stopped.
-std::optional<TracedCapture> trace_capture(std::shared_ptr<const trace::World> world, const Scene& scene,
+// world: of the scene. A difference is of two pictures that both reach the noise and share the time; the progress in
+// the result is that of the one that got less far. Result: nothing if stopped.
+std::optional<TracedCapture> trace_capture(const std::shared_ptr<const trace::World>& world, const Scene& scene,
                                            const CaptureRequest& request, std::stop_token stop,
                                            const std::function<void(const trace::Progress&)>& each);
 

@@ -196,7 +196,7 @@ PathLight trace_path(const World& world, Receiver x, int bounces, bool openings,
         const Receiver at_y = receiver_of(geometry, y);
         const float cos_x = glm::dot(direction, x.normal), cos_y = -glm::dot(direction, y.geometric);
         const double met = static_cast<double>(cos_x * cos_y / (kPi * y.distance * y.distance));
-        if (y.emission != glm::vec3(0.0f) && y.distance > 0.0f) {
+        if (!world.emitters.empty() && y.emission != glm::vec3(0.0f) && y.distance > 0.0f) {
             const auto index = static_cast<std::size_t>(
                 world.emitters.first_of_instance[static_cast<std::size_t>(y.instance)] + y.triangle);
             const double drawn = world.emitters.density(index);

@@ -70,8 +70,11 @@ std::shared_ptr<const World> make_world(const Scene& scene, const World* previou
         world->emitters = previous->emitters;
     } else {
         world->geometry = geometry_of(scene);
-        world->emitters = emitters_of(*world->geometry);
     }
+    if (scene.emission_hidden)
+        world->emitters = no_emitters(world->geometry->asset());
+    else if (world->emitters.empty())
+        world->emitters = emitters_of(*world->geometry);
     world->luminaires = luminaires_of(scene, *world->geometry);
     world->running.push_back(0.0);
     for (const Luminaire& luminaire : world->luminaires)
@@ -203,7 +206,7 @@ struct Picture::Data {
         if (!pixel.hit) return pixel;
         pixel.receiver = receiver_of(*world->geometry, hit);
         pixel.albedo = hit.albedo * hit.tint;
-        pixel.emission = hit.emission * hit.tint;
+        if (!world->emitters.empty()) pixel.emission = hit.emission * hit.tint;
         if (request.planes) pixel.inverse_depth = inverse_depth(hit);
         if (shows_direct() && !settings.openings) pixel.direct = luminaires_direct(*world, pixel.receiver, nullptr);
         return pixel;

@@ -157,8 +157,11 @@ Emitters emitters_of(const Geometry& geometry) {
             emitters.running.push_back(emitters.running.back() + (std::isfinite(power) ? power : 0.0));
         }
     }
-    if (!(emitters.running.back() > 0.0)) return {{}, {0.0}, std::vector<int>(asset.instances.size(), -1)};
-    return emitters;
+    return emitters.running.back() > 0.0 ? emitters : no_emitters(asset);
+}
+
+Emitters no_emitters(const SceneAsset& asset) {
+    return {{}, {0.0}, std::vector<int>(asset.instances.size(), -1)};
 }
 
 }  // namespace gonio::trace

@@ -66,6 +66,7 @@ struct Emitters {
     }
 };
 Emitters emitters_of(const Geometry& geometry);
+Emitters no_emitters(const SceneAsset& asset);
 
 struct World {
     std::shared_ptr<const Geometry> geometry;
