@@ -81,7 +81,7 @@ constexpr WordRow kLibraryOptions[] = {
     {"--min-beam", "DEG", degrees, "min_beam_rad", "full angle of 50 %, 0 to 360"},
     {"--max-beam", "DEG", degrees, "max_beam_rad", "likewise"},
     {"--offset", "N", count, "offset", "rows to leave out"},
-    {"--count", "N", count, "count", "rows at most, 1 to 500; default 100"},
+    {"--count", "N", positive_count, "count", "rows at most, 1 to 500; default 100"},
     {"--read-again", "", flag, "read_again", "has the server read its folders again; ask once more for what is new"},
 };
 

@@ -4,6 +4,7 @@
 import {h, setText} from "./dom.js";
 import {pictureOf} from "./capture.js";
 import {pageRole} from "./control.js";
+import {scaleOf} from "./legend.js";
 import {formatProgress} from "./meter.js";
 import {sentence} from "./toast.js";
 import {Wipe} from "./wipe.js";
@@ -13,7 +14,7 @@ const kRestMs = 20000;    // a picture that does not come to rest is taken as it
 const kModes = [["off", "Off"], ["a", "A"], ["b", "B"], ["side", "Side by side"], ["wipe", "Wipe"]];
 
 export class ComparePanel {
-    #store; #connection; #video; #live; #wipe;
+    #store; #connection; #video; #screen; #live; #wipe;
     #kept = [];                       // {name, url, node}
     #chosen = {a: null, b: null};     // of the kept; null: the live picture
     #strip = h("ul", {class: "kept", "aria-label": "Kept pictures"});
@@ -27,6 +28,7 @@ export class ComparePanel {
         this.#store = store;
         this.#connection = connection;
         this.#video = video;
+        this.#screen = screen;
         this.#live = () => screen.querySelector(video.mode === "h264" ? "#canvas" : "#still");
         this.#wipe = new Wipe(screen, this.#live);
         const button = (id, text, title, run) => h("button", {type: "button", id, title, onclick: run}, text);
@@ -50,7 +52,10 @@ export class ComparePanel {
         for (const side of ["a", "b"]) this.#choose(side, null);
         video.addEventListener("shown", () => this.#wipe.mirror());
         connection.addEventListener("undo", ({detail}) => { this.#undoes = detail.undo_label ?? ""; });
-        store.addEventListener("update", () => this.#offerPresets());
+        store.addEventListener("update", () => {
+            this.#offerPresets();
+            this.#showScale();
+        });
         document.addEventListener("keydown", (event) => {
             if (event.key === "Escape" && this.#wipe.mode !== "off" && !event.target.closest("input, select, dialog")) this.#setMode("off");
         });
@@ -101,7 +106,7 @@ export class ComparePanel {
 
     // Into the strip; beyond kMostKept the oldest goes. Result: the kept picture.
     keep(name, blob) {
-        const kept = {name, url: URL.createObjectURL(blob)};
+        const kept = {name, url: URL.createObjectURL(blob), scale: this.#scale()};
         kept.node = this.#row(kept);
         this.#kept.push(kept);
         this.#strip.append(kept.node);
@@ -155,10 +160,24 @@ export class ComparePanel {
         this.#chosen[side] = kept;
         this.#wipe.show(side, kept);
         for (const one of this.#kept) one.node.querySelector(`[data-side=${side}]`).setAttribute("aria-pressed", String(one === kept));
+        this.#showScale();
+    }
+
+    // What the colours of the live picture stand for; "" where it is none of false colour.
+    #scale() {
+        const scale = scaleOf(this.#store.state);
+        return scale ? JSON.stringify({...scale, palette: scale.palette.help}) : "";
+    }
+
+    // The legend is of both pictures, or it is hidden.
+    #showScale() {
+        const sides = {a: ["a"], b: ["b"]}[this.#wipe.mode] ?? ["a", "b"], now = this.#scale();
+        this.#screen.classList.toggle("one-scale", sides.every((side) => (this.#chosen[side]?.scale ?? now) === now));
     }
 
     #setMode(mode) {
         this.#wipe.setMode(mode);
+        this.#showScale();
         for (const button of this.#modes.children) {
             const on = button.dataset.mode === mode;
             button.setAttribute("aria-checked", String(on));

@@ -72,10 +72,13 @@ function levelText(row, levels) {
     for (let at = row.address - 1, i = 0; i < property.values; ++i, at += bytes) {
         const raw = bytes === 2 ? levels[at] * 256 + levels[at + 1] : levels[at];
         const value = (low + (high - low) * raw / (bytes === 2 ? 65535 : 255)) / property.unit;
-        texts.push(property.by_name ? String(raw) : `${raw} = ${formatNumber(value, Math.abs(value) < 10 ? 2 : 0)}${property.unit_name && ` ${property.unit_name}`}`);
+        texts.push(property.by_name ? `${raw} = ${row.profiles?.[Math.floor(raw * row.profiles.length / (bytes === 2 ? 65536 : 256))] || "none"}` : `${raw} = ${formatNumber(value, Math.abs(value) < 10 ? 2 : 0)}${property.unit_name && ` ${property.unit_name}`}`);
     }
     return texts.join(", ");
 }
+
+// Result: the names of "none, L201": "" for none.
+const readNames = (text) => text.split(",").map((name) => name.trim()).filter(Boolean).map((name) => (name === "none" ? "" : name));
 
 const means = (device, identity) => device === "*" || device === identity
     || (device.includes(":") && (identity.startsWith(`${device}:`) || identity.startsWith(`${device}@`)));
@@ -137,6 +140,7 @@ export class PatchPanel extends PolledPanel {
             target: choice("patch-target", "Target", []), property: choice("patch-property", "Property", []),
             bits: choice("patch-bits", "Bits", [["8", "8 bits"], ["16", "16 bits"]]),
             low: figure("patch-low", "Low", "", undefined, undefined, "any"), high: figure("patch-high", "High", "", undefined, undefined, "any"),
+            names: h("input", {type: "text", id: "patch-names", "aria-label": "Names", hidden: true}),
         };
         const {target, property} = this.#fields;
         target.addEventListener("change", () => this.#offerProperties());
@@ -171,7 +175,7 @@ export class PatchPanel extends PolledPanel {
 
     #offerProperties() {
         const {target, property} = this.#fields, kind = target.value.split(" ")[0];
-        const names = properties.filter((row) => row.of_scene === (kind === "scene") && !row.by_name).map((row) => row.name);
+        const names = properties.filter((row) => row.of_scene === (kind === "scene") && !(row.by_name && row.of_scene)).map((row) => row.name);
         const before = property.value;
         property.replaceChildren(...names.map((name) => h("option", {value: name}, name)));
         if (names.includes(before)) property.value = before;
@@ -181,10 +185,16 @@ export class PatchPanel extends PolledPanel {
     }
 
     #offerRange() {
-        const row = rowOf(this.#fields.property.value), unit = row.unit_name && ` ${row.unit_name}`;
+        const row = rowOf(this.#fields.property.value), unit = row.unit_name && ` ${row.unit_name}`, {names} = this.#fields;
+        names.hidden = !row.by_name;
+        names.required = row.by_name;
+        names.value = row.name === "profile" ? this.#store.state.profiles.join(", ") : "";
+        names.placeholder = "none, L201, L204";
+        names.title = `The names share the slot's way evenly, from 0 on; with commas between${row.name === "gel" ? "; none: no gel" : ""}`;
         for (const [field, value] of [[this.#fields.low, row.low], [this.#fields.high, row.high]]) {
             field.value = "";
-            field.required = !row.has_range;    // then there is no default
+            field.hidden = row.by_name;
+            field.required = !row.has_range && !row.by_name;    // then there is no default
             field.placeholder = row.has_range ? `${formatNumber(value / row.unit, 0)}${unit}` : (field === this.#fields.low ? "from" : "to") + unit;
         }
     }
@@ -201,6 +211,7 @@ export class PatchPanel extends PolledPanel {
         const base = {protocol: protocol.value, universe: Number(universe.value), property: property.value, bits: Number(bits.value)};
         if (low.value !== "") base.low = Number(low.value) * unit;
         if (high.value !== "") base.high = Number(high.value) * unit;
+        if (rowOf(property.value).by_name) base.profiles = readNames(this.#fields.names.value);
         let next = Number(address.value);
         return this.#lightsOfTarget().map((target) => {
             const row = {...base, address: next, target};
@@ -212,8 +223,8 @@ export class PatchPanel extends PolledPanel {
     async #take() {
         const rows = this.#patch.rows.map((row) => ({...row})), wished = this.#wished(), at = this.#edited;
         if (at >= 0) {    // what the form does not show stays
-            const {profiles, merge} = rows[at];
-            rows.splice(at, 1, ...wished.map((row) => ({...row, ...(rows[at].property === row.property ? {profiles, merge} : {})})));
+            const {property, merge} = rows[at];
+            rows.splice(at, 1, ...wished.map((row) => ({...row, ...(property === row.property ? {merge} : {})})));
         } else {
             rows.push(...wished);
         }
@@ -244,6 +255,7 @@ export class PatchPanel extends PolledPanel {
         fields.bits.value = row.bits === 16 ? "16" : "8";
         this.#offerRange();
         for (const name of ["low", "high"]) fields[name].value = Number.isFinite(row[name]) ? String(Number((row[name] / unit).toPrecision(9))) : "";
+        fields.names.value = (row.profiles ?? []).map((name) => name || "none").join(", ");
         fields.address.focus();
     }
 
@@ -251,6 +263,7 @@ export class PatchPanel extends PolledPanel {
         const [target] = this.#lightsOfTarget(), {property, low, high} = this.#fields, {unit} = rowOf(property.value);
         const row = {target, property: property.value};
         if (low.value !== "" && high.value !== "") Object.assign(row, {low: Number(low.value) * unit, high: Number(high.value) * unit});
+        if (rowOf(property.value).by_name) row.profiles = readNames(this.#fields.names.value);
         this.#learn.disabled = true;
         setText(this.#learn, "Move a fader…");
         const {learned} = await this.#connection.request({learn: {timeout_s: kLearnSeconds}}).catch(() => ({}));
@@ -300,7 +313,7 @@ export class PatchPanel extends PolledPanel {
         const drawn = rows.slice(0, kMostShown).map((row, i) => h("tr", {"data-row": i + 1, class: wrong.rows[i].some(isWrong) ? "clash" : null},
             ...cells(i + 1, row.protocol === "sacn" ? "sACN" : "Art-Net", row.universe, row.address, row.target || "Scene", row.property),
             h("td", {class: "figure"}, String(row.bits || 8)), h("td", {class: "figure"}, String(footprint(row))), level(), notes(wrong.rows[i]),
-            h("td", {}, rowOf(row.property)?.by_name ? null : this.#button("Edit", `Edit row ${i + 1}`, () => this.#edit(i)),
+            h("td", {}, this.#button("Edit", `Edit row ${i + 1}`, () => this.#edit(i)),
                 this.#button("Unpatch", `Unpatch row ${i + 1}`, () => { this.#edit(-1); this.#send({rows: rows.filter((_, at) => at !== i)}); }))));
         drawn.push(...faders.map((fader, i) => h("tr", {"data-fader": fader.text, class: wrong.faders[i].some(isWrong) ? "clash" : null},
             ...cells("", "Fader", fader.box, fader.control, fader.target || "Scene", fader.property), h("td"), h("td"), level(), notes(wrong.faders[i]),

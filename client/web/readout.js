@@ -56,7 +56,8 @@ export class Readout {
         const {reading, luminance_nit, point_m, normal, node, distance_m} = pick;
         const vector = (v, digits) => v.map((x) => formatNumber(x, digits)).join(" ");
         const aimed = this.#aimed(), from = aimed.length === 1 ? `${formatNumber(length(sub(point_m, aimed[0].position)), 2)} m from ${aimed[0].name} · ` : "";
-        setText(this.node, `${from}${formatLux(reading.total_lx)} · ${formatNumber(luminance_nit, luminance_nit < 10 ? 3 : 1)} cd/m² · `
+        const light = reading ? `${formatLux(reading.total_lx)} · ${formatNumber(luminance_nit, luminance_nit < 10 ? 3 : 1)} cd/m²` : "no lux: this technique has no sun";
+        setText(this.node, `${from}${light} · `
             + `${node || "surface"} at ${vector(point_m, 2)} m · normal ${vector(normal, 2)} · ${formatNumber(distance_m, 2)} m away`);
     }
 }

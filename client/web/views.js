@@ -71,7 +71,8 @@ export function viewPanel(store, node, hand, connection) {
         if (event.metaKey || event.altKey || event.shiftKey || pageRole === "viewer" || event.target.closest("input, select, textarea")) return;
         const pair = kNumpad[event.code];
         if (pair) go(pair[event.ctrlKey ? 1 : 0]);
-        else if (event.key === "Home" && event.target.closest("#screen")) go("fit");
+        // Lists and sliders have taken a Home of their own.
+        else if (event.key === "Home" && !event.defaultPrevented && !event.target.closest("dialog")) go("fit");
         else return;
         event.preventDefault();
     });

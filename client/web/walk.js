@@ -63,9 +63,10 @@ export class Walk {
 
     #key(event, down) {
         if (this.active && event.key === "Shift") this.#runs = down;
-        if (!this.active || !(event.code in kWays)) return;
+        if (!this.active) return;
+        event.stopImmediatePropagation();    // no key means anything else meanwhile
+        if (!(event.code in kWays)) return;
         event.preventDefault();
-        event.stopImmediatePropagation();
         if (down) this.#keys.add(event.code);
         else this.#keys.delete(event.code);
         this.#runs = event.shiftKey;

@@ -62,7 +62,13 @@ MaybeValue vector_or_auto_value(Text text) {
 
 MaybeValue size_value(Text text) {
     const auto size = parse_size(text);
-    return size ? MaybeValue({{double(size->first), double(size->second)}, {}}) : std::nullopt;
+    return size && size->first > 0 && size->second > 0 ? MaybeValue({{double(size->first), double(size->second)}, {}})
+                                                       : std::nullopt;
+}
+
+MaybeValue positive_count_value(Text text) {
+    const auto count = parse_count(text);
+    return count && *count > 0 ? numbers_value(count) : std::nullopt;
 }
 
 MaybeValue edge_samples_value(Text text) {
@@ -128,6 +134,7 @@ constexpr FormRow kForms[] = {
     {WordForm::ratio, "a number or a percentage, like 0.5 or 50%", ratio_value},
     {WordForm::degrees, "a number", [](Text text) { return numbers_value(parse_number(text), kRadPerDeg); }},
     {WordForm::count, "a whole number, 0 or more", [](Text text) { return numbers_value(parse_count(text)); }},
+    {WordForm::positive_count, "a whole number above 0", positive_count_value},
     {WordForm::edge_samples, "a whole number from 1 to 64", edge_samples_value},
     {WordForm::vector, "numbers with commas between, like 1,2,3", vector_value},
     {WordForm::vector_or_auto, "up to 16 numbers with commas between, like 100,200,500, or auto", vector_or_auto_value},

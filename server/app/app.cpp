@@ -15,6 +15,7 @@
 
 #include "client/web/page.h"
 #include "server/app/http_options.h"
+#include "server/session/command_files.h"
 
 namespace gonio {
 namespace {
@@ -103,10 +104,8 @@ App::App(Options options, Tokens tokens)
                                       uploads_ ? uploads_->folder() : "", options_.load, options_.max_memory,
                                       show_folder(options_), render_session_.scene().gels});
     render_session_.set_boot(fresh_name(), first_.restored_rev);
-    auto library = std::make_shared<Library>(options_.library_folders);
-    std::vector<std::shared_ptr<const Profile>> own;
-    for (const Light& light : render_session_.scene().lights) own.push_back(light.profile);
-    library->keep_scene(own);
+    auto library = std::make_shared<Library>(options_.library_folders, uploads_ ? uploads_->folder() : "");
+    library->keep_scene(profiles_of(render_session_.scene()));
     render_session_.set_library(std::move(library));
 }
 

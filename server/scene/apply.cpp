@@ -261,6 +261,14 @@ Revision newest_part(const Scene& scene) {
     return newest;
 }
 
+// Of what the show keeps.
+Revision newest_show_part(const Scene& scene) {
+    Revision newest = std::max({scene.geometry_rev, scene.master_rev, scene.lights_rev, scene.groups_rev,
+                                scene.patch_rev, scene.surfaces_rev, scene.presets_rev, scene.saved_views_rev});
+    for (const Light& light : scene.lights) newest = std::max(newest, newest_rev(light));
+    return newest;
+}
+
 }  // namespace
 
 Result<Applied> apply(Scene& scene, const v1::Command& command, const Loaded& loaded) {
@@ -274,6 +282,7 @@ Result<Applied> apply(Scene& scene, const v1::Command& command, const Loaded& lo
         return refused.error;
     }
     changed.scene_rev = std::max(scene.scene_rev, newest_part(changed));
+    if (newest_show_part(changed) > scene.scene_rev) changed.edited_rev = changed.scene_rev;
     scene = std::move(changed);
     applied.scene_rev = scene.scene_rev;
     if (loaded.profile) {
@@ -311,10 +320,13 @@ static std::optional<Error> apply_input(Scene& scene, const v1::Command& command
     return std::nullopt;
 }
 
-std::vector<std::optional<Error>> apply_inputs(Scene& scene, std::span<const v1::Command> commands) {
+std::vector<std::optional<Error>> apply_inputs(Scene& scene, std::span<const v1::Command> commands, Driven driven) {
+    const Revision before = scene.scene_rev;
     std::vector<std::optional<Error>> refused;
     for (const v1::Command& command : commands) refused.push_back(apply_input(scene, command));
     scene.scene_rev = std::max(scene.scene_rev, newest_part(scene));
+    const bool saves = std::ranges::any_of(commands, [](const v1::Command& one) { return one.has_save_preset(); });
+    if ((driven == Driven::by_hand || saves) && newest_show_part(scene) > before) scene.edited_rev = scene.scene_rev;
     return refused;
 }
 
@@ -331,7 +343,7 @@ Scene scene_of(std::shared_ptr<const SceneAsset> asset, Revision revision) {
     Scene scene;
     scene.scene_rev = scene.geometry_rev = scene.camera_rev = scene.view_rev = scene.exposure_rev = scene.master_rev =
         scene.technique_rev = scene.size_rev = scene.lights_rev = scene.groups_rev = scene.patch_rev =
-            scene.surfaces_rev = scene.presets_rev = scene.saved_views_rev = scene.show_rev = scene.look_rev =
+            scene.surfaces_rev = scene.presets_rev = scene.saved_views_rev = scene.show_rev = scene.edited_rev = scene.look_rev =
                 scene.compare_rev = scene.grids_rev = scene.observers_rev = revision;
     scene.camera = asset->cameras.empty() ? framing(asset->bounds) : asset->cameras.front();
     scene.exposure_ev100 = asset->exposure_ev100.value_or(scene.exposure_ev100);

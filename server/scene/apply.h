@@ -42,11 +42,15 @@ struct Applied {
 // pan/tilt/roll), "unsupported"; `where` is the field ("set_light.position_m"), `value` what it held.
 Result<Applied> apply(Scene& scene, const v1::Command& command, const Loaded& loaded);
 
+// Who moves values. What a console drives is of the moment: it is no change of the show, but for a preset that it
+// saves.
+enum class Driven : std::uint8_t { by_hand, by_console };
 // Render thread. Carries out what consoles say in one frame: set_light of lights (not of groups, and without profile),
 // set_master, set_exposure; all that differs gets one revision. Of a set_light that is refused each property is tried
 // for itself, so that a bad one takes no other with it. Result: of each command why it, or the first bad property of
 // it, was refused; nothing where all of it counts.
-std::vector<std::optional<Error>> apply_inputs(Scene& scene, std::span<const v1::Command> commands);
+std::vector<std::optional<Error>> apply_inputs(Scene& scene, std::span<const v1::Command> commands,
+                                               Driven driven = Driven::by_hand);
 
 // Result: a scene that shows the asset from its first camera, with its own lights; revisions continue from `revision`.
 Scene scene_of(std::shared_ptr<const SceneAsset> asset, Revision revision = 1);

@@ -180,12 +180,12 @@ void edit_lights(Scene& scene, const v1::EditLights& edit, const Loaded& loaded)
             refuse("unsupported", "edit_lights.add.light.profile", add.light().name(), "each is like another light");
         add_one_light(scene, add, {}, "edit_lights.add.");
     }
-    for (const std::string& name : edit.remove()) remove_light(scene, name);
+    for (const std::string& name : edit.remove()) remove_light(scene, name, "edit_lights.remove");
 }
 
-void remove_light(Scene& scene, const std::string& name) {
+void remove_light(Scene& scene, const std::string& name, const char* field) {
     Light* light = find_light(scene, name);
-    if (light == nullptr) refuse("not_found", "remove_light.name", name, "there is no light of this name");
+    if (light == nullptr) refuse("not_found", field, name, "there is no light of this name");
     scene.lights.erase(scene.lights.begin() + (light - scene.lights.data()));
     scene.lights_rev = scene.scene_rev + 1;
     for (auto group = scene.groups.begin(); group != scene.groups.end();) {

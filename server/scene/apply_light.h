@@ -15,7 +15,8 @@ void set_light(Scene& scene, const v1::SetLight& set, const Loaded& loaded);
 void add_light(Scene& scene, const v1::AddLight& add, const Loaded& loaded);
 // Many at once: what is set and made first, then what is removed.
 void edit_lights(Scene& scene, const v1::EditLights& edit, const Loaded& loaded);
-void remove_light(Scene& scene, const std::string& name);
+// field: that names it, for a refusal.
+void remove_light(Scene& scene, const std::string& name, const char* field = "remove_light.name");
 void set_group(Scene& scene, const v1::SetGroup& set);
 // Of a console, which names no group: what can be set is set. Result: why the first property that cannot was refused.
 std::optional<Error> set_light_in_parts(Scene& scene, const v1::SetLight& set);

@@ -142,6 +142,13 @@ void set_exposure(Scene& scene, const v1::SetExposure& set) {
     if (camera && set.has_ev100())
         refuse("conflict", "set_exposure.ev100", print_number(set.ev100()),
                "aperture, shutter_s and iso say what it is");
+    // What is given is checked first: it is what was typed.
+    const auto given = [](bool has, double value, double low, double high, const char* field) {
+        return has ? checked(value, low, high, field) : 1.0;
+    };
+    const double aperture = given(set.has_aperture(), set.aperture(), 0.5, 128.0, "set_exposure.aperture"),
+                 shutter_s = given(set.has_shutter_s(), set.shutter_s(), 1e-6, 3600.0, "set_exposure.shutter_s"),
+                 iso = given(set.has_iso(), set.iso(), 1.0, 1e7, "set_exposure.iso");
     if (camera && !(set.has_aperture() && set.has_shutter_s() && set.has_iso()))
         refuse("invalid_argument",
                set.has_aperture() ? set.has_shutter_s() ? "set_exposure.iso" : "set_exposure.shutter_s"
@@ -149,9 +156,7 @@ void set_exposure(Scene& scene, const v1::SetExposure& set) {
                "", "aperture, shutter_s and iso go together");
     const PropertyRow& row = row_of(Property::exposure);
     if (camera) {
-        const double ev100 = ev100_of(checked(set.aperture(), 0.5, 128.0, "set_exposure.aperture"),
-                                      checked(set.shutter_s(), 1e-6, 3600.0, "set_exposure.shutter_s"),
-                                      checked(set.iso(), 1.0, 1e7, "set_exposure.iso"));
+        const double ev100 = ev100_of(aperture, shutter_s, iso);
         if (!(ev100 >= row.least && ev100 <= row.most))
             refuse("invalid_argument", "set_exposure.shutter_s", print_number(set.shutter_s()),
                    "makes EV100 " + print_number(ev100) + ", which must be from " + print_number(row.least) + " to " +

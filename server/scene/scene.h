@@ -106,8 +106,9 @@ struct LightTablesOnce {
 struct Profile {
     std::string name;
     ies::Photometry photometry;
-    double peak_cd = 0.0;  // of the web
-    double flux_lm = 0.0;  // its integral
+    double peak_cd = 0.0;   // of the web
+    double flux_lm = 0.0;   // its integral
+    bool uploaded = false;  // by a client
     LightTablesOnce tables;
     bool operator==(const Profile&) const = default;
 };
@@ -261,7 +262,8 @@ struct Scene {
              size_rev = 1, lights_rev = 1 /* a light came, went or got another name */, groups_rev = 1, patch_rev = 1,
              surfaces_rev = 1, presets_rev = 1, saved_views_rev = 1, look_rev = 1, grids_rev = 1, observers_rev = 1,
              compare_rev = 1 /* what it compares with is another preset, or was saved anew */;
-    Revision show_rev = 1;  // that the show's file holds, or the scene began with; 0: none
+    Revision show_rev = 1;    // that the show's file holds, or the scene began with; 0: none
+    Revision edited_rev = 1;  // that changed last what the show keeps; what consoles drive does not count
     std::uint32_t next_light_id = 1;
 };
 

@@ -152,13 +152,9 @@ v1::State full_state(const Scene& scene) {
 }
 
 v1::ShowFile show_file(const Scene& scene) {
-    Revision newest =
-        std::max({scene.geometry_rev, scene.master_rev, scene.lights_rev, scene.groups_rev, scene.patch_rev,
-                  scene.surfaces_rev, scene.presets_rev, scene.saved_views_rev, scene.grids_rev, scene.observers_rev});
-    for (const Light& light : scene.lights) newest = std::max(newest, newest_rev(light));
     v1::ShowFile file;
     file.set_name(scene.show_name);
-    file.set_unsaved(newest > scene.show_rev);
+    file.set_unsaved(scene.edited_rev > scene.show_rev);
     return file;
 }
 

@@ -79,9 +79,12 @@ static Result<std::shared_ptr<const Profile>> read_profile(const v1::Profile& pr
     if (bytes.size() > kMaxProfileBytes)
         return Error{"too_large", "profile.photometry", std::to_string(bytes.size()) + " bytes",
                      "a profile may have at most 1 MiB"};
-    auto read = make_profile(shortened_text(profile.name(), kMaxNameBytes), bytes);
-    if (read && library) library->keep_upload(*read);
-    return read;
+    const auto read = make_profile(shortened_text(profile.name(), kMaxNameBytes), bytes);
+    if (!read) return read;
+    auto own = std::make_shared<Profile>(**read);
+    own->uploaded = true;
+    if (library) library->keep_upload(own);
+    return std::shared_ptr<const Profile>(std::move(own));
 }
 
 static std::vector<std::shared_ptr<const Profile>> profiles_of(const SceneAsset& asset) {
@@ -90,10 +93,19 @@ static std::vector<std::shared_ptr<const Profile>> profiles_of(const SceneAsset&
     return profiles;
 }
 
+// What the scene's file brings, and what the show's lights and presets have beside it.
+std::vector<std::shared_ptr<const Profile>> profiles_of(const Scene& scene) {
+    std::vector<std::shared_ptr<const Profile>> profiles = profiles_of(*scene.asset);
+    for (const Light& light : scene.lights) profiles.push_back(light.profile);
+    for (const auto& [name, preset] : scene.presets)
+        for (const PresetLight& light : *preset) profiles.push_back(light.profile);
+    return profiles;
+}
+
 Result<Loaded> read_files(const v1::Command& command, const SceneAccess& access, Library* library) {
     if (command.has_open_show()) {
         Result<Loaded> loaded = read_opened(command.open_show().name(), access);
-        if (loaded && library) library->keep_scene(profiles_of(*loaded->opened->asset));
+        if (loaded && library) library->keep_scene(profiles_of(*loaded->opened));
         return loaded;
     }
     Loaded loaded;

@@ -73,7 +73,8 @@ void Consoles::apply_dmx(RenderSession& render_session, DmxProtocol protocol, st
         reader_.read(key, *universe, values_);
     }
     if (values_.empty()) return;
-    for (std::optional<Error>& refused : render_session.apply_inputs(commands_of(render_session.scene(), values_))) {
+    for (std::optional<Error>& refused :
+         render_session.apply_inputs(commands_of(render_session.scene(), values_), 0, Driven::by_console)) {
         if (!refused) continue;
         if (refused->code == "busy") {  // what else is refused cannot be until the console says something else
             reader_.forget(Property::profile);
@@ -93,7 +94,7 @@ void Consoles::apply_osc(RenderSession& render_session) {
         const std::vector<v1::Command> commands = commands_of(render_session.scene(), osc.values);
         std::optional<Error> error;
         if (commands.empty()) error = Error{"not_found", address, "", "there is no light or group of this name"};
-        for (std::optional<Error>& refused : render_session.apply_inputs(commands))
+        for (std::optional<Error>& refused : render_session.apply_inputs(commands, 0, Driven::by_console))
             if (refused) error = std::move(refused);
         if (error) inputs_->tell_refusal(osc.from, address, std::move(*error));
     }

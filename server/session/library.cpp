@@ -9,6 +9,7 @@
 #include <set>
 
 #include "ies/synthetic.h"
+#include "protocol/schema/upload_name.h"
 #include "protocol/text/shortened_text.h"
 #include "server/assets/assets.h"
 #include "server/base/bounded_file.h"
@@ -91,12 +92,16 @@ Library::Row Library::row_of(std::string name, std::string source, std::shared_p
     return made;
 }
 
-Library::Library(std::vector<std::string> folders) : folders_(std::move(folders)), asked_(!folders_.empty()) {
+Library::Library(std::vector<std::string> folders, std::string upload_folder)
+    : folders_(std::move(folders)),
+      upload_folder_(std::move(upload_folder)),
+      asked_(!folders_.empty()),
+      uploads_asked_(!upload_folder_.empty()) {
     for (const ies::SyntheticLuminaire& luminaire : ies::synthetic_luminaires()) {
         const auto profile = builtin_profile(std::string(luminaire.name));
         if (profile) built_in_.push_back(row_of((*profile)->name, "built-in", *profile));
     }
-    if (!folders_.empty()) thread_ = std::thread([this] { work(); });
+    if (asked_ || uploads_asked_) thread_ = std::thread([this] { work(); });
 }
 
 Library::~Library() {
@@ -111,19 +116,51 @@ Library::~Library() {
 void Library::work() {
     setpriority(PRIO_PROCESS, 0, 10);  // Linux: of this thread alone
     for (;;) {
+        bool all = false, uploads = false;
         {
             std::unique_lock lock(mutex_);
-            wake_.wait(lock, [this] { return ending_ || asked_; });
+            wake_.wait(lock, [this] { return ending_ || asked_ || uploads_asked_; });
             if (ending_) return;
-            asked_ = false;
+            all = std::exchange(asked_, false);
+            uploads = std::exchange(uploads_asked_, false);
             reading_ = true;
-            files_.clear();
-            warnings_.clear();
+            if (all) {
+                files_.clear();
+                warnings_.clear();
+            }
         }
-        read_folders();
+        if (uploads) read_uploads();  // first: they are few, and somebody has just brought one
+        if (all) read_folders();
         const std::lock_guard lock(mutex_);
         reading_ = false;
     }
+}
+
+static fs::file_time_type changed(const std::string& folder) {
+    std::error_code failed;
+    const auto time = fs::last_write_time(folder, failed);
+    return failed ? fs::file_time_type() : time;
+}
+
+void Library::read_uploads() {
+    const fs::file_time_type time = changed(upload_folder_);
+    std::vector<Row> rows;
+    std::size_t bytes = 0;
+    std::error_code failed;
+    for (auto at = fs::directory_iterator(upload_folder_, failed);
+         !failed && at != fs::directory_iterator() && !ending_; at.increment(failed)) {
+        if (rows.size() == kMaxKeptProfiles || bytes > kMaxLibraryBytes) break;
+        const std::string name = at->path().filename().string();
+        if (is_photometry(at->path()) && is_upload_name(name))
+            rows.push_back(
+                read_row(upload_folder_, at->path().string(), "uploaded", std::string(kUploadPrefix) + name, bytes));
+    }
+    std::ranges::sort(rows, {}, [](const Row& row) { return row.row.name(); });
+    const std::lock_guard lock(mutex_);
+    for (const Row& row : rows)
+        std::erase_if(kept_, [&](const Row& kept) { return kept.row.name() == row.row.name(); });
+    uploads_ = std::move(rows);
+    uploads_changed_ = time;
 }
 
 void Library::warn(std::string text) {
@@ -168,13 +205,12 @@ bool Library::read_folder(const std::string& root, std::size_t& files, std::size
     return true;
 }
 
-// Result: whether it had room.
-bool Library::read_file(const std::string& root, const std::string& path, std::size_t& bytes) {
+Library::Row Library::read_row(const std::string& root, const std::string& path, const std::string& source,
+                               const std::string& name, std::size_t& bytes) {
     Row made;
-    const std::string name = shortened_text(fs::path(path).lexically_relative(root).generic_string(), kMaxNameBytes);
     const auto refuse = [&](const std::string& why) {
         made.row.set_name(name);
-        made.row.set_source(root);
+        made.row.set_source(source);
         made.row.set_error(why);
         made.words = lower(name);
     };
@@ -184,7 +220,6 @@ bool Library::read_file(const std::string& root, const std::string& path, std::s
     } else {
         const auto text = read_bounded_file(real, kMaxProfileBytes);
         if (text) bytes += text->size();
-        if (bytes > kMaxLibraryBytes) return false;
         if (!text) {
             refuse("it " + text.error().message);
         } else if (text->size() > kMaxProfileBytes) {
@@ -192,12 +227,20 @@ bool Library::read_file(const std::string& root, const std::string& path, std::s
         } else if (auto profile = make_profile(name, *text); !profile) {
             refuse(profile.error().text());
         } else {
-            made = row_of(name, root, *profile);
+            made = row_of(name, source, *profile);
             made.profile.reset();  // read again when it is wanted
         }
     }
     made.root = root;
     made.path = path;
+    return made;
+}
+
+// Result: whether it had room.
+bool Library::read_file(const std::string& root, const std::string& path, std::size_t& bytes) {
+    const std::string name = shortened_text(fs::path(path).lexically_relative(root).generic_string(), kMaxNameBytes);
+    Row made = read_row(root, path, root, name, bytes);
+    if (bytes > kMaxLibraryBytes) return false;
     const std::lock_guard lock(mutex_);
     if (named(name) != nullptr) {
         made.row.clear_summary();
@@ -217,6 +260,7 @@ const Library::Row* Library::named(const std::string& name) const {
     };
     if (const Row* row = find(built_in_)) return row;
     if (const Row* row = find(files_)) return row;
+    if (const Row* row = find(uploads_)) return row;
     return find(kept_);
 }
 
@@ -228,6 +272,10 @@ Result<v1::Library> Library::find(const v1::LibraryQuery& query) {
     const std::lock_guard lock(mutex_);
     if (query.read_again() && !folders_.empty()) {
         asked_ = true;
+        wake_.notify_all();
+    }
+    if (!upload_folder_.empty() && changed(upload_folder_) != uploads_changed_) {
+        uploads_asked_ = true;
         wake_.notify_all();
     }
     std::uint32_t matching = 0;
@@ -244,15 +292,17 @@ Result<v1::Library> Library::find(const v1::LibraryQuery& query) {
     };
     take(built_in_);
     take(kept_);
+    take(uploads_);
     take(files_);
     found.set_found(matching);
-    found.set_reading(reading_ || asked_);
+    found.set_reading(reading_ || asked_ || uploads_asked_);
     for (const std::string& warning : warnings_) found.add_warnings(warning);
     return found;
 }
 
 Result<std::shared_ptr<const Profile>> Library::profile(const std::string& name) const {
     std::string root, path;
+    bool uploaded = false;
     {
         const std::lock_guard lock(mutex_);
         const Row* row = named(name);
@@ -262,19 +312,25 @@ Result<std::shared_ptr<const Profile>> Library::profile(const std::string& name)
         if (row->profile) return row->profile;
         root = row->root;
         path = row->path;
+        uploaded = row->row.source() == "uploaded";
     }
     const std::string real = real_below(root, path);
     if (real.empty()) return Error{"not_found", "profile", name, "the file is not there any more"};
     const auto text = read_bounded_file(real, kMaxProfileBytes);
     if (!text) return Error{"file_unreadable", "profile", name, "the file " + text.error().message};
     if (text->size() > kMaxProfileBytes) return Error{"too_large", "profile", name, "a profile may have at most 1 MiB"};
-    return make_profile(name, *text);
+    const auto read = make_profile(uploaded ? name.substr(kUploadPrefix.size()) : name, *text);
+    if (!read || !uploaded) return read;
+    auto own = std::make_shared<Profile>(**read);
+    own->uploaded = true;
+    return std::shared_ptr<const Profile>(std::move(own));
 }
 
 void Library::keep_upload(const std::shared_ptr<const Profile>& profile) {
-    const std::string name = "upload:" + profile->name;
+    const std::string name = std::string(kUploadPrefix) + profile->name;
     Row made = row_of(name, "uploaded", profile);
     const std::lock_guard lock(mutex_);
+    std::erase_if(uploads_, [&](const Row& row) { return row.row.name() == name; });
     std::erase_if(kept_, [&](const Row& row) { return row.row.name() == name; });
     kept_.push_back(std::move(made));
     while (kept_.size() > kMaxKeptProfiles) kept_.pop_front();
@@ -284,9 +340,15 @@ void Library::keep_scene(const std::vector<std::shared_ptr<const Profile>>& prof
     std::vector<Row> made;
     std::set<std::string> names;
     for (const auto& profile : profiles) {
+        if (profile->uploaded) {
+            keep_upload(profile);
+            continue;
+        }
         const auto built_in = builtin_profile(profile->name);
         const bool plain = profile->photometry.provenance.format == "KHR_lights_punctual";  // 1 cd: it is no luminaire
-        if (plain || (built_in && *built_in == profile) || made.size() == kMaxKeptProfiles / 2) continue;
+        // Also as a saved show has it, whose figures were written and read.
+        const bool ours = built_in && std::abs((*built_in)->flux_lm - profile->flux_lm) <= 1e-3 * profile->flux_lm;
+        if (plain || ours || made.size() == kMaxKeptProfiles / 2) continue;
         if (!names.insert(profile->name).second) continue;
         made.push_back(row_of("scene:" + profile->name, "scene", profile));
     }

@@ -5,6 +5,7 @@
 #include <atomic>
 #include <condition_variable>
 #include <deque>
+#include <filesystem>
 #include <memory>
 #include <mutex>
 #include <string>
@@ -27,7 +28,8 @@ inline constexpr std::uint32_t kMaxLibraryRows = 500, kDefaultLibraryRows = 100;
 class Library {
 public:
     // folders: .ies and .ldt files below them, links followed only to files that lie below too. Begins to read them.
-    explicit Library(std::vector<std::string> folders = {});
+    // upload_folder: of "upload:NAME", read again where find() sees that files came or went; empty: there is none.
+    explicit Library(std::vector<std::string> folders = {}, std::string upload_folder = {});
     ~Library();
     Library(const Library&) = delete;
     Library& operator=(const Library&) = delete;
@@ -38,9 +40,11 @@ public:
     // Result: the profile of a row's name; a file of a folder is read now. Errors: "not_found"; of make_profile,
     // "file_unreadable", "too_large". Any thread but the render thread.
     Result<std::shared_ptr<const Profile>> profile(const std::string& name) const;
-    // A client has uploaded it. One of the same name gives way. Any thread; takes as long as summary_of().
+    // A client has uploaded it with a command, or a show brought it. One of the same name gives way. Any thread; takes
+    // as long as summary_of().
     void keep_upload(const std::shared_ptr<const Profile>& profile);
-    // Those that the scene's lights came with: they take the place of an earlier scene's. Likewise.
+    // Those that the scene's lights came with: they take the place of an earlier scene's, uploads among them are kept
+    // as such. Likewise.
     void keep_scene(const std::vector<std::shared_ptr<const Profile>>& profiles);
 
 private:
@@ -52,19 +56,24 @@ private:
     };
     void work();
     void read_folders();
+    void read_uploads();
     bool read_folder(const std::string& root, std::size_t& files, std::size_t& bytes);
     bool read_file(const std::string& root, const std::string& path, std::size_t& bytes);
+    static Row read_row(const std::string& root, const std::string& path, const std::string& source,
+                        const std::string& name, std::size_t& bytes);
     void warn(std::string text);
     const Row* named(const std::string& name) const;
     static Row row_of(std::string name, std::string source, std::shared_ptr<const Profile> profile);
 
     const std::vector<std::string> folders_;
+    const std::string upload_folder_;
     mutable std::mutex mutex_;  // of all that follows
     std::condition_variable wake_;
-    std::vector<Row> built_in_, files_;
+    std::vector<Row> built_in_, files_, uploads_;      // uploads_: files of the upload folder
+    std::filesystem::file_time_type uploads_changed_;  // when they were read, of the folder
     std::deque<Row> kept_;
     std::vector<std::string> warnings_;
-    bool asked_ = false, reading_ = false;
+    bool asked_ = false, reading_ = false, uploads_asked_ = false;
     std::atomic<bool> ending_{false};
     std::thread thread_;
 };

@@ -310,7 +310,8 @@ void RenderSession::begin_fade(const v1::Command& command, std::uint32_t by, std
     if (recall.fade_s() > 0) fade_ = Fade(scene_, *scene_.presets.at(recall.name()), recall.fade_s(), monotonic_ns());
 }
 
-std::vector<std::optional<Error>> RenderSession::apply_inputs(std::span<const v1::Command> commands, std::uint32_t by) {
+std::vector<std::optional<Error>> RenderSession::apply_inputs(std::span<const v1::Command> commands, std::uint32_t by,
+                                                              Driven driven) {
     const Revision before = scene_.scene_rev;
     std::vector<v1::Command> without_camera;
     if (roles_.holder() != 0) {
@@ -318,8 +319,8 @@ std::vector<std::optional<Error>> RenderSession::apply_inputs(std::span<const v1
         for (v1::Command& command : without_camera)
             if (command.has_set_camera()) command.Clear();
     }
-    std::vector<std::optional<Error>> refused =
-        gonio::apply_inputs(scene_, without_camera.empty() ? commands : std::span<const v1::Command>(without_camera));
+    std::vector<std::optional<Error>> refused = gonio::apply_inputs(
+        scene_, without_camera.empty() ? commands : std::span<const v1::Command>(without_camera), driven);
     for (std::size_t i = 0; i < commands.size(); ++i) {
         if (commands[i].has_set_camera() && !without_camera.empty())
             refused[i] = roles_.refuses_camera(by, monotonic_ns());
@@ -376,7 +377,9 @@ void RenderSession::measure(const Work& work, Result<MeterRequest> request) {
 void RenderSession::answer_pick(const Work& work) {
     auto picked = pick_at(scene_, work.message.pick());
     if (!picked) return replies_.refuse(work, picked.error());
-    if (!picked->pick.hit()) return replies_.answer(work, message_of(&v1::ServerMessage::mutable_pick, picked->pick));
+    // Without a sun that is on the reading would be wrong: the place is told alone.
+    if (!picked->pick.hit() || check_sun(scene_, Quality::interactive))
+        return replies_.answer(work, message_of(&v1::ServerMessage::mutable_pick, picked->pick));
     meters_.add(work, scene_, std::move(*picked), replies_);
 }
 

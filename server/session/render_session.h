@@ -55,7 +55,8 @@ public:
     // Applies what consoles say. Result: of each command why not, as gonio::apply_inputs(); "busy" where its files
     // cannot be read now, "held" for the camera while a client holds it. Clients are told of the changes after a
     // revision by tell_inputs(), once a frame. by: whose commands they are; 0: of a console or a fader box.
-    std::vector<std::optional<Error>> apply_inputs(std::span<const v1::Command> commands, std::uint32_t by = 0);
+    std::vector<std::optional<Error>> apply_inputs(std::span<const v1::Command> commands, std::uint32_t by = 0,
+                                                   Driven driven = Driven::by_hand);
     void tell_inputs(Revision before, std::uint32_t by = 0);
     // Brings a preset that is being faded, and the exposure, to where they shall be now. fading(): it wants to be
     // called with every frame.

@@ -101,6 +101,7 @@ public:
         profile.set_key(text.key);
         profile.set_name(light.profile->name);
         profile.set_photometry(text.lm63);
+        profile.set_uploaded(light.profile->uploaded);
     }
 
 private:
@@ -127,12 +128,15 @@ public:
                          std::to_string(profile_time.count()) + " ms to read");
                     continue;
                 }
-                auto read = make_profile(profile.name(), profile.photometry());
-                if (read)
-                    profiles_[profile.key()] = *read;
-                else
+                const auto read = make_profile(profile.name(), profile.photometry());
+                if (!read) {
                     warn("the profile '" + profile.name() + "' cannot be read: " + read.error().text());
-                if (read && lights) tables_of(**read);
+                    continue;
+                }
+                auto own = std::make_shared<Profile>(**read);
+                own->uploaded = profile.uploaded();
+                if (lights) tables_of(*own);
+                profiles_[profile.key()] = std::move(own);
             }
         }
     }
@@ -278,11 +282,11 @@ public:
         set.set_palette(color.palette());
         set.set_isolux(color.isolux());
         set.set_below(color.below());
+        *set.mutable_levels()->mutable_values() = color.levels();
         set.set_compare_range(color.compare_range());
         run(command, std::string("the scale of the view ") + name);
     }
     void restore_look() {
-        *set.mutable_levels()->mutable_values() = color.levels();
         if (show_.has_illuminance()) restore_false_color("illuminance", show_.illuminance());
         if (show_.has_luminance()) restore_false_color("luminance", show_.luminance());
         v1::Command compare;

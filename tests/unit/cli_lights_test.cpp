@@ -51,6 +51,7 @@ TEST(CliLights, ASearchOfTheLibraryHasItsBoundsInRadians) {
     EXPECT_NEAR(words.message.library().max_beam_rad(), 1.5707963, 1e-6);
     EXPECT_FALSE(words.message.library().has_min_beam_rad());
     EXPECT_EQ(words.message.library().count(), 5u);
+    EXPECT_EQ(read_command_line(split("library --count 0")).fault.value_or(Error{}).where, "--count") << "no default";
 }
 
 TEST(CliLights, RowsOfTheLibraryArePrinted) {

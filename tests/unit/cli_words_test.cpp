@@ -163,6 +163,8 @@ TEST(CliWords, UsageErrorsNameTheWord) {
         {"set exposure 1.5x", "exposure", "1.5x"},
         {"set size 640", "size", "640"},
         {"set size 640x", "size", "640x"},
+        {"set size 0x0", "size", "0x0"},
+        {"set size 640x0", "size", "640x0"},
         {"set technique seed --samples -4", "--samples", "-4"},
         {"set technique seed --samples 1.5", "--samples", "1.5"},
         {"load file x", "load", "file"},
@@ -205,6 +207,7 @@ TEST(CliWords, MetersAndCaptures) {
         split("out/a.JPEG --view indirect --quality reference --bounces 3 --noise 0.02 --openings --size 640x480 "
               "--max-seconds 60 --denoise --samples-per-pixel 4"));
     ASSERT_TRUE(capture) << capture.error().text();
+    EXPECT_EQ(capture_from_words(split("a.png --size 0x0")).error().where, "--size") << "no default";
     EXPECT_EQ(capture->file, "out/a.JPEG");
     EXPECT_EQ(capture->query.format(), "jpg");
     EXPECT_EQ(capture->query.view(), "indirect");

@@ -70,7 +70,7 @@ TEST_F(EditLights, ChangesAllOrNothing) {
         {[](v1::EditLights& e) { set_x(e, "back", 1e9); }, "invalid_argument", "edit_lights.set.position_m",
          "1000000000,2,0"},
         {[](v1::EditLights& e) { e.add_names("none"); }, "not_found", "edit_lights.names", "none"},
-        {[](v1::EditLights& e) { e.add_remove("none"); }, "not_found", "remove_light.name", "none"},
+        {[](v1::EditLights& e) { e.add_remove("none"); }, "not_found", "edit_lights.remove", "none"},
         {[](v1::EditLights& e) { add_like(e, "back", "key"); }, "already_exists", "edit_lights.add.light.name", "back"},
         {[](v1::EditLights& e) { add_like(e, "new", "none"); }, "not_found", "edit_lights.add.like", "none"},
         {[](v1::EditLights& e) { e.mutable_set(0)->mutable_profile()->set_name("flood"); }, "unsupported",

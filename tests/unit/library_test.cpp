@@ -157,6 +157,45 @@ TEST_F(LibraryTest, KeepsUploadsAndTheScenesOwn) {
     EXPECT_FALSE(library.profile("upload:mine.ies"));
 }
 
+// An upload is a row as soon as its file is there; a light that takes it is told as uploaded.
+TEST_F(LibraryTest, HasTheFilesOfUploads) {
+    fs::create_directories(folder / "up");
+    write("up/first.ies", spot());
+    write("up/room.json", "{}");
+    Library library({}, (folder / "up").string());
+    ASSERT_NE(row(all(library), "upload:first.ies"), nullptr);
+    EXPECT_EQ(row(all(library), "upload:first.ies")->source(), "uploaded");
+    EXPECT_EQ(all(library).total(), ies::synthetic_luminaires().size() + 1);
+    std::this_thread::sleep_for(std::chrono::milliseconds(20));  // folders know the time to some milliseconds
+    write("up/late.ies", ies::synthetic_lm63("flood"));
+    EXPECT_TRUE(library.find({})->reading()) << "it has seen that something came";
+    ASSERT_NE(row(all(library), "upload:late.ies"), nullptr);
+    const auto late = library.profile("upload:late.ies");
+    ASSERT_TRUE(late) << late.error().text();
+    EXPECT_EQ((*late)->name, "late.ies");
+    EXPECT_TRUE((*late)->uploaded);
+    library.keep_upload(*late);
+    EXPECT_EQ(all(library).total(), ies::synthetic_luminaires().size() + 2) << "one row";
+    std::this_thread::sleep_for(std::chrono::milliseconds(20));
+    fs::remove(folder / "up" / "first.ies");
+    all(library);
+    EXPECT_EQ(row(all(library), "upload:first.ies"), nullptr);
+}
+
+// What a show brings back is what it was: uploads are none of the scene's, nor are built-in ones.
+TEST_F(LibraryTest, UploadsOfAShowStayUploads) {
+    auto mine = std::make_shared<Profile>(**make_profile("mine.ies", spot()));
+    mine->uploaded = true;
+    Library library;
+    library.keep_scene({mine, *make_profile("flood", ies::synthetic_lm63("flood")), *make_profile("lamp", spot())});
+    const v1::Library found = all(library);
+    EXPECT_EQ(found.total(), ies::synthetic_luminaires().size() + 2);
+    ASSERT_NE(row(found, "upload:mine.ies"), nullptr);
+    EXPECT_EQ(row(found, "upload:mine.ies")->source(), "uploaded");
+    ASSERT_NE(row(found, "scene:lamp"), nullptr);
+    EXPECT_EQ(row(found, "scene:lamp")->source(), "scene");
+}
+
 TEST_F(LibraryTest, ReadsAgainWhenAsked) {
     Library library({(folder / "in").string()});
     EXPECT_EQ(row(all(library), "late.ies"), nullptr);

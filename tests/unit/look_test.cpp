@@ -128,6 +128,9 @@ TEST_F(SetLook, ExposureOfACamera) {
         c.mutable_set_exposure()->set_aperture(4);
         c.mutable_set_exposure()->set_shutter_s(1);
     });
+    expect_refused("invalid_argument", "set_exposure.aperture", [](auto& c) {
+        c.mutable_set_exposure()->set_aperture(0);  // what was typed is told before what is missing
+    });
     expect_refused("conflict", "set_exposure.ev100", [&](auto& c) {
         camera(c, 4, 1, 100);
         c.mutable_set_exposure()->set_ev100(5);

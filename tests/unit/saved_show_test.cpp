@@ -163,6 +163,7 @@ protected:
         EXPECT_NEAR(glm::length(c0_of(a.world_from_light) - c0_of(b.world_from_light)), 0, 1e-12);
         EXPECT_EQ(a.gel, b.gel);
         EXPECT_EQ(a.profile->name, b.profile->name);
+        EXPECT_EQ(a.profile->uploaded, b.profile->uploaded);
         EXPECT_EQ(a.profile->peak_cd, b.profile->peak_cd);
         EXPECT_EQ(a.profile->photometry.web.candela, b.profile->photometry.web.candela);
         EXPECT_EQ(a.profile->photometry.web.v_rad, b.profile->photometry.web.v_rad);

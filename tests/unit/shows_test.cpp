@@ -104,6 +104,42 @@ protected:
     std::string light;
 };
 
+// What consoles drive is of the moment: 44 times a second it would be a change. A hand's fader is one, and a preset
+// that a console saves.
+TEST_F(ShowsTest, WhatConsolesDriveIsNoChangeOfTheShow) {
+    const auto input = [&](double ratio, Driven driven) {
+        std::vector<v1::Command> commands(2);
+        commands[0].mutable_set_light()->set_name(light);
+        commands[0].mutable_set_light()->set_level_ratio(ratio);
+        commands[1].mutable_set_master()->set_ratio(ratio);
+        stage->apply_inputs(commands, 0, driven);
+    };
+    ASSERT_EQ(save("Act 1").code(), "ok");
+    input(0.5, Driven::by_console);
+    EXPECT_EQ(stage->scene().lights[0].level_ratio, 0.5);
+    EXPECT_FALSE(stage->state().show().unsaved());
+    // Also where it goes on between a save and its end.
+    const Revision before = stage->scene().scene_rev;
+    ASSERT_EQ(save("Act 1").code(), "ok");
+    input(0.6, Driven::by_console);
+    EXPECT_GT(stage->scene().scene_rev, before);
+    EXPECT_FALSE(stage->state().show().unsaved());
+    ASSERT_EQ(level(0.7).code(), "ok");
+    input(0.8, Driven::by_console);
+    EXPECT_TRUE(stage->state().show().unsaved()) << "a client's change stays one";
+    ASSERT_EQ(save("Act 1").code(), "ok");
+    EXPECT_FALSE(stage->state().show().unsaved());
+    input(0.4, Driven::by_hand);
+    EXPECT_TRUE(stage->state().show().unsaved());
+    ASSERT_EQ(save("Act 1").code(), "ok");
+    v1::Command preset;
+    preset.mutable_save_preset()->set_name("by the desk");
+    stage->apply_inputs({&preset, 1}, 0, Driven::by_console);
+    EXPECT_TRUE(stage->state().show().unsaved());
+    ASSERT_EQ(open("Act 1").code(), "ok");
+    EXPECT_EQ(stage->scene().lights[0].level_ratio, 0.4) << "the level that it had when it was saved";
+}
+
 TEST_F(ShowsTest, ASavedShowIsOpenedAsItWas) {
     EXPECT_FALSE(stage->state().show().unsaved());
     EXPECT_TRUE(stage->state().show().can_save());

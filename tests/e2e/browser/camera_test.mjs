@@ -70,6 +70,12 @@ async function walking(page) {
     const left = await walk("a");
     check(Math.abs(along(way(ahead, left))) < 1e-3 && left.eye[0] < ahead.eye[0], "A to the left");
     check(await page.locator("#aim-here").getAttribute("aria-pressed") === aims, "and does not aim a light meanwhile");
+    const kept = await state(page);
+    await drag(page, "right", [0, 0], async () => { for (const key of ["Delete", "f", "n", "2"]) await page.keyboard.press(key); });
+    await sleep(300);
+    const held = await state(page);
+    check(held.lights.length === kept.lights.length && held.view === kept.view && distance(held.camera.eye, kept.camera.eye) < 1e-9
+        && await page.locator("#tool-add").getAttribute("aria-pressed") === "false", "nor do Delete, F, N and 2 anything");
     const up = await walk("e");
     check(up.eye[1] > left.eye[1] && Math.abs(up.eye[0] - left.eye[0]) < 1e-9, "E up");
     const before = distance(left.eye, up.eye);
@@ -110,6 +116,18 @@ async function standard(page) {
     check((await state(page)).view === "beauty", "and no other picture");
     const back = await after(page, () => page.keyboard.press("Control+Numpad1"));
     check(back.eye[2] - back.target[2] < -1, "Ctrl numpad 1 is the back");
+    await after(page, () => drag(page, "left", [70, 30]));
+    await page.mouse.wheel(0, 300);
+    await sleep(500);
+    await page.locator("#help").focus();
+    await after(page, () => page.keyboard.press("Home"));
+    check(true, "Home shows all of the scene, wherever the focus is");
+    await page.locator("#exposure").focus();
+    const still = await camera(page);
+    await page.keyboard.press("Home");
+    await sleep(300);
+    check(distance((await camera(page)).eye, still.eye) < 1e-9, "but in a slider, which has a Home of its own");
+    await asked(page, {command: {set_exposure: {automatic: true}}});
 }
 
 async function saved(page, other) {

@@ -75,6 +75,25 @@ async function run(page) {
     await page.keyboard.press("ArrowLeft");
     check(await page.locator("#compare-view").isHidden(), "arrow keys choose how; off shows the live picture alone");
 
+    // The legend of false colour stays where both pictures have its scale, beside their captions.
+    await page.locator("#views button[data-value=illuminance]").click();
+    await settled(page);
+    await keep(page, "a");
+    await page.locator("#compare button[data-mode=wipe]").click();
+    const legend = await page.locator("#legend").boundingBox();
+    const above = () => page.evaluate(([x, y]) => Boolean(document.elementsFromPoint(x, y).find((node) => node.closest("#compare-view")))
+        && getComputedStyle(document.querySelector("#legend")).zIndex === "1", [legend.x + 5, legend.y + 5]);
+    const caption = await page.locator("#compare-view .b figcaption").boundingBox();
+    check(await above() && legend.y >= caption.y + caption.height, "the legend is over the comparison");
+    if (screenshot) await page.screenshot({path: screenshot.replace(/(\.\w+)?$/, "-legend$1")});
+    await asked(page, {command: {set_view: {range_low: 1, range_high: 500}}});
+    await until("no legend", () => page.locator("#legend").isHidden());
+    check(true, "and goes where they have different scales");
+    await page.locator("#compare button[data-mode=off]").click();
+    await page.locator("#views button[data-value=beauty]").click();
+    await page.locator("#compare .kept li").nth(2).locator("button[aria-label^=Forget]").click();
+    await settled(page);
+
     // Presets: each is shown for its picture, and the lights come back.
     await asked(page, {command: {save_preset: {name: "bright"}}});
     await asked(page, {command: {set_light: {name: light, level_ratio: 0.1}}});

@@ -142,6 +142,30 @@ async function run(page, name) {
     await until("undone", async () => (await rows.count()) === 4);
     check(true, "Ctrl+Z takes both out");
 
+    // A row of names: three profiles share a slot's way, 255 is the last of them.
+    await page.locator("#patch-target").selectOption("light second");
+    await page.locator("#patch-property").selectOption("profile");
+    await page.locator("#patch-universe").fill("1");
+    await page.locator("#patch-address").fill("6");
+    await page.locator("#patch-names").fill("downlight, flood, narrow_spot");
+    await page.locator("#patch-submit").click();
+    await until("the row of profiles", async () => (await rows.count()) === 5);
+    check((await asked(page, {patch: {}})).patch.rows[4].profiles.join() === "downlight,flood,narrow_spot", "a row of profiles is added");
+    await until("the profile that arrives", async () => await level(5) === "255 = narrow_spot");
+    slots = [128, 0, 0, 0, 255, 100];
+    await until("the profile that it drives", async () => (await state(page)).lights[1].profile === "flood");
+    await until("its level", async () => await level(5) === "100 = flood");
+    check(true, "and drives", await level(5));
+    await page.locator("button[aria-label='Edit row 5']").click();
+    check(await page.locator("#patch-names").inputValue() === "downlight, flood, narrow_spot", "its names can be edited");
+    await page.locator("#patch-property").selectOption("gel");
+    await page.locator("#patch-names").fill("none, L201");
+    await page.locator("#patch-submit").click();
+    await until("the row of gels", async () => JSON.stringify((await asked(page, {patch: {}})).patch.rows[4].profiles) === JSON.stringify(["", "L201"]));
+    check(await page.locator("#patch-names").isVisible(), "a row of gels too");
+    await page.locator("button[aria-label='Unpatch row 5']").click();
+    await until("four rows again", async () => (await rows.count()) === 4);
+
     // A fader of the box is learned, shown and forgotten.
     await page.locator("#patch-target").selectOption(`light ${name}`);
     await page.locator("#patch-property").selectOption("tilt");
