@@ -71,6 +71,13 @@ export class Connection extends EventTarget {
         if (this.status.state === "waiting") this.open();
     }
 
+    get url() { return this.#url; }
+
+    // For good: it does not come back by itself.
+    close() {
+        this.#drop();
+    }
+
     // Drops the connection and opens a new one, e.g. to identify with other wishes.
     reopen() {
         this.#drop();

@@ -30,6 +30,7 @@ import {ConsolesPanel} from "./consoles.js";
 import {SurfacesPanel} from "./surfaces.js";
 import {viewPanel} from "./views.js";
 import {ComparePanel} from "./compare.js";
+import {GridPanel} from "./grid.js";
 import {presetPanel} from "./presets.js";
 import {controlPanel, onlyLook} from "./control.js";
 import {Uploads} from "./uploads.js";
@@ -51,6 +52,7 @@ const toasts = new Toasts($("toasts"));
 let compare = null;
 drawer($("drawer"), [
     {id: "meter", title: "Meter", make: (node) => new MeterPanel(connection, node)},
+    {id: "grids", title: "Grids", make: (node) => new GridPanel(store, connection, node, handles, handles.svg)},
     {id: "library", title: "Library", make: (node) => new LibraryPanel(store, connection, node, handles, $("screen"))},
     {id: "compare", title: "Compare", make: (node) => compare = new ComparePanel(store, connection, video, node, $("screen"))},
     {id: "render", title: "Render", make: (node) => new RenderPanel(store, connection, node, compare)},
