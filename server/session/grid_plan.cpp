@@ -11,7 +11,7 @@ namespace {
 constexpr double kWide = 900.0;  // of the rectangle on the plan, units; or kHigh, what fits
 constexpr double kHigh = 900.0;
 constexpr double kBorder = 46.0;  // around it
-constexpr double kMostText = 13.0, kLeastText = 3.0;
+constexpr double kMostText = 26.0, kLeastText = 3.0;
 
 __attribute__((format(printf, 1, 2))) std::string print(const char* format, ...) {
     char text[512];
@@ -116,6 +116,8 @@ std::string plan_svg(const v1::GridValues& values, const std::vector<PlanLight>&
                       print("<rect x='%.1f' y='%.1f' width='%.1f' height='%.1f' fill='#fff' stroke='#000'/>", kBorder,
                             kBorder, plan.wide(), plan.high());
     const auto [least, greatest] = std::ranges::minmax_element(values.values_lx());
+    const auto first = static_cast<int>(least - values.values_lx().begin()),
+               last = static_cast<int>(greatest - values.values_lx().begin());
     const double cell = plan.scale * std::min(values.cell_m(0), values.cell_m(1));
     const std::size_t letters = value_text(values.max_lx()).size();
     const double size =
@@ -124,7 +126,7 @@ std::string plan_svg(const v1::GridValues& values, const std::vector<PlanLight>&
     for (int i = 0; i < values.values_lx_size(); ++i) {
         const glm::dvec3 point(values.points_m(3 * i), values.points_m(3 * i + 1), values.points_m(3 * i + 2));
         const double lx = values.values_lx(i), x = plan.x(point), y = plan.y(point);
-        const bool low = lx == *least, high_one = lx == *greatest && !low;
+        const bool low = i == first, high_one = i == last && !low;
         if (low || high_one)
             svg += print("<rect x='%.1f' y='%.1f' width='%.1f' height='%.1f' rx='2' fill='none' stroke='#000'%s/>",
                          x - 1.05 * size, y - 0.8 * size, 2.1 * size, 1.6 * size, low ? " stroke-dasharray='2 2'" : "");

@@ -23,6 +23,7 @@ h1 { font-size: 18pt; margin: 0 0 2mm; } h2 { font-size: 13pt; margin: 8mm 0 2mm
 h2, h3 { break-after: avoid; }
 table { border-collapse: collapse; width: 100%; font-size: 8.5pt; } caption { text-align: left; padding: 1mm 0; }
 th, td { border: 0.2mm solid #888; padding: 0.7mm 1.4mm; text-align: left; vertical-align: top; overflow-wrap: anywhere; }
+td:first-child:not(.n) { min-width: 22mm; } td:nth-child(2):not(.n):not(:last-child) { min-width: 20mm; }
 th { background: #eee; print-color-adjust: exact; -webkit-print-color-adjust: exact; } thead { display: table-header-group; }
 td.n, th.n { text-align: right; white-space: nowrap; } tr, figure, .grid, .sign { break-inside: avoid; }
 figure { margin: 0 0 4mm; } figure img { width: 100%; height: auto; max-height: 115mm; object-fit: contain; }
@@ -103,8 +104,9 @@ std::string pictures_html(const LuxReportParts& parts) {
         const std::string name =
             picture.view == View::illuminance ? "Illuminance in false colours, lx" : "The camera's view";
         text += "<figure><img alt=\"" + name + "\" src=\"data:" + picture.type + ";base64," + base64(picture.image) +
-                "\"><figcaption>" + name +
-                print("; %u paths per pixel, noise %.2g %%", picture.samples, 100.0 * picture.noise) +
+                "\"><figcaption>" + name + print("; %u paths per pixel, noise ", picture.samples) +
+                (picture.samples < trace::kLeastPassesOfNoise ? std::string("not known")
+                                                              : print("%.2g %%", 100.0 * picture.noise)) +
                 (picture.view == View::beauty ? ", filtered: to look at, not to measure" : "") +
                 (picture.noise_reached ? "" : "; ended by its time, before its noise") + ".</figcaption></figure>";
     }
