@@ -21,7 +21,9 @@ constexpr WordRow kFileOptions[] = {
     {"--none", "", flag, "", "nothing drives anything"},
 };
 constexpr WordRow kLearn[] = {
-    {"[TARGET]", "", text, "", "a light, a group, or #1 for the first light; preset: PROPERTY is its name"},
+    {"[TARGET]", "", text, "",
+     "a light, a group, or #1 for the first light; preset: PROPERTY is its name;"
+     " cue: PROPERTY is go, back, stop or a number"},
     {"[PROPERTY]", "", text, "", "what the control drives from then on; default: it is only named"},
 };
 constexpr WordRow kLearnOptions[] = {
@@ -136,6 +138,7 @@ constexpr WordCommand kCommands[] = {
     {"library", "library", "lists the profiles that lights can have by name", kSearch, kLibraryOptions},
     {"pick", "pick", "tells what the picture shows at a place, and its lux and cd/m²", kPlace, {}},
     {"preset list", "get_state", "prints a line for each preset, * for the one recalled last", {}, {}},
+    {"cue list", "get_state", "prints a line for each cue: > is the next one, * the active one", {}, {}},
     {"view list", "get_state", "prints a line for each saved view of the camera", {}, {}},
     {"undo", "command.undo", "sets back what the last command changed, of this user on this machine", {}, {}},
     {"redo", "command.redo", "does again what was undone", {}, {}},

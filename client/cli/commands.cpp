@@ -91,6 +91,14 @@ int view_list(const Session& session, const ReadWords& words) {
     });
 }
 
+int cue_list(const Session& session, const ReadWords& words) {
+    return ask(session, words.message, {Answer::kState}, [&](const Answer& answer) {
+        if (!session.json) return (void)(session.out << cue_table(answer.state()));
+        session.out << "{\"cues\":" << to_json(answer.state().cues(), true)
+                    << ",\"cue_playback\":" << to_json(answer.state().cue_playback(), true) << "}\n";
+    });
+}
+
 int save_show(const Session& session, const ReadWords& words) {
     return session.change(words.message);
 }
@@ -348,6 +356,7 @@ int run_command(const Session& session, const ReadWords& words) {
                             {"library", library},
                             {"capture", capture},
                             {"preset list", preset_list},
+                            {"cue list", cue_list},
                             {"view list", view_list},
                             {"grid list", grid_list},
                             {"grid values", grid_values},

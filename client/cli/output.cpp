@@ -170,6 +170,43 @@ std::string view_line(const v1::SavedView& view) {
            "  fov " + print_number(view.camera().fov_rad() * 180.0 / std::numbers::pi);
 }
 
+std::string cue_table(const v1::State& state) {
+    const v1::CuePlayback& playback = state.cue_playback();
+    std::string text;
+    char line[512];
+    if (state.cues().cues_size() > 0) {
+        std::snprintf(line, sizeof line, "  %8s %-24s %7s %7s %7s %7s %-12s %-11s\n", "cue", "label", "up", "down",
+                      "delay", "delay", "goes on", "time code");
+        text += line;
+    }
+    for (const v1::Cue& cue : state.cues().cues()) {
+        std::string goes_on;
+        if (cue.has_follow_s()) goes_on = "follow " + print_number(cue.follow_s());
+        if (cue.has_hang_s()) goes_on = "hang " + print_number(cue.hang_s());
+        std::snprintf(line, sizeof line, "%c%c%8s %-24.128s %7g %7g %7g %7g %-12s %-11s",
+                      cue.number() == playback.active() ? '*' : ' ', cue.number() == playback.next() ? '>' : ' ',
+                      cue.number().c_str(), cue.label().c_str(), cue.up_s(), cue.down_s(), cue.delay_up_s(),
+                      cue.delay_down_s(), goes_on.c_str(), cue.timecode().c_str());
+        std::string one = line;
+        one.erase(one.find_last_not_of(' ') + 1);
+        text += one + "\n";
+    }
+    if (playback.held()) text += "held\n";
+    if (playback.running()) {
+        std::snprintf(line, sizeof line, "running: %.0f %%, %.1f s left\n", 100 * playback.progress_ratio(),
+                      playback.remaining_s());
+        text += line;
+    }
+    if (playback.has_next_in_s()) {
+        std::snprintf(line, sizeof line, "the next one starts in %.1f s\n", playback.next_in_s());
+        text += line;
+    }
+    if (playback.chase() != "off")
+        text += "time code of " + playback.timecode_source() + ": " + playback.chase() +
+                (playback.timecode().empty() ? "" : " " + playback.timecode()) + "\n";
+    return text;
+}
+
 std::string report_table(const v1::FrameReport& report) {
     char line[512];
     std::snprintf(line, sizeof line, "scene_rev %u  frame_ms %.2f  settled %s\n", report.scene_rev(), report.frame_ms(),

@@ -23,6 +23,8 @@ std::string progress_line(const v1::Progress& progress);
 
 // Result: name, eye, target and field of view in degrees, without an end of line.
 std::string view_line(const v1::SavedView& view);
+// Result: a line for each cue, and how it is played.
+std::string cue_table(const v1::State& state);
 
 std::string report_table(const v1::FrameReport& report);
 

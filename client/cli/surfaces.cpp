@@ -17,6 +17,7 @@ Error usage(std::string where, std::string value, std::string message) {
 std::string drives_text(const v1::SurfaceRow& row) {
     std::string text = row.target().empty() ? row.property() : row.target() + " " + row.property();
     if (!row.preset().empty()) text += " " + row.preset();
+    if (!row.cue().empty()) text += " " + row.cue();
     if (row.property() == kPageProperty)
         text += row.has_high() ? " " + print_number(row.high()) : row.step() < 0 ? " back" : " on";
     for (const std::string& manner : {row.mode(), row.curve(), row.takeover()})
@@ -100,6 +101,9 @@ Result<LearnWords> learn_request(const ReadWords& words) {
     if (words.names.front() == "preset" && words.names.size() == 2) {
         row.set_property("preset");
         row.set_preset(words.names.back());
+    } else if (words.names.front() == "cue" && words.names.size() == 2) {
+        row.set_property("cue");
+        row.set_cue(words.names.back());
     } else {
         row.set_property(words.names.back());
         if (words.names.size() == 2) row.set_target(words.names.front());

@@ -7,9 +7,10 @@ namespace gonio {
 namespace {
 
 constexpr std::uint8_t kId[8] = {'A', 'r', 't', '-', 'N', 'e', 't', 0};
-constexpr std::uint16_t kOpPoll = 0x2000, kOpPollReply = 0x2100, kOpDmx = 0x5000, kOpSync = 0x5200;
+constexpr std::uint16_t kOpPoll = 0x2000, kOpPollReply = 0x2100, kOpDmx = 0x5000, kOpSync = 0x5200,
+                        kOpTimeCode = 0x9700;
 constexpr std::uint16_t kProtocolVersion = 14;
-constexpr std::size_t kDmxHeader = 18;
+constexpr std::size_t kDmxHeader = 18, kTimeCodeBytes = 19;
 constexpr std::uint8_t kStyleVisual = 0x06;
 constexpr std::uint8_t kPortOutputsDmx = 0x80;  // PortTypes: DMX512, data from Art-Net
 constexpr std::uint8_t kGoodOutputIsTransmitted = 0x80;
@@ -53,6 +54,15 @@ ArtPollReply reply_page(const ArtNode& node, std::span<const std::uint16_t> port
     return reply;
 }
 
+// Frames, seconds, minutes, hours, and the type: film, EBU, drop frame, SMPTE.
+Result<ArtPacket> time_code(Bytes packet) {
+    if (packet.size() < kTimeCodeBytes) return bad(packet.size(), kOpTimeCode, "an ArtTimeCode packet ends too early");
+    if (packet[18] > 3) return bad(18, packet[18], "there is no such type of time code");
+    const ArtTimeCode time{{{packet[17], packet[16], packet[15], packet[14]}, static_cast<TimecodeRate>(packet[18])}};
+    if (!is_timecode(time.timecode)) return bad(14, packet[14], "the time code is none of its type");
+    return ArtPacket(time);
+}
+
 }  // namespace
 
 Result<ArtPacket> decode_artnet(Bytes packet) {
@@ -60,11 +70,13 @@ Result<ArtPacket> decode_artnet(Bytes packet) {
     if (std::memcmp(packet.data(), kId, sizeof kId) != 0)
         return bad(0, packet[0], "the packet does not begin with Art-Net");
     const std::uint16_t opcode = le16(packet, 8);
-    if (opcode != kOpDmx && opcode != kOpSync && opcode != kOpPoll) return ArtPacket(ArtOther{opcode});
+    if (opcode != kOpDmx && opcode != kOpSync && opcode != kOpPoll && opcode != kOpTimeCode)
+        return ArtPacket(ArtOther{opcode});
     if (packet.size() < 14) return bad(packet.size(), opcode, "the Art-Net packet ends too early");
     if (be16(packet, 10) < kProtocolVersion) return bad(10, be16(packet, 10), "the Art-Net version is under 14");
     if (opcode == kOpSync) return ArtPacket(ArtSync{});
     if (opcode == kOpPoll) return ArtPacket(ArtPoll{packet[12]});
+    if (opcode == kOpTimeCode) return time_code(packet);
     if (packet.size() < kDmxHeader) return bad(packet.size(), 0, "an ArtDmx packet ends too early");
     ArtDmx dmx;
     dmx.sequence = packet[12];

@@ -10,6 +10,7 @@
 #include "ies/core/result.h"
 #include "protocol/dmx/dmx.h"
 #include "protocol/text/byte_order.h"
+#include "protocol/timecode/timecode.h"
 
 namespace gonio {
 
@@ -28,10 +29,13 @@ struct ArtSync {};
 struct ArtPoll {
     std::uint8_t flags = 0;
 };
-struct ArtOther {
-    std::uint16_t opcode = 0;  // well-formed, and none of a receiver's business (replies of others, RDM, time code)
+struct ArtTimeCode {
+    Timecode timecode;
 };
-using ArtPacket = std::variant<ArtDmx, ArtSync, ArtPoll, ArtOther>;
+struct ArtOther {
+    std::uint16_t opcode = 0;  // well-formed, and none of a receiver's business (replies of others, RDM)
+};
+using ArtPacket = std::variant<ArtDmx, ArtSync, ArtPoll, ArtTimeCode, ArtOther>;
 
 // Errors: "bad_packet" with the byte offset as place.
 Result<ArtPacket> decode_artnet(Bytes packet);

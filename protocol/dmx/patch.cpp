@@ -31,10 +31,9 @@ Result<bool> check_row(const v1::PatchRow& row, std::size_t index) {
         return refusal_of(index, "universe", std::to_string(row.universe()),
                           sacn ? "sACN universes are 1 to 63999" : "Art-Net port-addresses are 0 to 32767");
     const PropertyRow* property = find_property(row.property());
-    if (property == nullptr || property->property == Property::preset)
-        return refusal_of(
-            index, "property", shown_text(row.property()),
-            "must be " + property_names([](const PropertyRow& known) { return known.property != Property::preset; }));
+    if (property == nullptr || property->of_buttons)
+        return refusal_of(index, "property", shown_text(row.property()),
+                          "must be " + property_names([](const PropertyRow& known) { return !known.of_buttons; }));
     if (row.bits() != 0 && row.bits() != 8 && row.bits() != 16)
         return refusal_of(index, "bits", std::to_string(row.bits()), "must be 8 or 16");
     if (row.address() < 1 || row.address() > kDmxSlots)

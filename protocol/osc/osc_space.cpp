@@ -1,9 +1,11 @@
 #include "protocol/osc/osc_space.h"
 
 #include <cmath>
+#include <span>
 #include <string_view>
 
 #include "ies/core/text.h"
+#include "protocol/schema/cue_number.h"
 
 namespace gonio {
 namespace {
@@ -25,6 +27,60 @@ Error wrong_argument(const OscMessage& message, std::string value, std::string w
     return {"invalid_argument", message.address, std::move(value), std::move(wanted)};
 }
 
+// Result: whether a button that sends this was pressed: 0 is its release, no argument a press.
+Result<bool> pressed(const OscMessage& message) {
+    if (message.arguments.empty()) return true;
+    const auto number = osc_number(message.arguments[0]);
+    if (!number) return wrong_argument(message, "argument 1", "must be a number: 0 is the button's release");
+    return *number != 0;
+}
+
+// what: as PropertyValue::name of a cue.
+Result<OscAction> cue_action(const OscMessage& message, std::string what) {
+    const auto fires = pressed(message);
+    if (!fires) return fires.error();
+    if (!*fires) return OscAction(OscNothing{});
+    PropertyValue value;
+    value.property = Property::cue;
+    value.name = std::move(what);
+    return OscAction(OscSet{std::move(value)});
+}
+
+Error no_such_address(const OscMessage& message) {
+    return {"not_found", message.address, "", "there is no such address"};
+}
+
+// Below /gonio/cue: go, back, stop, N/fire.
+Result<OscAction> cue_address(const OscMessage& message, std::span<const std::string_view> parts) {
+    if (parts.size() == 1)
+        for (const char* what : {"go", "back", "stop"})
+            if (parts[0] == what) return cue_action(message, what);
+    if (parts.size() == 2 && parts[1] == "fire" && parse_cue_number(parts[0]))
+        return cue_action(message, std::string(parts[0]));
+    return no_such_address(message);
+}
+
+// Below /eos: what consoles and controllers of Eos send (ETC, "Open Sound Control", Eos OSC dictionary). There is one
+// list of cues, whatever list they name.
+Result<OscAction> eos_address(const OscMessage& message, std::span<const std::string_view> parts) {
+    const auto is = [&](std::size_t at, std::string_view part) { return at < parts.size() && parts[at] == part; };
+    if (parts.size() == 1 && is(0, "ping")) return OscAction(OscPing{"/eos/out/ping"});
+    if (parts.size() == 1 && is(0, "subscribe")) {
+        const auto wants = pressed(message);
+        if (!wants) return wants.error();
+        return *wants ? OscAction(OscSubscribe{}) : OscAction(OscUnsubscribe{});
+    }
+    if (parts.size() == 2 && is(0, "key")) {
+        if (is(1, "go_0") || is(1, "go")) return cue_action(message, "go");
+        if (is(1, "stop")) return cue_action(message, "stop");
+    }
+    const std::size_t last = parts.size() - 1;
+    if ((parts.size() == 3 || parts.size() == 4) && is(0, "cue") && is(last, "fire") &&
+        parse_cue_number(parts[last - 1]))
+        return cue_action(message, std::string(parts[last - 1]));
+    return no_such_address(message);
+}
+
 Result<OscAction> service(const OscMessage& message, std::string_view name) {
     if (name == "ping") return OscAction(OscPing{});
     if (name == "unsubscribe") return OscAction(OscUnsubscribe{});
@@ -44,8 +100,9 @@ Result<PropertyValue> value_of(const OscMessage& message, const PropertyRow& pro
             return wrong_argument(message, "",
                                   property.property == Property::preset
                                       ? "a preset is a string: its name, and the fade in seconds after it"
-                                  : property.property == Property::gel
-                                      ? "a gel is a string: its name, empty for none"
+                                  : property.property == Property::gel ? "a gel is a string: its name, empty for none"
+                                  : property.property == Property::cue
+                                      ? "a cue is a string: go, back, stop, or the number of one"
                                       : "a profile is a string: the name of a built-in luminaire");
         if (name->size() > kMaxTextBytes)
             return wrong_argument(message, shown_text(*name), "a name has at most 128 bytes");
@@ -93,8 +150,11 @@ OscArgument real(double value) {
 
 }  // namespace
 
-Result<OscAction> osc_action(const OscMessage& message) {
+Result<OscAction> osc_action(const OscMessage& message, bool eos) {
     const std::vector<std::string_view> parts = parts_of(message.address);
+    if (parts.size() > 2 && parts[0] == "gonio" && parts[1] == "cue")
+        return cue_address(message, std::span(parts).subspan(2));
+    if (eos && parts.size() > 1 && parts[0] == "eos") return eos_address(message, std::span(parts).subspan(1));
     if (parts.size() == 2 && parts[0] == "gonio") return service(message, parts[1]);
     if (message.arguments.empty()) return OscAction(OscQuery{});
     if (parts.size() == 1) return set_values(message, parts[0], {});
@@ -136,6 +196,26 @@ OscValues osc_values(const v1::State& state) {
     }
     values["/master"] = {real(state.master_ratio())};
     values["/exposure"] = {real(state.exposure_ev100())};
+    values["/cue/active"] = {state.cue_playback().active()};
+    values["/cue/next"] = {state.cue_playback().next()};
+    values["/cue/progress"] = {real(state.cue_playback().progress_ratio())};
+    return values;
+}
+
+OscValues eos_values(const v1::State& state) {
+    OscValues values;
+    const v1::CuePlayback& playback = state.cue_playback();
+    const auto text = [&](const std::string& number) {
+        std::string label = number;
+        for (const v1::Cue& cue : state.cues().cues())
+            if (cue.number() == number && !cue.label().empty()) label += " " + cue.label();
+        return label;
+    };
+    const std::string active = "/eos/out/active/cue/", pending = "/eos/out/pending/cue/";
+    if (!playback.active().empty()) values[active + "1/" + playback.active()] = {real(playback.progress_ratio())};
+    if (!playback.next().empty()) values[pending + "1/" + playback.next()] = {};
+    values[active + "text"] = {text(playback.active())};
+    values[pending + "text"] = {text(playback.next())};
     return values;
 }
 

@@ -70,10 +70,11 @@ static constexpr PropertyRow kTable[] = {
      .least = -89 * kDegree, .most = 89 * kDegree, .unit = kDegree, .unit_name = "°", .of_camera = true},
     {.property = Property::distance, .name = "distance", .of_scene = true, .has_range = false, .low = 0, .high = 0,
      .least = 1e-3, .most = kFar_m, .unit_name = "m", .of_camera = true},
-    {.property = Property::preset, .name = "preset", .of_scene = true, .by_name = true},
+    {.property = Property::preset, .name = "preset", .of_scene = true, .by_name = true, .of_buttons = true},
+    {.property = Property::cue, .name = "cue", .of_scene = true, .by_name = true, .of_buttons = true},
 };
 // clang-format on
-static_assert(std::size(kTable) == static_cast<std::size_t>(Property::preset) + 1);
+static_assert(std::size(kTable) == static_cast<std::size_t>(Property::cue) + 1);
 
 std::span<const PropertyRow> property_table() {
     return kTable;

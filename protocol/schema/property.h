@@ -40,7 +40,8 @@ enum class Property : std::uint8_t {
     orbit,
     elevation,
     distance,
-    preset
+    preset,
+    cue
 };
 
 struct PropertyRow {
@@ -60,8 +61,9 @@ struct PropertyRow {
     std::string_view unit_name;    // "°", "m"; empty: a pure number
     std::string_view metavar;      // of the CLI's option: "RATIO"
     std::string_view help;         // one phrase for people: the CLI's help, the page
-    bool by_name = false;          // its value is a name: of a profile, a gel, a preset
+    bool by_name = false;          // its value is a name: of a profile, a gel, a preset; of a cue what to do
     bool by_list = false;          // a control chooses it from the names that its row lists
+    bool of_buttons = false;       // it happens, and has no value in between: a preset, a cue
     bool of_camera = false;        // orbit, elevation and distance of the eye as seen from the target
 };
 
@@ -93,7 +95,8 @@ struct PropertyValue {
     bool pattern = false;  // `target` is an OSC pattern over encoded names
     Property property = Property::level;
     std::array<double, 3> value{};  // SI; unused ones are 0
-    std::string name;               // of a property by_name; of a preset value[0] is its fade in s
+    std::string name;  // of a property by_name; of a preset value[0] is its fade in s; of a cue "go", "back", "stop" or
+                       // the number of one to go to
 };
 
 }  // namespace gonio

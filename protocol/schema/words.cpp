@@ -144,6 +144,41 @@ constexpr WordRow kGroup[] = {
 };
 constexpr WordRow kPreset[] = {{"NAME", "", text, "name", "of the preset, 1 to 128 bytes"}};
 constexpr WordRow kRecallOptions[] = {{"--fade", "S", number, "fade_s", "seconds, 0 to 3600; default 0"}};
+constexpr WordRow kCue[] = {{"NUMBER", "", text, "number", "0.001 to 9999.999, at most three decimals"}};
+constexpr WordRow kCueTime[] = {
+    {"--time", "S", number, "time_s", "seconds, 0 to 3600, instead of the cue's own times and delays"}};
+constexpr WordRow kBackTime[] = {{"--time", "S", number, "time_s", "seconds, 0 to 3600; default: cue options --back"}};
+constexpr WordRow kAddCue[] = {
+    {"--label", "TEXT", text, "label", "at most 128 bytes"},
+    {"--up", "S", number, "up_s", "of levels that rise and all that is no level, seconds, 0 to 3600; default 5"},
+    {"--down", "S", number, "down_s", "of levels that fall, seconds, 0 to 3600; default: as --up"},
+    {"--delay-up", "S", number, "delay_up_s", "before --up begins, seconds, 0 to 3600; default 0"},
+    {"--delay-down", "S", number, "delay_down_s", "likewise"},
+    {"--follow", "S", number, "follow_s", "starts the next cue so long after this one's start, 0 to 3600"},
+    {"--hang", "S", number, "hang_s", "likewise after this one's end; not with --follow"},
+    {"--timecode", "HH:MM:SS:FF", text, "timecode", "that starts it; \"\": none"},
+    {"--preset", "NAME", text, "preset", "whose content it takes; default: the lights as they are"},
+};
+constexpr WordRow kSetCue[] = {
+    {"--label", "TEXT", text, "label", "at most 128 bytes"},
+    {"--up", "S", number, "up_s", "of levels that rise and all that is no level, seconds, 0 to 3600"},
+    {"--down", "S", number, "down_s", "of levels that fall, seconds, 0 to 3600"},
+    {"--delay-up", "S", number, "delay_up_s", "before --up begins, seconds, 0 to 3600"},
+    {"--delay-down", "S", number, "delay_down_s", "likewise"},
+    {"--follow", "S", number, "follow_s", "starts the next cue so long after this one's start, 0 to 3600"},
+    {"--hang", "S", number, "hang_s", "likewise after this one's end; not with --follow"},
+    {"--manual", "", flag, "manual", "neither follow nor hang any more"},
+    {"--timecode", "HH:MM:SS:FF", text, "timecode", "that starts it; \"\": none"},
+    {"--preset", "NAME", text, "preset", "whose content it takes"},
+    {"--record", "", flag, "record", "takes the lights as they are"},
+};
+constexpr WordRow kCueOptions[] = {
+    {"--next", "NUMBER", text, "next", "the cue that GO starts"},
+    {"--guard", "S", number, "guard_s", "a GO so soon after another is refused, 0 to 5; default 0.2"},
+    {"--back", "S", number, "back_s", "the time of BACK, 0 to 3600; default 1"},
+    {"--timecode", "SOURCE", text, "timecode", "that starts cues: off (default), mtc or artnet"},
+    {"--freewheel", "S", number, "freewheel_s", "how long time goes on when time code ends, 0.5 to 2; default 1"},
+};
 constexpr WordRow kSavedView[] = {{"NAME", "", text, "name", "of the view, 1 to 128 bytes"}};
 constexpr WordRow kSaveViewOptions[] = {
     {"--eye", "x,y,z", vector, "eye_m", "m, each -1e6 to 1e6; default, as of the others: as the camera is"},
@@ -252,6 +287,19 @@ std::span<const WordCommand> scene_commands() {
          {}},
         {"preset recall", "command.recall_preset", "brings back what a preset keeps", kPreset, kRecallOptions},
         {"preset remove", "command.remove_preset", "forgets a preset", kPreset, {}},
+        {"cue go", "command.cue_go", "starts the next cue, or goes on with one that STOP holds", {}, {}},
+        {"cue back", "command.cue_back", "goes to the cue before the active one", {}, kBackTime},
+        {"cue stop", "command.cue_stop", "holds the cue that runs; once more: goes to the one before", {}, {}},
+        {"cue goto", "command.cue_goto", "goes to a cue", kCue, kCueTime},
+        {"cue assert", "command.cue_assert", "brings the active cue about again", {}, kCueTime},
+        {"cue add", "command.add_cue", "adds a cue; it keeps what a preset keeps", kCue, kAddCue},
+        {"cue set", "command.set_cue", "changes a cue; what no option names stays", kCue, kSetCue},
+        {"cue remove", "command.remove_cue", "takes a cue off the list", kCue, {}},
+        {"cue options",
+         "command.set_cue_options",
+         "how the list is played; what no option names stays",
+         {},
+         kCueOptions},
         {"view save", "command.save_view", "keeps where the camera is", kSavedView, kSaveViewOptions},
         {"view recall", "command.recall_view", "moves the camera to a saved view", kSavedView, {}},
         {"view remove", "command.remove_view", "forgets a saved view", kSavedView, {}},

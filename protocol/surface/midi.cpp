@@ -97,10 +97,15 @@ bool add_keys(std::string_view text, std::vector<MidiKey>& keys) {
 
 }  // namespace
 
-std::size_t read_usb_midi(Bytes transfer, std::vector<MidiMessage>& messages) {
+// Bytes of a packet, by its code index number (clause 4, table 4-1).
+static constexpr std::uint8_t kPacketBytes[16] = {0, 0, 2, 3, 3, 1, 2, 3, 3, 3, 3, 3, 2, 2, 3, 1};
+
+std::size_t read_usb_midi(Bytes transfer, std::vector<MidiMessage>& messages, MidiTime* time) {
     std::size_t bad = 0;
     for (; transfer.size() >= 4; transfer = transfer.subspan(4)) {
         const unsigned index = transfer[0] & 0x0Fu;
+        if (time != nullptr)
+            for (std::size_t i = 1; i <= kPacketBytes[index]; ++i) time->take(transfer[i]);
         if (index < 8 || index == 15) {  // reserved (0, 1: also padding), system messages, single bytes
             bad += index < 2 && (transfer[1] | transfer[2] | transfer[3]) != 0 ? 1 : 0;
             continue;
@@ -121,6 +126,12 @@ std::size_t MidiStream::take(Bytes bytes, std::vector<MidiMessage>& messages) {
     std::size_t bad = 0;
     for (const std::uint8_t byte : bytes) {
         if (byte >= 0xF8) continue;  // real-time: may stand inside any message
+        time_.take(byte);
+        if (quarter_ && byte < 0x80) {  // of time code
+            quarter_ = false;
+            continue;
+        }
+        quarter_ = byte == 0xF1;
         if (byte >= 0x80) {
             sysex_ = byte == 0xF0;
             status_ = is_channel_message(byte) ? byte : 0;

@@ -8,14 +8,25 @@
 #include <optional>
 #include <string>
 #include <string_view>
+#include <utility>
 #include <vector>
 
 #include "ies/core/result.h"
 #include "protocol/text/byte_order.h"
+#include "protocol/timecode/timecode.h"
 
 namespace gonio {
 
-// One channel message. System messages carry no control and are skipped.
+// Time code of one port, and the newest that came and was not taken yet.
+struct MidiTime {
+    MtcReader reader;
+    std::optional<Timecode> newest;
+    void take(std::uint8_t byte) {
+        if (const auto now = reader.take(byte)) newest = now;
+    }
+};
+
+// One channel message. System messages carry no control: of them time code is read.
 struct MidiMessage {
     std::uint8_t cable = 0;  // 0..15: which of a surface's ports
     std::uint8_t status = 0;
@@ -25,19 +36,22 @@ struct MidiMessage {
 
 // Adds the channel messages of one transfer, whole or not: what is left over of the last packet is not looked at.
 // Result: how many packets were none (reserved index numbers, data bytes with the top bit set, a status that does not
-// fit).
-std::size_t read_usb_midi(Bytes transfer, std::vector<MidiMessage>& messages);
+// fit). time: reads the time code among them; null: nobody wants it.
+std::size_t read_usb_midi(Bytes transfer, std::vector<MidiMessage>& messages, MidiTime* time = nullptr);
 
 // The bytes of a raw port: running status, real-time bytes anywhere, SysEx skipped.
 class MidiStream {
 public:
     // Adds the messages that are complete. Result: how many bytes belonged to none (data without a status).
     std::size_t take(Bytes bytes, std::vector<MidiMessage>& messages);
+    // Result: time code that came since this was asked last.
+    std::optional<Timecode> take_time() { return std::exchange(time_.newest, std::nullopt); }
 
 private:
     std::uint8_t status_ = 0;  // running; 0: none
     std::uint8_t first_ = 0;
-    bool has_first_ = false, sysex_ = false;
+    bool has_first_ = false, sysex_ = false, quarter_ = false;
+    MidiTime time_;
 };
 
 // Result: a message, or a whole SysEx with F0 and F7, as USB-MIDI event packets for a cable.

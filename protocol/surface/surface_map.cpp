@@ -6,6 +6,7 @@
 
 #include "ies/core/text.h"
 #include "ies/synthetic.h"
+#include "protocol/schema/cue_number.h"
 #include "protocol/schema/name_list.h"
 #include "protocol/schema/property.h"
 
@@ -62,6 +63,11 @@ Result<bool> check_names(const v1::SurfaceRow& row, const PropertyRow& property,
     if (preset == row.preset().empty() || row.preset().size() > kMaxNameLength)
         return refusal_of(place, "preset", shown_text(row.preset()),
                           preset ? "must name a preset in 1 to 128 bytes" : "only the property preset names a preset");
+    const bool cue = property.property == Property::cue;
+    const bool known = one_of(row.cue(), {"go", "back", "stop"}) || parse_cue_number(row.cue());
+    if (cue ? !known : !row.cue().empty())
+        return refusal_of(place, "cue", shown_text(row.cue()),
+                          cue ? "must be go, back, stop or the number of a cue" : "only the property cue has one");
     if (!(row.fade_s() >= 0 && row.fade_s() <= 3600))
         return refusal_of(place, "fade_s", print_number(row.fade_s()), "must be a number from 0 to 3600");
     return true;

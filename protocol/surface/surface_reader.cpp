@@ -83,7 +83,7 @@ void SurfaceReader::turn_to(std::uint32_t page) {
         row.said.reset();
         row.before.reset();
         row.profile = SIZE_MAX;
-        if (row.property != nullptr && row.property->property == Property::preset) row.last.reset();
+        if (row.property != nullptr && row.property->of_buttons) row.last.reset();
     }
 }
 
@@ -117,8 +117,8 @@ void SurfaceReader::set(Row& row, double share, std::vector<SurfaceAction>& acti
         if (index == row.profile) return;
         row.profile = index;
         action.value.name = row.row.profiles(static_cast<int>(index));
-    } else if (row.property->property == Property::preset) {
-        return;  // of buttons only
+    } else if (row.property->of_buttons) {
+        return;
     }
     action.value.value[0] = value;
     row.said = value;
@@ -228,6 +228,16 @@ void SurfaceReader::take_button(Row& row, const ControlInput& input, const Value
         actions.push_back(std::move(action));
         return;
     }
+    if (row.property->property == Property::cue) {
+        for (unsigned i = 0; i < input.presses; ++i) {
+            SurfaceAction action;
+            action.kind = SurfaceAction::Kind::cue;
+            action.value.property = Property::cue;
+            action.value.name = row.row.cue();
+            actions.push_back(std::move(action));
+        }
+        return;
+    }
     if (row.property->by_list) {  // each press the next one
         for (unsigned i = 0; i < input.presses; ++i) {
             const auto count = static_cast<std::size_t>(row.row.profiles_size());
@@ -269,7 +279,7 @@ void SurfaceReader::take(const ControlInput& input, std::int64_t now_ns, const V
         if (!means_box(row.row.device(), input.device) || !on_page(row)) continue;
         if (input.kind == ControlKind::button) {
             take_button(row, input, now, actions);
-        } else if (row.property != nullptr && row.property->property == Property::preset) {
+        } else if (row.property != nullptr && row.property->of_buttons) {
             take_button(row, as_button(row, input), now, actions);
             row.last = input.value;
         } else if (row.property == nullptr) {
@@ -314,12 +324,13 @@ void SurfaceReader::step(std::int64_t now_ns, const ValueNow& now, std::vector<S
 }
 
 std::optional<double> SurfaceReader::shown(const std::string& device, const std::string& control, const ValueNow& now,
-                                           const std::string& recalled) const {
+                                           const std::string& recalled, const std::string& cue) const {
     for (const std::size_t i : rows_of(control)) {
         const Row& row = rows_[i];
         if (!means_box(row.row.device(), device) || !on_page(row)) continue;
         if (row.property == nullptr) return row.row.has_high() && row.row.high() == page_ ? 1.0 : 0.0;
         if (row.property->property == Property::preset) return row.row.preset() == recalled ? 1.0 : 0.0;
+        if (row.property->property == Property::cue) return !cue.empty() && row.row.cue() == cue ? 1.0 : 0.0;
         if (row.property->by_list) return row.profile == SIZE_MAX ? 0.0 : 1.0;
         const auto share = share_now(row, now);
         if (!share) return 0.0;

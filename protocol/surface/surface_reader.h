@@ -40,8 +40,8 @@ struct ControlInput {
 
 // What to do, in order. A value, or one of the surface's own doings.
 struct SurfaceAction {
-    enum class Kind : std::uint8_t { set, save_preset } kind = Kind::set;
-    PropertyValue value;  // of save_preset: its name alone
+    enum class Kind : std::uint8_t { set, save_preset, cue } kind = Kind::set;
+    PropertyValue value;  // of save_preset and cue: its name alone
 };
 
 // Asks the scene: the value of a property as it is now, SI; nothing where the target is not there.
@@ -75,9 +75,10 @@ public:
     bool moving() const { return moving_ > 0; }
 
     // Result: where the control stands for the scene as it is (0..1), to be shown on the surface: of a button 1 where
-    // what it does is in force. Nothing for controls that drive nothing on this page. recalled: the preset in force.
+    // what it does is in force. Nothing for controls that drive nothing on this page. recalled: the preset in force;
+    // cue: the number of the active one.
     std::optional<double> shown(const std::string& device, const std::string& control, const ValueNow& now,
-                                const std::string& recalled) const;
+                                const std::string& recalled, const std::string& cue = {}) const;
 
 private:
     struct Row {

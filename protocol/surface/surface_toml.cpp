@@ -211,7 +211,7 @@ toml::source_region at_fault(const toml::table& table, const std::string& field)
 void read_row(const toml::table& table, v1::SetSurfaces& map) {
     only_keys(table,
               {"box", "control", "target", "property", "range", "mode", "curve", "takeover", "smooth_s", "deadband",
-               "step", "page", "to_page", "stride", "profiles", "gels", "preset", "fade_s"},
+               "step", "page", "to_page", "stride", "profiles", "gels", "preset", "fade_s", "cue"},
               "[[control]]");
     v1::SurfaceRow row;
     const auto text = [&](const char* key, const char* otherwise) {
@@ -223,6 +223,7 @@ void read_row(const toml::table& table, v1::SetSurfaces& map) {
     row.set_target(text("target", ""));
     row.set_property(text("property", ""));
     row.set_preset(text("preset", ""));
+    row.set_cue(text("cue", ""));
     read_manner(table, row);
     if (const toml::node* node = table.get("deadband")) row.set_deadband_ratio(number(*node, "deadband"));
     if (const toml::node* node = table.get("page")) row.set_page(whole_number(*node, 1, kMaxSurfacePages, "page"));

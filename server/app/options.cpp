@@ -118,6 +118,8 @@ void add_input_options(CLI::App& app, Options& options, OptionTexts& text) {
     app.add_option("--artnet", text.artnet, "listen for Art-Net on ADDRESS[:6454], likewise")->check(check_udp_address);
     app.add_option("--osc", text.osc, "listen for OSC on ADDRESS[:9000], UDP and TCP, likewise")
         ->check(check_udp_address);
+    app.add_flag("--osc-eos", options.inputs.osc_eos,
+                 "OSC understands and says what Eos does of cues (docs/consoles.md)");
     app.add_flag("--ignore-preview", text.ignore_preview, "leave out sACN packets with the preview bit");
     app.add_option("--patch", options.patch_file, "PATCH.toml: which slots drive what (docs/consoles.md)")
         ->check(check_file_if_any);

@@ -36,8 +36,8 @@ void make_room(Map& map, std::size_t most, const Time& time_of) {
 
 }  // namespace
 
-Result<std::unique_ptr<OscServer>> OscServer::open(const UdpPeer& at, Watch& watch, Set set) {
-    std::unique_ptr<OscServer> server(new OscServer(watch, std::move(set)));
+Result<std::unique_ptr<OscServer>> OscServer::open(const UdpPeer& at, Watch& watch, Set set, bool eos) {
+    std::unique_ptr<OscServer> server(new OscServer(watch, std::move(set), eos));
     // Any free port must be free in both: a few are tried.
     for (int attempt = 0; !server->listener_; ++attempt) {
         auto udp = open_udp(at);
@@ -104,7 +104,8 @@ void OscServer::close_connection(int fd) {
     // What it wanted to be told at a later time is told to nobody; what it set for then counts.
     std::erase_if(scheduled_, [&](const auto& one) {
         const auto& [from, message] = one.second;
-        return from == client && (message.arguments.empty() || message.address.starts_with("/gonio/"));
+        const bool cue = message.address.starts_with("/gonio/cue/");
+        return from == client && !cue && (message.arguments.empty() || message.address.starts_with("/gonio/"));
     });
 }
 
@@ -224,10 +225,11 @@ void OscServer::take(Bytes packet, const OscClient& from) {
 }
 
 void OscServer::act(const OscMessage& message, const OscClient& from, std::int64_t now_ns) {
-    const auto action = osc_action(message);
+    const auto action = osc_action(message, eos_);
     if (!action) return refuse(from, message.address, action.error());
-    if (std::holds_alternative<OscPing>(*action)) {
-        const std::vector<std::uint8_t> pong = encode_osc({kOscImmediately, "/gonio/pong", message.arguments});
+    if (std::holds_alternative<OscNothing>(*action)) return;
+    if (const auto* ping = std::get_if<OscPing>(&*action)) {
+        const std::vector<std::uint8_t> pong = encode_osc({kOscImmediately, ping->pong, message.arguments});
         if (may_answer(from, pong.size())) send(from, from.peer, pong);
     } else if (std::holds_alternative<OscUnsubscribe>(*action)) {
         subscribers_.erase(from);
@@ -276,6 +278,7 @@ void OscServer::subscribe(const OscSubscribe& request, const OscMessage& message
     subscriber.until_ns = now_ns + kOscLease_ns;
     if (told) return;
     subscriber.told_ns = now_ns;
+    eos_said_.clear();        // likewise
     subscriber.sent.clear();  // everything is told anew
     subscriber.guarded_until_ns.clear();
     feedback_due_ = true;
@@ -327,6 +330,21 @@ void OscServer::send_feedback(std::int64_t now_ns) {
     }
 }
 
+// Of a cue that begins or is next at once, of its progress once a second, to all subscribers.
+void OscServer::send_eos(std::int64_t now_ns) {
+    OscValues now = eos_values(state_);
+    const auto names = [](const OscValues& values) {
+        std::vector<std::pair<std::string, std::vector<OscArgument>>> told;
+        for (const auto& [address, arguments] : values)
+            told.emplace_back(address, address.ends_with("/text") ? arguments : std::vector<OscArgument>());
+        return told;
+    };
+    if (now == eos_said_ || (now_ns - eos_said_ns_ < kEosEvery_ns && names(now) == names(eos_said_))) return;
+    eos_said_ns_ = now_ns;
+    eos_said_ = std::move(now);
+    for (const auto& [client, subscriber] : subscribers_) send_values(client, subscriber.to, eos_said_);
+}
+
 std::int64_t OscServer::tick(std::int64_t now_ns) {
     pattern_budget_ = kOscPatternBudget;
     while (!scheduled_.empty() && scheduled_.begin()->first <= now_ns) {
@@ -344,6 +362,7 @@ std::int64_t OscServer::tick(std::int64_t now_ns) {
         watch_.change(listener_.fd(), EPOLLIN);
     }
     if (feedback_due_ && now_ns - fed_back_ns_ >= kOscFeedback_ns) send_feedback(now_ns);
+    if (eos_ && !subscribers_.empty()) send_eos(now_ns);
     std::int64_t next_ns = now_ns + 1'000'000'000;
     if (!scheduled_.empty()) next_ns = std::min(next_ns, scheduled_.begin()->first);
     if (feedback_due_) next_ns = std::min(next_ns, fed_back_ns_ + kOscFeedback_ns);

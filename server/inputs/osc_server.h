@@ -33,6 +33,7 @@ inline constexpr std::int64_t kOscIdle_ns = 300'000'000'000;     // a TCP client
 inline constexpr std::int64_t kOscPause_ns = 1'000'000'000;      // no accept() for so long where descriptors ran out
 inline constexpr std::int64_t kOscRetell_ns = 1'000'000'000;     // who subscribes again within is not told all again
 inline constexpr std::int64_t kOscFeedback_ns = 20'000'000;      // feedback comes at most so often
+inline constexpr std::int64_t kEosEvery_ns = 1'000'000'000;      // the progress of a cue, as Eos tells it
 inline constexpr std::int64_t kOscEchoGuard_ns = 300'000'000;    // what a hand moves is not told to that hand meanwhile
 
 struct OscClient {
@@ -46,7 +47,8 @@ public:
     // set: hands values, at least one, to the scene; false: refused, there is too much waiting.
     using Set = std::function<bool(const OscClient& from, const std::string& address, OscSet values)>;
     // Errors: "listen_failed". UDP and TCP take the same port.
-    static Result<std::unique_ptr<OscServer>> open(const UdpPeer& at, Watch& watch, Set set);
+    // eos: addresses of Eos too, and to subscribers what it tells of its cues.
+    static Result<std::unique_ptr<OscServer>> open(const UdpPeer& at, Watch& watch, Set set, bool eos = false);
     ~OscServer();
 
     void publish_state(v1::State state);
@@ -78,7 +80,8 @@ private:
         std::string last;
         PacketRate rate;
     };
-    OscServer(Watch& watch, Set set) : watch_(watch), set_(std::move(set)), receiver_(kOscMaxPacket) {}
+    OscServer(Watch& watch, Set set, bool eos)
+        : watch_(watch), set_(std::move(set)), eos_(eos), receiver_(kOscMaxPacket) {}
     void receive();
     void accept_connections();
     bool is_connected(const OscClient& client) const;
@@ -92,10 +95,14 @@ private:
     void send(const OscClient& to, const UdpPeer& udp, const std::vector<std::uint8_t>& packet);
     void send_values(const OscClient& to, const UdpPeer& udp, const OscValues& values);
     void send_feedback(std::int64_t now_ns);
+    void send_eos(std::int64_t now_ns);
     const OscValues& values();
 
     Watch& watch_;
     Set set_;
+    bool eos_;
+    OscValues eos_said_;
+    std::int64_t eos_said_ns_ = 0;
     Receiver receiver_;
     Descriptor udp_, listener_;
     std::map<int, Connection> connections_;

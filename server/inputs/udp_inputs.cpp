@@ -49,10 +49,12 @@ public:
         if (options_.artnet)
             if (auto opened = open_artnet(); !opened) return opened;
         if (options_.osc) {
-            auto osc = OscServer::open(*options_.osc, watch_,
-                                       [this](const OscClient& from, const std::string& address, OscSet values) {
-                                           return post_osc(from, address, std::move(values));
-                                       });
+            auto osc = OscServer::open(
+                *options_.osc, watch_,
+                [this](const OscClient& from, const std::string& address, OscSet values) {
+                    return post_osc(from, address, std::move(values));
+                },
+                options_.osc_eos);
             if (!osc) return osc.error();
             osc_ = std::move(*osc);
         }
@@ -238,6 +240,9 @@ private:
                 artnet_end_.bad_packet(packet.error());
             } else if (const auto* dmx = std::get_if<ArtDmx>(&*packet)) {
                 if (!artnet_.take(*dmx, datagram.from, monotonic_ns())) ++artnet_end_.refused;
+            } else if (const auto* time = std::get_if<ArtTimeCode>(&*packet)) {
+                const std::pair heard(time->timecode, monotonic_ns());
+                if (updates_.merge([&](InputUpdates& updates) { updates.timecode = heard; })) wake_();
             } else if (std::holds_alternative<ArtSync>(*packet)) {
                 artnet_.take_sync(datagram.from, monotonic_ns());
             } else if (std::holds_alternative<ArtPoll>(*packet)) {

@@ -14,6 +14,7 @@
 #include "protocol/dmx/dmx.h"
 #include "protocol/schema/gonio.pb.h"
 #include "protocol/schema/property.h"
+#include "protocol/timecode/timecode.h"
 #include "server/base/queue.h"
 #include "server/inputs/osc_server.h"
 
@@ -22,6 +23,7 @@ namespace gonio {
 struct InputOptions {
     std::optional<UdpPeer> sacn, artnet, osc;  // where to listen; absent: that protocol is off. Port 0: any free one
     bool accept_preview = true;                // of sACN
+    bool osc_eos = false;                      // OSC also understands and says what Eos does
 
     bool any() const { return sacn || artnet || osc; }
 };
@@ -37,8 +39,9 @@ struct InputUpdates {
         std::uint64_t order = 0;  // of arrival
     };
     std::map<DmxKey, std::shared_ptr<const DmxUniverse>> universes;
-    std::map<std::string, Osc> osc;  // by address
-    std::size_t osc_patterns = 0;    // of those
+    std::map<std::string, Osc> osc;                             // by address
+    std::size_t osc_patterns = 0;                               // of those
+    std::optional<std::pair<Timecode, std::int64_t>> timecode;  // of Art-Net, and when it came, monotonic
 };
 
 class Inputs {

@@ -7,6 +7,7 @@
 #include "protocol/surface/surface_map.h"
 #include "server/scene/apply_camera.h"
 #include "server/scene/apply_checks.h"
+#include "server/scene/apply_cues.h"
 #include "server/scene/apply_grid.h"
 #include "server/scene/apply_light.h"
 #include "server/scene/apply_rename.h"
@@ -14,6 +15,7 @@
 #include "server/scene/apply_targets.h"
 #include "server/scene/apply_view.h"
 #include "server/scene/console.h"
+#include "server/scene/cue.h"
 #include "server/scene/gel.h"
 #include "server/scene/light_tables.h"
 #include "server/scene/light_values.h"
@@ -117,15 +119,7 @@ void recall_preset(Scene& scene, const v1::RecallPreset& recall) {
     if (preset == scene.presets.end())
         refuse("not_found", "recall_preset.name", recall.name(), "there is no preset of this name");
     const bool fades = checked(recall.fade_s(), 0.0, kMaxFade_s, "recall_preset.fade_s") > 0;
-    for (const PresetLight& kept : *preset->second) {
-        Light* light = find_light(scene, kept.name);
-        if (light == nullptr) continue;
-        if (!light->sun) change(scene, light->profile, kept.profile, light->profile_rev);
-        change(scene, light->gel, kept.gel, light->level_rev);
-        if (fades) continue;  // server/scene/preset.h brings the rest in time
-        change(scene, light->world_from_light, kept.world_from_light, light->aim_rev);
-        for (const LightRow& light_row : light_rows()) change(scene, *light, light_row, numbers_of(kept, light_row));
-    }
+    bring_about(scene, *preset->second, fades);
     change(scene, scene.recalled, recall.name(), scene.presets_rev);
 }
 
@@ -146,6 +140,10 @@ void load_scene(Scene& scene, const Loaded& loaded) {
     fresh.surfaces = scene.surfaces;
     fresh.presets = scene.presets;  // of lights by name: files are written anew, and scenes come back
     fresh.presets_rev = scene.presets_rev;
+    fresh.cues = scene.cues;  // likewise; none of them is active
+    fresh.cues_rev = scene.cues_rev;
+    fresh.cue_options = scene.cue_options;
+    fresh.cue_next = cue_after(scene, 0);
     if (fresh.asset->name == scene.asset->name) {  // a file that was written anew; elsewhere they would mean nothing
         fresh.saved_views = scene.saved_views;
         fresh.saved_views_rev = scene.saved_views_rev;
@@ -218,6 +216,20 @@ void dispatch(Scene& scene, const v1::Command& command, const Loaded& loaded, st
             return recall_preset(scene, command.recall_preset());
         case v1::Command::kRemovePreset:
             return remove_preset(scene, command.remove_preset().name());
+        case v1::Command::kAddCue:
+            return add_cue(scene, command.add_cue(), loaded);
+        case v1::Command::kSetCue:
+            return set_cue(scene, command.set_cue());
+        case v1::Command::kRemoveCue:
+            return remove_cue(scene, command.remove_cue().number());
+        case v1::Command::kSetCueOptions:
+            return set_cue_options(scene, command.set_cue_options());
+        case v1::Command::kCueGo:
+        case v1::Command::kCueBack:
+        case v1::Command::kCueStop:
+        case v1::Command::kCueGoto:
+        case v1::Command::kCueAssert:
+            return play_cue(scene, command, loaded);
         case v1::Command::kSetSurfaces:
             return set_surfaces(scene, command.set_surfaces());
         case v1::Command::kMapControl:
@@ -253,10 +265,11 @@ void check_layers(const Scene& scene) {
 }
 
 Revision newest_part(const Scene& scene) {
-    Revision newest = std::max({scene.geometry_rev, scene.camera_rev, scene.view_rev, scene.exposure_rev,
-                                scene.master_rev, scene.technique_rev, scene.size_rev, scene.lights_rev,
-                                scene.groups_rev, scene.patch_rev, scene.surfaces_rev, scene.presets_rev,
-                                scene.saved_views_rev, scene.look_rev, scene.grids_rev, scene.observers_rev});
+    Revision newest =
+        std::max({scene.geometry_rev, scene.camera_rev, scene.view_rev, scene.exposure_rev, scene.master_rev,
+                  scene.technique_rev, scene.size_rev, scene.lights_rev, scene.groups_rev, scene.patch_rev,
+                  scene.surfaces_rev, scene.presets_rev, scene.saved_views_rev, scene.look_rev, scene.grids_rev,
+                  scene.observers_rev, scene.cues_rev, scene.cue_play_rev});
     for (const Light& light : scene.lights) newest = std::max(newest, newest_rev(light));
     return newest;
 }
@@ -264,7 +277,8 @@ Revision newest_part(const Scene& scene) {
 // Of what the show keeps.
 Revision newest_show_part(const Scene& scene) {
     Revision newest = std::max({scene.geometry_rev, scene.master_rev, scene.lights_rev, scene.groups_rev,
-                                scene.patch_rev, scene.surfaces_rev, scene.presets_rev, scene.saved_views_rev});
+                                scene.patch_rev, scene.surfaces_rev, scene.presets_rev, scene.saved_views_rev,
+                                scene.grids_rev, scene.observers_rev, scene.cues_rev});
     for (const Light& light : scene.lights) newest = std::max(newest, newest_rev(light));
     return newest;
 }
@@ -343,8 +357,9 @@ Scene scene_of(std::shared_ptr<const SceneAsset> asset, Revision revision) {
     Scene scene;
     scene.scene_rev = scene.geometry_rev = scene.camera_rev = scene.view_rev = scene.exposure_rev = scene.master_rev =
         scene.technique_rev = scene.size_rev = scene.lights_rev = scene.groups_rev = scene.patch_rev =
-            scene.surfaces_rev = scene.presets_rev = scene.saved_views_rev = scene.show_rev = scene.edited_rev = scene.look_rev =
-                scene.compare_rev = scene.grids_rev = scene.observers_rev = revision;
+            scene.surfaces_rev = scene.presets_rev = scene.saved_views_rev = scene.show_rev = scene.edited_rev =
+                scene.look_rev = scene.compare_rev = scene.grids_rev = scene.observers_rev = scene.cues_rev =
+                    scene.cue_play_rev = revision;
     scene.camera = asset->cameras.empty() ? framing(asset->bounds) : asset->cameras.front();
     scene.exposure_ev100 = asset->exposure_ev100.value_or(scene.exposure_ev100);
     for (const LightSeed& seed : asset->lights) {

@@ -30,6 +30,8 @@ struct Loaded {
     std::shared_ptr<const Scene> opened;            // of open_show
     std::vector<std::string> warnings;              // of `opened`: what could not be brought back
     std::shared_ptr<const std::vector<EditTarget>> targets;  // of undo and redo (edit.h), in the order of the keys
+    CueNumber cue =
+        0;  // of cue_goto: CuePlayer brings its numbers about in time (cue_player.h); 0: all is there at once
 };
 
 struct Applied {
@@ -38,12 +40,13 @@ struct Applied {
 };
 
 // Render thread. Errors: "invalid_argument" (out of range, not finite, not three numbers), "not_found" (light, group),
-// "already_exists", "too_many_lights", "too_many_groups", "too_many_presets", "too_many_views", "conflict" (aim beside
-// pan/tilt/roll), "unsupported"; `where` is the field ("set_light.position_m"), `value` what it held.
+// "already_exists", "too_many_lights", "too_many_groups", "too_many_presets", "too_many_views", "too_many_cues",
+// "too_large", "conflict" (aim beside pan/tilt/roll, follow beside hang), "unsupported". `where` is the field
+// ("set_light.position_m"), `value` what it held.
 Result<Applied> apply(Scene& scene, const v1::Command& command, const Loaded& loaded);
 
-// Who moves values. What a console drives is of the moment: it is no change of the show, but for a preset that it
-// saves.
+// Who moves values. What a console or a playing cue drives is of the moment: it is no change of the show, but for
+// a preset that it saves.
 enum class Driven : std::uint8_t { by_hand, by_console };
 // Render thread. Carries out what consoles say in one frame: set_light of lights (not of groups, and without profile),
 // set_master, set_exposure; all that differs gets one revision. Of a set_light that is refused each property is tried

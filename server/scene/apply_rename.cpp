@@ -1,8 +1,10 @@
 #include "server/scene/apply_rename.h"
 
 #include <algorithm>
+#include <map>
 
 #include "server/scene/apply_checks.h"
+#include "server/scene/cue.h"
 
 namespace gonio {
 namespace {
@@ -20,23 +22,49 @@ std::shared_ptr<const Rows> followed(const std::shared_ptr<const Rows>& rows, co
     return changed;
 }
 
-// What a preset keeps of a light that is gone and had the new name makes place for what it keeps of this one.
+// What a preset or a cue keeps of a light that is gone and had the new name makes place for what it keeps of this one.
+// Result: what it keeps now; nullptr where it has neither name, as in followed().
+std::shared_ptr<const Preset> followed(const Preset& preset, const std::string& what, const std::string& name,
+                                       const std::string& new_name, std::vector<std::string>& warnings) {
+    const auto keeps = [&](const std::string& light) {
+        return std::ranges::find(preset, light, &PresetLight::name) != preset.end();
+    };
+    const bool has = keeps(name), has_another = keeps(new_name);
+    if (!has && !has_another) return nullptr;
+    Preset changed = preset;
+    if (has && std::erase_if(changed, [&](const PresetLight& kept) { return kept.name == new_name; }) > 0)
+        warnings.push_back(what + " kept another light '" + new_name + "', which it forgets");
+    for (PresetLight& kept : changed)
+        if (kept.name == name) kept.name = new_name;
+    return std::make_shared<const Preset>(std::move(changed));
+}
+
 void follow_presets(Scene& scene, const std::string& name, const std::string& new_name,
                     std::vector<std::string>& warnings) {
+    std::map<const Preset*, std::shared_ptr<const Preset>> contents;  // of cues that share one, and presets with them
     for (auto& [preset_name, preset] : scene.presets) {
-        const auto keeps = [&kept_lights = *preset](const std::string& light) {
-            return std::ranges::find(kept_lights, light, &PresetLight::name) != kept_lights.end();
-        };
-        const bool has = keeps(name), has_another = keeps(new_name);
-        if (!has && !has_another) continue;  // as in followed()
-        Preset changed = *preset;
-        if (has && std::erase_if(changed, [&](const PresetLight& kept) { return kept.name == new_name; }) > 0)
-            warnings.push_back("preset '" + preset_name + "' kept another light '" + new_name + "', which it forgets");
-        for (PresetLight& kept : changed)
-            if (kept.name == name) kept.name = new_name;
-        preset = std::make_shared<const Preset>(std::move(changed));
+        auto changed = followed(*preset, "preset '" + preset_name + "'", name, new_name, warnings);
+        if (!changed) continue;
+        contents[preset.get()] = changed;
+        preset = std::move(changed);
         scene.presets_rev = scene.scene_rev + 1;
     }
+    if (!scene.cues) return;
+    auto cues = std::make_shared<CueList>(*scene.cues);
+    bool any = false;
+    for (auto& cue : *cues) {
+        auto [content, fresh] = contents.try_emplace(cue->content.get());
+        if (fresh)
+            content->second = followed(*cue->content, "cue " + print_cue_number(cue->number), name, new_name, warnings);
+        if (!content->second) continue;
+        auto changed = std::make_shared<Cue>(*cue);
+        changed->content = content->second;
+        cue = std::move(changed);
+        any = true;
+    }
+    if (!any) return;
+    scene.cues = std::move(cues);
+    scene.cues_rev = scene.scene_rev + 1;
 }
 
 }  // namespace

@@ -6,6 +6,7 @@
 #include "server/scene/apply_light.h"
 #include "server/scene/apply_rename.h"
 #include "server/scene/apply_view.h"
+#include "server/scene/cue.h"
 
 namespace gonio {
 namespace {
@@ -114,6 +115,21 @@ std::string set_preset_back(const Target& target, std::vector<std::string>&) {
     return {};
 }
 
+std::string set_cue_back(const Target& target, std::vector<std::string>&) {
+    const auto* cue = std::get_if<std::shared_ptr<const Cue>>(&target.value);
+    if (cue == nullptr) {
+        erase_cue(target.scene, target.key.cue);
+        return {};
+    }
+    const Cue* there = find_cue(target.scene, target.key.cue);
+    if (there == nullptr && target.scene.cues && target.scene.cues->size() >= kMaxCues) return full("cues", kMaxCues);
+    const std::size_t before = there == nullptr ? 0 : there->content->size();
+    if (cue_lights(target.scene) - before + (*cue)->content->size() > kMaxCueLights)
+        return full("lights in its cues", kMaxCueLights);
+    if (there != cue->get()) put_cue(target.scene, *cue);
+    return {};
+}
+
 std::string set_recalled_back(const Target& target, std::vector<std::string>&) {
     const auto& name = std::get<std::string>(target.value);
     if (name.empty() || target.scene.presets.contains(name))
@@ -166,10 +182,10 @@ std::string set_view_light_back(const Target& target, std::vector<std::string>&)
     return {};
 }
 
-constexpr Setter kSetters[] = {set_light_back,    set_name_back,   set_aim_back,       set_numbers_back,
-                               set_profile_back,  set_gel_back,    set_group_back,     set_preset_back,
-                               set_recalled_back, set_patch_back,  set_surfaces_back,  set_grid_back,
-                               set_observer_back, set_master_back, set_view_light_back};
+constexpr Setter kSetters[] = {set_light_back,   set_name_back,     set_aim_back,    set_numbers_back,
+                               set_profile_back, set_gel_back,      set_group_back,  set_preset_back,
+                               set_cue_back,     set_recalled_back, set_patch_back,  set_surfaces_back,
+                               set_grid_back,    set_observer_back, set_master_back, set_view_light_back};
 static_assert(std::size(kSetters) == static_cast<std::size_t>(EditKind::view_light) + 1);
 
 }  // namespace
@@ -179,8 +195,8 @@ void set_back(Scene& scene, const std::vector<EditTarget>& targets, std::vector<
     for (const auto& [key, value] : targets) {
         const bool of_light = key.kind > EditKind::light && key.kind <= EditKind::gel;
         if (of_light && light_of(scene, key.light) == nullptr) continue;  // went, or could not come back: it was said
-        const bool names_lights =
-            key.kind == EditKind::preset || key.kind == EditKind::patch || key.kind == EditKind::surfaces;
+        const bool names_lights = key.kind == EditKind::preset || key.kind == EditKind::cue ||
+                                  key.kind == EditKind::patch || key.kind == EditKind::surfaces;
         if (names_lights && !renamed) continue;
         const std::string why = kSetters[static_cast<std::size_t>(key.kind)]({scene, key, value}, warnings);
         if (why.empty()) continue;

@@ -135,6 +135,19 @@ std::vector<std::string> surface_warnings(const Scene& scene) {
     return warnings;
 }
 
+v1::Command cue_command(const std::string& what) {
+    v1::Command command;
+    if (what == "go")
+        command.mutable_cue_go();
+    else if (what == "back")
+        command.mutable_cue_back();
+    else if (what == "stop")
+        command.mutable_cue_stop();
+    else
+        command.mutable_cue_goto()->set_number(what);
+    return command;
+}
+
 std::vector<v1::Command> commands_of(const Scene& scene, std::span<const PropertyValue> values) {
     std::vector<v1::Command> commands;
     Targets targets(scene);
@@ -167,6 +180,10 @@ std::vector<v1::Command> commands_of(const Scene& scene, std::span<const Propert
             v1::RecallPreset& recall = *commands.emplace_back().mutable_recall_preset();
             recall.set_name(value.name);
             recall.set_fade_s(value.value[0]);
+            continue;
+        }
+        if (value.property == Property::cue) {
+            commands.push_back(cue_command(value.name));
             continue;
         }
         for (const std::size_t index : targets.of(value)) {

@@ -27,6 +27,9 @@ std::vector<std::string> surface_warnings(const Scene& scene);
 // blue, x, y and z fill up with what the light has. A value that names neither a light nor a group is left out.
 std::vector<v1::Command> commands_of(const Scene& scene, std::span<const PropertyValue> values);
 
+// Result: what a button or OSC asks of the cues: "go", "back", "stop", or the number of one to go to.
+v1::Command cue_command(const std::string& what);
+
 // Result: what a patch may name: lights and groups by name, with the ids of their lights. A name whose ids differ from
 // before has not heard what was said to it.
 std::map<std::string, std::vector<std::uint32_t>> targets_of(const Scene& scene);

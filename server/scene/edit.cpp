@@ -4,6 +4,7 @@
 #include <string_view>
 #include <unordered_map>
 
+#include "server/scene/cue.h"
 #include "server/scene/orientation.h"
 
 namespace gonio {
@@ -75,6 +76,25 @@ void add_entry_edits(EditKind kind, const Map& before, const Map& after, const S
         if (!before.contains(name)) add(name);
 }
 
+void add_cue_edits(const Scene& before, const Scene& after, std::vector<Edit>& edits) {
+    static const CueList none;
+    const CueList &was = before.cues ? *before.cues : none, &is = after.cues ? *after.cues : none;
+    const auto value = [](const std::shared_ptr<const Cue>* cue) {
+        return cue == nullptr ? EditValue() : EditValue(*cue);
+    };
+    auto old = was.begin();
+    auto now = is.begin();
+    while (old != was.end() || now != is.end()) {
+        const bool gone = now == is.end() || (old != was.end() && (*old)->number < (*now)->number);
+        const bool came = !gone && (old == was.end() || (*now)->number < (*old)->number);
+        const auto* const before_it = came ? nullptr : &*old++;
+        const auto* const after_it = gone ? nullptr : &*now++;
+        const CueNumber number = (gone ? *before_it : *after_it)->number;
+        if (gone || came || *before_it != *after_it)
+            edits.push_back({{EditKind::cue, 0, {}, {}, number}, value(before_it), value(after_it)});
+    }
+}
+
 }  // namespace
 
 EditValue value_of(const LightValues& light, const EditKey& key) {
@@ -105,6 +125,10 @@ EditValue value_of(const Scene& scene, const EditKey& key) {
         case EditKind::preset: {
             const auto preset = scene.presets.find(key.name);
             return preset == scene.presets.end() ? EditValue() : preset->second;
+        }
+        case EditKind::cue: {
+            auto cue = cue_of(scene, key.cue);
+            return cue ? EditValue(std::move(cue)) : EditValue();
         }
         case EditKind::recalled:
             return scene.recalled;
@@ -149,6 +173,7 @@ std::vector<Edit> edits_between(const Scene& before, const Scene& after) {
     if (after.grids_rev > since) add_entry_edits(EditKind::grid, before.grids, after.grids, before, after, edits);
     if (after.observers_rev > since)
         add_entry_edits(EditKind::observer, before.observers, after.observers, before, after, edits);
+    if (after.cues_rev > since) add_cue_edits(before, after, edits);
     const auto add = [&](EditKind kind) {
         EditKey key{kind, 0, {}, {}};
         EditValue was = value_of(before, key), is = value_of(after, key);
@@ -198,6 +223,8 @@ std::string words_of(const Scene& scene, const EditKey& key) {
             return "group '" + key.name + "'";
         case EditKind::preset:
             return "preset '" + key.name + "'";
+        case EditKind::cue:
+            return "cue " + print_cue_number(key.cue);
         case EditKind::recalled:
             return "the recalled preset";
         case EditKind::patch:
@@ -235,6 +262,8 @@ std::string path_of(const Scene& scene, const EditKey& key) {
             return "groups." + key.name;
         case EditKind::preset:
             return "presets." + key.name;
+        case EditKind::cue:
+            return "cues." + print_cue_number(key.cue);
         case EditKind::recalled:
             return {};
         case EditKind::patch:

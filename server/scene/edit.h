@@ -25,6 +25,7 @@ enum class EditKind : std::uint8_t {
     gel,
     group,
     preset,
+    cue,
     recalled,  // Scene::recalled
     patch,
     surfaces,
@@ -39,6 +40,7 @@ struct EditKey {
     std::uint32_t light = 0;                 // Light::id, of the first six
     Property property = Property::position;  // of numbers
     std::string name;                        // of a group, preset, grid or observer
+    CueNumber cue = 0;
     auto operator<=>(const EditKey&) const = default;
 };
 
@@ -52,11 +54,11 @@ struct Orientation {
     bool operator==(const Orientation&) const = default;
 };
 using LightIds = std::vector<std::uint32_t>;  // of a group, in its order: a light that is renamed stays in it
-// monostate: there is no such light, group, preset, grid or observer. Presets, patch, surfaces, grids and observers are
-// equal where they are the same.
+// monostate: there is no such light, group, preset, cue, grid or observer. Presets, cues, patch, surfaces, grids and
+// observers are equal where they are the same.
 using EditValue =
     std::variant<std::monostate, ExistingLight, std::string, Orientation, Numbers, std::shared_ptr<const Profile>,
-                 std::shared_ptr<const Gel>, LightIds, std::shared_ptr<const Preset>,
+                 std::shared_ptr<const Gel>, LightIds, std::shared_ptr<const Preset>, std::shared_ptr<const Cue>,
                  std::shared_ptr<const v1::SetPatch>, std::shared_ptr<const v1::SetSurfaces>,
                  std::shared_ptr<const v1::Grid>, std::shared_ptr<const v1::Observer>, double, std::uint32_t>;
 

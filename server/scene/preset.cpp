@@ -11,6 +11,16 @@ Preset preset_of(const Scene& scene) {
     return preset;
 }
 
+Numbers between(const LightRow& light_row, const Numbers& from, const Numbers& to, double ratio) {
+    if (ratio >= 1.0) return to;
+    const bool or_none = row_of(light_row.property).or_none;
+    const auto way = [&](double end) { return or_none && end == 0 ? kWhiteCct_k : end; };
+    Numbers numbers{};
+    for (std::size_t i = 0; i < count_of(light_row); ++i)
+        numbers[i] = way(from[i]) + (way(to[i]) - way(from[i])) * ratio;
+    return numbers;
+}
+
 Fade::Fade(const Scene& scene, const Preset& to, double fade_s, std::int64_t now_ns)
     : began_ns_(now_ns), fade_s_(fade_s) {
     for (const PresetLight& kept : to) {
@@ -31,15 +41,9 @@ std::vector<v1::Command> Fade::step(const Scene& scene, std::int64_t now_ns) {
     });
     std::vector<v1::Command> commands;
     for (Part& part : parts_) {
-        const bool or_none = row_of(part.light_row->property).or_none;
-        // Between a colour temperature and none it goes by way of the white that none means.
-        const auto way = [&](double end) { return or_none && end == 0 ? kWhiteCct_k : end; };
         if (commands.empty() || commands.back().set_light().name() != part.light)
             commands.emplace_back().mutable_set_light()->set_name(part.light);
-        for (std::size_t i = 0; i < count_of(*part.light_row); ++i) {
-            const double from = way(part.from[i]), to = way(part.to[i]);
-            part.said[i] = t < 1.0 ? from + (to - from) * t : part.to[i];
-        }
+        part.said = between(*part.light_row, part.from, part.to, t);
         write_numbers(*commands.back().mutable_set_light(), row_of(part.light_row->property).field, *part.light_row,
                       part.said);
     }

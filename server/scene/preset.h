@@ -17,6 +17,10 @@ inline constexpr double kMaxFade_s = 3600.0;
 // Result: the lights as they are.
 Preset preset_of(const Scene& scene);
 
+// Result: the numbers of a property on their way: ratio 0 is `from`, 1 is `to`. Between a colour temperature and none
+// they go by way of the white that none means.
+Numbers between(const LightRow& light_row, const Numbers& from, const Numbers& to, double ratio);
+
 // A recall that takes time. What another hand moves meanwhile (it is not where the fade left it) leaves the fade.
 class Fade {
 public:

@@ -179,6 +179,18 @@ struct PresetLight : LightValues {
 };
 using Preset = std::vector<PresetLight>;
 
+struct Cue;                                               // cue.h
+using CueList = std::vector<std::shared_ptr<const Cue>>;  // by number, each once
+using CueNumber = std::uint32_t;                          // thousandths; 0: no cue
+enum class TimecodeSource : std::uint8_t { off, mtc, artnet };
+struct CueOptions {
+    double guard_s = 0.2;  // a GO so soon after another is refused
+    double back_s = 1.0;
+    double freewheel_s = 1.0;  // how long time goes on when time code ends
+    TimecodeSource timecode = TimecodeSource::off;
+    bool operator==(const CueOptions&) const = default;
+};
+
 enum class View : std::uint8_t {
     beauty,
     direct,
@@ -232,7 +244,11 @@ struct Scene {
     std::shared_ptr<const v1::SetPatch> patch;               // of consoles; null: the default patch
     std::shared_ptr<const v1::SetSurfaces> surfaces;         // of fader boxes; null: what their profiles say
     std::map<std::string, std::shared_ptr<const Preset>> presets;
-    std::string recalled;              // the preset that was saved or recalled last; empty: none
+    std::string recalled;                 // the preset that was saved or recalled last; empty: none
+    std::shared_ptr<const CueList> cues;  // null: none
+    CueOptions cue_options;
+    CueNumber cue_active = 0;          // the cue that was started last; it may be gone since
+    CueNumber cue_next = 0;            // that GO starts
     std::shared_ptr<const Gels> gels;  // of `goniod --gels`, beside the built-in ones; null: none
     std::string show_name;             // of the file that it was saved to or opened from last; empty: none
     Camera camera;
@@ -261,6 +277,7 @@ struct Scene {
     Revision geometry_rev = 1, camera_rev = 1, view_rev = 1, exposure_rev = 1, master_rev = 1, technique_rev = 1,
              size_rev = 1, lights_rev = 1 /* a light came, went or got another name */, groups_rev = 1, patch_rev = 1,
              surfaces_rev = 1, presets_rev = 1, saved_views_rev = 1, look_rev = 1, grids_rev = 1, observers_rev = 1,
+             cues_rev = 1 /* the list */, cue_play_rev = 1 /* options, active, next */,
              compare_rev = 1 /* what it compares with is another preset, or was saved anew */;
     Revision show_rev = 1;    // that the show's file holds, or the scene began with; 0: none
     Revision edited_rev = 1;  // that changed last what the show keeps; what consoles drive does not count
@@ -277,12 +294,14 @@ inline bool work_light_on(const Scene& scene) {
 }
 
 inline constexpr double kMostMultiplier = 1e9;
-inline constexpr std::size_t kMaxLights = 1024;    // one more is refused: "too_many_lights"
-inline constexpr std::size_t kMaxGroups = 64;      // likewise "too_many_groups"
-inline constexpr std::size_t kMaxPresets = 256;    // likewise "too_many_presets"
-inline constexpr std::size_t kMaxSavedViews = 64;  // likewise "too_many_views"
-inline constexpr std::size_t kMaxGrids = 64;       // likewise "too_many_grids"
-inline constexpr std::size_t kMaxObservers = 16;   // likewise "too_many_observers"
+inline constexpr std::size_t kMaxLights = 1024;                         // one more is refused: "too_many_lights"
+inline constexpr std::size_t kMaxGroups = 64;                           // likewise "too_many_groups"
+inline constexpr std::size_t kMaxPresets = 256;                         // likewise "too_many_presets"
+inline constexpr std::size_t kMaxCues = 1000;                           // likewise "too_many_cues"
+inline constexpr std::size_t kMaxCueLights = kMaxPresets * kMaxLights;  // that all cues keep: "too_large"
+inline constexpr std::size_t kMaxSavedViews = 64;                       // likewise "too_many_views"
+inline constexpr std::size_t kMaxGrids = 64;                            // likewise "too_many_grids"
+inline constexpr std::size_t kMaxObservers = 16;                        // likewise "too_many_observers"
 inline constexpr std::size_t kMaxNameBytes = 128;
 // Lights of which a picture keeps each one's irradiance apart. The seed technique does of all, in 20 bytes a pixel: a
 // size or light that would take more than this in all is refused: "too_large".

@@ -8,6 +8,7 @@
 #include "ies/synthetic.h"
 #include "server/scene/apply.h"
 #include "server/scene/apply_view.h"
+#include "server/scene/cue.h"
 #include "server/scene/false_color.h"
 #include "server/scene/light_values.h"
 #include "server/scene/orientation.h"
@@ -97,6 +98,11 @@ void put_parts(const Scene& scene, Revision since, v1::State& out) {
         v1::Presets& presets = *out.mutable_presets();
         for (const auto& [name, preset] : scene.presets) presets.add_names(name);
         presets.set_recalled(scene.recalled);
+    }
+    if (scene.cues_rev > since) {
+        v1::Cues& cues = *out.mutable_cues();
+        if (scene.cues)
+            for (const auto& cue : *scene.cues) put_cue(*cue, *cues.add_cues());
     }
     if (scene.saved_views_rev > since) {
         v1::SavedViews& views = *out.mutable_saved_views();

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 
+#include "server/scene/cue.h"
 #include "server/scene/light_values.h"
 
 namespace gonio {
@@ -50,6 +51,10 @@ void touch_added(const Scene& scene, const std::string& name, std::vector<Touche
     touch(scene, name, nullptr, touched);
 }
 
+std::string cue_path(const std::string& number) {
+    return "cues." + print_cue_number(parse_cue_number(number).value_or(0));
+}
+
 template <typename Rows>
 bool names_light(const std::shared_ptr<const Rows>& rows, const std::string& name) {
     return rows && std::ranges::any_of(rows->rows(), [&](const auto& row) { return row.target() == name; });
@@ -83,6 +88,10 @@ std::vector<TouchedProperty> touched_properties(const Scene& scene, const v1::Co
                 for (const auto& [preset_name, preset] : scene.presets)
                     if (std::ranges::find(*preset, name, &PresetLight::name) != preset->end())
                         touched.push_back({"presets." + preset_name, scene.presets_rev});
+                if (scene.cues)
+                    for (const auto& cue : *scene.cues)
+                        if (std::ranges::find(*cue->content, name, &PresetLight::name) != cue->content->end())
+                            touched.push_back({"cues." + print_cue_number(cue->number), scene.cues_rev});
                 if (names_light(scene.patch, name)) touched.push_back({"patch", scene.patch_rev});
                 if (names_light(scene.surfaces, name)) touched.push_back({"surfaces", scene.surfaces_rev});
             }
@@ -98,6 +107,23 @@ std::vector<TouchedProperty> touched_properties(const Scene& scene, const v1::Co
             return {{"presets." + command.save_preset().name(), scene.presets_rev}};
         case v1::Command::kRemovePreset:
             return {{"presets." + command.remove_preset().name(), scene.presets_rev}};
+        case v1::Command::kAddCue:
+            return {{cue_path(command.add_cue().number()), scene.cues_rev}};
+        case v1::Command::kSetCue:
+            return {{cue_path(command.set_cue().number()), scene.cues_rev}};
+        case v1::Command::kRemoveCue:
+            return {{cue_path(command.remove_cue().number()), scene.cues_rev}};
+        case v1::Command::kSetCueOptions:
+            return {{"cue_playback", scene.cue_play_rev}};
+        case v1::Command::kCueGo:
+        case v1::Command::kCueBack:
+        case v1::Command::kCueStop:
+        case v1::Command::kCueGoto:
+        case v1::Command::kCueAssert:
+            touched.push_back({"cue_playback", scene.cue_play_rev});
+            if (const Cue* cue = find_cue(scene, scene.cue_active))
+                for (const PresetLight& kept : *cue->content) touch(scene, kept.name, nullptr, touched);
+            break;
         case v1::Command::kLoadScene:
         case v1::Command::kOpenShow:
             return {{"scene", scene.geometry_rev}};

@@ -55,6 +55,8 @@ void Consoles::serve(RenderSession& render_session, std::int64_t now_ns) {
     if (auto updates = inputs_->updates().try_take()) {
         for (auto& [key, universe] : updates->universes) waiting_.universes[key] = std::move(universe);
         waiting_.osc = std::move(updates->osc);
+        if (updates->timecode)
+            render_session.hear_timecode(TimecodeSource::artnet, updates->timecode->first, updates->timecode->second);
     }
     const Revision before = render_session.scene().scene_rev;
     apply_dmx(render_session, DmxProtocol::sacn, now_ns);

@@ -49,7 +49,8 @@ std::optional<Work> RenderLoop::wait(const Plan& plan, std::int64_t now_ns) {
                                       ? std::clamp<std::int64_t>(last_moved_ns_ + frame_ns_ - now_ns, 0, frame_ns_)
                                       : std::int64_t{250'000'000};
     return inbox_.queue.pop_for(std::chrono::nanoseconds(
-        std::min({frame_ns, consoles_.sleep_ns(now_ns), plan.due ? plan.wait_ns : surface_input_.sleep_ns(now_ns),
+        std::min({frame_ns, std::max<std::int64_t>(render_session_.fade_in_ns(now_ns), 1'000'000),
+                  consoles_.sleep_ns(now_ns), plan.due ? plan.wait_ns : surface_input_.sleep_ns(now_ns),
                   feed_.rest_in_ns(now_ns), std::max<std::int64_t>(render_session_.rest_in_ns(), 1'000'000)})));
 }
 

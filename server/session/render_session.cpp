@@ -47,12 +47,17 @@ void RenderSession::begin_renderer() {
     renderer_->set_watched(watched_);
 }
 
-// Presets that come from a saved show bring profiles that no light had yet: the first recall must not wait for them.
+// Presets and cues that come from a saved show bring profiles that no light had yet: the first recall must not wait for
+// them.
 void RenderSession::prepare_presets() {
     std::set<std::shared_ptr<const Profile>> profiles;
-    for (const auto& [name, preset] : scene_.presets)
-        for (const PresetLight& light : *preset)
+    const auto add = [&](const Preset& preset) {
+        for (const PresetLight& light : preset)
             if (profiles.size() < kMaxPrepared) profiles.insert(light.profile);
+    };
+    for (const auto& [name, preset] : scene_.presets) add(*preset);
+    if (scene_.cues)
+        for (const auto& cue : *scene_.cues) add(*cue->content);
     if (profiles.empty()) return;
     loader_.submit([profiles = std::move(profiles)] {
         try {
@@ -77,6 +82,7 @@ v1::State RenderSession::state() const {
     state.set_boot(boot_);
     state.set_restored_rev(restored_rev_);
     *state.mutable_show() = show_now();
+    *state.mutable_cue_playback() = cues_.playback(scene_, monotonic_ns());
     return state;
 }
 
@@ -172,7 +178,9 @@ void RenderSession::take_command(Work work) {
     if (!work.read && needs_files(work.message.command())) return (void)send_to_loader(std::move(work));
     if (work.failure) return replies_.refuse(work, *work.failure);
     const v1::Command& command = work.message.command();
-    command.has_undo() || command.has_redo() ? undo_or_redo(work) : apply_command(work);
+    command.has_undo() || command.has_redo() ? undo_or_redo(work)
+    : plays_cues(command)                    ? run_cue(work)
+                                             : apply_command(work);
     tell_undo();
 }
 
@@ -238,6 +246,8 @@ void RenderSession::tell(v1::StateChanged change, std::uint32_t by) {
         *change.mutable_state()->mutable_show() = show;
         told_show_ = show;
     }
+    if (auto playback = cues_.take_news(scene_, monotonic_ns()))
+        *change.mutable_state()->mutable_cue_playback() = std::move(*playback);
     out_.state(state(), std::move(change));
 }
 
@@ -288,6 +298,47 @@ void RenderSession::undo_or_redo(const Work& work) {
     tell_change(before, work.session);
 }
 
+void RenderSession::run_cue(const Work& work) {
+    const v1::Command& command = work.message.command();
+    if (command.has_base_rev())
+        if (const auto refused = changes_.conflict(scene_, command, command.base_rev(), work.session))
+            return replies_.refuse(work, *refused);
+    const Revision before = scene_.scene_rev;
+    if (const auto refused = cues_.run(scene_, command, monotonic_ns())) return replies_.refuse(work, *refused);
+    fade_ = Fade();
+    cue_by_ = work.session;
+    replies_.ok(work);
+    note_cues(before, work.session);
+}
+
+// What cues have changed since that revision: it is no step of undo.
+void RenderSession::note_cues(Revision before, std::uint32_t by) {
+    static const v1::Command active = [] {
+        v1::Command command;
+        command.mutable_cue_assert();
+        return command;
+    }();
+    if (scene_.scene_rev != before) {
+        changes_.note(scene_, before, active, by);
+        undo_.note_inputs(scene_, before, 0);
+        tell(state_change(before, scene_), by);
+    } else if (const auto news = cues_.take_news(scene_, monotonic_ns())) {
+        v1::StateChanged change;
+        change.set_scene_rev(scene_.scene_rev);
+        change.mutable_state()->set_scene_rev(scene_.scene_rev);
+        *change.mutable_state()->mutable_cue_playback() = *news;
+        tell(std::move(change), by);
+    }
+}
+
+void RenderSession::hear_timecode(TimecodeSource source, const Timecode& timecode, std::int64_t t_ns) {
+    const Revision before = scene_.scene_rev;
+    cues_.hear(scene_, source, timecode, t_ns, monotonic_ns());
+    if (scene_.scene_rev == before) return;
+    fade_ = Fade();
+    note_cues(before, cue_by_ = 0);
+}
+
 void RenderSession::tell_change(const Scene& before, std::uint32_t by) {
     if (scene_.scene_rev == before.scene_rev) return;
     v1::StateChanged change = state_change(before, scene_);
@@ -307,23 +358,29 @@ void RenderSession::begin_fade(const v1::Command& command, std::uint32_t by, std
     fade_by_ = by;
     fade_step_ = step;
     fade_ = Fade();
+    cues_.let_go();
     if (recall.fade_s() > 0) fade_ = Fade(scene_, *scene_.presets.at(recall.name()), recall.fade_s(), monotonic_ns());
 }
 
 std::vector<std::optional<Error>> RenderSession::apply_inputs(std::span<const v1::Command> commands, std::uint32_t by,
                                                               Driven driven) {
     const Revision before = scene_.scene_rev;
-    std::vector<v1::Command> without_camera;
-    if (roles_.holder() != 0) {
-        without_camera.assign(commands.begin(), commands.end());
-        for (v1::Command& command : without_camera)
-            if (command.has_set_camera()) command.Clear();
+    std::vector<v1::Command> plain;  // where some are carried out otherwise: the others
+    const bool held = roles_.holder() != 0;
+    if (held || std::ranges::any_of(commands, plays_cues)) {
+        plain.assign(commands.begin(), commands.end());
+        for (v1::Command& command : plain)
+            if ((held && command.has_set_camera()) || plays_cues(command)) command.Clear();
     }
-    std::vector<std::optional<Error>> refused = gonio::apply_inputs(
-        scene_, without_camera.empty() ? commands : std::span<const v1::Command>(without_camera), driven);
+    std::vector<std::optional<Error>> refused =
+        gonio::apply_inputs(scene_, plain.empty() ? commands : std::span<const v1::Command>(plain), driven);
     for (std::size_t i = 0; i < commands.size(); ++i) {
-        if (commands[i].has_set_camera() && !without_camera.empty())
-            refused[i] = roles_.refuses_camera(by, monotonic_ns());
+        if (commands[i].has_set_camera() && held) refused[i] = roles_.refuses_camera(by, monotonic_ns());
+        if (plays_cues(commands[i])) {
+            refused[i] = cues_.run(scene_, commands[i], monotonic_ns());
+            if (!refused[i]) fade_ = Fade();
+            cue_by_ = by;
+        }
         changes_.note(scene_, before, commands[i], by);
         if (refused[i]) replies_.count_refused();
         if (needs_files(commands[i])) {
@@ -344,6 +401,9 @@ void RenderSession::advance_fade(std::int64_t now_ns) {
         apply_inputs(fade_.step(scene_, now_ns), fade_by_);
         tell_inputs(before, fade_by_);
     }
+    const Revision before_cues = scene_.scene_rev;
+    cues_.advance(scene_, now_ns);
+    note_cues(before_cues, cue_by_);
     const auto ev100 = auto_exposure_.step(now_ns);
     if (!ev100) return;
     // Nobody's change: it is in no client's way (base_rev).

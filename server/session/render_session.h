@@ -19,6 +19,7 @@
 #include "server/session/changes.h"
 #include "server/session/library.h"
 #include "server/session/meter_queue.h"
+#include "server/session/played_cues.h"
 #include "server/session/reference_work.h"
 #include "server/session/report_log.h"
 #include "server/session/roles.h"
@@ -58,10 +59,14 @@ public:
     std::vector<std::optional<Error>> apply_inputs(std::span<const v1::Command> commands, std::uint32_t by = 0,
                                                    Driven driven = Driven::by_hand);
     void tell_inputs(Revision before, std::uint32_t by = 0);
-    // Brings a preset that is being faded, and the exposure, to where they shall be now. fading(): it wants to be
-    // called with every frame.
-    bool fading() const { return fade_.running() || auto_exposure_.gliding(); }
+    // Brings a preset that is being faded, cues that run, and the exposure to where they shall be now. Whether it wants
+    // to be called with every frame:
+    bool fading() const { return fade_.running() || cues_.fading() || auto_exposure_.gliding(); }
+    // Result: ns until it wants to be called; INT64_MAX: never by itself.
+    std::int64_t fade_in_ns(std::int64_t now_ns) const { return cues_.due_in_ns(scene_, now_ns); }
     void advance_fade(std::int64_t now_ns);
+    // Time code that came at t_ns.
+    void hear_timecode(TimecodeSource source, const Timecode& timecode, std::int64_t t_ns);
     // Whether the picture is older than the scene or not all there is to come of it; or somebody waits for a report.
     bool frame_wanted() const {
         return rendered_rev_ != scene_.scene_rev || better_ || !renderer_->settled() || owes();
@@ -148,6 +153,8 @@ private:
     void tell_change(const Scene& before, std::uint32_t by);
     void apply_command(const Work& work);
     void undo_or_redo(const Work& work);
+    void run_cue(const Work& work);
+    void note_cues(Revision before, std::uint32_t by);
     void begin_fade(const v1::Command& command, std::uint32_t by, std::uint64_t step);
     void tell_undo();
     bool send_to_loader(Work work);  // result: false where too much waits; then the client has been told
@@ -168,6 +175,8 @@ private:
     Fade fade_;
     std::uint32_t fade_by_ = 0;    // whose recall it is
     std::uint64_t fade_step_ = 0;  // what it is in undo_; 0: of a console or a fader box
+    PlayedCues cues_;
+    std::uint32_t cue_by_ = 0;  // whose GO it was
     Undo undo_;
     ReportLog reports_;
     CaptureQueue captures_;

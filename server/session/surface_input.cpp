@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "protocol/schema/cue_number.h"
 #include "protocol/surface/surface_map.h"
 #include "server/scene/console.h"
 
@@ -46,7 +47,7 @@ void SurfaceInput::take_updates() {
 bool SurfaceInput::waiting() {
     if (surfaces_ == nullptr) return false;
     take_updates();
-    return !waiting_.controls.empty() || reader_.moving();
+    return !waiting_.controls.empty() || waiting_.timecode || reader_.moving();
 }
 
 // Result: whether somebody learns: then hands drive nothing.
@@ -126,7 +127,10 @@ void carry_out(RenderSession& render_session, std::span<const SurfaceAction> act
         }
         set();  // what is saved is what was set before
         v1::Command command;
-        command.mutable_save_preset()->set_name(action.value.name);
+        if (action.kind == SurfaceAction::Kind::cue)
+            command = cue_command(action.value.name);
+        else
+            command.mutable_save_preset()->set_name(action.value.name);
         render_session.apply_inputs({&command, 1});
     }
     set();
@@ -136,6 +140,8 @@ void SurfaceInput::serve(RenderSession& render_session, std::int64_t now_ns) {
     if (surfaces_ == nullptr) return;
     take_updates();
     follow_map(render_session.scene());
+    if (const auto time = std::exchange(waiting_.timecode, std::nullopt))
+        render_session.hear_timecode(TimecodeSource::mtc, time->first, time->second);
     const Revision before = render_session.scene().scene_rev;
     if (!waiting_.controls.empty() || !waiting_.attached.empty() || reader_.moving() || !learning_.empty()) {
         for (const std::string& device : waiting_.attached) reader_.attached(device);
@@ -165,7 +171,7 @@ void SurfaceInput::serve(RenderSession& render_session, std::int64_t now_ns) {
 std::int64_t SurfaceInput::sleep_ns(std::int64_t now_ns) const {
     constexpr std::int64_t kIdle_ns = 250'000'000;
     if (surfaces_ == nullptr) return kIdle_ns;
-    if (!waiting_.controls.empty() || reader_.moving())
+    if (!waiting_.controls.empty() || waiting_.timecode || reader_.moving())
         return std::clamp<std::int64_t>(served_ns_ + interval_ns_ - now_ns, 0, kIdle_ns);
     if (!learning_.empty()) return std::clamp<std::int64_t>(learning_.front().until_ns - now_ns, 0, kIdle_ns);
     return kIdle_ns;
@@ -181,7 +187,8 @@ void SurfaceInput::show(const Scene& scene) {
     for (const v1::SurfaceDevice& device : table_.table.devices()) {
         for (const v1::SurfaceControl& control : device.controls()) {
             if (!control.feedback()) continue;
-            const auto value = reader_.shown(device.device(), control.name(), values, scene.recalled);
+            const auto value = reader_.shown(device.device(), control.name(), values, scene.recalled,
+                                             print_cue_number(scene.cue_active));
             targets[device.device()][control.name()] = value.value_or(0);  // what drives nothing is dark
         }
     }

@@ -3,14 +3,18 @@
 #include <algorithm>
 #include <set>
 
+#include "server/scene/cue.h"
+
 namespace gonio {
 namespace {
 
-// How one looks at the design is no part of it.
+// How one looks at the design is no part of it, nor is what is played of it.
 bool is_look(const v1::Command& command) {
     return command.has_set_camera() || command.has_set_view() || command.has_set_exposure() || command.has_set_size() ||
            command.has_set_technique() || command.has_save_view() || command.has_recall_view() ||
-           command.has_remove_view() || command.has_set_look();
+           command.has_remove_view() || command.has_set_look() || command.has_set_cue_options() ||
+           command.has_cue_go() || command.has_cue_back() || command.has_cue_stop() || command.has_cue_goto() ||
+           command.has_cue_assert();
 }
 
 std::string light_label(const v1::SetLight& set) {
@@ -74,6 +78,12 @@ std::string label_of(const v1::Command& command) {
             return "observer " + command.set_observer().observer().name();
         case v1::Command::kRemoveObserver:
             return "remove observer " + command.remove_observer().name();
+        case v1::Command::kAddCue:
+            return "add cue " + command.add_cue().number();
+        case v1::Command::kSetCue:
+            return "change of cue " + command.set_cue().number();
+        case v1::Command::kRemoveCue:
+            return "remove cue " + command.remove_cue().number();
         default:
             return "change";
     }
@@ -94,11 +104,16 @@ void add_bytes(const EditValue& value, std::set<const Profile*>& seen, std::size
         bytes += sizeof(Light) + existing->light->name.capacity();
         add_profile(existing->light->profile, seen, bytes);
     }
-    if (const auto* preset = std::get_if<std::shared_ptr<const Preset>>(&value)) {
-        for (const PresetLight& light : **preset) {
+    const auto add_preset = [&](const Preset& preset) {
+        for (const PresetLight& light : preset) {
             bytes += sizeof(PresetLight) + light.name.capacity();
             add_profile(light.profile, seen, bytes);
         }
+    };
+    if (const auto* preset = std::get_if<std::shared_ptr<const Preset>>(&value)) add_preset(**preset);
+    if (const auto* cue = std::get_if<std::shared_ptr<const Cue>>(&value)) {
+        bytes += sizeof(Cue) + (*cue)->label.capacity();
+        add_preset(*(*cue)->content);
     }
     if (const auto* grid = std::get_if<std::shared_ptr<const v1::Grid>>(&value)) bytes += (*grid)->SpaceUsedLong();
     if (const auto* observer = std::get_if<std::shared_ptr<const v1::Observer>>(&value))

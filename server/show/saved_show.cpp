@@ -13,6 +13,7 @@
 #include "server/assets/assets.h"
 #include "server/scene/apply.h"
 #include "server/scene/apply_view.h"
+#include "server/scene/cue.h"
 #include "server/scene/false_color.h"
 #include "server/scene/light_tables.h"
 #include "server/scene/light_values.h"
@@ -183,17 +184,53 @@ public:
         empty.groups.clear();
         empty.presets.clear();
         for (const saved::Preset& preset : show_.presets()) {
-            Preset lights;
-            for (const saved::Light& light : preset.lights()) {
-                Scene stage = empty;
-                add(stage, light, "light '" + light.name() + "' of preset '" + preset.name() + "'");
-                for (PresetLight& kept : preset_of(stage)) lights.push_back(std::move(kept));
-            }
             v1::Command save;
             save.mutable_save_preset()->set_name(preset.name());
-            const Loaded loaded{.preset = std::make_shared<const Preset>(std::move(lights))};
+            const Loaded loaded{.preset = content_of(empty, preset.lights(), "preset '" + preset.name() + "'")};
             run(scene_, save, loaded, "preset '" + preset.name() + "'");
         }
+        for (const saved::Cue& cue : show_.cues()) {
+            v1::Command add;
+            v1::CueEdit& edit = *add.mutable_add_cue();
+            edit.set_number(cue.cue().number());
+            edit.set_label(cue.cue().label());
+            edit.set_up_s(cue.cue().up_s());
+            edit.set_down_s(cue.cue().down_s());
+            edit.set_delay_up_s(cue.cue().delay_up_s());
+            edit.set_delay_down_s(cue.cue().delay_down_s());
+            if (cue.cue().has_follow_s()) edit.set_follow_s(cue.cue().follow_s());
+            if (cue.cue().has_hang_s()) edit.set_hang_s(cue.cue().hang_s());
+            edit.set_timecode(cue.cue().timecode());
+            const std::string what = "cue " + cue.cue().number();
+            Loaded loaded;
+            if (!cue.preset().empty())
+                edit.set_preset(cue.preset());
+            else
+                loaded.preset = content_of(empty, cue.lights(), what);
+            run(scene_, add, loaded, what);
+        }
+    }
+    // empty: the scene without lights.
+    std::shared_ptr<const Preset> content_of(const Scene& empty,
+                                             const google::protobuf::RepeatedPtrField<saved::Light>& kept,
+                                             const std::string& what) {
+        Preset lights;
+        for (const saved::Light& light : kept) {
+            Scene stage = empty;
+            add(stage, light, "light '" + light.name() + "' of " + what);
+            for (PresetLight& one : preset_of(stage)) lights.push_back(std::move(one));
+        }
+        return std::make_shared<const Preset>(std::move(lights));
+    }
+    void restore_cue_options() {
+        if (const auto active = parse_cue_number(show_.cue_active()); active && show_.has_cue_options()) {
+            scene_.cue_active = *active;
+            scene_.cue_next = 0;
+        }
+        if (!show_.has_cue_options()) return;
+        v1::Command options;
+        *options.mutable_set_cue_options() = show_.cue_options();
+        run(options, "how cues are played");
     }
     void add(Scene& scene, const saved::Light& light, const std::string& what) {
         const Loaded loaded{.profile = profile_of(light)};
@@ -417,6 +454,25 @@ saved::Show show_of(const Scene& scene, ProfileTexts& texts) {
         for (const PresetLight& light : *lights) writer.put_light(light, *preset.add_lights());
     }
     show.set_recalled(scene.recalled);
+    if (scene.cues)
+        for (const auto& cue : *scene.cues) {
+            saved::Cue& out = *show.add_cues();
+            put_cue(*cue, *out.mutable_cue());
+            const auto shared =
+                std::ranges::find_if(scene.presets, [&](const auto& preset) { return preset.second == cue->content; });
+            if (shared != scene.presets.end()) {
+                out.set_preset(shared->first);
+                continue;
+            }
+            for (const PresetLight& light : *cue->content) writer.put_light(light, *out.add_lights());
+        }
+    v1::SetCueOptions& cue_options = *show.mutable_cue_options();
+    cue_options.set_guard_s(scene.cue_options.guard_s);
+    cue_options.set_back_s(scene.cue_options.back_s);
+    cue_options.set_timecode(timecode_source_name(scene.cue_options.timecode));
+    cue_options.set_freewheel_s(scene.cue_options.freewheel_s);
+    if (scene.cue_next != 0) cue_options.set_next(print_cue_number(scene.cue_next));
+    show.set_cue_active(print_cue_number(scene.cue_active));
     const v1::ShowFile file = show_file(scene);
     show.set_show_name(file.name());
     show.set_show_unsaved(file.unsaved());
@@ -472,6 +528,7 @@ RestoredShow restore_show(const saved::Show& show, std::shared_ptr<const SceneAs
     restorer.restore_technique();
     if (same_scene) restorer.restore_names();
     restorer.restore_presets();
+    restorer.restore_cue_options();
     if (same_scene) {
         restorer.restore_lights();
         restorer.restore_camera();

@@ -3,6 +3,7 @@
 namespace gonio {
 
 void SurfaceUpdates::add(SurfaceUpdates later) {
+    if (later.timecode) timecode = later.timecode;
     for (std::string& device : later.attached) {
         std::erase_if(controls, [&](const auto& one) { return one.first.first == device; });
         attached.push_back(std::move(device));

@@ -23,6 +23,7 @@ struct SurfaceUpdates {
         std::int64_t event_ns = 0;  // of the first of them, monotonic
     };
     std::map<std::pair<std::string, std::string>, Heard> controls;  // by device and control
+    std::optional<std::pair<Timecode, std::int64_t>> timecode;      // the newest, and when it came, monotonic
     std::vector<std::string> attached;  // devices that came: their controls are to be picked up
     // What came after these: of each control the newest value, all clicks and presses, and the time of the first. What
     // a device said before it came anew is gone.

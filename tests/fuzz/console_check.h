@@ -74,6 +74,8 @@ inline void check_artnet(Bytes bytes) {
         if (const auto* dmx = std::get_if<ArtDmx>(&*decoded)) {
             require(dmx->universe <= kArtnetMaxUniverse && dmx->slots <= kDmxSlots);
             sources.take(*dmx, {dmx->physical, 6454}, now_ns);
+        } else if (const auto* time = std::get_if<ArtTimeCode>(&*decoded)) {
+            require(is_timecode(time->timecode));
         } else if (std::holds_alternative<ArtSync>(*decoded)) {
             sources.take_sync({packet.back(), 6454}, now_ns);
         }
@@ -121,7 +123,7 @@ inline void check_osc(Bytes bytes) {
         require(message.arguments.size() <= kOscMaxArguments);
         const auto packet = encode_osc(message);
         require(packet.size() % 4 == 0 && decode_osc(packet).ok());
-        const auto action = osc_action(message);
+        const auto action = osc_action(message, true);
         if (!action)
             check_error(action.error());
         else if (const auto* set = std::get_if<OscSet>(&*action))

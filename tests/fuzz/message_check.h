@@ -56,7 +56,7 @@ inline void check_scene(const Scene& scene) {
         return std::isfinite(v.x) && std::isfinite(v.y) && std::isfinite(v.z);
     };
     keep(scene.asset != nullptr && scene.lights.size() <= kMaxLights && scene.groups.size() <= kMaxGroups &&
-         scene.presets.size() <= kMaxPresets);
+         scene.presets.size() <= kMaxPresets && (!scene.cues || scene.cues->size() <= kMaxCues));
     for (const Light& light : scene.lights) {
         keep(!light.name.empty() && light.name.size() <= kMaxNameBytes && light.profile != nullptr);
         keep(finite(light.position) && finite(light.color) && std::isfinite(light.multiplier));

@@ -45,8 +45,10 @@ inline void check_box(const SurfaceProfile& profile, Bytes bytes) {
     MidiSurface box(profile);
     std::vector<MidiMessage> messages;
     MidiStream stream;
-    read_usb_midi(bytes, messages);
+    MidiTime time;
+    read_usb_midi(bytes, messages, &time);
     stream.take(bytes, messages);
+    for (const auto& heard : {time.newest, stream.take_time()}) promise(!heard || is_timecode(*heard));
     std::int64_t now_ns = 1;
     for (const MidiMessage& message : messages) {
         std::vector<ControlEvent> events;

@@ -11,8 +11,10 @@
 #include "protocol/schema/gonio.pb.h"
 #include "server/assets/assets.h"
 #include "server/scene/apply.h"
+#include "server/scene/cue.h"
 #include "server/scene/light_values.h"
 #include "server/scene/orientation.h"
+#include "server/scene/state.h"
 
 namespace gonio {
 namespace {
@@ -74,6 +76,34 @@ protected:
         command.mutable_save_preset()->set_name("bright");
         run(command);
         command.mutable_recall_preset()->set_name("dim");
+        run(command);
+        run(light(first, 2));
+        command.Clear();
+        v1::CueEdit& first_cue = *command.mutable_add_cue();
+        first_cue.set_number("1.5");
+        first_cue.set_label("Sunset");
+        first_cue.set_up_s(3);
+        first_cue.set_down_s(4);
+        first_cue.set_delay_up_s(0.5);
+        first_cue.set_delay_down_s(1.5);
+        first_cue.set_hang_s(2);
+        first_cue.set_timecode("01:02:03:04");
+        run(command);
+        command.mutable_add_cue()->Clear();
+        command.mutable_add_cue()->set_number("2");
+        command.mutable_add_cue()->set_preset("bright");
+        command.mutable_add_cue()->set_follow_s(0.25);
+        run(command);
+        command.mutable_add_cue()->Clear();
+        command.mutable_add_cue()->set_number("10");
+        run(command);
+        command.mutable_cue_goto()->set_number("1.5");
+        run(command);
+        command.mutable_set_cue_options()->set_guard_s(0.5);
+        command.mutable_set_cue_options()->set_back_s(2);
+        command.mutable_set_cue_options()->set_freewheel_s(1.5);
+        command.mutable_set_cue_options()->set_timecode("artnet");
+        command.mutable_set_cue_options()->set_next("10");
         run(command);
         run(light(first, 2));
         command.Clear();
@@ -182,6 +212,16 @@ protected:
             const Preset& other = *b.presets.at(name);
             ASSERT_EQ(preset->size(), other.size());
             for (std::size_t i = 0; i < other.size(); ++i) expect_same((*preset)[i], other[i]);
+        }
+        EXPECT_EQ(a.cue_options, b.cue_options);
+        EXPECT_EQ(a.cue_active, b.cue_active);
+        EXPECT_EQ(a.cue_next, b.cue_next);
+        ASSERT_EQ(a.cues != nullptr, b.cues != nullptr);
+        ASSERT_EQ(full_state(a).cues().SerializeAsString(), full_state(b).cues().SerializeAsString());
+        for (std::size_t i = 0; a.cues && i < a.cues->size(); ++i) {
+            const Preset &content = *(*a.cues)[i]->content, &other = *(*b.cues)[i]->content;
+            ASSERT_EQ(content.size(), other.size());
+            for (std::size_t j = 0; j < other.size(); ++j) expect_same(content[j], other[j]);
         }
         EXPECT_EQ(a.view, b.view);
         EXPECT_EQ(a.view_gain, b.view_gain);
@@ -385,7 +425,7 @@ TEST_F(SavedShow, WhatCannotComeBackIsAWarningAndTheRestComesBack) {
     auto edited = std::make_shared<SceneAsset>(*asset);
     edited->lights[1].name = "third";
     RestoredShow restored = back(edited);
-    ASSERT_EQ(restored.warnings.size(), 3u) << "of the show, and of each preset";
+    ASSERT_EQ(restored.warnings.size(), 5u) << "of the show, of each preset and of two cues with contents of their own";
     for (const std::string& warning : restored.warnings)
         EXPECT_NE(warning.find("second"), std::string::npos) << warning;
     std::vector<std::string> names;

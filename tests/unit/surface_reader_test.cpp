@@ -316,6 +316,31 @@ TEST_F(Reader, AHeldFlashGoesBackWhereThePageTurnsAndWhereHandsLetGo) {
     EXPECT_TRUE(actions.empty()) << "once";
 }
 
+TEST_F(Reader, ButtonsPlayCues) {
+    v1::SurfaceRow row = drives("button", "", "cue");
+    row.set_cue("go");
+    with({row});
+    button(1, 1);
+    button(0, 0);
+    ASSERT_EQ(done.size(), 1u) << "letting go does nothing";
+    EXPECT_EQ(done[0].kind, SurfaceAction::Kind::cue);
+    EXPECT_EQ(done[0].value.name, "go");
+    EXPECT_EQ(button(2, 0), 2u) << "two presses: the guard decides";
+    row.set_cue("12.5");
+    with({row});
+    button(1, 1);
+    EXPECT_EQ(done.back().value.name, "12.5");
+    EXPECT_EQ(reader.shown("x", "button", now(), "", "12.5"), 1.0) << "it is active";
+    EXPECT_EQ(reader.shown("x", "button", now(), "", "12"), 0.0);
+    for (const char* bad : {"", "halt", "0", "1.2345"}) {
+        row.set_cue(bad);
+        EXPECT_EQ(check_surface_row(row, "").error().where, "cue") << bad;
+    }
+    row = drives("fader", "key", "level");
+    row.set_cue("go");
+    EXPECT_EQ(check_surface_row(row, "").error().where, "cue");
+}
+
 TEST_F(Reader, PresetsAreRecalledAndSaved) {
     v1::SurfaceRow row = drives("button", "", "preset");
     row.set_preset("look 1");

@@ -70,6 +70,25 @@ inline v1::Command recall(const std::string& name, double fade_s = 0) {
 inline v1::Command remove_preset(const std::string& name) {
     return command_of([&](v1::Command& c) { c.mutable_remove_preset()->set_name(name); });
 }
+inline v1::Command add_cue(const std::string& number, double up_s = 5, const std::string& preset = "") {
+    return command_of([&](v1::Command& c) {
+        c.mutable_add_cue()->set_number(number);
+        c.mutable_add_cue()->set_up_s(up_s);
+        if (!preset.empty()) c.mutable_add_cue()->set_preset(preset);
+    });
+}
+inline v1::Command label_cue(const std::string& number, const std::string& label) {
+    return command_of([&](v1::Command& c) {
+        c.mutable_set_cue()->set_number(number);
+        c.mutable_set_cue()->set_label(label);
+    });
+}
+inline v1::Command remove_cue(const std::string& number) {
+    return command_of([&](v1::Command& c) { c.mutable_remove_cue()->set_number(number); });
+}
+inline v1::Command go() {
+    return command_of([](v1::Command& c) { c.mutable_cue_go(); });
+}
 inline v1::Command patch(const std::string& light, std::uint32_t address) {
     return command_of([&](v1::Command& c) {
         v1::PatchRow& row = *c.mutable_set_patch()->add_rows();
