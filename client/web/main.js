@@ -32,6 +32,7 @@ import {viewPanel} from "./views.js";
 import {ComparePanel} from "./compare.js";
 import {GridPanel} from "./grid.js";
 import {presetPanel} from "./presets.js";
+import {CuePanel} from "./cues.js";
 import {controlPanel, onlyLook} from "./control.js";
 import {Uploads} from "./uploads.js";
 import {undoPanel} from "./undo.js";
@@ -56,6 +57,7 @@ drawer($("drawer"), [
     {id: "library", title: "Library", make: (node) => new LibraryPanel(store, connection, node, handles, $("screen"))},
     {id: "compare", title: "Compare", make: (node) => compare = new ComparePanel(store, connection, video, node, $("screen"))},
     {id: "render", title: "Render", make: (node) => new RenderPanel(store, connection, node, compare)},
+    {id: "cues", title: "Cues", make: (node) => new CuePanel(store, connection, node)},
     {id: "consoles", title: "Consoles", make: (node) => new ConsolesPanel(connection, node)},
     {id: "surfaces", title: "Fader boxes", make: (node) => new SurfacesPanel(store, connection, node)},
     {id: "patch", title: "Patch", make: (node) => new PatchPanel(store, connection, node)},

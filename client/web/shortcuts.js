@@ -26,6 +26,8 @@ export const shortcuts = [
     {part: "Lights", keys: "Ctrl D, Delete", what: "Duplicate, remove"},
     {part: "Lights", keys: "B", what: "Show the beam on the surfaces"},
     {part: "Lights", keys: "Escape", what: "Take a drag back; end a tool"},
+    {part: "Cues", keys: "Space", what: "GO, where the tool Cues is open and no button or field has the keys"},
+    {part: "Cues", keys: "Shift Space", what: "STOP, likewise"},
     {part: "Work", keys: "Ctrl Z, Ctrl Shift Z", what: "Undo, redo what this page did to lights"},
     {part: "Work", keys: "?", what: "These keys"},
 ];

@@ -11,7 +11,7 @@ const kRanges = {x: [-5, 5], y: [0, 5], z: [-5, 5], distance: [1, 20]};    // m,
 const driven = (ofScene) => properties.filter((row) => row.of_scene === ofScene && row.values === 1 && !row.by_name).map((row) => row.name);
 
 function drivesText(row) {
-    const what = [row.target, row.property, row.preset].filter(Boolean).join(" ");
+    const what = [row.target, row.property, row.preset, row.cue].filter(Boolean).join(" ");
     const manner = [row.mode, row.curve !== "linear" && row.curve, row.takeover, row.page ? `page ${row.page}` : ""].filter(Boolean);
     return [what, ...manner].join(", ");
 }
@@ -50,7 +50,7 @@ export class SurfacesPanel extends PolledPanel {
     #offerTargets() {
         const {lights, groups, presets} = this.#store.state;
         const wanted = [...lights.map(({name}) => [`light ${name}`, name]), ...groups.map(({name}) => [`group ${name}`, `${name} (group)`]),
-            ["scene", "Scene"], ...(presets?.names ?? []).map((name) => [`preset ${name}`, `Preset ${name}`])];
+            ["scene", "Scene"], ["cue", "Cues"], ...(presets?.names ?? []).map((name) => [`preset ${name}`, `Preset ${name}`])];
         const signature = JSON.stringify(wanted);
         if (this.#target.dataset.signature === signature) return;
         const before = this.#target.value || (this.#store.selected ? `${this.#store.selected.kind} ${this.#store.selected.name}` : "");
@@ -62,7 +62,7 @@ export class SurfacesPanel extends PolledPanel {
 
     #offerProperties() {
         const kind = this.#target.value.split(" ")[0];
-        const names = kind === "scene" ? [...driven(true), "page on", "page back"] : kind === "preset" ? ["recall", "save"] : driven(false);
+        const names = kind === "scene" ? [...driven(true), "page on", "page back"] : kind === "preset" ? ["recall", "save"] : kind === "cue" ? ["go", "back", "stop"] : driven(false);
         const before = this.#property.value;
         this.#property.replaceChildren(...names.map((name) => h("option", {value: name}, name)));
         if (names.includes(before)) this.#property.value = before;
@@ -72,6 +72,7 @@ export class SurfacesPanel extends PolledPanel {
     #wish() {
         const [kind, ...rest] = this.#target.value.split(" "), name = rest.join(" "), property = this.#property.value;
         if (kind === "preset") return {property: "preset", preset: name, ...(property === "save" ? {mode: "save"} : {fade_s: 0})};
+        if (kind === "cue") return {property: "cue", cue: property};
         if (property.startsWith("page")) return {property: "page", step: property === "page on" ? 1 : -1};
         const range = kRanges[property];
         return {target: kind === "scene" ? "" : name, property, ...(range ? {low: range[0], high: range[1]} : {})};
