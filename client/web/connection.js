@@ -71,12 +71,6 @@ export class Connection extends EventTarget {
         if (this.status.state === "waiting") this.open();
     }
 
-    get url() { return this.#url; }
-
-    // For good: it does not come back by itself.
-    close() {
-        this.#drop();
-    }
 
     // Drops the connection and opens a new one, e.g. to identify with other wishes.
     reopen() {
@@ -90,7 +84,7 @@ export class Connection extends EventTarget {
     }
 
     // message: a ClientMessage without request_id. Resolves with the ServerMessage; rejects when the connection ends.
-    // progress(Progress) is called meanwhile. An AbortSignal gives a meter or capture up; its answer has the code "cancelled".
+    // progress(Progress) is called meanwhile. An AbortSignal has what takes long given up; its answer has the code "cancelled".
     request(message, {progress, signal} = {}) {
         return new Promise((resolve, reject) => {
             if (this.#socket?.readyState !== WebSocket.OPEN) return reject(new Error("not connected"));

@@ -1,7 +1,6 @@
 // The tool "Grids": calculation grids and observers of the show, what they read, and the lux report.
 
 import {h, setText, formatNumber} from "./dom.js";
-import {askAlone} from "./alone.js";
 import {saveFile} from "./capture.js";
 import {pageRole} from "./control.js";
 import {GridView, rectangleOf} from "./grid_view.js";
@@ -34,7 +33,7 @@ export class GridPanel {
     #store; #connection; #handles; #view;
     #values = null;                 // of the last reading
     #drawing = null;                // the first corner of a rectangle: {point_m, normal}
-    #work = null;                   // {cancel} of what is being computed
+    #work = null;                   // the AbortController of what is being computed
     #inputs; #names = {}; #lists = {}; #result; #plan; #ugr; #report; #hint; #buttons = {};
 
     constructor(store, connection, node, handles, before) {
@@ -93,7 +92,7 @@ export class GridPanel {
                 button("observer-remove", "Remove", "The observer goes from the show", () => this.#removeObserver(), true), this.#ugr),
             observer,
             h("div", {class: "row wrap lux-report"}, button("lux-report", "Lux report", "A page that prints: pictures, grids, luminaires, glare. Computed in reference quality", () => this.#luxReport()),
-                field("Noise", i.noise), button("lux-report-cancel", "Cancel", "The work is given up", () => this.#work?.cancel()), this.#report));
+                field("Noise", i.noise), button("lux-report-cancel", "Cancel", "The work is given up", () => this.#work?.abort()), this.#report));
         this.#buttons["lux-report-cancel"].hidden = true;
         connection.addEventListener("ready", () => this.#askTargets());
         store.addEventListener("update", () => this.update());
@@ -227,11 +226,13 @@ export class GridPanel {
     async #compute(message, kind, output, title) {
         output.classList.remove("bad");
         output.replaceChildren(title);
-        this.#work = askAlone(this.#connection, message, (progress) => output.replaceChildren(formatProgress(progress)));
+        this.#work = new AbortController();
         this.#buttons["lux-report-cancel"].hidden = false;
         this.update();
         try {
-            const answer = await this.#work.answer;
+            const answer = await this.#connection.request(message,
+                {signal: this.#work.signal, progress: (progress) => output.replaceChildren(formatProgress(progress))});
+            if (answer.result?.code === "cancelled") throw new Error("Cancelled");
             if (!answer[kind]) throw new Error(sentence(answer.result ?? {code: "no answer"}));
             output.replaceChildren();
             return answer[kind];
