@@ -28,7 +28,7 @@ TEST(Artnet, OtherPacketsAreKnownApart) {
     poll[12] = 2;
     EXPECT_EQ(std::get<ArtPoll>(*decode_artnet(poll)).flags, 2);
     EXPECT_TRUE(std::holds_alternative<ArtSync>(*decode_artnet(test::art_header(0x5200, 14))));
-    for (const unsigned opcode : {0x2100u, 0x8000u, 0x9700u})
+    for (const unsigned opcode : {0x2100u, 0x8000u, 0x9800u})
         EXPECT_EQ(std::get<ArtOther>(*decode_artnet(test::art_header(opcode, 30))).opcode, opcode);
 }
 
