@@ -271,7 +271,7 @@ export class GridPanel {
     #csv() {
         const {grid, count, points_m, values_lx} = this.#values;
         const lines = values_lx.map((lx, k) => [k % count[0], Math.floor(k / count[0]), ...points_m.slice(3 * k, 3 * k + 3), lx].join(","));
-        saveFile(["i,j,x_m,y_m,z_m,lx", ...lines, ""].join("\n"), "text/csv", `${grid.name}.csv`);
+        saveFile(new Blob(["i,j,x_m,y_m,z_m,lx\n", lines.join("\n"), "\n"], {type: "text/csv"}), `${grid.name}.csv`);
     }
 
     #asCamera() {
@@ -310,7 +310,7 @@ export class GridPanel {
         if (!report) return;
         const bytes = Uint8Array.from(atob(report.html), (letter) => letter.charCodeAt(0));
         const scene = (this.#store.state.show?.name || this.#store.state.scene || "scene").split("/").at(-1).replace(/\.\w+$/, "");
-        saveFile(bytes, "text/html", `lux-report-${scene}-${report.scene_rev}.html`);
+        saveFile(new Blob([bytes], {type: "text/html"}), `lux-report-${scene}-${report.scene_rev}.html`);
         setText(this.#report, `Saved, of revision ${report.scene_rev}: open it and print it`);
     }
 }

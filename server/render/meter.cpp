@@ -100,7 +100,7 @@ v1::MeterReading Renderer::meter(const Scene& scene, const glm::dvec3& point, co
     Scene metered = scene;
     if (rsm) metered.technique = Technique::standard;
     const bool standard = metered.technique == Technique::standard;
-    prepare(metered, false, !rsm && bounces != 0);
+    prepare(metered, false, !rsm);
     const Target target =
         make_target(next_target_++, TargetKind::precise, 1, 1, std::min(metered.lights.size(), kMostLayers), false);
     const Eye eye = eye_above(point, unit_normal);

