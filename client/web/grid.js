@@ -59,7 +59,8 @@ export class GridPanel {
             quantity: select("Quantity", kQuantities, "grid-quantity"), spacing: select("Spacing", kSpacings), target: h("select", {"aria-label": "Target", id: "grid-target"}),
             em: number("Own mean, lx", ""), u0: number("Own uniformity", ""), quality: select("Quality", kQualities, "grid-quality"),
             eye: vector("Eye", [0, 1.2, 0]), sight: vector("Line of sight", [0, 0, -1]), limit: number("Greatest UGR", "", {min: 0, max: 40}),
-            noise: select("Noise of the report's pictures", kReportNoises, "lux-report-noise")};
+            noise: select("Noise of the report's pictures", kReportNoises, "lux-report-noise"),
+            seconds: number("Longest time of each part of the report, seconds", 60, {min: 0.1, max: 86400, id: "lux-report-seconds"})};
         this.#inputs.noise.value = "0.05";
         const i = this.#inputs;
         const direction = field("Direction", ...i.direction), count = field("Points", ...i.count), own = field("Own mean lx, U0", i.em, i.u0);
@@ -92,7 +93,7 @@ export class GridPanel {
                 button("observer-remove", "Remove", "The observer goes from the show", () => this.#removeObserver(), true), this.#ugr),
             observer,
             h("div", {class: "row wrap lux-report"}, button("lux-report", "Lux report", "A page that prints: pictures, grids, luminaires, glare. Computed in reference quality", () => this.#luxReport()),
-                field("Noise", i.noise), button("lux-report-cancel", "Cancel", "The work is given up", () => this.#work?.abort()), this.#report));
+                field("Noise", i.noise), field("At most, s", i.seconds), button("lux-report-cancel", "Cancel", "The work is given up", () => this.#work?.abort()), this.#report));
         this.#buttons["lux-report-cancel"].hidden = true;
         connection.addEventListener("ready", () => this.#askTargets());
         store.addEventListener("update", () => this.update());
@@ -306,7 +307,7 @@ export class GridPanel {
     }
 
     async #luxReport() {
-        const report = await this.#compute({lux_report: {noise_ratio: Number(this.#inputs.noise.value)}}, "lux_report", this.#report, "Computing the report…");
+        const report = await this.#compute({lux_report: {noise_ratio: Number(this.#inputs.noise.value), max_seconds: Number(this.#inputs.seconds.value) || undefined}}, "lux_report", this.#report, "Computing the report…");
         if (!report) return;
         const bytes = Uint8Array.from(atob(report.html), (letter) => letter.charCodeAt(0));
         const scene = (this.#store.state.show?.name || this.#store.state.scene || "scene").split("/").at(-1).replace(/\.\w+$/, "");

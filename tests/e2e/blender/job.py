@@ -81,7 +81,7 @@ def check_report(directory):
     check([row["name"] for row in live["checks"]] == ["Em", "U0"], "held against the target")
     with open(path("report.html"), encoding="utf-8") as file:
         report = file.read()
-    check("<title>Room</title>" in report and "office-writing" in report and "seat" in report and "<script" not in report, "the report has title, target and observer, and no scripts")
+    check("<title>Room – lux report</title>" in report and "office-writing" in report and "seat" in report and "<script" not in report, "the report has title, target and observer, and no scripts")
     check(report.count("data:image/") >= 2, "and its pictures")
     with open(path("report.sha256"), encoding="utf-8") as file:
         signed = dict(reversed(line.split()) for line in file)

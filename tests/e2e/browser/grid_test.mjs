@@ -93,6 +93,7 @@ async function report(page, browser) {
     check(true, "the report can be given up");
 
     await page.locator("#lux-report-noise").selectOption("0.2");
+    await page.locator("#lux-report-seconds").fill("2");
     const [download] = await Promise.all([page.waitForEvent("download", {timeout: 240000}), page.locator("#lux-report").click()]);
     const html = readFileSync(await download.path(), "utf8");
     check(/^lux-report-cornell-\d+\.html$/.test(download.suggestedFilename()), "it is saved under the scene's name", download.suggestedFilename());

@@ -79,7 +79,9 @@ async function run(browser, server, size, scheme) {
     await look(page, `the page as it opens: ${at}`);
     check(await page.evaluate(() => document.getAnimations().length) === 0, `nothing moves by itself where less motion is asked for: ${at}`);
 
-    const tabs = await page.locator(".drawer-tabs button").all(), places = new Set();
+    // Between the narrowest and the widest page every third tool stands for all.
+    const all = await page.locator(".drawer-tabs button").all(), places = new Set();
+    const tabs = kAll || size === "phone" || size === "desktop" ? all : all.filter((_, i) => i % 3 === 0);
     for (const tab of tabs) {
         await tab.click();
         const id = await tab.getAttribute("aria-controls");
