@@ -121,6 +121,7 @@ export class GridPanel {
             const chosen = list.value;
             list.replaceChildren(...(names.length ? names.map((each) => h("option", {value: each}, each)) : [h("option", {value: ""}, none)]));
             if (names.includes(chosen)) list.value = chosen;
+            else if (names.length) list.dispatchEvent(new Event("change"));    // the fields are those of what is shown
         };
         offer(this.#lists["grid-list"], this.#grids.map(({name}) => name), "no grid yet");
         offer(this.#lists["observer-list"], this.#observers.map(({name}) => name), "no observer yet");
@@ -140,7 +141,7 @@ export class GridPanel {
     async #askTargets() {
         const rows = (await this.#connection.request({targets: {}}).catch(() => ({}))).targets?.targets ?? [];
         const text = ({task, name, em_lx, ez_lx, ugr, u0_ratio}) => `${task || name}: ` + [em_lx && `${em_lx} lx`, u0_ratio && `U0 ${u0_ratio}`, ez_lx && `Ez ${ez_lx} lx`, ugr && `UGR ${ugr}`].filter(Boolean).join(", ");
-        const chosen = this.#inputs.target.value || "";
+        const row = this.#grid?.target?.name, chosen = rows.some(({name}) => name === row) ? row : this.#inputs.target.value || "";
         this.#inputs.target.replaceChildren(...options([["", "None"], ["own", "Own values"], ...rows.map((row) => [row.name, text(row)])]));
         this.#inputs.target.value = chosen;
         this.#fit();

@@ -5,6 +5,7 @@
 #include <numbers>
 #include <optional>
 
+#include "ies/core/result.h"
 #include "ies/glare.h"
 #include "ies/quantities.h"
 #include "server/scene/edit.h"
@@ -146,7 +147,9 @@ Result<MeterRequest> check_ugr(const Scene& scene, const v1::UgrQuery& query) {
         }
         const glm::dvec3 direction = vector_of(query.direction());
         if (glm::length(glm::dvec2(direction.x, direction.z)) < 1e-6 * glm::length(direction))
-            return Error{"invalid_argument", "ugr.direction", "", "must not be straight up or down"};
+            return Error{"invalid_argument", "ugr.direction",
+                         print_number(direction.x) + "," + print_number(direction.y) + "," + print_number(direction.z),
+                         "must not be straight up or down"};
     }
     auto request = measured_request(query, "ugr");
     if (!request) return request.error();
