@@ -379,7 +379,7 @@ void OscServer::describe(v1::Sources& table, std::int64_t now_ns) const {
         row.set_rate_hz(seen.rate.per_second(now_ns));
         row.set_packets(seen.packets);
         row.set_state(subscribers_.contains(client) ? "subscribed" : "live");
-        row.set_age_s(static_cast<double>(now_ns - seen.heard_ns) * 1e-9);
+        row.set_age_s(seconds_between(seen.heard_ns, now_ns));
     }
 }
 

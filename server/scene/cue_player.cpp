@@ -1,9 +1,9 @@
 #include "server/scene/cue_player.h"
 
 #include <algorithm>
-#include <cmath>
 #include <map>
 
+#include "server/base/clock.h"
 #include "server/scene/apply.h"
 #include "server/scene/apply_checks.h"
 #include "server/scene/apply_cues.h"
@@ -13,12 +13,10 @@
 namespace gonio {
 namespace {
 
-std::int64_t ns_of(double seconds) {
-    return static_cast<std::int64_t>(std::llround(seconds * 1e9));
-}
-
-double seconds_between(std::int64_t from_ns, std::int64_t to_ns) {
-    return static_cast<double>(to_ns - from_ns) * 1e-9;
+v1::Command goto_cue(CueNumber number) {
+    v1::Command command;
+    command.mutable_cue_goto()->set_number(print_cue_number(number));
+    return command;
 }
 
 std::optional<double> time_of(const v1::Command& command, const Scene& scene) {
@@ -77,21 +75,17 @@ std::optional<Error> CuePlayer::run(Scene& scene, const v1::Command& command, st
 
 void CuePlayer::start(Scene& scene, CueNumber number, std::int64_t began_ns, std::int64_t now_ns) {
     advance(scene, began_ns);
-    v1::Command command;
-    command.mutable_cue_goto()->set_number(print_cue_number(number));
-    if (find_cue(scene, number) != nullptr) begin(scene, command, number, std::nullopt, true, began_ns);
+    if (find_cue(scene, number) != nullptr) begin(scene, goto_cue(number), number, std::nullopt, true, began_ns);
     advance(scene, now_ns);
 }
 
 void CuePlayer::jump(Scene& scene, CueNumber before, CueNumber number, std::int64_t began_ns, std::int64_t now_ns) {
     follow(scene);
     next_ns_.reset();
-    v1::Command command;
-    command.mutable_cue_goto()->set_number(print_cue_number(before));
     const Cue* cue = find_cue(scene, number);
     const bool over = cue == nullptr || seconds_between(began_ns, now_ns) >= cue->duration_s();
     if (!over && find_cue(scene, before) != nullptr) {
-        begin(scene, command, before, 0.0, false, began_ns);
+        begin(scene, goto_cue(before), before, 0.0, false, began_ns);
         write(scene, began_ns);
     }
     start(scene, number, began_ns, now_ns);
@@ -108,10 +102,10 @@ void CuePlayer::begin(Scene& scene, const v1::Command& command, CueNumber number
     take_content(scene, *cue, times, began_ns);
     active_ = number;
     began_ns_ = began_ns;
-    ends_ns_ = began_ns + ns_of(time_s ? *time_s : cue->duration_s());
+    ends_ns_ = began_ns + nanoseconds_of(time_s ? *time_s : cue->duration_s());
     next_ns_.reset();
-    if (goes_on && cue->follow_s) next_ns_ = began_ns + ns_of(*cue->follow_s);
-    if (goes_on && cue->hang_s) next_ns_ = ends_ns_ + ns_of(*cue->hang_s);
+    if (goes_on && cue->follow_s) next_ns_ = began_ns + nanoseconds_of(*cue->follow_s);
+    if (goes_on && cue->hang_s) next_ns_ = ends_ns_ + nanoseconds_of(*cue->hang_s);
 }
 
 // What has another end now goes there from where it is. What has the same end goes on in its own time, as does what the
@@ -163,9 +157,7 @@ void CuePlayer::advance(Scene& scene, std::int64_t now_ns) {
         next_ns_.reset();
         const CueNumber next = scene.cue_next;
         if (find_cue(scene, next) == nullptr) break;
-        v1::Command command;
-        command.mutable_cue_goto()->set_number(print_cue_number(next));
-        begin(scene, command, next, std::nullopt, true, due_ns);
+        begin(scene, goto_cue(next), next, std::nullopt, true, due_ns);
     }
     write(scene, now_ns);
 }

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 
+#include "server/base/clock.h"
 #include "server/scene/white.h"
 
 namespace gonio {
@@ -34,7 +35,7 @@ Fade::Fade(const Scene& scene, const Preset& to, double fade_s, std::int64_t now
 }
 
 std::vector<v1::Command> Fade::step(const Scene& scene, std::int64_t now_ns) {
-    const double t = std::clamp(static_cast<double>(now_ns - began_ns_) * 1e-9 / fade_s_, 0.0, 1.0);
+    const double t = std::clamp(seconds_between(began_ns_, now_ns) / fade_s_, 0.0, 1.0);
     std::erase_if(parts_, [&](const Part& part) {
         const Light* light = find_light(scene, part.light);
         return light == nullptr || numbers_of(*light, *part.light_row) != part.said;

@@ -1,7 +1,8 @@
 #include "server/scene/timecode_chase.h"
 
 #include <algorithm>
-#include <cmath>
+
+#include "server/base/clock.h"
 
 namespace gonio {
 namespace {
@@ -21,12 +22,8 @@ std::vector<Timed> timed(const CueList& cues, TimecodeRate rate) {
     return found;
 }
 
-double seconds_between(std::int64_t from_ns, std::int64_t to_ns) {
-    return static_cast<double>(to_ns - from_ns) * 1e-9;
-}
-
 std::int64_t earlier(std::int64_t t_ns, double by_s) {
-    return t_ns - static_cast<std::int64_t>(std::llround(by_s * 1e9));
+    return t_ns - nanoseconds_of(by_s);
 }
 
 }  // namespace
@@ -74,7 +71,7 @@ std::vector<ChaseStart> TimecodeChase::step(std::int64_t now_ns, const CueList& 
     if (!newest_) return {};
     const double at_s = position_s(now_ns, freewheel_s);
     // Where time held meanwhile it was there earlier than now.
-    return cross(at_s, heard_ns_ + static_cast<std::int64_t>(std::llround((at_s - heard_s_) * 1e9)), cues);
+    return cross(at_s, heard_ns_ + nanoseconds_of(at_s - heard_s_), cues);
 }
 
 std::optional<std::int64_t> TimecodeChase::next_ns(const CueList& cues, double freewheel_s) const {

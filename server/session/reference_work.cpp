@@ -32,8 +32,19 @@ struct ReferenceWork::Run {
 
 ReferenceWork::ReferenceWork(Outputs outputs) : out_(std::move(outputs)), worker_([this] { work(); }) {}
 
+template <typename Named>
+std::size_t ReferenceWork::give_up(const Named& named) {
+    std::size_t jobs = std::erase_if(waiting_, named);
+    if (running_ && named(running_->job) && !running_->answered.exchange(true)) {
+        running_->stop.request_stop();
+        ++jobs;
+    }
+    cancelled_ += static_cast<std::uint32_t>(jobs);
+    return jobs;
+}
+
 ReferenceWork::~ReferenceWork() {
-    if (running_) give_up(*running_);
+    give_up([](const ReferenceJob&) { return true; });
     inbox_.close();
     worker_.join();
 }
@@ -47,23 +58,11 @@ bool ReferenceWork::submit(ReferenceJob job) {
 }
 
 void ReferenceWork::forget_session(std::uint32_t session) {
-    cancelled_ += static_cast<std::uint32_t>(
-        std::erase_if(waiting_, [&](const ReferenceJob& job) { return job.session == session; }));
-    if (running_ && running_->job.session == session) give_up(*running_);
-}
-
-void ReferenceWork::give_up(Run& run) {
-    if (run.answered.exchange(true)) return;
-    run.stop.request_stop();
-    ++cancelled_;
+    give_up([&](const ReferenceJob& job) { return job.session == session; });
 }
 
 bool ReferenceWork::cancel(std::uint32_t session, std::uint32_t request_id) {
-    const std::uint32_t before = cancelled_;
-    const auto named = [&](const ReferenceJob& job) { return job.session == session && job.request_id == request_id; };
-    cancelled_ += static_cast<std::uint32_t>(std::erase_if(waiting_, named));
-    if (running_ && named(running_->job)) give_up(*running_);
-    return cancelled_ != before;
+    return give_up([&](const ReferenceJob& job) { return job.session == session && job.request_id == request_id; }) > 0;
 }
 
 void ReferenceWork::tick() {
@@ -97,7 +96,7 @@ void ReferenceWork::tell_progress() {
     v1::Progress progress;
     progress.set_samples(running_->reached.passes);
     progress.set_noise_ratio(running_->reached.noise < 1.0 ? running_->reached.noise : 0.0);  // 0: not known yet
-    progress.set_seconds(static_cast<double>(told_ns_ - running_->started_ns) * 1e-9);
+    progress.set_seconds(seconds_between(running_->started_ns, told_ns_));
     if (running_->reached.seconds_left) progress.set_seconds_left(*running_->reached.seconds_left);
     if (!running_->stop.stop_requested()) tell(running_->job, progress);
     for (std::size_t i = 0; i < waiting_.size(); ++i) {

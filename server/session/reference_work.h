@@ -49,7 +49,9 @@ public:
 private:
     struct Run;
     void work();
-    void give_up(Run& run);
+    // Result: how many jobs were given up, of those for which named(job).
+    template <typename Named>
+    std::size_t give_up(const Named& named);
     void tell_progress();
 
     Outputs out_;
