@@ -1,22 +1,13 @@
 #include "client/cli/grids.h"
 
 #include <algorithm>
-#include <cstdarg>
 #include <cstdio>
 
+#include "ies/core/printed.h"
 #include "protocol/schema/words.h"
 
 namespace gonio {
 namespace {
-
-__attribute__((format(printf, 1, 2))) std::string print(const char* format, ...) {
-    char text[1024];
-    va_list arguments;
-    va_start(arguments, format);
-    std::vsnprintf(text, sizeof text, format, arguments);
-    va_end(arguments);
-    return text;
-}
 
 std::string vector_text(const google::protobuf::RepeatedField<double>& numbers) {
     std::string text;
@@ -39,8 +30,8 @@ std::string target_text(const v1::Target& target) {
 std::string checks_text(const google::protobuf::RepeatedPtrField<v1::TargetCheck>& checks, const v1::Target& target) {
     std::string text;
     for (const v1::TargetCheck& check : checks)
-        text += print("%-4s %s: %.4g, required %s %.4g\n", check.passed() ? "pass" : "FAIL", check.name().c_str(),
-                      check.reached(), check.name() == "UGR" ? "at most" : "at least", check.required());
+        text += printed("%-4s %s: %.4g, required %s %.4g\n", check.passed() ? "pass" : "FAIL", check.name().c_str(),
+                        check.reached(), check.name() == "UGR" ? "at most" : "at least", check.required());
     if (checks.empty() || target.name().empty()) return text;
     text += "     target " + target.name();
     if (!target.task().empty()) text += ", " + target.task();
@@ -52,10 +43,10 @@ std::string checks_text(const google::protobuf::RepeatedPtrField<v1::TargetCheck
 std::string plan_text(const v1::GridValues& values) {
     const auto wide = static_cast<int>(values.count(0)), high = static_cast<int>(values.count(1));
     const int decimals = values.max_lx() < 99.95 ? 1 : 0;
-    const int column = std::max(4, static_cast<int>(print("%.*f", decimals, values.max_lx()).size()) + 1);
+    const int column = std::max(4, static_cast<int>(printed("%.*f", decimals, values.max_lx()).size()) + 1);
     std::string text;
     for (int j = high - 1; j >= 0; --j) {
-        for (int i = 0; i < wide; ++i) text += print("%*.*f", column, decimals, values.values_lx(j * wide + i));
+        for (int i = 0; i < wide; ++i) text += printed("%*.*f", column, decimals, values.values_lx(j * wide + i));
         text += "\n";
     }
     return text;
@@ -67,15 +58,16 @@ std::string grid_text(const v1::GridValues& values) {
     const v1::Grid& grid = values.grid();
     const char* const symbol = grid.quantity().starts_with("cylindrical") ? "Ez" : "E";
     std::string text =
-        print("%s: %s illuminance, %u x %u points, cells %.3f x %.3f m, %s\n", grid.name().c_str(),
-              grid.quantity().c_str(), values.count(0), values.count(1), values.cell_m(0), values.cell_m(1),
-              grid.count_size() > 0 ? "counts given" : ("counts rounded " + grid.spacing()).c_str());
-    text += print("%smean %.1f lx  %smin %.1f lx  %smax %.1f lx  U0 %.3f  Ud %.3f\n", symbol, values.mean_lx(), symbol,
-                  values.min_lx(), symbol, values.max_lx(), values.uniformity_ratio(), values.diversity_ratio());
+        printed("%s: %s illuminance, %u x %u points, cells %.3f x %.3f m, %s\n", grid.name().c_str(),
+                grid.quantity().c_str(), values.count(0), values.count(1), values.cell_m(0), values.cell_m(1),
+                grid.count_size() > 0 ? "counts given" : ("counts rounded " + grid.spacing()).c_str());
+    text +=
+        printed("%smean %.1f lx  %smin %.1f lx  %smax %.1f lx  U0 %.3f  Ud %.3f\n", symbol, values.mean_lx(), symbol,
+                values.min_lx(), symbol, values.max_lx(), values.uniformity_ratio(), values.diversity_ratio());
     text += checks_text(values.checks(), grid.target());
-    text += print("quality %s, bounces %s, maintenance factor %g, scene_rev %u", values.quality().c_str(),
-                  values.bounces().c_str(), grid.maintenance_factor(), values.scene_rev());
-    text += values.has_error_lx() ? print(", standard error %.2g lx", values.error_lx()) : ", error not estimated";
+    text += printed("quality %s, bounces %s, maintenance factor %g, scene_rev %u", values.quality().c_str(),
+                    values.bounces().c_str(), grid.maintenance_factor(), values.scene_rev());
+    text += values.has_error_lx() ? printed(", standard error %.2g lx", values.error_lx()) : ", error not estimated";
     if (values.has_noise_reached() && !values.noise_reached()) text += " (the noise asked for is not reached)";
     return text + "\n\n" + plan_text(values);
 }
@@ -96,7 +88,7 @@ std::string grids_table(const v1::Grids& grids) {
     for (const v1::Grid& grid : grids.grids()) {
         text += grid.name() + "  " + grid.quantity() + "  corner " + vector_text(grid.corner_m()) + "  u " +
                 vector_text(grid.u_m()) + "  v " + vector_text(grid.v_m());
-        text += grid.count_size() == 2 ? print("  %u x %u", grid.count(0), grid.count(1)) : "  " + grid.spacing();
+        text += grid.count_size() == 2 ? printed("  %u x %u", grid.count(0), grid.count(1)) : "  " + grid.spacing();
         if (grid.margin_m() > 0) text += "  margin " + print_number(grid.margin_m());
         if (grid.maintenance_factor() != 1) text += "  factor " + print_number(grid.maintenance_factor());
         if (grid.has_target()) text += "  target " + target_text(grid.target());
@@ -117,34 +109,34 @@ std::string observers_table(const v1::Observers& observers) {
 }
 
 std::string targets_table(const v1::Targets& targets) {
-    std::string text = print("%-24s %5s %9s %5s %5s %5s %4s  %s\n", "name", "Em", "modified", "U0", "UGR", "Ez", "Ra",
-                             "task (edition)");
+    std::string text = printed("%-24s %5s %9s %5s %5s %5s %4s  %s\n", "name", "Em", "modified", "U0", "UGR", "Ez", "Ra",
+                               "task (edition)");
     const auto cell = [](bool there, double value) { return there ? print_number(value) : std::string("-"); };
     for (const v1::Target& row : targets.targets())
-        text += print("%-24s %5s %9s %5s %5s %5s %4s  %s (%s)\n", row.name().c_str(),
-                      cell(row.has_em_lx(), row.em_lx()).c_str(),
-                      cell(row.has_em_modified_lx(), row.em_modified_lx()).c_str(),
-                      cell(row.has_u0_ratio(), row.u0_ratio()).c_str(), cell(row.has_ugr(), row.ugr()).c_str(),
-                      cell(row.has_ez_lx(), row.ez_lx()).c_str(), cell(row.has_ra(), row.ra()).c_str(),
-                      row.task().c_str(), row.edition().c_str());
+        text += printed("%-24s %5s %9s %5s %5s %5s %4s  %s (%s)\n", row.name().c_str(),
+                        cell(row.has_em_lx(), row.em_lx()).c_str(),
+                        cell(row.has_em_modified_lx(), row.em_modified_lx()).c_str(),
+                        cell(row.has_u0_ratio(), row.u0_ratio()).c_str(), cell(row.has_ugr(), row.ugr()).c_str(),
+                        cell(row.has_ez_lx(), row.ez_lx()).c_str(), cell(row.has_ra(), row.ra()).c_str(),
+                        row.task().c_str(), row.edition().c_str());
     return text;
 }
 
 std::string ugr_text(const v1::Ugr& ugr) {
     std::string text = ugr.observer().name().empty() ? "" : ugr.observer().name() + ": ";
-    text += ugr.has_ugr() ? print("UGR %.1f\n", ugr.ugr())
+    text += ugr.has_ugr() ? printed("UGR %.1f\n", ugr.ugr())
                           : std::string("no UGR: nothing glares, or no light is indirect\n");
     text += checks_text(ugr.checks(), ugr.observer().target());
-    text += print("background %.4g cd/m² (indirect %.4g lx at the eye", ugr.background_nit(), ugr.indirect_lx());
-    if (ugr.has_indirect_error_lx()) text += print(", standard error %.2g lx", ugr.indirect_error_lx());
+    text += printed("background %.4g cd/m² (indirect %.4g lx at the eye", ugr.background_nit(), ugr.indirect_lx());
+    if (ugr.has_indirect_error_lx()) text += printed(", standard error %.2g lx", ugr.indirect_error_lx());
     text += "), quality " + ugr.quality() + ", bounces " + ugr.bounces() +
-            print(", new condition, scene_rev %u\n", ugr.scene_rev());
+            printed(", new condition, scene_rev %u\n", ugr.scene_rev());
     if (ugr.sources_size() > 0)
-        text += print("%-24s %9s %9s %10s %7s %11s\n", "light", "m", "cd/m²", "sr", "p", "L²ω/p²");
+        text += printed("%-24s %9s %9s %10s %7s %11s\n", "light", "m", "cd/m²", "sr", "p", "L²ω/p²");
     for (const v1::GlareSource& source : ugr.sources()) {
-        text += print("%-24.128s %9.2f ", source.light().c_str(), source.distance_m());
-        text += source.left_out().empty() ? print("%9.0f %10.6f %7.3f %11.4g\n", source.luminance_nit(),
-                                                  source.solid_angle_sr(), source.position_index(), source.term())
+        text += printed("%-24.128s %9.2f ", source.light().c_str(), source.distance_m());
+        text += source.left_out().empty() ? printed("%9.0f %10.6f %7.3f %11.4g\n", source.luminance_nit(),
+                                                    source.solid_angle_sr(), source.position_index(), source.term())
                                           : "left out: " + source.left_out() + "\n";
     }
     return text;

@@ -9,6 +9,7 @@
 #include "ies/glare.h"
 #include "ies/quantities.h"
 #include "server/scene/edit.h"
+#include "server/scene/vector_field.h"
 #include "server/session/meter_reply.h"
 #include "server/trace/sources.h"
 
@@ -16,10 +17,6 @@ namespace gonio {
 namespace {
 
 using namespace ies;  // the rating
-
-glm::dvec3 vector_of(const google::protobuf::RepeatedField<double>& field) {
-    return {field[0], field[1], field[2]};
-}
 
 // The axes of the observer: along the line of sight, across it, and up.
 struct Sight {

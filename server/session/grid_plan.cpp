@@ -2,8 +2,9 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstdarg>
-#include <cstdio>
+
+#include "ies/core/printed.h"
+#include "server/scene/vector_field.h"
 
 namespace gonio {
 namespace {
@@ -13,17 +14,8 @@ constexpr double kHigh = 900.0;
 constexpr double kBorder = 46.0;  // around it
 constexpr double kMostText = 26.0, kLeastText = 3.0;
 
-__attribute__((format(printf, 1, 2))) std::string print(const char* format, ...) {
-    char text[512];
-    va_list arguments;
-    va_start(arguments, format);
-    std::vsnprintf(text, sizeof text, format, arguments);
-    va_end(arguments);
-    return text;
-}
-
 std::string value_text(double lx) {
-    return print(lx < 9.95 ? "%.1f" : "%.0f", lx);
+    return printed(lx < 9.95 ? "%.1f" : "%.0f", lx);
 }
 
 // The rectangle on the plan: u to the right, v up.
@@ -36,10 +28,6 @@ struct Plan {
     double wide() const { return u_m * scale; }
     double high() const { return v_m * scale; }
 };
-
-glm::dvec3 vector_of(const google::protobuf::RepeatedField<double>& field) {
-    return {field[0], field[1], field[2]};
-}
 
 Plan plan_of(const v1::Grid& grid) {
     Plan plan{vector_of(grid.corner_m()), vector_of(grid.u_m()), vector_of(grid.v_m()), 0, 0, 0};
@@ -56,8 +44,8 @@ std::string scale_bar(const Plan& plan) {
     const double most_m = plan.u_m / 3.0, decade = std::pow(10.0, std::floor(std::log10(most_m)));
     const double bar_m = decade * (most_m >= 5.0 * decade ? 5.0 : most_m >= 2.0 * decade ? 2.0 : 1.0);
     const double y = kBorder + plan.high() + 20.0, end = kBorder + bar_m * plan.scale;
-    return print("<path d='M%.1f %.1fv6h%.1fv-6' fill='none' stroke='#000'/>", kBorder, y - 3.0, end - kBorder) +
-           print("<text x='%.1f' y='%.1f' font-size='12'>%g m</text>", end + 6.0, y + 4.0, bar_m);
+    return printed("<path d='M%.1f %.1fv6h%.1fv-6' fill='none' stroke='#000'/>", kBorder, y - 3.0, end - kBorder) +
+           printed("<text x='%.1f' y='%.1f' font-size='12'>%g m</text>", end + 6.0, y + 4.0, bar_m);
 }
 
 std::string light_marks(const Plan& plan, const std::vector<PlanLight>& lights) {
@@ -68,9 +56,9 @@ std::string light_marks(const Plan& plan, const std::vector<PlanLight>& lights) 
         if (!(x >= kBorder - beyond && x <= kBorder + plan.wide() + beyond && y >= kBorder - beyond &&
               y <= kBorder + plan.high() + beyond))
             continue;
-        text += print("<g stroke='#b00000' fill='none'><circle cx='%.1f' cy='%.1f' r='7'/>", x, y) +
-                print("<path d='M%.1f %.1fl10 10m0 -10l-10 10'/></g>", x - 5.0, y - 5.0) +
-                print("<text x='%.1f' y='%.1f' font-size='10' fill='#b00000'>", x + 9.0, y - 5.0) +
+        text += printed("<g stroke='#b00000' fill='none'><circle cx='%.1f' cy='%.1f' r='7'/>", x, y) +
+                printed("<path d='M%.1f %.1fl10 10m0 -10l-10 10'/></g>", x - 5.0, y - 5.0) +
+                printed("<text x='%.1f' y='%.1f' font-size='10' fill='#b00000'>", x + 9.0, y - 5.0) +
                 escaped(light.name) + "</text>";
     }
     return text;
@@ -110,11 +98,11 @@ std::string escaped(std::string_view text) {
 std::string plan_svg(const v1::GridValues& values, const std::vector<PlanLight>& lights) {
     const Plan plan = plan_of(values.grid());
     const double wide = plan.wide() + 2.0 * kBorder, high = plan.high() + 2.0 * kBorder;
-    std::string svg = print("<svg xmlns='http://www.w3.org/2000/svg' viewBox='0 0 %.1f %.1f' ", wide, high) +
+    std::string svg = printed("<svg xmlns='http://www.w3.org/2000/svg' viewBox='0 0 %.1f %.1f' ", wide, high) +
                       "font-family='sans-serif' role='img' aria-label='plan of grid " + escaped(values.grid().name()) +
                       "'>" +
-                      print("<rect x='%.1f' y='%.1f' width='%.1f' height='%.1f' fill='#fff' stroke='#000'/>", kBorder,
-                            kBorder, plan.wide(), plan.high());
+                      printed("<rect x='%.1f' y='%.1f' width='%.1f' height='%.1f' fill='#fff' stroke='#000'/>", kBorder,
+                              kBorder, plan.wide(), plan.high());
     const auto [least, greatest] = std::ranges::minmax_element(values.values_lx());
     const auto first = static_cast<int>(least - values.values_lx().begin()),
                last = static_cast<int>(greatest - values.values_lx().begin());
@@ -122,22 +110,24 @@ std::string plan_svg(const v1::GridValues& values, const std::vector<PlanLight>&
     const std::size_t letters = value_text(values.max_lx()).size();
     const double size =
         std::clamp(1.5 * cell / static_cast<double>(std::max<std::size_t>(letters, 3)), kLeastText, kMostText);
-    svg += print("<g text-anchor='middle' font-size='%.1f'>", size);
+    svg += printed("<g text-anchor='middle' font-size='%.1f'>", size);
     for (int i = 0; i < values.values_lx_size(); ++i) {
         const glm::dvec3 point(values.points_m(3 * i), values.points_m(3 * i + 1), values.points_m(3 * i + 2));
         const double lx = values.values_lx(i), x = plan.x(point), y = plan.y(point);
         const bool low = i == first, high_one = i == last && !low;
         if (low || high_one)
-            svg += print("<rect x='%.1f' y='%.1f' width='%.1f' height='%.1f' rx='2' fill='none' stroke='#000'%s/>",
-                         x - 1.05 * size, y - 0.8 * size, 2.1 * size, 1.6 * size, low ? " stroke-dasharray='2 2'" : "");
-        svg += print("<text x='%.1f' y='%.1f'%s>", x, y + 0.35 * size, low || high_one ? " font-weight='bold'" : "") +
+            svg +=
+                printed("<rect x='%.1f' y='%.1f' width='%.1f' height='%.1f' rx='2' fill='none' stroke='#000'%s/>",
+                        x - 1.05 * size, y - 0.8 * size, 2.1 * size, 1.6 * size, low ? " stroke-dasharray='2 2'" : "");
+        svg += printed("<text x='%.1f' y='%.1f'%s>", x, y + 0.35 * size, low || high_one ? " font-weight='bold'" : "") +
                value_text(lx) + "</text>";
     }
     svg += "</g>" + light_marks(plan, lights) + scale_bar(plan);
-    svg += print("<text x='%.1f' y='%.1f' font-size='12' text-anchor='middle'>%.2f m</text>",
-                 kBorder + 0.5 * plan.wide(), kBorder - 10.0, plan.u_m) +
-           print("<text font-size='12' text-anchor='middle' transform='translate(%.1f %.1f) rotate(-90)'>%.2f m</text>",
-                 kBorder - 10.0, kBorder + 0.5 * plan.high(), plan.v_m);
+    svg +=
+        printed("<text x='%.1f' y='%.1f' font-size='12' text-anchor='middle'>%.2f m</text>",
+                kBorder + 0.5 * plan.wide(), kBorder - 10.0, plan.u_m) +
+        printed("<text font-size='12' text-anchor='middle' transform='translate(%.1f %.1f) rotate(-90)'>%.2f m</text>",
+                kBorder - 10.0, kBorder + 0.5 * plan.high(), plan.v_m);
     return svg + "</svg>";
 }
 

@@ -3,6 +3,7 @@
 #include <cmath>
 
 #include "server/scene/calculation_grid.h"
+#include "server/scene/vector_field.h"
 #include "server/session/grid_plan.h"
 #include "server/session/meter_reply.h"
 
@@ -11,10 +12,6 @@ namespace {
 
 constexpr glm::dvec3 kUp(0, 1, 0);
 constexpr std::size_t kFourReadings = 4;  // of cylindrical-4
-
-glm::dvec3 vector_of(const google::protobuf::RepeatedField<double>& field) {
-    return {field[0], field[1], field[2]};
-}
 
 glm::dvec3 level(const glm::dvec3& direction) {
     return glm::normalize(glm::dvec3(direction.x, 0.0, direction.z));

@@ -2,11 +2,11 @@
 #include <openssl/evp.h>
 
 #include <cmath>
-#include <cstdarg>
 #include <cstdio>
 #include <map>
 #include <numbers>
 
+#include "ies/core/printed.h"
 #include "ies/writers.h"
 #include "server/scene/apply.h"
 #include "server/session/grid_plan.h"
@@ -32,15 +32,6 @@ figcaption, .note { font-size: 8.5pt; color: #333; } .hash { font: 7pt monospace
 .sign { margin-top: 14mm; display: flex; gap: 8mm; } .sign div { flex: 1; border-top: 0.3mm solid #000; padding-top: 1mm; }
 )";
 
-__attribute__((format(printf, 1, 2))) std::string print(const char* format, ...) {
-    char text[512];
-    va_list arguments;
-    va_start(arguments, format);
-    std::vsnprintf(text, sizeof text, format, arguments);
-    va_end(arguments);
-    return text;
-}
-
 std::string base64(const std::string& bytes) {
     std::string text(4 * ((bytes.size() + 2) / 3) + 1, '\0');  // EVP_EncodeBlock ends it with a zero
     const int written =
@@ -55,7 +46,7 @@ std::string sha256(const std::string& bytes) {
     unsigned int size = 0;
     EVP_Digest(bytes.data(), bytes.size(), digest, &size, EVP_sha256(), nullptr);
     std::string text;
-    for (unsigned int i = 0; i < size; ++i) text += print("%02x", digest[i]);
+    for (unsigned int i = 0; i < size; ++i) text += printed("%02x", digest[i]);
     return text;
 }
 
@@ -81,11 +72,11 @@ std::string check_text(const google::protobuf::RepeatedPtrField<v1::TargetCheck>
         text += (text.empty() ? "" : "<br>") +
                 std::string(check.passed() ? "<span>✓ pass: " : "<span class=\"fail\">✗ FAIL: ") +
                 escaped(check.name()) +
-                print(" %.*f, required %s %.*f",
-                      check.name() == "U0" ? 2
-                      : most               ? 1
-                                           : 0,
-                      check.reached(), most ? "≤" : "≥", check.name() == "U0" ? 2 : 0, check.required()) +
+                printed(" %.*f, required %s %.*f",
+                        check.name() == "U0" ? 2
+                        : most               ? 1
+                                             : 0,
+                        check.reached(), most ? "≤" : "≥", check.name() == "U0" ? 2 : 0, check.required()) +
                 "</span>";
     }
     return text.empty() ? "no target" : text;
@@ -104,9 +95,9 @@ std::string pictures_html(const LuxReportParts& parts) {
         const std::string name =
             picture.view == View::illuminance ? "Illuminance in false colours, lx" : "The camera's view";
         text += "<figure><img alt=\"" + name + "\" src=\"data:" + picture.type + ";base64," + base64(picture.image) +
-                "\"><figcaption>" + name + print("; %u paths per pixel, noise ", picture.samples) +
+                "\"><figcaption>" + name + printed("; %u paths per pixel, noise ", picture.samples) +
                 (picture.samples < trace::kLeastPassesOfNoise ? std::string("not known")
-                                                              : print("%.2g %%", 100.0 * picture.noise)) +
+                                                              : printed("%.2g %%", 100.0 * picture.noise)) +
                 (picture.view == View::beauty ? ", filtered: to look at, not to measure" : "") +
                 (picture.noise_reached ? "" : "; ended by its time, before its noise") + ".</figcaption></figure>";
     }
@@ -120,29 +111,30 @@ std::string results_html(const LuxReportParts& parts) {
                        "<tbody>";
     for (const v1::GridValues& values : parts.grids)
         text += "<tr>" + cell(escaped(values.grid().name())) + cell(escaped(values.grid().quantity())) +
-                number_cell(print("%.1f", values.mean_lx())) + number_cell(print("%.1f", values.min_lx())) +
-                number_cell(print("%.1f", values.max_lx())) + number_cell(print("%.2f", values.uniformity_ratio())) +
-                number_cell(print("%.2f", values.diversity_ratio())) + cell(target_text(values.grid().target())) +
+                number_cell(printed("%.1f", values.mean_lx())) + number_cell(printed("%.1f", values.min_lx())) +
+                number_cell(printed("%.1f", values.max_lx())) +
+                number_cell(printed("%.2f", values.uniformity_ratio())) +
+                number_cell(printed("%.2f", values.diversity_ratio())) + cell(target_text(values.grid().target())) +
                 cell(check_text(values.checks())) + "</tr>";
     return text + "</tbody></table>";
 }
 
 std::string grid_html(const v1::GridValues& values) {
     const v1::Grid& grid = values.grid();
-    std::string text =
-        "<div class=\"grid\"><h3>" + escaped(grid.name()) + "</h3><p class=\"note\">" + escaped(grid.quantity()) +
-        " illuminance in lx; " +
-        print("%u × %u points at the centres of cells of %.3f m × %.3f m; ", values.count(0), values.count(1),
-              values.cell_m(0), values.cell_m(1)) +
-        (grid.count_size() > 0 ? std::string("numbers of points given")
-                               : "numbers of points by p = 0.2 · 5<sup>log10 d</sup>, rounded " +
-                                     std::string(grid.spacing() == "up" ? "up" : "to the nearest")) +
-        print("; corner %.3f, %.3f, %.3f m", grid.corner_m(0), grid.corner_m(1), grid.corner_m(2)) +
-        print("; %.2f m along the edges left out; maintenance factor %.3g", grid.margin_m(), grid.maintenance_factor());
+    std::string text = "<div class=\"grid\"><h3>" + escaped(grid.name()) + "</h3><p class=\"note\">" +
+                       escaped(grid.quantity()) + " illuminance in lx; " +
+                       printed("%u × %u points at the centres of cells of %.3f m × %.3f m; ", values.count(0),
+                               values.count(1), values.cell_m(0), values.cell_m(1)) +
+                       (grid.count_size() > 0 ? std::string("numbers of points given")
+                                              : "numbers of points by p = 0.2 · 5<sup>log10 d</sup>, rounded " +
+                                                    std::string(grid.spacing() == "up" ? "up" : "to the nearest")) +
+                       printed("; corner %.3f, %.3f, %.3f m", grid.corner_m(0), grid.corner_m(1), grid.corner_m(2)) +
+                       printed("; %.2f m along the edges left out; maintenance factor %.3g", grid.margin_m(),
+                               grid.maintenance_factor());
     if (grid.direction_size() == 3)
-        text += print("; direction %.3g, %.3g, %.3g", grid.direction(0), grid.direction(1), grid.direction(2));
+        text += printed("; direction %.3g, %.3g, %.3g", grid.direction(0), grid.direction(1), grid.direction(2));
     if (!grid.view().empty()) text += "; camera of the view " + escaped(grid.view());
-    if (values.has_error_lx()) text += print("; standard error %.2g lx", values.error_lx());
+    if (values.has_error_lx()) text += printed("; standard error %.2g lx", values.error_lx());
     if (values.has_noise_reached() && !values.noise_reached()) text += " (ended by its time, before its noise)";
     return text +
            ". The least value is framed with dashes, the greatest with a line; crossed circles are luminaires.</p>"
@@ -154,34 +146,35 @@ std::string observer_html(const v1::Ugr& ugr) {
     const v1::Observer& observer = ugr.observer();
     std::string text =
         "<div class=\"grid\"><h3>" + escaped(observer.name()) + "</h3><p>" +
-        (ugr.has_ugr() ? print("<b>UGR %.1f</b>. ", ugr.ugr())
+        (ugr.has_ugr() ? printed("<b>UGR %.1f</b>. ", ugr.ugr())
                        : std::string("<b>No UGR</b>: nothing glares, or no light is indirect. ")) +
         check_text(ugr.checks()) + "; target: " + target_text(observer.target()) + "</p><p class=\"note\">" +
-        print("Eye %.3f, %.3f, %.3f m; ", observer.eye_m(0), observer.eye_m(1), observer.eye_m(2)) +
-        print("line of sight %.3g, %.3g, %.3g; ", observer.direction(0), observer.direction(1), observer.direction(2)) +
-        print("background %.4g cd/m²; indirect %.4g lx on the plane at the eye, standard error %.2g lx.",
-              ugr.background_nit(), ugr.indirect_lx(), ugr.indirect_error_lx());
+        printed("Eye %.3f, %.3f, %.3f m; ", observer.eye_m(0), observer.eye_m(1), observer.eye_m(2)) +
+        printed("line of sight %.3g, %.3g, %.3g; ", observer.direction(0), observer.direction(1),
+                observer.direction(2)) +
+        printed("background %.4g cd/m²; indirect %.4g lx on the plane at the eye, standard error %.2g lx.",
+                ugr.background_nit(), ugr.indirect_lx(), ugr.indirect_error_lx());
     for (const std::string& warning : ugr.warnings()) text += " Note: " + escaped(warning) + ".";
     text += "</p>";
     if (ugr.sources_size() == 0) return text + "</div>";
     text += "<table>" + head({"luminaire", "#m", "#L cd/m²", "#ω sr", "#p", "#L²ω/p²", "left out"}) + "<tbody>";
     for (const v1::GlareSource& source : ugr.sources()) {
         const bool counts = source.left_out().empty();
-        text += "<tr>" + cell(escaped(source.light())) + number_cell(print("%.2f", source.distance_m())) +
-                number_cell(counts ? print("%.0f", source.luminance_nit()) : "–") +
-                number_cell(counts ? print("%.6f", source.solid_angle_sr()) : "–") +
-                number_cell(counts ? print("%.3f", source.position_index()) : "–") +
-                number_cell(counts ? print("%.4g", source.term()) : "–") + cell(escaped(source.left_out())) + "</tr>";
+        text += "<tr>" + cell(escaped(source.light())) + number_cell(printed("%.2f", source.distance_m())) +
+                number_cell(counts ? printed("%.0f", source.luminance_nit()) : "–") +
+                number_cell(counts ? printed("%.6f", source.solid_angle_sr()) : "–") +
+                number_cell(counts ? printed("%.3f", source.position_index()) : "–") +
+                number_cell(counts ? printed("%.4g", source.term()) : "–") + cell(escaped(source.left_out())) + "</tr>";
     }
     return text + "</tbody></table></div>";
 }
 
 std::string colour_text(const Light& light) {
-    std::string text = light.cct_k > 0 ? print("%.0f K", light.cct_k) : std::string("as in the file");
-    if (light.tint_duv != 0) text += print(", Duv %.4f", light.tint_duv);
+    std::string text = light.cct_k > 0 ? printed("%.0f K", light.cct_k) : std::string("as in the file");
+    if (light.tint_duv != 0) text += printed(", Duv %.4f", light.tint_duv);
     if (light.gel) text += ", gel " + escaped(light.gel->name);
     if (light.color != glm::dvec3(1.0))
-        text += print(", rgb %.3g %.3g %.3g", light.color.r, light.color.g, light.color.b);
+        text += printed(", rgb %.3g %.3g %.3g", light.color.r, light.color.g, light.color.b);
     return text;
 }
 
@@ -195,19 +188,19 @@ std::string luminaires_html(const Scene& scene) {
         if (fresh && !light.sun) profiles.push_back(light.profile.get());
         const glm::dvec3 aim = light.world_from_light * glm::dvec3(0, 0, -1);
         rows += "<tr>" + cell(escaped(light.name)) + number_cell(light.sun ? "sun" : std::to_string(entry->second)) +
-                number_cell(print("%.1f %%", 100.0 * light.level_ratio)) +
-                number_cell(print("%.4g", light.multiplier)) +
+                number_cell(printed("%.1f %%", 100.0 * light.level_ratio)) +
+                number_cell(printed("%.4g", light.multiplier)) +
                 number_cell(light.sun ? "–"
-                                      : print("%.0f", light.profile->flux_lm * light.multiplier * light.level_ratio *
-                                                          scene.master_ratio * light.tilt_factor)) +
-                cell(print("%.3f, %.3f, %.3f", light.position.x, light.position.y, light.position.z)) +
-                cell(print("%.3f, %.3f, %.3f", aim.x, aim.y, aim.z)) + cell(colour_text(light)) + "</tr>";
+                                      : printed("%.0f", light.profile->flux_lm * light.multiplier * light.level_ratio *
+                                                            scene.master_ratio * light.tilt_factor)) +
+                cell(printed("%.3f, %.3f, %.3f", light.position.x, light.position.y, light.position.z)) +
+                cell(printed("%.3f, %.3f, %.3f", aim.x, aim.y, aim.z)) + cell(colour_text(light)) + "</tr>";
         if (fresh && light.sun) number_of.erase(entry);
     }
     std::string text =
         "<table>" + head({"luminaire", "#file", "#level", "#multiplier", "#lm now", "position m", "aim", "colour"}) +
         "<tbody>" + rows + "</tbody></table><p class=\"note\">lm now: flux of the file × multiplier × level × master" +
-        print(" (%.1f %%), before colour and gel.</p>", 100.0 * scene.master_ratio) +
+        printed(" (%.1f %%), before colour and gel.</p>", 100.0 * scene.master_ratio) +
         "<table><caption>Photometric files</caption>" +
         head({"#file", "name", "#flux lm", "#max cd", "#W", "format", "SHA-256 of the data as LM-63-2019 text"}) +
         "<tbody>";
@@ -215,8 +208,8 @@ std::string luminaires_html(const Scene& scene) {
         const Profile& profile = *profiles[i];
         const double watts = profile.photometry.provenance.input_watts;
         text += "<tr>" + number_cell(std::to_string(i + 1)) + cell(escaped(profile.name)) +
-                number_cell(print("%.0f", profile.flux_lm)) + number_cell(print("%.0f", profile.peak_cd)) +
-                number_cell(watts > 0 ? print("%.4g", watts) : "–") +
+                number_cell(printed("%.0f", profile.flux_lm)) + number_cell(printed("%.0f", profile.peak_cd)) +
+                number_cell(watts > 0 ? printed("%.4g", watts) : "–") +
                 cell(escaped(profile.photometry.provenance.format)) + "<td class=\"hash\">" +
                 sha256(ies::write_lm63(profile.photometry)) + "</td></tr>";
     }
@@ -232,8 +225,8 @@ std::string method_html(const Scene& scene, const LuxReportRequest& request) {
         "<ul><li>Technique: quality reference, path tracing with exact visibility; diffuse bounces: " + bounces +
         ".</li><li>Stated errors are standard errors of the sampling";
     if (meter_noise > 0)
-        text +=
-            print("; each point of a grid and each observer was computed to %.3g %% of its value", 100.0 * meter_noise);
+        text += printed("; each point of a grid and each observer was computed to %.3g %% of its value",
+                        100.0 * meter_noise);
     text +=
         ".</li><li>Luminaires emit from points with the intensities of their files; surfaces reflect diffusely.</li>"
         "<li>Grids: values are those of cell centres, times the maintenance factor. U0 = minimum / mean, Ud = minimum "
@@ -245,9 +238,9 @@ std::string method_html(const Scene& scene, const LuxReportRequest& request) {
         "Guth's "
         "position index by bilinear interpolation, background from indirect light alone.</li>";
     text += "<li>Scene: " + escaped(scene.asset->name) +
-            print(", %zu triangles, revision %u, state of ", scene.asset->triangles(), scene.scene_rev) +
+            printed(", %zu triangles, revision %u, state of ", scene.asset->triangles(), scene.scene_rev) +
             escaped(request.date) +
-            ". Exposure of the picture: " + print("EV100 %.2f.</li></ul>", scene.exposure_ev100);
+            ". Exposure of the picture: " + printed("EV100 %.2f.</li></ul>", scene.exposure_ev100);
     return text;
 }
 
@@ -260,7 +253,7 @@ std::string lux_report_html(const Scene& scene, const LuxReportRequest& request,
         escaped(request.title) + " – lux report</title><style>" + kStyle + "</style></head><body>\n<h1>" +
         escaped(request.title) + "</h1><p>Lux report. Scene " + escaped(scene.asset->name);
     if (!scene.show_name.empty()) page += ", show " + escaped(scene.show_name);
-    page += print(", revision %u, ", scene.scene_rev) + escaped(request.date) + "</p>\n";
+    page += printed(", revision %u, ", scene.scene_rev) + escaped(request.date) + "</p>\n";
     page += pictures_html(parts);
     page += "<h2>Results</h2>" + results_html(parts);
     if (!parts.grids.empty()) page += "<h2>Calculation grids</h2>";
