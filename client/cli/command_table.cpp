@@ -1,7 +1,6 @@
 // The rows of what is not the scene's: queries, consoles, fader boxes, and gonio's own options.
-#include <array>
-
 #include "client/cli/commands.h"
+#include "protocol/schema/traced_words.h"
 #include "protocol/schema/words.h"
 
 namespace gonio {
@@ -87,30 +86,18 @@ constexpr WordRow kLibraryOptions[] = {
     {"--read-again", "", flag, "read_again", "has the server read its folders again; ask once more for what is new"},
 };
 
-constexpr WordRow kMeasured[] = {
-    {"--quality", "NAME", text, "quality", "interactive (default), or reference: path-traced"},
-    {"--bounces", "N", text, "bounces", "all (default), 0 or 1; reference: up to 64"},
-    {"--noise", "R", ratio, "noise_ratio",
-     "reference: ends at this standard error, 0.0005 to 0.5 of the total; default 0.005"},
-    {"--max-seconds", "S", number, "max_seconds",
-     "reference: ends then with what it has, 0.1 to 86400; default: no end"},
-    {"--openings", "", flag, "openings", "reference: luminaires emit from their luminous openings, not from points"},
-};
-// Of a command: options of its own after those of what is measured.
-template <std::size_t more>
-constexpr std::array<WordRow, std::size(kMeasured) + more> with_measured(const WordRow (&own)[more]) {
-    std::array<WordRow, std::size(kMeasured) + more> rows{};
-    for (std::size_t i = 0; i < more; ++i) rows[i] = own[i];
-    for (std::size_t i = 0; i < std::size(kMeasured); ++i) rows[more + i] = kMeasured[i];
-    return rows;
-}
+constexpr WordRow kQuality[] = {
+    {"--quality", "NAME", text, "quality", "interactive (default), or reference: path-traced"}};
 constexpr WordRow kGridName[] = {{"NAME", "", text, "name", "of a grid"}};
-constexpr auto kGridValues = with_measured({{"--csv", "", flag, "", "a line for each point"}});
+constexpr WordRow kCsv[] = {{"--csv", "", flag, "", "a line for each point"}};
+constexpr auto kGridValues = joined(kCsv, kQuality, kTracedOptions);
 constexpr WordRow kObserverName[] = {
     {"[OBSERVER]", "", text, "observer", "one that is kept; or --eye and --direction"}};
-constexpr auto kUgr =
-    with_measured({{"--eye", "x,y,z", vector, "eye_m", "m; sitting 1.2 m above the floor, standing 1.6 m"},
-                   {"--direction", "x,y,z", vector, "direction", "line of sight, usually horizontal"}});
+constexpr WordRow kSight[] = {
+    {"--eye", "x,y,z", vector, "eye_m", "m; sitting 1.2 m above the floor, standing 1.6 m"},
+    {"--direction", "x,y,z", vector, "direction", "line of sight, usually horizontal"},
+};
+constexpr auto kUgr = joined(kSight, kQuality, kTracedOptions);
 constexpr WordRow kReportFile[] = {{"OUT", "", text, "", "the .html file to write"}};
 constexpr WordRow kLuxReport[] = {
     {"--title", "TEXT", text, "title", "at most 200 bytes; default: the show's or the scene's name"},

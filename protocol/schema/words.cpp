@@ -8,6 +8,7 @@
 #include <fstream>
 
 #include "protocol/schema/property.h"
+#include "protocol/schema/traced_words.h"
 
 namespace gonio {
 namespace {
@@ -185,20 +186,17 @@ constexpr WordRow kSaveViewOptions[] = {
     {"--target", "x,y,z", vector, "target_m", "m, each -1e6 to 1e6; what it looks at"},
     {"--fov", "DEG", degrees, "fov_rad", "vertical, 1.15 to 171.8"},
 };
-constexpr WordRow kMeterOptions[] = {
+constexpr WordRow kMeterPlace[] = {
     {"--point", "x,y,z", vector, "point_m", "m, each -1e6 to 1e6"},
     {"--normal", "x,y,z", vector, "normal", "of any length but 0"},
     {"--quality", "NAME", text, "quality", "interactive (default), rsm, or reference: path-traced"},
-    {"--bounces", "N", text, "bounces", "all (default), 0 or 1; reference: up to 64"},
-    {"--noise", "R", ratio, "noise_ratio",
-     "reference: ends at this standard error, 0.0005 to 0.5 of the total; default 0.005"},
-    {"--max-seconds", "S", number, "max_seconds",
-     "reference: ends then with what it has, 0.1 to 86400; default: no end"},
-    {"--openings", "", flag, "openings", "reference: luminaires emit from their luminous openings, not from points"},
+};
+constexpr WordRow kMeterGrid[] = {
     {"--u", "x,y,z", vector, "u_m", "m; an edge of a grid's rectangle, from the point"},
     {"--v", "x,y,z", vector, "v_m", "m; the other edge"},
     {"--count", "NUxNV", size, "count", "cells of the grid along u and v, at most 4096 in all; read at their centres"},
 };
+constexpr auto kMeterOptions = joined(kMeterPlace, kTracedOptions, kMeterGrid);
 constexpr WordRow kGrid[] = {
     {"NAME", "", text, "grid.name", "of the grid, 1 to 128 bytes; one of this name is replaced"}};
 constexpr WordRow kGridOptions[] = {
