@@ -264,16 +264,6 @@ void check_layers(const Scene& scene) {
                std::to_string(kMaxLayerBytes >> 30) + " GiB");
 }
 
-Revision newest_part(const Scene& scene) {
-    Revision newest =
-        std::max({scene.geometry_rev, scene.camera_rev, scene.view_rev, scene.exposure_rev, scene.master_rev,
-                  scene.technique_rev, scene.size_rev, scene.lights_rev, scene.groups_rev, scene.patch_rev,
-                  scene.surfaces_rev, scene.presets_rev, scene.saved_views_rev, scene.look_rev, scene.grids_rev,
-                  scene.observers_rev, scene.cues_rev, scene.cue_play_rev});
-    for (const Light& light : scene.lights) newest = std::max(newest, newest_rev(light));
-    return newest;
-}
-
 // Of what the show keeps.
 Revision newest_show_part(const Scene& scene) {
     Revision newest = std::max({scene.geometry_rev, scene.master_rev, scene.lights_rev, scene.groups_rev,
@@ -281,6 +271,11 @@ Revision newest_show_part(const Scene& scene) {
                                 scene.grids_rev, scene.observers_rev, scene.cues_rev});
     for (const Light& light : scene.lights) newest = std::max(newest, newest_rev(light));
     return newest;
+}
+
+Revision newest_part(const Scene& scene) {
+    return std::max({newest_show_part(scene), scene.camera_rev, scene.view_rev, scene.exposure_rev, scene.technique_rev,
+                     scene.size_rev, scene.look_rev, scene.cue_play_rev});
 }
 
 }  // namespace
