@@ -11,6 +11,9 @@ const kProbeMs = 15000;          // a question in silence finds half-open connec
 const kWrongToken = 4003;        // close code of PROTOCOL.md
 const kProbeTimeoutMs = 20000;   // generous: the server may be loading a scene
 
+// Base64, as JSON has bytes -> bytes.
+export const bytesOf = (base64) => Uint8Array.from(atob(base64), (letter) => letter.charCodeAt(0));
+
 export class Connection extends EventTarget {
     // status: {state: "connecting" | "live" | "waiting" | "locked", text, retryAt_ms}
     status = {state: "connecting", text: "Connecting"};

@@ -1,7 +1,8 @@
 // The tool "Grids": calculation grids and observers of the show, what they read, and the lux report.
 
 import {h, setText, formatNumber} from "./dom.js";
-import {saveFile} from "./capture.js";
+import {plainName, saveFile} from "./capture.js";
+import {bytesOf} from "./connection.js";
 import {pageRole} from "./control.js";
 import {GridView, rectangleOf} from "./grid_view.js";
 import {formatProgress} from "./meter.js";
@@ -310,9 +311,8 @@ export class GridPanel {
     async #luxReport() {
         const report = await this.#compute({lux_report: {noise_ratio: Number(this.#inputs.noise.value), max_seconds: Number(this.#inputs.seconds.value) || undefined}}, "lux_report", this.#report, "Computing the report…");
         if (!report) return;
-        const bytes = Uint8Array.from(atob(report.html), (letter) => letter.charCodeAt(0));
-        const scene = (this.#store.state.show?.name || this.#store.state.scene || "scene").split("/").at(-1).replace(/\.\w+$/, "");
-        saveFile(new Blob([bytes], {type: "text/html"}), `lux-report-${scene}-${report.scene_rev}.html`);
+        const {show, scene} = this.#store.state;
+        saveFile(new Blob([bytesOf(report.html)], {type: "text/html"}), `lux-report-${plainName(show?.name || scene)}-${report.scene_rev}.html`);
         setText(this.#report, `Saved, of revision ${report.scene_rev}: open it and print it`);
     }
 }

@@ -1,7 +1,7 @@
 // A calculation grid over the picture: its outline, and the values where their points are. SVG under the handles.
 
 import {svg} from "./dom.js";
-import {add, project, scale} from "./projection.js";
+import {add, cross, dot, project, scale, sub, unit} from "./projection.js";
 import {pathOf} from "./beam.js";
 
 const kMostTexts = 600;    // more would hide each other and the picture
@@ -58,13 +58,9 @@ export class GridView {
 // Result: {corner_m, u_m, v_m} of the rectangle between two places of a surface, along the world's axes as far as the
 // surface lets them; u x v is the normal. above_m: how far before the surface it lies.
 export function rectangleOf(first, second, normal, above_m) {
-    const dot = (a, b) => a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
     const along = (axis) => add(axis, scale(normal, -dot(axis, normal)));
-    const long = (a) => Math.hypot(...a);
     const axis = Math.abs(normal[0]) < 0.9 ? [1, 0, 0] : [0, 0, 1];
-    const e = scale(along(axis), 1 / long(along(axis)));
-    const f = [normal[1] * e[2] - normal[2] * e[1], normal[2] * e[0] - normal[0] * e[2], normal[0] * e[1] - normal[1] * e[0]];
-    const d = second.map((x, i) => x - first[i]);
+    const e = unit(along(axis)), f = cross(normal, e), d = sub(second, first);
     const across = dot(d, e), up = dot(d, f);
     const corner = add(add(add(first, scale(normal, above_m)), scale(e, Math.min(0, across))), scale(f, Math.min(0, up)));
     return {corner_m: corner, u_m: scale(e, Math.abs(across)), v_m: scale(f, Math.abs(up))};

@@ -1,5 +1,6 @@
 // The polar curve of a profile: C0-C180 solid, C90-C270 dashed, rings in candela. Pure drawing, from a ProfileReply.
 
+import {bytesOf} from "./connection.js";
 import {svg, formatLarge} from "./dom.js";
 
 const kRadius = 100;
@@ -73,7 +74,7 @@ export function polarDiagram(reply) {
 
 // Result: a thumbnail of a row of the library. curve: LibraryRow.curve, base64.
 export function smallPolar(curve) {
-    const bytes = Uint8Array.from(atob(curve ?? ""), (c) => c.charCodeAt(0)), count = bytes.length / 4;
+    const bytes = bytesOf(curve ?? ""), count = bytes.length / 4;
     const v_deg = Array.from({length: count}, (_, i) => (180 * i) / (count - 1)), plane = (k) => [...bytes.subarray(k * count, (k + 1) * count)];
     return svg("svg", {viewBox: "-104 -104 208 208", class: "polar small", "aria-hidden": "true"}, svg("g", {class: "grid"}, arc(kRadius, true, true)),
         svg("path", {class: "c90", d: curve ? curveOf(v_deg, plane(1), plane(3)) : ""}), svg("path", {class: "c0", d: curve ? curveOf(v_deg, plane(0), plane(2)) : ""}));

@@ -3,6 +3,7 @@
 import {pageRole} from "./control.js";
 import {h, setText} from "./dom.js";
 import {saveFile} from "./capture.js";
+import {bytesOf} from "./connection.js";
 import {uploadName} from "./uploads.js";
 
 const kSizes = ["B", "kB", "MB"];
@@ -18,9 +19,6 @@ function ageText(seconds) {
         if (seconds >= one) return `${Math.floor(seconds / one)} ${unit}${unit === "day" && seconds >= 2 * one ? "s" : ""} ago`;
     return "just now";
 }
-
-// Base64 of JSON's bytes -> bytes.
-const bytesOf = (base64) => Uint8Array.from(atob(base64), (letter) => letter.charCodeAt(0));
 
 export class Shows {
     #store; #connection; #toasts;
