@@ -11,6 +11,9 @@
 #include <hwy/foreach_target.h>
 #include <hwy/highway.h>
 
+// After the two above: once for each instruction set.
+#include <hwy/contrib/math/math-inl.h>
+
 #ifndef GONIO_LIGHTING_DIRECT_TILE
 #define GONIO_LIGHTING_DIRECT_TILE
 namespace gonio::lighting {
@@ -50,6 +53,7 @@ namespace gonio::lighting {
 namespace HWY_NAMESPACE {
 
 #include "server/lighting/simd.h"
+#include "server/lighting/simd_air.h"
 #include "server/lighting/simd_materials.h"
 #include "server/lighting/simd_pixels.h"
 #include "server/lighting/simd_web.h"
@@ -60,6 +64,12 @@ HWY_INLINE Float falloff(const Vec3& to, const Vec3& n) {
     return max(-dot(n, to), Float(0.0f)) * per_d * per_d * per_d;
 }
 
+// What of the light passes the haze on its way; to: from the luminaire.
+HWY_INLINE Float passes_air(const DirectLight& light, const Vec3& to) {
+    const Float y(light.position.y);
+    return air_passes(light.air, sqrt(dot(to, to)), y, y + to.y);
+}
+
 void DirectPoints(const DirectLight& light, const Points& points, std::size_t count, float* relative, float* ratio) {
     for (std::size_t i = 0; i < count; i += hn::Lanes(Tag())) {
         const auto at = static_cast<std::ptrdiff_t>(i);
@@ -67,7 +77,8 @@ void DirectPoints(const DirectLight& light, const Points& points, std::size_t co
         const Float share = falloff(to, normal_of(points, at));
         const bool dark = ratio == nullptr && hn::AllFalse(Tag(), Float(0.0f) < share);
         const Float value = dark ? Float(0.0f) : web_ratio(light.web, turned(light.light_from_world, to));
-        store(value * share * Float(light.unit_m2), relative + i);
+        const Float passed = light.air && !dark ? passes_air(light, to) : Float(1.0f);
+        store(value * share * passed * Float(light.unit_m2), relative + i);
         if (ratio != nullptr) store(value, ratio + i);
     }
 }
@@ -210,8 +221,9 @@ std::size_t LightTile(Tile& tile, const DirectLight& light, const LatticePoints&
                 if (hn::AllFalse(tag, hn::Or(lit, casts_ray))) continue;
                 if (!hn::AllFalse(tag, hn::Or(casts_ray, steep)))
                     ratio = web_ratio(light.web, turned(light.light_from_world, to[v]));
-                const Float relative = ratio * share[v] * Float(light.unit_m2),
-                            shown = hn::IfThenElseZero(lit, (relative * through).raw);
+                Float relative = ratio * share[v] * Float(light.unit_m2);
+                if (light.air) relative = relative * passes_air(light, to[v]);
+                const Float shown = hn::IfThenElseZero(lit, (relative * through).raw);
                 for (std::size_t k = 0; k < planes; ++k)
                     store(load(tile.light[k] + at) + shown * Float(light.weight[static_cast<int>(k)]),
                           tile.light[k] + at);

@@ -6,6 +6,7 @@
 #include <glm/glm.hpp>
 #include <span>
 
+#include "server/lighting/air.h"
 #include "server/lighting/screen.h"
 #include "server/scene/web_buffer.h"
 
@@ -20,6 +21,7 @@ struct DirectLight {
     float beam_cos = -1.0f;  // dark where the angle from its photometric zero has a smaller cosine
     glm::vec3 weight{1.0f};  // what it counts in each plane of a picture
     bool sun = false;        // `position` is far beyond the scene (server/scene/sun.h)
+    Air air;                 // on its way; of a sun none
 };
 
 // At `count` points, a multiple of kSimdWidth. relative: light in that measure if nothing stands between, 0 where it
