@@ -14,6 +14,7 @@ import {workLightBadge} from "./work_light.js";
 import {legend} from "./legend.js";
 import {scalePanel} from "./scale.js";
 import {debugPanel} from "./debug.js";
+import {hazePanel} from "./haze.js";
 import {lookPanel} from "./look.js";
 import {masterPanel, lightPanel, groupPanel} from "./lights.js";
 import {viewProperty, viewTabs, followSelection, picturePanel, scenePanel} from "./picture.js";
@@ -70,7 +71,7 @@ const parts = [
     viewPanel(store, $("cameras"), cameraHand, connection), scenePanel(store, $("scene"), connection),
     inspector(store, $("inspector"), connection, handles), controlPanel(store, $("control"), connection),
     beam, isolux, handles, tools, workLightBadge(store, connection, $("screen")),
-    legend(store, $("screen")), scalePanel(store, $("scale"), connection), lookPanel(store, $("look"), connection),
+    legend(store, $("screen")), scalePanel(store, $("scale"), connection), lookPanel(store, $("look"), connection), hazePanel(store, $("haze"), connection),
     debugPanel(store, $("debug"), viewProperty(store)), new Shows(store, connection, toasts, $("show"), $("screen")),
 ];
 themeSwitch($("page"));

@@ -2,11 +2,10 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstring>
-#include <glm/gtc/packing.hpp>
 #include <limits>
 #include <numbers>
 
+#include "server/lighting/layers.h"
 #include "shaders/shared/layouts.h"
 
 #undef HWY_TARGET_INCLUDE
@@ -23,6 +22,7 @@ namespace HWY_NAMESPACE {
 
 #include "server/lighting/simd.h"
 #include "server/lighting/simd_air.h"
+#include "server/lighting/simd_layers.h"
 #include "server/lighting/simd_web.h"
 
 // Of a ray, from begin to end, m.
@@ -86,9 +86,12 @@ HWY_INLINE Float scattered(const AirlightSource& source, const Bundle& ray, cons
     const Vec3 foot = ray.w + ray.d * b;
     const Float h = max(sqrt(dot(foot, foot)), Float(kLeast_m));
     const Float first = atan(part.begin - b, h), last = atan(part.end - b, h),
-                step = (last - first) * Float(1.0f / static_cast<float>(samples)), start = first + step * ray.shift;
+                step = (last - first) * Float(1.0f / static_cast<float>(samples)), start = first + step * Float(0.5f),
+                aside = step * (ray.shift - Float(0.5f));
     Float cosine = hn::Cos(tag, start.raw), sine = hn::Sin(tag, start.raw);
     const Float cos_step = hn::Cos(tag, step.raw), sin_step = hn::Sin(tag, step.raw);
+    // Shadows are asked for elsewhere in each step: bands would be seen, and all else is best in its middle.
+    const Float cos_aside = hn::Cos(tag, aside.raw), sin_aside = hn::Sin(tag, aside.raw);
     const Float light_y(source.light.position.y), g2(1.0f + air.g * air.g), twice_g(2.0f * air.g);
     Float sum(0.0f);
     for (unsigned i = 0; i < samples; ++i) {
@@ -96,7 +99,11 @@ HWY_INLINE Float scattered(const AirlightSource& source, const Bundle& ray, cons
         const Vec3 p = foot + ray.d * off;
         Float value = web_ratio(source.light.web, p);
         if (!hn::AllFalse(tag, Float(0.0f) < value)) {
-            if (source.distances != nullptr) value = value * reaches(*source.distances, p, r);
+            if (source.distances != nullptr) {
+                const Float own = cosine * cos_aside - sine * sin_aside, far = h / max(own, Float(1e-6f));
+                const Vec3 q = foot + ray.d * (far * (sine * cos_aside + cosine * sin_aside));
+                value = value * reaches(*source.distances, q, far);
+            }
             // Towards the eye it turns by an angle whose cosine is -sine.
             const Float phase = inversesqrt(max(g2 + twice_g * sine, Float(1e-9f)));
             value = value * phase * phase * phase;
@@ -201,6 +208,14 @@ void BetweenRow(const GBuffer& s, int y, const AirView& view, const std::vector<
     }
 }
 
+// A row of rgb × scale and what passes -> 4 half floats a pixel.
+void PackRow(const float* const* row, float scale, std::size_t length, std::uint16_t* to) {
+    for (std::size_t x = 0; x < length; x += hn::Lanes(Tag())) {
+        const auto light = [&](int k) { return to_half(load(row[k] + x) * Float(scale)); };
+        hn::StoreInterleaved4(light(0), light(1), light(2), to_half(load(row[3] + x)), HalfBits(), to + 4 * x);
+    }
+}
+
 }  // namespace HWY_NAMESPACE
 }  // namespace gonio::lighting
 HWY_AFTER_NAMESPACE();
@@ -211,6 +226,7 @@ namespace gonio::lighting {
 HWY_EXPORT(Airlight);
 HWY_EXPORT(PassesRow);
 HWY_EXPORT(BetweenRow);
+HWY_EXPORT(PackRow);
 
 void trace_distances(const DirectLight& light, const trace::Geometry& geometry, int side, DistanceMap& map,
                      Pool& pool) {
@@ -243,23 +259,6 @@ void trace_distances(const DirectLight& light, const trace::Geometry& geometry, 
                     (met >> i & 1u) != 0 ? hits.distance[i] + start : std::numeric_limits<float>::max();
         }
     });
-}
-
-float core_cosine(const ies::PhotometricWeb& web, double peak_cd) {
-    constexpr double kBright = 0.05, kStep_rad = 0.5 * std::numbers::pi / 180.0, kWidest_rad = 1.3;
-    constexpr int kAround = 24;
-    double widest = 0.0;
-    for (double angle = 0.0; angle <= std::numbers::pi; angle += kStep_rad) {
-        for (int i = 0; i < kAround; ++i) {
-            const double turn = 2.0 * std::numbers::pi * i / kAround;
-            const double cd_there = ies::intensity(web, {std::sin(angle) * std::cos(turn),
-                                                         std::sin(angle) * std::sin(turn), -std::cos(angle)})
-                                        .in(cd);
-            if (cd_there > kBright * peak_cd) widest = angle;
-        }
-        if (widest > kWidest_rad) return -1.0f;
-    }
-    return static_cast<float>(std::cos(widest + kStep_rad));
 }
 
 void AirRays::resize(std::size_t count) {
@@ -305,26 +304,25 @@ void look_into_air(const GBuffer& s, int step, float far_m, AirView& view, Pool&
 void show_air(const GBuffer& s, const Air& air, const AirView& view, const Planes& planes, AirPicture& picture,
               Pool& pool) {
     constexpr float kGreatest = 1000.0f;  // of the half floats: they hold the rest to 2^-24 of it
-    float greatest = 0.0f;
-    for (const std::vector<float>& plane : planes)
-        for (const float value : plane) greatest = std::max(greatest, value);
+    float most[3] = {};
+    pool.run(3, [&](int k) {
+        for (const float value : planes[static_cast<std::size_t>(k)]) most[k] = std::max(most[k], value);
+    });
+    const float greatest = std::max({most[0], most[1], most[2]});
     picture.unit = std::isfinite(greatest) && greatest > 0.0f ? greatest / kGreatest : 1.0f;
     picture.halves.resize(4 * s.depth.size());
-    std::vector<float> nearness;
-    if (view.step > 1) {
-        nearness.resize(view.size());
-        for (int row = 0; row < view.height; ++row) {
-            const std::size_t y = static_cast<std::size_t>(std::min(row * view.step + view.step / 2, s.height - 1));
-            for (int column = 0; column < view.width; ++column) {
-                const auto x = static_cast<std::size_t>(std::min(column * view.step + view.step / 2, s.width - 1));
-                nearness[static_cast<std::size_t>(row * view.width + column)] =
-                    s.depth[y * s.row_length + x] / s.rays.near_m;
-            }
+    std::vector<float> nearness(view.step > 1 ? view.size() : 0);
+    pool.run(view.step > 1 ? view.height : 0, [&](int row) {
+        const auto y = static_cast<std::size_t>(std::min(row * view.step + view.step / 2, s.height - 1));
+        for (int column = 0; column < view.width; ++column) {
+            const auto x = static_cast<std::size_t>(std::min(column * view.step + view.step / 2, s.width - 1));
+            nearness[static_cast<std::size_t>(row * view.width + column)] =
+                s.depth[y * s.row_length + x] / s.rays.near_m;
         }
-    }
+    });
     pool.run(s.height, [&](int y) {
         static thread_local std::vector<float> row;
-        row.resize(4 * s.row_length);
+        row.assign(4 * s.row_length, 0.0f);
         float* const out[4] = {row.data(), row.data() + s.row_length, row.data() + 2 * s.row_length,
                                row.data() + 3 * s.row_length};
         if (view.step > 1) {
@@ -334,12 +332,9 @@ void show_air(const GBuffer& s, const Air& air, const AirView& view, const Plane
                 std::copy_n(planes[k].begin() + static_cast<std::ptrdiff_t>(y) * view.width, view.width, out[k]);
         }
         HWY_DYNAMIC_DISPATCH(PassesRow)(s, air, y, 0.0f, out[3]);
-        std::uint16_t* to = picture.halves.data() + 4 * static_cast<std::size_t>(y) * s.row_length;
-        for (std::size_t x = 0; x < static_cast<std::size_t>(s.width); ++x) {
-            const std::uint64_t packed = glm::packHalf4x16(glm::vec4(out[0][x], out[1][x], out[2][x], out[3][x]) *
-                                                           glm::vec4(glm::vec3(1.0f / picture.unit), 1.0f));
-            std::memcpy(to + 4 * x, &packed, sizeof packed);
-        }
+        HWY_DYNAMIC_DISPATCH(PackRow)
+        (out, 1.0f / picture.unit, s.row_length,
+         picture.halves.data() + 4 * static_cast<std::size_t>(y) * s.row_length);
     });
 }
 

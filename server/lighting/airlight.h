@@ -29,12 +29,8 @@ void trace_distances(const DirectLight& light, const trace::Geometry& geometry, 
 struct AirlightSource {
     DirectLight light;             // with its air
     const DistanceMap* distances;  // null: nothing stops it
-    float core_cos = -1.0f;        // of the cone in which it is bright (core_cosine)
+    float core_cos = -1.0f;        // of the cone in which it is bright (LightTables::core_cos)
 };
-// Result: the cosine of the least half-angle about the photometric zero beyond which a web has less than a twentieth of
-// its peak; -1 where that is no cone.
-float core_cosine(const ies::PhotometricWeb& web, double peak_cd);
-
 // Rays, arrays of a multiple of kSimdWidth: where they start, local, m; their directions, unit; how far they go, m; and
 // where in its step each takes its samples, 0 to 1.
 struct AirRays {

@@ -142,6 +142,20 @@ void ReflectRow(const Display& display, int y, float scale, const float* const* 
     }
 }
 
+// Display-linear, or kBackground -> the same behind haze. scale: display units per cd/m².
+void AirRow(const Display& display, int y, float scale, float* const* rgb) {
+    const Tag tag;
+    const std::size_t row = static_cast<std::size_t>(y) * display.row_length;
+    for (std::size_t x = 0; x < display.row_length; x += hn::Lanes(tag)) {
+        hn::Vec<HalfBits> before[3], passed;
+        hn::LoadInterleaved4(HalfBits(), display.air + 4 * (row + x), before[0], before[1], before[2], passed);
+        for (int k = 0; k < 3; ++k)
+            store(max(load(rgb[k] + x), Float(0.0f)) * from_half(passed) +
+                      from_half(before[k]) * Float(scale * display.air_unit),
+                  rgb[k] + x);
+    }
+}
+
 // Display-linear -> the same in another white, bent by a tone curve other than `knee`, where there is a surface.
 void LookRow(const Display& display, std::size_t length, float* const* rgb) {
     const Tag tag;
@@ -221,6 +235,7 @@ namespace gonio::lighting {
 HWY_EXPORT(SumRow);
 HWY_EXPORT(LightRow);
 HWY_EXPORT(ReflectRow);
+HWY_EXPORT(AirRow);
 HWY_EXPORT(LookRow);
 HWY_EXPORT(EncodeRow);
 HWY_EXPORT(Nv12Rows);
@@ -305,6 +320,7 @@ void to_nv12(const Display& display, std::uint8_t* nv12, Pool& pool) {
                 if (display.edges != nullptr)
                     add_edges(
                         *display.edges, y, scale, [&](int at) { return light[at - low]; }, row, partly);
+                if (display.air != nullptr) HWY_DYNAMIC_DISPATCH(AirRow)(display, y, scale, row);
                 if (looks) HWY_DYNAMIC_DISPATCH(LookRow)(display, length, row);
                 HWY_DYNAMIC_DISPATCH(EncodeRow)(length, y, table, row);
                 for (const Partly& pixel : partly) {

@@ -44,6 +44,9 @@ struct Display {
     float ev100 = 0.0f;
     Tone tone = Tone::knee;
     glm::mat3 white{1.0f};  // display-linear to display-linear, before the tone curve (server/scene/white_balance.h)
+    // Haze before the surfaces (AirPicture): 4 half floats a pixel, light × air_unit cd/m² and what passes; null: none.
+    const std::uint16_t* air = nullptr;
+    float air_unit = 0.0f;
     const Edges* edges = nullptr;  // pixels of several surfaces (antialias.h); null: each is what its centre shows
 };
 

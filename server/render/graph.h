@@ -38,13 +38,20 @@ enum class Slot : std::uint8_t {
     picture,
     nv12,
     edges,
+    distances,  // of haze, as those up to airlight
+    haze_surfels,
+    probes,
+    glow,
+    air_view,
+    airlight,
     // Of no pass; PassCache::hold says what they were made from.
     reached,
     each_pixel,
     gathering,
     refined,
     edge_samples,
-    grid_sum
+    grid_sum,
+    air_picture
 };
 
 // A slot of the frame: per target (0: shared by all targets) and per light (0: shared by all lights).

@@ -143,6 +143,13 @@ void inspect_slot(const FrameInputs& inputs, const SlotRef& slot, const Inspecto
         case Slot::refined:
         case Slot::edges:
         case Slot::edge_samples:
+        case Slot::distances:
+        case Slot::haze_surfels:
+        case Slot::probes:
+        case Slot::glow:
+        case Slot::air_view:
+        case Slot::airlight:
+        case Slot::air_picture:
         case Slot::grid_sum:  // the CPU's own; what becomes of them is the gather's layer
             break;
         case Slot::nv12:

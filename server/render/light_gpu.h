@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "server/gl/objects.h"
+#include "server/lighting/airlight.h"
 #include "server/lighting/vpl_rays.h"
 #include "server/render/rsm_texels.h"
 #include "server/scene/scene.h"
@@ -68,6 +69,8 @@ struct LightGpu {
     std::uint64_t rsm_version = 0;  // counts runs of the rsm pass
     // Of the default technique, per candela of peak × GpuScene::layer_unit_m2.
     std::vector<float> surfel_direct;  // direct illuminance at the transport's surfels
+    std::vector<float> surfel_haze;    // likewise what the air scatters there; empty: there is no haze
+    lighting::DistanceMap distances;   // of haze
     bool moves = false;                // it has changed since it was solved
     transport::Irradiance irradiance;
     struct Exact {  // the first bounce of a narrow light that rests

@@ -102,12 +102,95 @@ struct Builder {
         of_light = scene.lights[i].name;
         if (in.layers[i] >= 0 || (i == shown_light(scene) && in.view >= View::mask)) add_maps(i);
         const Light& light = scene.lights[i];
-        add_cpu("surfels", per_light(Slot::surfels, light.id), {},
-                {light.position_rev, light.aim_rev, light.profile_rev, scene.geometry_rev, in.surface()},
-                [shared = context_of(light), &light, &gpu = *in.lights[i]] { return run_surfels(shared, light, gpu); })
+        add_cpu(
+            "surfels", per_light(Slot::surfels, light.id), {},
+            {light.position_rev, light.aim_rev, light.profile_rev, scene.geometry_rev, scene.haze_rev, in.surface()},
+            [shared = context_of(light), &light, &gpu = *in.lights[i]] { return run_surfels(shared, light, gpu); })
             .absent = seed;
+        if (context.haze) add_haze(i);
         if (in.layers[i] >= 0) add_layer(i, in.layers[i]);
         of_light.clear();
+    }
+
+    // Of a luminaire in haze: how far its light goes, and what the air scatters of it and of its bounces.
+    void add_haze(std::size_t i) {
+        const Light& light = scene.lights[i];
+        LightGpu& gpu = *in.lights[i];
+        const PassContext shared = context_of(light);
+        const SlotRef distances = per_light(Slot::distances, light.id);
+        const std::vector<std::uint64_t> own = {light.position_rev, light.aim_rev, light.profile_rev};
+        std::vector<std::uint64_t> key = own;
+        key.push_back(scene.geometry_rev);
+        add_cpu("haze-distances", distances, {}, key, [=, &light, &gpu] { return run_distances(shared, light, gpu); });
+        add_cpu("haze-surfels", per_light(Slot::haze_surfels, light.id), {distances}, {scene.haze_rev, in.surface()},
+                [=, &light, &gpu] { return run_haze_surfels(shared, light, gpu); });
+    }
+
+    // What haze shows to the eye: of luminaires kept apart, of all at once, of the others, and of emissive surfaces.
+    void add_air() {
+        ScreenLight& screen = in.screen;
+        ScreenAir& air = screen.air;
+        const SlotRef probes{Slot::probes}, view = per_target(Slot::air_view);
+        add_cpu("haze-rays", view, {per_target(Slot::grid)}, {},
+                [context = context, &screen] { return run_air_view(context, screen.surfaces, screen.air.view); });
+        add_cpu("haze-probes", probes, {}, {in.surface()},
+                [context = context] { return run_probes(context, *context.probes); });
+        const auto add_glow = [&](std::string name, std::uint32_t id, SlotRef solved,
+                                  const transport::Irradiance& light, lighting::Planes& out) {
+            add_cpu(std::move(name), per_target(Slot::glow, id), {solved, probes, view}, {scene.haze_rev},
+                    [context = context, &light, &air, &out] {
+                        return run_glow(context, *context.probes, light, air.view, out);
+                    });
+        };
+        air.beams.resize(kMostLayers), air.glow.resize(kMostLayers);
+        for (std::size_t i = 0; i < scene.lights.size(); ++i) {
+            if (in.layers[i] < 0) continue;
+            const Light& light = scene.lights[i];
+            const auto layer = static_cast<std::size_t>(in.layers[i]);
+            of_light = light.name;
+            add_cpu("haze-airlight", per_target(Slot::airlight, light.id), {per_light(Slot::distances, light.id), view},
+                    {scene.haze_rev, layer, light.position_rev, light.aim_rev, light.profile_rev},
+                    [context = context, &light, &gpu = *in.lights[i], &air, layer] {
+                        return run_airlight(context, light, gpu, air.view, air.beams[layer]);
+                    });
+            add_glow("haze-glow", light.id, per_light(Slot::solve, light.id), in.lights[i]->irradiance,
+                     air.glow[layer]);
+            passes.back().key.push_back(layer);
+        }
+        of_light.clear();
+        if (in.can_merge())
+            add_glow("haze-glow", 0, per_target(Slot::merged_solve), screen.light.merged.irradiance, air.merged_glow);
+        if (in.layered() < scene.lights.size()) {
+            const SlotRef solved = in.shares_sum ? per_light(Slot::merged_solve, kSummed)
+                                                 : per_target(Slot::merged_solve, kSummed),
+                          merged = in.shares_sum ? per_light(Slot::merged, kSummed) : per_target(Slot::merged, kSummed);
+            std::vector<SlotRef> reads = {view, merged};
+            for (const Light& light : scene.lights) reads.push_back(per_light(Slot::distances, light.id));
+            add_cpu("summed-haze-airlight", per_target(Slot::airlight, kSummed), std::move(reads), {scene.haze_rev},
+                    [context = context, lights = std::vector<const LightGpu*>(in.lights.begin(), in.lights.end()),
+                     &air] { return run_airlight_summed(context, lights, air); });
+            add_glow("summed-haze-glow", kSummed, solved, screen.light.summed_list.irradiance, air.summed_glow);
+        }
+        if (emits() && in.transport != nullptr) {
+            add_glow("haze-glow", kEmitted, per_target(Slot::emitted), in.transport->emitted, air.emitted_glow);
+            passes.back().key.push_back(in.generation);
+        }
+    }
+    // The slots of it that a view shows.
+    std::vector<SlotRef> air_slots() const {
+        std::vector<SlotRef> slots;
+        if (!context.haze || metered || !shows_air(in.view)) return slots;
+        slots.push_back(per_target(Slot::air_view));
+        for (std::size_t i = 0; i < scene.lights.size(); ++i) {
+            if (in.layers[i] < 0) continue;
+            slots.push_back(per_target(Slot::airlight, scene.lights[i].id));
+            if (!in.merged) slots.push_back(per_target(Slot::glow, scene.lights[i].id));
+        }
+        if (in.merged) slots.push_back(per_target(Slot::glow));
+        if (in.layered() < scene.lights.size())
+            slots.insert(slots.end(), {per_target(Slot::airlight, kSummed), per_target(Slot::glow, kSummed)});
+        if (emits() && in.transport != nullptr) slots.push_back(per_target(Slot::glow, kEmitted));
+        return slots;
     }
 
     void add_maps(std::size_t i) {
@@ -140,7 +223,9 @@ struct Builder {
         const auto index = static_cast<std::uint64_t>(layer);
         const SlotRef gbuffer = per_target(Slot::gbuffer), solved = per_light(Slot::solve, light.id),
                       gathered = per_target(Slot::gather, light.id), lit = per_target(Slot::direct, light.id);
-        Pass& solve = add_cpu("solve", solved, {per_light(Slot::surfels, light.id)},
+        std::vector<SlotRef> lit_surfels = {per_light(Slot::surfels, light.id)};
+        if (context.haze) lit_surfels.push_back(per_light(Slot::haze_surfels, light.id));
+        Pass& solve = add_cpu("solve", solved, std::move(lit_surfels),
                               {in.generation, in.solve_links(), gpu.has_exact() ? 1u : 0u},
                               [=, &gpu, &screen] { return run_solve(shared, gpu, screen.weights); });
         solve.absent = seed;
@@ -150,8 +235,8 @@ struct Builder {
         const bool rays = (in.direct_by_rays || light.sun || rests_for_rays) && !seed;
         shared.each_pixel = rays && (by_gl || rests_for_rays);
         Pass& direct = add("direct", lit, {rays && !metered ? per_target(Slot::grid) : gbuffer},
-                           {light.position_rev, light.aim_rev, light.profile_rev, scene.geometry_rev, index,
-                            shared.each_pixel ? shared.samples_per_pixel : 0u},
+                           {light.position_rev, light.aim_rev, light.profile_rev, scene.geometry_rev, scene.haze_rev,
+                            index, shared.each_pixel ? shared.samples_per_pixel : 0u},
                            [=, metered = metered, &light, &gpu, &screen] {
                                if (!rays) return run_direct(shared, light, gpu, layer);
                                if (metered) return run_direct_point(shared, light, gpu, layer, screen.meter);
@@ -200,7 +285,9 @@ struct Builder {
             key.push_back(light.id);
             const glm::dvec3 weight = summed ? context.weight_in_sum(light, in.layers[i]) : context.layer_weight(light);
             for (int k = 0; k < 3; ++k) key.push_back(bits(weight[k]));
-            if (weight != glm::dvec3(0.0)) reads.push_back(per_light(Slot::surfels, light.id));
+            if (weight == glm::dvec3(0.0)) continue;
+            reads.push_back(per_light(Slot::surfels, light.id));
+            if (context.haze) reads.push_back(per_light(Slot::haze_surfels, light.id));
         }
         const std::vector<const LightGpu*> lights(in.lights.begin(), in.lights.end());
         PassContext shared = context;
@@ -321,6 +408,8 @@ struct Builder {
             reads.push_back(per_target(shown_on_cpu ? Slot::grid : Slot::gbuffer));
             if (finds_edges(context)) reads.push_back(per_target(Slot::edges));
         }
+        const std::vector<SlotRef> air = air_slots();
+        reads.insert(reads.end(), air.begin(), air.end());
         if (shown_on_cpu) {
             const std::vector<SlotRef> more = besides();
             reads.insert(reads.end(), more.begin(), more.end());
@@ -360,9 +449,7 @@ struct Builder {
         if (shown_on_cpu) {
             add_cpu("composite", per_target(Slot::nv12), std::move(reads), std::move(key),
                     [this_in = &in, context = context, lights = std::move(lights)] {
-                        ScreenLight& screen = this_in->screen;
-                        return run_composite_cpu(context, this_in->view, lights, screen.surfaces, screen.light,
-                                                 screen.composed);
+                        return run_composite_cpu(context, this_in->view, lights, this_in->screen);
                     });
             return;
         }
@@ -462,6 +549,16 @@ std::vector<Pass> build_pipeline(const FrameInputs& in) {
     if (in.can_merge()) b.add_merged(Together::layered);
     if (in.layered() < scene.lights.size()) b.add_merged(Together::summed);
     if (b.metered) return std::move(b.passes);
+    if (b.context.haze) {
+        b.add_air();
+    } else {
+        for (const char* name :
+             {"haze-distances", "haze-surfels", "haze-rays", "haze-probes", "haze-airlight", "haze-glow"}) {
+            Pass& pass = b.passes.emplace_back();
+            pass.name = name;
+            pass.absent = true;
+        }
+    }
     b.add_whole();
     b.add_composite();
     if (!b.shown_on_cpu && in.target.kind == TargetKind::live) {

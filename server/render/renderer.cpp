@@ -105,6 +105,8 @@ FrameInputs Renderer::inputs_of(const Scene& scene, const Target& target, Screen
                        generation_,
                        layers_of(scene, target)};
     inputs.layers = inputs.layer_of;
+    if (scene.technique == Technique::standard) inputs.haze = haze_of(scene, traced_->origin());
+    inputs.probes = &probes_;
     for (const Light& light : scene.lights) inputs.lights.push_back(&lights_.at(light.id));
     if (target.id == live_.id) {
         inputs.samples_per_pixel = refines_ ? kSamplesPerPixel : 1;

@@ -12,6 +12,7 @@
 
 #include "protocol/schema/report.pb.h"
 #include "server/gl/context.h"
+#include "server/lighting/glow.h"
 #include "server/render/gpu_scene.h"
 #include "server/render/graph.h"
 #include "server/render/light_gpu.h"
@@ -128,6 +129,7 @@ private:
     unsigned links_ = transport::kMostForwardLinks;
     std::shared_ptr<const transport::Transport> transport_;  // what passes read
     std::uint64_t generation_ = 0;                           // counts what it was
+    lighting::Probes probes_;                                // of its surface; of haze
     std::shared_ptr<const lighting::Drawn> drawn_;           // without clusters where GL draws the live G-buffer
     Pool pool_;
     PassCache pass_cache_;

@@ -19,6 +19,7 @@ LightTables::LightTables(const Profile& profile, const std::optional<ies::Photom
     words = pack_web(web, profile.peak_cd);
     lit = directions.lit_directions();
     beam_cos = directions.beam_cosine();
+    core_cos = core_cosine(web, profile.peak_cd);
     uniform = uniform_grid(web);
     mask_size = mask_face_size(web);
 }
@@ -32,6 +33,23 @@ const LightTables& tables_of(const Profile& profile) {
 std::string known_thinned(const Profile& profile) {
     const std::lock_guard lock(profile.tables.mutex);
     return profile.tables.made ? profile.tables.made->thinned : "";
+}
+
+float core_cosine(const ies::PhotometricWeb& web, double peak_cd) {
+    constexpr double kBright = 0.05, kStep_rad = 0.5 * std::numbers::pi / 180.0, kWidest_rad = 1.3;
+    constexpr int kAround = 24;
+    double widest = 0.0;
+    for (double angle = 0.0; angle <= std::numbers::pi; angle += kStep_rad) {
+        for (int i = 0; i < kAround; ++i) {
+            const double turn = 2.0 * std::numbers::pi * i / kAround;
+            const double cd_there = ies::intensity(web, {std::sin(angle) * std::cos(turn),
+                                                         std::sin(angle) * std::sin(turn), -std::cos(angle)})
+                                        .in(cd);
+            if (cd_there > kBright * peak_cd) widest = angle;
+        }
+        if (widest > kWidest_rad) return -1.0f;
+    }
+    return static_cast<float>(std::cos(widest + kStep_rad));
 }
 
 }  // namespace gonio

@@ -22,6 +22,7 @@ struct LightTables {
     std::vector<std::uint32_t> words;  // pack_web
     std::vector<glm::vec3> lit;        // DirectionTable::lit_directions
     float beam_cos;                    // DirectionTable::beam_cosine
+    float core_cos;                    // core_cosine
     bool uniform;                      // equally spaced angles
     int mask_size;                     // mask_face_size
 
@@ -29,6 +30,10 @@ private:
     static std::optional<ies::PhotometricWeb> web_for_lighting(const Profile& profile);  // none: its own
     LightTables(const Profile& profile, const std::optional<ies::PhotometricWeb>& thin);
 };
+
+// Result: the cosine of the least half-angle about the photometric zero beyond which a web has less than a twentieth of
+// its peak; -1 where that is more than 75°.
+float core_cosine(const ies::PhotometricWeb& web, double peak_cd);
 
 // Result: the profile's, made when first asked for: in some milliseconds, of the finest webs in half a second. Who
 // would hold the render thread asks before the profile gets there. Any thread.

@@ -33,7 +33,9 @@ glm::dvec3 cylinder_direct(const World& world, const MeterPoint& point) {
         double share = std::hypot(to.x, to.z);
         if (point.by == Receives::half_cylinder) share += glm::dot(to, point.normal);
         if (!(share > 0.0)) continue;
-        const double lx = luminaire.intensity_cd(-to) * share / (std::numbers::pi * distance * distance);
+        double lx = luminaire.intensity_cd(-to) * share / (std::numbers::pi * distance * distance);
+        if (world.haze && !(luminaire.sun_reach_m > 0.0))
+            lx *= transmittance(world.haze, glm::dvec3(position), luminaire.position);
         if (lx > 0.0)
             sum += glm::dvec3(luminaire.weight) * lx *
                    glm::dvec3(world.geometry->transmittance(from, glm::vec3(luminaire.position)));

@@ -130,7 +130,10 @@ glm::vec3 luminaires_direct(const World& world, const Receiver& receiver, Sample
         const glm::dvec3 source = source_point(luminaire, openings);
         const Arrival arrival = arrive(luminaire, source, receiver);
         if (arrival.illuminance == glm::vec3(0.0f)) continue;
-        sum += arrival.illuminance * world.geometry->transmittance(receiver.from, glm::vec3(source));
+        glm::vec3 passed = world.geometry->transmittance(receiver.from, glm::vec3(source));
+        if (world.haze && !(luminaire.sun_reach_m > 0.0))
+            passed *= static_cast<float>(transmittance(world.haze, glm::dvec3(receiver.position), source));
+        sum += arrival.illuminance * passed;
     }
     return sum;
 }

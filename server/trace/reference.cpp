@@ -3,12 +3,14 @@
 #include <algorithm>
 #include <atomic>
 #include <cmath>
+#include <limits>
 #include <numbers>
 
 #include "server/base/clock.h"
 #include "server/scene/eye.h"
 #include "server/trace/cylinder.h"
 #include "server/trace/denoise.h"
+#include "server/trace/haze_path.h"
 #include "server/trace/parallel.h"
 #include "server/trace/path.h"
 
@@ -76,6 +78,7 @@ std::shared_ptr<const World> make_world(const Scene& scene, const World* previou
     else if (world->emitters.empty())
         world->emitters = emitters_of(*world->geometry);
     world->luminaires = luminaires_of(scene, *world->geometry);
+    world->haze = haze_of(scene, world->geometry->origin());
     world->running.push_back(0.0);
     for (const Luminaire& luminaire : world->luminaires)
         world->running.push_back(world->running.back() + static_cast<double>(luminaire.power));
@@ -136,8 +139,8 @@ std::vector<Reading> measure(const World& world, std::span<const MeterPoint> poi
                     }
                     if (settings.openings) sum.direct += glm::dvec3(luminaires_direct(world, receiver, &sample));
                     if (needs_paths) {
-                        const PathLight light =
-                            trace_path(world, receiver, settings.bounces, settings.openings, sample);
+                        const PathLight light = (world.haze ? trace_path_in_haze : trace_path)(
+                            world, receiver, settings.bounces, settings.openings, sample);
                         sum.direct += glm::dvec3(light.direct);
                         sum.indirect += glm::dvec3(light.indirect);
                     }
@@ -179,6 +182,9 @@ struct Picture::Data {
         glm::vec3 direct{0.0f};      // exact, lux
         float inverse_depth = 0.0f;  // 1/m
         bool hit = false;
+        glm::vec3 along{0.0f};                               // of its ray, unit
+        float far = std::numeric_limits<float>::infinity();  // how far it goes, m
+        float passed = 1.0f;                                 // of what is behind the haze
     };
     // Sums over a pixel's samples, of a request for planes.
     struct Sums {
@@ -187,6 +193,7 @@ struct Picture::Data {
     };
     std::vector<Pixel> first;     // without antialiasing: what each pixel shows
     std::vector<glm::dvec3> sum;  // per pixel, the quantity
+    std::vector<glm::vec3> air;   // of it, what haze scatters to the eye; empty: there is none
     std::vector<Sums> planes;
     std::vector<float> streams;       // per pixel kPixelStreams sums of its luminance
     std::vector<std::uint32_t> hits;  // samples that met a surface
@@ -203,7 +210,13 @@ struct Picture::Data {
         Pixel pixel;
         SurfaceHit hit;
         pixel.hit = world->geometry->closest(world->geometry->local(eye.position), direction, 0.0f, true, hit, dice);
+        pixel.along = direction;
         if (!pixel.hit) return pixel;
+        if (hazy()) {
+            pixel.far = hit.distance;
+            pixel.passed = static_cast<float>(
+                transmittance(world->haze, glm::dvec3(world->geometry->local(eye.position)), glm::dvec3(hit.position)));
+        }
         pixel.receiver = receiver_of(*world->geometry, hit);
         pixel.albedo = hit.albedo * hit.tint;
         if (!world->emitters.empty()) pixel.emission = hit.emission * hit.tint;
@@ -226,8 +239,10 @@ struct Picture::Data {
     bool shows_indirect() const {
         return request.quantity != Quantity::irradiance_direct && request.quantity != Quantity::radiance_direct;
     }
+    // Whether it shows what is between the eye and the surfaces.
+    bool hazy() const { return world->haze && request.quantity == Quantity::radiance; }
     bool needs_paths() const {
-        return (shows_indirect() && settings.bounces != 0) || (shows_direct() && !world->emitters.empty());
+        return hazy() || (shows_indirect() && settings.bounces != 0) || (shows_direct() && !world->emitters.empty());
     }
 
     void add_pass(int x, int y, std::uint32_t pass) {
@@ -243,19 +258,25 @@ struct Picture::Data {
             if (pass == 0 || world->geometry->transmissive()) first[at] = look(x + 0.5, y + 0.5, dice(sample));
             pixel = first[at];
         }
-        if (!pixel.hit) return;
+        if (!pixel.hit && !hazy()) return;
         ++hits[at];
         glm::vec3 lx = shows_direct() ? pixel.direct : glm::vec3(0.0f);
-        if (shows_direct() && settings.openings) lx += luminaires_direct(*world, pixel.receiver, &sample);
-        if (needs_paths()) {
-            const PathLight path =
-                trace_path(*world, pixel.receiver, shows_indirect() ? settings.bounces : 0, settings.openings, sample);
+        if (pixel.hit && shows_direct() && settings.openings) lx += luminaires_direct(*world, pixel.receiver, &sample);
+        if (pixel.hit && needs_paths()) {
+            const PathLight path = (world->haze ? trace_path_in_haze : trace_path)(
+                *world, pixel.receiver, shows_indirect() ? settings.bounces : 0, settings.openings, sample);
             if (shows_direct()) lx += path.direct;
             if (shows_indirect()) lx += path.indirect;
         }
         glm::dvec3 value(lx);
         if (request.quantity >= Quantity::radiance_direct) value *= glm::dvec3(pixel.albedo) / std::numbers::pi;
         if (request.quantity == Quantity::radiance) value += glm::dvec3(pixel.emission);
+        if (hazy()) {
+            const glm::vec3 before = scattered_light(*world, world->geometry->local(eye.position), pixel.along,
+                                                     pixel.far, settings.bounces, settings.openings, sample);
+            value = value * static_cast<double>(pixel.passed) + glm::dvec3(before);
+            air[at] += before;
+        }
         sum[at] += value;
         streams[at * kPixelStreams + stream] += static_cast<float>(luminance(value));
         if (request.planes) add_planes(planes[at], pixel, value, pass % 2);
@@ -264,7 +285,8 @@ struct Picture::Data {
     // value: radiance. What of it is no luminaire's own light nor emission is sampled, but for openings.
     void add_planes(Sums& sums, const Pixel& pixel, const glm::dvec3& value, std::uint32_t half) const {
         const glm::dvec3 computed =
-            glm::dvec3(pixel.emission) + glm::dvec3(pixel.direct) * glm::dvec3(pixel.albedo) / std::numbers::pi;
+            (glm::dvec3(pixel.emission) + glm::dvec3(pixel.direct) * glm::dvec3(pixel.albedo) / std::numbers::pi) *
+            static_cast<double>(pixel.passed);
         sums.exact += glm::vec3(computed);
         sums.half[half] += glm::vec3(glm::max(value - computed, 0.0));
         sums.albedo += pixel.albedo;
@@ -340,6 +362,7 @@ Picture::Picture(std::shared_ptr<const World> world, const PictureRequest& reque
     const auto pixels = static_cast<std::size_t>(request.width_px) * static_cast<std::size_t>(request.height_px);
     if (!request.antialias) d.first.resize(pixels);
     d.sum.resize(pixels);
+    if (d.hazy()) d.air.resize(pixels);
     if (request.planes) d.planes.resize(pixels);
     d.streams.resize(pixels * kPixelStreams);
     d.hits.resize(pixels);
@@ -392,6 +415,17 @@ std::vector<float> Picture::values() const {
         for (int k = 0; k < 3; ++k)
             result[at * 4 + static_cast<std::size_t>(k)] = static_cast<float>(d.sum[at][k] / passes);
         result[at * 4 + 3] = static_cast<float>(static_cast<double>(d.hits[at]) / passes);
+    }
+    return result;
+}
+
+std::vector<float> Picture::haze() const {
+    const Data& d = *data_;
+    std::vector<float> result(d.air.size() * 3);
+    for (std::size_t at = 0; at < d.air.size(); ++at) {
+        const std::uint32_t passes = d.row_passes[at / static_cast<std::size_t>(d.request.width_px)];
+        for (int k = 0; passes > 0 && k < 3; ++k)
+            result[at * 3 + static_cast<std::size_t>(k)] = d.air[at][k] / static_cast<float>(passes);
     }
     return result;
 }

@@ -102,6 +102,9 @@ public:
     Progress refine(double seconds, std::stop_token stop = {});
     // Result: width·height·4 floats, rows from the top: the mean so far and 1 where there is a surface.
     std::vector<float> values() const;
+    // Result: width·height·3 floats likewise: of it what haze scatters to the eye, cd/m²; empty where there is no haze,
+    // and of other quantities than radiance.
+    std::vector<float> haze() const;
     // Result: what denoise() filters (denoise.h): odd and even samples apart, light that is sampled apart from light
     // that is computed. One sample counts as both halves. Only of a request for planes.
     DenoisePlanes planes() const;

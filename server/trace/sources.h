@@ -6,6 +6,7 @@
 #include <memory>
 #include <vector>
 
+#include "server/scene/haze.h"
 #include "server/scene/light_tables.h"
 #include "server/trace/geometry.h"
 
@@ -73,6 +74,7 @@ struct World {
     std::vector<Luminaire> luminaires;
     std::vector<double> running;  // running sums of the luminaires' power; luminaires.size() + 1
     Emitters emitters;
+    Haze haze;  // local coordinates
 };
 
 }  // namespace gonio::trace

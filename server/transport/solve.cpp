@@ -326,6 +326,7 @@ unsigned solve(const Surfels& surfels, const Links& links, std::span<const glm::
         for (std::size_t i = first; i < first + size && brightest.narrow > 0.0f; ++i)
             rest[i] = exact.empty() ? share * rest[i] : exactly * exact[i];
         transfer(links, own.near, own.all, table, others * share, first, size, rest);
+        for (std::size_t i = first; i < first + size && !light.haze.empty(); ++i) rest[i] += light.haze[i];
     });
     // One bounce more. out: E.
     const auto bounce_of = [&](std::span<const glm::vec4> indirect, std::vector<glm::vec4>& out) {

@@ -47,6 +47,7 @@ struct Links {
 struct Irradiance {
     std::vector<glm::vec4> direct;    // E0 at each surfel, rgb
     std::vector<glm::vec4> indirect;  // E, rgb; empty: never solved
+    std::vector<glm::vec4> haze;      // what of E the air scatters there, before any bounce; empty: there is none
     std::vector<glm::vec4> first;     // of it, what comes after one bounce
     float narrow = 0.0f;              // 0..1: how far E0 is all on few surfels, which few links meet
     bool converged = false;           // solved at rest

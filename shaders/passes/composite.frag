@@ -29,6 +29,10 @@ layout(location = 7) uniform float work_light;  // display-linear value of a whi
 #else
 layout(binding = 8) uniform sampler2D gbuffer_depth;
 #endif
+#ifdef HAZE
+layout(binding = 6) uniform sampler2D air;   // light before the surfaces × air_unit_nit, and what passes of theirs
+layout(location = 8) uniform float air_unit_nit;
+#endif
 #ifdef EDGES
 layout(std430, binding = 0) readonly buffer EdgeRows { uint edge_rows[]; };  // where a row of the picture begins
 layout(std430, binding = 1) readonly buffer EdgePixels { EdgePixel edge_pixels[]; };
@@ -165,10 +169,16 @@ Shown with_edges(ivec2 pixel, Shown centre) {
 
 Shown shown_at(ivec2 pixel) {
 #ifdef EDGES
-    return with_edges(pixel, centre_of(pixel));
+    Shown shown = with_edges(pixel, centre_of(pixel));
 #else
-    return centre_of(pixel);
+    Shown shown = centre_of(pixel);
 #endif
+#ifdef HAZE
+    vec4 before = texelFetch(air, pixel, 0);
+    shown.nit = shown.nit * before.a + before.rgb * air_unit_nit;
+    shown.covered = 1.0;
+#endif
+    return shown;
 }
 
 #if (VIEW == VIEW_ILLUMINANCE || VIEW == VIEW_LUMINANCE) && !defined(RAW)

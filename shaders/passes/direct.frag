@@ -1,4 +1,5 @@
 // Direct illuminance per candela of peak in units of the layers: the web itself, the inverse square law, the cosine and the shadow cube.
+#include "lib/air.glsl"
 #include "lib/octahedral.glsl"
 #include "lib/surface.glsl"
 #include "lib/web.glsl"
@@ -11,6 +12,13 @@ layout(location = 4) uniform float unit_m2;   // the layers' unit (GpuScene::lay
 layout(location = 5) uniform float greatest;  // that the layer can hold
 #ifdef DETAIL
 layout(binding = 1) uniform sampler2D gbuffer_detail;
+#endif
+#ifdef HAZE
+layout(location = 6) uniform vec3 air;  // extinction, 1/m; 1 / the layer's height, 1/m; its floor below the luminaire, m
+float air_passes(vec3 p) {
+    vec2 heights = max((vec2(0.0, p.y) - air.z) * air.y, vec2(0.0));
+    return exp(-air.x * length(p) * layer_mean(min(heights.x, heights.y), max(heights.x, heights.y)));
+}
 #endif
 layout(location = 0) out float out_direct;  // lux per cd of peak × m²
 
@@ -41,5 +49,8 @@ void main() {
 #endif
     float ratio = web_ratio(light_from_world * s.position);
     if (ratio <= 0.0) return;
+#ifdef HAZE
+    ratio *= air_passes(s.position);
+#endif
     out_direct = min(ratio * cosine / d2 * visibility(s.position, s.normal) * unit_m2, greatest);
 }

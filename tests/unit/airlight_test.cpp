@@ -5,6 +5,7 @@
 #include <cmath>
 #include <numbers>
 
+#include "server/scene/light_tables.h"
 #include "server/scene/web_buffer.h"
 
 namespace gonio::lighting {

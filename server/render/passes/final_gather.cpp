@@ -69,6 +69,15 @@ lighting::GatherSource source_of(const PassContext& context, const Receiver& fro
     const std::span<const glm::vec4> none, indirect = context.bounces == 1 ? none : irradiance.indirect;
     transport::radiosity(surfels, share, irradiance.direct, indirect, sent, context.pool);
     transport::make_table(sent, source.sent, context.pool);
+    // Of what the air scatters, the part that `besides` has not.
+    const auto add_haze = [&](float part) {
+        if (irradiance.haze.empty() || !(part > 0.0f)) return;
+        const lighting::Planes haze =
+            lighting::irradiance_at_grid(surfaces.grid, weights, irradiance.haze, context.pool);
+        if (source.besides.empty()) source.besides.assign(haze.size(), std::vector<float>(haze[0].size(), 0.0f));
+        for (std::size_t k = 0; k < haze.size(); ++k)
+            for (std::size_t p = 0; p < haze[k].size(); ++p) source.besides[k][p] += part * haze[k][p];
+    };
     const LightGpu* gpu = exact && from.besides == nullptr ? lights[from.light] : nullptr;
     const bool by_vpls = gpu != nullptr && irradiance.narrow > 0.0f && gpu->has_exact();
     if (irradiance.narrow > 0.0f) {  // few links would meet where it comes from
@@ -78,6 +87,7 @@ lighting::GatherSource source_of(const PassContext& context, const Receiver& fro
             for (float& value : plane) value *= irradiance.narrow;
         }
     }
+    add_haze(by_vpls || !(irradiance.narrow > 0.0f) ? 1.0f : 1.0f - irradiance.narrow);
     if (gpu != nullptr) {
         source.direct = irradiance.direct;
         source.ends = {direct_light_of(context, context.scene.lights[from.light], *gpu), source.direct, share,

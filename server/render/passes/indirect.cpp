@@ -92,6 +92,9 @@ PassRun run_solve(const PassContext& context, LightGpu& gpu, const lighting::Gri
         for (std::size_t i = first; i < first + size; ++i)
             gpu.irradiance.direct[i] = glm::vec4(glm::vec3(gpu.surfel_direct[i]), 0.0f);
     });
+    gpu.irradiance.haze.clear();
+    if (context.haze && gpu.surfel_haze.size() == count)
+        for (const float lux : gpu.surfel_haze) gpu.irradiance.haze.emplace_back(glm::vec3(lux), 0.0f);
     solve_light(context, weights, moves, !context.merged,
                 gpu.has_exact() ? std::span<const glm::vec4>(gpu.exact.first) : std::span<const glm::vec4>(),
                 gpu.irradiance);
@@ -368,11 +371,12 @@ PassRun run_gather_point(const PassContext& context, const Light& light, LightGp
     const float narrow = gpu.irradiance.narrow;
     constexpr double kLink = 1.0 / static_cast<double>(kLinksPerPart);
     found = bounced_at(point, context, gpu.irradiance, 1.0f - narrow, 1.0, meter);
+    const double scattered = haze_at_point(context, light, gpu);
     meter.ends.each(*context.transport->surface,
                     {direct_light_of(context, light, gpu), gpu.irradiance.direct, 1.0f - narrow, narrow},
                     [&](std::uint32_t part, const glm::vec3& sent) { found.parts[part] += glm::dvec3(sent) * kLink; });
     const double unit_m2 = static_cast<double>(context.geometry.layer_unit_m2());
-    for (glm::dvec3& part : found.parts) part /= unit_m2;
+    for (glm::dvec3& part : found.parts) part = part / unit_m2 + scattered;
     if (narrow > 0.0f) {
         const std::vector<lighting::Vpl> vpls = cast_vpls(context, light, gpu, kVpls);
         const std::size_t each = vpls.size() / kMeterParts;

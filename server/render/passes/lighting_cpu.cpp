@@ -83,6 +83,7 @@ lighting::DirectLight direct_light_of(const PassContext& context, const Light& l
                                  web_of(gpu.web->tables->words.data()), context.geometry.layer_unit_m2(),
                                  gpu.web->tables->beam_cos};
     direct.sun = light.sun;
+    if (!light.sun) direct.air = lighting::air_of(context.haze);
     if (light.sun) direct.unit_m2 = static_cast<float>(source.gain);  // × the layers' unit / peak_of(): 1
     return direct;
 }
@@ -132,7 +133,11 @@ glm::dvec3 direct_at_point(const PassContext& context, const Light& light, const
     const glm::vec3 local = context.traced.local(point);
     const glm::vec3 from = local + glm::vec3(normal) * (4.0f * context.traced.step_off(local));
     if (!(ratio > 0.0)) return glm::dvec3(0.0);
-    const double gain = light.sun ? source.gain / peak_of(context, light, gpu) : 1.0;
+    double gain = light.sun ? source.gain / peak_of(context, light, gpu) : 1.0;
+    if (context.haze && !light.sun) {
+        const glm::dvec3& origin = context.traced.origin();
+        gain *= transmittance(context.haze, source.position - origin, point - origin);
+    }
     return glm::dvec3(context.traced.transmittance(from, context.traced.local(source.position))) *
            (gain * ratio * cosine / d2);
 }
@@ -260,11 +265,12 @@ PassRun run_merge(const PassContext& context, std::span<const LightGpu* const> l
         const glm::vec3 weight = glm::abs(weight_of(i));
         merged.reference = std::max({merged.reference, weight.x, weight.y, weight.z});
     }
-    std::vector<glm::vec4>& direct = merged.irradiance.direct;
-    direct.clear();
+    std::vector<glm::vec4>&direct = merged.irradiance.direct, &haze = merged.irradiance.haze;
+    direct.clear(), haze.clear();
     if (!(merged.reference > 0.0f)) return {};
     const std::size_t surfels = context.transport != nullptr ? context.transport->surface->surfels.count : 0;
     direct.assign(surfels, glm::vec4(0.0f));
+    if (context.haze) haze = direct;
     merged.moves = true;
     for (std::size_t i = 0; i < lights.size(); ++i) {
         const glm::vec3 weight = weight_of(i) / merged.reference;
@@ -275,6 +281,9 @@ PassRun run_merge(const PassContext& context, std::span<const LightGpu* const> l
         if (own.size() < surfels) continue;
         context.pool.run_chunks(surfels, 4096, [&](std::size_t first, std::size_t count) {
             for (std::size_t k = first; k < first + count; ++k) direct[k] += glm::vec4(weight * own[k], 0.0f);
+            if (haze.empty() || lights[i]->surfel_haze.size() < surfels) return;
+            for (std::size_t k = first; k < first + count; ++k)
+                haze[k] += glm::vec4(weight * lights[i]->surfel_haze[k], 0.0f);
         });
     }
     return {};
@@ -343,8 +352,11 @@ void shade_to_camera(const lighting::GBuffer& s, std::vector<std::uint16_t>& hal
 
 // One Display, part by part: cut up it would pass nine locals around.
 PassRun run_composite_cpu(const PassContext& context, View view, std::span<const LightGpu* const> lights,
-                          const Surfaces& surfaces, PixelLight& light, Composed& composed) {
+                          ScreenLight& screen) {
     const Scene& scene = context.scene;
+    const Surfaces& surfaces = screen.surfaces;
+    PixelLight& light = screen.light;
+    Composed& composed = screen.composed;
     const lighting::GBuffer& s = surfaces.gbuffer;
     const lighting::Raster& raster = surfaces.raster;
     lighting::Display display;
@@ -426,6 +438,10 @@ PassRun run_composite_cpu(const PassContext& context, View view, std::span<const
     if (view == View::beauty && shows_work_light(context)) {
         shade_to_camera(s, composed.work_light, context.pool);
         others.push_back({composed.work_light.data(), glm::vec3(static_cast<float>(kWorkLightShown))});
+    }
+    if (const lighting::AirPicture* hazy = air_picture(context, view, lights, surfaces, light, screen.air)) {
+        display.air = hazy->halves.data();
+        display.air_unit = hazy->unit;
     }
     composed.nv12 = free_picture(composed, std::size_t{1} * display.width * display.height / 2 * 3);
     display.others = others;

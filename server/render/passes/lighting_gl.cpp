@@ -41,8 +41,14 @@ PassRun run_direct(const PassContext& context, const Light& light, const LightGp
     gl::Defines defines;
     if (gpu.web->tables->uniform) defines.emplace_back("UNIFORM_WEB", "1");
     if (context.target.detail) defines.emplace_back("DETAIL", "1");
+    if (context.haze) defines.emplace_back("HAZE", "1");
     const GLuint program = context.programs.get("passes/screen.vert", "passes/direct.frag", defines);
     begin_layer(context, light, context.target.direct, layer, program);
+    if (context.haze) {
+        const lighting::Air air = lighting::air_of(context.haze);
+        glProgramUniform3f(program, 6, air.extinction_per_m, air.per_height,
+                           air.floor_m - context.traced.local(light.position).y);
+    }
     const glm::mat3 turn = light_from_world(light);
     glProgramUniformMatrix3fv(program, 1, 1, GL_FALSE, &turn[0][0]);
     glProgramUniform1f(program, 2, context.geometry.near_m());

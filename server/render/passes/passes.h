@@ -15,6 +15,7 @@
 #include "server/render/programs.h"
 #include "server/render/quality_level.h"
 #include "server/render/target.h"
+#include "server/scene/haze.h"
 #include "server/scene/scene.h"
 #include "server/trace/reference.h"
 #include "server/transport/transport.h"
@@ -48,6 +49,8 @@ struct PassContext {
     // By id of a light with a layer: its weight in the sum, which it is still in, though its level has changed since.
     // Null: none is.
     const std::map<std::uint32_t, glm::dvec3>* in_sum = nullptr;
+    Haze haze;                           // local coordinates; of the seed technique none
+    lighting::Probes* probes = nullptr;  // of all targets
     // Whether there are surfels to gather light from.
     bool has_surfels() const { return transport != nullptr && transport->surface->surfels.count > 0; }
     // Result: the weight of its layer; and in the sum, which the master dims as a whole.
@@ -57,6 +60,8 @@ struct PassContext {
 
 // SlotRef::light of what luminaires that are summed share.
 inline constexpr std::uint32_t kSummed = ~std::uint32_t{0};
+// Likewise of emissive surfaces: of Slot::glow.
+inline constexpr std::uint32_t kEmitted = kSummed - 1;
 
 // G-buffer of the target from its eye.
 PassRun run_gbuffer(const PassContext& context);
@@ -134,6 +139,27 @@ PassRun run_gather_point_summed(const PassContext& context, const Merged& merged
 PassRun run_gather_seed(const PassContext& context, const Light& light, const LightGpu& gpu, int layer);
 // The CPU's layers of one light -> the target's, for run_composite.
 PassRun run_layers(const PassContext& context, int layer, const Surfaces& surfaces, Layers& layers);
+// Whether a view shows what is between the eye and the surfaces.
+inline bool shows_air(View view) {
+    return view == View::beauty || view == View::luminance;
+}
+// Haze (server/lighting/airlight.h, server/lighting/glow.h): how far a luminaire's light goes; what of it the air
+// scatters onto surfels; which surfels points in the air see; and along the picture's rays what is scattered to the eye
+// of a luminaire, of those that are summed, and of the light of surfaces.
+PassRun run_distances(const PassContext& context, const Light& light, LightGpu& gpu);
+PassRun run_haze_surfels(const PassContext& context, const Light& light, LightGpu& gpu);
+PassRun run_probes(const PassContext& context, lighting::Probes& probes);
+PassRun run_air_view(const PassContext& context, const Surfaces& surfaces, lighting::AirView& view);
+PassRun run_airlight(const PassContext& context, const Light& light, const LightGpu& gpu, const lighting::AirView& view,
+                     std::vector<float>& out);
+PassRun run_airlight_summed(const PassContext& context, std::span<const LightGpu* const> lights, ScreenAir& air);
+PassRun run_glow(const PassContext& context, const lighting::Probes& probes, const transport::Irradiance& light,
+                 const lighting::AirView& view, lighting::Planes& out);
+// Of the composite: all luminaires' at their weights, where they or the surfaces are new. Result: null: there is none.
+const lighting::AirPicture* air_picture(const PassContext& context, View view, std::span<const LightGpu* const> lights,
+                                        const Surfaces& surfaces, const PixelLight& light, ScreenAir& air);
+// Result: indirect illuminance that the air scatters onto a meter per candela of peak, 1/m².
+double haze_at_point(const PassContext& context, const Light& light, const LightGpu& gpu);
 // Luminaires at their weights as one (docs/rendering.md), and what follows from it for all at once. They are those with
 // layers, while their layers are old, or those that are summed. The argument summed is what these fill, else null.
 enum class Together : std::uint8_t { layered, summed };
@@ -152,7 +178,7 @@ bool shows_work_light(const PassContext& context);
 inline constexpr double kWorkLightShown = 0.7;
 // All light on the CPU -> NV12 on the CPU: the beauty, direct and indirect views.
 PassRun run_composite_cpu(const PassContext& context, View view, std::span<const LightGpu* const> lights,
-                          const Surfaces& surfaces, PixelLight& light, Composed& composed);
+                          ScreenLight& screen);
 // Result: the illuminance in lux, rgb per pixel, rows from the bottom, that the CPU's layers hold, or what was merged.
 // weights: by layer, cd.
 std::vector<glm::vec3> cpu_illuminance(const PassContext& context, std::span<const glm::vec3> weights, bool indirect,

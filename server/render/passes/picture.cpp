@@ -60,6 +60,8 @@ PassRun run_composite(const PassContext& context, View view, const LightGpu* sho
     const Look& look = context.scene.look;
     const bool looks = shows_lit_surfaces(view) && !is_false_color(view) && raw == 0 && !(look == Look());
     if (looks) defines.emplace_back("TONE", std::to_string(static_cast<int>(look.tone)));
+    const lighting::AirPicture* air = air_picture(context, view, lights, screen.surfaces, screen.light, screen.air);
+    if (air != nullptr) defines.emplace_back("HAZE", "1");
     const bool work_light = view == View::beauty && shows_work_light(context);
     if (work_light) defines.emplace_back("WORK_LIGHT", "1");
     const GLuint program = context.programs.get("passes/screen.vert", "passes/composite.frag", defines);
@@ -108,6 +110,17 @@ PassRun run_composite(const PassContext& context, View view, const LightGpu* sho
         glProgramUniform1f(program, 7, static_cast<float>(kWorkLightShown));
     }
     if (edges) bind_edges(context, screen);
+    if (air != nullptr) {
+        gl::Texture& texture = screen.air.texture;
+        texture = gl::make_texture_2d("haze", GL_RGBA16F, target.width_px, target.height_px, gl::Filter::nearest);
+        glPixelStorei(GL_UNPACK_ALIGNMENT, 2);
+        glPixelStorei(GL_UNPACK_ROW_LENGTH, static_cast<GLint>(screen.surfaces.gbuffer.row_length));
+        glTextureSubImage2D(texture.id(), 0, 0, 0, target.width_px, target.height_px, GL_RGBA, GL_HALF_FLOAT,
+                            air->halves.data());
+        glPixelStorei(GL_UNPACK_ROW_LENGTH, 0);
+        glBindTextureUnit(6, texture.id());
+        glProgramUniform1f(program, 8, air->unit);
+    }
     float scale = 1.0f;
     if (shown != nullptr) {
         const auto& bounds = context.geometry.asset().bounds;

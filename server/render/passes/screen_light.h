@@ -8,9 +8,11 @@
 #include <memory>
 #include <vector>
 
+#include "server/lighting/airlight.h"
 #include "server/lighting/antialias.h"
 #include "server/lighting/direct.h"
 #include "server/lighting/final_gather.h"
+#include "server/lighting/glow.h"
 #include "server/lighting/grid_light.h"
 #include "server/lighting/layers.h"
 #include "server/lighting/raster.h"
@@ -114,6 +116,17 @@ struct MeterLight {
     lighting::LinkEnds ends;
 };
 
+// Of the passes of haze, along the rays of the view. Units: as of the light that is scattered.
+struct ScreenAir {
+    lighting::AirView view;
+    std::vector<std::vector<float>> beams;  // by layer: of a luminaire
+    lighting::Planes summed_beams;          // rgb, of luminaires without a layer, cd/m² at the master's full level
+    std::vector<lighting::Planes> glow;     // by layer: rgb, of the light of surfaces
+    lighting::Planes merged_glow, summed_glow, emitted_glow;
+    lighting::AirPicture picture;  // Slot::air_picture
+    gl::Texture texture;           // the same, RGBA16F, where shaders composite
+};
+
 struct ScreenLight {
     Surfaces surfaces;
     lighting::GridWeights weights;  // of run_gather_weights
@@ -126,6 +139,7 @@ struct ScreenLight {
     EdgesOnGpu edges_on_gpu;
     std::array<float, 2> besides_unit_lx{};  // of Target::besides: of run_besides
     MeterLight meter;
+    ScreenAir air;
 };
 
 }  // namespace gonio

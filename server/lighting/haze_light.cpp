@@ -1,0 +1,148 @@
+#include "server/lighting/haze_light.h"
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
+namespace gonio::lighting {
+namespace {
+
+constexpr float kPi = std::numbers::pi_v<float>;
+constexpr unsigned kSurfelSamples = 4, kPointSamples = 16;  // along a ray
+
+// A surface point, and the directions in which it may see a luminaire's airlight.
+struct Facing {
+    glm::vec3 point, normal, start, axis, across, up;
+    float low, high;   // angles from the luminaire at which it receives any light
+    float core = kPi;  // to both sides of `up`, about the luminaire: where a narrow beam is seen
+    Facing(const glm::vec3& at, const glm::vec3& facing, const glm::vec3& from, const AirlightSource& source)
+        : point(at), normal(facing), start(from) {
+        const glm::vec3 to = source.light.position - at;
+        const float distance = glm::length(to);
+        axis = distance > 0.0f ? to / distance : facing;
+        // The beam's own direction, as it is seen.
+        const glm::vec3 beam = glm::transpose(source.light.light_from_world) * glm::vec3(0.0f, 0.0f, -1.0f),
+                        seen = beam - glm::dot(beam, axis) * axis;
+        const float sine = glm::length(seen),
+                    core_sine = std::sqrt(std::max(0.0f, 1.0f - source.core_cos * source.core_cos));
+        if (source.core_cos > 0.0f && core_sine < 0.99f * sine) {
+            up = seen / sine;
+            core = std::min(
+                kPi, 1.05f * std::asin(core_sine / sine) + 0.02f);  // of the planes through both that touch its cone
+        } else {
+            up = glm::normalize(glm::cross(axis, std::abs(axis.y) < 0.9f ? glm::vec3(0, 1, 0) : glm::vec3(1, 0, 0)));
+        }
+        across = glm::cross(axis, up);
+        const float turned = std::acos(std::clamp(glm::dot(axis, facing), -1.0f, 1.0f));
+        low = std::max(0.0f, turned - 0.5f * kPi), high = std::min(kPi, turned + 0.5f * kPi);
+    }
+    // share: 0 … 1 of the angles; turn: about the luminaire, -1 … 1 of those in the core or outside.
+    glm::vec3 direction(float share, float turn, bool in_core) const {
+        const float angle = low + share * (high - low), about = in_core ? turn * core : kPi + turn * (kPi - core);
+        return std::cos(angle) * axis + std::sin(angle) * (std::cos(about) * up + std::sin(about) * across);
+    }
+    // Of a direction: cosine × the solid angle that it stands for, of one of `count` in the core or outside.
+    float weight(const glm::vec3& direction, bool in_core, float count) const {
+        const float cosine = glm::dot(direction, axis), sine = std::sqrt(std::max(0.0f, 1.0f - cosine * cosine));
+        return std::max(glm::dot(direction, normal), 0.0f) * 2.0f * (in_core ? core : kPi - core) * sine *
+               (high - low) / count;
+    }
+};
+// Of sixteen directions so many look into the core, where there is an outside.
+constexpr int kInCore = 12;
+
+// What sixteen directions bring, of `packets` such. share: of direction k, of those that look to where it does; turn:
+// likewise, 0 … 1.
+template <typename Share, typename Turn>
+float sixteen(const Facing& facing, const trace::Geometry& geometry, const AirlightSource& source, float far_m,
+              float packets, unsigned samples, Share share, Turn turn, AirRays& scratch) {
+    static_assert(trace::kPacket == kSimdWidth);
+    trace::RayPacket rays;
+    trace::HitPacket hits;
+    float weights[kSimdWidth], seen[kSimdWidth];
+    unsigned active = 0;
+    const int in_core = facing.core < kPi ? kInCore : trace::kPacket;
+    for (int k = 0; k < trace::kPacket; ++k) {
+        const bool core = k < in_core;
+        const int count = core ? in_core : trace::kPacket - in_core, index = core ? k : k - in_core;
+        const glm::vec3 direction = facing.direction(share(index, count), 2.0f * turn(k) - 1.0f, core);
+        weights[k] = facing.weight(direction, core, static_cast<float>(count) * packets);
+        rays.set(k, facing.start, direction);
+        if (weights[k] > 0.0f) active |= 1u << k;
+    }
+    const unsigned met = active != 0 ? geometry.closest(rays, active, hits) : 0;
+    for (int k = 0; k < trace::kPacket; ++k) {
+        const float far = (active >> k & 1u) == 0 ? 0.0f : (met >> k & 1u) != 0 ? hits.distance[k] : far_m;
+        scratch.set(static_cast<std::size_t>(k), facing.point, rays.along(k), far, 0.5f);
+    }
+    airlight(source, scratch, 0, kSimdWidth, samples, seen);
+    float sum = 0.0f;
+    for (std::size_t k = 0; k < kSimdWidth; ++k) sum += weights[k] * seen[k];
+    return sum;
+}
+
+constexpr float kGolden = 0.618034f, kOther = 0.754878f;  // fractions that never repeat
+float fraction(float x) {
+    return x - std::floor(x);
+}
+
+}  // namespace
+
+void haze_at_surfels(const transport::Surfels& surfels, const trace::Geometry& geometry, const AirlightSource& source,
+                     float far_m, std::vector<float>& out, Pool& pool) {
+    constexpr std::size_t kEach = 4, kChunk = 64;
+    const auto found_at = [&](std::size_t i, AirRays& scratch) {
+        const glm::vec3 p = surfels.position(i);
+        const Facing facing(p, surfels.normal(i), p + surfels.geometric[i] * geometry.step_off(p), source);
+        const float own = static_cast<float>(i % 4096), shift = fraction(own * kGolden),
+                    turned = fraction(own * kOther);
+        return sixteen(
+            facing, geometry, source, far_m, 1.0f, kSurfelSamples,
+            [&](int k, int count) { return (static_cast<float>(k) + shift) / static_cast<float>(count); },
+            [&](int k) { return fraction(turned + static_cast<float>(k) * kGolden); }, scratch);
+    };
+    std::vector<float> few((surfels.count + kEach - 1) / kEach);
+    pool.run_chunks(few.size(), kChunk, [&](std::size_t first, std::size_t size) {
+        AirRays scratch;
+        scratch.resize(kSimdWidth);
+        for (std::size_t i = first; i < first + size; ++i) few[i] = found_at(i * kEach, scratch);
+    });
+    out.resize(surfels.count);
+    pool.run_chunks(surfels.count, kChunk, [&](std::size_t first, std::size_t size) {
+        AirRays scratch;
+        scratch.resize(kSimdWidth);
+        for (std::size_t i = first; i < first + size; ++i) {
+            const auto& ids = surfels.neighbours[i];
+            float weights[transport::kNeighbours], sum = 0.0f, all = 0.0f;
+            transport::weigh(surfels, ids.data(), surfels.position(i), surfels.normal(i), weights);
+            for (std::size_t k = 0; k < transport::kNeighbours; ++k) {
+                if (ids[k] % kEach != 0 || ids[k] >= surfels.count) continue;
+                sum += weights[k] * few[ids[k] / kEach], all += weights[k];
+            }
+            out[i] = all > 0.02f ? sum / all : found_at(i, scratch);
+        }
+    });
+}
+
+float haze_at_point(const glm::vec3& point, const glm::vec3& normal, const glm::vec3& start,
+                    const trace::Geometry& geometry, const AirlightSource& source, float far_m, Pool& pool) {
+    constexpr int kPackets = 256;
+    const Facing facing(point, normal, start, source);
+    std::vector<float> sums(kPackets);
+    pool.run(kPackets, [&](int packet) {
+        AirRays scratch;
+        scratch.resize(kSimdWidth);
+        const float own = static_cast<float>(packet);
+        sums[static_cast<std::size_t>(packet)] = sixteen(
+            facing, geometry, source, far_m, kPackets, kPointSamples,
+            [&](int k, int count) {
+                return (static_cast<float>(k) + (own + 0.5f) / kPackets) / static_cast<float>(count);
+            },
+            [&](int k) { return fraction(own * kOther + static_cast<float>(k) * kGolden); }, scratch);
+    });
+    float sum = 0.0f;
+    for (const float one : sums) sum += one;
+    return sum;
+}
+
+}  // namespace gonio::lighting

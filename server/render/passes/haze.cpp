@@ -1,0 +1,182 @@
+// Haze: what it scatters of luminaires' light and of that of surfaces, onto surfels and towards the eye.
+#include <algorithm>
+#include <bit>
+#include <cmath>
+
+#include "server/lighting/airlight.h"
+#include "server/lighting/glow.h"
+#include "server/lighting/haze_light.h"
+#include "server/render/passes/passes.h"
+
+namespace gonio {
+namespace {
+
+constexpr int kMapSide = 256;  // texels of DistanceMap
+constexpr unsigned kLiveSamples = 12, kStillSamples = 64;
+
+lighting::AirlightSource source_of(const PassContext& context, const Light& light, const LightGpu& gpu) {
+    return {direct_light_of(context, light, gpu), &gpu.distances, gpu.web->tables->core_cos};
+}
+
+// How far rays go that meet nothing, m.
+float beyond(const PassContext& context) {
+    return 10.0f * context.traced.extent();
+}
+
+// Along the view's rays, cd/m² per candela of peak × the layers' unit.
+void beams_of(const PassContext& context, const Light& light, const LightGpu& gpu, const lighting::AirView& view,
+              std::vector<float>& out) {
+    out.assign(view.rays.size(), 0.0f);
+    if (light.sun) return;
+    const lighting::AirlightSource source = source_of(context, light, gpu);
+    const unsigned samples = context.target.kind == TargetKind::live ? kLiveSamples : kStillSamples;
+    context.pool.run_chunks(view.rays.size() / lighting::kSimdWidth, 32, [&](std::size_t first, std::size_t size) {
+        lighting::airlight(source, view.rays, first * lighting::kSimdWidth, size * lighting::kSimdWidth, samples,
+                           out.data() + first * lighting::kSimdWidth);
+    });
+}
+
+}  // namespace
+
+PassRun run_distances(const PassContext& context, const Light& light, LightGpu& gpu) {
+    gpu.distances = {};
+    if (!light.sun)
+        lighting::trace_distances(direct_light_of(context, light, gpu), context.traced, kMapSide, gpu.distances,
+                                  context.pool);
+    return {};
+}
+
+PassRun run_haze_surfels(const PassContext& context, const Light& light, LightGpu& gpu) {
+    gpu.surfel_haze.clear();
+    gpu.moves = true;
+    if (!context.has_surfels() || light.sun) return {};
+    lighting::haze_at_surfels(context.transport->surface->surfels, context.traced, source_of(context, light, gpu),
+                              beyond(context), gpu.surfel_haze, context.pool);
+    return {};
+}
+
+double haze_at_point(const PassContext& context, const Light& light, const LightGpu& gpu) {
+    if (light.sun || !context.haze) return 0.0;
+    const glm::vec3 p = context.traced.local(context.eye.position + context.eye.forward), n(-context.eye.forward),
+                    start = p + n * (4.0f * context.traced.step_off(p));
+    const float found = lighting::haze_at_point(p, n, start, context.traced, source_of(context, light, gpu),
+                                                beyond(context), context.pool);
+    return static_cast<double>(found / context.geometry.layer_unit_m2());
+}
+
+PassRun run_probes(const PassContext& context, lighting::Probes& probes) {
+    probes =
+        context.has_surfels() ? lighting::make_probes(*context.transport->surface, context.pool) : lighting::Probes();
+    return {};
+}
+
+PassRun run_air_view(const PassContext& context, const Surfaces& surfaces, lighting::AirView& view) {
+    const bool live = context.target.kind == TargetKind::live;
+    lighting::look_into_air(surfaces.gbuffer, live ? lighting::kStep : 1, beyond(context), view, context.pool);
+    return {};
+}
+
+PassRun run_airlight(const PassContext& context, const Light& light, const LightGpu& gpu, const lighting::AirView& view,
+                     std::vector<float>& out) {
+    beams_of(context, light, gpu, view, out);
+    return {};
+}
+
+PassRun run_airlight_summed(const PassContext& context, std::span<const LightGpu* const> lights, ScreenAir& air) {
+    air.summed_beams.assign(3, std::vector<float>(air.view.rays.size(), 0.0f));
+    std::vector<float> own;
+    for (std::size_t i = 0; i < lights.size(); ++i) {
+        const Light& light = context.scene.lights[i];
+        const glm::vec3 weight(
+            context.weight_in_sum(light, context.layers[i]) *
+            (peak_of(context, light, *lights[i]) / static_cast<double>(context.geometry.layer_unit_m2())));
+        if (weight == glm::vec3(0.0f)) continue;
+        beams_of(context, light, *lights[i], air.view, own);
+        for (int k = 0; k < 3; ++k)
+            for (std::size_t p = 0; p < own.size(); ++p)
+                air.summed_beams[static_cast<std::size_t>(k)][p] += weight[k] * own[p];
+    }
+    return {};
+}
+
+PassRun run_glow(const PassContext& context, const lighting::Probes& probes, const transport::Irradiance& light,
+                 const lighting::AirView& view, lighting::Planes& out) {
+    out.assign(3, std::vector<float>(view.rays.size(), 0.0f));
+    if (!context.has_surfels() || light.direct.empty() || context.bounces == 0) return {};
+    std::vector<glm::vec4> sent;
+    std::vector<lighting::Glow> glow;
+    transport::radiosity(context.transport->surface->surfels, 1.0f, light.direct, light.indirect, sent, context.pool);
+    lighting::glow_of(probes, sent, glow, context.pool);
+    lighting::add_glow(probes, glow, lighting::air_of(context.haze), view, 1.0f, out, context.pool);
+    return {};
+}
+
+namespace {
+
+// What is added up: values by ray, of one channel or of three, and their weight.
+struct Term {
+    const std::vector<float>* planes[3];
+    glm::vec3 weight;
+};
+void add(std::vector<Term>& terms, const std::vector<float>& plane, const glm::vec3& weight) {
+    if (weight != glm::vec3(0.0f)) terms.push_back({{&plane, &plane, &plane}, weight});
+}
+void add(std::vector<Term>& terms, const lighting::Planes& planes, const glm::vec3& weight) {
+    if (weight != glm::vec3(0.0f) && planes.size() == 3)
+        terms.push_back({{&planes[0], &planes[1], &planes[2]}, weight});
+}
+
+}  // namespace
+
+const lighting::AirPicture* air_picture(const PassContext& context, View view, std::span<const LightGpu* const> lights,
+                                        const Surfaces& surfaces, const PixelLight& light, ScreenAir& air) {
+    if (!context.haze || !shows_air(view) || surfaces.gbuffer.depth.empty()) return nullptr;
+    const std::uint32_t target = context.target.id;
+    const auto version = [&](Slot slot, std::uint32_t id) { return context.pass_cache.version({slot, target, id}); };
+    const float per_unit = 1.0f / context.geometry.layer_unit_m2(),
+                master = static_cast<float>(context.scene.master_ratio);
+    std::vector<std::uint64_t> key = {version(Slot::air_view, 0),
+                                      version(Slot::airlight, kSummed),
+                                      version(Slot::glow, kSummed),
+                                      version(Slot::glow, kEmitted),
+                                      std::bit_cast<std::uint32_t>(master),
+                                      context.scene.haze_rev,
+                                      context.merged ? version(Slot::glow, 0) : 0};
+    std::vector<Term> terms;
+    for (std::size_t i = 0; i < lights.size(); ++i) {
+        const Light& own = context.scene.lights[i];
+        if (context.layers[i] < 0) continue;
+        const auto layer = static_cast<std::size_t>(context.layers[i]);
+        const glm::vec3 weight(context.layer_weight(own) *
+                               (peak_of(context, own, *lights[i]) * static_cast<double>(per_unit)));
+        key.insert(key.end(), {own.id, version(Slot::airlight, own.id),
+                               context.merged ? 0 : version(Slot::glow, own.id), std::bit_cast<std::uint32_t>(weight.x),
+                               std::bit_cast<std::uint32_t>(weight.y), std::bit_cast<std::uint32_t>(weight.z)});
+        add(terms, air.beams[layer], weight);
+        if (!context.merged) add(terms, air.glow[layer], weight);
+    }
+    if (context.merged) add(terms, air.merged_glow, glm::vec3(light.merged.reference * per_unit));
+    if (version(Slot::airlight, kSummed) > 0) {
+        add(terms, air.summed_beams, glm::vec3(master));
+        add(terms, air.summed_glow, glm::vec3(light.summed_list.reference * per_unit * master));
+    }
+    if (version(Slot::glow, kEmitted) > 0 && !context.scene.emission_hidden)
+        add(terms, air.emitted_glow, glm::vec3(1.0f));
+    const SlotRef made{Slot::air_picture, target};
+    if (context.pass_cache.holds(made, key)) return &air.picture;
+    context.pass_cache.hold(made, std::move(key));
+    const std::size_t rays = air.view.rays.size();
+    lighting::Planes sum(3, std::vector<float>(rays, 0.0f));
+    context.pool.run(3, [&](int k) {
+        std::vector<float>& to = sum[static_cast<std::size_t>(k)];
+        for (const Term& term : terms) {
+            const std::vector<float>& from = *term.planes[k];
+            for (std::size_t p = 0; p < std::min(rays, from.size()); ++p) to[p] += term.weight[k] * from[p];
+        }
+        for (float& value : to) value = std::max(value, 0.0f);
+    });
+    lighting::show_air(surfaces.gbuffer, lighting::air_of(context.haze), air.view, sum, air.picture, context.pool);
+    return &air.picture;
+}
+
+}  // namespace gonio
