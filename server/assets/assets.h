@@ -66,6 +66,7 @@ std::shared_ptr<const Profile> punctual_spot_profile(double inner_cone_rad, doub
 struct FloatPicture {
     int width_px = 0, height_px = 0, channels = 3;  // 3: scene-linear RGB; 1: Y
     std::vector<float> values;
+    std::vector<float> haze;  // the layer "haze", scene-linear RGB, 3 a pixel; empty: there is none
 };
 struct BytePicture {
     int width_px = 0, height_px = 0;

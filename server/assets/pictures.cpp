@@ -90,13 +90,26 @@ Result<Image> decode_webp(std::span<const std::byte> bytes, const std::string& w
 
 Result<std::vector<std::byte>> encode_exr(const FloatPicture& picture, const std::string& unit, bool denoised) {
     if (picture.channels != 1 && picture.channels != 3) return refused("exr", "an EXR has one or three channels");
-    OIIO::ImageSpec spec(picture.width_px, picture.height_px, picture.channels, OIIO::TypeFloat);
+    const auto channels = static_cast<std::size_t>(picture.channels), pixels = picture.values.size() / channels;
+    const bool haze = !picture.haze.empty();
+    if (haze && picture.haze.size() != 3 * pixels) return refused("exr", "the layer haze has another size");
+    OIIO::ImageSpec spec(picture.width_px, picture.height_px, picture.channels + (haze ? 3 : 0), OIIO::TypeFloat);
     if (picture.channels == 1) spec.channelnames = {"Y"};
+    std::vector<float> both;  // channel by channel of each pixel
+    if (haze) {
+        if (picture.channels == 3) spec.channelnames = {"R", "G", "B"};
+        for (const char* name : {"haze.R", "haze.G", "haze.B"}) spec.channelnames.emplace_back(name);
+        for (std::size_t i = 0; i < pixels; ++i) {
+            both.insert(both.end(), &picture.values[i * channels], &picture.values[i * channels] + channels);
+            both.insert(both.end(), &picture.haze[3 * i], &picture.haze[3 * i] + 3);
+        }
+    }
+    const std::vector<float>& values = haze ? both : picture.values;
     spec.attribute("compression", "zip");
     spec.attribute("oiio:ColorSpace", "Linear");
     spec.attribute("gonio:unit", unit);
     if (denoised) spec.attribute("gonio:denoised", 1);
-    return encode("exr", spec, OIIO::TypeFloat, picture.values.data(), picture.values.size());
+    return encode("exr", spec, OIIO::TypeFloat, values.data(), values.size());
 }
 
 Result<std::vector<std::byte>> encode_png(const BytePicture& picture) {

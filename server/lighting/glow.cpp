@@ -115,6 +115,7 @@ Probes make_probes(const transport::Transport::Surface& surface, Pool& pool) {
         probes.directions.emplace_back(out * std::cos(turn), y, out * std::sin(turn));
     }
     probes.ids.resize(probes.size() * kProbeLinks);
+    if (!surface.emitters.emitters.empty()) probes.emission.resize(probes.size());
     pool.run_chunks(probes.size(), 16, [&](std::size_t first, std::size_t size) {
         trace::HitPacket hits;
         for (std::size_t i = first; i < first + size; ++i) {
@@ -127,13 +128,26 @@ Probes make_probes(const transport::Transport::Surface& surface, Pool& pool) {
                 fan.active = (1u << trace::kPacket) - 1u;
                 transport::follow(fan, *surface.geometry, surface.surfels, *surface.cells, hits,
                                   probes.ids.data() + i * kProbeLinks + static_cast<std::size_t>(k));
+                if (probes.emission.empty()) continue;
+                trace::SurfaceHit seen[trace::kPacket];
+                const unsigned met = surface.geometry->closest(fan.rays, fan.active, seen);
+                Glow& glow = probes.emission[i];
+                for (int j = 0; j < trace::kPacket; ++j) {
+                    if ((met >> j & 1u) == 0) continue;
+                    const glm::vec3 each = seen[j].emission / static_cast<float>(kProbeLinks);
+                    glow.mean += each;
+                    glow.from += trace::luminance(each) * fan.rays.along(j);
+                }
             }
+            if (!probes.emission.empty() && trace::luminance(probes.emission[i].mean) > 0.0f)
+                probes.emission[i].from /= trace::luminance(probes.emission[i].mean);
         }
     });
     return probes;
 }
 
-void glow_of(const Probes& probes, std::span<const glm::vec4> sent, std::vector<Glow>& glow, Pool& pool) {
+void glow_of(const Probes& probes, std::span<const glm::vec4> sent, bool emission, std::vector<Glow>& glow,
+             Pool& pool) {
     glow.assign(probes.size(), {});
     constexpr float kEach = 1.0f / (kProbeLinks * std::numbers::pi_v<float>);
     pool.run_chunks(probes.size(), 64, [&](std::size_t first, std::size_t size) {
@@ -146,6 +160,13 @@ void glow_of(const Probes& probes, std::span<const glm::vec4> sent, std::vector<
                 const float luminance = trace::luminance(radiance);
                 glow[i].mean += radiance;
                 glow[i].from += luminance * probes.directions[k];
+                all += luminance;
+            }
+            if (emission && !probes.emission.empty()) {
+                const Glow& emitted = probes.emission[i];
+                const float luminance = trace::luminance(emitted.mean);
+                glow[i].mean += emitted.mean;
+                glow[i].from += luminance * emitted.from;
                 all += luminance;
             }
             if (all > 0.0f) glow[i].from /= all;

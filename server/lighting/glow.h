@@ -12,6 +12,12 @@
 
 namespace gonio::lighting {
 
+// At a probe: the mean of radiance over all directions, rgb, in any unit; and of its luminance the mean direction that
+// it comes from, of length 0 (from all alike) to 1.
+struct Glow {
+    glm::vec3 mean{0.0f}, from{0.0f};
+};
+
 // Points in the scene's box and the surfels that they see: kProbeLinks directions each, evenly over the sphere.
 struct Probes {
     glm::ivec3 count{0};                // along each axis; 0: there are none
@@ -19,18 +25,14 @@ struct Probes {
     glm::vec3 per_step{0.0f};           // 1 / distance of neighbours, 1/m
     std::vector<std::uint16_t> ids;     // kProbeLinks a probe; Surfels::count: nothing is met
     std::vector<glm::vec3> directions;  // of the links, the same for all probes
+    std::vector<Glow> emission;         // of emissive surfaces that a probe sees, cd/m²; empty: there are none
     std::size_t size() const { return static_cast<std::size_t>(count.x * count.y * count.z); }
 };
 inline constexpr int kMostProbes = 4096, kProbeLinks = 64;
 Probes make_probes(const transport::Transport::Surface& surface, Pool& pool);
 
-// At a probe: the mean of radiance over all directions, rgb, in any unit; and of its luminance the mean direction that
-// it comes from, of length 0 (from all alike) to 1.
-struct Glow {
-    glm::vec3 mean{0.0f}, from{0.0f};
-};
-// sent: by the surfels, pi × radiance.
-void glow_of(const Probes& probes, std::span<const glm::vec4> sent, std::vector<Glow>& glow, Pool& pool);
+// sent: by the surfels, pi × radiance. emission: that of the probes counts too.
+void glow_of(const Probes& probes, std::span<const glm::vec4> sent, bool emission, std::vector<Glow>& glow, Pool& pool);
 
 // Adds to planes, rgb by ray of the view, what the rays collect of the glow, scattered once towards the eye, × unit.
 // The phase function counts to its first order, 1 + 3 g cos, which is how far a glow without edges tells them apart.

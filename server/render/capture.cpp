@@ -1,6 +1,7 @@
 // Captures: the picture in tiles, each rendered like a small live frame through a window of the view.
 #include <algorithm>
 #include <cmath>
+#include <glm/gtc/packing.hpp>
 
 #include "server/render/pipeline.h"
 #include "server/render/renderer.h"
@@ -70,6 +71,20 @@ void copy_tile(GLuint texture, GLenum type, int margin, std::vector<T>& picture,
     for (int row = 0; row < height; ++row) {
         const T* from = values.data() + std::size_t{4} * ((margin + height - 1 - row) * stride + margin);
         std::copy_n(from, 4 * width, picture.data() + std::size_t{4} * ((y + row) * picture_width + x));
+    }
+}
+
+// The same of the haze.
+void copy_haze(const ScreenLight& screen, int margin, CapturedPicture& picture, const Rectangle& to_fill) {
+    const lighting::AirPicture& air = screen.air.picture;
+    const std::size_t row_length = screen.surfaces.gbuffer.row_length;
+    picture.haze.resize(std::size_t{3} * picture.width_px * picture.height_px);
+    for (int row = 0; row < to_fill.height; ++row) {
+        const std::size_t from = (margin + to_fill.height - 1 - row) * row_length + margin,
+                          to = std::size_t{1} * (to_fill.y + row) * picture.width_px + to_fill.x;
+        for (std::size_t x = 0; x < static_cast<std::size_t>(to_fill.width); ++x)
+            for (std::size_t k = 0; k < 3; ++k)
+                picture.haze[3 * (to + x) + k] = air.unit * glm::unpackHalf1x16(air.halves[4 * (from + x) + k]);
     }
 }
 
@@ -165,6 +180,7 @@ bool Renderer::continue_capture(CaptureJob& job) {
     v1::FrameReport report = run(inputs, wanted_slots(inputs, false), timers);
     if (as_one) *captured_sum_ = std::move(screen.light.summed_list);
     const Rectangle tile{x, y, width, height};
+    if (job.raw && inputs.haze && shows_air(job.view)) copy_haze(screen, margin, picture, tile);
     if (job.raw)
         copy_tile(values.id(), GL_FLOAT, margin, picture.values, picture.width_px, tile);
     else

@@ -30,6 +30,7 @@ struct CapturedPicture {
     int width_px = 0, height_px = 0;
     std::vector<std::uint8_t> rgba8;  // 4 per pixel, sRGB-encoded
     std::vector<float> values;        // 4 per pixel: rgb and 1 where there is a surface
+    std::vector<float> haze;          // 3 per pixel: of the values what haze scatters to the eye; empty: there is none
     v1::FrameReport report;
     bool denoised = false;
 };

@@ -138,8 +138,8 @@ struct Builder {
         const auto add_glow = [&](std::string name, std::uint32_t id, SlotRef solved,
                                   const transport::Irradiance& light, lighting::Planes& out) {
             add_cpu(std::move(name), per_target(Slot::glow, id), {solved, probes, view}, {scene.haze_rev},
-                    [context = context, &light, &air, &out] {
-                        return run_glow(context, *context.probes, light, air.view, out);
+                    [context = context, &light, &air, &out, emission = id == kEmitted] {
+                        return run_glow(context, *context.probes, light, emission, air.view, out);
                     });
         };
         air.beams.resize(kMostLayers), air.glow.resize(kMostLayers);

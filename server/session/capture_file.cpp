@@ -39,9 +39,9 @@ std::vector<T> first_channels(const std::vector<T>& rgba, int channels) {
 Result<std::vector<std::byte>> encode_capture(const CapturedPicture& picture, View view, const std::string& format) {
     if (format == "exr") {
         const ValueFormat values = value_format(view);
-        return encode_exr(
-            {picture.width_px, picture.height_px, values.channels, first_channels(picture.values, values.channels)},
-            values.unit, picture.denoised);
+        return encode_exr({picture.width_px, picture.height_px, values.channels,
+                           first_channels(picture.values, values.channels), picture.haze},
+                          values.unit, picture.denoised);
     }
     const BytePicture bytes{picture.width_px, picture.height_px, first_channels(picture.rgba8, 3)};
     return format == "jpg" ? encode_jpeg(bytes, 92) : encode_png(bytes);

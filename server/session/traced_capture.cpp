@@ -112,7 +112,7 @@ double put_denoised(std::vector<float>& values, const trace::DenoisePlanes& plan
 }
 
 struct TracedPart {
-    std::vector<float> values;
+    std::vector<float> values, haze;
     trace::Progress progress;
     std::optional<double> denoised_noise;
 };
@@ -143,6 +143,7 @@ std::optional<TracedPart> trace_part(const Part& part, const Scene& scene, const
     } while (!result.progress.complete && !stop.stop_requested());
     if (stop.stop_requested()) return std::nullopt;
     result.values = traced.values();
+    result.haze = traced.haze();
     if (request.denoise) result.denoised_noise = put_denoised(result.values, traced.planes(), request.settings);
     return result;
 }
@@ -161,7 +162,7 @@ std::optional<TracedCapture> trace_capture(const std::shared_ptr<const trace::Wo
     const std::vector<Part> parts = parts_of(world, scene, request.view);
     const std::int64_t begin_ns = monotonic_ns();
     TracedCapture capture;
-    std::vector<float> values;
+    std::vector<float> values, haze;
     std::uint32_t before = 0;  // passes of the parts before
     for (std::size_t i = 0; i < parts.size(); ++i) {
         const auto left = static_cast<double>(parts.size() - i);
@@ -175,6 +176,7 @@ std::optional<TracedCapture> trace_capture(const std::shared_ptr<const trace::Wo
         });
         if (!traced) return std::nullopt;
         before += traced->progress.passes;
+        haze = traced->haze;
         add(values, traced->values, parts[i].sign);
         if (traced->denoised_noise) capture.denoised_noise = traced->denoised_noise;
         if (i == 0) {
@@ -186,6 +188,7 @@ std::optional<TracedCapture> trace_capture(const std::shared_ptr<const trace::Wo
         capture.progress.noise_reached &= traced->progress.noise_reached;
     }
     capture.picture = develop(values, scene, request);
+    if (request.format == "exr" && parts.size() == 1) capture.picture.haze = std::move(haze);
     capture.picture.denoised = request.denoise;
     return capture;
 }

@@ -54,35 +54,36 @@ Angles angles_of(const Luminaire& luminaire, const glm::dvec3& source, const glm
     return angles;
 }
 
-// One luminaire's light, scattered once on the way to `from`, cd/m².
-glm::vec3 scattered_once(const World& world, const glm::vec3& from, const glm::vec3& along, float far, bool openings,
-                         Sample& sample) {
-    const std::size_t count = world.luminaires.size();
-    if (count == 0) return glm::vec3(0.0f);
-    // Which one: about what it can do along the ray.
-    std::size_t index = 0;
+// A luminaire, by a draw from weights, and the probability of the draw; of weights that are all 0 none.
+struct Drawn {
+    const Luminaire* luminaire = nullptr;
     double probability = 1.0;
-    if (count > 1) {
-        double weights[kMaxLights], total = 0.0;
-        for (std::size_t i = 0; i < count; ++i) {
-            const Luminaire& one = world.luminaires[i];
-            const Angles angles =
-                angles_of(one, one.position, glm::dvec3(from), glm::dvec3(along), static_cast<double>(far));
-            total += weights[i] =
-                one.sun_reach_m > 0.0 ? 0.0 : static_cast<double>(one.power) * (angles.share() + 1e-6);
-        }
-        if (!(total > 0.0)) return glm::vec3(0.0f);
-        double left = static_cast<double>(sample.next().x) * total;
-        while (index + 1 < count && left >= weights[index]) left -= weights[index++];
-        probability = weights[index] / total;
+};
+template <typename Weight>
+Drawn draw(const World& world, Weight weight, Sample& sample) {
+    const std::size_t count = world.luminaires.size();
+    if (count == 0) return {};
+    double weights[kMaxLights], total = 0.0;
+    for (std::size_t i = 0; i < count; ++i) {
+        const Luminaire& one = world.luminaires[i];
+        total += weights[i] = one.sun_reach_m > 0.0 ? 0.0 : static_cast<double>(one.power) * weight(one);
     }
-    const Luminaire& luminaire = world.luminaires[index];
-    if (luminaire.sun_reach_m > 0.0 || !(probability > 0.0)) return glm::vec3(0.0f);
-    glm::dvec3 source = luminaire.position;
-    if (openings && luminaire.opening.shape != ies::OpeningShape::point) {
-        const glm::vec2 first = sample.next();
-        source = luminaire.point(first, sample.next());
-    }
+    if (!(total > 0.0)) return {};
+    std::size_t index = 0;
+    double left = count > 1 ? static_cast<double>(sample.next().x) * total : 0.0;
+    while (index + 1 < count && left >= weights[index]) left -= weights[index++];
+    return {&world.luminaires[index], weights[index] / total};
+}
+
+glm::dvec3 point_of(const Luminaire& luminaire, bool openings, Sample& sample) {
+    if (!openings || luminaire.opening.shape == ies::OpeningShape::point) return luminaire.position;
+    const glm::vec2 first = sample.next();
+    return luminaire.point(first, sample.next());
+}
+
+// One luminaire's light, scattered once on the way to `from`, cd/m².
+glm::vec3 scattered_once(const World& world, const Luminaire& luminaire, const glm::dvec3& source,
+                         const glm::vec3& from, const glm::vec3& along, float far, Sample& sample) {
     const Angles angles = angles_of(luminaire, source, glm::dvec3(from), glm::dvec3(along), static_cast<double>(far));
     if (!(angles.last > angles.first)) return glm::vec3(0.0f);
     const double theta = angles.first + static_cast<double>(sample.next().x) * (angles.last - angles.first),
@@ -93,9 +94,57 @@ glm::vec3 scattered_once(const World& world, const glm::vec3& from, const glm::v
     const Haze& haze = world.haze;
     const double nit = scattering_per_m(haze, p) * henyey_greenstein(haze.g, -glm::dot(to, glm::dvec3(along))) *
                        cd_there * std::exp(-optical_depth(haze, glm::dvec3(from), p) - optical_depth(haze, p, source)) *
-                       angles.share() / probability;
+                       angles.share();
     if (!(nit > 0.0)) return glm::vec3(0.0f);
     return luminaire.weight * static_cast<float>(nit) * world.geometry->transmittance(glm::vec3(p), glm::vec3(source));
+}
+
+// The same of any luminaire.
+glm::vec3 scattered_once(const World& world, const glm::vec3& from, const glm::vec3& along, float far, bool openings,
+                         Sample& sample) {
+    // Which one: about what it can do along the ray.
+    const Drawn drawn = draw(
+        world,
+        [&](const Luminaire& one) {
+            return angles_of(one, one.position, glm::dvec3(from), glm::dvec3(along), static_cast<double>(far)).share() +
+                   1e-6;
+        },
+        sample);
+    if (drawn.luminaire == nullptr) return glm::vec3(0.0f);
+    const glm::dvec3 source = point_of(*drawn.luminaire, openings, sample);
+    return scattered_once(world, *drawn.luminaire, source, from, along, far, sample) /
+           static_cast<float>(drawn.probability);
+}
+
+std::uint32_t dice_of(const Geometry& geometry, Sample& sample) {
+    return geometry.transmissive() ? static_cast<std::uint32_t>(sample.next().x * static_cast<float>(Geometry::kDice))
+                                   : 0u;
+}
+
+// What is scattered once onto a surface, lux. It grows as 1 / sin of the angle from the luminaire: directions are drawn
+// evenly over that angle.
+glm::vec3 scattered_onto(const World& world, const Receiver& at, bool openings, Sample& sample) {
+    const Drawn drawn = draw(
+        world,
+        [&](const Luminaire& one) {
+            return 1.0 / std::max(glm::distance(glm::dvec3(at.position), one.position), 1e-3);
+        },
+        sample);
+    if (drawn.luminaire == nullptr) return glm::vec3(0.0f);
+    const glm::dvec3 source = point_of(*drawn.luminaire, openings, sample);
+    const glm::vec2 random = sample.next();
+    const float angle = std::numbers::pi_v<float> * random.x, turn = 2.0f * std::numbers::pi_v<float> * random.y,
+                sine = std::sin(angle);
+    const glm::vec3 to = glm::normalize(glm::vec3(source) - at.position),
+                    along = around(to, {sine * std::cos(turn), sine * std::sin(turn), std::cos(angle)});
+    const float cosine = glm::dot(along, at.normal);
+    if (!(cosine > 0.0f) || glm::dot(along, at.geometric) <= 0.0f) return glm::vec3(0.0f);
+    SurfaceHit hit;
+    const bool met = world.geometry->closest(at.from, along, 0.0f, false, hit, dice_of(*world.geometry, sample));
+    const float far = met ? hit.distance : std::numeric_limits<float>::infinity();
+    const float per_density = 2.0f * std::numbers::pi_v<float> * std::numbers::pi_v<float> * sine;
+    return scattered_once(world, *drawn.luminaire, source, at.from, along, far, sample) *
+           (cosine * per_density / static_cast<float>(drawn.probability));
 }
 
 // Result: how far a ray goes until the optical depth, m; infinite where it is never reached before `far`.
@@ -127,7 +176,8 @@ glm::vec3 scattered_about(const glm::vec3& d, double g, glm::vec2 random) {
 struct Looking {
     glm::vec3 from, along;
     glm::vec3 throughput{1.0f};
-    int events = 0;  // before it, on surfaces and in the air
+    int events = 0;            // before it, on surfaces and in the air
+    bool from_surface = true;  // what is scattered once onto it is known already
 };
 
 // Adds what the ray finds, and those after it. One loop over a path's vertices, as trace_path().
@@ -138,12 +188,9 @@ void look(const World& world, Looking ray, int bounces, bool openings, Sample& s
     for (;; ++ray.events) {
         const bool more = bounces < 0 || ray.events < bounces;
         SurfaceHit hit;
-        const std::uint32_t dice =
-            geometry.transmissive() ? static_cast<std::uint32_t>(sample.next().x * static_cast<float>(Geometry::kDice))
-                                    : 0u;
-        const bool met = geometry.closest(ray.from, ray.along, 0.0f, false, hit, dice);
+        const bool met = geometry.closest(ray.from, ray.along, 0.0f, false, hit, dice_of(geometry, sample));
         const float far = met ? hit.distance : std::numeric_limits<float>::infinity();
-        if (more)
+        if (more && !ray.from_surface)
             light.indirect += ray.throughput * kPi * scattered_once(world, ray.from, ray.along, far, openings, sample);
         const double depth = -std::log(1.0 - static_cast<double>(sample.next().x)),
                      free = distance_at(haze, glm::dvec3(ray.from), glm::dvec3(ray.along), depth,
@@ -152,6 +199,7 @@ void look(const World& world, Looking ray, int bounces, bool openings, Sample& s
             if (!more || !(sample.next().x < static_cast<float>(haze.albedo))) return;
             ray.from += ray.along * static_cast<float>(free);
             ray.along = scattered_about(ray.along, haze.g, sample.next());
+            ray.from_surface = false;
             continue;
         }
         if (!met) return;
@@ -165,6 +213,9 @@ void look(const World& world, Looking ray, int bounces, bool openings, Sample& s
         const float survival = std::min(std::max({hit.albedo.r, hit.albedo.g, hit.albedo.b}), kMaxSurvival);
         if (!(sample.next().x < survival)) return;
         ray.throughput *= hit.albedo / survival;
+        if (bounces < 0 || ray.events + 1 < bounces)
+            light.indirect += ray.throughput * scattered_onto(world, at, openings, sample);
+        ray.from_surface = true;
         ray.along = around(at.normal, cosine_hemisphere(sample.next()));
         if (glm::dot(ray.along, at.geometric) <= 0.0f) return;
         ray.from = at.from;
@@ -175,6 +226,7 @@ void look(const World& world, Looking ray, int bounces, bool openings, Sample& s
 
 PathLight trace_path_in_haze(const World& world, Receiver receiver, int bounces, bool openings, Sample& sample) {
     PathLight light;
+    if (bounces != 0) light.indirect += scattered_onto(world, receiver, openings, sample);
     const glm::vec3 along = around(receiver.normal, cosine_hemisphere(sample.next()));
     if (glm::dot(along, receiver.geometric) > 0.0f)
         look(world, {receiver.from, along}, bounces, openings, sample, light);

@@ -20,7 +20,7 @@ lighting::AirlightSource source_of(const PassContext& context, const Light& ligh
 
 // How far rays go that meet nothing, m.
 float beyond(const PassContext& context) {
-    return 10.0f * context.traced.extent();
+    return std::max(1e4f, 10.0f * context.traced.extent());
 }
 
 // Along the view's rays, cd/m² per candela of peak × the layers' unit.
@@ -100,13 +100,13 @@ PassRun run_airlight_summed(const PassContext& context, std::span<const LightGpu
 }
 
 PassRun run_glow(const PassContext& context, const lighting::Probes& probes, const transport::Irradiance& light,
-                 const lighting::AirView& view, lighting::Planes& out) {
+                 bool emission, const lighting::AirView& view, lighting::Planes& out) {
     out.assign(3, std::vector<float>(view.rays.size(), 0.0f));
     if (!context.has_surfels() || light.direct.empty() || context.bounces == 0) return {};
     std::vector<glm::vec4> sent;
     std::vector<lighting::Glow> glow;
     transport::radiosity(context.transport->surface->surfels, 1.0f, light.direct, light.indirect, sent, context.pool);
-    lighting::glow_of(probes, sent, glow, context.pool);
+    lighting::glow_of(probes, sent, emission, glow, context.pool);
     lighting::add_glow(probes, glow, lighting::air_of(context.haze), view, 1.0f, out, context.pool);
     return {};
 }

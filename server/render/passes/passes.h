@@ -145,7 +145,7 @@ inline bool shows_air(View view) {
 }
 // Haze (server/lighting/airlight.h, server/lighting/glow.h): how far a luminaire's light goes; what of it the air
 // scatters onto surfels; which surfels points in the air see; and along the picture's rays what is scattered to the eye
-// of a luminaire, of those that are summed, and of the light of surfaces.
+// of a luminaire, of those that are summed, and of the light of surfaces; emission: of emissive ones their own too.
 PassRun run_distances(const PassContext& context, const Light& light, LightGpu& gpu);
 PassRun run_haze_surfels(const PassContext& context, const Light& light, LightGpu& gpu);
 PassRun run_probes(const PassContext& context, lighting::Probes& probes);
@@ -154,7 +154,7 @@ PassRun run_airlight(const PassContext& context, const Light& light, const Light
                      std::vector<float>& out);
 PassRun run_airlight_summed(const PassContext& context, std::span<const LightGpu* const> lights, ScreenAir& air);
 PassRun run_glow(const PassContext& context, const lighting::Probes& probes, const transport::Irradiance& light,
-                 const lighting::AirView& view, lighting::Planes& out);
+                 bool emission, const lighting::AirView& view, lighting::Planes& out);
 // Of the composite: all luminaires' at their weights, where they or the surfaces are new. Result: null: there is none.
 const lighting::AirPicture* air_picture(const PassContext& context, View view, std::span<const LightGpu* const> lights,
                                         const Surfaces& surfaces, const PixelLight& light, ScreenAir& air);

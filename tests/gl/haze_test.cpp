@@ -1,0 +1,239 @@
+// Haze in the live picture, in stills and at meters, against closed forms and the reference; and what it costs.
+#include <algorithm>
+#include <cmath>
+#include <map>
+#include <numbers>
+#include <set>
+
+#include "protocol/schema/gonio.pb.h"
+#include "server/trace/reference.h"
+#include "tests/gl/test_context.h"
+
+namespace gonio::test {
+namespace {
+
+constexpr double kPi = std::numbers::pi;
+
+// What a raw capture of the luminance view shows at its middle, cd/m².
+double luminance_ahead(Renderer& renderer, const Scene& scene) {
+    const auto picture = renderer.capture(scene, View::luminance, 33, 33, true);
+    return static_cast<double>(picture->values[4 * (16 * 33 + 16)]);
+}
+
+// A plane that faces 100 cd in boundless haze: direct light and, scattered once, light from the air, by quadrature.
+TEST(Haze, OntoAMeter) {
+    const struct {
+        double extinction, distance, direct, scattered;
+    } rows[] = {{.02, 3, 10.4641, 0.74558}, {.05, 3, 9.56342, 1.58128}, {.1, 5, 2.42612, 1.10733}};
+    Renderer renderer(context(), direct_light());
+    make_coarse(renderer);
+    for (const auto& row : rows) {
+        Scene scene = floor_scene(0.02, 0.0f, isotropic(100.0), {0, row.distance, 0});
+        scene.haze = {.extinction_per_m = row.extinction, .g = 0.0};
+        const v1::MeterReading reading =
+            renderer.meter(scene, {0, 0, 0}, {0, 1, 0}, Renderer::MeterQuality::interactive);
+        EXPECT_NEAR(reading.direct_lx() / row.direct, 1.0, 1e-5);
+        EXPECT_NEAR(reading.indirect_lx() / row.scattered, 1.0, 0.02) << row.extinction;
+    }
+}
+
+// The same light as the pixels of a floor show it, which take it from surfels.
+TEST(Haze, OntoPixels) {
+    Scene scene = floor_scene(0.5, 0.0f, isotropic(100.0), {0, 3, 0});
+    scene.haze = {.extinction_per_m = .05, .g = 0.0};
+    scene.camera = {{0, 2, 0.01}, {0, 0, 0}, 0.1};
+    Renderer renderer(context(), direct_light());
+    make_coarse(renderer);
+    const auto picture = renderer.capture(scene, View::illuminance, 17, 17, true);
+    EXPECT_NEAR(static_cast<double>(picture->values[4 * (8 * 17 + 8)]) / (9.56342 + 1.58128), 1.0, 0.01);
+}
+
+// A cone of 10° of 10,000 cd, crossed at right angles 4 m below the luminaire, 8 m away, by quadrature.
+TEST(Haze, ABeamFromTheSide) {
+    const auto cone =
+        profile_of("cone", 0.05, [](double v, double) { return v <= 10.0 * kPi / 180 + 1e-9 ? 1e4 : 0.0; });
+    const struct { double extinction, nit; } rows[] = {{.005, 0.326969}, {.02, 1.09213}, {.05, 1.90404}};
+    Renderer renderer(context(), direct_light());
+    make_coarse(renderer);
+    for (const auto& row : rows) {
+        Scene scene = scene_with(
+            {{quad({-0.1, -50, 0.1}, {0.1, -50, 0.1}, {0.1, -50, -0.1}, {-0.1, -50, -0.1}), glm::vec3(0.0f)}}, cone,
+            {0, 4, 0});
+        scene.haze = {.extinction_per_m = row.extinction, .g = 0.0};
+        scene.camera = {{0, 0, 8}, {0, 0, 0}, 0.02};
+        EXPECT_NEAR(luminance_ahead(renderer, scene) / row.nit, 1.0, 0.01) << row.extinction;
+    }
+}
+
+// Behind haze a surface keeps what passes; a wall that emits 100 cd/m² and reflects nothing, in light of its own.
+TEST(Haze, BeforeASurface) {
+    Scene scene =
+        scene_with({{quad({-9, -9, 0}, {9, -9, 0}, {9, 9, 0}, {-9, 9, 0}), glm::vec3(0.0f), glm::vec3(100.0f)}},
+                   isotropic(1e-6), {0, 5, 5});
+    scene.haze = {.extinction_per_m = 0.1, .albedo = 0.0, .g = 0.0};
+    scene.camera = {{0, 0, 4}, {0, 0, 0}, 0.1};
+    Renderer renderer(context(), direct_light());
+    make_coarse(renderer);
+    EXPECT_NEAR(luminance_ahead(renderer, scene) / (100.0 * std::exp(-0.4)), 1.0, 1e-3);
+    scene.haze.layer_height_m = 2.0;  // the eye is 9 m above the floor of it
+    EXPECT_NEAR(luminance_ahead(renderer, scene) / (100.0 * std::exp(-0.4 * std::exp(-4.5))), 1.0, 1e-3);
+}
+
+// Within walls of one luminance everything has it, the haze too.
+TEST(Haze, AFurnace) {
+    Scene scene =
+        scene_with({{inward_sphere(1.0, 24), glm::vec3(0.5f), glm::vec3(100.0f)}}, isotropic(1e-6), {0, 0, 0});
+    scene.haze = {.extinction_per_m = 0.8, .g = 0.5};
+    scene.camera = {{0, 0, 0}, {0, 0, -1}, 1.0};
+    Renderer renderer(context(), direct_light());
+    make_coarse(renderer);
+    EXPECT_NEAR(luminance_ahead(renderer, scene) / 200.0, 1.0, 0.02);
+    const auto picture = renderer.capture(scene, View::luminance, 33, 33, true);
+    ASSERT_EQ(picture->haze.size(), 3u * 33 * 33);
+    EXPECT_NEAR(static_cast<double>(picture->haze[3 * (16 * 33 + 16)]) / (200.0 * (1.0 - std::exp(-0.8))), 1.0, 0.02);
+}
+
+// What haze shows to the eye in the built-in rooms, beside the reference, where it is bright: above a tenth of its
+// mean.
+TEST(Haze, IsTheReferences) {
+    constexpr int kSide = 24;
+    for (const char* name : {"cornell", "atrium"}) {
+        Scene scene = scene_of(builtin(name));
+        scene.haze = {.extinction_per_m = 0.02};
+        for (Light& light : scene.lights) light.opening = ies::Opening();
+        Renderer renderer(context(), direct_light());
+        const auto shown = renderer.capture(scene, View::luminance, kSide, kSide, true);
+        // Two references: half of how they differ is what of the error is theirs.
+        std::vector<float> halves[2];
+        for (std::uint32_t seed : {0u, 1u}) {
+            trace::PictureRequest request;
+            request.camera = scene.camera;
+            request.width_px = request.height_px = kSide;
+            trace::Settings settings;
+            settings.max_passes = 128;
+            settings.noise = 1e-4;
+            settings.seed = seed + 1;
+            trace::Picture reference(trace::make_world(scene), request, settings);
+            while (!reference.refine(60.0).complete) {
+            }
+            halves[seed] = reference.haze();
+        }
+        std::vector<float> expected = halves[0];
+        for (std::size_t i = 0; i < expected.size(); ++i) expected[i] = 0.5f * (halves[0][i] + halves[1][i]);
+        ASSERT_EQ(expected.size(), shown->haze.size());
+        const auto luminance_at = [](const std::vector<float>& haze, std::size_t i) {
+            return trace::luminance(glm::dvec3(haze[3 * i], haze[3 * i + 1], haze[3 * i + 2]));
+        };
+        double mean = 0.0, squares = 0.0, bright_mean = 0.0, bias = 0.0;
+        std::size_t bright = 0;
+        for (std::size_t i = 0; i < kSide * kSide; ++i) mean += luminance_at(expected, i) / (kSide * kSide);
+        for (std::size_t i = 0; i < kSide * kSide; ++i) {
+            const double b = luminance_at(expected, i), a = luminance_at(shown->haze, i);
+            if (b < 0.1 * mean) continue;
+            const double unsure = 0.5 * (luminance_at(halves[0], i) - luminance_at(halves[1], i));
+            ++bright, squares += (a - b) * (a - b) - unsure * unsure, bright_mean += b, bias += a - b;
+        }
+        const double rmse = std::sqrt(std::max(squares, 0.0) / static_cast<double>(bright)) /
+                            (bright_mean / static_cast<double>(bright));
+        RecordProperty(std::string(name) + "_rmse", std::to_string(rmse));
+        std::printf("%s: rmse %.4f, bias %.4f of %zu pixels, mean %.4f cd/m2\n", name, rmse, bias / bright_mean, bright,
+                    mean);
+        EXPECT_LT(rmse, 0.05) << name;
+    }
+}
+
+// The cost table of docs/rendering.md.
+class HazeCost : public testing::Test {
+protected:
+    using Ran = std::set<std::string>;
+    HazeCost() : renderer(context(), direct_light()), scene(scene_of(builtin("cornell"))) {
+        scene.width_px = scene.height_px = 96;
+        make_coarse(renderer);
+        repeat_light(scene, 2, [](Light& light, std::size_t i) {
+            light.opening = ies::Opening();
+            if (i == 1) light.position.x += 0.5;
+        });
+        scene.haze = {.extinction_per_m = 0.02};
+    }
+    void change(const std::function<void(v1::Command&)>& fill) {
+        v1::Command command;
+        fill(command);
+        const auto applied = apply(scene, command, {});
+        ASSERT_TRUE(applied) << applied.error().text();
+    }
+    // Passes of haze that ran, "name" or "name:light"; and "composite".
+    Ran frame() {
+        renderer.begin_frame(scene, monotonic_ns());
+        const auto done = renderer.finish_frame(true);
+        Ran ran;
+        states.clear();
+        for (const v1::PassReport& row : done->report.passes()) {
+            const std::string name = row.name() + (row.has_light() ? ":" + row.light() : "");
+            states[row.name()] = row.state();
+            if (row.state() == "ran") ran.insert(name);
+        }
+        settled = done->report.settled();
+        return ran;
+    }
+    void settle() {
+        do frame();
+        while (!settled);
+    }
+    Ran haze_of(const Ran& ran) const {
+        Ran some;
+        for (const std::string& name : ran)
+            if (name.find("haze-") != std::string::npos) some.insert(name);
+        return some;
+    }
+    Renderer renderer;
+    Scene scene;
+    std::map<std::string, std::string> states;
+    bool settled = false;
+};
+
+TEST_F(HazeCost, WithoutHazeItIsAbsent) {
+    scene.haze = {};
+    settle();
+    for (const char* name :
+         {"haze-distances", "haze-surfels", "haze-rays", "haze-probes", "haze-airlight", "haze-glow"})
+        EXPECT_EQ(states[name], "absent") << name;
+}
+
+TEST_F(HazeCost, RunsWhatMoved) {
+    settle();
+    EXPECT_EQ(frame(), Ran());
+    EXPECT_EQ(states["haze-airlight"], "clean");
+    const std::string own = scene.lights[1].name;
+    change([&](v1::Command& command) {
+        command.mutable_set_light()->set_name(own);
+        command.mutable_set_light()->set_level_ratio(0.5);
+    });
+    Ran ran = frame();
+    ran.erase("nv12");
+    EXPECT_EQ(ran, Ran{"composite"}) << "a level weighs beams anew";
+    settle();
+    change([&](v1::Command& command) {
+        command.mutable_set_light()->set_name(own);
+        command.mutable_set_light()->set_tilt_rad(0.3);
+    });
+    ran = haze_of(frame());
+    EXPECT_EQ(ran, (Ran{"haze-distances:" + own, "haze-surfels:" + own, "haze-airlight:" + own, "haze-glow:" + own}));
+    settle();
+    change([&](v1::Command& command) {
+        for (const double x : {0.1, 1.9, 5.0}) command.mutable_set_camera()->add_eye_m(x);
+    });
+    ran = haze_of(frame());
+    EXPECT_TRUE(ran.contains("haze-rays"));
+    for (const std::string& name : ran) {
+        EXPECT_EQ(name.find("haze-distances"), std::string::npos);
+        EXPECT_EQ(name.find("haze-surfels"), std::string::npos);
+        EXPECT_EQ(name.find("haze-probes"), std::string::npos);
+    }
+    settle();
+    change([&](v1::Command& command) { command.mutable_set_view()->set_view("illuminance"); });
+    frame();
+    EXPECT_EQ(states["haze-airlight"], "culled") << "it shows surfaces alone";
+}
+
+}  // namespace
+}  // namespace gonio::test
