@@ -45,7 +45,7 @@ Angles angles_of(const Luminaire& luminaire, const glm::dvec3& source, const glm
     const glm::dmat3 light_from_world = glm::transpose(luminaire.world_from_light);
     // A point of an opening shines into its beam too.
     const Span part = within_beam(light_from_world * w, light_from_world * along,
-                                  static_cast<double>(luminaire.directions->beam_cosine()), {0.0, far});
+                                  static_cast<double>(luminaire.beam_cos), {0.0, far});
     if (!(part.end > part.begin)) return angles;
     angles.foot = -glm::dot(w, along);
     angles.off = std::max(glm::length(w + along * angles.foot), 1e-6);

@@ -119,6 +119,7 @@ std::vector<Luminaire> luminaires_of(const Scene& scene, const Geometry& geometr
         luminaire.power = static_cast<float>(luminance(glm::dvec3(luminaire.weight)) * flux_lm);
         if (!(luminaire.power > 0.0f)) continue;
         luminaire.directions = &tables_of(*light.profile).directions;
+        luminaire.beam_cos = tables_of(*light.profile).beam_cos;
         if (!luminaire.directions->dark()) result.push_back(std::move(luminaire));
     }
     return result;

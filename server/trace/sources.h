@@ -25,6 +25,7 @@ struct Luminaire {
     glm::vec3 weight{0.0f};  // level, multiplier, colour, TILT factor and master, per channel
     std::shared_ptr<const Profile> profile;
     const DirectionTable* directions = nullptr;  // of the profile
+    float beam_cos = -1.0f;                      // LightTables::beam_cos
     ies::Opening opening;                        // shape point: a point
     double opening_radius_m = 0.0;               // half its diagonal
     double sun_reach_m = 0.0;  // of a sun: radius of the sphere around the origin that holds the scene
