@@ -13,6 +13,7 @@
 namespace gonio::lighting {
 
 struct Edges;
+struct ShiningPixel;
 
 // Arrays hold row_length pixels a row, a multiple of 4·kSimdWidth, rows from the bottom. Light is in display units
 // where the reflectance is 1: display-linear value, 1 the brightest that is not clipped.
@@ -44,6 +45,7 @@ struct Display {
     float ev100 = 0.0f;
     Tone tone = Tone::knee;
     glm::mat3 white{1.0f};  // display-linear to display-linear, before the tone curve (server/scene/white_balance.h)
+    std::span<const ShiningPixel> openings;  // of luminaires, by row and column (opening_pixels.h)
     const Edges* edges = nullptr;  // pixels of several surfaces (antialias.h); null: each is what its centre shows
 };
 

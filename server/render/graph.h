@@ -38,6 +38,7 @@ enum class Slot : std::uint8_t {
     picture,
     nv12,
     edges,
+    openings,
     // Of no pass; PassCache::hold says what they were made from.
     reached,
     each_pixel,

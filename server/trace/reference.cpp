@@ -9,6 +9,7 @@
 #include "server/scene/eye.h"
 #include "server/trace/cylinder.h"
 #include "server/trace/denoise.h"
+#include "server/trace/luminous.h"
 #include "server/trace/parallel.h"
 #include "server/trace/path.h"
 
@@ -85,17 +86,17 @@ std::shared_ptr<const World> make_world(const Scene& scene, const World* previou
 // One loop of rounds: cut up it would pass points, units and sums around.
 std::vector<Reading> measure(const World& world, std::span<const MeterPoint> points, const Settings& settings,
                              std::stop_token stop) {
-    const bool needs_paths = settings.bounces != 0 || !world.emitters.empty();
+    const bool needs_paths = settings.bounces != 0 || !world.emitters.empty(), exact = world.all_points();
     std::vector<Measured> all(points.size());
     parallel(static_cast<int>(all.size()), settings.threads, settings.idle, stop, [&](int i) {
         Measured& point = all[static_cast<std::size_t>(i)];
         const MeterPoint& meter = points[static_cast<std::size_t>(i)];
         const glm::vec3 normal(meter.normal);
         point.receiver = receiver_of(*world.geometry, {world.geometry->local(meter.position), normal, normal});
-        if (!settings.openings)
+        if (exact)
             point.exact = meter.by == Receives::plane ? glm::dvec3(luminaires_direct(world, point.receiver, nullptr))
                                                       : cylinder_direct(world, meter);
-        point.done = point.noise_reached = !needs_paths && !settings.openings;
+        point.done = point.noise_reached = !needs_paths && exact;
     });
     const std::int64_t begin_ns = monotonic_ns();
     const auto late = [&] { return settings.max_seconds > 0.0 && seconds_since(begin_ns) >= settings.max_seconds; };
@@ -134,10 +135,9 @@ std::vector<Reading> measure(const World& world, std::span<const MeterPoint> poi
                         const glm::vec3 facing(upright_normal(meter, static_cast<double>(sample.next().x)));
                         receiver = receiver_of(*world.geometry, {point.receiver.position, facing, facing});
                     }
-                    if (settings.openings) sum.direct += glm::dvec3(luminaires_direct(world, receiver, &sample));
+                    if (!exact) sum.direct += glm::dvec3(luminaires_direct(world, receiver, &sample));
                     if (needs_paths) {
-                        const PathLight light =
-                            trace_path(world, receiver, settings.bounces, settings.openings, sample);
+                        const PathLight light = trace_path(world, receiver, settings.bounces, sample);
                         sum.direct += glm::dvec3(light.direct);
                         sum.indirect += glm::dvec3(light.indirect);
                     }
@@ -178,7 +178,8 @@ struct Picture::Data {
         glm::vec3 albedo{0.0f}, emission{0.0f};
         glm::vec3 direct{0.0f};      // exact, lux
         float inverse_depth = 0.0f;  // 1/m
-        bool hit = false;
+        bool hit = false;            // a surface, or
+        bool shines = false;         // an opening alone
     };
     // Sums over a pixel's samples, of a request for planes.
     struct Sums {
@@ -191,6 +192,7 @@ struct Picture::Data {
     std::vector<float> streams;       // per pixel kPixelStreams sums of its luminance
     std::vector<std::uint32_t> hits;  // samples that met a surface
     std::vector<std::uint32_t> row_passes;
+    bool points = true;  // so are all luminaires
     bool exact = false;  // one pass is the whole truth
     Progress progress;
     std::uint32_t next_check = kPixelStreams, last_check = 0;
@@ -203,13 +205,32 @@ struct Picture::Data {
         Pixel pixel;
         SurfaceHit hit;
         pixel.hit = world->geometry->closest(world->geometry->local(eye.position), direction, 0.0f, true, hit, dice);
-        if (!pixel.hit) return pixel;
+        const glm::vec3 seen = openings_at(direction, pixel.hit ? static_cast<double>(hit.distance) : 1e30);
+        pixel.shines = !pixel.hit && seen != glm::vec3(0.0f);
+        if (!pixel.hit) {
+            pixel.emission = seen;
+            return pixel;
+        }
         pixel.receiver = receiver_of(*world->geometry, hit);
         pixel.albedo = hit.albedo * hit.tint;
         if (!world->emitters.empty()) pixel.emission = hit.emission * hit.tint;
+        pixel.emission += seen * hit.tint;
         if (request.planes) pixel.inverse_depth = inverse_depth(hit);
-        if (shows_direct() && !settings.openings) pixel.direct = luminaires_direct(*world, pixel.receiver, nullptr);
+        if (shows_direct() && points) pixel.direct = luminaires_direct(*world, pixel.receiver, nullptr);
         return pixel;
+    }
+    // Result: the luminance of luminaires' openings along a ray to what it meets, rgb, cd/m². What is behind one is
+    // seen as well. One on a surface, or let into it by less than a millimetre or two, is before it.
+    glm::vec3 openings_at(const glm::vec3& direction, double met_m) const {
+        glm::vec3 seen(0.0f);
+        if (points || request.quantity != Quantity::radiance) return seen;
+        const glm::dvec3 from(world->geometry->local(eye.position));
+        for (const Luminaire& luminaire : world->luminaires) {
+            const auto shining = shining_at(luminaire, from, glm::dvec3(direction));
+            if (shining && shining->distance_m * (1.0 - kShiningSlack) - kShiningSlack_m <= met_m)
+                seen += luminaire.weight * static_cast<float>(shining->nit);
+        }
+        return seen;
     }
     float inverse_depth(const SurfaceHit& hit) const {
         const glm::dvec3 from_eye = glm::dvec3(hit.position) - glm::dvec3(world->geometry->local(eye.position));
@@ -243,13 +264,18 @@ struct Picture::Data {
             if (pass == 0 || world->geometry->transmissive()) first[at] = look(x + 0.5, y + 0.5, dice(sample));
             pixel = first[at];
         }
-        if (!pixel.hit) return;
+        if (!pixel.hit && !pixel.shines) return;
         ++hits[at];
+        if (pixel.shines) {
+            sum[at] += glm::dvec3(pixel.emission);
+            streams[at * kPixelStreams + stream] += luminance(pixel.emission);
+            if (request.planes) add_planes(planes[at], pixel, glm::dvec3(pixel.emission), pass % 2);
+            return;
+        }
         glm::vec3 lx = shows_direct() ? pixel.direct : glm::vec3(0.0f);
-        if (shows_direct() && settings.openings) lx += luminaires_direct(*world, pixel.receiver, &sample);
+        if (shows_direct() && !points) lx += luminaires_direct(*world, pixel.receiver, &sample);
         if (needs_paths()) {
-            const PathLight path =
-                trace_path(*world, pixel.receiver, shows_indirect() ? settings.bounces : 0, settings.openings, sample);
+            const PathLight path = trace_path(*world, pixel.receiver, shows_indirect() ? settings.bounces : 0, sample);
             if (shows_direct()) lx += path.direct;
             if (shows_indirect()) lx += path.indirect;
         }
@@ -345,8 +371,9 @@ Picture::Picture(std::shared_ptr<const World> world, const PictureRequest& reque
     d.hits.resize(pixels);
     d.row_passes.resize(static_cast<std::size_t>(request.height_px));
     d.next_check = std::max<std::uint32_t>(kPixelStreams, d.settings.min_passes);
-    d.exact = !request.antialias && !d.world->geometry->transmissive() && !d.needs_paths() &&
-              !(d.shows_direct() && settings.openings);
+    d.points = d.world->all_points();
+    d.exact =
+        !request.antialias && !d.world->geometry->transmissive() && !d.needs_paths() && (d.points || !d.shows_direct());
 }
 Picture::~Picture() = default;
 

@@ -29,6 +29,10 @@ layout(location = 7) uniform float work_light;  // display-linear value of a whi
 #else
 layout(binding = 8) uniform sampler2D gbuffer_depth;
 #endif
+#ifdef OPENINGS
+layout(binding = 9) uniform sampler2D openings;     // of luminaires: rgb cd/m² × the share of the pixel, and that share
+layout(location = 8) uniform ivec2 openings_at;     // the pixel of its lower left
+#endif
 #ifdef EDGES
 layout(std430, binding = 0) readonly buffer EdgeRows { uint edge_rows[]; };  // where a row of the picture begins
 layout(std430, binding = 1) readonly buffer EdgePixels { EdgePixel edge_pixels[]; };
@@ -163,12 +167,26 @@ Shown with_edges(ivec2 pixel, Shown centre) {
 }
 #endif
 
-Shown shown_at(ivec2 pixel) {
-#ifdef EDGES
-    return with_edges(pixel, centre_of(pixel));
-#else
-    return centre_of(pixel);
+#ifdef OPENINGS
+Shown with_openings(ivec2 pixel, Shown here) {
+    ivec2 at = pixel - openings_at;
+    if (any(lessThan(at, ivec2(0))) || any(greaterThanEqual(at, textureSize(openings, 0)))) return here;
+    vec4 seen = texelFetch(openings, at, 0);
+    here.nit += seen.rgb;
+    here.covered = max(here.covered, seen.a);
+    return here;
+}
 #endif
+
+Shown shown_at(ivec2 pixel) {
+    Shown here = centre_of(pixel);
+#ifdef EDGES
+    here = with_edges(pixel, here);
+#endif
+#ifdef OPENINGS
+    here = with_openings(pixel, here);
+#endif
+    return here;
 }
 
 #if (VIEW == VIEW_ILLUMINANCE || VIEW == VIEW_LUMINANCE) && !defined(RAW)

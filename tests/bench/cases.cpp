@@ -98,6 +98,7 @@ std::vector<Case> bench_cases(const std::string& scene) {
 Scene scene_of_case(const Case& which) {
     Scene scene = scene_of(which.side > 0 ? test::make_stage(which.side) : bench_asset(which.scene));
     scene.width_px = scene.height_px = 800;
+    for (Light& light : scene.lights) light.opening = ies::Opening();  // rows of points stay comparable
     for (const Lighting& lighting : kLightings) {
         for (const Shape& shape : kShapes) {
             if (which.scene != lighting.scene || which.profile != shape.profile) continue;

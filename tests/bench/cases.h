@@ -30,7 +30,7 @@ struct Case {
 // ones too, the stage with 1, 4, 16 and 64 luminaires. scene: only this one's; of a file: the file's own luminaires.
 std::vector<Case> bench_cases(const std::string& scene);
 
-// Result: the scene of a case, at 800 × 800 pixels, default technique. Throws as bench_asset.
+// Result: the scene of a case, at 800 × 800 pixels, default technique, all luminaires points. Throws as bench_asset.
 Scene scene_of_case(const Case& which);
 
 }  // namespace gonio::bench
