@@ -1,6 +1,7 @@
 #include "server/lighting/direct.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 
 #include "server/lighting/material_table.h"
@@ -435,6 +436,13 @@ void ask_grid(const GridPart& part, const GBuffer& gbuffer, const trace::Geometr
     }
 }
 
+// First rays to one opening: of each pixel, or null and what the grid's points see of it.
+struct FirstRays {
+    const std::vector<std::uint8_t>* pixels;
+    const Grid* grid;
+    const std::vector<float>* through;
+};
+
 // Sixteen pixels of a tile that ask, or fewer.
 struct Askers {
     std::size_t count;
@@ -450,46 +458,73 @@ struct Askers {
     unsigned all() const { return (1u << count) - 1u; }
 };
 
-// The first rays to an opening of the pixels that ask.
+// The first rays to an opening of pixels that ask. Result: by pixel.
+std::array<FirstRay, trace::kPacket> first_rays(const Tile& tile, const Askers& askers, std::size_t first,
+                                                const GBuffer& gbuffer, const trace::Geometry& geometry,
+                                                const DirectLight& light) {
+    glm::vec3 targets[trace::kPacket];
+    std::fill_n(targets, trace::kPacket, light.position);
+    for (std::size_t i = 0; i < askers.count; ++i) {
+        const std::size_t pixel = tile.asking[first + i];
+        targets[i] += light.parts->few[first_point(tile.x_of(pixel), tile.y_of(pixel))];
+    }
+    float passed[trace::kPacket];
+    std::fill_n(passed, trace::kPacket, 1.0f);
+    const unsigned seen = unhidden(geometry, light, gbuffer, points_at(askers.values, 0), askers.values[6],
+                                   askers.all(), passed, targets);
+    std::array<FirstRay, trace::kPacket> answers{};
+    for (std::size_t i = 0; i < askers.count; ++i)
+        answers[i] = (seen >> i & 1u) == 0 ? FirstRay::hidden : passed[i] < 1.0f ? FirstRay::dimmed : FirstRay::seen;
+    return answers;
+}
+
+// The same of every pixel of a picture that asks. answers: by pixel.
 void ask_first(const Tile& tile, std::size_t asking, const GBuffer& gbuffer, const trace::Geometry& geometry,
                const DirectLight& light, std::vector<std::uint8_t>& answers) {
     for (std::size_t first = 0; first < asking; first += trace::kPacket) {
         const Askers askers(tile, first, asking);
-        const auto x = [&](std::size_t i) { return tile.x_of(tile.asking[first + i]); };
-        const auto y = [&](std::size_t i) { return tile.y_of(tile.asking[first + i]); };
-        glm::vec3 targets[trace::kPacket];
-        std::fill_n(targets, trace::kPacket, light.position);
-        for (std::size_t i = 0; i < askers.count; ++i) targets[i] += light.parts->few[first_point(x(i), y(i))];
-        float passed[trace::kPacket];
-        std::fill_n(passed, trace::kPacket, 1.0f);
-        const unsigned seen = unhidden(geometry, light, gbuffer, points_at(askers.values, 0), askers.values[6],
-                                       askers.all(), passed, targets);
-        for (std::size_t i = 0; i < askers.count; ++i)
-            answers[static_cast<std::size_t>(y(i)) * gbuffer.row_length + static_cast<std::size_t>(x(i))] =
-                static_cast<std::uint8_t>((seen >> i & 1u) == 0 ? FirstRay::hidden
-                                          : passed[i] < 1.0f    ? FirstRay::dimmed
-                                                                : FirstRay::seen);
+        const auto own = first_rays(tile, askers, first, gbuffer, geometry, light);
+        for (std::size_t i = 0; i < askers.count; ++i) {
+            const std::size_t pixel = tile.asking[first + i];
+            answers[static_cast<std::size_t>(tile.y_of(pixel)) * gbuffer.row_length +
+                    static_cast<std::size_t>(tile.x_of(pixel))] = static_cast<std::uint8_t>(own[i]);
+        }
     }
 }
 
-// Lights the pixels that a tile's grid points leave. first: of an opening and every pixel, the answers of ask_first().
+// What pixels see of an opening where the first rays of all around them say the same, or where the four grid points
+// around them and their own first rays do. Result: bits of the others.
+unsigned by_first_rays(const Tile& tile, const Askers& askers, std::size_t first, const GBuffer& gbuffer,
+                       const trace::Geometry& geometry, const DirectLight& light, const FirstRays& known,
+                       float* share) {
+    std::array<FirstRay, trace::kPacket> own{};
+    if (known.pixels == nullptr) own = first_rays(tile, askers, first, gbuffer, geometry, light);
+    unsigned left = askers.all();
+    for (std::size_t i = 0; i < askers.count; ++i) {
+        const int x = tile.x_of(tile.asking[first + i]), y = tile.y_of(tile.asking[first + i]);
+        FirstRay all = FirstRay::dimmed;
+        if (known.pixels != nullptr)
+            all = around_first(*known.pixels, gbuffer.row_length, gbuffer.height, x, y);
+        else if (around_grid(*known.grid, *known.through, x, y) == own[i])
+            all = own[i];
+        if (all == FirstRay::dimmed) continue;
+        left &= ~(1u << i);
+        share[i] = all == FirstRay::seen ? 1.0f : 0.0f;
+    }
+    return left;
+}
+
+// Lights the pixels that a tile's grid points leave. known: of an opening.
 void ask_pixels(Tile& tile, std::size_t asking, const GBuffer& gbuffer, const trace::Geometry& geometry,
-                const DirectLight& light, std::size_t planes, const std::vector<std::uint8_t>* first_rays) {
+                const DirectLight& light, std::size_t planes, const FirstRays& known) {
     for (std::size_t first = 0; first < asking; first += trace::kPacket) {
         const Askers askers(tile, first, asking);
         float share[trace::kPacket];
-        unsigned active = askers.all();
-        for (std::size_t i = 0; first_rays != nullptr && i < askers.count; ++i) {
-            const std::size_t pixel = tile.asking[first + i];
-            const FirstRay all =
-                around_first(*first_rays, gbuffer.row_length, gbuffer.height, tile.x_of(pixel), tile.y_of(pixel));
-            if (all == FirstRay::dimmed) continue;
-            active &= ~(1u << i);
-            share[i] = all == FirstRay::seen ? 1.0f : 0.0f;
-        }
+        const unsigned active =
+            light.parts ? by_first_rays(tile, askers, first, gbuffer, geometry, light, known, share) : askers.all();
         if (active != 0)
             visible_share(geometry, light, gbuffer, points_at(askers.values, 0), askers.values[6], active,
-                          first_rays != nullptr ? kManyPoints : kFewPoints, share);
+                          known.pixels != nullptr ? kManyPoints : kFewPoints, share);
         for (std::size_t i = 0; i < askers.count; ++i) {
             for (std::size_t k = 0; k < planes; ++k)
                 tile.light[k][tile.asking[first + i]] +=
@@ -530,7 +565,7 @@ void direct_light(const GBuffer& gbuffer, const ScreenGrid& screen, const trace:
                         tile, some[k],
                         {points_of(lattice.ratio), shares ? points_of(lattice.through) : nullptr, grid.stride}, !many,
                         out.size());
-                    lit(tile, asking, some[k]);
+                    lit(tile, asking, some[k], k);
                 }
             }
             stored(tile);
@@ -561,15 +596,17 @@ void direct_light(const GBuffer& gbuffer, const ScreenGrid& screen, const trace:
                                  static_cast<std::uint8_t>(FirstRay::none));
             each_tile(
                 some,
-                [&](const Tile& tile, std::size_t asking, const DirectLight& light) {
+                [&](const Tile& tile, std::size_t asking, const DirectLight& light, std::size_t) {
                     ask_first(tile, asking, gbuffer, geometry, light, lattice.first);
                 },
                 [](const Tile&) {});
         }
         each_tile(
             some,
-            [&](Tile& tile, std::size_t asking, const DirectLight& light) {
-                ask_pixels(tile, asking, gbuffer, geometry, light, out.size(), asks_first ? &lattice.first : nullptr);
+            [&](Tile& tile, std::size_t asking, const DirectLight& light, std::size_t k) {
+                ask_pixels(tile, asking, gbuffer, geometry, light, out.size(),
+                           {asks_first ? &lattice.first : nullptr, &grid,
+                            lattice.through.size() > k ? &lattice.through[k] : nullptr});
             },
             [&](const Tile& tile) {
                 HWY_DYNAMIC_DISPATCH(StoreTile)

@@ -87,6 +87,17 @@ FirstRay around_first(const std::vector<std::uint8_t>& first, std::size_t row_le
     return met == seen ? FirstRay::seen : met == hidden ? FirstRay::hidden : FirstRay::dimmed;
 }
 
+FirstRay around_grid(const Grid& grid, const std::vector<float>& through, int x, int y) {
+    const auto before = [](int at) { return (at + kStep / 2) / kStep - 1; };  // point i stands at pixel 4i + 2
+    float least = 1.0f, greatest = 0.0f;
+    for (const int i : {0, 1})
+        for (const int j : {0, 1}) {
+            const float value = through[static_cast<std::size_t>(grid.at(before(x) + i, before(y) + j))];
+            least = std::min(least, value), greatest = std::max(greatest, value);
+        }
+    return least >= 1.0f ? FirstRay::seen : greatest <= 0.0f ? FirstRay::hidden : FirstRay::dimmed;
+}
+
 void soften_grid(const GBuffer& gbuffer, const Grid& grid, const trace::Geometry& geometry, const DirectLight& light,
                  std::vector<float>& ratio, std::vector<float>& through, Pool& pool) {
     const std::vector<float> first = through;
@@ -122,7 +133,7 @@ void soften_grid(const GBuffer& gbuffer, const Grid& grid, const trace::Geometry
         for (int x = 0; x < grid.width; ++x) {
             const auto own = static_cast<std::size_t>(grid.at(x, y));
             if (first[own] < 0.0f)
-                through[own] = ratio[own] > 0.0f ? 1.0f : 0.0f;
+                through[own] = 1.0f;  // it does not tell
             else
                 ratio[own] = through[own] > 0.0f ? std::abs(ratio[own]) : -std::abs(ratio[own]);
         }

@@ -55,6 +55,10 @@ enum class FirstRay : std::uint8_t { none, hidden, seen, dimmed };
 // Result: the same for all around it that have one, two to each side; else dimmed. Rows of row_length pixels.
 FirstRay around_first(const std::vector<std::uint8_t>& first, std::size_t row_length, int height, int x, int y);
 
+// Result: what the four points of a grid around a pixel see of an opening: all or nothing; else dimmed. through: of
+// soften_grid().
+FirstRay around_grid(const Grid& grid, const std::vector<float>& through, int x, int y);
+
 // The lattice's `ratio` and `through` of one luminaire with an opening. through: before what the first rays of a grid's
 // points say, negative where there is none; after what the points see. Where first rays do not agree with those around
 // kFewPoints follow. Render thread.
