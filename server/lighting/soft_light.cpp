@@ -1,6 +1,7 @@
 #include "server/lighting/soft_light.h"
 
 #include <algorithm>
+#include <bit>
 #include <cmath>
 
 #include "server/lighting/direct.h"
@@ -32,46 +33,95 @@ std::shared_ptr<const SoftParts> soft_parts(const ies::Opening& opening, const g
     return parts;
 }
 
+namespace {
+
+struct Asked {
+    const trace::Geometry& geometry;
+    const DirectLight& light;
+    const GBuffer& gbuffer;
+};
+
+// Bits and shares of points that see a luminaire, where `active`. targets: as of unhidden().
+void ask(const Asked& asked, const Points& points, const float* depth, unsigned active, float* passed,
+         const glm::vec3* targets) {
+    std::fill_n(passed, trace::kPacket, 1.0f);
+    const unsigned seen =
+        active != 0 ? unhidden(asked.geometry, asked.light, asked.gbuffer, points, depth, active, passed, targets) : 0u;
+    for (int i = 0; i < trace::kPacket; ++i) passed[i] = (seen >> i & 1u) != 0 ? passed[i] : 0.0f;
+}
+
+// Result: what one point sees, by a ray to each of `to`, whole packets. asked.light: a point in the opening's middle:
+// light from another of its points comes to the point as from there to one that is shifted.
+float share_of(const Asked& asked, const Points& points, const float* depth, int i, std::span<const glm::vec3> to) {
+    float seen = 0.0f, all = 0.0f;
+    alignas(64) float values[6][trace::kPacket], shifted[6][trace::kPacket], depths[trace::kPacket];
+    const float at[6] = {points.x[i], points.y[i], points.z[i], points.nx[i], points.ny[i], points.nz[i]};
+    for (int v = 0; v < 6; ++v) {
+        std::fill_n(values[v], trace::kPacket, at[v]);
+        std::fill_n(shifted[v], trace::kPacket, at[v]);
+    }
+    std::fill_n(depths, trace::kPacket, depth[i]);
+    for (std::size_t first = 0; first < to.size(); first += trace::kPacket) {
+        glm::vec3 targets[trace::kPacket];
+        for (int k = 0; k < trace::kPacket; ++k) {
+            const glm::vec3& off = to[first + static_cast<std::size_t>(k)];
+            targets[k] = asked.light.position + off;
+            for (int v = 0; v < 3; ++v) shifted[v][k] = at[v] - off[v];
+        }
+        alignas(64) float arrives[trace::kPacket];
+        direct_points(asked.light, points_at(shifted, 0), trace::kPacket, arrives);
+        unsigned lit = 0;
+        for (int k = 0; k < trace::kPacket; ++k) lit |= (arrives[k] > 0.0f ? 1u : 0u) << k;
+        float passed[trace::kPacket];
+        ask(asked, points_at(values, 0), depths, lit, passed, targets);
+        for (int k = 0; k < trace::kPacket; ++k) seen += arrives[k] * passed[k], all += arrives[k];
+    }
+    return all > 0.0f ? seen / all : 0.0f;
+}
+
+// Those of kFewPoints that are nearest to the corners.
+constexpr std::uint8_t kFirst[] = {0, 15, 3, 12};
+
+// Result: bits of points to whom the first few rays do not say the same; share: of the others.
+unsigned ask_corners(const Asked& asked, const Points& points, const float* depth, unsigned active,
+                     std::span<const glm::vec3> to, float* share) {
+    unsigned hidden = active, seen = active;  // so say all so far
+    for (const std::uint8_t k : kFirst) {
+        glm::vec3 targets[trace::kPacket];
+        std::fill_n(targets, trace::kPacket, asked.light.position + to[k]);
+        float passed[trace::kPacket];
+        ask(asked, points, depth, active, passed, targets);
+        for (int i = 0; i < trace::kPacket; ++i) {
+            if (passed[i] > 0.0f) hidden &= ~(1u << i);
+            if (passed[i] < 1.0f) seen &= ~(1u << i);
+        }
+    }
+    for (int i = 0; i < trace::kPacket; ++i)
+        if (((hidden | seen) >> i & 1u) != 0) share[i] = (seen >> i & 1u) != 0 ? 1.0f : 0.0f;
+    return active & ~(hidden | seen);
+}
+
+}  // namespace
+
 void visible_share(const trace::Geometry& geometry, const DirectLight& light, const GBuffer& gbuffer,
                    const Points& points, const float* depth, unsigned active, unsigned n, float* share) {
-    float passed[trace::kPacket];
-    const auto ask = [&](const DirectLight& point, unsigned which) {
-        std::fill_n(passed, trace::kPacket, 1.0f);
-        const unsigned seen = which != 0 ? unhidden(geometry, point, gbuffer, points, depth, which, passed) : 0u;
-        for (int i = 0; i < trace::kPacket; ++i) passed[i] = (seen >> i & 1u) != 0 ? passed[i] : 0.0f;
-    };
     if (!light.parts) {
-        ask(light, active);
+        float passed[trace::kPacket];
+        ask({geometry, light, gbuffer}, points, depth, active, passed, nullptr);
         for (int i = 0; i < trace::kPacket; ++i)
             if ((active >> i & 1u) != 0) share[i] = passed[i];
         return;
     }
-    // The first four are those nearest to the corners.
-    constexpr std::uint8_t kOrder[kFewPoints] = {0, 15, 3, 12, 1, 2, 4, 5, 6, 7, 8, 9, 10, 11, 13, 14};
-    constexpr unsigned kFirst = 4;
     const std::span<const glm::vec3> to = light.parts->points(n);
-    DirectLight point = light;
-    point.parts = nullptr;
-    float seen[trace::kPacket] = {}, all[trace::kPacket] = {};
-    unsigned left = active;
-    for (unsigned k = 0; k < to.size() && left != 0; ++k) {
-        point.position = light.position + to[to.size() == kFewPoints ? kOrder[k] : k];
-        alignas(64) float arrives[trace::kPacket];
-        direct_points(point, points, trace::kPacket, arrives);
-        unsigned lit = 0;
-        for (int i = 0; i < trace::kPacket; ++i) lit |= ((left >> i & 1u) != 0 && arrives[i] > 0.0f ? 1u : 0u) << i;
-        ask(point, lit);
-        for (int i = 0; i < trace::kPacket; ++i) {
-            if ((lit >> i & 1u) == 0) continue;
-            seen[i] += arrives[i] * passed[i];
-            all[i] += arrives[i];
-        }
-        if (to.size() != kFewPoints || k + 1 != kFirst) continue;
-        for (int i = 0; i < trace::kPacket; ++i)
-            if (all[i] > 0.0f && (seen[i] <= 0.0f || seen[i] >= all[i])) left &= ~(1u << i);
+    DirectLight middle = light;
+    middle.parts = nullptr;
+    const Asked asked{geometry, middle, gbuffer};
+    const bool few = to.size() == kFewPoints && std::popcount(active) > static_cast<int>(std::size(kFirst));
+    unsigned left = few ? ask_corners(asked, points, depth, active, to, share) : active;
+    for (; left != 0; left &= left - 1) {
+        const int i = std::countr_zero(left);
+        share[i] = share_of(asked, points, depth, i, to);
     }
-    for (int i = 0; i < trace::kPacket; ++i)
-        if ((active >> i & 1u) != 0) share[i] = all[i] > 0.0f ? seen[i] / all[i] : 0.0f;
 }
 
 FirstRay around_first(const std::vector<std::uint8_t>& first, std::size_t row_length, int height, int x, int y) {

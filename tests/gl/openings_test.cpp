@@ -191,6 +191,29 @@ TEST(Openings, AreSeenWithTheirLuminance) {
     EXPECT_NEAR(trace::measure(*trace::make_world(lit), at, settings).front().direct_lx.y, expected, 0.006 * expected);
 }
 
+// Y' of the live picture, rows from the top: an opening is white in it, whether shaders or the CPU compose it.
+TEST(Openings, AreSeenLive) {
+    const Piece ceiling{quad({-2, 2, -2}, {2, 2, -2}, {2, 2, 2}, {-2, 2, 2}), glm::vec3(0.5f)};
+    Scene scene = lamp(cosine_power(1000.0, 1.0), "rect 0.6x0.6", 1.9, {ceiling});
+    scene.camera = {{0, 0.5, 1.5}, {0, 1.9, 0}, 0.9};
+    scene.exposure_ev100 = 8.0;
+    std::vector<std::uint8_t> pictures[2];
+    for (const int gl : {0, 1}) {
+        Renderer renderer(context(), gl != 0 ? Renderer::DirectLight::gl : Renderer::DirectLight::rays);
+        make_coarse(renderer);
+        do {
+            renderer.begin_frame(scene, monotonic_ns());
+            if (const auto nv12 = renderer.finish_frame(true)->nv12) pictures[gl] = *nv12;
+        } while (!renderer.settled());
+        EXPECT_GE(pictures[gl][kSide / 2 * kSide + kSide / 2], 230) << gl;
+        EXPECT_LE(pictures[gl][kSide / 2 * kSide + 2], 200) << gl;
+    }
+    int differ = 0;
+    for (std::size_t i = 0; i < std::size_t{kSide} * kSide; ++i)
+        differ += std::abs(pictures[0][i] - pictures[1][i]) > 6;
+    EXPECT_LT(differ, kSide * kSide / 50);
+}
+
 // One that is mounted on a ceiling, let into it by a millimetre, or stands before it by one.
 TEST(Openings, AreSeenAndShineWhereTheyAreMounted) {
     Renderer renderer(context(), direct_light());
@@ -266,7 +289,7 @@ TEST(Openings, CostOfTheirLight) {
     for (const bool rests : {false, true}) {
         for (const int size : {0, 1}) {
             scene.lights[0].opening = parse_opening(size == 0 ? "point" : "rect 0.6x0.6").value();
-            for (int i = 0; i < 3; ++i) {
+            for (int i = 0; i < (rests ? 2 : 24); ++i) {
                 scene.lights[0].position_rev = scene.lights[0].profile_rev = ++scene.scene_rev;
                 scene.lights[0].position.x += 0.01;
                 renderer.set_refinement(rests);
@@ -280,7 +303,10 @@ TEST(Openings, CostOfTheirLight) {
                     if (passes_run(report).contains("direct")) break;
                 }
                 for (const v1::PassReport& row : report.passes())
-                    if (row.name() == "direct") ms[rests ? 1 : 0][size] = row.cpu_ms();
+                    if (row.name() == "direct") {
+                        double& least = ms[rests ? 1 : 0][size];
+                        least = i == 0 ? row.cpu_ms() : std::min(least, row.cpu_ms());
+                    }
             }
         }
         std::printf("direct light of cornell %s: a point %.2f ms, 0.6 × 0.6 m %.2f ms\n", rests ? "at rest" : "moving",
