@@ -176,6 +176,7 @@ struct Picture::Data {
     struct Pixel {
         Receiver receiver;
         glm::vec3 albedo{0.0f}, emission{0.0f};
+        glm::vec3 opening{0.0f};     // of emission, what luminaires' openings are seen with
         glm::vec3 direct{0.0f};      // exact, lux
         float inverse_depth = 0.0f;  // 1/m
         bool hit = false;            // a surface, or
@@ -189,7 +190,9 @@ struct Picture::Data {
     std::vector<Pixel> first;     // without antialiasing: what each pixel shows
     std::vector<glm::dvec3> sum;  // per pixel, the quantity
     std::vector<Sums> planes;
-    std::vector<float> streams;       // per pixel kPixelStreams sums of its luminance
+    // Per pixel kPixelStreams sums of its luminance, less the openings that it shows: their edges are so bright that
+    // the noise would be theirs alone.
+    std::vector<float> streams;
     std::vector<std::uint32_t> hits;  // samples that met a surface
     std::vector<std::uint32_t> row_passes;
     bool points = true;  // so are all luminaires
@@ -207,6 +210,7 @@ struct Picture::Data {
         pixel.hit = world->geometry->closest(world->geometry->local(eye.position), direction, 0.0f, true, hit, dice);
         const glm::vec3 seen = openings_at(direction, pixel.hit ? static_cast<double>(hit.distance) : 1e30);
         pixel.shines = !pixel.hit && seen != glm::vec3(0.0f);
+        pixel.opening = seen;
         if (!pixel.hit) {
             pixel.emission = seen;
             return pixel;
@@ -214,7 +218,8 @@ struct Picture::Data {
         pixel.receiver = receiver_of(*world->geometry, hit);
         pixel.albedo = hit.albedo * hit.tint;
         if (!world->emitters.empty()) pixel.emission = hit.emission * hit.tint;
-        pixel.emission += seen * hit.tint;
+        pixel.opening = seen * hit.tint;
+        pixel.emission += pixel.opening;
         if (request.planes) pixel.inverse_depth = inverse_depth(hit);
         if (shows_direct() && points) pixel.direct = luminaires_direct(*world, pixel.receiver, nullptr);
         return pixel;
@@ -223,7 +228,7 @@ struct Picture::Data {
     // seen as well. One on a surface, or let into it by less than a millimetre or two, is before it.
     glm::vec3 openings_at(const glm::vec3& direction, double met_m) const {
         glm::vec3 seen(0.0f);
-        if (points || request.quantity != Quantity::radiance) return seen;
+        if (points || !request.openings || request.quantity != Quantity::radiance) return seen;
         const glm::dvec3 from(world->geometry->local(eye.position));
         for (const Luminaire& luminaire : world->luminaires) {
             const auto shining = shining_at(luminaire, from, glm::dvec3(direction));
@@ -268,7 +273,6 @@ struct Picture::Data {
         ++hits[at];
         if (pixel.shines) {
             sum[at] += glm::dvec3(pixel.emission);
-            streams[at * kPixelStreams + stream] += luminance(pixel.emission);
             if (request.planes) add_planes(planes[at], pixel, glm::dvec3(pixel.emission), pass % 2);
             return;
         }
@@ -283,7 +287,7 @@ struct Picture::Data {
         if (request.quantity >= Quantity::radiance_direct) value *= glm::dvec3(pixel.albedo) / std::numbers::pi;
         if (request.quantity == Quantity::radiance) value += glm::dvec3(pixel.emission);
         sum[at] += value;
-        streams[at * kPixelStreams + stream] += static_cast<float>(luminance(value));
+        streams[at * kPixelStreams + stream] += static_cast<float>(luminance(value)) - luminance(pixel.opening);
         if (request.planes) add_planes(planes[at], pixel, value, pass % 2);
     }
 
@@ -319,7 +323,8 @@ struct Picture::Data {
             if (hits[at] == 0) continue;
             ++count;
             squares += pixel_variance(at, passes);
-            mean += luminance(sum[at]) / passes;
+            for (std::uint32_t s = 0; s < kPixelStreams; ++s)
+                mean += static_cast<double>(streams[at * kPixelStreams + s]) / passes;
         }
         if (count == 0) return 0.0;
         if (mean <= 0.0) return passes >= kDarkPasses ? 0.0 : 1.0;
