@@ -4,6 +4,7 @@ import {h, setText, formatLarge} from "./dom.js";
 import {property, component, mapped, nameForm, slider, scrub} from "./controls.js";
 import {lightLevel, groupLevel, percent} from "./lights.js";
 import {temperatureControl, gelControl} from "./white.js";
+import {openingControl} from "./opening.js";
 import {colorSection, section} from "./inspector_parts.js";
 import {duplicate, removeChosen} from "./many.js";
 import {manyView} from "./many_view.js";
@@ -57,14 +58,16 @@ function lightView(store, connection, {aimButton, duplicate, remove}) {
     const controls = new Map(rows.map((row) => [row.name, lightControl(row, bound(row), lightLevel(store, name))]));
     for (const row of rows) if (row.help) controls.get(row.name).node.title = capital(row.help);
     const gel = gelControl(connection, property(store, () => `gel:${name()}`, () => light()?.gel ?? "", (gel) => ({set_light: {name: name(), gel}})));
+    const opening = openingControl(property(store, () => `opening:${name()}`,
+        () => (light()?.sun ? undefined : light()?.opening_of_file ? "file" : light()?.opening), (text) => ({set_light: {name: name(), opening: text}})), () => light()?.opening ?? "");
     const placed = new Set(kSections.flatMap(([, names]) => names));
     const sections = kSections.map(([heading, names], first) => {
         const nodes = rows.filter((row) => names.includes(row.name) || (first === 0 && !placed.has(row.name)))
             .map((row) => controls.get(row.name).node);
-        return first === 0 ? h("section", {"aria-label": heading}, ...nodes, gel.node) : section(heading, ...nodes);
+        return first === 0 ? h("section", {"aria-label": heading}, ...nodes, gel.node, opening.node) : section(heading, ...nodes);
     });
     const profile = new ProfilePanel(store, connection);
-    const parts = [...controls.values(), gel, profile];
+    const parts = [...controls.values(), gel, opening, profile];
     const rename = nameForm({title: "Another name for this light", opens: "Rename this light", placeholder: "Name of the light",
         label: "New name of the light", verb: "Rename", sign: "Rename", before: name,
         submit: async (new_name) => new_name === name()

@@ -34,9 +34,9 @@ export class RenderPanel {
             view: select("View to render", kViews), quality: select("Quality of the still", kQualities), size: select("Size of the still", kSizes),
             noise: number("Noise target, percent", {min: 0.05, max: 50, step: "any", value: 2, required: true}),
             seconds: number("Longest time, seconds", {min: 0.1, max: 86400, step: "any", placeholder: "none"}),
-            type: select("File type", kTypes), denoise: tick("render-denoise"), openings: tick("render-openings"), legend: tick("render-legend"),
+            type: select("File type", kTypes), denoise: tick("render-denoise"), legend: tick("render-legend"),
         };
-        const {view, quality, size, noise, seconds, type, denoise, openings, legend} = this.#fields;
+        const {view, quality, size, noise, seconds, type, denoise, legend} = this.#fields;
         const row = (name, text, title, ...inputs) => this.#rows[name] = h(inputs.length === 1 ? "label" : "span", {class: "meter-field", title}, h("span", {class: "faint"}, text), ...inputs);
         this.#start = h("button", {id: "render-start"}, "Render");
         this.#cancel = h("button", {type: "button", id: "render-cancel", class: "quiet", hidden: true, onclick: () => this.#aborter?.abort()}, "Cancel");
@@ -48,7 +48,6 @@ export class RenderPanel {
             row("noise", "Noise target, %", "Standard error of the pixels at which it ends, of their mean", noise),
             row("seconds", "At most, s", "It ends then with what it has; empty: no limit", seconds),
             row("denoise", "Denoise", "Few samples and a filter: to look at, not to measure", denoise),
-            row("openings", "Luminous openings", "Luminaires emit from their luminous openings instead of points: soft shadows", openings),
             row("type", "File", null, type), row("legend", "Legend", "The scale of the colours is drawn into the picture", legend),
             this.#start, this.#cancel, this.#bar);
         form.addEventListener("submit", (event) => {
@@ -65,7 +64,7 @@ export class RenderPanel {
     #offer() {
         const {view, quality, size, type, denoise} = this.#fields, name = view.value || this.#store.state?.view;
         const reference = quality.value === "reference";
-        const shown = {own: size.value === "own", noise: reference && !(denoise.checked && name === "beauty"), seconds: reference, openings: reference,
+        const shown = {own: size.value === "own", noise: reference && !(denoise.checked && name === "beauty"), seconds: reference,
             denoise: reference && name === "beauty", legend: type.value !== "exr" && ["illuminance", "luminance"].includes(name)};
         for (const [row, visible] of Object.entries(shown)) {
             this.#rows[row].hidden = !visible;
@@ -75,7 +74,7 @@ export class RenderPanel {
 
     // Result: the CaptureQuery of the fields that are offered.
     #query() {
-        const {view, quality, size, noise, seconds, type, denoise, openings, legend} = this.#fields;
+        const {view, quality, size, noise, seconds, type, denoise, legend} = this.#fields;
         const on = (tick) => !tick.disabled && tick.checked;
         const query = {format: type.value, quality: quality.value};
         if (view.value) query.view = view.value;
@@ -83,7 +82,7 @@ export class RenderPanel {
         if (size.value) [query.width_px, query.height_px] = sides;
         if (!noise.disabled) query.noise_ratio = Number(noise.value) / 100;
         if (!seconds.disabled && seconds.value) query.max_seconds = Number(seconds.value);
-        for (const [name, tick] of Object.entries({denoise, openings, legend})) if (on(tick)) query[name] = true;
+        for (const [name, tick] of Object.entries({denoise, legend})) if (on(tick)) query[name] = true;
         return query;
     }
 

@@ -14,7 +14,7 @@ inline constexpr WordRow kTracedOptions[] = {
     {"--max-seconds", "S", WordForm::number, "max_seconds",
      "reference: ends then with what it has, 0.1 to 86400; default: no end"},
     {"--openings", "", WordForm::flag, "openings",
-     "reference: luminaires emit from their luminous openings, not from points"},
+     "has no effect: luminaires always emit from their luminous openings"},
 };
 
 // Result: the rows, one part after the other.

@@ -251,7 +251,7 @@ constexpr WordRow kCaptureOptions[] = {
     {"--max-seconds", "S", number, "max_seconds",
      "reference: ends then with what it has, 0.1 to 86400; default: no end"},
     {"--denoise", "", flag, "denoise", "reference, beauty: fewer samples and a filter; to look at, not to measure"},
-    {"--openings", "", flag, "openings", "reference: luminaires emit from their luminous openings, not from points"},
+    {"--openings", "", flag, "openings", "has no effect: luminaires always emit from their luminous openings"},
     {"--samples-per-pixel", "N", edge_samples, "samples_per_pixel",
      "of edges, 1 to 64; default 16; 1: centres of pixels"},
     {"--legend", "", flag, "legend",

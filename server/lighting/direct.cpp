@@ -1,6 +1,7 @@
 #include "server/lighting/direct.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 
 #include "server/lighting/material_table.h"
@@ -25,6 +26,10 @@ inline constexpr std::size_t kTilePixels = kTileRows * kTileColumns, kSquare = 1
 
 struct Tile {
     int first_x = 0, first_y = 0;
+    int x_of(std::size_t pixel) const {
+        return first_x + static_cast<int>(4 * (pixel % kSimdWidth) + pixel / kSimdWidth % 4);
+    }
+    int y_of(std::size_t pixel) const { return first_y + static_cast<int>(pixel / (4 * kSimdWidth)); }
     alignas(64) float points[6][kTilePixels], depth[kTilePixels];  // as of Points; 0: no surface
     alignas(64) std::uint32_t weights[kTilePixels];                // ToPixels::weights
     bool detailed = false;
@@ -57,11 +62,20 @@ namespace HWY_NAMESPACE {
 #include "server/lighting/simd_materials.h"
 #include "server/lighting/simd_pixels.h"
 #include "server/lighting/simd_web.h"
+#include "server/lighting/simd_web_parts.h"
 
-// Where light comes to a surface: cosine / distance², 0 from behind; to: from the luminaire.
-HWY_INLINE Float falloff(const Vec3& to, const Vec3& n) {
-    const Float per_d = inversesqrt(max(dot(to, to), Float(1e-12f)));
-    return max(-dot(n, to), Float(0.0f)) * per_d * per_d * per_d;
+void SoftPoints(const DirectLight& light, const Points& points, std::size_t count, float* relative, float* ratio) {
+    constexpr float kMostRatio = 1e4f;  // where only the edge of an opening is above the horizon
+    for (std::size_t i = 0; i < count; i += hn::Lanes(Tag())) {
+        const auto at = static_cast<std::ptrdiff_t>(i);
+        const Vec3 to = position_of(points, at) - spread(light.position), n = normal_of(points, at);
+        const Float light_there = from_parts(light, to, n), of_point = falloff(to, n);
+        store(light_there * Float(light.unit_m2), relative + i);
+        if (ratio == nullptr) continue;
+        const Float own = web_ratio(light.web, turned(light.light_from_world, to));
+        store(mix(own, min(light_there / max(of_point, Float(1e-12f)), Float(kMostRatio)), Float(0.0f) < light_there),
+              ratio + i);
+    }
 }
 
 // What of the light passes the haze on its way; to: from the luminaire.
@@ -71,6 +85,10 @@ HWY_INLINE Float passes_air(const DirectLight& light, const Vec3& to) {
 }
 
 void DirectPoints(const DirectLight& light, const Points& points, std::size_t count, float* relative, float* ratio) {
+    if (light.parts) {
+        SoftPoints(light, points, count, relative, ratio);
+        return;
+    }
     for (std::size_t i = 0; i < count; i += hn::Lanes(Tag())) {
         const auto at = static_cast<std::ptrdiff_t>(i);
         const Vec3 to = position_of(points, at) - spread(light.position);
@@ -172,6 +190,8 @@ std::size_t LightTile(Tile& tile, const DirectLight& light, const LatticePoints&
     // A pixel that a grid point of another mind has no more of than this follows the others.
     constexpr float kOpinion = 0.05f;
     const Mask none = Float(0.0f) < Float(0.0f);
+    const bool soft = light.parts != nullptr;
+    const float radius = soft ? light.parts->radius_m : 0.0f;
     std::size_t asking = 0;
     HWY_ALIGN float contribution[kSquare * kSimdWidth];
     for (std::size_t group = 0; group < kTilePixels; group += kSquare * kSimdWidth) {
@@ -185,10 +205,19 @@ std::size_t LightTile(Tile& tile, const DirectLight& light, const LatticePoints&
                 to[v] = position_of(points, 0) - spread(light.position);
                 share[v] = falloff(to[v], normal_of(points, 0));
             };
+            const auto lit_normal = [&](std::size_t v) {  // normal maps included
+                const std::size_t at = group + v * kSimdWidth + i;
+                const auto* const n = tile.detailed ? tile.detail : tile.points + 3;
+                return Vec3(load(n[0] + at), load(n[1] + at), load(n[2] + at));
+            };
+            // How far the luminaire's middle is below a surface's horizon, m.
+            const auto below = [&](std::size_t v) {
+                return dot(to[v], normal_of(points_at(tile.points, group + v * kSimdWidth + i), 0));
+            };
+            const auto faces = [&](std::size_t v) { return soft ? below(v) < Float(radius) : Float(0.0f) < share[v]; };
             for (std::size_t v = 0; edges && v < kSquare; ++v) {
                 look(v);
-                edge = hn::Or(edge, hn::AndNot(Float(0.0f) < share[v],
-                                               Float(0.0f) < load(tile.depth + group + v * kSimdWidth + i)));
+                edge = hn::Or(edge, hn::AndNot(faces(v), Float(0.0f) < load(tile.depth + group + v * kSimdWidth + i)));
             }
             for (std::size_t v = 0; v < kSquare; ++v) {
                 const std::size_t at = group + v * kSimdWidth + i;
@@ -209,19 +238,28 @@ std::size_t LightTile(Tile& tile, const DirectLight& light, const LatticePoints&
                         const Around passed = around_pixels(tile, at, lattice.through, lattice.stride);
                         agree = hn::AndNot(passed.least < passed.greatest * Float(kEven), agree);
                         through = passed.ratio / max(passed.sum, Float(1.0f));
+                        if (soft) {  // what is seen of it changes evenly between points
+                            constexpr float kPenumbra = 0.5f;
+                            agree = hn::And(one_surface, passed.greatest - passed.least < Float(kPenumbra));
+                            seen = Float(0.0f) < passed.ratio;
+                        }
                     }
                 }
                 if (hn::AllFalse(tag, wanted)) continue;
                 if (!edges) look(v);
-                if (tile.detailed)
-                    share[v] = falloff(
-                        to[v], Vec3(load(tile.detail[0] + at), load(tile.detail[1] + at), load(tile.detail[2] + at)));
-                wanted = hn::And(wanted, Float(0.0f) < share[v]);
+                if (tile.detailed) share[v] = falloff(to[v], lit_normal(v));
+                wanted = hn::And(wanted, faces(v));
                 const Mask lit = hn::And(wanted, hn::And(agree, seen)), casts_ray = hn::AndNot(agree, wanted);
                 if (hn::AllFalse(tag, hn::Or(lit, casts_ray))) continue;
-                if (!hn::AllFalse(tag, hn::Or(casts_ray, steep)))
-                    ratio = web_ratio(light.web, turned(light.light_from_world, to[v]));
-                Float relative = ratio * share[v] * Float(light.unit_m2);
+                const Mask exact = hn::Or(casts_ray, steep);
+                Float relative;
+                if (soft && !hn::AllFalse(tag, hn::Or(exact, hn::Not(below(v) < Float(-2.0f * radius)))))
+                    relative = from_parts(light, to[v], lit_normal(v));
+                else if (!soft && !hn::AllFalse(tag, exact))
+                    relative = web_ratio(light.web, turned(light.light_from_world, to[v])) * share[v];
+                else
+                    relative = ratio * share[v];
+                relative = relative * Float(light.unit_m2);
                 if (light.air) relative = relative * passes_air(light, to[v]);
                 const Float shown = hn::IfThenElseZero(lit, (relative * through).raw);
                 for (std::size_t k = 0; k < planes; ++k)
@@ -276,7 +314,7 @@ void direct_points(const DirectLight& light, const Points& points, std::size_t c
 }
 
 unsigned unhidden(const trace::Geometry& geometry, const DirectLight& light, const GBuffer& gbuffer,
-                  const Points& points, const float* depth, unsigned active, float* passed) {
+                  const Points& points, const float* depth, unsigned active, float* passed, const glm::vec3* targets) {
     // They start this share of a pixel's width off its surface: depth and normals are those of pixels, not exact.
     constexpr float kOffPerPixel = 0.02f;
     const float off_m = 4.0f * geometry.step_off(light.position), per_depth = kOffPerPixel * gbuffer.depth_per_pixel;
@@ -285,7 +323,8 @@ unsigned unhidden(const trace::Geometry& geometry, const DirectLight& light, con
         const float off = off_m + per_depth * depth[i];
         const glm::vec3 from(points.x[i] + off * points.nx[i], points.y[i] + off * points.ny[i],
                              points.z[i] + off * points.nz[i]);
-        rays.set(i, from, light.position - from, 1.0f - 1e-5f);  // one mounted on a surface is not hidden by it
+        const glm::vec3& to = targets != nullptr ? targets[i] : light.position;
+        rays.set(i, from, to - from, 1.0f - 1e-5f);  // one mounted on a surface is not hidden by it
     }
     const unsigned seen = active & ~geometry.occluded(rays, active, true);
     if (geometry.transmissive()) {
@@ -307,10 +346,10 @@ constexpr std::size_t kDense = 4;
 std::uint64_t beams_at(std::span<const DirectLight> lights, const glm::vec3& least, const glm::vec3& greatest) {
     if (!(least.x <= greatest.x)) return 0;
     const glm::vec3 centre = 0.5f * (least + greatest);
-    const float radius = 0.5f * glm::length(greatest - least);
     std::uint64_t result = 0;
     for (std::size_t k = 0; k < lights.size(); ++k) {
         const DirectLight& light = lights[k];
+        const float radius = 0.5f * glm::length(greatest - least) + (light.parts ? light.parts->radius_m : 0.0f);
         const glm::vec3 d = light.light_from_world * (centre - light.position);
         const float distance = glm::length(d);
         bool meets = light.beam_cos <= -1.0f || distance <= 1.001f * radius;
@@ -328,6 +367,7 @@ struct GridPart {
     static constexpr int kSide = 8;
     alignas(64) float points[6][64], depth[64];
     std::size_t at[64];
+    unsigned first_to[64];    // first_point()
     unsigned active[4] = {};  // of a packet: with a surface
     glm::vec3 least{1e30f}, greatest{-1e30f};
 
@@ -336,6 +376,7 @@ struct GridPart {
             const int p = static_cast<int>(i / 16), k = static_cast<int>(i % 16);
             const int px = x + k % 4 * 2 + p % 2, py = y + k / 4 * 2 + p / 2;
             at[i] = static_cast<std::size_t>(grid.at(std::min(px, grid.width - 1), std::min(py, grid.height - 1)));
+            first_to[i] = first_point(px, py);
             for (std::size_t v = 0; v < 6; ++v) points[v][i] = grid.values[v][at[i]];
             depth[i] = grid.values[6][at[i]];
             if (!(depth[i] > 0.0f)) continue;
@@ -367,6 +408,7 @@ void ask_grid(const GridPart& part, const GBuffer& gbuffer, const trace::Geometr
     const std::uint64_t beams = beams_at(lights, part.least, part.greatest);
     sparse = sparse && part.even();
     for (std::size_t k = 0; k < lights.size(); ++k) {
+        const bool soft = lights[k].parts != nullptr;
         bool all_seen = false, all_hidden = false;  // so say the points asked first
         for (std::size_t p = 0; p < 4; ++p) {
             const std::size_t first = p * trace::kPacket;
@@ -382,41 +424,123 @@ void ask_grid(const GridPart& part, const GBuffer& gbuffer, const trace::Geometr
             float passed[trace::kPacket];
             std::fill_n(passed, trace::kPacket, 1.0f);
             if (lit != 0 && !all_seen && !all_hidden) {
+                glm::vec3 targets[trace::kPacket];
+                if (soft)
+                    for (std::size_t i = 0; i < trace::kPacket; ++i)
+                        targets[i] = lights[k].position + lights[k].parts->few[part.first_to[first + i]];
                 seen = unhidden(geometry, lights[k], gbuffer, points_at(part.points, first), part.depth + first, lit,
-                                passed);
+                                passed, soft ? targets : nullptr);
             }
             const bool dimmed = std::any_of(passed, passed + trace::kPacket, [](float share) { return share < 1.0f; });
             if (p == 0 && sparse && lit == active && !dimmed) all_seen = seen == lit, all_hidden = seen == 0;
             for (std::size_t i = 0; i < trace::kPacket; ++i) {
                 const float value = std::max(ratio[i], kNoLight);
                 const bool dark = ratio[i] <= 0.0f && (active >> i & 1u) != 0;
-                if (!lattice.through.empty()) lattice.through[k][part.at[first + i]] = passed[i];
+                if (soft)
+                    lattice.through[k][part.at[first + i]] = (lit >> i & 1u) == 0    ? -1.0f
+                                                             : (seen >> i & 1u) != 0 ? passed[i]
+                                                                                     : 0.0f;
+                else if (!lattice.through.empty())
+                    lattice.through[k][part.at[first + i]] = passed[i];
                 lattice.ratio[k][part.at[first + i]] = (seen >> i & 1u) != 0 || dark ? value : -value;
             }
         }
     }
 }
 
-// Lights the pixels that a tile's grid points leave.
-void ask_pixels(Tile& tile, std::size_t asking, const GBuffer& gbuffer, const trace::Geometry& geometry,
-                const DirectLight& light, std::size_t planes) {
-    for (std::size_t first = 0; first < asking; first += trace::kPacket) {
-        const std::size_t count = std::min<std::size_t>(trace::kPacket, asking - first);
-        alignas(64) float values[7][trace::kPacket] = {};
+// First rays to one opening: of each pixel, or null and what the grid's points see of it.
+struct FirstRays {
+    const std::vector<std::uint8_t>* pixels;
+    const Grid* grid;
+    const std::vector<float>* through;
+};
+
+// Sixteen pixels of a tile that ask, or fewer.
+struct Askers {
+    std::size_t count;
+    alignas(64) float values[7][trace::kPacket] = {};  // as of Points, and the depth
+    Askers(const Tile& tile, std::size_t first, std::size_t asking)
+        : count(std::min<std::size_t>(trace::kPacket, asking - first)) {
         for (std::size_t i = 0; i < count; ++i) {
             const std::size_t pixel = tile.asking[first + i];
             for (std::size_t v = 0; v < 6; ++v) values[v][i] = tile.points[v][pixel];
             values[6][i] = tile.depth[pixel];
         }
-        float passed[trace::kPacket];
-        std::fill_n(passed, trace::kPacket, 1.0f);
-        const unsigned seen =
-            unhidden(geometry, light, gbuffer, points_at(values, 0), values[6], (1u << count) - 1u, passed);
-        for (std::size_t i = 0; i < count; ++i) {
-            if ((seen >> i & 1u) == 0) continue;
+    }
+    unsigned all() const { return (1u << count) - 1u; }
+};
+
+// The first rays to an opening of pixels that ask. Result: by pixel.
+std::array<FirstRay, trace::kPacket> first_rays(const Tile& tile, const Askers& askers, std::size_t first,
+                                                const GBuffer& gbuffer, const trace::Geometry& geometry,
+                                                const DirectLight& light) {
+    glm::vec3 targets[trace::kPacket];
+    std::fill_n(targets, trace::kPacket, light.position);
+    for (std::size_t i = 0; i < askers.count; ++i) {
+        const std::size_t pixel = tile.asking[first + i];
+        targets[i] += light.parts->few[first_point(tile.x_of(pixel), tile.y_of(pixel))];
+    }
+    float passed[trace::kPacket];
+    std::fill_n(passed, trace::kPacket, 1.0f);
+    const unsigned seen = unhidden(geometry, light, gbuffer, points_at(askers.values, 0), askers.values[6],
+                                   askers.all(), passed, targets);
+    std::array<FirstRay, trace::kPacket> answers{};
+    for (std::size_t i = 0; i < askers.count; ++i)
+        answers[i] = (seen >> i & 1u) == 0 ? FirstRay::hidden : passed[i] < 1.0f ? FirstRay::dimmed : FirstRay::seen;
+    return answers;
+}
+
+// The same of every pixel of a picture that asks. answers: by pixel.
+void ask_first(const Tile& tile, std::size_t asking, const GBuffer& gbuffer, const trace::Geometry& geometry,
+               const DirectLight& light, std::vector<std::uint8_t>& answers) {
+    for (std::size_t first = 0; first < asking; first += trace::kPacket) {
+        const Askers askers(tile, first, asking);
+        const auto own = first_rays(tile, askers, first, gbuffer, geometry, light);
+        for (std::size_t i = 0; i < askers.count; ++i) {
+            const std::size_t pixel = tile.asking[first + i];
+            answers[static_cast<std::size_t>(tile.y_of(pixel)) * gbuffer.row_length +
+                    static_cast<std::size_t>(tile.x_of(pixel))] = static_cast<std::uint8_t>(own[i]);
+        }
+    }
+}
+
+// What pixels see of an opening where the first rays of all around them say the same, or where the four grid points
+// around them and their own first rays do. Result: bits of the others.
+unsigned by_first_rays(const Tile& tile, const Askers& askers, std::size_t first, const GBuffer& gbuffer,
+                       const trace::Geometry& geometry, const DirectLight& light, const FirstRays& known,
+                       float* share) {
+    std::array<FirstRay, trace::kPacket> own{};
+    if (known.pixels == nullptr) own = first_rays(tile, askers, first, gbuffer, geometry, light);
+    unsigned left = askers.all();
+    for (std::size_t i = 0; i < askers.count; ++i) {
+        const int x = tile.x_of(tile.asking[first + i]), y = tile.y_of(tile.asking[first + i]);
+        FirstRay all = FirstRay::dimmed;
+        if (known.pixels != nullptr)
+            all = around_first(*known.pixels, gbuffer.row_length, gbuffer.height, x, y);
+        else if (around_grid(*known.grid, *known.through, x, y) == own[i])
+            all = own[i];
+        if (all == FirstRay::dimmed) continue;
+        left &= ~(1u << i);
+        share[i] = all == FirstRay::seen ? 1.0f : 0.0f;
+    }
+    return left;
+}
+
+// Lights the pixels that a tile's grid points leave. known: of an opening.
+void ask_pixels(Tile& tile, std::size_t asking, const GBuffer& gbuffer, const trace::Geometry& geometry,
+                const DirectLight& light, std::size_t planes, const FirstRays& known) {
+    for (std::size_t first = 0; first < asking; first += trace::kPacket) {
+        const Askers askers(tile, first, asking);
+        float share[trace::kPacket];
+        const unsigned active =
+            light.parts ? by_first_rays(tile, askers, first, gbuffer, geometry, light, known, share) : askers.all();
+        if (active != 0)
+            visible_share(geometry, light, gbuffer, points_at(askers.values, 0), askers.values[6], active,
+                          known.pixels != nullptr ? kManyPoints : kFewPoints, share);
+        for (std::size_t i = 0; i < askers.count; ++i) {
             for (std::size_t k = 0; k < planes; ++k)
                 tile.light[k][tile.asking[first + i]] +=
-                    light.weight[static_cast<int>(k)] * tile.relative[first + i] * passed[i];
+                    light.weight[static_cast<int>(k)] * tile.relative[first + i] * share[i];
         }
     }
 }
@@ -432,22 +556,11 @@ void direct_light(const GBuffer& gbuffer, const ScreenGrid& screen, const trace:
     const int tiles_x = static_cast<int>(gbuffer.row_length) / kTileColumns,
               tiles_y = (gbuffer.height + kTileRows - 1) / kTileRows;
     const bool many = lights.size() > kDense;
-    for (std::size_t first = 0; first == 0 || first < lights.size(); first += kMostAtOnce) {
-        const auto some = lights.subspan(first, std::min(kMostAtOnce, lights.size() - first));
-        if (!every_pixel) {
-            lattice.ratio.resize(std::max(lattice.ratio.size(), some.size()));
-            lattice.through.resize(geometry.transmissive() ? lattice.ratio.size() : 0);
-            for (std::vector<float>& plane : lattice.ratio) plane.resize(grid.first_spare() + kSimdWidth);
-            for (std::vector<float>& plane : lattice.through) plane.resize(grid.first_spare() + kSimdWidth);
-            pool.run(across * down, [&](int job) {
-                const GridPart part(grid, job % across * GridPart::kSide, job / across * GridPart::kSide);
-                ask_grid(part, gbuffer, geometry, some, many, lattice);
-            });
-            pool.run(static_cast<int>(some.size()), [&](int k) {
-                grid.extend(lattice.ratio[static_cast<std::size_t>(k)]);
-                if (!lattice.through.empty()) grid.extend(lattice.through[static_cast<std::size_t>(k)]);
-            });
-        }
+    const bool soft = std::any_of(lights.begin(), lights.end(), [](const DirectLight& light) { return light.parts; });
+    // The first rays of all pixels to one opening come before what follows from them: one luminaire after the other.
+    const std::size_t at_once = soft && every_pixel ? 1 : kMostAtOnce;
+    // Every tile with a surface that luminaires' beams meet.
+    const auto each_tile = [&](std::span<const DirectLight> some, const auto& lit, const auto& stored) {
         pool.run(tiles_x * tiles_y, [&](int job) {
             static thread_local Tile tile;
             tile.first_x = job % tiles_x * kTileColumns, tile.first_y = job / tiles_x * kTileRows;
@@ -459,14 +572,58 @@ void direct_light(const GBuffer& gbuffer, const ScreenGrid& screen, const trace:
                     const auto points_of = [&](const Planes& planes) {
                         return every_pixel || planes.empty() ? nullptr : planes[k].data() + grid.at(0, 0);
                     };
+                    const bool shares = some[k].parts || geometry.transmissive();
                     const std::size_t asking = HWY_DYNAMIC_DISPATCH(LightTile)(
-                        tile, some[k], {points_of(lattice.ratio), points_of(lattice.through), grid.stride}, !many,
+                        tile, some[k],
+                        {points_of(lattice.ratio), shares ? points_of(lattice.through) : nullptr, grid.stride}, !many,
                         out.size());
-                    ask_pixels(tile, asking, gbuffer, geometry, some[k], out.size());
+                    lit(tile, asking, some[k], k);
                 }
             }
-            HWY_DYNAMIC_DISPATCH(StoreTile)(tile, gbuffer, out, first > 0);
+            stored(tile);
         });
+    };
+    for (std::size_t first = 0; first == 0 || first < lights.size(); first += at_once) {
+        const auto some = lights.subspan(first, std::min(at_once, lights.size() - first));
+        if (!every_pixel) {
+            lattice.ratio.resize(std::max(lattice.ratio.size(), some.size()));
+            lattice.through.resize(geometry.transmissive() || soft ? lattice.ratio.size() : 0);
+            for (std::vector<float>& plane : lattice.ratio) plane.resize(grid.first_spare() + kSimdWidth);
+            for (std::vector<float>& plane : lattice.through) plane.resize(grid.first_spare() + kSimdWidth);
+            pool.run(across * down, [&](int job) {
+                const GridPart part(grid, job % across * GridPart::kSide, job / across * GridPart::kSide);
+                ask_grid(part, gbuffer, geometry, some, many, lattice);
+            });
+            for (std::size_t k = 0; k < some.size(); ++k)
+                if (some[k].parts)
+                    soften_grid(gbuffer, grid, geometry, some[k], lattice.ratio[k], lattice.through[k], pool);
+            pool.run(static_cast<int>(some.size()), [&](int k) {
+                grid.extend(lattice.ratio[static_cast<std::size_t>(k)]);
+                if (!lattice.through.empty()) grid.extend(lattice.through[static_cast<std::size_t>(k)]);
+            });
+        }
+        const bool asks_first = every_pixel && !some.empty() && some[0].parts;
+        if (asks_first) {
+            lattice.first.assign(gbuffer.row_length * static_cast<std::size_t>(gbuffer.height),
+                                 static_cast<std::uint8_t>(FirstRay::none));
+            each_tile(
+                some,
+                [&](const Tile& tile, std::size_t asking, const DirectLight& light, std::size_t) {
+                    ask_first(tile, asking, gbuffer, geometry, light, lattice.first);
+                },
+                [](const Tile&) {});
+        }
+        each_tile(
+            some,
+            [&](Tile& tile, std::size_t asking, const DirectLight& light, std::size_t k) {
+                ask_pixels(tile, asking, gbuffer, geometry, light, out.size(),
+                           {asks_first ? &lattice.first : nullptr, &grid,
+                            lattice.through.size() > k ? &lattice.through[k] : nullptr});
+            },
+            [&](const Tile& tile) {
+                HWY_DYNAMIC_DISPATCH(StoreTile)
+                (tile, gbuffer, out, first > 0);
+            });
     }
 }
 

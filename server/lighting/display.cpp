@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "server/lighting/antialias.h"
+#include "server/lighting/opening_pixels.h"
 
 #undef HWY_TARGET_INCLUDE
 #define HWY_TARGET_INCLUDE "server/lighting/display.cpp"
@@ -253,7 +254,6 @@ struct Partly {
 template <typename Light>
 void add_edges(const Edges& edges, int y, float scale, const Light& light, float* const* shown,
                std::vector<Partly>& partly) {
-    partly.clear();
     const auto own_row = static_cast<std::size_t>(y);
     for (std::uint32_t p = edges.rows[own_row]; p < edges.rows[own_row + 1]; ++p) {
         const layouts::EdgePixel& pixel = edges.pixels[p];
@@ -274,6 +274,19 @@ void add_edges(const Edges& edges, int y, float scale, const Light& light, float
     }
 }
 
+// Adds what a row shows of luminaires' openings.
+void add_openings(std::span<const ShiningPixel> openings, int y, float scale, float* const* shown,
+                  std::vector<Partly>& partly) {
+    const auto row = std::ranges::equal_range(openings, static_cast<std::uint32_t>(y), {}, &ShiningPixel::y);
+    for (const ShiningPixel& pixel : row) {
+        const bool background = shown[0][pixel.x] < 0.0f;
+        for (int k = 0; k < 3; ++k)
+            shown[k][pixel.x] =
+                background ? scale * pixel.nit[k] / pixel.covered : shown[k][pixel.x] + scale * pixel.nit[k];
+        if (background && pixel.covered < 1.0f) partly.push_back({pixel.x, pixel.covered});
+    }
+}
+
 }  // namespace
 
 void to_nv12(const Display& display, std::uint8_t* nv12, Pool& pool) {
@@ -290,7 +303,6 @@ void to_nv12(const Display& display, std::uint8_t* nv12, Pool& pool) {
         static thread_local std::vector<std::uint16_t> from_grid;
         static thread_local std::vector<std::uint8_t> bytes;
         static thread_local std::vector<Partly> partly;
-        partly.clear();
         const int last_pair = std::min(pairs, (job + 1) * kPairs), top = display.height - 1 - 2 * job * kPairs,
                   low = std::max(display.height - 2 * last_pair - beside, 0),
                   high = std::min(top + beside, display.height - 1);
@@ -316,10 +328,12 @@ void to_nv12(const Display& display, std::uint8_t* nv12, Pool& pool) {
         for (int pair = job * kPairs; pair < last_pair; ++pair) {
             const int first = display.height - 1 - 2 * pair;
             for (const auto& [y, row] : {std::pair(first, upper), std::pair(first - 1, lower)}) {
+                partly.clear();
                 HWY_DYNAMIC_DISPATCH(ReflectRow)(display, y, scale, light[y - low], row);
                 if (display.edges != nullptr)
                     add_edges(
                         *display.edges, y, scale, [&](int at) { return light[at - low]; }, row, partly);
+                add_openings(display.openings, y, scale, row, partly);
                 if (display.air != nullptr) HWY_DYNAMIC_DISPATCH(AirRow)(display, y, scale, row);
                 if (looks) HWY_DYNAMIC_DISPATCH(LookRow)(display, length, row);
                 HWY_DYNAMIC_DISPATCH(EncodeRow)(length, y, table, row);

@@ -13,6 +13,7 @@
 namespace gonio::lighting {
 
 struct Edges;
+struct ShiningPixel;
 
 // Arrays hold row_length pixels a row, a multiple of 4·kSimdWidth, rows from the bottom. Light is in display units
 // where the reflectance is 1: display-linear value, 1 the brightest that is not clipped.
@@ -47,6 +48,7 @@ struct Display {
     // Haze before the surfaces (AirPicture): 4 half floats a pixel, light × air_unit cd/m² and what passes; null: none.
     const std::uint16_t* air = nullptr;
     float air_unit = 0.0f;
+    std::span<const ShiningPixel> openings;  // of luminaires, by row and column (opening_pixels.h)
     const Edges* edges = nullptr;  // pixels of several surfaces (antialias.h); null: each is what its centre shows
 };
 

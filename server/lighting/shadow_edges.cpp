@@ -17,6 +17,7 @@ struct Candidate {
     int x, y;
     Spot spot;
     std::uint64_t others = 0;  // as of Edges
+    float brightest = 0.0f;    // of its light and that of those beside it
 };
 
 bool inside(const GBuffer& gbuffer, int x, int y) {
@@ -58,7 +59,12 @@ std::vector<Candidate> candidates_of(const GBuffer& gbuffer, const Edges& edges,
             return inside(gbuffer, px, py) && (light[at(px, py)] > 0.0f) != lit &&
                    on_plane(gbuffer, spot, spot_at(gbuffer, px, py));
         });
-        if (edge) found.push_back({x, y, spot, others_of(edges, x, y)});
+        if (!edge) continue;
+        float brightest = light[at(x, y)];
+        for (const Offset& side : kSides)
+            if (inside(gbuffer, x + side.dx, y + side.dy))
+                brightest = std::max(brightest, light[at(x + side.dx, y + side.dy)]);
+        found.push_back({x, y, spot, others_of(edges, x, y), brightest});
     }
     return found;
 }
@@ -75,12 +81,14 @@ float seen_share(const GBuffer& gbuffer, const trace::Geometry& geometry, const 
     float seen = 0.0f;
     int all = 0;
     alignas(64) float values[6][trace::kPacket] = {}, depth[trace::kPacket] = {};
+    glm::vec3 targets[trace::kPacket];
+    std::fill_n(targets, trace::kPacket, luminaire.position);
     int waiting = 0;
     const auto send = [&] {
         float passed[trace::kPacket];
         std::fill_n(passed, trace::kPacket, 1.0f);
         const unsigned open =
-            unhidden(geometry, luminaire, gbuffer, points_at(values, 0), depth, (1u << waiting) - 1u, passed);
+            unhidden(geometry, luminaire, gbuffer, points_at(values, 0), depth, (1u << waiting) - 1u, passed, targets);
         for (int i = 0; i < waiting; ++i) seen += (open >> i & 1u) != 0 ? passed[i] : 0.0f;
         all += waiting;
         waiting = 0;
@@ -97,6 +105,8 @@ float seen_share(const GBuffer& gbuffer, const trace::Geometry& geometry, const 
             values[k + 3][waiting] = spot.normal[k];
         }
         depth[waiting] = z;
+        if (luminaire.parts)  // each sample to a point of its own
+            targets[waiting] = luminaire.position + luminaire.parts->many[(i * 37u) % kManyPoints];
         if (++waiting == trace::kPacket) send();
     }
     if (waiting > 0) send();
@@ -122,10 +132,9 @@ void add_lit(const GBuffer& gbuffer, const trace::Geometry& geometry, const Dire
         unsigned active = 0;
         for (std::size_t i = 0; i < count; ++i) active |= arrives[i] > 0.0f ? 1u << i : 0u;
         if (active == 0) continue;
-        std::fill_n(passed, kSimdWidth, 1.0f);
-        const unsigned open = unhidden(geometry, luminaire, gbuffer, points_at(values, 0), depth, active, passed);
+        visible_share(geometry, luminaire, gbuffer, points_at(values, 0), depth, active, kFewPoints, passed);
         for (std::size_t i = 0; i < count; ++i) {
-            if ((open >> i & 1u) != 0) light[first + i] += arrives[i] * passed[i] * luminaire.weight;
+            if ((active >> i & 1u) != 0) light[first + i] += arrives[i] * passed[i] * luminaire.weight;
         }
     }
 }
@@ -174,8 +183,10 @@ void sample_shadow_edges(const GBuffer& gbuffer, const trace::Geometry& geometry
             }
             direct_points(luminaire, points_at(values, 0), kSimdWidth, arrives);
             for (std::size_t i = 0; i < count; ++i) {
-                if (!(arrives[i] > 0.0f)) continue;
                 const Candidate& pixel = row[first + i];
+                // The edge of a penumbra is faint, and has more rays than samples.
+                const float least = luminaire.parts ? 0.5f * arrives[i] * luminaire.weight.x : 0.0f;
+                if (!(arrives[i] > 0.0f) || pixel.brightest < least) continue;
                 const float share = seen_share(gbuffer, geometry, luminaire, n, pixel);
                 if (share >= 0.0f)
                     light[static_cast<std::size_t>(y) * gbuffer.row_length + static_cast<std::size_t>(pixel.x)] =

@@ -32,8 +32,9 @@ bool takes_flux(const transport::Surfels& surfels, const glm::vec3& light, const
     return spot_share(surfels, direct) > 0.0f;
 }
 
-void take_flux(const VplRays& rays, const transport::Transport::Surface& surface, const glm::vec3& light,
-               const glm::mat3& world_from_light, float unit_m2, std::vector<float>& out, Pool& pool) {
+void take_flux(const VplRays& rays, const transport::Transport::Surface& surface, const DirectLight& luminaire,
+               std::vector<float>& out, Pool& pool) {
+    const glm::vec3& light = luminaire.position;
     const transport::Surfels& surfels = surface.surfels;
     const float everywhere = spot_share(surfels, out);
     // Else what ends further away counts for no surfel.
@@ -48,7 +49,7 @@ void take_flux(const VplRays& rays, const transport::Transport::Surface& surface
     std::vector<End> ends(rays.rays.size());
     pool.run(static_cast<int>(ends.size() / trace::kPacket), [&](int packet) {
         const std::size_t first = static_cast<std::size_t>(packet) * trace::kPacket;
-        const transport::Fan fan = fan_of(rays, packet, *surface.geometry, light, world_from_light, reach_m);
+        const transport::Fan fan = fan_of(rays, packet, *surface.geometry, luminaire, reach_m);
         trace::HitPacket hits;
         std::uint16_t ids[trace::kPacket];
         transport::follow(fan, *surface.geometry, surfels, *surface.cells, hits, ids);
@@ -72,7 +73,7 @@ void take_flux(const VplRays& rays, const transport::Transport::Surface& surface
     std::vector<float> taken(surfels.count, 0.0f), landed(surfels.count, 0.0f);
     for (std::size_t i = 0; i < ends.size(); ++i) {
         if (ends[i].around == nullptr) continue;
-        const float flux = rays.rays[i].flux_lm_per_cd * right * unit_m2 / ends[i].covered;
+        const float flux = rays.rays[i].flux_lm_per_cd * right * luminaire.unit_m2 / ends[i].covered;
         for (std::size_t k = 0; k < kNeighbours; ++k) {
             const std::size_t id = ends[i].around[k];
             if (id == surfels.count || !(surfels.area_m2[id] > 0.0f)) continue;
@@ -93,22 +94,37 @@ void direct_at_points(const Points& points, std::span<const glm::vec3> geometric
     // A luminaire on a surface does not light what it is mounted on, nor is it hidden by it.
     constexpr float kStart = 1e-5f;
     direct_points(light, points, (geometric.size() + kSimdWidth - 1) / kSimdWidth * kSimdWidth, out);
-    const auto take = [&](std::size_t i, const glm::vec3& passed) { out[i] *= trace::luminous(passed); };
+    std::vector<float> seen;  // of an opening
+    if (light.parts) seen.assign(geometric.size(), 0.0f);
+    const auto take = [&](std::size_t i, const glm::vec3& passed) {
+        if (light.parts)
+            seen[i] += trace::luminous(passed);
+        else
+            out[i] *= trace::luminous(passed);
+    };
     trace::ShadowRays<std::size_t, decltype(take)> rays(geometry, take);
     for (std::size_t i = 0; i < geometric.size(); ++i) {
         if (!(out[i] > 0.0f)) continue;
-        const glm::vec3 p(points.x[i], points.y[i], points.z[i]), to = light.position - p;
-        if (glm::dot(to, geometric[i]) <= 0.0f) {
-            out[i] = 0.0f;
-            continue;
+        const glm::vec3 p(points.x[i], points.y[i], points.z[i]);
+        const glm::vec3 from = p + geometric[i] * (4.0f * geometry.step_off(p));
+        // Rays to an opening: to a point of it each, or to four where it is near.
+        const unsigned count = light.parts && glm::distance(p, light.position) < 4.0f * light.parts->radius_m ? 4 : 1;
+        float sent = 0.0f;
+        for (unsigned k = 0; k < count; ++k) {
+            const glm::vec3 source =
+                light.position + (light.parts ? light.parts->few[(i * 7 + k * 5) % kFewPoints] : glm::vec3(0.0f));
+            if (glm::dot(source - p, geometric[i]) <= 0.0f) continue;
+            const glm::vec3 along = from - source;
+            sent += 1.0f;
+            if (light.sun)
+                rays.add(from, -along, 1.0f, i);
+            else
+                rays.add(source + along * kStart, along, 1.0f - 2.0f * kStart, i);
         }
-        const glm::vec3 from = p + geometric[i] * (4.0f * geometry.step_off(p)), along = from - light.position;
-        if (light.sun)
-            rays.add(from, -along, 1.0f, i);
-        else
-            rays.add(light.position + along * kStart, along, 1.0f - 2.0f * kStart, i);
+        out[i] = sent > 0.0f ? out[i] / sent : 0.0f;
     }
     rays.send();
+    for (std::size_t i = 0; i < seen.size(); ++i) out[i] *= seen[i];
 }
 
 void LinkEnds::clear() {

@@ -13,7 +13,8 @@
 namespace gonio::lighting {
 
 // out: direct illuminance of each surfel per candela of peak × unit_m2, from its centre, with a ray from the luminaire
-// where light could reach it. Render thread.
+// where light could reach it. Of an opening a ray comes from one of its points, another for each surfel, or four where
+// it is near. Render thread.
 void direct_at_surfels(const transport::Surfels& surfels, const trace::Geometry& geometry, const DirectLight& light,
                        std::vector<float>& out, Pool& pool);
 
@@ -51,9 +52,8 @@ inline constexpr float kExactRadii = 2.0f;
 // surfels around its end: no flux is lost.
 // Result: whether there is such light.
 bool takes_flux(const transport::Surfels& surfels, const glm::vec3& light, const std::vector<float>& direct);
-// out: as of direct_at_surfels. rays: of the luminaire's profile, which stands at `light`, turned by world_from_light:
-// seven parameters with the surfels. Render thread.
-void take_flux(const VplRays& rays, const transport::Transport::Surface& surface, const glm::vec3& light,
-               const glm::mat3& world_from_light, float unit_m2, std::vector<float>& out, Pool& pool);
+// out: as of direct_at_surfels. rays: of the luminaire's profile. Render thread.
+void take_flux(const VplRays& rays, const transport::Transport::Surface& surface, const DirectLight& luminaire,
+               std::vector<float>& out, Pool& pool);
 
 }  // namespace gonio::lighting

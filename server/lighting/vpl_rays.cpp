@@ -27,24 +27,26 @@ VplRays::VplRays(std::shared_ptr<const Profile> of_profile, unsigned count) : pr
     }
 }
 
-transport::Fan fan_of(const VplRays& rays, int packet, const trace::Geometry& geometry, const glm::vec3& position,
-                      const glm::mat3& world_from_light, float reach_m) {
+transport::Fan fan_of(const VplRays& rays, int packet, const trace::Geometry& geometry, const DirectLight& light,
+                      float reach_m) {
     transport::Fan fan;
-    const float start = geometry.step_off(position);
+    const glm::mat3 world_from_light = glm::transpose(light.light_from_world);
+    const float start = geometry.step_off(light.position);
     const VplRays::Ray* ray = &rays.rays[static_cast<std::size_t>(packet) * trace::kPacket];
     for (int i = 0; i < trace::kPacket; ++i) {
         const glm::vec3 d = world_from_light * ray[i].direction;
-        fan.rays.set(i, position + d * start, d, reach_m);
+        const glm::vec3 off =
+            light.parts ? light.parts->few[static_cast<unsigned>(i * 5 + packet) % kFewPoints] : glm::vec3(0.0f);
+        fan.rays.set(i, light.position + off + d * start, d, reach_m);
         if (ray[i].flux_lm_per_cd > 0.0f) fan.active |= 1u << i;
     }
     return fan;
 }
 
-std::vector<Vpl> cast(const VplRays& rays, const trace::Geometry& geometry, const glm::vec3& position,
-                      const glm::mat3& world_from_light, Pool& pool) {
+std::vector<Vpl> cast(const VplRays& rays, const trace::Geometry& geometry, const DirectLight& light, Pool& pool) {
     std::vector<Vpl> vpls(rays.rays.size());
     pool.run(static_cast<int>(rays.rays.size()) / trace::kPacket, [&](int packet) {
-        const transport::Fan fan = fan_of(rays, packet, geometry, position, world_from_light);
+        const transport::Fan fan = fan_of(rays, packet, geometry, light);
         trace::SurfaceHit hits[trace::kPacket];
         const unsigned met = geometry.closest(fan.rays, fan.active, hits);
         const VplRays::Ray* ray = &rays.rays[static_cast<std::size_t>(packet) * trace::kPacket];

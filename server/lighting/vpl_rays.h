@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "server/base/pool.h"
+#include "server/lighting/direct.h"
 #include "server/lighting/kernels.h"
 #include "server/trace/sources.h"
 #include "server/transport/links.h"
@@ -32,9 +33,9 @@ struct VplRays {
 };
 
 // Result: rays 16 × packet … + 15 of a luminaire, as far as reach_m. It does not light the spot that it is mounted on:
-// they start step_off() away. position: local.
-transport::Fan fan_of(const VplRays& rays, int packet, const trace::Geometry& geometry, const glm::vec3& position,
-                      const glm::mat3& world_from_light, float reach_m = std::numeric_limits<float>::infinity());
+// they start step_off() away; of an opening each at another point.
+transport::Fan fan_of(const VplRays& rays, int packet, const trace::Geometry& geometry, const DirectLight& light,
+                      float reach_m = std::numeric_limits<float>::infinity());
 
 // One virtual point light: where a ray of a luminaire ends; dark if it leaves the scene. World axes.
 struct Vpl {
@@ -42,9 +43,8 @@ struct Vpl {
     glm::vec3 normal{0.0f};     // unit; all zero where there is none
     glm::vec3 intensity{0.0f};  // along the normal, rgb, per candela of the profile's peak, sr^-1 · lm/cd
 };
-// Result: those of a luminaire, in the rays' order. position: local. Render thread.
-std::vector<Vpl> cast(const VplRays& rays, const trace::Geometry& geometry, const glm::vec3& position,
-                      const glm::mat3& world_from_light, Pool& pool);
+// Result: those of a luminaire, in the rays' order. Render thread.
+std::vector<Vpl> cast(const VplRays& rays, const trace::Geometry& geometry, const DirectLight& light, Pool& pool);
 
 // The first bounce of a narrow beam comes by VPLs from afar and along links from nearby, where VPLs would be spikes.
 // Result: the VPLs' share, 0..1, over a distance; of a pixel and of the surfels around it nearly the same.

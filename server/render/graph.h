@@ -44,6 +44,7 @@ enum class Slot : std::uint8_t {
     glow,
     air_view,
     airlight,
+    openings,
     // Of no pass; PassCache::hold says what they were made from.
     reached,
     each_pixel,

@@ -142,6 +142,7 @@ void inspect_slot(const FrameInputs& inputs, const SlotRef& slot, const Inspecto
         case Slot::gathering:
         case Slot::refined:
         case Slot::edges:
+        case Slot::openings:
         case Slot::edge_samples:
         case Slot::distances:
         case Slot::haze_surfels:

@@ -230,10 +230,12 @@ struct Builder {
                               [=, &gpu, &screen] { return run_solve(shared, gpu, screen.weights); });
         solve.absent = seed;
         solve.stale |= solves_now(light, gpu.irradiance);
-        // A cube of depths has steps, and holds no parallel light of a sun: it is for what moves.
+        // A cube of depths has steps, and holds no parallel light of a sun nor the shadows of an opening: it is for
+        // points that move.
         const bool rests_for_rays = in.target.kind != TargetKind::live || in.wants_each_pixel(light);
-        const bool rays = (in.direct_by_rays || light.sun || rests_for_rays) && !seed;
-        shared.each_pixel = rays && (by_gl || rests_for_rays);
+        const bool soft = has_opening(light);
+        const bool rays = (in.direct_by_rays || light.sun || soft || rests_for_rays) && !seed;
+        shared.each_pixel = rays && ((by_gl && !soft) || rests_for_rays);
         Pass& direct = add("direct", lit, {rays && !metered ? per_target(Slot::grid) : gbuffer},
                            {light.position_rev, light.aim_rev, light.profile_rev, scene.geometry_rev, scene.haze_rev,
                             index, shared.each_pixel ? shared.samples_per_pixel : 0u},
@@ -361,6 +363,19 @@ struct Builder {
         emitted.absent = !emits();
     }
 
+    // What the pixels show of luminaires themselves.
+    void add_openings() {
+        std::vector<std::uint64_t> key = {scene.geometry_rev};
+        for (const Light& light : scene.lights)
+            if (has_opening(light))
+                key.insert(key.end(), {light.id, light.position_rev, light.aim_rev, light.profile_rev});
+        add_cpu("openings", per_target(Slot::openings), {per_target(Slot::grid)}, std::move(key),
+                [context = context, &screen = in.screen] {
+                    return run_openings(context, screen.surfaces, screen.light.openings);
+                })
+            .absent = !context.openings;
+    }
+
     // Light at the pixels of a capture, and light without a layer for shaders.
     void add_whole() {
         ScreenLight& screen = in.screen;
@@ -410,6 +425,7 @@ struct Builder {
         }
         const std::vector<SlotRef> air = air_slots();
         reads.insert(reads.end(), air.begin(), air.end());
+        if (context.openings && shows_openings(in.view)) reads.push_back(per_target(Slot::openings));
         if (shown_on_cpu) {
             const std::vector<SlotRef> more = besides();
             reads.insert(reads.end(), more.begin(), more.end());
@@ -521,6 +537,7 @@ PassContext FrameInputs::context() const {
     context.layers_on_cpu = shades_on_cpu();
     context.gathers = gathers_by_gl();
     context.besides = has_besides();
+    context.openings = meter == Meter::none && scene.technique == Technique::standard && openings_in_view(scene, eye);
     return context;
 }
 
@@ -560,6 +577,7 @@ std::vector<Pass> build_pipeline(const FrameInputs& in) {
         }
     }
     b.add_whole();
+    b.add_openings();
     b.add_composite();
     if (!b.shown_on_cpu && in.target.kind == TargetKind::live) {
         b.add("nv12", b.per_target(Slot::nv12), {b.per_target(Slot::picture)}, {},

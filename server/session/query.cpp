@@ -31,7 +31,6 @@ template <typename Query>
 Result<trace::Settings> settings_of(const Query& query, Quality quality, const std::string& place, double noise) {
     trace::Settings settings;
     settings.noise = query.has_noise_ratio() ? query.noise_ratio() : noise;
-    settings.openings = query.openings();
     const std::string& bounces = query.bounces();
     if (quality != Quality::reference) {
         const bool one = quality == Quality::rsm;
@@ -51,8 +50,6 @@ Result<trace::Settings> settings_of(const Query& query, Quality quality, const s
             return Error{"unsupported", place + ".max_seconds", print_number(query.max_seconds()),
                          "only reference quality works towards a noise"};
         }
-        if (query.openings())
-            return Error{"unsupported", place + ".openings", "true", "only reference quality has luminous openings"};
         return settings;
     }
     if (!bounces.empty() && bounces != "all") {

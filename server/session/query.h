@@ -39,7 +39,7 @@ struct MeterRequest {
 template <typename Query>
 Result<MeterRequest> measured_request(const Query& query, const std::string& place);
 // Errors: "invalid_argument" (vectors, count, bounces, noise, seconds), "too_large" (count), "unsupported" (quality;
-// bounces, noise, seconds or openings that the quality does not have).
+// bounces, noise or seconds that the quality does not have).
 Result<MeterRequest> check_meter(const v1::MeterQuery& query);
 
 // Errors: "unsupported" where a sun that is on would be missing in a reading: rsm meters have no bounce of it, and the
@@ -58,7 +58,7 @@ struct CaptureRequest {
     unsigned samples_per_pixel = kSamplesPerPixel;  // of edges; 1: pixels are what their centres show
 };
 // Errors: "invalid_argument" (view, format, size of 1 to 4096 a side, bounces, noise, seconds, samples). "unsupported"
-// (quality; view, bounces, noise, seconds, openings, denoising or samples that it does not have; denoising of other
+// (quality; view, bounces, noise, seconds, denoising or samples that it does not have; denoising of other
 // views). Likewise a legend of other views, of values, or where there is no room, and a reference of one light or of a
 // difference.
 Result<CaptureRequest> check_capture(const Scene& scene, const v1::CaptureQuery& query);

@@ -75,8 +75,8 @@ Drawn draw(const World& world, Weight weight, Sample& sample) {
     return {&world.luminaires[index], weights[index] / total};
 }
 
-glm::dvec3 point_of(const Luminaire& luminaire, bool openings, Sample& sample) {
-    if (!openings || luminaire.opening.shape == ies::OpeningShape::point) return luminaire.position;
+glm::dvec3 point_of(const Luminaire& luminaire, Sample& sample) {
+    if (luminaire.is_point()) return luminaire.position;
     const glm::vec2 first = sample.next();
     return luminaire.point(first, sample.next());
 }
@@ -96,12 +96,12 @@ glm::vec3 scattered_once(const World& world, const Luminaire& luminaire, const g
                        cd_there * std::exp(-optical_depth(haze, glm::dvec3(from), p) - optical_depth(haze, p, source)) *
                        angles.share();
     if (!(nit > 0.0)) return glm::vec3(0.0f);
-    return luminaire.weight * static_cast<float>(nit) * world.geometry->transmittance(glm::vec3(p), glm::vec3(source));
+    return luminaire.weight * static_cast<float>(nit) *
+           world.geometry->transmittance(glm::vec3(p), glm::vec3(source + luminaire.lift));
 }
 
 // The same of any luminaire.
-glm::vec3 scattered_once(const World& world, const glm::vec3& from, const glm::vec3& along, float far, bool openings,
-                         Sample& sample) {
+glm::vec3 scattered_once(const World& world, const glm::vec3& from, const glm::vec3& along, float far, Sample& sample) {
     // Which one: about what it can do along the ray.
     const Drawn drawn = draw(
         world,
@@ -111,7 +111,7 @@ glm::vec3 scattered_once(const World& world, const glm::vec3& from, const glm::v
         },
         sample);
     if (drawn.luminaire == nullptr) return glm::vec3(0.0f);
-    const glm::dvec3 source = point_of(*drawn.luminaire, openings, sample);
+    const glm::dvec3 source = point_of(*drawn.luminaire, sample);
     return scattered_once(world, *drawn.luminaire, source, from, along, far, sample) /
            static_cast<float>(drawn.probability);
 }
@@ -123,7 +123,7 @@ std::uint32_t dice_of(const Geometry& geometry, Sample& sample) {
 
 // What is scattered once onto a surface, lux. It grows as 1 / sin of the angle from the luminaire: directions are drawn
 // evenly over that angle.
-glm::vec3 scattered_onto(const World& world, const Receiver& at, bool openings, Sample& sample) {
+glm::vec3 scattered_onto(const World& world, const Receiver& at, Sample& sample) {
     const Drawn drawn = draw(
         world,
         [&](const Luminaire& one) {
@@ -131,7 +131,7 @@ glm::vec3 scattered_onto(const World& world, const Receiver& at, bool openings, 
         },
         sample);
     if (drawn.luminaire == nullptr) return glm::vec3(0.0f);
-    const glm::dvec3 source = point_of(*drawn.luminaire, openings, sample);
+    const glm::dvec3 source = point_of(*drawn.luminaire, sample);
     const glm::vec2 random = sample.next();
     const float angle = std::numbers::pi_v<float> * random.x, turn = 2.0f * std::numbers::pi_v<float> * random.y,
                 sine = std::sin(angle);
@@ -181,7 +181,7 @@ struct Looking {
 };
 
 // Adds what the ray finds, and those after it. One loop over a path's vertices, as trace_path().
-void look(const World& world, Looking ray, int bounces, bool openings, Sample& sample, PathLight& light) {
+void look(const World& world, Looking ray, int bounces, Sample& sample, PathLight& light) {
     const Geometry& geometry = *world.geometry;
     const Haze& haze = world.haze;
     constexpr float kPi = std::numbers::pi_v<float>;
@@ -191,7 +191,7 @@ void look(const World& world, Looking ray, int bounces, bool openings, Sample& s
         const bool met = geometry.closest(ray.from, ray.along, 0.0f, false, hit, dice_of(geometry, sample));
         const float far = met ? hit.distance : std::numeric_limits<float>::infinity();
         if (more && !ray.from_surface)
-            light.indirect += ray.throughput * kPi * scattered_once(world, ray.from, ray.along, far, openings, sample);
+            light.indirect += ray.throughput * kPi * scattered_once(world, ray.from, ray.along, far, sample);
         const double depth = -std::log(1.0 - static_cast<double>(sample.next().x)),
                      free = distance_at(haze, glm::dvec3(ray.from), glm::dvec3(ray.along), depth,
                                         static_cast<double>(far));
@@ -209,12 +209,12 @@ void look(const World& world, Looking ray, int bounces, bool openings, Sample& s
         if (!more) return;
         const Receiver at = receiver_of(geometry, hit);
         if (!world.luminaires.empty())
-            light.indirect += ray.throughput * hit.albedo * luminaires_direct(world, at, openings ? &sample : nullptr);
+            light.indirect += ray.throughput * hit.albedo * luminaires_direct(world, at, &sample);
         const float survival = std::min(std::max({hit.albedo.r, hit.albedo.g, hit.albedo.b}), kMaxSurvival);
         if (!(sample.next().x < survival)) return;
         ray.throughput *= hit.albedo / survival;
         if (bounces < 0 || ray.events + 1 < bounces)
-            light.indirect += ray.throughput * scattered_onto(world, at, openings, sample);
+            light.indirect += ray.throughput * scattered_onto(world, at, sample);
         ray.from_surface = true;
         ray.along = around(at.normal, cosine_hemisphere(sample.next()));
         if (glm::dot(ray.along, at.geometric) <= 0.0f) return;
@@ -224,20 +224,19 @@ void look(const World& world, Looking ray, int bounces, bool openings, Sample& s
 
 }  // namespace
 
-PathLight trace_path_in_haze(const World& world, Receiver receiver, int bounces, bool openings, Sample& sample) {
+PathLight trace_path_in_haze(const World& world, Receiver receiver, int bounces, Sample& sample) {
     PathLight light;
-    if (bounces != 0) light.indirect += scattered_onto(world, receiver, openings, sample);
+    if (bounces != 0) light.indirect += scattered_onto(world, receiver, sample);
     const glm::vec3 along = around(receiver.normal, cosine_hemisphere(sample.next()));
-    if (glm::dot(along, receiver.geometric) > 0.0f)
-        look(world, {receiver.from, along}, bounces, openings, sample, light);
+    if (glm::dot(along, receiver.geometric) > 0.0f) look(world, {receiver.from, along}, bounces, sample, light);
     return light;
 }
 
 glm::vec3 scattered_light(const World& world, const glm::vec3& from, const glm::vec3& direction, float far, int bounces,
-                          bool openings, Sample& sample) {
+                          Sample& sample) {
     if (bounces == 0) return glm::vec3(0.0f);
     const Haze& haze = world.haze;
-    glm::vec3 light = scattered_once(world, from, direction, far, openings, sample);
+    glm::vec3 light = scattered_once(world, from, direction, far, sample);
     // What reaches a place on the ray otherwise than straight from a luminaire; the place where the ray is scattered.
     const double end = std::isfinite(far) ? static_cast<double>(far) : 1e6;
     const double share = -std::expm1(
@@ -248,7 +247,7 @@ glm::vec3 scattered_light(const World& world, const glm::vec3& from, const glm::
     look(world,
          {from + direction * static_cast<float>(at), scattered_about(direction, haze.g, sample.next()), glm::vec3(1.0f),
           1},
-         bounces, openings, sample, other);
+         bounces, sample, other);
     return light + (other.direct + other.indirect) * static_cast<float>(haze.albedo * share / std::numbers::pi);
 }
 

@@ -14,7 +14,7 @@ constexpr float kMaxSurvival = 0.995f;
 
 // Where a luminaire's light comes from, for one decision: its own position, or a point that is drawn on its opening.
 glm::dvec3 source_point(const Luminaire& luminaire, Sample* openings) {
-    if (openings == nullptr || luminaire.opening.shape == ies::OpeningShape::point) return luminaire.position;
+    if (openings == nullptr || luminaire.is_point()) return luminaire.position;
     const glm::vec2 first = openings->next();
     return luminaire.point(first, openings->next());
 }
@@ -130,7 +130,7 @@ glm::vec3 luminaires_direct(const World& world, const Receiver& receiver, Sample
         const glm::dvec3 source = source_point(luminaire, openings);
         const Arrival arrival = arrive(luminaire, source, receiver);
         if (arrival.illuminance == glm::vec3(0.0f)) continue;
-        glm::vec3 passed = world.geometry->transmittance(receiver.from, glm::vec3(source));
+        glm::vec3 passed = world.geometry->transmittance(receiver.from, glm::vec3(source + luminaire.lift));
         if (world.haze && !(luminaire.sun_reach_m > 0.0))
             passed *= static_cast<float>(transmittance(world.haze, glm::dvec3(receiver.position), source));
         sum += arrival.illuminance * passed;
@@ -139,9 +139,8 @@ glm::vec3 luminaires_direct(const World& world, const Receiver& receiver, Sample
 }
 
 // One loop over a path's vertices: cut up it would pass its throughput, densities and sample around.
-PathLight trace_path(const World& world, Receiver x, int bounces, bool openings, Sample& sample) {
+PathLight trace_path(const World& world, Receiver x, int bounces, Sample& sample) {
     const Geometry& geometry = *world.geometry;
-    Sample* const drawn_on = openings ? &sample : nullptr;
     // Which transmissive surfaces a ray passes is a decision of its own.
     const auto dice = [&] {
         return geometry.transmissive()
@@ -162,10 +161,10 @@ PathLight trace_path(const World& world, Receiver x, int bounces, bool openings,
             const glm::vec2 choice = sample.next();
             const std::size_t index = pick(world.running, static_cast<double>(choice.x));
             const Luminaire& luminaire = world.luminaires[index];
-            const glm::dvec3 source = source_point(luminaire, drawn_on);
+            const glm::dvec3 source = source_point(luminaire, &sample);
             double density = 0.0;
             const glm::dvec3 emitted = luminaire.emit(source, sample.next(), density);
-            const glm::vec3 start(source + emitted * luminaire.start_m(source));
+            const glm::vec3 start(source + luminaire.lift + emitted * luminaire.start_m(source));
             SurfaceHit z;
             // A luminaire mounted on a surface does not light the spot it hides.
             const float near = geometry.step_off(start);
@@ -209,10 +208,10 @@ PathLight trace_path(const World& world, Receiver x, int bounces, bool openings,
         if (lit && y.distance > 0.0f) {
             const Choice choice = choose(world, at_y, static_cast<double>(sample.next().x));
             const Luminaire& luminaire = world.luminaires[choice.index];
-            const glm::dvec3 source = source_point(luminaire, drawn_on);
+            const glm::dvec3 source = source_point(luminaire, &sample);
             const Arrival arrival = arrive(luminaire, source, at_y);
             if (arrival.illuminance != glm::vec3(0.0f)) {
-                const glm::vec3 passed = geometry.transmittance(at_y.from, glm::vec3(source));
+                const glm::vec3 passed = geometry.transmittance(at_y.from, glm::vec3(source + luminaire.lift));
                 const double by_light = light_density(world, choice.index, source, arrival, at_y);
                 const double weight = met / (met * choice.probability + by_light);
                 light.indirect += throughput * passed * y.albedo * arrival.illuminance * static_cast<float>(weight);

@@ -27,6 +27,6 @@ struct PathLight {
     glm::vec3 indirect{0.0f};  // after 1 to `bounces` diffuse reflections, lux
 };
 // Result: one unbiased sample of everything but the luminaires' own direct light.
-PathLight trace_path(const World& world, Receiver receiver, int bounces, bool openings, Sample& sample);
+PathLight trace_path(const World& world, Receiver receiver, int bounces, Sample& sample);
 
 }  // namespace gonio::trace

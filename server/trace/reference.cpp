@@ -11,6 +11,7 @@
 #include "server/trace/cylinder.h"
 #include "server/trace/denoise.h"
 #include "server/trace/haze_path.h"
+#include "server/trace/luminous.h"
 #include "server/trace/parallel.h"
 #include "server/trace/path.h"
 
@@ -88,17 +89,17 @@ std::shared_ptr<const World> make_world(const Scene& scene, const World* previou
 // One loop of rounds: cut up it would pass points, units and sums around.
 std::vector<Reading> measure(const World& world, std::span<const MeterPoint> points, const Settings& settings,
                              std::stop_token stop) {
-    const bool needs_paths = settings.bounces != 0 || !world.emitters.empty();
+    const bool needs_paths = settings.bounces != 0 || !world.emitters.empty(), exact = world.all_points();
     std::vector<Measured> all(points.size());
     parallel(static_cast<int>(all.size()), settings.threads, settings.idle, stop, [&](int i) {
         Measured& point = all[static_cast<std::size_t>(i)];
         const MeterPoint& meter = points[static_cast<std::size_t>(i)];
         const glm::vec3 normal(meter.normal);
         point.receiver = receiver_of(*world.geometry, {world.geometry->local(meter.position), normal, normal});
-        if (!settings.openings)
+        if (exact)
             point.exact = meter.by == Receives::plane ? glm::dvec3(luminaires_direct(world, point.receiver, nullptr))
                                                       : cylinder_direct(world, meter);
-        point.done = point.noise_reached = !needs_paths && !settings.openings;
+        point.done = point.noise_reached = !needs_paths && exact;
     });
     const std::int64_t begin_ns = monotonic_ns();
     const auto late = [&] { return settings.max_seconds > 0.0 && seconds_since(begin_ns) >= settings.max_seconds; };
@@ -137,10 +138,10 @@ std::vector<Reading> measure(const World& world, std::span<const MeterPoint> poi
                         const glm::vec3 facing(upright_normal(meter, static_cast<double>(sample.next().x)));
                         receiver = receiver_of(*world.geometry, {point.receiver.position, facing, facing});
                     }
-                    if (settings.openings) sum.direct += glm::dvec3(luminaires_direct(world, receiver, &sample));
+                    if (!exact) sum.direct += glm::dvec3(luminaires_direct(world, receiver, &sample));
                     if (needs_paths) {
-                        const PathLight light = (world.haze ? trace_path_in_haze : trace_path)(
-                            world, receiver, settings.bounces, settings.openings, sample);
+                        const PathLight light =
+                            (world.haze ? trace_path_in_haze : trace_path)(world, receiver, settings.bounces, sample);
                         sum.direct += glm::dvec3(light.direct);
                         sum.indirect += glm::dvec3(light.indirect);
                     }
@@ -179,9 +180,11 @@ struct Picture::Data {
     struct Pixel {
         Receiver receiver;
         glm::vec3 albedo{0.0f}, emission{0.0f};
-        glm::vec3 direct{0.0f};      // exact, lux
-        float inverse_depth = 0.0f;  // 1/m
-        bool hit = false;
+        glm::vec3 opening{0.0f};                             // of emission, what luminaires' openings are seen with
+        glm::vec3 direct{0.0f};                              // exact, lux
+        float inverse_depth = 0.0f;                          // 1/m
+        bool hit = false;                                    // a surface, or
+        bool shines = false;                                 // an opening alone
         glm::vec3 along{0.0f};                               // of its ray, unit
         float far = std::numeric_limits<float>::infinity();  // how far it goes, m
         float passed = 1.0f;                                 // of what is behind the haze
@@ -195,9 +198,12 @@ struct Picture::Data {
     std::vector<glm::dvec3> sum;  // per pixel, the quantity
     std::vector<glm::vec3> air;   // of it, what haze scatters to the eye; empty: there is none
     std::vector<Sums> planes;
-    std::vector<float> streams;       // per pixel kPixelStreams sums of its luminance
+    // Per pixel kPixelStreams sums of its luminance, less the openings that it shows: their edges are so bright that
+    // the noise would be theirs alone.
+    std::vector<float> streams;
     std::vector<std::uint32_t> hits;  // samples that met a surface
     std::vector<std::uint32_t> row_passes;
+    bool points = true;  // so are all luminaires
     bool exact = false;  // one pass is the whole truth
     Progress progress;
     std::uint32_t next_check = kPixelStreams, last_check = 0;
@@ -211,18 +217,39 @@ struct Picture::Data {
         SurfaceHit hit;
         pixel.hit = world->geometry->closest(world->geometry->local(eye.position), direction, 0.0f, true, hit, dice);
         pixel.along = direction;
-        if (!pixel.hit) return pixel;
-        if (hazy()) {
+        if (hazy() && pixel.hit) {
             pixel.far = hit.distance;
             pixel.passed = static_cast<float>(
                 transmittance(world->haze, glm::dvec3(world->geometry->local(eye.position)), glm::dvec3(hit.position)));
         }
+        const glm::vec3 seen = openings_at(direction, pixel.hit ? static_cast<double>(hit.distance) : 1e30);
+        pixel.shines = !pixel.hit && seen != glm::vec3(0.0f);
+        pixel.opening = seen;
+        if (!pixel.hit) {
+            pixel.emission = seen;
+            return pixel;
+        }
         pixel.receiver = receiver_of(*world->geometry, hit);
         pixel.albedo = hit.albedo * hit.tint;
         if (!world->emitters.empty()) pixel.emission = hit.emission * hit.tint;
+        pixel.opening = seen * hit.tint;
+        pixel.emission += pixel.opening;
         if (request.planes) pixel.inverse_depth = inverse_depth(hit);
-        if (shows_direct() && !settings.openings) pixel.direct = luminaires_direct(*world, pixel.receiver, nullptr);
+        if (shows_direct() && points) pixel.direct = luminaires_direct(*world, pixel.receiver, nullptr);
         return pixel;
+    }
+    // Result: the luminance of luminaires' openings along a ray to what it meets, rgb, cd/m². What is behind one is
+    // seen as well. One on a surface, or let into it by less than a millimetre or two, is before it.
+    glm::vec3 openings_at(const glm::vec3& direction, double met_m) const {
+        glm::vec3 seen(0.0f);
+        if (points || !request.openings || request.quantity != Quantity::radiance) return seen;
+        const glm::dvec3 from(world->geometry->local(eye.position));
+        for (const Luminaire& luminaire : world->luminaires) {
+            const auto shining = shining_at(luminaire, from, glm::dvec3(direction));
+            if (shining && shining->distance_m * (1.0 - kShiningSlack) - kShiningSlack_m <= met_m)
+                seen += luminaire.weight * static_cast<float>(shining->nit);
+        }
+        return seen;
     }
     float inverse_depth(const SurfaceHit& hit) const {
         const glm::dvec3 from_eye = glm::dvec3(hit.position) - glm::dvec3(world->geometry->local(eye.position));
@@ -258,13 +285,18 @@ struct Picture::Data {
             if (pass == 0 || world->geometry->transmissive()) first[at] = look(x + 0.5, y + 0.5, dice(sample));
             pixel = first[at];
         }
-        if (!pixel.hit && !hazy()) return;
+        if (!pixel.hit && !pixel.shines && !hazy()) return;
         ++hits[at];
+        if (pixel.shines && !hazy()) {
+            sum[at] += glm::dvec3(pixel.emission);
+            if (request.planes) add_planes(planes[at], pixel, glm::dvec3(pixel.emission), pass % 2);
+            return;
+        }
         glm::vec3 lx = shows_direct() ? pixel.direct : glm::vec3(0.0f);
-        if (pixel.hit && shows_direct() && settings.openings) lx += luminaires_direct(*world, pixel.receiver, &sample);
+        if (pixel.hit && shows_direct() && !points) lx += luminaires_direct(*world, pixel.receiver, &sample);
         if (pixel.hit && needs_paths()) {
             const PathLight path = (world->haze ? trace_path_in_haze : trace_path)(
-                *world, pixel.receiver, shows_indirect() ? settings.bounces : 0, settings.openings, sample);
+                *world, pixel.receiver, shows_indirect() ? settings.bounces : 0, sample);
             if (shows_direct()) lx += path.direct;
             if (shows_indirect()) lx += path.indirect;
         }
@@ -273,12 +305,12 @@ struct Picture::Data {
         if (request.quantity == Quantity::radiance) value += glm::dvec3(pixel.emission);
         if (hazy()) {
             const glm::vec3 before = scattered_light(*world, world->geometry->local(eye.position), pixel.along,
-                                                     pixel.far, settings.bounces, settings.openings, sample);
+                                                     pixel.far, settings.bounces, sample);
             value = value * static_cast<double>(pixel.passed) + glm::dvec3(before);
             air[at] += before;
         }
         sum[at] += value;
-        streams[at * kPixelStreams + stream] += static_cast<float>(luminance(value));
+        streams[at * kPixelStreams + stream] += static_cast<float>(luminance(value)) - luminance(pixel.opening);
         if (request.planes) add_planes(planes[at], pixel, value, pass % 2);
     }
 
@@ -315,7 +347,8 @@ struct Picture::Data {
             if (hits[at] == 0) continue;
             ++count;
             squares += pixel_variance(at, passes);
-            mean += luminance(sum[at]) / passes;
+            for (std::uint32_t s = 0; s < kPixelStreams; ++s)
+                mean += static_cast<double>(streams[at * kPixelStreams + s]) / passes;
         }
         if (count == 0) return 0.0;
         if (mean <= 0.0) return passes >= kDarkPasses ? 0.0 : 1.0;
@@ -368,8 +401,9 @@ Picture::Picture(std::shared_ptr<const World> world, const PictureRequest& reque
     d.hits.resize(pixels);
     d.row_passes.resize(static_cast<std::size_t>(request.height_px));
     d.next_check = std::max<std::uint32_t>(kPixelStreams, d.settings.min_passes);
-    d.exact = !request.antialias && !d.world->geometry->transmissive() && !d.needs_paths() &&
-              !(d.shows_direct() && settings.openings);
+    d.points = d.world->all_points();
+    d.exact =
+        !request.antialias && !d.world->geometry->transmissive() && !d.needs_paths() && (d.points || !d.shows_direct());
 }
 Picture::~Picture() = default;
 

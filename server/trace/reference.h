@@ -20,7 +20,6 @@ inline constexpr int kAllBounces = -1;  // until the path dies of absorption: un
 
 struct Settings {
     int bounces = kAllBounces;  // diffuse bounces before the receiver: 0 none, 1 the interactive model with occlusion
-    bool openings = false;      // luminaires emit from their luminous opening (LM-63 table 1) instead of a point
     double noise = 0.01;        // stops when the estimated relative standard error is below: of total_lx for meters, of
                                 // the root mean square over the pixels relative to their mean for pictures
     std::uint32_t min_passes = 8;         // of a picture, a multiple of 8: its noise is not asked before
@@ -79,6 +78,7 @@ struct PictureRequest {
     Quantity quantity = Quantity::radiance;
     bool antialias = false;  // a box filter over the pixel; else rays through pixel centres, as the interactive picture
     bool planes = false;     // planes() is asked for; of radiance only
+    bool openings = true;    // luminaires' luminous openings are seen; of radiance only
 };
 
 inline constexpr std::uint32_t kLeastPassesOfNoise = 8;  // fewer do not tell it

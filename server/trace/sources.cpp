@@ -5,55 +5,14 @@
 #include <numbers>
 
 #include "server/scene/apply.h"
+#include "server/scene/opening.h"
+#include "server/scene/opening_points.h"
 #include "server/scene/sun.h"
 
 namespace gonio::trace {
 
 glm::dvec3 Luminaire::point(glm::vec2 random, glm::vec2 more) const {
-    const double x = opening.length.in(m), y = opening.width.in(m), z = opening.height.in(m);
-    const glm::dvec2 first(random), second(more);
-    const double a = first.x - 0.5, b = first.y - 0.5, c = second.x - 0.5;
-    const double turn = 2.0 * std::numbers::pi * first.y, root = 0.5 * std::sqrt(first.x);
-    glm::dvec3 p(0.0);
-    using Shape = ies::OpeningShape;
-    switch (opening.shape) {
-        case Shape::point:
-            break;
-        case Shape::rectangle:
-            p = {a * x, b * y, 0.0};
-            break;
-        case Shape::box: {  // bottom and the four sides, by area
-            const double areas[] = {x * y, x * z, x * z, y * z, y * z};
-            double pick = second.x * (areas[0] + 2.0 * areas[1] + 2.0 * areas[3]);
-            int face = 0;
-            while (face < 4 && pick > areas[face]) pick -= areas[face++];
-            p = face == 0   ? glm::dvec3(a * x, b * y, -0.5 * z)
-                : face <= 2 ? glm::dvec3(a * x, face == 1 ? 0.5 * y : -0.5 * y, b * z)
-                            : glm::dvec3(face == 3 ? 0.5 * x : -0.5 * x, a * y, b * z);
-            break;
-        }
-        case Shape::ellipse:
-            p = {root * x * std::cos(turn), root * y * std::sin(turn), 0.0};
-            break;
-        case Shape::vertical_cylinder:
-            p = {0.5 * x * std::cos(turn), 0.5 * y * std::sin(turn), c * z};
-            break;
-        case Shape::ellipsoid: {
-            const double height = 1.0 - 2.0 * first.x, radius = std::sqrt(std::max(0.0, 1.0 - height * height));
-            p = 0.5 * glm::dvec3(x * radius * std::cos(turn), y * radius * std::sin(turn), z * height);
-            break;
-        }
-        case Shape::horizontal_cylinder_length:
-            p = {c * x, 0.5 * y * std::cos(turn), 0.5 * z * std::sin(turn)};
-            break;
-        case Shape::horizontal_cylinder_width:
-            p = {0.5 * x * std::cos(turn), c * y, 0.5 * z * std::sin(turn)};
-            break;
-        case Shape::vertical_ellipse:
-            p = {0.0, root * y * std::cos(turn), root * z * std::sin(turn)};
-            break;
-    }
-    return position + world_from_light * p;
+    return position + world_from_light * opening_point(opening, glm::dvec2(random), glm::dvec2(more));
 }
 
 namespace {
@@ -94,25 +53,30 @@ double Luminaire::intensity_cd(const glm::dvec3& direction) const {
     return ies::intensity(profile->photometry.web, {d.x, d.y, d.z}).in(cd);
 }
 
+Luminaire luminaire_of(const Light& light, const Geometry& geometry) {
+    Luminaire luminaire;
+    luminaire.light = light.id;
+    const LightSource source = gonio::source_of(light, geometry.asset().bounds);
+    luminaire.position = source.position - geometry.origin();
+    luminaire.world_from_light = glm::mat3_cast(light.world_from_light);
+    luminaire.profile = light.profile;
+    luminaire.opening = opening_of(light);
+    if (light.sun) {
+        const Length disc = 2.0 * std::tan(0.5 * kSunDiameter_rad) * std::sqrt(source.gain) * m;
+        luminaire.opening = {ies::OpeningShape::ellipse, disc, disc, 0.0 * m};
+        luminaire.sun_reach_m = static_cast<double>(geometry.extent());
+    }
+    luminaire.opening_radius_m = glm::length(half_sides(luminaire.opening));
+    if (!light.sun) luminaire.lift = luminaire.world_from_light * lifted_off(luminaire.opening);
+    return luminaire;
+}
+
 std::vector<Luminaire> luminaires_of(const Scene& scene, const Geometry& geometry) {
     std::vector<Luminaire> result;
     for (const Light& light : scene.lights) {
-        Luminaire luminaire;
-        luminaire.light = light.id;
+        Luminaire luminaire = luminaire_of(light, geometry);
         const LightSource source = gonio::source_of(light, geometry.asset().bounds);
-        luminaire.position = source.position - geometry.origin();
-        luminaire.world_from_light = glm::mat3_cast(light.world_from_light);
         luminaire.weight = glm::vec3(light_weight(scene, light) * source.gain);
-        luminaire.profile = light.profile;
-        luminaire.opening = light.profile->photometry.opening;
-        if (light.sun) {
-            const Length disc = 2.0 * std::tan(0.5 * kSunDiameter_rad) * std::sqrt(source.gain) * m;
-            luminaire.opening = {ies::OpeningShape::ellipse, disc, disc, 0.0 * m};
-            luminaire.sun_reach_m = static_cast<double>(geometry.extent());
-        }
-        luminaire.opening_radius_m =
-            0.5 * glm::length(glm::dvec3(luminaire.opening.length.in(m), luminaire.opening.width.in(m),
-                                         luminaire.opening.height.in(m)));
         const double flux_lm = light.sun
                                    ? std::numbers::pi * luminaire.sun_reach_m * luminaire.sun_reach_m / source.gain
                                    : light.profile->flux_lm;  // for a weight of 1

@@ -2,6 +2,7 @@
 // triangles. Local coordinates (geometry.h). Any thread.
 #pragma once
 
+#include <algorithm>
 #include <glm/glm.hpp>
 #include <memory>
 #include <vector>
@@ -28,11 +29,13 @@ struct Luminaire {
     float beam_cos = -1.0f;                      // LightTables::beam_cos
     ies::Opening opening;                        // shape point: a point
     double opening_radius_m = 0.0;               // half its diagonal
+    glm::dvec3 lift{0.0};                        // where its rays start and end, from a point of it (lifted_off)
     double sun_reach_m = 0.0;  // of a sun: radius of the sphere around the origin that holds the scene
     float power = 0.0f;        // luminance of weight × flux, lm: how often it is chosen
 
     // Result: a point of the opening, local, m. random: uniform pairs.
     glm::dvec3 point(glm::vec2 random, glm::vec2 more) const;
+    bool is_point() const { return opening.shape == ies::OpeningShape::point; }
     // Result: the direction of a ray from `source`, a point of the opening: unit, world axes. density: its probability
     // per steradian, 0 where there is none. random: uniform.
     glm::dvec3 emit(const glm::dvec3& source, glm::vec2 random, double& density) const;
@@ -44,6 +47,8 @@ struct Luminaire {
     double intensity_cd(const glm::dvec3& direction) const;
 };
 
+// Result: where a light stands and what it shines from; no weight and no power yet, no directions.
+Luminaire luminaire_of(const Light& light, const Geometry& geometry);
 // The luminaires of a scene. Lights at weight 0 are left out.
 std::vector<Luminaire> luminaires_of(const Scene& scene, const Geometry& geometry);
 
@@ -76,6 +81,11 @@ struct World {
     std::vector<double> running;  // running sums of the luminaires' power; luminaires.size() + 1
     Emitters emitters;
     Haze haze;  // local coordinates
+
+    // Result: whether their direct light is exact without sampling.
+    bool all_points() const {
+        return std::all_of(luminaires.begin(), luminaires.end(), [](const Luminaire& own) { return own.is_point(); });
+    }
 };
 
 }  // namespace gonio::trace

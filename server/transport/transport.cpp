@@ -26,7 +26,7 @@ std::vector<glm::vec4> lit_by_emitters(const Surfels& surfels, const trace::Worl
             const trace::Receiver at = trace::receiver_of(*world.geometry, surfels.at(i));
             for (std::uint32_t k = 0; k < kSamples; ++k) {
                 trace::Sample sample(static_cast<std::uint32_t>(i), k);
-                lit[i] += glm::vec4(trace::trace_path(world, at, 0, false, sample).direct, 0.0f);
+                lit[i] += glm::vec4(trace::trace_path(world, at, 0, sample).direct, 0.0f);
             }
             lit[i] /= static_cast<float>(kSamples);
         }

@@ -31,7 +31,11 @@ layout(binding = 8) uniform sampler2D gbuffer_depth;
 #endif
 #ifdef HAZE
 layout(binding = 6) uniform sampler2D air;   // light before the surfaces × air_unit_nit, and what passes of theirs
-layout(location = 8) uniform float air_unit_nit;
+layout(location = 9) uniform float air_unit_nit;
+#endif
+#ifdef OPENINGS
+layout(binding = 9) uniform sampler2D openings;     // of luminaires: rgb cd/m² × the share of the pixel, and that share
+layout(location = 8) uniform ivec2 openings_at;     // the pixel of its lower left
 #endif
 #ifdef EDGES
 layout(std430, binding = 0) readonly buffer EdgeRows { uint edge_rows[]; };  // where a row of the picture begins
@@ -167,18 +171,31 @@ Shown with_edges(ivec2 pixel, Shown centre) {
 }
 #endif
 
+#ifdef OPENINGS
+Shown with_openings(ivec2 pixel, Shown here) {
+    ivec2 at = pixel - openings_at;
+    if (any(lessThan(at, ivec2(0))) || any(greaterThanEqual(at, textureSize(openings, 0)))) return here;
+    vec4 seen = texelFetch(openings, at, 0);
+    here.nit += seen.rgb;
+    here.covered = max(here.covered, seen.a);
+    return here;
+}
+#endif
+
 Shown shown_at(ivec2 pixel) {
+    Shown here = centre_of(pixel);
 #ifdef EDGES
-    Shown shown = with_edges(pixel, centre_of(pixel));
-#else
-    Shown shown = centre_of(pixel);
+    here = with_edges(pixel, here);
+#endif
+#ifdef OPENINGS
+    here = with_openings(pixel, here);
 #endif
 #ifdef HAZE
     vec4 before = texelFetch(air, pixel, 0);
-    shown.nit = shown.nit * before.a + before.rgb * air_unit_nit;
-    shown.covered = 1.0;
+    here.nit = here.nit * before.a + before.rgb * air_unit_nit;
+    here.covered = 1.0;
 #endif
-    return shown;
+    return here;
 }
 
 #if (VIEW == VIEW_ILLUMINANCE || VIEW == VIEW_LUMINANCE) && !defined(RAW)

@@ -71,9 +71,8 @@ std::vector<Case> area_source() {
                  {},
                  Part::direct,
                  figures_of_53()};
-    opening.settings.openings = true;
     opening.settings.noise = 0.002;
-    opening.limit = "a luminaire is a point to the real-time qualities";
+    opening.rsm_tolerance = opening.interactive_tolerance = 0.005;
     std::vector<test::Piece> pieces = room_of_53();
     pieces.push_back(wall(cie(1.5, 1.5, 3), cie(1.5, 2.5, 3), cie(2.5, 2.5, 3), cie(2.5, 1.5, 3), 0.0f));
     pieces.back().emissive_nit = glm::vec3(1000.0f);

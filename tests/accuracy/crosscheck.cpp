@@ -197,6 +197,7 @@ std::vector<std::string> write_cross_scenes(const std::string& directory) {
         SceneAsset asset = *make_cornell();
         // On a grid of one degree: Cycles interpolates by cubics where the web here is linear between its angles.
         auto profile = std::make_shared<Profile>(**builtin_profile(run.profile));
+        profile->photometry.opening = {};  // a point, as Cycles has it
         profile->photometry.web = ies::as_type_c(profile->photometry.web, Angle::degrees(1.0));
         if (std::string(run.name) == "asymmetric") make_lopsided(profile->photometry.web);
         asset.lights.at(0).profile = profile;

@@ -91,7 +91,6 @@ glm::dvec3 mean_of(const std::vector<float>& rgba) {
 glm::dvec3 by_reference(const Lit& lit, const Point& point) {
     trace::Settings settings;
     settings.bounces = point.quantity == "bounce_lx" ? 1 : 0;
-    settings.openings = point.quantity == "disc_lx";
     settings.noise = 0.002;
     if (point.quantity == "direct_nit") {
         settings.max_passes = 16;

@@ -14,7 +14,7 @@ constexpr double kPi = std::numbers::pi;
 // together 1 / (1 - rho) times that.
 std::vector<Case> integrating_sphere() {
     constexpr double radius = 2.0, rho = 0.5;
-    const auto profile = *builtin_profile("wall_washer");
+    const auto profile = test::as_point(*builtin_profile("wall_washer"));
     const double one_bounce = rho * profile->flux_lm / (4 * kPi * radius * radius);
     std::vector<Case> list;
     for (const bool all : {false, true}) {

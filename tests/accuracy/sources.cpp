@@ -12,7 +12,6 @@ namespace gonio::accuracy {
 namespace {
 
 constexpr double kPi = std::numbers::pi;
-constexpr const char* kPointsOnly = "a luminaire is a point to the real-time qualities";
 constexpr const char* kNoEmitters = "emissive surfaces light nothing in rsm";
 
 Figure below(const std::string& name, double expected) {
@@ -78,13 +77,14 @@ std::vector<Case> extended_sources() {
     list[3].scene = unlit_scene({wall(a, b, c, e, 0.0f), emissive_sphere(ball, ball_d, nit_value)});
     for (std::size_t i = 0; i < list.size(); ++i) {
         list[i].settings.noise = 0.002;
-        list[i].settings.openings = i % 2 == 0;
-        list[i].limit = i % 2 == 0 ? kPointsOnly : kNoEmitters;
-        if (i % 2 == 1) list[i].interactive_tolerance = 0.01;
+        list[i].interactive_tolerance = i % 2 == 0 ? 0.005 : 0.01;
+        if (i % 2 == 0)
+            list[i].rsm_tolerance = 0.005;  // its direct light is the same
+        else
+            list[i].limit = kNoEmitters;
     }
     // A sphere that is equally bright from everywhere lights what faces its centre as a point there does.
     list[2].rsm_tolerance = list[2].interactive_tolerance = 0.001;
-    list[2].limit = "";
     return list;
 }
 
@@ -106,10 +106,9 @@ Case inverse_square() {
                              {{{0, -d, 0}, {0, 1, 0}, d * d / candela}},
                              1 / (1 + r * r / (d * d))});
     }
-    c.settings.openings = true;
     c.settings.noise = 0.0003;
     c.reference_tolerance = 0.001;
-    c.limit = kPointsOnly;
+    c.rsm_tolerance = c.interactive_tolerance = 0.001;
     return c;
 }
 
@@ -231,9 +230,8 @@ std::vector<Case> feet_and_metres() {
                                  exitance * parallel_factor(-length / 2 - p.x, length / 2 - p.x, -width / 2 - p.y,
                                                             width / 2 - p.y, height)});
         }
-        c.settings.openings = true;
         c.settings.noise = 0.002;
-        c.limit = kPointsOnly;
+        c.rsm_tolerance = c.interactive_tolerance = 0.005;
         list.push_back(std::move(c));
     }
     return list;

@@ -8,6 +8,7 @@
 
 #include "server/assets/assets.h"
 #include "server/scene/apply.h"
+#include "server/scene/opening.h"
 #include "server/scene/orientation.h"
 #include "tests/scenes/bench_scenes.h"
 #include "tests/scenes/scenes.h"
@@ -98,13 +99,17 @@ std::vector<Case> bench_cases(const std::string& scene) {
 Scene scene_of_case(const Case& which) {
     Scene scene = scene_of(which.side > 0 ? test::make_stage(which.side) : bench_asset(which.scene));
     scene.width_px = scene.height_px = 800;
+    const bool panel = which.profile == "panel";
+    const std::string profile = panel ? "wide" : which.profile;
+    // Rows of points stay comparable.
+    const ies::Opening opening = panel ? *parse_opening("rect 0.6x0.6") : ies::Opening();
+    for (Light& light : scene.lights) light.opening = opening;
     for (const Lighting& lighting : kLightings) {
         for (const Shape& shape : kShapes) {
-            if (which.scene != lighting.scene || which.profile != shape.profile) continue;
+            if (which.scene != lighting.scene || profile != shape.profile) continue;
             for (Light& light : scene.lights) {
                 light.profile = test::cosine_power(shape.times * lighting.candela, shape.power);
-                light.world_from_light =
-                    orientation_aiming(which.profile == "wide" ? glm::dvec3(0, -1, 0) : lighting.aim);
+                light.world_from_light = orientation_aiming(profile == "wide" ? glm::dvec3(0, -1, 0) : lighting.aim);
             }
         }
     }

@@ -21,7 +21,7 @@ std::shared_ptr<const SceneAsset> split_triangles(const SceneAsset& asset, int t
 struct Case {
     std::string scene;  // as bench_asset takes it
     // "wide": I0 cos² straight down; "beam", "beam12", "beam6": I0 cosⁿ of 24, 12 and 6 degrees, tilted; else the
-    // scene's own luminaires as they are.
+    // scene's own luminaires as they are. "panel": "wide" from an opening of 0.6 × 0.6 m, in no default list.
     std::string profile;
     int side = 0;  // of the stage's square grid of luminaires; 0: the scene's own
 };
@@ -30,7 +30,8 @@ struct Case {
 // ones too, the stage with 1, 4, 16 and 64 luminaires. scene: only this one's; of a file: the file's own luminaires.
 std::vector<Case> bench_cases(const std::string& scene);
 
-// Result: the scene of a case, at 800 × 800 pixels, default technique. Throws as bench_asset.
+// Result: the scene of a case, at 800 × 800 pixels, default technique, all luminaires points but of "panel". Throws as
+// bench_asset.
 Scene scene_of_case(const Case& which);
 
 }  // namespace gonio::bench

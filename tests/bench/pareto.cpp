@@ -188,7 +188,9 @@ ParetoResult run_pareto(const gl::Context& context, const ParetoOptions& options
     result.quick = options.quick;
     result.load_before = load_average();
     const auto encoder = make_idle_encoder();
-    for (const Case& which : bench_cases(options.scene)) {
+    std::vector<Case> cases = bench_cases(options.scene);
+    if (options.profile == "panel") cases = {{options.scene.empty() ? "cornell" : options.scene, "panel", 0}};
+    for (const Case& which : cases) {
         if (!options.profile.empty() && which.profile != options.profile) continue;
         Scene scene = scene_of_case(which);
         if (options.lights > 0 && scene.lights.size() != options.lights) continue;

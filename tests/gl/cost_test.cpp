@@ -40,13 +40,13 @@ protected:
                     add.add_position_m(x);
             });
         }
-        if (lights == 1) scene.lights[0].profile = *builtin_profile("narrow_spot");
+        if (lights == 1) scene.lights[0].profile = as_point(*builtin_profile("narrow_spot"));
         own = scene.lights[std::min<std::size_t>(lights, 2) - 1].name;
         settle();
     }
     static std::shared_ptr<const SceneAsset> asset(const std::string& name) {
         static std::map<std::string, std::shared_ptr<const SceneAsset>> made;
-        if (!made[name]) made[name] = *load_scene(name);
+        if (!made[name]) made[name] = of_points(**load_scene(name));
         return made[name];
     }
 
@@ -59,8 +59,8 @@ protected:
         v1::SetLight& light = known ? *command.mutable_set_light() : *command.mutable_add_light()->mutable_light();
         light.set_name(name);
         fill(light);
-        if (!known) loaded.profile = *builtin_profile("narrow_spot");
-        if (light.has_profile()) loaded.profile = *builtin_profile(light.profile().name());
+        if (!known) loaded.profile = as_point(*builtin_profile("narrow_spot"));
+        if (light.has_profile()) loaded.profile = as_point(*builtin_profile(light.profile().name()));
         const auto applied = apply(scene, command, loaded);
         ASSERT_TRUE(applied) << applied.error().text();
     }

@@ -82,7 +82,7 @@ TEST(Direct, TurnedLuminairesAtTwentyPointsInMeterAndPicture) {
          {Turn{"downlight", 0.3, 0.4, 0.9}, Turn{"wall_washer", -1.1, 0.5, 2.2}, Turn{"batwing", 2.0, 0.7, -0.6}}) {
         Renderer renderer(context(), direct_light());
         make_coarse(renderer);
-        const auto profile = *builtin_profile(turn.profile);
+        const auto profile = as_point(*builtin_profile(turn.profile));
         const glm::dvec3 light(0.4, 3.0, -0.3);
         Scene scene = floor_scene(40.0, 0.0f, profile, light, orientation_of({turn.pan, turn.tilt, turn.roll}));
         scene.camera = {{0.0, 9.0, 0.001}, {0.0, 0.0, 0.0}, 0.9};

@@ -21,7 +21,7 @@ TEST(Indirect, IntegratingSphere) {
     const Case cases[] = {{isotropic(1000.0), {0, 0, 0}, {}},
                           {cosine_power(1000.0, 2.0), {0.5, 0.3, 0.4}, {0.3, 0.8, 0.0}},
                           {cosine_power(1000.0, 30.0), {-0.9, 0.6, 0.2}, {1.0, 2.0, 0.5}},
-                          {*builtin_profile("wall_washer"), {0.2, -1.0, 0.7}, {-2.0, 1.2, 0.7}}};
+                          {as_point(*builtin_profile("wall_washer")), {0.2, -1.0, 0.7}, {-2.0, 1.2, 0.7}}};
     for (const Case& c : cases) {
         Renderer renderer(context(), direct_light());
         const Scene scene =
@@ -72,8 +72,8 @@ TEST(Indirect, AFlatPlaneAloneLightsNothing) {
 // Total flux of all RSM texels of a white closed surface is the luminaire's flux, however it is turned: solid angles,
 // cube seams and the mask at once.
 TEST(Indirect, TurningTheLuminaireKeepsItsFlux) {
-    for (const auto& profile :
-         {cosine_power(1000.0, 30.0), *builtin_profile("narrow_spot"), *builtin_profile("street")}) {
+    for (const auto& profile : {cosine_power(1000.0, 30.0), as_point(*builtin_profile("narrow_spot")),
+                                as_point(*builtin_profile("street"))}) {
         Renderer renderer(context(), direct_light());
         Scene scene = scene_with({{inward_sphere(3.0, 64), glm::vec3(1.0f)}}, profile, {0.3, 0.1, -0.2});
         for (int k = 0; k < 12; ++k) {
@@ -92,7 +92,7 @@ TEST(Indirect, TurningTheLuminaireKeepsItsFlux) {
 TEST(Indirect, MaskIntegratesToTheFlux) {
     for (const char* name : {"downlight", "wall_washer", "bulb", "linear"}) {
         Renderer renderer(context(), direct_light());
-        const auto profile = *builtin_profile(name);
+        const auto profile = as_point(*builtin_profile(name));
         const Scene scene = floor_scene(4.0, 0.5f, profile, {0, 2, 0}, orientation_of({0.4, 0.9, 0.2}));
         constexpr int n = 256;  // sampled at its own centres, bilinear between the mask's texels
         const auto mask = renderer.capture(scene, View::mask, 4 * n, 3 * n, true);

@@ -113,7 +113,7 @@ TEST_P(Merged, ShowsTheLightOfTheLuminairesOwnLayers) {
 // Beams that end, and leave most of the stage out.
 TEST_P(Merged, ShowsNarrowBeams) {
     for (std::size_t i = 0; i < scene.lights.size(); ++i) {
-        scene.lights[i].profile = i % 2 == 0 ? *builtin_profile("narrow_spot") : cosine_power(5000.0, 400.0);
+        scene.lights[i].profile = i % 2 == 0 ? as_point(*builtin_profile("narrow_spot")) : cosine_power(5000.0, 400.0);
         scene.lights[i].world_from_light = orientation_aiming(
             {2.0 * std::sin(2.1 * static_cast<double>(i)), -5.0, -2.0 * std::cos(1.3 * static_cast<double>(i))});
     }

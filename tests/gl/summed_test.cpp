@@ -14,7 +14,7 @@ using Ran = std::set<std::string>;
 
 // Cornell's luminaire in n parts at its place: light is linear, so that the picture is that of the whole one.
 Scene parted(std::size_t n) {
-    static const auto asset = make_cornell();  // and its surfels
+    static const auto asset = of_points(*make_cornell());  // and its surfels
     Scene scene = scene_of(asset);
     scene.width_px = scene.height_px = 160;
     repeat_light(scene, n, [n](Light& part, std::size_t i) {

@@ -24,9 +24,11 @@ inline void make_coarse(Renderer& renderer) {
     renderer.set_links(128);
 }
 
-// The built-in scenes, the same asset each time: a renderer takes the surfels and links of the one before.
+// The built-in scenes with luminaires as points, the same asset each time: a renderer takes the surfels and links of
+// the one before.
 inline const std::shared_ptr<const SceneAsset>& builtin(std::string_view name) {
-    static const std::shared_ptr<const SceneAsset> cornell = make_cornell(), atrium = make_atrium();
+    static const std::shared_ptr<const SceneAsset> cornell = of_points(*make_cornell()),
+                                                   atrium = of_points(*make_atrium());
     return name == "cornell" ? cornell : atrium;
 }
 

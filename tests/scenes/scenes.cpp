@@ -1,5 +1,7 @@
 #include "tests/scenes/scenes.h"
 
+#include <map>
+
 namespace gonio::test {
 
 std::shared_ptr<const Profile> profile_of(const std::string& name, double step_deg,
@@ -94,6 +96,23 @@ Scene floor_scene(double side_m, float reflectance, std::shared_ptr<const Profil
     const double s = side_m / 2;
     return scene_with({{quad({-s, 0, s}, {s, 0, s}, {s, 0, -s}, {-s, 0, -s}), glm::vec3(reflectance)}},
                       std::move(profile), light_position, orientation);
+}
+
+std::shared_ptr<const Profile> as_point(const std::shared_ptr<const Profile>& profile) {
+    auto point = std::make_shared<Profile>(*profile);
+    point->photometry.opening = {};
+    return point;
+}
+
+std::shared_ptr<const SceneAsset> of_points(const SceneAsset& asset) {
+    auto points = std::make_shared<SceneAsset>(asset);
+    std::map<const Profile*, std::shared_ptr<const Profile>> made;
+    for (LightSeed& light : points->lights) {
+        std::shared_ptr<const Profile>& point = made[light.profile.get()];
+        if (!point) point = as_point(light.profile);
+        light.profile = point;
+    }
+    return points;
 }
 
 void repeat_light(Scene& scene, std::size_t count, const std::function<void(Light& light, std::size_t i)>& change) {

@@ -17,6 +17,11 @@ std::shared_ptr<const Profile> profile_of(const std::string& name, double step_d
 std::shared_ptr<const Profile> isotropic(double candela);
 std::shared_ptr<const Profile> cosine_power(double candela, double power);  // I0 cos^n below the horizon, 1 degree grid
 
+// Result: the same without a luminous opening.
+std::shared_ptr<const Profile> as_point(const std::shared_ptr<const Profile>& profile);
+// Result: the scene with its luminaires as points.
+std::shared_ptr<const SceneAsset> of_points(const SceneAsset& asset);
+
 // Meshes with one material each.
 Mesh quad(const glm::dvec3& a, const glm::dvec3& b, const glm::dvec3& c,
           const glm::dvec3& d);                  // counter-clockwise from the front

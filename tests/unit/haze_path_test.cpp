@@ -39,7 +39,7 @@ TEST(HazePath, AirlightOfAPoint) {
         for (std::uint32_t i = 0; i < kSamples; ++i) {
             Sample sample(7, i);
             sum += static_cast<double>(
-                scattered_light(*world, from, {1, 0, 0}, static_cast<float>(row.far), 1, false, sample).g);
+                scattered_light(*world, from, {1, 0, 0}, static_cast<float>(row.far), 1, sample).g);
         }
         EXPECT_NEAR(sum / kSamples / row.nit, 1.0, 0.003) << row.extinction << " " << row.g;
     }

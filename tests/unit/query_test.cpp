@@ -43,15 +43,13 @@ TEST(MeterQuery, DefaultsOfEachQuality) {
     request = check_meter(query);
     EXPECT_EQ(request->settings.bounces, trace::kAllBounces);
     EXPECT_DOUBLE_EQ(request->settings.noise, 0.005);
-    EXPECT_FALSE(request->settings.openings);
     query.set_bounces("64");
     query.set_noise_ratio(0.002);
-    query.set_openings(true);
+    query.set_openings(true);  // it has no effect
     request = check_meter(query);
     ASSERT_TRUE(request) << request.error().text();
     EXPECT_EQ(request->settings.bounces, 64);
     EXPECT_DOUBLE_EQ(request->settings.noise, 0.002);
-    EXPECT_TRUE(request->settings.openings);
     query.set_bounces("0");
     EXPECT_EQ(check_meter(query)->settings.bounces, 0);
     query.set_bounces("all");
@@ -100,7 +98,6 @@ TEST(MeterQuery, EveryRefusalNamesCodeFieldAndValue) {
              q.set_bounces("all");
          }},
         {"unsupported", "meter.noise_ratio", "0.01", [](auto& q) { q.set_noise_ratio(0.01); }},
-        {"unsupported", "meter.openings", "true", [](auto& q) { q.set_openings(true); }},
         {"unsupported", "meter.max_seconds", "2", [](auto& q) { q.set_max_seconds(2); }},
         {"invalid_argument", "meter.count", "0,3", [](auto& q) { q = some_grid(0, 3); }},
         {"invalid_argument", "meter.count", "3,0", [](auto& q) { q = some_grid(3, 0); }},
@@ -243,7 +240,6 @@ TEST(CaptureQuery, EveryRefusalNamesCodeFieldAndValue) {
         {"unsupported", "capture.quality", "rsm", [](auto& q) { q.set_quality("rsm"); }},
         {"unsupported", "capture.bounces", "2", [](auto& q) { q.set_bounces("2"); }},
         {"unsupported", "capture.noise_ratio", "0.01", [](auto& q) { q.set_noise_ratio(0.01); }},
-        {"unsupported", "capture.openings", "true", [](auto& q) { q.set_openings(true); }},
         {"unsupported", "capture.max_seconds", "2", [](auto& q) { q.set_max_seconds(2); }},
         {"unsupported", "capture.denoise", "true", [](auto& q) { q.set_denoise(true); }},
         {"invalid_argument", "capture.samples_per_pixel", "0", [](auto& q) { q.set_samples_per_pixel(0); }},

@@ -30,7 +30,7 @@ TEST(Trace, IntegratingSphereBounceByBounce) {
     const Case cases[] = {{isotropic(1000.0), {0, 0, 0}, {}},
                           {cosine_power(1000.0, 2.0), {0.5, 0.3, 0.4}, {0.3, 0.8, 0.0}},
                           {cosine_power(1000.0, 30.0), {-0.9, 0.6, 0.2}, {1.0, 2.0, 0.5}},
-                          {*builtin_profile("wall_washer"), {0.2, -1.0, 0.7}, {-2.0, 1.2, 0.7}}};
+                          {as_point(*builtin_profile("wall_washer")), {0.2, -1.0, 0.7}, {-2.0, 1.2, 0.7}}};
     const glm::dvec3 d = glm::normalize(glm::dvec3(0.3, -0.7, 0.5));
     const MeterPoint points[] = {{d * radius * 0.9999, -d}, {-d * radius * 0.9999, d}};
     for (const Case& c : cases) {

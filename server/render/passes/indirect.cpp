@@ -36,9 +36,7 @@ PassRun run_surfels(const PassContext& context, const Light& light, LightGpu& gp
     lighting::direct_at_surfels(surface.surfels, context.traced, direct, gpu.surfel_direct, context.pool);
     if (!light.sun && light.profile->flux_lm > 0.0 &&
         lighting::takes_flux(surface.surfels, direct.position, gpu.surfel_direct))
-        lighting::take_flux(rays_of(light, gpu, kVplsAtRest), surface, direct.position,
-                            glm::mat3_cast(glm::quat(light.world_from_light)), direct.unit_m2, gpu.surfel_direct,
-                            context.pool);
+        lighting::take_flux(rays_of(light, gpu, kVplsAtRest), surface, direct, gpu.surfel_direct, context.pool);
     return {};
 }
 
@@ -153,8 +151,8 @@ std::vector<lighting::Vpl> sun_vpls(const PassContext& context, const LightGpu& 
 
 std::vector<lighting::Vpl> cast_vpls(const PassContext& context, const Light& light, LightGpu& gpu, unsigned count) {
     if (light.sun) return sun_vpls(context, gpu, count);
-    return lighting::cast(rays_of(light, gpu, count), context.traced, context.traced.local(light.position),
-                          glm::mat3_cast(glm::quat(light.world_from_light)), context.pool);
+    return lighting::cast(rays_of(light, gpu, count), context.traced, direct_light_of(context, light, gpu),
+                          context.pool);
 }
 
 }  // namespace
@@ -338,7 +336,7 @@ PassRun run_gather_emitted_point(const PassContext& context, MeterLight& meter) 
         glm::dvec3& sum = found[0].parts[part];
         for (std::uint32_t k = 0; k < kSamplesPerPart; ++k) {
             trace::Sample sample(part, k);
-            sum += glm::dvec3(trace::trace_path(transport.surface->emitters, at, 0, false, sample).direct);
+            sum += glm::dvec3(trace::trace_path(transport.surface->emitters, at, 0, sample).direct);
         }
         sum /= static_cast<double>(kSamplesPerPart);
     });

@@ -11,6 +11,8 @@
 #include "server/render/passes/passes.h"
 #include "server/render/quality_level.h"
 #include "server/scene/apply.h"
+#include "server/scene/opening.h"
+#include "server/scene/opening_points.h"
 #include "server/scene/sun.h"
 #include "server/scene/web_buffer.h"
 #include "server/scene/white_balance.h"
@@ -77,7 +79,7 @@ double peak_of(const PassContext& context, const Light& light, const LightGpu& g
     return static_cast<double>(light.sun ? context.geometry.layer_unit_m2() : gpu.web->peak_cd);
 }
 
-lighting::DirectLight direct_light_of(const PassContext& context, const Light& light, const LightGpu& gpu) {
+lighting::DirectLight direct_light_of(const PassContext& context, const Light& light, const LightGpu& gpu, bool fine) {
     const LightSource source = source_of(light, context.traced.asset().bounds);
     lighting::DirectLight direct{context.traced.local(source.position), light_from_world(light),
                                  web_of(gpu.web->tables->words.data()), context.geometry.layer_unit_m2(),
@@ -85,6 +87,8 @@ lighting::DirectLight direct_light_of(const PassContext& context, const Light& l
     direct.sun = light.sun;
     if (!light.sun) direct.air = lighting::air_of(context.haze);
     if (light.sun) direct.unit_m2 = static_cast<float>(source.gain);  // × the layers' unit / peak_of(): 1
+    direct.parts = lighting::soft_parts(opening_of(light), direct.light_from_world, fine);
+    if (fine) direct.fineness = 8.0f;
     return direct;
 }
 
@@ -92,7 +96,7 @@ PassRun run_direct_rays(const PassContext& context, const Light& light, const Li
                         const Surfaces& surfaces, Layers& layers) {
     const Target& target = context.target;
     const lighting::GBuffer& s = surfaces.gbuffer;
-    const lighting::DirectLight own = direct_light_of(context, light, gpu);
+    const lighting::DirectLight own = direct_light_of(context, light, gpu, context.each_pixel);
     lighting::Planes& direct = context.scratch.direct;
     direct.resize(1);
     lighting::direct_light(s, surfaces.grid, context.traced, std::span(&own, 1), context.each_pixel, direct,
@@ -119,27 +123,49 @@ PassRun run_direct_rays(const PassContext& context, const Light& light, const Li
 
 namespace {
 
+// Level of an opening's parts that a meter sums, with a ray to each: 256 of them, 64 of a line. Nearer than half its
+// longest side less is exact than 0.5 %.
+constexpr unsigned kMeterLevel = 4, kMeterLineLevel = 6;
+
+// Result: where a luminaire's light comes from, world, m.
+std::vector<glm::dvec3> sources_of(const Light& light, const glm::dvec3& position) {
+    const ies::Opening opening = opening_of(light);
+    std::vector<glm::dvec3> points = opening_parts(opening, kMeterLevel).points;
+    if (points.size() < 256) points = opening_parts(opening, kMeterLineLevel).points;
+    const glm::dmat3 world_from_light(glm::mat3_cast(light.world_from_light));
+    for (glm::dvec3& point : points) point = position + world_from_light * point;
+    return points;
+}
+
 // Result: direct illuminance at the point of a meter per candela of the luminaire's peak, rgb, 1/m².
 glm::dvec3 direct_at_point(const PassContext& context, const Light& light, const LightGpu& gpu) {
+    if (!(gpu.web->peak_cd > 0.0f)) return glm::dvec3(0.0);
     const Eye& eye = context.eye;
     const glm::dvec3 normal = -eye.forward, point = eye.position + eye.forward;
     const LightSource source = source_of(light, context.traced.asset().bounds);
-    const glm::dvec3 d = point - source.position;
-    const double d2 = glm::dot(d, d), cosine = -glm::dot(d, normal) / std::sqrt(d2);
-    if (!(d2 > 0.0 && cosine > 0.0 && gpu.web->peak_cd > 0.0f)) return glm::dvec3(0.0);
-    const glm::dvec3 in_light = glm::transpose(glm::dmat3(glm::mat3_cast(light.world_from_light))) * d;
-    const double ratio = ies::intensity(light.profile->photometry.web, {in_light.x, in_light.y, in_light.z}).in(cd) /
-                         light.profile->peak_cd;
+    const glm::dmat3 world_from_light(glm::mat3_cast(light.world_from_light));
     const glm::vec3 local = context.traced.local(point);
     const glm::vec3 from = local + glm::vec3(normal) * (4.0f * context.traced.step_off(local));
-    if (!(ratio > 0.0)) return glm::dvec3(0.0);
-    double gain = light.sun ? source.gain / peak_of(context, light, gpu) : 1.0;
-    if (context.haze && !light.sun) {
-        const glm::dvec3& origin = context.traced.origin();
-        gain *= transmittance(context.haze, source.position - origin, point - origin);
+    const double gain = light.sun ? source.gain / peak_of(context, light, gpu) : 1.0;
+    const glm::dvec3 off = world_from_light * lifted_off(opening_of(light));
+    const std::vector<glm::dvec3> sources = sources_of(light, source.position);
+    glm::dvec3 sum(0.0);
+    for (const glm::dvec3& at : sources) {
+        const glm::dvec3 d = point - at;
+        const double d2 = glm::dot(d, d), cosine = -glm::dot(d, normal) / std::sqrt(d2);
+        if (!(d2 > 0.0 && cosine > 0.0)) continue;
+        const glm::dvec3 in_light = glm::transpose(world_from_light) * d;
+        const double ratio =
+            ies::intensity(light.profile->photometry.web, {in_light.x, in_light.y, in_light.z}).in(cd) /
+            light.profile->peak_cd;
+        if (!(ratio > 0.0)) continue;
+        const double air = context.haze && !light.sun ? transmittance(context.haze, at - context.traced.origin(),
+                                                                      point - context.traced.origin())
+                                                      : 1.0;
+        sum += glm::dvec3(context.traced.transmittance(from, context.traced.local(at + off))) *
+               (gain * air * ratio * cosine / d2);
     }
-    return glm::dvec3(context.traced.transmittance(from, context.traced.local(source.position))) *
-           (gain * ratio * cosine / d2);
+    return sum / static_cast<double>(sources.size());
 }
 
 }  // namespace
@@ -275,7 +301,8 @@ PassRun run_merge(const PassContext& context, std::span<const LightGpu* const> l
     for (std::size_t i = 0; i < lights.size(); ++i) {
         const glm::vec3 weight = weight_of(i) / merged.reference;
         if (weight == glm::vec3(0.0f)) continue;  // its light may be of long ago
-        merged.lights.push_back(direct_light_of(context, context.scene.lights[i], *lights[i]));
+        merged.lights.push_back(
+            direct_light_of(context, context.scene.lights[i], *lights[i], context.target.kind != TargetKind::live));
         merged.lights.back().weight = weight;
         const std::vector<float>& own = lights[i]->surfel_direct;
         if (own.size() < surfels) continue;
@@ -445,6 +472,8 @@ PassRun run_composite_cpu(const PassContext& context, View view, std::span<const
     }
     composed.nv12 = free_picture(composed, std::size_t{1} * display.width * display.height / 2 * 3);
     display.others = others;
+    const std::vector<lighting::ShiningPixel> openings = shown_openings(context, view, light);
+    display.openings = openings;
     lighting::to_nv12(display, composed.nv12->data(), context.pool);
     if (filters_edges(context, view))
         lighting::filter_edges(s.width, s.height, composed.nv12->data(), composed.unfiltered, context.pool);

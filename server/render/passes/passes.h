@@ -44,6 +44,7 @@ struct PassContext {
     bool gathers = false;           // shaders gather the indirect light of the live picture
     bool merged = false;            // it is of all luminaires at once
     bool besides = false;           // Target::besides is a part of the picture
+    bool openings = false;          // so is PixelLight::openings
     std::size_t quality_level = 0;  // index into kQualityLevels
     std::span<const int> layers;    // by light: where its own light is kept; -1: it is summed with others
     // By id of a light with a layer: its weight in the sum, which it is still in, though its level has changed since.
@@ -172,6 +173,15 @@ PassRun run_gather_merged(const PassContext& context, const Surfaces& surfaces, 
 // run_composite. gbuffer: its shape. units_lx: of its two layers.
 PassRun run_besides(const PassContext& context, const lighting::GBuffer& gbuffer, const PixelLight& light,
                     const OnGpu& on_gpu, std::array<float, 2>& units_lx);
+// Luminaires' luminous openings, seen lit: whether a view shows them, and a luminaire of the picture has one.
+inline bool shows_openings(View view) {
+    return view == View::beauty || view == View::luminance;
+}
+bool has_opening(const Light& light);
+bool openings_in_view(const Scene& scene, const Eye& eye);
+PassRun run_openings(const PassContext& context, const Surfaces& surfaces, std::vector<lighting::OpeningPixel>& seen);
+// Result: at the luminaires' weights; of another view none.
+std::vector<lighting::ShiningPixel> shown_openings(const PassContext& context, View view, const PixelLight& light);
 // The work light (work_light_on): whether the picture shows it, which captures never do; and the display-linear value
 // that it gives to a white surface that faces the camera, at every exposure.
 bool shows_work_light(const PassContext& context);
@@ -195,7 +205,9 @@ PassRun run_nv12(const PassContext& context, View view);
 // Result: what a luminaire's light is measured per in layers, cd of its peak. Of a sun (server/scene/sun.h) it is such
 // that half floats hold the cosine of its light.
 double peak_of(const PassContext& context, const Light& light, const LightGpu& gpu);
-lighting::DirectLight direct_light_of(const PassContext& context, const Light& light, const LightGpu& gpu);
+// fine: for every pixel of a picture at rest.
+lighting::DirectLight direct_light_of(const PassContext& context, const Light& light, const LightGpu& gpu,
+                                      bool fine = false);
 // values: of the G-buffer's shape, rows of row_length pixels.
 void upload(const gl::Texture& array, const lighting::GBuffer& gbuffer, int layer, GLenum format, GLenum type,
             const void* values);

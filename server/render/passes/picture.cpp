@@ -1,6 +1,7 @@
 // Passes that turn light into a picture: composite, solid overlay, NV12.
 #include <algorithm>
 #include <glm/gtc/matrix_transform.hpp>
+#include <limits>
 
 #include "server/render/passes/passes.h"
 #include "server/render/passes/screen.h"
@@ -43,6 +44,27 @@ void bind_edges(const PassContext& context, ScreenLight& screen) {
     glBindBufferBase(GL_SHADER_STORAGE_BUFFER, 2, on_gpu.taps.id());
 }
 
+// Result: the smallest texture that holds all openings. at: becomes its lower left in the picture.
+gl::Texture openings_texture(std::span<const lighting::ShiningPixel> openings, glm::ivec2& at) {
+    glm::ivec2 greatest(0);
+    at = glm::ivec2(std::numeric_limits<int>::max());
+    for (const lighting::ShiningPixel& pixel : openings) {
+        at = glm::min(at, glm::ivec2(pixel.x, pixel.y));
+        greatest = glm::max(greatest, glm::ivec2(pixel.x, pixel.y));
+    }
+    const glm::ivec2 size = greatest - at + 1;
+    std::vector<glm::vec4> values(static_cast<std::size_t>(size.x) * static_cast<std::size_t>(size.y), glm::vec4(0.0f));
+    for (const lighting::ShiningPixel& pixel : openings) {
+        const glm::ivec2 in = glm::ivec2(pixel.x, pixel.y) - at;
+        values[static_cast<std::size_t>(in.y) * static_cast<std::size_t>(size.x) + static_cast<std::size_t>(in.x)] =
+            glm::vec4(pixel.nit, pixel.covered);
+    }
+    gl::Texture image = gl::make_texture_2d("openings", GL_RGBA32F, size.x, size.y, gl::Filter::nearest);
+    glPixelStorei(GL_UNPACK_ALIGNMENT, 4);
+    glTextureSubImage2D(image.id(), 0, 0, 0, size.x, size.y, GL_RGBA, GL_FLOAT, values.data());
+    return image;
+}
+
 }  // namespace
 
 bool shows_work_light(const PassContext& context) {
@@ -55,6 +77,8 @@ PassRun run_composite(const PassContext& context, View view, const LightGpu* sho
     gl::Defines defines = {{"VIEW", std::to_string(static_cast<int>(view))}};
     if (raw != 0) defines.emplace_back("RAW", "1");
     if (target.emissive && !context.scene.emission_hidden) defines.emplace_back("EMISSIVE", "1");
+    const std::vector<lighting::ShiningPixel> openings = shown_openings(context, view, screen.light);
+    if (!openings.empty()) defines.emplace_back("OPENINGS", "1");
     const bool edges = shows_lit_surfaces(view) && shows_edges(context) && !screen.surfaces.edges.rows.empty();
     if (edges) defines.emplace_back("EDGES", "1");
     const Look& look = context.scene.look;
@@ -119,7 +143,14 @@ PassRun run_composite(const PassContext& context, View view, const LightGpu* sho
                             air->halves.data());
         glPixelStorei(GL_UNPACK_ROW_LENGTH, 0);
         glBindTextureUnit(6, texture.id());
-        glProgramUniform1f(program, 8, air->unit);
+        glProgramUniform1f(program, 9, air->unit);
+    }
+    gl::Texture seen;
+    if (!openings.empty()) {
+        glm::ivec2 at;
+        seen = openings_texture(openings, at);
+        glBindTextureUnit(9, seen.id());
+        glProgramUniform2i(program, 8, at.x, at.y);
     }
     float scale = 1.0f;
     if (shown != nullptr) {

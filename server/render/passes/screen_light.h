@@ -15,6 +15,7 @@
 #include "server/lighting/glow.h"
 #include "server/lighting/grid_light.h"
 #include "server/lighting/layers.h"
+#include "server/lighting/opening_pixels.h"
 #include "server/lighting/raster.h"
 #include "server/render/light_gpu.h"
 #include "server/render/target.h"
@@ -71,9 +72,10 @@ struct Besides {
 // All light at the pixels.
 struct PixelLight {
     Layers layers;
-    Merged merged;            // of luminaires with layers while those are old
-    Merged summed_list;       // of the others
-    Besides emitted, summed;  // of emissive surfaces; of the others at the master's full level
+    Merged merged;                                 // of luminaires with layers while those are old
+    Merged summed_list;                            // of the others
+    Besides emitted, summed;                       // of emissive surfaces; of the others at the master's full level
+    std::vector<lighting::OpeningPixel> openings;  // of run_openings, where Slot::openings is shown
 };
 
 // The final gather of a live picture that is at work (Slot::gathering).
