@@ -58,6 +58,10 @@ WordRows light_rows_of(const std::string& prefix) {
     made.rows.push_back({"--profile", "FILE", text, field("profile.name"),
                          "IES or EULUMDAT file, which is uploaded; or a name that gonio library lists"});
     made.rows.push_back({"--gel", "NAME", text, field("gel"), "one that gonio gels lists: L201; \"\": none"});
+    made.rows.push_back(
+        {"--opening", "SHAPE", text, field("opening"),
+         "\"rect 1.2x0.3\", \"disc 0.4\", \"line 1.5\", \"sphere 0.3\", \"box 1.2x0.3x0.1\", m; point; file: "
+         "what the profile says"});
     return made;
 }
 
@@ -227,6 +231,14 @@ constexpr WordRow kObserverOptions[] = {
     {"--target-ugr", "UGR", number, "observer.target.ugr", "greatest unified glare rating, 0 to 40"},
 };
 constexpr WordRow kObserverName[] = {{"NAME", "", text, "name", "of an observer"}};
+constexpr WordRow kHaze[] = {{"[PRESET]", "", text, "preset", "off, faint (0.003 /m), show (0.01) or fog (0.1)"}};
+constexpr WordRow kHazeOptions[] = {
+    {"--extinction", "1/M", number, "extinction_per_m", "1/m at the floor, 0 to 10: absorbed and scattered"},
+    {"--albedo", "R", ratio, "albedo", "of that what is scattered, 0 to 1"},
+    {"--g", "R", number, "g", "mean cosine of what is scattered, -0.95 to 0.95; above 0: forwards"},
+    {"--layer-height", "M", number, "layer_height_m",
+     "m above the floor where it is e times thinner; 0: everywhere the same"},
+};
 constexpr WordRow kPicture[] = {{"OUT", "", picture, "format", "file to write: .png, .jpg or .exr (float values)"}};
 constexpr WordRow kCaptureOptions[] = {
     {"--view", "NAME", text, "view", "one of set view; default: the one that is shown"},
@@ -262,6 +274,8 @@ std::span<const WordCommand> scene_commands() {
         {"set camera", "command.set_camera", "moves the camera", {}, kCameraOptions},
         {"set exposure", "command.set_exposure", "sets the exposure", exposure, kExposureOptions},
         {"set look", "command.set_look", "chooses how exposed light becomes a picture", {}, kLookOptions},
+        {"set haze", "command.set_haze", "fills the air with haze, which absorbs and scatters light", kHaze,
+         kHazeOptions},
         {"set master", "command.set_master", "dims all lights", master, {}},
         {"set view", "command.set_view", "chooses what the picture shows", kView, kViewOptions},
         {"set work-light",
@@ -280,7 +294,7 @@ std::span<const WordCommand> scene_commands() {
         {"group", "command.set_group", "makes, changes or removes a group of lights", kGroup, {}},
         {"preset save",
          "command.save_preset",
-         "keeps level, colour, tint, colour temperature, gel, aim, position and profile of all lights",
+         "keeps level, colour, tint, colour temperature, gel, aim, position, profile and opening of all lights",
          kPreset,
          {}},
         {"preset recall", "command.recall_preset", "brings back what a preset keeps", kPreset, kRecallOptions},

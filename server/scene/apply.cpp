@@ -9,6 +9,7 @@
 #include "server/scene/apply_checks.h"
 #include "server/scene/apply_cues.h"
 #include "server/scene/apply_grid.h"
+#include "server/scene/apply_haze.h"
 #include "server/scene/apply_light.h"
 #include "server/scene/apply_rename.h"
 #include "server/scene/apply_show.h"
@@ -151,6 +152,8 @@ void load_scene(Scene& scene, const Loaded& loaded) {
         fresh.grids_rev = scene.grids_rev;
         fresh.observers = scene.observers;
         fresh.observers_rev = scene.observers_rev;
+        fresh.haze = scene.haze;
+        fresh.haze_rev = scene.haze_rev;
     }
     fresh.view = scene.view;
     fresh.view_gain = scene.view_gain;
@@ -177,6 +180,8 @@ void dispatch(Scene& scene, const v1::Command& command, const Loaded& loaded, st
             return set_view(scene, command.set_view());
         case v1::Command::kSetExposure:
             return set_exposure(scene, command.set_exposure());
+        case v1::Command::kSetHaze:
+            return set_haze(scene, command.set_haze());
         case v1::Command::kSetLook:
             return set_look(scene, command.set_look());
         case v1::Command::kSetMaster:
@@ -268,7 +273,7 @@ void check_layers(const Scene& scene) {
 Revision newest_show_part(const Scene& scene) {
     Revision newest = std::max({scene.geometry_rev, scene.master_rev, scene.lights_rev, scene.groups_rev,
                                 scene.patch_rev, scene.surfaces_rev, scene.presets_rev, scene.saved_views_rev,
-                                scene.grids_rev, scene.observers_rev, scene.cues_rev});
+                                scene.grids_rev, scene.observers_rev, scene.haze_rev, scene.cues_rev});
     for (const Light& light : scene.lights) newest = std::max(newest, newest_rev(light));
     return newest;
 }
@@ -353,8 +358,8 @@ Scene scene_of(std::shared_ptr<const SceneAsset> asset, Revision revision) {
     scene.scene_rev = scene.geometry_rev = scene.camera_rev = scene.view_rev = scene.exposure_rev = scene.master_rev =
         scene.technique_rev = scene.size_rev = scene.lights_rev = scene.groups_rev = scene.patch_rev =
             scene.surfaces_rev = scene.presets_rev = scene.saved_views_rev = scene.show_rev = scene.edited_rev =
-                scene.look_rev = scene.compare_rev = scene.grids_rev = scene.observers_rev = scene.cues_rev =
-                    scene.cue_play_rev = revision;
+                scene.look_rev = scene.compare_rev = scene.grids_rev = scene.observers_rev = scene.haze_rev =
+                    scene.cues_rev = scene.cue_play_rev = revision;
     scene.camera = asset->cameras.empty() ? framing(asset->bounds) : asset->cameras.front();
     scene.exposure_ev100 = asset->exposure_ev100.value_or(scene.exposure_ev100);
     for (const LightSeed& seed : asset->lights) {

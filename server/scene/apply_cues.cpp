@@ -177,6 +177,7 @@ void bring_about(Scene& scene, const Preset& preset, bool fades) {
         if (light == nullptr) continue;
         if (!light->sun) change(scene, light->profile, kept.profile, light->profile_rev);
         change(scene, light->gel, kept.gel, light->level_rev);
+        if (!light->sun) change(scene, light->opening, kept.opening, light->profile_rev);
         if (fades) continue;  // server/scene/preset.h or cue_player.h brings the rest in time
         change(scene, light->world_from_light, kept.world_from_light, light->aim_rev);
         for (const LightRow& light_row : light_rows()) change(scene, *light, light_row, numbers_of(kept, light_row));

@@ -6,6 +6,7 @@
 
 #include "server/scene/apply_checks.h"
 #include "server/scene/light_values.h"
+#include "server/scene/opening.h"
 #include "server/scene/orientation.h"
 
 namespace gonio {
@@ -42,6 +43,16 @@ std::shared_ptr<const Gel> gel_named(const Scene& scene, const std::string& name
     return gel;
 }
 
+// Result: nothing for what the profile says.
+std::optional<ies::Opening> opening_named(const std::string& text, const std::string& field) {
+    if (text == "file") return std::nullopt;
+    const auto opening = parse_opening(text);
+    if (!opening)
+        refuse("invalid_argument", field, shortened_text(text, kMaxNameBytes),
+               "must be file, point, rect LxW, disc D, line L, sphere D or box LxWxH, in metres from 0.001 to 100");
+    return opening;
+}
+
 void set_one_light(Scene& scene, Light& light, const v1::SetLight& set, const Loaded& loaded,
                    const std::string& prefix) {
     const bool turns = set.has_pan_rad() || set.has_tilt_rad() || set.has_roll_rad();
@@ -66,6 +77,10 @@ void set_one_light(Scene& scene, Light& light, const v1::SetLight& set, const Lo
         take_angles(light);
     }
     if (set.has_gel()) change(scene, light.gel, gel_named(scene, set.gel(), prefix + "gel"), light.level_rev);
+    if (set.has_opening()) {
+        if (light.sun) refuse("unsupported", prefix + "opening", set.opening(), "the sun is seen 0.53 degrees across");
+        change(scene, light.opening, opening_named(set.opening(), prefix + "opening"), light.profile_rev);
+    }
     if (loaded.profile && light.sun && !(*loaded.profile == *light.profile))
         refuse("unsupported", prefix + "profile", loaded.profile->name, "the sun's light is parallel: it has no web");
     if (loaded.profile) change(scene, light.profile, shared_profile(scene, loaded.profile), light.profile_rev);
@@ -93,6 +108,7 @@ std::vector<v1::SetLight> single_properties(const v1::SetLight& set) {
     for (const LightRow& light_row : light_rows()) take(row_of(light_row.property).field);
     take(row_of(Property::aim).field);
     if (set.has_gel()) single.emplace_back().set_gel(set.gel());
+    if (set.has_opening()) single.emplace_back().set_opening(set.opening());
     return single;
 }
 

@@ -79,6 +79,12 @@ std::string set_gel_back(const Target& target, std::vector<std::string>&) {
     return {};
 }
 
+std::string set_opening_back(const Target& target, std::vector<std::string>&) {
+    Light& light = *light_of(target.scene, target.key.light);
+    change(target.scene, light.opening, std::get<std::optional<ies::Opening>>(target.value), light.profile_rev);
+    return {};
+}
+
 std::string set_group_back(const Target& target, std::vector<std::string>&) {
     Scene& scene = target.scene;
     const std::string& name = target.key.name;
@@ -171,6 +177,11 @@ std::string set_observer_back(const Target& target, std::vector<std::string>&) {
     return set_entry_back(target, target.scene.observers, kMaxObservers, "observers", target.scene.observers_rev);
 }
 
+std::string set_haze_back(const Target& target, std::vector<std::string>&) {
+    change(target.scene, target.scene.haze, std::get<HazeValues>(target.value), target.scene.haze_rev);
+    return {};
+}
+
 std::string set_master_back(const Target& target, std::vector<std::string>&) {
     change(target.scene, target.scene.master_ratio, std::get<double>(target.value), target.scene.master_rev);
     return {};
@@ -182,10 +193,10 @@ std::string set_view_light_back(const Target& target, std::vector<std::string>&)
     return {};
 }
 
-constexpr Setter kSetters[] = {set_light_back,   set_name_back,     set_aim_back,    set_numbers_back,
-                               set_profile_back, set_gel_back,      set_group_back,  set_preset_back,
-                               set_cue_back,     set_recalled_back, set_patch_back,  set_surfaces_back,
-                               set_grid_back,    set_observer_back, set_master_back, set_view_light_back};
+constexpr Setter kSetters[] = {
+    set_light_back,    set_name_back,  set_aim_back,      set_numbers_back, set_profile_back,  set_gel_back,
+    set_opening_back,  set_group_back, set_preset_back,   set_cue_back,     set_recalled_back, set_patch_back,
+    set_surfaces_back, set_grid_back,  set_observer_back, set_haze_back,    set_master_back,   set_view_light_back};
 static_assert(std::size(kSetters) == static_cast<std::size_t>(EditKind::view_light) + 1);
 
 }  // namespace
@@ -193,7 +204,7 @@ static_assert(std::size(kSetters) == static_cast<std::size_t>(EditKind::view_lig
 void set_back(Scene& scene, const std::vector<EditTarget>& targets, std::vector<std::string>& warnings) {
     bool renamed = true;  // else presets and maps keep the names that they have
     for (const auto& [key, value] : targets) {
-        const bool of_light = key.kind > EditKind::light && key.kind <= EditKind::gel;
+        const bool of_light = key.kind > EditKind::light && key.kind <= EditKind::opening;
         if (of_light && light_of(scene, key.light) == nullptr) continue;  // went, or could not come back: it was said
         const bool names_lights = key.kind == EditKind::preset || key.kind == EditKind::cue ||
                                   key.kind == EditKind::patch || key.kind == EditKind::surfaces;

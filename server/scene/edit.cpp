@@ -102,6 +102,7 @@ EditValue value_of(const LightValues& light, const EditKey& key) {
     if (key.kind == EditKind::numbers) return numbers_of(light, *light_row_of(key.property));
     if (key.kind == EditKind::profile) return light.profile;
     if (key.kind == EditKind::gel) return light.gel;
+    if (key.kind == EditKind::opening) return light.opening;
     return {};
 }
 
@@ -112,7 +113,8 @@ EditValue value_of(const Scene& scene, const EditKey& key) {
         case EditKind::aim:
         case EditKind::numbers:
         case EditKind::profile:
-        case EditKind::gel: {
+        case EditKind::gel:
+        case EditKind::opening: {
             const Light* light = light_of(scene, key.light);
             if (light == nullptr) return {};
             if (key.kind == EditKind::light) return ExistingLight{};
@@ -144,6 +146,8 @@ EditValue value_of(const Scene& scene, const EditKey& key) {
             const auto observer = scene.observers.find(key.name);
             return observer == scene.observers.end() ? EditValue() : observer->second;
         }
+        case EditKind::haze:
+            return scene.haze;
         case EditKind::master:
             return scene.master_ratio;
         case EditKind::view_light: {
@@ -160,6 +164,7 @@ std::vector<EditKey> keys_of(std::uint32_t light) {
         if (!turns(light_row)) keys.push_back({EditKind::numbers, light, light_row.property, {}});
     keys.push_back({EditKind::profile, light, {}, {}});
     keys.push_back({EditKind::gel, light, {}, {}});
+    keys.push_back({EditKind::opening, light, {}, {}});
     return keys;
 }
 
@@ -179,7 +184,9 @@ std::vector<Edit> edits_between(const Scene& before, const Scene& after) {
         EditValue was = value_of(before, key), is = value_of(after, key);
         if (was != is) edits.push_back({std::move(key), std::move(was), std::move(is)});
     };
-    for (const EditKind kind : {EditKind::recalled, EditKind::patch, EditKind::surfaces, EditKind::master}) add(kind);
+    for (const EditKind kind :
+         {EditKind::recalled, EditKind::patch, EditKind::surfaces, EditKind::haze, EditKind::master})
+        add(kind);
     if (after.view_rev > since) add(EditKind::view_light);
     return edits;
 }
@@ -219,6 +226,8 @@ std::string words_of(const Scene& scene, const EditKey& key) {
             return "profile" + of;
         case EditKind::gel:
             return "gel" + of;
+        case EditKind::opening:
+            return "opening" + of;
         case EditKind::group:
             return "group '" + key.name + "'";
         case EditKind::preset:
@@ -235,6 +244,8 @@ std::string words_of(const Scene& scene, const EditKey& key) {
             return "grid '" + key.name + "'";
         case EditKind::observer:
             return "observer '" + key.name + "'";
+        case EditKind::haze:
+            return "the haze";
         case EditKind::master:
             return "the master";
         case EditKind::view_light:
@@ -258,6 +269,8 @@ std::string path_of(const Scene& scene, const EditKey& key) {
             return path.empty() ? path : path + ".profile";
         case EditKind::gel:
             return path.empty() ? path : path + ".gel";
+        case EditKind::opening:
+            return path.empty() ? path : path + ".opening";
         case EditKind::group:
             return "groups." + key.name;
         case EditKind::preset:
@@ -274,6 +287,8 @@ std::string path_of(const Scene& scene, const EditKey& key) {
             return "grids." + key.name;
         case EditKind::observer:
             return "observers." + key.name;
+        case EditKind::haze:
+            return "haze";
         case EditKind::master:
             return "master_ratio";
         case EditKind::view_light:

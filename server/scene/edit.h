@@ -23,6 +23,7 @@ enum class EditKind : std::uint8_t {
     numbers,  // any other row of light_rows()
     profile,
     gel,
+    opening,
     group,
     preset,
     cue,
@@ -31,13 +32,14 @@ enum class EditKind : std::uint8_t {
     surfaces,
     grid,
     observer,
+    haze,
     master,
     view_light,  // changes with a light that goes or comes back
 };
 
 struct EditKey {
     EditKind kind = EditKind::light;
-    std::uint32_t light = 0;                 // Light::id, of the first six
+    std::uint32_t light = 0;                 // Light::id, of the first seven
     Property property = Property::position;  // of numbers
     std::string name;                        // of a group, preset, grid or observer
     CueNumber cue = 0;
@@ -60,7 +62,8 @@ using EditValue =
     std::variant<std::monostate, ExistingLight, std::string, Orientation, Numbers, std::shared_ptr<const Profile>,
                  std::shared_ptr<const Gel>, LightIds, std::shared_ptr<const Preset>, std::shared_ptr<const Cue>,
                  std::shared_ptr<const v1::SetPatch>, std::shared_ptr<const v1::SetSurfaces>,
-                 std::shared_ptr<const v1::Grid>, std::shared_ptr<const v1::Observer>, double, std::uint32_t>;
+                 std::shared_ptr<const v1::Grid>, std::shared_ptr<const v1::Observer>, std::optional<ies::Opening>,
+                 HazeValues, double, std::uint32_t>;
 
 struct Edit {
     EditKey key;
@@ -73,7 +76,7 @@ struct EditTarget {
 
 // Result: what the property is now.
 EditValue value_of(const Scene& scene, const EditKey& key);
-// Result: aim, numbers, profile and gel of a light or of what a preset keeps of it; monostate of another kind.
+// Result: aim, numbers, profile, gel and opening of a light or of what a preset keeps of it; monostate of another kind.
 EditValue value_of(const LightValues& light, const EditKey& key);
 // Result: the keys of all that value_of() knows of a light, and of its name.
 std::vector<EditKey> keys_of(std::uint32_t light);

@@ -16,6 +16,7 @@
 
 #include "ies/lm63.h"
 #include "server/scene/gel.h"
+#include "server/scene/haze.h"
 
 namespace gonio {
 
@@ -162,6 +163,7 @@ struct LightValues {
     double cct_k = 0.0, tint_duv = 0.0;  // white.h
     std::shared_ptr<const Gel> gel;      // null: none
     std::shared_ptr<const Profile> profile;
+    std::optional<ies::Opening> opening;  // luminous; none: what the profile says (opening.h)
 };
 
 struct Light : LightValues {
@@ -264,6 +266,7 @@ struct Scene {
     std::string view_compare;      // the preset that they show the difference from; empty: none
     bool emission_hidden = false;  // of emissive surfaces there is no light: of shown_scene() only
     Look look;
+    HazeValues haze;
     bool work_light = true;  // wanted where nothing else lights the scene
     double exposure_ev100 = 6.0;
     bool exposure_auto = true;  // until somebody sets it
@@ -277,7 +280,7 @@ struct Scene {
     Revision geometry_rev = 1, camera_rev = 1, view_rev = 1, exposure_rev = 1, master_rev = 1, technique_rev = 1,
              size_rev = 1, lights_rev = 1 /* a light came, went or got another name */, groups_rev = 1, patch_rev = 1,
              surfaces_rev = 1, presets_rev = 1, saved_views_rev = 1, look_rev = 1, grids_rev = 1, observers_rev = 1,
-             cues_rev = 1 /* the list */, cue_play_rev = 1 /* options, active, next */,
+             haze_rev = 1, cues_rev = 1 /* the list */, cue_play_rev = 1 /* options, active, next */,
              compare_rev = 1 /* what it compares with is another preset, or was saved anew */;
     Revision show_rev = 1;    // that the show's file holds, or the scene began with; 0: none
     Revision edited_rev = 1;  // that changed last what the show keeps; what consoles drive does not count

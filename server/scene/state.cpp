@@ -7,10 +7,12 @@
 
 #include "ies/synthetic.h"
 #include "server/scene/apply.h"
+#include "server/scene/apply_haze.h"
 #include "server/scene/apply_view.h"
 #include "server/scene/cue.h"
 #include "server/scene/false_color.h"
 #include "server/scene/light_values.h"
+#include "server/scene/opening.h"
 #include "server/scene/orientation.h"
 #include "server/scene/white.h"
 
@@ -39,6 +41,8 @@ void put_light(const Light& light, v1::Light& out) {
     out.set_sun(light.sun);
     out.set_profile(light.profile->name);
     if (light.gel) out.set_gel(light.gel->name);
+    out.set_opening(print_opening(opening_of(light)));
+    out.set_opening_of_file(!light.opening);
     if (light.sun) {  // parallel light has no intensity
         out.set_sun_lx(luminance_of(own_weight(light)));
     } else {
@@ -77,6 +81,7 @@ void put_parts(const Scene& scene, Revision since, v1::State& out) {
     if (scene.look_rev > since) {
         put_look(scene.look, *out.mutable_look());
     }
+    if (scene.haze_rev > since) put_haze(scene.haze, *out.mutable_haze());
     if (std::max({scene.view_rev, scene.lights_rev, scene.geometry_rev}) > since) {
         out.set_work_light(scene.work_light);
         out.set_work_light_on(work_light_on(scene));

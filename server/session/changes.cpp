@@ -25,6 +25,7 @@ void touch(const Scene& scene, const std::string& name, const v1::SetLight* set,
     }
     if (set == nullptr || set->has_profile()) add(path + "profile", light->profile_rev);
     if (set == nullptr || set->has_gel()) add(path + "gel", light->level_rev);
+    if (set == nullptr || set->has_opening()) add(path + "opening", light->profile_rev);
 }
 
 // A light that went, and what named it.
@@ -135,6 +136,8 @@ std::vector<TouchedProperty> touched_properties(const Scene& scene, const v1::Co
             return {{"exposure_ev100", scene.exposure_rev}};
         case v1::Command::kSetLook:
             return {{"look", scene.look_rev}};
+        case v1::Command::kSetHaze:
+            return {{"haze", scene.haze_rev}};
         case v1::Command::kSetMaster:
             return {{"master_ratio", scene.master_rev}};
         case v1::Command::kSetCamera:

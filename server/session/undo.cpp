@@ -23,6 +23,7 @@ std::string light_label(const v1::SetLight& set) {
         if (!row.field.empty() && row.component < 0 && has_numbers(set, row.field)) properties.emplace_back(row.name);
     if (set.has_profile()) properties.emplace_back("profile");
     if (set.has_gel()) properties.emplace_back("gel");
+    if (set.has_opening()) properties.emplace_back("opening");
     if (properties.empty()) return "change of " + set.name();
     if (properties.size() > 2) return std::to_string(properties.size()) + " properties of " + set.name();
     return properties.front() + (properties.size() == 2 ? " and " + properties[1] : "") + " of " + set.name();
@@ -125,7 +126,7 @@ void add_bytes(const EditValue& value, std::set<const Profile*>& seen, std::size
 }
 
 bool is_of_light(const EditKey& key) {
-    return key.kind <= EditKind::gel;
+    return key.kind <= EditKind::opening;
 }
 
 void say(std::vector<std::string>& warnings, std::size_t& untold, std::string text) {

@@ -12,11 +12,13 @@
 #include "protocol/schema/upload_name.h"
 #include "server/assets/assets.h"
 #include "server/scene/apply.h"
+#include "server/scene/apply_haze.h"
 #include "server/scene/apply_view.h"
 #include "server/scene/cue.h"
 #include "server/scene/false_color.h"
 #include "server/scene/light_tables.h"
 #include "server/scene/light_values.h"
+#include "server/scene/opening.h"
 #include "server/scene/preset.h"
 #include "server/scene/state.h"
 
@@ -90,6 +92,7 @@ public:
         for (const LightRow& light_row : light_rows())
             write_numbers(out, row_of(light_row.property).field, light_row, numbers_of(light, light_row));
         if (light.gel) out.set_gel(light.gel->name);
+        if (light.opening) out.set_opening(print_opening(*light.opening));
         const LightSeed* own = seed_named(*scene_.asset, scene_name_of(light.name));
         if (own != nullptr && own->profile == light.profile) {
             out.set_scene_profile(own->name);
@@ -162,6 +165,7 @@ public:
             set.set_gel(light.gel());
         else
             warn("the gel of " + what + " is not restored: there is no gel '" + light.gel() + "'");
+        if (!light.opening().empty()) set.set_opening(light.opening());
         for (const LightRow& light_row : light_rows()) copy_numbers(light, set, row_of(light_row.property).field);
     }
 
@@ -323,6 +327,16 @@ public:
         set.set_compare_range(color.compare_range());
         run(command, std::string("the scale of the view ") + name);
     }
+    void restore_haze() {
+        if (!show_.has_haze()) return;
+        v1::Command command;
+        v1::SetHaze& set = *command.mutable_set_haze();
+        set.set_extinction_per_m(show_.haze().extinction_per_m());
+        set.set_albedo(show_.haze().albedo());
+        set.set_g(show_.haze().g());
+        set.set_layer_height_m(show_.haze().layer_height_m());
+        run(command, "the haze");
+    }
     void restore_look() {
         if (show_.has_illuminance()) restore_false_color("illuminance", show_.illuminance());
         if (show_.has_luminance()) restore_false_color("luminance", show_.luminance());
@@ -422,6 +436,7 @@ saved::Show show_of(const Scene& scene, ProfileTexts& texts) {
     put_false_color(scene.false_color[1], false, *show.mutable_luminance());
     for (v1::FalseColor* color : {show.mutable_illuminance(), show.mutable_luminance()}) color->clear_ticks();
     put_look(scene.look, *show.mutable_look());
+    put_haze(scene.haze, *show.mutable_haze());
     show.set_view_only(scene.view_only);
     show.set_view_compare(scene.view_compare);
     show.set_no_work_light(!scene.work_light);
@@ -536,6 +551,7 @@ RestoredShow restore_show(const saved::Show& show, std::shared_ptr<const SceneAs
         restorer.restore_grids();
     }
     restorer.restore_size();
+    restorer.restore_haze();
     restorer.restore_look();
     restorer.restore_settings();
     RestoredShow restored = restorer.result();

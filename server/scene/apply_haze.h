@@ -1,0 +1,12 @@
+// Of apply() alone: the air. Refusals leave as Refused (apply_checks.h).
+#pragma once
+
+#include "protocol/schema/gonio.pb.h"
+#include "server/scene/scene.h"
+
+namespace gonio {
+
+void set_haze(Scene& scene, const v1::SetHaze& set);
+void put_haze(const HazeValues& haze, v1::Haze& out);
+
+}  // namespace gonio
