@@ -88,9 +88,11 @@ Result<Image> decode_webp(std::span<const std::byte> bytes, const std::string& w
 
 }  // namespace
 
-Result<std::vector<std::byte>> encode_exr(const FloatPicture& picture, const std::string& unit, bool denoised) {
+Result<std::vector<std::byte>> encode_exr(const FloatPicture& picture, const std::string& unit, bool denoised,
+                                          bool half) {
     if (picture.channels != 1 && picture.channels != 3) return refused("exr", "an EXR has one or three channels");
-    OIIO::ImageSpec spec(picture.width_px, picture.height_px, picture.channels, OIIO::TypeFloat);
+    OIIO::ImageSpec spec(picture.width_px, picture.height_px, picture.channels,
+                         half ? OIIO::TypeDesc(OIIO::TypeDesc::HALF) : OIIO::TypeFloat);
     if (picture.channels == 1) spec.channelnames = {"Y"};
     spec.attribute("compression", "zip");
     spec.attribute("oiio:ColorSpace", "Linear");
@@ -103,6 +105,13 @@ Result<std::vector<std::byte>> encode_png(const BytePicture& picture) {
     OIIO::ImageSpec spec(picture.width_px, picture.height_px, 3, OIIO::TypeUInt8);
     spec.attribute("oiio:ColorSpace", "sRGB");
     return encode("png", spec, OIIO::TypeUInt8, picture.rgb.data(), picture.rgb.size());
+}
+
+Result<std::vector<std::byte>> encode_png(const Image& image) {
+    OIIO::ImageSpec spec(image.width_px, image.height_px, 4, OIIO::TypeUInt8);
+    spec.attribute("oiio:ColorSpace", image.linear ? "Linear" : "sRGB");
+    spec.attribute("oiio:UnassociatedAlpha", 1);
+    return encode("png", spec, OIIO::TypeUInt8, image.rgba.data(), image.rgba.size());
 }
 
 Result<std::vector<std::byte>> encode_jpeg(const BytePicture& picture, int quality_percent) {
