@@ -5,6 +5,7 @@
 #include <atomic>
 #include <csignal>
 #include <cstdio>
+#include <iomanip>
 #include <mutex>
 #include <sstream>
 #include <stop_token>
@@ -101,11 +102,11 @@ int refused(const std::string& place, const Error& error) {
     return 1;
 }
 
-// The words of one command, parted by blanks.
+// The words of one command, parted by blanks; "a name" in double quotes is one.
 Result<bool> apply_text(Scene& scene, const std::string& text, const SceneAccess& access) {
     std::istringstream stream(text);
     std::vector<std::string> words;
-    for (std::string word; stream >> word;) words.push_back(word);
+    for (std::string word; stream >> std::quoted(word);) words.push_back(word);
     auto command = command_from_words(words);
     if (!command) return command.error();
     if (const auto attached = attach_profile_file(*command); !attached) return attached.error();

@@ -81,7 +81,7 @@ struct BytePicture {
 Result<std::vector<std::byte>> encode_exr(const FloatPicture& picture, const std::string& unit, bool denoised = false,
                                           bool half = false);
 Result<std::vector<std::byte>> encode_png(const BytePicture& picture);
-Result<std::vector<std::byte>> encode_png(const Image& image);  // with alpha
+Result<std::vector<std::byte>> encode_rgba_png(const Image& image);  // with alpha
 Result<std::vector<std::byte>> encode_jpeg(const BytePicture& picture, int quality_percent);
 // Tests read captures back with these. path: PNG, JPEG or EXR.
 Result<FloatPicture> read_picture(const std::string& path);

@@ -107,7 +107,7 @@ Result<std::vector<std::byte>> encode_png(const BytePicture& picture) {
     return encode("png", spec, OIIO::TypeUInt8, picture.rgb.data(), picture.rgb.size());
 }
 
-Result<std::vector<std::byte>> encode_png(const Image& image) {
+Result<std::vector<std::byte>> encode_rgba_png(const Image& image) {
     OIIO::ImageSpec spec(image.width_px, image.height_px, 4, OIIO::TypeUInt8);
     spec.attribute("oiio:ColorSpace", image.linear ? "Linear" : "sRGB");
     spec.attribute("oiio:UnassociatedAlpha", 1);

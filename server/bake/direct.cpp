@@ -8,8 +8,9 @@
 namespace gonio::bake {
 namespace {
 
-constexpr int kTile = 64;                     // texels of one job
-constexpr float kToLuminaire = 1.0f - 1e-5f;  // a luminaire mounted on a surface is not hidden by it
+constexpr int kTile = 64;                       // texels of one job
+constexpr int kParts = 4, kPenumbraParts = 32;  // of an opening at least; where some of its rays are stopped
+constexpr float kToLuminaire = 1.0f - 1e-5f;    // a luminaire mounted on a surface is not hidden by it
 
 // A part of an opening, in the unit square that Luminaire::point takes.
 struct Part {
@@ -19,42 +20,32 @@ struct Part {
 class Receiver {
 public:
     Receiver(const trace::Geometry& geometry, const trace::Luminaire& luminaire, const DirectSettings& settings)
-        : geometry_(geometry), luminaire_(luminaire), settings_(settings), shadow_(geometry, Add{sum_}) {}
+        : geometry_(geometry), luminaire_(luminaire), settings_(settings), shadow_(geometry, Add{&tally_}) {}
 
     // Result: mean and half difference of the two halves, lx.
     std::pair<float, float> at(const Texel& texel, std::uint64_t& rays) {
         position_ = glm::dvec3(texel.position);
         from_ = texel.position + texel.geometric * geometry_.step_off(texel.position);
         texel_ = &texel;
-        sum_[0] = sum_[1] = 0.0;
-        rays_ = 0;
-        const ies::OpeningShape shape = luminaire_.opening.shape;
-        if (!settings_.openings || shape == ies::OpeningShape::point) {
+        seed_ =
+            trace::mix_bits(trace::mix_bits(settings_.seed, luminaire_.light), static_cast<std::uint32_t>(texel.pixel));
+        const bool point = !settings_.openings || luminaire_.opening.shape == ies::OpeningShape::point;
+        begin();
+        if (point) {
             add(luminaire_.position, 1.0, 0);
             shadow_.send();
-            rays += rays_;
-            return {static_cast<float>(sum_[0]), 0.0f};
+            rays += asked_;
+            return {static_cast<float>(tally_.lx[0]), 0.0f};
         }
-        const std::uint32_t seed =
-            trace::mix_bits(trace::mix_bits(settings_.seed, luminaire_.light), static_cast<std::uint32_t>(texel.pixel));
-        if (shape == ies::OpeningShape::rectangle) {
-            parts_ = 0;
-            const Part whole{0.0, 0.0, 1.0, 1.0};
-            split(whole, seed);
-        } else {
-            const int half = std::max(1, settings_.opening_points / 2);
-            for (int h = 0; h < 2; ++h) {
-                for (int i = 0; i < half; ++i) {
-                    trace::Sample sample(trace::mix_bits(seed, static_cast<std::uint32_t>(h)),
-                                         static_cast<std::uint32_t>(i));
-                    const glm::vec2 first = sample.next();
-                    add(luminaire_.point(first, sample.next()), 1.0 / half, h);
-                }
-            }
+        sample(kParts, settings_.opening_points);
+        rays += asked_;
+        if (tally_.seen > 0 && tally_.hidden > 0) {  // a penumbra
+            begin();
+            sample(kPenumbraParts, kPenumbraParts * settings_.opening_points / kParts);
+            rays += asked_;
         }
-        shadow_.send();
-        rays += rays_;
-        return {static_cast<float>(0.5 * (sum_[0] + sum_[1])), static_cast<float>(0.5 * std::abs(sum_[0] - sum_[1]))};
+        const double* const lx = tally_.lx;
+        return {static_cast<float>(0.5 * (lx[0] + lx[1])), static_cast<float>(0.5 * std::abs(lx[0] - lx[1]))};
     }
 
 private:
@@ -62,12 +53,43 @@ private:
         float lx = 0.0f;
         int half = 0;
     };
+    struct Tally {
+        double lx[2] = {0.0, 0.0};  // of each half
+        int seen = 0, hidden = 0;   // rays
+    };
     struct Add {
-        double* sum;
+        Tally* tally;
         void operator()(const Lit& lit, const glm::vec3& passed) const {
-            sum[lit.half] += static_cast<double>(lit.lx * trace::luminous(passed));
+            const float part = trace::luminous(passed);
+            tally->lx[lit.half] += static_cast<double>(lit.lx * part);
+            ++(part > 0.0f ? tally->seen : tally->hidden);
         }
     };
+
+    void begin() {
+        tally_ = {};
+        asked_ = 0;
+        parts_ = 0;
+    }
+
+    // A rectangle in so many parts at least; another shape in so many points.
+    void sample(int least_parts, int points) {
+        if (luminaire_.opening.shape == ies::OpeningShape::rectangle) {
+            largest_share_ = 1.0 / least_parts;
+            split({0.0, 0.0, 1.0, 1.0}, seed_);
+        } else {
+            const int half = std::max(1, points / 2);
+            for (int h = 0; h < 2; ++h) {
+                for (int i = 0; i < half; ++i) {
+                    trace::Sample random(trace::mix_bits(seed_, static_cast<std::uint32_t>(h)),
+                                         static_cast<std::uint32_t>(i));
+                    const glm::vec2 first = random.next();
+                    add(luminaire_.point(first, random.next()), 1.0 / half, h);
+                }
+            }
+        }
+        shadow_.send();
+    }
 
     // Halves a rectangle along its longer side until each part is small beside its distance; then a point of it for
     // each half.
@@ -78,8 +100,8 @@ private:
         const double distance = glm::length(centre - position_), longest = std::max(x, y);
         // A part may be nearer than its centre by half of it.
         const double nearest = std::max(distance - 0.5 * longest, 0.0);
-        if (longest > settings_.part * nearest && longest > 1e-4 * luminaire_.opening_radius_m &&
-            parts_ + 2 <= kMostParts) {
+        const bool near = longest > settings_.part * nearest && longest > 1e-4 * luminaire_.opening_radius_m;
+        if ((near || part.width * part.height > 1.001 * largest_share_) && parts_ + 2 <= kMostParts) {
             Part first = part, second = part;
             if (x >= y) {
                 first.width = second.width = 0.5 * part.width;
@@ -94,8 +116,8 @@ private:
             return;
         }
         for (int h = 0; h < 2; ++h) {
-            trace::Sample sample(seed, static_cast<std::uint32_t>(h));
-            const glm::dvec2 random(sample.next());
+            trace::Sample numbers(seed, static_cast<std::uint32_t>(h));
+            const glm::dvec2 random(numbers.next());
             add(luminaire_.point(glm::vec2(part.x + random.x * part.width, part.y + random.y * part.height),
                                  glm::vec2(0.5f)),
                 part.width * part.height, h);
@@ -113,7 +135,7 @@ private:
         double lx = share * luminaire_.intensity_cd(along) * cosine / distance2;
         if (!(lx > 0.0)) return;
         if (settings_.haze) lx *= transmittance(settings_.haze, source, position_);
-        ++rays_;
+        ++asked_;
         shadow_.add(from_, glm::vec3(source) - from_, kToLuminaire, {static_cast<float>(lx), half});
     }
 
@@ -123,9 +145,11 @@ private:
     const Texel* texel_ = nullptr;
     glm::dvec3 position_{0.0};
     glm::vec3 from_{0.0f};
-    double sum_[2] = {0.0, 0.0};
+    std::uint32_t seed_ = 0;
+    double largest_share_ = 1.0;
+    Tally tally_;
     int parts_ = 0;
-    std::uint64_t rays_ = 0;
+    std::uint64_t asked_ = 0;
     trace::ShadowRays<Lit, Add> shadow_;
 };
 

@@ -21,6 +21,7 @@ struct DirectSettings {
 
 inline constexpr int kMostParts = 1024;  // of a rectangle, at one texel
 
+// An opening has four parts at least, and where some of their rays are stopped eight times as many.
 // Sets of each texel the mean of two half-streams of samples, lx, and half their difference; 0 of invalid ones. The
 // luminaire's weight is left out. Result: false if a stop came before.
 bool direct_light(const Atlas& atlas, const trace::Geometry& geometry, const trace::Luminaire& luminaire,

@@ -46,7 +46,7 @@ public:
     std::optional<Error> run(std::span<const float> luminance) {
         if (auto error = add_map(luminance)) return error;
         for (const Image& image : asset_.images) {
-            auto png = encode_png(image);
+            auto png = encode_rgba_png(image);
             if (!png) return png.error();
             add_image(*png);
             if (binary_.size() > kMostGlbBytes) return too_large();

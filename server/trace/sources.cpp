@@ -5,6 +5,7 @@
 #include <numbers>
 
 #include "server/scene/apply.h"
+#include "server/scene/opening.h"
 #include "server/scene/sun.h"
 
 namespace gonio::trace {
@@ -104,7 +105,7 @@ std::vector<Luminaire> luminaires_of(const Scene& scene, const Geometry& geometr
         luminaire.world_from_light = glm::mat3_cast(light.world_from_light);
         luminaire.weight = glm::vec3(light_weight(scene, light) * source.gain);
         luminaire.profile = light.profile;
-        luminaire.opening = light.profile->photometry.opening;
+        luminaire.opening = opening_of(light);
         if (light.sun) {
             const Length disc = 2.0 * std::tan(0.5 * kSunDiameter_rad) * std::sqrt(source.gain) * m;
             luminaire.opening = {ies::OpeningShape::ellipse, disc, disc, 0.0 * m};

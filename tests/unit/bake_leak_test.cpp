@@ -104,6 +104,7 @@ TEST(BakeLeak, ARoomBesideALitOneIsDark) {
 }
 
 // One floor, one ceiling, one shell: a wall that is half a texel thick stands in it, wherever the texels' edges lie.
+// Texels in the wall are filled from their own side alone (Godot #87815: light from occluded texels was carried on).
 TEST(BakeLeak, AWallOnACommonFloorKeepsTheLight) {
     for (const double left : {-3.0, -2.95, -2.9, -2.87, -2.84, -2.8}) {
         std::vector<Piece> pieces{

@@ -8,11 +8,27 @@ exits 0 if all holds, 1 if not, 77 (skipped) where blender is not installed.
 
 import json
 import pathlib
+import signal
 import subprocess
 import sys
 import tempfile
+import time
 
 from headless import SKIPPED, run_script
+
+
+def stopped(gonio, directory):
+    """An interrupt ends a bake soon; what is finished stays and is taken over."""
+    words = [gonio, "bake", "cylinder", directory + "/stopped", "--size", "128", "--bounces", "1"]
+    with subprocess.Popen([*words, "--directions", "65536"], stderr=subprocess.PIPE, text=True) as running:
+        while "bounce 1" not in running.stderr.readline():
+            assert running.poll() is None
+        began = time.monotonic()
+        running.send_signal(signal.SIGINT)
+        _, said = running.communicate(timeout=30)
+        assert running.returncode == 1 and "stopped" in said and time.monotonic() - began < 10, said
+    parts = sorted(path.name for path in pathlib.Path(directory, "stopped/parts").iterdir())
+    assert len(parts) == 6 and not pathlib.Path(directory, "stopped/maps.json").exists(), parts
 
 
 def main():
@@ -30,6 +46,7 @@ def main():
                             (["bake", "cylinder", directory, "light nobody --level 1"], 1)):
             refused = subprocess.run([gonio, *words], timeout=60, check=False, capture_output=True, text=True)
             assert refused.returncode == code and refused.stderr, (words, refused)
+        stopped(gonio, directory)
         said = run_script("bake_scene.py", str(pathlib.Path(directory) / maps["glb"]))
         if said is None:
             return SKIPPED
