@@ -195,6 +195,20 @@ void place_sheet(Atlas& atlas, const trace::Geometry& geometry, const Sheet& she
 int Atlas::texel_of(int instance, int triangle, bool back, float u, float v) const {
     const std::size_t slot =
         static_cast<std::size_t>(first_side[static_cast<std::size_t>(instance)] + 2 * triangle + (back ? 1 : 0));
+    const Way& way = ways[slot];
+    if (way.whole) {  // around a sheet there are gutters: the texel there is its own
+        const glm::ivec2 at(glm::floor(way.corner + u * way.to_second + v * way.to_third));
+        if (at.x >= 0 && at.y >= 0 && at.x < width && at.y < height) {
+            const std::int32_t texel = texel_at[static_cast<std::size_t>(at.y) * static_cast<std::size_t>(width) +
+                                                static_cast<std::size_t>(at.x)];
+            if (texel >= 0) return texel;
+        }
+    }
+    return search_texel(slot, u, v);
+}
+
+// Where walls cut a side, and on edges.
+int Atlas::search_texel(std::size_t slot, float u, float v) const {
     const std::int32_t begin = side_start[slot], end = side_start[slot + 1];
     const auto a = static_cast<double>(u), b = static_cast<double>(v);
     int nearest = -1;
@@ -247,6 +261,13 @@ void Atlas::index_sides(const SceneAsset& asset) {
     std::vector<std::int32_t> next(side_start.begin(), side_start.end() - 1);
     for (std::size_t i = 0; i < sides.size(); ++i)
         side_list[static_cast<std::size_t>(next[slot_of(sides[i].side)]++)] = static_cast<std::int32_t>(i);
+    ways.assign(static_cast<std::size_t>(slots), {});
+    for (const PlacedSide& placed : sides) {
+        const std::size_t slot = slot_of(placed.side);
+        if (side_start[slot + 1] - side_start[slot] != 1) continue;
+        ways[slot] = {glm::vec2(placed.corner[0]), glm::vec2(placed.corner[1] - placed.corner[0]),
+                      glm::vec2(placed.corner[2] - placed.corner[0]), true};
+    }
 }
 
 bool sees(const trace::Geometry& geometry, const Texel& a, const Texel& b, float above_m) {
@@ -285,11 +306,14 @@ Result<Atlas> make_atlas(const trace::Geometry& geometry, const AtlasSettings& s
     while (!placed) {
         sheets = sheets_at(geometry, charts, solids, density, settings.threads, stop);
         if (!sheets.whole) return Error{"stopped", "bake", "", "the bake was stopped"};
-        placed = pack(with_gutters(sheets.list), room);
+        const std::vector<glm::ivec2> sizes = with_gutters(sheets.list);
+        placed = pack(sizes, room);
         if (placed) break;
+        double needed = 0.0;
+        for (const glm::ivec2& size : sizes) needed += static_cast<double>(size.x) * size.y;
         if (settings.texel_m > 0.0 || density * longest < 1.0)
             return too_small(settings, std::to_string(sheets.list.size()) + " charts, cut at walls, do not fit");
-        density *= kShrink;
+        density *= std::min(kShrink, kShrink * std::sqrt(static_cast<double>(room.x) * room.y / needed));
     }
     Atlas atlas;
     atlas.width = room.x, atlas.height = room.y;

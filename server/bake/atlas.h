@@ -64,12 +64,19 @@ struct Atlas {
     std::vector<Seam> seams;
     std::vector<std::int32_t> first_side;  // of an instance: index into side_list, twice its triangles and one more
     std::vector<std::int32_t> side_start, side_list;
-    int dropped = 0;  // sides without area, which no map shows
+    // Of a side that was not cut, by the same index: where its corners 0, 1 and 2 lie. A bounce reads it for each ray.
+    struct Way {
+        glm::vec2 corner{0.0f}, to_second{0.0f}, to_third{0.0f};
+        bool whole = false;
+    };
+    std::vector<Way> ways;
 
     // Result: index of the texel that shows this point of a triangle, -1: none. u, v: barycentric, as of a hit.
     int texel_of(int instance, int triangle, bool back, float u, float v) const;
-    // Fills side_start and side_list from sides.
+    // Fills side_start, side_list and ways from sides.
     void index_sides(const SceneAsset& asset);
+    // The same as texel_of, of sides that walls cut and of points on edges too. slot: index into side_start.
+    int search_texel(std::size_t slot, float u, float v) const;
 };
 
 // Result: the atlas of a scene's surfaces. Errors, "bake.size": "too_small" where charts and gutters do not fit,
@@ -80,8 +87,7 @@ Result<Atlas> make_atlas(const trace::Geometry& geometry, const AtlasSettings& s
 // Parts of make_atlas.
 // Puts a sheet's texels and sides into the atlas, its corner at `at`.
 void place_sheet(Atlas& atlas, const trace::Geometry& geometry, const Sheet& sheet, const glm::ivec2& at);
-// Result: a texel at a sample point: position, normals, mean albedo and emission over the triangle around it.
-// spread: half a texel in barycentric coordinates along its two directions.
+// Sets a texel at a sample point: position, normals, albedo and emission, these as their mean over the points around.
 void fill_texel(Texel& texel, const trace::Geometry& geometry, const Side& side, float u, float v,
                 const std::vector<glm::vec2>& around);
 // Result: seams along the edges that sides of different sheets share, where their normals agree and light passes.

@@ -4,7 +4,11 @@ import json
 import sys
 
 import bpy
+import numpy
 
+# Blender 3.4's importer asks numpy for a name that 1.24 has no more.
+if "bool" not in numpy.__dict__:
+    numpy.bool = bool
 glb = sys.argv[sys.argv.index("--") + 1]
 bpy.ops.wm.read_factory_settings(use_empty=True)
 bpy.ops.import_scene.gltf(filepath=glb)
