@@ -2,31 +2,41 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numbers>
 
 #include "server/trace/sampler.h"
 
 namespace gonio::bake {
 namespace {
 
-constexpr int kOpeningPoints = 4;  // of a cell of the volume
+constexpr int kOpeningPoints = 16;  // of a cell of the volume
 constexpr int kTile = 256;
+
+// Result: how far a point is from a luminaire's opening, of its bounding box, m.
+double beside(const trace::Luminaire& luminaire, bool point, const glm::dvec3& p) {
+    const glm::dvec3 d = p - luminaire.position;
+    if (point) return glm::length(d);
+    const ies::Opening& opening = luminaire.opening;
+    const glm::dvec3 half = 0.5 * glm::dvec3(opening.length.in(m), opening.width.in(m), opening.height.in(m));
+    return glm::length(glm::max(glm::abs(glm::transpose(luminaire.world_from_light) * d) - half, 0.0));
+}
 
 }  // namespace
 
-double AirVolume::at(const glm::dvec3& local) const {
+double AirVolume::at(const std::vector<float>& values, const glm::dvec3& local) const {
     const glm::dvec3 p = glm::clamp((local - low) / cell, glm::dvec3(0.0), glm::dvec3(size - 1));
-    const glm::ivec3 a = glm::min(glm::ivec3(p), glm::max(size - 2, glm::ivec3(0)));
-    const glm::dvec3 part = p - glm::dvec3(a);
-    double sum = 0.0;
-    for (int k = 0; k < 8; ++k) {
-        const glm::ivec3 step(k & 1, k >> 1 & 1, k >> 2 & 1);
-        const glm::ivec3 q = glm::min(a + step, size - 1);
-        double weight = 1.0;
-        for (int c = 0; c < 3; ++c) weight *= step[c] != 0 ? part[c] : 1.0 - part[c];
-        if (weight > 0.0)
-            sum += weight * static_cast<double>(passed[static_cast<std::size_t>((q.z * size.y + q.y) * size.x + q.x)]);
-    }
-    return sum;
+    const glm::ivec3 a = glm::min(glm::ivec3(p), size - 2);
+    const glm::vec3 part(p - glm::dvec3(a));
+    const auto row = static_cast<std::size_t>(size.x), layer = row * static_cast<std::size_t>(size.y);
+    const float* const v = &values[static_cast<std::size_t>(a.z) * layer + static_cast<std::size_t>(a.y) * row +
+                                   static_cast<std::size_t>(a.x)];
+    const auto along = [&](const float* from) { return from[0] + part.x * (from[1] - from[0]); };
+    const auto plane = [&](const float* from) {
+        const float first = along(from);
+        return first + part.y * (along(from + row) - first);
+    };
+    const float first = plane(v);
+    return static_cast<double>(first + part.z * (plane(v + layer) - first));
 }
 
 AirVolume air_volume(const trace::Geometry& geometry, const trace::Luminaire& luminaire, const AirSettings& settings,
@@ -41,22 +51,30 @@ AirVolume air_volume(const trace::Geometry& geometry, const trace::Luminaire& lu
     volume.passed.assign(static_cast<std::size_t>(volume.size.x) * static_cast<std::size_t>(volume.size.y) *
                              static_cast<std::size_t>(volume.size.z),
                          0.0f);
+    volume.lx = volume.passed;
     const bool point = !settings.openings || luminaire.opening.shape == ies::OpeningShape::point;
     const bool whole = work.tiles(static_cast<int>(volume.passed.size()), kTile, [&](int first, int end) {
         for (int i = first; i < end; ++i) {
             const glm::ivec3 at(i % volume.size.x, i / volume.size.x % volume.size.y,
                                 i / volume.size.x / volume.size.y);
             const glm::dvec3 p = volume.low + glm::dvec3(at) * volume.cell;
-            double sum = 0.0;
+            double sum = 0.0, lx = 0.0;
             const int points = point ? 1 : kOpeningPoints;
             for (int k = 0; k < points; ++k) {
                 trace::Sample sample(static_cast<std::uint32_t>(i), static_cast<std::uint32_t>(k));
                 const glm::vec2 one = sample.next();
                 const glm::dvec3 source = point ? luminaire.position : luminaire.point(one, sample.next());
-                sum += static_cast<double>(trace::luminous(geometry.transmittance(glm::vec3(p), glm::vec3(source)))) *
-                       transmittance(settings.haze, source, p);
+                const double passed =
+                    static_cast<double>(trace::luminous(geometry.transmittance(glm::vec3(p), glm::vec3(source)))) *
+                    transmittance(settings.haze, source, p);
+                const glm::dvec3 d = p - source;
+                const double distance2 = glm::dot(d, d);
+                sum += passed;
+                if (passed > 0.0 && distance2 > 0.0)
+                    lx += passed * luminaire.intensity_cd(d / std::sqrt(distance2)) / distance2;
             }
             volume.passed[static_cast<std::size_t>(i)] = static_cast<float>(sum / points);
+            volume.lx[static_cast<std::size_t>(i)] = static_cast<float>(lx / points);
         }
         work.rays += static_cast<std::uint64_t>((end - first) * (point ? 1 : kOpeningPoints));
     });
@@ -75,6 +93,7 @@ double scattered_in(const trace::Geometry& geometry, const trace::Luminaire& lum
     const double near =
         std::max({glm::length(off), point ? 0.0 : 0.5 * luminaire.opening_radius_m, 1e-4 * length, 1e-6});
     const double low = std::atan(-foot / near), high = std::atan((length - foot) / near);
+    const double near_m = kNearCells * std::max({volume.cell.x, volume.cell.y, volume.cell.z});
     double sum = 0.0;
     for (int i = 0; i < settings.steps; ++i) {
         const double u = (i + random) / settings.steps;
@@ -85,30 +104,34 @@ double scattered_in(const trace::Geometry& geometry, const trace::Luminaire& lum
             weight = near * (1.0 + tangent * tangent) * (high - low);
         }
         const glm::dvec3 p = from + t * along;
+        double lx = 0.0;  // that the air gets there
         glm::dvec3 source = luminaire.position;
-        if (!point) {
-            trace::Sample sample(static_cast<std::uint32_t>(random * 4294967295.0), static_cast<std::uint32_t>(i));
-            const glm::vec2 one = sample.next();
-            source = luminaire.point(one, sample.next());
-        }
-        const glm::dvec3 d = p - source;
-        const double distance2 = glm::dot(d, d);
-        if (!(distance2 > 0.0)) continue;
-        const glm::dvec3 travel = d / std::sqrt(distance2);
-        const double cd = luminaire.intensity_cd(travel);
-        if (!(cd > 0.0)) continue;
-        double reaches = 0.0;
-        if (settings.shadow_rays) {
-            ++rays;
-            reaches = static_cast<double>(trace::luminous(geometry.transmittance(glm::vec3(p), glm::vec3(source))));
-            if (reaches > 0.0) reaches *= transmittance(settings.haze, source, p);
+        if (!settings.shadow_rays && beside(luminaire, point, p) > near_m) {
+            lx = volume.at(volume.lx, p);
         } else {
-            reaches = volume.at(p);
+            if (!point) {
+                trace::Sample sample(static_cast<std::uint32_t>(random * 4294967295.0), static_cast<std::uint32_t>(i));
+                const glm::vec2 one = sample.next();
+                source = luminaire.point(one, sample.next());
+            }
+            const glm::dvec3 d = p - source;
+            const double distance2 = glm::dot(d, d);
+            if (!(distance2 > 0.0)) continue;
+            lx = luminaire.intensity_cd(d / std::sqrt(distance2)) / distance2;
+            if (!(lx > 0.0)) continue;
+            if (settings.shadow_rays) {
+                ++rays;
+                lx *= static_cast<double>(trace::luminous(geometry.transmittance(glm::vec3(p), glm::vec3(source))));
+                if (lx > 0.0) lx *= transmittance(settings.haze, source, p);
+            } else {
+                lx *= volume.at(volume.passed, p);
+            }
         }
-        if (!(reaches > 0.0)) continue;
-        const double phase = henyey_greenstein(settings.haze.g, -glm::dot(travel, along));
-        sum += weight * reaches * cd / distance2 * phase * scattering_per_m(settings.haze, p) *
-               transmittance(settings.haze, from, p);
+        if (!(lx > 0.0)) continue;
+        const double phase = settings.haze.g == 0.0
+                                 ? 0.25 * std::numbers::inv_pi
+                                 : henyey_greenstein(settings.haze.g, -glm::dot(glm::normalize(p - source), along));
+        sum += weight * lx * phase * scattering_per_m(settings.haze, p) * transmittance(settings.haze, from, p);
     }
     return sum / settings.steps;
 }

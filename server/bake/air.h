@@ -19,17 +19,19 @@ struct AirSettings {
     bool openings = true;      // the volume's and the steps' light comes from points of the opening
 };
 
-// Visibility times transmittance between the air and a luminaire, on a grid over the scene, 0..1.
+// Light of a luminaire that reaches the air, on a grid over the scene.
 struct AirVolume {
     glm::ivec3 size{0};
     glm::dvec3 low{0.0}, cell{1.0};  // local, m: of the first centre, and from one to the next
-    std::vector<float> passed;
+    std::vector<float> passed;       // visibility times transmittance, 0..1: for air near the luminaire
+    std::vector<float> lx;           // the same times I/d²: for the rest, where it is smooth
 
-    // Result: trilinear; the nearest beyond the grid.
-    double at(const glm::dvec3& local) const;
+    // Result: trilinear; the nearest beyond the grid. values: one of the two.
+    double at(const std::vector<float>& values, const glm::dvec3& local) const;
 };
 
-inline constexpr int kVolumeSide = 48;  // cells along the scene's longest side
+inline constexpr int kVolumeSide = 48;     // cells along the scene's longest side
+inline constexpr double kNearCells = 3.0;  // from the opening: I/d² is taken from there on as the volume has it
 
 // Result: its centres; an empty volume if a stop came before.
 AirVolume air_volume(const trace::Geometry& geometry, const trace::Luminaire& luminaire, const AirSettings& settings,
