@@ -53,7 +53,7 @@ int run_cli(std::span<const std::string> args, std::ostream& out, std::ostream& 
     }
     Session session{{}, {}, {}, words.has("--json"), out, err};
     if (words.fault) return session.fail(*words.fault);
-    if (words.command->name != "photometry")  // works without a server
+    if (words.command->name != "photometry" && words.command->name != "bake")  // work without a server
         if (const auto found = find_server(session, words); !found) return session.fail(found.error());
     return run_command(session, words);
 }

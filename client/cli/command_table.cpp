@@ -56,6 +56,28 @@ constexpr WordRow kPhotometryOptions[] = {
     {"--spacing", "RATIO", number, "",
      "of --ugr: between luminaires, of their height above the eye, 0.1 to 2; default: 0.25"},
 };
+constexpr WordRow kBake[] = {
+    {"SCENE", "", text, "", "cornell, atrium, cylinder, or a .gltf or .glb file"},
+    {"OUTDIR", "", text, "", "folder of the maps; finished parts in it are taken over"},
+    {"[COMMAND…]", "", text, "", "what changes the scene before, each in quotes: \"haze show\""},
+};
+constexpr WordRow kBakeOptions[] = {
+    {"--size", "N", positive_count, "", "texels a side, 16 to 8192; default 1024"},
+    {"--texel", "M", number, "", "side of a texel in m; default: as fine as the size holds"},
+    {"--uv", "NAME", text, "", "own (default), or second: the file's TEXCOORD_1"},
+    {"--directions", "N", positive_count, "", "rays of a texel and bounce, 32 to 65536; default 256"},
+    {"--bounces", "N", count, "", "at most, 0 to 64; default 64"},
+    {"--tolerance", "R", number, "", "share of all that further bounces may add, 0 to 0.5; default 0.002"},
+    {"--openings", "NAME", text, "", "on (default): light comes from luminous openings; off: from points"},
+    {"--steps", "N", positive_count, "", "samples of the haze along a ray, 1 to 1024; default 30"},
+    {"--steps-form", "NAME", text, "", "equiangular (default), or even"},
+    {"--air", "NAME", text, "", "what reaches the haze: volume (default), or rays"},
+    {"--format", "NAME", text, "", "of the EXR files: float (default), or half"},
+    {"--memory", "MIB", positive_count, "", "that maps and texels may take; default 4096"},
+    {"--threads", "N", count, "", "default 0: one for each core"},
+    {"--seed", "N", count, "", "of the samples; default 1"},
+    {"--scale", "R", number, "", "metres a unit of the scene's file; default 1"},
+};
 constexpr WordRow kWatchOptions[] = {
     {"--frames", "N", count, "", "ends after N frames, N above 0; default: when interrupted"},
     {"--out", "FILE", text, "", "writes the video there, as raw H.264"},
@@ -140,6 +162,8 @@ constexpr WordCommand kCommands[] = {
     {"control acquire", "", "keeps the camera for this client, until interrupted", {}, kAcquireOptions},
     {"control release", "", "frees the camera for others", {}, kReleaseOptions},
     {"photometry", "", "prints quantities and diagnostics of photometric files, offline", kFiles, kPhotometryOptions},
+    {"bake", "", "bakes irradiance maps of a scene into a folder, offline, by the goniod beside this program", kBake,
+     kBakeOptions},
     {"watch", "", "prints one JSON line for each change and frame", {}, kWatchOptions},
 };
 constexpr WordCommand kGet = {"get", "get_state", "prints the state, or a part of it, as JSON", kPath, {}};

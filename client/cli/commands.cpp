@@ -6,6 +6,7 @@
 #include <fstream>
 #include <functional>
 
+#include "client/cli/bake.h"
 #include "client/cli/cli.h"
 #include "client/cli/grids.h"
 #include "client/cli/output.h"
@@ -374,6 +375,7 @@ int run_command(const Session& session, const ReadWords& words) {
                             {"forget", forget},
                             {"control acquire", control},
                             {"control release", control},
+                            {"bake", bake},
                             {"photometry", photometry}};
     for (const Row& row : rows)
         if (words.command->name == row.name) return row.run(session, words);

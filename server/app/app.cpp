@@ -315,7 +315,7 @@ int run_daemon(const Options& given) {
     ::mallopt(M_TRIM_THRESHOLD, 16 << 20);
     Options options = given;
     options.state_file = behind_links(std::move(options.state_file));
-    const bool serves = options.oneshot.empty();
+    const bool serves = options.serves();
     if (serves) Signals::block();
     spdlog::set_default_logger(spdlog::stderr_logger_mt("goniod"));
     set_log_level(options.log_level);
@@ -331,7 +331,7 @@ int run_daemon(const Options& given) {
         return 0;
     } catch (const BadOption& error) {
         std::fprintf(stderr, "goniod: %s\n", error.what());
-        return 2;
+        return options.bake.scene.empty() ? 2 : 1;  // a bake has 2 for its words alone
     }
 }
 

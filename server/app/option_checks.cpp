@@ -8,6 +8,7 @@
 
 #include "protocol/schema/words.h"
 #include "protocol/text/toml_read.h"
+#include "server/assets/assets.h"
 
 namespace gonio {
 namespace {
@@ -98,7 +99,7 @@ std::string check_file_if_any(const std::string& path) {
 }
 
 std::string check_scene(const std::string& name) {
-    return name == "cornell" || name == "atrium" ? "" : check_file(name);
+    return is_built_in(name) ? "" : check_file(name);
 }
 
 std::string check_upload_folder(const std::string& folder) {

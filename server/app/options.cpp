@@ -66,7 +66,7 @@ void add_own_options(CLI::App& app, OptionTexts& text) {
 }
 
 void add_picture_options(CLI::App& app, Options& options, OptionTexts& text) {
-    app.add_option("--scene", options.scene, "cornell, atrium, or a .gltf or .glb file")->check(check_scene);
+    app.add_option("--scene", options.scene, "cornell, atrium, cylinder, or a .gltf or .glb file")->check(check_scene);
     app.add_option(
            "--backfaces", text.backfaces,
            "of one-sided surfaces: cull (viewers look through them, as glTF says), show; they stop light anyway")
@@ -108,7 +108,7 @@ void add_picture_options(CLI::App& app, Options& options, OptionTexts& text) {
         ->check(CLI::IsMember({"auto", "gl", "rays"}));
     app.add_option("--oneshot", options.oneshot, "JOB.json: capture its frames and end, without a network")
         ->check(check_file_if_any);
-    app.add_option("--out", options.out, "folder for the captures of --oneshot");
+    app.add_option("--out", options.out, "folder for the captures of --oneshot and the maps of --bake");
     app.add_flag("--gl-debug", options.gl_debug, "count and print GL debug messages");
 }
 
@@ -179,6 +179,7 @@ void take_texts(const CLI::App& app, const OptionTexts& text, Options& options) 
     const auto pixels = read_size(text.size);
     options.width_px = pixels->width_px;
     options.height_px = pixels->height_px;
+    if (!options.bake.scene.empty()) options.scene = options.bake.scene, options.scene_given = true;
     if (app.count("--samples") > 0) options.samples = text.samples;
 }
 
@@ -193,6 +194,7 @@ std::optional<Options> parse_options(const std::vector<std::string>& arguments, 
     add_own_options(app, text);
     add_picture_options(app, options, text);
     add_input_options(app, options, text);
+    add_bake_options(app, options.bake);
     add_front_options(app, options);
     check_numbers(app);
     Settings settings;

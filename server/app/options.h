@@ -6,6 +6,7 @@
 #include <string>
 #include <vector>
 
+#include "server/app/bake_options.h"
 #include "server/assets/assets.h"
 #include "server/http/http_limits.h"
 #include "server/inputs/udp_inputs.h"
@@ -28,6 +29,7 @@ struct Options {
     int device = -1;
     std::string renderer = "gl";     // null: grey pictures without GL, for tests
     std::string oneshot, out = ".";  // JOB.json and the folder its captures go to; empty: serve
+    BakeOptions bake;                // likewise with maps
     bool gl_debug = false;
     InputOptions inputs;             // of consoles; all off unless asked for: these protocols know no passwords
     std::string patch_file;          // TOML; empty: the default patch
@@ -54,6 +56,8 @@ struct Options {
     std::size_t max_memory = 0;                            // of the process, bytes (memory_room); 0: no bound
     LoadOptions load;                                      // of scene files
     HttpLimits limits;
+    // Whether it stays, with a network; else it does a job and ends.
+    bool serves() const { return oneshot.empty() && bake.scene.empty(); }
     std::vector<std::string> arguments;  // as given: SIGHUP reads file and environment again
 };
 

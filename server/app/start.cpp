@@ -10,6 +10,7 @@
 #include "protocol/schema/gonio.pb.h"
 #include "protocol/schema/upload_name.h"
 #include "protocol/surface/surface_toml.h"
+#include "server/app/bake_job.h"
 #include "server/app/oneshot.h"
 #include "server/assets/assets.h"
 #include "server/base/atomic_file.h"
@@ -175,11 +176,11 @@ Scene first_scene(const Options& options, Revision* restored_rev) {
         *map.mutable_set_surfaces() = read_file(file, kMaxSurfaceFileBytes, "map", read_surfaces_toml);
         apply_file(scene, map, file);
     }
-    if (!whole && options.oneshot.empty()) keep_show_aside(options.state_file);  // a job saves nothing
+    if (!whole && options.serves()) keep_show_aside(options.state_file);  // a job saves nothing
     scene.traced = std::make_shared<const trace::Geometry>(scene.asset);
     if (!restored && !scene.asset->exposure_ev100)
         scene.exposure_ev100 = trace::metered_ev100(scene).value_or(scene.exposure_ev100);
-    if (options.oneshot.empty()) scene.drawn = lighting::make_drawn(scene.traced, true);
+    if (options.serves()) scene.drawn = lighting::make_drawn(scene.traced, true);
     return std::move(scene);
 }
 
@@ -201,6 +202,7 @@ std::function<Gpu::Made()> gpu_maker(const Options& options) {
 }
 
 int run_job(const Options& options, Scene scene) {
+    if (!options.bake.scene.empty()) return run_bake(options, std::move(scene));
     if (options.renderer == "null") throw std::runtime_error("--oneshot needs --renderer gl");
     const auto context = gl::Context::create({options.device, options.gl_debug});
     spdlog::info("{}", context->description());

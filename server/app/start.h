@@ -20,7 +20,7 @@ std::string show_folder(const Options& options);
 // there is no GPU.
 std::function<Gpu::Made()> gpu_maker(const Options& options);
 
-// Captures the frames of options.oneshot. Result: the exit code.
+// Captures the frames of options.oneshot, or bakes the maps of options.bake. Result: the exit code.
 int run_job(const Options& options, Scene scene);
 
 // Throws std::invalid_argument likewise.

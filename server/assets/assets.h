@@ -34,7 +34,7 @@ struct LoadOptions {
     double scale = 1.0;       // from kLeastScale to kMostScale, about the world's origin, as scale_scene() says
 };
 
-// name: "cornell" or "atrium" (generated in code), or the path of a .gltf or .glb.
+// name: "cornell", "atrium" or "cylinder" (generated in code), or the path of a .gltf or .glb.
 // Errors: "not_found", "bad_gltf", "out_of_bounds", "missing_file", "bad_image", "bad_profile", "too_large",
 // "unsupported", "invalid_argument" (scale). Their `where` is a JSON pointer into the glTF ("/accessors/3/byteOffset")
 // or a file name. The scene, and its file in errors, are called `shown` instead of `name`; empty: `name`.
@@ -48,9 +48,14 @@ Result<std::shared_ptr<const SceneAsset>> load_scene(const std::string& name, co
 std::string gltf_features_text();
 
 // The built-in scenes, metres. cornell: a room with two boxes and a sculpture of about 33,000 triangles in all;
-// atrium: a colonnaded court of at least 262,000 triangles, textured. Both with one luminaire and one camera.
+// atrium: a colonnaded court of at least 262,000 triangles, textured. Both with one luminaire and one camera. cylinder:
+// the inside of a closed cylinder of so many facets, radius 8 m, 40 m long, with six linear luminaires on its wall.
 std::shared_ptr<const SceneAsset> make_cornell();
 std::shared_ptr<const SceneAsset> make_atrium();
+inline constexpr int kCylinderFacets = 96;  // a multiple of 3: a strip lies in the middle of one
+std::shared_ptr<const SceneAsset> make_cylinder(int facets = kCylinderFacets);
+// Result: whether load_scene generates the scene of this name.
+bool is_built_in(const std::string& name);
 
 // bytes: a photometric file. Result: the profile lights share. Errors of ies::read_photometry.
 Result<std::shared_ptr<const Profile>> make_profile(std::string name, std::string_view bytes);
@@ -72,10 +77,12 @@ struct BytePicture {
     int width_px = 0, height_px = 0;
     std::vector<std::uint8_t> rgb;  // 3 bytes per pixel, sRGB-encoded
 };
-// Result: the bytes of the image file. EXR: 32-bit float, unit named in the header attribute "gonio:unit"; denoised: it
-// has "gonio:denoised" 1.
-Result<std::vector<std::byte>> encode_exr(const FloatPicture& picture, const std::string& unit, bool denoised = false);
+// Result: the bytes of the image file. EXR: 32-bit float, or half, unit named in the header attribute "gonio:unit";
+// denoised: it has "gonio:denoised" 1.
+Result<std::vector<std::byte>> encode_exr(const FloatPicture& picture, const std::string& unit, bool denoised = false,
+                                          bool half = false);
 Result<std::vector<std::byte>> encode_png(const BytePicture& picture);
+Result<std::vector<std::byte>> encode_rgba_png(const Image& image);  // with alpha
 Result<std::vector<std::byte>> encode_jpeg(const BytePicture& picture, int quality_percent);
 // Tests read captures back with these. path: PNG, JPEG or EXR.
 Result<FloatPicture> read_picture(const std::string& path);

@@ -126,7 +126,15 @@ Result<std::shared_ptr<SceneAsset>> load_gltf(const std::string& path, const std
     }
 }
 
+std::shared_ptr<const SceneAsset> make_built_in(const std::string& name) {
+    return name == "cornell" ? make_cornell() : name == "atrium" ? make_atrium() : make_cylinder();
+}
+
 }  // namespace
+
+bool is_built_in(const std::string& name) {
+    return name == "cornell" || name == "atrium" || name == "cylinder";
+}
 
 Result<std::shared_ptr<const SceneAsset>> load_scene(const std::string& name, const std::string& shown,
                                                      const LoadOptions& options, std::size_t most_bytes) {
@@ -134,12 +142,10 @@ Result<std::shared_ptr<const SceneAsset>> load_scene(const std::string& name, co
         return Error{"invalid_argument", "load_scene.scale", print_number(options.scale),
                      "must be a number from " + print_number(kLeastScale) + " to " + print_number(kMostScale)};
     const std::string& called = shown.empty() ? name : shown;
-    const bool built_in = name == "cornell" || name == "atrium";
-    if (built_in && !options.show_backs && options.scale == 1.0)
-        return name == "cornell" ? make_cornell() : make_atrium();
-    Result<std::shared_ptr<SceneAsset>> scene =
-        built_in ? std::make_shared<SceneAsset>(name == "cornell" ? *make_cornell() : *make_atrium())
-                 : load_gltf(name, called, options, most_bytes);
+    const bool built_in = is_built_in(name);
+    if (built_in && !options.show_backs && options.scale == 1.0) return make_built_in(name);
+    Result<std::shared_ptr<SceneAsset>> scene = built_in ? std::make_shared<SceneAsset>(*make_built_in(name))
+                                                         : load_gltf(name, called, options, most_bytes);
     if (!scene) {
         Error error = scene.error();
         if (error.where == name) error.where = called;

@@ -33,7 +33,7 @@ inline constexpr std::size_t kMaxSceneTexels = std::size_t{1} << 28;  // over al
 // texels, vertices and corners. Triangles count where an instance shows them (BVH, clusters, surfaces of links).
 inline constexpr std::size_t kBytesOfByte = 3, kBytesOfTexel = 32, kBytesOfVertex = 96, kBytesOfIndex = 12,
                              kBytesOfTriangle = 160, kBytesOfProfile = 3 << 19, kBytesOfColor = 72,
-                             kBytesOfTangent = 176;
+                             kBytesOfTangent = 176, kBytesOfSecondUv = 32;
 // Takes `count` times so much off the room. Result: why not, "too_large"; then the room is as it was.
 std::optional<Error> take_memory(std::size_t& room, std::size_t count, std::size_t bytes_each,
                                  const std::string& where);

@@ -56,6 +56,7 @@ void make_flat(Mesh& mesh) {
         for (std::size_t k = 0; k < 3; ++k) {
             Vertex vertex = mesh.vertices[mesh.indices[3 * t + k]];
             if (colored) flat.colors.push_back(mesh.colors[mesh.indices[3 * t + k]]);
+            if (!mesh.second_uv.empty()) flat.second_uv.push_back(mesh.second_uv[mesh.indices[3 * t + k]]);
             vertex.normal = glm::vec3(normal / size);
             flat.indices.push_back(static_cast<std::uint32_t>(flat.vertices.size()));
             flat.vertices.push_back(vertex);
@@ -93,18 +94,21 @@ void compact(Mesh& mesh) {
     std::vector<Vertex> kept;
     std::vector<glm::u16vec4> colors;
     std::vector<glm::vec4> tangents;
+    std::vector<glm::vec2> second_uv;
     for (std::uint32_t& index : mesh.indices) {
         if (new_index[index] == unused) {
             new_index[index] = static_cast<std::uint32_t>(kept.size());
             kept.push_back(mesh.vertices[index]);
             if (!mesh.colors.empty()) colors.push_back(mesh.colors[index]);
             if (!mesh.tangents.empty()) tangents.push_back(mesh.tangents[index]);
+            if (!mesh.second_uv.empty()) second_uv.push_back(mesh.second_uv[index]);
         }
         index = new_index[index];
     }
     mesh.vertices = std::move(kept);
     mesh.colors = std::move(colors);
     mesh.tangents = std::move(tangents);
+    mesh.second_uv = std::move(second_uv);
 }
 
 Error too_large(const std::string& where, std::size_t value, const char* message) {
@@ -168,6 +172,18 @@ std::optional<Error> read_tangents(GltfImport& import, const tinygltf::Primitive
         }
         mesh.tangents.emplace_back(glm::normalize(along), (*values)[4 * i + 3] < 0.0f ? -1.0f : 1.0f);
     }
+    return std::nullopt;
+}
+
+// TEXCOORD_1 as it is, whatever a material does with it.
+std::optional<Error> read_second_uv(GltfImport& import, const tinygltf::Primitive& primitive, Mesh& mesh,
+                                    const std::string& where) {
+    if (!primitive.attributes.count("TEXCOORD_1")) return std::nullopt;
+    const std::size_t count = mesh.vertices.size();
+    if (auto full = take_memory(import.room, count, kBytesOfSecondUv, where + "/attributes/TEXCOORD_1")) return full;
+    const auto values = attribute(import.document, primitive, "TEXCOORD_1", 2, count, where);
+    if (!values) return values.error();
+    for (std::size_t i = 0; i < count; ++i) mesh.second_uv.push_back(glm::make_vec2(&(*values)[2 * i]));
     return std::nullopt;
 }
 
@@ -255,6 +271,7 @@ std::optional<Error> import_primitive(GltfImport& import, const tinygltf::Primit
     if (auto error = read_vertices(import, primitive, mesh, where)) return error;
     if (auto error = read_colors(import, primitive, mesh, where)) return error;
     if (auto error = read_tangents(import, primitive, mesh, where)) return error;
+    if (auto error = read_second_uv(import, primitive, mesh, where)) return error;
     if (auto error = read_triangles(import, primitive, mesh, where)) return error;
     if (mesh.indices.empty()) {
         import.warn("a primitive without triangles was left out (" + where + ")");

@@ -31,6 +31,7 @@ struct Sides {
             const auto copy = static_cast<std::uint32_t>(mesh.vertices.size());
             mesh.vertices.push_back(mesh.vertices[vertex]);
             if (!mesh.colors.empty()) mesh.colors.push_back(mesh.colors[vertex]);
+            if (!mesh.second_uv.empty()) mesh.second_uv.push_back(mesh.second_uv[vertex]);
             side.push_back(wanted);
             twin.push_back(kNone);
             twin[vertex] = copy;

@@ -88,12 +88,14 @@ Result<Image> decode_webp(std::span<const std::byte> bytes, const std::string& w
 
 }  // namespace
 
-Result<std::vector<std::byte>> encode_exr(const FloatPicture& picture, const std::string& unit, bool denoised) {
+Result<std::vector<std::byte>> encode_exr(const FloatPicture& picture, const std::string& unit, bool denoised,
+                                          bool half) {
     if (picture.channels != 1 && picture.channels != 3) return refused("exr", "an EXR has one or three channels");
     const auto channels = static_cast<std::size_t>(picture.channels), pixels = picture.values.size() / channels;
     const bool haze = !picture.haze.empty();
     if (haze && picture.haze.size() != 3 * pixels) return refused("exr", "the layer haze has another size");
-    OIIO::ImageSpec spec(picture.width_px, picture.height_px, picture.channels + (haze ? 3 : 0), OIIO::TypeFloat);
+    OIIO::ImageSpec spec(picture.width_px, picture.height_px, picture.channels + (haze ? 3 : 0),
+                         half ? OIIO::TypeDesc(OIIO::TypeDesc::HALF) : OIIO::TypeFloat);
     if (picture.channels == 1) spec.channelnames = {"Y"};
     std::vector<float> both;  // channel by channel of each pixel
     if (haze) {
@@ -116,6 +118,13 @@ Result<std::vector<std::byte>> encode_png(const BytePicture& picture) {
     OIIO::ImageSpec spec(picture.width_px, picture.height_px, 3, OIIO::TypeUInt8);
     spec.attribute("oiio:ColorSpace", "sRGB");
     return encode("png", spec, OIIO::TypeUInt8, picture.rgb.data(), picture.rgb.size());
+}
+
+Result<std::vector<std::byte>> encode_rgba_png(const Image& image) {
+    OIIO::ImageSpec spec(image.width_px, image.height_px, 4, OIIO::TypeUInt8);
+    spec.attribute("oiio:ColorSpace", image.linear ? "Linear" : "sRGB");
+    spec.attribute("oiio:UnassociatedAlpha", 1);
+    return encode("png", spec, OIIO::TypeUInt8, image.rgba.data(), image.rgba.size());
 }
 
 Result<std::vector<std::byte>> encode_jpeg(const BytePicture& picture, int quality_percent) {

@@ -77,12 +77,14 @@ void Renderer::prepare_target(const Scene& scene) {
         return scale < 1.0 ? std::max(16, static_cast<int>(std::lround(side_px * scale / 2.0)) * 2) : side_px;
     };
     const int wide = scaled(scene.width_px), high = scaled(scene.height_px);
-    // What a layer takes of pixels, on the CPU and as textures, of surfels, and of its cube of depths.
-    constexpr std::size_t kPixelBytes = 28, kSurfelBytes = 100;
-    const std::size_t cube = shadow_size_of(scene.lights.size());
-    const std::size_t one = kPixelBytes * wide * high +
-                            (transport_ ? transport_->surface->surfels.count * kSurfelBytes : 0) +
-                            (direct_by_rays_ ? 0 : 6 * sizeof(float) * cube * cube);
+    // What a layer takes of pixels, on the CPU and as textures, and of surfels. Where shaders shade the limit holds for
+    // each memory: textures and the cube of depths are in the GPU's, what the final gather is at in the other.
+    constexpr std::size_t kPixelBytes = 28, kTexelBytes = 10, kGatheredBytes = 8, kSurfelBytes = 100;
+    const std::size_t cube = shadow_size_of(scene.lights.size()), pixels = std::size_t{1} * wide * high,
+                      of_surfels = transport_ ? transport_->surface->surfels.count * kSurfelBytes : 0;
+    const std::size_t one = direct_by_rays_ ? kPixelBytes * pixels + of_surfels
+                                            : std::max(kTexelBytes * pixels + 6 * sizeof(float) * cube * cube,
+                                                       kGatheredBytes * pixels + of_surfels);
     layer_count_ = std::clamp<std::size_t>(layer_bytes_ / one, 1, kMostLayers);
     if (scene.technique != Technique::standard) layer_count_ = kMostLayers;
     keep_layers(scene);

@@ -82,6 +82,7 @@ struct Mesh {
     // Like vertices, where its material has normals: unit, along u; w: ±1 times cross(normal, tangent) is up in the
     // texture; or empty.
     std::vector<glm::vec4> tangents;
+    std::vector<glm::vec2> second_uv;    // like vertices: the file's TEXCOORD_1, which maps may use; or empty
     std::vector<std::uint32_t> indices;  // 3 per triangle, counter-clockwise from the front
     int material = 0;                    // index into SceneAsset::materials
     Bounds bounds;                       // mesh space

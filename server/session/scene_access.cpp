@@ -25,7 +25,7 @@ std::string below(const fs::path& folder, const fs::path& file) {
 }  // namespace
 
 Result<std::string> scene_path(const SceneAccess& access, const std::string& file) {
-    if (file == "cornell" || file == "atrium") return file;
+    if (is_built_in(file)) return file;
     if (file.starts_with(kUploadPrefix)) {
         const std::string name = file.substr(kUploadPrefix.size());
         if (!is_upload_name(name) || access.upload_folder.empty())

@@ -37,7 +37,7 @@ std::string hash_of(std::string_view text) {
 // A path that means the same file from another folder. Names of built-in scenes and uploads stay as they are, also
 // where the working folder has files that are called so.
 std::string lasting_name(const std::string& scene) {
-    if (scene == "cornell" || scene == "atrium" || scene.starts_with(kUploadPrefix)) return scene;
+    if (is_built_in(scene) || scene.starts_with(kUploadPrefix)) return scene;
     std::error_code error;
     if (!std::filesystem::is_regular_file(scene, error)) return scene;
     const auto path = std::filesystem::weakly_canonical(scene, error);

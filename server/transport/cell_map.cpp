@@ -99,7 +99,6 @@ std::uint32_t CellMap::fill(unsigned instance, unsigned triangle, std::uint32_t 
 }
 
 CellMap::Table CellMap::table(Pool& pool) const {
-    constexpr std::uint32_t kFew = 2;  // cells along an edge
     const auto none = static_cast<std::uint16_t>(surfels_.count);
     Table table;
     table.triangles.resize(triangles_.size());
@@ -116,10 +115,11 @@ CellMap::Table CellMap::table(Pool& pool) const {
         };
         for (std::uint32_t cell = 0; cell < side * side; ++cell)
             take(cell, cells_[first + cell].load(std::memory_order_relaxed));
-        if (!any && side <= kFew) {
-            const std::uint32_t value = fill(instance, triangle, 0, side, front);
-            cells_[first].store(value, std::memory_order_relaxed);
-            take(0, value);
+        if (!any) {  // of the first links few end on the long triangles of a column
+            const std::uint32_t middle = side / 3 * side + side / 3,
+                                value = fill(instance, triangle, middle, side, front);
+            cells_[first + middle].store(value, std::memory_order_relaxed);
+            take(middle, value);
         }
         if (!any) return;
         const auto spread = [&](std::uint32_t cell, bool has, std::uint32_t from) {

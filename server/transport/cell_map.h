@@ -22,8 +22,8 @@ public:
     // from there; `surfels.count`: none. The same for every point of a cell, unless something stands in the cell.
     std::uint16_t surfel_at(unsigned instance, unsigned triangle, float u, float v, bool front) const;
     // What shaders read in its place: ids by cell, `surfels.count` none. Cells that no ray has ended in yet take after
-    // those next to them; of triangles of few cells that no ray has ended on, one is filled. A cell in which what is
-    // seen differs has the surfel of its middle.
+    // those next to them; of a side that no ray has ended on, the middle one is filled. A cell in which what is seen
+    // differs has the surfel of its middle.
     struct Table {
         std::vector<glm::uvec2> triangles;  // first cell, cells along each edge; the back's follow the front's
         std::vector<std::uint16_t> cells;   // v × that + u

@@ -7,6 +7,7 @@
 #include <stdexcept>
 
 #include "tests/accuracy/command.h"
+#include "tests/bench/bake_bench.h"
 #include "tests/bench/frames.h"
 #include "tests/bench/lights.h"
 #include "tests/bench/machine.h"
@@ -167,6 +168,31 @@ int main(int argc, char** argv) {
     stream->add_option("--pictures", stream_options.pictures, "write pictures to this folder, encoded and decoded");
     stream->add_option("--device", stream_options.device, "index of the EGL device");
     stream->add_flag("--json", stream_options.json, "print rows as JSON");
+    gonio::bench::BakeBenchOptions bake_options;
+    std::string bake_size = "400x400";
+    CLI::App* bake = app.add_subcommand(
+        "bake", "what irradiance maps take and are off by, beside the live transport; the cylinder's known values");
+    bake->add_option("--scene", bake_options.scene, "only cornell, atrium, cylinder; or a file");
+    bake->add_option("--size", bake_size, "WIDTHxHEIGHT of the picture whose points are compared")
+        ->capture_default_str()
+        ->check(kSize);
+    bake->add_option("--texels", bake_options.side, "a side of the maps")
+        ->check(CLI::Range(16, 8192))
+        ->capture_default_str();
+    bake->add_option("--directions", bake_options.directions, "rays of a texel and bounce")
+        ->check(CLI::Range(32, 65536))
+        ->capture_default_str();
+    bake->add_option("--reference-seconds", bake_options.reference_seconds,
+                     "of the path tracer at most, for each scene")
+        ->check(CLI::Range(1.0, 86400.0))
+        ->capture_default_str();
+    bake->add_flag("--reference-case", bake_options.reference_case,
+                   "the seed's case instead: cylinder, 2304 texels a side, 256 directions, 30 even steps of air");
+    bake->add_option("--share", bake_options.share, "of --reference-case: of its texels a side, 0.01 to 1")
+        ->check(CLI::Range(0.01, 1.0))
+        ->capture_default_str();
+    bake->add_option("--device", bake_options.device, "index of the EGL device");
+    bake->add_flag("--json", bake_options.json, "print rows as JSON");
     bool machine_json = false;
     CLI::App* machine =
         app.add_subcommand("machine", "what the machine can do: arithmetic, memory, links, rays, the encoder");
@@ -187,6 +213,9 @@ int main(int argc, char** argv) {
         if (machine->parsed()) {
             const auto context = gonio::gl::Context::create({-1, false});
             gonio::bench::print_machine(gonio::bench::measure_machine(*context), machine_json, std::cout);
+        } else if (bake->parsed()) {
+            read_size(bake_size, bake_options.width_px, bake_options.height_px);
+            gonio::bench::run_bake(bake_options, std::cout, std::cerr);
         } else if (transport->parsed()) {
             gonio::bench::run_transport(transport_options, std::cout, std::cerr);
         } else if (refinement->parsed()) {

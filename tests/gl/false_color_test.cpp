@@ -7,6 +7,7 @@
 
 #include "protocol/schema/gonio.pb.h"
 #include "server/session/legend.h"
+#include "server/trace/geometry.h"
 #include "tests/gl/test_context.h"
 
 namespace gonio::test {
@@ -50,9 +51,10 @@ protected:
     Scene scene;
 };
 
+// A GPU may round to 8 bits by 0.6 of a step: 18.55 is 18 on an H200.
 int off(const glm::ivec3& a, const glm::vec3& b) {
     const glm::vec3 d = glm::abs(glm::vec3(a) - 255.0f * b);
-    return static_cast<int>(std::ceil(std::max({d.x, d.y, d.z}) - 0.51f));
+    return static_cast<int>(std::ceil(std::max({d.x, d.y, d.z}) - 0.61f));
 }
 
 // Colours decode back to lux: the step whose colour a pixel has is the one that its lux lie in.
@@ -230,16 +232,18 @@ TEST_F(FalseColors, LiveFiguresStandOnTheirLines) {
     ASSERT_EQ(live.height_px, 256);
     const std::vector<LineFigure> figures = line_figures(live, scene, View::illuminance);
     EXPECT_GE(figures.size(), 4u);
-    const auto lux = renderer.capture(scene, View::illuminance, 320, 256, true, trace::kAllBounces, 1);
+    // Of the live picture: a shadow map darkens the pixels beside an edge between two walls, which captures do not.
+    const std::vector<glm::vec3> direct = renderer.live_illuminance(scene, false),
+                                 bounced = renderer.live_illuminance(scene, true);
     for (const LineFigure& one : figures) {
         float least = 1e9f, most = 0.0f;
         for (int y = std::max(one.y - 3, 0); y <= std::min(one.y + 3, 255); ++y) {
             for (int x = std::max(one.x - 3, 0); x <= std::min(one.x + 3, 319); ++x) {
-                const float value = lux->values[4 * static_cast<std::size_t>(y * 320 + x)];
+                const auto at = static_cast<std::size_t>((255 - y) * 320 + x);
+                const float value = trace::luminous(direct[at] + bounced[at]);
                 least = std::min(least, value), most = std::max(most, value);
             }
         }
-        // The live picture's bounces are the transport's: some hundredths off.
         EXPECT_LE(static_cast<double>(least), 1.08 * one.value) << one.x << "," << one.y;
         EXPECT_GE(static_cast<double>(most), 0.92 * one.value) << one.x << "," << one.y;
     }

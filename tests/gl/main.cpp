@@ -36,6 +36,10 @@ int main(int argc, char** argv) {
         // Where EGL is known to be, a missing context is a failure; elsewhere the tier is skipped.
         return std::getenv("CI") != nullptr ? 1 : 77;
     }
+    // As the renderer does, so that tests can tell what they look at.
+    if (gonio::test::the_direct_light == gonio::Renderer::DirectLight::automatic)
+        gonio::test::the_direct_light = gonio::test::the_context->software() ? gonio::Renderer::DirectLight::rays
+                                                                             : gonio::Renderer::DirectLight::gl;
     const int result = RUN_ALL_TESTS();
     const int messages = gonio::test::context().debug_messages();
     if (messages > 0)

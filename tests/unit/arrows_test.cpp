@@ -36,6 +36,7 @@ const Arrows& allowed() {
           "protocol/timecode", "server/base"}},
         {"server/assets", {"ies", "ies/core", "protocol/text", "server/base", "server/scene"}},
         {"server/trace", {"ies", "ies/core", "server/base", "server/scene"}},
+        {"server/bake", {"ies", "ies/core", "server/base", "server/scene", "server/assets", "server/trace"}},
         {"server/transport", {"ies", "ies/core", "server/base", "server/scene", "server/trace"}},
         {"server/lighting", {"ies", "ies/core", "server/base", "server/scene", "server/trace", "server/transport"}},
         {"server/render",
@@ -58,7 +59,8 @@ const Arrows& allowed() {
         {"server/app", {"ies",           "ies/core",      "protocol/schema", "protocol/dmx",   "protocol/surface",
                         "protocol/text", "client/web",    "server/base",     "server/gl",      "server/scene",
                         "server/assets", "server/trace",  "server/lighting", "server/render",  "server/stream",
-                        "server/http",   "server/inputs", "server/surfaces", "server/session", "server/show"}},
+                        "server/http",   "server/inputs", "server/surfaces", "server/session", "server/show",
+                        "server/bake"}},
     };
     return table;
 }

@@ -99,6 +99,12 @@ PassRun run_besides(const PassContext& context, const lighting::GBuffer& s, cons
     for (const int part : {0, 1}) {
         std::vector<float> sum;
         float greatest_lx = 0.0f;
+        // At the pixels; unit_lx: of their values.
+        struct Stored {
+            const Besides* besides;
+            float unit_lx;
+        };
+        std::vector<Stored> stored;
         // By shaders; unit_lx: of the table's values.
         struct Drawn {
             transport::Table table;
@@ -121,22 +127,36 @@ PassRun run_besides(const PassContext& context, const lighting::GBuffer& s, cons
                 draw(part == 0 ? irradiance.direct : irradiance.indirect, unit_lx);
                 return;
             }
-            const std::vector<float>& precise = besides.precise[part];
-            const std::size_t size = std::max(pixels.size(), precise.size());
-            sum.resize(size, 0.0f);
-            float greatest = 0.0f;
-            for (std::size_t i = 0; i < size; ++i) {
-                const float stored = precise.empty() ? glm::unpackHalf1x16(pixels[i]) : precise[i],
-                            value = stored * gain * besides.unit_lx[part];
-                sum[i] += value;
-                if (i % 4 != 3) greatest = std::max(greatest, std::abs(value));
-            }
-            greatest_lx += greatest;
+            if (gain > 0.0f) stored.push_back({&besides, gain * besides.unit_lx[part]});
         };
         if (!context.scene.emission_hidden) add(light.emitted, 1.0f, emitted, 1.0f);
         add(light.summed, master, light.summed_list.irradiance, master * light.summed.unit_lx[1]);
         if (context.merged && part == 1)
             draw(light.merged.irradiance.indirect, light.merged.reference / context.geometry.layer_unit_m2());
+        if (stored.size() == 1 && drawn.empty() && stored[0].besides->precise[part].empty()) {  // as it is
+            units_lx[part] = stored[0].unit_lx;
+            upload(context.target.besides, s, part, GL_RGBA, GL_HALF_FLOAT, stored[0].besides->pixels[part].data());
+            continue;
+        }
+        constexpr std::size_t kChunk = 1 << 16;  // a multiple of 4
+        for (const Stored& one : stored) {
+            const std::vector<std::uint16_t>& pixels = one.besides->pixels[part];
+            const std::vector<float>& precise = one.besides->precise[part];
+            sum.resize(std::max(pixels.size(), precise.size()), 0.0f);
+            greatest_lx += context.pool.reduce_chunks(
+                sum.size(), kChunk, 0.0f,
+                [&](std::size_t first, std::size_t count) {
+                    float greatest = 0.0f;
+                    for (std::size_t i = first; i < first + count; ++i) {
+                        const float value =
+                            one.unit_lx * (precise.empty() ? glm::unpackHalf1x16(pixels[i]) : precise[i]);
+                        sum[i] += value;
+                        if (i % 4 != 3) greatest = std::max(greatest, std::abs(value));
+                    }
+                    return greatest;
+                },
+                [](float a, float b) { return std::max(a, b); });
+        }
         if (!(greatest_lx > 0.0f)) continue;
         const float unit_lx = units_lx[part] = greatest_lx / 1000.0f;  // halves hold the rest to 2^-24
         const GLuint framebuffer = layer_framebuffer(context.target, context.target.besides.id(), part);
@@ -144,7 +164,9 @@ PassRun run_besides(const PassContext& context, const lighting::GBuffer& s, cons
             const float black[4] = {};
             glClearNamedFramebufferfv(framebuffer, GL_COLOR, 0, black);
         } else {
-            for (float& value : sum) value /= unit_lx;
+            context.pool.run_chunks(sum.size(), kChunk, [&](std::size_t first, std::size_t count) {
+                for (std::size_t i = first; i < first + count; ++i) sum[i] /= unit_lx;
+            });
             upload(context.target.besides, s, part, GL_RGBA, GL_FLOAT, sum.data());
         }
         for (const Drawn& one : drawn) {

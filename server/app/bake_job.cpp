@@ -1,0 +1,157 @@
+#include "server/app/bake_job.h"
+
+#include <unistd.h>
+
+#include <atomic>
+#include <csignal>
+#include <cstdio>
+#include <iomanip>
+#include <mutex>
+#include <sstream>
+#include <stop_token>
+#include <thread>
+
+#include "protocol/schema/words.h"
+#include "server/bake/output.h"
+#include "server/base/clock.h"
+#include "server/scene/apply.h"
+#include "server/session/command_files.h"
+#include "server/session/scene_access.h"
+#include "server/trace/geometry.h"
+
+namespace gonio {
+namespace {
+
+// A line on stderr, written over where that is a terminal: what is computed, how far it is, how long it takes yet.
+class ProgressLine {
+public:
+    void begin(const std::string& what) {
+        what_ = what;
+        begin_ns_ = told_ns_ = monotonic_ns();
+        std::fprintf(stderr, terminal_ ? "\r\033[K%s" : "%s\n", what.c_str());
+        std::fflush(stderr);
+    }
+    // Any thread, one at a time.
+    void tell(double share) {
+        const std::int64_t now = monotonic_ns();
+        if (seconds_between(told_ns_, now) < (terminal_ ? 0.5 : 10.0) || share <= 0.0) return;
+        told_ns_ = now;
+        const double left = seconds_between(begin_ns_, now) * (1.0 - share) / share;
+        std::fprintf(stderr, terminal_ ? "\r\033[K%s: %.0f %%, %.0f s left" : "%s: %.0f %%, %.0f s left\n",
+                     what_.c_str(), 100.0 * share, left);
+        std::fflush(stderr);
+    }
+    void end() const {
+        if (terminal_) std::fputs("\r\033[K", stderr);
+    }
+
+private:
+    bool terminal_ = isatty(STDERR_FILENO) != 0;
+    std::string what_;
+    std::int64_t begin_ns_ = 0, told_ns_ = 0;
+};
+
+// Waits for SIGINT or SIGTERM, which are blocked in all threads.
+class StopOnSignal {
+public:
+    explicit StopOnSignal(std::stop_source& stop) {
+        thread_ = std::jthread([this, &stop] {
+            sigset_t set;
+            sigemptyset(&set);
+            sigaddset(&set, SIGINT);
+            sigaddset(&set, SIGTERM);
+            const timespec tick{0, 100'000'000};
+            while (!done_) {
+                if (sigtimedwait(&set, nullptr, &tick) > 0) stop.request_stop();
+            }
+        });
+    }
+    ~StopOnSignal() { done_ = true; }
+    static void block() {
+        sigset_t set;
+        sigemptyset(&set);
+        sigaddset(&set, SIGINT);
+        sigaddset(&set, SIGTERM);
+        pthread_sigmask(SIG_BLOCK, &set, nullptr);
+    }
+
+private:
+    std::atomic<bool> done_{false};
+    std::jthread thread_;
+};
+
+bake::BakeSettings settings_of(const BakeOptions& options) {
+    bake::BakeSettings settings;
+    settings.atlas.width = settings.atlas.height = options.size;
+    settings.atlas.texel_m = options.texel_m;
+    settings.atlas.second_uv = options.uv == "second";
+    settings.directions = options.directions;
+    settings.bounces = options.bounces;
+    settings.tolerance = options.tolerance;
+    settings.openings = options.openings == "on";
+    settings.steps = options.steps;
+    settings.even_steps = options.steps_form == "even";
+    settings.air_rays = options.air == "rays";
+    settings.seed = options.seed;
+    settings.memory_bytes = std::size_t{options.memory_mib} << 20;
+    return settings;
+}
+
+int refused(const std::string& place, const Error& error) {
+    std::fprintf(stderr, "goniod: %s: %s: %s\n", place.c_str(), error.code.c_str(), error.text().c_str());
+    return 1;
+}
+
+// The words of one command, parted by blanks; "a name" in double quotes is one.
+Result<bool> apply_text(Scene& scene, const std::string& text, const SceneAccess& access) {
+    std::istringstream stream(text);
+    std::vector<std::string> words;
+    for (std::string word; stream >> std::quoted(word);) words.push_back(word);
+    auto command = command_from_words(words);
+    if (!command) return command.error();
+    if (const auto attached = attach_profile_file(*command); !attached) return attached.error();
+    if (command->has_recall_preset()) command->mutable_recall_preset()->set_fade_s(0);  // a bake has no time
+    const auto files = read_files(*command, access);
+    if (!files) return files.error();
+    const auto applied = apply(scene, *command, *files);
+    if (!applied) return applied.error();
+    return true;
+}
+
+}  // namespace
+
+int run_bake(const Options& options, Scene scene) {
+    StopOnSignal::block();
+    const SceneAccess access{true, {}, "", options.load, options.max_memory};
+    for (const std::string& text : options.bake.set) {
+        if (const auto done = apply_text(scene, text, access); !done)
+            return refused("--bake-set \"" + text + "\"", done.error());
+    }
+    std::stop_source stop;
+    const StopOnSignal signals(stop);
+    ProgressLine line;
+    std::mutex telling;
+    bake::Work work;
+    work.stop = stop.get_token();
+    work.threads = options.bake.threads;
+    work.progress = [&](double share) {
+        const std::unique_lock lock(telling, std::try_to_lock);
+        if (lock) line.tell(share);
+    };
+    line.begin("charts and texels");
+    const auto geometry = trace::geometry_of(scene);
+    const auto summary = bake::bake_to_folder(
+        scene, *geometry, settings_of(options.bake), {options.out, options.bake.format == "half", true},
+        [&](const std::string& what, int, int) { line.begin(what); }, work);
+    line.end();
+    if (!summary) return refused("--bake " + options.bake.scene, summary.error());
+    std::printf(
+        "%s %dx%d charts %zu texels %zu mean %.4g lx error %.2g lx rays %llu in %.1f s, %d parts computed, %d taken "
+        "over\n",
+        options.out.c_str(), summary->width, summary->height, summary->charts, summary->texels, summary->mean_lx,
+        summary->error_lx, static_cast<unsigned long long>(work.rays.load()), summary->seconds, summary->computed,
+        summary->taken_over);
+    return 0;
+}
+
+}  // namespace gonio
