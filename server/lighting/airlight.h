@@ -1,7 +1,7 @@
 // Light that haze scatters: single scattering of luminaires along rays. How far a luminaire's light goes is kept as a
-// map of distances; its intensity, the inverse square law, the transmittance and the phase function are evaluated where
-// a ray is sampled, evenly in angle about the luminaire (Kulla and Fajardo 2012, "Importance Sampling Techniques for
-// Path Tracing in Participating Media").
+// map of distances. Its intensity, the inverse square law, the transmittance and the phase function are evaluated where
+// a ray is sampled. That is evenly in angle about the luminaire (Kulla and Fajardo 2012, "Importance Sampling
+// Techniques for Path Tracing in Participating Media").
 #pragma once
 
 #include <cstdint>

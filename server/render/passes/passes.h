@@ -144,9 +144,9 @@ PassRun run_layers(const PassContext& context, int layer, const Surfaces& surfac
 inline bool shows_air(View view) {
     return view == View::beauty || view == View::luminance;
 }
-// Haze (server/lighting/airlight.h, server/lighting/glow.h): how far a luminaire's light goes; what of it the air
-// scatters onto surfels; which surfels points in the air see; and along the picture's rays what is scattered to the eye
-// of a luminaire, of those that are summed, and of the light of surfaces; emission: of emissive ones their own too.
+// Haze (server/lighting/airlight.h, server/lighting/glow.h). How far a luminaire's light goes, and what of it the air
+// scatters onto surfels. Which surfels points in the air see. Along the picture's rays what is scattered to the eye: of
+// a luminaire, of those that are summed, and of the light of surfaces, with emission of emissive ones.
 PassRun run_distances(const PassContext& context, const Light& light, LightGpu& gpu);
 PassRun run_haze_surfels(const PassContext& context, const Light& light, LightGpu& gpu);
 PassRun run_probes(const PassContext& context, lighting::Probes& probes);
