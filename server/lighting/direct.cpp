@@ -239,7 +239,7 @@ std::size_t LightTile(Tile& tile, const DirectLight& light, const LatticePoints&
                         agree = hn::AndNot(passed.least < passed.greatest * Float(kEven), agree);
                         through = passed.ratio / max(passed.sum, Float(1.0f));
                         if (soft) {  // what is seen of it changes evenly between points
-                            constexpr float kPenumbra = 0.5f;
+                            constexpr float kPenumbra = 0.8f;
                             agree = hn::And(one_surface, passed.greatest - passed.least < Float(kPenumbra));
                             seen = Float(0.0f) < passed.ratio;
                         }
@@ -594,12 +594,17 @@ void direct_light(const GBuffer& gbuffer, const ScreenGrid& screen, const trace:
                 const GridPart part(grid, job % across * GridPart::kSide, job / across * GridPart::kSide);
                 ask_grid(part, gbuffer, geometry, some, many, lattice);
             });
-            for (std::size_t k = 0; k < some.size(); ++k)
+            const auto soften = [&](std::size_t k, Pool* inside) {
                 if (some[k].parts)
-                    soften_grid(gbuffer, grid, geometry, some[k], lattice.ratio[k], lattice.through[k], pool);
-            pool.run(static_cast<int>(some.size()), [&](int k) {
-                grid.extend(lattice.ratio[static_cast<std::size_t>(k)]);
-                if (!lattice.through.empty()) grid.extend(lattice.through[static_cast<std::size_t>(k)]);
+                    soften_grid(gbuffer, grid, geometry, some[k], lattice.ratio[k], lattice.through[k], inside);
+            };
+            const bool one = some.size() == 1;
+            if (one) soften(0, &pool);
+            pool.run(static_cast<int>(some.size()), [&](int light) {
+                const auto k = static_cast<std::size_t>(light);
+                if (!one) soften(k, nullptr);
+                grid.extend(lattice.ratio[k]);
+                if (!lattice.through.empty()) grid.extend(lattice.through[k]);
             });
         }
         const bool asks_first = every_pixel && !some.empty() && some[0].parts;

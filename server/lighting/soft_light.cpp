@@ -148,46 +148,107 @@ FirstRay around_grid(const Grid& grid, const std::vector<float>& through, int x,
     return least >= 1.0f ? FirstRay::seen : greatest <= 0.0f ? FirstRay::hidden : FirstRay::dimmed;
 }
 
-void soften_grid(const GBuffer& gbuffer, const Grid& grid, const trace::Geometry& geometry, const DirectLight& light,
-                 std::vector<float>& ratio, std::vector<float>& through, Pool& pool) {
-    const std::vector<float> first = through;
-    const auto mixed = [&](int x, int y) {
-        float least = 1.0f, greatest = 0.0f;
+namespace {
+
+// What first rays say in a part of a grid.
+struct Range {
+    float least = 1.0f, greatest = 0.0f;
+    void add(float value) {
+        if (value < 0.0f) return;  // it has none
+        least = std::min(least, value), greatest = std::max(greatest, value);
+    }
+    void add(const Range& other) {
+        least = std::min(least, other.least), greatest = std::max(greatest, other.greatest);
+    }
+    bool mixed() const { return greatest - least > 0.05f; }
+};
+
+// The first rays of a grid's points to one opening, and those of blocks of 8 × 8.
+struct FirstOfGrid {
+    static constexpr int kBlock = 8;
+    const Grid& grid;
+    const std::vector<float>& values;
+    int across, down;
+    std::vector<Range> blocks;
+
+    FirstOfGrid(const Grid& g, const std::vector<float>& of)
+        : grid(g),
+          values(of),
+          across((g.width + kBlock - 1) / kBlock),
+          down((g.height + kBlock - 1) / kBlock),
+          blocks(static_cast<std::size_t>(across) * static_cast<std::size_t>(down)) {
+        for (int y = 0; y < g.height; ++y)
+            for (int x = 0; x < g.width; ++x) blocks[block(x / kBlock, y / kBlock)].add(at(x, y));
+    }
+    std::size_t block(int x, int y) const {
+        return static_cast<std::size_t>(y) * static_cast<std::size_t>(across) + static_cast<std::size_t>(x);
+    }
+    float at(int x, int y) const { return values[static_cast<std::size_t>(grid.at(x, y))]; }
+    bool mixed() const {
+        Range all;
+        for (const Range& own : blocks) all.add(own);
+        return all.mixed();
+    }
+    // Whether a block's points, or those around it, do not all say the same.
+    bool block_mixed(int x, int y) const {
+        Range all;
+        for (int row = std::max(y - 1, 0); row < std::min(y + 2, down); ++row)
+            for (int column = std::max(x - 1, 0); column < std::min(x + 2, across); ++column)
+                all.add(blocks[block(column, row)]);
+        return all.mixed();
+    }
+    // Whether a point's and those two around it do not.
+    bool mixed(int x, int y) const {
+        Range all;
         for (int row = std::max(y - 2, 0); row < std::min(y + 3, grid.height); ++row)
-            for (int column = std::max(x - 2, 0); column < std::min(x + 3, grid.width); ++column) {
-                const float value = first[static_cast<std::size_t>(grid.at(column, row))];
-                if (value < 0.0f) continue;
-                least = std::min(least, value), greatest = std::max(greatest, value);
+            for (int column = std::max(x - 2, 0); column < std::min(x + 3, grid.width); ++column)
+                all.add(at(column, row));
+        return all.mixed();
+    }
+};
+
+}  // namespace
+
+void soften_grid(const GBuffer& gbuffer, const Grid& grid, const trace::Geometry& geometry, const DirectLight& light,
+                 std::vector<float>& ratio, std::vector<float>& through, Pool* pool) {
+    const std::vector<float> values = through;
+    if (const FirstOfGrid first(grid, values); first.mixed()) {
+        const auto job = [&](int row) {
+            std::size_t at[trace::kPacket];
+            alignas(64) float points[7][trace::kPacket] = {};
+            int waiting = 0;
+            const auto send = [&] {
+                float share[trace::kPacket];
+                visible_share(geometry, light, gbuffer, points_at(points, 0), points[6], (1u << waiting) - 1u,
+                              kFewPoints, share);
+                for (int i = 0; i < waiting; ++i) through[at[i]] = share[i];
+                waiting = 0;
+            };
+            constexpr int kBlock = FirstOfGrid::kBlock;
+            for (int block = 0; block < first.across; ++block) {
+                if (!first.block_mixed(block, row)) continue;
+                for (int i = 0; i < kBlock * kBlock; ++i) {
+                    const int x = block * kBlock + i % kBlock, y = row * kBlock + i / kBlock;
+                    if (x >= grid.width || y >= grid.height || first.at(x, y) < 0.0f || !first.mixed(x, y)) continue;
+                    at[waiting] = static_cast<std::size_t>(grid.at(x, y));
+                    for (std::size_t v = 0; v < 7; ++v) points[v][waiting] = grid.values[v][at[waiting]];
+                    if (++waiting == trace::kPacket) send();
+                }
             }
-        return greatest - least > 0.05f;
-    };
-    pool.run(grid.height, [&](int y) {
-        std::size_t at[trace::kPacket];
-        alignas(64) float values[7][trace::kPacket] = {};
-        int waiting = 0;
-        const auto send = [&] {
-            float share[trace::kPacket];
-            visible_share(geometry, light, gbuffer, points_at(values, 0), values[6], (1u << waiting) - 1u, kFewPoints,
-                          share);
-            for (int i = 0; i < waiting; ++i) through[at[i]] = share[i];
-            waiting = 0;
+            if (waiting > 0) send();
         };
-        for (int x = 0; x < grid.width; ++x) {
-            const auto own = static_cast<std::size_t>(grid.at(x, y));
-            if (first[own] < 0.0f || !mixed(x, y)) continue;
-            at[waiting] = own;
-            for (std::size_t v = 0; v < 7; ++v) values[v][waiting] = grid.values[v][own];
-            if (++waiting == trace::kPacket) send();
-        }
-        if (waiting > 0) send();
-        for (int x = 0; x < grid.width; ++x) {
-            const auto own = static_cast<std::size_t>(grid.at(x, y));
-            if (first[own] < 0.0f)
+        if (pool != nullptr) pool->run(first.down, job);
+        for (int row = 0; pool == nullptr && row < first.down; ++row) job(row);
+    }
+    for (int y = 0; y < grid.height; ++y) {
+        for (auto own = static_cast<std::size_t>(grid.at(0, y)), end = own + static_cast<std::size_t>(grid.width);
+             own < end; ++own) {
+            if (through[own] < 0.0f)
                 through[own] = 1.0f;  // it does not tell
             else
                 ratio[own] = through[own] > 0.0f ? std::abs(ratio[own]) : -std::abs(ratio[own]);
         }
-    });
+    }
 }
 
 }  // namespace gonio::lighting

@@ -61,8 +61,8 @@ FirstRay around_grid(const Grid& grid, const std::vector<float>& through, int x,
 
 // The lattice's `ratio` and `through` of one luminaire with an opening. through: before what the first rays of a grid's
 // points say, negative where there is none; after what the points see. Where first rays do not agree with those around
-// kFewPoints follow. Render thread.
+// kFewPoints follow. pool: of the render thread; null: any thread.
 void soften_grid(const GBuffer& gbuffer, const Grid& grid, const trace::Geometry& geometry, const DirectLight& light,
-                 std::vector<float>& ratio, std::vector<float>& through, Pool& pool);
+                 std::vector<float>& ratio, std::vector<float>& through, Pool* pool);
 
 }  // namespace gonio::lighting
