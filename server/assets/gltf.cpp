@@ -144,8 +144,8 @@ Result<std::shared_ptr<const SceneAsset>> load_scene(const std::string& name, co
     const std::string& called = shown.empty() ? name : shown;
     const bool built_in = is_built_in(name);
     if (built_in && !options.show_backs && options.scale == 1.0) return make_built_in(name);
-    Result<std::shared_ptr<SceneAsset>> scene = built_in ? std::make_shared<SceneAsset>(*make_built_in(name))
-                                                         : load_gltf(name, called, options, most_bytes);
+    Result<std::shared_ptr<SceneAsset>> scene =
+        built_in ? std::make_shared<SceneAsset>(*make_built_in(name)) : load_gltf(name, called, options, most_bytes);
     if (!scene) {
         Error error = scene.error();
         if (error.where == name) error.where = called;
