@@ -9,10 +9,10 @@ void open_show(Scene& scene, const v1::OpenShow& open, const Loaded& loaded) {
     Scene fresh = *loaded.opened;
     const Revision now = scene.scene_rev + 1;
     for (Revision* const part :
-         {&fresh.geometry_rev, &fresh.camera_rev, &fresh.view_rev, &fresh.exposure_rev, &fresh.master_rev,
-          &fresh.technique_rev, &fresh.size_rev, &fresh.lights_rev, &fresh.groups_rev, &fresh.patch_rev,
-          &fresh.surfaces_rev, &fresh.presets_rev, &fresh.saved_views_rev, &fresh.look_rev, &fresh.compare_rev,
-          &fresh.grids_rev, &fresh.observers_rev, &fresh.haze_rev, &fresh.cues_rev, &fresh.cue_play_rev})
+         {&fresh.geometry_rev,  &fresh.camera_rev,    &fresh.view_rev,        &fresh.exposure_rev, &fresh.master_rev,
+          &fresh.technique_rev, &fresh.size_rev,      &fresh.lights_rev,      &fresh.groups_rev,   &fresh.patch_rev,
+          &fresh.surfaces_rev,  &fresh.presets_rev,   &fresh.saved_views_rev, &fresh.look_rev,     &fresh.compare_rev,
+          &fresh.grids_rev,     &fresh.observers_rev, &fresh.haze_rev,        &fresh.cues_rev,     &fresh.cue_play_rev})
         *part = now;
     for (Light& light : fresh.lights) {
         light.id += scene.next_light_id;

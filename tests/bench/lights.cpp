@@ -165,6 +165,7 @@ void run_lights(const LightsOptions& options, std::ostream& out) {
         if (!options.scene.empty() && options.scene != scene.asset->name) return;
         scene.width_px = options.width_px & ~1;
         scene.height_px = options.height_px & ~1;
+        scene.haze.extinction_per_m = options.haze_per_m;
         Renderer renderer(*context);
         renderer.set_links(transport::kMostLinks);
         for (const Change& change : kChanges) {

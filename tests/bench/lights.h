@@ -12,10 +12,11 @@ namespace gonio::bench {
 
 struct LightsOptions {
     int width_px = 800, height_px = 800;
-    double seconds = 5.0;    // per row, after warm-up; at least 10 frames, at most 100
-    std::string scene;       // only this one of stage, cornell, atrium; empty: all
-    std::size_t lights = 0;  // only this many luminaires; 0: all numbers
-    std::string change;      // only this one of LightsRow::change; empty: all
+    double seconds = 5.0;     // per row, after warm-up; at least 10 frames, at most 100
+    std::string scene;        // only this one of stage, cornell, atrium; empty: all
+    std::size_t lights = 0;   // only this many luminaires; 0: all numbers
+    std::string change;       // only this one of LightsRow::change; empty: all
+    double haze_per_m = 0.0;  // extinction; 0: there is none
     bool json = false;
     int device = -1;
 };

@@ -90,6 +90,9 @@ int main(int argc, char** argv) {
     lights->add_option("--seconds", lights_options.seconds, "time per row; at least 10 and at most 100 frames")
         ->check(CLI::Range(0.1, 600.0))
         ->capture_default_str();
+    lights->add_option("--haze", lights_options.haze_per_m, "extinction of haze, 1/m")
+        ->check(CLI::Range(0.0, 10.0))
+        ->capture_default_str();
     lights->add_option("--device", lights_options.device, "index of the EGL device");
     lights->add_flag("--json", lights_options.json, "print rows as JSON");
 
