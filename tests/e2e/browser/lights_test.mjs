@@ -246,6 +246,22 @@ async function worksInTheDark(page) {
     check(await page.locator("#work-light").isHidden(), "it is off by itself where a light is");
 }
 
+// Haze by its list and its sliders.
+async function fillsTheAir(page) {
+    const state = (name) => page.evaluate((key) => window.gonio.state.haze?.[key], name);
+    await page.locator("#haze select").selectOption("show");
+    await until("haze", async () => await state("extinction_per_m") === 0.01);
+    check(await page.locator("#haze input[type=number]").first().isVisible(), "its own values are there");
+    await page.locator("#haze input[type=number]").nth(3).fill("2.5");
+    await page.keyboard.press("Enter");
+    await until("a layer", async () => await state("layer_height_m") === 2.5);
+    check(await page.locator("#haze select").inputValue() === "custom", "a layer is no preset");
+    if (screenshot) await page.screenshot({path: screenshot.replace(/\.png$/, "-haze.png")});
+    await page.locator("#haze select").selectOption("off");
+    await until("clear air", async () => await state("extinction_per_m") === 0);
+    check(await page.locator("#haze input[type=number]").first().isHidden(), "without haze it has no values");
+}
+
 await inBrowser(async (browser, servers) => {
     servers.push(await startServer("127.0.0.1:0"));
     const page = await browser.newPage({viewport: {width: 1280, height: 900}});
@@ -261,6 +277,7 @@ await inBrowser(async (browser, servers) => {
     await usesKeys(page, first);
     await addsAndRemoves(page);
     await showsBeam(page, first);
+    await fillsTheAir(page);
     await byTouch(browser, servers[0]);
     await worksInTheDark(page);
 });
