@@ -11,6 +11,8 @@ namespace gonio::trace {
 namespace {
 
 constexpr float kMaxSurvival = 0.995f;
+constexpr float kMostScattered = 0.99f;
+constexpr float kFarthest = 8.0f;  // radii of the scene
 
 // Of a ray from its start on, m.
 struct Span {
@@ -196,8 +198,13 @@ void look(const World& world, Looking ray, int bounces, Sample& sample, PathLigh
                      free = distance_at(haze, glm::dvec3(ray.from), glm::dvec3(ray.along), depth,
                                         static_cast<double>(far));
         if (free < static_cast<double>(far)) {
-            if (!more || !(sample.next().x < static_cast<float>(haze.albedo))) return;
+            // As on surfaces: between two losses a path has a hundred scatterings or so.
+            const float survival = std::min(static_cast<float>(haze.albedo), kMostScattered);
+            if (!more || !(sample.next().x < survival)) return;
+            ray.throughput *= static_cast<float>(haze.albedo) / survival;
             ray.from += ray.along * static_cast<float>(free);
+            // Out in the open it would wander for ever: what is so far away comes back no more.
+            if (glm::length(ray.from) > kFarthest * geometry.extent()) return;
             ray.along = scattered_about(ray.along, haze.g, sample.next());
             ray.from_surface = false;
             continue;

@@ -205,7 +205,6 @@ nlohmann::json cylinder_table(const BakeBenchOptions& options, std::ostream& pro
     }
     trace::Settings traced;
     traced.bounces = 1;
-    traced.openings = true;
     traced.noise = 0.002;
     traced.max_seconds = options.reference_seconds;
     // On the facets, not on the circle that they are within.
