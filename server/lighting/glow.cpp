@@ -33,21 +33,21 @@ void GlowAlong(const Probes& probes, const float* glow, const Air& air, const Ai
                         load(values[2].data() + first + i));
         };
         const Vec3 from = vec(rays.from), along = vec(rays.along);
-        // Beyond the probes' box there is no glow.
-        Float far = load(rays.far.data() + first + i);
+        // Outside of the probes' box there is no glow.
+        Float near(0.0f), far = load(rays.far.data() + first + i);
         const Float starts[3] = {from.x, from.y, from.z}, ways[3] = {along.x, along.y, along.z};
         for (int k = 0; k < 3; ++k) {
             const float half = 0.5f / probes.per_step[k], low = probes.least[k] - half,
                         high = low + static_cast<float>(probes.count[k]) / probes.per_step[k];
-            const Float side = mix(Float(low), Float(high), Float(0.0f) < ways[k]) - starts[k];
-            const Mask level = abs(ways[k]) < Float(1e-6f);
-            far = mix(min(far, side / mix(ways[k], Float(1.0f), level)), far, level);
+            const Float way = mix(ways[k], Float(1e-6f), abs(ways[k]) < Float(1e-6f)),
+                        a = (Float(low) - starts[k]) / way, b = (Float(high) - starts[k]) / way;
+            near = max(near, min(a, b)), far = min(far, max(a, b));
         }
-        far = max(far, Float(0.0f));
-        Float sum[3], passed(1.0f);
+        far = max(far, near);
+        Float sum[3], passed = air_passes(air, near, from.y, from.y + along.y * near);
         for (int step = 0; step < kSteps; ++step) {
-            const Float end = far * Float(static_cast<float>(step + 1) / kSteps),
-                        t = far * Float((static_cast<float>(step) + 0.5f) / kSteps);
+            const Float way = far - near, end = near + way * Float(static_cast<float>(step + 1) / kSteps),
+                        t = near + way * Float((static_cast<float>(step) + 0.5f) / kSteps);
             const Float left = air_passes(air, end, from.y, from.y + along.y * end),
                         scattered = max(passed - left, Float(0.0f));
             passed = left;
@@ -95,11 +95,24 @@ namespace gonio::lighting {
 
 HWY_EXPORT(GlowAlong);
 
-Probes make_probes(const transport::Transport::Surface& surface, Pool& pool) {
+AirBox air_box(const trace::Geometry& geometry, const glm::vec3& eye) {
+    const Bounds& bounds = geometry.asset().bounds;
+    AirBox box{geometry.local(bounds.min), geometry.local(bounds.max)};
+    const auto outside = [&](float by_m) {
+        const float radii = std::ceil(std::max(by_m, 0.0f) / geometry.extent());
+        return std::min(radii, static_cast<float>(kMostOutside)) * geometry.extent();
+    };
+    for (int k = 0; k < 3; ++k) {
+        const float below = outside(box.low[k] - eye[k]), above = outside(eye[k] - box.high[k]);
+        box.low[k] -= below, box.high[k] += above;
+    }
+    return box;
+}
+
+Probes make_probes(const transport::Transport::Surface& surface, const AirBox& box, Pool& pool) {
     Probes probes;
-    const Bounds& bounds = surface.geometry->asset().bounds;
-    const glm::vec3 low = surface.geometry->local(bounds.min), high = surface.geometry->local(bounds.max),
-                    extent = glm::max(high - low, glm::vec3(1e-3f));
+    const auto& [low, high] = box;
+    const glm::vec3 extent = glm::max(high - low, glm::vec3(1e-3f));
     // As even as their number allows.
     float step = std::cbrt(extent.x * extent.y * extent.z / static_cast<float>(kMostProbes));
     const auto count_for = [&](float apart) { return glm::clamp(glm::ivec3(extent / apart), 2, kMostProbes / 4); };

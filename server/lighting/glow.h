@@ -18,7 +18,7 @@ struct Glow {
     glm::vec3 mean{0.0f}, from{0.0f};
 };
 
-// Points in the scene's box and the surfels that they see: kProbeLinks directions each, evenly over the sphere.
+// Points in a box around the scene and the surfels that they see: kProbeLinks directions each, evenly over the sphere.
 struct Probes {
     glm::ivec3 count{0};                // along each axis; 0: there are none
     glm::vec3 least{0.0f};              // the first, local, m
@@ -29,7 +29,14 @@ struct Probes {
     std::size_t size() const { return static_cast<std::size_t>(count.x * count.y * count.z); }
 };
 inline constexpr int kMostProbes = 4096, kProbeLinks = 64;
-Probes make_probes(const transport::Transport::Surface& surface, Pool& pool);
+// Result: the box that they fill, local, m: the scene's, and towards an eye outside of it as many of its radii as are
+// wanted to reach the eye, at most kMostOutside: light that leaves a room is seen in the haze before it.
+struct AirBox {
+    glm::vec3 low{0.0f}, high{0.0f};
+};
+inline constexpr int kMostOutside = 8;
+AirBox air_box(const trace::Geometry& geometry, const glm::vec3& eye);
+Probes make_probes(const transport::Transport::Surface& surface, const AirBox& box, Pool& pool);
 
 // sent: by the surfels, pi × radiance. emission: that of the probes counts too.
 void glow_of(const Probes& probes, std::span<const glm::vec4> sent, bool emission, std::vector<Glow>& glow, Pool& pool);

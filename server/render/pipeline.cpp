@@ -133,7 +133,12 @@ struct Builder {
         const SlotRef probes{Slot::probes}, view = per_target(Slot::air_view);
         add_cpu("haze-rays", view, {per_target(Slot::grid)}, {},
                 [context = context, &screen] { return run_air_view(context, screen.surfaces, screen.air.view); });
-        add_cpu("haze-probes", probes, {}, {in.surface()},
+        const lighting::AirBox box = air_box_of(context);
+        std::vector<std::uint64_t> filled = {in.surface()};
+        for (int k = 0; k < 3; ++k)
+            filled.insert(filled.end(),
+                          {std::bit_cast<std::uint32_t>(box.low[k]), std::bit_cast<std::uint32_t>(box.high[k])});
+        add_cpu("haze-probes", probes, {}, std::move(filled),
                 [context = context] { return run_probes(context, *context.probes); });
         const auto add_glow = [&](std::string name, std::uint32_t id, SlotRef solved,
                                   const transport::Irradiance& light, lighting::Planes& out) {

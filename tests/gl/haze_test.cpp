@@ -99,7 +99,7 @@ TEST(Haze, IsTheReferences) {
     constexpr int kSide = 16;
     for (const char* name : {"cornell"}) {
         Scene scene = scene_of(builtin(name));
-        scene.haze = {.extinction_per_m = 0.02};
+        scene.haze = {.extinction_per_m = 0.01};
         for (Light& light : scene.lights) light.opening = ies::Opening();
         Renderer renderer(context(), direct_light());
         const auto shown = renderer.capture(scene, View::luminance, kSide, kSide, true);

@@ -64,9 +64,14 @@ double haze_at_point(const PassContext& context, const Light& light, const Light
     return static_cast<double>(found / context.geometry.layer_unit_m2());
 }
 
+lighting::AirBox air_box_of(const PassContext& context) {
+    return lighting::air_box(context.traced, context.traced.local(context.eye.position));
+}
+
 PassRun run_probes(const PassContext& context, lighting::Probes& probes) {
-    probes =
-        context.has_surfels() ? lighting::make_probes(*context.transport->surface, context.pool) : lighting::Probes();
+    probes = context.has_surfels()
+                 ? lighting::make_probes(*context.transport->surface, air_box_of(context), context.pool)
+                 : lighting::Probes();
     return {};
 }
 

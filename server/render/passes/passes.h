@@ -150,6 +150,7 @@ inline bool shows_air(View view) {
 PassRun run_distances(const PassContext& context, const Light& light, LightGpu& gpu);
 PassRun run_haze_surfels(const PassContext& context, const Light& light, LightGpu& gpu);
 PassRun run_probes(const PassContext& context, lighting::Probes& probes);
+lighting::AirBox air_box_of(const PassContext& context);  // that the probes fill
 PassRun run_air_view(const PassContext& context, const Surfaces& surfaces, lighting::AirView& view);
 PassRun run_airlight(const PassContext& context, const Light& light, const LightGpu& gpu, const lighting::AirView& view,
                      std::vector<float>& out);
