@@ -4,8 +4,6 @@
 #include <cmath>
 #include <numbers>
 
-#include "server/trace/sources.h"
-
 #undef HWY_TARGET_INCLUDE
 #define HWY_TARGET_INCLUDE "server/lighting/glow.cpp"
 #include <hwy/foreach_target.h>
@@ -24,7 +22,7 @@ namespace HWY_NAMESPACE {
 // What rays first … first + kSimdWidth − 1 collect, at kSteps places where equal shares of them are scattered.
 void GlowAlong(const Probes& probes, const float* glow, const Air& air, const AirRays& rays, std::size_t first,
                float* const* out) {
-    constexpr int kSteps = 6, kFloats = sizeof(Glow) / sizeof(float);
+    constexpr int kSteps = 6, kFloats = 3;
     const Tag tag;
     const IntTag ints;
     for (std::size_t i = 0; i < kSimdWidth; i += hn::Lanes(tag)) {
@@ -78,9 +76,7 @@ void GlowAlong(const Probes& probes, const float* glow, const Air& air, const Ai
                 for (int k = 0; k < kFloats; ++k)
                     value[k] = value[k] + weight * Float(hn::GatherIndex(tag, glow + k, index));
             }
-            const Float forwards = value[3] * along.x + value[4] * along.y + value[5] * along.z,
-                        phase = max(Float(1.0f) + Float(3.0f * air.g) * forwards, Float(0.0f));
-            for (int k = 0; k < 3; ++k) sum[k] = sum[k] + value[k] * phase * scattered;
+            for (int k = 0; k < 3; ++k) sum[k] = sum[k] + value[k] * scattered;
         }
         for (int k = 0; k < 3; ++k) store(sum[k] * Float(air.albedo), out[k] + i);
     }
@@ -128,7 +124,7 @@ Probes make_probes(const transport::Transport::Surface& surface, const AirBox& b
         probes.directions.emplace_back(out * std::cos(turn), y, out * std::sin(turn));
     }
     probes.ids.resize(probes.size() * kProbeLinks);
-    if (!surface.emitters.emitters.empty()) probes.emission.resize(probes.size());
+    if (!surface.emitters.emitters.empty()) probes.emission.resize(probes.ids.size(), glm::vec3(0.0f));
     pool.run_chunks(probes.size(), 16, [&](std::size_t first, std::size_t size) {
         trace::HitPacket hits;
         for (std::size_t i = first; i < first + size; ++i) {
@@ -144,57 +140,46 @@ Probes make_probes(const transport::Transport::Surface& surface, const AirBox& b
                 if (probes.emission.empty()) continue;
                 trace::SurfaceHit seen[trace::kPacket];
                 const unsigned met = surface.geometry->closest(fan.rays, fan.active, seen);
-                Glow& glow = probes.emission[i];
-                for (int j = 0; j < trace::kPacket; ++j) {
-                    if ((met >> j & 1u) == 0) continue;
-                    const glm::vec3 each = seen[j].emission / static_cast<float>(kProbeLinks);
-                    glow.mean += each;
-                    glow.from += trace::luminance(each) * fan.rays.along(j);
-                }
+                for (int j = 0; j < trace::kPacket; ++j)
+                    if ((met >> j & 1u) != 0)
+                        probes.emission[i * kProbeLinks + static_cast<std::size_t>(k + j)] = seen[j].emission;
             }
-            if (!probes.emission.empty() && trace::luminance(probes.emission[i].mean) > 0.0f)
-                probes.emission[i].from /= trace::luminance(probes.emission[i].mean);
         }
     });
     return probes;
 }
 
-void glow_of(const Probes& probes, std::span<const glm::vec4> sent, bool emission, std::vector<Glow>& glow,
-             Pool& pool) {
-    glow.assign(probes.size(), {});
-    constexpr float kEach = 1.0f / (kProbeLinks * std::numbers::pi_v<float>);
+void glow_of(const Probes& probes, std::span<const glm::vec4> sent, bool emission, const glm::vec3& eye, float g,
+             std::vector<glm::vec3>& glow, Pool& pool) {
+    glow.assign(probes.size(), glm::vec3(0.0f));
+    const auto nx = static_cast<std::size_t>(probes.count.x), ny = static_cast<std::size_t>(probes.count.y);
     pool.run_chunks(probes.size(), 64, [&](std::size_t first, std::size_t size) {
         for (std::size_t i = first; i < first + size; ++i) {
-            float all = 0.0f;
+            const glm::vec3 p = probes.least + glm::vec3(i % nx, i / nx % ny, i / (nx * ny)) / probes.per_step,
+                            along = glm::normalize(p - eye + glm::vec3(1e-6f));
+            float all = 0.0f;  // of the phase function over the links' directions, which are few
+            glm::vec3 sum(0.0f);
             for (std::size_t k = 0; k < kProbeLinks; ++k) {
-                const std::size_t id = probes.ids[i * kProbeLinks + k];
-                if (id >= sent.size()) continue;
-                const glm::vec3 radiance = glm::vec3(sent[id]) * kEach;
-                const float luminance = trace::luminance(radiance);
-                glow[i].mean += radiance;
-                glow[i].from += luminance * probes.directions[k];
-                all += luminance;
+                const float d = 1.0f + g * g - 2.0f * g * glm::dot(along, probes.directions[k]),
+                            phase = (1.0f - g * g) / (d * std::sqrt(d));
+                all += phase;
+                const std::size_t link = i * kProbeLinks + k, id = probes.ids[link];
+                if (id < sent.size()) sum += phase / std::numbers::pi_v<float> * glm::vec3(sent[id]);
+                if (emission && !probes.emission.empty()) sum += phase * probes.emission[link];
             }
-            if (emission && !probes.emission.empty()) {
-                const Glow& emitted = probes.emission[i];
-                const float luminance = trace::luminance(emitted.mean);
-                glow[i].mean += emitted.mean;
-                glow[i].from += luminance * emitted.from;
-                all += luminance;
-            }
-            if (all > 0.0f) glow[i].from /= all;
+            glow[i] = sum / all;
         }
     });
 }
 
-void add_glow(const Probes& probes, std::span<const Glow> glow, const Air& air, const AirView& view, float unit,
+void add_glow(const Probes& probes, std::span<const glm::vec3> glow, const Air& air, const AirView& view, float unit,
               Planes& planes, Pool& pool) {
     if (glow.empty() || glow.size() != probes.size()) return;
     pool.run_chunks(view.rays.size() / kSimdWidth, 64, [&](std::size_t first, std::size_t size) {
         for (std::size_t i = first * kSimdWidth; i < (first + size) * kSimdWidth; i += kSimdWidth) {
             alignas(64) float rgb[3][kSimdWidth];
             float* const out[3] = {rgb[0], rgb[1], rgb[2]};
-            HWY_DYNAMIC_DISPATCH(GlowAlong)(probes, &glow[0].mean[0], air, view.rays, i, out);
+            HWY_DYNAMIC_DISPATCH(GlowAlong)(probes, &glow[0][0], air, view.rays, i, out);
             for (std::size_t k = 0; k < 3; ++k)
                 for (std::size_t j = 0; j < kSimdWidth; ++j) planes[k][i + j] += unit * rgb[k][j];
         }

@@ -12,12 +12,6 @@
 
 namespace gonio::lighting {
 
-// At a probe: the mean of radiance over all directions, rgb, in any unit; and of its luminance the mean direction that
-// it comes from, of length 0 (from all alike) to 1.
-struct Glow {
-    glm::vec3 mean{0.0f}, from{0.0f};
-};
-
 // Points in a box around the scene and the surfels that they see: kProbeLinks directions each, evenly over the sphere.
 struct Probes {
     glm::ivec3 count{0};                // along each axis; 0: there are none
@@ -25,7 +19,7 @@ struct Probes {
     glm::vec3 per_step{0.0f};           // 1 / distance of neighbours, 1/m
     std::vector<std::uint16_t> ids;     // kProbeLinks a probe; Surfels::count: nothing is met
     std::vector<glm::vec3> directions;  // of the links, the same for all probes
-    std::vector<Glow> emission;         // of emissive surfaces that a probe sees, cd/m²; empty: there are none
+    std::vector<glm::vec3> emission;    // of what the links lead to, cd/m²; empty: nothing emits
     std::size_t size() const { return static_cast<std::size_t>(count.x * count.y * count.z); }
 };
 inline constexpr int kMostProbes = 4096, kProbeLinks = 64;
@@ -38,13 +32,15 @@ inline constexpr int kMostOutside = 8;
 AirBox air_box(const trace::Geometry& geometry, const glm::vec3& eye);
 Probes make_probes(const transport::Transport::Surface& surface, const AirBox& box, Pool& pool);
 
-// sent: by the surfels, pi × radiance. emission: that of the probes counts too.
-void glow_of(const Probes& probes, std::span<const glm::vec4> sent, bool emission, std::vector<Glow>& glow, Pool& pool);
+// glow: by probe, what of the light there the phase function sends to an eye, over what it would send of the same light
+// from everywhere: radiance, rgb, in the unit of `sent`. All rays that an eye sends through a probe come from one
+// direction, about. sent: by the surfels, pi × radiance. emission: that of the probes counts too.
+void glow_of(const Probes& probes, std::span<const glm::vec4> sent, bool emission, const glm::vec3& eye, float g,
+             std::vector<glm::vec3>& glow, Pool& pool);
 
 // Adds to planes, rgb by ray of the view, what the rays collect of the glow, scattered once towards the eye, × unit.
-// The phase function counts to its first order, 1 + 3 g cos, which is how far a glow without edges tells them apart.
 // Seven parameters: where the glow is known and what it is, the air, along what, how much, and where it goes.
-void add_glow(const Probes& probes, std::span<const Glow> glow, const Air& air, const AirView& view, float unit,
+void add_glow(const Probes& probes, std::span<const glm::vec3> glow, const Air& air, const AirView& view, float unit,
               Planes& planes, Pool& pool);
 
 }  // namespace gonio::lighting

