@@ -90,7 +90,7 @@ float fraction(float x) {
 
 void haze_at_surfels(const transport::Surfels& surfels, const trace::Geometry& geometry, const AirlightSource& source,
                      float far_m, std::vector<float>& out, Pool& pool) {
-    constexpr std::size_t kEach = 4, kChunk = 64;
+    constexpr std::size_t kEach = 16, kChunk = 64;
     const auto found_at = [&](std::size_t i, AirRays& scratch) {
         const glm::vec3 p = surfels.position(i);
         const Facing facing(p, surfels.normal(i), p + surfels.geometric[i] * geometry.step_off(p), source);
@@ -101,27 +101,34 @@ void haze_at_surfels(const transport::Surfels& surfels, const trace::Geometry& g
             [&](int k, int count) { return (static_cast<float>(k) + shift) / static_cast<float>(count); },
             [&](int k) { return fraction(turned + static_cast<float>(k) * kGolden); }, scratch);
     };
-    std::vector<float> few((surfels.count + kEach - 1) / kEach);
-    pool.run_chunks(few.size(), kChunk, [&](std::size_t first, std::size_t size) {
+    constexpr float kUnknown = -1.0f;
+    std::vector<float> found(surfels.count, kUnknown);
+    pool.run_chunks((surfels.count + kEach - 1) / kEach, kChunk, [&](std::size_t first, std::size_t size) {
         AirRays scratch;
         scratch.resize(kSimdWidth);
-        for (std::size_t i = first; i < first + size; ++i) few[i] = found_at(i * kEach, scratch);
+        for (std::size_t i = first; i < first + size; ++i) found[i * kEach] = found_at(i * kEach, scratch);
     });
-    out.resize(surfels.count);
-    pool.run_chunks(surfels.count, kChunk, [&](std::size_t first, std::size_t size) {
-        AirRays scratch;
-        scratch.resize(kSimdWidth);
-        for (std::size_t i = first; i < first + size; ++i) {
-            const auto& ids = surfels.neighbours[i];
-            float weights[transport::kNeighbours], sum = 0.0f, all = 0.0f;
-            transport::weigh(surfels, ids.data(), surfels.position(i), surfels.normal(i), weights);
-            for (std::size_t k = 0; k < transport::kNeighbours; ++k) {
-                if (ids[k] % kEach != 0 || ids[k] >= surfels.count) continue;
-                sum += weights[k] * few[ids[k] / kEach], all += weights[k];
+    // The mean of those around that are known; in the second round these are most, and who has none asks.
+    const auto spread = [&](const std::vector<float>& from, std::vector<float>& to, bool last) {
+        to.resize(surfels.count);
+        pool.run_chunks(surfels.count, kChunk, [&](std::size_t first, std::size_t size) {
+            AirRays scratch;
+            scratch.resize(kSimdWidth);
+            for (std::size_t i = first; i < first + size; ++i) {
+                const auto& ids = surfels.neighbours[i];
+                float weights[transport::kNeighbours], sum = 0.0f, all = 0.0f;
+                transport::weigh(surfels, ids.data(), surfels.position(i), surfels.normal(i), weights);
+                for (std::size_t k = 0; k < transport::kNeighbours; ++k) {
+                    if (ids[k] >= surfels.count || from[ids[k]] == kUnknown) continue;
+                    sum += weights[k] * from[ids[k]], all += weights[k];
+                }
+                to[i] = all > 0.02f ? sum / all : last ? found_at(i, scratch) : kUnknown;
             }
-            out[i] = all > 0.02f ? sum / all : found_at(i, scratch);
-        }
-    });
+        });
+    };
+    std::vector<float> wider;
+    spread(found, wider, false);
+    spread(wider, out, true);
 }
 
 float haze_at_point(const glm::vec3& point, const glm::vec3& normal, const glm::vec3& start,

@@ -10,8 +10,8 @@
 
 namespace gonio::lighting {
 
-// out: illuminance at each surfel per candela of peak × unit_m2. Found at every fourth surfel, along sixteen rays; at
-// the others it is the mean of those around them. far_m: how far rays go that meet nothing. Render thread.
+// out: illuminance at each surfel per candela of peak × unit_m2. Found at every sixteenth surfel, along sixteen rays;
+// at the others it is the mean of those around them, twice. far_m: how far rays go that meet nothing. Render thread.
 void haze_at_surfels(const transport::Surfels& surfels, const trace::Geometry& geometry, const AirlightSource& source,
                      float far_m, std::vector<float>& out, Pool& pool);
 // The same at one point, along 4,096 rays. start: of its rays, a step off its surface.
