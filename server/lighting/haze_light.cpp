@@ -116,13 +116,14 @@ void haze_at_surfels(const transport::Surfels& surfels, const trace::Geometry& g
             scratch.resize(kSimdWidth);
             for (std::size_t i = first; i < first + size; ++i) {
                 const auto& ids = surfels.neighbours[i];
-                float weights[transport::kNeighbours], sum = 0.0f, all = 0.0f;
+                float weights[transport::kNeighbours], sum = 0.0f, all = 0.0f, any = 0.0f, known = 0.0f;
                 transport::weigh(surfels, ids.data(), surfels.position(i), surfels.normal(i), weights);
                 for (std::size_t k = 0; k < transport::kNeighbours; ++k) {
                     if (ids[k] >= surfels.count || from[ids[k]] == kUnknown) continue;
                     sum += weights[k] * from[ids[k]], all += weights[k];
+                    any += from[ids[k]], known += 1.0f;
                 }
-                to[i] = all > 0.02f ? sum / all : last ? found_at(i, scratch) : kUnknown;
+                to[i] = all > 0.02f ? sum / all : !last ? kUnknown : known > 0.0f ? any / known : found_at(i, scratch);
             }
         });
     };
