@@ -23,8 +23,8 @@ struct Probes {
     std::size_t size() const { return static_cast<std::size_t>(count.x * count.y * count.z); }
 };
 inline constexpr int kMostProbes = 4096, kProbeLinks = 64;
-// Result: the box that they fill, local, m. It is the scene's, and towards an eye outside as many of its radii longer as
-// reach the eye, at most kMostOutside. Light that leaves a room is seen in the haze before it.
+// Result: the box that they fill, local, m. It is the scene's, and towards an eye outside as many of its radii longer
+// as reach the eye, at most kMostOutside. Light that leaves a room is seen in the haze before it.
 struct AirBox {
     glm::vec3 low{0.0f}, high{0.0f};
 };

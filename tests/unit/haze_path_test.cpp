@@ -38,8 +38,8 @@ TEST(HazePath, AirlightOfAPoint) {
         double sum = 0.0;
         for (std::uint32_t i = 0; i < kSamples; ++i) {
             Sample sample(7, i);
-            sum += static_cast<double>(
-                scattered_light(*world, from, {1, 0, 0}, static_cast<float>(row.far), 1, sample).g);
+            sum +=
+                static_cast<double>(scattered_light(*world, from, {1, 0, 0}, static_cast<float>(row.far), 1, sample).g);
         }
         EXPECT_NEAR(sum / kSamples / row.nit, 1.0, 0.003) << row.extinction << " " << row.g;
     }
