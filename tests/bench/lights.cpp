@@ -16,6 +16,7 @@
 #include "tests/bench/cases.h"
 #include "tests/bench/frame_loop.h"
 #include "tests/scenes/bench_scenes.h"
+#include "tests/scenes/scenes.h"
 
 namespace gonio::bench {
 namespace {
@@ -173,7 +174,7 @@ void run_lights(const LightsOptions& options, std::ostream& out) {
                 rows.push_back(measure(renderer, *encoder, scene, change, options.seconds));
         }
     };
-    for (const int side : {1, 2, 4, 8, 22}) measure_scene(scene_of(test::make_stage(side)), true);
+    for (const int side : {1, 2, 4, 8, 22}) measure_scene(scene_of(test::of_points(*test::make_stage(side))), true);
     for (const char* name : {"cornell", "atrium"}) measure_scene(scene_of(bench_asset(name)), false);
     if (rows.empty())
         throw std::runtime_error("nothing of that scene, number and change: see gonio-bench lights --help");
