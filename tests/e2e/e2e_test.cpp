@@ -379,7 +379,8 @@ TEST(Floor, ARealFileReadsItsOwnCandela) {
     ASSERT_TRUE(profile) << profile.error().text();
     TemporaryFolder folder;
     DaemonProcess daemon({"--scene", folder.file("floor.gltf", floor_gltf(0.5)), "--size", "128x128"});
-    daemon.rev({"set", "light", "lamp", "--profile", path, "--pan", "0", "--tilt", "0", "--roll", "0"});
+    daemon.rev(
+        {"set", "light", "lamp", "--profile", path, "--pan", "0", "--tilt", "0", "--roll", "0", "--opening", "point"});
     // Pan/tilt zero: aim -Y, C0 = +X, C90 = -Z.
     for (const auto& [x, z] : {std::pair{0.01, 0.0}, {1.0, 0.3}, {-0.7, 1.5}, {0.4, -2.0}, {2.5, 1.0}}) {
         const double d2 = x * x + z * z + 4.0;
