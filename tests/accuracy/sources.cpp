@@ -83,8 +83,6 @@ std::vector<Case> extended_sources() {
         else
             list[i].limit = kNoEmitters;
     }
-    // A sphere that is equally bright from everywhere lights what faces its centre as a point there does.
-    list[2].rsm_tolerance = list[2].interactive_tolerance = 0.001;
     return list;
 }
 

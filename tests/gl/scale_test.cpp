@@ -13,6 +13,7 @@ Scene cornell_at(double scale) {
     Scene scene = scene_of(*load_scene("cornell", "", {.scale = scale}));
     scene.width_px = scene.height_px = 120;
     scene.lights[0].multiplier *= scale * scale;
+    scene.lights[0].opening = ies::Opening();  // a point at each scale
     return scene;
 }
 
