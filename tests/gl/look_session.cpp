@@ -97,7 +97,7 @@ Traced trace_window(const trace::World& world, const Scene& scene, const Window&
 const std::shared_ptr<const SceneAsset>& asset_of(const std::string& scene) {
     static std::map<std::string, std::shared_ptr<const SceneAsset>> assets;
     auto& asset = assets[scene];
-    if (!asset) asset = *load_scene(scene);
+    if (!asset) asset = of_points(**load_scene(scene));
     return asset;
 }
 
