@@ -2,8 +2,8 @@
 
 #include <algorithm>
 #include <cmath>
-#include <numbers>
 
+#include "server/scene/opening_points.h"
 #include "server/trace/sampler.h"
 
 namespace gonio::bake {
@@ -16,8 +16,7 @@ constexpr int kTile = 256;
 double beside(const trace::Luminaire& luminaire, bool point, const glm::dvec3& p) {
     const glm::dvec3 d = p - luminaire.position;
     if (point) return glm::length(d);
-    const ies::Opening& opening = luminaire.opening;
-    const glm::dvec3 half = 0.5 * glm::dvec3(opening.length.in(m), opening.width.in(m), opening.height.in(m));
+    const glm::dvec3 half = half_sides(luminaire.opening);
     return glm::length(glm::max(glm::abs(glm::transpose(luminaire.world_from_light) * d) - half, 0.0));
 }
 
@@ -52,7 +51,7 @@ AirVolume air_volume(const trace::Geometry& geometry, const trace::Luminaire& lu
                              static_cast<std::size_t>(volume.size.z),
                          0.0f);
     volume.lx = volume.passed;
-    const bool point = !settings.openings || luminaire.opening.shape == ies::OpeningShape::point;
+    const bool point = !settings.openings || luminaire.is_point();
     const bool whole = work.tiles(static_cast<int>(volume.passed.size()), kTile, [&](int first, int end) {
         for (int i = first; i < end; ++i) {
             const glm::ivec3 at(i % volume.size.x, i / volume.size.x % volume.size.y,
@@ -86,7 +85,7 @@ AirVolume air_volume(const trace::Geometry& geometry, const trace::Luminaire& lu
 double scattered_in(const trace::Geometry& geometry, const trace::Luminaire& luminaire, const AirVolume& volume,
                     const AirSettings& settings, const glm::dvec3& from, const glm::dvec3& along, double length,
                     double random, std::uint64_t& rays) {
-    const bool point = !settings.openings || luminaire.opening.shape == ies::OpeningShape::point;
+    const bool point = !settings.openings || luminaire.is_point();
     const double foot = glm::dot(luminaire.position - from, along);
     const glm::dvec3 off = luminaire.position - from - foot * along;
     // A ray through an opening passes it, not its middle: nearer than its half it is no point.
@@ -128,9 +127,7 @@ double scattered_in(const trace::Geometry& geometry, const trace::Luminaire& lum
             }
         }
         if (!(lx > 0.0)) continue;
-        const double phase = settings.haze.g == 0.0
-                                 ? 0.25 * std::numbers::inv_pi
-                                 : henyey_greenstein(settings.haze.g, -glm::dot(glm::normalize(p - source), along));
+        const double phase = henyey_greenstein(settings.haze.g, -glm::dot(glm::normalize(p - source), along));
         sum += weight * lx * phase * scattering_per_m(settings.haze, p) * transmittance(settings.haze, from, p);
     }
     return sum / settings.steps;

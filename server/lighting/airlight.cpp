@@ -156,8 +156,8 @@ void Airlight(const AirlightSource& source, const AirRays& rays, std::size_t fir
     }
 }
 
-// Row y: what of light behind the haze passes.
-void PassesRow(const GBuffer& s, const Air& air, int y, float far_passes, float* out) {
+// Row y: what of light behind the haze passes; nothing where no surface is.
+void PassesRow(const GBuffer& s, const Air& air, int y, float* out) {
     const glm::vec3 start = s.rays.corner + static_cast<float>(y) * s.rays.up;
     const std::size_t row = static_cast<std::size_t>(y) * s.row_length;
     const Tag tag;
@@ -168,7 +168,7 @@ void PassesRow(const GBuffer& s, const Air& air, int y, float far_passes, float*
                        Float(start.z) + column * Float(s.rays.right.z));
         const Float length = sqrt(dot(ray, ray)) * z;
         const Float passed = air_passes(air, length, Float(s.rays.eye.y), Float(s.rays.eye.y) + ray.y * z);
-        store(mix(Float(far_passes), passed, Float(0.0f) < depth), out + x);
+        store(mix(Float(0.0f), passed, Float(0.0f) < depth), out + x);
     }
 }
 
@@ -331,7 +331,7 @@ void show_air(const GBuffer& s, const Air& air, const AirView& view, const Plane
             for (std::size_t k = 0; k < 3; ++k)
                 std::copy_n(planes[k].begin() + static_cast<std::ptrdiff_t>(y) * view.width, view.width, out[k]);
         }
-        HWY_DYNAMIC_DISPATCH(PassesRow)(s, air, y, 0.0f, out[3]);
+        HWY_DYNAMIC_DISPATCH(PassesRow)(s, air, y, out[3]);
         HWY_DYNAMIC_DISPATCH(PackRow)
         (out, 1.0f / picture.unit, s.row_length,
          picture.halves.data() + 4 * static_cast<std::size_t>(y) * s.row_length);

@@ -160,8 +160,8 @@ void glow_of(const Probes& probes, std::span<const glm::vec4> sent, bool emissio
             float all = 0.0f;  // of the phase function over the links' directions, which are few
             glm::vec3 sum(0.0f);
             for (std::size_t k = 0; k < kProbeLinks; ++k) {
-                const float d = 1.0f + g * g - 2.0f * g * glm::dot(along, probes.directions[k]),
-                            phase = (1.0f - g * g) / (d * std::sqrt(d));
+                const auto phase = static_cast<float>(henyey_greenstein(
+                    static_cast<double>(g), static_cast<double>(glm::dot(along, probes.directions[k]))));
                 all += phase;
                 const std::size_t link = i * kProbeLinks + k, id = probes.ids[link];
                 if (id < sent.size()) sum += phase / std::numbers::pi_v<float> * glm::vec3(sent[id]);

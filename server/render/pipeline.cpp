@@ -118,10 +118,9 @@ struct Builder {
         LightGpu& gpu = *in.lights[i];
         const PassContext shared = context_of(light);
         const SlotRef distances = per_light(Slot::distances, light.id);
-        const std::vector<std::uint64_t> own = {light.position_rev, light.aim_rev, light.profile_rev};
-        std::vector<std::uint64_t> key = own;
-        key.push_back(scene.geometry_rev);
-        add_cpu("haze-distances", distances, {}, key, [=, &light, &gpu] { return run_distances(shared, light, gpu); });
+        add_cpu("haze-distances", distances, {},
+                {light.position_rev, light.aim_rev, light.profile_rev, scene.geometry_rev},
+                [=, &light, &gpu] { return run_distances(shared, light, gpu); });
         add_cpu("haze-surfels", per_light(Slot::haze_surfels, light.id), {distances}, {scene.haze_rev, in.surface()},
                 [=, &light, &gpu] { return run_haze_surfels(shared, light, gpu); });
     }
@@ -154,8 +153,7 @@ struct Builder {
             const auto layer = static_cast<std::size_t>(in.layers[i]);
             of_light = light.name;
             add_cpu("haze-airlight", per_target(Slot::airlight, light.id), {per_light(Slot::distances, light.id), view},
-                    {scene.haze_rev, layer, light.position_rev, light.aim_rev, light.profile_rev},
-                    [context = context, &light, &gpu = *in.lights[i], &air, layer] {
+                    {scene.haze_rev, layer}, [context = context, &light, &gpu = *in.lights[i], &air, layer] {
                         return run_airlight(context, light, gpu, air.view, air.beams[layer]);
                     });
             add_glow("haze-glow", light.id, per_light(Slot::solve, light.id), in.lights[i]->irradiance,

@@ -1,7 +1,5 @@
 #include "server/scene/opening.h"
 
-#include <cstdio>
-
 #include "protocol/schema/words.h"
 
 namespace gonio {
