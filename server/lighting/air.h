@@ -19,4 +19,12 @@ inline Air air_of(const Haze& haze) {
             static_cast<float>(haze.floor_m)};
 }
 
+// Result: what passes from a to b, local (server/scene/haze.h).
+inline float transmittance(const Air& air, const glm::vec3& a, const glm::vec3& b) {
+    const HazeValues values{static_cast<double>(air.extinction_per_m), 1.0, 0.0,
+                            air.per_height > 0.0f ? 1.0 / static_cast<double>(air.per_height) : 0.0};
+    return static_cast<float>(
+        gonio::transmittance({values, static_cast<double>(air.floor_m)}, glm::dvec3(a), glm::dvec3(b)));
+}
+
 }  // namespace gonio::lighting

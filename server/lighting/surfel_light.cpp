@@ -44,6 +44,7 @@ void take_flux(const VplRays& rays, const transport::Transport::Surface& surface
     struct End {
         const std::uint16_t* around = nullptr;  // kNeighbours surfels; null: nothing is met
         float covered = 1.0f;                   // how often a ray that comes there ends there
+        float passed = 1.0f;                    // what haze lets pass to there
         float weights[kNeighbours];
     };
     std::vector<End> ends(rays.rays.size());
@@ -62,8 +63,9 @@ void take_flux(const VplRays& rays, const transport::Transport::Surface& surface
                                          ->transparency_at(static_cast<int>(hits.instance[i]),
                                                            static_cast<int>(hits.triangle[i]), hits.u[i], hits.v[i])
                                          .share;
-            transport::weigh(surfels, end.around, fan.rays.at(static_cast<int>(i), hits.distance[i]),
-                             surfels.normal(ids[i]), end.weights);
+            const glm::vec3 at = fan.rays.at(static_cast<int>(i), hits.distance[i]);
+            if (luminaire.air) end.passed = transmittance(luminaire.air, light, at);
+            transport::weigh(surfels, end.around, at, surfels.normal(ids[i]), end.weights);
         }
     });
     // In all the luminaire's flux, though few rays may meet the beam.
@@ -73,7 +75,7 @@ void take_flux(const VplRays& rays, const transport::Transport::Surface& surface
     std::vector<float> taken(surfels.count, 0.0f), landed(surfels.count, 0.0f);
     for (std::size_t i = 0; i < ends.size(); ++i) {
         if (ends[i].around == nullptr) continue;
-        const float flux = rays.rays[i].flux_lm_per_cd * right * luminaire.unit_m2 / ends[i].covered;
+        const float flux = rays.rays[i].flux_lm_per_cd * right * luminaire.unit_m2 * ends[i].passed / ends[i].covered;
         for (std::size_t k = 0; k < kNeighbours; ++k) {
             const std::size_t id = ends[i].around[k];
             if (id == surfels.count || !(surfels.area_m2[id] > 0.0f)) continue;

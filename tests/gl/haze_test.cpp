@@ -79,6 +79,23 @@ TEST(Haze, BeforeASurface) {
     EXPECT_NEAR(luminance_ahead(renderer, scene) / (100.0 * std::exp(-0.4 * std::exp(-4.5))), 1.0, 1e-3);
 }
 
+// Of a narrow beam the first bounce comes from rays of its own: haze that only absorbs takes as much of them as of any
+// light, exp(-0.1 × 2) on the way to the floor.
+TEST(Haze, ThinsTheFirstBounceOfANarrowBeam) {
+    Scene scene = floor_scene(4.0, 0.5f, cosine_power(1000.0, 500.0), {0, 2, 0});
+    Renderer renderer(context(), direct_light());
+    make_coarse(renderer);
+    const auto bounced = [&] {
+        return renderer.meter(scene, {0.8, 1, 0}, {0, -1, 0}, Renderer::MeterQuality::interactive, 1).indirect_lx();
+    };
+    const double clear = bounced();
+    scene.haze = {.extinction_per_m = 0.1, .albedo = 0.0};
+    scene.haze_rev = ++scene.scene_rev;
+    const double flux_lm = 2.0 * kPi * 1000.0 / 501.0, d2 = 0.8 * 0.8 + 1.0;
+    EXPECT_NEAR(clear, 0.5 * flux_lm / kPi / (d2 * d2), 0.03 * clear);  // its spot as a point of the floor
+    EXPECT_NEAR(bounced() / clear, std::exp(-0.2), 0.005);
+}
+
 // Within walls of one luminance everything has it, the haze too.
 TEST(Haze, AFurnace) {
     Scene scene =
