@@ -2,7 +2,9 @@
 
 #include <algorithm>
 #include <array>
+#include <bit>
 #include <cmath>
+#include <numeric>
 
 #include "server/lighting/material_table.h"
 #include "shaders/shared/layouts.h"
@@ -65,16 +67,12 @@ namespace HWY_NAMESPACE {
 #include "server/lighting/simd_web_parts.h"
 
 void SoftPoints(const DirectLight& light, const Points& points, std::size_t count, float* relative, float* ratio) {
-    constexpr float kMostRatio = 1e4f;  // where only the edge of an opening is above the horizon
     for (std::size_t i = 0; i < count; i += hn::Lanes(Tag())) {
         const auto at = static_cast<std::ptrdiff_t>(i);
         const Vec3 to = position_of(points, at) - spread(light.position), n = normal_of(points, at);
-        const Float light_there = from_parts(light, to, n), of_point = falloff(to, n);
+        const Float light_there = from_parts(light, to, n);
         store(light_there * Float(light.unit_m2), relative + i);
-        if (ratio == nullptr) continue;
-        const Float own = web_ratio(light.web, turned(light.light_from_world, to));
-        store(mix(own, min(light_there / max(of_point, Float(1e-12f)), Float(kMostRatio)), Float(0.0f) < light_there),
-              ratio + i);
+        if (ratio != nullptr) store(light_there / even_falloff(*light.parts, to, n), ratio + i);
     }
 }
 
@@ -180,6 +178,33 @@ HWY_INLINE Around around_pixels(const Tile& tile, std::size_t at, const float* l
     return a;
 }
 
+// What an opening would bring the pixels in tile.asking: few of those beside each other ask, and its parts are many.
+// Result: how many are left, those that it would bring nothing are left out.
+std::size_t LightAskers(Tile& tile, const DirectLight& light, std::size_t asking) {
+    const std::size_t lanes = hn::Lanes(Tag());
+    const auto* const normal = tile.detailed ? tile.detail : tile.points + 3;
+    std::size_t left = 0;
+    for (std::size_t first = 0; first < asking; first += lanes) {
+        HWY_ALIGN float values[6][hn::MaxLanes(Tag())], relative[hn::MaxLanes(Tag())];
+        for (std::size_t i = 0; i < lanes; ++i) {
+            const std::size_t pixel = tile.asking[std::min(first + i, asking - 1)];
+            for (std::size_t v = 0; v < 3; ++v)
+                values[v][i] = tile.points[v][pixel], values[v + 3][i] = normal[v][pixel];
+        }
+        const Vec3 to = Vec3(load(values[0]), load(values[1]), load(values[2])) - spread(light.position);
+        Float own =
+            from_parts(light, to, Vec3(load(values[3]), load(values[4]), load(values[5]))) * Float(light.unit_m2);
+        if (light.air) own = own * passes_air(light, to);
+        store(own, relative);
+        for (std::size_t i = 0; i < std::min(lanes, asking - first); ++i) {
+            tile.asking[left] = tile.asking[first + i];
+            tile.relative[left] = relative[i];
+            left += relative[i] > 0.0f ? 1 : 0;
+        }
+    }
+    return left;
+}
+
 // Adds one luminaire's light to a tile's pixels where the grid's points agree. The web is read at pixels that ask, and
 // where it changes by a tenth between the points; else a pixel takes theirs, within 0.2 %. edges: all pixels of a
 // square of 4 × 4 ask if a surface in it is turned away, whose shadow may be narrow. Result: how many pixels are left,
@@ -210,11 +235,10 @@ std::size_t LightTile(Tile& tile, const DirectLight& light, const LatticePoints&
                 const auto* const n = tile.detailed ? tile.detail : tile.points + 3;
                 return Vec3(load(n[0] + at), load(n[1] + at), load(n[2] + at));
             };
-            // How far the luminaire's middle is below a surface's horizon, m.
-            const auto below = [&](std::size_t v) {
-                return dot(to[v], normal_of(points_at(tile.points, group + v * kSimdWidth + i), 0));
+            const auto faces = [&](std::size_t v) {
+                if (!soft) return Float(0.0f) < share[v];
+                return dot(to[v], normal_of(points_at(tile.points, group + v * kSimdWidth + i), 0)) < Float(radius);
             };
-            const auto faces = [&](std::size_t v) { return soft ? below(v) < Float(radius) : Float(0.0f) < share[v]; };
             for (std::size_t v = 0; edges && v < kSquare; ++v) {
                 look(v);
                 edge = hn::Or(edge, hn::AndNot(faces(v), Float(0.0f) < load(tile.depth + group + v * kSimdWidth + i)));
@@ -231,7 +255,8 @@ std::size_t LightTile(Tile& tile, const DirectLight& light, const LatticePoints&
                     wanted = hn::And(wanted, hn::Or(hn::Not(one_surface), light_there));
                     seen = around.sum * Float(1.0f - kOpinion) < around.open;
                     agree = hn::And(one_surface, hn::Or(seen, around.open < around.sum * Float(kOpinion)));
-                    steep = hn::And(Float(0.002f) < around.greatest, around.least < around.greatest * Float(0.9f));
+                    steep = hn::And(Float(0.002f) < around.greatest,
+                                    around.least < around.greatest * Float(soft ? 0.8f : 0.9f));
                     ratio = around.ratio / max(around.sum, Float(1.0f));
                     if (lattice.through != nullptr) {
                         constexpr float kEven = 0.95f;
@@ -251,21 +276,24 @@ std::size_t LightTile(Tile& tile, const DirectLight& light, const LatticePoints&
                 wanted = hn::And(wanted, faces(v));
                 const Mask lit = hn::And(wanted, hn::And(agree, seen)), casts_ray = hn::AndNot(agree, wanted);
                 if (hn::AllFalse(tag, hn::Or(lit, casts_ray))) continue;
-                const Mask exact = hn::Or(casts_ray, steep);
+                const Mask exact = soft ? hn::AndNot(casts_ray, steep) : hn::Or(casts_ray, steep);
                 Float relative;
-                if (soft && !hn::AllFalse(tag, hn::Or(exact, hn::Not(below(v) < Float(-2.0f * radius)))))
-                    relative = from_parts(light, to[v], lit_normal(v));
-                else if (!soft && !hn::AllFalse(tag, exact))
-                    relative = web_ratio(light.web, turned(light.light_from_world, to[v])) * share[v];
+                if (soft)
+                    relative = hn::AllFalse(tag, exact) ? ratio * even_falloff(*light.parts, to[v], lit_normal(v))
+                                                        : from_parts(light, to[v], lit_normal(v));
                 else
-                    relative = ratio * share[v];
+                    relative = hn::AllFalse(tag, exact)
+                                   ? ratio * share[v]
+                                   : web_ratio(light.web, turned(light.light_from_world, to[v])) * share[v];
                 relative = relative * Float(light.unit_m2);
                 if (light.air) relative = relative * passes_air(light, to[v]);
                 const Float shown = hn::IfThenElseZero(lit, (relative * through).raw);
                 for (std::size_t k = 0; k < planes; ++k)
                     store(load(tile.light[k] + at) + shown * Float(light.weight[static_cast<int>(k)]),
                           tile.light[k] + at);
-                store(hn::IfThenElseZero(casts_ray, relative.raw), contribution + v * kSimdWidth + i);
+                store(hn::IfThenElseZero(casts_ray, soft ? Float(1.0f).raw : relative.raw),
+                      contribution + v * kSimdWidth + i);  // of an opening: see LightAskers
+
                 any |= !hn::AllFalse(tag, casts_ray);
             }
         }
@@ -276,7 +304,7 @@ std::size_t LightTile(Tile& tile, const DirectLight& light, const LatticePoints&
             asking += contribution[at] > 0.0f ? 1 : 0;
         }
     }
-    return asking;
+    return soft ? LightAskers(tile, light, asking) : asking;
 }
 
 // Tile -> picture. adds: to what is there.
@@ -385,15 +413,15 @@ struct GridPart {
             greatest = glm::max(greatest, grid.position(at[i]));
         }
     }
+    glm::vec3 position(std::size_t i) const { return {points[0][i], points[1][i], points[2][i]}; }
+    glm::vec3 normal(std::size_t i) const { return {points[3][i], points[4][i], points[5][i]}; }
     // Result: whether all lie on one smooth surface.
     bool even() const {
-        const auto vec = [&](std::size_t v, std::size_t i) {
-            return glm::vec3(points[v][i], points[v + 1][i], points[v + 2][i]);
-        };
         for (std::size_t i = 0; i < 64; ++i) {
             const std::size_t first = i % 16, next = i % 4 < 3 ? i + 1 : i;
-            const glm::vec3 n = vec(3, first), off = vec(0, i) - vec(0, first), across = vec(0, next) - vec(0, i);
-            if (!(depth[i] > 0.0f) || glm::dot(n, vec(3, i)) < 0.98f ||
+            const glm::vec3 n = normal(first), off = position(i) - position(first),
+                            across = position(next) - position(i);
+            if (!(depth[i] > 0.0f) || glm::dot(n, normal(i)) < 0.98f ||
                 std::abs(glm::dot(n, off)) > 0.1f * glm::length(off) ||
                 std::abs(glm::dot(n, across)) > 0.1f * glm::length(across))
                 return false;
@@ -427,7 +455,8 @@ void ask_grid(const GridPart& part, const GBuffer& gbuffer, const trace::Geometr
                 glm::vec3 targets[trace::kPacket];
                 if (soft)
                     for (std::size_t i = 0; i < trace::kPacket; ++i)
-                        targets[i] = lights[k].position + lights[k].parts->few[part.first_to[first + i]];
+                        targets[i] = first_target(lights[k], part.first_to[first + i], part.position(first + i),
+                                                  part.normal(first + i));
                 seen = unhidden(geometry, lights[k], gbuffer, points_at(part.points, first), part.depth + first, lit,
                                 passed, soft ? targets : nullptr);
             }
@@ -448,6 +477,16 @@ void ask_grid(const GridPart& part, const GBuffer& gbuffer, const trace::Geometr
     }
 }
 
+// Whether something in a tile's part of a grid sees less than all of an opening, or light passes panes. values: of its
+// first point, at (0, 0).
+bool dims(const Tile& tile, const float* values, std::ptrdiff_t stride) {
+    const float* from = values + (tile.first_y / kStep - 1) * stride + tile.first_x / kStep - 1;
+    float least = 1.0f;
+    for (int row = 0; row < kTileRows / kStep + 2; ++row, from += stride)
+        for (int i = 0; i < static_cast<int>(kSimdWidth) + 2; ++i) least = std::min(least, from[i]);
+    return least < 1.0f;
+}
+
 // First rays to one opening: of each pixel, or null and what the grid's points see of it.
 struct FirstRays {
     const std::vector<std::uint8_t>* pixels;
@@ -455,14 +494,16 @@ struct FirstRays {
     const std::vector<float>* through;
 };
 
-// Sixteen pixels of a tile that ask, or fewer.
+// Sixteen pixels of a tile that ask, or fewer: numbers in Tile::asking.
 struct Askers {
     std::size_t count;
+    std::uint16_t number[trace::kPacket];
     alignas(64) float values[7][trace::kPacket] = {};  // as of Points, and the depth
-    Askers(const Tile& tile, std::size_t first, std::size_t asking)
-        : count(std::min<std::size_t>(trace::kPacket, asking - first)) {
+    Askers(const Tile& tile, std::span<const std::uint16_t> asking)
+        : count(std::min<std::size_t>(trace::kPacket, asking.size())) {
         for (std::size_t i = 0; i < count; ++i) {
-            const std::size_t pixel = tile.asking[first + i];
+            number[i] = asking[i];
+            const std::size_t pixel = tile.asking[number[i]];
             for (std::size_t v = 0; v < 6; ++v) values[v][i] = tile.points[v][pixel];
             values[6][i] = tile.depth[pixel];
         }
@@ -470,15 +511,33 @@ struct Askers {
     unsigned all() const { return (1u << count) - 1u; }
 };
 
+// Result: 0, 1, 2, …
+const std::array<std::uint16_t, kTilePixels>& each_number() {
+    static const auto numbers = [] {
+        std::array<std::uint16_t, kTilePixels> all{};
+        std::iota(all.begin(), all.end(), std::uint16_t{0});
+        return all;
+    }();
+    return numbers;
+}
+
+// In packets of sixteen, those of Tile::asking whose numbers are listed.
+template <typename Job>
+void each_packet(const Tile& tile, std::span<const std::uint16_t> asking, const Job& job) {
+    for (; !asking.empty(); asking = asking.subspan(std::min<std::size_t>(trace::kPacket, asking.size())))
+        job(Askers(tile, asking));
+}
+
 // The first rays to an opening of pixels that ask. Result: by pixel.
-std::array<FirstRay, trace::kPacket> first_rays(const Tile& tile, const Askers& askers, std::size_t first,
-                                                const GBuffer& gbuffer, const trace::Geometry& geometry,
-                                                const DirectLight& light) {
+std::array<FirstRay, trace::kPacket> first_rays(const Tile& tile, const Askers& askers, const GBuffer& gbuffer,
+                                                const trace::Geometry& geometry, const DirectLight& light) {
     glm::vec3 targets[trace::kPacket];
     std::fill_n(targets, trace::kPacket, light.position);
     for (std::size_t i = 0; i < askers.count; ++i) {
-        const std::size_t pixel = tile.asking[first + i];
-        targets[i] += light.parts->few[first_point(tile.x_of(pixel), tile.y_of(pixel))];
+        const std::size_t pixel = tile.asking[askers.number[i]];
+        const auto& v = askers.values;
+        targets[i] = first_target(light, first_point(tile.x_of(pixel), tile.y_of(pixel)), {v[0][i], v[1][i], v[2][i]},
+                                  {v[3][i], v[4][i], v[5][i]});
     }
     float passed[trace::kPacket];
     std::fill_n(passed, trace::kPacket, 1.0f);
@@ -491,29 +550,28 @@ std::array<FirstRay, trace::kPacket> first_rays(const Tile& tile, const Askers& 
 }
 
 // The same of every pixel of a picture that asks. answers: by pixel.
-void ask_first(const Tile& tile, std::size_t asking, const GBuffer& gbuffer, const trace::Geometry& geometry,
-               const DirectLight& light, std::vector<std::uint8_t>& answers) {
-    for (std::size_t first = 0; first < asking; first += trace::kPacket) {
-        const Askers askers(tile, first, asking);
-        const auto own = first_rays(tile, askers, first, gbuffer, geometry, light);
+void ask_first(const Tile& tile, std::span<const std::uint16_t> asking, const GBuffer& gbuffer,
+               const trace::Geometry& geometry, const DirectLight& light, std::vector<std::uint8_t>& answers) {
+    each_packet(tile, asking, [&](const Askers& askers) {
+        const auto own = first_rays(tile, askers, gbuffer, geometry, light);
         for (std::size_t i = 0; i < askers.count; ++i) {
-            const std::size_t pixel = tile.asking[first + i];
+            const std::size_t pixel = tile.asking[askers.number[i]];
             answers[static_cast<std::size_t>(tile.y_of(pixel)) * gbuffer.row_length +
                     static_cast<std::size_t>(tile.x_of(pixel))] = static_cast<std::uint8_t>(own[i]);
         }
-    }
+    });
 }
 
 // What pixels see of an opening where the first rays of all around them say the same, or where the four grid points
 // around them and their own first rays do. Result: bits of the others.
-unsigned by_first_rays(const Tile& tile, const Askers& askers, std::size_t first, const GBuffer& gbuffer,
-                       const trace::Geometry& geometry, const DirectLight& light, const FirstRays& known,
-                       float* share) {
+unsigned by_first_rays(const Tile& tile, const Askers& askers, const GBuffer& gbuffer, const trace::Geometry& geometry,
+                       const DirectLight& light, const FirstRays& known, float* share) {
     std::array<FirstRay, trace::kPacket> own{};
-    if (known.pixels == nullptr) own = first_rays(tile, askers, first, gbuffer, geometry, light);
+    if (known.pixels == nullptr) own = first_rays(tile, askers, gbuffer, geometry, light);
     unsigned left = askers.all();
     for (std::size_t i = 0; i < askers.count; ++i) {
-        const int x = tile.x_of(tile.asking[first + i]), y = tile.y_of(tile.asking[first + i]);
+        const std::size_t pixel = tile.asking[askers.number[i]];
+        const int x = tile.x_of(pixel), y = tile.y_of(pixel);
         FirstRay all = FirstRay::dimmed;
         if (known.pixels != nullptr)
             all = around_first(*known.pixels, gbuffer.row_length, gbuffer.height, x, y);
@@ -527,22 +585,42 @@ unsigned by_first_rays(const Tile& tile, const Askers& askers, std::size_t first
 }
 
 // Lights the pixels that a tile's grid points leave. known: of an opening.
-void ask_pixels(Tile& tile, std::size_t asking, const GBuffer& gbuffer, const trace::Geometry& geometry,
-                const DirectLight& light, std::size_t planes, const FirstRays& known) {
-    for (std::size_t first = 0; first < asking; first += trace::kPacket) {
-        const Askers askers(tile, first, asking);
-        float share[trace::kPacket];
-        const unsigned active =
-            light.parts ? by_first_rays(tile, askers, first, gbuffer, geometry, light, known, share) : askers.all();
-        if (active != 0)
-            visible_share(geometry, light, gbuffer, points_at(askers.values, 0), askers.values[6], active,
-                          known.pixels != nullptr ? kManyPoints : kFewPoints, share);
-        for (std::size_t i = 0; i < askers.count; ++i) {
+void ask_pixels(Tile& tile, std::span<const std::uint16_t> asking, const GBuffer& gbuffer,
+                const trace::Geometry& geometry, const DirectLight& light, std::size_t planes, const FirstRays& known) {
+    const auto add = [&](const Askers& askers, unsigned active, const float* share) {
+        for (; active != 0; active &= active - 1) {
+            const auto i = static_cast<std::size_t>(std::countr_zero(active));
             for (std::size_t k = 0; k < planes; ++k)
-                tile.light[k][tile.asking[first + i]] +=
-                    light.weight[static_cast<int>(k)] * tile.relative[first + i] * share[i];
+                tile.light[k][tile.asking[askers.number[i]]] +=
+                    light.weight[static_cast<int>(k)] * tile.relative[askers.number[i]] * share[i];
         }
+    };
+    float share[trace::kPacket];
+    std::uint16_t left[kTilePixels];
+    if (light.parts) {
+        std::size_t count = 0;
+        each_packet(tile, asking, [&](const Askers& askers) {
+            unsigned unknown = by_first_rays(tile, askers, gbuffer, geometry, light, known, share);
+            add(askers, askers.all() & ~unknown, share);
+            for (; unknown != 0; unknown &= unknown - 1) left[count++] = askers.number[std::countr_zero(unknown)];
+        });
+        asking = {left, count};
     }
+    each_packet(tile, asking, [&](const Askers& askers) {
+        const Points points = points_at(askers.values, 0);
+        if (light.parts && known.pixels == nullptr) {
+            unsigned quarter[trace::kPacket] = {};
+            for (std::size_t i = 0; i < askers.count; ++i) {
+                const std::size_t pixel = tile.asking[askers.number[i]];
+                quarter[i] = static_cast<unsigned>((tile.y_of(pixel) & 1) * 2 + (tile.x_of(pixel) & 1));
+            }
+            visible_among(geometry, light, gbuffer, points, askers.values[6], static_cast<int>(askers.count), quarter,
+                          share);
+        } else {
+            visible_share(geometry, light, gbuffer, points, askers.values[6], askers.all(), kManyPoints, share);
+        }
+        add(askers, askers.all(), share);
+    });
 }
 
 }  // namespace
@@ -572,12 +650,14 @@ void direct_light(const GBuffer& gbuffer, const ScreenGrid& screen, const trace:
                     const auto points_of = [&](const Planes& planes) {
                         return every_pixel || planes.empty() ? nullptr : planes[k].data() + grid.at(0, 0);
                     };
-                    const bool shares = some[k].parts || geometry.transmissive();
+                    const float* const through =
+                        some[k].parts || geometry.transmissive() ? points_of(lattice.through) : nullptr;
                     const std::size_t asking = HWY_DYNAMIC_DISPATCH(LightTile)(
                         tile, some[k],
-                        {points_of(lattice.ratio), shares ? points_of(lattice.through) : nullptr, grid.stride}, !many,
-                        out.size());
-                    lit(tile, asking, some[k], k);
+                        {points_of(lattice.ratio),
+                         through != nullptr && dims(tile, through, grid.stride) ? through : nullptr, grid.stride},
+                        !many, out.size());
+                    lit(tile, std::span(each_number()).first(asking), some[k], k);
                 }
             }
             stored(tile);
@@ -613,14 +693,14 @@ void direct_light(const GBuffer& gbuffer, const ScreenGrid& screen, const trace:
                                  static_cast<std::uint8_t>(FirstRay::none));
             each_tile(
                 some,
-                [&](const Tile& tile, std::size_t asking, const DirectLight& light, std::size_t) {
+                [&](const Tile& tile, std::span<const std::uint16_t> asking, const DirectLight& light, std::size_t) {
                     ask_first(tile, asking, gbuffer, geometry, light, lattice.first);
                 },
                 [](const Tile&) {});
         }
         each_tile(
             some,
-            [&](Tile& tile, std::size_t asking, const DirectLight& light, std::size_t k) {
+            [&](Tile& tile, std::span<const std::uint16_t> asking, const DirectLight& light, std::size_t k) {
                 ask_pixels(tile, asking, gbuffer, geometry, light, out.size(),
                            {asks_first ? &lattice.first : nullptr, &grid,
                             lattice.through.size() > k ? &lattice.through[k] : nullptr});

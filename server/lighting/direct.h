@@ -29,7 +29,7 @@ struct DirectLight {
 };
 
 // At `count` points, a multiple of kSimdWidth. relative: light in that measure if nothing stands between, 0 where it
-// comes from behind; ratio: I / I_peak, or null. Of an opening: what I / I_peak of a point in its middle would be.
+// comes from behind; ratio: I / I_peak, or null. Of an opening: what to multiply even_falloff() with.
 // Any thread.
 void direct_points(const DirectLight& light, const Points& points, std::size_t count, float* relative,
                    float* ratio = nullptr);

@@ -32,3 +32,10 @@ HWY_INLINE Float from_parts(const DirectLight& light, const Vec3& to, const Vec3
     }
     return sum * Float(1.0f / static_cast<float>(level.at.size()));
 }
+
+// What from_parts() is near a multiple of, 1/m²: as falloff(), but even where the horizon of a surface goes through the
+// opening, so that the multiple may be interpolated.
+HWY_INLINE Float even_falloff(const SoftParts& parts, const Vec3& to, const Vec3& n) {
+    const Float height = dot(n, to), per_d = inversesqrt(max(dot(to, to), Float(parts.least_d2)));
+    return sqrt(height * height + Float(parts.radius_m * parts.radius_m)) * per_d * per_d * per_d;
+}

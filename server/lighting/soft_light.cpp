@@ -33,6 +33,16 @@ std::shared_ptr<const SoftParts> soft_parts(const ies::Opening& opening, const g
     return parts;
 }
 
+glm::vec3 first_target(const DirectLight& light, unsigned first_point, const glm::vec3& position,
+                       const glm::vec3& normal) {
+    const std::vector<glm::vec3>& few = light.parts->few;
+    for (unsigned i = 0; i < kFewPoints; ++i) {
+        const glm::vec3 target = light.position + few[(first_point + 5 * i) % kFewPoints];
+        if (glm::dot(normal, target - position) > 0.0f) return target;
+    }
+    return light.position + few[first_point];
+}
+
 namespace {
 
 struct Asked {
@@ -79,26 +89,38 @@ float share_of(const Asked& asked, const Points& points, const float* depth, int
     return all > 0.0f ? seen / all : 0.0f;
 }
 
-// Those of kFewPoints that are nearest to the corners.
-constexpr std::uint8_t kFirst[] = {0, 15, 3, 12};
+// Those of kFewPoints, Hammersley's, that a quarter of all points send rays to. Ray i goes to quarter i of the opening,
+// so that rays of one packet go the same way; the four rays lie in different quarters of both of its sides. The four
+// quarters together are all of them.
+constexpr unsigned kQuarters = 4;
+unsigned of_quarter(unsigned quarter, unsigned ray) {
+    const unsigned right = ray >> 1, up = ray & 1;
+    return right << 3 | ((quarter >> 1 ^ up) << 2) | (((quarter & 1) ^ right) << 1) | up;
+}
 
-// Result: bits of points to whom the first few rays do not say the same; share: of the others.
-unsigned ask_corners(const Asked& asked, const Points& points, const float* depth, unsigned active,
-                     std::span<const glm::vec3> to, float* share) {
-    unsigned hidden = active, seen = active;  // so say all so far
-    for (const std::uint8_t k : kFirst) {
+// Four rays of each point, to a quarter. Adds the light that they bring, and what it would be if nothing were between.
+void ask_quarters(const Asked& asked, const Points& points, const float* depth, unsigned active,
+                  const unsigned* quarter, std::span<const glm::vec3> to, float* seen, float* all) {
+    for (unsigned ray = 0; ray < kFewPoints / kQuarters; ++ray) {
+        alignas(64) float shifted[6][trace::kPacket], arrives[trace::kPacket];
         glm::vec3 targets[trace::kPacket];
-        std::fill_n(targets, trace::kPacket, asked.light.position + to[k]);
-        float passed[trace::kPacket];
-        ask(asked, points, depth, active, passed, targets);
         for (int i = 0; i < trace::kPacket; ++i) {
-            if (passed[i] > 0.0f) hidden &= ~(1u << i);
-            if (passed[i] < 1.0f) seen &= ~(1u << i);
+            const glm::vec3& off = to[of_quarter(quarter[i], ray)];
+            targets[i] = asked.light.position + off;
+            shifted[0][i] = points.x[i] - off.x, shifted[1][i] = points.y[i] - off.y;
+            shifted[2][i] = points.z[i] - off.z;
+            shifted[3][i] = points.nx[i], shifted[4][i] = points.ny[i], shifted[5][i] = points.nz[i];
+        }
+        direct_points(asked.light, points_at(shifted, 0), trace::kPacket, arrives);
+        unsigned lit = 0;
+        for (int i = 0; i < trace::kPacket; ++i) lit |= (arrives[i] > 0.0f ? 1u : 0u) << i;
+        float passed[trace::kPacket];
+        ask(asked, points, depth, lit & active, passed, targets);
+        for (int i = 0; i < trace::kPacket; ++i) {
+            if ((active >> i & 1u) == 0) continue;
+            seen[i] += arrives[i] * passed[i], all[i] += arrives[i];
         }
     }
-    for (int i = 0; i < trace::kPacket; ++i)
-        if (((hidden | seen) >> i & 1u) != 0) share[i] = (seen >> i & 1u) != 0 ? 1.0f : 0.0f;
-    return active & ~(hidden | seen);
 }
 
 }  // namespace
@@ -112,15 +134,59 @@ void visible_share(const trace::Geometry& geometry, const DirectLight& light, co
             if ((active >> i & 1u) != 0) share[i] = passed[i];
         return;
     }
-    const std::span<const glm::vec3> to = light.parts->points(n);
     DirectLight middle = light;
     middle.parts = nullptr;
     const Asked asked{geometry, middle, gbuffer};
-    const bool few = to.size() == kFewPoints && std::popcount(active) > static_cast<int>(std::size(kFirst));
-    unsigned left = few ? ask_corners(asked, points, depth, active, to, share) : active;
-    for (; left != 0; left &= left - 1) {
-        const int i = std::countr_zero(left);
-        share[i] = share_of(asked, points, depth, i, to);
+    if (n > kFewPoints) {
+        for (unsigned left = active; left != 0; left &= left - 1) {
+            const int i = std::countr_zero(left);
+            share[i] = share_of(asked, points, depth, i, light.parts->many);
+        }
+        return;
+    }
+    unsigned quarter[trace::kPacket];
+    float seen[trace::kPacket] = {}, all[trace::kPacket] = {};
+    for (const unsigned half : {0u, 2u}) {  // two quarters: neighbours send theirs to the other two
+        for (unsigned i = 0; i < trace::kPacket; ++i) quarter[i] = half + (i & 1u);
+        ask_quarters(asked, points, depth, active, quarter, light.parts->few, seen, all);
+    }
+    for (int i = 0; i < trace::kPacket; ++i)
+        if ((active >> i & 1u) != 0) share[i] = all[i] > 0.0f ? seen[i] / all[i] : 0.0f;
+}
+
+void visible_among(const trace::Geometry& geometry, const DirectLight& light, const GBuffer& gbuffer,
+                   const Points& points, const float* depth, int count, const unsigned* quarter, float* share) {
+    constexpr float kReach_px = 4.5f;
+    DirectLight middle = light;
+    middle.parts = nullptr;
+    const Asked asked{geometry, middle, gbuffer};
+    float seen[trace::kPacket] = {}, all[trace::kPacket] = {};
+    ask_quarters(asked, points, depth, (1u << count) - 1u, quarter, light.parts->few, seen, all);
+    unsigned beside[trace::kPacket], lone = 0;  // bits of points
+    for (int i = 0; i < count; ++i) {
+        const glm::vec3 p(points.x[i], points.y[i], points.z[i]), n(points.nx[i], points.ny[i], points.nz[i]);
+        const float reach_m = kReach_px * depth[i] * gbuffer.depth_per_pixel;
+        beside[i] = 0;
+        for (int k = 0; k < count; ++k) {
+            const glm::vec3 off = glm::vec3(points.x[k], points.y[k], points.z[k]) - p;
+            const bool near = glm::dot(off, off) < reach_m * reach_m &&
+                              glm::dot(n, glm::vec3(points.nx[k], points.ny[k], points.nz[k])) > 0.9f;
+            beside[i] |= (near ? 1u : 0u) << k;
+        }
+        lone |= (std::popcount(beside[i]) < 3 ? 1u : 0u) << i;
+    }
+    if (lone != 0) {
+        unsigned other[trace::kPacket];
+        for (int i = 0; i < trace::kPacket; ++i) other[i] = quarter[i] ^ 3u;
+        ask_quarters(asked, points, depth, lone, other, light.parts->few, seen, all);
+    }
+    for (int i = 0; i < count; ++i) {
+        float own = 0.0f, most = 0.0f;
+        for (unsigned left = beside[i]; left != 0; left &= left - 1) {
+            const int k = std::countr_zero(left);
+            own += seen[k], most += all[k];
+        }
+        share[i] = most > 0.0f ? own / most : 0.0f;
     }
 }
 
@@ -149,6 +215,20 @@ FirstRay around_grid(const Grid& grid, const std::vector<float>& through, int x,
 }
 
 namespace {
+
+// Sixteen points of a grid, or fewer, that wait for rays.
+struct Waiting {
+    std::size_t at[trace::kPacket];
+    unsigned quarter[trace::kPacket] = {};
+    alignas(64) float values[7][trace::kPacket] = {};  // as of Points, and the depth
+    int count = 0;
+    void add(const Grid& grid, std::size_t point, unsigned of) {
+        at[count] = point, quarter[count] = of;
+        for (std::size_t v = 0; v < 7; ++v) values[v][count] = grid.values[v][point];
+        ++count;
+    }
+    unsigned all() const { return (1u << count) - 1u; }
+};
 
 // What first rays say in a part of a grid.
 struct Range {
@@ -205,6 +285,22 @@ struct FirstOfGrid {
                 all.add(at(column, row));
         return all.mixed();
     }
+    // Result: bits of the nine points around and with it, row by row, that have first rays and lie on its surface.
+    unsigned on_surface(int x, int y) const {
+        const auto own = static_cast<std::size_t>(grid.at(x, y));
+        const glm::vec3 p = grid.position(own), n = grid.normal(own);
+        unsigned found = 1u << 4;
+        for (int k = 0; k < 9; ++k) {
+            const int column = x + k % 3 - 1, row = y + k / 3 - 1;
+            if (column < 0 || row < 0 || column >= grid.width || row >= grid.height) continue;
+            const auto other = static_cast<std::size_t>(grid.at(column, row));
+            const glm::vec3 off = grid.position(other) - p;
+            if (values[other] >= 0.0f && glm::dot(n, grid.normal(other)) >= 0.98f &&
+                std::abs(glm::dot(n, off)) <= 0.1f * glm::length(off))
+                found |= 1u << k;
+        }
+        return found;
+    }
 };
 
 }  // namespace
@@ -213,16 +309,33 @@ void soften_grid(const GBuffer& gbuffer, const Grid& grid, const trace::Geometry
                  std::vector<float>& ratio, std::vector<float>& through, Pool* pool) {
     const std::vector<float> values = through;
     if (const FirstOfGrid first(grid, values); first.mixed()) {
-        const auto job = [&](int row) {
-            std::size_t at[trace::kPacket];
-            alignas(64) float points[7][trace::kPacket] = {};
-            int waiting = 0;
-            const auto send = [&] {
+        const auto each_row = [&](const auto& job) {
+            if (pool != nullptr) pool->run(first.down, job);
+            for (int row = 0; pool == nullptr && row < first.down; ++row) job(row);
+        };
+        DirectLight middle = light;
+        middle.parts = nullptr;
+        const Asked asked{geometry, middle, gbuffer};
+        std::vector<float> arrives(through.size(), -1.0f);     // from a point's quarter; negative: it has not asked it
+        std::vector<std::uint16_t> around(through.size(), 0);  // of those: on_surface()
+        each_row([&](int row) {
+            Waiting alone, among;
+            const auto ask_all = [&] {
                 float share[trace::kPacket];
-                visible_share(geometry, light, gbuffer, points_at(points, 0), points[6], (1u << waiting) - 1u,
+                visible_share(geometry, light, gbuffer, points_at(alone.values, 0), alone.values[6], alone.all(),
                               kFewPoints, share);
-                for (int i = 0; i < waiting; ++i) through[at[i]] = share[i];
-                waiting = 0;
+                for (int i = 0; i < alone.count; ++i) through[alone.at[i]] = share[i];
+                alone.count = 0;
+            };
+            const auto ask_some = [&] {
+                float seen[trace::kPacket] = {}, all[trace::kPacket] = {};
+                ask_quarters(asked, points_at(among.values, 0), among.values[6], among.all(), among.quarter,
+                             light.parts->few, seen, all);
+                for (int i = 0; i < among.count; ++i) {
+                    through[among.at[i]] = all[i] > 0.0f ? seen[i] / all[i] : 0.0f;
+                    arrives[among.at[i]] = all[i];
+                }
+                among.count = 0;
             };
             constexpr int kBlock = FirstOfGrid::kBlock;
             for (int block = 0; block < first.across; ++block) {
@@ -230,15 +343,37 @@ void soften_grid(const GBuffer& gbuffer, const Grid& grid, const trace::Geometry
                 for (int i = 0; i < kBlock * kBlock; ++i) {
                     const int x = block * kBlock + i % kBlock, y = row * kBlock + i / kBlock;
                     if (x >= grid.width || y >= grid.height || first.at(x, y) < 0.0f || !first.mixed(x, y)) continue;
-                    at[waiting] = static_cast<std::size_t>(grid.at(x, y));
-                    for (std::size_t v = 0; v < 7; ++v) points[v][waiting] = grid.values[v][at[waiting]];
-                    if (++waiting == trace::kPacket) send();
+                    const unsigned near = first.on_surface(x, y);
+                    const bool few = std::popcount(near) > 4;
+                    Waiting& waiting = few ? among : alone;
+                    if (few) around[static_cast<std::size_t>(grid.at(x, y))] = static_cast<std::uint16_t>(near);
+                    waiting.add(grid, static_cast<std::size_t>(grid.at(x, y)),
+                                static_cast<unsigned>((y & 1) * 2 + (x & 1)));
+                    if (waiting.count == trace::kPacket) few ? ask_some() : ask_all();
                 }
             }
-            if (waiting > 0) send();
-        };
-        if (pool != nullptr) pool->run(first.down, job);
-        for (int row = 0; pool == nullptr && row < first.down; ++row) job(row);
+            if (alone.count > 0) ask_all();
+            if (among.count > 0) ask_some();
+        });
+        // The points around one have asked the other quarters; all eight the three others as often as its own.
+        const std::vector<float> shares = through;
+        each_row([&](int row) {
+            constexpr int kBlock = FirstOfGrid::kBlock;
+            for (int y = row * kBlock; y < std::min((row + 1) * kBlock, grid.height); ++y)
+                for (int x = 0; x < grid.width; ++x) {
+                    const auto own = static_cast<std::size_t>(grid.at(x, y));
+                    if (around[own] == 0) continue;
+                    float seen = 0.0f, all = 0.0f;
+                    for (unsigned left = around[own]; left != 0; left &= left - 1) {
+                        const int k = std::countr_zero(left), u = k % 3 - 1, v = k / 3 - 1;
+                        const auto at = static_cast<std::size_t>(grid.at(x + u, y + v));
+                        const float weight = static_cast<float>((2 - std::abs(u)) * (2 - std::abs(v))) *
+                                             (arrives[at] < 0.0f ? arrives[own] : arrives[at]);
+                        seen += weight * shares[at], all += weight;
+                    }
+                    if (all > 0.0f) through[own] = seen / all;
+                }
+        });
     }
     for (int y = 0; y < grid.height; ++y) {
         for (auto own = static_cast<std::size_t>(grid.at(0, y)), end = own + static_cast<std::size_t>(grid.width);

@@ -43,12 +43,23 @@ inline unsigned first_point(int x, int y) {
     return fine * 4 + ((coarse + turn) & 3u);
 }
 
+// Result: where the first ray of a point of a surface ends, local, m: at first_point()'s, or where that is beneath the
+// surface's horizon, at another that is not.
+glm::vec3 first_target(const DirectLight& light, unsigned first_point, const glm::vec3& position,
+                       const glm::vec3& normal);
+
 // What of a luminaire sixteen points of a picture see, of `active` (bit i: point i): 0 … 1. A ray goes to each of n
 // points of its opening, and counts by the light that this would bring. kFewPoints: where the first four say the same,
 // as they say. Of a point luminaire: one ray. depth: along the view axis, m. Eight parameters: unhidden()'s, and n. Any
 // thread.
 void visible_share(const trace::Geometry& geometry, const DirectLight& light, const GBuffer& gbuffer,
                    const Points& points, const float* depth, unsigned active, unsigned n, float* share);
+
+// The same of up to sixteen pixels that lie beside each other in a list, with four rays each: quarter: which of the
+// four quarters of kFewPoints. Pixels of one surface, a few pixels apart, take the sum of their rays; lone ones send
+// eight.
+void visible_among(const trace::Geometry& geometry, const DirectLight& light, const GBuffer& gbuffer,
+                   const Points& points, const float* depth, int count, const unsigned* quarter, float* share);
 
 // By pixel of a picture, or of a grid: what the first ray says.
 enum class FirstRay : std::uint8_t { none, hidden, seen, dimmed };
