@@ -208,11 +208,16 @@ void BetweenRow(const GBuffer& s, int y, const AirView& view, const std::vector<
     }
 }
 
-// A row of rgb × scale and what passes -> 4 half floats a pixel.
-void PackRow(const float* const* row, float scale, std::size_t length, std::uint16_t* to) {
+// A row of rgb × scale and what passes -> 4 half floats a pixel. keeps: what passes is there.
+void PackRow(const float* const* row, float scale, std::size_t length, bool keeps, std::uint16_t* to) {
     for (std::size_t x = 0; x < length; x += hn::Lanes(Tag())) {
         const auto light = [&](int k) { return to_half(load(row[k] + x) * Float(scale)); };
-        hn::StoreInterleaved4(light(0), light(1), light(2), to_half(load(row[3] + x)), HalfBits(), to + 4 * x);
+        hn::Vec<HalfBits> before[3], passes;
+        if (keeps)
+            hn::LoadInterleaved4(HalfBits(), to + 4 * x, before[0], before[1], before[2], passes);
+        else
+            passes = to_half(load(row[3] + x));
+        hn::StoreInterleaved4(light(0), light(1), light(2), passes, HalfBits(), to + 4 * x);
     }
 }
 
@@ -301,8 +306,8 @@ void look_into_air(const GBuffer& s, int step, float far_m, AirView& view, Pool&
     });
 }
 
-void show_air(const GBuffer& s, const Air& air, const AirView& view, const Planes& planes, AirPicture& picture,
-              Pool& pool) {
+void show_air(const GBuffer& s, const Air& air, const AirView& view, const Planes& planes,
+              const std::array<std::uint64_t, 2>& passes_of, AirPicture& picture, Pool& pool) {
     constexpr float kGreatest = 1000.0f;  // of the half floats: they hold the rest to 2^-24 of it
     float most[3] = {};
     pool.run(3, [&](int k) {
@@ -310,7 +315,9 @@ void show_air(const GBuffer& s, const Air& air, const AirView& view, const Plane
     });
     const float greatest = std::max({most[0], most[1], most[2]});
     picture.unit = std::isfinite(greatest) && greatest > 0.0f ? greatest / kGreatest : 1.0f;
+    const bool keeps = picture.halves.size() == 4 * s.depth.size() && picture.passes_of == passes_of;
     picture.halves.resize(4 * s.depth.size());
+    picture.passes_of = passes_of;
     std::vector<float> nearness(view.step > 1 ? view.size() : 0);
     pool.run(view.step > 1 ? view.height : 0, [&](int row) {
         const auto y = static_cast<std::size_t>(std::min(row * view.step + view.step / 2, s.height - 1));
@@ -322,7 +329,7 @@ void show_air(const GBuffer& s, const Air& air, const AirView& view, const Plane
     });
     pool.run(s.height, [&](int y) {
         static thread_local std::vector<float> row;
-        row.assign(4 * s.row_length, 0.0f);
+        row.resize(4 * s.row_length);
         float* const out[4] = {row.data(), row.data() + s.row_length, row.data() + 2 * s.row_length,
                                row.data() + 3 * s.row_length};
         if (view.step > 1) {
@@ -331,9 +338,9 @@ void show_air(const GBuffer& s, const Air& air, const AirView& view, const Plane
             for (std::size_t k = 0; k < 3; ++k)
                 std::copy_n(planes[k].begin() + static_cast<std::ptrdiff_t>(y) * view.width, view.width, out[k]);
         }
-        HWY_DYNAMIC_DISPATCH(PassesRow)(s, air, y, out[3]);
+        if (!keeps) HWY_DYNAMIC_DISPATCH(PassesRow)(s, air, y, out[3]);
         HWY_DYNAMIC_DISPATCH(PackRow)
-        (out, 1.0f / picture.unit, s.row_length,
+        (out, 1.0f / picture.unit, s.row_length, keeps,
          picture.halves.data() + 4 * static_cast<std::size_t>(y) * s.row_length);
     });
 }

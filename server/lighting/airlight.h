@@ -4,6 +4,7 @@
 // Techniques for Path Tracing in Participating Media").
 #pragma once
 
+#include <array>
 #include <cstdint>
 #include <glm/glm.hpp>
 #include <span>
@@ -60,9 +61,12 @@ void look_into_air(const GBuffer& gbuffer, int step, float far_m, AirView& view,
 struct AirPicture {
     std::vector<std::uint16_t> halves;
     float unit = 0.0f;
+    std::array<std::uint64_t, 2> passes_of{};  // what the light that passes was computed of
 };
 // planes: rgb in the shape of the view, cd/m². Pixels between points take those around them that are as far away.
-void show_air(const GBuffer& gbuffer, const Air& air, const AirView& view, const Planes& planes, AirPicture& picture,
-              Pool& pool);
+// passes_of: of which surfaces and haze; where the picture is of the same, what passes is not computed again. Seven
+// parameters: through what, along what, how much light, which of it is new, and where it goes.
+void show_air(const GBuffer& gbuffer, const Air& air, const AirView& view, const Planes& planes,
+              const std::array<std::uint64_t, 2>& passes_of, AirPicture& picture, Pool& pool);
 
 }  // namespace gonio::lighting

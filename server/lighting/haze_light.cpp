@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <map>
 #include <numbers>
 
 namespace gonio::lighting {
@@ -88,48 +89,99 @@ float fraction(float x) {
 
 }  // namespace
 
-void haze_at_surfels(const transport::Surfels& surfels, const trace::Geometry& geometry, const AirlightSource& source,
-                     float far_m, std::vector<float>& out, Pool& pool) {
-    constexpr std::size_t kEach = 16, kChunk = 64;
-    const auto found_at = [&](std::size_t i, AirRays& scratch) {
-        const glm::vec3 p = surfels.position(i);
-        const Facing facing(p, surfels.normal(i), p + surfels.geometric[i] * geometry.step_off(p), source);
-        const float own = static_cast<float>(i % 4096), shift = fraction(own * kGolden),
-                    turned = fraction(own * kOther);
-        return sixteen(
-            facing, geometry, source, far_m, 1.0f, kSurfelSamples,
-            [&](int k, int count) { return (static_cast<float>(k) + shift) / static_cast<float>(count); },
-            [&](int k) { return fraction(turned + static_cast<float>(k) * kGolden); }, scratch);
+HazePoints haze_points(const transport::Surfels& surfels, Pool& pool) {
+    constexpr float kPatch_radii = 7.0f;  // a side
+    constexpr std::size_t kChunk = 256;
+    const float side_m = kPatch_radii * surfels.radius_m;
+    HazePoints points;
+    points.around.resize(surfels.count), points.weights.resize(surfels.count);
+    if (surfels.count == 0) return points;
+    // Patches: surfels in one cube that face the same way of six.
+    struct Patch {
+        glm::vec3 sum{0.0f};
+        std::vector<std::uint16_t> ids;
     };
-    constexpr float kUnknown = -1.0f;
-    std::vector<float> found(surfels.count, kUnknown);
-    pool.run_chunks((surfels.count + kEach - 1) / kEach, kChunk, [&](std::size_t first, std::size_t size) {
+    std::map<std::array<int, 4>, Patch> patches;
+    std::vector<const Patch*> patch_of(surfels.count);
+    for (std::size_t i = 0; i < surfels.count; ++i) {
+        const glm::vec3 p = surfels.position(i), n = surfels.normal(i), cell = glm::floor(p / side_m), a = glm::abs(n);
+        const int axis = a.x > a.y && a.x > a.z ? 0 : a.y > a.z ? 1 : 2;
+        Patch& patch = patches[{static_cast<int>(cell.x), static_cast<int>(cell.y), static_cast<int>(cell.z),
+                                2 * axis + (n[axis] < 0.0f ? 1 : 0)}];
+        patch.sum += p;
+        patch.ids.push_back(static_cast<std::uint16_t>(i));
+        patch_of[i] = &patch;
+    }
+    // Of each patch the surfel that is nearest to its middle.
+    std::map<const Patch*, std::uint16_t> number;
+    for (const auto& [key, patch] : patches) {
+        const glm::vec3 middle = patch.sum / static_cast<float>(patch.ids.size());
+        const auto off = [&](std::uint16_t id) { return glm::distance(surfels.position(id), middle); };
+        number[&patch] = static_cast<std::uint16_t>(points.ids.size());
+        points.ids.push_back(
+            *std::min_element(patch.ids.begin(), patch.ids.end(), [&](auto a, auto b) { return off(a) < off(b); }));
+    }
+    // A surfel takes the points of its own patch and of those of its neighbours, which it sees.
+    std::vector<std::uint16_t> point_of(surfels.count);
+    for (std::size_t i = 0; i < surfels.count; ++i) point_of[i] = number[patch_of[i]];
+    pool.run_chunks(surfels.count, kChunk, [&](std::size_t first, std::size_t size) {
+        for (std::size_t i = first; i < first + size; ++i) {
+            auto& around = points.around[i];
+            auto& weights = points.weights[i];
+            std::size_t count = 0;
+            const auto add = [&](std::uint16_t point) {
+                if (count == HazePoints::kAround ||
+                    std::find(around.begin(), around.begin() + count, point) != around.begin() + count)
+                    return;
+                const std::size_t id = points.ids[point];
+                const float off = glm::distance(surfels.position(i), surfels.position(id)) / (1.5f * side_m),
+                            near = std::max(0.0f, 1.0f - off * off),
+                            facing = std::max(0.0f, glm::dot(surfels.normal(i), surfels.normal(id)));
+                around[count] = point, weights[count] = near * near * facing * facing + 1e-6f;
+                ++count;
+            };
+            add(point_of[i]);
+            for (const std::uint16_t id : surfels.neighbours[i])
+                if (id < surfels.count) add(point_of[id]);
+            float all = 0.0f;
+            for (std::size_t k = count; k < HazePoints::kAround; ++k) around[k] = around[0], weights[k] = 0.0f;
+            for (const float weight : weights) all += weight;
+            for (float& weight : weights) weight /= all;
+        }
+    });
+    return points;
+}
+
+void haze_at_surfels(const transport::Surfels& surfels, const HazePoints& points, const trace::Geometry& geometry,
+                     const AirlightSource& source, float far_m, std::vector<float>& out, Pool& pool) {
+    constexpr std::size_t kChunk = 64;
+    std::vector<float> found(points.ids.size()), even(points.ids.size());
+    pool.run_chunks(points.ids.size(), kChunk, [&](std::size_t first, std::size_t size) {
         AirRays scratch;
         scratch.resize(kSimdWidth);
-        for (std::size_t i = first; i < first + size; ++i) found[i * kEach] = found_at(i * kEach, scratch);
+        for (std::size_t i = first; i < first + size; ++i) {
+            const std::size_t id = points.ids[i];
+            const glm::vec3 p = surfels.position(id);
+            const Facing facing(p, surfels.normal(id), p + surfels.geometric[id] * geometry.step_off(p), source);
+            const float own = static_cast<float>(i % 4096), shift = fraction(own * kGolden),
+                        turned = fraction(own * kOther);
+            found[i] = sixteen(
+                facing, geometry, source, far_m, 1.0f, kSurfelSamples,
+                [&](int k, int count) { return (static_cast<float>(k) + shift) / static_cast<float>(count); },
+                [&](int k) { return fraction(turned + static_cast<float>(k) * kGolden); }, scratch);
+        }
     });
-    // The mean of those around that are known; in the second round these are most, and who has none asks.
-    const auto spread = [&](const std::vector<float>& from, std::vector<float>& to, bool last) {
-        to.resize(surfels.count);
-        pool.run_chunks(surfels.count, kChunk, [&](std::size_t first, std::size_t size) {
-            AirRays scratch;
-            scratch.resize(kSimdWidth);
-            for (std::size_t i = first; i < first + size; ++i) {
-                const auto& ids = surfels.neighbours[i];
-                float weights[transport::kNeighbours], sum = 0.0f, all = 0.0f, any = 0.0f, known = 0.0f;
-                transport::weigh(surfels, ids.data(), surfels.position(i), surfels.normal(i), weights);
-                for (std::size_t k = 0; k < transport::kNeighbours; ++k) {
-                    if (ids[k] >= surfels.count || from[ids[k]] == kUnknown) continue;
-                    sum += weights[k] * from[ids[k]], all += weights[k];
-                    any += from[ids[k]], known += 1.0f;
-                }
-                to[i] = all > 0.02f ? sum / all : !last ? kUnknown : known > 0.0f ? any / known : found_at(i, scratch);
-            }
-        });
+    // What sixteen rays tell is noisy: a point takes the mean of the patches around, its own twice.
+    const auto mean = [&](const std::vector<float>& from, std::size_t id) {
+        float sum = 0.0f;
+        for (std::size_t k = 0; k < HazePoints::kAround; ++k) sum += points.weights[id][k] * from[points.around[id][k]];
+        return sum;
     };
-    std::vector<float> wider;
-    spread(found, wider, false);
-    spread(wider, out, true);
+    for (std::size_t i = 0; i < points.ids.size(); ++i) even[i] = mean(found, points.ids[i]);
+    out.resize(surfels.count);
+    pool.run_chunks(surfels.count, 16 * kChunk, [&](std::size_t first, std::size_t size) {
+        for (std::size_t i = first; i < first + size; ++i) out[i] = mean(even, i);
+    });
 }
 
 float haze_at_point(const glm::vec3& point, const glm::vec3& normal, const glm::vec3& start,

@@ -39,6 +39,7 @@ enum class Slot : std::uint8_t {
     nv12,
     edges,
     distances,  // of haze, as those up to airlight
+    haze_points,
     haze_surfels,
     probes,
     glow,

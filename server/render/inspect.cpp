@@ -145,6 +145,7 @@ void inspect_slot(const FrameInputs& inputs, const SlotRef& slot, const Inspecto
         case Slot::openings:
         case Slot::edge_samples:
         case Slot::distances:
+        case Slot::haze_points:
         case Slot::haze_surfels:
         case Slot::probes:
         case Slot::glow:

@@ -112,6 +112,12 @@ struct Builder {
         of_light.clear();
     }
 
+    // Where haze's light onto surfaces is found, of all luminaires.
+    void add_haze_points() {
+        add_cpu("haze-points", {Slot::haze_points}, {}, {in.surface()},
+                [context = context] { return run_haze_points(context, *context.haze_points); });
+    }
+
     // Of a luminaire in haze: how far its light goes, and what the air scatters of it and of its bounces.
     void add_haze(std::size_t i) {
         const Light& light = scene.lights[i];
@@ -121,8 +127,8 @@ struct Builder {
         add_cpu("haze-distances", distances, {},
                 {light.position_rev, light.aim_rev, light.profile_rev, scene.geometry_rev},
                 [=, &light, &gpu] { return run_distances(shared, light, gpu); });
-        add_cpu("haze-surfels", per_light(Slot::haze_surfels, light.id), {distances}, {scene.haze_rev, in.surface()},
-                [=, &light, &gpu] { return run_haze_surfels(shared, light, gpu); });
+        add_cpu("haze-surfels", per_light(Slot::haze_surfels, light.id), {distances, {Slot::haze_points}},
+                {scene.haze_rev}, [=, &light, &gpu] { return run_haze_surfels(shared, light, gpu); });
     }
 
     // What haze shows to the eye: of luminaires kept apart, of all at once, of the others, and of emissive surfaces.
@@ -558,6 +564,7 @@ std::vector<Pass> build_pipeline(const FrameInputs& in) {
     const Scene& scene = in.scene;
     b.passes.reserve(4 + 8 * scene.lights.size());
     b.add_surfaces();
+    if (b.context.haze) b.add_haze_points();
     for (std::size_t i = 0; i < scene.lights.size(); ++i) b.add_light(i);
     if (scene.lights.empty()) {
         for (const char* name : {"shadow", "rsm", "mask", "rsm-flux", "surfels", "solve", "direct", "gather"}) {
@@ -572,8 +579,8 @@ std::vector<Pass> build_pipeline(const FrameInputs& in) {
     if (b.context.haze) {
         b.add_air();
     } else {
-        for (const char* name :
-             {"haze-distances", "haze-surfels", "haze-rays", "haze-probes", "haze-airlight", "haze-glow"}) {
+        for (const char* name : {"haze-points", "haze-distances", "haze-surfels", "haze-rays", "haze-probes",
+                                 "haze-airlight", "haze-glow"}) {
             Pass& pass = b.passes.emplace_back();
             pass.name = name;
             pass.absent = true;

@@ -109,6 +109,7 @@ FrameInputs Renderer::inputs_of(const Scene& scene, const Target& target, Screen
     inputs.layers = inputs.layer_of;
     if (scene.technique == Technique::standard) inputs.haze = haze_of(scene, traced_->origin());
     inputs.probes = &probes_;
+    inputs.haze_points = &haze_points_;
     for (const Light& light : scene.lights) inputs.lights.push_back(&lights_.at(light.id));
     if (target.id == live_.id) {
         inputs.samples_per_pixel = refines_ ? kSamplesPerPixel : 1;
@@ -302,6 +303,13 @@ std::optional<FinishedFrame> Renderer::finish_frame(bool wait) {
     done.report.set_frame_ms(static_cast<double>(done.rendered_ns - done.drained_ns) * 1e-6);
     in_flight_.pop_front();
     return done;
+}
+
+std::vector<glm::vec3> Renderer::live_beams(const Scene& scene) {
+    const Eye eye;
+    FrameInputs inputs = inputs_of(scene, live_, *live_screen_, eye);
+    inputs.merged = merged_;
+    return shown_beams(inputs.context(), inputs.lights, live_screen_->surfaces, live_screen_->light, live_screen_->air);
 }
 
 std::vector<glm::vec3> Renderer::live_illuminance(const Scene& asked, bool indirect) {

@@ -13,6 +13,7 @@
 #include "protocol/schema/report.pb.h"
 #include "server/gl/context.h"
 #include "server/lighting/glow.h"
+#include "server/lighting/haze_light.h"
 #include "server/render/gpu_scene.h"
 #include "server/render/graph.h"
 #include "server/render/light_gpu.h"
@@ -72,6 +73,8 @@ public:
     // pass adds them. The scene is the one of the last begin_frame. Reads whole layers back: for measuring, not for
     // every frame.
     std::vector<glm::vec3> live_illuminance(const Scene& scene, bool indirect);
+    // Result: likewise what haze shows of luminaires, cd/m².
+    std::vector<glm::vec3> live_beams(const Scene& scene);
     bool settled() const override { return settled_ && !newer_transport(); }
     bool ready(const Scene& scene) override;
     // From now on the transport of a scene is made beside frames, by threads that yield to everything else; before, the
@@ -130,6 +133,7 @@ private:
     std::shared_ptr<const transport::Transport> transport_;  // what passes read
     std::uint64_t generation_ = 0;                           // counts what it was
     lighting::Probes probes_;                                // of its surface; of haze
+    lighting::HazePoints haze_points_;                       // likewise
     std::shared_ptr<const lighting::Drawn> drawn_;           // without clusters where GL draws the live G-buffer
     Pool pool_;
     PassCache pass_cache_;

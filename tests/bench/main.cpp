@@ -9,6 +9,7 @@
 #include "tests/accuracy/command.h"
 #include "tests/bench/bake_bench.h"
 #include "tests/bench/frames.h"
+#include "tests/bench/haze.h"
 #include "tests/bench/lights.h"
 #include "tests/bench/machine.h"
 #include "tests/bench/pareto.h"
@@ -196,6 +197,19 @@ int main(int argc, char** argv) {
         ->capture_default_str();
     bake->add_option("--device", bake_options.device, "index of the EGL device");
     bake->add_flag("--json", bake_options.json, "print rows as JSON");
+    gonio::bench::HazeBenchOptions haze_options;
+    CLI::App* haze =
+        app.add_subcommand("haze", "beams in haze of the live picture beside the path tracer: errors, bands, flicker");
+    haze->add_option("--scene", haze_options.scene, "only cornell, atrium, stage; or a file");
+    haze->add_option("--extinction", haze_options.extinction_per_m, "of the haze, 1/m")
+        ->check(CLI::Range(1e-5, 10.0))
+        ->capture_default_str();
+    haze->add_option("--reference-seconds", haze_options.reference_seconds,
+                     "of the path tracer at most, for each of its two halves")
+        ->check(CLI::Range(1.0, 86400.0))
+        ->capture_default_str();
+    haze->add_option("--device", haze_options.device, "index of the EGL device");
+    haze->add_flag("--json", haze_options.json, "print rows as JSON");
     bool machine_json = false;
     CLI::App* machine =
         app.add_subcommand("machine", "what the machine can do: arithmetic, memory, links, rays, the encoder");
@@ -216,6 +230,8 @@ int main(int argc, char** argv) {
         if (machine->parsed()) {
             const auto context = gonio::gl::Context::create({-1, false});
             gonio::bench::print_machine(gonio::bench::measure_machine(*context), machine_json, std::cout);
+        } else if (haze->parsed()) {
+            gonio::bench::run_haze(haze_options, std::cout, std::cerr);
         } else if (bake->parsed()) {
             read_size(bake_size, bake_options.width_px, bake_options.height_px);
             gonio::bench::run_bake(bake_options, std::cout, std::cerr);

@@ -216,7 +216,7 @@ TEST_F(HazeCost, WithoutHazeItIsAbsent) {
     scene.haze = {};
     settle();
     for (const char* name :
-         {"haze-distances", "haze-surfels", "haze-rays", "haze-probes", "haze-airlight", "haze-glow"})
+         {"haze-points", "haze-distances", "haze-surfels", "haze-rays", "haze-probes", "haze-airlight", "haze-glow"})
         EXPECT_EQ(states[name], "absent") << name;
 }
 

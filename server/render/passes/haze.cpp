@@ -2,6 +2,7 @@
 #include <algorithm>
 #include <bit>
 #include <cmath>
+#include <glm/gtc/packing.hpp>
 
 #include "server/lighting/airlight.h"
 #include "server/lighting/glow.h"
@@ -46,12 +47,18 @@ PassRun run_distances(const PassContext& context, const Light& light, LightGpu& 
     return {};
 }
 
+PassRun run_haze_points(const PassContext& context, lighting::HazePoints& points) {
+    points = context.has_surfels() ? lighting::haze_points(context.transport->surface->surfels, context.pool)
+                                   : lighting::HazePoints();
+    return {};
+}
+
 PassRun run_haze_surfels(const PassContext& context, const Light& light, LightGpu& gpu) {
     gpu.surfel_haze.clear();
     gpu.moves = true;
     if (!context.has_surfels() || light.sun) return {};
-    lighting::haze_at_surfels(context.transport->surface->surfels, context.traced, source_of(context, light, gpu),
-                              beyond(context), gpu.surfel_haze, context.pool);
+    lighting::haze_at_surfels(context.transport->surface->surfels, *context.haze_points, context.traced,
+                              source_of(context, light, gpu), beyond(context), gpu.surfel_haze, context.pool);
     return {};
 }
 
@@ -132,22 +139,20 @@ void add(std::vector<Term>& terms, const lighting::Planes& planes, const glm::ve
         terms.push_back({{&planes[0], &planes[1], &planes[2]}, weight});
 }
 
-}  // namespace
-
-const lighting::AirPicture* air_picture(const PassContext& context, View view, std::span<const LightGpu* const> lights,
-                                        const Surfaces& surfaces, const PixelLight& light, ScreenAir& air) {
-    if (!context.haze || !shows_air(view) || surfaces.gbuffer.depth.empty()) return nullptr;
+// Result: what adds up to a picture's haze; key: what it depends on. glow: of surfaces too.
+std::vector<Term> terms_of(const PassContext& context, std::span<const LightGpu* const> lights, const PixelLight& light,
+                           const ScreenAir& air, bool glow, std::vector<std::uint64_t>& key) {
     const std::uint32_t target = context.target.id;
     const auto version = [&](Slot slot, std::uint32_t id) { return context.pass_cache.version({slot, target, id}); };
     const float per_unit = 1.0f / context.geometry.layer_unit_m2(),
                 master = static_cast<float>(context.scene.master_ratio);
-    std::vector<std::uint64_t> key = {version(Slot::air_view, 0),
-                                      version(Slot::airlight, kSummed),
-                                      version(Slot::glow, kSummed),
-                                      version(Slot::glow, kEmitted),
-                                      std::bit_cast<std::uint32_t>(master),
-                                      context.scene.haze_rev,
-                                      context.merged ? version(Slot::glow, 0) : 0};
+    key = {version(Slot::air_view, 0),
+           version(Slot::airlight, kSummed),
+           version(Slot::glow, kSummed),
+           version(Slot::glow, kEmitted),
+           std::bit_cast<std::uint32_t>(master),
+           context.scene.haze_rev,
+           context.merged ? version(Slot::glow, 0) : 0};
     std::vector<Term> terms;
     for (std::size_t i = 0; i < lights.size(); ++i) {
         const Light& own = context.scene.lights[i];
@@ -159,30 +164,68 @@ const lighting::AirPicture* air_picture(const PassContext& context, View view, s
                                context.merged ? 0 : version(Slot::glow, own.id), std::bit_cast<std::uint32_t>(weight.x),
                                std::bit_cast<std::uint32_t>(weight.y), std::bit_cast<std::uint32_t>(weight.z)});
         add(terms, air.beams[layer], weight);
-        if (!context.merged) add(terms, air.glow[layer], weight);
+        if (glow && !context.merged) add(terms, air.glow[layer], weight);
     }
+    const bool summed = version(Slot::airlight, kSummed) > 0;
+    if (summed) add(terms, air.summed_beams, glm::vec3(master));
+    if (!glow) return terms;
     if (context.merged) add(terms, air.merged_glow, glm::vec3(light.merged.reference * per_unit));
-    if (version(Slot::airlight, kSummed) > 0) {
-        add(terms, air.summed_beams, glm::vec3(master));
-        add(terms, air.summed_glow, glm::vec3(light.summed_list.reference * per_unit * master));
-    }
+    if (summed) add(terms, air.summed_glow, glm::vec3(light.summed_list.reference * per_unit * master));
     if (version(Slot::glow, kEmitted) > 0 && !context.scene.emission_hidden)
         add(terms, air.emitted_glow, glm::vec3(1.0f));
-    const SlotRef made{Slot::air_picture, target};
-    if (context.pass_cache.holds(made, key)) return &air.picture;
-    context.pass_cache.hold(made, std::move(key));
-    const std::size_t rays = air.view.rays.size();
-    lighting::Planes sum(3, std::vector<float>(rays, 0.0f));
-    context.pool.run(3, [&](int k) {
-        std::vector<float>& to = sum[static_cast<std::size_t>(k)];
-        for (const Term& term : terms) {
-            const std::vector<float>& from = *term.planes[k];
-            for (std::size_t p = 0; p < std::min(rays, from.size()); ++p) to[p] += term.weight[k] * from[p];
+    return terms;
+}
+
+lighting::Planes sum_of(const std::vector<Term>& terms, std::size_t rays, Pool& pool) {
+    lighting::Planes sum(3, std::vector<float>(rays));
+    pool.run_chunks(rays, 1024, [&](std::size_t first, std::size_t size) {
+        for (std::size_t k = 0; k < 3; ++k) {
+            float* const to = sum[k].data() + first;
+            for (const Term& term : terms) {
+                if (term.planes[k]->size() < rays) continue;
+                const float* const from = term.planes[k]->data() + first;
+                const float weight = term.weight[static_cast<int>(k)];
+                for (std::size_t p = 0; p < size; ++p) to[p] += weight * from[p];
+            }
+            for (std::size_t p = 0; p < size; ++p) to[p] = std::max(to[p], 0.0f);
         }
-        for (float& value : to) value = std::max(value, 0.0f);
     });
-    lighting::show_air(surfaces.gbuffer, lighting::air_of(context.haze), air.view, sum, air.picture, context.pool);
+    return sum;
+}
+
+}  // namespace
+
+const lighting::AirPicture* air_picture(const PassContext& context, View view, std::span<const LightGpu* const> lights,
+                                        const Surfaces& surfaces, const PixelLight& light, ScreenAir& air) {
+    if (!context.haze || !shows_air(view) || surfaces.gbuffer.depth.empty()) return nullptr;
+    std::vector<std::uint64_t> key;
+    const std::vector<Term> terms = terms_of(context, lights, light, air, true, key);
+    const SlotRef made{Slot::air_picture, context.target.id};
+    if (context.pass_cache.holds(made, key)) return &air.picture;
+    const std::array<std::uint64_t, 2> passes_of{key[0], context.scene.haze_rev};
+    context.pass_cache.hold(made, std::move(key));
+    lighting::show_air(surfaces.gbuffer, lighting::air_of(context.haze), air.view,
+                       sum_of(terms, air.view.rays.size(), context.pool), passes_of, air.picture, context.pool);
     return &air.picture;
+}
+
+std::vector<glm::vec3> shown_beams(const PassContext& context, std::span<const LightGpu* const> lights,
+                                   const Surfaces& surfaces, const PixelLight& light, const ScreenAir& air) {
+    const lighting::GBuffer& s = surfaces.gbuffer;
+    std::vector<glm::vec3> beams(std::size_t{1} * s.width * s.height, glm::vec3(0.0f));
+    if (!context.haze || s.depth.empty()) return beams;
+    std::vector<std::uint64_t> key;
+    const std::vector<Term> terms = terms_of(context, lights, light, air, false, key);
+    lighting::AirPicture picture;
+    lighting::show_air(s, lighting::air_of(context.haze), air.view, sum_of(terms, air.view.rays.size(), context.pool),
+                       {}, picture, context.pool);
+    const auto rows = static_cast<std::size_t>(s.height), columns = static_cast<std::size_t>(s.width);
+    for (std::size_t y = 0; y < rows; ++y)
+        for (std::size_t x = 0; x < columns; ++x)
+            for (std::size_t k = 0; k < 3; ++k)
+                beams[y * columns + x][static_cast<int>(k)] =
+                    picture.unit * glm::unpackHalf1x16(picture.halves[4 * (y * s.row_length + x) + k]);
+    return beams;
 }
 
 }  // namespace gonio

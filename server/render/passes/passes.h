@@ -8,6 +8,7 @@
 
 #include "server/gl/objects.h"
 #include "server/lighting/clusters.h"
+#include "server/lighting/haze_light.h"
 #include "server/render/gpu_scene.h"
 #include "server/render/graph.h"
 #include "server/render/light_gpu.h"
@@ -50,8 +51,9 @@ struct PassContext {
     // By id of a light with a layer: its weight in the sum, which it is still in, though its level has changed since.
     // Null: none is.
     const std::map<std::uint32_t, glm::dvec3>* in_sum = nullptr;
-    Haze haze;                           // local coordinates; of the seed technique none
-    lighting::Probes* probes = nullptr;  // of all targets
+    Haze haze;                                    // local coordinates; of the seed technique none
+    lighting::Probes* probes = nullptr;           // of all targets
+    lighting::HazePoints* haze_points = nullptr;  // likewise
     // Whether there are surfels to gather light from.
     bool has_surfels() const { return transport != nullptr && transport->surface->surfels.count > 0; }
     // Result: the weight of its layer; and in the sum, which the master dims as a whole.
@@ -149,6 +151,7 @@ inline bool shows_air(View view) {
 // a luminaire, of those that are summed, and of the light of surfaces, with emission of emissive ones.
 PassRun run_distances(const PassContext& context, const Light& light, LightGpu& gpu);
 PassRun run_haze_surfels(const PassContext& context, const Light& light, LightGpu& gpu);
+PassRun run_haze_points(const PassContext& context, lighting::HazePoints& points);
 PassRun run_probes(const PassContext& context, lighting::Probes& probes);
 lighting::AirBox air_box_of(const PassContext& context);  // that the probes fill
 PassRun run_air_view(const PassContext& context, const Surfaces& surfaces, lighting::AirView& view);
@@ -160,6 +163,10 @@ PassRun run_glow(const PassContext& context, const lighting::Probes& probes, con
 // Of the composite: all luminaires' at their weights, where they or the surfaces are new. Result: null: there is none.
 const lighting::AirPicture* air_picture(const PassContext& context, View view, std::span<const LightGpu* const> lights,
                                         const Surfaces& surfaces, const PixelLight& light, ScreenAir& air);
+// Result: rgb of each pixel, rows from the bottom, cd/m²: of the haze in a live picture what luminaires light in it.
+// For measuring.
+std::vector<glm::vec3> shown_beams(const PassContext& context, std::span<const LightGpu* const> lights,
+                                   const Surfaces& surfaces, const PixelLight& light, const ScreenAir& air);
 // Result: indirect illuminance that the air scatters onto a meter per candela of peak, 1/m².
 double haze_at_point(const PassContext& context, const Light& light, const LightGpu& gpu);
 // Luminaires at their weights as one (docs/rendering.md), and what follows from it for all at once. They are those with
