@@ -479,6 +479,9 @@ Result<Photometry> read_product(const Product& product, const Choice& choice) {
     if (version.attribute("major").value() != std::string_view("1") && !text_of(version).starts_with("1."))
         product.report.warn("unknown_version", offset_of(version ? version : product.root),
                             "the format's version is not 1; it is read as 1.0.0-rc.3");
+    if (const auto& clashes = product.archive.case_clashes(); !clashes.empty())
+        product.report.note("case_clash", 0,
+                            "names in the archive differ by case only: " + shown_text(clashes.front(), 80));
     const auto variant = choose_variant(product, choice.variant);
     if (!variant) return variant.error();
     const auto chosen = choose_light(product, *variant, choice.emitter);

@@ -26,8 +26,9 @@ using detail::Tm33Document;
 using pugi::xml_node;
 using OptionalError = std::optional<Error>;
 
-constexpr double kFluxTolerance = 0.03;     // between LuminousFlux and what the intensities give
-constexpr std::size_t kListedEmitters = 8;  // by the note `emitters`
+constexpr double kFluxTolerance = 0.03;             // between LuminousFlux and what the intensities give
+constexpr const char* kUnknownDate = "1970-01-01";  // of write_tm33
+constexpr std::size_t kListedEmitters = 8;          // by the note `emitters`
 
 // Where an emitter's intensities stand: LuminousData/LuminousIntensity/IntData in the schema; eulumdat-rs has
 // LuminousData/IntensityData or IntensityDistribution/IntensityData. RadiantData is taken where nothing else is there.
@@ -132,6 +133,23 @@ constexpr Keyword kHeader[] = {{"Manufacturer", "MANUFAC"},
                                {"Comments", "OTHER"},
                                {"Reference", "_REFERENCE"}};
 
+// A comment "[KEY] text" is a keyword of LM-63, as write_tm33 keeps those that have no element of their own.
+void add_header(const char* key, std::string_view text, std::vector<std::pair<std::string, std::string>>& keywords) {
+    const std::size_t end = text.find("] ");
+    const bool keyed = std::string_view(key) == "OTHER" && text.starts_with('[') && end != std::string_view::npos;
+    if (!keyed) {
+        keywords.emplace_back(key, text);
+        return;
+    }
+    const std::string_view name = text.substr(1, end - 1);
+    const auto date = std::ranges::find(keywords, std::pair<std::string, std::string>("ISSUEDATE", kUnknownDate));
+    if (name == "ISSUEDATE" && date != keywords.end()) {
+        date->second = text.substr(end + 2);
+    } else {
+        keywords.emplace_back(name, text.substr(end + 2));
+    }
+}
+
 void read_keywords(const xml_node& root, const xml_node& emitter, Report& report, Provenance& provenance) {
     constexpr std::size_t kMaxKeywords = 10'000;
     auto& keywords = provenance.keywords;
@@ -142,7 +160,7 @@ void read_keywords(const xml_node& root, const xml_node& emitter, Report& report
                 report.warn("too_many_keywords", offset_of(element), "more than 10000 entries; the rest is ignored");
                 return;
             }
-            keywords.emplace_back(key, text_of(element));
+            add_header(key, text_of(element), keywords);
         }
     }
     const auto add = [&](const char* key, const xml_node& element) {
@@ -151,7 +169,8 @@ void read_keywords(const xml_node& root, const xml_node& emitter, Report& report
     add("LAMP", emitter.child("Description"));
     add("LAMPCAT", emitter.child("CatalogNumber"));
     const xml_node colour = emitter.child("ColorTemperature").child("FixedCCT");
-    add("_COLORTEMP", colour ? colour : emitter.child("CCT"));
+    const xml_node measured = emitter.child("LuminousData").child("MeasuredCCT");
+    add("_COLORTEMP", colour ? colour : measured ? measured : emitter.child("CCT"));
     const xml_node rendering = emitter.child("ColorRendering");
     add("_CRI", (rendering.child("CIE_CRI") ? rendering.child("CIE_CRI") : rendering).child("Ra"));
     add("_DUV", emitter.child("Duv"));

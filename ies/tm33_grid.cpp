@@ -63,8 +63,7 @@ std::vector<double> angles_of(const std::vector<Point>& points, double Point::*a
     angles.reserve(points.size());
     for (const Point& point : points) angles.push_back(point.*angle + 0.0);
     std::ranges::sort(angles);
-    const auto rest = std::ranges::unique(angles);
-    angles.erase(rest.begin(), rest.end());
+    angles.erase(std::unique(angles.begin(), angles.end()), angles.end());
     return angles;
 }
 

@@ -227,6 +227,8 @@ TEST(Gldf, NamesOfOtherCodePagesAndCase) {
     Gldf file;
     file.files.replace(file.files.find("a.ies"), 5, "A.IES");
     EXPECT_TRUE(has(read_well(file), "file_name"));
+    file.more_files = {{"LDC/a.ies", "another file"}};
+    EXPECT_TRUE(has(read_well(file), "case_clash"));
     // The archive's own name in code page 850, where 437 has other signs.
     file.files.replace(file.files.find("A.IES"), 5, "ä©§.ies");
     file.more_files = {{"ldc/xyz.ies", Lm63Text().text()}};

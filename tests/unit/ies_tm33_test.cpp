@@ -266,6 +266,12 @@ TEST(Tm33, KeywordsAndWhatElseIsStated) {
     EXPECT_EQ(read.provenance.keywords, expected);
     EXPECT_TRUE(has(read, "count_mismatch")) << "four vertical angles are announced, three are there";
     EXPECT_TRUE(has(read, "flux_mismatch")) << "of 100 lm; the web has more";
+    Tm33Text of_2018;
+    of_2018.root = "IESTM33";
+    of_2018.after = "<MeasuredCCT>2980</MeasuredCCT>";
+    const Photometry old = read_well(of_2018.text());
+    EXPECT_EQ(old.provenance.format, "TM-33-18");
+    EXPECT_EQ(old.provenance.keywords.back().second, "2980");
 }
 
 TEST(Tm33, Openings) {
@@ -416,6 +422,9 @@ void expect_round_trip(const Photometry& first, const std::string& name) {
     EXPECT_EQ(again->opening.shape, box ? OpeningShape::box : first.opening.shape) << name;
     EXPECT_EQ(again->opening.length, first.opening.length) << name;
     EXPECT_EQ(again->tilt, first.tilt) << name;
+    for (const auto& keyword : first.provenance.keywords)
+        EXPECT_NE(std::ranges::find(again->provenance.keywords, keyword), again->provenance.keywords.end())
+            << name << ": " << keyword.first;
     EXPECT_FALSE(has(*again, "flux_mismatch")) << name;
 }
 
