@@ -204,6 +204,8 @@ Unfolded unfold_type_c(FileGrid& grid, Report& report) {
     std::vector<Plane> planes = std::move(grid.planes);
     result.symmetry = grid.symmetry;
     if (planes.empty()) planes = close_circle(grid, result.symmetry, result.irregular_h, report);
+    if (result.symmetry != Symmetry::axial)
+        for (Plane& plane : planes) plane.deg += grid.zero_plane_deg;
     if (!(planes.front().deg == 0.0 && planes.back().deg == 360.0)) planes = start_at_zero(planes, grid.candela, nv);
     const double v_first = grid.v_deg.front();
     const double v_last = grid.v_deg.back();
@@ -294,6 +296,16 @@ Unfolded unfold(FileGrid grid, Report& report) {
     make_ascending(grid, report);
     widen_single_v(grid, report);
     return grid.goniometer == Goniometer::type_c ? unfold_type_c(grid, report) : unfold_type_ab(grid, report);
+}
+
+void turn_about_vertical(PhotometricWeb& web, Angle turn, Report& report) {
+    FileGrid grid;
+    grid.candela = web.candela;
+    for (const double v : web.v_rad) grid.v_deg.push_back(Angle::radians(v).degrees());
+    for (std::size_t h = 0; h < web.h_rad.size(); ++h)
+        grid.planes.push_back({Angle::radians(web.h_rad[h]).degrees() + turn.degrees(), h});
+    Unfolded turned = unfold(std::move(grid), report);
+    if (!turned.fault) web = std::move(turned.web);
 }
 
 }  // namespace gonio::ies::detail

@@ -35,6 +35,8 @@ struct FileGrid {
     // h_deg is then not looked at. Empty: h_deg decides, by LM-63's rules.
     std::vector<Plane> planes;
     Symmetry symmetry = Symmetry::none;  // together with planes
+    // Type C: of the file's C0 plane in the web, where it is not 0; a web with one plane has none.
+    double zero_plane_deg = 0.0;
     // Offsets in the text where each list starts, for diagnostics.
     std::size_t v_offset = 0;
     std::size_t h_offset = 0;
@@ -59,5 +61,9 @@ struct Unfolded {
 // Result: the web over the full sphere (LM-63-2002 clauses 5.13-5.15; Types A and B keep their own grid), or a fault.
 // Descending angles are turned round, a missing 360 plane is closed; each repair is reported.
 Unfolded unfold(FileGrid grid, Report& report);
+
+// Turns a Type C web about the vertical, counter-clockwise seen from above; a plane at 0 is interpolated where none
+// falls there.
+void turn_about_vertical(PhotometricWeb& web, Angle turn, Report& report);
 
 }  // namespace gonio::ies::detail

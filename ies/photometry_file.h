@@ -3,11 +3,13 @@
 
 #include <string_view>
 
+#include "ies/choice.h"
 #include "ies/lm63.h"
 
 namespace gonio::ies {
 
-// bytes: a whole LM-63 or EULUMDAT file. Errors as of the reader that the content selects.
-Result<Photometry> read_photometry(std::string_view bytes);
+// bytes: a whole LM-63, EULUMDAT, TM-33 or GLDF file. choice: which of several luminaires; LM-63 and EULUMDAT have one.
+// Errors as of the reader that the content selects; no_such_variant, no_such_emitter where the file has no choice.
+Result<Photometry> read_photometry(std::string_view bytes, const Choice& choice = {});
 
 }  // namespace gonio::ies

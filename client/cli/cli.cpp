@@ -1,5 +1,7 @@
 #include "client/cli/cli.h"
 
+#include <algorithm>
+#include <array>
 #include <cstdlib>
 #include <fstream>
 
@@ -53,7 +55,8 @@ int run_cli(std::span<const std::string> args, std::ostream& out, std::ostream& 
     }
     Session session{{}, {}, {}, words.has("--json"), out, err};
     if (words.fault) return session.fail(*words.fault);
-    if (words.command->name != "photometry" && words.command->name != "bake")  // work without a server
+    constexpr std::array kOffline = {"photometry", "convert", "bake"};  // work without a server
+    if (std::ranges::find(kOffline, words.command->name) == kOffline.end())
         if (const auto found = find_server(session, words); !found) return session.fail(found.error());
     return run_command(session, words);
 }

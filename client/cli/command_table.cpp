@@ -49,13 +49,20 @@ constexpr WordRow kAcquireOptions[] = {
     {"--hold", "S", number, "", "seconds, 0 to 1e6; default: until interrupted"},
 };
 constexpr auto kReleaseOptions = std::span(kAcquireOptions).first<1>();
-constexpr WordRow kFiles[] = {{"FILE…", "", text, "", "IES or EULUMDAT; -: standard input"}};
+constexpr WordRow kFiles[] = {{"FILE…", "", text, "", "IES, EULUMDAT, TM-33 or GLDF; -: standard input"}};
 constexpr WordRow kPhotometryOptions[] = {
     {"--svg", "", flag, "", "an SVG drawing of the curves"},
     {"--ugr", "", flag, "", "CIE 190's table of the unified glare rating too"},
     {"--spacing", "RATIO", number, "",
      "of --ugr: between luminaires, of their height above the eye, 0.1 to 2; default: 0.25"},
+    {"--variant", "NAME", text, "", "of a GLDF product, id or name; default: the first"},
+    {"--emitter", "NAME", text, "", "of a GLDF variant or a TM-33 file; default: the first"},
 };
+constexpr WordRow kConvert[] = {
+    {"IN", "", text, "", "as gonio photometry reads it; -: standard input"},
+    {"OUT", "", text, "", "its ending says the format: .ies, .ldt, or .xml (TM-33)"},
+};
+constexpr auto kConvertOptions = std::span(kPhotometryOptions).last<2>();
 constexpr WordRow kBake[] = {
     {"SCENE", "", text, "", "cornell, atrium, cylinder, or a .gltf or .glb file"},
     {"OUTDIR", "", text, "", "folder of the maps; finished parts in it are taken over"},
@@ -162,6 +169,7 @@ constexpr WordCommand kCommands[] = {
     {"control acquire", "", "keeps the camera for this client, until interrupted", {}, kAcquireOptions},
     {"control release", "", "frees the camera for others", {}, kReleaseOptions},
     {"photometry", "", "prints quantities and diagnostics of photometric files, offline", kFiles, kPhotometryOptions},
+    {"convert", "", "writes a photometric file in another format, offline", kConvert, kConvertOptions},
     {"bake", "", "bakes irradiance maps of a scene into a folder, offline, by the goniod beside this program", kBake,
      kBakeOptions},
     {"watch", "", "prints one JSON line for each change and frame", {}, kWatchOptions},

@@ -8,6 +8,7 @@
 
 #include "client/cli/bake.h"
 #include "client/cli/cli.h"
+#include "client/cli/convert.h"
 #include "client/cli/grids.h"
 #include "client/cli/output.h"
 #include "client/cli/photometry.h"
@@ -338,7 +339,9 @@ int photometry(const Session& session, const ReadWords& words) {
     std::optional<double> spacing;
     if (words.has("--ugr"))
         spacing = words.has("--spacing") ? parse_number(words.options.at("--spacing")) : kCatalogueSpacing;
-    return run_photometry(words.names, format, session.out, session.err, spacing);
+    const auto option = [&](const char* name) { return words.has(name) ? words.options.at(name) : std::string(); };
+    return run_photometry(words.names, format, session.out, session.err, spacing,
+                          {option("--variant"), option("--emitter")});
 }
 
 }  // namespace
@@ -376,7 +379,8 @@ int run_command(const Session& session, const ReadWords& words) {
                             {"control acquire", control},
                             {"control release", control},
                             {"bake", bake},
-                            {"photometry", photometry}};
+                            {"photometry", photometry},
+                            {"convert", convert}};
     for (const Row& row : rows)
         if (words.command->name == row.name) return row.run(session, words);
     return change(session, words);

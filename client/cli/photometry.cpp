@@ -203,12 +203,13 @@ Json glare_json(const ies::GlareTable& table) {
             {"rows", rows}};
 }
 
-// "line 12 column 7" -> 12; 0 where the place is no line.
+// "line 12 column 7", "product.xml line 12 column 7" -> 12; 0 where the place is no line.
 int line_of(std::string_view where) {
     constexpr std::string_view kLine = "line ";
     int line = 0;
-    if (where.substr(0, kLine.size()) == kLine) {
-        std::from_chars(where.data() + kLine.size(), where.data() + where.size(), line);
+    const std::size_t at = where.rfind(kLine);
+    if (at != std::string_view::npos) {
+        std::from_chars(where.data() + at + kLine.size(), where.data() + where.size(), line);
     }
     return line;
 }
@@ -308,20 +309,20 @@ std::string read_bounded(std::istream& stream) {
     return bytes;
 }
 
-Result<Photometry> read(const std::string& file) {
-    if (file == "-") return ies::read_photometry(read_bounded(std::cin));
+}  // namespace
+
+Result<Photometry> read_photometric_file(const std::string& file, const ies::Choice& choice) {
+    if (file == "-") return ies::read_photometry(read_bounded(std::cin), choice);
     std::ifstream stream(file, std::ios::binary);
     if (stream.is_open()) {
         const std::string bytes = read_bounded(stream);
-        if (!stream.bad()) return ies::read_photometry(bytes);
+        if (!stream.bad()) return ies::read_photometry(bytes, choice);
     }
     return Error{"unreadable", file, {}, "the file cannot be read"};
 }
 
-}  // namespace
-
 int run_photometry(std::span<const std::string> files, PhotometryFormat format, std::ostream& out, std::ostream& err,
-                   std::optional<double> ugr_spacing) {
+                   std::optional<double> ugr_spacing, const ies::Choice& choice) {
     if (files.empty()) return 2;
     bool refused = false;
     Json list = Json::array();
@@ -336,7 +337,7 @@ int run_photometry(std::span<const std::string> files, PhotometryFormat format, 
                 err << file << ": " << error.text() << '\n';
             }
         };
-        const Result<Photometry> photometry = read(file);
+        const Result<Photometry> photometry = read_photometric_file(file, choice);
         std::optional<Result<ies::GlareTable>> glare;
         if (photometry && ugr_spacing) glare = ies::glare_table(*photometry, *ugr_spacing);
         if (!photometry || (glare && !*glare)) {

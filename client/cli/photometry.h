@@ -7,6 +7,10 @@
 #include <span>
 #include <string>
 
+#include "ies/choice.h"
+#include "ies/core/result.h"
+#include "ies/photometry.h"
+
 namespace gonio {
 
 enum class PhotometryFormat : std::uint8_t {
@@ -15,11 +19,14 @@ enum class PhotometryFormat : std::uint8_t {
     text,  // for people, with curves drawn in Braille characters
 };
 
+// file: "-" is standard input. Errors: "unreadable"; of ies::read_photometry.
+Result<ies::Photometry> read_photometric_file(const std::string& file, const ies::Choice& choice = {});
+
 // Reads each file and prints it to out. A file that cannot be read or is refused gives an object with "error" (json) or
-// a sentence on err (svg, text) and the others go on. "-" is standard input. ugr_spacing: json and text get CIE 190's
-// table of glare too, at this spacing to height (ies/glare.h); a file that has none is refused. Result: 0; 1 if any
-// file was refused; 2 if files is empty.
+// a sentence on err (svg, text), and the others go on. Of files that hold several luminaires, choice says which. With
+// ugr_spacing, json and text get CIE 190's table of glare too, at this spacing to height (ies/glare.h). A file that has
+// none is refused. Result: 0; 1 if any file was refused; 2 if files is empty.
 int run_photometry(std::span<const std::string> files, PhotometryFormat format, std::ostream& out, std::ostream& err,
-                   std::optional<double> ugr_spacing = {});
+                   std::optional<double> ugr_spacing = {}, const ies::Choice& choice = {});
 
 }  // namespace gonio

@@ -56,7 +56,7 @@ WordRows light_rows_of(const std::string& prefix) {
                              made.keep(help_of(row))});
     }
     made.rows.push_back({"--profile", "FILE", text, field("profile.name"),
-                         "IES or EULUMDAT file, which is uploaded; or a name that gonio library lists"});
+                         "IES, EULUMDAT, TM-33 or GLDF file, which is uploaded; or a name that gonio library lists"});
     made.rows.push_back({"--gel", "NAME", text, field("gel"), "one that gonio gels lists: L201; \"\": none"});
     made.rows.push_back(
         {"--opening", "SHAPE", text, field("opening"),

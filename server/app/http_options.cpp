@@ -67,7 +67,8 @@ void add_front_options(CLI::App& app, Options& options) {
                    "while --listen is a loopback address, else nowhere")
         ->allow_extra_args(false);
     app.add_option("--library", options.library_folders,
-                   "folder of photometric files (.ies, .ldt), and those below it, that lights can have by name; may be "
+                   "folder of photometric files (.ies, .ldt, .xml, .iesxml, .gldf), and those below it, that lights "
+                   "can have by name; may be "
                    "given more than once")
         ->allow_extra_args(false)
         ->check(CLI::ExistingDirectory);

@@ -26,9 +26,12 @@ std::string lower(std::string text) {
     return text;
 }
 
-bool is_photometry(const fs::path& path) {
-    const std::string ending = lower(path.extension().string());
-    return ending == ".ies" || ending == ".ldt";
+std::size_t most_bytes(const fs::path& path) {
+    return ending_of(path.filename().string()) == ".gldf" ? kMaxContainerBytes : kMaxProfileBytes;
+}
+
+std::string too_large(const fs::path& path) {
+    return "a profile may have at most " + std::to_string(most_bytes(path) >> 20) + " MiB";
 }
 
 // Result: the file with every link followed, where it lies below the folder; else empty.
@@ -151,7 +154,7 @@ void Library::read_uploads() {
          !failed && at != fs::directory_iterator() && !ending_; at.increment(failed)) {
         if (rows.size() == kMaxKeptProfiles || bytes > kMaxLibraryBytes) break;
         const std::string name = at->path().filename().string();
-        if (is_photometry(at->path()) && is_upload_name(name))
+        if (is_photometry_name(name) && is_upload_name(name))
             rows.push_back(
                 read_row(upload_folder_, at->path().string(), "uploaded", std::string(kUploadPrefix) + name, bytes));
     }
@@ -192,7 +195,8 @@ bool Library::read_folder(const std::string& root, std::size_t& files, std::size
         }
         if (at.depth() >= kMaxLibraryDepth) at.disable_recursion_pending();
         std::error_code unknown;
-        if (is_photometry(at->path()) && !at->is_directory(unknown)) paths.push_back(at->path().string());
+        if (is_photometry_name(at->path().filename().string()) && !at->is_directory(unknown))
+            paths.push_back(at->path().string());
     }
     std::sort(paths.begin(), paths.end());
     for (const std::string& path : paths) {
@@ -218,12 +222,12 @@ Library::Row Library::read_row(const std::string& root, const std::string& path,
     if (real.empty()) {
         refuse("it is a link that leads nowhere or out of the folder");
     } else {
-        const auto text = read_bounded_file(real, kMaxProfileBytes);
+        const auto text = read_bounded_file(real, most_bytes(path));
         if (text) bytes += text->size();
         if (!text) {
             refuse("it " + text.error().message);
-        } else if (text->size() > kMaxProfileBytes) {
-            refuse("too_large: a profile may have at most 1 MiB");
+        } else if (text->size() > most_bytes(path)) {
+            refuse("too_large: " + too_large(path));
         } else if (auto profile = make_profile(name, *text); !profile) {
             refuse(profile.error().text());
         } else {
@@ -316,9 +320,9 @@ Result<std::shared_ptr<const Profile>> Library::profile(const std::string& name)
     }
     const std::string real = real_below(root, path);
     if (real.empty()) return Error{"not_found", "profile", name, "the file is not there any more"};
-    const auto text = read_bounded_file(real, kMaxProfileBytes);
+    const auto text = read_bounded_file(real, most_bytes(path));
     if (!text) return Error{"file_unreadable", "profile", name, "the file " + text.error().message};
-    if (text->size() > kMaxProfileBytes) return Error{"too_large", "profile", name, "a profile may have at most 1 MiB"};
+    if (text->size() > most_bytes(path)) return Error{"too_large", "profile", name, too_large(path)};
     const auto read = make_profile(uploaded ? name.substr(kUploadPrefix.size()) : name, *text);
     if (!read || !uploaded) return read;
     auto own = std::make_shared<Profile>(**read);

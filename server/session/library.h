@@ -20,15 +20,18 @@ namespace gonio {
 
 inline constexpr std::size_t kMaxLibraryFiles = 5000;                    // of all folders; the rest is left out
 inline constexpr std::size_t kMaxLibraryBytes = std::size_t{512} << 20;  // of all files, each at most 1 MiB
-inline constexpr std::size_t kMaxLibraryEntries = 100'000;               // of folders that are looked through
-inline constexpr int kMaxLibraryDepth = 16;                              // of folders in folders
-inline constexpr std::size_t kMaxKeptProfiles = 200;                     // uploaded and of the scene; the oldest goes
+inline constexpr std::size_t kMaxContainerBytes = std::size_t{32}
+                                                  << 20;    // but of a .gldf, which has pictures and models
+inline constexpr std::size_t kMaxLibraryEntries = 100'000;  // of folders that are looked through
+inline constexpr int kMaxLibraryDepth = 16;                 // of folders in folders
+inline constexpr std::size_t kMaxKeptProfiles = 200;        // uploaded and of the scene; the oldest goes
 inline constexpr std::uint32_t kMaxLibraryRows = 500, kDefaultLibraryRows = 100;  // of an answer
 
 class Library {
 public:
-    // folders: .ies and .ldt files below them, links followed only to files that lie below too. Begins to read them.
-    // upload_folder: of "upload:NAME", read again where find() sees that files came or went; empty: there is none.
+    // folders: files of kPhotometryEndings below them, links followed only to files that lie below too. Begins to read
+    // them. upload_folder: of "upload:NAME", read again where find() sees that files came or went; empty: there is
+    // none.
     explicit Library(std::vector<std::string> folders = {}, std::string upload_folder = {});
     ~Library();
     Library(const Library&) = delete;

@@ -1,4 +1,4 @@
-// Any bytes through everything that follows a successful read: quantities, solid, curves, and a round trip through both
+// Any bytes through everything that follows a successful read: quantities, solid, curves, and a round trip through the
 // writers.
 #include <algorithm>
 
@@ -7,6 +7,7 @@
 #include "ies/photometry_file.h"
 #include "ies/quantities.h"
 #include "ies/solid.h"
+#include "ies/tm33.h"
 #include "ies/writers.h"
 #include "tests/fuzz/ies_fuzz_check.h"
 
@@ -34,6 +35,9 @@ void check_round_trip(const Photometry& photometry) {
     const Result<Photometry> eulumdat = read_eulumdat(write_eulumdat(photometry));
     check(eulumdat);
     require(eulumdat.ok());
+    const Result<Photometry> tm33 = read_tm33(write_tm33(photometry));
+    check(tm33);
+    require(tm33.ok());
 }
 
 }  // namespace

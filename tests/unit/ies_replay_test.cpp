@@ -12,7 +12,8 @@
 #include "ies/quantities.h"
 #include "ies/synthetic.h"
 #include "ies/writers.h"
-#include "tests/fuzz/ies_fuzz_check.h"
+#include "tests/fuzz/damaged.h"
+#include "tests/fuzz/ies_container_check.h"
 #include "tests/unit/ies_test_support.h"
 
 namespace gonio::ies {
@@ -21,6 +22,9 @@ namespace {
 void run_all(const std::string& bytes) {
     fuzz::check(read_lm63(bytes));
     fuzz::check(read_eulumdat(bytes));
+    fuzz::check_tm33(bytes);
+    fuzz::check_gldf(bytes);
+    fuzz::check_zip(bytes);
     const auto photometry = read_photometry(bytes);
     fuzz::check(photometry);
     if (!photometry) return;
@@ -36,6 +40,25 @@ TEST(IesReplay, SavedCorpus) {
         ++files;
     }
     EXPECT_GT(files, 20);
+}
+
+TEST(IesReplay, DamagedContainers) {
+    const std::filesystem::path folder = std::filesystem::path(GONIO_SOURCE_DIR) / "tests" / "fuzz" / "ies_corpus";
+    std::mt19937 random(33);
+    int inputs = 0;
+    for (const auto& entry : std::filesystem::directory_iterator(folder)) {
+        const std::string name = entry.path().filename();
+        const bool container =
+            name.starts_with("seed_tm33") || name.starts_with("seed_gldf") || name.starts_with("seed_zip");
+        const std::string whole = container ? test::read_file(entry.path()) : "";
+        for (unsigned i = 0; container && i < 60; ++i, ++inputs) {
+            const std::string bytes = gonio::fuzz::damaged(whole, 1 + i / 4, random);
+            fuzz::check_tm33(bytes);
+            fuzz::check_gldf(bytes);
+            fuzz::check_zip(bytes);
+        }
+    }
+    EXPECT_GE(inputs, 500);
 }
 
 TEST(IesReplay, EveryPrefixOfAFile) {

@@ -12,7 +12,10 @@
 #include <numbers>
 #include <thread>
 
+#include "ies/core/zip.h"
+#include "ies/photometry_file.h"
 #include "ies/synthetic.h"
+#include "ies/writers.h"
 #include "server/assets/assets.h"
 #include "server/session/profile_summary.h"
 
@@ -104,6 +107,31 @@ TEST_F(LibraryTest, ReadsFoldersAndStaysWithinThem) {
     fs::remove(folder / "in" / "B.IES");
     fs::create_symlink(folder / "out" / "secret.ies", folder / "in" / "B.IES");
     EXPECT_EQ(library.profile("B.IES").error().code, "not_found");
+}
+
+// The same spot in other formats; a container may be larger than a plain file.
+TEST_F(LibraryTest, ReadsTm33AndGldf) {
+    const ies::Photometry first = *ies::read_photometry(spot());
+    write("in/t.xml", ies::write_tm33(first));
+    const std::string product =
+        "<Root><Header><FormatVersion major=\"1\"/></Header><GeneralDefinitions><Files><File id=\"f\" "
+        "contentType=\"ldc/ies\" type=\"localFileName\">a.ies</File></Files><Photometries><Photometry id=\"p\">"
+        "<PhotometryFileReference fileId=\"f\"/></Photometry></Photometries><Emitters><Emitter id=\"e\">"
+        "<FixedLightEmitter><PhotometryReference photometryId=\"p\"/><RatedLuminousFlux>1234</RatedLuminousFlux>"
+        "</FixedLightEmitter></Emitter></Emitters></GeneralDefinitions><ProductDefinitions><Variants><Variant "
+        "id=\"v\"><Geometry><EmitterReference emitterId=\"e\"/></Geometry></Variant></Variants></ProductDefinitions>"
+        "</Root>";
+    const std::vector<ZipFile> files = {
+        {"product.xml", product}, {"ldc/a.ies", spot()}, {"image/a.png", std::string(2u << 20, 'x'), false}};
+    write("in/p.gldf", *write_zip(files));
+    Library library({(folder / "in").string()});
+    const v1::Library found = all(library);
+    ASSERT_NE(row(found, "t.xml"), nullptr);
+    EXPECT_NEAR(row(found, "t.xml")->summary().flux_lm(), total_flux(first.web).in(lm), 1e-3);
+    ASSERT_NE(row(found, "p.gldf"), nullptr);
+    EXPECT_EQ(row(found, "p.gldf")->error(), "");
+    EXPECT_NEAR(row(found, "p.gldf")->summary().flux_lm(), 1234.0, 1e-2);
+    EXPECT_TRUE(library.profile("p.gldf"));
 }
 
 TEST_F(LibraryTest, FindsByWordsFluxAndBeamAngle) {
