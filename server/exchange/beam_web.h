@@ -10,8 +10,9 @@
 
 namespace gonio::gdtf {
 
-// Result: type C, rotationally symmetric about the zero direction, candela; with θb, θf half of the angles:
+// Result: type C, rotationally symmetric about the zero direction, candela. With θb, θf half of the angles:
 //   I(θ) = I0 2^(-(θ/θb)^p), p = ln(ln 10 / ln 2) / ln(θf/θb), I0 from ∫ I dΩ = flux.
+//
 // Where the field is no wider than the beam (GDTF's defaults): a flat cone of half angle θb, I0 = Φ / (2π(1 - cos θb)).
 // Its edge is soft for Wash, PC and Fresnel: half of I0 at θb, from 0.8 θb to 1.2 θb. Nothing goes beyond 90°.
 // zoom: takes the place of the beam angle; field/beam and flux stay. Any thread.

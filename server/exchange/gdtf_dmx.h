@@ -57,12 +57,8 @@ struct StateOptions {
 };
 
 // Result: a state for each beam of the mode's tree, in its order. Attributes act on the channel's geometry and on all
-// below it.
-// Pan and tilt turn the channel's geometry about its Z and X: fixture_from_geometry = parent · position · Rz(pan) or
-// Rx(tilt). Of emitters (ColorAdd) the colour is Σ level Y rgb(x, y) / Σ Y, since the beam's flux covers all of them;
-// other beams have the white of their colour temperature, or what CTC, CTO and CTB say, times filters (ColorSub) and
-// wheels. A filter at level v passes 1 - v + v Y/100 rgb(x, y) per channel. A Zoom or temperature whose physical range
-// is 0..1, or that no lamp has, was never filled in, and does nothing.
+// below it; docs/shows.md has the table of what each does. A Zoom or temperature whose physical range is 0..1, or that
+// no lamp has, was never filled in: it does nothing.
 std::vector<BeamState> beam_states(const FixtureType& type, const Mode& mode, const std::vector<ChannelValue>& values,
                                    const StateOptions& options = {});
 
