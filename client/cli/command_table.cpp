@@ -57,7 +57,7 @@ constexpr WordRow kPhotometryOptions[] = {
      "of --ugr: between luminaires, of their height above the eye, 0.1 to 2; default: 0.25"},
 };
 constexpr WordRow kBake[] = {
-    {"SCENE", "", text, "", "cornell, atrium, cylinder, or a .gltf or .glb file"},
+    {"SCENE", "", text, "", "cornell, atrium, cylinder, or a .gltf, .glb or .mvr file"},
     {"OUTDIR", "", text, "", "folder of the maps; finished parts in it are taken over"},
     {"[COMMAND…]", "", text, "", "what changes the scene before, each in quotes: \"haze show\""},
 };

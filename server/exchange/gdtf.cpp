@@ -114,10 +114,14 @@ void read_wheels(GdtfRead& read, std::span<const std::string> entries) {
 
 void read_physics(GdtfRead& read) {
     const pugi::xml_node physics = read.root.child("PhysicalDescriptions");
-    for (const pugi::xml_node node : physics.child("Emitters").children("Emitter"))
-        read.type.emitters.push_back({text_of(node, "Name"), color_of(attribute_of(node, "Color"))});
-    for (const pugi::xml_node node : physics.child("Filters").children("Filter"))
-        read.type.filters.push_back({text_of(node, "Name"), color_of(attribute_of(node, "Color"))});
+    const auto add = [&](std::vector<NamedColor>& list, const pugi::xml_node& node) {
+        list.push_back({text_of(node, "Name"), color_of(attribute_of(node, "Color"))});
+        if (!list.back().color)
+            read.note(Outcome::defaulted, "an emitter or filter has no colour: that of its attribute",
+                      list.back().name);
+    };
+    for (const pugi::xml_node node : physics.child("Emitters").children("Emitter")) add(read.type.emitters, node);
+    for (const pugi::xml_node node : physics.child("Filters").children("Filter")) add(read.type.filters, node);
     for (const pugi::xml_node node : physics.child("DMXProfiles").children("DMXProfile")) {
         DmxProfile profile{text_of(node, "Name"), {}, false};
         for (const pugi::xml_node child : node.children("Point")) {

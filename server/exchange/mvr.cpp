@@ -44,9 +44,11 @@ struct Reading {
     const ReadOptions& options;
     Show& show;
     std::map<std::string, pugi::xml_node, std::less<>> symdefs{};
-    Table classes{}, positions{}, focus{};                     // by UUID
-    std::set<std::string, std::less<>> uuids{};                // of objects
-    std::vector<std::pair<std::size_t, std::string>> aimed{};  // fixture and the UUID of its focus point
+    Table classes{}, positions{}, focus{};                         // by UUID
+    std::set<std::string, std::less<>> uuids{};                    // of objects
+    std::vector<std::pair<std::size_t, std::string>> aimed{};      // fixture and the UUID of its focus point
+    std::map<std::string, std::size_t, std::less<>> fixtures{};    // by UUID
+    std::vector<std::pair<std::size_t, std::string>> followers{};  // fixture and the UUID of that whose patch it has
     std::size_t count = 0;
     std::vector<std::string> open{};  // symdefs being expanded
 
@@ -149,7 +151,6 @@ void add_patches(Reading& reading, const pugi::xml_node& node, std::string_view 
         }
         fixture.patches.push_back({static_cast<int>(dmx_break), static_cast<unsigned>(universe), address->address});
     }
-    if (fixture.patches.empty()) reading.note(Outcome::left_out, "a fixture is not patched", name);
 }
 
 bool is_true(std::string_view text) {
@@ -185,6 +186,9 @@ void add_fixture(Reading& reading, const pugi::xml_node& node, int object, std::
     for (const pugi::xml_node command : node.child("CustomCommands").children("CustomCommand"))
         if (fixture.commands.size() < 256) fixture.commands.emplace_back(exchange::trimmed(command.text().get()));
     add_patches(reading, node, name, fixture);
+    reading.fixtures.emplace(plain_uuid(attribute_of(node, "uuid")), reading.show.fixtures.size());
+    if (const std::string_view leader = attribute_of(node, "multipatch"); !leader.empty())
+        reading.followers.emplace_back(reading.show.fixtures.size(), plain_uuid(leader));
     reading.show.fixtures.push_back(std::move(fixture));
 }
 
@@ -281,6 +285,15 @@ Result<Show> read_show(std::string_view xml, std::span<const std::string> names,
         else
             show.fixtures[fixture].focus = at->second;
     }
+    for (const auto& [fixture, uuid] : reading.followers) {
+        const auto at = reading.fixtures.find(uuid);
+        if (at != reading.fixtures.end() && show.fixtures[fixture].patches.empty())
+            show.fixtures[fixture].patches = show.fixtures[at->second].patches;
+    }
+    for (const Fixture& fixture : show.fixtures)
+        if (fixture.patches.empty())
+            reading.note(Outcome::left_out, "a fixture is not patched",
+                         show.objects[static_cast<std::size_t>(fixture.object)].name);
     return show;
 }
 

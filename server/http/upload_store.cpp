@@ -97,7 +97,7 @@ Result<UploadPart> UploadStore::begin(const std::string& name, std::uint64_t dec
     if (!is_upload_name(name))
         return Error{
             "invalid_argument", "name", name.substr(0, 80),
-            "must be at most 64 letters, digits, '.', '_' and '-' that end in .glb, .gltf, .ies, .ldt or .json"};
+            "must be at most 64 letters, digits, '.', '_' and '-' that end in .glb, .gltf, .mvr, .ies, .ldt or .json"};
     if (declared_bytes > limits_.upload_bytes)
         return Error{"too_large", name, std::to_string(declared_bytes) + " bytes",
                      "An upload has at most " + std::to_string(limits_.upload_bytes) + " bytes."};

@@ -7,6 +7,7 @@
 
 #include "tests/fuzz/damaged.h"
 #include "tests/fuzz/exchange_check.h"
+#include "tests/fuzz/exchange_import.h"
 
 namespace gonio {
 namespace {
@@ -22,6 +23,7 @@ TEST(ExchangeReplay, TheCorpusAndDamagedCopiesOfIt) {
             fuzz::check_gdtf(text);
             fuzz::check_mvr(text);
             fuzz::check_3ds(text);
+            if (i % 4 == 0) fuzz::check_import(text);
             ++inputs;
         }
     }

@@ -95,6 +95,15 @@ TEST(Mvr, BreaksCountFromZeroAndUniversesMayBeMoved) {
     EXPECT_EQ(show.report.count(Outcome::left_out, "a fixture is not patched"), 1u);
 }
 
+TEST(Mvr, AFixtureOfAMultipatchHasTheOthersPatch) {
+    const Show show = show_of(
+        "<Fixture name='B' uuid='b' multipatch='4AB19462A6E34C3BB25AD8099F78170C'/>"
+        "<Fixture name='A' uuid='4AB19462-A6E3-4C3B-B25A-D8099F78170C'><Addresses><Address>7</Address></Addresses>"
+        "</Fixture>");
+    EXPECT_EQ(show.fixtures.at(0).patches, (std::vector<mvr::Patch>{{1, 1, 7}}));
+    EXPECT_EQ(show.report.count(Outcome::left_out, "a fixture is not patched"), 0u);
+}
+
 TEST(Mvr, GdtfSpecWithoutExtensionOrEmpty) {
     const Show show = show_of(
         "<Fixture name='A'><GDTFSpec>Custom@Robe v1.2</GDTFSpec></Fixture><Fixture name='B'><GDTFSpec/></Fixture>"
