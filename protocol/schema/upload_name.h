@@ -20,7 +20,8 @@ inline bool is_upload_name(std::string_view name) {
         if (c == '.') ending.clear();
         ending += static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
     }
-    return ending == ".glb" || ending == ".gltf" || ending == ".mvr" || ending == ".ies" || ending == ".ldt" || ending == ".json";
+    return ending == ".glb" || ending == ".gltf" || ending == ".mvr" || ending == ".ies" || ending == ".ldt" ||
+           ending == ".json";
 }
 
 }  // namespace gonio
