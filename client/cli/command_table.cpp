@@ -64,7 +64,7 @@ constexpr WordRow kConvert[] = {
 };
 constexpr auto kConvertOptions = std::span(kPhotometryOptions).last<2>();
 constexpr WordRow kBake[] = {
-    {"SCENE", "", text, "", "cornell, atrium, cylinder, or a .gltf or .glb file"},
+    {"SCENE", "", text, "", "cornell, atrium, cylinder, or a .gltf, .glb or .mvr file"},
     {"OUTDIR", "", text, "", "folder of the maps; finished parts in it are taken over"},
     {"[COMMAND…]", "", text, "", "what changes the scene before, each in quotes: \"haze show\""},
 };

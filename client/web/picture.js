@@ -90,7 +90,7 @@ export function picturePanel(store, node, cameraHand, connection) {
 
 export function scenePanel(store, node, connection) {
     const scene = h("select", {"aria-label": "Scene"});
-    const path = h("input", {type: "text", placeholder: "/path/on/the/server/scene.glb", "aria-label": "Path of a .gltf or .glb on the server", spellcheck: "false"});
+    const path = h("input", {type: "text", placeholder: "/path/on/the/server/scene.glb", "aria-label": "Path of a .gltf, .glb or .mvr on the server", spellcheck: "false"});
     const load = h("button", {}, "Load");
     const form = h("form", {class: "inline", hidden: true}, path, load);
     const busy = h("span", {class: "faint busy", role: "status"});

@@ -3,7 +3,7 @@
 import {pageRole} from "./control.js";
 import {h, setText} from "./dom.js";
 
-const kEndings = [".glb", ".gltf"];
+const kEndings = [".glb", ".gltf", ".mvr"];
 
 // Result: the name under which the server takes the file.
 export function uploadName(name) {
@@ -23,7 +23,7 @@ export class Uploads {
         this.#load = load;
         const input = h("input", {type: "file", accept: kEndings.join(","), hidden: true, "aria-label": "Scene file to upload"});
         this.busy = h("span", {class: "faint busy", role: "status"});
-        node.append(h("button", {type: "button", class: "quiet", title: "Upload a .glb or .gltf from this computer; or drop it onto the picture",
+        node.append(h("button", {type: "button", class: "quiet", title: "Upload a .glb, .gltf or .mvr from this computer; or drop it onto the picture",
             onclick: () => input.click()}, "Upload…"), input, this.busy);
         input.addEventListener("change", () => {
             if (input.files[0]) this.send(input.files[0]);
@@ -43,7 +43,7 @@ export class Uploads {
     async send(file) {
         if (pageRole === "viewer") return;
         if (!kEndings.some((ending) => file.name.toLowerCase().endsWith(ending))) {
-            this.#refused("unsupported", file.name, "Only .glb and .gltf files are scenes.");
+            this.#refused("unsupported", file.name, "Only .glb, .gltf and .mvr files are scenes.");
             return;
         }
         const name = uploadName(file.name);

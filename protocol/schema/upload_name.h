@@ -35,7 +35,7 @@ inline bool is_upload_name(std::string_view name) {
         if (!letter && c != '.' && c != '_' && c != '-') return false;
     }
     const std::string ending = ending_of(name);
-    return ending == ".glb" || ending == ".gltf" || ending == ".json" || is_photometry_name(name);
+    return ending == ".glb" || ending == ".gltf" || ending == ".mvr" || ending == ".json" || is_photometry_name(name);
 }
 
 }  // namespace gonio

@@ -98,7 +98,7 @@ constexpr WordRow kAddLight[] = {{"NAME", "", text, "light.name", "that no light
 
 constexpr WordRow kSize[] = {{"WxH", "", size, "width_px", "pixels, even, 16 to 4096 each"}};
 constexpr WordRow kScene[] = {
-    {"FILE", "", text, "file", "cornell, atrium, or a .gltf or .glb on the server's machine"}};
+    {"FILE", "", text, "file", "cornell, atrium, or a .gltf, .glb or .mvr on the server's machine"}};
 constexpr WordRow kSceneOptions[] = {
     {"--upload", "", flag, "", "sends FILE, of this machine, to the server first"},
     {"--scale", "S", number, "scale", "metres a unit of FILE, 1e-6 to 1e6; default 1. Candela stay"},

@@ -66,7 +66,8 @@ void add_own_options(CLI::App& app, OptionTexts& text) {
 }
 
 void add_picture_options(CLI::App& app, Options& options, OptionTexts& text) {
-    app.add_option("--scene", options.scene, "cornell, atrium, cylinder, or a .gltf or .glb file")->check(check_scene);
+    app.add_option("--scene", options.scene, "cornell, atrium, cylinder, or a .gltf, .glb or .mvr file")
+        ->check(check_scene);
     app.add_option(
            "--backfaces", text.backfaces,
            "of one-sided surfaces: cull (viewers look through them, as glTF says), show; they stop light anyway")

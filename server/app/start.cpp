@@ -16,6 +16,7 @@
 #include "server/base/atomic_file.h"
 #include "server/base/bounded_file.h"
 #include "server/base/memory_room.h"
+#include "server/exchange/import_mvr.h"
 #include "server/lighting/clusters.h"
 #include "server/render/renderer.h"
 #include "server/scene/apply.h"
@@ -62,7 +63,7 @@ void log_warnings(const SceneAsset& asset) {
 
 std::shared_ptr<const SceneAsset> asset_of(const Options& options) {
     const std::string& file = options.scene;
-    auto asset = load_scene(file, "", options.load, memory_room(options.max_memory));
+    auto asset = exchange::load_any_scene(file, "", options.load, memory_room(options.max_memory));
     if (!asset) throw std::invalid_argument("cannot load the scene '" + file + "': " + asset.error().text());
     log_warnings(**asset);
     return *asset;
@@ -78,7 +79,7 @@ Result<std::shared_ptr<const SceneAsset>> saved_asset(const Options& options, co
     if (!path && upload) return path.error();
     LoadOptions load = options.load;
     load.scale = scale;
-    return load_scene(path ? *path : name, name, load, memory_room(options.max_memory));
+    return exchange::load_any_scene(path ? *path : name, name, load, memory_room(options.max_memory));
 }
 
 struct Restored {

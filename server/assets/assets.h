@@ -44,6 +44,12 @@ Result<std::shared_ptr<const SceneAsset>> load_scene(const std::string& name, co
                                                      const LoadOptions& options = {},
                                                      std::size_t most_bytes = SIZE_MAX);
 
+// bytes: a .glb, or a .gltf, whose uris are data: only. shown: its name in the scene and in errors. Scale and
+// show_backs of the options are the caller's. room: of memory, of which it takes its part. Errors as of load_scene. Any
+// thread.
+Result<std::shared_ptr<const SceneAsset>> read_glb(std::span<const std::byte> bytes, const std::string& shown,
+                                                   const LoadOptions& options, std::size_t& room);
+
 // Result: docs/gltf.md: what is made of each of glTF's features and extensions.
 std::string gltf_features_text();
 
@@ -59,6 +65,8 @@ bool is_built_in(const std::string& name);
 
 // bytes: a photometric file. Result: the profile lights share. Errors of ies::read_photometry.
 Result<std::shared_ptr<const Profile>> make_profile(std::string name, std::string_view bytes);
+// Result: the same of photometry that is no file's.
+std::shared_ptr<const Profile> make_profile(std::string name, ies::Photometry photometry);
 // name: of ies::synthetic_luminaires. Errors: "not_found".
 Result<std::shared_ptr<const Profile>> builtin_profile(const std::string& name);
 // The profile of a plain KHR_lights_punctual light of 1 cd on its axis: isotropic, or a spot with its smooth cone edge.

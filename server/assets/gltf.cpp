@@ -101,12 +101,12 @@ void bound_albedo(GltfImport& import, double most) {
                     " bounded there: surfaces that lose no light never end a bounce; changes lux");
 }
 
-// name: of the result. The rest as of load_scene.
-Result<std::shared_ptr<SceneAsset>> load_gltf(const std::string& path, const std::string& name,
-                                              const LoadOptions& options, std::size_t most_bytes) {
+// read: what opens the document, within the room. where, name: of the result. The rest as of load_scene.
+template <typename Read>
+Result<std::shared_ptr<SceneAsset>> load_gltf(const Read& read, const std::string& where, const std::string& name,
+                                              const LoadOptions& options, std::size_t& room) {
     try {
-        std::size_t room = most_bytes;
-        const auto document = read_gltf_document(path, room);
+        const Result<GltfDocument> document = read(room);
         if (!document) return document.error();
         auto scene = std::make_shared<SceneAsset>();
         scene->name = shortened_text(name, 4096);
@@ -117,13 +117,19 @@ Result<std::shared_ptr<SceneAsset>> load_gltf(const std::string& path, const std
         }
         bound_albedo(import, options.max_albedo);
         if (scene->instances.empty()) import.warn("the scene has no triangles");
+        room = import.room;
         return scene;
     } catch (const std::bad_alloc&) {
-        return Error{"too_large", path, "", "there is not enough memory for the scene"};
+        return Error{"too_large", where, "", "there is not enough memory for the scene"};
     } catch (const std::exception& error) {
         // The parts answer with Result; what is left is a fault of a third-party reader.
-        return Error{"bad_gltf", path, error.what(), "the scene file could not be read"};
+        return Error{"bad_gltf", where, error.what(), "the scene file could not be read"};
     }
+}
+
+Result<std::shared_ptr<SceneAsset>> load_file(const std::string& path, const std::string& name,
+                                              const LoadOptions& options, std::size_t room) {
+    return load_gltf([&](std::size_t& left) { return read_gltf_document(path, left); }, path, name, options, room);
 }
 
 std::shared_ptr<const SceneAsset> make_built_in(const std::string& name) {
@@ -145,7 +151,7 @@ Result<std::shared_ptr<const SceneAsset>> load_scene(const std::string& name, co
     const bool built_in = is_built_in(name);
     if (built_in && !options.show_backs && options.scale == 1.0) return make_built_in(name);
     Result<std::shared_ptr<SceneAsset>> scene =
-        built_in ? std::make_shared<SceneAsset>(*make_built_in(name)) : load_gltf(name, called, options, most_bytes);
+        built_in ? std::make_shared<SceneAsset>(*make_built_in(name)) : load_file(name, called, options, most_bytes);
     if (!scene) {
         Error error = scene.error();
         if (error.where == name) error.where = called;
@@ -154,6 +160,14 @@ Result<std::shared_ptr<const SceneAsset>> load_scene(const std::string& name, co
     scale_scene(**scene, options.scale);
     warn_of_extent(**scene);
     for (Material& material : (*scene)->materials) material.show_back = options.show_backs;
+    return std::shared_ptr<const SceneAsset>(std::move(*scene));
+}
+
+Result<std::shared_ptr<const SceneAsset>> read_glb(std::span<const std::byte> bytes, const std::string& shown,
+                                                   const LoadOptions& options, std::size_t& room) {
+    auto scene =
+        load_gltf([&](std::size_t& left) { return read_gltf_document(bytes, left); }, shown, shown, options, room);
+    if (!scene) return scene.error();
     return std::shared_ptr<const SceneAsset>(std::move(*scene));
 }
 

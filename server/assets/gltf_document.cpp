@@ -170,6 +170,9 @@ void note_unread(const Json& document, std::vector<std::string>& warnings) {
 
 }  // namespace
 
+// result: with its directory. The memory of `file` has been taken.
+static Result<GltfDocument> read_gltf_document(Bytes file, GltfDocument result, std::size_t& room);
+
 Result<GltfDocument> read_gltf_document(const std::string& path, std::size_t& room) {
     std::error_code failed;
     if (!fs::exists(path, failed)) return Error{"not_found", path, "", "there is no such scene file"};
@@ -185,7 +188,15 @@ Result<GltfDocument> read_gltf_document(const std::string& path, std::size_t& ro
     std::vector<std::byte> file(size);
     stream.read(reinterpret_cast<char*>(file.data()), static_cast<std::streamsize>(size));
     if (static_cast<std::uintmax_t>(stream.gcount()) != size) return unreadable(path, errno);
+    return read_gltf_document(file, std::move(result), room);
+}
 
+Result<GltfDocument> read_gltf_document(Bytes file, std::size_t& room) {
+    if (auto full = take_memory(room, file.size(), kBytesOfByte, "")) return *full;
+    return read_gltf_document(file, GltfDocument(), room);
+}
+
+static Result<GltfDocument> read_gltf_document(Bytes file, GltfDocument result, std::size_t& room) {
     auto container = open_container(file);
     if (!container) return container.error();
     if (auto error = check_json_size(container->json)) return *error;

@@ -29,7 +29,7 @@ struct GltfDocument {
         std::string name, uri;  // uri empty: the bytes are in buffer_view
         int buffer_view = -1;
     };
-    std::filesystem::path directory;
+    std::filesystem::path directory;               // empty: no file may be opened
     std::shared_ptr<const tinygltf::Model> model;  // without buffers, images, skins, animations and extras
     std::vector<std::vector<std::byte>> buffers;   // as long as their byteLength
     std::vector<ImageSource> images;
@@ -40,6 +40,8 @@ struct GltfDocument {
 // path: a .gltf or .glb file, told apart by content. room: bytes of memory that may be taken, of which this takes its
 // part. Errors as of load_scene.
 Result<GltfDocument> read_gltf_document(const std::string& path, std::size_t& room);
+// The same of a file's bytes; its uris may be data: only.
+Result<GltfDocument> read_gltf_document(Bytes file, std::size_t& room);
 
 // Result: the bytes of a buffer view whose index has been checked.
 Bytes view_bytes(const GltfDocument& document, int buffer_view);

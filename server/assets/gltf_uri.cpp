@@ -116,6 +116,7 @@ Result<std::vector<std::byte>> read_uri(const fs::path& directory, const std::st
         return Error{code, where, shown_uri(uri), std::move(message)};
     };
     if (has_scheme(uri)) return refused("unsupported", "only data: URIs and relative file references are read");
+    if (directory.empty()) return refused("missing_file", "files beside this one are not read");
     std::error_code failed;
     // Decoded first, as the specification says; then as written, for exporters that do not encode.
     for (const std::string& name : {percent_decoded(uri), uri}) {

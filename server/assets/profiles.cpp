@@ -44,6 +44,10 @@ Result<std::shared_ptr<const Profile>> make_profile(std::string name, std::strin
     return shared_profile(std::move(name), std::move(*photometry));
 }
 
+std::shared_ptr<const Profile> make_profile(std::string name, ies::Photometry photometry) {
+    return shared_profile(std::move(name), std::move(photometry));
+}
+
 Result<std::shared_ptr<const Profile>> builtin_profile(const std::string& name) {
     static std::mutex mutex;
     static std::map<std::string, std::shared_ptr<const Profile>> made;  // each of ies::synthetic_luminaires once

@@ -137,7 +137,8 @@ void load_scene(Scene& scene, const Loaded& loaded) {
     fresh.gels = scene.gels;
     if (scene.asset->name == fresh.asset->name) fresh.show_name = scene.show_name;
     fresh.show_rev = 0;
-    fresh.patch = scene.patch;
+    // A patch that came with a scene goes with it; one that somebody set stays.
+    if (!fresh.patch && scene.patch != scene.asset->patch) fresh.patch = scene.patch;
     fresh.surfaces = scene.surfaces;
     fresh.presets = scene.presets;  // of lights by name: files are written anew, and scenes come back
     fresh.presets_rev = scene.presets_rev;
@@ -362,6 +363,7 @@ Scene scene_of(std::shared_ptr<const SceneAsset> asset, Revision revision) {
                     scene.cues_rev = scene.cue_play_rev = revision;
     scene.camera = asset->cameras.empty() ? framing(asset->bounds) : asset->cameras.front();
     scene.exposure_ev100 = asset->exposure_ev100.value_or(scene.exposure_ev100);
+    scene.patch = asset->patch;
     for (const LightSeed& seed : asset->lights) {
         if (scene.lights.size() == kMaxLights) break;  // the loader has warned
         Light light;

@@ -140,12 +140,13 @@ struct SceneAsset {
     std::vector<Image> images;
     std::vector<Instance> instances;
     std::vector<LightSeed> lights;
-    std::vector<Camera> cameras;           // may be empty: then one is framed from the bounds
-    std::optional<double> exposure_ev100;  // that suits the scene, where its maker knows; else it is metered
-    double scale = 1.0;                    // that its file was loaded with
-    std::vector<std::string> warnings;     // tolerated deviations and unsupported features, one sentence each
-    Bounds bounds;                         // world space
-    std::size_t triangles() const {        // counted per instance
+    std::vector<Camera> cameras;                // may be empty: then one is framed from the bounds
+    std::optional<double> exposure_ev100;       // that suits the scene, where its maker knows; else it is metered
+    double scale = 1.0;                         // that its file was loaded with
+    std::shared_ptr<const v1::SetPatch> patch;  // of consoles, that its file brings; null: none
+    std::vector<std::string> warnings;          // tolerated deviations and unsupported features, one sentence each
+    Bounds bounds;                              // world space
+    std::size_t triangles() const {             // counted per instance
         std::size_t count = 0;
         for (const Instance& instance : instances) count += meshes[instance.mesh].indices.size() / 3;
         return count;

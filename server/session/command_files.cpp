@@ -5,6 +5,7 @@
 #include "server/assets/assets.h"
 #include "server/base/bounded_file.h"
 #include "server/base/memory_room.h"
+#include "server/exchange/import_mvr.h"
 #include "server/lighting/clusters.h"
 #include "server/scene/light_tables.h"
 #include "server/show/saved_show.h"
@@ -55,7 +56,7 @@ static Result<Loaded> read_opened(const std::string& given, const SceneAccess& a
     if (!path) return path.error();
     LoadOptions load = access.load;
     load.scale = show->scene_scale() == 0.0 ? 1.0 : show->scene_scale();
-    const auto asset = load_scene(*path, show->scene(), load, memory_room(access.max_memory));
+    const auto asset = exchange::load_any_scene(*path, show->scene(), load, memory_room(access.max_memory));
     if (!asset) return asset.error();
     RestoredShow restored = restore_show(*show, *asset, true, kProfileTime, access.gels);
     Loaded loaded;
@@ -116,7 +117,7 @@ Result<Loaded> read_files(const v1::Command& command, const SceneAccess& access,
         if (!path) return path.error();
         LoadOptions load = access.load;
         load.scale = scale;
-        auto asset = load_scene(*path, file, load, memory_room(access.max_memory));
+        auto asset = exchange::load_any_scene(*path, file, load, memory_room(access.max_memory));
         if (!asset) return asset.error();
         loaded.asset = *asset;
         if (library) library->keep_scene(profiles_of(**asset));

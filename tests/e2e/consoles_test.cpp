@@ -1,4 +1,5 @@
 // Consoles as the network brings them: packets to the real goniod, levels in the scene, frames of the composite alone.
+#include "ies/core/zip.h"
 #include "tests/e2e/consoles_fixture.h"
 
 namespace gonio::test {
@@ -160,6 +161,50 @@ TEST_F(Consoles, AnyAddressJoinsOnTheLoopbackInterfaceToo) {
     EXPECT_TRUE(
         until([&] { return level_is(0.2); }, [&] { desk.send("239.255.0.1", ports["sacn"], sacn(1, 51).bytes()); }));
     EXPECT_EQ(source("sacn")["out_of_order"], 0) << "each packet is heard once";
+}
+
+TEST_F(Consoles, SacnSwingsAHeadThatAnMvrShowHasPatched) {
+    const auto channel = [](const char* geometry, const char* attribute, const char* offset, const char* range) {
+        return std::string("<DMXChannel Offset='") + offset + "' Geometry='" + geometry +
+               "'><LogicalChannel Attribute='" + attribute + "'><ChannelFunction Attribute='" + attribute +
+               "' DMXFrom='0/1' Default='0/1' " + range + "/></LogicalChannel></DMXChannel>";
+    };
+    const auto type = write_zip(std::vector<ZipFile>{
+        {"description.xml",
+         "<GDTF><FixtureType Name='Head'><Geometries><Axis Name='Yoke'><Axis Name='Body'><Beam Name='Lens' "
+         "LuminousFlux='5000' BeamAngle='20' FieldAngle='30'/></Axis></Axis></Geometries><DMXModes><DMXMode Name='M' "
+         "Geometry='Yoke'><DMXChannels>" +
+             channel("Yoke", "Pan", "1,2", "PhysicalFrom='-270' PhysicalTo='270'") +
+             channel("Body", "Tilt", "3,4", "PhysicalFrom='-135' PhysicalTo='135'") +
+             channel("Lens", "Dimmer", "5", "") + "</DMXChannels></DMXMode></DMXModes></FixtureType></GDTF>"}});
+    ASSERT_TRUE(type);
+    const auto show = write_zip(std::vector<ZipFile>{
+        {"GeneralSceneDescription.xml",
+         "<GeneralSceneDescription verMajor='1' verMinor='6'><Scene><Layers><Layer name='L'><ChildList><Fixture "
+         "name='Hung'><Matrix>{1,0,0}{0,1,0}{0,0,1}{0,0,5000}</Matrix><GDTFSpec>Maker@Head</GDTFSpec><Addresses>"
+         "<Address break='0'>11</Address></Addresses></Fixture></ChildList></Layer></Layers></Scene>"
+         "</GeneralSceneDescription>"},
+        {"Maker@Head.gdtf", *type}});
+    ASSERT_TRUE(show);
+    TemporaryFolder folder;
+    daemon->rev({"load", "scene", folder.file("show.mvr", *show)});
+    Udp desk;
+    const auto send = [&] {
+        SacnPacket packet = sacn(1, 0);
+        packet.slots.resize(512);
+        packet.slots[10] = packet.slots[11] = 0x55;  // pan -90°
+        packet.slots[12] = packet.slots[13] = 0xD5;  // tilt 90.5°
+        packet.slots[14] = 51;
+        desk.send("127.0.0.1", ports["sacn"], packet.bytes());
+    };
+    const auto of_head = [&](const char* property) {
+        return daemon->json({"get", std::string("lights.Hung.") + property}).get<double>();
+    };
+    ASSERT_TRUE(until([&] { return std::abs(of_head("level_ratio") - 0.2) < 1e-9; }, send));
+    EXPECT_NEAR(of_head("pan_rad"), -1.5708, 1e-4);
+    EXPECT_NEAR(of_head("tilt_rad"), (-135 + 270 * 54741 / 65535.0) * 3.14159265 / 180, 1e-4);
+    // A head that hangs, panned by -90° and tilted by 90°, aims along +X.
+    EXPECT_NEAR(daemon->json({"get", "lights.Hung.aim"})[0].get<double>(), 1.0, 1e-3);
 }
 
 TEST_F(Consoles, ARefusedChannelHoldsUpNoOtherAndIsTold) {

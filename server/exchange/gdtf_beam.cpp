@@ -1,0 +1,51 @@
+// Beam -> value, with the standard's defaults where the file is silent.
+#include <algorithm>
+#include <array>
+#include <numbers>
+
+#include "server/exchange/gdtf_parts.h"
+
+namespace gonio::gdtf {
+namespace {
+
+constexpr auto kTypes =
+    std::to_array<const char*>({"Wash", "Spot", "None", "Rectangle", "PC", "Fresnel", "Glow"});  // as BeamType
+
+}  // namespace
+
+Beam read_beam(GdtfRead& read, const pugi::xml_node& node) {
+    Beam beam;
+    const std::string_view name = exchange::attribute_of(node, "Name");
+    // Takes a number from low to high; `factor` brings it to the value's unit.
+    const auto take = [&](Given<double>& value, const char* attribute, double low, double high, double factor = 1.0) {
+        const auto number = exchange::number_of(node, attribute);
+        if (number && *number >= low && *number <= high) {
+            value = {*number * factor, false};
+        } else if (!exchange::attribute_of(node, attribute).empty()) {
+            read.note(exchange::Outcome::defaulted, "a beam's value is out of range",
+                      std::string(name) + " " + attribute);
+        }
+    };
+    constexpr double kDegree = std::numbers::pi / 180.0;
+    take(beam.flux_lm, "LuminousFlux", 0.0, 1e9);
+    take(beam.beam_angle_rad, "BeamAngle", 0.01, 180.0, kDegree);
+    take(beam.field_angle_rad, "FieldAngle", 0.01, 180.0, kDegree);
+    take(beam.color_temperature_k, "ColorTemperature", 500.0, 100000.0);
+    take(beam.radius_m, "BeamRadius", 0.0, 100.0);
+    take(beam.throw_ratio, "ThrowRatio", 1e-3, 1e3);
+    take(beam.rectangle_ratio, "RectangleRatio", 1e-3, 1e3);
+    take(beam.color_rendering_index, "ColorRenderingIndex", 0.0, 100.0);
+    take(beam.power_w, "PowerConsumption", 0.0, 1e9);
+    const std::string_view type = exchange::attribute_of(node, "BeamType");
+    if (const auto at = std::find(kTypes.begin(), kTypes.end(), type); at != kTypes.end())
+        beam.type = {static_cast<BeamType>(at - kTypes.begin()), false};
+    if (const std::string_view lamp = exchange::attribute_of(node, "LampType"); !lamp.empty())
+        beam.lamp_type = {std::string(lamp), false};
+    // Editors write the defaults out: a beam that has all of them was not described.
+    if (beam.flux_lm.defaulted || (beam.flux_lm.value == 10000.0 && beam.beam_angle_rad.value == 25.0 * kDegree &&
+                                   beam.field_angle_rad.value == 25.0 * kDegree))
+        read.note(exchange::Outcome::defaulted, "a beam has only default photometry", name);
+    return beam;
+}
+
+}  // namespace gonio::gdtf

@@ -1,0 +1,47 @@
+// The parts of the GDTF reader: each turns one kind of element into values. Only for .cpp files, because it brings
+// pugixml.
+#pragma once
+
+#include "server/exchange/gdtf.h"
+#include "server/exchange/xml_read.h"
+
+namespace gonio::gdtf {
+
+// What one reading has gathered so far.
+struct GdtfRead {
+    FixtureType& type;
+    pugi::xml_node root;                                      // FixtureType
+    std::map<std::string_view, pugi::xml_node> top_level{};   // geometries by name, the first of each
+    std::size_t geometries = 0, channels = 0, functions = 0;  // of the bounds
+
+    void note(exchange::Outcome outcome, const char* what, std::string_view name) {
+        type.report.add(outcome, what, name);
+    }
+};
+
+// A break of a geometry reference, in the file's order.
+struct ReferenceBreak {
+    int dmx_break = 1, offset = 1;
+};
+
+// The tree of a mode's geometry, with the breaks of each reference by its index.
+using ReferenceBreaks = std::map<int, std::vector<ReferenceBreak>>;
+std::optional<Error> read_tree(GdtfRead& read, Mode& mode, ReferenceBreaks& breaks);
+Beam read_beam(GdtfRead& read, const pugi::xml_node& node);
+std::optional<Error> read_channels(GdtfRead& read, const pugi::xml_node& node, Mode& mode,
+                                   const ReferenceBreaks& breaks);
+
+// Fills the table of top-level geometries.
+void find_top_level(GdtfRead& read);
+
+std::optional<Color> color_of(std::string_view text);
+// Result: the index of the item of this name; -1 where there is none. Empty and "None" name nothing.
+template <typename Items>
+int index_of(const Items& items, std::string_view name) {
+    if (name.empty() || name == "None") return -1;
+    for (std::size_t i = 0; i < items.size(); ++i)
+        if (items[i].name == name) return static_cast<int>(i);
+    return -1;
+}
+
+}  // namespace gonio::gdtf

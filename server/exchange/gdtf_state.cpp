@@ -1,0 +1,193 @@
+// What the values of a fixture's channels do to its beams.
+#include <algorithm>
+#include <cctype>
+#include <cmath>
+#include <glm/gtc/matrix_transform.hpp>
+#include <numbers>
+
+#include "server/exchange/gdtf_dmx.h"
+#include "server/scene/white.h"
+
+namespace gonio::gdtf {
+namespace {
+
+constexpr double kDegree = std::numbers::pi / 180.0;
+constexpr double kLeastCct_k = 1000.0, kMostCct_k = 15000.0;  // of white_factors()
+constexpr double kLeastZoom_deg = 0.1, kMostZoom_deg = 179.0;
+
+// What one geometry's own channels say.
+struct Effects {
+    std::optional<double> pan_rad, tilt_rad;
+    double dimmer_ratio = 1.0;
+    bool open = true;
+    double strobe_hz = 0.0;
+    std::optional<double> zoom_rad, cct_k;
+    std::vector<std::pair<Color, double>> emitters;  // with their levels
+    glm::dvec3 filter{1.0};
+    std::vector<GoboState> gobos;
+};
+
+// "Gobo2Pos" -> 2 and "Pos", where prefix is "Gobo"; nothing where no number follows it.
+std::optional<std::pair<int, std::string_view>> numbered(std::string_view attribute, std::string_view prefix) {
+    if (!attribute.starts_with(prefix)) return std::nullopt;
+    attribute.remove_prefix(prefix.size());
+    int number = 0;
+    std::size_t digits = 0;
+    for (; digits < attribute.size() && digits < 4 && std::isdigit(static_cast<unsigned char>(attribute[digits]));
+         ++digits)
+        number = 10 * number + (attribute[digits] - '0');
+    if (digits == 0) return std::nullopt;
+    return std::pair(number, attribute.substr(digits));
+}
+
+Color color_of_function(const FixtureType& type, const ChannelFunction& function) {
+    if (function.emitter >= 0 && type.emitters[function.emitter].color) return *type.emitters[function.emitter].color;
+    if (function.filter >= 0 && type.filters[function.filter].color) return *type.filters[function.filter].color;
+    if (const auto own = type.attribute_colors.find(function.attribute); own != type.attribute_colors.end())
+        return own->second;
+    return standard_color(function.attribute).value_or(Color{});
+}
+
+glm::dvec3 passed(const Color& color) {
+    return rgb_of_xy({color.x, color.y}) * (color.luminance_percent / 100.0);
+}
+
+// A component 0..1; files write 0..100 too.
+double component(const ChannelFunction& function, double physical) {
+    const double most = std::max(std::abs(function.physical_from), std::abs(function.physical_to));
+    return std::clamp(most > 1.5 ? physical / most : physical, 0.0, 1.0);
+}
+
+bool never_filled_in(const ChannelFunction& function) {
+    return function.physical_from == 0.0 && function.physical_to == 1.0;
+}
+
+GoboState& gobo_of(Effects& effects, int number) {
+    for (GoboState& gobo : effects.gobos)
+        if (gobo.number == number) return gobo;
+    effects.gobos.push_back({number});
+    return effects.gobos.back();
+}
+
+void take(const FixtureType& type, const ChannelFunction& function, const ChannelValue& value, Effects& effects) {
+    const std::string_view attribute = function.attribute;
+    const double physical = value.physical;
+    const Slot* slot = nullptr;
+    int slot_index = 0;
+    if (function.wheel >= 0 && value.set >= 0) {
+        slot_index = function.sets[static_cast<std::size_t>(value.set)].slot - 1;
+        const std::vector<Slot>& slots = type.wheels[function.wheel].slots;
+        if (slot_index >= 0 && static_cast<std::size_t>(slot_index) < slots.size())
+            slot = &slots[static_cast<std::size_t>(slot_index)];
+    }
+    if (attribute == "Dimmer") {
+        effects.dimmer_ratio *= component(function, physical);
+    } else if (attribute == "Pan") {
+        effects.pan_rad = physical * kDegree;
+    } else if (attribute == "Tilt") {
+        effects.tilt_rad = physical * kDegree;
+    } else if (attribute == "Zoom") {
+        if (!never_filled_in(function) && physical >= kLeastZoom_deg && physical <= kMostZoom_deg)
+            effects.zoom_rad = physical * kDegree;
+    } else if (attribute.starts_with("ColorAdd_")) {
+        effects.emitters.emplace_back(color_of_function(type, function), component(function, physical));
+    } else if (attribute.starts_with("ColorSub_")) {
+        const double level = component(function, physical);
+        effects.filter *= 1.0 - level + level * passed(color_of_function(type, function));
+    } else if (attribute == "CTC" || attribute == "CTO" || attribute == "CTB") {
+        if (!never_filled_in(function) && physical >= 500.0)
+            effects.cct_k = std::clamp(physical, kLeastCct_k, kMostCct_k);
+    } else if (const auto shutter = numbered(attribute, "Shutter")) {
+        if (shutter->second.empty())
+            effects.open = effects.open && physical >= 0.5;
+        else if (shutter->second.starts_with("Strobe"))
+            effects.strobe_hz = std::max(effects.strobe_hz, std::max(physical, 0.0));
+    } else if (numbered(attribute, "Color") && slot != nullptr) {
+        if (slot->color) effects.filter *= passed(*slot->color);
+    } else if (const auto gobo = numbered(attribute, "Gobo")) {
+        GoboState& state = gobo_of(effects, gobo->first);
+        if (gobo->second == "Pos") {
+            state.angle_rad = physical * kDegree;
+        } else if (slot != nullptr) {
+            state.wheel = function.wheel;
+            state.slot = slot_index;
+        }
+    }
+}
+
+glm::dvec3 color_of_beam(const Beam& beam, const Effects& all) {
+    glm::dvec3 color(0.0);
+    double sum = 0.0;
+    for (const auto& [emitter, level] : all.emitters) {
+        color += level * emitter.luminance_percent * rgb_of_xy({emitter.x, emitter.y});
+        sum += emitter.luminance_percent;
+    }
+    if (sum > 0.0) {
+        color /= sum;
+        if (all.cct_k) color *= white_factors(*all.cct_k, 0.0);
+    } else {
+        const double cct = std::clamp(beam.color_temperature_k.value, kLeastCct_k, kMostCct_k);
+        color = white_factors(all.cct_k.value_or(cct), 0.0);
+    }
+    return color * all.filter;
+}
+
+}  // namespace
+
+std::vector<BeamState> beam_states(const FixtureType& type, const Mode& mode, const std::vector<ChannelValue>& values,
+                                   const StateOptions& options) {
+    std::map<int, Effects> own;
+    for (const ChannelValue& value : values) {
+        if (value.function < 0) continue;
+        const PatchedChannel& patched = mode.patched[static_cast<std::size_t>(value.patched)];
+        const ChannelFunction& function = mode.channels[static_cast<std::size_t>(patched.channel)]
+                                              .functions[static_cast<std::size_t>(value.function)];
+        Effects& effects = own[patched.geometry];
+        take(type, function, value, effects);
+        if (function.attribute == "Pan" && options.pan_rad) effects.pan_rad = options.pan_rad;
+        if (function.attribute == "Tilt" && options.tilt_rad) effects.tilt_rad = options.tilt_rad;
+    }
+    std::vector<glm::dmat4> fixture_from(mode.geometries.size());
+    std::vector<BeamState> states;
+    for (std::size_t g = 0; g < mode.geometries.size(); ++g) {
+        const Geometry& geometry = mode.geometries[g];
+        glm::dmat4& here = fixture_from[g];
+        here = geometry.parent_from_geometry;
+        if (geometry.parent >= 0) here = fixture_from[static_cast<std::size_t>(geometry.parent)] * here;
+        if (const auto at = own.find(static_cast<int>(g)); at != own.end()) {
+            const double pan = at->second.pan_rad.value_or(0.0) * (options.invert_pan ? -1.0 : 1.0);
+            const double tilt = at->second.tilt_rad.value_or(0.0) * (options.invert_tilt ? -1.0 : 1.0);
+            here = glm::rotate(here, pan, glm::dvec3(0, 0, 1));
+            here = glm::rotate(here, tilt, glm::dvec3(1, 0, 0));
+        }
+        if (!geometry.beam) continue;
+        BeamState state;
+        state.geometry = static_cast<int>(g);
+        state.fixture_from_beam = here;
+        Effects all;
+        for (int at = state.geometry; at >= 0; at = mode.geometries[static_cast<std::size_t>(at)].parent) {
+            const auto found = own.find(at);
+            if (found == own.end()) continue;
+            const Effects& one = found->second;
+            all.dimmer_ratio *= one.dimmer_ratio;
+            all.open = all.open && one.open;
+            all.strobe_hz = std::max(all.strobe_hz, one.strobe_hz);
+            if (!all.zoom_rad) all.zoom_rad = one.zoom_rad;  // the nearest one counts
+            if (!all.cct_k) all.cct_k = one.cct_k;
+            all.emitters.insert(all.emitters.end(), one.emitters.begin(), one.emitters.end());
+            all.filter *= one.filter;
+            for (const GoboState& gobo : one.gobos)
+                if (gobo.wheel >= 0) all.gobos.push_back(gobo);
+        }
+        state.dimmer_ratio = all.dimmer_ratio;
+        state.shutter_open = all.open;
+        state.strobe_hz = all.strobe_hz;
+        state.zoom_rad = all.zoom_rad;
+        state.gobos = std::move(all.gobos);
+        state.color = color_of_beam(*geometry.beam, all);
+        states.push_back(std::move(state));
+    }
+    return states;
+}
+
+}  // namespace gonio::gdtf

@@ -1,0 +1,245 @@
+// Fixtures of a show -> lights: a web for each beam, where it hangs and where it aims.
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
+#include "ies/core/printed.h"
+#include "protocol/text/shortened_text.h"
+#include "server/assets/gltf_import.h"
+#include "server/exchange/axes.h"
+#include "server/exchange/beam_web.h"
+#include "server/exchange/import_parts.h"
+#include "server/exchange/xml_read.h"
+#include "server/scene/light_tables.h"
+#include "server/scene/white.h"
+
+namespace gonio::exchange {
+namespace {
+
+constexpr double kDegree = std::numbers::pi / 180.0;
+
+std::string unique_name(ShowImport& import, const std::string& wanted) {
+    const std::string base = wanted.empty() ? "fixture" : wanted;
+    std::string name = shortened_text(base, kMaxNameBytes);
+    for (int number = 2; import.light_names.contains(name); ++number) {
+        const std::string suffix = " " + std::to_string(number);
+        name = shortened_text(base, kMaxNameBytes - suffix.size()) + suffix;
+    }
+    import.light_names.insert(name);
+    return name;
+}
+
+// Result: the fixture type of the entry, read once; nullptr where it cannot be read, which has been noted.
+const gdtf::FixtureType* type_of(ShowImport& import, const std::string& entry) {
+    const auto [at, fresh] = import.types.try_emplace(entry);
+    if (!fresh) return at->second ? &*at->second : nullptr;
+    auto bytes = import.archive.read(entry);
+    std::optional<Error> failed;
+    if (!bytes) {
+        failed = bytes.error();
+    } else if (auto archive = open_zip(std::move(*bytes), gdtf::kGdtfLimits); !archive) {
+        failed = archive.error();
+    } else if (auto type = gdtf::read_gdtf(*archive); !type) {
+        failed = type.error();
+    } else {
+        at->second = std::move(*type);
+        import.report.add(Outcome::taken, "fixture type", entry);
+        import.report.add(at->second->report, at->second->name);
+        return &*at->second;
+    }
+    import.report.add(Outcome::left_out, "a GDTF file cannot be read: " + failed->code, entry);
+    return nullptr;
+}
+
+// Photometry of the same name as the fixture's type or the fixture.
+std::shared_ptr<const Profile> paired_profile(ShowImport& import, const mvr::Fixture& fixture,
+                                              const std::string& name) {
+    std::string stem = fixture.entry;
+    if (stem.size() > 5) stem.resize(stem.size() - 5);
+    for (const std::string& one : {stem, fixture.spec, name}) {
+        if (one.empty()) continue;
+        for (const char* extension : {".ies", ".ldt"}) {
+            const auto found = import.entries.find(one + extension, extension);
+            if (found.entry.empty()) continue;
+            std::shared_ptr<const Profile>& profile = import.profiles["file " + found.entry];
+            if (profile) return profile;
+            const auto bytes = import.archive.read(found.entry);
+            auto made = bytes ? make_profile(shortened_text(found.entry, kMaxNameBytes), *bytes)
+                              : Result<std::shared_ptr<const Profile>>(bytes.error());
+            if (!made) {
+                import.report.add(Outcome::left_out, "photometry cannot be read: " + made.error().code, found.entry);
+                continue;
+            }
+            import.report.add(Outcome::taken, "photometry of a fixture by its file's name", found.entry);
+            tables_of(**made);
+            return profile = *made;
+        }
+    }
+    return nullptr;
+}
+
+Result<std::shared_ptr<const Profile>> beam_profile(ShowImport& import, const gdtf::FixtureType& type,
+                                                    const gdtf::Beam& beam, std::optional<Angle> zoom) {
+    const double angle = zoom ? zoom->radians() : beam.beam_angle_rad.value;
+    const double radius = beam.radius_m.defaulted ? 0.0 : beam.radius_m.value;
+    const std::string key =
+        printed("beam %.9g %.9g %.9g %.9g %d ", beam.flux_lm.value, angle,
+                beam.field_angle_rad.value / beam.beam_angle_rad.value, radius, static_cast<int>(beam.type.value)) +
+        type.name;
+    std::shared_ptr<const Profile>& profile = import.profiles[key];
+    if (profile) return profile;
+    if (auto full = take_memory(import.room, 1, kBytesOfProfile, type.name)) return *full;
+    ies::Photometry photometry;
+    photometry.web = gdtf::beam_web(beam, zoom);
+    photometry.provenance.format = "GDTF";
+    photometry.provenance.absolute = true;
+    photometry.provenance.lumens_per_lamp = -1.0;
+    photometry.provenance.input_watts = beam.power_w.value;
+    if (radius > 0.0) photometry.opening = {ies::OpeningShape::ellipse, 2.0 * radius * m, 2.0 * radius * m, 0.0 * m};
+    profile = make_profile(shortened_text(type.name, kMaxNameBytes), std::move(photometry));
+    tables_of(*profile);
+    return profile;
+}
+
+// The rotation of a matrix, its lengths and any mirroring left out.
+glm::dquat turn_of(const glm::dmat4& matrix) {
+    const glm::dvec3 z = glm::normalize(glm::dvec3(matrix[2]));
+    const glm::dvec3 x = glm::normalize(glm::cross(glm::dvec3(matrix[1]), z));
+    return glm::normalize(glm::quat_cast(glm::dmat3(x, glm::cross(z, x), z)));
+}
+
+// Turns the aim (-Z) to the direction by the shortest way.
+glm::dquat aimed_at(const glm::dquat& turn, const glm::dvec3& direction) {
+    const glm::dvec3 from = turn * glm::dvec3(0, 0, -1), to = glm::normalize(direction);
+    const double cosine = glm::dot(from, to);
+    if (cosine < -1.0 + 1e-9) return glm::angleAxis(std::numbers::pi, turn * glm::dvec3(0, 1, 0)) * turn;
+    return glm::normalize(glm::normalize(glm::dquat(1.0 + cosine, glm::cross(from, to))) * turn);
+}
+
+// "Yoke_Pan.Pan.Pan 1,f 45.0": Vectorworks writes a fixture's aim so, in degrees.
+std::optional<double> command_rad(const mvr::Fixture& fixture, const char* attribute) {
+    for (const std::string& command : fixture.commands) {
+        const std::size_t comma = command.find(",f ");
+        if (comma == std::string::npos || command.find(std::string(".") + attribute + ".") > comma) continue;
+        if (const auto value = number_of(std::string_view(command).substr(comma + 3)); value && std::abs(*value) <= 720)
+            return *value * kDegree;
+    }
+    return std::nullopt;
+}
+
+// Emitters that all are dark by default light nothing until a console speaks: then all are on.
+void light_emitters(const gdtf::Mode& mode, std::vector<gdtf::ChannelValue>& values) {
+    const auto function_of = [&](const gdtf::ChannelValue& value) -> const gdtf::ChannelFunction* {
+        if (value.function < 0) return nullptr;
+        const gdtf::PatchedChannel& patched = mode.patched[static_cast<std::size_t>(value.patched)];
+        const auto& functions = mode.channels[static_cast<std::size_t>(patched.channel)].functions;
+        const auto& function = functions[static_cast<std::size_t>(value.function)];
+        return function.attribute.starts_with("ColorAdd_") ? &function : nullptr;
+    };
+    for (const gdtf::ChannelValue& value : values)
+        if (const auto* function = function_of(value); function && value.physical > function->physical_from) return;
+    for (gdtf::ChannelValue& value : values)
+        if (const auto* function = function_of(value)) value.physical = function->physical_to;
+}
+
+struct Placed {
+    const mvr::Fixture& fixture;
+    const mvr::Object& object;
+    std::string name;
+    glm::dmat4 world_from_fixture;  // of Z up
+};
+
+void finish_light(ShowImport& import, const Placed& placed, LightSeed light, const glm::dmat4& world_from_beam) {
+    light.position = glm::dvec3(world_from_beam[3]);
+    light.world_from_light = turn_of(world_from_beam);
+    if (placed.fixture.focus >= 0) {
+        const glm::dvec3 to =
+            import.show.focus_points[static_cast<std::size_t>(placed.fixture.focus)].position - light.position;
+        if (glm::length(to) > 1e-6) light.world_from_light = aimed_at(light.world_from_light, to);
+    }
+    import.scene.lights.push_back(std::move(light));
+}
+
+bool has_room(ShowImport& import, const std::string& name) {
+    if (import.scene.lights.size() < kMaxLights) return true;
+    import.report.add(Outcome::left_out, "a light beyond the " + std::to_string(kMaxLights) + " of a scene", name);
+    return false;
+}
+
+std::optional<Error> add_beams(ShowImport& import, const Placed& placed, const gdtf::FixtureType& type,
+                               const std::shared_ptr<const Profile>& paired) {
+    const auto found = gdtf::find_mode(type, placed.fixture.mode);
+    if (!found.as_named) import.report.add(Outcome::guessed, "a fixture's mode is the first of its type", placed.name);
+    const gdtf::Mode& mode = type.modes[found.index];
+    if (!index_of(import, mode).has_beam) {
+        import.report.add(Outcome::left_out, "a fixture has no beam", placed.name);
+        return std::nullopt;
+    }
+    if (!has_room(import, placed.name)) return std::nullopt;
+    auto values = gdtf::default_values(type, mode);
+    light_emitters(mode, values);
+    gdtf::StateOptions options{placed.fixture.invert_pan, placed.fixture.invert_tilt, 0.0, 0.0};
+    const auto pan = command_rad(placed.fixture, "Pan"), tilt = command_rad(placed.fixture, "Tilt");
+    if (pan || tilt) {
+        if (pan.value_or(0.0) != 0.0 || tilt.value_or(0.0) != 0.0)
+            import.report.add(Outcome::guessed, "pan and tilt are those of custom commands, in degrees", placed.name);
+        options.pan_rad = pan.value_or(0.0);
+        options.tilt_rad = tilt.value_or(0.0);
+    }
+    const auto states = gdtf::beam_states(type, mode, values, options);
+    for (const gdtf::BeamState& state : states) {
+        const gdtf::Geometry& geometry = mode.geometries[static_cast<std::size_t>(state.geometry)];
+        const std::string wanted = states.size() == 1 ? placed.name : placed.name + " " + geometry.name;
+        if (!has_room(import, wanted)) continue;
+        LightSeed light;
+        light.name = unique_name(import, wanted);
+        light.profile = paired;
+        if (!paired) {
+            const auto zoom = state.zoom_rad ? std::optional(Angle::radians(*state.zoom_rad)) : std::nullopt;
+            auto profile = beam_profile(import, type, *geometry.beam, zoom);
+            if (!profile) return profile.error();
+            light.profile = *profile;
+        }
+        const double most = std::max({state.color.r, state.color.g, state.color.b});
+        light.color = most > 1e-3 ? state.color : glm::dvec3(1.0);
+        const FixtureBeam beam{placed.fixture, type, mode, state.geometry, placed.world_from_fixture, light.name};
+        glm::dmat4 world_from_beam = placed.world_from_fixture * state.fixture_from_beam;
+        if (add_patch_rows(import, beam) && geometry.parent >= 0) {
+            // A head that a console swings: the light stands where its axes meet, so that the aim stays true.
+            const glm::dmat4 fixture_from_head = state.fixture_from_beam * glm::inverse(geometry.parent_from_geometry);
+            world_from_beam[3] = placed.world_from_fixture * fixture_from_head[3];
+        }
+        finish_light(import, placed, std::move(light), world_from_beam);
+    }
+    return std::nullopt;
+}
+
+}  // namespace
+
+std::optional<Error> import_fixtures(ShowImport& import) {
+    for (const mvr::Fixture& fixture : import.show.fixtures) {
+        const mvr::Object& object = import.show.objects[static_cast<std::size_t>(fixture.object)];
+        Placed placed{fixture, object, object.name, object.world_from_object * y_up_from_z_up()};
+        if (!fixture.fixture_id.empty() && fixture.fixture_id != "0") placed.name += " " + fixture.fixture_id;
+        const gdtf::FixtureType* type = fixture.entry.empty() ? nullptr : type_of(import, fixture.entry);
+        const auto paired = paired_profile(import, fixture, object.name);
+        if (type != nullptr) {
+            if (auto error = add_beams(import, placed, *type, paired)) return error;
+        } else if (paired) {
+            if (!has_room(import, placed.name)) continue;
+            LightSeed light;
+            light.name = unique_name(import, placed.name);
+            light.profile = paired;
+            finish_light(import, placed, std::move(light), placed.world_from_fixture);
+        } else {
+            import.report.add(Outcome::left_out, "a fixture gives no light: it has neither GDTF nor photometry",
+                              placed.name);
+        }
+    }
+    if (!import.types.empty()) import.report.add(Outcome::left_out, "the bodies of fixtures are not drawn");
+    if (!import.scene.lights.empty())
+        import.report.add(Outcome::defaulted, "lights are at full level until a console says otherwise");
+    return std::nullopt;
+}
+
+}  // namespace gonio::exchange

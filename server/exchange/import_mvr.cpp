@@ -1,0 +1,241 @@
+#include "server/exchange/import_mvr.h"
+
+#include <algorithm>
+#include <cmath>
+#include <filesystem>
+#include <fstream>
+
+#include "protocol/text/shortened_text.h"
+#include "server/assets/gltf_import.h"
+#include "server/assets/mesh_builder.h"
+#include "server/assets/scale.h"
+#include "server/base/bounded_file.h"
+#include "server/exchange/import_parts.h"
+#include "server/exchange/mesh_3ds.h"
+
+namespace gonio::exchange {
+namespace {
+
+constexpr double kUnit_m = 0.001;  // of a 3DS model
+constexpr std::size_t kMostWarnings = GltfImport::kMaxWarnings;
+
+// A model that was read once: meshes of the scene with their places.
+struct Model {
+    struct Part {
+        int mesh;
+        int mirrored = -1;  // its copy that faces the front where it is turned inside out
+        glm::dmat4 model_from_mesh{1.0};
+    };
+    std::vector<Part> parts;
+};
+
+Result<Model> take_glb(ShowImport& import, const std::string& bytes, const std::string& entry) {
+    auto read = read_glb(std::as_bytes(std::span(bytes)), entry, import.options, import.room);
+    if (!read) return read.error();
+    const SceneAsset& from = **read;
+    SceneAsset& scene = import.scene;
+    const int images = static_cast<int>(scene.images.size()), materials = static_cast<int>(scene.materials.size()),
+              meshes = static_cast<int>(scene.meshes.size());
+    scene.images.insert(scene.images.end(), from.images.begin(), from.images.end());
+    for (Material material : from.materials) {
+        for (int* image : {&material.base_color_image, &material.emissive_image, &material.normal_image,
+                           &material.transmission_image})
+            if (*image >= 0) *image += images;
+        scene.materials.push_back(std::move(material));
+    }
+    for (Mesh mesh : from.meshes) {
+        mesh.material += materials;
+        scene.meshes.push_back(std::move(mesh));
+    }
+    Model model;
+    for (const Instance& instance : from.instances)
+        model.parts.push_back({instance.mesh + meshes, -1, instance.world_from_mesh});
+    if (!from.lights.empty()) import.report.add(Outcome::left_out, "lights of a model", entry);
+    for (const std::string& warning : from.warnings) import.report.add(Outcome::guessed, warning, entry);
+    return model;
+}
+
+Result<Model> take_3ds(ShowImport& import, const std::string& bytes, const std::string& entry) {
+    const auto read = read_3ds(bytes);
+    if (!read) return read.error();
+    if (auto full = take_memory(import.room, 3 * read->triangles(), kBytesOfVertex + kBytesOfIndex, entry))
+        return *full;
+    SceneAsset& scene = import.scene;
+    std::vector<int> material_of(read->materials.size() + 1, -1);  // the last: of faces without one
+    Model model;
+    for (const Mesh3ds::Part& part : read->parts) {
+        const std::size_t which = part.material >= 0 ? static_cast<std::size_t>(part.material) : read->materials.size();
+        if (material_of[which] < 0) {
+            const Mesh3ds::Material made =
+                part.material >= 0 ? read->materials[which] : Mesh3ds::Material{"3DS", glm::vec3(0.5f)};
+            const auto most = static_cast<float>(import.options.max_albedo);
+            material_of[which] = add_material(scene, made.name, glm::min(made.color, glm::vec3(most)));
+            scene.materials.back().double_sided = true;  // exporters turn faces either way
+        }
+        Mesh mesh;
+        for (std::size_t i = 0; i + 2 < part.positions.size(); i += 3) {
+            glm::dvec3 corner[3];
+            for (std::size_t k = 0; k < 3; ++k) {
+                const glm::dvec3 at(part.positions[i + k]);
+                corner[k] = glm::dvec3(at.x, at.z, -at.y) * kUnit_m;
+            }
+            const glm::vec3 normal(glm::normalize(glm::cross(corner[1] - corner[0], corner[2] - corner[0])));
+            if (!std::isfinite(normal.x)) continue;
+            for (const glm::dvec3& one : corner) {
+                mesh.indices.push_back(static_cast<std::uint32_t>(mesh.vertices.size()));
+                mesh.vertices.push_back({glm::vec3(one), normal, glm::vec2(0.0f)});
+            }
+        }
+        if (mesh.indices.empty()) continue;
+        model.parts.push_back({add_mesh(scene, std::move(mesh), material_of[which])});
+    }
+    return model;
+}
+
+Result<Model> take_model(ShowImport& import, const std::string& entry) {
+    const auto bytes = import.archive.read(entry);
+    if (!bytes) return bytes.error();
+    if (auto full = take_memory(import.room, bytes->size(), 1, entry)) return *full;
+    return bytes->starts_with("MM") ? take_3ds(import, *bytes, entry) : take_glb(import, *bytes, entry);
+}
+
+// A transform of negative determinant turns triangles inside out; the copy has been turned beforehand.
+int mirrored(SceneAsset& scene, Model::Part& part) {
+    if (part.mirrored >= 0) return part.mirrored;
+    Mesh copy = scene.meshes[static_cast<std::size_t>(part.mesh)];
+    for (std::size_t i = 0; i + 2 < copy.indices.size(); i += 3) std::swap(copy.indices[i + 1], copy.indices[i + 2]);
+    for (Vertex& vertex : copy.vertices) vertex.normal = -vertex.normal;
+    for (glm::vec4& tangent : copy.tangents) tangent.w = -tangent.w;
+    part.mirrored = static_cast<int>(scene.meshes.size());
+    scene.meshes.push_back(std::move(copy));
+    return part.mirrored;
+}
+
+bool is_placed(const glm::dmat4& matrix) {
+    for (int column = 0; column < 4; ++column)
+        for (int row = 0; row < 4; ++row)
+            if (!(std::abs(matrix[column][row]) < 1e30)) return false;
+    return std::abs(glm::determinant(glm::dmat3(matrix))) > 1e-30;
+}
+
+std::optional<Error> show_model(ShowImport& import, Model& model, const mvr::ModelUse& use) {
+    SceneAsset& scene = import.scene;
+    for (Model::Part& part : model.parts) {
+        const glm::dmat4 world = use.world_from_model * part.model_from_mesh;
+        const std::string& name = import.show.objects[static_cast<std::size_t>(use.object)].name;
+        if (!is_placed(world)) {
+            import.report.add(Outcome::left_out, "a model's place is too far or has no size", name);
+            continue;
+        }
+        const bool inside_out = glm::determinant(glm::dmat3(world)) < 0.0;
+        if (inside_out && part.mirrored < 0) {
+            const Mesh& mesh = scene.meshes[static_cast<std::size_t>(part.mesh)];
+            if (auto full = take_memory(import.room, mesh.vertices.size(), kBytesOfVertex, name)) return full;
+        }
+        const int mesh = inside_out ? mirrored(scene, part) : part.mesh;
+        const std::size_t count = scene.meshes[static_cast<std::size_t>(mesh)].indices.size() / 3;
+        import.instanced += count;
+        if (import.instanced > kMaxSceneTriangles || scene.instances.size() >= kMaxSceneInstances)
+            return Error{"too_large", name, std::to_string(import.instanced),
+                         "the show has too many triangles or models"};
+        if (auto full = take_memory(import.room, count, kBytesOfTriangle, name)) return full;
+        add_instance(scene, mesh, shortened_text(name, kMaxNameBytes), world);
+    }
+    return std::nullopt;
+}
+
+// From the corners of each instance's box; where there is none from the lights.
+void set_bounds(SceneAsset& scene) {
+    Bounds bounds;
+    const auto reach = [&](const glm::dvec3& point) {
+        bounds.min = glm::min(bounds.min, point);
+        bounds.max = glm::max(bounds.max, point);
+    };
+    for (const Instance& instance : scene.instances) {
+        const Bounds& box = scene.meshes[static_cast<std::size_t>(instance.mesh)].bounds;
+        for (unsigned corner = 0; corner < 8; ++corner) {
+            const glm::dvec3 at((corner & 1 ? box.max : box.min).x, (corner & 2 ? box.max : box.min).y,
+                                (corner & 4 ? box.max : box.min).z);
+            reach(glm::dvec3(instance.world_from_mesh * glm::dvec4(at, 1.0)));
+        }
+    }
+    if (scene.instances.empty())
+        for (const LightSeed& light : scene.lights)
+            for (const double side : {-1.0, 1.0}) reach(light.position + side);
+    if (!(bounds.min.x <= bounds.max.x)) bounds = {glm::dvec3(-1.0), glm::dvec3(1.0)};
+    scene.bounds = bounds;
+}
+
+}  // namespace
+
+std::optional<Error> import_models(ShowImport& import) {
+    std::map<std::string, std::optional<Model>> models;  // nothing: it cannot be read
+    for (const mvr::ModelUse& use : import.show.models) {
+        const auto [at, fresh] = models.try_emplace(use.entry);
+        if (fresh) {
+            auto model = take_model(import, use.entry);
+            if (model)
+                at->second = std::move(*model);
+            else if (model.error().code == "too_large")
+                return model.error();
+            else
+                import.report.add(Outcome::left_out, "a model cannot be read: " + model.error().code, use.entry);
+        }
+        if (!at->second) continue;
+        if (auto error = show_model(import, *at->second, use)) return error;
+    }
+    return std::nullopt;
+}
+
+Result<std::shared_ptr<SceneAsset>> import_mvr(std::string bytes, const std::string& shown, const LoadOptions& options,
+                                               std::size_t room, const mvr::ReadOptions& read) {
+    if (auto full = take_memory(room, bytes.size(), 2, shown)) return *full;
+    const auto archive = open_zip(std::move(bytes), mvr::kMvrLimits);
+    if (!archive) return archive.error();
+    const auto show = mvr::read_mvr(*archive, read);
+    if (!show) return show.error();
+    std::vector<std::string> names;
+    for (const ZipEntry& entry : archive->entries())
+        if (!entry.is_folder()) names.push_back(entry.name);
+    const mvr::EntryIndex entries(names);
+    auto scene = std::make_shared<SceneAsset>();
+    scene->name = shortened_text(shown, 4096);
+    ShowImport import{*archive, entries, *show, options, *scene, room};
+    import.report.add(show->report);
+    if (auto error = import_models(import)) return *error;
+    if (auto error = import_fixtures(import)) return *error;
+    if (scene->materials.empty()) add_material(*scene, "default", glm::vec3(0.5f));
+    if (scene->instances.empty()) import.report.add(Outcome::defaulted, "the show has no models: nothing is lit");
+    set_bounds(*scene);
+    if (import.patch.rows_size() > 0) scene->patch = std::make_shared<const v1::SetPatch>(std::move(import.patch));
+    scene->warnings = report_lines(import.report);
+    if (scene->warnings.size() > kMostWarnings) {
+        const std::size_t more = scene->warnings.size() - kMostWarnings + 1;
+        scene->warnings.resize(kMostWarnings - 1);
+        scene->warnings.push_back("and " + std::to_string(more) + " more lines");
+    }
+    return scene;
+}
+
+Result<std::shared_ptr<const SceneAsset>> load_any_scene(const std::string& name, const std::string& shown,
+                                                         const LoadOptions& options, std::size_t most_bytes) {
+    std::string head(4, '\0');
+    std::error_code failed;  // whoever opens a pipe may wait for ever
+    if (!is_built_in(name) && std::filesystem::is_regular_file(name, failed))
+        std::ifstream(name, std::ios::binary).read(head.data(), 4);
+    if (!looks_like_zip(head)) return load_scene(name, shown, options, most_bytes);
+    if (!(options.scale >= kLeastScale && options.scale <= kMostScale))
+        return Error{"invalid_argument", "load_scene.scale", print_number(options.scale),
+                     "must be a number from " + print_number(kLeastScale) + " to " + print_number(kMostScale)};
+    auto bytes = read_bounded_file(name, mvr::kMvrLimits.archive_bytes);
+    const std::string& called = shown.empty() ? name : shown;
+    if (!bytes) return Error{"not_found", called, bytes.error().value, bytes.error().message};
+    auto scene = import_mvr(std::move(*bytes), called, options, most_bytes);
+    if (!scene) return scene.error();
+    scale_scene(**scene, options.scale);
+    warn_of_extent(**scene);
+    for (Material& material : (*scene)->materials) material.show_back = options.show_backs;
+    return std::shared_ptr<const SceneAsset>(std::move(*scene));
+}
+
+}  // namespace gonio::exchange

@@ -1,0 +1,314 @@
+#include "server/exchange/mvr.h"
+
+#include <algorithm>
+#include <array>
+#include <map>
+#include <set>
+
+#include "ies/core/text.h"
+#include "server/exchange/axes.h"
+#include "server/exchange/xml_read.h"
+
+namespace gonio::mvr {
+namespace {
+
+using exchange::attribute_of;
+using exchange::child_text;
+using exchange::MatrixState;
+using exchange::Outcome;
+
+struct KindRow {
+    std::string_view element;
+    ObjectKind kind;
+    const char* taken;  // of the report
+};
+constexpr auto kKinds = std::to_array<KindRow>({
+    {"SceneObject", ObjectKind::scene_object, "scene object"},
+    {"GroupObject", ObjectKind::group, "group"},
+    {"FocusPoint", ObjectKind::focus_point, "focus point"},
+    {"Fixture", ObjectKind::fixture, "fixture"},
+    {"Support", ObjectKind::support, "support"},
+    {"Truss", ObjectKind::truss, "truss"},
+    {"VideoScreen", ObjectKind::video_screen, "video screen"},
+    {"Projector", ObjectKind::projector, "projector"},
+});
+
+// Of objects: what is left out where it holds something.
+constexpr auto kUnread = std::to_array<const char*>(
+    {"Alignments", "Overwrites", "Connections", "Mappings", "Gobo", "Protocols", "Sources", "Projections"});
+
+using Table = std::map<std::string, int, std::less<>>;
+
+struct Reading {
+    const EntryIndex& entries;
+    const ReadOptions& options;
+    Show& show;
+    std::map<std::string, pugi::xml_node, std::less<>> symdefs{};
+    Table classes{}, positions{}, focus{};                         // by UUID
+    std::set<std::string, std::less<>> uuids{};                    // of objects
+    std::vector<std::pair<std::size_t, std::string>> aimed{};      // fixture and the UUID of its focus point
+    std::map<std::string, std::size_t, std::less<>> fixtures{};    // by UUID
+    std::vector<std::pair<std::size_t, std::string>> followers{};  // fixture and the UUID of that whose patch it has
+    std::size_t count = 0;
+    std::vector<std::string> open{};  // symdefs being expanded
+
+    void note(Outcome outcome, std::string what, std::string_view name) {
+        show.report.add(outcome, std::move(what), name);
+    }
+    std::optional<Error> counted(std::string_view name) {
+        if (++count <= kMaxObjects) return std::nullopt;
+        return Error{"too_large", "Layers", shown_text(name),
+                     "a show has at most " + std::to_string(kMaxObjects) + " objects and models"};
+    }
+};
+
+glm::dmat4 matrix_of(Reading& reading, const pugi::xml_node& node, std::string_view name) {
+    const auto read = exchange::mvr_matrix(child_text(node, "Matrix"));
+    if (read.state == MatrixState::empty && node.child("Matrix"))
+        reading.note(Outcome::defaulted, "an empty matrix: it is where its parent is", name);
+    if (read.state == MatrixState::bad)
+        reading.note(Outcome::defaulted, "a matrix is not of numbers: it is where its parent is", name);
+    if (read.state == MatrixState::singular)
+        reading.note(Outcome::guessed, "a matrix's axes span no space: only its position was taken", name);
+    return read.matrix;
+}
+
+void add_list(const pugi::xml_node& scene, const char* element, std::vector<Named>& list, Table* table) {
+    for (const pugi::xml_node node : scene.children(element)) {
+        if (table != nullptr) table->emplace(plain_uuid(attribute_of(node, "uuid")), static_cast<int>(list.size()));
+        list.push_back({plain_uuid(attribute_of(node, "uuid")), std::string(attribute_of(node, "name"))});
+    }
+}
+
+// Geometry3D and Symbol below `node`. world: of the object or symbol, Z up, mm.
+std::optional<Error> add_models(Reading& reading, const pugi::xml_node& node, int object, const glm::dmat4& world,
+                                int depth) {
+    const std::string& name = reading.show.objects[static_cast<std::size_t>(object)].name;
+    for (const pugi::xml_node child : node.children()) {
+        const std::string_view element = child.name();
+        if (element == "Geometry3D") {
+            if (auto error = reading.counted(name)) return error;
+            const std::string_view file = attribute_of(child, "fileName");
+            const std::string extension = file.find('.') == std::string_view::npos ? ".3ds" : "";
+            const auto found = reading.entries.find(file, extension);
+            if (found.entry.empty()) {
+                reading.note(Outcome::left_out, "a model's file is not in the archive",
+                             file.empty() ? std::string_view(name) : file);
+                continue;
+            }
+            if (!found.as_written) reading.note(Outcome::guessed, "a model's file was found by another name", file);
+            const glm::dmat4 here = world * matrix_of(reading, child, file);
+            reading.show.models.push_back({object, found.entry, exchange::scene_matrix(here)});
+        } else if (element == "Symbol") {
+            if (auto error = reading.counted(name)) return error;
+            const std::string uuid = plain_uuid(attribute_of(child, "symdef"));
+            const auto symdef = reading.symdefs.find(uuid);
+            if (symdef == reading.symdefs.end()) {
+                reading.note(Outcome::left_out, "a symbol is not defined", uuid.empty() ? name : uuid);
+            } else if (std::find(reading.open.begin(), reading.open.end(), uuid) != reading.open.end()) {
+                reading.note(Outcome::left_out, "a symbol contains itself", attribute_of(symdef->second, "name"));
+            } else if (depth >= kMaxDepth) {
+                reading.note(Outcome::left_out, "a symbol lies too deep", attribute_of(symdef->second, "name"));
+            } else {
+                const glm::dmat4 here = world * matrix_of(reading, child, name);
+                reading.open.push_back(uuid);
+                // Its list stands in a ChildList, or without one.
+                for (const pugi::xml_node list : {symdef->second, symdef->second.child("ChildList")})
+                    if (auto error = add_models(reading, list, object, here, depth + 1)) return error;
+                reading.open.pop_back();
+            }
+        }
+    }
+    return std::nullopt;
+}
+
+void add_patches(Reading& reading, const pugi::xml_node& node, std::string_view name, Fixture& fixture) {
+    struct Written {
+        long long dmx_break;
+        std::string_view text;
+    };
+    std::vector<Written> written;
+    bool from_zero = false;
+    for (const pugi::xml_node address : node.child("Addresses").children("Address")) {
+        const long long dmx_break = exchange::whole_number_of(attribute_of(address, "break")).value_or(0);
+        from_zero = from_zero || dmx_break == 0;
+        if (written.size() < 512) written.push_back({dmx_break, exchange::trimmed(address.text().get())});
+    }
+    // MVR's breaks count from 0, GDTF's from 1; a fixture without a break 0 has taken over GDTF's.
+    if (!from_zero && !written.empty()) reading.note(Outcome::guessed, "a fixture's breaks count from 1", name);
+    for (const Written& one : written) {
+        const auto address = address_of(one.text);
+        if (!address) {
+            if (exchange::whole_number_of(one.text).value_or(-1) != 0)
+                reading.note(Outcome::left_out, "an address is none", std::string(name) + ": " + std::string(one.text));
+            continue;
+        }
+        const long long universe = static_cast<long long>(address->universe) + reading.options.universe_offset;
+        const long long dmx_break = one.dmx_break + (from_zero ? 1 : 0);
+        if (universe < 1 || universe > kMostUniverse || dmx_break < 1 || dmx_break > 512) {
+            reading.note(Outcome::left_out, "an address lies beyond what there is", name);
+            continue;
+        }
+        fixture.patches.push_back({static_cast<int>(dmx_break), static_cast<unsigned>(universe), address->address});
+    }
+}
+
+bool is_true(std::string_view text) {
+    return text == "true" || text == "True" || text == "1";
+}
+
+void add_fixture(Reading& reading, const pugi::xml_node& node, int object, std::string_view name) {
+    Fixture fixture;
+    fixture.object = object;
+    fixture.spec = std::string(child_text(node, "GDTFSpec"));
+    if (fixture.spec.empty()) {
+        reading.note(Outcome::left_out, "a fixture names no GDTF file", name);
+    } else if (const auto found = reading.entries.find(fixture.spec, ".gdtf"); found.entry.empty()) {
+        reading.note(Outcome::left_out, "a fixture's GDTF file is not in the archive", fixture.spec);
+    } else {
+        fixture.entry = found.entry;
+        if (!found.as_written) reading.note(Outcome::guessed, "a GDTF file was found by another name", fixture.spec);
+    }
+    fixture.mode = std::string(child_text(node, "GDTFMode"));
+    fixture.fixture_id = std::string(child_text(node, "FixtureID"));
+    fixture.custom_id = std::string(child_text(node, "CustomId"));
+    fixture.unit_number = std::string(child_text(node, "UnitNumber"));
+    fixture.fixture_id_numeric = exchange::whole_number_of(child_text(node, "FixtureIDNumeric"));
+    if (const auto at = reading.positions.find(plain_uuid(child_text(node, "Position"))); at != reading.positions.end())
+        fixture.position = reading.show.positions[static_cast<std::size_t>(at->second)].name;
+    if (const std::string_view focus = child_text(node, "Focus"); !focus.empty())
+        reading.aimed.emplace_back(reading.show.fixtures.size(), plain_uuid(focus));
+    fixture.invert_pan = is_true(child_text(node, "DMXInvertPan"));
+    fixture.invert_tilt = is_true(child_text(node, "DMXInvertTilt"));
+    fixture.casts_shadow = !node.child("CastShadow") || is_true(child_text(node, "CastShadow"));
+    if (const auto color = exchange::bracketed_numbers(child_text(node, "Color")); color && color->size() == 3)
+        fixture.color = {(*color)[0], (*color)[1], (*color)[2]};
+    for (const pugi::xml_node command : node.child("CustomCommands").children("CustomCommand"))
+        if (fixture.commands.size() < 256) fixture.commands.emplace_back(exchange::trimmed(command.text().get()));
+    add_patches(reading, node, name, fixture);
+    reading.fixtures.emplace(plain_uuid(attribute_of(node, "uuid")), reading.show.fixtures.size());
+    if (const std::string_view leader = attribute_of(node, "multipatch"); !leader.empty())
+        reading.followers.emplace_back(reading.show.fixtures.size(), plain_uuid(leader));
+    reading.show.fixtures.push_back(std::move(fixture));
+}
+
+std::optional<Error> add_objects(Reading& reading, const pugi::xml_node& list, int layer, int parent,
+                                 const glm::dmat4& world, int depth) {
+    for (const pugi::xml_node node : list.children()) {
+        const auto row =
+            std::find_if(kKinds.begin(), kKinds.end(), [&](const KindRow& one) { return one.element == node.name(); });
+        const std::string name(attribute_of(node, "name"));
+        if (row == kKinds.end()) {
+            if (node.type() == pugi::node_element)
+                reading.note(Outcome::left_out, "there is no such object", node.name());
+            continue;
+        }
+        if (depth >= kMaxDepth) {
+            reading.note(Outcome::left_out, "an object lies too deep", name);
+            continue;
+        }
+        if (auto error = reading.counted(name)) return error;
+        const int here = static_cast<int>(reading.show.objects.size());
+        const glm::dmat4 own = world * matrix_of(reading, node, name);
+        Object object{row->kind, name, plain_uuid(attribute_of(node, "uuid")), layer, parent};
+        object.world_from_object = exchange::scene_matrix(own);
+        if (const auto at = reading.classes.find(plain_uuid(child_text(node, "Classing"))); at != reading.classes.end())
+            object.object_class = at->second;
+        if (!object.uuid.empty() && !reading.uuids.insert(object.uuid).second)
+            reading.note(Outcome::guessed, "two objects have one UUID: what refers to it means the first", name);
+        reading.note(Outcome::taken, row->taken, name);
+        const std::string uuid = object.uuid;
+        reading.show.objects.push_back(std::move(object));
+        if (row->kind == ObjectKind::fixture) {
+            add_fixture(reading, node, here, name);
+        } else if (!child_text(node, "GDTFSpec").empty()) {
+            reading.note(Outcome::left_out, "the GDTF file of an object that is no fixture", name);
+        }
+        if (row->kind == ObjectKind::focus_point) {
+            reading.focus.emplace(uuid, static_cast<int>(reading.show.focus_points.size()));
+            reading.show.focus_points.push_back(
+                {here, glm::dvec3(reading.show.objects[static_cast<std::size_t>(here)].world_from_object[3])});
+        } else if (auto error = add_models(reading, node.child("Geometries"), here, own, 0)) {
+            return error;
+        }
+        for (const char* element : kUnread)
+            if (const pugi::xml_node unread = node.child(element); unread && unread.first_child())
+                reading.note(Outcome::left_out, std::string(element) + " of an object", name);
+        if (auto error = add_objects(reading, node.child("ChildList"), layer, here, own, depth + 1)) return error;
+    }
+    return std::nullopt;
+}
+
+std::optional<Error> add_layers(Reading& reading, const pugi::xml_node& scene) {
+    for (const pugi::xml_node node : scene.child("Layers").children("Layer")) {
+        const std::string name(attribute_of(node, "name"));
+        const glm::dmat4 world = matrix_of(reading, node, name);
+        glm::dmat4 lift(1.0);
+        lift[3].z = world[3].z;
+        if (world != lift) reading.note(Outcome::guessed, "a layer's matrix does more than lift it", name);
+        const int layer = static_cast<int>(reading.show.layers.size());
+        reading.show.layers.push_back({plain_uuid(attribute_of(node, "uuid")), name});
+        reading.note(Outcome::taken, "layer", name);
+        if (auto error = add_objects(reading, node.child("ChildList"), layer, -1, world, 0)) return error;
+    }
+    return std::nullopt;
+}
+
+}  // namespace
+
+Result<Show> read_show(std::string_view xml, std::span<const std::string> names, const ReadOptions& options) {
+    pugi::xml_document document;
+    if (auto read = exchange::read_xml(xml, "bad_mvr", document); !read) return read.error();
+    const pugi::xml_node root = document.child("GeneralSceneDescription");
+    const pugi::xml_node scene = root.child("Scene");
+    if (!scene)
+        return Error{"bad_mvr", "GeneralSceneDescription", shown_text(document.first_child().name()),
+                     "there is no scene"};
+    Show show;
+    show.version = std::string(attribute_of(root, "verMajor")) + "." + std::string(attribute_of(root, "verMinor"));
+    show.provider = std::string(attribute_of(root, "provider"));
+    if (show.provider.empty()) show.provider = attribute_of(root.child("UserData").child("Data"), "provider");
+    const EntryIndex entries(names);
+    Reading reading{entries, options, show};
+    const pugi::xml_node aux = scene.child("AUXData");
+    add_list(aux, "Class", show.classes, &reading.classes);
+    add_list(aux, "Position", show.positions, &reading.positions);
+    add_list(aux, "Symdef", show.symbols, nullptr);
+    for (const pugi::xml_node node : aux.children("Symdef"))
+        reading.symdefs.emplace(plain_uuid(attribute_of(node, "uuid")), node);
+    if (auto error = add_layers(reading, scene)) return *error;
+    for (const auto& [fixture, uuid] : reading.aimed) {
+        const auto at = reading.focus.find(uuid);
+        if (at == reading.focus.end())
+            reading.note(Outcome::left_out, "a fixture's focus point does not exist",
+                         show.objects[static_cast<std::size_t>(show.fixtures[fixture].object)].name);
+        else
+            show.fixtures[fixture].focus = at->second;
+    }
+    for (const auto& [fixture, uuid] : reading.followers) {
+        const auto at = reading.fixtures.find(uuid);
+        if (at != reading.fixtures.end() && show.fixtures[fixture].patches.empty())
+            show.fixtures[fixture].patches = show.fixtures[at->second].patches;
+    }
+    for (const Fixture& fixture : show.fixtures)
+        if (fixture.patches.empty())
+            reading.note(Outcome::left_out, "a fixture is not patched",
+                         show.objects[static_cast<std::size_t>(fixture.object)].name);
+    return show;
+}
+
+Result<Show> read_mvr(const ZipArchive& archive, const ReadOptions& options) {
+    std::vector<std::string> entries;
+    std::string description = "GeneralSceneDescription.xml";
+    for (const ZipEntry& entry : archive.entries())
+        if (!entry.is_folder()) entries.push_back(entry.name);
+    if (archive.find(description) == nullptr) {
+        const auto found = EntryIndex(entries).find(description, ".xml");
+        if (!found.entry.empty()) description = found.entry;
+    }
+    const auto xml = archive.read(description);
+    if (!xml) return xml.error();
+    return read_show(*xml, entries, options);
+}
+
+}  // namespace gonio::mvr

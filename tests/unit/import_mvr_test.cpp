@@ -1,0 +1,327 @@
+// MVR shows as scenes: where objects and lights stand, what lights them, what drives them.
+#include "server/exchange/import_mvr.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <filesystem>
+#include <fstream>
+#include <glm/gtc/matrix_transform.hpp>
+#include <numbers>
+
+#include "ies/synthetic.h"
+#include "protocol/dmx/patch.h"
+#include "protocol/schema/gonio.pb.h"
+#include "server/exchange/import_parts.h"
+#include "server/scene/apply.h"
+#include "server/scene/console.h"
+#include "server/scene/orientation.h"
+#include "tests/unit/exchange_test_support.h"
+
+namespace gonio {
+namespace {
+
+using test::channel_text;
+using test::mode_text;
+
+constexpr double kDegree = std::numbers::pi / 180.0;
+constexpr std::size_t kRoom = std::size_t{1} << 30;
+
+std::string head_gdtf() {
+    const std::string text = test::gdtf_text(
+        {.geometries = "<Geometry Name='Base'><Axis Name='Yoke' Position='{1,0,0,0}{0,1,0,0}{0,0,1,-0.3}{0,0,0,1}'>"
+                       "<Axis Name='Body'><Beam Name='Lens' LuminousFlux='10000' BeamAngle='25' FieldAngle='40' "
+                       "Position='{1,0,0,0}{0,1,0,0}{0,0,1,-0.2}{0,0,0,1}'/></Axis></Axis></Geometry>",
+         .modes = mode_text("Base", channel_text("Yoke", "Pan", "1,2", "-270", "270") +
+                                        channel_text("Body", "Tilt", "3,4", "-135", "135") +
+                                        channel_text("Base", "Dimmer", "5") +
+                                        channel_text("Base", "Zoom", "6", "25", "50"))});
+    return *write_zip(std::vector<ZipFile>{{"description.xml", text}});
+}
+
+std::string show_mvr(const std::string& objects, std::vector<ZipFile> files = {}, const std::string& aux = "") {
+    files.push_back(
+        {"GeneralSceneDescription.xml", "<GeneralSceneDescription verMajor='1' verMinor='6'><Scene><AUXData>" + aux +
+                                            "</AUXData><Layers><Layer name='L'><ChildList>" + objects +
+                                            "</ChildList></Layer></Layers></Scene></GeneralSceneDescription>"});
+    return *write_zip(files);
+}
+
+std::string fixture(const std::string& name, const std::string& matrix, const std::string& more = "") {
+    return "<Fixture name='" + name + "'><Matrix>" + matrix + "</Matrix><GDTFSpec>Maker@Head</GDTFSpec>" + more +
+           "</Fixture>";
+}
+
+std::shared_ptr<SceneAsset> imported(const std::string& bytes) {
+    auto scene = exchange::import_mvr(bytes, "show.mvr", {}, kRoom);
+    EXPECT_TRUE(scene) << scene.error().text();
+    return scene ? *scene : std::make_shared<SceneAsset>();
+}
+
+bool says(const SceneAsset& scene, const std::string& words) {
+    return std::any_of(scene.warnings.begin(), scene.warnings.end(),
+                       [&](const std::string& line) { return line.find(words) != std::string::npos; });
+}
+
+const v1::PatchRow* row_of(const SceneAsset& scene, const std::string& light, const std::string& property) {
+    if (!scene.patch) return nullptr;
+    for (const v1::PatchRow& row : scene.patch->rows())
+        if (row.target() == light && row.property() == property) return &row;
+    return nullptr;
+}
+
+void expect_near(const glm::dvec3& a, const glm::dvec3& b, double most) {
+    EXPECT_NEAR(glm::length(a - b), 0.0, most) << a.x << " " << a.y << " " << a.z;
+}
+
+const std::string kHanging = "{1,0,0}{0,1,0}{0,0,1}{1000,2000,5000}";
+
+TEST(ImportMvr, AFixtureIsALightWithItsBeamsWeb) {
+    const auto scene = imported(show_mvr(fixture("Spot", kHanging), {{"Maker@Head.gdtf", head_gdtf()}}));
+    ASSERT_EQ(scene->lights.size(), 1u);
+    const LightSeed& light = scene->lights[0];
+    EXPECT_EQ(light.name, "Spot");
+    EXPECT_NEAR(light.profile->peak_cd / 54579, 1.0, 1e-3);
+    EXPECT_NEAR(light.profile->flux_lm / 10000, 1.0, 1e-3);
+    expect_near(light.position, {1, 4.5, -2}, 1e-9);  // the lens is 0.5 m below the base
+    expect_near(aim_of(light.world_from_light), {0, -1, 0}, 1e-9);
+    expect_near(c0_of(light.world_from_light), {1, 0, 0}, 1e-9);
+    EXPECT_FALSE(scene->patch);
+    EXPECT_TRUE(says(*scene, "taken: fixture: \"Spot\""));
+    EXPECT_TRUE(says(*scene, "left out: a fixture is not patched: \"Spot\""));
+    EXPECT_TRUE(says(*scene, "left out: the bodies of fixtures are not drawn"));
+}
+
+TEST(ImportMvr, FocusPointsAimAndNumbersName) {
+    const std::string focus =
+        "<FocusPoint name='F' uuid='f'><Matrix>{1,0,0}{0,1,0}{0,0,1}{4000,2000,500}</Matrix></FocusPoint>";
+    const auto scene =
+        imported(show_mvr(focus + fixture("Spot", kHanging, "<Focus>f</Focus><FixtureID>101</FixtureID>") +
+                              fixture("Spot", kHanging) + fixture("Spot", kHanging),
+                          {{"Maker@Head.gdtf", head_gdtf()}}));
+    ASSERT_EQ(scene->lights.size(), 3u);
+    EXPECT_EQ(scene->lights[0].name, "Spot 101");
+    EXPECT_EQ(scene->lights[1].name, "Spot");
+    EXPECT_EQ(scene->lights[2].name, "Spot 2");
+    expect_near(aim_of(scene->lights[0].world_from_light), glm::normalize(glm::dvec3(3, -4, 0)), 1e-9);
+    expect_near(aim_of(scene->lights[1].world_from_light), {0, -1, 0}, 1e-9);
+    EXPECT_EQ(scene->lights[0].profile, scene->lights[1].profile) << "one web for all of a type";
+}
+
+TEST(ImportMvr, ThePatchDrivesLevelPanAndTilt) {
+    const std::string patch = "<Addresses><Address break='0'>2.101</Address></Addresses>";
+    const auto scene = imported(show_mvr(fixture("Spot", kHanging, patch), {{"Maker@Head.gdtf", head_gdtf()}}));
+    const v1::PatchRow* level = row_of(*scene, "Spot", "level");
+    ASSERT_NE(level, nullptr);
+    EXPECT_EQ(level->protocol(), "sacn");
+    EXPECT_EQ(level->universe(), 2u);
+    EXPECT_EQ(level->address(), 105u);
+    EXPECT_EQ(level->bits(), 8u);
+    EXPECT_EQ(level->high(), 1.0);
+    const v1::PatchRow *pan = row_of(*scene, "Spot", "pan"), *tilt = row_of(*scene, "Spot", "tilt");
+    ASSERT_TRUE(pan != nullptr && tilt != nullptr);
+    EXPECT_EQ(pan->address(), 101u);
+    EXPECT_EQ(pan->bits(), 16u);
+    EXPECT_NEAR(pan->low(), -270 * kDegree, 1e-9);
+    EXPECT_NEAR(pan->high(), 270 * kDegree, 1e-9);
+    EXPECT_NEAR(tilt->low(), -135 * kDegree, 1e-9);
+    expect_near(scene->lights[0].position, {1, 4.7, -2}, 1e-9);  // where its axes meet
+    EXPECT_TRUE(says(*scene, "left out: DMX of an attribute drives nothing: \"Type Zoom\""));
+    // The patch is that of the scene, and goes with it; one that somebody set stays.
+    Scene shown = scene_of(scene);
+    EXPECT_EQ(shown.patch, scene->patch);
+    v1::Command load;
+    load.mutable_load_scene()->set_file("cornell");
+    Loaded loaded;
+    loaded.asset = make_cornell();
+    ASSERT_TRUE(apply(shown, load, loaded));
+    EXPECT_EQ(shown.patch, nullptr);
+    const auto own = std::make_shared<const v1::SetPatch>();
+    shown.patch = own;
+    ASSERT_TRUE(apply(shown, load, loaded));
+    EXPECT_EQ(shown.patch, own);
+}
+
+// What a console says as pan and tilt aims the light as GDTF's geometry would, however the fixture is mounted upright.
+TEST(ImportMvr, HeadsSwingAsTheirGeometryDoes) {
+    const auto type = gdtf::read_gdtf(*open_zip(head_gdtf()));
+    ASSERT_TRUE(type);
+    const gdtf::Mode& mode = type->modes.at(0);
+    const auto values = gdtf::default_values(*type, mode);
+    const glm::dmat4 to_scene = {{1, 0, 0, 0}, {0, 0, -1, 0}, {0, 1, 0, 0}, {0, 0, 0, 1}};
+    int upright = 0;
+    for (const double yaw : {0.0, 0.6, -2.2})
+        for (const bool standing : {false, true})
+            for (const bool inverted : {false, true}) {
+                glm::dmat4 world = to_scene * glm::rotate(glm::dmat4(1.0), yaw, glm::dvec3(0, 0, 1));
+                if (standing) world = glm::rotate(world, std::numbers::pi, glm::dvec3(1, 0, 0));
+                const auto axes =
+                    exchange::head_axes(exchange::head_directions(*type, mode, inverted, false), 3, world, true);
+                ASSERT_TRUE(axes) << yaw << standing << inverted;
+                ++upright;
+                for (const double pan : {-3.0, 0.2, 1.1})
+                    for (const double tilt : {-1.5, -0.3, 0.9}) {
+                        const auto states = gdtf::beam_states(*type, mode, values, {inverted, false, pan, tilt});
+                        const glm::dvec3 direction = world * states.at(0).fixture_from_beam * glm::dvec4(0, 0, -1, 0);
+                        const auto turn = orientation_of({axes->pan_offset_rad + axes->pan_sign * pan,
+                                                          axes->tilt_offset_rad + axes->tilt_sign * tilt, 0.0});
+                        expect_near(aim_of(turn), direction, 1e-6);
+                    }
+            }
+    EXPECT_EQ(upright, 12);
+    const glm::dmat4 sideways = to_scene * glm::rotate(glm::dmat4(1.0), 1.0, glm::dvec3(0, 1, 0));
+    EXPECT_FALSE(exchange::head_axes(exchange::head_directions(*type, mode, false, false), 3, sideways, true));
+}
+
+// From the show's patch to the light: a universe's slots aim it as the geometry of its GDTF says.
+TEST(ImportMvr, AConsoleSwingsTheHeads) {
+    const std::string hanging = "<Addresses><Address break='0'>1.1</Address></Addresses>",
+                      standing = "<Addresses><Address break='0'>1.11</Address></Addresses>";
+    const auto asset = imported(
+        show_mvr(fixture("Hung", kHanging, hanging) + fixture("Stood", "{1,0,0}{0,-1,0}{0,0,-1}{0,0,0}", standing),
+                 {{"Maker@Head.gdtf", head_gdtf()}}));
+    ASSERT_TRUE(asset->patch);
+    ASSERT_TRUE(check_patch(*asset->patch)) << check_patch(*asset->patch).error().text();
+    Scene scene = scene_of(asset);
+    PatchReader reader(patch_in_force(scene));
+    DmxUniverse universe;
+    DmxSource& source = universe.sources.emplace_back();
+    source.id = 1;
+    source.rank.fill(101);
+    for (const std::size_t first : {0u, 10u}) {
+        source.levels[first] = source.levels[first + 1] = 0x55;  // 21845: pan -90°
+        source.levels[first + 2] = 0xD5;                         // 54741 of 65535: tilt 90.53°
+        source.levels[first + 3] = 0xD5;
+        source.levels[first + 4] = 51;  // a fifth
+    }
+    const auto values = reader.read({DmxProtocol::sacn, 1}, universe);
+    for (const auto& refused : apply_inputs(scene, commands_of(scene, values))) EXPECT_FALSE(refused);
+    const double tilt = (-135.0 + 54741.0 / 65535.0 * 270.0) * kDegree;
+    // Rz(-90°) Rx(t) (0,0,-1) = (sin t, 0, -cos t) in GDTF's axes: (sin t, -cos t, 0) in the scene's.
+    expect_near(aim_of(scene.lights.at(0).world_from_light), {std::sin(tilt), -std::cos(tilt), 0}, 1e-6);
+    // Turned by 180° about X it is (sin t, cos t, 0).
+    expect_near(aim_of(scene.lights.at(1).world_from_light), {std::sin(tilt), std::cos(tilt), 0}, 1e-6);
+    for (const Light& light : scene.lights) EXPECT_NEAR(light.level_ratio, 0.2, 1e-9);
+}
+
+TEST(ImportMvr, ModelsOfBothKindsStandWhereTheyBelong) {
+    // A triangle in the glTF's own metres, Y up: (0,0,0), (1,0,0), (0,2,0).
+    const std::string gltf =
+        R"({"asset":{"version":"2.0"},"scene":0,"scenes":[{"nodes":[0]}],"nodes":[{"mesh":0}],)"
+        R"("meshes":[{"primitives":[{"attributes":{"POSITION":0}}]}],)"
+        R"("buffers":[{"byteLength":36,"uri":"data:application/octet-stream;base64,AAAAAAAAAAAAAAAAAACAPwAAAAAAAAAAAAAAAAAAAEAAAAAA"}],)"
+        R"("bufferViews":[{"buffer":0,"byteLength":36}],)"
+        R"("accessors":[{"bufferView":0,"componentType":5126,"count":3,"type":"VEC3","min":[0,0,0],"max":[1,2,0]}]})";
+    const std::string square = test::bytes_of(GONIO_SOURCE_DIR "/tests/fuzz/exchange_corpus/square.3ds");
+    const auto object = [](const std::string& file, const std::string& matrix) {
+        return "<SceneObject name='" + file + "'><Matrix>" + matrix + "</Matrix><Geometries><Geometry3D fileName='" +
+               file + "'/></Geometries></SceneObject>";
+    };
+    const auto scene = imported(show_mvr(object("desk.glb", "{1,0,0}{0,1,0}{0,0,1}{3000,0,1000}") +
+                                             object("rug.3ds", "{1000,0,0}{0,1000,0}{0,0,1000}{0,5000,0}") +
+                                             object("rug.3ds", "{-1000,0,0}{0,1000,0}{0,0,1000}{0,5000,0}") +
+                                             object("broken.glb", "") + object("gone.glb", ""),
+                                         {{"desk.glb", gltf}, {"rug.3ds", square}, {"broken.glb", "no glTF"}}));
+    const auto bounds_of = [&](std::size_t instance) {
+        const Instance& one = scene->instances.at(instance);
+        Bounds bounds;
+        for (const Vertex& vertex : scene->meshes[static_cast<std::size_t>(one.mesh)].vertices) {
+            const glm::dvec3 at(one.world_from_mesh * glm::dvec4(glm::dvec3(vertex.position), 1.0));
+            bounds.min = glm::min(bounds.min, at);
+            bounds.max = glm::max(bounds.max, at);
+        }
+        return bounds;
+    };
+    ASSERT_EQ(scene->instances.size(), 5u) << "the 3DS has two parts: one is red";
+    expect_near(bounds_of(0).min, {3, 1, 0}, 1e-6);
+    expect_near(bounds_of(0).max, {4, 3, 0}, 1e-6);
+    // 2 × 1 × 0.5 mm, a thousand times: X stays, MVR's y is -z, its z is y.
+    expect_near(bounds_of(1).min, {0, 0, -6}, 1e-6);
+    expect_near(bounds_of(1).max, {2, 0, -5}, 1e-6);
+    expect_near(bounds_of(2).max, {2, 0.5, -5}, 1e-6);
+    expect_near(bounds_of(3).min, {-2, 0, -6}, 1e-6);
+    EXPECT_GT(
+        scene->materials
+            .at(static_cast<std::size_t>(scene->meshes[static_cast<std::size_t>(scene->instances[2].mesh)].material))
+            .base_color.r,
+        0.9f);
+    // The mirrored one faces up as the other does: normals are carried by the cofactors.
+    for (const std::size_t i : {std::size_t{1}, std::size_t{3}}) {
+        const Instance& one = scene->instances[i];
+        const glm::dmat3 axes(one.world_from_mesh);
+        const glm::dvec3 normal = glm::determinant(axes) * glm::transpose(glm::inverse(axes)) *
+                                  glm::dvec3(scene->meshes[static_cast<std::size_t>(one.mesh)].vertices[0].normal);
+        EXPECT_GT(normal.y, 0.0) << i;
+    }
+    EXPECT_TRUE(says(*scene, "left out: a model cannot be read: bad_gltf: \"broken.glb\""));
+    EXPECT_TRUE(says(*scene, "left out: a model's file is not in the archive: \"gone.glb\""));
+    EXPECT_LE(scene->bounds.max.y, 3.001);
+}
+
+TEST(ImportMvr, PairedPhotometryGoesBeforeTheFormula) {
+    const auto scene = imported(show_mvr(fixture("Spot", kHanging) + "<Fixture name='Old'><GDTFSpec/></Fixture>",
+                                         {{"Maker@Head.gdtf", head_gdtf()},
+                                          {"Maker@Head.ies", ies::synthetic_lm63("flood")},
+                                          {"old.IES", ies::synthetic_lm63("downlight")}}));
+    ASSERT_EQ(scene->lights.size(), 2u);
+    EXPECT_NEAR(scene->lights[0].profile->peak_cd, 2500.0, 1.0);
+    EXPECT_NEAR(scene->lights[1].profile->peak_cd, 2400.0, 1.0);
+    expect_near(aim_of(scene->lights[1].world_from_light), {0, -1, 0}, 1e-9);
+}
+
+TEST(ImportMvr, WhatCannotBeReadIsNamedOrRefused) {
+    const auto scene =
+        imported(show_mvr(fixture("Spot", kHanging) + "<Fixture name='Bare'><GDTFSpec>X</GDTFSpec></Fixture>",
+                          {{"Maker@Head.gdtf", "no archive"}}));
+    EXPECT_TRUE(scene->lights.empty());
+    EXPECT_TRUE(says(*scene, "left out: a GDTF file cannot be read: not_a_zip: \"Maker@Head.gdtf\""));
+    EXPECT_TRUE(says(*scene, "a fixture gives no light: it has neither GDTF nor photometry: \"Spot\", \"Bare\""));
+    EXPECT_GE(scene->materials.size(), 1u);
+    EXPECT_LT(scene->bounds.max.x - scene->bounds.min.x, 10.0);
+    EXPECT_EQ(exchange::import_mvr("PK\x05\x06", "s", {}, kRoom).error().code, "not_a_zip");
+    const auto empty = exchange::import_mvr(*write_zip(std::vector<ZipFile>{{"a", "b"}}), "s", {}, kRoom);
+    ASSERT_FALSE(empty);
+    EXPECT_EQ(empty.error().code, "zip_no_such_entry");
+    const auto poor =
+        exchange::import_mvr(show_mvr(fixture("Spot", kHanging), {{"Maker@Head.gdtf", head_gdtf()}}), "s", {}, 10'000);
+    ASSERT_FALSE(poor);
+    EXPECT_EQ(poor.error().code, "too_large");
+}
+
+TEST(ImportMvr, FilesAreToldApartByContent) {
+    const auto path = std::filesystem::temp_directory_path() / "gonio_import_test.zip";
+    std::ofstream(path, std::ios::binary) << show_mvr(fixture("Spot", kHanging), {{"Maker@Head.gdtf", head_gdtf()}});
+    const auto scene = exchange::load_any_scene(path.string(), "shown", {.scale = 2.0}, kRoom);
+    std::filesystem::remove(path);
+    ASSERT_TRUE(scene) << scene.error().text();
+    EXPECT_EQ((*scene)->name, "shown");
+    expect_near((*scene)->lights.at(0).position, {2, 9, -4}, 1e-9);
+    EXPECT_EQ((*exchange::load_any_scene("cornell"))->name, "cornell");
+    EXPECT_EQ(exchange::load_any_scene("/nowhere/show.mvr").error().code, "not_found");
+}
+
+TEST(ImportMvr, Samples) {
+    const auto folder = test::shared_formats();
+    if (!folder) GTEST_SKIP() << "the samples are not on this machine";
+    const auto basic = imported(test::bytes_of(*folder / "mvr" / "basic_fixture.mvr"));
+    ASSERT_EQ(basic->lights.size(), 1u);
+    EXPECT_EQ(basic->lights[0].name, "LED PAR 64 RGBW");
+    EXPECT_NEAR(basic->lights[0].profile->peak_cd / 7295.8, 1.0, 1e-3);
+    expect_near(basic->lights[0].position, {5, 4.866, -5}, 1e-9);
+    // Red, green and blue are on by default, and white with half of the luminance is not.
+    EXPECT_NEAR(basic->lights[0].color.g, 0.5, 0.01);
+    const auto seven = imported(test::bytes_of(*folder / "mvr" / "7-fixtures-sample.mvr"));
+    ASSERT_EQ(seven->lights.size(), 7u);
+    EXPECT_EQ(seven->lights[6].name, "Robe ColorWash 2500 AT 7");
+    // {1,0,0}{0,-1,0}{0,0,-1}: it stands, and its beam goes up.
+    expect_near(aim_of(seven->lights[0].world_from_light), {0, 1, 0}, 1e-9);
+    // {0,-1,0}{0,0,-1}{1,0,0}: down its own Z is -X.
+    expect_near(aim_of(seven->lights[1].world_from_light), {-1, 0, 0}, 1e-9);
+    EXPECT_NEAR(seven->lights[0].profile->flux_lm, 10000, 10);
+    EXPECT_TRUE(says(*seven, "defaulted: a beam has only default photometry: \"Robe ColorWash 2500 AT: Lamp\""));
+    EXPECT_TRUE(says(*seven, "left out: a fixture is not patched"));
+}
+
+}  // namespace
+}  // namespace gonio
