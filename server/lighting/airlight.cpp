@@ -16,6 +16,20 @@
 // After the two above: once for each instruction set.
 #include <hwy/contrib/math/math-inl.h>
 
+#ifndef GONIO_LIGHTING_AIRLIGHT_ROWS
+#define GONIO_LIGHTING_AIRLIGHT_ROWS
+namespace gonio::lighting {
+
+// Two rows of a view's points around a row of pixels, the outermost values repeated beyond their ends: rgb, and 1 /
+// distance. Point k is number k + 1.
+struct PointRows {
+    const float* below[4];
+    const float* above[4];
+    float up = 0.0f;  // how far the row is from the lower to the upper ones, 0 … 1
+};
+}  // namespace gonio::lighting
+#endif
+
 HWY_BEFORE_NAMESPACE();
 namespace gonio::lighting {
 namespace HWY_NAMESPACE {
@@ -23,6 +37,7 @@ namespace HWY_NAMESPACE {
 #include "server/lighting/simd.h"
 #include "server/lighting/simd_air.h"
 #include "server/lighting/simd_layers.h"
+#include "server/lighting/simd_pixels.h"
 #include "server/lighting/simd_web.h"
 
 // Of a ray, from begin to end, m.
@@ -172,39 +187,34 @@ void PassesRow(const GBuffer& s, const Air& air, int y, float* out) {
     }
 }
 
-// Row y of rgb: of points that stand kStep apart, those that are as far away. nearness: 1 / distance of each point.
-void BetweenRow(const GBuffer& s, int y, const AirView& view, const std::vector<float>& nearness, const Planes& planes,
-                float* const* out) {
+// A row of rgb: of the four points around a pixel, which stand kStep apart, those that are as far away. depth:
+// GBuffer's of the row; four vectors of pixels kStep apart at a time.
+void BetweenRow(const float* depth, float near_m, const PointRows& points, std::size_t length, float* const* out) {
+    static_assert(kStep == 4);
     const Tag tag;
-    const IntTag ints;
-    const auto point_of = [](float pixel) { return (pixel - 2.0f) * 0.25f; };
-    const float py = std::clamp(point_of(static_cast<float>(y)), 0.0f, static_cast<float>(view.height - 1));
-    const int below = std::min(static_cast<int>(py), std::max(view.height - 2, 0)),
-              above = std::min(below + 1, view.height - 1);
-    const float b = py - static_cast<float>(below);
-    const Float last(static_cast<float>(view.width - 1));
-    const auto most = hn::Set(ints, std::max(view.width - 2, 0)), end = hn::Set(ints, view.width - 1);
-    const std::size_t row = static_cast<std::size_t>(y) * s.row_length;
-    for (std::size_t x = 0; x < s.row_length; x += hn::Lanes(tag)) {
-        const Float column = hn::ConvertTo(tag, hn::Iota(ints, static_cast<int>(x)));
-        const Float px = min(max((column - Float(2.0f)) * Float(0.25f), Float(0.0f)), last);
-        const auto left = hn::Min(hn::ConvertTo(ints, px.raw), most),
-                   right = hn::Min(hn::Add(left, hn::Set(ints, 1)), end);
-        const Float a = px - Float(hn::ConvertTo(tag, left));
-        const Float own = load(s.depth.data() + row + x) * Float(1.0f / s.rays.near_m);  // 1 / depth
-        Float sum(0.0f), rgb[3];
-        for (int corner = 0; corner < 4; ++corner) {
-            const auto column_at = corner % 2 == 0 ? left : right;
-            const auto at = hn::Add(column_at, hn::Set(ints, (corner < 2 ? below : above) * view.width));
-            const Float across = corner % 2 == 0 ? Float(1.0f) - a : a,
-                        other = hn::GatherIndex(tag, nearness.data(), at);
-            const Float unlike = abs(own - other) / max(max(own, other), Float(1e-9f));
-            const Float weight = across * Float(corner < 2 ? 1.0f - b : b) / (Float(0.02f) + unlike);
-            sum = sum + weight;
-            for (int k = 0; k < 3; ++k)
-                rgb[k] = rgb[k] + weight * Float(hn::GatherIndex(tag, planes[static_cast<std::size_t>(k)].data(), at));
+    for (std::size_t k = 0; 4 * k < length; k += hn::Lanes(tag)) {
+        Raw depths[4], rgb[3][4];
+        hn::LoadInterleaved4(tag, depth + 4 * k, depths[0], depths[1], depths[2], depths[3]);
+        for (int phase = 0; phase < 4; ++phase) {
+            const std::ptrdiff_t left = static_cast<std::ptrdiff_t>(k) + 1 + left_of(phase);
+            const float across = 0.25f * static_cast<float>(phase < 2 ? phase + 2 : phase - 2);
+            const Float own = Float(depths[phase]) * Float(1.0f / near_m);  // 1 / depth
+            Float sum(0.0f), value[3];
+            for (int corner = 0; corner < 4; ++corner) {
+                const float* const* row = corner < 2 ? points.below : points.above;
+                const std::ptrdiff_t at = left + corner % 2;
+                const Float other = load(row[3] + at), unlike = abs(own - other) / max(max(own, other), Float(1e-9f));
+                const float even =
+                    (corner % 2 == 0 ? 1.0f - across : across) * (corner < 2 ? 1.0f - points.up : points.up);
+                const Float weight = Float(even) / (Float(0.02f) + unlike);
+                sum = sum + weight;
+                for (int c = 0; c < 3; ++c) value[c] = value[c] + weight * load(row[c] + at);
+            }
+            const Float per_sum = Float(1.0f) / max(sum, Float(1e-20f));
+            for (int c = 0; c < 3; ++c) rgb[c][phase] = (value[c] * per_sum).raw;
         }
-        for (int k = 0; k < 3; ++k) store(rgb[k] / max(sum, Float(1e-20f)), out[k] + x);
+        for (int c = 0; c < 3; ++c)
+            hn::StoreInterleaved4(rgb[c][0], rgb[c][1], rgb[c][2], rgb[c][3], tag, out[c] + 4 * k);
     }
 }
 
@@ -318,13 +328,25 @@ void show_air(const GBuffer& s, const Air& air, const AirView& view, const Plane
     const bool keeps = picture.halves.size() == 4 * s.depth.size() && picture.passes_of == passes_of;
     picture.halves.resize(4 * s.depth.size());
     picture.passes_of = passes_of;
-    std::vector<float> nearness(view.step > 1 ? view.size() : 0);
-    pool.run(view.step > 1 ? view.height : 0, [&](int row) {
+    // The points of the view with a border, rgb and 1 / distance.
+    const bool between = view.step > 1;
+    const std::size_t stride = static_cast<std::size_t>(view.width) + 2 + kSimdWidth;
+    std::vector<float> points(between ? 4 * stride * static_cast<std::size_t>(view.height) : 0);
+    const auto row_of = [&](int row, std::size_t k) {
+        return points.data() + (4 * static_cast<std::size_t>(row) + k) * stride;
+    };
+    pool.run(between ? view.height : 0, [&](int row) {
         const auto y = static_cast<std::size_t>(std::min(row * view.step + view.step / 2, s.height - 1));
-        for (int column = 0; column < view.width; ++column) {
-            const auto x = static_cast<std::size_t>(std::min(column * view.step + view.step / 2, s.width - 1));
-            nearness[static_cast<std::size_t>(row * view.width + column)] =
-                s.depth[y * s.row_length + x] / s.rays.near_m;
+        const std::size_t first = static_cast<std::size_t>(row) * static_cast<std::size_t>(view.width);
+        for (std::size_t k = 0; k < 4; ++k) {
+            float* const to = row_of(row, k);
+            for (int column = 0; column < view.width; ++column) {
+                const auto x = static_cast<std::size_t>(std::min(column * view.step + view.step / 2, s.width - 1)),
+                           at = static_cast<std::size_t>(column);
+                to[at + 1] = k < 3 ? planes[k][first + at] : s.depth[y * s.row_length + x] / s.rays.near_m;
+            }
+            to[0] = to[1];
+            std::fill(to + view.width + 1, to + stride, to[view.width]);
         }
     });
     pool.run(s.height, [&](int y) {
@@ -332,8 +354,16 @@ void show_air(const GBuffer& s, const Air& air, const AirView& view, const Plane
         row.resize(4 * s.row_length);
         float* const out[4] = {row.data(), row.data() + s.row_length, row.data() + 2 * s.row_length,
                                row.data() + 3 * s.row_length};
-        if (view.step > 1) {
-            HWY_DYNAMIC_DISPATCH(BetweenRow)(s, y, view, nearness, planes, out);
+        if (between) {
+            const float place =
+                std::clamp((static_cast<float>(y) - 2.0f) / kStep, 0.0f, static_cast<float>(view.height - 1));
+            const int below = static_cast<int>(place), above = std::min(below + 1, view.height - 1);
+            PointRows around;
+            for (std::size_t k = 0; k < 4; ++k) around.below[k] = row_of(below, k), around.above[k] = row_of(above, k);
+            around.up = place - static_cast<float>(below);
+            HWY_DYNAMIC_DISPATCH(BetweenRow)
+            (s.depth.data() + static_cast<std::size_t>(y) * s.row_length, s.rays.near_m, around,
+             static_cast<std::size_t>(view.width) * kStep, out);
         } else {
             for (std::size_t k = 0; k < 3; ++k)
                 std::copy_n(planes[k].begin() + static_cast<std::ptrdiff_t>(y) * view.width, view.width, out[k]);

@@ -22,7 +22,7 @@ namespace HWY_NAMESPACE {
 // What rays first … first + kSimdWidth − 1 collect, at kSteps places where equal shares of them are scattered.
 void GlowAlong(const Probes& probes, const float* glow, const Air& air, const AirRays& rays, std::size_t first,
                float* const* out) {
-    constexpr int kSteps = 6, kFloats = 3;
+    constexpr int kSteps = 4, kFloats = 3;
     const Tag tag;
     const IntTag ints;
     for (std::size_t i = 0; i < kSimdWidth; i += hn::Lanes(tag)) {

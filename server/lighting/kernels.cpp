@@ -37,6 +37,11 @@ void AddHalves(const std::uint16_t* from, std::size_t count, float* to) {
     store(from_half(hn::LoadU(HalfBits(), halves)), last);
     for (std::size_t i = whole; i < count; ++i) to[i] += last[i - whole];
 }
+void AddScaled(const float* from, float weight, std::size_t count, float* to) {
+    const std::size_t simd_lanes = hn::Lanes(Tag()), whole = count / simd_lanes * simd_lanes;
+    for (std::size_t i = 0; i < whole; i += simd_lanes) store(load(to + i) + load(from + i) * Float(weight), to + i);
+    for (std::size_t i = whole; i < count; ++i) to[i] += from[i] * weight;
+}
 
 }  // namespace HWY_NAMESPACE
 }  // namespace gonio::lighting
@@ -49,6 +54,7 @@ HWY_EXPORT(RgbToHalves);
 HWY_EXPORT(ToHalves);
 HWY_EXPORT(FromHalves);
 HWY_EXPORT(AddHalves);
+HWY_EXPORT(AddScaled);
 
 void to_halves(const float* from, std::size_t count, std::uint16_t* to) {
     HWY_DYNAMIC_DISPATCH(ToHalves)(from, count, to);
@@ -61,6 +67,9 @@ void from_halves(const std::uint16_t* from, std::size_t count, float* to) {
 }
 void add_halves(const std::uint16_t* from, std::size_t count, float* to) {
     HWY_DYNAMIC_DISPATCH(AddHalves)(from, count, to);
+}
+void add_scaled(const float* from, float weight, std::size_t count, float* to) {
+    HWY_DYNAMIC_DISPATCH(AddScaled)(from, weight, count, to);
 }
 
 }  // namespace gonio::lighting

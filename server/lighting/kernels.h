@@ -38,5 +38,7 @@ void rgb_to_halves(const float* r, const float* g, const float* b, std::size_t c
 void from_halves(const std::uint16_t* from, std::size_t count, float* to);
 // Adds `count` half floats, any number, to as many floats.
 void add_halves(const std::uint16_t* from, std::size_t count, float* to);
+// Adds `count` floats, any number, × weight to as many.
+void add_scaled(const float* from, float weight, std::size_t count, float* to);
 
 }  // namespace gonio::lighting

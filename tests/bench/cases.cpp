@@ -99,8 +99,9 @@ std::vector<Case> bench_cases(const std::string& scene) {
 Scene scene_of_case(const Case& which) {
     Scene scene = scene_of(which.side > 0 ? test::make_stage(which.side) : bench_asset(which.scene));
     scene.width_px = scene.height_px = 800;
-    const bool panel = which.profile == "panel";
-    const std::string profile = panel ? "wide" : which.profile;
+    const bool panel = which.profile == "panel", hazy = which.profile == "haze";
+    const std::string profile = panel || hazy ? "wide" : which.profile;
+    if (hazy) scene.haze = {.extinction_per_m = 0.01};  // "show"
     // Rows of points stay comparable.
     const ies::Opening opening = panel ? *parse_opening("rect 0.6x0.6") : ies::Opening();
     for (Light& light : scene.lights) light.opening = opening;

@@ -108,8 +108,9 @@ int main(int argc, char** argv) {
 
     CLI::App* pareto = app.add_subcommand("pareto", "run time against error of every technique");
     pareto->add_option("--scene", pareto_options.scene, "only cornell, atrium, corridor, stage; or a file");
-    pareto->add_option("--profile", pareto_options.profile,
-                       "only wide, beam, beam12, beam6, downlight; panel: wide from 0.6 x 0.6 m");
+    pareto->add_option(
+        "--profile", pareto_options.profile,
+        "only wide, beam, beam12, beam6, downlight; panel: wide from 0.6 x 0.6 m; haze: wide in haze of 0.01/m");
     pareto->add_option("--lights", pareto_options.lights, "only cases with this many luminaires");
     pareto->add_option("--technique", pareto_options.technique, "only default, seed");
     pareto->add_option("--size", pareto_size, "WIDTHxHEIGHT; default: 800x800")->check(kSize);

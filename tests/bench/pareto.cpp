@@ -189,7 +189,8 @@ ParetoResult run_pareto(const gl::Context& context, const ParetoOptions& options
     result.load_before = load_average();
     const auto encoder = make_idle_encoder();
     std::vector<Case> cases = bench_cases(options.scene);
-    if (options.profile == "panel") cases = {{options.scene.empty() ? "cornell" : options.scene, "panel", 0}};
+    if (options.profile == "panel" || options.profile == "haze")
+        cases = {{options.scene.empty() ? "cornell" : options.scene, options.profile, 0}};
     for (const Case& which : cases) {
         if (!options.profile.empty() && which.profile != options.profile) continue;
         Scene scene = scene_of_case(which);

@@ -12,6 +12,7 @@
 #include <stdexcept>
 
 #include "server/scene/apply.h"
+#include "server/scene/opening.h"
 #include "server/trace/reference.h"
 #include "server/trace/sources.h"
 #include "shaders/lib/as_cpp.h"
@@ -76,8 +77,15 @@ std::uint64_t content_hash(const Scene& scene, const ReferenceSettings& settings
         h.add(instance.mesh);
         h.bytes(&instance.world_from_mesh[0][0], sizeof instance.world_from_mesh);
     }
+    if (scene.haze.extinction_per_m > 0.0)
+        for (const double x : {scene.haze.extinction_per_m, scene.haze.albedo, scene.haze.g, scene.haze.layer_height_m})
+            h.add(x);
     for (const Light& light : scene.lights) {
         const ies::PhotometricWeb& web = light.profile->photometry.web;
+        if (const ies::Opening opening = opening_of(light); opening.shape != ies::OpeningShape::point) {
+            h.add(static_cast<int>(opening.shape));
+            for (const auto& side : {opening.length, opening.width, opening.height}) h.add(side.base());
+        }
         h.add(web.goniometer);
         h.add(web.v_rad);
         h.add(web.h_rad);

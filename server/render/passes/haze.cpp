@@ -7,13 +7,14 @@
 #include "server/lighting/airlight.h"
 #include "server/lighting/glow.h"
 #include "server/lighting/haze_light.h"
+#include "server/lighting/kernels.h"
 #include "server/render/passes/passes.h"
 
 namespace gonio {
 namespace {
 
-constexpr int kMapSide = 256;  // texels of DistanceMap
-constexpr unsigned kLiveSamples = 12, kStillSamples = 64;
+constexpr int kMapSide = 176;  // texels of DistanceMap
+constexpr unsigned kLiveSamples = 8, kStillSamples = 64;
 
 lighting::AirlightSource source_of(const PassContext& context, const Light& light, const LightGpu& gpu) {
     return {direct_light_of(context, light, gpu), &gpu.distances, gpu.web->tables->core_cos};
@@ -104,9 +105,8 @@ PassRun run_airlight_summed(const PassContext& context, std::span<const LightGpu
             (peak_of(context, light, *lights[i]) / static_cast<double>(context.geometry.layer_unit_m2())));
         if (weight == glm::vec3(0.0f)) continue;
         beams_of(context, light, *lights[i], air.view, own);
-        for (int k = 0; k < 3; ++k)
-            for (std::size_t p = 0; p < own.size(); ++p)
-                air.summed_beams[static_cast<std::size_t>(k)][p] += weight[k] * own[p];
+        for (std::size_t k = 0; k < 3; ++k)
+            lighting::add_scaled(own.data(), weight[static_cast<int>(k)], own.size(), air.summed_beams[k].data());
     }
     return {};
 }
@@ -183,9 +183,7 @@ lighting::Planes sum_of(const std::vector<Term>& terms, std::size_t rays, Pool& 
             float* const to = sum[k].data() + first;
             for (const Term& term : terms) {
                 if (term.planes[k]->size() < rays) continue;
-                const float* const from = term.planes[k]->data() + first;
-                const float weight = term.weight[static_cast<int>(k)];
-                for (std::size_t p = 0; p < size; ++p) to[p] += weight * from[p];
+                lighting::add_scaled(term.planes[k]->data() + first, term.weight[static_cast<int>(k)], size, to);
             }
             for (std::size_t p = 0; p < size; ++p) to[p] = std::max(to[p], 0.0f);
         }
