@@ -29,6 +29,23 @@ std::string unique_name(ShowImport& import, const std::string& wanted) {
     return name;
 }
 
+// Result: what an import report names of a file that cannot be read.
+std::string named(const std::string& entry, const Error& error) {
+    return shortened_text(entry + " (" + error.text() + ")", 300);
+}
+
+// Of a mode, bytes: its geometries, channels and patched channels, with their names.
+constexpr std::size_t kBytesOfTypePart = 1024;
+
+std::size_t parts_of(const gdtf::FixtureType& type) {
+    std::size_t parts = 0;
+    for (const gdtf::Mode& mode : type.modes) {
+        parts += mode.geometries.size() + mode.patched.size();
+        for (const gdtf::Channel& channel : mode.channels) parts += 1 + channel.functions.size();
+    }
+    return parts;
+}
+
 // Result: the fixture type of the entry, read once; nullptr where it cannot be read, which has been noted.
 const gdtf::FixtureType* type_of(ShowImport& import, const std::string& entry) {
     const auto [at, fresh] = import.types.try_emplace(entry);
@@ -41,15 +58,20 @@ const gdtf::FixtureType* type_of(ShowImport& import, const std::string& entry) {
         failed = archive.error();
     } else if (auto type = gdtf::read_gdtf(*archive); !type) {
         failed = type.error();
+    } else if (auto full = take_memory(import.room, parts_of(*type), kBytesOfTypePart, entry)) {
+        failed = *full;
     } else {
         at->second = std::move(*type);
         import.report.add(Outcome::taken, "fixture type", entry);
         import.report.add(at->second->report, at->second->name);
         return &*at->second;
     }
-    import.report.add(Outcome::left_out, "a GDTF file cannot be read: " + failed->code, entry);
+    import.report.add(Outcome::left_out, "a GDTF file cannot be read: " + failed->code, named(entry, *failed));
     return nullptr;
 }
+
+// A web of a file and its tables take at most so much for each byte of the file: a value has two characters.
+constexpr std::size_t kBytesPerFileByte = 8;
 
 // Photometry of the same name as the fixture's type or the fixture.
 std::shared_ptr<const Profile> paired_profile(ShowImport& import, const mvr::Fixture& fixture,
@@ -61,13 +83,20 @@ std::shared_ptr<const Profile> paired_profile(ShowImport& import, const mvr::Fix
         for (const char* extension : {".ies", ".ldt"}) {
             const auto found = import.entries.find(one + extension, extension);
             if (found.entry.empty()) continue;
-            std::shared_ptr<const Profile>& profile = import.profiles["file " + found.entry];
+            const auto [at, fresh] = import.profiles.try_emplace("file " + found.entry);
+            std::shared_ptr<const Profile>& profile = at->second;  // null: it cannot be read
             if (profile) return profile;
+            if (!fresh) continue;
             const auto bytes = import.archive.read(found.entry);
             auto made = bytes ? make_profile(shortened_text(found.entry, kMaxNameBytes), *bytes)
                               : Result<std::shared_ptr<const Profile>>(bytes.error());
+            if (made)
+                if (auto full =
+                        take_memory(import.room, kBytesOfProfile + kBytesPerFileByte * bytes->size(), 1, found.entry))
+                    made = *full;
             if (!made) {
-                import.report.add(Outcome::left_out, "photometry cannot be read: " + made.error().code, found.entry);
+                import.report.add(Outcome::left_out, "photometry cannot be read: " + made.error().code,
+                                  named(found.entry, made.error()));
                 continue;
             }
             import.report.add(Outcome::taken, "photometry of a fixture by its file's name", found.entry);
@@ -152,6 +181,12 @@ struct Placed {
 void finish_light(ShowImport& import, const Placed& placed, LightSeed light, const glm::dmat4& world_from_beam) {
     light.position = glm::dvec3(world_from_beam[3]);
     light.world_from_light = turn_of(world_from_beam);
+    const glm::dquat& turn = light.world_from_light;
+    if (!is_within(light.position) || !std::isfinite(turn.w + turn.x + turn.y + turn.z)) {
+        import.report.add(Outcome::left_out, "a light is more than 1,000 km away, or its axes span no space",
+                          light.name);
+        return;
+    }
     if (placed.fixture.focus >= 0) {
         const glm::dvec3 to =
             import.show.focus_points[static_cast<std::size_t>(placed.fixture.focus)].position - light.position;
@@ -187,9 +222,14 @@ std::optional<Error> add_beams(ShowImport& import, const Placed& placed, const g
         options.tilt_rad = tilt.value_or(0.0);
     }
     const auto states = gdtf::beam_states(type, mode, values, options);
+    const bool alone = states.size() == 1 || paired;
+    if (states.size() > 1 && paired)
+        import.report.add(Outcome::guessed, "photometry of a fixture with several beams is that of all: one light",
+                          placed.name);
     for (const gdtf::BeamState& state : states) {
+        if (paired && &state != &states.front()) break;
         const gdtf::Geometry& geometry = mode.geometries[static_cast<std::size_t>(state.geometry)];
-        const std::string wanted = states.size() == 1 ? placed.name : placed.name + " " + geometry.name;
+        const std::string wanted = alone ? placed.name : placed.name + " " + geometry.name;
         if (!has_room(import, wanted)) continue;
         LightSeed light;
         light.name = unique_name(import, wanted);
@@ -204,7 +244,11 @@ std::optional<Error> add_beams(ShowImport& import, const Placed& placed, const g
         light.color = most > 1e-3 ? state.color : glm::dvec3(1.0);
         const FixtureBeam beam{placed.fixture, type, mode, state.geometry, placed.world_from_fixture, light.name};
         glm::dmat4 world_from_beam = placed.world_from_fixture * state.fixture_from_beam;
-        if (add_patch_rows(import, beam) && geometry.parent >= 0) {
+        const bool swings = add_patch_rows(import, beam) && geometry.parent >= 0;
+        if (swings && states.size() > 1)
+            import.report.add(Outcome::guessed, "several beams of a head that swings stay where they are at home",
+                              light.name);
+        if (swings && states.size() == 1) {
             // A head that a console swings: the light stands where its axes meet, so that the aim stays true.
             const glm::dmat4 fixture_from_head = state.fixture_from_beam * glm::inverse(geometry.parent_from_geometry);
             world_from_beam[3] = placed.world_from_fixture * fixture_from_head[3];

@@ -1,6 +1,7 @@
 #include "server/exchange/import_mvr.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <filesystem>
 #include <fstream>
@@ -25,6 +26,7 @@ struct Model {
         int mesh;
         int mirrored = -1;  // its copy that faces the front where it is turned inside out
         glm::dmat4 model_from_mesh{1.0};
+        std::optional<std::array<glm::dvec3, 2>> box{};  // of the mesh, with its origin; found at its first use
     };
     std::vector<Part> parts;
 };
@@ -111,10 +113,21 @@ int mirrored(SceneAsset& scene, Model::Part& part) {
     return part.mirrored;
 }
 
-bool is_placed(const glm::dmat4& matrix) {
-    for (int column = 0; column < 4; ++column)
-        for (int row = 0; row < 4; ++row)
-            if (!(std::abs(matrix[column][row]) < 1e30)) return false;
+// Result: the corners of a mesh's box.
+std::array<glm::dvec3, 2> box_of(const Mesh& mesh) {
+    std::array<glm::dvec3, 2> box{glm::dvec3(0.0), glm::dvec3(0.0)};
+    for (const Vertex& vertex : mesh.vertices) {
+        box[0] = glm::min(box[0], glm::dvec3(vertex.position));
+        box[1] = glm::max(box[1], glm::dvec3(vertex.position));
+    }
+    return box;
+}
+
+bool is_placed(const glm::dmat4& matrix, const std::array<glm::dvec3, 2>& box) {
+    for (int k = 0; k < 8; ++k) {
+        const glm::dvec3 corner(box[k & 1].x, box[k >> 1 & 1].y, box[k >> 2 & 1].z);
+        if (!is_within(glm::dvec3(matrix * glm::dvec4(corner, 1.0)))) return false;
+    }
     return std::abs(glm::determinant(glm::dmat3(matrix))) > 1e-30;
 }
 
@@ -123,7 +136,8 @@ std::optional<Error> show_model(ShowImport& import, Model& model, const mvr::Mod
     for (Model::Part& part : model.parts) {
         const glm::dmat4 world = use.world_from_model * part.model_from_mesh;
         const std::string& name = import.show.objects[static_cast<std::size_t>(use.object)].name;
-        if (!is_placed(world)) {
+        if (!part.box) part.box = box_of(scene.meshes[static_cast<std::size_t>(part.mesh)]);
+        if (!is_placed(world, *part.box)) {
             import.report.add(Outcome::left_out, "a model's place is too far or has no size", name);
             continue;
         }
@@ -179,7 +193,8 @@ std::optional<Error> import_models(ShowImport& import) {
             else if (model.error().code == "too_large")
                 return model.error();
             else
-                import.report.add(Outcome::left_out, "a model cannot be read: " + model.error().code, use.entry);
+                import.report.add(Outcome::left_out, "a model cannot be read: " + model.error().code,
+                                  shortened_text(use.entry + " (" + model.error().text() + ")", 300));
         }
         if (!at->second) continue;
         if (auto error = show_model(import, *at->second, use)) return error;

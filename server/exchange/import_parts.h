@@ -1,6 +1,7 @@
 // The parts of the import of MVR shows.
 #pragma once
 
+#include <cmath>
 #include <map>
 #include <memory>
 #include <optional>
@@ -43,6 +44,12 @@ struct ShowImport {
     std::map<const gdtf::Mode*, ModeIndex> modes{};
     std::size_t instanced = 0;  // triangles of all instances
 };
+
+// Whether a place is finite and within the 1,000 km that clients may ask for too.
+inline constexpr double kMostPlace_m = 1e6;
+inline bool is_within(const glm::dvec3& place) {
+    return std::abs(place.x) <= kMostPlace_m && std::abs(place.y) <= kMostPlace_m && std::abs(place.z) <= kMostPlace_m;
+}
 
 // Adds the instances of the show's models. Errors: "too_large"; models that cannot be read are left out by name.
 std::optional<Error> import_models(ShowImport& import);

@@ -59,7 +59,12 @@ Slot slot_of(const mvr::Fixture& fixture, int dmx_break, int slot) {
 void add_row(ShowImport& import, const FixtureBeam& beam, const Driving& by, const char* property, double low,
              double high) {
     const Slot coarse = slot_of(beam.fixture, by.patched->dmx_break, by.patched->slots[0]);
-    if (coarse.universe == 0 || coarse.universe > mvr::kMostUniverse) return;
+    if (coarse.universe == 0 || coarse.universe > mvr::kMostUniverse) {
+        import.report.add(Outcome::left_out,
+                          coarse.universe == 0 ? "a channel's break is not patched" : "a slot beyond the last universe",
+                          beam.light + " " + property);
+        return;
+    }
     if (import.patch.rows_size() >= kMaxRows) {
         import.report.add(Outcome::left_out, "a property beyond the 4,096 rows of a patch", beam.light);
         return;
@@ -89,6 +94,17 @@ std::pair<double, double> ends_of(const Driving& by) {
     const double from = function.from, to = function.to, most = gdtf::greatest_of(by.bytes);
     const double slope = to > from ? (function.physical_to - function.physical_from) / (to - from) : 0.0;
     return {function.physical_from - slope * from, function.physical_from + slope * (most - from)};
+}
+
+// The same of a share, 0 to 1 or 0 to 100 percent. Result: nothing where the function has only a part of its channel,
+// so that the line leaves 0 to 1.
+std::optional<std::pair<double, double>> shares_of(const Driving& by) {
+    auto [low, high] = ends_of(by);
+    const double most = std::max(std::abs(by.function->physical_from), std::abs(by.function->physical_to));
+    if (most > 1.5) low /= most, high /= most;
+    constexpr double kRounding = 1e-3;
+    if (std::min(low, high) < -kRounding || std::max(low, high) > 1.0 + kRounding) return std::nullopt;
+    return std::pair(std::clamp(low, 0.0, 1.0), std::clamp(high, 0.0, 1.0));
 }
 
 void note_undriven(ShowImport& import, const FixtureBeam& beam) {
@@ -134,14 +150,23 @@ void add_colors(ShowImport& import, const ModeIndex& index, const FixtureBeam& b
         std::clamp(beam.mode.geometries[static_cast<std::size_t>(beam.geometry)].beam->color_temperature_k.value,
                    1000.0, 15000.0),
         0.0);
+    // none, all: of the property where the function's share is 0 and 1.
+    const auto add_color = [&](const Driving& by, const char* property, double none, double all) {
+        if (const auto share = shares_of(by))
+            add_row(import, beam, by, property, none + (all - none) * share->first,
+                    none + (all - none) * share->second);
+        else
+            import.report.add(Outcome::left_out, "a colour that is only a part of its channel",
+                              beam.light + " " + property);
+    };
     for (int i = 0; i < 3; ++i) {
         const std::size_t at = static_cast<std::size_t>(i);
         if (whole(add) && sum > 0.0) {
             const gdtf::Color color = color_of(*add[at].function);
             const double most = rgb_of_xy({color.x, color.y})[i] * color.luminance_percent / sum;
-            add_row(import, beam, add[at], kProperties[at], 0.0, most);
+            add_color(add[at], kProperties[at], 0.0, most);
         } else if (whole(subtract)) {
-            add_row(import, beam, subtract[at], kProperties[at], white[i], 0.0);
+            add_color(subtract[at], kProperties[at], white[i], 0.0);
         }
     }
     if (whole(add) || whole(subtract))
@@ -160,8 +185,10 @@ ModeIndex& index_of(ShowImport& import, const gdtf::Mode& mode) {
     for (const gdtf::PatchedChannel& patched : mode.patched) {
         const auto& functions = mode.channels[static_cast<std::size_t>(patched.channel)].functions;
         if (!patched.slots.empty()) index.channels_of.emplace(patched.geometry, &patched);
-        if (!functions.empty() && functions[0].attribute.starts_with("ColorAdd_"))
-            index.emitters_of.emplace(patched.geometry, &functions[0]);
+        const auto emitter = std::find_if(functions.begin(), functions.end(), [](const gdtf::ChannelFunction& one) {
+            return one.attribute.starts_with("ColorAdd_");
+        });
+        if (emitter != functions.end()) index.emitters_of.emplace(patched.geometry, &*emitter);
     }
     return index;
 }
@@ -209,11 +236,8 @@ bool add_patch_rows(ShowImport& import, const FixtureBeam& beam) {
     if (!index.told_undriven) note_undriven(import, beam);
     index.told_undriven = true;
     if (const Driving dimmer = driving(index, beam, "Dimmer"); dimmer.patched != nullptr) {
-        auto [low, high] = ends_of(dimmer);
-        const double most = std::max(std::abs(low), std::abs(high));
-        if (most > 1.5) low /= most, high /= most;  // in percent
-        if (low >= 0.0 && high >= 0.0 && high <= 1.0 && low <= 1.0)
-            add_row(import, beam, dimmer, "level", low, high);
+        if (const auto share = shares_of(dimmer))
+            add_row(import, beam, dimmer, "level", share->first, share->second);
         else
             import.report.add(Outcome::left_out, "a dimmer that is only a part of its channel", beam.light);
     }

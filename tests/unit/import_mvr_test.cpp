@@ -254,7 +254,7 @@ TEST(ImportMvr, ModelsOfBothKindsStandWhereTheyBelong) {
                                   glm::dvec3(scene->meshes[static_cast<std::size_t>(one.mesh)].vertices[0].normal);
         EXPECT_GT(normal.y, 0.0) << i;
     }
-    EXPECT_TRUE(says(*scene, "left out: a model cannot be read: bad_gltf: \"broken.glb\""));
+    EXPECT_TRUE(says(*scene, "left out: a model cannot be read: bad_gltf: \"broken.glb ("));
     EXPECT_TRUE(says(*scene, "left out: a model's file is not in the archive: \"gone.glb\""));
     EXPECT_LE(scene->bounds.max.y, 3.001);
 }
@@ -275,7 +275,7 @@ TEST(ImportMvr, WhatCannotBeReadIsNamedOrRefused) {
         imported(show_mvr(fixture("Spot", kHanging) + "<Fixture name='Bare'><GDTFSpec>X</GDTFSpec></Fixture>",
                           {{"Maker@Head.gdtf", "no archive"}}));
     EXPECT_TRUE(scene->lights.empty());
-    EXPECT_TRUE(says(*scene, "left out: a GDTF file cannot be read: not_a_zip: \"Maker@Head.gdtf\""));
+    EXPECT_TRUE(says(*scene, "left out: a GDTF file cannot be read: not_a_zip: \"Maker@Head.gdtf ("));
     EXPECT_TRUE(says(*scene, "a fixture gives no light: it has neither GDTF nor photometry: \"Spot\", \"Bare\""));
     EXPECT_GE(scene->materials.size(), 1u);
     EXPECT_LT(scene->bounds.max.x - scene->bounds.min.x, 10.0);
@@ -284,9 +284,87 @@ TEST(ImportMvr, WhatCannotBeReadIsNamedOrRefused) {
     ASSERT_FALSE(empty);
     EXPECT_EQ(empty.error().code, "zip_no_such_entry");
     const auto poor =
-        exchange::import_mvr(show_mvr(fixture("Spot", kHanging), {{"Maker@Head.gdtf", head_gdtf()}}), "s", {}, 10'000);
+        exchange::import_mvr(show_mvr(fixture("Spot", kHanging), {{"Maker@Head.gdtf", head_gdtf()}}), "s", {}, 20'000);
     ASSERT_FALSE(poor);
     EXPECT_EQ(poor.error().code, "too_large");
+}
+
+// Each matrix is fine by itself, what they come to is not.
+TEST(ImportMvr, WhatIsTooFarOrHasNoAxesIsLeftOut) {
+    const auto within = [](const char* axis, const std::string& inner) {
+        const std::string a = axis;
+        return "<GroupObject name='G'><Matrix>{" + a + ",0,0}{0," + a + ",0}{0,0," + a +
+               "}{0,0,0}</Matrix><ChildList>" + inner + "</ChildList></GroupObject>";
+    };
+    for (const char* axis : {"1e9", "1e-9"}) {
+        std::string nested = fixture("Spot", kHanging);
+        for (int i = 0; i < 40; ++i) nested = within(axis, nested);
+        const auto scene = imported(show_mvr(nested, {{"Maker@Head.gdtf", head_gdtf()}}));
+        EXPECT_TRUE(scene->lights.empty()) << axis;
+        EXPECT_TRUE(says(*scene, "left out: a light is more than 1,000 km away, or its axes span no space: \"Spot\""));
+    }
+    const std::string square = test::bytes_of(GONIO_SOURCE_DIR "/tests/fuzz/exchange_corpus/square.3ds");
+    const auto scene = imported(
+        show_mvr(within("1e5", within("1e5",
+                                      "<SceneObject name='Rug'><Matrix>{1,0,0}{0,1,0}{0,0,1}{1000,0,0}</Matrix>"
+                                      "<Geometries><Geometry3D fileName='rug.3ds'/></Geometries></SceneObject>")),
+                 {{"rug.3ds", square}}));
+    EXPECT_TRUE(says(*scene, "left out: a model's place is too far or has no size: \"Rug\""));
+    EXPECT_LT(scene->bounds.max.x, 1e6);
+}
+
+// A function of a part of its channel cannot drive a property whose line runs over all of it.
+TEST(ImportMvr, ShareOfAChannel) {
+    const auto half = [](const char* attribute, const char* offset) {
+        const std::string a = attribute;
+        return "<DMXChannel DMXBreak='1' Offset='" + std::string(offset) +
+               "' Geometry='Base'><LogicalChannel Attribute='" + a + "'><ChannelFunction Attribute='" + a +
+               "' DMXFrom='0/1' PhysicalFrom='0' PhysicalTo='1'/><ChannelFunction Attribute='NoFeature' "
+               "DMXFrom='128/1'/></LogicalChannel></DMXChannel>";
+    };
+    const auto shown = [&](const std::string& channels) {
+        const std::string text =
+            test::gdtf_text({.geometries = "<Geometry Name='Base'><Beam Name='Lens' LuminousFlux='1000'/></Geometry>",
+                             .modes = mode_text("Base", channels)});
+        return imported(show_mvr(fixture("Spot", kHanging, "<Addresses><Address break='0'>1.1</Address></Addresses>"),
+                                 {{"Maker@Head.gdtf", *write_zip(std::vector<ZipFile>{{"description.xml", text}})}}));
+    };
+    const auto whole = shown(channel_text("Base", "Dimmer", "1", "0", "100"));
+    ASSERT_NE(row_of(*whole, "Spot", "level"), nullptr);
+    EXPECT_EQ(row_of(*whole, "Spot", "level")->high(), 1.0) << "percent";
+    const auto part = shown(half("Dimmer", "1") + half("ColorAdd_R", "2") + channel_text("Base", "ColorAdd_G", "3") +
+                            channel_text("Base", "ColorAdd_B", "4", "1", "0"));
+    EXPECT_EQ(row_of(*part, "Spot", "level"), nullptr);
+    EXPECT_EQ(row_of(*part, "Spot", "red"), nullptr);
+    EXPECT_TRUE(says(*part, "left out: a dimmer that is only a part of its channel: \"Spot\""));
+    EXPECT_TRUE(says(*part, "left out: a colour that is only a part of its channel: \"Spot red\""));
+    const v1::PatchRow *green = row_of(*part, "Spot", "green"), *blue = row_of(*part, "Spot", "blue");
+    ASSERT_TRUE(green != nullptr && blue != nullptr);
+    EXPECT_EQ(green->low(), 0.0);
+    EXPECT_EQ(blue->high(), 0.0) << "its function runs backwards";
+    EXPECT_GT(blue->low(), 0.0);
+}
+
+// Beams beside each other below one axis are lights beside each other; a measured web is that of the whole fixture.
+TEST(ImportMvr, SeveralBeamsOfAHead) {
+    const std::string text = test::gdtf_text(
+        {.geometries = "<Geometry Name='Base'><Axis Name='Bar'>"
+                       "<Beam Name='A' LuminousFlux='1000' Position='{1,0,0,-0.5}{0,1,0,0}{0,0,1,0}{0,0,0,1}'/>"
+                       "<Beam Name='B' LuminousFlux='1000' Position='{1,0,0,0.5}{0,1,0,0}{0,0,1,0}{0,0,0,1}'/>"
+                       "</Axis></Geometry>",
+         .modes = mode_text("Base", channel_text("Bar", "Tilt", "1", "-90", "90"))});
+    const std::string gdtf = *write_zip(std::vector<ZipFile>{{"description.xml", text}}),
+                      objects = fixture("Bar", kHanging, "<Addresses><Address break='0'>1.1</Address></Addresses>");
+    const auto beams = imported(show_mvr(objects, {{"Maker@Head.gdtf", gdtf}}));
+    ASSERT_EQ(beams->lights.size(), 2u);
+    expect_near(beams->lights[0].position, {0.5, 5, -2}, 1e-9);
+    expect_near(beams->lights[1].position, {1.5, 5, -2}, 1e-9);
+    EXPECT_TRUE(says(*beams, "guessed: several beams of a head that swings stay where they are at home"));
+    const auto paired =
+        imported(show_mvr(objects, {{"Maker@Head.gdtf", gdtf}, {"Maker@Head.ies", ies::synthetic_lm63("flood")}}));
+    ASSERT_EQ(paired->lights.size(), 1u);
+    EXPECT_EQ(paired->lights[0].name, "Bar");
+    EXPECT_TRUE(says(*paired, "guessed: photometry of a fixture with several beams is that of all: one light"));
 }
 
 TEST(ImportMvr, FilesAreToldApartByContent) {
