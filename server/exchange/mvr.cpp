@@ -130,7 +130,9 @@ void add_patches(Reading& reading, const pugi::xml_node& node, std::string_view 
     std::vector<Written> written;
     bool from_zero = false;
     for (const pugi::xml_node address : node.child("Addresses").children("Address")) {
-        const long long dmx_break = exchange::whole_number_of(attribute_of(address, "break")).value_or(0);
+        // Far ones stay too far, so that one more cannot overflow.
+        const long long dmx_break =
+            std::clamp(exchange::whole_number_of(attribute_of(address, "break")).value_or(0), -1ll, 1'000ll);
         from_zero = from_zero || dmx_break == 0;
         if (written.size() < 512) written.push_back({dmx_break, exchange::trimmed(address.text().get())});
     }

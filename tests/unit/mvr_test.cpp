@@ -95,6 +95,22 @@ TEST(Mvr, BreaksCountFromZeroAndUniversesMayBeMoved) {
     EXPECT_EQ(show.report.count(Outcome::left_out, "a fixture is not patched"), 1u);
 }
 
+TEST(Mvr, BreaksAndUniversesBeyondWhatThereIsAreLeftOut) {
+    const std::string far = "9223372036854775807";
+    const Show show = show_of("<Fixture name='A'><Addresses><Address break='0'>7</Address><Address break='" + far +
+                                  "'>1</Address><Address break='-" + far + "'>1</Address><Address break='511'>8</Address>"
+                                  "<Address break='512'>1</Address><Address break='1'>" + far +
+                                  "</Address><Address break='1'>" + far + "." + far + "</Address></Addresses></Fixture>",
+                              "", {}, {.universe_offset = 2147483647});
+    EXPECT_TRUE(show.fixtures.at(0).patches.empty()) << "the moved universes are far too";
+    EXPECT_EQ(show.report.count(Outcome::left_out, "an address lies beyond what there is"), 5u);
+    EXPECT_EQ(show.report.count(Outcome::left_out, "an address is none"), 2u);
+    const Show unmoved = show_of("<Fixture name='A'><Addresses><Address break='0'>7</Address><Address break='" + far +
+                                 "'>1</Address><Address break='511'>8</Address></Addresses></Fixture>");
+    EXPECT_EQ(unmoved.fixtures.at(0).patches, (std::vector<mvr::Patch>{{1, 1, 7}, {512, 1, 8}}));
+    EXPECT_EQ(unmoved.report.count(Outcome::left_out, "an address lies beyond what there is"), 1u);
+}
+
 TEST(Mvr, AFixtureOfAMultipatchHasTheOthersPatch) {
     const Show show = show_of(
         "<Fixture name='B' uuid='b' multipatch='4AB19462A6E34C3BB25AD8099F78170C'/>"
