@@ -182,7 +182,7 @@ void set_masters(GdtfRead& read, const pugi::xml_node& channels, Mode& mode) {
 int offset_within(const Mode& mode, const ReferenceBreaks& breaks, int reference, int& dmx_break) {
     int offset = 1;
     for (int at = reference; at >= 0;) {
-        const std::vector<ReferenceBreak>& list = breaks.at(at);
+        const std::span<const ReferenceBreak> list = breaks.at(at);
         if (list.empty()) return 0;
         const auto named = [&](const ReferenceBreak& one) { return one.dmx_break == dmx_break; };
         // The last one is for Overwrite; another of that number goes before it.

@@ -28,9 +28,15 @@ pugi::xml_node top_level(const GdtfRead& read, std::string_view name) {
     return found == read.top_level.end() ? pugi::xml_node() : found->second;
 }
 
-std::vector<ReferenceBreak> breaks_of(const pugi::xml_node& reference) {
-    std::vector<ReferenceBreak> breaks;
+// Reads the breaks of each reference once, however often it is expanded.
+Result<std::span<const ReferenceBreak>> breaks_of(GdtfRead& read, const pugi::xml_node& reference) {
+    const auto [at, fresh] = read.breaks.try_emplace(reference);
+    std::vector<ReferenceBreak>& breaks = at->second;
+    if (!fresh) return std::span<const ReferenceBreak>(breaks);
     for (const pugi::xml_node node : reference.children("Break")) {
+        if (breaks.size() == kMaxBreaks)
+            return Error{"too_large", "Geometries", std::string(exchange::attribute_of(reference, "Name")),
+                         "a reference has at most " + std::to_string(kMaxBreaks) + " breaks"};
         ReferenceBreak one;
         one.dmx_break = static_cast<int>(
             std::clamp(exchange::whole_number_of(exchange::attribute_of(node, "DMXBreak")).value_or(1), 1ll, 512ll));
@@ -38,7 +44,7 @@ std::vector<ReferenceBreak> breaks_of(const pugi::xml_node& reference) {
             std::clamp(exchange::whole_number_of(exchange::attribute_of(node, "DMXOffset")).value_or(1), 1ll, 512ll));
         breaks.push_back(one);
     }
-    return breaks;
+    return std::span<const ReferenceBreak>(breaks);
 }
 
 glm::dmat4 position_of(GdtfRead& read, const pugi::xml_node& node, std::string_view name) {
@@ -97,7 +103,9 @@ struct Expansion {
         const int inside = made.reference;
         mode.geometries.push_back(std::move(made));
         if (refers) {
-            breaks[here] = breaks_of(node);
+            const auto own = breaks_of(read, node);
+            if (!own) return own.error();
+            breaks[here] = *own;
             open.push_back(exchange::attribute_of(content, "Name"));
         }
         for (const pugi::xml_node child : content.children()) {

@@ -2,16 +2,26 @@
 // pugixml.
 #pragma once
 
+#include <map>
+#include <span>
+#include <vector>
+
 #include "server/exchange/gdtf.h"
 #include "server/exchange/xml_read.h"
 
 namespace gonio::gdtf {
+
+// A break of a geometry reference.
+struct ReferenceBreak {
+    int dmx_break = 1, offset = 1;
+};
 
 // What one reading has gathered so far.
 struct GdtfRead {
     FixtureType& type;
     pugi::xml_node root;                                      // FixtureType
     std::map<std::string_view, pugi::xml_node> top_level{};   // geometries by name, the first of each
+    std::map<pugi::xml_node, std::vector<ReferenceBreak>> breaks{};  // of each reference, in the file's order
     std::size_t geometries = 0, channels = 0, functions = 0;  // of the bounds
 
     void note(exchange::Outcome outcome, const char* what, std::string_view name) {
@@ -19,13 +29,8 @@ struct GdtfRead {
     }
 };
 
-// A break of a geometry reference, in the file's order.
-struct ReferenceBreak {
-    int dmx_break = 1, offset = 1;
-};
-
-// The tree of a mode's geometry, with the breaks of each reference by its index.
-using ReferenceBreaks = std::map<int, std::vector<ReferenceBreak>>;
+// The tree of a mode's geometry, with the breaks of each reference by its index. They are GdtfRead's.
+using ReferenceBreaks = std::map<int, std::span<const ReferenceBreak>>;
 std::optional<Error> read_tree(GdtfRead& read, Mode& mode, ReferenceBreaks& breaks);
 Beam read_beam(GdtfRead& read, const pugi::xml_node& node);
 std::optional<Error> read_channels(GdtfRead& read, const pugi::xml_node& node, Mode& mode,

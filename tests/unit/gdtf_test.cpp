@@ -120,6 +120,23 @@ TEST(Gdtf, ReferencesThatMultiplyAreRefusedAtTheBound) {
     EXPECT_EQ(type.error().code, "too_large");
 }
 
+TEST(Gdtf, AReferenceHasAtMost512Breaks) {
+    const auto text = [](int breaks) {
+        std::string many = "<Beam Name='B'/><Geometry Name='A'>";
+        for (int i = 0; i < 400; ++i) many += "<GeometryReference Name='r' Geometry='Cell'/>";
+        many += "</Geometry><Geometry Name='Cell'><GeometryReference Name='q' Geometry='B'>";
+        for (int i = 0; i < breaks; ++i) many += "<Break/>";
+        return gdtf_text({.geometries = many + "</GeometryReference></Geometry>", .modes = mode_text("A", "")});
+    };
+    const auto most = gdtf::read_description(text(512), {});
+    ASSERT_TRUE(most) << most.error().text();
+    EXPECT_EQ(most->modes.at(0).geometries.size(), 1u + 400u * 3u - 400u);
+    const auto refused = gdtf::read_description(text(513), {});
+    ASSERT_FALSE(refused);
+    EXPECT_EQ(refused.error().code, "too_large");
+    EXPECT_EQ(refused.error().value, "q");
+}
+
 TEST(Gdtf, BoundsOfXmlHold) {
     std::string many(std::size_t{5'000'000}, '<');
     auto refused = gdtf::read_description(many, {});
