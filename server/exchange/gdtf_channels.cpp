@@ -93,12 +93,14 @@ void set_ends(Channel& channel) {
     for (std::size_t i = 0; i < order.size(); ++i) order[i] = i;
     std::stable_sort(order.begin(), order.end(),
                      [&](std::size_t a, std::size_t b) { return functions[a].from < functions[b].from; });
-    for (std::size_t i = 0; i < order.size(); ++i) {
+    std::size_t above = order.size();  // the first with a greater DMXFrom
+    for (std::size_t i = order.size(); i-- > 0;) {
         ChannelFunction& one = functions[order[i]];
         one.to = greatest_of(channel.bytes);
-        for (std::size_t k = i + 1; k < order.size(); ++k) {
+        if (i + 1 < order.size() && functions[order[i + 1]].from != one.from) above = i + 1;
+        for (std::size_t k = above; k < order.size(); ++k) {
             const ChannelFunction& next = functions[order[k]];
-            if (next.from == one.from || !may_meet(one, next)) continue;
+            if (!may_meet(one, next)) continue;
             one.to = next.from - 1;
             break;
         }
@@ -132,6 +134,9 @@ Result<Channel> read_channel(GdtfRead& read, const pugi::xml_node& node) {
     for (const pugi::xml_node one : node.children("LogicalChannel")) {
         int number = 1;
         for (const pugi::xml_node child : one.children("ChannelFunction")) {
+            if (channel.functions.size() == kMaxChannelFunctions)
+                return Error{"too_large", "DMXModes", channel.name,
+                             "a channel has at most " + std::to_string(kMaxChannelFunctions) + " functions"};
             ++read.functions;
             ChannelFunction function = read_function(read, child, channel.bytes);
             if (read.functions > kMaxFunctions) return too_many("functions and sets", kMaxFunctions, channel.name);

@@ -188,6 +188,26 @@ TEST(Gdtf, FunctionsEndBelowTheNext) {
     EXPECT_EQ(channel.initial, 2);
 }
 
+TEST(Gdtf, AChannelHasAtMost4096Functions) {
+    const auto text = [](int functions) {
+        std::string many = "<DMXChannel Offset='1' Geometry='A'><LogicalChannel Attribute='Dimmer'>";
+        for (int i = 1; i < functions; ++i) many += "<ChannelFunction Attribute='Dimmer'/>";
+        many += "<ChannelFunction Attribute='Strobe' DMXFrom='200/1'/></LogicalChannel></DMXChannel>";
+        return gdtf_text({.geometries = "<Geometry Name='A'/>", .modes = mode_text("A", many)});
+    };
+    const auto most = gdtf::read_description(text(4096), {});
+    ASSERT_TRUE(most) << most.error().text();
+    const auto& functions = most->modes.at(0).channels.at(0).functions;
+    ASSERT_EQ(functions.size(), 4096u);
+    EXPECT_EQ(functions.front().to, 199u) << "those of one DMXFrom do not end each other";
+    EXPECT_EQ(functions[4094].to, 199u);
+    EXPECT_EQ(functions[4095].to, 255u);
+    const auto refused = gdtf::read_description(text(4097), {});
+    ASSERT_FALSE(refused);
+    EXPECT_EQ(refused.error().code, "too_large");
+    EXPECT_EQ(refused.error().value, "A_Dimmer");
+}
+
 TEST(Gdtf, WheelsModelsAndPictures) {
     const FixtureType type =
         type_of({.geometries = "<Beam Name='A' Model='Body'/>",
