@@ -20,13 +20,13 @@
 
 namespace gonio::gdtf {
 
-inline constexpr std::size_t kMaxGeometries = 100'000;  // of all modes, references expanded: "too_large"
-inline constexpr std::size_t kMaxChannels = 100'000;    // likewise, one for each geometry that it stands for
-inline constexpr std::size_t kMaxFunctions = 400'000;   // of all channels with their sets: likewise
+inline constexpr std::size_t kMaxGeometries = 100'000;     // of all modes, references expanded: "too_large"
+inline constexpr std::size_t kMaxChannels = 100'000;       // likewise, one for each geometry that it stands for
+inline constexpr std::size_t kMaxFunctions = 400'000;      // of all channels with their sets: likewise
 inline constexpr std::size_t kMaxChannelFunctions = 4096;  // of one channel: likewise
-inline constexpr std::size_t kMaxItems = 4096;          // models; wheels with slots; emitters, filters, …: likewise
-inline constexpr int kMaxDepth = 64;                    // of geometries; deeper ones are left out
-inline constexpr std::size_t kMaxBreaks = 512;           // of a reference: "too_large"
+inline constexpr std::size_t kMaxItems = 4096;  // models; wheels with slots; emitters, filters, …: likewise
+inline constexpr int kMaxDepth = 64;            // of geometries; deeper ones are left out
+inline constexpr std::size_t kMaxBreaks = 512;  // of a reference: "too_large"
 inline constexpr int kMaxChannelBytes = 4;
 inline constexpr int kMostSlot = 512;  // of a break
 

@@ -39,38 +39,59 @@ constexpr auto kUnread = std::to_array<const char*>(
 
 using Table = std::map<std::string, int, std::less<>>;
 
+// A Geometry3D or a Symbol, read once however often it is shown.
+struct Symdef;
+struct Part {
+    std::string_view file;      // of a Geometry3D, as written
+    EntryIndex::Found found{};  // its file
+    bool is_symbol = false;
+    std::string uuid{};        // of a Symbol's Symdef
+    Symdef* symdef = nullptr;  // null: it is not defined
+    bool has_matrix = false;
+    exchange::ReadMatrix matrix{};
+};
+struct Symdef {
+    pugi::xml_node node;
+    std::string_view name;
+    std::optional<std::vector<Part>> parts{};  // none: not read yet
+};
+
 struct Reading {
     const EntryIndex& entries;
     const ReadOptions& options;
     Show& show;
-    std::map<std::string, pugi::xml_node, std::less<>> symdefs{};
+    std::map<std::string, Symdef, std::less<>> symdefs{};
     Table classes{}, positions{}, focus{};                         // by UUID
     std::set<std::string, std::less<>> uuids{};                    // of objects
     std::vector<std::pair<std::size_t, std::string>> aimed{};      // fixture and the UUID of its focus point
     std::map<std::string, std::size_t, std::less<>> fixtures{};    // by UUID
     std::vector<std::pair<std::size_t, std::string>> followers{};  // fixture and the UUID of that whose patch it has
-    std::size_t count = 0;
-    std::vector<std::string> open{};  // symdefs being expanded
+    std::size_t count = 0, parts = 0;   // of objects, parts of symbols at each place; of parts that were read
+    std::vector<const Symdef*> open{};  // being expanded
 
     void note(Outcome outcome, std::string what, std::string_view name) {
         show.report.add(outcome, std::move(what), name);
     }
-    std::optional<Error> counted(std::string_view name) {
-        if (++count <= kMaxObjects) return std::nullopt;
+    std::optional<Error> counted(std::size_t& of, std::string_view name) {
+        if (++of <= kMaxObjects) return std::nullopt;
         return Error{"too_large", "Layers", shown_text(name),
                      "a show has at most " + std::to_string(kMaxObjects) + " objects and models"};
     }
 };
 
-glm::dmat4 matrix_of(Reading& reading, const pugi::xml_node& node, std::string_view name) {
-    const auto read = exchange::mvr_matrix(child_text(node, "Matrix"));
-    if (read.state == MatrixState::empty && node.child("Matrix"))
+glm::dmat4 noted_matrix(Reading& reading, const exchange::ReadMatrix& read, bool has_matrix, std::string_view name) {
+    if (read.state == MatrixState::empty && has_matrix)
         reading.note(Outcome::defaulted, "an empty matrix: it is where its parent is", name);
     if (read.state == MatrixState::bad)
         reading.note(Outcome::defaulted, "a matrix is not of numbers: it is where its parent is", name);
     if (read.state == MatrixState::singular)
         reading.note(Outcome::guessed, "a matrix's axes span no space: only its position was taken", name);
     return read.matrix;
+}
+
+glm::dmat4 matrix_of(Reading& reading, const pugi::xml_node& node, std::string_view name) {
+    const pugi::xml_node matrix = node.child("Matrix");
+    return noted_matrix(reading, exchange::mvr_matrix(child_text(node, "Matrix")), !matrix.empty(), name);
 }
 
 void add_list(const pugi::xml_node& scene, const char* element, std::vector<Named>& list, Table* table) {
@@ -80,43 +101,63 @@ void add_list(const pugi::xml_node& scene, const char* element, std::vector<Name
     }
 }
 
-// Geometry3D and Symbol below `node`. world: of the object or symbol, Z up, mm.
-std::optional<Error> add_models(Reading& reading, const pugi::xml_node& node, int object, const glm::dmat4& world,
-                                int depth) {
-    const std::string& name = reading.show.objects[static_cast<std::size_t>(object)].name;
+// Adds the Geometry3D and Symbol elements below `node`. name: of the object that shows them.
+std::optional<Error> read_parts(Reading& reading, const pugi::xml_node& node, std::string_view name,
+                                std::vector<Part>& parts) {
     for (const pugi::xml_node child : node.children()) {
         const std::string_view element = child.name();
+        if (element != "Geometry3D" && element != "Symbol") continue;
+        if (auto error = reading.counted(reading.parts, name)) return error;
+        Part part;
+        part.has_matrix = !child.child("Matrix").empty();
+        part.matrix = exchange::mvr_matrix(child_text(child, "Matrix"));
         if (element == "Geometry3D") {
-            if (auto error = reading.counted(name)) return error;
-            const std::string_view file = attribute_of(child, "fileName");
-            const std::string extension = file.find('.') == std::string_view::npos ? ".3ds" : "";
-            const auto found = reading.entries.find(file, extension);
-            if (found.entry.empty()) {
+            part.file = attribute_of(child, "fileName");
+            part.found = reading.entries.find(part.file, part.file.find('.') == std::string_view::npos ? ".3ds" : "");
+        } else {
+            part.is_symbol = true;
+            part.uuid = plain_uuid(attribute_of(child, "symdef"));
+            if (const auto at = reading.symdefs.find(part.uuid); at != reading.symdefs.end()) part.symdef = &at->second;
+        }
+        parts.push_back(std::move(part));
+    }
+    return std::nullopt;
+}
+
+// world: of the object or symbol, Z up, mm.
+std::optional<Error> add_models(Reading& reading, const std::vector<Part>& parts, int object, const glm::dmat4& world,
+                                int depth) {
+    const std::string& name = reading.show.objects[static_cast<std::size_t>(object)].name;
+    for (const Part& part : parts) {
+        if (auto error = reading.counted(reading.count, name)) return error;
+        if (!part.is_symbol) {
+            if (part.found.entry.empty()) {
                 reading.note(Outcome::left_out, "a model's file is not in the archive",
-                             file.empty() ? std::string_view(name) : file);
+                             part.file.empty() ? std::string_view(name) : part.file);
                 continue;
             }
-            if (!found.as_written) reading.note(Outcome::guessed, "a model's file was found by another name", file);
-            const glm::dmat4 here = world * matrix_of(reading, child, file);
-            reading.show.models.push_back({object, found.entry, exchange::scene_matrix(here)});
-        } else if (element == "Symbol") {
-            if (auto error = reading.counted(name)) return error;
-            const std::string uuid = plain_uuid(attribute_of(child, "symdef"));
-            const auto symdef = reading.symdefs.find(uuid);
-            if (symdef == reading.symdefs.end()) {
-                reading.note(Outcome::left_out, "a symbol is not defined", uuid.empty() ? name : uuid);
-            } else if (std::find(reading.open.begin(), reading.open.end(), uuid) != reading.open.end()) {
-                reading.note(Outcome::left_out, "a symbol contains itself", attribute_of(symdef->second, "name"));
-            } else if (depth >= kMaxDepth) {
-                reading.note(Outcome::left_out, "a symbol lies too deep", attribute_of(symdef->second, "name"));
-            } else {
-                const glm::dmat4 here = world * matrix_of(reading, child, name);
-                reading.open.push_back(uuid);
+            if (!part.found.as_written)
+                reading.note(Outcome::guessed, "a model's file was found by another name", part.file);
+            const glm::dmat4 here = world * noted_matrix(reading, part.matrix, part.has_matrix, part.file);
+            reading.show.models.push_back({object, part.found.entry, exchange::scene_matrix(here)});
+        } else if (part.symdef == nullptr) {
+            reading.note(Outcome::left_out, "a symbol is not defined", part.uuid.empty() ? name : part.uuid);
+        } else if (std::find(reading.open.begin(), reading.open.end(), part.symdef) != reading.open.end()) {
+            reading.note(Outcome::left_out, "a symbol contains itself", part.symdef->name);
+        } else if (depth >= kMaxDepth) {
+            reading.note(Outcome::left_out, "a symbol lies too deep", part.symdef->name);
+        } else {
+            Symdef& symdef = *part.symdef;
+            if (!symdef.parts) {
+                symdef.parts.emplace();
                 // Its list stands in a ChildList, or without one.
-                for (const pugi::xml_node list : {symdef->second, symdef->second.child("ChildList")})
-                    if (auto error = add_models(reading, list, object, here, depth + 1)) return error;
-                reading.open.pop_back();
+                for (const pugi::xml_node list : {symdef.node, symdef.node.child("ChildList")})
+                    if (auto error = read_parts(reading, list, name, *symdef.parts)) return error;
             }
+            const glm::dmat4 here = world * noted_matrix(reading, part.matrix, part.has_matrix, name);
+            reading.open.push_back(&symdef);
+            if (auto error = add_models(reading, *symdef.parts, object, here, depth + 1)) return error;
+            reading.open.pop_back();
         }
     }
     return std::nullopt;
@@ -209,7 +250,7 @@ std::optional<Error> add_objects(Reading& reading, const pugi::xml_node& list, i
             reading.note(Outcome::left_out, "an object lies too deep", name);
             continue;
         }
-        if (auto error = reading.counted(name)) return error;
+        if (auto error = reading.counted(reading.count, name)) return error;
         const int here = static_cast<int>(reading.show.objects.size());
         const glm::dmat4 own = world * matrix_of(reading, node, name);
         Object object{row->kind, name, plain_uuid(attribute_of(node, "uuid")), layer, parent};
@@ -230,8 +271,10 @@ std::optional<Error> add_objects(Reading& reading, const pugi::xml_node& list, i
             reading.focus.emplace(uuid, static_cast<int>(reading.show.focus_points.size()));
             reading.show.focus_points.push_back(
                 {here, glm::dvec3(reading.show.objects[static_cast<std::size_t>(here)].world_from_object[3])});
-        } else if (auto error = add_models(reading, node.child("Geometries"), here, own, 0)) {
-            return error;
+        } else {
+            std::vector<Part> parts;
+            if (auto error = read_parts(reading, node.child("Geometries"), name, parts)) return error;
+            if (auto error = add_models(reading, parts, here, own, 0)) return error;
         }
         for (const char* element : kUnread)
             if (const pugi::xml_node unread = node.child(element); unread && unread.first_child())
@@ -277,7 +320,7 @@ Result<Show> read_show(std::string_view xml, std::span<const std::string> names,
     add_list(aux, "Position", show.positions, &reading.positions);
     add_list(aux, "Symdef", show.symbols, nullptr);
     for (const pugi::xml_node node : aux.children("Symdef"))
-        reading.symdefs.emplace(plain_uuid(attribute_of(node, "uuid")), node);
+        reading.symdefs.emplace(plain_uuid(attribute_of(node, "uuid")), Symdef{node, attribute_of(node, "name")});
     if (auto error = add_layers(reading, scene)) return *error;
     for (const auto& [fixture, uuid] : reading.aimed) {
         const auto at = reading.focus.find(uuid);

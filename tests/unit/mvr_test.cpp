@@ -97,11 +97,13 @@ TEST(Mvr, BreaksCountFromZeroAndUniversesMayBeMoved) {
 
 TEST(Mvr, BreaksAndUniversesBeyondWhatThereIsAreLeftOut) {
     const std::string far = "9223372036854775807";
-    const Show show = show_of("<Fixture name='A'><Addresses><Address break='0'>7</Address><Address break='" + far +
-                                  "'>1</Address><Address break='-" + far + "'>1</Address><Address break='511'>8</Address>"
-                                  "<Address break='512'>1</Address><Address break='1'>" + far +
-                                  "</Address><Address break='1'>" + far + "." + far + "</Address></Addresses></Fixture>",
-                              "", {}, {.universe_offset = 2147483647});
+    const Show show =
+        show_of("<Fixture name='A'><Addresses><Address break='0'>7</Address><Address break='" + far +
+                    "'>1</Address><Address break='-" + far +
+                    "'>1</Address><Address break='511'>8</Address>"
+                    "<Address break='512'>1</Address><Address break='1'>" +
+                    far + "</Address><Address break='1'>" + far + "." + far + "</Address></Addresses></Fixture>",
+                "", {}, {.universe_offset = 2147483647});
     EXPECT_TRUE(show.fixtures.at(0).patches.empty()) << "the moved universes are far too";
     EXPECT_EQ(show.report.count(Outcome::left_out, "an address lies beyond what there is"), 5u);
     EXPECT_EQ(show.report.count(Outcome::left_out, "an address is none"), 2u);
@@ -200,6 +202,22 @@ TEST(Mvr, SymbolsNestAndMayNotContainThemselves) {
     expect_near(show.models[0].world_from_model[3], {2, 1, 0}, 1e-12);
     EXPECT_EQ(show.report.count(Outcome::left_out, "a symbol contains itself"), 1u);
     EXPECT_EQ(show.report.count(Outcome::left_out, "a symbol is not defined"), 1u);
+}
+
+TEST(Mvr, ASymbolShownOftenIsReadOnce) {
+    // Walked anew each time these would be 10^10 elements: the test would take a minute.
+    std::string strange, symbols;
+    for (int i = 0; i < 1'000'000; ++i) strange += "<a/>";
+    for (int i = 0; i < 10'000; ++i)
+        symbols += "<Symbol symdef='s'>" + matrix("{1,0,0}{0,1,0}{0,0,1}{0,0," + std::to_string(i) + "}") + "</Symbol>";
+    const Show show =
+        show_of("<Truss name='T'><Geometries>" + symbols + "</Geometries></Truss>",
+                "<Symdef name='S' uuid='s'><ChildList>" + strange + "<Geometry3D fileName='leg.3ds'>" +
+                    matrix("{1,0,0}{0,1,0}{0,0,1}{2000,0,0}") + strange + "</Geometry3D></ChildList></Symdef>",
+                {"leg.3ds"});
+    ASSERT_EQ(show.models.size(), 10'000u);
+    for (const std::size_t i : {0u, 1u, 9'999u})
+        expect_near(show.models[i].world_from_model[3], {2, static_cast<double>(i) / 1000, 0}, 1e-12);
 }
 
 TEST(Mvr, SymbolsThatMultiplyAreRefusedAtTheBound) {
