@@ -1,57 +1,78 @@
 #include "server/exchange/import_report.h"
 
 #include <algorithm>
-#include <map>
 #include <utility>
 
 #include "protocol/text/shortened_text.h"
 
 namespace gonio::exchange {
 
+namespace {
+
+// Result: the note that says so, made where there is none; nullptr where it would be beyond kMaxNotes.
+ImportNote* note_of(ImportReport& report, Outcome outcome, std::string what) {
+    std::pair<Outcome, std::string> key{outcome, std::move(what)};
+    if (const auto at = report.places.find(key); at != report.places.end()) return &report.notes[at->second];
+    if (report.notes.size() >= kMaxNotes) return nullptr;
+    report.notes.push_back({outcome, key.second});
+    report.places.emplace(std::move(key), report.notes.size() - 1);
+    return &report.notes.back();
+}
+
+void add_name(ImportNote& note, std::string_view name) {
+    if (note.names.size() < kNamesOfLine) note.names.push_back(shortened_text(name, kMaxNoteNameBytes));
+}
+
+}  // namespace
+
 void ImportReport::add(Outcome outcome, std::string what, std::string_view name) {
-    if (notes.size() >= kMaxNotes) {
+    ImportNote* const note = note_of(*this, outcome, std::move(what));
+    if (note == nullptr) {
         ++unlisted;
         return;
     }
-    notes.push_back({outcome, std::move(what), shortened_text(name, kMaxNoteNameBytes)});
+    ++note->count;
+    if (name.empty()) return;
+    ++note->named;
+    add_name(*note, name);
 }
 
 void ImportReport::add(const ImportReport& other, const std::string& prefix) {
-    for (const ImportNote& note : other.notes) {
-        const std::string name = prefix.empty() || note.name.empty() ? prefix + note.name : prefix + ": " + note.name;
-        add(note.outcome, note.what, name);
+    for (const ImportNote& from : other.notes) {
+        ImportNote* const note = note_of(*this, from.outcome, from.what);
+        if (note == nullptr) {
+            unlisted += from.count;
+            continue;
+        }
+        note->count += from.count;
+        note->named += prefix.empty() ? from.named : from.count;
+        for (const std::string& name : from.names) add_name(*note, prefix.empty() ? name : prefix + ": " + name);
+        if (prefix.empty()) continue;
+        for (std::size_t i = from.named; i < from.count && note->names.size() < kNamesOfLine; ++i)
+            add_name(*note, prefix);
     }
     unlisted += other.unlisted;
 }
 
 std::size_t ImportReport::count(Outcome outcome, std::string_view what) const {
-    return static_cast<std::size_t>(std::count_if(notes.begin(), notes.end(), [&](const ImportNote& note) {
-        return note.outcome == outcome && (what.empty() || note.what == what);
-    }));
+    std::size_t sum = 0;
+    for (const ImportNote& note : notes)
+        if (note.outcome == outcome && (what.empty() || note.what == what)) sum += note.count;
+    return sum;
 }
 
 std::vector<std::string> report_lines(const ImportReport& report) {
     static constexpr const char* kOutcomes[] = {"taken", "defaulted", "guessed", "left out"};
-    struct Line {
-        Outcome outcome;
-        std::string what, names;
-        std::size_t count = 0;
-    };
-    std::vector<Line> lines;
-    std::map<std::pair<Outcome, std::string>, std::size_t> place;
-    for (const ImportNote& note : report.notes) {
-        const auto [at, fresh] = place.try_emplace({note.outcome, note.what}, lines.size());
-        if (fresh) lines.push_back({note.outcome, note.what, {}});
-        Line& line = lines[at->second];
-        if (note.name.empty()) continue;
-        if (line.count++ < kNamesOfLine) line.names += (line.names.empty() ? "\"" : ", \"") + note.name + "\"";
-    }
-    std::stable_sort(lines.begin(), lines.end(), [](const Line& a, const Line& b) { return a.outcome < b.outcome; });
+    std::vector<const ImportNote*> notes;
+    for (const ImportNote& note : report.notes) notes.push_back(&note);
+    std::stable_sort(notes.begin(), notes.end(),
+                     [](const ImportNote* a, const ImportNote* b) { return a->outcome < b->outcome; });
     std::vector<std::string> result;
-    for (const Line& line : lines) {
-        std::string text = std::string(kOutcomes[static_cast<int>(line.outcome)]) + ": " + line.what;
-        if (!line.names.empty()) text += ": " + line.names;
-        if (line.count > kNamesOfLine) text += " and " + std::to_string(line.count - kNamesOfLine) + " more";
+    for (const ImportNote* const note : notes) {
+        std::string text = std::string(kOutcomes[static_cast<int>(note->outcome)]) + ": " + note->what;
+        for (std::size_t i = 0; i < note->names.size(); ++i) text += (i == 0 ? ": \"" : ", \"") + note->names[i] + "\"";
+        if (note->named > note->names.size())
+            text += " and " + std::to_string(note->named - note->names.size()) + " more";
         result.push_back(std::move(text));
     }
     if (report.unlisted > 0)

@@ -3,8 +3,10 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <map>
 #include <string>
 #include <string_view>
+#include <utility>
 #include <vector>
 
 namespace gonio::exchange {
@@ -16,20 +18,22 @@ enum class Outcome : std::uint8_t {
     left_out,
 };
 
+// All notes that say the same.
 struct ImportNote {
     Outcome outcome = Outcome::taken;
-    std::string what;  // "the model file is not in the archive"
-    std::string name;  // of what it happened to; may be empty
-    bool operator==(const ImportNote&) const = default;
+    std::string what;                  // "the model file is not in the archive"
+    std::size_t count = 0, named = 0;  // how many there are; how many have a name
+    std::vector<std::string> names{};  // of what it happened to: the first kNamesOfLine
 };
 
-inline constexpr std::size_t kMaxNotes = 20'000;       // of a report; what is more is counted
+inline constexpr std::size_t kMaxNotes = 1'000;        // different ones of a report; notes of further ones are counted
 inline constexpr std::size_t kMaxNoteNameBytes = 128;  // names are shortened_text()
-inline constexpr std::size_t kNamesOfLine = 8;         // that a line of report_lines() shows
+inline constexpr std::size_t kNamesOfLine = 8;         // that are kept, and that a line of report_lines() shows
 
 struct ImportReport {
-    std::vector<ImportNote> notes;
-    std::size_t unlisted = 0;  // notes beyond kMaxNotes
+    std::vector<ImportNote> notes;                                    // in the order of the first of each
+    std::size_t unlisted = 0;                                         // notes of what is beyond kMaxNotes
+    std::map<std::pair<Outcome, std::string>, std::size_t> places{};  // of notes
 
     void add(Outcome outcome, std::string what, std::string_view name = {});
     // Adds the other report's notes. prefix: goes before each of their names, with ": ".

@@ -267,7 +267,7 @@ TEST(Gdtf, Samples) {
     const auto missing = sample(gdtf / (test + "@v1_first_try.missing_break_in_geometry_reference.gdtf"));
     ASSERT_TRUE(missing);
     EXPECT_EQ(missing->report.count(Outcome::left_out, "a reference has no break for a channel"), 1u);
-    EXPECT_EQ(missing->report.notes.back().name, "Element 2: AbstractElement_XYZ_Z");
+    EXPECT_EQ(missing->report.notes.back().names.at(0), "Element 2: AbstractElement_XYZ_Z");
     const auto empty = sample(gdtf / (test + "@v1_first_try.empty.gdtf"));
     ASSERT_FALSE(empty);
     EXPECT_FALSE(empty.error().message.empty());

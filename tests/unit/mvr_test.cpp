@@ -304,9 +304,41 @@ TEST(Mvr, TheReportGathersNotesOfOneKind) {
               (std::vector<std::string>{
                   "taken: fixture: \"f0\", \"f1\", \"f2\", \"f3\", \"f4\", \"f5\", \"f6\", \"f7\" and 2 more",
                   "left out: a model's file is not in the archive: \"x.3ds\""}));
-    for (std::size_t i = 0; i < exchange::kMaxNotes; ++i) report.add(Outcome::guessed, "w", "");
-    EXPECT_EQ(report.notes.size(), exchange::kMaxNotes);
-    EXPECT_EQ(report.unlisted, 11u);
+}
+
+TEST(Mvr, AReportOfALargeShowKeepsWhatWasLeftOut) {
+    exchange::ImportReport report;
+    for (int i = 0; i < 100'000; ++i) report.add(Outcome::taken, "fixture", "f" + std::to_string(i));
+    for (int i = 0; i < 10; ++i) report.add(Outcome::left_out, "a fixture is not patched", "g" + std::to_string(i));
+    report.add(Outcome::left_out, "the bodies of fixtures are not drawn");
+    EXPECT_EQ(report.count(Outcome::taken), 100'000u);
+    EXPECT_EQ(report.count(Outcome::left_out), 11u);
+    const std::vector<std::string> lines = {
+        "taken: fixture: \"f0\", \"f1\", \"f2\", \"f3\", \"f4\", \"f5\", \"f6\", \"f7\" and 99992 more",
+        "left out: a fixture is not patched: \"g0\", \"g1\", \"g2\", \"g3\", \"g4\", \"g5\", \"g6\", \"g7\" and 2 more",
+        "left out: the bodies of fixtures are not drawn"};
+    EXPECT_EQ(exchange::report_lines(report), lines);
+    exchange::ImportReport sum;
+    sum.add(report);
+    EXPECT_EQ(exchange::report_lines(sum), lines);
+    sum.add(report, "Type");
+    EXPECT_EQ(sum.count(Outcome::left_out, "a fixture is not patched"), 20u);
+    EXPECT_EQ(exchange::report_lines(sum).back(), "left out: the bodies of fixtures are not drawn: \"Type\"");
+    exchange::ImportReport named;
+    named.add(report, "Type");
+    EXPECT_EQ(named.notes.at(1).names.at(1), "Type: g1");
+}
+
+TEST(Mvr, AReportHasAtMost1000DifferentNotes) {
+    exchange::ImportReport report;
+    for (int i = 0; i < 1'003; ++i) report.add(Outcome::guessed, "warning " + std::to_string(i), "a.glb");
+    report.add(Outcome::guessed, "warning 999", "b.glb");
+    EXPECT_EQ(report.notes.size(), 1'000u);
+    EXPECT_EQ(report.unlisted, 3u);
+    const auto lines = exchange::report_lines(report);
+    ASSERT_EQ(lines.size(), 1'001u);
+    EXPECT_EQ(lines[999], "guessed: warning 999: \"a.glb\", \"b.glb\"");
+    EXPECT_EQ(lines[1'000], "left out: 3 more notes of this report");
 }
 
 TEST(Mvr, Samples) {
