@@ -47,6 +47,15 @@ Result<std::span<const ReferenceBreak>> breaks_of(GdtfRead& read, const pugi::xm
     return std::span<const ReferenceBreak>(breaks);
 }
 
+// Finds the geometries below each geometry once, however often it is expanded.
+const std::vector<pugi::xml_node>& geometries_of(GdtfRead& read, const pugi::xml_node& geometry) {
+    const auto [at, fresh] = read.children.try_emplace(geometry);
+    if (fresh)
+        for (const pugi::xml_node child : geometry.children())
+            if (kind_of(child.name())) at->second.push_back(child);
+    return at->second;
+}
+
 glm::dmat4 position_of(GdtfRead& read, const pugi::xml_node& node, std::string_view name) {
     const auto position = exchange::gdtf_matrix(exchange::attribute_of(node, "Position"));
     if (position.state == MatrixState::bad)
@@ -108,8 +117,7 @@ struct Expansion {
             breaks[here] = *own;
             open.push_back(exchange::attribute_of(content, "Name"));
         }
-        for (const pugi::xml_node child : content.children()) {
-            if (!kind_of(child.name())) continue;
+        for (const pugi::xml_node child : geometries_of(read, content)) {
             if (auto error = add(child, here, inside, depth + 1)) return error;
         }
         if (refers) open.pop_back();

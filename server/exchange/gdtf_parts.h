@@ -19,10 +19,11 @@ struct ReferenceBreak {
 // What one reading has gathered so far.
 struct GdtfRead {
     FixtureType& type;
-    pugi::xml_node root;                                             // FixtureType
-    std::map<std::string_view, pugi::xml_node> top_level{};          // geometries by name, the first of each
-    std::map<pugi::xml_node, std::vector<ReferenceBreak>> breaks{};  // of each reference, in the file's order
-    std::size_t geometries = 0, channels = 0, functions = 0;         // of the bounds
+    pugi::xml_node root;                                               // FixtureType
+    std::map<std::string_view, pugi::xml_node> top_level{};            // geometries by name, the first of each
+    std::map<pugi::xml_node, std::vector<ReferenceBreak>> breaks{};    // of each reference, in the file's order
+    std::map<pugi::xml_node, std::vector<pugi::xml_node>> children{};  // of each geometry, those that are geometries
+    std::size_t geometries = 0, channels = 0, functions = 0;           // of the bounds
 
     void note(exchange::Outcome outcome, const char* what, std::string_view name) {
         type.report.add(outcome, what, name);

@@ -120,6 +120,21 @@ TEST(Gdtf, ReferencesThatMultiplyAreRefusedAtTheBound) {
     EXPECT_EQ(type.error().code, "too_large");
 }
 
+TEST(Gdtf, AGeometryReferredToOftenIsSearchedOnce) {
+    // Searched anew each time these would be 10^10 elements.
+    std::string many = "<Geometry Name='A'>";
+    for (int i = 0; i < 10'000; ++i) many += "<GeometryReference Name='r' Geometry='Cell'/>";
+    many += "</Geometry><Geometry Name='Cell'><Geometry Name='First'/>";
+    for (int i = 0; i < 1'000'000; ++i) many += "<a/>";
+    const FixtureType type =
+        type_of({.geometries = many + "<Beam Name='Last'/></Geometry>", .modes = mode_text("A", "")});
+    const auto& geometries = type.modes.at(0).geometries;
+    ASSERT_EQ(geometries.size(), 1u + 10'000u * 3u);
+    EXPECT_EQ(geometries[29'999].name, "First");
+    EXPECT_EQ(geometries[30'000].name, "Last");
+    EXPECT_EQ(geometries[30'000].parent, 29'998);
+}
+
 TEST(Gdtf, AReferenceHasAtMost512Breaks) {
     const auto text = [](int breaks) {
         std::string many = "<Beam Name='B'/><Geometry Name='A'>";
