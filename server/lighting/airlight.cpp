@@ -331,9 +331,11 @@ void show_air(const GBuffer& s, const Air& air, const AirView& view, const Plane
     // The points of the view with a border, rgb and 1 / distance.
     const bool between = view.step > 1;
     const std::size_t stride = static_cast<std::size_t>(view.width) + 2 + kSimdWidth;
-    std::vector<float> points(between ? 4 * stride * static_cast<std::size_t>(view.height) : 0);
+    static thread_local std::vector<float> kept;
+    kept.resize(between ? 4 * stride * static_cast<std::size_t>(view.height) : 0);
+    float* const points = kept.data();  // this thread's, in jobs too
     const auto row_of = [&](int row, std::size_t k) {
-        return points.data() + (4 * static_cast<std::size_t>(row) + k) * stride;
+        return points + (4 * static_cast<std::size_t>(row) + k) * stride;
     };
     pool.run(between ? view.height : 0, [&](int row) {
         const auto y = static_cast<std::size_t>(std::min(row * view.step + view.step / 2, s.height - 1));

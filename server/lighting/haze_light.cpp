@@ -90,7 +90,7 @@ float fraction(float x) {
 }  // namespace
 
 HazePoints haze_points(const transport::Surfels& surfels, Pool& pool) {
-    constexpr float kPatch_radii = 8.5f;  // a side
+    constexpr float kPatch_radii = 9.5f;  // a side
     constexpr std::size_t kChunk = 256;
     const float side_m = kPatch_radii * surfels.radius_m;
     HazePoints points;

@@ -32,7 +32,7 @@ struct Row {
     std::size_t lights = 0, points = 0;
     Errors moving, resting;                       // of blocks, where the reference is above a tenth of its mean
     std::array<double, kOctaves> bands{};         // rms of the error along the middle row, over its mean, by octave
-    double flicker_rms = 0.0, flicker_p99 = 0.0;  // from one millimetre to the next, over the mean
+    double flicker_rms = 0.0, flicker_p99 = 0.0;  // from one millimetre to the next, over the value, or the mean
 };
 
 std::vector<double> luminances(const std::vector<glm::vec3>& rgb) {
@@ -152,7 +152,7 @@ Row measure(const gl::Context& context, const std::string& name, const HazeBench
         renderer.finish_frame(true);
         const std::vector<double> now = luminances(renderer.live_beams(scene));
         for (std::size_t i = 0; n > 1 && i < now.size(); ++i)
-            if (before[i] > 0.1 * all) changes.push_back(std::abs(now[i] - before[i]) / all);
+            if (before[i] > 0.1 * all) changes.push_back(std::abs(now[i] - before[i]) / std::max(before[i], all));
         before = now;
     }
     double squares = 0.0;

@@ -14,7 +14,7 @@ namespace gonio {
 namespace {
 
 constexpr int kMapSide = 176;  // texels of DistanceMap
-constexpr unsigned kLiveSamples = 8, kStillSamples = 64;
+constexpr unsigned kLiveSamples = 7, kStillSamples = 64;
 
 lighting::AirlightSource source_of(const PassContext& context, const Light& light, const LightGpu& gpu) {
     return {direct_light_of(context, light, gpu), &gpu.distances, gpu.web->tables->core_cos};
@@ -176,11 +176,15 @@ std::vector<Term> terms_of(const PassContext& context, std::span<const LightGpu*
     return terms;
 }
 
-lighting::Planes sum_of(const std::vector<Term>& terms, std::size_t rays, Pool& pool) {
-    lighting::Planes sum(3, std::vector<float>(rays));
+// Result: it stands until this thread asks again.
+const lighting::Planes& sum_of(const std::vector<Term>& terms, std::size_t rays, Pool& pool) {
+    static thread_local lighting::Planes kept(3);
+    lighting::Planes& sum = kept;  // this thread's, in jobs too
+    for (std::vector<float>& plane : sum) plane.resize(rays);
     pool.run_chunks(rays, 1024, [&](std::size_t first, std::size_t size) {
         for (std::size_t k = 0; k < 3; ++k) {
             float* const to = sum[k].data() + first;
+            std::fill_n(to, size, 0.0f);
             for (const Term& term : terms) {
                 if (term.planes[k]->size() < rays) continue;
                 lighting::add_scaled(term.planes[k]->data() + first, term.weight[static_cast<int>(k)], size, to);
