@@ -284,7 +284,7 @@ TEST(Openings, CostOfTheirLight) {
     Renderer renderer(context(), Renderer::DirectLight::rays);
     make_coarse(renderer);
     Scene scene = scene_of(builtin("cornell"));
-    scene.width_px = scene.height_px = 400;
+    scene.width_px = scene.height_px = 800;
     double ms[2][2] = {};
     for (const bool rests : {false, true}) {
         for (const int size : {0, 1}) {
