@@ -2,9 +2,7 @@
 
 #include <algorithm>
 #include <array>
-#include <bit>
 #include <cmath>
-#include <numeric>
 
 #include "server/lighting/material_table.h"
 #include "shaders/shared/layouts.h"
@@ -494,39 +492,21 @@ struct FirstRays {
     const std::vector<float>* through;
 };
 
-// Sixteen pixels of a tile that ask, or fewer: numbers in Tile::asking.
+// Sixteen pixels of a tile that ask, or fewer: those from `first` of Tile::asking on.
 struct Askers {
-    std::size_t count;
-    std::uint16_t number[trace::kPacket];
+    std::size_t first, count;
+    std::uint16_t pixels[trace::kPacket];
     alignas(64) float values[7][trace::kPacket] = {};  // as of Points, and the depth
-    Askers(const Tile& tile, std::span<const std::uint16_t> asking)
-        : count(std::min<std::size_t>(trace::kPacket, asking.size())) {
+    Askers(const Tile& tile, std::size_t from, std::size_t asking)
+        : first(from), count(std::min<std::size_t>(trace::kPacket, asking - from)) {
         for (std::size_t i = 0; i < count; ++i) {
-            number[i] = asking[i];
-            const std::size_t pixel = tile.asking[number[i]];
-            for (std::size_t v = 0; v < 6; ++v) values[v][i] = tile.points[v][pixel];
-            values[6][i] = tile.depth[pixel];
+            pixels[i] = tile.asking[first + i];
+            for (std::size_t v = 0; v < 6; ++v) values[v][i] = tile.points[v][pixels[i]];
+            values[6][i] = tile.depth[pixels[i]];
         }
     }
     unsigned all() const { return (1u << count) - 1u; }
 };
-
-// Result: 0, 1, 2, …
-const std::array<std::uint16_t, kTilePixels>& each_number() {
-    static const auto numbers = [] {
-        std::array<std::uint16_t, kTilePixels> all{};
-        std::iota(all.begin(), all.end(), std::uint16_t{0});
-        return all;
-    }();
-    return numbers;
-}
-
-// In packets of sixteen, those of Tile::asking whose numbers are listed.
-template <typename Job>
-void each_packet(const Tile& tile, std::span<const std::uint16_t> asking, const Job& job) {
-    for (; !asking.empty(); asking = asking.subspan(std::min<std::size_t>(trace::kPacket, asking.size())))
-        job(Askers(tile, asking));
-}
 
 // The first rays to an opening of pixels that ask. Result: by pixel.
 std::array<FirstRay, trace::kPacket> first_rays(const Tile& tile, const Askers& askers, const GBuffer& gbuffer,
@@ -534,7 +514,7 @@ std::array<FirstRay, trace::kPacket> first_rays(const Tile& tile, const Askers& 
     glm::vec3 targets[trace::kPacket];
     std::fill_n(targets, trace::kPacket, light.position);
     for (std::size_t i = 0; i < askers.count; ++i) {
-        const std::size_t pixel = tile.asking[askers.number[i]];
+        const std::size_t pixel = askers.pixels[i];
         const auto& v = askers.values;
         targets[i] = first_target(light, first_point(tile.x_of(pixel), tile.y_of(pixel)), {v[0][i], v[1][i], v[2][i]},
                                   {v[3][i], v[4][i], v[5][i]});
@@ -550,16 +530,17 @@ std::array<FirstRay, trace::kPacket> first_rays(const Tile& tile, const Askers& 
 }
 
 // The same of every pixel of a picture that asks. answers: by pixel.
-void ask_first(const Tile& tile, std::span<const std::uint16_t> asking, const GBuffer& gbuffer,
-               const trace::Geometry& geometry, const DirectLight& light, std::vector<std::uint8_t>& answers) {
-    each_packet(tile, asking, [&](const Askers& askers) {
+void ask_first(const Tile& tile, std::size_t asking, const GBuffer& gbuffer, const trace::Geometry& geometry,
+               const DirectLight& light, std::vector<std::uint8_t>& answers) {
+    for (std::size_t first = 0; first < asking; first += trace::kPacket) {
+        const Askers askers(tile, first, asking);
         const auto own = first_rays(tile, askers, gbuffer, geometry, light);
         for (std::size_t i = 0; i < askers.count; ++i) {
-            const std::size_t pixel = tile.asking[askers.number[i]];
+            const std::size_t pixel = askers.pixels[i];
             answers[static_cast<std::size_t>(tile.y_of(pixel)) * gbuffer.row_length +
                     static_cast<std::size_t>(tile.x_of(pixel))] = static_cast<std::uint8_t>(own[i]);
         }
-    });
+    }
 }
 
 // What pixels see of an opening where the first rays of all around them say the same, or where the four grid points
@@ -570,7 +551,7 @@ unsigned by_first_rays(const Tile& tile, const Askers& askers, const GBuffer& gb
     if (known.pixels == nullptr) own = first_rays(tile, askers, gbuffer, geometry, light);
     unsigned left = askers.all();
     for (std::size_t i = 0; i < askers.count; ++i) {
-        const std::size_t pixel = tile.asking[askers.number[i]];
+        const std::size_t pixel = askers.pixels[i];
         const int x = tile.x_of(pixel), y = tile.y_of(pixel);
         FirstRay all = FirstRay::dimmed;
         if (known.pixels != nullptr)
@@ -585,42 +566,45 @@ unsigned by_first_rays(const Tile& tile, const Askers& askers, const GBuffer& gb
 }
 
 // Lights the pixels that a tile's grid points leave. known: of an opening.
-void ask_pixels(Tile& tile, std::span<const std::uint16_t> asking, const GBuffer& gbuffer,
-                const trace::Geometry& geometry, const DirectLight& light, std::size_t planes, const FirstRays& known) {
-    const auto add = [&](const Askers& askers, unsigned active, const float* share) {
-        for (; active != 0; active &= active - 1) {
-            const auto i = static_cast<std::size_t>(std::countr_zero(active));
-            for (std::size_t k = 0; k < planes; ++k)
-                tile.light[k][tile.asking[askers.number[i]]] +=
-                    light.weight[static_cast<int>(k)] * tile.relative[askers.number[i]] * share[i];
-        }
+void ask_pixels(Tile& tile, std::size_t asking, const GBuffer& gbuffer, const trace::Geometry& geometry,
+                const DirectLight& light, std::size_t planes, const FirstRays& known) {
+    const auto add = [&](const Askers& askers, std::size_t i, float share) {
+        for (std::size_t k = 0; k < planes; ++k)
+            tile.light[k][askers.pixels[i]] +=
+                light.weight[static_cast<int>(k)] * tile.relative[askers.first + i] * share;
     };
     float share[trace::kPacket];
-    std::uint16_t left[kTilePixels];
-    if (light.parts) {
-        std::size_t count = 0;
-        each_packet(tile, asking, [&](const Askers& askers) {
-            unsigned unknown = by_first_rays(tile, askers, gbuffer, geometry, light, known, share);
-            add(askers, askers.all() & ~unknown, share);
-            for (; unknown != 0; unknown &= unknown - 1) left[count++] = askers.number[std::countr_zero(unknown)];
-        });
-        asking = {left, count};
+    if (light.parts) {  // those that first rays do not settle are left
+        std::size_t left = 0;
+        for (std::size_t first = 0; first < asking; first += trace::kPacket) {
+            const Askers askers(tile, first, asking);
+            const unsigned unknown = by_first_rays(tile, askers, gbuffer, geometry, light, known, share);
+            for (std::size_t i = 0; i < askers.count; ++i) {
+                if ((unknown >> i & 1u) == 0) {
+                    add(askers, i, share[i]);
+                    continue;
+                }
+                tile.asking[left] = askers.pixels[i];
+                tile.relative[left++] = tile.relative[first + i];
+            }
+        }
+        asking = left;
     }
-    each_packet(tile, asking, [&](const Askers& askers) {
+    for (std::size_t first = 0; first < asking; first += trace::kPacket) {
+        const Askers askers(tile, first, asking);
         const Points points = points_at(askers.values, 0);
         if (light.parts && known.pixels == nullptr) {
             unsigned quarter[trace::kPacket] = {};
-            for (std::size_t i = 0; i < askers.count; ++i) {
-                const std::size_t pixel = tile.asking[askers.number[i]];
-                quarter[i] = static_cast<unsigned>((tile.y_of(pixel) & 1) * 2 + (tile.x_of(pixel) & 1));
-            }
+            for (std::size_t i = 0; i < askers.count; ++i)
+                quarter[i] =
+                    static_cast<unsigned>((tile.y_of(askers.pixels[i]) & 1) * 2 + (tile.x_of(askers.pixels[i]) & 1));
             visible_among(geometry, light, gbuffer, points, askers.values[6], static_cast<int>(askers.count), quarter,
                           share);
         } else {
             visible_share(geometry, light, gbuffer, points, askers.values[6], askers.all(), kManyPoints, share);
         }
-        add(askers, askers.all(), share);
-    });
+        for (std::size_t i = 0; i < askers.count; ++i) add(askers, i, share[i]);
+    }
 }
 
 }  // namespace
@@ -657,7 +641,7 @@ void direct_light(const GBuffer& gbuffer, const ScreenGrid& screen, const trace:
                         {points_of(lattice.ratio),
                          through != nullptr && dims(tile, through, grid.stride) ? through : nullptr, grid.stride},
                         !many, out.size());
-                    lit(tile, std::span(each_number()).first(asking), some[k], k);
+                    lit(tile, asking, some[k], k);
                 }
             }
             stored(tile);
@@ -693,14 +677,14 @@ void direct_light(const GBuffer& gbuffer, const ScreenGrid& screen, const trace:
                                  static_cast<std::uint8_t>(FirstRay::none));
             each_tile(
                 some,
-                [&](const Tile& tile, std::span<const std::uint16_t> asking, const DirectLight& light, std::size_t) {
+                [&](const Tile& tile, std::size_t asking, const DirectLight& light, std::size_t) {
                     ask_first(tile, asking, gbuffer, geometry, light, lattice.first);
                 },
                 [](const Tile&) {});
         }
         each_tile(
             some,
-            [&](Tile& tile, std::span<const std::uint16_t> asking, const DirectLight& light, std::size_t k) {
+            [&](Tile& tile, std::size_t asking, const DirectLight& light, std::size_t k) {
                 ask_pixels(tile, asking, gbuffer, geometry, light, out.size(),
                            {asks_first ? &lattice.first : nullptr, &grid,
                             lattice.through.size() > k ? &lattice.through[k] : nullptr});

@@ -100,6 +100,7 @@ HazePoints haze_points(const transport::Surfels& surfels, Pool& pool) {
     struct Patch {
         glm::vec3 sum{0.0f};
         std::vector<std::uint16_t> ids;
+        std::uint16_t number = 0;  // of its point
     };
     std::map<std::array<int, 4>, Patch> patches;
     std::vector<const Patch*> patch_of(surfels.count);
@@ -113,17 +114,14 @@ HazePoints haze_points(const transport::Surfels& surfels, Pool& pool) {
         patch_of[i] = &patch;
     }
     // Of each patch the surfel that is nearest to its middle.
-    std::map<const Patch*, std::uint16_t> number;
-    for (const auto& [key, patch] : patches) {
+    for (auto& [key, patch] : patches) {
         const glm::vec3 middle = patch.sum / static_cast<float>(patch.ids.size());
         const auto off = [&](std::uint16_t id) { return glm::distance(surfels.position(id), middle); };
-        number[&patch] = static_cast<std::uint16_t>(points.ids.size());
+        patch.number = static_cast<std::uint16_t>(points.ids.size());
         points.ids.push_back(
             *std::min_element(patch.ids.begin(), patch.ids.end(), [&](auto a, auto b) { return off(a) < off(b); }));
     }
     // A surfel takes the points of its own patch and of those of its neighbours, which it sees.
-    std::vector<std::uint16_t> point_of(surfels.count);
-    for (std::size_t i = 0; i < surfels.count; ++i) point_of[i] = number[patch_of[i]];
     pool.run_chunks(surfels.count, kChunk, [&](std::size_t first, std::size_t size) {
         for (std::size_t i = first; i < first + size; ++i) {
             auto& around = points.around[i];
@@ -140,9 +138,9 @@ HazePoints haze_points(const transport::Surfels& surfels, Pool& pool) {
                 around[count] = point, weights[count] = near * near * facing * facing + 1e-6f;
                 ++count;
             };
-            add(point_of[i]);
+            add(patch_of[i]->number);
             for (const std::uint16_t id : surfels.neighbours[i])
-                if (id < surfels.count) add(point_of[id]);
+                if (id < surfels.count) add(patch_of[id]->number);
             float all = 0.0f;
             for (std::size_t k = count; k < HazePoints::kAround; ++k) around[k] = around[0], weights[k] = 0.0f;
             for (const float weight : weights) all += weight;

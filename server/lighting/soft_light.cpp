@@ -51,6 +51,13 @@ struct Asked {
     const GBuffer& gbuffer;
 };
 
+// Result: a point in the middle of an opening.
+DirectLight middle_of(const DirectLight& light) {
+    DirectLight middle = light;
+    middle.parts = nullptr;
+    return middle;
+}
+
 // Bits and shares of points that see a luminaire, where `active`. targets: as of unhidden().
 void ask(const Asked& asked, const Points& points, const float* depth, unsigned active, float* passed,
          const glm::vec3* targets) {
@@ -134,8 +141,7 @@ void visible_share(const trace::Geometry& geometry, const DirectLight& light, co
             if ((active >> i & 1u) != 0) share[i] = passed[i];
         return;
     }
-    DirectLight middle = light;
-    middle.parts = nullptr;
+    const DirectLight middle = middle_of(light);
     const Asked asked{geometry, middle, gbuffer};
     if (n > kFewPoints) {
         for (unsigned left = active; left != 0; left &= left - 1) {
@@ -157,8 +163,7 @@ void visible_share(const trace::Geometry& geometry, const DirectLight& light, co
 void visible_among(const trace::Geometry& geometry, const DirectLight& light, const GBuffer& gbuffer,
                    const Points& points, const float* depth, int count, const unsigned* quarter, float* share) {
     constexpr float kReach_px = 4.5f;
-    DirectLight middle = light;
-    middle.parts = nullptr;
+    const DirectLight middle = middle_of(light);
     const Asked asked{geometry, middle, gbuffer};
     float seen[trace::kPacket] = {}, all[trace::kPacket] = {};
     ask_quarters(asked, points, depth, (1u << count) - 1u, quarter, light.parts->few, seen, all);
@@ -313,8 +318,7 @@ void soften_grid(const GBuffer& gbuffer, const Grid& grid, const trace::Geometry
             if (pool != nullptr) pool->run(first.down, job);
             for (int row = 0; pool == nullptr && row < first.down; ++row) job(row);
         };
-        DirectLight middle = light;
-        middle.parts = nullptr;
+        const DirectLight middle = middle_of(light);
         const Asked asked{geometry, middle, gbuffer};
         std::vector<float> arrives(through.size(), -1.0f);     // from a point's quarter; negative: it has not asked it
         std::vector<std::uint16_t> around(through.size(), 0);  // of those: on_surface()

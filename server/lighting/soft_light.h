@@ -30,7 +30,6 @@ struct SoftParts {
     float radius_m = 0.0f;             // a sphere around it
     float least_d2 = 0.0f;             // m²: a part is no nearer
     std::vector<glm::vec3> few, many;  // kFewPoints and kManyPoints where rays end, off what it is mounted on
-    std::span<const glm::vec3> points(unsigned n) const { return n > kFewPoints ? many : few; }
 };
 // Result: null of a point. fine: for pictures at rest.
 std::shared_ptr<const SoftParts> soft_parts(const ies::Opening& opening, const glm::mat3& light_from_world, bool fine);
@@ -48,9 +47,9 @@ inline unsigned first_point(int x, int y) {
 glm::vec3 first_target(const DirectLight& light, unsigned first_point, const glm::vec3& position,
                        const glm::vec3& normal);
 
-// What of a luminaire sixteen points of a picture see, of `active` (bit i: point i): 0 … 1. A ray goes to each of n
-// points of its opening, and counts by the light that this would bring. kFewPoints: where the first four say the same,
-// as they say. Of a point luminaire: one ray. depth: along the view axis, m. Eight parameters: unhidden()'s, and n. Any
+// What of a luminaire sixteen points of a picture see, of `active` (bit i: point i): 0 … 1. A ray goes to each of
+// kManyPoints of its opening, or to half of kFewPoints, and counts by the light that this would bring; n: which. Of a
+// point luminaire: one ray. depth: along the view axis, m. Eight parameters: unhidden()'s, and n. Any
 // thread.
 void visible_share(const trace::Geometry& geometry, const DirectLight& light, const GBuffer& gbuffer,
                    const Points& points, const float* depth, unsigned active, unsigned n, float* share);
