@@ -29,11 +29,6 @@ std::string unique_name(ShowImport& import, const std::string& wanted) {
     return name;
 }
 
-// Result: what an import report names of a file that cannot be read.
-std::string named(const std::string& entry, const Error& error) {
-    return shortened_text(entry + " (" + error.text() + ")", 300);
-}
-
 // Of a mode, bytes: its geometries, channels and patched channels, with their names.
 constexpr std::size_t kBytesOfTypePart = 1024;
 

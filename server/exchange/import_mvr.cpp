@@ -194,7 +194,7 @@ std::optional<Error> import_models(ShowImport& import) {
                 return model.error();
             else
                 import.report.add(Outcome::left_out, "a model cannot be read: " + model.error().code,
-                                  shortened_text(use.entry + " (" + model.error().text() + ")", 300));
+                                  named(use.entry, model.error()));
         }
         if (!at->second) continue;
         if (auto error = show_model(import, *at->second, use)) return error;

@@ -11,6 +11,7 @@
 
 #include "ies/core/zip.h"
 #include "protocol/schema/gonio.pb.h"
+#include "protocol/text/shortened_text.h"
 #include "server/assets/assets.h"
 #include "server/exchange/gdtf_dmx.h"
 #include "server/exchange/mvr.h"
@@ -49,6 +50,11 @@ struct ShowImport {
 inline constexpr double kMostPlace_m = 1e6;
 inline bool is_within(const glm::dvec3& place) {
     return std::abs(place.x) <= kMostPlace_m && std::abs(place.y) <= kMostPlace_m && std::abs(place.z) <= kMostPlace_m;
+}
+
+// Result: what an import report names of a file of the archive that cannot be read.
+inline std::string named(const std::string& entry, const Error& error) {
+    return shortened_text(entry + " (" + error.text() + ")", 300);
 }
 
 // Adds the instances of the show's models. Errors: "too_large"; models that cannot be read are left out by name.
