@@ -6,7 +6,6 @@
 #include <unistd.h>
 
 #include <cmath>
-#include <cstdlib>
 #include <span>
 #include <string>
 
@@ -14,16 +13,9 @@
 #include "server/assets/draco_mesh.h"
 #include "server/assets/gltf_expand.h"
 #include "server/assets/gltf_import.h"
+#include "tests/fuzz/require.h"
 
 namespace gonio::fuzz {
-
-inline void kept(bool promise) {
-    if (!promise) std::abort();
-}
-
-inline void check_refusal(const Error& error) {
-    kept(!error.code.empty() && !error.message.empty());
-}
 
 inline void check_draco(Bytes bytes) {
     const DracoAttribute wanted[] = {{0, 5126, 3}, {1, 5126, 3}, {2, 5126, 2}};
@@ -34,10 +26,10 @@ inline void check_draco(Bytes bytes) {
             check_refusal(mesh.error());
             continue;
         }
-        kept(mesh->points <= bounds.points && mesh->indices.size() <= 3 * bounds.faces);
-        for (const std::uint32_t index : mesh->indices) kept(index < mesh->points);
+        require(mesh->points <= bounds.points && mesh->indices.size() <= 3 * bounds.faces);
+        for (const std::uint32_t index : mesh->indices) require(index < mesh->points);
         for (std::size_t i = 0; i < attributes; ++i)
-            kept(mesh->attributes[i].size() == mesh->points * wanted[i].components * sizeof(float));
+            require(mesh->attributes[i].size() == mesh->points * wanted[i].components * sizeof(float));
     }
 }
 
@@ -51,7 +43,7 @@ inline void check_meshopt(Bytes bytes) {
     const auto decoded =
         decode_meshopt(bytes.subspan(4), modes[number(0) % 3], filters[number(1) % 4], count, stride, "/place");
     if (!decoded) return check_refusal(decoded.error());
-    kept(decoded->size() == count * stride);
+    require(decoded->size() == count * stride);
 }
 
 inline void check_image(Bytes bytes) {
@@ -59,28 +51,28 @@ inline void check_image(Bytes bytes) {
     const auto image = decode_image(bytes, "/place", most);
     if (!image) return check_refusal(image.error());
     const std::size_t pixels = static_cast<std::size_t>(image->width_px) * static_cast<std::size_t>(image->height_px);
-    kept(pixels > 0 && pixels <= most && image->rgba.size() == 4 * pixels);
+    require(pixels > 0 && pixels <= most && image->rgba.size() == 4 * pixels);
 }
 
 // The bytes as a .glb or .gltf file.
 inline void check_scene(Bytes bytes) {
     const int file = memfd_create("scene", MFD_CLOEXEC);
-    kept(file >= 0 && write(file, bytes.data(), bytes.size()) == static_cast<ssize_t>(bytes.size()));
+    require(file >= 0 && write(file, bytes.data(), bytes.size()) == static_cast<ssize_t>(bytes.size()));
     const auto scene = load_scene("/proc/self/fd/" + std::to_string(file), "scene", {}, std::size_t{1} << 27);
     close(file);
     if (!scene) return check_refusal(scene.error());
     const SceneAsset& asset = **scene;
-    kept(asset.warnings.size() <= GltfImport::kMaxWarnings && !asset.materials.empty());
+    require(asset.warnings.size() <= GltfImport::kMaxWarnings && !asset.materials.empty());
     for (const Mesh& mesh : asset.meshes) {
-        kept(mesh.material >= 0 && static_cast<std::size_t>(mesh.material) < asset.materials.size());
-        for (const std::uint32_t index : mesh.indices) kept(index < mesh.vertices.size());
-        for (const Vertex& vertex : mesh.vertices) kept(std::isfinite(vertex.position.x + vertex.normal.x));
+        require(mesh.material >= 0 && static_cast<std::size_t>(mesh.material) < asset.materials.size());
+        for (const std::uint32_t index : mesh.indices) require(index < mesh.vertices.size());
+        for (const Vertex& vertex : mesh.vertices) require(std::isfinite(vertex.position.x + vertex.normal.x));
     }
     for (const Instance& instance : asset.instances)
-        kept(instance.mesh >= 0 && static_cast<std::size_t>(instance.mesh) < asset.meshes.size());
+        require(instance.mesh >= 0 && static_cast<std::size_t>(instance.mesh) < asset.meshes.size());
     for (const Material& material : asset.materials) {
         for (const int image : {material.base_color_image, material.emissive_image})
-            kept(image < static_cast<int>(asset.images.size()));
+            require(image < static_cast<int>(asset.images.size()));
     }
 }
 

@@ -1,7 +1,6 @@
 // What the decoders of consoles promise, whatever the bytes. Shared by the fuzz targets and their replay test.
 #pragma once
 
-#include <cstdlib>
 #include <string_view>
 
 #include "protocol/dmx/artnet.h"
@@ -11,12 +10,9 @@
 #include "protocol/dmx/patch_toml.h"
 #include "protocol/dmx/sacn_sources.h"
 #include "protocol/osc/osc_space.h"
+#include "tests/fuzz/require.h"
 
 namespace gonio::fuzz {
-
-inline void require(bool promise) {
-    if (!promise) std::abort();
-}
 
 inline void check_error(const Error& error) {
     require(!error.code.empty() && !error.message.empty());

@@ -25,18 +25,18 @@ inline void check_import(std::string_view text) {
     const auto bytes = write_zip(std::vector<ZipFile>{{"GeneralSceneDescription.xml", std::string(text), false},
                                                       {"Maker@Type.gdtf", type, false},
                                                       {"leg.3ds", "MM", false}});
-    kept(static_cast<bool>(bytes));
+    require(static_cast<bool>(bytes));
     const auto scene = exchange::import_mvr(*bytes, "show", {}, std::size_t{1} << 27);
     if (!scene) return check_refusal(scene.error());
-    kept(!(*scene)->materials.empty() && (*scene)->warnings.size() <= 100);
+    require(!(*scene)->materials.empty() && (*scene)->warnings.size() <= 100);
     for (const LightSeed& light : (*scene)->lights) {
-        kept(!light.name.empty() && light.profile != nullptr);
-        for (int i = 0; i < 3; ++i) kept(std::isfinite(light.position[i]) && light.color[i] >= 0.0);
-        kept(std::abs(glm::length(light.world_from_light) - 1.0) < 1e-6);
+        require(!light.name.empty() && light.profile != nullptr);
+        for (int i = 0; i < 3; ++i) require(std::isfinite(light.position[i]) && light.color[i] >= 0.0);
+        require(std::abs(glm::length(light.world_from_light) - 1.0) < 1e-6);
     }
     if ((*scene)->patch)
         for (const v1::PatchRow& row : (*scene)->patch->rows())
-            kept(row.address() >= 1 && row.address() <= 512 && row.universe() >= 1);
+            require(row.address() >= 1 && row.address() <= 512 && row.universe() >= 1);
 }
 
 }  // namespace gonio::fuzz

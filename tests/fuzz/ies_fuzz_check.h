@@ -4,18 +4,16 @@
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
-#include <cstdlib>
 #include <numbers>
 #include <string_view>
 
 #include "ies/core/result.h"
 #include "ies/photometry.h"
+#include "tests/fuzz/require.h"
 
 namespace gonio::ies::fuzz {
 
-inline void require(bool promise) {
-    if (!promise) std::abort();
-}
+using gonio::fuzz::require;
 
 inline void check_ascending(const std::vector<double>& angles, double low, double high) {
     require(angles.size() >= 2);

@@ -2,7 +2,6 @@
 #pragma once
 
 #include <cmath>
-#include <cstdlib>
 #include <set>
 #include <string_view>
 
@@ -11,36 +10,33 @@
 #include "protocol/surface/qxi.h"
 #include "protocol/surface/surface_map.h"
 #include "protocol/surface/surface_toml.h"
+#include "tests/fuzz/require.h"
 
 namespace gonio::fuzz {
 
-inline void promise(bool kept) {
-    if (!kept) std::abort();
-}
-
 inline void check_events(const std::vector<ControlEvent>& events, const std::vector<ControlSpec>& controls) {
     for (const ControlEvent& event : events) {
-        promise(event.control < controls.size() && std::isfinite(event.value));
-        if (controls[event.control].kind != ControlKind::relative) promise(event.value >= 0 && event.value <= 1);
+        require(event.control < controls.size() && std::isfinite(event.value));
+        if (controls[event.control].kind != ControlKind::relative) require(event.value >= 0 && event.value <= 1);
     }
 }
 
 inline void check_controls(const std::vector<ControlSpec>& controls) {
-    promise(controls.size() <= kMaxSurfaceControls);
+    require(controls.size() <= kMaxSurfaceControls);
     for (const ControlSpec& control : controls) {
-        promise(!control.name.empty() && control.name.size() <= 128);
-        if (control.kind == ControlKind::absolute) promise(control.steps > 0);
+        require(!control.name.empty() && control.name.size() <= 128);
+        if (control.kind == ControlKind::absolute) require(control.steps > 0);
     }
 }
 
 inline void check_box(const SurfaceProfile& profile, Bytes bytes) {
     check_controls(profile.controls);
     std::set<std::string> names;
-    for (const ControlSpec& control : profile.controls) promise(names.insert(control.name).second);
+    for (const ControlSpec& control : profile.controls) require(names.insert(control.name).second);
     for (const v1::SurfaceRow& row : profile.rows) {
-        promise(static_cast<bool>(check_surface_row(row, "")));
+        require(static_cast<bool>(check_surface_row(row, "")));
         v1::SurfaceRow again;
-        promise(again.ParseFromString(row.SerializeAsString()));
+        require(again.ParseFromString(row.SerializeAsString()));
     }
     MidiSurface box(profile);
     std::vector<MidiMessage> messages;
@@ -48,20 +44,20 @@ inline void check_box(const SurfaceProfile& profile, Bytes bytes) {
     MidiTime time;
     read_usb_midi(bytes, messages, &time);
     stream.take(bytes, messages);
-    for (const auto& heard : {time.newest, stream.take_time()}) promise(!heard || is_timecode(*heard));
+    for (const auto& heard : {time.newest, stream.take_time()}) require(!heard || is_timecode(*heard));
     std::int64_t now_ns = 1;
     for (const MidiMessage& message : messages) {
         std::vector<ControlEvent> events;
         box.take(message, now_ns += 1'000'000, events);
         box.tick(now_ns, events);
         check_events(events, box.controls());
-        promise(key_of(message).channel >= 1 && value_of(message) <= 16383);
+        require(key_of(message).channel >= 1 && value_of(message) <= 16383);
     }
     check_controls(box.controls());
     for (std::size_t i = 0; i < box.controls().size(); ++i) {
         const std::vector<std::uint8_t> shown = box.show(i, 0.7);
-        for (std::size_t at = 1; at < shown.size(); ++at) promise(shown[at] < 0x80);
-        promise(usb_midi_packets(box.show_cable(i), shown).size() % 4 == 0);
+        for (std::size_t at = 1; at < shown.size(); ++at) require(shown[at] < 0x80);
+        require(usb_midi_packets(box.show_cable(i), shown).size() % 4 == 0);
     }
 }
 
@@ -75,7 +71,7 @@ inline void check_hid(Bytes bytes) {
     const auto vendor = be16(bytes, 0), product = be16(bytes, 2);
     const std::size_t size = std::min<std::size_t>(be16(bytes, 4), bytes.size() - 6);
     auto box = HidSurface::open(vendor, product, bytes.subspan(6, size));
-    if (!box) return promise(!box.error().code.empty() && !box.error().message.empty());
+    if (!box) return require(!box.error().code.empty() && !box.error().message.empty());
     check_controls(box->controls());
     for (Bytes rest = bytes.subspan(6 + size); !rest.empty();) {
         const std::size_t length = std::min<std::size_t>(rest[0] % 17, rest.size() - 1);
@@ -84,7 +80,7 @@ inline void check_hid(Bytes bytes) {
         check_events(events, box->controls());
         rest = rest.subspan(1 + length);
     }
-    for (std::size_t i = 0; i < box->controls().size(); ++i) promise(box->show(i, 1).size() <= 4097);
+    for (std::size_t i = 0; i < box->controls().size(); ++i) require(box->show(i, 1).size() <= 4097);
 }
 
 inline void check_files(std::string_view text) {
@@ -92,8 +88,8 @@ inline void check_files(std::string_view text) {
     if (const auto profile = read_surface_profile(text)) check_box(*profile, bytes);
     if (const auto profile = read_qxi(text)) check_box(*profile, bytes);
     const auto map = read_surfaces_toml(text);
-    if (!map) return promise(!map.error().code.empty() && !map.error().message.empty());
-    promise(static_cast<bool>(check_surfaces(*map)));
+    if (!map) return require(!map.error().code.empty() && !map.error().message.empty());
+    require(static_cast<bool>(check_surfaces(*map)));
 }
 
 }  // namespace gonio::fuzz
