@@ -16,20 +16,6 @@
 // After the two above: once for each instruction set.
 #include <hwy/contrib/math/math-inl.h>
 
-#ifndef GONIO_LIGHTING_AIRLIGHT_ROWS
-#define GONIO_LIGHTING_AIRLIGHT_ROWS
-namespace gonio::lighting {
-
-// Two rows of a view's points around a row of pixels, the outermost values repeated beyond their ends: rgb, and 1 /
-// distance. Point k is number k + 1.
-struct PointRows {
-    const float* below[4];
-    const float* above[4];
-    float up = 0.0f;  // how far the row is from the lower to the upper ones, 0 … 1
-};
-}  // namespace gonio::lighting
-#endif
-
 HWY_BEFORE_NAMESPACE();
 namespace gonio::lighting {
 namespace HWY_NAMESPACE {
@@ -89,17 +75,29 @@ HWY_INLINE Float reaches(const DistanceMap& map, const Vec3& p, Float r) {
 // Sixteen rays, as a luminaire's frame has them; heights are of the world.
 struct Bundle {
     Vec3 w, d;
-    Float y, dy, shift;
+    Float y, dy, shift, pixel_rad;
 };
+
+// Of the nth place from an end, of so many in the middles of even steps: exact for cubics, and for parabolas where they
+// are fewer than six (open Newton-Cotes rules with corrections at the ends, Press et al. 2007, §4.1).
+HWY_INLINE float end_weight(unsigned n, unsigned samples) {
+    if (samples == 3) return n == 0 ? 9.0f / 8.0f : 3.0f / 4.0f;
+    if (samples < 6) return 1.0f;
+    constexpr float kWeights[] = {13.0f / 12.0f, 7.0f / 8.0f, 25.0f / 24.0f};
+    return n < 3 ? kWeights[n] : 1.0f;
+}
 
 // What `samples` places in a part of the rays scatter to their start.
 HWY_INLINE Float scattered(const AirlightSource& source, const Bundle& ray, const Part& part, unsigned samples) {
     constexpr float kLeast_m = 1e-3f;  // a ray through a luminaire comes no nearer
+    // The mean of 1 / h over a square of side 1 about the luminaire is 4 ln(1 + √2), that of h = 0.2837.
+    constexpr float kPixel = 0.2837f;
     const Tag tag;
     const Air& air = source.light.air;
     const Float b = -dot(ray.w, ray.d);
     const Vec3 foot = ray.w + ray.d * b;
-    const Float h = max(sqrt(dot(foot, foot)), Float(kLeast_m));
+    const Float blur = max(b, Float(0.0f)) * ray.pixel_rad * Float(kPixel);
+    const Float h = max(sqrt(dot(foot, foot) + blur * blur), Float(kLeast_m));
     const Float first = atan(part.begin - b, h), last = atan(part.end - b, h),
                 step = (last - first) * Float(1.0f / static_cast<float>(samples)), start = first + step * Float(0.5f),
                 aside = step * (ray.shift - Float(0.5f));
@@ -127,7 +125,7 @@ HWY_INLINE Float scattered(const AirlightSource& source, const Bundle& ray, cons
                         air_passes(air, r, light_y, y) * air_passes(air, t, ray.y, y);
             else
                 value = value * exp((r + t) * Float(-air.extinction_per_m));
-            sum = sum + value;
+            sum = sum + value * Float(end_weight(std::min(i, samples - 1 - i), samples));
         }
         const Float turned_cosine = cosine * cos_step - sine * sin_step;
         sine = sine * cos_step + cosine * sin_step;
@@ -149,8 +147,11 @@ void Airlight(const AirlightSource& source, const AirRays& rays, std::size_t fir
         };
         const Vec3 from = vec(rays.from), along = vec(rays.along);
         const Bundle ray{turned(source.light.light_from_world, from - spread(source.light.position)),
-                         turned(source.light.light_from_world, along), from.y, along.y,
-                         load(rays.shift.data() + first + i)};
+                         turned(source.light.light_from_world, along),
+                         from.y,
+                         along.y,
+                         load(rays.shift.data() + first + i),
+                         Float(rays.pixel_rad)};
         Part whole{Float(0.0f), load(rays.far.data() + first + i)};
         if (source.light.beam_cos > 0.0f) whole = within_cone(ray.w, ray.d, source.light.beam_cos, whole);
         Float sum;
@@ -165,69 +166,9 @@ void Airlight(const AirlightSource& source, const AirRays& rays, std::size_t fir
                 sum = scattered(source, ray, {whole.begin, core.begin}, few) + scattered(source, ray, core, samples) +
                       scattered(source, ray, {core.end, whole.end}, few);
         } else {
-            sum = scattered(source, ray, whole, samples);
+            sum = scattered(source, ray, whole, samples + few);
         }
         store(sum * Float(factor), out + i);
-    }
-}
-
-// Row y: what of light behind the haze passes; nothing where no surface is.
-void PassesRow(const GBuffer& s, const Air& air, int y, float* out) {
-    const glm::vec3 start = s.rays.corner + static_cast<float>(y) * s.rays.up;
-    const std::size_t row = static_cast<std::size_t>(y) * s.row_length;
-    const Tag tag;
-    for (std::size_t x = 0; x < s.row_length; x += hn::Lanes(tag)) {
-        const Float depth = load(s.depth.data() + row + x), z = Float(s.rays.near_m) / max(depth, Float(1e-30f)),
-                    column = hn::ConvertTo(tag, hn::Iota(IntTag(), static_cast<int>(x)));
-        const Vec3 ray(Float(start.x) + column * Float(s.rays.right.x), Float(start.y) + column * Float(s.rays.right.y),
-                       Float(start.z) + column * Float(s.rays.right.z));
-        const Float length = sqrt(dot(ray, ray)) * z;
-        const Float passed = air_passes(air, length, Float(s.rays.eye.y), Float(s.rays.eye.y) + ray.y * z);
-        store(mix(Float(0.0f), passed, Float(0.0f) < depth), out + x);
-    }
-}
-
-// A row of rgb: of the four points around a pixel, which stand kStep apart, those that are as far away. depth:
-// GBuffer's of the row; four vectors of pixels kStep apart at a time.
-void BetweenRow(const float* depth, float near_m, const PointRows& points, std::size_t length, float* const* out) {
-    static_assert(kStep == 4);
-    const Tag tag;
-    for (std::size_t k = 0; 4 * k < length; k += hn::Lanes(tag)) {
-        Raw depths[4], rgb[3][4];
-        hn::LoadInterleaved4(tag, depth + 4 * k, depths[0], depths[1], depths[2], depths[3]);
-        for (int phase = 0; phase < 4; ++phase) {
-            const std::ptrdiff_t left = static_cast<std::ptrdiff_t>(k) + 1 + left_of(phase);
-            const float across = 0.25f * static_cast<float>(phase < 2 ? phase + 2 : phase - 2);
-            const Float own = Float(depths[phase]) * Float(1.0f / near_m);  // 1 / depth
-            Float sum(0.0f), value[3];
-            for (int corner = 0; corner < 4; ++corner) {
-                const float* const* row = corner < 2 ? points.below : points.above;
-                const std::ptrdiff_t at = left + corner % 2;
-                const Float other = load(row[3] + at), unlike = abs(own - other) / max(max(own, other), Float(1e-9f));
-                const float even =
-                    (corner % 2 == 0 ? 1.0f - across : across) * (corner < 2 ? 1.0f - points.up : points.up);
-                const Float weight = Float(even) / (Float(0.02f) + unlike);
-                sum = sum + weight;
-                for (int c = 0; c < 3; ++c) value[c] = value[c] + weight * load(row[c] + at);
-            }
-            const Float per_sum = Float(1.0f) / max(sum, Float(1e-20f));
-            for (int c = 0; c < 3; ++c) rgb[c][phase] = (value[c] * per_sum).raw;
-        }
-        for (int c = 0; c < 3; ++c)
-            hn::StoreInterleaved4(rgb[c][0], rgb[c][1], rgb[c][2], rgb[c][3], tag, out[c] + 4 * k);
-    }
-}
-
-// A row of rgb × scale and what passes -> 4 half floats a pixel. keeps: what passes is there.
-void PackRow(const float* const* row, float scale, std::size_t length, bool keeps, std::uint16_t* to) {
-    for (std::size_t x = 0; x < length; x += hn::Lanes(Tag())) {
-        const auto light = [&](int k) { return to_half(load(row[k] + x) * Float(scale)); };
-        hn::Vec<HalfBits> before[3], passes;
-        if (keeps)
-            hn::LoadInterleaved4(HalfBits(), to + 4 * x, before[0], before[1], before[2], passes);
-        else
-            passes = to_half(load(row[3] + x));
-        hn::StoreInterleaved4(light(0), light(1), light(2), passes, HalfBits(), to + 4 * x);
     }
 }
 
@@ -239,9 +180,6 @@ HWY_AFTER_NAMESPACE();
 namespace gonio::lighting {
 
 HWY_EXPORT(Airlight);
-HWY_EXPORT(PassesRow);
-HWY_EXPORT(BetweenRow);
-HWY_EXPORT(PackRow);
 
 void trace_distances(const DirectLight& light, const trace::Geometry& geometry, int side, DistanceMap& map,
                      Pool& pool) {
@@ -292,89 +230,6 @@ void AirRays::set(std::size_t i, const glm::vec3& start, const glm::vec3& direct
 void airlight(const AirlightSource& source, const AirRays& rays, std::size_t first, std::size_t count, unsigned samples,
               float* out) {
     HWY_DYNAMIC_DISPATCH(Airlight)(source, rays, first, count, samples, out);
-}
-
-void look_into_air(const GBuffer& s, int step, float far_m, AirView& view, Pool& pool) {
-    view.step = step;
-    view.width = (s.width + step - 1) / step, view.height = (s.height + step - 1) / step;
-    view.rays.resize(view.size());
-    const int offset = step / 2;
-    pool.run(view.height, [&](int row) {
-        // Sixteen places in a step, neighbours far apart (Bayer 1973).
-        constexpr float kShifts[4][4] = {{0, 8, 2, 10}, {12, 4, 14, 6}, {3, 11, 1, 9}, {15, 7, 13, 5}};
-        for (int column = 0; column < view.width; ++column) {
-            const int x = std::min(column * step + offset, s.width - 1),
-                      y = std::min(row * step + offset, s.height - 1);
-            const glm::vec3 ray =
-                s.rays.corner + static_cast<float>(x) * s.rays.right + static_cast<float>(y) * s.rays.up;
-            const float length = glm::length(ray),
-                        depth = s.depth[static_cast<std::size_t>(y) * s.row_length + static_cast<std::size_t>(x)];
-            view.rays.set(static_cast<std::size_t>(row * view.width + column), s.rays.eye, ray / length,
-                          depth > 0.0f ? length * s.rays.near_m / depth : far_m,
-                          (kShifts[row & 3][column & 3] + 0.5f) / 16.0f);
-        }
-    });
-}
-
-void show_air(const GBuffer& s, const Air& air, const AirView& view, const Planes& planes,
-              const std::array<std::uint64_t, 2>& passes_of, AirPicture& picture, Pool& pool) {
-    constexpr float kGreatest = 1000.0f;  // of the half floats: they hold the rest to 2^-24 of it
-    float most[3] = {};
-    pool.run(3, [&](int k) {
-        for (const float value : planes[static_cast<std::size_t>(k)]) most[k] = std::max(most[k], value);
-    });
-    const float greatest = std::max({most[0], most[1], most[2]});
-    picture.unit = std::isfinite(greatest) && greatest > 0.0f ? greatest / kGreatest : 1.0f;
-    const bool keeps = picture.halves.size() == 4 * s.depth.size() && picture.passes_of == passes_of;
-    picture.halves.resize(4 * s.depth.size());
-    picture.passes_of = passes_of;
-    // The points of the view with a border, rgb and 1 / distance.
-    const bool between = view.step > 1;
-    const std::size_t stride = static_cast<std::size_t>(view.width) + 2 + kSimdWidth;
-    static thread_local std::vector<float> kept;
-    kept.resize(between ? 4 * stride * static_cast<std::size_t>(view.height) : 0);
-    float* const points = kept.data();  // this thread's, in jobs too
-    const auto row_of = [&](int row, std::size_t k) {
-        return points + (4 * static_cast<std::size_t>(row) + k) * stride;
-    };
-    pool.run(between ? view.height : 0, [&](int row) {
-        const auto y = static_cast<std::size_t>(std::min(row * view.step + view.step / 2, s.height - 1));
-        const std::size_t first = static_cast<std::size_t>(row) * static_cast<std::size_t>(view.width);
-        for (std::size_t k = 0; k < 4; ++k) {
-            float* const to = row_of(row, k);
-            for (int column = 0; column < view.width; ++column) {
-                const auto x = static_cast<std::size_t>(std::min(column * view.step + view.step / 2, s.width - 1)),
-                           at = static_cast<std::size_t>(column);
-                to[at + 1] = k < 3 ? planes[k][first + at] : s.depth[y * s.row_length + x] / s.rays.near_m;
-            }
-            to[0] = to[1];
-            std::fill(to + view.width + 1, to + stride, to[view.width]);
-        }
-    });
-    pool.run(s.height, [&](int y) {
-        static thread_local std::vector<float> row;
-        row.resize(4 * s.row_length);
-        float* const out[4] = {row.data(), row.data() + s.row_length, row.data() + 2 * s.row_length,
-                               row.data() + 3 * s.row_length};
-        if (between) {
-            const float place =
-                std::clamp((static_cast<float>(y) - 2.0f) / kStep, 0.0f, static_cast<float>(view.height - 1));
-            const int below = static_cast<int>(place), above = std::min(below + 1, view.height - 1);
-            PointRows around;
-            for (std::size_t k = 0; k < 4; ++k) around.below[k] = row_of(below, k), around.above[k] = row_of(above, k);
-            around.up = place - static_cast<float>(below);
-            HWY_DYNAMIC_DISPATCH(BetweenRow)
-            (s.depth.data() + static_cast<std::size_t>(y) * s.row_length, s.rays.near_m, around,
-             static_cast<std::size_t>(view.width) * kStep, out);
-        } else {
-            for (std::size_t k = 0; k < 3; ++k)
-                std::copy_n(planes[k].begin() + static_cast<std::ptrdiff_t>(y) * view.width, view.width, out[k]);
-        }
-        if (!keeps) HWY_DYNAMIC_DISPATCH(PassesRow)(s, air, y, out[3]);
-        HWY_DYNAMIC_DISPATCH(PackRow)
-        (out, 1.0f / picture.unit, s.row_length, keeps,
-         picture.halves.data() + 4 * static_cast<std::size_t>(y) * s.row_length);
-    });
 }
 
 }  // namespace gonio::lighting

@@ -7,12 +7,10 @@
 #include <array>
 #include <cstdint>
 #include <glm/glm.hpp>
-#include <span>
 #include <vector>
 
 #include "server/lighting/air.h"
 #include "server/lighting/direct.h"
-#include "server/lighting/screen.h"
 
 namespace gonio::lighting {
 
@@ -36,37 +34,17 @@ struct AirlightSource {
 // where in its step each takes its samples, 0 to 1.
 struct AirRays {
     std::vector<float> from[3], along[3], far, shift;
+    float pixel_rad = 0.0f;  // each is the mean of a pixel so wide; 0: a line
     void resize(std::size_t count);
     void set(std::size_t i, const glm::vec3& start, const glm::vec3& direction, float far_m, float shift_ratio);
     std::size_t size() const { return far.size(); }
 };
 
 // out: what each ray collects of the luminaire's light, scattered once towards its start: luminance per candela of peak
-// × unit_m2. samples: of the cone in which it is bright; outside half of them. Any thread. Six parameters: who
+// × unit_m2. samples: of the cone in which it is bright; outside half of them, and both where
+// there is no such cone. Any thread. Six parameters: who
 // shines, along what, which part, how well, and where it goes.
 void airlight(const AirlightSource& source, const AirRays& rays, std::size_t first, std::size_t count, unsigned samples,
               float* out);
-
-// The rays of a picture's pixels, or of those of its grid: every kStep-th from the third on.
-struct AirView {
-    int width = 0, height = 0, step = 1;
-    AirRays rays;  // row by row
-    std::size_t size() const { return static_cast<std::size_t>(width) * static_cast<std::size_t>(height); }
-};
-// far_m: of rays that meet nothing.
-void look_into_air(const GBuffer& gbuffer, int step, float far_m, AirView& view, Pool& pool);
-
-// A picture's haze: 4 half floats a pixel, GBuffer::row_length pixels a row: light, × unit, and what passes of the
-// light behind it.
-struct AirPicture {
-    std::vector<std::uint16_t> halves;
-    float unit = 0.0f;
-    std::array<std::uint64_t, 2> passes_of{};  // what the light that passes was computed of
-};
-// planes: rgb in the shape of the view, cd/m². Pixels between points take those around them that are as far away.
-// passes_of: of which surfaces and haze; where the picture is of the same, what passes is not computed again. Seven
-// parameters: through what, along what, how much light, which of it is new, and where it goes.
-void show_air(const GBuffer& gbuffer, const Air& air, const AirView& view, const Planes& planes,
-              const std::array<std::uint64_t, 2>& passes_of, AirPicture& picture, Pool& pool);
 
 }  // namespace gonio::lighting

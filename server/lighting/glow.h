@@ -7,7 +7,7 @@
 #include <span>
 #include <vector>
 
-#include "server/lighting/airlight.h"
+#include "server/lighting/air_picture.h"
 #include "server/transport/transport.h"
 
 namespace gonio::lighting {

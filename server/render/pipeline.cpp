@@ -159,8 +159,9 @@ struct Builder {
             const auto layer = static_cast<std::size_t>(in.layers[i]);
             of_light = light.name;
             add_cpu("haze-airlight", per_target(Slot::airlight, light.id), {per_light(Slot::distances, light.id), view},
-                    {scene.haze_rev, layer}, [context = context, &light, &gpu = *in.lights[i], &air, layer] {
-                        return run_airlight(context, light, gpu, air.view, air.beams[layer]);
+                    {scene.haze_rev, layer},
+                    [context = context, &light, &gpu = *in.lights[i], &screen = screen, &air, layer] {
+                        return run_airlight(context, light, gpu, screen.surfaces, air.view, air.beams[layer]);
                     });
             add_glow("haze-glow", light.id, per_light(Slot::solve, light.id), in.lights[i]->irradiance,
                      air.glow[layer]);
@@ -177,7 +178,7 @@ struct Builder {
             for (const Light& light : scene.lights) reads.push_back(per_light(Slot::distances, light.id));
             add_cpu("summed-haze-airlight", per_target(Slot::airlight, kSummed), std::move(reads), {scene.haze_rev},
                     [context = context, lights = std::vector<const LightGpu*>(in.lights.begin(), in.lights.end()),
-                     &air] { return run_airlight_summed(context, lights, air); });
+                     &screen = screen, &air] { return run_airlight_summed(context, lights, screen.surfaces, air); });
             add_glow("summed-haze-glow", kSummed, solved, screen.light.summed_list.irradiance, air.summed_glow);
         }
         if (emits() && in.transport != nullptr) {

@@ -21,8 +21,8 @@
 namespace gonio::bench {
 namespace {
 
-constexpr int kBlock = 4;  // live pixels a side for one of the reference's
-constexpr int kTraced_px = 64, kLive_px = kBlock * kTraced_px;
+constexpr int kBlock = 4;  // pixels a side, whose mean is compared
+constexpr int kBlocks = 64, kSide_px = kBlock * kBlocks;
 constexpr int kOctaves = 6;  // of periods: 2 to 4 pixels, 4 to 8, …
 constexpr double kMove_m = 1e-3;
 constexpr int kMoves = 20;
@@ -35,27 +35,32 @@ struct Row {
     double flicker_rms = 0.0, flicker_p99 = 0.0;  // from one millimetre to the next, over the value, or the mean
 };
 
+// Of live pixels, whose rows go from the bottom; from the top here.
 std::vector<double> luminances(const std::vector<glm::vec3>& rgb) {
-    std::vector<double> values;
-    for (const glm::vec3& value : rgb) values.push_back(trace::luminance(glm::dvec3(value)));
+    std::vector<double> values(rgb.size());
+    for (std::size_t i = 0; i < rgb.size(); ++i) {
+        const std::size_t row = kSide_px - 1 - i / kSide_px;
+        values[row * kSide_px + i % kSide_px] = trace::luminance(glm::dvec3(rgb[i]));
+    }
     return values;
 }
 
-// Means of blocks, rows from the top as the reference's.
-std::vector<double> blocks_of(const std::vector<double>& live) {
-    std::vector<double> blocks(kTraced_px * kTraced_px, 0.0);
-    for (int y = 0; y < kLive_px; ++y)
-        for (int x = 0; x < kLive_px; ++x)
-            blocks[static_cast<std::size_t>((kTraced_px - 1 - y / kBlock) * kTraced_px + x / kBlock)] +=
-                live[static_cast<std::size_t>(y * kLive_px + x)] / (kBlock * kBlock);
+// Means of blocks.
+std::vector<double> blocks_of(const std::vector<double>& pixels) {
+    std::vector<double> blocks(kBlocks * kBlocks, 0.0);
+    for (int y = 0; y < kSide_px; ++y)
+        for (int x = 0; x < kSide_px; ++x)
+            blocks[static_cast<std::size_t>(y / kBlock * kBlocks + x / kBlock)] +=
+                pixels[static_cast<std::size_t>(y * kSide_px + x)] / (kBlock * kBlock);
     return blocks;
 }
 
-// One half of the reference's samples: what haze scatters once of luminaires.
+// One half of the reference's samples: what haze scatters once of luminaires, blocks, rows from the top.
 std::vector<double> traced(const Scene& scene, std::uint32_t seed, double seconds) {
     trace::PictureRequest request;
     request.camera = scene.camera;
-    request.width_px = request.height_px = kTraced_px;
+    request.width_px = request.height_px = kSide_px;
+    request.antialias = true;  // at a luminaire no one ray is like its pixel
     trace::Settings settings;
     settings.bounces = 1;
     settings.noise = 1e-4;
@@ -68,7 +73,7 @@ std::vector<double> traced(const Scene& scene, std::uint32_t seed, double second
     std::vector<double> values;
     for (std::size_t i = 0; i + 2 < haze.size(); i += 3)
         values.push_back(trace::luminance(glm::dvec3(haze[i], haze[i + 1], haze[i + 2])));
-    return values;
+    return blocks_of(values);
 }
 
 Errors compare(const std::vector<double>& shown, const std::array<std::vector<double>, 2>& halves) {
@@ -110,7 +115,7 @@ Row measure(const gl::Context& context, const std::string& name, const HazeBench
     Row row;
     row.scene = name;
     Scene scene = scene_named(name);
-    scene.width_px = scene.height_px = kLive_px;
+    scene.width_px = scene.height_px = kSide_px;
     scene.haze = {.extinction_per_m = options.extinction_per_m};
     row.lights = scene.lights.size();
     progress << name << ": reference\n";
@@ -124,17 +129,15 @@ Row measure(const gl::Context& context, const std::string& name, const HazeBench
     for (const double truth : halves[0]) row.points += truth > 0.0 ? 1 : 0;
 
     // Bands: along the middle row, beside a still's own rays.
-    const auto still = renderer.capture(scene, View::luminance, kLive_px, kLive_px, true, 0);
+    const auto still = renderer.capture(scene, View::luminance, kSide_px, kSide_px, true, 0);
     std::vector<double> error;
     double mean = 0.0;
-    for (int x = 0; x < kLive_px; ++x) {
-        const std::size_t top = static_cast<std::size_t>(kLive_px / 2) * kLive_px + static_cast<std::size_t>(x),
-                          bottom = static_cast<std::size_t>(kLive_px - 1 - kLive_px / 2) * kLive_px +
-                                   static_cast<std::size_t>(x);
+    for (int x = 0; x < kSide_px; ++x) {
+        const std::size_t at = static_cast<std::size_t>(kSide_px / 2) * kSide_px + static_cast<std::size_t>(x);
         const double exact =
-            trace::luminance(glm::dvec3(still->haze[3 * top], still->haze[3 * top + 1], still->haze[3 * top + 2]));
-        error.push_back(before[bottom] - exact);
-        mean += exact / kLive_px;
+            trace::luminance(glm::dvec3(still->haze[3 * at], still->haze[3 * at + 1], still->haze[3 * at + 2]));
+        error.push_back(before[at] - exact);
+        mean += exact / kSide_px;
     }
     for (double& value : error) value /= std::max(mean, 1e-30);
     row.bands = octaves_of(error);

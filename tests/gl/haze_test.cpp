@@ -8,6 +8,7 @@
 #include "protocol/schema/gonio.pb.h"
 #include "server/trace/reference.h"
 #include "tests/gl/test_context.h"
+#include "tests/scenes/show.h"
 
 namespace gonio::test {
 namespace {
@@ -62,6 +63,46 @@ TEST(Haze, ABeamFromTheSide) {
         scene.haze = {.extinction_per_m = row.extinction, .g = 0.0};
         scene.camera = {{0, 0, 8}, {0, 0, 0}, 0.02};
         EXPECT_NEAR(luminance_ahead(renderer, scene) / row.nit, 1.0, 0.02) << row.extinction;
+    }
+}
+
+// Airlight grows as 1 / h towards an isotropic luminaire, h the distance between it and a ray: σ I / (4π h) ·
+// (π/2 + atan(b/h)), b from the eye to where they are nearest. A pixel shows its mean, that at its middle 4 ln(1 + √2)
+// times that of h = its side.
+TEST(Haze, NearALuminaire) {
+    constexpr int kSide = 128;
+    constexpr double kSigma = 1e-5, kAway = 8.0, kHeight = 0.1;
+    Scene scene = floor_scene(0.02, 0.0f, isotropic(100.0), {0, 30, 0});
+    scene.haze = {.extinction_per_m = kSigma, .g = 0.0};
+    scene.camera = {{0, 30, kAway}, {0, 30, 0}, kHeight};
+    scene.width_px = scene.height_px = kSide;
+    Renderer renderer(context(), direct_light());
+    make_coarse(renderer);
+    // On a pixel's corner; on its middle; on a point of the grid; off both.
+    for (const glm::dvec2 off : {glm::dvec2(0, 0), {0.5, 0.5}, {2.5, 2.5}, {0.8, 3.3}}) {
+        const double pixel = 2.0 * kAway * std::tan(0.5 * kHeight) / kSide;
+        scene.lights[0].position = {off.x * pixel, 30.0 + off.y * pixel, 0.0};
+        scene.lights[0].position_rev = scene.lights[0].aim_rev = ++scene.scene_rev;
+        show(renderer, scene);
+        const std::vector<glm::vec3> shown = renderer.live_beams(scene);
+        double worst = 0.0, sum = 0.0, expected = 0.0;
+        for (int y = 0; y < kSide; ++y)
+            for (int x = 0; x < kSide; ++x) {
+                const glm::dvec2 apart = (glm::dvec2(x, y) + 0.5 - 0.5 * kSide - off) * pixel;
+                double value = 0.0;  // its mean over a pixel, by 16 × 16 middles
+                for (int j = 0; j < 16; ++j)
+                    for (int i = 0; i < 16; ++i) {
+                        const double h = glm::length(apart + (glm::dvec2(i, j) + 0.5 - 8.0) * (pixel / 16.0));
+                        value += kSigma * 100.0 / (4.0 * kPi * h) * (kPi / 2.0 + std::atan(kAway / h)) / 256.0;
+                    }
+                const double own = static_cast<double>(shown[static_cast<std::size_t>(y * kSide + x)].x);
+                const double from_middle = std::max(std::abs(apart.x), std::abs(apart.y)) / pixel;
+                if (from_middle > 20.0) continue;
+                sum += own, expected += value;
+                if (from_middle > 1.0) worst = std::max(worst, std::abs(own / value - 1.0));
+            }
+        EXPECT_LT(worst, 0.06) << off.x << ", " << off.y;
+        EXPECT_NEAR(sum / expected, 1.0, 0.02) << off.x << ", " << off.y;
     }
 }
 

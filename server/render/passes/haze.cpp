@@ -4,7 +4,7 @@
 #include <cmath>
 #include <glm/gtc/packing.hpp>
 
-#include "server/lighting/airlight.h"
+#include "server/lighting/air_picture.h"
 #include "server/lighting/glow.h"
 #include "server/lighting/haze_light.h"
 #include "server/lighting/kernels.h"
@@ -25,17 +25,14 @@ float beyond(const PassContext& context) {
     return std::max(1e4f, 10.0f * context.traced.extent());
 }
 
-// Along the view's rays, cd/m² per candela of peak × the layers' unit.
-void beams_of(const PassContext& context, const Light& light, const LightGpu& gpu, const lighting::AirView& view,
-              std::vector<float>& out) {
-    out.assign(view.rays.size(), 0.0f);
+// Along the view's rays and near the luminaire, cd/m² per candela of peak × the layers' unit.
+void beam_of(const PassContext& context, const Light& light, const LightGpu& gpu, const Surfaces& surfaces,
+             const lighting::AirView& view, lighting::Beam& out) {
+    out.near.width = 0;
+    out.rays.assign(view.rays.size(), 0.0f);
     if (light.sun) return;
-    const lighting::AirlightSource source = source_of(context, light, gpu);
     const unsigned samples = context.target.kind == TargetKind::live ? kLiveSamples : kStillSamples;
-    context.pool.run_chunks(view.rays.size() / lighting::kSimdWidth, 32, [&](std::size_t first, std::size_t size) {
-        lighting::airlight(source, view.rays, first * lighting::kSimdWidth, size * lighting::kSimdWidth, samples,
-                           out.data() + first * lighting::kSimdWidth);
-    });
+    lighting::beam_of(surfaces.gbuffer, view, source_of(context, light, gpu), samples, out, context.pool);
 }
 
 }  // namespace
@@ -89,24 +86,28 @@ PassRun run_air_view(const PassContext& context, const Surfaces& surfaces, light
     return {};
 }
 
-PassRun run_airlight(const PassContext& context, const Light& light, const LightGpu& gpu, const lighting::AirView& view,
-                     std::vector<float>& out) {
-    beams_of(context, light, gpu, view, out);
+PassRun run_airlight(const PassContext& context, const Light& light, const LightGpu& gpu, const Surfaces& surfaces,
+                     const lighting::AirView& view, lighting::Beam& out) {
+    beam_of(context, light, gpu, surfaces, view, out);
     return {};
 }
 
-PassRun run_airlight_summed(const PassContext& context, std::span<const LightGpu* const> lights, ScreenAir& air) {
+PassRun run_airlight_summed(const PassContext& context, std::span<const LightGpu* const> lights,
+                            const Surfaces& surfaces, ScreenAir& air) {
     air.summed_beams.assign(3, std::vector<float>(air.view.rays.size(), 0.0f));
-    std::vector<float> own;
+    air.summed_near.clear();
+    lighting::Beam own;
     for (std::size_t i = 0; i < lights.size(); ++i) {
         const Light& light = context.scene.lights[i];
         const glm::vec3 weight(
             context.weight_in_sum(light, context.layers[i]) *
             (peak_of(context, light, *lights[i]) / static_cast<double>(context.geometry.layer_unit_m2())));
         if (weight == glm::vec3(0.0f)) continue;
-        beams_of(context, light, *lights[i], air.view, own);
+        beam_of(context, light, *lights[i], surfaces, air.view, own);
         for (std::size_t k = 0; k < 3; ++k)
-            lighting::add_scaled(own.data(), weight[static_cast<int>(k)], own.size(), air.summed_beams[k].data());
+            lighting::add_scaled(own.rays.data(), weight[static_cast<int>(k)], own.rays.size(),
+                                 air.summed_beams[k].data());
+        if (own.near.width > 0) air.summed_near.push_back({std::move(own.near), weight});
     }
     return {};
 }
@@ -126,22 +127,29 @@ PassRun run_glow(const PassContext& context, const lighting::Probes& probes, con
 
 namespace {
 
-// What is added up: values by ray, of one channel or of three, and their weight.
+// What is added up: values by ray, of one channel or of three, and their weight; and what is near luminaires.
 struct Term {
     const std::vector<float>* planes[3];
     glm::vec3 weight;
 };
-void add(std::vector<Term>& terms, const std::vector<float>& plane, const glm::vec3& weight) {
-    if (weight != glm::vec3(0.0f)) terms.push_back({{&plane, &plane, &plane}, weight});
-}
-void add(std::vector<Term>& terms, const lighting::Planes& planes, const glm::vec3& weight) {
-    if (weight != glm::vec3(0.0f) && planes.size() == 3)
-        terms.push_back({{&planes[0], &planes[1], &planes[2]}, weight});
-}
+struct Terms {
+    std::vector<Term> rays;
+    std::vector<lighting::AirLight::Near> near;
+
+    void add(const lighting::Beam& beam, const glm::vec3& weight) {
+        if (weight == glm::vec3(0.0f)) return;
+        rays.push_back({{&beam.rays, &beam.rays, &beam.rays}, weight});
+        near.push_back({&beam.near, weight});
+    }
+    void add(const lighting::Planes& planes, const glm::vec3& weight) {
+        if (weight != glm::vec3(0.0f) && planes.size() == 3)
+            rays.push_back({{&planes[0], &planes[1], &planes[2]}, weight});
+    }
+};
 
 // Result: what adds up to a picture's haze; key: what it depends on. glow: of surfaces too.
-std::vector<Term> terms_of(const PassContext& context, std::span<const LightGpu* const> lights, const PixelLight& light,
-                           const ScreenAir& air, bool glow, std::vector<std::uint64_t>& key) {
+Terms terms_of(const PassContext& context, std::span<const LightGpu* const> lights, const PixelLight& light,
+               const ScreenAir& air, bool glow, std::vector<std::uint64_t>& key) {
     const std::uint32_t target = context.target.id;
     const auto version = [&](Slot slot, std::uint32_t id) { return context.pass_cache.version({slot, target, id}); };
     const float per_unit = 1.0f / context.geometry.layer_unit_m2(),
@@ -153,7 +161,7 @@ std::vector<Term> terms_of(const PassContext& context, std::span<const LightGpu*
            std::bit_cast<std::uint32_t>(master),
            context.scene.haze_rev,
            context.merged ? version(Slot::glow, 0) : 0};
-    std::vector<Term> terms;
+    Terms terms;
     for (std::size_t i = 0; i < lights.size(); ++i) {
         const Light& own = context.scene.lights[i];
         if (context.layers[i] < 0) continue;
@@ -163,21 +171,24 @@ std::vector<Term> terms_of(const PassContext& context, std::span<const LightGpu*
         key.insert(key.end(), {own.id, version(Slot::airlight, own.id),
                                context.merged ? 0 : version(Slot::glow, own.id), std::bit_cast<std::uint32_t>(weight.x),
                                std::bit_cast<std::uint32_t>(weight.y), std::bit_cast<std::uint32_t>(weight.z)});
-        add(terms, air.beams[layer], weight);
-        if (glow && !context.merged) add(terms, air.glow[layer], weight);
+        terms.add(air.beams[layer], weight);
+        if (glow && !context.merged) terms.add(air.glow[layer], weight);
     }
     const bool summed = version(Slot::airlight, kSummed) > 0;
-    if (summed) add(terms, air.summed_beams, glm::vec3(master));
+    if (summed) {
+        terms.add(air.summed_beams, glm::vec3(master));
+        for (const auto& [near, weight] : air.summed_near) terms.near.push_back({&near, master * weight});
+    }
     if (!glow) return terms;
-    if (context.merged) add(terms, air.merged_glow, glm::vec3(light.merged.reference * per_unit));
-    if (summed) add(terms, air.summed_glow, glm::vec3(light.summed_list.reference * per_unit * master));
+    if (context.merged) terms.add(air.merged_glow, glm::vec3(light.merged.reference * per_unit));
+    if (summed) terms.add(air.summed_glow, glm::vec3(light.summed_list.reference * per_unit * master));
     if (version(Slot::glow, kEmitted) > 0 && !context.scene.emission_hidden)
-        add(terms, air.emitted_glow, glm::vec3(1.0f));
+        terms.add(air.emitted_glow, glm::vec3(1.0f));
     return terms;
 }
 
 // Result: it stands until this thread asks again.
-const lighting::Planes& sum_of(const std::vector<Term>& terms, std::size_t rays, Pool& pool) {
+const lighting::Planes& sum_of(const Terms& terms, std::size_t rays, Pool& pool) {
     static thread_local lighting::Planes kept(3);
     lighting::Planes& sum = kept;  // this thread's, in jobs too
     for (std::vector<float>& plane : sum) plane.resize(rays);
@@ -185,7 +196,7 @@ const lighting::Planes& sum_of(const std::vector<Term>& terms, std::size_t rays,
         for (std::size_t k = 0; k < 3; ++k) {
             float* const to = sum[k].data() + first;
             std::fill_n(to, size, 0.0f);
-            for (const Term& term : terms) {
+            for (const Term& term : terms.rays) {
                 if (term.planes[k]->size() < rays) continue;
                 lighting::add_scaled(term.planes[k]->data() + first, term.weight[static_cast<int>(k)], size, to);
             }
@@ -201,13 +212,14 @@ const lighting::AirPicture* air_picture(const PassContext& context, View view, s
                                         const Surfaces& surfaces, const PixelLight& light, ScreenAir& air) {
     if (!context.haze || !shows_air(view) || surfaces.gbuffer.depth.empty()) return nullptr;
     std::vector<std::uint64_t> key;
-    const std::vector<Term> terms = terms_of(context, lights, light, air, true, key);
+    const Terms terms = terms_of(context, lights, light, air, true, key);
     const SlotRef made{Slot::air_picture, context.target.id};
     if (context.pass_cache.holds(made, key)) return &air.picture;
     const std::array<std::uint64_t, 2> passes_of{key[0], context.scene.haze_rev};
     context.pass_cache.hold(made, std::move(key));
     lighting::show_air(surfaces.gbuffer, lighting::air_of(context.haze), air.view,
-                       sum_of(terms, air.view.rays.size(), context.pool), passes_of, air.picture, context.pool);
+                       {sum_of(terms, air.view.rays.size(), context.pool), terms.near}, passes_of, air.picture,
+                       context.pool);
     return &air.picture;
 }
 
@@ -217,10 +229,10 @@ std::vector<glm::vec3> shown_beams(const PassContext& context, std::span<const L
     std::vector<glm::vec3> beams(std::size_t{1} * s.width * s.height, glm::vec3(0.0f));
     if (!context.haze || s.depth.empty()) return beams;
     std::vector<std::uint64_t> key;
-    const std::vector<Term> terms = terms_of(context, lights, light, air, false, key);
+    const Terms terms = terms_of(context, lights, light, air, false, key);
     lighting::AirPicture picture;
-    lighting::show_air(s, lighting::air_of(context.haze), air.view, sum_of(terms, air.view.rays.size(), context.pool),
-                       {}, picture, context.pool);
+    lighting::show_air(s, lighting::air_of(context.haze), air.view,
+                       {sum_of(terms, air.view.rays.size(), context.pool), terms.near}, {}, picture, context.pool);
     const auto rows = static_cast<std::size_t>(s.height), columns = static_cast<std::size_t>(s.width);
     for (std::size_t y = 0; y < rows; ++y)
         for (std::size_t x = 0; x < columns; ++x)

@@ -155,9 +155,10 @@ PassRun run_haze_points(const PassContext& context, lighting::HazePoints& points
 PassRun run_probes(const PassContext& context, lighting::Probes& probes);
 lighting::AirBox air_box_of(const PassContext& context);  // that the probes fill
 PassRun run_air_view(const PassContext& context, const Surfaces& surfaces, lighting::AirView& view);
-PassRun run_airlight(const PassContext& context, const Light& light, const LightGpu& gpu, const lighting::AirView& view,
-                     std::vector<float>& out);
-PassRun run_airlight_summed(const PassContext& context, std::span<const LightGpu* const> lights, ScreenAir& air);
+PassRun run_airlight(const PassContext& context, const Light& light, const LightGpu& gpu, const Surfaces& surfaces,
+                     const lighting::AirView& view, lighting::Beam& out);
+PassRun run_airlight_summed(const PassContext& context, std::span<const LightGpu* const> lights,
+                            const Surfaces& surfaces, ScreenAir& air);
 PassRun run_glow(const PassContext& context, const lighting::Probes& probes, const transport::Irradiance& light,
                  bool emission, const lighting::AirView& view, lighting::Planes& out);
 // Of the composite: all luminaires' at their weights, where they or the surfaces are new. Result: null: there is none.

@@ -8,7 +8,7 @@
 #include <memory>
 #include <vector>
 
-#include "server/lighting/airlight.h"
+#include "server/lighting/air_picture.h"
 #include "server/lighting/antialias.h"
 #include "server/lighting/direct.h"
 #include "server/lighting/final_gather.h"
@@ -121,9 +121,14 @@ struct MeterLight {
 // Of the passes of haze, along the rays of the view. Units: as of the light that is scattered.
 struct ScreenAir {
     lighting::AirView view;
-    std::vector<std::vector<float>> beams;  // by layer: of a luminaire
-    lighting::Planes summed_beams;          // rgb, of luminaires without a layer, cd/m² at the master's full level
-    std::vector<lighting::Planes> glow;     // by layer: rgb, of the light of surfaces
+    std::vector<lighting::Beam> beams;  // by layer: of a luminaire
+    lighting::Planes summed_beams;      // rgb, of luminaires without a layer, cd/m² at the master's full level
+    struct SummedNear {
+        lighting::NearAir air;
+        glm::vec3 weight;
+    };
+    std::vector<SummedNear> summed_near;  // of the same luminaires
+    std::vector<lighting::Planes> glow;   // by layer: rgb, of the light of surfaces
     lighting::Planes merged_glow, summed_glow, emitted_glow;
     lighting::AirPicture picture;  // Slot::air_picture
     gl::Texture texture;           // the same, RGBA16F, where shaders composite
