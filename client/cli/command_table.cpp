@@ -98,6 +98,7 @@ constexpr WordRow kPlace[] = {
 constexpr WordRow kSaveShow[] = {
     {"[NAME]", "", text, "name", "1 to 100 bytes, no path; default: the name that the show has"}};
 constexpr WordRow kSaveShowOptions[] = {{"--replace", "", flag, "replace", "also another show of this name"}};
+constexpr WordRow kSceneFile[] = {{"OUT", "", scene_file, "format", "file to write: .glb (binary glTF)"}};
 constexpr WordRow kOpenShow[] = {{"NAME", "", text, "name", "as gonio shows lists it"}};
 constexpr WordRow kOpenShowOptions[] = {
     {"--upload", "", flag, "", "NAME is a file of this machine, which is sent first"}};
@@ -147,6 +148,7 @@ constexpr WordCommand kCommands[] = {
     {"lux-report", "lux_report", "writes a page that prints: pictures, grids, luminaires and glare, path-traced",
      kReportFile, kLuxReport},
     {"save show", "save_show", "keeps the show in the server's folder of shows", kSaveShow, kSaveShowOptions},
+    {"save scene", "capture", "writes the scene as it stands to a file of this machine", kSceneFile, {}},
     {"open show", "command.open_show", "replaces the scene by a show; it cannot be undone", kOpenShow,
      kOpenShowOptions},
     {"shows", "shows", "lists the shows in the server's folder, or prints one", kShows, kShowsOptions},

@@ -182,6 +182,19 @@ int capture(const Session& session, const ReadWords& words) {
     return kExitOk;
 }
 
+int save_scene(const Session& session, const ReadWords& words) {
+    const std::string& file = words.names.front();
+    const auto answer = session.ask(words.message, {Answer::kCapture});
+    if (!answer) return session.fail(answer.error());
+    const v1::CaptureResult& result = answer->capture();
+    if (const auto written = write_atomically(file, result.image()); !written) return session.fail(written.error());
+    if (session.json)
+        session.print(result);
+    else
+        session.out << file << " " << result.image().size() << " bytes scene_rev " << result.scene_rev() << "\n";
+    return kExitOk;
+}
+
 int grid_list(const Session& session, const ReadWords& words) {
     return ask(session, words.message, {Answer::kState}, [&](const Answer& answer) {
         session.json ? session.print(answer.state().grids()) : void(session.out << grids_table(answer.state().grids()));
@@ -353,6 +366,7 @@ int run_command(const Session& session, const ReadWords& words) {
     };
     constexpr Row rows[] = {{"get", get},
                             {"save show", save_show},
+                            {"save scene", save_scene},
                             {"shows", shows},
                             {"gels", gels},
                             {"meter", meter},

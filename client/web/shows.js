@@ -2,7 +2,7 @@
 
 import {pageRole} from "./control.js";
 import {h, setText} from "./dom.js";
-import {saveFile} from "./capture.js";
+import {plainName, saveFile} from "./capture.js";
 import {bytesOf} from "./connection.js";
 import {uploadName} from "./uploads.js";
 
@@ -58,7 +58,8 @@ export class Shows {
             h("div", {class: "scroll", tabindex: "0"}, h("table", {}, h("thead", {}, h("tr", {},
                 ...["Show", "Size", "Saved", ""].map((text) => h("th", {scope: "col"}, text)))), this.#rows)),
             h("div", {class: "row"}, ...open,
-                h("button", {type: "button", class: "quiet", id: "show-download", onclick: () => this.#download("")}, "Download the show as it stands")));
+                h("button", {type: "button", class: "quiet", id: "show-download", onclick: () => this.#download("")}, "Download the show as it stands"),
+                h("button", {type: "button", class: "quiet", id: "scene-download-glb", title: "Surfaces, lights and camera as glTF, for Blender and other programs", onclick: () => this.#downloadScene("glb")}, "Scene as .glb")));
         document.body.append(this.#dialog);
         node.append(h("button", {type: "button", class: "quiet", id: "show-open", title: "Save, open and download shows", onclick: () => this.#list(true)}, "Show ", this.#name),
             this.#state, this.#lost, this.#forget);
@@ -156,6 +157,13 @@ export class Shows {
         const response = await fetch(`/v1/uploads/${name}`, {method: "PUT", body: file, headers: token ? {Authorization: `Bearer ${token}`} : {}}).catch(() => null);
         if (response?.ok) return this.#openShow(`upload:${name}`);
         this.#refuse({code: "upload", value: file.name, message: response ? (await response.text()).trim() : "The upload broke off."});
+    }
+
+    async #downloadScene(format) {
+        const token = this.#connection.token;
+        const response = await fetch(`/v1/scene.${format}`, {cache: "no-store", headers: token ? {Authorization: `Bearer ${token}`} : {}}).catch(() => null);
+        this.#refuse(response?.ok ? null : {code: "download", message: response ? (await response.text()).trim() : "The download broke off."});
+        if (response?.ok) saveFile(await response.blob(), `${plainName(this.#store.state?.scene)}.${format}`);
     }
 
     async #download(name) {

@@ -382,13 +382,23 @@ std::optional<std::pair<std::uint32_t, std::uint32_t>> parse_size(std::string_vi
     return std::pair{*width, *height};
 }
 
-std::optional<std::string> capture_format(const std::string& file) {
+static std::string small_extension(const std::string& file) {
     std::string extension = std::filesystem::path(file).extension().string();
     for (char& c : extension) c = c >= 'A' && c <= 'Z' ? static_cast<char>(c - 'A' + 'a') : c;
+    return extension;
+}
+
+std::optional<std::string> capture_format(const std::string& file) {
+    std::string extension = small_extension(file);
     if (extension == ".jpeg") extension = ".jpg";
     for (const char* known : {".png", ".jpg", ".exr"})
         if (extension == known) return extension.substr(1);
     return std::nullopt;
+}
+
+std::optional<std::string> scene_format(const std::string& file) {
+    const std::string extension = small_extension(file);
+    return extension == ".glb" ? std::optional(extension.substr(1)) : std::nullopt;
 }
 
 Result<bool> attach_profile_file(v1::Command& command) {

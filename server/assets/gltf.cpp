@@ -46,12 +46,21 @@ float reflecting_share(const Material& material) {
 
 void bound_albedo(GltfImport& import, double most) {
     const auto white = static_cast<float>(most);
-    // The sRGB curve of IEC 61966-2-1.
-    const double encoded = most <= 0.0031308 ? 12.92 * most : 1.055 * std::pow(most, 1.0 / 2.4) - 0.055;
-    const auto bright = static_cast<std::uint8_t>(255.0 * encoded);
+    // What a texel may have at most where its factor is this one. The sRGB curve of IEC 61966-2-1.
+    const auto brightest = [most](double factor) {
+        const double linear = std::min(1.0, most / std::max(factor, 1e-6));
+        const double encoded = linear <= 0.0031308 ? 12.92 * linear : 1.055 * std::pow(linear, 1.0 / 2.4) - 0.055;
+        return static_cast<std::uint8_t>(255.0 * encoded + 1e-9);
+    };
     const std::size_t count = import.scene.materials.size();
     std::vector<bool> used(count), uncolored(count), exceeding(count), seen(import.scene.images.size()),
         too_bright(import.scene.images.size());
+    std::vector<glm::dvec3> factors(import.scene.images.size(),
+                                    glm::dvec3(0.0));  // the greatest that an image is times
+    for (const Material& material : import.scene.materials)
+        if (material.base_color_image >= 0)
+            factors[material.base_color_image] =
+                glm::max(factors[material.base_color_image], glm::dvec3(glm::vec3(material.base_color)));
     for (const Mesh& mesh : import.scene.meshes) {
         used[mesh.material] = true;
         if (mesh.colors.empty()) uncolored[mesh.material] = true;
@@ -80,14 +89,14 @@ void bound_albedo(GltfImport& import, double most) {
                 exceeds = true;
                 material.base_color[k] = white;
             }
-        } else if (material.base_color_image >= 0) {  // factor and vertex colours only darken
+        } else if (material.base_color_image >= 0) {  // vertex colours only darken
             const int image = material.base_color_image;
             if (!seen[image]) {
                 std::vector<std::uint8_t>& rgba = import.scene.images[image].rgba;
-                for (std::size_t p = 0; p + 3 < rgba.size(); p += 4) {
-                    for (std::size_t k = p; k < p + 3; ++k) {
-                        if (rgba[k] > bright) rgba[k] = bright, too_bright[image] = true;
-                    }
+                for (std::size_t k = 0; k < 3; ++k) {
+                    const std::uint8_t bright = brightest(factors[image][static_cast<int>(k)]);
+                    for (std::size_t p = k; p < rgba.size(); p += 4)
+                        if (rgba[p] > bright) rgba[p] = bright, too_bright[image] = true;
                 }
                 seen[image] = true;
             }

@@ -3,24 +3,17 @@
 #include <algorithm>
 #include <cmath>
 #include <map>
-#include <nlohmann/json.hpp>
 #include <numbers>
 
 #include "server/assets/assets.h"
+#include "server/assets/glb_writer.h"
 
 namespace gonio::bake {
 namespace {
 
-using Json = nlohmann::ordered_json;
+using Json = GlbWriter::Json;
 
-// glTF 2.0, 3.6: component types; 4.4: the chunks of a .glb; 5.26: wrapping.
-constexpr int kFloat = 5126, kUnsignedInt = 5125, kUnsignedShort = 5123;
-constexpr std::uint32_t kMagic = 0x46546C67, kVersion = 2, kJsonChunk = 0x4E4F534A, kBinaryChunk = 0x004E4942;
 constexpr double kBrighter = 0.001;  // share of texels that may be brighter than the texture shows
-
-int wrapping(Wrap wrap) {
-    return wrap == Wrap::clamp ? 33071 : wrap == Wrap::repeat ? 10497 : 33648;
-}
 
 std::uint8_t srgb_encode(float linear) {
     const float c = std::clamp(linear, 0.0f, 1.0f);
@@ -38,18 +31,15 @@ struct Corners {
 
 class Writer {
 public:
-    Writer(const SceneAsset& asset, const Layout& layout) : asset_(asset), layout_(layout) {
-        document_["asset"] = {{"version", "2.0"}, {"generator", "gonio"}};
-        document_["scene"] = 0;
-    }
+    Writer(const SceneAsset& asset, const Layout& layout) : asset_(asset), layout_(layout) {}
 
     std::optional<Error> run(std::span<const float> luminance) {
         if (auto error = add_map(luminance)) return error;
         for (const Image& image : asset_.images) {
             auto png = encode_rgba_png(image);
             if (!png) return png.error();
-            add_image(*png);
-            if (binary_.size() > kMostGlbBytes) return too_large();
+            glb_.add_image(*png);
+            if (glb_.binary_bytes() > kMostGlbBytes) return too_large();
         }
         for (const Material& material : asset_.materials) add(material);
         std::size_t begin = 0;
@@ -60,60 +50,19 @@ public:
         for (std::size_t i = 0; i < asset_.instances.size(); ++i) {
             if (of_instance[i].empty()) continue;
             add(asset_.instances[i], of_instance[i]);
-            if (binary_.size() > kMostGlbBytes) return too_large();
+            if (glb_.binary_bytes() > kMostGlbBytes) return too_large();
         }
-        for (const Camera& camera : asset_.cameras) add(camera);
-        Json roots = Json::array();
-        for (std::size_t i = 0; i < document_["nodes"].size(); ++i) roots.push_back(i);
-        document_["scenes"] = Json::array({Json{{"nodes", std::move(roots)}}});
-        document_["extensionsUsed"] = {"KHR_materials_emissive_strength"};
+        for (const Camera& camera : asset_.cameras) glb_.add_camera(camera, "camera");
+        glb_.document["extensionsUsed"] = {"KHR_materials_emissive_strength"};
         return std::nullopt;
     }
 
-    std::string file() {
-        document_["buffers"] = Json::array({Json{{"byteLength", binary_.size()}}});
-        std::string json = document_.dump(-1, ' ', false, Json::error_handler_t::replace);
-        json.resize((json.size() + 3) / 4 * 4, ' ');
-        std::string bytes;
-        const auto word = [&bytes](std::size_t value) {  // little endian
-            for (unsigned k = 0; k < 4; ++k) bytes.push_back(static_cast<char>(value >> (8 * k) & 0xFF));
-        };
-        for (const std::size_t value : {std::size_t{kMagic}, std::size_t{kVersion}, 28 + json.size() + binary_.size(),
-                                        json.size(), std::size_t{kJsonChunk}})
-            word(value);
-        bytes += json;
-        word(binary_.size());
-        word(kBinaryChunk);
-        return bytes + binary_;
-    }
+    std::string file() { return glb_.file(); }
 
 private:
     static Error too_large() {
         return {"too_large", "bake.glb", std::to_string(kMostGlbBytes >> 20) + " MiB",
                 "the scene with its map would be a larger file"};
-    }
-
-    std::size_t add_view(const void* bytes, std::size_t size) {
-        document_["bufferViews"].push_back({{"buffer", 0}, {"byteOffset", binary_.size()}, {"byteLength", size}});
-        binary_.append(static_cast<const char*>(bytes), size);
-        binary_.resize((binary_.size() + 3) / 4 * 4, '\0');
-        return document_["bufferViews"].size() - 1;
-    }
-
-    template <typename T>
-    std::size_t add_accessor(const std::vector<T>& values, int component_type, const char* type,
-                             const Json& more = Json::object()) {
-        Json accessor = {{"bufferView", add_view(values.data(), values.size() * sizeof(T))},
-                         {"componentType", component_type},
-                         {"count", values.size()},
-                         {"type", type}};
-        accessor.update(more);
-        document_["accessors"].push_back(std::move(accessor));
-        return document_["accessors"].size() - 1;
-    }
-
-    void add_image(const std::vector<std::byte>& png) {
-        document_["images"].push_back({{"mimeType", "image/png"}, {"bufferView", add_view(png.data(), png.size())}});
     }
 
     // luminance: of the atlas's pixels, cd/m² rgb.
@@ -135,29 +84,23 @@ private:
         for (const float nit : luminance) picture.rgb.push_back(srgb_encode(nit / strength_));
         const auto png = encode_png(picture);
         if (!png) return png.error();
-        add_image(*png);
-        document_["samplers"].push_back({{"magFilter", 9729}, {"minFilter", 9729}, {"wrapS", 33071}, {"wrapT", 33071}});
-        document_["textures"].push_back({{"source", 0}, {"sampler", 0}});
+        glb_.add_image(*png);
+        glb_.add("samplers", {{"magFilter", 9729}, {"minFilter", 9729}, {"wrapS", 33071}, {"wrapT", 33071}});
+        glb_.add("textures", {{"source", 0}, {"sampler", 0}});
         return std::nullopt;
     }
 
     void add(const Material& from) {
-        const glm::vec4 c = from.base_color;
-        Json pbr = {{"baseColorFactor", {c.r, c.g, c.b, c.a}}, {"metallicFactor", 0.0}, {"roughnessFactor", 1.0}};
-        if (from.base_color_image >= 0) {
-            document_["samplers"].push_back({{"wrapS", wrapping(from.wrap_s)}, {"wrapT", wrapping(from.wrap_t)}});
-            document_["textures"].push_back(
-                {{"source", from.base_color_image + 1}, {"sampler", document_["samplers"].size() - 1}});
-            pbr["baseColorTexture"] = {{"index", document_["textures"].size() - 1}};
-        }
-        Json material = {{"name", from.name}, {"pbrMetallicRoughness", std::move(pbr)}};
+        int texture = -1;
+        if (from.base_color_image >= 0)
+            texture = static_cast<int>(
+                glb_.add_texture(static_cast<std::size_t>(from.base_color_image) + 1, from.wrap_s, from.wrap_t));
+        Json material = GlbWriter::material_of(from, texture);
         material["emissiveTexture"] = {{"index", 0}, {"texCoord", 1}};
         material["emissiveFactor"] = {1.0, 1.0, 1.0};
         material["extensions"]["KHR_materials_emissive_strength"]["emissiveStrength"] = strength_;
-        if (from.alpha_mask) material["alphaMode"] = "MASK", material["alphaCutoff"] = from.alpha_cutoff;
-        if (from.alpha_blend) material["alphaMode"] = "BLEND";
         material["extras"] = {{"gonio_irradiance", "sum.exr"}, {"unit", "lx"}, {"texCoord", 1}};
-        document_["materials"].push_back(std::move(material));
+        glb_.add("materials", std::move(material));
     }
 
     // A point of a side: barycentric in its triangle, and where it lies in the atlas.
@@ -209,43 +152,25 @@ private:
                     to.indices.insert(to.indices.end(), {made[0], made[k], made[k + 1]});
             }
         }
-        glm::vec3 low(1e30f), high(-1e30f);
-        for (const glm::vec3& p : to.positions) low = glm::min(low, p), high = glm::max(high, p);
-        Json attributes = {
-            {"POSITION", add_accessor(to.positions, kFloat, "VEC3",
-                                      {{"min", {low.x, low.y, low.z}}, {"max", {high.x, high.y, high.z}}})},
-            {"NORMAL", add_accessor(to.normals, kFloat, "VEC3")},
-            {"TEXCOORD_0", add_accessor(to.uvs, kFloat, "VEC2")},
-            {"TEXCOORD_1", add_accessor(to.map_uvs, kFloat, "VEC2")}};
+        Json attributes = {{"POSITION", glb_.add_positions(to.positions)},
+                           {"NORMAL", glb_.add_accessor(to.normals, GlbWriter::kFloat, "VEC3")},
+                           {"TEXCOORD_0", glb_.add_accessor(to.uvs, GlbWriter::kFloat, "VEC2")},
+                           {"TEXCOORD_1", glb_.add_accessor(to.map_uvs, GlbWriter::kFloat, "VEC2")}};
         if (!to.colors.empty())
-            attributes["COLOR_0"] = add_accessor(to.colors, kUnsignedShort, "VEC4", {{"normalized", true}});
-        document_["meshes"].push_back(
-            {{"primitives", Json::array({Json{{"attributes", std::move(attributes)},
-                                              {"indices", add_accessor(to.indices, kUnsignedInt, "SCALAR")},
-                                              {"material", mesh.material}}})}});
-        Json matrix = Json::array();
-        for (int i = 0; i < 16; ++i) matrix.push_back(instance.world_from_mesh[i / 4][i % 4]);
-        document_["nodes"].push_back(
-            {{"name", instance.node}, {"mesh", document_["meshes"].size() - 1}, {"matrix", std::move(matrix)}});
-    }
-
-    void add(const Camera& camera) {
-        const glm::dvec3 back = glm::normalize(camera.eye - camera.target),
-                         helper = std::abs(back.y) < 0.999 ? glm::dvec3(0, 1, 0) : glm::dvec3(0, 0, 1),
-                         right = glm::normalize(glm::cross(helper, back)), up = glm::cross(back, right);
-        document_["cameras"].push_back(
-            {{"type", "perspective"}, {"perspective", {{"yfov", camera.fov_rad}, {"znear", 0.01}}}});
-        const glm::dquat turn = glm::quat_cast(glm::dmat3(right, up, back));
-        document_["nodes"].push_back({{"name", "camera"},
-                                      {"camera", document_["cameras"].size() - 1},
-                                      {"translation", {camera.eye.x, camera.eye.y, camera.eye.z}},
-                                      {"rotation", {turn.x, turn.y, turn.z, turn.w}}});
+            attributes["COLOR_0"] =
+                glb_.add_accessor(to.colors, GlbWriter::kUnsignedShort, "VEC4", {{"normalized", true}});
+        const std::size_t made = glb_.add(
+            "meshes", {{"primitives",
+                        Json::array({Json{{"attributes", std::move(attributes)},
+                                          {"indices", glb_.add_accessor(to.indices, GlbWriter::kUnsignedInt, "SCALAR")},
+                                          {"material", mesh.material}}})}});
+        glb_.add("nodes",
+                 {{"name", instance.node}, {"mesh", made}, {"matrix", GlbWriter::matrix_of(instance.world_from_mesh)}});
     }
 
     const SceneAsset& asset_;
     const Layout& layout_;
-    Json document_;
-    std::string binary_;
+    GlbWriter glb_;
     float strength_ = 1.0f;  // cd/m²
 };
 

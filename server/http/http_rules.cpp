@@ -160,6 +160,7 @@ std::string_view content_type(std::string_view name) {
                             {".png", "image/png"},
                             {".jpg", "image/jpeg"},
                             {".exr", "image/x-exr"},
+                            {".glb", "model/gltf-binary"},
                             {".ico", "image/x-icon"},
                             {".txt", "text/plain; charset=utf-8"}};
     for (const Row& row : rows)

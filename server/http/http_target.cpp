@@ -10,7 +10,7 @@
 namespace gonio {
 namespace {
 
-constexpr std::string_view kStill = "/v1/frame.", kUploads = "/v1/uploads/";
+constexpr std::string_view kStill = "/v1/frame.", kSceneFile = "/v1/scene.", kUploads = "/v1/uploads/";
 
 Error bad_target(std::string_view value, const char* message) {
     return {"bad_target", "", std::string(value.substr(0, 64)), message};
@@ -163,21 +163,28 @@ Result<HttpTarget> parse_target(std::string_view target) {
     return result;
 }
 
+static bool is_scene_file(const HttpTarget& target) {
+    return target.path.starts_with(kSceneFile) && std::string_view(target.path).substr(kSceneFile.size()) == "glb";
+}
+
 bool is_still(const HttpTarget& target) {
-    if (!target.path.starts_with(kStill)) return false;
+    if (!target.path.starts_with(kStill)) return is_scene_file(target);
     const std::string_view format = std::string_view(target.path).substr(kStill.size());
     return format == "png" || format == "jpg" || format == "exr";
 }
 
 Result<v1::CaptureQuery> still_query(const HttpTarget& target) {
     v1::CaptureQuery query;
-    query.set_format(target.path.substr(std::min(kStill.size(), target.path.size())));
+    const bool scene = is_scene_file(target);
+    const std::size_t prefix = scene ? kSceneFile.size() : kStill.size();
+    query.set_format(target.path.substr(std::min(prefix, target.path.size())));
     for (auto parameter = target.query.begin(); parameter != target.query.end(); ++parameter) {
         const auto refusal = [&](const char* message) {
             return Error{"invalid_argument", parameter->name.substr(0, 64), parameter->value.substr(0, 64), message};
         };
         const Row* row = std::find_if(std::begin(kStillRows), std::end(kStillRows),
                                       [&](const Row& known) { return parameter->name == known.name; });
+        if (scene && parameter->name != "after_rev") return refusal("is no parameter of scenes' files: after_rev");
         if (row == std::end(kStillRows))
             return refusal(
                 "is no parameter of stills: after_rev, size, view, quality, bounces, noise, "

@@ -31,6 +31,7 @@ RenderSession::RenderSession(std::unique_ptr<LiveRenderer> renderer, Scene scene
       changes_(scene_.scene_rev),
       captures_(loader, out_.reply),
       reference_({out_.reply, [&queue] { queue.wake(Queue<Work>::Wake::soon); }}),
+      scene_files_(out_.reply),
       auto_exposure_(
           scene_, loader, [&queue] { queue.wake(Queue<Work>::Wake::soon); }, trace::metered_ev100),
       auto_range_(
@@ -126,7 +127,8 @@ void RenderSession::take(Work work) {
         case v1::ClientMessage::kLibrary:
             return answer_library(work);
         case v1::ClientMessage::kCapture:
-            return renderer_ ? answer_capture(work) : replies_.refuse(work, lost);
+            return renderer_ || is_scene_format(work.message.capture().format()) ? answer_capture(work)
+                                                                                 : replies_.refuse(work, lost);
         case v1::ClientMessage::kCancel:
             return cancel(work);
         case v1::ClientMessage::kIsolux:

@@ -23,6 +23,7 @@
 #include "server/session/reference_work.h"
 #include "server/session/report_log.h"
 #include "server/session/roles.h"
+#include "server/session/scene_files.h"
 #include "server/session/scene_access.h"
 #include "server/session/undo.h"
 #include "server/stream/encoder.h"
@@ -187,6 +188,7 @@ private:
     v1::ShowFile told_show_;
     std::shared_ptr<Library> library_ = std::make_shared<Library>();
     ReferenceWork reference_;
+    SceneFiles scene_files_;
     AutoExposure auto_exposure_;
     AutoRange auto_range_;
     std::uint32_t frames_rendered_ = 0, gpu_resets_ = 0;

@@ -46,6 +46,11 @@ void RenderSession::answer_library(const Work& work) {
 }
 
 void RenderSession::answer_capture(const Work& work) {
+    if (const v1::CaptureQuery& query = work.message.capture(); is_scene_format(query.format())) {
+        if (const auto refused = check_scene_file(query)) return replies_.refuse(work, *refused);
+        if (query.after_rev() > scene_.scene_rev) return captures_.add_late(work, replies_);
+        return scene_files_.add(work, scene_, replies_);
+    }
     auto request = check_capture(scene_, work.message.capture());
     if (!request) return replies_.refuse(work, request.error());
     if (work.message.capture().after_rev() > scene_.scene_rev) return captures_.add_late(work, replies_);

@@ -1,0 +1,29 @@
+// A scene as it stands, as binary glTF 2.0. Pure; any thread.
+#pragma once
+
+#include <cstddef>
+#include <functional>
+#include <span>
+#include <string>
+
+#include "ies/core/result.h"
+#include "server/scene/scene.h"
+
+namespace gonio::exchange {
+
+// Of a scene's file that is written: clients are sent no more at once, and take no more back as an upload.
+inline constexpr std::size_t kMostSavedBytes = (std::size_t{256} << 20) - (std::size_t{1} << 16);
+
+// Called between parts of the work with how many of them are done.
+using Parts = std::function<void(std::size_t done, std::size_t all)>;
+
+// Result: the bytes of a .glb that load_scene() reads back as what is seen now. It has geometry, materials, textures
+// and vertex colours, the camera, then the kept views. Measured lights are EXT_lights_ies, points, spots and suns
+// KHR_lights_punctual, never both. Level, master, white and gel are in multiplier and colour: it comes back at level 1.
+// Errors: "too_large" (`where`: the light, or "save_scene"), "bad_image".
+Result<std::string> export_glb(const Scene& scene, const Parts& each = {});
+
+// Result: the same of instances alone, in this order. in_world: where they stand; else all in their meshes' own axes.
+Result<std::string> export_geometry(const SceneAsset& asset, std::span<const std::size_t> instances, bool in_world);
+
+}  // namespace gonio::exchange

@@ -1,0 +1,35 @@
+// What files have of a light as it stands. Pure; any thread.
+#pragma once
+
+#include <optional>
+#include <string>
+
+#include "ies/core/result.h"
+#include "ies/photometry.h"
+#include "server/scene/scene.h"
+
+namespace gonio::exchange {
+
+// Result: the web that the light has now, as absolute candela: TILT and ballast factor are in them. The opening is the
+// light's. Level, multiplier, colour and master are not in it.
+ies::Photometry photometry_of(const Light& light);
+// Result: the same as an LM-63 file. Lights whose key is the same have the same file. Errors: "too_large".
+Result<std::string> ies_file_of(const Light& light);
+std::string ies_key_of(const Light& light);
+
+// Level, multiplier, colour, white, gel and master of the scene: multiplier · color, whose greatest component is 1.
+struct LightScale {
+    double multiplier = 0.0;  // 0 and white: it is dark
+    glm::dvec3 color{1.0};    // linear Rec.709
+};
+LightScale scale_of(const Light& light, double master_ratio);
+
+// A light of KHR_lights_punctual: a point, a spot, or a sun.
+struct PunctualLight {
+    const char* type = "point";
+    double inner_rad = 0.0, outer_rad = 0.0;  // of a spot
+};
+// Result: nothing for a measured light, and for one that shines from an opening.
+std::optional<PunctualLight> punctual_of(const Light& light);
+
+}  // namespace gonio::exchange
