@@ -7,8 +7,10 @@
 #include <cstring>
 #include <limits>
 #include <stdexcept>
+#include <string>
 #include <utility>
 
+#include "server/trace/embree_isa.h"
 #include "server/trace/sampler.h"
 #include "server/trace/texture.h"
 
@@ -22,13 +24,25 @@ constexpr float kNoLight = 1e-6f;
 // Least cosine between a mapped normal and the surface's own.
 constexpr float kLeastUp = 0.01f;
 
+// Of all devices that are made from now on.
+static std::string& embree_isa() {
+    static std::string isa;
+    return isa;
+}
+
+void set_embree_isa(const std::string& isa) {
+    embree_isa() = isa;
+}
+
 struct Geometry::Embree {
     RTCDevice device = nullptr;
     RTCScene scene = nullptr;
     RTCScene panes = nullptr;  // transmissive surfaces, by the same numbers; null: there are none
 
     Embree() {
-        device = rtcNewDevice("threads=1");  // built on the caller's thread: idle callers stay idle
+        // Built on the caller's thread: idle callers stay idle.
+        const std::string isa = embree_isa().empty() ? "" : ",isa=" + embree_isa();
+        device = rtcNewDevice(("threads=1" + isa).c_str());
         if (device == nullptr) throw std::runtime_error("Embree cannot be started on this machine");
         scene = new_scene();
     }
@@ -393,6 +407,13 @@ void fill(RTCRay16& to, int* valid, const RayPacket& from, unsigned active) {
     std::memset(to.id, 0, kBytes);
     std::memset(to.flags, 0, kBytes);
     for (int i = 0; i < kPacket; ++i) valid[i] = -static_cast<int>(active >> i & 1u);
+    // Where Embree has no packets of sixteen (AVX2) it does not ask `valid`: rays that are none must be empty, not what
+    // happens to be there.
+    for (int i = 0; i < kPacket && active != (1u << kPacket) - 1u; ++i) {
+        if (valid[i] != 0) continue;
+        for (float* const values : {to.org_x, to.org_y, to.org_z, to.dir_x, to.dir_y, to.dir_z}) values[i] = 0.0f;
+        to.tfar[i] = -1.0f;
+    }
 }
 
 }  // namespace
@@ -420,7 +441,8 @@ unsigned Geometry::touches_panes(const RayPacket& rays, unsigned active, const f
     alignas(64) RTCRay16 query;
     alignas(64) int valid[kPacket];
     fill(query, valid, rays, active);
-    std::memcpy(query.tfar, far, sizeof query.tfar);
+    for (int i = 0; i < kPacket; ++i)
+        if (valid[i] != 0) query.tfar[i] = far[i];
     rtcOccluded16(valid, embree_->panes, &context.base, &query);
     unsigned touching = 0;
     for (int i = 0; i < kPacket; ++i) touching |= (query.tfar[i] < 0.0f ? 1u : 0u) << i;
