@@ -9,6 +9,7 @@
 #include <string_view>
 
 #include "server/assets/assets.h"
+#include "server/assets/exr.h"
 #include "server/assets/gltf_import.h"
 
 namespace gonio {
@@ -88,29 +89,55 @@ Result<Image> decode_webp(std::span<const std::byte> bytes, const std::string& w
 
 }  // namespace
 
+std::vector<ExrLayer> exr_layers_of(const FloatPicture& picture) {
+    const std::vector<std::string> names =
+        picture.channels == 1 ? std::vector<std::string>{"Y"} : std::vector<std::string>{"R", "G", "B"};
+    std::vector<ExrLayer> layers = {{names, picture.values}};
+    if (!picture.haze.empty()) layers.push_back({{"haze.R", "haze.G", "haze.B"}, picture.haze});
+    return layers;
+}
+
+void add_exr_texts(ExrHeader& header, const std::string& unit, bool denoised) {
+    header.texts.emplace_back("gonio:unit", unit);
+    if (denoised) header.texts.emplace_back("gonio:denoised", "1");
+}
+
 Result<std::vector<std::byte>> encode_exr(const FloatPicture& picture, const std::string& unit, bool denoised,
                                           bool half) {
     if (picture.channels != 1 && picture.channels != 3) return refused("exr", "an EXR has one or three channels");
-    const auto channels = static_cast<std::size_t>(picture.channels), pixels = picture.values.size() / channels;
-    const bool haze = !picture.haze.empty();
-    if (haze && picture.haze.size() != 3 * pixels) return refused("exr", "the layer haze has another size");
-    OIIO::ImageSpec spec(picture.width_px, picture.height_px, picture.channels + (haze ? 3 : 0),
-                         half ? OIIO::TypeDesc(OIIO::TypeDesc::HALF) : OIIO::TypeFloat);
-    if (picture.channels == 1) spec.channelnames = {"Y"};
-    std::vector<float> both;  // channel by channel of each pixel
-    if (haze) {
-        if (picture.channels == 3) spec.channelnames = {"R", "G", "B"};
-        for (const char* name : {"haze.R", "haze.G", "haze.B"}) spec.channelnames.emplace_back(name);
-        for (std::size_t i = 0; i < pixels; ++i) {
-            both.insert(both.end(), &picture.values[i * channels], &picture.values[i * channels] + channels);
-            both.insert(both.end(), &picture.haze[3 * i], &picture.haze[3 * i] + 3);
-        }
+    ExrHeader header;
+    add_exr_texts(header, unit, denoised);
+    return encode_exr_layers(picture.width_px, picture.height_px, exr_layers_of(picture), header, half);
+}
+
+Result<std::vector<std::byte>> encode_exr_layers(int width_px, int height_px, std::span<const ExrLayer> layers,
+                                                 const ExrHeader& header, bool half) {
+    OIIO::ImageSpec spec(width_px, height_px, 0, half ? OIIO::TypeDesc(OIIO::TypeDesc::HALF) : OIIO::TypeFloat);
+    spec.channelnames.clear();
+    for (const ExrLayer& layer : layers)
+        spec.channelnames.insert(spec.channelnames.end(), layer.channels.begin(), layer.channels.end());
+    spec.nchannels = static_cast<int>(spec.channelnames.size());
+    const auto pixels = static_cast<std::size_t>(width_px) * static_cast<std::size_t>(height_px),
+               channels = spec.channelnames.size();
+    std::vector<float> values(pixels * channels);
+    std::size_t first = 0;
+    for (const ExrLayer& layer : layers) {
+        const std::size_t own = layer.channels.size();
+        if (layer.values.size() != pixels * own)
+            return refused("exr", "the layer " + layer.channels.front() + " has another size");
+        for (std::size_t i = 0; i < pixels; ++i)
+            std::copy_n(&layer.values[i * own], own, &values[i * channels + first]);
+        first += own;
     }
-    const std::vector<float>& values = haze ? both : picture.values;
     spec.attribute("compression", "zip");
     spec.attribute("oiio:ColorSpace", "Linear");
-    spec.attribute("gonio:unit", unit);
-    if (denoised) spec.attribute("gonio:denoised", 1);
+    if (!header.date.empty()) spec.attribute("DateTime", header.date);
+    for (const auto& [name, text] : header.texts) {
+        if (name == "gonio:denoised")
+            spec.attribute(name, 1);
+        else
+            spec.attribute(name, text);
+    }
     return encode("exr", spec, OIIO::TypeFloat, values.data(), values.size());
 }
 
@@ -150,6 +177,25 @@ Result<FloatPicture> read_picture(const std::string& path) {
         return refused(path, input->geterror());
     }
     return picture;
+}
+
+Result<ExrFile> read_exr(const std::string& path) {
+    auto input = OIIO::ImageInput::open(path);
+    if (!input) return refused(path, OIIO::geterror());
+    const OIIO::ImageSpec& spec = input->spec();
+    if (spec.width <= 0 || spec.height <= 0 || spec.width > 2 * kMaxImagePx || spec.height > 2 * kMaxImagePx ||
+        spec.nchannels < 1 || spec.nchannels > 64)
+        return refused(path, "the picture's size is out of range");
+    ExrFile file;
+    file.width_px = spec.width;
+    file.height_px = spec.height;
+    std::vector<float> values(spec.image_pixels());
+    for (int c = 0; c < spec.nchannels; ++c) {
+        if (!input->read_image(0, 0, c, c + 1, OIIO::TypeFloat, values.data())) return refused(path, input->geterror());
+        file.channels[spec.channelnames[static_cast<std::size_t>(c)]] = values;
+    }
+    for (const auto& attribute : spec.extra_attribs) file.texts[attribute.name().string()] = attribute.get_string();
+    return file;
 }
 
 Result<Image> decode_image(std::span<const std::byte> bytes, const std::string& where, std::size_t max_pixels) {
@@ -196,6 +242,16 @@ Result<Image> decode_image(std::span<const std::byte> bytes, const std::string& 
         to[3] = channels == 2 ? from[1] : channels == 4 ? from[3] : std::uint8_t{255};
     }
     return image;
+}
+
+Result<BytePicture> decode_picture(std::span<const std::byte> bytes, const std::string& where) {
+    const Result<Image> image = decode_image(bytes, where, kMaxPicturePixels);
+    if (!image) return image.error();
+    BytePicture picture{image->width_px, image->height_px, {}};
+    picture.rgb.reserve(image->rgba.size() / 4 * 3);
+    for (std::size_t i = 0; i < image->rgba.size(); i += 4)
+        picture.rgb.insert(picture.rgb.end(), &image->rgba[i], &image->rgba[i] + 3);
+    return picture;
 }
 
 }  // namespace gonio

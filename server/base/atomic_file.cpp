@@ -29,13 +29,6 @@ int write_whole(int fd, std::string_view bytes) {
     return ::fsync(fd) == 0 ? 0 : errno;
 }
 
-// The new name must be on the disk too. Not every file system can say so; then the rename itself has to do.
-void sync_folder(const std::string& path) {
-    const std::string folder = std::filesystem::path(path).parent_path().string();
-    const Descriptor opened(::open(folder.empty() ? "." : folder.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC));
-    if (opened) ::fsync(opened.fd());
-}
-
 constexpr int kMostAside = 99;
 constexpr int kMostLinks = 40;  // as the kernel follows
 
@@ -45,8 +38,17 @@ std::string aside_name(const std::string& path, const std::string& ending, int n
 
 }  // namespace
 
+void sync_folder_of(const std::string& path) {
+    const std::string folder = std::filesystem::path(path).parent_path().string();
+    const Descriptor opened(::open(folder.empty() ? "." : folder.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC));
+    if (opened) ::fsync(opened.fd());
+}
+
 Result<bool> write_file_atomically(const std::string& path, std::string_view bytes) {
-    const std::string part = path + ".part";
+    return write_file_by_way_of(path + ".part", path, bytes);
+}
+
+Result<bool> write_file_by_way_of(const std::string& part, const std::string& path, std::string_view bytes) {
     struct stat before {};
     const bool replaces = ::stat(path.c_str(), &before) == 0;
     ::unlink(part.c_str());  // of a writer that was killed
@@ -60,7 +62,7 @@ Result<bool> write_file_atomically(const std::string& path, std::string_view byt
         ::unlink(part.c_str());
         return unwritable(path, reason);
     }
-    sync_folder(path);
+    sync_folder_of(path);
     return true;
 }
 
@@ -103,7 +105,7 @@ Result<std::string> keep_file_aside(const std::string& path, const std::string& 
     for (int i = 1; i <= kMostAside; ++i) {
         const std::string name = aside_name(path, ending, i);
         if (::link(path.c_str(), name.c_str()) == 0) {
-            sync_folder(path);
+            sync_folder_of(path);
             return name;
         }
         if (errno != EEXIST) break;

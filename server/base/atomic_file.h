@@ -14,6 +14,10 @@ namespace gonio {
 // the old content or the new one. A file that is replaced hands on its permissions. Errors: "file_unwritable" with the
 // path and the system's reason; PATH is as before.
 Result<bool> write_file_atomically(const std::string& path, std::string_view bytes);
+// The same by way of a name of the caller's, in the same folder.
+Result<bool> write_file_by_way_of(const std::string& part, const std::string& path, std::string_view bytes);
+// Brings the names in a file's folder to the disk. Not every file system can say so; then the rename itself has to do.
+void sync_folder_of(const std::string& path);
 
 // Result: what the path leads to where it is a symbolic link, or a chain of them; else the path. It need not exist.
 std::string behind_links(std::string path);

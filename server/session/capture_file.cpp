@@ -1,7 +1,6 @@
 #include "server/session/capture_file.h"
 
 #include "protocol/schema/codec.h"
-#include "server/assets/assets.h"
 #include "server/session/replies.h"
 
 namespace gonio {
@@ -36,12 +35,15 @@ std::vector<T> first_channels(const std::vector<T>& rgba, int channels) {
 
 }  // namespace
 
-Result<std::vector<std::byte>> encode_capture(const CapturedPicture& picture, View view, const std::string& format) {
+Result<std::vector<std::byte>> encode_capture(const CapturedPicture& picture, View view, const std::string& format,
+                                              const ExrHeader& header) {
     if (format == "exr") {
         const ValueFormat values = value_format(view);
-        return encode_exr({picture.width_px, picture.height_px, values.channels,
-                           first_channels(picture.values, values.channels), picture.haze},
-                          values.unit, picture.denoised);
+        ExrHeader all = header;
+        add_exr_texts(all, values.unit, picture.denoised);
+        const FloatPicture floats{picture.width_px, picture.height_px, values.channels,
+                                  first_channels(picture.values, values.channels), picture.haze};
+        return encode_exr_layers(floats.width_px, floats.height_px, exr_layers_of(floats), all);
     }
     const BytePicture bytes{picture.width_px, picture.height_px, first_channels(picture.rgba8, 3)};
     return format == "jpg" ? encode_jpeg(bytes, 92) : encode_png(bytes);

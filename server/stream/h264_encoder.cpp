@@ -9,6 +9,7 @@
 #include "server/base/queue.h"
 #include "server/stream/encoder.h"
 #include "server/stream/h264_stream.h"
+#include "server/stream/libav.h"
 
 extern "C" {
 #include <libavcodec/avcodec.h>
@@ -19,18 +20,6 @@ extern "C" {
 
 namespace gonio {
 namespace {
-
-template <auto Free>
-struct FreeByAddress {
-    template <typename T>
-    void operator()(T* object) const {
-        Free(&object);
-    }
-};
-using ContextPointer = std::unique_ptr<AVCodecContext, FreeByAddress<avcodec_free_context>>;
-using FramePointer = std::unique_ptr<AVFrame, FreeByAddress<av_frame_free>>;
-using PacketPointer = std::unique_ptr<AVPacket, FreeByAddress<av_packet_free>>;
-using BufferPointer = std::unique_ptr<AVBufferRef, FreeByAddress<av_buffer_unref>>;
 
 constexpr int kInfiniteGop = 1 << 30;  // X264_KEYINT_MAX_INFINITE: an IDR comes on demand only
 // Rate control reckons with this many frames a second whatever their real distance is, so that a budget for a frame is
@@ -75,12 +64,6 @@ constexpr Kind kKinds[] = {
        {"x264-params", kX264Params}}}},
 };
 constexpr const char* kKindNames[] = {kKinds[0].name, kKinds[1].name, kKinds[2].name};
-
-std::string av_text(int code) {
-    char text[AV_ERROR_MAX_STRING_SIZE] = {};
-    av_strerror(code, text, sizeof text);
-    return text;
-}
 
 class LibavEncoder final : public H264Encoder {
 public:
