@@ -15,6 +15,8 @@
 
 #include "client/web/page.h"
 #include "server/app/http_options.h"
+#include "server/app/stop_on_signal.h"
+#include "server/lighting/isa.h"
 #include "server/session/command_files.h"
 
 namespace gonio {
@@ -316,13 +318,17 @@ int run_daemon(const Options& given) {
     Options options = given;
     options.state_file = behind_links(std::move(options.state_file));
     const bool serves = options.serves();
-    if (serves) Signals::block();
+    if (serves)
+        Signals::block();
+    else
+        StopOnSignal::block();
     spdlog::set_default_logger(spdlog::stderr_logger_mt("goniod"));
     set_log_level(options.log_level);
     std::string token_warning;
     Tokens tokens = value_of(read_tokens(options, &token_warning));
     if (!token_warning.empty()) spdlog::warn("{}", token_warning);
     try {
+        if (const auto used = lighting::use_isa(options.isa); !used) throw BadOption(used.error().text());
         if (!serves) return run_job(options, beginning(options).scene);
         App app(std::move(options), std::move(tokens));
         app.start();

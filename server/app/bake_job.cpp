@@ -2,16 +2,14 @@
 
 #include <unistd.h>
 
-#include <atomic>
-#include <csignal>
 #include <cstdio>
 #include <iomanip>
 #include <mutex>
 #include <sstream>
 #include <stop_token>
-#include <thread>
 
 #include "protocol/schema/words.h"
+#include "server/app/stop_on_signal.h"
 #include "server/bake/output.h"
 #include "server/base/clock.h"
 #include "server/scene/apply.h"
@@ -49,35 +47,6 @@ private:
     bool terminal_ = isatty(STDERR_FILENO) != 0;
     std::string what_;
     std::int64_t begin_ns_ = 0, told_ns_ = 0;
-};
-
-// Waits for SIGINT or SIGTERM, which are blocked in all threads.
-class StopOnSignal {
-public:
-    explicit StopOnSignal(std::stop_source& stop) {
-        thread_ = std::jthread([this, &stop] {
-            sigset_t set;
-            sigemptyset(&set);
-            sigaddset(&set, SIGINT);
-            sigaddset(&set, SIGTERM);
-            const timespec tick{0, 100'000'000};
-            while (!done_) {
-                if (sigtimedwait(&set, nullptr, &tick) > 0) stop.request_stop();
-            }
-        });
-    }
-    ~StopOnSignal() { done_ = true; }
-    static void block() {
-        sigset_t set;
-        sigemptyset(&set);
-        sigaddset(&set, SIGINT);
-        sigaddset(&set, SIGTERM);
-        pthread_sigmask(SIG_BLOCK, &set, nullptr);
-    }
-
-private:
-    std::atomic<bool> done_{false};
-    std::jthread thread_;
 };
 
 bake::BakeSettings settings_of(const BakeOptions& options) {
@@ -121,7 +90,6 @@ Result<bool> apply_text(Scene& scene, const std::string& text, const SceneAccess
 }  // namespace
 
 int run_bake(const Options& options, Scene scene) {
-    StopOnSignal::block();
     const SceneAccess access{true, {}, "", options.load, options.max_memory};
     for (const std::string& text : options.bake.set) {
         if (const auto done = apply_text(scene, text, access); !done)

@@ -9,6 +9,7 @@
 #include "protocol/schema/words.h"
 #include "protocol/text/toml_read.h"
 #include "server/assets/assets.h"
+#include "server/sequence/sequence.h"
 
 namespace gonio {
 namespace {
@@ -154,6 +155,10 @@ std::string check_size(const std::string& text) {
 
 std::string check_udp_address(const std::string& text) {
     return check_read(read_udp_address(text, 1));
+}
+
+std::string check_shard(const std::string& text) {
+    return sequence::parse_shard(text) ? "" : "must be i/n with 0 <= i < n <= 10000, not " + quoted(text);
 }
 
 std::string check_decimal(const std::string& text) {

@@ -37,6 +37,7 @@ std::string check_upload_folder(
     const std::string& path);                          // empty, one for reading and writing, or one that can be made
 std::string check_host_name(const std::string& text);  // a name or an address: no scheme, port or wildcard
 std::string check_origin(const std::string& text);     // http(s)://host[:port]
+std::string check_shard(const std::string& text);      // i/n, 0 <= i < n <= 10000
 std::string check_decimal(const std::string& text);    // not 0x10, which CLI11 would read as 16
 // A finite number, low..high: CLI::Range lets NaN pass, which is neither below nor above.
 CLI::Validator finite_in(double low, double high);

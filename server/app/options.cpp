@@ -110,6 +110,11 @@ void add_picture_options(CLI::App& app, Options& options, OptionTexts& text) {
     app.add_option("--oneshot", options.oneshot, "JOB.json: capture its frames and end, without a network")
         ->check(check_file_if_any);
     app.add_option("--out", options.out, "folder for the captures of --oneshot and the maps of --bake");
+    app.add_option("--shard", options.shard, "i/n: of a job those frames whose number leaves i when divided by n")
+        ->check(check_shard);
+    app.add_option("--isa", options.isa, "instruction set of rays and lighting: avx2, avx512, auto: the machine's best")
+        ->check(CLI::IsMember({"auto", "avx2", "avx512"}));
+    app.add_flag("--json", options.json, "of a sequence: lines of JSON on stdout, also on a terminal");
     app.add_flag("--gl-debug", options.gl_debug, "count and print GL debug messages");
 }
 

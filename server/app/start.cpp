@@ -18,6 +18,7 @@
 #include "server/base/memory_room.h"
 #include "server/exchange/import_mvr.h"
 #include "server/lighting/clusters.h"
+#include "server/lighting/isa.h"
 #include "server/render/renderer.h"
 #include "server/scene/apply.h"
 #include "server/session/null_renderer.h"
@@ -205,13 +206,27 @@ std::function<Gpu::Made()> gpu_maker(const Options& options) {
 int run_job(const Options& options, Scene scene) {
     if (!options.bake.scene.empty()) return run_bake(options, std::move(scene));
     if (options.renderer == "null") throw std::runtime_error("--oneshot needs --renderer gl");
-    const auto context = gl::Context::create({options.device, options.gl_debug});
-    spdlog::info("{}", context->description());
-    Renderer renderer(*context, direct_light_of(options));
-    renderer.set_links(transport::kMostLinks);
-    renderer.set_surfels({.bytes = options.transport_bytes});
-    return run_oneshot(renderer, std::move(scene), options.oneshot, options.out,
-                       {true, {}, "", options.load, options.max_memory});
+    std::unique_ptr<gl::Context> context;
+    std::unique_ptr<Renderer> renderer;
+    sequence::RunOptions run;
+    run.out = options.out;
+    run.shard = *sequence::parse_shard(options.shard);
+    run.json = options.json;
+    run.isa = options.isa;
+    run.isa_used = lighting::isa_in_use();
+    run.version = GONIO_VERSION;
+    run.settings = options.direct_light + " " + std::to_string(options.transport_bytes);
+    run.renderer = [&]() -> Renderer& {
+        if (renderer) return *renderer;
+        context = gl::Context::create({options.device, options.gl_debug});
+        spdlog::info("{}", context->description());
+        renderer = std::make_unique<Renderer>(*context, direct_light_of(options));
+        renderer->set_links(transport::kMostLinks);
+        renderer->set_surfels({.bytes = options.transport_bytes});
+        return *renderer;
+    };
+    run.gl = [&] { return context ? context->description() : ""; };
+    return run_oneshot(std::move(scene), options.oneshot, {true, {}, "", options.load, options.max_memory}, run);
 }
 
 }  // namespace gonio

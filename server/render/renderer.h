@@ -86,6 +86,14 @@ public:
     // So many links of each surfel are made, from the next scene on; by default those for all but narrow beams.
     void set_links(unsigned most) { links_ = most; }
     void set_surfels(const transport::SurfelSettings& settings) { surfels_ = settings; }
+    // A capture shall depend on its scene alone, not on those before it. From the next scene on walks for surfels begin
+    // at these points (world, m) and at no later ones. Links for narrow beams are made at once or never.
+    void fix_transport(std::vector<glm::dvec3> seeds_m, bool narrow_beams) {
+        fixed_seeds_ = std::move(seeds_m);
+        fixed_narrow_ = narrow_beams;
+    }
+    // Whether a light of a scene that was captured fell on so few surfels that it is a narrow beam.
+    bool met_narrow_beams() const;
     // Of the live picture's luminaires so many keep their light apart as fit into this, kMostLayers at most and one at
     // least: those that changed last. The others are summed; one of them that changes has to be taken out of the sum,
     // which lights all the others anew, once.
@@ -128,6 +136,8 @@ private:
     std::shared_ptr<transport::Builder> builder_;  // of `traced_`
     std::vector<glm::vec3> seeds_;                 // that it began with, and points it is to begin anew with
     Revision seeded_rev_ = 0;                      // of the scene whose positions were looked at
+    std::vector<glm::dvec3> fixed_seeds_;          // of fix_transport(); empty: those of the scene that is shown
+    bool fixed_narrow_ = false;                    // likewise
     transport::SurfelSettings surfels_;
     unsigned links_ = transport::kMostForwardLinks;
     std::shared_ptr<const transport::Transport> transport_;  // what passes read

@@ -19,6 +19,9 @@ struct Known {
     std::vector<glm::vec3> seeds;
     std::shared_ptr<transport::Builder> builder;
 };
+// Of fixed ones so many at once; of the others those that light could not go to from there.
+constexpr std::size_t kMostFirstSeeds = 32;
+
 std::deque<Known>& known_transports() {
     static std::deque<Known> known;
     if (known.size() > 2) known.pop_front();
@@ -42,13 +45,18 @@ void Renderer::prepare_geometry(const Scene& scene, bool live) {
 
 void Renderer::prepare_transport(const Scene& scene) {
     auto& known = known_transports();
-    const auto own = std::find_if(known.begin(), known.end(), [&](const Known& one) {
+    auto own = std::find_if(known.begin(), known.end(), [&](const Known& one) {
         return one.asset == scene.asset && one.surfels == surfels_ && one.links == links_ &&
                (one.cells || direct_by_rays_);
     });
-    std::vector<glm::vec3> positions = {traced_->local(scene.camera.eye)};
-    for (const Light& light : scene.lights)
-        if (!light.sun) positions.push_back(traced_->local(light.position));
+    std::vector<glm::vec3> positions;
+    for (const glm::dvec3& point : fixed_seeds_) positions.push_back(traced_->local(point));
+    const bool fixed = !positions.empty();
+    if (!fixed) {
+        positions.push_back(traced_->local(scene.camera.eye));
+        for (const Light& light : scene.lights)
+            if (!light.sun) positions.push_back(traced_->local(light.position));
+    }
     const auto begin = [&] {
         builder_ = std::make_shared<transport::Builder>(traced_, seeds_, surfels_,
                                                         std::min(links_, transport::kMostForwardLinks),
@@ -56,6 +64,7 @@ void Renderer::prepare_transport(const Scene& scene) {
         if (transport_beside_) builder_->hold(!watched_);
         if (own != known.end()) known.erase(own);
         known.push_back({scene.asset, surfels_, links_, !direct_by_rays_, seeds_, builder_});
+        own = std::prev(known.end());
     };
     if (!builder_ && own != known.end()) {
         builder_ = own->builder;
@@ -63,10 +72,12 @@ void Renderer::prepare_transport(const Scene& scene) {
         if (transport_beside_) builder_->hold(!watched_);
     } else if (!builder_) {
         seeds_ = positions;
+        if (fixed && seeds_.size() > kMostFirstSeeds) seeds_.resize(kMostFirstSeeds);
         begin();
     }
     // Those for narrow beams are made where there is one.
-    if (links_ > transport::kMostForwardLinks &&
+    if (fixed && fixed_narrow_) builder_->want(links_);
+    if (!fixed && links_ > transport::kMostForwardLinks &&
         std::any_of(scene.lights.begin(), scene.lights.end(), [&](const Light& light) {
             const auto gpu = lights_.find(light.id);
             return gpu != lights_.end() && gpu->second.irradiance.narrow > 0.0f;
@@ -74,7 +85,7 @@ void Renderer::prepare_transport(const Scene& scene) {
         builder_->want(links_);
     if (!transport_beside_) builder_->wait();
     // A luminaire or an eye has come to where no light could go before.
-    if (builder_->done() && builder_->newest() && seeded_rev_ != scene.scene_rev) {
+    if (builder_->done() && builder_->newest() && seeded_rev_ != scene.scene_rev && !(fixed && seeded_rev_ != 0)) {
         seeded_rev_ = scene.scene_rev;
         const std::size_t before = seeds_.size();  // a point next to one of them has had its turn
         for (const glm::vec3& position : positions) {
@@ -87,6 +98,7 @@ void Renderer::prepare_transport(const Scene& scene) {
         }
         if (seeds_.size() > before) {
             begin();
+            if (fixed && fixed_narrow_) builder_->want(links_);
             if (!transport_beside_) builder_->wait();
         }
     }
@@ -95,6 +107,11 @@ void Renderer::prepare_transport(const Scene& scene) {
         return;
     transport_ = std::move(newest);
     ++generation_;
+}
+
+bool Renderer::met_narrow_beams() const {
+    return std::any_of(lights_.begin(), lights_.end(),
+                       [](const auto& one) { return one.second.irradiance.narrow > 0.0f; });
 }
 
 void Renderer::set_watched(bool watched) {

@@ -58,11 +58,14 @@ const Arrows& allowed() {
           "server/http",   "server/inputs",     "server/surfaces", "server/show",   "server/exchange"}},
         {"server/show",
          {"ies", "ies/core", "protocol/schema", "protocol/text", "server/base", "server/scene", "server/assets"}},
-        {"server/app", {"ies",           "ies/core",       "protocol/schema", "protocol/dmx",   "protocol/surface",
-                        "protocol/text", "client/web",     "server/base",     "server/gl",      "server/scene",
-                        "server/assets", "server/trace",   "server/lighting", "server/render",  "server/stream",
-                        "server/http",   "server/inputs",  "server/surfaces", "server/session", "server/show",
-                        "server/bake",   "server/exchange"}},
+        {"server/sequence",
+         {"ies/core", "protocol/schema", "protocol/timecode", "server/base", "server/scene", "server/assets",
+          "server/trace", "server/lighting", "server/render", "server/stream", "server/session", "server/show"}},
+        {"server/app", {"ies",           "ies/core",        "protocol/schema", "protocol/dmx",   "protocol/surface",
+                        "protocol/text", "client/web",      "server/base",     "server/gl",      "server/scene",
+                        "server/assets", "server/trace",    "server/lighting", "server/render",  "server/stream",
+                        "server/http",   "server/inputs",   "server/surfaces", "server/session", "server/show",
+                        "server/bake",   "server/exchange", "server/sequence"}},
     };
     return table;
 }

@@ -1,0 +1,118 @@
+#include "server/sequence/digest.h"
+
+#include <fcntl.h>
+#include <openssl/evp.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
+#include <array>
+#include <cerrno>
+#include <memory>
+#include <span>
+#include <type_traits>
+
+#include "server/base/descriptor.h"
+
+namespace gonio::sequence {
+namespace {
+
+class Digest {
+public:
+    Digest() : context_(EVP_MD_CTX_new()) { EVP_DigestInit_ex(context_.get(), EVP_sha256(), nullptr); }
+    void add(const void* bytes, std::size_t count) { EVP_DigestUpdate(context_.get(), bytes, count); }
+    template <typename T>
+    requires std::is_arithmetic_v<T>
+    void add(T number) { add(&number, sizeof number); }
+    void add(std::string_view text) {
+        add(text.size());
+        add(text.data(), text.size());
+    }
+    // T: numbers without gaps between them.
+    template <typename T>
+    void add_all(std::span<const T> values) {
+        add(values.size());
+        add(values.data(), values.size_bytes());
+    }
+    std::string text() {
+        unsigned char digest[EVP_MAX_MD_SIZE];
+        unsigned int size = 0;
+        EVP_DigestFinal_ex(context_.get(), digest, &size);
+        std::string hex;
+        for (unsigned int i = 0; i < size; ++i) {
+            hex += "0123456789abcdef"[digest[i] >> 4];
+            hex += "0123456789abcdef"[digest[i] & 15];
+        }
+        return hex;
+    }
+
+private:
+    struct Free {
+        void operator()(EVP_MD_CTX* context) const { EVP_MD_CTX_free(context); }
+    };
+    std::unique_ptr<EVP_MD_CTX, Free> context_;
+};
+
+void add_material(Digest& digest, const Material& material) {
+    for (int i = 0; i < 4; ++i) digest.add(material.base_color[i]);
+    for (int i = 0; i < 3; ++i) digest.add(material.emissive_nit[i]);
+    for (const int image :
+         {material.base_color_image, material.emissive_image, material.normal_image, material.transmission_image,
+          static_cast<int>(material.wrap_s), static_cast<int>(material.wrap_t)})
+        digest.add(image);
+    for (const float number : {material.normal_scale, material.alpha_cutoff, material.transmission}) digest.add(number);
+    for (const bool flag : {material.alpha_mask, material.alpha_blend, material.double_sided, material.show_back})
+        digest.add(flag);
+}
+
+}  // namespace
+
+std::string sha256(std::string_view bytes) {
+    Digest digest;
+    digest.add(bytes.data(), bytes.size());
+    return digest.text();
+}
+
+FileDigest sha256_of_file(const std::string& path) {
+    const Descriptor file(::open(path.c_str(), O_RDONLY | O_CLOEXEC | O_NOCTTY | O_NONBLOCK));
+    struct stat status {};
+    if (!file || ::fstat(file.fd(), &status) != 0 || !S_ISREG(status.st_mode)) return {};
+    Digest digest;
+    FileDigest result;
+    std::array<char, 65536> chunk;
+    for (;;) {
+        const ssize_t got = ::read(file.fd(), chunk.data(), chunk.size());
+        if (got < 0 && errno == EINTR) continue;
+        if (got < 0) return {};
+        if (got == 0) break;
+        digest.add(chunk.data(), static_cast<std::size_t>(got));
+        result.bytes += static_cast<std::size_t>(got);
+    }
+    result.sha256 = digest.text();
+    return result;
+}
+
+std::string sha256_of_asset(const SceneAsset& asset) {
+    Digest digest;
+    for (const Mesh& mesh : asset.meshes) {
+        digest.add_all(std::span<const Vertex>(mesh.vertices));
+        digest.add_all(std::span<const glm::u16vec4>(mesh.colors));
+        digest.add_all(std::span<const glm::vec4>(mesh.tangents));
+        digest.add_all(std::span<const std::uint32_t>(mesh.indices));
+        digest.add(mesh.material);
+    }
+    for (const Material& material : asset.materials) add_material(digest, material);
+    for (const Image& image : asset.images) {
+        digest.add(image.width_px);
+        digest.add(image.linear);
+        digest.add_all(std::span<const std::uint8_t>(image.rgba));
+    }
+    for (const Instance& instance : asset.instances) {
+        digest.add(instance.mesh);
+        digest.add(std::string_view(instance.node));
+        for (int column = 0; column < 4; ++column)
+            for (int row = 0; row < 4; ++row) digest.add(instance.world_from_mesh[column][row]);
+    }
+    return digest.text();
+}
+
+}  // namespace gonio::sequence

@@ -1,0 +1,141 @@
+#include "server/sequence/timeline.h"
+
+#include <algorithm>
+
+#include "protocol/schema/words.h"
+#include "protocol/timecode/timecode.h"
+#include "server/base/clock.h"
+#include "server/scene/cue.h"
+#include "server/sequence/digest.h"
+#include "server/sequence/job_json.h"
+#include "server/session/command_files.h"
+#include "server/trace/exposure.h"
+
+namespace gonio::sequence {
+namespace {
+
+using job::checked;
+using job::refuse;
+
+std::string print_words(const std::vector<std::string>& words) {
+    std::string text;
+    for (const std::string& word : words) text += (text.empty() ? "" : " ") + word;
+    return text.size() > job::kMostShownValue ? text.substr(0, job::kMostShownValue) + "…" : text;
+}
+
+// What goes on in time is cues' and tracks'; another scene or size would be another sequence.
+void check_running(const v1::Command& command, const std::vector<std::string>& words, const std::string& place) {
+    if (command.has_load_scene() || command.has_open_show() || command.has_set_size() || command.has_set_technique())
+        refuse(place, print_words(words), "must stand in sequence.set: it holds for all frames");
+    if (command.has_recall_preset() && command.recall_preset().fade_s() > 0)
+        refuse(place, print_words(words), "presets have no fade here: let a cue fade");
+}
+
+void take_exposure(Scene& scene, v1::Command& command, const std::string& place) {
+    if (!command.has_set_exposure() || !command.set_exposure().automatic()) return;
+    const auto ev100 = trace::metered_ev100(scene);  // at once: a job has no rest
+    if (!ev100) return;
+    command.mutable_set_exposure()->set_ev100(*ev100);
+    checked(place, apply(scene, command, {}));
+}
+
+v1::Command command_of(const std::vector<std::string>& words, const std::string& place) {
+    v1::Command command = checked(place, command_from_words(words));
+    checked(place, attach_profile_file(command));
+    return command;
+}
+
+Event event_of(const Cue& cue, const Sequence& sequence, TimecodeRate rate) {
+    const double at_s = seconds_of({*cue.timecode, rate}) - *sequence.timecode_s + sequence.from_s;
+    return {at_s, {"cue", "goto", print_cue_number(cue.number)}, "sequence.timecode"};
+}
+
+// A photometric file that came with a command.
+std::string profile_text(const v1::Command& command) {
+    if (command.has_set_light()) return command.set_light().profile().photometry();
+    if (command.has_add_light()) return command.add_light().light().profile().photometry();
+    if (command.has_edit_lights()) return command.edit_lights().same().profile().photometry();
+    return "";
+}
+
+}  // namespace
+
+void apply_words(Scene& scene, const std::vector<std::string>& words, const SceneAccess& access,
+                 const std::string& place, CuePlayer* player, std::int64_t now_ns) {
+    v1::Command command = command_of(words, place);
+    if (player != nullptr && plays_cues(command)) {
+        if (const auto refused = player->run(scene, command, now_ns)) refuse(place, *refused);
+        return;
+    }
+    if (command.has_recall_preset()) {
+        command.mutable_recall_preset()->set_fade_s(0);  // a job has no time
+        if (player != nullptr) player->let_go();
+    }
+    checked(place, apply(scene, command, checked(place, read_files(command, access))));
+    take_exposure(scene, command, place);
+}
+
+Timeline::Timeline(Scene scene, const Sequence& sequence, const SceneAccess& access)
+    : scene_(std::move(scene)), sequence_(sequence), access_(access), events_(sequence.events) {
+    for (std::size_t i = 0; i < sequence.set.size(); ++i) {
+        const std::string place = job::item("sequence.set", i);
+        count(command_of(sequence.set[i], place));
+        apply_words(scene_, sequence.set[i], access, place);
+    }
+    if (sequence.timecode_s && scene_.cues)
+        for (const auto& cue : *scene_.cues)
+            if (cue->timecode) events_.push_back(event_of(*cue, sequence, sequence.timecode_rate));
+    std::ranges::stable_sort(events_, {}, &Event::t_s);
+    std::map<std::vector<std::string>, std::size_t> known;
+    for (const Track& track : sequence.tracks) {
+        const auto [place, fresh] = known.emplace(track.words, groups_.size());
+        if (fresh) groups_.emplace_back();
+        Group& group = groups_[place->second];
+        for (const Track* other : group.tracks)
+            if (other->option == track.option) refuse(track.place + ".set", track.option, "has a track already");
+        group.tracks.push_back(&track);
+    }
+}
+
+void Timeline::count(const v1::Command& command) {
+    if (const std::string text = profile_text(command); !text.empty()) files_ = sha256(files_ + text);
+}
+
+void Timeline::next() {
+    const double t_s = sequence_.time_s(++frame_);
+    while (next_event_ < events_.size() && events_[next_event_].t_s <= t_s) run(events_[next_event_++]);
+    player_.advance(scene_, nanoseconds_of(t_s));
+    for (Group& group : groups_) set(group, t_s);
+}
+
+void Timeline::run(const Event& event) {
+    const v1::Command command = command_of(event.words, event.place + ".set");
+    check_running(command, event.words, event.place + ".set");
+    count(command);
+    player_.advance(scene_, nanoseconds_of(event.t_s));
+    apply_words(scene_, event.words, access_, event.place + ".set", &player_, nanoseconds_of(event.t_s));
+}
+
+void Timeline::set(Group& group, double t_s) {
+    std::vector<std::string> words = group.tracks.front()->words;
+    for (const Track* track : group.tracks)  // what is no option stands before them
+        if (track->option.empty()) words.push_back(value_at(*track, t_s));
+    for (const Track* track : group.tracks)
+        if (!track->option.empty()) words.push_back(track->option + "=" + value_at(*track, t_s));
+    const std::string place =
+        group.tracks.front()->place + " at frame " + std::to_string(frame_) + ", " + print_number(t_s) + " s";
+    if (words != group.said) {
+        group.command = command_of(words, place);
+        check_running(group.command, words, place);
+        if (plays_cues(group.command) || group.command.has_add_light() || group.command.has_remove_light())
+            refuse(place, print_words(words), "is done once: it is an event");
+        count(group.command);
+        group.loaded = checked(place, read_files(group.command, access_));
+        group.said = std::move(words);
+    }
+    v1::Command command = group.command;
+    checked(place, apply(scene_, command, group.loaded));
+    take_exposure(scene_, command, place);
+}
+
+}  // namespace gonio::sequence
