@@ -40,7 +40,7 @@ Report::Report(bool json, int of, int kept)
     : bar_(!json && isatty(STDERR_FILENO) != 0), of_(of), to_write_(of - kept), began_ns_(monotonic_ns()) {}
 
 void Report::begin(const Maker& maker, int frames) const {
-    if (bar_) return show_bar();
+    if (bar_) return show_bar(of_ - to_write_);
     print_line({{"event", "begin"},
                 {"frames", frames},
                 {"of_shard", of_},
@@ -67,7 +67,7 @@ void Report::kept(const Entry& entry) {
 void Report::written(const Entry& entry, double seconds) {
     ++done_;
     ++written_;
-    if (bar_) return show_bar();
+    if (bar_) return show_bar(done_);
     print_line({{"event", "frame"},
                 {"state", "written"},
                 {"frame", entry.frame},
@@ -132,11 +132,11 @@ double Report::seconds_left() const {
     return seconds_since(began_ns_) / written_ * (to_write_ - written_);
 }
 
-void Report::show_bar() const {
-    const int filled = of_ > 0 ? kBarCharacters * done_ / of_ : kBarCharacters;
+void Report::show_bar(int done) const {
+    const int filled = of_ > 0 ? kBarCharacters * done / of_ : kBarCharacters;
     const std::string bar = std::string(static_cast<std::size_t>(filled), '#') +
                             std::string(static_cast<std::size_t>(kBarCharacters - filled), '.');
-    std::string text = "[" + bar + "] " + std::to_string(done_) + "/" + std::to_string(of_);
+    std::string text = "[" + bar + "] " + std::to_string(done) + "/" + std::to_string(of_);
     if (written_ > 0) {
         char rate[32];
         std::snprintf(rate, sizeof rate, "  %.2f frames/s", written_ / std::max(1e-9, seconds_since(began_ns_)));

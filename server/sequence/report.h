@@ -21,7 +21,7 @@ public:
     void end(int exit_code) const;
 
 private:
-    void show_bar() const;
+    void show_bar(int done) const;
     double seconds_left() const;  // -1: not known
 
     bool bar_;

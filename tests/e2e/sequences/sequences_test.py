@@ -105,6 +105,18 @@ class Sequences(unittest.TestCase):
         self.assertEqual([e['event'] for e in events][-2:], ['video', 'end'])
         self.assertEqual(events[-1]['written'], 1)
         self.assertEqual(contents(self.folder / 'shards'), found)
+        # On a terminal there is a bar in place of the lines.
+        (self.folder / 'shards/a/frame.0004.png').unlink()
+        terminal, far_end = os.openpty()
+        shown = subprocess.run([GONIOD, '--oneshot', str(job), '--out', str(self.folder / 'shards')], stdout=subprocess.PIPE,
+                               stderr=far_end)
+        os.close(far_end)
+        bar = os.read(terminal, 65536).decode()
+        os.close(terminal)
+        self.assertEqual(shown.stdout, b'')
+        self.assertIn('[############################..] 23/24', bar)
+        self.assertRegex(bar, r'\[#{30}\] 24/24  [0-9.]+ frames/s  0:00 left')
+        self.assertEqual(contents(self.folder / 'shards'), found)
 
     def test_sigterm_and_a_full_disk_may_be_tried_again(self):
         process = self.start(self.job({**SHORT, 'frames': 2000}), 'out')
