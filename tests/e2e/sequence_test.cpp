@@ -1,4 +1,5 @@
-// Two instruction sets on one machine: what docs/sequences.md promises of sequences that several machines share.
+// Sequences of cornell, live and path-traced: two instruction sets on one machine, as docs/sequences.md promises of
+// several machines; and layers against captures of one view.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -30,7 +31,7 @@ void add(Difference& sum, const std::vector<float>& a, const std::vector<float>&
     }
 }
 
-TEST(SequenceIsa, PicturesOfTwoInstructionSetsAreWithinTheTolerance) {
+TEST(LongSequences, AreTheSameByTwoInstructionSetsWithinTheTolerance) {
     TemporaryFolder folder;
     const auto job = [&](const char* name, const char* out, const char* capture) {
         return folder.file(name, std::string(R"({"sequence":{"frames":2,"fps":1,"out":")") + out + R"(","capture":)" +
@@ -68,6 +69,43 @@ TEST(SequenceIsa, PicturesOfTwoInstructionSetsAreWithinTheTolerance) {
     EXPECT_LE(bytes.differ, bytes.values / 1000);
     EXPECT_LE(bytes.most, 2.01);
     EXPECT_LE(floats.most, 1e-3);
+}
+
+TEST(LongSequences, LayersAreWhatCapturesOfOneViewShow) {
+    TemporaryFolder folder;
+    const auto run = [&](const std::string& name, const std::string& capture, const char* haze = "off") {
+        const std::string job = folder.file(name + ".json", R"({"sequence":{"frames":1,"out":")" + name +
+                                                                R"(.#.exr","capture":{"size":"96x72",)" + capture +
+                                                                R"(},"set":[["haze",")" + haze + R"("]]}})");
+        const Finished done = run_program("goniod", {"--oneshot", job, "--out", folder.path("out")});
+        EXPECT_EQ(done.exit_code, 0) << done.err;
+        auto file = read_exr(folder.path("out/" + name + ".0.exr"));
+        EXPECT_TRUE(file);
+        return *file;
+    };
+    EXPECT_EQ(run("haze", R"("layers":["beauty"])", "show").channels.size(), 6u) << "rgb, and rgb of haze";
+    const ExrFile all = run("all", R"("layers":"all")");
+    EXPECT_EQ(all.channels.size(), 3u + 3 + 3 + 1 + 1 + 1 + 3 + 1);
+    EXPECT_NE(all.texts.at("gonio:error").find(" lx in the middle of the picture"), std::string::npos)
+        << all.texts.at("gonio:error");
+    EXPECT_EQ(all.texts.at("gonio:quality"), "interactive");
+    for (const char* view : {"luminance", "illuminance"}) {
+        const ExrFile one = run(view, std::string(R"("view":")") + view + "\"");
+        Difference sum;
+        add(sum, one.channels.at("Y"), all.channels.at(std::string(view) + ".Y"), false);
+        EXPECT_LE(sum.most, 1e-5) << view;
+        EXPECT_EQ(one.texts.at("gonio:unit"), std::string_view(view) == "luminance" ? "cd/m2" : "lx");
+    }
+    double beauty = 0, parts = 0;  // of what shows no luminous opening
+    for (std::size_t i = 0; i < all.channels.at("G").size(); ++i) {
+        const double sum = static_cast<double>(all.channels.at("direct.G")[i] + all.channels.at("indirect.G")[i]),
+                     shown = static_cast<double>(all.channels.at("G")[i]);
+        if (shown > 2.0 * sum) continue;
+        beauty += shown;
+        parts += sum;
+    }
+    EXPECT_GT(parts, 0.0);
+    EXPECT_NEAR(beauty, parts, 1e-3 * parts);
 }
 
 }  // namespace
