@@ -1,10 +1,6 @@
 #include "client/cli/bake.h"
 
-#include <unistd.h>
-
-#include <cerrno>
-#include <cstring>
-#include <filesystem>
+#include "client/cli/beside.h"
 
 namespace gonio {
 
@@ -21,17 +17,7 @@ std::vector<std::string> bake_arguments(const ReadWords& words) {
 }
 
 int bake(const Session& session, const ReadWords& words) {
-    std::error_code failed;
-    const std::filesystem::path own = std::filesystem::read_symlink("/proc/self/exe", failed);
-    const std::string daemon = (own.parent_path() / "goniod").string();
-    const std::vector<std::string> arguments = bake_arguments(words);
-    std::vector<char*> argv{const_cast<char*>(daemon.c_str())};
-    for (const std::string& argument : arguments) argv.push_back(const_cast<char*>(argument.c_str()));
-    argv.push_back(nullptr);
-    session.out.flush();
-    session.err.flush();
-    ::execv(daemon.c_str(), argv.data());
-    return session.fail({"not_found", "goniod", daemon, std::string("it cannot be run: ") + std::strerror(errno)});
+    return become_goniod(session, bake_arguments(words));
 }
 
 }  // namespace gonio

@@ -6,6 +6,7 @@
 #include <fstream>
 
 #include "client/cli/commands.h"
+
 namespace gonio {
 namespace {
 
@@ -44,6 +45,10 @@ Result<bool> find_server(Session& session, const ReadWords& words) {
 }  // namespace
 
 int run_cli(std::span<const std::string> args, std::ostream& out, std::ostream& err) {
+    if (args.size() == 1 && args[0] == "--dump-options") {
+        out << dump_words() << "\n";
+        return kExitOk;
+    }
     const ReadWords words = read_command_line(args);
     if (args.empty() || words.has("--help")) {
         (args.empty() ? err : out) << help_text(words);
@@ -55,7 +60,7 @@ int run_cli(std::span<const std::string> args, std::ostream& out, std::ostream& 
     }
     Session session{{}, {}, {}, words.has("--json"), out, err};
     if (words.fault) return session.fail(*words.fault);
-    constexpr std::array kOffline = {"photometry", "convert", "bake"};  // work without a server
+    constexpr std::array kOffline = {"photometry", "convert", "bake", "doctor"};  // work without a server
     if (std::ranges::find(kOffline, words.command->name) == kOffline.end())
         if (const auto found = find_server(session, words); !found) return session.fail(found.error());
     return run_command(session, words);

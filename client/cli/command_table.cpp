@@ -85,6 +85,8 @@ constexpr WordRow kBakeOptions[] = {
     {"--seed", "N", count, "", "of the samples; default 1"},
     {"--scale", "R", number, "", "metres a unit of the scene's file; default 1"},
 };
+constexpr WordRow kDoctor[] = {
+    {"[OPTION…]", "", text, "", "of goniod, behind --: -- --config /etc/goniod/goniod.toml"}};
 constexpr WordRow kWatchOptions[] = {
     {"--frames", "N", count, "", "ends after N frames, N above 0; default: when interrupted"},
     {"--out", "FILE", text, "", "writes the video there, as raw H.264"},
@@ -174,6 +176,11 @@ constexpr WordCommand kCommands[] = {
     {"convert", "", "writes a photometric file in another format, offline", kConvert, kConvertOptions},
     {"bake", "", "bakes irradiance maps of a scene into a folder, offline, by the goniod beside this program", kBake,
      kBakeOptions},
+    {"doctor",
+     "",
+     "says what would keep this machine from working, with the mend for each; asks the goniod beside it",
+     kDoctor,
+     {}},
     {"watch", "", "prints one JSON line for each change and frame", {}, kWatchOptions},
 };
 constexpr WordCommand kGet = {"get", "get_state", "prints the state, or a part of it, as JSON", kPath, {}};

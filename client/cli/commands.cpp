@@ -7,6 +7,7 @@
 #include <functional>
 
 #include "client/cli/bake.h"
+#include "client/cli/beside.h"
 #include "client/cli/cli.h"
 #include "client/cli/convert.h"
 #include "client/cli/grids.h"
@@ -393,6 +394,7 @@ int run_command(const Session& session, const ReadWords& words) {
                             {"control acquire", control},
                             {"control release", control},
                             {"bake", bake},
+                            {"doctor", doctor},
                             {"photometry", photometry},
                             {"convert", convert}};
     for (const Row& row : rows)

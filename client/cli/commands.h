@@ -19,6 +19,9 @@ ReadWords read_command_line(std::span<const std::string> args);
 // else every command, a line each, and the options of all.
 std::string help_text(const ReadWords& words);
 
+// Result: the commands and options as JSON, one line: packaging/option_texts.py makes man page and completions of it.
+std::string dump_words();
+
 // Does what the words say; they have no fault. Result: the exit code.
 int run_command(const Session& session, const ReadWords& words);
 

@@ -10,11 +10,11 @@
 #include <stdexcept>
 #include <thread>
 
-#include <spdlog/sinks/stdout_sinks.h>
 #include <spdlog/spdlog.h>
 
 #include "client/web/page.h"
 #include "server/app/http_options.h"
+#include "server/app/log.h"
 #include "server/app/stop_on_signal.h"
 #include "server/lighting/isa.h"
 #include "server/session/command_files.h"
@@ -264,7 +264,10 @@ void App::start() {
     feed_.tried(first_lane);
     http_server_->set_ready(true);
     service_.tell("READY=1");
-    service_.watch(std::bind_front(&HttpServer::post, http_server_.get()));
+    service_.watch(std::bind_front(&HttpServer::post, http_server_.get()), [this] {
+        const auto [given, done] = encoders_.turns();
+        return Service::Encoding{given, done};
+    });
     const bool plain = options_.host.find(':') == std::string::npos;
     std::printf("READY %s://%s:%u\n", http_server_->secure() ? "https" : "http",
                 plain ? options_.host.c_str() : ("[" + options_.host + "]").c_str(), http_server_->port());
@@ -322,8 +325,7 @@ int run_daemon(const Options& given) {
         Signals::block();
     else
         StopOnSignal::block();
-    spdlog::set_default_logger(spdlog::stderr_logger_mt("goniod"));
-    set_log_level(options.log_level);
+    start_log(options);
     std::string token_warning;
     Tokens tokens = value_of(read_tokens(options, &token_warning));
     if (!token_warning.empty()) spdlog::warn("{}", token_warning);
@@ -336,7 +338,7 @@ int run_daemon(const Options& given) {
         app.stop();
         return 0;
     } catch (const BadOption& error) {
-        std::fprintf(stderr, "goniod: %s\n", error.what());
+        log_end(options, error.what());
         return options.bake.scene.empty() ? 2 : 1;  // a bake has 2 for its words alone
     }
 }

@@ -72,6 +72,8 @@ void add_front_options(CLI::App& app, Options& options) {
                    "given more than once")
         ->allow_extra_args(false)
         ->check(CLI::ExistingDirectory);
+    app.add_option("--log", options.log, "how the log is written to standard error: text, or json: an object a line")
+        ->check(CLI::IsMember({"text", "json"}));
     app.add_option("--log-level", options.log_level, "trace, debug, info, warn, error or off; read again on SIGHUP")
         ->check(CLI::IsMember({"trace", "debug", "info", "warn", "error", "off"}));
 

@@ -8,6 +8,7 @@
 #include "protocol/dmx/artnet.h"
 #include "protocol/dmx/e131.h"
 #include "server/app/config.h"
+#include "server/app/dump_options.h"
 #include "server/app/http_options.h"
 #include "server/app/option_checks.h"
 #include "server/stream/lanes.h"
@@ -48,7 +49,8 @@ struct OptionTexts {
     std::string listen = "127.0.0.1:8080", size = "800x800", sacn, artnet, osc, surfaces = "on", config_file,
                 unlit = "albedo", backfaces = "cull";
     unsigned samples = 0;
-    bool ignore_preview = false, check_config = false, print_config = false, print_gltf = false;
+    bool ignore_preview = false, check_config = false, print_config = false, print_gltf = false, doctor = false,
+         dump_options = false;
 };
 
 void add_own_options(CLI::App& app, OptionTexts& text) {
@@ -62,6 +64,12 @@ void add_own_options(CLI::App& app, OptionTexts& text) {
         ->configurable(false);
     app.add_flag("--print-gltf", text.print_gltf, "print what is made of glTF files (docs/gltf.md), and end")
         ->configurable(false);
+    app.add_flag("--doctor", text.doctor,
+                 "say what would keep this machine from working, with the mend for each, and end; 1: something does")
+        ->configurable(false);
+    app.add_flag("--dump-options", text.dump_options, "the options as JSON, for packaging/option_texts.py")
+        ->configurable(false)
+        ->group("");
     app.get_help_ptr()->configurable(false);
 }
 
@@ -224,10 +232,13 @@ std::optional<Options> parse_options(const std::vector<std::string>& arguments, 
     for (const OptionFault& fault : check_samples(options)) errors.push_back(placed(fault, settings));
     print_lines(errors, "");
     exit_code = errors.empty() ? 0 : kBadConfig;
+    options.doctor = text.doctor;
+    if (text.dump_options) std::cout << dump_options(app, "goniod", GONIO_VERSION) << "\n";
     if (text.print_gltf) std::cout << gltf_features_text();
     if (text.print_config) std::cout << print_settings(app, settings);
     if (text.check_config && errors.empty()) std::cout << "ok\n";
-    if (!errors.empty() || text.print_gltf || text.print_config || text.check_config) return std::nullopt;
+    if (!errors.empty() || text.print_gltf || text.print_config || text.check_config || text.dump_options)
+        return std::nullopt;
     return options;
 }
 

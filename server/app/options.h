@@ -45,14 +45,15 @@ struct Options {
     std::string show_folder;         // of the shows that clients save; empty: beside the state file
     std::string gel_file;            // empty: the built-in gels alone
     bool scene_given = false, scale_given = false, size_given = false,
-         technique_given = false;                  // else the saved show's
-    std::vector<std::string> inject;               // faults, for tests (server/session/gpu.h)
-    std::string tls_certificate, tls_key;          // PEM files; both or none
-    std::vector<std::string> host_names, origins;  // that requests may come for, and from
-    std::string upload_folder;                     // empty: a private one
-    std::vector<std::string> scene_roots;          // below which clients may load scene files
-    std::vector<std::string> library_folders;      // of photometric files
-    std::string log_level = "info";
+         technique_given = false;                          // else the saved show's
+    std::vector<std::string> inject;                       // faults, for tests (server/session/gpu.h)
+    std::string tls_certificate, tls_key;                  // PEM files; both or none
+    std::vector<std::string> host_names, origins;          // that requests may come for, and from
+    std::string upload_folder;                             // empty: a private one
+    std::vector<std::string> scene_roots;                  // below which clients may load scene files
+    std::vector<std::string> library_folders;              // of photometric files
+    std::string log_level = "info", log = "text";          // json: a line of JSON for each entry
+    bool doctor = false;                                   // examine the machine and end (server/app/doctor.h)
     unsigned max_captures = 8;                             // that wait for each other
     std::size_t transport_bytes = std::size_t{256} << 20;  // SurfelSettings::bytes
     std::size_t layer_bytes = std::size_t{2} << 30;        // Renderer::set_layer_bytes
@@ -60,7 +61,7 @@ struct Options {
     LoadOptions load;                                      // of scene files
     HttpLimits limits;
     // Whether it stays, with a network; else it does a job and ends.
-    bool serves() const { return oneshot.empty() && bake.scene.empty(); }
+    bool serves() const { return oneshot.empty() && bake.scene.empty() && !doctor; }
     std::vector<std::string> arguments;  // as given: SIGHUP reads file and environment again
 };
 

@@ -7,13 +7,10 @@
 #include <spdlog/spdlog.h>
 
 #include "server/app/http_options.h"
+#include "server/app/log.h"
 #include "server/http/tls.h"
 
 namespace gonio {
-
-void set_log_level(const std::string& level) {
-    spdlog::set_level(spdlog::level::from_str(level));
-}
 
 Reread read_again(const Options& options) {
     Reread now;

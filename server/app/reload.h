@@ -54,6 +54,4 @@ private:
     std::shared_ptr<Shared> shared_;
 };
 
-void set_log_level(const std::string& level);
-
 }  // namespace gonio

@@ -58,6 +58,7 @@ struct LaneEncoders::Shared {
     Queue<std::size_t> ended{kMostTokens};
     std::atomic<bool> given_up{false};
     std::atomic<std::uint32_t> frames_encoded{0};
+    std::atomic<std::uint64_t> given{0}, done{0};  // Turns
 
     // False once the owner has abandoned the state: then nobody may hear of its results.
     static bool publishes(LaneState& state) {
@@ -66,7 +67,9 @@ struct LaneEncoders::Shared {
     }
     void give_to_thread(const std::shared_ptr<LaneState>& state) {
         auto idle = LaneState::Phase::idle;
-        if (state->phase.compare_exchange_strong(idle, LaneState::Phase::waiting)) tokens.push(state);
+        if (!state->phase.compare_exchange_strong(idle, LaneState::Phase::waiting)) return;
+        ++given;
+        tokens.push(state);
     }
     void give_up() {
         if (!given_up.exchange(true)) out.given_up();
@@ -174,6 +177,7 @@ struct LaneEncoders::Shared {
         if (state->phase.load() == LaneState::Phase::running) publishes(*state);
         if (state->phase.load() == LaneState::Phase::abandoned) return false;
         state->phase = LaneState::Phase::idle;
+        ++done;
         if (state->jobs.waiting()) give_to_thread(state);  // one that came while the last was in work
         out.idle();
         return true;
@@ -272,6 +276,7 @@ std::vector<LaneId> LaneEncoders::check() {
         fresh->key_owed = true;
         stuck = fresh;
         lost.push_back(lane);
+        ++shared_->done;
         threads_[thread].detach();
         start_thread(thread);
         shared_->out.trouble("lane " + std::to_string(lane) + ": the encoder does not answer; it is left behind");
@@ -312,6 +317,11 @@ std::uint32_t LaneEncoders::jpeg_frames() const {
 
 std::uint32_t LaneEncoders::frames_encoded() const {
     return shared_->frames_encoded.load();
+}
+
+LaneEncoders::Turns LaneEncoders::turns() const {
+    const std::uint64_t given = shared_->given.load();  // first: what is given meanwhile may be done already
+    return {given, shared_->done.load()};
 }
 
 }  // namespace gonio

@@ -83,6 +83,11 @@ public:
     bool works() const;                    // there is H.264
     std::uint32_t frames_encoded() const;  // of all kinds
     std::uint32_t jpeg_frames() const;
+    // How often a lane was given to the threads, and how often one was done with it or left behind. Any thread.
+    struct Turns {
+        std::uint64_t given = 0, done = 0;
+    };
+    Turns turns() const;
 
 private:
     struct LaneState;

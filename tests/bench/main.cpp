@@ -5,7 +5,9 @@
 #include <iostream>
 #include <sstream>
 #include <stdexcept>
+#include <string_view>
 
+#include "server/app/dump_options.h"
 #include "tests/accuracy/command.h"
 #include "tests/bench/bake_bench.h"
 #include "tests/bench/frames.h"
@@ -225,6 +227,11 @@ int main(int argc, char** argv) {
     gonio::accuracy::add_commands(app);
     gonio::stress::Options stress;
     CLI::App* const stressed = gonio::stress::add_subcommand(app, stress);
+    app.set_version_flag("--version", "gonio-bench " GONIO_VERSION);
+    if (argc == 2 && std::string_view(argv[1]) == "--dump-options") {  // for packaging/option_texts.py
+        std::cout << gonio::dump_options(app, "gonio-bench", GONIO_VERSION) << "\n";
+        return 0;
+    }
     try {
         app.parse(argc, argv);
         if (stressed->parsed()) return gonio::stress::run_stress(stress, std::cout);

@@ -1,9 +1,10 @@
-// `gonio bake` and the options of goniod that its words become.
+// `gonio bake`, `gonio doctor`, and the options of goniod that their words become.
 #include <gtest/gtest.h>
 
 #include <algorithm>
 
 #include "client/cli/bake.h"
+#include "client/cli/beside.h"
 #include "server/app/options.h"
 #include "server/assets/assets.h"
 
@@ -24,6 +25,21 @@ TEST(BakeCommand, WordsBecomeOptionsOfGoniod) {
                                   "--bake-memory=100", "--scale=0.01"}));
     EXPECT_TRUE(read_command_line(std::vector<std::string>{"bake", "cornell"}).fault);
     EXPECT_TRUE(read_command_line(std::vector<std::string>{"bake", "cornell", "maps", "--size", "x"}).fault);
+}
+
+TEST(DoctorCommand, WordsBehindTheDashesAreOptionsOfGoniod) {
+    const ReadWords read = read_command_line(
+        std::vector<std::string>{"doctor", "--json", "--", "--listen", "127.0.0.1:0", "--sacn=0.0.0.0"});
+    ASSERT_FALSE(read.fault) << read.fault->text();
+    const auto arguments = doctor_arguments(read, read.has("--json"));
+    EXPECT_EQ(arguments,
+              (std::vector<std::string>{"--doctor", "--log=json", "--listen", "127.0.0.1:0", "--sacn=0.0.0.0"}));
+    int exit_code = -1;
+    const auto options = parse_options(arguments, exit_code);
+    ASSERT_TRUE(options) << exit_code;
+    EXPECT_TRUE(options->doctor);
+    EXPECT_FALSE(options->serves());
+    EXPECT_TRUE(options->inputs.sacn);
 }
 
 // Every option of the one is an option of the other, and none is lost on the way.

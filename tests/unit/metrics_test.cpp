@@ -104,25 +104,38 @@ TEST_F(ServiceTest, StatesReachTheManager) {
     Service service;
     service.tell("READY=1");
     EXPECT_EQ(told(), "READY=1");
-    service.watch([](std::function<void()> call) { call(); });
+    service.watch([](std::function<void()> call) { call(); }, [] { return Service::Encoding{}; });
     EXPECT_EQ(told(), "") << "it asked for no sign of life";
 }
 
-TEST_F(ServiceTest, SignsOfLifeComeWhileBothThreadsLive) {
+TEST_F(ServiceTest, SignsOfLifeComeWhileRenderingNetworkAndEncodingAdvance) {
     setenv("WATCHDOG_USEC", "100000", 1);
-    std::atomic<bool> lives{true};
+    std::atomic<bool> renders{true}, answers{true}, encodes{true};
+    std::atomic<std::uint64_t> given{1}, done{0};
     Service service;
-    service.watch([&](std::function<void()> call) {
-        service.render();
-        if (lives) call();
-    });
+    service.watch(
+        [&](std::function<void()> call) {
+            if (renders) service.render();
+            if (answers) call();
+        },
+        [&] {
+            if (encodes) ++given, ++done;
+            return Service::Encoding{given, done};
+        });
     EXPECT_EQ(told(), "WATCHDOG=1");
     EXPECT_EQ(told(), "WATCHDOG=1");
-    lives = false;
+    for (std::atomic<bool>* const part : {&renders, &answers, &encodes}) {
+        *part = false;
+        while (!told().empty()) {  // a second without a sign
+        }
+        *part = true;
+        EXPECT_EQ(told(), "WATCHDOG=1");
+    }
+    encodes = false;
     while (!told().empty()) {
     }
-    lives = true;
-    EXPECT_EQ(told(), "WATCHDOG=1");
+    done = given.load();
+    EXPECT_EQ(told(), "WATCHDOG=1") << "nothing is left to encode";
 }
 
 }  // namespace
