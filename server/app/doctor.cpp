@@ -1,6 +1,7 @@
 #include "server/app/doctor.h"
 
 #include <arpa/inet.h>
+#include <dlfcn.h>
 #include <grp.h>
 #include <netinet/in.h>
 #include <sys/resource.h>
@@ -144,9 +145,21 @@ Finding check_input(const char* protocol, const UdpPeer& at, const Result<Descri
             "end what listens there (ss -lunp names it), or give the option another address"};
 }
 
+// libepoxy opens these when they are first used, and aborts where they are missing. Result: those that are.
+std::string missing_libraries() {
+    const auto opens = [](const char* name) { return ::dlopen(name, RTLD_LAZY | RTLD_LOCAL) != nullptr; };
+    std::string missing = opens("libEGL.so.1") ? "" : "libEGL.so.1";
+    if (!opens("libOpenGL.so.0") && !opens("libGL.so.1"))
+        missing += (missing.empty() ? "" : " and ") + std::string("libOpenGL.so.0");
+    return missing;
+}
+
 // The GL, and what it runs on.
 std::vector<Finding> check_graphics(const Options& options, const Machine& machine) {
     if (options.renderer == "null") return {{"egl", State::ok, "No GL is asked for (--renderer null).", ""}};
+    if (const std::string missing = missing_libraries(); !missing.empty())
+        return {
+            {"egl", State::fault, missing + " cannot be opened.", "apt-get install libegl1 libopengl0 libegl-mesa0"}};
     std::unique_ptr<gl::Context> context;
     try {
         context = gl::Context::create({options.device, false});

@@ -16,19 +16,30 @@ PROGRAMS = {pathlib.Path(program).name: program for program in sys.argv[1:4]}
 sys.path.insert(0, str(pathlib.Path(__file__).parents[2] / 'packaging'))
 import option_texts  # noqa: E402
 
-BASH = """. "$1"; shift
-COMP_WORDS=("$@"); COMP_CWORD=$(($# - 1))
-_${1//-/_} "$1" "${COMP_WORDS[COMP_CWORD]}" "${COMP_WORDS[COMP_CWORD - 1]}"
-printf '%s\\n' "${COMPREPLY[@]}"
+# Each is given a completion and lines of words, and prints a line for each.
+BASH = """source "$1"
+while read -ra words; do
+    COMP_WORDS=("${words[@]}"); COMP_CWORD=$((${#words[@]} - 1))
+    _${words[0]//-/_} "${words[0]}" "${words[-1]}" "${words[-2]}"
+    echo "${COMPREPLY[@]}"
+done
 """
 # The shell's own functions are what it would ask; here they print.
-ZSH = """_describe() { local row; for row in ${(P)2}; do print -r -- ${row%%:*}; done }
+ZSH = """_describe() { local row; for row in ${(P)2}; do print -rn -- "${row%%:*} "; done }
 _files() { :; }
-compadd() { print -l -- ${(P)2}; }
-script=$1; shift; words=("$@"); CURRENT=$#; PREFIX=${words[-1]}
-source $script "$@"
+compadd() { print -n -- ${(P)2}; }
+while read -rA words; do
+    CURRENT=$#words; PREFIX=${words[-1]}
+    source $1
+    print
+done
 """
-FISH = 'source $argv[1]; complete -C "$argv[2..-1]"'
+FISH = """source $argv[1]
+while read line
+    set offered (complete -C $line | string replace -r '\\t.*' '')
+    echo $offered
+end
+"""
 CASES = (('gonio', 'se', 'set'), ('gonio', 'set', 'li', 'light'), ('gonio', '--server', 'URL', 'cue', 'as', 'assert'),
          ('gonio', 'set', 'light', 'key', '--le', '--level'), ('gonio', 'grid', 'val', 'values'),
          ('gonio', 'capture', 'a.png', '--qua', '--quality'), ('gonio', 'undo', '--js', '--json'),
@@ -74,7 +85,7 @@ class Texts(unittest.TestCase):
             options = options_in(help_of(program))
             self.assertEqual(options - {'-h'}, {n for o in told['options'] for n in option_texts.dashed(o)} - {'-h'}, name)
             self.check(name, texts, options)
-            for command in told['commands']:
+            for command in told['commands'][:2 if name == 'gonio-bench' else None]:  # it takes long to start
                 listed = options_in(help_of(program, *command['name'].split())) - {'--help', '-h'}
                 held = {n for o in command['options'] for n in option_texts.dashed(o)} - {'--help', '-h'}
                 self.assertEqual(listed, held, command['name'])
@@ -90,11 +101,13 @@ class Texts(unittest.TestCase):
     def offered(self, shell, command, file):
         if not shutil.which(shell):
             self.skipTest(f'there is no {shell}')
-        for *words, wanted in CASES:
-            path = self.share / file.format(words[0])
-            said = subprocess.run([*command, path, *words], check=True, capture_output=True, text=True, env={'HOME': '/nowhere', 'PATH': '/usr/bin:/bin'})
-            self.assertEqual(said.stderr, '', words)
-            self.assertIn(wanted, [line.split('\t')[0] for line in said.stdout.splitlines()], words)
+        for name in PROGRAMS:
+            cases = [case for case in CASES if case[0] == name]
+            said = subprocess.run([*command, self.share / file.format(name)], check=True, capture_output=True, text=True,
+                                  input=''.join(' '.join(words) + '\n' for *words, _ in cases), env={'HOME': '/nowhere', 'PATH': '/usr/bin:/bin'})
+            self.assertEqual(said.stderr, '')
+            for (*words, wanted), line in zip(cases, said.stdout.splitlines(), strict=True):
+                self.assertIn(wanted, line.split(), words)
 
     def test_bash_offers(self):
         self.offered('bash', ('bash', '-c', BASH, 'bash'), 'bash-completion/completions/{}')
