@@ -24,12 +24,14 @@ def setting(name):
 
 class Service(unittest.TestCase):
     def test_user_groups_and_devices_agree(self):
-        made = re.findall(r'^([gu]) (\S+)', (PACKAGING / 'gonio.sysusers').read_text(), re.M)
+        made = re.findall(r'^([gum]) (\S+) (\S+)', (PACKAGING / 'gonio.sysusers').read_text(), re.M)
+        (user,) = setting('User')
         self.assertNotIn('\nDynamicUser=yes', UNIT)
-        self.assertIn(('u', setting('User')[0]), made)
-        self.assertIn(('g', setting('Group')[0]), made)
-        for group in setting('SupplementaryGroups'):  # one that is missing stops the start
-            self.assertIn(('g', group), made)
+        self.assertNotIn('\nSupplementaryGroups=', UNIT)  # one that is missing would stop the start
+        self.assertIn(('u', user, '-'), made)
+        self.assertIn(('g', setting('Group')[0], '-'), made)
+        for group in ('video', 'render', 'audio'):  # of DRM, its render nodes and ALSA: udev(7)'s 50-udev-default.rules
+            self.assertIn(('m', user, group), made)
         rules = set(re.findall(r'GROUP="(\w+)"', (PACKAGING / '70-gonio.rules').read_text()))
         self.assertEqual(rules, set(setting('Group')))
 
