@@ -21,6 +21,7 @@
 #include "server/lighting/isa.h"
 #include "server/render/renderer.h"
 #include "server/scene/apply.h"
+#include "server/sequence/digest.h"
 #include "server/session/null_renderer.h"
 #include "server/session/scene_access.h"
 #include "server/show/state_file.h"
@@ -215,7 +216,8 @@ int run_job(const Options& options, Scene scene) {
     run.isa = options.isa;
     run.isa_used = lighting::isa_in_use();
     run.version = GONIO_VERSION;
-    run.settings = options.direct_light + " " + std::to_string(options.transport_bytes);
+    run.settings = options.direct_light + " " + std::to_string(options.transport_bytes) + " " +
+                   sequence::sha256_of_file(options.gel_file).sha256;
     run.renderer = [&]() -> Renderer& {
         if (renderer) return *renderer;
         context = gl::Context::create({options.device, options.gl_debug});

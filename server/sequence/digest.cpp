@@ -11,6 +11,7 @@
 #include <span>
 #include <type_traits>
 
+#include "ies/writers.h"
 #include "server/base/descriptor.h"
 
 namespace gonio::sequence {
@@ -64,6 +65,16 @@ void add_material(Digest& digest, const Material& material) {
         digest.add(flag);
 }
 
+void add_light(Digest& digest, const LightSeed& light) {
+    digest.add(std::string_view(light.name));
+    for (int i = 0; i < 3; ++i) digest.add(light.position[i]);
+    for (int i = 0; i < 4; ++i) digest.add(light.world_from_light[i]);
+    for (int i = 0; i < 3; ++i) digest.add(light.color[i]);
+    digest.add(light.multiplier);
+    digest.add(light.sun);
+    if (light.profile) digest.add(std::string_view(ies::write_lm63(light.profile->photometry)));
+}
+
 }  // namespace
 
 std::string sha256(std::string_view bytes) {
@@ -112,6 +123,7 @@ std::string sha256_of_asset(const SceneAsset& asset) {
         for (int column = 0; column < 4; ++column)
             for (int row = 0; row < 4; ++row) digest.add(instance.world_from_mesh[column][row]);
     }
+    for (const LightSeed& light : asset.lights) add_light(digest, light);
     return digest.text();
 }
 

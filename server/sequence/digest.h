@@ -20,7 +20,7 @@ struct FileDigest {
 };
 FileDigest sha256_of_file(const std::string& path);
 
-// Result: of a scene's geometry, materials and images, wherever its file is.
+// Result: of a scene's geometry, materials, images and lights, wherever its file is.
 std::string sha256_of_asset(const SceneAsset& asset);
 
 }  // namespace gonio::sequence

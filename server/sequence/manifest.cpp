@@ -35,6 +35,10 @@ std::string entry_path(const std::string& folder, const std::string& name) {
     return (fs::path(folder) / kManifestFolder / (name + ".json")).string();
 }
 
+std::string text_of(const Json& json) {
+    return json.dump(-1, ' ', false, Json::error_handler_t::replace);
+}
+
 Json json_of(const Entry& entry) {
     Json json = {{"name", entry.name}, {"sha256", entry.sha256}, {"bytes", entry.bytes}};
     if (entry.frame >= 0) {
@@ -101,7 +105,8 @@ Result<bool> write_file(const std::string& folder, const std::string& name, std:
 }
 
 Result<bool> write_entry(const std::string& folder, const Entry& entry) {
-    return write_file(folder, std::string(kManifestFolder) + "/" + entry.name + ".json", json_of(entry).dump() + "\n");
+    return write_file(folder, std::string(kManifestFolder) + "/" + entry.name + ".json",
+                      text_of(json_of(entry)) + "\n");
 }
 
 Result<bool> finish_part(const std::string& path) {
@@ -141,7 +146,7 @@ std::optional<Entry> complete_entry(const std::string& folder, const std::string
 
 std::string manifest_text(const std::vector<Entry>& entries) {
     std::string text = "[\n";
-    for (const Entry& entry : entries) text += json_of(entry).dump() + (&entry == &entries.back() ? "\n" : ",\n");
+    for (const Entry& entry : entries) text += text_of(json_of(entry)) + (&entry == &entries.back() ? "\n" : ",\n");
     return text + "]\n";
 }
 

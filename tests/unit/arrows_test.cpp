@@ -59,7 +59,7 @@ const Arrows& allowed() {
         {"server/show",
          {"ies", "ies/core", "protocol/schema", "protocol/text", "server/base", "server/scene", "server/assets"}},
         {"server/sequence",
-         {"ies/core", "protocol/schema", "protocol/timecode", "server/base", "server/scene", "server/assets",
+         {"ies", "ies/core", "protocol/schema", "protocol/timecode", "server/base", "server/scene", "server/assets",
           "server/trace", "server/lighting", "server/render", "server/stream", "server/session", "server/show"}},
         {"server/app", {"ies",           "ies/core",        "protocol/schema", "protocol/dmx",   "protocol/surface",
                         "protocol/text", "client/web",      "server/base",     "server/gl",      "server/scene",

@@ -7,6 +7,7 @@
 #include <cstdlib>
 #include <filesystem>
 #include <fstream>
+#include <functional>
 
 #include "server/assets/assets.h"
 #include "server/sequence/digest.h"
@@ -252,6 +253,23 @@ protected:
 // FIPS 180-4's own example.
 TEST_F(Manifests, HashesAreSha256) {
     EXPECT_EQ(sha256("abc"), "ba7816bf8f01cfea414140de5dae2223b00361a396177a9cb410ff61f20015ad");
+}
+
+TEST_F(Manifests, AScenesHashIsOfWhatItShows) {
+    const std::shared_ptr<const SceneAsset> asset = cornell().asset;
+    const std::string hash = sha256_of_asset(*asset);
+    EXPECT_EQ(hash, sha256_of_asset(SceneAsset(*asset)));
+    const auto changed = [&](const std::function<void(SceneAsset&)>& change) {
+        SceneAsset other = *asset;
+        change(other);
+        return sha256_of_asset(other);
+    };
+    EXPECT_NE(hash, changed([](SceneAsset& other) { other.meshes[0].vertices[0].position.x += 0.001f; }));
+    EXPECT_NE(hash, changed([](SceneAsset& other) { other.materials[0].base_color.g *= 0.99f; }));
+    EXPECT_NE(hash, changed([](SceneAsset& other) { other.instances[0].world_from_mesh[3][1] += 0.001; }));
+    EXPECT_NE(hash, changed([](SceneAsset& other) { other.lights[0].profile = *builtin_profile("bulb"); }));
+    EXPECT_NE(hash, changed([](SceneAsset& other) { other.lights[0].multiplier = 2.0; }));
+    EXPECT_EQ(hash, changed([](SceneAsset& other) { other.name = "/another/place.glb"; }));
 }
 
 TEST_F(Manifests, AFileIsCompleteByJobVersionAndBytes) {
