@@ -27,10 +27,15 @@ constexpr int kOctaves = 6;  // of periods: 2 to 4 pixels, 4 to 8, …
 constexpr double kMove_m = 1e-3;
 constexpr int kMoves = 20;
 
+// Errors of blocks where the reference is above a tenth of its mean, less what is the reference's own.
+struct Compared : Errors {
+    double relative = 0.0;  // rms of error / the block's own value
+};
+
 struct Row {
     std::string scene;
-    std::size_t lights = 0, points = 0;
-    Errors moving, resting;                       // of blocks, where the reference is above a tenth of its mean
+    std::size_t lights = 0;
+    Compared moving, resting;
     std::array<double, kOctaves> bands{};         // rms of the error along the middle row, over its mean, by octave
     double flicker_rms = 0.0, flicker_p99 = 0.0;  // from one millimetre to the next, over the value, or the mean
 };
@@ -76,7 +81,7 @@ std::vector<double> traced(const Scene& scene, std::uint32_t seed, double second
     return blocks_of(values);
 }
 
-Errors compare(const std::vector<double>& shown, const std::array<std::vector<double>, 2>& halves) {
+Compared compare(const std::vector<double>& shown, const std::array<std::vector<double>, 2>& halves) {
     double mean = 0.0;
     for (std::size_t i = 0; i < shown.size(); ++i)
         mean += 0.5 * (halves[0][i] + halves[1][i]) / static_cast<double>(shown.size());
@@ -86,7 +91,11 @@ Errors compare(const std::vector<double>& shown, const std::array<std::vector<do
         if (truth < 0.1 * mean) continue;
         a.push_back(shown[i]), b.push_back(truth), variance.push_back(unsure * unsure);
     }
-    return errors_of(a, b, variance);
+    Compared compared{errors_of(a, b, variance)};
+    double squares = 0.0;
+    for (std::size_t i = 0; i < a.size(); ++i) squares += ((a[i] - b[i]) * (a[i] - b[i]) - variance[i]) / (b[i] * b[i]);
+    compared.relative = a.empty() ? 0.0 : std::sqrt(std::max(squares, 0.0) / static_cast<double>(a.size()));
+    return compared;
 }
 
 // rms by octave of periods of a row of values.
@@ -126,7 +135,6 @@ Row measure(const gl::Context& context, const std::string& name, const HazeBench
     test::show(renderer, scene);
     std::vector<double> before = luminances(renderer.live_beams(scene));
     row.resting = compare(blocks_of(before), halves);
-    for (const double truth : halves[0]) row.points += truth > 0.0 ? 1 : 0;
 
     // Bands: along the middle row, beside a still's own rays.
     const auto still = renderer.capture(scene, View::luminance, kSide_px, kSide_px, true, 0);
@@ -179,17 +187,22 @@ void run_haze(const HazeBenchOptions& options, std::ostream& out, std::ostream& 
     if (!options.scene.empty()) scenes = {options.scene};
     nlohmann::json document{{"renderer", context->renderer()}, {"extinction_per_m", options.extinction_per_m}};
     if (!options.json)
-        out << "beams in haze beside the path tracer, over their mean, where above a tenth of it; "
+        out << "beams in haze beside the path tracer, where above a tenth of their mean: rms of the relative error; "
+               "over "
+               "the mean; "
                "bands: rms along the middle row by period; flicker: from one millimetre to the next\n"
-               "scene    lights    rmse  rmse99    bias   moving   bias   noise | bands 2-4  4-8  8-16  16-32  32-64  "
+               "scene    lights  relative  rmse  rmse99    bias   moving   bias   noise | bands 2-4  4-8  8-16  16-32  "
+               "32-64  "
                "64- px | flicker rms  p99\n";
     for (const std::string& name : scenes) {
         const Row row = measure(*context, name, options, progress);
         document["rows"].push_back({{"scene", row.scene},
                                     {"lights", row.lights},
+                                    {"relative", row.resting.relative},
                                     {"rmse", row.resting.rmse},
                                     {"rmse99", row.resting.rmse99},
                                     {"bias", row.resting.bias},
+                                    {"moving_relative", row.moving.relative},
                                     {"moving_rmse", row.moving.rmse},
                                     {"moving_bias", row.moving.bias},
                                     {"noise", row.resting.noise},
@@ -198,11 +211,12 @@ void run_haze(const HazeBenchOptions& options, std::ostream& out, std::ostream& 
                                     {"flicker_p99", row.flicker_p99}});
         if (options.json) continue;
         char line[320];
-        std::snprintf(line, sizeof line,
-                      "%-8s %6zu %7.4f %7.4f %+7.4f %8.4f %+6.4f %7.4f | %8.4f %.4f %.4f %.4f %.4f %.4f | %.5f %.5f\n",
-                      name.c_str(), row.lights, row.resting.rmse, row.resting.rmse99, row.resting.bias, row.moving.rmse,
-                      row.moving.bias, row.resting.noise, row.bands[0], row.bands[1], row.bands[2], row.bands[3],
-                      row.bands[4], row.bands[5], row.flicker_rms, row.flicker_p99);
+        std::snprintf(
+            line, sizeof line,
+            "%-8s %6zu %7.4f %7.4f %7.4f %+7.4f %8.4f %+6.4f %7.4f | %8.4f %.4f %.4f %.4f %.4f %.4f | %.5f %.5f\n",
+            name.c_str(), row.lights, row.resting.relative, row.resting.rmse, row.resting.rmse99, row.resting.bias,
+            row.moving.rmse, row.moving.bias, row.resting.noise, row.bands[0], row.bands[1], row.bands[2], row.bands[3],
+            row.bands[4], row.bands[5], row.flicker_rms, row.flicker_p99);
         out << line << std::flush;
     }
     if (options.json) out << document.dump(2) << "\n";
