@@ -59,7 +59,8 @@ export class Shows {
                 ...["Show", "Size", "Saved", ""].map((text) => h("th", {scope: "col"}, text)))), this.#rows)),
             h("div", {class: "row"}, ...open,
                 h("button", {type: "button", class: "quiet", id: "show-download", onclick: () => this.#download("")}, "Download the show as it stands"),
-                h("button", {type: "button", class: "quiet", id: "scene-download-glb", title: "Surfaces, lights and camera as glTF, for Blender and other programs", onclick: () => this.#downloadScene("glb")}, "Scene as .glb")));
+                h("button", {type: "button", class: "quiet", id: "scene-download-glb", title: "Surfaces, lights and camera as glTF, for Blender and other programs", onclick: () => this.#downloadScene("glb")}, "Scene as .glb"),
+                h("button", {type: "button", class: "quiet", id: "scene-download-mvr", title: "Surfaces, fixtures and patch as MVR, for consoles and other programs", onclick: () => this.#downloadScene("mvr")}, "Scene as .mvr")));
         document.body.append(this.#dialog);
         node.append(h("button", {type: "button", class: "quiet", id: "show-open", title: "Save, open and download shows", onclick: () => this.#list(true)}, "Show ", this.#name),
             this.#state, this.#lost, this.#forget);

@@ -149,7 +149,7 @@ constexpr FormRow kForms[] = {
     {WordForm::number_or_auto, "a number or auto", number_or_auto_value},
     {WordForm::range, "two numbers with a colon between, like 0:1000, or auto", range_value},
     {WordForm::picture, "a .png, .jpg or .exr file", picture_value},
-    {WordForm::scene_file, "a .glb file", scene_file_value},
+    {WordForm::scene_file, "a .glb or .mvr file", scene_file_value},
 };
 static_assert([] {
     for (std::size_t i = 0; i < std::size(kForms); ++i)

@@ -37,7 +37,7 @@ enum class WordForm : std::uint8_t {
     number_or_auto,  // a number; or auto: true in the next field
     range,           // 0:1000 into a field and the next one; or auto: true in the one after them
     picture,         // the name of a file; in the message its format: "png", "jpg" or "exr"
-    scene_file,      // likewise "glb"
+    scene_file,      // likewise "glb" or "mvr"
 };
 
 // An option, or a word that is none.

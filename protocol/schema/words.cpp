@@ -398,7 +398,7 @@ std::optional<std::string> capture_format(const std::string& file) {
 
 std::optional<std::string> scene_format(const std::string& file) {
     const std::string extension = small_extension(file);
-    return extension == ".glb" ? std::optional(extension.substr(1)) : std::nullopt;
+    return extension == ".glb" || extension == ".mvr" ? std::optional(extension.substr(1)) : std::nullopt;
 }
 
 Result<bool> attach_profile_file(v1::Command& command) {

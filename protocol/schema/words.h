@@ -24,7 +24,7 @@ Result<v1::Command> command_from_words(std::span<const std::string> words);
 
 // Result: "png", "jpg" or "exr" by the file's name; nothing for other names.
 std::optional<std::string> capture_format(const std::string& file);
-// Result: likewise the format of a scene's file: "glb".
+// Result: likewise the format of a scene's file: "glb" or "mvr".
 std::optional<std::string> scene_format(const std::string& file);
 
 // If the command names a profile that is a file here, puts the file's content into the command (at most one byte more

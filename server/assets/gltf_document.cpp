@@ -73,10 +73,23 @@ Result<Container> open_container(Bytes file) {
     return container;
 }
 
+// Of extras the level of a light is kept, as Gonio writes it.
+void prune_extras(Json& value) {
+    const auto extras = value.find("extras");
+    if (extras == value.end()) return;
+    const Json own = extras->is_object() ? extras->value("gonio", Json()) : Json();
+    const auto number = [&](const char* name) { return own.is_object() ? own.value(name, Json()) : Json(); };
+    const Json level = number("level_ratio"), multiplier = number("multiplier");
+    if (level.is_number() && multiplier.is_number())
+        *extras = {{"gonio", {{"level_ratio", level}, {"multiplier", multiplier}}}};
+    else
+        value.erase(extras);
+}
+
 // tinygltf copies extras and extensions into trees of its own: keep only what the importer reads.
 void prune(Json& value) {
     if (value.is_object()) {
-        value.erase("extras");
+        prune_extras(value);
         const auto extensions = value.find("extensions");
         if (extensions != value.end() && extensions->is_object()) {
             for (auto it = extensions->begin(); it != extensions->end();) {

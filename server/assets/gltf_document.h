@@ -30,7 +30,7 @@ struct GltfDocument {
         int buffer_view = -1;
     };
     std::filesystem::path directory;               // empty: no file may be opened
-    std::shared_ptr<const tinygltf::Model> model;  // without buffers, images, skins, animations and extras
+    std::shared_ptr<const tinygltf::Model> model;  // without buffers, images, skins, animations and others' extras
     std::vector<std::vector<std::byte>> buffers;   // as long as their byteLength
     std::vector<ImageSource> images;
     std::vector<IesSource> ies_lights;  // EXT_lights_ies of the root; tinygltf drops empty members of lists

@@ -67,7 +67,7 @@ inline constexpr auto kGltfCore = std::to_array<GltfFeature>({
     {"texture filters", kApproximated, false, "the renderer filters by its own rules"},
     {"directional lights", kSupported, false,
      "those of KHR_lights_punctual are a sun of so many lux; sharp shadows but in the reference"},
-    {"extras", kIgnored, false, "they are left out"},
+    {"extras", kIgnored, false, "they are left out, but the level of a light that Gonio wrote"},
 });
 
 // Of the Khronos registry. An extension that is not here is ignored where it is optional. Where it is required it is

@@ -51,11 +51,23 @@ bool has_room(GltfImport& import) {
     return false;
 }
 
+// Where Gonio wrote the file the level is told apart; for others it is within the multiplier. Both must still agree.
+void take_level(const Value& extras, LightSeed& light) {
+    if (!extras.Has("gonio")) return;
+    const Value& own = extras.Get("gonio");
+    const double level = number_of(own, "level_ratio", -1.0), multiplier = number_of(own, "multiplier", -1.0);
+    if (!(level >= 0.0 && level <= 1.0 && multiplier >= 0.0 && multiplier <= kMostCandela)) return;
+    if (std::abs(level * multiplier - light.multiplier) > 1e-9 * light.multiplier) return;
+    light.level_ratio = level;
+    light.multiplier = multiplier;
+}
+
 void add_light(GltfImport& import, const LightNode& node, const std::string& fallback_name, LightSeed light) {
     const std::string& node_name = import.document.model->nodes[node.index].name;
     light.name = unique_name(import.scene, node_name.empty() ? fallback_name : node_name);
     light.position = node.position;
     light.world_from_light = node.world_from_light;
+    take_level(import.document.model->nodes[node.index].extras, light);
     import.scene.lights.push_back(std::move(light));
 }
 

@@ -132,12 +132,16 @@ private:
     std::set<std::string> extensions_;
 };
 
-// Result: the node of a light, without what says which light it is.
-Json node_of(const Light& light) {
+// Result: the node of a light, without what says which light it is. Its level is told apart for ourselves.
+Json node_of(const Light& light, double master_ratio) {
     const glm::dquat& turn = light.world_from_light;
     return {{"name", light.name},
             {"translation", {light.position.x, light.position.y, light.position.z}},
-            {"rotation", {turn.x, turn.y, turn.z, turn.w}}};
+            {"rotation", {turn.x, turn.y, turn.z, turn.w}},
+            {"extras",
+             {{"gonio",
+               {{"level_ratio", light.level_ratio * master_ratio},
+                {"multiplier", color_of(light).multiplier * light.multiplier}}}}}};
 }
 
 Json numbers(const glm::dvec3& color) {
@@ -150,7 +154,8 @@ public:
 
     std::optional<Error> add(const Light& light, double master_ratio) {
         const LightScale scale = scale_of(light, master_ratio);
-        if (const auto punctual = punctual_of(light)) return add_punctual(light, *punctual, scale), std::nullopt;
+        if (const auto punctual = punctual_of(light))
+            return add_punctual(light, *punctual, scale, node_of(light, master_ratio)), std::nullopt;
         if (scale.multiplier > kMostMultiplier)
             return Error{"too_large", light.name, std::to_string(scale.multiplier),
                          "level, multiplier and colour of a light are at most 1e9 together in glTF"};
@@ -164,7 +169,7 @@ public:
                     {{"name", light.profile->name}, {"mimeType", "application/x-ies-lm-63"}, {"bufferView", view}});
             if (glb_.binary_bytes() > kMostSavedBytes) return too_large();
         }
-        Json node = node_of(light);
+        Json node = node_of(light, master_ratio);
         node["extensions"]["EXT_lights_ies"] = {
             {"light", at->second}, {"multiplier", scale.multiplier}, {"color", numbers(scale.color)}};
         glb_.add("nodes", std::move(node));
@@ -173,7 +178,7 @@ public:
     const std::set<std::string>& extensions() const { return extensions_; }
 
 private:
-    void add_punctual(const Light& light, const PunctualLight& punctual, const LightScale& scale) {
+    void add_punctual(const Light& light, const PunctualLight& punctual, const LightScale& scale, Json node) {
         Json made = {{"name", light.name},
                      {"type", punctual.type},
                      {"color", numbers(scale.color)},
@@ -182,7 +187,6 @@ private:
             made["spot"] = {{"innerConeAngle", punctual.inner_rad}, {"outerConeAngle", punctual.outer_rad}};
         Json& list = lights("KHR_lights_punctual");
         list.push_back(std::move(made));
-        Json node = node_of(light);
         node["extensions"]["KHR_lights_punctual"] = {{"light", list.size() - 1}};
         glb_.add("nodes", std::move(node));
     }

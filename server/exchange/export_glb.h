@@ -19,7 +19,8 @@ using Parts = std::function<void(std::size_t done, std::size_t all)>;
 
 // Result: the bytes of a .glb that load_scene() reads back as what is seen now. It has geometry, materials, textures
 // and vertex colours, the camera, then the kept views. Measured lights are EXT_lights_ies, points, spots and suns
-// KHR_lights_punctual, never both. Level, master, white and gel are in multiplier and colour: it comes back at level 1.
+// KHR_lights_punctual, never both. Level, master, white and gel are in multiplier and colour. The level is told apart
+// in extras, for load_scene() alone.
 // Errors: "too_large" (`where`: the light, or "save_scene"), "bad_image".
 Result<std::string> export_glb(const Scene& scene, const Parts& each = {});
 

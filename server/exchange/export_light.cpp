@@ -23,10 +23,10 @@ bool is_same_web(const ies::PhotometricWeb& a, const ies::PhotometricWeb& b) {
 
 }  // namespace
 
-ies::Photometry photometry_of(const Light& light) {
+ies::Photometry photometry_of(const Light& light, double factor) {
     ies::Photometry photometry = light.profile->photometry;
     for (float& candela : photometry.web.candela)
-        candela = static_cast<float>(static_cast<double>(candela) * light.tilt_factor);
+        candela = static_cast<float>(static_cast<double>(candela) * light.tilt_factor * factor);
     photometry.tilt.reset();
     photometry.opening = opening_of(light);
     photometry.provenance.absolute = true;
@@ -35,24 +35,33 @@ ies::Photometry photometry_of(const Light& light) {
     return photometry;
 }
 
-Result<std::string> ies_file_of(const Light& light) {
-    std::string text = ies::write_lm63(photometry_of(light));
+Result<std::string> ies_file_of(const Light& light, double factor) {
+    if (light.profile->peak_cd * light.tilt_factor * factor > ies::kMaxCandela)
+        return Error{"too_large", light.name, print_number(light.profile->peak_cd * light.tilt_factor * factor),
+                     "a light has at most 1e12 cd in a file"};
+    std::string text = ies::write_lm63(photometry_of(light, factor));
     if (text.size() <= ies::kMaxFileBytes) return text;
     return Error{"too_large", light.name, std::to_string(text.size()) + " bytes",
                  "as LM-63 the light's web would be larger than any reader here takes"};
 }
 
-std::string ies_key_of(const Light& light) {
+std::string ies_key_of(const Light& light, double factor) {
     const ies::Opening opening = opening_of(light);
-    return printed("%p %.17g %d %.17g %.17g %.17g", static_cast<const void*>(light.profile.get()), light.tilt_factor,
-                   static_cast<int>(opening.shape), opening.width.in(m), opening.length.in(m), opening.height.in(m));
+    return printed("%p %.17g %d %.17g %.17g %.17g", static_cast<const void*>(light.profile.get()),
+                   light.tilt_factor * factor, static_cast<int>(opening.shape), opening.width.in(m),
+                   opening.length.in(m), opening.height.in(m));
+}
+
+LightScale color_of(const Light& light) {
+    const glm::dvec3 weight = light.color * filtered_white(light.cct_k, light.tint_duv, light.gel.get());
+    const double most = std::max({weight.r, weight.g, weight.b});
+    return most > 0.0 ? LightScale{most, weight / most} : LightScale{};
 }
 
 LightScale scale_of(const Light& light, double master_ratio) {
-    const glm::dvec3 weight = light.color * filtered_white(light.cct_k, light.tint_duv, light.gel.get()) *
-                              (light.level_ratio * light.multiplier * master_ratio);
-    const double most = std::max({weight.r, weight.g, weight.b});
-    return most > 0.0 ? LightScale{most, weight / most} : LightScale{};
+    LightScale scale = color_of(light);
+    scale.multiplier *= light.level_ratio * light.multiplier * master_ratio;
+    return scale;
 }
 
 std::optional<PunctualLight> punctual_of(const Light& light) {

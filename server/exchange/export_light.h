@@ -10,12 +10,12 @@
 
 namespace gonio::exchange {
 
-// Result: the web that the light has now, as absolute candela: TILT and ballast factor are in them. The opening is the
-// light's. Level, multiplier, colour and master are not in it.
-ies::Photometry photometry_of(const Light& light);
+// Result: the web that the light has now, as absolute candela times the factor: TILT and ballast factor are in them.
+// The opening is the light's. Level, multiplier, colour and master are not in it.
+ies::Photometry photometry_of(const Light& light, double factor = 1.0);
 // Result: the same as an LM-63 file. Lights whose key is the same have the same file. Errors: "too_large".
-Result<std::string> ies_file_of(const Light& light);
-std::string ies_key_of(const Light& light);
+Result<std::string> ies_file_of(const Light& light, double factor = 1.0);
+std::string ies_key_of(const Light& light, double factor = 1.0);
 
 // Level, multiplier, colour, white, gel and master of the scene: multiplier · color, whose greatest component is 1.
 struct LightScale {
@@ -23,6 +23,8 @@ struct LightScale {
     glm::dvec3 color{1.0};    // linear Rec.709
 };
 LightScale scale_of(const Light& light, double master_ratio);
+// The same of its colour, white and gel alone.
+LightScale color_of(const Light& light);
 
 // A light of KHR_lights_punctual: a point, a spot, or a sun.
 struct PunctualLight {

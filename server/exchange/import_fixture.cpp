@@ -166,6 +166,14 @@ void light_emitters(const gdtf::Mode& mode, std::vector<gdtf::ChannelValue>& val
         if (const auto* function = function_of(value)) value.physical = function->physical_to;
 }
 
+// As it was when Gonio wrote the show.
+void take_state(LightSeed& light, const mvr::Fixture& fixture) {
+    if (!fixture.state) return;
+    light.level_ratio = fixture.state->level_ratio;
+    light.multiplier = fixture.state->multiplier;
+    light.color = {fixture.state->color[0], fixture.state->color[1], fixture.state->color[2]};
+}
+
 struct Placed {
     const mvr::Fixture& fixture;
     const mvr::Object& object;
@@ -237,6 +245,7 @@ std::optional<Error> add_beams(ShowImport& import, const Placed& placed, const g
         }
         const double most = std::max({state.color.r, state.color.g, state.color.b});
         light.color = most > 1e-3 ? state.color : glm::dvec3(1.0);
+        take_state(light, placed.fixture);
         const FixtureBeam beam{placed.fixture, type, mode, state.geometry, placed.world_from_fixture, light.name};
         glm::dmat4 world_from_beam = placed.world_from_fixture * state.fixture_from_beam;
         const bool swings = add_patch_rows(import, beam) && geometry.parent >= 0;
@@ -259,7 +268,8 @@ std::optional<Error> import_fixtures(ShowImport& import) {
     for (const mvr::Fixture& fixture : import.show.fixtures) {
         const mvr::Object& object = import.show.objects[static_cast<std::size_t>(fixture.object)];
         Placed placed{fixture, object, object.name, object.world_from_object * y_up_from_z_up()};
-        if (!fixture.fixture_id.empty() && fixture.fixture_id != "0") placed.name += " " + fixture.fixture_id;
+        const bool own = import.show.provider == mvr::kProvider;  // its lights have names of their own
+        if (!own && !fixture.fixture_id.empty() && fixture.fixture_id != "0") placed.name += " " + fixture.fixture_id;
         const gdtf::FixtureType* type = fixture.entry.empty() ? nullptr : type_of(import, fixture.entry);
         const auto paired = paired_profile(import, fixture, object.name);
         if (type != nullptr) {
@@ -269,6 +279,7 @@ std::optional<Error> import_fixtures(ShowImport& import) {
             LightSeed light;
             light.name = unique_name(import, placed.name);
             light.profile = paired;
+            take_state(light, fixture);
             finish_light(import, placed, std::move(light), placed.world_from_fixture);
         } else {
             import.report.add(Outcome::left_out, "a fixture gives no light: it has neither GDTF nor photometry",
@@ -276,7 +287,8 @@ std::optional<Error> import_fixtures(ShowImport& import) {
         }
     }
     if (!import.types.empty()) import.report.add(Outcome::left_out, "the bodies of fixtures are not drawn");
-    if (!import.scene.lights.empty())
+    if (std::ranges::any_of(import.show.fixtures, [](const mvr::Fixture& fixture) { return !fixture.state; }) &&
+        !import.scene.lights.empty())
         import.report.add(Outcome::defaulted, "lights are at full level until a console says otherwise");
     return std::nullopt;
 }

@@ -141,7 +141,8 @@ std::optional<Error> show_model(ShowImport& import, Model& model, const mvr::Mod
             import.report.add(Outcome::left_out, "a model's place is too far or has no size", name);
             continue;
         }
-        const bool inside_out = glm::determinant(glm::dmat3(world)) < 0.0;
+        // Inside a model a mesh that its own node mirrors has been turned by the reader.
+        const bool inside_out = glm::determinant(glm::dmat3(use.world_from_model)) < 0.0;
         if (inside_out && part.mirrored < 0) {
             const Mesh& mesh = scene.meshes[static_cast<std::size_t>(part.mesh)];
             if (auto full = take_memory(import.room, mesh.vertices.size(), kBytesOfVertex, name)) return full;

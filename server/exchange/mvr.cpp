@@ -8,6 +8,7 @@
 #include "ies/core/text.h"
 #include "server/exchange/axes.h"
 #include "server/exchange/xml_read.h"
+#include "server/scene/scene.h"
 
 namespace gonio::mvr {
 namespace {
@@ -299,6 +300,29 @@ std::optional<Error> add_layers(Reading& reading, const pugi::xml_node& scene) {
     return std::nullopt;
 }
 
+// The user data of Gonio. What is out of range says nothing.
+void add_states(Reading& reading, const pugi::xml_node& user_data) {
+    for (const pugi::xml_node data : user_data.children("Data")) {
+        if (attribute_of(data, "provider") != kProvider) continue;
+        for (const pugi::xml_node node : data.children("Light")) {
+            const auto level = exchange::number_of(node, "level"), multiplier = exchange::number_of(node, "multiplier");
+            const auto red = exchange::number_of(node, "red"), green = exchange::number_of(node, "green"),
+                       blue = exchange::number_of(node, "blue");
+            const auto within = [](const std::optional<double>& value, double most) {
+                return value && *value >= 0.0 && *value <= most;
+            };
+            const std::string uuid = plain_uuid(attribute_of(node, "uuid"));
+            const auto at = reading.fixtures.find(uuid);
+            if (at == reading.fixtures.end() || !within(level, 1.0) || !within(multiplier, kMostMultiplier) ||
+                !within(red, 1.0) || !within(green, 1.0) || !within(blue, 1.0)) {
+                reading.note(Outcome::left_out, "user data of a light", uuid);
+                continue;
+            }
+            reading.show.fixtures[at->second].state = FixtureState{*level, *multiplier, {*red, *green, *blue}};
+        }
+    }
+}
+
 }  // namespace
 
 Result<Show> read_show(std::string_view xml, std::span<const std::string> names, const ReadOptions& options) {
@@ -330,6 +354,7 @@ Result<Show> read_show(std::string_view xml, std::span<const std::string> names,
         else
             show.fixtures[fixture].focus = at->second;
     }
+    add_states(reading, root.child("UserData"));
     for (const auto& [fixture, uuid] : reading.followers) {
         const auto at = reading.fixtures.find(uuid);
         if (at != reading.fixtures.end() && show.fixtures[fixture].patches.empty())

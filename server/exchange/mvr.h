@@ -22,6 +22,7 @@ namespace gonio::mvr {
 inline constexpr std::size_t kMaxObjects = 100'000;  // with those of symbols, each time they are shown: "too_large"
 inline constexpr int kMaxDepth = 64;                 // of objects and symbols; deeper ones are left out
 inline constexpr unsigned kMostUniverse = 63'999;    // sACN's
+inline constexpr const char* kProvider = "gonio";    // that wrote a show itself, and its user data
 
 // What an .mvr may unpack to.
 inline constexpr ZipLimits kMvrLimits{.archive_bytes = std::uint64_t{1} << 30,
@@ -70,6 +71,12 @@ struct Patch {
     bool operator==(const Patch&) const = default;
 };
 
+// What user data of Gonio say beside the standard: the light as it was, where no console speaks.
+struct FixtureState {
+    double level_ratio = 1.0, multiplier = 1.0;
+    std::array<double, 3> color{1.0, 1.0, 1.0};  // linear Rec.709
+};
+
 struct Fixture {
     int object = 0;
     std::string spec;   // as written
@@ -83,6 +90,7 @@ struct Fixture {
     bool invert_pan = false, invert_tilt = false, casts_shadow = true;
     std::optional<std::array<double, 3>> color;  // CIE xyY of the label (a gel), Y in percent
     std::vector<std::string> commands;           // CustomCommand
+    std::optional<FixtureState> state;
 };
 
 struct FocusPoint {

@@ -161,6 +161,7 @@ std::string_view content_type(std::string_view name) {
                             {".jpg", "image/jpeg"},
                             {".exr", "image/x-exr"},
                             {".glb", "model/gltf-binary"},
+                            {".mvr", "application/zip"},
                             {".ico", "image/x-icon"},
                             {".txt", "text/plain; charset=utf-8"}};
     for (const Row& row : rows)

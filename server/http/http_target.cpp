@@ -164,7 +164,9 @@ Result<HttpTarget> parse_target(std::string_view target) {
 }
 
 static bool is_scene_file(const HttpTarget& target) {
-    return target.path.starts_with(kSceneFile) && std::string_view(target.path).substr(kSceneFile.size()) == "glb";
+    if (!target.path.starts_with(kSceneFile)) return false;
+    const std::string_view format = std::string_view(target.path).substr(kSceneFile.size());
+    return format == "glb" || format == "mvr";
 }
 
 bool is_still(const HttpTarget& target) {

@@ -31,7 +31,7 @@ struct HttpTarget {
 // Errors: "bad_target" with the offending part; "too_large".
 Result<HttpTarget> parse_target(std::string_view target);
 
-// Result: whether the path is /v1/frame.png, .jpg or .exr, or /v1/scene.glb: what is made for the request.
+// Result: whether the path is /v1/frame.png, .jpg or .exr, or /v1/scene.glb or .mvr: what is made for the request.
 bool is_still(const HttpTarget& target);
 // target: is_still(). Result: what its parameters after_rev, size, view, quality, bounces, noise and openings ask for;
 // of a scene's file after_rev alone.

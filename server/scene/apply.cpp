@@ -374,6 +374,7 @@ Scene scene_of(std::shared_ptr<const SceneAsset> asset, Revision revision) {
         take_angles(light);
         light.profile = seed.profile;
         light.sun = seed.sun;
+        light.level_ratio = seed.level_ratio;
         light.multiplier = seed.multiplier;
         light.color = seed.color;
         light.tilt_factor = tilt_factor_of(light);

@@ -121,6 +121,7 @@ struct LightSeed {
     glm::dvec3 position{0.0};
     glm::dquat world_from_light{1.0, 0.0, 0.0, 0.0};  // node frame: photometric zero on -Z, C0 on +X
     std::shared_ptr<const Profile> profile;
+    double level_ratio = 1.0;
     double multiplier = 1.0;
     glm::dvec3 color{1.0};
     bool sun = false;  // Light::sun

@@ -4,7 +4,7 @@
 
 #include "protocol/schema/codec.h"
 #include "server/base/clock.h"
-#include "server/exchange/export_glb.h"
+#include "server/exchange/export_mvr.h"
 
 namespace gonio {
 namespace {
@@ -15,7 +15,7 @@ struct Format {
     const char* name;
     Result<std::string> (*write)(const Scene&, const exchange::Parts&);
 };
-constexpr Format kFormats[] = {{"glb", exchange::export_glb}};
+constexpr Format kFormats[] = {{"glb", exchange::export_glb}, {"mvr", exchange::export_mvr}};
 
 const Format* format_of(const std::string& name) {
     for (const Format& format : kFormats)

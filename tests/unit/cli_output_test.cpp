@@ -329,6 +329,7 @@ TEST_F(CliRun, CapturesAreWrittenWhole) {
     EXPECT_EQ(run({"save", "scene", scene}), 0) << err;
     EXPECT_EQ(out, scene + " 7 bytes scene_rev 0\n");
     EXPECT_TRUE(std::filesystem::exists(scene));
+    EXPECT_EQ(run({"save", "scene", (folder / "out.mvr").string()}), 0) << err;
     EXPECT_EQ(run({"save", "scene", (folder / "out.png").string()}), 2);
     EXPECT_EQ(run({"save", "scene", (folder / "no" / "out.glb").string()}), 2) << "as of a full disk";
     std::filesystem::remove_all(folder);

@@ -144,6 +144,7 @@ def main():
     with tempfile.TemporaryDirectory(prefix="gonio-saved-") as directory:
         refused(gonio, directory)
         saved = [same_lux(goniod, gonio, scene, "glb", directory) for scene in ("cornell", "atrium", "cylinder")]
+        same_lux(goniod, gonio, "cornell", "mvr", directory)
         for glb, state in saved:
             if not blender_finds(glb, state):
                 return SKIPPED

@@ -93,6 +93,11 @@ async function shows(page) {
     await download.saveAs(file);
     const text = readFileSync(file, "utf8");
     check(download.suggestedFilename() === "Act 1.json" && JSON.parse(text).lights[0].level_ratio === 0.3, "the show as it stands is downloaded");
+    for (const [format, begins] of [["glb", "glTF"], ["mvr", "PK"]]) {
+        const [scene] = await Promise.all([page.waitForEvent("download"), page.locator(`#scene-download-${format}`).click()]);
+        await scene.saveAs(join(folder, `scene.${format}`));
+        check(scene.suggestedFilename() === `cornell.${format}` && readFileSync(join(folder, `scene.${format}`), "latin1").startsWith(begins), `and the scene as .${format}`);
+    }
     await page.keyboard.press("Escape");
 
     // Dropped onto the picture.

@@ -1,0 +1,77 @@
+// The patch -> channels of a fixture.
+#include <algorithm>
+#include <map>
+#include <numbers>
+
+#include "protocol/schema/gonio.pb.h"
+#include "protocol/schema/property.h"
+#include "server/exchange/export_parts.h"
+#include "server/exchange/mvr.h"
+
+namespace gonio::exchange {
+namespace {
+
+constexpr double kDegrees = 180.0 / std::numbers::pi;
+
+struct DrivenRow {
+    const char *property, *attribute;
+    Property which;
+    double unit;  // of the attribute in the property's
+};
+constexpr DrivenRow kDriven[] = {
+    {"level", "Dimmer", Property::level, 1.0},     {"pan", "Pan", Property::pan, kDegrees},
+    {"tilt", "Tilt", Property::tilt, kDegrees},    {"red", "ColorAdd_R", Property::red, 1.0},
+    {"green", "ColorAdd_G", Property::green, 1.0}, {"blue", "ColorAdd_B", Property::blue, 1.0},
+};
+
+// MVR's universe 1 is sACN's, and port-address 0 of Art-Net.
+unsigned universe_of(const v1::PatchRow& row) {
+    return row.protocol() == "artnet" ? row.universe() + 1 : row.universe();
+}
+
+}  // namespace
+
+LightPatch patch_of(const Scene& scene, const Light& light) {
+    LightPatch patch;
+    std::map<unsigned, unsigned> first;  // of each universe: the least address
+    std::map<std::string, const v1::PatchRow*> rows;
+    if (scene.patch)
+        for (const v1::PatchRow& row : scene.patch->rows()) {
+            if (row.target() != light.name || universe_of(row) > mvr::kMostUniverse) continue;
+            if (std::ranges::none_of(kDriven, [&](const DrivenRow& one) { return row.property() == one.property; }))
+                continue;
+            if (!rows.emplace(row.property(), &row).second) continue;  // a second one of the same has no channel
+            auto& least = first.try_emplace(universe_of(row), row.address()).first->second;
+            least = std::min(least, row.address());
+        }
+    for (const auto& [universe, address] : first) patch.breaks.push_back({universe, address});
+    patch.swings = rows.contains("pan") || rows.contains("tilt");
+    for (const DrivenRow& one : kDriven) {
+        gdtf::WrittenChannel channel{one.attribute};
+        const bool turns = one.which == Property::pan || one.which == Property::tilt;
+        const PropertyRow& range = row_of(one.which);
+        channel.from = one.unit * range.low;
+        channel.to = one.unit * range.high;
+        if (const auto at = rows.find(one.property); at != rows.end()) {
+            const v1::PatchRow& row = *at->second;
+            const auto start = first.find(universe_of(row));
+            channel.dmx_break = static_cast<int>(std::distance(first.begin(), start)) + 1;
+            channel.slot = static_cast<int>(row.address() - start->second) + 1;
+            channel.bytes = row.bits() == 16 ? 2 : 1;
+            if (row.has_low()) channel.from = one.unit * row.low();
+            if (row.has_high()) channel.to = one.unit * row.high();
+        } else if (turns && patch.swings) {
+            channel.bytes = 2;  // its axis is there all the same
+        } else if (one.which == Property::level && rows.empty()) {
+            channel.slot = 1;
+        } else {
+            continue;
+        }
+        // Until a console speaks: dark, all emitters on, at home.
+        channel.value = turns ? 0.0 : one.which == Property::level ? channel.from : channel.to;
+        patch.channels.push_back(channel);
+    }
+    return patch;
+}
+
+}  // namespace gonio::exchange

@@ -1,0 +1,274 @@
+// A scene as .mvr: what the standard asks of it, and that it comes back with the same lights, patch and light.
+#include "server/exchange/export_mvr.h"
+
+#include <gtest/gtest.h>
+
+#include <glm/gtc/matrix_transform.hpp>
+#include <set>
+
+#include "protocol/dmx/patch.h"
+#include "protocol/schema/gonio.pb.h"
+#include "server/exchange/export_parts.h"
+#include "server/exchange/import_mvr.h"
+#include "tests/unit/export_fixture.h"
+#include "tests/unit/mvr_check.h"
+
+namespace gonio::test {
+namespace {
+
+std::string mvr_of(const Scene& scene) {
+    auto bytes = exchange::export_mvr(scene);
+    EXPECT_TRUE(bytes) << bytes.error().text();
+    return bytes ? *bytes : std::string();
+}
+
+std::shared_ptr<const SceneAsset> read_again(const std::string& bytes) {
+    auto read = exchange::import_mvr(bytes, "again.mvr", {}, std::size_t{1} << 32);
+    EXPECT_TRUE(read) << read.error().text();
+    return read ? *read : std::make_shared<SceneAsset>();
+}
+
+v1::PatchRow patch_row(const std::string& target, const std::string& property, unsigned universe, unsigned address,
+                       unsigned bits, double low, double high) {
+    v1::PatchRow row;
+    row.set_protocol("sacn");
+    row.set_universe(universe);
+    row.set_address(address);
+    row.set_target(target);
+    row.set_property(property);
+    row.set_bits(bits);
+    row.set_low(low);
+    row.set_high(high);
+    return row;
+}
+
+// Heads, dimmers, colours, in 8 and 16 bits, backwards, over two universes.
+v1::SetPatch some_patch() {
+    v1::SetPatch patch;
+    for (const v1::PatchRow& row :
+         {patch_row("lopsided", "level", 2, 20, 16, 0, 1), patch_row("lopsided", "pan", 2, 11, 16, -4.7, 4.7),
+          patch_row("lopsided", "tilt", 2, 13, 8, 2.0, -2.0), patch_row("lopsided", "red", 3, 101, 8, 0, 1),
+          patch_row("lopsided", "green", 3, 102, 8, 0, 1), patch_row("lopsided", "blue", 3, 103, 8, 0, 0.5),
+          patch_row("tilted", "level", 1, 512, 8, 0.25, 0.75), patch_row("bulb", "level", 1, 1, 8, 0, 1),
+          patch_row("spot", "pan", 1, 30, 16, -1.5, 1.0)})
+        *patch.add_rows() = row;
+    return patch;
+}
+
+// Rows without regard to their order.
+std::set<std::string> rows_of(const v1::SetPatch& patch) {
+    std::set<std::string> rows;
+    for (const v1::PatchRow& row : patch.rows()) {
+        char numbers[96];
+        std::snprintf(numbers, sizeof numbers, " %u.%u %u bits %.6g %.6g", row.universe(), row.address(), row.bits(),
+                      row.low(), row.high());
+        rows.insert(row.target() + " " + row.property() + numbers);
+    }
+    return rows;
+}
+
+void expect_same_lights(const Scene& was, const Scene& is) {
+    ASSERT_EQ(is.lights.size(), was.lights.size());
+    for (std::size_t i = 0; i < is.lights.size(); ++i) {
+        const Light &a = was.lights[i], &b = is.lights[i];
+        EXPECT_EQ(b.name, a.name);
+        EXPECT_NEAR(glm::length(b.position - a.position), 0.0, 1e-9) << a.name;
+        EXPECT_NEAR(glm::length(aim_of(b.world_from_light) - aim_of(a.world_from_light)), 0.0, 1e-9) << a.name;
+        EXPECT_NEAR(glm::length(c0_of(b.world_from_light) - c0_of(a.world_from_light)), 0.0, 1e-9) << a.name;
+        EXPECT_NEAR(b.level_ratio, a.level_ratio * was.master_ratio, 1e-12) << a.name;
+        const glm::dvec3 weight = light_weight(was, a) * a.profile->flux_lm,
+                         again = light_weight(is, b) * b.profile->flux_lm;
+        EXPECT_NEAR(glm::length(again - weight) / glm::length(weight), 0.0, 1e-6) << a.name;
+        EXPECT_EQ(b.profile->photometry.opening.shape, (a.opening ? *a.opening : a.profile->photometry.opening).shape);
+    }
+}
+
+class ExportMvr : public testing::TestWithParam<const char*> {};
+
+TEST_P(ExportMvr, KeepsTheStandardAndComesBackWithTheSameLight) {
+    Scene scene = rigged(*load_scene(GetParam()), false);
+    scene.patch = std::make_shared<const v1::SetPatch>(some_patch());
+    ASSERT_TRUE(check_patch(*scene.patch)) << check_patch(*scene.patch).error().text();
+    const std::string bytes = mvr_of(scene);
+    for (const std::string& fault : MvrCheck::faults(bytes)) ADD_FAILURE() << fault;
+    EXPECT_EQ(bytes, mvr_of(scene)) << "the same bytes each time";
+    const auto asset = read_again(bytes);
+    EXPECT_EQ(asset->triangles(), scene.asset->triangles());
+    for (const std::string& warning : asset->warnings) {
+        const bool leaves_out = warning.find("left out") != std::string::npos;
+        EXPECT_TRUE(!leaves_out || warning.find("bodies") != std::string::npos ||
+                    warning.find("not patched") != std::string::npos)
+            << warning;
+    }
+    const Scene again = scene_of(asset);
+    expect_same_lights(scene, again);
+    ASSERT_TRUE(again.patch);
+    EXPECT_EQ(rows_of(*again.patch), rows_of(*scene.patch));
+    expect_same_light(scene, again);
+}
+INSTANTIATE_TEST_SUITE_P(BuiltIn, ExportMvr, testing::Values("cornell", "atrium", "cylinder"));
+
+TEST(ExportedMvr, WithoutAPatchTheDefaultOneStays) {
+    const Scene scene = rigged(make_cornell(), false);
+    const std::string bytes = mvr_of(scene);
+    EXPECT_TRUE(MvrCheck::faults(bytes).empty());
+    EXPECT_FALSE(read_again(bytes)->patch);
+}
+
+// Lights of one web share one type; names that differ by case alone do not meet in the archive.
+TEST(ExportedMvr, TypesAreSharedAndNamesAreTheirOwn) {
+    Scene scene = scene_of(make_cornell());
+    scene.lights.clear();
+    const auto web = lopsided();
+    auto shouting = std::make_shared<Profile>(*web);
+    shouting->name = "LOPSIDED";
+    for (const auto& [name, profile] :
+         {std::pair("a", web), {"b", web}, {"A", std::shared_ptr<const Profile>(shouting)}})
+        scene.lights.push_back(light_of(scene, name, profile, {0, 2, 0}));
+    scene.lights[1].level_ratio = 0.5;
+    scene.lights[1].color = {0.1, 0.2, 0.3};
+    const std::string bytes = mvr_of(scene);
+    for (const std::string& fault : MvrCheck::faults(bytes)) ADD_FAILURE() << fault;
+    const auto archive = open_zip(bytes);
+    ASSERT_TRUE(archive);
+    std::vector<std::string> types;
+    for (const ZipEntry& entry : archive->entries())
+        if (entry.name.ends_with(".gdtf")) types.push_back(entry.name);
+    EXPECT_EQ(types, (std::vector<std::string>{"Gonio@lopsided.gdtf", "Gonio@LOPSIDED 2.gdtf"}));
+    expect_same_lights(scene, scene_of(read_again(bytes)));
+}
+
+TEST(ExportedMvr, SunsAndRowsOfGroupsAreLeftOut) {
+    Scene scene = rigged(make_cornell());
+    v1::SetPatch patch;
+    *patch.add_rows() = patch_row("bulb", "level", 1, 5, 8, 0, 1);
+    *patch.add_rows() = patch_row("some group", "level", 1, 6, 8, 0, 1);
+    *patch.add_rows() = patch_row("", "master", 1, 7, 8, 0, 1);
+    scene.patch = std::make_shared<const v1::SetPatch>(patch);
+    const auto asset = read_again(mvr_of(scene));
+    EXPECT_EQ(asset->lights.size(), scene.lights.size() - 1);
+    ASSERT_TRUE(asset->patch);
+    EXPECT_EQ(rows_of(*asset->patch), (std::set<std::string>{"bulb level 1.5 8 bits 0 1"}));
+}
+
+// A picture that two meshes have is written once, and a mirrored instance keeps its front.
+TEST(ExportedMvr, PicturesAreWrittenOnceAndFrontsStay) {
+    auto asset = std::make_shared<SceneAsset>();
+    asset->images.push_back({2, 2, std::vector<std::uint8_t>(16, 200)});
+    for (const int image : {0, 0, -1}) {
+        asset->materials.emplace_back().base_color_image = image;
+        asset->materials.back().base_color = {0.5f, 0.5f, 0.5f, 1.0f};
+        Mesh mesh = quad({0, 0, 1}, {1, 0, 1}, {1, 0, 0}, {0, 0, 0});
+        mesh.material = static_cast<int>(asset->meshes.size());
+        asset->meshes.push_back(std::move(mesh));
+    }
+    const glm::dmat4 moved = glm::translate(glm::dmat4(1.0), {3, 0, 0});
+    asset->instances = {{0, glm::dmat4(1.0), "rug"},
+                        {1, glm::scale(moved, {-1, 1, 1}), "mirrored rug"},
+                        {2, glm::dmat4(1.0), "floor"},
+                        {2, glm::scale(moved, {1, 1, -2}), "mirrored floor"},
+                        {2, moved, "floor"}};
+    asset->bounds = {glm::dvec3(-3), glm::dvec3(6)};
+    EXPECT_EQ(exchange::geometry_groups(*asset).size(), 3u);
+    const std::string bytes = mvr_of(scene_of(asset));
+    for (const std::string& fault : MvrCheck::faults(bytes)) ADD_FAILURE() << fault;
+    const auto again = read_again(bytes);
+    EXPECT_EQ(again->images.size(), 1u);
+    ASSERT_EQ(again->instances.size(), asset->instances.size());
+    const auto corners = [](const SceneAsset& scene) {
+        std::multiset<std::string> all;
+        for (const Instance& instance : scene.instances) {
+            const Mesh& mesh = scene.meshes[static_cast<std::size_t>(instance.mesh)];
+            const glm::dmat3 axes(instance.world_from_mesh);
+            const glm::dmat3 cofactors = glm::determinant(axes) * glm::transpose(glm::inverse(axes));
+            for (const std::uint32_t index : mesh.indices) {
+                const Vertex& vertex = mesh.vertices[index];
+                const glm::dvec3 at(instance.world_from_mesh * glm::dvec4(glm::dvec3(vertex.position), 1.0)),
+                    normal = glm::normalize(cofactors * glm::dvec3(vertex.normal));
+                char text[160];
+                std::snprintf(text, sizeof text, "%.5f %.5f %.5f  %.4f %.4f %.4f", at.x + 0.0, at.y + 0.0, at.z + 0.0,
+                              normal.x + 0.0, normal.y + 0.0, normal.z + 0.0);
+                all.insert(text);
+            }
+        }
+        return all;
+    };
+    EXPECT_EQ(corners(*again), corners(*asset));
+}
+
+// The checker finds what it is there for.
+TEST(MvrCheck, FindsFaults) {
+    const Scene scene = [] {
+        Scene made = rigged(floor_scene(4.0, 0.5f, lopsided(), {0, 2, 0}).asset, false);
+        made.patch = std::make_shared<const v1::SetPatch>(some_patch());
+        return made;
+    }();
+    const auto archive = open_zip(mvr_of(scene));
+    ASSERT_TRUE(archive);
+    std::vector<ZipFile> files;
+    for (const ZipEntry& entry : archive->entries()) files.push_back({entry.name, *archive->read(entry.name)});
+    const auto faults = [&](const std::function<void(std::vector<ZipFile>&)>& damage) {
+        std::vector<ZipFile> damaged = files;
+        damage(damaged);
+        return MvrCheck::faults(*write_zip(damaged));
+    };
+    EXPECT_TRUE(faults([](auto&) {}).empty());
+    const auto replaced = [&](const std::string& from, const std::string& to) {
+        return faults([&](std::vector<ZipFile>& damaged) {
+            const std::size_t at = damaged[0].bytes.find(from);
+            ASSERT_NE(at, std::string::npos) << from;
+            damaged[0].bytes.replace(at, from.size(), to);
+        });
+    };
+    EXPECT_FALSE(replaced(" providerVersion=", " version=").empty());
+    EXPECT_FALSE(replaced("verMinor=\"6\"", "verMinor=\"5\"").empty());
+    EXPECT_FALSE(replaced(".gdtf</GDTFSpec>", "</GDTFSpec>").empty());
+    EXPECT_FALSE(replaced("<GDTFMode>Default", "<GDTFMode>Other").empty());
+    EXPECT_FALSE(replaced("<Focus>", "<Focus>0").empty());
+    EXPECT_FALSE(replaced("<Matrix>{1", "<Matrix>{nan").empty());
+    EXPECT_FALSE(replaced("<Matrix>{1,0,0}", "<Matrix>{0,0,0}").empty());
+    EXPECT_FALSE(replaced("<Layer name=\"Surfaces\" uuid=\"", "<Layer name=\"Surfaces\" uuid=\"{").empty());
+    EXPECT_FALSE(replaced("fileName=\"", "fileName=\"models/").empty());
+    EXPECT_FALSE(replaced("<FixtureID>1</FixtureID>", "").empty());
+    EXPECT_FALSE(replaced("break=\"0\"", "break=\"7\"").empty());
+    EXPECT_FALSE(replaced(">2.11<", ">2.510<").empty());
+    EXPECT_FALSE(faults([](auto& damaged) { damaged.back().name = "folder/" + damaged.back().name; }).empty());
+    EXPECT_FALSE(faults([](auto& damaged) { damaged.push_back({"GENERALSCENEDESCRIPTION.XML", ""}); }).empty());
+    EXPECT_FALSE(faults([](auto& damaged) { damaged.pop_back(); }).empty()) << "a file is missing";
+}
+
+// User data that say what cannot be say nothing: the light is as the fixture alone has it.
+TEST(ExportedMvr, UserDataOutOfRangeAreNamed) {
+    Scene scene = floor_scene(4.0, 0.5f, lopsided(), {0, 2, 0});
+    scene.lights[0].level_ratio = 0.25;
+    const auto archive = open_zip(mvr_of(scene));
+    ASSERT_TRUE(archive);
+    const auto with = [&](const std::string& level) {
+        std::vector<ZipFile> files;
+        for (const ZipEntry& entry : archive->entries()) files.push_back({entry.name, *archive->read(entry.name)});
+        const std::string was = "level=\"0.25\"";
+        files[0].bytes.replace(files[0].bytes.find(was), was.size(), "level=\"" + level + "\"");
+        return read_again(*write_zip(files));
+    };
+    EXPECT_EQ(with("0.75")->lights.at(0).level_ratio, 0.75);
+    for (const char* bad : {"7", "-1", "nan", ""}) {
+        const auto asset = with(bad);
+        EXPECT_EQ(asset->lights.at(0).level_ratio, 1.0) << bad;
+        EXPECT_TRUE(std::ranges::any_of(asset->warnings, [](const std::string& line) {
+            return line.find("left out: user data of a light") != std::string::npos;
+        })) << bad;
+    }
+}
+
+TEST(ExportedMvr, UuidsFollowFromTheText) {
+    EXPECT_EQ(exchange::uuid_of("light key"), exchange::uuid_of("light key"));
+    EXPECT_NE(exchange::uuid_of("light key"), exchange::uuid_of("light kez"));
+    // RFC 9562: version 8, variant 10.
+    const std::string uuid = exchange::uuid_of("");
+    ASSERT_EQ(uuid.size(), 36u);
+    EXPECT_EQ(uuid[14], '8');
+    EXPECT_NE(std::string("89AB").find(uuid[19]), std::string::npos);
+}
+
+}  // namespace
+}  // namespace gonio::test
