@@ -31,6 +31,8 @@ std::string sample(WordForm form) {
             return "8x6";
         case WordForm::picture:
             return "a.png";
+        case WordForm::scene_file:
+            return "a.glb";
         case WordForm::on_or_off:
             return "on";
         case WordForm::text:
