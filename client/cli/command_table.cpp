@@ -100,7 +100,8 @@ constexpr WordRow kPlace[] = {
 constexpr WordRow kSaveShow[] = {
     {"[NAME]", "", text, "name", "1 to 100 bytes, no path; default: the name that the show has"}};
 constexpr WordRow kSaveShowOptions[] = {{"--replace", "", flag, "replace", "also another show of this name"}};
-constexpr WordRow kSceneFile[] = {{"OUT", "", scene_file, "format", "file to write: .glb (binary glTF) or .mvr (MVR show)"}};
+constexpr WordRow kSceneFile[] = {
+    {"OUT", "", scene_file, "format", "file to write: .glb (binary glTF) or .mvr (MVR show)"}};
 constexpr WordRow kOpenShow[] = {{"NAME", "", text, "name", "as gonio shows lists it"}};
 constexpr WordRow kOpenShowOptions[] = {
     {"--upload", "", flag, "", "NAME is a file of this machine, which is sent first"}};

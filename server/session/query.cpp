@@ -181,7 +181,8 @@ Result<CaptureRequest> check_capture(const Scene& scene, const v1::CaptureQuery&
     }
     request.format = query.format().empty() ? "png" : query.format();
     if (request.format != "png" && request.format != "jpg" && request.format != "exr") {
-        return bad_argument("capture.format", request.format, "must be png, jpg or exr, or of the scene's file glb or mvr");
+        return bad_argument("capture.format", request.format,
+                            "must be png, jpg or exr, or of the scene's file glb or mvr");
     }
     if (query.quality() == "reference") {
         request.quality = Quality::reference;

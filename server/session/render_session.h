@@ -23,8 +23,8 @@
 #include "server/session/reference_work.h"
 #include "server/session/report_log.h"
 #include "server/session/roles.h"
-#include "server/session/scene_files.h"
 #include "server/session/scene_access.h"
+#include "server/session/scene_files.h"
 #include "server/session/undo.h"
 #include "server/stream/encoder.h"
 

@@ -70,7 +70,8 @@ TEST(HttpTarget, StillsSayWhatTheyWant) {
     EXPECT_EQ(still_query(*scene)->after_rev(), 3u);
     EXPECT_EQ(still_query(*parse_target("/v1/scene.mvr"))->format(), "mvr");
     EXPECT_EQ(still_query(*parse_target("/v1/scene.glb?view=beauty")).error().where, "view");
-    for (const char* other : {"/v1/scene", "/v1/scene.png", "/v1/frame.glb", "/v1/frame", "/v1/frame.gif", "/v1/frame.png/", "/v1/frame.PNG", "/frame.png"})
+    for (const char* other : {"/v1/scene", "/v1/scene.png", "/v1/frame.glb", "/v1/frame", "/v1/frame.gif",
+                              "/v1/frame.png/", "/v1/frame.PNG", "/frame.png"})
         EXPECT_FALSE(is_still(*parse_target(other))) << other;
 }
 
