@@ -351,7 +351,8 @@ TEST_P(Cost, ALoadedSceneRunsEverythingOnce) {
     auto asset = std::make_shared<SceneAsset>(*scene.asset);
     asset->lights.clear();
     for (const Light& light : scene.lights)
-        asset->lights.push_back({light.name, light.position, light.world_from_light, light.profile, 1.0, light.color});
+        asset->lights.push_back(
+            {light.name, light.position, light.world_from_light, light.profile, 1.0, 1.0, light.color});
     Loaded loaded;
     loaded.asset = asset;
     ASSERT_TRUE(apply(scene, command_of([](v1::Command& c) { c.mutable_load_scene()->set_file("again"); }), loaded));
