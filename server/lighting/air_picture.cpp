@@ -112,14 +112,14 @@ HWY_EXPORT(PackRow);
 
 namespace {
 
-// A ray of a pixel, as number i. off: from its middle, pixels.
-void set_ray(const GBuffer& s, int x, int y, const glm::vec2& off, float far_m, float shift_ratio, std::size_t i,
-             AirRays& rays) {
+// A ray of a pixel, as number i. off: from its middle, pixels; wide_rad: AirRays::pixel_rad.
+void set_ray(const GBuffer& s, int x, int y, const glm::vec2& off, float far_m, float shift_ratio, float wide_rad,
+             std::size_t i, AirRays& rays) {
     const glm::vec3 ray =
         s.rays.corner + (static_cast<float>(x) + off.x) * s.rays.right + (static_cast<float>(y) + off.y) * s.rays.up;
     const float length = glm::length(ray),
                 depth = s.depth[static_cast<std::size_t>(y) * s.row_length + static_cast<std::size_t>(x)];
-    rays.set(i, s.rays.eye, ray / length, depth > 0.0f ? length * s.rays.near_m / depth : far_m, shift_ratio);
+    rays.set(i, s.rays.eye, ray / length, depth > 0.0f ? length * s.rays.near_m / depth : far_m, shift_ratio, wide_rad);
 }
 // Sixteen places in a step, neighbours far apart (Bayer 1973).
 float shift_at(int column, int row) {
@@ -204,7 +204,7 @@ void find_near(const GBuffer& s, const AirView& view, const AirlightSource& sour
                Pool& pool) {
     NearAir& near = beam.near;
     near.width = 0, near.most = 0.0f;
-    const auto place = view.step > 1 ? place_of(s, source.light.position) : std::nullopt;
+    const auto place = place_of(s, source.light.position);
     if (!place) return;
     const glm::ivec2 middle(glm::floor(*place + 0.5f)),
         low = glm::max(middle - NearAir::kHalf_px, 0),
@@ -223,13 +223,14 @@ void find_near(const GBuffer& s, const AirView& view, const AirlightSource& sour
     for (int y = low.y; y < high.y; ++y)
         for (int x = low.x; x < high.x; ++x) count += static_cast<std::size_t>(rays_a_side(x, y) * rays_a_side(x, y));
     rays.resize(count);
-    rays.pixel_rad = view.rays.pixel_rad;
+    const float wide_rad = pixel_rad(s);
     count = 0;
     for (int y = low.y; y < high.y; ++y)
         for (int x = low.x; x < high.x; ++x)
             for (int side = rays_a_side(x, y), k = 0; k < side * side; ++k) {
                 const glm::vec2 off = (glm::vec2(k % side, k / side) + 0.5f) / static_cast<float>(side) - 0.5f;
-                set_ray(s, x, y, off, view.far_m, shift_at(x + k % side, y + k / side), count++, rays);
+                set_ray(s, x, y, off, view.far_m, shift_at(x + k % side, y + k / side),
+                        wide_rad / static_cast<float>(side), count++, rays);
             }
     std::vector<float> found(rays.size());
     pool.run_chunks(rays.size() / kSimdWidth, 16, [&](std::size_t first, std::size_t size) {
@@ -243,24 +244,29 @@ void find_near(const GBuffer& s, const AirView& view, const AirlightSource& sour
         for (int k = 0; k < side * side; ++k) sum += found[count++];
         near.values[i] = sum / static_cast<float>(side * side);
     }
+    // What comes to each of the view's rays.
+    const bool grid = view.step > 1;
     BorderedPoints points;
-    const int first_row = rows_around(view, low.y).below, end_row = rows_around(view, high.y - 1).above + 1;
-    points.resize(view, first_row, end_row - first_row);
-    const float* const plane = beam.rays.data();
-    for (int row = first_row; row < end_row; ++row) points.set(s, view, {plane, plane, plane}, row);
+    if (grid) {
+        const int first_row = rows_around(view, low.y).below, end_row = rows_around(view, high.y - 1).above + 1;
+        points.resize(view, first_row, end_row - first_row);
+        const float* const plane = beam.rays.data();
+        for (int row = first_row; row < end_row; ++row) points.set(s, view, {plane, plane, plane}, row);
+    }
     std::vector<float> row(3 * s.row_length);
     float* const between[3] = {row.data(), row.data() + s.row_length, row.data() + 2 * s.row_length};
     const std::size_t first = static_cast<std::size_t>(low.x) / (4 * kSimdWidth) * (4 * kSimdWidth);
     for (std::size_t j = 0; j < height; ++j) {
         const int y = low.y + static_cast<int>(j);
-        between_row(s, view, points, y, first, static_cast<std::size_t>(high.x), between);
+        if (grid) between_row(s, view, points, y, first, static_cast<std::size_t>(high.x), between);
+        const float* const others = grid ? between[0] - first : beam.rays.data() + std::size_t{1} * y * view.width;
         for (std::size_t i = 0; i < width; ++i) {
             const int x = low.x + static_cast<int>(i);
             const glm::vec2 off = glm::abs(glm::vec2(x, y) - *place);
-            const float fade = std::clamp(4.0f - 4.0f * std::max(off.x, off.y) / NearAir::kHalf_px, 0.0f,
-                                          1.0f);  // in its outer quarter
+            // In the outer quarter of the square.
+            const float fade = std::clamp(4.0f - 4.0f * std::max(off.x, off.y) / NearAir::kHalf_px, 0.0f, 1.0f);
             float& value = near.values[j * width + i];
-            value = fade * (value - between[0][static_cast<std::size_t>(x) - first]);
+            value = fade * (value - others[x]);
             near.most = std::max(near.most, value);
         }
     }
@@ -284,11 +290,11 @@ void look_into_air(const GBuffer& s, int step, float far_m, AirView& view, Pool&
     view.step = step, view.far_m = far_m;
     view.width = (s.width + step - 1) / step, view.height = (s.height + step - 1) / step;
     view.rays.resize(view.size());
-    view.rays.pixel_rad = pixel_rad(s);
+    const float wide_rad = pixel_rad(s);
     pool.run(view.height, [&](int row) {
         for (int column = 0; column < view.width; ++column)
             set_ray(s, pixel_of(view, column, s.width), pixel_of(view, row, s.height), glm::vec2(0.0f), far_m,
-                    shift_at(column, row), static_cast<std::size_t>(row * view.width + column), view.rays);
+                    shift_at(column, row), wide_rad, static_cast<std::size_t>(row * view.width + column), view.rays);
     });
 }
 

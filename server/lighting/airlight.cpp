@@ -151,7 +151,7 @@ void Airlight(const AirlightSource& source, const AirRays& rays, std::size_t fir
                          from.y,
                          along.y,
                          load(rays.shift.data() + first + i),
-                         Float(rays.pixel_rad)};
+                         load(rays.pixel_rad.data() + first + i)};
         Part whole{Float(0.0f), load(rays.far.data() + first + i)};
         if (source.light.beam_cos > 0.0f) whole = within_cone(ray.w, ray.d, source.light.beam_cos, whole);
         Float sum;
@@ -220,11 +220,13 @@ void AirRays::resize(std::size_t count) {
         for (int k = 0; k < 3; ++k) arrays[k].assign(padded, k == 1 ? 1.0f : 0.0f);
     far.assign(padded, 0.0f);
     shift.assign(padded, 0.5f);
+    pixel_rad.assign(padded, 0.0f);
 }
 
-void AirRays::set(std::size_t i, const glm::vec3& start, const glm::vec3& direction, float far_m, float shift_ratio) {
+void AirRays::set(std::size_t i, const glm::vec3& start, const glm::vec3& direction, float far_m, float shift_ratio,
+                  float wide_rad) {
     for (int k = 0; k < 3; ++k) from[k][i] = start[k], along[k][i] = direction[k];
-    far[i] = far_m, shift[i] = shift_ratio;
+    far[i] = far_m, shift[i] = shift_ratio, pixel_rad[i] = wide_rad;
 }
 
 void airlight(const AirlightSource& source, const AirRays& rays, std::size_t first, std::size_t count, unsigned samples,

@@ -34,9 +34,10 @@ struct AirlightSource {
 // where in its step each takes its samples, 0 to 1.
 struct AirRays {
     std::vector<float> from[3], along[3], far, shift;
-    float pixel_rad = 0.0f;  // each is the mean of a pixel so wide; 0: a line
+    std::vector<float> pixel_rad;  // each is the mean of a square so wide about it; 0: a line
     void resize(std::size_t count);
-    void set(std::size_t i, const glm::vec3& start, const glm::vec3& direction, float far_m, float shift_ratio);
+    void set(std::size_t i, const glm::vec3& start, const glm::vec3& direction, float far_m, float shift_ratio,
+             float wide_rad = 0.0f);
     std::size_t size() const { return far.size(); }
 };
 
