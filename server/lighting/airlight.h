@@ -42,7 +42,7 @@ struct AirRays {
 };
 
 // out: what each ray collects of the luminaire's light, scattered once towards its start: luminance per candela of peak
-// × unit_m2. samples: of the cone in which it is bright; outside half of them, and half more where there is no such
+// × unit_m2. Samples: of the cone in which it is bright; outside half of them, and half more where there is no such
 // cone. Any thread. Six parameters: who shines, along what, which part, how well, and where it goes.
 void airlight(const AirlightSource& source, const AirRays& rays, std::size_t first, std::size_t count, unsigned samples,
               float* out);
